@@ -13,7 +13,7 @@ MOVED := $(shell [ -x $(BIN)/python ] && [ "$$(cat $(STAMP) 2>/dev/null)" = "$$(
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help env run sweep test pages lint docs gallery lock clean mutants statistics matrix wheel coverage fuzz killed fulldisk samebytes cluster accessible reliability disturbed intervals curved laws shared compare readings strokes mutations reallogs labs benchmark scale FORCE
+.PHONY: help env run sweep test pages lint docs gallery lock clean mutants statistics matrix wheel coverage fuzz killed fulldisk samebytes cluster accessible reliability disturbed intervals curved laws shared compare readings strokes contacts mutations reallogs labs benchmark scale FORCE
 
 #@ Every day
 help: ## show this list
@@ -146,6 +146,9 @@ laws: env ## by which law stress grows with depth is told of natural sands, of o
 
 compare: env ## two sessions of a medium are called alike, and 8 % of size and 10 % of shape are told, a minute (ARGS=300: pairs)
 	@$(BIN)/python studies/compare_media.py $(ARGS)
+
+contacts: env ## what forces on legs and wheels tell of a medium, and of the same body elsewhere, 10 min
+	@$(BIN)/python studies/contacts.py $(or $(ARGS),all) --rows results/contacts
 
 readings: env ## readings that stand alone are found, and what sand does is left in, a few seconds (ARGS=500: pushes)
 	@$(BIN)/python studies/lone_readings.py $(ARGS)

@@ -10,7 +10,7 @@ from pathlib import Path
 from snakemake.utils import min_version
 
 # A clone need not be installed: its package lies beside this file, for Snakemake and for its jobs.
-SOURCE = Path(workflow.basedir) / "src"
+SOURCE = Path(workflow.current_basedir) / "src"
 if SOURCE.is_dir():
     sys.path.insert(0, str(SOURCE))
     sources = filter(None, [str(SOURCE), dict(os.environ).get("PYTHONPATH")])

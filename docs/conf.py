@@ -15,14 +15,13 @@ extensions = [
     "myst_parser",
     "offline_math",
     "generated",
-    "drawings",
-    "quality_sheets",
-    "examples",
+    "notebook",
+    "plain_sources",
     "offline_check",
 ]
 source_suffix = {".md": "markdown"}
 exclude_patterns = ["_build", "_campaigns", "live"]
-myst_enable_extensions = ["attrs_inline", "deflist", "dollarmath"]
+myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 3
 nitpicky = True
 html_theme = "furo"
@@ -33,7 +32,5 @@ html_show_sphinx = False
 html_show_copyright = False
 # summaries are fetched, which a browser refuses for a page opened from disk
 html_show_search_summary = False
-# the live report, beside the first page
-html_extra_path = ["live"]
 html_static_path = ["_static"]
 html_css_files = ["site.css"]

@@ -22,7 +22,7 @@ import rftfit
 from rftfit import reference
 from rftfit.measure.alpha import directions
 from rftfit.model.draws import alpha_draws, interval
-from rftfit.model.fourier import fit_lsq, kept_terms
+from rftfit.model.fourier import fit_dft_index, fit_lsq, kept_terms
 from rftfit.model.profiles import FourierProfile, Profile, TableProfile
 from rftfit.model.scaling import ScaledMedium, generic, vertical_penetration
 
@@ -55,7 +55,7 @@ def test_every_name_is_there_and_typed():
         for alias in node.names
     }
     assert typed - {"__version__"} == set(rftfit.__all__)
-    assert set(rftfit.__all__) <= set(dir(rftfit))
+    assert set(rftfit.__all__) == {name for name in dir(rftfit) if not name.startswith("__")}
     for name in rftfit.__all__:
         assert callable(getattr(rftfit, name))
     with pytest.raises(AttributeError, match="no_such"):
@@ -142,6 +142,18 @@ def test_a_sand_is_scaled_from_its_test(results):
     with pytest.raises(rftfit.RftfitError, match="found 'fourier'; allowed: table, map, gen"):
         sand.profile("fourier")
     np.testing.assert_array_equal(sand.coefficients(), by_hand.coefficients)
+
+
+def test_coefficients_by_another_method(results):
+    """The transform of even steps finds other terms than least squares."""
+    by_index = fit_dft_index(BETA, GAMMA, *flat(reference.alpha_grid("poppy_CP")))
+    by_index = np.where(kept_terms(by_index, 0.05), by_index, 0.0)
+    for medium, expected in (
+        (results["poppy_CP"], by_index),
+        (results["sand"], results["sand"].profile("generic", "dft-index").coefficients),
+    ):
+        np.testing.assert_allclose(medium.coefficients("dft-index"), expected, atol=1e-12)
+        assert np.abs(medium.coefficients() - expected).max() > 0.001
 
 
 def test_too_few_media_are_scaled_with_the_published_ones(tmp_path):
@@ -298,3 +310,27 @@ def test_the_robot_of_a_file(tmp_path):
         rftfit.simulate(rftfit.published_medium("poppy_LP"), 2.0, robot=tmp_path / "none.yaml")
     with pytest.raises(ValueError, match="0 to 100 Hz"):
         rftfit.simulate(rftfit.published_medium("poppy_LP"), 1000.0)
+
+
+def test_predict_takes_what_scale_and_estimate_map_return():
+    sand = rftfit.scale(0.9, se=0.02)
+    leg = rftfit.model_leg("c_leg")
+    expected = rftfit.predict(sand.profile, leg)
+    assert rftfit.predict(sand, leg).equals(expected)
+    assert rftfit.beyond_measured(sand, leg) == rftfit.beyond_measured(sand.profile, leg)
+    with pytest.raises(TypeError, match=r"a profile wanted.* found str"):
+        rftfit.predict("poppy_LP", leg)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("words", [("0.55",), (None,), (0.55, "0.1"), ([0.5, 0.6],)])
+def test_scale_says_that_it_needs_numbers(words):
+    with pytest.raises(TypeError, match="must be a number of N/cm"):
+        rftfit.scale(*words)
+
+
+def test_meshes_and_motions_describe_themselves():
+    wheel = rftfit.Mesh.cylinder(radius_cm=6.25, width_cm=6)
+    assert "12.5 x 6 x 12.5 cm" in repr(wheel)
+    assert repr(rftfit.Motion3D.press(wheel, 3)) == (
+        "<Motion3D pressed straight down, 3 cm deep: 50 poses>"
+    )

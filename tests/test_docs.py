@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 import yaml
 from doc_blocks import (
-    EXAMPLE,
     REASONS,
     ROOT,
     Reader,
@@ -94,10 +93,10 @@ def test_a_page_runs_from_top_to_bottom(page, tmp_path):
         assert words in reader.transcript, command
 
 
-def test_examples_of_the_build_say_what_the_package_computes():
+def test_examples_of_the_introduction_say_what_the_package_computes():
     names: dict[str, Any] = {}
     for block in blocks_of("docs/introduction.md"):
-        if block.language == EXAMPLE:
+        if block.language == "python":
             exec(block.text, names)  # noqa: S102
     alpha_z = alpha_grid("poppy_LP")[0][list(BETA_DEG).index(30), list(GAMMA_DEG).index(45)]
     assert names["alpha_z"] == pytest.approx(alpha_z)
@@ -107,9 +106,7 @@ def test_examples_of_the_build_say_what_the_package_computes():
 
 def test_every_page_has_a_picture_or_a_table():
     # the list of changes is text alone
-    picture_or_table = re.compile(
-        r"^\||!\[|^```\{(generated|notebook|include|list-table)", re.MULTILINE
-    )
+    picture_or_table = re.compile(r"^\||!\[|^```\{(generated|notebook|include)", re.MULTILINE)
     bare = [
         page
         for page in pages()
@@ -160,7 +157,17 @@ def test_the_sketch_of_the_readme_is_what_the_code_draws(drawings):
     stored = (ROOT / "docs" / "images" / "angles.svg").read_bytes().replace(b"\r\n", b"\n")
     drawn = drawings.svg(drawings.angles())
     assert drawn == drawings.svg(drawings.angles())
-    assert drawn == stored, "python docs/_ext/drawings.py draws it again"
+    assert drawn == stored, "make gallery draws it again"
+
+
+@pytest.mark.page
+def test_kept_drawings_are_what_the_code_draws(drawings, tmp_path):
+    drawings.write(tmp_path)
+    drawn = sorted(path.name for path in tmp_path.iterdir())
+    kept = ROOT / "docs" / "images"
+    old = [name for name in drawn if (tmp_path / name).read_bytes() != (kept / name).read_bytes()]
+    assert len(drawn) > 7
+    assert old == [], "make gallery draws them again"
 
 
 def test_arrows_of_the_sketch_follow_the_conventions(drawings):

@@ -1,6 +1,7 @@
 """The shape of the package: who imports whom, sizes, versions, docstrings."""
 
 import ast
+import json
 import re
 import subprocess
 import tomllib
@@ -34,6 +35,23 @@ def test_versions_and_citation_agree():
     paper = citation["references"][0]
     assert paper["doi"] in CITATION
     assert paper["title"] in CITATION
+    codemeta = json.loads((ROOT / "codemeta.json").read_text(encoding="utf-8"))
+    assert codemeta["version"] == project["version"]
+    assert codemeta["dateModified"] == str(citation["date-released"])
+    assert codemeta["license"] == f"https://spdx.org/licenses/{project['license']}"
+    assert codemeta["keywords"] == project["keywords"] == citation["keywords"]
+    assert codemeta["referencePublication"]["@id"] == project["urls"]["Method"]
+    assert project["urls"]["Method"] == f"https://doi.org/{paper['doi']}"
+
+
+def test_the_paper_cites_what_its_bibliography_lists():
+    text = (ROOT / "paper.md").read_text(encoding="utf-8")
+    bibliography = (ROOT / "paper.bib").read_text(encoding="utf-8")
+    assert {*re.findall(r"@(\w+)[;\]]", text)} == {*re.findall(r"(?m)^@\w+\{(\w+),", bibliography)}
+    sections = re.findall(r"(?m)^# (.+)$", text)
+    for section in ("Summary", "Statement of need", "State of the field", "AI usage disclosure"):
+        assert section in sections
+    assert len(text.split()) < 1750
 
 
 # --- imports between rooms -----------------------------------------------------------------------

@@ -28,6 +28,7 @@ GROUPS = {
     ),
     "Scaling": ("scale", "ScaledMedium", "Reference", "published_reference"),
     "A few pushes": ("estimate_map", "Map", "Shapes", "published_shapes", "plan", "Plan", "Rig"),
+    "Forces on bodies as measurements": ("Contact", "BodyError", "learn_body_error"),
     "Forces": (
         "predict",
         "beyond_measured",

@@ -1,12 +1,10 @@
-"""The drawings of the documentation, made when the site is built.
+"""The drawings of the documentation, which ``make gallery`` writes into ``docs/images``.
 
 Every arrow is computed by the package: angles by `rftfit.conventions`, forces by a published medium.
-``python docs/_ext/drawings.py`` writes the one that README shows into ``docs/images``.
 """
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,13 +16,12 @@ from rftfit.model import reference_kernel
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from pathlib import Path
 
     import pandas as pd
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-    from sphinx.application import Sphinx
 
-DOCS = Path(__file__).resolve().parents[1]
 STEEL, DARK = "#4d4d4d", "#222222"
 MOTION, FORCE, ANGLE = (style.OKABE_ITO[name] for name in ("bluish green", "vermillion", "blue"))
 FONT = 9
@@ -386,22 +383,7 @@ def svg(figure: Figure) -> bytes:
     return style.content(figure, "svg")
 
 
-def write(folder: Path, *names: str) -> None:
-    """Write drawings, all if none is named."""
-    folder.mkdir(parents=True, exist_ok=True)
-    for name in names or DRAWINGS:
-        (folder / f"{name}.svg").write_bytes(svg(DRAWINGS[name]()))
-
-
-def _prepare(app: Sphinx) -> None:
-    write(Path(app.srcdir) / "_build" / "figures")
-
-
-def setup(app: Sphinx) -> dict[str, Any]:
-    """Draw before the pages are read; Sphinx calls this."""
-    app.connect("builder-inited", _prepare)
-    return {"version": "1", "parallel_read_safe": True, "parallel_write_safe": True}
-
-
-if __name__ == "__main__":
-    write(DOCS / "images", "angles")
+def write(folder: Path) -> None:
+    """Write all drawings."""
+    for name, draw in DRAWINGS.items():
+        (folder / f"{name}.svg").write_bytes(svg(draw()))

@@ -1,7 +1,7 @@
 """What the site shows of campaigns: ``make gallery`` runs them into ``docs/_campaigns`` and writes what the repository keeps.
 
-Written are ``docs/gallery.md`` with ``docs/images/gallery``, ``docs/live/report.html``, and below the commands of
-the pages what they print.
+Written are the drawings and ``docs/gallery.md`` with their pictures in ``docs/images``, ``docs/live/report.html``, and
+below the commands of the pages what they print.
 
 python docs/_ext/gallery.py [LOGS]      LOGS: folder of the sand example's logs, which are downloaded otherwise
 """
@@ -17,6 +17,9 @@ import tempfile
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+import drawings
+import quality_sheets
 
 import rftfit
 from rftfit.figures.registry import Declared, figures
@@ -35,7 +38,7 @@ SHOWN = {
 HEAD = """# Gallery
 
 Every figure that `rftfit run` draws, with its caption, the command that makes it and the call in Python. A
-<a href="report.html">live report</a> shows how they stand together. `make gallery` writes this page.
+<a href="live/report.html">live report</a> shows how they stand together. `make gallery` writes this page.
 """
 SPACE = """
 ## Bodies in space
@@ -76,7 +79,7 @@ def config_of_report() -> str:
     text = config_of_demonstration().partition("\nrobot:")[0] + "\n"
     text = re.sub(r"\n  (?!poppy_LP)[\w.]+: \{title: .*", "", text)
     return re.sub(
-        r"(?m)^title: .*", "title: Plates and legs in loose poppy seeds (re-enacted)", text
+        r"(?m)^title: .*", "title: Plates and legs in loose poppy seeds (simulated)", text
     )
 
 
@@ -199,6 +202,8 @@ def write_outputs() -> None:
 
 if __name__ == "__main__":
     run_campaigns(str(Path(sys.argv[1]).resolve()) if sys.argv[1:] else None)
+    drawings.write(DOCS / "images")
+    quality_sheets.write(DOCS / "images")
     write_gallery()
     write_report()
     write_outputs()

@@ -1,18 +1,16 @@
-"""A small quality sheet, drawn when the site is built: what good and bad runs look like.
+"""A small quality sheet, which ``make gallery`` draws: what good and bad runs look like.
 
-Its runs are re-enacted ones, one row of them broken on purpose, and go through the stages as any do.
+Its runs are simulated ones, one row of them broken on purpose, and go through the stages as any do.
 """
 
 from __future__ import annotations
 
 import tempfile
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 import yaml
 from drawings import push, svg
 
-from rftfit import lab
 from rftfit.campaign.config import Config
 from rftfit.campaign.load import load_campaign
 from rftfit.figures.quality import draw_quality
@@ -24,10 +22,6 @@ from rftfit.measure.fits import fit_medium
 from rftfit.measure.flags import Flags, flag_table
 from rftfit.measure.ingest import ingest_medium
 from rftfit.measure.tare import tare_medium
-from rftfit.store.digests import code_digest, sha256_of
-
-if TYPE_CHECKING:
-    from sphinx.application import Sphinx
 
 ROOT = Path(__file__).resolve().parents[2]
 MEDIUM = "poppy_LP"
@@ -74,28 +68,12 @@ def draw(root: Path, png: Path) -> None:
     stages = {"ingest": of_ingest, "tare": of_tare, "slopes": of_slopes}
     flags = Flags(*(flag_table(MEDIUM, stage, book.flags) for stage, book in stages.items()))
     figure = draw_quality(samples, fits, flags, "poppy seeds, loose")[0]
-    png.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(png, dpi=110, bbox_inches="tight", metadata={"Software": None})
     shown = {f"{MEDIUM}_{name}": rf"$\gamma$ = {gamma}" for name, gamma in PUSHES.items()}
     png.with_name("push.svg").write_bytes(svg(push(samples, fits, shown)))
 
 
-def _prepare(app: Sphinx) -> None:
-    png = Path(app.srcdir) / "_build" / "figures" / NAME
-    made_by = png.with_suffix(".digest")
-    sources = [
-        Path(__file__).with_name("drawings.py"),
-        *sorted(Path(lab.__file__).parent.glob("*.py")),
-    ]
-    code = " ".join([code_digest("figures"), *map(sha256_of, sources)])
-    if png.is_file() and made_by.is_file() and made_by.read_text(encoding="utf-8") == code:
-        return
+def write(folder: Path) -> None:
+    """Write the sheet and the three pushes into a folder."""
     with tempfile.TemporaryDirectory() as place:
-        draw(Path(place), png)
-    made_by.write_text(code, encoding="utf-8")
-
-
-def setup(app: Sphinx) -> dict[str, Any]:
-    """Draw before the pages are read; Sphinx calls this."""
-    app.connect("builder-inited", _prepare)
-    return {"version": "1", "parallel_read_safe": True, "parallel_write_safe": True}
+        draw(Path(place), folder / NAME)

@@ -13,7 +13,9 @@ from rftfit.version import __version__ as __version__
 os.environ.setdefault("NUMBA_CACHE_DIR", "")
 
 __all__ = [
+    "BodyError",
     "Comparison",
+    "Contact",
     "DepthOnlyProfile",
     "FourierProfile",
     "Ground",
@@ -38,6 +40,7 @@ __all__ = [
     "compare_media",
     "estimate_map",
     "fit_slope",
+    "learn_body_error",
     "model_leg",
     "open",
     "path",
@@ -64,6 +67,9 @@ _FOUND_IN = {
     "compare.contrast": ("Comparison",),
     "compare.media": ("compare_media",),
     "errors": ("RftfitError",),
+    "model.body_error": ("BodyError",),
+    "model.body_lessons": ("learn_body_error",),
+    "model.contacts": ("Contact",),
     "model.mesh": ("Mesh", "Motion3D"),
     "model.motion": ("Motion", "path", "rotation"),
     "model.outlines": ("Outline", "arc", "model_leg", "polyline"),
@@ -97,6 +103,9 @@ if TYPE_CHECKING:
     from rftfit.compare.contrast import Comparison
     from rftfit.compare.media import compare_media
     from rftfit.errors import RftfitError
+    from rftfit.model.body_error import BodyError
+    from rftfit.model.body_lessons import learn_body_error
+    from rftfit.model.contacts import Contact
     from rftfit.model.mesh import Mesh, Motion3D
     from rftfit.model.motion import Motion, path, rotation
     from rftfit.model.outlines import Outline, arc, model_leg, polyline
@@ -133,4 +142,5 @@ def __getattr__(name: str) -> object:
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+    dunders = (name for name in globals() if name.startswith("__"))
+    return sorted({*dunders, *__all__})

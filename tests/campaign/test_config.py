@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import pytest
@@ -26,15 +27,13 @@ def broken(room, old, new):
 def test_missing_a_folder_and_too_large(tmp_path):
     campaign, (problem,) = check_campaign(tmp_path / "config.yaml")
     assert (campaign, problem.code) == (None, "config.missing")
-    assert str(problem).startswith(
-        f"{(tmp_path / 'config.yaml').as_posix()}: the file does not exist"
-    )
+    assert problem.place == Place((tmp_path / "config.yaml").as_posix())
     (tmp_path / "a.yaml").mkdir()
     assert check_campaign(tmp_path / "a.yaml")[1][0].code == "config.not-a-file"
     (tmp_path / "b.yaml").write_bytes(b"#" * (MAX_BYTES + 1))
     problem = check_campaign(tmp_path / "b.yaml")[1][0]
     assert problem.code == "config.too-large"
-    assert "1.0 MB are too large; at most 1 MB" in str(problem)
+    assert re.search(" 1.0 MB .* 1 MB ", str(problem))
 
 
 @pytest.mark.parametrize(
@@ -127,7 +126,8 @@ def test_raw_may_be_a_link_to_another_disk_and_nothing_else_may(room, tmp_path_f
     assert (problems, campaign.raw) == ([], room.folder / "raw")
     (room.folder / "far.csv").symlink_to(elsewhere.parent / "far.csv")
     (elsewhere.parent / "far.csv").write_text(room.text(), encoding="utf-8")
-    assert "a link leads out" in broken(room, "run_sheet: runs.csv", "run_sheet: far.csv")
+    room.config = room.config.replace("run_sheet: runs.csv", "run_sheet: far.csv")
+    assert room.only("config.path-outside").place.key == "run_sheet"
 
 
 @pytest.mark.parametrize(

@@ -92,7 +92,7 @@ def test_init_never_overwrites(tmp_path):
     existing_sheet = tmp_path / "config" / "runs.csv"
     existing_sheet.write_text("mine", encoding="utf-8")
     (tmp_path / "README.md").symlink_to(tmp_path / "nowhere")
-    with pytest.raises(InputError, match=r"README\.md, config/runs\.csv would be overwritten"):
+    with pytest.raises(InputError, match=r": README\.md, config/runs\.csv "):
         init_campaign(tmp_path)
     assert existing_sheet.read_text(encoding="utf-8") == "mine"
     assert sorted(path.name for path in tmp_path.rglob("*")) == ["README.md", "config", "runs.csv"]

@@ -6,7 +6,7 @@ import pytest
 
 T, U = "tare_run", "tare_shared"
 BARE = {"t1": None, "th": None, "a1": None, "p1": {T: ""}, "h1": {T: ""}, "c1": {T: ""}}
-UNUSED = ("tare-unused", 3, "run_id", "a tare that some run names; no run names t1")
+UNUSED = ("tare-unused", 3, "run_id", "a tare that a run uses; no run uses rod t1")
 WARNINGS = {"tare-unused", "tare-missing", "tare-excluded", "depth-unlisted", "no-plate"}
 OFF = {"excluded": "yes", "reason": "arm stopped"}
 LEVEL, BACK = {"gamma_deg": "45"}, {"direction": "extraction", "gamma_deg": "-0.0", "depth_cm": ""}

@@ -152,12 +152,12 @@ def test_a_zip_bomb_is_refused_unopened(room, monkeypatch):
     assert "250 MB" in room.only("sheet.too-large", buffer.getvalue(), NAME).allowed
     monkeypatch.setattr(rows, "MAX_TAGS", 10)
     problem = room.only("sheet.too-large", book_of(room), NAME)
-    assert "at most 1e-05 million are read" in problem.allowed
+    assert " 1e-05 million " in problem.allowed
 
 
 def test_too_many_rows(room, monkeypatch):
     monkeypatch.setattr(sheet, "SCHEMA", replace(sheet.SCHEMA, most_rows=4))
-    assert "at most 4 rows" in room.only("sheet.too-many-rows", book_of(room), NAME).allowed
+    assert " 4 rows" in room.only("sheet.too-many-rows", book_of(room), NAME).allowed
     # a single cell far below
     monkeypatch.setattr(sheet, "SCHEMA", replace(sheet.SCHEMA, most_rows=5000))
     problem = room.only("sheet.too-many-rows", book_of(room, A1048576="x"), NAME)

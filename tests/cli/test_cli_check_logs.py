@@ -70,7 +70,7 @@ def test_a_turned_sign_is_told(folder):
     code, output = check(folder)
     assert code == 0
     assert "runs would be flagged" in output
-    assert "the medium gives energy back: look at transducer.axes" in output
+    assert "the medium would push the plate along: check the signs in transducer.axes" in output
 
 
 def test_what_a_run_would_drop_is_what_check_tells(folder):

@@ -31,7 +31,7 @@ def test_what_is_written(campaign):
 def test_again_with_another_seed_and_medium(rftfit, campaign):
     raw = campaign / "raw" / "paper"
     files_before = contents(raw)
-    assert "17 files of the earlier re-enactment cleared" in rftfit(*QUICK).out
+    assert "17 files of the earlier simulation cleared" in rftfit(*QUICK).out
     assert contents(raw) == files_before
     rftfit(*QUICK, "--seed", "7")
     assert contents(raw)[LOG] != files_before[LOG]
@@ -91,8 +91,8 @@ def refused(rftfit, campaign, text):
 @pytest.mark.parametrize(
     ("file", "added", "words"),
     [
-        (MARKER, None, "not from a re-enactment"),
-        ("yuma/mine.csv", "mine", "yuma/mine.csv is not as the re-enactment wrote them"),
+        (MARKER, None, "not from rftfit reenact"),
+        ("yuma/mine.csv", "mine", "yuma/mine.csv is not as rftfit reenact wrote them"),
         (LOG, "1,1,1,1,1\n", f"{LOG} is not as"),
         ("runs.csv", "mine\n", "runs.csv is not as"),
         (MARKER, "1 ../../config/config.yaml\n", "this list has been changed"),
@@ -123,7 +123,7 @@ def test_a_sheet_of_somebody_else(rftfit, campaign):
     config.write_text(text.replace("raw/new/runs.csv", "config/runs.csv"), encoding="utf-8")
     sheet = campaign / "config" / "runs.csv"
     sheet.write_text("run_id,kind\np1,plate\n")
-    refused(rftfit, campaign, "../../config/runs.csv is not from a re-enactment")
+    refused(rftfit, campaign, "../../config/runs.csv is not from rftfit reenact")
     # one without a run is nobody's work
     sheet.write_text("run_id,kind\n")
     rftfit(*QUICK)

@@ -75,7 +75,7 @@ def test_dry_run_targets_and_words_for_snakemake(rftfit, campaign, fake):
     (campaign / "raw/paper/yuma/yuma_c_leg_force.csv").unlink()
     output = rftfit("run", *fake, "--dry-run")
     assert output.err == "1 warning on the campaign; `rftfit check` shows them.\n"
-    assert output.out.startswith("4 jobs would run")
+    assert output.out.startswith("At most 4 jobs:")
     assert output.out.splitlines()[2].split() == ["ingest", "2"]
     assert not (campaign / "results").exists()
     output = rftfit("run", *fake, "results/b.txt", "--", "--force")

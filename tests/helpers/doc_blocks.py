@@ -25,10 +25,10 @@ from rftfit.robot.config import Robot
 
 ROOT = Path(__file__).resolve().parents[2]
 LANGUAGES = ("sh", "bash", "console", "python", "yaml", "toml")
-EXAMPLE = "{example}"
-"""Python that the build of the documentation runs, block after block in one namespace."""
 OTHERS = ("text", "powershell")
 """Languages of blocks that show something and are not meant for a reader to run here."""
+SITE = "<!-- site"
+"""First line of a comment with a directive for the build of the site (``docs/_ext/plain_sources.py``)."""
 REASONS = ("needs root", "takes minutes", "network")
 
 _FENCE = re.compile(r"^(`{3,}|~{3,})[ ]*(\{?[\w-]*\}?)(.*)$")
@@ -77,7 +77,7 @@ def blocks_of(page, text=None):
             raise AssertionError(f"{page}, line {number}: an indented fence escapes the tests")
         elif mark := _MARK.match(line):
             marks[mark[1]] = mark[2]
-        elif line.startswith("<!--"):
+        elif line.startswith("<!--") and line != SITE:
             raise AssertionError(f"{page}, line {number}: no such mark: {line}")
         elif line.strip() and marks:
             raise AssertionError(f"{page}, line {number}: a mark without a block")
@@ -86,9 +86,7 @@ def blocks_of(page, text=None):
 
 
 def fate(block):
-    """What becomes of a block: run, built, checked, file, run by, not run, shown; empty if it escapes."""
-    if block.language == EXAMPLE:
-        return "built"
+    """What becomes of a block: run, checked, file, run by, not run, shown; empty if it escapes."""
     if block.language.startswith("{") or block.language in OTHERS:
         return "file" if "file" in block.marks else "shown"
     if block.language not in LANGUAGES:

@@ -41,7 +41,11 @@ def alpha_frame(medium, values):
     columns |= {"depth_from_cm": 1.0, "depth_to_cm": 9.0, "tare_runs": ""}
     columns |= {"n_runs": np.where(empty, 0, 1), "n_depths": 0, "run_ids": "", "lost_run_ids": ""}
     columns |= {f"run_to_run_{c}_N_per_cm3": np.nan for c in "zx"}
-    columns |= {"spread": "one bed as prepared", "flagged": False, **dict.fromkeys(MARKS, "")}
+    columns |= {
+        "spread": "scatter between beds not included",
+        "flagged": False,
+        **dict.fromkeys(MARKS, ""),
+    }
     columns |= {
         "reason": np.where(empty, "no run", ""),
         "reason_code": np.where(empty, "no-run", ""),

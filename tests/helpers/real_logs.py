@@ -146,8 +146,12 @@ REAL_LOGS = [
     ),
     RealLog("ros1/ur3_wrench.bag", ALL, 7718, zero_log="ros1/ur3_wrench_noforces.bag"),
     RealLog("ros1/ur3_wrench.csv", ALL, 7718, zero_log="ros1/ur3_wrench_noforces.csv"),
-    RealLog("ros1/ur3_wrench_noforces.bag", ALL, 2462, words="1 of 1 cells give energy back"),
-    RealLog("ros1/ur3_wrench_noforces.csv", ALL, 2462, words="1 of 1 cells give energy back"),
+    RealLog(
+        "ros1/ur3_wrench_noforces.bag", ALL, 2462, words="1 of 1 cells would push the plate along"
+    ),
+    RealLog(
+        "ros1/ur3_wrench_noforces.csv", ALL, 2462, words="1 of 1 cells would push the plate along"
+    ),
     RealLog(
         "tdms/raw1.tdms",
         NOTHING,

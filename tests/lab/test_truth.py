@@ -8,7 +8,7 @@ import pytest
 from rftfit import reference
 from rftfit.lab.plan import plan_runs, plate_of, segments, submerged_depths
 from rftfit.lab.rig import LabStroke, ideal, nuisance, record
-from rftfit.lab.truth import BUILD_UP, pull_alpha, sand_stress, submerged_depth, table_s5
+from rftfit.lab.truth import BUILD_UP, pull_alpha, sand_law, sand_stress, submerged_depth, table_s5
 
 
 @pytest.fixture(scope="module")
@@ -84,6 +84,19 @@ def test_force_in_the_window_is_exactly_the_published_one(config, runs, medium):
         )
         checked += 1
     assert checked == 72
+
+
+def test_a_plate_that_touches_the_sand_feels_a_share_of_its_stress(config, runs):
+    """Of 3.81 cm x 2.54 cm and 0.64 cm thick: 0.16 cm above the sand is half in it, 0.32 cm is out of it."""
+    run = runs["palms29_bp00_g90_in"]
+    stroke = next(segment for segment in segments(run, config) if segment.phase == "stroke")
+    z_cm = np.array([0.4, 0.32, 0.16, 0.0, -1.0])
+    force_z, force_x = sand_law(run, config)(stroke, np.zeros(5), z_cm, np.zeros(5))
+    at_surface, one_deep = sand_stress("palms29", np.array([0.0, 1.0]))
+    expected = 3.81 * 2.54 * np.array([0, 0, at_surface / 2, at_surface, one_deep])
+    np.testing.assert_allclose(force_z, expected, atol=1e-12)
+    assert at_surface > 0
+    assert not force_x.any()
 
 
 def test_level_runs_reach_their_steady_state(config, runs):

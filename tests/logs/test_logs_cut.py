@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from seeds import example_count
 
 from rftfit.logs.base import FINITE, Log, LogError
+from rftfit.logs.labview import OTHER_CHANNELS
 from rftfit.logs.registry import DIALECTS, dialect
 from rftfit.logs.text import CELLS, CUT, NUMBER
 
@@ -176,7 +177,7 @@ def test_segments(place):
     content = b"Channels".join([head, middle, tail.replace(b"Force z", b"Torque")])
     log = read(foreign_log.reader, content, place)
     assert isinstance(log, Log)
-    assert log.dropped == {"segment with other channels than the first": 20}
+    assert log.dropped == {OTHER_CHANNELS: 20}
 
 
 def test_an_error_that_is_kept_holds_no_file_open(tmp_path):

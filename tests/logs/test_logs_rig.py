@@ -178,7 +178,7 @@ def test_other_header(tmp_path, header):
 
 @pytest.mark.parametrize(("columns", "rows"), [({}, 3), ({"x": np.zeros(3)}, 2)])
 def test_log_that_does_not_add_up_cannot_be_made(columns, rows):
-    with pytest.raises(AssertionError, match="do not add up"):
+    with pytest.raises(AssertionError, match=r"a\.csv"):
         Log(Path("a.csv"), {"time": np.zeros(2), **columns}, {"time": "s"}, rows)
 
 
@@ -201,7 +201,7 @@ def test_registry(tmp_path):
     assert claimants(read_head(path)) == [DIALECTS["rig"]]
     path.write_text("<html>", encoding="utf-8")
     assert claimants(read_head(path)) == []
-    with pytest.raises(InputError, match="cannot be opened"):
+    with pytest.raises(InputError, match=r"nowhere\.csv"):
         read_head(tmp_path / "nowhere.csv")
 
 

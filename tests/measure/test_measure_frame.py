@@ -9,7 +9,7 @@ import pytest
 from campaign_room import plate_run
 
 from rftfit.campaign.config import Arm, Axes, MotionLog, Transducer
-from rftfit.logs.base import Log
+from rftfit.logs.base import Log, LogError
 from rftfit.measure.lab_frame import path_in_lab_frame, sensor_to_lab
 from rftfit.measure.log_columns import completed, map_columns
 
@@ -56,6 +56,24 @@ def test_a_push_from_below_on_the_papers_rig():
     np.testing.assert_allclose(up, [0, 5], atol=1e-12)
     turned = sensor_to_lab(transducer("-F2", "+F1", "-F3", 90)) @ channels
     np.testing.assert_allclose(turned, [5, 0], atol=1e-12)
+
+
+def test_a_rate_needs_a_time_of_the_log():
+    """Of 20 mm at the first row and -1 mm/s, 3 s later 17 mm; time itself has no rate."""
+    log = Log(Path("stage.csv"), {"t": np.array([5.0, 6.0, 8.0])}, {"t": "s"}, 3)
+    units = {"time": "s", "x": "mm", "z": "mm", "angle": "deg"}
+    z = {"constant": 20, "rate": -1, "unit": "mm"}
+    source = MotionLog.model_validate({"columns": {"time": {"column": "t"}, "z": z}})
+    path = map_columns(log, source, units, "motion_log").columns["z"]
+    np.testing.assert_allclose(path, [20, 19, 17])
+    clock = {"constant": 0, "rate": 1, "unit": "s"}
+    for columns, quantity in (({"z": z}, "z"), ({"time": clock}, "time")):
+        source = MotionLog.model_validate({"columns": columns})
+        with_time = Log(Path("stage.csv"), {"time": np.arange(3.0)}, {"time": "s"}, 3)
+        for log_or_clock in (log, with_time)[: 1 + (quantity == "time")]:
+            with pytest.raises(LogError, match=f"columns.{quantity}: a rate needs a time") as error:
+                map_columns(log_or_clock, source, units, "motion_log")
+            assert error.value.code == "columns"
 
 
 def test_the_surface_is_stated_in_readings_after_factor_and_offset():

@@ -80,7 +80,11 @@ def test_gain_and_offset_of_a_unit_of_the_files_own(unit):
     [
         ("V", {"unit": "N"}, "says V, which is no unit of F3: add `factor:`, so many N for"),
         ("V", {"factor": 2.0}, "V is no unit of F3; allowed: N, mN"),
-        ("lbf", {"unit": "N", "factor": 2.0}, "the file says lbf, the config N: which is right"),
+        (
+            "lbf",
+            {"unit": "N", "factor": 2.0},
+            "the file says lbf, the config N: change one of them",
+        ),
     ],
 )
 def test_a_unit_is_never_guessed(unit, column, why):

@@ -108,6 +108,9 @@ def test_what_a_rig_cannot_push_is_not_planned():
         rftfit.plan("map", rftfit.estimate_map(push), odd, count=1)
     current_map = rftfit.estimate_map(push, beta_deg=[12], gamma_deg=[22])
     assert len(rftfit.plan("map", current_map, odd, count=2).steps) == 3
+    half = rftfit.Rig(((12.5, 67.5),))
+    current_map = rftfit.estimate_map(push, beta_deg=[12.5], gamma_deg=[67.5])
+    assert rftfit.plan("map", current_map, half, count=1).steps[1].directions == ((12.5, 67.5),)
     with pytest.raises(rftfit.RftfitError, match="did you mean 'zeta'"):
         rftfit.plan("zeto")
 

@@ -459,7 +459,7 @@ POPPY = TableProfile.published("poppy_LP")
         (lambda: estimate(Pushes.of([0], [90], [[np.nan], [0.3]])), "no push has a number"),
         (lambda: Shapes({"one": POPPY}), "at least two known media"),
         (lambda: Shapes({"one": POPPY, "holed": TableProfile(HOLED, HOLED)}), "holed has"),
-        (lambda: estimate(upside_down()), "gives energy back .*: look at the signs"),
+        (lambda: estimate(upside_down()), "would push the plate along .*: check the signs"),
     ],
 )
 def test_what_cannot_be_estimated_says_why(make, match):
@@ -480,6 +480,17 @@ def test_repeated_pushes_are_one_with_their_weighted_mean():
     np.testing.assert_allclose(of_several.draws, of_once.draws, atol=1e-9)
     assert (of_several.pushes, of_once.pushes) == (4, 2)
     assert of_several.dof == of_once.dof
+
+
+def test_an_upright_plate_is_one_under_both_of_its_angles():
+    """Pushed once as 90 and once as -90 deg, each with an error of 0.01: their mean, with 0.01 / sqrt(2)."""
+    alpha = np.array([[0.30, 0.10, 0.14], [0.0, 0.20, 0.26]])
+    twice = Pushes.of([0, 90, -90], [90, 45, 45], alpha, 0.01)
+    errors = np.array([0.01, 0.01 / np.sqrt(2)] * 2).reshape(2, 2)
+    once = Pushes.of([0, 90], [90, 45], [[0.30, 0.12], [0.0, 0.23]], errors)
+    of_twice, of_once = estimate(twice), estimate(once)
+    assert (of_twice.pushes, of_once.pushes) == (3, 2)
+    np.testing.assert_allclose(of_twice.draws, of_once.draws, atol=1e-9)
 
 
 def test_errors_that_nobody_stated():

@@ -7,6 +7,7 @@ from importlib import import_module
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import SimpleNamespace
+from typing import Any
 
 import chain_tables as chain
 import matplotlib as mpl
@@ -24,6 +25,8 @@ from rftfit.figures import style
 from rftfit.figures.generic import plot_generic_profile
 from rftfit.figures.legs import plot_forces_over_zeta
 from rftfit.figures.maps import (
+    add_surface,
+    add_table,
     kept_coefficients,
     plot_alpha_maps,
     plot_depth_only_maps,
@@ -147,6 +150,25 @@ def test_bars_show_the_colours_of_their_maps(small_map):
     assert high == pytest.approx(np.nanmax(np.abs(reference.alpha_grid("poppy_LP")[0])))
     # what is drawn by way of an image of the whole figure stays in memory until a pdf is closed
     assert not [artist for artist in small_map.findobj() if artist.get_rasterized()]
+
+
+def test_scattered_directions_have_the_colours_of_a_grid():
+    """Three directions that make no grid, their largest 0.4: from -0.4 to 0.4, gamma across and beta up."""
+    table = pd.DataFrame({"beta_deg": [0, 20, 50], "gamma_deg": [90, 40, -10]}, dtype=float)
+    axes = style.new_figure(8, 8).add_subplot()
+    dots: Any = add_table(axes, table, pd.Series([0.4, -0.1, 0.2]), signed=True)
+    assert dots.get_clim() == (-0.4, 0.4)
+    assert dots.get_cmap().name == style.DIVERGING
+    np.testing.assert_array_equal(dots.get_offsets(), table[["gamma_deg", "beta_deg"]])
+
+
+def test_a_surface_fills_the_plane_of_directions():
+    """Its first row is beta -90 deg, at the bottom; its first column gamma -90 deg, at the left."""
+    axes = style.new_figure(8, 8).add_subplot()
+    image: Any = add_surface(axes, np.array([[0.1, 0.2], [0.3, -0.4]]))
+    assert image.get_extent() == [-90, 90, -90, 90]
+    assert image.origin == "lower"
+    assert image.get_clim() == (-0.4, 0.4)
 
 
 def fitted(method="lsq", **tables):
@@ -379,8 +401,8 @@ def test_a_caption_is_short_and_needs_no_table(figure):
 @pytest.mark.parametrize("ending", [ending for ending in FORMATS if ending != "webp"])
 def test_a_remark_stands_in_every_format(ending):
     figure = style.missing("nothing")
-    assert b"re-enacted logs" in style.content(figure, ending, "Made from re-enacted logs.")
-    assert b"re-enacted logs" not in style.content(figure, ending)
+    assert b"simulated logs" in style.content(figure, ending, "Made from simulated logs.")
+    assert b"simulated logs" not in style.content(figure, ending)
 
 
 def test_pages_are_written_beside_one_another(tmp_path):

@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from matplotlib.figure import Figure
+from matplotlib.text import Annotation
 from memory import memory, of_runs
 from text_boxes import text_faults, words
 from turning import sweep
@@ -15,7 +16,7 @@ from turning import sweep
 from rftfit import reference
 from rftfit.campaign.config import Leg
 from rftfit.compare.legs import measured_peak
-from rftfit.figures import leg_panels
+from rftfit.figures import leg_panels, style
 from rftfit.figures.leg_panels import leg_line
 from rftfit.figures.legs import (
     plot_forces_over_zeta,
@@ -251,6 +252,18 @@ def test_each_push_into_a_sand_has_its_own_fit():
     assert any("2 tests, stated" in text for text in words(figure))
 
 
+def test_a_fourth_sand_begins_a_row_below():
+    """Three panels stand side by side."""
+    tests_of_sands = pushed(*sand_tables())
+    tests_of_sands.sands = tuple(2 * SANDS)
+    figure = draw_penetration(tests_of_sands)
+    lefts, bottoms = np.array([axes.get_position().p0 for axes in figure.axes]).T
+    assert lefts[0] < lefts[1] < lefts[2]
+    assert lefts[3] == lefts[0]
+    assert bottoms[0] == bottoms[1] == bottoms[2]
+    assert 0 < bottoms[3] < bottoms[0] < 1
+
+
 def test_a_leg_that_is_not_measured_is_told_in_its_panels():
     without = results(measured=measured().query("leg != 'flat_leg'"))
     for figure, count in (
@@ -355,6 +368,18 @@ def test_the_sketch_puts_axle_and_tip_where_the_design_says(paper_config):
         np.testing.assert_allclose(line[0], [0, 2], atol=0.02)
         tip = [7.62 * np.sin(np.radians(60)), 2 - 7.62 * np.cos(np.radians(60))]
         np.testing.assert_allclose(line[-1], tip, atol=0.03)
+
+
+def test_the_sketch_has_a_scale_and_names_its_axes(paper_config):
+    """Three arrows: x, z and the turn of the leg; the bar is 2 cm long."""
+    axes = style.new_figure(6, 6).add_subplot()
+    leg_panels.add_sketch(axes, paper_config.intruders["c_leg"])
+    assert {"$x$", "$z$", r"$\theta$", "2 cm"} <= {text.get_text() for text in axes.texts}
+    arrows = [text for text in axes.texts if isinstance(text, Annotation) and text.arrow_patch]
+    assert len(arrows) == 3
+    bar = axes.lines[-1]
+    assert np.ptp(bar.get_xdata()) == pytest.approx(2)
+    assert bar.get_color() == "black"
 
 
 def test_legs_are_those_of_the_config():

@@ -281,7 +281,7 @@ def test_methods_name_the_window_that_was_used(tmp_path):
     results.campaign.raw.mkdir(exist_ok=True)
     (results.campaign.raw / MARKER).write_text("made by rftfit reenact\n", encoding="utf-8")
     marked = Results(dataclasses.replace(results.campaign))
-    assert "Re-enacted, not measured." in make_page(marked)
+    assert "Simulated, not measured." in make_page(marked)
     assert untrue(marked) == []
 
 
@@ -395,7 +395,7 @@ def test_sections_controls_and_tables_are_whole(page, read):
     assert len(controls) == len(inside) == 14
     assert all(re.search(r"<(?:select|input)\b", label) for label in inside)
     widths = [{len(row) for row in table} for tables in read.tables.values() for table in tables]
-    assert [len(lengths) for lengths in widths] == [1] * 25
+    assert [len(lengths) for lengths in widths] == [1] * 26
     shares, best, conditions = (table[1:] for table in read.tables["robot"])
     assert shares[0][1] == "42 of 42|predicted: 39 of 39"
     assert [row[2] for row in best] == ["0.40", "0.40"]

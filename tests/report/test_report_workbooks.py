@@ -87,11 +87,12 @@ def test_alpha_workbook_holds_the_tables(results, books):
 def test_sheets_can_be_read_on_screen_and_on_paper(books):
     for sheet in (sheet for book in books for sheet in book.worksheets):
         assert sheet.freeze_panes == ("A3" if sheet.title == "About" else "B3")
-        assert sheet.print_title_rows == "$1:$2"
+        assert (sheet.print_title_rows, sheet.print_title_cols) == ("$1:$2", "$A:$A")
         setup = sheet.page_setup
         assert (setup.orientation, setup.fitToHeight) == ("landscape", 0)
         assert sheet.sheet_properties.pageSetUpPr.fitToPage
         assert sheet.cell(1, 1).value
+        assert sheet.cell(1, 1).font.bold
 
 
 def test_missing_cells_say_so_and_why(books):

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from rftfit.compare.robot import COLUMNS, optima, reading, robot_claims
+from rftfit.compare.robot import COLUMNS, optima, optimum_interval, robot_claims
 from rftfit.reference import load
 from rftfit.robot.speeds import (
     ERRORS,
@@ -169,7 +169,9 @@ def test_a_top_at_the_end_or_on_a_coarse_grid():
     assert end["reading_lo"] <= 0.96
     coarse = optima(sweep(0.43, step=0.2)).iloc[0]
     assert coarse["reading_lo"] <= 0.43 <= coarse["reading_hi"]
-    lo, hi = reading(np.array([0.0, 0.5, 1.0]), [np.ones(1), np.full(1, 2.0), np.ones(1)], 0.5)
+    lo, hi = optimum_interval(
+        np.array([0.0, 0.5, 1.0]), [np.ones(1), np.full(1, 2.0), np.ones(1)], 0.5
+    )
     assert (lo, hi) == (0.0, 1.0)
 
 

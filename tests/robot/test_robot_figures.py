@@ -3,10 +3,12 @@
 import numpy as np
 import pandas as pd
 import pytest
+from matplotlib.colors import is_color_like, to_rgb
 from memory import memory
 from text_boxes import text_faults
 
 from rftfit.compare.robot import optima
+from rftfit.figures.animation import animation_frames
 from rftfit.figures.registry import figures
 from rftfit.figures.robot import (
     curvature_looks,
@@ -19,10 +21,10 @@ from rftfit.figures.robot import (
     plot_speed,
     read_at,
 )
-from rftfit.figures.style import content
+from rftfit.figures.style import MARK, content
 from rftfit.model.profiles import TableProfile
 from rftfit.robot.config import paper_robot
-from rftfit.robot.motion import stance_of, tail_of
+from rftfit.robot.motion import ElementSeries, stance_of, tail_of
 from rftfit.robot.run import simulate
 from rftfit.robot.speeds import published_speeds, speed_errors
 from rftfit.robot.sweep import CALIBRATED_ON, MOTION
@@ -176,6 +178,7 @@ def test_curvatures_look_different():
     assert len({colour for colour, _ in looks.values()}) == 7
     red, blue = (int(looks[1][0][i : i + 2], 16) for i in (1, 5))
     assert red > blue
+    assert all(is_color_like(colour) for colour, _ in looks.values())
 
 
 def test_optimum_is_drawn_where_it_is():
@@ -277,3 +280,17 @@ def test_each_sweep_has_its_figures():
     assert [
         figures_by_file[f"figures/{name}_speed"].on_demand for name in ("robot", "robot_full")
     ] == [False, True]
+
+
+def test_arrows_of_an_animation_begin_at_the_loaded_elements():
+    """Two elements 16 cm apart, each under the largest force, whose arrow is 4 cm; 50.8 pixels are 2.58 cm."""
+    x = np.array([[[-8.0, 8.0]]])
+    ends = np.stack([x - 0.5, x + 0.5], axis=-1)
+    level = np.full_like(x, -2.0)
+    series = ElementSeries(ends, np.full_like(ends, -2.0), 0 * x, np.ones_like(x), x, level)
+    (picture,) = animation_frames({"tripod_0": series}, np.zeros(1), np.zeros(1), "")
+    red = np.abs(picture - 255 * np.array(to_rgb(MARK))).max(axis=-1) < 40
+    columns, rows = (np.flatnonzero(red.any(axis=axis)) for axis in (0, 1))
+    pixels_per_cm = 5.5 / 11 * 100 / 2.54
+    assert np.diff(columns).max() == pytest.approx(16 * pixels_per_cm, abs=3)
+    assert np.ptp(rows) == pytest.approx(4 * pixels_per_cm, abs=3)

@@ -77,3 +77,7 @@ def test_pictures_are_those_of_the_run():
         assert max(z for arrows in run["arrows"] for z in arrows[1::4]) <= 0.01
     ends = np.array(frames["legs"]["1"])
     assert np.hypot(*(ends[-1] - ends[0])) == pytest.approx(4.1, abs=0.01)
+    # a flat leg hangs straight down from its hip
+    flat = np.array(frames["legs"]["0"])
+    np.testing.assert_allclose(flat[:, 0], 0, atol=1e-9)
+    np.testing.assert_allclose(flat[:, 1], np.linspace(0, -4.1, len(flat)), atol=0.001)

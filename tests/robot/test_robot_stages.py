@@ -102,7 +102,13 @@ def test_a_reenacted_track_has_no_mean_stride(root):
 def test_same_seed_same_tracks(root):
     config = load_campaign(root / "config" / "config.yaml").config
     assert track_files(config, 1) == track_files(config, 1)
-    assert len({trial.run_id for trial in plan_trials(config, 1)}) == 42 * TRIALS
+    trials = plan_trials(config, 1)
+    assert len({trial.run_id for trial in trials}) == 42 * TRIALS
+    # the trials of a condition are scattered about its published speed
+    speeds = pd.DataFrame(trials).groupby("condition")["speed_cm_per_s"].agg(["mean", "std"])
+    figure = reference.load("fig_4c").query("stride_frequency_Hz > 0.01")
+    np.testing.assert_allclose(sorted(speeds["mean"]), sorted(figure["speed_cm_per_s"]))
+    assert (speeds["std"] > 0).all()
 
 
 def test_bad_tracks_are_refused_and_accounted_for(root):

@@ -122,7 +122,7 @@ def test_every_fault_is_told_at_once(command, tmp_path):
     [
         (
             ("--mesh", "ball.stl"),
-            "--mesh needs --unit, the unit of its coordinates: mm, cm, m or in; and --path",
+            "--mesh needs --unit, the unit of its coordinates: mm, cm, m or in; and one of --press",
         ),
         ((*MESH, "--leg", "c_leg", "--hip", "1"), "found --leg and --hip with --mesh"),
         (("--leg", "c_leg", "--unit", "mm"), "found --unit without --mesh"),
@@ -133,3 +133,82 @@ def test_every_fault_is_told_at_once(command, tmp_path):
 def test_words_that_do_not_go_together(command, words, why):
     code, _, err = command(*words, "--medium", "poppy_LP")
     assert (code, why in err) == (2, True)
+
+
+def wheel_file(folder):
+    """Write a wheel of 12.5 cm diameter and 6 cm width, in mm."""
+    wheel = Mesh.cylinder(radius_cm=6.25, width_cm=6, facets=24)
+    stl(folder, wheel).rename(folder / "wheel.stl")
+    return wheel
+
+
+WHEEL = ("--mesh", "wheel.stl", "--unit", "mm", "--alpha", "0.5", "--model-error", "0")
+
+
+def test_press_lets_the_lowest_point_reach_the_depth(command, tmp_path):
+    wheel = wheel_file(tmp_path)
+    code, out, _ = command(*WHEEL, "--press", "3")
+    assert code == 0
+    forces = pd.read_csv(tmp_path / "forces.csv", comment="#")
+    assert forces["depth_cm"].iloc[-1] == pytest.approx(3)
+    np.testing.assert_allclose(forces["z_cm"], 6.25 - forces["depth_cm"], rtol=1e-6)
+    assert (np.diff(forces["force_z_N"]) > 0).all()
+    # symmetry cancels these: rounding is not printed
+    assert (forces[["force_x_N", "force_y_N"]] == 0).all(axis=None)
+    assert "largest force x" not in out
+    assert "e-1" not in out
+    assert len(Motion3D.press(wheel, 3).frames) == len(forces)
+
+
+def test_a_wheel_rolls_as_the_path_of_its_pose_says(command, tmp_path):
+    wheel = wheel_file(tmp_path)
+    code, out, _ = command(*WHEEL, "--roll", "2,0.2")
+    assert code == 0
+    forces = pd.read_csv(tmp_path / "forces.csv", comment="#")
+    medium = rftfit.estimate_map(
+        pd.DataFrame({"beta_deg": [0], "gamma_deg": [90], "alpha_z_N_per_cm3": [0.5]})
+    )
+    for row, angle in enumerate(np.radians(forces["wheel_turn_deg"][:4])):
+        turned = [[np.cos(angle), 0, np.sin(angle)], [0, 1, 0], [-np.sin(angle), 0, np.cos(angle)]]
+        motion = Motion3D([0, 0, 4.25], [0.8, 0, 0], [0, 1 / 6.25, 0], turned)
+        expected = rftfit.predict(medium, wheel, motion, model_error=0)
+        for name in ("force_x_N", "force_z_N", "moment_y_N_cm"):
+            assert forces[name][row] == pytest.approx(expected[name][0], rel=1e-5)
+    mean = forces["force_x_N"].mean()
+    assert f"drawbar (toward +x) {mean:.4g} N" in out
+
+
+def test_a_driven_wheel_pulls_more_the_more_it_slips():
+    wheel = Mesh.cylinder(radius_cm=6.25, width_cm=6, facets=48)
+    medium = rftfit.scale(0.5)
+    drawbars = [
+        rftfit.predict(medium, wheel, Motion3D.roll(wheel, 2, slip, poses=1), model_error=0)[
+            "force_x_N"
+        ][0]
+        for slip in (-0.3, 0, 0.3, 0.9)
+    ]
+    assert drawbars == sorted(drawbars)
+
+
+@pytest.mark.parametrize(
+    ("words", "why"),
+    [
+        (("--press", "0"), "a depth above 0 cm wanted, found 0"),
+        (("--roll", "2"), "two numbers wanted"),
+        (("--roll", "2,20"), "20 % is 0.2"),
+        (("--roll", "13,0.2"), "below the diameter of 12.5 cm"),
+        (("--roll", "2,0.2", "--press", "1"), "found --press and --roll; allowed: one of them"),
+        ((), "one of --press DEPTH"),
+    ],
+)
+def test_a_motion_that_is_impossible(command, tmp_path, words, why):
+    wheel_file(tmp_path)
+    code, _, err = command(*WHEEL, *words)
+    assert (code, why in err, "Traceback" in err) == (2, True, False), err
+
+
+def test_a_wheel_whose_axle_lies_elsewhere_is_refused():
+    wheel = Mesh.cylinder(radius_cm=6.25, width_cm=6)
+    standing = Mesh(wheel.vertices_cm[:, [0, 2, 1]], wheel.faces[:, ::-1])
+    with pytest.raises(ValueError, match="axle lies along y"):
+        Motion3D.roll(standing, 2, 0.2)

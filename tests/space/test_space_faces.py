@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 import rftfit
 from rftfit.model import faces, rft3d
-from rftfit.model.faces import LAWS, face_alpha
+from rftfit.model.faces import LAWS, face_alpha, submerged_parts
 from rftfit.model.forces import forces_on
 from rftfit.model.mesh import Mesh, Motion3D
 from rftfit.model.mesh_prediction import CLOSURE, compiled_mesh_forces
@@ -39,6 +39,39 @@ def test_faces():
     normal, velocity, measured, rft3d = VECTORS.swapaxes(0, 1)
     np.testing.assert_allclose(face_alpha(POPPY, normal, velocity), measured, atol=1e-6)
     np.testing.assert_allclose(face_alpha(UNIT, normal, 2 * velocity, "3d-rft"), rft3d, atol=1e-6)
+
+
+def triangle(*heights):
+    """Corners above (0, 0), (3, 0) and (0, 3) of the plane."""
+    return np.array(
+        [[x, y, z] for (x, y), z in zip([(0, 0), (3, 0), (0, 3)], heights, strict=True)]
+    )
+
+
+@pytest.mark.parametrize(
+    ("heights", "share", "centroid"),
+    [
+        # whole, and whole with an edge or a corner on the surface: the mean of the corners
+        ((-1, -1, -1), 1, (1, 1, -1)),
+        ((-3, 0, 0), 1, (1, 1, -1)),
+        ((0, -3, -3), 1, (1, 1, -2)),
+        # in the air, and standing on the surface
+        ((1, 2, 3), 0, None),
+        ((0, 0, 3), 0, None),
+        ((3, -1e-20, -1e-20), 0, None),
+        # a tip that is a third as large each way: 1/9, its centroid a third of the way from its corner
+        ((-1, 2, 2), 1 / 9, (1 / 3, 1 / 3, -1 / 3)),
+        # the rest of it: (9 (1, 1, -1) - (1/3, 1/3, 1/3)) / 8
+        ((1, -2, -2), 8 / 9, (13 / 12, 13 / 12, -7 / 6)),
+    ],
+)
+def test_the_submerged_part_of_a_triangle(heights, share, centroid):
+    """The weights of the parts times their centroids make the mean of the corners."""
+    wet, centre = submerged_parts(triangle(*heights))
+    assert wet == pytest.approx(share, abs=1e-12)
+    assert np.isfinite(centre).all()
+    if centroid:
+        np.testing.assert_allclose(centre, centroid, atol=1e-12)
 
 
 def slipping(height_cm=3.25, slip_deg=15.0):

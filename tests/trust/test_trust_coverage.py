@@ -93,9 +93,11 @@ def test_few_repeats_and_the_generic_coefficients(ensemble):
 
 
 def test_a_spread_that_nobody_told_is_not_in_the_intervals(ensemble):
-    """What `one bed as prepared` means: such intervals miss the mean of many beds nine times in ten."""
+    """What `scatter between beds not included` means: such intervals miss the mean of many beds nine times in ten."""
     tables = list(ensemble.tables(SEED, RUN_TO_RUN))
-    assert {source for table in tables for source in table["spread"]} == {"one bed as prepared"}
+    assert {source for table in tables for source in table["spread"]} == {
+        "scatter between beds not included"
+    }
     assert np.mean([alpha_inside(table)["alpha, slanted"].inside.mean() for table in tables]) < 0.25
 
 

@@ -1,5 +1,6 @@
 """What results were made from is recorded, and every change of it is noticed."""
 
+import csv
 import hashlib
 import json
 import os
@@ -22,6 +23,7 @@ pytestmark = pytest.mark.slow
 LOG = "raw/paper/yuma/yuma_bp00_g90_in_force.csv"
 FIGURE = "results/figures/fit_maps.svg"
 CODE = "results/records/fourier.json"
+OF_THE_RECORD = ("provenance.json", "manifest.sha256", "run_sheet.csv", "datapackage.json")
 
 
 def sha256(path):
@@ -92,9 +94,7 @@ def test_the_record_names_every_result_and_its_content(checked):
         "jobs"
     ]
     assert {path for job in jobs.values() for path in job["writes"]} == {
-        path
-        for path in digests_there
-        if path.rsplit("/", 1)[1] not in ("provenance.json", "manifest.sha256", "run_sheet.csv")
+        path for path in digests_there if path.rsplit("/", 1)[1] not in OF_THE_RECORD
     }
 
 
@@ -108,12 +108,47 @@ def test_sums_of_all_logs_are_right(checked):
 
 
 def test_the_record_holds_no_machine_and_no_time(checked):
-    for name in ("provenance.json", "manifest.sha256", "run_sheet.csv"):
+    for name in OF_THE_RECORD:
         text = (checked.root / "results" / name).read_text(encoding="utf-8")
         assert str(checked.root) not in text
         assert str(checked.root.parent) not in text
         dates = set(re.findall(r"\b(?:19|20)\d\d-\d\d-\d\d", text))
         assert dates == set(), name
+
+
+def test_the_data_package_describes_every_table(checked):
+    results = checked.root / "results"
+    package = json.loads((results / "datapackage.json").read_text(encoding="utf-8"))
+    described = {resource["path"]: resource for resource in package["resources"]}
+    tables = {path.relative_to(results).as_posix() for path in results.rglob("*.csv")}
+    assert described.keys() == tables
+    names = [resource["name"] for resource in package["resources"]]
+    assert len(set(names)) == len(names)
+    assert all(re.fullmatch(r"[a-z0-9._-]+", name) for name in names)
+    for path, resource in described.items():
+        file = results / path
+        assert resource["bytes"] == file.stat().st_size
+        assert resource["hash"] == f"sha256:{sha256(file)}"
+        assert wrong_cells(file, resource["schema"]) == [], path
+
+
+def wrong_cells(file, schema):
+    """Return the columns of a csv table that break its schema, as the standard defines the types."""
+    patterns = {
+        "integer": r"[+-]?\d+",
+        "number": r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?|NaN|-?INF",
+        "boolean": "True|False",
+        "string": r"[\s\S]*",
+    }
+    with file.open(encoding="utf-8", newline="") as handle:
+        header, *rows = csv.reader(handle)
+    assert [field["name"] for field in schema["fields"]] == header
+    missing = set(schema["missingValues"])
+    return [
+        field["name"]
+        for field, cells in zip(schema["fields"], zip(*rows, strict=True), strict=False)
+        if not all(re.fullmatch(patterns[field["type"]], cell) for cell in {*cells} - missing)
+    ]
 
 
 def test_a_chain_is_told(checked):

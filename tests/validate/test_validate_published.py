@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 import pandas as pd
+import pytest
 from page_inputs import page_results, sand_results, write
 
 from rftfit.campaign.load import REENACTED
@@ -47,6 +48,43 @@ def test_means_of_the_paper_stand_beside_its_five_media_only(tmp_path):
         items = compare_penetration(tests_of_media, published)
         assert any(item.item.startswith("chi, mean") for item in items) == is_there
         assert any(item.item.startswith(f"{media[0]}: chi") for item in items)
+
+
+def test_generic_terms_have_no_unit_and_no_zeta(tmp_path):
+    """They are shares of zeta, whose own value is 1."""
+    terms = as_printed(page_results(tmp_path), "coefficients.csv")
+    items = compare_coefficients(terms, {name: name for name in MEDIA})
+    generic = [item.item for item in items if item.item.startswith("generic")]
+    assert generic == [f"generic: {term}" for term in TERMS]
+
+
+def terms_of(values, method):
+    return pd.DataFrame(
+        [
+            {"medium": "m", "coefficient": term, "method": method, "value_N_per_cm3": value}
+            for term, value in values.items()
+        ]
+    )
+
+
+def test_uneven_steps_tell_the_largest_change_in_percent():
+    """From 0.20 to 0.22 are 10 %, from 0.40 to 0.38 are -5 %."""
+    by_index = terms_of({"A00": 0.20, "B01": 0.40}, "dft-index")
+    by_angle = terms_of({"A00": 0.22, "B01": 0.38}, "lsq")
+    (item,) = compare_coefficients(pd.concat([by_index, by_angle]), {})
+    assert item.ours == pytest.approx(10)
+    assert (item.verdict, item.media) == (INCONSISTENT, ("m",))
+
+
+@pytest.mark.parametrize(("relative", "verdict"), [(0.04, SAME), (0.06, INCONSISTENT)])
+def test_a_printed_zero_is_judged_by_the_rule_of_the_paper(relative, verdict):
+    """Terms above 0.05 A00 are kept, so that 0.06 A00 printed as zero contradicts the rule."""
+    printed = load("table_s2").query("medium == 'poppy_LP'").set_index("coefficient")["value"]
+    values = terms_of(printed.astype(float)[[*TERMS]], AS_PRINTED)
+    values = values.assign(lo=0.0, hi=0.0, kept=True, relative_to_A00=relative)
+    items = compare_coefficients(values, {"m": "poppy_LP"})
+    (item,) = [item for item in items if item.item.startswith("m: Cm1")]
+    assert (item.verdict, item.tolerance) == (verdict, 0.05)
 
 
 def test_a_doubt_about_a_medium_stands_in_every_row_that_has_its_numbers(tmp_path, monkeypatch):

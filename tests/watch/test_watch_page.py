@@ -153,6 +153,7 @@ def test_what_is_told_is_on_the_page(bench):
     assert page_of(watch, f"run={good}").count("<svg") == 5
     text = page_of(watch, "")
     assert f"Last push: {bad}" in text
+    assert re.search(rf'<nav aria-label="Media"><a [^>]*href="\?medium={MEDIUM}"', text)
     assert "&lt;b&gt;rood" in text
     assert "<b>rood" not in text
     assert re.search(rf"{bad}.{{0,400}}empty", text, re.DOTALL)

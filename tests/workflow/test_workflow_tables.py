@@ -93,6 +93,10 @@ def test_stated_errors_become_intervals(tmp_path):
     cell = alpha_table(fits, "alpha", 0.95, 3, errors, surface=surface).set_index("beta_deg")
     assert cell.loc[0, "alpha_z_se_N_per_cm3"] == pytest.approx(0.004)
     assert cell.loc[30, "alpha_x_hi_N_per_cm3"] == pytest.approx(0.105 + 1.96 * 0.003, abs=1e-5)
+    row = fits.set_index("beta_deg").loc[30]
+    assert row["alpha_z_lo_N_per_cm3"] == pytest.approx(0.165 - 1.96 * 0.003, abs=1e-5)
+    assert row["alpha_z_hi_N_per_cm3"] == pytest.approx(0.165 + 1.96 * 0.003, abs=1e-5)
+    assert row["direction"] == "intrusion"
 
 
 @slow

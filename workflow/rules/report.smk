@@ -57,7 +57,7 @@ use rule stage as page with:
         [f"results/quality/{medium}.webp" for medium in names_in("quality")],
         state=state_of("page"),
     output:
-        page="results/report.html",
+        page=report("results/report.html", category="Page"),
         findings="results/findings.csv",
     log:
         "results/logs/page.log",
@@ -73,5 +73,6 @@ use rule stage as provenance with:
         provenance="results/provenance.json",
         manifest="results/manifest.sha256",
         run_sheet="results/run_sheet.csv",
+        package="results/datapackage.json",
     log:
         "results/logs/provenance.log",

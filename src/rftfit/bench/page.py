@@ -9,7 +9,7 @@ from urllib.parse import parse_qs, urlencode
 import numpy as np
 
 from rftfit.bench.medium import LiveMedium
-from rftfit.bench.pictures import heat, stress
+from rftfit.bench.pictures import draw_heat, draw_stress
 from rftfit.bench.watch import REFUSED, Watch
 from rftfit.measure.alpha import column
 from rftfit.measure.fits import filed_under
@@ -72,7 +72,7 @@ def _push(watch: Watch, medium: LiveMedium, name: str) -> str:
         if "fits" in candidate.rows
     }
     same = [key for key, cell in cells.items() if cell == cells[name] and key != name]
-    drawn = stress(
+    drawn = draw_stress(
         measured, plate.area_cm2, filed_under(run)[2], [medium.runs[key] for key in same]
     )
     numbers = "".join(
@@ -83,7 +83,7 @@ def _push(watch: Watch, medium: LiveMedium, name: str) -> str:
     )
     bad = _items([*(flag["text"] for flag in facts["flags"]), facts["reason"]], "bad")
     late = np.isfinite(medium.seconds) and name == medium.last
-    soft = f"On the screen {medium.seconds:.1f} s after its last change." if late else ""
+    soft = f"Shown after {medium.seconds:.1f} s." if late else ""
     soft += f" Repeats, dashed: {', '.join(same)}." if same else ""
     what = "Last push" if name == medium.last else "Push"
     return (
@@ -105,7 +105,9 @@ def _map(watch: Watch, medium: LiveMedium) -> str:
     )
     width, pictures = "No push tells of it yet", ""
     if np.isfinite(medium.width):
-        width = f"Known to {medium.width:.2g} %, half of the interval"
+        width = f"Half width of the interval: +-{medium.width:.2g} %".replace(
+            "+-", "\N{PLUS-MINUS SIGN}"
+        )
     if abs(medium.before - medium.width) > 0:  # not where one is NaN
         change = "narrowed" if medium.width < medium.before else "widened"
         width += f"; the last push {change} it from {medium.before:.2g} %"
@@ -113,7 +115,7 @@ def _map(watch: Watch, medium: LiveMedium) -> str:
         table = medium.map.table()
         for error in (False, True):
             pictures += "".join(
-                heat(table, c, None if error else medium.plan, error=error) for c in "zx"
+                draw_heat(table, c, None if error else medium.plan, error=error) for c in "zx"
             )
     rows = summary["next"]
     sheet = "\n".join(

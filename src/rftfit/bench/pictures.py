@@ -29,7 +29,7 @@ def _svg(wide: int, high: int, label: str, parts: Sequence[str]) -> str:
     return f"<svg {box}>{''.join(parts)}</svg>"
 
 
-def stress(
+def draw_stress(
     measured: MeasuredRun, area_cm2: float, sign_x: float, repeats: Sequence[MeasuredRun]
 ) -> str:
     """Stress of a run over depth (horizontal: over its path), its fit, and those of repeats, dashed."""
@@ -71,7 +71,7 @@ def stress(
     return _svg(424, 240, f"Stress over {words}, vertical and horizontal", parts)
 
 
-def heat(table: pd.DataFrame, component: str, plan: Plan | None, *, error: bool) -> str:
+def draw_heat(table: pd.DataFrame, component: str, plan: Plan | None, *, error: bool) -> str:
     """One component of a map over gamma and beta, or half of its interval: the fuller, the larger.
 
     Directions that were pushed have a frame; the next pushes have their number.

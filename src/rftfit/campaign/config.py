@@ -741,7 +741,7 @@ class ErrorSettings(Model):
     """transducer.turn_deg, the same error in all runs, degrees; default: a mount set by eye"""
     bed_N_per_cm3: NotNegative | None = None
     """alpha from one prepared bed to the next, N/cm^3, used where the run sheet has too few repeats to
-    show it; 0 for intervals of one bed as prepared
+    show it; 0 for intervals without the scatter between beds
 
     Two beds prepared in the same way differ. With repeats (runs of one direction) the spread is
     measured, and this is not needed. With one run a direction, state what you know from earlier.

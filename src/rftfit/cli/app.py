@@ -36,12 +36,14 @@ _EPILOG = "\n\n".join(
     ]
 )
 
+_HELP = ["-h", "--help"]
+
 app = typer.Typer(
     name="rftfit",
     add_completion=False,
     # so that the lines of a paragraph are joined, whatever the width of the terminal
     rich_markup_mode="markdown",
-    context_settings={"help_option_names": ["-h", "--help"]},
+    context_settings={"help_option_names": _HELP},
     epilog=_EPILOG,
 )
 _EXAMPLES: tuple[tuple[Callable[..., None], str], ...] = (
@@ -109,6 +111,10 @@ def make_command() -> Any:
     group: Any = typer.main.get_command(app)
     for parameter in group.params:
         parameter.metavar = ""
+    for command in (group, *group.commands.values()):
+        # the command keeps the option that it makes for its first context
+        context = typer.Context(command, help_option_names=_HELP)
+        command.get_help_option(context).metavar = ""
     for info in app.registered_commands:
         hints = get_type_hints(info.callback)
         for parameter in group.commands[info.name].params:

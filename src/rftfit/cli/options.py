@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import wraps
 from pathlib import Path
@@ -20,6 +20,9 @@ from rftfit.errors import InputError
 if TYPE_CHECKING:
     import pandas as pd
 
+    from rftfit.model.body_error import BodyError
+    from rftfit.model.contacts import Contact
+    from rftfit.model.mesh import Mesh
     from rftfit.model.motion import Motion
     from rftfit.model.outlines import Outline
     from rftfit.model.profiles import Profile
@@ -301,6 +304,95 @@ class MediumOptions:
         return scaled_from(name, pushes, reference, 0.95).profile
 
 
+BodyOf = Annotated[
+    str | None,
+    typer.Option(
+        metavar="DIR",
+        help="What the model gets wrong on this leg, learned from a campaign's results, where --leg names a leg of its "
+        "configuration; or 'published': from the five media in which the model legs were measured.",
+    ),
+]
+
+
+@dataclass(frozen=True)
+class MeasuredLeg:
+    """A leg that was measured elsewhere: its outline, the height of its axle, and what the model gets wrong on it."""
+
+    outline: Outline
+    hip_cm: float | None
+    body_error: BodyError
+
+
+def find_measured_leg(source: str, body: BodyOptions) -> MeasuredLeg:
+    """The leg of --leg as it was measured where --body-of says."""
+    from rftfit.compare.bodies import PUBLISHED, campaign_body_error, published_body_error
+    from rftfit.model.outlines import leg_outline
+
+    if body.leg is None or len(body.named) > 1:
+        raise InputError("--body-of needs --leg NAME alone: a leg that was measured there")
+    if source == PUBLISHED:
+        outline = body.make_outline()
+        return MeasuredLeg(outline, body.hip, published_body_error(body.leg))
+    results = rftfit.open(source)
+    learned = campaign_body_error(results, body.leg)
+    described = results.config.legs[body.leg]
+    hip = described.hip_height_cm if body.hip is None else body.hip
+    return MeasuredLeg(leg_outline(described, body.leg, body.elements), hip, learned)
+
+
+@dataclass(frozen=True)
+class ContactOptions:
+    """Measured forces on a body of one's own as the penetrometer."""
+
+    contacts: Annotated[
+        Path | None,
+        file(
+            "Measured forces on a leg or a body that moves through the medium: a table with theta_deg (or t_s, x_cm, "
+            "z_cm, angle_deg), force_z_N, force_x_N and, where known, error_N; with --leg, --curvature, --outline or "
+            "--mesh."
+        ),
+    ] = None
+    mesh: Annotated[
+        Path | None, file("The body of --contacts is a mesh: stl, obj or ply, with --unit.")
+    ] = None
+    unit: Annotated[
+        str | None, typer.Option(metavar="UNIT", help="Of the mesh: mm, cm, m or in.")
+    ] = None
+    body_of: BodyOf = None
+
+    def read(self, body: BodyOptions) -> list[Contact]:
+        """The contacts of the file; none without a file."""
+        from rftfit.model.contact_file import read_contacts
+
+        words = [
+            *body.named,
+            *(["--mesh"] if self.mesh is not None else []),
+            *(["--hip"] if body.hip is not None else []),
+            *(["--width"] if body.width is not None else []),
+            *(["--body-of"] if self.body_of is not None else []),
+        ]
+        if self.contacts is None:
+            if words:
+                raise InputError(f"found {words[0]} without --contacts FILE, to which it belongs")
+            return []
+        if body.path is not None:
+            raise InputError("found --path with --contacts; the file has the poses")
+        if self.mesh is not None:
+            if body.named or self.unit is None:
+                raise InputError("--mesh needs --unit mm, cm, m or in, and stands alone")
+            shape: Outline | Mesh = rftfit.Mesh.read(self.mesh, self.unit)
+        elif self.body_of is None:
+            shape = body.make_outline()
+        hip, learned = body.hip, None
+        if self.body_of is not None:
+            leg = find_measured_leg(self.body_of, body)
+            shape, hip, learned = leg.outline, leg.hip_cm, leg.body_error
+        contacts, warnings = read_contacts(self.contacts, shape, hip, learned)
+        for warning in warnings:
+            warn(f"warning: {warning}")
+        return contacts
+
+
 OF_PUSHES = ("map", "generic")
 """Profiles that pushes alone give."""
 
@@ -326,12 +418,16 @@ def shapes_in(folder: Path | None) -> Shapes:
 
 
 def map_of(
-    name: str, pushes: pd.DataFrame, shapes: Shapes | None = None, confidence: float = 0.95
+    name: str,
+    pushes: pd.DataFrame | None,
+    shapes: Shapes | None = None,
+    confidence: float = 0.95,
+    contacts: Sequence[Contact] = (),
 ) -> Map:
     """Map of pushes from a file of this name; what they lack is told with the name."""
     called = Path(name).stem if "=" not in name else name
     try:
-        return rftfit.estimate_map(pushes, shapes, confidence, name=called)
+        return rftfit.estimate_map(pushes, shapes, confidence, name=called, contacts=contacts)
     except ValueError as error:
         raise InputError(f"{name}: {error}") from error
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -63,7 +64,24 @@ def predict(
     *,
     body: options.BodyOptions,
     mesh: Annotated[
-        Path | None, options.file("Any body in space instead: stl, obj or ply, moved along --path.")
+        Path | None,
+        options.file(
+            "Any body in space instead: stl, obj or ply, moved by --press, --roll or along --path."
+        ),
+    ] = None,
+    press: Annotated[
+        float | None,
+        options.number_option(
+            "cm", "Press the mesh straight down until its lowest point is so deep."
+        ),
+    ] = None,
+    roll: Annotated[
+        str | None,
+        typer.Option(
+            metavar="SINKAGE,SLIP",
+            help="Roll a wheel, whose axle lies along y of the mesh, for one turn toward +x: depth of the lowest point of "
+            "its rim in cm, and slip, 0.2 for 20 % (below 0: it brakes).",
+        ),
     ] = None,
     unit: Annotated[
         str | None, typer.Option(metavar="UNIT", help="Of the mesh: mm, cm, m or in.")
@@ -75,6 +93,7 @@ def predict(
     se: options.ErrorOfTest = None,
     confidence: options.Level = 0.95,
     model_error: options.ModelError = None,
+    body_of: options.BodyOf = None,
     figure: Annotated[
         Path | None, options.file("Also a figure of the forces on a mesh: png, svg or pdf.")
     ] = None,
@@ -94,25 +113,50 @@ def predict(
     from rftfit.store import write_bytes, write_text
 
     medium_options.check(se)
-    _check_words(body, mesh, unit, sheet, figure)
+    _check_words(body, mesh, unit, sheet, figure, press, roll)
     inputs = CollectedErrors()
     shape: Any = None
     motion: Any = None
+    leg: options.MeasuredLeg | None = None
     with inputs.collect():
-        shape = body.make_outline() if mesh is None else _read_mesh(mesh, str(unit), sheet)
+        if body_of is not None:
+            if model_error is not None:
+                raise InputError("found --model-error and --body-of; allowed: one of them")
+            if medium_options.profile not in (None, "map"):
+                raise InputError(
+                    f"found --profile {medium_options.profile} with --body-of; allowed: map, beside which the error was learned"
+                )
+            medium_options = replace(
+                medium_options, profile="map" if medium_options.medium else None
+            )
+            leg = options.find_measured_leg(body_of, body)
+            if body.path is None:
+                body = replace(body, hip=leg.hip_cm)
+        if leg is not None:
+            shape = leg.outline
+        else:
+            shape = body.make_outline() if mesh is None else _read_mesh(mesh, str(unit), sheet)
     with inputs.collect():
-        motion = body.make_motion() if mesh is None else rftfit.Motion3D.read(str(body.path))
+        if mesh is None:
+            motion = body.make_motion()
+        elif body.path is not None:
+            motion = rftfit.Motion3D.read(body.path)
+        elif shape is not None:
+            motion = _make_motion(shape, press, roll)
     with inputs.collect():
         options.check_confidence(confidence)
         options.check_model_error(model_error)
         source = medium_options.find(se, partial(_is_whole, shape, motion))
     inputs.check()
+    body_error = None if leg is None else leg.body_error
     read = (body.outline, body.path, medium_options.profile_file, medium_options.pushes, mesh)
     check_target(output, MARK, "forces", force, read)
     ending = check_picture(figure, "--figure", _DRAWN, force) if figure is not None else ""
     if mesh is not None:
         _warn_of_time(source, shape, len(motion.frames))
-    forces, peaks = predict_with_peaks(source, shape, motion, confidence, model_error=model_error)
+    forces, peaks = predict_with_peaks(
+        source, shape, motion, confidence, model_error=model_error, body_error=body_error
+    )
     key, quantities = next(iter(motion.columns)), QUANTITIES if mesh is None else IN_SPACE
     best = {name: forces[name].to_numpy(float) for name in quantities}
     looked_for = PEAKS if mesh is None else extremes_in_space(best)
@@ -132,6 +176,11 @@ def predict(
     percent = f"{100 * confidence:g} % interval"
     level = f"{percent} of alpha" if source.spread is not None else ""
     level_of_model = f"{percent} with the model's own error (eps {eps:g})" if eps else ""
+    if body_error is not None:
+        level_of_model = (
+            f"{percent} with the model's own error on this body (eps {body_error.own:.2g})"
+        )
+        names["body"] = body_error.words
     of_bed = f"{percent} of the next bed ({100 * source.bed_spread:.3g} % from bed to bed)"
     level_of_bed = of_bed if level or eps else ""
     notes = [
@@ -168,9 +217,11 @@ def predict(
         if level and medium_options.medium and (left_out := _LEFT_OUT.get(kind)):
             print_line(f"Not in the intervals: {left_out}.")
         if mesh is not None:
+            if roll is not None:
+                print_line(_means_as_text(forces))
             print_line(
                 f"\nNot in the intervals: the law in space may err by up to {forces['closure_N'].max():.3g} N "
-                "(closure_N), if it errs alike on all faces."
+                "(closure_N), in the worst case."
             )
     if unknown:
         needs_less = results is not None and medium_options.kind in ("table", "depth_only")
@@ -198,23 +249,69 @@ def predict(
 
 
 def _check_words(
-    body: options.BodyOptions, mesh: Path | None, unit: str | None, sheet: bool, figure: Path | None
+    body: options.BodyOptions,
+    mesh: Path | None,
+    unit: str | None,
+    sheet: bool,
+    figure: Path | None,
+    press: float | None,
+    roll: str | None,
 ) -> None:
     """Refuse options of a mesh without one, and those of an outline with one."""
     if mesh is None:
-        given = {"--unit": unit is not None, "--sheet": sheet, "--figure": figure is not None}
+        given = {
+            "--unit": unit is not None,
+            "--sheet": sheet,
+            "--figure": figure is not None,
+            "--press": press is not None,
+            "--roll": roll is not None,
+        }
         if options_given := [option for option, is_given in given.items() if is_given]:
             raise InputError(f"found {options_given[0]} without --mesh FILE, to which it belongs")
         return
     given = {"--width": body.width is not None, "--hip": body.hip is not None}
     if options_given := [*body.named, *(option for option, is_given in given.items() if is_given)]:
         raise InputError(f"found {' and '.join(options_given)} with --mesh; allowed: a mesh alone")
-    needed = {
-        "--unit, the unit of its coordinates: mm, cm, m or in": unit,
-        "--path FILE, csv with t_s, x_cm, y_cm, z_cm, turn_x_deg, turn_y_deg, turn_z_deg": body.path,
-    }
-    if missing := [words for words, value in needed.items() if value is None]:
+    motions = {"--press": press, "--roll": roll, "--path": body.path}
+    motions_given = [option for option, value in motions.items() if value is not None]
+    if len(motions_given) > 1:
+        raise InputError(f"found {' and '.join(motions_given)}; allowed: one of them")
+    missing = []
+    if unit is None:
+        missing.append("--unit, the unit of its coordinates: mm, cm, m or in")
+    if not motions_given:
+        missing.append(
+            "one of --press DEPTH (cm), --roll SINKAGE,SLIP (cm and a share) and --path FILE (csv with t_s, x_cm, y_cm, "
+            "z_cm, turn_x_deg, turn_y_deg, turn_z_deg)"
+        )
+    if missing:
         raise InputError(f"--mesh needs {'; and '.join(missing)}")
+
+
+def _make_motion(mesh: Mesh, press: float | None, roll: str | None) -> Motion3D:
+    """Press a mesh straight down, or roll it for one turn."""
+    try:
+        if press is not None:
+            return rftfit.Motion3D.press(mesh, press)
+        words = str(roll).split(",")
+        if len(words) != 2:
+            raise ValueError("two numbers wanted, sinkage in cm and slip, as 2,0.2")
+        return rftfit.Motion3D.roll(mesh, float(words[0]), float(words[1]))
+    except ValueError as error:
+        option = f"--press {press:g}" if press is not None else f"--roll {roll}"
+        raise InputError(f"{option}: {error}") from error
+
+
+def _means_as_text(forces: pd.DataFrame) -> str:
+    """Format the mean forces of a wheel over its turn."""
+    drawbar, load, moment = (
+        forces[name].mean(skipna=False) for name in ("force_x_N", "force_z_N", "moment_y_N_cm")
+    )
+    # the medium turns the wheel back: the drive gives the opposite moment
+    return (
+        f"\nMean over the turn: drawbar (toward +x) {drawbar:.4g} N, load (up) {load:.4g} N, "
+        f"torque of the drive {-moment:.4g} N cm."
+    )
 
 
 def _is_whole(
@@ -271,7 +368,10 @@ def _peaks_as_text(
         numbers += [peak.next_lo, peak.next_hi] if level_of_bed else []
         unit = "N cm" if peak.quantity.endswith("cm") else "N"
         words = (_IN_WORDS | _IN_SPACE)[peak.name]
-        rows.append([words, *(f"{number:.4g}" for number in numbers), unit, f"{peak.position:g}"])
+        # + 0.0 so that nothing is called -0
+        rows.append(
+            [words, *(f"{number + 0.0:.4g}" for number in numbers), unit, f"{peak.position:g}"]
+        )
     if not rows:
         return "  no force in these poses that can be stated"
     intervals_text = [f"{', '.join(names)}: {words}" for names, words in ends.items() if words]

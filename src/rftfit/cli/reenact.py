@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 PLAINLY = (
-    "These logs are re-enacted from published results: they are not original recordings, and what\n"
+    "These logs are simulated from published results: they are not original recordings, and what\n"
     "is computed from them shows how well the program works, not how sand behaves."
 )
 
@@ -109,13 +109,13 @@ def reenact(
     if places.sheet.suffix.lower() != ".csv":
         raise InputError(
             f"config, key run_sheet: found '{places.config.run_sheet}'; allowed here: a .csv file, "
-            "which is what a re-enactment writes"
+            "which is what rftfit reenact writes"
         )
     refuse_links_out(places.root, [places.config.raw, places.config.run_sheet])
     # a misspelled word must not cost the logs that are there: everything is checked before
     if not media_of(places.config.media, media or None):
         raise InputError(
-            "config, key media: no medium here names published measurements to re-enact "
+            "config, key media: no medium here names published measurements to simulate "
             "(published_as), so nothing was written; the demonstration campaign's config does"
         )
     planned = places.config.grid.planned
@@ -139,7 +139,7 @@ def reenact(
     earlier = find_earlier(places.raw, places.sheet)
     clear(earlier)
     if earlier:
-        print_line(f"{count(len(earlier), 'file')} of the earlier re-enactment cleared.")
+        print_line(f"{count(len(earlier), 'file')} of the earlier simulation cleared.")
     if live is not None:
         for text in campaign.live(places.raw, places.sheet, pace, bad):
             print_line(text)

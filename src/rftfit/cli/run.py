@@ -58,7 +58,7 @@ def run(
     words: Annotated[
         list[str] | None,
         typer.Argument(
-            metavar="[TARGETS]... [-- SNAKEMAKE WORDS]...",
+            metavar="TARGETS [-- SNAKEMAKE WORDS]",
             help="Results to make, default all; after two dashes, options of Snakemake itself.",
         ),
     ] = None,
@@ -112,9 +112,7 @@ def run(
         # something was asked of Snakemake itself: --summary, --list-rules, --dag
         print_line("\n".join(progress.plain))
     elif dry_run:
-        print_line(
-            f"{count(progress.total, 'job')} would run, but those whose inputs come out the same:"
-        )
+        print_line(f"At most {count(progress.total, 'job')}:")
         rules = Counter(job.rule for job in progress.jobs.values())
         print_line(table(["rule", "jobs"], [[rule, str(jobs)] for rule, jobs in rules.items()]))
     elif progress.total:
@@ -267,16 +265,19 @@ def _shown(current: set[str], name: str) -> str:
 
 
 def ledger_line(path: Path) -> str:
-    """Count the runs and rows that were used and dropped; empty where there is no ledger."""
+    """Count the runs and rows that were used, excluded on purpose and dropped; empty where there is no ledger."""
     from rftfit.page.outcome import USED_AS
 
     runs: dict[str, bool] = {}
+    excluded: set[str] = set()
     rows = {"used": 0, "dropped": 0}
     try:
         for row in _rows(path):
             used, count_of_rows = row["fate"] == "used", int(row["rows"])
             good = used and count_of_rows > 0 and row["reason_code"] == USED_AS.get(row["kind"])
             runs[row["run_id"]] = runs.get(row["run_id"], False) or good
+            if row["reason_code"] == "excluded":
+                excluded.add(row["run_id"])
             if row["fate"] in rows:  # a sample that was lost is no row of a log
                 rows[row["fate"]] += count_of_rows
     except (KeyError, ValueError, TypeError):
@@ -284,7 +285,8 @@ def ledger_line(path: Path) -> str:
     if not runs:
         return ""
     kept = sum(runs.values())
+    left_out = f", {len(excluded)} excluded" if excluded else ""
     return (
-        f"Of {count(len(runs), 'run')}, {kept} used and {len(runs) - kept} dropped; of "
+        f"Of {count(len(runs), 'run')}, {kept} used{left_out} and {len(runs) - kept - len(excluded)} dropped; of "
         f"{sum(rows.values())} rows, {rows['used']} used. Every reason is in {LEDGER}."
     )

@@ -32,6 +32,8 @@ def scale(
     ] = None,
     se: options.ErrorOfTest = None,
     push_options: options.PushOptions,
+    body: options.BodyOptions,
+    contact_options: options.ContactOptions,
     profile: Annotated[
         str | None,
         typer.Option(
@@ -53,39 +55,55 @@ def scale(
     as_json: options.AsJson = False,
     force: options.Overwrite = False,
 ) -> None:
-    """Turn one vertical penetration test, or a few pushes, into a whole stress profile, with intervals.
+    """Turn one vertical penetration test, a few pushes, or forces on a leg into a whole stress profile, with intervals.
 
     By the shape that known media share: prints the map, and how far the pushes agree with that shape. With --profile
     generic by the paper's scaling routine: prints zeta, chi and the nine coefficients M = zeta M0. Both write
     alpha(beta, gamma) as csv.
     """
-    from rftfit.model.answers import answer_of_pushes, answer_of_test
+    from rftfit.model.answers import answer_of_contacts, answer_of_pushes, answer_of_test
     from rftfit.store import write_text
 
-    if (alpha is None) != bool(push_options):
-        given_text = "neither" if alpha is None else "both"
+    file = contact_options.contacts
+    no_push = alpha is None and not push_options
+    if (alpha is not None and push_options) or (no_push and file is None):
+        given_text = "neither" if no_push else "both"
         raise InputError(
             f"found {given_text} of --alpha and --pushes; allowed: --alpha N/cm^3 (one vertical push) or "
-            "--pushes FILE (a table of pushes; or --profile-file, or both)"
+            "--pushes FILE (a table of pushes; or --profile-file, or both); or --contacts FILE (forces on a leg), "
+            "alone or beside them"
         )
-    check_target(output, MARK, "alpha table", force, push_options.files)
+    read_files = (*push_options.files, file, body.outline, contact_options.mesh)
+    check_target(output, MARK, "alpha table", force, read_files)
     if push_options and se is not None:
         raise InputError("--se is the standard error of --alpha; a table has columns se_z, se_x")
     options.check_test(alpha, se or 0.0)
     options.check_confidence(confidence)
     if profile is not None:
         choose("--profile", profile, options.OF_PUSHES, "pushes give no other profile")
+    if profile == "generic" and file is not None:
+        raise InputError("--profile generic takes one push straight down; --contacts needs the map")
     reference = options.reference_in(results, method)
-    if alpha is not None:
+    contacts = contact_options.read(body)
+    pushes = None
+    if no_push:
+        name = str(file)
+    elif alpha is not None:
         name, pushes = options.describe_test(alpha, se), options.one_push(alpha, se)
     else:
         name, pushes = push_options.read()
-    if profile == "generic":
+    if profile == "generic" and pushes is not None:
         scaled = options.scaled_from(name, pushes, reference, confidence)
         answer = answer_of_test(scaled)
     else:
-        estimated = options.map_of(name, pushes, options.shapes_in(results), confidence)
+        shapes = options.shapes_in(results)
+        estimated = options.map_of(name, pushes, shapes, confidence, contacts)
         answer = answer_of_pushes(name, estimated, pushes, reference)
+        if contacts:
+            alone = estimated
+            if pushes is not None:
+                alone = options.map_of(str(file), None, shapes, confidence, contacts)
+            answer = answer_of_contacts(answer, alone, contacts, pushes)
     print_line(json_text(answer.facts | {"alpha_table": str(output)}) if as_json else answer.text)
     if answer.doubt:
         warn(f"warning: {answer.doubt}")

@@ -25,7 +25,7 @@ def verify(
     results: Annotated[
         list[Path] | None,
         typer.Argument(
-            metavar="[RESULT]...", help="Files or folders below results/; default: all of them."
+            metavar="RESULT", help="Files or folders below results/; default: all of them."
         ),
     ] = None,
     config: options.ConfigFile = options.CONFIG,

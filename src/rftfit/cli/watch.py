@@ -43,7 +43,10 @@ def watch(
     ] = None,
     no_page: Annotated[bool, typer.Option("--no-page", help="Without the live page.")] = False,
     port: Annotated[
-        int, typer.Option(min=0, max=65535, help="Port of the live page; default: a free one.")
+        int,
+        typer.Option(
+            min=0, max=65535, show_default=False, help="Port of the live page; default: a free one."
+        ),
     ] = 0,
     as_json: Annotated[
         bool,
@@ -114,7 +117,7 @@ def format_event(kind: str, facts: Mapping[str, Any]) -> str:
         states = ", ".join(f"{number} {state}" for state, number in facts["states"].items())
         width, before = facts["half_width_percent"], facts["before_percent"]
         text = f"{facts['medium']}: {states}"
-        text += f"; {facts['target']} known to {width:.2g} %" if math.isfinite(width) else ""
+        text += f"; {facts['target']} +-{width:.2g} %" if math.isfinite(width) else ""
         text += f", before {before:.2g} %" if math.isfinite(before) else ""
         pushes = dict.fromkeys(f"({row['beta_deg']}, {row['gamma_deg']})" for row in facts["next"])
         lines = [text, f"next (beta, gamma), deg: {', '.join(pushes)}" if pushes else ""]

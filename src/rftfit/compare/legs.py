@@ -551,19 +551,17 @@ def _peak_errors(
 
 
 def judge(numbers: Mapping[str, float]) -> str:
-    """Verdict on the model by one peak, of `leg_errors`: how large its error is, and whether it is sure.
+    """Verdict on the model by one peak, of `leg_errors`: how large its error is.
 
-    An error is sure where it is larger than the model's known own error explains: where its interval with that does not
-    hold 0; so it is where there is no interval.
+    Whether chance explains it is another question, which its interval answers.
     """
-    ends = ("", "model_lo_", "model_hi_")
-    error, lo, hi = (numbers.get(f"peak_error_{end}percent", math.nan) for end in ends)
+    error = numbers.get("peak_error_percent", math.nan)
     if not math.isfinite(error):
         return NOT_TESTED
     if abs(error) <= WITHIN_PERCENT:
         return WITHIN
     doubled = error > TOO_HIGH_PERCENT or error < TOO_LOW_PERCENT
-    return FAR_OFF if doubled and not lo <= 0 <= hi else OFF
+    return FAR_OFF if doubled else OFF
 
 
 def worst_peak(errors: pd.DataFrame, medium: str, profile: str) -> dict[Any, Any] | None:

@@ -637,10 +637,10 @@ def _sands(lift: pd.DataFrame, scaled: pd.DataFrame) -> list[Item]:
             MEASURED,
             listed,
         )
-    return items + _sieved(lift, scaled["alpha_z_measured_N_per_cm3"])
+    return items + _compare_sieved(lift, scaled["alpha_z_measured_N_per_cm3"])
 
 
-def _sieved(lift: pd.DataFrame, alpha: pd.Series[float]) -> list[Item]:
+def _compare_sieved(lift: pd.DataFrame, alpha: pd.Series[float]) -> list[Item]:
     items = []
     peaks = lift.pivot_table(index="medium", columns="leg", values="peak_measured_N")
     for medium in peaks.index:

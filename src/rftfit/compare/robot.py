@@ -246,13 +246,13 @@ def _optimum(
     mean = np.array([values.mean() for values in speeds])
     best, top_speed = best_curvature(curvature, mean)
     top = int(np.argmax(mean))
-    lo, hi = reading(curvature, speeds, best, confidence)
+    lo, hi = optimum_interval(curvature, speeds, best, confidence)
     fastest = (float(curvature[top]), float(mean[top]))
     measured = (best, best - half, best + half)
     return (*measured, lo, hi, top_speed, *fastest, len(groups), calibrated, *reason)
 
 
-def reading(
+def optimum_interval(
     curvature: FloatArray, speeds: list[FloatArray], best: float, confidence: float = 0.95
 ) -> tuple[float, float]:
     """Range within which the `best` curvature is read (see `optima`).

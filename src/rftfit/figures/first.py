@@ -163,7 +163,7 @@ def plot_first_peaks(results: Results) -> Figure:
 def plot_first_lines(results: Results) -> Figure:
     """Draw the stress of single runs less alpha times depth, over the depths that were fitted."""
     medium = _lined(results)
-    page, axes = _panel(f"vertical stress less its line, {style.medium_label(results, medium)}")
+    page, axes = _panel(f"residual of the vertical stress, {style.medium_label(results, medium)}")
     table = results[medium].fits.set_index("run_id")
     fits = table.loc[table["direction"] != "horizontal", "alpha_z_N_per_cm3"].dropna()
     line_style: dict[str, Any] = {

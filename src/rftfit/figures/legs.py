@@ -321,7 +321,12 @@ def _without_zeta(results: Results, _: str) -> Sequence[str]:
     """Say why no medium has a zeta by the configured method."""
     reasons = why_no_fit(results, labels.of_method(results, "penetration.csv"), "zeta")
     method = results.config.fourier.method
-    return (f"no zeta by {method}, so forces cannot be scaled", *reasons) if reasons else ()
+    if reasons:
+        return f"no zeta by {method}, so forces cannot be scaled", *reasons
+    scaled = labels.of_method(results, "penetration.csv").dropna(subset=["zeta"])
+    if len({*scaled["medium"]} & {*results.laboratory}) > 1:
+        return ()
+    return ("one medium alone has a zeta: over it the forces are the generic ones themselves",)
 
 
 @figure(

@@ -416,7 +416,7 @@ class Sheet:
 _SIDE_LEFT_CM, _SIDE_CM, _SIDE_PITCH_CM, _LIST_CM = 1.6, 4.2, 5.4, 11.8
 _SIDE_TOP_CM, _SIDE_ROW_CM, _SIDE_FOOT_CM = 0.7, 3.6, 1.0
 _NAMED, _NAME = 6, 30
-"""Runs that stand apart that the list has room for, and letters of their names."""
+"""Outliers that the list has room for, and letters of their names."""
 
 
 def _compared(results: Results) -> dict[str, pd.DataFrame]:
@@ -433,8 +433,8 @@ def _compared(results: Results) -> dict[str, pd.DataFrame]:
     media=when(lambda campaign: campaign.of_role("laboratory")),
     section="Measurement",
     caption=(
-        "Does each run agree with the others of its medium? Its alpha less what they say: filled beside repeats, "
-        "hollow beside the shape that granular media share. Good: all points about zero, none red."
+        "Does each run agree with the others of its medium? Its alpha minus the mean of its repeats (filled), "
+        "or minus the shape that granular media share (hollow). Good: all points about zero, none red."
     ),
     lacking=lambda results, _: (
         ()
@@ -457,16 +457,16 @@ def plot_runs_side_by_side(results: Results) -> Figure:
             axes = style.axes_cm(page, left, top, _SIDE_CM, _SIDE_ROW_CM - 0.85)
             _side_by_side(axes, table, runs_apart, c)
             if row == len(tables) - 1:
-                axes.set_xlabel(f"what the others say, {style.alpha_label(c)}")
+                axes.set_xlabel(f"mean of repeats, {style.alpha_label(c)}")
             if column == 0:
-                axes.set_ylabel(f"run less others ({style.PER_CM3})")
+                axes.set_ylabel(f"run minus repeats ({style.PER_CM3})")
         style.text_cm(page, _LIST_CM, top, _summary(table), va="top", fontsize=6)
         text_style = {"va": "top", "fontsize": 5.5, "color": style.MARK}
         style.text_cm(page, _LIST_CM, top + 1.05, _names(runs_apart), **text_style)
     entries = {
-        "three runs of a direction or more": style.dots(style.GREY, 3),
-        "one or two": style.dots(style.GREY, 3, markerfacecolor="none"),
-        "stands apart": style.dots(style.MARK, 4),
+        "3 or more repeats": style.dots(style.GREY, 3),
+        "1 or 2": style.dots(style.GREY, 3, markerfacecolor="none"),
+        "outlier": style.dots(style.MARK, 4),
     }
     style.legend(page, entries, 3)
     return page
@@ -540,7 +540,7 @@ def _component_apart(run: Row) -> str:
 
 
 def _names(runs_apart: pd.DataFrame) -> str:
-    """Name the runs that stand apart, with their alpha and that of the others where these differ most."""
+    """Name the outliers, with their alpha and that of the others where these differ most."""
     lines = []
     for number, run in enumerate(runs_apart.to_dict("records")[:_NAMED], 1):
         c = _component_apart(run)

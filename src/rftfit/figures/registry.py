@@ -156,7 +156,7 @@ def figure(name: str, **facts: Any) -> Callable[[Callable[P, R]], Callable[P, R]
             if marks := _marks(results, facts["section"], *medium):
                 mark(drawn_figures, marks)
             if results.campaign.reenacted:
-                stamp(drawn_figures, "re-enacted")
+                stamp(drawn_figures, "simulated logs")
             return drawn_figures
 
         # the media that fail a check are named in every figure

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 _COLOURS = dict(zip("xyz", ("vermillion", "bluish green", "blue"), strict=True))
 _MOST_DRAWN = 20_000
+_KEYS = {"t_s": "time (s)", "depth_cm": "depth (cm)", "wheel_turn_deg": "turn of the wheel (deg)"}
+"""Names of the first column of a motion, with units."""
 
 
 @style.styled()
@@ -35,12 +37,12 @@ def draw_forces(
         axes = style.axes_cm(page, 1.6, 0.5 + 2.7 * row, 7.6, 2.4)
         _component(axes, forces, abscissa, axis)
         axes.axvline(abscissa[pose], color=style.GREY, linewidth=0.4, linestyle=":")
-        style.name_below(axes, "time (s)" if key == "t_s" else key, axis == "z")
+        style.name_below(axes, _KEYS.get(key, key), axis == "z")
     entries = {"force": style.line("black")}
     if level:
         entries[level] = style.band(0.35)
     if forces["closure_N"].notna().any():
-        entries["if the law in space errs alike on all faces"] = style.line(
+        entries["error of the law in space, worst case"] = style.line(
             "black", linestyle="--", linewidth=0.6
         )
     style.legend(page, entries, 3, loc="lower left")

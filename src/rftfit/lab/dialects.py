@@ -152,7 +152,7 @@ def dialect_of(config: Config) -> str:
     }
     if len(dialect_names) > 1 or not dialect_names <= WRITERS.keys():
         raise InputError(
-            f"config, dialect: found {', '.join(sorted(dialect_names))}; allowed in a re-enactment: one for force "
+            f"config, dialect: found {', '.join(sorted(dialect_names))}; allowed in rftfit reenact: one for force "
             f"and motion, of {', '.join(WRITERS)}"
         )
     return dialect_names.pop()

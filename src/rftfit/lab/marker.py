@@ -35,7 +35,7 @@ def write_marker(raw: Path, names: Iterable[Path], made_by: str, *, complete: bo
         elif path.is_file():
             lines.append(f"{path.stat().st_size} {relative}")
     text = (
-        "The logs in this folder are re-enacted: computed from published results, for\n"
+        "The logs in this folder are simulated: computed from published results, for\n"
         "demonstration and tests. They are not original recordings.\n\n"
         f"Published in: {CITATION}.\n"
         f"Made by: {made_by}.\n\n"
@@ -56,7 +56,7 @@ def find_earlier(raw: Path, sheet: Path) -> list[Path]:
     if not marker.is_file():
         if earlier_files:
             raise InputError(
-                f"{raw}: {_are(earlier_files, raw)} not from a re-enactment (no {MARKER} says so), so "
+                f"{raw}: {_are(earlier_files, raw)} not from rftfit reenact (no {MARKER} says so), so "
                 "nothing was written. Original logs are never overwritten: name another folder as "
                 "`raw` and another `run_sheet` in the config, or move these files away"
             )
@@ -65,8 +65,8 @@ def find_earlier(raw: Path, sheet: Path) -> list[Path]:
     foreign = {path for path in earlier_files if not _is_ours(path, sizes)}
     if foreign:
         raise InputError(
-            f"{raw}: {_are(foreign, raw)} not as the re-enactment wrote them (see {MARKER}), so "
-            "nothing was written; move these files away, then re-enact again"
+            f"{raw}: {_are(foreign, raw)} not as rftfit reenact wrote them (see {MARKER}), so "
+            "nothing was written; move these files away, then call rftfit reenact again"
         )
     # the sheet first: while it is there, so are all the logs that it names
     return sorted(earlier_files, key=lambda path: (path != sheet, path))
@@ -125,7 +125,7 @@ def _read_marker(marker: Path, raw: Path, sheet: Path) -> dict[Path, int | None]
         sizes[path] = None if size == _UNFINISHED else int(size)
     if not head or not list_heading:
         raise InputError(
-            f"{marker}: this list has been changed, so it is not known which logs are re-enacted "
+            f"{marker}: this list has been changed, so it is not known which logs are simulated "
             "and nothing was written; delete the folder yourself if no original log is in it"
         )
     return sizes

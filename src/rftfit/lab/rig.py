@@ -354,7 +354,7 @@ def _other_tare(run: PlannedRun, runs: Mapping[str, PlannedRun]) -> str:
             return other_run.run_id
     raise InputError(
         f"fault wrong_medium_tare: {run.run_id} has no tare of another medium among these runs; "
-        "name a plate run and re-enact at least two media of its kind"
+        "name a plate run and simulate at least two media of its kind"
     )
 
 

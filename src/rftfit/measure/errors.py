@@ -37,7 +37,8 @@ SOURCES: tuple[str, ...] = get_args(Source)
 LEAST_DOF = 5
 """With fewer repeats than this, their spread is not used for the runs of other cells."""
 
-AS_PREPARED, REPEATS, STATED, ASSUMED = "one bed as prepared", "repeats", "stated", "assumed"
+AS_PREPARED, REPEATS = "scatter between beds not included", "repeats"
+STATED, ASSUMED = "stated", "assumed"
 FEW_REPEATS = "few repeats"
 """Source of a spread that is assumed, moderated by the repeats of all cells."""
 
@@ -264,7 +265,7 @@ def bed_of_next(
 ) -> Part:
     """Error of one further prepared bed, at the alpha `level` of the cell, N/cm^3.
 
-    Also where an interval is of one bed as prepared, the next bed is another: it differs by as much as is
+    Also where an interval does not include the scatter between beds, the next bed is another: it differs by as much as is
     assumed where nothing is known. `alpha` (n,): of the runs of the cell; `scatter`: whether what they show counts
     if it is larger, as in `bed_of_mean`.
     """

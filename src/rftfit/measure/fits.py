@@ -108,7 +108,7 @@ def fit_run(run: Run, stroke: Stroke, config: Config, linear_to_cm: float | None
     else:
         slope, flags = _fit_line(run, stroke, stress, tare_stress, usable, plate, config)
     if of_table:
-        slope, exact = _of_table(slope, depth, stress[:, usable], run)
+        slope, exact = _mark_exact(slope, depth, stress[:, usable], run)
         flags += exact
     if not lacks_force_x(config, run):
         flags += _flag_negative_work(slope, gamma_deg)
@@ -336,7 +336,7 @@ _EXACT = 1e-6
 """Of the largest stress: no transducer is that fine, and tables are printed with six digits."""
 
 
-def _of_table(
+def _mark_exact(
     slope: slopes.Slope, depth: FloatArray, stress: FloatArray, run: Run
 ) -> tuple[slopes.Slope, tuple[Remark, ...]]:
     """Take the error off a slope whose stress was calculated: no scatter is known."""

@@ -205,7 +205,9 @@ def _column(
     table = _TABLES.get(quantity, _TABLES.get(quantity[0], {}))
     if chosen.unit and stated and chosen.unit != stated:
         if stated in table:
-            raise ValueError(f"the file says {stated}, the config {chosen.unit}: which is right?")
+            raise ValueError(
+                f"the file says {stated}, the config {chosen.unit}: change one of them"
+            )
         if not scaled:
             raise ValueError(
                 f"the file says {stated}, which is no unit of {quantity}: add `factor:`, so many "

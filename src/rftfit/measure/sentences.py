@@ -25,7 +25,7 @@ _LOST_ROWS = "{count} rows of {file}: {why}"
 FLAGS = {
     # of a run
     "gives-back": Flag(
-        "the medium gives energy back: look at transducer.axes, the direction and the angles of this run",
+        "the medium would push the plate along: check the signs in transducer.axes, the direction and the angles of this run",
         severity=14,
     ),
     "stroke-saturated": Flag("transducer saturated in {count} samples of the stroke", severity=13),
@@ -269,7 +269,7 @@ SENTENCES = {
     "cause-gain": "{whose} has {times:.2g} times the noise, and about as many times the force, in {count} of {size} runs, "
     "beside the others ({rows}): look at its amplifier and its unit",
     "logs-read": "{count} logs",
-    "negative-work": "{count} of {size} cells give energy back",
+    "negative-work": "{count} of {size} cells would push the plate along",
     "few-cells": "at most {count} of them",
     "few-clear": "at most {count} of them, {clear} of these by twice the limit",
     "few-clear-no-push": "at most {count} of them, {clear} of these by twice the limit, and not the push straight down",
@@ -386,9 +386,7 @@ _DRIFT_CAUSE = (
     "the zero of the force drifts ({found}: {rows}): let the transducer warm up, record a rest in air after the "
     "stroke too, or state transducer.drift_N_per_min."
 )
-_WORK_FOUND = (
-    "{negative}; the worst has D = {worst:.3g} N/cm^3, where {noise:.3g} and more count as noise"
-)
+_WORK_FOUND = "{negative}; the worst has D = {worst:.3g} N/cm^3, which must exceed {noise:.3g}"
 _SYMMETRY_FOUND = "the mount looks turned by {turn_deg:+.1f} deg{interval} beyond what is stated"
 _SYMMETRY_ALLOWED = "{most_deg:.1f} deg of either sign, and pairs at most {most_errors:g} times their error off from one turn"
 _SYMMETRY_CAUSE = (
@@ -402,7 +400,7 @@ _LATE = (
 )
 _SURFACE = "surface is wrong ({found}): look at arm.surface_z_mm and surface_z_mm"
 _SURFACE_OTHER = "in {count} of {size} runs than in the others ({rows}): look at "
-_LINE_FOUND = "stress of pushes grows as about depth^{power:.2f}, a power fits {share:.0%} of them better than a line"
+_LINE_FOUND = "stress of pushes grows as about depth^{power:.2f}, {share:.0%} of them are curved"
 _LINE_POWERS = "depth^{least:.2f} to depth^{most:.2f}"
 _LINE_ALLOWED = f"{_LINE_POWERS}, or less than {{clear:.0%}} fitted better by a power"
 _LAW_ALLOWED = (

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,8 +12,11 @@ import pandas as pd
 
 from rftfit.campaign.tables import pushes_in
 from rftfit.measure.alpha import cell_at, column
+from rftfit.model.contacts import Contact
+from rftfit.model.draws import interval
 from rftfit.model.fourier import TERMS
 from rftfit.model.profile_file import pushes_in_profile
+from rftfit.model.profiles import Profile
 from rftfit.model.scaling import Reference, ScaledMedium, scale
 from rftfit.model.shapes import NOT_ALIKE, Map
 from rftfit.store.text import table
@@ -53,7 +56,7 @@ def answer_of_test(scaled: ScaledMedium) -> Answer:
         f"From {description}\n\n"
         f"{table(['', 'value', 'lo', 'hi'], rows)}\n\n"
         "zeta and chi without unit, coefficients in N/cm^3.\n"
-        f"lo, hi: {100 * confidence:g} % interval for one further medium, from the scatter "
+        f"lo, hi: {100 * confidence:g} % interval for a new medium like these, from the scatter "
         f"between\n{', '.join(reference.media)}{test}.\n"
         "Measured alpha departs from nine terms: at (0, 90 deg) it lies above by the factor chi. The intervals\n"
         "of alpha and of forces contain what nine terms miss, those of the coefficients do not. chi and the\n"
@@ -69,7 +72,7 @@ def answer_of_test(scaled: ScaledMedium) -> Answer:
         **{name: _with_ends(values) for name, values in numbers.items()},
         "coefficients_N_per_cm3": {term: _with_ends(values) for term, values in terms.items()},
     }
-    level = f"{100 * confidence:g} % interval for one further medium"
+    level = f"{100 * confidence:g} % interval for a new medium like these"
     where = "on the published grid of 7 x 13 angles"
     return Answer(text, facts, scaled.columns(), description, level, where)
 
@@ -90,17 +93,17 @@ def collect_pushes(
 
 
 def answer_of_pushes(
-    name: str, medium_map: Map, pushes: pd.DataFrame, reference: Reference
+    name: str, medium_map: Map, pushes: pd.DataFrame | None, reference: Reference
 ) -> Answer:
     """The map of any number of pushes, beside the paper's routine."""
     confidence = medium_map.confidence
-    down, routine = cell_at(pushes, 0, 90), None
+    down, routine = None if pushes is None else cell_at(pushes, 0, 90), None
     if down is not None and down[column("z")] > 0:
         se = float(down.get(column("z", "_se"), math.nan))
         se = 0.0 if math.isnan(se) else se
         routine = scale(float(down[column("z")]), se, reference, confidence)
     level = f"{100 * confidence:g} % interval"
-    description = f"{medium_map.pushes} {'push' if medium_map.pushes == 1 else 'pushes'} of {name}, with the shape of {medium_map.known_media}"
+    description = f"{medium_map.measurements} of {name}, with the shape of {medium_map.known_media}"
     facts = {
         "pushes": medium_map.pushes,
         "known_media": medium_map.known_media.split(", "),
@@ -119,6 +122,41 @@ def answer_of_pushes(
     )
 
 
+def answer_of_contacts(
+    answer: Answer, alone: Map, contacts: Sequence[Contact], pushes: pd.DataFrame | None
+) -> Answer:
+    """Put alpha_z(0, 90 deg) by the contacts alone in front, beside that of a plate where there is one.
+
+    `alone`: map of the contacts without a push.
+    """
+    vertical = vertical_alpha(alone)
+    level = f"{100 * alone.confidence:g} % interval"
+    value, lo, hi = vertical
+    plate = None if pushes is None else cell_at(pushes, 0, 90)
+    beside = ""
+    facts: dict[str, Any] = {"contacts": len(contacts), "alpha_z_of_contacts": _with_ends(vertical)}
+    if plate is not None:
+        of_plate = float(plate[column("z")])
+        facts |= {"alpha_z_of_plate": of_plate, "contacts_over_plate": value / of_plate}
+        beside = f"; a plate says {of_plate:.3g}: ratio {value / of_plate:.2f} ({lo / of_plate:.2f} to {hi / of_plate:.2f})"
+    bodies = "; ".join(dict.fromkeys(contact.body_error.words for contact in contacts))
+    poses = sum(int(contact.touches.sum()) for contact in contacts)
+    first = (
+        f"alpha_z(0, 90 deg) = {value:.3g} N/cm^3 ({lo:.3g} to {hi:.3g}, {level}) from forces on "
+        f"{contacts[0].body.name} in {poses} poses{beside}.\n{bodies[0].upper()}{bodies[1:]}.\n\n"
+    )
+    return replace(answer, text=first + answer.text, facts=answer.facts | facts)
+
+
+def vertical_alpha(medium_map: Map) -> tuple[float, float, float]:
+    """alpha_z(0, 90 deg) of a map with its interval, N/cm^3."""
+    profile = medium_map.profile
+    assert isinstance(profile.spread, Profile)
+    value = float(profile.alpha(0.0, math.pi / 2)[0])
+    lo, hi = interval(profile.spread.alpha(0.0, math.pi / 2)[0], medium_map.confidence)
+    return value, float(lo), float(hi)
+
+
 def _of(medium: ScaledMedium, name: str) -> tuple[float, ...]:
     return tuple(float(getattr(medium, name + end)) for end in ("", "_lo", "_hi"))
 
@@ -130,6 +168,11 @@ def _with_ends(numbers: Iterable[float]) -> dict[str, float]:
 def _doubt(medium_map: Map) -> str:
     """Why a medium does not belong to the known ones; empty where it does."""
     worst = medium_map.farthest
+    if medium_map.contacts and not worst and medium_map.belongs < NOT_ALIKE:
+        return (
+            "this medium does not belong to those whose shape is known, or the body is described wrongly: forces lie so "
+            f"far from those expected once in {1 / max(medium_map.belongs, 1e-9):.3g} media that do"
+        )
     if not (worst and medium_map.belongs < NOT_ALIKE):
         return ""
     return (
@@ -169,10 +212,14 @@ def _map_as_text(
             f"\nzeta {routine.zeta:.4f} ({routine.zeta_lo:.4f} to {routine.zeta_hi:.4f}) by the paper's "
             f"routine from (0, 90) deg alone, with {routine.reference.name}"
         )
+    # contacts tell of both components together
+    strength = f", alpha_x {medium_map.horizontal:.2g} times as strong beside alpha_z"
+    if medium_map.contacts and math.isnan(medium_map.horizontal):
+        strength = ""
     if medium_map.dof > 0:
         agree = (
-            f"Agreement with the shape of the known media: chi^2 = {medium_map.distance:.3g} for {medium_map.dof}, alpha_x "
-            f"{medium_map.horizontal:.2g} times as strong beside alpha_z; as far or farther in "
+            f"Agreement with the shape of the known media: chi^2 = {medium_map.distance:.3g} for {medium_map.dof}{strength}; "
+            "as far or farther in "
             f"{100 * medium_map.belongs:.3g} % of media that belong."
         )
     else:

@@ -37,6 +37,9 @@ PATH = replace(
     ),
 )
 
+_OUT_OF_ROUND = 0.1
+"""Least and greatest x and z of a wheel are as far from its axle as its rim, but for this part of the radius."""
+
 _SAME = 1e-7
 """Vertices that are nearer, as a part of the mesh's size, are one: an STL file repeats them in each triangle."""
 
@@ -106,6 +109,14 @@ class Mesh:
             warnings.warn(f"{name}: {note}", stacklevel=2)
         self.vertices_cm, self.faces, self.name, self.sheet = vertices, corners, name, sheet
         self.notes = tuple(notes)
+
+    def __repr__(self) -> str:
+        x, y, z = np.ptp(self.vertices_cm, axis=0)
+        kind = "sheet" if self.sheet else "Mesh"
+        return (
+            f"<{kind} {self.name}: {len(self.faces)} triangles, {self.area_cm2:.4g} cm^2, "
+            f"{x:.4g} x {y:.4g} x {z:.4g} cm>"
+        )
 
     @property
     def triangles(self) -> FloatArray:
@@ -376,7 +387,8 @@ class Motion3D:
     frames : numpy.ndarray, shape (p, 18)
         Position, velocity, rate, and rotation row by row.
     columns : dict of str to numpy.ndarray, shape (p,)
-        ``x_cm, y_cm, z_cm``; of a path ``t_s`` before and ``turn_x_deg, turn_y_deg, turn_z_deg`` after them.
+        ``x_cm, y_cm, z_cm``; of a path ``t_s`` before and ``turn_x_deg, turn_y_deg, turn_z_deg`` after them; of
+        `press` and `roll` depth or turn before them.
 
     Raises
     ------
@@ -424,6 +436,98 @@ class Motion3D:
         square = turned @ turned.swapaxes(1, 2)
         if not (np.allclose(square, np.eye(3), atol=1e-6) and (np.linalg.det(turned) > 0).all()):
             raise ValueError("a matrix of rotation is not orthogonal, or mirrors")
+
+    def __repr__(self) -> str:
+        return f"<Motion3D {self.name}: {len(self.frames)} poses>"
+
+    @classmethod
+    def press(cls, mesh: Mesh, depth_cm: float, poses: int = 50) -> Motion3D:
+        """Press a mesh straight down, not turned, from the surface until its lowest point is so deep.
+
+        Parameters
+        ----------
+        mesh : Mesh
+        depth_cm : float
+            Of the lowest point at the end.
+        poses : int, optional
+            Equal steps.
+
+        Returns
+        -------
+        Motion3D
+            At 1 cm/s; ``depth_cm`` before ``x_cm, y_cm, z_cm``.
+
+        Raises
+        ------
+        ValueError
+            If the depth is not positive.
+        """
+        if not 0 < depth_cm < np.inf:
+            raise ValueError(f"a depth above 0 cm wanted, found {depth_cm:g}")
+        depth = depth_cm * np.arange(1, poses + 1) / poses
+        lowest = mesh.vertices_cm[:, 2].min()
+        position = np.zeros((poses, 3))
+        position[:, 2] = -lowest - depth
+        name = f"pressed straight down, {depth_cm:g} cm deep"
+        motion = cls(position, [0.0, 0.0, -1.0], name=name)
+        motion.columns = {"depth_cm": depth} | motion.columns
+        return motion
+
+    @classmethod
+    def roll(cls, mesh: Mesh, sinkage_cm: float, slip: float, poses: int = 72) -> Motion3D:
+        """Roll a wheel toward +x for one turn, so deep and with this slip.
+
+        Parameters
+        ----------
+        mesh : Mesh
+            The axle lies along y through the reference point (0, 0, 0).
+        sinkage_cm : float
+            Depth of the lowest point of the rim, which is as far from the axle as the farthest vertex.
+        slip : float
+            1 less travel over rim speed where the rim is faster (it drives: 0 to 1), rim speed over travel less 1
+            where it is slower (it brakes: -1 to 0; -1 is a locked wheel).
+        poses : int, optional
+            Equal steps of a turn.
+
+        Returns
+        -------
+        Motion3D
+            The faster of rim and axle moves at 1 cm/s; ``wheel_turn_deg`` before ``x_cm, y_cm, z_cm``.
+
+        Raises
+        ------
+        ValueError
+            If the axle does not lie along y through the middle, or sinkage or slip are impossible.
+        """
+        x, _, z = mesh.vertices_cm.T
+        radius = float(np.hypot(x, z).max())
+        ends = np.array([x.min(), x.max(), z.min(), z.max()]) / radius
+        if np.abs(np.abs(ends) - 1).max() > _OUT_OF_ROUND:
+            raise ValueError(
+                "a wheel's axle lies along y through (0, 0, 0) of the mesh; found x from "
+                f"{x.min():.4g} to {x.max():.4g} and z from {z.min():.4g} to {z.max():.4g} cm: turn or move it"
+            )
+        if not 0 < sinkage_cm < 2 * radius:
+            raise ValueError(
+                f"a sinkage above 0 and below the diameter of {2 * radius:.4g} cm wanted, found {sinkage_cm:g}"
+            )
+        if not -1 <= slip <= 1:
+            raise ValueError(f"a slip from -1 to 1 wanted (20 % is 0.2), found {slip:g}")
+        rim, travel = (1.0, 1 - slip) if slip >= 0 else (1 + slip, 1.0)
+        turn = np.arange(poses) / poses * 2 * np.pi
+        cos, sin = np.cos(turn), np.sin(turn)
+        zeros = np.zeros(poses)
+        # about y, z toward x
+        matrices = np.stack([cos, zeros, sin, zeros, zeros + 1, zeros, -sin, zeros, cos], axis=-1)
+        motion = cls(
+            [0.0, 0.0, radius - sinkage_cm],
+            [travel, 0.0, 0.0],
+            [0.0, rim / radius, 0.0],
+            matrices.reshape(-1, 3, 3),
+            f"rolled, {sinkage_cm:g} cm deep, slip {slip:g}",
+        )
+        motion.columns = {"wheel_turn_deg": np.degrees(turn)} | motion.columns
+        return motion
 
     @classmethod
     def path(

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -11,6 +13,7 @@ from rftfit.campaign.problems import choose
 from rftfit.conventions import FloatArray
 from rftfit.model import model_error as errors
 from rftfit.model import rft3d
+from rftfit.model.body_error import BodyError, frame_states
 from rftfit.model.draws import end_names, model_end_names, next_end_names
 from rftfit.model.faces import LAWS, as_table, moving_faces
 from rftfit.model.mesh import Mesh, Motion3D, area_vectors
@@ -110,9 +113,21 @@ def predict_mesh(
     law: str = "measured",
     friction: float | None = None,
     eps: float = EPS,
+    body_error: BodyError | None = None,
 ) -> tuple[pd.DataFrame, list[Peak]]:
     """`rftfit.model.prediction.predict_with_peaks` of a mesh; the peaks are the largest values of either sign."""
     best_forces = compiled_mesh_forces(profile, mesh, motion, law, friction)
+    of_body = None
+    if body_error is not None:
+        states = frame_states(mesh.vertices_cm, motion.frames)
+        count = errors.DRAWS
+        if isinstance(profile.spread, Profile):
+            count = len(profile.spread.parameters[0])
+        mean, drawn = body_error.paths(states, 3, count)
+        mean = mean[None]
+        of_body = drawn - mean
+        best_forces = best_forces.copy()
+        best_forces[:, :6] += errors.space_errors(_load_of(best_forces[None]), mean, 1.0)[0]
     best = _named(best_forces)
     extremes = extremes_in_space(best)
     is_finite = np.asarray(np.isfinite(best_forces[:, :6]).all(axis=1))
@@ -122,6 +137,8 @@ def predict_mesh(
     draws = best_forces[None]
     if isinstance(profile.spread, Profile):
         draws = mesh_draws(profile.spread, mesh, motion, law, friction)
+        if of_body is not None:
+            draws[..., :6] += errors.space_errors(_load_of(draws), mean, 1.0)
         alpha = DrawStatistics(IN_SPACE, extremes, confidence)
         alpha.add(_named(draws), is_finite)
         ends = alpha.ends
@@ -140,9 +157,13 @@ def predict_mesh(
         of_media, measured = medium.of_media(draws_of_media[..., :6], tables)
         lo, hi = medium.with_interval(unit, of_media, measured=measured)[1:]
         ends = {name: (lo[:, k], hi[:, k]) for k, name in enumerate(IN_SPACE)}
-    if eps:
+    if eps or of_body is not None:
         model = DrawStatistics(IN_SPACE, extremes, confidence)
-        model.add(_named(draws[..., :6] + _model_errors(draws, mesh, motion, eps)), is_finite)
+        if of_body is None:
+            moved = _model_errors(draws, mesh, motion, eps)
+        else:
+            moved = errors.space_errors(_load_of(draws), of_body, 1.0)
+        model.add(_named(draws[..., :6] + moved), is_finite)
         model_ends = model.ends
         if alpha is None and ends:
             model_ends = {
@@ -160,6 +181,8 @@ def predict_mesh(
         if name in ends or name in model_ends:
             of_bed = of_next_bed(best[name], model_ends.get(name) or ends[name], bed)
             columns |= dict(zip(next_end_names(name), of_bed, strict=True))
+    # a force that symmetry cancels is rounding of the sum
+    columns = {name: _without_rounding(values, name, best) for name, values in columns.items()}
     table = as_table(profile)
     largest = float(np.fmax.reduce(np.hypot(table.alpha_z, table.alpha_x), axis=None))
     columns["closure_N"] = (CLOSURE if law == "measured" else np.nan) * largest * best_forces[:, 6]
@@ -169,7 +192,32 @@ def predict_mesh(
     if not is_finite.all():
         bounds = _bounds(largest, mesh, motion)
     peaks = pick_peaks(best, extremes, places, bounds, alpha, model, ends, model_ends, bed)
+    peaks = [_peak_without_rounding(peak, best) for peak in peaks]
     return pd.DataFrame(columns | {"reason": np.where(is_finite, "", why)}), peaks
+
+
+_ROUNDING = 1e-9
+"""What is below this part of the largest force, or moment, is rounding."""
+
+
+def _least_of(name: str, best: Mapping[str, FloatArray]) -> float:
+    """Return the least size that counts of a force or a moment; 0 for what is neither."""
+    kind = name.partition("_")[0]
+    sizes = [np.abs(values) for quantity, values in best.items() if quantity.startswith(kind)]
+    if kind not in ("force", "moment") or not sizes:
+        return 0.0
+    return _ROUNDING * float(np.fmax.reduce(np.concatenate(sizes), initial=0.0))
+
+
+def _without_rounding(values: FloatArray, name: str, best: Mapping[str, FloatArray]) -> FloatArray:
+    return np.where(np.abs(values) < _least_of(name, best), 0.0, values)
+
+
+def _peak_without_rounding(peak: Peak, best: Mapping[str, FloatArray]) -> Peak:
+    least = _least_of(peak.quantity, best)
+    ends = ("value", "lo", "hi", "model_lo", "model_hi", "next_lo", "next_hi")
+    zeros: dict[str, Any] = {end: 0.0 for end in ends if abs(getattr(peak, end)) < least}
+    return replace(peak, **zeros)
 
 
 def _named(forces: FloatArray) -> dict[str, FloatArray]:
@@ -190,16 +238,20 @@ def _sign(values: FloatArray) -> int:
 def _model_errors(draws: FloatArray, mesh: Mesh, motion: Motion3D, eps: float) -> FloatArray:
     """Errors of the model in each draw (draws, p, 13): (draws, p, 6), or of many draws about a single one."""
     poses = draws.shape[1]
+    count = len(draws) if len(draws) > 1 else errors.DRAWS
+    progress = errors.frames_progress(mesh.vertices_cm, motion.frames)
+    paths = next(errors.error_paths(progress, count, 3, poses))
+    return errors.space_errors(_load_of(draws), paths, eps)
+
+
+def _load_of(draws: FloatArray) -> errors.Load:
+    """Load without cancellation of each draw (draws, p, 13)."""
     bare = np.nan_to_num(draws[..., 7:])
     total_load = bare[..., 2]
     centre = bare[..., 3:] / np.where(total_load > 0, total_load, 1.0)[..., None]
     loaded = (total_load > 0).any(axis=0).astype(float)
     size = errors.size_of(np.hypot(bare[..., 0], bare[..., 1])) * loaded
-    load = errors.Load(np.arange(poses), size, centre, loaded)
-    count = len(draws) if len(draws) > 1 else errors.DRAWS
-    progress = errors.frames_progress(mesh.vertices_cm, motion.frames)
-    paths = next(errors.error_paths(progress, count, 3, poses))
-    return errors.space_errors(load, paths, eps)
+    return errors.Load(np.arange(draws.shape[1]), size, centre, loaded)
 
 
 def _bounds(

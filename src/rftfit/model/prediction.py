@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
@@ -10,6 +12,7 @@ import pandas as pd
 from rftfit.campaign.config import Config
 from rftfit.conventions import FloatArray
 from rftfit.model import model_error as errors
+from rftfit.model.body_error import BodyError, pose_states
 from rftfit.model.draws import end_names, model_end_names, next_end_names
 from rftfit.model.faces import moving_faces
 from rftfit.model.forces import Forces, force_draws, forces_on
@@ -31,6 +34,9 @@ from rftfit.model.profiles import FourierProfile, Profile
 from rftfit.model.reference_kernel import angles, place, submerged
 from rftfit.model.scaling import ScaledMedium
 
+if TYPE_CHECKING:
+    from rftfit.model.shapes import Map
+
 QUANTITIES = ("force_z_N", "force_x_N", "moment_N_cm")
 
 PEAKS = (
@@ -47,7 +53,7 @@ _MOST_AT_ONCE = 2_000_000
 
 
 def predict(
-    profile: Profile,
+    profile: Profile | ScaledMedium | Map,
     outline: Outline | Mesh,
     motion: Motion | Motion3D | None = None,
     confidence: float = 0.95,
@@ -56,13 +62,14 @@ def predict(
     law: str = "measured",
     friction: float | None = None,
     model_error: float | None = None,
+    body_error: BodyError | None = None,
 ) -> pd.DataFrame:
     """Force and moment on a body that moves through a medium, with intervals.
 
     Parameters
     ----------
-    profile : Profile
-        Of the medium: `published_medium`, `Medium.profile` of a campaign, ``scale(...).profile``.
+    profile : Profile, ScaledMedium or Map
+        Of the medium: `published_medium`, `Medium.profile` of a campaign, what `scale` or `estimate_map` return.
     outline : Outline or Mesh
         The body: `model_leg`, `arc`, `polyline` in the plane, a `Mesh` in space.
     motion : Motion or Motion3D, optional
@@ -79,6 +86,9 @@ def predict(
     model_error : float, optional
         Relative error of the model itself, beside that of alpha (`rftfit.model.model_error`). Default: that of
         the profile, 0.28 as on measured legs or more; 0: none.
+    body_error : BodyError, optional
+        What the model gets wrong on this body, learned in other media (`learn_body_error`): force and interval are
+        blended with it by their errors. It takes the place of `model_error`.
 
     Returns
     -------
@@ -96,7 +106,7 @@ def predict(
     Raises
     ------
     TypeError
-        If the motion of a mesh is no `Motion3D`, or that of an outline is one.
+        If the motion of a mesh is no `Motion3D`, or that of an outline is one; if there is no profile.
 
     Examples
     --------
@@ -114,11 +124,23 @@ def predict(
         law=law,
         friction=friction,
         model_error=model_error,
+        body_error=body_error,
     )[0]
 
 
+def profile_of(source: Profile | ScaledMedium | Map) -> Profile:
+    """Return the profile of a medium that `rftfit.scale` or `rftfit.estimate_map` made; a profile is its own."""
+    profile = source if isinstance(source, Profile) else getattr(source, "profile", None)
+    if isinstance(profile, Profile):
+        return profile
+    hint = "; a medium of a campaign has it by .profile()" if callable(profile) else ""
+    raise TypeError(
+        f"a profile wanted, or what rftfit.scale or rftfit.estimate_map return, found {type(source).__name__}{hint}"
+    )
+
+
 def predict_with_peaks(
-    profile: Profile,
+    profile: Profile | ScaledMedium | Map,
     outline: Outline | Mesh,
     motion: Motion | Motion3D | None = None,
     confidence: float = 0.95,
@@ -127,24 +149,34 @@ def predict_with_peaks(
     law: str = "measured",
     friction: float | None = None,
     model_error: float | None = None,
+    body_error: BodyError | None = None,
 ) -> tuple[pd.DataFrame, list[Peak]]:
     """Table of `predict` and peaks of `find_peaks`, from one pass through all draws."""
+    profile = profile_of(profile)
     eps = errors.eps_of(model_error, profile)
+    if body_error is not None and model_error is not None:
+        raise ValueError("found model_error and body_error; allowed: one of them")
     if isinstance(outline, Mesh):
         if not isinstance(motion, Motion3D):
             raise TypeError("a mesh moves in space: its motion is a Motion3D")
-        return predict_mesh(profile, outline, motion, confidence, law, friction, eps)
+        return predict_mesh(profile, outline, motion, confidence, law, friction, eps, body_error)
     if isinstance(motion, Motion3D):
         raise TypeError("an outline moves in the plane; Mesh.extrude makes a mesh of it")
     motion = rotation() if motion is None else motion
     net = forces_on(profile, outline, motion.poses)
     best = _named(net, QUANTITIES)
+    of_body = None
+    if body_error is not None:
+        of_body = _BodyPaths.of(body_error, profile, outline, motion.poses)
+        load = errors.outline_load(profile, outline, motion.poses)
+        best = of_body.moved(best, load, 0)
+        eps = body_error.own
     alpha = model = None
     ends: Ends = {}
     model_ends: Ends = {}
     if isinstance(profile.spread, Profile):
         alpha, model = _spread_of_draws(
-            profile.spread, outline, motion.poses, best, confidence, quantities, eps
+            profile.spread, outline, motion.poses, best, confidence, quantities, eps, of_body
         )
         ends = alpha.ends
     elif isinstance(profile.spread, ScaledMedium):
@@ -152,7 +184,9 @@ def predict_with_peaks(
             profile.spread.at_confidence(confidence), outline, motion.poses, quantities
         )
     if eps and model is None:
-        model = _spread_of_model(profile, outline, motion.poses, best, confidence, quantities, eps)
+        model = _spread_of_model(
+            profile, outline, motion.poses, best, confidence, quantities, eps, of_body
+        )
     if model is not None:
         model_ends = model.ends
         if alpha is None and ends:
@@ -195,6 +229,40 @@ def find_peaks(
     return predict_with_peaks(profile, outline, motion, confidence, model_error=model_error)[1]
 
 
+@dataclass(frozen=True)
+class _BodyPaths:
+    """What the model gets wrong on a body along a motion, over the load: mean (1, 2, p) and draws (draws, 2, p)."""
+
+    mean: FloatArray
+    drawn: FloatArray
+
+    @classmethod
+    def of(
+        cls, body_error: BodyError, profile: Profile, outline: Outline, poses: FloatArray
+    ) -> _BodyPaths:
+        draws = errors.DRAWS
+        if isinstance(profile.spread, Profile):
+            draws = len(profile.spread.parameters[0])
+        states = pose_states(errors.outline_points(outline), poses)
+        mean, drawn = body_error.paths(states, 2, draws)
+        return cls(mean[None], drawn)
+
+    def moved(
+        self, forces: dict[str, FloatArray], load: errors.Load, start: int
+    ) -> dict[str, FloatArray]:
+        """Forces of some poses from `start` on, with the mean error of the body."""
+        stop = start + forces["force_z_N"].shape[-1]
+        with_mean = _with_error(forces, load, start, self.mean[..., start:stop], 1.0)
+        return {
+            name: values.reshape(forces[name].shape) if len(values) == 1 else values
+            for name, values in with_mean.items()
+        }
+
+    def about_mean(self) -> FloatArray:
+        """Draws less their mean."""
+        return self.drawn - self.mean
+
+
 def _of_further_medium(
     medium: ScaledMedium, outline: Outline, poses: FloatArray, quantities: Sequence[str]
 ) -> Ends:
@@ -221,6 +289,7 @@ def _spread_of_draws(
     confidence: float,
     quantities: Sequence[str],
     eps: float,
+    of_body: _BodyPaths | None = None,
 ) -> tuple[DrawStatistics, DrawStatistics | None]:
     """Draws of alpha, and these with the model's error."""
     alpha = DrawStatistics(quantities, PEAKS, confidence)
@@ -229,14 +298,17 @@ def _spread_of_draws(
     step = max(1, _MOST_AT_ONCE // count)
     moment = "moment_N_cm" in quantities
     load = errors.outline_load(draws, outline, poses, with_centre=moment) if eps else None
-    paths = errors.error_paths(errors.outline_progress(outline, poses), count, 2, step)
+    paths = _paths(outline, poses, count, step, of_body)
     for start in range(0, len(poses), step):
         chunk = slice(start, start + step)
         forces = _named(force_draws(draws, outline, poses[chunk]), QUANTITIES)
+        if of_body is not None and load is not None:
+            forces = of_body.moved(forces, load, start)
         is_finite = np.isfinite(best["force_z_N"][chunk])
         alpha.add(forces, is_finite)
         if model is not None and load is not None:
-            model.add(_with_error(forces, load, start, next(paths), eps), is_finite)
+            size = eps if of_body is None else 1.0
+            model.add(_with_error(forces, load, start, next(paths), size), is_finite)
     return alpha, model
 
 
@@ -248,20 +320,31 @@ def _spread_of_model(
     confidence: float,
     quantities: Sequence[str],
     eps: float,
+    of_body: _BodyPaths | None = None,
 ) -> DrawStatistics:
     """The model's error alone, about the best curves."""
     model = DrawStatistics(quantities, PEAKS, confidence)
     step = max(1, _MOST_AT_ONCE // errors.DRAWS)
     moment = "moment_N_cm" in quantities
     load = errors.outline_load(profile, outline, poses, with_centre=moment)
-    place_of_pose = errors.outline_progress(outline, poses)
-    paths = errors.error_paths(place_of_pose, errors.DRAWS, 2, step)
+    paths = _paths(outline, poses, errors.DRAWS, step, of_body)
+    size = eps if of_body is None else 1.0
     for start, path in zip(range(0, len(poses), step), paths, strict=True):
         chunk = slice(start, start + step)
         forces = {name: values[chunk][None] for name, values in best.items()}
         is_finite = np.isfinite(best["force_z_N"][chunk])
-        model.add(_with_error(forces, load, start, path, eps), is_finite)
+        model.add(_with_error(forces, load, start, path, size), is_finite)
     return model
+
+
+def _paths(
+    outline: Outline, poses: FloatArray, count: int, step: int, of_body: _BodyPaths | None
+) -> Iterator[FloatArray]:
+    """Draws of the error over the load, of `step` poses after another; of a learned body in its own unit."""
+    if of_body is None:
+        return errors.error_paths(errors.outline_progress(outline, poses), count, 2, step)
+    drawn = of_body.about_mean()
+    return (drawn[..., start : start + step] for start in range(0, len(poses), step))
 
 
 def _with_error(
@@ -313,7 +396,7 @@ _NOTICED = 0.1
 
 
 def beyond_measured(
-    profile: Profile,
+    profile: Profile | ScaledMedium | Map,
     outline: Outline | Mesh,
     motion: Motion | Motion3D | None = None,
     config: Config | None = None,
@@ -322,7 +405,7 @@ def beyond_measured(
 
     Parameters
     ----------
-    profile : Profile
+    profile : Profile, ScaledMedium or Map
         Its `window` says over which depths alpha was measured.
     outline : Outline or Mesh
     motion : Motion or Motion3D, optional
@@ -350,7 +433,7 @@ def beyond_measured(
     if not total > 0:
         return []
     warnings = []
-    shallowest, deepest = profile.window
+    shallowest, deepest = profile_of(profile).window
 
     def share(where: np.ndarray) -> float:
         return float(np.nansum(load[where])) / total

@@ -435,6 +435,8 @@ def scale(
 
     Raises
     ------
+    TypeError
+        If alpha or `se` is no number.
     ValueError
         If alpha is not positive, `se` is negative, or the level is not between 0.5 and 1.
 
@@ -445,6 +447,9 @@ def scale(
     >>> round(sand.zeta, 2)
     0.8
     """
+    for what, value in (("alpha_z(0, 90 deg)", alpha), ("its standard error", se)):
+        if np.ndim(value) or np.asarray(value).dtype.kind not in "iuf":
+            raise TypeError(f"{what} must be a number of N/cm^3, found {value!r}")
     if not 0.5 < confidence < 1:
         raise ValueError(f"the level must be above 0.5 and below 1, found {confidence:g}")
     reference = published() if reference is None else reference

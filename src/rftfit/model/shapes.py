@@ -22,7 +22,7 @@ from dataclasses import dataclass, field
 from functools import cache, cached_property, partial
 from importlib.resources import files
 from itertools import pairwise
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -41,6 +41,9 @@ from rftfit.model.rft3d import alpha_3drft
 from rftfit.model.scaling import PAPER_RULE, vertical_penetration
 from rftfit.model.symmetry import rectangle
 from rftfit.reference import BETA_DEG, GAMMA_DEG, MEDIA
+
+if TYPE_CHECKING:
+    from rftfit.model.contacts import Contact, ContactRows
 
 Angles = tuple[FloatArray, FloatArray]
 
@@ -285,6 +288,19 @@ class _Prior(NamedTuple):
             self.mean[order], self.between[:, order], self.smooth[square], self.rough[square]
         )
 
+    def with_rows(self, rows: ContactRows, nodes: npt.NDArray[np.intp], place: int) -> _Prior:
+        """The same with rows of contacts put in at a place; `nodes`: places of alpha at the nodes, z then x."""
+        size = self.mean.size
+        all_rows = np.zeros((size + len(rows.values), size))
+        is_new = np.zeros(len(all_rows), dtype=bool)
+        is_new[place : place + len(rows.values)] = True
+        all_rows[~is_new] = np.eye(size)
+        all_rows[np.ix_(is_new, nodes)] = rows.weights
+        mean = all_rows @ self.mean
+        mean[is_new] += rows.offset
+        smooth, rough = (all_rows @ square @ all_rows.T for square in (self.smooth, self.rough))
+        return _Prior(mean, self.between @ all_rows.T, smooth, rough)
+
     def covariance(self, rough_share: float) -> FloatArray:
         """C + (1 - w) K + w R, `rough_share`: w."""
         return (
@@ -470,6 +486,8 @@ class Pushes(NamedTuple):
         return cls(beta, gamma, alpha, np.diag(error.ravel() ** 2))
 
 
+NO_PUSHES = Pushes(np.zeros(0), np.zeros(0), np.zeros((2, 0)), np.zeros((0, 0)))
+
 USUAL_PERCENT, LEAST_PERCENT = 5.0, 1.0
 """Error of a push of which none is stated: of its own alpha (from bed to bed) and of the largest."""
 
@@ -513,19 +531,20 @@ def sorted_pushes(pushes: pd.DataFrame) -> Pushes:
 
 
 def estimate_map(
-    pushes: pd.DataFrame,
+    pushes: pd.DataFrame | None = None,
     shapes: Shapes | None = None,
     confidence: float = 0.95,
     name: str = "",
     *,
+    contacts: Sequence[Contact] = (),
     beta_deg: npt.ArrayLike = (),
     gamma_deg: npt.ArrayLike = (),
 ) -> Map:
-    """Estimate alpha over all directions from one push or many.
+    """Estimate alpha over all directions from pushes of plates, from measured forces on other bodies, or from both.
 
     Parameters
     ----------
-    pushes : pandas.DataFrame
+    pushes : pandas.DataFrame, optional
         One row a direction: ``beta_deg, gamma_deg``, ``alpha_z_N_per_cm3`` and, where it was measured,
         ``alpha_x_N_per_cm3``; their standard errors ``se_z``, ``se_x``: where there is none it is taken for
         5 % of alpha and 1 % of the largest. The columns have any name that ``rftfit scale --pushes`` takes.
@@ -535,6 +554,8 @@ def estimate_map(
         Level of the intervals.
     name : str, optional
         Of the medium, for people.
+    contacts : sequence of Contact, optional
+        Measured forces on bodies that moved through this medium.
     beta_deg, gamma_deg : array_like, optional
         Lines of the map's grid beside those of the published one, degrees.
 
@@ -545,7 +566,8 @@ def estimate_map(
     Raises
     ------
     ValueError
-        If no push has a number that tells of the medium, or they meet no resistance.
+        If there is neither push nor contact, no push has a number that tells of the medium, or they meet no
+        resistance.
 
     Examples
     --------
@@ -554,12 +576,15 @@ def estimate_map(
     >>> round(rftfit.estimate_map(one).zeta[0], 1)
     0.8
     """
+    if pushes is None and not contacts:
+        raise ValueError("a map needs a push or a contact")
     return estimate(
-        sorted_pushes(pushes),
+        NO_PUSHES if pushes is None else sorted_pushes(pushes),
         shapes,
         map_nodes(beta_deg, gamma_deg),
         confidence=confidence,
         name=name,
+        contacts=contacts,
     )
 
 
@@ -641,6 +666,7 @@ def estimate(
     size: float | None = None,
     confidence: float = 0.95,
     name: str = "",
+    contacts: Sequence[Contact] = (),
 ) -> Map:
     """Estimate alpha over all directions from what was pushed: `estimate_map` with errors that are known.
 
@@ -650,7 +676,7 @@ def estimate(
     shapes = shapes or published_shapes()
     nodes = nodes or map_nodes()
     push_count = int(np.isfinite(pushes.alpha).any(axis=0).sum())
-    pushes = merged(pushes)
+    pushes = merged(pushes) if pushes.beta.size else pushes
     # pushes, then nodes of the published grid, then the others: most draws end at the second
     on_grid = _on_published_grid((nodes.beta, nodes.gamma))
     order = np.concatenate([np.flatnonzero(on_grid), np.flatnonzero(~on_grid)])
@@ -669,19 +695,29 @@ def estimate(
         & np.isfinite(np.diag(errors))
         & (np.diag(prior.smooth)[seen] > _ZERO_VARIANCE)
     )
-    if not used.any():
+    if not (used.any() or contacts):
         raise ValueError("no push has a number that tells of the medium")
-    posterior = _Posterior(
-        prior, seen[used], y[used], errors[np.ix_(used, used)], shapes.variation, size
-    )
     sorted_nodes = nodes.beta[order], nodes.gamma[order]
+    given = _Seen(prior, seen[used], y[used], errors[np.ix_(used, used)])
+    of_pushes = given
+    if contacts:
+        places = _places_of_nodes(count, coarse, nodes.beta.size)
+        given = _with_contacts(given, contacts, sorted_nodes, places, size)
+    posterior = _Posterior(*given, shapes.variation, size)
     pushed_nodes = _PushedNodes(sorted_nodes, pushes, used)
     drawn, share = posterior.draws(sorted_nodes, coarse, pushed_nodes, pushes, used, shapes.tilt)
     back = np.argsort(order)
     draws, measured = drawn[..., back], pushed_nodes.measured[back]
     usual = posterior.given[0]
     expected = usual.expected(size)
-    horizontal, seen_error = usual.horizontal(np.flatnonzero(used) >= pushes.beta.size, expected)
+    farthest = None
+    horizontal, seen_error = float("nan"), float("nan")
+    if used.any():
+        plates = _likelihood_of(of_pushes) if contacts else usual
+        horizontal, seen_error = plates.horizontal(
+            np.flatnonzero(used) >= pushes.beta.size, expected
+        )
+        farthest = plates.farthest(pushes, used, expected)
     # NaN stays: without both components there is nothing to compare
     if horizontal == 0:
         off = 1 / seen_error
@@ -696,16 +732,97 @@ def estimate(
         share,
         expected,
         usual.distance(expected),
-        y[used].size - 1,
+        given.y.size - 1,
         push_count,
         shapes.name,
-        usual.farthest(pushes, used, expected),
+        farthest,
         horizontal,
         float(off),
         confidence,
         pushes,
         nodes.lines,
+        contacts=len(contacts),
     )
+
+
+class _Seen(NamedTuple):
+    """Prior, places in it of the numbers that were measured, the numbers and the covariance of their errors."""
+
+    prior: _Prior
+    seen: npt.NDArray[np.intp]
+    y: FloatArray
+    errors: FloatArray
+
+
+def _places_of_nodes(pushes: int, coarse: int, count: int) -> npt.NDArray[np.intp]:
+    """Places in a prior of alpha at the sorted nodes, z then x: its blocks are pushes, published grid, others."""
+    grid_start = 2 * pushes
+    fine_start = grid_start + 2 * coarse
+    fine = count - coarse
+    blocks = [
+        np.arange(start + component * length, start + (component + 1) * length)
+        for component in range(2)
+        for start, length in ((grid_start, coarse), (fine_start, fine))
+    ]
+    return np.concatenate(blocks)
+
+
+def _with_contacts(
+    given: _Seen,
+    contacts: Sequence[Contact],
+    nodes: Angles,
+    places: npt.NDArray[np.intp],
+    size: float | None,
+) -> _Seen:
+    """Put the rows of contacts behind those of the pushes.
+
+    The model's error grows with the medium, whose size these rows tell: both are found in turn.
+    """
+    from rftfit.model.contacts import ContactSystem
+
+    prior = given.prior
+    # as rough as a medium may be: no combination that could tell of it is left out
+    covariance = prior.covariance(0.0) + prior.rough
+    rows_of_prior = root(covariance[np.ix_(places, places)])
+    system = ContactSystem.of(contacts, nodes, prior.mean[places], rows_of_prior)
+    size_now = size or system.first_size()
+    if not size_now > 0:
+        raise ValueError(
+            "the contacts meet no resistance: look at the signs of the forces and at the angles"
+        )
+    place = int(places.min())
+    for _ in range(_SIZE_STEPS):
+        rows = system.rows(size_now)
+        count, added = len(given.y), len(rows.values)
+        errors = np.zeros((count + added,) * 2)
+        errors[:count, :count] = given.errors
+        errors[count:, count:] = np.diag(rows.errors**2)
+        both = _Seen(
+            prior.with_rows(rows, places, place),
+            np.concatenate([given.seen, place + np.arange(added)]),
+            np.concatenate([given.y, rows.values]),
+            errors,
+        )
+        before, size_now = size_now, _likelihood_of(both).expected(size)
+        if abs(size_now - before) < _SAME_SIZE * before:
+            break
+    return both
+
+
+def _likelihood_of(given: _Seen) -> _Likelihood:
+    """Likelihood of the numbers in a medium that departs as the known ones do."""
+    rounded = given.errors + _rounding(given.y)
+    whiten = np.linalg.inv(np.linalg.cholesky(rounded))
+    square = np.ix_(given.seen, given.seen)
+    return _Likelihood(
+        given.prior.mean[given.seen], given.prior.covariance(0.0)[square], given.y, rounded, whiten
+    )
+
+
+def _rounding(y: FloatArray) -> FloatArray:
+    """Covariance of the error of rounding, which exact numbers have."""
+    scale = float(np.abs(y).max()) or 1.0
+    return np.asarray(np.eye(y.size) * (1e-6 * scale) ** 2)
 
 
 def _on_published_grid(nodes: Angles) -> npt.NDArray[np.bool_]:
@@ -733,6 +850,8 @@ _HIDDEN_BELOW_SE = 10.0
 """Sizes below so many standard errors of the best push are hidden by it."""
 _N_ROUGH_SHARES = 5
 """Values of w; the first is 0."""
+_SIZE_STEPS, _SAME_SIZE = 6, 1e-3
+"""Most steps in which the size of a medium and the errors of its contacts are found, and the change that ends them."""
 _DEPARTURES = np.exp(0.28 * np.arange(-4, 12))
 """Values of lambda: beyond them lies 0.1 % of what is known of it beforehand."""
 
@@ -785,9 +904,7 @@ class _Posterior:
         self.rough_shares = np.linspace(0, variation.most_own, _N_ROUGH_SHARES)
         covariances = [prior.covariance(rough_share) for rough_share in self.rough_shares]
         self._towards = [covariance[seen] for covariance in covariances]
-        # exact numbers have the error of rounding
-        scale = float(np.abs(y).max()) or 1.0
-        rounded = errors + np.eye(y.size) * (1e-6 * scale) ** 2
+        rounded = errors + _rounding(y)
         self._noise = np.linalg.cholesky(rounded).T
         whiten = np.linalg.inv(self._noise.T)
         self.given = [
@@ -821,7 +938,7 @@ class _Posterior:
         random = np.random.default_rng(SEED)
         some = nodes[0][:coarse], nodes[1][:coarse]
         kept_there = _PushedNodes(some, pushes, used)
-        place_count = 2 * (pushes.beta.size + coarse)
+        place_count = self.prior.mean.size - 2 * (nodes[0].size - coarse)
         draws_kept: list[FloatArray] = []
         tried = passive = completed = 0
         least = np.nan
@@ -848,8 +965,8 @@ class _Posterior:
         share = 1 - passive / (tried * DRAWS)
         if completed < FEWEST_DRAWS:
             raise ValueError(
-                f"in {share:.1%} of the draws the medium gives energy back where it was not pushed: look "
-                "at the signs of alpha and at the angles"
+                f"in {share:.1%} of the draws the medium would push the plate along where it was not pushed: check the "
+                "signs of alpha and the angles"
             )
         drawn = np.concatenate(draws_kept)[:DRAWS]
         # of what was measured the mean is the number itself
@@ -1190,6 +1307,8 @@ class Map:
         How many of the nodes, the first, a push is planned in; the others lie between their lines. None: all.
     bed_spread, model_error : float
         As of its `Profile`.
+    contacts : int
+        Bodies with measured forces behind it.
 
     Examples
     --------
@@ -1219,6 +1338,7 @@ class Map:
     lines: int | None = None
     bed_spread: float = USUAL_BED_SPREAD
     model_error: float = EPS
+    contacts: int = 0
 
     @cached_property
     def alpha(self) -> FloatArray:
@@ -1229,6 +1349,18 @@ class Map:
     def factor(self) -> FloatArray:
         """Rows whose products are the covariance of alpha, shape (draws, 2, n)."""
         return np.asarray((self.draws - self.alpha) / np.sqrt(len(self.draws) - 1))
+
+    @property
+    def measurements(self) -> str:
+        """How many pushes and contacts are behind the map, for people."""
+        counts = {"push": self.pushes, "contact": self.contacts}
+        plural = {"push": "pushes", "contact": "contacts"}
+        words = [
+            f"1 {word}" if count == 1 else f"{count} {plural[word]}"
+            for word, count in counts.items()
+            if count
+        ]
+        return " and ".join(words or ["0 pushes"])
 
     @property
     def pushed(self) -> FloatArray:
@@ -1272,8 +1404,7 @@ class Map:
     def profile(self) -> TableProfile:
         """What answers alpha(beta, gamma), with draws for its intervals."""
         of = f" of {self.name}" if self.name else ""
-        pushes = "1 push" if self.pushes == 1 else f"{self.pushes} pushes"
-        name = f"map{of} from {pushes} and the shape of {self.known_media}"
+        name = f"map{of} from {self.measurements} and the shape of {self.known_media}"
         profile = TableProfile(self.alpha[0], self.alpha[1], self.beta, self.gamma, name)
         profile.spread = TableProfile(self.draws[:, 0], self.draws[:, 1], self.beta, self.gamma)
         profile.bed_spread, profile.model_error = self.bed_spread, self.model_error

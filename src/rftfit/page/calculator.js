@@ -89,7 +89,7 @@ function startCalculator(data) {
 
   function showNumbers() {
     const rows = [["ζ", cell(map.zeta, 4), cell(routine.zeta, 4)], ["χ", "", cell(routine.chi, 4)]];
-    const note = `ζ is alpha_z(0, 90\u00b0) of the nine terms, N/cm\u00b3; χ, without unit, is the measured one over it. The routine\u2019s intervals are for one further medium, from the scatter between ${reference.media} media.`;
+    const note = `ζ is alpha_z(0, 90\u00b0) of the nine terms, N/cm\u00b3; χ, without unit, is the measured one over it. The routine\u2019s intervals are for a new medium like these, from the scatter between ${reference.media} media.`;
     byId("calc-numbers").replaceChildren(tableOf(["", "map", "paper\u2019s routine"], rows), html("p", { class: "note" }, note));
     const terms = scaledCoefficients(routine, reference).map((one, i) => [data.terms[i], cell(one, 4)]);
     byId("calc-terms").lastElementChild.replaceChildren(tableOf(["", "N/cm\u00b3"], terms));

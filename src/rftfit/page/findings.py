@@ -11,12 +11,11 @@ import pandas as pd
 from rftfit.compare.legs import WITHIN_PERCENT
 from rftfit.figures import labels
 from rftfit.figures.style import format_number
-from rftfit.figures.traces import alpha_with_interval
-from rftfit.measure.alpha import cell_at
+from rftfit.measure.alpha import cell_at, column
 from rftfit.measure.verdicts import NOT_CHECKED, PASSED
 from rftfit.model.fourier import TERMS
 from rftfit.page.cells import Row, records
-from rftfit.page.outcome import NOTHING, SOUND, verdict_of
+from rftfit.page.outcome import CHECK_NAMES, NOTHING, SOUND, verdict_of
 from rftfit.results import Results
 from rftfit.robot.speeds import share_within
 
@@ -53,19 +52,16 @@ def findings(results: Results) -> list[PageFinding]:
 
 
 def _measured(results: Results) -> Iterable[PageFinding]:
-    """Whether the data are sound, and how hard the media are to a level plate pushed straight down."""
+    """How many checks passed, which media to doubt, and how hard the media are to a level plate pushed straight down."""
     titles, verdicts = results.campaign.titles, {m: verdict_of(results, m) for m in results.media}
     media_by_verdict: dict[tuple[str, str], list[str]] = {}
     for name, verdict in verdicts.items():
         media_by_verdict.setdefault(verdict, []).append(titles[name])
-    words = {word for word, _ in media_by_verdict}
     media_by_verdict.pop((SOUND, ""), None)
-    answer = "yes" if words == {SOUND} else "in part" if SOUND in words else "no"
-    parts = [f"Measured well: {NOT_CHECKED if words == {NOT_CHECKED} else answer}"]
-    parts.append(_count_checks(results))
+    sentences = [_count_checks(results)]
     for (word, reason), names in media_by_verdict.items():
         verb = (["is", "are"], ["has", "have"])[word == NOTHING][len(names) > 1]
-        parts.append(f"{list_in_words(names)} {verb} {word}{labels.in_brackets(reason)}")
+        sentences.append(f"{list_in_words(names)} {verb} {word}{labels.in_brackets(reason)}")
     alpha_cells = []
     for name in labels.usable_media(results, results.media):
         cell = cell_at(results[name].alpha, 0.0, 90.0)
@@ -73,30 +69,43 @@ def _measured(results: Results) -> Iterable[PageFinding]:
             alpha_cells.append((float(cell["alpha_z_N_per_cm3"]), name, cell))
     alpha_cells.sort(key=lambda alpha_cell: alpha_cell[0])
     sizes = [
-        f"{labels.with_span(*alpha_with_interval(cell.to_dict(), 'z'), 3)} N/cm^3 in {titles[name]}"
-        for _, name, cell in (
+        f"{format_number(alpha, 3)} N/cm^3{labels.in_brackets(_mean_and_next_bed(cell.to_dict()))} in {titles[name]}"
+        for alpha, name, cell in (
             alpha_cells if len(alpha_cells) < 3 else [alpha_cells[0], alpha_cells[-1]]
         )
     ]
-    ends = f"{'between ' * (len(sizes) > 1)}{' and '.join(sizes)}"
-    size = f" Straight down, stress per depth alpha_z is {ends}." if sizes else ""
-    yield PageFinding(f"{'; '.join(parts)}.{size}", "believed")
+    if sizes:
+        ends = f"{'between ' * (len(sizes) > 1)}{' and '.join(sizes)}"
+        sentences.append(f"Straight down, stress per depth alpha_z is {ends}")
+    text = ". ".join(f"{sentence[0].upper()}{sentence[1:]}" for sentence in sentences)
+    yield PageFinding(f"{text}.", "believed")
+
+
+def _mean_and_next_bed(cell: Mapping[Any, Any]) -> str:
+    """Both intervals of alpha_z of a cell in words; nothing where none is known."""
+    texts = []
+    for suffix, words in (("", "mean of beds"), ("_next", "next bed")):
+        low, high = (cell.get(column("z", f"_{end}{suffix}")) for end in ("lo", "hi"))
+        if span := labels.format_interval(low, high, 3):
+            texts.append(f"{words} {span}")
+    return ", ".join(texts)
 
 
 def _count_checks(results: Results) -> str:
-    """Number of checks that passed wherever they were made, and of those that no medium allows, by name."""
+    """Count the checks that passed, and name those that a medium failed and those that no medium allows."""
     verdicts = results.checks.groupby("check", sort=False)["verdict"].agg(set)
-    passed = sum(
-        verdicts_of_check <= {PASSED, NOT_CHECKED} and PASSED in verdicts_of_check
-        for verdicts_of_check in verdicts
-    )
-    lacking = [
-        str(check).replace("_", " ")
-        for check, verdicts_of_check in verdicts.items()
-        if verdicts_of_check == {NOT_CHECKED}
-    ]
+    names: dict[str, list[str]] = {"passed": [], "failed": [], "not possible here": []}
+    for check, verdicts_of_check in verdicts.items():
+        if verdicts_of_check == {NOT_CHECKED}:
+            word = "not possible here"
+        else:
+            word = "passed" if verdicts_of_check <= {PASSED, NOT_CHECKED} else "failed"
+        names[word].append(CHECK_NAMES[str(check)])
+    passed = len(names.pop("passed"))
     text = f"{passed or 'no'} check{'s' * (passed != 1)} passed"
-    return f"{text}, {len(lacking)} not possible here: {', '.join(lacking)}" if lacking else text
+    for word, checks in names.items():
+        text += f", {len(checks)} {word}: {', '.join(checks)}" if checks else ""
+    return text
 
 
 def _legs(results: Results) -> Iterable[PageFinding]:
@@ -133,11 +142,16 @@ def _explanation(results: Results) -> Iterable[PageFinding]:
     if not (ends := labels.format_interval(low, high, 0)):
         return
     errors = "the stated errors" if profile == "table" else "the errors of the map"
-    can, holds = ("can", "includes zero") if low <= 0 <= high else ("do not", "leaves zero out")
-    sentence = f"{errors} {can} explain the largest error ({labels.name_of(worst['leg'])}), whose interval, {ends} %, {holds}"
+    leg = labels.name_of(worst["leg"])
+    if low <= 0 <= high:
+        sentence = (
+            f"{errors} can explain the largest error ({leg}): its interval, {ends} %, includes zero"
+        )
+    else:
+        sentence = f"{errors} do not explain the largest error ({leg}): its interval is {ends} %, so not by chance"
     low, high = worst["peak_error_model_lo_percent"], worst["peak_error_model_hi_percent"]
     if ends := labels.format_interval(low, high, 0):
-        does = "includes it" if low <= 0 <= high else "leaves it out too"
+        does = "includes zero" if low <= 0 <= high else "does not include zero either"
         sentence += f"; that with the model's own error, {ends} %, {does}"
     yield PageFinding(f"Why: {sentence}.", "legs")
 

@@ -63,10 +63,10 @@ def _measurement(results: Results, outcome: Outcome) -> str:
     config, fits = results.config, results.joined("fits/{medium}.csv")
     fitted_runs = fits[fits["reason"] == ""] if "reason" in fits else fits
     media = f"{len(results.media)} granular {'medium' if len(results.media) == 1 else 'media'}"
-    dropped = f" and {len(outcome.dropped)} dropped" if outcome.dropped else ""
-    runs_sentence = (
-        f"{outcome.runs_used} {'run was' if outcome.runs_used == 1 else 'runs were'} used{dropped}."
-    )
+    dropped, excluded = outcome.count_lost(excluded=False), outcome.count_lost(excluded=True)
+    lost = [f"{excluded} excluded"] * (excluded > 0) + [f"{dropped} dropped"] * (dropped > 0)
+    lost_text = f" and {' and '.join(lost)}" if lost else ""
+    runs_sentence = f"{outcome.runs_used} {'run was' if outcome.runs_used == 1 else 'runs were'} used{lost_text}."
     if config.table is not None and config.table.holds == "alpha":
         return (
             f"The stress per depth alpha(beta, gamma) (ref. 1) of {media} was taken from a table, "
@@ -89,17 +89,40 @@ def _measurement(results: Results, outcome: Outcome) -> str:
     experiment = (
         f"Stresses on {_plates(results)} were {_origin(results)} in {media} in a container of {box.length_cm:g} x "
         f"{box.width_cm:g} cm^2 and {box.depth_cm:g} cm depth"
-        f"{f', at {arm.speed_cm_per_s:g} cm/s' if stated else ''}. {runs_sentence}"
+        f"{f', at {arm.speed_cm_per_s:g} cm/s' if stated else ''}. {runs_sentence}{_directions(results)}"
     )
     if results.joined("alpha/{medium}.csv")["alpha_z_N_per_cm3"].isna().all():
         return experiment  # nothing was subtracted from, or fitted to, runs that gave no number
     return f"{experiment} {tare} {slope} {_spread(results)}"
 
 
+def _directions(results: Results) -> str:
+    """Say how many directions were measured, and how often each."""
+    counts: list[int] = []
+    repeats: set[int] = set()
+    for medium in results:
+        cells = medium.alpha[medium.alpha["alpha_z_N_per_cm3"].notna()]
+        counts.append(len(cells))
+        repeats |= {int(count) for count in cells["n_runs"]}
+    if not repeats:
+        return ""
+    how_many, how_often = _range(set(counts)), _range(repeats)
+    each = " in each medium" if len(counts) > 1 else ""
+    return (
+        f" Alpha was measured in {how_many} direction{'s' * (set(counts) != {1})} (beta, gamma){each}, with "
+        f"{how_often} run{'s' * (repeats != {1})} in each direction."
+    )
+
+
+def _range(counts: set[int]) -> str:
+    least, largest = min(counts), max(counts)
+    return str(least) if least == largest else f"{least} to {largest}"
+
+
 def _origin(results: Results) -> str:
     """Where forces and speeds come from."""
     if results.campaign.reenacted:
-        return "re-enacted from published results, not measured,"
+        return "simulated from published results, not measured,"
     return "measured"
 
 
@@ -207,10 +230,10 @@ def _spread(results: Results) -> str:
         opening = f"{level} {treatment}{errors}{_named_errors(cells_with_error)}"
     kinds = set(cells_with_error["spread"])
     if kinds == {AS_PREPARED}:
-        return f"{opening}; they are those of one bed as prepared, as the config states."
+        return f"{opening}; they do not include the scatter between beds, as the config states."
     if OF_CELL in kinds:
         others_phrase = (
-            "; the others are those of one bed as prepared" if AS_PREPARED in kinds else ""
+            "; the others do not include the scatter between beds" if AS_PREPARED in kinds else ""
         )
         others_phrase = (
             "; the others hold an assumed spread of 5 %" if ASSUMED in kinds else others_phrase
@@ -440,7 +463,7 @@ def _robot(results: Results) -> str:
         if set(conditions["source"]) == {"marker tracks"}:
             source = "from marker tracks"
             if results.campaign.reenacted:
-                source += " that were re-enacted from published speeds"
+                source += " that were simulated from published speeds"
         text += (
             f" The speeds that it is compared with, in {len(conditions)} conditions, are {source}."
         )

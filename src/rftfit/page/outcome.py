@@ -39,6 +39,24 @@ VERDICT_WORDS = {
 }
 """Verdicts on the model on legs, for people."""
 
+CHECK_NAMES = {
+    "channels": "force channels",
+    "rods": "rods",
+    "work": "energy",
+    "axes": "axes of the force",
+    "symmetry": "mirror images",
+    "up_down": "up against down",
+    "drift": "drift of the zero",
+    "surface": "surface",
+    "linearity": "stress against depth",
+    "steadiness": "horizontal runs",
+    "repeats": "repeats",
+    "shared": "errors that many runs share",
+    "same_logs": "copied logs",
+    "size": "size of the force",
+}
+"""Names of the checks for people."""
+
 USED_AS = {"plate": "slope", "leg": "leg-curve", "rod": "tare", "leg_air": "tare"}
 USED_AS["robot"] = "mean-speed"
 """What rows of each kind of run are used for, as the codes of the ledger."""
@@ -53,7 +71,8 @@ class Outcome:
     """What became of the runs of a campaign.
 
     `used`: Number of runs that gave a result, by medium; those in air, which serve all, under ``""``.
-    `dropped`: The others: ``run_id, medium, kind, rows`` of its logs, and all ``reasons``.
+    `dropped`: The others: ``run_id, medium, kind, rows`` of its logs, all ``reasons``, and whether it was ``excluded`` on
+        purpose.
     """
 
     used: Counter[str]
@@ -63,6 +82,10 @@ class Outcome:
     def runs_used(self) -> int:
         """Number of runs that gave a result."""
         return sum(self.used.values())
+
+    def count_lost(self, *, excluded: bool) -> int:
+        """Count the runs without a result that the run sheet excludes, or those that it does not."""
+        return sum(run["excluded"] == excluded for run in self.dropped)
 
 
 def outcome_of_runs(results: Results) -> Outcome:
@@ -82,7 +105,8 @@ def outcome_of_runs(results: Results) -> Outcome:
         special = lost[~lost["reason_code"].isin(_EXPECTED)]
         reasons = dict.fromkeys((lost if special.empty else special)["reason"])
         reason_text = "; ".join(reasons) or "no row was used; the ledger gives no reason"
-        facts = {"run_id": run_id, "medium": medium, "kind": kind}
+        excluded = bool((lost["reason_code"] == "excluded").any())
+        facts = {"run_id": run_id, "medium": medium, "kind": kind, "excluded": excluded}
         outcome.dropped.append(facts | {"rows": rows["rows"].sum(), "reasons": reason_text})
     return outcome
 
@@ -177,6 +201,11 @@ def verdicts_on_legs(results: Results, medium: str) -> list[tuple[str, str, str]
                 worst["peak_error_model_lo_percent"], worst["peak_error_model_hi_percent"], 0
             )
             ends = ends.replace(" ", "\N{NO-BREAK SPACE}")
+            by_chance = (
+                worst["peak_error_model_lo_percent"] <= 0 <= worst["peak_error_model_hi_percent"]
+            )
+            if by_chance and worst["verdict"] != WITHIN:
+                ends += ", may be chance"
             error_text = percent(worst["peak_error_percent"]) + in_brackets(ends)
             verdicts.append(
                 (profile, worst["verdict"], f"{name_of(worst['leg'])}, {force_name} {error_text}")

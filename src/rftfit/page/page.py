@@ -135,6 +135,7 @@ def context(results: Results) -> dict[str, Any]:
         "intervals": any(medium.alpha["alpha_z_lo_N_per_cm3"].notna().any() for medium in results),
         "method": config.fourier.method,
         "summary": tables.tabulate_summary(results, outcome),
+        "numbers": tables.tabulate_numbers(results),
         "believed": summary_of_checks(results),
         "in_air": outcome.used[""],
         "kinds": list_in_words(_kinds(results)),
@@ -207,13 +208,15 @@ def _model_error(results: Results) -> dict[str, str]:
 
 def _measured(results: Results, outcome: Outcome) -> str:
     """Say in a sentence what was measured, and whether it was recorded."""
-    number, dropped = len(results.media), len(outcome.dropped)
+    number = len(results.media)
+    dropped, excluded = outcome.count_lost(excluded=False), outcome.count_lost(excluded=True)
     media = "one medium" if number == 1 else f"{number} media"
     if results.config.table is not None:
         return f"{media} from a table of stress or alpha.".capitalize()
     runs = "1 run" if outcome.runs_used == 1 else f"{outcome.runs_used:,} runs"
-    log_origin = "re-enacted" if results.campaign.reenacted else "recorded"
+    log_origin = "simulated" if results.campaign.reenacted else "recorded"
     lost = f"{dropped} {'run' if dropped == 1 else 'runs'} dropped" if dropped else "none dropped"
+    lost = f"{excluded} excluded, {lost}" if excluded else lost
     return f"{media}, {runs} used, {lost}; logs {log_origin}.".capitalize()
 
 

@@ -3,15 +3,23 @@
 from __future__ import annotations
 
 import math
+import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from markupsafe import Markup
 
 from rftfit.compare.legs import FAR_OFF, NOT_TESTED, OFF, WITHIN
 from rftfit.compare.published import EVIDENCE, NOT_MEASURED, SAME, TEXT, VERDICTS
-from rftfit.figures.labels import PROFILES, format_interval, in_brackets, name_of, percent
+from rftfit.figures.labels import (
+    PROFILES,
+    format_interval,
+    in_brackets,
+    name_of,
+    of_method,
+    percent,
+)
 from rftfit.figures.maps import lies_on_grid, pivot
 from rftfit.figures.style import degrees, format_number
 from rftfit.measure.alpha import cell_at, column
@@ -49,14 +57,17 @@ def medium_title(results: Results, medium: str) -> str:
 
 def tabulate_summary(results: Results, outcome: Outcome) -> PageTable:
     """One row a medium: how far its data and the model on its legs can be trusted."""
-    dropped = Counter(run["medium"] for run in outcome.dropped)
+    words_of_lost = {False: "dropped", True: "excluded"}
+    lost = Counter((run["medium"], words_of_lost[run["excluded"]]) for run in outcome.dropped)
 
     def title(row: Row) -> Cell:
-        runs_used, runs_dropped = outcome.used[row["medium"]], dropped[row["medium"]]
+        runs_used = outcome.used[row["medium"]]
         words = [f"{runs_used} run{'s' * (runs_used != 1)}"]
         words = ["natural sand"] * (row["medium"] in results.sands) + words
-        note = ", ".join([*words, f"{runs_dropped} dropped"] if runs_dropped else words)
-        return Cell(results.campaign.titles[row["medium"]], (note,))
+        for word in words_of_lost.values():
+            if count := lost[row["medium"], word]:
+                words.append(f"{count} {word}")
+        return Cell(results.campaign.titles[row["medium"]], (", ".join(words),))
 
     def data_verdict(row: Row) -> Cell:
         word, reason = verdict_of(results, row["medium"])
@@ -76,6 +87,23 @@ def tabulate_summary(results: Results, outcome: Outcome) -> PageTable:
     columns = [PageColumn("Medium", title), PageColumn("Data", data_verdict)]
     columns += [PageColumn("Model on legs", on_legs)] if results.config.legs else []
     return PageTable("Summary table", columns, [{"medium": medium} for medium in results.media])
+
+
+ERRORS = {
+    "startup": "start of the motion",
+    "surface": "surface height of a run",
+    "bed": "bed to bed",
+    "rod": "force on the rod",
+    "session": "surface height of the day",
+    "turn": "turn of the mount",
+    "hip": "height of the axle",
+}
+"""Errors of alpha and of forces whose names in tables need words."""
+
+
+def errors_in_words(shares: str) -> str:
+    """Name the errors of a list of shares, as ``session 44 %``, for people."""
+    return re.sub(r"[a-z_]+", lambda name: ERRORS.get(name[0], name[0].replace("_", " ")), shares)
 
 
 def tabulate_alphas(results: Results) -> list[tuple[str, PageTable]]:
@@ -127,6 +155,55 @@ def tabulate_at_depths(results: Results) -> PageTable:
     return PageTable("Alpha at stated depths", columns, rows)
 
 
+def tabulate_numbers(results: Results) -> PageTable:
+    """One row a medium: what was measured, and the numbers that came out by the configured method."""
+    scaled = of_method(results, "penetration.csv").set_index("medium")
+    fitted = of_method(results, "coefficients.csv")
+    misfits = fitted.set_index(["medium", "coefficient"])["misfit_rms_N_per_cm3"]
+    rows = []
+    for medium in results:
+        cells = medium.alpha[medium.alpha[column("z")].notna()]
+        row: dict[str, Any] = {
+            "medium": medium.name,
+            "directions": len(cells),
+            "repeats": _range_of_counts(cells["n_runs"]) if "n_runs" in cells else "",
+            "misfit_z": misfits.get((medium.name, "A00"), math.nan),
+            "misfit_x": misfits.get((medium.name, "C11"), math.nan),
+        }
+        push = cell_at(medium.alpha, 0, 90)
+        row |= {} if push is None else {str(name): value for name, value in push.items()}
+        if medium.name in scaled.index:
+            names = (f"{name}{end}" for name in ("zeta", "chi") for end in ("", "_lo", "_hi"))
+            row |= {name: scaled.loc[medium.name, name] for name in names}
+        rows.append(row | {"medium": medium.name})
+
+    def next_bed(row: Row) -> Cell:
+        low, high = (row.get(column("z", f"_{end}_next")) for end in ("lo", "hi"))
+        return Cell(format_interval(low, high, 3))
+
+    columns = [
+        _medium(results),
+        texts("Directions", lambda row: str(row["directions"])),
+        texts("Runs of each", "repeats"),
+        numbers(ALPHA_Z + f"(0, 90{DEGREE}), {PER_CM3}", column("z"), 3, ends=column("z", "_{}")),
+        PageColumn("of the next bed", next_bed, "num"),
+        numbers(ZETA, "zeta", 3, ends="zeta_{}"),
+        numbers(CHI, "chi", 3, ends="chi_{}"),
+        numbers(Markup("Misfit of ") + ALPHA_Z, "misfit_z", 4),
+        numbers(Markup("Misfit of ") + ALPHA_X, "misfit_x", 4),
+    ]
+    return PageTable("Numbers of the media", columns, rows)
+
+
+def _range_of_counts(counts: Iterable[Any]) -> str:
+    """Write the least and the largest of some counts."""
+    sorted_counts = sorted(int(count) for count in counts)
+    if not sorted_counts:
+        return "none"
+    least, largest = sorted_counts[0], sorted_counts[-1]
+    return str(least) if least == largest else f"{least} to {largest}"
+
+
 def tabulate_coefficients(results: Results, method: str) -> PageTable:
     """Coefficients of all media by one method, dropped ones in brackets, and what nine terms miss."""
     table = results.table("coefficients.csv")
@@ -157,6 +234,9 @@ def tabulate_coefficients(results: Results, method: str) -> PageTable:
         return PageColumn(medium_title(results, medium), cell, "num")
 
     media = dict.fromkeys(str(row["medium"]) for row in rows)
+    if len(media) == 2:
+        # the generic profile of one medium is this medium over its zeta
+        media.pop(GENERIC, None)
     columns = [texts("Term", "term"), *(column_of(medium) for medium in media)]
     rows = [{"term": term} for term in TERMS]
     if any(math.isfinite(fit_row["misfit_rms_N_per_cm3"]) for fit_row in fit_rows.values()):
@@ -204,7 +284,10 @@ def tabulate_scaling(results: Results) -> tuple[PageTable, PageTable]:
         PageColumn(ALPHA_Z + f" fit, {PER_CM3}", fit, "num"),
         numbers(CHI, "chi", ends="chi_{}"),
         numbers(ZETA, "zeta", ends="zeta_{}"),
-        texts(f"Errors behind {ZETA}, share of the variance", "zeta_errors"),
+        texts(
+            f"Errors behind {ZETA}, share of the variance",
+            lambda row: errors_in_words(row["zeta_errors"]),
+        ),
     ]
     method = results.config.fourier.method
     parts: dict[bool, list[Row]] = {True: [], False: []}

@@ -111,7 +111,7 @@ def write_all(results: Results, writes: Sequence[str], output: Any) -> list[str]
     """Write what a job made. Returns the paths from the campaign's folder."""
     if writes[0].endswith(".png"):
         about = (
-            "Made from re-enacted logs, not from recordings." if results.campaign.reenacted else ""
+            "Made from simulated logs, not from recordings." if results.campaign.reenacted else ""
         )
         return save_pages(output, results.root, writes[0].removesuffix(".png"), about)
     contents = output if isinstance(output, tuple) else (output,)

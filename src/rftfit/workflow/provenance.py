@@ -8,13 +8,16 @@ import subprocess
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass
+from hashlib import sha256
 from pathlib import Path, PurePosixPath
 from typing import Any
 
 import pandas as pd
 
 from rftfit.errors import InputError, RftfitError
+from rftfit.page.datapackage import ResultFile, package_text
 from rftfit.results import Results
+from rftfit.store import csv_bytes
 from rftfit.store.digests import plugin_digest, read_sums, source_digests, sums_text
 from rftfit.store.environment import PACKAGE, versions
 from rftfit.store.tables import unguarded
@@ -66,8 +69,11 @@ def commit() -> str:
     return ""
 
 
-def provenance(results: Results, states: States) -> tuple[str, str, pd.DataFrame]:
-    """Record what every result was made from: the records of all jobs before this one, and their inputs."""
+def provenance(results: Results, states: States) -> tuple[str, str, pd.DataFrame, str]:
+    """Record what every result was made from: the records of all jobs before this one, and their inputs.
+
+    The tables of the run are described as a data package, too.
+    """
     recorded, state = Recorded(states), present_provenance(states)
     made_from = [recorded.maker[path] for path in sorted(results.allowed) if path in recorded.maker]
     records = {record.name: record for record in made_from}
@@ -88,7 +94,31 @@ def provenance(results: Results, states: States) -> tuple[str, str, pd.DataFrame
         "jobs": {name: asdict(record) for name, record in sorted(records.items())},
     }
     text = json.dumps(data, indent=1, sort_keys=True, ensure_ascii=False) + "\n"
-    return text, sums_text(state.logs), pd.DataFrame([*state.rows.values()])
+    sheet = pd.DataFrame([*state.rows.values()])
+    digests = {path: digest for record in made_from for path, digest in record.writes.items()}
+    return text, sums_text(state.logs), sheet, data_package(results, digests, csv_bytes(sheet))
+
+
+def data_package(results: Results, digests: Mapping[str, str], sheet: bytes) -> str:
+    """Describe the tables that the last job reads, and the run sheet, which it writes.
+
+    `digests`: SHA-256 of results by path. `sheet`: Content of the run sheet.
+    """
+    files = []
+    for path in sorted(digests):
+        if path in results.allowed and path.endswith(".csv"):
+            file = results.root / path
+            with file.open(encoding="utf-8", newline="") as handle:
+                columns = tuple(next(csv.reader(handle)))
+            files.append(ResultFile(path, digests[path], file.stat().st_size, columns))
+    columns = tuple(next(csv.reader([sheet.partition(b"\n")[0].decode("utf-8")])))
+    files.append(ResultFile(SHEET, sha256(sheet).hexdigest(), len(sheet), columns))
+    about = (
+        "Force-transducer logs of plates and legs, and the resistive-force model made from them."
+    )
+    if results.campaign.reenacted:
+        about += " The logs were simulated from published results: they are no recordings."
+    return package_text(results.config.title, about, files)
 
 
 def read_provenance(folder: Path) -> tuple[Provenance, dict[str, Any]]:

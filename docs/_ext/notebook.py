@@ -1,6 +1,6 @@
-"""Python that the build runs: ``{example}`` blocks of a page, and a notebook.
+"""A notebook as a page, run by the build.
 
-What a block prints, the value of its last line and its figures stand below it.
+What a cell prints, the value of its last line and its figures stand below it.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 def run(code: str, names: dict[str, Any]) -> tuple[str, list[Figure]]:
-    """Run a block as a notebook does: text that it shows, and figures.
+    """Run a cell as a notebook does: text that it shows, and figures.
 
     `names`: Of the blocks before it; what this one defines is added.
     """
@@ -47,8 +47,16 @@ def run(code: str, names: dict[str, Any]) -> tuple[str, list[Figure]]:
     return printed.getvalue().rstrip(), figures
 
 
-class Running(SphinxDirective):
-    """What both directives share."""
+class Notebook(SphinxDirective):
+    """Run a notebook and show it as a page."""
+
+    required_arguments = 1
+
+    def run(self) -> list[nodes.Node]:
+        """Text as it is, code with its output."""
+        with tempfile.TemporaryDirectory() as bare, contextlib.chdir(bare):
+            markdown = self.text()
+        return self.parse_text_to_nodes(markdown, allow_section_headings=True)
 
     def block(self, code: str, names: dict[str, Any], base: str, alt: str) -> str:
         """Markdown of a block and what comes of it; figures are written below ``_build``."""
@@ -63,31 +71,6 @@ class Running(SphinxDirective):
             figure.savefig(folder / name, dpi=110, metadata={"Software": None})
             markdown += f"![{alt}](/_build/figures/{name})\n\n"
         return markdown
-
-
-class Example(Running):
-    """Run a block of a page; names of the blocks above it are known."""
-
-    has_content = True
-
-    def run(self) -> list[nodes.Node]:
-        """Show the block and its output."""
-        names = self.env.temp_data.setdefault("rftfit_example", {})
-        base = f"{self.env.docname.replace('/', '_')}_{self.lineno}"
-        code = "\n".join(self.content)
-        return self.parse_text_to_nodes(self.block(code, names, base, "figure of the block above"))
-
-
-class Notebook(Running):
-    """Run a notebook and show it as a page."""
-
-    required_arguments = 1
-
-    def run(self) -> list[nodes.Node]:
-        """Text as it is, code with its output."""
-        with tempfile.TemporaryDirectory() as bare, contextlib.chdir(bare):
-            markdown = self.text()
-        return self.parse_text_to_nodes(markdown, allow_section_headings=True)
 
     def text(self) -> str:
         """Markdown of all cells."""
@@ -109,7 +92,6 @@ class Notebook(Running):
 
 
 def setup(app: Sphinx) -> dict[str, Any]:
-    """Register the directives; Sphinx calls this."""
-    app.add_directive("example", Example)
+    """Register the directive; Sphinx calls this."""
     app.add_directive("notebook", Notebook)
     return {"version": "1", "parallel_read_safe": True, "parallel_write_safe": True}

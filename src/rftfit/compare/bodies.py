@@ -1,0 +1,95 @@
+"""What the model gets wrong on a body, from the legs of a campaign or of the paper."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from functools import cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rftfit.campaign.problems import choose
+from rftfit.errors import InputError
+from rftfit.model.body_error import BodyError
+from rftfit.model.body_lessons import learn_body_error
+from rftfit.model.contacts import Contact
+from rftfit.model.motion import rotation
+from rftfit.model.outlines import leg_outline, model_leg
+from rftfit.model.profiles import Profile
+from rftfit.model.shapes import estimate_map, published_shapes
+from rftfit.reference import LEGS, MEDIA, load
+
+if TYPE_CHECKING:
+    from rftfit.results import Medium, Results
+
+PUBLISHED = "published"
+"""Word for the legs of Fig. S5 instead of a folder of results."""
+
+READING_PERCENT = 2.0
+"""Error of a force on a published leg, of the largest of its curve: what is read from the drawing."""
+
+
+def published_body_error(leg: str, without: Iterable[str] = ()) -> BodyError:
+    """What the model gets wrong on a published leg, from Fig. S5 and the maps of Table S5.
+
+    `without`: media that are left out, of the legs and of the shapes behind the maps.
+    """
+    choose("leg", leg, LEGS)
+    return _published_body_error(leg, frozenset(without))
+
+
+@cache
+def _published_body_error(leg: str, without: frozenset[str]) -> BodyError:
+    curves, alpha = load("fig_s5"), load("table_s5")
+    measurements = []
+    for medium in MEDIA:
+        if medium in without:
+            continue
+        rows = curves[(curves["medium"] == medium) & (curves["leg"] == leg)]
+        largest = float(rows[["force_z_N", "force_x_N"]].abs().max().max())
+        motion = rotation(rows["theta_deg"].to_numpy(float))
+        contact = Contact(
+            model_leg(leg), motion, rows, READING_PERCENT / 100 * largest, name=medium
+        )
+        pushes = alpha[alpha["medium"] == medium]
+        known = estimate_map(pushes, published_shapes(without), name=medium)
+        measurements.append((contact, known.profile))
+    return learn_body_error(measurements)
+
+
+def leg_contact(medium: Medium, leg: str) -> Contact | None:
+    """Measured curve of a leg of a campaign in a medium; None where it has none."""
+    results = medium.results
+    curve = medium.legs
+    curve = curve[curve["leg"] == leg] if len(curve) else curve
+    if not len(curve):
+        return None
+    described = results.config.legs[leg]
+    speed = results.config.arm.leg_speed_rad_per_s
+    motion = rotation(curve["theta_deg"].to_numpy(float), described.hip_height_cm, speed)
+    names = ("force_z_N", "force_x_N")
+    forces = {name: curve[name].to_numpy(float) for name in names}
+    largest = max(float(np.nanmax(np.abs(force))) for force in forces.values())
+    # the errors of the curve itself are smaller than those from bed to bed
+    error = medium.profile("table", draws=False).bed_spread * largest
+    return Contact(leg_outline(described, leg), motion, forces, error, name=medium.name)
+
+
+def campaign_body_error(results: Results, leg: str, without: Iterable[str] = ()) -> BodyError:
+    """What the model gets wrong on a leg of a campaign, from its measured curves and the maps of its media.
+
+    `without`: media that are left out. Raises InputError where no medium is left.
+    """
+    choose("leg", leg, tuple(results.config.legs), f"in {results.root}")
+    measurements: list[tuple[Contact, Profile]] = []
+    for name in results.laboratory:
+        if name in without:
+            continue
+        medium = results[name]
+        contact = leg_contact(medium, leg)
+        profile = medium.profile("map")
+        if contact is not None and not profile.reason:
+            measurements.append((contact, profile))
+    if not measurements:
+        raise InputError(f"{results.root}: no medium with a map has measured forces on {leg}")
+    return learn_body_error(measurements)

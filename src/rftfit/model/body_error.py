@@ -1,0 +1,161 @@
+"""What the force model gets wrong on one body, learned where the body was measured in media whose map is known.
+
+Measured less predicted force, over the load without cancellation, is nearly the same in every medium. It is taken
+as c + o: c belongs to the body, o to the body in this medium. Both are Gaussian processes (Matern 3/2) over the states of
+the body: how it is turned, how deep it is and which way it moves.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from rftfit.conventions import FloatArray
+from rftfit.model.model_error import LENGTH_BODIES, LENGTH_DEG, SEED, longest
+
+IntArray = npt.NDArray[np.intp]
+
+COMMON = 0.33
+"""Standard deviation of c over the load. Of the legs of Fig. S5; the few media of one body cannot tell it."""
+
+OWN = 0.17
+"""Standard deviation of o over the load where the body was measured in one medium: of the legs of Fig. S5."""
+
+UNKNOWN = round(math.hypot(COMMON, OWN), 2)
+"""Standard deviation of the error of a body that was measured nowhere: both parts."""
+
+_MOST_PATH = 300
+"""Poses of a motion in which the error is calculated."""
+
+JITTER = 1e-8
+
+
+def pose_states(points_cm: FloatArray, poses: FloatArray) -> FloatArray:
+    """States of an outline in its poses (p, 6), in lengths of the error, shape (p, f)."""
+    angle = poses[:, 2]
+    turn = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    return _states(points_cm, turn, poses[:, 1], poses[:, 3:5], poses[:, 5:])
+
+
+def frame_states(points_cm: FloatArray, frames: FloatArray) -> FloatArray:
+    """States of a body in space in its frames (p, 18), in lengths of the error, shape (p, f)."""
+    turn = frames[:, 9:] / np.sqrt(2)
+    return _states(points_cm, turn, frames[:, 2], frames[:, 3:6], frames[:, 6:9])
+
+
+def _states(
+    points_cm: FloatArray,
+    turn: FloatArray,
+    height: FloatArray,
+    velocity: FloatArray,
+    rate: FloatArray,
+) -> FloatArray:
+    length = longest(points_cm)
+    moves = np.concatenate([velocity, rate * length / 2], axis=1)
+    speed = np.linalg.norm(moves, axis=1, keepdims=True)
+    way = moves / np.where(speed > 0, speed, 1.0)
+    step = np.radians(LENGTH_DEG)
+    return np.concatenate(
+        [turn / step, height[:, None] / (LENGTH_BODIES * length), way / step], axis=1
+    )
+
+
+def correlation(states: FloatArray, others: FloatArray) -> FloatArray:
+    """Correlation of the error between states (p, f) and others (q, f), shape (p, q)."""
+    squares = ((states[:, None] - others) ** 2).sum(axis=-1)
+    distance = np.sqrt(3 * squares)
+    return np.asarray((1 + distance) * np.exp(-distance))
+
+
+class MeasuredErrors(NamedTuple):
+    """Errors of a body over the load in states (m, f).
+
+    `by_component`: numbers of the states, Cholesky root of their covariance, and what it makes of the errors.
+    """
+
+    states: FloatArray
+    by_component: tuple[tuple[IntArray, FloatArray, FloatArray], ...]
+
+
+@dataclass(frozen=True, eq=False)
+class BodyError:
+    """Relative error of the force model on one body: made by `rftfit.learn_body_error`.
+
+    Parameters
+    ----------
+    common, own : float
+        Standard deviation over the load of what the body has in every medium, and of what it has in one.
+        Default: nothing was learned, the whole error is its own.
+    media : tuple of str
+        Where the body was measured.
+    stated : bool
+        Whether `own` is stated, as for a body that was measured in one medium, and not learned.
+    measured : MeasuredErrors, optional
+        Errors that were measured; none: nothing is known but their size.
+
+    Examples
+    --------
+    >>> import rftfit
+    >>> rftfit.BodyError().own
+    0.37
+    """
+
+    common: float = 0.0
+    own: float = UNKNOWN
+    media: tuple[str, ...] = ()
+    stated: bool = True
+    measured: MeasuredErrors | None = field(default=None, repr=False)
+
+    def at(self, states: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Mean and covariance of the error over the load in some states (p, f), by component.
+
+        Shapes (components, p) and (components, p, p); without a measurement of the body that of any component.
+        """
+        own = self.own**2 * correlation(states, states)
+        if self.measured is None:
+            return np.zeros((3, len(states))), np.broadcast_to(own, (3, *own.shape))
+        means, covariances = [], []
+        for places, root, values in self.measured.by_component:
+            across = self.common**2 * correlation(states, self.measured.states[places])
+            solved = np.linalg.solve(root, across.T)
+            means.append(solved.T @ values)
+            left = self.common**2 * correlation(states, states) - solved.T @ solved
+            covariances.append(left + own)
+        return np.stack(means), np.stack(covariances)
+
+    def paths(
+        self, states: FloatArray, components: int, draws: int
+    ) -> tuple[FloatArray, FloatArray]:
+        """Mean of the error over the load (components, p) and draws about it (draws, components, p)."""
+        count = len(states)
+        places = np.unique(np.linspace(0, count - 1, min(count, _MOST_PATH)).round().astype(int))
+        mean, covariance = self.at(states[places])
+        every = np.arange(count)
+        # linear between the states that were calculated
+        shares = np.stack([np.interp(every, places, unit) for unit in np.eye(places.size)])
+        random = np.random.default_rng(SEED)
+        half = random.standard_normal(((draws + 1) // 2, components, places.size))
+        normals = np.concatenate([half, -half])[:draws]
+        drawn = np.empty((draws, components, count))
+        for component in range(components):
+            jitter = JITTER * np.eye(places.size)
+            root = np.linalg.cholesky(covariance[component] + jitter).T
+            drawn[:, component] = normals[:, component] @ root @ shares
+        mean = mean[:components] @ shares
+        return mean, mean + drawn
+
+    @cached_property
+    def words(self) -> str:
+        """What is known of the error, for people."""
+        if not self.media:
+            return f"error of the model {self.own:g} of the load, stated: the body was not measured before"
+        how = "stated, as the body was measured in one medium" if self.stated else "learned"
+        return (
+            f"error of the model on this body learned from {', '.join(self.media)}; what is left of one medium "
+            f"{self.own:.2f} of the load ({how})"
+        )

@@ -1,0 +1,138 @@
+"""Learn what the force model gets wrong on a body from forces on it in media whose map is known."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from rftfit.conventions import FloatArray
+from rftfit.model.body_error import (
+    COMMON,
+    JITTER,
+    OWN,
+    BodyError,
+    IntArray,
+    MeasuredErrors,
+    correlation,
+)
+from rftfit.model.contacts import Contact
+from rftfit.model.profiles import Profile
+
+LEAST_OWN = 0.15
+"""Of o at least: from three media or fewer of one material it is estimated too small."""
+
+MOST_STATES = 45
+"""Poses of a measured curve that are used: neighbours tell the same."""
+
+_SIZES = np.exp(np.linspace(np.log(0.03), np.log(1.2), 24))
+"""Standard deviations that are tried."""
+
+
+def learn_body_error(measurements: Sequence[tuple[Contact, Profile]]) -> BodyError:
+    """Learn what the model gets wrong on a body from forces on it in media whose map is known.
+
+    Parameters
+    ----------
+    measurements : sequence of (Contact, Profile)
+        Forces on the same body, named after the medium, and the map of the medium, from plates: at least one.
+
+    Returns
+    -------
+    BodyError
+        Its `own` is learned from two media or more and at least 0.15; from one it is stated.
+
+    Raises
+    ------
+    ValueError
+        If there is no measurement, or a profile has no number in a pose.
+
+    Examples
+    --------
+    >>> import rftfit
+    >>> rows = rftfit.published_table("fig_s5").query("medium == 'poppy_LP' and leg == 'c_leg'")
+    >>> leg, motion = rftfit.model_leg("c_leg"), rftfit.rotation(rows["theta_deg"])
+    >>> turned = rftfit.Contact(leg, motion, rows, errors=0.1)
+    >>> rftfit.learn_body_error([(turned, rftfit.published_medium("poppy_LP"))]).own
+    0.17
+    """
+    if not measurements:
+        raise ValueError("a body's error is learned from at least one measurement")
+    parts = [_residuals(contact, profile) for contact, profile in measurements]
+    states = np.concatenate([part.states for part in parts])
+    medium = np.concatenate([np.full(len(part.states), k) for k, part in enumerate(parts)])
+    components = len(parts[0].residuals)
+    alike = correlation(states, states)
+    same_medium = medium[:, None] == medium
+    systems = []
+    for component in range(components):
+        values = np.concatenate([part.residuals[component] for part in parts])
+        noise = np.zeros_like(alike)
+        start = 0
+        for part in parts:
+            stop = start + len(part.states)
+            noise[start:stop, start:stop] = part.noise[component]
+            start = stop
+        places = np.flatnonzero(np.isfinite(values))
+        square = np.ix_(places, places)
+        systems.append(
+            (places, values[places], alike[square], (alike * same_medium)[square], noise[square])
+        )
+    common, stated = COMMON, len(parts) == 1
+    own = OWN if stated else max(_most_likely(systems, common), LEAST_OWN)
+    seen = []
+    for places, values, alike_here, alike_in_medium, noise in systems:
+        covariance = common**2 * alike_here + own**2 * alike_in_medium + noise
+        root = np.linalg.cholesky(covariance + JITTER * np.eye(len(covariance)))
+        seen.append((places, root, np.linalg.solve(root, values)))
+    media = tuple(dict.fromkeys(contact.label for contact, _ in measurements))
+    return BodyError(common, own, media, stated, MeasuredErrors(states, tuple(seen)))
+
+
+def _most_likely(
+    systems: Sequence[tuple[IntArray, FloatArray, FloatArray, FloatArray, FloatArray]],
+    common: float,
+) -> float:
+    """Standard deviation of o with the greatest likelihood."""
+
+    def loss(own: float) -> float:
+        total = 0.0
+        for _, values, alike, in_medium, noise in systems:
+            covariance = common**2 * alike + own**2 * in_medium + noise
+            root = np.linalg.cholesky(covariance + JITTER * np.eye(values.size))
+            total += 2 * float(np.log(np.diag(root)).sum())
+            total += float((np.linalg.solve(root, values) ** 2).sum())
+        return total
+
+    return float(min(_SIZES, key=loss))
+
+
+@dataclass(frozen=True)
+class _Part:
+    """Residuals over the load of one measurement, shape (components, m), and their covariance (components, m, m)."""
+
+    states: FloatArray
+    residuals: FloatArray
+    noise: FloatArray
+
+
+def _residuals(contact: Contact, profile: Profile) -> _Part:
+    where = np.flatnonzero(contact.touches & np.isfinite(contact.measured).any(axis=0))
+    if where.size > MOST_STATES:
+        where = where[np.linspace(0, where.size - 1, MOST_STATES).round().astype(int)]
+    load = contact.load(profile)[where]
+    best = contact.force_draws(profile)[0][:, where]
+    if not np.isfinite(best).all():
+        raise ValueError(f"{contact.label}: {profile.reason or 'no number'}")
+    residuals = (contact.measured[:, where] - best) / load
+    noise = []
+    spread = profile.spread
+    drawn = contact.force_draws(spread)[..., where] if isinstance(spread, Profile) else None
+    for component in range(len(best)):
+        reading = np.diag(np.nan_to_num(contact.reading_errors[component, where] / load) ** 2)
+        if drawn is not None:
+            off = (drawn[:, component] - drawn[:, component].mean(axis=0)) / load
+            reading = reading + off.T @ off / (len(off) - 1)
+        noise.append(reading)
+    return _Part(contact.states[where], residuals, np.stack(noise))

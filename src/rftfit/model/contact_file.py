@@ -1,0 +1,172 @@
+"""Forces on a leg or a body by pose, from a table: one contact or several."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from rftfit.campaign.problems import CampaignError
+from rftfit.campaign.rows import DraftRow, Schema, TableColumn, read_rows
+from rftfit.conventions import FloatArray
+from rftfit.errors import InputError
+from rftfit.model.body_error import BodyError
+from rftfit.model.contacts import PLANE, SPACE, Contact
+from rftfit.model.mesh import Mesh, Motion3D
+from rftfit.model.motion import HIP_HEIGHT_CM, Motion, path, rotation
+from rftfit.model.outlines import Outline
+
+USUAL_FORCE_PERCENT = 5.0
+"""Error of a reading of which none is stated, of the largest force: from bed to bed."""
+
+_TURNS_BACK_DEG = 2.0
+"""Way back of theta that is more than the noise of an encoder."""
+
+_TURN = ("theta_deg",)
+_PATH = ("t_s", "x_cm", "z_cm", "angle_deg")
+_SPACE = ("t_s", "x_cm", "y_cm", "z_cm", "turn_x_deg", "turn_y_deg", "turn_z_deg")
+
+
+def _number(name: str, meaning: str, unit: str, above: float | None = None) -> TableColumn:
+    return TableColumn(name, "number", meaning, needed=False, unit=unit, above=above)
+
+
+SCHEMA = Schema(
+    "contacts",
+    (
+        TableColumn("contact", "name", "rows of one turn or one path", needed=False),
+        _number("theta_deg", "angle of a leg from straight down, negative in front", "degrees"),
+        _number("hip_cm", "height of its axle above the surface", "cm"),
+        _number("t_s", "time", "s"),
+        *(_number(f"{axis}_cm", f"{axis} of the reference point", "cm") for axis in "xyz"),
+        _number("angle_deg", "angle from z toward x", "degrees"),
+        *(
+            _number(f"turn_{axis}_deg", f"{axis} of the vector of rotation", "degrees")
+            for axis in "xyz"
+        ),
+        *(
+            _number(f"force_{axis}_N", f"force of the medium on the body along {axis}", "N")
+            for axis in "xyz"
+        ),
+        _number("error_N", "standard error of each force, from bed to bed", "N", above=0.0),
+    ),
+    comments=True,
+    others="warned",
+)
+
+
+def read_contacts(
+    file: Path,
+    body: Outline | Mesh,
+    hip_cm: float | None = None,
+    body_error: BodyError | None = None,
+) -> tuple[list[Contact], list[str]]:
+    """Read measured forces on a body by pose, and what to be warned of.
+
+    Parameters
+    ----------
+    file : Path
+        csv, tsv or xlsx: `SCHEMA`. A leg that turns about its axle has ``theta_deg``; a body on a path ``t_s, x_cm,
+        z_cm, angle_deg``; a mesh ``t_s, x_cm, y_cm, z_cm, turn_x_deg, turn_y_deg, turn_z_deg``.
+    body : Outline or Mesh
+    hip_cm : float, optional
+        Height of the axle where the file has no ``hip_cm``; default 2.
+    body_error : BodyError, optional
+        As of `Contact`.
+
+    Returns
+    -------
+    contacts : list of Contact
+    warnings : list of str
+
+    Raises
+    ------
+    InputError
+        With every cell that is wrong, or with the column that is missing, or where a contact tells nothing.
+    """
+    rows, problems = read_rows(file, SCHEMA)
+    if any(problem.severity == "error" for problem in problems):
+        raise CampaignError(problems)
+    warnings = [str(problem) for problem in problems]
+    columns = {
+        name: values
+        for name in (column.name for column in SCHEMA.columns if column.form == "number")
+        if np.isfinite(values := _values(rows, name)).any()
+    }
+    needed = _needed(columns, body, file)
+    labels = np.array([row.text.get("contact", "") for row in rows])
+    forces = SPACE if isinstance(body, Mesh) else PLANE
+    measured = [np.abs(columns[name]) for name in forces if name in columns]
+    if not measured:
+        raise InputError(f"{file}: no column {' or '.join(forces)}; no force was measured")
+    if missing := [name for name in needed if not np.isfinite(columns[name]).all()]:
+        raise InputError(f"{file}: {missing[0]} is blank in some rows; each row needs its pose")
+    errors = columns.get("error_N", np.full(len(rows), np.nan))
+    if np.isnan(errors).any():
+        usual = USUAL_FORCE_PERCENT / 100 * max(float(np.nanmax(values)) for values in measured)
+        errors = np.where(np.isnan(errors), usual, errors)
+        warnings.append(
+            f"{file}: no error_N; each force is taken to be known to {usual:.3g} N, {USUAL_FORCE_PERCENT:g} % of the largest"
+        )
+    contacts = []
+    for label in dict.fromkeys(labels.tolist()):
+        chosen = labels == label
+        of_contact = {name: values[chosen] for name, values in columns.items()}
+        name = f"{file.name}, contact {label}" if label else file.name
+        try:
+            motion = _motion(of_contact, needed, hip_cm)
+            contact = Contact(
+                body,
+                motion,
+                {force: of_contact[force] for force in forces if force in of_contact},
+                dict.fromkeys(forces, errors[chosen]),
+                body_error or BodyError(),
+                name,
+            )
+        except ValueError as error:
+            text = str(error)
+            raise InputError(text if text.startswith(name) else f"{name}: {text}") from error
+        contacts.append(contact)
+    return contacts, warnings
+
+
+def _values(rows: list[DraftRow], name: str) -> FloatArray:
+    return np.array([row.number.get(name, np.nan) for row in rows])
+
+
+def _needed(columns: dict[str, FloatArray], body: Outline | Mesh, file: Path) -> tuple[str, ...]:
+    """Columns that tell the poses."""
+    choices = (_SPACE,) if isinstance(body, Mesh) else (_TURN, _PATH)
+    for names in choices:
+        if set(names) <= set(columns):
+            return names
+    words = ", or ".join(", ".join(names) for names in choices)
+    raise InputError(f"{file}: no pose of {body.name}; allowed: the columns {words}")
+
+
+def _motion(
+    columns: dict[str, FloatArray], needed: tuple[str, ...], hip_cm: float | None
+) -> Motion | Motion3D:
+    if needed == _SPACE:
+        return Motion3D.path(
+            columns["t_s"],
+            np.stack([columns[name] for name in _SPACE[1:4]], axis=1),
+            np.stack([columns[name] for name in _SPACE[4:]], axis=1),
+        )
+    if needed == _PATH:
+        return path(*(columns[name] for name in _PATH))
+    theta = columns["theta_deg"]
+    way = np.sign(theta[-1] - theta[0])
+    back = np.maximum.accumulate(way * theta) - way * theta
+    if way and float(back.max()) > _TURNS_BACK_DEG:
+        raise ValueError(
+            f"theta turns back by {back.max():.3g} degrees; rows of each way are a contact of their own (column contact)"
+        )
+    height = HIP_HEIGHT_CM if hip_cm is None else hip_cm
+    motion = rotation(theta, height, float(way))
+    if "hip_cm" in columns:
+        poses = motion.poses.copy()
+        poses[:, 1] = columns["hip_cm"]
+        motion = replace(motion, name="turned about its axle", poses=poses)
+    return motion

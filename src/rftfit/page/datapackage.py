@@ -1,0 +1,97 @@
+"""The tables of a run as a Frictionless data package: paths, digests, and each column with unit and meaning."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import PurePosixPath
+from typing import Any
+
+from rftfit.outputs.dictionary import Output, OutputColumn, column_of, describe_file
+
+PROFILE = "https://datapackage.org/profiles/2.0/datapackage.json"
+"""The standard that `package_text` follows."""
+
+_TYPES = {"text": "string", "yes or no": "boolean", "count": "integer", "number": "number"}
+
+
+@dataclass(frozen=True)
+class ResultFile:
+    """One csv table of the results.
+
+    `path`: From the campaign's folder. `sha256`, `size`: Of its content, size in bytes.
+    """
+
+    path: str
+    sha256: str
+    size: int
+    columns: tuple[str, ...]
+
+
+def package_text(title: str, about: str, files: Iterable[ResultFile]) -> str:
+    """Describe the csv tables of a run as ``datapackage.json``; the same files give the same text.
+
+    `title`, `about`: Of the campaign.
+    """
+    resources: list[dict[str, Any]] = []
+    names: set[str] = set()
+    for file in sorted(files, key=lambda file: file.path):
+        if (output := describe_file(file.path)) is not None:
+            resources.append(_resource(file, output, names))
+    package = {
+        "$schema": PROFILE,
+        "name": "rftfit-results",
+        "title": title,
+        "description": about,
+        "resources": resources,
+    }
+    return json.dumps(package, indent=1, ensure_ascii=False) + "\n"
+
+
+def _resource(file: ResultFile, output: Output, names: set[str]) -> dict[str, Any]:
+    path = PurePosixPath(file.path).relative_to("results")
+    fields = [_field(name, column_of(output, name)) for name in file.columns]
+    return {
+        "name": _free_name(path, names),
+        "type": "table",
+        "path": path.as_posix(),
+        "title": output.row,
+        "description": output.about,
+        "format": "csv",
+        "mediatype": "text/csv",
+        "encoding": "utf-8",
+        "bytes": file.size,
+        "hash": f"sha256:{file.sha256}",
+        "schema": {"fields": fields, "missingValues": [""]},
+    }
+
+
+def _free_name(path: PurePosixPath, names: set[str]) -> str:
+    """Return a name of small letters for a file; two media may differ by case alone."""
+    base = re.sub(r"[^a-z0-9._-]+", "-", path.with_suffix("").as_posix().lower())
+    name = base
+    number = 1
+    while name in names:
+        number += 1
+        name = f"{base}-{number}"
+    names.add(name)
+    return name
+
+
+def _field(name: str, column: OutputColumn | None) -> dict[str, Any]:
+    """Describe a column; one that the dictionary lacks may hold anything."""
+    if column is None:
+        return {"name": name, "type": "any"}
+    field: dict[str, Any] = {
+        "name": name,
+        "type": _TYPES.get(column.kind, "any"),
+        "title": column.quantity,
+        "description": column.meaning,
+    }
+    if column.kind == "yes or no":
+        field |= {"trueValues": ["True"], "falseValues": ["False"]}
+    if column.unit:
+        field["unit"] = column.unit
+    return field

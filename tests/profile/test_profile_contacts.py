@@ -1,0 +1,162 @@
+"""Measured forces on bodies as observations of a map, and what the model gets wrong on a body."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import rftfit
+from rftfit.model.body_lessons import LEAST_OWN, learn_body_error
+from rftfit.model.contacts import Contact
+from rftfit.model.shapes import map_nodes
+
+LEG = rftfit.model_leg("c_leg", elements=12)
+MOTION = rftfit.rotation(np.arange(-90.0, 91, 15))
+SAND = rftfit.published_medium("poppy_LP")
+ONE_PUSH = pd.DataFrame({"beta_deg": [0], "gamma_deg": [90], "alpha_z_N_per_cm3": [0.3]})
+
+
+def turned(medium="poppy_LP", motion=MOTION, factor=1.0, **options):
+    """The leg in a published medium, by its table."""
+    forces = rftfit.predict(rftfit.published_medium(medium), LEG, motion)
+    both = {name: factor * forces[name].to_numpy() for name in ("force_z_N", "force_x_N")}
+    return Contact(LEG, motion, both, errors=0.05, **options)
+
+
+def vertical(estimate):
+    """alpha_z(0, 90 deg) of a map: value, lower and upper end."""
+    value = float(estimate.profile.alpha(0.0, np.pi / 2)[0])
+    lo, hi = np.quantile(estimate.profile.spread.alpha(0.0, np.pi / 2)[0], [0.025, 0.975])
+    return value, lo, hi
+
+
+def test_weights_times_alpha_are_the_forces_of_the_program_in_the_plane_and_in_space():
+    nodes = map_nodes()
+    table = rftfit.TableProfile(*SAND.alpha(nodes.beta, nodes.gamma), nodes.beta, nodes.gamma)
+    alpha = np.concatenate(SAND.alpha(nodes.beta, nodes.gamma))
+    forces = rftfit.predict(table, LEG, MOTION)
+    contact = turned()
+    np.testing.assert_allclose(
+        contact.weights(nodes.beta, nodes.gamma)[0] @ alpha, forces["force_z_N"], atol=1e-9
+    )
+    np.testing.assert_allclose(
+        contact.weights(nodes.beta, nodes.gamma)[1] @ alpha, forces["force_x_N"], atol=1e-9
+    )
+    plate = rftfit.Mesh.extrude(rftfit.polyline([(-1, 0), (1, 0.5)], 2, elements=1))
+    motion = rftfit.Motion3D([[0, 0, -2], [0, 0, -3]], [0.3, 0.2, -1])
+    forces = rftfit.predict(table, plate, motion, model_error=0)
+    pressed = Contact(plate, motion, forces, errors=0.1)
+    for row, name in enumerate(pressed.components):
+        np.testing.assert_allclose(
+            pressed.weights(nodes.beta, nodes.gamma)[row] @ alpha,
+            forces[name],
+            atol=1e-9,
+            err_msg=name,
+        )
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"force": {}}, "no force was measured"),
+        ({"force": {"force_z_N": [1.0, np.nan, np.nan]}}, "1 pose with a force"),
+        ({"motion": rftfit.rotation([0, 10, 20], hip_height_cm=9)}, "in the air"),
+        ({"motion": rftfit.rotation([0, 10, 20], rate_rad_per_s=0)}, "never moves"),
+        ({"errors": 0.0}, "above 0"),
+        ({"force": {"force_z_N": [1.0, 2.0]}}, "one number for each of 3 poses"),
+        ({"motion": rftfit.rotation([0, np.nan, 20])}, "is missing"),
+        ({"motion": rftfit.Motion3D([0, 0, -1], [0, 0, -1])}, "Motion3D"),
+    ],
+)
+def test_a_contact_that_tells_nothing_is_refused_with_its_reason(changes, words):
+    given = {
+        "body": LEG,
+        "motion": rftfit.rotation([0, 10, 20]),
+        "force": {"force_z_N": [1.0, 2.0, 3.0]},
+        "errors": 0.1,
+    }
+    with pytest.raises(ValueError, match=words):
+        Contact(**(given | changes))
+
+
+def test_a_map_needs_something_and_a_medium_that_resists():
+    with pytest.raises(ValueError, match="a push or a contact"):
+        rftfit.estimate_map()
+    with pytest.raises(ValueError, match="meet no resistance"):
+        rftfit.estimate_map(contacts=[turned(factor=-1)])
+
+
+def test_a_leg_alone_tells_alpha_and_beside_a_push_it_narrows_it():
+    shapes = rftfit.published_shapes(["poppy_LP"])
+    truth = float(SAND.alpha(0.0, np.pi / 2)[0])
+    value, lo, hi = vertical(rftfit.estimate_map(shapes=shapes, contacts=[turned()]))
+    assert lo < truth < hi
+    assert 0.2 < (hi - lo) / 2 / value < 0.6
+    alone = rftfit.estimate_map(ONE_PUSH.assign(se_z=0.15), shapes)
+    both = rftfit.estimate_map(ONE_PUSH.assign(se_z=0.15), shapes, contacts=[turned()])
+    # a direction that was pushed keeps what the push measured
+    spread = [
+        estimate.draws[..., ~estimate.measured].std(axis=0).mean() for estimate in (alone, both)
+    ]
+    assert spread[1] < 0.9 * spread[0]
+    assert both.measurements == "1 push and 1 contact"
+
+
+def test_forces_of_another_size_make_a_map_of_that_size():
+    once, thrice = (
+        vertical(rftfit.estimate_map(contacts=[turned(factor=factor)]))[0] for factor in (1, 3)
+    )
+    assert thrice / once == pytest.approx(3, rel=0.03)
+
+
+def test_poses_of_one_body_share_the_models_error_so_a_repeat_narrows_nothing():
+    alone, twice = (
+        vertical(rftfit.estimate_map(contacts=contacts))
+        for contacts in ([turned()], [turned(), turned()])
+    )
+    assert twice[2] - twice[1] == pytest.approx(alone[2] - alone[1], rel=0.1)
+
+
+def test_what_a_body_has_in_every_medium_is_learned_and_taken_off():
+    media = ("glass0.3mm_LP", "glass0.3mm_CP")
+    body = learn_body_error(
+        [
+            (turned(medium, factor=1.4, name=medium), rftfit.published_medium(medium))
+            for medium in media
+        ]
+    )
+    assert body.own == LEAST_OWN
+    assert not body.stated
+    assert "glass0.3mm_LP" in body.words
+    plain, learned = (
+        vertical(rftfit.estimate_map(contacts=[turned(factor=factor, **given)]))
+        for factor, given in ((1.0, {}), (1.4, {"body_error": body}))
+    )
+    assert learned[0] == pytest.approx(plain[0], rel=0.15)
+    assert learned[2] - learned[1] < 0.8 * (plain[2] - plain[1])
+    force = 1.4 * rftfit.predict(SAND, LEG, MOTION)["force_z_N"]
+    with_body = rftfit.predict(SAND, LEG, MOTION, body_error=body)
+    without = rftfit.predict(SAND, LEG, MOTION)
+    off = [np.abs(table["force_z_N"] - force).max() for table in (with_body, without)]
+    assert off[0] < 0.5 * off[1]
+    assert (with_body["force_z_model_lo_N"] <= force + 1e-9).all()
+    assert (force <= with_body["force_z_model_hi_N"] + 1e-9).all()
+
+
+def test_from_one_medium_the_share_of_the_body_is_stated_and_from_none_refused():
+    assert learn_body_error([(turned(), SAND)]).stated
+    with pytest.raises(ValueError, match="at least one"):
+        learn_body_error([])
+    with pytest.raises(ValueError, match="one of them"):
+        rftfit.predict(SAND, LEG, MOTION, model_error=0.1, body_error=rftfit.BodyError())
+
+
+def test_a_mesh_has_the_error_of_its_body_too():
+    foot = rftfit.Mesh.extrude(rftfit.polyline([(-1, 0), (1, 0)], 2, elements=1))
+    motion = rftfit.Motion3D([[0, 0, -1], [0, 0, -2], [0, 0, -3]], [0, 0, -1])
+    forces = rftfit.predict(SAND, foot, motion, model_error=0)
+    pressed = {name: 1.3 * forces[name] for name in ("force_x_N", "force_y_N", "force_z_N")}
+    body = learn_body_error([(Contact(foot, motion, pressed, errors=0.05), SAND)])
+    blended = rftfit.predict(SAND, foot, motion, body_error=body)
+    ratio = blended["force_z_N"] / forces["force_z_N"]
+    assert (ratio > 1.15).all()
+    assert (ratio < 1.3).all()
