@@ -1,5 +1,6 @@
 """A campaign whose clocks and surface nobody wrote down, with round plates and a machine that yields."""
 
+import re
 from typing import Any
 
 import numpy as np
@@ -152,9 +153,9 @@ def test_runs_with_one_fault_are_one_group_whatever_they_are_called(folder):
     for name in ("a", "b"):
         write(folder, name, make_push(3, stiffness=0.0, medium_N=0.0))
     logs = open_logs(campaign(folder), "sand")
-    assert [(problem.code, problem.place.file) for problem in logs.problems] == [
-        ("logs.refused", "sand, 2 of 2 runs would be dropped, for example a (row 2)")
-    ]
+    (problem,) = logs.problems
+    assert problem.code == "logs.refused"
+    assert re.fullmatch(r"sand, 2 of 2 .* a \(row 2\)", problem.place.file)
 
 
 def test_estimate_needs_a_push_and_a_line_is_needed_without(folder):

@@ -1,13 +1,14 @@
 """Outlines: arcs, model legs, and points from a user's csv."""
 
+import itertools
 import math
 import re
 
 import numpy as np
 import pytest
+from told import told
 
-from rftfit.campaign.problems import CampaignError, Place
-from rftfit.errors import InputError
+from rftfit.campaign.problems import CampaignError
 from rftfit.model.motion import rotation_poses
 from rftfit.model.outlines import (
     Outline,
@@ -29,19 +30,17 @@ def written(tmp_path, rows, header="x_cm,z_cm"):
     return path
 
 
-def message(path):
-    with pytest.raises(InputError, match=path.name) as error:
+def problems_of(path):
+    with pytest.raises(CampaignError) as caught:
         read_outline(path, 2.0)
-    return str(error.value)
+    assert {problem.place.file for problem in caught.value.problems} == {str(path)}
+    return caught.value.problems
 
 
 def test_missing_columns_and_files(tmp_path):
-    with pytest.raises(CampaignError) as error:
-        read_outline(written(tmp_path, "0,0\n", "xcm,z_cm"), 2.0)
-    (problem,) = error.value.problems
-    assert (problem.code, problem.nearest) == ("outline.missing-column", "xcm")
-    assert problem.place == Place(str(tmp_path / "scoop.csv"), 1, "x_cm")
-    assert "does not exist" in message(tmp_path / "none.csv")
+    no_column = problems_of(written(tmp_path, "0,0\n", "xcm,z_cm"))
+    assert told(no_column) == ["outline.missing-column 1 x_cm ~xcm"]
+    assert told(problems_of(tmp_path / "none.csv")) == ["outline.missing"]
 
 
 @pytest.mark.parametrize("c", [-1.0, -0.5, -1e-9, 0.0, 1e-300, 1e-5, 0.86, 1.0])
@@ -134,32 +133,37 @@ def test_closed_outline_is_solid_whichever_way_it_runs(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("rows", "expected"),
+    ("rows", "expected", "rows_met"),
     [
-        ("1,2\n", ["row 2", "1 point;"]),
-        ("", ["no points yet"]),
-        ("0,0\n1,1\n2,0\n1,1\n3,3\n", ["row 5", "1, 1", "row 3"]),
-        ("0,0\n0,0\n1,1\n", ["row 3", "row 2"]),
-        ("0,0\n2,2\n2,0\n0,2\n", ["row 4", "crosses", "from row 2 to 3", "row 4 to 5"]),
-        ("0,0\n2,0\n1,0\n", ["row 3", "crosses"]),  # turns back on itself
-        ("0,0\n2,0\n2,1\n1,0\n", ["row 4", "touches"]),
-        ("0,0\n4,0\n4,1\n5,1\n5,0\n3,0\n", ["row 6", "row 2 to 3"]),  # overlaps in one line
-        ("0,0\n1,a\n2,nan\n", ["row 3", "z_cm", "'a'", "row 4", "'nan'"]),
-        ("0,0\n1\n", ["row 3", "z_cm", "blank"]),
-        ("0;0\n", ["row 2"]),
+        ("1,2\n", ["too-short 2"], "1"),
+        ("", ["empty"], ""),
+        ("0,0\n1,1\n2,0\n1,1\n3,3\n", ["repeated 5 '1, 1'"], "3"),
+        ("0,0\n0,0\n1,1\n", ["repeated 3 '0, 0'"], "2"),
+        ("0,0\n2,2\n2,0\n0,2\n", ["crossing 4"], "2 3 4 5"),
+        ("0,0\n2,0\n1,0\n", ["crossing 3"], "2 3 3 4"),  # turns back on itself
+        ("0,0\n2,0\n2,1\n1,0\n", ["crossing 4"], "2 3 4 5"),  # touches
+        # overlaps in one line
+        ("0,0\n4,0\n4,1\n5,1\n5,0\n3,0\n", ["crossing 6", "crossing 6"], "2 3 6 7 3 4 6 7"),
+        ("0,0\n1,a\n2,nan\n", ["not-a-number 3 z_cm 'a'", "not-finite 4 z_cm 'nan'"], ""),
+        ("0,0\n1\n", ["required 3 z_cm"], ""),
+        ("0;0\n", ["not-a-number 2 x_cm '0;0'", "required 2 z_cm"], ""),
     ],
 )
-def test_bad_outlines_are_refused_with_their_rows(tmp_path, rows, expected):
-    text = message(written(tmp_path, rows))
-    for phrase in expected:
-        assert phrase in text
+def test_bad_outlines_are_refused_with_their_rows(tmp_path, rows, expected, rows_met):
+    """`rows_met`: points, or rows of the points that a bad one meets."""
+    problems = problems_of(written(tmp_path, rows))
+    assert told(problems) == [f"outline.{problem}" for problem in expected]
+    numbers = (re.findall(r"\d+", problem.allowed) for problem in problems)
+    assert " ".join(itertools.chain(*numbers)) == rows_met
 
 
 def test_rows_are_counted_with_comments(tmp_path, monkeypatch):
     path = written(tmp_path, "0,0\n\n# turn\n1,1\n0,0\n2,2\n", "# a\nx_cm,z_cm")
-    assert {"row 7", "row 3"} <= {*re.findall(r"row \d", message(path))}
+    (repeated,) = problems_of(path)
+    assert told([repeated]) == ["outline.repeated 7 '0, 0'"]
+    assert re.findall(r"\d+", repeated.allowed) == ["3"]
     monkeypatch.setattr("rftfit.model.outlines.MAX_POINTS", 3)
-    assert "row 8: 4 " in message(path)
+    assert told(problems_of(path)) == ["outline.too-long 8"]
 
 
 def test_crossings_against_brute_force():

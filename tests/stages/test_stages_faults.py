@@ -7,10 +7,11 @@ import math
 import pandas as pd
 import pytest
 from rigroom import Room, paper, planned, row_of_run
+from told import told
 
 from rftfit import reference
 from rftfit.campaign.load import load_campaign
-from rftfit.campaign.problems import CampaignError, Place
+from rftfit.campaign.problems import CampaignError
 from rftfit.errors import RftfitError
 from rftfit.lab.enact import reenact
 from rftfit.lab.rig import FAULTS
@@ -216,8 +217,7 @@ def test_tare_of_another_medium_is_stopped_before_anything_is_read(tmp_path):
     with pytest.raises(CampaignError) as caught:
         load_campaign(config)
     (other_medium,) = (p for p in caught.value.problems if p.code == "sheet.tare-medium")
-    assert other_medium.found == "palms29_bp00_g90_in_rod"
-    assert other_medium.place == Place("raw/paper/runs.csv", 10, "tare_run")
+    assert told([other_medium]) == ["sheet.tare-medium 10 tare_run 'palms29_bp00_g90_in_rod'"]
 
 
 def test_tare_shorter_than_the_run(room):

@@ -12,6 +12,7 @@ import yaml
 from foreign_logs import netft
 from jobs import run_rules
 from rigroom import Room, chain
+from told import told
 
 from rftfit.campaign.load import check_campaign, load_campaign
 from rftfit.campaign.problems import CampaignError
@@ -127,42 +128,46 @@ def test_every_row_is_accounted_for(foreign):
 
 
 @pytest.mark.parametrize(
-    ("log", "name", "column", "words"),
+    ("key", "column", "code", "named"),
     [
-        ("force", "F1", "Kx", "F1 in mN, but the config says N"),
-        ("force", "F1", {"column": "Kx", "unit": "lbf"}, "the file says mN, the config lbf"),
-        ("force", "F1", "Ky2", "column: found 'Ky2'; allowed: Zeit, Sync, Kx"),
-        ("force", "F1", "kx", "did you mean 'Kx'"),
-        ("force", "F2", None, "no column for F2; name it under force_log.columns"),
-        ("motion", "x", 3, "the file states no unit: add `unit:`, one of um, mm"),
-        ("motion", "x", {"column": 3, "unit": "s"}, "s is no unit of x; allowed: um"),
-        ("motion", "x", None, "no column for x"),
-        ("motion", "z", None, "no column for z, angle; name it under motion_log.columns"),
+        # named: what the reason says of the file, and of the config
+        ("force_log.columns.F1", "Kx", "other-unit", "F1 mN N"),
+        ("force_log.columns.F1", {"column": "Kx", "unit": "lbf"}, "columns", "mN lbf"),
+        ("force_log.columns.F1", "Ky2", "columns", "'Ky2' Zeit Sync Kx Ky Kz"),
+        ("force_log.columns.F1", "kx", "columns", "'kx' 'Kx'"),
+        ("force_log.columns.F2", None, "columns", "F2 force_log.columns"),
+        ("motion_log.columns.x", 3, "columns", "unit um mm"),
+        ("motion_log.columns.x", {"column": 3, "unit": "s"}, "columns", "s x um"),
+        ("motion_log.columns.x", None, "columns", "x motion_log.columns"),
+        ("motion_log.columns.z", None, "columns", "z angle motion_log.columns"),
     ],
 )
-def test_what_is_refused(foreign, log, name, column, words):
-    change_config(foreign, f"{log}_log.columns.{name}", column)
+def test_what_is_refused(foreign, key, column, code, named):
+    change_config(foreign, key, column)
     results = foreign.chain()
-    assert results.run(RUN)["status"] == "refused"
-    assert words in results.run(RUN)["reason"]
+    run = results.run(RUN)
+    assert (run["status"], run["reason_code"]) == ("refused", code)
+    assert {*named.split()} <= {*re.findall(r"[^\s,;:?`]+", run["reason"])}
     assert (results.book["fate"] == "dropped").all()
 
 
 @pytest.mark.parametrize(
-    ("key", "value", "words"),
+    ("key", "value", "problem", "allowed"),
     [
-        ("columns.F3", {"column": "Kz", "unit": "MN"}, "allowed: one of N, mN, kN"),
-        ("columns.F4", "Kx", "found 'F4'; allowed: one of time, arm_moving, F1, F2, F3"),
-        ("text", {"skip_line": 1}, "did you mean 'skip_lines'"),
-        ("text", {"delimiter": "x"}, "allowed: one of ,, ;, tab, blank, bar"),
-        ("columns.F1", {"unit": "mN"}, "needs either a column or a constant"),
-        ("text", {"skip_lines": 1}, "goes with the dialect delimited, found instron"),
+        ("columns.F3", {"column": "Kz", "unit": "MN"}, "unknown-word force_log.columns.F3.unit 'MN' ~mN", "N, mN, kN"),
+        ("columns.F4", "Kx", "unknown-key force_log.columns.F4 'F4'", "time, arm_moving, F1, F2, F3"),
+        ("text", {"skip_line": 1}, "unknown-key force_log.text.skip_line 'skip_line' ~skip_lines", ""),
+        ("text", {"delimiter": "x"}, "unknown-word force_log.text.delimiter 'x'", ",, ;, tab, blank, bar"),
+        ("columns.F1", {"unit": "mN"}, "inconsistent force_log.columns.F1", "column or a constant"),
+        ("text", {"skip_lines": 1}, "inconsistent force_log", "delimited, found instron"),
     ],
-)
-def test_config_is_checked(foreign, key, value, words):
+)  # fmt: skip
+def test_config_is_checked(foreign, key, value, problem, allowed):
     change_config(foreign, f"force_log.{key}", value)
-    with pytest.raises(CampaignError, match=re.escape(words)):
-        load_campaign(foreign.write())
+    campaign, problems = check_campaign(foreign.write())
+    assert campaign is None
+    assert told(problems) == [f"config.{problem}"]
+    assert allowed in problems[0].allowed
 
 
 def test_lost_packets_reach_the_ledger(tmp_path):
@@ -289,15 +294,15 @@ def test_damage_to_one_file_is_told_apart(single):
 
 
 @pytest.mark.parametrize(
-    ("fault", "status"),
+    ("fault", "code", "named"),
     [
-        ("excluded", "excluded: too wet"),
-        ("column", "column: found 'load F4'"),
-        ("gone", "missing"),
-        ("unnamed", "no column for F1, F2, F3; name it under force_log.columns"),
+        ("excluded", "excluded", "too wet"),
+        ("column", "columns", "'load F4'"),
+        ("gone", "missing", ""),
+        ("unnamed", "columns", "F1, F2, F3"),
     ],
 )
-def test_a_refused_run_of_one_file_is_counted_once(single, fault, status):
+def test_a_refused_run_of_one_file_is_counted_once(single, fault, code, named):
     if fault == "excluded":
         single.set(RUN, excluded="yes", reason="too wet")
     elif fault == "column":
@@ -307,7 +312,9 @@ def test_a_refused_run_of_one_file_is_counted_once(single, fault, status):
     else:
         single.logs[f"one/{RUN}.csv"] = None
     results = single.chain()
-    assert status in results.run(RUN)["reason"]
+    run = results.run(RUN)
+    assert run["reason_code"] == code
+    assert named in run["reason"]
     results.check_ledger(single.counted, single.names)
 
 
@@ -391,9 +398,8 @@ def test_gauges_and_a_calibration_give_what_the_loads_give(rig, tmp_path):
     with pytest.raises(CampaignError, match=r"calibration.*row 1: found load, unit"):
         load_campaign(path)
     calibration.unlink()
-    (missing,) = check_campaign(path)[1]
-    assert (missing.code, missing.found) == ("config.calibration-file", "gauges.csv")
-    assert missing.place.key == "force_log.calibration"
+    (missing,) = told(check_campaign(path)[1])
+    assert missing.startswith("config.calibration-file force_log.calibration 'gauges.csv'")
 
 
 def test_a_folder_of_ros2_is_named_by_its_folder(tmp_path):
@@ -415,9 +421,8 @@ def test_a_folder_of_ros2_is_named_by_its_folder(tmp_path):
     )
     assert {"bags/one/metadata.yaml", "bags/one/one_0.db3"} <= set(log_names(campaign, "poppy_LP"))
     (bag / "metadata.yaml").unlink()
-    (no_file,) = check_campaign(path)[1]
-    assert (no_file.code, no_file.found) == ("sheet.log-not-a-file", "bags/one")
-    assert no_file.place.column == "force_log"
+    (no_file,) = told(check_campaign(path)[1])
+    assert re.fullmatch(r"sheet.log-not-a-file \d+ force_log 'bags/one'", no_file)
 
 
 def test_level_pushes_alone_are_told_of_the_other_role(tmp_path):

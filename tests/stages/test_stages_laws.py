@@ -15,8 +15,8 @@ CASES = {
     "alpha z": ("passed", "law-line", "depth^1.0"),
     "z^1.4": ("failed", "law-power", "depth^1.4"),
     "z^2": ("failed", "law-power", "depth^"),
-    "c + alpha z, c/alpha = 10 mm": ("failed", "law-intercept", "c + alpha depth"),
-    "crust of 0.4 cm, breaks": ("failed", "law-crust", "has a peak near the surface"),
+    "c + alpha z, c/alpha = 10 mm": ("failed", "law-intercept", "c = "),
+    "crust of 0.4 cm, breaks": ("failed", "law-crust", " 1 of 1 "),
 }
 
 
@@ -29,9 +29,9 @@ def judged(tmp_path, law, pushes, end_cm=5.0, seed=2):
 @pytest.mark.parametrize("law", CASES)
 def test_law_of_one_push(tmp_path, law):
     row, at_depth = judged(tmp_path, law, 1)
-    verdict, code, words = CASES[law]
+    verdict, code, number = CASES[law]
     assert (row["verdict"], row["code"]) == (verdict, code)
-    assert words in row["found"]
+    assert number in row["found"]
     # stress over depth at stated depths where the law is known
     assert bool(len(at_depth)) == (code in ("law-power", "law-intercept"))
 

@@ -9,6 +9,7 @@ from campaigns import Folder
 from jobs import run_rules
 from one_push import ALPHA, REPORTED, REPORTED_PUSHES, campaign_around, measured, truth, write_table
 from paper import write_yaml
+from told import told
 
 from rftfit.campaign.load import check_campaign
 
@@ -93,25 +94,29 @@ def test_a_table_of_one_load_cell_has_no_stress_along_x(tmp_path):
 
 
 def problems_of(folder):
-    """Code, row and column of what is wrong with the campaign that a table was made into."""
-    problems = check_campaign(folder / "lab" / "config" / "config.yaml")[1]
-    return [(problem.code, problem.place.row, problem.place.column) for problem in problems]
+    return told(check_campaign(folder / "lab" / "config" / "config.yaml")[1])
 
 
 def test_a_table_with_stress_along_x_in_some_rows_of_a_run_is_refused(tmp_path):
     rows = [f"0,90,{depth},{depth},{'' if depth == 3 else 0}" for depth in range(1, 9)]
     write_table(tmp_path / "stress.csv", "beta_deg,gamma_deg,depth_cm,stress_z,stress_x", rows)
     Folder(tmp_path).rftfit("init", "lab", "--stress-table", "stress.csv")
-    assert problems_of(tmp_path) == [("stress-table.blank", 2, "stress_x_N_per_cm2")]
+    assert problems_of(tmp_path) == ["stress-table.blank 2 stress_x_N_per_cm2"]
 
 
-@pytest.mark.parametrize(("bad_row", "depth_mm"), [(12, 55.0), (20, 0.0), (33, -1e6)])
-def test_one_wrong_depth_of_a_table_is_left_out(tmp_path, bad_row, depth_mm):
+@pytest.mark.parametrize(
+    ("bad_row", "depth_mm", "problem"),
+    [
+        (12, 55.0, "stands-alone 13 depth_cm '5.5 cm'"),
+        (20, 0.0, "stands-alone 21 depth_cm '0 cm'"),
+        (33, -1e6, "negative-depth 34 depth_cm '-1e+06'"),
+    ],
+)
+def test_one_wrong_depth_of_a_table_is_left_out(tmp_path, bad_row, depth_mm, problem):
     rows = [f"0,90,{depth_mm if row == bad_row else row},{0.1 * row:.4f}" for row in range(1, 50)]
     write_table(tmp_path / "stress.csv", "beta_deg,gamma_deg,depth_mm,stress_z", rows)
     Folder(tmp_path).rftfit("init", "lab", "--stress-table", "stress.csv")
-    code = "stands-alone" if depth_mm >= 0 else "negative-depth"
-    assert problems_of(tmp_path) == [(f"stress-table.{code}", bad_row + 1, "depth_cm")]
+    assert problems_of(tmp_path) == [f"stress-table.{problem}"]
     if depth_mm < 0:
         return
     folder = Folder(tmp_path / "lab")
@@ -134,8 +139,8 @@ def test_rows_without_data_of_a_table_are_counted_and_disturb_nothing(tmp_path):
     config["table"]["missing"] = [-9999]
     write_yaml(folder.config, config)
     assert problems_of(tmp_path) == [
-        ("stress-table.no-data", 11, "depth_cm"),
-        ("stress-table.run-without-data", 41, "depth_cm"),
+        "stress-table.no-data 11 depth_cm",
+        "stress-table.run-without-data 41 depth_cm",
     ]
     assert "18 rows" in folder.rftfit("check").stdout
     run_rules(folder.config, "ingest", "tare", "slopes", "checks")
@@ -236,13 +241,15 @@ def test_runs_below_one_another_are_never_read_as_one(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("cell", "words"),
+    ("column", "cell", "bad_word"),
     [
-        ({"force_where": "Push 1"}, "column=value; column=value; found 'Push 1'"),
-        ({"force_columns": "F4=Force"}, "found 'F4'"),
-        ({"motion_columns": "z=z; z=Z"}, "found z twice"),
+        ("force_where", "Push 1", "'Push 1'"),
+        ("force_columns", "F4=Force", "'F4'"),
+        ("motion_columns", "z=z; z=Z", "z"),
     ],
 )
-def test_a_cell_that_names_rows_or_columns_wrongly_is_told(tmp_path, cell, words):
-    folder = campaign_around(tmp_path / "lab", "e3_pos_1.csv", row=cell)
-    assert words in folder.rftfit("check").stdout
+def test_a_cell_that_names_rows_or_columns_wrongly_is_told(tmp_path, column, cell, bad_word):
+    folder = campaign_around(tmp_path / "lab", "e3_pos_1.csv", row={column: cell})
+    wrong = check_campaign(folder.config)[1][-1]
+    assert told([wrong]) == [f"sheet.assignment 2 {column} {cell!r}"]
+    assert f"found {bad_word}" in wrong.allowed

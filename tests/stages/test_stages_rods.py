@@ -6,6 +6,7 @@ import pandas as pd
 import pytest
 from campaigns import make_campaign
 from jobs import run_rules
+from told import told
 
 from rftfit.campaign.load import check_campaign
 
@@ -68,8 +69,8 @@ def test_a_rod_with_an_angle_still_is_that_of_its_own_plate(campaign):
     problems = check_campaign(folder.config)[1]
     sheet.loc[sheet["run_id"] == rod, "beta_deg"] = ""
     write_sheet(folder, sheet)
-    rows = {p.place.row for p in problems if (p.code, p.found) == ("sheet.tare-beta", rod)}
-    assert rows == {2, 5}
+    expected = {f"sheet.tare-beta {row} tare_run {rod!r}" for row in (2, 5)}
+    assert expected <= {*told(problems)}
 
 
 @pytest.fixture
@@ -114,12 +115,6 @@ def test_rows_of_one_rod_log_must_describe_one_run(rows_of_one_log, changes, dif
     sheet = read_sheet(folder)
     sheet.loc[sheet["run_id"] == "rod_30", [*changes]] = [*changes.values()]
     write_sheet(folder, sheet)
-    problems = check_campaign(folder.config)[1]
-    shared = [p for p in problems if p.code == "sheet.shared-file"]
-    places = [(p.place.row, p.place.column) for p in shared]
-    assert places == [(row, f"{kind}_log") for row in (3, 4) for kind in ("force", "motion")]
-    # of the row before, in this column
-    for problem in shared:
-        assert re.findall(r"row (\d+)|(\w+)$", problem.allowed) == (
-            [(str(problem.place.row - 1), ""), ("", differs)]
-        )
+    problem = check_campaign(folder.config)[1][0]
+    assert told([problem]) == [f"sheet.shared-file 3 force_log {problem.found!r}"]
+    assert re.search(rf"force_log of row 2 .* {differs}$", problem.allowed)

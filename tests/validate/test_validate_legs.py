@@ -159,10 +159,9 @@ def test_what_cannot_be_compared_has_its_reason():
         "apart": "no-common-theta",
     }
     assert table.loc["c_leg", "reason"] == "dust"
-    ends: Any = table.loc["short"]
-    assert (ends["theta_from_deg"], ends["theta_to_deg"]) == (-130, -11)
-    told = remark("short-curve", first=-130, last=-11)
-    assert ends["reason"] == str(told)
+    short_curve = remark("short-curve", first=-130, last=-11)
+    assert table.loc["short", "reason"] == str(short_curve)
+    assert table.loc["short", "theta_to_deg"] == -11
     assert table["rms_error_N"].isna().to_dict() == dict.fromkeys(table.index, True) | {
         "short": False
     }

@@ -13,7 +13,8 @@ import yaml
 from campaigns import FEW, make_campaign
 
 from rftfit.cli.run import failed_checks
-from rftfit.measure.flags import format_remarks
+from rftfit.measure.flags import format_remarks, remark
+from rftfit.measure.verdicts import CHECKS
 from rftfit.model.scaling import generic
 from rftfit.results import open_results
 from rftfit.workflow.records import Recorded
@@ -21,8 +22,8 @@ from rftfit.workflow.state import read_states
 
 GOOD, BAD, TAKEN = "poppy_CP", "glass3mm_CP", "glass0.3mm_CP"
 WHY = "weighed in 1998 with another scale"
-MARK = "unusable: alpha is not as large as expected (results/checks)"
-ACCEPTED = f"accepted: alpha is not as large as expected: {WHY}"
+MARK = str(remark("unusable", faults=CHECKS["size"].fault))
+ACCEPTED = str(remark("accepted", fault=CHECKS["size"].fault, why=WHY))
 
 
 @pytest.fixture(scope="module")
@@ -110,12 +111,13 @@ def test_figures_say_it(whole_campaign):
 def test_page_workbook_and_closing_lines(whole_campaign):
     text = html.unescape((whole_campaign.root / "results/report.html").read_text(encoding="utf-8"))
     section = re.sub(r"\s+", " ", text.split('<section id="believed"')[1].split("</section>")[0])
-    assert "<strong>3 mm glass, close: unusable.</strong> The scale of the force" in section
+    sentences = whole_campaign.table(f"checks/{BAD}.csv").set_index("check")["sentence"]
+    cause = sentences["size"].partition(":")[0]
+    assert f"<strong>3 mm glass, close: unusable.</strong> {cause}" in section
     assert WHY in section
-    assert "Checked and found good in all media: " in section
-    assert "the medium takes energy" in section
-    assert "Not checked here, so still possible: " in section
-    assert "<code>expected_alpha</code>" in section
+    # what is good in all media, and then what was not checked
+    fault = CHECKS["size"].fault.removeprefix("alpha")
+    assert re.search(f"{CHECKS['work'].good}.*{fault}.*<code>expected_alpha</code>", section)
     assert "3 mm glass, close (unusable)" in text
     assert "0.3 mm glass, close (accepted)" in text
     book = openpyxl.load_workbook(whole_campaign.root / "results/alpha_tables.xlsx")

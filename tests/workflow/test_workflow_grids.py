@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 from campaigns import make_campaign
 from paper_grid import by_hand
+from told import told
 
 import rftfit
+from rftfit.campaign.load import check_campaign
 from rftfit.lab.plan import parse_directions
 from rftfit.lab.truth import table_s5
 from rftfit.measure.alpha import alpha_columns, directions
@@ -60,7 +64,7 @@ def test_coefficients_are_least_squares_over_the_forty(scattered):
     assert rows["value_N_per_cm3"].notna().all()
     transform = scattered.table("coefficients.csv").query("method == 'dft-index'")
     assert transform["value_N_per_cm3"].isna().all()
-    assert transform["reason"].str.contains("method lsq takes any directions").all()
+    assert set(transform["reason_code"]) == {"no-fit"}
 
 
 def test_between_the_pushes_and_far_from_them(scattered):
@@ -94,7 +98,9 @@ def test_a_planned_grid_finds_what_is_missing(tmp_path):
     assert list(zip(empty["beta_deg"], empty["gamma_deg"], strict=True)) == cells[-2:]
     assert set(empty["reason_code"]) == {"no-run"}
     sheet.write_text(text.replace(",45,45,", ",45,46,"), encoding="utf-8")
-    process = folder.rftfit("check")
-    assert process.returncode == 2
-    assert "planned in the config's grid, within 0.5 deg" in process.stdout + process.stderr
-    assert "the nearest planned one is (45, 45)" in process.stdout + process.stderr
+    assert folder.rftfit("check").returncode == 2
+    problems = check_campaign(folder.config)[1]
+    rows = 18, 20
+    assert told(problems) == [f"sheet.cell-unplanned {row} gamma_deg '45, 46'" for row in rows]
+    # the tolerance and the nearest planned direction
+    assert re.search(r" 0\.5 deg.* \(45, 45\)$", problems[1].allowed)
