@@ -162,7 +162,7 @@ def live_data(results: Results) -> dict[str, Any]:
         "predicted": {
             str(medium): {
                 str(leg): {
-                    str(name): _curve(curve_rows)
+                    str(name): _curve(curve_rows, END_DIGITS)
                     for name, curve_rows in rows_of_leg.groupby("profile")
                 }
                 for leg, rows_of_leg in rows.groupby("leg")
@@ -336,7 +336,7 @@ def _cells(
     return cells | angles | {"notes": notes, "points": as_lists(points, CURVE_DIGITS)}
 
 
-def _curve(rows: pd.DataFrame) -> dict[str, Any]:
+def _curve(rows: pd.DataFrame, end_digits: int = CURVE_DIGITS) -> dict[str, Any]:
     """Forces on a leg over theta, with their intervals where they have them."""
     rows = rows.sort_values("theta_deg")
     forces = [f"force_{c}_N" for c in "zx"]
@@ -344,6 +344,6 @@ def _curve(rows: pd.DataFrame) -> dict[str, Any]:
     columns = [name for name in ("theta_deg", *forces) if name in rows]
     columns += [name for name in ends if name in rows and rows[name].notna().any()]
     return {
-        name: as_lists(rows[name].to_numpy(float), END_DIGITS if name in ends else CURVE_DIGITS)
+        name: as_lists(rows[name].to_numpy(float), end_digits if name in ends else CURVE_DIGITS)
         for name in columns
     }
