@@ -147,13 +147,21 @@ def test_missing_cell_reaches_the_tables(room):
     alpha.loc[empty, [*alpha.filter(like="alpha_")]] = np.nan
     alpha.loc[empty, "reason"] = WHY_HOLE
     legs = room.chain().curves
-    before, _ = on_trial(room, whole, legs)
+    before, errors_before = on_trial(room, whole, legs)
     predicted, errors = on_trial(room, alpha, legs)
     curve, full = of_c_leg(predicted), of_c_leg(before)
     unknown = curve["force_z_N"].isna().to_numpy()
     assert 20 < unknown.sum() < 200
     for name in ("force_x_N", "moment_N_cm", "force_z_lo_N", "force_z_hi_N", "force_x_lo_N"):
         np.testing.assert_array_equal(curve[name].isna(), unknown)
+    # each draw has its peak at an angle of its own, where it is higher than at that of the best curve
+    peaks = of_c_leg(errors_before).set_index("component")
+    for component in "zx":
+        top = full.loc[full[f"force_{component}_N"].abs().idxmax()]
+        assert peaks.loc[component, "peak_predicted_N"] == pytest.approx(
+            top[f"force_{component}_N"]
+        )
+        assert peaks.loc[component, "peak_predicted_hi_N"] > top[f"force_{component}_hi_N"]
     # what does not need the cell is what it was: nothing is put in its place
     known_force = curve["force_z_N"].to_numpy()[~unknown]
     np.testing.assert_array_equal(known_force, full["force_z_N"].to_numpy()[~unknown])
