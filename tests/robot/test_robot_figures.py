@@ -221,7 +221,7 @@ def test_motion_over_two_strides(motion):
     # both trials are moved to the moment at which they surge as the simulated robot does
     np.testing.assert_allclose(first_trial, second_trial, atol=0.3)
     assert np.corrcoef(first_trial, simulated)[0, 1] > 0.8
-    pitch = figure.axes[2].lines[0]
+    pitch = figure.axes[4].lines[0]  # two runs side by side: the third row
     np.testing.assert_allclose(xy(pitch)[1], first["pitch_deg"])
     assert group_names(motion)[:3] == ["tripod_1", "tripod_2", "belly"]
 

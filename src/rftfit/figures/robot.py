@@ -74,8 +74,6 @@ def leg_name(curvature: float) -> str:
 
 _MARKERS = "osD^vP*X<>"
 _BACK, _FLAT, _AHEAD = ("#0B3C6F", "#9CC9EA"), "#444444", ("#F2B27A", "#9E2A00")
-_LEFT_CM, _GAP_CM, _TOP_CM, _FOOT_CM = 1.25, 0.35, 0.75, 1.15
-_SIDE_CM, _SPEED_PITCH_CM = 7.4, 9.2
 
 READ_HZ = (1.0, 2.0, 3.0, 4.0, 5.0)
 """Frequencies at which speed is drawn against curvature."""
@@ -108,8 +106,7 @@ def plot_speed(results: Results, sweep: str) -> Figure:
     """
     speeds, errors = _on_measured_table(results, sweep, "speed", "errors")
     looks = _looks_of_curvatures(speeds, errors)
-    page = style.new_figure(style.SINGLE_CM, _TOP_CM + 6.0 + 3.1)
-    axes = style.axes_cm(page, _LEFT_CM, _TOP_CM, style.SINGLE_CM - _LEFT_CM - 0.2, 6.0)
+    page, ((axes,),) = style.panels([8.0])
     _frequency_panel(axes, speeds, errors, looks)
     axes.set(ylim=_limits(speeds, errors), xlabel=FREQUENCY_LABEL, ylabel=SPEED_LABEL)
     axes.set_title(PROFILE_TITLES["table"], loc="left", fontsize=7.5)
@@ -140,18 +137,15 @@ def plot_profiles(results: Results, sweep: str) -> Figure:
     """Draw speed against stride frequency (left) and curvature (right), one row a profile."""
     speed, errors = (results.table(f"{sweep}/{name}.csv") for name in ("speed", "errors"))
     names = list(dict.fromkeys(speed["profile"]))
-    looks, limits, pitch = _looks_of_curvatures(speed, errors), _limits(speed, errors), 5.4
-    page = style.new_figure(style.DOUBLE_CM, _TOP_CM + len(names) * pitch + 2.45)
-    for row, name in enumerate(names):
-        top = _TOP_CM + row * pitch
+    looks, limits = _looks_of_curvatures(speed, errors), _limits(speed, errors)
+    page, panels = style.panels([6.0] * len(names), 2, style.DOUBLE_CM)
+    for name, (frequency_axes, curvature_axes) in zip(names, panels, strict=True):
         speed_rows, error_rows = (table[table["profile"] == name] for table in (speed, errors))
-        frequency_axes = style.axes_cm(page, _LEFT_CM, top, _SIDE_CM, pitch - 0.7)
-        curvature_axes = style.axes_cm(page, _LEFT_CM + _SPEED_PITCH_CM, top, _SIDE_CM, pitch - 0.7)
         _frequency_panel(frequency_axes, speed_rows, error_rows, looks)
         _curvature_panel(curvature_axes, speed_rows, error_rows)
         for axes, label in ((frequency_axes, FREQUENCY_LABEL), (curvature_axes, CURVATURE_LABEL)):
             axes.set_ylim(*limits)
-            style.name_below(axes, label, row == len(names) - 1)
+            style.name_below(axes, label, name == names[-1])
         frequency_axes.set_ylabel(SPEED_LABEL)
         frequency_axes.set_title(
             PROFILE_TITLES.get(name, style.plain(name)), loc="left", fontsize=7.5
@@ -386,8 +380,7 @@ def plot_curvature(results: Results, sweep: str) -> Figure:
     best = best.sort_values("frequency_Hz")
     frequencies = best["frequency_Hz"].to_numpy(float)
     table = _over_curvature_and_frequency(results, sweep)
-    page = style.new_figure(style.DOUBLE_CM, 8.3)
-    curvature_axes = style.axes_cm(page, 1.25, 0.75, _SIDE_CM, 6.1)
+    page, ((curvature_axes, map_axes),) = style.panels([8.0], 2, style.DOUBLE_CM)
     _curvature_panel(curvature_axes, speed_rows, error_rows)
     curvature_axes.set_ylim(*_limits(speed_rows, error_rows))
     curvature_axes.set(xlabel=CURVATURE_LABEL, ylabel=SPEED_LABEL)
@@ -395,7 +388,6 @@ def plot_curvature(results: Results, sweep: str) -> Figure:
         handles = style.line("black"), style.dots("black", 3.4)
         names = "simulated", "measured (read between frequencies)"
         curvature_axes.legend(handles, names, loc="upper left", frameon=False)
-    map_axes = style.axes_cm(page, 10.5, 0.75, 5.8, 6.1)
     complete_columns = table.dropna(axis="columns")
     cells = (
         values.to_numpy(float)
@@ -417,7 +409,7 @@ def plot_curvature(results: Results, sweep: str) -> Figure:
     map_axes.errorbar(best_curvature, frequencies, xerr=sides, fmt="o-", **marker_style)
     map_axes.set(xlim=(-1.04, 1.04), xlabel=CURVATURE_LABEL, ylabel=FREQUENCY_LABEL)
     map_axes.set_title("simulated; white: fastest curvature", loc="left", fontsize=6.5)
-    page.colorbar(image, cax=style.axes_cm(page, 16.5, 0.75, 0.3, 6.1), label=SPEED_LABEL)
+    page.colorbar(image, ax=map_axes, aspect=20, pad=0.02, label=SPEED_LABEL)
     return page
 
 
@@ -456,13 +448,11 @@ def plot_robot_stance(results: Results) -> Figure:
 
     stances = results.table("robot/stances.csv")
     runs = _by_run(stances)
-    width, height = 8.6, 5.0
-    page = style.new_figure(style.DOUBLE_CM, height + 1.7)
+    page, (panels,) = style.panels([5.9], len(runs), 9.2)
     pushes = stances.loc[stances["group"] == "tripod_1", ["force_x_N", "force_z_N"]]
     strongest = float(np.hypot(*pushes.to_numpy(float).T).max())
     scale = 3.0 / strongest if strongest > 0 else 0.0
-    for column, (run, elements) in enumerate(runs):
-        axes = style.axes_cm(page, 0.4 + column * (width + 0.3), 0.65, width, height)
+    for axes, (run, elements) in zip(panels, runs, strict=True):
         axes.set(xlim=(-12.9, 12.9), ylim=(-5.5, 9.5), aspect="equal")
         axes.axhspan(-5.5, 0, color=style.SAND, linewidth=0)
         axes.axhline(0, color=style.SURFACE, linewidth=0.6)
@@ -501,9 +491,6 @@ _STANCE = {"body": "#444444", "other tripod": "#9a9a9a", "standing tripod": styl
 
 # Motion and forces over two strides
 
-
-_MOTION_LEFT_CM, _MOTION_TOP_CM, _MOTION_FOOT_CM = 1.6, 0.95, 0.6
-_PANEL_CM, _PITCH_CM = 2.6, 2.95
 
 _KINEMATICS = (
     ("velocity_x_cm_per_s", "forward speed\n(cm/s)"),
@@ -562,7 +549,7 @@ def plot_robot_reaction(results: Results) -> Figure:
     for motion_of_run, panels in columns:
         _draw_forces(panels, motion_of_run, looks)
     labels = "vertical force $F_z$\n(N)", "horizontal force $F_x$\n(N)"
-    _finish(page, [panels for _, panels in columns], labels)
+    _finish([panels for _, panels in columns], labels)
     _legend(page, looks)
     return page
 
@@ -587,7 +574,7 @@ def draw_motion(motion: pd.DataFrame, measured: pd.DataFrame | None = None) -> F
         panels[0].set_title(f"{_run_name(*run)}: {mean:.3g} cm/s", fontsize=7)
         _draw_forces(panels[len(_KINEMATICS) :], motion_of_run, looks)
     labels = [*(label for _, label in _KINEMATICS), "lift by group\n(N)", "thrust by group\n(N)"]
-    _finish(page, [panels for _, panels in columns], labels)
+    _finish([panels for _, panels in columns], labels)
     curves = {"simulated": style.line("black"), "measured": style.line("#9a9a9a")}
     _legend(page, looks, **curves if any_measured else {})
     return page
@@ -658,21 +645,15 @@ def _panels(
 ) -> tuple[Figure, list[tuple[pd.DataFrame, list[Axes]]]]:
     """Return a page, and of each run its rows of the table in order of time and its column of panels."""
     runs = _by_run(motion)
-    panel = (style.DOUBLE_CM - _MOTION_LEFT_CM - 0.2 - (len(runs) - 1) * _GAP_CM) / len(runs)
-    panel = min(panel, 8.0)
-    width = _MOTION_LEFT_CM + len(runs) * (panel + _GAP_CM) - _GAP_CM + 0.2
-    page = style.new_figure(max(width, 12.0), _MOTION_TOP_CM + rows * _PITCH_CM + _MOTION_FOOT_CM)
+    page, panels = style.panels([3.3] * rows, len(runs), 9.2)
     columns = []
-    for column, (run, motion_of_run) in enumerate(runs):
-        left = _MOTION_LEFT_CM + column * (panel + _GAP_CM)
-        tops = [_MOTION_TOP_CM + row * _PITCH_CM for row in range(rows)]
-        panels = [style.axes_cm(page, left, top, panel, _PANEL_CM) for top in tops]
-        panels[0].set_title(_run_name(*run), fontsize=7)
-        columns.append((motion_of_run.sort_values("time_s"), panels))
+    for axes, (run, motion_of_run) in zip(panels.T, runs, strict=True):
+        axes[0].set_title(_run_name(*run), fontsize=7)
+        columns.append((motion_of_run.sort_values("time_s"), list(axes)))
     return page, columns
 
 
-def _finish(page: Figure, columns: list[list[Axes]], labels: Sequence[str]) -> None:
+def _finish(columns: list[list[Axes]], labels: Sequence[str]) -> None:
     """Give each row one range, named at its left only, and all columns their time axes."""
     for row, label in enumerate(labels):
         ends = np.array([panels[row].get_ylim() for panels in columns])
@@ -682,7 +663,6 @@ def _finish(page: Figure, columns: list[list[Axes]], labels: Sequence[str]) -> N
             is_last_row = row == len(labels) - 1
             panels[row].tick_params(labelleft=panels is columns[0], labelbottom=is_last_row)
         columns[0][row].set_ylabel(label)
-    page.align_ylabels(columns[0])
     for panels in columns:
         panels[-1].set_xlabel("time (s)")
 
@@ -690,5 +670,4 @@ def _finish(page: Figure, columns: list[list[Axes]], labels: Sequence[str]) -> N
 def _legend(figure: Figure, looks: Mapping[str, tuple[str, Any]], **entries: Artist) -> None:
     for group, (colour, dash) in looks.items():
         entries[group.replace("_", " ")] = style.line(colour, linestyle=dash)
-    legend_options = {"loc": "upper center", "columnspacing": 1.6, "borderaxespad": 0.1}
-    style.legend(figure, entries, **legend_options)
+    style.legend(figure, entries, columnspacing=1.6)
