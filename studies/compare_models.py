@@ -243,7 +243,7 @@ def picture(path: Path, rows: pd.DataFrame, table: pd.DataFrame) -> None:
         )
         for group, (colour, marker) in looks.items()
     }
-    style.legend(page, entries | {"one curve": style.dots(style.GREY, 2)}, 3)
+    style.legend(page, entries | {"one curve": style.dots(style.GREY, 2)})
     write_bytes(path, style.content(page, "png"))
 
 

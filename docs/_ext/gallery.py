@@ -59,6 +59,14 @@ Forces on a wheel in sand and its sinkage, by the measured law and by 3D-RFT; op
 
 From [the same page](howto/space.md): `python examples/cmu-wheel/wheel.py wheel.png`.
 
+### A lugged wheel
+
+![drawbar and torque of a lugged wheel over slip, predicted from its load alone](images/space_lugged.webp)
+
+A lugged wheel in a bed of discrete elements: points simulated there, lines predicted from its load alone. Good: the line of the lugged mesh runs through the points.
+
+From [the same page](howto/space.md#a-lugged-wheel): `python examples/yade-wheel/wheel.py wheel.png`.
+
 ### A rover in MuJoCo
 
 ![a rover with four wheels in sand](images/space_rover.webp)

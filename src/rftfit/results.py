@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import OrderedDict
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from copy import copy
 from dataclasses import replace
 from functools import cached_property
@@ -26,9 +26,12 @@ from rftfit.measure.verdicts import marks_of
 from rftfit.model import scaling
 from rftfit.model.bekker import PressureSinkage, pressure_sinkage, width_of_plate
 from rftfit.model.common_errors import covariance_of
+from rftfit.model.contacts import Contact
 from rftfit.model.draws import measured_profile
 from rftfit.model.fourier import METHODS
 from rftfit.model.model_error import larger_model_error
+from rftfit.model.motion import rotation
+from rftfit.model.outlines import leg_outline
 from rftfit.model.profiles import (
     EPS,
     KINDS,
@@ -581,8 +584,42 @@ class Medium:
             why = f"no alpha at (0, 90) deg: {cell['reason']}" if np.isnan(alpha) else str(error)
             raise InputError(f"{self.name}: {why}") from error
 
-    def map(self) -> Map:
+    def contact(self, leg: str) -> Contact | None:
+        """Measured forces on a leg that turned in this medium, as `rftfit.estimate_map` takes them.
+
+        Parameters
+        ----------
+        leg : str
+            Of the configuration.
+
+        Returns
+        -------
+        Contact or None
+            None where the leg was not measured in this medium.
+        """
+        curve = self.legs
+        curve = curve[curve["leg"] == leg] if len(curve) else curve
+        names = ("force_z_N", "force_x_N")
+        if not len(curve) or not curve[[*names]].notna().any(axis=None):
+            return None
+        # repeats share what the model gets wrong: their mean is one turn
+        curve = curve.groupby("theta_deg", as_index=False)[[*names]].mean()
+        described = self.results.config.legs[leg]
+        speed = self.results.config.arm.leg_speed_rad_per_s
+        motion = rotation(curve["theta_deg"].to_numpy(float), described.hip_height_cm, speed)
+        forces = {name: curve[name].to_numpy(float) for name in names}
+        largest = max(float(np.nanmax(np.abs(force))) for force in forces.values())
+        # the errors of a curve itself are smaller than those from bed to bed
+        error = (bed_spread(self.alpha) or USUAL_BED_SPREAD) * largest
+        return Contact(leg_outline(described, leg), motion, forces, error, name=self.name)
+
+    def map(self, contacts: Sequence[Contact] = ()) -> Map:
         """Alpha in every direction: what was pushed, completed by the shape that known media share.
+
+        Parameters
+        ----------
+        contacts : sequence of Contact, optional
+            Forces on bodies in this medium, beside those of the legs of ``maps.use_legs``.
 
         Returns
         -------
@@ -594,6 +631,8 @@ class Medium:
             If no push has a number that tells of the medium.
         """
         table, config = self.alpha, self.results.config
+        legs = [self.contact(leg) for leg in config.maps.use_legs]
+        taught = [*contacts, *(contact for contact in legs if contact is not None)]
         try:
             estimated = estimate(
                 pushes_of(table, config),
@@ -601,6 +640,7 @@ class Medium:
                 nodes_of(table),
                 confidence=config.fit.confidence,
                 name=self.name,
+                contacts=taught,
             )
         except ValueError as error:
             raise InputError(f"{self.name}: {error}") from error

@@ -25,25 +25,25 @@ def test_a_missing_log_of_an_excluded_run_needs_no_word(room):
 
 
 @pytest.mark.parametrize(
-    ("path", "code", "text"),
+    ("path", "code"),
     [
-        ("../runs.csv", "sheet.path-outside", "without .."),
-        ("logs/../logs/p1_force.csv", "sheet.path-outside", "without .."),
-        ("/etc/hosts", "sheet.path-outside", "not an absolute one"),
-        ("~/p1.csv", "sheet.path-outside", "not an absolute one"),
-        ("C:/logs/p1.csv", "sheet.path-outside", "not an absolute one"),
-        (r"logs\p1_force.csv", "sheet.backslash", "did you mean 'logs/p1_force.csv'?"),
-        ("logs/p1\x00.csv", "sheet.path", "control characters"),
-        ("logs", "sheet.log-not-a-file", "this is a folder"),
-        (".", "sheet.log-not-a-file", "this is a folder"),
-        ("pipe", "sheet.log-not-a-file", "no regular file"),
-        ("out/secret.csv", "sheet.path-outside", "a link leads out"),
-        ("out.csv", "sheet.path-outside", "a link leads out"),
-        ("loop.csv", "sheet.log-missing", "a file that exists"),
-        ("x" * 5000, "sheet.log-missing", "a file that exists"),
+        ("../runs.csv", "sheet.path-outside"),
+        ("logs/../logs/p1_force.csv", "sheet.path-outside"),
+        ("/etc/hosts", "sheet.path-outside"),
+        ("~/p1.csv", "sheet.path-outside"),
+        ("C:/logs/p1.csv", "sheet.path-outside"),
+        (r"logs\p1_force.csv", "sheet.backslash"),
+        ("logs/p1\x00.csv", "sheet.path"),
+        ("logs", "sheet.log-not-a-file"),
+        (".", "sheet.log-not-a-file"),
+        ("pipe", "sheet.log-not-a-file"),
+        ("out/secret.csv", "sheet.path-outside"),
+        ("out.csv", "sheet.path-outside"),
+        ("loop.csv", "sheet.log-missing"),
+        ("x" * 5000, "sheet.log-missing"),
     ],
 )
-def test_log_paths(room, path, code, text, tmp_path_factory):
+def test_log_paths(room, path, code, tmp_path_factory):
     outside_folder = tmp_path_factory.mktemp("far")
     (outside_folder / "secret.csv").write_text("", encoding="utf-8")
     raw = room.folder / "raw"
@@ -54,7 +54,7 @@ def test_log_paths(room, path, code, text, tmp_path_factory):
     room.rows["p1"]["force_log"] = path
     problem = room.only(code)
     assert problem.place == Place("runs.csv", 2, "force_log")
-    assert text in str(problem)
+    assert code != "sheet.backslash" or problem.nearest == FORCE
 
 
 def test_a_link_within_raw_is_a_log(room):

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from rftfit.campaign.problems import Place
-from rftfit.campaign.rows import Schema, TableColumn, read_rows
+from rftfit.campaign.rows import Schema, TableColumn, read_rows, read_table_columns
 
 LENGTHS = {"mm": 0.1, "cm": 1.0, "in": 2.54}
 SCHEMA = Schema(
@@ -80,6 +80,26 @@ def test_every_problem_of_a_table_at_once(tmp_path):
         (Place("t.csv", 5, "depth"), "required"): None,
         (Place("t.csv", 5, "load_N"), "not-a-number"): None,
     }
+
+
+@pytest.mark.parametrize(
+    ("cells", "column", "code"),
+    [
+        ("1,left,inf", "load_N", "not-finite"),
+        ("1,left,nan", "load_N", "not-finite"),
+        ("1,left,0", "load_N", "out-of-range"),
+        ("-inf,left,1", "depth", "not-finite"),
+        ("51,left,1", "depth", "out-of-range"),
+        ("1,up,1", "side", "unknown-word"),
+    ],
+)
+def test_a_bad_cell_far_down_a_long_table(tmp_path, cells, column, code):
+    """Rows are read many at a time where all are valid."""
+    rows = ["1,left,2"] * 1000 + [cells] + ["1,right,2"] * 5
+    path = written(tmp_path, "\n".join(["depth_cm,side,load_N", *rows]))
+    _, _, (problem,) = read_table_columns(path, SCHEMA, "t.csv")
+    assert problem.code == f"table.{code}"
+    assert (problem.place.row, problem.place.column) == (1002, column)
 
 
 @pytest.mark.parametrize(

@@ -94,6 +94,13 @@ def test_a_sync_line_that_never_changes(tmp_path):
     assert not any("a change of arm_moving" in need for need in needs)
 
 
+@pytest.mark.parametrize(("rows", "is_enough"), [(1, False), (2, True)])
+def test_two_rows_are_a_log(rows, is_enough):
+    columns = {"time": np.arange(float(rows)), "F3": np.zeros(rows)}
+    needs = lacking(survey([Log(Path("a.csv"), columns, {}, rows)]))
+    assert ("at least two usable rows" not in needs) == is_enough
+
+
 @pytest.mark.parametrize(
     ("content", "text"),
     [

@@ -24,6 +24,7 @@ _LEADING = 0.18
 """Share of the height of a box that letters leave free above and below."""
 
 
+@style.styled()  # how many ticks an axis has depends on the style too
 def text_faults(figure):
     """Say of every text whether it leaves the figure or lies over another one; empty if none does."""
     usual, figure.dpi = figure.dpi, _SVG_DPI
@@ -36,7 +37,7 @@ def text_faults(figure):
 def _faults(figure):
     svg: Any = RendererSVG
     renderer = svg(*figure.bbox.size, io.StringIO(), image_dpi=_SVG_DPI)
-    with style.styled(), renderer._draw_disabled():
+    with renderer._draw_disabled():
         figure.draw(renderer)  # legends and labels find their places
     texts = list(_drawn(figure))
     boxes = np.array([text.get_window_extent(renderer).extents for text in texts]).reshape(-1, 4)

@@ -32,5 +32,5 @@ def test_a_log_that_cannot_be_removed(monkeypatch, tmp_path):
         raise PermissionError(errno.EACCES, "Permission denied")
 
     monkeypatch.setattr(Path, "unlink", refuse)
-    with pytest.raises(OutputError, match=r"a.csv: cannot be removed: Permission denied"):
+    with pytest.raises(OutputError, match=r"a\.csv: .*: Permission denied"):
         remove(tmp_path / "a.csv")

@@ -301,6 +301,8 @@ BELOW: Rows = [*LOG, [None, None], [None, None, None, "sum", 72]]
             [" 'Val*'", "allowed: Parameters; hidden: Values 1"],
         ),
         ({"Values 1": LOG}, "", 2, [" 2; allowed: Values 1"]),
+        # a number is a name before it is a place
+        ({"2": LOG, "Values 1": LOG}, "", 2, "2"),
         ({"Values 1": BESIDE}, "", None, "Values 1"),
         ({"Values 1": BELOW}, "", None, "Values 1"),
         ({"Values 1": [[1, 2], *LOG]}, "", None, "Values 1"),

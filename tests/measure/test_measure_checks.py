@@ -126,6 +126,17 @@ def test_a_single_run_that_gives_energy_back_is_flagged():
     assert (of_all_runs.verdict, of_all_runs.flags) == ("failed", ())
 
 
+@pytest.mark.parametrize(
+    ("table", "where"), [(None, "transducer.axes"), ("alpha", "the columns of the table")]
+)
+def test_where_to_look_for_wrong_axes(table, where):
+    """A table has no transducer."""
+    config: Any = SimpleNamespace(table=table)
+    evidence = pd.DataFrame({"axes": ["as-given"], "log_bayes_factor": [0.0]})
+    tables = {"alpha": on_grid("poppy_LP", "few"), "axes": evidence}
+    assert check_work(measured(config=config, **tables)).values["where"] == where
+
+
 @pytest.mark.parametrize("grid", GRID_NAMES)
 @pytest.mark.parametrize("medium", reference.MEDIA)
 def test_no_published_table_fails(medium, grid):
@@ -761,6 +772,18 @@ def test_how_clear_two_heaps_are():
     assert two_clusters(np.repeat([0.0, 0.2], 10)) is None
 
 
+def test_an_outlier_moves_no_heap():
+    """Of 20 values 0.4 off makes a mean deviation of 0.02, below the least spread; it moves the mean, not the median."""
+    clear, smaller = two_clusters(np.array([0.0] * 21 + [0.3] * 19 + [0.7])) or (0, None)
+    assert clear == pytest.approx(0.3 / 0.03 / 8)
+    assert smaller is not None
+    assert np.flatnonzero(smaller).tolist() == [*range(21, 41)]
+    # of two equal heaps, -0.2 is farther from 0 than 0.19, though a mean would be 0.21
+    _, farther = two_clusters(np.array([-0.2] * 20 + [0.19] * 19 + [0.59])) or (0, None)
+    assert farther is not None
+    assert np.flatnonzero(farther).tolist() == [*range(20)]
+
+
 def sheet_of(kinds):
     """Runs r2, r3 and so on, named by their rows; p a plate, r a rod."""
     names = {"p": "plate", "r": "rod"}
@@ -1224,3 +1247,4 @@ def test_later_checks_wait_until_a_first_is_put_right(failed, accepted, held, mo
     expected = dict.fromkeys(CHECKS, "passed") | dict.fromkeys(held, "not checked")
     assert verdicts == expected | {failed: "accepted" if accepted else "failed"}
     assert all(check.flags == (flag,) for check in outcomes)
+    assert {check.values["first"] for check in outcomes if check.check in held} <= {failed}

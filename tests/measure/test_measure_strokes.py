@@ -91,6 +91,30 @@ def test_pushes_by_hand():
     np.testing.assert_allclose([*first, *second], [3.0, 7.0, 15.6, 20.6], atol=0.03)
 
 
+@pytest.mark.parametrize(
+    ("from_cm", "to_cm", "way", "ends"),
+    [
+        # through the surface, 2.1 cm below the begin or 3.9 cm above it
+        (2.1, -4.0, "intrusion", (3.1, 7.1)),
+        (-3.9, 2.0, "extraction", (1.0, 4.9)),
+        # within 3 mm of the surface: where the arm rests
+        (0.2, -4.0, "intrusion", (1.0, 5.2)),
+        (-4.0, 0.2, "extraction", (1.0, 5.2)),
+        # below it
+        (-1.0, -4.0, "intrusion", (1.0, 4.0)),
+    ],
+)
+def test_a_stroke_begins_or_ends_at_the_surface(from_cm, to_cm, way, ends):
+    """At 1 cm/s after a rest of 1 s, in four readings a second: the surface lies between two of them."""
+    time = np.arange(0, 10, 0.25)
+    z = np.interp(time, [1, 1 + abs(to_cm - from_cm)], [from_cm, to_cm])
+    motion, arm = IntruderPath(time, 0 * z, z, 0 * z), Arm(speed_cm_per_s=1.0, position_unit="cm")
+    stroke = np.array(find_stroke(motion, motion.spans(arm), row(90, way=way), arm))
+    at_surface = np.array([from_cm > 0.3, to_cm > 0.3])
+    np.testing.assert_allclose(stroke[at_surface], np.array(ends)[at_surface], atol=1e-9)
+    np.testing.assert_allclose(stroke, ends, atol=0.13)
+
+
 def test_two_directions_in_one_log():
     down, slanted = Pushes(lengths_cm=(5.0,)).motion(), Pushes(45.0, (6.0,)).motion()
     parts = zip(vars(down).values(), vars(slanted).values(), strict=True)

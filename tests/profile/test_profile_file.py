@@ -304,6 +304,21 @@ def test_another_convention_shows_at_the_golden_value(misread, wrong, tmp_path):
         assert codes_and_places == [("golden", f"directions.{name}") for name in wrong]
 
 
+@pytest.mark.parametrize(("off", "is_told"), [(2e-7, False), (1e-6, True)])
+def test_the_golden_value_agrees_to_a_millionth_of_the_largest_alpha(off, is_told, tmp_path):
+    """That of loose poppy seeds is 0.35 N/cm^3."""
+    medium = rftfit.TableProfile.published("poppy_LP")
+    rftfit.write_profile(tmp_path / "p.json", medium)
+    content = read(tmp_path / "p.json") | {"digest": ""}
+    content["golden"][Z] += off
+    if is_told:
+        assert problems(tmp_path / "p.json", content)[0] == [("golden", f"directions.{Z}")]
+        return
+    (tmp_path / "p.json").write_text(json.dumps(content), encoding="utf-8")
+    alpha_z = rftfit.read_profile(tmp_path / "p.json").alpha_z
+    np.testing.assert_allclose(alpha_z, medium.alpha_z, rtol=1e-12)
+
+
 def put(*path, value):
     def change(content):
         *around, last = path

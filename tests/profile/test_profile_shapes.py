@@ -429,6 +429,13 @@ def test_a_medium_that_does_not_belong_is_told_so():
     assert np.isnan(estimate(pushed("poppy_LP", FEW[:1])).belongs)
 
 
+def test_media_differ_in_their_share_of_horizontal_force():
+    """Of a sixth medium beside five: the standard deviation of log(rms x / rms z), times sqrt(1 + 1/5)."""
+    size = np.sqrt(np.mean([truth(medium) ** 2 for medium in MEDIA], axis=2))
+    expected = np.log(size[:, 1] / size[:, 0]).std(ddof=1) * np.sqrt(1.2)
+    assert published_shapes().horizontal_spread[0] == pytest.approx(expected)
+
+
 def test_the_push_that_does_not_fit_is_named():
     pushes = pushed("poppy_LP", FEW)
     pushes.alpha[0, 3] += 0.2

@@ -22,6 +22,7 @@ from rftfit import reference
 from rftfit.campaign.config import Figures, Fit, Fourier
 from rftfit.errors import InputError, OutputError
 from rftfit.figures import style
+from rftfit.figures.first import plot_first_map
 from rftfit.figures.generic import plot_generic_profile
 from rftfit.figures.legs import plot_forces_over_zeta
 from rftfit.figures.maps import (
@@ -137,6 +138,13 @@ def test_maps_show_media_and_missing_cells():
     nothing = chain.alpha_table("poppy_LP")
     nothing[[name for name in nothing.columns if name.startswith("alpha_")]] = np.nan
     assert hatched(maps_of(nothing)) == 4 * 91
+
+
+def test_the_first_map_names_its_medium_and_where_it_is_from(monkeypatch):
+    results = memory({"alpha/{medium}.csv": every_alpha()})
+    monkeypatch.setattr(results, "marks", {})
+    named = "poppy seeds, loose: measured"
+    assert any(text.startswith(named) for text in words(plot_first_map(results)))
 
 
 def test_bars_show_the_colours_of_their_maps(small_map):

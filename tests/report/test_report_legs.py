@@ -218,17 +218,17 @@ def test_the_curves_drawn_are_those_of_the_tables():
         measured().query(f"medium == 'poppy_LP' and leg == '{leg}'")["force_z_N"].max()
         for leg in ("c_leg", "reversed_c_leg")
     )
-    # a sketch, then F_z and F_x, for each leg; the first line of a panel is that of zero
-    lines = [line.get_ydata() for line in figure.axes[1].lines[1:]]
+    # a row of sketches, of F_z and of F_x; the first line of a panel is that of zero
+    lines = [line.get_ydata() for line in figure.axes[3].lines[1:]]
     np.testing.assert_allclose(np.nanmax(lines[0]), seen)
     np.testing.assert_array_equal(lines[1], curve_of("c_leg", "table")["force_z_N"])
     # the depth-only model has an inset of its own
     highest = curve_of("reversed_c_leg", "depth_only")["force_z_N"].max()
-    (inset,) = figure.axes[7].child_axes
+    (inset,) = figure.axes[5].child_axes
     dots, line = (np.nanmax(np.asarray(curve.get_ydata(), dtype=float)) for curve in inset.lines)
     assert dots == flat
     assert line == highest < inset.get_ylim()[1]
-    assert figure.axes[7].get_ylim()[1] < highest
+    assert figure.axes[5].get_ylim()[1] < highest
     line = next(curve for curve in drawn("legs_depth_only").axes[0].lines if curve.is_dashed())
     np.testing.assert_array_equal(line.get_ydata(), curve_of("c_leg", "depth_only")["force_z_N"])
     # the generic forces are the sweep of the printed coefficients
@@ -309,7 +309,7 @@ def test_penetration_marks_the_detected_end_and_says_what_is_missing():
     detected = sands["window"] == "detected"
     figure = drawn("penetration")
     assert {1.2 * STATED_CM["yuma"]} in ends(figure)
-    assert panels(figure) == ["", ""]
+    assert panels(figure) == ["Yuma sand", "29 Palms sand"]
     whole = sands.assign(reason_code=np.where(detected, "no-linear-end", ""))
     figure = draw_penetration(pushed(samples, whole))
     assert {1.2 * STATED_CM["yuma"]} not in ends(figure)
@@ -317,7 +317,10 @@ def test_penetration_marks_the_detected_end_and_says_what_is_missing():
     samples.loc[samples["medium"] == "palms29", "stress_z_N_per_cm2"] = np.nan
     sands.loc[(sands["medium"] == "yuma") & detected, "alpha_z_N_per_cm3"] = np.nan
     figure = draw_penetration(pushed(samples, sands))
-    assert panels(figure) == ["no fit over the detected window", "no stress in this test"]
+    assert panels(figure) == [
+        "no fit over the detected window\nYuma sand",
+        "no stress in this test\n29 Palms sand",
+    ]
 
 
 def test_peak_errors_are_ratios_and_missing_ones_are_told():

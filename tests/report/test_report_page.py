@@ -172,7 +172,8 @@ def test_numbers_of_the_live_parts(page, results):
     curve = data["predicted"]["poppy_LP"]["flat_leg"]["fourier"]
     rows = results.table("predicted.csv").query("medium == 'poppy_LP' and leg == 'flat_leg'")
     rows = rows[rows["profile"] == "fourier"]
-    np.testing.assert_allclose(curve["force_z_hi_N"], rows["force_z_hi_N"], rtol=1e-5)
+    # the ends of intervals have three digits
+    np.testing.assert_allclose(curve["force_z_hi_N"], rows["force_z_hi_N"], rtol=5e-3)
     assert [entry["media"] for entry in data["references"]] == [5, 5]
     assert np.array(data["push"]["map"]["z"]).shape == (7, 13)
     assert set(data["profiles"]["yuma"]) == {"map", "generic"}
@@ -206,6 +207,14 @@ def test_text_of_the_user_is_escaped(tmp_path):
     assert live(page)["media"][0]["title"] == NASTY
     for section in ("summary", "coefficients", "scaling", "legs", "dropped", "reproduction"):
         assert NASTY in read.text[section]
+
+
+def test_every_verdict_on_the_paper_has_its_colour(page, read):
+    attributes = [dict(attributes) for tag, attributes in read.tags if tag == "td"]
+    classes = {attribute.get("class") or "" for attribute in attributes}
+    for name in ("same", "differs", "paper-inconsistent"):
+        assert f"verdict {name}" in classes
+        assert f".verdict.{name}" in page
 
 
 def test_reproduction_puts_first_what_is_not_the_same(read):
@@ -395,7 +404,7 @@ def test_sections_controls_and_tables_are_whole(page, read):
     assert len(controls) == len(inside) == 14
     assert all(re.search(r"<(?:select|input)\b", label) for label in inside)
     widths = [{len(row) for row in table} for tables in read.tables.values() for table in tables]
-    assert [len(lengths) for lengths in widths] == [1] * 26
+    assert [len(lengths) for lengths in widths] == [1] * 25
     shares, best, conditions = (table[1:] for table in read.tables["robot"])
     assert shares[0][1] == "42 of 42|predicted: 39 of 39"
     assert [row[2] for row in best] == ["0.40", "0.40"]

@@ -77,7 +77,7 @@ def test_protocol_has_a_column_for_each_kind_with_units(monkeypatch):
 
 def test_protocol_draws_slopes_of_depth_and_means_of_horizontal_runs(monkeypatch):
     figure = drawn(monkeypatch, column("intrusion"), column("horizontal"))
-    slanted, flat = figure.axes[2], figure.axes[5]
+    slanted, flat = figure.axes[4:6]  # the last row
     # zero, then for z and x the samples and the fit
     line = slanted.lines[2].get_xydata()
     np.testing.assert_allclose(np.asarray(line)[:, 1], 0.35 * np.asarray(line)[:, 0])
@@ -133,7 +133,7 @@ def test_linearity_draws_slopes_points_and_gaps():
     assert "vertical stress\n$\\sigma_z$ (N/cm$^2$)" in text
     assert {"poppy seeds, loose", "3 mm glass, close", "95 % interval of alpha"} <= set(text)
     assert sum("no usable run:\n3 mm glass, close" in line for line in text) == 2
-    # a sketch and two panels for each cell; the third is of horizontal runs
+    # rows of sketches, of sigma_z and of sigma_x, five cells each; the third is of horizontal runs
     flat = figure.axes[7]
     marker = style.medium_looks(["poppy_LP"])["poppy_LP"][1]
     points = [line for line in flat.lines if line.get_marker() == marker]
@@ -142,7 +142,7 @@ def test_linearity_draws_slopes_points_and_gaps():
     for line in points:
         x, y = (float(np.asarray(values)[0]) for values in line.get_data())
         assert y == pytest.approx(0.35 * x)
-    slanted = figure.axes[1]
+    slanted = figure.axes[5]
     ends = [
         np.asarray(line.get_ydata())[-1] for line in slanted.lines if line.get_marker() == marker
     ]

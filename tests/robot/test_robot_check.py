@@ -1,6 +1,8 @@
 """`rftfit check` of a campaign's robot: its file, its sheet and its tracks, all problems at once."""
 
+import json
 import shutil
+from collections import defaultdict
 from pathlib import Path
 
 import pytest
@@ -15,6 +17,7 @@ RUNS = (
     "run_id,kind,medium,intruder,direction,beta_deg,gamma_deg,force_log,motion_log\n"
     "p1,plate,poppy_LP,plate,intrusion,0,90,p1_f.csv,p1_m.csv\n"
 )
+ROBOT_SHEET = "raw/paper/robot/runs.csv"
 HEAD = "run_id,condition,medium,curvature_times_R,frequency_Hz,track\n"
 GOOD = "a1,a,poppy_LP,1,2,tracks/a1.csv\na2,a,poppy_LP,1,,tracks/a2.csv\n"
 
@@ -39,17 +42,28 @@ def edit(root, **values):
     path.write_text(yaml.safe_dump(data | values), encoding="utf-8")
 
 
-def run_check(root):
-    result = CliRunner().invoke(app, ["check", "--config", str(root / "config" / "config.yaml")])
-    return result.exit_code, " ".join(result.output.split())
+def run_check(root, *options):
+    config = root / "config" / "config.yaml"
+    return CliRunner().invoke(app, ["check", *options, "--config", str(config)])
+
+
+def problems_of(root):
+    """Exit code; code, row or line, column or key and nearest word of each problem, by file."""
+    checked = run_check(root, "--json")
+    problems = defaultdict(list)
+    for problem in json.loads(checked.stdout)["problems"]:
+        place = problem["place"]
+        where = place["row"] or place["line"], place["column"] or place["key"]
+        problems[place["file"]].append((problem["code"], *where, problem["nearest"]))
+    return checked.exit_code, problems
 
 
 def test_a_good_robot_is_counted(root):
     checked = check_robot(root / "config" / "config.yaml")
     assert (checked.medium, len(checked.trials), checked.problems) == ("poppy_LP", 2, ())
-    code, text = run_check(root)
-    assert code == 0
-    assert "robot on poppy_LP: 2 trials of 1 condition" in text
+    described = run_check(root)
+    assert described.exit_code == 0
+    assert "robot on poppy_LP: 2 trials of 1 condition\n" in described.output
 
 
 def test_every_problem_of_sheet_file_and_tracks_at_once(root):
@@ -68,28 +82,27 @@ def test_every_problem_of_sheet_file_and_tracks_at_once(root):
     # the campaign's own sheet is wrong as well: that hides nothing
     campaign_sheet = root / "raw" / "paper" / "runs.csv"
     campaign_sheet.write_text(RUNS.replace("plate,intrusion", "plait,intrusion"), encoding="utf-8")
-    code, text_of_check = run_check(root)
+    code, problems = problems_of(root)
     assert code == 2
-    for words in (
-        "raw/paper/robot/runs.csv, row 2, column run_id: found 'p1'; allowed: a name that no run of",
-        "row 3, column medium: found 'poppy'; allowed: one of poppy_LP",
-        "row 3, column curvature_times_R: found '2'; allowed: -1 to 1",
-        "row 4, column frequency_Hz: found '200'",
-        "row 4, column track: found '../a1.csv'",
-        "row 5, column track: found 'tracks/a_2.csv'; allowed: a file that exists",
-        "did you mean 'tracks/a2.csv'?",
-        " config/mine.yaml, line 13, key body.mass_g: found '0'; allowed: a number above 0",
-        "raw/paper/runs.csv, row 2, column intruder: found 'plait'",
-    ):
-        assert words in text_of_check, text_of_check
+    assert problems[ROBOT_SHEET] == [
+        ("robot-sheet.taken", 2, "run_id", None),
+        ("robot-sheet.unknown-word", 3, "medium", "poppy_LP"),
+        ("robot-sheet.out-of-range", 3, "curvature_times_R", None),
+        ("robot-sheet.track-missing", 3, "track", "tracks/a1.csv"),
+        ("robot-sheet.out-of-range", 4, "frequency_Hz", None),
+        ("robot-sheet.path-outside", 4, "track", None),
+        ("robot-sheet.track-missing", 5, "track", "tracks/a2.csv"),
+    ]
+    assert problems["config/mine.yaml"] == [("config.out-of-range", 13, "body.mass_g", None)]
+    assert ("sheet.unknown-word", 2, "intruder", "plate") in problems["raw/paper/runs.csv"]
 
 
 def test_a_missing_track_is_a_warning_and_a_link_out_of_raw_an_error(root, tmp_path):
     track = root / "raw" / "paper" / "robot" / "tracks" / "a2.csv"
     track.unlink()
-    code, text = run_check(root)
+    code, problems = problems_of(root)
     assert code == 0
-    assert "runs.csv, row 3, column track: found 'tracks/a2.csv'" in text
+    assert problems[ROBOT_SHEET] == [("robot-sheet.track-missing", 3, "track", "tracks/a1.csv")]
     checked = check_robot(root / "config" / "config.yaml")
     assert [problem.severity for problem in checked.problems] == ["warning"]
     (tmp_path / "elsewhere.csv").write_text("t_s,x_cm,z_cm\n", encoding="utf-8")
@@ -97,9 +110,9 @@ def test_a_missing_track_is_a_warning_and_a_link_out_of_raw_an_error(root, tmp_p
         track.symlink_to(tmp_path / "elsewhere.csv")
     except OSError:
         pytest.skip("links cannot be made here")
-    code, text = run_check(root)
+    code, problems = problems_of(root)
     assert code == 2
-    assert "a link leads out of it" in text
+    assert problems[ROBOT_SHEET] == [("robot-sheet.path-outside", 3, "track", None)]
 
 
 def test_without_a_robot_or_its_medium_there_is_nothing_to_check(root):

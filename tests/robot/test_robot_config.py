@@ -1,5 +1,7 @@
 """The robot's file: the default one, and everything that can be wrong with one."""
 
+import re
+
 import pytest
 
 from rftfit.campaign.problems import CampaignError
@@ -62,7 +64,6 @@ def test_bad_mass(tmp_path, mass):
     (problem,) = wrong(tmp_path, GOOD.replace("mass_g: 100", f"mass_g: {mass}"))
     assert (problem.place.line, problem.place.key) == (3, "body.mass_g")
     assert problem.code in ("config.wrong-type", "config.out-of-range")
-    assert "mass of the whole robot, g" in problem.allowed
 
 
 def test_all_problems_at_once(tmp_path):
@@ -81,8 +82,7 @@ def test_all_problems_at_once(tmp_path):
         (13, "legs.hips.2.phase_turns", "config.out-of-range", ""),
         (14, "numerics.method", "config.unknown-word", "rk4"),
     ]
-    assert "hip 1 at x = 30, z = 0 cm" in problems[3].allowed
-    assert "x from -4 to 4 and z from -1" in problems[3].allowed
+    assert re.search(" x = 30, z = 0 cm .* -4 to 4 .* -1 to 1 cm", problems[3].allowed)
 
 
 @pytest.mark.parametrize(
@@ -118,8 +118,9 @@ def test_single_problems(tmp_path, old, new, place, code, words):
 @pytest.mark.parametrize("text", ["", "- 1\n- 2\n", "{", "body: 3\n", "legs: {hips: 3}\n"])
 def test_no_robot_at_all(tmp_path, text):
     assert wrong(tmp_path, text)
-    with pytest.raises(CampaignError, match="does not exist"):
+    with pytest.raises(CampaignError) as error:
         read_robot(tmp_path / "none.yaml")
+    assert [problem.code for problem in error.value.problems] == ["config.missing"]
 
 
 def test_schema_in_step(tmp_path):

@@ -29,7 +29,7 @@ def trials():
         ("b", "c1", "poppy_LP", 1.0, 1.96, 22.0, "used", ""),
         ("c", "c1", "poppy_LP", 1.0, math.nan, math.nan, "refused", "2 strides"),
         ("d", "c2", "poppy_LP", 0.6, 1.95, 10.0, "used", ""),
-        ("e", "c3", "poppy_LP", 0.0, math.nan, math.nan, "refused", "time runs backwards"),
+        ("e", "c3", "poppy_LP", 0.0, math.nan, math.nan, "refused", "no light"),
     ]
     names = [
         "run_id",
@@ -90,7 +90,7 @@ def test_errors_by_hand():
     assert len(errors) == 42
     np.testing.assert_allclose(errors["error_percent"].iloc[2:], 25.0)
     assert errors["reason"].iloc[0] == "tipped"
-    assert errors["reason"].iloc[1] == "this condition was not simulated"
+    assert errors["reason_code"].iloc[1] == "not-simulated"
     # one measured speed of three lies in what the errors of alpha leave open
     ends = (f"simulated_from_alpha_{end}_cm_per_s" for end in ("lo", "hi"))
     wide = errors.assign(
@@ -119,7 +119,8 @@ def test_a_condition_that_was_not_measured_is_not_counted():
     runs = runs.iloc[:1].assign(curvature_times_R=0.6, frequency_Hz=1.95, speed_cm_per_s=10.5)
     errors = speed_errors(measured, runs)
     assert share_within(errors, 20) == (1, 2)
-    assert "time runs backwards" in errors["reason"].iloc[2]
+    assert "e: no light" in errors["reason"].iloc[2]
+    assert errors["reason_code"].iloc[2] == "speed-unmeasured"
 
 
 def sweep(top, frequency=5.0, step=0.04, noise=0.0):
@@ -180,7 +181,8 @@ def test_runs_that_are_not_steady_are_left_out():
     table.loc[table["curvature_times_R"] > 0.5, ["outcome", "speed_cm_per_s"]] = "tipped", 500.0
     optimum = optima(table).iloc[0]
     assert optimum["fastest_speed_cm_per_s"] < 71
-    assert "no steady run at 13 curvatures" in optimum["reason"]
+    assert optimum["reason_code"] == "no-steady-run"
+    assert " 13 " in optimum["reason"]
     assert optima(table[table["curvature_times_R"] > 0.9]).empty
 
 

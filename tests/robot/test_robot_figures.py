@@ -169,6 +169,9 @@ def test_speeds_without_a_measurement():
     assert len(figure.axes) == 6
     # seven of the curvatures that were simulated
     assert sum(xy(line).shape[1] == 4 for line in figure.axes[0].lines) == 7
+    entries = [text.get_text() for text in figure.legends[0].get_texts()]
+    shown = [entry.rpartition(" ")[2].replace("\N{MINUS SIGN}", "-") for entry in entries[:-1]]
+    assert [float(curvature) for curvature in shown] == [-1, -0.8, -0.4, 0, 0.4, 0.8, 1]
     (told,) = plot_speed(swept(speeds().iloc[:0], compared()), "robot").texts
     assert "no simulated speed" in told.get_text()
 

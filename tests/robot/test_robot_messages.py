@@ -35,7 +35,7 @@ def test_a_robot_that_moves_back():
         profile="table", speed_cm_per_s=5.0, speed_lo_cm_per_s=4.0, speed_hi_cm_per_s=6.0
     )
     (row,) = speed_errors(measured.assign(trials=3), speed).to_dict("records")
-    assert row["reason"] == "no share of a measured speed that is not positive"
+    assert row["reason_code"] == "speed-not-positive"
     assert np.isnan(row["error_percent"])
 
 
@@ -51,9 +51,7 @@ def test_rows_of_a_track_that_do_not_add_up(tmp_path, monkeypatch):
     track = SimpleNamespace(rows=10, dropped={"no number for x": 1}, time_s=np.arange(8.0))
     monkeypatch.setattr(tracks, "read_track", lambda _: track)
     monkeypatch.setattr(tracks, "mean_stride_speed", lambda *_: SimpleNamespace(flags=()))
-    with pytest.raises(
-        RftfitError, match=r"the rows of a.csv do not add up: 9 counted, 10 in the file"
-    ):
+    with pytest.raises(RftfitError, match=r" a\.csv .* 9 .* 10 "):
         trial_row(trial, tmp_path, 2)
 
 

@@ -63,7 +63,8 @@ def test_tables(robot, nine):
     assert means["curvature_times_R"].tolist() == [0.0, 0.0, 1.0, 1.0]
     assert means["frequency_Hz"].tolist() == [4.0, 5.0, 4.0, 5.0]
     assert means["phases_steady"].tolist() == [3, 3, 2, 0]
-    assert means["reason"].tolist()[:3] == ["", "", "phase 0: tipped, pitch 95 degrees"]
+    assert means["reason_code"].tolist() == ["", "", "tipped", "buried"]
+    assert means["reason"][2].endswith(f"0: tipped, {reason[0]}")
     np.testing.assert_allclose(means["speed_cm_per_s"][2:], [speed[1:3].mean(), np.nan])
 
 

@@ -12,6 +12,7 @@ from coverage_levels import SCENARIOS, Scenario, alpha_inside, cover, cover_robo
 from ensembles import DRIFT_N_PER_MIN, RUN_TO_RUN, paper_config, plan, simulate
 from seeds import ALL, seeds
 
+from rftfit.measure.errors import AS_PREPARED
 from rftfit.measure.slopes import fit_slope, startup_bias
 
 pytestmark = pytest.mark.statistics
@@ -95,9 +96,7 @@ def test_few_repeats_and_the_generic_coefficients(ensemble):
 def test_a_spread_that_nobody_told_is_not_in_the_intervals(ensemble):
     """What `scatter between beds not included` means: such intervals miss the mean of many beds nine times in ten."""
     tables = list(ensemble.tables(SEED, RUN_TO_RUN))
-    assert {source for table in tables for source in table["spread"]} == {
-        "scatter between beds not included"
-    }
+    assert {source for table in tables for source in table["spread"]} == {AS_PREPARED}
     assert np.mean([alpha_inside(table)["alpha, slanted"].inside.mean() for table in tables]) < 0.25
 
 

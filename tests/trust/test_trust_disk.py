@@ -5,6 +5,7 @@
 
 import errno
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -17,6 +18,7 @@ from rftfit.errors import OutputError
 from rftfit.store import atomic_path
 
 FULL = Path("/dev/full")
+NO_ROOM = os.strerror(errno.ENOSPC)
 SCALE = "-m rftfit.cli.main scale --alpha 0.9"
 PREDICT = "-m rftfit.cli.main predict --leg c_leg --medium poppy_LP --output"
 STAGE = """
@@ -24,7 +26,7 @@ import sys
 from rftfit.errors import OutputError
 import rftfit.workflow.job as program
 def fails(*_):
-    raise OutputError("results/alpha.csv: cannot write")
+    raise OutputError("results/alpha.csv: full")
 program.read_states = fails
 sys.exit(program.main(["results/state/slopes.json", "--writes", "results/alpha.csv"]))
 """
@@ -67,7 +69,7 @@ def test_a_pdf_that_is_refused_is_no_fault_of_the_program(tmp_path):
     """There, what matplotlib raises while it closes the file is no error of a file."""
     process = call("-c", DRAWING, tmp_path / "figure")
     assert process.returncode == 0, process.stderr
-    assert "figure.pdf: cannot write: File too large" in process.stdout
+    assert re.search(f"figure.pdf: .*: {os.strerror(errno.EFBIG)}", process.stdout)
     assert [path.name for path in tmp_path.iterdir()] == ["figure.png"]
 
 
@@ -82,10 +84,7 @@ def test_an_answer_that_nobody_has_room_for():
             check=False,
         )
     assert process.returncode == 3
-    assert process.stderr == (
-        "rftfit: standard output: cannot write: No space left on device; free some space or write "
-        "elsewhere, then run again\n"
-    )
+    assert re.fullmatch(f"rftfit: standard output: .*: {NO_ROOM}; .*\n", process.stderr)
 
 
 @pytest.mark.skipif(not FULL.exists(), reason="needs /dev/full, a device of Linux")
@@ -100,7 +99,7 @@ def test_a_stage_whose_log_is_on_the_full_disk_is_heard():
             check=False,
         )
     assert process.returncode == 3
-    assert process.stdout == "rftfit slopes: results/alpha.csv: cannot write\n"
+    assert process.stdout == "rftfit slopes: results/alpha.csv: full\n"
 
 
 @pytest.mark.skipif(bool(why_not()), reason=why_not())
@@ -119,11 +118,7 @@ def test_a_disk_that_refuses_a_result(tmp_path):
         capture_output=True,
     )
     assert process.returncode == 3
-    reason = "No space left on device"
-    assert (
-        f"rftfit: {disk}/leg.csv: cannot write: {reason}. Nothing was left half-written"
-        in process.stderr
-    )
+    assert re.search(f"rftfit: {disk}/leg.csv: .*: {NO_ROOM}\\. ", process.stderr)
     assert "Traceback" not in process.stdout + process.stderr
     # ls finds nothing, not even an unfinished file
     assert not process.stdout.endswith("csv\n")
@@ -134,7 +129,7 @@ def test_the_reason_is_the_systems_own(tmp_path):
         with atomic_path(tmp_path / "traces.parquet"):
             raise OSError(errno.ENOSPC, "Error writing bytes to file. Detail: [errno 28] No space")
 
-    with pytest.raises(OutputError, match=r"cannot write: No space left on device\. Nothing"):
+    with pytest.raises(OutputError, match=rf"traces\.parquet: .*: {NO_ROOM}\. "):
         write()
     assert list(tmp_path.iterdir()) == []
 

@@ -184,7 +184,7 @@ def test_a_live_re_enactment_copies_its_config_through_no_link(tmp_path, elsewhe
     contents_before = contents(elsewhere)
     process = campaign.rftfit("reenact", "--live", "bench", "--pace", "0")
     assert process.returncode == 2
-    assert "links that lead out of the campaign" in process.stderr
+    assert f"bench/{place} -> " in process.stderr
     assert contents(elsewhere) == contents_before
 
 
@@ -193,7 +193,8 @@ def test_a_pipe_is_no_file_to_write_into(campaign):
     os.mkfifo(campaign.root / "profile.json")
     process = campaign.rftfit("export", "--medium", "poppy_LP")
     assert process.returncode == 3
-    assert "this is a pipe or device" in process.stderr
+    assert "profile.json: " in process.stderr
+    assert " pipe " in process.stderr
 
 
 @pytest.mark.parametrize(
@@ -240,14 +241,14 @@ def test_links_inside_are_followed_once_and_loops_end(tmp_path):
 
 def test_results_on_another_disk_are_what_the_user_has_said(campaign, tmp_path, elsewhere):
     root = campaign.root
-    with pytest.raises(InputError, match="allowed: a folder that is there"):
+    with pytest.raises(InputError, match=r"--results-at: found '.*none'"):
         put_results_at(root, tmp_path / "none")
     put_results_at(root, elsewhere)
     assert (root / "results").resolve() == elsewhere
     refuse_links_out(root, allowed=results_elsewhere(root))
     # what lies there may lead out no more than what lies here
     (elsewhere / "alpha").symlink_to(tmp_path)
-    with pytest.raises(InputError, match="lead out of the campaign"):
+    with pytest.raises(InputError, match=f"alpha -> '{tmp_path}'"):
         refuse_links_out(root, allowed=results_elsewhere(root))
     # nobody else's word counts: it is kept outside of the campaign
     shutil.rmtree(tmp_path / "cache")
@@ -256,7 +257,7 @@ def test_results_on_another_disk_are_what_the_user_has_said(campaign, tmp_path, 
 
 def test_results_that_are_there_are_not_hidden_by_a_link(campaign, elsewhere):
     (campaign.root / "results").mkdir()
-    with pytest.raises(InputError, match="there are results already"):
+    with pytest.raises(InputError, match=f"{campaign.root / 'results'}: "):
         put_results_at(campaign.root, elsewhere)
 
 

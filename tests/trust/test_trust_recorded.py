@@ -204,5 +204,5 @@ def test_a_time_that_cannot_be_set_is_told_with_its_cure(states_now, monkeypatch
         raise PermissionError(1, "Operation not permitted")
 
     monkeypatch.setattr(os, "utime", refuse)
-    with pytest.raises(OutputError, match="delete this file, then run again"):
+    with pytest.raises(OutputError, match=rf"{result('tare')}: .*Operation not permitted"):
         Recorded(states).bring_times_back()

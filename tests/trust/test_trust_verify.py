@@ -70,7 +70,6 @@ def replace(path, old, new):
 def test_all_is_as_recorded(checked):
     process = checked.rftfit("verify")
     assert process.returncode == 0, process.stdout
-    assert "all as recorded" in process.stdout
     assert "Nothing to do" in checked.rftfit("run", "--dry-run").stdout
     report = json.loads(checked.rftfit("verify", "--json").stdout)
     assert all(report["as_recorded"].values())
@@ -250,7 +249,7 @@ def test_a_change_is_noticed(checked, kind):
         assert report["as_recorded"]["results/alpha/poppy_LP.csv"]
         assert any(LOG in changed_file for changed_file in report["changed"])
         error_text = checked.rftfit("run", "--dry-run").stderr
-        assert "logs changed since the results were made: ingest yuma" in error_text
+        assert re.search("^logs .*: ingest yuma,", error_text)
 
 
 def test_line_ends_of_the_sheet_and_the_order_of_its_tares_do_not_count(checked):
@@ -317,7 +316,7 @@ def test_edits_and_damage_are_made_again(checked):
 def test_what_is_not_recorded_is_no_result(checked, word):
     process = checked.rftfit("verify", word)
     assert process.returncode == INPUT_NOT_VALID
-    assert "not among the" in process.stderr
+    assert f"{word}: " in process.stderr
 
 
 @pytest.mark.parametrize("text", [None, "", "{}", "[]", '{"format": 1}', '{"format": 99}'])
@@ -382,8 +381,8 @@ def test_diff_of_two_folders_of_results(checked, two):
     # the record of the second folder is of another table
     assert compared.unrecorded == [path]
     text = checked.rftfit("diff", str(first_folder), str(second_folder)).stdout
-    assert f"Not as recorded (edited, or its run was not finished): {path}" in text
-    assert "By their records, what they were made from differs in:" in text
+    assert f": {path}\n" in text
+    assert "fourier.threshold" in text
 
 
 def test_changes_of_numbers_with_an_interval_come_first(two):

@@ -10,7 +10,7 @@ import yaml
 from bench import MEDIUM
 from campaigns import Folder
 
-from rftfit.bench.watch import Watch
+from rftfit.bench.watch import REFUSED, Watch
 from rftfit.campaign.config import Config
 from rftfit.cli.watch import format_event
 from rftfit.lab.enact import prepare
@@ -56,7 +56,7 @@ def test_control_c_ends_it_well(bench, monkeypatch):
 def test_a_folder_that_is_no_campaign_is_told(tmp_path):
     process = Folder(tmp_path).rftfit("watch", "--no-page", "--wait", "0.1")
     assert process.returncode == 2
-    assert "this is no campaign" in process.stderr
+    assert "config/config.yaml: " in process.stderr
 
 
 def test_every_event_has_a_line_for_people(bench):
@@ -71,16 +71,17 @@ def test_every_event_has_a_line_for_people(bench):
     del bench.rows[good]
     bench.write_sheet()
     events += bench.settle(watch)
-    lines = [format_event(event.kind, event.facts) for event in events]
-    for words in (
-        "withdrawn",
-        "error: ",
-        "no row of the run sheet names it",
-        "known to",
-        "no alpha",
+    lines = [(event.kind, format_event(event.kind, event.facts)) for event in events]
+    medium = next(event.facts for event in events if event.kind == "medium")
+    for kind, values in (
+        ("withdrawn", f"{good}: "),
+        ("problem", "error: raw/paper/runs.csv, row 5, column kind: found 'rood'"),
+        ("file", f"{bench.logs(loose)[0]}: "),
+        ("medium", f"{medium['half_width_percent']:.2g} %"),
+        ("push", f"{bad} (row 4): {REFUSED}"),
     ):
-        assert [line for line in lines if words in line], words
-    assert "nan" not in "\n".join(lines)
+        assert any(values in line for line_kind, line in lines if line_kind == kind), kind
+    assert not any("nan" in line for _, line in lines)
 
 
 def test_a_live_re_enactment_ends_as_one_at_once(tmp_path, recorded):

@@ -136,9 +136,7 @@ def test_a_full_table_of_files_is_no_verdict_on_a_log(bench, monkeypatch):
 
 
 def test_a_port_that_is_taken_is_told(page):
-    with pytest.raises(
-        InputError, match=f"--port: found {page.port}: .*; allowed: a port that is free"
-    ):
+    with pytest.raises(InputError, match=f"--port: found {page.port}: "):
         LivePage(page.port)
 
 

@@ -4,6 +4,8 @@ ALPHA = expand("results/alpha/{medium}.csv", medium=LABORATORY)
 ALPHA_OF_ALL = expand("results/alpha/{medium}.csv", medium=[*LABORATORY, *SANDS])
 FLAGS = expand("results/flags/{medium}.csv", medium=MEDIA)
 LEGS = expand("results/legs/{medium}.csv", medium=MEDIA)
+# the maps know measured legs where the configuration says so
+TEACHERS = LEGS if CAMPAIGN.config.maps.use_legs else []
 
 
 use rule stage as symmetry with:
@@ -22,6 +24,7 @@ use rule stage as maps with:
     input:
         checks=CHECKS,
         alpha=ALPHA_OF_ALL,
+        teachers=TEACHERS,
         state=state_of("maps"),
     output:
         "results/maps/{medium}.csv",
@@ -71,6 +74,20 @@ use rule stage as legs_predicted with:
         "results/logs/legs_predicted.log",
     # many figures wait for it
     priority: 2
+
+
+use rule stage as contacts with:
+    # What each measured leg teaches of the others, and of itself in other media.
+    input:
+        checks=CHECKS,
+        alpha=ALPHA_OF_ALL,
+        legs=LEGS,
+        leg_errors="results/leg_errors.csv",
+        state=state_of("contacts"),
+    output:
+        "results/contacts.csv",
+    log:
+        "results/logs/contacts.log",
 
 
 use rule stage as natural_sands with:

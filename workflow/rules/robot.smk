@@ -21,6 +21,7 @@ use rule stage as robot_runs with:
         checks=CHECKS,
         alpha=ALPHA,
         measured="results/robot/measured.csv",
+        teachers=TEACHERS,
         state=state_of("robot_runs"),
     output:
         "results/robot/{runs}.csv",
@@ -36,6 +37,7 @@ use rule stage as robot_intervals with:
         alpha=ALPHA,
         errors="results/leg_errors.csv",
         measured="results/robot/measured.csv",
+        teachers=TEACHERS,
         state=state_of("robot_intervals"),
     output:
         "results/robot/intervals.csv",
@@ -64,6 +66,7 @@ use rule stage as robot_motion with:
     # Keep the motion and forces of some runs, for figures and page.
     input:
         alpha=ALPHA,
+        teachers=TEACHERS,
         state=state_of("robot_motion"),
     output:
         motion="results/robot/motion.csv",
@@ -79,6 +82,7 @@ use rule stage as robot_full_runs with:
         checks=CHECKS,
         alpha=ALPHA,
         measured="results/robot/measured.csv",
+        teachers=TEACHERS,
         state=state_of("robot_full_runs"),
     output:
         "results/robot_full/{runs}.csv",

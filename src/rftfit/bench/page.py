@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from html import escape
 from urllib.parse import parse_qs, urlencode
 
@@ -51,7 +51,7 @@ def _items(words: Iterable[str], kind: str = "") -> str:
 def _problems(watch: Watch) -> str:
     loose = (
         f"{facts['file']}: no row names it"
-        + (f"; a row for it has {facts['row']}" if facts["row"] else "")
+        + (f"; a row for it has {_cells_in_words(facts['row'])}" if facts["row"] else "")
         for facts in watch.unnamed.values()
         if facts
     )
@@ -91,6 +91,16 @@ def _push(watch: Watch, medium: LiveMedium, name: str) -> str:
         f"<p>beta {facts['beta_deg']:g}, gamma {facts['gamma_deg']:.4g} deg, {facts['direction']}</p>"
         f"<ul>{numbers}{bad}</ul><p class=soft>{escape(soft)}</p></div></div>"
     )
+
+
+def _cells_in_words(row: Mapping[str, object]) -> str:
+    """Cells of a row of the run sheet, each with its column."""
+    cells = (
+        f"{name} {cell:.4g}" if isinstance(cell, float) else f"{name} {cell}"
+        for name, cell in row.items()
+        if cell not in ("", None)
+    )
+    return ", ".join(cells)
 
 
 def _cell_of(fit: dict[str, float]) -> tuple[object, ...]:

@@ -109,8 +109,28 @@ def draw_heat(table: pd.DataFrame, component: str, plan: Plan | None, *, error: 
         _text(right, bottom, f"{gammas[-1]:.3g}", "end"),
     ]
     parts += [_text(right / 2 + 16, bottom, "gamma, deg")]
+    parts += _bar(right, bottom, full, error=error)
     what = f"{'half interval of ' if error else ''}alpha_{component}"
-    drawn = _svg(right + 6, bottom + 6, f"Map of {what} over beta (upward) and gamma", parts)
-    way = "" if error else f", blue {'up' if component == 'z' else 'forward'}"
-    scale = f"full colour {full:.2g} N/cm³{way}"
-    return f"<figure><figcaption>{what}; {scale}; beta upward</figcaption>{drawn}</figure>"
+    drawn = _svg(right + 6, bottom + 40, f"Map of {what} over beta (upward) and gamma", parts)
+    way = "" if error else f"; red pushes {'up' if component == 'z' else 'toward +x'}"
+    return f"<figure><figcaption>{what}{way}; beta upward</figcaption>{drawn}</figure>"
+
+
+_BAR_STEPS = 4
+"""Steps of the colour bar from 0 to its end."""
+
+
+def _bar(right: int, bottom: int, full: float, *, error: bool) -> list[str]:
+    """Colour bar below a map: from minus to plus the full colour, of an interval from 0."""
+    steps = range(0 if error else -_BAR_STEPS, _BAR_STEPS + 1)
+    width = (right - 34) / len(steps)
+    parts = []
+    for number, step in enumerate(steps):
+        kind = "loose" if error else "up" if step >= 0 else "down"
+        place = f'x="{34 + number * width:.1f}" y="{bottom + 8}" width="{width:.1f}" height="10"'
+        opacity = f'fill-opacity="{abs(step) / _BAR_STEPS:.2f}"'
+        parts.append(f'<rect class="{kind}" {opacity} {place}/>')
+    left_text = "0" if error else f"-{full:.2g}"
+    parts.append(_text(34, bottom + 32, left_text, "start"))
+    parts.append(_text(right, bottom + 32, f"{full:.2g} N/cm³", "end"))
+    return parts

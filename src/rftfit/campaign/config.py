@@ -871,6 +871,13 @@ class Maps(Model):
     and with this those of your own media with a whole grid. Use it where your media are much alike.
     Example: `maps: {own_media: true}`.
     """
+    use_legs: tuple[str, ...] = Field(default=(), strict=False)
+    """legs whose measured forces teach the map of their medium, beside its plates
+
+    A leg that teaches the map is no test of it any more: its prediction knows its own forces. The table
+    `results/contacts.csv` shows beforehand what each leg teaches of the others. Default: none.
+    Example: `maps: {use_legs: [c_leg]}`.
+    """
 
 
 class Figures(Model):
@@ -1062,6 +1069,18 @@ class Config(Model):
                     f"one of {', '.join(grid) or 'which there is none'}"
                 )
         return robot
+
+    @field_validator("maps")
+    @classmethod
+    def _teachers_are_legs(cls, maps: Maps, info: ValidationInfo) -> Maps:
+        intruders = info.data.get("intruders")
+        if intruders is not None:
+            legs = [name for name, intruder in intruders.items() if isinstance(intruder, Leg)]
+            if unknown := [name for name in maps.use_legs if name not in legs]:
+                raise ValueError(
+                    f"use_legs: found {unknown[0]!r}; allowed: a leg of intruders, one of {', '.join(legs) or 'which there is none'}"
+                )
+        return maps
 
     @field_validator("intruders", "media")
     @classmethod

@@ -13,6 +13,7 @@ from rftfit.campaign.problems import choose
 from rftfit.cli import options
 from rftfit.cli.output import check_picture, check_target, count, json_text, print_line
 from rftfit.errors import InputError
+from rftfit.reference import LEGS
 from rftfit.store.text import table
 
 if TYPE_CHECKING:
@@ -77,6 +78,13 @@ def plan(
     ] = None,
     medium: Annotated[str | None, typer.Option(metavar="NAME", help="Medium of --results.")] = None,
     rig: RigOptions,
+    turn: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="LEG",
+            help="Weigh one turn of this model leg beside the pushes, if its force can be measured; may be repeated.",
+        ),
+    ] = None,
     number: Annotated[int, typer.Option("--count", min=1, max=_MOST, help="Pushes to plan.")] = 8,
     confidence: options.Level = 0.95,
     output: Annotated[Path, options.file("File of the rows for a run sheet.")] = Path("plan.csv"),
@@ -99,12 +107,15 @@ def plan(
     read = (*push_options.files, body.outline, body.path)
     check_target(output, MARK, "rows of the run sheet", force, read)
     ending = check_picture(figure, "--figure", _DRAWN, force) if figure is not None else ""
+    turns = [
+        (rftfit.model_leg(choose("--turn", leg, LEGS)), rftfit.rotation()) for leg in turn or ()
+    ]
     aim = wanted(target, body)
     betas, gammas = _angles("--beta", rig.beta), _angles("--gamma", rig.gamma)
     before = _known(push_options, results, medium, (betas, gammas), confidence)
     limits = rftfit.Rig(reachable(before, betas, gammas), rig.pairs, rig.depths, rig.error_percent)
     try:
-        plan_made = rftfit.plan(aim, before, limits, number, confidence)
+        plan_made = rftfit.plan(aim, before, limits, number, confidence, turns)
     except ValueError as error:
         raise InputError(str(error)) from error
     print_line(_as_json(plan_made, output) if as_json else _as_text(plan_made, before))
@@ -196,6 +207,8 @@ def _as_text(plan_made: Plan, medium_map: Map) -> str:
         if row["push"]:
             way = "down and back" if row["way_back"] else ""
             where = [f"({row['beta_deg']:g}, {row['gamma_deg']:.4g})", way, f"{row['runs']}"]
+            if row.get("turn"):
+                where = [f"turn of {row['turn']}", "", f"{row['runs']}"]
         rows.append([str(row["push"]), *where, f"{row['half_width_percent']:.1f} %"])
     head = ["push", "(beta, gamma), deg", "", "runs so far", "half width"]
     width = [100 * step.typical for step in plan_made.steps]
@@ -215,7 +228,8 @@ def _as_text(plan_made: Plan, medium_map: Map) -> str:
 def _as_json(plan_made: Plan, output: Path) -> str:
     rows = plan_made.table().to_dict("records")
     for row in rows:
-        row |= {name: None for name in ("beta_deg", "gamma_deg") if row["push"] == 0}
+        no_direction = row["push"] == 0 or row.get("turn")
+        row |= {name: None for name in ("beta_deg", "gamma_deg") if no_direction}
     content = {
         "target": plan_made.target,
         "parts": list(plan_made.parts),

@@ -6,21 +6,19 @@ from collections.abc import Iterable
 from functools import cache
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from rftfit.campaign.problems import choose
 from rftfit.errors import InputError
 from rftfit.model.body_error import BodyError
 from rftfit.model.body_lessons import learn_body_error
 from rftfit.model.contacts import Contact
 from rftfit.model.motion import rotation
-from rftfit.model.outlines import leg_outline, model_leg
+from rftfit.model.outlines import model_leg
 from rftfit.model.profiles import Profile
 from rftfit.model.shapes import estimate_map, published_shapes
 from rftfit.reference import LEGS, MEDIA, load
 
 if TYPE_CHECKING:
-    from rftfit.results import Medium, Results
+    from rftfit.results import Results
 
 PUBLISHED = "published"
 """Word for the legs of Fig. S5 instead of a folder of results."""
@@ -57,24 +55,6 @@ def _published_body_error(leg: str, without: frozenset[str]) -> BodyError:
     return learn_body_error(measurements)
 
 
-def leg_contact(medium: Medium, leg: str) -> Contact | None:
-    """Measured curve of a leg of a campaign in a medium; None where it has none."""
-    results = medium.results
-    curve = medium.legs
-    curve = curve[curve["leg"] == leg] if len(curve) else curve
-    if not len(curve):
-        return None
-    described = results.config.legs[leg]
-    speed = results.config.arm.leg_speed_rad_per_s
-    motion = rotation(curve["theta_deg"].to_numpy(float), described.hip_height_cm, speed)
-    names = ("force_z_N", "force_x_N")
-    forces = {name: curve[name].to_numpy(float) for name in names}
-    largest = max(float(np.nanmax(np.abs(force))) for force in forces.values())
-    # the errors of the curve itself are smaller than those from bed to bed
-    error = medium.profile("table", draws=False).bed_spread * largest
-    return Contact(leg_outline(described, leg), motion, forces, error, name=medium.name)
-
-
 def campaign_body_error(results: Results, leg: str, without: Iterable[str] = ()) -> BodyError:
     """What the model gets wrong on a leg of a campaign, from its measured curves and the maps of its media.
 
@@ -86,7 +66,7 @@ def campaign_body_error(results: Results, leg: str, without: Iterable[str] = ())
         if name in without:
             continue
         medium = results[name]
-        contact = leg_contact(medium, leg)
+        contact = medium.contact(leg)
         profile = medium.profile("map")
         if contact is not None and not profile.reason:
             measurements.append((contact, profile))

@@ -26,21 +26,23 @@ def draw_comparison(comparison: Comparison) -> Figure:
     table = comparison.directions.sort_values(
         ["gamma_deg", "beta_deg", "depth_cm"], ignore_index=True
     )
-    page = style.new_figure(style.DOUBLE_CM, 15.0)
+    page, ((z_axes,), (x_axes,), (axes,)) = style.panels((4.4, 4.4, 5.6), widest_cm=style.DOUBLE_CM)
     place = np.arange(len(table))
-    for row, c in enumerate("zx"):
-        axes = style.axes_cm(page, 1.8, 1.0 + 4.2 * row, 16.0, 3.6)
-        style.zero_line(axes)
+    for alpha_axes, c in ((z_axes, "z"), (x_axes, "x")):
+        style.zero_line(alpha_axes)
         for sign, medium in ((-1, "a"), (1, "b")):
             middle, low, high = (
                 table[f"alpha_{c}_{medium}{end}_N_per_cm3"].to_numpy(float)
                 for end in ("", "_lo", "_hi")
             )
-            axes.vlines(place + sign * _APART, low, high, color=_COLOURS[medium], linewidth=0.8)
-            axes.plot(place + sign * _APART, middle, "o", color=_COLOURS[medium], markersize=3)
-        axes.set(ylabel=style.alpha_label(c), xlim=(-0.6, len(table) - 0.4), xticks=place)
-        axes.tick_params(labelbottom=False)
-    axes = style.axes_cm(page, 1.8, 9.4, 16.0, 3.6)
+            alpha_axes.vlines(
+                place + sign * _APART, low, high, color=_COLOURS[medium], linewidth=0.8
+            )
+            alpha_axes.plot(
+                place + sign * _APART, middle, "o", color=_COLOURS[medium], markersize=3
+            )
+        alpha_axes.set(ylabel=style.alpha_label(c), xlim=(-0.6, len(table) - 0.4), xticks=place)
+        alpha_axes.tick_params(labelbottom=False)
     axes.axhspan(comparison.ratio_lo, comparison.ratio_hi, color=style.WINDOW, linewidth=0)
     axes.axhline(comparison.ratio, color="black", linewidth=0.6)
     axes.axhline(1, color=style.GREY, linewidth=0.4)
@@ -56,11 +58,11 @@ def draw_comparison(comparison: Comparison) -> Figure:
     axes.set_xticks(place[::label_step])
     axes.set_xticklabels(names[::label_step], rotation=90, fontsize=5)
     a, b = (style.plain(name) for name in (comparison.a, comparison.b))
-    style.text_cm(page, 0.4, 0.2, f"A: {a}    B: {b}", va="top", weight="bold", fontsize=7)
+    page.suptitle(f"A: {a}    B: {b}", x=0.01, ha="left", weight="bold")
     entries = {
         "A": style.dots(_COLOURS["a"], 4),
         "B": style.dots(_COLOURS["b"], 4),
         "ratio of sizes with its interval": style.patch(facecolor=style.WINDOW),
     }
-    style.legend(page, entries, 3, fontsize=7)
+    style.legend(page, entries, fontsize=7)
     return page

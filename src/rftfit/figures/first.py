@@ -139,7 +139,7 @@ def plot_first_peaks(results: Results) -> Figure:
     entries["lift"] = style.dots(style.GREY, 4)
     entries["thrust"] = style.dots(style.GREY, 4, markerfacecolor="white")
     entries[f"within {WITHIN_PERCENT:g} %"] = style.patch(facecolor=style.WINDOW)
-    style.legend(page, entries, 3, fontsize=7)
+    style.legend(page, entries, fontsize=7)
     return page
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import textwrap
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,7 +16,6 @@ if TYPE_CHECKING:
 
     import pandas as pd
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
     from rftfit.campaign.config import Leg
     from rftfit.conventions import FloatArray
@@ -56,48 +54,6 @@ def leg_order(tables: Iterable[pd.DataFrame]) -> list[str]:
 def curves(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Predicted and measured forces of all media."""
     return results.table("predicted.csv"), results.joined("legs/{medium}.csv")
-
-
-# A page of panels: one column for each leg
-
-
-@dataclass(frozen=True)
-class Columns:
-    """Widths of a page with one column of panels for each leg, cm."""
-
-    names: list[str]
-    left: float
-    gap: float
-    widest: float = 8.0
-
-    @property
-    def total_gap(self) -> float:
-        """Of all gaps."""
-        return (len(self.names) - 1) * self.gap
-
-    @property
-    def width(self) -> float:
-        """Of a panel."""
-        free_width = style.DOUBLE_CM - self.left - 0.2 - self.total_gap
-        return min(free_width / len(self.names), self.widest)
-
-    @property
-    def total(self) -> float:
-        """Of the page, without the room that a legend may need."""
-        return self.left + len(self.names) * self.width + self.total_gap + 0.2
-
-    @property
-    def is_wide(self) -> bool:
-        """Whether entries of a legend have room beside one another."""
-        return self.total > 12
-
-    def page(self, height: float) -> Figure:
-        """Return the empty page."""
-        return style.new_figure(max(self.total, style.SINGLE_CM), height)
-
-    def lefts(self) -> list[tuple[str, float]]:
-        """Each leg and the left edge of its column."""
-        return [(leg, self.left + i * (self.width + self.gap)) for i, leg in enumerate(self.names)]
 
 
 # A leg drawn in the sand at a few angles: what theta and the leg's name mean

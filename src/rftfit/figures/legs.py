@@ -9,7 +9,7 @@ import numpy as np
 
 from rftfit.compare.legs import measured_peak
 from rftfit.figures import labels, leg_panels, style
-from rftfit.figures.leg_panels import PROFILE_LOOKS, PROFILE_TITLES, Columns, matching_rows
+from rftfit.figures.leg_panels import PROFILE_LOOKS, PROFILE_TITLES, matching_rows
 from rftfit.figures.maps import why_no_fit
 from rftfit.figures.registry import figure, when
 
@@ -36,11 +36,10 @@ def _legged(campaign: Campaign) -> tuple[str, ...]:
 
 
 PROFILES = ("table", "map", "fourier", "depth_only")
-_SKETCH_CM, _PANEL_CM, _BETWEEN_CM, _TOP_CM = 2.75, 5.2, 0.3, 0.85
 _INSET = 0.4
 """Share of a panel's height and width that the inset takes."""
 
-_FORCE_LABELS = {"z": r"vertical force $F_z$ (N)", "x": r"horizontal force $F_x$ (N)"}
+_FORCE_LABELS = r"vertical force $F_z$ (N)", r"horizontal force $F_x$ (N)"
 
 
 @figure(
@@ -61,27 +60,21 @@ def plot_legs(results: Results, medium: str) -> Figure:
         matching_rows(table, medium=medium) for table in leg_panels.curves(results)
     )
     shapes = results.config.legs
-    columns = Columns(list(shapes), left=1.05, gap=0.85)
-    entries = _model_entries(results, predicted)
-    across = 2 if not columns.is_wide else len(entries) if len(entries) <= 5 else 3
-    foot = 1.1 + 0.36 * -(-len(entries) // across)
-    page = columns.page(_TOP_CM + _SKETCH_CM + 2 * _PANEL_CM + 2 * _BETWEEN_CM + foot)
-    style.text_cm(page, 0.15, 0.12, style.plain(results[medium].title), va="top", weight="bold")
-    for column, (leg, left) in enumerate(columns.lefts()):
-        tag = f"{'DEF'[column]}  " if len(shapes) <= 3 else ""
-        style.text_cm(page, left, _TOP_CM - 0.08, tag + leg_panels.leg_title(leg), va="bottom")
-        sketch = style.axes_cm(page, left, _TOP_CM, columns.width, _SKETCH_CM)
-        leg_panels.add_sketch(sketch, shapes[leg])
-        for row, component in enumerate("zx"):
-            top = _TOP_CM + _SKETCH_CM + _BETWEEN_CM + row * (_PANEL_CM + _BETWEEN_CM)
-            axes = style.axes_cm(page, left, top, columns.width, _PANEL_CM)
-            leg_panels.theta_axes(axes, name=row == 1)
-            _draw_models(
-                axes, matching_rows(predicted, leg=leg), matching_rows(measured, leg=leg), component
-            )
-            if column == 0:
-                axes.set_ylabel(_FORCE_LABELS[component])
-    style.legend(page, entries, across, handlelength=2.4, columnspacing=1.1)
+    page, panels = style.panels((3.3, 6.1, 6.1), len(shapes))
+    page.suptitle(style.plain(results[medium].title), x=0.01, ha="left", weight="bold")
+    for i, (leg, shape) in enumerate(shapes.items()):
+        sketch, *force_axes = panels[:, i]
+        tag = f"{'DEF'[i]}  " if len(shapes) <= 3 else ""
+        sketch.set_title(tag + leg_panels.leg_title(leg), loc="left")
+        leg_panels.add_sketch(sketch, shape)
+        predicted_curves = matching_rows(predicted, leg=leg)
+        measured_curve = matching_rows(measured, leg=leg)
+        for axes, component in zip(force_axes, "zx", strict=True):
+            leg_panels.theta_axes(axes, name=component == "x")
+            _draw_models(axes, predicted_curves, measured_curve, component)
+    for axes, label in zip(panels[1:, 0], _FORCE_LABELS, strict=True):
+        axes.set_ylabel(label)
+    style.legend(page, _model_entries(results, predicted), handlelength=2.4, columnspacing=1.1)
     return page
 
 
@@ -153,7 +146,6 @@ def _draw_models(axes: Axes, predicted: pd.DataFrame, measured: pd.DataFrame, c:
 # All media, one row each
 
 
-_ROW_TOP_CM, _ROW_PANEL_CM, _ROW_PITCH_CM = 0.4, 3.05, 3.75
 _LINES: dict[str, Any] = {"z": "-", "x": (0, (4, 1.2))}
 _DOTTED: dict[str, Any] = dict.fromkeys("zx", (0, (1, 1)))
 
@@ -219,29 +211,20 @@ def _draw_media(results: Results, media: Sequence[str], profile: str, beside: st
     tables = matching_rows(predicted, profile=profile), measured
     lines = _DOTTED if profile == "depth_only" else _LINES
     names = leg_panels.leg_order(table[table["medium"].isin(list(media))] for table in tables)
-    columns = Columns(names, left=1.5, gap=0.75, widest=7.2)
-    foot = 1.5 if columns.is_wide else 2.1
-    page = columns.page(_ROW_TOP_CM + len(media) * _ROW_PITCH_CM + foot)
-    width = columns.width
-    for column, (leg, left) in enumerate(columns.lefts()):
-        title, middle = leg_panels.leg_title(leg), left + width / 2
-        style.text_cm(page, middle, 0.1, title, ha="center", va="top", weight="bold")
-        for row, medium in enumerate(media):
-            top = _ROW_TOP_CM + 0.35 + row * _ROW_PITCH_CM
-            axes = style.axes_cm(page, left, top, width, _ROW_PANEL_CM)
-            leg_panels.theta_axes(axes, name=row == len(media) - 1)
+    page, panels = style.panels([4.0] * len(media), len(names))
+    for leg, axes in zip(names, panels[0], strict=True):
+        style.name_column(axes, leg_panels.leg_title(leg))
+    for medium, row in zip(media, panels, strict=True):
+        row[0].set_ylabel("force (N)")
+        style.name_row(row[0], style.plain(results[medium].title))
+        for leg, axes in zip(names, row, strict=True):
+            leg_panels.theta_axes(axes, name=medium == media[-1])
             tables_of_leg = [
                 matching_rows(table, medium=medium, leg=leg)
                 for table in (*tables, predicted_beside)
             ]
             _draw_leg(axes, tables_of_leg, lines)
             axes.set_title(_peaks(*tables_of_leg[:2]), fontsize=5.5, loc="left", pad=2)
-            if column == 0:
-                axes.set_ylabel("force (N)")
-                axes.yaxis.set_label_coords(-0.72 / width, 0.5)
-                title_top, title = top + _ROW_PANEL_CM / 2, style.plain(results[medium].title)
-                text_style = {"ha": "left", "va": "center", "weight": "bold", "fontsize": 6.5}
-                style.text_cm(page, 0.12, title_top, title, rotation=90, **text_style)
     entries = {}
     for c, word in (("z", "vertical force $F_z$"), ("x", "horizontal force $F_x$")):
         entries[f"{word}, measured"] = style.dots(style.PALE_COLOURS[c], 2)
@@ -252,7 +235,7 @@ def _draw_media(results: Results, media: Sequence[str], profile: str, beside: st
             entries[f"{word}, by {PROFILE_TITLES[beside]}"] = line
     entries[f"{style.level(results)} interval of alpha"] = style.band()
     entries["with the model's own error"] = style.band(leg_panels.MODEL_BAND)
-    style.legend(page, entries, 3 if columns.is_wide else 2, handlelength=2.4)
+    style.legend(page, entries, handlelength=2.4)
     return page
 
 
@@ -313,7 +296,6 @@ def _three_digits(value: float) -> str:
 # All media over zeta, with the generic prediction
 
 
-_ZETA_TOP_CM, _ZETA_PANEL_CM, _ZETA_BETWEEN_CM = 0.5, 4.6, 0.35
 _DASHES: Any = "-", (0, (5, 1.2)), (0, (1, 0.9)), (0, (5, 1, 1, 1)), (0, (2.5, 1))
 
 
@@ -358,22 +340,16 @@ def plot_forces_over_zeta(results: Results) -> Figure:
     )
     predicted, measured = (t[t["medium"].isin(list(zetas))] for t in leg_panels.curves(results))
     predicted = matching_rows(predicted, profile="generic")
-    columns = Columns(leg_panels.leg_order((predicted, measured)), left=1.1, gap=0.8, widest=7.5)
-    across = 4 if columns.is_wide else 2
-    foot = 0.95 + 0.34 * -(-(len(zetas) + 2) // across)
-    page = columns.page(_ZETA_TOP_CM + 2 * _ZETA_PANEL_CM + _ZETA_BETWEEN_CM + foot)
-    for column, (leg, left) in enumerate(columns.lefts()):
-        for row, component in enumerate("zx"):
-            top = _ZETA_TOP_CM + row * (_ZETA_PANEL_CM + _ZETA_BETWEEN_CM)
-            axes = style.axes_cm(page, left, top, columns.width, _ZETA_PANEL_CM)
-            leg_panels.theta_axes(axes, name=row == 1)
+    names = leg_panels.leg_order((predicted, measured))
+    page, panels = style.panels((5.3, 5.3), len(names))
+    for leg, column in zip(names, panels.T, strict=True):
+        column[0].set_title(leg_panels.leg_title(leg), weight="bold")
+        for component, axes in zip("zx", column, strict=True):
+            leg_panels.theta_axes(axes, name=component == "x")
             generic = _generic(matching_rows(predicted, leg=leg), component, zetas)
             _draw_scaled(axes, results, generic, matching_rows(measured, leg=leg), component, zetas)
-            if row == 0:
-                axes.set_title(leg_panels.leg_title(leg), weight="bold")
-            if column == 0:
-                axes.set_ylabel(rf"$F_{component}$ / $\zeta$ (N)")
-                axes.yaxis.set_label_coords(-0.65 / columns.width, 0.5)
+    for component, axes in zip("zx", panels[:, 0], strict=True):
+        axes.set_ylabel(rf"$F_{component}$ / $\zeta$ (N)")
     looks = style.medium_looks(zetas)
     entries = {}
     for i, (medium, zeta) in enumerate(zetas.items()):
@@ -381,7 +357,7 @@ def plot_forces_over_zeta(results: Results) -> Figure:
         entries[title] = style.line(looks[medium][0], linestyle=_DASHES[i % len(_DASHES)])
     entries["generic prediction"] = style.line("black", linewidth=1.6)
     entries[f"{style.level(results)} interval of it"] = style.patch(facecolor="#bdbdbd")
-    style.legend(page, entries, across, handlelength=2.6)
+    style.legend(page, entries, handlelength=2.6)
     return page
 
 
@@ -433,8 +409,6 @@ def _draw_scaled(
 # Predicted over measured peak lift of every model, leg and medium
 
 
-_PEAKS_LEFT_CM, _PEAKS_RIGHT_CM, _PEAKS_TOP_CM = 2.8, 0.25, 0.5
-_PEAKS_ROW_CM, _PEAKS_GAP_CM = 0.54, 0.6
 _BANDS = {33.0: "#ececec", 10.0: "#cfcfcf"}
 """Errors that the paper states, percent, and their shades."""
 
@@ -472,13 +446,9 @@ def plot_peak_errors(results: Results) -> Figure:
     ratio_values = ratios[["ratio", "ratio_lo", "ratio_hi"]].to_numpy(float)
     shown_ratios = [0.6, 1.6, *ratio_values[np.isfinite(ratio_values)].tolist()]
     span = min(shown_ratios) / 1.15, max(shown_ratios) * 1.15
-    height = len(media) * _PEAKS_ROW_CM
-    pitch = height + _PEAKS_GAP_CM
-    page = style.new_figure(style.SINGLE_CM, _PEAKS_TOP_CM + len(names) * pitch + 2.1)
-    for i, leg in enumerate(names):
-        top = _PEAKS_TOP_CM + i * pitch
-        width = style.SINGLE_CM - _PEAKS_LEFT_CM - _PEAKS_RIGHT_CM
-        axes = style.axes_cm(page, _PEAKS_LEFT_CM, top, width, height)
+    heights_cm = [0.54 * len(media) + 0.9] * len(names)
+    page, panels = style.panels(heights_cm)
+    for leg, axes in zip(names, panels[:, 0], strict=True):
         _prepare(axes, span, [style.medium_label(results, name) for name in media])
         axes.set_title(leg_panels.leg_title(leg), weight="bold", loc="left")
         for place, medium in enumerate(media):
@@ -490,7 +460,7 @@ def plot_peak_errors(results: Results) -> Figure:
                 profiles,
             )
         label = "error of the predicted peak lift\n(% of measured, logarithmic in their ratio)"
-        style.name_below(axes, label, i == len(names) - 1)
+        style.name_below(axes, label, leg == names[-1])
     entries = {}
     for profile in profiles:
         colour, _, marker = PROFILE_LOOKS[profile]
@@ -498,7 +468,7 @@ def plot_peak_errors(results: Results) -> Figure:
     for percent, shade in reversed(_BANDS.items()):
         entries[f"within {percent:.0f} %"] = style.patch(facecolor=shade)
     entries[f"bars: {style.level(results)} interval of alpha"] = style.line("none", linestyle="")
-    style.legend(page, entries, 3)
+    style.legend(page, entries)
     return page
 
 

@@ -568,4 +568,4 @@ def add_legend(figure: Figure, missing: bool) -> None:
     entries["does not oppose the motion"] = style.patch(linewidth=0.3, **shading)
     if missing:
         entries["no usable run"] = style.patch(linewidth=0.3, **_MISSING)
-    style.legend(figure, entries, len(entries), borderaxespad=0.3, columnspacing=2.0)
+    style.legend(figure, entries, borderaxespad=0.3, columnspacing=2.0)

@@ -16,10 +16,10 @@ if TYPE_CHECKING:
     from rftfit.model.shapes import Map
 
 
+@style.styled()
 def draw_plan(plan: Plan, medium_map: Map) -> Figure:
     """Half width over the number of pushes, and where they lie."""
-    page = style.new_figure(15.0, 7.2)
-    left_axes = style.axes_cm(page, 1.5, 0.9, 5.6, 4.9)
+    page, ((left_axes, right_axes),) = style.panels([7.0], 2, 7.5)
     width = [100 * step.typical for step in plan.steps]
     left_axes.plot(range(len(width)), width, "o-", color=style.OKABE_ITO["blue"], markersize=3)
     left_axes.set(xlabel="further pushes", ylabel="half width (%)", yscale="log")
@@ -27,8 +27,7 @@ def draw_plan(plan: Plan, medium_map: Map) -> Figure:
     left_axes.set_yticks([v for v in round_numbers if min(width) / 2 < v < 2 * max(width)])
     left_axes.yaxis.set_major_formatter("{x:g}")
     left_axes.minorticks_off()
-    style.text_cm(page, 1.5, 0.1, plan.target, va="top", weight="bold")
-    right_axes = style.axes_cm(page, 9.0, 0.9, 5.6, 4.9)
+    style.name_column(left_axes, plan.target)
     angle_axes(right_axes)
     if medium_map.measured.any():
         pushed_angles = (
@@ -48,7 +47,7 @@ def draw_plan(plan: Plan, medium_map: Map) -> Figure:
                 clip_on=False,
             )
             right_axes.text(gamma, beta, str(number), ha="center", va="center", fontsize=6)
-    style.text_cm(page, 9.0, 0.1, "where they lie", va="top", weight="bold")
     key = "open: on the way back; square: pushed already"
-    style.text_cm(page, 9.0, 0.5, key, va="top", fontsize=6)
+    right_axes.set_title(key, loc="left", fontsize=6)
+    style.name_column(right_axes, "where they lie")
     return page

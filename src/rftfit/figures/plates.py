@@ -29,8 +29,6 @@ if TYPE_CHECKING:
 
 _LEGS = style.OKABE_ITO["bluish green"]
 _ACROSS = 4
-_LEGEND_COLUMNS = {1: 2, 2: 2, 3: 3, 4: 6}
-_RUN_SIDE_CM, _RUN_PITCH_CM, _RUN_ROW_CM, _RUN_LEFT_CM, _RUN_TOP_CM = 3.1, 4.1, 4.9, 1.45, 1.15
 
 
 PUSH = (30.0, 45.0)
@@ -99,24 +97,18 @@ def plot_stress_of_runs(results: Results) -> Figure:
     if not drawn_runs:
         reasons = [f"{run}: {fits[run]['reason']}" for run in chosen if run in fits]
         return style.missing("no run has a tared stroke to draw against depth", reasons)
-    panel_columns = min(len(drawn_runs), _ACROSS)
-    panel_rows = -(-len(drawn_runs) // _ACROSS)
-    # one run alone gets the width of two
-    panel_width = _RUN_SIDE_CM + (_RUN_PITCH_CM if panel_columns == 1 else 0)
-    width = _RUN_LEFT_CM + max(panel_columns - 1, 1) * _RUN_PITCH_CM + _RUN_SIDE_CM + 0.4
+    across = min(len(drawn_runs), _ACROSS)
+    page, panels = style.panels([5.4] * -(-len(drawn_runs) // _ACROSS), across, 4.5)
     deepest = _reach(campaign.config.legs.values())
-    lines = -(-(6 + bool(deepest)) // _LEGEND_COLUMNS[panel_columns])
-    page = style.new_figure(width, panel_rows * _RUN_ROW_CM + 0.3 + 0.33 * lines)
-    for i, run in enumerate(drawn_runs):
-        row, column = divmod(i, _ACROSS)
-        left, top = _RUN_LEFT_CM + column * _RUN_PITCH_CM, _RUN_TOP_CM + row * _RUN_ROW_CM
-        axes = style.axes_cm(page, left, top, panel_width, _RUN_SIDE_CM)
+    for axes in panels.flat[len(drawn_runs) :]:
+        axes.set_axis_off()
+    for i, (run, axes) in enumerate(zip(drawn_runs, panels.flat, strict=False)):
         fit = fits[run]
         _draw_run(axes, samples[run], fit)
         beta, gamma = (style.degrees(float(fit[f"{name}_deg"])) for name in ("beta", "gamma"))
         head = [f"{fit['direction']}, $\\beta$ = {beta}, $\\gamma$ = {gamma}"]
         head += [rf"$\alpha_{c}$ = {alpha_text(fit, c)} {style.PER_CM3}" for c in "zx"]
-        style.text_cm(page, left, top - 0.1, "\n".join(head), va="bottom", fontsize=6)
+        axes.set_title("\n".join(head), loc="left", fontsize=6, pad=4)
         axes.set_xlim(0, None)
         if deepest:
             line_style: dict[str, Any] = {
@@ -130,7 +122,7 @@ def plot_stress_of_runs(results: Results) -> Figure:
         axes.margins(y=0.06)
         if i + _ACROSS >= len(drawn_runs):
             axes.set_xlabel("depth (cm)")
-        if column == 0:
+        if i % across == 0:
             axes.set_ylabel(f"stress ({style.PER_CM2})")
     z, x = (style.COMPONENT_COLOURS[c] for c in "zx")
     entries = {
@@ -143,7 +135,7 @@ def plot_stress_of_runs(results: Results) -> Figure:
     }
     if deepest:
         entries["depths of legs"] = style.line(_LEGS, linewidth=3)
-    style.legend(page, entries, _LEGEND_COLUMNS[panel_columns], borderaxespad=0.3)
+    style.legend(page, entries, borderaxespad=0.3)
     return page
 
 
@@ -169,8 +161,6 @@ def _draw_run(axes: Axes, trace: Trace, fit: Row) -> None:
 CELLS = ((0.0, 90.0), (30.0, 45.0), (90.0, 0.0), (-30.0, -45.0), (0.0, -90.0))
 """Beta and gamma, as filed, of the paper's figure; gamma 0 is a horizontal run."""
 
-_LEFT_CM, _SIDE_CM, _PITCH_CM, _TOP_CM, _ROW_CM = 1.5, 2.5, 3.48, 2.15, 3.0
-_SKETCH_CM = 1.25
 _FIT = (0, (4, 2))
 _WORDS = {"z": "vertical stress\n$\\sigma_z$", "x": "horizontal stress\n$\\sigma_x$"}
 _NOTE_PT = 5.5
@@ -205,16 +195,16 @@ def plot_linearity(results: Results) -> Figure:
     fits = results.joined("fits/{medium}.csv", media)
     rows = {row["run_id"]: row for row in fits[fits["run_id"].isin(run_ids)].to_dict("records")}
     looks = style.medium_looks(media)
-    width = _LEFT_CM + (max(len(cells), 3) - 1) * _PITCH_CM + _SIDE_CM + 0.25
-    page = style.new_figure(width, _TOP_CM + 2 * _ROW_CM + 1.45)
+    page, panels = style.panels((2.0, 3.5, 3.5), len(cells), 3.7)
+    for c, axes in zip("zx", panels[1:, 0], strict=True):
+        axes.set_ylabel(f"{_WORDS[c]} ({style.PER_CM2})")
     for i, (beta, gamma) in enumerate(cells):
-        left = _LEFT_CM + i * _PITCH_CM
-        _sketch(style.axes_cm(page, left, 0.62, _SIDE_CM, _SKETCH_CM), beta, gamma, i == 0)
+        sketch, *stress_axes = panels[:, i]
+        _sketch(sketch, beta, gamma, i == 0)
         head = rf"$\beta$ = {style.degrees(beta)}, $\gamma$ = {style.degrees(gamma)}"
-        style.text_cm(page, left, 0.5, f"{'ABCDE'[i]}  {head}", va="bottom", fontsize=6.5)
+        sketch.set_title(f"{'ABCDE'[i]}  {head}", loc="left", fontsize=6.5)
         rows_by_medium = _rows_at(alpha, beta, gamma)
-        for j, c in enumerate("zx"):
-            axes = style.axes_cm(page, left, _TOP_CM + j * _ROW_CM, _SIDE_CM, _ROW_CM - 0.35)
+        for c, axes in zip("zx", stress_axes, strict=True):
             style.zero_line(axes)
             media_without_run = []
             for medium in media:
@@ -225,10 +215,7 @@ def plot_linearity(results: Results) -> Figure:
                 else:
                     media_without_run.append(style.medium_label(results, medium))
             _finish(axes, media_without_run, len(media_without_run) < len(media))
-            style.name_below(axes, "depth (cm)", j == 1)
-            if i == 0:
-                axes.set_ylabel(f"{_WORDS[c]} ({style.PER_CM2})")
-                axes.yaxis.set_label_coords(-0.8 / _SIDE_CM, 0.5)
+            style.name_below(axes, "depth (cm)", c == "x")
     entries = {}
     for medium, (colour, marker) in looks.items():
         entries[style.medium_label(results, medium)] = style.line(
@@ -236,7 +223,7 @@ def plot_linearity(results: Results) -> Figure:
         )
     entries["fit through zero"] = style.line("black", linestyle=_FIT, linewidth=0.6)
     entries[f"{style.level(results)} interval of alpha"] = style.band(0.5)
-    style.legend(page, entries, 4)
+    style.legend(page, entries)
     return page
 
 
@@ -269,7 +256,7 @@ def _sketch(axes: Axes, beta_deg: float, gamma_deg: float, frame: bool) -> None:
     axes.axhspan(-1, 0.8, color=style.SAND, linewidth=0)
     axes.axhline(0.8, color=style.SURFACE, linewidth=0.6)
     axes.plot(*np.stack([-tangent, tangent], axis=1), color="black", linewidth=1.8)
-    half_width = 1.05 * _SIDE_CM / _SKETCH_CM
+    half_width = 2.1
     arrows = [(np.zeros(2), velocity, style.MARK, "")]
     if frame:
         corner = np.array([0.12 - half_width, -0.88])
@@ -290,7 +277,7 @@ def _sketch(axes: Axes, beta_deg: float, gamma_deg: float, frame: bool) -> None:
             arrowprops=arrow_style | {"color": colour},
         )
         axes.text(end[0] + 0.08, end[1] + 0.08, name, fontsize=_NOTE_PT)
-    axes.set(xlim=(-half_width, half_width), ylim=(-1.0, 1.1))
+    axes.set(xlim=(-half_width, half_width), ylim=(-1.0, 1.1), aspect="equal")
     axes.set_axis_off()
 
 

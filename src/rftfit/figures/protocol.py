@@ -37,10 +37,6 @@ if TYPE_CHECKING:
 
 _RECORDED = ("time_s", "depth_cm", "x_cm", "angle_deg", "force_z_N", "force_x_N")
 _CURVE = ("theta_deg", "force_z_N", "force_x_N")
-_LEFT_CM, _SIDE_CM, _PITCH_CM, _TOP_CM = 1.35, 3.3, 4.35, 1.2
-_ROWS_CM = ((0.0, 2.1), (2.35, 2.7), (6.75, 2.9))
-"""Top, from the first row's, and height of each row."""
-
 _PHASES = {"pause": "#f3e3b3", "stroke": style.WINDOW}
 
 
@@ -174,18 +170,13 @@ def plot_protocol(results: Results, medium: str) -> Figure:
     if not columns:
         message = "no run of which recording and result could be drawn"
         return style.missing(f"{results.titles[medium]}: {message}")
-    width = _LEFT_CM + max(len(columns) - 1, 1) * _PITCH_CM + _SIDE_CM + 0.3
-    last_top, last_height = _ROWS_CM[-1]
-    page = style.new_figure(width, _TOP_CM + last_top + last_height + (1.75 if width > 14 else 2.4))
-    style.text_cm(page, 0.15, 0.12, style.plain(results[medium].title), va="top", weight="bold")
-    small = {"va": "bottom", "fontsize": leg_panels.NOTE_PT}
+    page, panels = style.panels((3.3, 4.2, 4.5), len(columns), 4.5)
+    page.suptitle(style.plain(results[medium].title), x=0.01, ha="left", weight="bold")
+    small: style.Look = {"loc": "left", "fontsize": leg_panels.NOTE_PT}
     for i, column in enumerate(columns):
-        left = _LEFT_CM + i * _PITCH_CM
-        rows = ((_TOP_CM + top, _SIDE_CM, height) for top, height in _ROWS_CM)
-        position_axes, force_axes, result_axes = (style.axes_cm(page, left, *row) for row in rows)
-        head = f"{'ABCD'[i]}  {column.kind}"
-        style.text_cm(page, left, _TOP_CM - 0.4, head, va="bottom", weight="bold")
-        style.text_cm(page, left, _TOP_CM - 0.1, column.about, **small)
+        position_axes, force_axes, result_axes = panels[:, i]
+        style.name_column(position_axes, f"{'ABCD'[i]}  {column.kind}")
+        position_axes.set_title(column.about, **small)
         _draw_position(position_axes, column)
         _draw_forces(force_axes, column)
         position_axes.sharex(force_axes)
@@ -193,8 +184,6 @@ def plot_protocol(results: Results, medium: str) -> Figure:
         force_axes.set_xlabel("time since stroke began (s)")
         if i == 0:
             force_axes.set_ylabel("force on intruder (N)")
-            for axes in (position_axes, force_axes, result_axes):
-                axes.yaxis.set_label_coords(-0.8 / _SIDE_CM, 0.5)
         if column.kind == "rotation":
             note, label = _draw_leg(result_axes, column), "force, tare taken off (N)"
         else:
@@ -203,7 +192,7 @@ def plot_protocol(results: Results, medium: str) -> Figure:
                 f"stress ({style.PER_CM2})" if i == 0 else "",
             )
         result_axes.set_ylabel(label)
-        style.text_cm(page, left, _TOP_CM + last_top - 0.1, note, **small)
+        result_axes.set_title(note, **small)
     colours, tares = style.COMPONENT_COLOURS, style.PALE_COLOURS
     entries = {
         "height $z$": style.line("black"),
@@ -218,7 +207,7 @@ def plot_protocol(results: Results, medium: str) -> Figure:
         "fit, horizontal": style.line("black", linestyle="--"),
         f"{style.level(results)} interval of a fit": style.band(0.5),
     }
-    style.legend(page, entries, 6 if width > 14 else 3)
+    style.legend(page, entries)
     return page
 
 
@@ -354,8 +343,7 @@ def plot_tare(results: Results, medium: str) -> Figure:
     samples_of_run = samples[(samples["run_id"] == deepest["run_id"]).to_numpy()]
     depth = samples_of_run["depth_cm"].to_numpy(float)
     valid = samples_of_run["tare_z_N"].notna().to_numpy() & np.isfinite(depth)
-    page = style.new_figure(style.SINGLE_CM, 5.7)
-    axes = style.axes_cm(page, 1.35, 0.55, style.SINGLE_CM - 1.65, 3.6)
+    page, ((axes,),) = style.panels([5.2])
     if valid.any():
         low, high = depth[valid].min(), depth[valid].max()
         axes.axvspan(low, high, color=style.WINDOW, linewidth=0, label="valid range")
@@ -367,8 +355,10 @@ def plot_tare(results: Results, medium: str) -> Figure:
     if not valid.any():
         text_style: dict[str, Any] = {"ha": "center", "va": "center", "transform": axes.transAxes}
         axes.text(0.5, 0.5, "valid nowhere", color=style.MARK, **text_style)
-    axes.set_title(style.plain(f"{results[medium].title}: tare {deepest['tare_run']}"), loc="left")
-    page.legend(*axes.get_legend_handles_labels(), loc="lower center", ncols=3, borderaxespad=0.3)
+    title = style.plain(f"{results[medium].title}: tare {deepest['tare_run']}")
+    page.suptitle(title, x=0.01, ha="left", fontsize=7)
+    handles, names = axes.get_legend_handles_labels()
+    style.legend(page, dict(zip(names, handles, strict=True)))
     return page
 
 

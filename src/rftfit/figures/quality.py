@@ -401,7 +401,7 @@ class Sheet:
             "columnspacing": 1.3,
         }
         place = LEFT / self.paper[0], 0.12 / self.paper[1]
-        style.legend(self.figure, entries, len(entries), bbox_to_anchor=place, **legend_options)
+        style.legend(self.figure, entries, bbox_to_anchor=place, **legend_options)
         level = f" (horizontal runs: path from 0 to {self.reach[1]:g} cm)" * (self.reach[1] > 0)
         text = (
             f"Across each panel: depth from 0 to {self.reach[0]:g} cm{level}. Up: stress, from the panel's bottom to its top as written in "
@@ -468,7 +468,7 @@ def plot_runs_side_by_side(results: Results) -> Figure:
         "1 or 2": style.dots(style.GREY, 3, markerfacecolor="none"),
         "outlier": style.dots(style.MARK, 4),
     }
-    style.legend(page, entries, 3)
+    style.legend(page, entries)
     return page
 
 

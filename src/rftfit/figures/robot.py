@@ -113,7 +113,7 @@ def plot_speed(results: Results, sweep: str) -> Figure:
     _frequency_panel(axes, speeds, errors, looks)
     axes.set(ylim=_limits(speeds, errors), xlabel=FREQUENCY_LABEL, ylabel=SPEED_LABEL)
     axes.set_title(PROFILE_TITLES["table"], loc="left", fontsize=7.5)
-    style.legend(page, _speed_entries(looks, errors), 2, handlelength=1.8)
+    style.legend(page, _speed_entries(looks, errors), handlelength=1.8)
     return page
 
 
@@ -159,7 +159,7 @@ def plot_profiles(results: Results, sweep: str) -> Figure:
     entries = _speed_entries(looks, errors)
     if (speed["outcome"] == "tipped").any():
         entries["turned upside down"] = style.line("black", linestyle="", marker="x", markersize=3)
-    style.legend(page, entries, 5, handlelength=1.8)
+    style.legend(page, entries, handlelength=1.8)
     return page
 
 
@@ -491,7 +491,7 @@ def plot_robot_stance(results: Results) -> Figure:
         axes.set_axis_off()
     entries = {name: style.line(_STANCE[name], linewidth=1.7) for name in reversed(_STANCE)}
     longest = f"force on an element, the longest arrow {1000 * strongest:.0f} mN"
-    style.legend(page, entries | {longest: style.line(style.OKABE_ITO["vermillion"])}, 4)
+    style.legend(page, entries | {longest: style.line(style.OKABE_ITO["vermillion"])})
     return page
 
 
@@ -691,4 +691,4 @@ def _legend(figure: Figure, looks: Mapping[str, tuple[str, Any]], **entries: Art
     for group, (colour, dash) in looks.items():
         entries[group.replace("_", " ")] = style.line(colour, linestyle=dash)
     legend_options = {"loc": "upper center", "columnspacing": 1.6, "borderaxespad": 0.1}
-    style.legend(figure, entries, len(entries), **legend_options)
+    style.legend(figure, entries, **legend_options)

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from rftfit.figures.traces import Row, Trace
     from rftfit.results import Results
 
-_LEFT_CM, _GAP_CM, _TOP_CM, _SIDE_CM, _ACROSS = 1.1, 0.75, 1.2, 5.1, 3
+_ACROSS = 3
 _ALPHA = ("alpha_z_N_per_cm3", "alpha_z_lo_N_per_cm3", "alpha_z_hi_N_per_cm3")
 _END = "linear_to_cm"
 _FITS: dict[str, tuple[str, Any]] = {
@@ -54,16 +54,11 @@ _FITS: dict[str, tuple[str, Any]] = {
 def plot_penetration(results: Results) -> Figure:
     """Draw the stress on a plate pushed straight down into each sand against depth."""
     table, media = results.table("sands.csv"), results.sands
-    panel_columns = min(len(media), _ACROSS)
-    panel_rows = -(-len(media) // _ACROSS)
-    width = _LEFT_CM + panel_columns * (_SIDE_CM + _GAP_CM) - _GAP_CM + 0.25
-    pitch = _SIDE_CM + 2.1
-    foot = 0.5 if panel_columns > 1 else 1.2
-    page = style.new_figure(max(width, style.SINGLE_CM), panel_rows * pitch + foot)
-    for i, medium in enumerate(media):
-        row, column = divmod(i, _ACROSS)
-        left, top = _LEFT_CM + column * (_SIDE_CM + _GAP_CM), _TOP_CM + row * pitch
-        axes = style.axes_cm(page, left, top, _SIDE_CM, _SIDE_CM)
+    across = min(len(media), _ACROSS)
+    page, panels = style.panels([7.3] * -(-len(media) // _ACROSS), across, 6.1)
+    for axes in panels.flat[len(media) :]:
+        axes.set_axis_off()
+    for i, (medium, axes) in enumerate(zip(media, panels.flat, strict=False)):
         fits: dict[str, dict[str, Row]] = {}
         for fit in table[table["medium"] == medium].to_dict("records"):
             fits.setdefault(str(fit["run_id"]), {})[str(fit["window"])] = fit
@@ -71,11 +66,11 @@ def plot_penetration(results: Results) -> Figure:
         tests = list(fits.values()) or [{}]
         _draw_panel(axes, [trace for run, trace in runs.items() if run in fits], tests)
         axes.set_xlabel("depth (cm)")
-        if column == 0:
+        if i % across == 0:
             axes.set_ylabel(f"vertical stress $\\sigma_z$ ({style.PER_CM2})")
-        title = style.plain(results[medium].title)
-        style.text_cm(page, left, top - 0.75, title, va="bottom", weight="bold")
-        style.text_cm(page, left, top - 0.1, _note(tests), va="bottom", fontsize=5.5)
+        note = _note(tests)
+        axes.set_title(note, loc="left", fontsize=5.5)
+        style.name_column(axes, style.plain(results[medium].title), len(note.splitlines()))
     entries = {"measured": style.line(style.COMPONENT_COLOURS["z"])}
     if table["window"].eq("stated").any():
         entries["stated window"] = style.patch(facecolor=style.WINDOW)
@@ -85,8 +80,7 @@ def plot_penetration(results: Results) -> Figure:
         entries[f"fit through zero, {name}"] = style.line(colour, linestyle=line)
     entries["detected end"] = style.line(_FITS["detected"][0], linestyle=":")
     entries[f"{style.level(results)} interval of alpha"] = style.band()
-    columns = 6 if panel_columns == _ACROSS else 3 if panel_columns > 1 else 2
-    style.legend(page, entries, columns, handlelength=2.2, borderaxespad=0.25)
+    style.legend(page, entries, handlelength=2.2, borderaxespad=0.25)
     return page
 
 

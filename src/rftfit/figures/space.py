@@ -45,7 +45,7 @@ def draw_forces(
         entries["error of the law in space, worst case"] = style.line(
             "black", linestyle="--", linewidth=0.6
         )
-    style.legend(page, entries, 3, loc="lower left")
+    style.legend(page, entries, loc="lower left")
     _body(page, profile, mesh, motion, pose)
     pose_text = f"{mesh.name} at {key.partition('_')[0]} = {abscissa[pose]:.4g}"
     style.text_cm(page, 10.0, 0.5, style.plain(pose_text), va="top")

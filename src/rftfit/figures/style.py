@@ -21,6 +21,7 @@ from rftfit.store import write_bytes
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
 
+    import numpy.typing as npt
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.axis import Axis
@@ -171,6 +172,36 @@ def new_figure(width_cm: float, height_cm: float, dpi: float | None = None) -> F
     return Figure(figsize=(width_cm * CM, height_cm * CM), dpi=dpi)
 
 
+def panels(
+    heights_cm: Sequence[float], columns: int = 1, widest_cm: float = 8.0
+) -> tuple[Figure, npt.NDArray[Any]]:
+    """Return a page and its axes, by row and column; matplotlib makes room for the words around them.
+
+    `heights_cm`: Of the rows with their words: panels are as high as these are to one another.
+    """
+    page = new_figure(min(DOUBLE_CM, max(SINGLE_CM, columns * widest_cm)), sum(heights_cm))
+    page.set_layout_engine("constrained", rect=(0, 0, 1 - 0.2 * CM / page.get_figwidth(), 1))
+    ratios = {"height_ratios": list(heights_cm)}
+    axes = page.subplots(len(heights_cm), columns, squeeze=False, gridspec_kw=ratios)
+    page.align_ylabels(axes[:, 0])
+    return page, axes
+
+
+_NAME: Look = {"textcoords": "offset points", "weight": "bold", "annotation_clip": False}
+
+
+def name_row(left_axes: Axes, name: str) -> None:
+    """Write what a row of panels shows, left of the label of its first one."""
+    place: Look = {"xycoords": left_axes.yaxis.label, "rotation": 90, "ha": "right", "va": "center"}
+    left_axes.annotate(name, (0, 0.5), (-3, 0), fontsize=6.5, **place, **_NAME)
+
+
+def name_column(top_axes: Axes, name: str, title_lines: int = 1) -> None:
+    """Write what a column of panels shows, above the small title of its first one."""
+    place: Look = {"xycoords": "axes fraction", "va": "bottom"}
+    top_axes.annotate(name, (0, 1), (0, 4 + 7 * title_lines), **place, **_NAME)
+
+
 def axes_cm(
     figure: Figure, left_cm: float, top_cm: float, width_cm: float, height_cm: float
 ) -> Axes:
@@ -229,10 +260,20 @@ def band(alpha: float = 0.4) -> Artist:
     return patch(facecolor="#888888", alpha=alpha)
 
 
-def legend(figure: Figure, entries: Mapping[str, Artist], columns: int, **options: Any) -> None:
-    """Explain lines and areas at the foot of a figure."""
-    usual: dict[str, Any] = {"loc": "lower center", "columnspacing": 1.2, "borderaxespad": 0.2}
-    figure.legend(list(entries.values()), list(entries), ncols=columns, **usual | options)
+def legend(figure: Figure, entries: Mapping[str, Artist], **options: Any) -> None:
+    """Explain lines and areas at the foot of a figure, in as few rows as its width allows."""
+    is_laid_out = figure.get_layout_engine() is not None
+    loc = "outside lower center" if is_laid_out else "lower center"
+    usual: dict[str, Any] = {"loc": loc, "columnspacing": 1.2, "borderaxespad": 0.2}
+    for rows in range(1, len(entries) + 1):
+        columns = {"ncols": -(-len(entries) // rows)}
+        legend = figure.legend([*entries.values()], [*entries], **usual | columns | options)
+        box = legend.get_window_extent()
+        if box.width <= figure.bbox.width:
+            break
+        legend.remove()
+    if is_laid_out:
+        figure.set_figheight(figure.get_figheight() + box.height / figure.dpi)
 
 
 _LINE_CM, _MARGIN_CM = 0.38, 0.4
@@ -323,6 +364,17 @@ def _lean_fonts() -> Iterator[None]:
         logger.setLevel(level)
 
 
+def _place_panels(figure: Figure) -> None:
+    """Let matplotlib place the panels, once for all formats: each layout would cost time."""
+    if engine := figure.get_layout_engine():
+        engine.execute(figure)
+        figure.set_layout_engine("none")
+        for axes in figure.axes:
+            # the last digits of the solver differ from call to call
+            left, bottom, width, height = axes.get_position(original=True).bounds
+            axes.set_position((round(left, 6), round(bottom, 6), round(width, 6), round(height, 6)))
+
+
 def content(figure: Figure, ending: str, about: str = "") -> bytes:
     """Return what a figure's file of one of the formats of print holds, with a remark in its metadata.
 
@@ -339,6 +391,7 @@ def content(figure: Figure, ending: str, about: str = "") -> bytes:
     buffer = BytesIO()
     # some settings (letters, hatches, salt of the ids) are looked up while writing
     with styled(), _lean_fonts():
+        _place_panels(figure)
         figure.savefig(buffer, format=ending, metadata=metadata, **savefig_options)
     return buffer.getvalue()
 

@@ -15,6 +15,7 @@ import pandas as pd
 from rftfit.campaign.problems import choose
 from rftfit.conventions import FloatArray
 from rftfit.measure.slopes import GIVEN_DOF, student_quantile
+from rftfit.model.contacts import Contact, ContactSystem
 from rftfit.model.forces import force_draws, forces_on
 from rftfit.model.motion import Motion, rotation
 from rftfit.model.outlines import Outline
@@ -147,12 +148,13 @@ class Step:
     """One more push of a plan, with the `runs` that it takes.
 
     `directions`: (beta, gamma) in degrees, one, or two where the way back is measured too. `half_width`: of
-    the interval of each part of the target after it, relative.
+    the interval of each part of the target after it, relative. `turn`: body whose turn it is instead of a push.
     """
 
     directions: tuple[tuple[float, float], ...]
     runs: int
     half_width: FloatArray
+    turn: str = ""
 
     @property
     def typical(self) -> float:
@@ -195,7 +197,7 @@ class Plan:
         pandas.DataFrame
             ``push`` (0: now), ``beta_deg, gamma_deg``, ``way_back`` (whether the plate is also measured
             on its way back), ``runs`` (so far), ``half_width_percent`` of the target's interval, root
-            mean square over its parts.
+            mean square over its parts; where turns of bodies were weighed too ``turn``, the body.
         """
         rows, runs = [], 0
         for number, step in enumerate(self.steps):
@@ -204,7 +206,9 @@ class Plan:
             back = len(step.directions) > 1
             rows.append((number, beta, gamma, back, runs, 100 * step.typical))
         names = ["push", "beta_deg", "gamma_deg", "way_back", "runs", "half_width_percent"]
-        return pd.DataFrame(rows, columns=names)
+        table = pd.DataFrame(rows, columns=names)
+        turns = [step.turn for step in self.steps]
+        return table.assign(turn=turns) if any(turns) else table
 
 
 def push_rows(step: Step, depths_cm: Sequence[float]) -> list[dict[str, str]]:
@@ -226,6 +230,7 @@ def plan(
     rig: Rig | None = None,
     count: int = 10,
     confidence: float = 0.95,
+    turns: Sequence[tuple[Outline, Motion]] = (),
 ) -> Plan:
     """Choose pushes one after the other, each the one that narrows the target most for its runs.
 
@@ -242,6 +247,9 @@ def plan(
     count : int, optional
         Pushes to plan.
     confidence : float, optional
+    turns : sequence of (Outline, Motion), optional
+        Bodies whose forces can be measured along a motion, each once and for one run: weighed beside the pushes, with the
+        model's own error on a body that was never measured.
 
     Returns
     -------
@@ -281,6 +289,7 @@ def plan(
     # without an error of its own a push that is repeated would leave no inverse
     noise = np.maximum(noise, _EXACT * max(float(np.diag(covariance)[:size].max()), _NONE))
     choices = _choices(current_map, rig)
+    turns_left = {body.name: turn_rows(current_map, body, motion) for body, motion in turns}
     steps = [Step((), 0, quantile * np.sqrt(np.diag(covariance)[size:]))]
     for _ in range(count):
         before = np.diag(covariance)[size:].sum()
@@ -290,12 +299,42 @@ def plan(
             seen = covariance[np.ix_(places, places)] + np.diag(noise[places])
             less = float(np.sum(across * np.linalg.solve(seen, across.T).T))
             gains.append(-np.log(max(1 - less / max(before, _NONE), 1e-12)) / runs)
+        turn, gain = "", float(np.max(np.round(gains, 9)))
+        for name, (weights, errors) in turns_left.items():
+            across = covariance[size:, :size] @ weights.T
+            seen = weights @ covariance[:size, :size] @ weights.T + np.diag(errors**2)
+            less = float(np.sum(across * np.linalg.solve(seen, across.T).T))
+            gain_of_turn = -np.log(max(1 - less / max(before, _NONE), 1e-12))
+            if gain_of_turn > gain:
+                turn, gain = name, gain_of_turn
+        if turn:
+            weights, errors = turns_left.pop(turn)
+            across = covariance[:, :size] @ weights.T
+            seen = weights @ across[:size] + np.diag(errors**2)
+            covariance = covariance - across @ np.linalg.solve(seen, across.T)
+            variance_left = np.maximum(np.diag(covariance)[size:], 0.0)
+            steps.append(Step((), 1, quantile * np.sqrt(variance_left), turn))
+            continue
         places, runs, directions = choices[int(np.argmax(np.round(gains, 9)))]
         seen = covariance[np.ix_(places, places)] + np.diag(noise[places])
         covariance = covariance - covariance[:, places] @ np.linalg.solve(seen, covariance[places])
         variance_left = np.maximum(np.diag(covariance)[size:], 0.0)
         steps.append(Step(directions, runs, quantile * np.sqrt(variance_left)))
     return Plan(target.name, target.parts, tuple(steps), confidence)
+
+
+def turn_rows(medium_map: Map, body: Outline, motion: Motion) -> tuple[FloatArray, FloatArray]:
+    """Combinations of the forces on a body that tell of alpha at the nodes: weights (k, 2 n) and errors (k,)."""
+    best = medium_map.alpha
+    profile = TableProfile(best[0], best[1], medium_map.beta, medium_map.gamma)
+    net = forces_on(profile, body, motion.poses)
+    forces = {"force_z_N": net.force_z_N, "force_x_N": net.force_x_N}
+    largest = max(float(np.abs(force).max()) for force in forces.values())
+    contact = Contact(body, motion, forces, max(USUAL_PERCENT / 100 * largest, _NONE))
+    rows_of_error = _largest(medium_map.factor).reshape(-1, best.size)
+    nodes = medium_map.beta, medium_map.gamma
+    rows = ContactSystem.of([contact], nodes, best.ravel(), rows_of_error).rows(1.0)
+    return rows.weights, rows.errors
 
 
 _EXACT, _NONE = 1e-10, 1e-30
@@ -377,6 +416,9 @@ def run_sheet_rows(plan: Plan) -> str:
     """Rows of a run sheet; medium, intruder and logs are left to be filled in."""
     lines = [SHEET_COLUMNS]
     for number, step in enumerate(plan.steps[1:], start=1):
+        if step.turn:
+            lines.append(f"plan{number:02d},leg,,{step.turn},,,,,,")
+            continue
         rows = push_rows(step, _DEPTHS_CM)
         for piece, row in enumerate(rows, start=1):
             name = f"plan{number:02d}" + (f"_{piece}" if len(rows) > 1 else "")

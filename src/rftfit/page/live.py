@@ -39,6 +39,9 @@ from rftfit.results import Results
 CURVE_DIGITS = 6
 """Significant digits of curves, as in the csv tables. Profiles and outlines keep all of theirs."""
 
+END_DIGITS = 3
+"""Significant digits of the ends of intervals along a curve: finer than a line is drawn."""
+
 TABLE_DIGITS = 9
 """Significant digits of the reference media's alpha, which only intervals hang on."""
 
@@ -340,4 +343,7 @@ def _curve(rows: pd.DataFrame) -> dict[str, Any]:
     ends = [f"force_{c}_{end}_N" for c in "zx" for end in ("lo", "hi", "model_lo", "model_hi")]
     columns = [name for name in ("theta_deg", *forces) if name in rows]
     columns += [name for name in ends if name in rows and rows[name].notna().any()]
-    return {name: as_lists(rows[name].to_numpy(float), CURVE_DIGITS) for name in columns}
+    return {
+        name: as_lists(rows[name].to_numpy(float), END_DIGITS if name in ends else CURVE_DIGITS)
+        for name in columns
+    }

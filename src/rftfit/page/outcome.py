@@ -219,11 +219,15 @@ def summary_of_checks(results: Results) -> dict[str, Any]:
     table, titles = results.checks, results.campaign.titles
     failed = table[table["verdict"].isin([FAILED, ACCEPTED])]
     passed = table[(table["verdict"] == PASSED) & ~table["check"].isin(failed["check"])]
-    unchecked = []
+    faults_of_media: dict[str, list[str]] = {}
     for check, rows in table[table["verdict"] == NOT_CHECKED].groupby("check", sort=False):
-        titles_of_media = ", ".join(titles[medium] for medium in rows["medium"])
         everywhere = len(rows) == len(results.media)
-        unchecked.append(CHECKS[str(check)].fault + ("" if everywhere else f" ({titles_of_media})"))
+        media = "" if everywhere else ", ".join(titles[medium] for medium in rows["medium"])
+        faults_of_media.setdefault(media, []).append(CHECKS[str(check)].fault)
+    unchecked = [
+        f"{media and f'in {media}: '}{'; '.join(faults)}"
+        for media, faults in sorted(faults_of_media.items())
+    ]
     verdicts = {medium: verdict_of(results, medium) for medium in results.media}
     faults = [
         (row["medium"], titles[row["medium"]], row["effect"] or row["verdict"], row["sentence"])

@@ -177,6 +177,7 @@ def context(results: Results) -> dict[str, Any]:
         ],
         "leg_errors": errors,
         "model_error": _model_error(results),
+        "contacts": tables.tabulate_contacts(results),
         "sands": tables.tabulate_sands(results),
         "corrections": tables.tabulate_corrections(results),
         "robot": robot_tables(results),

@@ -11,6 +11,7 @@ from typing import Any
 from markupsafe import Markup
 
 from rftfit.compare.legs import FAR_OFF, NOT_TESTED, OFF, WITHIN
+from rftfit.compare.lessons import summary_of_lessons
 from rftfit.compare.published import EVIDENCE, NOT_MEASURED, SAME, TEXT, VERDICTS
 from rftfit.figures.labels import (
     PROFILES,
@@ -118,7 +119,8 @@ def tabulate_alphas(results: Results) -> list[tuple[str, PageTable]]:
             table = PageTable(f"Alpha, {medium.title}", columns, records(cells_with_alpha))
             titled_tables.append((f"{medium.title}, {PER_CM3}", table))
             continue
-        for c in "zx" if len(cells_with_alpha) else "":
+        # a single direction is in the table of numbers
+        for c in "zx" if len(cells_with_alpha) > 1 else "":
             beta, gamma, _ = pivot(medium.alpha, column(c))
             cells = {end: pivot(medium.alpha, column(c, end))[2] for end in ("", "_lo", "_hi")}
             rows = []
@@ -157,7 +159,10 @@ def tabulate_at_depths(results: Results) -> PageTable:
 
 def tabulate_numbers(results: Results) -> PageTable:
     """One row a medium: what was measured, and the numbers that came out by the configured method."""
-    scaled = of_method(results, "penetration.csv").set_index("medium")
+    penetration = results.table("penetration.csv")
+    method = results.config.fourier.method
+    scaled = penetration[penetration["method"].isin([method, *routines(method)])]
+    scaled = scaled.drop_duplicates("medium").set_index("medium")
     fitted = of_method(results, "coefficients.csv")
     misfits = fitted.set_index(["medium", "coefficient"])["misfit_rms_N_per_cm3"]
     rows = []
@@ -325,6 +330,34 @@ def tabulate_leg_errors(results: Results) -> PageTable:
         numbers("R\N{SUPERSCRIPT TWO}", "r2", 2),
     ]
     return PageTable("Leg errors", columns, sorted(rows, key=place), tall=True)
+
+
+LESSON_WORDS = {
+    "plates": "plates of this medium",
+    "other-leg": "plates and another leg",
+    "same-leg-elsewhere": "plates, and this leg in other media",
+}
+
+
+def tabulate_contacts(results: Results) -> PageTable:
+    """Errors of the legs by what their prediction was learned from, of laboratory media and of sands."""
+    table = results.table("contacts.csv")
+    rows: list[Row] = []
+    for title, media in (
+        ("laboratory media", results.laboratory),
+        ("natural sands", results.sands),
+    ):
+        summary = summary_of_lessons(table[table["medium"].isin(media)])
+        rows += records(summary.assign(tested_on=title))
+    columns = [
+        texts("Learned from", lambda row: LESSON_WORDS[row["lesson"]]),
+        texts("Tested on legs in", "tested_on"),
+        numbers("Curves", "curves", 0),
+        numbers("Error of peak, median, %", "peak_error_percent", 0),
+        numbers("RMS over peak", "rms_relative_to_peak", show=lambda x: share(x).lstrip("+")),
+        numbers("Poses inside, %", "inside_percent", 0),
+    ]
+    return PageTable("Learned from, tested on", columns, rows)
 
 
 def tabulate_sands(results: Results) -> PageTable:

@@ -24,6 +24,7 @@ _KEYS = {
     "alpha_at_depth": ("medium", "beta_deg", "gamma_deg", "depth_cm"),
     "coefficients": ("method", "medium", "coefficient"),
     "penetration": ("method", "medium"),
+    "contacts": ("medium", "leg", "component", "lesson", "learned_from"),
     "leg_errors": ("medium", "leg", "profile", "component"),
     "sands": ("medium", "run_id", "window"),
 }

@@ -5,12 +5,14 @@ from __future__ import annotations
 import pandas as pd
 
 from rftfit.compare.legs import (
+    NOT_TESTED,
     PREDICTED_COLUMNS,
     error_of_legs,
     errors_of_peaks,
     leg_errors,
     predicted_curves,
 )
+from rftfit.compare.lessons import lesson_rows
 from rftfit.compare.published import (
     BY_CONSTRUCTION,
     EVIDENCE,
@@ -59,11 +61,19 @@ def legs_predicted(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
     level = results.config.fit.confidence
     flags = {medium.name: medium.flags for medium in results}
     compared = leg_errors(measured, everything, spread, level, behind, peaks, error_by_legs, flags)
+    # a leg that taught the map of its medium is no test of it
+    taught = (compared["profile"] == "map") & compared["leg"].isin(results.config.maps.use_legs)
+    compared.loc[taught, "verdict"] = NOT_TESTED
     # a curve from the published media says so in this table too
     silent = compared["medium"].isin(results.sands) & (compared["profile"] == "generic")
     note = results.reference().remarks if silent.any() else ()
     compared = _with_note(compared, silent, note)
     return results.marked(everything), results.marked(compared)
+
+
+def contacts(results: Results) -> pd.DataFrame:
+    """Predict each measured leg from plates, from another leg, and from the same leg in other media."""
+    return results.marked(lesson_rows(results))
 
 
 def natural_sands(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:

@@ -1,0 +1,185 @@
+"""What measured legs teach: each leg and each medium predicted from plates, from another leg, and from the same leg elsewhere."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+
+from rftfit.compare.legs import extreme, measured_peak
+from rftfit.errors import InputError
+from rftfit.measure.flags import REASON, quoted, reason_columns
+from rftfit.model.body_error import BodyError
+from rftfit.model.body_lessons import learn_body_error
+from rftfit.model.contacts import Contact
+from rftfit.model.motion import Motion
+from rftfit.model.prediction import predict_with_peaks
+from rftfit.model.shapes import Map
+
+if TYPE_CHECKING:
+    from rftfit.results import Medium, Results
+
+PLATES, OTHER_LEG, ELSEWHERE = "plates", "other-leg", "same-leg-elsewhere"
+LESSONS = (PLATES, OTHER_LEG, ELSEWHERE)
+"""What the prediction of a leg was learned from, beside the plates of its medium."""
+
+NUMBERS = (
+    "peak_measured_N",
+    "peak_predicted_N",
+    "peak_predicted_model_lo_N",
+    "peak_predicted_model_hi_N",
+    "peak_error_percent",
+    "rms_relative_to_peak",
+    "inside_percent",
+)
+COLUMNS = ["medium", "leg", "component", "lesson", "learned_from", *NUMBERS, *REASON]
+
+_MOST_POSES = 60
+"""Poses of a curve that are used: neighbours tell the same."""
+
+
+def lesson_rows(results: Results) -> pd.DataFrame:
+    """Predict each measured leg in each medium by the map of its plates, with another leg, and with the same leg elsewhere.
+
+    Returns one row a medium, leg, component and lesson. The leg that is tested is never in what was learned in its
+    medium.
+    """
+    media = [results[name] for name in (*results.laboratory, *results.sands)]
+    curves: dict[str, dict[str, Contact]] = {}
+    maps: dict[str, Map] = {}
+    rows: list[dict[str, Any]] = []
+    for medium in media:
+        contacts = {leg: medium.contact(leg) for leg in results.config.legs}
+        curves[medium.name] = {
+            leg: _thinned(contact) for leg, contact in contacts.items() if contact is not None
+        }
+        if not curves[medium.name]:
+            continue
+        try:
+            maps[medium.name] = medium.map()
+        except InputError as error:
+            why = reason_columns([quoted(error, "no-map")])
+            rows += [
+                {"medium": medium.name, "leg": leg, "component": c, "lesson": PLATES} | why
+                for leg in curves[medium.name]
+                for c in "zx"
+            ]
+    for medium in media:
+        if medium.name not in maps:
+            continue
+        of_legs = {
+            leg: medium.map(contacts=[contact]) for leg, contact in curves[medium.name].items()
+        }
+        for leg, contact in curves[medium.name].items():
+            lessons = [
+                *_from_plates(maps[medium.name], of_legs, leg),
+                *_from_elsewhere(results, medium, maps, curves, leg),
+            ]
+            for lesson, learned_from, learned_map, body_error in lessons:
+                key = {"medium": medium.name, "leg": leg}
+                of_lesson = {"lesson": lesson, "learned_from": learned_from}
+                for scores in _scores(contact, learned_map, body_error):
+                    rows.append(key | scores | of_lesson | reason_columns([]))
+    return pd.DataFrame(rows, columns=COLUMNS)
+
+
+Lesson = tuple[str, str, Map, BodyError | None]
+
+
+def _from_plates(plates: Map, of_legs: Mapping[str, Map], leg: str) -> Iterator[Lesson]:
+    yield PLATES, "", plates, None
+    for other, learned_map in of_legs.items():
+        if other != leg:
+            yield OTHER_LEG, other, learned_map, None
+
+
+def _from_elsewhere(
+    results: Results,
+    medium: Medium,
+    maps: Mapping[str, Map],
+    curves: Mapping[str, Mapping[str, Contact]],
+    leg: str,
+) -> Iterator[Lesson]:
+    media = [
+        name
+        for name in results.laboratory
+        if name != medium.name and name in maps and leg in curves[name]
+    ]
+    if media:
+        learned = learn_body_error([(curves[name][leg], maps[name].profile) for name in media])
+        yield ELSEWHERE, ", ".join(media), maps[medium.name], learned
+
+
+def _thinned(contact: Contact) -> Contact:
+    poses = len(contact.frames)
+    if poses <= _MOST_POSES:
+        return contact
+    places = np.unique(np.linspace(0, poses - 1, _MOST_POSES).round().astype(int))
+    motion = contact.motion
+    assert isinstance(motion, Motion)
+    fewer = Motion(
+        motion.name,
+        motion.poses[places],
+        {name: values[places] for name, values in motion.columns.items()},
+    )
+    force = dict(zip(contact.components, contact.measured[:, places], strict=True))
+    return replace(contact, motion=fewer, force=force)
+
+
+def _scores(
+    contact: Contact, learned_map: Map, body_error: BodyError | None
+) -> Iterator[dict[str, Any]]:
+    """Error of the peak, rms and share of the poses inside, by component."""
+    names = {"z": "force_z_N", "x": "force_x_N"}
+    forces, _ = predict_with_peaks(
+        learned_map.profile,
+        contact.body,
+        contact.motion,
+        learned_map.confidence,
+        quantities=[*names.values()],
+        body_error=body_error,
+    )
+    theta = contact.motion.columns["theta_deg"]
+    for place, (c, name) in enumerate(names.items()):
+        measured = contact.measured[place]
+        predicted = forces[name].to_numpy(float)
+        finite = np.isfinite(measured) & np.isfinite(predicted)
+        if finite.sum() < _FEWEST:
+            continue
+        top = abs(measured_peak(theta[finite], measured[finite], c).force_N)
+        lo, hi = (forces[f"force_{c}_model_{end}_N"].to_numpy(float) for end in ("lo", "hi"))
+        highest = extreme(predicted, c)
+        loaded = finite & contact.touches
+        inside = (lo <= measured) & (measured <= hi)
+        yield {
+            "component": c,
+            "peak_measured_N": top,
+            "peak_predicted_N": abs(predicted[highest]),
+            "peak_predicted_model_lo_N": min(abs(lo[highest]), abs(hi[highest])),
+            "peak_predicted_model_hi_N": max(abs(lo[highest]), abs(hi[highest])),
+            "peak_error_percent": 100 * (abs(predicted[highest]) / top - 1),
+            "rms_relative_to_peak": float(
+                np.sqrt(np.mean((predicted - measured)[finite] ** 2)) / top
+            ),
+            "inside_percent": 100 * float(inside[loaded].mean()),
+        }
+
+
+_FEWEST = 8
+"""Poses that a curve has at least."""
+
+
+def summary_of_lessons(table: pd.DataFrame) -> pd.DataFrame:
+    """One row a lesson: curves, error of the peak, rms, poses inside; of media and of sands together."""
+    known = table.dropna(subset=["peak_error_percent"])
+    known = known.assign(off=known["peak_error_percent"].abs())
+    groups = known.groupby("lesson", sort=False)
+    return groups.agg(
+        curves=("off", "size"),
+        peak_error_percent=("off", "median"),
+        rms_relative_to_peak=("rms_relative_to_peak", "mean"),
+        inside_percent=("inside_percent", "mean"),
+    ).reset_index()

@@ -1,0 +1,94 @@
+"""Learned from, tested on: legs of a campaign by plates, another leg, and the same leg elsewhere."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+from few_draws import few_draws
+from light_campaign import LABORATORY, SAND, make_campaign, one_cell
+
+import rftfit
+from rftfit import reference
+from rftfit.compare.bodies import campaign_body_error
+from rftfit.compare.lessons import ELSEWHERE, OTHER_LEG, PLATES, lesson_rows, summary_of_lessons
+from rftfit.errors import InputError
+from rftfit.results import open_results
+
+LEGS = ("c_leg", "reversed_c_leg")
+ROLES = {"poppy_LP": LABORATORY, "glass3mm_CP": LABORATORY, "yuma": SAND}
+
+
+def campaign(root, settings=None):
+    alpha = {name: reference.alpha_grid(name) for name in ROLES if name != "yuma"}
+    alpha["yuma"] = one_cell(0.5)
+    results = open_results(make_campaign(root, ROLES, alpha, settings))
+    for name in ROLES:
+        table = reference.load("fig_s12" if name == "yuma" else "fig_s5")
+        table = table[(table["medium"] == name) & table["leg"].isin(LEGS)]
+        results.hold(f"legs/{name}.csv", table.iloc[::5].reset_index(drop=True))
+    return results
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory):
+    return campaign(tmp_path_factory.mktemp("lessons"))
+
+
+@pytest.fixture(scope="module")
+def lessons(results):
+    with few_draws():
+        return lesson_rows(results)
+
+
+def test_each_leg_and_each_medium_is_left_out(lessons):
+    assert set(lessons["lesson"]) == {PLATES, OTHER_LEG, ELSEWHERE}
+    other = lessons[lessons["lesson"] == OTHER_LEG]
+    assert (other["leg"] != other["learned_from"]).all()
+    elsewhere = lessons[lessons["lesson"] == ELSEWHERE]
+    for row in elsewhere.to_dict("records"):
+        assert row["medium"] not in row["learned_from"].split(", ")
+    assert len(lessons) == 3 * 2 * 2 * 3
+    assert (lessons["reason"] == "").all()
+
+
+def test_the_same_leg_elsewhere_predicts_better_than_plates_alone(lessons):
+    rows = summary_of_lessons(lessons).to_dict("records")
+    summary: dict[str, Any] = {str(row["lesson"]): row for row in rows}
+    rms = {lesson: float(row["rms_relative_to_peak"]) for lesson, row in summary.items()}
+    assert rms[ELSEWHERE] < 0.85 * rms[PLATES]
+    assert float(summary[ELSEWHERE]["inside_percent"]) > 85
+
+
+def test_a_leg_of_the_campaign_is_learned_and_words_name_its_media(results):
+    learned = campaign_body_error(results, "reversed_c_leg")
+    assert learned.media == ("poppy_LP", "glass3mm_CP")
+    with pytest.raises(InputError, match="no medium with a map"):
+        campaign_body_error(results, "c_leg", without=ROLES)
+
+
+def test_a_leg_that_teaches_is_in_the_map_only_where_the_config_says_so(tmp_path, results):
+    taught = campaign(tmp_path, {"maps": {"use_legs": ["c_leg"]}})
+    with few_draws():
+        assert results["yuma"].map().contacts == 0
+        assert taught["yuma"].map().contacts == 1
+        assert taught["yuma"].map().measurements == "1 push and 1 contact"
+
+
+def test_a_teacher_must_be_a_leg(tmp_path):
+    campaign(tmp_path)
+    file = tmp_path / "config" / "config.yaml"
+    config = yaml.safe_load(file.read_text())
+    file.write_text(yaml.safe_dump(config | {"maps": {"use_legs": ["plate"]}}))
+    with pytest.raises(InputError, match="use_legs"):
+        open_results(tmp_path / "results").config.maps  # noqa: B018
+
+
+def test_a_turn_is_planned_where_it_narrows_more_than_a_push():
+    leg, motion = rftfit.model_leg("reversed_c_leg"), rftfit.rotation(np.arange(-110.0, 111, 10))
+    plain = rftfit.plan(leg, count=2)
+    weighed = rftfit.plan(leg, count=2, turns=[(leg, motion)])
+    assert weighed.steps[1].turn == "reversed_c_leg"
+    assert weighed.steps[1].typical < plain.steps[1].typical
+    assert "turn" not in plain.table()
+    assert [*weighed.table()["turn"]] == ["", "reversed_c_leg", ""]
