@@ -139,7 +139,9 @@ def test_closed_outline_is_solid_whichever_way_it_runs(tmp_path):
         ("", ["empty"], ""),
         ("0,0\n1,1\n2,0\n1,1\n3,3\n", ["repeated 5 '1, 1'"], "3"),
         ("0,0\n0,0\n1,1\n", ["repeated 3 '0, 0'"], "2"),
+        ("0,0\n2,0\n0,0\n3,3\n", ["repeated 4 '0, 0'"], "2"),
         ("0,0\n2,2\n2,0\n0,2\n", ["crossing 4"], "2 3 4 5"),
+        ("0,0\n2,0\n2,1\n1,-1\n", ["crossing 4"], "2 3 4 5"),
         ("0,0\n2,0\n1,0\n", ["crossing 3"], "2 3 3 4"),  # turns back on itself
         ("0,0\n2,0\n2,1\n1,0\n", ["crossing 4"], "2 3 4 5"),  # touches
         # overlaps in one line
@@ -177,20 +179,3 @@ def test_crossings_against_brute_force():
             if 0 <= s <= 1 and 0 <= t <= 1:
                 expected.add((i, j))
         assert set(crossing_pieces(points)) == expected
-
-
-@pytest.mark.parametrize(
-    ("rows", "code", "row"),
-    [
-        # one point; the third point is the first; the third line crosses the first
-        ("0,0\n", "outline.too-short", 2),
-        ("0,0\n2,0\n0,0\n3,3\n", "outline.repeated", 4),
-        ("0,0\n2,0\n2,1\n1,-1\n", "outline.crossing", 4),
-    ],
-)
-def test_points_that_make_no_outline(tmp_path, rows, code, row):
-    path = written(tmp_path, rows)
-    with pytest.raises(CampaignError) as error:
-        read_outline(path, 2.0)
-    (problem,) = error.value.problems
-    assert (problem.code, problem.place) == (code, Place(str(path), row))
