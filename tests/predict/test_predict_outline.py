@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from told import told
 
-from rftfit.campaign.problems import CampaignError, Place
+from rftfit.campaign.problems import CampaignError
 from rftfit.model.motion import rotation_poses
 from rftfit.model.outlines import (
     Outline,
