@@ -51,8 +51,8 @@ _FORCE_LABELS = {"z": r"vertical force $F_z$ (N)", "x": r"horizontal force $F_x$
     paper="Figs. 3D to 3F",
     section="Legs",
     caption=(
-        "Forces on the legs turned through {medium}: dots measured, lines predicted. "
-        "Good: lines run through the dots, and the dots lie in the palest band."
+        "Forces on the legs turned through {medium}: dots measured, lines predicted. Insets: the same angles, with the "
+        "depth-only model, in N. Good: lines run through the dots, and the dots lie in the palest band."
     ),
 )
 def plot_legs(results: Results, medium: str) -> Figure:
@@ -68,7 +68,7 @@ def plot_legs(results: Results, medium: str) -> Figure:
     page = columns.page(_TOP_CM + _SKETCH_CM + 2 * _PANEL_CM + 2 * _BETWEEN_CM + foot)
     style.text_cm(page, 0.15, 0.12, style.plain(results[medium].title), va="top", weight="bold")
     for column, (leg, left) in enumerate(columns.lefts()):
-        tag = f"{'DEF'[column]}  " if len(shapes) <= 3 else ""
+        tag = f"{'ABC'[column]}  " if len(shapes) <= 3 else ""
         style.text_cm(page, left, _TOP_CM - 0.08, tag + leg_panels.leg_title(leg), va="bottom")
         sketch = style.axes_cm(page, left, _TOP_CM, columns.width, _SKETCH_CM)
         leg_panels.add_sketch(sketch, shapes[leg])
