@@ -50,8 +50,8 @@ _FORCE_LABELS = r"vertical force $F_z$ (N)", r"horizontal force $F_x$ (N)"
     paper="Figs. 3D to 3F",
     section="Legs",
     caption=(
-        "Forces on the legs turned through {medium}: dots measured, lines predicted. "
-        "Good: lines run through the dots, and the dots lie in the palest band."
+        "Forces on the legs turned through {medium}: dots measured, lines predicted. Insets: the same angles, with the "
+        "depth-only model, in N. Good: lines run through the dots, and the dots lie in the palest band."
     ),
 )
 def plot_legs(results: Results, medium: str) -> Figure:
@@ -64,7 +64,7 @@ def plot_legs(results: Results, medium: str) -> Figure:
     page.suptitle(style.plain(results[medium].title), x=0.01, ha="left", weight="bold")
     for i, (leg, shape) in enumerate(shapes.items()):
         sketch, *force_axes = panels[:, i]
-        tag = f"{'DEF'[i]}  " if len(shapes) <= 3 else ""
+        tag = f"{'ABC'[i]}  " if len(shapes) <= 3 else ""
         sketch.set_title(tag + leg_panels.leg_title(leg), loc="left")
         leg_panels.add_sketch(sketch, shape)
         predicted_curves = matching_rows(predicted, leg=leg)

@@ -47,7 +47,7 @@ LEFT_CM, ROW_CM, TOP_CM, BOTTOM_CM = 1.25, SIDE_CM + 0.95, 1.0, 0.85
 
 _MAPS_CAPTION = (
     "Measured alpha over attack angle beta and direction gamma, and half of the interval of alpha. "
-    "Red pushes up or toward +x. Good: smooth from cell to cell."
+    "Red pushes up or toward +x, blue opposite. Good: smooth from cell to cell."
 )
 
 
