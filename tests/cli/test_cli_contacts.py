@@ -63,6 +63,26 @@ def test_what_tells_nothing_is_a_word_and_no_number(rftfit, work_folder, text, o
     assert not (work_folder / "alpha.csv").exists()
 
 
+def test_inspect_leads_a_leg_log_to_the_penetrometer(rftfit, work_folder):
+    curve().to_csv(work_folder / "turn.csv", index=False)
+    assert "rftfit scale --contacts turn.csv --leg NAME\n" in rftfit("inspect", "turn.csv").out
+    curve().rename(columns={"force_z_N": "Fz (N)"}).to_csv(work_folder / "other.csv", index=False)
+    assert "its columns named theta_deg, force_z_N" in rftfit("inspect", "other.csv").out
+    (work_folder / "plate.csv").write_text("t,Fz,z\n" + "".join(f"{t},1,2\n" for t in range(9)))
+    assert "--contacts" not in rftfit("inspect", "plate.csv").out
+
+
+def test_a_profile_file_has_the_map_of_a_leg():
+    leg, rows = program.model_leg("c_leg"), curve(step=10)
+    contact = program.Contact(leg, program.rotation(rows["theta_deg"]), rows, errors=0.3)
+    estimate = program.estimate_map(contacts=[contact], name="ground")
+    program.write_profile("ground.json", estimate)
+    read = program.read_profile("ground.json")
+    angles = np.radians(np.random.default_rng(1).uniform(-90, 90, (2, 50)))
+    np.testing.assert_allclose(read.alpha(*angles), estimate.profile.alpha(*angles), atol=1e-6)
+    assert "1 contact" in read.name
+
+
 def test_options_of_a_body_need_a_file(rftfit):
     assert "--contacts" in rftfit("scale", "--alpha", "0.3", "--leg", "c_leg", code=2).err
 

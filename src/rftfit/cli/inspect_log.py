@@ -117,6 +117,7 @@ def _as_text(recognition: Recognised, surveys: Sequence[Survey], refused: LogErr
         "",
         "needed beside this file:",
         *(f"  {need}" for need in lacking(whole)),
+        *_contact_lines(whole),
         "",
         "for config.yaml (quantities are guessed from names and units: check them):",
         *(f"  {line}" for line in config_block(whole, reader.name, text, options)),
@@ -152,6 +153,24 @@ def _as_json(recognition: Recognised, surveys: Sequence[Survey], refused: LogErr
         ),
     }
     return json_text(facts)
+
+
+def _contact_lines(survey: Survey) -> list[str]:
+    """How the file of a leg that turns, with its force, tells alpha of the ground by itself; none of another log."""
+    names = [column.name.casefold() for column in survey.columns]
+    turns = [name for name in names if name.startswith("theta")]
+    forces = [
+        column.name for column in survey.columns if column.quantity.startswith("force, sensor")
+    ]
+    if not turns or not forces:
+        return []
+    named = {"theta", "theta_deg"} & {*names} and {"force_z", "force_z_n"} & {*names}
+    rename = "" if named else "; its columns named theta_deg, force_z_N, force_x_N"
+    return [
+        "",
+        "or as forces of the ground on a leg, weight and force in air taken off:",
+        f"  rftfit scale --contacts {survey.path} --leg NAME{rename}",
+    ]
 
 
 def _survey_lines(survey: Survey) -> list[str]:
