@@ -124,7 +124,8 @@ class Folder:
 
 def _sketch(folder, real_run, figure, base, about):
     if real_run is None:
-        assert text_faults(figure) == [], base.name
+        faults = text_faults(figure)
+        assert not faults, f"{base.name}: {'; '.join(faults)}"
     with patch.object(Axis, "get_children", lambda axis: [axis.label, axis.offsetText]):
         # without the numbers of ticks, which are made when they are asked for
         written = "\n".join([about, *words(figure)])

@@ -24,7 +24,7 @@ def test_another_lab_gets_to_a_page(case, tmp_path):
     report, wrong = judge(folder.root, case, [])
     assert not wrong, report
     marks = {
-        "report.html": b"Re-enacted, not measured",
+        "report.html": b"Simulated, not measured",
         "provenance.json": b'"reenacted": true',
         "figures/alpha_maps_poppy_CP.svg": b"simulated logs",
     }

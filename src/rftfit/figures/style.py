@@ -275,13 +275,15 @@ def legend(figure: Figure, entries: Mapping[str, Artist], **options: Any) -> Non
 
 
 _LINE_CM, _MARGIN_CM = 0.38, 0.4
+_LEAST_CM = 1.6
+"""Height of a figure that says why it is empty: the word along its right edge has room."""
 
 
 @styled()
 def missing(message: str, reasons: Sequence[str] = ()) -> Figure:
     """Draw, in place of a figure, what is missing and why."""
     lines = [line for text in (message, *reasons) for line in textwrap.wrap(text, 110)]
-    figure = new_figure(DOUBLE_CM, 2 * _MARGIN_CM + len(lines) * _LINE_CM)
+    figure = new_figure(DOUBLE_CM, max(_LEAST_CM, 2 * _MARGIN_CM + len(lines) * _LINE_CM))
     for row, line in enumerate(lines):
         top = _MARGIN_CM + row * _LINE_CM
         text_cm(figure, _MARGIN_CM, top, plain(line), va="top", fontsize=7)
