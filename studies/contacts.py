@@ -172,12 +172,12 @@ def carried_rows(medium: str) -> list[Row]:
             drawn = body.paths(contact.states, 2, DRAWS)[1]
             with_body = plain + load[:, None] * drawn
             for component in range(2):
-                own = {"own": body.own}
+                size = {"own": body.per_medium}
                 force = with_body[:, component]
                 both = blended(force, scaled[component], load.mean(axis=0))
                 rows += [
                     curve_row(contact, component, plain[:, component], f"{model}, alone", leg_name),
-                    curve_row(contact, component, force, model, leg_name) | own,
+                    curve_row(contact, component, force, model, leg_name) | size,
                     curve_row(contact, component, both, f"{model}, blended", leg_name),
                 ]
     return rows

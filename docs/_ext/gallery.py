@@ -74,6 +74,14 @@ From [the same page](howto/space.md#a-lugged-wheel): `python examples/yade-wheel
 Any MuJoCo model on a measured medium. Good: at rest it does not creep.
 
 From [a robot in MuJoCo](howto/mujoco.md): `rftfit.mujoco.attach(model, data, medium)`. `python docs/_ext/space_pictures.py` draws all three.
+
+## A leg that was measured elsewhere
+
+![lift and thrust on three legs in a natural sand, measured and predicted](images/contacts.webp)
+
+Three legs in a natural sand that is known by one push. Grey: by the map of that push; blue: with what the model got wrong on the same leg in five other media. Good: blue near the dashed measurement, which lies inside the shade.
+
+From [every contact is a measurement](theory/contacts.md): `rftfit predict --leg c_leg --alpha 0.69 --body-of published`. `python docs/_ext/contact_picture.py` draws it.
 """
 
 

@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 import rftfit
-from rftfit.model.body_lessons import LEAST_OWN, learn_body_error
+from rftfit.model.body_lessons import LEAST_PER_MEDIUM, learn_body_error
 from rftfit.model.contacts import Contact
 from rftfit.model.shapes import map_nodes
 
@@ -124,7 +124,7 @@ def test_what_a_body_has_in_every_medium_is_learned_and_taken_off():
             for medium in media
         ]
     )
-    assert body.own == LEAST_OWN
+    assert body.per_medium == LEAST_PER_MEDIUM
     assert not body.stated
     assert "glass0.3mm_LP" in body.words
     plain, learned = (

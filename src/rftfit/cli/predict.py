@@ -178,7 +178,7 @@ def predict(
     level_of_model = f"{percent} with the model's own error (eps {eps:g})" if eps else ""
     if body_error is not None:
         level_of_model = (
-            f"{percent} with the model's own error on this body (eps {body_error.own:.2g})"
+            f"{percent} with the model's own error on this body (eps {body_error.per_medium:.2g})"
         )
         names["body"] = body_error.words
     of_bed = f"{percent} of the next bed ({100 * source.bed_spread:.3g} % from bed to bed)"

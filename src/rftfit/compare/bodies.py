@@ -50,8 +50,8 @@ def _published_body_error(leg: str, without: frozenset[str]) -> BodyError:
             model_leg(leg), motion, rows, READING_PERCENT / 100 * largest, name=medium
         )
         pushes = alpha[alpha["medium"] == medium]
-        known = estimate_map(pushes, published_shapes(without), name=medium)
-        measurements.append((contact, known.profile))
+        medium_map = estimate_map(pushes, published_shapes(without), name=medium)
+        measurements.append((contact, medium_map.profile))
     return learn_body_error(measurements)
 
 

@@ -91,9 +91,9 @@ Lesson = tuple[str, str, Map, BodyError | None]
 
 def _from_plates(plates: Map, of_legs: Mapping[str, Map], leg: str) -> Iterator[Lesson]:
     yield PLATES, "", plates, None
-    for other, learned_map in of_legs.items():
-        if other != leg:
-            yield OTHER_LEG, other, learned_map, None
+    for teacher, learned_map in of_legs.items():
+        if teacher != leg:
+            yield OTHER_LEG, teacher, learned_map, None
 
 
 def _from_elsewhere(
@@ -174,9 +174,9 @@ _FEWEST = 8
 
 def summary_of_lessons(table: pd.DataFrame) -> pd.DataFrame:
     """One row a lesson: curves, error of the peak, rms, poses inside; of media and of sands together."""
-    known = table.dropna(subset=["peak_error_percent"])
-    known = known.assign(off=known["peak_error_percent"].abs())
-    groups = known.groupby("lesson", sort=False)
+    tested = table.dropna(subset=["peak_error_percent"])
+    tested = tested.assign(off=tested["peak_error_percent"].abs())
+    groups = tested.groupby("lesson", sort=False)
     return groups.agg(
         curves=("off", "size"),
         peak_error_percent=("off", "median"),

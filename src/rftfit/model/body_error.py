@@ -23,10 +23,10 @@ IntArray = npt.NDArray[np.intp]
 COMMON = 0.33
 """Standard deviation of c over the load. Of the legs of Fig. S5; the few media of one body cannot tell it."""
 
-OWN = 0.17
+PER_MEDIUM = 0.17
 """Standard deviation of o over the load where the body was measured in one medium: of the legs of Fig. S5."""
 
-UNKNOWN = round(math.hypot(COMMON, OWN), 2)
+UNKNOWN = round(math.hypot(COMMON, PER_MEDIUM), 2)
 """Standard deviation of the error of a body that was measured nowhere: both parts."""
 
 _MOST_PATH = 300
@@ -88,44 +88,44 @@ class BodyError:
 
     Parameters
     ----------
-    common, own : float
+    common, per_medium : float
         Standard deviation over the load of what the body has in every medium, and of what it has in one.
-        Default: nothing was learned, the whole error is its own.
+        Default: nothing was learned, the whole error is that of one medium.
     media : tuple of str
         Where the body was measured.
     stated : bool
-        Whether `own` is stated, as for a body that was measured in one medium, and not learned.
+        Whether `per_medium` is stated, as for a body that was measured in one medium, and not learned.
     measured : MeasuredErrors, optional
         Errors that were measured; none: nothing is known but their size.
 
     Examples
     --------
     >>> import rftfit
-    >>> rftfit.BodyError().own
+    >>> rftfit.BodyError().per_medium
     0.37
     """
 
     common: float = 0.0
-    own: float = UNKNOWN
+    per_medium: float = UNKNOWN
     media: tuple[str, ...] = ()
     stated: bool = True
     measured: MeasuredErrors | None = field(default=None, repr=False)
 
-    def at(self, states: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def evaluate(self, states: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Mean and covariance of the error over the load in some states (p, f), by component.
 
         Shapes (components, p) and (components, p, p); without a measurement of the body that of any component.
         """
-        own = self.own**2 * correlation(states, states)
+        of_medium = self.per_medium**2 * correlation(states, states)
         if self.measured is None:
-            return np.zeros((3, len(states))), np.broadcast_to(own, (3, *own.shape))
+            return np.zeros((3, len(states))), np.broadcast_to(of_medium, (3, *of_medium.shape))
         means, covariances = [], []
         for places, root, values in self.measured.by_component:
             across = self.common**2 * correlation(states, self.measured.states[places])
             solved = np.linalg.solve(root, across.T)
             means.append(solved.T @ values)
             left = self.common**2 * correlation(states, states) - solved.T @ solved
-            covariances.append(left + own)
+            covariances.append(left + of_medium)
         return np.stack(means), np.stack(covariances)
 
     def paths(
@@ -134,7 +134,7 @@ class BodyError:
         """Mean of the error over the load (components, p) and draws about it (draws, components, p)."""
         count = len(states)
         places = np.unique(np.linspace(0, count - 1, min(count, _MOST_PATH)).round().astype(int))
-        mean, covariance = self.at(states[places])
+        mean, covariance = self.evaluate(states[places])
         every = np.arange(count)
         # linear between the states that were calculated
         shares = np.stack([np.interp(every, places, unit) for unit in np.eye(places.size)])
@@ -153,9 +153,9 @@ class BodyError:
     def words(self) -> str:
         """What is known of the error, for people."""
         if not self.media:
-            return f"error of the model {self.own:g} of the load, stated: the body was not measured before"
+            return f"error of the model {self.per_medium:g} of the load, stated: the body was not measured before"
         how = "stated, as the body was measured in one medium" if self.stated else "learned"
         return (
             f"error of the model on this body learned from {', '.join(self.media)}; what is left of one medium "
-            f"{self.own:.2f} of the load ({how})"
+            f"{self.per_medium:.2f} of the load ({how})"
         )

@@ -11,7 +11,7 @@ from rftfit.conventions import FloatArray
 from rftfit.model.body_error import (
     COMMON,
     JITTER,
-    OWN,
+    PER_MEDIUM,
     BodyError,
     IntArray,
     MeasuredErrors,
@@ -20,7 +20,7 @@ from rftfit.model.body_error import (
 from rftfit.model.contacts import Contact
 from rftfit.model.profiles import Profile
 
-LEAST_OWN = 0.15
+LEAST_PER_MEDIUM = 0.15
 """Of o at least: from three media or fewer of one material it is estimated too small."""
 
 MOST_STATES = 45
@@ -41,7 +41,7 @@ def learn_body_error(measurements: Sequence[tuple[Contact, Profile]]) -> BodyErr
     Returns
     -------
     BodyError
-        Its `own` is learned from two media or more and at least 0.15; from one it is stated.
+        Its `per_medium` is learned from two media or more and at least 0.15; from one it is stated.
 
     Raises
     ------
@@ -54,40 +54,40 @@ def learn_body_error(measurements: Sequence[tuple[Contact, Profile]]) -> BodyErr
     >>> rows = rftfit.published_table("fig_s5").query("medium == 'poppy_LP' and leg == 'c_leg'")
     >>> leg, motion = rftfit.model_leg("c_leg"), rftfit.rotation(rows["theta_deg"])
     >>> turned = rftfit.Contact(leg, motion, rows, errors=0.1)
-    >>> rftfit.learn_body_error([(turned, rftfit.published_medium("poppy_LP"))]).own
+    >>> rftfit.learn_body_error([(turned, rftfit.published_medium("poppy_LP"))]).per_medium
     0.17
     """
     if not measurements:
         raise ValueError("a body's error is learned from at least one measurement")
-    parts = [_residuals(contact, profile) for contact, profile in measurements]
-    states = np.concatenate([part.states for part in parts])
-    medium = np.concatenate([np.full(len(part.states), k) for k, part in enumerate(parts)])
-    components = len(parts[0].residuals)
+    curves = [_residuals(contact, profile) for contact, profile in measurements]
+    states = np.concatenate([curve.states for curve in curves])
+    medium = np.concatenate([np.full(len(curve.states), k) for k, curve in enumerate(curves)])
+    components = len(curves[0].residuals)
     alike = correlation(states, states)
     same_medium = medium[:, None] == medium
     systems = []
     for component in range(components):
-        values = np.concatenate([part.residuals[component] for part in parts])
+        values = np.concatenate([curve.residuals[component] for curve in curves])
         noise = np.zeros_like(alike)
         start = 0
-        for part in parts:
-            stop = start + len(part.states)
-            noise[start:stop, start:stop] = part.noise[component]
+        for curve in curves:
+            stop = start + len(curve.states)
+            noise[start:stop, start:stop] = curve.noise[component]
             start = stop
         places = np.flatnonzero(np.isfinite(values))
         square = np.ix_(places, places)
         systems.append(
             (places, values[places], alike[square], (alike * same_medium)[square], noise[square])
         )
-    common, stated = COMMON, len(parts) == 1
-    own = OWN if stated else max(_most_likely(systems, common), LEAST_OWN)
+    common, stated = COMMON, len(curves) == 1
+    per_medium = PER_MEDIUM if stated else max(_most_likely(systems, common), LEAST_PER_MEDIUM)
     seen = []
-    for places, values, alike_here, alike_in_medium, noise in systems:
-        covariance = common**2 * alike_here + own**2 * alike_in_medium + noise
+    for places, values, alike_of_body, alike_in_medium, noise in systems:
+        covariance = common**2 * alike_of_body + per_medium**2 * alike_in_medium + noise
         root = np.linalg.cholesky(covariance + JITTER * np.eye(len(covariance)))
         seen.append((places, root, np.linalg.solve(root, values)))
     media = tuple(dict.fromkeys(contact.label for contact, _ in measurements))
-    return BodyError(common, own, media, stated, MeasuredErrors(states, tuple(seen)))
+    return BodyError(common, per_medium, media, stated, MeasuredErrors(states, tuple(seen)))
 
 
 def _most_likely(
@@ -96,10 +96,10 @@ def _most_likely(
 ) -> float:
     """Standard deviation of o with the greatest likelihood."""
 
-    def loss(own: float) -> float:
+    def loss(per_medium: float) -> float:
         total = 0.0
         for _, values, alike, in_medium, noise in systems:
-            covariance = common**2 * alike + own**2 * in_medium + noise
+            covariance = common**2 * alike + per_medium**2 * in_medium + noise
             root = np.linalg.cholesky(covariance + JITTER * np.eye(values.size))
             total += 2 * float(np.log(np.diag(root)).sum())
             total += float((np.linalg.solve(root, values) ** 2).sum())
@@ -109,7 +109,7 @@ def _most_likely(
 
 
 @dataclass(frozen=True)
-class _Part:
+class _Curve:
     """Residuals over the load of one measurement, shape (components, m), and their covariance (components, m, m)."""
 
     states: FloatArray
@@ -117,7 +117,7 @@ class _Part:
     noise: FloatArray
 
 
-def _residuals(contact: Contact, profile: Profile) -> _Part:
+def _residuals(contact: Contact, profile: Profile) -> _Curve:
     where = np.flatnonzero(contact.touches & np.isfinite(contact.measured).any(axis=0))
     if where.size > MOST_STATES:
         where = where[np.linspace(0, where.size - 1, MOST_STATES).round().astype(int)]
@@ -135,4 +135,4 @@ def _residuals(contact: Contact, profile: Profile) -> _Part:
             off = (drawn[:, component] - drawn[:, component].mean(axis=0)) / load
             reading = reading + off.T @ off / (len(off) - 1)
         noise.append(reading)
-    return _Part(contact.states[where], residuals, np.stack(noise))
+    return _Curve(contact.states[where], residuals, np.stack(noise))

@@ -310,7 +310,7 @@ class _Group(NamedTuple):
     def of(cls, contacts: Sequence[Contact], nodes: Angles, usual: Profile) -> _Group:
         body_error = contacts[0].body_error
         states = np.concatenate([contact.states for contact in contacts])
-        mean, covariance = body_error.at(states)
+        mean, covariance = body_error.evaluate(states)
         measured = np.concatenate([contact.measured for contact in contacts], axis=1)
         touches = np.concatenate([contact.touches for contact in contacts])
         use = np.isfinite(measured) & touches

@@ -170,7 +170,7 @@ def predict_with_peaks(
         of_body = _BodyPaths.of(body_error, profile, outline, motion.poses)
         load = errors.outline_load(profile, outline, motion.poses)
         best = of_body.moved(best, load, 0)
-        eps = body_error.own
+        eps = body_error.per_medium
     alpha = model = None
     ends: Ends = {}
     model_ends: Ends = {}
