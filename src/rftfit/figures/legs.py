@@ -216,6 +216,8 @@ def _draw_media(results: Results, media: Sequence[str], profile: str, beside: st
         style.name_column(axes, leg_panels.leg_title(leg))
     for medium, row in zip(media, panels, strict=True):
         row[0].set_ylabel("force (N)")
+        # in one line; matplotlib's own alignment takes as long as drawing the panels
+        row[0].yaxis.set_label_coords(-0.14, 0.5)
         style.name_row(row[0], style.plain(results[medium].title))
         for leg, axes in zip(names, row, strict=True):
             leg_panels.theta_axes(axes, name=medium == media[-1])

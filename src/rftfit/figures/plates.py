@@ -198,6 +198,7 @@ def plot_linearity(results: Results) -> Figure:
     page, panels = style.panels((2.0, 3.5, 3.5), len(cells), 3.7)
     for c, axes in zip("zx", panels[1:, 0], strict=True):
         axes.set_ylabel(f"{_WORDS[c]} ({style.PER_CM2})")
+    page.align_ylabels(panels[1:, 0])
     for i, (beta, gamma) in enumerate(cells):
         sketch, *stress_axes = panels[:, i]
         _sketch(sketch, beta, gamma, i == 0)

@@ -171,6 +171,7 @@ def plot_protocol(results: Results, medium: str) -> Figure:
         message = "no run of which recording and result could be drawn"
         return style.missing(f"{results.titles[medium]}: {message}")
     page, panels = style.panels((3.3, 4.2, 4.5), len(columns), 4.5)
+    page.align_ylabels(panels[:, 0])
     page.suptitle(style.plain(results[medium].title), x=0.01, ha="left", weight="bold")
     small: style.Look = {"loc": "left", "fontsize": leg_panels.NOTE_PT}
     for i, column in enumerate(columns):

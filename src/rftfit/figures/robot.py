@@ -663,6 +663,7 @@ def _finish(columns: list[list[Axes]], labels: Sequence[str]) -> None:
             is_last_row = row == len(labels) - 1
             panels[row].tick_params(labelleft=panels is columns[0], labelbottom=is_last_row)
         columns[0][row].set_ylabel(label)
+        columns[0][row].yaxis.set_label_coords(-0.11, 0.5)
     for panels in columns:
         panels[-1].set_xlabel("time (s)")
 

@@ -182,9 +182,7 @@ def panels(
     page = new_figure(min(DOUBLE_CM, max(SINGLE_CM, columns * widest_cm)), sum(heights_cm))
     page.set_layout_engine("constrained", rect=(0, 0, 1 - 0.2 * CM / page.get_figwidth(), 1))
     ratios = {"height_ratios": list(heights_cm)}
-    axes = page.subplots(len(heights_cm), columns, squeeze=False, gridspec_kw=ratios)
-    page.align_ylabels(axes[:, 0])
-    return page, axes
+    return page, page.subplots(len(heights_cm), columns, squeeze=False, gridspec_kw=ratios)
 
 
 _NAME: Look = {"textcoords": "offset points", "weight": "bold", "annotation_clip": False}
