@@ -13,7 +13,6 @@ from rftfit.campaign.problems import choose
 from rftfit.cli import options
 from rftfit.cli.output import check_picture, check_target, count, json_text, print_line
 from rftfit.errors import InputError
-from rftfit.reference import LEGS
 from rftfit.store.text import table
 
 if TYPE_CHECKING:
@@ -98,6 +97,7 @@ def plan(
     rows for a run sheet.
     """
     from rftfit.model.planning import reachable, run_sheet_rows
+    from rftfit.reference import LEGS
     from rftfit.store import write_text
 
     options.check_confidence(confidence)
