@@ -36,6 +36,8 @@ UNREAD = {
     # of the map, on which the robot runs where the table has holes; here it has none
     "robot_intervals": {"maps"},
     "robot_motion": {"maps"},
+    # of the intervals of several laboratory media, of which this campaign has one
+    "rftfit.figures.legs:plot_forces_over_zeta": {"fit"},
 }
 """Sections that are declared and that this run does not read."""
 

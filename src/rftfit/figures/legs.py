@@ -42,6 +42,17 @@ _INSET = 0.4
 _FORCE_LABELS = r"vertical force $F_z$ (N)", r"horizontal force $F_x$ (N)"
 
 
+def _legs_caption(results: Results, medium: str) -> str:
+    predicted = matching_rows(results.table("predicted.csv"), medium=medium)
+    insets = ""
+    if (predicted["profile"] == "depth_only").any():
+        insets = " Insets: the same angles, with the depth-only model, in N."
+    return (
+        f"Forces on the legs turned through {results.titles[medium]}: dots measured, lines predicted.{insets} "
+        "Good: lines run through the dots, and the dots lie in the palest band."
+    )
+
+
 @figure(
     "legs",
     reads=("predicted.csv", "legs/{media}.csv"),
@@ -49,10 +60,7 @@ _FORCE_LABELS = r"vertical force $F_z$ (N)", r"horizontal force $F_x$ (N)"
     media=lambda campaign: _legged(campaign)[:1],
     paper="Figs. 3D to 3F",
     section="Legs",
-    caption=(
-        "Forces on the legs turned through {medium}: dots measured, lines predicted. Insets: the same angles, with the "
-        "depth-only model, in N. Good: lines run through the dots, and the dots lie in the palest band."
-    ),
+    caption=_legs_caption,
 )
 def plot_legs(results: Results, medium: str) -> Figure:
     """Draw F_z and F_x on each leg in one medium against theta, measured and predicted."""

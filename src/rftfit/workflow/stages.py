@@ -147,9 +147,7 @@ STAGES = {
         ("arm", "fit", "errors", "fourier", "intruders", "maps", "media"),
     ),
     "contacts": Stage(
-        f"{_VALIDATE}:contacts",
-        "compare",
-        ("arm", "fit", "errors", "fourier", "intruders", "maps", "media"),
+        f"{_VALIDATE}:contacts", "compare", ("arm", "fit", "fourier", "intruders", "maps", "media")
     ),
     "natural_sands": Stage(
         f"{_VALIDATE}:natural_sands",
