@@ -43,9 +43,8 @@ _FORCE_LABELS = r"vertical force $F_z$ (N)", r"horizontal force $F_x$ (N)"
 
 
 def _legs_caption(results: Results, medium: str) -> str:
-    depth_only = matching_rows(results.table("predicted.csv"), medium=medium, profile="depth_only")
     insets = ""
-    if depth_only["force_z_N"].notna().any():
+    if medium in labels.predicted_by(results).get("depth_only", ()):
         insets = " Insets: the same angles, with the depth-only model, in N."
     return (
         f"Forces on the legs turned through {results.titles[medium]}: dots measured, lines predicted.{insets} "
