@@ -613,13 +613,17 @@ class Medium:
         error = (bed_spread(self.alpha) or USUAL_BED_SPREAD) * largest
         return Contact(leg_outline(described, leg), motion, forces, error, name=self.name)
 
-    def map(self, contacts: Sequence[Contact] = ()) -> Map:
+    def map(
+        self, contacts: Sequence[Contact] = (), *, teachers: Sequence[str] | None = None
+    ) -> Map:
         """Alpha in every direction: what was pushed, completed by the shape that known media share.
 
         Parameters
         ----------
         contacts : sequence of Contact, optional
-            Forces on bodies in this medium, beside those of the legs of ``maps.use_legs``.
+            Forces on bodies in this medium, beside those of the teachers.
+        teachers : sequence of str, optional
+            Legs whose measured forces teach the map. Default: ``maps.use_legs`` of the configuration.
 
         Returns
         -------
@@ -631,7 +635,9 @@ class Medium:
             If no push has a number that tells of the medium.
         """
         table, config = self.alpha, self.results.config
-        legs = [self.contact(leg) for leg in config.maps.use_legs]
+        if teachers is None:
+            teachers = config.maps.use_legs
+        legs = [self.contact(leg) for leg in teachers]
         taught = [*contacts, *(contact for contact in legs if contact is not None)]
         try:
             estimated = estimate(

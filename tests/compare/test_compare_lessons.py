@@ -36,9 +36,11 @@ def results(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def lessons(results):
+def lessons(tmp_path_factory):
+    """Of a campaign in which each leg may teach."""
+    folder = tmp_path_factory.mktemp("teachers")
     with few_draws():
-        return lesson_rows(results)
+        return lesson_rows(campaign(folder, {"maps": {"use_legs": [*LEGS]}}))
 
 
 def test_each_leg_and_each_medium_is_left_out(lessons):
@@ -50,6 +52,17 @@ def test_each_leg_and_each_medium_is_left_out(lessons):
         assert row["medium"] not in row["learned_from"].split(", ")
     assert len(lessons) == 3 * 2 * 2 * 3
     assert (lessons["reason"] == "").all()
+
+
+def test_no_leg_teaches_where_none_is_named(results, lessons):
+    with few_draws():
+        untaught = lesson_rows(results)
+    assert set(untaught["lesson"]) == {PLATES, ELSEWHERE}
+    # and the map of the plates is that of the plates alone in both
+    numbers = [
+        table.loc[table["lesson"] == PLATES, "peak_predicted_N"] for table in (untaught, lessons)
+    ]
+    assert [*numbers[0]] == [*numbers[1]]
 
 
 def test_the_same_leg_elsewhere_predicts_better_than_plates_alone(lessons):

@@ -17,7 +17,7 @@ from rftfit.model.body_lessons import learn_body_error
 from rftfit.model.contacts import Contact
 from rftfit.model.motion import Motion
 from rftfit.model.prediction import predict_with_peaks
-from rftfit.model.shapes import Map
+from rftfit.model.profiles import Profile
 
 if TYPE_CHECKING:
     from rftfit.results import Medium, Results
@@ -44,12 +44,13 @@ _MOST_POSES = 60
 def lesson_rows(results: Results) -> pd.DataFrame:
     """Predict each measured leg in each medium by the map of its plates, with another leg, and with the same leg elsewhere.
 
-    Returns one row a medium, leg, component and lesson. The leg that is tested is never in what was learned in its
-    medium.
+    Another leg is one of ``maps.use_legs``. Returns one row a medium, leg, component and lesson. The leg that is tested
+    is never in what was learned in its medium.
     """
     media = [results[name] for name in (*results.laboratory, *results.sands)]
     curves: dict[str, dict[str, Contact]] = {}
-    maps: dict[str, Map] = {}
+    maps: dict[str, Profile] = {}
+    confidence = results.config.fit.confidence
     rows: list[dict[str, Any]] = []
     for medium in media:
         contacts = {leg: medium.contact(leg) for leg in results.config.legs}
@@ -59,7 +60,7 @@ def lesson_rows(results: Results) -> pd.DataFrame:
         if not curves[medium.name]:
             continue
         try:
-            maps[medium.name] = medium.map()
+            maps[medium.name] = medium.map(teachers=()).profile
         except InputError as error:
             why = reason_columns([quoted(error, "no-map")])
             rows += [
@@ -71,35 +72,37 @@ def lesson_rows(results: Results) -> pd.DataFrame:
         if medium.name not in maps:
             continue
         of_legs = {
-            leg: medium.map(contacts=[contact]) for leg, contact in curves[medium.name].items()
+            leg: medium.map(teachers=[leg]).profile
+            for leg in results.config.maps.use_legs
+            if leg in curves[medium.name]
         }
         for leg, contact in curves[medium.name].items():
             lessons = [
                 *_from_plates(maps[medium.name], of_legs, leg),
                 *_from_elsewhere(results, medium, maps, curves, leg),
             ]
-            for lesson, learned_from, learned_map, body_error in lessons:
+            for lesson, learned_from, profile, body_error in lessons:
                 key = {"medium": medium.name, "leg": leg}
                 of_lesson = {"lesson": lesson, "learned_from": learned_from}
-                for scores in _scores(contact, learned_map, body_error):
+                for scores in _scores(contact, profile, confidence, body_error):
                     rows.append(key | scores | of_lesson | reason_columns([]))
     return pd.DataFrame(rows, columns=COLUMNS)
 
 
-Lesson = tuple[str, str, Map, BodyError | None]
+Lesson = tuple[str, str, Profile, BodyError | None]
 
 
-def _from_plates(plates: Map, of_legs: Mapping[str, Map], leg: str) -> Iterator[Lesson]:
+def _from_plates(plates: Profile, of_legs: Mapping[str, Profile], leg: str) -> Iterator[Lesson]:
     yield PLATES, "", plates, None
-    for teacher, learned_map in of_legs.items():
+    for teacher, profile in of_legs.items():
         if teacher != leg:
-            yield OTHER_LEG, teacher, learned_map, None
+            yield OTHER_LEG, teacher, profile, None
 
 
 def _from_elsewhere(
     results: Results,
     medium: Medium,
-    maps: Mapping[str, Map],
+    maps: Mapping[str, Profile],
     curves: Mapping[str, Mapping[str, Contact]],
     leg: str,
 ) -> Iterator[Lesson]:
@@ -109,7 +112,7 @@ def _from_elsewhere(
         if name != medium.name and name in maps and leg in curves[name]
     ]
     if media:
-        learned = learn_body_error([(curves[name][leg], maps[name].profile) for name in media])
+        learned = learn_body_error([(curves[name][leg], maps[name]) for name in media])
         yield ELSEWHERE, ", ".join(media), maps[medium.name], learned
 
 
@@ -130,15 +133,15 @@ def _thinned(contact: Contact) -> Contact:
 
 
 def _scores(
-    contact: Contact, learned_map: Map, body_error: BodyError | None
+    contact: Contact, profile: Profile, confidence: float, body_error: BodyError | None
 ) -> Iterator[dict[str, Any]]:
     """Error of the peak, rms and share of the poses inside, by component."""
     names = {"z": "force_z_N", "x": "force_x_N"}
     forces, _ = predict_with_peaks(
-        learned_map.profile,
+        profile,
         contact.body,
         contact.motion,
-        learned_map.confidence,
+        confidence,
         quantities=[*names.values()],
         body_error=body_error,
     )
