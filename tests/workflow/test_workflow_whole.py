@@ -193,5 +193,12 @@ def test_reproduction_table_says_where_the_paper_differs(whole_campaign):
     assert (rows["verdict"] == "same").all()
 
 
+def test_no_medium_of_the_demonstration_fails_a_check(whole_campaign):
+    """It has no fault, and its rows are sorted by direction: runs that follow one another are not alike by chance."""
+    for medium in (*MEDIA, *SANDS):
+        checks = whole_campaign.table(f"checks/{medium}.csv")
+        assert "failed" not in set(checks["verdict"]), medium
+
+
 def test_what_the_demonstration_says_rests_on_its_records(whole_campaign):
     assert untrue(open_results(whole_campaign.root)) == []

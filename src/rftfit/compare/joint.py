@@ -253,7 +253,7 @@ class JointModel:
         if not beside:
             self.mean, covariance = _prior_at(self.without, *self.directions)
             self.prior = covariance + 1e-8 * np.eye(2 * count)
-            self.local = _local_variance(self.mean)
+            self.local = _local_variance(self.mean, np.bincount(self.cell))
             return
         self.prior_mean, self.prior_rows = _prior_beside(
             self.without, self.directions.tobytes(), count
@@ -261,7 +261,7 @@ class JointModel:
         places = np.concatenate([np.arange(count), 5 * count + np.arange(count)])
         self.mean = self.prior_mean[places]
         self.prior = self.prior_rows[places] + 1e-8 * np.eye(2 * count)
-        self.local = _local_variance(self.mean)
+        self.local = _local_variance(self.mean, np.bincount(self.cell))
 
     def _set_expected(self, full: FloatArray, cells: FloatArray | None = None) -> None:
         """Take alpha of the directions and its slopes over the angles, per degree."""
@@ -725,10 +725,14 @@ def _freedom(mean: FloatArray, gamma_deg: FloatArray) -> FloatArray:
     return freedom
 
 
-def _local_variance(mean: FloatArray) -> FloatArray:
-    """Variance of what each direction has of its own, shape (2 n,), of a medium of size 1 with this mean."""
+def _local_variance(mean: FloatArray, runs: npt.NDArray[np.intp]) -> FloatArray:
+    """Variance of what the repeats of a direction share, shape (2 n,), of a medium of size 1 with this mean.
+
+    `runs`: Of each direction, shape (n,). One run shares nothing: what its direction has of its own is in its scatter.
+    """
     level = np.hypot(*mean.reshape(2, -1))
     variance = (_LOCAL * level) ** 2 + (_LOCAL_FLOOR * level.max()) ** 2
+    variance = np.where(runs > 1, variance, 0.0)
     return np.concatenate([variance, variance])
 
 

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.axis import Axis
     from matplotlib.figure import Figure
+    from matplotlib.transforms import Bbox
 
     from rftfit.results import Results
 
@@ -375,6 +376,22 @@ def _place_panels(figure: Figure) -> None:
             axes.set_position((round(left, 6), round(bottom, 6), round(width, 6), round(height, 6)))
 
 
+_ROOM_ABOVE_INCH = 0.05
+
+
+def _page_with_warning(figure: Figure) -> Bbox | None:
+    """Page with what was written above it, inches; None where nothing was. Matplotlib's own search draws all twice."""
+    from matplotlib.transforms import Bbox
+
+    tops = [
+        text.get_window_extent().y1 for text in figure.texts if text.get_position()[1] >= _ABOVE
+    ]
+    if not tops:
+        return None
+    width, height = figure.get_size_inches()
+    return Bbox.from_extents(0, 0, width, max(height, max(tops) / figure.dpi) + _ROOM_ABOVE_INCH)
+
+
 def content(figure: Figure, ending: str, about: str = "") -> bytes:
     """Return what a figure's file of one of the formats of print holds, with a remark in its metadata.
 
@@ -384,15 +401,18 @@ def content(figure: Figure, ending: str, about: str = "") -> bytes:
     savefig_options: dict[str, Any] = (
         {"pil_kwargs": {"compress_level": 2}} if ending == "png" else {}
     )
-    if any(text.get_position()[1] >= _ABOVE for text in figure.texts):
-        # what was written above it belongs to the picture
-        savefig_options |= {"bbox_inches": "tight", "pad_inches": 0.05}
     metadata = _METADATA[ending] | ({_REMARK[ending]: about} if about else {})
     buffer = BytesIO()
     # some settings (letters, hatches, salt of the ids) are looked up while writing
     with styled(), _lean_fonts():
         _place_panels(figure)
-        figure.savefig(buffer, format=ending, metadata=metadata, **savefig_options)
+        figure.savefig(
+            buffer,
+            format=ending,
+            metadata=metadata,
+            bbox_inches=_page_with_warning(figure),
+            **savefig_options,
+        )
     return buffer.getvalue()
 
 
