@@ -152,7 +152,7 @@ def test_runs_with_one_fault_are_one_group_whatever_they_are_called(folder):
     (folder / "runs.csv").write_text(rows)
     for name in ("a", "b"):
         write(folder, name, make_push(3, stiffness=0.0, medium_N=0.0))
-    logs = open_logs(campaign(folder), "sand")
+    (logs,) = open_logs(campaign(folder))
     (problem,) = logs.problems
     assert problem.code == "logs.refused"
     assert re.fullmatch(r"sand, 2 of 2 .* a \(row 2\)", problem.place.file)

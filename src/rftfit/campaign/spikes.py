@@ -167,13 +167,15 @@ def _find_lone_once(path: FloatArray) -> Mask:
     if starts.size < _FEWEST_POSITIONS:
         return nothing
     lengths = np.diff(np.append(starts, path.shape[1]))
-    level = path[:, starts]
+    level = path.take(starts, axis=1)  # in rows, as all that follows goes along them
     aside = level[:, 1:-1] - (level[:, :-2] + level[:, 2:]) / 2
     inner = np.sqrt((aside**2).sum(axis=0))
+    least = _LEAST_PART * float(np.ptp(level, axis=1).max())
+    if 2 * inner.max() <= least:  # twice: so far may an end be aside
+        return nothing
     off = np.concatenate([[_end_aside(inner)], inner, [_end_aside(inner[::-1])]])
     size = np.abs(aside)
     quartile = np.partition(size, inner.size // 4, axis=1)[:, inner.size // 4]
-    least = _LEAST_PART * float(np.ptp(level, axis=1).max())
     far = max(_TIMES_NOISE * float(quartile.max()) / _QUARTILE, least)
     neighbour = np.maximum(np.append(off[1:], 0.0), np.append(0.0, off[:-1]))
     places = np.flatnonzero((off > far) & (off >= neighbour) & (lengths <= LONGEST))

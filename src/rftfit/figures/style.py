@@ -369,7 +369,7 @@ def _place_panels(figure: Figure) -> None:
     """Let matplotlib place the panels, once for all formats: each layout would cost time."""
     if engine := figure.get_layout_engine():
         engine.execute(figure)
-        figure.set_layout_engine("none")
+        figure.set_layout_engine(None)  # any engine draws each file twice
         for axes in figure.axes:
             # the last digits of the solver differ from call to call
             left, bottom, width, height = axes.get_position(original=True).bounds

@@ -36,10 +36,13 @@ def fit_medium(
     tares: pd.DataFrame,
     linear_to_cm: Mapping[str, float] | None = None,
     only: Collection[str] | None = None,
+    *,
+    verdicts_only: bool = False,
 ) -> tuple[pd.DataFrame, pd.DataFrame, Ledger]:
     """Fit every plate run of a medium, from the tables of the ingest and tare stages.
 
-    `linear_to_cm`, by run: end of the linear regime, if not the stated one. `only`: these runs. Returns a row per plate run of
+    `linear_to_cm`, by run: end of the linear regime, if not the stated one. `only`: these runs. `verdicts_only`: leave
+    out the numbers that no reason and no flag depends on. Returns a row per plate run of
     the sheet, also of those without alpha; for the rows of `tared`, the `RowStatus` by which they were
     fitted or not; the rows of the strokes handed on, and flags of the runs.
     """
@@ -73,10 +76,9 @@ def fit_medium(
             stroke = _stroke(
                 samples, force[:, stroke_rows], rods[:, stroke_rows], run_and_tare_facts
             )
-            fit, clock_cm = (
-                fit_run(run, stroke, campaign.config, (linear_to_cm or {}).get(run.run_id)),
-                stroke.clock_cm,
-            )
+            line_end_cm = (linear_to_cm or {}).get(run.run_id)
+            fit = fit_run(run, stroke, campaign.config, line_end_cm, verdicts_only=verdicts_only)
+            clock_cm = stroke.clock_cm
             why[stroke_rows] = fit.why
             _account(ledger, run, stroke, fit)
             ledger.flag(run, *fit.flags)
@@ -85,10 +87,18 @@ def fit_medium(
     return pd.DataFrame(rows, columns=FIT_COLUMNS), windows, ledger
 
 
-def fit_run(run: Run, stroke: Stroke, config: Config, linear_to_cm: float | None = None) -> RunFit:
+def fit_run(
+    run: Run,
+    stroke: Stroke,
+    config: Config,
+    linear_to_cm: float | None = None,
+    *,
+    verdicts_only: bool = False,
+) -> RunFit:
     """Fit alpha_z and alpha_x of one plate run in its window, or say why it must not give a number.
 
-    `linear_to_cm`: End of the linear regime of a natural sand; default: as the config states it.
+    `linear_to_cm`: End of the linear regime of a natural sand; default: as the config states it. `verdicts_only`: leave
+    out the numbers that no reason and no flag depends on.
     """
     plate = config.intruders[run.intruder]
     assert plate.shape != "leg"
@@ -101,6 +111,8 @@ def fit_run(run: Run, stroke: Stroke, config: Config, linear_to_cm: float | None
     usable = why == RowStatus.GOOD
     depth = stroke.depth[usable]
     stress, tare_stress = _stresses(stroke, plate, sign_x)
+    if verdicts_only:
+        tare_stress = None
     of_table = config.table is not None
     has_few_points = of_table and (depth.size < slopes.FEWEST or not run.gamma_deg)
     if has_few_points:
@@ -116,7 +128,9 @@ def fit_run(run: Run, stroke: Stroke, config: Config, linear_to_cm: float | None
     fit = RunFit(beta_deg, gamma_deg, *ends, slope, why=why, flags=flags)
     if has_few_points:
         return fit
-    laws = other_laws(depth, stress[:, usable], config.fit.law_depth_cm)
+    laws = None
+    if not verdicts_only or config.fit.law != "through_zero":
+        laws = other_laws(depth, stress[:, usable], config.fit.law_depth_cm)
     rod = fit.rod
     if tare_stress is not None:
         rod = slopes.zero_intercept(depth, tare_stress[:, usable])[0]

@@ -34,27 +34,43 @@ class Opened:
     passed_over: int = 0
 
 
-def open_logs(campaign: Campaign, medium: str) -> Opened:
-    """Measure a medium as the run does, and say which runs it would drop, or doubt, and why.
-
-    Where no plate and no leg of a medium would be left, that is an error, else a warning.
-    """
-    preview = Opened()
+def open_logs(campaign: Campaign) -> list[Opened]:
+    """Measure each medium as the run does, and say which runs it would drop, or doubt, and why."""
     form = campaign.config.table
     if form is not None and form.holds == "alpha":
-        return preview
-    all_runs = campaign.runs_of(medium)
-    sizes = {run.run_id: _sizes(campaign, run) for run in {*all_runs, *campaign.runs}}
+        return []
+    sizes = {run.run_id: _sizes(campaign, run) for run in campaign.runs}
     large = {
         name
         for name, sizes_of_logs in sizes.items()
         if max(filter(None, sizes_of_logs), default=0) > LARGEST_BYTES
     }
-    runs = [run for run in all_runs if form or not {run.run_id, run.tare_run} & large]
-    preview.passed_over = len(all_runs) - len(runs)
     # pushes of other media in the same session show the clocks too
     small = tuple(run for run in campaign.runs if run.run_id not in large)
     clocks = find_session_clocks(replace(campaign, runs=small))
+    absent = {name for name, sizes_of_logs in sizes.items() if None in sizes_of_logs}
+    return [
+        _open_medium(campaign, medium, large, absent, clocks)
+        for medium in campaign.media_with_runs
+    ]
+
+
+def _open_medium(
+    campaign: Campaign,
+    medium: str,
+    large: set[str],
+    absent: set[str],
+    clocks: SessionClocks | None,
+) -> Opened:
+    """Measure one medium; `large` and `absent`: runs with a log that is too large, or missing.
+
+    Where no plate and no leg of a medium would be left, that is an error, else a warning.
+    """
+    preview = Opened()
+    form = campaign.config.table
+    all_runs = campaign.runs_of(medium)
+    runs = [run for run in all_runs if form or not {run.run_id, run.tare_run} & large]
+    preview.passed_over = len(all_runs) - len(runs)
     reasons, flags = _measured(_thin(campaign) if form else campaign, medium, runs, clocks)
     if form:
         # a part of the rows may give no alpha where all give one, not the other way round
@@ -65,7 +81,7 @@ def open_logs(campaign: Campaign, medium: str) -> Opened:
             for run, flags_of_run in flags.items()
         }
     # the sheet has reported the others
-    opened = [run for run in runs if not run.excluded and None not in sizes[run.run_id]]
+    opened = [run for run in runs if not run.excluded and run.run_id not in absent]
     preview.runs = len(opened)
     refused: dict[str, dict[Run, Remark]] = defaultdict(dict)
     doubted: dict[str, dict[Run, Remark]] = defaultdict(dict)
@@ -105,7 +121,9 @@ def _measured(
         else:
             samples, status, book = ingest_medium(part_campaign, medium, clocks)
         tared, tares, _ = tare_medium(part_campaign, medium, samples, status)
-        fits, _, book_of_fits = fit_medium(part_campaign, medium, status, tared, tares)
+        fits, _, book_of_fits = fit_medium(
+            part_campaign, medium, status, tared, tares, verdicts_only=True
+        )
         for table in (status, tares, fits):
             reasons |= {row["run_id"]: reason_of(row) for row in table.to_dict("records")}
         flags |= dict.fromkeys(status["run_id"], ())

@@ -48,7 +48,7 @@ def check_all(config: Path) -> Checked:
     if campaign is None or checked.errors:
         return checked
     try:
-        opened = [open_logs(campaign, medium) for medium in campaign.media_with_runs]
+        opened = open_logs(campaign)
     except InputError as error:
         unread = Problem("logs.reader", Place(config.name), None, str(error))
         return replace(checked, problems=[*checked.problems, unread])
