@@ -186,6 +186,7 @@ class Results(Tables):
         self.root = campaign.root
         self._fits: dict[tuple[str, str], scaling.MediumFit] = {}
         self._alpha: dict[str, pd.DataFrame] = {}
+        self._maps: dict[tuple[str, ...], Map] = {}
 
     @property
     def config(self) -> Config:
@@ -634,27 +635,34 @@ class Medium:
         InputError
             If no push has a number that tells of the medium.
         """
-        table, config = self.alpha, self.results.config
         if teachers is None:
-            teachers = config.maps.use_legs
+            teachers = self.results.config.maps.use_legs
         legs = [self.contact(leg) for leg in teachers]
-        taught = [*contacts, *(contact for contact in legs if contact is not None)]
+        taught = [contact for contact in legs if contact is not None]
+        if contacts:
+            estimated = self._estimate([*contacts, *taught])
+        else:
+            maps, key = self.results._maps, (self.name, *teachers)
+            estimated = maps[key] if key in maps else maps.setdefault(key, self._estimate(taught))
+        return replace(
+            estimated,
+            bed_spread=bed_spread(self.alpha) or USUAL_BED_SPREAD,
+            model_error=self.results.model_error,
+        )
+
+    def _estimate(self, contacts: Sequence[Contact]) -> Map:
+        table, config = self.alpha, self.results.config
         try:
-            estimated = estimate(
+            return estimate(
                 pushes_of(table, config),
                 self.results.shapes(self.name),
                 nodes_of(table),
                 confidence=config.fit.confidence,
                 name=self.name,
-                contacts=taught,
+                contacts=contacts,
             )
         except ValueError as error:
             raise InputError(f"{self.name}: {error}") from error
-        return replace(
-            estimated,
-            bed_spread=bed_spread(table) or USUAL_BED_SPREAD,
-            model_error=self.results.model_error,
-        )
 
     def profile(
         self, kind: str = "table", method: str | None = None, *, draws: bool = True

@@ -174,6 +174,10 @@ def test_numbers_of_the_live_parts(page, results):
     rows = rows[rows["profile"] == "fourier"]
     # the ends of intervals have three digits
     np.testing.assert_allclose(curve["force_z_hi_N"], rows["force_z_hi_N"], rtol=5e-3)
+    # the script calculates the forces itself, and knows the theta of a turn by 1 deg
+    assert "force_z_N" not in curve
+    assert curve["theta_deg"] == [*rows["theta_deg"]]
+    assert "theta_deg" not in data["push"]["legs"]["c_leg"]
     assert [entry["media"] for entry in data["references"]] == [5, 5]
     assert np.array(data["push"]["map"]["z"]).shape == (7, 13)
     assert set(data["profiles"]["yuma"]) == {"map", "generic"}

@@ -60,7 +60,7 @@ use rule stage as scaling with:
 
 
 use rule stage as legs_predicted with:
-    # Predict forces on legs and compare with the measured ones.
+    # Predict forces on legs, compare with the measured ones, and say what each leg teaches.
     input:
         checks=CHECKS,
         alpha=ALPHA_OF_ALL,
@@ -70,24 +70,11 @@ use rule stage as legs_predicted with:
     output:
         predicted="results/predicted.csv",
         errors="results/leg_errors.csv",
+        contacts="results/contacts.csv",
     log:
         "results/logs/legs_predicted.log",
     # many figures wait for it
     priority: 2
-
-
-use rule stage as contacts with:
-    # What each measured leg teaches of the others, and of itself in other media.
-    input:
-        checks=CHECKS,
-        alpha=ALPHA_OF_ALL,
-        legs=LEGS,
-        leg_errors="results/leg_errors.csv",
-        state=state_of("contacts"),
-    output:
-        "results/contacts.csv",
-    log:
-        "results/logs/contacts.log",
 
 
 use rule stage as natural_sands with:

@@ -41,11 +41,11 @@ _MOST_POSES = 60
 """Poses of a curve that are used: neighbours tell the same."""
 
 
-def lesson_rows(results: Results) -> pd.DataFrame:
+def lesson_rows(results: Results, model_error: float | None = None) -> pd.DataFrame:
     """Predict each measured leg in each medium by the map of its plates, with another leg, and with the same leg elsewhere.
 
     Another leg is one of ``maps.use_legs``. Returns one row a medium, leg, component and lesson. The leg that is tested
-    is never in what was learned in its medium.
+    is never in what was learned in its medium. `model_error`: of plates and of another leg; default: that of `results`.
     """
     media = [results[name] for name in (*results.laboratory, *results.sands)]
     curves: dict[str, dict[str, Contact]] = {}
@@ -84,7 +84,7 @@ def lesson_rows(results: Results) -> pd.DataFrame:
             for lesson, learned_from, profile, body_error in lessons:
                 key = {"medium": medium.name, "leg": leg}
                 of_lesson = {"lesson": lesson, "learned_from": learned_from}
-                for scores in _scores(contact, profile, confidence, body_error):
+                for scores in _scores(contact, profile, confidence, model_error, body_error):
                     rows.append(key | scores | of_lesson | reason_columns([]))
     return pd.DataFrame(rows, columns=COLUMNS)
 
@@ -133,7 +133,11 @@ def _thinned(contact: Contact) -> Contact:
 
 
 def _scores(
-    contact: Contact, profile: Profile, confidence: float, body_error: BodyError | None
+    contact: Contact,
+    profile: Profile,
+    confidence: float,
+    model_error: float | None,
+    body_error: BodyError | None,
 ) -> Iterator[dict[str, Any]]:
     """Error of the peak, rms and share of the poses inside, by component."""
     names = {"z": "force_z_N", "x": "force_x_N"}
@@ -143,6 +147,7 @@ def _scores(
         contact.motion,
         confidence,
         quantities=[*names.values()],
+        model_error=model_error if body_error is None else None,
         body_error=body_error,
     )
     theta = contact.motion.columns["theta_deg"]

@@ -20,7 +20,7 @@ from rftfit.measure.flags import Flags, Remark, format_remarks, reason_of
 from rftfit.measure.slopes import student_quantile
 from rftfit.model import scaling
 from rftfit.model.fourier import TERMS
-from rftfit.model.motion import rotation
+from rftfit.model.motion import THETA_DEG, rotation
 from rftfit.model.outlines import leg_outline
 from rftfit.model.peaks import Peak
 from rftfit.model.planning import plan
@@ -155,14 +155,15 @@ def live_data(results: Results) -> dict[str, Any]:
         },
         "measured": {
             medium.name: {
-                str(leg): _curve(curve_rows) for leg, curve_rows in medium.legs.groupby("leg")
+                str(leg): _measured_curve(curve_rows)
+                for leg, curve_rows in medium.legs.groupby("leg")
             }
             for medium in results
         },
         "predicted": {
             str(medium): {
                 str(leg): {
-                    str(name): _curve(curve_rows, END_DIGITS)
+                    str(name): _ends_along(curve_rows, END_DIGITS)
                     for name, curve_rows in rows_of_leg.groupby("profile")
                 }
                 for leg, rows_of_leg in rows.groupby("leg")
@@ -211,8 +212,11 @@ def _unit_push(results: Results) -> dict[str, Any]:
         forces, peaks = predict_with_peaks(
             unit_map.profile, leg_outline(leg), motion, level, model_error=model_error
         )
-        legs[name] = _curve(forces) | {
-            "peaks": {c: _largest(peaks, names) for c, names in _PEAKS.items()}
+        curve = {name: as_lists(forces[name].to_numpy(float), CURVE_DIGITS) for name in _FORCES}
+        legs[name] = {
+            **curve,
+            **_ends_along(forces, CURVE_DIGITS),
+            "peaks": {c: _largest(peaks, names) for c, names in _PEAKS.items()},
         }
     return {
         "media": len(unit_map.known_media.split(", ")),
@@ -336,14 +340,22 @@ def _cells(
     return cells | angles | {"notes": notes, "points": as_lists(points, CURVE_DIGITS)}
 
 
-def _curve(rows: pd.DataFrame, end_digits: int = CURVE_DIGITS) -> dict[str, Any]:
-    """Forces on a leg over theta, with their intervals where they have them."""
+_FORCES = [f"force_{c}_N" for c in "zx"]
+_ENDS = [f"force_{c}_{end}_N" for c in "zx" for end in ("lo", "hi", "model_lo", "model_hi")]
+
+
+def _measured_curve(rows: pd.DataFrame) -> dict[str, Any]:
+    """Forces on a leg over theta."""
     rows = rows.sort_values("theta_deg")
-    forces = [f"force_{c}_N" for c in "zx"]
-    ends = [f"force_{c}_{end}_N" for c in "zx" for end in ("lo", "hi", "model_lo", "model_hi")]
-    columns = [name for name in ("theta_deg", *forces) if name in rows]
-    columns += [name for name in ends if name in rows and rows[name].notna().any()]
     return {
-        name: as_lists(rows[name].to_numpy(float), end_digits if name in ends else CURVE_DIGITS)
-        for name in columns
+        name: as_lists(rows[name].to_numpy(float), CURVE_DIGITS) for name in ("theta_deg", *_FORCES)
     }
+
+
+def _ends_along(rows: pd.DataFrame, digits: int) -> dict[str, Any]:
+    """Ends of the intervals over theta; the script calculates the forces, and a turn by 1 deg is its own."""
+    rows = rows.sort_values("theta_deg")
+    theta_deg = rows["theta_deg"].to_numpy(float)
+    curve = {} if np.array_equal(theta_deg, THETA_DEG) else {"theta_deg": theta_deg.tolist()}
+    names = [name for name in _ENDS if name in rows and rows[name].notna().any()]
+    return curve | {name: as_lists(rows[name].to_numpy(float), digits) for name in names}

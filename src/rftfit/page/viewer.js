@@ -70,9 +70,9 @@ function largestElement(profile, leg, thetaDeg, rate) {
 }
 
 /** Ends of an interval over theta; undefined where a profile has none. `which`: "" of alpha, "model_" with the model's own error. */
-function bandOf(curves, c, which) {
+function bandOf(curves, theta, c, which) {
   const [lo, hi] = ["lo", "hi"].map((end) => curves?.[`force_${c}_${which}${end}_N`]);
-  return lo && hi && { theta: curves.theta_deg, lo, hi };
+  return lo && hi && { theta: curves.theta_deg ?? theta, lo, hi };
 }
 
 function startViewer(data) {
@@ -83,7 +83,7 @@ function startViewer(data) {
 
   function choose() {
     const own = data.profiles[medium.value];
-    const names = ["table", "fourier", "generic", "depth_only"].filter((name) => own[name]);
+    const names = Object.keys(data.profile_names).filter((name) => own[name]);
     fillSelect(profileBox, names.map((name) => [name, data.profile_names[name]]), profileBox.value);
     if (!names.length) {
       byId("viewer-readout").textContent = "No profile of this medium is known; the summary says why.";
@@ -103,8 +103,8 @@ function startViewer(data) {
       drawChart(byId(`viewer-${c}`), `F_${c}`, {
         predicted: { theta, y: predicted[c] },
         measured: measured && { theta: measured.theta_deg, y: measured[`force_${c}_N`] },
-        outer: bandOf(curves, c, "model_"),
-        band: bandOf(curves, c, ""),
+        outer: bandOf(curves, theta, c, "model_"),
+        band: bandOf(curves, theta, c, ""),
       }, pick),
     );
     const largest = largestElement(profile, leg, theta, data.rate);

@@ -146,9 +146,6 @@ STAGES = {
         "compare",
         ("arm", "fit", "errors", "fourier", "intruders", "maps", "media"),
     ),
-    "contacts": Stage(
-        f"{_VALIDATE}:contacts", "compare", ("arm", "fit", "fourier", "intruders", "maps", "media")
-    ),
     "natural_sands": Stage(
         f"{_VALIDATE}:natural_sands",
         "compare",

@@ -37,14 +37,16 @@ from rftfit.model.scaling import published, routine
 from rftfit.results import Results
 
 
-def legs_predicted(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
+def legs_predicted(results: Results) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
     """Predict the force on every leg in every medium, and compare with what was measured.
 
-    Returns curves with intervals, and how far they are from the measured ones.
+    Returns curves with intervals, how far they are from the measured ones, and what each measured leg teaches of the
+    others and of itself in other media.
     """
     media = [results[name] for name in (*results.laboratory, *results.sands)]
     error_by_legs = error_of_legs([results[name] for name in results.laboratory])
-    predictions = [predicted_curves(medium, larger_model_error(error_by_legs)) for medium in media]
+    model_error = larger_model_error(error_by_legs)
+    predictions = [predicted_curves(medium, model_error) for medium in media]
     curves = [table for table, _ in predictions if len(table)]
     peaks = {
         place: peak for _, peaks_of_medium in predictions for place, peak in peaks_of_medium.items()
@@ -68,12 +70,8 @@ def legs_predicted(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
     silent = compared["medium"].isin(results.sands) & (compared["profile"] == "generic")
     note = results.reference().remarks if silent.any() else ()
     compared = _with_note(compared, silent, note)
-    return results.marked(everything), results.marked(compared)
-
-
-def contacts(results: Results) -> pd.DataFrame:
-    """Predict each measured leg from plates, from another leg, and from the same leg in other media."""
-    return results.marked(lesson_rows(results))
+    lessons = lesson_rows(results, model_error)
+    return results.marked(everything), results.marked(compared), results.marked(lessons)
 
 
 def natural_sands(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
