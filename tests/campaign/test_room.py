@@ -3,6 +3,7 @@ from __future__ import annotations
 import math
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -14,6 +15,7 @@ from rftfit.campaign.problems import (
     Problem,
     choose,
     did_you_mean,
+    in_lines,
     shown,
     unknown_word,
 )
@@ -94,6 +96,18 @@ def test_problem_reads_as_a_sentence():
     assert str(Place("c.yaml", line=3, key="media.x")) == "c.yaml, line 3, key media.x"
     assert str(Place("c.yaml", line=3, column="9")) == "c.yaml, line 3, column 9"
     assert str(Problem("x.y", Place(""), None, "nothing here")) == "nothing here"
+
+
+def test_what_is_wrong_alike_in_many_rows_is_one_line():
+    problem = Problem("sheet.unknown-word", Place("runs.csv", 1, "medium"), "mud", "sand")
+    rows = (4, 2, 3, 9, 9)
+    alike = [replace(problem, place=replace(problem.place, row=row)) for row in rows]
+    other = Problem("sheet.empty", Place("runs.csv", 3, "kind"), None, "a word")
+    assert in_lines([*alike, other]) == [
+        "runs.csv, rows 2 to 4, 9, column medium: found 'mud'; allowed: sand",
+        str(other),
+    ]
+    assert in_lines(alike[:1]) == [str(alike[0])]
 
 
 def test_an_unknown_word_of_the_command_line():

@@ -7,6 +7,7 @@ import pytest
 import yaml
 
 from rftfit.campaign.load import check_campaign
+from rftfit.campaign.problems import in_lines
 
 
 def test_init(rftfit, tmp_path):
@@ -96,7 +97,7 @@ def test_check_shows_every_problem(rftfit, campaign):
     _, problems = check_campaign(campaign / "config" / "config.yaml")
     output = rftfit("check", code=2)
     assert len(problems) > 5
-    assert [str(problem) for problem in problems if str(problem) not in output.out] == []
+    assert [line for line in in_lines(problems) if line not in output.out] == []
     assert "did you mean 'yuma'?" in output.out
     assert f"{len(problems)} errors, 0 warnings." in output.out
     report = json.loads(rftfit("check", "--json", code=2).out)

@@ -114,7 +114,8 @@ def test_a_bad_sheet_runs_nothing(rftfit, campaign, fake):
     sheet.write_text(text.replace(",yuma,plate,", ",yumma,plate,"), encoding="utf-8")
     output = rftfit("run", *fake, code=2)
     assert "2 errors:" in output.err
-    assert output.err.count("did you mean 'yuma'?") == 2
+    assert "rows 5, 6" in output.err
+    assert output.err.count("did you mean 'yuma'?") == 1
     assert not (campaign / "results").exists()
     assert not (campaign / ".snakemake").exists()
 

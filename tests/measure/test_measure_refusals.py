@@ -56,6 +56,7 @@ def waves(push):
     ("measure", "codes", "values"),
     [
         (lambda: with_force(lambda push: noise(0, 0.05, push.force.size) + 3, 5), "no-rise", {}),
+        (lambda: with_force(lambda push: 10 - push.force, 5), "force-falls", {}),
         (
             lambda: with_force(lambda push: push.force, 6, lambda push: 0 * push.depth),
             "no-motion-in-depth",

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
+from itertools import groupby
 from typing import Literal
 
 from rftfit.errors import InputError
@@ -69,6 +70,28 @@ class Problem:
         return escaped(text)
 
 
+def in_lines(problems: Iterable[Problem]) -> list[str]:
+    """Write a problem a line; what is wrong alike in several rows of a file is one line."""
+    rows_of: dict[Problem, list[int]] = {}
+    for problem in problems:
+        everywhere = replace(problem, place=replace(problem.place, row=None))
+        rows_of.setdefault(everywhere, []).extend(filter(None, [problem.place.row]))
+    return [str(_at_rows(problem, sorted({*rows}))) for problem, rows in rows_of.items()]
+
+
+def _at_rows(problem: Problem, rows: Sequence[int]) -> Problem:
+    """A problem at one row, or at many as ``rows 2 to 5, 9``."""
+    place = problem.place
+    if len(rows) < 2:
+        return replace(problem, place=replace(place, row=rows[0] if rows else None))
+    ranges: list[str] = []
+    for _, members in groupby(enumerate(rows), lambda counted: counted[1] - counted[0]):
+        together = [row for _, row in members]
+        is_range = len(together) > 2
+        ranges += [f"{together[0]} to {together[-1]}"] if is_range else map(str, together)
+    return replace(problem, place=replace(place, file=f"{place.file}, rows {join_words(ranges)}"))
+
+
 class CampaignError(InputError):
     """Files of a user cannot be used; the text is every problem, a line each, errors first."""
 
@@ -79,10 +102,10 @@ class CampaignError(InputError):
     def __str__(self) -> str:
         lines: list[str] = []
         for severity in ("error", "warning"):
-            of_this = [str(problem) for problem in self.problems if problem.severity == severity]
+            of_this = [problem for problem in self.problems if problem.severity == severity]
             if of_this:
                 plural = "" if len(of_this) == 1 else "s"
-                lines += [f"{len(of_this)} {severity}{plural}:", *of_this]
+                lines += [f"{len(of_this)} {severity}{plural}:", *in_lines(of_this)]
         return "\n".join(lines)
 
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from rftfit.campaign.problems import in_lines
 from rftfit.cli import options
 from rftfit.cli.exit_codes import INPUT_NOT_VALID
 from rftfit.cli.output import count, json_text, megabytes, print_line
@@ -67,7 +68,7 @@ def _print(checked: Checked, checks: list[dict[str, Any]] | None) -> None:
         chosen = [problem for problem in checked.problems if problem.severity == severity]
         if chosen:
             print_line(f"{count(len(chosen), severity)}:")
-            print_line("\n".join(f"  {problem}" for problem in chosen) + "\n")
+            print_line("\n".join(f"  {line}" for line in in_lines(chosen)) + "\n")
     if checks is not None:
         _print_diagnosis(checks)
     if checked.campaign is not None:

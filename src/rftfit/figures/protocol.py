@@ -366,8 +366,7 @@ def plot_tare(results: Results, medium: str) -> Figure:
 # How well the clocks were brought together and the surface found, from the estimates' own details
 
 
-_ROW_CM, _HEAD_CM, _FOOT_CM = 4.3, 0.9, 2.5
-_CLOCKS_LEFT_CM, _WIDTH_CM, _STEP_CM = 1.3, 4.3, 5.85
+_ROW_CM = 4.3
 _BLUE, _RED = style.OKABE_ITO["blue"], style.OKABE_ITO["vermillion"]
 _LABELS = (
     "lag from the estimate (s)",
@@ -375,8 +374,8 @@ _LABELS = (
     "depth below surface (cm)",
 )
 _GOOD = (
-    "Good: one clear lowest point at the offset of the session (left, log scale, dotted); readings on one curve "
-    "(middle);\nforce flat above and growing from the surface on (right). Bands: 95 % intervals."
+    "Good: the lowest dot lies at the offset of the session (dotted), readings on one curve",
+    "force flat above the surface and growing from there on",
 )
 
 
@@ -401,7 +400,9 @@ _GOOD = (
     section="Measurement",
     caption=(
         "How the clocks of force and motion log lie by each push straight down in {medium}, and in its session (dotted). "
-        "Good: one lag stands out, its interval is narrow and holds that of the session."
+        "Line: what no smooth function of depth explains of the force. Where it is low, offset, drift and surface are fitted: a "
+        "dot each. A push that begins in air is explained about as well from the start of the motion on; the lowest dot counts. "
+        "Good: one dot stands out, its interval is narrow and holds that of the session."
     ),
 )
 def plot_clocks(results: Results, medium: str) -> Figure:
@@ -427,28 +428,27 @@ def plot_clocks(results: Results, medium: str) -> Figure:
 
 @style.styled()
 def draw_clocks(rows: Sequence[tuple[Ingested, Alignment]]) -> Figure:
-    """Draw a row of three panels for each run, with its alignment by itself.
+    """Draw a row of panels for each run, with its alignment by itself.
 
-    Left: the share of the force's variance that no smooth function of depth explains, over the lags
-    that were tried, and the offset of the session. Middle: force over depth at the estimated offset, and that function. Right: the
-    force next to the surface, the model there, and the surface.
+    First: the share of the force's variance that no smooth function of depth explains, over the lags that were tried, the
+    offsets that were fitted, and that of the session. Second: force over depth at the estimated offset, and that function.
+    Third, where a surface was estimated: the force next to it, and the model there.
     """
-    height = _HEAD_CM + len(rows) * _ROW_CM + _FOOT_CM - 1.2
-    page = style.new_figure(style.DOUBLE_CM, height, dpi=150)
-    for place, (trace, alignment) in enumerate(rows):
-        top = _HEAD_CM + place * _ROW_CM
-        lefts = [_CLOCKS_LEFT_CM + column * _STEP_CM for column in range(3)]
-        panels = [style.axes_cm(page, left, top, _WIDTH_CM, _ROW_CM - 1.5) for left in lefts]
-        _draw_lags(panels[0], alignment, trace.clock)
-        panels[0].set_title(trace.run.run_id, loc="left", fontsize=8, fontweight="bold")
-        panels[1].set_title(_offset(alignment.clock), loc="left", fontsize=7.5)
-        _draw_lift(panels[1], alignment)
-        _draw_contact(panels[2], trace.surface)
-        for panel, label in zip(panels, _LABELS, strict=True):
+    columns = 3 if any(trace.surface for trace, _ in rows) else 2
+    page, axes = style.panels([_ROW_CM] * len(rows), columns)
+    for row_of_axes, (trace, alignment) in zip(axes, rows, strict=True):
+        _draw_lags(row_of_axes[0], alignment, trace.clock)
+        row_of_axes[0].set_title(trace.run.run_id, loc="left", fontsize=8, fontweight="bold")
+        row_of_axes[1].set_title(_offset(alignment.clock), loc="left", fontsize=7.5)
+        _draw_lift(row_of_axes[1], alignment)
+        for panel in row_of_axes[2:]:
+            _draw_contact(panel, trace.surface)
+        for panel in row_of_axes:
             panel.tick_params(labelsize=7)
-            if place == len(rows) - 1:
-                panel.set_xlabel(label, fontsize=7.5)
-    page.text(0.02, 0.35 / height, _GOOD, fontsize=7.5, va="bottom")
+    for panel, label in zip(axes[-1], _LABELS, strict=False):
+        panel.set_xlabel(label, fontsize=7.5)
+    good = ";\n".join(_GOOD[: columns - 1])
+    page.supxlabel(f"{good}. Bands: 95 % intervals.", x=0.01, ha="left", fontsize=7.5)
     return page
 
 
@@ -463,6 +463,8 @@ def _draw_lags(axes: Axes, alignment: Alignment, session_clock: ClockFit) -> Non
     axes.semilogy(lag, np.maximum(alignment.profile.unexplained, 1e-6), color=_BLUE, linewidth=0.9)
     half_width_s = 1.96 * (alignment.clock.se_s or 0.0)
     axes.axvspan(-half_width_s, half_width_s, color=_RED, alpha=0.4, linewidth=0)
+    offsets, shares = alignment.candidates
+    axes.plot(offsets - alignment.clock.offset_s, shares, "o", color=_RED, markersize=3)
     at_reference = session_clock.motion_time(np.array([alignment.clock.reference_s]))[0]
     of_session = float(at_reference) - alignment.clock.reference_s - alignment.clock.offset_s
     axes.axvline(of_session, color="black", linewidth=0.8, linestyle=":")
@@ -484,6 +486,7 @@ def _draw_lift(axes: Axes, alignment: Alignment) -> None:
 
 def _draw_contact(axes: Axes, surface: Surface | None) -> None:
     if surface is None:
+        axes.set_axis_off()
         axes.text(0.5, 0.5, "surface as given", transform=axes.transAxes, ha="center", fontsize=7.5)
         return
     depth = surface.depth - surface.depth_cm

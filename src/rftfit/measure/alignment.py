@@ -179,7 +179,8 @@ class Alignment:
 
     `clock` has no whole hours where the clocks have unrelated zeros. `explained`: share of the force's
     variance that one smooth function of depth explains; `profile`: what it leaves over all lags tried.
-    `time` (force clock, s), `force` (N), `depth` then (cm), `fitted` (N): the n readings used.
+    `time` (force clock, s), `force` (N), `depth` then (cm), `fitted` (N): the n readings used. `candidates` (2, k): offsets
+    (s) that the fit came to from each of the low lags, and the share that it leaves there; the lowest counts.
     """
 
     clock: ClockFit
@@ -190,6 +191,7 @@ class Alignment:
     force: FloatArray
     depth: FloatArray
     fitted: FloatArray
+    candidates: FloatArray
 
 
 class _Refined(NamedTuple):
@@ -229,7 +231,8 @@ def estimate_clocks(
     # a clear push has its best lag at both ends of the good ones too
     starts = dict.fromkeys([float(profile.lag[profile.best]), *profile.ends(), *profile.rivals()])
     refine = partial(_refine, time, pushed, motion_time, depth, max_drift)
-    chosen = _decide([refine(start, KNOTS[1]) for start in starts], pushed)
+    candidates = [refine(start, KNOTS[1]) for start in starts]
+    chosen = _decide(candidates, pushed)
     fits = [chosen if knots == KNOTS[1] else refine(chosen.offset, knots) for knots in KNOTS]
     # the right stiffness is unknown: the spread of the results with each is part of the error
     spread = float(np.var([fit.offset for fit in fits], ddof=1))
@@ -250,6 +253,12 @@ def estimate_clocks(
         pushed,
         chosen.depth,
         chosen.fitted,
+        np.array(
+            [
+                [fit.offset for fit in candidates],
+                [float(((pushed - fit.fitted) ** 2).mean() / pushed.var()) for fit in candidates],
+            ]
+        ),
     )
 
 
@@ -275,6 +284,9 @@ def _readings(time: FloatArray, force: FloatArray) -> tuple[FloatArray, FloatArr
     start = float(np.median(force[: max(8, force.size // 50)]))
     peak = int(np.argmax(force))
     if force[peak] - start < _RISE_TO_NOISE * noise:
+        fall = start - float(force.min())
+        if fall >= _RISE_TO_NOISE * noise:
+            raise Refused("force-falls", newtons=fall)
         raise Refused("no-rise", newtons=force[peak] - start, noise=noise)
     if peak + 1 < _MIN_READINGS:
         raise Refused("begins-in-push", found=peak + 1, wanted=_MIN_READINGS)

@@ -50,17 +50,12 @@ def open_logs(campaign: Campaign) -> list[Opened]:
     clocks = find_session_clocks(replace(campaign, runs=small))
     absent = {name for name, sizes_of_logs in sizes.items() if None in sizes_of_logs}
     return [
-        _open_medium(campaign, medium, large, absent, clocks)
-        for medium in campaign.media_with_runs
+        _open_medium(campaign, medium, large, absent, clocks) for medium in campaign.media_with_runs
     ]
 
 
 def _open_medium(
-    campaign: Campaign,
-    medium: str,
-    large: set[str],
-    absent: set[str],
-    clocks: SessionClocks | None,
+    campaign: Campaign, medium: str, large: set[str], absent: set[str], clocks: SessionClocks | None
 ) -> Opened:
     """Measure one medium; `large` and `absent`: runs with a log that is too large, or missing.
 

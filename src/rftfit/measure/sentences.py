@@ -130,6 +130,8 @@ SENTENCES = {
     "few-readings": "the force log has {found} readings; {wanted} are needed to match it with the motion",
     "no-rise": "the force never rises from its start by more than {newtons:.2f} N, with a noise of {noise:.2f} N: "
     "no contact that the motion could be matched with",
+    "force-falls": "the force falls by {newtons:.2f} N from its start and never rises, where a medium pushes a plate up: is "
+    "the axis z of the transducer turned (transducer.axes)?",
     "begins-in-push": "the force is largest at reading {found} already; {wanted} are needed before it: the log must "
     "begin before the push",
     "force-constant": "the force is the same at every depth: nothing to match",
