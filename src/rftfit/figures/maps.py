@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
     import numpy.typing as npt
     import pandas as pd
+    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.cm import ScalarMappable
     from matplotlib.figure import Figure
@@ -80,11 +81,15 @@ def plot_alpha_maps(results: Results) -> Figure:
 )
 def plot_alpha_maps_of_one(results: Results, medium: str) -> Figure:
     """Draw maps of the measured alpha of one medium."""
-    page = _draw_maps(results, results[medium].alpha, "measured")
+    shown_runs = _shown_runs(results, medium)
+    entries: dict[str, Artist] = {"plate and its motion": style.line("black", linewidth=1.5)}
+    if shown_runs:
+        entries["run of the stress figure"] = style.dots("black", 6, markerfacecolor="none")
+    page = _draw_maps(results, results[medium].alpha, "measured", entries)
     # map, bar, half width, bar: of alpha_z, then of alpha_x
     for axes in page.axes[::4]:
         _add_plates(axes)
-        for run in _shown_runs(results, medium):
+        for run in shown_runs:
             beta, gamma = run.beta_deg, run.gamma_deg
             if run.direction == "extraction":
                 beta, gamma, _ = conventions.file_extraction(beta, gamma)
@@ -141,27 +146,37 @@ def _estimated(results: Results) -> list[str]:
 def plot_estimated_maps(results: Results) -> Figure:
     """Draw maps of the estimated alpha of media with few pushes."""
     media = _estimated(results)
-    page = _draw_maps(results, results.joined("maps/{medium}.csv", tuple(media)), "estimated")
+    tables = results.joined("maps/{medium}.csv", tuple(media))
+    page = _draw_maps(
+        results,
+        tables,
+        "estimated",
+        {"pushed": style.dots("black", _PUSHED, markerfacecolor="white")},
+    )
     for row, name in enumerate(media):
         for axes in page.axes[8 * row : 8 * row + 8 : 4]:
             add_pushes(axes, results[name].alpha)
     return page
 
 
+_PUSHED = 4
+"""Size of the mark of a direction that was pushed."""
+
+
 def add_pushes(axes: Axes, alpha: pd.DataFrame) -> None:
     """Mark the directions of an alpha table that were pushed."""
     pushed = alpha.dropna(subset=["alpha_z_N_per_cm3"])
-    marker_style: style.Look = {
-        "markersize": 4,
-        "clip_on": False,
-        "markerfacecolor": "white",
-        "color": "black",
-    }
-    axes.plot(pushed["gamma_deg"], pushed["beta_deg"], "o", zorder=3, **marker_style)
+    marker_style: style.Look = {"markersize": _PUSHED, "markerfacecolor": "white", "color": "black"}
+    marker_style |= {"clip_on": False, "zorder": 3}
+    axes.plot(pushed["gamma_deg"], pushed["beta_deg"], "o", **marker_style)
 
 
-def _draw_maps(results: Results, tables: pd.DataFrame, origin: str) -> Figure:
+def _draw_maps(
+    results: Results, tables: pd.DataFrame, origin: str, entries: Mapping[str, Artist] | None = None
+) -> Figure:
     """Draw maps of alpha and of its half widths, one row a medium; `origin`: how it is known.
+
+    `entries`: of the legend, for what the caller adds.
 
     Cells stand as measured (the gamma grid is not uniform), with the zero contour between them;
     directions on no grid are dots, over what is interpolated between them.
@@ -195,7 +210,7 @@ def _draw_maps(results: Results, tables: pd.DataFrame, origin: str) -> Figure:
             axes = empty_map(page, row, 2 * index + 1, (False, is_last_row))
             add_bar(page, axes, add_table(axes, table, width, signed=False))
             missing |= has_holes(table, name)
-    add_legend(page, missing)
+    add_legend(page, missing, entries)
     return page
 
 
@@ -561,11 +576,11 @@ def add_bar(figure: Figure, axes: Axes, mappable: ScalarMappable, component: str
         place.text(0.5, y, arrow, transform=place.transAxes, va=alignment, **text_style)
 
 
-def add_legend(figure: Figure, missing: bool) -> None:
-    """Explain contour and shading, and the hatching of missing cells, at the foot of the figure."""
+def add_legend(figure: Figure, missing: bool, more: Mapping[str, Artist] | None = None) -> None:
+    """Explain contour and shading, the hatching of missing cells, and `more`, at the foot of the figure."""
     shading = {"facecolor": "white", "edgecolor": "#222222", "hatch": _SHADING * 2}
-    entries = {"zero contour (interpolated)": style.line("black", linewidth=0.9)}
+    entries: dict[str, Artist] = {"zero contour (interpolated)": style.line("black", linewidth=0.9)}
     entries["does not oppose the motion"] = style.patch(linewidth=0.3, **shading)
     if missing:
         entries["no usable run"] = style.patch(linewidth=0.3, **_MISSING)
-    style.legend(figure, entries, borderaxespad=0.3, columnspacing=2.0)
+    style.legend(figure, entries | dict(more or {}), borderaxespad=0.3, columnspacing=2.0)

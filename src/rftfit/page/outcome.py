@@ -219,14 +219,14 @@ def summary_of_checks(results: Results) -> dict[str, Any]:
     table, titles = results.checks, results.campaign.titles
     failed = table[table["verdict"].isin([FAILED, ACCEPTED])]
     passed = table[(table["verdict"] == PASSED) & ~table["check"].isin(failed["check"])]
-    faults_of_media: dict[str, list[str]] = {}
+    good_of_media: dict[str, list[str]] = {}
     for check, rows in table[table["verdict"] == NOT_CHECKED].groupby("check", sort=False):
         everywhere = len(rows) == len(results.media)
         media = "" if everywhere else ", ".join(titles[medium] for medium in rows["medium"])
-        faults_of_media.setdefault(media, []).append(CHECKS[str(check)].fault)
+        good_of_media.setdefault(media, []).append(CHECKS[str(check)].good)
     unchecked = [
-        f"{media and f'in {media}: '}{'; '.join(faults)}"
-        for media, faults in sorted(faults_of_media.items())
+        f"Not checked{media and f' in {media}'}: whether {'; '.join(good)}."
+        for media, good in sorted(good_of_media.items())
     ]
     verdicts = {medium: verdict_of(results, medium) for medium in results.media}
     faults = [
