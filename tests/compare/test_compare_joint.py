@@ -15,6 +15,7 @@ from rftfit.compare.peers import compare_runs, may_switch
 from rftfit.measure.alpha import column
 from rftfit.model.profiles import TableProfile
 from rftfit.model.rft3d import alpha_3drft
+from rftfit.reference import load
 
 DIRECTIONS = [(b, g) for b in (-60, -30, 0, 30, 60) for g in (30, 60, 90, -45)]
 
@@ -52,6 +53,17 @@ def model_of(beta, gamma, alpha, without, labels=None):
 
 SOUND = [("poppy_LP", table_medium("poppy_LP"), 3), ("", frictional_medium(0.5), 3)]
 SOUND += [("glass3mm_CP", table_medium("glass3mm_CP"), 1)]
+
+
+def test_angles_in_rad_let_no_search_stray():
+    published = load("table_s5").query("medium == 'poppy_CP'")
+    names = ["alpha_z_N_per_cm3", "alpha_x_N_per_cm3"]
+    random = np.random.default_rng(0)
+    alpha = published[names].to_numpy(float).T * (1 + 0.05 * random.standard_normal(len(published)))
+    alpha += 0.002 * np.abs(alpha[0]).max() * random.standard_normal(alpha.shape)
+    beta, gamma = np.radians(published[["beta_deg", "gamma_deg"]].to_numpy(float)).T
+    _, scan = find_causes(model_of(beta, gamma, alpha, ("poppy_CP",)))
+    assert len(scan.causes) > 5
 
 
 @pytest.mark.parametrize("seed", range(seeds(20, 1)))

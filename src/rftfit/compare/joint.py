@@ -331,8 +331,13 @@ class JointModel:
         return sums.reshape(-1, columns.shape[2])
 
     def cost(self, theta: FloatArray) -> float:
-        """Negative log likelihood with what is known of lambda and of the scatter beforehand."""
-        solved = self._solve(theta)
+        """Negative log likelihood with what is known of lambda and of the scatter beforehand; infinite far off all sense."""
+        try:
+            solved = self._solve(theta)
+        except (
+            np.linalg.LinAlgError
+        ):  # runs that fit no shape at all, as by angles in rad, let the search stray
+            return math.inf
         quadratic = solved.columns[:, 0] @ solved.solved[:, 0]
         half = _DEPARTURE_DOF / 2
         beforehand = half * theta[1] + (half + 1) * math.exp(-theta[1])
