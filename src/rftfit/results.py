@@ -415,12 +415,14 @@ class Results(Tables):
         Shapes
         """
         published_name = self.config.media[medium].published_as if medium else None
-        profiles = dict(published_shapes([published_name or ""]).profiles)
-        if self.config.maps.own_media:
-            for lab_medium in self.laboratory:
-                profile = TableProfile.from_table(self.alpha_table(lab_medium), lab_medium)
-                if lab_medium != medium and not profile.reason and lab_medium not in self.marks:
-                    profiles |= {lab_medium: profile}
+        published = published_shapes([published_name or ""])
+        if not self.config.maps.own_media:
+            return published
+        profiles = dict(published.profiles)
+        for lab_medium in self.laboratory:
+            profile = TableProfile.from_table(self.alpha_table(lab_medium), lab_medium)
+            if lab_medium != medium and not profile.reason and lab_medium not in self.marks:
+                profiles |= {lab_medium: profile}
         return Shapes(profiles)
 
     def __getitem__(self, medium: str) -> Medium:

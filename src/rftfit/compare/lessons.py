@@ -13,14 +13,14 @@ from rftfit.compare.legs import extreme, measured_peak
 from rftfit.errors import InputError
 from rftfit.measure.flags import REASON, quoted, reason_columns
 from rftfit.model.body_error import BodyError
-from rftfit.model.body_lessons import learn_body_error
+from rftfit.model.body_lessons import ErrorCurve, error_curve, learn_from_curves
 from rftfit.model.contacts import Contact
 from rftfit.model.motion import Motion
 from rftfit.model.prediction import predict_with_peaks
 from rftfit.model.profiles import Profile
 
 if TYPE_CHECKING:
-    from rftfit.results import Medium, Results
+    from rftfit.results import Results
 
 PLATES, OTHER_LEG, ELSEWHERE = "plates", "other-leg", "same-leg-elsewhere"
 LESSONS = (PLATES, OTHER_LEG, ELSEWHERE)
@@ -68,6 +68,12 @@ def lesson_rows(results: Results, model_error: float | None = None) -> pd.DataFr
                 for leg in curves[medium.name]
                 for c in "zx"
             ]
+    errors = {
+        (name, leg): error_curve(curves[name][leg], maps[name])
+        for name in results.laboratory
+        if name in maps
+        for leg in curves[name]
+    }
     for medium in media:
         if medium.name not in maps:
             continue
@@ -79,7 +85,7 @@ def lesson_rows(results: Results, model_error: float | None = None) -> pd.DataFr
         for leg, contact in curves[medium.name].items():
             lessons = [
                 *_from_plates(maps[medium.name], of_legs, leg),
-                *_from_elsewhere(results, medium, maps, curves, leg),
+                *_from_elsewhere(errors, medium.name, maps[medium.name], leg),
             ]
             for lesson, learned_from, profile, body_error in lessons:
                 key = {"medium": medium.name, "leg": leg}
@@ -100,20 +106,14 @@ def _from_plates(plates: Profile, of_legs: Mapping[str, Profile], leg: str) -> I
 
 
 def _from_elsewhere(
-    results: Results,
-    medium: Medium,
-    maps: Mapping[str, Profile],
-    curves: Mapping[str, Mapping[str, Contact]],
-    leg: str,
+    errors: Mapping[tuple[str, str], ErrorCurve], medium: str, plates: Profile, leg: str
 ) -> Iterator[Lesson]:
-    media = [
-        name
-        for name in results.laboratory
-        if name != medium.name and name in maps and leg in curves[name]
-    ]
-    if media:
-        learned = learn_body_error([(curves[name][leg], maps[name]) for name in media])
-        yield ELSEWHERE, ", ".join(media), maps[medium.name], learned
+    """`errors`: of the model by medium and leg."""
+    elsewhere = {
+        name: curve for (name, of_leg), curve in errors.items() if of_leg == leg and name != medium
+    }
+    if elsewhere:
+        yield ELSEWHERE, ", ".join(elsewhere), plates, learn_from_curves([*elsewhere.values()])
 
 
 def _thinned(contact: Contact) -> Contact:

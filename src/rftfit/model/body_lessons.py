@@ -57,9 +57,13 @@ def learn_body_error(measurements: Sequence[tuple[Contact, Profile]]) -> BodyErr
     >>> rftfit.learn_body_error([(turned, rftfit.published_medium("poppy_LP"))]).per_medium
     0.17
     """
-    if not measurements:
+    return learn_from_curves([error_curve(contact, profile) for contact, profile in measurements])
+
+
+def learn_from_curves(curves: Sequence[ErrorCurve]) -> BodyError:
+    """Learn what the model gets wrong on a body from its errors in some media: `learn_body_error`."""
+    if not curves:
         raise ValueError("a body's error is learned from at least one measurement")
-    curves = [_residuals(contact, profile) for contact, profile in measurements]
     states = np.concatenate([curve.states for curve in curves])
     medium = np.concatenate([np.full(len(curve.states), k) for k, curve in enumerate(curves)])
     components = len(curves[0].residuals)
@@ -86,7 +90,7 @@ def learn_body_error(measurements: Sequence[tuple[Contact, Profile]]) -> BodyErr
         covariance = common**2 * alike_of_body + per_medium**2 * alike_in_medium + noise
         root = np.linalg.cholesky(covariance + JITTER * np.eye(len(covariance)))
         seen.append((places, root, np.linalg.solve(root, values)))
-    media = tuple(dict.fromkeys(contact.label for contact, _ in measurements))
+    media = tuple(dict.fromkeys(curve.label for curve in curves))
     return BodyError(common, per_medium, media, stated, MeasuredErrors(states, tuple(seen)))
 
 
@@ -109,15 +113,17 @@ def _most_likely(
 
 
 @dataclass(frozen=True)
-class _Curve:
-    """Residuals over the load of one measurement, shape (components, m), and their covariance (components, m, m)."""
+class ErrorCurve:
+    """Errors of the model over the load in one measurement, shape (components, m), and their covariance (components, m, m)."""
 
+    label: str
     states: FloatArray
     residuals: FloatArray
     noise: FloatArray
 
 
-def _residuals(contact: Contact, profile: Profile) -> _Curve:
+def error_curve(contact: Contact, profile: Profile) -> ErrorCurve:
+    """Measured forces less those by the map of the medium, over the load; `ValueError` if a pose has no number."""
     where = np.flatnonzero(contact.touches & np.isfinite(contact.measured).any(axis=0))
     if where.size > MOST_STATES:
         where = where[np.linspace(0, where.size - 1, MOST_STATES).round().astype(int)]
@@ -135,4 +141,4 @@ def _residuals(contact: Contact, profile: Profile) -> _Curve:
             off = (drawn[:, component] - drawn[:, component].mean(axis=0)) / load
             reading = reading + off.T @ off / (len(off) - 1)
         noise.append(reading)
-    return _Curve(contact.states[where], residuals, np.stack(noise))
+    return ErrorCurve(contact.label, contact.states[where], residuals, np.stack(noise))
