@@ -10,6 +10,7 @@ import os
 
 os.environ["OPENBLAS_NUM_THREADS"] = "1"
 
+import gc
 from importlib import import_module
 
 from rftfit.store.digests import source_digests
@@ -17,6 +18,7 @@ from rftfit.store.digests import source_digests
 # digests of the code before it is imported: a job refuses to work where they are not the planned ones
 _before = dict(source_digests())
 
+from rftfit.figures import style
 from rftfit.figures.registry import figures
 from rftfit.workflow.state import States, handed_over
 
@@ -52,3 +54,18 @@ source_digests.cache_clear()
 if source_digests() != _before:
     # edited meanwhile: no digest tells which code was imported, and that of no file is planned
     source_digests().clear()
+
+
+def _draw_once() -> None:
+    """Read the fonts and build the parser of formulas, which every job that draws needs."""
+    with style.styled():
+        page = style.new_figure(4, 3)
+        axes = page.add_subplot(xlabel=style.alpha_label("z"), title="x")
+        axes.set_title("y", fontweight="bold", loc="left")
+        for ending in style.PRINTED:
+            style.content(page, ending)
+
+
+_draw_once()
+# what was imported lives to the end: no job looks for garbage in it, or copies its pages by looking
+gc.freeze()
