@@ -599,6 +599,11 @@ class Medium:
         -------
         Contact or None
             None where the leg was not measured in this medium.
+
+        Raises
+        ------
+        InputError
+            If its curve tells nothing, as one of one pose.
         """
         curve = self.legs
         curve = curve[curve["leg"] == leg] if len(curve) else curve
@@ -614,7 +619,10 @@ class Medium:
         largest = max(float(np.nanmax(np.abs(force))) for force in forces.values())
         # the errors of a curve itself are smaller than those from bed to bed
         error = (bed_spread(self.alpha) or USUAL_BED_SPREAD) * largest
-        return Contact(leg_outline(described, leg), motion, forces, error, name=self.name)
+        try:
+            return Contact(leg_outline(described, leg), motion, forces, error, name=self.name)
+        except ValueError as problem:
+            raise InputError(f"{leg}: {problem}") from problem
 
     def map(
         self, contacts: Sequence[Contact] = (), *, teachers: Sequence[str] | None = None

@@ -73,6 +73,19 @@ def test_the_same_leg_elsewhere_predicts_better_than_plates_alone(lessons):
     assert float(summary[ELSEWHERE]["inside_percent"]) > 85
 
 
+def test_a_curve_of_one_pose_has_a_reason_and_no_number(tmp_path):
+    stopped = campaign(tmp_path)
+    one_pose = stopped.table("legs/yuma.csv").query("leg == 'c_leg'").iloc[40:41]
+    stopped.hold("legs/yuma.csv", one_pose)
+    with few_draws():
+        rows = lesson_rows(stopped).query("medium == 'yuma'")
+    assert [*rows["component"]] == ["z", "x"]
+    assert (rows["reason_code"] == "few-poses").all()
+    assert rows["peak_error_percent"].isna().all()
+    with pytest.raises(InputError, match="c_leg: .*1 pose"):
+        stopped["yuma"].contact("c_leg")
+
+
 def test_a_leg_of_the_campaign_is_learned_and_words_name_its_media(results):
     learned = campaign_body_error(results, "reversed_c_leg")
     assert learned.media == ("poppy_LP", "glass3mm_CP")

@@ -116,8 +116,10 @@ def test_page_workbook_and_closing_lines(whole_campaign):
     assert f"<strong>3 mm glass, close: unusable.</strong> {cause}" in section
     assert WHY in section
     # what is good in all media, and then what was not checked
-    fault = CHECKS["size"].fault.removeprefix("alpha")
-    assert re.search(f"{CHECKS['work'].good}.*{fault}.*<code>expected_alpha</code>", section)
+    size = CHECKS["size"].good.removeprefix("alpha")
+    assert re.search(
+        f"{CHECKS['work'].good}.*whether.*{size}.*<code>expected_alpha</code>", section
+    )
     assert "3 mm glass, close (unusable)" in text
     assert "0.3 mm glass, close (accepted)" in text
     book = openpyxl.load_workbook(whole_campaign.root / "results/alpha_tables.xlsx")

@@ -11,7 +11,7 @@ import pandas as pd
 
 from rftfit.compare.legs import extreme, measured_peak
 from rftfit.errors import InputError
-from rftfit.measure.flags import REASON, quoted, reason_columns
+from rftfit.measure.flags import REASON, Remark, quoted, reason_columns
 from rftfit.model.body_error import BodyError
 from rftfit.model.body_lessons import ErrorCurve, error_curve, learn_from_curves
 from rftfit.model.contacts import Contact
@@ -53,21 +53,22 @@ def lesson_rows(results: Results, model_error: float | None = None) -> pd.DataFr
     confidence = results.config.fit.confidence
     rows: list[dict[str, Any]] = []
     for medium in media:
-        contacts = {leg: medium.contact(leg) for leg in results.config.legs}
-        curves[medium.name] = {
-            leg: _thinned(contact) for leg, contact in contacts.items() if contact is not None
-        }
+        curves[medium.name] = {}
+        for leg in results.config.legs:
+            try:
+                contact = medium.contact(leg)
+            except InputError as error:
+                rows += _untested_rows(medium.name, leg, quoted(error, "few-poses"))
+                continue
+            if contact is not None:
+                curves[medium.name][leg] = _thinned(contact)
         if not curves[medium.name]:
             continue
         try:
             maps[medium.name] = medium.map(teachers=()).profile
         except InputError as error:
-            why = reason_columns([quoted(error, "no-map")])
-            rows += [
-                {"medium": medium.name, "leg": leg, "component": c, "lesson": PLATES} | why
-                for leg in curves[medium.name]
-                for c in "zx"
-            ]
+            for leg in curves[medium.name]:
+                rows += _untested_rows(medium.name, leg, quoted(error, "no-map"))
     errors = {
         (name, leg): error_curve(curves[name][leg], maps[name])
         for name in results.laboratory
@@ -93,6 +94,12 @@ def lesson_rows(results: Results, model_error: float | None = None) -> pd.DataFr
                 for scores in _scores(contact, profile, confidence, model_error, body_error):
                     rows.append(key | scores | of_lesson | reason_columns([]))
     return pd.DataFrame(rows, columns=COLUMNS)
+
+
+def _untested_rows(medium: str, leg: str, why: Remark) -> list[dict[str, Any]]:
+    """Rows of a leg that nothing predicts, with the reason."""
+    row = {"medium": medium, "leg": leg, "lesson": PLATES} | reason_columns([why])
+    return [row | {"component": c} for c in "zx"]
 
 
 Lesson = tuple[str, str, Profile, BodyError | None]
