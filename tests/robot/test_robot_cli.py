@@ -86,7 +86,7 @@ def test_files_of_others_stay(call, tmp_path):
         ((*BASE, "--medium", "popy_LP"), "did you mean 'poppy_LP'?"),
         ((*BASE, "--profile", "tabel"), "did you mean 'table'?"),
         ((*BASE, "--alpha", "0.5"), "allowed: one of --medium NAME"),
-        ((*BASE, "--robot", "none.yaml"), "the file does not exist"),
+        ((*BASE, "--robot", "none.yaml"), "none.yaml"),
         ((*BASE, "--frequency", "1000"), "allowed: 0 to 100 Hz"),
         (("sweep", "--config", "none/config.yaml"), "none/config.yaml"),
     ],
