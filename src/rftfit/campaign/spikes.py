@@ -59,18 +59,11 @@ def find_spikes(values: FloatArray, times: float = TIMES_USUAL_STEP) -> Mask:
 def _find_once(values: FloatArray, times: float) -> Mask:
     """Mark readings far from the level on both sides of them; equal readings in a row count as one."""
     nothing = np.zeros(values.size, dtype=bool)
-    change = np.diff(values)
-    changes = change != 0
-    if changes.all():
-        starts = np.arange(values.size)
-        level = values
-    else:
-        starts = np.flatnonzero(np.concatenate([[True], changes]))
-        level = values[starts]
-        change = np.diff(level)
+    starts = np.flatnonzero(np.concatenate([[True], values[1:] != values[:-1]]))
+    level = values[starts]
     if level.size < 2 * _SIDE + 1:
         return nothing
-    step = np.abs(change)
+    step = np.abs(level[1:] - level[:-1])
     far = times * _usual_steps(step)
     # most logs hold no jump at all: whatever stands alone is entered and left by one of about its size
     least = far[1:-1] / 2

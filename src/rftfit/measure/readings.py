@@ -64,7 +64,7 @@ def without_lone_positions(log: Log) -> Log:
 
 def _check_share(log: Log, quantity: str, alone: Mask) -> None:
     """Refuse a log in which nobody knows which readings of a quantity are the good ones."""
-    if alone.mean() > MOST_SHARE:
+    if np.count_nonzero(alone) > MOST_SHARE * alone.size:
         text = (
             f"{log.path}: {alone.sum()} of {alone.size} readings of {quantity} stand alone, far from "
             f"those before and after them; allowed: {MOST_SHARE:.0%} of them. Look at the cable and the "
