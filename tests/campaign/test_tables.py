@@ -206,7 +206,7 @@ def test_a_block_given_twice_and_cut_short(tmp_path):
     assert [(problem.code, problem.place.column, problem.found) for problem in problems] == [
         ("alpha-table.twice", "alpha_z_N_per_cm3", cell) for cell in ("0.2", "")
     ]
-    assert all("row 2 " in problem.allowed for problem in problems)
+    assert all("row 2 " in problem.allowed and problem.place.row == 6 for problem in problems)
 
 
 def test_stress_is_not_divided_by_a_plate_of_the_config(tmp_path):

@@ -791,7 +791,7 @@ def _blocks(
                     draft = draft_of_direction.setdefault(key, DraftRow(schema, number, problems))
                     if name in draft.number:
                         allowed = f"each direction once; row {draft.row} has it"
-                        draft.note(name, "twice", text, allowed)
+                        DraftRow(schema, number, problems).note(name, "twice", text, allowed)
                     draft.text |= {"medium": medium, "run_id": _of_direction(beta, gamma)}
                     draft.number |= {"beta_deg": beta, "gamma_deg": gamma}
                     if value is not None:
