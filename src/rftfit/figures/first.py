@@ -54,7 +54,8 @@ def best_measured_medium(results: Results) -> tuple[str, pd.DataFrame, str]:
 
 def _map_caption(results: Results, _: str) -> str:
     signs = (
-        "Red pushes the plate up, blue pulls it down; hatched: does not oppose the vertical motion."
+        "Red: the medium pushes the plate up; blue: it pulls it down. "
+        "Hatched: the force does not oppose the vertical motion."
     )
     _, table, origin = best_measured_medium(results)
     if origin == "measured":

@@ -400,8 +400,8 @@ _GOOD = (
     section="Measurement",
     caption=(
         "How the clocks of force and motion log lie by each push straight down in {medium}, and in its session (dotted). "
-        "Line: what no smooth function of depth explains of the force. Where it is low, offset, drift and surface are fitted: a "
-        "dot each. A push that begins in air is explained about as well from the start of the motion on; the lowest dot counts. "
+        "Line: for each lag that was tried, how much of the force follows no smooth curve over depth. Where it is low, offset, "
+        "drift and surface are fitted: a dot each. A push that begins in air may have a second low place; the lowest dot counts. "
         "Good: one dot stands out, its interval is narrow and holds that of the session."
     ),
 )

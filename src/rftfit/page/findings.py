@@ -286,7 +286,7 @@ def _fitted(results: Results) -> Iterable[PageFinding]:
     if missed:
         ends = dict.fromkeys(format_number(end, 0) for end in (min(missed), max(missed)))
         yield PageFinding(
-            f"Nine terms miss the measured alpha_z by {' to '.join(ends)} % of its largest value (root mean square).",
+            f"The nine terms fitted to alpha miss the measured alpha_z by {' to '.join(ends)} % of its largest value (root mean square).",
             "coefficients",
         )
 

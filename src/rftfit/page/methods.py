@@ -260,20 +260,22 @@ _OF_ALPHA = {
 
 
 def _named_errors(cells_with_error: pd.DataFrame) -> str:
-    """Errors that no single log shows, with their largest part of alpha_z(0, 90 deg)."""
-    push = cells_with_error[
-        (cells_with_error["beta_deg"] == 0) & (cells_with_error["gamma_deg"] == 90)
-    ]
+    """Errors that no single log shows: the largest of all directions and both components over alpha_z(0, 90 deg)."""
+    is_down = (cells_with_error["beta_deg"] == 0) & (cells_with_error["gamma_deg"] == 90)
+    down = cells_with_error[is_down].set_index("medium")["alpha_z_N_per_cm3"]
+    level = cells_with_error["medium"].map(down)
     error_texts = []
     for name, words in _OF_ALPHA.items():
-        column_ = f"alpha_z_{name}_N_per_cm3"
-        if column_ not in cells_with_error:
+        columns = [f"alpha_{c}_{name}_N_per_cm3" for c in "zx"]
+        if not {*columns} <= {*cells_with_error}:
             continue
-        share = float((push[column_] / push["alpha_z_N_per_cm3"]).abs().max())
+        share = float(cells_with_error[columns].div(level, axis=0).abs().max().max())
         if share >= 0.0005:  # a smaller part is not worth a word
-            error_texts.append(f"{words} (up to {100 * share:.1f} %)")
-    errors = "; ".join(error_texts)
-    return f", and hold the errors, relative to alpha_z at (0, 90 deg), {errors}" if errors else ""
+            error_texts.append(f"{words} ({100 * share:.1f} %)")
+    if not error_texts:
+        return ""
+    size = "each the largest of all directions, over alpha_z at (0, 90 deg)"
+    return f", and hold the errors {', '.join(error_texts)}, {size}"
 
 
 def _tare(results: Results, kind: str, table: pd.DataFrame, subtracted: str, nothing: str) -> str:
