@@ -82,7 +82,7 @@ def test_a_curve_of_one_pose_has_a_reason_and_no_number(tmp_path):
     assert [*rows["component"]] == ["z", "x"]
     assert (rows["reason_code"] == "few-poses").all()
     assert rows["peak_error_percent"].isna().all()
-    with pytest.raises(InputError, match="c_leg: .*1 pose"):
+    with pytest.raises(InputError, match=r"c_leg: .*1 pose"):
         stopped["yuma"].contact("c_leg")
 
 
