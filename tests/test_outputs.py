@@ -12,7 +12,7 @@ import pytest
 import yaml
 from dictionary_check import check_results, columns_in, undescribed, unit_of, wrong_kind
 from jobs import planned_jobs
-from rigroom import Room
+from rigroom import RigRoom
 
 from rftfit.campaign.config import Config
 from rftfit.campaign.load import load_campaign
@@ -100,7 +100,7 @@ def test_columns_of_found_clocks_and_surface(tmp_path):
     values |= {"clock": {"method": "estimate"}, "surface": {"method": "find"}}
     del values["robot"]
     Config.model_validate(values)
-    room = Room(tmp_path, config=yaml.safe_dump(values)).add(f"{MEDIUM}_bp00_g90_in")
+    room = RigRoom(tmp_path, config=yaml.safe_dump(values)).add(f"{MEDIUM}_bp00_g90_in")
     # the run sheet names logs that are not there: a refused run has all columns too
     room.logs = dict.fromkeys(room.logs)
     _, runs, _ = ingest_medium(load_campaign(room.write()), MEDIUM)

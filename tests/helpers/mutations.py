@@ -15,7 +15,7 @@ from typing import Any
 import yaml
 from other_labs import Case, make
 from paper import write_yaml
-from rigroom import Room
+from rigroom import RigRoom
 
 from rftfit.campaign.load import REENACTED
 from rftfit.lab.truth import table_s5
@@ -91,7 +91,7 @@ def bases():
     """Small campaigns that are right: the paper's protocol with a leg and a sand, and two others."""
     campaigns = {}
     with TemporaryDirectory() as folder:
-        Room(Path(folder)).add(*RUNS).write()
+        RigRoom(Path(folder)).add(*RUNS).write()
         campaigns["paper"] = Written.read(Path(folder))
     for protocol in ("one-file", "separate-zero"):
         with TemporaryDirectory() as folder:

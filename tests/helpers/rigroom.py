@@ -49,7 +49,7 @@ def data_lines(content):
 
 
 @dataclass
-class Room:
+class RigRoom:
     """A campaign's folder with some of the paper's runs; `logs` may be changed before `write`."""
 
     folder: Path

@@ -4,7 +4,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from rigroom import Room
+from rigroom import RigRoom
 
 import rftfit
 from rftfit.campaign.load import load_campaign
@@ -31,7 +31,7 @@ PACKAGE = Path(rftfit.__file__).parent
 @pytest.fixture(scope="module")
 def files_entered(tmp_path_factory):
     """Files of the package in which a function ran from the log of one push and its rod to alpha."""
-    campaign = load_campaign(Room(tmp_path_factory.mktemp("way")).add(PUSH).write())
+    campaign = load_campaign(RigRoom(tmp_path_factory.mktemp("way")).add(PUSH).write())
     files = set()
 
     def note_file(frame, event, _):

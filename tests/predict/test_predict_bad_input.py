@@ -6,7 +6,7 @@ import pytest
 import yaml
 from few_draws import few_draws
 from light_campaign import alpha_frame
-from rigroom import Room
+from rigroom import RigRoom
 
 from rftfit import reference
 from rftfit.measure.flags import MARKS, flag_table
@@ -22,7 +22,7 @@ WHY_HOLE = "fewer than 30 samples in the window"
 @pytest.fixture
 def room(tmp_path):
     """One leg run and the same leg in air."""
-    room = Room(tmp_path)
+    room = RigRoom(tmp_path)
     config = yaml.safe_load(room.config)
     config.pop("robot", None)  # no part of this
     room.config = yaml.safe_dump(config)

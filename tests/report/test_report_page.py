@@ -57,7 +57,7 @@ SECTIONS = [
 ]
 
 
-class Reader(HTMLParser):
+class PageParser(HTMLParser):
     """Checks that tags are closed in order; collects text and tables by section, and scripts.
 
     A table is a list of rows, a row a list of cells, each with its small print after a bar.
@@ -119,7 +119,7 @@ def page(results):
 
 @pytest.fixture(scope="module")
 def read(page):
-    return Reader(page)
+    return PageParser(page)
 
 
 def live(page):
@@ -206,7 +206,7 @@ def test_text_of_the_user_is_escaped(tmp_path):
     page = make_page(page_results(tmp_path, nasty=True))
     assert NASTY not in page
     assert "<b>" not in page
-    read = Reader(page)
+    read = PageParser(page)
     assert len(read.scripts) == 2
     assert live(page)["media"][0]["title"] == NASTY
     for section in ("summary", "coefficients", "scaling", "legs", "dropped", "reproduction"):
@@ -274,7 +274,7 @@ def test_a_term_that_is_not_kept_and_what_the_nine_miss(tmp_path):
     write(results, "alpha/poppy_LP.csv", alpha)
     text = make_page(Results(results.campaign))
     assert live(text)["profiles"]["poppy_LP"]["fourier"]["values"][2] == 0
-    rows = Reader(text).rows("coefficients")
+    rows = PageParser(text).rows("coefficients")
     assert rows["B11"][0].partition("|")[0] == f"[{value:.4f}]"
     assert not any(cell.startswith("[") for cell in rows["B11"][1:])
     assert set(rows["misfit of \u03b1z, rms"]) == {"0.0234"}
@@ -321,7 +321,7 @@ def test_page_of_plates_alone_and_without_a_robot(tmp_path):
     for name in names:
         write(results, f"{name}.csv", pd.DataFrame())
     page = make_page(Results(results.campaign))
-    read = Reader(page)
+    read = PageParser(page)
     assert read.open == []
     assert live(page)["robot"] is None
     assert read.tables["sands"] == read.tables["viewer"] == []
@@ -339,7 +339,7 @@ def test_a_campaign_without_legs_has_no_place_for_them(tmp_path):
     media = {"yuma": results.config.media["yuma"].model_copy(update={"published_as": None})}
     write(results, "reproduction.csv", pd.DataFrame())
     page = make_page(with_config(results, title="sand", intruders=plates, media=media))
-    assert Reader(page).open == []
+    assert PageParser(page).open == []
     links = set(re.findall(r'href="#([\w-]+)"', page))
     assert links == set(re.findall(r'<section id="([\w-]+)"', page))
     assert links.isdisjoint({"viewer", "legs", "robot", "reproduction"})
@@ -354,7 +354,7 @@ def test_a_campaign_without_legs_has_no_place_for_them(tmp_path):
 def test_page_of_a_campaign_that_lacks_most(make, medium, tmp_path):
     results = make(tmp_path)
     page = make_page(results)
-    read, data = Reader(page), live(page)
+    read, data = PageParser(page), live(page)
     assert read.open == []
     assert [entry["key"] for entry in data["media"]] == [medium]
     assert [entry["media"] for entry in data["references"]] == [len(published().media)]

@@ -1,6 +1,6 @@
 import pytest
 from few_draws import few_draws
-from rigroom import Room
+from rigroom import RigRoom
 
 
 @pytest.fixture(autouse=True)
@@ -11,4 +11,4 @@ def _few_draws():
 
 @pytest.fixture
 def room(tmp_path):
-    return Room(tmp_path)
+    return RigRoom(tmp_path)

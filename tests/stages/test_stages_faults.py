@@ -6,7 +6,7 @@ import math
 
 import pandas as pd
 import pytest
-from rigroom import Room, paper, planned, row_of_run
+from rigroom import RigRoom, paper, planned, row_of_run
 from told import told
 
 from rftfit import reference
@@ -210,7 +210,7 @@ def test_fault_of_a_leg(room, fault, target):
 def test_tare_of_another_medium_is_stopped_before_anything_is_read(tmp_path):
     (tmp_path / "config").mkdir()
     config = tmp_path / "config" / "config.yaml"
-    config.write_text(Room(tmp_path).config, encoding="utf-8")
+    config.write_text(RigRoom(tmp_path).config, encoding="utf-8")
     raw = tmp_path / "raw" / "paper"
     media = ["yuma", "palms29"]
     reenact(paper(), raw, raw / "runs.csv", media=media, faults=["wrong_medium_tare"])

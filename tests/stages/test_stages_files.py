@@ -12,7 +12,7 @@ import pandas as pd
 import pytest
 from jobs import planned_jobs, run_rules
 from result_tables import read_result
-from rigroom import Room, digests, planned
+from rigroom import RigRoom, digests, planned
 
 from rftfit import reference
 from rftfit.errors import InputError, OutputError, RftfitError
@@ -83,7 +83,7 @@ def some(room):
 @pytest.fixture(scope="module")
 def plain(tmp_path_factory):
     """What the functions give of these runs."""
-    return Room(tmp_path_factory.mktemp("plain")).add(*RUNS).chain()
+    return RigRoom(tmp_path_factory.mktemp("plain")).add(*RUNS).chain()
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,7 @@ class MeasuredCampaign:
 @pytest.fixture(scope="module")
 def measured(tmp_path_factory):
     folder = tmp_path_factory.mktemp("made")
-    room = Room(folder).add(*RUNS)
+    room = RigRoom(folder).add(*RUNS)
     config, out = room.write(), folder / "out"
     before = digests(folder / "raw")
     files = through_files(room, out, config)
@@ -268,7 +268,7 @@ def test_air_run_that_no_leg_names_is_in_the_ledger(some, tmp_path):
     some.runs.append(planned()["air_flat_leg"])
     some.logs |= {
         file: content
-        for file, content in Room(tmp_path).add("poppy_LP_flat_leg").logs.items()
+        for file, content in RigRoom(tmp_path).add("poppy_LP_flat_leg").logs.items()
         if file.startswith("air/")
     }
     some.logs["air/air_flat_leg_motion.csv"] = None

@@ -11,7 +11,7 @@ import pytest
 import yaml
 from foreign_logs import netft
 from jobs import run_rules
-from rigroom import Room, chain
+from rigroom import RigRoom, chain
 from told import told
 
 from rftfit.campaign.load import check_campaign, load_campaign
@@ -77,7 +77,7 @@ def as_blanks(content):
 
 def room_of(folder, **sections):
     """A run with its tare; some sections of its config replaced."""
-    room = Room(folder).add(RUN)
+    room = RigRoom(folder).add(RUN)
     room.config = yaml.safe_dump({**yaml.safe_load(room.config), **sections}, sort_keys=False)
     return room
 
@@ -426,7 +426,7 @@ def test_a_folder_of_ros2_is_named_by_its_folder(tmp_path):
 
 
 def test_level_pushes_alone_are_told_of_the_other_role(tmp_path):
-    room = Room(tmp_path).add("poppy_LP_bp00_g90_in")
+    room = RigRoom(tmp_path).add("poppy_LP_bp00_g90_in")
     for count in (1, 0):
         problems = [str(problem) for problem in check_campaign(room.write())[1]]
         assert (
@@ -438,7 +438,7 @@ def test_level_pushes_alone_are_told_of_the_other_role(tmp_path):
 
 def test_a_force_along_x_that_nobody_measured_has_no_number(tmp_path, rig):
     """It was 0: alpha_x of a slanted plate, and the thrust of a leg."""
-    room = Room(tmp_path).add(RUN, "poppy_LP_c_leg")
+    room = RigRoom(tmp_path).add(RUN, "poppy_LP_c_leg")
     config = yaml.safe_load(room.config)
     config["force_log"] = {"columns": {"F2": {"constant": 0, "unit": "N"}}}
     config["transducer"]["turn_deg"] = 0

@@ -334,9 +334,8 @@ class JointModel:
         """Negative log likelihood with what is known of lambda and of the scatter beforehand; infinite far off all sense."""
         try:
             solved = self._solve(theta)
-        except (
-            np.linalg.LinAlgError
-        ):  # runs that fit no shape at all, as by angles in rad, let the search stray
+        except np.linalg.LinAlgError:
+            # runs that fit no shape at all, as by angles in rad, let the search stray
             return math.inf
         quadratic = solved.columns[:, 0] @ solved.solved[:, 0]
         half = _DEPARTURE_DOF / 2

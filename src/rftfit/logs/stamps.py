@@ -183,7 +183,7 @@ def seconds_of_column(cells: Any, order: str = "") -> FloatArray | None:
         zoned = bool((date := _DATE.fullmatch(first)) and date["zone"])
         stamps = cells.cast(pa.timestamp("ns", "UTC" if zoned else None))
     except (pa.ArrowInvalid, pa.ArrowNotImplementedError, UnicodeDecodeError, ValueError):
-        return None
+        return None  # no dates: the caller tells which cell is none
     seconds: FloatArray = ns_to_s(stamps.cast(pa.int64()).to_numpy()) + 43200.0 * late
     return seconds
 

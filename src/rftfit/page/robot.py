@@ -171,7 +171,7 @@ def _frames(results: Results) -> Any:
     except (OSError, ValueError) as error:
         raise InputError(f"{path}: cannot be read: {error}") from error
     for run in frames.get("runs", []):
-        # forces to 1 mN: 0.1 mN is finer than an arrow is drawn, and a sixth of what the page holds
+        # forces to 1 mN: 0.1 mN is finer than an arrow is drawn
         run["arrows"] = [
             [round(number) if place % 4 > 1 else number for place, number in enumerate(arrows)]
             for arrows in run["arrows"]
