@@ -165,7 +165,7 @@ def test_too_few_media_are_scaled_with_the_published_ones(tmp_path):
     # a test without a number spoils nobody else's
     assert np.isnan(campaign["t"].zeta)
     assert "no run" in campaign["t"].profile("generic").reason
-    with pytest.raises(rftfit.RftfitError, match="t: no alpha at"):
+    with pytest.raises(rftfit.RftfitError, match=r"^t: "):
         campaign["t"].scaled()
 
 
@@ -324,7 +324,7 @@ def test_predict_takes_what_scale_and_estimate_map_return():
 
 @pytest.mark.parametrize("words", [("0.55",), (None,), (0.55, "0.1"), ([0.5, 0.6],)])
 def test_scale_says_that_it_needs_numbers(words):
-    with pytest.raises(TypeError, match="must be a number of N/cm"):
+    with pytest.raises(TypeError, match="N/cm"):
         rftfit.scale(*words)
 
 

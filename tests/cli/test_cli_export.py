@@ -99,7 +99,7 @@ def test_pushes_of_a_profile_that_do_not_belong_together(rftfit, work_folder):
     assert "pushes.se_x" in output.err
     assert "2 entries, as beta_deg has" in output.err
     output = rftfit("scale", "--profile-file", "p.json", "--alpha", "0.3", code=2)
-    assert "found both of --alpha and --pushes" in output.err
+    assert {"--alpha", "--pushes"} <= set(output.err.split())
 
 
 def test_media_of_a_campaign(rftfit, work_folder, results):
@@ -136,7 +136,7 @@ def test_marks_are_handed_on(rftfit, work_folder, results):
         write_csv(table, results / "checks" / f"{name}.csv")
     output = rftfit("export", "--results", results, "--medium", "poppy_LP")
     mark = content(work_folder / "profile.json")["validity"]["marks"]
-    assert mark.startswith("unusable: the medium seems to give energy")
+    assert mark.startswith("unusable: ")
     assert f"warning: poppy_LP is {mark}" in output.err
 
 

@@ -23,7 +23,7 @@ def test_a_config_without_a_plate(config):
     legs = {
         name: intruder for name, intruder in config.intruders.items() if intruder.shape == "leg"
     }
-    with pytest.raises(InputError, match="intruders has no entry of shape plate"):
+    with pytest.raises(InputError, match=r"intruders .* plate"):
         plate_of(legs)
 
 

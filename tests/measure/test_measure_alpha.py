@@ -327,7 +327,7 @@ def test_directions_near_one_another_are_one_cell_and_no_run_is_without():
         (45, 18.36),
         (45, 45),
     ]
-    assert list(cells["run_ids"]) == ["e", "d", "a b c"]
+    assert [ids.split() for ids in cells["run_ids"]] == [["e"], ["d"], ["a", "b", "c"]]
     narrow = alpha_table(pd.DataFrame(runs), "m", 0.95, 3, grid=Grid(angle_tolerance_deg=0.01))
     assert cells["n_runs"].sum() == narrow["n_runs"].sum() == len(runs)
     assert len(narrow) == 4

@@ -282,7 +282,7 @@ def test_a_prediction_without_numbers_is_told_with_its_reason():
     lost = results(predicted=table)
     for figure in (plot_legs(lost, "poppy_LP"), plot_legs_by_medium(lost)):
         text = " ".join(panels(figure)).replace("\n", " ")
-        assert "no prediction (cell (30, 45) is missing)" in text
+        assert "(cell (30, 45) is missing)" in text
 
 
 def test_a_medium_without_any_data_has_a_row_that_says_so():

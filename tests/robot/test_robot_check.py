@@ -63,7 +63,7 @@ def test_a_good_robot_is_counted(root):
     assert (checked.medium, len(checked.trials), checked.problems) == ("poppy_LP", 2, ())
     described = run_check(root)
     assert described.exit_code == 0
-    assert "robot on poppy_LP: 2 trials of 1 condition\n" in described.output
+    assert "poppy_LP: 2 trials" in described.output
 
 
 def test_every_problem_of_sheet_file_and_tracks_at_once(root):

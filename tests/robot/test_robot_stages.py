@@ -170,7 +170,7 @@ def test_what_the_workflow_reads(root):
     states = read_states(config)[0]
     assert (states.campaign.robot_medium, states.robot_files) == ("", {})
     assert not [job for job in planned_jobs(config) if job.rule.startswith("robot")]
-    with pytest.raises(InputError, match="no section robot"):
+    with pytest.raises(InputError, match="section robot"):
         robot_measured(open_results(root))
 
 

@@ -22,7 +22,7 @@ def test_targets_and_layouts(robot):
     table = reference.load("fig_4c")
     with pytest.raises(KeyError):
         measured(table[table["curvature_times_Rprime"] != 0])
-    with pytest.raises(ValueError, match="hip 1 at x = 7, "):
+    with pytest.raises(ValueError, match="x = 7, "):
         laid_out(robot, Layout(7.0, 0.25, -1.0))
 
 

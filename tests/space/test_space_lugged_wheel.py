@@ -64,5 +64,5 @@ def test_runs_are_read_from_the_published_averages(wheel, tmp_path):
 
 
 def test_absent_or_changed_files_are_told(wheel, tmp_path):
-    with pytest.raises(SystemExit, match="is not there, or not as published"):
+    with pytest.raises(SystemExit, match="as published"):
         wheel.main(["--from", str(tmp_path)])

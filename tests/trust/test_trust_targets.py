@@ -90,7 +90,7 @@ def test_no_number_is_older_than_the_run(outdated, tables, made_whole, tmp_path,
     make(folder, chance.sample(tables, chance.choice([1, 1, 2, 3])))
     lines = printed(folder)
     assert of_the_campaign(lines) <= of_the_campaign(made_whole[1])
-    assert any(line.startswith("Not up to date") for line in lines)
+    assert any(line.startswith("Not up") for line in lines)
     names = [line.strip() for line in lines if line.startswith("  results/") and "(" not in line]
     digests = folder.digests(), made_whole[0].digests()
     # the page shows figures, and `run_here` draws none

