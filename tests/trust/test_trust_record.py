@@ -67,18 +67,18 @@ def code_of(rules):
 @pytest.mark.parametrize(
     ("file", "changed"),
     [
-        ("measure/slopes.py", {"ingest", "tare", "maps", "robot_runs", "page"}),
-        ("reference/table_s3.csv", {"ingest", "tare", "maps", "robot_runs", "page"}),
-        ("workflow/job.py", {"ingest", "tare", "maps", "robot_runs", "page"}),
-        ("model/shapes.py", {"maps", "robot_runs", "page"}),
-        ("workflow/profiles.py", {"maps"}),
+        ("measure/slopes.py", {"ingest", "tare", "fourier", "robot_runs", "page"}),
+        ("reference/table_s3.csv", {"ingest", "tare", "fourier", "robot_runs", "page"}),
+        ("workflow/job.py", {"ingest", "tare", "fourier", "robot_runs", "page"}),
+        ("model/shapes.py", {"fourier", "robot_runs", "page"}),
+        ("workflow/profiles.py", {"fourier"}),
         ("page/page.js", {"page"}),
-        ("config/robot.yaml", {"maps", "robot_runs", "page"}),
+        ("config/robot.yaml", {"fourier", "robot_runs", "page"}),
         ("cli/run.py", set()),
     ],
 )
 def test_which_jobs_a_changed_file_of_the_program_touches(monkeypatch, file, changed):
-    rules = ("ingest", "tare", "maps", "robot_runs", "page")
+    rules = ("ingest", "tare", "fourier", "robot_runs", "page")
     codes_before, plain = code_of(rules), digests.sha256_of
 
     def sha256_changed(path):

@@ -292,7 +292,7 @@ def test_edits_and_damage_are_made_again(checked):
         "provenance.json",
         "state/scaling.json",
         "state/page.json",
-        "records/maps/yuma.json",
+        "records/legs/yuma.json",
     )
     for name in flipped:
         path = results / name

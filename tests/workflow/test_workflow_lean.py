@@ -214,7 +214,16 @@ def test_a_grid_with_a_hole_is_not_usable_by_the_transform(plates, sand, tmp_pat
     write_csv(fourier(open_results(root)), results / "fourier" / "media.csv")
     for stage, names in (
         (scaling, ("coefficients.csv", "penetration.csv")),
-        (legs_predicted, ("predicted.csv", "leg_errors.csv", "contacts.csv")),
+        (
+            legs_predicted,
+            (
+                "predicted.csv",
+                "leg_errors.csv",
+                "contacts.csv",
+                "maps/poppy_LP.csv",
+                "maps/yuma.csv",
+            ),
+        ),
     ):
         for name, stage_table in zip(names, stage(open_results(root)), strict=True):
             write_csv(stage_table, results / name)

@@ -19,19 +19,6 @@ use rule stage as symmetry with:
         "results/logs/symmetry.log",
 
 
-use rule stage as maps with:
-    # Complete alpha in every direction by the shape that known media share.
-    input:
-        checks=CHECKS,
-        alpha=ALPHA_OF_ALL,
-        teachers=TEACHERS,
-        state=state_of("maps"),
-    output:
-        "results/maps/{medium}.csv",
-    log:
-        "results/logs/maps/{medium}.log",
-
-
 use rule stage as fourier with:
     # Fit the nine Fourier terms.
     input:
@@ -60,7 +47,7 @@ use rule stage as scaling with:
 
 
 use rule stage as legs_predicted with:
-    # Predict forces on legs, compare with the measured ones, and say what each leg teaches.
+    # Estimate the maps, predict forces on legs, compare with the measured ones, and say what each leg teaches.
     input:
         checks=CHECKS,
         alpha=ALPHA_OF_ALL,
@@ -71,6 +58,7 @@ use rule stage as legs_predicted with:
         predicted="results/predicted.csv",
         errors="results/leg_errors.csv",
         contacts="results/contacts.csv",
+        maps=expand("results/maps/{medium}.csv", medium=[*LABORATORY, *SANDS]),
     log:
         "results/logs/legs_predicted.log",
     # many figures wait for it

@@ -340,16 +340,24 @@ PREVIEW, SHEET = 125 / 300, 60 / 300
 """Size of a preview beside the png: 900 pixels for a figure of two columns; of a sheet a thumbnail."""
 
 
+_UNREAD_IN_PDF = {"GSUB", "GPOS", "GDEF", "kern"}
+_UNREAD_WITH_GLYPH_NUMBERS = {"cmap", "post", "name", "OS/2"}
+"""Tables that tell letters by code or name: since 3.11 matplotlib asks for glyphs by their number in the font."""
+
+
 @contextlib.contextmanager
 def _lean_fonts() -> Iterator[None]:
     """Leave tables that no reader of a pdf uses out of its fonts: decoding them takes 0.1 s a file."""
+    import matplotlib as mpl
     from fontTools import subset  # type: ignore[import-untyped]
 
     usual = subset.load_font
+    by_number = mpl.__version_info__ >= (3, 11)
+    unread = _UNREAD_IN_PDF | (_UNREAD_WITH_GLYPH_NUMBERS if by_number else set())
 
     def lean(*arguments: Any, **keywords: Any) -> Any:
         font = usual(*arguments, **keywords)
-        for table in {"GSUB", "GPOS", "GDEF", "kern"} & {*font.keys()}:
+        for table in unread & {*font.keys()}:
             del font[table]
         return font
 

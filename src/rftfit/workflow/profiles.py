@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import pandas as pd
 
@@ -15,26 +13,13 @@ from rftfit.compare.coefficients import (
     penetration_row,
     sand_row,
 )
-from rftfit.errors import InputError
 from rftfit.measure.alpha import alpha_columns, column, directions
-from rftfit.measure.flags import MARKS, REASON, mark_columns, quoted, reason_columns
+from rftfit.measure.flags import MARKS
 from rftfit.model.scaling import MediumFit, fit_media, reference_of
 from rftfit.model.symmetry import torus
 from rftfit.results import Results
 
 SYMMETRY_COLUMNS = ["medium", "beta_deg", "gamma_deg", column("z"), column("x"), *MARKS]
-MAP_COLUMNS = [
-    "medium",
-    "beta_deg",
-    "gamma_deg",
-    *(column(c, end) for c in "zx" for end in ("", "_lo", "_hi", "_lo_next", "_hi_next")),
-    "source",
-    "known_media",
-    "chance_if_it_belongs",
-    "horizontal",
-    *MARKS,
-    *REASON,
-]
 
 
 def symmetry(results: Results) -> pd.DataFrame:
@@ -49,24 +34,6 @@ def symmetry(results: Results) -> pd.DataFrame:
         parts.append(pd.DataFrame(dict(zip(SYMMETRY_COLUMNS, columns, strict=True))))
     nothing = pd.DataFrame(columns=SYMMETRY_COLUMNS)
     return pd.concat(parts, ignore_index=True) if parts else nothing
-
-
-def maps(results: Results, medium: str) -> pd.DataFrame:
-    """Complete alpha of a medium in every direction by the shape that known media share.
-
-    A direction that was pushed keeps what was measured there. Where there is no map the table has one row
-    that says why.
-    """
-    facts: dict[str, Any] = {"medium": medium} | mark_columns(results.marks.get(medium, ()))
-    try:
-        estimated = results[medium].map()
-        table = estimated.table()
-    except InputError as error:
-        row = facts | reason_columns([quoted(error, "no-map")])
-        return pd.DataFrame([row], columns=MAP_COLUMNS)
-    facts |= {"known_media": estimated.known_media, "chance_if_it_belongs": estimated.belongs}
-    facts |= {"horizontal": estimated.horizontal} | reason_columns([])
-    return table.assign(**facts)[MAP_COLUMNS]
 
 
 def fourier(results: Results) -> pd.DataFrame:

@@ -136,9 +136,6 @@ STAGES = {
         settings=("raw", "dialect", "force_log", "motion_log", "media"),
     ),
     "symmetry": Stage(f"{_PROFILES}:symmetry", "compare"),
-    "maps": Stage(
-        f"{_PROFILES}:maps", "compare", ("fit", "fourier", "maps", "media"), wildcard="medium"
-    ),
     "fourier": Stage(f"{_PROFILES}:fourier", "compare", ("fit", "fourier", "media")),
     "scaling": Stage(f"{_PROFILES}:scaling", "compare", ("fit", "fourier", "media")),
     "legs_predicted": Stage(

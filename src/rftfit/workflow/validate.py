@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pandas as pd
 
 from rftfit.compare.legs import (
@@ -30,18 +32,42 @@ from rftfit.compare.published import (
 )
 from rftfit.compare.robot import robot_claims
 from rftfit.compare.sands import SAND_COLUMNS, fit_corrections, penetration_rows
-from rftfit.measure.alpha import bed_spread
-from rftfit.measure.flags import Remark, format_remarks, with_reasons
+from rftfit.errors import InputError
+from rftfit.measure.alpha import bed_spread, column
+from rftfit.measure.flags import (
+    MARKS,
+    REASON,
+    Remark,
+    format_remarks,
+    mark_columns,
+    quoted,
+    reason_columns,
+    with_reasons,
+)
 from rftfit.model.model_error import larger_model_error
 from rftfit.model.scaling import published, routine
 from rftfit.results import Results
 
+MAP_COLUMNS = [
+    "medium",
+    "beta_deg",
+    "gamma_deg",
+    *(column(c, end) for c in "zx" for end in ("", "_lo", "_hi", "_lo_next", "_hi_next")),
+    "source",
+    "known_media",
+    "chance_if_it_belongs",
+    "horizontal",
+    *MARKS,
+    *REASON,
+]
 
-def legs_predicted(results: Results) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
+
+def legs_predicted(results: Results) -> tuple[pd.DataFrame, ...]:
     """Predict the force on every leg in every medium, and compare with what was measured.
 
-    Returns curves with intervals, how far they are from the measured ones, and what each measured leg teaches of the
-    others and of itself in other media.
+    Returns curves with intervals, how far they are from the measured ones, what each measured leg teaches of the
+    others and of itself in other media, and the map of each medium, from which some of the curves are: to estimate
+    it in a job of its own would take as long again.
     """
     media = [results[name] for name in (*results.laboratory, *results.sands)]
     error_by_legs = error_of_legs([results[name] for name in results.laboratory])
@@ -71,7 +97,26 @@ def legs_predicted(results: Results) -> tuple[pd.DataFrame, pd.DataFrame, pd.Dat
     note = results.reference().remarks if silent.any() else ()
     compared = _with_note(compared, silent, note)
     lessons = lesson_rows(results, model_error)
-    return results.marked(everything), results.marked(compared), results.marked(lessons)
+    tables = [results.marked(table) for table in (everything, compared, lessons)]
+    return (*tables, *(map_table(results, medium.name) for medium in media))
+
+
+def map_table(results: Results, medium: str) -> pd.DataFrame:
+    """Complete alpha of a medium in every direction by the shape that known media share.
+
+    A direction that was pushed keeps what was measured there. Where there is no map the table has one row
+    that says why.
+    """
+    facts: dict[str, Any] = {"medium": medium} | mark_columns(results.marks.get(medium, ()))
+    try:
+        estimated = results[medium].map()
+        table = estimated.table()
+    except InputError as error:
+        row = facts | reason_columns([quoted(error, "no-map")])
+        return pd.DataFrame([row], columns=MAP_COLUMNS)
+    facts |= {"known_media": estimated.known_media, "chance_if_it_belongs": estimated.belongs}
+    facts |= {"horizontal": estimated.horizontal} | reason_columns([])
+    return table.assign(**facts)[MAP_COLUMNS]
 
 
 def natural_sands(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
