@@ -2,6 +2,8 @@
 
 import csv
 import json
+import re
+from pathlib import Path
 
 import pytest
 import yaml
@@ -122,3 +124,13 @@ def test_outside_a_campaign_the_near_ones_are_named(command, rftfit, campaign, m
         monkeypatch.chdir(start_folder)
         output = rftfit(command, code=2)
         assert f"({campaign_path})" in output.out + output.err
+
+
+def test_a_file_that_may_not_be_read(rftfit, work_folder, monkeypatch):
+    def refuse(*_):
+        raise PermissionError(13, "Permission denied", "config.yaml")
+
+    (work_folder / "config.yaml").write_text("title: a\n")
+    monkeypatch.setattr(Path, "read_bytes", refuse)
+    output = rftfit("check", "--config", "config.yaml", code=2)
+    assert re.search("config.yaml: .*: Permission denied", output.out)

@@ -1,5 +1,6 @@
 """`rftfit example`: logs from a folder and from a mirror; what it makes of them: tests/workflow/test_workflow_lacking.py."""
 
+import sys
 import threading
 from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
@@ -7,8 +8,9 @@ from pathlib import Path
 
 import pytest
 
+from rftfit.cli import example
 from rftfit.cli.example import SUMS, fetch_logs
-from rftfit.errors import InputError
+from rftfit.errors import InputError, OutputError
 from rftfit.store.environment import shipped
 
 DATA = Path(__file__).parents[3] / "shared" / "data" / "cmu-sand"
@@ -68,3 +70,24 @@ def test_a_log_that_is_another(rftfit, tmp_path):
     assert "force-displacement_3.txt" in output.err
     assert "move them away" in output.err
     assert (tmp_path / "here" / "raw" / "force-displacement_3.txt").read_text() == "1,2\n"
+
+
+def test_an_example_that_is_not_installed():
+    with pytest.raises(InputError, match=r"moon.*: not there.*; install"):
+        shipped("examples/moon")
+
+
+def test_an_example_whose_logs_cannot_be_had(work_folder, monkeypatch):
+    source, mirror = work_folder / "source", work_folder / "other"
+    for folder in (source, mirror):
+        folder.mkdir()
+    (source / example.SUMS).write_text(f"{'0' * 64}  log.txt\n")
+    (work_folder / "file").write_text("")
+    with pytest.raises(OutputError, match=r"raw: .*: Not a directory"):
+        example.fetch_logs(source, work_folder / "file" / "raw", str(mirror))
+    (mirror / "log.txt").write_text("1,2\n")
+    with pytest.raises(InputError, match=r"--from: .*log.txt"):
+        example.fetch_logs(source, work_folder / "raw", str(mirror))
+    monkeypatch.setitem(sys.modules, "pooch", None)
+    with pytest.raises(InputError, match="pip install"):
+        example.fetch_logs(source, work_folder / "raw", "https://example.org")

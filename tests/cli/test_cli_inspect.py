@@ -1,6 +1,7 @@
 """`rftfit inspect`."""
 
 import json
+import os
 from pathlib import Path
 
 import numpy as np
@@ -167,3 +168,10 @@ def test_panels_have_no_line_over_a_gap():
     x, y = np.asarray(panels[1].lines[0].get_data())
     np.testing.assert_array_equal(x, [0, 1, 2, 3, np.nan, 30, 31])
     np.testing.assert_array_equal(y, [1, 2, 3, 4, np.nan, 31, 32])
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes with a name on this system")
+def test_inspecting_a_pipe(rftfit, work_folder):
+    os.mkfifo(work_folder / "pipe")
+    output = rftfit("inspect", work_folder / "pipe", code=2)
+    assert f"{work_folder / 'pipe'}: " in output.err

@@ -11,7 +11,7 @@ import pytest
 import rftfit as package
 from rftfit.cli import exit_codes, main
 from rftfit.cli.app import app
-from rftfit.cli.main import CRASH_FILE
+from rftfit.cli.main import CRASH_FILE, crash_message
 from rftfit.errors import OutputError, RftfitError
 
 COMMANDS = [command.name for command in app.registered_commands]
@@ -112,3 +112,55 @@ def test_commands_load_nothing_heavy():
     loaded = subprocess.run(command, check=True, capture_output=True, text=True).stdout.split()
     assert "rftfit.cli.scale" in loaded
     assert [name for name in HEAVY if name in loaded] == []
+
+
+def test_a_crash_that_can_be_written_nowhere(monkeypatch, tmp_path):
+    nowhere = tmp_path / "file"
+    nowhere.touch()
+    monkeypatch.setattr(pooch, "os_cache", lambda name: nowhere / name)
+    monkeypatch.setattr(tempfile, "tempdir", str(nowhere))
+    text = crash_message(ZeroDivisionError("no sand"), ["check"])
+    assert text.startswith("Unexpected error: ZeroDivisionError: no sand")
+    assert "The full report could not be written anywhere." in text
+
+
+@pytest.mark.parametrize(
+    ("words", "file"),
+    [
+        (("scale", "--alpha", "0.9"), "alpha.csv"),
+        (("predict", "--leg", "c_leg", "--medium", "poppy_LP"), "forces.csv"),
+        (("plan", "--count", "1"), "plan.csv"),
+        (("export", "--medium", "poppy_LP"), "profile.json"),
+    ],
+)
+def test_files_of_others_are_left(rftfit, work_folder, words, file):
+    output_path = work_folder / file
+    output_path.write_text("mine")
+    assert "was not written by rftfit" in rftfit(*words, code=2).err
+    assert output_path.read_text() == "mine"
+    rftfit(*words, "--force")
+    written_bytes = output_path.read_bytes()
+    # its own file it overwrites unasked, and the same numbers are the same bytes
+    rftfit(*words)
+    assert output_path.read_bytes() == written_bytes
+    for nowhere in (work_folder, work_folder / file / "below.csv"):
+        rftfit(*words, "--output", nowhere, code=3)
+
+
+def test_simulating_into_a_file(rftfit, work_folder):
+    (work_folder / "out").write_text("mine")
+    output = rftfit(
+        "simulate",
+        "--frequency",
+        "5",
+        "--curvature",
+        "1",
+        "--medium",
+        "poppy_LP",
+        "--profile",
+        "fourier",
+        "--output",
+        "out",
+        code=3,
+    )
+    assert "out: " in output.err

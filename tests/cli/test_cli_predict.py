@@ -3,11 +3,12 @@
 import csv
 import json
 import math
+import re
 import shutil
 
 import numpy as np
 import pytest
-from light_campaign import LABORATORY, SE, make_campaign
+from light_campaign import LABORATORY, SAND, SE, alpha_frame, make_campaign, one_cell
 from paper_grid import BETA, flat
 from paper_grid import GAMMA_OF_FILE as GAMMA
 from result_tables import read_result
@@ -28,6 +29,7 @@ from rftfit.model.profiles import (
     scaled_generic,
 )
 from rftfit.model.scaling import vertical_penetration
+from rftfit.store import write_csv
 
 from .conftest import MEASURED
 
@@ -462,3 +464,46 @@ def test_what_is_read_is_never_overwritten(rftfit, work_folder):
     words = (*LEG, *POPPY, "--path", "path.csv", "--output", "./path.csv", "--force")
     assert "this file is read" in rftfit("predict", *words, code=2).err
     assert path.read_text().startswith("t_s")
+
+
+def test_a_test_without_its_error(rftfit, results):
+    sand = results / "alpha" / "sand.csv"
+    sand.write_text(re.sub(r"0\.003(?=,)", "", sand.read_text()))
+    output = rftfit(
+        "predict", *LEG, "--results", results, "--medium", "sand", "--profile", "generic", "--json"
+    )
+    assert " 271 of 271 poses: " in output.err
+
+
+def test_an_interval_that_is_not_known(rftfit, work_folder):
+
+    folder = make_campaign(work_folder / "c", {"poppy_LP": LABORATORY}, {})
+    table = alpha_frame("poppy_LP", reference.alpha_grid("poppy_LP"))
+    ends = [name for name in map(str, table) if "_lo_" in name or "_hi_" in name or "_se_" in name]
+    table.loc[table["gamma_deg"] == 0, ends] = np.nan
+    write_csv(table, folder / "alpha" / "poppy_LP.csv")
+    output = rftfit("predict", *LEG, "--results", folder, "--medium", "poppy_LP")
+    assert re.search(r"^warning: .* \d+ of 271 poses: ", output.err, re.MULTILINE)
+
+
+def test_a_sand_scaled_with_the_published_media(rftfit, work_folder):
+    folder = make_campaign(work_folder / "c", {"sand": SAND}, {"sand": one_cell(0.7)})
+    words = ("--medium", "sand", "--profile", "generic", "--output")
+    rftfit("predict", *LEG, "--results", folder, *words, "a.csv")
+    rftfit(
+        "predict",
+        *LEG,
+        "--alpha",
+        "0.7",
+        "--se",
+        "0.003",
+        "--profile",
+        "generic",
+        "--output",
+        "b.csv",
+    )
+    results_lines, alpha_lines = (
+        (work_folder / name).read_text().splitlines() for name in ("a.csv", "b.csv")
+    )
+    assert "published Table S5, method lsq" in results_lines[3]
+    assert results_lines[4:] == alpha_lines[4:]

@@ -1,8 +1,13 @@
 """`rftfit reenact`: what it writes, what it clears, what it never touches."""
 
+import errno
+import os
+from pathlib import Path
+
 import pytest
 
-from rftfit.lab.marker import MARKER
+from rftfit.errors import InputError, OutputError
+from rftfit.lab.marker import MARKER, clear, find_earlier
 from rftfit.lab.rig import FAULTS
 
 QUICK = ("reenact", "--media", "yuma")
@@ -179,3 +184,24 @@ def test_raw_that_is_a_file(rftfit, campaign):
     (campaign / "raw").mkdir()
     (campaign / "raw" / "paper").write_text("")
     refused(rftfit, campaign, "this is no folder")
+
+
+def refuse(*_, **__):
+    raise PermissionError(errno.EACCES, "Permission denied", "raw/yuma")
+
+
+def test_earlier_logs_that_cannot_be_touched(work_folder, monkeypatch):
+    (work_folder / "raw").mkdir()
+    (work_folder / "raw" / MARKER).write_bytes(b"\xff\xfe")
+    with pytest.raises(InputError, match=f"{MARKER}: cannot be read: "):
+        find_earlier(work_folder / "raw", work_folder / "runs.csv")
+    monkeypatch.setattr(Path, "unlink", refuse)
+    with pytest.raises(OutputError, match=r"a.csv: .*: Permission denied"):
+        clear([work_folder / "raw" / "a.csv"])
+    monkeypatch.setattr(
+        os,
+        "walk",
+        lambda *_, onerror, **__: onerror(PermissionError(13, "Permission denied", "raw/yuma")),
+    )
+    with pytest.raises(InputError, match=r"raw/yuma: .*: Permission denied"):
+        find_earlier(work_folder / "raw", work_folder / "runs.csv")

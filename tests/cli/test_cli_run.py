@@ -5,12 +5,13 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from waiting import ASLEEP_S, LONGEST_S, wait_for
 
 from rftfit.cli.run import ledger_line
-from rftfit.errors import InputError
+from rftfit.errors import InputError, WorkflowError
 from rftfit.workflow.run import JobsFailedError, Workflow
 from rftfit.workflow.snakemake import _signals_as_interrupts, find_snakefile, working_in
 
@@ -204,3 +205,42 @@ def test_ledger_that_is_none(tmp_path, text):
     path.write_text(text)
     # an empty table or one of other columns: no numbers are better than wrong ones
     assert ledger_line(path) == ""
+
+
+def workflow(monkeypatch, root):
+    """A workflow in a folder without a campaign."""
+
+    states = SimpleNamespace(campaign=SimpleNamespace(root=root))
+    monkeypatch.setattr("rftfit.workflow.run.read_states", lambda _: (states, 0))
+    return Workflow(root / "config.yaml", say=print)
+
+
+def test_locks(monkeypatch, work_folder):
+
+    process_ids: list[int] = [12, 34]
+    monkeypatch.setattr("rftfit.workflow.run.working_in", lambda _: process_ids)
+    flow = workflow(monkeypatch, work_folder)
+    with pytest.raises(WorkflowError, match=r"\(process 12, 34\)"):
+        flow.unlock()
+    assert "12, 34" in flow._lock_text()
+    process_ids.clear()
+    assert "rftfit run --unlock" in flow._lock_text()
+
+    def refused(_words, _log, tell):
+        tell("no room left")
+        return 1
+
+    monkeypatch.setattr("rftfit.workflow.run.listen", refused)
+    with pytest.raises(WorkflowError, match="no room left"):
+        flow.unlock()
+
+
+def test_a_lock_of_a_killed_run(monkeypatch, work_folder, capsys):
+    from contextlib import nullcontext
+
+    flow = workflow(monkeypatch, work_folder)
+    monkeypatch.setattr("rftfit.workflow.run.listen", lambda *_: 0)
+    for certain in (False, True):
+        monkeypatch.setattr("rftfit.workflow.run.stale_lock", lambda _, c=certain: nullcontext(c))
+        flow._clear_stale_lock()
+        assert bool(capsys.readouterr().out) == certain

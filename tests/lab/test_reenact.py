@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import errno
 import io
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,9 +14,9 @@ from campaigns import FEW
 
 from rftfit.errors import InputError, OutputError
 from rftfit.lab.enact import prepare, reenact, run_logs
-from rftfit.lab.marker import MARKER
-from rftfit.lab.plan import plan_runs
-from rftfit.lab.rig import FAULTS
+from rftfit.lab.marker import MARKER, remove
+from rftfit.lab.plan import plan_runs, plate_of
+from rftfit.lab.rig import FAULTS, resolve
 
 SANDS = ["yuma", "palms29", "palms29_sieved"]
 
@@ -232,3 +234,26 @@ def test_faults_of_the_motion(config, runs):
     assert motion["z_mm"].min() > 150 + 10 * (1.905 * 0.5 + 0.32 * 0.866 + 1.5)
     assert force[["F1_N", "F2_N", "F3_N"]].std().max() < 0.1
     assert len(force) == len(_table(plain_logs[run.force_log]))
+
+
+def test_a_tare_of_another_medium_needs_one(config):
+    runs = {run.run_id: run for run in plan_runs(config) if run.medium in ("poppy_LP", "")}
+    with pytest.raises(InputError, match="has no tare of another medium among these runs; name a"):
+        resolve(["wrong_medium_tare"], runs, "poppy_LP")
+
+
+def test_a_config_without_a_plate(config):
+    legs = {
+        name: intruder for name, intruder in config.intruders.items() if intruder.shape == "leg"
+    }
+    with pytest.raises(InputError, match=r"intruders .* plate"):
+        plate_of(legs)
+
+
+def test_a_log_that_cannot_be_removed(monkeypatch, tmp_path):
+    def refuse(*_, **__):
+        raise PermissionError(errno.EACCES, "Permission denied")
+
+    monkeypatch.setattr(Path, "unlink", refuse)
+    with pytest.raises(OutputError, match=r"a\.csv: .*: Permission denied"):
+        remove(tmp_path / "a.csv")

@@ -9,13 +9,14 @@ import pandas as pd
 import pytest
 import yaml
 from jobs import planned_jobs, run_rules
-from light_campaign import alpha_frame
+from light_campaign import LABORATORY, alpha_frame, make_campaign
 
 import rftfit
 from rftfit import reference
 from rftfit.campaign.config import Config
 from rftfit.campaign.load import REENACTED, load_campaign
 from rftfit.campaign.problems import CampaignError
+from rftfit.cli import simulate
 from rftfit.errors import InputError
 from rftfit.lab.tracks import TRIALS, plan_trials, track_files
 from rftfit.model.fourier import as_array
@@ -26,6 +27,7 @@ from rftfit.robot.config import paper_robot
 from rftfit.robot.intervals import SPEED
 from rftfit.robot.intervals import WIDTH_COLUMNS as WIDTHS
 from rftfit.robot.run import Condition
+from rftfit.robot.speeds import speed_errors
 from rftfit.robot.sweep import conditions_of, run_all, speed_table
 from rftfit.store import write_csv, write_text
 from rftfit.workflow import robot as stages
@@ -350,3 +352,25 @@ def test_jobs_can_be_started_by_name(root, capsys, monkeypatch):
     files[1] = "results/state/robot_sweeps.json"
     assert main([files[1], *files]) == 2
     assert f"{files[1]}: " in capsys.readouterr().err
+
+
+def test_a_robot_that_moves_back():
+    place = {"curvature_times_R": [1.0], "frequency_Hz": [2.0], "reason": [""]}
+    measured = pd.DataFrame(place).assign(
+        condition="c", medium="sand", speed_cm_per_s=-1.0, speed_sd_cm_per_s=0.1, calibrated=False
+    )
+    speed = pd.DataFrame(place).assign(
+        profile="table", speed_cm_per_s=5.0, speed_lo_cm_per_s=4.0, speed_hi_cm_per_s=6.0
+    )
+    (row,) = speed_errors(measured.assign(trials=3), speed).to_dict("records")
+    assert row["reason_code"] == "speed-not-positive"
+    assert np.isnan(row["error_percent"])
+
+
+def test_a_sweep_on_a_medium_without_runs(tmp_path):
+    media = {"a": LABORATORY}
+    make_campaign(tmp_path / "none", media, {})
+    make_campaign(tmp_path / "other", media, {}, {"robot": {"medium": "b"}}, ["b"])
+    for name, match in (("none", "section robot"), ("other", "robot.medium: b ")):
+        with pytest.raises(InputError, match=match):
+            simulate.sweep(config=tmp_path / name / "config" / "config.yaml")

@@ -1,11 +1,17 @@
 """Marker tracks and their sheet: read, judged, and every row accounted for."""
 
 import math
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
+from rftfit.campaign.problems import Place
+from rftfit.errors import RftfitError
 from rftfit.measure.flags import codes_of, remark
+from rftfit.robot import tracks
+from rftfit.robot.speeds import trial_row
 from rftfit.robot.tracks import (
     COLUMNS,
     Track,
@@ -240,3 +246,29 @@ def test_columns_of_a_sheet(tmp_path):
         ("robot-sheet.missing-column", "curvature_times_R", None),
     }
     assert [problem.code for problem in sheet(tmp_path)[1]] == ["robot-sheet.empty"]
+
+
+def test_a_column_that_stands_twice(tmp_path):
+    path = tmp_path / "runs.csv"
+    path.write_text(
+        "run_id,condition,medium,curvature_times_R,track,track\na,c,sand,1,a.csv,b.csv\n"
+    )
+    _, problems = read_trials(path, "runs.csv", "sand")
+    assert [problem.code for problem in problems] == ["robot-sheet.duplicate-column"]
+    assert problems[0].place == Place("runs.csv", 1, "track")
+
+
+def test_rows_of_a_track_that_do_not_add_up(tmp_path, monkeypatch):
+    trial: Any = SimpleNamespace(
+        run_id="a",
+        condition="c",
+        medium="sand",
+        curvature_times_R=1.0,
+        frequency_Hz=2.0,
+        track="a.csv",
+    )
+    track = SimpleNamespace(rows=10, dropped={"no number for x": 1}, time_s=np.arange(8.0))
+    monkeypatch.setattr(tracks, "read_track", lambda _: track)
+    monkeypatch.setattr(tracks, "mean_stride_speed", lambda *_: SimpleNamespace(flags=()))
+    with pytest.raises(RftfitError, match=r" a\.csv .* 9 .* 10 "):
+        trial_row(trial, tmp_path, 2)

@@ -333,3 +333,10 @@ def test_what_a_stage_did_not_write_is_not_read(some, tmp_path):
         assert run_rules(config, maker) == 1
         assert path.read_bytes() == content
         assert run_rules(config, maker) == 0
+
+
+def test_a_table_of_results_that_is_no_parquet(tmp_path):
+
+    (tmp_path / "traces.parquet").write_text("no table")
+    with pytest.raises(InputError, match=r"traces.parquet: .*Parquet: "):
+        read_parquet(tmp_path / "traces.parquet")
