@@ -5,6 +5,7 @@
 Each part writes FOLDER/PART.csv, goes on where it stopped, and prints its tables; `all` makes them in order, in ten
 minutes on one core.
 
+constants  sizes of what the model gets wrong on a leg, by their likelihood on the other legs: those that are stated are larger
 carried    the same leg in media of the other material (Fig. S5) and in natural sands (Fig. S12): forces with what the model
            gets wrong on that leg, beside those without, plain scaling of the measured curves, and a blend of both
 alone      alpha from the forces on one leg, without any plate; the leg calibrated in no, in one and in all other media
@@ -46,10 +47,14 @@ from grade_forces import (
     show,
     vertical_alpha,
 )
+from scipy.linalg import block_diag
+from scipy.optimize import minimize
 from shapes import MATERIALS, SE
 
 import rftfit
 from rftfit.compare.legs import extreme, measured_peak
+from rftfit.model.body_error import COMMON, JITTER, PER_MEDIUM, correlation
+from rftfit.model.body_lessons import error_curve
 from rftfit.model.draws import interval
 from rftfit.model.planning import prior_map
 from rftfit.model.profiles import USUAL_BED_SPREAD
@@ -71,6 +76,62 @@ SCALING_ERROR = 0.3
 DRAWS = 1000
 THIN = 3
 """Every third degree of a curve is a pose of a contact."""
+
+
+# --- Sizes of the error of a body
+
+
+def constants_rows(left_out: str) -> list[Row]:
+    """Most likely sizes of c and o on the legs of five media, one leg left out, or none."""
+    legs = [leg for leg in LEGS if leg != left_out]
+    systems = [system for leg in legs for system in systems_of(leg)]
+
+    def loss(logarithms: FloatArray) -> float:
+        common, per_medium = np.exp(logarithms)
+        total = 0.0
+        for values, alike, in_medium, noise in systems:
+            covariance = common**2 * alike + per_medium**2 * in_medium + noise
+            root = np.linalg.cholesky(covariance + JITTER * np.eye(values.size))
+            total += 2 * float(np.log(np.diag(root)).sum())
+            total += float((np.linalg.solve(root, values) ** 2).sum())
+        return total
+
+    best = minimize(loss, np.log([COMMON, PER_MEDIUM]), method="Nelder-Mead", tol=0.05)
+    common, per_medium = np.exp(best.x)
+    return [{"common": 100 * common, "per_medium": 100 * per_medium}]
+
+
+def systems_of(leg_name: str) -> list[tuple[FloatArray, ...]]:
+    """Errors of the model on a leg, by component: values, how alike their states are, in one medium, and noise."""
+    curves = [
+        error_curve(
+            contact_of(medium, leg_name), calibration_profile(medium, "map", MATERIALS[medium])
+        )
+        for medium in MEDIA
+    ]
+    states = np.concatenate([curve.states for curve in curves])
+    medium = np.concatenate([np.full(len(curve.states), k) for k, curve in enumerate(curves)])
+    alike = correlation(states, states)
+    in_medium = alike * (medium[:, None] == medium)
+    return [
+        (
+            np.concatenate([curve.residuals[component] for curve in curves]),
+            alike,
+            in_medium,
+            block_diag(*(curve.noise[component] for curve in curves)),
+        )
+        for component in range(len(COMPONENTS))
+    ]
+
+
+def report_constants(rows: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
+    """Sizes over the load, by the leg that was left out."""
+    return [
+        (
+            f"Percent of the load; stated are {100 * COMMON:g} and {100 * PER_MEDIUM:g}",
+            rows[["unit", "common", "per_medium"]],
+        )
+    ]
 
 
 # --- The same leg elsewhere
@@ -548,6 +609,7 @@ def report_simulated(rows: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
 
 
 PARTS = {
+    "constants": Part(["none", *LEGS], constants_rows, report_constants),
     "carried": Part([*MEDIA, *SANDS], carried_rows, report_carried),
     "alone": Part(MEDIA, alone_rows, report_alone),
     "wrong": Part(MEDIA, wrong_rows, report_wrong),

@@ -26,8 +26,11 @@ COMMON = 0.33
 PER_MEDIUM = 0.17
 """Standard deviation of o over the load where the body was measured in one medium: of the legs of Fig. S5."""
 
-UNKNOWN = round(math.hypot(COMMON, PER_MEDIUM), 2)
-"""Standard deviation of the error of a body that was measured nowhere: both parts."""
+_BODIES = 3
+"""Bodies that told the size of c."""
+
+UNKNOWN = round(math.hypot(COMMON * math.sqrt(1 + 1 / _BODIES), PER_MEDIUM), 2)
+"""Standard deviation of the error of a body that was measured nowhere: both parts, c of one more body than told it."""
 
 _MOST_PATH = 300
 """Poses of a motion in which the error is calculated."""
@@ -102,7 +105,7 @@ class BodyError:
     --------
     >>> import rftfit
     >>> rftfit.BodyError().per_medium
-    0.37
+    0.42
     """
 
     common: float = 0.0

@@ -62,7 +62,7 @@ class Contact:
         Standard error of a reading, N, as large as it is from bed to bed.
     body_error : BodyError, optional
         What the model gets wrong on this body, learned where it was measured before (`learn_body_error`). Default:
-        nothing is known of it but its size, 0.37 of the load.
+        nothing is known of it but its size, 0.42 of the load.
     name : str, optional
         For people; default: that of the body.
 
