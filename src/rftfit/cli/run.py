@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import itertools
 import sys
 from collections import Counter
 from contextlib import contextmanager
@@ -210,7 +211,7 @@ def closing_lines(recorded: Recorded) -> list[str]:
     ]
     counts = ledger_line(root / LEDGER) if recorded.is_current(LEDGER) else ""
     current = {path for path in recorded.maker if recorded.is_current(path)}
-    shown = [line for name in FILES if (line := _shown(current, name))]
+    shown = [line for name in FILES if (line := _shown(root, current, name))]
     return [
         *(["Found:", *sentences] if sentences else []),
         *filter(None, [counts]),
@@ -245,6 +246,15 @@ def _rows(path: Path) -> list[dict[str, str]]:
         return []
 
 
+def _has_content(path: Path) -> bool:
+    """Whether a file has more than one line: a table more than its header."""
+    try:
+        with path.open("rb") as handle:
+            return len([*itertools.islice(handle, 2)]) > 1
+    except OSError:
+        return False
+
+
 def failed_checks(recorded: Recorded) -> list[str]:
     """What the checks say of the media that fail one."""
     return [
@@ -256,10 +266,10 @@ def failed_checks(recorded: Recorded) -> list[str]:
     ]
 
 
-def _shown(current: set[str], name: str) -> str:
-    """A line about a result, or about the files of a folder, that are up to date; empty where there is none."""
+def _shown(root: Path, current: set[str], name: str) -> str:
+    """A line about a result, or about the files of a folder, that are up to date; empty where there is nothing to see."""
     if name in current:
-        return f"  {name}"
+        return f"  {name}" if _has_content(root / name) else ""
     inside = sum(path.startswith(f"{name}/") for path in current)
     return f"  {name}/ ({count(inside, 'file')})" if inside else ""
 
