@@ -1,4 +1,7 @@
-"""The wheel holds all that an installed program needs; `make wheel` installs it and runs a campaign."""
+"""The wheel holds everything that an installed program needs.
+
+`make wheel` installs it and runs a campaign.
+"""
 
 import os
 import subprocess

@@ -1,4 +1,4 @@
-"""Whatever bytes lie there: problems come back, never a traceback."""
+"""Any bytes in a config file or run sheet give a list of problems and never an exception."""
 
 from __future__ import annotations
 

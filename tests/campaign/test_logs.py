@@ -1,3 +1,8 @@
+"""Every log that a run sheet names must lie in raw/ and serve one run, or a problem names its cell.
+
+Two runs may share a log only where they are different strokes of it (column `stroke`).
+"""
+
 from __future__ import annotations
 
 import os

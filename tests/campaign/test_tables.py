@@ -1,4 +1,7 @@
-"""Campaigns that are a table of stress or of alpha: what is read, what is refused, where."""
+"""A table of stress or alpha is read in its own layout and units, and each bad cell is named.
+
+Such a table stands in for the logs of a campaign.
+"""
 
 from __future__ import annotations
 

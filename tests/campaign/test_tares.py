@@ -1,4 +1,7 @@
-"""Rows that do not fit one another, or do: every problem by code, row, column and words."""
+"""Every conflict between rows of a run sheet, as between run and tare, is named by row and column.
+
+Tare: the run of the rod alone, or of the leg in air, whose force is subtracted.
+"""
 
 from __future__ import annotations
 

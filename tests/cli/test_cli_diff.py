@@ -1,4 +1,4 @@
-"""`rftfit diff` of two small folders of results: in which unit, in which order, and what it may say of causes."""
+"""`rftfit diff` counts changes of results in half-widths and names only causes that it knows."""
 
 import hashlib
 import json

@@ -1,4 +1,7 @@
-"""`rftfit export`, and the commands that read what it wrote."""
+"""`rftfit export` writes a profile file from which other commands get the same numbers.
+
+Other commands: `scale`, `plan`, `predict` and `simulate`.
+"""
 
 import csv
 import hashlib

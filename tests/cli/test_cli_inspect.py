@@ -1,4 +1,4 @@
-"""`rftfit inspect`."""
+"""`rftfit inspect` counts the rows, gaps and damage of a log, or says why a file is not a log."""
 
 import json
 from pathlib import Path

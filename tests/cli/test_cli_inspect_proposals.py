@@ -1,4 +1,7 @@
-"""What `rftfit inspect` proposes, and what leads on where it cannot: options, folders, tables, other kinds of files."""
+"""`rftfit inspect` proposes columns, units and times that can be read, or names the next step.
+
+Also tested: which last row counts as whole in a log that was cut.
+"""
 
 import re
 from importlib import import_module

@@ -1,4 +1,4 @@
-"""Help, exit codes, usage errors, crashes, pipes, start-up."""
+"""Each command has help, returns the documented exit code and loads no heavy library."""
 
 import os
 import subprocess

@@ -1,4 +1,7 @@
-"""Messages of the commands that no other test calls forth, each with what it has to say."""
+"""Rare errors and warnings of commands name the file or option and the cause.
+
+Rare: pipes, locks, missing rights, files of others; no other test file causes them.
+"""
 
 import errno
 import os

@@ -1,4 +1,7 @@
-"""What is made of Snakemake's events, without Snakemake."""
+"""Events of Snakemake become a count of jobs, the time left and the reason of each failed job.
+
+The events are made here; Snakemake is not started.
+"""
 
 import json
 import time

@@ -1,4 +1,4 @@
-"""`rftfit reenact`: what it writes, what it clears, what it never touches."""
+"""`rftfit reenact` writes simulated logs and never changes a file that it did not write."""
 
 import pytest
 

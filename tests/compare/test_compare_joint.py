@@ -1,4 +1,7 @@
-"""What many runs share, on campaigns that the model did not make."""
+"""An error that many runs share is named by its cause, and sound campaigns raise no alarm.
+
+The campaigns are made without the model that judges them.
+"""
 
 import math
 from typing import Any

@@ -1,4 +1,8 @@
-"""Learned from, tested on: legs of a campaign by plates, another leg, and the same leg elsewhere."""
+"""Forces on a leg in some media improve the prediction of it in a medium that was left out.
+
+Lesson: what a prediction learned from: plates, another leg, or the same leg in other media. Also
+tested: a leg is learned from only where the config names it.
+"""
 
 from typing import Any
 

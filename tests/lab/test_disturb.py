@@ -1,4 +1,7 @@
-"""Each disturbance changes what it should, by as much as was asked, and nothing else."""
+"""Each disturbance changes the simulated logs by as much as was asked and changes nothing else.
+
+Disturbance: an error of a real lab, such as a wrong surface, a lag or slow noise.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the re-enacted lab cannot do, and says."""
+"""The simulated lab refuses what it cannot write and says what is missing or which file failed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Files of arrays: MATLAB 5 and 7.3, HDF5, NumPy; every column by its path, none read as another."""
+"""Columns of MATLAB, HDF5 and NumPy files are read by their paths, and cut files are refused."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Long files are read block after block, side by side: nothing differs from reading them in one piece."""
+"""A long log that is read in blocks gives the same rows and errors as one read in one piece."""
 
 import threading
 import time

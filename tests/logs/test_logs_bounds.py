@@ -1,4 +1,4 @@
-"""Logs that read other files are refused by name; logs that unpack to any size before they take memory."""
+"""Logs that read other files or unpack to too much memory are refused before they do so."""
 
 import gzip
 import io

@@ -1,4 +1,4 @@
-"""Logs that cannot be used: the code of each cause, and in the message the file and what was found."""
+"""A log that cannot be used is refused with the code of the cause, the file and what was found."""
 
 import re
 import sys

@@ -1,4 +1,4 @@
-"""Logs as real programs wrote them: read whole, or what is lost is counted, or refused with the reason."""
+"""Logs of real programs are read whole, or with lost rows counted, or refused with the reason."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,7 @@
-"""Files as people report them: read as `rftfit inspect` proposes, with the right values of their README."""
+"""Files reported by users give their known values when they are read as `rftfit inspect` proposes.
+
+The values are those of the README of the files (../shared/data/reported).
+"""
 
 import re
 from typing import Any

@@ -1,4 +1,7 @@
-"""Times as text: ISO dates, clock times, spreadsheet dates; packed files; what is told of each."""
+"""Times written as text are read in seconds, and an unclear or damaged time is reported.
+
+Also tested: packed text files, and how to export files of a format that is not read.
+"""
 
 import datetime as dt
 import gzip

@@ -1,4 +1,7 @@
-"""TDMS files: the real one, written ones, and cut ones."""
+"""A TDMS file gives each channel with its own time, and a cut file gives its complete rows.
+
+TDMS: the binary log format of LabVIEW.
+"""
 
 from pathlib import Path
 from typing import Any

@@ -1,4 +1,4 @@
-"""Mistakes of a real lab, made through real files: each is named, and marked or flagged on its cells."""
+"""A mistake of a real lab in files fails the check that names it and marks or flags its cells."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""A table of stress in which one run stands twice."""
+"""A run that stands twice in a table of stress or alpha is found and used once.
+
+Also tested: a table without force along x.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Each thing that can go wrong: its reason, no silent number, and no row lost."""
+"""Each fault of a log or sheet gives a reason or a flag, never an unmarked number or a lost row."""
 
 from __future__ import annotations
 

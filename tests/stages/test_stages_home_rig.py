@@ -1,4 +1,7 @@
-"""The rig made at home: from empty folder to alpha, as its page of the documentation says."""
+"""The home-made rig of the documentation gives the true alpha, beginning with an empty folder.
+
+The page is docs/howto/home-rig.md.
+"""
 
 import re
 

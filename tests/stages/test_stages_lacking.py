@@ -1,4 +1,4 @@
-"""Stages of a campaign that lacks runs say so in their tables and figures."""
+"""The tables and figures of a campaign that lacks runs say what is missing."""
 
 from __future__ import annotations
 

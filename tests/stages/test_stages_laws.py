@@ -1,4 +1,4 @@
-"""By which law stress of a natural sand grows with depth, through files: named, or said to be open."""
+"""The law by which stress in a natural sand grows with depth is named, or said to be unknown."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Every real log in a campaign of its own: what `check` says, what the stages do, what the page tells."""
+"""Each real log, in a campaign of its own, gives the expected outcome in check, stages and page."""
 
 from __future__ import annotations
 

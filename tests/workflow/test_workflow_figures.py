@@ -1,4 +1,4 @@
-"""A figure without anything to show says so once: words in its place, and no caption."""
+"""A figure that has nothing to show says so in words and has no caption."""
 
 import numpy as np
 import pytest
