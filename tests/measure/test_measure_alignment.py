@@ -1,4 +1,7 @@
-"""Clocks from the force alone: the truth comes back inside its interval, or the answer is no."""
+"""Two clocks are aligned from the force alone, and the interval contains the true offset.
+
+A push that does not determine the offset is refused.
+"""
 
 from dataclasses import replace
 

@@ -1,4 +1,7 @@
-"""From fits of runs to the cells of a medium, by hand."""
+"""The alpha table of a medium follows from the fits of its runs as calculated by hand.
+
+Cell: one direction (beta, gamma) of the table.
+"""
 
 import math
 

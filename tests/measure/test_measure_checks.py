@@ -1,4 +1,7 @@
-"""Checks on tables in memory: no false alarm on the published media, every wrong axis named."""
+"""The checks of a medium pass all published media and name each wrong axis, channel or surface.
+
+Also tested: rods, drift, size of alpha, steadiness, linearity, and copies of logs.
+"""
 
 import itertools
 import math

@@ -1,4 +1,4 @@
-"""Two clocks brought together by the arm's starts and stops."""
+"""Two clocks are aligned by the arm's starts and stops with a true error, or are refused."""
 
 import math
 

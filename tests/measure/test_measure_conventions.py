@@ -1,4 +1,4 @@
-"""Signs and angles over the whole plane, against vectors."""
+"""Signs and angles agree with vector calculation over the whole plane of directions."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Copies of a log that were filed as repeats."""
+"""Copies of a log filed as repeats are found, and true repeats are not taken for copies."""
 
 from types import SimpleNamespace
 

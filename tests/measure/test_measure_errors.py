@@ -1,4 +1,7 @@
-"""Errors by name: what each adds to an interval, and what cells share."""
+"""Each named error adds its own amount to the interval of alpha and is shared where it is common.
+
+Common: several runs or cells have it, so that their mean has it too.
+"""
 
 import itertools
 import math

@@ -1,4 +1,7 @@
-"""One plate run, from its tared stroke to its cell: forces known exactly, no logs."""
+"""The fit of one plate run gives the exact slope and window of its stroke, or the right reason.
+
+Stroke: the part of a run in which the plate moves through the sand. No logs are read.
+"""
 
 import dataclasses
 import math

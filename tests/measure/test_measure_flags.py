@@ -1,4 +1,4 @@
-"""Flags and reasons: each code has its sentence, comes back from a table, and is said in one place."""
+"""Each flag and reason has one code with one sentence and comes back unchanged from a table."""
 
 import re
 from pathlib import Path

@@ -1,4 +1,7 @@
-"""Lines with a free intercept and powers of depth beside the line through zero."""
+"""A line with a free intercept and a power of depth are recovered, with right intervals.
+
+They stand beside the line through zero, which is the model's law.
+"""
 
 import numpy as np
 import pytest

@@ -1,4 +1,7 @@
-"""A campaign whose clocks and surface nobody wrote down, with round plates and a machine that yields."""
+"""A campaign with unknown clocks, surface and machine compliance gives the true alpha.
+
+Unknown: not stated in the config but found from the logs. Compliance: how far the machine bends.
+"""
 
 import re
 from typing import Any

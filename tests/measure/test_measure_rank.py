@@ -1,4 +1,7 @@
-"""Fits whose data do not determine them: NaN or nothing, and neither an exception nor a warning, which is an error here."""
+"""A fit that its data do not determine gives NaN or nothing, without an exception or a warning.
+
+A warning is an error in the tests.
+"""
 
 import math
 from types import SimpleNamespace

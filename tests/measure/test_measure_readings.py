@@ -1,4 +1,7 @@
-"""Readings that count and those that do not: single bad ones, codes for no data, positions that are held."""
+"""Wrong single readings, codes for no data and held positions are left out, and true ones are kept.
+
+Held: repeated by the logger until a new value arrives.
+"""
 
 from pathlib import Path
 

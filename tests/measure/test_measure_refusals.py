@@ -1,4 +1,4 @@
-"""Why a run gives no number: each code once, from logs that deserve it."""
+"""Data that allow no number are refused with the code of their cause, tested once for each code."""
 
 from dataclasses import replace
 from pathlib import Path

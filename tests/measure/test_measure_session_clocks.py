@@ -1,4 +1,7 @@
-"""Clocks of a session: one offset and drift from its pushes straight down, with an honest error, or none."""
+"""The clock of a session is found from its pushes straight down within its error, or refused.
+
+Session: all runs between two settings of the clocks.
+"""
 
 import math
 import re

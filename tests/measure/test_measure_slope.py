@@ -1,4 +1,7 @@
-"""The zero-intercept slope: certified values, invariances, quality figures."""
+"""The slope of a line through zero equals certified values, and its errors behave as theory says.
+
+Certified: the NIST data sets NoInt1 and NoInt2.
+"""
 
 from typing import Any
 

@@ -1,4 +1,7 @@
-"""What a start-up leaves in the window: exact algebra of a force that dies away."""
+"""The bias that a start-up leaves in the fit window equals its exact algebraic value.
+
+Start-up: force that dies away after the plate begins to move.
+"""
 
 import numpy as np
 import pytest

@@ -1,4 +1,7 @@
-"""From the tables of ingest and tare to those of fits and leg curves: numbers known exactly, no logs."""
+"""Tables of tared samples give exact tables of fits and leg curves, and every sample is counted.
+
+No logs are read.
+"""
 
 import math
 from pathlib import Path

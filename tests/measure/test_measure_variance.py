@@ -1,4 +1,4 @@
-"""Variance of weighted sums of correlated errors against its exact value."""
+"""The estimated variance of sums of correlated errors agrees with the exact variance."""
 
 import numpy as np
 import pytest

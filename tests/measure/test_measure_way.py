@@ -1,4 +1,7 @@
-"""A reader who follows one push from its log to alpha opens few files, six of them first."""
+"""One push goes from its log to alpha through few source files, in a documented order.
+
+Each file of that order opens with its main function.
+"""
 
 import sys
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Limits of the fit window, computed by hand for the paper's plate and container."""
+"""The fit window has the limits that are computed by hand for the paper's plate and container."""
 
 import math
 from types import SimpleNamespace

@@ -1,4 +1,4 @@
-"""What is missing stays missing, with its reason, from the logs to the tables of the force model."""
+"""A value that is missing in logs or tables stays missing in predicted forces, with its reason."""
 
 import numpy as np
 import pandas as pd

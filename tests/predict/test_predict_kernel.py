@@ -1,4 +1,7 @@
-"""The compiled kernel against its numpy twin, and the physics of single elements."""
+"""The compiled force kernel agrees with plain numpy, and forces on single elements are physical.
+
+Element: a short straight piece of an outline.
+"""
 
 import math
 import subprocess

@@ -1,4 +1,7 @@
-"""The model's own error: its size, its course over a motion, and the intervals with it."""
+"""The error of the model has its stated size and correlation and widens every interval of force.
+
+Model error: what resistive force theory itself gets wrong, beside the errors of alpha.
+"""
 
 import numpy as np
 import pandas as pd

@@ -1,4 +1,7 @@
-"""Outlines: arcs, model legs, and points from a user's csv."""
+"""Outlines of legs have the designed shape, and a wrong csv of points is refused by its rows.
+
+Outline: the side view of a body as a chain of points.
+"""
 
 import itertools
 import math

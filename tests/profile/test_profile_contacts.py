@@ -1,4 +1,8 @@
-"""Measured forces on bodies as observations of a map, and what the model gets wrong on a body."""
+"""Forces measured on a body give alpha within its interval, and what tells nothing is refused.
+
+Contact: forces on a body of known shape along a known motion. Also tested: what the model gets
+wrong on a body is learned and removed.
+"""
 
 import numpy as np
 import pandas as pd

@@ -1,4 +1,4 @@
-"""Covariance of alpha: against simulations of each common error alone, by hand."""
+"""The covariance of alpha equals that of simulated runs for each error that runs have in common."""
 
 import io
 import math

@@ -1,4 +1,7 @@
-"""The profile file: what goes in comes out, in three languages; what was changed is found."""
+"""A profile file gives the same alpha to every reader, and each change or damage in it is found.
+
+Profile: alpha as a function of the directions of plate and motion, here with its errors.
+"""
 
 import copy
 import json

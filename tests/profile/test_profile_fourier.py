@@ -1,4 +1,7 @@
-"""Symmetry, nine terms, both fits, selection."""
+"""Both fits of the nine Fourier terms keep the symmetry of alpha and give Tables S2 and S3.
+
+Fits: least squares (`lsq`), and the transform of the even grid (`dft-index`).
+"""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Which pushes to make next: promises that are kept, and choices better than chance."""
+"""Planned pushes narrow an interval by as much as promised, and more than random pushes do."""
 
 import numpy as np
 import pandas as pd

@@ -1,4 +1,8 @@
-"""Bootstrap draws, intervals of coefficients, and the scaling routine for a new medium."""
+"""The coefficients and scale of a medium agree with hand calculation, and intervals are right.
+
+Right: they cover the truth in simulations. Scale: zeta, by which the generic coefficients are
+multiplied.
+"""
 
 import math
 import re

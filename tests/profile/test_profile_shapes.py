@@ -1,4 +1,7 @@
-"""The map of a few pushes: conditional mean and covariance, limits, symmetry, and media that do not belong."""
+"""The map of a medium from few pushes has the right mean, intervals and symmetry, or is refused.
+
+Map: alpha in all directions, estimated from few pushes and from the shapes of known media.
+"""
 
 import numpy as np
 import pandas as pd

@@ -1,4 +1,7 @@
-"""The report page without a browser: its numbers and elements, what it escapes, how large it is."""
+"""The report page is well formed and small, shows the numbers of the tables and escapes all text.
+
+No browser is used here.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`rftfit check` of a campaign's robot: its file, its sheet and its tracks, all problems at once."""
+"""`rftfit check` reports all problems of a robot's file, trial sheet and tracks at once."""
 
 import json
 import shutil

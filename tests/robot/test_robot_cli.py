@@ -1,4 +1,7 @@
-"""``rftfit simulate`` and ``rftfit sweep`` as a user meets them."""
+"""`rftfit simulate` gives the speed and the pictures of a robot and refuses wrong options.
+
+`rftfit sweep` is called with a wrong option only.
+"""
 
 import io
 import json

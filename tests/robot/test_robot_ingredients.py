@@ -1,4 +1,4 @@
-"""What makes the generic profile's reversed legs too fast: the lift of a belly that slides level."""
+"""The lift of a level belly alone makes reversed legs too fast in the generic profile."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Intervals of speed and best curvature: draws of alpha through the robot."""
+"""Intervals of robot speed and best curvature follow from draws of alpha and the model error."""
 
 import math
 

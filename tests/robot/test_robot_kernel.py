@@ -1,4 +1,4 @@
-"""The compiled stepper against its numpy twin."""
+"""The compiled robot stepper takes the same steps as its version in plain numpy."""
 
 import ast
 import math

@@ -1,4 +1,4 @@
-"""What is said of the robot's sheet, tracks and speeds."""
+"""A robot's wrong sheet, speed, track or medium is refused or marked with its reason."""
 
 from types import SimpleNamespace
 from typing import Any

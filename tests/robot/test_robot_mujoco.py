@@ -1,7 +1,8 @@
-"""MuJoCo as an independent integrator: hinged legs, granular forces applied from outside.
+"""MuJoCo, an independent integrator, gives the same mean speeds of the robot.
 
-Only the outline of a leg and the force on an outline in a pose are shared with the program: masses,
-hinges, places and velocities of all bodies and the steps in time are MuJoCo's, in SI.
+Legs are hinged and granular forces are applied from outside. Only the outline of a leg and the
+force on an outline in a pose are shared with the program: masses, hinges, places and velocities of
+all bodies and the steps in time are MuJoCo's, in SI.
 """
 
 import math

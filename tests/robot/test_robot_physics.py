@@ -1,4 +1,4 @@
-"""Balances of momentum and energy, statics, symmetry, and the order of the methods."""
+"""The simulated robot obeys momentum, energy, statics and symmetry, and its steps converge."""
 
 import math
 

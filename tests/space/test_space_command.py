@@ -1,4 +1,4 @@
-"""`rftfit predict --mesh`: numbers against the library, figure, and what is refused."""
+"""`rftfit predict --mesh` gives the library's forces on a moving mesh or names what is wrong."""
 
 import csv
 import json

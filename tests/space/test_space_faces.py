@@ -1,4 +1,4 @@
-"""Both laws on faces and bodies in space: published vectors, the numpy twin, and what symmetry demands."""
+"""Forces on faces and meshes in space agree with published vectors, plain numpy and symmetry."""
 
 from io import StringIO
 

@@ -1,4 +1,7 @@
-"""A measured medium under the bodies of any simulator: forces of predict, rest, what is refused."""
+"""A measured medium acts on the bodies of any simulator with the forces of `rftfit.predict`.
+
+Also tested: a body at rest is held.
+"""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Meshes that cannot be used are refused or mended, and say so; intervals and closure of a prediction."""
+"""A mesh that cannot be used is refused or mended with a note, and its forces have intervals."""
 
 import numpy as np
 import pytest

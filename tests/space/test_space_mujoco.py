@@ -1,4 +1,7 @@
-"""Robots in MuJoCo on a measured medium: rest, energy, the paper's robot, and what is refused."""
+"""Bodies in MuJoCo on a measured medium sink, rest and feel the forces of `rftfit.predict`.
+
+Models that cannot stand on a medium are refused.
+"""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""Disks that are full or read-only, and circumstances that may not change a byte.
+"""A full or read-only disk ends a command with a clear message, and no locale changes a byte.
 
 `make fulldisk` and `make samebytes` do the same with the real workflow.
 """

@@ -1,5 +1,6 @@
-"""Disturbances of a real lab: the same in files and in memory, and what they do to intervals.
+"""Disturbances act alike in files and in memory, and intervals include those that are stated.
 
+Disturbance: an error of a real lab, such as a wrong surface, a lag or slow noise.
 `make disturbed` has all of them, with more campaigns of all media.
 """
 

@@ -1,4 +1,4 @@
-"""Code that is edited while a run works, through the real workflow: it stops, and nothing false is recorded."""
+"""`rftfit run` stops when its code is edited while it works, and records nothing false."""
 
 import os
 import shutil

@@ -1,4 +1,4 @@
-"""A copy of a run never narrows an interval; any other mistake does so only with a flag or a failed check.
+"""A copied run narrows no interval, and other mistakes do so only with a flag or a failed check.
 
 `make reliability ARGS="--kinds narrow"` is the same with the whole list of mistakes in two media.
 """

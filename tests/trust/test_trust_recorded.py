@@ -1,4 +1,7 @@
-"""What records say beside files and states: a campaign of three jobs, one made from the other."""
+"""The records of jobs show which result is edited, missing or outdated, and what rests on it.
+
+The campaign has three jobs, each made from the one before.
+"""
 
 import json
 import os

@@ -1,4 +1,4 @@
-"""The run-to-run spread: found from repeats or stated, and where it goes."""
+"""The spread between runs is found without bias from repeats, or stated, and widens intervals."""
 
 import io
 import math

@@ -1,4 +1,4 @@
-"""A stranger's campaign: nothing that lies in its folder is executed, whatever command reads it."""
+"""No command executes anything that lies in the folder of a stranger's campaign."""
 
 import os
 import shutil

@@ -1,4 +1,4 @@
-"""What `rftfit run TARGET` prints is true of the run that has just ended, whatever target was asked for."""
+"""Everything that `rftfit run TARGET` prints is true of the run that has just ended."""
 
 import random
 import re

@@ -1,4 +1,7 @@
-"""What results were made from is recorded, and every change of it is noticed."""
+"""`rftfit verify` notices every change of the logs, rows, settings, code and results.
+
+Also tested: what the record holds, and `rftfit diff` of two folders of results.
+"""
 
 import csv
 import hashlib

@@ -1,4 +1,4 @@
-"""Factors on predicted leg forces: found back, and judged honestly."""
+"""Correction factors on leg forces are recovered, and count only if they help legs left out."""
 
 import numpy as np
 import pandas as pd

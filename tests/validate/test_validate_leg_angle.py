@@ -1,4 +1,4 @@
-"""Error of theta common to all legs: told from where their forces begin, whatever the model makes of the rest."""
+"""An error of the leg angle theta that all legs share is found from where their forces begin."""
 
 from __future__ import annotations
 

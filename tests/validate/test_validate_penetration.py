@@ -1,4 +1,8 @@
-"""Rows of the penetration tests of a natural sand: two regimes, zeta of each, and every reason."""
+"""Penetration tests of a natural sand give slope and zeta of each linear regime, or the reason.
+
+Zeta: the scaling factor of a medium. Regime: the depths in which stress is linear, as stated in
+the config or as detected.
+"""
 
 import math
 from pathlib import Path
