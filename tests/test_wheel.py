@@ -13,6 +13,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 FIND = "import rftfit; from rftfit.store.environment import shipped; print(rftfit.__file__, shipped('Snakefile'), sep='\\n')"
+"""A program that prints the paths of the package and of its Snakefile."""
 
 
 @pytest.fixture(scope="module")

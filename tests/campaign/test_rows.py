@@ -24,6 +24,7 @@ SCHEMA = Schema(
     comments=True,
     others="ignored",
 )
+"""A table made up for these tests."""
 
 
 def written(folder, text, name="t.csv"):

@@ -11,6 +11,7 @@ from rftfit.campaign.load import check_campaign
 from rftfit.campaign.problems import Place
 
 EXCLUDED = "sheet.excluded-without-reason"
+"""Code of the problem of an excluded run, which stands in column `reason`."""
 
 
 def test_missing_sheet(room):

@@ -21,7 +21,9 @@ from rftfit.campaign.rows import read_table_columns
 from rftfit.campaign.tables import STRESS, pushes_in, read_pushes, rows_against_gamma
 
 HEAD = "beta_deg,gamma_deg,alpha_z_N_per_cm3,alpha_x_N_per_cm3"
+"""Header of a table of alpha."""
 STRESS_HEAD = "beta_deg,gamma_deg,depth_cm,stress_z_N_per_cm2,stress_x_N_per_cm2"
+"""Header of a table of stress."""
 
 
 def read(path, table=None, *media):

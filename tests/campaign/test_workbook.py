@@ -15,6 +15,7 @@ from rftfit.campaign import rows, sheet
 from rftfit.campaign.problems import Place
 
 NAME = "runs.xlsx"
+"""Name of the run sheet."""
 
 
 def book_of(room, **cells):

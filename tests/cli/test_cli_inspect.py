@@ -11,7 +11,9 @@ from rftfit.logs.base import Log
 from rftfit.logs.inspect import TimeColumn, lacking, survey
 
 FORCE = "raw/paper/yuma/yuma_bp00_g90_in_force.csv"
+"""A force log of the simulated campaign."""
 HEADER = "time_s,arm_moving,F1_N,F2_N,F3_N"
+"""Header of a force log of the rig."""
 
 
 def force_log(path, rows, header=HEADER, end="\n"):

@@ -23,6 +23,7 @@ UNITS = {
     "angle": "deg",
     "arm_moving": "",
 }
+"""Units in which the program wants each quantity."""
 
 
 def block(output):

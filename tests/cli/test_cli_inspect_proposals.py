@@ -21,6 +21,7 @@ from rftfit.logs.registry import source_reader
 from rftfit.measure.log_columns import columns_asked, map_columns
 
 ROWS = [f"{n / 50:.2f},{0.5 * n},{10 - 0.25 * n}" for n in range(60)]
+"""Time in s, force and z of a push."""
 
 
 def table(path, header, rows=ROWS):

@@ -27,6 +27,7 @@ from rftfit.workflow.run import Workflow
 
 pytestmark = pytest.mark.usefixtures("work_folder")
 LEG = ("predict", "--leg", "c_leg")
+"""A command line that lacks its medium."""
 
 
 def test_a_crash_that_can_be_written_nowhere(monkeypatch, tmp_path):

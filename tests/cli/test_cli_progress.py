@@ -14,6 +14,7 @@ from rftfit.workflow.durations import keep_durations, read_durations, seconds_le
 from rftfit.workflow.snakemake import Progress, failure_text, nothing_written
 
 STOPPED = "At least one job did not complete successfully."
+"""What Snakemake itself says of a failed job."""
 
 
 def event(text="", **facts):

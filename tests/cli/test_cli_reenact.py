@@ -6,7 +6,9 @@ from rftfit.lab.marker import MARKER
 from rftfit.lab.rig import FAULTS
 
 QUICK = ("reenact", "--media", "yuma")
+"""A command line of one medium, which has few runs."""
 LOG = "yuma/yuma_bp00_g90_in_force.csv"
+"""One of the logs that it writes."""
 
 
 def contents(folder):

@@ -41,6 +41,7 @@ rule ledger:
         ") 2> {log}"
 """
 HEAD = "run_id,kind,fate,reason_code,rows\n"
+"""Header of a ledger."""
 SLOW = f"""
 rule all:
     output: "results/slow.txt"

@@ -28,6 +28,7 @@ import rftfit
 from rftfit.conventions import mirror
 
 LAWS = exact_laws(MATERIALS)
+"""Media whose alpha is known without error, by name."""
 
 
 def test_percent_inside_counts_ends():

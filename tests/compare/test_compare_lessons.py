@@ -21,6 +21,7 @@ from rftfit.results import open_results
 
 LEGS = ("c_leg", "reversed_c_leg")
 ROLES = {"poppy_LP": LABORATORY, "glass3mm_CP": LABORATORY, "yuma": SAND}
+"""Role of each medium of the campaign."""
 
 
 def campaign(root, settings=None):

@@ -38,9 +38,11 @@ PUSH, ROD, LEG, AIR = (
     "poppy_CP_c_leg",
     "air_c_leg",
 )
+"""Runs of one direction: a push, its rod; and a leg in the medium and in air."""
 SLANTED = "poppy_CP_bp30_g34_in"
 SEED = 5
 NONE: Mapping[str, float] = {}
+"""No disturbance."""
 
 
 @pytest.fixture(scope="module")

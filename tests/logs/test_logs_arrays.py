@@ -14,6 +14,7 @@ from rftfit.logs.registry import claimants, read_head
 h5py = pytest.importorskip("h5py")
 
 N = 400
+"""Rows of the log that each file holds."""
 TIME = np.arange(N) / 100
 FORCE = np.random.default_rng(5).normal(size=(N, 3)).round(4)
 Z = -10 * TIME

@@ -11,6 +11,7 @@ from rftfit.logs.base import MOST_WORKERS, LogError, parallel_map
 from rftfit.logs.registry import dialect
 
 NAMES = sorted(TEXTS)
+"""Dialects of text."""
 ROWS = 900
 
 

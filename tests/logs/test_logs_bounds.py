@@ -25,6 +25,7 @@ from rftfit.logs.registry import dialect
 h5py = pytest.importorskip("h5py")
 
 HUGE, MOST_MB = 250_000_000, 200
+"""Numbers that a small file claims to hold, and the memory that reading may take."""
 ZEROS = bytes(1 << 22)
 
 

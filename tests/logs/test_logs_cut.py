@@ -21,8 +21,10 @@ from rftfit.logs.registry import DIALECTS, dialect
 from rftfit.logs.text import CELLS, CUT, NUMBER
 
 NAMES = sorted(TEXTS)
+"""Dialects of text."""
 ROWS = 12
 LOGS = {name: make(ROWS) for name, make in TEXTS.items()}
+"""A small log of each dialect."""
 
 
 @pytest.fixture(scope="module")

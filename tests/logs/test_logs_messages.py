@@ -19,7 +19,9 @@ from rftfit.logs.registry import dialect, source_reader
 from rftfit.logs.text import GROUPED
 
 LVM = lvm(3).content
+"""A LabVIEW log, in bytes."""
 NETFT = netft(3).content
+"""A log of an ATI Net F/T transducer, in bytes."""
 
 
 def refused_content(reader, path, content, code, *values):

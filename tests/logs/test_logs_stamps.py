@@ -27,6 +27,7 @@ from rftfit.logs.stamps import is_stamp, seconds_of, seconds_of_column
 from rftfit.logs.text import NO_TIME, NUMBER
 
 N = 300
+"""Rows of the log."""
 START = dt.datetime(2026, 10, 25, 23, 59, 58, 500_000, dt.UTC)
 TIMES = [START + dt.timedelta(milliseconds=10 * row) for row in range(N)]
 """Over midnight."""

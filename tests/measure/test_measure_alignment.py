@@ -17,6 +17,7 @@ from rftfit.measure.lab_frame import new_readings
 from rftfit.measure.slopes import student_quantile
 
 T95 = float(student_quantile(0.95, 12))
+"""Student's factor for an interval of 95 %."""
 
 
 def covered(push, alignment):

@@ -48,6 +48,7 @@ from rftfit.model.rft3d import rft3d_profile
 from rftfit.results import open_results
 
 GRID_NAMES = ["few", *(name for name in GRIDS if name != "one-push")]
+"""Grids of directions; `few` is the published table as it is."""
 
 
 def on_grid(medium, grid):

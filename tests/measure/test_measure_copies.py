@@ -9,6 +9,7 @@ import pytest
 from rftfit.measure.copies import counted_once, near_copies, same_readings
 
 SIZE = 600
+"""Samples of a run."""
 
 
 def force(seed, hum=0.0):

@@ -19,10 +19,12 @@ from rftfit.measure.lab_frame import lacks_force_x
 from rftfit.measure.ledger import RowStatus
 
 AREA = 3.81 * 2.54
+"""Of the plate, cm^2."""
 ALPHA_Z, ALPHA_X = 0.31, 0.12
 
 
 ODD = remark("zero-drifted", newtons=0.3)
+"""A flag of a run."""
 
 
 def run(direction="intrusion", beta=30.0, gamma=45.0, **facts):

@@ -11,6 +11,7 @@ from rftfit.measure.slopes import fit_slope
 
 DEPTH = np.linspace(0.5, 8.0, 700)
 NOTHING = np.zeros((1, 1)), np.ones((1, 1))
+"""Variance of the zero (none) and its degrees of freedom."""
 
 
 def test_exact_laws_are_found():

@@ -17,9 +17,11 @@ from rftfit.measure.errors import SurfaceError
 
 DIRECTIONS = [(beta, gamma) for beta in (-30.0, 0.0, 30.0) for gamma in (-60.0, 30.0, 60.0, 90.0)]
 NOISE, NOISE_DOF, BED = 0.004, 12, 0.05
+"""Noise of a push, N/cm^3, its degrees of freedom, and the relative spread of beds."""
 near = partial(pytest.approx, rel=1e-5)
 
 EXACT = {"angle_deg": 0, "turn_deg": 0, "tare_percent": 0}
+"""Errors stated to be zero."""
 
 
 def truth(beta, gamma):

@@ -22,7 +22,9 @@ from rftfit.measure.readable import open_logs
 from rftfit.measure.tare import tare_medium
 
 YIELD_CM_PER_N = 1e-3
+"""How far the machine bends under one newton."""
 STIFFNESS = 25.0
+"""Force on the plate for each cm of depth, N/cm."""
 
 CONFIG: dict[str, Any] = {
     "title": "found, not typed",

@@ -27,6 +27,7 @@ BAD = {
     "full bits": lambda random, force: 2.0 ** random.integers(12, 24, force.size) / 4200,
     "100 N too much": lambda _, force: force + 100.0,
 }
+"""Kind of wrong readings to what stands in place of the force."""
 
 
 @pytest.mark.parametrize("share", [0.002, 0.03, 0.1])

@@ -22,7 +22,9 @@ from rftfit.measure.session_clocks import (
 )
 
 ESTIMATE = ClockSettings(method="estimate")
+"""The clocks are to be found from the force."""
 START_S = 1.7e9
+"""Beginning of the day, s since 1970."""
 TIME = np.array([0.0, 30.0])
 
 

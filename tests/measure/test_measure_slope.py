@@ -22,6 +22,7 @@ from rftfit.measure.slopes import (
 )
 
 NOTHING = np.zeros((2, 2)), np.full((2, 2), 12.0)
+"""Variance of the zeros (none) and their degrees of freedom."""
 DEPTH = np.linspace(1.9, 7.1, 520)
 
 

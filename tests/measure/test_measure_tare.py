@@ -25,6 +25,7 @@ def rod(depth):
 
 
 TARE = Tare.from_samples("depth_cm", DEPTH, rod(DEPTH))
+"""Made from samples of the force on a rod."""
 
 
 def test_between_its_samples():

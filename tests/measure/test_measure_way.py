@@ -18,6 +18,7 @@ from rftfit.measure.tare import tare_medium
 
 MEDIUM, PUSH = "poppy_LP", "poppy_LP_bp00_g90_in"
 MOST_FILES = 28
+"""Files of the package that a push may pass through."""
 WAY = {
     "read.py": "read_logs",
     "trace.py": "trace_run",

@@ -16,7 +16,9 @@ from rftfit.workflow.validate import legs_predicted
 
 LEG, AIR = "poppy_LP_c_leg", "air_c_leg"
 HOLE = (30.0, 45.0)
+"""Direction of the cell that has no alpha."""
 WHY_HOLE = "fewer than 30 samples in the window"
+"""The reason for it."""
 
 
 @pytest.fixture

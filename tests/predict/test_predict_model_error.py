@@ -20,6 +20,7 @@ POPPY = rftfit.published_medium("poppy_LP")
 LEG = rftfit.model_leg("reversed_c_leg")
 TURN = rftfit.rotation()
 ONE_PUSH = pd.DataFrame({"beta_deg": [0], "gamma_deg": [90], "alpha_z_N_per_cm3": [0.35]})
+"""Straight down."""
 
 
 def paths(progress, count=4000, step=10**6):

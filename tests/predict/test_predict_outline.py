@@ -25,6 +25,7 @@ from rftfit.model.outlines import (
 from rftfit.model.reference_kernel import place
 
 R = 3.81
+"""Half the greatest length of a leg, cm."""
 
 
 def written(tmp_path, rows, header="x_cm,z_cm"):

@@ -17,6 +17,7 @@ LEG = rftfit.model_leg("c_leg", elements=12)
 MOTION = rftfit.rotation(np.arange(-90.0, 91, 15))
 SAND = rftfit.published_medium("poppy_LP")
 ONE_PUSH = pd.DataFrame({"beta_deg": [0], "gamma_deg": [90], "alpha_z_N_per_cm3": [0.3]})
+"""Straight down."""
 
 
 def turned(medium="poppy_LP", motion=MOTION, factor=1.0, **options):

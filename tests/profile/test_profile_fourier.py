@@ -16,6 +16,7 @@ from rftfit.model.scaling import generic, vertical_penetration
 
 RANDOM = np.random.default_rng(2013)
 M = RANDOM.normal(0, 0.1, (20, 9))
+"""Twenty sets of nine coefficients."""
 TABLE_S2 = {medium: reference.coefficients(medium) for medium in reference.MEDIA}
 GENERIC = reference.coefficients("generic")
 

@@ -42,6 +42,7 @@ from rftfit.results import Results
 
 GAP = remark("gap", seconds=1.51)
 VOID = {"meta", "link", "input", "br"}
+"""Tags of HTML that have no end."""
 SECTIONS = [
     "summary",
     "believed",
@@ -58,6 +59,7 @@ SECTIONS = [
     "methods",
     "provenance",
 ]
+"""Sections of the page in their order."""
 
 
 class PageParser(HTMLParser):

@@ -19,7 +19,9 @@ RUNS = (
 )
 ROBOT_SHEET = "raw/paper/robot/runs.csv"
 HEAD = "run_id,condition,medium,curvature_times_R,frequency_Hz,track\n"
+"""Header of the robot's trial sheet."""
 GOOD = "a1,a,poppy_LP,1,2,tracks/a1.csv\na2,a,poppy_LP,1,,tracks/a2.csv\n"
+"""Two rows without a fault."""
 
 
 @pytest.fixture

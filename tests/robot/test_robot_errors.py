@@ -21,6 +21,7 @@ from rftfit.robot.speeds import (
 from rftfit.robot.sweep import CALIBRATED_ON
 
 PLACES = list(CALIBRATED_ON.values())
+"""Conditions on which the robot was calibrated."""
 
 
 def trials():

@@ -10,6 +10,7 @@ from rftfit.robot.speeds import published_speeds
 
 MEDIUM = "poppy_LP"
 BELLY = "table, nine terms in alpha_z at (0, 0) alone"
+"""Name of the profile that differs from the table in one cell only."""
 
 
 def test_each_profile_changes_what_it_says():

@@ -32,7 +32,9 @@ from rftfit.robot.intervals import (
 from rftfit.robot.run import Condition
 
 FAST = [Condition(5.0, 0.8), Condition(4.0, 1.0)]
+"""Two conditions of a fast robot: frequency in Hz and curvature of the legs."""
 NINE = FourierProfile(as_array(reference.coefficients("poppy_LP")))
+"""Nine terms of a published medium."""
 
 
 def nine_draws(spread, count=8):

@@ -12,6 +12,7 @@ from rftfit.robot.config import Robot
 from rftfit.robot.run import simulate
 
 G = 980.665
+"""Gravity, cm/s^2."""
 ERG_PER_N_CM = NEWTON_IN_G_CM_PER_S2
 
 

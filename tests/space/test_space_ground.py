@@ -12,6 +12,7 @@ from rftfit.errors import InputError
 POPPY = rftfit.TableProfile.published("poppy_LP")
 COLUMNS = [*(f"force_{axis}_N" for axis in "xyz"), *(f"moment_{axis}_N_cm" for axis in "xyz")]
 TURNED = np.array([[0.8, 0.0, 0.6], [0.0, 1.0, 0.0], [-0.6, 0.0, 0.8]])
+"""A rotation about y."""
 
 
 def test_forces_on_several_bodies_are_those_of_predict():

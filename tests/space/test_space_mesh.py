@@ -35,6 +35,7 @@ BAD = {
     ),
     "a point": (lambda v, f: (0 * v, f), "one point"),
 }
+"""Fault of a mesh: a change of vertices and faces, and words of the message."""
 
 
 @pytest.mark.parametrize("case", BAD)
@@ -49,6 +50,7 @@ MENDED = {
     "5 faces that were there twice": lambda v, f: (v, np.vstack([f, f[:5]])),
     "1 faces without area": lambda v, f: (v, np.vstack([f, [[1, 1, 2]]])),
 }
+"""Words of the warning, and the change that causes it."""
 
 
 @pytest.mark.parametrize("words", MENDED)

@@ -16,7 +16,9 @@ from rftfit.results import Results
 from rftfit.workflow import measure
 
 NEWTON_PER_GF, AREA_CM2 = 9.80665e-3, 15.0
+"""Unit of the load cells; area of the plate."""
 LENGTH_CM, THICKNESS_CM, WALL_CM = 5.0, 0.4, 6.0
+"""Of the plate, and its distance from the walls."""
 
 
 @pytest.fixture(scope="module")

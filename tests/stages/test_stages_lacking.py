@@ -12,6 +12,7 @@ from rftfit.results import open_results
 from rftfit.store import read_csv, write_csv
 
 TEST = "yuma_bp00_g90_in"
+"""The penetration test of a natural sand."""
 
 
 def measure(room, *further_stages):

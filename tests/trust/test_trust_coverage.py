@@ -22,6 +22,7 @@ ROBOTS = seeds(3, 1)
 """Campaigns with the speed of the robot, under two conditions each: it is slow."""
 
 ALIKE, STATED, *_, FEW = SCENARIOS
+"""Scenarios: beds that are alike, that differ as stated, and few repeats."""
 NAMES = [ALIKE.name, STATED.name]
 
 

@@ -22,6 +22,7 @@ from rftfit.workflow.stages import FIGURE_RULES, STAGES
 
 MEDIUM, SEED, CAMPAIGNS = "poppy_CP", 11, seeds(8, 4)
 SOME = FEW[1::2]
+"""Directions of the runs."""
 COMMON = ("lag=0.3", "turn=5", "power=1.25", "tare-bed=150")
 """Disturbances that move every campaign alike, large."""
 

@@ -13,7 +13,9 @@ from paper import PROJECT
 pytestmark = pytest.mark.slow
 
 PARTS = ("Snakefile", "workflow", "profiles", "config", "src")
+"""What of the project is copied."""
 EDIT = ("stress = stroke.force", "stress = 3 * stroke.force")
+"""The line of the code that is changed, and its new text."""
 
 
 def rftfit(checkout, root, *words):

@@ -29,6 +29,7 @@ PLACES = [
     ".snakemake/rftfit/holder",
     ".snakemake/log",
 ]
+"""What a run writes, where a link may lie in its way."""
 
 
 @pytest.fixture(autouse=True)

@@ -12,6 +12,7 @@ from mistakes import EQUAL, enacted, judged, stated, with_mistake
 from rftfit.measure.alpha import column
 
 CURVED = ((0.0, 90.0), (0.0, -90.0), (0.0, 45.0), (30.0, 90.0), (30.0, 45.0))
+"""Directions of a campaign of curved stress."""
 
 
 @cache

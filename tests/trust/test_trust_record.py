@@ -27,6 +27,7 @@ from rftfit.workflow.state import States, read_states
 
 PACKAGE = Path(digests.__file__).parents[1]
 SIGNS = "=+-@\t\r\n\N{FULLWIDTH EQUALS SIGN}\N{FULLWIDTH COMMERCIAL AT}"
+"""First characters that make a spreadsheet take text for a formula."""
 
 
 # --- digests -------------------------------------------------------------------------------------------

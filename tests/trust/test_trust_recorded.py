@@ -17,7 +17,9 @@ from rftfit.workflow.records import LONG_AGO_S, Record, Recorded, record_holds
 from rftfit.workflow.state import state_file
 
 CHAIN = (("tare", "sand"), ("slopes", "sand"), ("provenance", ""))
+"""Jobs (rule, medium), each made from the one before."""
 STATE = {"code": "c", "rows": "r"}
+"""Digests of what a job depends on."""
 
 
 class Now:

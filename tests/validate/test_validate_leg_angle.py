@@ -18,6 +18,7 @@ from rftfit.compare.legs import leg_errors, leg_prediction
 from rftfit.reference import LEGS, MEDIA, alpha_grid, load
 
 OFF_DEG = 5.0
+"""Error of theta that the logs of all legs have."""
 
 
 @pytest.fixture(scope="module")

@@ -31,6 +31,7 @@ case "$1 $2" in
 esac
 """
 ACTIVATE = 'export PATH="$1/bin:$PATH"\n'
+"""Script that makes an environment current."""
 NOT_OF_JOBS = {"rich", "snakemake", "typer"}
 """What only the command line and Snakemake need."""
 

@@ -15,6 +15,7 @@ CAN_LACK = [
     for figure in figures()
     if figure.lacking is not Declared.lacking and not figure.on_demand
 ]
+"""Figures that can lack their input."""
 
 
 @pytest.fixture
