@@ -1,4 +1,4 @@
-"""Every command and code block of the documentation does what it says, or says why it is not run."""
+"""Each command and code block of the documentation does what it says, or says why it is not run."""
 
 import importlib
 import re

@@ -1,4 +1,4 @@
-"""Pages read in any Markdown viewer: links and pictures resolve from the sources, without a build."""
+"""All links and pictures of the documentation work in any Markdown viewer, without a build."""
 
 import re
 import subprocess

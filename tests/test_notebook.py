@@ -1,4 +1,4 @@
-"""The notebook runs in a fresh clone."""
+"""The quickstart notebook runs in a fresh clone and prints the expected numbers."""
 
 import json
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The dictionary of outputs: consistent in itself, and true of the tables that the program makes.
+"""The dictionary of outputs describes every file and column that the program writes.
 
 `tests/workflow/test_workflow_again.py` holds it against every file of a whole run.
 """

@@ -1,4 +1,4 @@
-"""The shape of the package: who imports whom, sizes, versions, docstrings."""
+"""The package imports downward only, its versions and citations agree, and its files are small."""
 
 import ast
 import json

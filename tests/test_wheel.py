@@ -1,4 +1,7 @@
-"""The wheel holds all that an installed program needs; `make wheel` installs it and runs a campaign."""
+"""The wheel holds everything that an installed program needs.
+
+`make wheel` installs it and runs a campaign.
+"""
 
 import os
 import subprocess
@@ -10,6 +13,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 FIND = "import rftfit; from rftfit.store.environment import shipped; print(rftfit.__file__, shipped('Snakefile'), sep='\\n')"
+"""A program that prints the paths of the package and of its Snakefile."""
 
 
 @pytest.fixture(scope="module")

@@ -1,4 +1,4 @@
-"""Whatever bytes lie there: problems come back, never a traceback."""
+"""Any bytes in a config file or run sheet give a list of problems and never an exception."""
 
 from __future__ import annotations
 
@@ -23,16 +23,19 @@ PIECES = st.sampled_from(
     [*b" \n\t:,;-[]{}&*!|>'\"#%@`~?=", *map(str.encode, CONFIG.split("\n")), b"\r\n", b"\x00"]
 ).map(lambda piece: piece if isinstance(piece, bytes) else bytes([piece]))
 BYTES = st.binary(max_size=300) | st.lists(PIECES, max_size=40).map(b"".join)
+"""Random bytes, or a text of these pieces."""
 
 
 @cache
 def sound_files():
+    """A valid run sheet as csv and as xlsx, in bytes."""
     with tempfile.TemporaryDirectory() as folder:
         room = Room(Path(folder))
         return room.text().encode(), book_of(room)
 
 
 def run(config, sheet, name):
+    """Check and load a campaign with this config and this sheet."""
     with tempfile.TemporaryDirectory() as folder:
         room = Room(Path(folder))
         room.write(sheet, name)

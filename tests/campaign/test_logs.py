@@ -1,3 +1,8 @@
+"""Every log that a run sheet names must lie in raw/ and serve one run, or a problem names its cell.
+
+Two runs may share a log only where they are different strokes of it (column `stroke`).
+"""
+
 from __future__ import annotations
 
 import os
@@ -66,8 +71,11 @@ def test_a_link_within_raw_is_a_log(room):
 ONE, SYNC, ESTIMATE = (
     f"clock: {{method: {method}}}\n" for method in ("same_clock", "sync_line", "estimate")
 )
+"""Lines of the config, each with another method for the clocks."""
 F, M, S = "force_log", "motion_log", "stroke"
+"""Columns of the run sheet: the two logs of a run, and the number of its stroke in them."""
 FORCE, MOTION, UPPER = "logs/p1_force.csv", "logs/p1_motion.csv", "logs/P1_FORCE.csv"
+"""Paths of logs below raw/."""
 BOTH = {F: FORCE, M: MOTION, "tare_run": ""}
 
 

@@ -1,3 +1,9 @@
+"""A valid campaign loads with all its runs, and an invalid one raises an error with every problem.
+
+`room` is a small valid campaign on disk (tests/helpers/campaign_room.py). Also tested: how a
+problem reads as text, and what is suggested for a misspelled word.
+"""
+
 from __future__ import annotations
 
 import math

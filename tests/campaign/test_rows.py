@@ -1,4 +1,4 @@
-"""The reader of rows: whatever a column asks for, in csv, tsv and workbooks."""
+"""Rows of csv, tsv and xlsx tables are read in the units of the header; bad cells are named."""
 
 from __future__ import annotations
 
@@ -24,6 +24,7 @@ SCHEMA = Schema(
     comments=True,
     others="ignored",
 )
+"""A table made up for these tests."""
 
 
 def written(folder, text, name="t.csv"):

@@ -1,3 +1,8 @@
+"""The schema, reference page and template of a campaign agree with the models that check it.
+
+Models: `rftfit.campaign.config` and `rftfit.campaign.columns`; `rftfit init` writes the template.
+"""
+
 from __future__ import annotations
 
 import json

@@ -1,3 +1,5 @@
+"""A run sheet gives the same runs in every form of csv, and each bad cell is named."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -9,6 +11,7 @@ from rftfit.campaign.load import check_campaign
 from rftfit.campaign.problems import Place
 
 EXCLUDED = "sheet.excluded-without-reason"
+"""Code of the problem of an excluded run, which stands in column `reason`."""
 
 
 def test_missing_sheet(room):

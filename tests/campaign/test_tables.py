@@ -1,4 +1,7 @@
-"""Campaigns that are a table of stress or of alpha: what is read, what is refused, where."""
+"""A table of stress or alpha is read in its own layout and units, and each bad cell is named.
+
+Such a table stands in for the logs of a campaign.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +21,9 @@ from rftfit.campaign.rows import read_table_columns
 from rftfit.campaign.tables import STRESS, pushes_in, read_pushes, rows_against_gamma
 
 HEAD = "beta_deg,gamma_deg,alpha_z_N_per_cm3,alpha_x_N_per_cm3"
+"""Header of a table of alpha."""
 STRESS_HEAD = "beta_deg,gamma_deg,depth_cm,stress_z_N_per_cm2,stress_x_N_per_cm2"
+"""Header of a table of stress."""
 
 
 def read(path, table=None, *media):

@@ -1,15 +1,24 @@
-"""Rows that do not fit one another, or do: every problem by code, row, column and words."""
+"""Every conflict between rows of a run sheet, as between run and tare, is named by row and column.
+
+Tare: the run of the rod alone, or of the leg in air, whose force is subtracted.
+"""
 
 from __future__ import annotations
 
 import pytest
 
 T, U = "tare_run", "tare_shared"
+"""Columns of the run sheet."""
 BARE = {"t1": None, "th": None, "a1": None, "p1": {T: ""}, "h1": {T: ""}, "c1": {T: ""}}
+"""Changes that remove all tare runs (None) and leave plate runs and legs without a tare."""
 UNUSED = ("tare-unused", 3, "run_id", "a tare that a run uses; no run uses rod t1")
+"""The warning that follows where no run uses tare t1 any more."""
 WARNINGS = {"tare-unused", "tare-missing", "tare-excluded", "depth-unlisted", "no-plate"}
+"""Codes that are warnings; all others are errors."""
 OFF = {"excluded": "yes", "reason": "arm stopped"}
+"""Cells of a run that is excluded."""
 LEVEL, BACK = {"gamma_deg": "45"}, {"direction": "extraction", "gamma_deg": "-0.0", "depth_cm": ""}
+"""Cells of a level push and of a level pull with the wrong gamma."""
 
 
 @pytest.mark.parametrize(

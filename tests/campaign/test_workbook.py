@@ -1,3 +1,5 @@
+"""A run sheet in xlsx gives the same runs as csv, or misleading cells and damage are named."""
+
 from __future__ import annotations
 
 import datetime as dt
@@ -13,6 +15,7 @@ from rftfit.campaign import rows, sheet
 from rftfit.campaign.problems import Place
 
 NAME = "runs.xlsx"
+"""Name of the run sheet."""
 
 
 def book_of(room, **cells):

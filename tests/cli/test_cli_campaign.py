@@ -1,4 +1,4 @@
-"""`rftfit init` and `rftfit check`."""
+"""`rftfit init` makes a campaign and overwrites nothing, and `rftfit check` lists all problems."""
 
 import csv
 import json

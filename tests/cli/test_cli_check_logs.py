@@ -1,4 +1,4 @@
-"""`rftfit check` opens the logs: what a run would drop or doubt is told before it is run."""
+"""`rftfit check` opens the logs and reports every run that `rftfit run` would drop or flag."""
 
 import json
 from collections.abc import Callable

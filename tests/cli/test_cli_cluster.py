@@ -1,4 +1,4 @@
-"""`--cluster`: which profile, and what is missing."""
+"""`--cluster` selects a Snakemake profile and names each program or package that is missing."""
 
 from importlib.machinery import ModuleSpec
 

@@ -1,4 +1,4 @@
-"""`rftfit compare`: which runs a word means, and what is printed."""
+"""`rftfit compare` compares the named media, folders or sessions and refuses unknown names."""
 
 import json
 

@@ -1,4 +1,8 @@
-"""Forces on a leg as the penetrometer: `rftfit scale --contacts`, `rftfit predict --body-of`."""
+"""`rftfit scale --contacts` estimates alpha from forces measured on a leg, or says why it cannot.
+
+Also tested: `rftfit predict --body-of`, which corrects a prediction by what the model gets wrong
+on a body that was measured before.
+"""
 
 import json
 

@@ -1,4 +1,4 @@
-"""`rftfit diff` of two small folders of results: in which unit, in which order, and what it may say of causes."""
+"""`rftfit diff` counts changes of results in half-widths and names only causes that it knows."""
 
 import hashlib
 import json
@@ -19,8 +19,11 @@ COEFFICIENTS, ERRORS, ALPHA, SCALING = (
     "alpha/sand.csv",
     "penetration.csv",
 )
+"""Tables of results."""
 RUNS = [f"rep{bed}_{run}" for bed in (1, 3) for run in range(20)]
+"""Forty runs of two beds."""
 JOB, STATE = "checks/sand", {"rows": "of 40 runs", "logs": "of 80", "code": "c"}
+"""The only job, and the state of everything that it was made from."""
 
 
 def filled(name, **columns):

@@ -1,4 +1,7 @@
-"""`rftfit example`: logs from a folder and from a mirror; what it makes of them: tests/workflow/test_workflow_lacking.py."""
+"""`rftfit example` copies logs from a folder or a mirror only if they have the expected content.
+
+What the example makes of them: tests/workflow/test_workflow_lacking.py.
+"""
 
 import sys
 import threading

@@ -1,4 +1,7 @@
-"""`rftfit export`, and the commands that read what it wrote."""
+"""`rftfit export` writes a profile file from which other commands get the same numbers.
+
+Other commands: `scale`, `plan`, `predict` and `simulate`.
+"""
 
 import csv
 import hashlib
@@ -16,6 +19,7 @@ from rftfit.store import write_csv
 from .conftest import MEASURED
 
 PUSHES = "beta_deg,gamma_deg,alpha_z_N_per_cm3,alpha_x_N_per_cm3\n0,90,0.35,0\n60,45,0.2,0.1\n"
+"""A csv of two pushes."""
 
 
 pytestmark = pytest.mark.usefixtures("work_folder")

@@ -1,4 +1,4 @@
-"""`rftfit inspect`."""
+"""`rftfit inspect` counts the rows, gaps and damage of a log, or says why a file is not a log."""
 
 import json
 import os
@@ -12,7 +12,9 @@ from rftfit.logs.base import Log
 from rftfit.logs.inspect import TimeColumn, lacking, survey
 
 FORCE = "raw/paper/yuma/yuma_bp00_g90_in_force.csv"
+"""A force log of the simulated campaign."""
 HEADER = "time_s,arm_moving,F1_N,F2_N,F3_N"
+"""Header of a force log of the rig."""
 
 
 def force_log(path, rows, header=HEADER, end="\n"):

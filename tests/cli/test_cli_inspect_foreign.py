@@ -1,4 +1,7 @@
-"""`rftfit inspect` on logs of other programs, and what it proposes for the config."""
+"""`rftfit inspect` prints config lines that read the logs of other programs.
+
+Where it cannot, it says what the file looks like.
+"""
 
 import numpy as np
 import pandas as pd
@@ -20,6 +23,7 @@ UNITS = {
     "angle": "deg",
     "arm_moving": "",
 }
+"""Units in which the program wants each quantity."""
 
 
 def block(output):

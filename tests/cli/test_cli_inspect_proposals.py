@@ -1,4 +1,7 @@
-"""What `rftfit inspect` proposes, and what leads on where it cannot: options, folders, tables, other kinds of files."""
+"""`rftfit inspect` proposes columns, units and times that can be read, or names the next step.
+
+Also tested: which last row counts as whole in a log that was cut.
+"""
 
 import re
 from importlib import import_module
@@ -18,6 +21,7 @@ from rftfit.logs.registry import source_reader
 from rftfit.measure.log_columns import columns_asked, map_columns
 
 ROWS = [f"{n / 50:.2f},{0.5 * n},{10 - 0.25 * n}" for n in range(60)]
+"""Time in s, force and z of a push."""
 
 
 def table(path, header, rows=ROWS):

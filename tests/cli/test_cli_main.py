@@ -1,4 +1,4 @@
-"""Help, exit codes, usage errors, crashes, pipes, start-up."""
+"""Each command has help, returns the documented exit code and loads no heavy library."""
 
 import os
 import subprocess
@@ -16,6 +16,7 @@ from rftfit.errors import OutputError, RftfitError
 
 COMMANDS = [command.name for command in app.registered_commands]
 HEAVY = ("pandas", "matplotlib", "snakemake", "pyarrow", "pydantic", "scipy.stats", "numba")
+"""Libraries that take long to load."""
 
 
 def test_version(rftfit):

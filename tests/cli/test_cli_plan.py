@@ -1,4 +1,4 @@
-"""`rftfit plan` and `rftfit scale --pushes`: numbers, files, messages."""
+"""`rftfit plan` and `rftfit scale --pushes` give the library's numbers or name wrong input."""
 
 import csv
 import json

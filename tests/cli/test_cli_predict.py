@@ -1,4 +1,4 @@
-"""`rftfit predict`: numbers against the library, sources, intervals, files, messages."""
+"""`rftfit predict` writes the library's forces and intervals, or names all wrong input."""
 
 import csv
 import json

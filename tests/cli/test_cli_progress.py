@@ -1,4 +1,7 @@
-"""What is made of Snakemake's events, without Snakemake."""
+"""Events of Snakemake become a count of jobs, the time left and the reason of each failed job.
+
+The events are made here; Snakemake is not started.
+"""
 
 import json
 import time
@@ -11,6 +14,7 @@ from rftfit.workflow.durations import keep_durations, read_durations, seconds_le
 from rftfit.workflow.snakemake import Progress, failure_text, nothing_written
 
 STOPPED = "At least one job did not complete successfully."
+"""What Snakemake itself says of a failed job."""
 
 
 def event(text="", **facts):

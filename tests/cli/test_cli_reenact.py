@@ -1,4 +1,4 @@
-"""`rftfit reenact`: what it writes, what it clears, what it never touches."""
+"""`rftfit reenact` writes simulated logs and never changes a file that it did not write."""
 
 import errno
 import os
@@ -11,7 +11,9 @@ from rftfit.lab.marker import MARKER, clear, find_earlier
 from rftfit.lab.rig import FAULTS
 
 QUICK = ("reenact", "--media", "yuma")
+"""A command line of one medium, which has few runs."""
 LOG = "yuma/yuma_bp00_g90_in_force.csv"
+"""One of the logs that it writes."""
 
 
 def contents(folder):

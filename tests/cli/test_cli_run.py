@@ -1,4 +1,7 @@
-"""`rftfit run`: a tiny workflow in place of the real one, run by the real Snakemake."""
+"""`rftfit run` does the jobs of a workflow, tells why one failed, and leaves no process behind.
+
+A tiny workflow stands in for the real one; the real Snakemake runs it.
+"""
 
 import os
 import signal
@@ -39,6 +42,7 @@ rule ledger:
         ") 2> {log}"
 """
 HEAD = "run_id,kind,fate,reason_code,rows\n"
+"""Header of a ledger."""
 SLOW = f"""
 rule all:
     output: "results/slow.txt"

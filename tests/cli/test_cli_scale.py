@@ -1,4 +1,4 @@
-"""`rftfit scale`: numbers against hand calculation, sources, files, messages."""
+"""`rftfit scale` agrees with hand calculation, has right intervals and names wrong input."""
 
 import csv
 import json

@@ -1,4 +1,8 @@
-"""Scores of forces by numbers made by hand, and media whose law is exact."""
+"""Scores of predicted forces agree with hand calculation, and media with exact laws are physical.
+
+Score: how far predicted forces and their intervals are from the true ones. Exact law: alpha of a
+made-up medium, known without error.
+"""
 
 import math
 
@@ -24,6 +28,7 @@ import rftfit
 from rftfit.conventions import mirror
 
 LAWS = exact_laws(MATERIALS)
+"""Media whose alpha is known without error, by name."""
 
 
 def test_percent_inside_counts_ends():

@@ -1,4 +1,7 @@
-"""What many runs share, on campaigns that the model did not make."""
+"""An error that many runs share is named by its cause, and sound campaigns raise no alarm.
+
+The campaigns are made without the model that judges them.
+"""
 
 import math
 from typing import Any
@@ -52,6 +55,7 @@ def model_of(beta, gamma, alpha, without, labels=None):
 
 
 SOUND = [("poppy_LP", table_medium("poppy_LP"), 3), ("", frictional_medium(0.5), 3)]
+"""Campaigns without a fault: medium that the model leaves out, its alpha, repeats."""
 SOUND += [("glass3mm_CP", table_medium("glass3mm_CP"), 1)]
 
 

@@ -1,4 +1,8 @@
-"""Learned from, tested on: legs of a campaign by plates, another leg, and the same leg elsewhere."""
+"""Forces on a leg in some media improve the prediction of it in a medium that was left out.
+
+Lesson: what a prediction learned from: plates, another leg, or the same leg in other media. Also
+tested: a leg is learned from only where the config names it.
+"""
 
 from typing import Any
 
@@ -17,6 +21,7 @@ from rftfit.results import open_results
 
 LEGS = ("c_leg", "reversed_c_leg")
 ROLES = {"poppy_LP": LABORATORY, "glass3mm_CP": LABORATORY, "yuma": SAND}
+"""Role of each medium of the campaign."""
 
 
 def campaign(root, settings=None):

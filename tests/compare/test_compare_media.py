@@ -1,4 +1,8 @@
-"""Two sets of runs: size and shape, what both share, and what cannot be told."""
+"""Two sets of runs are compared in size and shape with intervals that contain the truth.
+
+Size: ratio of strength of two media; shape: alpha over the directions, without the size. Sets that
+cannot be compared are refused.
+"""
 
 import math
 from dataclasses import replace

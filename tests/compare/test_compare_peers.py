@@ -1,4 +1,4 @@
-"""Each run beside the others of its medium."""
+"""A run that deviates from the others of its medium is found, and sound runs are not flagged."""
 
 import math
 from typing import Any

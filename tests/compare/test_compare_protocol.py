@@ -1,4 +1,4 @@
-"""What a plan of runs could tell of errors that many of them share: repeats, order and mirror images decide."""
+"""A plan of runs states which shared errors it can detect and which further runs would help."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Each disturbance changes what it should, by as much as was asked, and nothing else."""
+"""Each disturbance changes the simulated logs by as much as was asked and changes nothing else.
+
+Disturbance: an error of a real lab, such as a wrong surface, a lag or slow noise.
+"""
 
 from __future__ import annotations
 
@@ -35,9 +38,11 @@ PUSH, ROD, LEG, AIR = (
     "poppy_CP_c_leg",
     "air_c_leg",
 )
+"""Runs of one direction: a push, its rod; and a leg in the medium and in air."""
 SLANTED = "poppy_CP_bp30_g34_in"
 SEED = 5
 NONE: Mapping[str, float] = {}
+"""No disturbance."""
 
 
 @pytest.fixture(scope="module")

@@ -1,4 +1,4 @@
-"""The campaign has the runs it should have, along paths that leave a fit window."""
+"""The simulated campaign has every run of the paper, each with its tare and a usable fit window."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Files: the same bytes always, sizes and rows as they should be, faults where they were asked."""
+"""The simulated lab writes the same log files for the same seed, and faults only where asked."""
 
 from __future__ import annotations
 

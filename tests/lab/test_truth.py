@@ -1,4 +1,4 @@
-"""The force in the logs is the published one, with the signs of the lab frame."""
+"""The force in the simulated logs is the published one, with the signs of the lab frame."""
 
 from __future__ import annotations
 

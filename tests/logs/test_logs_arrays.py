@@ -1,4 +1,4 @@
-"""Files of arrays: MATLAB 5 and 7.3, HDF5, NumPy; every column by its path, none read as another."""
+"""Columns of MATLAB, HDF5 and NumPy files are read by their paths, and cut files are refused."""
 
 import numpy as np
 import pytest
@@ -14,6 +14,7 @@ from rftfit.logs.registry import claimants, read_head
 h5py = pytest.importorskip("h5py")
 
 N = 400
+"""Rows of the log that each file holds."""
 TIME = np.arange(N) / 100
 FORCE = np.random.default_rng(5).normal(size=(N, 3)).round(4)
 Z = -10 * TIME

@@ -1,4 +1,4 @@
-"""Logs that read other files are refused by name; logs that unpack to any size before they take memory."""
+"""Logs that read other files or unpack to too much memory are refused before they do so."""
 
 import gzip
 import io
@@ -25,6 +25,7 @@ from rftfit.logs.registry import dialect
 h5py = pytest.importorskip("h5py")
 
 HUGE, MOST_MB = 250_000_000, 200
+"""Numbers that a small file claims to hold, and the memory that reading may take."""
 ZEROS = bytes(1 << 22)
 
 

@@ -1,4 +1,7 @@
-"""Every dialect of text, cut and damaged: complete rows come back, none is invented, none is lost."""
+"""A cut or damaged text log gives all its complete rows: none is invented and none is lost.
+
+Tested for every dialect of text. Dialect: the log format of a program.
+"""
 
 import gc
 import io
@@ -18,8 +21,10 @@ from rftfit.logs.registry import DIALECTS, dialect
 from rftfit.logs.text import CELLS, CUT, NUMBER
 
 NAMES = sorted(TEXTS)
+"""Dialects of text."""
 ROWS = 12
 LOGS = {name: make(ROWS) for name, make in TEXTS.items()}
+"""A small log of each dialect."""
 
 
 @pytest.fixture(scope="module")

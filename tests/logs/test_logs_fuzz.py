@@ -1,4 +1,7 @@
-"""Random and mutated bytes, told to all readers of text; `make fuzz` takes longer."""
+"""The readers of text logs read or refuse random bytes within limits of time and memory.
+
+`make fuzz` takes longer.
+"""
 
 import pytest
 from foreign_logs import TEXTS

@@ -1,4 +1,4 @@
-"""Which column is probably which quantity: headers of three languages, vectors, paths, repeated names."""
+"""The quantity of a log column is proposed from its header, and no wrong quantity is proposed."""
 
 import random
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""LabVIEW measurement files whose channels have clocks of their own."""
+"""Channels of a LabVIEW file (.lvm) that have different clocks are never read with one time."""
 
 import re
 

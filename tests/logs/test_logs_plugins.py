@@ -1,4 +1,7 @@
-"""A lab's own dialect, from a package of its own; a broken one harms nobody else."""
+"""A log dialect from a lab's own package is used, and a broken package affects no other dialect.
+
+Dialect: the log format of a program.
+"""
 
 import importlib
 import re

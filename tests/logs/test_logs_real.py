@@ -1,4 +1,4 @@
-"""Logs as real programs wrote them: read whole, or what is lost is counted, or refused with the reason."""
+"""Logs of real programs are read whole, or with lost rows counted, or refused with the reason."""
 
 import numpy as np
 import pytest
@@ -23,6 +23,7 @@ TEXTS = {
     "ros1/ur3_wrench.csv": ("rostopic", 7718),
     "ros1/ur3_wrench_noforces.csv": ("rostopic", 2462),
 }
+"""File to its dialect and number of rows."""
 REFUSED = {
     "ati_netft/R2_2018_04_11_Thrust_Acro_actually": ("header_only",),
     "ati_netft/R2_2018_07_20_manual01": ("header_only", "RDT Sample Rate: 0 ", "Force Units: ?"),

@@ -1,4 +1,4 @@
-"""Logs that cannot be used: the code of each cause, and in the message the file and what was found."""
+"""A log that cannot be used is refused with the code of the cause, the file and what was found."""
 
 import re
 import sys
@@ -19,7 +19,9 @@ from rftfit.logs.registry import dialect, source_reader
 from rftfit.logs.text import GROUPED
 
 LVM = lvm(3).content
+"""A LabVIEW log, in bytes."""
 NETFT = netft(3).content
+"""A log of an ATI Net F/T transducer, in bytes."""
 
 
 def refused_content(reader, path, content, code, *values):

@@ -1,4 +1,7 @@
-"""Files as people report them: read as `rftfit inspect` proposes, with the right values of their README."""
+"""Files reported by users give their known values when they are read as `rftfit inspect` proposes.
+
+The values are those of the README of the files (../shared/data/reported).
+"""
 
 import re
 from typing import Any
@@ -17,11 +20,14 @@ from rftfit.logs.inspect import recognised
 pytestmark = pytest.mark.skipif(not REPORTED.is_dir(), reason="../shared/data/reported is not here")
 
 ALPHA = 1.0187
+"""Of the push that most of these files hold, N/cm^3."""
 BY_NUMBER = {
     "force_log": {"time": 1, "F3": {"column": 2, "unit": "N"}},
     "motion_log": {"time": 1, "z": {"column": 3, "unit": "mm"}},
 }
+"""Columns named by their numbers."""
 DOWNWARD = {"factor": -1, "offset": 10, "unit": "mm"}
+"""A position that counts downward from 10 mm."""
 PUSHES: dict[str, dict[str, Any]] = {
     "m01_plotjuggler_sparse.csv": {},
     "m41_late_start.csv": {"zero": {"method": "stated", "sd_N": 0.01}},  # begins 0.1 s before

@@ -1,4 +1,4 @@
-"""The rig's reader: every data line is a row or is counted, and no row is invented."""
+"""The reader of the rig's logs keeps or counts every data line and invents no row."""
 
 import tempfile
 from collections import Counter

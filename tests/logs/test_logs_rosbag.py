@@ -1,4 +1,7 @@
-"""ROS bags: the real ones, those of ROS 2, several topics, and every way in which one can be cut."""
+"""ROS 1 and ROS 2 bags are read topic by topic, and cut or hostile bags are counted or refused.
+
+Bag: a log file of the robot operating system (ROS); topic: one series of messages in it.
+"""
 
 import builtins
 import time

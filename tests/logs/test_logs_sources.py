@@ -1,4 +1,4 @@
-"""Rows of several sources are never read as those of one, whatever tells them apart and however often each comes."""
+"""Rows of several sensors in one log are never mixed: one sensor is read, or the log is refused."""
 
 import numpy as np
 import pandas as pd

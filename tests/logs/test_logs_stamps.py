@@ -1,4 +1,7 @@
-"""Times as text: ISO dates, clock times, spreadsheet dates; packed files; what is told of each."""
+"""Times written as text are read in seconds, and an unclear or damaged time is reported.
+
+Also tested: packed text files, and how to export files of a format that is not read.
+"""
 
 import datetime as dt
 import gzip
@@ -24,6 +27,7 @@ from rftfit.logs.stamps import is_stamp, seconds_of, seconds_of_column
 from rftfit.logs.text import NO_TIME, NUMBER
 
 N = 300
+"""Rows of the log."""
 START = dt.datetime(2026, 10, 25, 23, 59, 58, 500_000, dt.UTC)
 TIMES = [START + dt.timedelta(milliseconds=10 * row) for row in range(N)]
 """Over midnight."""

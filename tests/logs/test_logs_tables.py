@@ -1,4 +1,4 @@
-"""xlsx, Parquet, described text, encodings, options, and what headers may look like."""
+"""Workbooks, Parquet and described text are read with their units, and bad rows are counted."""
 
 import datetime as dt
 import random

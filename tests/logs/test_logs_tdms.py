@@ -1,4 +1,7 @@
-"""TDMS files: the real one, written ones, and cut ones."""
+"""A TDMS file gives each channel with its own time, and a cut file gives its complete rows.
+
+TDMS: the binary log format of LabVIEW.
+"""
 
 from pathlib import Path
 from typing import Any
@@ -16,6 +19,7 @@ REAL = Path(__file__).parents[3] / "shared" / "data" / "logs" / "tdms" / "raw1.t
 needs_real = pytest.mark.skipif(not REAL.is_file(), reason="tdms of ../shared/data is absent")
 STAMP = np.datetime64("2026-01-02T03:04:05.250000")
 WAVE = {"wf_start_time": STAMP, "wf_increment": 0.01, "wf_start_offset": 0.0}
+"""Properties of a channel that state its clock."""
 
 
 def write(path, **groups):

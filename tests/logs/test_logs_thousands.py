@@ -1,4 +1,7 @@
-"""Separators of thousands: a number with both marks is read, one with a single mark is not guessed."""
+"""Numbers with thousands separators are read where the marks are clear, else left out.
+
+What is left out is counted.
+"""
 
 import numpy as np
 import pytest

@@ -1,4 +1,7 @@
-"""Clocks from the force alone: the truth comes back inside its interval, or the answer is no."""
+"""Two clocks are aligned from the force alone, and the interval contains the true offset.
+
+A push that does not determine the offset is refused.
+"""
 
 from dataclasses import replace
 
@@ -14,6 +17,7 @@ from rftfit.measure.lab_frame import new_readings
 from rftfit.measure.slopes import student_quantile
 
 T95 = float(student_quantile(0.95, 12))
+"""Student's factor for an interval of 95 %."""
 
 
 def covered(push, alignment):

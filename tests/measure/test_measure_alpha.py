@@ -1,4 +1,7 @@
-"""From fits of runs to the cells of a medium, by hand."""
+"""The alpha table of a medium follows from the fits of its runs as calculated by hand.
+
+Cell: one direction (beta, gamma) of the table.
+"""
 
 import math
 
@@ -21,11 +24,15 @@ from rftfit.measure.flags import Flags, attach_run, codes_of, flag_table, format
 from rftfit.reference import BETA_DEG, GAMMA_DEG
 
 BIG = 1e9
+"""Degrees of freedom of an error that is known exactly."""
 Z95 = 1.959963985
+"""Factor of the normal distribution for an interval of 95 %."""
 
 
 GAP, DRIFT = remark("gap", seconds=2.0), remark("zero-drifted", newtons=0.3)
+"""Flags of runs."""
 BENT = remark("not-linear", component="z", percent=12.0)
+"""A flag of a curved stress."""
 
 
 def run(name, beta, gamma, z, x=0.0, se=0.001, depth=5.0, dof=BIG, **cells):

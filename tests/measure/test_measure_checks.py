@@ -1,4 +1,7 @@
-"""Checks on tables in memory: no false alarm on the published media, every wrong axis named."""
+"""The checks of a medium pass all published media and name each wrong axis, channel or surface.
+
+Also tested: rods, drift, size of alpha, steadiness, linearity, and copies of logs.
+"""
 
 import itertools
 import math
@@ -45,6 +48,7 @@ from rftfit.model.rft3d import rft3d_profile
 from rftfit.results import open_results
 
 GRID_NAMES = ["few", *(name for name in GRIDS if name != "one-push")]
+"""Grids of directions; `few` is the published table as it is."""
 
 
 def on_grid(medium, grid):

@@ -1,4 +1,4 @@
-"""Rows whose time cannot be right."""
+"""Log rows whose time cannot be right are dropped and counted, and gaps in time are found."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Two clocks brought together by the arm's starts and stops."""
+"""Two clocks are aligned by the arm's starts and stops with a true error, or are refused."""
 
 import math
 
@@ -11,13 +11,16 @@ from rftfit.measure.flags import Refused, remark
 from rftfit.measure.strokes import IntruderPath
 
 LIMIT = 0.05
+"""Largest residual of aligned clocks, s."""
 
 
 def spans(*pairs):
+    """Starts and ends as an array of shape (n, 2)."""
     return np.array(pairs, dtype=float).reshape(-1, 2)
 
 
 RUN = spans((2.0, 5.1), (7.1, 15.4))
+"""Spans of time in which the arm moves, s."""
 
 
 class Rig:

@@ -1,4 +1,7 @@
-"""How far the machine yields: the curve comes back, and it never extrapolates."""
+"""The compliance of the machine is found from a push on a rigid body and is never extrapolated.
+
+Compliance: how far the machine itself bends under a force.
+"""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Pushes whose log begins when the plate touches: they are read, and the interval of alpha holds the surface's error."""
+"""Where a log begins at contact, the interval of alpha includes the error of the surface."""
 
 from typing import Any
 

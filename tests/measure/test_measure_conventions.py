@@ -1,4 +1,4 @@
-"""Signs and angles over the whole plane, against vectors."""
+"""Signs and angles agree with vector calculation over the whole plane of directions."""
 
 import math
 
@@ -8,6 +8,7 @@ import pytest
 from rftfit import conventions as c
 
 BETA, GAMMA = np.meshgrid(np.radians(np.arange(-90, 91, 7.5)), np.radians(np.arange(-180, 181, 5)))
+"""Directions over the whole plane, rad."""
 
 
 def same_angle(angle, expected, period):

@@ -1,4 +1,4 @@
-"""Copies of a log that were filed as repeats."""
+"""Copies of a log filed as repeats are found, and true repeats are not taken for copies."""
 
 from types import SimpleNamespace
 
@@ -9,6 +9,7 @@ import pytest
 from rftfit.measure.copies import counted_once, near_copies, same_readings
 
 SIZE = 600
+"""Samples of a run."""
 
 
 def force(seed, hum=0.0):

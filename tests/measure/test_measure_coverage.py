@@ -15,7 +15,9 @@ from rftfit.measure.slopes import fit_slope
 pytestmark = pytest.mark.statistics
 
 RUNS, AIR, BETWEEN = seeds(2000, 400), 200, 200
+"""Simulated runs of each case, and samples of a log in air and before the stroke."""
 SIGMA = 0.05 / 9.6774
+"""Standard deviation of the noise, N/cm^2: 0.05 N on a plate of 9.68 cm^2."""
 ALPHA = 0.35
 
 WINDOWS = {
@@ -25,6 +27,7 @@ WINDOWS = {
     "pulled up": np.linspace(7.7, 1.25, 650),
     "horizontal": np.full(440, 5.08),
 }
+"""Depths of the samples in the fit window, cm."""
 
 
 def coloured(b, a):

@@ -1,4 +1,4 @@
-"""Alpha of stated depths where stress is curved: who gets it, and whether its intervals hold the force."""
+"""Where stress is curved, alpha at stated depths has intervals that contain the true force."""
 
 import numpy as np
 import pandas as pd

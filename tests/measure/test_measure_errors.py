@@ -1,4 +1,7 @@
-"""Errors by name: what each adds to an interval, and what cells share."""
+"""Each named error adds its own amount to the interval of alpha and is shared where it is common.
+
+Common: several runs or cells have it, so that their mean has it too.
+"""
 
 import itertools
 import math
@@ -43,7 +46,9 @@ from rftfit.reference import BETA_DEG, GAMMA_DEG, alpha_grid
 NONE = ErrorSettings(
     surface_run_mm=0, surface_session_mm=0, angle_deg=0, turn_deg=0, tare_percent=0, bed_percent=0
 )
+"""All errors stated to be zero."""
 UNKNOWN = ErrorSettings()
+"""No error stated: each has its default."""
 
 
 def fits(repeats=1, scatter=0.0):

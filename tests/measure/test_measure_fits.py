@@ -1,4 +1,7 @@
-"""One plate run, from its tared stroke to its cell: forces known exactly, no logs."""
+"""The fit of one plate run gives the exact slope and window of its stroke, or the right reason.
+
+Stroke: the part of a run in which the plate moves through the sand. No logs are read.
+"""
 
 import dataclasses
 import math
@@ -16,10 +19,12 @@ from rftfit.measure.lab_frame import lacks_force_x
 from rftfit.measure.ledger import RowStatus
 
 AREA = 3.81 * 2.54
+"""Of the plate, cm^2."""
 ALPHA_Z, ALPHA_X = 0.31, 0.12
 
 
 ODD = remark("zero-drifted", newtons=0.3)
+"""A flag of a run."""
 
 
 def run(direction="intrusion", beta=30.0, gamma=45.0, **facts):

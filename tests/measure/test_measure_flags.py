@@ -1,4 +1,4 @@
-"""Flags and reasons: each code has its sentence, comes back from a table, and is said in one place."""
+"""Each flag and reason has one code with one sentence and comes back unchanged from a table."""
 
 import re
 from pathlib import Path
@@ -22,6 +22,7 @@ from rftfit.measure.sentences import CHECK_WORDS, FLAGS, SENTENCES
 from rftfit.measure.verdicts import CHECKS
 
 DRIFT, CUT = remark("zero-drifted", newtons=0.3), remark("motion-log-cut")
+"""Flags of runs."""
 GAIN = remark("channel-gain", channel="F1", times=2.0)
 ROWS = remark("cut-rows", count=3, file="a; b.csv", why="cut in mid-row")
 

@@ -1,4 +1,4 @@
-"""The sensor's frame, against a rotation written here from the definition."""
+"""Sensor readings become force and position in the lab frame as its definition says."""
 
 import itertools
 import math

@@ -1,4 +1,7 @@
-"""Lines with a free intercept and powers of depth beside the line through zero."""
+"""A line with a free intercept and a power of depth are recovered, with right intervals.
+
+They stand beside the line through zero, which is the model's law.
+"""
 
 import numpy as np
 import pytest
@@ -8,6 +11,7 @@ from rftfit.measure.slopes import fit_slope
 
 DEPTH = np.linspace(0.5, 8.0, 700)
 NOTHING = np.zeros((1, 1)), np.ones((1, 1))
+"""Variance of the zero (none) and its degrees of freedom."""
 
 
 def test_exact_laws_are_found():

@@ -1,4 +1,8 @@
-"""Where the next push falls: against pushes of a medium that no code of the program makes."""
+"""About 95 % of further pushes fall into the interval that is stated for the next push.
+
+The pushes are of a medium that no code of the program makes. By hand: which errors a further push
+has anew, and which it shares with the runs before.
+"""
 
 import math
 from functools import partial
@@ -13,9 +17,11 @@ from rftfit.measure.errors import SurfaceError
 
 DIRECTIONS = [(beta, gamma) for beta in (-30.0, 0.0, 30.0) for gamma in (-60.0, 30.0, 60.0, 90.0)]
 NOISE, NOISE_DOF, BED = 0.004, 12, 0.05
+"""Noise of a push, N/cm^3, its degrees of freedom, and the relative spread of beds."""
 near = partial(pytest.approx, rel=1e-5)
 
 EXACT = {"angle_deg": 0, "turn_deg": 0, "tare_percent": 0}
+"""Errors stated to be zero."""
 
 
 def truth(beta, gamma):

@@ -1,4 +1,7 @@
-"""A campaign whose clocks and surface nobody wrote down, with round plates and a machine that yields."""
+"""A campaign with unknown clocks, surface and machine compliance gives the true alpha.
+
+Unknown: not stated in the config but found from the logs. Compliance: how far the machine bends.
+"""
 
 import re
 from typing import Any
@@ -19,7 +22,9 @@ from rftfit.measure.readable import open_logs
 from rftfit.measure.tare import tare_medium
 
 YIELD_CM_PER_N = 1e-3
+"""How far the machine bends under one newton."""
 STIFFNESS = 25.0
+"""Force on the plate for each cm of depth, N/cm."""
 
 CONFIG: dict[str, Any] = {
     "title": "found, not typed",

@@ -1,4 +1,7 @@
-"""Fits whose data do not determine them: NaN or nothing, and neither an exception nor a warning, which is an error here."""
+"""A fit that its data do not determine gives NaN or nothing, without an exception or a warning.
+
+A warning is an error in the tests.
+"""
 
 import math
 from types import SimpleNamespace
@@ -28,8 +31,11 @@ from rftfit.measure.slopes import (
 from rftfit.measure.surface import find_surface
 
 FLAT = np.ones((1, 60))
+"""A stress that is the same at all depths."""
 ZERO = np.zeros((1, 1)), np.ones((1, 1))
+"""Variance of the zero (none) and its degrees of freedom."""
 AT_ZERO_AND_ONE = np.where(np.arange(60) < 59, 0.0, 5.0)
+"""Depths of which all but the last are zero."""
 
 
 def alpha_at_one_depth(depth_cm, at_cm):

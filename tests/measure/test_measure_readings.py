@@ -1,4 +1,7 @@
-"""Readings that count and those that do not: single bad ones, codes for no data, positions that are held."""
+"""Wrong single readings, codes for no data and held positions are left out, and true ones are kept.
+
+Held: repeated by the logger until a new value arrives.
+"""
 
 from pathlib import Path
 
@@ -24,6 +27,7 @@ BAD = {
     "full bits": lambda random, force: 2.0 ** random.integers(12, 24, force.size) / 4200,
     "100 N too much": lambda _, force: force + 100.0,
 }
+"""Kind of wrong readings to what stands in place of the force."""
 
 
 @pytest.mark.parametrize("share", [0.002, 0.03, 0.1])

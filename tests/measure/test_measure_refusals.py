@@ -1,4 +1,4 @@
-"""Why a run gives no number: each code once, from logs that deserve it."""
+"""Data that allow no number are refused with the code of their cause, tested once for each code."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -22,6 +22,7 @@ from rftfit.measure.trace import _gaps
 
 NAN = float("nan")
 PUSH = plate_run("a", medium="sand")
+"""A row of the run sheet."""
 TIME, DEPTH = np.arange(1000) / 100, np.linspace(0, 5, 1000)
 
 
@@ -30,10 +31,12 @@ def noise(seed, sd, size=1000):
 
 
 def under(cm):
+    """Depth below a surface that lies at this depth."""
     return np.maximum(DEPTH - cm, 0)
 
 
 def path(depth):
+    """Path of an intruder that goes straight down to these depths in 10 s."""
     time = np.linspace(0, 10, depth.size)
     return IntruderPath(time, np.zeros_like(depth), -depth, np.zeros_like(depth))
 
@@ -48,6 +51,7 @@ def with_force(force, seed=8, depth=None, max_se_s=0.1):
 
 
 def waves(push):
+    """A force that rises and falls many times."""
     time = push.force_time - push.force_time[0]
     return 20 * np.abs(np.sin(3 * time)) + 0.1 * time
 

@@ -1,4 +1,7 @@
-"""Clocks of a session: one offset and drift from its pushes straight down, with an honest error, or none."""
+"""The clock of a session is found from its pushes straight down within its error, or refused.
+
+Session: all runs between two settings of the clocks.
+"""
 
 import math
 import re
@@ -19,7 +22,9 @@ from rftfit.measure.session_clocks import (
 )
 
 ESTIMATE = ClockSettings(method="estimate")
+"""The clocks are to be found from the force."""
 START_S = 1.7e9
+"""Beginning of the day, s since 1970."""
 TIME = np.array([0.0, 30.0])
 
 

@@ -1,4 +1,7 @@
-"""The zero-intercept slope: certified values, invariances, quality figures."""
+"""The slope of a line through zero equals certified values, and its errors behave as theory says.
+
+Certified: the NIST data sets NoInt1 and NoInt2.
+"""
 
 from typing import Any
 
@@ -19,6 +22,7 @@ from rftfit.measure.slopes import (
 )
 
 NOTHING = np.zeros((2, 2)), np.full((2, 2), 12.0)
+"""Variance of the zeros (none) and their degrees of freedom."""
 DEPTH = np.linspace(1.9, 7.1, 520)
 
 

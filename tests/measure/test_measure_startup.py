@@ -1,4 +1,7 @@
-"""What a start-up leaves in the window: exact algebra of a force that dies away."""
+"""The bias that a start-up leaves in the fit window equals its exact algebraic value.
+
+Start-up: force that dies away after the plate begins to move.
+"""
 
 import numpy as np
 import pytest
@@ -6,6 +9,7 @@ import pytest
 from rftfit.measure.slopes import startup_bias
 
 SKIP = 3.0
+"""Length at the start of the path that the program leaves out, cm."""
 STEP = 0.125  # exact in binary: 8 samples in each third of the skipped length
 PATH: np.ndarray = np.linspace(0, 64 * STEP, 65)
 

@@ -1,4 +1,7 @@
-"""Strokes in motions of testing machines and arms: found as they are, or refused for the true reason."""
+"""All strokes in the motion of a machine or an arm are found, or refused with the true reason.
+
+Stroke: the part of a motion in which the plate moves through the sand.
+"""
 
 from collections import Counter
 from dataclasses import replace

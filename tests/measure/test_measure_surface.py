@@ -1,4 +1,4 @@
-"""The free surface from the force: without bias, inside its interval, and never where there is none."""
+"""The free surface is found from the force without bias, and never where there is none."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,7 @@
-"""From the tables of ingest and tare to those of fits and leg curves: numbers known exactly, no logs."""
+"""Tables of tared samples give exact tables of fits and leg curves, and every sample is counted.
+
+No logs are read.
+"""
 
 import math
 from pathlib import Path
@@ -17,8 +20,11 @@ from rftfit.measure.ledger import RowStatus
 from rftfit.measure.leg_curves import LEG_COLUMNS, leg_curves
 
 AREA = 3.81 * 2.54
+"""Of the plate, cm^2."""
 ALPHA = np.array([0.31, -0.12])
+"""Slopes z and x of the stress in the medium, N/cm^3."""
 ROD = np.array([0.02, -0.03])
+"""Slopes z and x of the force on the rod, over the area of the plate, N/cm^3."""
 DOWN = np.linspace(0.0, 9.0, 901)
 INSIDE = DOWN[123:778]
 """Depths at which a plate at 30 degrees is submerged and 6 cm above the bottom."""

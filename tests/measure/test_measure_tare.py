@@ -1,4 +1,7 @@
-"""A tare knows where it holds, and is NaN elsewhere."""
+"""A tare gives its force where it was measured and is NaN elsewhere.
+
+Tare: the force of the rod alone, or of the leg in air, which is subtracted from a run.
+"""
 
 from types import SimpleNamespace
 from typing import Any
@@ -22,6 +25,7 @@ def rod(depth):
 
 
 TARE = Tare.from_samples("depth_cm", DEPTH, rod(DEPTH))
+"""Made from samples of the force on a rod."""
 
 
 def test_between_its_samples():

@@ -1,4 +1,7 @@
-"""Units: factors from their definitions, and no silent guess."""
+"""Unit factors follow from their definitions, and a unit that is not stated is never guessed.
+
+Also tested: the calibration of gauges.
+"""
 
 import math
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Variance of weighted sums of correlated errors against its exact value."""
+"""The estimated variance of sums of correlated errors agrees with the exact variance."""
 
 import numpy as np
 import pytest
@@ -8,6 +8,7 @@ from scipy.signal import lfilter
 from rftfit.measure.slopes import combine_dof, fit_slope, weighted_sum_variance
 
 SERIES, N = 3000, 300
+"""Simulated series of errors, and the length of each."""
 SIGMA = 0.05
 
 

@@ -1,4 +1,7 @@
-"""A reader who follows one push from its log to alpha opens few files, six of them first."""
+"""One push goes from its log to alpha through few source files, in a documented order.
+
+Each file of that order opens with its main function.
+"""
 
 import sys
 from pathlib import Path
@@ -15,6 +18,7 @@ from rftfit.measure.tare import tare_medium
 
 MEDIUM, PUSH = "poppy_LP", "poppy_LP_bp00_g90_in"
 MOST_FILES = 28
+"""Files of the package that a push may pass through."""
 WAY = {
     "read.py": "read_logs",
     "trace.py": "trace_run",

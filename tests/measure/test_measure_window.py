@@ -1,4 +1,4 @@
-"""Limits of the fit window, computed by hand for the paper's plate and container."""
+"""The fit window has the limits that are computed by hand for the paper's plate and container."""
 
 import math
 from types import SimpleNamespace
@@ -15,6 +15,7 @@ from rftfit.measure.ledger import RowStatus
 PLATE = Plate(shape="plate", length_cm=3.81, width_cm=2.54, thickness_cm=0.64)
 BOX = Container(length_cm=24, width_cm=22, depth_cm=15)
 EDGE = 1e-6
+"""A little more or less than a limit, cm."""
 
 # by hand: half length 1.905, half thickness 0.32; bottom 15 - 6 = 9, wall 12 - 6 = 6
 HAND = [
@@ -24,6 +25,7 @@ HAND = [
     (90, 1.905, 7.095, 5.68),
     (-90, 1.905, 7.095, 5.68),
 ]
+"""Beta, least and greatest depth, greatest distance from the middle, cm."""
 
 
 def whys(depth, x, beta_deg, fit, direction="intrusion", path=0.0, to=None, plate=PLATE):

@@ -1,4 +1,7 @@
-"""The transducer's zero: what it reads in air, and how well that is known."""
+"""The zero of the transducer and its error follow from the rests in air, if a log has any.
+
+Zero: what the transducer reads without load.
+"""
 
 import math
 

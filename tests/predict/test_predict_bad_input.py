@@ -1,4 +1,4 @@
-"""What is missing stays missing, with its reason, from the logs to the tables of the force model."""
+"""A value that is missing in logs or tables stays missing in predicted forces, with its reason."""
 
 import numpy as np
 import pandas as pd
@@ -16,7 +16,9 @@ from rftfit.workflow.validate import legs_predicted
 
 LEG, AIR = "poppy_LP_c_leg", "air_c_leg"
 HOLE = (30.0, 45.0)
+"""Direction of the cell that has no alpha."""
 WHY_HOLE = "fewer than 30 samples in the window"
+"""The reason for it."""
 
 
 @pytest.fixture

@@ -1,4 +1,7 @@
-"""The compiled kernel against its numpy twin, and the physics of single elements."""
+"""The compiled force kernel agrees with plain numpy, and forces on single elements are physical.
+
+Element: a short straight piece of an outline.
+"""
 
 import math
 import subprocess
@@ -24,7 +27,9 @@ from rftfit.model.profiles import (
 M0 = fourier.as_array(reference.coefficients("generic"))
 TABLE = TableProfile.published("poppy_LP")
 HOLES = np.where(np.arange(91).reshape(7, 13) == 2 * 13 + 9, np.nan, 1.0)
+"""One of 91 cells is NaN."""
 HOLED = TableProfile(*(HOLES * np.array(reference.alpha_grid("poppy_CP"))), name="holed")
+"""A published table without that cell."""
 RANDOM = np.random.default_rng(7)
 UNEVEN = TableProfile(
     *RANDOM.normal(size=(2, 5, 7)),
@@ -32,6 +37,7 @@ UNEVEN = TableProfile(
     np.radians([-90.0, -69.0, -67.0, 0.0, 67.0, 69.0, 90.0]),
     name="uneven",
 )
+"""A table on a grid of uneven steps."""
 PROFILES: list[Profile] = [TABLE, HOLED, UNEVEN, FourierProfile(M0), DepthOnlyProfile.of(TABLE)]
 each_profile = pytest.mark.parametrize("profile", PROFILES, ids=lambda p: p.name)
 

@@ -1,4 +1,4 @@
-"""Where a prediction leaves what was measured."""
+"""A prediction outside of what was measured or tested has a warning that names the limit."""
 
 from types import SimpleNamespace
 from typing import Any

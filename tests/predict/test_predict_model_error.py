@@ -1,4 +1,7 @@
-"""The model's own error: its size, its course over a motion, and the intervals with it."""
+"""The error of the model has its stated size and correlation and widens every interval of force.
+
+Model error: what resistive force theory itself gets wrong, beside the errors of alpha.
+"""
 
 import numpy as np
 import pandas as pd
@@ -17,6 +20,7 @@ POPPY = rftfit.published_medium("poppy_LP")
 LEG = rftfit.model_leg("reversed_c_leg")
 TURN = rftfit.rotation()
 ONE_PUSH = pd.DataFrame({"beta_deg": [0], "gamma_deg": [90], "alpha_z_N_per_cm3": [0.35]})
+"""Straight down."""
 
 
 def paths(progress, count=4000, step=10**6):

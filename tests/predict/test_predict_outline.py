@@ -1,4 +1,7 @@
-"""Outlines: arcs, model legs, and points from a user's csv."""
+"""Outlines of legs have the designed shape, and a wrong csv of points is refused by its rows.
+
+Outline: the side view of a body as a chain of points.
+"""
 
 import itertools
 import math
@@ -22,6 +25,7 @@ from rftfit.model.outlines import (
 from rftfit.model.reference_kernel import place
 
 R = 3.81
+"""Half the greatest length of a leg, cm."""
 
 
 def written(tmp_path, rows, header="x_cm,z_cm"):

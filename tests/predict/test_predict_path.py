@@ -1,4 +1,4 @@
-"""Free paths: velocities by differences, forces over time, bad input."""
+"""Forces along a free path follow from its poses and times, and a wrong path is refused."""
 
 import numpy as np
 import pytest

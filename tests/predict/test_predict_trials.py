@@ -1,4 +1,7 @@
-"""Rotating legs: convergence, an independent integral, the paper's order of legs, its measurements."""
+"""Forces on rotating legs agree with a slow integral and with the curves measured in the paper.
+
+Also tested: they converge with the number of elements.
+"""
 
 import math
 from itertools import pairwise

@@ -1,4 +1,7 @@
-"""Bekker's law from pushes of known laws: one plate, plates of two widths, one push, and what is refused."""
+"""Bekker's law is recovered with its errors from pushes that obey it, and other pushes are refused.
+
+Bekker's law: pressure = (k_c / b + k_phi) z^n, for a plate of width b at depth z.
+"""
 
 import numpy as np
 import pandas as pd

@@ -1,4 +1,8 @@
-"""Measured forces on bodies as observations of a map, and what the model gets wrong on a body."""
+"""Forces measured on a body give alpha within its interval, and what tells nothing is refused.
+
+Contact: forces on a body of known shape along a known motion. Also tested: what the model gets
+wrong on a body is learned and removed.
+"""
 
 import numpy as np
 import pandas as pd
@@ -13,6 +17,7 @@ LEG = rftfit.model_leg("c_leg", elements=12)
 MOTION = rftfit.rotation(np.arange(-90.0, 91, 15))
 SAND = rftfit.published_medium("poppy_LP")
 ONE_PUSH = pd.DataFrame({"beta_deg": [0], "gamma_deg": [90], "alpha_z_N_per_cm3": [0.3]})
+"""Straight down."""
 
 
 def turned(medium="poppy_LP", motion=MOTION, factor=1.0, **options):

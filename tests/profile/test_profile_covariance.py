@@ -1,4 +1,4 @@
-"""Covariance of alpha: against simulations of each common error alone, by hand."""
+"""The covariance of alpha equals that of simulated runs for each error that runs have in common."""
 
 import io
 import math
@@ -19,7 +19,9 @@ from rftfit.store import csv_bytes
 NONE = ErrorSettings(
     surface_run_mm=0, surface_session_mm=0, angle_deg=0, turn_deg=0, tare_percent=0, bed_percent=0
 )
+"""All errors stated to be zero."""
 LEVER, TARE = 0.2, 0.004
+"""Relative change of a slope by a shift of the surface, 1/cm; error of a tare, N/cm^3."""
 RUNS = [
     # direction, alpha_z and alpha_x as filed, slope of the rod as filed, mirrored, rod
     ((0.0, 90.0), (0.30, 0.01), (0.05, 0.02), False, "rod_a"),

@@ -1,4 +1,7 @@
-"""The profile file: what goes in comes out, in three languages; what was changed is found."""
+"""A profile file gives the same alpha to every reader, and each change or damage in it is found.
+
+Profile: alpha as a function of the directions of plate and motion, here with its errors.
+"""
 
 import copy
 import json
@@ -24,6 +27,7 @@ from rftfit.model.profile_schema import ProfileFile, main
 from rftfit.reference import MEDIA
 
 Z, X = "alpha_z_N_per_cm3", "alpha_x_N_per_cm3"
+"""Columns of a profile file."""
 DRAWS_Z, DRAWS_X = "draws_z_N_per_cm3", "draws_x_N_per_cm3"
 PUSHES = pd.DataFrame(
     {"beta_deg": [0, 60, -30, 12], "gamma_deg": [90, 45, 0, 73], Z: [0.35, 0.2, 0.1, 0.3],

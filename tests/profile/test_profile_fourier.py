@@ -1,4 +1,7 @@
-"""Symmetry, nine terms, both fits, selection."""
+"""Both fits of the nine Fourier terms keep the symmetry of alpha and give Tables S2 and S3.
+
+Fits: least squares (`lsq`), and the transform of the even grid (`dft-index`).
+"""
 
 import math
 
@@ -13,6 +16,7 @@ from rftfit.model.scaling import generic, vertical_penetration
 
 RANDOM = np.random.default_rng(2013)
 M = RANDOM.normal(0, 0.1, (20, 9))
+"""Twenty sets of nine coefficients."""
 TABLE_S2 = {medium: reference.coefficients(medium) for medium in reference.MEDIA}
 GENERIC = reference.coefficients("generic")
 

@@ -1,4 +1,7 @@
-"""The one interface of table, nine terms and depth-only: torus, wrap, missing cells, draws."""
+"""Every kind of profile is periodic and symmetric in its angles and is NaN where it has no data.
+
+Kinds: measured table, nine terms, depth-only, scaled generic.
+"""
 
 import math
 import re

@@ -1,4 +1,4 @@
-"""Which pushes to make next: promises that are kept, and choices better than chance."""
+"""Planned pushes narrow an interval by as much as promised, and more than random pushes do."""
 
 import numpy as np
 import pandas as pd
@@ -14,7 +14,9 @@ from rftfit.reference import MEDIA
 NODES = grid()
 BETA, GAMMA = np.degrees(NODES)
 ON_LINES = Nodes(*NODES, NODES[0].size)
+"""The directions of the paper's grid, without any between its lines."""
 OWN = [(round(float(b), 3), round(float(g), 3)) for b, g in zip(BETA, GAMMA, strict=True)]
+"""The same directions, rounded, in degrees."""
 
 
 def root_of(covariance):

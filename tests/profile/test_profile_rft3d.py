@@ -1,4 +1,7 @@
-"""3D-RFT in the plane: numbers of an implementation by others, and the law written out by hand."""
+"""3D-RFT in the plane agrees with an independent implementation and with its law written by hand.
+
+3D-RFT: a resistive force theory for bodies in space; it needs one push and a friction.
+"""
 
 import math
 

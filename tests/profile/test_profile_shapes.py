@@ -1,4 +1,7 @@
-"""The map of a few pushes: conditional mean and covariance, limits, symmetry, and media that do not belong."""
+"""The map of a medium from few pushes has the right mean, intervals and symmetry, or is refused.
+
+Map: alpha in all directions, estimated from few pushes and from the shapes of known media.
+"""
 
 import numpy as np
 import pandas as pd
@@ -39,19 +42,24 @@ ON_LINES = Nodes(*NODES, COUNT)
 
 
 def truth(medium):
+    """Published alpha of a medium at all directions, shape (2, n)."""
     return np.stack(TableProfile.published(medium).alpha(*NODES))
 
 
 def node(beta_deg, gamma_deg):
+    """Place of a direction in the grid."""
     return int(np.argmin(np.hypot(BETA - beta_deg, GAMMA - gamma_deg)))
 
 
 def pushed(medium, places, se=0.005):
+    """Pushes into a published medium in the directions of these places."""
     return Pushes.of(BETA[places], GAMMA[places], truth(medium)[:, places], se)
 
 
 LINES = pd.DataFrame({"beta_deg": BETA, "gamma_deg": GAMMA, "place": range(COUNT)})
+"""All directions and the place of each."""
 FEW = [node(0, 90), node(30, 56), node(-30, 72), node(60, 18), node(90, 45), node(0, 34)]
+"""Places of six of them."""
 
 
 def test_covariance_has_the_symmetry_of_alpha():

@@ -1,4 +1,4 @@
-"""The check that no text of a figure leaves it or lies over another one."""
+"""The check of a figure's texts finds each one that leaves the figure or lies over another."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The live parts of the report page in a real browser, with real clicks and keys.
+"""In a real browser, the report page gives the library's numbers and obeys clicks and keys.
 
 One browser serves all tests. Those that ask for numbers share one page; those that move something
 open it anew.

@@ -1,4 +1,7 @@
-"""What was found: every number of the sentences is read back from the page and compared with the tables."""
+"""Every number in the findings of the report page equals the one in the tables.
+
+Findings: the sentences at the top of the page and its sections. Also tested: the first figures.
+"""
 
 from __future__ import annotations
 

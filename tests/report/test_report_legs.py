@@ -1,3 +1,5 @@
+"""Figures of legs and natural sands draw the curves of the tables and say what is missing."""
+
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -42,7 +44,9 @@ from rftfit.model.profiles import (
 MEDIA = ["poppy_LP", "glass3mm_CP"]
 SANDS = ["yuma", "palms29"]
 SAND_ZETAS = {"yuma": 0.61, "palms29": 0.78}
+"""Scaling factor of each sand."""
 STATED_CM = {"yuma": 2.0, "palms29": 3.0}
+"""End of the linear regime that the config states."""
 
 
 def curve(medium, leg, name, profile):

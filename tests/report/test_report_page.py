@@ -1,4 +1,7 @@
-"""The report page without a browser: its numbers and elements, what it escapes, how large it is."""
+"""The report page is well formed and small, shows the numbers of the tables and escapes all text.
+
+No browser is used here.
+"""
 
 from __future__ import annotations
 
@@ -39,6 +42,7 @@ from rftfit.results import Results
 
 GAP = remark("gap", seconds=1.51)
 VOID = {"meta", "link", "input", "br"}
+"""Tags of HTML that have no end."""
 SECTIONS = [
     "summary",
     "believed",
@@ -55,6 +59,7 @@ SECTIONS = [
     "methods",
     "provenance",
 ]
+"""Sections of the page in their order."""
 
 
 class PageParser(HTMLParser):

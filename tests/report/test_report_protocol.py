@@ -1,4 +1,7 @@
-"""Figures of how forces become slopes: recording to result, and all media at a few angles."""
+"""Figures from recording to slope show a run of each kind with its slope, or say what is missing.
+
+Also tested: the figure of all media at a few angles (linearity).
+"""
 
 from __future__ import annotations
 

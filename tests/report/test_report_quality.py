@@ -1,3 +1,8 @@
+"""A quality sheet shows every plate run of a medium and marks each bad run with its fault.
+
+Also tested: the figure of runs beside their repeats.
+"""
+
 from __future__ import annotations
 
 from collections.abc import Hashable

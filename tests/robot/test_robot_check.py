@@ -1,4 +1,4 @@
-"""`rftfit check` of a campaign's robot: its file, its sheet and its tracks, all problems at once."""
+"""`rftfit check` reports all problems of a robot's file, trial sheet and tracks at once."""
 
 import json
 import shutil
@@ -19,7 +19,9 @@ RUNS = (
 )
 ROBOT_SHEET = "raw/paper/robot/runs.csv"
 HEAD = "run_id,condition,medium,curvature_times_R,frequency_Hz,track\n"
+"""Header of the robot's trial sheet."""
 GOOD = "a1,a,poppy_LP,1,2,tracks/a1.csv\na2,a,poppy_LP,1,,tracks/a2.csv\n"
+"""Two rows without a fault."""
 
 
 @pytest.fixture

@@ -1,4 +1,7 @@
-"""``rftfit simulate`` and ``rftfit sweep`` as a user meets them."""
+"""`rftfit simulate` gives the speed and the pictures of a robot and refuses wrong options.
+
+`rftfit sweep` is called with a wrong option only.
+"""
 
 import io
 import json
@@ -13,7 +16,9 @@ from rftfit.cli.main import main
 from rftfit.figures.animation import gif_bytes, mp4_bytes
 
 CASE = ["simulate", "--curvature", "1", "--medium", "poppy_LP", "--no-animation"]
+"""A command line that lacks the frequency."""
 BASE = (*CASE, "--frequency", "5", "--profile", "fourier")
+"""A whole command line."""
 
 
 @pytest.fixture

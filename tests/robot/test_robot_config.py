@@ -1,4 +1,4 @@
-"""The robot's file: the default one, and everything that can be wrong with one."""
+"""A robot file describes any robot, and everything wrong in it is named by line and key."""
 
 import re
 

@@ -1,4 +1,4 @@
-"""Measured speeds, errors, optima and what the paper says of them."""
+"""Errors of robot speed, best curvature and verdicts on the paper agree with hand calculation."""
 
 import math
 
@@ -21,6 +21,7 @@ from rftfit.robot.speeds import (
 from rftfit.robot.sweep import CALIBRATED_ON
 
 PLACES = list(CALIBRATED_ON.values())
+"""Conditions on which the robot was calibrated."""
 
 
 def trials():

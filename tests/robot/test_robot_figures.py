@@ -1,4 +1,4 @@
-"""Figures of the robot: what is drawn is what the tables say."""
+"""Figures of the robot draw the values of the tables, or say why there are none."""
 
 import numpy as np
 import pandas as pd

@@ -1,4 +1,4 @@
-"""What makes the generic profile's reversed legs too fast: the lift of a belly that slides level."""
+"""The lift of a level belly alone makes reversed legs too fast in the generic profile."""
 
 import numpy as np
 import pytest
@@ -10,6 +10,7 @@ from rftfit.robot.speeds import published_speeds
 
 MEDIUM = "poppy_LP"
 BELLY = "table, nine terms in alpha_z at (0, 0) alone"
+"""Name of the profile that differs from the table in one cell only."""
 
 
 def test_each_profile_changes_what_it_says():

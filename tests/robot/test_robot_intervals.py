@@ -1,4 +1,4 @@
-"""Intervals of speed and best curvature: draws of alpha through the robot."""
+"""Intervals of robot speed and best curvature follow from draws of alpha and the model error."""
 
 import math
 
@@ -32,7 +32,9 @@ from rftfit.robot.intervals import (
 from rftfit.robot.run import Condition
 
 FAST = [Condition(5.0, 0.8), Condition(4.0, 1.0)]
+"""Two conditions of a fast robot: frequency in Hz and curvature of the legs."""
 NINE = FourierProfile(as_array(reference.coefficients("poppy_LP")))
+"""Nine terms of a published medium."""
 
 
 def nine_draws(spread, count=8):

@@ -1,7 +1,8 @@
-"""MuJoCo as an independent integrator: hinged legs, granular forces applied from outside.
+"""MuJoCo, an independent integrator, gives the same mean speeds of the robot.
 
-Only the outline of a leg and the force on an outline in a pose are shared with the program: masses,
-hinges, places and velocities of all bodies and the steps in time are MuJoCo's, in SI.
+Legs are hinged and granular forces are applied from outside. Only the outline of a leg and the
+force on an outline in a pose are shared with the program: masses, hinges, places and velocities of
+all bodies and the steps in time are MuJoCo's, in SI.
 """
 
 import math
@@ -19,6 +20,7 @@ mujoco: Any = pytest.importorskip("mujoco", reason="the package mujoco is not in
 
 STEP_S = 2e-4  # not the program's
 STRIDES = {1.0: 3, 2.0: 4, 3.5: 7, 5.0: 9}
+"""Stride frequency in Hz to the strides that are run."""
 # a flywheel so heavy that no force changes its rate: the hinge's angle is prescribed
 FLYWHEEL_KG_M2 = 1e6
 

@@ -1,4 +1,4 @@
-"""The robot on the report page: its tables, numbers for the script, and pictures of the running robot."""
+"""The robot's part of the report page shows the numbers of its tables and pictures of its run."""
 
 import json
 

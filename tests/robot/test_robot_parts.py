@@ -1,4 +1,4 @@
-"""A robot cut into elements, and when a run counts as steady: numbers by hand."""
+"""A robot's elements, its limits and its steady state have the values calculated by hand."""
 
 import dataclasses
 import math

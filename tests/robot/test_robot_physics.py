@@ -1,4 +1,4 @@
-"""Balances of momentum and energy, statics, symmetry, and the order of the methods."""
+"""The simulated robot obeys momentum, energy, statics and symmetry, and its steps converge."""
 
 import math
 
@@ -12,6 +12,7 @@ from rftfit.robot.config import Robot
 from rftfit.robot.run import simulate
 
 G = 980.665
+"""Gravity, cm/s^2."""
 ERG_PER_N_CM = NEWTON_IN_G_CM_PER_S2
 
 

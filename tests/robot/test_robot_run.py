@@ -1,4 +1,4 @@
-"""Runs: how they begin, end, and are judged."""
+"""A robot run begins at the surface and is judged steady, tipped or buried with the true reason."""
 
 import math
 

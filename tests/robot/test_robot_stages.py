@@ -1,4 +1,7 @@
-"""The robot's stages: tracks to speeds, a sweep that can be interrupted, tables."""
+"""The robot's stages turn tracks into the published speeds and a sweep into tables.
+
+Track: the recorded path of a marker on the robot. What cannot be used is given a reason.
+"""
 
 import json
 import shutil

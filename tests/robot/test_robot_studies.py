@@ -1,4 +1,7 @@
-"""What the paper does not say: how it is varied, and that the calibration stands in the file."""
+"""The robot file holds the best calibration, and each change of a study alters what it names.
+
+Studies vary what the paper does not say about the robot.
+"""
 
 import math
 from dataclasses import replace

@@ -1,4 +1,7 @@
-"""The sweep, its tables, and the best curvature."""
+"""A sweep has the paper's conditions, does not depend on threads and finds the best curvature.
+
+Sweep: runs of the robot over stride frequency and curvature of the legs.
+"""
 
 import math
 

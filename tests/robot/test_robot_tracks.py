@@ -1,4 +1,7 @@
-"""Marker tracks and their sheet: read, judged, and every row accounted for."""
+"""A marker track gives the robot's speed or a reason, and each row of it is accounted for.
+
+Also tested: the sheet that lists the tracks.
+"""
 
 import math
 from types import SimpleNamespace

@@ -1,4 +1,4 @@
-"""`rftfit predict --mesh`: numbers against the library, figure, and what is refused."""
+"""`rftfit predict --mesh` gives the library's forces on a moving mesh or names what is wrong."""
 
 import csv
 import json
@@ -18,6 +18,7 @@ from rftfit.model.prediction import predict_with_peaks
 from .test_space_mesh import BALL, stl
 
 HEAD = "t_s,x_cm,y_cm,z_cm,turn_x_deg,turn_y_deg,turn_z_deg\n"
+"""Header of a path in space."""
 TIME = np.linspace(0, 1, 5)
 PATH = np.column_stack([TIME, TIME, 0.3 * TIME, -1 - 0.5 * TIME, 0 * TIME, 30 * TIME, 0 * TIME])
 
@@ -32,6 +33,7 @@ def command(tmp_path, monkeypatch, capfd):
 
 
 MESH = ("--mesh", "ball.stl", "--unit", "mm", "--path", "path.csv")
+"""Options of a ball that moves along a path."""
 
 
 def test_numbers_figure_and_json(command, tmp_path):

@@ -1,4 +1,4 @@
-"""Both laws on faces and bodies in space: published vectors, the numpy twin, and what symmetry demands."""
+"""Forces on faces and meshes in space agree with published vectors, plain numpy and symmetry."""
 
 from io import StringIO
 
@@ -18,6 +18,7 @@ from rftfit.model.profiles import FourierProfile
 
 POPPY = rftfit.TableProfile.published("poppy_LP")
 UNIT = rftfit.rft3d_profile(0.87504, friction=0.4)  # xi = 1
+"""3D-RFT of a medium of unit strength."""
 
 VECTORS = np.loadtxt(
     StringIO("""
@@ -33,6 +34,7 @@ VECTORS = np.loadtxt(
  0 0 1           0 0 1         0 0 -0.009094                   0 0 -0.079660
 """)
 ).reshape(-1, 4, 3)
+"""Normal and velocity of a face, and its alpha by the measured law and by 3D-RFT."""
 
 
 def test_faces():

@@ -1,4 +1,7 @@
-"""A measured medium under the bodies of any simulator: forces of predict, rest, what is refused."""
+"""A measured medium acts on the bodies of any simulator with the forces of `rftfit.predict`.
+
+Also tested: a body at rest is held.
+"""
 
 import numpy as np
 import pytest
@@ -9,6 +12,7 @@ from rftfit.errors import InputError
 POPPY = rftfit.TableProfile.published("poppy_LP")
 COLUMNS = [*(f"force_{axis}_N" for axis in "xyz"), *(f"moment_{axis}_N_cm" for axis in "xyz")]
 TURNED = np.array([[0.8, 0.0, 0.6], [0.0, 1.0, 0.0], [-0.6, 0.0, 0.8]])
+"""A rotation about y."""
 
 
 def test_forces_on_several_bodies_are_those_of_predict():

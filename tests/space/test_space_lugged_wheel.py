@@ -1,4 +1,4 @@
-"""The example of a lugged wheel: its numbers on the shared data, and what it says without them."""
+"""The example of a lugged wheel predicts the published drawbar and torque and checks its files."""
 
 import importlib.util
 from pathlib import Path

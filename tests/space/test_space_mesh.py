@@ -1,4 +1,4 @@
-"""Meshes that cannot be used are refused or mended, and say so; intervals and closure of a prediction."""
+"""A mesh that cannot be used is refused or mended with a note, and its forces have intervals."""
 
 import numpy as np
 import pytest
@@ -35,6 +35,7 @@ BAD = {
     ),
     "a point": (lambda v, f: (0 * v, f), "one point"),
 }
+"""Fault of a mesh: a change of vertices and faces, and words of the message."""
 
 
 @pytest.mark.parametrize("case", BAD)
@@ -49,6 +50,7 @@ MENDED = {
     "5 faces that were there twice": lambda v, f: (v, np.vstack([f, f[:5]])),
     "1 faces without area": lambda v, f: (v, np.vstack([f, [[1, 1, 2]]])),
 }
+"""Words of the warning, and the change that causes it."""
 
 
 @pytest.mark.parametrize("words", MENDED)

@@ -1,4 +1,7 @@
-"""Robots in MuJoCo on a measured medium: rest, energy, the paper's robot, and what is refused."""
+"""Bodies in MuJoCo on a measured medium sink, rest and feel the forces of `rftfit.predict`.
+
+Models that cannot stand on a medium are refused.
+"""
 
 from typing import Any
 
@@ -20,6 +23,7 @@ def load(inside, options="", step=0.001):
 
 
 FOOT = '<body name="foot" pos="0 0 0.02"><freejoint/><geom name="sole" type="{}" size=".03 .03 .02" mass="1"/></body>'
+"""A free body with one geometry, in MuJoCo's XML."""
 
 
 @pytest.mark.parametrize("kind", ["box", "sphere", "capsule", "cylinder", "ellipsoid"])

@@ -1,4 +1,4 @@
-"""The paper's robot with MuJoCo as integrator and its legs as sheets in space."""
+"""The paper's robot, its legs as sheets in space, runs in MuJoCo as it does in the plane."""
 
 import numpy as np
 import pytest

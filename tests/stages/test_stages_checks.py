@@ -1,4 +1,4 @@
-"""Mistakes of a real lab, made through real files: each is named, and marked or flagged on its cells."""
+"""A mistake of a real lab in files fails the check that names it and marks or flags its cells."""
 
 from __future__ import annotations
 
@@ -35,6 +35,7 @@ from rftfit.measure.verdicts import CHECKS
 
 MEDIUM = "poppy_CP"
 LUCK = np.random.default_rng(1)
+"""Random numbers of the mistakes."""
 
 
 @pytest.fixture(scope="module")
@@ -49,6 +50,7 @@ def lab(good):
 
 
 def put(lab, settings):
+    """Change settings of the config, each by its dotted key."""
     for path, value in settings.items():
         *above, last = path.split(".")
         place = lab.config
@@ -58,10 +60,12 @@ def put(lab, settings):
 
 
 def axes(**channels):
+    """Another assignment of channels to axes."""
     return {"transducer.axes": {"x": "-F2", "y": "+F1", "z": "-F3"} | channels}
 
 
 def size(*expected):
+    """An expected alpha of the medium."""
     return {f"media.{MEDIUM}.expected_alpha": [*expected]}
 
 

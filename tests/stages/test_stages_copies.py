@@ -1,4 +1,7 @@
-"""A table of stress in which one run stands twice."""
+"""A run that stands twice in a table of stress or alpha is found and used once.
+
+Also tested: a table without force along x.
+"""
 
 from __future__ import annotations
 
@@ -14,6 +17,7 @@ from rftfit.results import Results
 from rftfit.workflow.measure import measure_and_check, measure_logs
 
 STRESS = "run_id,beta_deg,gamma_deg,depth_cm,stress_z_N_per_cm2,stress_x_N_per_cm2"
+"""Header of a table of stress."""
 
 
 def stress(name, beta, gamma, depths=8, seed=0, digits=3):

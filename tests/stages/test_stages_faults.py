@@ -1,4 +1,4 @@
-"""Each thing that can go wrong: its reason, no silent number, and no row lost."""
+"""Each fault of a log or sheet gives a reason or a flag, never an unmarked number or a lost row."""
 
 from __future__ import annotations
 
@@ -20,11 +20,16 @@ from rftfit.measure.flags import attach_run
 from rftfit.measure.ledger import check_ledger, join
 
 RUN = "poppy_LP_bp30_g45_in"
+"""A slanted push."""
 PULL = "poppy_LP_bp30_g45_ex"
+"""Its way back."""
 LEVEL = "poppy_LP_bp30_g00_h508"
+"""A level run."""
 OTHER = "poppy_LP_bp00_g90_in"
+"""A push straight down."""
 LEG = "poppy_LP_c_leg"
 CELL = {RUN: (30, 45), PULL: (-30, -45)}
+"""Direction under which a run is filed."""
 
 FORCE, MOTION = f"poppy_LP/{RUN}_force.csv", f"poppy_LP/{RUN}_motion.csv"
 ROD = f"{RUN}_rod"
@@ -40,6 +45,7 @@ REFUSED = {
     "missing_tare": "tare-missing tare-unusable missing",
     "saturated": "window-saturated",
 }
+"""Faults after which the run has no number, and the code of the reason."""
 FLAGGED: dict[str, tuple[str, dict[str, float]]] = {
     "gap": ("gap", {"seconds": 1.51}),
     "truncated": ("cut-rows force-log-short", {"count": 1, "seconds": 5.21}),
@@ -47,6 +53,7 @@ FLAGGED: dict[str, tuple[str, dict[str, float]]] = {
     "time_reversed": ("time-backwards gap", {"count": 59, "seconds": 0.6}),
     "nan_cells": ("not-finite", {"count": 30}),
 }
+"""Faults after which the run is flagged, with the codes and values of the flags."""
 
 
 def broken(room, fault, run=RUN, beside=OTHER):

@@ -1,4 +1,4 @@
-"""The stages as the workflow calls them, and what must not change their results."""
+"""The stages write what their functions give, whatever the form of logs, sheet and folder."""
 
 from __future__ import annotations
 

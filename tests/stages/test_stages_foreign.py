@@ -1,4 +1,4 @@
-"""The chain on other programs' logs: the same numbers as on the rig's own, and the same checks."""
+"""Logs of other programs give the same alpha as the rig's logs and pass the same checks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""The rig made at home: from empty folder to alpha, as its page of the documentation says."""
+"""The home-made rig of the documentation gives the true alpha, beginning with an empty folder.
+
+The page is docs/howto/home-rig.md.
+"""
 
 import re
 
@@ -13,7 +16,9 @@ from rftfit.results import Results
 from rftfit.workflow import measure
 
 NEWTON_PER_GF, AREA_CM2 = 9.80665e-3, 15.0
+"""Unit of the load cells; area of the plate."""
 LENGTH_CM, THICKNESS_CM, WALL_CM = 5.0, 0.4, 6.0
+"""Of the plate, and its distance from the walls."""
 
 
 @pytest.fixture(scope="module")

@@ -1,4 +1,4 @@
-"""Stages of a campaign that lacks runs say so in their tables and figures."""
+"""The tables and figures of a campaign that lacks runs say what is missing."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from rftfit.results import open_results
 from rftfit.store import read_csv, write_csv
 
 TEST = "yuma_bp00_g90_in"
+"""The penetration test of a natural sand."""
 
 
 def measure(room, *further_stages):

@@ -1,4 +1,4 @@
-"""By which law stress of a natural sand grows with depth, through files: named, or said to be open."""
+"""The law by which stress in a natural sand grows with depth is named, or said to be unknown."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ CASES = {
     "c + alpha z, c/alpha = 10 mm": ("failed", "law-intercept", "c = "),
     "crust of 0.4 cm, breaks": ("failed", "law-crust", " 1 of 1 "),
 }
+"""Law of the simulated stress: verdict, code, and what is found."""
 
 
 def judged(tmp_path, law, pushes, end_cm=5.0, seed=2):

@@ -1,4 +1,4 @@
-"""Whatever is wrong with a campaign, the stages refuse nothing that `check` passed, and end."""
+"""No stage refuses a campaign that `rftfit check` has passed, whatever mistakes are in it."""
 
 from __future__ import annotations
 

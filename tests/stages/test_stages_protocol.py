@@ -1,4 +1,4 @@
-"""The figure from recording to result, on a measured campaign."""
+"""The figure from recording to result shows one run of each kind, or says that there is none."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Other protocols than the paper's, other grids: from re-enacted logs to alpha beside the truth."""
+"""Measuring protocols and grids other than the paper's give the true alpha or a reason."""
 
 from __future__ import annotations
 

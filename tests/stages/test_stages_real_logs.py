@@ -1,4 +1,4 @@
-"""Every real log in a campaign of its own: what `check` says, what the stages do, what the page tells."""
+"""Each real log, in a campaign of its own, gives the expected outcome in check, stages and page."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from rftfit.workflow.stages import FIGURE_RULES, STAGES
 pytestmark = pytest.mark.skipif(not LOGS.is_dir(), reason="../shared/data/logs is not here")
 
 WITH_PAGE = ("Thrust_Acro", "manual01", "z factor -1")
+"""Ends of the names of logs for which a page is made."""
 
 
 def test_every_log_has_a_campaign():

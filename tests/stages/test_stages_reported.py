@@ -1,4 +1,4 @@
-"""Files as people report them, through the chain: the right number, or the true reason."""
+"""Files reported by users give the right alpha through all stages, or the true reason for none."""
 
 from __future__ import annotations
 

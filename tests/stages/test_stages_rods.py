@@ -1,4 +1,4 @@
-"""One rod run that is the tare of plates at several angles."""
+"""One rod run may be the tare of plates at several angles, and its rows are counted once."""
 
 import re
 

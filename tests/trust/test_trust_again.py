@@ -1,4 +1,7 @@
-"""Results whose records were renewed after they were changed: only making them again tells."""
+"""`rftfit verify --again` finds results that were changed together with their records.
+
+Only making them again can tell.
+"""
 
 import json
 

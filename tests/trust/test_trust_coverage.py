@@ -2,8 +2,8 @@
 
 From samples with correlated noise, drifting zeros, errors of the clocks, start-up, stick-slip and
 beds that differ from run to run, through the program's own zero, slope, alpha table, nine terms,
-scaling, leg prediction and the robot. `benchmarks/intervals.py` is the same with 100 campaigns of all
-media and all ways that beds may differ, `make reliability` under all disturbances.
+scaling, leg prediction and the robot. `benchmarks/intervals.py` is the same with 100 campaigns of
+all media and all ways that beds may differ, `make reliability` under all disturbances.
 """
 
 import numpy as np
@@ -22,6 +22,7 @@ ROBOTS = seeds(3, 1)
 """Campaigns with the speed of the robot, under two conditions each: it is slow."""
 
 ALIKE, STATED, *_, FEW = SCENARIOS
+"""Scenarios: beds that are alike, that differ as stated, and few repeats."""
 NAMES = [ALIKE.name, STATED.name]
 
 

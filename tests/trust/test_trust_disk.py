@@ -1,4 +1,4 @@
-"""Disks that are full or read-only, and circumstances that may not change a byte.
+"""A full or read-only disk ends a command with a clear message, and no locale changes a byte.
 
 `make fulldisk` and `make samebytes` do the same with the real workflow.
 """
@@ -18,6 +18,7 @@ from rftfit.errors import OutputError
 from rftfit.store import atomic_path
 
 FULL = Path("/dev/full")
+"""A device that has no room for a byte."""
 NO_ROOM = os.strerror(errno.ENOSPC)
 SCALE = "-m rftfit.cli.main scale --alpha 0.9"
 PREDICT = "-m rftfit.cli.main predict --leg c_leg --medium poppy_LP --output"
@@ -51,6 +52,7 @@ CIRCUMSTANCES = {
     "PYTHONHASHSEED": "1",
     "TZ": "Asia/Kathmandu",
 }
+"""Another locale, hash seed and time zone."""
 
 
 def call(words, *arguments, **environment):

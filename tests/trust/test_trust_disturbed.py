@@ -1,5 +1,6 @@
-"""Disturbances of a real lab: the same in files and in memory, and what they do to intervals.
+"""Disturbances act alike in files and in memory, and intervals include those that are stated.
 
+Disturbance: an error of a real lab, such as a wrong surface, a lag or slow noise.
 `make disturbed` has all of them, with more campaigns of all media.
 """
 
@@ -21,6 +22,7 @@ from rftfit.workflow.stages import FIGURE_RULES, STAGES
 
 MEDIUM, SEED, CAMPAIGNS = "poppy_CP", 11, seeds(8, 4)
 SOME = FEW[1::2]
+"""Directions of the runs."""
 COMMON = ("lag=0.3", "turn=5", "power=1.25", "tare-bed=150")
 """Disturbances that move every campaign alike, large."""
 

@@ -1,4 +1,4 @@
-"""Code that is edited while a run works, through the real workflow: it stops, and nothing false is recorded."""
+"""`rftfit run` stops when its code is edited while it works, and records nothing false."""
 
 import os
 import shutil
@@ -13,7 +13,9 @@ from paper import PROJECT
 pytestmark = pytest.mark.slow
 
 PARTS = ("Snakefile", "workflow", "profiles", "config", "src")
+"""What of the project is copied."""
 EDIT = ("stress = stroke.force", "stress = 3 * stroke.force")
+"""The line of the code that is changed, and its new text."""
 
 
 def rftfit(checkout, root, *words):

@@ -1,4 +1,4 @@
-"""Hostile and broken input: harmless, and said so."""
+"""Hostile or broken input does no harm: it is refused with a message or shown as plain text."""
 
 import csv
 import html

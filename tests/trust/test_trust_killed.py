@@ -1,4 +1,4 @@
-"""Killed, or refused by a disk: nothing half-written, no orphan, and the next run goes on by itself.
+"""A killed run leaves no half-written file and no process, and the next run continues by itself.
 
 `make killed` does the same to the real workflow, at random moments.
 """

@@ -1,4 +1,4 @@
-"""Links in a folder that somebody else has filled: nothing outside is changed through any of them."""
+"""No command changes anything outside of its folder through a link that lies in the folder."""
 
 from __future__ import annotations
 
@@ -29,6 +29,7 @@ PLACES = [
     ".snakemake/rftfit/holder",
     ".snakemake/log",
 ]
+"""What a run writes, where a link may lie in its way."""
 
 
 @pytest.fixture(autouse=True)

@@ -1,4 +1,4 @@
-"""A copy of a run never narrows an interval; any other mistake does so only with a flag or a failed check.
+"""A copied run narrows no interval, and other mistakes do so only with a flag or a failed check.
 
 `make reliability ARGS="--kinds narrow"` is the same with the whole list of mistakes in two media.
 """
@@ -12,6 +12,7 @@ from mistakes import EQUAL, enacted, judged, stated, with_mistake
 from rftfit.measure.alpha import column
 
 CURVED = ((0.0, 90.0), (0.0, -90.0), (0.0, 45.0), (30.0, 90.0), (30.0, 45.0))
+"""Directions of a campaign of curved stress."""
 
 
 @cache

@@ -1,4 +1,7 @@
-"""The parts behind provenance and verify: digests of files, imports, the graph, text in csv."""
+"""Digests, records and csv texts come back unchanged, and changed code touches the right jobs.
+
+They are the parts behind provenance and `rftfit verify`. Digest: the SHA-256 sum of a file.
+"""
 
 import ast
 import csv
@@ -24,6 +27,7 @@ from rftfit.workflow.state import States, read_states
 
 PACKAGE = Path(digests.__file__).parents[1]
 SIGNS = "=+-@\t\r\n\N{FULLWIDTH EQUALS SIGN}\N{FULLWIDTH COMMERCIAL AT}"
+"""First characters that make a spreadsheet take text for a formula."""
 
 
 # --- digests -------------------------------------------------------------------------------------------

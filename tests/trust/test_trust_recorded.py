@@ -1,4 +1,7 @@
-"""What records say beside files and states: a campaign of three jobs, one made from the other."""
+"""The records of jobs show which result is edited, missing or outdated, and what rests on it.
+
+The campaign has three jobs, each made from the one before.
+"""
 
 import json
 import os
@@ -14,7 +17,9 @@ from rftfit.workflow.records import LONG_AGO_S, Record, Recorded, record_holds
 from rftfit.workflow.state import state_file
 
 CHAIN = (("tare", "sand"), ("slopes", "sand"), ("provenance", ""))
+"""Jobs (rule, medium), each made from the one before."""
 STATE = {"code": "c", "rows": "r"}
+"""Digests of what a job depends on."""
 
 
 class Now:

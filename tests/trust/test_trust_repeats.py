@@ -1,4 +1,4 @@
-"""The run-to-run spread: found from repeats or stated, and where it goes."""
+"""The spread between runs is found without bias from repeats, or stated, and widens intervals."""
 
 import io
 import math
@@ -30,9 +30,11 @@ from rftfit.model.draws import interval, interval_of_sum, typical_dof
 from rftfit.model.scaling import published
 
 SPREAD = 0.005
+"""Standard deviation between runs, N/cm^3."""
 
 
 def pairs(count, seed, se=0.001):
+    """Alpha and its error of pairs of repeats."""
     random = np.random.default_rng(seed)
     deviation = math.hypot(SPREAD, se)
     return [(random.normal(0.3, deviation, 2), np.full(2, se)) for _ in range(count)]

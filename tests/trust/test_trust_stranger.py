@@ -1,4 +1,4 @@
-"""A stranger's campaign: nothing that lies in its folder is executed, whatever command reads it."""
+"""No command executes anything that lies in the folder of a stranger's campaign."""
 
 import os
 import shutil
@@ -28,7 +28,9 @@ MODULES = (
     "rftfit",
     "ourlab_dialect",
 )
+"""Names of modules that Python, Snakemake or numba would import from a folder."""
 CODE = "import pathlib\npathlib.Path({marker!r}).mkdir(exist_ok=True)\n(pathlib.Path({marker!r}) / {name!r}).touch()\n"
+"""A module that leaves a file when it is executed."""
 PROFILE = """\
 __use_yte__: true
 __definitions__:
@@ -38,8 +40,10 @@ __definitions__:
 cores: 1
 """
 PLUGIN = "[rftfit.dialects]\nours = ourlab_dialect:Dialect\n"
+"""Entry point of a package that offers a dialect of logs."""
 MEDIUM = "poppy_LP"
 TARGETS = ("results/penetration.csv", f"results/quality/{MEDIUM}.png", "results/robot/motion.csv")
+"""Results that are asked for."""
 DIALECT = """
 class Dialect:
     def describe(self): return "our logs"

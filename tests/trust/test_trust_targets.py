@@ -1,4 +1,4 @@
-"""What `rftfit run TARGET` prints is true of the run that has just ended, whatever target was asked for."""
+"""Everything that `rftfit run TARGET` prints is true of the run that has just ended."""
 
 import random
 import re
@@ -19,6 +19,7 @@ pytestmark = pytest.mark.slow
 MEDIUM = "poppy_LP"
 DIRECTIONS = ((0.0, 90.0), (0.0, -90.0), (30.0, 90.0), (30.0, 45.0), (0.0, 45.0))
 EXCLUDED = "poppy_LP_bp30_g45_in"
+"""The run that is excluded later."""
 
 
 @pytest.fixture(scope="module")

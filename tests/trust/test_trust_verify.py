@@ -1,4 +1,7 @@
-"""What results were made from is recorded, and every change of it is noticed."""
+"""`rftfit verify` notices every change of the logs, rows, settings, code and results.
+
+Also tested: what the record holds, and `rftfit diff` of two folders of results.
+"""
 
 import csv
 import hashlib
@@ -23,7 +26,9 @@ pytestmark = pytest.mark.slow
 LOG = "raw/paper/yuma/yuma_bp00_g90_in_force.csv"
 FIGURE = "results/figures/fit_maps.svg"
 CODE = "results/records/fourier.json"
+"""The record of a job, in which the digest of its code stands."""
 OF_THE_RECORD = ("provenance.json", "manifest.sha256", "run_sheet.csv", "datapackage.json")
+"""Files of the record itself, which it does not list."""
 
 
 def sha256(path):

@@ -1,4 +1,4 @@
-"""What the peaks of legs rest on: errors by their share of the variance, and flagged cells."""
+"""Errors and flagged cells have the right shares in the predicted peaks of forces on legs."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""Factors on predicted leg forces: found back, and judged honestly."""
+"""Correction factors on leg forces are recovered, and count only if they help legs left out."""
 
 import numpy as np
 import pandas as pd
@@ -14,6 +14,7 @@ THETA = np.arange(-130.0, 131.0)
 
 
 def curves(factor_z, factor_x, noise=0.0):
+    """Bell-shaped forces on each leg, times its factors."""
     random = np.random.default_rng(1)
     parts = []
     for number, leg in enumerate(LEGS):
@@ -29,9 +30,11 @@ def curves(factor_z, factor_x, noise=0.0):
 
 
 ONE = dict.fromkeys(LEGS, 1.0)
+"""A factor of 1 for each leg."""
 
 
 def result(measured):
+    """Factors fitted to measured forces, where all predicted ones have a factor of 1."""
     return fit_corrections(measured, curves(ONE, ONE)).set_index("model")
 
 

@@ -1,4 +1,4 @@
-"""Error of theta common to all legs: told from where their forces begin, whatever the model makes of the rest."""
+"""An error of the leg angle theta that all legs share is found from where their forces begin."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from rftfit.compare.legs import leg_errors, leg_prediction
 from rftfit.reference import LEGS, MEDIA, alpha_grid, load
 
 OFF_DEG = 5.0
+"""Error of theta that the logs of all legs have."""
 
 
 @pytest.fixture(scope="module")

@@ -1,4 +1,7 @@
-"""Peaks of measured curves: exact parabolas, and scatter that is known."""
+"""The peak of a measured curve is exact for a parabola and has the error that its scatter shows.
+
+Also tested: the interval of the relative error of a predicted peak.
+"""
 
 import math
 

@@ -1,4 +1,8 @@
-"""Rows of the penetration tests of a natural sand: two regimes, zeta of each, and every reason."""
+"""Penetration tests of a natural sand give slope and zeta of each linear regime, or the reason.
+
+Zeta: the scaling factor of a medium. Regime: the depths in which stress is linear, as stated in
+the config or as detected.
+"""
 
 import math
 from pathlib import Path
@@ -16,6 +20,7 @@ from rftfit.measure.fits import fit_medium
 
 AREA_CM2 = 3.81 * 2.54
 CHI = np.array([1.2, 1.3])
+"""Chi of two reference media."""
 DEPTH_CM = np.arange(0.01, 5.0, 0.01)
 NONE = "no linear regime with enough samples"
 

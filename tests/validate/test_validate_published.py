@@ -1,4 +1,4 @@
-"""What of the paper stands beside a campaign: as much as the campaign has of the paper's media."""
+"""A campaign is compared with the paper only in media and values that it has measured."""
 
 import dataclasses
 

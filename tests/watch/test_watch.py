@@ -1,4 +1,4 @@
-"""What a watch tells is what a run makes, whatever happens to the files in between."""
+"""`rftfit watch` gives the tables of `rftfit run` for any order in which files come or change."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""``rftfit watch`` and ``rftfit reenact --live`` as commands."""
+"""`rftfit watch` reports every push, and `rftfit reenact --live` ends with the usual files.
+
+Usual: those of `rftfit reenact` without `--live`.
+"""
 
 from __future__ import annotations
 

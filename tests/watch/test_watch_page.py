@@ -1,4 +1,7 @@
-"""The live page: who gets it, what it shows, and that it comes back."""
+"""The live page of a watch answers only requests with its token and shows every event.
+
+It also reconnects when the watch comes back.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a run writes is complete and described, and what is done again after a change."""
+"""A run writes and describes every promised file and repeats only what a change affects."""
 
 from __future__ import annotations
 

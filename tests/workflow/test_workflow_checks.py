@@ -1,4 +1,7 @@
-"""A medium that fails a check through the whole workflow: marked everywhere, and out of M0 and chi."""
+"""A medium that fails a check is marked in every result and left out of M0 and chi.
+
+M0: the mean profile of all media; chi: measured over fitted alpha_z(0, 90 deg).
+"""
 
 from __future__ import annotations
 
@@ -21,7 +24,9 @@ from rftfit.workflow.records import Recorded
 from rftfit.workflow.state import read_states
 
 GOOD, BAD, TAKEN = "poppy_CP", "glass3mm_CP", "glass0.3mm_CP"
+"""Media: one that passes, one that fails, one that fails and is accepted."""
 WHY = "weighed in 1998 with another scale"
+"""Reason for which it is accepted."""
 MARK = str(remark("unusable", faults=CHECKS["size"].fault))
 ACCEPTED = str(remark("accepted", fault=CHECKS["size"].fault, why=WHY))
 

@@ -1,4 +1,4 @@
-"""The cluster's profile fits the workflow: every rule is known, has resources, and stands in a group."""
+"""The profile for a Slurm cluster gives every rule of the workflow its resources and a group."""
 
 from __future__ import annotations
 

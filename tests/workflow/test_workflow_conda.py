@@ -1,6 +1,7 @@
-"""``snakemake --sdm conda`` from a clone that is not installed: the jobs' environment gets the project.
+"""`snakemake --sdm conda` gives its jobs the project, also from a clone that is not installed.
 
-Instead of conda a small program makes the environments, from the packages that are here; it knows the words that Snakemake gives.
+Instead of conda a small program makes the environments, from the packages that are here; it knows
+the words that Snakemake gives.
 """
 
 import os
@@ -30,6 +31,7 @@ case "$1 $2" in
 esac
 """
 ACTIVATE = 'export PATH="$1/bin:$PATH"\n'
+"""Script that makes an environment current."""
 NOT_OF_JOBS = {"rich", "snakemake", "typer"}
 """What only the command line and Snakemake need."""
 

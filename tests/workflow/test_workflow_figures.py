@@ -1,4 +1,4 @@
-"""A figure without anything to show says so once: words in its place, and no caption."""
+"""A figure that has nothing to show says so in words and has no caption."""
 
 import numpy as np
 import pytest
@@ -15,6 +15,7 @@ CAN_LACK = [
     for figure in figures()
     if figure.lacking is not Declared.lacking and not figure.on_demand
 ]
+"""Figures that can lack their input."""
 
 
 @pytest.fixture

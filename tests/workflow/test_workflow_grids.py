@@ -1,4 +1,4 @@
-"""Campaigns in other directions than the paper's, through the whole workflow."""
+"""Campaigns in other directions than the paper's give the true alpha through the whole workflow."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Four campaigns of other labs, through every stage; `make labs` runs all of them by `rftfit run`."""
+"""Four simulated campaigns of other labs pass through every stage to a report page.
+
+`make labs` runs all of them by `rftfit run`.
+"""
 
 from __future__ import annotations
 

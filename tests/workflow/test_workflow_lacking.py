@@ -1,4 +1,4 @@
-"""Campaigns without a tare, and with media of which nothing is usable, run to their end."""
+"""Campaigns without a tare, or with a medium of which nothing is usable, run to their end."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Campaigns that lack what the demonstration has: a sand alone, plates in one medium, no whole grid."""
+"""A campaign of one sand, of plates in one medium or with a hole in its grid says what it lacks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Two media through the real Snakefile: same bytes whatever the circumstances; faults end well."""
+"""The workflow writes the same bytes in any circumstances and reports a disk that refuses.
+
+Also tested: each stage declares the sections of the config that it reads.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A table of stress or alpha to coefficients and a page, as a user would have it."""
+"""A table of stress or alpha alone gives coefficients and a report page, as the logs would."""
 
 from __future__ import annotations
 

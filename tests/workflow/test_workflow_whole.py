@@ -1,4 +1,4 @@
-"""The whole demonstration campaign: the paper's numbers come back."""
+"""The demonstration campaign gives back the paper's numbers and accounts for every log row."""
 
 from __future__ import annotations
 
