@@ -30,9 +30,6 @@ INSIDE = DOWN[123:778]
 """Depths at which a plate at 30 degrees is submerged and 6 cm above the bottom."""
 
 
-ODD = remark("zero-drifted", newtons=0.3)
-
-
 def run(run_id, kind="plate", **changes):
     usual = {"beta_deg": 30.0, "gamma_deg": 45.0, "tare_run": "air", "tare_shared": True}
     return plate_run(run_id, kind=kind, **usual | changes)

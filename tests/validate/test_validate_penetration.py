@@ -22,7 +22,6 @@ AREA_CM2 = 3.81 * 2.54
 CHI = np.array([1.2, 1.3])
 """Chi of two reference media."""
 DEPTH_CM = np.arange(0.01, 5.0, 0.01)
-NONE = "no linear regime with enough samples"
 
 
 def push(name="down", **facts):
