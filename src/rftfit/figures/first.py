@@ -156,7 +156,7 @@ def plot_first_peaks(results: Results) -> Figure:
         )
     ),
     section="summary",
-    caption="Stress less alpha times depth, of every run. Good: noise about zero, without a bend.",
+    caption="Stress minus alpha times depth, of every run. Good: noise about zero, without a bend.",
     lacking=lambda results, _: (
         () if _lined(results) else ("no run has a line to compare its stress with",)
     ),
@@ -185,7 +185,7 @@ def plot_first_lines(results: Results) -> Figure:
     for run, (depth, stress) in fitted.items():
         draw_thin(axes, depth, 100 * (stress - fits[run] * depth) / largest, **line_style)
     style.zero_line(axes)
-    axes.set(xlabel="depth (cm)", ylabel="rest (% of the largest stress)")
+    axes.set(xlabel="depth (cm)", ylabel="residual (% of the largest stress)")
     return page
 
 

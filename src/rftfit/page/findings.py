@@ -285,8 +285,9 @@ def _fitted(results: Results) -> Iterable[PageFinding]:
             missed.append(100 * row["misfit_rms_N_per_cm3"] / alpha.abs().max())
     if missed:
         ends = dict.fromkeys(format_number(end, 0) for end in (min(missed), max(missed)))
+        share = " to ".join(ends) if max(missed) >= 1 else "less than 1"
         yield PageFinding(
-            f"The nine terms fitted to alpha miss the measured alpha_z by {' to '.join(ends)} % of its largest value (root mean square).",
+            f"The nine terms fitted to alpha miss the measured alpha_z by {share} % of its largest value (root mean square).",
             "coefficients",
         )
 
