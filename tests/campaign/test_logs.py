@@ -23,6 +23,14 @@ def test_a_missing_log_is_a_warning_with_the_nearest_name(room):
     assert problem.severity == "warning"
 
 
+@pytest.mark.parametrize("target", ["p1_force.csv", "gone.csv"])
+def test_a_link_that_leads_nowhere_is_no_name_that_was_meant(room, target):
+    log = room.folder / "raw/logs/p1_force.csv"
+    log.unlink()
+    log.symlink_to(target)
+    assert room.only("sheet.log-missing").nearest != "logs/p1_force.csv"
+
+
 def test_a_missing_log_of_an_excluded_run_needs_no_word(room):
     room.rows["p1"].update(excluded="yes", reason="log lost")
     (room.folder / "raw/logs/p1_force.csv").unlink()

@@ -199,7 +199,8 @@ class Folder:
         head, _, name = path.rpartition("/")
         if head not in self._names:
             self._names[head] = self._list(head)
-        nearest_name = did_you_mean(name, self._names[head])
+        # a link that leads nowhere stands there under its own name
+        nearest_name = did_you_mean(name, [other for other in self._names[head] if other != name])
         return None if nearest_name is None else f"{head}/{nearest_name}" if head else nearest_name
 
     def _list(self, head: str) -> tuple[str, ...]:
