@@ -95,7 +95,7 @@ ERRORS = {
     "surface": "surface height of a run",
     "bed": "bed to bed",
     "rod": "force on the rod",
-    "session": "surface height of the day",
+    "session": "surface height and clocks of the day",
     "turn": "turn of the mount",
     "hip": "height of the axle",
 }
