@@ -362,4 +362,3 @@ def test_alphas_are_stress_per_depth_of_any_plate(paper_config):
     config = paper_config.model_copy(update={"intruders": {"plate": plate}})
     run_fit = fit_run(run(), stroke(DOWN), config)
     np.testing.assert_allclose(alpha(run_fit), [ALPHA_Z / 2, ALPHA_X / 2], rtol=1e-12)
-    assert dataclasses.replace(run_fit).slope is run_fit.slope

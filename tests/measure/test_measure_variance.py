@@ -44,15 +44,6 @@ def test_short_series_have_fewer_degrees_of_freedom(n, dof):
     assert (variance > 0).all()
 
 
-def test_units_of_errors_and_weights():
-    errors, weight = correlated(0.6, 8)[:4], np.linspace(1, 4, N)
-    variance, _ = weighted_sum_variance(errors, weight)
-    scaled_variance, _ = weighted_sum_variance(1000 * errors, weight / 10)
-    np.testing.assert_allclose(scaled_variance, 1e4 * variance, rtol=1e-9)
-    none, _ = weighted_sum_variance(np.zeros((2, N)), weight)
-    assert (none == 0).all()
-
-
 @pytest.mark.parametrize(
     ("samples", "rho", "fewest", "most"),
     [(N, 0.0, 0.04, 0.06), (N, 0.7, 0.04, 0.06), (100, 0.0, 0.04, 0.07)],
