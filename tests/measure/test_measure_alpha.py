@@ -235,7 +235,7 @@ def test_beds_of_a_horizontal_cell_are_as_many_as_its_depths():
     assert share.sum() == pytest.approx(1)
     cell_row = cell(cells, 60, 0)
     assert cell_row[column("z", "_se")] == pytest.approx(0.005 * math.sqrt(share @ share))
-    assert cell_row["spread"] == "stated"
+    assert (cell_row["spread"], cell_row["run_to_run_z_N_per_cm3"]) == ("stated", 0.005)
 
 
 def test_a_start_up_is_the_same_at_all_depths():
@@ -299,6 +299,7 @@ def test_a_cell_says_that_its_interval_is_from_its_own_repeats():
     rows = pd.DataFrame([run("a", 0, 90, 0.3), run("b", 0, 90, 0.4), run("c", 30, 90, 0.2, 0.1)])
     cells = alpha_table(rows, "m", 0.95, 3).set_index("beta_deg")
     assert cells["spread"].to_dict() == {0: OF_CELL, 30: AS_PREPARED}
+    assert math.isnan(cells.loc[30, "run_to_run_z_N_per_cm3"])
     assert set(alpha_table(rows, "m", 0.95, 3, ErrorSettings())["spread"]) == {FEW_REPEATS}
 
 
