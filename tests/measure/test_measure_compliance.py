@@ -6,7 +6,7 @@ Compliance: how far the machine itself bends under a force.
 import numpy as np
 import pytest
 
-from rftfit.measure.flags import Refused
+from rftfit.measure.flags import Refused, remark
 from rftfit.measure.surface import Compliance, compliance_of
 
 
@@ -65,21 +65,21 @@ def test_the_way_back_is_not_used():
 
 
 @pytest.mark.parametrize(
-    ("good", "bad", "noise", "code"),
+    ("good", "bad", "noise", "reason"),
     [
-        ({"contact": 30}, {"contact": 29}, 0.01, "few-in-contact"),
-        ({"in_air": 9, "contact": 30}, {"in_air": 9, "contact": 21}, 0.01, "few-in-contact"),
-        ({"in_air": 9, "contact": 30}, {"in_air": 9, "contact": 20}, 0.01, "few-rigid"),
+        ({"contact": 30}, {"contact": 29}, 0.01, remark("few-in-contact", found=29, wanted=30)),
+        ({"in_air": 9, "contact": 30}, {"in_air": 9, "contact": 21}, 0.01, remark("few-in-contact", found=21, wanted=30)),
+        ({"in_air": 9, "contact": 30}, {"in_air": 9, "contact": 20}, 0.01, remark("few-rigid", found=29, wanted=30)),
         # twenty times the noise
-        ({"peak_N": 2.01}, {"peak_N": 1.99}, 0.1, "no-contact"),
+        ({"peak_N": 2.01}, {"peak_N": 1.99}, 0.1, remark("no-contact", newtons=pytest.approx(1.99), noise=0.1)),
     ],
-)
-def test_the_least_that_is_enough(good, bad, noise, code):
+)  # fmt: skip
+def test_the_least_that_is_enough(good, bad, noise, reason):
     curve = compliance_of(*push(**{"peak_N": 50.0} | good), noise)
     assert curve.travel[-1] / curve.force[-1] == pytest.approx(1e-3, rel=1e-6)
     with pytest.raises(Refused) as caught:
         compliance_of(*push(**{"peak_N": 50.0} | bad), noise)
-    assert caught.value.remark.code == code
+    assert caught.value.remark == reason
 
 
 def test_travel_never_falls_and_begins_at_contact():

@@ -49,13 +49,14 @@ def test_short_series_have_fewer_degrees_of_freedom(n, dof):
     [(N, 0.0, 0.04, 0.06), (N, 0.7, 0.04, 0.06), (100, 0.0, 0.04, 0.07)],
 )
 def test_false_alarms_of_curvature_are_as_many_as_said(samples, rho, fewest, most):
-    """Lines with noise and nothing else: p is uniform, 5 % of them lie below 0.05."""
+    """Lines with noise and nothing else: p is uniform, 5 % of them lie below 0.05, 1 % below 0.01."""
     depth = np.linspace(2.0, 7.0, samples)
     noise = correlated(rho, 13, samples)
     nothing = np.zeros((1, SERIES)), np.full((1, SERIES), 12.0)
     p = fit_slope(depth, 0.3 * depth + noise, *nothing).nonlinear_p
     assert np.mean(p) == pytest.approx(0.5, abs=0.02)
     assert fewest < np.mean(p < 0.05) < most
+    assert fewest / 8 < np.mean(p < 0.01) < most / 3
     assert p.max() <= 1
 
 
