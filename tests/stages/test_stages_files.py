@@ -14,7 +14,6 @@ from jobs import planned_jobs, run_rules
 from result_tables import read_result
 from rigroom import RigRoom, digests, planned
 
-from rftfit import reference
 from rftfit.errors import InputError, OutputError, RftfitError
 from rftfit.measure.alpha import alpha_table
 from rftfit.results import UndeclaredInput, open_results
@@ -172,24 +171,6 @@ def test_units_of_the_rig_do_not_matter(some, plain):
             np.testing.assert_allclose(rescaled.fits[name], plain.fits[name], atol=2e-5)
 
 
-def test_mounting_of_the_sensor_does_not_matter(some, plain):
-    """Channels swapped and turned about in logs and config alike."""
-    for name, content in list(some.logs.items()):
-        if name.endswith("_force.csv") and content is not None:
-            lines = content.decode().splitlines()
-            head = [line for line in lines if line.startswith(("#", "time"))]
-            rows = [line.split(",") for line in lines[len(head) :]]
-            swapped = [[t, m, f3, str(-float(f1)), f2] for t, m, f1, f2, f3 in rows]
-            some.logs[name] = "\n".join([*head, *map(",".join, swapped), ""]).encode()
-    some.config = some.config.replace(
-        '{x: "-F2", y: "+F1", z: "-F3"}', '{x: "-F3", y: "-F2", z: "-F1"}'
-    )
-    some.config = some.config.replace("range_N: [65, 65, 200]", "range_N: [200, 65, 65]")
-    remounted = some.chain()
-    for name in [str(name) for name in plain.fits if str(name).startswith("alpha")]:
-        np.testing.assert_allclose(remounted.fits[name], plain.fits[name], rtol=1e-9, err_msg=name)
-
-
 def test_surface_of_the_sheet_counts(some, plain):
     """A bed 10 mm higher, said in the sheet, is the same run; not said, it is another."""
     name = "poppy_LP_bp00_g90_in"
@@ -212,25 +193,6 @@ def test_surface_of_the_sheet_counts(some, plain):
     for run in (name, f"{name}_rod"):
         some.set(run, surface_z_mm="")
     assert some.chain().fit(name)["alpha_z_N_per_cm3"] > 0.36
-
-
-def test_clearance_and_depths_of_the_config_count(some, plain):
-    wide = plain.fit("poppy_LP_bp00_g90_in")
-    some.config = some.config.replace("wall_clearance_cm: 6", "wall_clearance_cm: 8")
-    narrow = some.chain().fit("poppy_LP_bp00_g90_in")
-    assert wide["depth_to_cm"] == pytest.approx(8.6, abs=0.1)
-    assert narrow["depth_to_cm"] == pytest.approx(6.68, abs=0.01)
-    assert narrow["n_points"] < wide["n_points"]
-
-
-def test_extraction_is_filed_under_its_mirror_image(plain):
-    fit = plain.fit("poppy_LP_bp30_g45_ex")
-    assert (fit["beta_deg"], fit["gamma_deg"]) == (-30, -45)
-    alpha_z, alpha_x = (alpha[2, 3] for alpha in reference.alpha_grid("poppy_LP"))
-    assert abs(alpha_x) > 0.006
-    assert fit["alpha_z_N_per_cm3"] == pytest.approx(alpha_z, abs=0.005)
-    assert fit["alpha_x_N_per_cm3"] == pytest.approx(alpha_x, abs=0.002)
-    assert plain.cell(-30, -45)["run_ids"] == "poppy_LP_bp30_g45_ex"
 
 
 def test_one_run_of_each_kind_of_error_reaches_the_files(room, tmp_path):
@@ -336,7 +298,6 @@ def test_what_a_stage_did_not_write_is_not_read(some, tmp_path):
 
 
 def test_a_table_of_results_that_is_no_parquet(tmp_path):
-
     (tmp_path / "traces.parquet").write_text("no table")
     with pytest.raises(InputError, match=r"traces.parquet: .*Parquet: "):
         read_parquet(tmp_path / "traces.parquet")

@@ -251,6 +251,7 @@ def test_force_and_motion_in_one_file(single, rig, capfd):
     results = single.chain()
     assert_same_alpha(results.fit(RUN), rig.fit(RUN), 2e-3)
     assert_same_alpha(results.cell(30, 45), rig.cell(30, 45), 2e-3)
+    assert [*results.run(RUN)[["clock_offset_s", "clock_se_s"]]] == [0, 0]
     results.check_ledger(single.counted, single.names)
     lines = single.counted[f"one/{RUN}.csv"]
     assert [*results.run(RUN)[["rows_force", "rows_motion"]]] == [lines, lines]
