@@ -215,13 +215,3 @@ def test_draws_are_what_each_draw_gives(leg):
         forces = sweep_draws(together, model_leg(leg))
         for draw, profile in enumerate(apart):
             same(forces, sweep(profile, model_leg(leg)), draw)
-
-
-def test_missing_cells_spoil_the_same_angles_in_draws():
-    alpha = np.array(reference.alpha_grid("poppy_LP"))
-    alpha[:, 4, 9] = np.nan
-    forces = sweep(TableProfile(*alpha), model_leg("flat_leg"))
-    many = sweep_draws(TableProfile(*alpha[:, None]), model_leg("flat_leg"))
-    assert 0 < np.isnan(forces.force_z_N).sum() < THETA_DEG.size
-    same(many, forces, 0)
-    assert forces.reason == many.reason != ""
