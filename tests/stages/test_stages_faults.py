@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import math
 
 import pandas as pd
@@ -79,19 +80,6 @@ def is_right(fit):
 def first(share):
     """The first part of a log, up to the end of a row."""
     return lambda text: "".join(text.splitlines(keepends=True)[: int(text.count("\n") * share)])
-
-
-def lines_of(change):
-    """A change of the cells of a force log's rows."""
-
-    def change_rows(text):
-        lines = text.splitlines()
-        rows = [line.split(",") for line in lines[3:]]
-        for place, row in enumerate(rows):
-            change(row, place, len(rows))
-        return "\n".join([*lines[:3], *map(",".join, rows), ""])
-
-    return change_rows
 
 
 def no_number(row):
@@ -348,11 +336,13 @@ def test_force_log_that_ends_before_the_stroke(room):
 def test_zero_that_drifts_within_a_leg_run_is_flagged(room):
     room.add(LEG)
 
-    def drift(row, place, count):
-        row[4] = f"{float(row[4]) - 0.5 * place / count:.5f}"
+    def drift(text):
+        log = pd.read_csv(io.StringIO(text), comment="#")
+        log["F3_N"] -= 0.5 * log.index / len(log)
+        return log.to_csv(index=False)
 
     straight = room.chain().curves
-    room.change(f"poppy_LP/{LEG}_force.csv", lines_of(drift))
+    room.change(f"poppy_LP/{LEG}_force.csv", drift)
     results = room.chain()
     (flag,) = results.flags.of_run(LEG)
     assert (flag.code, flag.values["newtons"]) == ("zero-drifted", pytest.approx(0.5, abs=0.1))
