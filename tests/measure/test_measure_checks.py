@@ -558,30 +558,16 @@ def test_marks_name_what_fails_and_why_it_is_accepted():
     assert is_usable(frame.assign(checks="accepted: unusable: I know", checks_code="accepted"))
 
 
-def test_an_unusable_medium_stays_out_of_what_is_made_from_several(tmp_path):
+def test_without_a_medium_that_passes_its_checks_there_is_no_generic_profile(tmp_path):
     media = reference.MEDIA[:3]
     alpha = {name: reference.alpha_grid(name) for name in media}
     make_campaign(tmp_path, dict.fromkeys(media, LABORATORY), alpha)
-    whole = open_results(tmp_path)
-    everything = whole.generic()
-    bad = alpha_frame(media[0], alpha[media[0]]).assign(checks_code="unusable")
-    results = open_results(tmp_path)
-    results.hold(f"alpha/{media[0]}.csv", bad)
-    assert results.reference().media == media[1:]
-    assert not np.allclose(results.generic(), everything)
-    used_coefficients = [results.fits()[name].used for name in media[1:]]
-    zeta = [coefficients[:5].sum() for coefficients in used_coefficients]
-    np.testing.assert_allclose(
-        results.generic(),
-        np.mean([c / z for c, z in zip(used_coefficients, zeta, strict=True)], axis=0),
-    )
-    # its own table and coefficients are still there
-    assert np.isfinite(results[media[0]].coefficients()).all()
-    for name in media[1:]:
-        results.hold(f"alpha/{name}.csv", bad.assign(medium=name))
     lost = open_results(tmp_path)
     for name in media:
-        lost.hold(f"alpha/{name}.csv", bad.assign(medium=name))
+        bad = alpha_frame(name, alpha[name]).assign(checks_code="unusable")
+        lost.hold(f"alpha/{name}.csv", bad)
+    # tables and coefficients of each are still there
+    assert np.isfinite(lost[media[0]].coefficients()).all()
     assert np.isnan(lost.generic()).all()
     assert lost.reference().printed
     assert "no medium that passes its checks" in lost[media[0]].profile("generic").reason

@@ -5,8 +5,7 @@ from __future__ import annotations
 import io
 import re
 import shutil
-from dataclasses import dataclass
-from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -85,24 +84,16 @@ def plain(tmp_path_factory):
     return RigRoom(tmp_path_factory.mktemp("plain")).add(*RUNS).chain()
 
 
-@dataclass(frozen=True)
-class MeasuredCampaign:
-    """A campaign whose stages have run, which nobody changes: its folder, its config, a copy of its results."""
-
-    config: Path
-    out: Path
-    files: dict[str, Path]
-
-
 @pytest.fixture(scope="module")
 def measured(tmp_path_factory):
+    """A campaign whose stages have run, which nobody changes: its config, a copy of its results, and their paths."""
     folder = tmp_path_factory.mktemp("made")
     room = RigRoom(folder).add(*RUNS)
     config, out = room.write(), folder / "out"
     before = digests(folder / "raw")
     files = through_files(room, out, config)
     assert digests(folder / "raw") == before
-    return MeasuredCampaign(config, out, files)
+    return SimpleNamespace(config=config, out=out, files=files)
 
 
 def test_files_hold_what_the_functions_give(plain, measured):
