@@ -15,7 +15,6 @@ from mistakes import (
     POUND_N,
     clipped,
     copied,
-    copies,
     dead,
     enacted,
     judged,
@@ -141,17 +140,6 @@ def test_stress_that_is_no_line():
             beta_deg=0.0, gamma_deg=[90.0, 80, 70, 60, 50], depth_from_cm=2.0, depth_to_cm=8.0
         )
         assert judge_linearity(table, 0.05, 0.05).verdict == verdict
-
-
-def test_copies_of_a_log_are_no_repeats(lab):
-    copies(lab, LUCK, count=6)
-    table, alpha, _, flags, _ = judged(lab)
-    outcome = table.set_index("check").loc["same_logs"]
-    assert (outcome["effect"], outcome["code"]) == ("unusable", "same_logs-copied")
-    assert outcome["found"].startswith("7 ")
-    cell = alpha.query("beta_deg == 0 and gamma_deg == 90").iloc[0]
-    assert cell["n_runs"] == 1
-    assert [flag.code for flag in flags.of_cell({**cell})] == ["same-readings"]
 
 
 def test_an_accepted_medium_is_used_and_says_why(lab):
