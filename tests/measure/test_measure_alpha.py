@@ -299,7 +299,7 @@ def test_a_cell_says_that_its_interval_is_from_its_own_repeats():
     rows = pd.DataFrame([run("a", 0, 90, 0.3), run("b", 0, 90, 0.4), run("c", 30, 90, 0.2, 0.1)])
     cells = alpha_table(rows, "m", 0.95, 3).set_index("beta_deg")
     assert cells["spread"].to_dict() == {0: OF_CELL, 30: AS_PREPARED}
-    assert math.isnan(cells.loc[30, "run_to_run_z_N_per_cm3"])
+    assert cells["run_to_run_z_N_per_cm3"].isna().all()
     assert set(alpha_table(rows, "m", 0.95, 3, ErrorSettings())["spread"]) == {FEW_REPEATS}
 
 

@@ -143,9 +143,8 @@ def test_units_of_the_rig_do_not_matter(some, plain):
     for name, content in some.logs.items():
         log = pd.read_csv(io.BytesIO(content), comment="#")
         for ending, unit, factor in (("_N", "_mN", 1e3), ("_mm", "_m", 1e-3)):
-            for column in [column for column in log if column.endswith(ending)]:
-                log[column] *= factor
-                log = log.rename(columns={column: column.removesuffix(ending) + unit})
+            log.loc[:, log.columns.str.endswith(ending)] *= factor
+            log.columns = log.columns.str.replace(f"{ending}$", unit, regex=True)
         some.logs[name] = log.to_csv(index=False, float_format="%.10g").encode()
     some.config = some.config.replace("force_unit: N", "force_unit: mN").replace(
         "position_unit: mm", "position_unit: m"
