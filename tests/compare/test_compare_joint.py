@@ -229,17 +229,13 @@ def test_the_table_of_causes_has_sizes_as_people_state_them():
 
 def test_few_runs_are_not_checked():
     beta, gamma, alpha = campaign(table_medium("poppy_LP"), 1, 1, DIRECTIONS[:5])
-    causes, _ = compare_all_runs(*_with_medium_name(fits_of(beta, gamma, alpha)), 0.3)
+    fits, sheet = fits_of(beta, gamma, alpha)
+    causes, _ = compare_all_runs(fits, "sand", sheet, 0.3)
     assert set(causes["verdict"]) == {"not checked"}
     assert set(causes["reason"]) == {"no-runs"}
-    empty = fits_of(beta, gamma, alpha)[0].iloc[:0]
-    causes, axes = compare_all_runs(empty, "sand", {}, 0.3)
+    causes, axes = compare_all_runs(fits.iloc[:0], "sand", {}, 0.3)
     assert set(causes["verdict"]) == {"not checked"}
     assert axes.empty
-
-
-def _with_medium_name(fits_and_sheet):
-    return fits_and_sheet[0], "sand", fits_and_sheet[1]
 
 
 def test_where_an_error_of_an_angle_turns_the_flow_repeats_are_compared_by_size():

@@ -17,6 +17,8 @@ from rftfit.compare.contrast import NoCommonDirection, RunSet, compare_run_sets
 from rftfit.compare.media import with_label
 from rftfit.errors import InputError
 
+ALPHA = ["alpha_z_N_per_cm3", "alpha_x_N_per_cm3"]
+
 
 def sides(ratio=1.0, count=12, repeats=3, seed=0, **facts):
     """Two sets of runs of loose poppy seeds, of which B is stronger."""
@@ -58,12 +60,11 @@ def test_b_against_a_is_the_inverse():
 
 def test_units_and_order_of_runs_do_not_matter():
     a, b = sides(1.1)
-    alpha = [name for name in a.runs if name.startswith("alpha")]
     shuffled = [
         replace(
             side,
             runs=side.runs.sample(frac=1, random_state=1).assign(
-                **{name: 1000 * side.runs[name] for name in alpha}
+                **{name: 1000 * side.runs[name] for name in side.runs if name.startswith("alpha")}
             ),
         )
         for side in (a, b)
@@ -164,16 +165,14 @@ def test_what_cannot_be_compared_is_refused():
     elsewhere = b.runs.assign(beta_deg=b.runs["beta_deg"] + 3)
     with pytest.raises(NoCommonDirection):
         compare_run_sets(a, replace(b, runs=elsewhere))
-    columns = [f"alpha_{c}_N_per_cm3" for c in "zx"]
     with pytest.raises(InputError, match="opposite"):
-        compare_run_sets(a, replace(b, runs=b.runs.assign(**{c: -b.runs[c] for c in columns})))
+        compare_run_sets(a, replace(b, runs=b.runs.assign(**{c: -b.runs[c] for c in ALPHA})))
 
 
 def test_unequal_scatter_is_noted():
     a, b = sides(repeats=5)
     factor = 1 + np.random.default_rng(1).normal(0, 0.25, len(b.runs))
-    columns = [f"alpha_{c}_N_per_cm3" for c in "zx"]
-    rough = b.runs.assign(**{c: b.runs[c] * factor for c in columns})
+    rough = b.runs.assign(**{c: b.runs[c] * factor for c in ALPHA})
     assert not any("scatter by" in note for note in compare_run_sets(a, b).notes)
     assert any("scatter by" in note for note in compare_run_sets(a, replace(b, runs=rough)).notes)
 
@@ -184,7 +183,7 @@ def test_repeats_of_one_medium_tell_little_of_the_other():
         a = sides(seed=seed)[0]
         truth = a.runs.groupby(["beta_deg", "gamma_deg"], as_index=False).mean(numeric_only=True)
         single = truth[[f"{name}_deg" for name in ("beta", "gamma")]].to_numpy().T
-        alpha = truth[[f"alpha_{c}_N_per_cm3" for c in "zx"]].to_numpy().T
+        alpha = truth[ALPHA].to_numpy().T
         rng = np.random.default_rng(seed)
         rough = runs_of(np.vstack([single, alpha]), np.full(12, 6.0), 1, rng, Beds(0.1, 0.06))
         comparison = compare_run_sets(a, RunSet("B", rough))

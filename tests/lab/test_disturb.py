@@ -6,7 +6,6 @@ Disturbance: an error of a real lab, such as a wrong surface, a lag or slow nois
 from __future__ import annotations
 
 import io
-import itertools
 from collections.abc import Mapping
 
 import numpy as np
@@ -171,25 +170,18 @@ def test_lag_is_so_many_samples(config, runs, lag):
 
 
 @pytest.mark.parametrize(
-    ("run_id", "held"), [(PUSH, False), ("glass3mm_CP_bp60_g56_ex", False), (LEG, True)]
+    ("run_id", "at_rest"), [(PUSH, slice(150)), ("glass3mm_CP_bp60_g56_ex", slice(-150, None))]
 )
-def test_turn_is_that_of_a_mount_turned_more(config, runs, run_id, held):
+def test_a_push_on_a_mount_that_is_turned_leans_toward_minus_x(config, runs, run_id, at_rest):
     run = runs[run_id]
-    transducer = config.transducer.model_copy(update={"turn_deg": 7.0})
-    expected = force(run, config.model_copy(update={"transducer": transducer}))
-    turned = force(run, config, {"turn": 3.0})
-    np.testing.assert_allclose(turned, expected, atol=0.01)
-    # a push straight up on the sensor leans toward -x
-    if not held:
-        deep = np.abs(granular(run, config)[0]).argmax()
-        plain = force(run, config)
-        at_rest = np.linspace(0, 1, plain.shape[1]) < 0.02 if run_id == PUSH else slice(-150, None)
-        force_before, force_after = (
-            log[:2, deep] - log[:2, at_rest].mean(axis=1) for log in (plain, turned)
-        )
-        angle = np.degrees(np.arctan2(*force_before[::-1]) - np.arctan2(*force_after[::-1]))
-        assert angle == pytest.approx(3, abs=0.3)
-        assert np.hypot(*force_after) == pytest.approx(np.hypot(*force_before), rel=0.01)
+    deep = np.abs(granular(run, config)[0]).argmax()
+    before, after = (
+        log[:2, deep] - log[:2, at_rest].mean(axis=1)
+        for log in (force(run, config), force(run, config, {"turn": 3.0}))
+    )
+    angle = np.degrees(np.arctan2(*before[::-1]) - np.arctan2(*after[::-1]))
+    assert angle == pytest.approx(3, abs=0.3)
+    assert np.hypot(*after) == pytest.approx(np.hypot(*before), rel=0.01)
 
 
 def stress_curve(runs, config, sizes):
@@ -213,20 +205,21 @@ def test_power_is_found_by_a_fit(config, runs, power):
     assert load[near_5_cm].mean() == pytest.approx(plain[near_5_cm].mean(), rel=0.003)
 
 
-def test_pink_noise_falls_as_one_over_f(config, runs):
-    legs = [run for run in runs.values() if run.leg]
-    power = []
-    for run in legs:
+def test_pink_noise_falls_as_one_over_f():
+    noise = pink(np.random.default_rng(1), 300, 4096)
+    power = (np.abs(np.fft.rfft(noise, axis=1)) ** 2).mean(axis=0)[1:-1]
+    number = np.arange(1, power.size + 1)
+    assert np.polyfit(np.log(number), np.log(power), 1)[0] == pytest.approx(-1, abs=0.02)
+    assert power[:4] * number[:4] == pytest.approx(power[-400:] @ number[-400:] / 400, rel=0.25)
+
+
+def test_pink_noise_of_the_logs(config, runs):
+    drawn = []
+    for run in (run for run in runs.values() if run.leg):
         noise = change(run, config, {"pink": 0.5})
-        double = change(run, config, {"pink": 1.0})
-        np.testing.assert_allclose(double, 2 * noise, atol=0.025)
-        tapered = (noise - noise.mean(axis=1, keepdims=True)) * np.hanning(noise.shape[1])
-        power.append((np.abs(np.fft.rfft(tapered, 4096, axis=1)) ** 2).mean(axis=0))
-    frequency = np.fft.rfftfreq(4096, 0.01)
-    in_band = (frequency > 0.15) & (frequency < 20)
-    octave = np.floor(np.log2(frequency[in_band]))
-    mean = [np.log2(np.mean(power, axis=0)[in_band][octave == k].mean()) for k in np.unique(octave)]
-    assert np.polyfit(np.unique(octave), mean, 1)[0] == pytest.approx(-1, abs=0.12)
+        np.testing.assert_allclose(change(run, config, {"pink": 1.0}), 2 * noise, atol=0.025)
+        drawn.append(noise.var())
+    assert np.sqrt(np.mean(drawn)) == pytest.approx(0.5, rel=0.15)
 
 
 @pytest.mark.parametrize("count", [4096, 1000, 20000])
@@ -253,58 +246,34 @@ def test_a_path_is_uneven_over_a_length(length):
     np.testing.assert_array_equal(ways[1], ways[0][:, ::-1])
 
 
-@pytest.mark.parametrize(("name", "common"), [("patches", True), ("deep-noise", False)])
-def test_many_campaigns_at_once(name, common):
+@pytest.mark.parametrize(
+    ("name", "length", "common"), [("patches", 2.0, True), ("deep-noise", 0.1, False)]
+)
+def test_many_campaigns_at_once(name, length, common):
     """All z, then all x: patches are common to the two components of a campaign, slips are not."""
     random = np.random.default_rng(4)
-    factor = unevenness({name: 5.0}, lambda _: random, np.linspace(0, 8, 400), 50)
-    assert factor.shape == (100, 400)
-    assert factor.std() == pytest.approx(0.05, rel=0.1)
-    assert (factor[:50] == factor[50:]).all() == common
-    assert not (factor[0] == factor[1]).any()
+    travel = np.linspace(0, 4 * length, 401)
+    uneven = unevenness({name: 5.0}, lambda _: random, travel, 200) - 1
+    assert uneven.shape == (400, 401)
+    assert uneven.std() == pytest.approx(0.05, rel=0.1)
+    assert (uneven[:200] == uneven[200:]).all() == common
+    assert not (uneven[0] == uneven[1]).any()
+    # a tenth of the length on, and twice the length
+    near, far = (np.mean(uneven[:, :-k] * uneven[:, k:]) / 0.05**2 for k in (10, 200))
+    assert near > 0.9
+    assert abs(far) < 0.1
 
 
-@pytest.mark.parametrize(("name", "apart_cm"), [("patches", 2.0), ("deep-noise", 0.1)])
-def test_unevenness_of_the_logs(config, runs, name, apart_cm):
-    """Relative to the force, by as much at every depth, over a length; patches common to z and x."""
-    pushes = [
-        run
-        for run in runs.values()
-        if run.kind == "plate"
-        and run.medium in ("poppy_CP", "glass3mm_CP")
-        and (run.gamma_deg or 0) > 40
-        and run.direction == "intrusion"
-    ]
-    shallow, deep, correlations = [], [], []
-    near_pairs: list[tuple[float, float]] = []
-    far_pairs: list[tuple[float, float]] = []
-    for run in pushes:
-        clean, depth_cm = granular(run, config), depth(run, config)
-        moved = change(run, config, {name: 10.0})
-        inside = (depth_cm > 3) & (np.gradient(depth_cm) > 0.003)
-        ratio = moved[0] / np.where(clean[0] == 0, np.nan, clean[0])
-        shallow.append(ratio[inside & (depth_cm < 4.5)])
-        deep.append(ratio[inside & (depth_cm > 5.5)])
-        if np.abs(clean[1]).max() > 8:
-            ratio_x = moved[1][inside] / clean[1][inside]
-            correlations.append(np.corrcoef(ratio[inside], ratio_x)[0, 1])
-        ratio_z = ratio[inside]
-        for pairs, share in ((near_pairs, 0.1), (far_pairs, 2.2)):
-            k = max(
-                1,
-                round(
-                    100 * share * apart_cm / np.hypot(1, 1 / np.tan(np.radians(run.gamma_deg or 0)))
-                ),
-            )
-            pairs += list(itertools.islice(zip(ratio_z[:-k], ratio_z[k:], strict=True), 10_000))
-    assert np.std(np.concatenate(shallow)) == pytest.approx(0.10, rel=0.2)
-    assert np.std(np.concatenate(deep)) == pytest.approx(0.10, rel=0.2)
-    assert len(correlations) >= 3
-    assert (min(correlations) > 0.95) if name == "patches" else (max(np.abs(correlations)) < 0.4)
-    assert np.corrcoef(np.transpose(near_pairs))[0, 1] > 0.8
-    assert abs(np.corrcoef(np.transpose(far_pairs))[0, 1]) < 0.4
-    half = change(pushes[0], config, {name: 5.0})
-    np.testing.assert_allclose(2 * half, change(pushes[0], config, {name: 10.0}), atol=0.025)
+@pytest.mark.parametrize("name", ["patches", "deep-noise"])
+@pytest.mark.parametrize("run_id", [PUSH, SLANTED, LEG])
+def test_unevenness_of_the_logs(config, runs, run_id, name):
+    """Relative to the granular force, along the way of the plate's centre or the leg's tip."""
+    run = runs[run_id]
+    true = ideal(run, config, phase_s=nuisance(run, SEED).force_phase_s)
+    way = path_cm(true.motion, config.intruders[run.intruder])
+    factor = unevenness({name: 10.0}, LabStroke(run, config, SEED, 0).random, way)
+    expected = (factor - 1) * np.array(true.granular)
+    np.testing.assert_allclose(change(run, config, {name: 10.0}), expected, atol=0.02)
 
 
 def test_length_of_the_way(config, runs):
@@ -329,6 +298,25 @@ def test_proportional_spread(config, runs):
     drawn = [bed(run, config, {"spread-percent": 5.0}).factor for run in runs.values()]
     assert np.std(drawn) == pytest.approx(0.05, rel=0.08)
     assert np.mean(drawn) == pytest.approx(1, abs=0.005)
+
+
+def test_spread_between_beds(config, runs):
+    """Of alpha, so that a push feels as much more for each depth and area; a leg feels it too."""
+    drawn = [bed(run, config, NONE, 0.05).off for run in runs.values()]
+    assert np.std(drawn, axis=0) == pytest.approx(0.05, rel=0.08)
+    # F3 is 4 degrees off the vertical
+    run = runs[PUSH]
+    f3 = [
+        read(disturbed_logs(run, config, SEED, NONE, spread)[run.force_log])["F3_N"].to_numpy()
+        for spread in (0.0, 0.05)
+    ]
+    off_z, off_x = bed(run, config, NONE, 0.05).off
+    off = off_z * np.cos(np.radians(4)) + off_x * np.sin(np.radians(4))
+    depth_cm, area = depth(run, config), plate_of(config.intruders)[1].area_cm2
+    deep = (depth_cm > 5) & (np.gradient(depth_cm) > 0.003)
+    np.testing.assert_allclose((f3[0] - f3[1])[deep], (off * area * depth_cm)[deep], atol=0.02)
+    legs = [disturbed_logs(runs[LEG], config, SEED, NONE, spread) for spread in (0.0, 0.05)]
+    assert legs[0] != legs[1]
 
 
 def test_tare_of_another_bed(config, runs):

@@ -63,7 +63,6 @@ def test_same_seed_same_bytes(config, tmp_path):
 
 def test_another_seed_other_bytes(config, runs):
     run = runs["yuma_c_leg"]
-    assert run_logs(run, config, 1) == run_logs(run, config, 1)
     logs_1, logs_2 = run_logs(run, config, 1), run_logs(run, config, 2)
     assert all(logs_1[name] != logs_2[name] for name in logs_1)
 
@@ -160,6 +159,7 @@ def test_faults_in_a_campaign(config, tmp_path):
 
 
 def test_faults_of_the_force_log(config, runs):
+    """What their readings are; how many rows are lost or wrong is counted in test_stages_faults.py."""
     run = runs["poppy_LP_bm30_g45_in"]
     plain_logs = run_logs(run, config, 2013)
     good = _table(plain_logs[run.force_log])
@@ -170,10 +170,6 @@ def test_faults_of_the_force_log(config, runs):
         content = logs[run.force_log]
         assert content is not None
         return content
-
-    gap = _table(with_fault("gap"))
-    assert len(gap) == len(good) - 150
-    assert np.diff(gap["time_s"]).max() == pytest.approx(1.51)
 
     stuck = _table(with_fault("saturated"))
     # the vertical axis is -F3, of 200 N
@@ -193,31 +189,14 @@ def test_faults_of_the_force_log(config, runs):
     assert list(unit)[2:] == ["F1_lbf", "F2_lbf", "F3_lbf"]
     np.testing.assert_allclose(unit["F3_lbf"] * 4.4482216, good["F3_N"], atol=3e-5)
 
-    twice = _table(with_fault("duplicated_rows"))
-    assert len(twice) == len(good) + 60
-    assert twice.duplicated().sum() == 60
-
     turned = _table(with_fault("time_reversed"))
-    assert (np.diff(turned["time_s"]) < 0).sum() == 59
     pd.testing.assert_frame_equal(
         turned.sort_values("time_s", ignore_index=True), good, check_exact=True
     )
 
-    holes = _table(with_fault("nan_cells"))
-    assert list(holes.isna().sum()) == [0, 0, 30, 30, 30]
-
-    header = with_fault("header_only").decode().splitlines()
-    assert header[-1] == "time_s,arm_moving,F1_N,F2_N,F3_N"
-    assert all(line.startswith("#") for line in header[:-1])
-
-    assert with_fault("empty") == b""
-
     text = with_fault("wrong_delimiter").decode()
     comma = pd.read_csv(io.StringIO(text), comment="#", sep=";", decimal=",")
     pd.testing.assert_frame_equal(comma, good)
-
-    assert run_logs(run, config, 2013, ("missing_log",))[run.force_log] is None
-    assert set(run_logs(run, config, 2013, ("missing_tare",)).values()) == {None}
 
 
 def test_faults_of_the_motion(config, runs):

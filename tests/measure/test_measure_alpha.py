@@ -117,14 +117,6 @@ def test_repeats_that_agree_keep_the_smaller_error_of_their_mean():
     assert z_values.tolist() == pytest.approx([0.30025, se, 0.30025 + Z95 * se], rel=1e-6)
 
 
-def test_repeats_that_scatter_widen_the_interval():
-    runs = (run(n, 0, 90, v) for n, v in zip("abc", (0.28, 0.30, 0.35), strict=True))
-    se = np.std([0.28, 0.30, 0.35], ddof=1) / math.sqrt(3)
-    z_values = cell(table(*runs), 0, 90)[[column("z", end) for end in ("", "_se", "_hi")]]
-    # two degrees of freedom: t = 4.3027
-    assert z_values.tolist() == pytest.approx([0.31, se, 0.31 + 4.302653 * se])
-
-
 def test_a_bad_run_does_not_spoil_its_repeat():
     cells = table(
         run("a", 0, 90, 0.3),
@@ -163,8 +155,7 @@ def test_horizontal_fit_through_three_depths():
         ((2.54, 7.62), 3, "few-depths"),
         ((5.08,), 3, "too-few-depths"),
         ((5.08,), 2, "too-few-depths"),
-        # repeats of one depth are one depth; depths apart by more than a millimetre are two
-        ((5.08, 5.0803), 3, "too-few-depths"),
+        # depths apart by more than a millimetre are two
         ((2.0, 2.15), 3, "few-depths"),
     ],
 )
@@ -205,6 +196,15 @@ def pairs(beta, gamma, depth=(5, 5)):
     ]
 
 
+def in_six_cells(rows):
+    """The same runs with each plate."""
+    return [
+        {**row, "beta_deg": beta, "run_id": f"{beta} {row['run_id']}"}
+        for beta in (-60, -30, 0, 30, 60, 90)
+        for row in rows
+    ]
+
+
 def test_what_counts_as_a_repeat():
     # a pair 0.02 apart varies by 0.02^2 / 2 about its mean, less the 0.001^2 of a run's own error
     spread = math.sqrt(0.02**2 / 2 - 0.001**2)
@@ -217,14 +217,13 @@ def test_what_counts_as_a_repeat():
     # other plates are no repeats of one another, nor are other depths of a horizontal cell
     for second_beta in (-30.0, 31.0):
         assert set(table(*pairs((30.0, second_beta), GAMMAS))["spread"]) == {AS_PREPARED}
-    level = [
-        {**row, "beta_deg": beta, "run_id": f"{beta} {row['run_id']}"}
-        for beta in (-60, -30, 0, 30, 60, 90)
-        for row in pairs((0, 0), (0.0,), (2.54, 5.08))
-    ]
+    level = in_six_cells(pairs((0, 0), (0.0,), (2.54, 5.08)))
     assert set(table(*level)["spread"]) == {AS_PREPARED}
     same = [{**row, "depth_from_cm": 5.08, "depth_to_cm": 5.08} for row in level]
     assert set(table(*same)["spread"]) == {REPEATS}
+    # a slight slant begins where the log lets it: that is no depth of preparation
+    slight = pairs((30.0, 30.0), (-0.4, -0.3, -0.2, 0.2, 0.3, 0.4), (2.54, 5.08))
+    assert set(table(*slight)["spread"]) == {REPEATS}
 
 
 def test_beds_of_a_horizontal_cell_are_as_many_as_its_depths():
@@ -236,7 +235,7 @@ def test_beds_of_a_horizontal_cell_are_as_many_as_its_depths():
     assert share.sum() == pytest.approx(1)
     cell_row = cell(cells, 60, 0)
     assert cell_row[column("z", "_se")] == pytest.approx(0.005 * math.sqrt(share @ share))
-    assert cell_row["spread"] == "stated"
+    assert (cell_row["spread"], cell_row["run_to_run_z_N_per_cm3"]) == ("stated", 0.005)
 
 
 def test_a_start_up_is_the_same_at_all_depths():
@@ -256,12 +255,6 @@ def test_a_start_up_is_the_same_at_all_depths():
     )
 
 
-def test_a_slight_slant_is_no_horizontal_run():
-    # its window begins where the log lets it: that is no depth of preparation, repeats are repeats
-    slight = (-0.4, -0.3, -0.2, 0.2, 0.3, 0.4)
-    assert set(table(*pairs((30.0, 30.0), slight, (2.54, 5.08)))["spread"]) == {REPEATS}
-
-
 @pytest.mark.parametrize("nominal", [2.54, 2.55, 2.5])
 def test_a_depth_is_reached_to_some_tenths_of_a_millimetre(nominal):
     """Whatever the digits: repeats of one depth are one depth, and a depth that lacks is told."""
@@ -272,12 +265,7 @@ def test_a_depth_is_reached_to_some_tenths_of_a_millimetre(nominal):
     cell_row = cell(table(*near, run("c", 60, 0, 0.1, depth=2 * nominal)), 60, 0)
     assert cell_row[column("z")] == pytest.approx(0.1)
     assert cell_row["n_depths"] == 2
-    repeats = [
-        {**row, "beta_deg": beta, "run_id": f"{beta} {row['run_id']}"}
-        for beta in (-60, -30, 0, 30, 60, 90)
-        for row in near
-    ]
-    assert set(table(*repeats)["spread"]) == {REPEATS}
+    assert set(table(*in_six_cells(near))["spread"]) == {REPEATS}
 
 
 def test_what_several_runs_have_to_tell_is_told_in_turn():
@@ -306,22 +294,12 @@ def test_repeats_with_different_plates_say_so():
     assert flags_of_cells(apart, of_runs, 3) == []
 
 
-def test_a_missing_tare_of_all_runs_is_said_once():
-    bare = remark("no-tare")
-    cell_row = cell(table(*(run(name, 0, 90, 0.3) for name in "abc")), 0, 90)
-    fits = pd.DataFrame({"run_id": list("abc"), "reason": ""})
-    flags = flags_of_runs({name: [bare] for name in "abc"})
-    assert flags.shared(fits) == (bare,)
-    assert flags.of_cell(cell_row, without=flags.shared(fits)) == []
-    flags = flags_of_runs({"a": [bare]})
-    assert flags.of_cell(cell_row, without=flags.shared(fits)) == attach_run("a", [bare])
-
-
 def test_a_cell_says_that_its_interval_is_from_its_own_repeats():
     """Also where only one component shows more than is assumed."""
     rows = pd.DataFrame([run("a", 0, 90, 0.3), run("b", 0, 90, 0.4), run("c", 30, 90, 0.2, 0.1)])
     cells = alpha_table(rows, "m", 0.95, 3).set_index("beta_deg")
     assert cells["spread"].to_dict() == {0: OF_CELL, 30: AS_PREPARED}
+    assert cells["run_to_run_z_N_per_cm3"].isna().all()
     assert set(alpha_table(rows, "m", 0.95, 3, ErrorSettings())["spread"]) == {FEW_REPEATS}
 
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from light_campaign import LABORATORY, alpha_frame, make_campaign, one_cell
+from light_campaign import LABORATORY, alpha_frame, make_campaign
 from other_labs import GRIDS
 
 from rftfit import reference
@@ -64,11 +64,14 @@ def on_grid(medium, grid):
     return pd.DataFrame(columns | {"medium": medium, "spread": "scatter between beds not included"})
 
 
+AXES = SimpleNamespace(x="+F1", y="-F2", z="-F3")
+"""Channels of a transducer along the axes of the lab."""
+
+
 def measured(sheet=None, config=None, medium=None, copies=(), **tables):
     """A measured medium of which only what a check reads is there."""
-    axes = SimpleNamespace(x="+F1", y="-F2", z="-F3")
     no_table: Any = SimpleNamespace(
-        table=None, transducer=SimpleNamespace(axes=axes), force_log=SimpleNamespace(columns={})
+        table=None, transducer=SimpleNamespace(axes=AXES), force_log=SimpleNamespace(columns={})
     )
     return MediumMeasurements(config or no_table, medium, sheet or {}, tables, copies)
 
@@ -114,22 +117,6 @@ def turned(table, angle_deg):
     )
 
 
-def test_a_single_run_that_gives_energy_back_is_flagged():
-    table = on_grid("poppy_LP", "few")
-    table["run_ids"] = [f"run{place}" for place in range(len(table))]
-    cell_index = int(np.flatnonzero((table["beta_deg"] == 30) & (table["gamma_deg"] == 90))[0])
-    assert not axes(table)["work"].flags
-    table.loc[cell_index, ["alpha_z_N_per_cm3", "alpha_x_N_per_cm3"]] *= -1
-    work = axes(table)["work"]
-    assert (work.verdict, work.flags) == (
-        "passed",
-        (remark("gives-back", run_id=f"run{cell_index}"),),
-    )
-    table[["alpha_z_N_per_cm3", "alpha_x_N_per_cm3"]] *= -1
-    of_all_runs = axes(table, evidence={"as-given": 0.0, "both-reversed": 50.0})["work"]
-    assert (of_all_runs.verdict, of_all_runs.flags) == ("failed", ())
-
-
 @pytest.mark.parametrize(
     ("table", "where"), [(None, "transducer.axes"), ("alpha", "the columns of the table")]
 )
@@ -152,31 +139,6 @@ def test_no_published_table_fails(medium, grid):
     # what needs a push straight down is not said to have passed without one
     has_push = ((table["beta_deg"] == 0) & (table["gamma_deg"] == 90)).any()
     assert verdicts["symmetry"] == ("passed" if has_push else "not checked")
-
-
-def test_what_the_wrong_axes_of_the_first_medium_cost():
-    """Cells that give energy back by more than three times the scatter of beds that the paper states."""
-    table = alpha_frame("poppy_LP", reference.alpha_grid("poppy_LP"))
-    counts = {}
-    for z, x in (("+z", "+x"), ("-z", "+x"), ("+z", "-x"), ("+x", "+z")):
-        counts[z + x] = negative_cells(measured_with(table, z, x))[0]
-    # D of the printed table, by hand: alpha_x cos gamma + alpha_z sin gamma
-    up, along = reference.alpha_grid("poppy_LP")
-    gamma = np.radians(reference.GAMMA_DEG)
-    least = max(0.005, 3 * 0.003)
-    work = -up * np.sin(gamma) + along * np.cos(gamma)
-    assert counts["-z+x"] == np.count_nonzero(work < -least)
-    assert counts["+z+x"] == 0
-    assert counts["+z-x"] > 20
-    assert counts["+x+z"] >= 3
-
-
-def test_pulling_up_harder_than_pushing_down():
-    table = on_grid("poppy_CP", "few")
-    is_pull_up = (table["beta_deg"] == 0) & (table["gamma_deg"] == -90)
-    table.loc[is_pull_up, "alpha_z_N_per_cm3"] = -0.6
-    check = axes(table)["up_down"]
-    assert (check.verdict, check.code, check.values["up"]) == ("failed", "up_down", -0.6)
 
 
 def few_cells(rows, **columns):
@@ -213,6 +175,7 @@ def test_one_cell_alone_may_not_give_energy_back():
         (away[1:], "passed"),
         (away[:1] * 2, "failed"),
         (away, "passed"),
+        ([(0, 90, -0.5, 0, 0.01, 0.01)], "failed"),
     ):
         assert axes(few_cells(cells))["work"].verdict == verdict
 
@@ -277,6 +240,7 @@ def test_how_much_harder_than_down_up_may_be():
         rows = [(0, 90, 0.2, 0, 0.01, 0), (0, -90, -0.2 - excess, 0, 0.02, 0)]
         check = axes(few_cells(rows))["up_down"]
         assert (check.verdict, check.values) == (verdict, {"down": 0.2, "up": -0.2 - excess})
+    assert check.code == "up_down"
     assert axes(few_cells(rows[:1]))["up_down"].verdict == "not checked"
     assert axes(few_cells(rows[1:]))["up_down"].verdict == "not checked"
 
@@ -303,12 +267,19 @@ def test_a_cell_without_alpha_is_left_out_whole():
 
 
 def test_two_cells_are_no_verdict_and_three_are():
+    """Runs of both are flagged."""
     table = on_grid("poppy_CP", "few")
+    table["run_ids"] = [f"run{place}" for place in table.index]
+    assert not axes(table)["work"].flags
     sure = table.index[(table["gamma_deg"] == 0) & (table["beta_deg"].isin([30.0, 60.0, -60.0]))]
     for bad, verdict in ((sure[:2], "passed"), (sure, "failed")):
         changed = table.copy()
         changed.loc[bad, "alpha_x_N_per_cm3"] = -0.1
-        assert axes(changed)["work"].verdict == verdict
+        work = axes(changed)["work"]
+        assert (work.verdict, {flag.run_id for flag in work.flags}) == (
+            verdict,
+            {f"run{place}" for place in bad},
+        )
         assert negative_cells(changed) == (len(bad), 91)
 
 
@@ -322,11 +293,6 @@ def test_energy_given_back_counts_by_its_size(cells, back, verdict):
     work = [*back, *[0.1] * (cells - len(back))]
     table = few_cells([(5 * place, 0, 0, x, 0.0, 0.0) for place, x in enumerate(work)])
     assert axes(table)["work"].verdict == verdict
-
-
-def test_one_push_that_pulls_is_enough():
-    table = alpha_frame("poppy_CP", one_cell(-0.5))
-    assert axes(table)["work"].verdict == "failed"
 
 
 def runs(*names, **facts):
@@ -365,9 +331,7 @@ def channels_of(*logs, constant=()):
         for name in ("F1", "F2", "F3")
     }
     config: Any = SimpleNamespace(
-        transducer=SimpleNamespace(
-            axes=SimpleNamespace(x="+F1", y="-F2", z="-F3"), range_N=RANGE_N, precision_N=0.05
-        ),
+        transducer=SimpleNamespace(axes=AXES, range_N=RANGE_N, precision_N=0.05),
         force_log=SimpleNamespace(columns=columns),
     )
     names = ["run_id", "status", "F1_low_N", *(f"F{n}_noise_N" for n in (1, 2, 3))]
@@ -394,7 +358,7 @@ def cause(code, channel, count=3, size=3, **values):
 
 
 FINE: tuple[dict[str, Any], dict[str, Any]] = ({}, {})
-DEAD_Z = {"F3": (1.5, 1.5, 1.0, 1.5)}
+DEAD_X, DEAD_Z = {"F1": (0.0, 0.0, 1.0, 0.0)}, {"F3": (1.5, 1.5, 1.0, 1.5)}
 
 
 def test_channels_that_move_pass():
@@ -414,14 +378,6 @@ def test_a_dead_channel_shows_in_three_logs_or_in_all(dead, fine, verdict):
         assert check.flags == tuple(
             remark("channel-still", run_id=f"r{n}", channel="F3") for n in range(dead)
         )
-
-
-def test_runs_of_each_dead_channel_are_told():
-    dead_x = {"F1": (0.0, 0.0, 1.0, 0.0)}
-    check = channels_of(*[({}, dead_x)] * 3, *[({}, DEAD_Z)] * 3)
-    dead_channels = [flag.values["channel"] for flag in check.flags if flag.code == "channel-still"]
-    assert dead_channels == ["F1"] * 3 + ["F3"] * 3
-    assert [flag.run_id for flag in check.flags] == [f"r{n}" for n in range(6)]
 
 
 @pytest.mark.parametrize(("share", "verdict"), [(0.499, "passed"), (0.5, "failed")])
@@ -449,20 +405,22 @@ def test_whose_channels_are_looked_at():
     assert channels_of() == Check.skip("channels", "channels-unread")
     # one push is all there is
     assert channels_of(({}, DEAD_Z)).verdict == "failed"
-    dead_x = {"F1": (0.0, 0.0, 1.0, 0.0)}
-    check = channels_of(*[({}, dead_x | DEAD_Z)] * 3, constant=("F1",))
+    check = channels_of(*[({}, DEAD_X | DEAD_Z)] * 3, constant=("F1",))
     assert finds(check, cause("constant", "F3"))
     level = {"beta_deg": 0.0, "gamma_deg": 90.0}
     assert channels_of(*[(level, DEAD_Z)] * 3).verdict == "failed"
 
 
 def test_what_feels_nothing_sideways_by_symmetry_is_no_dead_x():
-    dead = {"F1": (0.0, 0.0, 1.0, 0.0)}
     for beta in (0.0, 90.0):
-        assert channels_of(*[({"beta_deg": beta, "gamma_deg": 90.0}, dead)] * 3).verdict == "passed"
+        run = {"beta_deg": beta, "gamma_deg": 90.0}
+        assert channels_of(*[(run, DEAD_X)] * 3).verdict == "passed"
     x_is_dead, z_is_dead = cause("constant", "F1"), cause("constant", "F3")
-    assert finds(channels_of(*[({}, dead)] * 3), x_is_dead)
-    assert finds(channels_of(*[({}, dead | DEAD_Z)] * 3), x_is_dead, z_is_dead)
+    assert finds(channels_of(*[({}, DEAD_X)] * 3), x_is_dead)
+    check = channels_of(*[({}, DEAD_X | DEAD_Z)] * 3)
+    assert finds(check, x_is_dead, z_is_dead)
+    dead = [(flag.run_id, flag.values["channel"]) for flag in check.flags]
+    assert dead == [(f"r{n}", channel) for channel in ("F1", "F3") for n in range(3)]
 
 
 @pytest.mark.parametrize(
@@ -600,30 +558,16 @@ def test_marks_name_what_fails_and_why_it_is_accepted():
     assert is_usable(frame.assign(checks="accepted: unusable: I know", checks_code="accepted"))
 
 
-def test_an_unusable_medium_stays_out_of_what_is_made_from_several(tmp_path):
+def test_without_a_medium_that_passes_its_checks_there_is_no_generic_profile(tmp_path):
     media = reference.MEDIA[:3]
     alpha = {name: reference.alpha_grid(name) for name in media}
     make_campaign(tmp_path, dict.fromkeys(media, LABORATORY), alpha)
-    whole = open_results(tmp_path)
-    everything = whole.generic()
-    bad = alpha_frame(media[0], alpha[media[0]]).assign(checks_code="unusable")
-    results = open_results(tmp_path)
-    results.hold(f"alpha/{media[0]}.csv", bad)
-    assert results.reference().media == media[1:]
-    assert not np.allclose(results.generic(), everything)
-    used_coefficients = [results.fits()[name].used for name in media[1:]]
-    zeta = [coefficients[:5].sum() for coefficients in used_coefficients]
-    np.testing.assert_allclose(
-        results.generic(),
-        np.mean([c / z for c, z in zip(used_coefficients, zeta, strict=True)], axis=0),
-    )
-    # its own table and coefficients are still there
-    assert np.isfinite(results[media[0]].coefficients()).all()
-    for name in media[1:]:
-        results.hold(f"alpha/{name}.csv", bad.assign(medium=name))
     lost = open_results(tmp_path)
     for name in media:
-        lost.hold(f"alpha/{name}.csv", bad.assign(medium=name))
+        bad = alpha_frame(name, alpha[name]).assign(checks_code="unusable")
+        lost.hold(f"alpha/{name}.csv", bad)
+    # tables and coefficients of each are still there
+    assert np.isfinite(lost[media[0]].coefficients()).all()
     assert np.isnan(lost.generic()).all()
     assert lost.reference().printed
     assert "no medium that passes its checks" in lost[media[0]].profile("generic").reason
@@ -631,7 +575,10 @@ def test_an_unusable_medium_stays_out_of_what_is_made_from_several(tmp_path):
 
 @pytest.mark.parametrize("medium", reference.MEDIA)
 def test_axes_that_all_runs_tell_are_the_cause_of_energy_given_back(medium):
-    wrong = measured_with(on_grid(medium, "few"), "-z", "+x")
+    table = on_grid(medium, "few")
+    for z, x in (("+z", "-x"), ("+x", "+z")):
+        assert axes(measured_with(table, z, x))["work"].verdict == "failed"
+    wrong = measured_with(table, "-z", "+x")
     check = axes(wrong, evidence={"as-given": 0.0, "z-reversed": 4.1})["work"]
     assert (check.verdict, check.code, check.flags) == ("failed", "work-axes", ())
     assert str(remark("axes-z-reversed")) in check.sentence
@@ -648,53 +595,35 @@ def test_a_turned_mount_is_measured(medium, angle):
     assert axes(table)["symmetry"].verdict == ("failed" if angle else "passed")
 
 
-A = math.radians(5)
-
-
 @pytest.mark.parametrize(
-    ("rows", "turn", "se"),
+    ("rows", "turn", "se", "turned_deg"),
     [
         # a push alone: its alpha_x over its alpha_z
-        ([(0, 90, 0.5, -0.05, 0, 0.01)], math.atan(0.1), 0.01 / 0.5),
+        ([(0, 90, 0.5, -0.05, 0, 0.01)], math.atan(0.1), 0.01 / 0.5, 0),
         # mirror images: opposite alpha_x is theirs, the sum is that of the turn
         (
             [(30, 90, 0.4, 0.16, 0, 0.01), (-30, 90, 0.4, -0.20, 0, 0.01)],
             math.atan(0.04 / 0.8),
             math.hypot(0.01, 0.01) / 0.8,
+            0,
         ),
         # plates of beta and -beta, turned exactly
         (
-            [
-                (
-                    30,
-                    90,
-                    0.4 * math.cos(A) + 0.2 * math.sin(A),
-                    0.2 * math.cos(A) - 0.4 * math.sin(A),
-                    0,
-                    0.01,
-                ),
-                (
-                    -30,
-                    90,
-                    0.4 * math.cos(A) - 0.2 * math.sin(A),
-                    -0.2 * math.cos(A) - 0.4 * math.sin(A),
-                    0,
-                    0.01,
-                ),
-            ],
-            A,
-            math.hypot(0.01, 0.01) / (0.8 * math.cos(A)),
+            [(30, 90, 0.4, 0.2, 0, 0.01), (-30, 90, 0.4, -0.2, 0, 0.01)],
+            math.radians(5),
+            math.hypot(0.01, 0.01) / (0.8 * math.cos(math.radians(5))),
+            5,
         ),
         # a pull is filed turned, as all extractions are
-        ([(0, -90, -0.2, -0.02, 0, 0.01)], math.atan(0.1), 0.01 / 0.2),
+        ([(0, -90, -0.2, -0.02, 0, 0.01)], math.atan(0.1), 0.01 / 0.2, 0),
         # without its image a slanted plate says nothing, nor does a level path
-        ([(30, 90, 0.4, 0.2, 0, 0.01), (0, 0, 0.1, 0.3, 0, 0.01)], math.nan, math.nan),
+        ([(30, 90, 0.4, 0.2, 0, 0.01), (0, 0, 0.1, 0.3, 0, 0.01)], math.nan, math.nan, 0),
         # without a vertical force, as of one log as plate and as rod, there is no turn
-        ([(0, 90, 0.0, 0.0, 0, 0)], math.nan, math.nan),
+        ([(0, 90, 0.0, 0.0, 0, 0)], math.nan, math.nan, 0),
     ],
 )
-def test_turn_of_the_mount_by_mirror_images(rows, turn, se):
-    table = few_cells(rows)
+def test_turn_of_the_mount_by_mirror_images(rows, turn, se, turned_deg):
+    table = turned(few_cells(rows), turned_deg)
     assert Cells.of(table).turn_rad == pytest.approx((turn, se), nan_ok=True)
     limit = 0.04 + 3 * se
     verdict = "not checked" if math.isnan(turn) else "passed" if turn <= limit else "failed"
@@ -755,6 +684,8 @@ def test_size(value, expected, verdict):
         ([0.01, -0.01, 0.02, -0.02] * 5, None),
         ([0.0] * 3 + [1.0] * 4, None),
         ([0.0] * 4 + [1.0] * 4, range(4, 8)),
+        # too near one another
+        ([0.0] * 10 + [0.2] * 10, None),
         # few runs of one wide spread, parted where they lie apart by chance: a campaign without a fault
         (
             [-0.10, 0.21, -0.16, 0.03, -0.07, 0.21, -0.08, 0.01, -0.07, 0.25, 0.01, -0.06, -0.09],
@@ -767,13 +698,6 @@ def test_two_heaps(values, which):
     assert (clusters is None) == (which is None)
     if clusters is not None and which is not None:
         assert np.flatnonzero(clusters[1]).tolist() == [*which]
-
-
-def test_how_clear_two_heaps_are():
-    """0.3 between values of a least spread of 0.03, in eighths of it."""
-    clear, _ = two_clusters(np.repeat([0.0, 0.3], 10)) or (0, None)
-    assert clear == pytest.approx(0.3 / 0.03 / 8)
-    assert two_clusters(np.repeat([0.0, 0.2], 10)) is None
 
 
 def test_an_outlier_moves_no_heap():
@@ -880,7 +804,7 @@ def noise_of(fits):
 def causes_of(fits, facts=None, peers=None, explained=False, turn=0.0, columns=()):
     """Causes that `against_known` finds in runs that are beside each other or have `peers`."""
     config = SimpleNamespace(
-        transducer=SimpleNamespace(axes=SimpleNamespace(x="+F1", y="-F2", z="-F3"), turn_deg=turn),
+        transducer=SimpleNamespace(axes=AXES, turn_deg=turn),
         force_log=SimpleNamespace(columns=dict(columns)),
         table=None,
     )

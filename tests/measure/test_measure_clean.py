@@ -42,13 +42,6 @@ def test_rows_that_go_are_counted(time, value, kept, dropped):
     assert (log.rows, log.dropped) == (len(time), dropped)
 
 
-@pytest.mark.parametrize("time", [[3, 2, 1, 0], [1, 0], [0, 1, 2, 0, 1, 2], [5, 1, 1.5, 2]])
-def test_half_of_the_rows_bad_is_refused(time):
-    with pytest.raises(LogError, match=r"^a\.csv: ") as caught:
-        clean(log_of(time))
-    assert (caught.value.code, caught.value.rows) == ("time", len(time))
-
-
 def test_log_without_a_good_row():
     log = Log(Path("a.csv"), {"time": np.empty(0)}, {}, 7, {"bad": 7})
     with pytest.raises(LogError, match="7: bad") as caught:

@@ -5,13 +5,11 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
+from rigroom import chain
 
 from rftfit.campaign.load import load_campaign
 from rftfit.measure.alpha import alpha_table
 from rftfit.measure.errors import SurfaceError, errors_of
-from rftfit.measure.fits import fit_medium
-from rftfit.measure.ingest import ingest_medium
-from rftfit.measure.tare import tare_medium
 
 ALPHA = 1.02
 """N/cm^3."""
@@ -77,9 +75,7 @@ def alpha_of_pushes(folder, off_mm, seed):
     (folder / "runs.csv").write_text("\n".join([*lines, ""]))
     (folder / "config.yaml").write_text(yaml.safe_dump(CONFIG))
     campaign = load_campaign(folder / "config.yaml")
-    samples, runs, _ = ingest_medium(campaign, "sand")
-    tared, tares, _ = tare_medium(campaign, "sand", samples, runs)
-    fits, _, _ = fit_medium(campaign, "sand", runs, tared, tares)
+    fits = chain(campaign, "sand").fits
     errors, surface = errors_of(fits, campaign.config)
     return [
         alpha_table(fits, "sand", 0.95, 1, errors, surface=taken)

@@ -61,12 +61,6 @@ def test_mirror_is_the_image_in_x():
     np.testing.assert_allclose(mx * tz - -tx * mz, 0, atol=1e-12)
 
 
-def test_mirror_is_an_involution():
-    beta, gamma = c.mirror(*c.mirror(BETA, GAMMA))
-    same_angle(beta, BETA, np.pi)
-    same_angle(gamma, GAMMA, 2 * np.pi)
-
-
 @pytest.mark.parametrize("beta_deg", [-90.0, -60, -30, 0, 30, 60, 90])
 @pytest.mark.parametrize("gamma_deg", [0.0, 18.43, 45, 71.57, 90])
 def test_file_extraction_is_the_mirror_of_the_physical_pull(beta_deg, gamma_deg):

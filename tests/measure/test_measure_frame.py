@@ -49,15 +49,6 @@ def test_round_trip_for_every_mounting(turn_deg):
             np.testing.assert_allclose(lab, force[[0, 2]], atol=1e-12)
 
 
-def test_a_push_from_below_on_the_papers_rig():
-    # -F3 is up: F3 = -5 N is a push of 5 N from below, turned 90 degrees it is one toward +x
-    channels = np.array([0.0, 0.0, -5.0])
-    up = sensor_to_lab(transducer("-F2", "+F1", "-F3", 0)) @ channels
-    np.testing.assert_allclose(up, [0, 5], atol=1e-12)
-    turned = sensor_to_lab(transducer("-F2", "+F1", "-F3", 90)) @ channels
-    np.testing.assert_allclose(turned, [5, 0], atol=1e-12)
-
-
 def test_a_rate_needs_a_time_of_the_log():
     """Of 20 mm at the first row and -1 mm/s, 3 s later 17 mm; time itself has no rate."""
     log = Log(Path("stage.csv"), {"t": np.array([5.0, 6.0, 8.0])}, {"t": "s"}, 3)

@@ -14,16 +14,12 @@ NOTHING = np.zeros((1, 1)), np.ones((1, 1))
 """Variance of the zero (none) and its degrees of freedom."""
 
 
-def test_exact_laws_are_found():
-    power = 0.3 * 5 * (DEPTH / 5) ** 1.25
-    late = 0.2 * (DEPTH - 0.3)
-    laws = other_laws(DEPTH, np.stack([power, late]), 5.0)
+def test_an_exact_line_is_found():
+    laws = other_laws(DEPTH, (0.2 * (DEPTH - 0.3))[None], 5.0)
     assert laws is not None
-    assert laws["power"][0].exponent == pytest.approx(1.25, abs=1e-5)
-    assert laws["power"][0].alpha == pytest.approx(0.3, rel=1e-5)
-    assert laws["free_intercept"][1].alpha == pytest.approx(0.2 * 4.7 / 5, rel=1e-9)
+    assert laws["free_intercept"][0].alpha == pytest.approx(0.2 * 4.7 / 5, rel=1e-9)
     # a line that begins deeper looks like a power above 1
-    assert laws["power"][1].exponent > 1.05
+    assert laws["power"][0].exponent > 1.05
     assert other_laws(np.full(700, 5.0), np.ones((1, 700)), 5.0) is None
 
 
@@ -59,8 +55,8 @@ def test_the_chosen_law_covers_what_the_line_misses(law, truth, exponent, offset
     assert 0.90 <= np.mean(inside) <= 0.995
 
 
-@pytest.mark.parametrize("exponent", [0.4, 0.7, 1.9, 2.8])
-def test_exponents_far_from_1_are_found_too(exponent):
+@pytest.mark.parametrize("exponent", [0.4, 0.7, 1.25, 1.9, 2.8])
+def test_exponents_are_found(exponent):
     laws = other_laws(DEPTH, (0.3 * 5 * (DEPTH / 5) ** exponent)[None], 5.0)
     assert laws is not None
     (power,) = laws["power"]

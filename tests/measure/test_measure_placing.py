@@ -11,15 +11,14 @@ import pandas as pd
 import pytest
 import yaml
 from pushes import Push, make_push
+from rigroom import chain
 
 from rftfit.campaign.load import load_campaign
 from rftfit.errors import InputError
-from rftfit.measure.fits import fit_medium
 from rftfit.measure.flags import codes_of
-from rftfit.measure.ingest import ingest_medium, ingest_traces
-from rftfit.measure.ledger import RowStatus, check_ledger, join
+from rftfit.measure.ingest import ingest_traces
+from rftfit.measure.ledger import RowStatus, check_ledger
 from rftfit.measure.readable import open_logs
-from rftfit.measure.tare import tare_medium
 
 YIELD_CM_PER_N = 1e-3
 """How far the machine bends under one newton."""
@@ -82,35 +81,27 @@ def campaign(folder, **changes):
     return load_campaign(folder / "config.yaml")
 
 
-def alphas(loaded):
-    traces, status, first = ingest_medium(loaded, "sand")
-    tared, tares, second = tare_medium(loaded, "sand", traces, status)
-    fits, _, third = fit_medium(loaded, "sand", status, tared, tares)
-    check_ledger(join([first.table(), second.table(), third.table()]), status)
-    return (
-        {str(row["run_id"]): row for row in fits.to_dict("records")},
-        status,
-        [*second.flags, *third.flags],
-    )
+def measured(loaded):
+    """What the stages make of the logs, whose ledger adds up."""
+    results = chain(loaded, "sand")
+    check_ledger(results.book, results.runs)
+    return results
 
 
 def test_from_logs_to_alpha_without_a_typed_number(folder):
-    fits, status, flags = alphas(campaign(folder))
+    results = measured(campaign(folder))
     for name, area, seed in (("a", np.pi * 6.25, 0), ("b", 10.0, 1)):
-        row = fits[name]
+        row = results.fit(name)
         assert row["reason_code"] == ""
         truth = STIFFNESS / area
         assert row["alpha_z_lo_N_per_cm3"] <= truth <= row["alpha_z_hi_N_per_cm3"]
         assert row["alpha_z_N_per_cm3"] == pytest.approx(truth, rel=0.05)
-        codes = [flag.code for flag in flags if flag.run_id == name]
-        assert codes == ["no-tare", "several-plates"]
-        fact: Any = status.set_index("run_id").loc[name]
+        assert results.codes(name) == ["no-tare", "several-plates"]
+        fact = results.run(name)
         surface_mm = 80 - 10 * make_push(seed).surface_cm
-        assert fact["surface_z_mm"] == pytest.approx(
-            surface_mm, abs=3 * float(fact["surface_se_mm"])
-        )
+        assert fact["surface_z_mm"] == pytest.approx(surface_mm, abs=3 * fact["surface_se_mm"])
         assert "+2 h" in fact["note"]
-        assert fact["clock_offset_s"] == pytest.approx(7200.2, abs=3 * float(fact["clock_se_s"]))
+        assert fact["clock_offset_s"] == pytest.approx(7200.2, abs=3 * fact["clock_se_s"])
 
 
 def test_a_typed_surface_goes_before_the_found_one(folder):
@@ -127,8 +118,8 @@ def test_repeated_rows_are_left_out_and_counted(folder):
     assert [codes_of(trace.flags) for trace in kept] == ["readings-repeated", ""]
     transducer = CONFIG["transducer"] | {"repeats": "drop"}
     loaded = campaign(folder, transducer=transducer)
-    fits, *_ = alphas(loaded)
-    assert fits["a"]["alpha_z_N_per_cm3"] == pytest.approx(STIFFNESS / (np.pi * 6.25), rel=0.05)
+    alpha = measured(loaded).fit("a")["alpha_z_N_per_cm3"]
+    assert alpha == pytest.approx(STIFFNESS / (np.pi * 6.25), rel=0.05)
     traces, _, book = ingest_traces(loaded, "sand")
     assert traces[0].flags == ()
     assert traces[0].time.size == 550
@@ -137,19 +128,19 @@ def test_repeated_rows_are_left_out_and_counted(folder):
 
 
 def test_without_a_tare_by_default_there_is_no_alpha(folder):
-    fits, *_ = alphas(campaign(folder, fit={"submergence_cm": 0.5, "max_depth_cm": 3}))
-    assert fits["a"]["reason_code"] == "tare-missing tare-not-named"
-    assert np.isnan(fits["a"]["alpha_z_N_per_cm3"])
+    fit = measured(campaign(folder, fit={"submergence_cm": 0.5, "max_depth_cm": 3})).fit("a")
+    assert fit["reason_code"] == "tare-missing tare-not-named"
+    assert np.isnan(fit["alpha_z_N_per_cm3"])
 
 
 def test_a_force_that_never_rises_refuses_the_run(folder):
     push = make_push(3, stiffness=0.0, medium_N=0.0, offset_s=7200.2)
     write(folder, "a", push)
-    fits, status, *_ = alphas(campaign(folder))
+    results = measured(campaign(folder))
     # the clocks are those of the other run of the session
-    assert fits["a"]["reason_code"] == "no-ground"
-    assert status.set_index("run_id").loc["a", "status"] == "refused"
-    assert fits["b"]["reason_code"] == ""
+    assert results.fit("a")["reason_code"] == "no-ground"
+    assert results.run("a")["status"] == "refused"
+    assert results.fit("b")["reason_code"] == ""
 
 
 def test_runs_with_one_fault_are_one_group_whatever_they_are_called(folder):
@@ -166,8 +157,7 @@ def test_runs_with_one_fault_are_one_group_whatever_they_are_called(folder):
 def test_estimate_needs_a_push_and_a_line_is_needed_without(folder):
     text = (folder / "runs.csv").read_text().replace("intrusion", "extraction")
     (folder / "runs.csv").write_text(text)
-    fits, *_ = alphas(campaign(folder))
-    assert fits["b"]["reason_code"] == "no-push-aligned"
+    assert measured(campaign(folder)).fit("b")["reason_code"] == "no-push-aligned"
 
 
 def test_the_yielding_machine(folder):
@@ -194,12 +184,12 @@ def test_the_yielding_machine(folder):
             rigid.surface_cm,
         ),
     )
-    plain, *_ = alphas(campaign(folder))
     rigid_contact = {"force_log": "rigid_force.csv", "motion_log": "rigid_motion.csv"}
-    put_right, *_ = alphas(campaign(folder, rigid_contact=rigid_contact))
+    wrong, right = (
+        measured(campaign(folder, **sections)).fit("a")["alpha_z_N_per_cm3"]
+        for sections in ({}, {"rigid_contact": rigid_contact})
+    )
     truth = STIFFNESS / (np.pi * 6.25)
-    wrong = plain["a"]["alpha_z_N_per_cm3"]
-    right = put_right["a"]["alpha_z_N_per_cm3"]
     assert wrong == pytest.approx(truth / (1 + STIFFNESS * YIELD_CM_PER_N), rel=0.01)
     assert right == pytest.approx(truth, rel=0.01)
     # beyond the force of the rigid push the depth is not known
@@ -217,6 +207,6 @@ def test_a_rigid_contact_that_is_none(folder):
     for quantity in ("force", "motion"):
         (folder / "raw" / f"empty_{quantity}.csv").write_text("")
     for name in ("soft", "empty"):
-        fits, *_ = alphas(campaign(folder, rigid_contact=logs_of(name)))
-        assert {row["reason_code"] for row in fits.values()} == {"rigid-contact"}
-        assert all(name in str(row["reason"]) for row in fits.values())
+        fits = measured(campaign(folder, rigid_contact=logs_of(name))).fits
+        assert set(fits["reason_code"]) == {"rigid-contact"}
+        assert fits["reason"].str.contains(name).all()

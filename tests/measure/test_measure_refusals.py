@@ -1,4 +1,7 @@
-"""Data that allow no number are refused with the code of their cause, tested once for each code."""
+"""Data that allow no number are refused with the code of their cause, tested once for each code.
+
+The codes of units are tested in test_measure_units.py, those of a compliance in test_measure_compliance.py.
+"""
 
 from dataclasses import replace
 from pathlib import Path
@@ -14,10 +17,10 @@ from rftfit.measure.alignment import estimate_clocks
 from rftfit.measure.flags import Refused, remark
 from rftfit.measure.lab_frame import ForceReadings, path_in_lab_frame
 from rftfit.measure.ledger import RowStatus
-from rftfit.measure.log_columns import FORCE_TO_N, completed, factor
+from rftfit.measure.log_columns import completed
 from rftfit.measure.session_clocks import find_clock
 from rftfit.measure.strokes import IntruderPath, find_stroke
-from rftfit.measure.surface import compliance_of, find_surface, place_surface
+from rftfit.measure.surface import find_surface, place_surface
 from rftfit.measure.trace import _gaps
 
 NAN = float("nan")
@@ -135,22 +138,6 @@ def waves(push):
             "few-on-the-way-down",
             {"found": 10},
         ),
-        (
-            lambda: compliance_of(
-                np.linspace(0, 1, 208), np.append(np.zeros(200), np.linspace(10, 200, 8)), 0.05
-            ),
-            "few-in-contact",
-            {"found": 8, "wanted": 30},
-        ),
-        (
-            lambda: compliance_of(DEPTH[:29], DEPTH[:29], 0.05),
-            "few-rigid",
-            {"found": 29, "wanted": 30},
-        ),
-        (lambda: compliance_of(DEPTH[:200], np.zeros(200), 0.05), "no-contact", {"noise": 0.05}),
-        (lambda: factor(FORCE_TO_N, "lbf", "N", "force"), "other-unit", {"declared": "N"}),
-        (lambda: factor(FORCE_TO_N, "", "N", "force"), "other-unit", {"found": "no unit"}),
-        (lambda: factor(FORCE_TO_N, "dyn", "dyn", "force"), "unknown-unit", {"found": "dyn"}),
     ],
 )
 def test_what_gives_no_number(measure, codes, values):
@@ -217,34 +204,27 @@ def test_a_sync_line_is_needed():
     assert caught.value.remark.code == "no-sync-line"
 
 
-def test_a_surface_that_cannot_be_found(paper_config):
-    surface = paper_config.surface.model_copy(update={"method": "find", "max_se_cm": 1e-6})
-    config = paper_config.model_copy(update={"surface": surface})
-    name = next(
-        name for name, intruder in paper_config.intruders.items() if intruder.shape == "plate"
-    )
-    push = make_push(2)
+def found_surface(config, max_se_cm, beta_deg, clock_se_s, **push_options):
+    """The surface as it is found from a push of the plate, of which so large an error is allowed."""
+    surface = config.surface.model_copy(update={"method": "find", "max_se_cm": max_se_cm})
+    config = config.model_copy(update={"surface": surface})
+    run, push = replace(PUSH, beta_deg=beta_deg), make_push(2, **push_options)
     motion = IntruderPath(push.motion_time, push.depth * 0, -push.depth, push.depth * 0)
-    for beta, code in ((30.0, "surface-not-stated"), (0.0, "surface-uncertain")):
-        run = replace(PUSH, intruder=name, beta_deg=beta)
-        with pytest.raises(Refused) as caught:
-            place_surface(config, run, motion, push.force_time, push.force, 0.0)
-        assert caught.value.remark.code == code
+    return place_surface(config, run, motion, push.force_time, push.force, clock_se_s)[1]
+
+
+@pytest.mark.parametrize(
+    ("beta_deg", "code"), [(30.0, "surface-not-stated"), (0.0, "surface-uncertain")]
+)
+def test_a_surface_that_cannot_be_found(paper_config, beta_deg, code):
+    with pytest.raises(Refused) as caught:
+        found_surface(paper_config, 1e-6, beta_deg, 0.0)
+    assert caught.value.remark.code == code
 
 
 def test_a_pause_at_the_surface_does_not_hide_the_error_of_the_clocks(paper_config):
     """The arm goes at 1 cm/s and rests at the surface: clocks 0.1 s apart move the surface by 1 mm."""
-    config = paper_config.model_copy(
-        update={
-            "surface": paper_config.surface.model_copy(update={"method": "find", "max_se_cm": 1.0})
-        }
-    )
-    name = next(
-        name for name, intruder in paper_config.intruders.items() if intruder.shape == "plate"
-    )
-    run, push = replace(PUSH, intruder=name, beta_deg=0.0), make_push(2, by_hand=False)
-    motion = IntruderPath(push.motion_time, push.depth * 0, -push.depth, push.depth * 0)
-    surface = place_surface(config, run, motion, push.force_time, push.force, 0.1)[1]
+    surface = found_surface(paper_config, 1.0, 0.0, 0.1, by_hand=False)
     assert surface is not None
     assert surface.se_cm > 0.09
 

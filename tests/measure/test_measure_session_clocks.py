@@ -181,16 +181,5 @@ def test_a_clock_that_was_restarted_is_told_with_what_was_found_for_which_runs()
     ]
 
 
-def test_labels_of_the_sessions_are_the_cure():
-    labelled = [push | {"session": "12"[push["run_id"].startswith("q")]} for push in RESTARTED]
-    session_clocks = clocks(labelled)
-    assert session_clocks.of_run(row("r", "1"), TIME + START_S, 0.1).offset_s == pytest.approx(
-        -2.4, abs=0.1
-    )
-    assert session_clocks.of_run(
-        row("r", "2"), TIME + START_S + 1200, 0.1
-    ).offset_s == pytest.approx(5.1, abs=0.1)
-
-
 def test_two_pushes_that_need_an_impossible_drift_contradict_each_other():
     assert find_session_clock([push("a", 0, 0.0), push("b", 100, 3.0)], ESTIMATE).contradiction

@@ -71,6 +71,8 @@ def test_seven_samples_tell_nothing():
     first_seven = np.flatnonzero(PATH >= SKIP)[:7]
     steady = np.isin(np.arange(PATH.size), first_seven)
     assert startup_bias(PATH, whole, steady, SKIP)[0] == 0
+    # nor does a stroke of which nothing is skipped
+    assert startup_bias(PATH, whole, PATH >= SKIP, 0.0)[0] == 0
 
 
 def test_a_sample_without_one_component_is_not_used():

@@ -170,21 +170,6 @@ def test_other_laws_are_told_beside_the_line_through_zero(paper_config):
     assert row[[*columns]].isna().all()
 
 
-def test_a_horizontal_run_has_no_other_law(paper_config):
-    level = run("a", direction="horizontal", gamma_deg=0.0, depth_cm=5.08)
-    path = np.linspace(0, 7, 701)
-    tared = together(samples("a", np.full(701, 5.08), path_cm=path))
-    row = fitted(paper_config, [level], tared)[0].loc["a"]
-    assert row["alpha_z_N_per_cm3"] == pytest.approx(ALPHA[0])
-    columns = (
-        "free_stress_z_percent",
-        "exponent_z",
-        "power_stress_z_percent",
-        "power_misfit_z_ratio",
-    )
-    assert row[[*columns]].isna().all()
-
-
 def test_runs_without_samples_keep_their_reason(paper_config):
     log = ForceLog.model_validate({"columns": {"F2": {"constant": 0.0, "unit": "N"}}})
     config = paper_config.model_copy(update={"force_log": log})

@@ -57,12 +57,6 @@ def test_uneven_sampling_is_no_hole():
     assert np.mean(tare.covers(np.linspace(depth[0], depth[-1], 5000))) > 0.99
 
 
-def test_recorded_on_the_way_up_is_the_same_tare():
-    up = Tare.from_samples("depth_cm", DEPTH[::-1], rod(DEPTH)[:, ::-1])
-    np.testing.assert_array_equal(up.position, TARE.position)
-    np.testing.assert_array_equal(up.force, TARE.force)
-
-
 @pytest.mark.parametrize("samples", [0, 1])
 def test_too_few_samples(samples):
     why = np.full(3, RowStatus.SATURATED)
@@ -76,7 +70,7 @@ def test_too_few_samples(samples):
     assert counted.to_numpy().tolist() == [["rod1.csv", DROPPED, "tare-empty", samples]]
 
 
-def test_two_samples_are_a_tare():
+def test_two_samples_on_the_way_up_are_a_tare():
     tare = Tare.from_samples("depth_cm", np.array([2.0, 1.0]), np.array([[4.0, 3.0], [0.0, 1.0]]))
     np.testing.assert_allclose(tare.force_at(np.array([1.5])), [[3.5], [0.5]])
     # ten ordinary steps

@@ -1,6 +1,5 @@
 """The fit window has the limits that are computed by hand for the paper's plate and container."""
 
-import math
 from types import SimpleNamespace
 from typing import Any
 
@@ -9,7 +8,6 @@ import pytest
 
 from rftfit.campaign.config import Container, Fit, Plate
 from rftfit.measure.fits import classify_samples
-from rftfit.measure.lab_frame import half_extent
 from rftfit.measure.ledger import RowStatus
 
 PLATE = Plate(shape="plate", length_cm=3.81, width_cm=2.54, thickness_cm=0.64)
@@ -59,13 +57,6 @@ def test_overrides():
     near = Fit(wall_clearance_cm=2.0)
     assert whys([12.67, 12.69], [0, 0], 0, near) == ["GOOD", "BOTTOM"]
     assert whys([4, 4], [8.09, 8.1], 0, near) == ["GOOD", "WALL"]
-
-
-def test_half_extent():
-    assert half_extent(PLATE, 0) == pytest.approx((1.905, 0.32))
-    assert half_extent(PLATE, math.pi / 2) == pytest.approx((0.32, 1.905))
-    assert half_extent(PLATE, math.radians(30)) == pytest.approx((1.8097779, 1.2296281))
-    assert half_extent(PLATE, math.radians(-30)) == pytest.approx((1.8097779, 1.2296281))
 
 
 def test_horizontal():

@@ -36,13 +36,6 @@ FORCE = np.stack([np.full(TIME.size, 1.25), np.full(TIME.size, -0.5)])
 NOISE = np.random.default_rng(0).normal(0, 0.05, FORCE.shape)
 
 
-def test_one_stretch_gives_a_constant():
-    zero = find_zero(TIME, FORCE, stretches((0, 2)), 10.0, 0.0)
-    np.testing.assert_allclose(zero.force, FORCE[:, :1])
-    np.testing.assert_allclose(zero.variance, 0, atol=1e-20)
-    assert math.isnan(zero.drift_N)
-
-
 @pytest.mark.parametrize("ends", [((0, 0.9), (1.1, 2)), ((18.2, 19.0), (19.1, 20))])
 def test_a_rest_cut_in_two_is_no_look_at_the_drift(ends):
     zero = find_zero(TIME, FORCE + NOISE, stretches(*ends), 10.0, 0.6)
@@ -90,13 +83,6 @@ def test_no_rest(rests):
     with pytest.raises(Refused) as caught:
         find_zero(TIME, FORCE, stretches(*rests), 10.0, 0.0)
     assert caught.value.remark.code == "no-zero"
-
-
-def test_a_long_rest_knows_the_zero_better():
-    short = find_zero(TIME, FORCE + NOISE, stretches((0, 0.5)), 10.0, 0.0)
-    long = find_zero(TIME, FORCE + NOISE, stretches((0, 2)), 10.0, 0.0)
-    assert (long.variance < short.variance).all()
-    assert math.sqrt(long.variance[0]) == pytest.approx(0.05 / math.sqrt(200), rel=0.6)
 
 
 def test_height_of_a_plate_clear_of_the_surface():

@@ -1,7 +1,6 @@
 """A value that is missing in logs or tables stays missing in predicted forces, with its reason."""
 
 import numpy as np
-import pandas as pd
 import pytest
 import yaml
 from few_draws import few_draws
@@ -9,7 +8,7 @@ from light_campaign import alpha_frame
 from rigroom import RigRoom
 
 from rftfit import reference
-from rftfit.measure.flags import MARKS, flag_table
+from rftfit.measure.flags import flag_table
 from rftfit.results import open_results
 from rftfit.store import write_csv
 from rftfit.workflow.validate import legs_predicted
@@ -89,11 +88,6 @@ def test_leg_that_stops_turning_early(room, run):
         "z": "short-curve",
         "x": "short-at-peak",
     }
-    # its lift has its peak at -40 degrees, its horizontal force behind the end
-    lift, along = (rows[rows["component"] == c].iloc[0] for c in "zx")
-    assert -8 < lift["peak_error_percent"] < -1
-    assert along[["peak_measured_N", "peak_predicted_N", "peak_error_percent"]].isna().all()
-    assert along["rms_error_N"] > 1
     if run == AIR:
         assert (
             results.fates(next(log for log in room.logs if f"{LEG}_force" in log))[
@@ -119,27 +113,6 @@ def test_leg_log_that_breaks_off(room, run, kinds):
     assert results.run(run)["reason_code"] == "nothing-to-match"
     codes = results.book[results.book["run_id"] == LEG]["reason_code"]
     assert codes.str.contains("nothing-to-match").any()
-    # another leg has a curve, so that the trial is held at all
-    flat_leg = pd.DataFrame(
-        {
-            "medium": "poppy_LP",
-            "leg": "flat_leg",
-            "run_id": "other",
-            "theta_deg": [0.0],
-            "samples": 9,
-            "force_z_N": 1.0,
-            "force_x_N": 1.0,
-            "zero_se_z_N": 0.0,
-            "zero_se_x_N": 0.0,
-            "spread_z_N": 0.0,
-            "spread_x_N": 0.0,
-            **dict.fromkeys(MARKS, ""),
-        }
-    )
-    _, errors = on_trial(room, None, flat_leg)
-    rows = of_c_leg(errors)
-    assert (rows["reason_code"] == "not-measured").all()
-    assert rows["peak_error_percent"].isna().all()
 
 
 def test_missing_cell_reaches_the_tables(room):

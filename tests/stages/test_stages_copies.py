@@ -29,6 +29,22 @@ def stress(name, beta, gamma, depths=8, seed=0, digits=3):
     return rows
 
 
+def campaign_of(folder, lines, holds="stress"):
+    """A campaign around a table of these lines."""
+    (folder / "table.csv").write_text("\n".join(lines))
+    words = ["init", str(folder / "c"), f"--{holds}-table", str(folder / "table.csv")]
+    assert main(words) == 0
+    return load_campaign(folder / "c" / "config" / "config.yaml")
+
+
+def fitted(campaign):
+    """Table of fits and ledger of the only medium."""
+    results = Results(campaign)
+    (medium,) = results.media
+    measure_logs(results, medium)
+    return [results.table(f"{name}/{medium}.csv") for name in ("fits", "ledger/slopes")]
+
+
 @pytest.mark.parametrize(
     ("rows", "verdict", "copies"),
     [
@@ -49,10 +65,7 @@ def test_a_run_that_stands_twice_in_a_table(tmp_path, rows, verdict, copies):
         if holds == "stress"
         else "run_id,beta_deg,gamma_deg,alpha_z_N_per_cm3,alpha_x_N_per_cm3"
     )
-    (tmp_path / "table.csv").write_text("\n".join([head, *rows]))
-    source = str(tmp_path / "table.csv")
-    assert main(["init", str(tmp_path / "c"), f"--{holds}-table", source]) == 0
-    campaign = load_campaign(tmp_path / "c" / "config" / "config.yaml")
+    campaign = campaign_of(tmp_path, [head, *rows], holds)
     outcome = measure_and_check(campaign).set_index("check").loc["same_logs"]
     code = {"passed": "", "failed": "-copied", "not checked": "-table"}[verdict]
     assert (outcome["verdict"], outcome["code"]) == (verdict, f"same_logs{code}")
@@ -61,13 +74,7 @@ def test_a_run_that_stands_twice_in_a_table(tmp_path, rows, verdict, copies):
 
 def test_a_copy_is_not_counted_among_the_runs_that_are_used(tmp_path):
     rows = [*stress("a", 0, 90), *stress("rep2", 0, 90), *stress("b", 30, 90, seed=1)]
-    (tmp_path / "table.csv").write_text("\n".join([STRESS, *rows]))
-    source = str(tmp_path / "table.csv")
-    assert main(["init", str(tmp_path / "c"), "--stress-table", source]) == 0
-    results = Results(load_campaign(tmp_path / "c" / "config" / "config.yaml"))
-    (medium,) = results.media
-    measure_logs(results, medium)
-    fits, book = (results.table(f"{name}/{medium}.csv") for name in ("fits", "ledger/slopes"))
+    fits, book = fitted(campaign_of(tmp_path, [STRESS, *rows]))
     fit_of_run = {row["run_id"]: row for row in fits.to_dict("records")}
     assert [name for name, row in fit_of_run.items() if row["alpha_z_N_per_cm3"] > 0] == ["a", "b"]
     assert (fit_of_run["rep2"]["reason"], fit_of_run["rep2"]["reason_code"]) == (
@@ -84,13 +91,7 @@ def test_slopes_of_a_table_of_alpha_are_its_numbers(tmp_path):
     names = ["beta_deg", "gamma_deg", "alpha_z_N_per_cm3", "alpha_x_N_per_cm3"]
     rows = [[0, 90, 0.35, 0], [30, 45, 0.165, 0.105], [-30, -45, -0.02, 0.03]]
     table = pd.DataFrame(rows, columns=names)
-    table.to_csv(tmp_path / "table.csv", index=False)
-    source = str(tmp_path / "table.csv")
-    assert main(["init", str(tmp_path / "c"), "--alpha-table", source]) == 0
-    results = Results(load_campaign(tmp_path / "c" / "config" / "config.yaml"))
-    (medium,) = results.media
-    measure_logs(results, medium)
-    fits = results.table(f"fits/{medium}.csv")
+    fits, _ = fitted(campaign_of(tmp_path, table.to_csv(index=False).splitlines(), "alpha"))
     pd.testing.assert_frame_equal(fits[names], table, check_dtype=False)
 
 
@@ -101,10 +102,9 @@ def test_a_table_without_a_force_along_x(tmp_path):
         ["beta_deg,gamma_deg,alpha_z,alpha_x", *rows],
         [row.rpartition(",")[0] for row in ["beta_deg,gamma_deg,alpha_z,", *rows]],
     ):
-        (tmp_path / "table.csv").write_text("\n".join(table))
         folder = tmp_path / str(len(table[0]))
-        assert main(["init", str(folder), "--alpha-table", str(tmp_path / "table.csv")]) == 0
-        campaign = load_campaign(folder / "config" / "config.yaml")
+        folder.mkdir()
+        campaign = campaign_of(folder, table, "alpha")
         verdicts = measure_and_check(campaign).set_index("check")["verdict"]
         assert "failed" not in set(verdicts)
         assert verdicts["symmetry"] == "not checked"

@@ -3,15 +3,12 @@
 The page is docs/howto/home-rig.md.
 """
 
-import re
-
 import numpy as np
 import pandas as pd
 import pytest
 from home_rig import lay_out_home_rig
 
 from rftfit.campaign.load import load_campaign
-from rftfit.measure.ingest import ingest_medium
 from rftfit.results import Results
 from rftfit.workflow import measure
 
@@ -114,23 +111,3 @@ def test_the_interval_holds_the_clock_whose_error_repeats_do_not_lessen(home):
         for cell in alpha.to_dict("records"):
             name = f"b{cell['beta_deg']:g}_g{cell['gamma_deg']:g}"
             assert abs(cell[f"alpha_{c}_session_N_per_cm3"]) >= 0.99 * abs(moved[name])
-
-
-def test_a_logger_that_was_restarted_is_told(tmp_path, monkeypatch):
-    restart = {
-        "(-30, 0, 30), (90, 60, 45, 30), (1, 2, 3)": "(0,), (90, 45), (1, 2)",
-        "(time + OFFSET_S": "(time + OFFSET_S + 9 * (start_s > 1100)",
-    }
-    root, _ = lay_out_home_rig(tmp_path, monkeypatch, script=restart)
-    _, rows, book = ingest_medium(load_campaign(root / "config/config.yaml"), "sand")
-    runs = rows.set_index("run_id")
-    refused = runs.loc["b0_g45_1"]
-    assert refused["reason_code"] == "clocks-contradict"
-    # the offset that each push shows
-    shown = re.findall(r"\+\d+\.\d|b0_g\S+\b", str(refused["reason"]))
-    assert shown == ["+2.4", "b0_g90_1", "+11.4", "b0_g90_2"]
-    # pushes straight down go back to clocks of their own, and say so
-    pushes = [f"b0_g90_{number}" for number in (1, 2)]
-    offsets = runs.loc[pushes, "clock_offset_s"].to_list()
-    assert offsets == pytest.approx([2.4, 11.4], abs=0.1)
-    assert [flag.run_id for flag in book.flags if flag.code == "clock-by-itself"] == pushes

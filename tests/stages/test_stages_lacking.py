@@ -35,15 +35,6 @@ def test_a_penetration_test_that_gave_nothing(room, cells, code):
     assert row["reason_code"] == code
 
 
-def test_a_penetration_test_that_stays_linear_has_no_end(room):
-    room.add(TEST, "palms29_bp00_g90_in")
-    stages = ("legs", "fourier", "scaling", "legs_predicted", "natural_sands")
-    table = measure(room, *stages).table("sands.csv").set_index(["medium", "window"])
-    for medium, whole in (("palms29", True), ("yuma", False)):
-        assert ("no-linear-end" in str(table.loc[(medium, "detected"), "reason_code"])) is whole
-        assert "no-linear-end" not in str(table.loc[(medium, "stated"), "reason_code"])
-
-
 def test_a_medium_of_legs_alone_has_a_quality_sheet_that_says_so(room):
     sheet = measure(room.add("poppy_LP_c_leg"), "quality").path("quality/poppy_LP.svg")
     assert "no plate run to draw" in sheet.read_text(encoding="utf-8")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pandas as pd
 import pytest
 from other_labs import MEDIUM, Case, make
 from told import told
@@ -23,6 +24,14 @@ def measured(folder):
     fits, _, of_slopes = fit_medium(campaign, MEDIUM, runs, tared, tares)
     flags = [*of_ingest.flags, *of_tare.flags, *of_slopes.flags]
     return alpha_table(fits, MEDIUM, 0.95, 3, None, campaign.config.grid), fits, runs, flags
+
+
+def edit(folder, old, new):
+    """Replace words of the config."""
+    config = folder / "config" / "config.yaml"
+    text = config.read_text(encoding="utf-8")
+    assert old in text
+    config.write_text(text.replace(old, new), encoding="utf-8")
 
 
 def off_by_half_widths(table):
@@ -55,10 +64,8 @@ def test_without_a_tare_alpha_is_off_and_says_so(tmp_path):
 
 def test_without_a_rod_there_is_nothing_to_flag(tmp_path):
     make(tmp_path, Case("one-push", "stroke-only", tare=False))
-    config = tmp_path / "config" / "config.yaml"
     flagged = measured(tmp_path)[0]
-    text = config.read_text(encoding="utf-8").replace("missing_tare: flag", "missing_tare: none")
-    config.write_text(text, encoding="utf-8")
+    edit(tmp_path, "missing_tare: flag", "missing_tare: none")
     alpha, *_, flags = measured(tmp_path)
     assert flags == []
     assert alpha["alpha_z_N_per_cm3"][0] == flagged["alpha_z_N_per_cm3"][0]
@@ -66,16 +73,13 @@ def test_without_a_rod_there_is_nothing_to_flag(tmp_path):
 
 def test_the_error_of_a_stated_zero_widens_every_interval(tmp_path):
     make(tmp_path, Case("one-row", "stroke-only"))
-    config = tmp_path / "config" / "config.yaml"
     narrow = measured(tmp_path)[0]
-    text = config.read_text(encoding="utf-8")
-    assert "sd_N: 0.02" in text
-    config.write_text(text.replace("sd_N: 0.02", "sd_N: 0.2"), encoding="utf-8")
+    edit(tmp_path, "sd_N: 0.02", "sd_N: 0.2")
     wide = measured(tmp_path)[0]
     name = "alpha_z_se_N_per_cm3"
     assert (wide[name] > 3 * narrow[name]).all()
-    config.write_text(text.replace("  sd_N: 0.02\n", ""), encoding="utf-8")
-    campaign, problems = check_campaign(config)
+    edit(tmp_path, "  sd_N: 0.2\n", "")
+    campaign, problems = check_campaign(tmp_path / "config" / "config.yaml")
     assert campaign is None
     assert told(problems) == ["config.inconsistent zero"]
     assert "sd_N" in problems[0].allowed
@@ -84,12 +88,8 @@ def test_the_error_of_a_stated_zero_widens_every_interval(tmp_path):
 @pytest.mark.parametrize("protocol", ["paper", "stroke-only", "separate-zero"])
 def test_slow_noise_is_an_error_of_every_zero(tmp_path, protocol):
     make(tmp_path, Case("one-row", protocol))
-    config = tmp_path / "config" / "config.yaml"
-    text = config.read_text(encoding="utf-8")
     quiet, quiet_fits, before, _ = measured(tmp_path)
-    config.write_text(
-        text.replace("transducer:\n", "transducer:\n  slow_noise_N: 0.3\n"), encoding="utf-8"
-    )
+    edit(tmp_path, "transducer:\n", "transducer:\n  slow_noise_N: 0.3\n")
     slow, fits, after, _ = measured(tmp_path)
     for c in "zx":
         grown = after[f"zero_var_{c}_N2"] - before[f"zero_var_{c}_N2"]
@@ -103,9 +103,7 @@ def test_slow_noise_is_an_error_of_every_zero(tmp_path, protocol):
 
 def test_a_log_without_rest_and_without_a_zero_says_what_to_do(tmp_path):
     make(tmp_path, Case("one-push", "stroke-only"))
-    config = tmp_path / "config" / "config.yaml"
-    text = config.read_text(encoding="utf-8")
-    config.write_text(text.replace("method: stated", "method: air"), encoding="utf-8")
+    edit(tmp_path, "method: stated", "method: air")
     _, fits, *_ = measured(tmp_path)
     assert fits["reason_code"][0] == "no-zero"
 
@@ -114,29 +112,16 @@ def test_strokes_of_one_log(tmp_path):
     """Cyclic penetration: three pushes in one log, a row of the sheet each."""
     make(tmp_path, Case("one-push", "one-file"))
     sheet = tmp_path / "raw" / "paper" / "runs.csv"
-    head, *rows = sheet.read_text(encoding="utf-8").splitlines()
-    raw = tmp_path / "raw" / "paper"
-    for row in rows:
-        path = raw / row.split(",")[8]
-        lines = path.read_text(encoding="utf-8").splitlines()
-        top = next(i for i, line in enumerate(lines) if line.startswith("time"))
-        samples = np.array([[float(cell) for cell in line.split(",")] for line in lines[top + 1 :]])
-        parts = []
-        for k in range(3):
-            shifted = samples.copy()
-            shifted[:, 0] += k * (samples[-1, 0] - samples[0, 0] + 20)
-            parts.append(shifted)
-        body = [",".join(f"{value:.6f}" for value in line) for line in np.concatenate(parts)]
-        path.write_text("\n".join([*lines[: top + 1], *body]) + "\n", encoding="utf-8")
-    plate = next(row for row in rows if ",plate," in row).split(",")
-    rod = next(row for row in rows if ",rod," in row)
-    again = [
-        ",".join([f"push{k}", *plate[1:10], plate[10], "yes", *plate[12:], "", str(k)])
-        for k in (1, 2, 3)
-    ]
-    sheet.write_text(
-        "\n".join([head + ",zero_log,stroke", *again, rod + ",,1"]) + "\n", encoding="utf-8"
-    )
+    rows = pd.read_csv(sheet, dtype=str, keep_default_na=False)
+    for name in rows["force_log"]:
+        log = pd.read_csv(sheet.parent / name, comment="#")
+        period = np.ptp(log["time_s"]) + 20
+        cycles = (log.assign(time_s=log["time_s"] + k * period) for k in range(3))
+        pd.concat(cycles).to_csv(sheet.parent / name, index=False, float_format="%.6f")
+    plate = rows[rows["kind"] == "plate"].assign(tare_shared="yes")
+    pushes = (plate.assign(run_id=f"push{k}", stroke=str(k)) for k in (1, 2, 3))
+    rod = rows[rows["kind"] == "rod"].assign(stroke="1")
+    pd.concat([*pushes, rod]).to_csv(sheet, index=False)
     alpha, fits, *_ = measured(tmp_path)
     assert list(fits["run_id"]) == ["push1", "push2", "push3"]
     np.testing.assert_allclose(fits["alpha_z_N_per_cm3"], fits["alpha_z_N_per_cm3"][0], rtol=2e-3)

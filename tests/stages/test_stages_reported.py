@@ -13,7 +13,35 @@ from told import told
 
 from rftfit.campaign.load import check_campaign
 
+MEASURE = ("ingest", "tare", "slopes", "checks")
+"""Stages up to alpha."""
+LOG_NAMES, STRESS_NAMES = (
+    "Time (s),Force (N),z (mm)",
+    "beta_deg,gamma_deg,depth_cm,stress_z,stress_x",
+)
+
 pytestmark = pytest.mark.skipif(not REPORTED.is_dir(), reason="the reported files are not here")
+
+
+def write_log(path, *columns, names=LOG_NAMES):
+    """Write columns of numbers below these names."""
+    rows = [",".join(f"{value:.4f}" for value in row) for row in zip(*columns, strict=True)]
+    return write_table(path, names, rows)
+
+
+def change_config(folder, **sections):
+    """Change keys of sections of the config."""
+    config = yaml.safe_load(folder.config.read_text(encoding="utf-8"))
+    for name, keys in sections.items():
+        config.setdefault(name, {}).update(keys)
+    write_yaml(folder.config, config)
+
+
+def tables_of_stress(folder):
+    """Fits, flags and ledger of the only medium of a table of stress."""
+    run_rules(folder.config, *MEASURE)
+    (name,) = (path.name for path in (folder.root / "results" / "fits").glob("*.csv"))
+    return [folder.table(f"{stage}/{name}") for stage in ("fits", "flags", "ledger/ingest")]
 
 
 @pytest.mark.parametrize("push", REPORTED_PUSHES, ids=str)
@@ -43,9 +71,7 @@ def test_a_position_that_is_polled_is_used_where_it_is_new(tmp_path, rate_Hz):
     force = np.clip(-2.0 * height, 0, None) + np.random.default_rng(1).normal(0, 0.02, time.size)
     rows = round(50 / rate_Hz)
     polled = height[np.arange(time.size) // rows * rows]
-    path = tmp_path / "polled.csv"
-    lines = [f"{t:.4f},{f:.4f},{z:.4f}" for t, f, z in zip(time, force, polled, strict=True)]
-    path.write_text("\n".join(["Time (s),Force (N),z (mm)", *lines, ""]), encoding="utf-8")
+    path = write_log(tmp_path / "polled.csv", time, force, polled)
     fit, flags = measured(campaign_around(tmp_path / "lab", path))
     assert fit["alpha_z_N_per_cm3"] == pytest.approx(ALPHA, rel=5e-3), fit["reason"]
     assert "held-positions" in flags
@@ -55,9 +81,7 @@ def test_a_code_for_no_data_that_the_config_names(tmp_path):
     """Many in a row, which do not stand alone."""
     time, height, force = truth()
     force = np.where((time > 6) & (time < 9), -999.25, force)
-    path = tmp_path / "coded.csv"
-    lines = [f"{t:.4f},{f:.4f},{z:.4f}" for t, f, z in zip(time, force, height, strict=True)]
-    path.write_text("\n".join(["Time (s),Force (N),z (mm)", *lines, ""]), encoding="utf-8")
+    path = write_log(tmp_path / "coded.csv", time, force, height)
     folder = campaign_around(tmp_path / "lab", path, reads={"missing": [-999.25]})
     fit, flags = measured(folder)
     assert fit["alpha_z_N_per_cm3"] == pytest.approx(ALPHA, rel=1e-3)
@@ -78,18 +102,14 @@ def test_a_table_of_one_load_cell_has_no_stress_along_x(tmp_path):
     table.write_text(
         table.read_text(encoding="utf-8") + "\n".join([*slanted, ""]), encoding="utf-8"
     )
-    config = yaml.safe_load(folder.config.read_text(encoding="utf-8"))
     columns = {"stress_z_N_per_cm2": "sigma"}
-    config["table"] = {"holds": "stress", "columns": columns, "stress_unit": "kPa"}
-    folder.config.write_text(yaml.safe_dump(config), encoding="utf-8")
-    run_rules(folder.config, "ingest", "tare", "slopes", "checks")
-    (name,) = (path.stem for path in (folder.root / "results" / "fits").glob("*.csv"))
-    fits = folder.table(f"fits/{name}.csv").set_index("beta_deg")
+    change_config(folder, table={"holds": "stress", "columns": columns, "stress_unit": "kPa"})
+    fits, flags, _ = tables_of_stress(folder)
+    fits = fits.set_index("beta_deg")
     assert fits.loc[0, "alpha_z_N_per_cm3"] == pytest.approx(ALPHA, rel=1e-3)
     assert fits.loc[0, "alpha_x_N_per_cm3"] == 0
     assert fits.loc[30, "alpha_z_N_per_cm3"] == pytest.approx(0.8, rel=1e-3)
     assert np.isnan(fits.loc[30, "alpha_x_N_per_cm3"])
-    flags = folder.table(f"flags/{name}.csv")
     assert (flags["code"] == "no-force-x").sum() == 1
 
 
@@ -99,7 +119,7 @@ def problems_of(folder):
 
 def test_a_table_with_stress_along_x_in_some_rows_of_a_run_is_refused(tmp_path):
     rows = [f"0,90,{depth},{depth},{'' if depth == 3 else 0}" for depth in range(1, 9)]
-    write_table(tmp_path / "stress.csv", "beta_deg,gamma_deg,depth_cm,stress_z,stress_x", rows)
+    write_table(tmp_path / "stress.csv", STRESS_NAMES, rows)
     Folder(tmp_path).rftfit("init", "lab", "--stress-table", "stress.csv")
     assert problems_of(tmp_path) == ["stress-table.blank 2 stress_x_N_per_cm2"]
 
@@ -119,37 +139,28 @@ def test_one_wrong_depth_of_a_table_is_left_out(tmp_path, bad_row, depth_mm, pro
     assert problems_of(tmp_path) == [f"stress-table.{problem}"]
     if depth_mm < 0:
         return
-    folder = Folder(tmp_path / "lab")
-    run_rules(folder.config, "ingest", "tare", "slopes", "checks")
-    (name,) = (path.stem for path in (folder.root / "results" / "fits").glob("*.csv"))
-    fit = folder.table(f"fits/{name}.csv").iloc[0]
-    assert fit["alpha_z_N_per_cm3"] == pytest.approx(1.0, rel=1e-6), fit["reason"]
-    assert "rows-alone" in set(folder.table(f"flags/{name}.csv")["code"])
+    fits, flags, _ = tables_of_stress(Folder(tmp_path / "lab"))
+    assert fits["alpha_z_N_per_cm3"][0] == pytest.approx(1.0, rel=1e-6), fits["reason"]
+    assert "rows-alone" in set(flags["code"])
 
 
 def test_rows_without_data_of_a_table_are_counted_and_disturb_nothing(tmp_path):
     """Many in a row, of one run some, of another all."""
-    names = "beta_deg,gamma_deg,depth_cm,stress_z,stress_x,run_id"
     rows = [f"0,90,{depth},{-9999 if 10 <= depth < 20 else depth},0,push" for depth in range(1, 40)]
     rows += [f"30,90,-9999,{depth},0,lost" for depth in range(1, 9)]
-    write_table(tmp_path / "stress.csv", names, rows)
+    write_table(tmp_path / "stress.csv", f"{STRESS_NAMES},run_id", rows)
     Folder(tmp_path).rftfit("init", "lab", "--stress-table", "stress.csv")
     folder = Folder(tmp_path / "lab")
-    config = yaml.safe_load(folder.config.read_text(encoding="utf-8"))
-    config["table"]["missing"] = [-9999]
-    write_yaml(folder.config, config)
+    change_config(folder, table={"missing": [-9999]})
     assert problems_of(tmp_path) == [
         "stress-table.no-data 11 depth_cm",
         "stress-table.run-without-data 41 depth_cm",
     ]
     assert "18 rows" in folder.rftfit("check").stdout
-    run_rules(folder.config, "ingest", "tare", "slopes", "checks")
-    (name,) = (path.stem for path in (folder.root / "results" / "fits").glob("*.csv"))
-    fit = folder.table(f"fits/{name}.csv").iloc[0]
-    assert fit["alpha_z_N_per_cm3"] == pytest.approx(1.0, rel=1e-6), fit["reason"]
-    ledger = folder.table(f"ledger/ingest/{name}.csv")
+    fits, flags, ledger = tables_of_stress(folder)
+    assert fits["alpha_z_N_per_cm3"][0] == pytest.approx(1.0, rel=1e-6), fits["reason"]
     assert ledger.loc[ledger["reason_code"] == "no-data", "rows"].sum() == 10
-    assert "no-data" in set(folder.table(f"flags/{name}.csv")["code"])
+    assert "no-data" in set(flags["code"])
 
 
 def test_seconds_and_nanoseconds_in_two_columns_are_proposed_as_one_time(tmp_path):
@@ -169,8 +180,7 @@ def test_a_position_along_a_slanted_stage(tmp_path, direction, gamma_deg, depth_
     depth = np.clip(along * np.sin(angle), 0, None) if gamma_deg else 20.0 * (along > 0)
     force = 1.5 * depth + np.random.default_rng(1).normal(0, 0.02, time.size)
     path = tmp_path / "slanted.csv"
-    lines = [f"{t:.4f},{f:.4f},{s:.4f}" for t, f, s in zip(time, force, along, strict=True)]
-    path.write_text("\n".join(["Time (s),Force (N),Stage (mm)", *lines, ""]), encoding="utf-8")
+    write_log(path, time, force, along, names="Time (s),Force (N),Stage (mm)")
     row = {"direction": direction, "gamma_deg": str(gamma_deg), "depth_cm": depth_cm}
     folder = campaign_around(tmp_path / "lab", path, row=row)
     config = yaml.safe_load(folder.config.read_text(encoding="utf-8"))
@@ -196,7 +206,7 @@ def test_runs_side_by_side_in_one_file(tmp_path):
     ]
     columns = {"time": "Time Run #1", "F3": "Force Run #1", "z": "Position Run #1"}
     folder = campaign_around(tmp_path / "lab", "m15_pasco.csv", columns, row=rows)
-    run_rules(folder.config, "ingest", "tare", "slopes", "checks")
+    run_rules(folder.config, *MEASURE)
     fits = folder.table("fits/bed.csv").set_index("run_id")
     assert fits["alpha_z_N_per_cm3"].to_dict() == pytest.approx(
         {"run1": 1.0186, "run2": 1.5279, "run3": 0.8149}, rel=2e-3
@@ -205,19 +215,14 @@ def test_runs_side_by_side_in_one_file(tmp_path):
 
 def test_runs_below_one_another_in_one_file(tmp_path):
     time, height, force = truth()
-    lines = [
-        f"{number},{t:.4f},{share * f:.4f},{z:.4f}"
-        for number, share in ((1, 1.0), (2, 0.5))
-        for t, f, z in zip(time, force, height, strict=True)
-    ]
-    path = tmp_path / "all.csv"
-    path.write_text("\n".join(["Push,Time (s),Force (N),z (mm)", *lines, ""]), encoding="utf-8")
+    both = [np.column_stack([number + 0 * time, time, force / number, height]) for number in (1, 2)]
+    path = write_log(tmp_path / "all.csv", *np.concatenate(both).T, names=f"Push,{LOG_NAMES}")
     rows = [
-        {"run_id": f"p{number}", "force_where": f"Push={number}", "motion_where": f"Push={number}"}
-        for number in (1, 2)
+        {"run_id": f"p{number}", "force_where": where, "motion_where": where}
+        for number, where in ((1, "Push=1.0000"), (2, "Push=2.0000"))
     ]
     folder = campaign_around(tmp_path / "lab", path, row=rows)
-    run_rules(folder.config, "ingest", "tare", "slopes", "checks")
+    run_rules(folder.config, *MEASURE)
     fits = folder.table("fits/bed.csv").set_index("run_id")
     assert fits["alpha_z_N_per_cm3"].to_dict() == pytest.approx(
         {"p1": ALPHA, "p2": ALPHA / 2}, rel=1e-3
@@ -226,14 +231,9 @@ def test_runs_below_one_another_in_one_file(tmp_path):
 
 def test_runs_below_one_another_are_never_read_as_one(tmp_path):
     """The second is longer: what is left of it would be read as the end of the first."""
-    lines = [
-        f"{t / 50:.2f},{f:.3f},{10 - t / 5:.2f}" for t, f in ((t, 0.1 * t) for t in range(300))
-    ]
-    lines += [
-        f"{t / 50:.2f},{f:.3f},{10 - t / 5:.2f}" for t, f in ((t, 0.3 * t) for t in range(500))
-    ]
-    path = tmp_path / "both.csv"
-    path.write_text("\n".join(["Time (s),Force (N),z (mm)", *lines, ""]), encoding="utf-8")
+    row = np.append(np.arange(300), np.arange(500))
+    force = row * np.repeat([0.1, 0.3], [300, 500])
+    path = write_log(tmp_path / "both.csv", row / 50, force, 10 - row / 5)
     fit, _ = measured(campaign_around(tmp_path / "lab", path))
     assert np.isnan(fit["alpha_z_N_per_cm3"])
     assert fit["reason_code"] == "time"

@@ -13,7 +13,6 @@ from ensembles import DRIFT_N_PER_MIN, RUN_TO_RUN, paper_config, plan, simulate
 from seeds import ALL, seeds
 
 from rftfit.measure.errors import AS_PREPARED
-from rftfit.measure.slopes import fit_slope, startup_bias
 
 pytestmark = pytest.mark.statistics
 
@@ -107,31 +106,3 @@ def test_runs_cover_the_grid():
     assert min(run.depth.size for run in runs) >= 60
     assert paper_config(300).transducer.drift_N_per_min == DRIFT_N_PER_MIN
     assert Scenario("x").errors.bed == (0, 0)
-
-
-def test_curvature_is_not_found_in_straight_lines():
-    """The false alarms of the test of linearity are as many as its p says."""
-    random = np.random.default_rng(3)
-    for depth in (np.linspace(0.4, 8.4, 800), np.linspace(7.1, 1.95, 515)):
-        zero = random.normal(0, 0.001, (2000, 1))
-        noise = random.normal(0, 0.005, (2000, depth.size))
-        variance = 0.001**2 * random.chisquare(24, (1, 2000)) / 24
-        dof = np.full((1, 2000), 24.0)
-        slopes = fit_slope(depth, 0.3 * depth + noise + zero, variance, dof)
-        # 2000 lines: 3.3 standard errors about 5 % and 1 %
-        assert 0.034 <= np.mean(slopes.nonlinear_p < 0.05) <= 0.066
-        assert 0.003 <= np.mean(slopes.nonlinear_p < 0.01) <= 0.018
-
-
-def test_start_up_left_in_the_window():
-    """An exponential start-up moves the mean by what is said, whatever its first third was."""
-    travel = np.arange(640) / 100
-    steady = travel >= 2
-    for decay in (0.3, 0.4, 0.6):
-        stress = np.stack([0.9 * (1 - np.exp(-travel / decay)), np.full(640, 0.2)])
-        stress[:, travel < 0.6] += 5
-        moved = startup_bias(travel, stress, steady, 2.0)
-        np.testing.assert_allclose(moved[0], stress[0, steady].mean() - 0.9, rtol=0.2)
-        assert abs(moved[1]) < 1e-12
-    assert (startup_bias(travel, stress, steady, 0.0) == 0).all()
-    assert (startup_bias(travel, stress, travel > 9, 2.0) == 0).all()

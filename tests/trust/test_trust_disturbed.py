@@ -110,45 +110,43 @@ def test_the_rod_opposes_the_motion():
         assert (np.sign(force_z[run.depth > 1]) == sign).all() or abs(run.gamma_deg) < 20
 
 
+def by_quarter(ensemble, scenario):
+    """Share of intervals of alpha that hold the truth, by its size."""
+    shares = cover([ensemble], scenario, paper_config(100), SEED, legs=False)
+    return [shares[f"alpha, {name}"].mean() for name in QUARTERS]
+
+
 def test_intervals_leave_out_what_nobody_stated(undisturbed):
     """What is known today of an error of the surface: the strongest cells miss the truth."""
-    config = paper_config(100)
+    assert min(by_quarter(undisturbed, Scenario("none"))) > 0.9
     scenario = Scenario("surface", sizes=sizes_of(["surface"]))
-    shares_before = cover([undisturbed], Scenario("none"), config, SEED, legs=False)
-    shares_after = cover(
-        [simulate(MEDIUM, CAMPAIGNS, SEED, scenario.sizes)], scenario, config, SEED, legs=False
-    )
-    quarters = [
-        [shares[f"alpha, {name}"].mean() for name in QUARTERS]
-        for shares in (shares_before, shares_after)
-    ]
-    assert min(quarters[0]) > 0.9
-    assert quarters[1] == sorted(quarters[1], reverse=True)
-    assert quarters[1][0] > 0.8
-    assert quarters[1][-1] < 0.4
+    shares = by_quarter(simulate(MEDIUM, CAMPAIGNS, SEED, scenario.sizes), scenario)
+    assert shares == sorted(shares, reverse=True)
+    assert shares[0] > 0.8
+    assert shares[-1] < 0.4
 
 
 @pytest.mark.parametrize("source", ["stated", "by default"])
 def test_intervals_hold_what_is_stated_or_shown(source):
     """The same error of the surface, stated at its size, and as the runs themselves show it."""
-    config, sizes = paper_config(100), sizes_of(["surface"])
+    sizes = sizes_of(["surface"])
     errors = as_disturbed(sizes) if source == "stated" else ErrorSettings()
     scenario = Scenario("surface", errors=errors, sizes=sizes)
-    shares = cover([simulate(MEDIUM, CAMPAIGNS, SEED, sizes)], scenario, config, SEED, legs=False)
-    assert min(shares[f"alpha, {name}"].mean() for name in QUARTERS) > 0.9
+    assert min(by_quarter(simulate(MEDIUM, CAMPAIGNS, SEED, sizes), scenario)) > 0.9
 
 
 def test_slow_noise_that_is_stated_is_held():
     """1/f noise, which one log does not show: at its size as stated, and not without."""
-    config, sizes = paper_config(100), sizes_of(["pink"])
-    shares = []
-    for slow in (slow_noise(sizes), 0.0):
-        scenario = Scenario("pink", sizes=sizes, slow_noise_N=slow)
-        ensemble = simulate(MEDIUM, CAMPAIGNS, SEED, sizes, slow)
-        shares_of_slow = cover([ensemble], scenario, config, SEED, legs=False)
-        shares.append([shares_of_slow[f"alpha, {name}"].mean() for name in QUARTERS])
-    assert min(shares[0]) > 0.92
-    assert max(shares[1]) < 0.8
+    sizes = sizes_of(["pink"])
+    stated, silent = (
+        by_quarter(
+            simulate(MEDIUM, CAMPAIGNS, SEED, sizes, slow),
+            Scenario("pink", sizes=sizes, slow_noise_N=slow),
+        )
+        for slow in (slow_noise(sizes), 0.0)
+    )
+    assert min(stated) > 0.92
+    assert max(silent) < 0.8
 
 
 def test_a_tuesday_in_a_real_lab(tmp_path, monkeypatch):

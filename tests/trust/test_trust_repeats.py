@@ -1,24 +1,19 @@
 """The spread between runs is found without bias from repeats, or stated, and widens intervals."""
 
-import io
 import math
 
 import numpy as np
 import pandas as pd
 import pytest
-from disturbances import NOTHING, disturbed_logs
 from ensembles import paper_config
-from rigroom import paper, planned
 
 from rftfit.campaign.config import ErrorSettings
 from rftfit.compare.coefficients import sand_row
-from rftfit.lab.enact import run_logs
 from rftfit.measure.alpha import alpha_table, column
 from rftfit.measure.errors import (
     AS_PREPARED,
     LEAST_DOF,
     REPEATS,
-    STATED,
     Part,
     bed_of_mean,
     combined_half_width,
@@ -151,23 +146,14 @@ def test_what_repeats_show_goes_before_what_the_config_states():
     assert bed.dof < 25
 
 
-def fits(run_to_run):
+def fits():
     """Alpha table of one push down, of 0.1 N/cm^3 with an error of 0.0002 N/cm^3."""
     row: dict[str, object] = {"run_id": "a", "beta_deg": 0, "gamma_deg": 90, "reason": ""}
     row |= {"depth_from_cm": 5.0, "depth_to_cm": 5.0}
     for c in "zx":
         row |= {column(c): 0.1, column(c, "_se"): 0.0002, f"alpha_{c}_dof": GIVEN_DOF}
-    errors = ErrorSettings(angle_deg=0, turn_deg=0, tare_percent=0, bed_N_per_cm3=run_to_run)
+    errors = ErrorSettings(angle_deg=0, turn_deg=0, tare_percent=0, bed_N_per_cm3=0)
     return alpha_table(pd.DataFrame([row]), "m", 0.95, 3, errors)
-
-
-def test_stated_spread_in_the_alpha_table():
-    with_it, without = fits(SPREAD).iloc[0], fits(0).iloc[0]
-    assert with_it[column("z")] == without[column("z")]
-    assert (with_it["spread"], without["spread"]) == (STATED, AS_PREPARED)
-    assert with_it["run_to_run_x_N_per_cm3"] == pytest.approx(SPREAD)
-    assert with_it[column("z", "_se")] == pytest.approx(math.hypot(SPREAD, 0.0002))
-    assert math.isnan(without["run_to_run_z_N_per_cm3"])
 
 
 def test_interval_of_a_sum_has_more_degrees_of_freedom():
@@ -182,35 +168,13 @@ def test_interval_of_a_sum_has_more_degrees_of_freedom():
 
 
 def test_typical_dof():
-    table = fits(0)
+    table = fits()
     assert typical_dof(table, 0.95) == GIVEN_DOF
     for c in "zx":
         half = float(student_quantile(0.95, 8.0)) * table[column(c, "_se")]
         table[column(c, "_lo")], table[column(c, "_hi")] = -half, half
     assert typical_dof(table, 0.95) == pytest.approx(8.0)
     assert math.isnan(typical_dof(table.iloc[:0], 0.95))
-
-
-def test_beds_of_the_reenacted_lab_differ_by_what_is_asked():
-    """Force of pushes with a spread less that of the same pushes without: alpha times depth and area."""
-    alphas = []
-    for run in planned().values():
-        if (run.kind, run.beta_deg, run.gamma_deg, run.natural) == ("plate", 0, 90, False):
-            logs = (
-                disturbed_logs(run, paper(), 3, NOTHING, spread)[run.force_log]
-                for spread in (0.0, 0.05)
-            )
-            plain, spread = (
-                np.genfromtxt(io.BytesIO(log or b""), skip_header=3, delimiter=",") for log in logs
-            )
-            push = -(spread - plain)[:, 4] / 9.6774
-            alphas.append(push[np.abs(push).argmax()] / 8.7)
-    assert len(alphas) == 10
-    assert 0.005 < np.std(alphas) < 0.2
-    run = planned()["poppy_LP_c_leg"]
-    plain_logs = run_logs(run, paper(), 3)
-    assert disturbed_logs(run, paper(), 3, NOTHING) == plain_logs
-    assert disturbed_logs(run, paper(), 3, NOTHING, 0.05) != plain_logs
 
 
 def test_zeta_of_a_sand_knows_how_few_pushes_there_were():

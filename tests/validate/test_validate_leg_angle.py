@@ -41,6 +41,12 @@ def published():
     return load("fig_s5")
 
 
+@pytest.fixture
+def curve(predicted):
+    """Of one leg in one medium."""
+    return predicted.query("medium == 'poppy_LP' and leg == 'c_leg'").dropna(subset=["force_z_N"])
+
+
 def turned(curves, degrees):
     return curves.assign(theta_deg=curves["theta_deg"] + degrees)
 
@@ -79,10 +85,7 @@ def test_logs_of_all_legs_with_another_zero_of_theta_are_told(published, predict
     assert in_table == pytest.approx(common.offset_deg)
 
 
-def test_size_of_the_force_does_not_move_the_beginning(predicted):
-    curve = predicted[(predicted["medium"] == "poppy_LP") & (predicted["leg"] == "c_leg")].dropna(
-        subset=["force_z_N"]
-    )
+def test_size_of_the_force_does_not_move_the_beginning(curve):
     random = np.random.default_rng(4)
     forces = ["force_z_N", "force_x_N"]
     for factor in (0.3, 1.0, 2.0):
@@ -92,10 +95,7 @@ def test_size_of_the_force_does_not_move_the_beginning(predicted):
 
 
 @pytest.mark.parametrize("first_deg", [-115.0, -60.0])
-def test_a_curve_that_begins_under_load_tells_nothing(predicted, first_deg):
-    curve = predicted[(predicted["medium"] == "poppy_LP") & (predicted["leg"] == "c_leg")].dropna(
-        subset=["force_z_N"]
-    )
+def test_a_curve_that_begins_under_load_tells_nothing(curve, first_deg):
     begun = curve[curve["theta_deg"] >= first_deg]
     assert np.isnan(offset_of_curve(begun, curve))
     assert np.isnan(common_offset({"c_leg": [offset_of_curve(begun, curve)]}).offset_deg)

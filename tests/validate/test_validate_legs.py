@@ -29,7 +29,6 @@ from rftfit.compare.legs import (
     worst_peak,
 )
 from rftfit.compare.published import FROM_LOGS, leg_claims
-from rftfit.measure.alpha import column
 from rftfit.measure.flags import remark
 from rftfit.model.draws import measured_profile
 from rftfit.model.outlines import model_leg
@@ -253,21 +252,6 @@ def test_a_medium_is_as_its_worst_peak_and_the_peak_comes_late():
     assert list(table["verdict"]) == [WITHIN, FAR_OFF]
     assert list(table["peak_late_deg"]) == pytest.approx([12, 12], abs=0.1)
     assert worst_peak(table, "m", "map") is None
-
-
-def test_a_missing_cell_gives_no_guess(config):
-    table = alpha_of("poppy_LP")
-    # the lowest part of a c-leg goes through this cell
-    cell = (table["beta_deg"] == 0) & (table["gamma_deg"] == 0)
-    table.loc[cell, [column("z"), column("x")]] = np.nan
-    table.loc[cell, "reason"] = "transducer saturated"
-    curves = curves_of(table, config)
-    by_table = curves[(curves["profile"] == "table") & (curves["leg"] == "c_leg")]
-    unknown = by_table["force_z_N"].isna()
-    assert unknown.any()
-    assert by_table.loc[unknown, "reason"].str.contains("transducer saturated").all()
-    assert (by_table.loc[~unknown, "reason"] == "").all()
-    assert curves.loc[curves["profile"] == "fourier", "force_z_N"].notna().all()
 
 
 def test_a_sand_has_its_map_and_a_generic_profile_of_the_published_media(config):
