@@ -14,7 +14,7 @@ from turning import sweep, sweep_draws
 from rftfit import reference
 from rftfit.model.fourier import as_array, fit_lsq
 from rftfit.model.motion import THETA_DEG
-from rftfit.model.outlines import CURVATURES, model_leg
+from rftfit.model.outlines import CURVATURES, arc, model_leg
 from rftfit.model.profiles import (
     DepthOnlyProfile,
     FourierProfile,
@@ -196,3 +196,22 @@ def test_draws_are_what_each_draw_gives(leg):
         forces = sweep_draws(together, model_leg(leg))
         for draw, profile in enumerate(apart):
             same(forces, sweep(profile, model_leg(leg)), draw)
+
+
+def test_sweep_of_the_mirror_image():
+    front = sweep(TABLE, model_leg("c_leg"))
+    back = sweep(TABLE, model_leg("reversed_c_leg"), np.radians(-THETA_DEG), rate_rad_per_s=-5.0)
+    for name, sign in (("force_z_N", 1), ("force_x_N", -1), ("moment_N_cm", -1)):
+        expected = sign * getattr(front, name)
+        np.testing.assert_allclose(getattr(back, name), expected, atol=1e-11)
+
+
+def test_double_width_and_double_size_and_in_air():
+    once = sweep(TABLE, model_leg("c_leg"))
+    wide = sweep(TABLE, arc(1.0, width_cm=5.08))
+    np.testing.assert_allclose(wide.force_z_N, 2 * once.force_z_N, rtol=1e-13)
+    large = sweep(TABLE, arc(1.0, 15.24, 5.08), hip_height_cm=4.0)
+    np.testing.assert_allclose(large.force_x_N, 8 * once.force_x_N, rtol=1e-11, atol=1e-12)
+    np.testing.assert_allclose(large.moment_N_cm, 16 * once.moment_N_cm, rtol=1e-11, atol=1e-12)
+    air = sweep(TABLE, model_leg("flat_leg"), hip_height_cm=7.7)
+    assert not np.any([air.force_z_N, air.force_x_N, air.moment_N_cm])

@@ -265,3 +265,21 @@ def test_a_table_of_results_that_is_no_parquet(tmp_path):
     (tmp_path / "traces.parquet").write_text("no table")
     with pytest.raises(InputError, match=r"traces.parquet: .*Parquet: "):
         read_parquet(tmp_path / "traces.parquet")
+
+
+def test_mounting_of_the_sensor_does_not_matter(some, plain):
+    """Channels swapped and turned about in logs and config alike."""
+    for name, content in list(some.logs.items()):
+        if name.endswith("_force.csv") and content is not None:
+            lines = content.decode().splitlines()
+            head = [line for line in lines if line.startswith(("#", "time"))]
+            rows = [line.split(",") for line in lines[len(head) :]]
+            swapped = [[t, m, f3, str(-float(f1)), f2] for t, m, f1, f2, f3 in rows]
+            some.logs[name] = "\n".join([*head, *map(",".join, swapped), ""]).encode()
+    some.config = some.config.replace(
+        '{x: "-F2", y: "+F1", z: "-F3"}', '{x: "-F3", y: "-F2", z: "-F1"}'
+    )
+    some.config = some.config.replace("range_N: [65, 65, 200]", "range_N: [200, 65, 65]")
+    remounted = some.chain()
+    for name in [str(name) for name in plain.fits if str(name).startswith("alpha")]:
+        np.testing.assert_allclose(remounted.fits[name], plain.fits[name], rtol=1e-9, err_msg=name)
