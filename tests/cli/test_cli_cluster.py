@@ -67,5 +67,5 @@ def test_what_is_missing_is_named(snakefile, monkeypatch):
 
 
 def test_the_command_says_so(rftfit, campaign):
-    rftfit("run", "--cluster", "nowhere", code=2)
+    rftfit("run --cluster nowhere", code=2)
     assert not (campaign / ".snakemake").exists()

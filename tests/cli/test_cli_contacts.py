@@ -26,7 +26,7 @@ def curve(medium="glass0.3mm_CP", leg="c_leg", step=6):
 def test_python_and_command_agree_and_a_plate_stands_beside(rftfit, work_folder):
     rows = curve()
     rows.to_csv(work_folder / "turn.csv", index=False)
-    output = rftfit("scale", "--contacts", "turn.csv", "--leg", "c_leg", "--json")
+    output = rftfit("scale --contacts turn.csv --leg c_leg --json")
     facts = json.loads(output.out)
     leg, motion = program.model_leg("c_leg"), program.rotation(rows["theta_deg"])
     contact = program.Contact(leg, motion, rows, errors=0.3)
@@ -35,9 +35,7 @@ def test_python_and_command_agree_and_a_plate_stands_beside(rftfit, work_folder)
     assert facts["alpha_z_of_contacts"] == pytest.approx({"value": value, "lo": lo, "hi": hi})
     assert facts["contacts"] == 1
     assert facts["pushes"] == 0
-    beside = rftfit(
-        "scale", "--contacts", "turn.csv", "--leg", "c_leg", "--alpha", "0.6", "--force"
-    ).out
+    beside = rftfit("scale --contacts turn.csv --leg c_leg --alpha 0.6 --force").out
     assert "a plate says 0.6" in beside
     assert "1 push and 1 contact" in beside
     assert "stated: the body was not measured before" in beside
@@ -46,22 +44,22 @@ def test_python_and_command_agree_and_a_plate_stands_beside(rftfit, work_folder)
 @pytest.mark.parametrize(
     ("text", "options", "words"),
     [
-        ("theta_deg,force_z_N\n0,1\n", ("--leg", "c_leg"), "never moves"),
-        ("theta_deg\n0\n10\n", ("--leg", "c_leg"), "no force was measured"),
-        ("force_z_N\n1\n2\n", ("--leg", "c_leg"), "no pose of c_leg"),
-        ("theta_deg,force_z_N\n0,1\n,2\n", ("--leg", "c_leg"), "blank"),
-        ("theta_deg,force_z_N\n0,1\n30,x\n", ("--leg", "c_leg"), "force_z_N"),
-        ("theta_deg,force_z_N\n0,1\n30,2\n20,1\n", ("--leg", "c_leg"), "turns back by 10"),
-        ("theta_deg,force_z_N,hip_cm\n0,1,9\n30,2,9\n", ("--leg", "c_leg"), "in the air"),
-        ("theta_deg,force_z_N,error_N\n0,1,0\n30,2,1\n", ("--leg", "c_leg"), "error_N"),
-        ("theta_deg,force_z_N\n0,-1\n30,-2\n", ("--leg", "c_leg"), "meet no resistance"),
-        ("theta_deg,force_z_N\n0,1\n30,2\n", ("--body-of", "published"), "needs --leg"),
-        ("theta_deg,force_z_N\n0,1\n30,2\n", ("--leg", "c_leg", "--profile", "generic"), "map"),
+        ("theta_deg,force_z_N\n0,1\n", "--leg c_leg", "never moves"),
+        ("theta_deg\n0\n10\n", "--leg c_leg", "no force was measured"),
+        ("force_z_N\n1\n2\n", "--leg c_leg", "no pose of c_leg"),
+        ("theta_deg,force_z_N\n0,1\n,2\n", "--leg c_leg", "blank"),
+        ("theta_deg,force_z_N\n0,1\n30,x\n", "--leg c_leg", "force_z_N"),
+        ("theta_deg,force_z_N\n0,1\n30,2\n20,1\n", "--leg c_leg", "turns back by 10"),
+        ("theta_deg,force_z_N,hip_cm\n0,1,9\n30,2,9\n", "--leg c_leg", "in the air"),
+        ("theta_deg,force_z_N,error_N\n0,1,0\n30,2,1\n", "--leg c_leg", "error_N"),
+        ("theta_deg,force_z_N\n0,-1\n30,-2\n", "--leg c_leg", "meet no resistance"),
+        ("theta_deg,force_z_N\n0,1\n30,2\n", "--body-of published", "needs --leg"),
+        ("theta_deg,force_z_N\n0,1\n30,2\n", "--leg c_leg --profile generic", "map"),
     ],
 )
 def test_what_tells_nothing_is_a_word_and_no_number(rftfit, work_folder, text, options, words):
     (work_folder / "turn.csv").write_text(text)
-    output = rftfit("scale", "--contacts", "turn.csv", *options, code=2)
+    output = rftfit("scale --contacts turn.csv", options, code=2)
     assert words in output.err
     assert "alpha_z" not in output.out
     assert not (work_folder / "alpha.csv").exists()
@@ -69,11 +67,11 @@ def test_what_tells_nothing_is_a_word_and_no_number(rftfit, work_folder, text, o
 
 def test_inspect_leads_a_leg_log_to_the_penetrometer(rftfit, work_folder):
     curve().to_csv(work_folder / "turn.csv", index=False)
-    assert "rftfit scale --contacts turn.csv --leg NAME\n" in rftfit("inspect", "turn.csv").out
+    assert "rftfit scale --contacts turn.csv --leg NAME\n" in rftfit("inspect turn.csv").out
     curve().rename(columns={"force_z_N": "Fz (N)"}).to_csv(work_folder / "other.csv", index=False)
-    assert "theta_deg, force_z_N" in rftfit("inspect", "other.csv").out
+    assert "theta_deg, force_z_N" in rftfit("inspect other.csv").out
     (work_folder / "plate.csv").write_text("t,Fz,z\n" + "".join(f"{t},1,2\n" for t in range(9)))
-    assert "--contacts" not in rftfit("inspect", "plate.csv").out
+    assert "--contacts" not in rftfit("inspect plate.csv").out
 
 
 def test_a_profile_file_has_the_map_of_a_leg():
@@ -88,7 +86,7 @@ def test_a_profile_file_has_the_map_of_a_leg():
 
 
 def test_options_of_a_body_need_a_file(rftfit):
-    assert "--contacts" in rftfit("scale", "--alpha", "0.3", "--leg", "c_leg", code=2).err
+    assert "--contacts" in rftfit("scale --alpha 0.3 --leg c_leg", code=2).err
 
 
 def test_a_path_and_a_mesh_are_read_too(work_folder):
@@ -110,9 +108,9 @@ def test_a_path_and_a_mesh_are_read_too(work_folder):
 
 
 def test_a_leg_of_the_paper_is_predicted_with_what_the_model_gets_wrong_on_it(rftfit):
-    arguments = ("predict", "--leg", "reversed_c_leg", "--medium", "glass3mm_CP", "--json")
-    plain = json.loads(rftfit(*arguments).out)
-    carried = json.loads(rftfit(*arguments, "--body-of", "published", "--force").out)
+    arguments = "predict --leg reversed_c_leg --medium glass3mm_CP --json"
+    plain = json.loads(rftfit(arguments).out)
+    carried = json.loads(rftfit(arguments, "--body-of published --force").out)
     assert "glass3mm_CP" in carried["body"]
     rows = curve("glass3mm_CP", "reversed_c_leg", 1)
     measured = rows["force_z_N"].max()

@@ -136,12 +136,12 @@ def test_no_usable_row(rftfit, tmp_path):
 
 
 def test_plot(rftfit, campaign):
-    output = rftfit("inspect", FORCE, "--plot", "log é.png")
+    output = rftfit("inspect", FORCE, "--plot 'log é.png'")
     assert (campaign / "log é.png").read_bytes().startswith(b"\x89PNG")
     assert "Drawing: log é.png" in output.out
     output = rftfit("inspect", FORCE, "--plot", FORCE, code=2)
     assert f"--plot: found '{FORCE}'; allowed: " in output.err
-    rftfit("inspect", FORCE, "--plot", "log.webp", code=2)
+    rftfit("inspect", FORCE, "--plot log.webp", code=2)
     rftfit("inspect", FORCE, "--plot", f"{FORCE}/below.png", code=3)
 
 

@@ -140,12 +140,10 @@ def test_dialect_and_options_by_hand(rftfit, tmp_path):
     path = tmp_path / "log"
     path.write_bytes(netft(40).content.replace(b"Rate: 125", b"Rate: 0"))
     assert "found RDT Sample Rate: 0" in rftfit("inspect", path, code=2).err
-    output = rftfit("inspect", path, "--dialect", "ati-netft", "--option", "rate_Hz=100")
+    output = rftfit("inspect", path, "--dialect ati-netft --option rate_Hz=100")
     assert "rate: 100 rows/s" in output.out
-    assert (
-        "did you mean 'ati-netft'" in rftfit("inspect", path, "--dialect", "ati-netf", code=2).err
-    )
-    assert "allowed: KEY=VALUE" in rftfit("inspect", path, "--option", "rate", code=2).err
+    assert "did you mean 'ati-netft'" in rftfit("inspect", path, "--dialect ati-netf", code=2).err
+    assert "allowed: KEY=VALUE" in rftfit("inspect", path, "--option rate", code=2).err
 
 
 def test_text_that_no_dialect_knows(rftfit, tmp_path):
@@ -264,7 +262,7 @@ def test_messages_that_nobody_recorded_as_a_table(rftfit, tmp_path):
     path.write_text("".join(WRENCH.format(k) for k in range(9)), encoding="utf-8")
     output = rftfit("inspect", path, code=2)
     assert "rostopic echo -p TOPIC" in output.err
-    assert "record with -p" in rftfit("inspect", path, "--dialect", "rostopic", code=2).err
+    assert "record with -p" in rftfit("inspect", path, "--dialect rostopic", code=2).err
 
 
 def test_a_channel_that_was_never_connected(rftfit, tmp_path):

@@ -46,7 +46,7 @@ def test_options_are_refused_in_the_words_of_the_config(rftfit, tmp_path):
         error = rftfit("inspect", path, "--option", option, code=2).err
         assert message in error
         assert "pydantic" not in error
-    output = rftfit("inspect", path, "--option", "names=false", "--option", "skip_lines=1")
+    output = rftfit("inspect", path, "--option names=false --option skip_lines=1")
     assert "column 1" in output.out
 
 
@@ -80,9 +80,9 @@ def test_a_factor_of_one_declares_a_unit(tmp_path):
 
 def test_a_folder_of_rosbag2_is_one_log(rftfit):
     folder = REPORTED / "c23_two_sensors"
-    output = rftfit("inspect", folder, "--option", "topic=/tool")
+    output = rftfit("inspect", folder, "--option topic=/tool")
     assert "ros-bag" in output.out
-    two_sensors = rftfit("inspect", folder, "--option", "topic=/wrench", code=2)
+    two_sensors = rftfit("inspect", folder, "--option topic=/wrench", code=2)
     assert "column header.frame_id says 'ft_other', 'ft_plate' in turn" in two_sensors.err
     assert api.read_log(folder, options={"topic": "/tool"}).size > 0
     assert "this is a folder" in rftfit("inspect", folder.parent, code=2).err

@@ -47,9 +47,7 @@ def test_published_source_is_as_printed():
 
 
 def test_numbers_by_hand(rftfit, work_folder):
-    output = rftfit(
-        "scale", "--profile", "generic", "--alpha", "0.9", "--method", "dft-index", "--json"
-    )
+    output = rftfit("scale --profile generic --alpha 0.9 --method dft-index --json")
     assert output.err == ""
     result = as_json(output)
     assert result["scaled_from"] == "published Tables S2 and S3, method dft-index as printed"
@@ -92,7 +90,7 @@ def test_numbers_by_hand(rftfit, work_folder):
 def test_the_default_is_least_squares_of_the_measured_table(rftfit, results):
     """One zeta: the published media give the number that a campaign of them gives."""
     facts, source = (
-        as_json(rftfit("scale", "--profile", "generic", "--alpha", "0.9", "--json")),
+        as_json(rftfit("scale --profile generic --alpha 0.9 --json")),
         published("lsq"),
     )
     assert facts["scaled_from"] == "published Table S5, method lsq"
@@ -124,13 +122,11 @@ def test_everything_scales_with_alpha():
 
 def test_intervals_grow_with_se_and_confidence(rftfit):
     def width(*words):
-        zeta = as_json(rftfit("scale", "--profile", "generic", "--alpha", "0.9", "--json", *words))[
-            "zeta"
-        ]
+        zeta = as_json(rftfit("scale --profile generic --alpha 0.9 --json", *words))["zeta"]
         return float(zeta["hi"] - zeta["lo"])
 
     errors = [width("--se", se) for se in ("0", "0.01", "0.05", "0.1", "0.3")]
-    widths = [width("--confidence", "0.8"), width("--confidence", "0.9"), *errors]
+    widths = [width("--confidence 0.8"), width("--confidence 0.9"), *errors]
     assert widths == sorted(widths)
     assert len(set(widths)) == 7
     assert width() == errors[0]
@@ -173,9 +169,7 @@ def test_intervals_hold_for_a_medium_left_out():
 
 
 def test_text(rftfit):
-    output = rftfit(
-        "scale", "--profile", "generic", "--alpha", "0.9", "--se", "0.02", "--output", "sand é.csv"
-    )
+    output = rftfit("scale --profile generic --alpha 0.9 --se 0.02 --output 'sand é.csv'")
     assert output.err == ""
     lines = {line.split()[0]: line.split()[1:] for line in output.out.splitlines() if line.strip()}
     assert "  zeta   0.8001 " in output.out
@@ -189,20 +183,20 @@ def test_text(rftfit):
 @pytest.mark.parametrize(
     ("words", "text"),
     [
-        (["--alpha", "-0.9"], "--alpha: found -0.9; allowed: a positive number"),
-        (["--alpha", "0"], "--alpha: found 0;"),
-        (["--alpha", "nan"], "--alpha: found nan;"),
-        (["--alpha", "inf"], "--alpha: found inf;"),
-        (["--alpha", "0,9"], "write a decimal point: 0.9"),
-        (["--alpha", "much"], "found 'much'; allowed: a number"),
-        (["--alpha", "0.9", "--se", "-1"], "--se: found -1;"),
-        (["--alpha", "0.9", "--confidence", "95"], "--confidence: found 95;"),
-        (["--alpha", "0.9", "--method", "mean"], "lsq, dft-index"),
-        (["--alpha", "0.9", "--results", "none"], "no config/config.yaml there"),
+        ("--alpha -0.9", "--alpha: found -0.9; allowed: a positive number"),
+        ("--alpha 0", "--alpha: found 0;"),
+        ("--alpha nan", "--alpha: found nan;"),
+        ("--alpha inf", "--alpha: found inf;"),
+        ("--alpha 0,9", "write a decimal point: 0.9"),
+        ("--alpha much", "found 'much'; allowed: a number"),
+        ("--alpha 0.9 --se -1", "--se: found -1;"),
+        ("--alpha 0.9 --confidence 95", "--confidence: found 95;"),
+        ("--alpha 0.9 --method mean", "lsq, dft-index"),
+        ("--alpha 0.9 --results none", "no config/config.yaml there"),
     ],
 )
 def test_messages(rftfit, work_folder, words, text):
-    assert text in rftfit("scale", *words, code=2).err
+    assert text in rftfit("scale", words, code=2).err
     assert list(work_folder.iterdir()) == []
 
 
@@ -210,7 +204,7 @@ def test_messages(rftfit, work_folder, words, text):
     ("alpha", "warned"), [(0.049, True), (0.05, False), (5, False), (900, True)]
 )
 def test_another_unit(rftfit, alpha, warned):
-    assert ("another unit" in rftfit("scale", "--alpha", alpha).err) is warned
+    assert ("another unit" in rftfit("scale --alpha", alpha).err) is warned
 
 
 METHODS = ("lsq", "dft-index")
@@ -226,19 +220,8 @@ def results(work_folder):
 
 @pytest.mark.parametrize("method", METHODS)
 def test_results_of_a_campaign(rftfit, results, method):
-    words = (
-        "--profile",
-        "generic",
-        "--alpha",
-        "0.9",
-        "--results",
-        results,
-        "--method",
-        method,
-        "--json",
-    )
-    output = rftfit("scale", *words)
-    result = as_json(output)
+    words = "scale --profile generic --alpha 0.9 --json --results", results, "--method", method
+    result = as_json(rftfit(*words))
     assert result["media"] == list(CAMPAIGN_MEDIA)
     assert result["scaled_from"] == f"{results}, method {method}"
     fits, chi = [], []
@@ -262,13 +245,11 @@ def transform(method, alpha, keep):
 
 def test_damaged_results(rftfit, results):
     def refusal(*words):
-        output = rftfit(
-            "scale", "--profile", "generic", "--alpha", "0.9", "--results", results, *words, code=2
-        )
+        output = rftfit("scale --profile generic --alpha 0.9 --results", results, *words, code=2)
         assert output.out == ""
         return output.err
 
-    assert "allowed: lsq, dft-index" in refusal("--method", "dft")
+    assert "allowed: lsq, dft-index" in refusal("--method dft")
     table = results / "alpha" / "poppy_LP.csv"
     table_text = table.read_text()
     first_row = table_text.splitlines()[1]
@@ -289,6 +270,6 @@ def test_damaged_results(rftfit, results):
 def test_one_medium_of_its_own_is_not_enough(rftfit, work_folder):
     alpha = {"a": reference.alpha_grid("poppy_LP"), "sand": one_cell(0.7)}
     folder = make_campaign(work_folder / "one", {"a": LABORATORY, "sand": SAND}, alpha)
-    output = rftfit("scale", "--profile", "generic", "--alpha", "0.9", "--results", folder, code=2)
+    output = rftfit("scale --profile generic --alpha 0.9 --results", folder, code=2)
     assert "at least two laboratory media" in output.err
     assert not (work_folder / "alpha.csv").exists()
