@@ -30,8 +30,8 @@ def rftfit(capfd):
     """
 
     def call(*parts, code=0):
-        split = [shlex.split(part) if isinstance(part, str) else [str(part)] for part in parts]
-        exit_code = main(sum(split, []))
+        line = " ".join(part if isinstance(part, str) else shlex.quote(str(part)) for part in parts)
+        exit_code = main(shlex.split(line))
         output = capfd.readouterr()
         assert exit_code == code, output.out + output.err
         assert "Traceback" not in output.out + output.err

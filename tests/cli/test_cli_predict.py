@@ -8,9 +8,7 @@ import shutil
 
 import numpy as np
 import pytest
-from light_campaign import LABORATORY, SAND, SE, alpha_frame, make_campaign, one_cell
-from paper_grid import BETA, flat
-from paper_grid import GAMMA_OF_FILE as GAMMA
+from light_campaign import LABORATORY, SE, alpha_frame, make_campaign
 from result_tables import read_result
 from turning import sweep, sweep_draws
 
@@ -18,20 +16,12 @@ from rftfit import reference
 from rftfit.measure.alpha import directions
 from rftfit.model.draws import alpha_draws, interval, model_end_names, next_end_names
 from rftfit.model.forces import forces_on
-from rftfit.model.fourier import TERMS, as_array, fit_lsq, kept_terms
+from rftfit.model.fourier import TERMS, as_array
 from rftfit.model.motion import THETA_DEG, path
 from rftfit.model.outlines import arc, model_leg, polyline
-from rftfit.model.profiles import (
-    DepthOnlyProfile,
-    FourierProfile,
-    Profile,
-    TableProfile,
-    scaled_generic,
-)
-from rftfit.model.scaling import vertical_penetration
+from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, TableProfile, scaled_generic
+from rftfit.results import open_results
 from rftfit.store import write_csv
-
-from .conftest import MEASURED
 
 QUANTITIES = ("force_z_N", "force_x_N", "moment_N_cm")
 
@@ -50,12 +40,6 @@ def check(columns, forces):
         value = getattr(forces, name)
         assert np.abs(value).max() > 0
         np.testing.assert_allclose(columns[name], value, rtol=1e-9, atol=1e-9)
-
-
-def own_fit(medium):
-    alpha = flat(reference.alpha_grid(medium))
-    keep = kept_terms(fit_lsq(BETA, GAMMA, *alpha), 0.05)
-    return fit_lsq(BETA, GAMMA, *alpha, keep), keep
 
 
 def published(medium):
@@ -198,16 +182,9 @@ def test_intervals_are_those_of_the_draws(rftfit, work_folder, results):
 def test_other_profiles_of_a_campaign(rftfit, work_folder, results, kind):
     words = "predict --leg c_leg --medium poppy_CP --profile", kind, "--results", results
     assert rftfit(*words).err == ""
-    fits = {medium: own_fit(medium)[0] for medium in MEASURED}
-    zetas = {medium: float(vertical_penetration(fit)) for medium, fit in fits.items()}
-    m0 = np.mean([fit / zetas[medium] for medium, fit in fits.items()], axis=0)
-    profiles: dict[str, Profile] = {
-        "fourier": FourierProfile(fits["poppy_CP"]),
-        "generic": scaled_generic(zetas["poppy_CP"], m0),
-        "depth_only": DepthOnlyProfile.of(TableProfile.published("poppy_CP")),
-    }
     columns = read_forces(work_folder / "forces.csv")
-    check(columns, sweep(profiles[kind], model_leg("c_leg")))
+    profile = open_results(results)["poppy_CP"].profile(kind, draws=False)
+    check(columns, sweep(profile, model_leg("c_leg")))
     low, middle, high = (columns[f"force_z{end}_N"] for end in ("_lo", "", "_hi"))
     assert ((low <= middle) & (middle <= high)).all()
     assert (high - low).max() > 0.01
@@ -450,15 +427,3 @@ def test_an_interval_that_is_not_known(rftfit, work_folder):
     write_csv(table, folder / "alpha" / "poppy_LP.csv")
     output = rftfit("predict --leg c_leg --medium poppy_LP --results", folder)
     assert re.search(r"^warning: .* \d+ of 271 poses: ", output.err, re.MULTILINE)
-
-
-def test_a_sand_scaled_with_the_published_media(rftfit, work_folder):
-    folder = make_campaign(work_folder / "c", {"sand": SAND}, {"sand": one_cell(0.7)})
-    words = "predict --leg c_leg --profile generic --output"
-    rftfit(words, "a.csv --medium sand --results", folder)
-    rftfit(words, "b.csv --alpha 0.7 --se 0.003")
-    results_lines, alpha_lines = (
-        (work_folder / name).read_text().splitlines() for name in ("a.csv", "b.csv")
-    )
-    assert "published Table S5, method lsq" in results_lines[3]
-    assert results_lines[4:] == alpha_lines[4:]

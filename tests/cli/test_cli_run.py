@@ -125,7 +125,7 @@ def test_a_bad_sheet_runs_nothing(rftfit, campaign, fake):
     assert not (campaign / ".snakemake").exists()
 
 
-@pytest.mark.parametrize("word", "--config -C --snakefile=x -d")
+@pytest.mark.parametrize("word", ["--config", "-C", "--snakefile=x", "-d"])
 def test_words_that_rftfit_sets_itself(rftfit, campaign, fake, word):
     output = rftfit(fake, "--", word, "a=b", code=2)
     assert f"found {word} after the two dashes" in output.err
@@ -152,7 +152,7 @@ def test_a_log_that_cannot_be_written(rftfit, campaign, fake):
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_stopping_stops_the_children(campaign, number):
     (campaign / "slow.smk").write_text(SLOW)
-    words = "-m rftfit.cli.main run --snakefile slow.smk".split()
+    words = ["-m", "rftfit.cli.main", "run", "--snakefile", "slow.smk"]
     # as of a shell's script in the background, whose children are deaf to SIGINT
     deaf = signal.SIG_IGN if number == signal.SIGTERM else signal.SIG_DFL
     old_handler = signal.signal(signal.SIGINT, deaf)

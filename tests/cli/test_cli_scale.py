@@ -132,15 +132,6 @@ def test_intervals_grow_with_se_and_confidence(rftfit):
     assert width() == errors[0]
 
 
-def test_no_scatter_leaves_the_error_of_zeta():
-    scaled = scale(0.9)
-    generic = np.array([2.0, -1.0, 0.0])
-    value, lo, hi = scaled.with_interval(generic, np.tile(generic, (5, 1)))
-    assert value == pytest.approx(scaled.zeta * generic)
-    assert lo == pytest.approx([2 * scaled.zeta_lo, -scaled.zeta_hi, 0])
-    assert hi == pytest.approx([2 * scaled.zeta_hi, -scaled.zeta_lo, 0])
-
-
 def test_intervals_hold_for_a_medium_left_out():
     source = published()
     beta, gamma = np.radians(reference.BETA_DEG)[:, None], np.radians(reference.GAMMA_DEG)

@@ -131,17 +131,6 @@ def test_a_profile_comes_back(kind, sources, profiles, files, tmp_path):
         np.testing.assert_array_equal(getattr(reread, name), getattr(profile, name))
 
 
-@pytest.mark.parametrize("kind", ["map", "measured"])
-def test_forces_and_their_intervals_come_back(kind, profiles, files):
-    both = profiles[kind], rftfit.read_profile(files / f"{kind}.json")
-    leg = rftfit.model_leg("c_leg")
-    expected, forces = (rftfit.predict(profile, leg).drop(columns="reason") for profile in both)
-    assert "force_z_lo_N" in expected
-    assert "force_z_model_lo_N" in expected
-    off = (forces - expected).abs().max() / expected.abs().max().clip(lower=1e-9)
-    assert off.max() < 1e-6
-
-
 def test_what_stands_in_it(sources, files, content):
     assert content["medium"] == {"name": "sand", "title": "Sand", "notes": ""}
     # 12 x 48 nodes, each direction once: all but 4 of them are pairs of mirror images

@@ -27,14 +27,12 @@ from rftfit.model.prediction import find_peaks
 from rftfit.model.scaling import (
     ALL_METHODS,
     AS_PRINTED,
-    Reference,
     Scaled,
     alpha_of_test,
     fit_media,
     fit_terms,
     generic_interval,
     reference_of,
-    scale,
     scale_new_medium,
     vertical_penetration,
 )
@@ -233,14 +231,6 @@ def test_intervals_by_hand(alpha, se, chi, student):
         )
 
 
-def test_coefficients_of_a_new_medium():
-    medium = scale(0.9, reference=Reference("", reference.MEDIA, CHI, M0, np.tile(M0, (5, 1))))
-    np.testing.assert_allclose(medium.coefficients, M0 * 0.9 / 1.242)
-    # alpha_z(0, 90 deg) of the scaled profile is zeta, for M0 sums to 1 there; about 0.8 alpha, as printed
-    assert medium.coefficients[:5].sum() == pytest.approx(medium.zeta, rel=1e-9)
-    assert medium.zeta / 0.9 == pytest.approx(0.8, abs=0.02)
-
-
 def test_an_error_that_is_not_known_gives_no_interval():
     scaled = scale_new_medium(0.42, np.nan, CHI)
     assert scaled.zeta == pytest.approx(0.42 / CHI.mean())
@@ -422,15 +412,6 @@ def test_the_interval_of_a_quantity_by_hand():
     assert value == pytest.approx([1.6, -1.6, 0])
     assert lo == pytest.approx([1.6 - math.hypot(0.2, shape), -1.6 - math.hypot(0.4, shape), 0])
     assert hi == pytest.approx([1.6 + math.hypot(0.4, shape), -1.6 + math.hypot(0.2, shape), 0])
-
-
-def test_a_scaled_medium_keeps_its_test_at_another_level():
-    medium = scale(0.9, 0.05).at_confidence(0.8)
-    assert (medium.alpha_z, medium.alpha_z_se, medium.confidence) == (0.9, 0.05, 0.8)
-    assert medium.reference == scale(0.9).reference
-    for level in (0.5, 1.0):
-        with pytest.raises(ValueError, match="level"):
-            scale(0.9, confidence=level)
 
 
 def test_errors_of_a_part_of_the_directions(paper_config, tmp_path):
