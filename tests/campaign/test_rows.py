@@ -29,7 +29,7 @@ SCHEMA = Schema(
 
 def written(folder, text, name="t.csv"):
     path = folder / name
-    path.write_text(text, encoding="utf-8")
+    path.write_text(text, "utf-8")
     return path
 
 

@@ -52,7 +52,7 @@ def test_check(rftfit, campaign):
 
 def test_check_counts_a_file_of_force_and_motion_once(rftfit, campaign):
     config = campaign / "config" / "config.yaml"
-    values = yaml.safe_load(config.read_text(encoding="utf-8"))
+    values = yaml.safe_load(config.read_text("utf-8"))
     config.write_text(yaml.safe_dump(values | {"clock": {"method": "same_clock"}}), "utf-8")
     sheet = campaign / "raw/paper/runs.csv"
     with sheet.open(encoding="utf-8", newline="") as handle:
@@ -91,10 +91,10 @@ def test_check_warnings(rftfit, campaign):
 def test_check_shows_every_problem(rftfit, campaign):
     sheet = campaign / "raw/paper/runs.csv"
     sheet.write_text(
-        sheet.read_text(encoding="utf-8")
+        sheet.read_text("utf-8")
         .replace(",yuma,plate,", ",yumma,plate,")
         .replace("rotation", "rotatoin"),
-        encoding="utf-8",
+        "utf-8",
     )
     _, problems = check_campaign(campaign / "config" / "config.yaml")
     output = rftfit("check", code=2)

@@ -42,8 +42,8 @@ def make(root, media, places=range(0, 70, 7)):
     alpha = {medium: reference.alpha_grid(medium) for medium in media}
     make_campaign(root, dict.fromkeys(media, LABORATORY), alpha)
     sheet = root / "config" / "runs.csv"
-    head = sheet.read_text(encoding="utf-8").splitlines()[0]
-    sheet.write_text(f"{head},session\n", encoding="utf-8")
+    head = sheet.read_text("utf-8").splitlines()[0]
+    sheet.write_text(f"{head},session\n", "utf-8")
     slanted = [place for place in places if published(media[0])[1, place] != 0]
     for seed, medium in enumerate(media):
         write_fits(root, medium, seed, slanted)
@@ -69,7 +69,7 @@ def test_media_of_the_current_campaign(rftfit, labs, monkeypatch):
     assert b"drawn by rftfit compare" in (labs / "one lab" / "c.svg").read_bytes()
     # its own figure is written anew, another file is not
     rftfit("compare poppy_LP poppy_CP --figure c.svg")
-    (labs / "one lab" / "mine.svg").write_text("<svg/>", encoding="utf-8")
+    (labs / "one lab" / "mine.svg").write_text("<svg/>", "utf-8")
     refused = rftfit("compare poppy_LP poppy_CP --figure mine.svg", code=2)
     assert "left as it is" in refused.err
 

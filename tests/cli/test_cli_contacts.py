@@ -8,6 +8,7 @@ import json
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose
 
 import rftfit as program
 from rftfit.model.answers import vertical_alpha
@@ -81,7 +82,7 @@ def test_a_profile_file_has_the_map_of_a_leg():
     program.write_profile("ground.json", estimate)
     read = program.read_profile("ground.json")
     angles = np.radians(np.random.default_rng(1).uniform(-90, 90, (2, 50)))
-    np.testing.assert_allclose(read.alpha(*angles), estimate.profile.alpha(*angles), atol=1e-6)
+    assert_allclose(read.alpha(*angles), estimate.profile.alpha(*angles), atol=1e-6)
     assert "1 contact" in read.name
 
 
@@ -99,12 +100,12 @@ def test_a_path_and_a_mesh_are_read_too(work_folder):
     contacts, warnings = read_contacts(work_folder / "press.csv", foot)
     assert [len(contact.frames) for contact in contacts] == [7, 7]
     assert "no error_N" in warnings[0]
-    np.testing.assert_allclose(contacts[0].frames[:, 4], -0.5)
+    assert_allclose(contacts[0].frames[:, 4], -0.5)
     lines = ["t_s,x_cm,y_cm,z_cm,turn_x_deg,turn_y_deg,turn_z_deg,force_z_N,error_N"]
     lines += [f"{t},0,0,{z[t]:.3f},0,0,0,{force[t]:.3f},0.1" for t in range(7)]
     (work_folder / "mesh.csv").write_text("\n".join(lines))
     (pressed,), _ = read_contacts(work_folder / "mesh.csv", program.Mesh.extrude(foot))
-    np.testing.assert_allclose(pressed.measured[2], force, atol=1e-3)
+    assert_allclose(pressed.measured[2], force, atol=1e-3)
 
 
 def test_a_leg_of_the_paper_is_predicted_with_what_the_model_gets_wrong_on_it(rftfit):

@@ -26,7 +26,7 @@ pytestmark = pytest.mark.usefixtures("work_folder")
 
 
 def content(path):
-    fields: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    fields: dict[str, Any] = json.loads(path.read_text("utf-8"))
     return fields
 
 
@@ -63,9 +63,9 @@ HEAD = "beta_deg,gamma_deg,alpha_z_N_per_cm3,alpha_x_N_per_cm3,se_z,se_x\n"
 
 def test_scale_and_plan_go_on_from_the_pushes_behind_a_profile(rftfit, work_folder):
     rows = ["0,90,0.35,,0.01,\n", "30,45,0.2,0.1,,\n", "-30,60,0.12,0.02,0.005,0.004\n"]
-    (work_folder / "two.csv").write_text(HEAD + "".join(rows[:2]), encoding="utf-8")
-    (work_folder / "one.csv").write_text(HEAD + rows[2], encoding="utf-8")
-    (work_folder / "all.csv").write_text(HEAD + "".join(rows), encoding="utf-8")
+    (work_folder / "two.csv").write_text(HEAD + "".join(rows[:2]), "utf-8")
+    (work_folder / "one.csv").write_text(HEAD + rows[2], "utf-8")
+    (work_folder / "all.csv").write_text(HEAD + "".join(rows), "utf-8")
     rftfit("export --pushes two.csv --output p.json")
     assert content(work_folder / "p.json")["pushes"]["alpha_x_N_per_cm3"] == [None, 0.1]
     for name, words in (
@@ -94,11 +94,11 @@ def test_scale_and_plan_go_on_from_the_pushes_behind_a_profile(rftfit, work_fold
 
 
 def test_pushes_of_a_profile_that_do_not_belong_together(rftfit, work_folder):
-    (work_folder / "field.csv").write_text(PUSHES, encoding="utf-8")
+    (work_folder / "field.csv").write_text(PUSHES, "utf-8")
     rftfit("export --pushes field.csv --output p.json")
     profile = content(work_folder / "p.json")
     profile["pushes"]["se_x"].pop()
-    (work_folder / "p.json").write_text(json.dumps(profile), encoding="utf-8")
+    (work_folder / "p.json").write_text(json.dumps(profile), "utf-8")
     output = rftfit("scale --profile-file p.json", code=2)
     assert "pushes.se_x" in output.err
     assert "2 entries, as beta_deg has" in output.err
@@ -143,7 +143,7 @@ def test_marks_are_handed_on(rftfit, work_folder, results):
 
 
 def test_pushes_become_a_map(rftfit, work_folder):
-    (work_folder / "field.csv").write_text(PUSHES, encoding="utf-8")
+    (work_folder / "field.csv").write_text(PUSHES, "utf-8")
     output = rftfit("export --pushes field.csv --output field.json")
     profile = content(work_folder / "field.json")
     assert profile["medium"]["name"] == "field"
@@ -158,7 +158,7 @@ def test_pushes_become_a_map(rftfit, work_folder):
 
 
 def test_one_push_is_the_same_by_alpha_and_by_a_table(rftfit, work_folder):
-    (work_folder / "one.csv").write_text(HEAD + "0,90,0.55,,,\n", encoding="utf-8")
+    (work_folder / "one.csv").write_text(HEAD + "0,90,0.55,,,\n", "utf-8")
     for name, words in (("a", "--alpha 0.55"), ("b", "--pushes one.csv")):
         rftfit("export", words, "--output", f"{name}.json")
         rftfit("predict --leg reversed_c_leg", words, "--output", f"{name}.csv")
@@ -179,7 +179,7 @@ def test_one_push_is_the_same_by_alpha_and_by_a_table(rftfit, work_folder):
 
 @pytest.mark.parametrize("words", ["--alpha 0.55", "--pushes one.csv"])
 def test_a_flat_foot_pressed_straight_down_gives_its_own_push_back(words, rftfit, work_folder):
-    (work_folder / "one.csv").write_text(HEAD + "0,90,0.55,,,\n", encoding="utf-8")
+    (work_folder / "one.csv").write_text(HEAD + "0,90,0.55,,,\n", "utf-8")
     (work_folder / "foot.csv").write_text("x_cm,z_cm\n-4,0\n4,0\n")
     (work_folder / "press.csv").write_text("t_s,x_cm,z_cm,angle_deg\n0,0,0,0\n5,0,-5,0\n")
     foot = "predict --outline foot.csv --width 5 --path press.csv --json"
@@ -214,7 +214,7 @@ def test_the_robot_walks_on_it(rftfit):
     ],
 )
 def test_words_that_do_not_go_together(words, message, rftfit, work_folder):
-    (work_folder / "p.csv").write_text(PUSHES, encoding="utf-8")
+    (work_folder / "p.csv").write_text(PUSHES, "utf-8")
     assert message in rftfit("export", words, code=2).err
     assert (work_folder / "p.csv").read_text() == PUSHES
     assert not (work_folder / "profile.json").exists()
@@ -239,7 +239,7 @@ def test_a_damaged_file_is_refused_by_every_reader(rftfit, work_folder):
     rftfit("export --medium poppy_LP")
     profile = content(work_folder / "profile.json")
     profile["golden"]["alpha_x_N_per_cm3"] *= -1
-    (work_folder / "profile.json").write_text(json.dumps(profile), encoding="utf-8")
+    (work_folder / "profile.json").write_text(json.dumps(profile), "utf-8")
     for command in ("predict --leg c_leg", "simulate --frequency 2 --curvature 1"):
         output = rftfit(command, "--profile-file profile.json", code=2)
         assert "the golden value alpha_x_N_per_cm3" in output.err

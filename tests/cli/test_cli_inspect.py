@@ -18,7 +18,7 @@ HEADER = "time_s,arm_moving,F1_N,F2_N,F3_N"
 
 
 def force_log(path, rows, header=HEADER, end="\n"):
-    path.write_text("\n".join([header, *rows]) + end, encoding="utf-8")
+    path.write_text("\n".join([header, *rows]) + end, "utf-8")
     return path
 
 

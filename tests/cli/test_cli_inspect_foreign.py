@@ -8,6 +8,7 @@ import pandas as pd
 import pytest
 import yaml
 from foreign_logs import TEXTS, lvm, netft
+from numpy.testing import assert_allclose, assert_array_equal
 
 from rftfit import api
 from rftfit.campaign.config import ForceLog, MotionLog
@@ -77,7 +78,7 @@ def test_one_file_for_both_has_one_clock(names, rftfit, tmp_path):
     path = tmp_path / "log.csv"
     cells = names.count(",")
     rows = "".join(f"{row / 10}" + f",{row % 2}" * cells + "\n" for row in range(20))
-    path.write_text(f"{names}\n{rows}", encoding="utf-8")
+    path.write_text(f"{names}\n{rows}", "utf-8")
     output = rftfit("inspect", path)
     assert block(output)["clock"] == {"method": "same_clock"}
     assert "estimate" not in output.out
@@ -110,7 +111,7 @@ def test_mixed_clocks_are_shown_clock_by_clock(rftfit, tmp_path):
         source = model.model_validate(config[key])
         log = source_reader(source, "rig", key).only(columns_asked(source)).load(path)
         times.append(map_columns(log, source, UNITS, key).columns["time"])
-    np.testing.assert_allclose(times[1] - times[0], 0.5)
+    assert_allclose(times[1] - times[0], 0.5)
 
 
 def test_channels_on_three_clocks(tmp_path):
@@ -149,9 +150,9 @@ def test_dialect_and_options_by_hand(rftfit, tmp_path):
 def test_text_that_no_dialect_knows(rftfit, tmp_path):
     path = tmp_path / "log"
     rows = "".join(f"{1.7e9 + n / 100:.2f};{n % 7},5;{n % 3},25\n" for n in range(30))
-    path.write_text(f"Prüfstand 3\n{rows}", encoding="cp1252")
+    path.write_text(f"Prüfstand 3\n{rows}", "cp1252")
     output = rftfit("inspect", path)
-    path.write_text(f"Prüfstand 3\n{rows.replace('.', ',')}", encoding="cp1252")
+    path.write_text(f"Prüfstand 3\n{rows.replace('.', ',')}", "cp1252")
     output = rftfit("inspect", path, "--plot", tmp_path / "log.png")
     for text in (
         "dialect: none recognises it; read as delimited text",
@@ -166,7 +167,7 @@ def test_text_that_no_dialect_knows(rftfit, tmp_path):
 
 def test_what_cannot_be_a_table(rftfit, tmp_path):
     path = tmp_path / "log"
-    path.write_text("Dear reader,\nthis is a letter.\n", encoding="utf-8")
+    path.write_text("Dear reader,\nthis is a letter.\n", "utf-8")
     output = rftfit("inspect", path, code=2)
     assert "It looks like: ASCII; it begins with\n  Dear reader," in output.err
     assert "No delimiter gives two rows of numbers" in output.err
@@ -259,7 +260,7 @@ wrench:
 
 def test_messages_that_nobody_recorded_as_a_table(rftfit, tmp_path):
     path = tmp_path / "log.txt"
-    path.write_text("".join(WRENCH.format(k) for k in range(9)), encoding="utf-8")
+    path.write_text("".join(WRENCH.format(k) for k in range(9)), "utf-8")
     output = rftfit("inspect", path, code=2)
     assert "rostopic echo -p TOPIC" in output.err
     assert "record with -p" in rftfit("inspect", path, "--dialect rostopic", code=2).err
@@ -306,8 +307,8 @@ def test_options_that_were_given_stand_in_the_lines_for_the_config(
     source = ForceLog.model_validate(block(output)["force_log"])
     log = api.read_log(path, options=options)
     config_log = source_reader(source, "rig", "force_log").load(path)
-    np.testing.assert_array_equal(config_log.columns["Fz"], np.arange(9.0))
-    np.testing.assert_array_equal(log.columns["Fz"], np.arange(9.0))
+    assert_array_equal(config_log.columns["Fz"], np.arange(9.0))
+    assert_array_equal(log.columns["Fz"], np.arange(9.0))
     assert ("time" in config_log.columns) == ("rate_Hz" in options)
 
 

@@ -25,7 +25,7 @@ ROWS = [f"{n / 50:.2f},{0.5 * n},{10 - 0.25 * n}" for n in range(60)]
 
 
 def table(path, header, rows=ROWS):
-    path.write_text("\n".join([header, *rows, ""]), encoding="utf-8")
+    path.write_text("\n".join([header, *rows, ""]), "utf-8")
     return path
 
 

@@ -75,7 +75,7 @@ def test_crash(rftfit, monkeypatch, tmp_path):
     assert path.name.startswith(CRASH_FILE)
     if os.name == "posix":
         assert path.stat().st_mode & 0o077 == path.parent.stat().st_mode & 0o077 == 0
-    report = path.read_text(encoding="utf-8")
+    report = path.read_text("utf-8")
     for text in (
         "Traceback (most recent call last)",
         "command: rftfit check --strict",

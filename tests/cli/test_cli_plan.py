@@ -20,7 +20,7 @@ PUSHES = """beta_deg,gamma_deg,alpha_z_N_per_cm3,alpha_x_N_per_cm3,se_z
 @pytest.fixture(autouse=True)
 def work_folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "pushes.csv").write_text(PUSHES, encoding="utf-8")
+    (tmp_path / "pushes.csv").write_text(PUSHES, "utf-8")
     return tmp_path
 
 
@@ -47,7 +47,7 @@ def test_scale_writes_the_map_of_its_pushes(rftfit, work_folder):
 
 def test_scale_warns_of_a_medium_that_does_not_belong(rftfit, work_folder):
     wrong = PUSHES.replace("0.30,0.10", "0.30,0.60").replace("0.08,0.17", "0.08,0.70")
-    (work_folder / "wrong.csv").write_text(wrong, encoding="utf-8")
+    (work_folder / "wrong.csv").write_text(wrong, "utf-8")
     output = rftfit("scale --pushes wrong.csv --json")
     assert "does not belong" in output.err
     content = json.loads(output.out)
@@ -70,8 +70,8 @@ def test_scale_warns_of_a_medium_that_does_not_belong(rftfit, work_folder):
 )
 def test_scale_refuses(rftfit, work_folder, words, message):
     head = PUSHES.splitlines()[0]
-    (work_folder / "bad.csv").write_text(f"{head}\n0,190,0.3,0,\n30,45,zz,0.1,\n", encoding="utf-8")
-    (work_folder / "up.csv").write_text(f"{head}\n0,90,-0.3,0,\n", encoding="utf-8")
+    (work_folder / "bad.csv").write_text(f"{head}\n0,190,0.3,0,\n30,45,zz,0.1,\n", "utf-8")
+    (work_folder / "up.csv").write_text(f"{head}\n0,90,-0.3,0,\n", "utf-8")
     assert message in rftfit("scale", words, code=2).err
 
 

@@ -9,6 +9,7 @@ import shutil
 import numpy as np
 import pytest
 from light_campaign import LABORATORY, SE, alpha_frame, make_campaign
+from numpy.testing import assert_allclose, assert_array_equal
 from result_tables import read_result
 from turning import sweep, sweep_draws
 
@@ -39,7 +40,7 @@ def check(columns, forces):
     for name in QUANTITIES:
         value = getattr(forces, name)
         assert np.abs(value).max() > 0
-        np.testing.assert_allclose(columns[name], value, rtol=1e-9, atol=1e-9)
+        assert_allclose(columns[name], value, rtol=1e-9, atol=1e-9)
 
 
 def published(medium):
@@ -170,11 +171,11 @@ def test_intervals_are_those_of_the_draws(rftfit, work_folder, results):
     )
     for name in ("force_z", "force_x"):
         lo, hi = interval(getattr(drawn_forces, f"{name}_N"), 0.95)
-        np.testing.assert_allclose(columns[f"{name}_lo_N"], lo, atol=1e-7)
-        np.testing.assert_allclose(columns[f"{name}_hi_N"], hi, atol=1e-7)
+        assert_allclose(columns[f"{name}_lo_N"], lo, atol=1e-7)
+        assert_allclose(columns[f"{name}_hi_N"], hi, atol=1e-7)
         assert (hi - lo).max() > 0.01
     lo, hi = interval(drawn_forces.moment_N_cm, 0.95)
-    np.testing.assert_allclose(columns["moment_lo_N_cm"], lo, rtol=1e-7, atol=1e-7)
+    assert_allclose(columns["moment_lo_N_cm"], lo, rtol=1e-7, atol=1e-7)
     assert "lo, hi: 95 % interval" in output.out
 
 
@@ -388,7 +389,7 @@ def test_one_missing_cell(rftfit, work_folder):
     unknown = np.isnan(columns["force_z_N"])
     assert unknown.tolist() == [False, False, False, True, False, False, False]
     for name in ("force_x_N", "moment_N_cm", "force_z_lo_N", "force_z_hi_N"):
-        np.testing.assert_array_equal(np.isnan(columns[name]), unknown)
+        assert_array_equal(np.isnan(columns[name]), unknown)
     assert columns["force_z_N"][1] == pytest.approx(
         2 * 6 * reference.alpha_grid("poppy_LP")[0][3, -1]
     )

@@ -54,7 +54,7 @@ def test_faults(rftfit, campaign):
     assert "fault empty: yuma_c_leg: " in output.out
     raw = campaign / "raw" / "paper"
     assert (raw / "yuma/yuma_c_leg_force.csv").read_bytes() == b""
-    assert "faults: empty:yuma_c_leg, missing_log" in (raw / MARKER).read_text(encoding="utf-8")
+    assert "faults: empty:yuma_c_leg, missing_log" in (raw / MARKER).read_text("utf-8")
     # files with a fault are of the re-enactment too
     rftfit(QUICK)
     assert (raw / "yuma/yuma_c_leg_force.csv").stat().st_size > 1000
@@ -126,8 +126,8 @@ def test_links_lead_nowhere(rftfit, campaign):
 
 def test_a_sheet_of_somebody_else(rftfit, campaign):
     config = campaign / "config" / "config.yaml"
-    text = config.read_text(encoding="utf-8").replace("raw/paper", "raw/new")
-    config.write_text(text.replace("raw/new/runs.csv", "config/runs.csv"), encoding="utf-8")
+    text = config.read_text("utf-8").replace("raw/paper", "raw/new")
+    config.write_text(text.replace("raw/new/runs.csv", "config/runs.csv"), "utf-8")
     sheet = campaign / "config" / "runs.csv"
     sheet.write_text("run_id,kind\np1,plate\n")
     refused(rftfit, campaign, "../../config/runs.csv is not from rftfit reenact")
@@ -175,7 +175,7 @@ def test_stopped_half_way(rftfit, campaign, monkeypatch):
 )
 def test_configs_that_cannot_be_used(rftfit, campaign, key, value, text):
     config = campaign / "config" / "config.yaml"
-    config.write_text(config.read_text(encoding="utf-8").replace(key, value), encoding="utf-8")
+    config.write_text(config.read_text("utf-8").replace(key, value), "utf-8")
     files_before = contents(campaign)
     assert text in rftfit("reenact", code=2).err
     assert contents(campaign) == files_before

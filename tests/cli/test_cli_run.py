@@ -52,7 +52,7 @@ rule all:
 
 @pytest.fixture
 def fake(campaign):
-    (campaign / "fake.smk").write_text(WORKFLOW, encoding="utf-8")
+    (campaign / "fake.smk").write_text(WORKFLOW, "utf-8")
     return "run --snakefile fake.smk"
 
 
@@ -115,8 +115,8 @@ def test_failures_before_any_job(rftfit, campaign, fake):
 
 def test_a_bad_sheet_runs_nothing(rftfit, campaign, fake):
     sheet = campaign / "raw/paper/runs.csv"
-    text = sheet.read_text(encoding="utf-8")
-    sheet.write_text(text.replace(",yuma,plate,", ",yumma,plate,"), encoding="utf-8")
+    text = sheet.read_text("utf-8")
+    sheet.write_text(text.replace(",yuma,plate,", ",yumma,plate,"), "utf-8")
     output = rftfit(fake, code=2)
     assert "2 errors:" in output.err
     assert "rows 5, 6" in output.err

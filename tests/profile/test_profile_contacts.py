@@ -7,6 +7,7 @@ wrong on a body is learned and removed.
 import numpy as np
 import pandas as pd
 import pytest
+from numpy.testing import assert_allclose
 
 import rftfit
 from rftfit.model.body_lessons import LEAST_PER_MEDIUM, learn_body_error
@@ -40,10 +41,10 @@ def test_weights_times_alpha_are_the_forces_of_the_program_in_the_plane_and_in_s
     alpha = np.concatenate(SAND.alpha(nodes.beta, nodes.gamma))
     forces = rftfit.predict(table, LEG, MOTION)
     contact = turned()
-    np.testing.assert_allclose(
+    assert_allclose(
         contact.weights(nodes.beta, nodes.gamma)[0] @ alpha, forces["force_z_N"], atol=1e-9
     )
-    np.testing.assert_allclose(
+    assert_allclose(
         contact.weights(nodes.beta, nodes.gamma)[1] @ alpha, forces["force_x_N"], atol=1e-9
     )
     plate = rftfit.Mesh.extrude(rftfit.polyline([(-1, 0), (1, 0.5)], 2, elements=1))
@@ -51,7 +52,7 @@ def test_weights_times_alpha_are_the_forces_of_the_program_in_the_plane_and_in_s
     forces = rftfit.predict(table, plate, motion, model_error=0)
     pressed = Contact(plate, motion, forces, errors=0.1)
     for row, name in enumerate(pressed.components):
-        np.testing.assert_allclose(
+        assert_allclose(
             pressed.weights(nodes.beta, nodes.gamma)[row] @ alpha,
             forces[name],
             atol=1e-9,

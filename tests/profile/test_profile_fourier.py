@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose, assert_array_equal
 from paper_grid import BETA, GAMMA, by_hand
 
 from rftfit import reference
@@ -42,7 +43,7 @@ def test_golden_values_all_over_the_plane():
     for beta_deg in range(-90, 91, 15):
         for gamma_deg in range(-180, 181, 15):
             alpha = fourier.evaluate(GENERIC, math.radians(beta_deg), math.radians(gamma_deg))
-            np.testing.assert_allclose(alpha, plain(GENERIC, beta_deg, gamma_deg), atol=1e-12)
+            assert_allclose(alpha, plain(GENERIC, beta_deg, gamma_deg), atol=1e-12)
 
 
 def test_every_term_obeys_the_symmetry():
@@ -51,9 +52,9 @@ def test_every_term_obeys_the_symmetry():
     basis = fourier.basis(beta, gamma)
     seen_from_behind = fourier.basis(*mirror(beta, gamma))
     for component, sign in enumerate((1, -1)):
-        np.testing.assert_allclose(seen_from_behind[component], sign * basis[component], atol=1e-12)
+        assert_allclose(seen_from_behind[component], sign * basis[component], atol=1e-12)
     turned = np.concatenate(fourier.basis(beta + np.pi, gamma))
-    np.testing.assert_allclose(turned, np.concatenate(basis), atol=1e-12)
+    assert_allclose(turned, np.concatenate(basis), atol=1e-12)
     assert (np.ptp(np.concatenate(basis)[1:], axis=1) > 0.5).all()
 
 
@@ -73,7 +74,7 @@ def test_completion_agrees_with_the_mirror_cell_by_cell():
         whole.beta, whole.gamma, *whole.complete(alpha_z, alpha_x), strict=True
     ):
         values = told[round(1000 * math.degrees(beta)), round(1000 * math.degrees(gamma))]
-        np.testing.assert_allclose(completed, np.mean(values, axis=0), atol=1e-15)
+        assert_allclose(completed, np.mean(values, axis=0), atol=1e-15)
 
 
 def test_a_missing_cell_is_told_by_its_image():
@@ -137,13 +138,13 @@ def test_lines_of_a_grid():
     assert grid is not None
     lines = np.degrees(grid.beta)
     # and the mirror images of all but the first and the last
-    np.testing.assert_allclose(lines, [-90, -31, -30, 0, 30, 31], atol=1e-9)
-    np.testing.assert_allclose(np.degrees(grid.gamma), [-120, -60, 60, 120], atol=1e-9)
+    assert_allclose(lines, [-90, -31, -30, 0, 30, 31], atol=1e-9)
+    assert_allclose(np.degrees(grid.gamma), [-120, -60, 60, 120], atol=1e-9)
     # beyond a quarter of a degree a line is where it is
     beta[beta == 0.2] = 0.3
     grid = symmetry.rectangle(*np.radians([beta, gamma]))
     assert grid is not None
-    np.testing.assert_allclose(np.degrees(grid.beta), [-90, -31, -30, -0.3, 0.3, 30, 31], atol=1e-9)
+    assert_allclose(np.degrees(grid.beta), [-90, -31, -30, -0.3, 0.3, 30, 31], atol=1e-9)
 
 
 def test_half_of_the_crossings_make_a_grid():
@@ -168,9 +169,9 @@ def test_ends_and_wide_gaps_of_a_grid():
     assert grid is not None
     values = grid.torus.complete(*fourier.evaluate(GENERIC, beta, gamma))[0]
     rows, columns, closed = grid.closed(values)
-    np.testing.assert_allclose(np.degrees(rows), [-90, -60, 0, 60, 90])
-    np.testing.assert_allclose(closed[0], (closed[1] + closed[3]) / 2)
-    np.testing.assert_array_equal(closed[0], closed[-1])
+    assert_allclose(np.degrees(rows), [-90, -60, 0, 60, 90])
+    assert_allclose(closed[0], (closed[1] + closed[3]) / 2)
+    assert_array_equal(closed[0], closed[-1])
     # between -45 and 45 degrees of gamma nothing was measured
     assert np.degrees(columns).round(6).tolist() == [-180, -135, -90, -45, 0, 45, 90, 135, 180]
     assert np.isnan(closed[:, 4]).all()
@@ -184,7 +185,7 @@ def test_lsq_of_many_tables_at_once_and_of_some_terms():
     tables = [fourier.evaluate(row, BETA, GAMMA) for row in expected]
     alpha_z, alpha_x = (np.stack(component) for component in zip(*tables, strict=True))
     fitted = fourier.fit_lsq(BETA, GAMMA, alpha_z, alpha_x, keep)
-    np.testing.assert_allclose(fitted, expected, atol=1e-12)
+    assert_allclose(fitted, expected, atol=1e-12)
     assert (fitted[:, ~keep] == 0).all()
 
 
@@ -211,7 +212,7 @@ def test_lsq_is_plain_least_squares_over_the_measured_directions(case, medium):
     if gamma is not GAMMA:
         alpha = random.normal(fourier.evaluate(GENERIC, beta, gamma), 0.1)
     fitted = fourier.fit_lsq(beta, gamma, *alpha)
-    np.testing.assert_allclose(fitted, by_hand(beta, gamma, *alpha), rtol=1e-9, atol=1e-12)
+    assert_allclose(fitted, by_hand(beta, gamma, *alpha), rtol=1e-9, atol=1e-12)
 
 
 def test_dft_index_is_the_fast_fourier_transform_of_the_extended_table():
@@ -226,7 +227,7 @@ def test_dft_index_is_the_fast_fourier_transform_of_the_extended_table():
                     -2 * z[-1, 1].imag, 2 * x[1, 1].real, 2 * x[0, 1].real, 2 * x[-1, 1].real,
                     -2 * x[1, 0].imag]  # fmt: skip
         fitted = fourier.fit_dft_index(BETA, GAMMA, *cells(medium))
-        np.testing.assert_allclose(fitted, expected, atol=1e-12)
+        assert_allclose(fitted, expected, atol=1e-12)
 
 
 @pytest.mark.parametrize("bad", ["row", "line", "scattered", "coarse"])
@@ -282,7 +283,7 @@ def test_table_s3_to_the_printed_digit(medium, fit, chi, chi_lsq):
 
 def test_generic_is_table_s2s_and_its_own_penetration_is_one():
     m0 = generic(np.stack([as_printed(medium) for medium in reference.MEDIA]))
-    np.testing.assert_allclose(m0, fourier.as_array(GENERIC), atol=0.003)
+    assert_allclose(m0, fourier.as_array(GENERIC), atol=0.003)
     assert float(vertical_penetration(m0)) == pytest.approx(1, abs=1e-12)
     alpha_z, alpha_x = fourier.evaluate(m0, 0.0, np.pi / 2)
     assert float(alpha_z) == pytest.approx(1, abs=1e-12)
@@ -291,9 +292,9 @@ def test_generic_is_table_s2s_and_its_own_penetration_is_one():
 
 def test_generic_of_many_draws():
     stack = np.abs(M.reshape(4, 5, 9)) + 0.1
-    np.testing.assert_allclose(generic(stack)[2], generic(stack[2]))
+    assert_allclose(generic(stack)[2], generic(stack[2]))
     scaled = generic(stack[0, :1])
-    np.testing.assert_allclose(scaled, stack[0, 0] / stack[0, 0, :5].sum())
+    assert_allclose(scaled, stack[0, 0] / stack[0, 0, :5].sum())
 
 
 def test_kept_terms():
@@ -320,7 +321,7 @@ def test_as_many_cells_as_terms_are_enough():
         GENERIC, BETA[measured_cells], GAMMA[measured_cells]
     )
     fitted = fourier.fit_lsq(BETA, GAMMA, *alpha)
-    np.testing.assert_allclose(fitted, fourier.as_array(GENERIC), atol=1e-9)
+    assert_allclose(fitted, fourier.as_array(GENERIC), atol=1e-9)
     alpha[:, 49] = np.nan
     with pytest.raises(ValueError, match=r"^4 .* 5 terms$"):
         fourier.fit_lsq(BETA, GAMMA, *alpha)

@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose
 
 import rftfit
 from rftfit.model import reference_kernel
@@ -52,7 +53,7 @@ def test_the_whole_plane_against_the_law_written_out(friction):
             expected = xi * np.array(by_hand(beta, gamma, friction))
             if abs(math.cos(beta)) + abs(math.cos(gamma)) < 1e-9:
                 expected[1] = 0  # upright and moving along itself: either side leads
-            np.testing.assert_allclose(alpha[:, row, column], expected, atol=1e-9)
+            assert_allclose(alpha[:, row, column], expected, atol=1e-9)
 
 
 @pytest.mark.parametrize("friction", [0.2, 0.4, 0.8])
@@ -61,7 +62,7 @@ def test_symmetry_and_energy(friction):
     beta, gamma = random.uniform(-np.pi, np.pi, (2, 2000))
     z, x = alpha_3drft(beta, gamma, friction)
     for image, sign in (((-beta, np.pi - gamma), -1), ((beta + np.pi, gamma), 1)):
-        np.testing.assert_allclose(alpha_3drft(*image, friction), (z, sign * x), atol=1e-12)
+        assert_allclose(alpha_3drft(*image, friction), (z, sign * x), atol=1e-12)
     assert (x * np.cos(gamma) + z * np.sin(gamma)).min() > 0
 
 
@@ -83,7 +84,7 @@ def test_it_goes_where_a_profile_goes(tmp_path):
     profile = rftfit.rft3d_profile(0.35, 0.4, step_deg=5)
     rftfit.write_profile(tmp_path / "sand.json", profile, name="sand")
     again = rftfit.read_profile(tmp_path / "sand.json")
-    np.testing.assert_allclose(again.alpha(*GRID), profile.alpha(*GRID), atol=1e-6)
+    assert_allclose(again.alpha(*GRID), profile.alpha(*GRID), atol=1e-6)
     run = rftfit.simulate(profile, 2.0)
     assert run.outcome == "steady"
     assert run.speed_cm_per_s > 10

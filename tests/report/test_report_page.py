@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
+from numpy.testing import assert_allclose, assert_array_equal
 from page_inputs import (
     HOLED,
     NASTY,
@@ -157,14 +158,14 @@ def test_summary_counts_runs_and_names_the_worst_flag(results, read):
 
 def test_numbers_of_the_live_parts(page, results):
     data = live(page)
-    np.testing.assert_array_equal(data["legs"]["c_leg"]["body"], model_leg("c_leg").body)
+    assert_array_equal(data["legs"]["c_leg"]["body"], model_leg("c_leg").body)
     measured = np.array(data["alpha"]["poppy_LP"]["z"], dtype=float)
-    np.testing.assert_allclose(measured, reference.alpha_grid("poppy_LP")[0], atol=1e-6)
+    assert_allclose(measured, reference.alpha_grid("poppy_LP")[0], atol=1e-6)
     curve = data["predicted"]["poppy_LP"]["flat_leg"]["fourier"]
     rows = results.table("predicted.csv").query("medium == 'poppy_LP' and leg == 'flat_leg'")
     rows = rows[rows["profile"] == "fourier"]
     # the ends of intervals have three digits
-    np.testing.assert_allclose(curve["force_z_hi_N"], rows["force_z_hi_N"], rtol=5e-3)
+    assert_allclose(curve["force_z_hi_N"], rows["force_z_hi_N"], rtol=5e-3)
     # the script calculates the forces itself, and knows the theta of a turn by 1 deg
     assert "force_z_N" not in curve
     assert curve["theta_deg"] == [*rows["theta_deg"]]
@@ -286,7 +287,7 @@ def test_methods_name_the_window_that_was_used(tmp_path):
     assert "0.5 cm to 3 cm" in text
     # marked as re-enacted: page and Methods say so
     results.campaign.raw.mkdir(exist_ok=True)
-    (results.campaign.raw / MARKER).write_text("made by rftfit reenact\n", encoding="utf-8")
+    (results.campaign.raw / MARKER).write_text("made by rftfit reenact\n", "utf-8")
     marked = Results(dataclasses.replace(results.campaign))
     assert "Simulated, not measured." in make_page(marked)
     assert untrue(marked) == []

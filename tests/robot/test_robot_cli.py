@@ -111,7 +111,7 @@ def test_a_robot_that_does_not_get_going(call, tmp_path):
         "legs:\n  max_length_cm: 4.1\n  width_cm: 1.0\n  hips:\n"
         "    - {x_cm: 0, z_cm: -1, phase_turns: 0}\n"
     )
-    robot.write_text(text, encoding="utf-8")
+    robot.write_text(text, "utf-8")
     code, out, err = call(*BASE, "--robot", "heavy.yaml", "--json")
     assert code == 0
     answer = json.loads(out)

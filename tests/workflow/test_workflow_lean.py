@@ -48,7 +48,7 @@ def run_twice(folder):
 
 def page_of(folder):
     """Text of the page on one line, and the numbers of its live parts."""
-    html = (folder.root / "results" / "report.html").read_text(encoding="utf-8")
+    html = (folder.root / "results" / "report.html").read_text("utf-8")
     match = re.search(r'<script type="application/json" id="data">(.*?)</script>', html, re.DOTALL)
     assert match
     return " ".join(html.split()), json.loads(match[1])
@@ -187,10 +187,10 @@ def test_a_grid_with_a_hole_is_not_usable_by_the_transform(plates, sand, tmp_pat
     sheet = root / "raw" / "paper" / "runs.csv"
     sheet.parent.mkdir(parents=True)
     rows = [
-        (folder.root / "raw" / "paper" / "runs.csv").read_text(encoding="utf-8").splitlines()
+        (folder.root / "raw" / "paper" / "runs.csv").read_text("utf-8").splitlines()
         for folder in (sand, plates)
     ]
-    sheet.write_text("\n".join(dict.fromkeys(rows[0] + rows[1])) + "\n", encoding="utf-8")
+    sheet.write_text("\n".join(dict.fromkeys(rows[0] + rows[1])) + "\n", "utf-8")
     values, values_of_plates = (
         yaml.safe_load((f.root / CONFIG).read_text()) for f in (sand, plates)
     )
