@@ -1,7 +1,5 @@
 """A config file is read as written, and every fault in it is named by its line and key."""
 
-from __future__ import annotations
-
 import re
 from typing import Any
 

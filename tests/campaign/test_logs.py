@@ -3,8 +3,6 @@
 Two runs may share a log only where they are different strokes of it (column `stroke`).
 """
 
-from __future__ import annotations
-
 import os
 import re
 

@@ -1,7 +1,5 @@
 """Rows of csv, tsv and xlsx tables are read in the units of the header; bad cells are named."""
 
-from __future__ import annotations
-
 import importlib
 from typing import Any
 

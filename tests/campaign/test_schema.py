@@ -3,8 +3,6 @@
 Models: `rftfit.campaign.config` and `rftfit.campaign.columns`; `rftfit init` writes the template.
 """
 
-from __future__ import annotations
-
 import json
 from typing import Any
 

@@ -1,7 +1,5 @@
 """A run sheet gives the same runs in every form of csv, and each bad cell is named."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest

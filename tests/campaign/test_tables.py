@@ -3,8 +3,6 @@
 Such a table stands in for the logs of a campaign.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from importlib import import_module

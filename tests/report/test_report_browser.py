@@ -4,8 +4,6 @@ One browser serves all tests. Those that ask for numbers share one page; those t
 open it anew.
 """
 
-from __future__ import annotations
-
 import json
 from functools import partial
 from typing import Any

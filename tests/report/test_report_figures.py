@@ -1,7 +1,5 @@
 """Figures draw the values of the tables, say what is missing, and always have the same bytes."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

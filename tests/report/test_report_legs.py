@@ -1,7 +1,5 @@
 """Figures of legs and natural sands draw the curves of the tables and say what is missing."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import cache
 from typing import Any

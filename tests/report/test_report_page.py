@@ -3,8 +3,6 @@
 No browser is used here.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import json
 import re

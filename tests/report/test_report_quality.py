@@ -3,8 +3,6 @@
 Also tested: the figure of runs beside their repeats.
 """
 
-from __future__ import annotations
-
 from collections.abc import Hashable
 
 import chain_tables as chain

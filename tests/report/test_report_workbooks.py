@@ -1,7 +1,5 @@
 """The xlsx workbooks of results hold the tables' numbers, no formula and always the same bytes."""
 
-from __future__ import annotations
-
 import io
 from itertools import takewhile
 

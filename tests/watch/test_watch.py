@@ -1,7 +1,5 @@
 """`rftfit watch` gives the tables of `rftfit run` for any order in which files come or change."""
 
-from __future__ import annotations
-
 import random
 import re
 

@@ -3,8 +3,6 @@
 Usual: those of `rftfit reenact` without `--live`.
 """
 
-from __future__ import annotations
-
 import json
 import shutil
 

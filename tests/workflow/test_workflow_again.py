@@ -1,7 +1,5 @@
 """A run writes and describes every promised file and repeats only what a change affects."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import os

@@ -3,8 +3,6 @@
 M0: the mean profile of all media; chi: measured over fitted alpha_z(0, 90 deg).
 """
 
-from __future__ import annotations
-
 import html
 import re
 

@@ -1,7 +1,5 @@
 """The profile for a Slurm cluster gives every rule of the workflow its resources and a group."""
 
-from __future__ import annotations
-
 import re
 
 import pytest

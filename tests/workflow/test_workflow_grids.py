@@ -1,7 +1,5 @@
 """Campaigns in other directions than the paper's give the true alpha through the whole workflow."""
 
-from __future__ import annotations
-
 import re
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Campaigns without a tare, or with a medium of which nothing is usable, run to their end."""
 
-from __future__ import annotations
-
 import csv
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """A campaign of one sand, of plates in one medium or with a hole in its grid says what it lacks."""
 
-from __future__ import annotations
-
 import json
 import re
 import shutil

@@ -3,8 +3,6 @@
 Also tested: each stage declares the sections of the config that it reads.
 """
 
-from __future__ import annotations
-
 import contextlib
 import os
 import shutil

@@ -1,7 +1,5 @@
 """A table of stress or alpha alone gives coefficients and a report page, as the logs would."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """The demonstration campaign gives back the paper's numbers and accounts for every log row."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from paper_grid import grid
