@@ -6,7 +6,6 @@ import importlib
 import inspect
 import json
 import re
-import shutil
 import subprocess
 import sys
 from typing import Any
@@ -228,17 +227,7 @@ def test_a_pose_without_a_number_says_why(results):
         assert list(forces["reason"].str.contains("no run")) == lost
 
 
-def test_problems_of_a_campaign(results, tmp_path):
-    root = tmp_path / "c"
-    shutil.copytree(results.root, root)
-    problems = rftfit.check(root)
-    assert {problem.severity for problem in problems} == {"warning"}
-    assert {(problem.place.row, problem.place.column) for problem in problems} >= {(2, "force_log")}
-    sheet = root / "config" / "runs.csv"
-    sheet.write_text(sheet.read_text().replace("poppy_LP,plate,poppy", "poppy_LP,plait,poppy"))
-    errors = [problem for problem in rftfit.check(root) if problem.severity == "error"]
-    (error,) = errors
-    assert (error.place.row, error.place.column, error.nearest) == (2, "kind", "plate")
+def test_a_folder_without_a_config_is_no_campaign(tmp_path):
     with pytest.raises(rftfit.RftfitError, match=r"no config/config\.yaml there"):
         rftfit.check(tmp_path)
 
