@@ -41,6 +41,12 @@ def rftfit(capfd):
 
 
 @pytest.fixture
+def refusal(rftfit):
+    """What is said by a command that ends because of wrong input."""
+    return lambda *parts: rftfit(*parts, code=2).err
+
+
+@pytest.fixture
 def work_folder(tmp_path, monkeypatch):
     """An empty folder, as the current one."""
     monkeypatch.chdir(tmp_path)

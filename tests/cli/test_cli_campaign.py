@@ -26,9 +26,9 @@ def test_init(rftfit, tmp_path):
     assert f'cd "{folder}"' in output.out
 
 
-def test_init_overwrites_nothing(rftfit, tmp_path):
+def test_init_overwrites_nothing(refusal, tmp_path):
     (tmp_path / "README.md").write_text("mine")
-    assert "README.md" in rftfit("init", tmp_path, code=2).err
+    assert "README.md" in refusal("init", tmp_path)
     assert (tmp_path / "README.md").read_text() == "mine"
     assert len(list(tmp_path.iterdir())) == 1
 

@@ -58,7 +58,7 @@ def labs(work_folder):
     return work_folder
 
 
-def test_media_of_the_current_campaign(rftfit, labs, monkeypatch):
+def test_media_of_the_current_campaign(rftfit, refusal, labs, monkeypatch):
     monkeypatch.chdir(labs / "one lab")
     text = rftfit("compare poppy_LP poppy_CP --figure c.svg").out
     assert text.startswith("poppy_CP is 1.")
@@ -70,8 +70,7 @@ def test_media_of_the_current_campaign(rftfit, labs, monkeypatch):
     # its own figure is written anew, another file is not
     rftfit("compare poppy_LP poppy_CP --figure c.svg")
     (labs / "one lab" / "mine.svg").write_text("<svg/>", "utf-8")
-    refused = rftfit("compare poppy_LP poppy_CP --figure mine.svg", code=2)
-    assert "left as it is" in refused.err
+    assert "left as it is" in refusal("compare poppy_LP poppy_CP --figure mine.svg")
 
 
 @pytest.mark.usefixtures("labs")
@@ -100,9 +99,9 @@ def test_words_that_mean_nothing(rftfit, labs, monkeypatch):
     assert "found 'sand'; allowed: poppy_LP (or FOLDER:MEDIUM" in refused("sand poppy_LP")
 
 
-def test_maps_where_no_direction_is_common(rftfit, labs):
+def test_maps_where_no_direction_is_common(rftfit, refusal, labs):
     make(labs / "third", MEDIA[:1], range(3, 70, 7))
     text = rftfit("compare other third --figure c.svg").out
     assert [line for line in text.splitlines() if line.startswith("Note: other and third ")]
     assert (labs / "c.svg").is_file()
-    assert "other@monday" in rftfit("compare other@monday third", code=2).err
+    assert "other@monday" in refusal("compare other@monday third")

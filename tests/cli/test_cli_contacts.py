@@ -86,8 +86,8 @@ def test_a_profile_file_has_the_map_of_a_leg():
     assert "1 contact" in read.name
 
 
-def test_options_of_a_body_need_a_file(rftfit):
-    assert "--contacts" in rftfit("scale --alpha 0.3 --leg c_leg", code=2).err
+def test_options_of_a_body_need_a_file(refusal):
+    assert "--contacts" in refusal("scale --alpha 0.3 --leg c_leg")
 
 
 def test_a_path_and_a_mesh_are_read_too(work_folder):

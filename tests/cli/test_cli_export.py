@@ -85,20 +85,20 @@ def test_scale_and_plan_go_on_from_the_pushes_behind_a_profile(rftfit, work_fold
     )
 
 
-def test_pushes_of_a_profile_that_do_not_belong_together(rftfit, work_folder):
+def test_pushes_of_a_profile_that_do_not_belong_together(rftfit, refusal, work_folder):
     (work_folder / "field.csv").write_text(PUSHES, "utf-8")
     rftfit("export --pushes field.csv --output p.json")
     profile = content(work_folder / "p.json")
     profile["pushes"]["se_x"].pop()
     (work_folder / "p.json").write_text(json.dumps(profile), "utf-8")
-    output = rftfit("scale --profile-file p.json", code=2)
-    assert "pushes.se_x" in output.err
-    assert "2 entries, as beta_deg has" in output.err
-    output = rftfit("scale --profile-file p.json --alpha 0.3", code=2)
-    assert {"--alpha", "--pushes"} <= set(output.err.split())
+    err = refusal("scale --profile-file p.json")
+    assert "pushes.se_x" in err
+    assert "2 entries, as beta_deg has" in err
+    err = refusal("scale --profile-file p.json --alpha 0.3")
+    assert {"--alpha", "--pushes"} <= set(err.split())
 
 
-def test_media_of_a_campaign(rftfit, work_folder, results):
+def test_media_of_a_campaign(rftfit, refusal, work_folder, results):
     rftfit("export --results", results, "--medium poppy_LP")
     profile = content(work_folder / "profile.json")
     alpha = results / "alpha" / "poppy_LP.csv"
@@ -111,8 +111,9 @@ def test_media_of_a_campaign(rftfit, work_folder, results):
     rftfit("export --results", results, "--medium sand --output s.json")
     sand = content(work_folder / "s.json")
     assert (sand["origin"]["kind"], sand["origin"]["pushes"]) == ("map", 1)
-    output = rftfit("export --results", results, "--medium sand --profile table", code=2)
-    assert "too few directions" in output.err
+    assert "too few directions" in refusal(
+        "export --results", results, "--medium sand --profile table"
+    )
 
 
 def test_marks_are_handed_on(rftfit, work_folder, results):
@@ -205,9 +206,9 @@ def test_the_robot_walks_on_it(rftfit):
         ("--medium poppy_LP --title \x1b[2J", "title: text without control characters"),
     ],
 )
-def test_words_that_do_not_go_together(words, message, rftfit, work_folder):
+def test_words_that_do_not_go_together(words, message, refusal, work_folder):
     (work_folder / "p.csv").write_text(PUSHES, "utf-8")
-    assert message in rftfit("export", words, code=2).err
+    assert message in refusal("export", words)
     assert (work_folder / "p.csv").read_text() == PUSHES
     assert not (work_folder / "profile.json").exists()
 
@@ -223,19 +224,21 @@ def test_words_that_do_not_go_together(words, message, rftfit, work_folder):
     ],
 )
 @pytest.mark.parametrize("command", ["predict --leg c_leg", "simulate --frequency 2 --curvature 1"])
-def test_one_medium_only(command, words, message, rftfit):
-    assert message in rftfit(command, "--profile-file profile.json", words, code=2).err
+def test_one_medium_only(command, words, message, refusal):
+    assert message in refusal(command, "--profile-file profile.json", words)
 
 
-def test_a_damaged_file_is_refused_by_every_reader(rftfit, work_folder):
+def test_a_damaged_file_is_refused_by_every_reader(rftfit, refusal, work_folder):
     rftfit("export --medium poppy_LP")
     profile = content(work_folder / "profile.json")
     profile["golden"]["alpha_x_N_per_cm3"] *= -1
     (work_folder / "profile.json").write_text(json.dumps(profile), "utf-8")
     for command in ("predict --leg c_leg", "simulate --frequency 2 --curvature 1"):
-        output = rftfit(command, "--profile-file profile.json", code=2)
-        assert "the golden value alpha_x_N_per_cm3" in output.err
+        assert "the golden value alpha_x_N_per_cm3" in refusal(
+            command, "--profile-file profile.json"
+        )
     # the forces never overwrite the file that is read
     rftfit("export --medium poppy_LP --output q.json")
-    output = rftfit("predict --leg c_leg --profile-file q.json --output q.json --force", code=2)
-    assert "this file is read" in output.err
+    assert "this file is read" in refusal(
+        "predict --leg c_leg --profile-file q.json --output q.json --force"
+    )

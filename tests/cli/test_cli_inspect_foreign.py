@@ -137,14 +137,14 @@ def test_channels_on_three_clocks(tmp_path):
     assert set(together(surveys).quantities) == {"time", "F1", "F3", "x", "z", "angle"}
 
 
-def test_dialect_and_options_by_hand(rftfit, tmp_path):
+def test_dialect_and_options_by_hand(rftfit, refusal, tmp_path):
     path = tmp_path / "log"
     path.write_bytes(netft(40).content.replace(b"Rate: 125", b"Rate: 0"))
-    assert "found RDT Sample Rate: 0" in rftfit("inspect", path, code=2).err
+    assert "found RDT Sample Rate: 0" in refusal("inspect", path)
     output = rftfit("inspect", path, "--dialect ati-netft --option rate_Hz=100")
     assert "rate: 100 rows/s" in output.out
-    assert "did you mean 'ati-netft'" in rftfit("inspect", path, "--dialect ati-netf", code=2).err
-    assert "allowed: KEY=VALUE" in rftfit("inspect", path, "--option rate", code=2).err
+    assert "did you mean 'ati-netft'" in refusal("inspect", path, "--dialect ati-netf")
+    assert "allowed: KEY=VALUE" in refusal("inspect", path, "--option rate")
 
 
 def test_text_that_no_dialect_knows(rftfit, tmp_path):
@@ -165,14 +165,14 @@ def test_text_that_no_dialect_knows(rftfit, tmp_path):
         assert text in output.out
 
 
-def test_what_cannot_be_a_table(rftfit, tmp_path):
+def test_what_cannot_be_a_table(refusal, tmp_path):
     path = tmp_path / "log"
     path.write_text("Dear reader,\nthis is a letter.\n", "utf-8")
-    output = rftfit("inspect", path, code=2)
-    assert "It looks like: ASCII; it begins with\n  Dear reader," in output.err
-    assert "No delimiter gives two rows of numbers" in output.err
+    err = refusal("inspect", path)
+    assert "It looks like: ASCII; it begins with\n  Dear reader," in err
+    assert "No delimiter gives two rows of numbers" in err
     path.write_bytes(bytes(range(256)))
-    assert "It looks like: binary" in rftfit("inspect", path, code=2).err
+    assert "It looks like: binary" in refusal("inspect", path)
 
 
 def test_a_survey_in_blocks_is_that_of_the_whole(tmp_path, monkeypatch):
@@ -258,12 +258,11 @@ wrench:
 """
 
 
-def test_messages_that_nobody_recorded_as_a_table(rftfit, tmp_path):
+def test_messages_that_nobody_recorded_as_a_table(refusal, tmp_path):
     path = tmp_path / "log.txt"
     path.write_text("".join(WRENCH.format(k) for k in range(9)), "utf-8")
-    output = rftfit("inspect", path, code=2)
-    assert "rostopic echo -p TOPIC" in output.err
-    assert "record with -p" in rftfit("inspect", path, "--dialect rostopic", code=2).err
+    assert "rostopic echo -p TOPIC" in refusal("inspect", path)
+    assert "record with -p" in refusal("inspect", path, "--dialect rostopic")
 
 
 def test_a_channel_that_was_never_connected(rftfit, tmp_path):

@@ -134,10 +134,10 @@ def test_a_crash_that_can_be_written_nowhere(monkeypatch, tmp_path):
         ("export --medium poppy_LP", "profile.json"),
     ],
 )
-def test_files_of_others_are_left(rftfit, work_folder, words, file):
+def test_files_of_others_are_left(rftfit, refusal, work_folder, words, file):
     output_path = work_folder / file
     output_path.write_text("mine")
-    assert "was not written by rftfit" in rftfit(words, code=2).err
+    assert "was not written by rftfit" in refusal(words)
     assert output_path.read_text() == "mine"
     rftfit(words, "--force")
     written_bytes = output_path.read_bytes()

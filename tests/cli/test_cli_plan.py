@@ -68,11 +68,11 @@ def test_scale_warns_of_a_medium_that_does_not_belong(rftfit, work_folder):
         ("--pushes pushes.csv --output pushes.csv", "this file is read"),
     ],
 )
-def test_scale_refuses(rftfit, work_folder, words, message):
+def test_scale_refuses(refusal, work_folder, words, message):
     head = PUSHES.splitlines()[0]
     (work_folder / "bad.csv").write_text(f"{head}\n0,190,0.3,0,\n30,45,zz,0.1,\n", "utf-8")
     (work_folder / "up.csv").write_text(f"{head}\n0,90,-0.3,0,\n", "utf-8")
-    assert message in rftfit("scale", words, code=2).err
+    assert message in refusal("scale", words)
 
 
 def test_plan_prints_what_the_library_plans(rftfit, work_folder):
@@ -130,5 +130,5 @@ def test_a_plan_goes_on_from_a_campaign(rftfit, work_folder):
         ("--figure plan.doc", "ends in .png, .pdf or .svg"),
     ],
 )
-def test_plan_refuses(rftfit, words, message):
-    assert message in rftfit("plan", words, code=2).err
+def test_plan_refuses(refusal, words, message):
+    assert message in refusal("plan", words)

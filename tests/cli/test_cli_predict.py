@@ -65,7 +65,7 @@ def test_equals_the_sweep(rftfit, work_folder, kind, leg):
     check(columns, sweep(published("glass0.3mm_CP")[kind], model_leg(leg)))
 
 
-def test_peaks(rftfit, work_folder):
+def test_peaks(rftfit, refusal, work_folder):
     words = "predict --leg c_leg --medium poppy_LP --hip 1.5"
     forces = sweep(TableProfile.published("poppy_LP"), model_leg("c_leg"), None, 1.5)
     result = json.loads(rftfit(words, "--json").out)
@@ -81,7 +81,7 @@ def test_peaks(rftfit, work_folder):
     bare = json.loads(rftfit(words, "--json --model-error 0").out)
     assert (bare["model_error"], bare["peaks"]["lift"]["model_lo"]) == (0, None)
     assert list(read_forces(work_folder / "forces.csv")) == ["theta_deg", *QUANTITIES]
-    assert "--model-error: found -1" in rftfit(words, "--model-error -1", code=2).err
+    assert "--model-error: found -1" in refusal(words, "--model-error -1")
     assert peaks["suction"]["force_z_N"] == pytest.approx(forces.force_z_N.min(), abs=1e-9)
     assert peaks["thrust"]["theta_deg"] == THETA_DEG[forces.force_x_N.argmax()]
     assert peaks["moment_negative"]["moment_N_cm"] == pytest.approx(forces.moment_N_cm.min())
@@ -252,10 +252,10 @@ def test_a_sand_by_its_penetration_test(rftfit, work_folder, results):
         ("--leg c_leg --path none.csv --medium poppy_LP", "none.csv"),
     ],
 )
-def test_messages(rftfit, work_folder, words, text):
-    output = rftfit("predict", words, code=2)
+def test_messages(refusal, work_folder, words, text):
+    err = refusal("predict", words)
     # a usage error is drawn in a frame that breaks its lines
-    assert text in output.err or text in " ".join(output.err.replace("│", " ").split())
+    assert text in err or text in " ".join(err.replace("│", " ").split())
     assert list(work_folder.iterdir()) == []
 
 
@@ -276,17 +276,17 @@ def test_messages(rftfit, work_folder, words, text):
         ("--path", "t_s,x_cm,z_cm,angle_deg\n1,0,,0\n2,0,1,0\n", "row 2, column z_cm"),
     ],
 )
-def test_bad_files(rftfit, work_folder, option, content, text):
+def test_bad_files(refusal, work_folder, option, content, text):
     (work_folder / "points.csv").write_text(content)
     body = "--leg c_leg" if option == "--path" else "--width 2"
     words = "predict --medium poppy_LP", body, option, "points.csv"
-    assert text in rftfit(*words, code=2).err
+    assert text in refusal(*words)
     assert not (work_folder / "forces.csv").exists()
 
 
-def test_every_crossing_is_told(rftfit, work_folder):
+def test_every_crossing_is_told(refusal, work_folder):
     (work_folder / "points.csv").write_text("x_cm,z_cm\n0,0\n4,0\n4,1\n1,-1\n1,2\n2,2\n2,-2\n")
-    err = rftfit("predict --medium poppy_LP --width 2 --outline points.csv", code=2).err
+    err = refusal("predict --medium poppy_LP --width 2 --outline points.csv")
     assert all(f"row {row}" in err for row in (4, 5, 7))
 
 
@@ -341,22 +341,22 @@ def test_a_fit_that_is_missing(rftfit, work_folder):
 PATH = "t_s,x_cm,z_cm,angle_deg\n"
 
 
-def test_every_repeated_time_is_told(rftfit, work_folder):
+def test_every_repeated_time_is_told(refusal, work_folder):
     rows = "0,0,0,0\n1,0,-1,0\n1,0,-1,0\n2,0,-2,0\n2,0,-2,0\n1.5,0,-2,0\n"
     (work_folder / "path.csv").write_text(PATH + rows)
-    output = rftfit("predict --leg c_leg --medium poppy_LP --path path.csv", code=2)
+    err = refusal("predict --leg c_leg --medium poppy_LP --path path.csv")
     for row, earlier_time in ((4, "1 s of row 3"), (6, "2 s of row 5"), (7, "2 s of row 6")):
-        assert f"path.csv, row {row}, column t_s" in output.err
-        assert f" {earlier_time}" in output.err
+        assert f"path.csv, row {row}, column t_s" in err
+        assert f" {earlier_time}" in err
 
 
-def test_outline_path_and_medium_are_told_at_once(rftfit, work_folder):
+def test_outline_path_and_medium_are_told_at_once(refusal, work_folder):
     (work_folder / "points.csv").write_text("x_cm,z_cm\n1,2\n")
     (work_folder / "path.csv").write_text(PATH + "0,0,0,0\n0,0,-1,0\n")
     words = "predict --width 2 --outline points.csv --path path.csv --medium popy_LP"
-    output = rftfit(words, code=2)
+    err = refusal(words)
     for text in ("points.csv, row 2", "path.csv, row 3, column t_s", "popy_LP"):
-        assert text in output.err
+        assert text in err
     assert not (work_folder / "forces.csv").exists()
 
 
@@ -396,11 +396,11 @@ def test_one_missing_cell(rftfit, work_folder):
     assert "Profile: measured table" in rftfit(*words).out
 
 
-def test_what_is_read_is_never_overwritten(rftfit, work_folder):
+def test_what_is_read_is_never_overwritten(refusal, work_folder):
     path = work_folder / "path.csv"
     path.write_text(PATH + "0,0,0,0\n1,0,-1,0\n")
     words = "predict --leg c_leg --medium poppy_LP --path path.csv --output ./path.csv --force"
-    assert "this file is read" in rftfit(words, code=2).err
+    assert "this file is read" in refusal(words)
     assert path.read_text().startswith("t_s")
 
 

@@ -89,9 +89,9 @@ def test_a_misspelled_word_costs_nothing(rftfit, campaign, words):
     assert contents(campaign) == files_before
 
 
-def refused(rftfit, campaign, text):
+def refused(refusal, campaign, text):
     files_before = contents(campaign)
-    assert text in rftfit(QUICK, code=2).err
+    assert text in refusal(QUICK)
     assert contents(campaign) == files_before
 
 
@@ -107,30 +107,30 @@ def refused(rftfit, campaign, text):
         (MARKER, "nonsense\n", "this list has been changed"),
     ],
 )
-def test_files_that_the_reenactment_did_not_write(rftfit, campaign, file, added, words):
+def test_files_that_the_reenactment_did_not_write(refusal, campaign, file, added, words):
     path = campaign / "raw" / "paper" / file
     if added is None:
         path.unlink()
     else:
         with path.open("a", encoding="utf-8") as handle:
             handle.write(added)
-    refused(rftfit, campaign, words)
+    refused(refusal, campaign, words)
 
 
-def test_links_lead_nowhere(rftfit, campaign):
+def test_links_lead_nowhere(refusal, campaign):
     elsewhere = campaign / "elsewhere"
     (campaign / "raw/paper/yuma").rename(elsewhere)
     (campaign / "raw/paper/yuma").symlink_to(elsewhere)
-    refused(rftfit, campaign, "yuma is not as")
+    refused(refusal, campaign, "yuma is not as")
 
 
-def test_a_sheet_of_somebody_else(rftfit, campaign):
+def test_a_sheet_of_somebody_else(rftfit, refusal, campaign):
     config = campaign / "config" / "config.yaml"
     text = config.read_text("utf-8").replace("raw/paper", "raw/new")
     config.write_text(text.replace("raw/new/runs.csv", "config/runs.csv"), "utf-8")
     sheet = campaign / "config" / "runs.csv"
     sheet.write_text("run_id,kind\np1,plate\n")
-    refused(rftfit, campaign, "../../config/runs.csv is not from rftfit reenact")
+    refused(refusal, campaign, "../../config/runs.csv is not from rftfit reenact")
     # one without a run is nobody's work
     sheet.write_text("run_id,kind\n")
     rftfit(QUICK)
@@ -173,19 +173,19 @@ def test_stopped_half_way(rftfit, campaign, monkeypatch):
         ("published_as: ", "note: ", "no medium here names published measurements"),
     ],
 )
-def test_configs_that_cannot_be_used(rftfit, campaign, key, value, text):
+def test_configs_that_cannot_be_used(refusal, campaign, key, value, text):
     config = campaign / "config" / "config.yaml"
     config.write_text(config.read_text("utf-8").replace(key, value), "utf-8")
     files_before = contents(campaign)
-    assert text in rftfit("reenact", code=2).err
+    assert text in refusal("reenact")
     assert contents(campaign) == files_before
 
 
-def test_raw_that_is_a_file(rftfit, campaign):
+def test_raw_that_is_a_file(refusal, campaign):
     (campaign / "raw").rename(campaign / "old")
     (campaign / "raw").mkdir()
     (campaign / "raw" / "paper").write_text("")
-    refused(rftfit, campaign, "this is no folder")
+    refused(refusal, campaign, "this is no folder")
 
 
 def refuse(*_, **__):

@@ -113,22 +113,21 @@ def test_failures_before_any_job(rftfit, campaign, fake):
     assert "no such sand" in rftfit(fake, code=4).err
 
 
-def test_a_bad_sheet_runs_nothing(rftfit, campaign, fake):
+def test_a_bad_sheet_runs_nothing(refusal, campaign, fake):
     sheet = campaign / "raw/paper/runs.csv"
     text = sheet.read_text("utf-8")
     sheet.write_text(text.replace(",yuma,plate,", ",yumma,plate,"), "utf-8")
-    output = rftfit(fake, code=2)
-    assert "2 errors:" in output.err
-    assert "rows 5, 6" in output.err
-    assert output.err.count("did you mean 'yuma'?") == 1
+    err = refusal(fake)
+    assert "2 errors:" in err
+    assert "rows 5, 6" in err
+    assert err.count("did you mean 'yuma'?") == 1
     assert not (campaign / "results").exists()
     assert not (campaign / ".snakemake").exists()
 
 
 @pytest.mark.parametrize("word", ["--config", "-C", "--snakefile=x", "-d"])
-def test_words_that_rftfit_sets_itself(rftfit, campaign, fake, word):
-    output = rftfit(fake, "--", word, "a=b", code=2)
-    assert f"found {word} after the two dashes" in output.err
+def test_words_that_rftfit_sets_itself(refusal, campaign, fake, word):
+    assert f"found {word} after the two dashes" in refusal(fake, "--", word, "a=b")
     assert not (campaign / ".snakemake").exists()
 
 

@@ -180,8 +180,8 @@ def test_text(rftfit):
         ("--alpha 0.9 --results none", "no config/config.yaml there"),
     ],
 )
-def test_messages(rftfit, work_folder, words, text):
-    assert text in rftfit("scale", words, code=2).err
+def test_messages(refusal, work_folder, words, text):
+    assert text in refusal("scale", words)
     assert list(work_folder.iterdir()) == []
 
 
@@ -240,9 +240,10 @@ def test_damaged_results(rftfit, results):
     assert "poppy_LP.csv: there is no such table" in refusal()
 
 
-def test_one_medium_of_its_own_is_not_enough(rftfit, work_folder):
+def test_one_medium_of_its_own_is_not_enough(refusal, work_folder):
     alpha = {"a": reference.alpha_grid("poppy_LP"), "sand": one_cell(0.7)}
     folder = make_campaign(work_folder / "one", {"a": LABORATORY, "sand": SAND}, alpha)
-    output = rftfit("scale --profile generic --alpha 0.9 --results", folder, code=2)
-    assert "at least two laboratory media" in output.err
+    assert "at least two laboratory media" in refusal(
+        "scale --profile generic --alpha 0.9 --results", folder
+    )
     assert not (work_folder / "alpha.csv").exists()
