@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
+from result_tables import read_output
 
 from rftfit import reference
 from rftfit.measure.verdicts import COLUMNS, UNUSABLE
@@ -46,8 +47,8 @@ def test_a_published_medium_goes_round(rftfit, work_folder):
     leg = "predict --leg c_leg --output"
     rftfit(leg, "a.csv --profile-file profile.json")
     rftfit(leg, "b.csv --medium poppy_LP")
-    both = (pd.read_csv(f"{name}.csv", comment="#") for name in "ab")
-    np.testing.assert_allclose(*both, atol=1e-8)
+    of_file, of_medium = (read_output(f"{name}.csv") for name in "ab")
+    np.testing.assert_allclose(of_file, of_medium, atol=1e-8)
 
 
 HEAD = "beta_deg,gamma_deg,alpha_z_N_per_cm3,alpha_x_N_per_cm3,se_z,se_x\n"
@@ -70,8 +71,7 @@ def test_scale_and_plan_go_on_from_the_pushes_behind_a_profile(rftfit, work_fold
         rftfit("plan", words, "--count 2 --output", f"{name}_plan.csv")
     for pushes_name, profile_name in (("a", "b"), ("c", "d")):
         table, profile_table = (
-            pd.read_csv(work_folder / f"{name}.csv", comment="#")
-            for name in (pushes_name, profile_name)
+            read_output(work_folder / f"{name}.csv") for name in (pushes_name, profile_name)
         )
         numbers = table.select_dtypes("number").columns
         np.testing.assert_allclose(table[numbers], profile_table[numbers], atol=2e-6)
@@ -80,9 +80,7 @@ def test_scale_and_plan_go_on_from_the_pushes_behind_a_profile(rftfit, work_fold
             (work_folder / f"{name}_plan.csv").read_text() for name in (pushes_name, profile_name)
         ]
         assert plans[0] == plans[1]
-    assert not pd.read_csv(work_folder / "a.csv", comment="#").equals(
-        pd.read_csv(work_folder / "c.csv", comment="#")
-    )
+    assert not read_output(work_folder / "a.csv").equals(read_output(work_folder / "c.csv"))
 
 
 def test_pushes_of_a_profile_that_do_not_belong_together(rftfit, refusal, work_folder):
@@ -161,11 +159,11 @@ def test_one_push_is_the_same_by_alpha_and_by_a_table(rftfit, work_folder):
     assert of_alpha["errors"] == of_pushes["errors"]
     for alpha_file, pushes_file in (("a.csv", "b.csv"), ("a_scaled.csv", "b_scaled.csv")):
         table, second_table = (
-            pd.read_csv(work_folder / name, comment="#") for name in (alpha_file, pushes_file)
+            read_output(work_folder / name) for name in (alpha_file, pushes_file)
         )
         pd.testing.assert_frame_equal(table, second_table)
     rftfit("predict --leg reversed_c_leg --profile-file a.json --output c.csv")
-    table, second_table = (pd.read_csv(work_folder / f"{name}.csv", comment="#") for name in "ac")
+    table, second_table = (read_output(work_folder / f"{name}.csv") for name in "ac")
     off = (table - second_table).abs().max() / table.abs().max().clip(lower=1e-9)
     assert off.max() < 5e-6
 

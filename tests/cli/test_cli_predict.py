@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 from light_campaign import LABORATORY, SE, alpha_frame, make_campaign
 from numpy.testing import assert_allclose, assert_array_equal
-from result_tables import read_result
+from result_tables import read_output, read_result
 from turning import sweep, sweep_draws
 
 from rftfit import reference
@@ -28,10 +28,6 @@ QUANTITIES = ("force_z_N", "force_x_N", "moment_N_cm")
 
 
 pytestmark = pytest.mark.usefixtures("work_folder")
-
-
-def read_forces(path):
-    return pd.read_csv(path, comment="#")
 
 
 def check(columns, forces):
@@ -57,7 +53,7 @@ def published(medium):
 def test_equals_the_sweep(rftfit, work_folder, kind, leg):
     profile_words = () if kind == "table" else ("--profile", kind)
     assert rftfit("predict --leg", leg, "--medium glass0.3mm_CP", *profile_words).err == ""
-    columns = read_forces(work_folder / "forces.csv")
+    columns = read_output(work_folder / "forces.csv")
     # printed tables have no errors; the model has
     ends = [[name, *model_end_names(name), *next_end_names(name)] for name in QUANTITIES]
     assert list(columns) == ["theta_deg", *(name for names in ends for name in names)]
@@ -80,7 +76,7 @@ def test_peaks(rftfit, refusal, work_folder):
     assert 0 < peaks["lift"]["model_lo"] < forces.force_z_N[peak_index] < peaks["lift"]["model_hi"]
     bare = json.loads(rftfit(words, "--json --model-error 0").out)
     assert (bare["model_error"], bare["peaks"]["lift"]["model_lo"]) == (0, None)
-    assert list(read_forces(work_folder / "forces.csv")) == ["theta_deg", *QUANTITIES]
+    assert list(read_output(work_folder / "forces.csv")) == ["theta_deg", *QUANTITIES]
     assert "--model-error: found -1" in refusal(words, "--model-error -1")
     assert peaks["suction"]["force_z_N"] == pytest.approx(forces.force_z_N.min(), abs=1e-9)
     assert peaks["thrust"]["theta_deg"] == THETA_DEG[forces.force_x_N.argmax()]
@@ -104,7 +100,7 @@ def test_curvature_width_and_elements(rftfit, work_folder):
     rftfit("predict --medium poppy_CP --curvature -0.5 --width 1 --elements 12 --hip -1")
     outline = arc(-0.5, width_cm=1.0, elements=12)
     forces = sweep(TableProfile.published("poppy_CP"), outline, None, -1.0)
-    check(read_forces(work_folder / "forces.csv"), forces)
+    check(read_output(work_folder / "forces.csv"), forces)
 
 
 def test_outline_along_a_path(rftfit, work_folder):
@@ -116,7 +112,7 @@ def test_outline_along_a_path(rftfit, work_folder):
     output = rftfit(words, "--output dug.csv --json")
     assert output.err.startswith("warning: ")
     assert {"(0.28)", "4"} <= set(output.err.split())
-    columns = read_forces(work_folder / "dug.csv")
+    columns = read_output(work_folder / "dug.csv")
     assert columns["t_s"].tolist() == [0, 1, 2, 4]
     assert columns["angle_deg"].tolist() == pytest.approx([0, 10, 30, 40])
     poses = path([0, 1, 2, 4], [0, 0, -1, -6], [2, -1, -4, -4], [0, 10, 30, 40]).poses
@@ -130,7 +126,7 @@ def test_one_penetration_test(rftfit, work_folder):
     words = "--alpha 0.9 --se 0.05 --profile generic --json"
     scaled = json.loads(rftfit("scale", words).out)["coefficients_N_per_cm3"]
     result = json.loads(rftfit("predict --leg flat_leg", words).out)
-    columns = read_forces(work_folder / "forces.csv")
+    columns = read_output(work_folder / "forces.csv")
     coefficients = np.array([scaled[term]["value"] for term in TERMS])
     check(columns, sweep(FourierProfile(coefficients), model_leg("flat_leg")))
     for name in ("force_z", "force_x"):
@@ -143,8 +139,8 @@ def test_one_penetration_test(rftfit, work_folder):
     (work_folder / "plate.csv").write_text("x_cm,z_cm\n-1,0\n1,0\n")
     (work_folder / "down.csv").write_text("t_s,x_cm,z_cm,angle_deg\n0,0,-1,0\n1,0,-2,0\n")
     rftfit("predict --outline plate.csv --width 3 --path down.csv", words)
-    pushed = read_forces(work_folder / "forces.csv")
-    alpha = pd.read_csv(work_folder / "alpha.csv", comment="#")
+    pushed = read_output(work_folder / "forces.csv")
+    alpha = read_output(work_folder / "alpha.csv")
     cell = alpha.query("beta_deg == 0 and gamma_deg == 90").iloc[0]
     for end in ("", "_lo", "_hi"):
         alpha = cell[f"alpha_z{end}_N_per_cm3"]
@@ -158,7 +154,7 @@ def test_intervals_are_those_of_the_draws(rftfit, work_folder, results):
     output = rftfit("predict --leg c_leg --results", results, "--medium poppy_LP")
     assert output.err == ""
     table = read_result(results / "alpha" / "poppy_LP.csv")
-    columns = read_forces(work_folder / "forces.csv")
+    columns = read_output(work_folder / "forces.csv")
     check(columns, sweep(TableProfile.from_table(table), model_leg("c_leg")))
     drawn_forces = sweep_draws(
         TableProfile(*alpha_draws(table, 2000, 2013, 0.95), *directions(table)), model_leg("c_leg")
@@ -177,7 +173,7 @@ def test_intervals_are_those_of_the_draws(rftfit, work_folder, results):
 def test_other_profiles_of_a_campaign(rftfit, work_folder, results, kind):
     words = "predict --leg c_leg --medium poppy_CP --profile", kind, "--results", results
     assert rftfit(*words).err == ""
-    columns = read_forces(work_folder / "forces.csv")
+    columns = read_output(work_folder / "forces.csv")
     profile = open_results(results)["poppy_CP"].profile(kind, draws=False)
     check(columns, sweep(profile, model_leg("c_leg")))
     low, middle, high = (columns[f"force_z{end}_N"] for end in ("_lo", "", "_hi"))
@@ -192,7 +188,7 @@ def test_missing_cells_are_said(rftfit, work_folder, results):
     assert "--profile map needs one push in any direction only" in output.err
     assert "Not stated, as it may lie in one of the" in output.out
     assert "no force in these poses" in output.out
-    columns = read_forces(work_folder / "forces.csv")
+    columns = read_output(work_folder / "forces.csv")
     unknown = np.isnan(columns["force_z_N"])
     assert 0 < unknown.sum() < unknown.size
     assert f"no number in {unknown.sum()} of 271 poses" in output.err
@@ -209,9 +205,9 @@ def test_missing_cells_are_said(rftfit, work_folder, results):
 def test_a_sand_by_its_penetration_test(rftfit, work_folder, results):
     words = "predict --leg c_leg --profile generic --results", results
     assert rftfit(*words, "--medium sand").err == ""
-    columns = read_forces(work_folder / "forces.csv")
+    columns = read_output(work_folder / "forces.csv")
     rftfit(*words, "--alpha 0.7 --se", SE)
-    pd.testing.assert_frame_equal(columns, read_forces(work_folder / "forces.csv"))
+    pd.testing.assert_frame_equal(columns, read_output(work_folder / "forces.csv"))
     assert columns["force_z_hi_N"].max() > columns["force_z_N"].max() > 1
     table = results / "alpha" / "sand.csv"
     table_text = table.read_text()
@@ -293,7 +289,7 @@ def test_every_crossing_is_told(refusal, work_folder):
 def test_nothing_in_the_sand(rftfit, work_folder):
     output = rftfit("predict --leg c_leg --medium poppy_LP --hip 9")
     assert "above the surface" in output.err
-    assert (read_forces(work_folder / "forces.csv")["force_z_N"] == 0).all()
+    assert (read_output(work_folder / "forces.csv")["force_z_N"] == 0).all()
 
 
 def test_damaged_results(rftfit, results):
@@ -334,7 +330,7 @@ def test_a_fit_that_is_missing(rftfit, work_folder):
         output = rftfit(*words)
         for text in (output.err, json.loads(output.out)["reason"]):
             assert "measured directions" in text
-        assert math.isnan(read_forces(work_folder / "forces.csv")["force_z_N"][135])
+        assert math.isnan(read_output(work_folder / "forces.csv")["force_z_N"][135])
         assert "null" in output.out
 
 
@@ -375,7 +371,7 @@ def test_one_missing_cell(rftfit, work_folder):
     body = "predict --outline plate.csv --width 3 --path path.csv"
     words = body, "--medium poppy_LP --results", folder
     assert " (0, 45): " in rftfit(*words, "--profile table").err
-    columns = read_forces(work_folder / "forces.csv")
+    columns = read_output(work_folder / "forces.csv")
     # velocities are differences: at 2 s and 4 s the plate turns from one direction to the other,
     # and between 33.7 and 56.3 degrees every direction needs the cell
     unknown = np.isnan(columns["force_z_N"])
@@ -391,7 +387,7 @@ def test_one_missing_cell(rftfit, work_folder):
     # unasked: the table where every direction of the body was pushed, else the map
     output = rftfit(*words)
     assert output.out.count("Profile: map of poppy_LP") == 1
-    assert not np.isnan(read_forces(work_folder / "forces.csv")["force_z_N"]).any()
+    assert not np.isnan(read_output(work_folder / "forces.csv")["force_z_N"]).any()
     (work_folder / "path.csv").write_text(PATH + "0,0,-1,0\n1,0,-2,0\n2,0,-3,0\n")
     assert "Profile: measured table" in rftfit(*words).out
 

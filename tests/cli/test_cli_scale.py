@@ -5,11 +5,11 @@ import math
 from typing import Any
 
 import numpy as np
-import pandas as pd
 import pytest
 from light_campaign import LABORATORY, SAND, make_campaign, one_cell
 from paper_grid import BETA, by_hand, flat
 from paper_grid import GAMMA_OF_FILE as GAMMA
+from result_tables import read_output
 
 from rftfit import reference
 from rftfit.model.fourier import TERMS, evaluate
@@ -61,7 +61,7 @@ def test_numbers_by_hand(rftfit, work_folder):
         for term in TERMS
     )
 
-    table = pd.read_csv(work_folder / "alpha.csv", comment="#", index_col=["beta_deg", "gamma_deg"])
+    table = read_output(work_folder / "alpha.csv").set_index(["beta_deg", "gamma_deg"])
     assert len(table) == 7 * 13
     beta_deg, gamma_deg = table.index.levels
     assert beta_deg.tolist() == list(reference.BETA_DEG)
