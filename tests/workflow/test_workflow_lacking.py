@@ -16,8 +16,6 @@ pytestmark = pytest.mark.slow
 SAND_LOGS = Path(__file__).parents[3] / "shared" / "data" / "cmu-sand"
 ALPHA = ["alpha_z_N_per_cm3", "alpha_x_N_per_cm3"]
 
-Row = dict[str, str]
-
 
 def rewrite(folder, keep, **cells):
     """Keep some rows of the run sheet, with these cells changed, and return them."""
