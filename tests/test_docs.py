@@ -37,7 +37,7 @@ NOT_RUN = {
 
 @pytest.fixture(scope="module")
 def base() -> dict[str, Any]:
-    return yaml.safe_load((ROOT / "config" / "config.yaml").read_text(encoding="utf-8"))
+    return yaml.safe_load((ROOT / "config" / "config.yaml").read_text("utf-8"))
 
 
 def test_few_blocks_are_not_run_and_say_why():
@@ -55,7 +55,7 @@ def test_few_blocks_are_not_run_and_say_why():
     "block", [block for block in BLOCKS if fate(block) == "run by"], ids=lambda block: block.place
 )
 def test_what_another_test_runs_is_run_there(block):
-    text = (ROOT / block.marks["run by"]).read_text(encoding="utf-8")
+    text = (ROOT / block.marks["run by"]).read_text("utf-8")
     commands = commands_in(block)
     for command in commands:
         assert f'"{command}"' in text or f"import {command}\n" in text, f"{block.place}: {command}"
@@ -108,18 +108,16 @@ def test_every_page_has_a_picture_or_a_table():
     # the list of changes is text alone
     picture_or_table = re.compile(r"^\||!\[|^```\{(generated|notebook|include)", re.MULTILINE)
     bare = [
-        page
-        for page in pages()
-        if not picture_or_table.search((ROOT / page).read_text(encoding="utf-8"))
+        page for page in pages() if not picture_or_table.search((ROOT / page).read_text("utf-8"))
     ]
     assert bare == []
 
 
 def test_tests_that_a_page_names_are_there():
     files = [*(ROOT / "tests").rglob("*.py")]
-    code = "".join(path.read_text(encoding="utf-8") for path in files)
+    code = "".join(path.read_text("utf-8") for path in files)
     test_names = {*re.findall(r"def (test_\w+)", code), *(path.stem for path in files)}
-    text = "".join((ROOT / page).read_text(encoding="utf-8") for page in pages())
+    text = "".join((ROOT / page).read_text("utf-8") for page in pages())
     names_in_pages = {*re.findall(r"\btest_\w+", text)}
     assert names_in_pages
     assert names_in_pages <= test_names
@@ -139,7 +137,7 @@ def drawings(extension):
 
 def test_the_gallery_shows_every_figure(extension):
     gallery = extension("gallery")
-    text = (ROOT / "docs" / "gallery.md").read_text(encoding="utf-8")
+    text = (ROOT / "docs" / "gallery.md").read_text("utf-8")
     pictures = re.findall(r"(?m)^### `(.+)`\n\n!\[.*\]\((.+)\)", text)
     assert [name for name, _ in pictures] == [
         gallery.name_of(figure) for figure in gallery.declared()
@@ -242,7 +240,7 @@ def test_what_needs_the_network_and_links_that_lead_nowhere_are_seen(tmp_path, e
         ("bad.css", "@import url(https://far.example/x.css);", 2),
     ):
         far_pages.mkdir(exist_ok=True)
-        (far_pages / name).write_text(text, encoding="utf-8")
+        (far_pages / name).write_text(text, "utf-8")
         assert len(check.far_addresses(far_pages)) == count
     two = '<p id="there"><a href="#there">here</a><a href="one.html?x=1#top">1</a>'
     three = '<a href="one.html#gone">1</a><img alt="x" src="gone.png"><a href="#gone">here</a>'
@@ -252,5 +250,5 @@ def test_what_needs_the_network_and_links_that_lead_nowhere_are_seen(tmp_path, e
         ("three.html", three, 3),
     ):
         near_pages.mkdir(exist_ok=True)
-        (near_pages / name).write_text(text, encoding="utf-8")
+        (near_pages / name).write_text(text, "utf-8")
         assert len(check.dead_links(near_pages)) == count

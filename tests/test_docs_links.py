@@ -35,7 +35,7 @@ _DIRECTIVE = re.compile(
 
 def text_of(page):
     """Return a page as a plain viewer shows it, without the comments for the build of the site."""
-    return _SITE.sub("", (ROOT / page).read_text(encoding="utf-8"))
+    return _SITE.sub("", (ROOT / page).read_text("utf-8"))
 
 
 def without_code(text):
@@ -113,5 +113,5 @@ def test_a_link_that_leads_nowhere_is_seen(tracked):
 def test_the_readme_states_the_version_that_is_cited():
     text = text_of("README.md")
     assert set(re.findall(r"(?i)version (\d[\w.]*\d)", text)) == {rftfit.__version__}
-    cited = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    cited = (ROOT / "CITATION.cff").read_text("utf-8")
     assert f"\nversion: {rftfit.__version__}\n" in cited

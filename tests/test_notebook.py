@@ -17,7 +17,7 @@ def test_in_a_fresh_clone(tmp_path, monkeypatch, capsys):
     names: dict[str, Any] = {}
     figures = 0
     with mpl.rc_context():
-        for cell in json.loads(NOTEBOOK.read_text(encoding="utf-8"))["cells"]:
+        for cell in json.loads(NOTEBOOK.read_text("utf-8"))["cells"]:
             if cell["cell_type"] == "code":
                 assert cell["outputs"] == []
                 exec("".join(cell["source"]), names)  # noqa: S102

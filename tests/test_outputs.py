@@ -77,7 +77,7 @@ def test_every_stage_and_result_is_described(tmp_path, paper_config):
         "robot/runs.csv": trial,
         "robot/a1.csv": "t_s,x_cm,z_cm\n",
     }.items():
-        (raw / name).write_text(text, encoding="utf-8")
+        (raw / name).write_text(text, "utf-8")
     config = tmp_path / "config" / "config.yaml"
     full = [f"results/robot_full/{name}.csv" for name in ("speed", "optimum", "errors")]
     jobs = [*planned_jobs(config), *planned_jobs(config, full)]
@@ -95,7 +95,7 @@ def test_every_stage_and_result_is_described(tmp_path, paper_config):
 
 
 def test_columns_of_found_clocks_and_surface(tmp_path):
-    text = (ROOT / "config" / "config.yaml").read_text(encoding="utf-8")
+    text = (ROOT / "config" / "config.yaml").read_text("utf-8")
     values: dict[str, Any] = yaml.safe_load(text)
     values |= {"clock": {"method": "estimate"}, "surface": {"method": "find"}}
     del values["robot"]
@@ -119,7 +119,7 @@ def test_tables_of_commands(tmp_path, capsys, monkeypatch):
         "fly.csv": "t_s,x_cm,y_cm,z_cm,turn_x_deg,turn_y_deg,turn_z_deg\n0,0,0,0,0,0,0\n1,0,0,-3,9,0,0\n",
         "body.obj": "v 0 0 0\nv 2 0 0\nv 0 2 0\nv 0 0 2\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n",
     }.items():
-        Path(name).write_text(text, encoding="utf-8")
+        Path(name).write_text(text, "utf-8")
     for command, words, file_name in (
         ("scale", "--alpha 0.9", "a.csv"),
         ("predict", "--leg c_leg --alpha 0.9", "b.csv"),
@@ -151,7 +151,7 @@ def test_a_column_or_file_too_many_or_too_few_is_seen(small_made, tmp_path):
     table = small_made.table(f"fits/{MEDIUM}.csv")
     changed = table.drop(columns="alpha_x_dof").assign(alpha_y_N=1.0, n_points=0.5)
     write_csv(changed, results / "fits" / f"{MEDIUM}.csv")
-    (results / "new.csv").write_text("a\n1\n", encoding="utf-8")
+    (results / "new.csv").write_text("a\n1\n", "utf-8")
     problems = "\n".join(check_results(results))
     for words in (
         "alpha_x_dof is in the dictionary only",

@@ -24,18 +24,18 @@ def relative(path):
 
 
 def parse(path):
-    return ast.parse(path.read_text(encoding="utf-8"), filename=str(path))
+    return ast.parse(path.read_text("utf-8"), filename=str(path))
 
 
 def test_versions_and_citation_agree():
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text("utf-8"))
     assert project["version"] == rftfit.__version__ == citation["version"]
     assert project["license"] == citation["license"]
     paper = citation["references"][0]
     assert paper["doi"] in CITATION
     assert paper["title"] in CITATION
-    codemeta = json.loads((ROOT / "codemeta.json").read_text(encoding="utf-8"))
+    codemeta = json.loads((ROOT / "codemeta.json").read_text("utf-8"))
     assert codemeta["version"] == project["version"]
     assert codemeta["dateModified"] == str(citation["date-released"])
     assert codemeta["license"] == f"https://spdx.org/licenses/{project['license']}"
@@ -45,8 +45,8 @@ def test_versions_and_citation_agree():
 
 
 def test_the_paper_cites_what_its_bibliography_lists():
-    text = (ROOT / "paper.md").read_text(encoding="utf-8")
-    bibliography = (ROOT / "paper.bib").read_text(encoding="utf-8")
+    text = (ROOT / "paper.md").read_text("utf-8")
+    bibliography = (ROOT / "paper.bib").read_text("utf-8")
     assert {*re.findall(r"@(\w+)[;\]]", text)} == {*re.findall(r"(?m)^@\w+\{(\w+),", bibliography)}
     sections = re.findall(r"(?m)^# (.+)$", text)
     for section in ("Summary", "Statement of need", "State of the field", "AI usage disclosure"):
@@ -57,7 +57,7 @@ def test_the_paper_cites_what_its_bibliography_lists():
 # --- imports between rooms -----------------------------------------------------------------------
 
 
-ARCHITECTURE = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+ARCHITECTURE = (ROOT / "docs" / "architecture.md").read_text("utf-8")
 
 
 def documented_order():
@@ -162,7 +162,7 @@ def test_tracked_files_are_small():
 
 
 def test_lock_file_has_hashes_and_no_addresses():
-    text = (ROOT / "requirements" / "lock.txt").read_text(encoding="utf-8")
+    text = (ROOT / "requirements" / "lock.txt").read_text("utf-8")
     entries = re.sub(r"\\\n\s*", "", re.sub(r"(?m)^\s*#.*\n?", "", text)).splitlines()
     assert len(entries) > 50
     problems = [entry for entry in entries if not re.match(r"[\w.-]+==\S+ .*--hash=sha256:", entry)]

@@ -58,7 +58,7 @@ def test_the_wheel_runs_its_own_workflow(unpacked, tmp_path):
     assert snakefile == package.parent / "_workflow" / "Snakefile"
     included = [
         line.split('"')[1]
-        for line in snakefile.read_text(encoding="utf-8").splitlines()
+        for line in snakefile.read_text("utf-8").splitlines()
         if line.startswith("include:")
     ]
     assert included

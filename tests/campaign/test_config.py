@@ -1,7 +1,5 @@
 """A config file is read as written, and every fault in it is named by its line and key."""
 
-from __future__ import annotations
-
 import re
 from typing import Any
 
@@ -157,7 +155,7 @@ def test_raw_may_be_a_link_to_another_disk_and_nothing_else_may(room, tmp_path_f
     assert campaign is not None
     assert (problems, campaign.raw) == ([], room.folder / "raw")
     (room.folder / "far.csv").symlink_to(elsewhere.parent / "far.csv")
-    (elsewhere.parent / "far.csv").write_text(room.text(), encoding="utf-8")
+    (elsewhere.parent / "far.csv").write_text(room.text(), "utf-8")
     room.config = room.config.replace("run_sheet: runs.csv", "run_sheet: far.csv")
     assert room.only("config.path-outside").place.key == "run_sheet"
 

@@ -1,7 +1,5 @@
 """Any bytes in a config file or run sheet give a list of problems and never an exception."""
 
-from __future__ import annotations
-
 import contextlib
 import tempfile
 from functools import cache

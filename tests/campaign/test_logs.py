@@ -3,8 +3,6 @@
 Two runs may share a log only where they are different strokes of it (column `stroke`).
 """
 
-from __future__ import annotations
-
 import os
 import re
 
@@ -58,7 +56,7 @@ def test_a_missing_log_of_an_excluded_run_needs_no_word(room):
 )
 def test_log_paths(room, path, code, tmp_path_factory):
     outside_folder = tmp_path_factory.mktemp("far")
-    (outside_folder / "secret.csv").write_text("", encoding="utf-8")
+    (outside_folder / "secret.csv").write_text("", "utf-8")
     raw = room.folder / "raw"
     (raw / "out").symlink_to(outside_folder)
     (raw / "out.csv").symlink_to(outside_folder / "secret.csv")

@@ -4,8 +4,6 @@
 problem reads as text, and what is suggested for a misspelled word.
 """
 
-from __future__ import annotations
-
 import math
 import subprocess
 import sys

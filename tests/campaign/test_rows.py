@@ -1,7 +1,5 @@
 """Rows of csv, tsv and xlsx tables are read in the units of the header; bad cells are named."""
 
-from __future__ import annotations
-
 import importlib
 from typing import Any
 
@@ -29,7 +27,7 @@ SCHEMA = Schema(
 
 def written(folder, text, name="t.csv"):
     path = folder / name
-    path.write_text(text, encoding="utf-8")
+    path.write_text(text, "utf-8")
     return path
 
 

@@ -3,8 +3,6 @@
 Models: `rftfit.campaign.config` and `rftfit.campaign.columns`; `rftfit init` writes the template.
 """
 
-from __future__ import annotations
-
 import json
 from typing import Any
 
@@ -22,8 +20,8 @@ from rftfit.errors import InputError
 def test_the_written_files_are_in_step_with_the_models(pytestconfig, tmp_path):
     main(tmp_path)
     for name in ("config.schema.json", "README.md"):
-        stored = (pytestconfig.rootpath / "config" / name).read_text(encoding="utf-8")
-        generated = (tmp_path / name).read_text(encoding="utf-8")
+        stored = (pytestconfig.rootpath / "config" / name).read_text("utf-8")
+        generated = (tmp_path / name).read_text("utf-8")
         if name.endswith(".json"):  # as values: older versions of pydantic write 0.0 for 0
             stored, generated = json.loads(stored), json.loads(generated)
         assert stored == generated, "run python -m rftfit.campaign.schema and commit the result"
@@ -47,7 +45,7 @@ def test_no_table_cell_breaks_the_table():
 def test_the_schema_accepts_what_the_models_accept(pytestconfig):
     jsonschema: Any = pytest.importorskip("jsonschema")
     check = jsonschema.Draft202012Validator(json.loads(json_schema()))
-    text = (pytestconfig.rootpath / "config" / "config.yaml").read_text(encoding="utf-8")
+    text = (pytestconfig.rootpath / "config" / "config.yaml").read_text("utf-8")
     data = yaml.safe_load(text)
     Config.model_validate(data)
     assert check.is_valid(data)
@@ -74,9 +72,9 @@ def test_a_new_campaign_lacks_only_its_runs(tmp_path):
 
 def test_the_example_rows_lack_only_their_logs(tmp_path):
     init_campaign(tmp_path)
-    text = (tmp_path / "README.md").read_text(encoding="utf-8")
+    text = (tmp_path / "README.md").read_text("utf-8")
     rows = text.split("```csv\n")[1].split("```")[0]
-    (tmp_path / "config" / "runs.csv").write_text(rows, encoding="utf-8")
+    (tmp_path / "config" / "runs.csv").write_text(rows, "utf-8")
     campaign, problems = check_campaign(tmp_path / "config" / "config.yaml")
     assert {problem.code for problem in problems} == {"sheet.log-missing"}
     assert campaign is not None
@@ -85,7 +83,7 @@ def test_the_example_rows_lack_only_their_logs(tmp_path):
 
 def test_the_template_names_every_needed_key(tmp_path):
     init_campaign(tmp_path)
-    text = (tmp_path / "config" / "config.yaml").read_text(encoding="utf-8")
+    text = (tmp_path / "config" / "config.yaml").read_text("utf-8")
     for key in all_keys():
         # `table` is for campaigns without logs, which have a template of their own
         if key.default == "required" and key.path[0] != "table":
@@ -95,15 +93,15 @@ def test_the_template_names_every_needed_key(tmp_path):
 def test_init_never_overwrites(tmp_path):
     (tmp_path / "config").mkdir()
     existing_sheet = tmp_path / "config" / "runs.csv"
-    existing_sheet.write_text("mine", encoding="utf-8")
+    existing_sheet.write_text("mine", "utf-8")
     (tmp_path / "README.md").symlink_to(tmp_path / "nowhere")
     with pytest.raises(InputError, match=r": README\.md, config/runs\.csv "):
         init_campaign(tmp_path)
-    assert existing_sheet.read_text(encoding="utf-8") == "mine"
+    assert existing_sheet.read_text("utf-8") == "mine"
     assert sorted(path.name for path in tmp_path.rglob("*")) == ["README.md", "config", "runs.csv"]
 
 
 def test_init_into_a_file_is_refused(tmp_path):
-    (tmp_path / "file").write_text("", encoding="utf-8")
+    (tmp_path / "file").write_text("", "utf-8")
     with pytest.raises(InputError, match="this is not a folder"):
         init_campaign(tmp_path / "file")

@@ -1,7 +1,5 @@
 """A run sheet gives the same runs in every form of csv, and each bad cell is named."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest
@@ -18,7 +16,7 @@ def test_missing_sheet(room):
     room.write()
     (room.folder / "runs.csv").unlink()
     room.config = room.config.replace("runs.csv", "other.csv")
-    room.path.write_text(room.config, encoding="utf-8")
+    room.path.write_text(room.config, "utf-8")
     problems = check_campaign(room.path)[1]
     assert [(problem.code, problem.place) for problem in problems] == [
         ("sheet.missing", Place("other.csv"))
@@ -27,7 +25,7 @@ def test_missing_sheet(room):
 
 def test_sheet_by_a_link_out_is_refused(room, tmp_path_factory):
     target = tmp_path_factory.mktemp("far") / "sheet.csv"
-    target.write_text(room.text(), encoding="utf-8")
+    target.write_text(room.text(), "utf-8")
     (room.folder / "link.csv").symlink_to(target)
     room.config = room.config.replace("runs.csv", "link.csv")
     problem = room.only("config.path-outside")

@@ -3,8 +3,6 @@
 Such a table stands in for the logs of a campaign.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from importlib import import_module
@@ -12,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose, assert_array_equal
 
 from rftfit import reference
 from rftfit.campaign.config import Config, TableSettings
@@ -42,7 +41,7 @@ def places(problems):
 
 
 def written(path, *lines):
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    path.write_text("\n".join(lines) + "\n", "utf-8")
     return path
 
 
@@ -271,7 +270,7 @@ def test_blocks_of_table_s5(tmp_path):
                 for beta in reference.BETA_DEG
                 for gamma in reference.GAMMA_DEG
             ]
-            np.testing.assert_array_equal(alpha_read, alpha.ravel())
+            assert_array_equal(alpha_read, alpha.ravel())
 
 
 def test_a_config_with_an_error_is_no_reason_to_read_the_table_as_a_run_sheet(tmp_path):
@@ -516,18 +515,18 @@ def test_pushes_for_a_map_leave_out_what_is_excluded(tmp_path):
 def test_headers_that_state_units_need_no_config(header, tmp_path):
     path = tmp_path / "table.csv"
     rows = [f"30,45,{depth},{depth * 2},{depth}" for depth in (10, 20, 40)]
-    path.write_text("\n".join([header, *rows, ""]), encoding="utf-8")
+    path.write_text("\n".join([header, *rows, ""]), "utf-8")
     read = read_pushes(path, "table.csv", TableSettings(holds="stress"), (), "table.csv")
     assert read.problems == []
     (push,) = read.pushes
-    np.testing.assert_allclose(push.columns["depth_cm"], [1, 2, 4])
-    np.testing.assert_allclose(push.columns["stress_z_N_per_cm2"], [2, 4, 8])
-    np.testing.assert_allclose(push.columns["stress_x_N_per_cm2"], [1, 2, 4])
+    assert_allclose(push.columns["depth_cm"], [1, 2, 4])
+    assert_allclose(push.columns["stress_z_N_per_cm2"], [2, 4, 8])
+    assert_allclose(push.columns["stress_x_N_per_cm2"], [1, 2, 4])
 
 
 def test_a_header_without_its_unit_is_told_with_lines_to_paste(tmp_path):
     path = tmp_path / "table.csv"
-    path.write_text("beta,gamma,depth_mm,sigma,tau_kPa\n0,90,1,2,0\n", encoding="utf-8")
+    path.write_text("beta,gamma,depth_mm,sigma,tau_kPa\n0,90,1,2,0\n", "utf-8")
     read = read_pushes(path, "table.csv", TableSettings(holds="stress"), (), "table.csv")
     (missing,) = (problem for problem in read.problems if problem.code.endswith("missing-column"))
     assert 'table: {columns: {stress_z_N_per_cm2: "sigma"}, stress_unit: ...}' in str(missing)
@@ -541,7 +540,7 @@ def test_a_header_without_its_unit_is_told_with_lines_to_paste(tmp_path):
 @pytest.mark.parametrize(("beta", "equal_beta"), [("120", "-60"), ("-120", "60"), ("200", "20")])
 def test_a_plate_beyond_ninety_is_told_which_one_it_is(beta, equal_beta, tmp_path):
     path = tmp_path / "table.csv"
-    path.write_text(f"beta,gamma,alpha_z,alpha_x\n{beta},90,1,0\n", encoding="utf-8")
+    path.write_text(f"beta,gamma,alpha_z,alpha_x\n{beta},90,1,0\n", "utf-8")
     (problem,) = read(path)[1]
     assert places([problem]) == [("out-of-range", 2, "beta_deg")]
     assert problem.found == beta
@@ -550,7 +549,7 @@ def test_a_plate_beyond_ninety_is_told_which_one_it_is(beta, equal_beta, tmp_pat
 
 def test_alpha_in_another_unit_is_doubted(tmp_path):
     path = tmp_path / "table.csv"
-    path.write_text("beta,gamma,alpha_z,alpha_x\n0,90,350000,0\n30,45,2e5,1\n", encoding="utf-8")
+    path.write_text("beta,gamma,alpha_z,alpha_x\n0,90,350000,0\n30,45,2e5,1\n", "utf-8")
     read = read_pushes(path, "table.csv", TableSettings(holds="alpha"), (), "table.csv")
     (problem,) = read.problems
     assert problem.severity == "warning"

@@ -3,8 +3,6 @@
 Tare: the run of the rod alone, or of the leg in air, whose force is subtracted.
 """
 
-from __future__ import annotations
-
 import pytest
 
 T, U = "tare_run", "tare_shared"

@@ -1,7 +1,5 @@
 """A run sheet in xlsx gives the same runs as csv, or misleading cells and damage are named."""
 
-from __future__ import annotations
-
 import datetime as dt
 import importlib
 import io

@@ -1,5 +1,6 @@
 """A small campaign, and a way to run the command as a user would."""
 
+import shlex
 import shutil
 from pathlib import Path
 
@@ -23,16 +24,26 @@ def _few_draws():
 
 @pytest.fixture
 def rftfit(capfd):
-    """Run a command that ends with a code; whatever happens, no traceback may be shown."""
+    """Run a command that ends with a code; whatever happens, no traceback may be shown.
 
-    def call(*words, code=0):
-        exit_code = main([str(word) for word in words])
+    Text is split into words as by a shell; anything else, as a path, is one word.
+    """
+
+    def call(*parts, code=0):
+        line = " ".join(part if isinstance(part, str) else shlex.quote(str(part)) for part in parts)
+        exit_code = main(shlex.split(line))
         output = capfd.readouterr()
         assert exit_code == code, output.out + output.err
         assert "Traceback" not in output.out + output.err
         return output
 
     return call
+
+
+@pytest.fixture
+def refusal(rftfit):
+    """What is said by a command that ends because of wrong input."""
+    return lambda *parts: rftfit(*parts, code=2).err
 
 
 @pytest.fixture

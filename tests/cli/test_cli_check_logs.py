@@ -22,9 +22,9 @@ def check(folder):
 
 
 def change(folder, old, new):
-    text = folder.config.read_text(encoding="utf-8")
+    text = folder.config.read_text("utf-8")
     assert old in text
-    folder.config.write_text(text.replace(old, new), encoding="utf-8")
+    folder.config.write_text(text.replace(old, new), "utf-8")
 
 
 @pytest.mark.parametrize(
@@ -85,7 +85,7 @@ def test_what_a_run_would_drop_is_what_check_tells(folder):
     }
     for name, damage in damages.items():
         path = raw / f"{name}_force.csv"
-        path.write_text(damage(path.read_text(encoding="utf-8")), encoding="utf-8")
+        path.write_text(damage(path.read_text("utf-8")), "utf-8")
     code, output = check(folder)
     assert code == 0
     damaged_runs = {name for name in damages if f"{name} (row" in output}
@@ -117,8 +117,8 @@ def test_a_strict_run_ends_with_three_where_a_medium_has_no_number(folder):
 
 
 def test_an_unknown_dialect_is_told_before_any_job(folder):
-    text = folder.config.read_text(encoding="utf-8")
-    folder.config.write_text(f"{text}\nforce_log: {{dialect: ricg}}\n", encoding="utf-8")
+    text = folder.config.read_text("utf-8")
+    folder.config.write_text(f"{text}\nforce_log: {{dialect: ricg}}\n", "utf-8")
     for command in ("check", "run"):
         process = folder.rftfit(command)
         assert process.returncode == 2

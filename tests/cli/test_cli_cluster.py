@@ -13,7 +13,7 @@ from rftfit.workflow.run import _cluster_words as cluster_words
 def snakefile(tmp_path):
     for name, text in [("default", "cores: all\n"), ("slurm", "executor: slurm\n")]:
         (tmp_path / "top" / "profiles" / name).mkdir(parents=True)
-        (tmp_path / "top" / "profiles" / name / "config.yaml").write_text(text, encoding="utf-8")
+        (tmp_path / "top" / "profiles" / name / "config.yaml").write_text(text, "utf-8")
     return tmp_path / "top" / "Snakefile"
 
 
@@ -31,7 +31,7 @@ def test_the_projects_profile_and_an_own_one(snakefile, tmp_path):
     assert cluster_words("slurm", snakefile, 8)[2:] == ["--cores", "8"]
     site_profile = tmp_path / "my site"
     site_profile.mkdir()
-    (site_profile / "config.yaml").write_text("executor: local\n", encoding="utf-8")
+    (site_profile / "config.yaml").write_text("executor: local\n", "utf-8")
     assert cluster_words(str(site_profile), snakefile, None) == [
         "--workflow-profile",
         str(site_profile),
@@ -43,7 +43,7 @@ def test_the_projects_profile_and_an_own_one(snakefile, tmp_path):
     ("text", "words"), [("a: [", "cannot be read"), ("- a\n", "must hold keys and values")]
 )
 def test_a_profile_that_cannot_be_read(snakefile, tmp_path, text, words):
-    (tmp_path / "config.yaml").write_text(text, encoding="utf-8")
+    (tmp_path / "config.yaml").write_text(text, "utf-8")
     with pytest.raises(InputError, match=words):
         cluster_words(str(tmp_path), snakefile, None)
     with pytest.raises(InputError, match="found 'default'; allowed: slurm, or a folder"):
@@ -67,5 +67,5 @@ def test_what_is_missing_is_named(snakefile, monkeypatch):
 
 
 def test_the_command_says_so(rftfit, campaign):
-    rftfit("run", "--cluster", "nowhere", code=2)
+    rftfit("run --cluster nowhere", code=2)
     assert not (campaign / ".snakemake").exists()

@@ -42,8 +42,8 @@ def make(root, media, places=range(0, 70, 7)):
     alpha = {medium: reference.alpha_grid(medium) for medium in media}
     make_campaign(root, dict.fromkeys(media, LABORATORY), alpha)
     sheet = root / "config" / "runs.csv"
-    head = sheet.read_text(encoding="utf-8").splitlines()[0]
-    sheet.write_text(f"{head},session\n", encoding="utf-8")
+    head = sheet.read_text("utf-8").splitlines()[0]
+    sheet.write_text(f"{head},session\n", "utf-8")
     slanted = [place for place in places if published(media[0])[1, place] != 0]
     for seed, medium in enumerate(media):
         write_fits(root, medium, seed, slanted)
@@ -58,9 +58,9 @@ def labs(work_folder):
     return work_folder
 
 
-def test_media_of_the_current_campaign(rftfit, labs, monkeypatch):
+def test_media_of_the_current_campaign(rftfit, refusal, labs, monkeypatch):
     monkeypatch.chdir(labs / "one lab")
-    text = rftfit("compare", "poppy_LP", "poppy_CP", "--figure", "c.svg").out
+    text = rftfit("compare poppy_LP poppy_CP --figure c.svg").out
     assert text.startswith("poppy_CP is 1.")
     assert "times as strong as poppy_LP" in text
     assert "ratio of sizes, B/A" in text
@@ -68,41 +68,40 @@ def test_media_of_the_current_campaign(rftfit, labs, monkeypatch):
     assert "common directions, " in text
     assert b"drawn by rftfit compare" in (labs / "one lab" / "c.svg").read_bytes()
     # its own figure is written anew, another file is not
-    rftfit("compare", "poppy_LP", "poppy_CP", "--figure", "c.svg")
-    (labs / "one lab" / "mine.svg").write_text("<svg/>", encoding="utf-8")
-    refused = rftfit("compare", "poppy_LP", "poppy_CP", "--figure", "mine.svg", code=2)
-    assert "left as it is" in refused.err
+    rftfit("compare poppy_LP poppy_CP --figure c.svg")
+    (labs / "one lab" / "mine.svg").write_text("<svg/>", "utf-8")
+    assert "left as it is" in refusal("compare poppy_LP poppy_CP --figure mine.svg")
 
 
 @pytest.mark.usefixtures("labs")
 def test_folders_and_sessions(rftfit):
-    comparison = json.loads(rftfit("compare", "one lab:poppy_LP", "other", "--json").out)
+    comparison = json.loads(rftfit("compare 'one lab:poppy_LP' other --json").out)
     assert comparison["a"] == "one lab:poppy_LP"
     assert comparison["ratio_lo"] < comparison["ratio"] < comparison["ratio_hi"]
     assert len(comparison["directions"]) > 5
     assert comparison["sentence"]
-    days = json.loads(rftfit("compare", "other@monday", "other@friday", "--json").out)
+    days = json.loads(rftfit("compare other@monday other@friday --json").out)
     assert days["runs_a"] == days["runs_b"] == len(days["directions"])
     assert days["repeats"] == 0
 
 
 def test_words_that_mean_nothing(rftfit, labs, monkeypatch):
-    def refused(*words):
-        return rftfit("compare", *words, code=2).err
+    def refused(words):
+        return rftfit("compare", words, code=2).err
 
-    assert "allowed: one lab:poppy_LP, one lab:poppy_CP" in refused("one lab", "other")
-    assert "found 'sand', but the current folder is no campaign" in refused("sand", "other")
-    assert "found 'sand'; allowed: poppy_LP (in other)" in refused("other:sand", "other")
-    assert "A and B share" in refused("other", "other:poppy_LP")
-    assert "found 'sunday'; allowed: friday, monday" in refused("other@sunday", "other@monday")
-    assert "after '@'" in refused("other@", "other@monday")
+    assert "allowed: one lab:poppy_LP, one lab:poppy_CP" in refused("'one lab' other")
+    assert "found 'sand', but the current folder is no campaign" in refused("sand other")
+    assert "found 'sand'; allowed: poppy_LP (in other)" in refused("other:sand other")
+    assert "A and B share" in refused("other other:poppy_LP")
+    assert "found 'sunday'; allowed: friday, monday" in refused("other@sunday other@monday")
+    assert "after '@'" in refused("other@ other@monday")
     monkeypatch.chdir(labs / "other")
-    assert "found 'sand'; allowed: poppy_LP (or FOLDER:MEDIUM" in refused("sand", "poppy_LP")
+    assert "found 'sand'; allowed: poppy_LP (or FOLDER:MEDIUM" in refused("sand poppy_LP")
 
 
-def test_maps_where_no_direction_is_common(rftfit, labs):
+def test_maps_where_no_direction_is_common(rftfit, refusal, labs):
     make(labs / "third", MEDIA[:1], range(3, 70, 7))
-    text = rftfit("compare", "other", "third", "--figure", "c.svg").out
+    text = rftfit("compare other third --figure c.svg").out
     assert [line for line in text.splitlines() if line.startswith("Note: other and third ")]
     assert (labs / "c.svg").is_file()
-    assert "other@monday" in rftfit("compare", "other@monday", "third", code=2).err
+    assert "other@monday" in refusal("compare other@monday third")

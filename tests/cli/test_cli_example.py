@@ -55,23 +55,23 @@ def test_a_mirror_with_another_file(mirror, tmp_path):
     assert not (tmp_path / "raw" / "force-displacement_1.txt").exists()
 
 
-def test_no_such_example(rftfit):
-    output = rftfit("example", "cmu_sand", code=2)
-    assert "did you mean 'cmu-sand'?" in output.err
+def test_no_such_example(refusal):
+    assert "did you mean 'cmu-sand'?" in refusal("example cmu_sand")
 
 
-def test_a_folder_without_the_logs(rftfit, tmp_path):
-    output = rftfit("example", "cmu-sand", tmp_path / "here", "--from", tmp_path, code=2)
-    assert "no force-displacement_1.bag" in output.err
+def test_a_folder_without_the_logs(refusal, tmp_path):
+    assert "no force-displacement_1.bag" in refusal(
+        "example cmu-sand", tmp_path / "here", "--from", tmp_path
+    )
 
 
 @needs_data
-def test_a_log_that_is_another(rftfit, tmp_path):
+def test_a_log_that_is_another(refusal, tmp_path):
     (tmp_path / "here" / "raw").mkdir(parents=True)
     (tmp_path / "here" / "raw" / "force-displacement_3.txt").write_text("1,2\n")
-    output = rftfit("example", "cmu-sand", tmp_path / "here", "--from", DATA, code=2)
-    assert "force-displacement_3.txt" in output.err
-    assert "move them away" in output.err
+    err = refusal("example cmu-sand", tmp_path / "here", "--from", DATA)
+    assert "force-displacement_3.txt" in err
+    assert "move them away" in err
     assert (tmp_path / "here" / "raw" / "force-displacement_3.txt").read_text() == "1,2\n"
 
 

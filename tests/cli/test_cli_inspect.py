@@ -18,7 +18,7 @@ HEADER = "time_s,arm_moving,F1_N,F2_N,F3_N"
 
 
 def force_log(path, rows, header=HEADER, end="\n"):
-    path.write_text("\n".join([header, *rows]) + end, encoding="utf-8")
+    path.write_text("\n".join([header, *rows]) + end, "utf-8")
     return path
 
 
@@ -112,21 +112,21 @@ def test_two_rows_are_a_log(rows, is_enough):
         (b"\x89PNG\r\n\x1a\n\x00\x01", "found the header"),
     ],
 )
-def test_unknown_files(rftfit, tmp_path, content, text):
+def test_unknown_files(refusal, tmp_path, content, text):
     path = tmp_path / "log.csv"
     path.write_bytes(content)
-    output = rftfit("inspect", path, code=2)
-    assert "\n  rig (" in output.err
-    assert text in output.err
+    err = refusal("inspect", path)
+    assert "\n  rig (" in err
+    assert text in err
 
 
-def test_an_empty_file(rftfit, tmp_path):
+def test_an_empty_file(rftfit, refusal, tmp_path):
     (tmp_path / "log.csv").write_bytes(b"")
-    assert "the file is empty\n" in rftfit("inspect", tmp_path / "log.csv", code=2).err
+    assert "the file is empty\n" in refusal("inspect", tmp_path / "log.csv")
     header = force_log(tmp_path / "a.csv", [])
-    assert "a header and no data\n" in rftfit("inspect", header, code=2).err
+    assert "a header and no data\n" in refusal("inspect", header)
     rftfit("inspect", tmp_path / "b.csv", code=2)
-    assert "this is a folder" in rftfit("inspect", tmp_path, code=2).err
+    assert "this is a folder" in refusal("inspect", tmp_path)
 
 
 def test_no_usable_row(rftfit, tmp_path):
@@ -136,22 +136,22 @@ def test_no_usable_row(rftfit, tmp_path):
 
 
 def test_plot(rftfit, campaign):
-    output = rftfit("inspect", FORCE, "--plot", "log é.png")
+    output = rftfit("inspect", FORCE, "--plot 'log é.png'")
     assert (campaign / "log é.png").read_bytes().startswith(b"\x89PNG")
     assert "Drawing: log é.png" in output.out
     output = rftfit("inspect", FORCE, "--plot", FORCE, code=2)
     assert f"--plot: found '{FORCE}'; allowed: " in output.err
-    rftfit("inspect", FORCE, "--plot", "log.webp", code=2)
+    rftfit("inspect", FORCE, "--plot log.webp", code=2)
     rftfit("inspect", FORCE, "--plot", f"{FORCE}/below.png", code=3)
 
 
 @pytest.mark.parametrize("ending", ["png", "pdf", "svg"])
-def test_a_picture_of_somebody_else_is_left_as_it_is(rftfit, campaign, ending):
+def test_a_picture_of_somebody_else_is_left_as_it_is(rftfit, refusal, campaign, ending):
     picture = campaign / f"rig.{ending}"
     picture.write_bytes(b"a photograph of the rig")
-    output = rftfit("inspect", FORCE, "--plot", picture.name, code=2)
-    assert "was not written by rftfit inspect" in output.err
-    assert "--plot, or add --force" in output.err
+    err = refusal("inspect", FORCE, "--plot", picture.name)
+    assert "was not written by rftfit inspect" in err
+    assert "--plot, or add --force" in err
     assert picture.read_bytes() == b"a photograph of the rig"
     rftfit("inspect", FORCE, "--plot", picture.name, "--force")
     drawn_bytes = picture.read_bytes()
@@ -173,7 +173,6 @@ def test_panels_have_no_line_over_a_gap():
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes with a name on this system")
-def test_inspecting_a_pipe(rftfit, work_folder):
+def test_inspecting_a_pipe(refusal, work_folder):
     os.mkfifo(work_folder / "pipe")
-    output = rftfit("inspect", work_folder / "pipe", code=2)
-    assert f"{work_folder / 'pipe'}: " in output.err
+    assert f"{work_folder / 'pipe'}: " in refusal("inspect", work_folder / "pipe")

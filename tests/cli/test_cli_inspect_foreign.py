@@ -8,6 +8,7 @@ import pandas as pd
 import pytest
 import yaml
 from foreign_logs import TEXTS, lvm, netft
+from numpy.testing import assert_allclose, assert_array_equal
 
 from rftfit import api
 from rftfit.campaign.config import ForceLog, MotionLog
@@ -77,7 +78,7 @@ def test_one_file_for_both_has_one_clock(names, rftfit, tmp_path):
     path = tmp_path / "log.csv"
     cells = names.count(",")
     rows = "".join(f"{row / 10}" + f",{row % 2}" * cells + "\n" for row in range(20))
-    path.write_text(f"{names}\n{rows}", encoding="utf-8")
+    path.write_text(f"{names}\n{rows}", "utf-8")
     output = rftfit("inspect", path)
     assert block(output)["clock"] == {"method": "same_clock"}
     assert "estimate" not in output.out
@@ -110,7 +111,7 @@ def test_mixed_clocks_are_shown_clock_by_clock(rftfit, tmp_path):
         source = model.model_validate(config[key])
         log = source_reader(source, "rig", key).only(columns_asked(source)).load(path)
         times.append(map_columns(log, source, UNITS, key).columns["time"])
-    np.testing.assert_allclose(times[1] - times[0], 0.5)
+    assert_allclose(times[1] - times[0], 0.5)
 
 
 def test_channels_on_three_clocks(tmp_path):
@@ -136,24 +137,22 @@ def test_channels_on_three_clocks(tmp_path):
     assert set(together(surveys).quantities) == {"time", "F1", "F3", "x", "z", "angle"}
 
 
-def test_dialect_and_options_by_hand(rftfit, tmp_path):
+def test_dialect_and_options_by_hand(rftfit, refusal, tmp_path):
     path = tmp_path / "log"
     path.write_bytes(netft(40).content.replace(b"Rate: 125", b"Rate: 0"))
-    assert "found RDT Sample Rate: 0" in rftfit("inspect", path, code=2).err
-    output = rftfit("inspect", path, "--dialect", "ati-netft", "--option", "rate_Hz=100")
+    assert "found RDT Sample Rate: 0" in refusal("inspect", path)
+    output = rftfit("inspect", path, "--dialect ati-netft --option rate_Hz=100")
     assert "rate: 100 rows/s" in output.out
-    assert (
-        "did you mean 'ati-netft'" in rftfit("inspect", path, "--dialect", "ati-netf", code=2).err
-    )
-    assert "allowed: KEY=VALUE" in rftfit("inspect", path, "--option", "rate", code=2).err
+    assert "did you mean 'ati-netft'" in refusal("inspect", path, "--dialect ati-netf")
+    assert "allowed: KEY=VALUE" in refusal("inspect", path, "--option rate")
 
 
 def test_text_that_no_dialect_knows(rftfit, tmp_path):
     path = tmp_path / "log"
     rows = "".join(f"{1.7e9 + n / 100:.2f};{n % 7},5;{n % 3},25\n" for n in range(30))
-    path.write_text(f"Prüfstand 3\n{rows}", encoding="cp1252")
+    path.write_text(f"Prüfstand 3\n{rows}", "cp1252")
     output = rftfit("inspect", path)
-    path.write_text(f"Prüfstand 3\n{rows.replace('.', ',')}", encoding="cp1252")
+    path.write_text(f"Prüfstand 3\n{rows.replace('.', ',')}", "cp1252")
     output = rftfit("inspect", path, "--plot", tmp_path / "log.png")
     for text in (
         "dialect: none recognises it; read as delimited text",
@@ -166,14 +165,14 @@ def test_text_that_no_dialect_knows(rftfit, tmp_path):
         assert text in output.out
 
 
-def test_what_cannot_be_a_table(rftfit, tmp_path):
+def test_what_cannot_be_a_table(refusal, tmp_path):
     path = tmp_path / "log"
-    path.write_text("Dear reader,\nthis is a letter.\n", encoding="utf-8")
-    output = rftfit("inspect", path, code=2)
-    assert "It looks like: ASCII; it begins with\n  Dear reader," in output.err
-    assert "No delimiter gives two rows of numbers" in output.err
+    path.write_text("Dear reader,\nthis is a letter.\n", "utf-8")
+    err = refusal("inspect", path)
+    assert "It looks like: ASCII; it begins with\n  Dear reader," in err
+    assert "No delimiter gives two rows of numbers" in err
     path.write_bytes(bytes(range(256)))
-    assert "It looks like: binary" in rftfit("inspect", path, code=2).err
+    assert "It looks like: binary" in refusal("inspect", path)
 
 
 def test_a_survey_in_blocks_is_that_of_the_whole(tmp_path, monkeypatch):
@@ -259,12 +258,11 @@ wrench:
 """
 
 
-def test_messages_that_nobody_recorded_as_a_table(rftfit, tmp_path):
+def test_messages_that_nobody_recorded_as_a_table(refusal, tmp_path):
     path = tmp_path / "log.txt"
-    path.write_text("".join(WRENCH.format(k) for k in range(9)), encoding="utf-8")
-    output = rftfit("inspect", path, code=2)
-    assert "rostopic echo -p TOPIC" in output.err
-    assert "record with -p" in rftfit("inspect", path, "--dialect", "rostopic", code=2).err
+    path.write_text("".join(WRENCH.format(k) for k in range(9)), "utf-8")
+    assert "rostopic echo -p TOPIC" in refusal("inspect", path)
+    assert "record with -p" in refusal("inspect", path, "--dialect rostopic")
 
 
 def test_a_channel_that_was_never_connected(rftfit, tmp_path):
@@ -308,8 +306,8 @@ def test_options_that_were_given_stand_in_the_lines_for_the_config(
     source = ForceLog.model_validate(block(output)["force_log"])
     log = api.read_log(path, options=options)
     config_log = source_reader(source, "rig", "force_log").load(path)
-    np.testing.assert_array_equal(config_log.columns["Fz"], np.arange(9.0))
-    np.testing.assert_array_equal(log.columns["Fz"], np.arange(9.0))
+    assert_array_equal(config_log.columns["Fz"], np.arange(9.0))
+    assert_array_equal(log.columns["Fz"], np.arange(9.0))
     assert ("time" in config_log.columns) == ("rate_Hz" in options)
 
 

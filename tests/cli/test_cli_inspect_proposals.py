@@ -25,7 +25,7 @@ ROWS = [f"{n / 50:.2f},{0.5 * n},{10 - 0.25 * n}" for n in range(60)]
 
 
 def table(path, header, rows=ROWS):
-    path.write_text("\n".join([header, *rows, ""]), encoding="utf-8")
+    path.write_text("\n".join([header, *rows, ""]), "utf-8")
     return path
 
 
@@ -35,7 +35,7 @@ def read_force(path, **section):
     return map_columns(reader.load(path), source, UNITS, "force_log")
 
 
-def test_options_are_refused_in_the_words_of_the_config(rftfit, tmp_path):
+def test_options_are_refused_in_the_words_of_the_config(rftfit, refusal, tmp_path):
     path = table(tmp_path / "log.csv", "Time (s),Force (N),z (mm)")
     for option, message in (
         ("names=maybe", "text: names: found 'maybe'; allowed: a valid boolean"),
@@ -43,10 +43,10 @@ def test_options_are_refused_in_the_words_of_the_config(rftfit, tmp_path):
         ("rate_Hz=-1", "text: rate_Hz: found -1; allowed: greater than 0"),
         ("skip_line=1", "found 'skip_line'"),
     ):
-        error = rftfit("inspect", path, "--option", option, code=2).err
+        error = refusal("inspect", path, "--option", option)
         assert message in error
         assert "pydantic" not in error
-    output = rftfit("inspect", path, "--option", "names=false", "--option", "skip_lines=1")
+    output = rftfit("inspect", path, "--option names=false --option skip_lines=1")
     assert "column 1" in output.out
 
 
@@ -78,14 +78,15 @@ def test_a_factor_of_one_declares_a_unit(tmp_path):
     assert read_force(path, text={}, columns={"F3": chosen}).units["F3"] == "N"
 
 
-def test_a_folder_of_rosbag2_is_one_log(rftfit):
+def test_a_folder_of_rosbag2_is_one_log(rftfit, refusal):
     folder = REPORTED / "c23_two_sensors"
-    output = rftfit("inspect", folder, "--option", "topic=/tool")
+    output = rftfit("inspect", folder, "--option topic=/tool")
     assert "ros-bag" in output.out
-    two_sensors = rftfit("inspect", folder, "--option", "topic=/wrench", code=2)
-    assert "column header.frame_id says 'ft_other', 'ft_plate' in turn" in two_sensors.err
+    assert "column header.frame_id says 'ft_other', 'ft_plate' in turn" in refusal(
+        "inspect", folder, "--option topic=/wrench"
+    )
     assert api.read_log(folder, options={"topic": "/tool"}).size > 0
-    assert "this is a folder" in rftfit("inspect", folder.parent, code=2).err
+    assert "this is a folder" in refusal("inspect", folder.parent)
 
 
 @pytest.mark.parametrize(
@@ -122,13 +123,13 @@ def test_the_unit_of_a_bare_time_is_that_of_a_usual_rate(step, unit, tmp_path):
     assert proposal(path)["force_log"]["columns"]["time"] == {"column": "time", "unit": unit}
 
 
-def test_a_binary_file_is_no_table(rftfit, tmp_path):
+def test_a_binary_file_is_no_table(refusal, tmp_path):
     path = tmp_path / "log.pnt"
     noise = np.random.default_rng(1).integers(1, 256, 5000, dtype=np.uint8).tobytes()
     path.write_bytes(b"\n".join([noise, b"1;2", b"3;4", b"5;6", noise]))
-    output = rftfit("inspect", path, code=2)
-    assert "It looks like: binary" in output.err
-    assert "delimiter" not in output.err.partition("It looks like")[2]
+    err = refusal("inspect", path)
+    assert "It looks like: binary" in err
+    assert "delimiter" not in err.partition("It looks like")[2]
 
 
 @pytest.mark.parametrize(

@@ -43,7 +43,7 @@ def watch(*lines):
 def write_log(root, rule, text):
     path = root / "results" / "logs" / f"{rule}.log"
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(text, encoding="utf-8")
+    path.write_text(text, "utf-8")
 
 
 def test_jobs_are_counted():

@@ -10,7 +10,7 @@ from rftfit.errors import InputError, OutputError
 from rftfit.lab.marker import MARKER, clear, find_earlier
 from rftfit.lab.rig import FAULTS
 
-QUICK = ("reenact", "--media", "yuma")
+QUICK = "reenact --media yuma"
 """A command line of one medium, which has few runs."""
 LOG = "yuma/yuma_bp00_g90_in_force.csv"
 """One of the logs that it writes."""
@@ -38,30 +38,30 @@ def test_what_is_written(campaign):
 def test_again_with_another_seed_and_medium(rftfit, campaign):
     raw = campaign / "raw" / "paper"
     files_before = contents(raw)
-    assert "17 files " in rftfit(*QUICK).out
+    assert "17 files " in rftfit(QUICK).out
     assert contents(raw) == files_before
-    rftfit(*QUICK, "--seed", "7")
+    rftfit(QUICK, "--seed 7")
     assert contents(raw)[LOG] != files_before[LOG]
-    output = rftfit("reenact", "--media", "palms29")
+    output = rftfit("reenact --media palms29")
     assert sorted(path.name for path in raw.iterdir()) == [MARKER, "air", "palms29", "runs.csv"]
     assert "8 runs, 17 files, " in output.out
     assert "not original recordings" in output.out
-    rftfit("check", "--strict")
+    rftfit("check --strict")
 
 
 def test_faults(rftfit, campaign):
-    output = rftfit(*QUICK, "--fault", "empty:yuma_c_leg", "--fault", "missing_log")
+    output = rftfit(QUICK, "--fault empty:yuma_c_leg --fault missing_log")
     assert "fault empty: yuma_c_leg: " in output.out
     raw = campaign / "raw" / "paper"
     assert (raw / "yuma/yuma_c_leg_force.csv").read_bytes() == b""
-    assert "faults: empty:yuma_c_leg, missing_log" in (raw / MARKER).read_text(encoding="utf-8")
+    assert "faults: empty:yuma_c_leg, missing_log" in (raw / MARKER).read_text("utf-8")
     # files with a fault are of the re-enactment too
-    rftfit(*QUICK)
+    rftfit(QUICK)
     assert (raw / "yuma/yuma_c_leg_force.csv").stat().st_size > 1000
 
 
 def test_list_of_faults(rftfit, tmp_path):
-    output = rftfit("reenact", "--list-faults", "--config", tmp_path / "none.yaml")
+    output = rftfit("reenact --list-faults --config", tmp_path / "none.yaml")
     assert {line.split()[0] for line in output.out.splitlines()[1:]} == set(FAULTS)
 
 
@@ -69,29 +69,29 @@ def test_if_missing(rftfit, campaign):
     raw = campaign / "raw" / "paper"
     (raw / "mine.csv").write_text("mine")
     files_before = contents(raw)
-    assert "is there already: nothing to do" in rftfit(*QUICK, "--if-missing", "--seed", "5").out
+    assert "is there already: nothing to do" in rftfit(QUICK, "--if-missing --seed 5").out
     assert contents(raw) == files_before
     (raw / "mine.csv").unlink()
     # stopped half way: the sheet is written last
     (raw / "runs.csv").unlink()
     (raw / LOG).unlink()
-    rftfit(*QUICK, "--if-missing")
+    rftfit(QUICK, "--if-missing")
     del files_before["mine.csv"]
     assert contents(raw) == files_before
 
 
 @pytest.mark.parametrize(
-    "words", [["--fault", "gapp"], ["--fault", "gap:none"], ["--media", "yumma"], ["--seed", "-1"]]
+    "words", ["--fault gapp", "--fault gap:none", "--media yumma", "--seed -1"]
 )
 def test_a_misspelled_word_costs_nothing(rftfit, campaign, words):
     files_before = contents(campaign)
-    rftfit(*QUICK, *words, code=2)
+    rftfit(QUICK, words, code=2)
     assert contents(campaign) == files_before
 
 
-def refused(rftfit, campaign, text):
+def refused(refusal, campaign, text):
     files_before = contents(campaign)
-    assert text in rftfit(*QUICK, code=2).err
+    assert text in refusal(QUICK)
     assert contents(campaign) == files_before
 
 
@@ -107,34 +107,34 @@ def refused(rftfit, campaign, text):
         (MARKER, "nonsense\n", "this list has been changed"),
     ],
 )
-def test_files_that_the_reenactment_did_not_write(rftfit, campaign, file, added, words):
+def test_files_that_the_reenactment_did_not_write(refusal, campaign, file, added, words):
     path = campaign / "raw" / "paper" / file
     if added is None:
         path.unlink()
     else:
         with path.open("a", encoding="utf-8") as handle:
             handle.write(added)
-    refused(rftfit, campaign, words)
+    refused(refusal, campaign, words)
 
 
-def test_links_lead_nowhere(rftfit, campaign):
+def test_links_lead_nowhere(refusal, campaign):
     elsewhere = campaign / "elsewhere"
     (campaign / "raw/paper/yuma").rename(elsewhere)
     (campaign / "raw/paper/yuma").symlink_to(elsewhere)
-    refused(rftfit, campaign, "yuma is not as")
+    refused(refusal, campaign, "yuma is not as")
 
 
-def test_a_sheet_of_somebody_else(rftfit, campaign):
+def test_a_sheet_of_somebody_else(rftfit, refusal, campaign):
     config = campaign / "config" / "config.yaml"
-    text = config.read_text(encoding="utf-8").replace("raw/paper", "raw/new")
-    config.write_text(text.replace("raw/new/runs.csv", "config/runs.csv"), encoding="utf-8")
+    text = config.read_text("utf-8").replace("raw/paper", "raw/new")
+    config.write_text(text.replace("raw/new/runs.csv", "config/runs.csv"), "utf-8")
     sheet = campaign / "config" / "runs.csv"
     sheet.write_text("run_id,kind\np1,plate\n")
-    refused(rftfit, campaign, "../../config/runs.csv is not from rftfit reenact")
+    refused(refusal, campaign, "../../config/runs.csv is not from rftfit reenact")
     # one without a run is nobody's work
     sheet.write_text("run_id,kind\n")
-    rftfit(*QUICK)
-    rftfit(*QUICK)
+    rftfit(QUICK)
+    rftfit(QUICK)
     rftfit("check")
 
 
@@ -143,7 +143,7 @@ def test_a_killed_writer_leaves_a_part(rftfit, campaign):
     files_before = contents(raw)
     partial_file = raw / "yuma" / ".yuma_bp00_g90_in_force.123.part.csv"
     partial_file.write_text("half")
-    rftfit(*QUICK)
+    rftfit(QUICK)
     assert contents(raw) == files_before
 
 
@@ -156,9 +156,9 @@ def test_stopped_half_way(rftfit, campaign, monkeypatch):
     files_before = contents(campaign)
     with monkeypatch.context() as patch:
         patch.setattr("rftfit.lab.enact.run_logs", stop)
-        rftfit(*QUICK, code=130)
+        rftfit(QUICK, code=130)
     assert sorted(contents(campaign / "raw/paper")) == [MARKER, LOG]
-    rftfit(*QUICK, "--if-missing")
+    rftfit(QUICK, "--if-missing")
     assert contents(campaign) == files_before
 
 
@@ -173,19 +173,19 @@ def test_stopped_half_way(rftfit, campaign, monkeypatch):
         ("published_as: ", "note: ", "no medium here names published measurements"),
     ],
 )
-def test_configs_that_cannot_be_used(rftfit, campaign, key, value, text):
+def test_configs_that_cannot_be_used(refusal, campaign, key, value, text):
     config = campaign / "config" / "config.yaml"
-    config.write_text(config.read_text(encoding="utf-8").replace(key, value), encoding="utf-8")
+    config.write_text(config.read_text("utf-8").replace(key, value), "utf-8")
     files_before = contents(campaign)
-    assert text in rftfit("reenact", code=2).err
+    assert text in refusal("reenact")
     assert contents(campaign) == files_before
 
 
-def test_raw_that_is_a_file(rftfit, campaign):
+def test_raw_that_is_a_file(refusal, campaign):
     (campaign / "raw").rename(campaign / "old")
     (campaign / "raw").mkdir()
     (campaign / "raw" / "paper").write_text("")
-    refused(rftfit, campaign, "this is no folder")
+    refused(refusal, campaign, "this is no folder")
 
 
 def refuse(*_, **__):

@@ -52,12 +52,12 @@ rule all:
 
 @pytest.fixture
 def fake(campaign):
-    (campaign / "fake.smk").write_text(WORKFLOW, encoding="utf-8")
-    return "--snakefile", "fake.smk"
+    (campaign / "fake.smk").write_text(WORKFLOW, "utf-8")
+    return "run --snakefile fake.smk"
 
 
 def test_whole_run_and_nothing_to_do(rftfit, campaign, fake):
-    output = rftfit("run", *fake, "--cores", "2")
+    output = rftfit(fake, "--cores 2")
     lines = output.out.splitlines()
     assert sorted(line[6:] for line in lines[:2]) == ["ingest a", "ingest b"]
     assert [line[6:] for line in lines[2:4]] == ["ledger", "all"]
@@ -70,7 +70,7 @@ def test_whole_run_and_nothing_to_do(rftfit, campaign, fake):
     assert (campaign / "results/a.txt").read_text().strip() == "config/config.yaml"
     assert '"progress"' in (campaign / "results/logs/snakemake.log").read_text()
 
-    output = rftfit("run", *fake)
+    output = rftfit(fake)
     assert output.out.startswith(
         "Nothing to do: all results are up to date.\nNot made by this campaign"
     )
@@ -78,14 +78,14 @@ def test_whole_run_and_nothing_to_do(rftfit, campaign, fake):
 
 def test_dry_run_targets_and_words_for_snakemake(rftfit, campaign, fake):
     (campaign / "raw/paper/yuma/yuma_c_leg_force.csv").unlink()
-    output = rftfit("run", *fake, "--dry-run")
+    output = rftfit(fake, "--dry-run")
     assert output.err == "1 warning on the campaign; `rftfit check` shows them.\n"
     assert output.out.startswith("At most 4 jobs:")
     assert output.out.splitlines()[2].split() == ["ingest", "2"]
     assert not (campaign / "results").exists()
-    output = rftfit("run", *fake, "results/b.txt", "--", "--force")
+    output = rftfit(fake, "results/b.txt -- --force")
     assert output.out.splitlines()[:2] == ["[1/1] ingest b", "Done: 1 job."]
-    output = rftfit("run", *fake, "--", "--list-rules")
+    output = rftfit(fake, "-- --list-rules")
     assert {"all", "ingest", "ledger"} <= set(output.out.split())
 
 
@@ -95,7 +95,7 @@ def test_a_stage_that_fails(rftfit, campaign, fake, monkeypatch):
         Workflow(Path("config/config.yaml"), cores=1, snakefile=Path("fake.smk")).run()
     assert stopped.value.report.made == ["ingest a"]
     assert stopped.value.report.failed == {"ingest b": "raw/b.csv: no good\n  and so on"}
-    output = rftfit("run", *fake, "--cores", "1", code=4)
+    output = rftfit(fake, "--cores 1", code=4)
     assert output.err == (
         "rftfit: the workflow stopped: 1 job failed; 0 of 3 are done, and what is done is kept.\n"
         "  ingest b:\n    raw/b.csv: no good\n      and so on\n"
@@ -106,29 +106,28 @@ def test_a_stage_that_fails(rftfit, campaign, fake, monkeypatch):
 
 
 def test_failures_before_any_job(rftfit, campaign, fake):
-    output = rftfit("run", *fake, "nowhere.txt", code=4)
+    output = rftfit(fake, "nowhere.txt", code=4)
     assert "stopped before any job" in output.err
     assert "No rule to produce nowhere.txt" in output.err
     (campaign / "fake.smk").write_text("raise ValueError('no such sand')\n")
-    assert "no such sand" in rftfit("run", *fake, code=4).err
+    assert "no such sand" in rftfit(fake, code=4).err
 
 
-def test_a_bad_sheet_runs_nothing(rftfit, campaign, fake):
+def test_a_bad_sheet_runs_nothing(refusal, campaign, fake):
     sheet = campaign / "raw/paper/runs.csv"
-    text = sheet.read_text(encoding="utf-8")
-    sheet.write_text(text.replace(",yuma,plate,", ",yumma,plate,"), encoding="utf-8")
-    output = rftfit("run", *fake, code=2)
-    assert "2 errors:" in output.err
-    assert "rows 5, 6" in output.err
-    assert output.err.count("did you mean 'yuma'?") == 1
+    text = sheet.read_text("utf-8")
+    sheet.write_text(text.replace(",yuma,plate,", ",yumma,plate,"), "utf-8")
+    err = refusal(fake)
+    assert "2 errors:" in err
+    assert "rows 5, 6" in err
+    assert err.count("did you mean 'yuma'?") == 1
     assert not (campaign / "results").exists()
     assert not (campaign / ".snakemake").exists()
 
 
 @pytest.mark.parametrize("word", ["--config", "-C", "--snakefile=x", "-d"])
-def test_words_that_rftfit_sets_itself(rftfit, campaign, fake, word):
-    output = rftfit("run", *fake, "--", word, "a=b", code=2)
-    assert f"found {word} after the two dashes" in output.err
+def test_words_that_rftfit_sets_itself(refusal, campaign, fake, word):
+    assert f"found {word} after the two dashes" in refusal(fake, "--", word, "a=b")
     assert not (campaign / ".snakemake").exists()
 
 
@@ -136,16 +135,16 @@ def test_a_lock_that_was_left(rftfit, campaign, fake):
     locks = campaign / ".snakemake" / "locks"
     locks.mkdir(parents=True)
     (locks / "0.output.lock").write_text(f"{campaign / 'results/a.txt'}\nresults/a.txt\n")
-    output = rftfit("run", *fake, code=4)
+    output = rftfit(fake, code=4)
     assert "is locked" in output.err
     assert "rftfit run --unlock" in output.err
-    assert "No lock is left" in rftfit("run", *fake, "--unlock").out
+    assert "No lock is left" in rftfit(fake, "--unlock").out
     assert not list(locks.glob("*"))
 
 
 def test_a_log_that_cannot_be_written(rftfit, campaign, fake):
     (campaign / "results").write_text("")
-    assert "cannot write the workflow's log" in rftfit("run", *fake, code=3).err
+    assert "cannot write the workflow's log" in rftfit(fake, code=3).err
 
 
 @pytest.mark.skipif(os.name != "posix", reason="signals are POSIX's")

@@ -78,9 +78,9 @@ def test_hdf5_that_reads_other_files(tmp_path, monkeypatch, make, dataset, sourc
 def test_inspect_check_and_run_refuse_it(tmp_path, capsys):
     directions = ((0.0, 90.0),)
     folder = make_campaign(tmp_path / "lab", ("poppy_CP",), plates_only=True, directions=directions)
-    values = yaml.safe_load(folder.config.read_text(encoding="utf-8"))
+    values = yaml.safe_load(folder.config.read_text("utf-8"))
     values["force_log"] = {"dialect": "arrays"}
-    folder.config.write_text(yaml.safe_dump(values), encoding="utf-8")
+    folder.config.write_text(yaml.safe_dump(values), "utf-8")
     secret = tmp_path / "secret.bin"
     secret.write_bytes(np.arange(8.0).tobytes())
     for run in load_campaign(folder.config).runs:

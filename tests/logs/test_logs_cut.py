@@ -13,6 +13,7 @@ from foreign_logs import TEXTS, lvm, netft
 from fuzzing import check_rows
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.testing import assert_allclose, assert_array_equal
 from seeds import example_count
 
 from rftfit.logs.base import FINITE, Log, LogError
@@ -52,7 +53,7 @@ def test_whole_and_claimed_by_its_own_reader_only(name, place):
     assert (log.rows, log.dropped, log.missing) == (ROWS, {}, {})
     cells_of_file = np.array([foreign_log.cells(line.decode()) for line in foreign_log.lines])
     cells_of_log = np.stack([log.columns[column] for column in foreign_log.raw], axis=1)
-    np.testing.assert_array_equal(cells_of_log, cells_of_file)
+    assert_array_equal(cells_of_log, cells_of_file)
     assert (np.diff(log.columns["Time" if name in ("instron", "dated") else "time"]) > 0).all()
     claim = [
         dialect_name
@@ -77,7 +78,7 @@ def check_cut(foreign_log, full, stop, place):
     assert log.rows - log.size in (0, 1)
     if log.size:
         for name, values in full.columns.items():
-            np.testing.assert_array_equal(log.columns[name], values[: log.size])
+            assert_array_equal(log.columns[name], values[: log.size])
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -119,7 +120,7 @@ def test_a_bad_line_keeps_its_place_in_time(name, place):
         assert not log.missing
         keep = np.arange(ROWS) != 5
         for column, values in full.columns.items():
-            np.testing.assert_array_equal(log.columns[column], values[keep])
+            assert_array_equal(log.columns[column], values[keep])
 
 
 def _worse(foreign_log, word):
@@ -176,7 +177,7 @@ def test_segments(place):
     foreign_log = lvm(20, segments=3)
     log = whole_log(foreign_log, place)
     assert (log.rows, log.units) == (60, {"time": "s", "Force z": "N", "z": "mm"})
-    np.testing.assert_allclose(log.columns["time"][[0, 19, 20, 59]], [0, 0.19, 10, 20.19])
+    assert_allclose(log.columns["time"][[0, 19, 20, 59]], [0, 0.19, 10, 20.19])
     # a segment with other channels
     head, middle, tail = foreign_log.content.rsplit(b"Channels", 2)
     content = b"Channels".join([head, middle, tail.replace(b"Force z", b"Torque")])
@@ -187,7 +188,7 @@ def test_segments(place):
 
 def test_an_error_that_is_kept_holds_no_file_open(tmp_path):
     path = tmp_path / "log.csv"
-    path.write_text("time,Fx,Fy,Fz\n0,1,2", encoding="utf-8")
+    path.write_text("time,Fx,Fy,Fz\n0,1,2", "utf-8")
     gc.collect()
     gc.disable()  # a file in a circle of references is closed by the collector only
     try:

@@ -24,7 +24,7 @@ def proposed(path, header, unit_style):
     ]
     unit_rows = ["\t".join(unit for _, unit, _ in header)] if unit_style == "row" else []
     rows = ["\t".join(f"{row}.{k}5" for k in range(len(names))) for row in range(3)]
-    path.write_text("\n".join(["\t".join(names), *unit_rows, *rows]) + "\n", encoding="utf-8")
+    path.write_text("\n".join(["\t".join(names), *unit_rows, *rows]) + "\n", "utf-8")
     log = rftfit.read_log(path)
     return {quantity: list(log.columns).index(name) for quantity, name in guesses(log).items()}
 

@@ -5,6 +5,7 @@ import re
 import numpy as np
 import pytest
 from foreign_logs import lvm
+from numpy.testing import assert_allclose, assert_array_equal
 from refusals import refused
 
 from rftfit.logs.base import BLANK
@@ -21,7 +22,7 @@ def changed(path, key, second_value, *, segment=0, segments=1):
     segment_texts[segment] = pattern.sub(
         rf"\g<1>\t{second_value}\t", segment_texts[segment], count=1
     )
-    path.write_text("Channels\t".join([head, *segment_texts]), encoding="utf-8")
+    path.write_text("Channels\t".join([head, *segment_texts]), "utf-8")
     return path
 
 
@@ -46,19 +47,19 @@ def test_channels_on_clocks_of_their_own(tmp_path, key, second_value, expected_t
     for names, time in (({"Force z", "F1"}, STEP), ({"z", "x"}, expected_time)):
         log = LvmReader().only(names).load(path)
         assert set(log.columns) == {"time", *names.intersection({"Force z", "z"})}
-        np.testing.assert_allclose(log.columns["time"], time, atol=1e-6)
+        assert_allclose(log.columns["time"], time, atol=1e-6)
 
 
 def test_a_blank_in_the_header_says_nothing_else(tmp_path):
     log = LvmReader().load(changed(tmp_path / "a.lvm", "X0", ""))
-    np.testing.assert_allclose(log.columns["time"], STEP)
+    assert_allclose(log.columns["time"], STEP)
 
 
 def test_a_later_segment_is_looked_at_too(tmp_path):
     path = changed(tmp_path / "a.lvm", "X0", "0,5", segment=1, segments=2)
     clocks_differ(path)
     log = LvmReader().only({"z"}).load(path)
-    np.testing.assert_allclose(log.columns["time"], [*STEP, *(10.5 + STEP)], atol=1e-6)
+    assert_allclose(log.columns["time"], [*STEP, *(10.5 + STEP)], atol=1e-6)
 
 
 def with_x(path, columns, shift, late=0.0):
@@ -73,7 +74,7 @@ def with_x(path, columns, shift, late=0.0):
     for row, time in enumerate(STEP):
         second_time = f"\t{time + shift:.6f}" if multi else ""
         lines.append(f"{time:.6f}\t{row:.1f}{second_time}\t{-row:.1f}\n")
-    path.write_text((head + "".join(lines)).replace(".", ","), encoding="utf-8")
+    path.write_text((head + "".join(lines)).replace(".", ","), "utf-8")
     return path
 
 
@@ -85,17 +86,17 @@ def test_x_columns_that_differ(tmp_path, columns, shift, late):
     path = with_x(tmp_path / "a.lvm", columns, shift, late)
     clocks_differ(path, "0 s, " if columns == "One" else f"0 s, {shift + late:g} s ")
     force, motion = (LvmReader().only({name}).load(path) for name in ("Force z", "z"))
-    np.testing.assert_allclose(force.columns["time"], STEP, atol=1e-6)
-    np.testing.assert_allclose(motion.columns["time"], shift + late + STEP, atol=1e-6)
-    np.testing.assert_array_equal(motion.columns["z"], -np.arange(ROWS))
+    assert_allclose(force.columns["time"], STEP, atol=1e-6)
+    assert_allclose(motion.columns["time"], shift + late + STEP, atol=1e-6)
+    assert_array_equal(motion.columns["z"], -np.arange(ROWS))
 
 
 def test_x_columns_that_agree(tmp_path):
     """Also where a later segment's start and X together give one time."""
     for columns, shift, late in (("Multi", 0.0, 0.0), ("Multi", -0.5, 0.5), ("One", 0.0, 0.0)):
         log = LvmReader().load(with_x(tmp_path / "a.lvm", columns, shift, late))
-        np.testing.assert_allclose(log.columns["time"], STEP, atol=1e-6)
-        np.testing.assert_array_equal(log.columns["Force z"], np.arange(ROWS))
+        assert_allclose(log.columns["time"], STEP, atol=1e-6)
+        assert_array_equal(log.columns["Force z"], np.arange(ROWS))
 
 
 @pytest.mark.parametrize(("place", "empty", "full"), [(1, "Force z", "z"), (2, "z", "Force z")])
@@ -125,7 +126,7 @@ def test_a_channel_that_starts_later_is_read(tmp_path):
     assert LvmReader().only({"z"}).load(path).size == 60
     force = LvmReader().only({"Force z"}).load(path)
     assert (force.size, force.dropped) == (10, {BLANK: 50})
-    np.testing.assert_allclose(force.columns["time"], log.columns["time"][50:])
+    assert_allclose(force.columns["time"], log.columns["time"][50:])
 
 
 def test_a_segment_without_a_column_is_refused(tmp_path):
@@ -133,5 +134,5 @@ def test_a_segment_without_a_column_is_refused(tmp_path):
     names_at = next(place for place, line in enumerate(lines) if line.startswith("X_Value"))
     lines[names_at] = "\t\t\n"
     path = tmp_path / "log.lvm"
-    path.write_text("".join(lines), encoding="utf-8")
+    path.write_text("".join(lines), "utf-8")
     refused(LvmReader(), path, "header", "found '' ")

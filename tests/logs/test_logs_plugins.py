@@ -25,7 +25,7 @@ PAGE = Path(__file__).parents[2] / "docs" / "dialects.md"
 
 def blocks(language):
     """The examples of the documentation, as a reader would copy them."""
-    return re.findall(rf"```{language}\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
+    return re.findall(rf"```{language}\n(.*?)```", PAGE.read_text("utf-8"), re.DOTALL)
 
 
 @pytest.fixture
@@ -37,14 +37,14 @@ def install(tmp_path, monkeypatch):
     modules_before = set(sys.modules)
 
     def put_package(package, module, code, **points):
-        (site / f"{module}.py").write_text(code, encoding="utf-8")
+        (site / f"{module}.py").write_text(code, "utf-8")
         info = site / f"{package.replace('-', '_')}-1.0.dist-info"
         info.mkdir()
         metadata = f"Metadata-Version: 2.1\nName: {package}\nVersion: 1.0\n"
-        (info / "METADATA").write_text(metadata, encoding="utf-8")
+        (info / "METADATA").write_text(metadata, "utf-8")
         lines = [f"{name} = {target}\n" for name, target in points.items()]
         listed = f"[{plugins_module.GROUP}]\n" + "".join(lines)
-        (info / "entry_points.txt").write_text(listed, encoding="utf-8")
+        (info / "entry_points.txt").write_text(listed, "utf-8")
         importlib.invalidate_caches()
         plugins_module.plugins.cache_clear()
 
@@ -64,7 +64,7 @@ def test_the_example_of_the_documentation(install, tmp_path):
     install("ourlab-dialect", target.split(":")[0], code, **{name: target})
     (log_text,) = blocks("text")
     path = tmp_path / "run1.olf"
-    path.write_text(log_text, encoding="utf-8")
+    path.write_text(log_text, "utf-8")
     (reader,) = claimants(read_head(path))
     assert reader.name == name
     assert "package ourlab-dialect" in reader.describe()
@@ -139,10 +139,10 @@ def campaign(tmp_path):
     sheet = tmp_path / "campaign" / "raw" / "paper" / "runs.csv"
     for path in (config, sheet):
         path.parent.mkdir(parents=True)
-    sheet.write_text(RUNS, encoding="utf-8")
-    text = CONFIG.read_text(encoding="utf-8").split("\nrobot:")[0] + "\ndialect: ours\n"
+    sheet.write_text(RUNS, "utf-8")
+    text = CONFIG.read_text("utf-8").split("\nrobot:")[0] + "\ndialect: ours\n"
     text = re.sub(r"^dialect: rig.*\n", "", text, flags=re.MULTILINE)
-    config.write_text(text, encoding="utf-8")
+    config.write_text(text, "utf-8")
     return config
 
 
@@ -155,8 +155,8 @@ def fresh():
 def test_a_changed_plug_in_is_told(install, campaign, tmp_path):
     code = GOOD + "    def load(self, path): raise OSError\n"
     install("ourlab-dialect", "ourlab_dialect", code, ours="ourlab_dialect:D")
-    text = campaign.read_text(encoding="utf-8").replace("method: sync_line", "method: estimate")
-    campaign.write_text(text, encoding="utf-8")
+    text = campaign.read_text("utf-8").replace("method: sync_line", "method: estimate")
+    campaign.write_text(text, "utf-8")
     states = read_states(campaign)[0]
     jobs = (("ingest", "poppy_LP"), ("figure", "clocks_poppy_LP"), ("fourier", ""))
     codes_before = [states.of(*job)["code"] for job in jobs]
@@ -165,7 +165,7 @@ def test_a_changed_plug_in_is_told(install, campaign, tmp_path):
     assert "ourlab_dialect" in state.modules
 
     module = tmp_path / "site" / "ourlab_dialect.py"
-    module.write_text(code.replace("OSError", "ValueError"), encoding="utf-8")
+    module.write_text(code.replace("OSError", "ValueError"), "utf-8")
     fresh()
     changed = States(states.campaign)
     codes_after = [changed.of(*job)["code"] for job in jobs]
@@ -190,7 +190,7 @@ def test_a_changed_plug_in_is_told(install, campaign, tmp_path):
 
 
 def test_the_rig_needs_no_search_for_plug_ins(campaign, monkeypatch):
-    text = campaign.read_text(encoding="utf-8").replace("dialect: ours", "dialect: rig")
-    campaign.write_text(text, encoding="utf-8")
+    text = campaign.read_text("utf-8").replace("dialect: ours", "dialect: rig")
+    campaign.write_text(text, "utf-8")
     monkeypatch.setattr(plugins_module, "plugins", lambda: pytest.fail("searched"))
     assert read_states(campaign)[0].dialects == []

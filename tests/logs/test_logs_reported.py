@@ -285,7 +285,7 @@ def test_what_is_proposed_for_made_headers_is_read(header, tmp_path):
         case = f"{header}, {cells}, {DELIMITERS[cut]}"
         path = tmp_path / f"{number}.txt"
         text, values = made_log(header, cells, cut)
-        path.write_text(text, encoding="utf-8")
+        path.write_text(text, "utf-8")
         (survey,), proposed = inspected(path)
         assert survey.unread == {}, case
         is_number = np.isfinite(values)

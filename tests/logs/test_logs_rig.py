@@ -197,9 +197,9 @@ def test_registry(tmp_path):
     with pytest.raises(InputError, match=r"'rigg'; allowed: .*did you mean 'rig'"):
         dialect("rigg")
     path = tmp_path / "log.csv"
-    path.write_text(FORCE, encoding="utf-8")
+    path.write_text(FORCE, "utf-8")
     assert claimants(read_head(path)) == [DIALECTS["rig"]]
-    path.write_text("<html>", encoding="utf-8")
+    path.write_text("<html>", "utf-8")
     assert claimants(read_head(path)) == []
     with pytest.raises(InputError, match=r"nowhere\.csv"):
         read_head(tmp_path / "nowhere.csv")

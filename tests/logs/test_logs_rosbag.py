@@ -14,6 +14,7 @@ import pytest
 import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from numpy.testing import assert_allclose, assert_array_equal
 from refusals import refused
 
 from rftfit.logs import blocks, rosbag
@@ -75,8 +76,8 @@ def test_bag_and_csv_of_one_recording_are_identical(name):
     assert set(bag) == set(text)
     assert {"time", "received", "header.seq", "wrench.force.z", "wrench.torque.x"} <= set(bag)
     for column in bag:  # rostopic prints twelve digits
-        np.testing.assert_allclose(bag[column], text[column], rtol=2e-11, err_msg=column)
-    np.testing.assert_array_equal(bag["time"], text["time"])
+        assert_allclose(bag[column], text[column], rtol=2e-11, err_msg=column)
+    assert_array_equal(bag["time"], text["time"])
 
 
 @needs_cmu
@@ -110,10 +111,10 @@ def test_wrenches_of_ros2(tmp_path, plugin, endians):
     path = write_ros2(tmp_path / "bag", raws, plugin)
     assert RosBagReader().detect(path.read_bytes()[:65536])
     columns = RosBagReader().load(path).columns
-    np.testing.assert_array_equal(columns["wrench.force.x"], np.arange(120.0))
-    np.testing.assert_allclose(columns["wrench.torque.z"], 0.3 * np.arange(120))
-    np.testing.assert_allclose(columns["time"], 100 + np.arange(120) / 100, atol=1e-6)
-    np.testing.assert_allclose(columns["received"], 5 + np.arange(120) / 100)
+    assert_array_equal(columns["wrench.force.x"], np.arange(120.0))
+    assert_allclose(columns["wrench.torque.z"], 0.3 * np.arange(120))
+    assert_allclose(columns["time"], 100 + np.arange(120) / 100, atol=1e-6)
+    assert_allclose(columns["received"], 5 + np.arange(120) / 100)
 
 
 def test_joint_states_and_texts_of_other_lengths(tmp_path):
@@ -126,15 +127,15 @@ def test_joint_states_and_texts_of_other_lengths(tmp_path):
         message = TYPES[JOINTS](header, names, position, none, effort)
         raws.append(STORE.serialize_cdr(message, JOINTS))
     columns = RosBagReader().load(write_ros2(tmp_path / "a", raws, kind=JOINTS)).columns
-    np.testing.assert_allclose(columns["position0"], 0.1 * np.arange(10))
-    np.testing.assert_allclose(columns["effort1"], 9.0)
+    assert_allclose(columns["position0"], 0.1 * np.arange(10))
+    assert_allclose(columns["effort1"], 9.0)
     # a frame's name that grows moves every number behind it
     raws = [wrench(index, "f" * (index % 3)) for index in range(30)]
     bag = write_ros2(tmp_path / "b", raws, "SQLITE3")
     log_of_all = RosBagReader().of_source({"header.frame_id": ("", "f", "ff")}).load(bag)
-    np.testing.assert_array_equal(log_of_all.columns["wrench.force.x"], np.arange(30.0))
+    assert_array_equal(log_of_all.columns["wrench.force.x"], np.arange(30.0))
     log_of_ff = RosBagReader().of_source({"header.frame_id": ("ff",)}).load(bag)
-    np.testing.assert_array_equal(log_of_ff.columns["wrench.force.x"], np.arange(2.0, 30, 3))
+    assert_array_equal(log_of_ff.columns["wrench.force.x"], np.arange(2.0, 30, 3))
     assert log_of_ff.dropped == {OTHER_SOURCE: 20}
     # readings that go on are of one source, whatever it is called
     assert RosBagReader().load(bag).size == 30
@@ -151,7 +152,7 @@ def test_a_folder_of_ros2(tmp_path, mode):
     path = tmp_path / "bag" / "metadata.yaml"
     assert RosBagReader().detect(path.read_bytes())
     log = RosBagReader().load(path)
-    np.testing.assert_array_equal(log.columns["wrench.force.x"], np.arange(50.0))
+    assert_array_equal(log.columns["wrench.force.x"], np.arange(50.0))
     if mode == "MESSAGE":
         assert refused(RosBagReader(), file, "compressed").rows == 50
 
@@ -233,7 +234,7 @@ def test_cut_anywhere(tmp_path, share):
     assert log.dropped == {rosbag.CUT: 1}
     assert log.rows == log.size + 1
     for name, values in log.columns.items():
-        np.testing.assert_array_equal(values, whole_log.columns[name][: log.size])
+        assert_array_equal(values, whole_log.columns[name][: log.size])
     # what stands before the cut comes back
     assert log.size >= whole_log.size * length / len(content) - 200
 

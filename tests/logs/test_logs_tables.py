@@ -12,6 +12,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 from foreign_logs import TEXTS, daq, instron, netft
+from numpy.testing import assert_allclose, assert_array_equal
 from refusals import refused
 
 import rftfit
@@ -29,7 +30,7 @@ FRAME = pd.DataFrame(VALUES, columns=["Fx [N]", "Fy (N)", "z_mm"])
 
 
 def check_values(log):
-    np.testing.assert_array_equal(np.stack(list(log.columns.values()), axis=1), VALUES)
+    assert_array_equal(np.stack(list(log.columns.values()), axis=1), VALUES)
     assert log.units == {"Fx": "N", "Fy": "N", "z": "mm"}
     assert (log.rows, log.dropped) == (50, {})
 
@@ -59,7 +60,7 @@ def test_tables(table):
         assert not is_complete.all()
         log = reader.only(["Fx", "z"]).load(table)
         assert log.dropped == {BLANK: np.count_nonzero(~is_complete)}
-        np.testing.assert_array_equal(log.columns["Fx"], VALUES[is_complete, 0])
+        assert_array_equal(log.columns["Fx"], VALUES[is_complete, 0])
 
 
 def test_xlsx_with_a_preamble_a_row_of_units_and_a_bad_cell(tmp_path):
@@ -393,7 +394,7 @@ def test_types_of_parquet_that_hold_numbers(tmp_path):
         ("half", 0, 1),
         ("date", 1770076800, 1),
     ):
-        np.testing.assert_allclose(log.columns[name], begin + step * np.arange(20), err_msg=name)
+        assert_allclose(log.columns[name], begin + step * np.arange(20), err_msg=name)
     assert np.flatnonzero(np.isnan(log.columns["pair column 2"])).tolist() == [5]
     assert log.unread.keys() == {"word", "raw"}
     assert log.unread["word"].startswith("'a' ")
@@ -416,11 +417,11 @@ def test_types_of_parquet_that_hold_numbers(tmp_path):
 def test_labels_of_a_serial_plotter_are_names(line, tmp_path):
     path = tmp_path / "log.txt"
     rows = [line.format(t=row / 4, f=row + 0.5, z=-row) for row in range(30)]
-    path.write_text("\n".join(["Starting...", "", *rows, ""]), encoding="utf-8")
+    path.write_text("\n".join(["Starting...", "", *rows, ""]), "utf-8")
     log = rftfit.read_log(path)
     assert log.size == 30
     for name, values in (("time", [0, 0.25]), ("force", [0.5, 1.5]), ("pos", [0, -1])):
-        np.testing.assert_allclose(log.columns[name][:2], values)
+        assert_allclose(log.columns[name][:2], values)
 
 
 def test_text_with_decimal_commas_in_a_workbook(tmp_path):
@@ -431,8 +432,8 @@ def test_text_with_decimal_commas_in_a_workbook(tmp_path):
         book.active.append([row / 2, f"{row},25", f"{row + 1},125", f"\N{MINUS SIGN}{row}.5"])
     book.save(tmp_path / "a.xlsx")
     log = dialect("xlsx").load(tmp_path / "a.xlsx")
-    np.testing.assert_allclose(log.columns["F"], np.arange(9) + 0.25)
-    np.testing.assert_allclose(log.columns["z"], -0.5 - np.arange(9))
+    assert_allclose(log.columns["F"], np.arange(9) + 0.25)
+    assert_allclose(log.columns["z"], -0.5 - np.arange(9))
     assert log.unread.keys() == {"counts"}
     assert log.unread["counts"].startswith("'1,125' ")
 
@@ -449,7 +450,7 @@ GEF = """#GEFID= 1, 1, 0
 def test_columns_of_a_penetration_test_have_the_names_of_its_header(delimiter, tmp_path):
     path = tmp_path / "cpt.gef"
     rows = "".join(f"{row / 50:.2f}{delimiter}{row / 4:.2f}\n" for row in range(30))
-    path.write_text(GEF.format(rows=rows), encoding="utf-8")
+    path.write_text(GEF.format(rows=rows), "utf-8")
     log = rftfit.read_log(path)
     assert log.units == {"Length": "m", "Cone resistance": "MPa"}
     assert (log.size, log.dropped) == (30, {})
@@ -461,9 +462,7 @@ def test_a_number_that_the_header_of_a_penetration_test_calls_void_is_no_value(t
     rows = [f"{row / 50:.2f}; {row / 4:.2f}" for row in range(30)]
     for row, void in ((4, "-999999"), (7, " -999999"), (9, "-999999.00")):
         rows[row] = f"{row / 50:.2f};{void}"
-    path.write_text(head + "\n".join(rows) + "\n", encoding="utf-8")
+    path.write_text(head + "\n".join(rows) + "\n", "utf-8")
     log = rftfit.read_log(path)
-    np.testing.assert_array_equal(
-        np.flatnonzero(np.isnan(log.columns["Cone resistance"])), [4, 7, 9]
-    )
+    assert_array_equal(np.flatnonzero(np.isnan(log.columns["Cone resistance"])), [4, 7, 9])
     assert np.isfinite(log.columns["Length"]).all()

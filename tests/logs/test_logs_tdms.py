@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose, assert_array_equal
 from refusals import refused
 
 from rftfit.logs.base import LogError
@@ -38,7 +39,7 @@ def test_the_real_one():
     assert (log.rows, log.size, len(log.columns)) == (2000, 2000, 8)
     assert np.all(np.diff(log.columns["time"]) > 0)
     expected = nptdms.TdmsFile.read(REAL)["Layer Data"]["Fifth Chan"][:]
-    np.testing.assert_array_equal(log.columns["Fifth Chan"], expected)
+    assert_array_equal(log.columns["Fifth Chan"], expected)
 
 
 @needs_real
@@ -57,7 +58,7 @@ def test_cut_at_many_places(tmp_path, capfd):
         assert log.rows == log.size + log.dropped.get(CUT, 0)
         counted += CUT in log.dropped
         for name, values in log.columns.items():
-            np.testing.assert_array_equal(values, whole_log.columns[name][: log.size])
+            assert_array_equal(values, whole_log.columns[name][: log.size])
     assert counted > 10
 
     assert capfd.readouterr().err == ""
@@ -82,7 +83,7 @@ def test_where_the_time_comes_from(tmp_path, channels, options, time):
         assert "time" not in log.columns
         assert "no time" in log.notes[0]
     else:
-        np.testing.assert_allclose(log.columns["time"], time)
+        assert_allclose(log.columns["time"], time)
         assert log.units["time"] == "s"
 
 
@@ -116,10 +117,8 @@ def test_channels_on_clocks_of_their_own(tmp_path, second_clock, message):
     force, motion = (TdmsReader().only(names).load(path) for names in ({"Fx", "Fz"}, {"z"}))
     assert (list(force.columns), list(motion.columns)) == (["time", "Fx", "Fz"], ["time", "z"])
     began = force.columns["time"][0]
-    np.testing.assert_allclose(force.columns["time"] - began, 0.01 * np.arange(5), atol=1e-6)
-    np.testing.assert_allclose(
-        motion.columns["time"] - began, offset_s + step * np.arange(5), atol=1e-6
-    )
+    assert_allclose(force.columns["time"] - began, 0.01 * np.arange(5), atol=1e-6)
+    assert_allclose(motion.columns["time"] - began, offset_s + step * np.arange(5), atol=1e-6)
 
 
 def test_clocks_are_the_same_to_the_microsecond(tmp_path):

@@ -5,6 +5,7 @@ What is left out is counted.
 
 import numpy as np
 import pytest
+from numpy.testing import assert_array_equal
 
 import rftfit
 
@@ -17,7 +18,7 @@ SEMICOLON = {"delimiter": ";", "decimal": ","}
 def write(path, head, forces, times):
     delimiter = ";" if ";" in head else "\t" if "\t" in head else ","
     rows = [f"{time}{delimiter}{force}" for time, force in zip(times.split(), forces, strict=True)]
-    path.write_text("\n".join([head, *rows]) + "\n", encoding="utf-8")
+    path.write_text("\n".join([head, *rows]) + "\n", "utf-8")
     return path
 
 
@@ -41,7 +42,7 @@ def test_numbers_with_both_marks(tmp_path, head, forces, times, text):
     log = rftfit.read_log(write(tmp_path / "log.csv", head, forces, times), text=text)
     force_N = list(log.columns.values())[1]
     assert log.dropped == {}
-    np.testing.assert_array_equal(np.sort(force_N), np.sort(FORCES))
+    assert_array_equal(np.sort(force_N), np.sort(FORCES))
 
 
 @pytest.mark.parametrize("mark", [" ", "'", "\u2019", "\u00a0", "\u202f", "\u2009"])
@@ -57,7 +58,7 @@ def test_thousands_by_a_blank_or_an_apostrophe(tmp_path, mark, encoding):
         return  # which no such file can have
     log = rftfit.read_log(path)
     assert (log.size, log.dropped) == (7, {})
-    np.testing.assert_array_equal(log.columns["Fz"], [*FORCES, *FORCES[2:4]])
+    assert_array_equal(log.columns["Fz"], [*FORCES, *FORCES[2:4]])
 
 
 def test_a_single_mark_is_not_guessed(tmp_path):
@@ -65,7 +66,7 @@ def test_a_single_mark_is_not_guessed(tmp_path):
     forces = ("0.5", '"1,442"', "2.5", '"1,44.2"', '"12,4421.5"', "3.5", "4.5")
     path = write(tmp_path / "log.csv", "time (s),Fz (N)", forces, "0.0 0.1 0.2 0.3 0.4 0.5 0.6")
     log = rftfit.read_log(path, text={"delimiter": ","})
-    np.testing.assert_array_equal(log.columns["Fz"], [0.5, 2.5, 3.5, 4.5])
+    assert_array_equal(log.columns["Fz"], [0.5, 2.5, 3.5, 4.5])
     assert sum(log.dropped.values()) == 3
 
 
@@ -91,7 +92,7 @@ def test_a_blank_parts_thousands_where_the_column_shows_it(tmp_path, column, val
     cells = cells[:1] * rows_above + cells
     path = tmp_path / "log.csv"
     rows = "".join(f"{place / 10};{cell}\n" for place, cell in enumerate(cells))
-    path.write_text(f"time (s);Fz (N)\n{rows}", encoding="utf-8")
+    path.write_text(f"time (s);Fz (N)\n{rows}", "utf-8")
     log = rftfit.read_log(path, text={"delimiter": ";"})
     assert log.columns["Fz"][rows_above:].tolist() == values
     assert log.size + sum(log.dropped.values()) == len(cells)

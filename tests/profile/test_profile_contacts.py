@@ -7,6 +7,7 @@ wrong on a body is learned and removed.
 import numpy as np
 import pandas as pd
 import pytest
+from numpy.testing import assert_allclose
 
 import rftfit
 from rftfit.model.body_lessons import LEAST_PER_MEDIUM, learn_body_error
@@ -38,25 +39,14 @@ def test_weights_times_alpha_are_the_forces_of_the_program_in_the_plane_and_in_s
     nodes = map_nodes()
     table = rftfit.TableProfile(*SAND.alpha(nodes.beta, nodes.gamma), nodes.beta, nodes.gamma)
     alpha = np.concatenate(SAND.alpha(nodes.beta, nodes.gamma))
-    forces = rftfit.predict(table, LEG, MOTION)
-    contact = turned()
-    np.testing.assert_allclose(
-        contact.weights(nodes.beta, nodes.gamma)[0] @ alpha, forces["force_z_N"], atol=1e-9
-    )
-    np.testing.assert_allclose(
-        contact.weights(nodes.beta, nodes.gamma)[1] @ alpha, forces["force_x_N"], atol=1e-9
-    )
     plate = rftfit.Mesh.extrude(rftfit.polyline([(-1, 0), (1, 0.5)], 2, elements=1))
     motion = rftfit.Motion3D([[0, 0, -2], [0, 0, -3]], [0.3, 0.2, -1])
     forces = rftfit.predict(table, plate, motion, model_error=0)
-    pressed = Contact(plate, motion, forces, errors=0.1)
-    for row, name in enumerate(pressed.components):
-        np.testing.assert_allclose(
-            pressed.weights(nodes.beta, nodes.gamma)[row] @ alpha,
-            forces[name],
-            atol=1e-9,
-            err_msg=name,
-        )
+    in_space = Contact(plate, motion, forces, errors=0.1), forces
+    for contact, forces in ((turned(), rftfit.predict(table, LEG, MOTION)), in_space):
+        weights = contact.weights(nodes.beta, nodes.gamma)
+        for row, name in enumerate(contact.components):
+            assert_allclose(weights[row] @ alpha, forces[name], atol=1e-9, err_msg=name)
 
 
 @pytest.mark.parametrize(

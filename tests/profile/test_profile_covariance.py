@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from light_campaign import SE, alpha_frame, results_of
+from numpy.testing import assert_allclose, assert_array_equal
 
 from rftfit.campaign.config import ErrorSettings
 from rftfit.measure.alpha import alpha_table, column
@@ -96,7 +97,7 @@ def test_covariance_by_one_common_error(error):
     covariance = covariance_of(table_of(**stated))
     assert list(covariance.index) == [(*cell, c) for cell in CELLS for c in "xz"]
     scale = np.sqrt(np.outer(np.diag(expected), np.diag(expected)))
-    np.testing.assert_allclose(covariance.to_numpy() / scale, expected / scale, atol=0.02)
+    assert_allclose(covariance.to_numpy() / scale, expected / scale, atol=0.02)
     # it is not all of the diagonal
     assert np.abs(expected / scale - np.eye(len(expected))).max() > 0.5
 
@@ -117,24 +118,24 @@ def test_covariance_is_that_of_the_standard_errors():
     with_error = table.dropna(subset=[column("z", "_se")]).sort_values(["beta_deg", "gamma_deg"])
     assert len(covariance) == 2 * len(with_error) == 2 * (len(table) - 1)
     se = with_error[[column(c, "_se") for c in "xz"]].to_numpy(float).ravel()
-    np.testing.assert_allclose(np.sqrt(np.diag(covariance)), se, rtol=1e-12)
-    np.testing.assert_array_equal(covariance, covariance.T)
+    assert_allclose(np.sqrt(np.diag(covariance)), se, rtol=1e-12)
+    assert_array_equal(covariance, covariance.T)
     values = np.linalg.eigvalsh(covariance)
     assert values.min() > -1e-12 * values.max()
     # one plate has one error
     left, right = (covariance.xs((beta, -90.0)) for beta in (-90.0, 90.0))
-    np.testing.assert_allclose(left, right, rtol=1e-12)
+    assert_allclose(left, right, rtol=1e-12)
 
 
 def test_a_medium_gives_its_covariance(paper_config):
     """Of a table with noise alone, each number for itself."""
     medium, values = "poppy_LP", alpha_grid("poppy_LP")
     covariance = results_of([alpha_frame(medium, values)], paper_config)[medium].covariance
-    np.testing.assert_allclose(covariance.loc[(0.0, 90.0, "z"), (0.0, 90.0, "z")], SE**2)
+    assert_allclose(covariance.loc[(0.0, 90.0, "z"), (0.0, 90.0, "z")], SE**2)
     apart = covariance.drop(index=[-90.0, 90.0]).drop(columns=[-90.0, 90.0])
-    np.testing.assert_allclose(apart, SE**2 * np.eye(len(apart)), atol=1e-18)
+    assert_allclose(apart, SE**2 * np.eye(len(apart)), atol=1e-18)
     # these are one plate
-    np.testing.assert_allclose(covariance.loc[(-90.0, 90.0, "z"), (90.0, 90.0, "z")], SE**2)
+    assert_allclose(covariance.loc[(-90.0, 90.0, "z"), (90.0, 90.0, "z")], SE**2)
 
 
 def test_the_file_is_the_matrix():
@@ -144,7 +145,7 @@ def test_the_file_is_the_matrix():
     assert square.index.names == ["medium", *COVARIANCE_INDEX]
     places = [f"covariance_{c}_{b:g}_{g:g}_N2_per_cm6" for _, b, g, c in square.index]
     assert list(square.columns) == places
-    np.testing.assert_allclose(square, covariance_of(table), rtol=1e-5)
+    assert_allclose(square, covariance_of(table), rtol=1e-5)
     values = np.linalg.eigvalsh(square)
     assert values.min() > -1e-6 * values.max()
     nothing = table.assign(**{column(c, "_se"): np.nan for c in "zx"})

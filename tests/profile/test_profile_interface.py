@@ -8,6 +8,7 @@ import re
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose, assert_array_equal
 
 from rftfit import reference
 from rftfit.conventions import mirror
@@ -57,11 +58,11 @@ def test_lives_on_the_torus_and_is_symmetric(profile, kind):
     assert np.abs(alpha).max() > 0.1
     for turns in ((1, 0), (-3, 0), (0, 1), (2, -2)):
         again = profile.alpha(ANY_BETA + turns[0] * np.pi, ANY_GAMMA + turns[1] * 2 * np.pi)
-        np.testing.assert_allclose(again, alpha, atol=1e-12)
+        assert_allclose(again, alpha, atol=1e-12)
     image_z, image_x = profile.alpha(*mirror(ANY_BETA, ANY_GAMMA))
-    np.testing.assert_allclose([image_z, -image_x], alpha, atol=1e-12)
+    assert_allclose([image_z, -image_x], alpha, atol=1e-12)
     some = ANY_BETA[:200], ANY_GAMMA[:200]
-    np.testing.assert_allclose(Profile.alpha(profile, *some), alpha[:, :200], atol=1e-12)
+    assert_allclose(Profile.alpha(profile, *some), alpha[:, :200], atol=1e-12)
     assert np.isnan(profile.alpha([np.nan, 1.0], [1.0, np.nan])).all()
     assert profile.pack.kind == kind
 
@@ -82,10 +83,10 @@ def test_shapes_broadcast():
 def test_table_meets_its_nodes(medium):
     expected = np.array(reference.alpha_grid(medium))
     alpha = np.array(table(medium).alpha(BETA[:, None], GAMMA[None, :]))
-    np.testing.assert_allclose(alpha[..., 1:-1], expected[..., 1:-1], atol=1e-15)
+    assert_allclose(alpha[..., 1:-1], expected[..., 1:-1], atol=1e-15)
     # at gamma = +-90 degrees the mean of the mirror images
     mean = (expected[0, :, -1] + expected[0, ::-1, -1]) / 2
-    np.testing.assert_allclose(alpha[0, :, -1], mean, atol=1e-15)
+    assert_allclose(alpha[0, :, -1], mean, atol=1e-15)
 
 
 def test_table_is_bilinear_at_the_true_angles():
@@ -102,10 +103,10 @@ def test_table_has_no_step_anywhere_along_the_wrap():
     gamma = np.linspace(-np.pi, np.pi, 721)
     above = np.array(profile.alpha(np.pi / 2 - tiny, gamma))
     below = np.array(profile.alpha(-np.pi / 2 + tiny, gamma))
-    np.testing.assert_allclose(above, below, atol=1e-7)
+    assert_allclose(above, below, atol=1e-7)
     beta = np.linspace(-np.pi, np.pi, 721)
     front, behind = profile.alpha(beta, np.pi - tiny), profile.alpha(beta, -np.pi + tiny)
-    np.testing.assert_allclose(front, behind, atol=1e-7)
+    assert_allclose(front, behind, atol=1e-7)
 
 
 def test_missing_cell_is_nan_around_itself_with_a_reason():
@@ -123,12 +124,10 @@ def test_missing_cell_is_nan_around_itself_with_a_reason():
         inside |= (b > 0) & (b < BETA[5]) & (g > GAMMA[8]) & (g < GAMMA[10])
     assert 0 < inside.sum() < 400
     assert (np.isnan(interpolated) == inside).all()
-    np.testing.assert_allclose(interpolated[:, ~inside], expected[:, ~inside], atol=1e-15)
+    assert_allclose(interpolated[:, ~inside], expected[:, ~inside], atol=1e-15)
     # its neighbours in the table are measured and stay known
     assert np.isfinite(profile.alpha(BETA[[3, 5]], GAMMA[[9, 8]])).all()
-    np.testing.assert_array_equal(
-        np.isnan(Profile.alpha(profile, beta, gamma)), np.isnan(interpolated)
-    )
+    assert_array_equal(np.isnan(Profile.alpha(profile, beta, gamma)), np.isnan(interpolated))
 
 
 def test_missing_plate_at_90_degrees_is_the_one_at_minus_90():
@@ -136,14 +135,14 @@ def test_missing_plate_at_90_degrees_is_the_one_at_minus_90():
     alpha[:, -1] = np.nan
     profile, whole = TableProfile(*alpha), table().alpha(ANY_BETA, ANY_GAMMA)
     assert profile.reason == ""
-    np.testing.assert_allclose(profile.alpha(ANY_BETA, ANY_GAMMA), whole, atol=1e-14)
+    assert_allclose(profile.alpha(ANY_BETA, ANY_GAMMA), whole, atol=1e-14)
 
 
 def test_table_from_data_frame():
     rows = reference.load("table_s5").query("medium == 'poppy_LP'").assign(reason="")
     profile = TableProfile.from_table(rows.sample(frac=1, random_state=1))
-    np.testing.assert_array_equal(profile.alpha_z, table().alpha_z)
-    np.testing.assert_array_equal(profile.alpha_x, table().alpha_x)
+    assert_array_equal(profile.alpha_z, table().alpha_z)
+    assert_array_equal(profile.alpha_x, table().alpha_x)
     cell = (rows["beta_deg"] == 0) & (rows["gamma_deg"] == 0)
     rows.loc[cell, ["alpha_z_N_per_cm3", "alpha_x_N_per_cm3"]] = np.nan
     rows.loc[cell, "reason"] = "no run"
@@ -171,13 +170,13 @@ def test_table_from_data_frame():
 def test_depth_only_opposes_each_component(beta_deg, gamma_deg, alpha_z, alpha_x):
     profile = DepthOnlyProfile(np.array([0.4, -0.02, 0.08]))
     alpha = profile.alpha(math.radians(beta_deg), math.radians(gamma_deg))
-    np.testing.assert_allclose(alpha, (alpha_z, alpha_x), atol=1e-15)
+    assert_allclose(alpha, (alpha_z, alpha_x), atol=1e-15)
 
 
 def test_depth_only_takes_its_values_from_the_table():
     alpha = np.array(reference.alpha_grid("poppy_LP"))
     expected = alpha[0, 3, -1], alpha[0, 3, 0], alpha[1, -1, 6]
-    np.testing.assert_allclose(DepthOnlyProfile.of(table()).values, expected, atol=1e-15)
+    assert_allclose(DepthOnlyProfile.of(table()).values, expected, atol=1e-15)
     alpha[0, 3, 0] = np.nan
     without = DepthOnlyProfile.of(TableProfile(*alpha))
     assert "(0, -90)" in without.reason
@@ -187,9 +186,9 @@ def test_depth_only_takes_its_values_from_the_table():
 def test_generic_golden_values():
     generic = scaled_generic(1.0, M0)
     alpha = generic.alpha(np.radians([30, 0]), np.radians([45, 90]))
-    np.testing.assert_allclose(alpha, [[0.734, 1.000], [0.294, 0.0]], atol=5e-4)
+    assert_allclose(alpha, [[0.734, 1.000], [0.294, 0.0]], atol=5e-4)
     half = scaled_generic(0.5, M0).alpha(ANY_BETA, ANY_GAMMA)
-    np.testing.assert_allclose(half, 0.5 * np.array(generic.alpha(ANY_BETA, ANY_GAMMA)), rtol=1e-14)
+    assert_allclose(half, 0.5 * np.array(generic.alpha(ANY_BETA, ANY_GAMMA)), rtol=1e-14)
     # whole numbers
     assert scaled_generic(2, M0).alpha(0, np.pi / 2)[0] == pytest.approx(2, abs=2e-3)
     assert FourierProfile(np.arange(9)).coefficients.dtype == float
@@ -209,7 +208,7 @@ def test_a_grid_of_ones_own_names_its_own_cells(angle, angle_text):
     assert profile.reason.startswith("own: ")
     assert profile.reason.endswith(f" ({angle_text}, 67.5): log missing")
     assert (profile.beta.size, profile.gamma.size) == (5, 9)
-    np.testing.assert_allclose(profile.alpha(beta[1], gamma), [component[1] for component in alpha])
+    assert_allclose(profile.alpha(beta[1], gamma), [component[1] for component in alpha])
 
 
 PATCH = np.random.default_rng(2).uniform([[5], [0]], [[65], [60]], (2, 60))
@@ -235,10 +234,10 @@ def test_scattered_directions_are_joined_by_planes(shift):
     profile = joined(plane(*(PATCH + moved)), PATCH + moved)
     beta, gamma = RANDOM.uniform([[20], [15]], [[50], [45]], (2, 200)) + moved
     alpha = profile.alpha(*np.radians([beta, gamma]))
-    np.testing.assert_allclose(alpha, plane(beta, gamma), atol=1e-12)
+    assert_allclose(alpha, plane(beta, gamma), atol=1e-12)
     # seen from behind, the force along x has the other sign
     found_z, found_x = profile.alpha(*np.radians([-beta, 180 - gamma]))
-    np.testing.assert_allclose([found_z, -found_x], plane(beta, gamma), atol=1e-12)
+    assert_allclose([found_z, -found_x], plane(beta, gamma), atol=1e-12)
 
 
 def test_nothing_is_said_farther_than_35_degrees_from_every_push():
@@ -251,7 +250,7 @@ def test_nothing_is_said_farther_than_35_degrees_from_every_push():
     pushed = np.concatenate([both + turn for turn in turns])
     off = np.hypot(beta[..., None] - pushed[:, 0], gamma[..., None] - pushed[:, 1]).min(axis=-1)
     for alpha in profile.alpha(np.radians(beta), np.radians(gamma)):
-        np.testing.assert_array_equal(np.isnan(alpha), off > 35)
+        assert_array_equal(np.isnan(alpha), off > 35)
 
 
 def test_a_scattered_direction_missing_in_one_draw_is_missing_in_all():
@@ -268,7 +267,7 @@ def test_a_scattered_direction_missing_in_one_draw_is_missing_in_all():
     assert alpha.shape == (2, 2, 50)
     for number in (0, 1):
         alone = joined(many[:, number, is_kept], PATCH[:, is_kept])
-        np.testing.assert_allclose(alpha[:, number], alone.alpha(*angles), atol=1e-14)
+        assert_allclose(alpha[:, number], alone.alpha(*angles), atol=1e-14)
 
 
 def test_scattered_directions_without_a_number_give_none():
@@ -299,7 +298,7 @@ def test_published_profiles_are_the_printed_tables():
     ):
         profile = published_medium("poppy_CP", kind)
         assert (profile.name, profile.reason, profile.spread) == (name, "", None)
-        np.testing.assert_allclose(profile.alpha(*angles), alpha, atol=1e-14)
+        assert_allclose(profile.alpha(*angles), alpha, atol=1e-14)
         # half of the thickness of the paper's plate, 0.64 cm; 6 cm above the bottom at 15 cm
         assert profile.window == (0.3, 9.0)
 

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
+from numpy.testing import assert_allclose, assert_array_equal
 from paper_grid import BETA, GAMMA, by_hand
 
 import rftfit
@@ -27,14 +28,12 @@ from rftfit.model.prediction import find_peaks
 from rftfit.model.scaling import (
     ALL_METHODS,
     AS_PRINTED,
-    Reference,
     Scaled,
     alpha_of_test,
     fit_media,
     fit_terms,
     generic_interval,
     reference_of,
-    scale,
     scale_new_medium,
     vertical_penetration,
 )
@@ -74,7 +73,7 @@ def test_same_seed_same_draws():
     loose_draws, same, later = (
         alpha_draws(published("poppy_LP"), 50, seed, 0.95) for seed in (7, 7, 8)
     )
-    np.testing.assert_array_equal(loose_draws, same)
+    assert_array_equal(loose_draws, same)
     assert not np.array_equal(loose_draws, later)
     # another medium draws its own errors, not the same ones again
     close_draws = alpha_draws(published("poppy_CP"), 50, 7, 0.95)
@@ -92,7 +91,7 @@ def test_draws_do_not_depend_on_the_order_of_the_rows(empty):
     shuffled = table.sample(frac=1, random_state=3)
     both = (alpha_draws(table, 20, 7, 0.95) for table in (table, shuffled))
     for draws, shuffled_draws in zip(*both, strict=True):
-        np.testing.assert_array_equal(draws[:, shuffled.index], shuffled_draws)
+        assert_array_equal(draws[:, shuffled.index], shuffled_draws)
         assert np.isnan(draws).any(axis=0).nonzero()[0].tolist() == empty
 
 
@@ -100,12 +99,12 @@ def test_draws_have_the_tables_errors():
     table = published("poppy_LP", 0.002)
     table.loc[table["beta_deg"] == 30, [column("z", "_lo"), column("z", "_hi")]] += [-0.01, 0.01]
     draws = np.reshape(alpha_draws(table, 4000, 7, 0.95), (2, 4000, 7, 13))
-    np.testing.assert_allclose(draws.mean(axis=1), reference.alpha_grid("poppy_LP"), atol=8e-4)
+    assert_allclose(draws.mean(axis=1), reference.alpha_grid("poppy_LP"), atol=8e-4)
     spread = draws[0].std(axis=0)
-    np.testing.assert_allclose(spread[[1, 2, 3, 5]], 0.002, rtol=0.08)
-    np.testing.assert_allclose(spread[4], 0.002 + 0.01 / Z95, rtol=0.08)
+    assert_allclose(spread[[1, 2, 3, 5]], 0.002, rtol=0.08)
+    assert_allclose(spread[4], 0.002 + 0.01 / Z95, rtol=0.08)
     # independent cells, but beta = -90 and 90 are one plate
-    np.testing.assert_array_equal(np.argsort(draws[0, :, 0, 4]), np.argsort(draws[0, :, -1, 4]))
+    assert_array_equal(np.argsort(draws[0, :, 0, 4]), np.argsort(draws[0, :, -1, 4]))
     for cell_draws in (draws[0, :, 2, 4], draws[1, :, 1, 4]):
         assert abs(np.corrcoef(draws[0, :, 1, 4], cell_draws)[0, 1]) < 0.06
 
@@ -144,7 +143,7 @@ def test_fit_media(paper_config):
         lo, hi = (end[fit.keep] for end in interval(fit.draws, 0.999))
         assert ((lo < fit.used[fit.keep]) & (fit.used[fit.keep] < hi)).all()
         assert fit.zeta == pytest.approx(fit.used[:5].sum())
-        np.testing.assert_allclose(fit.zeta_draws, fit.draws[:, :5].sum(axis=1))
+        assert_allclose(fit.zeta_draws, fit.draws[:, :5].sum(axis=1))
         assert fit.alpha_z == reference.alpha_grid(fit.medium)[0][3, -1]
         assert fit.alpha_z_draws.std() == pytest.approx(0.002, rel=0.1)
         if fit.method == AS_PRINTED:
@@ -154,7 +153,7 @@ def test_fit_media(paper_config):
             # the errors of the terms follow from the weights of the fit
             draws = zip(fit.draws[:3], *draws_of(fit.table, paper_config), strict=False)
             for draw, *alpha in draws:
-                np.testing.assert_allclose(draw, by_hand(BETA, GAMMA, *alpha), rtol=1e-6)
+                assert_allclose(draw, by_hand(BETA, GAMMA, *alpha), rtol=1e-6)
 
 
 def test_fit_media_with_empty_cells(paper_config):
@@ -163,7 +162,7 @@ def test_fit_media_with_empty_cells(paper_config):
     lsq, dft, printed = fit_media([table], paper_config)
     whole, *_ = fit_media([published("poppy_LP")], paper_config)
     assert lsq.why == ()
-    np.testing.assert_allclose(lsq.full, whole.full, atol=0.003)
+    assert_allclose(lsq.full, whole.full, atol=0.003)
     assert np.isfinite(lsq.draws).all()
     assert (dft.method, printed.method, dft.medium) == ("dft-index", AS_PRINTED, "poppy_LP")
     for fit in (dft, printed):
@@ -231,14 +230,6 @@ def test_intervals_by_hand(alpha, se, chi, student):
         assert (lo, hi) == pytest.approx(
             (value * math.exp(-half), value * math.exp(half)), rel=1e-6
         )
-
-
-def test_coefficients_of_a_new_medium():
-    medium = scale(0.9, reference=Reference("", reference.MEDIA, CHI, M0, np.tile(M0, (5, 1))))
-    np.testing.assert_allclose(medium.coefficients, M0 * 0.9 / 1.242)
-    # alpha_z(0, 90 deg) of the scaled profile is zeta, for M0 sums to 1 there; about 0.8 alpha, as printed
-    assert medium.coefficients[:5].sum() == pytest.approx(medium.zeta, rel=1e-9)
-    assert medium.zeta / 0.9 == pytest.approx(0.8, abs=0.02)
 
 
 def test_an_error_that_is_not_known_gives_no_interval():
@@ -312,9 +303,9 @@ def test_generic_interval_is_that_of_a_mean_of_media(paper_config):
         fits.append(SimpleNamespace(draws=draws, zeta_draws=zetas, dof=1e6))
     lo, hi = generic_interval(fits, 0.95)
     middle = np.mean([fit.used / fit.zeta for fit in plain], axis=0)
-    np.testing.assert_allclose((lo + hi)[5:] / 2, middle[5:], atol=1e-3)
-    np.testing.assert_allclose((hi - lo)[5:] / 2, Z95 * 0.025, rtol=0.03)
-    np.testing.assert_allclose((hi - lo)[:5], 0, atol=1e-9)
+    assert_allclose((lo + hi)[5:] / 2, middle[5:], atol=1e-3)
+    assert_allclose((hi - lo)[5:] / 2, Z95 * 0.025, rtol=0.03)
+    assert_allclose((hi - lo)[:5], 0, atol=1e-9)
 
 
 def test_a_medium_without_resistance_has_a_reason(paper_config):
@@ -360,13 +351,13 @@ def test_flagged_cells_do_not_count_where_they_are_left_out(paper_config):
     true = fourier.as_array(reference.coefficients("poppy_CP"))
     table = nine_terms("poppy_LP", 0.5)
     kept = fit_terms(table, paper_config, "lsq")
-    np.testing.assert_allclose(kept.without_flagged, np.where(kept.keep, true, 0), atol=5e-3)
+    assert_allclose(kept.without_flagged, np.where(kept.keep, true, 0), atol=5e-3)
     assert np.abs(kept.used - true).max() > 0.01
     rule = paper_config.fit.model_copy(update={"flagged": "leave_out"})
     bare = fit_terms(table, paper_config.model_copy(update={"fit": rule}), "lsq")
-    np.testing.assert_allclose(bare.full, true, atol=1e-9)
-    np.testing.assert_array_equal(bare.used, bare.without_flagged)
-    np.testing.assert_allclose(bare.draws.mean(axis=0), bare.used, atol=2e-4)
+    assert_allclose(bare.full, true, atol=1e-9)
+    assert_array_equal(bare.used, bare.without_flagged)
+    assert_allclose(bare.draws.mean(axis=0), bare.used, atol=2e-4)
     assert np.abs(kept.draws.mean(axis=0) - bare.used).max() > 0.01
     # the transform needs every cell, and nothing is known of it without some
     whole = fit_terms(table, paper_config, "dft-index")
@@ -422,15 +413,6 @@ def test_the_interval_of_a_quantity_by_hand():
     assert value == pytest.approx([1.6, -1.6, 0])
     assert lo == pytest.approx([1.6 - math.hypot(0.2, shape), -1.6 - math.hypot(0.4, shape), 0])
     assert hi == pytest.approx([1.6 + math.hypot(0.4, shape), -1.6 + math.hypot(0.2, shape), 0])
-
-
-def test_a_scaled_medium_keeps_its_test_at_another_level():
-    medium = scale(0.9, 0.05).at_confidence(0.8)
-    assert (medium.alpha_z, medium.alpha_z_se, medium.confidence) == (0.9, 0.05, 0.8)
-    assert medium.reference == scale(0.9).reference
-    for level in (0.5, 1.0):
-        with pytest.raises(ValueError, match="level"):
-            scale(0.9, confidence=level)
 
 
 def test_errors_of_a_part_of_the_directions(paper_config, tmp_path):

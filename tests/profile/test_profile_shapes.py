@@ -9,6 +9,7 @@ import pytest
 from few_draws import few_draws
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.testing import assert_allclose, assert_array_equal
 from seeds import seeds
 
 import rftfit
@@ -69,11 +70,11 @@ def test_covariance_has_the_symmetry_of_alpha():
     both = np.concatenate([beta, image[0]]), np.concatenate([gamma, image[1]])
     mean, covariance = published_shapes().moments(*both)
     mean = mean.reshape(2, 2, 12)  # component, direction or image
-    np.testing.assert_allclose(mean[0, 0], mean[0, 1], atol=1e-12)
-    np.testing.assert_allclose(mean[1, 0], -mean[1, 1], atol=1e-12)
+    assert_allclose(mean[0, 0], mean[0, 1], atol=1e-12)
+    assert_allclose(mean[1, 0], -mean[1, 1], atol=1e-12)
     parts = covariance.reshape(2, 2, 12, 2, 2, 12)
-    np.testing.assert_allclose(parts[0, 0, :, 0, 0], parts[0, 1, :, 0, 0], atol=1e-12)
-    np.testing.assert_allclose(parts[1, 0, :, 1, 0], -parts[1, 1, :, 1, 0], atol=1e-12)
+    assert_allclose(parts[0, 0, :, 0, 0], parts[0, 1, :, 0, 0], atol=1e-12)
+    assert_allclose(parts[1, 0, :, 1, 0], -parts[1, 1, :, 1, 0], atol=1e-12)
     assert np.linalg.eigvalsh(covariance).min() > -1e-9
     # a direction that is its own image: no horizontal force, and no more variance than elsewhere
     _, at_rest = published_shapes().moments(np.zeros(1), np.full(1, np.pi / 2))
@@ -95,10 +96,10 @@ def test_slopes_are_those_of_the_mean_shape():
     def alpha(*steps):
         return shapes.moments(*np.radians([beta + steps[0], gamma + steps[1]]))[0].reshape(2, -1)
 
-    np.testing.assert_allclose(mean, alpha(0, 0))
+    assert_allclose(mean, alpha(0, 0))
     for axis, step in enumerate(np.diag([5.0, 5.0])):
         sides = np.stack([alpha(*step) - mean, mean - alpha(*-step)]) / 5
-        np.testing.assert_allclose(np.abs(slopes[..., axis]), np.sqrt((sides**2).mean(axis=0)))
+        assert_allclose(np.abs(slopes[..., axis]), np.sqrt((sides**2).mean(axis=0)))
         clear = np.abs(sides.sum(axis=0)) > 1e-6
         assert (np.sign(slopes[..., axis]) == np.sign(sides.sum(axis=0)))[clear].all()
     assert abs(slopes[0, 1, 0]) > 0.02
@@ -153,7 +154,7 @@ def test_draws_are_of_the_whole_posterior(monkeypatch):
         np.testing.assert_array_less(
             np.abs(ours - best)[is_estimated], 0.05 * deviation[is_estimated]
         )
-        np.testing.assert_allclose(wide[is_estimated], deviation[is_estimated], rtol=0.05)
+        assert_allclose(wide[is_estimated], deviation[is_estimated], rtol=0.05)
 
 
 def test_media_take_energy_because_that_is_known_beforehand():
@@ -209,11 +210,9 @@ def test_a_number_is_the_mean_of_its_draws(count, medium, seed):
         estimated = estimate(pushed(medium, places, se=0.01))
     except ValueError:  # no push that tells of the medium, or no medium like it
         return
-    np.testing.assert_allclose(estimated.alpha, estimated.draws.mean(axis=0), atol=1e-12)
+    assert_allclose(estimated.alpha, estimated.draws.mean(axis=0), atol=1e-12)
     zeta = vertical_penetration(estimated.coefficients(estimated.draws))
-    np.testing.assert_allclose(
-        estimated.zeta, [zeta.mean(), *np.quantile(zeta, [0.025, 0.975])], rtol=1e-9
-    )
+    assert_allclose(estimated.zeta, [zeta.mean(), *np.quantile(zeta, [0.025, 0.975])], rtol=1e-9)
     leg, spread = rftfit.model_leg("c_leg"), estimated.profile.spread
     assert isinstance(spread, TableProfile)
     table, many = (
@@ -223,7 +222,7 @@ def test_a_number_is_the_mean_of_its_draws(count, medium, seed):
     for name, forces in (("force_z", many.force_z_N), ("force_x", many.force_x_N)):
         ends = np.quantile(forces, [0.025, 0.975], axis=0)
         for end, expected in zip(("", "_lo", "_hi"), (forces.mean(axis=0), *ends), strict=True):
-            np.testing.assert_allclose(table[f"{name}{end}_N"], expected, atol=1e-9)
+            assert_allclose(table[f"{name}{end}_N"], expected, atol=1e-9)
     for peak in find_peaks(estimated.profile, leg)[:3]:
         peak_draws = getattr(many, peak.quantity)
         sign = -1 if peak.name in ("suction", "drag") else 1
@@ -231,15 +230,15 @@ def test_a_number_is_the_mean_of_its_draws(count, medium, seed):
         tops = (sign * peak_draws).max(axis=1)
         ends = np.maximum(np.quantile(tops + top - tops.mean(), [0.025, 0.975]), 0)
         expected = [sign * top, *sorted(sign * ends)]
-        np.testing.assert_allclose([peak.value, peak.lo, peak.hi], expected, atol=1e-9)
+        assert_allclose([peak.value, peak.lo, peak.hi], expected, atol=1e-9)
     assert estimated.draws[:, :, ~estimated.measured].std(axis=0)[0].min() > 0
 
 
 def test_a_pushed_direction_keeps_its_number_and_its_error():
     estimated = estimate(pushed("poppy_LP", FEW, se=0.02))
-    np.testing.assert_allclose(estimated.alpha[:, FEW], truth("poppy_LP")[:, FEW], atol=1e-15)
+    assert_allclose(estimated.alpha[:, FEW], truth("poppy_LP")[:, FEW], atol=1e-15)
     assert estimated.measured[FEW].all()
-    np.testing.assert_allclose(estimated.draws.std(axis=0)[0, FEW], 0.02, rtol=0.1)
+    assert_allclose(estimated.draws.std(axis=0)[0, FEW], 0.02, rtol=0.1)
     table = estimated.table()
     assert set(table.loc[table["source"] == "measured", "beta_deg"].round()) == {0, 30, -30, 60, 90}
     # the mirror image of a push straight down is a push straight down
@@ -249,12 +248,12 @@ def test_a_pushed_direction_keeps_its_number_and_its_error():
 def test_every_direction_pushed_is_the_table_on_its_lines():
     pushes, shapes = pushed("poppy_CP", [*range(COUNT)]), published_shapes(without=["poppy_CP"])
     estimated = estimate(pushes, shapes)
-    np.testing.assert_allclose(estimated.alpha[:, :COUNT], truth("poppy_CP"), atol=1e-12)
+    assert_allclose(estimated.alpha[:, :COUNT], truth("poppy_CP"), atol=1e-12)
     assert estimated.measured[:COUNT].all()
     angles = np.random.default_rng(2).uniform(-3, 3, (2, 50)) * [[1], [4 / 3]]
     table = TableProfile.published("poppy_CP").alpha(*angles)
     bilinear = estimate(pushes, shapes, ON_LINES).profile.alpha(*angles)
-    np.testing.assert_allclose(bilinear, table, atol=1e-12)
+    assert_allclose(bilinear, table, atol=1e-12)
     # between the lines the map has a course, with an error there
     assert np.abs(estimated.profile.alpha(*angles)[0] - table[0]).max() > 0.02
     assert estimated.draws[:, 0, COUNT:].std(axis=0).max() > 0.02
@@ -262,7 +261,7 @@ def test_every_direction_pushed_is_the_table_on_its_lines():
 
 def test_nodes_between_the_lines():
     beta, gamma = (np.degrees(angles) for angles in map_nodes()[:2])
-    np.testing.assert_allclose([beta[:COUNT], gamma[:COUNT]], [BETA, GAMMA])
+    assert_allclose([beta[:COUNT], gamma[:COUNT]], [BETA, GAMMA])
     assert {*np.unique(beta.round(6))} == {*range(-75, 91, 15)}
     assert np.unique(gamma.round(6)).size == 25
     assert beta.size == 12 * 25
@@ -271,13 +270,13 @@ def test_nodes_between_the_lines():
     assert lines[0].size == nodes.lines == 7 * 14
     assert nodes.beta.size == 13 * 26
     for line_angles, whole in zip(lines, nodes[:2], strict=True):
-        np.testing.assert_allclose(whole[: 7 * 14], line_angles)
+        assert_allclose(whole[: 7 * 14], line_angles)
     # together with their mirror images they are a whole grid
     assert TableProfile(*np.zeros((2, 300)), *map_nodes()[:2]).beta.size == 13
 
 
 def test_the_course_is_that_of_3drft_and_nothing_on_the_lines():
-    np.testing.assert_allclose(course_between_lines(*NODES), 0, atol=1e-12)
+    assert_allclose(course_between_lines(*NODES), 0, atol=1e-12)
     nodes = map_nodes()[:2]
     for friction, course in zip(FRICTIONS, course_between_lines(*nodes), strict=True):
         z, x = alpha_3drft(*NODES, friction)
@@ -285,7 +284,7 @@ def test_the_course_is_that_of_3drft_and_nothing_on_the_lines():
         law = np.concatenate(alpha_3drft(*nodes, friction))
         # a vertical plate that moves along itself has either face in front: no alpha_x on average
         itself = np.concatenate([np.zeros(300), (nodes[0] > 1.57) & (np.abs(nodes[1]) > 1.57)])
-        np.testing.assert_allclose(lines + course, np.where(itself, 0.0, law), atol=1e-9)
+        assert_allclose(lines + course, np.where(itself, 0.0, law), atol=1e-9)
     # a mean medium has all of it, scaled with its push straight down
     shapes = published_shapes()
     bilinear = [np.concatenate(profile.alpha(*nodes)) for profile in shapes.profiles.values()]
@@ -295,10 +294,10 @@ def test_the_course_is_that_of_3drft_and_nothing_on_the_lines():
     down = [profile.alpha(0, np.pi / 2)[0] for profile in shapes.profiles.values()]
     course = course_between_lines(*nodes).mean(axis=0)
     expected = [(b + d * course) / s for b, d, s in zip(bilinear, down, sizes, strict=True)]
-    np.testing.assert_allclose(shapes.of_media(*nodes), expected, atol=1e-12)
+    assert_allclose(shapes.of_media(*nodes), expected, atol=1e-12)
     # and a further one has none of it, or twice: 0.6 of a standard deviation
     rows = shapes.prior(*nodes).between
-    np.testing.assert_allclose(rows[-1], 0.6 * np.mean(shapes.levels) * course, atol=1e-12)
+    assert_allclose(rows[-1], 0.6 * np.mean(shapes.levels) * course, atol=1e-12)
 
 
 def test_the_course_has_the_symmetry_of_alpha():
@@ -307,8 +306,8 @@ def test_the_course_has_the_symmetry_of_alpha():
     course, mirrored_course = (
         course_between_lines(*angles) for angles in ((beta, gamma), mirror(beta, gamma))
     )
-    np.testing.assert_allclose(course[:, :40], mirrored_course[:, :40], atol=1e-9)
-    np.testing.assert_allclose(course[:, 40:], -mirrored_course[:, 40:], atol=1e-9)
+    assert_allclose(course[:, :40], mirrored_course[:, :40], atol=1e-9)
+    assert_allclose(course[:, 40:], -mirrored_course[:, 40:], atol=1e-9)
 
 
 def test_all_of_3drft_pushed_gives_its_course():
@@ -378,8 +377,8 @@ def test_order_of_rows_names_and_ignorance_change_nothing():
     estimated = rftfit.estimate_map(full)
     for same in (full.iloc[::-1], short):
         estimated_again = rftfit.estimate_map(same)
-        np.testing.assert_array_equal(estimated.alpha, estimated_again.alpha)
-        np.testing.assert_array_equal(estimated.draws, estimated_again.draws)
+        assert_array_equal(estimated.alpha, estimated_again.alpha)
+        assert_array_equal(estimated.draws, estimated_again.draws)
     with pytest.raises(InputError, match=r"no column beta_deg, gamma_deg; found: .*alpha_z"):
         rftfit.estimate_map(short[["alpha_z", "se_z"]])
     # pushes of which nothing is known, off the nodes, tell nothing
@@ -388,7 +387,7 @@ def test_order_of_rows_names_and_ignorance_change_nothing():
     many = Pushes.of([0, 40, 50], [90, 20, -30], alpha, np.tile([0.01, 1e6, 1e6], (2, 1)))
     alone, together = (estimate(pushes, size=0.13) for pushes in (first, many))
     most = 0.2 * alone.draws.std(axis=0).max()
-    np.testing.assert_allclose(together.alpha[:, :COUNT], alone.alpha[:, :COUNT], atol=most)
+    assert_allclose(together.alpha[:, :COUNT], alone.alpha[:, :COUNT], atol=most)
 
 
 @pytest.mark.parametrize("medium", seeds(MEDIA, MEDIA[:2]))
@@ -495,7 +494,7 @@ def test_repeated_pushes_are_one_with_their_weighted_mean():
         [[np.sqrt(1 / (1e4 + 2.5e3)), 0.01 / np.sqrt(2)], [0.01, np.sqrt(1 / (1e4 + 1e4 / 9))]]
     )
     of_several, of_once = estimate(several), estimate(Pushes.of([0, 30], [90, 45], once, errors))
-    np.testing.assert_allclose(of_several.draws, of_once.draws, atol=1e-9)
+    assert_allclose(of_several.draws, of_once.draws, atol=1e-9)
     assert (of_several.pushes, of_once.pushes) == (4, 2)
     assert of_several.dof == of_once.dof
 
@@ -508,15 +507,15 @@ def test_an_upright_plate_is_one_under_both_of_its_angles():
     once = Pushes.of([0, 90], [90, 45], [[0.30, 0.12], [0.0, 0.23]], errors)
     of_twice, of_once = estimate(twice), estimate(once)
     assert (of_twice.pushes, of_once.pushes) == (3, 2)
-    np.testing.assert_allclose(of_twice.draws, of_once.draws, atol=1e-9)
+    assert_allclose(of_twice.draws, of_once.draws, atol=1e-9)
 
 
 def test_errors_that_nobody_stated():
-    np.testing.assert_allclose(usual_error(np.array([2.0, 0.0])), [np.hypot(0.1, 0.02), 0.02])
+    assert_allclose(usual_error(np.array([2.0, 0.0])), [np.hypot(0.1, 0.02), 0.02])
     se = [[0.01, np.nan], [np.nan, 0.02]]
     stated = Pushes.of([0, 30], [90, 45], [[0.3, 0.2], [0, np.nan]], se)
     errors = np.sqrt(np.diag(stated.covariance))[[0, 1, 3]]
-    np.testing.assert_allclose(errors, [0.01, usual_error(np.array([0.3, 0.2]))[1], 0.02])
+    assert_allclose(errors, [0.01, usual_error(np.array([0.3, 0.2]))[1], 0.02])
 
 
 def test_own_lines_become_nodes():

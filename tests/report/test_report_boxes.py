@@ -1,7 +1,5 @@
 """The check of a figure's texts finds each one that leaves the figure or lies over another."""
 
-from __future__ import annotations
-
 import pytest
 from text_boxes import text_faults
 

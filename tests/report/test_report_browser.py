@@ -4,8 +4,6 @@ One browser serves all tests. Those that ask for numbers share one page; those t
 open it anew.
 """
 
-from __future__ import annotations
-
 import json
 from functools import partial
 from typing import Any
@@ -14,6 +12,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from chromium import Chromium, find
+from numpy.testing import assert_allclose
 from page_inputs import FRAMES, HOLED, empty_grid_results, page_results, sand_results
 
 from rftfit.campaign.config import Leg
@@ -45,7 +44,7 @@ def results(tmp_path_factory):
 @pytest.fixture(scope="module")
 def address(results):
     target = results.root / "report.html"
-    target.write_text(page(results), encoding="utf-8")
+    target.write_text(page(results), "utf-8")
     return target.as_uri()
 
 
@@ -106,9 +105,9 @@ def test_forces_on_every_element_equal_those_of_the_library(numbers, results, me
                 " return {each: all, net: all.map((e) => r.netForce(e, leg))}; })()"
             )
             expected = element_forces(ours, elements)
-            np.testing.assert_allclose(array(page_forces["each"]), expected, atol=1e-9, rtol=0)
+            assert_allclose(array(page_forces["each"]), expected, atol=1e-9, rtol=0)
             net = pose_forces(ours, outline.body, outline.width_cm, outline.solid, poses)
-            np.testing.assert_allclose(array(page_forces["net"]), net, atol=1e-9, rtol=0)
+            assert_allclose(array(page_forces["net"]), net, atol=1e-9, rtol=0)
             if np.isnan(net).any():
                 unknown.add(profile)
     # a table with holes must leave some unknown, or this would not have tested them
@@ -130,7 +129,7 @@ def test_alpha_on_the_whole_torus_equals_that_of_the_library(numbers, results):
             f" window.rftfit.alphaOf(window.rftfit.data.profiles.poppy_CP.{profile}, b, g))"
         )
         expected = np.stack(ours.alpha(angles[:, 0], angles[:, 1]), axis=-1)
-        np.testing.assert_allclose(array(page_alpha), expected, atol=1e-9)
+        assert_allclose(array(page_alpha), expected, atol=1e-9)
 
 
 @pytest.mark.parametrize("se", [0.0, 0.03])
@@ -160,15 +159,15 @@ def test_calculator_equals_the_scaling_routine(numbers, results, which, se):
         " alpha: at.map(([b, g]) => r.scaledAlpha(s, ref, b, g))}; })()"
     )
     zeta = [scaled.zeta, scaled.zeta_lo, scaled.zeta_hi]
-    np.testing.assert_allclose(page_numbers["s"]["zeta"], zeta, rtol=1e-9)
+    assert_allclose(page_numbers["s"]["zeta"], zeta, rtol=1e-9)
     chi = [scaled.chi, scaled.chi_lo, scaled.chi_hi]
-    np.testing.assert_allclose(page_numbers["s"]["chi"], chi, rtol=1e-9)
-    np.testing.assert_allclose(array(page_numbers["m"]), np.stack(scale(np.copy), -1), atol=1e-9)
+    assert_allclose(page_numbers["s"]["chi"], chi, rtol=1e-9)
+    assert_allclose(array(page_numbers["m"]), np.stack(scale(np.copy), -1), atol=1e-9)
     both = scale(
         lambda terms: np.stack(evaluate(terms, beta, gamma), -1),
         lambda table: np.stack(table.alpha(beta, gamma), -1),
     )
-    np.testing.assert_allclose(array(page_numbers["alpha"]), np.stack(both, -1), atol=1e-8)
+    assert_allclose(array(page_numbers["alpha"]), np.stack(both, -1), atol=1e-8)
     for leg, curves in zip(legs(results).values(), page_numbers["legs"], strict=True):
         outline = leg_outline(leg)
         poses = rotation_poses(np.radians(THETA_DEG), leg.hip_height_cm)
@@ -178,7 +177,7 @@ def test_calculator_equals_the_scaling_routine(numbers, results, which, se):
             return forces[:, :2].T
 
         expected = scale(lambda terms, sweep=sweep: sweep(FourierProfile(terms)), sweep)
-        np.testing.assert_allclose(array(curves), np.stack(expected, -1), atol=1e-6)
+        assert_allclose(array(curves), np.stack(expected, -1), atol=1e-6)
 
 
 def test_calculator_equals_rftfit_scale_for_any_error(numbers):
@@ -192,7 +191,7 @@ def test_calculator_equals_rftfit_scale_for_any_error(numbers):
     reference = published()
     scaled = [scale_new_medium(alpha_z, se, reference.chi) for alpha_z, se in tests]
     expected = [[medium.zeta, medium.zeta_lo, medium.zeta_hi] for medium in scaled]
-    np.testing.assert_allclose(array(page_zeta), expected, rtol=1e-9)
+    assert_allclose(array(page_zeta), expected, rtol=1e-9)
 
 
 def test_policy_stops_a_foreign_script(chromium, address):
@@ -311,7 +310,7 @@ def one_push(alpha, se):
 @pytest.mark.parametrize("alpha", [0.35, 2.1])
 def test_map_of_an_exact_push_equals_that_of_the_library(numbers, results, alpha):
     page_map, ours = in_page(numbers, alpha, 0.0), one_push(alpha, 0.0)
-    close = partial(np.testing.assert_allclose, rtol=6e-6, atol=1e-9)  # of six digits
+    close = partial(assert_allclose, rtol=6e-6, atol=1e-9)  # of six digits
     draws, _ = on_lines(ours)
     expected = np.stack([draws.mean(axis=0), *interval(draws, 0.95)], axis=-1)
     close(array(page_map["alpha"]), expected.swapaxes(0, 1))
@@ -347,7 +346,7 @@ def test_error_of_the_push_widens_the_map(numbers, percent):
         assert abs(off.mean()) < 0.08
         assert np.sqrt((off**2).mean()) < 0.15
     # where the error is all there is
-    np.testing.assert_allclose((hi - lo)[0, down] / 2, half[0, down], rtol=0.1)
+    assert_allclose((hi - lo)[0, down] / 2, half[0, down], rtol=0.1)
 
 
 def test_next_push_is_that_of_the_plan(browser):
@@ -529,7 +528,7 @@ def test_page_is_no_wider_than_the_screen(chromium, address, width):
 @pytest.mark.parametrize("make", [sand_results, empty_grid_results])
 def test_live_parts_start_where_most_is_lacking(chromium, make, tmp_path):
     target = tmp_path / "report.html"
-    target.write_text(page(make(tmp_path)), encoding="utf-8")
+    target.write_text(page(make(tmp_path)), "utf-8")
     chromium.open(target.as_uri())
     assert chromium.evaluate("document.querySelectorAll('#map-pair svg').length") == 2
     assert chromium.complaints() == []
@@ -537,7 +536,7 @@ def test_live_parts_start_where_most_is_lacking(chromium, make, tmp_path):
 
 def test_script_in_a_title_does_not_run(chromium, tmp_path):
     target = tmp_path / "nasty.html"
-    target.write_text(page(page_results(tmp_path, nasty=True)), encoding="utf-8")
+    target.write_text(page(page_results(tmp_path, nasty=True)), "utf-8")
     chromium.open(target.as_uri())
     assert chromium.evaluate("window.hacked") is None
     assert "</script>" in chromium.evaluate("document.querySelector('#map-medium').textContent")

@@ -1,7 +1,5 @@
 """Figures draw the values of the tables, say what is missing, and always have the same bytes."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys
@@ -18,6 +16,7 @@ import pandas as pd
 import pytest
 from matplotlib.patches import PathPatch
 from memory import memory, of_runs
+from numpy.testing import assert_allclose, assert_array_equal
 from text_boxes import words
 
 from rftfit import reference
@@ -169,7 +168,7 @@ def test_scattered_directions_have_the_colours_of_a_grid():
     dots: Any = add_table(axes, table, pd.Series([0.4, -0.1, 0.2]), signed=True)
     assert dots.get_clim() == (-0.4, 0.4)
     assert dots.get_cmap().name == style.DIVERGING
-    np.testing.assert_array_equal(dots.get_offsets(), table[["gamma_deg", "beta_deg"]])
+    assert_array_equal(dots.get_offsets(), table[["gamma_deg", "beta_deg"]])
 
 
 def test_a_surface_fills_the_plane_of_directions():
@@ -209,7 +208,7 @@ def test_fit_maps_show_measured_minus_fit():
     good = ~np.ma.getmaskarray(residual)
     assert np.count_nonzero(~good) == len(chain.MISSING)
     # the table's angles are rounded to a hundredth of a degree when cells are sorted
-    np.testing.assert_allclose(residual[good], expected[good], atol=1e-4)
+    assert_allclose(residual[good], expected[good], atol=1e-4)
 
 
 def test_depth_only_maps_are_made_from_three_measured_values():
@@ -243,7 +242,7 @@ def test_generic_figure_scales_by_zeta():
     coefficients, penetration = (results.table(f"{n}.csv") for n in ("coefficients", "penetration"))
     rows = coefficients.query("method == 'lsq' and medium == 'poppy_LP' and kept")
     zeta = penetration.query("method == 'lsq' and medium == 'poppy_LP'")["zeta"].iloc[0]
-    np.testing.assert_allclose(np.asarray(line.get_ydata(), float), rows["value_N_per_cm3"] / zeta)
+    assert_allclose(np.asarray(line.get_ydata(), float), rows["value_N_per_cm3"] / zeta)
 
 
 def test_without_any_fit_the_reasons_are_drawn():
@@ -346,7 +345,7 @@ def test_tare_figure_shades_the_valid_range():
     text = words(figure)
     assert {"depth (cm)", "force on rod and mount (N)", "valid range"} <= set(text)
     box = figure.axes[0].patches[0].get_extents().transformed(figure.axes[0].transData.inverted())
-    np.testing.assert_allclose([box.x0, box.x1], [depth[good][0], depth[good][-1]])
+    assert_allclose([box.x0, box.x1], [depth[good][0], depth[good][-1]])
     for column, value, message in (
         ("tare_z_N", np.nan, "valid nowhere"),
         ("valid_to", np.nan, "no plate run has a tare"),

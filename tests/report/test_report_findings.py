@@ -3,8 +3,6 @@
 Findings: the sentences at the top of the page and its sections. Also tested: the first figures.
 """
 
-from __future__ import annotations
-
 import html
 import re
 from typing import Any

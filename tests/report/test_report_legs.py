@@ -1,7 +1,5 @@
 """Figures of legs and natural sands draw the curves of the tables and say what is missing."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import cache
 from typing import Any
@@ -12,6 +10,7 @@ import pytest
 from matplotlib.figure import Figure
 from matplotlib.text import Annotation
 from memory import memory, of_runs
+from numpy.testing import assert_allclose, assert_array_equal
 from text_boxes import text_faults, words
 from turning import sweep
 
@@ -224,8 +223,8 @@ def test_the_curves_drawn_are_those_of_the_tables():
     )
     # a row of sketches, of F_z and of F_x; the first line of a panel is that of zero
     lines = [line.get_ydata() for line in figure.axes[3].lines[1:]]
-    np.testing.assert_allclose(np.nanmax(lines[0]), seen)
-    np.testing.assert_array_equal(lines[1], curve_of("c_leg", "table")["force_z_N"])
+    assert_allclose(np.nanmax(lines[0]), seen)
+    assert_array_equal(lines[1], curve_of("c_leg", "table")["force_z_N"])
     # the depth-only model has an inset of its own
     highest = curve_of("reversed_c_leg", "depth_only")["force_z_N"].max()
     (inset,) = figure.axes[5].child_axes
@@ -234,11 +233,11 @@ def test_the_curves_drawn_are_those_of_the_tables():
     assert line == highest < inset.get_ylim()[1]
     assert figure.axes[5].get_ylim()[1] < highest
     line = next(curve for curve in drawn("legs_depth_only").axes[0].lines if curve.is_dashed())
-    np.testing.assert_array_equal(line.get_ydata(), curve_of("c_leg", "depth_only")["force_z_N"])
+    assert_array_equal(line.get_ydata(), curve_of("c_leg", "depth_only")["force_z_N"])
     # the generic forces are the sweep of the printed coefficients
     expected = sweep(FourierProfile(nine("generic")), model_leg("c_leg")).force_z_N
     drawn_forces = np.asarray(drawn("forces_over_zeta").axes[0].lines[1].get_ydata(), dtype=float)
-    np.testing.assert_allclose(drawn_forces, expected, atol=1e-12)
+    assert_allclose(drawn_forces, expected, atol=1e-12)
 
 
 def test_each_push_into_a_sand_has_its_own_fit():
@@ -250,7 +249,7 @@ def test_each_push_into_a_sand_has_its_own_fit():
     figure = draw_penetration(pushed(samples, pd.concat([sands, fits])))
     lines = [np.asarray(line.get_xydata(), dtype=float) for line in figure.axes[0].lines]
     slopes = [xy[1, 1] / xy[1, 0] for xy in lines if len(xy) == 2 and not xy[0].any()]
-    np.testing.assert_allclose(sorted(slopes), sorted([*slopes_of, *(2 * slopes_of)]))
+    assert_allclose(sorted(slopes), sorted([*slopes_of, *(2 * slopes_of)]))
     content(figure, "svg")
     assert text_faults(figure) == []
     assert any("2 tests, stated" in text for text in words(figure))
@@ -357,14 +356,14 @@ def test_an_interval_of_a_peak_that_includes_zero_reaches_the_edge():
     bar: Any = figure.axes[0].collections[0]
     (start, _), (end, _) = bar.get_segments()[0]
     assert start == figure.axes[0].get_xlim()[0]
-    np.testing.assert_allclose(end * table["peak_measured_N"], table["peak_predicted_hi_N"])
+    assert_allclose(end * table["peak_measured_N"], table["peak_predicted_hi_N"])
 
 
 def test_gaps_and_new_runs_break_the_line():
     theta = [-3.0, -2.0, 4.0, 5.0, -3.0, -2.0]
     rows = pd.DataFrame({"theta_deg": theta, "force_z_N": np.arange(6.0)})
     force = leg_panels.with_gaps(rows, "force_z_N")[1]
-    np.testing.assert_array_equal(force, [0, 1, np.nan, 2, 3, np.nan, 4, 5])
+    assert_array_equal(force, [0, 1, np.nan, 2, 3, np.nan, 4, 5])
 
 
 def test_the_sketch_puts_axle_and_tip_where_the_design_says(paper_config):
@@ -372,9 +371,9 @@ def test_the_sketch_puts_axle_and_tip_where_the_design_says(paper_config):
         intruder for intruder in paper_config.intruders.values() if isinstance(intruder, Leg)
     ):
         line = leg_line(leg, -60.0)
-        np.testing.assert_allclose(line[0], [0, 2], atol=0.02)
+        assert_allclose(line[0], [0, 2], atol=0.02)
         tip = [7.62 * np.sin(np.radians(60)), 2 - 7.62 * np.cos(np.radians(60))]
-        np.testing.assert_allclose(line[-1], tip, atol=0.03)
+        assert_allclose(line[-1], tip, atol=0.03)
 
 
 def test_the_sketch_has_a_scale_and_names_its_axes(paper_config):

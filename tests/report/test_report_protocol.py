@@ -3,8 +3,6 @@
 Also tested: the figure of all media at a few angles (linearity).
 """
 
-from __future__ import annotations
-
 import chain_tables as chain
 import numpy as np
 import pandas as pd

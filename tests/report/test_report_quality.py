@@ -3,8 +3,6 @@
 Also tested: the figure of runs beside their repeats.
 """
 
-from __future__ import annotations
-
 from collections.abc import Hashable
 
 import chain_tables as chain
@@ -14,6 +12,7 @@ import pytest
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgba
 from memory import memory, of_runs
+from numpy.testing import assert_allclose, assert_array_equal
 from text_boxes import words
 
 from rftfit.compare.peers import COLUMNS, compare_runs
@@ -94,7 +93,7 @@ def test_the_sheet_of_a_campaign_is_drawn_from_its_tables(medium):
     results = of_runs(traces, fits)
     samples = stress_of(results, "poppy_LP")
     for name in ("stress_z_N_per_cm2", "tare_z_N_per_cm2", "in_window"):
-        np.testing.assert_allclose(samples[name], traces[name])
+        assert_allclose(samples[name], traces[name])
     (figure,) = plot_quality(results, "poppy_LP")
     assert any(line.endswith(": 12 plate runs, 0 marked") for line in words(figure))
     results.tables["fits/{medium}.csv"] = fits.iloc[:0]
@@ -135,9 +134,9 @@ def test_extractions_are_turned_as_filed(medium):
     pulled = traces["run_id"].isin(fits.loc[fits["direction"] == "extraction", "run_id"])
     assert pulled.any()
     for name in ("stress_x_N_per_cm2", "tare_x_N_per_cm2"):
-        np.testing.assert_allclose(turned.loc[pulled, name], -traces.loc[pulled, name])
-        np.testing.assert_allclose(turned.loc[~pulled, name], traces.loc[~pulled, name])
-    np.testing.assert_allclose(turned["stress_z_N_per_cm2"], traces["stress_z_N_per_cm2"])
+        assert_allclose(turned.loc[pulled, name], -traces.loc[pulled, name])
+        assert_allclose(turned.loc[~pulled, name], traces.loc[~pulled, name])
+    assert_allclose(turned["stress_z_N_per_cm2"], traces["stress_z_N_per_cm2"])
 
 
 def test_thinning_keeps_spikes_ends_and_gaps():
@@ -195,21 +194,21 @@ def test_grids_of_the_alpha_table():
     assert borders[0] == -90
     assert borders[-1] == 90
     assert ((borders[:-1] <= gamma) & (gamma <= borders[1:])).all()
-    np.testing.assert_allclose(alpha_half_width(first, "z"), first["alpha_z_se_N_per_cm3"] * 2)
+    assert_allclose(alpha_half_width(first, "z"), first["alpha_z_se_N_per_cm3"] * 2)
     with pytest.raises(ValueError, match="twice"):
         pivot(pd.concat([table, table.iloc[:1]]), "alpha_z_N_per_cm3")
     fine = refine(beta, gamma, values)
     for i, angle in enumerate(beta):
         row = fine[2][np.isclose(fine[0], angle)][0]
-        np.testing.assert_allclose(row[np.isclose(fine[1], gamma[6])], values[i, 6])
+        assert_allclose(row[np.isclose(fine[1], gamma[6])], values[i, 6])
 
 
 def test_alpha_that_pushes_along_the_motion_is_positive():
     gamma = np.array([-90.0, 0.0, 90.0])
     alpha = np.ones((1, 3))
     # straight up, an upward push helps; straight down it opposes; sideways motion is toward -x
-    np.testing.assert_array_equal(along_motion("z", gamma, alpha), [[1, 0, -1]])
-    np.testing.assert_array_equal(along_motion("x", gamma, alpha), [[0, -1, 0]])
+    assert_array_equal(along_motion("z", gamma, alpha), [[1, 0, -1]])
+    assert_array_equal(along_motion("x", gamma, alpha), [[0, -1, 0]])
 
 
 def repeats(count, wrong, per_direction):

@@ -1,13 +1,12 @@
 """The xlsx workbooks of results hold the tables' numbers, no formula and always the same bytes."""
 
-from __future__ import annotations
-
 import io
 from itertools import takewhile
 
 import chain_tables as chain
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose
 from openpyxl import load_workbook  # type: ignore[import-untyped]
 from page_inputs import bare_campaign, write
 from paper import paper_config
@@ -57,7 +56,7 @@ def block(sheet, head):
 
 def same(actual, expected):
     """Equal to 15 digits; a workbook holds 16."""
-    np.testing.assert_allclose(np.asarray(actual, float), np.asarray(expected, float), rtol=1e-14)
+    assert_allclose(np.asarray(actual, float), np.asarray(expected, float), rtol=1e-14)
 
 
 def numbers(values):
@@ -76,8 +75,8 @@ def test_alpha_workbook_holds_the_tables(results, books):
         sheet, table = book[medium.name], medium.alpha
         for c in "zx":
             gamma, beta, values = block(sheet, f"alpha_{c} (N/cm^3)")
-            np.testing.assert_allclose(np.array(gamma, float), reference.GAMMA_DEG, atol=0.006)
-            np.testing.assert_allclose(np.array(beta, float), reference.BETA_DEG)
+            assert_allclose(np.array(gamma, float), reference.GAMMA_DEG, atol=0.006)
+            assert_allclose(np.array(beta, float), reference.BETA_DEG)
             expected = table[f"alpha_{c}_N_per_cm3"].to_numpy(float).reshape(7, 13)
             same(numbers(values), expected)
             for of, what in (("", ""), ("_next", "the next push, ")):

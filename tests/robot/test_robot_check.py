@@ -31,17 +31,17 @@ def root(tmp_path):
     tracks.mkdir(parents=True)
     (root / "config").mkdir()
     shutil.copy(PROJECT / "config" / "config.yaml", root / "config")
-    (root / "raw" / "paper" / "runs.csv").write_text(RUNS, encoding="utf-8")
+    (root / "raw" / "paper" / "runs.csv").write_text(RUNS, "utf-8")
     for name in ("a1", "a2"):
-        (tracks / f"{name}.csv").write_text("t_s,x_cm,z_cm\n0,0,0\n", encoding="utf-8")
-    (tracks.parent / "runs.csv").write_text(HEAD + GOOD, encoding="utf-8")
+        (tracks / f"{name}.csv").write_text("t_s,x_cm,z_cm\n0,0,0\n", "utf-8")
+    (tracks.parent / "runs.csv").write_text(HEAD + GOOD, "utf-8")
     return root
 
 
 def edit(root, **values):
     path = root / "config" / "config.yaml"
     data = yaml.safe_load(path.read_text("utf-8"))
-    path.write_text(yaml.safe_dump(data | values), encoding="utf-8")
+    path.write_text(yaml.safe_dump(data | values), "utf-8")
 
 
 def run_check(root, *options):
@@ -75,15 +75,15 @@ def test_every_problem_of_sheet_file_and_tracks_at_once(root):
         "c1,c,poppy_LP,0.5,200,../a1.csv\n"
         "a2,d,poppy_LP,0,,tracks/a_2.csv\n"
     )
-    (root / "raw" / "paper" / "robot" / "runs.csv").write_text(HEAD + rows, encoding="utf-8")
+    (root / "raw" / "paper" / "robot" / "runs.csv").write_text(HEAD + rows, "utf-8")
     text = (PROJECT / "config" / "robot.yaml").read_text("utf-8")
     robot_text = text.replace("mass_g: 150", "mass_g: 0")
-    (root / "config" / "mine.yaml").write_text(robot_text, encoding="utf-8")
+    (root / "config" / "mine.yaml").write_text(robot_text, "utf-8")
     robot = {"medium": "poppy_LP", "runs": "paper/robot/runs.csv", "file": "config/mine.yaml"}
     edit(root, robot=robot, raw="raw", run_sheet="raw/paper/runs.csv")
     # the campaign's own sheet is wrong as well: that hides nothing
     campaign_sheet = root / "raw" / "paper" / "runs.csv"
-    campaign_sheet.write_text(RUNS.replace("plate,intrusion", "plait,intrusion"), encoding="utf-8")
+    campaign_sheet.write_text(RUNS.replace("plate,intrusion", "plait,intrusion"), "utf-8")
     code, problems = problems_of(root)
     assert code == 2
     assert problems[ROBOT_SHEET] == [
@@ -107,7 +107,7 @@ def test_a_missing_track_is_a_warning_and_a_link_out_of_raw_an_error(root, tmp_p
     assert problems[ROBOT_SHEET] == [("robot-sheet.track-missing", 3, "track", "tracks/a1.csv")]
     checked = check_robot(root / "config" / "config.yaml")
     assert [problem.severity for problem in checked.problems] == ["warning"]
-    (tmp_path / "elsewhere.csv").write_text("t_s,x_cm,z_cm\n", encoding="utf-8")
+    (tmp_path / "elsewhere.csv").write_text("t_s,x_cm,z_cm\n", "utf-8")
     try:
         track.symlink_to(tmp_path / "elsewhere.csv")
     except OSError:
@@ -118,8 +118,8 @@ def test_a_missing_track_is_a_warning_and_a_link_out_of_raw_an_error(root, tmp_p
 
 
 def test_without_a_robot_or_its_medium_there_is_nothing_to_check(root):
-    (root / "raw" / "paper" / "robot" / "runs.csv").write_text("nonsense\n", encoding="utf-8")
+    (root / "raw" / "paper" / "robot" / "runs.csv").write_text("nonsense\n", "utf-8")
     sheet = root / "raw" / "paper" / "runs.csv"
     assert check_robot(root / "config" / "config.yaml").problems
-    sheet.write_text(RUNS.replace("poppy_LP", "poppy_CP"), encoding="utf-8")
+    sheet.write_text(RUNS.replace("poppy_LP", "poppy_CP"), "utf-8")
     assert check_robot(root / "config" / "config.yaml").problems == ()

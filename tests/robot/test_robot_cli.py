@@ -15,9 +15,9 @@ from PIL import Image
 from rftfit.cli.main import main
 from rftfit.figures.animation import gif_bytes, mp4_bytes
 
-CASE = ["simulate", "--curvature", "1", "--medium", "poppy_LP", "--no-animation"]
+CASE = "simulate --curvature 1 --medium poppy_LP"
 """A command line that lacks the frequency."""
-BASE = (*CASE, "--frequency", "5", "--profile", "fourier")
+BASE = f"{CASE} --frequency 5 --profile fourier"
 """A whole command line."""
 
 
@@ -25,8 +25,8 @@ BASE = (*CASE, "--frequency", "5", "--profile", "fourier")
 def call(capfd, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
 
-    def run(*words):
-        code = main(list(words))
+    def run(line):
+        code = main(line.split())
         captured = capfd.readouterr()
         assert "Traceback" not in captured.out + captured.err
         return code, captured.out, captured.err
@@ -35,7 +35,7 @@ def call(capfd, tmp_path, monkeypatch):
 
 
 def test_numbers_files_and_warning(call, tmp_path):
-    code, out, err = call(*BASE, "--json", "--output", "o")
+    code, out, err = call(f"{BASE} --no-animation --json --output o")
     assert code == 0
     answer = json.loads(out)
     assert answer["outcome"] == "steady"
@@ -55,7 +55,7 @@ def test_numbers_files_and_warning(call, tmp_path):
 
 
 def test_animation_and_text(call, tmp_path):
-    code, out, _ = call(*(word for word in BASE if word != "--no-animation"))
+    code, out, _ = call(BASE)
     assert code == 0
     assert "Outcome: steady after" in out
     movie: Any
@@ -69,35 +69,35 @@ def test_animation_and_text(call, tmp_path):
     # arrows are red
     assert ((first[..., 0] > 150) & (first[..., 1] < 80) & (first[..., 2] < 80)).sum() > 20
     # a second run may overwrite its own files
-    assert call(*BASE)[0] == 0
+    assert call(f"{BASE} --no-animation")[0] == 0
 
 
 def test_files_of_others_stay(call, tmp_path):
     (tmp_path / "simulation").mkdir()
     for name in ("motion.png", "motion.csv"):
         (tmp_path / "simulation" / name).write_bytes(b"mine")
-        code, out, err = call(*BASE)
+        code, out, err = call(f"{BASE} --no-animation")
         assert (code, out) == (2, "")
         assert "add --force" in err or "overwritten" in err
         assert (tmp_path / "simulation" / name).read_bytes() == b"mine"
-    assert call(*BASE, "--force")[0] == 0
+    assert call(f"{BASE} --no-animation --force")[0] == 0
 
 
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        ((*BASE, "--curvature", "1.5"), "allowed: -1 (reversed c-leg) to 1"),
-        ((*BASE, "--frequency", "2,5"), "write a decimal point: 2.5"),
-        ((*BASE, "--medium", "popy_LP"), "did you mean 'poppy_LP'?"),
-        ((*BASE, "--profile", "tabel"), "did you mean 'table'?"),
-        ((*BASE, "--alpha", "0.5"), "allowed: one of --medium NAME"),
-        ((*BASE, "--robot", "none.yaml"), "none.yaml"),
-        ((*BASE, "--frequency", "1000"), "allowed: 0 to 100 Hz"),
-        (("sweep", "--config", "none/config.yaml"), "none/config.yaml"),
+        (f"{BASE} --curvature 1.5", "allowed: -1 (reversed c-leg) to 1"),
+        (f"{BASE} --frequency 2,5", "write a decimal point: 2.5"),
+        (f"{BASE} --medium popy_LP", "did you mean 'poppy_LP'?"),
+        (f"{BASE} --profile tabel", "did you mean 'table'?"),
+        (f"{BASE} --alpha 0.5", "allowed: one of --medium NAME"),
+        (f"{BASE} --robot none.yaml", "none.yaml"),
+        (f"{BASE} --frequency 1000", "allowed: 0 to 100 Hz"),
+        ("sweep --config none/config.yaml", "none/config.yaml"),
     ],
 )
 def test_bad_words(call, words, message, tmp_path):
-    code, _, err = call(*words)
+    code, _, err = call(words)
     assert code == 2
     assert message in " ".join(err.replace("│", " ").split())
     assert not (tmp_path / "simulation").exists()
@@ -111,8 +111,8 @@ def test_a_robot_that_does_not_get_going(call, tmp_path):
         "legs:\n  max_length_cm: 4.1\n  width_cm: 1.0\n  hips:\n"
         "    - {x_cm: 0, z_cm: -1, phase_turns: 0}\n"
     )
-    robot.write_text(text, encoding="utf-8")
-    code, out, err = call(*BASE, "--robot", "heavy.yaml", "--json")
+    robot.write_text(text, "utf-8")
+    code, out, err = call(f"{BASE} --no-animation --robot heavy.yaml --json")
     assert code == 0
     answer = json.loads(out)
     assert answer["outcome"] in ("buried", "tipped")
@@ -123,7 +123,7 @@ def test_a_robot_that_does_not_get_going(call, tmp_path):
 def test_every_kind_of_profile(call):
     speeds = set()
     for kind in ("table", "generic", "depth_only"):
-        code, out, _ = call(*CASE, "--frequency", "2", "--profile", kind, "--json")
+        code, out, _ = call(f"{CASE} --no-animation --frequency 2 --profile {kind} --json")
         assert code == 0
         speeds.add(round(json.loads(out)["speed_cm_per_s"], 3))
     assert len(speeds) == 3

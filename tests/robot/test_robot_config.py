@@ -29,7 +29,7 @@ numerics: {method: rk4, step_s: 0.0002}
 
 def read(folder, text):
     path = folder / "robot.yaml"
-    path.write_text(text, encoding="utf-8")
+    path.write_text(text, "utf-8")
     return read_robot(path)
 
 
@@ -45,7 +45,7 @@ def test_the_papers_robot():
     assert (robot.legs.max_length_cm, robot.legs.width_cm) == (4.1, 1.0)
     belly = robot.body.plates["belly"]
     assert (belly.to_cm[0] - belly.from_cm[0], belly.width_cm) == (13, 2)
-    text = paper_robot_path().read_text(encoding="utf-8")
+    text = paper_robot_path().read_text("utf-8")
     for mark in ("given", "calibrated", "assumed", "studies/calibrate.py"):
         assert mark in text
 
@@ -125,9 +125,9 @@ def test_no_robot_at_all(tmp_path, text):
 
 def test_schema_in_step(tmp_path):
     main(tmp_path)
-    written = (tmp_path / "robot.schema.json").read_text(encoding="utf-8")
+    written = (tmp_path / "robot.schema.json").read_text("utf-8")
     beside = paper_robot_path().with_name("robot.schema.json")
-    assert written == json_schema(Robot) == beside.read_text(encoding="utf-8"), (
+    assert written == json_schema(Robot) == beside.read_text("utf-8"), (
         "the models have changed: run python -m rftfit.robot.config"
     )
-    assert "robot.schema.json" in paper_robot_path().read_text(encoding="utf-8").splitlines()[0]
+    assert "robot.schema.json" in paper_robot_path().read_text("utf-8").splitlines()[0]

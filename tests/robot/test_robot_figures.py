@@ -5,6 +5,7 @@ import pandas as pd
 import pytest
 from matplotlib.colors import is_color_like, to_rgb
 from memory import memory
+from numpy.testing import assert_allclose
 from text_boxes import text_faults
 
 from rftfit.compare.robot import optima
@@ -128,12 +129,12 @@ def test_speeds_are_those_of_the_tables():
         hollow = [x for x, white in drawn if white]
         assert sorted(hollow) == sorted(round(f, 3) for _, f in CALIBRATED_ON.values())
         (rings,) = (xy(line) for line in axes.lines if line.get_markersize() > 5)
-        np.testing.assert_allclose(sorted(rings[0]), [1.954, 2.246])
+        assert_allclose(sorted(rings[0]), [1.954, 2.246])
         texts = [text.get_text() for text in axes.texts]
         assert [line for line in texts if line.count("42 of 42") == 2]
         curve = next(xy(line) for line in axes.lines if xy(line).shape[1] == 4)
         runs_of_curve = runs[(runs["profile"] == profile) & (runs["curvature_times_R"] == -1.0)]
-        np.testing.assert_allclose(curve[1], [0, *runs_of_curve["speed_cm_per_s"]])
+        assert_allclose(curve[1], [0, *runs_of_curve["speed_cm_per_s"]])
         assert curve[0, 0] == 0
 
 
@@ -192,9 +193,7 @@ def test_optimum_is_drawn_where_it_is():
     right = figure.axes[1]
     line = next(line for line in right.lines if xy(line).shape[1] == 3)
     best_of_table = best[best["profile"] == "table"]
-    np.testing.assert_allclose(
-        xy(line), [best_of_table["best_curvature_times_R"].tolist(), [1, 2, 5]]
-    )
+    assert_allclose(xy(line), [best_of_table["best_curvature_times_R"].tolist(), [1, 2, 5]])
     fastest = runs[runs["profile"] == "table"]["speed_cm_per_s"].max()
     assert right.collections[0].get_array().max() == pytest.approx(fastest)  # type: ignore[union-attr]
 
@@ -217,12 +216,12 @@ def test_motion_over_two_strides(motion):
     first = motion[motion["curvature_times_R"] == 1.0]
     assert first["stride"].iloc[-1] == pytest.approx(2 - 1 / 50)
     first_trial, second_trial, simulated = (xy(line)[1] for line in figure.axes[0].lines[:3])
-    np.testing.assert_allclose(simulated, first["velocity_x_cm_per_s"])
+    assert_allclose(simulated, first["velocity_x_cm_per_s"])
     # both trials are moved to the moment at which they surge as the simulated robot does
-    np.testing.assert_allclose(first_trial, second_trial, atol=0.3)
+    assert_allclose(first_trial, second_trial, atol=0.3)
     assert np.corrcoef(first_trial, simulated)[0, 1] > 0.8
     pitch = figure.axes[4].lines[0]  # two runs side by side: the third row
-    np.testing.assert_allclose(xy(pitch)[1], first["pitch_deg"])
+    assert_allclose(xy(pitch)[1], first["pitch_deg"])
     assert group_names(motion)[:3] == ["tripod_1", "tripod_2", "belly"]
 
 
@@ -232,7 +231,7 @@ def test_forces_are_means_over_ten_milliseconds(motion):
     fine.loc[50, "force_z_belly_N"] = 11.0
     axes = draw_motion(fine).axes[3]
     belly = xy(axes.lines[group_names(fine).index("belly")])[1]
-    np.testing.assert_allclose(belly[45:56], 1.0)
+    assert_allclose(belly[45:56], 1.0)
     assert belly.sum() == pytest.approx(11)
 
 
@@ -246,7 +245,7 @@ def test_reaction_of_both_tripods(motion):
     # they take turns
     first = motion[motion["curvature_times_R"] == 1.0]
     first_tripod, second_tripod = (first[f"force_z_tripod_{n}_N"].to_numpy(float) for n in (1, 2))
-    np.testing.assert_allclose(
+    assert_allclose(
         np.roll(first_tripod, 25)[25:75], second_tripod[25:75], atol=0.02 * first_tripod.max()
     )
 
@@ -261,7 +260,7 @@ def test_stance_shows_the_forces_of_one_tripod(every):
     elements = table.query("group == 'tripod_1' and curvature_times_R == 1.0")
     # the tips hang below the hips
     ends = elements[["x1_cm", "z1_cm", "x2_cm", "z2_cm"]].to_numpy(float).reshape(3, -1, 4)
-    np.testing.assert_allclose(ends[:, 0, 0], ends[:, -1, 2], atol=0.5)
+    assert_allclose(ends[:, 0, 0], ends[:, -1, 2], atol=0.5)
     assert (ends[:, 0, 1] > ends[:, -1, 3]).all()
     arrows = figure.axes[0].collections[-1]
     assert 0 < len(np.asarray(arrows.get_offsets())) <= len(elements)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from ingredients import compared, ingredients, summary
+from numpy.testing import assert_allclose, assert_array_equal
 
 from rftfit.model.profiles import TableProfile
 from rftfit.robot.config import paper_robot
@@ -18,19 +19,19 @@ def test_each_profile_changes_what_it_says():
     rng = np.random.default_rng(4)
     beta, gamma = rng.uniform(-1.5, 1.5, 200), rng.uniform(-1.5, 1.5, 200)
     table = TableProfile.published(MEDIUM).alpha(beta, gamma)
-    np.testing.assert_array_equal(profiles["measured table"].alpha(beta, gamma), table)
+    assert_array_equal(profiles["measured table"].alpha(beta, gamma), table)
     belly = profiles[BELLY].alpha(beta, gamma)
-    np.testing.assert_array_equal(belly[1], table[1])
+    assert_array_equal(belly[1], table[1])
     # bilinear between the nodes: 30 and 18.43 degrees around that cell
     near = (np.abs(np.degrees(beta)) < 30) & (np.abs(np.degrees(gamma)) < 18.43)
     assert near.any()
-    np.testing.assert_allclose(belly[0][~near], table[0][~near], atol=1e-12)
+    assert_allclose(belly[0][~near], table[0][~near], atol=1e-12)
     assert (belly[0][near] > table[0][near]).all()
     nine_at_cells, nine_terms = (
         profiles[f"nine terms of it{end}"] for end in (", at the cells of the table", "")
     )
     nodes = np.radians([30.0, 0.0, -60.0]), np.radians([45.0, 0.0, 90.0])
-    np.testing.assert_allclose(nine_at_cells.alpha(*nodes), nine_terms.alpha(*nodes), atol=1e-3)
+    assert_allclose(nine_at_cells.alpha(*nodes), nine_terms.alpha(*nodes), atol=1e-3)
 
 
 def test_the_lift_of_the_level_belly_alone_makes_reversed_legs_too_fast():

@@ -58,7 +58,7 @@ def test_nothing_without_a_robot_and_damaged_pictures_are_named(tmp_path):
     results = bare_campaign(tmp_path / "damaged", ("poppy_LP",), robot=True)
     write_robot(results)
     frames = tmp_path / "damaged" / "results" / "robot" / "frames.json"
-    frames.write_text("{", encoding="utf-8")
+    frames.write_text("{", "utf-8")
     with pytest.raises(InputError, match=r"frames\.json"):
         robot_data(results)
 

@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose, assert_array_equal
 
 from rftfit.measure.flags import codes_of, remark
 from rftfit.robot.body import assemble
@@ -18,29 +19,29 @@ def test_areas_and_lengths_are_those_of_the_robot(robot):
     assert (len(parts.group), parts.bodies.shape[1]) == (9, 30)
     belly, front, rear, leg, _ = parts.bodies
     area = 2 * parts.bodies[..., 4].sum(axis=1) * parts.widths_cm
-    np.testing.assert_allclose(area[:3], [13 * 2, 3 * 2, 3 * 2])
+    assert_allclose(area[:3], [13 * 2, 3 * 2, 3 * 2])
     # a half circle over the diameter 2R' = 4.1 cm, 1 cm wide
     assert area[3] == pytest.approx(math.pi * 2.05, rel=1e-3)
     assert 2 * leg[:, 4].sum() == pytest.approx(math.pi * 2.05, rel=1e-3)
     flat = assemble(robot, 0.0).bodies[3]
     assert 2 * flat[:, 4].sum() == pytest.approx(4.1)
     for plate in (belly, front, rear, leg):
-        np.testing.assert_allclose(np.hypot(plate[:, 2], plate[:, 3]), 1)
-    np.testing.assert_allclose(belly[:, 1], -1.0)
-    np.testing.assert_allclose(front[:, 0], 6.5)
-    np.testing.assert_allclose(rear[:, 0], -6.5)
-    np.testing.assert_allclose([front[:, 1].mean(), rear[:, 1].mean()], 0.5, atol=1e-12)
+        assert_allclose(np.hypot(plate[:, 2], plate[:, 3]), 1)
+    assert_allclose(belly[:, 1], -1.0)
+    assert_allclose(front[:, 0], 6.5)
+    assert_allclose(rear[:, 0], -6.5)
+    assert_allclose([front[:, 1].mean(), rear[:, 1].mean()], 0.5, atol=1e-12)
 
 
 def test_tripods_are_three_hips_half_a_turn_apart(robot):
     parts = assemble(robot, 1.0)
-    np.testing.assert_array_equal(parts.group, [0, 1, 2, 3, 3, 3, 4, 4, 4])
+    assert_array_equal(parts.group, [0, 1, 2, 3, 3, 3, 4, 4, 4])
     # half a turn is the mirror image through the hip
-    np.testing.assert_allclose(parts.bodies[4, :, :4], -parts.bodies[3, :, :4], atol=1e-15)
+    assert_allclose(parts.bodies[4, :, :4], -parts.bodies[3, :, :4], atol=1e-15)
     z = robot.legs.hips[0].z_cm
-    np.testing.assert_allclose(parts.hips[3:6], [[5.5, z, 1], [-5.5, z, 1], [0, z, 1]])
-    np.testing.assert_allclose(parts.hips[6:], [[0, z, 1], [5.5, z, 1], [-5.5, z, 1]])
-    np.testing.assert_array_equal(parts.hips[:3], 0)
+    assert_allclose(parts.hips[3:6], [[5.5, z, 1], [-5.5, z, 1], [0, z, 1]])
+    assert_allclose(parts.hips[6:], [[0, z, 1], [5.5, z, 1], [-5.5, z, 1]])
+    assert_array_equal(parts.hips[:3], 0)
 
 
 def test_a_newton_moves_150_grams_by_its_weight(robot):

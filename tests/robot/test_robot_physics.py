@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose
 from robotsteps import step
 
 from rftfit.model.profiles import FourierProfile
@@ -30,9 +31,9 @@ def test_free_flight(robot, table, rk4):
     # thrown high with turning legs: no force but weight, whatever the legs do
     state, time, off = np.array([0.0, 500.0, 0.1, 30.0, 100.0, 2.0]), 0.5, 1e-12 if rk4 else 1e-4
     end = step(table, assemble(robot, 1.0), state, 0.0, 30.0, 1e-4, 5000, rk4)
-    np.testing.assert_allclose(end[3:], [30.0, 100.0 - G * time, 2.0], rtol=1e-12)
-    np.testing.assert_allclose(end[[0, 2]], [30.0 * time, 0.1 + 2.0 * time], rtol=1e-12)
-    np.testing.assert_allclose(end[1], 500.0 + 100.0 * time - G * time**2 / 2, rtol=off)
+    assert_allclose(end[3:], [30.0, 100.0 - G * time, 2.0], rtol=1e-12)
+    assert_allclose(end[[0, 2]], [30.0 * time, 0.1 + 2.0 * time], rtol=1e-12)
+    assert_allclose(end[1], 500.0 + 100.0 * time - G * time**2 / 2, rtol=off)
     before, after = (
         150 * (s[3:5] @ s[3:5] / 2 + G * s[1]) + 2080 * s[5] ** 2 / 2 for s in (state, end)
     )
@@ -66,7 +67,7 @@ def test_momentum_and_energy_with_sand(robot, profile, curvature, frequency):
     ):
         impulse = step_s * np.cumsum(force)
         scale = np.abs(momentum).max()
-        np.testing.assert_allclose(impulse, momentum[1:] - momentum[0], atol=1e-8 * scale)
+        assert_allclose(impulse, momentum[1:] - momentum[0], atol=1e-8 * scale)
     # the granular forces' work on the rigid body is the change of its energy, weight included
     vx, vz, turning = (
         (rate[1:] + rate[:-1]) / 2 for rate in (s.velocity_x_cm_per_s, s.velocity_z_cm_per_s, spin)
@@ -78,7 +79,7 @@ def test_momentum_and_energy_with_sand(robot, profile, curvature, frequency):
     # height goes with the velocity at the end of a step, not with that of its middle
     slip = mass * G * step_s * np.ptp(s.velocity_z_cm_per_s)
     assert slip < 0.01 * scale
-    np.testing.assert_allclose(work, energy[1:] - energy[0], atol=slip)
+    assert_allclose(work, energy[1:] - energy[0], atol=slip)
     # sand takes energy: over whole strides the drive has to give more than it gets back
     work_of_drive = ERG_PER_N_CM * step_s * (s.drive_moment_N_cm * 2 * math.pi * frequency).sum()
     assert work_of_drive > max(energy[-1] - energy[0], 0)
@@ -99,12 +100,12 @@ def test_dropped_plate_comes_to_rest(table, drop_cm):
         for _ in range(600):
             state = step(table, parts, state, 0.0, 0.0, step_s, round(1e-3 / step_s))
             heights.append(state[1])
-        np.testing.assert_allclose(-min(heights), depth, rtol=2e-3)
+        assert_allclose(-min(heights), depth, rtol=2e-3)
         assert abs(state[2]) < 1e-6
         # it then stays there, but for what the force's jump at no velocity makes of a finite step
         creeps.append(heights[-1] - heights[-101])
     assert np.abs(creeps).max() < 0.01 * depth
-    np.testing.assert_allclose(creeps[0] / creeps[1], 2, atol=0.4)
+    assert_allclose(creeps[0] / creeps[1], 2, atol=0.4)
 
 
 def test_plate_let_down_slowly_floats_at_its_depth(table):
@@ -140,7 +141,7 @@ def test_mirror_image(robot, profile, curvature):
         assert s is not None
         courses.append([sign * s.x_cm[:12], s.z_cm[:12], sign * s.pitch_deg[:12]])
     for course, mirrored_course, most in zip(*courses, (2e-5, 2e-5, 1e-3), strict=True):
-        np.testing.assert_allclose(course, mirrored_course, atol=most)
+        assert_allclose(course, mirrored_course, atol=most)
 
 
 def test_order_of_the_methods(robot, nine):
@@ -156,4 +157,4 @@ def test_order_of_the_methods(robot, nine):
     for rk4, order in ((False, 1), (True, 4)):
         errors = [np.abs(end(steps, rk4) - best).max() for steps in (8, 16, 32)]
         ratios = np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
-        np.testing.assert_allclose(ratios, order, atol=0.3)
+        assert_allclose(ratios, order, atol=0.3)

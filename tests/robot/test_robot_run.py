@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from convergence import step_convergence
+from numpy.testing import assert_allclose, assert_array_equal
 
 from rftfit.measure.flags import codes_of
 from rftfit.model.profiles import FourierProfile
@@ -30,7 +31,7 @@ def test_it_begins_touching_the_surface(robot, curvature, phase, drop):
     groups = parts.place(state, 2 * math.pi * phase, 0.0)
     every = np.concatenate([group.reshape(-1, 8) for group in groups])
     lowest = (every[:, 1] - every[:, 4] * np.abs(every[:, 3])).min()
-    np.testing.assert_allclose(lowest, drop, atol=1e-12)
+    assert_allclose(lowest, drop, atol=1e-12)
 
 
 def test_steady_run(robot, table):
@@ -38,11 +39,11 @@ def test_steady_run(robot, table):
     assert (run.outcome, run.reason, run.warning) == ("steady", "", "")
     assert run.strides == len(run.stride_speeds_cm_per_s) >= 3
     last = run.stride_speeds_cm_per_s[-run.averaged :]
-    np.testing.assert_allclose(run.speed_cm_per_s, last.mean())
+    assert_allclose(run.speed_cm_per_s, last.mean())
     # the transient is left out, and what is averaged is what goes on for ever
     assert run.stride_speeds_cm_per_s[0] < 0.95 * run.speed_cm_per_s
     longer = simulate(robot, table, 2.0, 1.0, strides=run.strides + 10)
-    np.testing.assert_allclose(
+    assert_allclose(
         longer.stride_speeds_cm_per_s[-5:], run.speed_cm_per_s, rtol=robot.numerics.settled_share
     )
     assert run.series is None
@@ -99,8 +100,8 @@ def test_series(robot, table):
     assert s is not None
     assert tuple(s.force_z_N) == ("belly", "front", "rear", "tripod_1", "tripod_2")
     assert len(s.time_s) == len(s.table()) == 50 * run.strides
-    np.testing.assert_allclose(np.diff(s.time_s), 0.5 / 50)
-    np.testing.assert_allclose(s.leg_angle_deg[:3], [60.0, 67.2, 74.4])
+    assert_allclose(np.diff(s.time_s), 0.5 / 50)
+    assert_allclose(s.leg_angle_deg[:3], [60.0, 67.2, 74.4])
     assert (s.time_s[0], s.x_cm[0], s.pitch_deg[0]) == (0, 0, 0)
     # in the mean over steady strides the ground bears the weight and neither speeds up nor turns
     last, weight_N = slice(-50 * run.averaged, None), 150 * 980.665e-5
@@ -112,10 +113,10 @@ def test_series(robot, table):
     assert s.drive_moment_N_cm[last].mean() > 0
     # the two tripods do the same, half a stride apart
     tripod_1, tripod_2 = s.force_z_N["tripod_1"][-25:], s.force_z_N["tripod_2"][-50:-25]
-    np.testing.assert_allclose(tripod_1, tripod_2, atol=0.05 * tripod_1.max())
+    assert_allclose(tripod_1, tripod_2, atol=0.05 * tripod_1.max())
     # samples change nothing but the number of steps to a stride
     bare = simulate(robot, table, 2.0, 1.0, 1 / 6)
-    np.testing.assert_allclose(bare.speed_cm_per_s, run.speed_cm_per_s, rtol=1e-9)
+    assert_allclose(bare.speed_cm_per_s, run.speed_cm_per_s, rtol=1e-9)
 
 
 def test_elements_over_time(robot, table):
@@ -123,15 +124,15 @@ def test_elements_over_time(robot, table):
     assert run.series is not None
     groups = element_series(robot, table, run.condition, run.series, every=4)
     every = element_series(robot, table, run.condition, run.series)["belly"]
-    np.testing.assert_array_equal(every.at_x_cm[::4], groups["belly"].at_x_cm)
+    assert_array_equal(every.at_x_cm[::4], groups["belly"].at_x_cm)
     legs, belly = groups["tripod_1"], groups["belly"]
     assert legs.ends_x_cm.shape == (10, 3, 30, 2)
     assert belly.force_z_N.shape == (10, 1, 30)
     for name, group in groups.items():
         whole = run.series.force_z_N[name][::4]
-        np.testing.assert_allclose(group.force_z_N.sum(axis=(1, 2)), whole, atol=1e-9)
+        assert_allclose(group.force_z_N.sum(axis=(1, 2)), whole, atol=1e-9)
     # one element begins where the one before ends, and the leg begins at its hip
-    np.testing.assert_allclose(legs.ends_x_cm[:, :, :-1, 1], legs.ends_x_cm[:, :, 1:, 0], atol=0.02)
+    assert_allclose(legs.ends_x_cm[:, :, :-1, 1], legs.ends_x_cm[:, :, 1:, 0], atol=0.02)
     front = run.series.x_cm[::4] + 5.5 * np.cos(np.radians(run.series.pitch_deg[::4]))
     assert np.abs(legs.ends_x_cm[:, 0, 0, 0] - front).max() < 0.75
     # nose up is positive: the belly rises forward
@@ -139,7 +140,7 @@ def test_elements_over_time(robot, table):
     rising = belly.ends_z_cm[:, 0, -1, 1] > belly.ends_z_cm[:, 0, 0, 0]
     assert (belly.ends_x_cm[:, 0, -1, 1] > belly.ends_x_cm[:, 0, 0, 0]).all()
     pitch = np.degrees(np.arctan2(np.where(rising, z, -z), x))
-    np.testing.assert_allclose(pitch, run.series.pitch_deg[::4], atol=1e-6)
+    assert_allclose(pitch, run.series.pitch_deg[::4], atol=1e-6)
 
 
 def test_speed_converges_with_the_step(robot, table):

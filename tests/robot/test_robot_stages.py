@@ -13,6 +13,7 @@ import pytest
 import yaml
 from jobs import planned_jobs, run_rules
 from light_campaign import LABORATORY, alpha_frame, make_campaign
+from numpy.testing import assert_allclose
 
 import rftfit
 from rftfit import reference
@@ -59,7 +60,7 @@ def made_once(tmp_path_factory):
     shutil.copy(PROJECT / "config" / "config.yaml", root / "config")
     raw = root / "raw" / "paper"
     raw.mkdir(parents=True)
-    (raw / "runs.csv").write_text(SHEET, encoding="utf-8")
+    (raw / "runs.csv").write_text(SHEET, "utf-8")
     config = Config(**yaml.safe_load((root / "config" / "config.yaml").read_text("utf-8")))
     for name, text in track_files(config, 2013).items():
         write_text(raw / name, text)
@@ -86,8 +87,8 @@ def test_from_tracks_to_the_published_speeds(root):
     assert (len(trials), len(speeds)) == (42 * TRIALS, 42)
     assert set(trials["status"]) == {"used"}
     order = speeds.sort_values(["curvature_times_R", "frequency_Hz"])
-    np.testing.assert_allclose(order["speed_cm_per_s"], figure["speed_cm_per_s"], rtol=0.005)
-    np.testing.assert_allclose(order["frequency_Hz"], figure["stride_frequency_Hz"], rtol=0.01)
+    assert_allclose(order["speed_cm_per_s"], figure["speed_cm_per_s"], rtol=0.005)
+    assert_allclose(order["frequency_Hz"], figure["stride_frequency_Hz"], rtol=0.01)
     assert (speeds["calibrated"] == "yes").sum() == 3
     assert (order["speed_sd_cm_per_s"] > 0).all()
     tracks = (root / "raw" / "paper" / "robot" / "tracks").iterdir()
@@ -112,7 +113,7 @@ def test_same_seed_same_tracks(root):
     # the trials of a condition are scattered about its published speed
     speeds = pd.DataFrame(trials).groupby("condition")["speed_cm_per_s"].agg(["mean", "std"])
     figure = reference.load("fig_4c").query("stride_frequency_Hz > 0.01")
-    np.testing.assert_allclose(sorted(speeds["mean"]), sorted(figure["speed_cm_per_s"]))
+    assert_allclose(sorted(speeds["mean"]), sorted(figure["speed_cm_per_s"]))
     assert (speeds["std"] > 0).all()
 
 
@@ -124,7 +125,7 @@ def test_bad_tracks_are_refused_and_accounted_for(root):
     texts[1][50], texts[1][60] = texts[1][60], texts[1][50]
     texts[2][100] = "nan,nan,nan"
     for name, lines in zip(names, texts, strict=True):
-        (folder / f"{name}.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+        (folder / f"{name}.csv").write_text("\n".join(lines) + "\n", "utf-8")
     (folder / "robot_kp100_4_a.csv").unlink()
     trials, speeds, ledger = measured(root)
     table = trials.set_index("run_id")
@@ -145,7 +146,7 @@ def edit(root, **robot):
     path = root / "config" / "config.yaml"
     data = yaml.safe_load(path.read_text("utf-8"))
     del data["robot"]
-    path.write_text(yaml.safe_dump(data | ({"robot": robot} if robot else {})), encoding="utf-8")
+    path.write_text(yaml.safe_dump(data | ({"robot": robot} if robot else {})), "utf-8")
 
 
 def test_without_tracks_the_figure_stands_in(root):
@@ -154,7 +155,7 @@ def test_without_tracks_the_figure_stands_in(root):
     assert (len(trials), len(speeds), len(ledger)) == (0, 42, 0)
     assert set(speeds["source"]) == {"Fig. 4C"}
     edit(root, medium="poppy_CP")
-    (root / "raw" / "paper" / "runs.csv").write_text(SHEET.replace("_LP", "_CP"), encoding="utf-8")
+    (root / "raw" / "paper" / "runs.csv").write_text(SHEET.replace("_LP", "_CP"), "utf-8")
     assert measured(root)[1].empty
 
 
@@ -238,7 +239,7 @@ def with_alpha(root, values=None, **fourier):
         path = root / "config" / "config.yaml"
         data = yaml.safe_load(path.read_text("utf-8"))
         data["fourier"] |= fourier
-        path.write_text(yaml.safe_dump(data), encoding="utf-8")
+        path.write_text(yaml.safe_dump(data), "utf-8")
     table = alpha_frame("poppy_LP", values or reference.alpha_grid("poppy_LP"))
     write_csv(table, root / "results" / "alpha" / "poppy_LP.csv")
     return open_results(root)
@@ -289,9 +290,9 @@ def test_profiles_from_the_tables(root):
         robot_profile(results, kind).alpha(*angles)
         for kind in ("table", "fourier", "generic", "depth_only")
     )
-    np.testing.assert_allclose(table, TableProfile.published("poppy_LP").alpha(*angles))
+    assert_allclose(table, TableProfile.published("poppy_LP").alpha(*angles))
     # of one medium alone, the generic profile is its own
-    np.testing.assert_allclose(generic, fourier, rtol=1e-6)
+    assert_allclose(generic, fourier, rtol=1e-6)
     assert depth_only[1][0] == pytest.approx(0)
     with pytest.raises(
         InputError, match="found 'tabel'; allowed: table, map, fourier, generic, dep"

@@ -6,6 +6,7 @@ Sweep: runs of the robot over stride frequency and curvature of the legs.
 import math
 
 import numpy as np
+from numpy.testing import assert_allclose
 
 from rftfit.robot.run import Condition
 from rftfit.robot.sweep import (
@@ -24,8 +25,8 @@ def test_the_papers_sweep():
     assert len(every) == len(set(every)) == 51 * 26 * 3
     curvatures = sorted({c.curvature_times_R for c in every})
     frequencies = sorted({c.frequency_Hz for c in every})
-    np.testing.assert_allclose(curvatures, np.linspace(-1, 1, 51), atol=1e-9)
-    np.testing.assert_allclose(frequencies, np.linspace(0, 5, 26), atol=1e-9)
+    assert_allclose(curvatures, np.linspace(-1, 1, 51), atol=1e-9)
+    assert_allclose(frequencies, np.linspace(0, 5, 26), atol=1e-9)
     assert {c.phase_turns for c in every} == set(PHASES_TURNS)
     for step in (2, 3, 4, 7):  # a part of it
         some = paper_conditions(step)
@@ -68,13 +69,13 @@ def test_tables(robot, nine):
     assert means["phases_steady"].tolist() == [3, 3, 2, 0]
     assert means["reason_code"].tolist() == ["", "", "tipped", "buried"]
     assert means["reason"][2].endswith(f"0: tipped, {reason[0]}")
-    np.testing.assert_allclose(means["speed_cm_per_s"][2:], [speed[1:3].mean(), np.nan])
+    assert_allclose(means["speed_cm_per_s"][2:], [speed[1:3].mean(), np.nan])
 
 
 def test_best_curvature():
     curvature = np.linspace(-1, 1, 51)
     place, speed = best_curvature(curvature, 70 - 30 * (curvature - 0.61) ** 2)
-    np.testing.assert_allclose([place, speed], [0.61, 70])
+    assert_allclose([place, speed], [0.61, 70])
     # no top inside: the end itself
     assert best_curvature(curvature, 3 * curvature) == (1.0, 3.0)
     holed = np.where(np.abs(curvature) < 0.5, math.nan, curvature)

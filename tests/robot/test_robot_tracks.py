@@ -40,7 +40,7 @@ def running(frequency=2.0, speed=25.0, strides=6.4, uneven=0.03, noise=0.02, rat
 
 def written(folder, rows, header=GOOD_HEAD):
     path = folder / "track.csv"
-    path.write_text("# a comment\n" + "\n".join([header, *rows]) + "\n", encoding="utf-8")
+    path.write_text("# a comment\n" + "\n".join([header, *rows]) + "\n", "utf-8")
     return path
 
 
@@ -189,7 +189,7 @@ GOOD = "a1,c1,poppy_LP,1,,tracks/a1.csv,"
 
 def sheet(tmp_path, *rows, header=HEADER):
     path = tmp_path / "runs.csv"
-    path.write_text("\n".join([header, *rows]) + "\n", encoding="utf-8")
+    path.write_text("\n".join([header, *rows]) + "\n", "utf-8")
     trials, problems = read_trials(path, "runs.csv", "poppy_LP", {"plate_1"})
     return [trial.run_id for trial in trials], problems
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose
 
 import rftfit
 from rftfit.errors import InputError
@@ -59,7 +60,7 @@ def test_mended_with_a_word_to_the_same_forces(words):
         mesh = Mesh(*MENDED[words](BALL.vertices_cm, BALL.faces))
     assert len(mesh.notes) == 1
     forces, expected = (compiled_mesh_forces(POPPY, body, MOTION) for body in (mesh, BALL))
-    np.testing.assert_allclose(forces, expected, atol=1e-12)
+    assert_allclose(forces, expected, atol=1e-12)
 
 
 def test_files(tmp_path):
@@ -69,7 +70,7 @@ def test_files(tmp_path):
     assert mesh.name == "ball"
     assert mesh.faces.shape == BALL.faces.shape
     same = compiled_mesh_forces(POPPY, BALL, MOTION)
-    np.testing.assert_allclose(compiled_mesh_forces(POPPY, mesh, MOTION), same, rtol=1e-5)
+    assert_allclose(compiled_mesh_forces(POPPY, mesh, MOTION), same, rtol=1e-5)
     (tmp_path / "empty.stl").write_text("solid nothing")
     for name, unit, words in (
         ("ball.stl", "m", "4000 cm long"),
@@ -85,10 +86,10 @@ def test_refined_is_the_same_body():
     finer = BALL.refined(0.3)
     edges = np.roll(finer.triangles, -1, axis=1) - finer.triangles
     assert np.linalg.norm(edges, axis=-1).max() <= 0.3
-    np.testing.assert_allclose(finer.area_cm2, BALL.area_cm2)
+    assert_allclose(finer.area_cm2, BALL.area_cm2)
     deep = Motion3D([0, 0, -9], [0, 0, -1])
     forces, same = (compiled_mesh_forces(POPPY, body, deep)[:, :3] for body in (finer, BALL))
-    np.testing.assert_allclose(forces, same, atol=1e-9)
+    assert_allclose(forces, same, atol=1e-9)
 
 
 def test_wrong_motions():
@@ -109,7 +110,7 @@ def test_a_path_is_differentiated():
     time = np.linspace(0, 1, 11)
     turn = np.outer(time, [0, 90, 0])
     path = Motion3D.path(time, np.outer(time, [1, 2, 3]), turn)
-    np.testing.assert_allclose(path.frames[:, 3:9], np.tile([1, 2, 3, 0, np.pi / 2, 0], (11, 1)))
+    assert_allclose(path.frames[:, 3:9], np.tile([1, 2, 3, 0, np.pi / 2, 0], (11, 1)))
 
 
 def test_intervals_are_quantiles_of_the_draws():
@@ -125,10 +126,10 @@ def test_intervals_are_quantiles_of_the_draws():
     ends = np.quantile(forces_by_draw, (0.05, 0.95), axis=0)
     for k, name in ((0, "force_x_{}_N"), (2, "force_z_{}_N"), (4, "moment_y_{}_N_cm")):
         bounds = [table[name.format(end)][0] for end in ("lo", "hi")]
-        np.testing.assert_allclose(bounds, ends[:, k], rtol=0.01)
+        assert_allclose(bounds, ends[:, k], rtol=0.01)
     load = compiled_mesh_forces(profile, BALL, MOTION)[0, 6]
     largest = np.hypot(*profile.cells[2:]).max()
-    np.testing.assert_allclose(table["closure_N"][0], CLOSURE * largest * load, rtol=1e-3)
+    assert_allclose(table["closure_N"][0], CLOSURE * largest * load, rtol=1e-3)
 
 
 def test_one_push_gives_a_wider_interval_that_holds_the_map():

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose
 
 import rftfit
 from rftfit.errors import InputError
@@ -38,7 +39,7 @@ def test_a_foot_sinks_and_rests(kind):
         taken -= ground.forces[0, 2] * (before + data.qvel[2]) / 2 * model.opt.timestep
         places.append(data.qpos[:3].copy())
     assert taken > 0
-    np.testing.assert_allclose(ground.forces[0, 2], 9.81, rtol=0.01)
+    assert_allclose(ground.forces[0, 2], 9.81, rtol=0.01)
     assert np.ptp(places[-500:], axis=0).max() < 1e-4  # m
     # pulled out again, the ground takes more energy
     for _ in range(300):
@@ -58,8 +59,8 @@ def test_forces_are_those_of_predict():
     motion = rftfit.Motion3D([0, 0, -1], [10, 2, -5], [0.3, 0.2, -0.1])
     table = rftfit.predict(POPPY, rftfit.Mesh.sphere(3, 17), motion).iloc[0]
     columns = [*(f"force_{axis}_N" for axis in "xyz"), *(f"moment_{axis}_N_cm" for axis in "xyz")]
-    np.testing.assert_allclose(ground.forces[0, :6], table[columns].to_numpy(float), atol=1e-9)
-    np.testing.assert_allclose(data.xfrc_applied[1, 3:], ground.forces[0, 3:6] / 100, atol=1e-9)
+    assert_allclose(ground.forces[0, :6], table[columns].to_numpy(float), atol=1e-9)
+    assert_allclose(data.xfrc_applied[1, 3:], ground.forces[0, 3:6] / 100, atol=1e-9)
 
 
 FLOOR = '<geom name="floor" type="plane" size="1 1 1"/>'

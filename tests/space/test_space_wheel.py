@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from numpy.testing import assert_allclose
 
 FOLDER = Path(__file__).parents[2] / "examples" / "cmu-wheel"
 WHEEL = runpy.run_path(str(FOLDER / "wheel.py"))
@@ -26,11 +27,11 @@ def test_errors_of_forces_and_sinkage(case, monkeypatch):
     predicted, depth = WHEEL["predicted"](RUNS, case)
     off, is_low_slip = predicted - RUNS[WHEEL["FORCES"]].to_numpy(), abs(RUNS.slip) <= 0.51
     every, modest, sinkage = EXPECTED[case]
-    np.testing.assert_allclose(WHEEL["rms"](off), every, atol=0.1)
-    np.testing.assert_allclose(WHEEL["rms"](off[is_low_slip]), modest, atol=0.1)
+    assert_allclose(WHEEL["rms"](off), every, atol=0.1)
+    assert_allclose(WHEEL["rms"](off[is_low_slip]), modest, atol=0.1)
     assert WHEEL["rms"](10 * depth - RUNS.sinkage_mm) == pytest.approx(sinkage, abs=0.3)
     if case == "measured law":
-        np.testing.assert_allclose(np.median(predicted[:, 2] / RUNS.force_z_N), 0.995, atol=0.01)
+        assert_allclose(np.median(predicted[:, 2] / RUNS.force_z_N), 0.995, atol=0.01)
         for (angle, rim), forces in (
             ((0, 5), (-12.586, 0, 21.509)),
             ((30, 10), (-2.765, 7.890, 19.064)),
@@ -40,4 +41,4 @@ def test_errors_of_forces_and_sinkage(case, monkeypatch):
                 & (RUNS.rim_speed_mm_per_s == rim)
                 & (RUNS.trial == 1)
             )
-            np.testing.assert_allclose(predicted[chosen][0], forces, atol=1e-3)
+            assert_allclose(predicted[chosen][0], forces, atol=1e-3)

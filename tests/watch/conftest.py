@@ -1,7 +1,5 @@
 """A campaign whose files are put into its folder one by one."""
 
-from __future__ import annotations
-
 import shutil
 
 import pytest

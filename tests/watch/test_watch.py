@@ -1,7 +1,5 @@
 """`rftfit watch` gives the tables of `rftfit run` for any order in which files come or change."""
 
-from __future__ import annotations
-
 import random
 import re
 
@@ -68,13 +66,13 @@ def change(bench, chance):
     elif event_number == 7 and name in bench.rows:
         bench.rows[name]["beta_deg"] = chance.choice(["0", "30", "not a number", "45"])
     else:
-        text = bench.config.read_text(encoding="utf-8")
+        text = bench.config.read_text("utf-8")
         for old, new in (
             ("confidence: 0.95", "confidence: 0.9"),
             ("confidence: 0.9\n", "confidence: 0.95\n"),
         ):
             if old in text:
-                bench.config.write_text(text.replace(old, new), encoding="utf-8")
+                bench.config.write_text(text.replace(old, new), "utf-8")
                 break
     bench.write_sheet()
 
@@ -258,14 +256,14 @@ def test_a_campaign_that_cannot_be_read_is_refused_and_later_waited_for(bench):
     bench.push(bench.plates[0])
     watch = bench.watch()
     bench.settle(watch)
-    text = bench.config.read_text(encoding="utf-8")
-    bench.config.write_text("title: nothing else\n", encoding="utf-8")
+    text = bench.config.read_text("utf-8")
+    bench.config.write_text("title: nothing else\n", "utf-8")
     with pytest.raises(CampaignError):
         bench.watch()
     assert {facts["severity"] for facts in facts_of_kind(bench.settle(watch), "problem")} == {
         "error"
     }
-    bench.config.write_text(text, encoding="utf-8")
+    bench.config.write_text(text, "utf-8")
     assert {facts["solved"] for facts in facts_of_kind(bench.settle(watch), "problem")} == {True}
     assert_as_run(bench, watch)
 

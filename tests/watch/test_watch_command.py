@@ -3,8 +3,6 @@
 Usual: those of `rftfit reenact` without `--live`.
 """
 
-from __future__ import annotations
-
 import json
 import shutil
 
@@ -88,7 +86,7 @@ def test_every_event_has_a_line_for_people(bench):
 
 
 def test_a_live_re_enactment_ends_as_one_at_once(tmp_path, recorded):
-    values = yaml.safe_load((recorded / "config" / "config.yaml").read_text(encoding="utf-8"))
+    values = yaml.safe_load((recorded / "config" / "config.yaml").read_text("utf-8"))
     plan = prepare(Config(**values), directions=[(0.0, 90.0), (30.0, 45.0)], legs=False)
     plan.write(tmp_path / "once", tmp_path / "once" / "runs.csv")
     lines = list(plan.live(tmp_path / "live", tmp_path / "live" / "runs.csv", 0.0, 0.0))

@@ -3,8 +3,6 @@
 It also reconnects when the watch comes back.
 """
 
-from __future__ import annotations
-
 import contextlib
 import errno
 import http.client

@@ -1,7 +1,5 @@
 """The whole demonstration campaign is measured once for the tests of a module."""
 
-from __future__ import annotations
-
 import pytest
 from campaigns import make_campaign
 

@@ -3,8 +3,6 @@
 M0: the mean profile of all media; chi: measured over fitted alpha_z(0, 90 deg).
 """
 
-from __future__ import annotations
-
 import html
 import re
 
@@ -36,11 +34,11 @@ def whole_campaign(tmp_path_factory):
     folder = make_campaign(
         tmp_path_factory.mktemp("checks") / "lab", (GOOD, BAD, TAKEN, "yuma"), directions=FEW
     )
-    values = yaml.safe_load(folder.config.read_text(encoding="utf-8"))
+    values = yaml.safe_load(folder.config.read_text("utf-8"))
     values["media"][BAD]["expected_alpha"] = [2, 3]
     values["media"][TAKEN] |= {"expected_alpha": [2, 3], "accept": {"size": WHY}}
     values["media"][GOOD]["expected_alpha"] = [0.4, 0.8]
-    folder.config.write_text(yaml.safe_dump(values, sort_keys=False), encoding="utf-8")
+    folder.config.write_text(yaml.safe_dump(values, sort_keys=False), "utf-8")
     folder.run_here(drawn=("generic_profile", GOOD, BAD))
     return folder
 
@@ -105,7 +103,7 @@ def test_it_enters_neither_m0_nor_chi(whole_campaign):
 
 def test_figures_say_it(whole_campaign):
     for medium, marked in ((BAD, True), (GOOD, False)):
-        drawn = (whole_campaign.root / f"results/quality/{medium}.svg").read_text(encoding="utf-8")
+        drawn = (whole_campaign.root / f"results/quality/{medium}.svg").read_text("utf-8")
         assert drawn.count(MARK) == marked
     drawn = (whole_campaign.root / "results/figures/generic_profile.svg").read_text(
         encoding="utf-8"
@@ -114,7 +112,7 @@ def test_figures_say_it(whole_campaign):
 
 
 def test_page_workbook_and_closing_lines(whole_campaign):
-    text = html.unescape((whole_campaign.root / "results/report.html").read_text(encoding="utf-8"))
+    text = html.unescape((whole_campaign.root / "results/report.html").read_text("utf-8"))
     section = re.sub(r"\s+", " ", text.split('<section id="believed"')[1].split("</section>")[0])
     sentences = whole_campaign.table(f"checks/{BAD}.csv").set_index("check")["sentence"]
     cause = sentences["size"].partition(":")[0]

@@ -1,7 +1,5 @@
 """The profile for a Slurm cluster gives every rule of the workflow its resources and a group."""
 
-from __future__ import annotations
-
 import re
 
 import pytest
@@ -18,7 +16,7 @@ pytestmark = pytest.mark.slow
 
 @pytest.fixture(scope="module")
 def profile():
-    return yaml.safe_load(PROFILE.read_text(encoding="utf-8"))
+    return yaml.safe_load(PROFILE.read_text("utf-8"))
 
 
 @pytest.fixture(scope="module")
@@ -51,7 +49,7 @@ def test_every_job_has_memory_and_time(profile):
 def test_groups_make_no_circle(profile, folder, tmp_path):
     # all but what only the plugin understands, which need not be installed here
     settings = {k: v for k, v in profile.items() if k != "executor" and not k.startswith("slurm-")}
-    (tmp_path / "config.yaml").write_text(yaml.safe_dump(settings), encoding="utf-8")
+    (tmp_path / "config.yaml").write_text(yaml.safe_dump(settings), "utf-8")
     text = folder.run("--dry-run", "all", "--workflow-profile", str(tmp_path))
     groups = re.findall(r"Group job (\w+) ", text)
     # the clocks of this campaign are not estimated

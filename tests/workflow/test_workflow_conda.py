@@ -51,13 +51,13 @@ def clone(tmp_path):
     python = tmp_path / "python"
     subprocess.run([sys.executable, "-m", "venv", "--without-pip", python], check=True)
     (place,) = python.glob("lib/python*/site-packages")
-    (place / "packages.pth").write_text(f"{packages}\n", encoding="utf-8")
+    (place / "packages.pth").write_text(f"{packages}\n", "utf-8")
     programs = tmp_path / "conda" / "bin"
     programs.mkdir(parents=True)
     text = CONDA.replace("@BASE@", str(programs.parent)).replace("@PACKAGES@", str(packages))
-    (programs / "conda").write_text(text.replace("@PYTHON@", sys.executable), encoding="utf-8")
+    (programs / "conda").write_text(text.replace("@PYTHON@", sys.executable), "utf-8")
     (programs / "conda").chmod(0o755)
-    (programs / "activate").write_text(ACTIVATE, encoding="utf-8")
+    (programs / "activate").write_text(ACTIVATE, "utf-8")
     return folder
 
 
@@ -91,9 +91,9 @@ def test_jobs_in_an_environment_of_their_own_find_the_project(clone, tmp_path):
 
 def test_the_environment_has_what_the_project_needs():
     """Each package of pyproject.toml with the same lowest version."""
-    project = tomllib.loads((PROJECT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    project = tomllib.loads((PROJECT / "pyproject.toml").read_text("utf-8"))["project"]
     file = PROJECT / "workflow" / "envs" / "rftfit.yaml"
-    words = yaml.safe_load(file.read_text(encoding="utf-8"))["dependencies"]
+    words = yaml.safe_load(file.read_text("utf-8"))["dependencies"]
     versions = {word.partition(" ")[0]: word.partition(" ")[2] for word in words}
     needed = dict(word.split(">=") for word in project["dependencies"])
     for name in NOT_OF_JOBS:

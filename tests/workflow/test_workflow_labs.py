@@ -3,8 +3,6 @@
 `make labs` runs all of them by `rftfit run`.
 """
 
-from __future__ import annotations
-
 import pytest
 from campaigns import Folder
 from other_labs import Case, judge, make

@@ -1,7 +1,5 @@
 """Campaigns without a tare, or with a medium of which nothing is usable, run to their end."""
 
-from __future__ import annotations
-
 import csv
 from pathlib import Path
 
@@ -18,8 +16,6 @@ pytestmark = pytest.mark.slow
 SAND_LOGS = Path(__file__).parents[3] / "shared" / "data" / "cmu-sand"
 ALPHA = ["alpha_z_N_per_cm3", "alpha_x_N_per_cm3"]
 
-Row = dict[str, str]
-
 
 def rewrite(folder, keep, **cells):
     """Keep some rows of the run sheet, with these cells changed, and return them."""
@@ -34,15 +30,15 @@ def rewrite(folder, keep, **cells):
 
 
 def damage(folder, row):
-    (folder.root / "raw" / "paper" / row["force_log"]).write_text("nothing\n", encoding="utf-8")
+    (folder.root / "raw" / "paper" / row["force_log"]).write_text("nothing\n", "utf-8")
 
 
 def allow_no_tare(root):
     path = root / "config" / "config.yaml"
-    values = yaml.safe_load(path.read_text(encoding="utf-8"))
+    values = yaml.safe_load(path.read_text("utf-8"))
     values["fit"]["missing_tare"] = "flag"
     del values["robot"]
-    path.write_text(yaml.safe_dump(values, sort_keys=False), encoding="utf-8")
+    path.write_text(yaml.safe_dump(values, sort_keys=False), "utf-8")
 
 
 def run(folder, drawn=()):
@@ -50,7 +46,7 @@ def run(folder, drawn=()):
     folder.run_here(drawn=drawn)
     process = folder.rftfit("verify")
     assert process.returncode == 0, process.stdout + process.stderr
-    return " ".join((folder.root / "results" / "report.html").read_text(encoding="utf-8").split())
+    return " ".join((folder.root / "results" / "report.html").read_text("utf-8").split())
 
 
 @pytest.fixture(scope="module")
@@ -125,7 +121,7 @@ def test_the_only_medium_without_a_cell(tmp_path):
     run(folder, empty)
     assert folder.table("coefficients.csv")["reason"].notna().all()
     for name in empty:
-        drawn = (folder.root / "results" / "figures" / f"{name}.svg").read_text(encoding="utf-8")
+        drawn = (folder.root / "results" / "figures" / f"{name}.svg").read_text("utf-8")
         assert drawn, name
 
 

@@ -3,8 +3,6 @@
 Also tested: each stage declares the sections of the config that it reads.
 """
 
-from __future__ import annotations
-
 import contextlib
 import os
 import shutil
@@ -89,7 +87,7 @@ def second_run(small, tmp_path_factory):
         shutil.copytree(small.root / folder_name, second_folder.root / folder_name)
     sheet = second_folder.root / "raw" / "paper" / "runs.csv"
     # the order of its rows is that of the runs, by which a drift over the campaign is looked for
-    rows = sheet.read_text(encoding="utf-8").splitlines()
+    rows = sheet.read_text("utf-8").splitlines()
     sheet.write_bytes(("\r\n".join(rows) + "\r\n").encode())
     campaign = read_states(second_folder.config)[0].campaign
     lists = {name: getattr(campaign, name) for name in ("media_with_runs", "robot_medium")}

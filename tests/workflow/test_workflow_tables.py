@@ -1,7 +1,5 @@
 """A table of stress or alpha alone gives coefficients and a report page, as the logs would."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys
@@ -69,7 +67,7 @@ def test_no_error_is_made_up(alpha):
         ends = alpha.table(f"{name}.csv").filter(regex=r"(^|_)(lo|hi)(_N_.*)?$")
         assert len(ends.columns)
         assert ends.isna().all(axis=None)
-    page = (alpha.root / "results" / "report.html").read_text(encoding="utf-8")
+    page = (alpha.root / "results" / "report.html").read_text("utf-8")
     assert "rod and mount" not in page.partition('id="methods"')[2]
     ledger = alpha.table("ledger.csv")
     assert (ledger["rows"].sum(), set(ledger["fate"])) == (455, {"used"})
@@ -112,14 +110,14 @@ def test_stress_on_another_grid(tmp_path):
         f"dune,0,90,{depth},{0.42 * depth + random.normal(0, 0.01)},0" for depth in (1, 2, 3, 4)
     ]
     source = tmp_path / "stress.csv"
-    source.write_text("\n".join(rows), encoding="utf-8")
+    source.write_text("\n".join(rows), "utf-8")
     folder = started(tmp_path / "c", source)
-    text = folder.config.read_text(encoding="utf-8")
+    text = folder.config.read_text("utf-8")
     sand = 'dune: {title: "dune", role: natural_sand'
     # a medium that was pushed straight down only is taken for a natural sand
     assert sand in text
     text = text.replace(sand, f"{sand}, linear_to_cm: 4")
-    folder.config.write_text(text, encoding="utf-8")
+    folder.config.write_text(text, "utf-8")
     folder.run_here(drawn=("linearity",))
     table = folder.table("alpha/sand.csv")
     assert len(table) == len(truth) == 42
@@ -131,7 +129,7 @@ def test_stress_on_another_grid(tmp_path):
     rows_of_lsq = folder.table("coefficients.csv").query("method == 'lsq' and medium == 'sand'")
     assert rows_of_lsq[["value_N_per_cm3"]].notna().all(axis=None)
     assert not folder.table("flags/sand.csv")["code"].str.contains("tare").any()
-    assert (folder.root / "results" / "figures" / "linearity.svg").read_text(encoding="utf-8")
+    assert (folder.root / "results" / "figures" / "linearity.svg").read_text("utf-8")
     test = folder.table("sands.csv").set_index("window").loc["stated"]
     assert test["alpha_z_N_per_cm3"] == pytest.approx(0.42, abs=0.02)
     assert test["alpha_z_lo_N_per_cm3"] < test["alpha_z_N_per_cm3"] < test["alpha_z_hi_N_per_cm3"]
@@ -146,7 +144,7 @@ def test_one_depth_gives_an_alpha_without_error_and_depth_zero_none(tmp_path):
         "sand,0,90,3,1.2,0.0\nsand,30,90,3,0.9,0.3\nsand,30,90,5,1.6,0.5\nsand,0,45,0,0.7,0.2\n"
         "sand,60,90,2,0.6,0.0\nsand,60,90,4,1.2,0.0\n"
         "sand,90,90,2,0.6,0.0\nsand,90,90,4,1.3,0.0\n",
-        encoding="utf-8",
+        "utf-8",
     )
     folder = started(tmp_path / "lab", table)
     folder.run_here()
@@ -192,7 +190,7 @@ def test_the_way_back_and_what_is_excluded_are_counted(tmp_path):
         slope = stress[rows_used] @ depth[rows_used] / (depth[rows_used] @ depth[rows_used])
         slopes[f"b{beta}_g{gamma}".replace("-", "m")] = slope
     source = tmp_path / "stress.csv"
-    source.write_text("\n".join(lines), encoding="utf-8")
+    source.write_text("\n".join(lines), "utf-8")
     campaign = load_campaign(started(tmp_path / "c", source).config)
     samples, runs, book = ingest_table(campaign, "stress")
     tared, tares, of_tare = tare_medium(campaign, "stress", samples, runs)
@@ -230,7 +228,7 @@ def test_init_says_how_it_reads_the_columns(tmp_path, capsys, monkeypatch):
 
     monkeypatch.setattr("rftfit.campaign.tables.read_table_columns", counted)
     source = tmp_path / "stress.csv"
-    source.write_text("beta,gamma,depth,stress_z,stress_x,run\n0,90,1,0.3,0,a\n", encoding="utf-8")
+    source.write_text("beta,gamma,depth,stress_z,stress_x,run\n0,90,1,0.3,0,a\n", "utf-8")
     assert main(["init", str(tmp_path / "c"), "--stress-table", str(source)]) == 0
     printed = capsys.readouterr().out
     assert "read as: beta in deg, gamma in deg, depth in cm, stress_z in N/cm^2" in printed
@@ -243,9 +241,7 @@ def test_a_campaign_that_was_handed_over_is_not_read_again_unless_something_chan
     tmp_path, monkeypatch
 ):
     source = tmp_path / "stress.csv"
-    source.write_text(
-        "beta,gamma,depth,stress_z,stress_x\n0,90,1,0.3,0\n0,90,2,0.6,0\n", encoding="utf-8"
-    )
+    source.write_text("beta,gamma,depth,stress_z,stress_x\n0,90,1,0.3,0\n0,90,2,0.6,0\n", "utf-8")
     config, second_config = (started(tmp_path / name, source).config for name in "ab")
     states, warnings = read_states(config)
     with TemporaryFile(buffering=0) as file:
@@ -280,10 +276,10 @@ def test_a_run_reads_its_table_once(tmp_path):
     """Of all processes of `rftfit run`, one parses the table."""
     source, patch = tmp_path / "stress.csv", tmp_path / "site" / "sitecustomize.py"
     rows = [f"0,90,{depth / 10},{depth / 30},0" for depth in range(1, 30)]
-    source.write_text("\n".join(["beta,gamma,depth,stress_z,stress_x", *rows]), encoding="utf-8")
+    source.write_text("\n".join(["beta,gamma,depth,stress_z,stress_x", *rows]), "utf-8")
     assert main(["init", str(tmp_path / "c"), "--stress-table", str(source)]) == 0
     patch.parent.mkdir()
-    patch.write_text(_COUNTS.format(str(tmp_path / "reads")), encoding="utf-8")
+    patch.write_text(_COUNTS.format(str(tmp_path / "reads")), "utf-8")
     paths = os.pathsep.join([str(patch.parent), *sys.path])
     targets = [f"results/{name}.csv" for name in ("penetration", "predicted", "ledger")]
     subprocess.run(

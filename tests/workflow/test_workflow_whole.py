@@ -1,7 +1,5 @@
 """The demonstration campaign gives back the paper's numbers and accounts for every log row."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from paper_grid import grid
@@ -177,7 +175,7 @@ def test_ledger_accounts_for_every_row(whole_campaign):
     logs = sorted(path for path in raw.rglob("*.csv") if path.name != "runs.csv")
     assert len(logs) == len(counted)
     for path in logs:
-        lines = path.read_text(encoding="utf-8").splitlines()
+        lines = path.read_text("utf-8").splitlines()
         data = sum(1 for line in lines if line and not line.startswith("#")) - 1
         assert counted[path.relative_to(raw).as_posix()] == data, path
     assert set(ledger["fate"]) == {"used", "dropped"}
