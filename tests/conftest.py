@@ -24,9 +24,13 @@ import paper
 import pytest
 import seeds
 from campaigns import FEW, Folder, make_campaign
+from unit_push import unit_push_once
 from waiting import wait_for
 
 import rftfit
+
+__all__ = ["unit_push_once"]
+"""Fixtures of helpers that all tests have."""
 
 LONGEST = (
     "test_trust_stranger.py",

@@ -25,8 +25,9 @@ from rftfit.errors import InputError
 PROGRAM = find()
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def page():
+    """A page that tests only ask."""
     live_page = LivePage()
     yield live_page
     live_page.close()

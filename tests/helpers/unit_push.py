@@ -1,0 +1,46 @@
+"""The unit push of the live page, calculated once for each setting that it depends on.
+
+Every page has it, it takes half of the time of a page, and with the published shapes it is the same in most campaigns.
+"""
+
+from functools import cache
+
+import pytest
+
+from rftfit.model import model_error, shapes
+from rftfit.page import live
+from rftfit.results import Results
+
+
+@pytest.fixture(scope="session", autouse=True)
+def unit_push_once():
+    """Pages of one process share what an exact push tells, where no medium of the campaign is a known shape."""
+    plain = live._unit_push
+    pending: dict[tuple, Results] = {}
+
+    @cache
+    def calculated(key):
+        return plain(pending[key])
+
+    def shared(results):
+        config = results.config
+        if config.maps.own_media:
+            return plain(results)
+        legs = tuple((name, leg.model_dump_json()) for name, leg in config.legs.items())
+        draws = shapes.DRAWS, model_error.DRAWS
+        key = (
+            legs,
+            config.arm.leg_speed_rad_per_s,
+            config.fit.confidence,
+            results.model_error,
+            draws,
+        )
+        pending[key] = results
+        try:
+            return calculated(key)
+        finally:
+            del pending[key]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(live, "_unit_push", shared)
+        yield
