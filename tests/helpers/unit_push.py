@@ -16,7 +16,7 @@ from rftfit.results import Results
 def unit_push_once():
     """Pages of one process share what an exact push tells, where no medium of the campaign is a known shape."""
     plain = live._unit_push
-    pending: dict[tuple, Results] = {}
+    pending: dict[tuple[object, ...], Results] = {}
 
     @cache
     def calculated(key):
