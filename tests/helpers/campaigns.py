@@ -12,7 +12,6 @@ from pathlib import Path
 from unittest.mock import patch
 
 import pandas as pd
-import seeds
 import yaml
 from disturbances import NOTHING
 from few_draws import few_draws
@@ -31,9 +30,6 @@ from rftfit.workflow.state import read_states
 
 FEW = tuple((beta, gamma) for beta in (-30.0, 0.0, 30.0, 90.0) for gamma in (90.0, -90, 45, -45, 0))
 """Cells (beta, gamma) in degrees that tell the nine terms apart: 20 of the paper's 78."""
-
-COMPARED = ("alpha_maps_poppy_LP", "legs_in_sands", "poppy_LP", "robot_motion")
-"""Figures whose bytes are compared with those of a real run: a map, curves, a quality sheet, the robot."""
 
 
 @dataclass(frozen=True)
@@ -68,8 +64,8 @@ class Folder:
 
         Only the figures of the names in `drawn` (None: all) are put together, and their words are looked at;
         the files of the others have no content. Of a figure that is put together the svg holds its words, and
-        the other files nothing; with `real_run`, the svg of those in `COMPARED` is drawn (in `make statistics` of
-        all), and the other files are those of `real_run`. What a whole campaign says must rest on its records.
+        the other files nothing; with `real_run`, the svg is drawn, and the other files are those of `real_run`. What
+        a whole campaign says must rest on its records.
         """
         # a campaign whose files are compared with those of a real run has all draws
         of_draws = few_draws() if real_run is None else contextlib.nullcontext()
@@ -137,7 +133,7 @@ def _sketch(folder, real_run, figure, base, about):
         target = base.with_name(f"{base.name}.{ending}")
         if real_run is None:
             content = written.encode() if ending == "svg" else b""
-        elif ending == "svg" and (seeds.ALL or base.name in COMPARED):
+        elif ending == "svg":
             content = style.content(figure, ending, about)
         else:
             content = (real_run.root / target.relative_to(folder.root)).read_bytes()

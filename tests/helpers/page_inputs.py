@@ -50,7 +50,7 @@ from rftfit.results import Results
 from rftfit.robot.speeds import published_speeds, speed_errors
 from rftfit.robot.sweep import CALIBRATED_ON
 from rftfit.store import write_csv
-from rftfit.workflow.validate import map_table
+from rftfit.workflow.validate import estimated_map_rows
 
 NASTY = "</script><script>window.hacked = 1</script><b>\"&'"
 SAND_ALPHA = 0.689
@@ -138,7 +138,7 @@ def _page_results(nasty, robot):
     for name, table in paper_tables().items():
         write(results, f"{name}.csv", table)
     reason = NASTY if nasty else "saturated throughout"
-    write(results, "maps/yuma.csv", map_table(results, "yuma"))
+    write(results, "maps/yuma.csv", estimated_map_rows(results, "yuma"))
     write(results, "reproduction.csv", _reproduction(reason))
     write(results, "ledger.csv", _ledger(reason))
     if robot:

@@ -1,6 +1,6 @@
 """The unit push of the live page, calculated once for each setting that it depends on.
 
-Every page has it, it takes half of the time of a page, and with the published shapes it is the same in most campaigns.
+Every page has it, it takes a fifth of the time of a page, and with the published shapes it is the same in most campaigns.
 """
 
 from functools import cache

@@ -330,6 +330,7 @@ def test_all_of_3drft_pushed_gives_its_course():
 LEFT_OUT = [(medium, case) for case in ("material", "medium") for medium in MEDIA]
 
 
+@pytest.mark.statistics
 @pytest.mark.parametrize(("medium", "case"), seeds(LEFT_OUT, LEFT_OUT[:6]))
 def test_media_that_were_left_out(medium, case):
     """Errors over 182 values, % of the largest, no worse than twice the trials' mean; intervals hold."""
@@ -390,6 +391,7 @@ def test_order_of_rows_names_and_ignorance_change_nothing():
     assert_allclose(together.alpha[:, :COUNT], alone.alpha[:, :COUNT], atol=most)
 
 
+@pytest.mark.statistics
 @pytest.mark.parametrize("medium", seeds(MEDIA, MEDIA[:2]))
 def test_the_more_pushes_the_narrower(medium):
     """On the whole: a medium that turns out rougher than was thought may widen its own interval."""

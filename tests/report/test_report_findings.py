@@ -23,7 +23,7 @@ from rftfit.page.outcome import doubt_of_map
 from rftfit.page.page import drawn_figures
 from rftfit.page.page import page as make_page
 from rftfit.results import Results
-from rftfit.workflow.validate import map_table
+from rftfit.workflow.validate import estimated_map_rows
 
 NUMBER = re.compile(r"(?<![\w.])[\u2212+]?\d+(?:\.\d+)?")
 
@@ -300,10 +300,10 @@ def test_medium_without_a_map_says_why_on_the_page(tmp_path):
     table.loc[pushed, "alpha_z_N_per_cm3"] *= -1
     write(results, "alpha/yuma.csv", table)
     results = Results(results.campaign)
-    (without_map,) = map_table(results, "yuma").to_dict("records")
+    (without_map,) = estimated_map_rows(results, "yuma").to_dict("records")
     assert np.isnan(without_map["alpha_z_N_per_cm3"])
     assert without_map["reason_code"] == "no-map"
-    write(results, "maps/yuma.csv", map_table(results, "yuma"))
+    write(results, "maps/yuma.csv", estimated_map_rows(results, "yuma"))
     assert results.map_table("yuma").empty
     reason = results.map_reason("yuma")
     assert "resistance" in reason

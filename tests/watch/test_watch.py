@@ -16,7 +16,7 @@ from rftfit.bench.watch import BARE, GROWING, MEASURED, REFUSED, WAITING, Watch
 from rftfit.campaign.problems import CampaignError
 from rftfit.measure.ingest import ingest_medium
 from rftfit.results import Results, open_results
-from rftfit.workflow.validate import map_table
+from rftfit.workflow.validate import estimated_map_rows
 
 
 def facts_of_kind(events, kind):
@@ -38,7 +38,7 @@ def assert_as_run(bench, watch):
         pd.testing.assert_frame_equal(
             results.table(f"{name}/{MEDIUM}.csv"), table, obj=name, check_exact=True
         )
-    of_run = map_table(results, MEDIUM)
+    of_run = estimated_map_rows(results, MEDIUM)
     assert (medium.map is None) == of_run["alpha_z_N_per_cm3"].isna().all()
     if medium.map is not None:
         map_of_watch = medium.map.table()

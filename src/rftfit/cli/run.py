@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import itertools
 import sys
 from collections import Counter
 from contextlib import contextmanager
@@ -246,15 +245,6 @@ def _rows(path: Path) -> list[dict[str, str]]:
         return []
 
 
-def _has_content(path: Path) -> bool:
-    """Whether a file has more than one line: a table more than its header."""
-    try:
-        with path.open("rb") as handle:
-            return len([*itertools.islice(handle, 2)]) > 1
-    except OSError:
-        return False
-
-
 def failed_checks(recorded: Recorded) -> list[str]:
     """What the checks say of the media that fail one."""
     return [
@@ -269,7 +259,8 @@ def failed_checks(recorded: Recorded) -> list[str]:
 def _shown(root: Path, current: set[str], name: str) -> str:
     """A line about a result, or about the files of a folder, that are up to date; empty where there is nothing to see."""
     if name in current:
-        return f"  {name}" if _has_content(root / name) else ""
+        is_empty = name.endswith(".csv") and not _rows(root / name)
+        return "" if is_empty else f"  {name}"
     inside = sum(path.startswith(f"{name}/") for path in current)
     return f"  {name}/ ({count(inside, 'file')})" if inside else ""
 

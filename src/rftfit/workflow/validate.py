@@ -98,10 +98,10 @@ def legs_predicted(results: Results) -> tuple[pd.DataFrame, ...]:
     compared = _with_note(compared, silent, note)
     lessons = lesson_rows(results, model_error)
     tables = [results.marked(table) for table in (everything, compared, lessons)]
-    return (*tables, *(map_table(results, medium.name) for medium in media))
+    return (*tables, *(estimated_map_rows(results, medium.name) for medium in media))
 
 
-def map_table(results: Results, medium: str) -> pd.DataFrame:
+def estimated_map_rows(results: Results, medium: str) -> pd.DataFrame:
     """Complete alpha of a medium in every direction by the shape that known media share.
 
     A direction that was pushed keeps what was measured there. Where there is no map the table has one row
