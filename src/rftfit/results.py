@@ -500,7 +500,7 @@ class Medium:
             for run in campaign.runs
             if run.kind == "plate"
         }
-        return pressure_sinkage(self.fits, widths, campaign.config.fit.law_depth_cm)
+        return pressure_sinkage(self.fits, widths)
 
     @property
     def runs(self) -> pd.DataFrame:

@@ -37,6 +37,9 @@ Stream = Callable[[int], np.random.Generator]
 
 NOTHING: Sizes = MappingProxyType({})
 
+DepthLaw = Callable[[FloatArray], FloatArray]
+"""From depths, cm, to the depths that take their place in alpha |z|, cm."""
+
 
 @dataclass(frozen=True)
 class Disturbance:
@@ -266,8 +269,10 @@ def bed_of(stroke: LabStroke, sizes: Sizes, spread: float = 0.0) -> Bed:
     return Bed((z, x), float(factor[0]), float(height[0]), sizes.get("power", 1.0), rod)
 
 
-def laws_in(bed: Bed, run: PlannedRun, config: Config) -> Laws:
+def laws_in(bed: Bed, run: PlannedRun, config: Config, depth_law: DepthLaw | None = None) -> Laws:
     """Laws of a run in a bed.
+
+    `depth_law`: Depth that takes the place of |z| in alpha |z| of plates; default: the power of the bed.
 
     Published curves of legs and natural sands are multiplied by what the bed makes of a straight
     push; a leg's also by what the surface makes of the square of its greatest depth.
@@ -287,7 +292,8 @@ def laws_in(bed: Bed, run: PlannedRun, config: Config) -> Laws:
         factor *= 1 + bed.off[0] / push_alpha(run)
     else:
         _, half_z = half_extents(plate_of(config.intruders)[1], run.beta_deg or 0.0)
-        granular = scaled(granular, lambda z: bent(submerged_depth(-z, half_z), bed.power))
+        law = depth_law or (lambda depth_cm: power_law(depth_cm, bed.power))
+        granular = scaled(granular, lambda z: bent(submerged_depth(-z, half_z), law))
     if isinstance(intruder, Leg):
         deepest = intruder.max_length_cm - intruder.hip_height_cm
         factor *= (1 + bed.surface_cm / deepest) ** 2 if deepest > 0 else 1.0
@@ -312,9 +318,9 @@ def below(law: Law, surface_cm: float) -> Law:
     return lambda segment, x, z, angle: law(segment, x, z - surface_cm, angle)
 
 
-def bent(depth_cm: FloatArray, power: float) -> FloatArray:
-    """Factor of a force that is proportional to depth where stress goes as depth^power."""
-    equivalent_cm = power_law(depth_cm, power)
+def bent(depth_cm: FloatArray, depth_law: DepthLaw) -> FloatArray:
+    """Factor of a force that is proportional to depth where stress follows another law of depth."""
+    equivalent_cm = depth_law(depth_cm)
     return np.divide(equivalent_cm, depth_cm, out=np.ones_like(depth_cm), where=depth_cm > 0)
 
 
@@ -329,17 +335,18 @@ def push_alpha(run: PlannedRun) -> float:
 class DisturbedLab(Lab):
     """A lab with all disturbances but `turn`, which is an error of the config (`turned_mount`).
 
-    `spread`: As of `bed_of`. Purposes 3 to 8 of random numbers are used.
+    `spread`: As of `bed_of`. `depth_law`: As of `laws_in`. Purposes 3 to 8 of random numbers are used.
     """
 
     sizes: Sizes
     spread: float = 0.0
+    depth_law: DepthLaw | None = None
 
     def forces(self, stroke: LabStroke, parts: tuple[Segment, ...], phase_s: float) -> Ideal:
         """Noise-free forces in the bed of a stroke, uneven along its path and late."""
         run, config = stroke.run, stroke.config
         bed = bed_of(stroke, self.sizes, self.spread)
-        true = ideal(run, config, parts, phase_s, laws_in(bed, run, config))
+        true = ideal(run, config, parts, phase_s, laws_in(bed, run, config, self.depth_law))
         way = path_cm(true.motion, config.intruders[run.intruder])
         uneven = np.array(true.granular) * unevenness(self.sizes, stroke.random, way)
         samples = self.sizes.get("lag", 0.0) * FORCE_HZ

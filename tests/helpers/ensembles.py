@@ -22,7 +22,7 @@ from rftfit.measure.alpha import alpha_table
 from rftfit.measure.errors import surface_error
 from rftfit.measure.fits import curved
 from rftfit.measure.lab_frame import find_zero
-from rftfit.measure.laws import by_law, power_fit
+from rftfit.measure.laws import LINE_THROUGH_ZERO, DepthLaw, replace_slope
 from rftfit.measure.slopes import fit_slope, startup_bias, zero_intercept
 from rftfit.reference import BETA_DEG, GAMMA_DEG, alpha_grid
 
@@ -175,11 +175,7 @@ def measure(run, campaigns, random, medium, sizes, odd, session, slow_noise_N=0.
         slope = fit_slope(run.depth, stress, variance, dof, depth_sd, tare_stress=parts[1][0])
         if at_cm is None:
             return slope
-        return by_law(
-            slope,
-            {"power": [power_fit(run.depth, component, at_cm) for component in stress]},
-            "power",
-        )
+        return replace_slope(slope, DepthLaw("power", at_cm).fit(run.depth, stress))
     steady = run.travel >= SKIP_CM
     startup = startup_bias(run.travel, stress, steady, SKIP_CM)
     # the arm's log has its noise in the depth of a horizontal run too
@@ -308,7 +304,8 @@ class Ensemble:
         for fits in self.fits(seed, run_to_run, repeats, repeated):
             offset, se = (fits[name].to_numpy(float) for name in ("offset_cm", "offset_se_cm"))
             surface = surface_error(offset, se, errors)
-            alpha = alpha_table(fits, self.medium, 0.95, 3, errors, PAPER, surface, self.at_cm)
+            law = DepthLaw("power", self.at_cm) if self.at_cm else LINE_THROUGH_ZERO
+            alpha = alpha_table(fits, self.medium, 0.95, 3, errors, PAPER, surface, law)
             bent = {*fits.loc[fits["bent"], "run_id"]}
             weak = [not bent.isdisjoint(runs.split()) for runs in alpha["run_ids"]]
             yield alpha.assign(flagged=weak)

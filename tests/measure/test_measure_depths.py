@@ -35,7 +35,7 @@ def test_logs_of_a_curved_medium_give_alpha_at_depths(tmp_path):
         "alpha": alpha,
         "checks": verdicts.assign(verdict="passed"),
     }
-    assert alpha_at_depths(results.campaign, medium, passed, lambda fits, _: fits).empty
+    assert alpha_at_depths(results.campaign, medium, passed, lambda fits, *_: fits).empty
     results.hold(f"checks/{medium}.csv", verdicts)
     results.hold(f"alpha_at_depth/{medium}.csv", table)
     page = tabulate_at_depths(results).rows

@@ -6,7 +6,7 @@ They stand beside the line through zero, which is the model's law.
 import numpy as np
 import pytest
 
-from rftfit.measure.laws import by_law, other_laws
+from rftfit.measure.laws import DepthLaw, other_laws, replace_slope
 from rftfit.measure.slopes import fit_slope
 
 DEPTH = np.linspace(0.5, 8.0, 700)
@@ -47,7 +47,7 @@ def test_the_chosen_law_covers_what_the_line_misses(law, truth, exponent, offset
         stress = 0.3 * (DEPTH - offset) * (DEPTH / 5) ** (exponent - 1)
         stress = stress + random.normal(0, 0.01, DEPTH.size)
         line = fit_slope(DEPTH, stress[None], *NOTHING)
-        chosen = by_law(line, other_laws(DEPTH, stress[None], 5.0), law)
+        chosen = replace_slope(line, DepthLaw(law, 5.0).fit(DEPTH, stress[None]))
         lo, hi = chosen.interval(0.95)
         alpha_at_5cm = truth * (1 - offset / 5)
         inside.append(lo[0] <= alpha_at_5cm <= hi[0])
@@ -104,7 +104,7 @@ def test_errors_of_zero_and_tare_by_another_law(law):
     assert 0.1 < share < 0.9
     laws = other_laws(DEPTH, stress, 5.0)
     assert laws is not None
-    with_zero, without_zero = (by_law(slope, laws, law) for slope in (line, bare))
+    with_zero, without_zero = (replace_slope(slope, laws[law]) for slope in (line, bare))
     gain = float(laws[law][0].gain.sum())
     np.testing.assert_allclose(
         with_zero.se**2 - without_zero.se**2, (0.01**2 + 0.02**2) * gain**2, rtol=1e-6
@@ -121,4 +121,4 @@ def test_errors_of_zero_and_tare_by_another_law(law):
     assert with_zero.lever == pytest.approx(0 if law == "free_intercept" else change, rel=0.02)
     # of a single zero, that of the run, nothing is the tare's
     alone = fit_slope(DEPTH, stress, zero[:1], np.full((1, 1), 30.0))
-    assert by_law(alone, laws, law).tare == 0
+    assert replace_slope(alone, laws[law]).tare == 0

@@ -132,14 +132,14 @@ def test_stress_that_is_no_line():
         pushes = []
         for _ in range(5):
             stress = (depth - (0.3 if power == 1 else 0)) ** power + noise.normal(0, 0.05, 600)
-            fit = RunFit(0, 90, laws=other_laws(depth, stress[None], 5), line=np.ones(1))
-            _, exponent, exponent_se, _, misfit = _other_laws(fit)
+            fit = RunFit(0, 90, 2, 8, laws=other_laws(depth, stress[None], 8), line=np.ones(1))
+            _, exponent, exponent_se, _, misfit = _other_laws(fit, 0.05)
             pushes.append((exponent[0], exponent_se[0], misfit[0]))
         names = ["exponent_z", "exponent_z_se", "power_misfit_z_ratio"]
         table = pd.DataFrame(pushes, columns=names).assign(
             beta_deg=0.0, gamma_deg=[90.0, 80, 70, 60, 50], depth_from_cm=2.0, depth_to_cm=8.0
         )
-        assert judge_linearity(table, 0.05, 0.05).verdict == verdict
+        assert judge_linearity(table, 0.05).verdict == verdict
 
 
 def test_an_accepted_medium_is_used_and_says_why(lab):

@@ -220,7 +220,30 @@ Unit = Literal[
     "ns",
     "min",
     "h",
+    "kg",
+    "g",
 ]
+_LENGTHS = ("um", "mm", "cm", "m", "in")
+UNITS_OF: dict[str, tuple[str, ...]] = {
+    "time": ("s", "ms", "us", "ns", "min", "h"),
+    "F": ("N", "mN", "kN", "lbf", "klbf", "kgf", "gf", "kg", "g"),
+    "T": ("N m", "N mm"),
+    "x": _LENGTHS,
+    "z": _LENGTHS,
+    "along": _LENGTHS,
+    "angle": ("deg", "rad"),
+}
+"""Units of a quantity, by its name or the first letter of its name."""
+
+UNIT_OF_WEIGHT = {"kg": "kgf", "g": "gf"}
+"""Units of mass that stand for the weight of that mass where a force is meant."""
+
+
+def units_of(quantity: str) -> tuple[str, ...]:
+    """List the units of a quantity of a log; none of the line that tells whether the arm moves."""
+    return UNITS_OF.get(quantity, UNITS_OF.get(quantity[0], ()))
+
+
 Q = TypeVar("Q", bound=str)
 
 
@@ -391,6 +414,21 @@ class Source(Model, Generic[Q]):
             for name, words in words_by_column.items()
         }
 
+    @field_validator("columns")
+    @classmethod
+    def _units_fit(cls, columns: dict[Q, ColumnEntry]) -> dict[Q, ColumnEntry]:
+        wrong = []
+        for quantity, entry in columns.items():
+            units = {"unit": entry.unit, "plus.unit": entry.plus and entry.plus.unit}
+            wrong += [
+                f"{quantity}.{key}: found {unit!r}; allowed: one of {', '.join(units_of(quantity))}"
+                for key, unit in units.items()
+                if unit and units_of(quantity) and unit not in units_of(quantity)
+            ]
+        if wrong:
+            raise ValueError("; ".join(wrong))
+        return columns
+
     @model_validator(mode="after")
     def _text_is_delimited(self) -> Source[Q]:
         if self.text is not None and self.dialect not in (None, "delimited"):
@@ -433,6 +471,11 @@ LengthUnit = Literal["mm", "cm", "m", "in"]
 ForceUnit = Literal["N", "mN", "kN", "lbf", "klbf", "kgf", "gf"]
 
 
+def _weight_unit(unit: Any) -> Any:
+    """Turn a unit of mass into that of its weight."""
+    return UNIT_OF_WEIGHT.get(unit, unit) if isinstance(unit, str) else unit
+
+
 class Axes(Model):
     """Which signed sensor channel lies along each axis of the mount."""
 
@@ -461,8 +504,11 @@ class Transducer(Model):
 
     name: str
     """make and model, for the report"""
-    force_unit: ForceUnit = "N"
-    """unit of the force columns of the logs"""
+    force_unit: Annotated[
+        ForceUnit,
+        BeforeValidator(_weight_unit, json_schema_input_type=ForceUnit | Literal["kg", "g"]),
+    ] = "N"
+    """unit of the force columns of the logs; kg and g mean kgf and gf"""
     range_N: tuple[Positive, Positive, Positive] = Field(strict=False)
     """largest force that channels F1, F2, F3 can measure, N"""
     precision_N: Positive = 0.05
@@ -629,7 +675,7 @@ class Grid(Model):
         )
 
 
-Law = Literal["through_zero", "free_intercept", "power"]
+Law = Literal["through_zero", "free_intercept"]
 
 
 class Fit(Model):
@@ -660,8 +706,8 @@ class Fit(Model):
     """depths of the horizontal runs, cm
 
     A horizontal run stays at one depth: alpha is the slope over the mean stresses of runs at
-    several depths. A run at a depth that is not listed is read, and warned about. Example: `fit:
-    {horizontal_depths_cm: [2, 4, 6]}`.
+    several depths. Where the list is stated, a run at a depth that is not listed is read, and warned
+    about. Example: `fit: {horizontal_depths_cm: [2, 4, 6]}`.
     """
     horizontal_skip_cm: NotNegative = 2.0
     """start-up length left out of a horizontal run, cm
@@ -684,18 +730,16 @@ class Fit(Model):
     for one standard error.
     """
     law: Law = "through_zero"
-    """what alpha is: the slope of the line through zero (Eq. 1); that with a free_intercept, which takes
-    the surface for unknown; or stress over depth at law_depth_cm by a power of depth
+    """what alpha is: the slope of the line through zero (Eq. 1), or of the line with a free_intercept,
+    which takes the surface for unknown
 
-    The paper's Eq. 1 says stress = alpha x depth, a line through zero: keep it unless the flags of
-    many cells say `not linear`. `free_intercept` fits stress = a + alpha x depth, for a surface
-    that is known badly. `power` fits stress = b x depth^p, for beds that are denser below; alpha is
-    then stress over depth at `law_depth_cm`. Example: `fit: {law: power, law_depth_cm: 4}`.
+    The paper's Eq. 1 says stress = alpha x depth, a line through zero: keep it unless the surface
+    is known badly, for which `free_intercept` fits stress = c + alpha x depth. Where stress is
+    curved, no slope holds: `results/alpha_at_depth` has stress over depth at `depths_cm`. Example:
+    `fit: {law: free_intercept}`.
     """
-    law_depth_cm: Positive = 5.0
-    """depth at which the stress by the other laws is compared with that by Eq. 1, cm"""
     depths_cm: tuple[Positive, ...] = Field(default=(2.5, 5.0, 7.0), strict=False, min_length=1)
-    """depths at which alpha is also given, by a power of depth, where stress is found to be curved, cm"""
+    """depths at which stress over depth is also given where stress is found to be curved, by the law that is found, cm"""
     flagged: Literal["keep", "leave_out"] = "keep"
     """cells flagged as not linear, or of too few depths, in the nine-term fits: keep, with the larger
     errors that they have, or leave_out

@@ -11,6 +11,7 @@ from typing import Any, Generic, TypeVar
 import yaml
 from pydantic import BaseModel, ValidationError
 
+from rftfit.campaign.config import units_of
 from rftfit.campaign.files import read_text, unshowable
 from rftfit.campaign.problems import CampaignError, Place, Problem, did_you_mean, escaped
 from rftfit.campaign.rows import COMMA
@@ -278,6 +279,10 @@ def _translate(detail: Any, path: KeyPath, model: type[BaseModel], file: ModelFi
     elif sort == "literal_error":
         words = re.findall(r"'([^']*)'", detail["ctx"]["expected"])
         text = _described(key) if key else f"one of {', '.join(words)}"
+        if name == "unit" and "columns" in path[:-1]:
+            # a unit of this quantity, not of any
+            words = [*units_of(str(path[path.index("columns") + 1]))]
+            text = f"one of {', '.join(words)}"
         file.note(path, "unknown-word", _words(value), text, did_you_mean(str(value), words))
     else:
         code = "wrong-type" if _TYPE_ERRORS.match(sort) else "out-of-range"

@@ -252,7 +252,8 @@ def _check_sources(draft: DraftRow) -> None:
 
 def _check_depth(draft: DraftRow, vocabulary: Vocabulary) -> None:
     depth, config = draft.number.get("depth_cm"), vocabulary.config
-    if depth is None or config is None:
+    # the default is the paper's rig
+    if depth is None or config is None or "horizontal_depths_cm" not in config.fit.model_fields_set:
         return
     planned_depths = config.fit.horizontal_depths_cm
     if all(abs(depth - planned_cm) > DEPTH_TOLERANCE_CM for planned_cm in planned_depths):

@@ -8,7 +8,7 @@ from collections.abc import Collection, Mapping
 
 import numpy as np
 
-from rftfit.campaign.config import QUANTITIES
+from rftfit.campaign.config import QUANTITIES, UNIT_OF_WEIGHT, UNITS_OF, units_of
 from rftfit.conventions import FloatArray
 from rftfit.logs.base import Log
 
@@ -27,15 +27,7 @@ MEANING = {
 }
 """What each quantity is, in words."""
 
-_LENGTHS = {"um", "mm", "cm", "m", "in"}
-_FITTING_UNITS = {
-    "time": {"s", "ms", "us", "ns", "min", "h"},
-    "F": {"N", "mN", "kN", "lbf", "klbf", "kgf", "gf"},
-    "T": {"N m", "N mm"},
-    "x": _LENGTHS,
-    "z": _LENGTHS,
-    "angle": {"deg", "rad"},
-}
+_FORCES = {*UNITS_OF["F"]} - {*UNIT_OF_WEIGHT}
 
 
 # --- Words of names: English, German, French, Spanish; small letters, without accents
@@ -183,13 +175,14 @@ def guess(name: str, unit: str, numbers: Collection[int] = ()) -> str:
     `numbers`: Of the columns of the file with the same name but for a number at its end.
     """
     quantity = name if name in QUANTITIES else ""
-    if name.casefold() in _AXIS_LETTERS and unit in _FITTING_UNITS["F"]:
+    if name.casefold() in _AXIS_LETTERS and unit in _FORCES:
         return _AXES["F"][_AXIS_LETTERS.index(name.casefold())]
     if not quantity:
         kind, stem, axis = _vector(name)
         quantity = _of_vector(kind, stem, axis, numbers) if kind else _by_words(name)
-    fitting_units = _FITTING_UNITS.get(quantity, _FITTING_UNITS.get(quantity[:1]))
-    return "" if unit and fitting_units is not None and unit not in fitting_units else quantity
+    # a mass is no force by its unit alone
+    fitting_units = {*units_of(quantity)} - {*UNIT_OF_WEIGHT} if quantity else {}
+    return "" if unit and fitting_units and unit not in fitting_units else quantity
 
 
 def guesses(log: Log) -> dict[str, str]:
@@ -219,7 +212,7 @@ def guesses(log: Log) -> dict[str, str]:
     if "time" not in column_by_quantity:
         columns = log.columns.items()
         stamps = [name for name, values in columns if _is_epoch(values)]
-        of_unit = _FITTING_UNITS["time"]
+        of_unit = UNITS_OF["time"]
         growing = [n for n, v in columns if log.units.get(n) in of_unit and _grows(v)]
         if stamps or growing:
             column_by_quantity["time"] = [*stamps, *growing][0]

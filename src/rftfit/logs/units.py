@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterable, Sequence
 from functools import lru_cache
 
+from rftfit.campaign.config import UNIT_OF_WEIGHT
 from rftfit.logs.quantities import guess
 
 _SPELLINGS = {
@@ -70,7 +71,6 @@ _OTHERS = (
     "RN",
 )
 """Units of columns that the chain does not use, by which a row of units is recognised."""
-_OF_WEIGHT = {"g": "gf", "kg": "kgf"}
 
 _WIDE = str.maketrans("\uff08\uff09\uff3b\uff3d\u3010\u3011\uff0f\uff1a\u3000", "()[][]/: ")
 """Brackets as Chinese and Japanese programs write them."""
@@ -138,7 +138,7 @@ def split_unit(cell: str) -> tuple[str, str]:
     for between in _BETWEEN.finditer(cell):
         name, unit = cell[: between.start()].strip(), cell[between.end() :].strip(" _/,")
         usual = unit_word(unit) in _SPELLINGS or ("/" in unit and known_unit(unit))
-        if name and (usual or (unit in _OF_WEIGHT and _is_force(name))):
+        if name and (usual or (unit in UNIT_OF_WEIGHT and _is_force(name))):
             return name, unit_word(unit)
     return cell, ""
 
@@ -181,6 +181,6 @@ def names_and_units(
     units_below = [*map(unit_word, below), *[""] * len(split)]
     units = [unit or stated for (_, stated), unit in zip(split, units_below, strict=False)]
     for place, (name, _) in enumerate(split):
-        if units[place] in _OF_WEIGHT and _is_force(name):
-            units[place] = _OF_WEIGHT[units[place]]
+        if units[place] in UNIT_OF_WEIGHT and _is_force(name):
+            units[place] = UNIT_OF_WEIGHT[units[place]]
     return unique([name for name, _ in split]), units

@@ -43,7 +43,7 @@ from rftfit.measure.flags import (
     reason_of,
     remark,
 )
-from rftfit.measure.laws import power_fit
+from rftfit.measure.laws import LINE_THROUGH_ZERO, DepthLaw
 from rftfit.measure.sentences import FLAGS
 from rftfit.measure.slopes import combine_dof
 
@@ -62,7 +62,7 @@ def alpha_table(
     errors: ErrorSettings | None = None,
     grid: Grid | None = None,
     surface: SurfaceError | None = None,
-    at_cm: float | None = None,
+    law: DepthLaw = LINE_THROUGH_ZERO,
     outliers: Mapping[str, tuple[float, float]] | None = None,
     shape: Slopes | None = None,
 ) -> pd.DataFrame:
@@ -79,8 +79,8 @@ def alpha_table(
     of their cell reaches the others. `shape`: of which a medium's alpha has the slopes where no cell is near;
     default: none, so that an angle has no error there.
 
-    `at_cm`: Depth at which the fits are stress over depth by a power of depth (`rftfit.measure.depths`). A
-    horizontal cell is then that power through its means, and a cell whose window does not hold the depth is NaN.
+    `law`: Law of stress against depth of the fits, which goes through the means of a horizontal cell too. A cell whose window
+    does not hold the depth of the law is NaN.
     """
     errors = errors or ErrorSettings(angle_deg=0, turn_deg=0, tare_percent=0, bed_percent=0)
     records = sorted(fits.to_dict("records"), key=lambda row: str(row["run_id"]))
@@ -101,7 +101,7 @@ def alpha_table(
     )
     spread = dict(zip(COMPONENTS, spreads, strict=True))
     cells = [
-        _cell(runs_of_cell, gamma == 0, depths, at_cm)
+        _cell(runs_of_cell, gamma == 0, depths, law)
         for runs_of_cell, (_, gamma) in zip(runs_of_cells, directions, strict=True)
     ]
     numbers_of_cells = _errors(
@@ -240,7 +240,7 @@ _WORDS = [
 ]
 
 
-def _cell(runs: list[Row], horizontal: bool, depths: int, at_cm: float | None) -> _Cell:
+def _cell(runs: list[Row], horizontal: bool, depths: int, law: DepthLaw) -> _Cell:
     good = [run for run in runs if math.isfinite(run[column("z")])]
     # a table may hold the stress at all depths of a level motion as one run
     horizontal &= all(run.get("direction", "horizontal") == "horizontal" for run in good)
@@ -260,19 +260,18 @@ def _cell(runs: list[Row], horizontal: bool, depths: int, at_cm: float | None) -
         [run.get(f"depth_{end}_cm", math.nan) for run in used_runs] for end in ("from", "to")
     ]
     top, deep = min(from_to[0], default=math.nan), max(from_to[1], default=math.nan)
-    if used_runs and at_cm and not top - SAME_DEPTH_CM <= at_cm <= deep + SAME_DEPTH_CM:
-        reasons.append(remark("outside-window", at=at_cm, top=top, deep=deep))
+    holds_depth = top - SAME_DEPTH_CM <= law.at_cm <= deep + SAME_DEPTH_CM
+    if used_runs and math.isfinite(law.at_cm) and not holds_depth:
+        reasons.append(remark("outside-window", at=law.at_cm, top=top, deep=deep))
         used_runs = []
     share = np.full(len(used_runs), 1 / max(len(used_runs), 1))
     if horizontal:
         depth = np.array([(run["depth_from_cm"] + run["depth_to_cm"]) / 2 for run in used_runs])
-        if not at_cm:
-            share = depth**2 / max(float(depth @ depth), 1e-9)
-        # one depth tells no power, but the mean that is looked for
-        elif n_depths > 1 and used_runs:
-            alpha = np.array([[run[column(c)] for run in used_runs] for c in COMPONENTS])
-            larger = alpha[int(np.square(alpha).sum(axis=1).argmax())]
-            share = depth * power_fit(depth, larger * depth, at_cm).gain
+        alpha = np.array([[run[column(c)] for run in used_runs] for c in COMPONENTS])
+        larger = alpha[int(np.square(alpha).sum(axis=1).argmax())]
+        # one depth tells no other law, but the mean that is looked for
+        if used_runs and (n_depths > 1 or law.name == "through_zero"):
+            share = law.shares(depth, larger * depth)
     tares = dict.fromkeys(str(run.get("tare_run", "")) for run in used_runs)
     columns = {
         "depth_from_cm": top,
@@ -286,7 +285,7 @@ def _cell(runs: list[Row], horizontal: bool, depths: int, at_cm: float | None) -
         "tare_runs": " ".join(filter(None, tares)),
     }
     columns |= mark_columns() | reason_columns(reasons)
-    return _Cell(used_runs, share, horizontal, at_cm is None, columns)
+    return _Cell(used_runs, share, horizontal, law.name == "through_zero", columns)
 
 
 def _errors(
@@ -476,7 +475,10 @@ def _add_bed(
     scatter = source == OF_CELL and of_mean["noise"] != noise
     of_next["noise"] = _noise_of_next(cell, c, scatter=scatter)
     level = float(cell.share @ alpha)
-    of_next["bed"] = bed_of_next(alpha, level, spread, confidence, scatter=scatter)
+    noise_sd = noise.sd / math.sqrt(float(cell.share @ cell.share))
+    of_next["bed"] = bed_of_next(
+        alpha, level, spread, confidence, noise_sd=noise_sd, scatter=scatter
+    )
     if spread.source == AS_PREPARED and not scatter and (_runs_behind(cell) > 1).all():
         # several runs stand behind each row, and what these differ by holds their beds
         of_next["bed"] = Part(0.0)

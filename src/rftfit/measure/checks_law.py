@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,7 +12,7 @@ from rftfit.conventions import FloatArray
 from rftfit.measure.checks_runs import SURE
 from rftfit.measure.depths import median_over_directions
 from rftfit.measure.flags import Flags
-from rftfit.measure.laws import power_fit
+from rftfit.measure.laws import PATCHES, exponent_lever
 from rftfit.measure.verdicts import Check
 
 TOLERATED = 0.05
@@ -22,9 +21,6 @@ TOLERATED = 0.05
 MOST_EXPONENT = 0.27
 """Where only a larger departure of the exponent from 1 would be told, nothing was checked: through depth^1.27 a line is
 25 % off at a quarter of its window."""
-
-PATCHES = 0.03
-"""Standard deviation of an exponent by an uneven bed."""
 
 TOLERATED_START_CM = 0.05
 BEFOREHAND_DOF = 4.0
@@ -47,7 +43,7 @@ def check_law(pushes: pd.DataFrame, run_cm: float, session_cm: float) -> Check:
     pushes = pushes.dropna(subset=["exponent_z"])
     if pushes.empty:
         return Check.skip("linearity", "linearity-few")
-    power = exponent_of(pushes, run_cm, session_cm)
+    power = exponent_of(pushes, session_cm)
     of_start = np.hypot(np.nan_to_num(pushes["offset_se_cm"].to_numpy(float)), run_cm)
     start = combine_directions(pushes, "offset_cm", of_start, session_cm)
     intercepts = pushes.groupby(["beta_deg", "gamma_deg"])["intercept_z_N_per_cm2"].mean()
@@ -89,15 +85,15 @@ def check_crust(flags: Flags, pushes: pd.DataFrame) -> Check | None:
     )
 
 
-def exponent_of(pushes: pd.DataFrame, run_cm: float, session_cm: float) -> Estimate:
+def exponent_of(pushes: pd.DataFrame, session_cm: float) -> Estimate:
     """Exponent of depth that the directions have in common; arguments of `check_law`."""
     pushes = pushes.dropna(subset=["exponent_z"])
     ends = zip(pushes["depth_from_cm"], pushes["depth_to_cm"], strict=True)
     levers = np.array(
         [exponent_lever(round(float(top), 2), round(float(end), 2)) for top, end in ends]
     )
-    noise = np.nan_to_num(pushes["exponent_z_se"].to_numpy(float))
-    scatter = np.sqrt(noise**2 + (levers * run_cm) ** 2 + PATCHES**2)
+    # unevenness remains where noise is not known
+    scatter = np.fmax(pushes["exponent_z_se"].to_numpy(float), PATCHES)
     return combine_directions(pushes, "exponent_z", scatter, float(levers.mean()) * session_cm)
 
 
@@ -118,17 +114,6 @@ def combine_directions(
     # the median of three numbers or more has a larger error than their mean
     factor *= math.pi / 2 if values.size > 2 else 1.0
     return Estimate(middle, math.sqrt(factor / float(weights.sum()) + session**2))
-
-
-@lru_cache(maxsize=512)
-def exponent_lever(top_cm: float, end_cm: float) -> float:
-    """Change of the exponent in a window for a surface that lies lower by 1 cm, 1/cm."""
-    depth = np.linspace(max(top_cm, 0.005 * end_cm), end_cm, 60)
-    small = 0.02 * end_cm
-    lower, higher = (
-        power_fit(depth, depth + side * small, end_cm).exponent for side in (-0.5, 0.5)
-    )
-    return abs(lower - higher) / small
 
 
 def largest_departure(pushes: pd.DataFrame) -> float:

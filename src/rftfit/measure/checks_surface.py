@@ -17,13 +17,14 @@ from rftfit.conventions import FloatArray
 from rftfit.measure.checks_law import MOST_EXPONENT, check_crust, check_law, exponent_of
 from rftfit.measure.checks_runs import SURE
 from rftfit.measure.flags import Remark, remark
+from rftfit.measure.laws import LEVELLED_CM, ordinary_surface
 from rftfit.measure.levels import FEW_RUNS, Mask, median_of_runs, shifted_runs, two_clusters
 from rftfit.measure.slopes import student_quantile
 from rftfit.measure.verdicts import FAILED, Check, MediumMeasurements, describe_rows, flags_on
 
 _SIGMAS = 3.0
-_SURFACE_CM, _LAG_S = 0.05, 0.03
-"""Ordinary errors, that no verdict rests on: a bed levelled by a blade; filter of an amplifier."""
+_LAG_S = 0.03
+"""An ordinary error, that no verdict rests on: filter of an amplifier."""
 _CURVED = 0.05
 _STEP_CM, _STEP = 0.22, 5.3
 """A half of the sheet with another surface: least difference, and in standard errors of the best of all stretches."""
@@ -61,9 +62,7 @@ def _surface_and_linearity(measured: MediumMeasurements) -> tuple[Check, Check]:
     pushes = steep_fits["direction"].to_numpy() == "intrusion"
     if not unchecked and pushes.sum() < FEW_RUNS:
         unchecked = "few-pushes"
-    errors = measured.config.errors
-    stated = errors.surface_run_mm or 0.0, errors.surface_session_mm or 0.0
-    run_cm, session_cm = (max(_SURFACE_CM, stated_mm / 10) for stated_mm in stated)
+    run_cm, session_cm = ordinary_surface(measured.config.errors)
     crust = check_crust(measured.flags, steep_fits[pushes])
     if unchecked:
         # nothing else tells the surface
@@ -80,7 +79,7 @@ def _surface_and_linearity(measured: MediumMeasurements) -> tuple[Check, Check]:
         np.stack([np.ones_like(sine), sine * (np.ptp(sine) > 0.2)], axis=1),
         steep_fits["start_cm"].to_numpy(float),
         # the weaker a run, the farther a drift of its zero moves its start
-        np.hypot(run_cm, _SURFACE_CM * np.median(alpha[pushes]) / alpha),
+        np.hypot(run_cm, LEVELLED_CM * np.median(alpha[pushes]) / alpha),
         pushes,
     )
     shared = np.where(pushes, 1, shared)
@@ -102,7 +101,7 @@ def _surface_and_linearity(measured: MediumMeasurements) -> tuple[Check, Check]:
         "most_mm": 10 * SURE * push_start_se,
         "by_cause": remark("surface-and-lag", mm=most_mm, s=most_late_s) if has_pulls else "",
     }
-    line = crust or judge_linearity(steep_fits[pushes], run_cm, session_cm)
+    line = crust or judge_linearity(steep_fits[pushes], session_cm)
     if (
         line.verdict == FAILED
         or abs(float(steep_fits["exponent_z"][pushes].median()) - 1) > _CURVED
@@ -263,16 +262,16 @@ def _clear_step(stretch: Mask) -> float:
     return _STEP + math.sqrt(-2 * math.log(stretch.mean())) - math.sqrt(2 * math.log(2))
 
 
-def judge_linearity(pushes: pd.DataFrame, run_cm: float, session_cm: float) -> Check:
+def judge_linearity(pushes: pd.DataFrame, session_cm: float) -> Check:
     """Whether the stress of pushes grows in proportion to depth, or by another power of it.
 
-    `run_cm`, `session_cm`: of `check_law`.
+    `session_cm`: of `check_law`.
     """
     of_directions = pushes.groupby(["beta_deg", "gamma_deg"])["power_misfit_z_ratio"]
     misfit = of_directions.median().dropna().to_numpy(float)
     if len(pushes.dropna(subset=["exponent_z"])) < FEW_RUNS or not misfit.size:
         return Check.skip("linearity", "linearity-few")
-    power, se = exponent_of(pushes, run_cm, session_cm)
+    power, se = exponent_of(pushes, session_cm)
     share = float(np.mean(misfit < 1))
     most_departure, clear_share = max(_CURVED, SURE * se), _clear_share(misfit.size)
     values: dict[str, Any] = {

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import replace
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
+import numpy as np
 import pandas as pd
 
-from rftfit.campaign.config import Law
 from rftfit.campaign.load import Campaign
+from rftfit.conventions import FloatArray
 from rftfit.measure.alpha import column
+from rftfit.measure.errors import SurfaceError, errors_of
 from rftfit.measure.fits import fit_medium
+from rftfit.measure.laws import DepthLaw
 from rftfit.measure.verdicts import ACCEPTED, FAILED
 
 
@@ -23,20 +25,23 @@ def steep_pushes(fits: pd.DataFrame) -> pd.DataFrame:
     return fits[steep & (alpha > 3 * se) & fits["exponent_z"].notna()]
 
 
+LawName = Literal["free_intercept", "power"]
+
+
 class CurvedLaw(NamedTuple):
     """Law by which stress of a medium grows with depth where that is no line through zero.
 
-    `law`: as of `fit.law`. `power`: exponent of depth, median over directions; NaN of a line with an intercept.
+    `power`: exponent of depth, median over directions; NaN of a line with an intercept.
     """
 
-    law: Law
+    law: LawName
     power: float
 
     def __str__(self) -> str:
         return "c + alpha depth" if math.isnan(self.power) else f"depth^{self.power:.2f}"
 
 
-LAW_OF_CODE: dict[str, Law] = {
+LAW_OF_CODE: dict[str, LawName] = {
     "linearity": "power",
     "linearity-or-surface": "power",
     "law-power": "power",
@@ -62,28 +67,50 @@ def curved_law(fits: pd.DataFrame, checks: pd.DataFrame) -> CurvedLaw | None:
     return CurvedLaw(law, power)
 
 
+def offset_of_law(curved: CurvedLaw, fits: pd.DataFrame) -> FloatArray:
+    """Depth of no stress of a line with a free intercept because stress follows a law of depth, cm, shape (runs,).
+
+    By least squares of depth^p over the window of each run, evenly sampled; where the law is a line with an intercept, the
+    median of the depths that the lines of the runs have.
+    """
+    if curved.law == "free_intercept":
+        return np.full(len(fits), float(fits["offset_cm"].median()))
+    top, end = (fits[f"depth_{side}_cm"].to_numpy(float) for side in ("from", "to"))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        powers = 1, 2, curved.power, curved.power + 1
+        depth, square, stress, product = (
+            (end ** (power + 1) - top ** (power + 1)) / (power + 1) / (end - top)
+            for power in powers
+        )
+        slope = (product - depth * stress) / (square - depth**2)
+        return np.where(end > top, depth - stress / slope, np.nan)
+
+
 def alpha_at_depths(
     campaign: Campaign,
     medium: str,
     tables: Mapping[str, pd.DataFrame],
-    cells: Callable[[pd.DataFrame, float], pd.DataFrame],
+    cells: Callable[[pd.DataFrame, DepthLaw, SurfaceError], pd.DataFrame],
 ) -> pd.DataFrame:
     """Stress over depth of every cell at `fit.depths_cm` by the law that was told; no rows where stress is a line.
 
+    An offset that the law explains is no error of the surface.
+
     `tables`: ``runs``, ``tares``, ``fits``, ``tared``, ``checks`` and ``alpha`` of the medium; `cells`: makes
-    a table of alpha from fits, at a depth.
+    a table of alpha from fits, by a law at a depth, with an error of the surface.
     """
-    config = campaign.config
     parts = [tables["alpha"].iloc[:0].copy()]
     parts[0].insert(3, "depth_cm", 0.0)
     curved = curved_law(tables["fits"], tables["checks"])
     if curved is None:
         return parts[0]
-    for depth_cm in config.fit.depths_cm:
-        fit = config.fit.model_copy(update={"law": curved.law, "law_depth_cm": depth_cm})
-        by_law = replace(campaign, config=config.model_copy(update={"fit": fit}))
-        fits = fit_medium(by_law, medium, tables["runs"], tables["tared"], tables["tares"])[0]
-        table = cells(fits, depth_cm)
+    explained_cm = offset_of_law(curved, tables["fits"])
+    _, surface = errors_of(tables["fits"], campaign.config, explained_cm)
+    for depth_cm in campaign.config.fit.depths_cm:
+        law = DepthLaw(curved.law, depth_cm)
+        logs = tables["runs"], tables["tared"], tables["tares"]
+        fits = fit_medium(campaign, medium, *logs, law=law)[0]
+        table = cells(fits, law, surface)
         table.insert(3, "depth_cm", depth_cm)
         parts.append(table)
     return pd.concat(parts, ignore_index=True)

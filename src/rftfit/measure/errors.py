@@ -244,8 +244,9 @@ def bed_of_mean(
     `share` (n,): of the runs, N/cm^3, and their shares in the mean.
     """
     n = alpha.size
-    bed_error = spread.error_at(float(share @ alpha))
-    expected = Part(bed_error.sd * math.sqrt(float(share @ share)), bed_error.dof)
+    level, mean_square = float(share @ alpha), float(share @ share)
+    bed_error = spread.error_at(level)
+    expected = Part(bed_error.sd * math.sqrt(mean_square), bed_error.dof)
     # a table may state no errors: then none is made up of rows that stand in it twice
     if (
         spread.source in (REPEATS, STATED, FEW_REPEATS)
@@ -257,22 +258,41 @@ def bed_of_mean(
     between = math.sqrt(float(alpha.var(ddof=1)) / n)
     if between <= math.hypot(noise.sd, expected.sd):
         return noise, expected, OF_CELL if spread.source == AS_PREPARED else spread.source
-    return Part(0.0), Part(between, n - 1.0), OF_CELL
+    single = _scatter_of_cell(alpha, level, noise.sd / math.sqrt(mean_square))
+    return Part(0.0), Part(single.sd * math.sqrt(mean_square), single.dof), OF_CELL
+
+
+def _scatter_of_cell(alpha: FloatArray, level: float, noise_sd: float) -> Part:
+    """Error of one run of a cell by the scatter of its few runs, moderated by the usual spread of beds and their noise.
+
+    The posterior mean of a variance, as in `_moderated`: two runs alone would have an interval of 12.7 standard errors.
+    `alpha` (n,): N/cm^3. `noise_sd`: of one run.
+    """
+    assumed = USUAL_BEDS.error_at(level).sd ** 2 + noise_sd**2
+    dof = ASSUMED_DOF + alpha.size - 1
+    variance = (ASSUMED_DOF * assumed + (alpha.size - 1) * float(alpha.var(ddof=1))) / dof
+    return Part(math.sqrt(variance), dof)
 
 
 def bed_of_next(
-    alpha: FloatArray, level: float, spread: Spread, confidence: float, *, scatter: bool
+    alpha: FloatArray,
+    level: float,
+    spread: Spread,
+    confidence: float,
+    *,
+    noise_sd: float,
+    scatter: bool,
 ) -> Part:
     """Error of one further prepared bed, at the alpha `level` of the cell, N/cm^3.
 
     Also where an interval does not include the scatter between beds, the next bed is another: it differs by as much as is
-    assumed where nothing is known. `alpha` (n,): of the runs of the cell; `scatter`: whether what they show counts
-    if it is larger, as in `bed_of_mean`.
+    assumed where nothing is known. `alpha` (n,): of the runs of the cell; `noise_sd`: of one of them; `scatter`: whether what
+    they show counts if it is larger, as in `bed_of_mean`.
     """
     expected = (USUAL_BEDS if spread.source == AS_PREPARED else spread).error_at(level)
     if not scatter:
         return expected
-    scatter_error = Part(float(alpha.std(ddof=1)), alpha.size - 1.0)
+    scatter_error = _scatter_of_cell(alpha, level, noise_sd)
     return max(scatter_error, expected, key=lambda error: combined_half_width([error], confidence))
 
 
@@ -326,8 +346,13 @@ def surface_error(
     return SurfaceError(run, session, dof)
 
 
-def errors_of(fits: pd.DataFrame, config: Config) -> tuple[ErrorSettings, SurfaceError]:
-    """Errors that no log shows, for the runs of one medium (`fit_medium`)."""
+def errors_of(
+    fits: pd.DataFrame, config: Config, explained_cm: FloatArray | float = 0.0
+) -> tuple[ErrorSettings, SurfaceError]:
+    """Errors that no log shows, for the runs of one medium (`fit_medium`).
+
+    `explained_cm`: shape (runs,); Part of the offsets of the runs that no error of the surface has caused, cm.
+    """
     if config.table is not None:
         # its depths and angles are what it says, and so are its errors
         no_errors = {"angle_deg": 0, "turn_deg": 0, "tare_percent": 0}
@@ -336,6 +361,7 @@ def errors_of(fits: pd.DataFrame, config: Config) -> tuple[ErrorSettings, Surfac
         return config.errors.model_copy(update=no_errors), SurfaceError()
     offset, se = (fits[name].to_numpy(float) for name in ("offset_cm", "offset_se_cm"))
     is_given = config.surface.method == "given"
+    offset = offset - explained_cm
     return config.errors, surface_error(offset, se, config.errors, is_given=is_given)
 
 

@@ -18,7 +18,16 @@ from rftfit.conventions import FloatArray, file_extraction
 from rftfit.measure import slopes
 from rftfit.measure.flags import REASON, Remark, reason_columns, reason_of, remark
 from rftfit.measure.lab_frame import half_extent, lacks_force_x
-from rftfit.measure.laws import Laws, by_law, find_crust, other_laws
+from rftfit.measure.laws import (
+    PATCHES,
+    DepthLaw,
+    Laws,
+    exponent_lever,
+    find_crust,
+    ordinary_surface,
+    other_laws,
+    replace_slope,
+)
 from rftfit.measure.ledger import DROPPED, USED, Ledger, RowStatus
 from rftfit.measure.samples import split_runs
 
@@ -37,11 +46,13 @@ def fit_medium(
     linear_to_cm: Mapping[str, float] | None = None,
     only: Collection[str] | None = None,
     *,
+    law: DepthLaw | None = None,
     verdicts_only: bool = False,
 ) -> tuple[pd.DataFrame, pd.DataFrame, Ledger]:
     """Fit every plate run of a medium, from the tables of the ingest and tare stages.
 
-    `linear_to_cm`, by run: end of the linear regime, if not the stated one. `only`: these runs. `verdicts_only`: leave
+    `linear_to_cm`, by run: end of the linear regime, if not the stated one. `only`: these runs. `law`: of stress against
+    depth; default: that of the config. `verdicts_only`: leave
     out the numbers that no reason and no flag depends on. Returns a row per plate run of
     the sheet, also of those without alpha; for the rows of `tared`, the `RowStatus` by which they were
     fitted or not; the rows of the strokes handed on, and flags of the runs.
@@ -77,7 +88,9 @@ def fit_medium(
                 samples, force[:, stroke_rows], rods[:, stroke_rows], run_and_tare_facts
             )
             line_end_cm = (linear_to_cm or {}).get(run.run_id)
-            fit = fit_run(run, stroke, campaign.config, line_end_cm, verdicts_only=verdicts_only)
+            fit = fit_run(
+                run, stroke, campaign.config, line_end_cm, law=law, verdicts_only=verdicts_only
+            )
             clock_cm = stroke.clock_cm
             why[stroke_rows] = fit.why
             _account(ledger, run, stroke, fit)
@@ -93,20 +106,22 @@ def fit_run(
     config: Config,
     linear_to_cm: float | None = None,
     *,
+    law: DepthLaw | None = None,
     verdicts_only: bool = False,
 ) -> RunFit:
     """Fit alpha_z and alpha_x of one plate run in its window, or say why it must not give a number.
 
-    `linear_to_cm`: End of the linear regime of a natural sand; default: as the config states it. `verdicts_only`: leave
-    out the numbers that no reason and no flag depends on.
+    `linear_to_cm`: End of the linear regime of a natural sand; default: as the config states it. `law`: of stress against
+    depth; default: that of the config. `verdicts_only`: leave out the numbers that no reason and no flag depends on.
     """
+    law = law or DepthLaw(config.fit.law)
     plate = config.intruders[run.intruder]
     assert plate.shape != "leg"
     beta_deg, gamma_deg, sign_x = filed_under(run)
     line_end_cm = _end_of_line(run, config, linear_to_cm)
     inside = classify_samples(run, stroke, plate, config.container, config.fit, line_end_cm)
     why = np.where(stroke.why == RowStatus.GOOD, inside, stroke.why)
-    if reason := _why_no_slope(run, stroke, inside, why, plate, config):
+    if reason := _why_no_slope(run, stroke, inside, why, plate, config, law):
         return RunFit(beta_deg, gamma_deg, why=why, reason=reason)
     usable = why == RowStatus.GOOD
     depth = stroke.depth[usable]
@@ -114,13 +129,24 @@ def fit_run(
     if verdicts_only:
         tare_stress = None
     of_table = config.table is not None
+    # a level run has one depth: its cell has the law
+    has_intercept = law.name == "free_intercept" and not slopes.level_path(depth)
     has_few_points = of_table and (depth.size < slopes.FEWEST or not run.gamma_deg)
     if has_few_points:
-        slope, flags = slopes.fit_few(depth, stress[:, usable]), tuple[Remark, ...]()
+        fit_few = slopes.fit_few_free if has_intercept else slopes.fit_few
+        slope, flags = fit_few(depth, stress[:, usable]), tuple[Remark, ...]()
     else:
         slope, flags = _fit_line(run, stroke, stress, tare_stress, usable, plate, config)
+    line = slope.alpha
+    residual = stress[:, usable] - line[:, None] * depth
+    if has_few_points and has_intercept:
+        residual -= slope.intercept[:, None]
+    elif law.name != "through_zero" and not slopes.level_path(depth):
+        law_fits = law.fit(depth, stress[:, usable])
+        slope = replace_slope(slope, law_fits)
+        residual = np.stack([fit_of_law.residual for fit_of_law in law_fits])
     if of_table:
-        slope, exact = _mark_exact(slope, depth, stress[:, usable], run)
+        slope, exact = _mark_exact(slope, depth, residual, stress[:, usable], run)
         flags += exact
     if not lacks_force_x(config, run):
         flags += _flag_negative_work(slope, gamma_deg)
@@ -128,14 +154,11 @@ def fit_run(
     fit = RunFit(beta_deg, gamma_deg, *ends, slope, why=why, flags=flags)
     if has_few_points:
         return fit
-    laws = None
-    if not verdicts_only or config.fit.law != "through_zero":
-        laws = other_laws(depth, stress[:, usable], config.fit.law_depth_cm)
+    laws = None if verdicts_only else other_laws(depth, stress[:, usable], float(depth.max()))
     rod = fit.rod
     if tare_stress is not None:
         rod = slopes.zero_intercept(depth, tare_stress[:, usable])[0]
-    law_fit = by_law(slope, laws, config.fit.law)
-    return replace(fit, slope=law_fit, laws=laws, line=slope.alpha, rod=rod)
+    return replace(fit, laws=laws, line=line, rod=rod)
 
 
 @dataclass(frozen=True)
@@ -245,6 +268,7 @@ def _why_no_slope(
     why: np.ndarray,
     plate: AnyPlate,
     config: Config,
+    law: DepthLaw,
 ) -> tuple[Remark, ...]:
     """Why the samples of a stroke must not give a slope; empty if they may. `inside`: of `classify_samples`."""
     of_table = config.table is not None
@@ -258,11 +282,14 @@ def _why_no_slope(
     # rows of a table are depths that somebody chose, samples of a log are not
     fewest = 1 if of_table else max(config.fit.min_points, slopes.FEWEST)
     lacking = None
+    is_level = run.direction == "horizontal"
     if depth.size < fewest:
         lacking = remark("few-points", found=depth.size, wanted=fewest)
+    elif law.name == "free_intercept" and not is_level and slopes.level_path(depth):
+        lacking = remark("few-points", found=1, wanted=2)
     elif not depth.any():
         return (remark("zero-depths"),)
-    elif run.direction != "horizontal" and not of_table:
+    elif not is_level and not of_table:
         lacking = too_short(depth, plate, config.fit)
     if lacking is None:
         return ()
@@ -351,11 +378,11 @@ _EXACT = 1e-6
 
 
 def _mark_exact(
-    slope: slopes.Slope, depth: FloatArray, stress: FloatArray, run: Run
+    slope: slopes.Slope, depth: FloatArray, residual: FloatArray, stress: FloatArray, run: Run
 ) -> tuple[slopes.Slope, tuple[Remark, ...]]:
     """Take the error off a slope whose stress was calculated: no scatter is known."""
-    residual = np.abs(stress - slope.alpha[:, None] * depth).max(axis=1)
-    exact = (residual <= _EXACT * np.abs(stress).max(axis=1)) & (depth.size > 1)
+    largest_residual = np.abs(residual).max(axis=1)
+    exact = (largest_residual <= _EXACT * np.abs(stress).max(axis=1)) & (depth.size > 1)
     # a plate that is level or upright has no horizontal stress on a vertical path
     exact[1] &= slope.alpha[1] != 0 or bool(run.beta_deg % 90 or run.gamma_deg % 180 != 90)
     if not exact.any():
@@ -520,7 +547,7 @@ def _row(run: Run, fit: RunFit, clock_cm: float, config: Config, note: str) -> R
         fit.rod,
         slope.intercept,
         slope.free_slope,
-        *_other_laws(fit),
+        *_other_laws(fit, ordinary_surface(config.errors)[0]),
         slope.nonlinear_p,
         slope.nonlinear_ratio,
     )
@@ -532,10 +559,11 @@ def _row(run: Run, fit: RunFit, clock_cm: float, config: Config, note: str) -> R
     return row
 
 
-def _other_laws(fit: RunFit) -> tuple[FloatArray, ...]:
+def _other_laws(fit: RunFit, surface_cm: float) -> tuple[FloatArray, ...]:
     """Stress by a line with a free intercept, exponent and its error, and stress by a power: percent of the line's.
 
-    Last the misfit of the power relative to that of the line with a free intercept.
+    Stress is that at the end of the window. Last the misfit of the power relative to that of the line with a free
+    intercept. `surface_cm`: Standard deviation of the free surface of a run.
     """
     if fit.laws is None:
         return (np.full(2, np.nan),) * 5
@@ -551,6 +579,8 @@ def _other_laws(fit: RunFit) -> tuple[FloatArray, ...]:
         for law in laws
     )
     misfit = power_squares / np.where(line_squares > 0, line_squares, np.nan)
-    exponent_se = np.array([power.exponent_se for power in fit.laws["power"]])
+    noise = np.array([power.exponent_se for power in fit.laws["power"]])
+    lever = exponent_lever(round(fit.depth_from_cm, 2), round(fit.depth_to_cm, 2))
+    exponent_se = np.sqrt(noise**2 + (lever * surface_cm) ** 2 + PATCHES**2)
     power = np.where(np.isnan(exponent), np.nan, power)
     return free, exponent, exponent_se, power, misfit

@@ -3,18 +3,55 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Literal, NamedTuple
 
 import numpy as np
 
-from rftfit.campaign.config import Law
+from rftfit.campaign.config import ErrorSettings
 from rftfit.conventions import FloatArray
-from rftfit.measure.slopes import FEWEST, Slope, combine_dof, free_intercept, weighted_sum_variance
+from rftfit.measure.slopes import (
+    FEWEST,
+    Slope,
+    combine_dof,
+    free_intercept,
+    level_path,
+    weighted_sum_variance,
+)
 
 _STEPS, _SMALL, _LEAST_P, _MOST_P = 8, 1e-6, 0.2, 3.0
 _ONE_DEPTH = 1e-10
 """Share of the logarithm of depth, in squares, that rounding leaves where all depths are one."""
+
+
+class DepthLaw(NamedTuple):
+    """Law by which stress grows with depth, and the depth at which alpha is its stress over depth, cm.
+
+    Without a depth alpha is the slope, which a power of depth does not have.
+    """
+
+    name: Literal["through_zero", "free_intercept", "power"] = "through_zero"
+    at_cm: float = math.inf
+
+    def fit(self, depth: FloatArray, stress: FloatArray) -> list[Fitted]:
+        """Fit each component of stress, N/cm^2, shape (k, n), at depths in cm, shape (n,); not through zero."""
+        if self.name == "power":
+            return [power_fit(depth, component, self.at_cm) for component in stress]
+        return intercept_fits(depth, stress, self.at_cm)
+
+    def shares(self, depth: FloatArray, stress: FloatArray) -> FloatArray:
+        """Share of the stress over depth at each depth in alpha of them all, shape (n,).
+
+        `depth`, `stress`: shape (n,); Of level runs, cm and N/cm^2, at two depths or more.
+        """
+        if self.name == "through_zero":
+            return depth**2 / max(float(depth @ depth), 1e-9)
+        return depth * self.fit(depth, stress[None])[0].gain
+
+
+LINE_THROUGH_ZERO = DepthLaw()
 
 
 @dataclass(frozen=True)
@@ -53,19 +90,24 @@ def other_laws(depth: FloatArray, stress: FloatArray, at_cm: float) -> Laws | No
 
     `depth`: shape (n,), cm. `stress`: shape (k, n), N/cm^2. `at_cm`: Where the laws are compared.
     """
-    intercept, slope = free_intercept(depth, stress)
-    if np.isnan(slope).all():
+    if level_path(depth):
         return None
+    return {
+        "free_intercept": DepthLaw("free_intercept", at_cm).fit(depth, stress),
+        "power": DepthLaw("power", at_cm).fit(depth, stress),
+    }
+
+
+def intercept_fits(depth: FloatArray, stress: FloatArray, at_cm: float) -> list[Fitted]:
+    """Fit lines with a free intercept: stress over depth at a depth, and at an infinite one the slope."""
+    intercept, slope = free_intercept(depth, stress)
     line, centred = np.stack([np.ones_like(depth), depth]), depth - depth.mean()
-    gain = (1 / depth.size + (at_cm - depth.mean()) * centred / (centred @ centred)) / at_cm
-    lines = [
+    gain_of_slope = centred / (centred @ centred)
+    gain = gain_of_slope + (1 / depth.size - depth.mean() * gain_of_slope) / at_cm
+    return [
         Fitted(float(start / at_cm + rise), gain, line, measured - start - rise * depth)
         for start, rise, measured in zip(intercept, slope, stress, strict=True)
     ]
-    return {
-        "free_intercept": lines,
-        "power": [power_fit(depth, measured, at_cm) for measured in stress],
-    }
 
 
 def power_fit(depth: FloatArray, stress: FloatArray, at_cm: float) -> Fitted:
@@ -147,19 +189,42 @@ def find_crust(depth: FloatArray, stress: FloatArray) -> Crust | None:
     return Crust(float(below[peak]), float(smooth[peak] / (slope * below[peak]) - 1))
 
 
-def by_law(slope: Slope, laws: Mapping[str, list[Fitted]] | None, law: Law) -> Slope:
-    """Put another law's stress over depth in the place of the slope through zero, with its error."""
-    if laws is None or law == "through_zero":
-        return slope
+PATCHES = 0.03
+"""Standard deviation of an exponent by an uneven bed."""
+
+LEVELLED_CM = 0.05
+"""Standard deviation of the free surface of a bed that is levelled by a blade."""
+
+
+def ordinary_surface(errors: ErrorSettings) -> tuple[float, float]:
+    """Standard deviations of the free surface from run to run and common to all runs, cm: as levelled, or more as stated."""
+    stated_mm = errors.surface_run_mm or 0.0, errors.surface_session_mm or 0.0
+    run_cm, session_cm = (max(LEVELLED_CM, size_mm / 10) for size_mm in stated_mm)
+    return run_cm, session_cm
+
+
+@lru_cache(maxsize=512)
+def exponent_lever(top_cm: float, end_cm: float) -> float:
+    """Change of the exponent in a window for a surface that lies lower by 1 cm, 1/cm."""
+    depth = np.linspace(max(top_cm, 0.005 * end_cm), end_cm, 60)
+    small = 0.02 * end_cm
+    lower, higher = (
+        power_fit(depth, depth + side * small, end_cm).exponent for side in (-0.5, 0.5)
+    )
+    return abs(lower - higher) / small
+
+
+def replace_slope(slope: Slope, law_fits: Sequence[Fitted]) -> Slope:
+    """Put another law's stress over depth, or its slope, in the place of the slope through zero, with its error."""
     noise, dof = np.array(
-        [weighted_sum_variance(fit.residual[None], fit.gain, fit.design) for fit in laws[law]],
+        [weighted_sum_variance(fit.residual[None], fit.gain, fit.design) for fit in law_fits],
         dtype=object,
     ).T
     scatter = np.array([float(variance[0]) for variance in noise])
-    moved = np.array([float(fit.gain.sum()) for fit in laws[law]])
+    moved = np.array([float(fit.gain.sum()) for fit in law_fits])
     shift = slope.shift * moved**2
     tare = np.sqrt(slope.tare_share * scatter + slope.shift_of_tare * moved**2)
-    alpha = np.array([fit.alpha for fit in laws[law]])
+    alpha = np.array([fit.alpha for fit in law_fits])
     return replace(
         slope,
         alpha=alpha,
@@ -167,5 +232,5 @@ def by_law(slope: Slope, laws: Mapping[str, list[Fitted]] | None, law: Law) -> S
         dof=combine_dof(np.stack([scatter, shift]), np.stack([dof.astype(float), slope.dof])),
         curvature=np.zeros(alpha.size),
         tare=tare,
-        lever=laws[law][int(np.abs(alpha).argmax())].lever,
+        lever=law_fits[int(np.abs(alpha).argmax())].lever,
     )

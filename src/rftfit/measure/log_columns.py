@@ -11,7 +11,7 @@ from typing import Any, Literal
 import numpy as np
 
 from rftfit.campaign.calibration import Calibration
-from rftfit.campaign.config import AnyLog, ColumnEntry, Config, ForceLog
+from rftfit.campaign.config import UNIT_OF_WEIGHT, AnyLog, ColumnEntry, Config, ForceLog
 from rftfit.campaign.problems import unknown_word
 from rftfit.campaign.sheet import LogKind, Run, read_assignments, read_log_columns
 from rftfit.conventions import FloatArray, direction
@@ -145,6 +145,13 @@ def map_columns(log: Log, source: AnyLog, units: Mapping[str, str], key: str) ->
             )
         except ValueError as error:
             problems.append(f"{key}.columns.{quantity}: {error}")
+        stated = log.units.get(log.name_of(_name(chosen.column)), "") if chosen.column else ""
+        if quantity[0] == "F":
+            notes += [
+                f"{quantity}: {unit} is taken as {UNIT_OF_WEIGHT[unit]}, a weight"
+                for unit in dict.fromkeys((chosen.unit, stated))
+                if unit in UNIT_OF_WEIGHT
+            ]
         if chosen.rate is not None:
             rate = f"{chosen.rate:g} {chosen.unit or ''}/s"
             notes.append(f"{quantity} changes by {rate} by the config")
@@ -203,23 +210,24 @@ def _column(
     if quantity == "arm_moving":
         return values, ""
     table = _TABLES.get(quantity, _TABLES.get(quantity[0], {}))
-    if chosen.unit and stated and chosen.unit != stated:
+    declared: str = chosen.unit or ""
+    if quantity[0] == "F":
+        stated, declared = (UNIT_OF_WEIGHT.get(unit, unit) for unit in (stated, declared))
+    if declared and stated and declared != stated:
         if stated in table:
-            raise ValueError(
-                f"the file says {stated}, the config {chosen.unit}: change one of them"
-            )
+            raise ValueError(f"the file says {stated}, the config {declared}: change one of them")
         if not scaled:
             raise ValueError(
                 f"the file says {stated}, which is no unit of {quantity}: add `factor:`, so many "
-                f"{chosen.unit} for each {stated}, and `offset:` if there is one"
+                f"{declared} for each {stated}, and `offset:` if there is one"
             )
-    unit = chosen.unit or stated
+    unit = declared or stated
     if not unit:
         raise ValueError(f"the file states no unit: add `unit:`, one of {', '.join(table)}")
     if unit not in table:
         raise ValueError(f"{unit} is no unit of {quantity}; allowed: {', '.join(table)}")
     # a conversion that somebody declared; any other difference is told where units are checked
-    if unit != chain_unit and (chosen.unit or quantity == "time"):
+    if unit != chain_unit and (declared or quantity == "time"):
         return values * (table[unit] / table[chain_unit]), chain_unit
     return values, unit
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -336,6 +336,31 @@ def fit_few(depth: FloatArray, stress: FloatArray) -> Slope:
         nothing,
         nothing,
         nothing,
+    )
+
+
+def fit_few_free(depth: FloatArray, stress: FloatArray) -> Slope:
+    """Slope of a few independent depths with a free intercept; of two depths without an error.
+
+    `depth`, `stress`: As of `fit_few`.
+    """
+    intercept, slope = free_intercept(depth, stress)
+    dof = depth.size - 2
+    residual = stress - intercept[:, None] - slope[:, None] * depth
+    spread = float(depth.var()) * depth.size
+    se = np.full(slope.size, np.nan)
+    if dof > 0:
+        se = np.sqrt((residual**2).sum(axis=1) / dof / spread)
+    dofs = np.full(slope.size, max(dof, 1.0))
+    return replace(
+        fit_few(depth, stress),
+        alpha=slope,
+        se=se,
+        ols_se=se,
+        dof=dofs,
+        intercept=intercept,
+        free_slope=slope,
+        lever=0.0,
     )
 
 

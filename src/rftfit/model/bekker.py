@@ -58,9 +58,7 @@ class PressureSinkage:
         return np.asarray((self.k_c / width_m + self.k_phi) * sinkage_m**self.n)
 
 
-def pressure_sinkage(
-    fits: pd.DataFrame, width_cm_of_run: Mapping[str, float], at_cm: float
-) -> PressureSinkage:
+def pressure_sinkage(fits: pd.DataFrame, width_cm_of_run: Mapping[str, float]) -> PressureSinkage:
     """Fit Bekker's law to the pushes of a medium.
 
     Parameters
@@ -69,8 +67,6 @@ def pressure_sinkage(
         Of `Medium.fits`; the pushes at (0, 90 deg) count.
     width_cm_of_run : mapping of str to float
         Width b of the plate of each run.
-    at_cm : float
-        Depth at which `fits` compares a line and a power (`fit.law_depth_cm`).
 
     Raises
     ------
@@ -78,7 +74,9 @@ def pressure_sinkage(
         If there is no push straight down of which a power of depth is known.
     """
     is_push = (fits["beta_deg"] == 0) & (fits["gamma_deg"] == 90)
-    numbers = ["exponent_z", "alpha_z_N_per_cm3", "power_stress_z_percent"]
+    # stress at the end of a window: by the line with a free intercept, and both laws against the line through zero
+    free_line = ["intercept_z_N_per_cm2", "free_slope_z_N_per_cm3", "free_stress_z_percent"]
+    numbers = ["exponent_z", "power_stress_z_percent", *free_line]
     pushes = fits[is_push & np.isfinite(fits[numbers].to_numpy(float)).all(axis=1)]
     if pushes.empty:
         raise InputError(
@@ -87,9 +85,11 @@ def pressure_sinkage(
         )
     exponents = pushes["exponent_z"].to_numpy(float)
     exponent, half = float(exponents.mean()), _half_width(exponents, pushes["exponent_z_se"])
-    stress = pushes["alpha_z_N_per_cm3"] * at_cm * (1 + pushes["power_stress_z_percent"] / 100)
-    pressure = _PA_PER_N_CM2 * stress.to_numpy(float)
-    k = pressure / (_M_PER_CM * at_cm) ** exponent
+    end_cm = pushes["depth_to_cm"].to_numpy(float)
+    intercept, slope, free_percent = pushes[free_line].to_numpy(float).T
+    power_percent = pushes["power_stress_z_percent"].to_numpy(float)
+    stress = (intercept + slope * end_cm) * (1 + power_percent / 100) / (1 + free_percent / 100)
+    k = _PA_PER_N_CM2 * stress / (_M_PER_CM * end_cm) ** exponent
     width = _M_PER_CM * np.array([width_cm_of_run[run_id] for run_id in pushes["run_id"]])
     differ = width.max() > _SAME_WIDTH * width.min()
     design = np.stack([np.ones(k.size), 1 / width if differ else np.zeros(k.size)])

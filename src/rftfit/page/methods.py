@@ -75,7 +75,7 @@ def _measurement(results: Results, outcome: Outcome) -> str:
     slope = (
         f"The stress per depth alpha(beta, gamma) (ref. 1) is {_LAWS[config.fit.law]}{_window(results, fitted_runs)}."
         f"{_law(results)}"
-    ).replace("DEPTH", f"{config.fit.law_depth_cm:g} cm")
+    )
     if config.table is not None:
         return (
             f"Stress on a plate against depth in {media} was taken from a table, {config.run_sheet}. "
@@ -179,7 +179,6 @@ def _window(results: Results, fits: pd.DataFrame) -> str:
 _LAWS = {
     "through_zero": "the zero-intercept least-squares slope of stress over depth",
     "free_intercept": "the least-squares slope of stress over depth, with a free intercept",
-    "power": "stress over depth at DEPTH by a least-squares power of depth",
 }
 
 

@@ -11,10 +11,11 @@ from rftfit.measure.alpha import alpha_table, flags_of_cells, with_flagged
 from rftfit.measure.checks import check_medium
 from rftfit.measure.copies import copies_of, counted_once
 from rftfit.measure.depths import alpha_at_depths
-from rftfit.measure.errors import errors_of
+from rftfit.measure.errors import SurfaceError, errors_of
 from rftfit.measure.fits import fit_medium
 from rftfit.measure.flags import OF_CHECKS, Flags, flag_table, mark_columns
 from rftfit.measure.ingest import account_unassigned_air_runs, ingest_medium
+from rftfit.measure.laws import DepthLaw
 from rftfit.measure.ledger import check_ledger, join
 from rftfit.measure.leg_curves import leg_curves
 from rftfit.measure.read import same_table
@@ -83,13 +84,14 @@ def checks(results: Results, medium: str) -> tuple[pd.DataFrame, ...]:
     level, depths = config.fit.confidence, len(config.fit.horizontal_depths_cm)
     grid, off = config.grid_of(medium), outlier_differences(peers)
 
-    def cells(fits: pd.DataFrame, at_cm: float | None = None) -> pd.DataFrame:
-        settings = level, depths, errors, grid, surface, at_cm, off, published_shapes().slopes
+    def cells(fits: pd.DataFrame, law: DepthLaw, surface: SurfaceError) -> pd.DataFrame:
+        settings = level, depths, errors, grid, surface, law, off, published_shapes().slopes
         return alpha_table(counted_once(fits, copies)[0], medium, *settings)
 
     angle_deg = config.errors.angle_deg
     causes, axes = compare_all_runs(counted_once(fits, copies)[0], medium, sheet, angle_deg)
-    tables |= {"alpha": cells(fits), "peers": peers, "causes": causes, "axes": axes}
+    alpha_of_medium = cells(fits, DepthLaw(config.fit.law), surface)
+    tables |= {"alpha": alpha_of_medium, "peers": peers, "causes": causes, "axes": axes}
     of_runs = [results.table(f"flags/{stage}/{medium}.csv") for stage in FLAGGING]
     checked = check_medium(results.campaign, medium, tables, copies, Flags(*of_runs))
     verdicts = pd.DataFrame([check.row(medium) for check in checked], columns=COLUMNS)
