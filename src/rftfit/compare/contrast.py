@@ -145,7 +145,23 @@ class Comparison:
             least=f"{self.least_ratio:.3g}",
             least_shape=f"{self.least_shape_percent:.2g} %",
             scatter=f"{100 * self.explained_by:.2g} %",
+            directions=len(self.directions),
+            down=""
+            if math.isnan(self.ratio_down)
+            else f", straight down it is {self.ratio_down:.3g}",
         )
+
+    @property
+    def ratio_down(self) -> float:
+        """alpha_z of B over that of A at (0, 90 deg); NaN where that is no common direction."""
+        if not len(self.directions):
+            return math.nan
+        beta, gamma = self.directions["beta_deg"], self.directions["gamma_deg"]
+        down = self.directions[(beta == 0) & (gamma == 90)]
+        if down.empty:
+            return math.nan
+        alpha_a, alpha_b = (float(down[f"alpha_z_{side}_N_per_cm3"].iloc[0]) for side in "ab")
+        return alpha_b / alpha_a
 
 
 _ANSWERS = {
@@ -167,15 +183,16 @@ _ANSWERS = {
     (
         True,
         True,
-    ): "{b} is {ratio} times as strong as {a} ({interval}) and has another shape: alpha differs by {shape} rms "
-    "({shapes}) after the ratio is taken out.",
+    ): "{b} has another shape than {a}, and alpha of another size: by {shape} rms ({shapes}) after the ratio of sizes is "
+    "taken out, {ratio} ({interval}). This ratio is a mean over {directions} directions{down}; of media of different shapes it "
+    "does not say that one is denser.",
 }
 _ONLY_IF = ", if single runs of one direction scatter by less than {scatter}"
 _WITHOUT_REPEATS = {
     (False, False): _ANSWERS[False, False],
     (True, False): _ANSWERS[True, False],
     (False, True): _ANSWERS[False, True].removesuffix(".") + _ONLY_IF + ".",
-    (True, True): _ANSWERS[True, True].removesuffix(".") + _ONLY_IF + ".",
+    (True, True): _ANSWERS[True, True].replace("{shapes})", "{shapes})" + _ONLY_IF + ",", 1),
 }
 _SIZE_ALONE = {
     False: "No difference of size between {a} and {b} by their maps: ratio {ratio} ({interval}); without a common direction "
@@ -740,11 +757,10 @@ def _f_p(ratio: float, k: float, dof: float) -> float:
 
 
 def _noncentral_f(squares: float, k: float, dof: float, noncentrality: float) -> float:
-    """Probability of weighted squares up to this (Patnaik, Biometrika 36, 202, 1949)."""
-    from scipy.special import fdtr
+    """Probability of weighted squares up to this."""
+    from scipy.special import ncfdtr
 
-    freedom = (k + noncentrality) ** 2 / (k + 2 * noncentrality)
-    return float(fdtr(freedom, dof, squares / (k + noncentrality)))
+    return float(ncfdtr(k, dof, noncentrality, squares / k))
 
 
 def _invert(falling: Callable[[float], float], chance: float, first: float = 1.0) -> float:

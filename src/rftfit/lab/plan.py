@@ -28,6 +28,9 @@ AIR = "air"
 LEG_OF_CURVATURE = {1.0: "c_leg", 0.0: "flat_leg", -1.0: "reversed_c_leg"}
 
 _APART_DEG = 6
+_ROOM_FOR = 250
+"""Directions that random draws place so far apart; of more the distance shrinks with the root of their number."""
+_MOST_SCATTERED = 500
 _DAY_STARTS_S = 28800.0
 _RUN_EVERY_S = 150.0
 
@@ -161,9 +164,14 @@ def parse_directions(text: str, seed: int) -> list[tuple[float, float]]:
     """Read directions (beta, gamma), deg, as the command line writes them.
 
     ``-30,0,30 x -45,0,45,90``: every beta with every gamma; ``0:90,30:45``: pairs; ``scattered:40``:
-    so many, whole degrees, no two nearer than 6 degrees, straight down with a level plate among them.
+    so many, whole degrees, no two nearer than 6 degrees (of more than 250 than what leaves room for them), straight down
+    with a level plate among them.
     """
-    if text.startswith("scattered:") and text[10:].isdecimal() and 1 <= int(text[10:]) <= 100:
+    if (
+        text.startswith("scattered:")
+        and text[10:].isdecimal()
+        and 1 <= int(text[10:]) <= _MOST_SCATTERED
+    ):
         return _scattered(int(text[10:]), seed)
     try:
         if "x" in text:
@@ -180,23 +188,27 @@ def parse_directions(text: str, seed: int) -> list[tuple[float, float]]:
     if not directions or not all(abs(angle) <= 90 for pair in directions for angle in pair):
         raise InputError(
             f"--grid: found {text!r}; allowed: angles from -90 to 90 degrees as lists "
-            "'-30,0,30 x -45,0,45,90', as pairs '0:90,30:45', or 'scattered:40' (1 to 100)"
+            "'-30,0,30 x -45,0,45,90', as pairs '0:90,30:45', or 'scattered:40' "
+            f"(1 to {_MOST_SCATTERED})"
         )
     return list(dict.fromkeys((90.0 if b == -90 else b + 0.0, g + 0.0) for b, g in directions))
 
 
 def _scattered(count: int, seed: int) -> list[tuple[float, float]]:
     random = np.random.default_rng(seed)
-    directions = [(0.0, 90.0)]
-    while len(directions) < count:
+    directions = np.zeros((count, 2))
+    directions[0] = 0.0, 90.0
+    apart_deg = _APART_DEG * min(1.0, math.sqrt(_ROOM_FOR / count))
+    drawn = 1
+    while drawn < count:
         # shallower paths leave no window between surface, walls and bottom
         beta, gamma = random.integers(-89, 91), random.integers(20, 91) * random.choice([-1, 1])
-        distances_deg = (
-            max(abs((beta - b + 90) % 180 - 90), abs(gamma - g)) for b, g in directions
-        )
-        if min(distances_deg) >= _APART_DEG:
-            directions.append((float(beta), float(gamma)))
-    return directions
+        beta_apart = np.abs((beta - directions[:drawn, 0] + 90) % 180 - 90)
+        gamma_apart = np.abs(gamma - directions[:drawn, 1])
+        if np.maximum(beta_apart, gamma_apart).min() >= apart_deg:
+            directions[drawn] = beta, gamma
+            drawn += 1
+    return [(float(beta), float(gamma)) for beta, gamma in directions]
 
 
 def _laboratory(
