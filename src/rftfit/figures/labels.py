@@ -11,7 +11,8 @@ from rftfit.measure.flags import codes_of
 from rftfit.measure.verdicts import UNUSABLE
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Mapping
+    from typing import Any
 
     import pandas as pd
 
@@ -54,6 +55,27 @@ def format_interval(low: float | None, high: float | None, digits: int = 3) -> s
 def in_brackets(text: str) -> str:
     """Write what follows a number in brackets, nothing where there is nothing."""
     return f" ({text})" if text else ""
+
+
+def explanation_of(row: Mapping[str, Any]) -> str:
+    """Say whether the errors of alpha, or the model's own, explain an error of a peak; empty where its interval is unknown.
+
+    `row`: of ``results/leg_errors.csv``.
+    """
+
+    def includes_zero(ends: str) -> bool | None:
+        low, high = (row[f"peak_error{ends}_{end}_percent"] for end in ("lo", "hi"))
+        return low <= 0 <= high if format_interval(low, high, 0) else None
+
+    of_alpha, of_model = includes_zero(""), includes_zero("_model")
+    if of_alpha:
+        return "within the errors of alpha"
+    if of_model:
+        beyond_alpha = "larger than the errors of alpha explain; " if of_alpha is False else ""
+        return f"{beyond_alpha}within the error of the model on other legs"
+    if of_model is False:
+        return "larger than the errors of alpha and of the model explain"
+    return "larger than the errors of alpha explain" if of_alpha is False else ""
 
 
 def with_span(value: float, low: float, high: float, digits: int) -> str:

@@ -229,6 +229,6 @@ def _map_as_text(
         + "\n\n".join(blocks)
         + f"\n\nN/cm^3; beta and gamma in degrees; {level}; "
         f"* measured.\n{zeta}\n{agree}\n"
-        f"{100 * medium_map.not_passive:.0f} % of the draws behind the intervals gave energy back somewhere and were "
-        "left out."
+        "Intervals are of draws that take energy in every direction, as any medium does; "
+        f"{100 * medium_map.not_passive:.0f} % of all gave energy back somewhere and were left out."
     )

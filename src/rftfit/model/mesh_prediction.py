@@ -185,7 +185,9 @@ def predict_mesh(
     columns = {name: _without_rounding(values, name, best) for name, values in columns.items()}
     table = as_table(profile)
     largest = float(np.fmax.reduce(np.hypot(table.alpha_z, table.alpha_x), axis=None))
-    columns["closure_N"] = (CLOSURE if law == "measured" else np.nan) * largest * best_forces[:, 6]
+    # + 0.0 so that nothing is called -0
+    leaving = best_forces[:, 6] + 0.0
+    columns["closure_N"] = (CLOSURE if law == "measured" else np.nan) * largest * leaving
     why = profile.reason or "a position, rotation or velocity is missing"
     places = next(iter(motion.columns.values()))
     bounds: dict[str, tuple[FloatArray, FloatArray]] = {}

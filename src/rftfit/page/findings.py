@@ -134,26 +134,19 @@ def _legs(results: Results) -> Iterable[PageFinding]:
 
 
 def _explanation(results: Results) -> Iterable[PageFinding]:
-    """Whether the stated errors explain the worst peak lift."""
+    """Which errors explain the worst peak lift."""
     profile, lift = _lifts_of_legs(results)
     if lift.empty or abs((worst := _worst(lift))["peak_error_percent"]) <= WITHIN_PERCENT:
         return
-    low, high = worst["peak_error_lo_percent"], worst["peak_error_hi_percent"]
-    if not (ends := labels.format_interval(low, high, 0)):
+    explanation = labels.explanation_of(worst)
+    if not explanation:
         return
-    errors = "the stated errors" if profile == "table" else "the errors of the map"
-    leg = labels.name_of(worst["leg"])
-    if low <= 0 <= high:
-        sentence = (
-            f"{errors} can explain the largest error ({leg}): its interval, {ends} %, includes zero"
-        )
-    else:
-        sentence = f"{errors} do not explain the largest error ({leg}): its interval is {ends} %, so not by chance"
-    low, high = worst["peak_error_model_lo_percent"], worst["peak_error_model_hi_percent"]
-    if ends := labels.format_interval(low, high, 0):
-        does = "includes zero" if low <= 0 <= high else "does not include zero either"
-        sentence += f"; that with the model's own error, {ends} %, {does}"
-    yield PageFinding(f"Why: {sentence}.", "legs")
+    source = "" if profile == "table" else " of the map"
+    ends = _two_intervals(worst, "peak_error_{}_percent", 0)
+    yield PageFinding(
+        f"The largest error{source} ({labels.name_of(worst['leg'])}) is {explanation}: its intervals, in %, are {ends}.",
+        "legs",
+    )
 
 
 def _pushes(results: Results) -> Iterable[PageFinding]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping
+from typing import NamedTuple
 
 import pandas as pd
 
@@ -13,10 +14,13 @@ from rftfit.figures.style import format_number
 from rftfit.measure.depths import curved_law, steep_pushes
 from rftfit.measure.errors import AS_PREPARED, ASSUMED, FEW_REPEATS, OF_CELL, STATED
 from rftfit.measure.slopes import FEWEST
+from rftfit.model.model_error import LEAST_LOAD, LENGTH_DEG
 from rftfit.model.motion import rotation
 from rftfit.model.outlines import ELEMENTS, leg_outline
 from rftfit.model.prediction import beyond_measured
+from rftfit.model.profiles import EPS
 from rftfit.model.scaling import GENERIC, published
+from rftfit.model.shapes import FRICTIONS, STEP_DEG, TILT_SHARE, published_shapes
 from rftfit.page.findings import list_in_words
 from rftfit.page.live import scaled_from_print
 from rftfit.page.outcome import Outcome
@@ -46,6 +50,8 @@ C. R. Harris et al., Array programming with NumPy, Nature 585, 357-362 (2020), \
 doi:10.1038/s41586-020-2649-2
 P. Virtanen et al., SciPy 1.0: fundamental algorithms for scientific computing in Python, \
 Nature Methods 17, 261-272 (2020), doi:10.1038/s41592-019-0686-2
+S. Agarwal, D. I. Goldman, K. Kamrin, Mechanistic framework for reduced-order models in soft materials: application to \
+three-dimensional granular intrusion, Proc. Natl. Acad. Sci. USA 120, e2214017120 (2023)
 """
     cited = {int(number) for number in re.findall(r"ref\. (\d)", " ".join(paragraphs))}
     numbered_lines = enumerate(text.strip().split("\n"), 1)
@@ -417,7 +423,7 @@ def _trial(results: Results) -> str:
         if predicted["force_z_model_lo_N"].notna().any():
             sentences.append(
                 "Those with the model's own error hold also how far forces lie from such a sum on legs whose alpha is "
-                f"known: {format_number(results.model_error, 2)} of the load without cancellation."
+                f"known: {format_number(results.model_error, 2)} of the load without cancellation, {_origin_of_error(results)}."
             )
         sentences += [_peaks(results, name) for name in ("table", "map")]
         sentences.append(_limits(results, legs))
@@ -439,10 +445,103 @@ def _map(results: Results, walk: str) -> str:
     if "map" not in labels.predicted_by(results) and "the map of alpha" not in walk:
         return ""
     others_phrase = " and the others of this campaign" if results.config.maps.own_media else ""
+    frictions = list_in_words(f"{friction:g}" for friction in FRICTIONS)
     return (
         "The map is alpha in all directions: the mean shape and the scatter of known media, the five of ref. 1"
-        f"{others_phrase} without the medium itself, are taken as known beforehand, and the measured directions correct them."
+        f"{others_phrase} without the medium itself, are taken as known beforehand, and the measured directions correct them. "
+        f"It has nodes {STEP_DEG:g} degrees apart in beta. Between the lines of the published directions, 30 degrees apart, its "
+        f"mean has the course of three-dimensional resistive force theory (ref. 7) with frictions of {frictions}. Its draws take "
+        "energy in every direction that was not pushed (passivity), and on average as much as the known media do (tilt)."
     )
+
+
+def _origin_of_error(results: Results) -> str:
+    """Say which legs the model's own error was chosen on."""
+    if results.model_error != EPS:
+        return "as estimated from the legs of this campaign, by the measured table"
+    same = ", which are the legs that are compared here" if results.campaign.reenacted else ""
+    return f"chosen on the legs of ref. 1 by its measured tables{same}"
+
+
+class Constant(NamedTuple):
+    """A constant of the model, what it was chosen on, and what the page grades it on."""
+
+    name: str
+    value: str
+    chosen_on: str
+    graded_on: str
+
+
+LEGS_OF_PAPER, SANDS_OF_PAPER = "legs of ref. 1 in five media", "legs of ref. 1 in three sands"
+"""Measured forces that constants were chosen on: Figs. S5 and S12."""
+
+NO_GRADE = "the same numbers: no grade"
+
+
+def constants(results: Results) -> list[Constant]:
+    """List the constants behind the predictions of this campaign that were chosen on measured forces.
+
+    Where a simulated campaign compares the numbers that a constant was chosen on, this is no grade.
+    """
+    profiles, predicted = labels.predicted_by(results), results.table("predicted.csv")
+    legs = results.joined("legs/{medium}.csv")
+
+    def graded_on(media: Iterable[str], *, same: bool) -> str:
+        if not legs["medium"].isin([*media]).any():
+            return "nothing here"
+        return NO_GRADE if same else "legs of this campaign"
+
+    of_legs = graded_on(results.laboratory, same=results.campaign.reenacted)
+    of_sands = graded_on(results.sands, same=results.campaign.reenacted)
+    listed = []
+    if predicted["force_z_model_lo_N"].notna().any():
+        of_campaign = results.model_error != EPS
+        listed = [
+            Constant(
+                "the model's own error, of the load",
+                format_number(results.model_error, 2),
+                "legs of this campaign" if of_campaign else LEGS_OF_PAPER,
+                NO_GRADE if of_campaign else of_legs,
+            ),
+            Constant("its floor, of the largest load", f"{LEAST_LOAD:g}", LEGS_OF_PAPER, of_legs),
+            Constant("its length, degrees of theta", f"{LENGTH_DEG:g}", LEGS_OF_PAPER, of_legs),
+        ]
+    if "map" in profiles:
+        listed += [
+            Constant("nodes of the map in beta, degrees", f"{STEP_DEG:g}", LEGS_OF_PAPER, of_legs),
+            Constant(
+                "scatter of the course between the lines",
+                f"{published_shapes().variation.course_share:g}",
+                LEGS_OF_PAPER,
+                of_legs,
+            ),
+            Constant(
+                "frictions of that course",
+                ", ".join(f"{friction:g}" for friction in FRICTIONS),
+                "none: range of ref. 7",
+                of_legs if of_legs != NO_GRADE else "legs of ref. 1 in five media",
+            ),
+            Constant(
+                "tilt, share of the full one",
+                f"{TILT_SHARE:g}",
+                f"{SANDS_OF_PAPER}, and exact laws",
+                of_sands,
+            ),
+        ]
+    if results.campaign.robot_medium:
+        measured = results.table("robot/measured.csv")
+        fitted = int((measured["calibrated"] == "yes").sum())
+        if fitted:
+            others = int(measured["speed_cm_per_s"].notna().sum()) - fitted
+            listed.append(
+                Constant(
+                    "lengths of the robot",
+                    "see its table",
+                    f"{fitted} speeds, by the measured table",
+                    f"{others} other speeds",
+                )
+            )
+    return listed
 
 
 def _robot(results: Results) -> str:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from rftfit.compare.legs import FAR_OFF, NOT_TESTED, OFF, WITHIN, WITHIN_PERCENT, worst_peak
-from rftfit.figures.labels import format_interval, in_brackets, name_of, percent
+from rftfit.figures.labels import explanation_of, format_interval, in_brackets, name_of, percent
 from rftfit.measure.flags import Remark, attach_run, format_remarks, remark
 from rftfit.measure.ledger import DROPPED, USED, RowStatus
 from rftfit.measure.sentences import FLAGS
@@ -201,12 +201,9 @@ def verdicts_on_legs(results: Results, medium: str) -> list[tuple[str, str, str]
                 worst["peak_error_model_lo_percent"], worst["peak_error_model_hi_percent"], 0
             )
             ends = ends.replace(" ", "\N{NO-BREAK SPACE}")
-            by_chance = (
-                worst["peak_error_model_lo_percent"] <= 0 <= worst["peak_error_model_hi_percent"]
-            )
-            if by_chance and worst["verdict"] != WITHIN:
-                ends += ", may be chance"
-            error_text = percent(worst["peak_error_percent"]) + in_brackets(ends)
+            explanation = explanation_of(worst) if worst["verdict"] != WITHIN else ""
+            brackets = in_brackets("; ".join(filter(None, (ends, explanation))))
+            error_text = percent(worst["peak_error_percent"]) + brackets
             verdicts.append(
                 (profile, worst["verdict"], f"{name_of(worst['leg'])}, {force_name} {error_text}")
             )

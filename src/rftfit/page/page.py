@@ -26,7 +26,7 @@ from rftfit.model.scaling import published
 from rftfit.page import tables
 from rftfit.page.findings import ON_FIRST_SCREEN, findings, list_in_words
 from rftfit.page.live import as_json, live_data, scaled_from_print
-from rftfit.page.methods import cited_references, paragraphs, settings_digest
+from rftfit.page.methods import cited_references, constants, paragraphs, settings_digest
 from rftfit.page.outcome import (
     Outcome,
     doubt_of_map,
@@ -190,6 +190,7 @@ def context(results: Results) -> dict[str, Any]:
         "rows_of_logs": tables.tabulate_logs(results),
         "methods": (methods := paragraphs(results, outcome)),
         "references": cited_references(methods),
+        "constants": constants(results),
         "versions": versions(),
         "settings": settings_digest(config),
     }
