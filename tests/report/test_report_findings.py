@@ -14,6 +14,7 @@ from matplotlib.collections import QuadMesh
 from page_inputs import page_results, sand_results, write
 from text_boxes import words
 
+from rftfit.figures.labels import explanation_of
 from rftfit.figures.maps import plot_estimated_maps
 from rftfit.figures.registry import greek
 from rftfit.figures.style import FORMATS, content, shrink_png
@@ -107,7 +108,44 @@ def test_errors_of_legs(results, sentences_of_section):
         size.idxmax(), ["peak_error_lo_percent", "peak_error_hi_percent"]
     ].tolist()
     assert numbers(why)[:2] == pytest.approx(ends, abs=0.5)
-    assert ("not by chance" in why) == (ends[0] * ends[1] > 0)
+    assert ("larger than the errors of alpha" in why) == (ends[0] * ends[1] > 0)
+
+
+def test_an_error_has_one_verdict():
+    """By the interval of alpha and, where there is one, that with the model's own error."""
+
+    def row(of_alpha, of_model):
+        ends = zip(("lo", "hi", "model_lo", "model_hi"), (*of_alpha, *of_model), strict=True)
+        return {f"peak_error_{end}_percent": percent for end, percent in ends}
+
+    unknown, holds, does_not = (np.nan, np.nan), (-5.0, 9.0), (4.0, 9.0)
+    verdicts = {
+        (alpha, model): explanation_of(row(alpha, model))
+        for alpha in (unknown, holds, does_not)
+        for model in (unknown, holds, does_not)
+    }
+    assert verdicts[unknown, unknown] == ""
+    # an error of alpha that explains it is enough
+    assert len({verdicts[holds, model] for model in (unknown, holds, does_not)}) == 1
+    assert len({verdicts[does_not, model] for model in (unknown, holds, does_not)}) == 3
+    assert not any("chance" in verdict for verdict in verdicts.values())
+
+
+def test_a_medium_without_a_straight_push_says_why(results, tmp_path):
+    """The first sentence, which the terminal prints too, names the medium and what most of its pushes were dropped for."""
+    written = page_results(tmp_path, robot=False)
+    medium, *_ = written.laboratory
+    fits = written.table(f"fits/{medium}.csv")
+    down = (fits["beta_deg"] == 0) & (fits["gamma_deg"] == 90)
+    assert down.any()
+    reason = str(remark("few-points", found=3, wanted=30))
+    why = fits["reason"].mask(down, reason)
+    alpha = fits["alpha_z_N_per_cm3"].mask(down)
+    write(written, f"fits/{medium}.csv", fits.assign(alpha_z_N_per_cm3=alpha, reason=why))
+    first = text_of(Results(written.campaign), "believed")
+    assert written.titles[medium] in first
+    assert reason in first
+    assert reason not in text_of(results, "believed")
 
 
 def test_legs_are_judged_by_the_map_where_the_table_predicts_none(results, tmp_path):
@@ -120,7 +158,7 @@ def test_legs_are_judged_by_the_map_where_the_table_predicts_none(results, tmp_p
     ]
     by_table = [finding.text for finding in findings(results) if finding.section == "legs"]
     assert of_map[0] == by_table[0].replace("the measured alpha", "the map")
-    assert "the errors of the map" in of_map[1]
+    assert "of the map" in of_map[1]
 
 
 def test_errors_in_sands(results):

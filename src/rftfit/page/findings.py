@@ -77,8 +77,23 @@ def _measured(results: Results) -> Iterable[PageFinding]:
     if sizes:
         ends = f"{'between ' * (len(sizes) > 1)}{' and '.join(sizes)}"
         sentences.append(f"Straight down, stress per depth alpha_z is {ends}")
+    sentences += _lost_pushes(results)
     text = ". ".join(f"{sentence[0].upper()}{sentence[1:]}" for sentence in sentences)
     yield PageFinding(f"{text}.", "believed")
+
+
+def _lost_pushes(results: Results) -> Iterable[str]:
+    """Name the media of which no push straight down was used, with the reason that most of these pushes have."""
+    for name in results.media:
+        fits = results[name].fits
+        pushes = fits[(fits["beta_deg"] == 0) & (fits["gamma_deg"] == 90)]
+        if pushes.empty or pushes[column("z")].notna().any():
+            continue
+        reason = pushes["reason"].mode().iloc[0]
+        count = "the only push was" if len(pushes) == 1 else f"all {len(pushes)} pushes were"
+        yield (
+            f"straight down, alpha_z of {results.titles[name]} is left out, since {count} dropped{labels.in_brackets(reason)}"
+        )
 
 
 def _mean_and_next_bed(cell: Mapping[Any, Any]) -> str:
