@@ -11,6 +11,7 @@ depth, by which factor they are wider than 95 % of the errors need, and how ofte
 
 from __future__ import annotations
 
+import json
 import os
 import sys
 from collections.abc import Callable
@@ -50,6 +51,9 @@ LAYER_CM, LAYER_FACTOR = 4.0, 2.0
 POWERS = {"depth^0.8": 0.8, "depth^1.2": 1.2, "depth^1.4": 1.4}
 LEAST_COVERAGE, LEAST_COVERAGE_OF_LAW, MOST_WIDTH = 0.93, 0.90, 1.2
 EXPONENTS_INSIDE = 0.90, 0.97
+
+ROWS = "CURVED_ROWS"
+"""Environment variable that names a file for the errors of each campaign, over their half widths."""
 
 DepthLaw = Callable[[np.ndarray], np.ndarray]
 
@@ -106,8 +110,21 @@ def main() -> int:
     """Print the table; 1 where a coverage or a width is not as promised."""
     campaigns = int(sys.argv[1]) if len(sys.argv) > 1 else CAMPAIGNS
     jobs = [(law, number) for number in range(campaigns) for law in (*POWERS, "layered")]
+    judged = []
     with Pool() as pool:
-        judged = pool.map(judge, jobs, chunksize=1)
+        for result in pool.imap_unordered(judge, jobs):
+            judged.append(result)
+            law, code, table, exponents = result
+            inside = np.mean(table["error"].abs() <= table["half"]) if len(table) else np.nan
+            exponents_inside = np.mean(np.abs(exponents) <= 1.96) if exponents.size else np.nan
+            print(
+                f"{law}, {code}: inside {inside:.3f}, exponents {exponents_inside:.3f}", flush=True
+            )
+            if ROWS in os.environ:
+                scaled = (table["error"].abs() / table["half"]).round(4).to_list()
+                record = {"law": law, "scaled": scaled, "exponents": exponents.round(3).tolist()}
+                with Path(os.environ[ROWS]).open("a", encoding="utf-8") as stream:
+                    stream.write(json.dumps(record) + "\n")
     rows = []
     all_scaled = []
     for law in (*POWERS, "layered"):

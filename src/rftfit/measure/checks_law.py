@@ -92,8 +92,10 @@ def exponent_of(pushes: pd.DataFrame, session_cm: float) -> Estimate:
     levers = np.array(
         [exponent_lever(round(float(top), 2), round(float(end), 2)) for top, end in ends]
     )
-    # unevenness remains where noise is not known
-    scatter = np.fmax(pushes["exponent_z_se"].to_numpy(float), PATCHES)
+    levers *= pushes["exponent_z"].to_numpy(float)
+    # what all runs share comes after the mean; unevenness remains where noise is not known
+    own_variance = pushes["exponent_z_se"].to_numpy(float) ** 2 - (levers * session_cm) ** 2
+    scatter = np.sqrt(np.fmax(own_variance, PATCHES**2))
     return combine_directions(pushes, "exponent_z", scatter, float(levers.mean()) * session_cm)
 
 

@@ -547,7 +547,7 @@ def _row(run: Run, fit: RunFit, clock_cm: float, config: Config, note: str) -> R
         fit.rod,
         slope.intercept,
         slope.free_slope,
-        *_other_laws(fit, ordinary_surface(config.errors)[0]),
+        *_other_laws(fit, math.hypot(*ordinary_surface(config.errors))),
         slope.nonlinear_p,
         slope.nonlinear_ratio,
     )
@@ -563,7 +563,7 @@ def _other_laws(fit: RunFit, surface_cm: float) -> tuple[FloatArray, ...]:
     """Stress by a line with a free intercept, exponent and its error, and stress by a power: percent of the line's.
 
     Stress is that at the end of the window. Last the misfit of the power relative to that of the line with a free
-    intercept. `surface_cm`: Standard deviation of the free surface of a run.
+    intercept. `surface_cm`: Standard deviation of the free surface, of a run and of what all share.
     """
     if fit.laws is None:
         return (np.full(2, np.nan),) * 5
@@ -581,6 +581,6 @@ def _other_laws(fit: RunFit, surface_cm: float) -> tuple[FloatArray, ...]:
     misfit = power_squares / np.where(line_squares > 0, line_squares, np.nan)
     noise = np.array([power.exponent_se for power in fit.laws["power"]])
     lever = exponent_lever(round(fit.depth_from_cm, 2), round(fit.depth_to_cm, 2))
-    exponent_se = np.sqrt(noise**2 + (lever * surface_cm) ** 2 + PATCHES**2)
+    exponent_se = np.sqrt(noise**2 + (lever * exponent * surface_cm) ** 2 + PATCHES**2)
     power = np.where(np.isnan(exponent), np.nan, power)
     return free, exponent, exponent_se, power, misfit
