@@ -137,7 +137,7 @@ intervals: env ## 95 % intervals hold the truth in 2,000 campaigns, an hour and 
 shared: env ## what many runs share: false alarms, power and coverage of the joint model, 6 min
 	@$(BIN)/python studies/shared_causes.py $(ARGS)
 
-curved: env ## intervals of the force at stated depths hold where stress is curved, 10 min
+curved: env ## intervals of alpha at stated depths and of exponents hold where stress is curved, 10 min (ARGS=5: campaigns of each law)
 	@$(BIN)/python studies/curved.py $(ARGS)
 
 laws: env ## by which law stress grows with depth is told of natural sands, of one push and of thirty, 2 min (ARGS=200: media)

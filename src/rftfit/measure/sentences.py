@@ -515,8 +515,8 @@ CHECK_WORDS = {
     "linearity-or-surface": Words(
         _LINE_FOUND,
         _LINE_ALLOWED,
-        "{found}, or the surface is wrong ({surface}): look at arm.surface_z_mm and surface_z_mm. These logs cannot "
-        "distinguish the two.",
+        "{found}, or the surface is wrong ({surface}): look at arm.surface_z_mm and surface_z_mm; or, where stress begins "
+        "above the surface, the sand sticks together (cohesion), as wet sand does. These logs cannot distinguish them.",
     ),
     "linearity-few": Words("too few pushes with a power of their own"),
     "linearity-open": Words(
