@@ -108,7 +108,7 @@ def test_errors_of_legs(results, sentences_of_section):
         size.idxmax(), ["peak_error_lo_percent", "peak_error_hi_percent"]
     ].tolist()
     assert numbers(why)[:2] == pytest.approx(ends, abs=0.5)
-    assert ("larger than the errors of alpha" in why) == (ends[0] * ends[1] > 0)
+    assert ("larger than the errors" in why) == (ends[0] * ends[1] > 0)
 
 
 def test_an_error_has_one_verdict():
@@ -135,13 +135,11 @@ def test_a_medium_without_a_straight_push_says_why(results, tmp_path):
     """The first sentence, which the terminal prints too, names the medium and what most of its pushes were dropped for."""
     written = page_results(tmp_path, robot=False)
     medium, *_ = written.laboratory
-    fits = written.table(f"fits/{medium}.csv")
-    down = (fits["beta_deg"] == 0) & (fits["gamma_deg"] == 90)
-    assert down.any()
     reason = str(remark("few-points", found=3, wanted=30))
-    why = fits["reason"].mask(down, reason)
-    alpha = fits["alpha_z_N_per_cm3"].mask(down)
-    write(written, f"fits/{medium}.csv", fits.assign(alpha_z_N_per_cm3=alpha, reason=why))
+    push = {"run_id": "down", "medium": medium, "beta_deg": 0.0, "gamma_deg": 90.0}
+    lost = pd.DataFrame([push | {"alpha_z_N_per_cm3": np.nan, "reason": reason}])
+    fits = pd.concat([written.table(f"fits/{medium}.csv"), lost], ignore_index=True)
+    write(written, f"fits/{medium}.csv", fits)
     first = text_of(Results(written.campaign), "believed")
     assert written.titles[medium] in first
     assert reason in first
