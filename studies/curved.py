@@ -110,7 +110,7 @@ def main() -> int:
     """Print the table; 1 where a coverage or a width is not as promised."""
     campaigns = int(sys.argv[1]) if len(sys.argv) > 1 else CAMPAIGNS
     jobs = [(law, number) for number in range(campaigns) for law in (*POWERS, "layered")]
-    judged = []
+    judged: list[tuple[str, str, pd.DataFrame, np.ndarray]] = []
     with Pool() as pool:
         for result in pool.imap_unordered(judge, jobs):
             judged.append(result)
@@ -128,10 +128,10 @@ def main() -> int:
     rows = []
     all_scaled = []
     for law in (*POWERS, "layered"):
-        of_law = [result for result in judged if result[0] == law]
+        of_law = [campaign for campaign in judged if campaign[0] == law]
         table = pd.concat([errors for _, _, errors, _ in of_law])
         scaled = (table["error"].abs() / table["half"]).to_numpy(float)
-        exponents = np.abs(np.concatenate([exponents for *_, exponents in of_law]))
+        exponents = np.abs(np.concatenate([exponents for _, _, _, exponents in of_law]))
         all_scaled.append(scaled)
         rows.append(
             {
@@ -150,7 +150,7 @@ def main() -> int:
     print(table.round(3).to_string(index=False))
     scaled = np.concatenate(all_scaled)
     inside, width = np.mean(scaled <= 1), 1 / np.quantile(scaled, 0.95)
-    exponents = np.abs(np.concatenate([exponents for *_, exponents in judged]))
+    exponents = np.abs(np.concatenate([exponents for _, _, _, exponents in judged]))
     exponents_inside = float(np.mean(exponents <= 1.96))
     print(
         f"all laws: inside {inside:.3f}, half over needed {width:.2f}, exponents inside {exponents_inside:.3f}"
