@@ -121,8 +121,12 @@ def main() -> int:
                 f"{law}, {code}: inside {inside:.3f}, exponents {exponents_inside:.3f}", flush=True
             )
             if ROWS in os.environ:
-                scaled = (table["error"].abs() / table["half"]).round(4).to_list()
-                record = {"law": law, "scaled": scaled, "exponents": exponents.round(3).tolist()}
+                scaled_errors = (table["error"].abs() / table["half"]).round(4).to_list()
+                record = {
+                    "law": law,
+                    "scaled": scaled_errors,
+                    "exponents": exponents.round(3).tolist(),
+                }
                 with Path(os.environ[ROWS]).open("a", encoding="utf-8") as stream:
                     stream.write(json.dumps(record) + "\n")
     rows = []
