@@ -6,6 +6,7 @@ import os
 import pkgutil
 import shutil
 import tempfile
+from collections import Counter
 from pathlib import Path
 
 MEMORY = Path("/dev/shm")
@@ -69,6 +70,15 @@ def pytest_collection_finish():
             if not module.name.endswith("__main__"):
                 importlib.import_module(module.name)
     gc.freeze()
+
+
+def pytest_terminal_summary(terminalreporter):
+    """Count the skipped tests by their reason."""
+    reasons = [report.longrepr[2] for report in terminalreporter.stats.get("skipped", [])]
+    if reasons:
+        terminalreporter.section("skipped tests by reason")
+    for reason, test_count in Counter(reasons).most_common():
+        terminalreporter.write_line(f"{test_count:5}  {reason.removeprefix('Skipped: ')}")
 
 
 @pytest.fixture(scope="session")

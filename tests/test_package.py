@@ -145,6 +145,16 @@ def test_no_circle_between_modules():
     assert not imported
 
 
+def test_third_party_files_are_asked_for_in_one_place():
+    """Else a test that lacks its skip fails for a stranger, who has no ../shared/data."""
+    places = [
+        relative(path)
+        for path in sorted((ROOT / "tests").rglob("*.py"))
+        if re.search(r"""/ ["']shared["']""", path.read_text("utf-8"))
+    ]
+    assert places == ["tests/helpers/shared_data.py"]
+
+
 # --- tracked files and the lock file ---------------------------------------------------------------------
 
 
