@@ -13,7 +13,7 @@ MOVED := $(shell [ -x $(BIN)/python ] && [ "$$(cat $(STAMP) 2>/dev/null)" = "$$(
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help env run sweep test pages lint docs stranger gallery lock clean mutants statistics matrix wheel coverage fuzz killed fulldisk samebytes cluster accessible reliability disturbed intervals curved laws shared compare readings strokes contacts mutations reallogs labs benchmark scale FORCE
+.PHONY: help env run sweep test pages timegate lint docs stranger gallery lock clean release mutants statistics matrix wheel coverage fuzz killed fulldisk samebytes cluster accessible reliability disturbed intervals curved laws shared compare readings strokes contacts mutations reallogs labs benchmark scale FORCE
 
 #@ Every day
 help: ## show this list
@@ -57,6 +57,9 @@ stranger: env ## the tests that look for ../shared/data, in a clone that has non
 pages: env ## follow every page of the documentation, command by command
 	@$(BIN)/python -m pytest -n 2 -m page $(ARGS)
 
+timegate: env ## no rule of the workflow is slower than benchmarks/time_gate.csv, 40 s (ARGS=--rewrite: write that table anew)
+	@$(BIN)/python benchmarks/time_gate.py $(ARGS)
+
 lint: env ## check style, types, the workflow and the shape of the project
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
@@ -81,6 +84,9 @@ lock: ## write requirements/lock.txt again (needs uv; ARGS=--upgrade for newer v
 	@command -v uv >/dev/null || { echo "make lock needs the program uv." >&2; exit 1; }
 	uv pip compile --quiet --universal --generate-hashes --no-emit-index-url --python-version 3.11 \
 	  --group dev pyproject.toml -o $(LOCK) --no-header $(ARGS)
+
+release: env ## version, dates and changelog agree before a tag (ARGS=0.2.0: write them), a second
+	@$(BIN)/python studies/release.py $(ARGS)
 
 #@ Slow: do the tests prove enough, on every version?
 mutants: env ## a test notices when the program is changed in a small way: 400 changes in all rooms, 45 min

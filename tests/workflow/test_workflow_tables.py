@@ -278,7 +278,7 @@ def test_a_run_reads_its_table_once(tmp_path):
     paths = os.pathsep.join([str(patch.parent), *sys.path])
     targets = [f"results/{name}.csv" for name in ("penetration", "predicted", "ledger")]
     subprocess.run(
-        [sys.executable, "-m", "rftfit.cli.main", "run", "--cores", "1", *targets],
+        [sys.executable, "-m", "rftfit", "run", "--cores", "1", *targets],
         cwd=tmp_path / "c",
         env=os.environ | {"PYTHONPATH": paths},
         check=True,
