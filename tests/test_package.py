@@ -102,6 +102,7 @@ def test_a_file_with_another_version_or_date_disagrees(project_copy, name):
     path = project_copy / name
     patterns = {**release.VERSIONS, **release.DATES}
     line = re.search(patterns[name], path.read_text("utf-8"), re.MULTILINE)
+    assert line is not None
     stated = line[1]
     path.write_text(path.read_text("utf-8").replace(stated, stated[:-1] + "9"), "utf-8")
     assert [problem.split(":")[0] for problem in release.disagreements(project_copy)][:1] == [name]
