@@ -13,7 +13,7 @@ MOVED := $(shell [ -x $(BIN)/python ] && [ "$$(cat $(STAMP) 2>/dev/null)" = "$$(
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help env run sweep test pages timegate lint docs stranger gallery lock clean release mutants statistics matrix wheel coverage fuzz killed fulldisk samebytes cluster accessible reliability disturbed intervals curved laws shared compare readings strokes contacts mutations reallogs labs benchmark scale FORCE
+.PHONY: help env run sweep test golden pages timegate lint docs stranger gallery lock clean release mutants statistics matrix wheel coverage fuzz killed fulldisk samebytes cluster accessible reliability disturbed intervals curved laws shared compare readings strokes contacts mutations reallogs labs benchmark scale FORCE
 
 #@ Every day
 help: ## show this list
@@ -50,6 +50,9 @@ sweep: env ## run the paper's whole sweep of the robot; stop it at will, it goes
 
 test: env ## run the tests
 	@$(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder -m "not page" $(ARGS)
+
+golden: env ## make the golden campaigns anew, print each column that changed and rewrite it (ARGS=--check: only print), 2 min
+	@$(BIN)/python tests/golden/rewrite.py $(ARGS)
 
 stranger: env ## the tests that look for ../shared/data, in a clone that has none beside it (ARGS=--all: all tests)
 	@$(BIN)/python studies/stranger.py $(ARGS)

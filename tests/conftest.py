@@ -24,9 +24,10 @@ gc.set_threshold(50_000, 20, 50)
 import paper
 import pytest
 import seeds
-from campaigns import FEW, Folder, make_campaign
+from campaigns import Folder
+from golden_campaigns import SMALL, GoldenCampaign
+from once import make_once
 from unit_push import unit_push_once
-from waiting import wait_for
 
 import rftfit
 
@@ -36,6 +37,7 @@ __all__ = ["unit_push_once"]
 LONGEST = (
     "test_trust_stranger.py",
     "test_workflow_whole.py",
+    "test_golden.py",
     "test_stages_real_logs.py",
     "test_validate_legs.py",
 )
@@ -89,26 +91,19 @@ def paper_config():
 
 @pytest.fixture(scope="session")
 def small_made(tmp_path_factory):
-    """Few directions in loose poppy seeds, its legs and robot, and one sand, run by the workflow.
+    """Few directions in loose poppy seeds, its legs and robot, and one sand, run by the workflow: a golden campaign.
 
     One worker makes it, the others wait; nobody changes it.
     """
-    base = tmp_path_factory.getbasetemp()
-    if "PYTEST_XDIST_WORKER" in os.environ:
-        base = base.parent
-    folder, finished = Folder(base / "small"), base / "small made"
-    try:
-        (base / "small begun").mkdir()
-    except FileExistsError:
-        wait_for(finished.exists)
-    else:
-        make_campaign(folder.root, ("poppy_LP", "yuma"), directions=FEW)
-        digests_before = folder.raw_digests()
-        done_run = folder.rftfit("run")
-        assert done_run.returncode == 0, done_run.stdout + done_run.stderr
-        assert folder.raw_digests() == digests_before, "the workflow wrote into raw/"
-        finished.touch()
-    return folder
+    campaign = GoldenCampaign(SMALL)
+
+    def make(root):
+        campaign.write(root)
+        digests_before = Folder(root).raw_digests()
+        campaign.run_commands(root)
+        assert Folder(root).raw_digests() == digests_before, "the workflow wrote into raw/"
+
+    return Folder(make_once(tmp_path_factory, "small", make))
 
 
 @pytest.fixture(scope="module")
