@@ -8,6 +8,8 @@ import sys
 import tempfile
 from pathlib import Path
 
+import pandas as pd
+
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests" / "helpers"))
 
@@ -24,14 +26,6 @@ from golden_tables import (
 )
 
 
-def compare_campaign(campaign: GoldenCampaign, folder: Path) -> list[Difference]:
-    """Make a campaign in a folder and compare its tables with the expected ones; write nothing."""
-    campaign.make(folder)
-    return compare_tables(
-        read_expected(campaign.expected), short_tables(folder), is_here=is_same_machine()
-    )
-
-
 def main(arguments: list[str] | None = None) -> int:
     """Run the command; 1 if a column changed that is not listed, or with ``--check`` any."""
     parser = argparse.ArgumentParser(prog="make golden", description=__doc__)
@@ -46,39 +40,54 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--only", metavar="CAMPAIGN", action="append", help="this campaign alone")
     options = parser.parse_args(arguments)
     allowed = listed_columns(KNOWN_WRONG) | {tuple(word.rsplit(":", 1)) for word in options.also}
-    changes, refused = 0, []
+    chosen = [
+        campaign
+        for campaign in golden_campaigns()
+        if not options.only or campaign.name in options.only
+    ]
+    changes = 0
+    refused: list[Difference] = []
+    tables_to_write = {}
     with tempfile.TemporaryDirectory() as temporary:
-        made = []
-        for campaign in golden_campaigns():
-            if options.only and campaign.name not in options.only:
-                continue
-            folder = Path(temporary) / campaign.name
-            is_new = not campaign.expected.is_dir()
-            differences = compare_campaign(campaign, folder)
-            made.append((campaign, folder))
-            if is_new:
-                print(f"{campaign.name}: new")
-                changes += 1
-                continue
+        for campaign in chosen:
+            tables = make_tables(campaign, Path(temporary) / campaign.name)
+            differences = compare_with_expected(campaign, tables)
+            if differences:
+                tables_to_write[campaign] = tables
             changes += len(differences)
+            if not campaign.expected.is_dir():
+                print(f"{campaign.name}: new, {len(tables)} tables")
+                continue
             for difference in differences:
                 is_refused = not is_allowed(difference, allowed)
                 print(f"{campaign.name}: {difference}{' (not listed)' if is_refused else ''}")
-                if is_refused:
-                    refused.append(difference)
-        if options.check:
-            print(f"{changes} changes, {len(refused)} of columns that are not listed.")
-            return 1 if changes else 0
-        if refused:
-            words = " ".join(sorted({f"--also '{one.table}:{one.column}'" for one in refused}))
-            print(f'Nothing was written. If each of these is meant: make golden ARGS="{words}"')
-            return 1
-        for campaign, folder in made:
-            shutil.rmtree(campaign.expected, ignore_errors=True)
-            write_expected(short_tables(folder), campaign.expected)
-        write_machine()
-        print(f"{changes} changes written.")
+                refused += [difference] if is_refused else []
+    print(f"{changes} changes, {len(refused)} of columns that are not listed.")
+    if options.check:
+        return 1 if changes else 0
+    if refused:
+        words = " ".join(sorted({f"--also '{one.table}:{one.column}'" for one in refused}))
+        print(f'Nothing was written. If each of these is meant: make golden ARGS="{words}"')
+        return 1
+    for campaign, tables in tables_to_write.items():
+        shutil.rmtree(campaign.expected, ignore_errors=True)
+        write_expected(tables, campaign.expected)
+        write_machine(campaign.expected)
     return 0
+
+
+def make_tables(campaign: GoldenCampaign, folder: Path) -> dict[str, pd.DataFrame]:
+    """Make a campaign in a folder and return its tables in their short form."""
+    campaign.make(folder)
+    return short_tables(folder)
+
+
+def compare_with_expected(
+    campaign: GoldenCampaign, tables: dict[str, pd.DataFrame]
+) -> list[Difference]:
+    """Compare the tables of a campaign with the expected ones; all are new where there are none."""
+    expected = read_expected(campaign.expected)
+    return compare_tables(expected, tables, is_here=is_same_machine(campaign.expected))
 
 
 if __name__ == "__main__":

@@ -21,6 +21,8 @@ TARGETS = (
     "results/sand_correction.csv",
 )
 """Results from which all tables of measurement and model follow, without figures."""
+TABLES = "TABLES"
+"""Word of a command that stands for `TARGETS`."""
 
 
 @dataclass(frozen=True)
@@ -70,17 +72,18 @@ class GoldenCampaign:
     def make(self, folder):
         """Write the campaign and run its commands; their exit codes and problems are a result, too."""
         self.write(folder)
-        self.run_commands(folder, [{"words": ["run", *TARGETS]}])
+        self.run_commands(folder)
 
-    def run_commands(self, folder, usual_commands=()):
-        """Run commands in a campaign's folder: those that `campaign.toml` names, else the usual ones."""
-        commands = self.settings.get("commands", usual_commands)
+    def run_commands(self, folder):
+        """Run the commands that `campaign.toml` names, else ``rftfit run TABLES``, in a campaign's folder."""
+        commands = self.settings.get("commands", [{"words": ["run", TABLES]}])
         (folder / "commands").mkdir()
         endings = []
         for command in commands:
-            completed = run_command(folder, *command["words"])
-            problems = _problems(completed.stdout) if "--json" in command["words"] else []
-            ending = {"command": " ".join(command["words"]), "exit_code": completed.returncode}
+            words = [*_with_targets(command["words"])]
+            completed = run_command(folder, *words)
+            problems = _problems(completed.stdout) if "--json" in words else []
+            ending = {"command": " ".join(words), "exit_code": completed.returncode}
             endings.append(ending | {"problems": problems})
             unexpected = completed.returncode != command.get("exit_code", 0)
             assert not unexpected, completed.stdout + completed.stderr
@@ -90,6 +93,11 @@ class GoldenCampaign:
 def golden_campaigns():
     """Return all campaigns of `tests/golden`, in the order of their names."""
     return [GoldenCampaign(path.parent.name) for path in sorted(GOLDEN.glob("*/campaign.toml"))]
+
+
+def _with_targets(words):
+    for word in words:
+        yield from TARGETS if word == TABLES else (word,)
 
 
 def _angles_and_depth(row):

@@ -5,9 +5,8 @@ import platform
 from importlib.metadata import version
 from pathlib import Path
 
-from golden_campaigns import GOLDEN
-
-FINGERPRINT = GOLDEN / "machine.sha256"
+FILE = "machine.sha256"
+"""Name of the file beside the expected tables."""
 LIBRARIES = ("numba", "numpy", "pandas", "scipy")
 
 
@@ -28,12 +27,12 @@ def _processor():
     return "\n".join(sorted({line for line in lines if line.startswith(wanted)}))
 
 
-def is_same_machine():
-    """Return whether the expected tables were written here."""
-    is_known = FINGERPRINT.is_file()
-    return is_known and FINGERPRINT.read_text(encoding="utf-8").strip() == fingerprint()
+def is_same_machine(expected):
+    """Return whether the tables in this folder were written here."""
+    path = expected / FILE
+    return path.is_file() and path.read_text(encoding="utf-8").strip() == fingerprint()
 
 
-def write_machine():
-    """Store the fingerprint beside the expected tables."""
-    FINGERPRINT.write_text(f"{fingerprint()}\n", encoding="utf-8")
+def write_machine(expected):
+    """Store the fingerprint beside expected tables."""
+    (expected / FILE).write_text(f"{fingerprint()}\n", encoding="utf-8")
