@@ -5,6 +5,7 @@
 
 import re
 import tomllib
+from functools import cache
 
 import pytest
 from golden_campaigns import KNOWN_WRONG, SMALL, golden_campaigns
@@ -50,6 +51,7 @@ def test_every_column_is_as_expected(name, golden_folder):
     assert not differences, "\n".join(map(str, differences))
 
 
+@cache
 def filled_columns():
     """Return whether a column has a cell that is filled, by table and column of the dictionary."""
     filled: dict[tuple[str, str], bool] = {}

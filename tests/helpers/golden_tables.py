@@ -36,16 +36,19 @@ TOLD = "..."
 SUMMARIES = ("count", "mean", "largest")
 """First cells of the rows below a table: of text the count, and a digest in place of the mean."""
 
-UNSTABLE_KEYS = {
+UNSTABLE_PATHS = {
     "results/provenance.json": {
-        "modules": "digests of the program's files",
-        "versions": "of the packages that are installed",
-        "commit": "of the clone",
-        "jobs": "digests of code and of files with versions in them",
+        ".modules": "digests of the program's files",
+        ".versions": "of the packages that are installed",
+        ".commit": "of the clone",
+        ".jobs": "digests of code and of files with versions in them",
     },
-    "results/datapackage.json": {"resources": "digests and sizes of files"},
+    "results/datapackage.json": {
+        ".resources[].bytes": "sizes of files",
+        ".resources[].hash": "digests of files",
+    },
 }
-"""Keys of json files that change with the program's files or the machine; only that they are there is compared."""
+"""Paths in json files below which values change with the program's files or the machine, and why: only that they are there is compared."""
 
 _PAGE_DATA = re.compile(r'<script type="application/json" id="data">(.*?)</script>', re.DOTALL)
 _NOT_RESULTS = ("logs", "records", "state")
@@ -86,7 +89,7 @@ def short_tables(folder: Path) -> dict[str, pd.DataFrame]:
             tables[name] = short_object(json.loads(found[1]), {})
         elif path.suffix == ".json":
             content = json.loads(path.read_text(encoding="utf-8"))
-            tables[name] = short_object(content, UNSTABLE_KEYS.get(name, {}))
+            tables[name] = short_object(content, UNSTABLE_PATHS.get(name, {}))
         elif path.suffix in (".csv", ".parquet"):
             tables[name] = short_table(_read(path), output_of(name))
     return tables
@@ -139,11 +142,13 @@ def short_table(table: pd.DataFrame, described: Output) -> pd.DataFrame:
 
 def short_object(content: Any, unstable: Iterable[str]) -> pd.DataFrame:
     """Make the short form of a json object: a row for all values at one path, whatever their place in a list."""
-    if unstable:
-        content = {key: TOLD if key in unstable else value for key, value in content.items()}
     values_by_path: dict[str, list[Any]] = {}
     for path, value in _leaves(content, ""):
-        values_by_path.setdefault(path, []).append(value)
+        starts = (start for start in unstable if f"{path}.".startswith((f"{start}.", f"{start}[")))
+        if (start := next(starts, None)) is not None:
+            values_by_path[start] = [TOLD]
+        else:
+            values_by_path.setdefault(path, []).append(value)
     rows = []
     for path, values in values_by_path.items():
         if all(map(_is_number, values)):
@@ -217,7 +222,9 @@ def _texts(cells: np.ndarray, largest: float) -> list[str]:
 def _holds_numbers(described: Output, name: str) -> bool:
     """Tell whether the cells of a column are numbers written as text, or hold some."""
     entry = column_of(described, name)
-    return entry is not None and (entry.kind != "text" or entry.quantity in ("object", "value"))
+    if entry is None:
+        return False
+    return entry.kind in ("number", "count") or entry.quantity in ("object", "value")
 
 
 def _summary(cells: np.ndarray, *, has_digest: bool = True) -> tuple[str, str, str]:
