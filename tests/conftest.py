@@ -21,18 +21,12 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 # tests and figures are many objects that live long: to look for garbage among them takes a tenth of the time
 gc.set_threshold(50_000, 20, 50)
 
-import paper
 import pytest
 import seeds
-from campaigns import Folder
 from golden_campaigns import SMALL, GoldenCampaign
 from once import make_once
-from unit_push import unit_push_once
 
 import rftfit
-
-__all__ = ["unit_push_once"]
-"""Fixtures of helpers that all tests have."""
 
 LONGEST = (
     "test_trust_stranger.py",
@@ -42,6 +36,10 @@ LONGEST = (
     "test_validate_legs.py",
 )
 """The first one makes the small campaign; so long the second one measures the whole demonstration."""
+
+
+PUBLIC_ROOMS = ("contract", "laws", "golden")
+"""Folders of tests that import nothing below `rftfit`, so that no rebuild of a room breaks them."""
 
 
 def pytest_addoption(parser):
@@ -86,12 +84,26 @@ def pytest_terminal_summary(terminalreporter):
 @pytest.fixture(scope="session")
 def paper_config():
     """The configuration of the demonstration campaign."""
+    import paper
+
     return paper.paper_config()
 
 
+@pytest.fixture(scope="session", autouse=True)
+def unit_push_once(request):
+    """Pages of one process share the unit push; tests of what a user has run without it, too."""
+    if all(item.path.parent.name in PUBLIC_ROOMS for item in request.session.items):
+        yield
+        return
+    from unit_push import shared_unit_push
+
+    with shared_unit_push():
+        yield
+
+
 @pytest.fixture(scope="session")
-def small_made(tmp_path_factory):
-    """Few directions in loose poppy seeds, its legs and robot, and one sand, run by the workflow: a golden campaign.
+def small_root(tmp_path_factory):
+    """Folder of few directions in loose poppy seeds, its legs and robot, and one sand, run by the workflow: a golden campaign.
 
     One worker makes it, the others wait; nobody changes it.
     """
@@ -99,16 +111,31 @@ def small_made(tmp_path_factory):
 
     def make(root):
         campaign.write(root)
-        digests_before = Folder(root).raw_digests()
+        contents_before = raw_contents(root)
         campaign.run_commands(root)
-        assert Folder(root).raw_digests() == digests_before, "the workflow wrote into raw/"
+        assert raw_contents(root) == contents_before, "the workflow wrote into raw/"
 
-    return Folder(make_once(tmp_path_factory, "small", make))
+    return make_once(tmp_path_factory, "small", make)
+
+
+def raw_contents(root):
+    """Return the bytes of each raw file of a campaign."""
+    return {path: path.read_bytes() for path in (root / "raw").rglob("*") if path.is_file()}
+
+
+@pytest.fixture(scope="session")
+def small_made(small_root):
+    """The same, with what tests of inner rooms ask of a folder."""
+    from campaigns import Folder
+
+    return Folder(small_root)
 
 
 @pytest.fixture(scope="module")
 def small(small_made, tmp_path_factory):
     """A copy of it for the tests of a module."""
+    from campaigns import Folder
+
     root = tmp_path_factory.mktemp("small") / "campaign"
     shutil.copytree(small_made.root, root)
     return Folder(root)

@@ -1,44 +1,31 @@
-"""The command `rftfit` in this process: the one inner name that contract, laws and golden may use."""
+"""The command `rftfit` in this process, as the installed program declares it: no inner name is imported."""
 
-import contextlib
-import io
 import json
-import os
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
-from rftfit.cli.main import main
-
-
-@dataclass(frozen=True)
-class Answer:
-    """What a command has printed, and its exit code."""
-
-    code: int
-    out: str
-    error: str
-
-    @property
-    def content(self) -> Any:
-        """Standard output as JSON; numbers that JSON does not know are refused."""
-        return json.loads(self.out, parse_constant=_refuse)
+from campaign_maker import run_command
 
 
-def _refuse(constant: str) -> None:
+def answer_of(*words, folder=None):
+    """Run a command; its exit code, standard output and standard error. It never prints a traceback."""
+    completed = run_command(folder or Path.cwd(), *map(str, words))
+    return completed.returncode, completed.stdout, completed.stderr
+
+
+def json_of(*words, folder=None):
+    """Run a command with ``--json`` that has to end with 0; what it prints, which must be JSON proper."""
+    code, out, error = answer_of(*words, "--json", folder=folder)
+    assert code == 0, error
+    return json.loads(out, parse_constant=_refuse)
+
+
+def refused(*words, folder=None):
+    """Run a command whose input is refused: exit code 2, nothing on standard output; its message."""
+    code, out, error = answer_of(*words, folder=folder)
+    assert (code, out) == (2, ""), (code, out, error)
+    assert error
+    return error
+
+
+def _refuse(constant):
     raise ValueError(f"{constant} is no JSON")
-
-
-def rftfit_command(*words: object, folder: Path | None = None) -> Answer:
-    """Run a command, from a folder if one is given; no traceback is ever printed."""
-    out, error = io.StringIO(), io.StringIO()
-    with contextlib.ExitStack() as around:
-        if folder is not None:
-            around.callback(os.chdir, Path.cwd())
-            os.chdir(folder)
-        around.enter_context(contextlib.redirect_stdout(out))
-        around.enter_context(contextlib.redirect_stderr(error))
-        code = main([str(word) for word in words])
-    answer = Answer(code, out.getvalue(), error.getvalue())
-    assert "Traceback" not in answer.out + answer.error
-    return answer

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
-from command import rftfit_command
+from command import json_of, refused
 from numpy.testing import assert_allclose
 
 import rftfit
@@ -38,7 +38,7 @@ def words_of(log):
     words = ["--dialect", log["read_as"]] if "read_as" in log else []
     for key, setting in log.get("options", {}).items():
         words += ["--option", f"{key}={setting}"]
-    return ["inspect", "--json", DATA / log["file"], *words]
+    return ["inspect", DATA / log["file"], *words]
 
 
 def test_every_file_has_an_entry():
@@ -70,9 +70,7 @@ def test_a_log_is_read_as_it_was_written(expected):
 @pytest.mark.parametrize("expected", [log for log in READABLE if "text" not in log], ids=name_of)
 def test_inspect_shows_what_is_read(expected):
     log = read(expected)
-    answer = rftfit_command(*words_of(expected))
-    assert (answer.code, answer.error) == (0, "")
-    content = answer.content
+    content = json_of(*words_of(expected))
     assert content["dialect"] == expected["dialect"]
     assert content["refused"] is None
     (clock,) = content["clocks"]
@@ -126,9 +124,7 @@ def test_a_log_is_refused_with_its_code(expected):
         assert quoted in cause
     if "text" in expected:  # whose description the command does not take as a whole
         return
-    answer = rftfit_command(*words_of(expected))
-    assert (answer.code, answer.out) == (2, "")
-    assert expected["file"] in answer.error
+    assert expected["file"] in refused(*words_of(expected))
 
 
 @pytest.mark.parametrize("counts", ["dropped", "missing"])
@@ -155,9 +151,7 @@ def proposals(header, folder):
     path = folder / "log.csv"
     rows = [",".join(f"{row}.{cell}5" for cell in cells) for row in range(4)]
     path.write_text("\n".join([",".join(header["names"]), *rows, ""]), "utf-8")
-    answer = rftfit_command("inspect", "--json", path)
-    assert answer.code == 0
-    (clock,) = answer.content["clocks"]
+    (clock,) = json_of("inspect", path)["clocks"]
     assert len(clock["columns"]) == len(header["names"])
     return {c["name"]: c["quantity"] for c in clock["columns"] if c["quantity"] != "-"}
 
