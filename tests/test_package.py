@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 import release
 import yaml
+from seams import declared_names, used_names
 
 import rftfit
 from rftfit.reference import CITATION
@@ -255,6 +256,14 @@ def test_third_party_files_are_asked_for_in_one_place():
         if re.search(r"""/ ["']shared["']""", path.read_text("utf-8"))
     ]
     assert places == ["tests/helpers/shared_data.py"]
+
+
+def test_tests_import_no_inner_name_that_is_not_declared():
+    """The list only shrinks: what is new is tested by what a user has, and what goes leaves the list."""
+    used, declared = used_names(), declared_names()
+    undeclared = {".".join(name): files for name, files in used.items() if name not in declared}
+    unused = {".".join(name) for name in declared - used.keys()}
+    assert (undeclared, unused) == ({}, set()), "python tests/helpers/seams.py --write"
 
 
 # --- tracked files and the lock file ---------------------------------------------------------------------

@@ -122,17 +122,6 @@ def described(path, content, **text):
     return by_text(**text).load(path)
 
 
-@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
-@pytest.mark.parametrize(
-    "encoding", ["utf-8", "utf-8-sig", "utf-16", "utf-16-le", "utf-16-be", "latin-1"]
-)
-def test_encodings_and_line_ends(tmp_path, end, encoding):
-    text = "Größe (mm),Kraft (N)\n1,2\n\n3,4\n5,6\n".replace("\n", end)
-    log = described(tmp_path / "a", text.encode(encoding))
-    assert log.units == {"Größe": "mm", "Kraft": "N"}
-    assert log.columns["Kraft"].tolist() == [2, 4, 6]
-
-
 def test_rate_zero_and_unit_unknown(tmp_path):
     path = tmp_path / "log"
     content = netft(5).content.replace(b"Rate: 125", b"Rate: 0")
