@@ -143,6 +143,18 @@ def test_elements_are_a_sum(line, places, luck):
 
 
 @law
+@given(points, moves, coordinates, coordinates)
+def test_a_moment_about_another_point_differs_by_the_lever(line, places, dx, dz):
+    way = [(x, z, 0.0) for x, z, _ in places]
+    shifted = rftfit.polyline([(x + dx, z + dz) for x, z in line], 2.0)
+    plain = forces(rftfit.polyline(line, 2.0), motion_of(way))
+    about_shifted = forces(shifted, motion_of(way, x=-dx, z=-3.0 - dz))
+    close(about_shifted[:, :2], plain[:, :2])
+    # from z toward x: z times force x less x times force z
+    close(about_shifted[:, 2], plain[:, 2] + dz * plain[:, 1] - dx * plain[:, 0])
+
+
+@law
 @given(points, moves)
 def test_a_line_has_no_direction(line, places):
     there, back = (rftfit.polyline(ends, 2.0) for ends in (line, line[::-1]))
