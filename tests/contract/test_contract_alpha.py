@@ -1,6 +1,7 @@
 """Alpha of media: published tables, nine terms, scaling, maps, profiles as files; against formulas by hand."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -88,14 +89,14 @@ def test_nine_terms_of_a_published_medium(medium):
 
 @pytest.mark.parametrize("medium", MEDIA)
 def test_depth_alone(medium):
-    table = rftfit.published_medium(medium)
-    baseline = rftfit.DepthOnlyProfile.of(table)
+    table: Any = rftfit.published_medium(medium)
+    baseline: Any = rftfit.DepthOnlyProfile.of(table)
     down, up, forward = (
         table.alpha(0.0, math.pi / 2)[0],
         table.alpha(0.0, -math.pi / 2)[0],
         table.alpha(math.pi / 2, 0.0)[1],
     )
-    beta = 0.4
+    beta: Any = 0.4
     assert_allclose(baseline.alpha(beta, math.pi / 2), [down * math.cos(beta), 0], atol=1e-12)
     assert_allclose(baseline.alpha(beta, -math.pi / 2), [up * math.cos(beta), 0], atol=1e-12)
     assert_allclose(baseline.alpha(beta, 0.0), [0, forward * math.sin(beta)], atol=1e-12)
@@ -217,7 +218,7 @@ def test_pushes_that_tell_nothing_give_no_map(pushes):
 
 def test_a_profile_goes_through_a_file(tmp_path):
     path = tmp_path / "profile.json"
-    profile = rftfit.published_medium("glass3mm_CP")
+    profile: Any = rftfit.published_medium("glass3mm_CP")
     rftfit.write_profile(path, profile, name="beads", window=(1.0, 7.0))
     again = rftfit.read_profile(path)
     beta, gamma = np.meshgrid(np.linspace(-1.5, 1.5, 13), np.linspace(-1.5, 1.5, 11))
@@ -229,8 +230,9 @@ def test_a_profile_goes_through_a_file(tmp_path):
 
 
 def test_only_tables_and_maps_are_handed_on(tmp_path):
+    terms: Any = rftfit.published_medium("poppy_LP", "fourier")
     with pytest.raises(rftfit.RftfitError) as caught:
-        rftfit.write_profile(tmp_path / "a.json", rftfit.published_medium("poppy_LP", "fourier"))
+        rftfit.write_profile(tmp_path / "a.json", terms)
     assert caught.value.exit_code == 2
     assert not (tmp_path / "a.json").exists()
 

@@ -5,6 +5,7 @@ import json
 import math
 import os
 from importlib.metadata import version
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -15,6 +16,7 @@ from push_maker import Push
 
 import rftfit
 
+BEADS: Any = rftfit.published_medium("glass3mm_CP")
 COMMANDS = [
     "init",
     "check",
@@ -164,7 +166,7 @@ def test_predict_is_the_prediction(words, body, motion, folder):
             assert values.max() <= 0.05 * forces[quantity].abs().max()
             continue
         assert largest * peak[quantity] == pytest.approx(values.max(), rel=1e-9)
-        assert peak[key] == forces.loc[values.idxmax(), key]
+        assert peak[key] == forces[key].iloc[int(values.argmax())]
         assert {*ENDS} <= peak.keys()
 
 
@@ -182,12 +184,7 @@ def test_export_is_the_profile(folder):
     code, out, _ = answer_of("export", "--medium", "glass3mm_CP", folder=folder)
     assert code == 0
     assert "profile.json" in out
-    rftfit.write_profile(
-        folder / "own.json",
-        rftfit.published_medium("glass3mm_CP"),
-        name="glass3mm_CP",
-        window=(0.0, 9.0),
-    )
+    rftfit.write_profile(folder / "own.json", BEADS, name="glass3mm_CP", window=(0.0, 9.0))
     exported, own = (json.loads((folder / n).read_text()) for n in ("profile.json", "own.json"))
     for section in ("directions", "golden", "force_errors"):
         assert exported[section] == own[section]

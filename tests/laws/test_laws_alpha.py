@@ -188,7 +188,7 @@ def test_a_profile_is_the_same_by_python_and_by_file(tmp_path_factory, medium, f
     assert_allclose(
         again.alpha(beta, gamma), profile.alpha(beta, gamma), rtol=1e-5, atol=1e-6 * factor
     )
-    assert again.window == (pytest.approx(low), pytest.approx(high))
+    assert again.window == pytest.approx((low, high))
     rftfit.write_profile(folder / "b.json", again, window=(low, high))
     first, second = (
         rftfit.read_profile(folder / name).alpha(beta, gamma) for name in ("a.json", "b.json")

@@ -1,5 +1,7 @@
 """Measured campaigns: alpha does not depend on clocks, on the order of runs and rows, or on units."""
 
+from typing import Any
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -13,7 +15,7 @@ import rftfit
 ALPHA = ["alpha_z_N_per_cm3", "alpha_x_N_per_cm3"]
 DIRECTIONS = ((0.0, 90.0, 0.40, 0.0), (30.0, 90.0, 0.35, 0.05), (0.0, 45.0, 0.25, 0.15))
 """beta, gamma (deg), alpha_z and alpha_x (N/cm^3) of the pushes."""
-MEDIA = {
+MEDIA: dict[str, dict[str, Any]] = {
     "plain": {},
     "late": {"start_s": 4000.0},
     "strong": {"gain": 2.0},

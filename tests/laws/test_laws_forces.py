@@ -1,6 +1,7 @@
 """Forces on bodies: size, mirror image, place, time, and how the body is cut into elements."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from seeds import example_count
 import rftfit
 
 POPPY = rftfit.published_medium("poppy_LP")
-TERMS = rftfit.published_medium("poppy_CP", "fourier")
+TERMS: Any = rftfit.published_medium("poppy_CP", "fourier")
 PLANE = ["force_z_N", "force_x_N", "moment_N_cm"]
 law = settings(max_examples=example_count(60), derandomize=True, deadline=None)
 slow_law = settings(max_examples=example_count(16), derandomize=True, deadline=None)
@@ -67,7 +68,7 @@ def test_forces_are_proportional_to_alpha(line, places, factor):
 @given(points, moves)
 def test_forces_of_two_media_add_up(line, places):
     body, motion = rftfit.polyline(line, 2.0), motion_of(places)
-    other = rftfit.published_medium("glass3mm_CP", "fourier")
+    other: Any = rftfit.published_medium("glass3mm_CP", "fourier")
     both = rftfit.FourierProfile(TERMS.coefficients + other.coefficients)
     close(forces(body, motion, both), forces(body, motion, TERMS) + forces(body, motion, other))
 

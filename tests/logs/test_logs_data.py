@@ -130,7 +130,7 @@ def test_a_log_is_refused_with_its_code(expected):
 @pytest.mark.parametrize("counts", ["dropped", "missing"])
 def test_each_reason_is_told_from_the_others(counts):
     """Short names of the table and sentences of the logs belong together, one to one."""
-    sentences = defaultdict(set)
+    sentences: defaultdict[str, set[str]] = defaultdict(set)
     for expected in READABLE:
         if len(expected.get(counts, {})) == 1:
             sentences[next(iter(expected[counts]))] |= getattr(read(expected), counts).keys()
