@@ -118,12 +118,10 @@ NAMED_PATH = re.compile(
 WRITTEN_BY_STEPS = ("docs/_build*", "benchmarks/results*", "src/rftfit/model/__pycache__*")
 """Paths that are there after a step of the Makefile."""
 
-LOGS_OF_TESTS = "tests/**/data"
-"""Logs that keep their bytes, in whatever room of the tests there are some."""
-
 
 def test_every_path_that_is_named_by_settings_and_documents_exists():
     tracked = tracked_files()
+    there = [*tracked, *{str(folder) for name in tracked for folder in Path(name).parents}]
     naming = [name for name in tracked if re.fullmatch(r"\.[\w./-]+|docs/.*\.md|[^/]*", name)]
     naming += [name for name in tracked if name.endswith("/README.md")]
     problems = []
@@ -132,8 +130,8 @@ def test_every_path_that_is_named_by_settings_and_documents_exists():
             continue
         # regular expressions become patterns of names
         text = (ROOT / name).read_text("utf-8").replace(".*", "*").replace("\\.", ".")
-        for path in {*NAMED_PATH.findall(text)} - {LOGS_OF_TESTS}:
-            exists = (ROOT / path).exists() or fnmatch.filter(tracked, path)
+        for path in {*NAMED_PATH.findall(text)}:
+            exists = (ROOT / path).exists() or fnmatch.filter(there, path)
             if not exists and not any(fnmatch.fnmatch(path, made) for made in WRITTEN_BY_STEPS):
                 problems.append(f"{name}: {path}")
     assert problems == []

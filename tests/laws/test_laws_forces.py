@@ -20,7 +20,9 @@ slow_law = settings(max_examples=example_count(16), derandomize=True, deadline=N
 factors = st.floats(0.1, 10)
 coordinates = st.floats(-3, 3).map(lambda number: round(number, 3))
 points = st.lists(st.tuples(coordinates, coordinates), min_size=2, max_size=5, unique=True)
-steps = st.tuples(st.floats(-2, 2), st.floats(-2, 2), st.floats(-60, 60))
+shifts = st.floats(-2, 2).map(lambda number: round(number, 3))
+"""In cm: rounding of a place leaves of a smaller shift no direction."""
+steps = st.tuples(shifts, shifts, st.floats(-60, 60))
 moves = st.lists(steps, min_size=2, max_size=4)
 turns = st.lists(st.floats(-130, 130), min_size=1, max_size=5, unique=True)
 
