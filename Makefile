@@ -6,6 +6,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 LOCK := requirements/lock.txt
 STAMP := .venv/.made-in
+LINES_TOOL := .mutants/coverage/made
 SPEEDS := workflow measure sheets logs bags kernel robot space
 
 # An environment knows the folder it was made in: it is made again where the folder was moved.
@@ -92,9 +93,7 @@ release: env ## version, dates and changelog agree before a tag (ARGS=0.2.0: wri
 	@$(BIN)/python studies/release.py $(ARGS)
 
 #@ Slow: do the tests prove enough, on every version?
-mutants: env ## a test notices when the program is changed in a small way: 400 changes in all rooms, 45 min
-	@[ -f .mutants/tool/made ] || { $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps \
-	  --require-hashes --target .mutants/tool -r requirements/mutation.txt -r requirements/coverage.txt && touch .mutants/tool/made; }
+mutants: $(LINES_TOOL) ## the tests notice small changes of today's code, drawn by ARGS="--seed 20261128", and false columns (... --columns 40), 10 min a room
 	@$(BIN)/python studies/mutants.py $(ARGS)
 
 statistics: env ## tests of statistics hold with all their seeds and examples (make test takes some of them), 4 min
@@ -106,10 +105,12 @@ matrix: env ## the tests pass with the oldest and the newest version of every pa
 wheel: env ## the built wheel works without a clone, make and git: README's commands on a small campaign, 2 min
 	@$(BIN)/python studies/built_wheel.py $(ARGS)
 
-coverage: env ## lines and branches that the tests run, room by room, 10 min
-	@[ -f .mutants/coverage/made ] || { $(BIN)/python -m pip install --quiet --disable-pip-version-check \
-	  --no-deps --require-hashes --target .mutants/coverage -r requirements/coverage.txt && touch .mutants/coverage/made; }
+coverage: $(LINES_TOOL) ## lines and branches that the tests run, room by room, 10 min
 	@$(BIN)/python studies/covered.py $(ARGS)
+
+$(LINES_TOOL): $(STAMP) requirements/coverage.txt
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check \
+	  --no-deps --require-hashes --upgrade --target $(@D) -r requirements/coverage.txt && touch $@
 
 #@ Slow: does the program stand damage?
 fuzz: env ## no random or damaged bytes crash a reader, or add a row to a text, 10 min for each of eighteen readers (ARGS="--seconds 60": a minute)

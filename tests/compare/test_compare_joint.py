@@ -227,6 +227,22 @@ def test_the_table_of_causes_has_sizes_as_people_state_them():
     pd.testing.assert_frame_equal(causes, again)
 
 
+def test_a_run_with_one_component_is_left_out():
+    beta, gamma, alpha = campaign(table_medium("poppy_LP"), 1, 1, DIRECTIONS[::2])
+    fits, sheet = fits_of(beta, gamma, alpha)
+    rest, _ = compare_all_runs(fits.iloc[1:], "sand", sheet, 0.3)
+    assert set(rest["verdict"]) != {"not checked"}
+    fits.loc[0, column("x")] = np.nan
+    causes, _ = compare_all_runs(fits, "sand", sheet, 0.3)
+    pd.testing.assert_frame_equal(causes, rest)
+
+
+def test_scatter_is_a_share_of_the_largest_alpha():
+    beta, gamma, alpha = campaign(table_medium("poppy_CP"), 5)
+    model = model_of(beta, gamma, alpha, ("poppy_CP",))
+    assert model.largest == pytest.approx(np.hypot(*alpha).max(), rel=0.3)
+
+
 def test_few_runs_are_not_checked():
     beta, gamma, alpha = campaign(table_medium("poppy_LP"), 1, 1, DIRECTIONS[:5])
     fits, sheet = fits_of(beta, gamma, alpha)

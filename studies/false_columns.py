@@ -1,0 +1,65 @@
+"""A stage whose table has a false column: what mutants of columns put above its function."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+CHANGES: dict[str, Callable[[Any], Any]] = {
+    "2 * p": lambda column: 2 * column,
+    "3 * p": lambda column: 3 * column,
+    "1 - p": lambda column: 1 - column,
+    "-p": lambda column: -column,
+    "~p": lambda column: ~column.astype(bool),
+}
+
+
+def change(
+    published: list[str], column: str, change: str
+) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Change a column of one table that a stage returns.
+
+    `published`: Columns of that table, by which it is told from the others.
+    `change`: One of `CHANGES`, or the column whose values it takes.
+    """
+
+    def decorate(stage: Callable[..., Any]) -> Callable[..., Any]:
+        @functools.wraps(stage)
+        def run(*words: Any, **options: Any) -> Any:
+            output = stage(*words, **options)
+            contents = list(output) if isinstance(output, tuple) else [output]
+            tables = [
+                index
+                for index, table in enumerate(contents)
+                if isinstance(table, pd.DataFrame) and column in table
+            ]
+            if not tables:
+                return output
+            index = min(tables, key=lambda index: len(set(published) ^ set(contents[index])))
+            contents[index] = _with_false(contents[index], column, change)
+            return tuple(contents) if isinstance(output, tuple) else contents[0]
+
+        return run
+
+    return decorate
+
+
+def _with_false(table: pd.DataFrame, column: str, change: str) -> pd.DataFrame:
+    """The table with the column changed; leave a file where that is another table."""
+    numbers = table[column]
+    if change not in CHANGES:
+        false = table.get(change, numbers)
+    elif numbers.dtype == object and change != "~p":
+        false = CHANGES[change](pd.to_numeric(numbers, errors="coerce")).where(
+            numbers.notna(), np.nan
+        )
+    else:
+        false = CHANGES[change](numbers)
+    if not false.equals(numbers):
+        Path(__file__).parents[1].joinpath("changed").touch()
+    return table.assign(**{column: false})
