@@ -10,6 +10,7 @@ from __future__ import annotations
 import ast
 import copy
 import difflib
+import itertools
 import random
 import re
 import subprocess
@@ -158,8 +159,8 @@ def draw_lines(
 
 def lines_changed_since(commit: str) -> dict[str, set[int]]:
     """Lines of each module that a commit did not have."""
-    words = ["git", "diff", "--unified=0", "--relative=src/rftfit", commit, "--", "src/rftfit"]
-    printed = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    command = ["git", "diff", "--unified=0", "--relative=src/rftfit", commit, "--", "src/rftfit"]
+    printed = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
     lines: dict[str, set[int]] = defaultdict(set)
     module = ""
     for line in printed.splitlines():
@@ -174,13 +175,11 @@ def lines_changed_since(commit: str) -> dict[str, set[int]]:
 def mutants_of_module(room: str, path: Path) -> list[Mutant]:
     """All mutants of the functions of a module."""
     source = path.read_text(encoding="utf-8")
-    lines = [0]
-    for line in source.splitlines(keepends=True):
-        lines.append(lines[-1] + len(line))
+    line_begins = [0, *itertools.accumulate(map(len, source.splitlines(keepends=True)))]
 
     def place(number: int, column: int) -> int:
-        text = source[lines[number - 1] : lines[number]]
-        return lines[number - 1] + len(text.encode()[:column].decode())
+        line = source[line_begins[number - 1] : line_begins[number]]
+        return line_begins[number - 1] + len(line.encode()[:column].decode())
 
     mutants = []
     for statement, node, changed, is_safeguard in changes_of(ast.parse(source)):
@@ -308,18 +307,18 @@ def draw_columns(seed: int, number: int) -> list[Mutant]:
     ]
     mutants = []
     for table, stage, column, name in order.sample(columns, min(number, len(columns))):
-        published = sorted(name for column in table.columns for name in column.names)
+        published = {name for column in table.columns for name in column.names}
         is_share = column.quantity in ("share", "probability") or "chance" in name
         changes = ["1 - p"] if is_share else ["-p"]
         changes += ["2 * p", "3 * p"]
         if sibling_of(name) in published:
             changes = [*changes[:2], sibling_of(name)]
         change = "~p" if column.kind == "yes or no" else order.choice(changes)
-        mutants.append(mutant_of_stage(STAGES[stage].run, published, name, change))
+        mutants.append(mutant_of_stage(STAGES[stage].run, table.file, name, change))
     return mutants
 
 
-def mutant_of_stage(stage: str, published: list[str], column: str, change: str) -> Mutant:
+def mutant_of_stage(stage: str, table: str, column: str, change: str) -> Mutant:
     """A decorator above the function of a stage."""
     module, _, name = stage.partition(":")
     path = PACKAGE.parent / f"{module.replace('.', '/')}.py"
@@ -331,7 +330,7 @@ def mutant_of_stage(stage: str, published: list[str], column: str, change: str) 
     )
     begin = source.index(f"\ndef {name}(") + 1
     removed = f"def {name}("
-    decorator = f'@__import__("false_columns").change({published!r}, {column!r}, {change!r})\n'
+    decorator = f'@__import__("false_columns").change({table!r}, {column!r}, {change!r})\n'
     first, last = function.body[0].lineno, function.end_lineno or 0
     module_path = path.relative_to(PACKAGE).as_posix()
     return Mutant(COLUMNS, module_path, first, last, begin, removed, decorator + removed)

@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from rftfit.outputs.dictionary import outputs
+
 CHANGES: dict[str, Callable[[Any], Any]] = {
     "2 * p": lambda column: 2 * column,
     "3 * p": lambda column: 3 * column,
@@ -20,18 +22,20 @@ CHANGES: dict[str, Callable[[Any], Any]] = {
 
 
 def change(
-    published: list[str], column: str, change: str
+    file: str, column: str, change: str
 ) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
     """Change a column of one table that a stage returns.
 
-    `published`: Columns of that table, by which it is told from the others.
+    `file`: Of the table, as the dictionary of outputs names it.
     `change`: One of `CHANGES`, or the column whose values it takes.
     """
+    (described,) = (table for table in outputs() if table.file == file)
+    published = {name for column in described.columns for name in column.names}
 
     def decorate(stage: Callable[..., Any]) -> Callable[..., Any]:
         @functools.wraps(stage)
-        def run(*words: Any, **options: Any) -> Any:
-            output = stage(*words, **options)
+        def run_falsely(*arguments: Any, **options: Any) -> Any:
+            output = stage(*arguments, **options)
             contents = list(output) if isinstance(output, tuple) else [output]
             tables = [
                 index
@@ -40,17 +44,17 @@ def change(
             ]
             if not tables:
                 return output
-            index = min(tables, key=lambda index: len(set(published) ^ set(contents[index])))
+            index = min(tables, key=lambda index: len(published ^ set(contents[index])))
             contents[index] = _with_false(contents[index], column, change)
             return tuple(contents) if isinstance(output, tuple) else contents[0]
 
-        return run
+        return run_falsely
 
     return decorate
 
 
 def _with_false(table: pd.DataFrame, column: str, change: str) -> pd.DataFrame:
-    """The table with the column changed; leave a file where that is another table."""
+    """Change the column of a table; leave a file beside the program where that gives another table."""
     numbers = table[column]
     if change not in CHANGES:
         false = table.get(change, numbers)

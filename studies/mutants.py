@@ -49,6 +49,8 @@ PRELOADED = ("numpy", "scipy.special", "scipy.linalg", "pandas", "hypothesis", "
 ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"), "1")
 QUICK_S, ALL_S, FINAL_S = 4.0, 45.0, 300.0
 """Processor time of the quick tests, of all that run the line, and of the final ones."""
+ENDED = "ended with "
+"""Begins what stands for a test where the process of the tests was stopped."""
 MEMORY_BYTES = 8 * 2**30
 
 
@@ -207,8 +209,8 @@ def digest_of_sources(tests: Sequence[str]) -> str:
 
 def files_of_project() -> list[str]:
     """Files that git tracks or would track."""
-    words = ["git", "ls-files", "--cached", "--others", "--exclude-standard"]
-    listed = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    arguments = ["git", "ls-files", "--cached", "--others", "--exclude-standard"]
+    listed = subprocess.run(arguments, cwd=ROOT, capture_output=True, text=True, check=True).stdout
     return sorted(path for path in set(listed.splitlines()) if (ROOT / path).is_file())
 
 
@@ -220,12 +222,14 @@ def record_lines(options: argparse.Namespace, digest: str) -> Recording:
         return read_recording()
     print("recording which test runs which line: the tests once ...", flush=True)
     shutil.rmtree(LINES, ignore_errors=True)
-    words = ["-p", "line_recorder", "--record-lines", str(LINES), "-q", "-m", "not page"]
-    words += ["-n", str(os.cpu_count()), "--dist", "loadfile", "--no-loadscope-reorder"]
-    words += ["-p", "no:cacheprovider", *options.tests]
+    arguments = ["-p", "line_recorder", "--record-lines", str(LINES), "-q", "-m", "not page"]
+    arguments += ["-n", str(os.cpu_count()), "--dist", "loadfile", "--no-loadscope-reorder"]
+    arguments += ["-p", "no:cacheprovider", *options.tests]
     search_path = os.pathsep.join([str(ROOT / "studies"), str(COVERAGE)])
     environment = os.environ | {"PYTHONPATH": search_path}
-    subprocess.run([sys.executable, "-m", "pytest", *words], cwd=ROOT, env=environment, check=False)
+    subprocess.run(
+        [sys.executable, "-m", "pytest", *arguments], cwd=ROOT, env=environment, check=False
+    )
     stamp.write_text(digest, encoding="utf-8")
     return read_recording()
 
@@ -303,7 +307,7 @@ class Judge:
             self._put(mutant.module, mutant.mutated(source))
             failed = self._first_failure(tests, seconds)
             self._put(mutant.module, source)
-            if "::" not in failed or self.passes_unchanged(failed):
+            if not failed or failed.startswith(ENDED) or self.passes_unchanged(failed):
                 return failed
             self.untrusted.add(failed)
 
@@ -333,9 +337,10 @@ class Judge:
         _, status = os.waitpid(child, 0)
         with contextlib.suppress(ProcessLookupError, PermissionError):
             os.killpg(child, signal.SIGKILL)  # what the tests have left running
-        if os.waitstatus_to_exitcode(status) in (0, 5):  # passed, or no test there
+        exit_code = os.waitstatus_to_exitcode(status)
+        if exit_code in (0, 5):  # passed, or no test there
             return ""
-        return failed.read_text(encoding="utf-8") if failed.exists() else f"ended with {status}"
+        return failed.read_text(encoding="utf-8") if failed.exists() else f"{ENDED}{exit_code}"
 
 
 def run_tests(tests: list[str], nominal_s: float) -> int:
@@ -374,10 +379,14 @@ def run_tests(tests: list[str], nominal_s: float) -> int:
             if report.failed:
                 (TREE / "failed.txt").write_text(report.nodeid, encoding="utf-8")
 
-    words = ["-x", "-q", "-p", "no:cacheprovider", "-p", "no:xdist", "--no-showlocals"]
-    words += ["--tb=short", "--basetemp", str(scratch / "pytest")]
-    words += ["-W", "ignore::pytest.PytestAssertRewriteWarning"]
-    return int(pytest.main([*words, *tests], plugins=[FirstFailure()]))
+        def pytest_collectreport(self, report: pytest.CollectReport) -> None:
+            if report.failed:
+                (TREE / "failed.txt").write_text(report.nodeid, encoding="utf-8")
+
+    arguments = ["-x", "-q", "-p", "no:cacheprovider", "-p", "no:xdist", "--no-showlocals"]
+    arguments += ["--tb=short", "--basetemp", str(scratch / "pytest")]
+    arguments += ["-W", "ignore::pytest.PytestAssertRewriteWarning"]
+    return int(pytest.main([*arguments, *tests], plugins=[FirstFailure()]))
 
 
 if __name__ == "__main__":
