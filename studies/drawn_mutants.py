@@ -217,7 +217,7 @@ def changes_of_statement(
         for node in value if isinstance(value, list) else [value]:
             if isinstance(node, ast.stmt):
                 yield from changes_of_statement(node)
-            elif isinstance(node, ast.excepthandler | ast.match_case):
+            elif isinstance(node, ast.ExceptHandler | ast.match_case):
                 for inner in node.body:
                     yield from changes_of_statement(inner)
             elif isinstance(node, ast.withitem):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,8 @@ import pandas as pd
 
 from rftfit.outputs.dictionary import outputs
 
+SEEN = "RFTFIT_FALSE_COLUMN_SEEN"
+"""Variable of the environment: the file that is left where the false column is not the true one."""
 CHANGES: dict[str, Callable[[Any], Any]] = {
     "2 * p": lambda column: 2 * column,
     "3 * p": lambda column: 3 * column,
@@ -54,7 +57,7 @@ def change(
 
 
 def _with_false(table: pd.DataFrame, column: str, change: str) -> pd.DataFrame:
-    """Change the column of a table; leave a file beside the program where that gives another table."""
+    """Change the column of a table; leave the file where that gives another table."""
     numbers = table[column]
     if change not in CHANGES:
         false = table.get(change, numbers)
@@ -64,6 +67,6 @@ def _with_false(table: pd.DataFrame, column: str, change: str) -> pd.DataFrame:
         )
     else:
         false = CHANGES[change](numbers)
-    if not false.equals(numbers):
-        Path(__file__).parents[1].joinpath("changed").touch()
+    if not false.equals(numbers) and SEEN in os.environ:
+        Path(os.environ[SEEN]).touch()
     return table.assign(**{column: false})

@@ -35,10 +35,13 @@ from pathlib import Path
 from typing import Any
 
 from drawn_mutants import PACKAGE, ROOT, Mutant, draw_columns, draw_lines, rooms_of_package
+from false_columns import SEEN
 
 WORK = ROOT / ".mutants"
 TREE = WORK / "tree"
 """Copy of program and tests in which one mutant at a time is awake."""
+SEEN_FALSE = WORK / "seen-false"
+"""File that a false column leaves which is not the true one."""
 LINES = WORK / "lines"
 VERDICTS = WORK / "verdicts.json"
 COVERAGE = WORK / "coverage"
@@ -281,14 +284,14 @@ class Judge:
         """Run the tests that can notice a mutant, and write its verdict into it."""
         source = (PACKAGE / mutant.module).read_text(encoding="utf-8")
         mutant.tests, mutant.noticed_by = 0, ""
-        (TREE / "changed").unlink(missing_ok=True)
+        SEEN_FALSE.unlink(missing_ok=True)
         for tests, seconds in self._rounds(mutant):
             mutant.tests += len(tests)
             mutant.noticed_by = self._noticing_test(mutant, source, tests, seconds)
             if mutant.noticed_by:
                 mutant.verdict = "noticed"
                 return
-        is_same_table = mutant.is_column and not (TREE / "changed").exists()
+        is_same_table = mutant.is_column and not SEEN_FALSE.exists()
         is_equivalent = mutant.looks_equivalent or is_same_table
         mutant.verdict = "equivalent-looking" if is_equivalent else "live"
 
@@ -349,8 +352,8 @@ def run_tests(tests: list[str], nominal_s: float) -> int:
 
     os.setsid()
     resource.setrlimit(resource.RLIMIT_DATA, (MEMORY_BYTES, MEMORY_BYTES))
-    for name in (signal.SIGPROF, signal.SIGALRM):
-        signal.signal(name, signal.SIG_DFL)
+    for limit in (signal.SIGPROF, signal.SIGALRM):
+        signal.signal(limit, signal.SIG_DFL)
     signal.setitimer(signal.ITIMER_PROF, 20 + 8 * nominal_s)
     signal.alarm(int(300 + 32 * nominal_s))
     os.chdir(TREE)
@@ -367,6 +370,7 @@ def run_tests(tests: list[str], nominal_s: float) -> int:
         "NUMBA_CACHE_DIR": str(TREE / "numba"),
         "HYPOTHESIS_STORAGE_DIRECTORY": str(scratch / "hypothesis"),
         "TMPDIR": str(scratch),
+        SEEN: str(SEEN_FALSE),
     }
     log = os.open(TREE / "log.txt", os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
     os.dup2(log, 1)
