@@ -217,6 +217,9 @@ def test_the_table_of_causes_has_sizes_as_people_state_them():
     assert (row["kind"], row["group"]) == ("gain", "from-run")
     assert row["size_lo"] < row["size"] < row["size_hi"]
     assert row["size"] == pytest.approx(0.4, abs=0.12)
+    se = math.log((1 + row["size_hi"]) / (1 + row["size_lo"])) / 2 / 1.96
+    # counted beyond what is tolerated, and with what only the known shape tells
+    assert 0.5 < row["times_error"] / (math.log(1 + row["size"]) / se) < 1
     # the runs after the step, in the order of the sheet
     assert row["run_ids"].split() == [f"r{n}" for n in range(int(row["place"]) - 1, beta.size)]
     unseen = causes[causes["verdict"] == "not seen"]
