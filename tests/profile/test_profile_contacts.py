@@ -171,8 +171,8 @@ def test_the_first_size_weighs_each_force_by_its_load():
     table = rftfit.TableProfile(*alpha.reshape(2, -1), nodes.beta, nodes.gamma)
     size_of_pose = np.linspace(1, 3, len(MOTION.poses))
     forces = rftfit.predict(table, LEG, MOTION)
-    forces = {name: size_of_pose * forces[name].to_numpy() for name in ("force_z_N", "force_x_N")}
-    contact = Contact(LEG, MOTION, forces, errors=0.05)
+    grown = {name: size_of_pose * forces[name].to_numpy() for name in ("force_z_N", "force_x_N")}
+    contact = Contact(LEG, MOTION, grown, errors=0.05)
     system = ContactSystem.of([contact], (nodes.beta, nodes.gamma), alpha, np.eye(1, alpha.size))
     use = contact.touches
     over_load = (contact.measured / size_of_pose)[:, use] / contact.load(table)[use]
