@@ -93,7 +93,7 @@ release: env ## version, dates and changelog agree before a tag (ARGS=0.2.0: wri
 	@$(BIN)/python studies/release.py $(ARGS)
 
 #@ Slow: do the tests prove enough, on every version?
-mutants: $(LINES_TOOL) ## the tests notice small changes of today's code, drawn by ARGS="--seed 20261128", and false columns (... --columns 40), 10 min a room
+mutants: $(LINES_TOOL) ## the tests notice small changes of today's code, drawn by ARGS="--seed 20261128", and false columns (... --columns 40)
 	@$(BIN)/python studies/mutants.py $(ARGS)
 
 statistics: env ## tests of statistics hold with all their seeds and examples (make test takes some of them), 4 min
