@@ -21,6 +21,7 @@ import hashlib
 import importlib
 import json
 import os
+import re
 import resource
 import shutil
 import signal
@@ -40,6 +41,8 @@ from false_columns import SEEN
 WORK = ROOT / ".mutants"
 TREE = WORK / "tree"
 """Copy of program and tests in which one mutant at a time is awake."""
+COMPILED = TREE / "numba"
+"""Cache of compiled functions; numba renews one where its own file has changed."""
 SEEN_FALSE = WORK / "seen-false"
 """File that a false column leaves which is not the true one."""
 LINES = WORK / "lines"
@@ -175,9 +178,15 @@ class Recording:
     """Tests and fixtures by module and line."""
 
     def tests_of(self, mutant: Mutant) -> set[str]:
-        """Tests that run a line of the mutant's statement, themselves or by a shared fixture."""
+        """Tests that run a line of the mutant's statement, themselves or by a shared fixture.
+
+        Where none is recorded, as of compiled code, the tests that run a module which imports it.
+        """
         contexts_by_line = self.contexts.get(mutant.module, {})
         contexts = {name for line in mutant.statement for name in contexts_by_line.get(line, ())}
+        if not contexts:
+            importers = [self.contexts.get(name, {}) for name in modules_that_import(mutant.module)]
+            contexts = set().union(*(names for lines in importers for names in lines.values()))
         return {
             test
             for test in self.seconds
@@ -198,6 +207,14 @@ class Recording:
     def _cost(self, test: str, paid: set[str]) -> float:
         unpaid = (name for name in self.fixtures[test] if name not in paid)
         return self.seconds[test] + sum(self.fixture_seconds.get(name, 0.0) for name in unpaid)
+
+
+def modules_that_import(module: str) -> list[str]:
+    """Modules of the package in whose source another one is imported."""
+    room, _, name = f"rftfit/{module.removesuffix('.py')}".replace("/", ".").rpartition(".")
+    imported = re.compile(rf"from {room}(\.{name} import|[^\n]*import[^\n]*\b{name}\b)")
+    paths = (path for path in PACKAGE.rglob("*.py") if imported.search(path.read_text("utf-8")))
+    return [path.relative_to(PACKAGE).as_posix() for path in paths]
 
 
 def digest_of_sources(tests: Sequence[str]) -> str:
@@ -321,6 +338,9 @@ class Judge:
         """Write a module with a time of its own, so that no compiled file of another mutant is taken for it."""
         path = TREE / "src" / "rftfit" / module
         path.write_text(source, encoding="utf-8")
+        if "_compiled" in source:
+            # a compiled caller in another file would go on with what it had compiled
+            shutil.rmtree(COMPILED, ignore_errors=True)
         self.stamp_s += 10
         os.utime(path, (self.stamp_s, self.stamp_s))
 
@@ -367,7 +387,7 @@ def run_tests(tests: list[str], nominal_s: float) -> int:
     sys.path[:0] = search_path
     os.environ |= {
         "PYTHONPATH": os.pathsep.join(search_path),
-        "NUMBA_CACHE_DIR": str(TREE / "numba"),
+        "NUMBA_CACHE_DIR": str(COMPILED),
         "HYPOTHESIS_STORAGE_DIRECTORY": str(scratch / "hypothesis"),
         "TMPDIR": str(scratch),
         SEEN: str(SEEN_FALSE),
