@@ -25,7 +25,7 @@ import pandas as pd
 from rftfit.errors import InputError, RftfitError
 from rftfit.figures.style import save_pages
 from rftfit.results import Results
-from rftfit.store import write_bytes, write_csv, write_parquet, write_text
+from rftfit.store import open_growing, write_bytes, write_csv, write_parquet, write_text
 from rftfit.store.digests import digests_of_files, plugin_digest, source_digests
 from rftfit.workflow.processes import end_with, end_with_parent
 from rftfit.workflow.records import Record, maker_of, read_fingerprint, split
@@ -136,7 +136,7 @@ def run_forked(words: Sequence[str], log: str, folder: str) -> None:
     assert starter.pid is not None
     end_with(starter.pid)
     os.chdir(folder)
-    with open(log, "wb") as errors:  # noqa: PTH123
+    with open_growing(log) as errors:
         os.dup2(errors.fileno(), 2)
     status = 1
     try:

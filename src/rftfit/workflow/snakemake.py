@@ -19,6 +19,7 @@ from pathlib import Path
 from textwrap import indent
 
 from rftfit.errors import OutputError
+from rftfit.store import open_growing
 from rftfit.store.environment import child_environment, shipped
 from rftfit.workflow.processes import VARIABLE
 from rftfit.workflow.state import job_name, state_file
@@ -270,9 +271,7 @@ def listen(
     with contextlib.ExitStack() as stack:
         keep = None
         if log is not None:
-            with _writing(log):
-                log.parent.mkdir(parents=True, exist_ok=True)
-                keep = stack.enter_context(log.open("wb", buffering=0))
+            keep = stack.enter_context(open_growing(log))
         stack.enter_context(_signals_as_interrupts())
         child = stack.enter_context(
             subprocess.Popen(

@@ -26,6 +26,7 @@ from rftfit.results import FOLDER
 from rftfit.robot import PROFILES
 from rftfit.store import write_bytes
 from rftfit.store.digests import code_digest, digest_of, digests_of_files, plugin_digest, seal
+from rftfit.store.links import cut_shared_files, refuse_links
 from rftfit.workflow.stages import ALL, EVERY, FIGURE_RULES, LAST, OWN, STAGES, Stage
 
 STATES = f"{FOLDER}/state"
@@ -201,6 +202,15 @@ def hand_over(states: States, warnings: int, file: IO[bytes]) -> str:
     with suppress(OSError):  # they read the campaign themselves
         file.write(data)
     return f"/proc/{os.getpid()}/fd/{file.fileno()} {seal(data)}"
+
+
+def guard_written(campaign: Campaign) -> None:
+    """Make sure before a run that no file of somebody else is written: refuse links, cut second names of files."""
+    root = campaign.root
+    refuse_links(root)
+    files = [path for path in root.iterdir() if path.is_file()]
+    folders = {(root / name).parent for name in campaign.read_from} - {root}
+    cut_shared_files(root, [campaign.raw, campaign.sheet, *files, *folders])
 
 
 def handed_over(config: Path | None = None) -> tuple[States, int] | None:
