@@ -14,7 +14,7 @@ MOVED := $(shell [ -x $(BIN)/python ] && [ "$$(cat $(STAMP) 2>/dev/null)" = "$$(
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help env run sweep test golden pages timegate lint docs stranger gallery lock clean release mutants statistics matrix wheel coverage fuzz killed fulldisk samebytes cluster accessible reliability disturbed intervals curved laws shared compare readings strokes contacts mutations reallogs labs benchmark scale FORCE
+.PHONY: help env run sweep test golden pages timegate lint docs stranger gallery lock clean release mutants statistics matrix wheel coverage fuzz killed fulldisk samebytes cluster largelogs links accessible reliability disturbed intervals curved laws shared compare readings strokes contacts mutations reallogs labs benchmark scale FORCE
 
 #@ Every day
 help: ## show this list
@@ -121,6 +121,12 @@ killed: env ## a run that is killed at twenty random moments goes on to the same
 
 fulldisk: env ## a disk that is too small or read-only gives a clear error, and the run goes on to the same bytes, 10 min
 	@$(BIN)/python studies/full_disk.py $(ARGS)
+
+largelogs: env ## bags, workbooks and arrays of a hundred times what a log holds are refused before they are read, 3 min
+	@$(BIN)/python studies/large_logs.py $(ARGS)
+
+links: env ## a link in the place of any file that a command writes leads to no byte of raw logs and config, 20 min
+	@$(BIN)/python studies/planted_links.py $(ARGS)
 
 samebytes: env ## cores, locale, time zone and folder change no byte of the results, 5 min
 	@$(BIN)/python studies/same_bytes.py $(ARGS)

@@ -12,7 +12,7 @@ import typer
 from rftfit.campaign.problems import choose
 from rftfit.cli.output import count, megabytes, print_line
 from rftfit.cli.run import run
-from rftfit.errors import InputError
+from rftfit.errors import InputError, OutputError
 from rftfit.store import copy_file, write_bytes
 from rftfit.store.digests import read_sums, sha256_of
 from rftfit.store.environment import shipped
@@ -54,6 +54,12 @@ def fetch_logs(source: Path, raw: Path, origin: str) -> None:
             f"{raw / wrong[0]}: not the log of that name (its sha256 differs), and "
             f"{count(len(wrong) - 1, 'other')} like it; move them away"
         )
+    try:
+        raw.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputError(
+            f"{raw}: cannot be made: {error.strerror}; allow writing there or name another folder"
+        ) from error
     if "://" in origin:
         _download(f"{origin.rstrip('/')}/", raw, lacking)
     else:
