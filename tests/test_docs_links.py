@@ -13,6 +13,7 @@ OTHER_PAGES = (
     "CHANGELOG.md",
     "CODE_OF_CONDUCT.md",
     "CONTRIBUTING.md",
+    "SECURITY.md",
     "SUPPORT.md",
     "benchmarks/README.md",
     "config/README.md",

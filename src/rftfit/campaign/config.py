@@ -835,10 +835,10 @@ class TableSettings(Model):
 _NOT_OF_TABLES: dict[str, Any] = {
     "transducer": {
         "name": "not stated",
-        "range_N": [1e9] * 3,
+        "range_N": [LARGEST] * 3,
         "axes": {"x": "+F1", "y": "+F2", "z": "+F3"},
     },
-    "container": dict.fromkeys(("length_cm", "width_cm", "depth_cm"), 1e6),
+    "container": dict.fromkeys(("length_cm", "width_cm", "depth_cm"), LARGEST),
 }
 """Keys that a campaign with logs must give and a table makes needless."""
 

@@ -223,7 +223,7 @@ def put_results_at(root: Path, folder: Path) -> None:
         )
     if link.is_symlink():
         link.unlink()
-    link.symlink_to(folder, target_is_directory=True)
+    link_folder(link, folder)
     folders_by_campaign: dict[str, str] = {}
     with suppress(OSError, ValueError):
         folders_by_campaign = json.loads(_kept_in().read_text(encoding="utf-8"))
@@ -231,6 +231,12 @@ def put_results_at(root: Path, folder: Path) -> None:
         _kept_in(),
         json.dumps(folders_by_campaign | {os.path.realpath(root): str(folder)}, indent=1),
     )
+
+
+def link_folder(link: Path, folder: Path) -> None:
+    """Make a link to a folder, where nothing is."""
+    link.parent.mkdir(parents=True, exist_ok=True)
+    link.symlink_to(folder, target_is_directory=True)
 
 
 def _kept_in() -> Path:

@@ -17,6 +17,7 @@ from tempfile import TemporaryDirectory
 from rftfit.errors import InputError, RftfitError
 from rftfit.results import FOLDER
 from rftfit.store import copy_file
+from rftfit.store.links import link_folder
 from rftfit.store.tables import read_parquet
 from rftfit.workflow.records import Record, Recorded
 from rftfit.workflow.run import Workflow
@@ -109,8 +110,7 @@ def _copy_settings(states: States, root: Path) -> Path:
         name = path.relative_to(campaign.root)
         if not name.is_relative_to(raw) and not name.is_relative_to(FOLDER):
             copy_file(path, root / name)
-    (root / raw).parent.mkdir(parents=True, exist_ok=True)
-    (root / raw).symlink_to(campaign.raw.resolve(), target_is_directory=True)
+    link_folder(root / raw, campaign.raw.resolve())
     return root / config.relative_to(campaign.root)
 
 

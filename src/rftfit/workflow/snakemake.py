@@ -274,7 +274,8 @@ def listen(
             keep = stack.enter_context(open_growing(log))
         stack.enter_context(_signals_as_interrupts())
         child = stack.enter_context(
-            subprocess.Popen(
+            # Snakemake, with words of its own that the user has given
+            subprocess.Popen(  # noqa: S603
                 [sys.executable, "-P", "-m", "snakemake", *words],
                 cwd=find_snakefile().parent,
                 env=_environment(**variables),

@@ -218,7 +218,8 @@ def handed_over(config: Path | None = None) -> tuple[States, int] | None:
     name, _, digest = os.environ.get(HANDED, "").rpartition(" ")
     with suppress(OSError):
         if Path(name).is_file() and seal(data := Path(name).read_bytes()) == digest:
-            campaign, warnings = pickle.loads(data)
+            # bytes of this process's parent, known by its seal
+            campaign, warnings = pickle.loads(data)  # noqa: S301
             config_path = Path(campaign.root, next(iter(campaign.read_from)))
             if campaign.is_as_read and (config is None or config_path.samefile(config)):
                 return States(campaign), warnings
