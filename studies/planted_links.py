@@ -156,13 +156,16 @@ def main() -> None:
     parser.add_argument(
         "--every", type=int, default=1, help="symbolic links in every so many places"
     )
+    parser.add_argument(
+        "--turns", type=int, default=3, help="hard links of each place to so many files of the lab"
+    )
     chosen = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix="rftfit_links_") as folder:
         trials = Trials(Path(folder).resolve())
         print(f"{len(trials.places)} places\n\n{_HEAD}", flush=True)
         for time in TIMES:
             trials.symbolic(time, trials.places[:: chosen.every])
-            for turn in range(len(victims_of(trials.campaigns[time].root))):
+            for turn in range(chosen.turns):
                 trials.hard(time, turn)
         for kind in ("symbolic", "hard"):
             for time in TIMES:

@@ -170,7 +170,7 @@ def open_unshared(path: str | Path, flags: int = os.O_RDWR) -> int:
     OSError
         If it is not there, a link, no regular file, or has a second name (a hard link).
     """
-    handle = os.open(path, flags | _NO_LINKS)
+    handle = os.open(path, flags | _NO_LINKS | getattr(os, "O_BINARY", 0))
     status = os.fstat(handle)
     if not stat.S_ISREG(status.st_mode) or status.st_nlink != 1:
         os.close(handle)
