@@ -145,6 +145,20 @@ def test_init_writes_through_no_link(tmp_path, elsewhere, place, words, way):
     ] == []
 
 
+@pytest.mark.parametrize(
+    "words", [("init", "mylab"), ("example", "cmu-sand", "mylab"), ("reenact", "--live", "mylab")]
+)
+@pytest.mark.parametrize("dangling", [False, True])
+def test_a_new_campaign_is_made_through_no_link_of_its_own_name(
+    campaign, elsewhere, words, dangling
+):
+    (campaign.root / "mylab").symlink_to(elsewhere / ("none" if dangling else ""))
+    process = campaign.rftfit(*words)
+    assert process.returncode == 2
+    assert str(elsewhere) in process.stderr
+    assert not (elsewhere / "none").exists()
+
+
 RAW_WRITES = [
     "raw",
     "raw/paper",

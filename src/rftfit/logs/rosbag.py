@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import sqlite3
 import struct
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import closing, suppress
@@ -164,7 +163,7 @@ def _ros2(path: Path, topic_name: str, head: bytes) -> Topic:
         chosen = [c for c in bag.connections if topics[c.id] == topics[number]]
         for storage in getattr(bag, "storages", [bag]):
             if isinstance(storage, Sqlite3Reader):
-                _refuse_large_values(path, Path(storage.path), topics[number][0])
+                _refuse_large_values(path, Path(str(storage.path)), topics[number][0])
         messages = _collect(path, bag.messages(chosen, None, None))
         if messages and messages[0][1].startswith(_ZSTD):
             text = "its messages are compressed, and only the folder's metadata.yaml says how"
@@ -240,6 +239,8 @@ _FARTHEST = 1 << 62
 
 def _refuse_large_values(path: Path, database: Path, topic_name: str = "") -> None:
     """Refuse a database of ROS 2 with large values beside its messages, or in those of a topic."""
+    import sqlite3  # of a library that few logs need
+
     uri = f"{database.absolute().as_uri()}?immutable=1"
     with closing(sqlite3.connect(uri, uri=True)) as connection:
         # a value that is larger is an error of the database, before memory is taken for it

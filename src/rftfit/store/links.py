@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import json
 import os
-import shlex
 from collections.abc import Collection, Iterator
 from contextlib import suppress
 from pathlib import Path
@@ -33,6 +32,8 @@ class LinkError(InputError):
         self.paths = sorted(paths)
         shown_paths = self.paths[:_SHOWN]
         links = ", ".join(f"{path} -> {_target_of(path)!r}" for path in shown_paths)
+        import shlex  # in a refusal alone
+
         unlisted = f" and {len(paths) - _SHOWN} more" if len(paths) > _SHOWN else ""
         names = " ".join(shlex.quote(str(path)) for path in shown_paths)
         super().__init__(
@@ -75,7 +76,7 @@ def refuse_links(root: Path, names: Collection[str] = (RESULTS, SNAKEMAKE)) -> N
                 if entry.is_symlink() and _leads_to_campaign(root, entry.path)
             )
         else:
-            entries = _entries(str(path))
+            entries = [*_entries(str(path))]
         links.update(Path(entry.path) for entry in entries if entry.is_symlink())
     if links:
         elsewhere = (
