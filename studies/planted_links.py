@@ -54,8 +54,8 @@ class Trials:
         done = subprocess.run(
             command, cwd=campaign.root, capture_output=True, text=True, check=False
         )
-        if "Traceback" in done.stdout + done.stderr:
-            self.faults.append(f"{words}: {done.stderr[-600:]}")
+        if "Traceback" in done.stdout + done.stderr or done.returncode not in (0, 2, 5):
+            self.faults.append(f"{words}: {done.stderr[-1000:]}")
         return done.returncode
 
     def copy(self, time: str) -> Folder:
