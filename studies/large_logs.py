@@ -134,7 +134,7 @@ FILES: dict[str, dict[str, Callable[[Path], Path]]] = {
 
 def inspect(path: Path) -> tuple[int, float, float, str]:
     """Inspect a file; exit status, most memory (MB), processor time (s) and the last line that was said."""
-    command = [sys.executable, "-P", "-m", "rftfit.cli.main", "inspect", str(path)]
+    command = [sys.executable, "-P", "-m", "rftfit", "inspect", str(path)]
     with TemporaryDirectory() as folder, (Path(folder) / "said.txt").open("w+b") as said:
         process = subprocess.Popen(command, stdout=said, stderr=said)
         _, status, usage = os.wait4(process.pid, 0)

@@ -50,7 +50,7 @@ class Trials:
 
     def start(self, campaign: Folder, *words: str) -> int:
         """Run a command in a process of its own; its exit status."""
-        command = [sys.executable, "-P", "-m", "rftfit.cli.main", *words]
+        command = [sys.executable, "-P", "-m", "rftfit", *words]
         done = subprocess.run(
             command, cwd=campaign.root, capture_output=True, text=True, check=False
         )
