@@ -95,7 +95,7 @@ class Trials:
             path.unlink()
             if kept:
                 path.write_bytes(kept[0])
-        self.row("run", "symbolic", time, refused, 0, bytes_changed)
+        self.row("run", "symbolic", time, refused, 0, bytes_changed, len(places))
 
     def hard(self, time: str, turn: int) -> None:
         """`run` with hard links in all places, which are other names of one file of the lab after the other."""
@@ -139,11 +139,18 @@ class Trials:
         self.row("reenact", kind, time, int(code != 0), int(code == 0), count)
 
     def row(
-        self, command: str, kind: str, time: str, refused: int, went_on: int, changed: int
+        self,
+        command: str,
+        kind: str,
+        time: str,
+        refused: int,
+        went_on: int,
+        changed: int,
+        places: int | None = None,
     ) -> None:
         """Print a row of the table, and keep what is wrong."""
         print(
-            f"| `{command}` | {kind} | {time} | {len(self.places)} | {refused} | {went_on} | {changed} |",
+            f"| `{command}` | {kind} | {time} | {places or len(self.places)} | {refused} | {went_on} | {changed} |",
             flush=True,
         )
         if changed:
