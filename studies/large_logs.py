@@ -15,6 +15,7 @@ from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 import numpy as np
 
@@ -89,7 +90,8 @@ def archive(count: int) -> Callable[[Path], Path]:
     def make(folder: Path) -> Path:
         folder.mkdir()
         path = folder / "log.npz"
-        np.savez(path, **{f"channel_{index}": np.arange(5.0) for index in range(count)})
+        arrays: dict[str, Any] = {f"channel_{index}": np.arange(5.0) for index in range(count)}
+        np.savez(path, **arrays)
         return path
 
     return make

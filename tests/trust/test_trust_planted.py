@@ -60,8 +60,12 @@ def test_a_symbolic_link_anywhere_is_refused_before_the_first_byte(tiny, data):
     try:
         process = campaign.rftfit("run")
         assert process.returncode == 2
-        assert f"{link} -> " in process.stderr
-        assert "files.link-in-the-way" in process.stderr
+        if link.name == "results":
+            # the config is read first: results within the raw folder are refused there
+            assert str(victim) in process.stderr
+        else:
+            assert f"{link} -> " in process.stderr
+            assert "files.link-in-the-way" in process.stderr
         assert lab_files(campaign.root) == before
     finally:
         link.unlink()

@@ -20,12 +20,11 @@ METHODS |= {"tofile", "memmap", "imsave", "ExcelWriter"}
 
 def writes_of(source):
     """Lines of a module in which a file is opened for writing, made, moved or changed."""
-    return [node.lineno for node in ast.walk(ast.parse(source)) if _writes(node)]
+    calls = [node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.Call)]
+    return [call.lineno for call in calls if _writes(call)]
 
 
 def _writes(node):
-    if not isinstance(node, ast.Call):
-        return False
     name = getattr(node.func, "attr", getattr(node.func, "id", ""))
     is_method = isinstance(node.func, ast.Attribute)
     owner = ast.unparse(node.func.value) if isinstance(node.func, ast.Attribute) else ""
