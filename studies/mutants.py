@@ -378,7 +378,7 @@ def run_tests(tests: list[str], nominal_s: float) -> int:
     signal.alarm(int(300 + 32 * nominal_s))
     os.chdir(TREE)
     # in memory where the system has such a folder, since a disk may delete slowly
-    memory = Path("/dev/shm")
+    memory = Path("/dev/shm")  # noqa: S108 (a folder in it has a drawn name)
     name = f"rftfit-mutants-{hashlib.sha256(str(TREE).encode()).hexdigest()[:12]}"
     scratch = memory / name if os.access(memory, os.W_OK) else TREE / "scratch"
     shutil.rmtree(scratch, ignore_errors=True)
