@@ -53,6 +53,11 @@ shell.prefix(SHELL_PREFIX)
 include: "workflow/rules/common.smk"
 
 
+if workflow.is_main_process:
+    # also where Snakemake is started by hand
+    guard_written(CAMPAIGN)
+
+
 wildcard_constraints:
     medium=one_of(MEDIA),
     figure=one_of(Path(path).name for path in FIGURES if path.startswith("figures/")),

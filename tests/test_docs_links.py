@@ -13,12 +13,14 @@ OTHER_PAGES = (
     "CHANGELOG.md",
     "CODE_OF_CONDUCT.md",
     "CONTRIBUTING.md",
+    "SECURITY.md",
     "SUPPORT.md",
     "benchmarks/README.md",
     "config/README.md",
     "examples/cmu-wheel/README.md",
     "raw/README.md",
     "requirements/README.md",
+    "tests/golden/README.md",
 )
 PAGES = [*pages(), *OTHER_PAGES]
 _SITE = re.compile(r"^<!-- site\n.*?^-->\n", re.MULTILINE | re.DOTALL)

@@ -5,7 +5,6 @@ A job whose record still holds is not done again. Snakemake finds its plug-ins b
 
 from __future__ import annotations
 
-import os
 import shlex
 import subprocess
 import threading
@@ -20,12 +19,13 @@ from snakemake.executors.local import Executor as LocalExecutor
 from snakemake.executors.local import common_settings
 from snakemake_interface_executor_plugins.settings import ExecutorSettingsBase
 
+from rftfit.store.files import set_time
 from rftfit.workflow.job import run_forked
 from rftfit.workflow.records import record_holds
 
 __all__ = ["Executor", "ExecutorSettings", "common_settings"]
 
-_COMMAND = ["python", "-P", "-m", "rftfit"]
+_COMMAND = ["python", "-P", "-m", "rftfit.workflow.job"]
 _LOCK = threading.Lock()
 """Starting a process looks at all others: the end of each is read under the same lock."""
 
@@ -54,7 +54,7 @@ class Executor(LocalExecutor):  # type: ignore[misc]
         outputs = job.output._plainstrings()
         if not self.dag.reason(job).forced and record_holds(Path(), map(str, job.input), outputs):
             for path in outputs:
-                os.utime(path)  # made now, so that Snakemake does not ask again
+                set_time(path)  # made now, so that Snakemake does not ask again
             self.logger.info("still right", extra={"skipped": job.jobid})
             done = Future[None]()
             done.set_result(None)

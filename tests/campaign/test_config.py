@@ -138,6 +138,35 @@ def test_each_fault_has_its_place(room, old, new, code, line, key, value):
     assert value in str(problem)
 
 
+@pytest.mark.parametrize(
+    ("section", "key", "value"),
+    [
+        ("errors", "bed_percent", "1e308"),
+        ("errors", "bed_percent", "100.5"),
+        ("errors", "angle_deg", "91"),
+        ("errors", "bed_N_per_cm3", "1e6"),
+        ("fit", "submergence_cm", "-1"),
+        ("fit", "max_depth_cm", "1e300"),
+        ("arm", "surface_z_mm", "-1e9"),
+        ("clock", "max_drift", "1.5"),
+        ("fourier", "threshold", "2"),
+    ],
+)
+def test_a_number_that_no_laboratory_has_is_refused(room, section, key, value):
+    room.config = f"{room.config.rstrip()}\n{section}: {{{key}: {value}}}\n"
+    problem = room.only("config.out-of-range")
+    assert problem.place.key == f"{section}.{key}"
+
+
+@pytest.mark.parametrize("sign", [*"\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069"])
+def test_a_title_reads_as_it_is_written(room, sign):
+    """Signs that turn the order of letters show another title than the file has."""
+    room.config = room.config.replace("title: Test", f"title: Test {sign}tseT")
+    problem = room.only("config.control")
+    assert problem.place.line == 1
+    assert str(problem).isprintable()
+
+
 def test_all_faults_at_once(room):
     room.config = room.config.replace("title:", "titel:", 1).replace("24", "x").replace("F3", "F5")
     codes = sorted(

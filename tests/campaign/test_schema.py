@@ -54,6 +54,40 @@ def test_the_schema_accepts_what_the_models_accept(pytestconfig):
     assert len(list(check.iter_errors(data))) == 2
 
 
+ANY_NUMBER = {"missing", "where", "options"}
+"""Keys whose numbers are compared with those of a log, or handed to a dialect, as they are."""
+
+
+def numbers_without_bounds(node, key=""):
+    """Keys of a schema whose numbers are not bounded from both sides."""
+    if isinstance(node, list):
+        for part in node:
+            yield from numbers_without_bounds(part, key)
+    if not isinstance(node, dict) or key in ANY_NUMBER:
+        return
+    if node.get("type") in ("number", "integer"):
+        lower, upper = {"minimum", "exclusiveMinimum"}, {"maximum", "exclusiveMaximum"}
+        if not (lower & node.keys() and upper & node.keys()):
+            yield key
+        return
+    for name, part in node.get("properties", {}).items():
+        yield from numbers_without_bounds(part, name)
+    for name in ("items", "prefixItems", "anyOf", "additionalProperties"):
+        yield from numbers_without_bounds(node.get(name), key)
+
+
+@pytest.mark.parametrize("name", ["config", "robot"])
+def test_every_number_has_a_smallest_and_a_largest_value(pytestconfig, name):
+    """What is stated to be 1e308 percent is a slip of the hand, and would be computed with."""
+    schema = json.loads(
+        (pytestconfig.rootpath / "config" / f"{name}.schema.json").read_text("utf-8")
+    )
+    sections = [schema, *schema["$defs"].values()]
+    assert sum("properties" in section for section in sections) > 4
+    unbounded = {key for section in sections for key in numbers_without_bounds(section)}
+    assert unbounded == set()
+
+
 def test_a_new_campaign_lacks_only_its_runs(tmp_path):
     folder = tmp_path / "Mai 2024, Körner"
     written = init_campaign(folder)

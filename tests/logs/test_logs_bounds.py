@@ -14,12 +14,15 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
+from binary_logs import ROS1_TYPE, wrench, write_ros1, write_ros2
 from campaigns import make_campaign
 from jobs import run_rules
+from large_logs import ROW, archive, bag_with_blob, hdf5, small_bag, workbook
 from refusals import refused
 
 from rftfit.campaign.load import load_campaign
 from rftfit.cli.main import main
+from rftfit.logs import rosbag, tabular
 from rftfit.logs.registry import dialect
 
 h5py = pytest.importorskip("h5py")
@@ -235,11 +238,69 @@ def test_refused_before_it_takes_memory(tmp_path, name):
 
 
 def test_rows_as_wide_as_a_sheet_can_be(tmp_path):
-    """One cell at the far end makes a row of 16,384: so many rows were kept at a time, 6 GB of them."""
+    """One cell at the far end makes a row of 16,384, of which the library makes up all but three."""
     rows = pd.DataFrame(1.0, index=range(600), columns=["time", "F", "far"])
     with pd.ExcelWriter(tmp_path / "a.xlsx", engine="xlsxwriter") as book:
         rows[["time", "F"]].to_excel(book, index=False)
         rows[["far"]].to_excel(book, index=False, startcol=16_383)
-    blocks = list(dialect("xlsx").stream(tmp_path / "a.xlsx"))
-    assert len(blocks) > 1
-    assert sum(block.rows for block in blocks) == 600
+    refused(dialect("xlsx"), tmp_path / "a.xlsx", "too_large", "column 16384")
+
+
+def test_a_note_far_beside_a_table_is_no_harm(tmp_path):
+    rows = pd.DataFrame(1.0, index=range(600), columns=["time", "F"])
+    with pd.ExcelWriter(tmp_path / "a.xlsx", engine="xlsxwriter") as book:
+        rows.to_excel(book, index=False)
+        pd.DataFrame(["see the notebook"]).to_excel(
+            book, index=False, header=False, startrow=40, startcol=16_383
+        )
+    assert dialect("xlsx").load(tmp_path / "a.xlsx").rows == 600
+
+
+# --- Limits that are asked before reading
+
+
+def test_a_sheet_of_more_rows_than_one_has_is_refused_before_a_row_is_read(tmp_path, monkeypatch):
+    monkeypatch.setattr(tabular, "MOST_ROWS", 900)
+    monkeypatch.setattr(tabular, "_LEAST_TO_COUNT", 900)
+    monkeypatch.setattr(tabular.XlsxReader, "_logs", lambda *_: pytest.fail("a row was read"))
+    refused(dialect("xlsx"), workbook(1000, ROW)(tmp_path / "a"), "too_large", "row 900")
+
+
+@pytest.mark.parametrize("kind", ["npz", "h5"])
+def test_a_file_of_more_arrays_than_a_log_has(tmp_path, kind):
+    make = {"npz": archive, "h5": hdf5}[kind]
+    refused(dialect("arrays"), make(2001)(tmp_path / "a"), "too_large", "2000 arrays")
+    assert len(dialect("arrays").load(make(200)(tmp_path / "b")).columns) == 200
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the peak of memory is read from /proc")
+def test_a_message_of_a_bag_is_asked_for_its_size_before_it_is_read(tmp_path):
+    pytest.importorskip("rosbags")
+    path = bag_with_blob(400)(tmp_path / "bag")
+    command = [sys.executable, "-c", LOAD, "ros-bag", str(path)]
+    process = subprocess.run(command, capture_output=True, text=True, check=True)
+    error_code, megabytes, _ = process.stdout.split(maxsplit=2)
+    assert (error_code, int(megabytes) < MOST_MB) == ("too_large", True), process.stdout
+    # named by its folder, it is the same bag
+    refused(dialect("ros-bag"), path.parent / "metadata.yaml", "too_large")
+
+
+def test_a_large_record_of_a_bag_is_not_read(tmp_path, monkeypatch):
+    pytest.importorskip("rosbags")
+    monkeypatch.setattr(rosbag, "MOST_OF_BLOCK", 100_000)
+    monkeypatch.setattr(Path, "read_bytes", lambda _: pytest.fail("the bag was read"))
+    raw = np.arange(3.0).tobytes() + (7).to_bytes(4, "little")
+    refused(
+        dialect("ros-bag"), write_ros1(tmp_path / "a.bag", ROS1_TYPE, raw, count=9000), "too_large"
+    )
+    messages = [wrench(1)] * 3000
+    refused(dialect("ros-bag"), write_ros2(tmp_path / "b", messages), "too_large")
+
+
+def test_messages_of_a_topic_are_counted_by_their_sizes(tmp_path, monkeypatch):
+    pytest.importorskip("rosbags")
+    path = small_bag(tmp_path / "bag")
+    monkeypatch.setattr(rosbag, "MOST_OF_MESSAGES", 20 * len(wrench(0)) - 1)
+    refused(dialect("ros-bag"), path, "too_large")
+    monkeypatch.setattr(rosbag, "MOST_OF_MESSAGES", 20 * len(wrench(0)))
+    assert dialect("ros-bag").load(path).rows == 20

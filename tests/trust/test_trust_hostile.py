@@ -47,7 +47,7 @@ def room(tmp_path):
 def rftfit(*words, cwd=None):
     """Run the command as a user would; it may neither hang nor show a traceback."""
     process = subprocess.run(
-        [sys.executable, "-m", "rftfit.cli.main", *map(str, words)],
+        [sys.executable, "-m", "rftfit", *map(str, words)],
         cwd=cwd,
         capture_output=True,
         text=True,
@@ -263,7 +263,7 @@ def test_names_that_some_disks_take_for_the_same(room):
     assert re.search(f" row 2 .* {composed}: ", problems["sheet.shared-file"].allowed)
 
 
-@pytest.mark.parametrize("sign", ["\x00", "\x07", "\x1b", "\x7f", "\x85"])
+@pytest.mark.parametrize("sign", ["\x00", "\x07", "\x1b", "\x7f", "\x85", "\u202e", "\u2067"])
 def test_notes_hold_no_control_characters(room, sign):
     """They would end up in tables, pages and drawings."""
     room.rows["p1"]["note"] = f"a{sign}b"

@@ -12,7 +12,7 @@ from campaigns import Folder, make_campaign
 from rftfit.bench.watch import Watch
 from rftfit.errors import InputError
 from rftfit.store import write_text
-from rftfit.store.links import put_results_at, refuse_links_out, results_elsewhere
+from rftfit.store.links import LinkError, put_results_at, refuse_links
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="links need no rights on POSIX only")
 
@@ -145,6 +145,20 @@ def test_init_writes_through_no_link(tmp_path, elsewhere, place, words, way):
     ] == []
 
 
+@pytest.mark.parametrize(
+    "words", [("init", "mylab"), ("example", "cmu-sand", "mylab"), ("reenact", "--live", "mylab")]
+)
+@pytest.mark.parametrize("dangling", [False, True])
+def test_a_new_campaign_is_made_through_no_link_of_its_own_name(
+    campaign, elsewhere, words, dangling
+):
+    (campaign.root / "mylab").symlink_to(elsewhere / ("none" if dangling else ""))
+    process = campaign.rftfit(*words)
+    assert process.returncode == 2
+    assert str(elsewhere) in process.stderr
+    assert not (elsewhere / "none").exists()
+
+
 RAW_WRITES = [
     "raw",
     "raw/paper",
@@ -237,11 +251,15 @@ def test_a_watch_writes_nothing(campaign, elsewhere):
     assert sorted(campaign.root.rglob("*")) == paths_here
 
 
-def test_links_inside_are_followed_once_and_loops_end(tmp_path):
+def test_links_inside_are_refused_too_and_loops_end(tmp_path):
     (tmp_path / "results" / "a").mkdir(parents=True)
     (tmp_path / "results" / "same").symlink_to("a")
     (tmp_path / "results" / "a" / "loop").symlink_to("..")
-    refuse_links_out(tmp_path)
+    with pytest.raises(LinkError) as refusal:
+        refuse_links(tmp_path)
+    assert refusal.value.code == "files.link-in-the-way"
+    links = [tmp_path / "results" / "a" / "loop", tmp_path / "results" / "same"]
+    assert refusal.value.paths == links
 
 
 def test_results_on_another_disk_are_what_the_user_has_said(campaign, tmp_path):
@@ -251,14 +269,25 @@ def test_results_on_another_disk_are_what_the_user_has_said(campaign, tmp_path):
         put_results_at(root, tmp_path / "none")
     put_results_at(root, disk)
     assert (root / "results").resolve() == disk
-    refuse_links_out(root, allowed=results_elsewhere(root))
-    # what lies there may lead out no more than what lies here
+    refuse_links(root)
+    # what lies there may be a link no more than what lies here
     (disk / "alpha").symlink_to(tmp_path)
-    with pytest.raises(InputError, match=f"alpha -> '{tmp_path}'"):
-        refuse_links_out(root, allowed=results_elsewhere(root))
+    with pytest.raises(LinkError) as refusal:
+        refuse_links(root)
+    assert refusal.value.paths == [root / "results" / "alpha"]
     # nobody else's word counts: it is kept outside of the campaign
+    (disk / "alpha").unlink()
     shutil.rmtree(tmp_path / "cache")
-    assert results_elsewhere(root) == []
+    with pytest.raises(LinkError) as refusal:
+        refuse_links(root)
+    assert refusal.value.paths == [root / "results"]
+
+
+@pytest.mark.parametrize("place", ["raw", ".", ".."])
+def test_results_lie_in_no_folder_of_the_lab(campaign, place):
+    """They would stand among its logs, or over its files."""
+    with pytest.raises(InputError, match="--results-at"):
+        put_results_at(campaign.root, campaign.root / place)
 
 
 def test_results_that_are_there_are_not_hidden_by_a_link(campaign, elsewhere):

@@ -11,6 +11,7 @@ import re
 import socket
 import time
 from pathlib import Path
+from threading import Event, Thread
 
 import pytest
 from bench import MEDIUM
@@ -18,7 +19,7 @@ from chromium import Chromium, find
 from waiting import LONGEST_S
 
 from rftfit.bench.page import page_of
-from rftfit.bench.server import HOST, LivePage, _Handler
+from rftfit.bench.server import HOST, MOST_CONNECTIONS, LivePage, _Handler
 from rftfit.bench.watch import MEASURED
 from rftfit.errors import InputError
 
@@ -116,6 +117,72 @@ def test_silent_connections_take_neither_the_page_nor_the_logs(bench, monkeypatc
     page.close()
     for connection in silent:
         connection.close()
+
+
+def dribble(sockets, stop):
+    """Send a byte on each connection again and again; a connection that was ended is opened anew."""
+    while not stop.wait(0.05):
+        for index, (connection, port) in enumerate(sockets):
+            try:
+                connection.send(b"G")
+            except OSError:
+                connection.close()
+                sockets[index] = socket.create_connection((HOST, port), timeout=5), port
+
+
+def test_slow_connections_without_the_token_never_keep_the_owner_out():
+    """More than there are places; each begins a request that it never ends, and comes back when it is ended."""
+    page, stop = LivePage(), Event()
+    sockets = [
+        (socket.create_connection((HOST, page.port), timeout=5), page.port)
+        for _ in range(MOST_CONNECTIONS + 8)
+    ]
+    thread = Thread(target=dribble, args=(sockets, stop))
+    thread.start()
+    try:
+        for _ in range(20):
+            began_s = time.monotonic()
+            assert ask(page, f"/{page.token}/")[0] == 200
+            assert time.monotonic() - began_s < 2.0
+    finally:
+        stop.set()
+        thread.join()
+        page.close()
+        for connection, _ in sockets:
+            connection.close()
+
+
+def test_a_connection_with_the_token_stays_when_others_come():
+    page = LivePage()
+    owner = http.client.HTTPConnection(HOST, page.port, timeout=LONGEST_S)
+    strangers = []
+    for _ in range(3):
+        owner.request("GET", f"/{page.token}/")
+        assert owner.getresponse().read()
+        strangers += [
+            socket.create_connection((HOST, page.port), timeout=LONGEST_S)
+            for _ in range(MOST_CONNECTIONS)
+        ]
+    # the oldest of them have been ended: nothing more comes from there
+    assert strangers[0].recv(1) == b""
+    owner.close()
+    page.close()
+    for connection in strangers:
+        connection.close()
+
+
+def test_a_head_that_never_ends_is_ended(monkeypatch):
+    """However often a byte of it comes."""
+    monkeypatch.setattr(_Handler, "timeout", 0.3)
+    page = LivePage()
+    with socket.create_connection((HOST, page.port), timeout=LONGEST_S) as slow:
+        began_s = time.monotonic()
+        with pytest.raises((BrokenPipeError, ConnectionResetError)):  # noqa: PT012 (which of the bytes comes too late is not known)
+            while time.monotonic() - began_s < LONGEST_S:
+                slow.sendall(b"G")
+                time.sleep(0.02)
+        assert time.monotonic() - began_s < LONGEST_S
+    page.close()
 
 
 def test_a_full_table_of_files_is_no_verdict_on_a_log(bench, monkeypatch):

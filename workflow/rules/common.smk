@@ -2,7 +2,7 @@
 import re
 
 from rftfit.robot import PROFILES
-from rftfit.workflow.state import read_states
+from rftfit.workflow.state import guard_written, read_states
 
 CONFIG = config.get("campaign", "config/config.yaml")
 STATES, _ = read_states(Path(CONFIG))

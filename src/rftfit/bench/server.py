@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import hmac
+import io
 import json
 import secrets
+import socket
+import time
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
-from threading import BoundedSemaphore, Event, Thread
+from threading import Event, Lock, Thread
 from typing import Any
 
 from rftfit.errors import InputError
@@ -18,8 +21,8 @@ from rftfit.errors import InputError
 HOST = "127.0.0.1"
 _BEAT_S = 10.0
 MOST_CONNECTIONS = 32
-LONGEST_SILENCE_S = 10.0
-"""After which a connection that asks for nothing ends."""
+LONGEST_WAIT_S = 10.0
+"""Longest time that the whole head of a request may take, and that a browser may take nothing of an answer, s."""
 _POLICY = (
     "default-src 'none'; script-src 'nonce-{0}'; style-src 'nonce-{0}'; connect-src 'self'; img-src data:; "
     "frame-ancestors 'none'; base-uri 'none'"
@@ -47,7 +50,9 @@ class LivePage(ThreadingHTTPServer):
 
     def __init__(self, port: int = 0) -> None:
         self.asked, self.clients, self.closed = Event(), list[Client](), False
-        self._free = BoundedSemaphore(MOST_CONNECTIONS)
+        self._connections: dict[socket.socket, bool] = {}
+        """Open connections, the oldest first, and whether they have shown the token."""
+        self._changing = Lock()
         try:
             super().__init__((HOST, port), _Handler)
         except OSError as error:
@@ -58,16 +63,33 @@ class LivePage(ThreadingHTTPServer):
         self.address = f"http://{HOST}:{self.port}/{self.token}/"
         Thread(target=self.serve_forever, daemon=True).start()
 
-    def verify_request(self, *_: object) -> bool:
-        """Take no more connections than a few browsers have: each is an open file."""
-        return self._free.acquire(blocking=False)
+    def verify_request(self, request: Any, client_address: Any) -> bool:  # noqa: ARG002 (of the library)
+        """Admit a connection; each is an open file, so where there are too many, the oldest without the token ends."""
+        with self._changing:
+            if len(self._connections) >= MOST_CONNECTIONS:
+                strangers = (one for one, has_token in self._connections.items() if not has_token)
+                oldest_stranger = next(strangers, None)
+                if oldest_stranger is None:
+                    return False
+                del self._connections[oldest_stranger]
+                with suppress(OSError):
+                    oldest_stranger.shutdown(socket.SHUT_RDWR)
+            self._connections[request] = False
+        return True
+
+    def keep(self, connection: socket.socket) -> None:
+        """Let a connection that has shown the token stay when connections are short."""
+        with self._changing:
+            if connection in self._connections:
+                self._connections[connection] = True
 
     def process_request_thread(self, request: Any, client_address: Any) -> None:
         """Answer in a thread of its own, and give the place back."""
         try:
             super().process_request_thread(request, client_address)
         finally:
-            self._free.release()
+            with self._changing:
+                self._connections.pop(request, None)
 
     def show(self, content: Callable[[str], str], *, changed: bool) -> None:
         """Send content by query to every browser, or to those alone that came meanwhile."""
@@ -85,21 +107,56 @@ class LivePage(ThreadingHTTPServer):
             client.content_ready.set()
 
 
+class _HeadReader(io.RawIOBase):
+    """Reads a connection until a deadline, however often a byte comes."""
+
+    def __init__(self, connection: socket.socket) -> None:
+        self.connection = connection
+        self.ends_at_s = 0.0
+
+    def readable(self) -> bool:
+        """Tell that it can be read."""
+        return True
+
+    def readinto(self, buffer: Any) -> int:
+        """Read what has come; TimeoutError after the deadline."""
+        left_s = self.ends_at_s - time.monotonic()
+        if left_s <= 0:
+            raise TimeoutError
+        self.connection.settimeout(left_s)
+        return self.connection.recv_into(buffer)
+
+
 class _Handler(BaseHTTPRequestHandler):
     server: LivePage
-    timeout = LONGEST_SILENCE_S
+    timeout = LONGEST_WAIT_S
     protocol_version = "HTTP/1.1"
+
+    def setup(self) -> None:
+        """Read the connection with a limit for each whole head."""
+        super().setup()
+        self._head_reader = _HeadReader(self.connection)
+        self.rfile = io.BufferedReader(self._head_reader)
+
+    def handle_one_request(self) -> None:
+        """Answer one request, whose head has to come in time."""
+        self._head_reader.ends_at_s = time.monotonic() + self.timeout
+        super().handle_one_request()
 
     def do_GET(self) -> None:
         """Answer a request that names this host, comes from this page or from none, and has the token."""
+        self.connection.settimeout(self.timeout)
         page_hosts = [f"{name}:{self.server.port}" for name in (HOST, "localhost")]
         _, token, page_and_query = [*self.path.split("/", 2), "", ""][:3]
         name, _, query = page_and_query.partition("?")
         is_ours = self.headers.get("Origin") in (None, *(f"http://{host}" for host in page_hosts))
         is_known = hmac.compare_digest(token.encode(), self.server.token.encode())
         if self.headers.get("Host") not in page_hosts or not is_ours or not is_known:
+            self.close_connection = True
             self._head(403)
-        elif name == "":
+            return
+        self.server.keep(self.connection)
+        if name == "":
             nonce = secrets.token_hex(8)
             text = Path(__file__).with_name("page.html").read_text(encoding="utf-8")
             page = text.replace("NONCE", nonce).encode()

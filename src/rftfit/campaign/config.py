@@ -18,8 +18,21 @@ from pydantic import (
 
 from rftfit.campaign.files import DEVICE, is_device
 
-Positive = Annotated[float, Field(gt=0)]
-NotNegative = Annotated[float, Field(ge=0)]
+LARGEST = 1e6
+"""Largest number of most settings: no length in cm, force in N or time in s of a laboratory is larger."""
+LARGEST_OF_FILES = 1e20
+"""Largest number that is applied to the values of a file, which may be counts, or nanoseconds since 1970."""
+LARGEST_PARAMETER = 1e3
+"""Largest stated alpha, N/cm^3: that of dense sand is below 10."""
+
+Number = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
+Positive = Annotated[float, Field(gt=0, le=LARGEST)]
+NotNegative = Annotated[float, Field(ge=0, le=LARGEST)]
+OfFile = Annotated[float, Field(ge=-LARGEST_OF_FILES, le=LARGEST_OF_FILES)]
+Percent = Annotated[float, Field(ge=0, le=100)]
+AngleError = Annotated[float, Field(ge=0, le=90)]
+Share = Annotated[float, Field(gt=0, le=1)]
+ColumnNumber = Annotated[int, Field(ge=1, le=1_000_000)]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]*$", max_length=64)]
 
 
@@ -58,7 +71,7 @@ class ClockSettings(Model):
     """
     max_se_s: Positive = 0.1
     """a run whose estimated offset has a larger standard error is refused, s"""
-    max_drift: Positive = 1e-3
+    max_drift: Share = 1e-3
     """how much the rates of the clocks may differ, as a standard deviation, relative; for estimate
 
     Two crystals differ by some 0.01 percent, loggers on a busy computer by up to 0.1 percent: in
@@ -138,7 +151,7 @@ class Leg(Model):
     """side along the axle, cm"""
     thickness_cm: Positive
     """thickness, cm"""
-    hip_height_cm: float
+    hip_height_cm: Number
     """height of the axle above the free surface, cm
 
     The axle stands still while the leg turns; the leg dips into the medium by `max_length_cm` less
@@ -276,7 +289,7 @@ class TextFormat(Model):
     """lines that begin with this are no data, for example #"""
     encoding: str = ""
     """of the names; default: UTF-8, or else Windows-1252"""
-    rate_Hz: Positive | None = None
+    rate_Hz: Annotated[float, Field(gt=0, le=1e9)] | None = None
     """rows a second, where no column holds the time, Hz
 
     Time is then the number of the row over this rate. A row that cannot be read keeps its place, so
@@ -298,7 +311,7 @@ class TextFormat(Model):
 class SecondColumn(Model):
     """A column whose values are added to those of another."""
 
-    column: str | Annotated[int, Field(ge=1)] | None = None
+    column: str | ColumnNumber | None = None
     """its name as rftfit inspect shows it, or its number in the file, from 1"""
     unit: Unit | None = None
     """its unit; needed where the file states none"""
@@ -313,11 +326,11 @@ class SecondColumn(Model):
 class ColumnEntry(Model):
     """The column of a quantity."""
 
-    column: str | Annotated[int, Field(ge=1)] | None = None
+    column: str | ColumnNumber | None = None
     """its name as rftfit inspect shows it, or its number in the file, from 1"""
     unit: Unit | None = None
     """its unit; needed where the file states none"""
-    factor: float = 1.0
+    factor: OfFile = 1.0
     """multiplied onto the values, for example -1 where down is positive; with `unit`, units of the
     quantity for one of a file's own (V, counts)
 
@@ -325,15 +338,15 @@ class ColumnEntry(Model):
     volt: `F3: {column: bridge, unit: N, factor: 250, offset: -12.5}`. Value used = value in the
     file x factor + offset.
     """
-    offset: float = 0.0
+    offset: OfFile = 0.0
     """added after that, in `unit`"""
-    constant: float | None = None
+    constant: OfFile | None = None
     """value of a quantity that no column holds and that stays the same
 
     For a channel that nobody measured, as the sideways forces on a testing machine. Without a
     measured force along x, alpha_x of plates that are not level or upright is blank. Examples: `F1: {constant: 0, unit: N}`, `x: {constant: 0, unit: mm}`.
     """
-    rate: float | None = None
+    rate: OfFile | None = None
     """change per second of a quantity that no column holds, from `constant` at the first row on: an
     actuator of known speed
 
@@ -365,7 +378,7 @@ def _short(value: Any) -> Any:
 
 
 Chosen = Annotated[
-    ColumnEntry, BeforeValidator(_short, json_schema_input_type=ColumnEntry | str | int)
+    ColumnEntry, BeforeValidator(_short, json_schema_input_type=ColumnEntry | str | ColumnNumber)
 ]
 
 
@@ -567,7 +580,7 @@ class ZeroSettings(Model):
     `zero_log` of the run sheet. Example: `zero: {method: stated, readings_N: [0, 0, 0], sd_N:
     0.02}` for a machine that was set to zero before each push.
     """
-    readings_N: tuple[float, float, float] = Field(default=(0.0, 0.0, 0.0), strict=False)
+    readings_N: tuple[Number, Number, Number] = Field(default=(0.0, 0.0, 0.0), strict=False)
     """what channels F1, F2, F3 read without load, for stated; 0 for logs whose zero was taken off"""
     sd_N: NotNegative | None = None
     """standard error of a stated reading; enters the intervals, so stated needs it"""
@@ -586,14 +599,14 @@ class Arm(Model):
 
     position_unit: LengthUnit = "mm"
     """unit of the position columns"""
-    surface_z_mm: float = 0.0
+    surface_z_mm: Number = 0.0
     """arm z of the free surface unless the sheet says, mm
 
     Depth is this height less the z of the plate's centre. Lower the plate until it touches the
     levelled bed, and read z of the arm. A column of this name in the run sheet goes before it.
     Example: `surface_z_mm: 150`.
     """
-    middle_x_mm: float = 0.0
+    middle_x_mm: Number = 0.0
     """arm x of the middle of the container, mm"""
     speed_cm_per_s: Positive = 1.0
     """speed along the stroke, cm/s
@@ -603,7 +616,7 @@ class Arm(Model):
     """
     leg_speed_rad_per_s: Positive = 0.2
     """speed of a leg's rotation, rad/s"""
-    angle_tolerance_deg: Positive = 2.0
+    angle_tolerance_deg: Annotated[float, Field(gt=0, le=90)] = 2.0
     """largest difference between sheet and log, of beta and of the path, degrees
 
     A run whose log shows another angle than its row of the run sheet is refused: one of the two is
@@ -688,7 +701,7 @@ class Fit(Model):
     are left out; a small container may leave no window at all. Example: `fit: {wall_clearance_cm:
     4}`.
     """
-    submergence_cm: float | None = None
+    submergence_cm: NotNegative | None = None
     """smallest depth of the window, cm; default: the plate wholly submerged
 
     A plate that is half in air has less than its area in the medium. Example: `fit:
@@ -719,7 +732,7 @@ class Fit(Model):
     """length left out where an extraction starts, before its force has built up, cm"""
     air_clearance_cm: Positive = 0.5
     """how far the whole intruder must be above the surface to count as in air, cm"""
-    min_points: int = Field(default=30, ge=3)
+    min_points: int = Field(default=30, ge=3, le=1_000_000)
     """fewer samples in the window give no alpha"""
     min_depth_cm: NotNegative | None = None
     """a window that covers less depth gives no alpha, cm; default: a tenth of the plate's length"""
@@ -774,16 +787,16 @@ class ErrorSettings(Model):
     The zero of the arm's z may be wrong by the same amount all day; repeats do not show that.
     Example: `errors: {surface_session_mm: 0.5}` for a surface found by eye, once.
     """
-    angle_deg: NotNegative = 0.5
+    angle_deg: AngleError = 0.5
     """attack angle and direction of motion of a run, degrees; default: a quarter of what
     arm.angle_tolerance_deg lets pass
 
     How well one run is set: a clamp with a scale gives about 1, a servo about 0.1. Example:
     `errors: {angle_deg: 1}`.
     """
-    turn_deg: NotNegative = 0.5
+    turn_deg: AngleError = 0.5
     """transducer.turn_deg, the same error in all runs, degrees; default: a mount set by eye"""
-    bed_N_per_cm3: NotNegative | None = None
+    bed_N_per_cm3: Annotated[float, Field(ge=0, le=LARGEST_PARAMETER)] | None = None
     """alpha from one prepared bed to the next, N/cm^3, used where the run sheet has too few repeats to
     show it; 0 for intervals without the scatter between beds
 
@@ -791,10 +804,10 @@ class ErrorSettings(Model):
     measured, and this is not needed. With one run a direction, state what you know from earlier.
     Example: `errors: {bed_N_per_cm3: 0.005}`, as the paper states.
     """
-    bed_percent: NotNegative | None = None
+    bed_percent: Percent | None = None
     """the part of it that grows with alpha, percent; the two add in squares; default: 5 where neither is
     stated, beds poured or tapped by hand"""
-    tare_percent: NotNegative = 10.0
+    tare_percent: Percent = 10.0
     """force on the rod alone, the same error in all runs, percent; default: rods pushed into beds of
     another day
 
@@ -804,7 +817,7 @@ class ErrorSettings(Model):
 
     hip_cm: NotNegative = 0.1
     """hip_height_cm of a leg, cm; default: an axle set with a ruler against a levelled bed"""
-    arc_percent: NotNegative = 1.5
+    arc_percent: Percent = 1.5
     """arc of a curved leg, percent; default: 0.7 mm on the rim of a half circle of 7.6 cm"""
 
     @property
@@ -866,10 +879,10 @@ class TableSettings(Model):
 _NOT_OF_TABLES: dict[str, Any] = {
     "transducer": {
         "name": "not stated",
-        "range_N": [1e9] * 3,
+        "range_N": [LARGEST] * 3,
         "axes": {"x": "+F1", "y": "+F2", "z": "+F3"},
     },
-    "container": dict.fromkeys(("length_cm", "width_cm", "depth_cm"), 1e6),
+    "container": dict.fromkeys(("length_cm", "width_cm", "depth_cm"), LARGEST),
 }
 """Keys that a campaign with logs must give and a table makes needless."""
 
@@ -887,7 +900,7 @@ class Fourier(Model):
     paper's Table S2, for comparison with it. Both are always made and every table says which.
     Example: `fourier: {method: dft-index}`.
     """
-    threshold: NotNegative = 0.05
+    threshold: Annotated[float, Field(ge=0, le=1)] = 0.05
     """a term is kept above this fraction of A00
 
     The paper keeps the nine terms above 0.05 of the mean A00. A lower number keeps more terms in
@@ -900,7 +913,7 @@ class Fourier(Model):
     some 2 percent of its width; time grows in proportion. Example: `fourier: {draws: 500}` while
     you try things.
     """
-    seed: int = Field(default=2013, ge=0)
+    seed: int = Field(default=2013, ge=0, le=2**63 - 1)
     """seed of the bootstrap: same seed, same intervals"""
 
 

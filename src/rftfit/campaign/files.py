@@ -88,12 +88,19 @@ def folded(path: str) -> str:
     return unicodedata.normalize("NFC", unicodedata.normalize("NFC", path).casefold())
 
 
+_TURNS_TEXT = frozenset("\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069")
+"""Signs that turn the order of the letters after them, so that a text reads otherwise than it is written."""
+
+
 def unshowable(text: str) -> str:
-    """Find the first sign that neither a page nor a drawing can show; empty if there is none."""
+    """Find the first sign that no page and no drawing shows as it is; empty if there is none."""
     if text.isprintable():
         return ""
     signs = (
-        sign for sign in text if sign not in "\t\n" and unicodedata.category(sign) in ("Cc", "Cs")
+        sign
+        for sign in text
+        if sign in _TURNS_TEXT
+        or (sign not in "\t\n" and unicodedata.category(sign) in ("Cc", "Cs"))
     )
     return next(signs, "")
 

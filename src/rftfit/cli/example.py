@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Mapping
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Annotated
 
 import typer
@@ -13,10 +13,10 @@ from rftfit.campaign.problems import choose
 from rftfit.cli.output import count, megabytes, print_line
 from rftfit.cli.run import run
 from rftfit.errors import InputError, OutputError
-from rftfit.store import atomic_path, write_bytes
+from rftfit.store import copy_file, write_bytes
 from rftfit.store.digests import read_sums, sha256_of
 from rftfit.store.environment import shipped
-from rftfit.store.links import refuse_links_out
+from rftfit.store.links import refuse_links, refuse_target_by_link
 
 SUMS = "logs.sha256"
 EXAMPLES = {
@@ -28,8 +28,11 @@ EXAMPLES = {
 
 def copy_example(source: Path, folder: Path) -> None:
     """Copy configuration and run sheet into the folder; what is there is never overwritten."""
-    refuse_links_out(folder, ("config", "raw"))
-    for file in sorted((source / "config").iterdir()):
+    config_files = sorted((source / "config").iterdir())
+    logs = (f"raw/{name}" for name in read_sums(source / SUMS))
+    refuse_target_by_link(folder)
+    refuse_links(folder, [*(f"config/{file.name}" for file in config_files), *logs])
+    for file in config_files:
         target = folder / "config" / file.name
         if not target.exists():
             write_bytes(target, file.read_bytes())
@@ -81,8 +84,7 @@ def _copy(folder: Path, raw: Path, digests: Mapping[str, str]) -> None:
             raise InputError(
                 f"--from: {folder / name} is not the log of that name (sha256 differs)"
             )
-        with atomic_path(raw / name) as partial_file:
-            shutil.copyfile(folder / name, partial_file)
+        copy_file(folder / name, raw / name)
 
 
 def _download(address: str, raw: Path, digests: Mapping[str, str]) -> None:
@@ -95,17 +97,19 @@ def _download(address: str, raw: Path, digests: Mapping[str, str]) -> None:
         ) from None
     pooch.get_logger().setLevel("ERROR")
     registry = {name: f"sha256:{digest}" for name, digest in digests.items()}
-    store = pooch.create(path=raw, base_url=address, registry=registry, retry_if_failed=2)
-    for place, name in enumerate(digests, start=1):
-        print_line(f"  {place} of {len(digests)}: {name}")
-        try:
-            store.fetch(name)
-        except (OSError, ValueError) as error:
-            # the libraries below raise errors of many kinds, all of these two families
-            raise InputError(
-                f"{address}{name}: cannot be downloaded ({str(error).splitlines()[0][:200]}); without "
-                "a connection, give a folder that has the logs: --from DIR"
-            ) from error
+    with TemporaryDirectory(prefix="rftfit-example-") as downloads:
+        store = pooch.create(path=downloads, base_url=address, registry=registry, retry_if_failed=2)
+        for place, name in enumerate(digests, start=1):
+            print_line(f"  {place} of {len(digests)}: {name}")
+            try:
+                downloaded_path = store.fetch(name)
+            except (OSError, ValueError) as error:
+                # the libraries below raise errors of many kinds, all of these two families
+                raise InputError(
+                    f"{address}{name}: cannot be downloaded ({str(error).splitlines()[0][:200]}); without "
+                    "a connection, give a folder that has the logs: --from DIR"
+                ) from error
+            copy_file(downloaded_path, raw / name)
 
 
 def example(

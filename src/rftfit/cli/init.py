@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import shutil
 from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
@@ -15,8 +14,8 @@ import typer
 from rftfit.cli import options
 from rftfit.cli.output import print_line
 from rftfit.errors import InputError
-from rftfit.store import write_text
-from rftfit.store.links import refuse_links_out
+from rftfit.store import copy_file, write_text
+from rftfit.store.links import refuse_links, refuse_target_by_link
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -49,6 +48,7 @@ def init_campaign(folder: Path) -> list[Path]:
 def _write(folder: Path, texts: Mapping[str, str], copied: Mapping[str, Path]) -> list[Path]:
     """Copy and write files by name into a folder and list them; nothing that is there is overwritten."""
     names = [*copied, *texts]
+    refuse_target_by_link(folder)
     if os.path.lexists(folder) and not folder.is_dir():
         raise InputError(f"{folder}: this is not a folder; name a new one or one that exists")
     # lexists: a link that leads nowhere is there too
@@ -58,10 +58,9 @@ def _write(folder: Path, texts: Mapping[str, str], copied: Mapping[str, Path]) -
             f"{folder}: {', '.join(existing)} would be overwritten, so nothing was written; name a "
             "new folder or move these files away"
         )
-    refuse_links_out(folder, sorted({name.partition("/")[0] for name in names}))
+    refuse_links(folder, names)
     for name, source in copied.items():
-        (folder / name).parent.mkdir(parents=True, exist_ok=True)
-        shutil.copyfile(source, folder / name)
+        copy_file(source, folder / name)
     for name, text in texts.items():
         write_text(folder / name, text)
     return [folder / name for name in names]

@@ -56,16 +56,14 @@ def _write(text: str) -> Path | None:
 
     Never into the current folder, which somebody else may have filled.
     """
+    # seldom needed
+    from rftfit.store.files import write_report
+
     for find_folder in (_own_cache, lambda: Path(tempfile.gettempdir())):
         try:
-            folder = find_folder()
-            folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-            handle, path = tempfile.mkstemp(".txt", CRASH_FILE, folder)
-            with os.fdopen(handle, "w", encoding="utf-8", errors="backslashreplace") as report:
-                report.write(text)
+            return write_report(find_folder(), CRASH_FILE, text)
         except (OSError, ValueError):
             continue
-        return Path(path)
     return None
 
 
@@ -154,7 +152,3 @@ def _invoke(words: list[str]) -> int:
         error.show()
         return exit_codes.INPUT_NOT_VALID
     return exit_codes.FINE
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -95,7 +95,7 @@ def reenact(
     from rftfit.lab.marker import MARKER, clear, find_earlier
     from rftfit.lab.plan import media_of, parse_directions
     from rftfit.lab.protocols import PROTOCOLS
-    from rftfit.store.links import refuse_links_out
+    from rftfit.store.links import refuse_links
 
     if live is not None:
         config = _copied(config, live)
@@ -111,7 +111,7 @@ def reenact(
             f"config, key run_sheet: found '{places.config.run_sheet}'; allowed here: a .csv file, "
             "which is what rftfit reenact writes"
         )
-    refuse_links_out(places.root, [places.config.raw, places.config.run_sheet])
+    refuse_links(places.root, [places.config.raw, places.config.run_sheet])
     # a misspelled word must not cost the logs that are there: everything is checked before
     if not media_of(places.config.media, media or None):
         raise InputError(
@@ -162,9 +162,10 @@ def _copied(config: Path, live: Path) -> Path:
     """Config of a folder, copied there where it has none."""
     from rftfit.campaign.files import read_text
     from rftfit.store import write_text
-    from rftfit.store.links import refuse_links_out
+    from rftfit.store.links import refuse_links, refuse_target_by_link
 
-    refuse_links_out(live, ["config"])
+    refuse_target_by_link(live)
+    refuse_links(live, ["config/config.yaml"])
     live_config = live / "config" / "config.yaml"
     if not live_config.is_file():
         write_text(live_config, read_text(config, config.as_posix(), "config", 1_000_000))

@@ -95,11 +95,11 @@ def gif_bytes(shots: Sequence[Picture], frame_s: float) -> bytes:
     first_frame, *later_frames = (
         Image.fromarray(shot).quantize(**quantize_options) for shot in shots
     )
-    target, duration = io.BytesIO(), max(20, 10 * round(100 * frame_s))
+    buffer, duration = io.BytesIO(), max(20, 10 * round(100 * frame_s))
     first_frame.save(
-        target, "GIF", save_all=True, append_images=later_frames, loop=0, duration=duration
+        buffer, "GIF", save_all=True, append_images=later_frames, loop=0, duration=duration
     )
-    return target.getvalue()
+    return buffer.getvalue()
 
 
 def mp4_bytes(shots: Sequence[Picture], frame_s: float) -> bytes | None:
@@ -117,7 +117,8 @@ def mp4_bytes(shots: Sequence[Picture], frame_s: float) -> bytes | None:
         target = Path(folder) / "animation.mp4"
         shape = f"-pix_fmt rgb24 -s {width}x{height} -r {1 / frame_s:.4f}"
         words = f"-loglevel error -f rawvideo {shape} -i - -pix_fmt yuv420p".split()
-        process = subprocess.run(
+        # the user's own program for movies, with words that are written here
+        process = subprocess.run(  # noqa: S603
             [program, *words, target], input=raw, check=False, capture_output=True
         )
         return target.read_bytes() if process.returncode == 0 and target.is_file() else None

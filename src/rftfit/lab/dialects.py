@@ -119,9 +119,9 @@ def _tdms(columns: Sequence[LogColumn], head: Sequence[str]) -> bytes:
 
 
 def _arrays(columns: Sequence[LogColumn], head: Sequence[str]) -> bytes:  # noqa: ARG001
-    file = io.BytesIO()
-    np.savez(file, **_numbers(columns))
-    return file.getvalue()
+    buffer = io.BytesIO()
+    np.savez(buffer, **_numbers(columns))
+    return buffer.getvalue()
 
 
 class Writer(NamedTuple):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -28,7 +29,7 @@ from rftfit.lab.rig import (
 )
 from rftfit.lab.tracks import track_files
 from rftfit.lab.write import force_log_columns, log_header, motion_columns, sheet_text
-from rftfit.store import write_bytes, write_text
+from rftfit.store import open_growing, write_bytes, write_text
 from rftfit.version import __version__
 
 
@@ -108,14 +109,13 @@ class Reenactment:
             fault = (str(random.choice(_LIVE_FAULTS)),) if bad and run.kind == "plate" else ()
             write_text(sheet, self.sheet(order[:place]))
             logs = {raw / name: log for name, log in self.logs(run, *fault).items() if log}
-            for path in logs:
-                path.parent.mkdir(parents=True, exist_ok=True)
-            for piece in range(_PARTS):
-                for path, log in logs.items():
-                    begin, end = (k * len(log) // _PARTS for k in (piece, piece + 1))
-                    with path.open("wb" if piece == 0 else "ab") as file:
-                        file.write(log[begin:end])
-                time.sleep(pace_s / 2 / _PARTS)
+            with ExitStack() as stack:
+                files_of_run = {path: stack.enter_context(open_growing(path)) for path in logs}
+                for piece in range(_PARTS):
+                    for path, log in logs.items():
+                        begin, end = (k * len(log) // _PARTS for k in (piece, piece + 1))
+                        files_of_run[path].write(log[begin:end])
+                    time.sleep(pace_s / 2 / _PARTS)
             yield f"{run.run_id} recorded" + (f", with the fault {fault[0]}" if fault else "")
             time.sleep(pace_s / 2)
         write_marker(raw, files, self.made_by, complete=True)

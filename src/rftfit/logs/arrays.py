@@ -19,6 +19,8 @@ from rftfit.logs import base
 from rftfit.logs.mat5 import NoArray, read_mat5
 from rftfit.logs.units import names_and_units, unit_word
 
+MOST_ARRAYS = 2000
+"""Arrays of a file: each is opened, and takes as long as many rows of one."""
 MOST_COLUMNS = 64
 """A table with more columns than this is a picture or a field, no log."""
 
@@ -79,7 +81,7 @@ class ArraysReader(base.Reader):
             base.refuse_large_file(path)
             with path.open("rb") as file:
                 head = file.read(16)
-            contents = dict(_columns(path, head))
+            contents = dict(_few(path, _columns(path, head)))
         array_columns = {
             name: column for name, column in contents.items() if not isinstance(column, str)
         }
@@ -133,6 +135,19 @@ class ArraysReader(base.Reader):
         return log.without_blank_columns() if self.keeps_blanks and blank else log
 
 
+def _few(path: Path, columns: NamedColumns) -> NamedColumns:
+    """Hand columns on, up to the most that a log may have."""
+    for count, column in enumerate(columns, start=1):
+        _refuse_many(path, count)
+        yield column
+
+
+def _refuse_many(path: Path, count: int) -> None:
+    if count > MOST_ARRAYS:
+        text = f"more than {MOST_ARRAYS} arrays, which no log of a run has"
+        raise base.LogError("too_large", f"{path}: {text}: save those of one run")
+
+
 _OFTEN = 10
 """A column with NaN in one of so many rows is one with rows that have no value; a rarer NaN is damage."""
 
@@ -153,6 +168,7 @@ def _columns(path: Path, head: bytes) -> NamedColumns:
     elif head.startswith(_NPZ):
         with zipfile.ZipFile(path) as archive:
             names = [name for name in archive.namelist() if name.endswith(".npy")]
+            _refuse_many(path, len(names))
             headers = {}
             for name in names:
                 with archive.open(name) as member:
@@ -199,12 +215,14 @@ def _tables_of_hdf5(path: Path, file: Any) -> Iterator[tuple[str, Any, dict[str,
 
     datasets: dict[str, Any] = {}
 
-    def visit(name: str, node: Any) -> None:
+    def visit(name: str, node: Any) -> bool | None:
         # no link to another file is followed
         if isinstance(node, h5py.Dataset):
             datasets[name] = node
+        return len(datasets) > MOST_ARRAYS or None
 
     file.visititems(visit)
+    _refuse_many(path, len(datasets))
     for name, dataset in datasets.items():
         if sources := _foreign_sources(dataset, datasets):
             raise base.LogError(

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import struct
-from collections.abc import Iterable, Mapping
-from contextlib import suppress
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import closing, suppress
 from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
@@ -24,7 +25,7 @@ from rftfit.logs.base import (
     on_one_line,
     refuse_large_file,
 )
-from rftfit.logs.blocks import limit_blocks
+from rftfit.logs.blocks import MOST_OF_BLOCK, limit_blocks
 from rftfit.logs.sources import OTHER_SOURCE, is_meant, refuse_several_sources
 
 ROS1, MCAP, SQLITE = b"#ROSBAG V", b"\x89MCAP0\r\n", b"SQLite format 3\x00"
@@ -35,6 +36,8 @@ CUT = "cut in mid-message"
 MISFIT = "message does not fit its type"
 MOST_OF_MESSAGES = 128 << 20
 """Bytes of the messages of a topic: 400,000 wrenches."""
+MOST_OF_MESSAGE = 4 << 20
+"""Bytes of one message: a wrench has 100, the states of a hundred joints 4,000."""
 LOST = "lost packets (gap in header.seq)"
 
 # types of topics that every recording has and that are no transducer's
@@ -102,6 +105,7 @@ def _ros1(path: Path, topic_name: str) -> Topic:
     from rosbags.typesys.msg import normalize_msgtype
 
     cut = False
+    _refuse_large_records(path, ROS1)
     try:
         with Bag(path) as bag:
             topics = {c.id: (c.topic, c.msgtype, c.msgdef.data) for c in bag.connections}
@@ -138,6 +142,12 @@ def _ros2(path: Path, topic_name: str, head: bytes) -> Topic:
     from rosbags.rosbag2.storage_sqlite3 import Sqlite3Reader
     from rosbags.typesys import Stores, get_types_from_idl, get_types_from_msg, get_typestore
 
+    files = [path] if not head.startswith(FOLDER) else sorted(path.parent.iterdir())
+    for file in files:
+        if file.suffix == ".mcap" or head.startswith(MCAP):
+            _refuse_large_records(file, MCAP)
+        elif file.suffix == ".db3" or head.startswith(SQLITE):
+            _refuse_large_values(path, file)
     if head.startswith(MCAP):
         bag: Any = McapReader(path)
     elif head.startswith(SQLITE):
@@ -151,6 +161,9 @@ def _ros2(path: Path, topic_name: str, head: bytes) -> Topic:
         topics = {c.id: (c.topic, c.msgtype) for c in bag.connections}
         number = _choose(path, topics, topic_name)
         chosen = [c for c in bag.connections if topics[c.id] == topics[number]]
+        for storage in getattr(bag, "storages", [bag]):
+            if isinstance(storage, Sqlite3Reader):
+                _refuse_large_values(path, Path(str(storage.path)), topics[number][0])
         messages = _collect(path, bag.messages(chosen, None, None))
         if messages and messages[0][1].startswith(_ZSTD):
             text = "its messages are compressed, and only the folder's metadata.yaml says how"
@@ -188,18 +201,96 @@ def _ros2(path: Path, topic_name: str, head: bytes) -> Topic:
     return Topic(name, kind, store.fielddefs, messages, True, False)
 
 
+# --- Sizes that a file states of its parts, before a part is read
+
+
+def _refuse_large_records(path: Path, head: bytes) -> None:
+    """Refuse a bag of ROS 1 or an MCAP file with a record that is larger than any recorder writes."""
+    with path.open("rb") as file:
+        sizes = (
+            _sizes_of_records_ros1(file) if head.startswith(ROS1) else _sizes_of_records_mcap(file)
+        )
+        if max(sizes, default=0) > MOST_OF_BLOCK:
+            raise _too_large(path, MOST_OF_BLOCK)
+
+
+def _sizes_of_records_ros1(file: BinaryIO) -> Iterator[int]:
+    file.readline()
+    while len(length := file.read(4)) == 4:
+        file.seek(int.from_bytes(length, "little"), os.SEEK_CUR)
+        size = int.from_bytes(file.read(4), "little")
+        yield size
+        file.seek(size, os.SEEK_CUR)
+
+
+def _sizes_of_records_mcap(file: BinaryIO) -> Iterator[int]:
+    file.seek(len(MCAP))
+    while len(head := file.read(9)) == 9:
+        size = int.from_bytes(head[1:], "little")
+        if head[0] != _ATTACHMENT:
+            yield size
+        file.seek(min(size, _FARTHEST), os.SEEK_CUR)
+
+
+_ATTACHMENT = 9
+"""Record of an MCAP file that nobody reads."""
+_FARTHEST = 1 << 62
+
+
+def _refuse_large_values(path: Path, database: Path, topic_name: str = "") -> None:
+    """Refuse a database of ROS 2 with large values beside its messages, or in those of a topic."""
+    import sqlite3  # of a library that few logs need
+
+    uri = f"{database.absolute().as_uri()}?immutable=1"
+    with closing(sqlite3.connect(uri, uri=True)) as connection:
+        # a value that is larger is an error of the database, before memory is taken for it
+        connection.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, MOST_OF_MESSAGE)
+        try:
+            if not topic_name:
+                for table in _TABLES:
+                    with suppress(sqlite3.OperationalError):  # not in each version
+                        for _ in connection.execute(table):
+                            pass
+                return
+            largest, size = connection.execute(_SIZES, (topic_name,)).fetchone()
+        except sqlite3.DataError as error:
+            raise _too_large(path, MOST_OF_MESSAGE) from error
+        except sqlite3.DatabaseError:
+            return  # damaged: the reader says how
+    if (largest or 0) > MOST_OF_MESSAGE:
+        raise _too_large(path, MOST_OF_MESSAGE)
+    if size > MOST_OF_MESSAGES:
+        raise _too_many(path)
+
+
+_TABLES = ("SELECT * FROM schema", "SELECT * FROM topics", "SELECT * FROM message_definitions")
+_SIZES = (
+    "SELECT max(length(data)), total(length(data)) FROM messages "
+    "WHERE topic_id IN (SELECT id FROM topics WHERE name = ?)"
+)
+
+
+def _too_large(path: Path, most: int) -> LogError:
+    text = f"a message or another part of the bag is larger than {most >> 20} MB, which none of a force or a position is"
+    return LogError("too_large", f"{path}: {text}: record the topic of the transducer alone")
+
+
+def _too_many(path: Path) -> LogError:
+    text = f"more than {MOST_OF_MESSAGES >> 20} MB of messages on the topic; cut the bag into runs"
+    return LogError("too_large", f"{path}: {text}")
+
+
 def _collect(path: Path, messages: Iterable[tuple[Any, int, Any]]) -> list[tuple[int, bytes]]:
     """Time of recording, ns, and bytes of messages, up to a size that a log may have."""
     collected: list[tuple[int, bytes]] = []
     size = 0
     for _, recorded_ns, raw in messages:
-        collected.append((recorded_ns, bytes(raw)))
         size += len(raw)
+        if len(raw) > MOST_OF_MESSAGE:
+            raise _too_large(path, MOST_OF_MESSAGE)
         if size > MOST_OF_MESSAGES:
-            raise LogError(
-                "too_large",
-                f"{path}: more than {MOST_OF_MESSAGES >> 20} MB of messages on the topic; cut the bag into runs",
-            )
+            raise _too_many(path)
+        collected.append((recorded_ns, bytes(raw)))
     return collected
 
 

@@ -15,7 +15,7 @@ from functools import partial
 from importlib import import_module
 from itertools import islice
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
 
@@ -44,6 +44,10 @@ from rftfit.logs.text import NO_VALUE, NUMBER, PLAIN_NUMBER, numbers_among_words
 from rftfit.logs.units import is_units_row, names_and_units, unit_word
 
 MOST_ROWS = 1_048_576
+_LEAST_TO_COUNT, _STEP = MOST_ROWS * len("<row/>"), 1 << 20
+"""Bytes of the smallest sheet with more rows than that, and of the pieces in which they are counted."""
+_MOST_BLANK, _BLANK_FOR_EACH = 1 << 16, 100
+"""Blank cells that are made up between those of a sheet, as of 4 rows to the last column, and how many for a filled one."""
 _HEADER_ROWS = 60
 _ROWS_OF_SOURCES = 2000
 _MOST_SHEETS = 50
@@ -103,6 +107,7 @@ class XlsxReader(Reader):
                 parts = archive.infolist()
             times = {member: _TREE if member.filename.endswith(_TREES) else 1 for member in parts}
             check_unpacked(path, sum(member.file_size * times[member] for member in parts))
+            _refuse_many_rows(path, file)
             book = openpyxl.load_workbook(file, read_only=True, data_only=True)
             # closed by hand: rows that nobody asks for keep the file open
             with closing(book):
@@ -123,13 +128,12 @@ class XlsxReader(Reader):
                         yield replace(log, notes=(*notes, *log.notes))
                     # the library makes up all rows above a stray one
                     if next(rows, None) is not None:
-                        text = f"a cell below row {MOST_ROWS}, the last one that a sheet can have"
-                        text = f"{path}: found {text}: save the workbook anew"
-                        raise LogError("too_large", text, MOST_ROWS)
+                        raise _below_last_row(path)
 
     def _logs(
         self, path: Path, rows: Iterator[tuple[Any, ...]], formulas: Callable[[], list[Any]]
     ) -> Iterator[Log]:
+        rows = _without_wide(path, rows)
         head = list(islice(rows, _HEADER_ROWS))
         first = _begin(head)
         block = head[first:]
@@ -216,6 +220,41 @@ class XlsxReader(Reader):
             yield log
 
 
+def _without_wide(path: Path, rows: Iterator[tuple[Any, ...]]) -> Iterator[tuple[Any, ...]]:
+    """Hand rows on, but refuse a sheet with cells far beside its table: the library makes up all between them."""
+    blank, filled = 0, 1
+    for row in rows:
+        row_blank = row.count(None)
+        blank += row_blank
+        filled += len(row) - row_blank
+        if blank > _MOST_BLANK and blank > _BLANK_FOR_EACH * filled:
+            wide = f"{blank // filled} blank cells for one that is filled, up to column {len(row)}"
+            raise LogError("too_large", f"{path}: {wide}: delete what stands far beside the table")
+        yield row
+
+
+def _refuse_many_rows(path: Path, file: BinaryIO) -> None:
+    """Refuse sheets with more rows than one can have, before one is read."""
+    with zipfile.ZipFile(file) as archive:
+        for part in archive.infolist():
+            if not part.filename.startswith("xl/worksheets/") or part.file_size < _LEAST_TO_COUNT:
+                continue
+            with archive.open(part) as sheet:
+                count, end = 0, b""
+                while content := sheet.read(_STEP):
+                    # a tag may lie across two pieces
+                    content = end + content
+                    count += content.count(b"<row") + content.count(b":row") // 2
+                    end = content[-3:]
+                    if count > MOST_ROWS:
+                        raise _below_last_row(path)
+
+
+def _below_last_row(path: Path) -> LogError:
+    text = f"found a cell below row {MOST_ROWS}, the last one that a sheet can have"
+    return LogError("too_large", f"{path}: {text}: save the workbook anew", MOST_ROWS)
+
+
 def _choose(path: Path, book: Any, requested_sheet: str | float) -> tuple[Any, tuple[str, ...]]:
     """Find the sheet that is wanted, or the first visible one with a table of numbers."""
     visible = [sheet for sheet in book.worksheets if sheet.sheet_state == "visible"]
@@ -239,7 +278,7 @@ def _choose(path: Path, book: Any, requested_sheet: str | float) -> tuple[Any, t
         raise LogError("sheet", f"{path}: {what}; allowed: {listed}{hidden}")
     for sheet in sheets:
         sheet.reset_dimensions()  # the stated size of a sheet is often wrong
-    table = next(filter(_has_table, sheets[:_MOST_SHEETS]), None)
+    table = next((sheet for sheet in sheets[:_MOST_SHEETS] if _has_table(path, sheet)), None)
     if table is None and hidden_titles and not requested_sheet:
         text = f"no table of numbers in {listed}{hidden}: options: {{sheet: NAME}} reads a hidden sheet"
         raise LogError("sheet", f"{path}: {text}")
@@ -252,9 +291,9 @@ def _choose(path: Path, book: Any, requested_sheet: str | float) -> tuple[Any, t
     ) if several else ()
 
 
-def _has_table(sheet: Any) -> bool:
+def _has_table(path: Path, sheet: Any) -> bool:
     with closing(row for row in sheet.iter_rows(values_only=True)) as rows:
-        head = list(islice(rows, _HEADER_ROWS))
+        head = list(islice(_without_wide(path, rows), _HEADER_ROWS))
     below = head[_begin(head) + 1 :]
     return _begin(below) < len(below)
 

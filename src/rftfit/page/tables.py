@@ -42,7 +42,7 @@ from rftfit.page.outcome import (
 )
 from rftfit.results import Results
 
-ALPHA_Z, ALPHA_X = (Markup(f"\N{GREEK SMALL LETTER ALPHA}<sub>{c}</sub>") for c in "zx")
+ALPHA_Z, ALPHA_X = (Markup("\N{GREEK SMALL LETTER ALPHA}<sub>{}</sub>").format(c) for c in "zx")
 ALPHA_OF = {"z": ALPHA_Z, "x": ALPHA_X}
 BETA, GAMMA = "\N{GREEK SMALL LETTER BETA}", "\N{GREEK SMALL LETTER GAMMA}"
 ZETA, CHI = "\N{GREEK SMALL LETTER ZETA}", "\N{GREEK SMALL LETTER CHI}"
@@ -246,7 +246,7 @@ def tabulate_coefficients(results: Results, method: str) -> PageTable:
     rows = [{"term": term} for term in TERMS]
     if any(math.isfinite(fit_row["misfit_rms_N_per_cm3"]) for fit_row in fit_rows.values()):
         rows += [
-            {"term": Markup(f"misfit of \N{GREEK SMALL LETTER ALPHA}<sub>{c}</sub>, rms"), "of": of}
+            {"term": Markup("misfit of {}, rms").format(ALPHA_OF[c]), "of": of}
             for c, of in (("z", "A00"), ("x", "C11"))
         ]
     return PageTable(f"Coefficients by {method}", columns, rows)
@@ -320,7 +320,7 @@ def tabulate_leg_errors(results: Results) -> PageTable:
         _medium(results),
         texts("Leg", lambda row: name_of(row["leg"])),
         texts("Profile", lambda row: name_of(row["profile"])),
-        texts("Force", lambda row: Markup(f"F<sub>{row['component']}</sub>")),
+        texts("Force", lambda row: Markup("F<sub>{}</sub>").format(row["component"])),
         numbers("Peak measured, N", "peak_measured_N", 2, note="reason"),
         numbers("Peak predicted, N", *predicted, ends_of_model="peak_predicted_model_{}_N"),
         numbers("Error of peak", "peak_error_percent", show=percent),

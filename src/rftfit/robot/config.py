@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, field_validator, model_validator
 
-from rftfit.campaign.config import Model, Name, NotNegative, Positive
+from rftfit.campaign.config import Model, Name, NotNegative, Number, Positive, Share
 from rftfit.campaign.problems import CampaignError
 from rftfit.campaign.reading import read_model
 from rftfit.campaign.schema import json_schema
@@ -18,7 +18,7 @@ from rftfit.errors import RftfitError
 from rftfit.store import write_text
 from rftfit.store.environment import shipped
 
-Point = Annotated[tuple[float, float], Field(strict=False)]
+Point = Annotated[tuple[Number, Number], Field(strict=False)]
 _INSIDE_CM = 1e-9
 
 
@@ -42,9 +42,9 @@ class BodyPlate(Model):
 class RobotBody(Model):
     """The rigid body; the origin of its frame is its centre of mass, x forward, z up."""
 
-    mass_g: Positive
+    mass_g: Annotated[float, Field(gt=0, le=1e9)]
     """mass of the whole robot, g"""
-    inertia_g_cm2: Positive
+    inertia_g_cm2: Annotated[float, Field(gt=0, le=1e15)]
     """moment of inertia in pitch, g cm^2"""
     plates: dict[Name, BodyPlate] = Field(min_length=1)
     """plates that may touch the medium, by name"""
@@ -53,9 +53,9 @@ class RobotBody(Model):
 class Hip(Model):
     """An axle with its leg."""
 
-    x_cm: float
+    x_cm: Number
     """ahead of the centre of mass, cm"""
-    z_cm: float
+    z_cm: Number
     """above the centre of mass, cm"""
     phase_turns: float = Field(ge=0, lt=1)
     """how far ahead of the first this leg is turned, 0 to 1"""
@@ -83,17 +83,17 @@ class Numerics(Model):
     """of each plate and each leg"""
     gravity_cm_per_s2: NotNegative = 980.665
     """cm/s^2"""
-    drop_cm: float = 0.0
+    drop_cm: Number = 0.0
     """height of the robot's lowest point above the surface at the start"""
     stretch_s: NotNegative = 0.6
     """shortest stretch of whole strides whose mean speed is judged, s"""
     most_stretches: int = Field(default=16, ge=4, le=1000)
     """longest run, in such stretches"""
-    settled_share: Positive = 0.005
+    settled_share: Share = 0.005
     """settled: two stretches differ less in speed, as a share"""
     settled_cm_per_s: Positive = 0.05
     """or differ less in speed than this, cm/s"""
-    steady_share: Positive = 0.05
+    steady_share: Share = 0.05
     """irregular, yet steady: two thirds of a longest run differ less, as a share"""
     tipped_deg: float = Field(default=90.0, gt=0, le=180)
     """a pitch beyond this is a fall, degrees"""

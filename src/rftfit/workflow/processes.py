@@ -12,7 +12,8 @@ import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from rftfit.store.files import lock
+from rftfit.errors import OutputError
+from rftfit.store.files import lock, open_note, open_unshared
 
 # --- Which process holds the lock of a campaign's folder, so that a lock left by a killed process can be removed.
 
@@ -25,9 +26,8 @@ _held: list[int] = []
 def hold_lock(folder: Path) -> None:
     """Note in ``.snakemake`` that this process holds the lock, for as long as it lives; failing is no error."""
     note = folder / _NOTE
-    with contextlib.suppress(OSError):
-        note.parent.mkdir(parents=True, exist_ok=True)
-        handle = os.open(note, os.O_RDWR | os.O_CREAT, 0o666)
+    with contextlib.suppress(OSError, OutputError):
+        handle = open_note(note)
         _held.append(handle)
         if lock(handle):
             os.ftruncate(handle, 0)
@@ -41,7 +41,7 @@ def stale_lock(folder: Path) -> Iterator[bool]:
     Nobody else gets True until the block is left, so that two do not clear it one after the other.
     """
     try:
-        handle = os.open(folder / _NOTE, os.O_RDWR)
+        handle = open_unshared(folder / _NOTE)
     except OSError:
         yield False
         return

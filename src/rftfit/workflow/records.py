@@ -7,7 +7,6 @@ that wrote it names the files and the state that are there now.
 from __future__ import annotations
 
 import json
-import os
 import time
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
@@ -17,7 +16,7 @@ from pathlib import Path
 
 from rftfit.errors import OutputError
 from rftfit.results import FOLDER
-from rftfit.store import write_text
+from rftfit.store import files, write_text
 from rftfit.store.digests import digests_of_files
 from rftfit.workflow.stages import LAST, RULES
 from rftfit.workflow.state import STATES, States, job_name
@@ -125,7 +124,7 @@ PASSED_S = 10.0
 def set_time(path: Path, seconds: float) -> None:
     """Set the time of a file that is there."""
     try:
-        os.utime(path, (seconds, seconds))
+        files.set_time(path, seconds)
     except FileNotFoundError:
         return
     except OSError as error:

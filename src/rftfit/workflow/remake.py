@@ -9,7 +9,6 @@ from __future__ import annotations
 import csv
 import io
 import math
-import shutil
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +16,8 @@ from tempfile import TemporaryDirectory
 
 from rftfit.errors import InputError, RftfitError
 from rftfit.results import FOLDER
+from rftfit.store import copy_file
+from rftfit.store.links import link_folder
 from rftfit.store.tables import read_parquet
 from rftfit.workflow.records import Record, Recorded
 from rftfit.workflow.run import Workflow
@@ -108,10 +109,8 @@ def _copy_settings(states: States, root: Path) -> Path:
     for path in dict.fromkeys([*settings, *named_paths]):
         name = path.relative_to(campaign.root)
         if not name.is_relative_to(raw) and not name.is_relative_to(FOLDER):
-            (root / name).parent.mkdir(parents=True, exist_ok=True)
-            shutil.copyfile(path, root / name)
-    (root / raw).parent.mkdir(parents=True, exist_ok=True)
-    (root / raw).symlink_to(campaign.raw.resolve(), target_is_directory=True)
+            copy_file(path, root / name)
+    link_folder(root / raw, campaign.raw.resolve())
     return root / config.relative_to(campaign.root)
 
 

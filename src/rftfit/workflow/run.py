@@ -16,7 +16,7 @@ from typing import Any
 from rftfit.campaign.problems import join_words
 from rftfit.errors import InputError, OutputError, WorkflowError
 from rftfit.measure.read import readers
-from rftfit.store.links import RESULTS, put_results_at, refuse_links_out, results_elsewhere
+from rftfit.store.links import put_results_at
 from rftfit.workflow.durations import keep_durations, read_durations, seconds_left
 from rftfit.workflow.processes import stale_lock
 from rftfit.workflow.records import OutdatedResult, Recorded
@@ -30,7 +30,7 @@ from rftfit.workflow.snakemake import (
     nothing_written,
     working_in,
 )
-from rftfit.workflow.state import HANDED, hand_over, read_states
+from rftfit.workflow.state import HANDED, guard_written, hand_over, read_states
 
 LOG = Path("results/logs/snakemake.log")
 
@@ -107,8 +107,7 @@ class Workflow:
         _refuse_packages(self.root)
         if self.results_at is not None:
             put_results_at(self.root, self.results_at)
-        is_link = (self.root / RESULTS).is_symlink()
-        refuse_links_out(self.root, allowed=results_elsewhere(self.root) if is_link else ())
+        guard_written(self.states.campaign)
 
     def run(self) -> Progress:
         """Make all results that are missing or out of date."""
@@ -179,6 +178,8 @@ class Workflow:
             *("--rerun-incomplete", "--keep-going", "--scheduler", "greedy", "--nocolor"),
             # times alone decide: a state file that was written anew plans its job, whatever it holds
             *("--max-checksum-file-size", "0"),
+            # state files are written while jobs are planned: a list of their folder made before lacks them
+            *("--max-inventory-time", "0"),
             *("--logger", "rftfit"),
             *self.words,
         ]

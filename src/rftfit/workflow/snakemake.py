@@ -19,6 +19,7 @@ from pathlib import Path
 from textwrap import indent
 
 from rftfit.errors import OutputError
+from rftfit.store import open_growing
 from rftfit.store.environment import child_environment, shipped
 from rftfit.workflow.processes import VARIABLE
 from rftfit.workflow.state import job_name, state_file
@@ -135,7 +136,7 @@ class Progress:
 
     def _status_of(self, job: Job) -> str:
         """Status that a failed job's command ended with; several may fail before one is named."""
-        ends_of_job = [end for end in self._ends if f" rftfit {job.state} " in end[0]] or self._ends
+        ends_of_job = [end for end in self._ends if f" {job.state} " in end[0]] or self._ends
         if not ends_of_job:
             return ""
         end = ends_of_job[0]
@@ -270,12 +271,11 @@ def listen(
     with contextlib.ExitStack() as stack:
         keep = None
         if log is not None:
-            with _writing(log):
-                log.parent.mkdir(parents=True, exist_ok=True)
-                keep = stack.enter_context(log.open("wb", buffering=0))
+            keep = stack.enter_context(open_growing(log))
         stack.enter_context(_signals_as_interrupts())
         child = stack.enter_context(
-            subprocess.Popen(
+            # Snakemake, with words of its own that the user has given
+            subprocess.Popen(  # noqa: S603
                 [sys.executable, "-P", "-m", "snakemake", *words],
                 cwd=find_snakefile().parent,
                 env=_environment(**variables),

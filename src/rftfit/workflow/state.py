@@ -26,6 +26,7 @@ from rftfit.results import FOLDER
 from rftfit.robot import PROFILES
 from rftfit.store import write_bytes
 from rftfit.store.digests import code_digest, digest_of, digests_of_files, plugin_digest, seal
+from rftfit.store.links import cut_shared_files, refuse_links
 from rftfit.workflow.stages import ALL, EVERY, FIGURE_RULES, LAST, OWN, STAGES, Stage
 
 STATES = f"{FOLDER}/state"
@@ -203,12 +204,22 @@ def hand_over(states: States, warnings: int, file: IO[bytes]) -> str:
     return f"/proc/{os.getpid()}/fd/{file.fileno()} {seal(data)}"
 
 
+def guard_written(campaign: Campaign) -> None:
+    """Make sure before a run that no file of somebody else is written: refuse links, cut second names of files."""
+    root = campaign.root
+    refuse_links(root)
+    files = [path for path in root.iterdir() if path.is_file()]
+    folders = {(root / name).parent for name in campaign.read_from} - {root}
+    cut_shared_files(root, [campaign.raw, campaign.sheet, *files, *folders])
+
+
 def handed_over(config: Path | None = None) -> tuple[States, int] | None:
     """What was handed over, if it is of this config, and config, run sheet and code are the same."""
     name, _, digest = os.environ.get(HANDED, "").rpartition(" ")
     with suppress(OSError):
         if Path(name).is_file() and seal(data := Path(name).read_bytes()) == digest:
-            campaign, warnings = pickle.loads(data)
+            # bytes of this process's parent, known by its seal
+            campaign, warnings = pickle.loads(data)  # noqa: S301
             config_path = Path(campaign.root, next(iter(campaign.read_from)))
             if campaign.is_as_read and (config is None or config_path.samefile(config)):
                 return States(campaign), warnings

@@ -1,0 +1,231 @@
+"""No link in the place of a file that the program writes, symbolic or hard, leads to a byte of raw logs or config.
+
+``make links`` does the same with real runs, at every place and with every command.
+"""
+
+from __future__ import annotations
+
+import os
+import random
+import shutil
+from pathlib import Path
+
+import pytest
+from campaigns import Folder, make_campaign
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from jobs import run_rules
+from planted import OF_RUN, lab_files, places_of, plant, victims_of
+
+from rftfit.bench.watch import Watch
+from rftfit.lab.enact import reenact
+from rftfit.store.files import is_shared, open_growing, open_note, set_time
+from rftfit.store.links import SNAKEMAKE
+from rftfit.workflow.processes import hold_lock, stale_lock
+from rftfit.workflow.snakemake import listen
+from rftfit.workflow.state import guard_written, read_states
+
+pytestmark = pytest.mark.skipif(os.name != "posix", reason="links need no rights on POSIX only")
+
+
+@pytest.fixture(scope="module")
+def tiny(tmp_path_factory):
+    """A small campaign before its first run and after it, and all places that a run writes."""
+    root = tmp_path_factory.mktemp("planted")
+    fresh = make_campaign(root / "fresh", ("yuma",), plates_only=True)
+    done = Folder(root / "done")
+    shutil.copytree(fresh.root, done.root)
+    run_rules(done.config, drawn=())
+    return {"fresh": fresh, "done": done, "places": places_of(done.config)}
+
+
+@settings(
+    max_examples=15, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+@given(st.data())
+def test_a_symbolic_link_anywhere_is_refused_before_the_first_byte(tiny, data):
+    """In the place of a file or of a folder on the way to it, before a first run or a second."""
+    campaign = tiny[data.draw(st.sampled_from(["fresh", "done"]))]
+    path = campaign.root / data.draw(st.sampled_from(tiny["places"]))
+    ways = [path, *path.parents][: len(path.relative_to(campaign.root).parts)]
+    link = data.draw(st.sampled_from(ways))
+    victim = data.draw(st.sampled_from(victims_of(campaign.root)))
+    victim = victim if link == path else victim.parent
+    before, aside = lab_files(campaign.root), campaign.root / "aside"
+    is_there = link.exists()
+    if is_there:
+        link.rename(aside)
+    link.parent.mkdir(parents=True, exist_ok=True)
+    link.symlink_to(os.path.relpath(victim, link.parent))
+    try:
+        process = campaign.rftfit("run")
+        assert process.returncode == 2
+        # the config is read first: results within the raw folder are refused there
+        is_of_config = "key raw" in process.stderr and str(victim) in process.stderr
+        is_of_link = "files.link-in-the-way" in process.stderr and f"{link} -> " in process.stderr
+        assert is_of_link or (is_of_config and link.name == "results")
+        assert lab_files(campaign.root) == before
+    finally:
+        link.unlink()
+        if is_there:
+            aside.rename(link)
+
+
+@pytest.mark.parametrize("time", ["fresh", "done"])
+def test_a_hard_link_anywhere_is_cut(tiny, tmp_path, time):
+    """In the place of every file at once, each to a file of the lab that is drawn; half of them before a second run."""
+    campaign = Folder(tmp_path / "campaign")
+    shutil.copytree(tiny[time].root, campaign.root)
+    draws = random.Random(67)
+    share = 1.0 if time == "fresh" else 0.5
+    places = [place for place in tiny["places"] if draws.random() < share]
+    victims = victims_of(campaign.root)
+    for place in places:
+        plant(campaign.root, place, "hard", draws.choice(victims))
+    before = lab_files(campaign.root)
+    guard_written(read_states(campaign.config)[0].campaign)
+    assert run_rules(campaign.config, drawn=()) > 5
+    assert lab_files(campaign.root) == before
+    results = [place for place in places if place.startswith("results/") and "/logs/" not in place]
+    assert len(results) > 30
+    assert not any(is_shared((campaign.root / place).lstat()) for place in results)
+    # what the lab has of these files alone
+    inodes = {victim.stat().st_ino for victim in victims}
+    left = [
+        path for path in (campaign.root / SNAKEMAKE).rglob("*") if path.lstat().st_ino in inodes
+    ]
+    assert left == []
+
+
+@pytest.fixture
+def victim(tmp_path):
+    """A raw log, whose bytes and time stay as they are."""
+    path = tmp_path / "raw.csv"
+    path.write_bytes(b"1,2,3\n")
+    os.utime(path, (1e9, 1e9))
+    yield path
+    assert (path.read_bytes(), path.stat().st_mtime) == (b"1,2,3\n", 1e9)
+
+
+def link_of(victim, kind):
+    link = victim.parent / ".snakemake" / "rftfit" / "holder"
+    link.parent.mkdir(parents=True)
+    link.symlink_to(victim) if kind == "symbolic" else os.link(victim, link)
+    return link
+
+
+@pytest.mark.parametrize("kind", ["symbolic", "hard"])
+def test_what_is_written_in_place_is_a_new_file(victim, kind):
+    """Also where a link has come after the look at the folder."""
+    link = link_of(victim, kind)
+    with open_growing(link) as log:
+        log.write(b"a")
+        log.write(b"b")
+    assert link.read_bytes() == b"ab"
+    link.unlink()
+    link.symlink_to(victim) if kind == "symbolic" else os.link(victim, link)
+    handle = open_note(link)
+    os.write(handle, b"note")
+    os.close(handle)
+    assert link.read_bytes() == b"note"
+
+
+@pytest.mark.parametrize("kind", ["symbolic", "hard"])
+def test_the_note_of_the_lock_is_a_new_file(victim, kind):
+    link = link_of(victim, kind)
+    with stale_lock(link.parents[1]) as certain:
+        assert not certain
+    hold_lock(link.parents[1])
+    assert not link.is_symlink()
+    assert link.stat().st_ino != victim.stat().st_ino
+
+
+@pytest.mark.parametrize("kind", ["symbolic", "hard"])
+def test_the_log_of_snakemake_is_a_new_file(victim, kind):
+    link = link_of(victim, kind)
+    assert listen(["--version"], link, lambda _: None) == 0
+    assert link.read_text("utf-8").strip()[0].isdecimal()
+
+
+def test_a_time_is_set_to_one_name_alone(victim):
+    link = link_of(victim, "hard")
+    set_time(link, 1.0)
+    assert link.stat().st_mtime == 1.0
+    assert link.read_bytes() == victim.read_bytes()
+
+
+def test_an_unfinished_file_of_the_same_name_is_no_way_to_a_log(victim):
+    """Its name can be guessed: it has the number of the process."""
+    target = victim.parent / "table.csv"
+    os.link(victim, victim.parent / f".table.{os.getpid()}.part.csv")
+    with open_growing(target) as file:
+        file.write(b"ours")
+    assert target.read_bytes() == b"ours"
+
+
+def test_a_copy_by_hard_links_shares_nothing_that_is_written(tiny, tmp_path):
+    """As an honest lab makes its backups: both stay as they are, whichever is run."""
+    root = tmp_path / "copy"
+    shutil.copytree(tiny["done"].root, root, copy_function=os.link)
+    for place in OF_RUN:
+        path = root / place
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.unlink(missing_ok=True)
+        path.write_text("{}", encoding="utf-8")
+        original = tmp_path / place.replace("/", "_")
+        os.link(path, original)
+    campaign = read_states(root / "config" / "config.yaml")[0].campaign
+    guard_written(campaign)
+    in_place = [path for path in (root / SNAKEMAKE).rglob("*") if is_shared(path.lstat())]
+    assert in_place == []
+    assert all((root / place).read_text("utf-8") == "{}" for place in OF_RUN)
+    assert is_shared((root / "config" / "config.yaml").lstat())
+
+
+def test_environments_of_snakemake_keep_their_links(tiny, tmp_path):
+    """Their links and second names are those of a package manager."""
+    root = tmp_path / "campaign"
+    shutil.copytree(tiny["fresh"].root, root)
+    environment = root / SNAKEMAKE / "conda" / "0123_"
+    (environment / "lib").mkdir(parents=True)
+    package = tmp_path / "package.py"
+    package.write_text("x = 1\n", encoding="utf-8")
+    os.link(package, environment / "lib" / "package.py")
+    (environment / "lib64").symlink_to("lib")
+    (environment / "lib" / "rftfit").symlink_to(tmp_path)
+    os.link(package, environment.with_suffix(".yaml"))
+    campaign = read_states(root / "config" / "config.yaml")[0].campaign
+    guard_written(campaign)
+    assert is_shared((environment / "lib" / "package.py").lstat())
+    # what Snakemake writes there itself may be no file of the lab
+    log = victims_of(root)[0]
+    os.link(log, environment / "env_setup_done")
+    guard_written(campaign)
+    assert not (environment / "env_setup_done").exists()
+    assert not is_shared(log.lstat())
+
+
+def test_a_watch_and_a_re_enactment_lead_to_no_byte_either(tiny, tmp_path):
+    """With a second name of the config in the place of a log, and of a log in the place of each result."""
+    campaign = Folder(tmp_path / "campaign")
+    shutil.copytree(tiny["done"].root, campaign.root)
+    for number, place in enumerate(tiny["places"]):
+        victims = victims_of(campaign.root)
+        plant(campaign.root, place, "hard", victims[number % len(victims)])
+    before = lab_files(campaign.root)
+    watch = Watch(campaign.config, 0.0)
+    for time_s in range(3):
+        list(watch.step(float(time_s)))
+    assert lab_files(campaign.root) == before
+    log = victims_of(campaign.root)[0]
+    log.unlink()
+    os.link(campaign.config, log)
+    states = read_states(tiny["done"].config)[0]
+    config, sheet = states.campaign.config, campaign.root / "raw" / "paper" / "runs.csv"
+    reenact(config, campaign.root / Path(config.raw), sheet, legs=False)
+    contents = {name: content for name, (content, _) in lab_files(campaign.root).items()}
+    after = {name: content for name, (content, _) in before.items()}
+    marker = {name for name in after if name.endswith("REENACTED.txt")}
+    assert {n: c for n, c in contents.items() if n not in marker} == {
+        n: c for n, c in after.items() if n not in marker
+    }
