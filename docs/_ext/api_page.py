@@ -17,6 +17,7 @@ GROUPS = {
     ),
     "Media": (
         "published_medium",
+        "KnownMedium",
         "Profile",
         "TableProfile",
         "FourierProfile",
@@ -26,8 +27,13 @@ GROUPS = {
         "read_profile",
         "write_profile",
     ),
-    "Scaling": ("scale", "ScaledMedium", "Reference", "published_reference"),
-    "A few pushes": ("estimate_map", "Map", "Shapes", "published_shapes", "plan", "Plan", "Rig"),
+    "The paper's scaling": (
+        "scale_by_paper",
+        "ScaledMedium",
+        "Reference",
+        "published_reference",
+    ),
+    "One push, or a few": ("scale", "estimate_map", "Map", "Shapes", "published_shapes", "plan", "Plan", "Rig"),
     "Forces on bodies as measurements": ("Contact", "BodyError", "learn_body_error"),
     "Forces": (
         "predict",

@@ -19,6 +19,7 @@ __all__ = [
     "DepthOnlyProfile",
     "FourierProfile",
     "Ground",
+    "KnownMedium",
     "Map",
     "Medium",
     "Mesh",
@@ -57,6 +58,7 @@ __all__ = [
     "rotation",
     "run",
     "scale",
+    "scale_by_paper",
     "scaled_generic",
     "simulate",
     "write_profile",
@@ -79,14 +81,15 @@ _FOUND_IN = {
     "model.profiles": (
         "DepthOnlyProfile",
         "FourierProfile",
+        "KnownMedium",
         "Profile",
         "TableProfile",
         "published_medium",
         "scaled_generic",
     ),
     "model.rft3d": ("rft3d_profile",),
-    "model.scaling": ("Reference", "ScaledMedium", "published_reference", "scale"),
-    "model.shapes": ("Map", "Shapes", "estimate_map", "published_shapes"),
+    "model.scaling": ("Reference", "ScaledMedium", "published_reference", "scale_by_paper"),
+    "model.shapes": ("Map", "Shapes", "estimate_map", "published_shapes", "scale"),
     "reference": ("published_table",),
     "results": ("Medium", "Results", "open"),
     "robot.ground": ("Ground",),
@@ -115,15 +118,16 @@ if TYPE_CHECKING:
     from rftfit.model.profiles import (
         DepthOnlyProfile,
         FourierProfile,
+        KnownMedium,
         Profile,
         TableProfile,
         published_medium,
         scaled_generic,
     )
     from rftfit.model.rft3d import rft3d_profile
-    from rftfit.model.scaling import Reference, ScaledMedium, scale
+    from rftfit.model.scaling import Reference, ScaledMedium, scale_by_paper
     from rftfit.model.scaling import published as published_reference
-    from rftfit.model.shapes import Map, Shapes, estimate_map, published_shapes
+    from rftfit.model.shapes import Map, Shapes, estimate_map, published_shapes, scale
     from rftfit.reference import load as published_table
     from rftfit.results import Medium, Results
     from rftfit.results import open_results as open
