@@ -80,12 +80,20 @@ def live_profiles(results: Results, medium: str) -> dict[str, Profile]:
 
 def zeta(results: Results, medium: str) -> float:
     """Scaling factor of a medium by the configured method; NaN where it has none."""
+    return zeta_with_ends(results, medium)[0]
+
+
+def zeta_with_ends(results: Results, medium: str) -> tuple[float, float, float]:
+    """Scaling factor of a medium by the configured method, with its interval; NaN where it has none."""
     method = results.config.fourier.method
     table = results.table("penetration.csv")
     is_of_medium = table["method"].isin([method, *scaling.routines(method)]) & (
         table["medium"] == medium
     )
-    return float(table.loc[is_of_medium, "zeta"].iloc[0]) if is_of_medium.any() else math.nan
+    if not is_of_medium.any():
+        return math.nan, math.nan, math.nan
+    value, lo, hi = table.loc[is_of_medium, ["zeta", "zeta_lo", "zeta_hi"]].iloc[0].astype(float)
+    return float(value), float(lo), float(hi)
 
 
 def scaled_from_print(results: Results) -> list[str]:
@@ -170,6 +178,7 @@ def live_data(results: Results) -> dict[str, Any]:
             }
             for medium, rows in predicted.groupby("medium")
         },
+        "zeta": {medium: as_lists(np.array(zeta_with_ends(results, medium))) for medium in results.media},
         "push": _unit_push(results),
         "references": [
             _reference(reference, config.fit.confidence)
