@@ -37,6 +37,8 @@ GROUPS = {
     "Forces on bodies as measurements": ("Contact", "BodyError", "learn_body_error"),
     "Forces": (
         "predict",
+        "find_peaks",
+        "Peak",
         "beyond_measured",
         "Outline",
         "model_leg",

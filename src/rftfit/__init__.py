@@ -26,6 +26,7 @@ __all__ = [
     "Motion",
     "Motion3D",
     "Outline",
+    "Peak",
     "Plan",
     "Profile",
     "Reference",
@@ -40,6 +41,7 @@ __all__ = [
     "check",
     "compare_media",
     "estimate_map",
+    "find_peaks",
     "fit_slope",
     "learn_body_error",
     "model_leg",
@@ -76,7 +78,8 @@ _FOUND_IN = {
     "model.motion": ("Motion", "path", "rotation"),
     "model.outlines": ("Outline", "arc", "model_leg", "polyline"),
     "model.planning": ("Plan", "Rig", "plan"),
-    "model.prediction": ("beyond_measured", "predict"),
+    "model.peaks": ("Peak",),
+    "model.prediction": ("beyond_measured", "find_peaks", "predict"),
     "model.profile_file": ("read_profile", "write_profile"),
     "model.profiles": (
         "DepthOnlyProfile",
@@ -113,7 +116,8 @@ if TYPE_CHECKING:
     from rftfit.model.motion import Motion, path, rotation
     from rftfit.model.outlines import Outline, arc, model_leg, polyline
     from rftfit.model.planning import Plan, Rig, plan
-    from rftfit.model.prediction import beyond_measured, predict
+    from rftfit.model.peaks import Peak
+    from rftfit.model.prediction import beyond_measured, find_peaks, predict
     from rftfit.model.profile_file import read_profile, write_profile
     from rftfit.model.profiles import (
         DepthOnlyProfile,

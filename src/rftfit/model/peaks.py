@@ -32,12 +32,38 @@ class PeakTarget(NamedTuple):
 
 @dataclass(frozen=True)
 class Peak:
-    """Greatest force of one sign, with its intervals (NaN where none is known), at `position`: theta_deg or t_s.
+    """Greatest force or moment of one sign, with its intervals (NaN where none is known): made by `find_peaks`.
 
-    `value` is the top of the best curve. `lo`, `hi`: interval of alpha; `model_lo`, `model_hi`: with the model's own error;
-    both of the mean over beds. `next_lo`, `next_hi`: of the next bed, with both errors. `beside`: the same peak by the table
-    of the same medium, or its map, of a profile by nine terms. `withheld`: why there is no interval of alpha although its
-    errors are known, `OTHER_FORM` or `STEEP`; `steepness`: relative change of the force with `STEEP_DEG` of the attack angle.
+    Parameters
+    ----------
+    name : str
+        ``lift``, ``suction``, ``thrust``, ``drag``, ``moment`` ...
+    quantity : str
+        Column of `predict`, such as ``force_z_N``.
+    value : float
+        Top of the best curve, N or N cm.
+    lo, hi : float
+        Interval of alpha, of the mean over beds.
+    position : float
+        theta_deg or t_s of the pose.
+    model_lo, model_hi : float
+        Interval with the model's own error too.
+    next_lo, next_hi : float
+        That of the next bed.
+    beside : float
+        The same peak by the table of the same medium, or its map, of a profile by nine terms.
+    withheld : str
+        Why there is no interval of alpha although its errors are known. ``other-form``: the peak `beside` lies outside of
+        it; ``steep``: the force changes with the attack angle faster than pushes around can tell.
+    steepness : float
+        Relative change of the force with 5 degrees of the attack angle.
+
+    Examples
+    --------
+    >>> import rftfit
+    >>> lift, *others = rftfit.find_peaks(rftfit.scale(0.35), rftfit.model_leg("reversed_c_leg"))
+    >>> lift.withheld
+    'steep'
     """
 
     name: str

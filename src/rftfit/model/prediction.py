@@ -269,10 +269,25 @@ def find_peaks(
     *,
     model_error: float | None = None,
 ) -> list[Peak]:
-    """Find the greatest force and moment of each sign on a body that moves, as `predict` takes them.
+    """Find the greatest force and moment of each sign on a body that moves, with the intervals that ``rftfit predict`` prints.
 
-    Returns only those that exist: no lift where nothing pushes up, and none that may lie in a pose without a number.
-    Of a mesh: the largest value of each force and moment, of either sign.
+    Parameters
+    ----------
+    medium, outline, motion, confidence, model_error
+        As of `predict`.
+
+    Returns
+    -------
+    list of Peak
+        Only those that exist: no lift where nothing pushes up, and none that may lie in a pose without a number. Of a
+        mesh: the largest value of each force and moment, of either sign.
+
+    Examples
+    --------
+    >>> import rftfit
+    >>> lift, *others = rftfit.find_peaks(rftfit.scale(0.9), rftfit.model_leg("c_leg"))
+    >>> lift.name, round(lift.value, 1)
+    ('lift', 27.8)
     """
     return predict_with_peaks(medium, outline, motion, confidence, model_error=model_error)[1]
 
