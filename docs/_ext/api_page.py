@@ -27,13 +27,17 @@ GROUPS = {
         "read_profile",
         "write_profile",
     ),
-    "The paper's scaling": (
-        "scale_by_paper",
-        "ScaledMedium",
-        "Reference",
-        "published_reference",
+    "The paper's scaling": ("scale_by_paper", "ScaledMedium", "Reference", "published_reference"),
+    "One push, or a few": (
+        "scale",
+        "estimate_map",
+        "Map",
+        "Shapes",
+        "published_shapes",
+        "plan",
+        "Plan",
+        "Rig",
     ),
-    "One push, or a few": ("scale", "estimate_map", "Map", "Shapes", "published_shapes", "plan", "Plan", "Rig"),
     "Forces on bodies as measurements": ("Contact", "BodyError", "learn_body_error"),
     "Forces": (
         "predict",

@@ -115,8 +115,8 @@ if TYPE_CHECKING:
     from rftfit.model.mesh import Mesh, Motion3D
     from rftfit.model.motion import Motion, path, rotation
     from rftfit.model.outlines import Outline, arc, model_leg, polyline
-    from rftfit.model.planning import Plan, Rig, plan
     from rftfit.model.peaks import Peak
+    from rftfit.model.planning import Plan, Rig, plan
     from rftfit.model.prediction import beyond_measured, find_peaks, predict
     from rftfit.model.profile_file import read_profile, write_profile
     from rftfit.model.profiles import (

@@ -178,9 +178,7 @@ def _facts_of_file(path: Path) -> dict[str, Any]:
     }
 
 
-def _of_campaign(
-    folder: Path, name: str, kind: str | None
-) -> tuple[KnownMedium, dict[str, Any]]:
+def _of_campaign(folder: Path, name: str, kind: str | None) -> tuple[KnownMedium, dict[str, Any]]:
     from rftfit.store.digests import sha256_of
     from rftfit.workflow.provenance import RECORD, SUMS
 

@@ -386,9 +386,7 @@ def _peaks_as_text(
         numbers += [peak.next_lo, peak.next_hi] if level_of_bed else []
         unit = "N cm" if peak.quantity.endswith("cm") else "N"
         words = (_IN_WORDS | _IN_SPACE)[peak.name]
-        rows.append(
-            [words, *(_cell(number) for number in numbers), unit, f"{peak.position:g}"]
-        )
+        rows.append([words, *(_cell(number) for number in numbers), unit, f"{peak.position:g}"])
     if not rows:
         return "  no force in these poses that can be stated"
     intervals_text = [f"{', '.join(names)}: {words}" for names, words in ends.items() if words]

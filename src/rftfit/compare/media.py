@@ -214,9 +214,7 @@ def _open_current(opened: dict[Path, Results]) -> Results | None:
     return _open(Path(), opened)
 
 
-def _compare_sizes(
-    sides: Sequence[tuple[str, Profile]], confidence: float, why: str
-) -> Comparison:
+def _compare_sizes(sides: Sequence[tuple[str, Profile]], confidence: float, why: str) -> Comparison:
     """Compare the sizes of two media by draws of their alpha; `sides`: name and profile of each."""
     from scipy.special import ndtr, ndtri
 
@@ -250,9 +248,7 @@ def _sizes_of_draws(name: str, profile: Profile) -> FloatArray:
             if profile.spread is None
             else "its interval comes from the scatter between media, not from draws of this one"
         )
-        raise InputError(
-            f"{name}: {cause}, so no difference can be told from chance; {allowed}"
-        )
+        raise InputError(f"{name}: {cause}, so no difference can be told from chance; {allowed}")
     beta, gamma = np.meshgrid(np.radians(reference.BETA_DEG), np.radians(reference.GAMMA_DEG))
     alpha = np.stack(profile.spread.alpha(beta.ravel(), gamma.ravel()))
     if np.isnan(alpha).any():

@@ -32,9 +32,7 @@ _SIZES = np.exp(np.linspace(np.log(0.03), np.log(1.2), 24))
 """Standard deviations that are tried."""
 
 
-def learn_body_error(
-    measurements: Sequence[tuple[Contact, KnownMedium | str | Path]],
-) -> BodyError:
+def learn_body_error(measurements: Sequence[tuple[Contact, KnownMedium | str | Path]]) -> BodyError:
     """Learn what the model gets wrong on a body from forces on it in media whose map is known.
 
     Parameters

@@ -203,7 +203,15 @@ def predict_mesh(
         bounds = _bounds(largest, mesh, motion)
     of_bed_known = model_ends or errors.has_model_error(profile)
     peaks = pick_peaks(
-        best, extremes, places, bounds, alpha, model, ends, model_ends, bed if of_bed_known else np.nan
+        best,
+        extremes,
+        places,
+        bounds,
+        alpha,
+        model,
+        ends,
+        model_ends,
+        bed if of_bed_known else np.nan,
     )
     if forces_beside is not None:
         peaks = hold_beside(peaks, extremes, forces_beside)

@@ -131,7 +131,9 @@ def describe_beside(peak: Peak, form: str, form_beside: str) -> str:
     if math.isnan(peak.beside):
         return ""
     unit = "N cm" if peak.quantity.endswith("cm") else "N"
-    numbers = f"{form} {peak.value:.3g} {unit}, {form_beside} of the same medium {peak.beside:.3g} {unit}"
+    numbers = (
+        f"{form} {peak.value:.3g} {unit}, {form_beside} of the same medium {peak.beside:.3g} {unit}"
+    )
     if math.isfinite(peak.lo):
         return f"{numbers}, within the interval of alpha"
     near = abs(peak.value - peak.beside) <= SAME_SHARE * abs(peak.beside)

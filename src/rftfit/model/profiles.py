@@ -128,6 +128,12 @@ class KnownMedium(ABC):
 
     Everything that takes a medium takes any of these, and the path of a profile file
     (`rftfit.model.known.profile_of`).
+
+    Examples
+    --------
+    >>> import rftfit
+    >>> isinstance(rftfit.scale(0.9), rftfit.KnownMedium)
+    True
     """
 
     @abstractmethod

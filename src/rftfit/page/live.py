@@ -178,7 +178,9 @@ def live_data(results: Results) -> dict[str, Any]:
             }
             for medium, rows in predicted.groupby("medium")
         },
-        "zeta": {medium: as_lists(np.array(zeta_with_ends(results, medium))) for medium in results.media},
+        "zeta": {
+            medium: as_lists(np.array(zeta_with_ends(results, medium))) for medium in results.media
+        },
         "push": _unit_push(results),
         "references": [
             _reference(reference, config.fit.confidence)
