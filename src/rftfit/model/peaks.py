@@ -94,10 +94,10 @@ Chosen on laws 3D-RFT, frictional and bilinear (`studies/steep_peaks.py`, docs/t
 
 def withhold(peak: Peak, code: str) -> Peak:
     """Take the interval of alpha off a peak, and what follows from it alone."""
-    ends = {"lo": math.nan, "hi": math.nan}
+    withheld = replace(peak, lo=math.nan, hi=math.nan, withheld=code)
     if math.isnan(peak.model_lo):
-        ends |= {"next_lo": math.nan, "next_hi": math.nan}
-    return replace(peak, **ends, withheld=code)
+        return replace(withheld, next_lo=math.nan, next_hi=math.nan)
+    return withheld
 
 
 def hold_beside(
@@ -230,7 +230,8 @@ def pick_peaks(
                     np.maximum(extreme.sign * end[row], 0.0) for end in by_pose[extreme.quantity]
                 )
                 # the greatest force of one sign is none of the other one
-                of_draws = tuple(sorted(float(extreme.sign * end) + 0.0 for end in (lo, hi)))
+                lo, hi = sorted(float(extreme.sign * end) + 0.0 for end in (lo, hi))
+                of_draws = lo, hi
             ends.append(of_draws or (math.nan, math.nan))
         widest = ends[1] if math.isfinite(ends[1][0]) else ends[0]
         of_bed = extreme.sign * np.array(of_next_bed(value, widest, bed))
