@@ -30,36 +30,44 @@ function readPush(alphaText, seText) {
 
 /**
  * The map of a push and the forces on legs, each number as [value, lower, upper]; a force has the ends of its interval
- * with the model's own error after those of alpha. All are proportional to the push, so they are those of an exact push
- * of 1 N/cm^3; the error of the push is independent of the shape and of the model.
+ * with the model's own error after those of alpha; an end that is not there is NaN. All are proportional to the push. Where
+ * its error is not known, they are those of a push with the usual one. Else the value lies between that and the one of an
+ * exact push, and the error of the push, which is independent of the shape and of the model, is added to the exact one.
  */
 function scaleMap(push, alpha, se) {
-  const error = push.quantile * (Number.isFinite(se) ? se : push.usual * alpha);
-  // ends in turn: lower, upper
-  const scaled = (value, ...ends) => [
-    alpha * value,
-    // an end that is not there is none of the scaled number either
-    ...ends.map((end, i) => (end === null ? NaN : alpha * value + (i % 2 ? 1 : -1) * Math.hypot(alpha * (end - value), error * value))),
-  ];
-  const curve = (leg, c) => {
-    const ends = ["lo", "hi", "model_lo", "model_hi"].map((end) => leg[`force_${c}_${end}_N`]);
-    return leg[`force_${c}_N`].map((value, i) => scaled(value, ...ends.map((own) => own[i])));
+  const { exact } = push;
+  const isKnown = Number.isFinite(se);
+  const share = isKnown ? Math.min(se / alpha / push.usual, 1) : 1;
+  const scaled = (usual, ofExact) => {
+    if (!isKnown) return usual.map((number) => (number === null ? NaN : alpha * number));
+    const value = ofExact[0] + share * (usual[0] - ofExact[0]);
+    const error = push.quantile * se * value;
+    // ends in turn: lower, upper
+    const ends = ofExact.slice(1).map((end, i) =>
+      end === null || usual[i + 1] === null ? NaN : alpha * value + (i % 2 ? 1 : -1) * Math.hypot(alpha * (end - ofExact[0]), error),
+    );
+    return [alpha * value, ...ends];
   };
+  const numbersOf = (leg, c, i) => ["", "lo_", "hi_", "model_lo_", "model_hi_"].map((end) => leg[`force_${c}_${end}N`][i]);
   const legs = Object.entries(push.legs).map(([name, leg]) => {
+    const exactLeg = exact.legs[name];
+    const curve = (c) => leg[`force_${c}_N`].map((_, i) => scaled(numbersOf(leg, c, i), numbersOf(exactLeg, c, i)));
     const peaks = ["z", "x"].map((c) => {
       const [at, ...numbers] = leg.peaks[c];
+      const [exactAt, ...exactNumbers] = exactLeg.peaks[c];
       // the greatest force of one sign is none of the other one
       const clipped = numbers[0] < 0 ? Math.min : Math.max;
-      return [scaled(...numbers).map((end) => clipped(end, 0)), at];
+      return [scaled(numbers, exactNumbers).map((end) => clipped(end, 0)), share < 0.5 ? exactAt : at];
     });
-    return [name, { z: curve(leg, "z"), x: curve(leg, "x"), peaks }];
+    return [name, { z: curve("z"), x: curve("x"), peaks }];
   });
   return {
     alpha(beta, gamma) {
-      const cell = cellAt(push.map, beta, gamma);
-      return [cell.z, cell.x].map(({ value, lo, hi }) => scaled(value, lo, hi));
+      const [cell, exactCell] = [push.map, exact.map].map((grid) => cellAt(grid, beta, gamma));
+      const rowOf = ({ value, lo, hi }) => [value, lo, hi];
+      return ["z", "x"].map((c) => scaled(rowOf(cell[c]), rowOf(exactCell[c])));
     },
-    zeta: scaled(...push.zeta),
+    zeta: scaled(push.zeta, exact.zeta),
     legs: Object.fromEntries(legs),
   };
 }
