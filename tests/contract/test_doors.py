@@ -5,6 +5,7 @@ Media: one push, a map, a published medium, a medium of a campaign, a profile th
 """
 
 import json
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -98,7 +99,8 @@ def test_attach(media, form):
     model = mujoco.MjModel.from_xml_string(text)
     data = mujoco.MjData(model)
     data.qvel[2] = -0.01
-    ground = rftfit.mujoco.attach(model, data, media[form], delta_mm=0)
+    attach: Any = rftfit.mujoco
+    ground = attach.attach(model, data, media[form], delta_mm=0)
     ground.step()
     # the lower side lies 1 mm deeper than the middle
     expected = (110.0 if form in OF_PUSH else 40 * 5 * 0.35093) * 5.1 / 5
@@ -160,7 +162,7 @@ def test_one_push_has_one_answer(command, medium):
     alpha = round(float(rftfit.published_medium(medium).alpha(0.0, np.pi / 2)[0]), 5)
     sand = rftfit.scale(alpha)
     rftfit.write_profile("sand.json", sand)
-    same = {
+    same: dict[str, Any] = {
         "estimate_map": rftfit.estimate_map(one_push(alpha)),
         "file": rftfit.read_profile("sand.json"),
         "path": "sand.json",
@@ -180,8 +182,8 @@ def test_one_push_has_one_answer(command, medium):
             printed = json.loads(out)["peaks"]["lift"]
             for name in ("lo", "hi", "model_lo", "model_hi", "next_lo", "next_hi"):
                 number = getattr(peaks["lift"], name)
-                expected = None if np.isnan(number) else pytest.approx(number, rel=1e-3, abs=1e-3)
-                assert printed[name] == expected
+                end = None if np.isnan(number) else pytest.approx(number, rel=1e-3, abs=1e-3)
+                assert printed[name] == end
             assert printed["force_z_N"] == pytest.approx(peaks["lift"].value, rel=1e-3)
 
 
@@ -207,7 +209,7 @@ def test_nine_terms_print_no_interval_with_the_error_of_the_model(command, folde
         if peak["lo"] is not None:
             assert peak["lo"] <= peak["beside"] <= peak["hi"]
         rows = pd.read_csv("forces.csv", comment="#")
-        assert not [name for name in rows if "_model_" in name or "_next_" in name]
+        assert not [name for name in rows if "_model_" in str(name) or "_next_" in str(name)]
         if "force_z_lo_N" in rows:
             is_shown = rows["force_z_lo_N"].notna()
             holds = rows["force_z_beside_N"].between(rows["force_z_lo_N"], rows["force_z_hi_N"])

@@ -116,7 +116,7 @@ def test_another_form_of_alpha_has_none(kind):
     else:
         medium = rftfit.published_medium("poppy_LP", kind)
     table = rftfit.predict(medium, LEG, TURN)
-    assert not [name for name in table if "_model_" in name or "_next_" in name]
+    assert not [name for name in table if "_model_" in str(name) or "_next_" in str(name)]
     for peak in rftfit.find_peaks(medium, LEG, TURN):
         ends = (peak.model_lo, peak.model_hi, peak.next_lo, peak.next_hi)
         assert np.isnan(ends).all()

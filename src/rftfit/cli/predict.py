@@ -193,7 +193,9 @@ def predict(
         level and f"_lo and _hi: {level}, row by row",
         level_of_model and f"_model_lo and _model_hi: {level_of_model}, row by row",
         level_of_bed and f"_next_lo and _next_hi: {level_of_bed}, row by row",
-        "" if beside is None else f"_beside: by {beside.name}",
+        ""
+        if beside is None
+        else f"_beside: by {beside.name}; where it lies outside of _lo and _hi, these are empty",
         reason and f"empty cells: {_shortened(reason)}",
     ]
     if as_json:
@@ -471,10 +473,8 @@ def _warn_of(
         warn("warning: no force in any pose: the body stays above the surface, or does not move")
     ends = [(name, end) for name in quantities for end in end_names(name) if end in forces]
     lost = [forces[end].isna() & forces[name].notna() for name, end in ends]
-    if poses := sum(map(any, zip(*lost, strict=True))):
-        why = (
-            "no error of alpha is known there"
-            if beside is None
-            else f"the force by the {beside.form} of the same medium lies outside of that of alpha"
+    # beside the table of the same medium the head of the file says it
+    if beside is None and (poses := sum(map(any, zip(*lost, strict=True)))):
+        warn(
+            f"warning: no interval in {poses} of {len(forces)} poses: no error of alpha is known there"
         )
-        warn(f"warning: no interval in {poses} of {len(forces)} poses: {why}")

@@ -624,7 +624,7 @@ def scale(
     >>> import rftfit
     >>> sand = rftfit.scale(0.9, se=0.02)
     >>> [round(number, 1) for number in sand.zeta]
-    [0.8, 0.6, 1.0]
+    [0.8, 0.5, 1.0]
     """
     check_test(alpha, 0.0 if se is None else se)
     check_level(confidence)
