@@ -6,7 +6,6 @@ import re
 import shutil
 
 import numpy as np
-import pandas as pd
 import pytest
 from light_campaign import LABORATORY, SE, alpha_frame, make_campaign
 from numpy.testing import assert_allclose, assert_array_equal
