@@ -4,6 +4,7 @@ import json
 import math
 import re
 import shutil
+from typing import Any
 
 import numpy as np
 import pytest
@@ -56,7 +57,9 @@ def test_equals_the_sweep(rftfit, work_folder, kind, leg):
     # printed tables have no errors; the model has
     model_ends = {name: (*model_end_names(name), *next_end_names(name)) for name in QUANTITIES}
     beside = {name: (beside_name(name),) for name in QUANTITIES}
-    more = {"table": model_ends, "depth_only": dict.fromkeys(QUANTITIES, ())}.get(kind, beside)
+    nothing: dict[str, tuple[str, ...]] = dict.fromkeys(QUANTITIES, ())
+    added: dict[str, Any] = {"table": model_ends, "depth_only": nothing}
+    more = added.get(kind, beside)
     ends = [[name, *more[name]] for name in QUANTITIES]
     assert list(columns) == ["theta_deg", *(name for names in ends for name in names)]
     assert columns["theta_deg"].tolist() == THETA_DEG.tolist()
