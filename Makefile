@@ -6,6 +6,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 LOCK := requirements/lock.txt
 STAMP := .venv/.made-in
+LINES_TOOL := .mutants/coverage/made
 SPEEDS := workflow measure sheets logs bags kernel robot space
 
 # An environment knows the folder it was made in: it is made again where the folder was moved.
@@ -13,7 +14,7 @@ MOVED := $(shell [ -x $(BIN)/python ] && [ "$$(cat $(STAMP) 2>/dev/null)" = "$$(
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help env run sweep test pages lint docs gallery lock clean mutants statistics matrix wheel coverage fuzz killed fulldisk samebytes cluster accessible reliability disturbed intervals curved laws shared compare readings strokes contacts mutations reallogs labs benchmark scale FORCE
+.PHONY: help env run sweep test golden pages timegate lint docs stranger gallery lock clean release mutants statistics matrix wheel coverage fuzz killed fulldisk samebytes cluster accessible reliability disturbed intervals curved laws shared compare readings strokes contacts mutations reallogs labs benchmark scale FORCE
 
 #@ Every day
 help: ## show this list
@@ -51,8 +52,17 @@ sweep: env ## run the paper's whole sweep of the robot; stop it at will, it goes
 test: env ## run the tests
 	@$(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder -m "not page" $(ARGS)
 
-pages: env ## follow every page of the documentation, command by command
+golden: env ## make the golden campaigns anew, print each column that changed and rewrite it (ARGS=--check: only print), 2 min
+	@$(BIN)/python tests/golden/rewrite.py $(ARGS)
+
+stranger: env ## the tests that look for ../shared/data, in a clone that has none beside it (ARGS=--all: all tests)
+	@$(BIN)/python studies/stranger.py $(ARGS)
+
+pages: env ## follow every page of the documentation, command by command; the demonstration gives the paper's numbers
 	@$(BIN)/python -m pytest -n 2 -m page $(ARGS)
+
+timegate: env ## no rule of the workflow is slower than benchmarks/time_gate.csv, 40 s (ARGS=--rewrite: write that table anew)
+	@$(BIN)/python benchmarks/time_gate.py $(ARGS)
 
 lint: env ## check style, types, the workflow and the shape of the project
 	$(BIN)/ruff check
@@ -79,10 +89,11 @@ lock: ## write requirements/lock.txt again (needs uv; ARGS=--upgrade for newer v
 	uv pip compile --quiet --universal --generate-hashes --no-emit-index-url --python-version 3.11 \
 	  --group dev pyproject.toml -o $(LOCK) --no-header $(ARGS)
 
+release: env ## version, dates and changelog agree before a tag (ARGS=0.2.0: write them), a second
+	@$(BIN)/python studies/release.py $(ARGS)
+
 #@ Slow: do the tests prove enough, on every version?
-mutants: env ## a test notices when the program is changed in a small way: 400 changes in all rooms, 45 min
-	@[ -f .mutants/tool/made ] || { $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps \
-	  --require-hashes --target .mutants/tool -r requirements/mutation.txt -r requirements/coverage.txt && touch .mutants/tool/made; }
+mutants: $(LINES_TOOL) ## the tests notice small changes of today's code, drawn by ARGS="--seed 20261128", and false columns (... --columns 40)
 	@$(BIN)/python studies/mutants.py $(ARGS)
 
 statistics: env ## tests of statistics hold with all their seeds and examples (make test takes some of them), 4 min
@@ -94,10 +105,12 @@ matrix: env ## the tests pass with the oldest and the newest version of every pa
 wheel: env ## the built wheel works without a clone, make and git: README's commands on a small campaign, 2 min
 	@$(BIN)/python studies/built_wheel.py $(ARGS)
 
-coverage: env ## lines and branches that the tests run, room by room, 10 min
-	@[ -f .mutants/coverage/made ] || { $(BIN)/python -m pip install --quiet --disable-pip-version-check \
-	  --no-deps --require-hashes --target .mutants/coverage -r requirements/coverage.txt && touch .mutants/coverage/made; }
+coverage: $(LINES_TOOL) ## lines and branches that the tests run, room by room, 10 min
 	@$(BIN)/python studies/covered.py $(ARGS)
+
+$(LINES_TOOL): $(STAMP) requirements/coverage.txt
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check \
+	  --no-deps --require-hashes --upgrade --target $(@D) -r requirements/coverage.txt && touch $@
 
 #@ Slow: does the program stand damage?
 fuzz: env ## no random or damaged bytes crash a reader, or add a row to a text, 10 min for each of eighteen readers (ARGS="--seconds 60": a minute)

@@ -2,47 +2,38 @@
 # /// script
 # dependencies = ["nox>=2025.10.14"]
 # ///
-"""Sessions for those who prefer nox; `make` runs the same steps."""
+"""Sessions for those who prefer nox: each calls the step of the Makefile, in the environment of `make env`."""
 
 from __future__ import annotations
+
+import shlex
 
 import nox
 
 nox.needs_version = ">=2025.10.14"
-nox.options.default_venv_backend = "uv|virtualenv"
+nox.options.default_venv_backend = "none"
 
 
-def install_locked(session: nox.Session) -> None:
-    session.install("--require-hashes", "-r", "requirements/lock.txt")
-    session.install("--no-deps", "--no-build-isolation", "-e", ".")
+def make(session: nox.Session, step: str) -> None:
+    session.run("make", step, f"ARGS={shlex.join(session.posargs)}", external=True)
 
 
-@nox.session(python=["3.11", "3.12", "3.13"])
+@nox.session
 def tests(session: nox.Session) -> None:
-    """Run the test suite."""
-    install_locked(session)
-    session.run("python", "-m", "pytest", "-n", "2", "--dist", "loadfile", *session.posargs)
+    """Run the tests."""
+    make(session, "test")
 
 
 @nox.session
 def lint(session: nox.Session) -> None:
     """Check style, types, the workflow and the shape of the project."""
-    install_locked(session)
-    session.run("ruff", "check")
-    session.run("ruff", "format", "--check")
-    session.run("snakefmt", "--check", "Snakefile", "workflow")
-    session.run("mypy")
-    session.run("snakemake", "--lint")
-    session.run("sp-repo-review", ".")
+    make(session, "lint")
 
 
 @nox.session(default=False)
 def docs(session: nox.Session) -> None:
     """Build the documentation site in docs/_build."""
-    install_locked(session)
-    session.run(
-        "python", "-m", "sphinx", "-W", "--keep-going", "-b", "html", "docs", "docs/_build/html"
-    )
+    make(session, "docs")
 
 
 if __name__ == "__main__":

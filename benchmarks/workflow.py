@@ -51,7 +51,7 @@ def turn(checkout: Path, root: Path) -> dict[str, float]:
     """Every step once, on the campaign in a folder."""
 
     def rftfit(*words: str) -> float:
-        return timed(checkout, root, "-m", "rftfit.cli.main", *words)
+        return timed(checkout, root, "-m", "rftfit", *words)
 
     seconds: dict[str, float] = {}
     if not (root / "config").exists():

@@ -44,7 +44,7 @@ def rftfit(folder, log, *words):
     """Start a command in a campaign's folder."""
     with log.open("wb") as out:
         return subprocess.Popen(
-            [sys.executable, "-m", "rftfit.cli.main", *words],
+            [sys.executable, "-m", "rftfit", *words],
             cwd=folder.root,
             stdin=subprocess.DEVNULL,
             stdout=out,

@@ -72,7 +72,7 @@ class Trials:
     def command(self, words, disk):
         """One command that writes onto a full disk."""
         done = subprocess.run(
-            [sys.executable, "-m", "rftfit.cli.main", *words.format(disk).split()],
+            [sys.executable, "-m", "rftfit", *words.format(disk).split()],
             cwd=self.folder.root,
             capture_output=True,
             text=True,

@@ -6,6 +6,7 @@ import os
 import pkgutil
 import shutil
 import tempfile
+from collections import Counter
 from pathlib import Path
 
 MEMORY = Path("/dev/shm")
@@ -20,25 +21,25 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 # tests and figures are many objects that live long: to look for garbage among them takes a tenth of the time
 gc.set_threshold(50_000, 20, 50)
 
-import paper
 import pytest
 import seeds
-from campaigns import FEW, Folder, make_campaign
-from unit_push import unit_push_once
-from waiting import wait_for
+from golden_campaigns import SMALL, GoldenCampaign
+from once import make_once
 
 import rftfit
-
-__all__ = ["unit_push_once"]
-"""Fixtures of helpers that all tests have."""
 
 LONGEST = (
     "test_trust_stranger.py",
     "test_workflow_whole.py",
+    "test_golden.py",
     "test_stages_real_logs.py",
     "test_validate_legs.py",
 )
 """The first one makes the small campaign; so long the second one measures the whole demonstration."""
+
+
+PUBLIC_ROOMS = ("contract", "laws", "golden")
+"""Folders of tests that import nothing below `rftfit`, so that no rebuild of a room breaks them."""
 
 
 def pytest_addoption(parser):
@@ -71,39 +72,70 @@ def pytest_collection_finish():
     gc.freeze()
 
 
+def pytest_terminal_summary(terminalreporter):
+    """Count the skipped tests by their reason."""
+    reasons = [report.longrepr[2] for report in terminalreporter.stats.get("skipped", [])]
+    if reasons:
+        terminalreporter.section("skipped tests by reason")
+    for reason, test_count in Counter(reasons).most_common():
+        terminalreporter.write_line(f"{test_count:5}  {reason.removeprefix('Skipped: ')}")
+
+
 @pytest.fixture(scope="session")
 def paper_config():
     """The configuration of the demonstration campaign."""
+    import paper
+
     return paper.paper_config()
 
 
+@pytest.fixture(scope="session", autouse=True)
+def unit_push_once(request):
+    """Pages of one process share the unit push; tests of what a user has run without it, too."""
+    if all(item.path.parent.name in PUBLIC_ROOMS for item in request.session.items):
+        yield
+        return
+    from unit_push import shared_unit_push
+
+    with shared_unit_push():
+        yield
+
+
 @pytest.fixture(scope="session")
-def small_made(tmp_path_factory):
-    """Few directions in loose poppy seeds, its legs and robot, and one sand, run by the workflow.
+def small_root(tmp_path_factory):
+    """Folder of few directions in loose poppy seeds, its legs and robot, and one sand, run by the workflow: a golden campaign.
 
     One worker makes it, the others wait; nobody changes it.
     """
-    base = tmp_path_factory.getbasetemp()
-    if "PYTEST_XDIST_WORKER" in os.environ:
-        base = base.parent
-    folder, finished = Folder(base / "small"), base / "small made"
-    try:
-        (base / "small begun").mkdir()
-    except FileExistsError:
-        wait_for(finished.exists)
-    else:
-        make_campaign(folder.root, ("poppy_LP", "yuma"), directions=FEW)
-        digests_before = folder.raw_digests()
-        done_run = folder.rftfit("run")
-        assert done_run.returncode == 0, done_run.stdout + done_run.stderr
-        assert folder.raw_digests() == digests_before, "the workflow wrote into raw/"
-        finished.touch()
-    return folder
+    campaign = GoldenCampaign(SMALL)
+
+    def make(root):
+        campaign.write(root)
+        contents_before = raw_contents(root)
+        campaign.run_commands(root)
+        assert raw_contents(root) == contents_before, "the workflow wrote into raw/"
+
+    return make_once(tmp_path_factory, "small", make)
+
+
+def raw_contents(root):
+    """Return the bytes of each raw file of a campaign."""
+    return {path: path.read_bytes() for path in (root / "raw").rglob("*") if path.is_file()}
+
+
+@pytest.fixture(scope="session")
+def small_made(small_root):
+    """The same, with what tests of inner rooms ask of a folder."""
+    from campaigns import Folder
+
+    return Folder(small_root)
 
 
 @pytest.fixture(scope="module")
 def small(small_made, tmp_path_factory):
     """A copy of it for the tests of a module."""
+    from campaigns import Folder
+
     root = tmp_path_factory.mktemp("small") / "campaign"
     shutil.copytree(small_made.root, root)
     return Folder(root)

@@ -19,6 +19,7 @@ OTHER_PAGES = (
     "examples/cmu-wheel/README.md",
     "raw/README.md",
     "requirements/README.md",
+    "tests/golden/README.md",
 )
 PAGES = [*pages(), *OTHER_PAGES]
 _SITE = re.compile(r"^<!-- site\n.*?^-->\n", re.MULTILINE | re.DOTALL)

@@ -1,15 +1,19 @@
 """The package imports downward only, its versions and citations agree, and its files are small."""
 
 import ast
+import fnmatch
 import json
 import re
+import shutil
 import subprocess
 import tomllib
 from itertools import pairwise
 from pathlib import Path
 
 import pytest
+import release
 import yaml
+from seams import declared_names, used_names
 
 import rftfit
 from rftfit.reference import CITATION
@@ -30,18 +34,115 @@ def parse(path):
 def test_versions_and_citation_agree():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
     citation = yaml.safe_load((ROOT / "CITATION.cff").read_text("utf-8"))
-    assert project["version"] == rftfit.__version__ == citation["version"]
+    assert project["version"] == rftfit.__version__
     assert project["license"] == citation["license"]
     paper = citation["references"][0]
     assert paper["doi"] in CITATION
     assert paper["title"] in CITATION
     codemeta = json.loads((ROOT / "codemeta.json").read_text("utf-8"))
-    assert codemeta["version"] == project["version"]
-    assert codemeta["dateModified"] == str(citation["date-released"])
     assert codemeta["license"] == f"https://spdx.org/licenses/{project['license']}"
     assert codemeta["keywords"] == project["keywords"] == citation["keywords"]
     assert codemeta["referencePublication"]["@id"] == project["urls"]["Method"]
     assert project["urls"]["Method"] == f"https://doi.org/{paper['doi']}"
+
+
+def tracked_files():
+    command = ["git", "-C", str(ROOT), "ls-files", "-z"]
+    try:
+        listing = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+    except (OSError, subprocess.CalledProcessError) as error:
+        pytest.skip(f"this copy is no git checkout: {error}")
+    return [name for name in listing.split("\0") if name]
+
+
+def test_version_and_date_are_those_of_the_newest_section_of_the_changelog():
+    assert release.disagreements(ROOT) == []
+    sections = re.findall(
+        r"(?m)^## \[([\d.]+)\] - (\S+)$", (ROOT / "CHANGELOG.md").read_text("utf-8")
+    )
+    numbers = [tuple(map(int, version.split("."))) for version, _ in sections]
+    assert numbers == sorted(numbers, reverse=True)
+    dates = [date for _, date in sections]
+    assert dates == sorted(dates, reverse=True)
+
+
+def test_a_tagged_commit_has_nothing_unreleased():
+    command = ["git", "-C", str(ROOT), "tag", "--points-at", "HEAD"]
+    completed = subprocess.run(command, check=False, capture_output=True, text=True)
+    tags = [tag for tag in completed.stdout.split() if tag.startswith("v")]
+    if not tags:
+        pytest.skip("this commit has no tag of a release")
+    assert tags == [f"v{rftfit.__version__}"]
+    assert release.unreleased_changes(ROOT) == []
+
+
+@pytest.fixture
+def project_copy(tmp_path):
+    """Files that state version or date, in a folder of their own."""
+    for name in {*release.VERSIONS, *release.DATES, release.CHANGELOG}:
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(ROOT / name, tmp_path / name)
+    return tmp_path
+
+
+def test_a_prepared_release_agrees_and_has_what_was_unreleased(project_copy):
+    path = project_copy / release.CHANGELOG
+    text = path.read_text("utf-8")
+    heading = f"{release.UNRELEASED}\n"
+    path.write_text(text.replace(heading, f"{heading}\n### Added\n\n- A word.\n", 1), "utf-8")
+    assert "- A word." in release.unreleased_changes(project_copy)
+    release.prepare(project_copy, "9.8.7", "2126-01-02")
+    assert release.disagreements(project_copy) == []
+    assert release.unreleased_changes(project_copy) == []
+    assert "## [9.8.7] - 2126-01-02\n\n### Added\n\n- A word.\n" in path.read_text("utf-8")
+    assert "0.1.0" not in (project_copy / "README.md").read_text("utf-8")
+
+
+@pytest.mark.parametrize("name", [*release.VERSIONS, *release.DATES])
+def test_a_file_with_another_version_or_date_disagrees(project_copy, name):
+    path = project_copy / name
+    patterns = {**release.VERSIONS, **release.DATES}
+    line = re.search(patterns[name], path.read_text("utf-8"), re.MULTILINE)
+    assert line is not None
+    stated = line[1]
+    path.write_text(path.read_text("utf-8").replace(stated, stated[:-1] + "9"), "utf-8")
+    assert [problem.split(":")[0] for problem in release.disagreements(project_copy)][:1] == [name]
+
+
+NAMED_PATH = re.compile(
+    r"(?<![\w/.<>-])((?:\.ci|\.github|\.test|benchmarks|docs|examples|profiles|requirements|src"
+    r"|studies|tests|workflow)/[\w.*/-]*\w)"
+)
+"""A path from the project's folder, or a pattern of such paths."""
+
+WRITTEN_BY_STEPS = ("docs/_build*", "benchmarks/results*", "src/rftfit/model/__pycache__*")
+"""Paths that are there after a step of the Makefile."""
+
+
+def test_every_path_that_is_named_by_settings_and_documents_exists():
+    tracked = tracked_files()
+    there = [*tracked, *{str(folder) for name in tracked for folder in Path(name).parents}]
+    naming = [name for name in tracked if re.fullmatch(r"\.[\w./-]+|docs/.*\.md|[^/]*", name)]
+    naming += [name for name in tracked if name.endswith("/README.md")]
+    problems = []
+    for name in naming:
+        if name.endswith(".csv") or name == "CHANGELOG.md":
+            continue
+        # regular expressions become patterns of names
+        text = (ROOT / name).read_text("utf-8").replace(".*", "*").replace("\\.", ".")
+        for path in {*NAMED_PATH.findall(text)}:
+            exists = (ROOT / path).exists() or fnmatch.filter(there, path)
+            if not exists and not any(fnmatch.fnmatch(path, made) for made in WRITTEN_BY_STEPS):
+                problems.append(f"{name}: {path}")
+    assert problems == []
+
+
+def test_every_requirements_file_is_watched_for_updates():
+    settings = yaml.safe_load((ROOT / ".github" / "dependabot.yml").read_text("utf-8"))
+    folders = {update["directory"] for update in settings["updates"]}
+    needed = {f"/{Path(name).parent}" for name in tracked_files() if name.endswith("lock.txt")}
+    assert needed
+    assert needed <= folders
 
 
 def test_the_paper_cites_what_its_bibliography_lists():
@@ -145,16 +246,32 @@ def test_no_circle_between_modules():
     assert not imported
 
 
+def test_third_party_files_are_asked_for_in_one_place():
+    """Else a test that lacks its skip fails for a stranger, who has no ../shared/data."""
+    places = [
+        relative(path)
+        for path in sorted((ROOT / "tests").rglob("*.py"))
+        if re.search(r"""/ ["']shared["']""", path.read_text("utf-8"))
+    ]
+    assert places == ["tests/helpers/shared_data.py"]
+
+
+def test_tests_import_no_inner_name_that_is_not_declared():
+    """The list only shrinks: what is new is tested by what a user has, and what goes leaves the list."""
+    used, declared = used_names(), declared_names()
+    undeclared = {".".join(name): files for name, files in used.items() if name not in declared}
+    unused = {".".join(name) for name in declared - used.keys()}
+    assert (undeclared, unused) == ({}, set()), "python tests/helpers/seams.py --write"
+    modules = {module for module, _ in declared}
+    stated = f"{len(declared)} inner names of {len(modules)} modules"
+    assert stated in (ROOT / "CONTRIBUTING.md").read_text("utf-8")
+
+
 # --- tracked files and the lock file ---------------------------------------------------------------------
 
 
 def test_tracked_files_are_small():
-    command = ["git", "-C", str(ROOT), "ls-files", "-z"]
-    try:
-        listing = subprocess.run(command, check=True, capture_output=True, text=True).stdout
-    except (OSError, subprocess.CalledProcessError) as error:
-        pytest.skip(f"this copy is no git checkout: {error}")
-    tracked = [ROOT / name for name in listing.split("\0") if name]
+    tracked = [ROOT / name for name in tracked_files()]
     assert ROOT / "pyproject.toml" in tracked
     sizes = {path: path.stat().st_size for path in tracked if path.is_file()}
     problems = [f"{relative(path)}: {n} bytes" for path, n in sizes.items() if n > 1_000_000]

@@ -1,10 +1,8 @@
-"""``python -P -m rftfit RULE``: one job of the workflow (`rftfit.workflow.job`)."""
+"""``python -m rftfit``: the command ``rftfit``."""
 
 import sys
 
-from rftfit.workflow.job import main
-from rftfit.workflow.processes import end_with_parent
+from rftfit.cli.main import main
 
 if __name__ == "__main__":
-    end_with_parent()
     sys.exit(main())

@@ -25,7 +25,7 @@ from rftfit.workflow.records import record_holds
 
 __all__ = ["Executor", "ExecutorSettings", "common_settings"]
 
-_COMMAND = ["python", "-P", "-m", "rftfit"]
+_COMMAND = ["python", "-P", "-m", "rftfit.workflow.job"]
 _LOCK = threading.Lock()
 """Starting a process looks at all others: the end of each is read under the same lock."""
 

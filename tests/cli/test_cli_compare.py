@@ -8,7 +8,7 @@ import pytest
 from compare_media import Beds, published, runs_of
 from light_campaign import LABORATORY, make_campaign
 
-from rftfit import reference
+from rftfit import compare_media, reference
 from rftfit.outputs.dictionary import describe_file
 from rftfit.store import write_csv
 
@@ -104,4 +104,7 @@ def test_maps_where_no_direction_is_common(rftfit, refusal, labs):
     text = rftfit("compare other third --figure c.svg").out
     assert [line for line in text.splitlines() if line.startswith("Note: other and third ")]
     assert (labs / "c.svg").is_file()
+    comparison = compare_media(labs / "other", labs / "third")
+    assert comparison.ratio_lo < comparison.ratio < comparison.ratio_hi
+    assert comparison.ratio_lo * comparison.ratio_hi == pytest.approx(comparison.ratio**2)
     assert "other@monday" in refusal("compare other@monday third")

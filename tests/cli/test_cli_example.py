@@ -7,29 +7,28 @@ import sys
 import threading
 from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
-from pathlib import Path
 
 import pytest
+from shared_data import CMU_SAND, needs, reason_absent
 
 from rftfit.cli import example
 from rftfit.cli.example import SUMS, fetch_logs
 from rftfit.errors import InputError, OutputError
 from rftfit.store.environment import shipped
 
-DATA = Path(__file__).parents[3] / "shared" / "data" / "cmu-sand"
-needs_data = pytest.mark.skipif(not DATA.is_dir(), reason="cmu-sand of ../shared/data is absent")
+needs_data = needs(CMU_SAND)
 
 
 @pytest.fixture
 def mirror():
-    if not DATA.is_dir():
-        pytest.skip("cmu-sand of ../shared/data is absent")
+    if not CMU_SAND.is_dir():
+        pytest.skip(reason_absent(CMU_SAND))
 
     class Quiet(SimpleHTTPRequestHandler):
         def log_message(self, *_):
             pass
 
-    server = ThreadingHTTPServer(("127.0.0.1", 0), partial(Quiet, directory=str(DATA)))
+    server = ThreadingHTTPServer(("127.0.0.1", 0), partial(Quiet, directory=str(CMU_SAND)))
     thread = threading.Thread(target=server.serve_forever)
     thread.start()
     yield f"http://127.0.0.1:{server.server_port}/"
@@ -69,7 +68,7 @@ def test_a_folder_without_the_logs(refusal, tmp_path):
 def test_a_log_that_is_another(refusal, tmp_path):
     (tmp_path / "here" / "raw").mkdir(parents=True)
     (tmp_path / "here" / "raw" / "force-displacement_3.txt").write_text("1,2\n")
-    err = refusal("example cmu-sand", tmp_path / "here", "--from", DATA)
+    err = refusal("example cmu-sand", tmp_path / "here", "--from", CMU_SAND)
     assert "force-displacement_3.txt" in err
     assert "move them away" in err
     assert (tmp_path / "here" / "raw" / "force-displacement_3.txt").read_text() == "1,2\n"

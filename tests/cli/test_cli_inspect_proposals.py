@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 from foreign_logs import TEXTS
 from numpy.testing import assert_allclose
-from reported import REPORTED, UNITS, inspected, proposal, read_by
+from reported import UNITS, inspected, proposal, read_by
+from shared_data import REPORTED, needs
 
 from rftfit import api
 from rftfit.campaign.config import ForceLog
@@ -59,6 +60,7 @@ def test_a_column_is_given_by_its_number_or_by_its_name(column, tmp_path):
         read_force(path, text={}, columns={"F3": 4})
 
 
+@needs(REPORTED)
 def test_a_number_counts_the_columns_that_are_not_read():
     columns = {"time": {"column": 4, "unit": "s"}, "F3": {"column": 5, "unit": "N"}}
     text = {"delimiter": ",", "skip_lines": 7, "units": True}
@@ -78,6 +80,7 @@ def test_a_factor_of_one_declares_a_unit(tmp_path):
     assert read_force(path, text={}, columns={"F3": chosen}).units["F3"] == "N"
 
 
+@needs(REPORTED)
 def test_a_folder_of_rosbag2_is_one_log(rftfit, refusal):
     folder = REPORTED / "c23_two_sensors"
     output = rftfit("inspect", folder, "--option topic=/tool")

@@ -101,7 +101,7 @@ def test_interrupt(rftfit, monkeypatch, text, message):
 def test_reader_that_stops_reading():
     reader, writer = os.pipe()
     os.close(reader)
-    command = [sys.executable, "-m", "rftfit.cli.main", "reenact", "--list-faults"]
+    command = [sys.executable, "-m", "rftfit", "reenact", "--list-faults"]
     process = subprocess.run(command, stdout=writer, stderr=subprocess.PIPE, check=False)
     os.close(writer)
     assert (process.returncode, process.stderr) == (exit_codes.PIPE_CLOSED, b"")

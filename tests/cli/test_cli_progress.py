@@ -197,7 +197,7 @@ def test_a_stage_whose_log_is_full_speaks_among_the_lines_of_snakemake(tmp_path)
 def test_two_jobs_fail_before_either_is_named():
     ends = [
         event(
-            f"Command 'python -P -m rftfit results/state/{rule}.json --config c' returned non-zero exit status {code}.",
+            f"Command 'python -P -m rftfit.workflow.job results/state/{rule}.json --config c' returned non-zero exit status {code}.",
             event="error",
         )
         for rule, code in (("page", 3), ("slopes", 5))

@@ -151,7 +151,7 @@ def test_a_log_that_cannot_be_written(rftfit, campaign, fake):
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_stopping_stops_the_children(campaign, number):
     (campaign / "slow.smk").write_text(SLOW)
-    words = ["-m", "rftfit.cli.main", "run", "--snakefile", "slow.smk"]
+    words = ["-m", "rftfit", "run", "--snakefile", "slow.smk"]
     # as of a shell's script in the background, whose children are deaf to SIGINT
     deaf = signal.SIG_IGN if number == signal.SIGTERM else signal.SIG_DFL
     old_handler = signal.signal(signal.SIGINT, deaf)

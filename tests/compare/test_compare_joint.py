@@ -217,6 +217,9 @@ def test_the_table_of_causes_has_sizes_as_people_state_them():
     assert (row["kind"], row["group"]) == ("gain", "from-run")
     assert row["size_lo"] < row["size"] < row["size_hi"]
     assert row["size"] == pytest.approx(0.4, abs=0.12)
+    se = math.log((1 + row["size_hi"]) / (1 + row["size_lo"])) / 2 / 1.96
+    # counted beyond what is tolerated, and with what only the known shape tells
+    assert 0.5 < row["times_error"] / (math.log(1 + row["size"]) / se) < 1
     # the runs after the step, in the order of the sheet
     assert row["run_ids"].split() == [f"r{n}" for n in range(int(row["place"]) - 1, beta.size)]
     unseen = causes[causes["verdict"] == "not seen"]
@@ -225,6 +228,22 @@ def test_the_table_of_causes_has_sizes_as_people_state_them():
     # the order of the table does not matter, that of the sheet does
     again, _ = compare_all_runs(fits.iloc[::-1].reset_index(drop=True), "sand", sheet, 0.3)
     pd.testing.assert_frame_equal(causes, again)
+
+
+def test_a_run_with_one_component_is_left_out():
+    beta, gamma, alpha = campaign(table_medium("poppy_LP"), 1, 1, DIRECTIONS[::2])
+    fits, sheet = fits_of(beta, gamma, alpha)
+    rest, _ = compare_all_runs(fits.iloc[1:], "sand", sheet, 0.3)
+    assert set(rest["verdict"]) != {"not checked"}
+    fits.loc[0, column("x")] = np.nan
+    causes, _ = compare_all_runs(fits, "sand", sheet, 0.3)
+    pd.testing.assert_frame_equal(causes, rest)
+
+
+def test_scatter_is_a_share_of_the_largest_alpha():
+    beta, gamma, alpha = campaign(table_medium("poppy_CP"), 5)
+    model = model_of(beta, gamma, alpha, ("poppy_CP",))
+    assert model.largest == pytest.approx(np.hypot(*alpha).max(), rel=0.3)
 
 
 def test_few_runs_are_not_checked():

@@ -57,6 +57,11 @@ def test_each_leg_and_each_medium_is_left_out(lessons):
         assert row["medium"] not in row["learned_from"].split(", ")
     assert len(lessons) == 3 * 2 * 2 * 3
     assert (lessons["reason"] == "").all()
+    lowest, peak, highest = (
+        lessons[f"peak_predicted{end}_N"] for end in ("_model_lo", "", "_model_hi")
+    )
+    assert (lowest < peak).all()
+    assert (peak < highest).all()
 
 
 def test_no_leg_teaches_where_none_is_named(results, lessons):

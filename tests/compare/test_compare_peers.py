@@ -10,7 +10,7 @@ from other_labs import GRIDS
 from seeds import seeds
 
 from rftfit import reference
-from rftfit.compare.peers import COLUMNS, compare_runs, outlier_differences
+from rftfit.compare.peers import COLUMNS, compare_runs, number_directions, outlier_differences
 from rftfit.lab.plan import parse_directions
 from rftfit.lab.truth import table_s5
 from rftfit.measure.alpha import column
@@ -186,3 +186,9 @@ def test_least_that_all_published_media_feel():
     push, pull = peers["known_z_ratio"]
     assert push == pytest.approx(1)
     assert -0.5 < pull < 0
+
+
+def test_only_level_runs_are_apart_by_depth():
+    rows = [(30, 0, 0.2, 0.1), (30, 0, 0.2, 0.1), (0, 90, 0.3, 0.0), (0, 90, 0.3, 0.0)]
+    table = fits(rows).assign(depth_from_cm=[2.0, 5.0, 2.0, 5.0])
+    assert number_directions(table).tolist() == [0, 1, 2, 2]

@@ -111,7 +111,7 @@ def run_rules(config, *rules, last="", drawn=None):
             if (rules and job.rule not in rules) or record_holds(root, job.reads, job.writes):
                 continue
             if job.rule in FIGURE_RULES and drawn is not None and _name(job) not in drawn:
-                _leave_blank(root, states, job)
+                leave_blank(root, states, job)
             else:
                 do_job(states, job.reads, job.writes)
             done_count += 1
@@ -122,7 +122,7 @@ def _name(job):
     return Path(job.writes[0]).stem
 
 
-def _leave_blank(root, states, job):
+def leave_blank(root, states, job):
     """Write the files of a figure without content, and their record."""
     planned, inputs = split(job.reads)
     for path in job.writes:

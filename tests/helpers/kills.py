@@ -67,7 +67,7 @@ def start(folder, output, *words):
     """Start `rftfit run` in a session of its own, so that nothing but the test ends it."""
     with output.open("wb") as handle:
         return subprocess.Popen(
-            [sys.executable, "-m", "rftfit.cli.main", "run", *words],
+            [sys.executable, "-m", "rftfit", "run", *words],
             cwd=folder.root,
             stdin=subprocess.DEVNULL,
             stdout=handle,
@@ -91,7 +91,7 @@ def living(child):
             continue
         if words[1:4] == ["-P", "-m", "snakemake"]:
             snakemake = process
-        elif words[1:4] == ["-P", "-m", "rftfit"]:
+        elif words[1:4] == ["-P", "-m", "rftfit.workflow.job"]:
             stages[process] = words[4].split("/")[2]
         elif any("multiprocessing" in word for word in words):
             if process.ppid() in [server_process.pid for server_process in server]:

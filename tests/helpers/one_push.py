@@ -3,15 +3,14 @@
 import shutil
 from copy import deepcopy
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from campaigns import Folder
 from jobs import run_rules
 from paper import write_yaml
+from shared_data import REPORTED
 
-REPORTED = Path(__file__).parents[3] / "shared" / "data" / "reported"
 ALPHA = 1.0186
 """Of the made push, N/cm^3: a disc of 5 cm, 20 N per cm of depth."""
 MEDIUM, RUN = "bed", "push"

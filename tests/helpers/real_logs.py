@@ -16,8 +16,8 @@ import yaml
 from agreement import ALL, NOTHING
 from campaigns import Folder
 from paper import write_yaml
+from shared_data import LOGS
 
-LOGS = Path(__file__).parents[3] / "shared" / "data" / "logs"
 PLATE_CM = 3.0
 MEDIUM, RUN = "bed", "push"
 NETFT, DAQ = "ati_netft/R2_2018_", "ati_daq/log_2023"

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import yaml
 from rigroom import chain
+from shared_data import REPORTED
 
 from rftfit.campaign.config import ForceLog, MotionLog
 from rftfit.campaign.load import load_campaign
@@ -14,7 +15,6 @@ from rftfit.logs.inspect import Survey, config_block, recognised, recording, sur
 from rftfit.logs.registry import source_reader
 from rftfit.measure.log_columns import columns_asked, map_columns
 
-REPORTED = Path(__file__).parents[3] / "shared" / "data" / "reported"
 UNITS = {
     **dict.fromkeys(("F1", "F2", "F3"), "N"),
     **dict.fromkeys(("T1", "T2", "T3"), "N m"),

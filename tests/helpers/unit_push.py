@@ -3,6 +3,7 @@
 Every page has it, it takes a fifth of the time of a page, and with the published shapes it is the same in most campaigns.
 """
 
+from contextlib import contextmanager
 from functools import cache
 
 import pytest
@@ -12,8 +13,8 @@ from rftfit.page import live
 from rftfit.results import Results
 
 
-@pytest.fixture(scope="session", autouse=True)
-def unit_push_once():
+@contextmanager
+def shared_unit_push():
     """Pages of one process share what an exact push tells, where no medium of the campaign is a known shape."""
     plain = live._unit_push
     pending: dict[tuple[object, ...], Results] = {}

@@ -10,7 +10,6 @@ import rftfit
 from rftfit.logs.base import Log
 from rftfit.logs.inspect import config_block, survey
 from rftfit.logs.quantities import guesses
-from rftfit.logs.units import names_and_units
 
 Header = list[tuple[str, str, str]]
 """Of each column: name, unit, and the quantity that it holds (empty: none of the chain's)."""
@@ -27,66 +26,6 @@ def proposed(path, header, unit_style):
     path.write_text("\n".join(["\t".join(names), *unit_rows, *rows]) + "\n", "utf-8")
     log = rftfit.read_log(path)
     return {quantity: list(log.columns).index(name) for quantity, name in guesses(log).items()}
-
-
-CASES: dict[str, dict[str, str]] = {
-    "t s|actual_TCP_force_0|actual_TCP_force_1|actual_TCP_force_2|actual_TCP_force_3|actual_TCP_force_4|"
-    "actual_TCP_force_5": {
-        "time": "t",
-        "F1": "actual_TCP_force_0",
-        "F2": "actual_TCP_force_1",
-        "F3": "actual_TCP_force_2",
-        "T1": "actual_TCP_force_3",
-        "T2": "actual_TCP_force_4",
-        "T3": "actual_TCP_force_5",
-    },
-    "O_F_ext_hat_K[0]|O_F_ext_hat_K[1]|O_F_ext_hat_K[2]": {
-        "F1": "O_F_ext_hat_K[0]",
-        "F2": "O_F_ext_hat_K[1]",
-        "F3": "O_F_ext_hat_K[2]",
-    },
-    "F_ext[2]": {},  # of one column nobody can tell from where it counts
-    "force_1|force_2|force_3|force_4": {},
-    "pose_0|pose_1|pose_2|pose_3|pose_4|pose_5": {"x": "pose_0", "z": "pose_2"},
-    "position_0|position_1|position_2|effort_0|effort_1|effort_2": {},  # of joints
-    "X_Value|Effort [N]": {"time": "X_Value", "F3": "Effort"},
-    "imu.orientation.x|imu.orientation.z|imu.linear_acceleration.z|tool.pose.position.z": {
-        "z": "tool.pose.position.z"
-    },
-    "Zeit 1 - Standardmessrate [s]|Standardkraft [N]|Standardweg [mm]": {
-        "time": "Zeit 1 - Standardmessrate",
-        "F3": "Standardkraft",
-        "z": "Standardweg",
-    },
-    "Running Time (s)|Axial Force (kN)|Crosshead (mm)": {
-        "time": "Running Time",
-        "F3": "Axial Force",
-        "z": "Crosshead",
-    },
-    "Total Time (s)|Elapsed Cycles|Position (z) [mm]|Distance [mm]": {
-        "time": "Total Time",
-        "z": "Position (z)",
-    },
-    "Standard travel [mm]|Speed mm/min": {"z": "Standard travel"},
-    "Force [N]|Travel [mm]|Force [N]|Travel [mm]": {"F3": "Force", "z": "Travel"},
-    "Force 1 [N]|Weg 1 [mm]|Force 2 [N]|Weg 2 [mm]": {},
-    "millis|X [gf]|Y [gf]|Z [gf]": {"time": "millis", "F1": "X", "F2": "Y", "F3": "Z"},
-    "Load [kg]|Extension [mm]": {"F3": "Load", "z": "Extension"},
-    "force column 1|force column 2|force column 3": {
-        "F1": "force column 1",
-        "F2": "force column 2",
-        "F3": "force column 3",
-    },
-    "target_TCP_force_0|target_TCP_force_1|target_TCP_force_2|Friction force|T": {},
-}
-
-
-@pytest.mark.parametrize("header", CASES)
-def test_what_a_header_says(header, tmp_path):
-    names, units = names_and_units(header.split("|"))
-    columns = {name: np.arange(2.0) for name in names}
-    log = Log(tmp_path, columns, dict(zip(names, units, strict=True)), 2)
-    assert guesses(log) == CASES[header]
 
 
 TIMES = [

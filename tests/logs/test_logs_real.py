@@ -2,15 +2,16 @@
 
 import numpy as np
 import pytest
-from real_logs import LOGS, OTHERWISE
+from real_logs import OTHERWISE
 from refusals import refused
+from shared_data import LOGS, needs
 
 import rftfit
 from rftfit.logs.quantities import guesses
 from rftfit.logs.registry import claimants, dialect, read_head
 from rftfit.logs.text import GROUPED
 
-pytestmark = pytest.mark.skipif(not LOGS.is_dir(), reason="../shared/data/logs is not here")
+pytestmark = needs(LOGS)
 
 TEXTS = {
     "ati_netft/R2_2018_04_11_Thrust_Acro": ("ati-netft", 8412),

@@ -11,13 +11,14 @@ import pandas as pd
 import pytest
 from numpy.testing import assert_allclose
 from refusals import refused
-from reported import REPORTED, alpha_of, inspected, proposal, read_by, truth
+from reported import alpha_of, inspected, proposal, read_by, truth
+from shared_data import REPORTED, needs
 
 from rftfit import api
 from rftfit.logs.base import BLANK, LogError
 from rftfit.logs.inspect import recognised
 
-pytestmark = pytest.mark.skipif(not REPORTED.is_dir(), reason="../shared/data/reported is not here")
+pytestmark = needs(REPORTED)
 
 ALPHA = 1.0187
 """Of the push that most of these files hold, N/cm^3."""

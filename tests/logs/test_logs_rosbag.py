@@ -6,7 +6,6 @@ Bag: a log file of the robot operating system (ROS); topic: one series of messag
 import builtins
 import time
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,6 +15,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 from refusals import refused
+from shared_data import CMU_SAND, LOGS, needs
 
 from rftfit.logs import blocks, rosbag
 from rftfit.logs.base import LogError
@@ -26,11 +26,10 @@ from rftfit.logs.sources import OTHER_SOURCE
 typesys = pytest.importorskip("rosbags.typesys")
 rosbag1, rosbag2 = pytest.importorskip("rosbags.rosbag1"), pytest.importorskip("rosbags.rosbag2")
 
-DATA = Path(__file__).parents[3] / "shared" / "data"
-UR3 = DATA / "logs" / "ros1" / "ur3_wrench.bag"
-CMU = DATA / "cmu-sand" / "force-displacement_1.bag"
-needs_ur3 = pytest.mark.skipif(not UR3.is_file(), reason="ros1 bags of ../shared/data are absent")
-needs_cmu = pytest.mark.skipif(not CMU.is_file(), reason="cmu-sand of ../shared/data is absent")
+UR3 = LOGS / "ros1" / "ur3_wrench.bag"
+CMU = CMU_SAND / "force-displacement_1.bag"
+needs_ur3 = needs(UR3)
+needs_cmu = needs(CMU)
 STORE: Any = typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)
 TYPES = STORE.types
 Time, Header = TYPES["builtin_interfaces/msg/Time"], TYPES["std_msgs/msg/Header"]

@@ -21,7 +21,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from refusals import refused
 
 import rftfit
-from rftfit.logs.inspect import config_block, recognised, refusal, survey
+from rftfit.logs.inspect import recognised, refusal
 from rftfit.logs.registry import dialect, read_head
 from rftfit.logs.stamps import is_stamp, seconds_of, seconds_of_column
 from rftfit.logs.text import NO_TIME, NUMBER
@@ -67,17 +67,6 @@ def written(form, path, *, bad=False):
     return reader, reader.load(path)
 
 
-@pytest.mark.parametrize("form", FORMS)
-def test_times_as_text(form, tmp_path):
-    _, log = written(form, tmp_path / "a.csv")
-    assert (log.size, log.dropped, log.units["Time"]) == (N, {}, "s")
-    assert_allclose(np.diff(log.columns["Time"]), 0.01, atol=1e-6)
-    if "first" in form or form.startswith("ISO") or form in ("blank, no zone", "slashes"):
-        assert log.columns["Time"][0] == pytest.approx(START.timestamp(), abs=1e-6)
-    # where the file leaves something open, the log says what was taken
-    assert bool(log.notes) != form.startswith("ISO")
-
-
 @pytest.mark.parametrize("form", ["ISO with Z", "clock"])
 def test_a_time_that_is_none_costs_its_row(form, tmp_path):
     path = tmp_path / "a.csv"
@@ -92,15 +81,6 @@ def test_a_time_that_is_none_costs_its_row(form, tmp_path):
 
 
 AMBIGUOUS = "03/04/2026 12:00:0"
-
-
-def test_a_time_that_is_no_text_costs_its_row(tmp_path):
-    rows = [b"2026-01-02T23:59:%02d,1.5" % second for second in range(10)]
-    rows[4] = b"\xcf" + rows[4][1:]
-    path = tmp_path / "log.csv"
-    path.write_bytes(b"time,Fz (N)\n" + b"\n".join(rows) + b"\n")
-    log = rftfit.read_log(path, text={})
-    assert (log.size, log.dropped) == (9, {NO_TIME: 1})
 
 
 def test_a_date_of_which_nobody_can_tell_the_day(tmp_path):
@@ -231,16 +211,6 @@ def test_packed_text_is_the_text(tmp_path):
         assert_array_equal(log.columns[name], values)
     packed.write_bytes(packed.read_bytes()[:-50])
     refused(reader, packed, "damaged", "gzip")
-
-
-def test_times_since_1970_are_proposed_in_their_unit(tmp_path):
-    path = tmp_path / "a.csv"
-    rows = "".join(f"{1_790_000_000_000 + 10 * k},{k}.5\n" for k in range(50))
-    path.write_text("t,Fz (N)\n" + rows)
-    recognition = recognised(path)
-    log_survey = survey(recognition[0].stream(path))
-    assert log_survey.time_unit == "ms"
-    assert any("unit: ms" in line for line in config_block(log_survey, "delimited", recognition[1]))
 
 
 @pytest.mark.parametrize(

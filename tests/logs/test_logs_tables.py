@@ -17,7 +17,6 @@ from refusals import refused
 
 import rftfit
 from rftfit.campaign.config import TextFormat
-from rftfit.logs.ati import STATUS
 from rftfit.logs.base import BLANK, NO_VALUE_AT_ALL, LogError
 from rftfit.logs.delimited import DelimitedReader, encoding_of, guess_text_settings
 from rftfit.logs.quantities import guess
@@ -121,52 +120,6 @@ def by_text(**text):
 def described(path, content, **text):
     path.write_bytes(content)
     return by_text(**text).load(path)
-
-
-def test_ten_lines_of_config_describe_any_text(tmp_path):
-    content = (
-        "Versuch 7\n\n# Kraft und Weg\nZeit;Kraft;Weg;Wer\ns;kN;mm;\n"
-        "0,1;1,5;2;ich\n0,2;x;3;du\n0,3;2,5;4;ich\n"
-    )
-    words: Any = {"delimiter": ";", "decimal": ",", "skip_lines": 2, "units": True, "comment": "#"}
-    log = described(tmp_path / "log.txt", content.encode("utf-16"), **words)
-    assert log.units == {"Zeit": "s", "Kraft": "kN", "Weg": "mm"}
-    assert log.columns["Kraft"].tolist() == [1.5, 2.5]
-    assert (log.rows, log.dropped) == (3, {NUMBER: 1})
-
-
-def test_columns_by_number_and_a_rate(tmp_path):
-    log = described(
-        tmp_path / "a", b"1|2\n3|4\nx|4\n5|6\n", delimiter="bar", names=False, rate_Hz=10
-    )
-    assert log.columns["column 1"].tolist() == [1, 3, 5]
-    assert log.columns["time"] == pytest.approx([0, 0.1, 0.3])
-
-
-def test_names_and_cells_that_do_not_match(tmp_path):
-    (tmp_path / "a").write_bytes(b"a,b\n1,2,3,4\n1,2,3,4\n")
-    refused(by_text(), tmp_path / "a", "header", "2 names", "4 cells")
-    # a delimiter at the end of either does no harm
-    for content in (b"a,b\n1,2,\n1,2,\n", b"a,b,\n1,2\n1,2\n"):
-        assert list(described(tmp_path / "a", content).columns) == ["a", "b"]
-
-
-@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
-@pytest.mark.parametrize(
-    "encoding", ["utf-8", "utf-8-sig", "utf-16", "utf-16-le", "utf-16-be", "latin-1"]
-)
-def test_encodings_and_line_ends(tmp_path, end, encoding):
-    text = "Größe (mm),Kraft (N)\n1,2\n\n3,4\n5,6\n".replace("\n", end)
-    log = described(tmp_path / "a", text.encode(encoding))
-    assert log.units == {"Größe": "mm", "Kraft": "N"}
-    assert log.columns["Kraft"].tolist() == [2, 4, 6]
-
-
-def test_status_of_the_transducer(tmp_path):
-    path = tmp_path / "log"
-    path.write_bytes(netft(5).content.replace(b'"0x0","26051"', b'"0x80000000","26051"'))
-    log = dialect("ati-netft").load(path)
-    assert (log.size, log.dropped, log.missing) == (4, {STATUS: 1}, {})
 
 
 def test_rate_zero_and_unit_unknown(tmp_path):
@@ -404,26 +357,6 @@ def test_types_of_parquet_that_hold_numbers(tmp_path):
     assert list(asked.columns) == ["since", "pair column 2"]
 
 
-@pytest.mark.parametrize(
-    "line",
-    [
-        "time:{t}\tforce:{f}\tpos:{z}",
-        "time:{t},force:{f},pos:{z}",
-        "time = {t}; force = {f}; pos = {z}",
-        "time: {t} force: {f} pos: {z}",
-        "12:00:{t:06.3f} -> time:{t}\tforce:{f}\tpos:{z}",
-    ],
-)
-def test_labels_of_a_serial_plotter_are_names(line, tmp_path):
-    path = tmp_path / "log.txt"
-    rows = [line.format(t=row / 4, f=row + 0.5, z=-row) for row in range(30)]
-    path.write_text("\n".join(["Starting...", "", *rows, ""]), "utf-8")
-    log = rftfit.read_log(path)
-    assert log.size == 30
-    for name, values in (("time", [0, 0.25]), ("force", [0.5, 1.5]), ("pos", [0, -1])):
-        assert_allclose(log.columns[name][:2], values)
-
-
 def test_text_with_decimal_commas_in_a_workbook(tmp_path):
     openpyxl: Any = import_module("openpyxl")
     book = openpyxl.Workbook()
@@ -436,33 +369,3 @@ def test_text_with_decimal_commas_in_a_workbook(tmp_path):
     assert_allclose(log.columns["z"], -0.5 - np.arange(9))
     assert log.unread.keys() == {"counts"}
     assert log.unread["counts"].startswith("'1,125' ")
-
-
-GEF = """#GEFID= 1, 1, 0
-#COLUMN= 2
-#COLUMNINFO= 1, m, Length, 1
-#COLUMNINFO= 2, MPa, Cone resistance, 2
-#EOH=
-{rows}"""
-
-
-@pytest.mark.parametrize("delimiter", [" ", ";", ","])
-def test_columns_of_a_penetration_test_have_the_names_of_its_header(delimiter, tmp_path):
-    path = tmp_path / "cpt.gef"
-    rows = "".join(f"{row / 50:.2f}{delimiter}{row / 4:.2f}\n" for row in range(30))
-    path.write_text(GEF.format(rows=rows), "utf-8")
-    log = rftfit.read_log(path)
-    assert log.units == {"Length": "m", "Cone resistance": "MPa"}
-    assert (log.size, log.dropped) == (30, {})
-
-
-def test_a_number_that_the_header_of_a_penetration_test_calls_void_is_no_value(tmp_path):
-    path = tmp_path / "cpt.gef"
-    head = GEF.format(rows="").replace("#EOH=", "#COLUMNVOID= 2, -999999\n#EOH=")
-    rows = [f"{row / 50:.2f}; {row / 4:.2f}" for row in range(30)]
-    for row, void in ((4, "-999999"), (7, " -999999"), (9, "-999999.00")):
-        rows[row] = f"{row / 50:.2f};{void}"
-    path.write_text(head + "\n".join(rows) + "\n", "utf-8")
-    log = rftfit.read_log(path)
-    assert_array_equal(np.flatnonzero(np.isnan(log.columns["Cone resistance"])), [4, 7, 9])
-    assert np.isfinite(log.columns["Length"]).all()

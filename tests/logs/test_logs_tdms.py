@@ -3,21 +3,21 @@
 TDMS: the binary log format of LabVIEW.
 """
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 from refusals import refused
+from shared_data import LOGS, needs
 
 from rftfit.logs.base import LogError
 from rftfit.logs.tdms import CUT, TdmsReader
 
 nptdms: Any = pytest.importorskip("nptdms")
 
-REAL = Path(__file__).parents[3] / "shared" / "data" / "logs" / "tdms" / "raw1.tdms"
-needs_real = pytest.mark.skipif(not REAL.is_file(), reason="tdms of ../shared/data is absent")
+REAL = LOGS / "tdms" / "raw1.tdms"
+needs_real = needs(REAL)
 STAMP = np.datetime64("2026-01-02T03:04:05.250000")
 WAVE = {"wf_start_time": STAMP, "wf_increment": 0.01, "wf_start_offset": 0.0}
 """Properties of a channel that state its clock."""

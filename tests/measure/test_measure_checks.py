@@ -31,6 +31,7 @@ from rftfit.measure.checks_runs import (
     check_size,
     check_steadiness,
 )
+from rftfit.measure.checks_shared import check_shared
 from rftfit.measure.checks_surface import check_linearity, check_surface
 from rftfit.measure.flags import Flags, format_remarks, remark
 from rftfit.measure.ledger import RowStatus
@@ -1176,3 +1177,17 @@ def test_later_checks_wait_until_a_first_is_put_right(failed, accepted, held, mo
     assert verdicts == expected | {failed: "accepted" if accepted else "failed"}
     assert all(check.flags == (flag,) for check in outcomes)
     assert {check.values["first"] for check in outcomes if check.check in held} <= {failed}
+
+
+def test_least_shared_cause_is_that_of_its_kind_and_group():
+    least = {("gain", "from-run"): 0.05, ("gain", "all"): 0.5, ("turn", "from-run"): 9.0}
+    least |= {("turn", "all"): 2.0}
+    causes = pd.DataFrame(
+        [
+            {"kind": kind, "group": group, "verdict": "not seen", "least_seen": size, "reason": ""}
+            for (kind, group), size in least.items()
+        ]
+    )
+    check = check_shared(measured(medium=SimpleNamespace(accept=()), causes=causes))
+    gain, turn = remark("least-gain", least=0.05), remark("least-turn", least=2.0)
+    assert check.values["seen"] == f"{gain} and {turn}"

@@ -10,7 +10,7 @@ from campaign_room import plate_run
 
 from rftfit.campaign.config import Arm, Axes, MotionLog, Transducer
 from rftfit.logs.base import Log, LogError
-from rftfit.measure.lab_frame import path_in_lab_frame, sensor_to_lab
+from rftfit.measure.lab_frame import is_symmetric, path_in_lab_frame, sensor_to_lab
 from rftfit.measure.log_columns import completed, map_columns
 
 
@@ -78,3 +78,23 @@ def test_the_surface_is_stated_in_readings_after_factor_and_offset():
     counted = completed(map_columns(log, source, units, "motion_log"), run, units)
     path = path_in_lab_frame(counted, run, Arm(surface_z_mm=-60))
     np.testing.assert_allclose(path.z, [2.0, 0.0, -4.0])
+
+
+@pytest.mark.parametrize(
+    ("beta_deg", "gamma_deg", "is_without"),
+    [(0, 90, True), (90, -90, True), (-90, 90, True), (30, 90, False), (0, 0, False)],
+)
+def test_a_level_or_upright_plate_moved_up_or_down_feels_no_force_along_x(
+    beta_deg, gamma_deg, is_without
+):
+    assert is_symmetric(plate_run(beta_deg=beta_deg, gamma_deg=gamma_deg)) == is_without
+
+
+def test_an_offset_alone_says_that_the_unit_is_that_of_the_quantity():
+    height = np.array([1.0, 2.0])
+    log = Log(Path("a.csv"), {"height": height}, {"height": "V"}, 2)
+    entries = {"z": {"column": "height", "offset": 3, "unit": "mm"}}
+    entries |= {name: {"constant": 0, "unit": "mm"} for name in ("x",)}
+    source = MotionLog.model_validate({"columns": entries})
+    mapped = map_columns(log, source, {"z": "mm", "x": "mm"}, "motion_log")
+    assert mapped.columns["z"].tolist() == [4.0, 5.0]

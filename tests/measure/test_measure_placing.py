@@ -100,6 +100,7 @@ def test_from_logs_to_alpha_without_a_typed_number(folder):
         fact = results.run(name)
         surface_mm = 80 - 10 * make_push(seed).surface_cm
         assert fact["surface_z_mm"] == pytest.approx(surface_mm, abs=3 * fact["surface_se_mm"])
+        assert fact["surface_growth_N_per_cm"] == pytest.approx(STIFFNESS, rel=0.1)
         assert "+2 h" in fact["note"]
         assert fact["clock_offset_s"] == pytest.approx(7200.2, abs=3 * fact["clock_se_s"])
 

@@ -12,7 +12,13 @@ from seeds import seeds
 
 from rftfit.campaign.spikes import MOST_SHARE, find_lone_positions, find_spikes
 from rftfit.logs.base import Log, LogError
-from rftfit.measure.readings import find_holds, without_holds, without_missing, without_spikes
+from rftfit.measure.readings import (
+    find_holds,
+    moving_axis,
+    without_holds,
+    without_missing,
+    without_spikes,
+)
 
 
 def log_of(**columns):
@@ -159,3 +165,13 @@ def test_noise_that_was_interpolated_leaves_no_position_alone():
         noise = np.random.default_rng(seed).normal(0, 0.02, 900)
         often = np.interp(np.arange(1799) / 2, np.arange(900), noise)
         assert not find_lone_positions(np.round(often, 2)).any()
+
+
+@pytest.mark.parametrize("moving", ["x", "z", "angle"])
+def test_the_axis_that_moves_most_shows_the_holds(moving):
+    ramp = np.linspace(0, 3, 50)
+    still = dict.fromkeys(("x", "z"), np.ones(50))
+    columns = {**still, "angle": 2 * ramp, moving: ramp}
+    if moving != "angle":
+        columns["x" if moving == "z" else "z"] = 0.1 * ramp
+    assert moving_axis(log_of(**columns)) is columns[moving]

@@ -6,12 +6,12 @@ Stroke: the part of a motion in which the plate moves through the sand.
 from collections import Counter
 from dataclasses import replace
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 from motions import REFUSED, RIGHT, WRONG, Pushes, any_pushes, row
+from shared_data import LOGS, needs
 
 from rftfit.campaign.config import Arm
 from rftfit.measure.flags import Refused, remark
@@ -139,10 +139,7 @@ def test_the_rule_for_the_surface_is_told(depth_cm, lowest):
     assert f" {lowest} cm" in str(refused)
 
 
-LOGS = Path(__file__).parents[3] / "shared" / "data" / "logs"
-
-
-@pytest.mark.skipif(not LOGS.is_dir(), reason="../shared/data/logs is not here")
+@needs(LOGS)
 @pytest.mark.parametrize(
     ("file", "columns", "speed_cm_per_s", "ends"),
     # what four lines of head leave; one begins in motion, one at rest

@@ -8,10 +8,17 @@ import numpy as np
 import pandas as pd
 import pytest
 from numpy.testing import assert_allclose
+from scipy.stats import multivariate_normal
 
 import rftfit
-from rftfit.model.body_lessons import LEAST_PER_MEDIUM, learn_body_error
-from rftfit.model.contacts import Contact
+from rftfit.model.body_error import COMMON, pose_states
+from rftfit.model.body_lessons import (
+    LEAST_PER_MEDIUM,
+    ErrorCurve,
+    learn_body_error,
+    learn_from_curves,
+)
+from rftfit.model.contacts import Contact, ContactSystem
 from rftfit.model.shapes import map_nodes
 
 LEG = rftfit.model_leg("c_leg", elements=12)
@@ -156,3 +163,46 @@ def test_a_mesh_has_the_error_of_its_body_too():
     ratio = blended["force_z_N"] / forces["force_z_N"]
     assert (ratio > 1.15).all()
     assert (ratio < 1.3).all()
+
+
+def test_the_first_size_weighs_each_force_by_its_load():
+    nodes = map_nodes()
+    alpha = np.concatenate(SAND.alpha(nodes.beta, nodes.gamma))
+    table = rftfit.TableProfile(*alpha.reshape(2, -1), nodes.beta, nodes.gamma)
+    size_of_pose = np.linspace(1, 3, len(MOTION.poses))
+    forces = rftfit.predict(table, LEG, MOTION)
+    grown = {name: size_of_pose * forces[name].to_numpy() for name in ("force_z_N", "force_x_N")}
+    contact = Contact(LEG, MOTION, grown, errors=0.05)
+    system = ContactSystem.of([contact], (nodes.beta, nodes.gamma), alpha, np.eye(1, alpha.size))
+    use = contact.touches
+    over_load = (contact.measured / size_of_pose)[:, use] / contact.load(table)[use]
+    size = (size_of_pose[use] * over_load**2).sum() / (over_load**2).sum()
+    assert system.first_size() == pytest.approx(size, rel=1e-6)
+    assert abs(size - size_of_pose[use].mean()) > 0.01
+
+
+def test_the_error_of_a_body_in_a_medium_is_the_most_likely_one():
+    """One pose in twelve media: measured errors scatter by the error in the medium and by that of the map."""
+    of_map, count = 0.3, 12
+    residuals = np.random.default_rng(3).normal(0, 0.5, count)
+    state = np.zeros((1, 5))
+    curves = [
+        ErrorCurve(f"m{number}", state, np.array([[residual]]), np.array([[[of_map**2]]]))
+        for number, residual in enumerate(residuals)
+    ]
+    learned = learn_from_curves(curves).per_medium
+
+    def likelihood(per_medium):
+        covariance = COMMON**2 + (per_medium**2 + of_map**2) * np.eye(count)
+        return multivariate_normal(np.zeros(count), covariance).logpdf(residuals)
+
+    assert likelihood(learned) > max(likelihood(0.9 * learned), likelihood(1.1 * learned))
+    assert 0.3 < learned < 1
+
+
+def test_the_way_of_a_turning_body_is_that_of_its_tip():
+    points_cm, velocity, rate = np.array([[-2.0, 0.0], [2.0, 0.0]]), 3.0, 0.5
+    states = pose_states(points_cm, np.array([[0.0, -1.0, 0.0, velocity, 0.0, rate]]))
+    way = states[0, 3:]
+    # half of the length, 4 cm, turns about the reference point
+    assert_allclose(way / way[0], [1, 0, rate * 2 / velocity], atol=0.005)

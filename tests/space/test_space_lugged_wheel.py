@@ -5,12 +5,12 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
+from shared_data import YADE_WHEEL, needs
 
 import rftfit
 
 ROOT = Path(__file__).parents[2]
 EXAMPLE = ROOT / "examples" / "yade-wheel"
-DATA = ROOT.parent / "shared" / "data" / "yade-wheel"
 
 
 @pytest.fixture(scope="module")
@@ -24,10 +24,10 @@ def wheel():
     return module
 
 
-@pytest.mark.skipif(not DATA.is_dir(), reason="no shared data")
+@needs(YADE_WHEEL)
 def test_the_load_alone_gives_drawbar_and_torque(wheel):
     pytest.importorskip("trimesh")
-    table = pd.read_csv(DATA / "runs.csv").set_index("run").loc[list(wheel.SLIPS)]
+    table = pd.read_csv(YADE_WHEEL / "runs.csv").set_index("run").loc[list(wheel.SLIPS)]
     runs = pd.DataFrame(
         {
             "slip": table["slip_percent"] / 100,
@@ -37,7 +37,7 @@ def test_the_load_alone_gives_drawbar_and_torque(wheel):
             "torque_N_m": table["torque_y_Nm"],
         }
     ).sort_values("slip", ignore_index=True)
-    lugged = rftfit.Mesh.read(DATA / "wheelKyoto.stl", "m")
+    lugged = rftfit.Mesh.read(YADE_WHEEL / "wheelKyoto.stl", "m")
     predicted = wheel.predict_runs(lugged, runs)
     # published trials: 0.83 N of 5.5 and 0.22 of 0.84 N m; a plain cylinder 5.06 N
     assert wheel.root_mean_square(predicted["drawbar_N"] - runs["drawbar_N"]) < 1.1 * 0.83
@@ -47,9 +47,9 @@ def test_the_load_alone_gives_drawbar_and_torque(wheel):
     assert wheel.root_mean_square(plain["drawbar_N"] - runs["drawbar_N"]) > 4
 
 
-@pytest.mark.skipif(not DATA.is_dir(), reason="no shared data")
+@needs(YADE_WHEEL)
 def test_the_mesh_is_the_one_whose_digest_is_kept(wheel):
-    assert wheel.is_right(DATA / "wheelKyoto.stl", wheel.read_sums(wheel.SUMS)[wheel.MESH])
+    assert wheel.is_right(YADE_WHEEL / "wheelKyoto.stl", wheel.read_sums(wheel.SUMS)[wheel.MESH])
 
 
 def test_runs_are_read_from_the_published_averages(wheel, tmp_path):

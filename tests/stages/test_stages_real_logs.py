@@ -5,11 +5,12 @@ from __future__ import annotations
 import pytest
 from agreement import compare
 from mutations import MEASURED
-from real_logs import LOGS, REAL_LOGS, campaign_around, judge
+from real_logs import REAL_LOGS, campaign_around, judge
+from shared_data import LOGS, needs
 
 from rftfit.workflow.stages import FIGURE_RULES, STAGES
 
-pytestmark = pytest.mark.skipif(not LOGS.is_dir(), reason="../shared/data/logs is not here")
+pytestmark = needs(LOGS)
 
 WITH_PAGE = ("Thrust_Acro", "manual01", "z factor -1")
 """Ends of the names of logs for which a page is made."""

@@ -7,8 +7,9 @@ import pytest
 import yaml
 from campaigns import Folder
 from jobs import run_rules
-from one_push import ALPHA, REPORTED, REPORTED_PUSHES, campaign_around, measured, truth, write_table
+from one_push import ALPHA, REPORTED_PUSHES, campaign_around, measured, truth, write_table
 from paper import write_yaml
+from shared_data import REPORTED, needs
 from told import told
 
 from rftfit.campaign.load import check_campaign
@@ -20,7 +21,7 @@ LOG_NAMES, STRESS_NAMES = (
     "beta_deg,gamma_deg,depth_cm,stress_z,stress_x",
 )
 
-pytestmark = pytest.mark.skipif(not REPORTED.is_dir(), reason="the reported files are not here")
+pytestmark = needs(REPORTED)
 
 
 def write_log(path, *columns, names=LOG_NAMES):

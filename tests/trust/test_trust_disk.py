@@ -20,8 +20,8 @@ from rftfit.store import atomic_path
 FULL = Path("/dev/full")
 """A device that has no room for a byte."""
 NO_ROOM = os.strerror(errno.ENOSPC)
-SCALE = "-m rftfit.cli.main scale --alpha 0.9"
-PREDICT = "-m rftfit.cli.main predict --leg c_leg --medium poppy_LP --output"
+SCALE = "-m rftfit scale --alpha 0.9"
+PREDICT = "-m rftfit predict --leg c_leg --medium poppy_LP --output"
 STAGE = """
 import sys
 from rftfit.errors import OutputError

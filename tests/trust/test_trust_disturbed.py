@@ -20,7 +20,7 @@ from rftfit.campaign.load import load_campaign
 from rftfit.measure.alpha import column
 from rftfit.workflow.stages import FIGURE_RULES, STAGES
 
-MEDIUM, SEED, CAMPAIGNS = "poppy_CP", 11, seeds(8, 4)
+MEDIUM, SEED, CAMPAIGNS = "poppy_CP", 11, seeds(8, 3)
 SOME = FEW[1::2]
 """Directions of the runs."""
 COMMON = ("lag=0.3", "turn=5", "power=1.25", "tare-bed=150")
@@ -51,7 +51,8 @@ def plain(tmp_path_factory):
     return of_files(tmp_path_factory.mktemp("plain"), ""), of_memory("")
 
 
-@pytest.mark.parametrize("asked", COMMON)
+@pytest.mark.statistics
+@pytest.mark.parametrize("asked", seeds(COMMON, COMMON[1::2]))
 def test_memory_is_disturbed_as_files_are(tmp_path, plain, asked):
     files = of_files(tmp_path, asked) - plain[0]
     memory = (of_memory(asked) - plain[1]).reindex(files.index)

@@ -20,7 +20,7 @@ EDIT = ("stress = stroke.force", "stress = 3 * stroke.force")
 
 def rftfit(checkout, root, *words):
     return subprocess.Popen(
-        [sys.executable, "-P", "-m", "rftfit.cli.main", *words],
+        [sys.executable, "-P", "-m", "rftfit", *words],
         cwd=root,
         text=True,
         env=os.environ | {"PYTHONPATH": str(checkout / "src")},

@@ -47,7 +47,7 @@ def room(tmp_path):
 def rftfit(*words, cwd=None):
     """Run the command as a user would; it may neither hang nor show a traceback."""
     process = subprocess.run(
-        [sys.executable, "-m", "rftfit.cli.main", *map(str, words)],
+        [sys.executable, "-m", "rftfit", *map(str, words)],
         cwd=cwd,
         capture_output=True,
         text=True,

@@ -209,7 +209,7 @@ def test_every_rule_is_one_program():
         text for content in texts for text in re.findall(r"\n +shell:\n((?: +.+\n)+)", content)
     )
     command = "".join(re.findall(r'"([^"\n]*)"', block))
-    assert command.startswith("python -P -m rftfit ")
+    assert command.startswith("python -P -m rftfit.workflow.job ")
     assert command.endswith(" 2> {log:q}")
     assert not set("|;&<`$") & set(command)
 
@@ -223,7 +223,7 @@ def fake(tmp_path):
 
 
 def rftfit_run(root):
-    words = ["rftfit.cli.main", "run", "--snakefile", "Snakefile", "--cores", "1"]
+    words = ["rftfit", "run", "--snakefile", "Snakefile", "--cores", "1"]
     pipes: Any = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
     return subprocess.Popen([sys.executable, "-m", *words], cwd=root, **pipes)
 

@@ -8,11 +8,21 @@ from functools import cache
 import pytest
 from campaigns import FEW
 from mistakes import EQUAL, enacted, judged, stated, with_mistake
+from seeds import seeds
 
 from rftfit.measure.alpha import column
 
 CURVED = ((0.0, 90.0), (0.0, -90.0), (0.0, 45.0), (30.0, 90.0), (30.0, 45.0))
 """Directions of a campaign of curved stress."""
+COPIES = ["copies", "copies, 5 rows cut", "copies, last digit", "copies, times 1.0001"]
+MISTAKES = [
+    ("default", "z dead", True),
+    ("default", "x and z exchanged", True),
+    ("default", "z gain 0.3, 60% stretch", True),
+    ("stated", "one run in lbf", False),
+    ("stated", "surface +3 mm", False),
+]
+"""How errors are given, the mistake, and whether it narrows an interval, which a failed check then says."""
 
 
 @cache
@@ -25,10 +35,9 @@ def sound(errors, curved):
     return campaign, judged(campaign)
 
 
-@pytest.mark.parametrize("errors", ["stated", "default"])
-@pytest.mark.parametrize(
-    "name", ["copies", "copies, 5 rows cut", "copies, last digit", "copies, times 1.0001"]
-)
+@pytest.mark.statistics
+@pytest.mark.parametrize("errors", seeds(["stated", "default"], ["default"]))
+@pytest.mark.parametrize("name", seeds(COPIES, COPIES[-2:]))
 def test_a_copy_of_a_run_narrows_no_interval(errors, name):
     """Neither of alpha nor at stated depths: that of five copies of a push was 0.6 times as wide there."""
     base, judged_before = sound(errors, curved=True)
@@ -38,16 +47,8 @@ def test_a_copy_of_a_run_narrows_no_interval(errors, name):
     assert judged_after.narrower(judged_before, EQUAL).empty
 
 
-@pytest.mark.parametrize(
-    ("errors", "name", "narrows"),
-    [
-        ("default", "z dead", True),
-        ("default", "x and z exchanged", True),
-        ("default", "z gain 0.3, 60% stretch", True),
-        ("stated", "one run in lbf", False),
-        ("stated", "surface +3 mm", False),
-    ],
-)
+@pytest.mark.statistics
+@pytest.mark.parametrize(("errors", "name", "narrows"), seeds(MISTAKES, MISTAKES[2:]))
 def test_no_mistake_narrows_an_interval_in_silence(errors, name, narrows):
     base, judged_before = sound(errors, curved=False)
     judged_after = judged(with_mistake(base, name, 1)[0])

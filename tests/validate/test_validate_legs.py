@@ -191,7 +191,7 @@ def test_the_papers_statements_are_met_or_named(config, predicted):
         {"medium": medium, "alpha_z_measured_N_per_cm3": slope, "zeta": results[medium].zeta}
         for medium, slope in slopes.items()
     )
-    claims = leg_claims(leg_errors(measured, everything), measured, scaled)
+    claims = leg_claims(leg_errors(measured, everything), measured, scaled, tuple(slopes))
     items: dict[str, Any] = {item.item: item for item in claims}
     verdicts = {
         f"{LOWER} (table)": "same",

@@ -1,19 +1,18 @@
 """Campaigns without a tare, or with a medium of which nothing is usable, run to their end."""
 
 import csv
-from pathlib import Path
 
 import pandas as pd
 import pytest
 import yaml
 from campaigns import FEW, Folder, make_campaign
+from shared_data import CMU_SAND, needs
 
 from rftfit.cli.example import copy_example, fetch_logs
 from rftfit.store.environment import shipped
 
 pytestmark = pytest.mark.slow
 
-SAND_LOGS = Path(__file__).parents[3] / "shared" / "data" / "cmu-sand"
 ALPHA = ["alpha_z_N_per_cm3", "alpha_x_N_per_cm3"]
 
 
@@ -125,13 +124,12 @@ def test_the_only_medium_without_a_cell(tmp_path):
         assert drawn, name
 
 
+@needs(CMU_SAND)
 def test_the_sand_example_runs(tmp_path):
     """Nine penetrations without a tare, as `rftfit example` lays them out."""
-    if not SAND_LOGS.is_dir():
-        pytest.skip("cmu-sand of ../shared/data is absent")
     folder, source = Folder(tmp_path), shipped("examples/cmu-sand")
     copy_example(source, folder.root)
-    fetch_logs(source, folder.root / "raw", str(SAND_LOGS))
+    fetch_logs(source, folder.root / "raw", str(CMU_SAND))
     assert " any of 9 runs" in folder.rftfit("check").stdout
     # the only figure that no other campaign has
     page = run(folder, ("clocks_sand_60mm",))
@@ -139,7 +137,7 @@ def test_the_sand_example_runs(tmp_path):
     assert process.returncode == 0, process.stderr
     for words in ("All 18 logs are there", "Nothing to do", "Of 9 runs, 9 used and 0 dropped"):
         assert words in process.stdout
-    counted = {path.name: len(path.read_bytes().splitlines()) for path in SAND_LOGS.glob("*_?.txt")}
+    counted = {path.name: len(path.read_bytes().splitlines()) for path in CMU_SAND.glob("*_?.txt")}
     ledger = folder.table("ledger.csv").groupby("file")["rows"].sum()
     assert {name: ledger[name] for name in counted} == counted
     assert ledger["force-displacement_1.bag"] == 3004

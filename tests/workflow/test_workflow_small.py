@@ -151,7 +151,7 @@ def test_an_encoding_without_the_letters_of_the_folder(small, tmp_path):
     ascii_only = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
     tares = ("results/tares/yuma.csv", "results/tares/poppy_LP.csv")
     process = subprocess.run(
-        [sys.executable, "-P", "-m", "rftfit.cli.main", "run", *tares],
+        [sys.executable, "-P", "-m", "rftfit", "run", *tares],
         cwd=second_folder.root,
         env=os.environ | ascii_only,
         capture_output=True,

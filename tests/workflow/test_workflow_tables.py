@@ -25,9 +25,6 @@ from rftfit.measure.tare import tare_medium
 from rftfit.reference import MEDIA, load
 from rftfit.workflow.state import HANDED, hand_over, read_states, sheet_cells
 
-PUBLISHED = Path(__file__).resolve().parents[3] / "shared" / "data" / "published"
-
-
 slow = pytest.mark.slow
 
 
@@ -41,10 +38,8 @@ def started(root, source, kind="stress"):
 def alpha(tmp_path_factory):
     """Table S5 as a user has it, in a folder whose name has a blank."""
     root = tmp_path_factory.mktemp("alpha") / "my table"
-    source = PUBLISHED / "table_s5_alpha_measured.csv"
-    if not source.is_file():
-        source = root.parent / "table s5.csv"
-        load("table_s5").to_csv(source, index=False)
+    source = root.parent / "table s5.csv"
+    load("table_s5").to_csv(source, index=False)
     folder = started(root, source, "alpha")
     folder.run_here(drawn=("alpha_maps", "fit_maps", "generic_profile"))
     return folder
@@ -283,7 +278,7 @@ def test_a_run_reads_its_table_once(tmp_path):
     paths = os.pathsep.join([str(patch.parent), *sys.path])
     targets = [f"results/{name}.csv" for name in ("penetration", "predicted", "ledger")]
     subprocess.run(
-        [sys.executable, "-m", "rftfit.cli.main", "run", "--cores", "1", *targets],
+        [sys.executable, "-m", "rftfit", "run", "--cores", "1", *targets],
         cwd=tmp_path / "c",
         env=os.environ | {"PYTHONPATH": paths},
         check=True,

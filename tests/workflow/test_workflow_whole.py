@@ -1,4 +1,4 @@
-"""The demonstration campaign gives back the paper's numbers and accounts for every log row."""
+"""The demonstration campaign gives back the paper's numbers and accounts for every log row (`make pages`)."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ from rftfit.reference import LEGS, MEDIA, SANDS, alpha_grid, coefficients, load
 from rftfit.results import open_results
 from rftfit.store import read_parquet
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.page]
 
 
 def test_alpha_is_table_s5(whole_campaign):

@@ -9,7 +9,7 @@ rule stage:
     conda:
         "../envs/rftfit.yaml"
     shell:
-        f"python -P -m rftfit {{input.state:q}} --config {quote(CONFIG)} --threads {{threads}}"
+        f"python -P -m rftfit.workflow.job {{input.state:q}} --config {quote(CONFIG)} --threads {{threads}}"
         " --reads {input:q} --writes {output:q} 2> {log:q}"
 
 

@@ -154,7 +154,3 @@ def _invoke(words: list[str]) -> int:
         error.show()
         return exit_codes.INPUT_NOT_VALID
     return exit_codes.FINE
-
-
-if __name__ == "__main__":
-    sys.exit(main())

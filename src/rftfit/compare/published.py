@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -393,10 +393,15 @@ _SIMILAR = Tolerance(25, "no number is given; measured, one is a fifth of the ot
 _FIGURE_S12 = Tolerance(5, "one number for three sands, and curves that were read from a figure")
 
 
-def leg_claims(errors: pd.DataFrame, measured: pd.DataFrame, scaled: pd.DataFrame) -> list[Item]:
+def leg_claims(
+    errors: pd.DataFrame,
+    measured: pd.DataFrame,
+    scaled: pd.DataFrame,
+    natural_sands: Collection[str],
+) -> list[Item]:
     """Compare the paper's statements on leg forces with this campaign, as far as its media can meet them.
 
-    `errors`: Of `compare.legs.leg_errors`. `scaled`: The table of vertical penetration.
+    `errors`: Of `compare.legs.leg_errors`. `scaled`: The table of vertical penetration. `natural_sands`: Names of media.
     """
     compared = errors[errors["peak_error_percent"].notna()]
     both = {str(name): errors_of_profile for name, errors_of_profile in compared.groupby("profile")}
@@ -405,7 +410,6 @@ def leg_claims(errors: pd.DataFrame, measured: pd.DataFrame, scaled: pd.DataFram
         for name, errors_of_profile in both.items()
     }
     items: list[Item] = []
-    laboratory = set(lift["table"]["medium"]) if "table" in lift else set()
     if "table" in lift:
         items += _within(both["table"])
         items += _measured_order(lift["table"])
@@ -416,9 +420,10 @@ def leg_claims(errors: pd.DataFrame, measured: pd.DataFrame, scaled: pd.DataFram
         items += _depth_only(lift["depth_only"])
     items += _suction(measured)
     if "generic" in lift:
-        in_laboratory = both["generic"]["medium"].isin(laboratory)
-        items += _generic(both["generic"][in_laboratory])
-        sands = lift["generic"][~lift["generic"]["medium"].isin(laboratory)]
+        # few pushes of a laboratory medium give no table, and it is no sand for that
+        in_sand = both["generic"]["medium"].isin(natural_sands)
+        items += _generic(both["generic"][~in_sand])
+        sands = lift["generic"][lift["generic"]["medium"].isin(natural_sands)]
         rows = scaled.drop_duplicates("medium", keep="last").set_index("medium")
         items += _sands(sands, rows.loc[[m for m in sands["medium"].unique() if m in rows.index]])
     return items

@@ -145,6 +145,7 @@ class DelimitedReader(TextReader):
         )
         if rate:
             seen.unread.pop("time", None)
+            stated["time"] = "s"
         derived = derive if rate or clocks else None
         return ReadingPlan(layout, stated, start, derived, notes=tuple(notes), unread=seen.unread)
 

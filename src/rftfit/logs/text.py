@@ -955,7 +955,7 @@ def _log(path: Path, plan: ReadingPlan, rows: ParsedRows, first: int) -> base.Lo
         for name, values in good.columns.items()
         if name not in same
     }
-    derived = {"time": "s"} if plan.derive else {}
+    derived = {"time": "s"} if plan.derive and "time" not in plan.units else {}
     units = {name: derived.get(name) or plan.units.get(name, "") for name in log_columns}
     return base.Log(
         path,

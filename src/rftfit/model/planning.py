@@ -257,8 +257,10 @@ def plan(
 
     Raises
     ------
+    InputError
+        If there is no target of this name.
     ValueError
-        If the target is not known, or a direction is no node of the map.
+        If a direction is no node of the map.
 
     Examples
     --------

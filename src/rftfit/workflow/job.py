@@ -1,4 +1,4 @@
-"""``python -P -m rftfit STATE``: one job of the workflow, from its inputs to its outputs and its record.
+"""``python -P -m rftfit.workflow.job STATE``: one job of the workflow, from its inputs to its outputs and its record.
 
 People use the ``rftfit`` command instead.
 """
@@ -27,7 +27,7 @@ from rftfit.figures.style import save_pages
 from rftfit.results import Results
 from rftfit.store import write_bytes, write_csv, write_parquet, write_text
 from rftfit.store.digests import digests_of_files, plugin_digest, source_digests
-from rftfit.workflow.processes import end_with
+from rftfit.workflow.processes import end_with, end_with_parent
 from rftfit.workflow.records import Record, maker_of, read_fingerprint, split
 from rftfit.workflow.state import States, job_of, read_states
 
@@ -37,7 +37,7 @@ def main(words: Sequence[str] | None = None, states: States | None = None) -> in
 
     `states`: Of the campaign, where it was read already.
     """
-    parser = argparse.ArgumentParser("python -P -m rftfit", allow_abbrev=False)
+    parser = argparse.ArgumentParser("python -P -m rftfit.workflow.job", allow_abbrev=False)
     parser.add_argument("state", help="file of the job's state, which names rule and medium")
     parser.add_argument("--config", type=Path, default=Path("config/config.yaml"))
     parser.add_argument("--threads", type=int, default=1)
@@ -164,3 +164,8 @@ def _say(message: str) -> None:
             sys.stdout.flush()
             # what waits in the stream is tried again at the very end, which would change the exit status
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stderr.fileno())
+
+
+if __name__ == "__main__":
+    end_with_parent()
+    sys.exit(main())

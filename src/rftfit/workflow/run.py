@@ -179,6 +179,8 @@ class Workflow:
             *("--rerun-incomplete", "--keep-going", "--scheduler", "greedy", "--nocolor"),
             # times alone decide: a state file that was written anew plans its job, whatever it holds
             *("--max-checksum-file-size", "0"),
+            # state files are written while jobs are planned: a list of their folder made before lacks them
+            *("--max-inventory-time", "0"),
             *("--logger", "rftfit"),
             *self.words,
         ]

@@ -135,7 +135,7 @@ class Progress:
 
     def _status_of(self, job: Job) -> str:
         """Status that a failed job's command ended with; several may fail before one is named."""
-        ends_of_job = [end for end in self._ends if f" rftfit {job.state} " in end[0]] or self._ends
+        ends_of_job = [end for end in self._ends if f" {job.state} " in end[0]] or self._ends
         if not ends_of_job:
             return ""
         end = ends_of_job[0]

@@ -171,7 +171,7 @@ def validate(results: Results) -> pd.DataFrame:
     items += compare_coefficients(results.table("coefficients.csv"), published_as)
     items += compare_penetration(scaled, published_as)
     legs = results.table("leg_errors.csv"), results.joined("legs/{medium}.csv")
-    items += leg_claims(*legs, scaled)
+    items += leg_claims(*legs, scaled, results.sands)
     if results.campaign.robot_medium:
         names = ("errors", "optimum", "speed")
         errors, *sweep_tables = (results.table(f"robot/{name}.csv") for name in names)

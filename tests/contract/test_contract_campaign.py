@@ -1,0 +1,245 @@
+"""A campaign that was run: its results by Python and by commands, its records, edited outputs, killed runs."""
+
+import json
+import math
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from command import answer_of, json_of, refused
+from numpy.testing import assert_allclose
+
+import rftfit
+
+LAB, SAND = "poppy_LP", "yuma"
+DOWN = (0.0, math.pi / 2)
+
+
+@pytest.fixture(scope="module")
+def folder(small_root, tmp_path_factory):
+    """A copy of the campaign that all tests share: some tests edit it, and make it whole again."""
+    copied = tmp_path_factory.mktemp("contract") / "campaign"
+    shutil.copytree(small_root, copied)
+    return copied
+
+
+@pytest.fixture(scope="module")
+def results(folder):
+    return rftfit.open(folder)
+
+
+def table_of(path):
+    return pd.read_csv(path, comment="#")
+
+
+def test_results_and_their_media(results, folder):
+    assert isinstance(results, rftfit.Results)
+    assert results.media == (LAB, SAND)
+    assert (results.laboratory, results.sands) == ((LAB,), (SAND,))
+    assert [medium.name for medium in results] == [LAB, SAND]
+    medium = results[LAB]
+    assert isinstance(medium, rftfit.Medium)
+    with pytest.raises(rftfit.RftfitError):
+        results["poppy"]
+    table = table_of(folder / "results" / "alpha" / f"{LAB}.csv")
+    assert len(medium.alpha) == len(table)
+    assert_allclose(
+        medium.alpha["alpha_z_N_per_cm3"].sort_values(), table["alpha_z_N_per_cm3"].sort_values()
+    )
+
+
+def test_alpha_is_that_of_the_printed_table(results):
+    """The logs were simulated from Table S5, so alpha has to come back."""
+    printed = rftfit.published_medium(LAB)
+    table = results[LAB].alpha.query("abs(gamma_deg) < 90")
+    angles = np.radians(table["beta_deg"]), np.radians(table["gamma_deg"])
+    for component, alpha in zip("zx", printed.alpha(*angles), strict=True):
+        off = np.abs(table[f"alpha_{component}_N_per_cm3"] - alpha)
+        assert off.max() < 0.1 * np.abs(alpha).max()
+
+
+def test_a_profile_is_the_table(results):
+    medium = results[LAB]
+    row = medium.alpha.query("beta_deg == 0 and gamma_deg == 90").iloc[0]
+    alpha_z, alpha_x = medium.map().profile.alpha(*DOWN)
+    assert float(alpha_z) == pytest.approx(row["alpha_z_N_per_cm3"], rel=0.15)
+    assert abs(float(alpha_x)) < 0.1 * float(alpha_z)
+    assert medium.zeta == pytest.approx(row["alpha_z_N_per_cm3"] / medium.chi)
+
+
+def test_check_by_python_and_by_command(folder):
+    problems = rftfit.check(folder)
+    content = json_of("check", folder=folder)
+    assert [p.code for p in problems] == [p["code"] for p in content["problems"]]
+    assert content["errors"] == 0
+    assert content["warnings"] == sum(problem.severity == "warning" for problem in problems)
+    assert content["checks"] is None
+    code, _, _ = answer_of("check", "--strict", folder=folder)
+    assert code == (2 if content["warnings"] else 0)
+
+
+def test_compare_by_python_and_by_command(folder, results):
+    comparison = rftfit.compare_media(results[LAB], results[SAND])
+    assert isinstance(comparison, rftfit.Comparison)
+    content = json_of("compare", LAB, SAND, folder=folder)
+    for name in ("ratio", "ratio_lo", "ratio_hi", "size_p", "least_ratio"):
+        assert content[name] == pytest.approx(getattr(comparison, name), nan_ok=True), name
+    assert comparison.ratio_lo < comparison.ratio < comparison.ratio_hi
+    # the ratio of sizes is that of alpha straight down, where both were pushed
+    down = [results[name].alpha.query("gamma_deg == 90 and beta_deg == 0") for name in (LAB, SAND)]
+    alpha_lab, alpha_sand = (float(table["alpha_z_N_per_cm3"].iloc[0]) for table in down)
+    assert comparison.ratio == pytest.approx(alpha_sand / alpha_lab, rel=0.1)
+    backward = rftfit.compare_media(results[SAND], results[LAB])
+    assert backward.ratio == pytest.approx(1 / comparison.ratio, rel=1e-6)
+    refused("compare", LAB, LAB, folder=folder)
+    refused("compare", LAB, f"{folder}:nowhere", folder=folder)
+
+
+@pytest.mark.parametrize("kind", ["map", "fourier", "generic"])
+def test_predict_with_a_medium_of_the_campaign(kind, folder, results, tmp_path):
+    words = [
+        "predict",
+        "--leg",
+        "c_leg",
+        "--medium",
+        LAB,
+        "--results",
+        "results",
+        "--profile",
+        kind,
+    ]
+    output = tmp_path / "forces.csv"
+    content = json_of(*words, "--output", output, folder=folder)
+    profile = results[LAB].map().profile if kind == "map" else results[LAB].profile(kind)
+    forces = rftfit.predict(profile, rftfit.model_leg("c_leg"))
+    assert_allclose(table_of(output)["force_z_N"], forces["force_z_N"], rtol=1e-6, atol=1e-9)
+    assert content["rows_unknown"] == 0
+
+
+def test_export_of_a_medium_of_the_campaign(folder, results, tmp_path):
+    path = tmp_path / "profile.json"
+    words = ["export", "--medium", LAB, "--results", "results", "--profile", "map"]
+    assert answer_of(*words, "--output", path, folder=folder)[0] == 0
+    beta, gamma = np.radians([0, 30, -45]), np.radians([90, 45, -30])
+    expected = results[LAB].map().profile.alpha(beta, gamma)
+    assert_allclose(rftfit.read_profile(path).alpha(beta, gamma), expected, atol=1e-5)
+
+
+def test_plan_from_a_medium_of_the_campaign(folder, tmp_path):
+    words = ["plan", "--results", "results", "--medium", SAND, "--target", "zeta", "--count", "1"]
+    content = json_of(*words, "--output", tmp_path / "plan.csv", folder=folder)
+    before, after = (row["half_width_percent"] for row in content["pushes"])
+    assert 0 < after < before < 100
+
+
+def test_all_is_as_recorded(folder):
+    content = json_of("verify", folder=folder)
+    assert len(content["as_recorded"]) > 50
+    assert all(content["as_recorded"].values())
+    assert (content["changed"], content["why"], content["others"]) == ([], [], [])
+    one = json_of("verify", "results/coefficients.csv", folder=folder)
+    assert one["as_recorded"] == {"results/coefficients.csv": True}
+    refused("verify", "results/coefficient.csv", folder=folder)
+    refused("verify", "--again", "results/coefficients.csv", folder=folder)
+
+
+def test_a_campaign_does_not_differ_from_its_copy(folder, small_root):
+    content = json_of("diff", folder, small_root)
+    assert (content["changed"], content["because"], content["only_in_one"]) == ([], [], [])
+
+
+def test_another_number_is_told_with_its_size(folder, small_root, tmp_path):
+    changed = tmp_path / "changed"
+    shutil.copytree(folder, changed)
+    path = changed / "results" / "alpha" / f"{SAND}.csv"
+    table = pd.read_csv(path)
+    was = table["alpha_z_N_per_cm3"].iloc[0]
+    half_width = table["alpha_z_hi_N_per_cm3"].iloc[0] - was
+    table["alpha_z_N_per_cm3"] += 2 * half_width
+    table.to_csv(path, index=False)
+    content = json_of("diff", small_root, changed)
+    (difference,) = [d for d in content["changed"] if d["file"].endswith(f"{SAND}.csv")]
+    assert difference["was"] == pytest.approx(was)
+    assert difference["now"] == pytest.approx(was + 2 * half_width)
+    assert difference["half_widths"] == pytest.approx(2, rel=0.1)
+    assert [name for name in content["not_as_recorded"] if name.endswith(f"alpha/{SAND}.csv")]
+
+
+@pytest.mark.parametrize("damage", ["edited", "linked"])
+def test_a_damaged_result_is_told_and_made_again(damage, folder):
+    name = f"results/fits/{SAND}.csv"
+    path = folder / name
+    content = path.read_bytes()
+    if damage == "edited":
+        path.write_bytes(content.replace(b"0", b"1", 1))
+    else:
+        (folder / "copy.csv").write_bytes(content + b"\n")
+        path.unlink()
+        path.symlink_to(folder / "copy.csv")
+    code, out, _ = answer_of("verify", "--json", folder=folder)
+    assert code == 5
+    as_recorded = json.loads(out)["as_recorded"]
+    assert as_recorded[name] is False
+    # what is made from it is not as recorded either, what is not is
+    assert as_recorded[f"results/alpha/{SAND}.csv"] is False
+    assert as_recorded[f"results/alpha/{LAB}.csv"] is True
+    report = rftfit.run(folder, [name], cores=1)
+    assert f"slopes {SAND}" in report.made
+    assert f"slopes {LAB}" not in report.made
+    assert report.failed == {}
+    assert (path.read_bytes(), path.is_symlink()) == (content, False)
+    assert json_of("verify", name, folder=folder)["as_recorded"] == {name: True}
+
+
+def test_another_log_is_told(folder):
+    log = min((folder / "raw").rglob(f"*/{SAND}/*force*.csv"))
+    content = log.read_bytes()
+    log.write_bytes(content + b"\n")
+    try:
+        code, out, _ = answer_of("verify", "--json", folder=folder)
+        assert code == 5
+        as_recorded = json.loads(out)["as_recorded"]
+        assert as_recorded[f"results/alpha/{SAND}.csv"] is False
+        assert as_recorded[f"results/alpha/{LAB}.csv"] is True
+        assert any(log.name in change for change in json.loads(out)["changed"])
+    finally:
+        log.write_bytes(content)
+    assert all(json_of("verify", folder=folder)["as_recorded"].values())
+
+
+def test_a_killed_run_goes_on_to_the_same_bytes(tmp_path):
+    rows = rftfit.published_table("table_s5").query("medium == 'poppy_LP'")
+    rows.to_csv(tmp_path / "alpha.csv", index=False)
+    assert answer_of("init", "c", "--alpha-table", "alpha.csv", folder=tmp_path)[0] == 0
+    folder, name = tmp_path / "c", "results/coefficients.csv"
+    shutil.copytree(folder, tmp_path / "unbroken")
+    program = Path(sys.executable).with_name("rftfit")
+    process = subprocess.Popen(
+        [program, "run", "--cores", "1", name],
+        cwd=folder,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,
+    )
+    try:
+        until = time.monotonic() + 300
+        while not (folder / "results" / "records").exists() and process.poll() is None:
+            assert time.monotonic() < until
+            time.sleep(0.02)
+    finally:
+        os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
+    went_on = rftfit.run(folder, [name], cores=1)
+    assert went_on.failed == {}
+    unbroken = rftfit.run(tmp_path / "unbroken", [name], cores=1)
+    assert len(unbroken.made) >= len(went_on.made)
+    for path in (name, "results/alpha/poppy_LP.csv"):
+        assert (folder / path).read_bytes() == (tmp_path / "unbroken" / path).read_bytes()
+    assert rftfit.run(folder, [name], cores=1).made == []

@@ -1,0 +1,114 @@
+"""Every column of every table of the golden campaigns is as expected, and every column of the dictionary is in one.
+
+`tests/golden/README.md` says what is compared, and how the expected tables are rewritten.
+"""
+
+import re
+import tomllib
+from functools import cache
+
+import pytest
+from golden_campaigns import KNOWN_WRONG, SMALL, golden_campaigns
+from golden_machine import is_same_machine
+from golden_tables import compare_tables, output_of, read_expected, short_tables
+from once import make_once
+
+from rftfit.outputs.dictionary import alternatives, column_of, outputs
+
+CAMPAIGNS = {campaign.name: campaign for campaign in golden_campaigns()}
+TABLES = [output for output in outputs() if output.columns]
+
+NOT_IN_A_TABLE: dict[tuple[str, str], str] = {}
+"""Columns of the dictionary that no golden table has, by table and column, with the reason."""
+ALWAYS_EMPTY = {
+    (table, column): "only the checks flag a cell; a stage and the tracks flag runs"
+    for table in ("results/flags/<stage>/<medium>.csv", "results/robot/flags.csv")
+    for column in ("beta_deg", "gamma_deg")
+}
+"""Columns that are empty in all golden tables, by table and column, with the reason."""
+
+
+@pytest.fixture(scope="session")
+def golden_folder(request, tmp_path_factory):
+    """Return the folder of a campaign by name, made once a test run."""
+
+    def folder_of(name):
+        if name == SMALL:
+            return request.getfixturevalue("small_made").root
+        return make_once(tmp_path_factory, f"golden {name}", CAMPAIGNS[name].make)
+
+    return folder_of
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", CAMPAIGNS)
+def test_every_column_is_as_expected(name, golden_folder):
+    tables = short_tables(golden_folder(name))
+    folder = CAMPAIGNS[name].expected
+    expected = read_expected(folder)
+    assert expected
+    differences = compare_tables(expected, tables, is_here=is_same_machine(folder))
+    assert not differences, "\n".join(map(str, differences))
+
+
+@cache
+def filled_columns():
+    """Return whether a column has a cell that is filled, by table and column of the dictionary."""
+    filled: dict[tuple[str, str], bool] = {}
+    for campaign in CAMPAIGNS.values():
+        for name, table in read_expected(campaign.expected).items():
+            if name in ("files", "results/report.html", "commands/endings.json"):
+                continue
+            described = output_of(name)
+            if name.endswith(".json"):
+                keys = {path.split(".")[1].split("[")[0] for path in table["row"]}
+                filled |= {(described.file, key): True for key in keys}
+                continue
+            for column in table.columns.drop("row"):
+                key = described.file, name_in_dictionary(described, column)
+                rows_of_table = ~table["row"].isin(["count", "mean", "largest"])
+                is_filled = bool((table.loc[rows_of_table, column] != "").any())
+                filled[key] = filled.get(key, False) or is_filled
+    return filled
+
+
+def name_in_dictionary(described, column):
+    """Return the name of a column, or the pattern with ``<x>`` for any word that stands for it."""
+    entry = column_of(described, column)
+    assert entry is not None, f"{described.file}: {column}"
+    patterns = (name for name in entry.names if re.fullmatch(re.sub("<[^>]+>", ".+", name), column))
+    return column if column in entry.names else next(patterns)
+
+
+def columns_of_dictionary():
+    """Return table and column of all that the dictionary describes, braces written out."""
+    return {
+        (output.file, name)
+        for output in TABLES
+        for column in output.columns
+        for name in column.names
+    }
+
+
+def test_every_column_of_the_dictionary_is_in_a_golden_table():
+    missing = columns_of_dictionary() - filled_columns().keys()
+    assert missing == NOT_IN_A_TABLE.keys()
+
+
+def test_every_column_holds_something_in_some_golden_table():
+    empty = {key for key, is_filled in filled_columns().items() if not is_filled}
+    assert empty == ALWAYS_EMPTY.keys()
+
+
+def test_columns_that_are_known_to_be_wrong_are_in_the_dictionary_and_say_why():
+    described = {output.file: output for output in TABLES}
+    for entry in tomllib.loads(KNOWN_WRONG.read_text(encoding="utf-8"))["wrong"]:
+        assert entry["issue"]
+        assert entry["why"]
+        for table in entry["tables"]:
+            names = {name for column in entry["columns"] for name in alternatives(column)}
+            if table in ("files", "results/report.html"):
+                assert names == {"*"}
+                continue
+            for name in names - {"*"}:
+                assert name_in_dictionary(described[table], name) == name

@@ -1,0 +1,153 @@
+"""Measured campaigns: alpha does not depend on clocks, on the order of runs and rows, or on units."""
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+from campaign_maker import write_campaign
+from command import answer_of
+from numpy.testing import assert_allclose
+from push_maker import Push
+
+import rftfit
+
+ALPHA = ["alpha_z_N_per_cm3", "alpha_x_N_per_cm3"]
+DIRECTIONS = ((0.0, 90.0, 0.40, 0.0), (30.0, 90.0, 0.35, 0.05), (0.0, 45.0, 0.25, 0.15))
+"""beta, gamma (deg), alpha_z and alpha_x (N/cm^3) of the pushes."""
+MEDIA: dict[str, dict[str, Any]] = {
+    "plain": {},
+    "late": {"start_s": 4000.0},
+    "strong": {"gain": 2.0},
+    "shifted": {"zero_N": 3.0},
+}
+"""How the pushes of a medium differ from the same pushes, noise and all."""
+
+
+def pushes_of(medium, units):
+    return [
+        Push(alpha_z=z, alpha_x=x, gamma_deg=gamma, seed=place, **MEDIA[medium], **units)
+        for place, (_, gamma, z, x) in enumerate(DIRECTIONS)
+    ]
+
+
+def make(folder, units, order=1):
+    """Measure the pushes of all media; `order`: -1 for the rows of the run sheet from behind."""
+    rows, logs = [], {}
+    for medium in MEDIA:
+        for (beta, gamma, *_), push in zip(DIRECTIONS, pushes_of(medium, units), strict=True):
+            run = f"{medium}_{beta:g}_{gamma:g}"
+            logs[f"{run}.csv"] = push.log().text()
+            row = {"run_id": run, "kind": "plate", "medium": medium, "intruder": "plate"}
+            row |= {"direction": "intrusion", "beta_deg": f"{beta:g}", "gamma_deg": f"{gamma:g}"}
+            rows.append(row | {"force_log": f"{run}.csv", "motion_log": f"{run}.csv"})
+    force_unit, length_unit = units.get("force_unit", "N"), units.get("length_unit", "mm")
+    config = {
+        "title": "Made pushes",
+        "raw": "raw",
+        "run_sheet": "config/runs.csv",
+        "force_log": {
+            "text": {"delimiter": ","},
+            "columns": {
+                "time": "time",
+                "F1": {"column": "Fx", "unit": force_unit},
+                "F2": {"constant": 0, "unit": "N"},
+                "F3": {"column": "Fz", "unit": force_unit},
+            },
+        },
+        "motion_log": {
+            "text": {"delimiter": ","},
+            "columns": {
+                "time": "time",
+                "x": {"column": "x", "unit": length_unit},
+                "z": {"column": "z", "unit": length_unit},
+            },
+        },
+        "clock": {"method": "same_clock"},
+        "transducer": {
+            "name": "made",
+            "range_N": [500] * 3,
+            "precision_N": 0.02,
+            "axes": {"x": "+F1", "y": "+F2", "z": "+F3"},
+        },
+        "arm": {"speed_cm_per_s": 1.0},
+        "container": {"length_cm": 60, "width_cm": 60, "depth_cm": 40},
+        "intruders": {
+            "plate": {"shape": "plate", "length_cm": 5.0, "width_cm": 3.0, "thickness_cm": 0.5}
+        },
+        "media": {medium: {"title": medium} for medium in MEDIA},
+        "fit": {"missing_tare": "none"},
+    }
+    write_campaign(folder, config, rows=rows[::order], logs=logs)
+    report = rftfit.run(folder, [f"results/alpha/{medium}.csv" for medium in MEDIA], cores=1)
+    assert report.failed == {}
+    return {medium: alpha_of(folder, medium) for medium in MEDIA}
+
+
+def alpha_of(folder, medium):
+    table = rftfit.open(folder)[medium].alpha
+    return table.sort_values(["beta_deg", "gamma_deg"]).reset_index(drop=True)
+
+
+@pytest.fixture(scope="module")
+def measured(tmp_path_factory):
+    """Alpha of all media, in the usual units and in others with the rows of the sheet from behind."""
+    folder = tmp_path_factory.mktemp("laws")
+    other_units = {"force_unit": "mN", "length_unit": "cm"}
+    return make(folder / "a", {}), make(folder / "b", other_units, order=-1)
+
+
+def test_alpha_comes_back(measured):
+    table = measured[0]["plain"]
+    for beta, gamma, *alpha in DIRECTIONS:
+        row = table[np.isclose(table["beta_deg"], beta) & np.isclose(table["gamma_deg"], gamma)]
+        assert_allclose(row[ALPHA].iloc[0], alpha, atol=0.01)
+
+
+def test_the_time_of_a_push_does_not_matter(measured):
+    assert_allclose(measured[0]["late"][ALPHA], measured[0]["plain"][ALPHA], rtol=1e-5, atol=1e-6)
+
+
+def test_a_zero_of_the_transducer_is_taken_off(measured):
+    assert_allclose(
+        measured[0]["shifted"][ALPHA], measured[0]["plain"][ALPHA], rtol=1e-5, atol=1e-6
+    )
+
+
+def test_twice_the_force_is_twice_alpha(measured):
+    assert_allclose(
+        measured[0]["strong"][ALPHA], 2 * measured[0]["plain"][ALPHA], rtol=1e-3, atol=1e-4
+    )
+    assert [*measured[0]["strong"]["reason_code"]] == [*measured[0]["plain"]["reason_code"]]
+
+
+@pytest.mark.parametrize("medium", MEDIA)
+def test_neither_units_nor_the_order_of_runs_matter(measured, medium):
+    first, second = (tables[medium] for tables in measured)
+    # a reading at the very edge of the window of depths may fall to either side of it
+    assert_allclose(second[ALPHA], first[ALPHA], rtol=1e-4, atol=1e-6)
+    for name in ("reason_code", "run_ids"):
+        assert [*second[name]] == [*first[name]]
+
+
+def test_the_order_of_a_stress_table_does_not_matter(tmp_path):
+    """Pushes in another order, each from its deepest reading on."""
+    depths_mm = np.arange(5.0, 81.0, 2.5)
+    tables = []
+    for medium, step in (("plain", 1), ("backward", -1)):
+        for beta, gamma, alpha_z, alpha_x in DIRECTIONS[::step]:
+            columns = {"medium": medium, "beta_deg": beta, "gamma_deg": gamma}
+            columns |= {"depth_mm": depths_mm, "stress_z_kPa": alpha_z * depths_mm}
+            tables.append(pd.DataFrame(columns | {"stress_x_kPa": alpha_x * depths_mm})[::step])
+    pd.concat(tables).to_csv(tmp_path / "stress.csv", index=False)
+    code, _, error = answer_of("init", "c", "--stress-table", "stress.csv", folder=tmp_path)
+    assert code == 0, error
+    names = [f"results/alpha/{medium}.csv" for medium in ("plain", "backward")]
+    assert rftfit.run(tmp_path / "c", names, cores=1).failed == {}
+    plain, backward = (alpha_of(tmp_path / "c", medium) for medium in ("plain", "backward"))
+    assert_allclose(backward[ALPHA], plain[ALPHA], rtol=1e-9, atol=1e-12)
+    assert len(plain) == len(DIRECTIONS)
+    for beta, gamma, *alpha in DIRECTIONS:
+        row = plain[np.isclose(plain["beta_deg"], beta) & np.isclose(plain["gamma_deg"], gamma)]
+        # 1 kPa is 0.1 N/cm^2, and 1 mm 0.1 cm
+        assert_allclose(row[ALPHA].iloc[0], alpha, rtol=1e-6, atol=1e-9)

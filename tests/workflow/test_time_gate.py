@@ -1,0 +1,124 @@
+"""The gate for time: what fails, what is only named, and what cannot be compared."""
+
+import sys
+
+import pytest
+
+if sys.platform == "win32":
+    pytest.skip("the gate forks the jobs that it measures", allow_module_level=True)
+
+import time_gate
+from time_gate import ALL, SHORT, Stored, beyond, factors, slower_twice, unmatched
+
+
+def stored(rule, ratio, judged=""):
+    return Stored(rule, judged or rule, ratio, "2026-11-28", "0.1.0", "0123abc", "a machine")
+
+
+TABLE = [
+    stored("ingest", 10.0),
+    stored("page", 30.0),
+    stored("legs", 1.0, SHORT),
+    stored("ledger", 3.0, SHORT),
+]
+RATIOS = {row.rule: row.ratio for row in TABLE}
+
+
+class Measured:
+    """Measurements in turns, each with some rules slower by a factor."""
+
+    def __init__(self, *slowed):
+        self.slowed = list(slowed)
+        self.asked = []
+
+    def __call__(self, rules):
+        self.asked.append(sorted(rules))
+        factor_of = self.slowed.pop(0)
+        return {rule: RATIOS[rule] * factor_of.get(rule, 1.0) for rule in rules}
+
+
+def test_short_rules_are_judged_by_their_sum():
+    factor_of = factors(RATIOS | {"legs": 2.0}, TABLE)
+    assert factor_of[SHORT] == pytest.approx(5 / 4)
+    assert factor_of[ALL] == pytest.approx(45 / 44)
+    assert set(factor_of) == {"ingest", "page", SHORT, ALL}
+
+
+@pytest.mark.parametrize(
+    ("slowed", "groups"),
+    [
+        ({}, []),
+        ({"ingest": 1.24}, []),
+        ({"ingest": 1.4}, ["ingest"]),
+        ({"legs": 1.4}, []),
+        ({"legs": 1.4, "ledger": 1.4}, [SHORT]),
+        ({"page": 1.24}, [ALL]),
+        ({"page": 1.4}, [ALL, "page"]),
+        ({"page": 0.5, "ingest": 1.3}, ["ingest"]),
+    ],
+)
+def test_a_rule_fails_where_two_measurements_are_beyond(slowed, groups):
+    assert sorted(beyond(factors(Measured(slowed)([*RATIOS]), TABLE))) == sorted(groups)
+    assert sorted(slower_twice(Measured(slowed, slowed), TABLE)[1]) == sorted(groups)
+
+
+def test_one_slow_measurement_is_no_failure():
+    measured = Measured({"ingest": 1.5}, {})
+    factor_of, slower = slower_twice(measured, TABLE)
+    assert slower == []
+    assert factor_of["ingest"] == pytest.approx(1.0)
+    assert measured.asked == [sorted(RATIOS), ["ingest"]]
+
+
+def test_only_what_is_beyond_is_measured_again():
+    measured = Measured({"legs": 2.2}, {"legs": 2.2})
+    assert slower_twice(measured, TABLE)[1] == [SHORT]
+    assert measured.asked[1] == ["ledger", "legs"]
+
+
+def test_the_table_names_every_rule_that_is_measured():
+    assert unmatched(["ingest", "page", "legs", "ledger"], TABLE) == []
+    assert unmatched(["ingest", "page", "legs", "new"], TABLE) == ["ledger", "new"]
+
+
+def test_a_table_is_read_as_it_was_written(tmp_path):
+    path = tmp_path / "table.csv"
+    assert time_gate.read_table(path) == []
+    time_gate.write_table({"ingest": 12.344, "legs": 0.5}, path)
+    rows = time_gate.read_table(path)
+    assert [(row.rule, row.judged, row.ratio) for row in rows] == [
+        ("ingest", "ingest", 12.34),
+        ("legs", SHORT, 0.5),
+    ]
+    assert {row.machine for row in rows} == {time_gate.machine()}
+
+
+def all_slower(factor):
+    return lambda rules: {rule: factor * RATIOS[rule] for rule in rules}
+
+
+@pytest.mark.parametrize(
+    ("factor", "machine", "status", "checked"),
+    [(1.0, "a machine", 0, True), (1.4, "a machine", 1, True), (1.4, "another machine", 0, False)],
+)
+def test_the_status_of_the_gate(monkeypatch, capsys, factor, machine, status, checked):
+    monkeypatch.setattr(time_gate, "read_table", lambda: TABLE)
+    monkeypatch.setattr(time_gate, "machine", lambda: machine)
+    assert time_gate.check([*RATIOS], all_slower(factor)) == status
+    assert ("NOT CHECKED" not in capsys.readouterr().out) == checked
+
+
+def test_a_new_rule_is_a_failure_until_the_table_has_it(monkeypatch):
+    monkeypatch.setattr(time_gate, "read_table", lambda: TABLE)
+    assert time_gate.check([*RATIOS, "new"], all_slower(1.0)) == 1
+
+
+def test_the_kept_table_has_every_rule_of_a_run():
+    from rftfit.workflow.stages import RULES, STAGES
+
+    table = time_gate.read_table()
+    on_demand = {rule for rule, stage in STAGES.items() if stage.on_demand or stage.estimated}
+    rules = {*RULES} - on_demand | {*time_gate.COMMANDS}
+    assert {row.rule for row in table} == rules
+    assert all(row.ratio > 0 for row in table)
+    assert len({row.machine for row in table}) == 1
