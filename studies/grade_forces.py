@@ -188,7 +188,7 @@ def full_profile(medium: str, model: str) -> rftfit.Profile:
     if model.startswith("3D-RFT"):
         return rftfit.rft3d_profile(alpha, float(model.split()[1]))
     if model == "generic":
-        return rftfit.scale(alpha, error, reference_without(left_out)).profile
+        return rftfit.scale_by_paper(alpha, error, reference_without(left_out)).profile
     if model == "map 1" and medium in SANDS:
         push = push_table([DOWN], np.array([[alpha], [np.nan]]), error)
         return rftfit.estimate_map(push, rftfit.published_shapes(left_out)).profile

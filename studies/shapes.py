@@ -152,7 +152,7 @@ def natural_sands() -> None:
     print("|---|---|---|---|---|---|")
     for sand in SANDS:
         medium_map = estimate(Pushes.of([0], [90], [[slopes[sand]], [0.0]], 0.05 * slopes[sand]))
-        paper = rftfit.scale(slopes[sand], 0.05 * slopes[sand]).profile
+        paper = rftfit.scale_by_paper(slopes[sand], 0.05 * slopes[sand]).profile
         for name in LEGS:
             leg_rows = measured[(measured["medium"] == sand) & (measured["leg"] == name)]
             theta = leg_rows["theta_deg"].to_numpy(float)
@@ -199,7 +199,9 @@ def robot() -> None:
         "table": TableProfile.published("poppy_LP"),
         "map from one push": estimate(pushed(alpha, [down]), shapes).profile,
         "map from six pushes": estimate(pushed(alpha, planned(shapes, 6)), shapes).profile,
-        "generic from one push": rftfit.scale(float(alpha[0, down]), 0.005, reference).profile,
+        "generic from one push": rftfit.scale_by_paper(
+            float(alpha[0, down]), 0.005, reference
+        ).profile,
     }
     points = load("fig_4c")
     points = points[points["speed_cm_per_s"] > 1]

@@ -13,7 +13,7 @@ from rftfit.model.forces import forces_on
 from rftfit.model.fourier import METHODS, evaluate
 from rftfit.model.motion import rotation
 from rftfit.model.outlines import CURVATURES, model_leg
-from rftfit.model.scaling import Reference, published, scale
+from rftfit.model.scaling import Reference, published, scale_by_paper
 from rftfit.reference import BETA_DEG, GAMMA_DEG, MEDIA, alpha_grid, load
 
 SANDS = {"yuma": 0.69, "palms29": 0.88, "palms29_sieved": 0.76}
@@ -37,7 +37,7 @@ def left_out(method: str) -> None:
         )
         measured = np.stack(alpha_grid(medium)).ravel()
         alpha = alpha_grid(medium)[0][3, -1]
-        predicted = np.stack(evaluate(scale(alpha, 0.0, four).coefficients, *grid)).ravel()
+        predicted = np.stack(evaluate(scale_by_paper(alpha, 0.0, four).coefficients, *grid)).ravel()
         rms = float(np.sqrt(np.mean((predicted - measured) ** 2))) / alpha
         best = float(predicted @ measured / (predicted @ predicted))
         misfits.append((rms, best))
@@ -50,7 +50,7 @@ def sands(method: str) -> None:
     """Print the errors of the predicted peaks, %, lift and thrust of each leg."""
     measured, poses = load("fig_s12"), rotation().poses
     for medium, alpha in SANDS.items():
-        profile = scale(alpha, 0.0, published(method)).profile
+        profile = scale_by_paper(alpha, 0.0, published(method)).profile
         cells = []
         for leg in CURVATURES:
             forces = forces_on(profile, model_leg(leg), poses)

@@ -135,7 +135,7 @@ def test_draws_are_made_when_wanted(results, kind):
 
 def test_a_sand_is_scaled_from_its_test(results):
     sand = results["sand"]
-    by_hand = rftfit.scale(0.7, 0.003, results.reference())
+    by_hand = rftfit.scale_by_paper(0.7, 0.003, results.reference())
     assert (sand.zeta, sand.chi) == (by_hand.zeta, by_hand.chi)
     assert isinstance(sand.profile("generic").spread, ScaledMedium)
     assert sand.kinds == ("table", "map", "generic")
@@ -161,7 +161,7 @@ def test_too_few_media_are_scaled_with_the_published_ones(tmp_path):
     roles = {"a": LABORATORY, "s": SAND, "t": SAND}
     campaign = rftfit.open(make_campaign(tmp_path / "c", roles, alpha))
     assert campaign.reference().printed
-    assert campaign["s"].zeta == rftfit.scale(0.7, 0.003).zeta
+    assert campaign["s"].zeta == rftfit.scale_by_paper(0.7, 0.003).zeta
     # a test without a number spoils nobody else's
     assert np.isnan(campaign["t"].zeta)
     assert "no run" in campaign["t"].profile("generic").reason
@@ -201,10 +201,10 @@ def test_intervals_of_forces_are_of_the_level_and_quantities_asked_for(results):
 
 
 def test_intervals_of_a_scaled_medium_follow_the_level():
-    leg, medium = rftfit.model_leg("c_leg"), rftfit.scale(0.9, 0.02)
+    leg, medium = rftfit.model_leg("c_leg"), rftfit.scale_by_paper(0.9, 0.02)
     wide, narrow = (rftfit.predict(medium.profile, leg, None, level) for level in (0.95, 0.6))
     assert (wide["force_z_hi_N"] >= narrow["force_z_hi_N"]).all()
-    scaled = rftfit.scale(0.9, 0.02, confidence=0.6)
+    scaled = rftfit.scale_by_paper(0.9, 0.02, confidence=0.6)
     at_default_level = rftfit.predict(scaled.profile, leg)
     assert_array_equal(at_default_level["force_z_hi_N"], wide["force_z_hi_N"])
     assert scaled.at_confidence(0.95).zeta_hi == medium.zeta_hi
@@ -212,6 +212,8 @@ def test_intervals_of_a_scaled_medium_follow_the_level():
     assert len(table) == 91
     assert (table["alpha_z_lo_N_per_cm3"] <= table["alpha_z_N_per_cm3"]).all()
     for wrong in (0.4, 0.5, 1.0, float("nan")):
+        with pytest.raises(ValueError, match="level"):
+            rftfit.scale_by_paper(0.9, confidence=wrong)
         with pytest.raises(ValueError, match="level"):
             rftfit.scale(0.9, confidence=wrong)
 
@@ -303,8 +305,10 @@ def test_predict_takes_what_scale_and_estimate_map_return():
     expected = rftfit.predict(sand.profile, leg)
     assert rftfit.predict(sand, leg).equals(expected)
     assert rftfit.beyond_measured(sand, leg) == rftfit.beyond_measured(sand.profile, leg)
-    with pytest.raises(TypeError, match=r"a profile wanted.* found str"):
-        rftfit.predict("poppy_LP", leg)  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match=r"found ndarray for a medium; allowed: "):
+        rftfit.predict(np.zeros(3), leg)  # type: ignore[arg-type]
+    with pytest.raises(rftfit.RftfitError, match="poppy_LP"):
+        rftfit.predict("poppy_LP", leg)
 
 
 @pytest.mark.parametrize("words", [("0.55",), (None,), (0.55, "0.1"), ([0.5, 0.6],)])

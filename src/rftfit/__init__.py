@@ -19,12 +19,14 @@ __all__ = [
     "DepthOnlyProfile",
     "FourierProfile",
     "Ground",
+    "KnownMedium",
     "Map",
     "Medium",
     "Mesh",
     "Motion",
     "Motion3D",
     "Outline",
+    "Peak",
     "Plan",
     "Profile",
     "Reference",
@@ -39,6 +41,7 @@ __all__ = [
     "check",
     "compare_media",
     "estimate_map",
+    "find_peaks",
     "fit_slope",
     "learn_body_error",
     "model_leg",
@@ -57,6 +60,7 @@ __all__ = [
     "rotation",
     "run",
     "scale",
+    "scale_by_paper",
     "scaled_generic",
     "simulate",
     "write_profile",
@@ -74,19 +78,21 @@ _FOUND_IN = {
     "model.motion": ("Motion", "path", "rotation"),
     "model.outlines": ("Outline", "arc", "model_leg", "polyline"),
     "model.planning": ("Plan", "Rig", "plan"),
-    "model.prediction": ("beyond_measured", "predict"),
+    "model.peaks": ("Peak",),
+    "model.prediction": ("beyond_measured", "find_peaks", "predict"),
     "model.profile_file": ("read_profile", "write_profile"),
     "model.profiles": (
         "DepthOnlyProfile",
         "FourierProfile",
+        "KnownMedium",
         "Profile",
         "TableProfile",
         "published_medium",
         "scaled_generic",
     ),
     "model.rft3d": ("rft3d_profile",),
-    "model.scaling": ("Reference", "ScaledMedium", "published_reference", "scale"),
-    "model.shapes": ("Map", "Shapes", "estimate_map", "published_shapes"),
+    "model.scaling": ("Reference", "ScaledMedium", "published_reference", "scale_by_paper"),
+    "model.shapes": ("Map", "Shapes", "estimate_map", "published_shapes", "scale"),
     "reference": ("published_table",),
     "results": ("Medium", "Results", "open"),
     "robot.ground": ("Ground",),
@@ -109,21 +115,23 @@ if TYPE_CHECKING:
     from rftfit.model.mesh import Mesh, Motion3D
     from rftfit.model.motion import Motion, path, rotation
     from rftfit.model.outlines import Outline, arc, model_leg, polyline
+    from rftfit.model.peaks import Peak
     from rftfit.model.planning import Plan, Rig, plan
-    from rftfit.model.prediction import beyond_measured, predict
+    from rftfit.model.prediction import beyond_measured, find_peaks, predict
     from rftfit.model.profile_file import read_profile, write_profile
     from rftfit.model.profiles import (
         DepthOnlyProfile,
         FourierProfile,
+        KnownMedium,
         Profile,
         TableProfile,
         published_medium,
         scaled_generic,
     )
     from rftfit.model.rft3d import rft3d_profile
-    from rftfit.model.scaling import Reference, ScaledMedium, scale
+    from rftfit.model.scaling import Reference, ScaledMedium, scale_by_paper
     from rftfit.model.scaling import published as published_reference
-    from rftfit.model.shapes import Map, Shapes, estimate_map, published_shapes
+    from rftfit.model.shapes import Map, Shapes, estimate_map, published_shapes, scale
     from rftfit.reference import load as published_table
     from rftfit.results import Medium, Results
     from rftfit.results import open_results as open

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from rftfit.campaign.problems import Problem
     from rftfit.logs.base import Log
     from rftfit.measure.slopes import Slope
-    from rftfit.model.profiles import Profile
+    from rftfit.model.profiles import KnownMedium
     from rftfit.robot.config import Robot
     from rftfit.robot.run import RobotRun
     from rftfit.workflow.run import RunReport
@@ -189,7 +189,7 @@ def fit_slope(depth_cm: npt.ArrayLike, stress_N_per_cm2: npt.ArrayLike) -> Slope
 
 
 def simulate(
-    profile: Profile,
+    medium: KnownMedium | str | Path,
     frequency_Hz: float,
     curvature_times_R: float = 1.0,
     robot: Robot | str | Path | None = None,
@@ -201,8 +201,8 @@ def simulate(
 
     Parameters
     ----------
-    profile : Profile
-        Of the medium.
+    medium : Map, Profile, Medium, ScaledMedium, str or Path
+        As of `predict`; of a campaign the table, or the map where the table has holes.
     frequency_Hz : float
         Stride frequency, 0 to 100 Hz.
     curvature_times_R : float, optional
@@ -233,6 +233,7 @@ def simulate(
     >>> run.outcome
     'steady'
     """
+    from rftfit.model.known import profile_of
     from rftfit.robot import config
     from rftfit.robot.run import simulate as walk
 
@@ -242,7 +243,7 @@ def simulate(
         robot = config.read_robot(Path(robot))
     return walk(
         robot,
-        profile,
+        profile_of(medium),
         frequency_Hz,
         curvature_times_R,
         phase_turns,

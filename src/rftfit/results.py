@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections import OrderedDict
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from copy import copy
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 import pandas as pd
@@ -20,7 +20,7 @@ from rftfit.campaign.problems import choose
 from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
 from rftfit.measure.alpha import QUANTITIES, bed_spread, cell_at, column, window_of
-from rftfit.measure.flags import Flags, Remark, remark, with_reasons
+from rftfit.measure.flags import Flags, Remark, format_remarks, remark, with_reasons
 from rftfit.measure.session_clocks import SessionClocks
 from rftfit.measure.verdicts import marks_of
 from rftfit.model import scaling
@@ -38,6 +38,7 @@ from rftfit.model.profiles import (
     USUAL_BED_SPREAD,
     DepthOnlyProfile,
     FourierProfile,
+    KnownMedium,
     Profile,
     TableProfile,
     scaled_generic,
@@ -45,6 +46,7 @@ from rftfit.model.profiles import (
 from rftfit.model.shapes import Map, Shapes, estimate, nodes_of, published_shapes, pushes_of
 from rftfit.outputs.dictionary import Output, column_of, describe_file
 from rftfit.store import csv_bytes, read_csv, read_parquet
+from rftfit.store.digests import sha256_of
 
 FOLDER = "results"
 _CONFIGS = ("config/config.yaml", "config.yaml")
@@ -432,7 +434,7 @@ class Results(Tables):
         return (Medium(self, name) for name in self.media)
 
 
-class Medium:
+class Medium(KnownMedium):
     """One medium of a campaign: its tables and profiles. Made by ``results[name]``.
 
     Parameters
@@ -446,6 +448,7 @@ class Medium:
     >>> import rftfit
     >>> sand = rftfit.open("my_campaign")["poppy_LP"]  # doctest: +SKIP
     >>> sand.zeta, sand.alpha  # doctest: +SKIP
+    >>> rftfit.predict(sand, rftfit.model_leg("c_leg"))  # doctest: +SKIP
     >>> rftfit.predict(sand.profile("fourier"), rftfit.model_leg("c_leg"))  # doctest: +SKIP
     """
 
@@ -559,7 +562,7 @@ class Medium:
         return float(self.results.reference().chi.mean())
 
     def scaled(self, method: str | None = None) -> scaling.ScaledMedium:
-        """The medium by its one penetration test, alpha_z(0, 90 deg), and the scaling routine.
+        """The medium by its one penetration test, alpha_z(0, 90 deg), and the paper's scaling routine.
 
         Parameters
         ----------
@@ -582,7 +585,7 @@ class Medium:
         level = self.results.config.fit.confidence
         alpha, se = scaling.alpha_of_test(cell, level)
         try:
-            return scaling.scale(alpha, se, self.results.reference(method), level)
+            return scaling.scale_by_paper(alpha, se, self.results.reference(method), level)
         except ValueError as error:
             why = f"no alpha at (0, 90) deg: {cell['reason']}" if np.isnan(alpha) else str(error)
             raise InputError(f"{self.name}: {why}") from error
@@ -724,8 +727,67 @@ class Medium:
                 profile = DepthOnlyProfile.of(measured, f"depth-only, of {self.name}")
         profile.window = window_of(table)
         profile.bed_spread = bed_spread(table) or profile.bed_spread
-        profile.model_error = self.results.model_error
+        if isinstance(profile, TableProfile):
+            profile.model_error = self.results.model_error
+        elif isinstance(profile, FourierProfile) and draws:
+            profile.beside = self._table_or_map
         return profile
+
+    def as_profile(self, is_enough: Callable[[Profile], bool] | None = None) -> Profile:
+        """Return the profile by which forces are predicted: the table where it is enough, else the map.
+
+        Parameters
+        ----------
+        is_enough : callable, optional
+            Whether the table has a number in every direction that is asked for; default: in all directions.
+
+        Returns
+        -------
+        Profile
+        """
+        table = self.profile("table")
+        if not table.reason or (is_enough is not None and is_enough(table)):
+            return table
+        completed = self.profile("map")
+        # a medium without any number has a reason by either
+        return table if completed.reason else completed
+
+    def _table_or_map(self) -> Profile:
+        """`as_profile` without draws."""
+        table = self.profile("table", draws=False)
+        completed = self.profile("map", draws=False) if table.reason else table
+        return table if completed.reason else completed
+
+    def export_source(self, kind: str | None = None) -> tuple[KnownMedium, dict[str, Any]]:
+        """Return what a profile file of this medium is made of, and what the file says of it beside alpha.
+
+        Parameters
+        ----------
+        kind : str, optional
+            ``table`` or ``map``. Default: the table, where every direction was pushed, else the map.
+
+        Returns
+        -------
+        source : KnownMedium
+        facts : dict of str to object
+            Arguments of `write_profile`, by name.
+
+        Raises
+        ------
+        InputError
+            If the map has no number.
+        """
+        name = f"alpha/{self.name}.csv"
+        facts = {
+            "name": self.name,
+            "title": self.results.campaign.titles[self.name],
+            "marks": format_remarks(self.results.marks.get(self.name, ())),
+            "window": window_of(self.alpha),
+            "made_from": {f"{FOLDER}/{name}": sha256_of(self.results.path(name))},
+        }
+        table = self.profile()
+        is_map = kind == "map" or (kind is None and bool(table.reason))
+        return (self.map() if is_map else table), facts
 
     def _fourier(self, method: str | None, *, draws: bool) -> FourierProfile:
         fit = self.results.fits(method)[self.name]

@@ -13,7 +13,7 @@ from result_tables import read_output
 
 from rftfit import reference
 from rftfit.model.fourier import TERMS, evaluate
-from rftfit.model.scaling import Reference, published, scale, vertical_penetration
+from rftfit.model.scaling import Reference, published, scale_by_paper, vertical_penetration
 from rftfit.results import open_results
 
 T_4 = 2.776445  # Student, two-sided 95 %, four degrees of freedom
@@ -108,7 +108,7 @@ def test_the_default_is_least_squares_of_the_measured_table(rftfit, results):
 
 
 def test_everything_scales_with_alpha():
-    weak, strong = (scale(alpha, alpha / 20) for alpha in (0.4, 0.8))
+    weak, strong = (scale_by_paper(alpha, alpha / 20) for alpha in (0.4, 0.8))
     for weak_values, strong_values in zip(
         weak.coefficients_with_interval(), strong.coefficients_with_interval(), strict=True
     ):
@@ -141,7 +141,7 @@ def test_intervals_hold_for_a_medium_left_out():
             scaled,
         )
         alpha = reference.alpha_grid(medium)[0][3, -1]
-        result = scale(alpha, 0.0, four)
+        result = scale_by_paper(alpha, 0.0, four)
         true_coefficients = source.scaled[i] * alpha / source.chi[i]
         _, lo, hi = result.coefficients_with_interval()
         of_coefficients.append((lo - 1e-9 <= true_coefficients) & (true_coefficients <= hi + 1e-9))

@@ -77,13 +77,11 @@ def test_the_error_is_eps_times_the_load_without_cancellation():
         np.testing.assert_allclose((hi + lo) / 2, table[name], atol=1e-9)
 
 
-@pytest.mark.parametrize("kind", ["table", "map", "fourier", "generic", "depth_only", "scaled"])
-def test_every_kind_of_profile_has_it(kind):
+@pytest.mark.parametrize("kind", ["table", "map"])
+def test_tables_and_maps_have_it(kind):
     profile: Profile
     if kind == "map":
         profile = rftfit.estimate_map(ONE_PUSH).profile
-    elif kind == "scaled":
-        profile = rftfit.scale(0.35, 0.02).profile
     else:
         profile = rftfit.published_medium("poppy_LP", kind)
     table, half, none = (
@@ -96,7 +94,7 @@ def test_every_kind_of_profile_has_it(kind):
         half_lo, half_hi = (half[end].to_numpy() for end in model_end_names(name))
         assert (hi - lo).sum() > (half_hi - half_lo).sum()
         assert not {*model_end_names(name)} & {*none}
-        if kind in ("map", "scaled"):
+        if kind == "map":
             below, above = (table[end].to_numpy() for end in end_names(name))
             assert (hi - lo).sum() > 1.02 * (above - below).sum()
             np.testing.assert_array_equal(below, none[end_names(name)[0]])
@@ -106,6 +104,26 @@ def test_every_kind_of_profile_has_it(kind):
     air = (table["force_z_N"] == 0) & (table["force_x_N"] == 0)
     assert air.any()
     assert (table.loc[air, [*model_end_names("force_z_N")]] == 0).all(axis=None)
+
+
+@pytest.mark.parametrize("kind", ["fourier", "generic", "depth_only", "scaled", "3D-RFT"])
+def test_another_form_of_alpha_has_none(kind):
+    medium: rftfit.KnownMedium
+    if kind == "scaled":
+        medium = rftfit.scale_by_paper(0.35, 0.02)
+    elif kind == "3D-RFT":
+        medium = rftfit.rft3d_profile(0.35, 0.4, step_deg=5)
+    else:
+        medium = rftfit.published_medium("poppy_LP", kind)
+    table = rftfit.predict(medium, LEG, TURN)
+    assert not [name for name in table if "_model_" in str(name) or "_next_" in str(name)]
+    for peak in rftfit.find_peaks(medium, LEG, TURN):
+        ends = (peak.model_lo, peak.model_hi, peak.next_lo, peak.next_hi)
+        assert np.isnan(ends).all()
+        assert np.isfinite(peak.beside) == (kind in ("fourier", "generic", "scaled"))
+    assert rftfit.predict(medium, LEG, TURN, model_error=0).equals(table)
+    with pytest.raises(ValueError, match="measured by tables and maps"):
+        rftfit.predict(medium, LEG, TURN, model_error=0.28)
 
 
 def test_the_next_bed_is_looser_or_denser_as_a_whole():

@@ -200,7 +200,7 @@ def one_cell():
 @pytest.mark.parametrize(
     ("profile", "words", "message"),
     [
-        ("p.json", {}, "found a str"),
+        (np.zeros(3), {}, "found a ndarray"),
         (rftfit.published_medium("poppy_LP", "fourier"), {}, "found a FourierProfile"),
         (one_cell(), {}, "too few directions"),
         (rftfit.published_medium("poppy_LP"), {"title": "\x1b[2J"}, "key medium.title"),

@@ -462,7 +462,7 @@ def upside_down():
     """A whole grid with z upside down: its own alpha is kept, what lies between takes no energy."""
     angles = np.meshgrid([-45, 0, 45, 75], [-60, -30, 0, 30, 60, 90], indexing="ij")
     beta, gamma = (angle.ravel() for angle in angles)
-    z, x = rftfit.scale(0.6).profile.alpha(np.radians(beta), np.radians(gamma))
+    z, x = rftfit.scale_by_paper(0.6).profile.alpha(np.radians(beta), np.radians(gamma))
     se = 0.01 * np.abs([z, x]) + 0.002
     return Pushes.of(beta, gamma, np.array([-z, x]), se)
 

@@ -398,7 +398,7 @@ def test_sections_controls_and_tables_are_whole(page, read):
     assert labelled <= {attributes.get("id") for tag, attributes in read.tags if tag == "h2"}
     controls = re.findall(r"<(?:select|input)\b", page.split("<script", maxsplit=1)[0])
     inside = re.findall(r"<label\b.*?</label>", page, re.DOTALL)
-    assert len(controls) == len(inside) == 14
+    assert len(controls) == len(inside) == 15
     assert all(re.search(r"<(?:select|input)\b", label) for label in inside)
     widths = [{len(row) for row in table} for tables in read.tables.values() for table in tables]
     assert [len(lengths) for lengths in widths] == [1] * 25

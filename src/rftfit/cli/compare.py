@@ -26,7 +26,7 @@ def compare(
         typer.Argument(
             metavar="A",
             help="Medium of the campaign in this folder, FOLDER:MEDIUM, FOLDER with one medium, or one of these with "
-            "@LABEL for a session.",
+            "@LABEL for a session; or a profile file of rftfit export.",
         ),
     ],
     second: Annotated[str, typer.Argument(metavar="B", help="The same.")],

@@ -17,8 +17,7 @@ from rftfit.errors import InputError
 from rftfit.store.text import table
 
 if TYPE_CHECKING:
-    from rftfit.model.profiles import TableProfile
-    from rftfit.model.shapes import Map
+    from rftfit.model.profiles import KnownMedium
 
 KINDS = ("table", "map")
 """Profiles that are directions with a number each."""
@@ -35,6 +34,10 @@ def export(
     ] = None,
     se: options.ErrorOfTest = None,
     pushes: options.PushesFile = None,
+    profile_file: Annotated[
+        Path | None,
+        options.file("A profile that was handed on, written again with another title or notes."),
+    ] = None,
     profile: Annotated[
         str | None,
         typer.Option(
@@ -67,15 +70,23 @@ def export(
     """
     from rftfit.model.profile_file import MARK
 
-    given = {"--medium": medium, "--alpha": alpha, "--pushes": pushes}
+    given = {
+        "--medium": medium,
+        "--alpha": alpha,
+        "--pushes": pushes,
+        "--profile-file": profile_file,
+    }
     options_given = [option for option, value in given.items() if value is not None]
     if len(options_given) != 1:
         raise InputError(
             f"found {' and '.join(options_given) or 'no medium'}; allowed: one of --medium NAME (published, or with "
-            "--results DIR of a campaign), --alpha N/cm^3 (one push straight down) and --pushes FILE"
+            "--results DIR of a campaign), --alpha N/cm^3 (one push straight down), --pushes FILE and --profile-file FILE"
         )
     if se is not None and alpha is None:
         raise InputError("--se is the standard error of --alpha, so it needs --alpha")
+    if profile_file is not None and (profile is not None or results is not None):
+        other = "--profile" if profile is not None else "--results"
+        raise InputError(f"found {other} with --profile-file; allowed: that file alone")
     if profile is not None:
         allowed = KINDS if medium is not None else ("map",)
         choose("--profile", profile, allowed, "a profile with a number in each direction")
@@ -85,9 +96,11 @@ def export(
         _export_bekker(results, medium, output or Path("bekker.json"), force)
         return
     output = output or Path("profile.json")
-    check_target(output, MARK, "profile", force, (pushes,))
-    source: Map | TableProfile
-    if medium is None:
+    check_target(output, MARK, "profile", force, (pushes, profile_file))
+    source: KnownMedium
+    if profile_file is not None:
+        source, facts = rftfit.read_profile(profile_file), _facts_of_file(profile_file)
+    elif medium is None:
         medium_options = options.MediumOptions(alpha=alpha, pushes=pushes, results=results)
         options.check_test(alpha, se or 0.0)
         source, facts = _of_pushes(medium_options, se)
@@ -142,7 +155,7 @@ def _export_bekker(folder: Path, name: str, output: Path, force: bool) -> None:
 
 def _of_pushes(
     medium_options: options.MediumOptions, se: float | None
-) -> tuple[Map, dict[str, Any]]:
+) -> tuple[KnownMedium, dict[str, Any]]:
     from rftfit.store.digests import sha256_of
 
     estimated, path = medium_options.make_map(se), medium_options.pushes
@@ -150,42 +163,44 @@ def _of_pushes(
     return estimated, {"made_from": made_from}
 
 
-def _of_campaign(
-    folder: Path, name: str, kind: str | None
-) -> tuple[Map | TableProfile, dict[str, Any]]:
-    from rftfit.measure.alpha import window_of
-    from rftfit.measure.flags import format_remarks
-    from rftfit.results import FOLDER
+def _facts_of_file(path: Path) -> dict[str, Any]:
+    """Take what a profile file says of its medium."""
+    from rftfit.model.profile_file import read_content
+    from rftfit.store.digests import sha256_of
+
+    content = read_content(path)
+    return {
+        "name": content.medium.name,
+        "title": content.medium.title,
+        "notes": content.medium.notes,
+        "marks": content.validity.marks,
+        "made_from": content.origin.made_from | {path.name: sha256_of(path)},
+    }
+
+
+def _of_campaign(folder: Path, name: str, kind: str | None) -> tuple[KnownMedium, dict[str, Any]]:
     from rftfit.store.digests import sha256_of
     from rftfit.workflow.provenance import RECORD, SUMS
 
     campaign = rftfit.open(folder)
     medium = campaign[choose("--medium", name, campaign.media, f"in {folder}")]
-    names = [f"{FOLDER}/alpha/{name}.csv", SUMS, RECORD]
-    facts = {
-        "name": name,
-        "title": campaign.campaign.titles[name],
-        "marks": format_remarks(campaign.marks.get(name, ())),
-        "window": window_of(medium.alpha),
-        "made_from": {
-            path: sha256_of(campaign.root / path)
-            for path in names
-            if (campaign.root / path).is_file()
-        },
+    source, facts = medium.export_source(kind)
+    facts["made_from"] |= {
+        path: sha256_of(campaign.root / path)
+        for path in (SUMS, RECORD)
+        if (campaign.root / path).is_file()
     }
-    table = medium.profile()
-    is_map = kind == "map" or (kind is None and bool(table.reason))
-    return (medium.map() if is_map else table), facts  # type: ignore[return-value]
+    return source, facts
 
 
-def _published(name: str, kind: str | None) -> tuple[Map | TableProfile, dict[str, Any]]:
+def _published(name: str, kind: str | None) -> tuple[KnownMedium, dict[str, Any]]:
     from rftfit.model.profiles import PAPER_WINDOW
     from rftfit.reference import MEDIA
 
     choose("--medium", name, MEDIA, "published media; --results DIR for those of a campaign")
     facts = {"name": name, "window": PAPER_WINDOW}
     if kind != "map":
-        return rftfit.published_medium(name), facts  # type: ignore[return-value]
+        return rftfit.published_medium(name), facts
     return options.published_map(name), facts
 
 

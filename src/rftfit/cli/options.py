@@ -278,18 +278,15 @@ class MediumOptions:
         medium = campaign[self.medium]
         if self.kind:
             return medium.profile(self.kind, self.method)
-        table = medium.profile("table")
-        if not table.reason or (whole is not None and whole(table)):
-            return table
-        completed = medium.profile("map")
-        # a medium without any number has a reason by either
-        return table if completed.reason else completed
+        return medium.as_profile(whole)
 
     def given_pushes(self, se: float | None = None) -> tuple[str, pd.DataFrame]:
         """Pushes of --alpha or --pushes, and what they are called; without an error of its own a push has the usual one."""
+        from rftfit.model.shapes import describe_push, one_push
+
         if self.pushes is not None:
             return PushOptions(self.pushes).read()
-        return describe_test(self.alpha or 0.0, se), one_push(self.alpha or 0.0, se)
+        return describe_push(self.alpha or 0.0, se), one_push(self.alpha or 0.0, se)
 
     def make_map(self, se: float | None = None, confidence: float = 0.95) -> Map:
         """Map of --alpha or --pushes."""
@@ -301,7 +298,9 @@ class MediumOptions:
             return self.make_map(se).profile
         name, pushes = self.given_pushes(se)
         reference = reference_in(self.results, self.method)
-        return scaled_from(name, pushes, reference, 0.95).profile
+        profile = scaled_from(name, pushes, reference, 0.95).profile
+        profile.beside = lambda: self.make_map(se).profile
+        return profile
 
 
 BodyOf = Annotated[
@@ -397,21 +396,6 @@ OF_PUSHES = ("map", "generic")
 """Profiles that pushes alone give."""
 
 
-def one_push(alpha: float, se: float | None) -> pd.DataFrame:
-    """A table of pushes with one, straight down."""
-    import pandas as pd
-
-    row = {"beta_deg": 0.0, "gamma_deg": 90.0, "alpha_z_N_per_cm3": alpha}
-    errors = {"alpha_z_se_N_per_cm3": math.nan if se is None else se}
-    return pd.DataFrame([row | errors])
-
-
-def describe_test(alpha: float, se: float | None) -> str:
-    """Words for one push straight down."""
-    error = "" if se is None else f" (se {se:g})"
-    return f"alpha_z(0, 90 deg) = {alpha:g} N/cm^3{error}"
-
-
 def shapes_in(folder: Path | None) -> Shapes:
     """Known media whose shape a medium is taken to have: the published five, with those of a campaign where it says so."""
     return rftfit.published_shapes() if folder is None else rftfit.open(folder).shapes()
@@ -451,7 +435,7 @@ def scaled_from(
             f"{name}: --profile generic needs a push straight down, (beta, gamma) = (0, 90) deg"
         )
     se = float(down.get(column("z", "_se"), math.nan))
-    return rftfit.scale(
+    return rftfit.scale_by_paper(
         float(down[column("z")]), 0.0 if math.isnan(se) else se, reference, confidence
     )
 

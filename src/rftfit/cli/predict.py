@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from dataclasses import replace
 from functools import partial
@@ -107,7 +108,7 @@ def predict(
     a leg sweeps from the front (+x, negative theta) down and backward.
     """
     from rftfit.model.mesh_prediction import IN_SPACE, extremes_in_space
-    from rftfit.model.model_error import eps_of
+    from rftfit.model.model_error import eps_of, has_model_error
     from rftfit.model.peaks import unknown_peaks
     from rftfit.model.prediction import PEAKS, QUANTITIES, predict_with_peaks
     from rftfit.store import write_bytes, write_text
@@ -147,6 +148,7 @@ def predict(
         options.check_confidence(confidence)
         options.check_model_error(model_error)
         source = medium_options.find(se, partial(_is_whole, shape, motion))
+        _check_error_of(source, model_error)
     inputs.check()
     body_error = None if leg is None else leg.body_error
     read = (body.outline, body.path, medium_options.profile_file, medium_options.pushes, mesh)
@@ -173,6 +175,9 @@ def predict(
         f", {results.as_posix()}" if results and medium_options.medium else ""
     )
     eps = eps_of(model_error, source)
+    beside = None if source.beside is None else source.beside()
+    if beside is not None:
+        names["beside"] = beside.name
     percent = f"{100 * confidence:g} % interval"
     level = f"{percent} of alpha" if source.spread is not None else ""
     level_of_model = f"{percent} with the model's own error (eps {eps:g})" if eps else ""
@@ -182,12 +187,15 @@ def predict(
         )
         names["body"] = body_error.words
     of_bed = f"{percent} of the next bed ({100 * source.bed_spread:.3g} % from bed to bed)"
-    level_of_bed = of_bed if level or eps else ""
+    level_of_bed = of_bed if eps or body_error or (level and has_model_error(source)) else ""
     notes = [
         *names.values(),
         level and f"_lo and _hi: {level}, row by row",
         level_of_model and f"_model_lo and _model_hi: {level_of_model}, row by row",
         level_of_bed and f"_next_lo and _next_hi: {level_of_bed}, row by row",
+        ""
+        if beside is None
+        else f"_beside: by {beside.name}; where it lies outside of _lo and _hi, these are empty",
         reason and f"empty cells: {_shortened(reason)}",
     ]
     if as_json:
@@ -199,12 +207,15 @@ def predict(
             "reason": reason,
             "peaks_complete": not not_stated,
             "peaks": _peaks_as_json(peaks, key, _IN_WORDS if mesh is None else _IN_SPACE),
+            "model_error_known": has_model_error(source),
             "forces": str(output),
         }
         print_line(json_text(names | facts))
     else:
         print_line("\n".join(f"{word.capitalize()}: {name}" for word, name in names.items()) + "\n")
         print_line(_peaks_as_text(peaks, key, level, level_of_model, level_of_bed))
+        for line in _limits_of_peaks(peaks, source, beside, level_of_model):
+            print_line(line)
         if not_stated:
             # the greatest of a curve with gaps need not be its peak, and must not pass for it
             words = ", ".join((_IN_WORDS | _IN_SPACE)[name] for name in not_stated)
@@ -212,7 +223,7 @@ def predict(
                 f"Not stated, as it may lie in one of the {count(unknown, 'pose')} without a number: {words}."
             )
         kind = medium_options.kind or (
-            "table" if medium_options.medium and not source.name.startswith("map") else ""
+            "table" if medium_options.medium and source.form == "table" else ""
         )
         if level and medium_options.medium and (left_out := _LEFT_OUT.get(kind)):
             print_line(f"Not in the intervals: {left_out}.")
@@ -229,7 +240,7 @@ def predict(
             f"warning: no number in {unknown} of {len(forces)} poses: {_shortened(reason)}"
             + ("; --profile map needs one push in any direction only" if needs_less else "")
         )
-    _warn_of(forces, quantities, unknown)
+    _warn_of(forces, quantities, unknown, beside)
     config = rftfit.open(results).config if results else None
     for limit in rftfit.beyond_measured(source, shape, motion, config):
         warn(f"warning: {limit}")
@@ -317,11 +328,20 @@ def _means_as_text(forces: pd.DataFrame) -> str:
 def _is_whole(
     body: Outline | Mesh | None, motion: Motion | Motion3D | None, table: Profile
 ) -> bool:
-    """Whether a table has a number in every direction of a body that moves."""
-    if body is None or motion is None:
-        return True
-    forces = rftfit.predict(table, body, motion, quantities=(), model_error=0)
-    return not forces["reason"].any()
+    """Tell whether a table has a number in every direction of a body that moves."""
+    from rftfit.model.prediction import knows_forces
+
+    return body is None or motion is None or knows_forces(table, body, motion)
+
+
+def _check_error_of(profile: Profile, model_error: float | None) -> None:
+    """Refuse an error of the model for a profile of which none is known."""
+    from rftfit.model.model_error import eps_of
+
+    try:
+        eps_of(model_error, profile)
+    except ValueError as error:
+        raise InputError(f"--model-error: {error}") from error
 
 
 def _read_mesh(file: Path, unit: str, sheet: bool) -> Mesh:
@@ -368,10 +388,7 @@ def _peaks_as_text(
         numbers += [peak.next_lo, peak.next_hi] if level_of_bed else []
         unit = "N cm" if peak.quantity.endswith("cm") else "N"
         words = (_IN_WORDS | _IN_SPACE)[peak.name]
-        # + 0.0 so that nothing is called -0
-        rows.append(
-            [words, *(f"{number + 0.0:.4g}" for number in numbers), unit, f"{peak.position:g}"]
-        )
+        rows.append([words, *(_cell(number) for number in numbers), unit, f"{peak.position:g}"])
     if not rows:
         return "  no force in these poses that can be stated"
     intervals_text = [f"{', '.join(names)}: {words}" for names, words in ends.items() if words]
@@ -385,11 +402,16 @@ def _peaks_as_text(
     )
 
 
+def _cell(number: float) -> str:
+    """Format a number; one that is not known is empty, and nothing is called -0."""
+    return "" if math.isnan(number) else f"{number + 0.0:.4g}"
+
+
 def _peaks_as_json(
     peaks: list[Peak], key: str, names: dict[str, str]
-) -> dict[str, dict[str, float] | None]:
+) -> dict[str, dict[str, float | str] | None]:
     """Peaks by name; what is not there is None."""
-    peak_by_name: dict[str, dict[str, float] | None] = dict.fromkeys(names)
+    peak_by_name: dict[str, dict[str, float | str] | None] = dict.fromkeys(names)
     for peak in peaks:
         peak_by_name[peak.name] = {
             peak.quantity: peak.value,
@@ -399,6 +421,8 @@ def _peaks_as_json(
             "model_hi": peak.model_hi,
             "next_lo": peak.next_lo,
             "next_hi": peak.next_hi,
+            "beside": peak.beside,
+            "withheld": peak.withheld,
             key: peak.position,
         }
     return peak_by_name
@@ -412,14 +436,45 @@ def _table_text(forces: pd.DataFrame, notes: list[str]) -> str:
     return comments(MARK, notes) + str(text)
 
 
-def _warn_of(forces: pd.DataFrame, quantities: tuple[str, ...], unknown: int) -> None:
+def _limits_of_peaks(
+    peaks: list[Peak], source: Profile, beside: Profile | None, level_of_model: str
+) -> list[str]:
+    """Write what stands in the place of intervals that are not there, and why."""
+    from rftfit.model.model_error import has_model_error
+    from rftfit.model.peaks import STEEP, STEEP_DEG, describe_beside
+
+    names = _IN_WORDS | _IN_SPACE
+    lines = []
+    if not has_model_error(source):
+        lines.append(
+            f"No interval with the model's own error: it was measured by tables and maps, and is not that of {source.form}."
+        )
+    if beside is not None:
+        lines += [
+            f"{names[peak.name]}: {describe_beside(peak, source.form, beside.form)}."
+            for peak in peaks
+        ]
+    instead = "; the interval with the model's own error includes that" if level_of_model else ""
+    lines += [
+        f"{names[peak.name]}: no interval of alpha: {STEEP_DEG:g} degrees of the attack angle change it by "
+        f"{100 * peak.steepness:.0f} %, and pushes around do not tell where alpha is so steep{instead}."
+        for peak in peaks
+        if peak.withheld == STEEP
+    ]
+    return lines
+
+
+def _warn_of(
+    forces: pd.DataFrame, quantities: tuple[str, ...], unknown: int, beside: Profile | None
+) -> None:
     from rftfit.model.draws import end_names
 
     if not unknown and (forces[list(quantities)] == 0).all(axis=None):
         warn("warning: no force in any pose: the body stays above the surface, or does not move")
     ends = [(name, end) for name in quantities for end in end_names(name) if end in forces]
     lost = [forces[end].isna() & forces[name].notna() for name, end in ends]
-    if poses := sum(map(any, zip(*lost, strict=True))):
+    # beside the table of the same medium the head of the file says it
+    if beside is None and (poses := sum(map(any, zip(*lost, strict=True)))):
         warn(
             f"warning: no interval in {poses} of {len(forces)} poses: no error of alpha is known there"
         )

@@ -62,6 +62,7 @@ def scale(
     alpha(beta, gamma) as csv.
     """
     from rftfit.model.answers import answer_of_contacts, answer_of_pushes, answer_of_test
+    from rftfit.model.shapes import describe_push, one_push
     from rftfit.store import write_text
 
     file = contact_options.contacts
@@ -89,7 +90,7 @@ def scale(
     if no_push:
         name = str(file)
     elif alpha is not None:
-        name, pushes = options.describe_test(alpha, se), options.one_push(alpha, se)
+        name, pushes = describe_push(alpha, se), one_push(alpha, se)
     else:
         name, pushes = push_options.read()
     if profile == "generic" and pushes is not None:

@@ -33,7 +33,7 @@ from rftfit.model.draws import (
     next_end_names,
 )
 from rftfit.model.forces import force_draws, forces_on
-from rftfit.model.model_error import larger_model_error, outline_load
+from rftfit.model.model_error import has_model_error, larger_model_error, outline_load
 from rftfit.model.motion import Motion, rotation
 from rftfit.model.outlines import arc_of, leg_outline
 from rftfit.model.prediction import predict_with_peaks
@@ -121,6 +121,9 @@ _BLOCK = 3
 _LEAST = 6
 
 
+WITH_MODEL_ERROR = ("table", "map")
+"""Profiles whose intervals hold the model's own error: it was measured by them."""
+
 Ends = tuple[float, float]
 
 PeakEnds = tuple[float, Ends, Ends]
@@ -148,7 +151,7 @@ def leg_prediction(
         motion,
         level,
         quantities=[*names.values()],
-        model_error=model_error,
+        model_error=model_error if has_model_error(profile) else None,
     )
     wide = float(student_quantile(level, GIVEN_DOF))
     best = {c: forces[name].to_numpy(float) for c, name in names.items()}
@@ -432,7 +435,8 @@ def leg_errors(
             flagged = (behind or {}).get((str(medium), str(leg), component)) or ("", math.nan)
             flagged = flagged if profile == "table" else ("", math.nan)
             rests = dict(zip(("peak_errors", "peak_on_flagged_percent"), flagged, strict=True))
-            rows.append(name | numbers | errors_of_model | rests | reason)
+            of_model = errors_of_model if profile in WITH_MODEL_ERROR else {}
+            rows.append(name | numbers | of_model | rests | reason)
     table = pd.DataFrame(rows, columns=COLUMNS)
     return table.assign(**_errors_of_theta(table, curves, predicted))
 

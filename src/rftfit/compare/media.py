@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -12,26 +13,31 @@ import pandas as pd
 from rftfit import reference
 from rftfit.campaign.problems import choose
 from rftfit.compare.contrast import Comparison, NoCommonDirection, RunSet, compare_run_sets
+from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
 from rftfit.measure.errors import errors_of
 from rftfit.measure.flags import format_remarks
-from rftfit.model.profiles import TableProfile
+from rftfit.model.known import profile_of
+from rftfit.model.profiles import KnownMedium, Profile
 from rftfit.model.shapes import Map
 from rftfit.results import Medium, Results, config_of, open_results
 
 
 def compare_media(
-    a: str | Path | Medium, b: str | Path | Medium, confidence: float = 0.95
+    a: KnownMedium | str | Path, b: KnownMedium | str | Path, confidence: float = 0.95
 ) -> Comparison:
     """Tell whether two media, two sessions or two folders of results differ, in size and in shape.
 
-    Single runs in common directions are compared; without a common direction the sizes of the two maps.
+    Single runs in common directions are compared; without a common direction, or where one of the media has no runs, the
+    sizes of the two maps.
 
     Parameters
     ----------
-    a, b : str, Path or Medium
+    a, b : Medium, Map, TableProfile, str or Path
         A medium of the campaign in the current folder, ``FOLDER:MEDIUM`` of another one, ``FOLDER`` if it has one
-        medium, or one of these with ``@LABEL``: its runs with this label in the column `session` of the run sheet.
+        medium, or one of these with ``@LABEL``: its runs with this label in the column `session` of the run sheet. Or
+        what carries draws of alpha: what `scale`, `estimate_map` or `read_profile` return, or the path of a profile
+        file.
     confidence : float, optional
         Level of the intervals.
 
@@ -44,7 +50,9 @@ def compare_media(
     Raises
     ------
     InputError
-        If there is no such medium, both are the same runs, or their forces are opposite.
+        If there is no such medium, both are the same runs, their forces are opposite, or one has neither runs nor draws.
+    TypeError
+        If one is no medium.
 
     Examples
     --------
@@ -53,6 +61,9 @@ def compare_media(
     >>> print(comparison.sentence)  # doctest: +SKIP
     """
     opened: dict[Path, Results] = {}
+    if any(_is_without_runs(source) for source in (a, b)):
+        drawn = [_find_drawn(source, opened) for source in (a, b)]
+        return _compare_sizes(drawn, confidence, "not both have runs")
     sides = [_find_side(source, opened) for source in (a, b)]
     first, second = sides
     if first.campaign == second.campaign:
@@ -69,7 +80,8 @@ def compare_media(
     except NoCommonDirection as error:
         if any(side.label for side in sides):
             raise
-        comparison = _compare_maps(sides[0], sides[1], confidence, str(error))
+        drawn = [(side.name, side.medium.map().profile) for side in sides]
+        comparison = _compare_sizes(drawn, confidence, str(error))
     marks = [
         f"{side.name} is {format_remarks(marks)}"
         for side in sides
@@ -124,7 +136,33 @@ def with_label(fits: pd.DataFrame, labels: pd.Series[str], label: str) -> pd.Dat
     return fits[of_runs == label]
 
 
-def _find_side(source: str | Path | Medium, opened: dict[Path, Results]) -> _Side:
+def _is_without_runs(source: KnownMedium | str | Path) -> bool:
+    """Tell whether a medium is known by something else than runs of a campaign."""
+    if isinstance(source, str | Path):
+        return Path(source).is_file()
+    return not isinstance(source, Medium)
+
+
+def _find_drawn(
+    source: KnownMedium | str | Path, opened: dict[Path, Results]
+) -> tuple[str, Profile]:
+    """Name and profile of a medium that is compared by draws of its alpha."""
+    if _is_without_runs(source):
+        profile = profile_of(source)
+        name = str(source) if isinstance(source, str | Path) else profile.name
+        if isinstance(source, Map) and source.name:
+            name = source.name
+        return name, profile
+    side = _find_side(source, opened)
+    if side.label:
+        raise InputError(
+            f"{side.name}: a session is compared by its runs, and the other medium has none; allowed: the medium without "
+            "'@', whose map is compared"
+        )
+    return side.name, side.medium.map().profile
+
+
+def _find_side(source: KnownMedium | str | Path, opened: dict[Path, Results]) -> _Side:
     """Find the medium, and the session, that a word means."""
     if isinstance(source, Medium):
         return _Side(source.name, source)
@@ -176,18 +214,18 @@ def _open_current(opened: dict[Path, Results]) -> Results | None:
     return _open(Path(), opened)
 
 
-def _compare_maps(a: _Side, b: _Side, confidence: float, why: str) -> Comparison:
-    """Compare the sizes of two maps, where no direction is common."""
+def _compare_sizes(sides: Sequence[tuple[str, Profile]], confidence: float, why: str) -> Comparison:
+    """Compare the sizes of two media by draws of their alpha; `sides`: name and profile of each."""
     from scipy.special import ndtr, ndtri
 
-    sizes = [_size_of_map(side.medium.map()) for side in (a, b)]
+    sizes = [_sizes_of_draws(name, profile) for name, profile in sides]
     # the draws of both begin with the same random numbers, so they are not subtracted one by one
     error = math.hypot(*(float(size.std(ddof=1)) for size in sizes))
     middle = float(sizes[1].mean() - sizes[0].mean())
     half = float(ndtri(0.5 + confidence / 2)) * error
     return Comparison(
-        a=a.name,
-        b=b.name,
+        a=sides[0][0],
+        b=sides[1][0],
         ratio=math.exp(middle),
         ratio_lo=math.exp(middle - half),
         ratio_hi=math.exp(middle + half),
@@ -198,11 +236,23 @@ def _compare_maps(a: _Side, b: _Side, confidence: float, why: str) -> Comparison
     )
 
 
-def _size_of_map(estimated: Map) -> np.ndarray:
-    """Logarithm of the root mean square of alpha over the published directions, by draw."""
+def _sizes_of_draws(name: str, profile: Profile) -> FloatArray:
+    """Logarithm of the root mean square of alpha over the published directions, by draw.
+
+    Raises `InputError` for a profile that has no draws, or no number in one of these directions.
+    """
+    allowed = "allowed: a medium of a campaign, what rftfit.scale or estimate_map return, or a profile file with errors"
+    if not isinstance(profile.spread, Profile):
+        cause = (
+            "its tables state no errors"
+            if profile.spread is None
+            else "its interval comes from the scatter between media, not from draws of this one"
+        )
+        raise InputError(f"{name}: {cause}, so no difference can be told from chance; {allowed}")
     beta, gamma = np.meshgrid(np.radians(reference.BETA_DEG), np.radians(reference.GAMMA_DEG))
-    draws = TableProfile(
-        estimated.draws[:, 0], estimated.draws[:, 1], estimated.beta, estimated.gamma
-    )
-    alpha = np.stack(draws.alpha(beta.ravel(), gamma.ravel()))
+    alpha = np.stack(profile.spread.alpha(beta.ravel(), gamma.ravel()))
+    if np.isnan(alpha).any():
+        raise InputError(
+            f"{name}: its size is compared over all published directions, and it has no alpha or no error in some; {allowed}"
+        )
     return np.asarray(0.5 * np.log((alpha**2).mean(axis=(0, -1))))

@@ -251,6 +251,7 @@ SENTENCES = {
     "thirds": "second and last third of {strides} strides: {second:.3g} and {last:.3g} cm/s",
     "no-speed": "the profile itself has no steady speed",
     "draws-lost": "{lost} of {draws} draws have no steady speed",
+    "model-error-unknown": "the model's own error was measured by tables and maps, and is not that of {form}",
     "arc-lost": "with the arc of the legs off by its error there is no steady speed",
     "best-at-end": "the fastest curvature lies at the end of those that were tried",
     "speed-unmeasured": "not measured: {why}",

@@ -17,7 +17,7 @@ from rftfit.model.draws import interval
 from rftfit.model.fourier import TERMS
 from rftfit.model.profile_file import pushes_in_profile
 from rftfit.model.profiles import Profile
-from rftfit.model.scaling import Reference, ScaledMedium, scale
+from rftfit.model.scaling import Reference, ScaledMedium, scale_by_paper
 from rftfit.model.shapes import NOT_ALIKE, Map
 from rftfit.store.text import table
 
@@ -101,7 +101,7 @@ def answer_of_pushes(
     if down is not None and down[column("z")] > 0:
         se = float(down.get(column("z", "_se"), math.nan))
         se = 0.0 if math.isnan(se) else se
-        routine = scale(float(down[column("z")]), se, reference, confidence)
+        routine = scale_by_paper(float(down[column("z")]), se, reference, confidence)
     level = f"{100 * confidence:g} % interval"
     description = f"{medium_map.measurements} of {name}, with the shape of {medium_map.known_media}"
     facts = {

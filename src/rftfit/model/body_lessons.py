@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -18,7 +19,8 @@ from rftfit.model.body_error import (
     correlation,
 )
 from rftfit.model.contacts import Contact
-from rftfit.model.profiles import Profile
+from rftfit.model.known import profile_of
+from rftfit.model.profiles import KnownMedium, Profile
 
 LEAST_PER_MEDIUM = 0.15
 """Of o at least: from three media or fewer of one material it is estimated too small."""
@@ -30,13 +32,14 @@ _SIZES = np.exp(np.linspace(np.log(0.03), np.log(1.2), 24))
 """Standard deviations that are tried."""
 
 
-def learn_body_error(measurements: Sequence[tuple[Contact, Profile]]) -> BodyError:
+def learn_body_error(measurements: Sequence[tuple[Contact, KnownMedium | str | Path]]) -> BodyError:
     """Learn what the model gets wrong on a body from forces on it in media whose map is known.
 
     Parameters
     ----------
-    measurements : sequence of (Contact, Profile)
-        Forces on the same body, named after the medium, and the map of the medium, from plates: at least one.
+    measurements : sequence of (Contact, medium)
+        Forces on the same body, named after the medium, and the medium as `predict` takes it, best its map from plates: at
+        least one.
 
     Returns
     -------
@@ -57,7 +60,9 @@ def learn_body_error(measurements: Sequence[tuple[Contact, Profile]]) -> BodyErr
     >>> rftfit.learn_body_error([(turned, rftfit.published_medium("poppy_LP"))]).per_medium
     0.17
     """
-    return learn_from_curves([error_curve(contact, profile) for contact, profile in measurements])
+    return learn_from_curves(
+        [error_curve(contact, profile_of(medium)) for contact, medium in measurements]
+    )
 
 
 def learn_from_curves(curves: Sequence[ErrorCurve]) -> BodyError:

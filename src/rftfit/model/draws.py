@@ -229,3 +229,9 @@ def model_end_names(quantity: str) -> tuple[str, str]:
     """Names of the columns of the interval with the model's own error: ``force_z_model_lo_N`` and ``force_z_model_hi_N``."""
     what, unit = quantity.rsplit("_N", maxsplit=1)
     return f"{what}_model_lo_N{unit}", f"{what}_model_hi_N{unit}"
+
+
+def beside_name(quantity: str) -> str:
+    """Name of the column of a force by the table or the map of the same medium: ``force_z_beside_N``."""
+    what, unit = quantity.rsplit("_N", maxsplit=1)
+    return f"{what}_beside_N{unit}"

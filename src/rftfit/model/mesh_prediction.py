@@ -14,7 +14,7 @@ from rftfit.conventions import FloatArray
 from rftfit.model import model_error as errors
 from rftfit.model import rft3d
 from rftfit.model.body_error import BodyError, frame_states
-from rftfit.model.draws import end_names, model_end_names, next_end_names
+from rftfit.model.draws import beside_name, end_names, model_end_names, next_end_names
 from rftfit.model.faces import LAWS, as_table, moving_faces
 from rftfit.model.mesh import Mesh, Motion3D, area_vectors
 from rftfit.model.peaks import (
@@ -23,8 +23,10 @@ from rftfit.model.peaks import (
     Peak,
     PeakTarget,
     half_width_of_bed,
+    hold_beside,
     joined,
     of_next_bed,
+    only_true,
     pick_peaks,
 )
 from rftfit.model.profiles import EPS, FourierProfile, Pack, Profile, TableProfile
@@ -170,15 +172,23 @@ def predict_mesh(
                 name: joined(best[name], ends[name], model_ends[name]) for name in IN_SPACE
             }
             model = None
+    forces_beside = None
+    if profile.beside is not None:
+        forces_beside = _named(
+            compiled_mesh_forces(profile.beside(), mesh, motion, law, friction)[:, :6]
+        )
+        ends = only_true(ends, forces_beside)
     columns = dict(motion.columns)
     bed = half_width_of_bed(profile.bed_spread, confidence)
     for name in IN_SPACE:
         columns[name] = best[name]
+        if forces_beside is not None:
+            columns[beside_name(name)] = forces_beside[name]
         if name in ends:
             columns |= dict(zip(end_names(name), ends[name], strict=True))
         if name in model_ends:
             columns |= dict(zip(model_end_names(name), model_ends[name], strict=True))
-        if name in ends or name in model_ends:
+        if name in model_ends or (name in ends and errors.has_model_error(profile)):
             of_bed = of_next_bed(best[name], model_ends.get(name) or ends[name], bed)
             columns |= dict(zip(next_end_names(name), of_bed, strict=True))
     # a force that symmetry cancels is rounding of the sum
@@ -193,7 +203,20 @@ def predict_mesh(
     bounds: dict[str, tuple[FloatArray, FloatArray]] = {}
     if not is_finite.all():
         bounds = _bounds(largest, mesh, motion)
-    peaks = pick_peaks(best, extremes, places, bounds, alpha, model, ends, model_ends, bed)
+    of_bed_known = model_ends or errors.has_model_error(profile)
+    peaks = pick_peaks(
+        best,
+        extremes,
+        places,
+        bounds,
+        alpha,
+        model,
+        ends,
+        model_ends,
+        bed if of_bed_known else np.nan,
+    )
+    if forces_beside is not None:
+        peaks = hold_beside(peaks, extremes, forces_beside)
     peaks = [_peak_without_rounding(peak, best) for peak in peaks]
     return pd.DataFrame(columns | {"reason": np.where(is_finite, "", why)}), peaks
 

@@ -59,11 +59,26 @@ _DIRECTIONS = 60
 
 
 def eps_of(model_error: float | None, profile: Profile) -> float:
-    """Relative error of the model that was asked for: None is that of the profile, 0 is none."""
-    eps = profile.model_error if model_error is None else float(model_error)
-    if not (math.isfinite(eps) and eps >= 0):
-        raise ValueError(f"the model's error must be 0 or a positive number, found {eps:g}")
-    return eps
+    """Relative error of the model that was asked for: None is that of the profile, 0 is none.
+
+    A profile on which it was not measured has none: the error of nine terms is one of alpha, and no share of the load
+    holds it (docs/theory/forces.md).
+    """
+    if model_error is not None and not (math.isfinite(model_error) and model_error >= 0):
+        raise ValueError(f"the model's error must be 0 or a positive number, found {model_error:g}")
+    if has_model_error(profile):
+        return profile.model_error if model_error is None else float(model_error)
+    if model_error:
+        raise ValueError(
+            f"found a model's error of {model_error:g} with {profile.name}; allowed: 0: the model's own error was measured "
+            "by tables and maps, and no interval with it holds the forces of another profile"
+        )
+    return 0.0
+
+
+def has_model_error(profile: Profile) -> bool:
+    """Tell whether the model's own error is known of a profile."""
+    return not math.isnan(profile.model_error)
 
 
 def larger_model_error(of_legs: float) -> float:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -32,10 +32,38 @@ class PeakTarget(NamedTuple):
 
 @dataclass(frozen=True)
 class Peak:
-    """Greatest force of one sign, with its intervals (NaN where none is known), at `position`: theta_deg or t_s.
+    """Greatest force or moment of one sign, with its intervals (NaN where none is known): made by `find_peaks`.
 
-    `value` is the top of the best curve. `lo`, `hi`: interval of alpha; `model_lo`, `model_hi`: with the model's own error;
-    both of the mean over beds. `next_lo`, `next_hi`: of the next bed, with both errors.
+    Parameters
+    ----------
+    name : str
+        ``lift``, ``suction``, ``thrust``, ``drag``, ``moment`` ...
+    quantity : str
+        Column of `predict`, such as ``force_z_N``.
+    value : float
+        Top of the best curve, N or N cm.
+    lo, hi : float
+        Interval of alpha, of the mean over beds.
+    position : float
+        theta_deg or t_s of the pose.
+    model_lo, model_hi : float
+        Interval with the model's own error too.
+    next_lo, next_hi : float
+        That of the next bed.
+    beside : float
+        The same peak by the table of the same medium, or its map, of a profile by nine terms.
+    withheld : str
+        Why there is no interval of alpha although its errors are known. ``other-form``: the peak `beside` lies outside of
+        it; ``steep``: the force changes with the attack angle faster than pushes around can tell.
+    steepness : float
+        Relative change of the force with 5 degrees of the attack angle.
+
+    Examples
+    --------
+    >>> import rftfit
+    >>> lift, *others = rftfit.find_peaks(rftfit.scale(0.35), rftfit.model_leg("reversed_c_leg"))
+    >>> lift.withheld
+    'steep'
     """
 
     name: str
@@ -48,6 +76,72 @@ class Peak:
     model_hi: float = math.nan
     next_lo: float = math.nan
     next_hi: float = math.nan
+    beside: float = math.nan
+    withheld: str = ""
+    steepness: float = math.nan
+
+
+OTHER_FORM = "other-form"
+"""The table of the same medium, or its map, gives a peak outside of the interval of alpha of nine terms."""
+
+STEEP = "steep"
+"""The force changes with the attack angle faster than the interval of alpha between pushes allows."""
+
+STEEP_DEG, STEEPEST = 5.0, 0.15
+"""Change of the attack angle, and the relative change of a peak with it above which its interval of alpha is withheld.
+Chosen on laws 3D-RFT, frictional and bilinear (`studies/steep_peaks.py`, docs/theory/map.md)."""
+
+
+def withhold(peak: Peak, code: str) -> Peak:
+    """Take the interval of alpha off a peak, and what follows from it alone."""
+    withheld = replace(peak, lo=math.nan, hi=math.nan, withheld=code)
+    if math.isnan(peak.model_lo):
+        return replace(withheld, next_lo=math.nan, next_hi=math.nan)
+    return withheld
+
+
+def hold_beside(
+    peaks: Iterable[Peak], extremes: Iterable[PeakTarget], beside: Mapping[str, FloatArray]
+) -> list[Peak]:
+    """Put the same peaks of the curves `beside` to peaks by nine terms; where they lie outside, the interval is withheld."""
+    targets = {extreme.name: extreme for extreme in extremes}
+    held = []
+    for peak in peaks:
+        sign = targets[peak.name].sign
+        values = sign * beside[peak.quantity]
+        top = sign * max(float(values.max()), 0.0) + 0.0
+        with_beside = replace(peak, beside=top)
+        if math.isfinite(peak.lo) and not peak.lo <= top <= peak.hi:
+            with_beside = withhold(with_beside, OTHER_FORM)
+        held.append(with_beside)
+    return held
+
+
+def only_true(ends: Ends, beside: Mapping[str, FloatArray]) -> Ends:
+    """Keep intervals of alpha in the poses in which they hold the force by the table of the same medium, or its map."""
+    kept = {}
+    for name, (lo, hi) in ends.items():
+        holds = (lo <= beside[name]) & (beside[name] <= hi)
+        kept[name] = np.where(holds, lo, np.nan), np.where(holds, hi, np.nan)
+    return kept
+
+
+def describe_beside(peak: Peak, form: str, form_beside: str) -> str:
+    """Write how far a peak by nine terms lies from the same one by the table or the map; empty where none is beside it."""
+    if math.isnan(peak.beside):
+        return ""
+    unit = "N cm" if peak.quantity.endswith("cm") else "N"
+    numbers = (
+        f"{form} {peak.value:.3g} {unit}, {form_beside} of the same medium {peak.beside:.3g} {unit}"
+    )
+    if math.isfinite(peak.lo):
+        return f"{numbers}, within the interval of alpha"
+    near = abs(peak.value - peak.beside) <= SAME_SHARE * abs(peak.beside)
+    return f"{numbers}, nearly the same" if near else f"{numbers}: no error of alpha explains this"
+
+
+SAME_SHARE = 0.05
+"""Peaks that differ by less are nearly the same: as much as one bed from the next."""
 
 
 class DrawStatistics:
@@ -113,7 +207,7 @@ def pick_peaks(
 
     `places`: what tells the poses apart. `bounds`: by pose, the part of a force that has a number and the most that
     the rest may add: where both are more than the peak, the peak may be there and none is stated. `of_alpha`, `of_model`: intervals by pose, for
-    peaks without draws. `bed`: half width of the interval of a bed, relative.
+    peaks without draws. `bed`: half width of the interval of a bed, relative; NaN where the next bed has none.
     """
     peaks = []
     largest = max((float(np.nanmax(np.abs(v), initial=0.0)) for v in best.values()), default=0.0)
@@ -132,8 +226,12 @@ def pick_peaks(
         for spread, by_pose in ((alpha, of_alpha), (model, of_model)):
             of_draws = None if spread is None else spread.peak_ends(extreme, value)
             if of_draws is None and extreme.quantity in by_pose:
-                lo, hi = by_pose[extreme.quantity]
-                of_draws = float(lo[row]), float(hi[row])
+                lo, hi = (
+                    np.maximum(extreme.sign * end[row], 0.0) for end in by_pose[extreme.quantity]
+                )
+                # the greatest force of one sign is none of the other one
+                lo, hi = sorted(float(extreme.sign * end) + 0.0 for end in (lo, hi))
+                of_draws = lo, hi
             ends.append(of_draws or (math.nan, math.nan))
         widest = ends[1] if math.isfinite(ends[1][0]) else ends[0]
         of_bed = extreme.sign * np.array(of_next_bed(value, widest, bed))

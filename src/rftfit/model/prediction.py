@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -13,29 +14,33 @@ from rftfit.campaign.config import Config
 from rftfit.conventions import FloatArray
 from rftfit.model import model_error as errors
 from rftfit.model.body_error import BodyError, pose_states
-from rftfit.model.draws import end_names, model_end_names, next_end_names
+from rftfit.model.draws import beside_name, end_names, model_end_names, next_end_names
 from rftfit.model.faces import moving_faces
 from rftfit.model.forces import Forces, force_draws, forces_on
+from rftfit.model.known import profile_of
 from rftfit.model.mesh import Mesh, Motion3D
-from rftfit.model.mesh_prediction import predict_mesh
-from rftfit.model.motion import Motion, rotation
+from rftfit.model.mesh_prediction import compiled_mesh_forces, predict_mesh
+from rftfit.model.motion import QUASI_STATIC_CM_PER_S, Motion, rotation
 from rftfit.model.outlines import Outline
 from rftfit.model.peaks import (
+    STEEP,
+    STEEP_DEG,
+    STEEPEST,
     DrawStatistics,
     Ends,
     Peak,
     PeakTarget,
     half_width_of_bed,
+    hold_beside,
     joined,
     of_next_bed,
+    only_true,
     pick_peaks,
+    withhold,
 )
-from rftfit.model.profiles import FourierProfile, Profile
+from rftfit.model.profiles import FourierProfile, KnownMedium, Profile, TableProfile
 from rftfit.model.reference_kernel import angles, place, submerged
 from rftfit.model.scaling import ScaledMedium
-
-if TYPE_CHECKING:
-    from rftfit.model.shapes import Map
 
 QUANTITIES = ("force_z_N", "force_x_N", "moment_N_cm")
 
@@ -53,7 +58,7 @@ _MOST_AT_ONCE = 2_000_000
 
 
 def predict(
-    profile: Profile | ScaledMedium | Map,
+    medium: KnownMedium | str | Path,
     outline: Outline | Mesh,
     motion: Motion | Motion3D | None = None,
     confidence: float = 0.95,
@@ -68,8 +73,9 @@ def predict(
 
     Parameters
     ----------
-    profile : Profile, ScaledMedium or Map
-        Of the medium: `published_medium`, `Medium.profile` of a campaign, what `scale` or `estimate_map` return.
+    medium : Map, Profile, Medium, ScaledMedium, str or Path
+        What `scale`, `estimate_map`, `published_medium` or `read_profile` return, a medium of `open` (its table, or its map
+        where the table has no number in a direction of the body) or one of its profiles, or the path of a profile file.
     outline : Outline or Mesh
         The body: `model_leg`, `arc`, `polyline` in the plane, a `Mesh` in space.
     motion : Motion or Motion3D, optional
@@ -85,7 +91,7 @@ def predict(
         driven. Default: as the law gives it; the surface of the measured plates is in their map.
     model_error : float, optional
         Relative error of the model itself, beside that of alpha (`rftfit.model.model_error`). Default: that of
-        the profile, 0.28 as on measured legs or more; 0: none.
+        the profile, 0.28 as on measured legs or more, of tables and maps; of another profile none is known. 0: none.
     body_error : BodyError, optional
         What the model gets wrong on this body, learned in other media (`learn_body_error`): force and interval are
         blended with it by their errors. It takes the place of `model_error`.
@@ -106,7 +112,9 @@ def predict(
     Raises
     ------
     TypeError
-        If the motion of a mesh is no `Motion3D`, or that of an outline is one; if there is no profile.
+        If the motion of a mesh is no `Motion3D`, or that of an outline is one; if there is no medium.
+    ValueError
+        If `model_error` is stated of a profile of which none is known.
 
     Examples
     --------
@@ -116,7 +124,7 @@ def predict(
     8.9
     """
     return predict_with_peaks(
-        profile,
+        medium,
         outline,
         motion,
         confidence,
@@ -128,19 +136,18 @@ def predict(
     )[0]
 
 
-def profile_of(source: Profile | ScaledMedium | Map) -> Profile:
-    """Return the profile of a medium that `rftfit.scale` or `rftfit.estimate_map` made; a profile is its own."""
-    profile = source if isinstance(source, Profile) else getattr(source, "profile", None)
-    if isinstance(profile, Profile):
-        return profile
-    hint = "; a medium of a campaign has it by .profile()" if callable(profile) else ""
-    raise TypeError(
-        f"a profile wanted, or what rftfit.scale or rftfit.estimate_map return, found {type(source).__name__}{hint}"
-    )
+def knows_forces(profile: Profile, body: Outline | Mesh, motion: Motion | Motion3D) -> bool:
+    """Tell whether a profile has a number in every direction of a body that moves."""
+    if isinstance(body, Mesh) and isinstance(motion, Motion3D):
+        return bool(np.isfinite(compiled_mesh_forces(profile, body, motion)[:, :6]).all())
+    assert isinstance(body, Outline)
+    assert isinstance(motion, Motion)
+    net = forces_on(profile, body, motion.poses)
+    return not np.isnan([net.force_z_N, net.force_x_N, net.moment_N_cm]).any()
 
 
 def predict_with_peaks(
-    profile: Profile | ScaledMedium | Map,
+    medium: KnownMedium | str | Path,
     outline: Outline | Mesh,
     motion: Motion | Motion3D | None = None,
     confidence: float = 0.95,
@@ -152,17 +159,20 @@ def predict_with_peaks(
     body_error: BodyError | None = None,
 ) -> tuple[pd.DataFrame, list[Peak]]:
     """Table of `predict` and peaks of `find_peaks`, from one pass through all draws."""
-    profile = profile_of(profile)
-    eps = errors.eps_of(model_error, profile)
     if body_error is not None and model_error is not None:
         raise ValueError("found model_error and body_error; allowed: one of them")
     if isinstance(outline, Mesh):
         if not isinstance(motion, Motion3D):
             raise TypeError("a mesh moves in space: its motion is a Motion3D")
-        return predict_mesh(profile, outline, motion, confidence, law, friction, eps, body_error)
-    if isinstance(motion, Motion3D):
+    elif isinstance(motion, Motion3D):
         raise TypeError("an outline moves in the plane; Mesh.extrude makes a mesh of it")
     motion = rotation() if motion is None else motion
+    profile = profile_of(medium, partial(knows_forces, body=outline, motion=motion))
+    eps = errors.eps_of(model_error, profile)
+    if isinstance(outline, Mesh):
+        assert isinstance(motion, Motion3D)
+        return predict_mesh(profile, outline, motion, confidence, law, friction, eps, body_error)
+    assert isinstance(motion, Motion)
     net = forces_on(profile, outline, motion.poses)
     best = _named(net, QUANTITIES)
     of_body = None
@@ -194,39 +204,92 @@ def predict_with_peaks(
                 name: joined(best[name], ends[name], model_ends[name]) for name in quantities
             }
             model = None
+    forces_beside = None
+    if profile.beside is not None:
+        forces_beside = _named(forces_on(profile.beside(), outline, motion.poses), QUANTITIES)
+        ends = only_true(ends, forces_beside)
     columns: dict[str, object] = dict(motion.columns)
     bed = half_width_of_bed(profile.bed_spread, confidence)
     for name, values in best.items():
         columns[name] = values
+        if forces_beside is not None:
+            columns[beside_name(name)] = forces_beside[name]
         if name in ends:
             columns |= dict(zip(end_names(name), ends[name], strict=True))
         if name in model_ends:
             columns |= dict(zip(model_end_names(name), model_ends[name], strict=True))
-        if name in ends or name in model_ends:
+        if name in model_ends or (name in ends and errors.has_model_error(profile)):
             of_bed = of_next_bed(values, model_ends.get(name) or ends[name], bed)
             columns |= dict(zip(next_end_names(name), of_bed, strict=True))
     unknown = np.isnan(np.stack(list(best.values()))).any(axis=0)
     table = pd.DataFrame(columns | {"reason": np.where(unknown, net.reason, "")})
     places = table.iloc[:, 0].to_numpy(float)
     bounds = _bounds(profile, outline, motion.poses) if unknown.any() else {}
-    peaks = pick_peaks(best, PEAKS, places, bounds, alpha, model, ends, model_ends, bed)
-    return table, peaks
+    of_bed_known = model_ends or errors.has_model_error(profile)
+    peaks = pick_peaks(
+        best, PEAKS, places, bounds, alpha, model, ends, model_ends, bed if of_bed_known else np.nan
+    )
+    if forces_beside is not None:
+        peaks = hold_beside(peaks, PEAKS, forces_beside)
+    return table, [_withhold_steep(peak, profile, outline, motion) for peak in peaks]
+
+
+def _withhold_steep(peak: Peak, profile: Profile, outline: Outline, motion: Motion) -> Peak:
+    """Withhold the interval of alpha of a peak that changes fast with the attack angle, between pushes.
+
+    There alpha may have an edge that no push shows, on which the elements of a body err alike.
+    """
+    has_interval = isinstance(profile, TableProfile) and np.isfinite(peak.lo)
+    if not (has_interval and peak.quantity in ("force_z_N", "force_x_N") and peak.value):
+        return peak
+    assert isinstance(profile, TableProfile)
+    pose = int(np.argmin(np.abs(motion.columns[motion.key] - peak.position)))
+    elements = place(outline.body, outline.width_cm, motion.poses[pose : pose + 1])
+    load = submerged(elements, outline.solid)[0]
+    beta, gamma = (np.where(load == 0, 0.0, angle) for angle in angles(elements))
+    component = ("force_z_N", "force_x_N").index(peak.quantity)
+    turned = np.radians(STEEP_DEG) * np.array([-1.0, 0.0, 1.0])[:, None]
+    forces = load * profile.alpha(beta + turned, gamma)[component]
+    steepness = abs(float(np.diff(forces[::2].sum(axis=-1))[0])) / 2 / abs(peak.value)
+    peak = replace(peak, steepness=steepness)
+    if steepness <= STEEPEST:
+        return peak
+    size = np.abs(forces[1])
+    far = profile.far_from_pushes(beta[0], gamma[0])
+    if size[far].sum() <= _NOTICED * size.sum():
+        return peak
+    return withhold(peak, STEEP)
 
 
 def find_peaks(
-    profile: Profile,
+    medium: KnownMedium | str | Path,
     outline: Outline | Mesh,
     motion: Motion | Motion3D | None = None,
     confidence: float = 0.95,
     *,
     model_error: float | None = None,
 ) -> list[Peak]:
-    """Find the greatest force and moment of each sign on a body that moves, as `predict` takes them.
+    """Find the greatest force and moment of each sign on a body that moves, with the intervals that ``rftfit predict`` prints.
 
-    Returns only those that exist: no lift where nothing pushes up, and none that may lie in a pose without a number.
-    Of a mesh: the largest value of each force and moment, of either sign.
+    Parameters
+    ----------
+    medium, outline, motion, confidence, model_error
+        As of `predict`.
+
+    Returns
+    -------
+    list of Peak
+        Only those that exist: no lift where nothing pushes up, and none that may lie in a pose without a number. Of a
+        mesh: the largest value of each force and moment, of either sign.
+
+    Examples
+    --------
+    >>> import rftfit
+    >>> lift, *others = rftfit.find_peaks(rftfit.scale(0.9), rftfit.model_leg("c_leg"))
+    >>> lift.name, round(lift.value, 1)
+    ('lift', 27.8)
     """
-    return predict_with_peaks(profile, outline, motion, confidence, model_error=model_error)[1]
+    return predict_with_peaks(medium, outline, motion, confidence, model_error=model_error)[1]
 
 
 @dataclass(frozen=True)
@@ -388,15 +451,12 @@ def _named(forces: Forces, quantities: Sequence[str]) -> dict[str, FloatArray]:
     return {name: getattr(forces, name) for name in quantities}
 
 
-QUASI_STATIC_CM_PER_S = 50.0
-"""Up to about this speed granular forces hardly depend on it (Li et al. 2013, text)."""
-
 _NOTICED = 0.1
 """Part of the force on a body that is worth a word."""
 
 
 def beyond_measured(
-    profile: Profile | ScaledMedium | Map,
+    medium: KnownMedium | str | Path,
     outline: Outline | Mesh,
     motion: Motion | Motion3D | None = None,
     config: Config | None = None,
@@ -405,8 +465,8 @@ def beyond_measured(
 
     Parameters
     ----------
-    profile : Profile, ScaledMedium or Map
-        Its `window` says over which depths alpha was measured.
+    medium : Map, Profile, Medium, ScaledMedium, str or Path
+        As of `predict`; the `window` of its profile says over which depths alpha was measured.
     outline : Outline or Mesh
     motion : Motion or Motion3D, optional
         Default: the rotation of the paper's trials.
@@ -428,12 +488,14 @@ def beyond_measured(
     >>> rftfit.beyond_measured(rftfit.published_medium("poppy_LP"), leg)
     []
     """
-    load, depth, speed, *level = _pieces(outline, rotation() if motion is None else motion)
+    motion = rotation() if motion is None else motion
+    load, depth, speed, *level = _pieces(outline, motion)
     total = float(np.nansum(load))
     if not total > 0:
         return []
     warnings = []
-    shallowest, deepest = profile_of(profile).window
+    profile = profile_of(medium, partial(knows_forces, body=outline, motion=motion))
+    shallowest, deepest = profile.window
 
     def share(where: np.ndarray) -> float:
         return float(np.nansum(load[where])) / total
@@ -467,6 +529,8 @@ def beyond_measured(
                 f"near the container: {100 * share_above:.0f} % of depth times area lies within {clear:g} cm of "
                 "its walls or bottom, even in its middle; alpha was measured farther from them"
             )
+    if not errors.has_model_error(profile):
+        return warnings
     points = outline.vertices_cm if isinstance(outline, Mesh) else errors.outline_points(outline)
     return warnings + errors.beyond_tested(errors.longest(points), fastest)
 

@@ -22,7 +22,7 @@ from rftfit.campaign.reading import ModelFile, check_model
 from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
 from rftfit.model.profile_schema import FORMAT, VERSION, ProfileFile
-from rftfit.model.profiles import Profile, TableProfile
+from rftfit.model.profiles import KnownMedium, Profile, TableProfile
 from rftfit.model.shapes import Map
 from rftfit.model.symmetry import each_once
 from rftfit.store import write_text
@@ -49,7 +49,7 @@ _PUSHES = ("beta_deg", "gamma_deg", *_ALPHA, "se_z", "se_x")
 
 def write_profile(
     path: str | Path,
-    profile: Map | TableProfile,
+    medium: KnownMedium | str | Path,
     *,
     name: str = "",
     title: str = "",
@@ -68,21 +68,23 @@ def write_profile(
     ----------
     path : str or Path
         The file; it is replaced.
-    profile : Map or TableProfile
-        Of the medium.
+    medium : Map, TableProfile, Medium, str or Path
+        What `scale`, `estimate_map`, `published_medium` or `read_profile` return, a medium of a campaign (its table, or its
+        map where the table has holes), or the path of a profile file.
     name, title, notes : str, optional
-        Of the medium; default: the name of the map.
+        Of the medium; default: as the medium of a campaign or the map has them.
     marks : str, optional
-        Physical checks that the medium fails.
+        Physical checks that the medium fails; default: those of the medium of a campaign.
     window : tuple of float, optional
-        Least and greatest depth behind alpha, cm; default: that of the profile.
+        Least and greatest depth behind alpha, cm; default: that of the medium.
     made_from : mapping of str to str, optional
-        SHA-256 of files behind it, by name.
+        SHA-256 of files behind it, by name; default: of a medium of a campaign its alpha table.
 
     Raises
     ------
     InputError
-        If alpha is known in too few directions to make a table, or `read_profile` would refuse the file.
+        If the medium is no map or table, alpha is known in too few directions to make a table, or `read_profile` would
+        refuse the file.
     OutputError
         If the file cannot be written.
 
@@ -92,33 +94,45 @@ def write_profile(
     >>> profile = rftfit.published_medium("poppy_LP")
     >>> rftfit.write_profile("profile.json", profile, name="poppy_LP")  # doctest: +SKIP
     """
-    table, name_of_map = (
-        (profile.profile, profile.name) if isinstance(profile, Map) else (profile, "")
-    )
-    kind = type(table).__name__
-    if kind != "TableProfile" or table.alpha_z.ndim > 2:
-        name_given = getattr(table, "name", "write_profile(path, profile)")
-        raise InputError(f"{name_given}: found a {kind}; allowed: a map or a table of one medium")
-    low, high = window or table.window
+    if isinstance(medium, str | Path):
+        medium = read_profile(medium)
+    if not isinstance(medium, KnownMedium):
+        raise InputError(
+            f"found a {type(medium).__name__}; allowed: a map or a table of one medium"
+        )
+    source, facts = medium.export_source()
+    table = source.profile if isinstance(source, Map) else source
+    if not isinstance(table, TableProfile) or table.alpha_z.ndim > 2:
+        raise InputError(
+            f"{getattr(table, 'name', '') or 'medium'}: found a {type(table).__name__}; allowed: a map or a table of one "
+            "medium: the file lists alpha as it was measured or estimated in each direction"
+        )
+    assert isinstance(source, Map | TableProfile)
+    low, high = window or facts.get("window") or table.window
+    model_error = None if math.isnan(table.model_error) else table.model_error
     file = ModelFile[ProfileFile](str(path))
     file.data = {
         "format": FORMAT,
         "version": VERSION,
-        "medium": {"name": name or name_of_map, "title": title, "notes": notes},
+        "medium": {
+            "name": name or facts.get("name", ""),
+            "title": title or facts.get("title", ""),
+            "notes": notes,
+        },
         "golden": _golden(table),
         "validity": {
             "depth_from_cm": low or None,
             "depth_to_cm": high if math.isfinite(high) else None,
             "without_number": table.reason,
-            "marks": marks,
+            "marks": marks or facts.get("marks", ""),
         },
-        "force_errors": {"model_error": table.model_error, "bed_spread": table.bed_spread},
-        **_numbers_of(table, profile.pushed),
+        "force_errors": {"model_error": model_error, "bed_spread": table.bed_spread},
+        **_numbers_of(table, source.pushed),
         "origin": {
             "program": f"rftfit {__version__}",
             "profile": table.name,
-            "made_from": dict(made_from or {}),
-            **_origin(profile),
+            "made_from": dict(made_from or facts.get("made_from", {})),
+            **_origin(source),
         },
     }
     content = _checked(file)
@@ -270,10 +284,11 @@ def read_profile(path: str | Path) -> TableProfile:
     >>> forces = rftfit.predict(profile, rftfit.model_leg("c_leg"))  # doctest: +SKIP
     """
     content = read_content(Path(path))
-    table, validity = profile_of(content), content.validity
+    table, validity = table_of(content), content.validity
     high = validity.depth_to_cm
     table.window = (validity.depth_from_cm or 0.0, math.inf if high is None else high)
-    table.model_error = content.force_errors.model_error
+    model_error = content.force_errors.model_error
+    table.model_error = math.nan if model_error is None else model_error
     table.bed_spread = content.force_errors.bed_spread
     if content.pushes is not None:
         table.pushed = _array(content.pushes, _PUSHES)
@@ -286,7 +301,7 @@ def pushes_in_profile(path: Path) -> pd.DataFrame:
     return pd.DataFrame(dict(zip(names, read_profile(path).pushed, strict=True)))
 
 
-def profile_of(content: ProfileFile) -> TableProfile:
+def table_of(content: ProfileFile) -> TableProfile:
     """Interpolate the directions of a file, with its draws."""
     beta_deg, gamma_deg, *alpha = _array(content.directions, ("beta_deg", "gamma_deg", *_ALPHA))
     angles_rad = np.radians(beta_deg), np.radians(gamma_deg)
@@ -387,7 +402,7 @@ def _check_directions(file: ModelFile[ProfileFile], content: ProfileFile) -> Non
         file.note(("directions", "gamma_deg", index), "twice", direction_deg, text)
         return
     try:
-        profile_of(content)
+        table_of(content)
     except ValueError:
         text = "directions that, with their mirror images, are a whole grid of beta from -90 and gamma from -180"
         file.note(("directions",), "grid", f"{beta.size} directions", text)
@@ -395,7 +410,7 @@ def _check_directions(file: ModelFile[ProfileFile], content: ProfileFile) -> Non
 
 def _check_numbers(file: ModelFile[ProfileFile], content: ProfileFile) -> None:
     """Draws lie about alpha, and alpha gives the golden value."""
-    golden, table = content.golden, profile_of(content)
+    golden, table = content.golden, table_of(content)
     largest = float(np.nanmax(np.abs([table.alpha_z, table.alpha_x]), initial=1e-300))
     near = _AGREES * largest
     if content.errors is not None:

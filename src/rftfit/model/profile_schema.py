@@ -12,7 +12,7 @@ from rftfit.campaign.config import Model, NotNegative, Positive
 from rftfit.campaign.files import unshowable
 from rftfit.campaign.schema import json_schema
 from rftfit.errors import RftfitError
-from rftfit.model.prediction import QUASI_STATIC_CM_PER_S
+from rftfit.model.motion import QUASI_STATIC_CM_PER_S
 from rftfit.model.profiles import EPS, USUAL_BED_SPREAD
 from rftfit.reference import CITATION
 from rftfit.store import write_text
@@ -147,8 +147,8 @@ class ProfileErrors(Model):
 class ForceErrors(Model):
     """What a measured force has beside the errors of alpha."""
 
-    model_error: NotNegative = EPS
-    """relative error of the force model itself, over the load without cancellation"""
+    model_error: NotNegative | None = EPS
+    """relative error of the force model itself, over the load without cancellation; null: not known"""
     bed_spread: NotNegative = USUAL_BED_SPREAD
     """relative standard deviation of forces from one prepared bed to the next"""
 

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
-from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Callable, Iterator
+from functools import cached_property, partial
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
 from rftfit.campaign.problems import choose
-from rftfit.conventions import FloatArray, wrap_beta, wrap_gamma
+from rftfit.conventions import FloatArray, mirror, wrap_beta, wrap_gamma
 from rftfit.measure.alpha import alpha_columns, column, directions
 from rftfit.model.fourier import TERMS, TERMS_Z, as_array, basis
 from rftfit.model.symmetry import (
@@ -122,11 +123,50 @@ EPS = 0.28
 three legs, by the measured table)."""
 
 
+class KnownMedium(ABC):
+    """What is known of a medium: a profile, a map, one push by the paper's routine, a medium of a campaign.
+
+    Everything that takes a medium takes any of these, and the path of a profile file
+    (`rftfit.model.known.profile_of`).
+
+    Examples
+    --------
+    >>> import rftfit
+    >>> isinstance(rftfit.scale(0.9), rftfit.KnownMedium)
+    True
+    """
+
+    @abstractmethod
+    def as_profile(self, is_enough: Callable[[Profile], bool] | None = None) -> Profile:
+        """Profile by which forces are predicted.
+
+        Parameters
+        ----------
+        is_enough : callable, optional
+            Whether a table has a number in every direction that is asked for; default: in all directions.
+
+        Returns
+        -------
+        Profile
+        """
+
+    def export_source(self) -> tuple[KnownMedium, dict[str, Any]]:
+        """Return the map or table that a profile file is made of, and what the file says of the medium beside it.
+
+        Returns
+        -------
+        source : KnownMedium
+        facts : dict of str to object
+            Arguments of `write_profile`, by name.
+        """
+        return self, {}
+
+
 class OneTest:
     """A medium known by one penetration test (`rftfit.model.scaling.ScaledMedium`)."""
 
 
-class Profile(ABC):
+class Profile(KnownMedium):
     """What answers alpha(beta, gamma); linear in its parameters.
 
     A profile may be a stack of draws of one and the same kind: its parameters have leading axes,
@@ -136,6 +176,8 @@ class Profile(ABC):
     ----------
     name : str
         What the profile is, for tables and captions.
+    form : str
+        In which form alpha is known: ``table``, ``map``, ``nine terms``, ``generic``, ``depth-only``.
     reason : str
         Why alpha is NaN somewhere; empty if it is nowhere.
     spread : Profile, ScaledMedium or None
@@ -146,7 +188,10 @@ class Profile(ABC):
     bed_spread : float
         Relative standard deviation of forces from one prepared bed to the next.
     model_error : float
-        Relative error of the force model itself in this medium (`rftfit.model.model_error`).
+        Relative error of the force model itself in this medium (`rftfit.model.model_error`), measured by tables and
+        maps; NaN for a profile of another form, of which none is known.
+    beside : callable or None
+        Makes the table of the same medium, or its map, beside which forces by nine terms are held.
 
     Examples
     --------
@@ -156,11 +201,27 @@ class Profile(ABC):
     """
 
     name: str
+    form: str
     reason: str
     spread: Profile | OneTest | None
     window: tuple[float, float] = ANY_DEPTH
     bed_spread: float = USUAL_BED_SPREAD
-    model_error: float = EPS
+    model_error: float = math.nan
+    beside: Callable[[], Profile] | None = None
+
+    def as_profile(self, is_enough: Callable[[Profile], bool] | None = None) -> Profile:  # noqa: ARG002
+        """Return the profile itself.
+
+        Parameters
+        ----------
+        is_enough : callable, optional
+            Not used: a profile is what it is.
+
+        Returns
+        -------
+        Profile
+        """
+        return self
 
     @property
     @abstractmethod
@@ -244,6 +305,9 @@ class TableProfile(Profile):
     >>> import numpy as np, rftfit
     >>> profile = rftfit.TableProfile(np.full((7, 13), 0.3), np.zeros((7, 13)))
     """
+
+    form = "table"
+    model_error = EPS
 
     def __init__(
         self,
@@ -418,6 +482,24 @@ class TableProfile(Profile):
         rows = np.concatenate([np.degrees([beta[number], gamma[number]]), mean, se])
         return rows[:, np.isfinite(mean).any(axis=0)]
 
+    def far_from_pushes(self, beta: FloatArray, gamma: FloatArray) -> npt.NDArray[np.bool_]:
+        """Tell which directions (n,), rad, lie farther from every push, and its mirror image, than `FAR_DEG`."""
+        beta_deg, gamma_deg = self.pushed[:2]
+        if not beta_deg.size:
+            return np.ones(beta.shape, dtype=bool)
+        images = mirror(np.radians(beta_deg), np.radians(gamma_deg))
+        pushed = (
+            np.concatenate([np.radians(angles_deg), image])
+            for angles_deg, image in zip((beta_deg, gamma_deg), images, strict=True)
+        )
+        apart = [
+            np.degrees(np.abs(wrap(angles[:, None] - of_pushes)))
+            for wrap, angles, of_pushes in zip(
+                (wrap_beta, wrap_gamma), (beta, gamma), pushed, strict=True
+            )
+        ]
+        return np.asarray(np.hypot(*apart).min(axis=1) > FAR_DEG)
+
     @property
     def parameters(self) -> tuple[FloatArray, FloatArray]:
         """The completed table, one number a node, N/cm^3."""
@@ -485,6 +567,9 @@ def _place(beta_deg: float, gamma_deg: float) -> tuple[float, float]:
     """Name of a cell: its angles rounded, so that those of a file and of a grid agree."""
     return round(float(beta_deg), 1) + 0.0, round(float(gamma_deg), 1) + 0.0
 
+
+FAR_DEG = 18.0
+"""Half the diagonal of the largest cell of the published grid: no direction is farther from the pushes of a whole one."""
 
 REACH_DEG = 35.0
 """Farther from every push, in beta and gamma together, scattered directions say nothing."""
@@ -573,6 +658,8 @@ class FourierProfile(Profile):
     >>> profile = rftfit.FourierProfile([0.2, 0.2, 0.2, 0.4, 0.1, -0.1, 0.3, 0.0, 0.1])
     """
 
+    form = "nine terms"
+
     def __init__(
         self,
         coefficients: npt.ArrayLike,
@@ -641,7 +728,9 @@ def scaled_generic(
     >>> import rftfit
     >>> profile = rftfit.scaled_generic(0.5, rftfit.published_reference().m0)
     """
-    return FourierProfile(np.asarray(zeta, dtype=float)[..., None] * m0, name, spread=spread)
+    profile = FourierProfile(np.asarray(zeta, dtype=float)[..., None] * m0, name, spread=spread)
+    profile.form = "generic"
+    return profile
 
 
 STILL = 1e-12
@@ -676,6 +765,8 @@ class DepthOnlyProfile(Profile):
     >>> import rftfit
     >>> baseline = rftfit.DepthOnlyProfile.of(rftfit.published_medium("poppy_LP"))
     """
+
+    form = "depth-only"
 
     def __init__(
         self,
@@ -771,4 +862,6 @@ def published_medium(medium: str, kind: str = "table") -> Profile:
         name = f"depth-only, from {table.name.removeprefix('published ')}"
         profile = DepthOnlyProfile.of(table, name)
     profile.window = PAPER_WINDOW
+    if kind in ("fourier", "generic"):
+        profile.beside = partial(published_medium, medium)
     return profile

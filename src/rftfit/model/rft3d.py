@@ -97,7 +97,7 @@ def rft3d_profile(alpha: float, friction: float, step_deg: float = 1.0) -> Table
     Returns
     -------
     TableProfile
-        Without a spread, because no error of the law is known.
+        Without a spread and without the model's own error, because no error of the law is known.
 
     Raises
     ------
@@ -120,7 +120,10 @@ def rft3d_profile(alpha: float, friction: float, step_deg: float = 1.0) -> Table
     angles = np.linspace(-np.pi / 2, np.pi / 2, 2 * steps + 1)
     alpha_z, alpha_x = alpha_3drft(angles[:, None], angles, friction)
     name = f"3D-RFT from alpha_z(0, 90 deg) = {alpha:g} N/cm^3, friction {friction:g}"
-    return TableProfile(alpha * alpha_z, alpha * alpha_x, angles[:, None], angles, name)
+    profile = TableProfile(alpha * alpha_z, alpha * alpha_x, angles[:, None], angles, name)
+    # how far measured forces lie from a law was not measured, only how far they lie from tables and maps
+    profile.model_error = np.nan
+    return profile
 
 
 def _dot(first: FloatArray, second: FloatArray) -> FloatArray:

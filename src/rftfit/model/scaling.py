@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache, cached_property
 from typing import Any
@@ -20,7 +20,14 @@ from rftfit.measure.slopes import student_quantile
 from rftfit.measure.verdicts import is_usable
 from rftfit.model import fourier
 from rftfit.model.draws import draws_of, errors_behind, errors_known, interval_of_sum, typical_dof
-from rftfit.model.profiles import FourierProfile, OneTest, TableProfile, scaled_generic
+from rftfit.model.profiles import (
+    FourierProfile,
+    KnownMedium,
+    OneTest,
+    Profile,
+    TableProfile,
+    scaled_generic,
+)
 from rftfit.reference import BETA_DEG, GAMMA_DEG, MEDIA, coefficients, load
 
 GENERIC = "generic"
@@ -106,12 +113,7 @@ def scale_new_medium(
     `alpha`, `alpha_se`: Measured slope and its standard error, N/cm^3; one that is not known (NaN)
     gives no interval. `chi`: Of the reference media, at least two.
     """
-    if not (np.isfinite(alpha) and alpha > 0):
-        raise ValueError(f"alpha_z(0, 90 deg) must be a positive number of N/cm^3, found {alpha:g}")
-    if alpha_se < 0:
-        raise ValueError(
-            f"the standard error of alpha_z must be 0 or more N/cm^3, found {alpha_se:g}"
-        )
+    check_test(alpha, alpha_se)
     if not (np.isfinite(chi) & (chi > 0)).all():
         raise ValueError("every chi must be a positive number")
     if chi.size < 2:
@@ -267,8 +269,8 @@ def _published_tables() -> dict[str, TableProfile]:
 
 
 @dataclass(frozen=True)
-class ScaledMedium(Scaled, OneTest):
-    """A medium known by one vertical penetration test: made by `scale`.
+class ScaledMedium(Scaled, KnownMedium, OneTest):
+    """A medium known by one vertical penetration test and the paper's scaling routine: made by `scale_by_paper`.
 
     Parameters
     ----------
@@ -287,9 +289,9 @@ class ScaledMedium(Scaled, OneTest):
     Examples
     --------
     >>> import rftfit
-    >>> sand = rftfit.scale(0.9, se=0.02)
+    >>> sand = rftfit.scale_by_paper(0.9, se=0.02)
     >>> table = sand.table()
-    >>> forces = rftfit.predict(sand.profile, rftfit.model_leg("c_leg"))
+    >>> forces = rftfit.predict(sand, rftfit.model_leg("c_leg"))
     """
 
     alpha_z: float
@@ -322,7 +324,21 @@ class ScaledMedium(Scaled, OneTest):
         -------
         ScaledMedium
         """
-        return scale(self.alpha_z, self.alpha_z_se, self.reference, confidence)
+        return scale_by_paper(self.alpha_z, self.alpha_z_se, self.reference, confidence)
+
+    def as_profile(self, is_enough: Callable[[Profile], bool] | None = None) -> Profile:  # noqa: ARG002
+        """Return the generic profile times zeta.
+
+        Parameters
+        ----------
+        is_enough : callable, optional
+            Not used: the generic profile has a number in every direction.
+
+        Returns
+        -------
+        Profile
+        """
+        return self.profile
 
     def coefficients_with_interval(self) -> Interval:
         """The nine coefficients.
@@ -410,10 +426,30 @@ class ScaledMedium(Scaled, OneTest):
         return columns
 
 
-def scale(
+def check_test(alpha: float, se: float) -> None:
+    """Raise TypeError where alpha of a penetration test or its error is no number, ValueError where one cannot be."""
+    for what, value in (("alpha_z(0, 90 deg)", alpha), ("its standard error", se)):
+        if np.ndim(value) or np.asarray(value).dtype.kind not in "iuf":
+            raise TypeError(f"{what} must be a number of N/cm^3, found {value!r}")
+    if not (np.isfinite(alpha) and alpha > 0):
+        raise ValueError(f"alpha_z(0, 90 deg) must be a positive number of N/cm^3, found {alpha:g}")
+    if se < 0:
+        raise ValueError(f"the standard error of alpha_z must be 0 or more N/cm^3, found {se:g}")
+
+
+def check_level(confidence: float) -> None:
+    """Raise ValueError for a level of intervals that cannot be."""
+    if not 0.5 < confidence < 1:
+        raise ValueError(f"the level must be above 0.5 and below 1, found {confidence:g}")
+
+
+def scale_by_paper(
     alpha: float, se: float = 0.0, reference: Reference | None = None, confidence: float = 0.95
 ) -> ScaledMedium:
-    """Turn one vertical penetration test into a whole stress profile, with intervals.
+    """Turn one vertical penetration test into nine terms by the scaling routine of the paper, S9.
+
+    For comparison with the paper: forces by nine terms have no interval with the model's own error. `rftfit.scale` estimates
+    the map of the same push.
 
     Parameters
     ----------
@@ -443,15 +479,12 @@ def scale(
     Examples
     --------
     >>> import rftfit
-    >>> sand = rftfit.scale(0.9, se=0.02)
+    >>> sand = rftfit.scale_by_paper(0.9, se=0.02)
     >>> round(sand.zeta, 2)
     0.8
     """
-    for what, value in (("alpha_z(0, 90 deg)", alpha), ("its standard error", se)):
-        if np.ndim(value) or np.asarray(value).dtype.kind not in "iuf":
-            raise TypeError(f"{what} must be a number of N/cm^3, found {value!r}")
-    if not 0.5 < confidence < 1:
-        raise ValueError(f"the level must be above 0.5 and below 1, found {confidence:g}")
+    check_test(alpha, se)
+    check_level(confidence)
     reference = published() if reference is None else reference
     medium = scale_new_medium(alpha, se, reference.chi, confidence)
     return ScaledMedium(**vars(medium), alpha_z=alpha, alpha_z_se=se, reference=reference)

@@ -22,7 +22,7 @@ from dataclasses import dataclass, field
 from functools import cache, cached_property, partial
 from importlib.resources import files
 from itertools import pairwise
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -36,9 +36,9 @@ from rftfit.measure.alpha import SAME_DIRECTION_DEG, alpha_columns, column, dire
 from rftfit.model.draws import draws_of, errors_known, interval
 from rftfit.model.fourier import fit_lsq, kept_terms
 from rftfit.model.peaks import half_width_of_bed
-from rftfit.model.profiles import EPS, USUAL_BED_SPREAD, TableProfile
+from rftfit.model.profiles import EPS, USUAL_BED_SPREAD, KnownMedium, Profile, TableProfile
 from rftfit.model.rft3d import alpha_3drft
-from rftfit.model.scaling import PAPER_RULE, vertical_penetration
+from rftfit.model.scaling import PAPER_RULE, check_level, check_test, vertical_penetration
 from rftfit.model.symmetry import rectangle
 from rftfit.reference import BETA_DEG, GAMMA_DEG, MEDIA
 
@@ -586,6 +586,62 @@ def estimate_map(
         name=name,
         contacts=contacts,
     )
+
+
+def scale(
+    alpha: float, se: float | None = None, shapes: Shapes | None = None, confidence: float = 0.95
+) -> Map:
+    """Turn one push straight down into a whole stress profile, with intervals: the map of this push.
+
+    It is `estimate_map` of a table with this push, as ``rftfit scale --alpha`` and ``rftfit predict --alpha`` make it.
+
+    Parameters
+    ----------
+    alpha : float
+        Slope of stress over depth of a horizontal plate pushed straight down, alpha_z(0, 90 deg),
+        N/cm^3.
+    se : float, optional
+        Its standard error, N/cm^3; default: the usual 5 % from bed to bed.
+    shapes : Shapes, optional
+        Known media whose shape the medium has: those of a campaign (`Results.shapes`); default: the five
+        published ones.
+    confidence : float, optional
+        Level of the intervals.
+
+    Returns
+    -------
+    Map
+
+    Raises
+    ------
+    TypeError
+        If alpha or `se` is no number.
+    ValueError
+        If alpha is not positive, `se` is negative, or the level is not between 0.5 and 1.
+
+    Examples
+    --------
+    >>> import rftfit
+    >>> sand = rftfit.scale(0.9, se=0.02)
+    >>> [round(number, 1) for number in sand.zeta]
+    [0.8, 0.5, 1.0]
+    """
+    check_test(alpha, 0.0 if se is None else se)
+    check_level(confidence)
+    return estimate_map(one_push(alpha, se), shapes, confidence, name=describe_push(alpha, se))
+
+
+def one_push(alpha: float, se: float | None) -> pd.DataFrame:
+    """Table of pushes with one, straight down; an `se` that is not known has no number."""
+    row = {"beta_deg": 0.0, "gamma_deg": 90.0, "alpha_z_N_per_cm3": alpha}
+    errors = {"alpha_z_se_N_per_cm3": np.nan if se is None else se}
+    return pd.DataFrame([row | errors])
+
+
+def describe_push(alpha: float, se: float | None) -> str:
+    """Write what one push straight down was."""
+    error = "" if se is None else f" (se {se:g})"
+    return f"alpha_z(0, 90 deg) = {alpha:g} N/cm^3{error}"
 
 
 def pushes_of(table: pd.DataFrame, config: Config) -> Pushes:
@@ -1270,8 +1326,8 @@ def _same_direction(
 
 
 @dataclass(frozen=True)
-class Map:
-    """Alpha over all directions, estimated from pushes: made by `estimate_map`.
+class Map(KnownMedium):
+    """Alpha over all directions, estimated from pushes: made by `estimate_map` and `scale`.
 
     Parameters
     ----------
@@ -1316,7 +1372,7 @@ class Map:
     >>> pushes = pd.DataFrame({"beta_deg": [0, 60], "gamma_deg": [90, 45],
     ...                        "alpha_z_N_per_cm3": [0.35, 0.2], "alpha_x_N_per_cm3": [0, 0.1]})
     >>> sand = rftfit.estimate_map(pushes)
-    >>> forces = rftfit.predict(sand.profile, rftfit.model_leg("c_leg"))
+    >>> forces = rftfit.predict(sand, rftfit.model_leg("c_leg"))
     """
 
     name: str
@@ -1408,7 +1464,34 @@ class Map:
         profile = TableProfile(self.alpha[0], self.alpha[1], self.beta, self.gamma, name)
         profile.spread = TableProfile(self.draws[:, 0], self.draws[:, 1], self.beta, self.gamma)
         profile.bed_spread, profile.model_error = self.bed_spread, self.model_error
+        profile.pushed = self.pushed
+        profile.form = "map"
         return profile
+
+    def as_profile(self, is_enough: Callable[[Profile], bool] | None = None) -> Profile:  # noqa: ARG002
+        """Return the profile of the map.
+
+        Parameters
+        ----------
+        is_enough : callable, optional
+            Not used: a map has a number in every direction.
+
+        Returns
+        -------
+        Profile
+        """
+        return self.profile
+
+    def export_source(self) -> tuple[KnownMedium, dict[str, Any]]:
+        """Return the map itself, and its name.
+
+        Returns
+        -------
+        source : KnownMedium
+        facts : dict of str to object
+            Arguments of `write_profile`, by name.
+        """
+        return self, {"name": self.name}
 
     @property
     def zeta(self) -> tuple[float, float, float]:

@@ -16,6 +16,18 @@ function pathOf(points) {
   return text;
 }
 
+/** Stretches of rows whose numbers are all finite. */
+function finiteStretches(rows) {
+  const stretches = [];
+  let current = null;
+  for (const row of rows) {
+    if (!row.every(Number.isFinite)) current = null;
+    else if (current) current.push(row);
+    else stretches.push((current = [row]));
+  }
+  return stretches;
+}
+
 function numbersIn(values) {
   return (values || []).filter((v) => v !== null && Number.isFinite(v));
 }
@@ -55,9 +67,9 @@ function drawChart(image, title, curves, picked) {
   for (const [name, band] of [["outer", curves.outer], ["band", curves.band]]) {
     if (!band) continue;
     const { theta, lo, hi } = band;
-    const up = theta.map((t, i) => [px(t), py(hi[i])]);
-    const down = theta.map((t, i) => [px(t), py(lo[i])]).reverse();
-    image.append(svg("path", { class: name, d: `${pathOf([...up, ...down])}Z` }));
+    const stretches = finiteStretches(theta.map((t, i) => [px(t), py(lo[i]), py(hi[i])]));
+    const outlines = stretches.map((ends) => `${pathOf([...ends.map(([x, , y]) => [x, y]), ...ends.map(([x, y]) => [x, y]).reverse()])}Z`);
+    image.append(svg("path", { class: name, d: outlines.join("") }));
   }
   for (const kind of LINES) {
     if (!curves[kind]) continue;

@@ -32,7 +32,7 @@ from rftfit.model.profiles import (
     TableProfile,
     scaled_generic,
 )
-from rftfit.model.shapes import Pushes, estimate, usual_error
+from rftfit.model.shapes import Map, Pushes, estimate, usual_error
 from rftfit.reference import BETA_DEG, GAMMA_DEG
 from rftfit.results import Results
 
@@ -80,12 +80,20 @@ def live_profiles(results: Results, medium: str) -> dict[str, Profile]:
 
 def zeta(results: Results, medium: str) -> float:
     """Scaling factor of a medium by the configured method; NaN where it has none."""
+    return zeta_with_ends(results, medium)[0]
+
+
+def zeta_with_ends(results: Results, medium: str) -> tuple[float, float, float]:
+    """Scaling factor of a medium by the configured method, with its interval; NaN where it has none."""
     method = results.config.fourier.method
     table = results.table("penetration.csv")
     is_of_medium = table["method"].isin([method, *scaling.routines(method)]) & (
         table["medium"] == medium
     )
-    return float(table.loc[is_of_medium, "zeta"].iloc[0]) if is_of_medium.any() else math.nan
+    if not is_of_medium.any():
+        return math.nan, math.nan, math.nan
+    value, lo, hi = table.loc[is_of_medium, ["zeta", "zeta_lo", "zeta_hi"]].iloc[0].astype(float)
+    return float(value), float(lo), float(hi)
 
 
 def scaled_from_print(results: Results) -> list[str]:
@@ -170,6 +178,9 @@ def live_data(results: Results) -> dict[str, Any]:
             }
             for medium, rows in predicted.groupby("medium")
         },
+        "zeta": {
+            medium: as_lists(np.array(zeta_with_ends(results, medium))) for medium in results.media
+        },
         "push": _unit_push(results),
         "references": [
             _reference(reference, config.fit.confidence)
@@ -195,22 +206,44 @@ def _on_lines(map_table: pd.DataFrame, measured: pd.DataFrame | None = None) -> 
 
 
 def _unit_push(results: Results) -> dict[str, Any]:
-    """What an exact push of 1 N/cm^3 straight down tells: all of it is proportional to the push."""
+    """What a push of 1 N/cm^3 straight down tells, with the usual error and with none: all of it is proportional to the push."""
     from scipy.special import ndtri
 
-    config, level = results.config, results.config.fit.confidence
-    exact = Pushes.of(0.0, 90.0, [1.0, np.nan], 0.0)
+    level = results.config.fit.confidence
+    of_usual_error, exact = (_map_of_unit_push(results, se) for se in (math.nan, 0.0))
+    step_now, step_after = plan("map", exact, count=1, confidence=level).steps
+    return {
+        "media": len(exact.known_media.split(", ")),
+        "quantile": float(ndtri(0.5 + level / 2)),
+        "model_error": results.model_error,
+        "usual": float(usual_error(np.ones(1))[0]),
+        **_numbers_of_map(results, of_usual_error),
+        "exact": _numbers_of_map(results, exact),
+        "next": {
+            "direction": step_after.directions[0],
+            "now": step_now.typical,
+            "after": step_after.typical,
+        },
+    }
+
+
+def _map_of_unit_push(results: Results, se: float) -> Map:
+    """Map of a push of 1 N/cm^3 straight down; `se`: NaN for the usual error."""
+    push, level = Pushes.of(0.0, 90.0, [1.0, np.nan], se), results.config.fit.confidence
     try:
-        unit_map = estimate(exact, results.shapes(), confidence=level)
+        return estimate(push, results.shapes(), confidence=level)
     except ValueError:  # with media of the campaign that hardly take energy
-        unit_map = estimate(exact, confidence=level)
-    model_error = results.model_error
-    step_now, step_after = plan("map", unit_map, count=1, confidence=level).steps
+        return estimate(push, confidence=level)
+
+
+def _numbers_of_map(results: Results, unit_map: Map) -> dict[str, Any]:
+    """Alpha, zeta and forces on the legs by a map, with their intervals."""
+    config, level = results.config, results.config.fit.confidence
     legs = {}
     for name, leg in config.legs.items():
         motion = rotation(None, leg.hip_height_cm, config.arm.leg_speed_rad_per_s)
         forces, peaks = predict_with_peaks(
-            unit_map.profile, leg_outline(leg), motion, level, model_error=model_error
+            unit_map, leg_outline(leg), motion, level, model_error=results.model_error
         )
         curve = {name: as_lists(forces[name].to_numpy(float), CURVE_DIGITS) for name in _FORCES}
         legs[name] = {
@@ -219,18 +252,9 @@ def _unit_push(results: Results) -> dict[str, Any]:
             "peaks": {c: _largest(peaks, names) for c, names in _PEAKS.items()},
         }
     return {
-        "media": len(unit_map.known_media.split(", ")),
-        "quantile": float(ndtri(0.5 + level / 2)),
-        "model_error": model_error,
-        "usual": float(usual_error(np.ones(1))[0]),
         "map": _cells(_on_lines(unit_map.table()).assign(reason="")),
         "zeta": as_lists(np.array(unit_map.zeta), CURVE_DIGITS),
         "legs": legs,
-        "next": {
-            "direction": step_after.directions[0],
-            "now": step_now.typical,
-            "after": step_after.typical,
-        },
     }
 
 

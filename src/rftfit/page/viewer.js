@@ -69,6 +69,14 @@ function largestElement(profile, leg, thetaDeg, rate) {
   return largest;
 }
 
+const NINE_TERMS = ["fourier", "generic"];
+
+/** Profile by which the forces on a medium are predicted: its table, its map where that has holes; null where it has neither. */
+function bestProfile(profiles) {
+  if (profiles.table && !profiles.table.reason) return "table";
+  return ["map", "table"].find((name) => profiles[name]) ?? null;
+}
+
 /** Ends of an interval over theta; undefined where a profile has none. `which`: "" of alpha, "model_" with the model's own error. */
 function bandOf(curves, theta, c, which) {
   const [lo, hi] = ["lo", "hi"].map((end) => curves?.[`force_${c}_${which}${end}_N`]);
@@ -108,7 +116,8 @@ function startViewer(data) {
       }, pick),
     );
     const largest = largestElement(profile, leg, theta, data.rate);
-    state = { profile, leg, charts, measured, scale: largest > 0 ? ARROW_CM / largest : 0, largest };
+    const beside = NINE_TERMS.includes(profileBox.value) ? bestProfile(own) : null;
+    state = { profile, leg, charts, measured, beside: beside && [beside, own[beside]], scale: largest > 0 ? ARROW_CM / largest : 0, largest };
     turn();
   }
 
@@ -130,10 +139,17 @@ function startViewer(data) {
       ["predicted", say(net[0], 2), say(net[1], 2), say(net[2], 1)],
       ["measured", say(measured[0], 2), say(measured[1], 2), "not recorded"],
     ];
+    let limit = "";
+    if (state.beside) {
+      const [name, profile] = state.beside;
+      const by = netForce(elementForces(profile, state.leg, (degrees * Math.PI) / 180, data.rate), state.leg);
+      rows.push([`${name} of the same medium`, say(by[0], 2), say(by[1], 2), say(by[2], 1)]);
+      limit = ` Nine terms have no interval with the model\u2019s own error: no error of alpha explains a difference from the ${name}.`;
+    }
     const why = Number.isFinite(net[0]) ? "" : state.profile.reason || "";
     byId("viewer-readout").replaceChildren(
       tableOf([`θ = ${sayAngle(degrees)}`, [...quantity("F", "z"), ", N"], [...quantity("F", "x"), ", N"], "moment, N cm"], rows),
-      html("p", {}, why || `Longest arrow of this turn: ${say(state.largest, 3)} N on one element.`),
+      html("p", {}, why || `Longest arrow of this turn: ${say(state.largest, 3)} N on one element.${limit}`),
     );
   }
 

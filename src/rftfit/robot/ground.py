@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,9 +11,10 @@ import numpy.typing as npt
 
 from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
+from rftfit.model.known import profile_of
 from rftfit.model.mesh import Mesh
 from rftfit.model.mesh_prediction import face_rows, law_of
-from rftfit.model.profiles import Profile
+from rftfit.model.profiles import KnownMedium
 
 MOST_TAU_DT_S2 = 2e-6
 """Above this product of `tau_s` and the time step a resting robot creeps or shakes."""
@@ -23,8 +25,9 @@ class Ground:
 
     Parameters
     ----------
-    medium : Profile
-        Of a campaign, `scale`, `read_profile` ...
+    medium : Map, Profile, Medium, ScaledMedium, str or Path
+        As of `predict`: what `scale` returns, a medium of `open`, the path of a profile file ... Of a campaign the
+        table, or the map where the table has holes.
     bodies : sequence of Mesh, or of sequences of Mesh
         Shape of each body in its own frame, cm: one mesh, or several that move together.
     law, friction : optional
@@ -60,7 +63,7 @@ class Ground:
 
     def __init__(
         self,
-        medium: Profile,
+        medium: KnownMedium | str | Path,
         bodies: Sequence[Mesh | Sequence[Mesh]],
         *,
         law: str = "measured",
@@ -83,7 +86,7 @@ class Ground:
         self._faces = np.concatenate(faces)
         self._shifts = np.zeros((len(self._faces), 3))
         self._delta_cm, self._tau_s = delta_mm / 10, tau_s
-        self._law = law_of(medium, law)
+        self._law = law_of(profile_of(medium), law)
         self._friction = -1.0 if friction is None else float(friction)
         self._kernel: Any = face_forces
         self.frames, self.forces = np.zeros((len(faces), 18)), np.zeros((len(faces), 7))

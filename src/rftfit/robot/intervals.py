@@ -20,7 +20,7 @@ import pandas as pd
 from rftfit.conventions import FloatArray
 from rftfit.measure.flags import REASON, Remark, reason_cells, remark
 from rftfit.measure.slopes import GIVEN_DOF, student_quantile
-from rftfit.model.fourier import TERMS, TERMS_Z
+from rftfit.model.model_error import has_model_error
 from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, Profile, TableProfile
 from rftfit.robot.config import Robot
 from rftfit.robot.run import Condition
@@ -109,10 +109,6 @@ def _scaled(profile: Profile, lift: float, thrust: float) -> Profile:
         taken.__dict__.pop("pack", None)
         taken.alpha_z, taken.alpha_x = lift * profile.alpha_z, thrust * profile.alpha_x
         return taken
-    if isinstance(profile, FourierProfile):
-        count = len(TERMS_Z)
-        factors = np.array([lift] * count + [thrust] * (len(TERMS) - count))
-        return FourierProfile(factors * profile.coefficients)
     raise TypeError(f"no model's error of a {type(profile).__name__}")
 
 
@@ -170,14 +166,19 @@ def speed_widths(
 ) -> tuple[list[Width], list[Width]]:
     """Half widths of the intervals of the speed (cm/s) in each condition: of alpha, and with the model's own error.
 
-    `draws`: of the profile, under the errors of alpha. `arc_percent`: Standard deviation of the arc
+    Of a profile of which no error of the model is known the latter are NaN, with the reason. `draws`: of the profile, under the errors of alpha. `arc_percent`: Standard deviation of the arc
     that all legs have in common.
     """
     robot = coarser(robot)
-    shifted = with_model_error(profile, profile.model_error) if profile.model_error else []
+    is_known = has_model_error(profile)
+    eps = profile.model_error if is_known else 0.0
+    shifted = with_model_error(profile, eps) if eps else []
     speeds, *speeds_of_draws = speeds_of(robot, [profile, *draws, *shifted], conditions, threads)
     moved = moved_by_arc(robot, profile, speeds, conditions, arc_percent, threads)
     of_alpha = widths_of_draws(speeds, speeds_of_draws[: len(draws)], moved, confidence)
+    if not is_known:
+        unknown = Width(math.nan, len(draws), (remark("model-error-unknown", form=profile.form),))
+        return of_alpha, [unknown] * len(of_alpha)
     if not shifted:
         return of_alpha, of_alpha
     return of_alpha, model_widths(of_alpha, speeds, speeds_of_draws[len(draws) :], confidence)
@@ -282,7 +283,7 @@ def widths(
     for name, profile in profiles.items():
         stack, bare = profile.spread, copy(profile)
         assert isinstance(stack, Profile)
-        bare.spread = None  # the processes need not carry it
+        bare.spread = bare.beside = None  # the processes need not carry them
         draws = each_draw(stack, DRAWS)
         of_speed = speed_widths(robot, bare, draws, conditions, confidence, threads, arc_percent)
         for quantity, half in zip((SPEED, SPEED_MODEL), of_speed, strict=True):

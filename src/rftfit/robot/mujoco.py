@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from itertools import product
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ import numpy as np
 from rftfit.campaign.problems import choose
 from rftfit.errors import InputError
 from rftfit.model.mesh import Mesh
-from rftfit.model.profiles import Profile
+from rftfit.model.profiles import KnownMedium
 from rftfit.robot.ground import Ground
 
 _FACETS = 17
@@ -61,7 +62,7 @@ class MujocoGround:
 def attach(
     model: Any,
     data: Any,
-    medium: Profile,
+    medium: KnownMedium | str | Path,
     geoms: Sequence[str] | None = None,
     *,
     meshes: Mapping[str, Mesh] | None = None,
@@ -76,8 +77,8 @@ def attach(
     Parameters
     ----------
     model, data : mujoco.MjModel, mujoco.MjData
-    medium : Profile
-        Of a campaign, `scale`, `read_profile` ...
+    medium : Map, Profile, Medium, ScaledMedium, str or Path
+        As of `Ground`.
     geoms : sequence of str, optional
         Geoms that feel the medium. Default: all that take part in collisions and move; none if `meshes` are given.
     meshes : mapping of str to Mesh, optional

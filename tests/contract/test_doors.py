@@ -1,0 +1,233 @@
+"""Whatever is known of a medium is taken at every door, and one push has one answer at all of them.
+
+Doors: `predict`, `Ground`, `mujoco.attach`, `write_profile` with ``rftfit export``, `compare_media` with ``rftfit compare``.
+Media: one push, a map, a published medium, a medium of a campaign, a profile that was read, and the path of its file.
+"""
+
+import json
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+from light_campaign import LABORATORY, make_campaign
+
+import rftfit
+from rftfit import reference
+from rftfit.cli.main import main
+
+ALPHA = 0.55
+"""alpha_z(0, 90 deg) of the push, N/cm^3."""
+
+MEDIA = ("scale", "map", "published", "campaign", "read", "path")
+LEGS = ("c_leg", "flat_leg", "reversed_c_leg")
+PAPER_MEDIA = ("poppy_LP", "poppy_CP", "glass0.3mm_LP", "glass0.3mm_CP", "glass3mm_CP")
+FOOT = rftfit.polyline([(-4, 0), (4, 0)], 5.0)
+DOWN = rftfit.path([0, 5], [0, 0], [0, -5], [0, 0])
+"""A foot of 8 x 5 cm that goes 5 cm down."""
+
+
+def one_push(alpha):
+    return pd.DataFrame({"beta_deg": [0], "gamma_deg": [90], "alpha_z_N_per_cm3": [alpha]})
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A campaign of two media, and the profile of a push in a file."""
+    folder = tmp_path_factory.mktemp("doors")
+    alpha = {name: reference.alpha_grid(name) for name in PAPER_MEDIA[:2]}
+    make_campaign(folder / "campaign", dict.fromkeys(alpha, LABORATORY), alpha)
+    rftfit.write_profile(folder / "sand.json", rftfit.scale(ALPHA), title="Sand")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def media(folder):
+    """What is known of a medium, in every form."""
+    known = (
+        rftfit.scale(ALPHA),
+        rftfit.estimate_map(one_push(ALPHA)),
+        rftfit.published_medium("poppy_LP"),
+        rftfit.open(folder / "campaign")["poppy_LP"],
+        rftfit.read_profile(folder / "sand.json"),
+        folder / "sand.json",
+    )
+    return dict(zip(MEDIA, known, strict=True))
+
+
+OF_PUSH = ("scale", "map", "read", "path")
+"""Forms of the one push."""
+
+
+@pytest.fixture
+def command(tmp_path, monkeypatch, capfd):
+    monkeypatch.chdir(tmp_path)
+
+    def call(line):
+        code = main(line.split())
+        output = capfd.readouterr()
+        return code, output.out, output.err
+
+    return call
+
+
+def lift(medium, body=FOOT, motion=DOWN):
+    return float(rftfit.predict(medium, body, motion, model_error=0)["force_z_N"].max())
+
+
+@pytest.mark.parametrize("form", MEDIA)
+def test_predict(media, form):
+    expected = 110.0 if form in OF_PUSH else 40 * 5 * 0.35093
+    assert lift(media[form]) == pytest.approx(expected, rel=1e-3)
+    assert rftfit.beyond_measured(media[form], FOOT, DOWN) is not None
+
+
+@pytest.mark.parametrize("form", MEDIA)
+def test_ground(media, form):
+    mesh = rftfit.Mesh.extrude(FOOT)
+    ground = rftfit.Ground(media[form], [mesh], delta_mm=0)
+    forces = ground.step([[0, 0, -5]], np.eye(3)[None], [[0, 0, -1]], [[0, 0, 0]], 0.001)
+    expected = 110.0 if form in OF_PUSH else 40 * 5 * 0.35093
+    assert forces[0, 2] == pytest.approx(expected, rel=1e-3)
+
+
+@pytest.mark.parametrize("form", MEDIA)
+def test_attach(media, form):
+    mujoco = pytest.importorskip("mujoco")
+    text = """<mujoco><option timestep="0.0005"/><worldbody><body pos="0 0 -0.05"><freejoint/>
+    <geom name="foot" type="box" size="0.04 0.025 0.001" mass="1"/></body></worldbody></mujoco>"""
+    model = mujoco.MjModel.from_xml_string(text)
+    data = mujoco.MjData(model)
+    data.qvel[2] = -0.01
+    attach: Any = rftfit.mujoco
+    ground = attach.attach(model, data, media[form], delta_mm=0)
+    ground.step()
+    # the lower side lies 1 mm deeper than the middle
+    expected = (110.0 if form in OF_PUSH else 40 * 5 * 0.35093) * 5.1 / 5
+    assert ground.forces[0, 2] == pytest.approx(expected, rel=2e-3)
+
+
+@pytest.mark.parametrize("form", MEDIA)
+def test_export(media, form, tmp_path):
+    rftfit.write_profile(tmp_path / "out.json", media[form])
+    again = rftfit.read_profile(tmp_path / "out.json")
+    assert lift(again) == pytest.approx(lift(media[form]), rel=1e-6)
+
+
+@pytest.mark.parametrize("form", MEDIA)
+def test_compare(media, form):
+    other = rftfit.scale(2 * ALPHA, 0.02)
+    if form == "published":
+        # printed without errors: no draws
+        with pytest.raises(rftfit.RftfitError, match="no errors"):
+            rftfit.compare_media(media[form], other)
+        return
+    comparison = rftfit.compare_media(media[form], other)
+    expected = 2.0 if form in OF_PUSH else 2 * ALPHA / 0.35093
+    assert comparison.ratio_lo < expected < comparison.ratio_hi
+    assert comparison.ratio == pytest.approx(expected, rel=0.15)
+
+
+def test_the_paper_routine_has_no_table_and_no_draws(tmp_path):
+    routine = rftfit.scale_by_paper(ALPHA)
+    assert lift(routine) < 0.95 * 110
+    with pytest.raises(rftfit.RftfitError, match="allowed: a map or a table"):
+        rftfit.write_profile(tmp_path / "out.json", routine)
+    with pytest.raises(rftfit.RftfitError, match="scatter between media"):
+        rftfit.compare_media(routine, rftfit.scale(ALPHA))
+
+
+@pytest.mark.parametrize("wrong", [0.55, None, np.zeros(3)])
+def test_what_is_no_medium_is_named_with_what_is_allowed(wrong):
+    for door in (
+        lambda: rftfit.predict(wrong, FOOT, DOWN),
+        lambda: rftfit.Ground(wrong, [rftfit.Mesh.extrude(FOOT)]),
+        lambda: rftfit.compare_media(wrong, rftfit.scale(ALPHA)),
+    ):
+        with pytest.raises(TypeError, match=r"for a medium; allowed: .*rftfit\.scale"):
+            door()
+
+
+def test_commands_compare_and_export_a_file(command, folder):
+    file, campaign = folder / "sand.json", folder / "campaign"
+    code, out, _ = command(f"compare {file} {campaign}:poppy_LP --json")
+    assert code == 0
+    assert json.loads(out)["ratio"] == pytest.approx(0.35093 / ALPHA, rel=0.15)
+    assert command(f"export --profile-file {file} --title Dune --output again.json")[0] == 0
+    assert lift(rftfit.read_profile("again.json")) == pytest.approx(110, rel=1e-3)
+
+
+@pytest.mark.parametrize("medium", PAPER_MEDIA)
+def test_one_push_has_one_answer(command, medium):
+    alpha = round(float(rftfit.published_medium(medium).alpha(0.0, np.pi / 2)[0]), 5)
+    sand = rftfit.scale(alpha)
+    rftfit.write_profile("sand.json", sand)
+    same: dict[str, Any] = {
+        "estimate_map": rftfit.estimate_map(one_push(alpha)),
+        "file": rftfit.read_profile("sand.json"),
+        "path": "sand.json",
+    }
+    for leg in LEGS:
+        outline = rftfit.model_leg(leg)
+        peaks = {peak.name: peak for peak in rftfit.find_peaks(sand, outline)}
+        for other in same.values():
+            for peak in rftfit.find_peaks(other, outline):
+                expected = peaks[peak.name]
+                tolerance = 1e-3 * max(abs(expected.value), 0.01)
+                assert peak.value == pytest.approx(expected.value, abs=tolerance)
+                assert peak.withheld == expected.withheld
+        for words in (f"--alpha {alpha}", "--profile-file sand.json"):
+            code, out, _ = command(f"predict --leg {leg} {words} --json --force")
+            assert code == 0
+            printed = json.loads(out)["peaks"]["lift"]
+            for name in ("lo", "hi", "model_lo", "model_hi", "next_lo", "next_hi"):
+                number = getattr(peaks["lift"], name)
+                end = None if np.isnan(number) else pytest.approx(number, rel=1e-3, abs=1e-3)
+                assert printed[name] == end
+            assert printed["force_z_N"] == pytest.approx(peaks["lift"].value, rel=1e-3)
+
+
+def test_nine_terms_print_no_interval_with_the_error_of_the_model(command, folder):
+    campaign = folder / "campaign"
+    for words in (
+        "--medium poppy_LP --profile fourier",
+        "--medium poppy_LP --profile generic",
+        f"--medium poppy_LP --profile fourier --results {campaign}",
+        f"--medium poppy_LP --profile generic --results {campaign}",
+        "--alpha 0.35093 --profile generic",
+    ):
+        code, out, _ = command(f"predict --leg reversed_c_leg {words} --json --force")
+        assert code == 0
+        facts = json.loads(out)
+        assert facts["model_error_known"] is False
+        peak = facts["peaks"]["lift"]
+        assert peak["force_z_N"] > 3.5
+        # the table of the same medium, or the map of the same push
+        assert peak["beside"] == pytest.approx(1.42, abs=0.02)
+        assert [peak[name] for name in ("model_lo", "model_hi", "next_lo", "next_hi")] == [None] * 4
+        # an interval that is left holds the force by the table or the map
+        if peak["lo"] is not None:
+            assert peak["lo"] <= peak["beside"] <= peak["hi"]
+        rows = pd.read_csv("forces.csv", comment="#")
+        assert not [name for name in rows if "_model_" in str(name) or "_next_" in str(name)]
+        if "force_z_lo_N" in rows:
+            is_shown = rows["force_z_lo_N"].notna()
+            holds = rows["force_z_beside_N"].between(rows["force_z_lo_N"], rows["force_z_hi_N"])
+            assert holds[is_shown].all()
+    code, _, err = command(
+        "predict --leg c_leg --medium poppy_LP --profile fourier --model-error 0.3"
+    )
+    assert (code, "--model-error" in err) == (2, True)
+
+
+def test_a_steep_peak_of_few_pushes_has_no_interval_of_alpha():
+    few = rftfit.find_peaks(rftfit.scale(0.35), rftfit.model_leg("reversed_c_leg"))[0]
+    assert (few.name, few.withheld) == ("lift", "steep")
+    assert few.steepness > 0.15
+    assert np.isnan([few.lo, few.hi]).all()
+    assert few.model_lo <= few.value <= few.model_hi
+    rows = rftfit.published_table("table_s5").query("medium == 'poppy_LP'")
+    all_directions = rftfit.find_peaks(
+        rftfit.estimate_map(rows), rftfit.model_leg("reversed_c_leg")
+    )[0]
+    assert (all_directions.withheld, np.isfinite(all_directions.lo)) == ("", True)
