@@ -145,9 +145,11 @@ LEVEL, BACK = {"gamma_deg": "45"}, {"direction": "extraction", "gamma_deg": "-0.
             "",
             [("gamma-zero", 4, "gamma_deg"), ("gamma-zero", 5, "gamma_deg")],
         ),
+        # the depths of the paper count where a config lists them
+        ({"h1": {"depth_cm": "3"}, "th": {"depth_cm": "3"}}, "", []),
         (
             {"h1": {"depth_cm": "3"}, "th": {"depth_cm": "3"}},
-            "",
+            "fit: {horizontal_depths_cm: [2.54, 5.08, 7.62]}\n",
             [
                 ("depth-unlisted", 4, "depth_cm", "2.54, 5.08, 7.62 cm"),
                 ("depth-unlisted", 5, "depth_cm"),

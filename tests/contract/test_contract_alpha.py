@@ -136,7 +136,7 @@ def test_the_published_reference():
 
 def test_scaling_by_hand():
     reference = rftfit.published_reference()
-    sand = rftfit.scale(0.9, 0.02)
+    sand = rftfit.scale_by_paper(0.9, 0.02)
     assert isinstance(sand, rftfit.ScaledMedium)
     assert sand.chi == pytest.approx(reference.chi.mean())
     assert sand.zeta == pytest.approx(0.9 / reference.chi.mean())
@@ -160,7 +160,7 @@ def test_scaling_by_hand():
 )
 def test_a_test_that_cannot_be_is_not_scaled(words, error):
     with pytest.raises(error):
-        rftfit.scale(*words)
+        rftfit.scale_by_paper(*words)
 
 
 def test_known_shapes():

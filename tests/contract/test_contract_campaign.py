@@ -175,14 +175,14 @@ def test_another_number_is_told_with_its_size(folder, small_root, tmp_path):
 @pytest.mark.parametrize("damage", ["edited", "linked"])
 def test_a_damaged_result_is_told_and_made_again(damage, folder):
     name = f"results/fits/{SAND}.csv"
-    path = folder / name
+    path, copy = folder / name, folder / "copy.csv"
     content = path.read_bytes()
     if damage == "edited":
         path.write_bytes(content.replace(b"0", b"1", 1))
     else:
-        (folder / "copy.csv").write_bytes(content + b"\n")
+        copy.write_bytes(content + b"\n")
         path.unlink()
-        path.symlink_to(folder / "copy.csv")
+        path.symlink_to(copy)
     code, out, _ = answer_of("verify", "--json", folder=folder)
     assert code == 5
     as_recorded = json.loads(out)["as_recorded"]
@@ -190,6 +190,10 @@ def test_a_damaged_result_is_told_and_made_again(damage, folder):
     # what is made from it is not as recorded either, what is not is
     assert as_recorded[f"results/alpha/{SAND}.csv"] is False
     assert as_recorded[f"results/alpha/{LAB}.csv"] is True
+    if damage == "linked":
+        assert "files.link-in-the-way" in refused("run", name, folder=folder)
+        assert copy.read_bytes() == content + b"\n"
+        path.unlink()
     report = rftfit.run(folder, [name], cores=1)
     assert f"slopes {SAND}" in report.made
     assert f"slopes {LAB}" not in report.made

@@ -119,7 +119,7 @@ def test_scale_is_the_map(words, pushes, confidence, folder):
 
 def test_scale_by_the_papers_routine(folder):
     words = ["scale", "--alpha", "0.9", "--se", "0.02", "--profile", "generic"]
-    content, sand = json_of(*words, folder=folder), rftfit.scale(0.9, 0.02)
+    content, sand = json_of(*words, folder=folder), rftfit.scale_by_paper(0.9, 0.02)
     assert content["zeta"]["value"] == pytest.approx(sand.zeta)
     assert content["zeta"]["lo"] == pytest.approx(sand.zeta_lo)
     assert content["chi"]["value"] == pytest.approx(sand.chi)

@@ -187,7 +187,7 @@ def test_a_motion_belongs_to_its_body(body, motion):
     with pytest.raises(TypeError):
         rftfit.predict(POPPY, body, motion)
     with pytest.raises(TypeError):
-        rftfit.predict("poppy_LP", body, motion)  # type: ignore[arg-type]
+        rftfit.predict(0.9, body, motion)  # type: ignore[arg-type]
 
 
 def test_the_robot_walks():

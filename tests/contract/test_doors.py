@@ -10,11 +10,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
+from command import answer_of
 from light_campaign import LABORATORY, make_campaign
 
 import rftfit
-from rftfit import reference
-from rftfit.cli.main import main
 
 ALPHA = 0.55
 """alpha_z(0, 90 deg) of the push, N/cm^3."""
@@ -31,11 +30,20 @@ def one_push(alpha):
     return pd.DataFrame({"beta_deg": [0], "gamma_deg": [90], "alpha_z_N_per_cm3": [alpha]})
 
 
+def published_alpha(medium):
+    """Return alpha_z and alpha_x of Table S5 by beta and gamma."""
+    rows = rftfit.published_table("table_s5")
+    rows = rows[rows["medium"] == medium]
+    names = ["alpha_z_N_per_cm3", "alpha_x_N_per_cm3"]
+    cells = rows.pivot_table(index="beta_deg", columns="gamma_deg", values=names)
+    return tuple(cells[name].to_numpy() for name in names)
+
+
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     """A campaign of two media, and the profile of a push in a file."""
     folder = tmp_path_factory.mktemp("doors")
-    alpha = {name: reference.alpha_grid(name) for name in PAPER_MEDIA[:2]}
+    alpha = {name: published_alpha(name) for name in PAPER_MEDIA[:2]}
     make_campaign(folder / "campaign", dict.fromkeys(alpha, LABORATORY), alpha)
     rftfit.write_profile(folder / "sand.json", rftfit.scale(ALPHA), title="Sand")
     return folder
@@ -60,19 +68,18 @@ OF_PUSH = ("scale", "map", "read", "path")
 
 
 @pytest.fixture
-def command(tmp_path, monkeypatch, capfd):
+def command(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-
-    def call(line):
-        code = main(line.split())
-        output = capfd.readouterr()
-        return code, output.out, output.err
-
-    return call
+    return lambda line: answer_of(*line.split(), folder=tmp_path)
 
 
 def lift(medium, body=FOOT, motion=DOWN):
     return float(rftfit.predict(medium, body, motion, model_error=0)["force_z_N"].max())
+
+
+def test_every_form_but_a_path_is_a_known_medium(media):
+    are_known = {form: isinstance(medium, rftfit.KnownMedium) for form, medium in media.items()}
+    assert are_known == {form: form != "path" for form in MEDIA}
 
 
 @pytest.mark.parametrize("form", MEDIA)
@@ -222,6 +229,7 @@ def test_nine_terms_print_no_interval_with_the_error_of_the_model(command, folde
 
 def test_a_steep_peak_of_few_pushes_has_no_interval_of_alpha():
     few = rftfit.find_peaks(rftfit.scale(0.35), rftfit.model_leg("reversed_c_leg"))[0]
+    assert isinstance(few, rftfit.Peak)
     assert (few.name, few.withheld) == ("lift", "steep")
     assert few.steepness > 0.15
     assert np.isnan([few.lo, few.hi]).all()

@@ -113,8 +113,8 @@ def test_a_printed_medium_takes_work(medium):
 @law
 @given(st.floats(0.05, 5), st.floats(0, 0.3), factors)
 def test_scaling_is_proportional_to_the_test(alpha, relative_se, factor):
-    one = rftfit.scale(alpha, relative_se * alpha)
-    other = rftfit.scale(factor * alpha, factor * relative_se * alpha)
+    one = rftfit.scale_by_paper(alpha, relative_se * alpha)
+    other = rftfit.scale_by_paper(factor * alpha, factor * relative_se * alpha)
     assert other.chi == pytest.approx(one.chi)
     for name in ("zeta", "zeta_lo", "zeta_hi"):
         assert getattr(other, name) == pytest.approx(factor * getattr(one, name), rel=1e-9)
@@ -125,7 +125,7 @@ def test_scaling_is_proportional_to_the_test(alpha, relative_se, factor):
 @given(st.floats(0.05, 5), st.floats(0.55, 0.8), st.floats(0.81, 0.999))
 def test_a_higher_level_is_a_wider_interval(alpha, low_level, high_level):
     narrow, wide = (
-        rftfit.scale(alpha, 0.05, confidence=level) for level in (low_level, high_level)
+        rftfit.scale_by_paper(alpha, 0.05, confidence=level) for level in (low_level, high_level)
     )
     assert wide.zeta_lo < narrow.zeta_lo < narrow.zeta == wide.zeta < narrow.zeta_hi < wide.zeta_hi
     assert wide.chi_lo < narrow.chi_lo < narrow.chi == wide.chi < narrow.chi_hi < wide.chi_hi
@@ -134,7 +134,7 @@ def test_a_higher_level_is_a_wider_interval(alpha, low_level, high_level):
 @law
 @given(st.floats(0.2, 5), st.floats(0.01, 0.1), st.floats(1.5, 5))
 def test_a_less_certain_test_is_a_wider_interval(alpha, se, factor):
-    sure, unsure = (rftfit.scale(alpha, error) for error in (se, factor * se))
+    sure, unsure = (rftfit.scale_by_paper(alpha, error) for error in (se, factor * se))
     assert unsure.zeta_lo < sure.zeta_lo < sure.zeta_hi < unsure.zeta_hi
 
 

@@ -371,10 +371,9 @@ def test_few_repeats_moderate_what_is_assumed():
 def test_repeats_of_a_bed_as_prepared_count_in_their_cell_alone():
     share, noise = np.array([0.5, 0.5]), Part(0.001, 12)
     apart = bed_of_mean(np.array([0.2, 0.4]), share, noise, ONE_BED)
-    # the usual 5 % counts for two degrees of freedom: the mean square of 1.5 %, of the noise and of what the two show
-    assert (apart[0].sd, apart[1].dof, apart[2]) == (0, ASSUMED_DOF + 1, OF_CELL)
-    square = (ASSUMED_DOF * (0.015**2 + 2 * 0.001**2) + 0.02) / (ASSUMED_DOF + 1)
-    assert apart[1].sd == pytest.approx(math.sqrt(square / 2))
+    # the usual spread counts for two degrees of freedom, where two runs have one
+    assert (apart[0].sd, apart[1].dof, apart[2]) == (0, ASSUMED_DOF, OF_CELL)
+    assert apart[1].sd == pytest.approx(0.1)
     none = bed_of_mean(np.array([0.3, 0.3]), share, noise, ONE_BED)
     assert (none[0], none[1].sd, none[2]) == (noise, 0, OF_CELL)
 

@@ -18,7 +18,7 @@ from rftfit.measure.alpha import alpha_table, column
 from rftfit.measure.checks_channels import _other_gain
 from rftfit.measure.checks_runs import check_steadiness
 from rftfit.measure.errors import REPEATS, gradient, spread_of_beds
-from rftfit.measure.laws import other_laws, power_fit
+from rftfit.measure.laws import LINE_THROUGH_ZERO, DepthLaw, other_laws, power_fit
 from rftfit.measure.ledger import RowStatus
 from rftfit.measure.levels import shifted_runs
 from rftfit.measure.slopes import (
@@ -38,14 +38,14 @@ AT_ZERO_AND_ONE = np.where(np.arange(60) < 59, 0.0, 5.0)
 """Depths of which all but the last are zero."""
 
 
-def alpha_at_one_depth(depth_cm, at_cm):
+def alpha_at_one_depth(depth_cm, law=LINE_THROUGH_ZERO):
     """Alpha_z of a cell of three level runs at one depth, and why there is none."""
     place = {"beta_deg": 30.0, "gamma_deg": 0.0, "depth_from_cm": depth_cm, "depth_to_cm": depth_cm}
     numbers = {column(c, end): 0.1 for c in "zx" for end in ("", "_se")}
     runs = pd.DataFrame(
         [{"run_id": name, **place, **numbers, "alpha_z_dof": 9, "alpha_x_dof": 9} for name in "abc"]
     )
-    (row,) = alpha_table(runs, "m", 0.95, 1, at_cm=at_cm).to_dict("records")
+    (row,) = alpha_table(runs, "m", 0.95, 1, law=law).to_dict("records")
     return [row[column("z")], row["reason_code"]]
 
 
@@ -109,10 +109,10 @@ NO_BED = (0.0, REPEATS)
         (lambda: weighted_sum_variance(FLAT, np.zeros(60))[0], [math.nan]),
         (lambda: bend_of(np.full(9, 2.0), np.ones(9)), math.nan),
         (lambda: bend_of(np.full(1, 2.0), np.ones(1)), math.nan),
-        (lambda: alpha_at_one_depth(2.0, None), [0.1, ""]),
-        (lambda: alpha_at_one_depth(2.0, 2.0), [0.1, ""]),
-        (lambda: alpha_at_one_depth(2.0, 5.0), [math.nan, "outside-window"]),
-        (lambda: alpha_at_one_depth(0.0, None), [math.nan, "zero-depths"]),
+        (lambda: alpha_at_one_depth(2.0), [0.1, ""]),
+        (lambda: alpha_at_one_depth(2.0, DepthLaw("power", 2.0)), [0.1, ""]),
+        (lambda: alpha_at_one_depth(2.0, DepthLaw("power", 5.0)), [math.nan, "outside-window"]),
+        (lambda: alpha_at_one_depth(0.0), [math.nan, "zero-depths"]),
         (surface_after_a_rest, 0),
         # one direction
         (lambda: gradient(np.zeros(2), np.zeros(2), np.arange(2.0)), np.zeros((2, 2))),

@@ -49,7 +49,7 @@ def test_alpha_with_a_free_intercept_is_the_slope(tmp_path):
 
 
 def test_two_rows_of_a_direction_have_an_interval(tmp_path):
-    """The usual 5 % between beds counts for two degrees of freedom beside the one of the two rows."""
+    """What is usual of beds counts for two degrees of freedom, where two rows have one."""
     header = (
         "beta_deg,gamma_deg,alpha_z_N_per_cm3,alpha_x_N_per_cm3,"
         "alpha_z_se_N_per_cm3,alpha_x_se_N_per_cm3"
@@ -57,5 +57,7 @@ def test_two_rows_of_a_direction_have_an_interval(tmp_path):
     rows = ["0,90,1.433,0,0.02,0.02", "0,90,1.738,0,0.02,0.02"]
     cell = alpha_of(tmp_path, "--alpha-table", [header, *rows]).loc[(0, 90)]
     assert cell["alpha_z_N_per_cm3"] == pytest.approx(1.5855)
-    assert 0.8 < cell["alpha_z_lo_next_N_per_cm3"] < cell["alpha_z_lo_N_per_cm3"] < 1.433
-    assert 1.738 < cell["alpha_z_hi_N_per_cm3"] < cell["alpha_z_hi_next_N_per_cm3"] < 2.4
+    # Student's quantile for two degrees of freedom
+    assert cell["alpha_z_hi_N_per_cm3"] == pytest.approx(1.5855 + 4.302653 * 0.1525, abs=1e-3)
+    assert 0.8 < cell["alpha_z_lo_N_per_cm3"] < 1.433
+    assert 1.738 < cell["alpha_z_hi_N_per_cm3"] < min(2.4, cell["alpha_z_hi_next_N_per_cm3"])

@@ -230,6 +230,8 @@ def test_a_number_is_the_mean_of_its_draws(count, medium, seed):
         tops = (sign * peak_draws).max(axis=1)
         ends = np.maximum(np.quantile(tops + top - tops.mean(), [0.025, 0.975]), 0)
         expected = [sign * top, *sorted(sign * ends)]
+        if peak.withheld:
+            expected[1:] = [np.nan, np.nan]
         assert_allclose([peak.value, peak.lo, peak.hi], expected, atol=1e-9)
     assert estimated.draws[:, :, ~estimated.measured].std(axis=0)[0].min() > 0
 

@@ -475,10 +475,7 @@ def _add_bed(
     scatter = source == OF_CELL and of_mean["noise"] != noise
     of_next["noise"] = _noise_of_next(cell, c, scatter=scatter)
     level = float(cell.share @ alpha)
-    noise_sd = noise.sd / math.sqrt(float(cell.share @ cell.share))
-    of_next["bed"] = bed_of_next(
-        alpha, level, spread, confidence, noise_sd=noise_sd, scatter=scatter
-    )
+    of_next["bed"] = bed_of_next(alpha, level, spread, confidence, scatter=scatter)
     if spread.source == AS_PREPARED and not scatter and (_runs_behind(cell) > 1).all():
         # several runs stand behind each row, and what these differ by holds their beds
         of_next["bed"] = Part(0.0)

@@ -244,9 +244,8 @@ def bed_of_mean(
     `share` (n,): of the runs, N/cm^3, and their shares in the mean.
     """
     n = alpha.size
-    level, mean_square = float(share @ alpha), float(share @ share)
-    bed_error = spread.error_at(level)
-    expected = Part(bed_error.sd * math.sqrt(mean_square), bed_error.dof)
+    bed_error = spread.error_at(float(share @ alpha))
+    expected = Part(bed_error.sd * math.sqrt(float(share @ share)), bed_error.dof)
     # a table may state no errors: then none is made up of rows that stand in it twice
     if (
         spread.source in (REPEATS, STATED, FEW_REPEATS)
@@ -258,41 +257,31 @@ def bed_of_mean(
     between = math.sqrt(float(alpha.var(ddof=1)) / n)
     if between <= math.hypot(noise.sd, expected.sd):
         return noise, expected, OF_CELL if spread.source == AS_PREPARED else spread.source
-    single = _scatter_of_cell(alpha, level, noise.sd / math.sqrt(mean_square))
-    return Part(0.0), Part(single.sd * math.sqrt(mean_square), single.dof), OF_CELL
+    return Part(0.0), Part(between, _scatter_of_runs(alpha).dof), OF_CELL
 
 
-def _scatter_of_cell(alpha: FloatArray, level: float, noise_sd: float) -> Part:
-    """Error of one run of a cell by the scatter of its few runs, moderated by the usual spread of beds and their noise.
+def _scatter_of_runs(alpha: FloatArray) -> Part:
+    """Error of one run by the scatter of the few runs of a cell, `alpha` (n,), N/cm^3.
 
-    The posterior mean of a variance, as in `_moderated`: two runs alone would have an interval of 12.7 standard errors.
-    `alpha` (n,): N/cm^3. `noise_sd`: of one run.
+    Two runs have one degree of freedom, and an interval of 12.7 standard errors. What is known of the beds of other
+    laboratories counts for `ASSUMED_DOF`: so many degrees of freedom the scatter has at least, and its size is its own.
     """
-    assumed = USUAL_BEDS.error_at(level).sd ** 2 + noise_sd**2
-    dof = ASSUMED_DOF + alpha.size - 1
-    variance = (ASSUMED_DOF * assumed + (alpha.size - 1) * float(alpha.var(ddof=1))) / dof
-    return Part(math.sqrt(variance), dof)
+    return Part(float(alpha.std(ddof=1)), max(alpha.size - 1.0, ASSUMED_DOF))
 
 
 def bed_of_next(
-    alpha: FloatArray,
-    level: float,
-    spread: Spread,
-    confidence: float,
-    *,
-    noise_sd: float,
-    scatter: bool,
+    alpha: FloatArray, level: float, spread: Spread, confidence: float, *, scatter: bool
 ) -> Part:
     """Error of one further prepared bed, at the alpha `level` of the cell, N/cm^3.
 
     Also where an interval does not include the scatter between beds, the next bed is another: it differs by as much as is
-    assumed where nothing is known. `alpha` (n,): of the runs of the cell; `noise_sd`: of one of them; `scatter`: whether what
-    they show counts if it is larger, as in `bed_of_mean`.
+    assumed where nothing is known. `alpha` (n,): of the runs of the cell; `scatter`: whether what they show counts
+    if it is larger, as in `bed_of_mean`.
     """
     expected = (USUAL_BEDS if spread.source == AS_PREPARED else spread).error_at(level)
     if not scatter:
         return expected
-    scatter_error = _scatter_of_cell(alpha, level, noise_sd)
+    scatter_error = _scatter_of_runs(alpha)
     return max(scatter_error, expected, key=lambda error: combined_half_width([error], confidence))
 
 
