@@ -101,7 +101,8 @@ def test_examples_of_the_introduction_say_what_the_package_computes():
     alpha_z = alpha_grid("poppy_LP")[0][list(BETA_DEG).index(30), list(GAMMA_DEG).index(45)]
     assert names["alpha_z"] == pytest.approx(alpha_z)
     assert names["highest"]["theta_deg"] < 0 < names["highest"]["force_z_N"]
-    assert names["sand"].zeta_lo < names["sand"].zeta < names["sand"].zeta_hi
+    zeta, zeta_lo, zeta_hi = names["sand"].zeta
+    assert zeta_lo < zeta < zeta_hi
 
 
 def test_every_page_has_a_picture_or_a_table():

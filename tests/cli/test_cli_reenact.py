@@ -121,7 +121,7 @@ def test_links_lead_nowhere(refusal, campaign):
     elsewhere = campaign / "elsewhere"
     (campaign / "raw/paper/yuma").rename(elsewhere)
     (campaign / "raw/paper/yuma").symlink_to(elsewhere)
-    refused(refusal, campaign, "yuma is not as")
+    refused(refusal, campaign, "link-in-the-way")
 
 
 def test_a_sheet_of_somebody_else(rftfit, refusal, campaign):

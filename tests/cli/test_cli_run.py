@@ -144,7 +144,7 @@ def test_a_lock_that_was_left(rftfit, campaign, fake):
 
 def test_a_log_that_cannot_be_written(rftfit, campaign, fake):
     (campaign / "results").write_text("")
-    assert "cannot write the workflow's log" in rftfit(fake, code=3).err
+    assert "snakemake.log: cannot write" in rftfit(fake, code=3).err
 
 
 @pytest.mark.skipif(os.name != "posix", reason="signals are POSIX's")
@@ -213,7 +213,8 @@ def test_ledger_that_is_none(tmp_path, text):
 def workflow(monkeypatch, root):
     """A workflow in a folder without a campaign."""
 
-    states = SimpleNamespace(campaign=SimpleNamespace(root=root))
+    campaign = SimpleNamespace(root=root, read_from={}, raw=root / "raw", sheet=root / "runs.csv")
+    states = SimpleNamespace(campaign=campaign)
     monkeypatch.setattr("rftfit.workflow.run.read_states", lambda _: (states, 0))
     return Workflow(root / "config.yaml", say=print)
 

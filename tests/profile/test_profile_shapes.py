@@ -333,7 +333,7 @@ LEFT_OUT = [(medium, case) for case in ("material", "medium") for medium in MEDI
 
 
 @pytest.mark.statistics
-@pytest.mark.parametrize(("medium", "case"), seeds(LEFT_OUT, LEFT_OUT[:6]))
+@pytest.mark.parametrize(("medium", "case"), seeds(LEFT_OUT, LEFT_OUT[:2]))
 def test_media_that_were_left_out(medium, case):
     """Errors over 182 values, % of the largest, no worse than twice the trials' mean; intervals hold."""
     left_out = [m for m in MEDIA if m == medium or (case == "material" and m[:5] == medium[:5])]
@@ -394,7 +394,7 @@ def test_order_of_rows_names_and_ignorance_change_nothing():
 
 
 @pytest.mark.statistics
-@pytest.mark.parametrize("medium", seeds(MEDIA, MEDIA[:2]))
+@pytest.mark.parametrize("medium", seeds(MEDIA, MEDIA[:1]))
 def test_the_more_pushes_the_narrower(medium):
     """On the whole: a medium that turns out rougher than was thought may widen its own interval."""
     random = np.random.default_rng(11)

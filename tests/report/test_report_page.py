@@ -401,7 +401,7 @@ def test_sections_controls_and_tables_are_whole(page, read):
     assert len(controls) == len(inside) == 15
     assert all(re.search(r"<(?:select|input)\b", label) for label in inside)
     widths = [{len(row) for row in table} for tables in read.tables.values() for table in tables]
-    assert [len(lengths) for lengths in widths] == [1] * 25
+    assert [len(lengths) for lengths in widths] == [1] * 26
     shares, best, conditions = (table[1:] for table in read.tables["robot"])
     assert shares[0][1] == "42 of 42|predicted: 39 of 39"
     assert [row[2] for row in best] == ["0.40", "0.40"]

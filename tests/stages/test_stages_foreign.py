@@ -136,7 +136,6 @@ def test_every_row_is_accounted_for(foreign):
         ("force_log.columns.F1", "kx", "columns", "'kx' 'Kx'"),
         ("force_log.columns.F2", None, "columns", "F2 force_log.columns"),
         ("motion_log.columns.x", 3, "columns", "unit um mm"),
-        ("motion_log.columns.x", {"column": 3, "unit": "s"}, "columns", "s x um"),
         ("motion_log.columns.x", None, "columns", "x motion_log.columns"),
         ("motion_log.columns.z", None, "columns", "z angle motion_log.columns"),
     ],

@@ -458,7 +458,7 @@ def _map(results: Results, walk: str) -> str:
 def _origin_of_error(results: Results) -> str:
     """Say which legs the model's own error was chosen on."""
     if results.model_error != EPS:
-        return "as estimated from the legs of this campaign, by the measured table"
+        return "as estimated from the legs of this campaign by tables of alpha"
     same = ", which are the legs that are compared here" if results.campaign.reenacted else ""
     return f"chosen on the legs of ref. 1 by its measured tables{same}"
 

@@ -168,6 +168,7 @@ def context(results: Results) -> dict[str, Any]:
             name: tables.tabulate_coefficients(results, name)
             for name in tables.tabulate_methods(results)
         },
+        "nine_terms": bool(of_method(results, "coefficients.csv")["value_N_per_cm3"].notna().any()),
         "dropped_terms": not of_method(results, "coefficients.csv")["kept"].all(),
         "scaling": scaling,
         "chi_of": {name: f"{published(name).chi.mean():.2f}" for name in METHODS},

@@ -98,7 +98,16 @@ STAGES = {
         f"{_MEASURE}:slopes",
         "measure",
         rows=True,
-        settings=("force_log", "transducer", "container", "intruders", "fit", "table", "media"),
+        settings=(
+            "force_log",
+            "transducer",
+            "container",
+            "intruders",
+            "fit",
+            "errors",
+            "table",
+            "media",
+        ),
         wildcard="medium",
     ),
     "checks": Stage(
