@@ -27,6 +27,6 @@ def test_in_a_fresh_clone(tmp_path, monkeypatch, capsys):
                 plt.close("all")
     assert figures == 4
     printed = capsys.readouterr().out
-    assert "zeta = 0.613" in printed
+    assert "zeta = 0.574" in printed
     assert "chi = " in printed
     assert np.isfinite(names["forces"]["force_z_hi_N"]).all()
