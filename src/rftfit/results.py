@@ -7,7 +7,7 @@ from collections import OrderedDict
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from copy import copy
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any, Self
 
@@ -730,7 +730,7 @@ class Medium(KnownMedium):
         if isinstance(profile, TableProfile):
             profile.model_error = self.results.model_error
         elif isinstance(profile, FourierProfile) and draws:
-            profile.beside = self._table_or_map
+            profile.beside = partial(self._table_or_map, draws=False)
         return profile
 
     def as_profile(self, is_enough: Callable[[Profile], bool] | None = None) -> Profile:
@@ -745,17 +745,17 @@ class Medium(KnownMedium):
         -------
         Profile
         """
-        table = self.profile("table")
+        return self._table_or_map(is_enough)
+
+    def _table_or_map(
+        self, is_enough: Callable[[Profile], bool] | None = None, *, draws: bool = True
+    ) -> Profile:
+        """Return the table where it is enough, else the map, with or without draws."""
+        table = self.profile("table", draws=draws)
         if not table.reason or (is_enough is not None and is_enough(table)):
             return table
-        completed = self.profile("map")
+        completed = self.profile("map", draws=draws)
         # a medium without any number has a reason by either
-        return table if completed.reason else completed
-
-    def _table_or_map(self) -> Profile:
-        """`as_profile` without draws."""
-        table = self.profile("table", draws=False)
-        completed = self.profile("map", draws=False) if table.reason else table
         return table if completed.reason else completed
 
     def export_source(self, kind: str | None = None) -> tuple[KnownMedium, dict[str, Any]]:

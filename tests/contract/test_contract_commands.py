@@ -12,7 +12,7 @@ import pandas as pd
 import pytest
 from command import answer_of, json_of, refused
 from numpy.testing import assert_allclose
-from push_maker import Push
+from push_maker import MadePush
 
 import rftfit
 
@@ -233,7 +233,9 @@ def test_simulate_is_the_robot(folder):
 # --- inspect, and a log in Python
 
 
-@pytest.mark.parametrize("push", [Push(), Push(force_unit="gf", length_unit="cm", start_s=1000.0)])
+@pytest.mark.parametrize(
+    "push", [MadePush(), MadePush(force_unit="gf", length_unit="cm", start_s=1000.0)]
+)
 def test_a_log_is_the_push_that_was_made(push, tmp_path):
     path = push.log().write(tmp_path / "push.csv")
     log = rftfit.read_log(path)
@@ -267,7 +269,7 @@ def test_a_log_is_the_push_that_was_made(push, tmp_path):
     ],
 )
 def test_options_that_a_dialect_does_not_have(dialect, options, tmp_path):
-    path = Push().log().write(tmp_path / "push.csv")
+    path = MadePush().log().write(tmp_path / "push.csv")
     text = options if dialect is None else None
     with pytest.raises(rftfit.RftfitError) as caught:
         rftfit.read_log(path, dialect, text, None if dialect is None else options)
@@ -278,7 +280,7 @@ def test_options_that_a_dialect_does_not_have(dialect, options, tmp_path):
 
 
 def test_a_drawing_of_a_log(tmp_path):
-    path = Push().log().write(tmp_path / "push.csv")
+    path = MadePush().log().write(tmp_path / "push.csv")
     assert answer_of("inspect", path, "--plot", tmp_path / "log.svg")[0] == 0
     assert (tmp_path / "log.svg").read_bytes().lstrip().startswith(b"<?xml")
     # a picture of its own may be drawn again
@@ -487,8 +489,8 @@ def test_where_nothing_can_be_written_the_numbers_are_out(folder):
     ],
 )
 def test_a_log_may_have_any_name(name, tmp_path):
-    path = Push().log().write(tmp_path / name)
-    assert rftfit.read_log(path).size == Push().time_s.size
+    path = MadePush().log().write(tmp_path / name)
+    assert rftfit.read_log(path).size == MadePush().time_s.size
     content = json_of("inspect", path)
     assert content["file"] == path.as_posix()
     assert answer_of("inspect", path)[0] == 0
@@ -497,7 +499,7 @@ def test_a_log_may_have_any_name(name, tmp_path):
 
 @pytest.mark.parametrize("cell", ["1e308", "1e999", "-1e308", "9" * 400, "0x1p9999", "1_000", "٣"])
 def test_huge_and_strange_numbers_in_a_log(cell, tmp_path):
-    log = Push().log()
+    log = MadePush().log()
     rows = [*log.rows]
     rows[40] = rows[40].rsplit(",", 1)[0] + f",{cell}"
     path = log.write(tmp_path / "a.csv", rows)
@@ -546,7 +548,7 @@ def test_a_log_without_a_row_has_a_code(tmp_path):
 
 
 def test_a_link_to_a_log_is_read_and_a_circle_is_refused(tmp_path):
-    path = Push().log().write(tmp_path / "push.csv")
+    path = MadePush().log().write(tmp_path / "push.csv")
     (tmp_path / "link.csv").symlink_to(path)
     assert rftfit.read_log(tmp_path / "link.csv").size == rftfit.read_log(path).size
     (tmp_path / "circle.csv").symlink_to(tmp_path / "circle.csv")

@@ -11,7 +11,7 @@ LONGEST_S = 19.0
 
 
 @dataclass(frozen=True)
-class Push:
+class MadePush:
     """One push of a plate on a straight path, and how its two logs are recorded.
 
     `alpha_z`, `alpha_x`: N/cm^3. `gamma_deg`: Of the path, 90 straight down. `exponent`: p of stress = alpha depth^p,

@@ -88,9 +88,9 @@ def test_generic_is_proportional_to_zeta(m0, zeta, beta, gamma):
 @law
 @given(st.floats(0.05, 5), st.floats(0.01, 2), angles, angles)
 def test_a_law_in_space_is_proportional_to_its_push(alpha, friction, beta, gamma):
-    one = rftfit.rft3d_profile(1.0, friction, step_deg=15).alpha(beta, gamma)
+    unscaled = rftfit.rft3d_profile(1.0, friction, step_deg=15).alpha(beta, gamma)
     scaled = rftfit.rft3d_profile(alpha, friction, step_deg=15).alpha(beta, gamma)
-    assert_allclose(scaled, alpha * np.array(one), atol=1e-9)
+    assert_allclose(scaled, alpha * np.array(unscaled), atol=1e-9)
 
 
 @law
@@ -113,12 +113,12 @@ def test_a_printed_medium_takes_work(medium):
 @law
 @given(st.floats(0.05, 5), st.floats(0, 0.3), factors)
 def test_scaling_is_proportional_to_the_test(alpha, relative_se, factor):
-    one = rftfit.scale_by_paper(alpha, relative_se * alpha)
-    other = rftfit.scale_by_paper(factor * alpha, factor * relative_se * alpha)
-    assert other.chi == pytest.approx(one.chi)
+    unscaled = rftfit.scale_by_paper(alpha, relative_se * alpha)
+    scaled = rftfit.scale_by_paper(factor * alpha, factor * relative_se * alpha)
+    assert scaled.chi == pytest.approx(unscaled.chi)
     for name in ("zeta", "zeta_lo", "zeta_hi"):
-        assert getattr(other, name) == pytest.approx(factor * getattr(one, name), rel=1e-9)
-    assert_allclose(other.coefficients, factor * one.coefficients)
+        assert getattr(scaled, name) == pytest.approx(factor * getattr(unscaled, name), rel=1e-9)
+    assert_allclose(scaled.coefficients, factor * unscaled.coefficients)
 
 
 @law
@@ -146,12 +146,12 @@ def map_of_pushes():
 @slow_law
 @given(factors)
 def test_a_map_is_proportional_to_its_pushes(factor):
-    one = map_of_pushes()
-    other = rftfit.estimate_map(PUSHES.assign(**{name: factor * PUSHES[name] for name in ALPHA}))
-    assert_allclose(other.zeta, factor * np.array(one.zeta), rtol=1e-6)
-    assert_allclose(other.table()[ALPHA], factor * one.table()[ALPHA], rtol=1e-6, atol=1e-9)
+    unscaled = map_of_pushes()
+    scaled = rftfit.estimate_map(PUSHES.assign(**{name: factor * PUSHES[name] for name in ALPHA}))
+    assert_allclose(scaled.zeta, factor * np.array(unscaled.zeta), rtol=1e-6)
+    assert_allclose(scaled.table()[ALPHA], factor * unscaled.table()[ALPHA], rtol=1e-6, atol=1e-9)
     # how well the pushes agree is a matter of their shape
-    assert other.belongs == pytest.approx(one.belongs)
+    assert scaled.belongs == pytest.approx(unscaled.belongs)
 
 
 @slow_law
@@ -230,11 +230,11 @@ stresses = st.builds(
 @law
 @given(stresses, factors, factors)
 def test_a_slope_has_the_units_of_its_readings(stress, of_stress, of_depth):
-    one = rftfit.fit_slope(depths, stress)
-    other = rftfit.fit_slope(of_depth * depths, of_stress * stress)
-    assert_allclose(other.alpha, one.alpha * of_stress / of_depth, rtol=1e-7, atol=1e-12)
-    assert_allclose(other.se, one.se * of_stress / of_depth, rtol=1e-6)
-    assert_allclose(other.dof, one.dof, rtol=1e-6)
+    unscaled = rftfit.fit_slope(depths, stress)
+    scaled = rftfit.fit_slope(of_depth * depths, of_stress * stress)
+    assert_allclose(scaled.alpha, unscaled.alpha * of_stress / of_depth, rtol=1e-7, atol=1e-12)
+    assert_allclose(scaled.se, unscaled.se * of_stress / of_depth, rtol=1e-6)
+    assert_allclose(scaled.dof, unscaled.dof, rtol=1e-6)
 
 
 @law

@@ -8,7 +8,7 @@ import pytest
 from campaign_maker import write_campaign
 from command import answer_of
 from numpy.testing import assert_allclose
-from push_maker import Push
+from push_maker import MadePush
 
 import rftfit
 
@@ -26,7 +26,7 @@ MEDIA: dict[str, dict[str, Any]] = {
 
 def pushes_of(medium, units):
     return [
-        Push(alpha_z=z, alpha_x=x, gamma_deg=gamma, seed=place, **MEDIA[medium], **units)
+        MadePush(alpha_z=z, alpha_x=x, gamma_deg=gamma, seed=place, **MEDIA[medium], **units)
         for place, (_, gamma, z, x) in enumerate(DIRECTIONS)
     ]
 

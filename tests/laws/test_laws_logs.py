@@ -9,13 +9,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from log_maker import TextLog, replace_cell
 from numpy.testing import assert_allclose
-from push_maker import CENTIMETRES, NEWTONS, Push
+from push_maker import CENTIMETRES, NEWTONS, MadePush
 from seeds import example_count
 
 import rftfit
 
 law = settings(max_examples=example_count(60), derandomize=True, deadline=None)
-PUSH = Push(readings_per_s=4.0)
+PUSH = MadePush(readings_per_s=4.0)
 ROWS = PUSH.time_s.size
 TEXT = {"delimiter": ","}
 NAMES = ("time", "Fx", "Fz", "x", "z")
@@ -67,7 +67,7 @@ def test_a_table_is_the_same_in_any_layout(folder, marks, unit_style, preamble):
 @law
 @given(st.sampled_from([*NEWTONS]), st.sampled_from([*CENTIMETRES]))
 def test_units_are_those_of_the_file(folder, force_unit, length_unit):
-    push = Push(readings_per_s=4.0, force_unit=force_unit, length_unit=length_unit)
+    push = MadePush(readings_per_s=4.0, force_unit=force_unit, length_unit=length_unit)
     read = rftfit.read_log(push.log().write(folder / "a.csv"))
     assert read.units == {"time": "s"} | dict.fromkeys(["Fx", "Fz"], force_unit) | dict.fromkeys(
         ["x", "z"], length_unit
@@ -89,7 +89,7 @@ def test_the_order_of_columns_does_not_matter(folder, order):
 @law
 @given(st.floats(-1e6, 1e6).map(lambda start: round(start, 3)))
 def test_a_shift_of_the_clock_is_a_shift_of_the_time(folder, start):
-    push = Push(readings_per_s=4.0, start_s=start)
+    push = MadePush(readings_per_s=4.0, start_s=start)
     read = columns_of(push.log().write(folder / "a.csv"), text=TEXT)
     expected = PUSH.log().columns
     assert_allclose(read["time"] - start, expected["time"], atol=1e-7)
@@ -135,7 +135,7 @@ def test_a_packed_file_is_the_file(folder, level):
 @law
 @given(st.integers(0, 99), st.floats(0.01, 2))
 def test_inspect_shows_the_numbers_that_are_read(folder, seed, noise):
-    push = Push(readings_per_s=4.0, seed=seed, noise_N=noise)
+    push = MadePush(readings_per_s=4.0, seed=seed, noise_N=noise)
     path = push.log().write(folder / "a.csv")
     read = columns_of(path)
     (clock,) = json_of("inspect", path)["clocks"]
@@ -150,7 +150,7 @@ def test_inspect_shows_the_numbers_that_are_read(folder, seed, noise):
 @law
 @given(st.floats(0.05, 2), st.floats(0.001, 0.1), st.integers(0, 99), st.sampled_from([*NEWTONS]))
 def test_alpha_comes_out_of_the_log_of_a_push(folder, alpha, noise, seed, force_unit):
-    push = Push(alpha_z=alpha, noise_N=noise, seed=seed, force_unit=force_unit)
+    push = MadePush(alpha_z=alpha, noise_N=noise, seed=seed, force_unit=force_unit)
     read = columns_of(push.log().write(folder / "a.csv"))
     depth = -read["z"] / 10
     under = depth > 0.5
