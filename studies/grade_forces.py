@@ -159,6 +159,8 @@ def vertical_alpha(medium: str) -> float:
 MAPS = {"map 91": len(EVERY), "map 16": 16, "map 6": 6, "map 1": 1}
 RIVALS = ("3D-RFT 0.4", "3D-RFT 0.6", "nine terms", "generic", "depth-only")
 MODELS = ("table", *MAPS, *RIVALS)
+WIDTH_FACTORS = tuple(round(0.1 * tenth, 1) for tenth in range(4, 17))
+"""By which the widths of intervals with the model's error are multiplied, to see which have the least score."""
 OF_ONE_PUSH = ("map 1", "3D-RFT 0.4", "3D-RFT 0.6", "generic")
 
 
@@ -402,6 +404,10 @@ def leg_rows(medium: str, models: Iterable[str]) -> list[Row]:
                     f"peak_in_{name}": 100 * float(peak_lo <= top <= peak_hi),
                     f"pose_in_{name}": 100 * float(low[highest] <= sign * top <= high[highest]),
                 }
+            for factor in WIDTH_FACTORS:
+                low, high = (mean + factor * (end - mean) for end in (model_lo, model_hi))
+                score = interval_score(low[poses], high[poses], measured[poses])
+                row[f"score_of_width_{factor:.1f}"] = 100 * score / peak
             if c in of_program:
                 ends = of_program[c]
                 row["inside_program"] = percent_inside(
@@ -412,6 +418,15 @@ def leg_rows(medium: str, models: Iterable[str]) -> list[Row]:
                 row["peak_in_program"] = 100 * float(ends.peak_lo <= peak <= ends.peak_hi)
             rows.append(row)
     return rows
+
+
+def best_width(of_model: pd.DataFrame) -> Row:
+    """Factor of the widths with the least interval score over all curves, and the score as it is over that least one."""
+    scores = of_model.filter(like="score_of_width_").mean()
+    return {
+        "best factor": float(str(scores.idxmin()).rpartition("_")[2]),
+        "score over least": of_model["score_model"].mean() / scores.min(),
+    }
 
 
 def summary_of_legs(rows: pd.DataFrame, models: Sequence[str]) -> pd.DataFrame:
@@ -445,6 +460,7 @@ def summary_of_legs(rows: pd.DataFrame, models: Sequence[str]) -> pd.DataFrame:
             "width": of_model["width_model"].mean(),
             "width, alpha": of_model["width_alpha"].mean(),
             "error": of_model["error"].mean(),
+            **best_width(of_model),
         }
         if "inside_program" in of_model:
             line["inside, program"] = of_model["inside_program"].mean()

@@ -12,6 +12,7 @@ import pandas as pd
 import pytest
 from command import answer_of
 from light_campaign import LABORATORY, make_campaign
+from seeds import seeds
 
 import rftfit
 
@@ -164,7 +165,8 @@ def test_commands_compare_and_export_a_file(command, folder):
     assert lift(rftfit.read_profile("again.json")) == pytest.approx(110, rel=1e-3)
 
 
-@pytest.mark.parametrize("medium", PAPER_MEDIA)
+@pytest.mark.statistics
+@pytest.mark.parametrize("medium", seeds(PAPER_MEDIA, PAPER_MEDIA[1:3]))
 def test_one_push_has_one_answer(command, medium):
     alpha = round(float(rftfit.published_medium(medium).alpha(0.0, np.pi / 2)[0]), 5)
     sand = rftfit.scale(alpha)

@@ -16,12 +16,8 @@ from pathlib import Path
 
 import numpy as np
 import yaml
-
-NEWTON_PER_GF = 9.80665e-3
-READINGS_PER_S = 20
-"""Of both logs of a made push."""
-MADE_FORCE_COLUMNS = ("time_s", "force_x", "force_z")
-MADE_STAGE_COLUMNS = ("millis", "x_mm", "z_mm", "along_mm")
+from log_maker import TextLog
+from push_maker import LONGEST_S, NEWTONS, MadePush
 
 
 @dataclass(frozen=True)
@@ -117,40 +113,52 @@ class MadePushes:
         random = np.random.default_rng(self.seed)
         content = {}
         for place, row in enumerate(rows):
-            force, stage = self._push(row, 600.0 + 150.0 * place, random)
-            content[row["force_log"]] = _csv_bytes(MADE_FORCE_COLUMNS, force, "%.4f")
-            content[row["motion_log"]] = _csv_bytes(MADE_STAGE_COLUMNS, stage, "%.3f")
+            push = self._push(row, 600.0 + 150.0 * place, random)
+            content[row["force_log"]] = self._force_log(push).text().encode()
+            content[row["motion_log"]] = self._stage_log(push, row).text().encode()
         return content
 
     def _push(self, row, start_s, random):
-        """Rest for 2 s, move 15 cm along the path at 1 cm/s, the last 10 below 0, rest for 2 s."""
-        gamma = np.radians(float(row["gamma_deg"]))
         bed = 1 + self.bed_percent / 100 * random.standard_normal()
-
-        def along_cm(time_s):
-            return np.clip(time_s - start_s - 2, 0, 15) - 5
-
-        time_s = start_s + np.arange(0, 19, 1 / READINGS_PER_S)
-        along = along_cm(time_s)
-        depth_cm = np.maximum(along * np.sin(gamma) + self.surface_mm / 10, 0)
-        rod_N = self.rod_N_per_cm * depth_cm
-        forces_N = np.stack([rod_N * np.cos(gamma), rod_N * np.sin(gamma)])
-        if row["kind"] == "plate":
-            alpha_z, alpha_x = generic_alpha(float(row["beta_deg"]), float(row["gamma_deg"]))
-            stress = 5.0 * (depth_cm / 5.0) ** self.exponent * self.alpha_scale * bed
-            forces_N += self.area_cm2 * np.outer([alpha_x, alpha_z], stress)
-        forces_N += self.noise_N * random.standard_normal(forces_N.shape)
-        forces_N *= self.gain.get(row.get("operator", ""), 1.0)
-        scale = {"N": 1.0, "gf": NEWTON_PER_GF}[self.force_unit]
-        stage_s = start_s + np.arange(-1, 20, 1 / READINGS_PER_S)
-        offset_s = self.clock_offset_s.get(row.get("session", ""), 0.0)
-        millis = 1000 * (stage_s * (1 + self.clock_drift) + offset_s)
-        along_mm = 10 * along_cm(stage_s)
-        x_mm, z_mm = -along_mm * np.cos(gamma), -along_mm * np.sin(gamma)
-        return (
-            np.column_stack([time_s, *(forces_N / scale)]),
-            np.column_stack([millis, x_mm, z_mm, along_mm]),
+        scale = self.alpha_scale * bed if row["kind"] == "plate" else 0.0
+        alpha_z, alpha_x = generic_alpha(float(row["beta_deg"] or 0), float(row["gamma_deg"]))
+        return MadePush(
+            alpha_z=scale * alpha_z,
+            alpha_x=scale * alpha_x,
+            gamma_deg=float(row["gamma_deg"]),
+            area_cm2=self.area_cm2,
+            exponent=self.exponent,
+            rod_N_per_cm=self.rod_N_per_cm,
+            surface_mm=self.surface_mm,
+            noise_N=self.noise_N,
+            gain=self.gain.get(row.get("operator", ""), 1.0),
+            start_s=start_s,
+            seed=random,
         )
+
+    def _force_log(self, push):
+        force_z_N, force_x_N = push.forces_N
+        newton = NEWTONS[self.force_unit]
+        columns = {
+            "time_s": push.time_s,
+            "force_x": force_x_N / newton,
+            "force_z": force_z_N / newton,
+        }
+        return TextLog(columns, {})
+
+    def _stage_log(self, push, row):
+        """Begin a second before the force log and end a second after it, by another clock."""
+        time_s = push.start_s + np.arange(-1, LONGEST_S + 1, 1 / push.readings_per_s)
+        offset_s = self.clock_offset_s.get(row.get("session", ""), 0.0)
+        along_mm = 10 * push.way_at(time_s)
+        gamma = np.radians(push.gamma_deg)
+        columns = {
+            "millis": 1000 * (time_s * (1 + self.clock_drift) + offset_s),
+            "x_mm": -along_mm * np.cos(gamma),
+            "z_mm": -along_mm * np.sin(gamma),
+            "along_mm": along_mm,
+        }
+        return TextLog(columns, {}, decimals=3)
 
 
 def generic_alpha(beta_deg, gamma_deg):
@@ -251,9 +259,3 @@ def _command():
     """Return the function behind the command ``rftfit``, as the installed package declares it."""
     (script,) = entry_points(group="console_scripts", name="rftfit")
     return script.load()
-
-
-def _csv_bytes(names, columns, number_format):
-    out = io.StringIO()
-    np.savetxt(out, columns, number_format, ",", header=",".join(names), comments="")
-    return out.getvalue().encode()
