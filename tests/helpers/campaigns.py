@@ -64,8 +64,8 @@ class Folder:
 
         Only the figures of the names in `drawn` (None: all) are put together, and their words are looked at;
         the files of the others have no content. Of a figure that is put together the svg holds its words, and
-        the other files nothing; with `real_run`, the svg is drawn, and the other files are those of `real_run`. What
-        a whole campaign says must rest on its records.
+        the other files nothing; with `real_run`, they are those of `real_run`. What a whole campaign says must
+        rest on its records.
         """
         # a campaign whose files are compared with those of a real run has all draws
         of_draws = few_draws() if real_run is None else contextlib.nullcontext()
@@ -126,15 +126,13 @@ def _sketch(folder, real_run, figure, base, about):
     if real_run is None:
         faults = text_faults(figure)
         assert not faults, f"{base.name}: {'; '.join(faults)}"
-    with patch.object(Axis, "get_children", lambda axis: [axis.label, axis.offsetText]):
-        # without the numbers of ticks, which are made when they are asked for
-        written = "\n".join([about, *words(figure)])
+        with patch.object(Axis, "get_children", lambda axis: [axis.label, axis.offsetText]):
+            # without the numbers of ticks, which are made when they are asked for
+            written = "\n".join([about, *words(figure)]).encode()
     for ending in style.FORMATS:
         target = base.with_name(f"{base.name}.{ending}")
         if real_run is None:
-            content = written.encode() if ending == "svg" else b""
-        elif ending == "svg":
-            content = style.content(figure, ending, about)
+            content = written if ending == "svg" else b""
         else:
             content = (real_run.root / target.relative_to(folder.root)).read_bytes()
         write_bytes(target, content)

@@ -140,7 +140,7 @@ def test_stages_declare_the_sections_that_they_read(second_run):
 
 
 def test_same_bytes_whatever_the_circumstances(small, second_run):
-    """Of png and pdf, which were not made again, the tests of the figures say the same."""
+    """Of figures, which were put together and not drawn again, `test_report_figures` says the same."""
     assert second_run[0].digests() == small.digests()
 
 
