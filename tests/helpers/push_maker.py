@@ -76,7 +76,7 @@ class MadePush:
         rod = self.rod_N_per_cm * np.outer([np.sin(gamma), np.cos(gamma)], self.depth_cm)
         force = self.stress_N_per_cm2 * self.area_cm2 + rod
         noise_x_N, noise_z_N = self.noise_N * random.standard_normal(force.shape)
-        force = force + [noise_z_N, noise_x_N]
+        force = force + np.stack([noise_z_N, noise_x_N])
         force = self.gain * force + self.zero_N
         if "dead" in self.faults:
             force = np.full_like(force, float(str(self.faults["dead"])))
