@@ -29,8 +29,9 @@ import pandas as pd
 from disturbances import sizes_of
 from mistakes import CHANNELS, change, enacted, judged, plates
 
+from rftfit.compare.axes import axes_evidence
 from rftfit.compare.causes import describe_change
-from rftfit.compare.joint import FALSE_ALARMS, JointModel, RunSlopes, axes_evidence, find_causes
+from rftfit.compare.joint import FALSE_ALARMS, JointModel, RunSlopes, find_causes
 from rftfit.compare.peers import compare_runs
 from rftfit.measure.alpha import column
 from rftfit.model.profiles import TableProfile

@@ -12,8 +12,9 @@ import pytest
 from seeds import seeds
 
 from rftfit.campaign.sheet import Run
+from rftfit.compare.axes import AXES, axes_evidence
 from rftfit.compare.causes import compare_all_runs
-from rftfit.compare.joint import AXES, JointModel, RunSlopes, axes_evidence, find_causes
+from rftfit.compare.joint import JointModel, RunSlopes, find_causes
 from rftfit.compare.peers import compare_runs, may_switch
 from rftfit.measure.alpha import column
 from rftfit.model.profiles import TableProfile
@@ -238,12 +239,6 @@ def test_a_run_with_one_component_is_left_out():
     fits.loc[0, column("x")] = np.nan
     causes, _ = compare_all_runs(fits, "sand", sheet, 0.3)
     pd.testing.assert_frame_equal(causes, rest)
-
-
-def test_scatter_is_a_share_of_the_largest_alpha():
-    beta, gamma, alpha = campaign(table_medium("poppy_CP"), 5)
-    model = model_of(beta, gamma, alpha, ("poppy_CP",))
-    assert model.largest == pytest.approx(np.hypot(*alpha).max(), rel=0.3)
 
 
 def test_few_runs_are_not_checked():

@@ -10,7 +10,7 @@ from other_labs import GRIDS
 from seeds import seeds
 
 from rftfit import reference
-from rftfit.compare.peers import COLUMNS, compare_runs, number_directions, outlier_differences
+from rftfit.compare.peers import COLUMNS, compare_runs, outlier_differences
 from rftfit.lab.plan import parse_directions
 from rftfit.lab.truth import table_s5
 from rftfit.measure.alpha import column
@@ -119,7 +119,7 @@ def test_one_of_three_repeats(values, which):
     largest = max(values)
     np.testing.assert_allclose(peers["off_z_ratio"], (np.array(values) - other_medians) / largest)
     # fewer than 24 runs: 6 % of alpha, and of 8 % of the largest
-    level = np.hypot(other_medians, 0.08 * largest)
+    level = np.hypot(np.median(values), 0.08 * largest)
     times = np.abs(np.array(values) - other_medians) / level / 0.06
     np.testing.assert_allclose(peers["times_spread"], times)
     assert outlier_differences(peers) == {
@@ -188,7 +188,22 @@ def test_least_that_all_published_media_feel():
     assert -0.5 < pull < 0
 
 
-def test_only_level_runs_are_apart_by_depth():
-    rows = [(30, 0, 0.2, 0.1), (30, 0, 0.2, 0.1), (0, 90, 0.3, 0.0), (0, 90, 0.3, 0.0)]
-    table = fits(rows).assign(depth_from_cm=[2.0, 5.0, 2.0, 5.0])
-    assert number_directions(table).tolist() == [0, 1, 2, 2]
+@pytest.mark.parametrize("repeats", [3, 4, 5])
+@pytest.mark.parametrize("fault", ["both-reversed", "x-reversed", "doubled"])
+def test_the_wrong_run_is_named_and_no_right_one(repeats, fault):
+    """Also in directions where grains may flow to either side of the plate."""
+    for seed in range(10):
+        luck = np.random.default_rng(seed)
+        cells = published("glass3mm_CP")[7:46:3]
+        alpha = np.array([cell[2:] for cell in cells * repeats]).T
+        alpha *= luck.normal(1, 0.05, alpha.shape[1])
+        is_clear = np.hypot(*alpha) > 0.4 * np.hypot(*alpha).max()
+        wrong = int(luck.choice(np.flatnonzero(is_clear)))
+        if fault == "x-reversed":
+            wrong = int(np.abs(alpha[1]).argmax())
+        factors = {"both-reversed": (-1, -1), "x-reversed": (1, -1), "doubled": (2, 2)}
+        alpha[:, wrong] *= factors[fault]
+        angles = [cell[:2] for cell in cells * repeats]
+        rows = [(*angle, *of_run) for angle, of_run in zip(angles, alpha.T, strict=True)]
+        peers = compare_runs(fits(rows), "m")
+        assert peers.loc[peers["apart"], "run_id"].tolist() == [f"r{wrong}"]

@@ -130,7 +130,7 @@ def dribble(sockets, stop):
                 sockets[index] = socket.create_connection((HOST, port), timeout=5), port
 
 
-def test_slow_connections_without_the_token_never_keep_the_owner_out():
+def test_slow_connections_without_the_token_never_keep_the_owner_out(capfd):
     """More than there are places; each begins a request that it never ends, and comes back when it is ended."""
     page, stop = LivePage(), Event()
     sockets = [
@@ -150,6 +150,7 @@ def test_slow_connections_without_the_token_never_keep_the_owner_out():
         page.close()
         for connection, _ in sockets:
             connection.close()
+    assert capfd.readouterr().err == ""
 
 
 def test_a_connection_with_the_token_stays_when_others_come():

@@ -7,6 +7,7 @@ import io
 import json
 import secrets
 import socket
+import sys
 import time
 from collections.abc import Callable
 from contextlib import suppress
@@ -90,6 +91,11 @@ class LivePage(ThreadingHTTPServer):
         finally:
             with self._changing:
                 self._connections.pop(request, None)
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """Print no traceback where a browser or a stranger ends a connection."""
+        if not isinstance(sys.exc_info()[1], OSError):
+            super().handle_error(request, client_address)
 
     def show(self, content: Callable[[str], str], *, changed: bool) -> None:
         """Send content by query to every browser, or to those alone that came meanwhile."""

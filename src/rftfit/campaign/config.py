@@ -17,6 +17,7 @@ from pydantic import (
 )
 
 from rftfit.campaign.files import DEVICE, is_device
+from rftfit.directions import TOLERANCE_DEG, same_direction
 
 LARGEST = 1e6
 """Largest number of most settings: no length in cm, force in N or time in s of a laboratory is larger."""
@@ -658,7 +659,7 @@ class Grid(Model):
     """
     gamma_deg: tuple[Annotated[float, Field(ge=-90, le=90)], ...] = Field(default=(), strict=False)
     """planned intrusion angles, degrees, up to the sides negative"""
-    angle_tolerance_deg: NotNegative = Field(default=0.5, le=10)
+    angle_tolerance_deg: NotNegative = Field(default=TOLERANCE_DEG, le=10)
     """directions that differ by no more in both angles are one cell, degrees
 
     Runs of one cell are averaged. With 0.5, runs at (30, 45) and (30.4, 45) are repeats of one
@@ -680,12 +681,7 @@ class Grid(Model):
 
     def same(self, first: Direction, second: Direction) -> bool:
         """Whether two directions are one cell; plates at -90 and 90 degrees are one and the same."""
-        # a little more, so that 0.5 is within 0.5 however it is rounded
-        most = self.angle_tolerance_deg + 1e-6
-        return (
-            abs(first[1] - second[1]) <= most
-            and abs((first[0] - second[0] + 90) % 180 - 90) <= most
-        )
+        return bool(same_direction(*first, *second, self.angle_tolerance_deg))
 
 
 Law = Literal["through_zero", "free_intercept"]

@@ -37,6 +37,7 @@ from rftfit.campaign.rows import (
 )
 from rftfit.campaign.sheet import Run, check_excluded
 from rftfit.campaign.spikes import find_spikes
+from rftfit.directions import SAME_DEPTH_CM, number_depths
 
 FloatArray = npt.NDArray[np.float64]
 _Grid = tuple[str, list[Line]]
@@ -164,7 +165,6 @@ _SAME = {
 }
 """Other spellings of units, as `_plain` makes them."""
 
-SAME_DEPTH_CM = 0.1
 LARGEST_RAD = 3.2
 """Several angles, none of them larger, are no degrees."""
 
@@ -703,9 +703,7 @@ def rows_against_gamma(depth: FloatArray, gamma: float) -> tuple[npt.NDArray[np.
     """
     wrong = np.zeros(depth.size, dtype=bool)
     if gamma == 0:
-        order = np.argsort(depth, kind="stable")
-        level = np.empty(depth.size, dtype=int)
-        level[order] = np.cumsum(np.diff(depth[order], prepend=depth[order[0]]) > SAME_DEPTH_CM)
+        level = number_depths(depth)
         starts = np.flatnonzero(np.diff(level, prepend=-1))
         _, first = np.unique(level[starts], return_index=True)
         twice = np.setdiff1d(np.arange(starts.size), first)

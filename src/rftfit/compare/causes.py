@@ -11,6 +11,7 @@ import pandas as pd
 
 from rftfit.campaign.columns import LABELS
 from rftfit.campaign.sheet import Run
+from rftfit.compare.axes import axes_evidence
 from rftfit.compare.joint import (
     ALL,
     FEWEST_RUNS,
@@ -22,9 +23,9 @@ from rftfit.compare.joint import (
     JointModel,
     RunSlopes,
     Scan,
-    axes_evidence,
     find_causes,
 )
+from rftfit.directions import TOLERANCE_DEG
 from rftfit.measure.alpha import column
 
 TOLD, NOT_SEEN, NOT_CHECKED = "told", "not seen", "not checked"
@@ -55,13 +56,18 @@ _WIDER_GAIN, _WIDER_OTHER = 1.2, 1.5
 
 
 def compare_all_runs(
-    fits: pd.DataFrame, medium: str, sheet: Mapping[str, Run], angle_deg: float
+    fits: pd.DataFrame,
+    medium: str,
+    sheet: Mapping[str, Run],
+    angle_deg: float,
+    tolerance_deg: float = TOLERANCE_DEG,
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Look for what the runs of a medium share, and for other axes: tables `CAUSE_COLUMNS` and `AXES_COLUMNS`.
 
-    `angle_deg`: Standard deviation of the angles of a run.
+    `angle_deg`: Standard deviation of the angles of a run. `tolerance_deg`: Difference of each angle up to which runs are of
+    one direction.
     """
-    runs, run_ids = _run_slopes(fits, sheet)
+    runs, run_ids = _run_slopes(fits, sheet, tolerance_deg)
     if runs.size < FEWEST_RUNS or not np.any(runs.alpha):
         rows = [_unchecked_row(kind, NO_RUNS) for kind in KINDS]
         causes = pd.DataFrame(rows, columns=CAUSE_COLUMNS).assign(medium=medium)
@@ -87,7 +93,9 @@ def rows_of_model(model: JointModel) -> pd.DataFrame:
     return pd.DataFrame(_rows_of_scan(model.scan(), []), columns=CAUSE_COLUMNS)
 
 
-def _run_slopes(fits: pd.DataFrame, sheet: Mapping[str, Run]) -> tuple[RunSlopes, list[str]]:
+def _run_slopes(
+    fits: pd.DataFrame, sheet: Mapping[str, Run], tolerance_deg: float
+) -> tuple[RunSlopes, list[str]]:
     """Runs that have both slopes, in the order of the run sheet."""
     names = [column(c) for c in "zx"]
     is_measured = np.isfinite(fits[names].to_numpy(float)).all(axis=1)
@@ -108,6 +116,7 @@ def _run_slopes(fits: pd.DataFrame, sheet: Mapping[str, Run]) -> tuple[RunSlopes
         good["mirrored"].to_numpy(bool),
         np.arange(len(good)),
         labels,
+        tolerance_deg,
     )
     return runs, run_ids
 

@@ -17,8 +17,9 @@ import numpy.typing as npt
 import pandas as pd
 
 from rftfit.conventions import FloatArray
+from rftfit.directions import TOLERANCE_DEG, number_directions
 from rftfit.errors import InputError
-from rftfit.measure.alpha import SAME_DEPTH_CM, SAME_DIRECTION_DEG, column
+from rftfit.measure.alpha import column
 
 LEVEL, POWER = 0.05, 0.80
 """Level of the two tests, and the probability with which the least differences stated are detected."""
@@ -48,6 +49,7 @@ class RunSet:
     `runs`: as ``results/fits/<medium>.csv``. `surface_cm`: standard deviation of the free surface, common to all
     runs. `turn_deg`: of the mount. `rod_percent`: of the bed that rods were pushed into. `campaign`, `medium`: runs of the
     same campaign share the mount and the tares; those of the same medium of it the bed of the rods, too.
+    `tolerance_deg`: difference of each angle up to which runs are of one direction; the larger of two sets counts.
     """
 
     name: str
@@ -57,6 +59,7 @@ class RunSet:
     rod_percent: float = 0.0
     campaign: str = ""
     medium: str = ""
+    tolerance_deg: float = TOLERANCE_DEG
 
 
 @dataclass(frozen=True)
@@ -327,17 +330,14 @@ def _pair(a: RunSet, b: RunSet) -> tuple[_Means, _Means, FloatArray]:
     ]
     depths = [_number(runs, "depth_from_cm") for runs in usable]
     both, depth = np.concatenate(angles, axis=1), np.concatenate(depths)
-    near = np.abs((both[0] - both[0][:, None] + 90) % 180 - 90) <= SAME_DIRECTION_DEG
-    near &= np.abs(both[1] - both[1][:, None]) <= SAME_DIRECTION_DEG
-    level = (both[1] == 0) & np.isfinite(depth)
-    near &= ~level[:, None] | (np.abs(depth - depth[:, None]) <= SAME_DEPTH_CM)
-    number = near.argmax(axis=1)
+    tolerance_deg = max(a.tolerance_deg, b.tolerance_deg)
+    number = number_directions(both[0], both[1], depth, tolerance_deg)
     split = len(usable[0])
     common = np.intersect1d(number[:split], number[split:])
     if not common.size:
         raise NoCommonDirection(
             f"{a.name} and {b.name} have no common direction: {_describe_directions(angles[0])} and "
-            f"{_describe_directions(angles[1])} (beta, gamma in degrees, within {SAME_DIRECTION_DEG:g})"
+            f"{_describe_directions(angles[1])} (beta, gamma in degrees, within {tolerance_deg:g})"
         )
     # x counts where all runs of a direction have it, on both sides
     x = np.concatenate([_number(runs, column("x")) for runs in usable])
@@ -347,9 +347,8 @@ def _pair(a: RunSet, b: RunSet) -> tuple[_Means, _Means, FloatArray]:
         _mean_of(side, runs, numbers, common, x_known)
         for side, runs, numbers in zip((a, b), usable, numbers_of_sides, strict=True)
     ]
-    place = np.array([int((number == cell).argmax()) for cell in common])
-    depth_cm = np.where(level[place], depth[place], math.nan)
-    return means[0], means[1], np.vstack([both[:, place], depth_cm])
+    depth_cm = np.where(both[1, common] == 0, depth[common], math.nan)
+    return means[0], means[1], np.vstack([both[:, common], depth_cm])
 
 
 def _with_pooled_sizes(a: _Means, b: _Means) -> tuple[_Means, _Means]:

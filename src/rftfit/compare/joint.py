@@ -18,7 +18,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from functools import cache, lru_cache
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -26,7 +26,8 @@ import numpy.typing as npt
 from scipy.special import ndtr, stdtrit
 
 from rftfit.conventions import FloatArray
-from rftfit.model.shapes import Shapes, published_shapes
+from rftfit.directions import TOLERANCE_DEG, angles_of_directions, number_directions
+from rftfit.model.run_model import Freedom, RunGaussian, Scatter, outer, prior_at
 
 FALSE_ALARMS = 0.01
 """Rate at which a sound campaign is said to have some shared cause."""
@@ -86,9 +87,10 @@ _MOST_STEPPED = 10
 """Fewest runs with which a step is looked for."""
 _FEWEST_OF_LABEL = 3
 _DIFFERENCE_DEG = 5.0
+_ANGLE_DIGITS = 6
+"""Decimals of an angle, deg, in which runs of one direction agree after they were moved together."""
 _ROUGH_SHARE = 0.3
-_FREE_X, _FREE_PULLS, _FREE_LEVEL = 0.4, 0.5, 0.3
-"""What media differ in beyond the known shape, relative to it: x beside z, pulls and level runs beside pushes."""
+_FREEDOM = Freedom(x=0.4, pulls=0.5, level=0.3)
 _T_DOF = 5.0
 """Degrees of freedom of the scatter, so that a run that stands apart counts less."""
 _ANGLES_DEG = (0.3, 0.2)
@@ -109,7 +111,8 @@ class RunSlopes:
 
     `beta_deg`, `gamma_deg`: shape (n,). `alpha`, `se`: shape (2, n), z and x, N/cm^3. `mirrored`: whether alpha_x of a
     run was turned, as that of an extraction. `order`: place of each run in the campaign. `labels`: by the name of a
-    column of the run sheet what it says of each run; empty: nothing.
+    column of the run sheet what it says of each run; empty: nothing. `tolerance_deg`: difference of each angle up to which
+    runs are of one direction.
     """
 
     beta_deg: FloatArray
@@ -119,6 +122,7 @@ class RunSlopes:
     mirrored: npt.NDArray[np.bool_]
     order: npt.NDArray[np.intp]
     labels: Mapping[str, npt.NDArray[np.str_]] = field(default_factory=dict)
+    tolerance_deg: float = TOLERANCE_DEG
 
     @property
     def size(self) -> int:
@@ -199,14 +203,6 @@ class _Theta(NamedTuple):
     rest: float
 
 
-class _Solved(NamedTuple):
-    """V^-1 applied to columns, and what it was made of."""
-
-    columns: FloatArray
-    solved: FloatArray
-    log_det: float
-
-
 @dataclass(eq=False)
 class JointModel:
     """Joint model of all runs, with the causes that were put right so far.
@@ -228,6 +224,12 @@ class JointModel:
         self.weight = np.ones(self.runs.size)
         self.jacobian = 0.0
         self.transform: FloatArray | None = None
+        angles_deg = self.runs.beta_deg, self.runs.gamma_deg
+        # numbered once: a cause that is put right moves directions and joins none
+        self.number = number_directions(*angles_deg, tolerance_deg=self.runs.tolerance_deg)
+        beta_deg, gamma_deg = angles_of_directions(self.number, *angles_deg)
+        off_deg = angles_deg[0] - beta_deg, angles_deg[1] - gamma_deg
+        self.runs = replace(self.runs, beta_deg=beta_deg, gamma_deg=gamma_deg)
         self._place(self.runs)
         count = self.directions.shape[1]
         mean = self.mean.reshape(2, count)[:, self.cell]
@@ -241,26 +243,31 @@ class JointModel:
             2, count
         )
         self._set_expected(math.exp(self.theta[0]) * self.prior_mean, start)
+        # alpha as it would be at the angles of the direction
+        moved = self.by_beta * off_deg[0] + self.by_gamma * off_deg[1]
+        self.runs = replace(self.runs, alpha=self.runs.alpha - moved)
 
     # --- the prior
 
     def _place(self, runs: RunSlopes, *, beside: bool = True) -> None:
         """Sort runs into directions, and take the prior there and, for slopes over the angles, a few degrees beside."""
-        rounded = np.round(np.stack([*_wrapped(runs.beta_deg, runs.gamma_deg)]), 1)
-        self.directions, cell = np.unique(rounded, axis=1, return_inverse=True)
-        self.cell = cell.ravel()
-        count = self.directions.shape[1]
-        if not beside:
-            self.mean, covariance = _prior_at(self.without, *self.directions)
-            self.prior = covariance + 1e-8 * np.eye(2 * count)
-            self.local = _local_variance(self.mean, np.bincount(self.cell))
-            return
-        self.prior_mean, self.prior_rows = _prior_beside(
-            self.without, self.directions.tobytes(), count
+        angles_deg = np.round([*_wrapped(runs.beta_deg, runs.gamma_deg)], _ANGLE_DIGITS)
+        directions, cell = np.unique(
+            np.stack([*angles_deg, self.number]), axis=1, return_inverse=True
         )
-        places = np.concatenate([np.arange(count), 5 * count + np.arange(count)])
-        self.mean = self.prior_mean[places]
-        self.prior = self.prior_rows[places] + 1e-8 * np.eye(2 * count)
+        self.directions, self.cell = np.ascontiguousarray(directions[:2]), cell.ravel()
+        count = self.directions.shape[1]
+        if beside:
+            self.prior_mean, self.prior_rows = _prior_beside(
+                self.without, self.directions.tobytes(), count
+            )
+            places = np.concatenate([np.arange(count), 5 * count + np.arange(count)])
+            self.mean, covariance = self.prior_mean[places], self.prior_rows[places]
+        else:
+            self.mean, covariance = prior_of_media(
+                self.directions[0], self.directions[1], _ROUGH_SHARE, self.without
+            )
+        self.prior = covariance + 1e-8 * np.eye(2 * count)
         self.local = _local_variance(self.mean, np.bincount(self.cell))
 
     def _set_expected(self, full: FloatArray, cells: FloatArray | None = None) -> None:
@@ -269,80 +276,44 @@ class JointModel:
         self.expected = (blocks[:, 0] if cells is None else cells)[:, self.cell]
         self.by_beta = ((blocks[:, 1] - blocks[:, 2]) / (2 * _DIFFERENCE_DEG))[:, self.cell]
         self.by_gamma = ((blocks[:, 3] - blocks[:, 4]) / (2 * _DIFFERENCE_DEG))[:, self.cell]
-        self.largest = float(np.hypot(*self.expected).max())
 
     # --- the likelihood
 
     def _scatter(self, theta: FloatArray, weight: FloatArray | None = None) -> FloatArray:
         """Covariance of the two slopes of each run around alpha of its direction, shape (n, 2, 2)."""
-        bed, rest = math.exp(theta[2]), math.exp(theta[3])
-        level = np.hypot(*self.expected)
-        scatter = bed**2 * _outer(self.expected)
+        scatter_of_runs = Scatter(math.exp(theta[2]), math.exp(theta[3]), _WEAK, _FLOOR)
+        scatter = scatter_of_runs.covariance(self.expected, self.runs.se)
         for error_deg, slopes in zip(self.angles_deg, (self.by_beta, self.by_gamma), strict=True):
-            scatter += error_deg**2 * _outer(slopes)
-        isotropic = rest**2 * (level**2 + (_WEAK * self.largest) ** 2)
-        isotropic += (_FLOOR * self.largest) ** 2
-        for component in (0, 1):
-            scatter[:, component, component] += isotropic + self.runs.se[component] ** 2
+            scatter += error_deg**2 * outer(slopes)
         scatter /= (self.weight if weight is None else weight)[:, None, None]
         if self.transform is not None:
             scatter = self.transform @ scatter @ self.transform.transpose(0, 2, 1)
         return scatter
 
-    def _solve(self, theta: FloatArray, extra_columns: FloatArray | None = None) -> _Solved:
-        """V^-1 of the residual from the prior mean, of that mean and of more columns, through the directions."""
-        count, size = self.directions.shape[1], self.runs.size
-        scatter = self._scatter(theta)
-        precision = np.asarray(np.linalg.inv(scatter), dtype=np.float64)
-        mean = math.exp(theta[0]) * self.mean.reshape(2, count)[:, self.cell].ravel()
-        columns = np.column_stack([self.runs.alpha.ravel() - mean, mean])
-        if extra_columns is not None:
-            columns = np.column_stack([columns, extra_columns])
-        weighted = np.einsum("nij,jnk->ink", precision, columns.reshape(2, size, -1))
-        inner = self._inner(theta, precision)
-        sums = self._sum_by_direction(weighted)
-        back = np.linalg.solve(inner, self._covariance(theta) @ sums).reshape(2, count, -1)
-        weighted -= np.einsum("nij,jnk->ink", precision, back[:, self.cell])
-        log_det = np.log(np.linalg.det(scatter)).sum() + np.linalg.slogdet(inner)[1]
-        return _Solved(columns, weighted.reshape(2 * size, -1), float(log_det))
-
-    def _covariance(self, theta: FloatArray) -> FloatArray:
+    def _gaussian(self, theta: FloatArray) -> RunGaussian:
+        """Runs about the prior mean."""
         relative = math.exp(theta[1]) * self.prior + np.diag(self.local)
-        return np.asarray(math.exp(2 * theta[0]) * relative)
+        return RunGaussian(self._scatter(theta), self.cell, math.exp(2 * theta[0]) * relative)
 
-    def _inner(self, theta: FloatArray, precision: FloatArray) -> FloatArray:
-        """I + P Z' D^-1 Z, of the directions."""
-        count = self.directions.shape[1]
-        gathered = np.zeros((2, count, 2, count))
-        diagonal = np.arange(count)
-        for row in (0, 1):
-            for column in (0, 1):
-                sums = np.bincount(self.cell, precision[:, row, column], minlength=count)
-                gathered[row, diagonal, column, diagonal] = sums
-        return np.asarray(
-            np.eye(2 * count) + self._covariance(theta) @ gathered.reshape(2 * count, -1)
-        )
-
-    def _sum_by_direction(self, columns: FloatArray) -> FloatArray:
-        """Sums over the runs of each direction, of columns of shape (2, n, k)."""
-        sums = np.zeros((2, self.directions.shape[1], columns.shape[2]))
-        for component in (0, 1):
-            np.add.at(sums[component], self.cell, columns[component])
-        return sums.reshape(-1, columns.shape[2])
+    def _mean(self, theta: FloatArray) -> FloatArray:
+        """Prior mean of the runs, shape (2 n,)."""
+        of_runs = self.mean.reshape(2, -1)[:, self.cell]
+        return np.asarray(math.exp(theta[0]) * of_runs.ravel())
 
     def cost(self, theta: FloatArray) -> float:
         """Negative log likelihood with what is known of lambda and of the scatter beforehand; infinite far off all sense."""
+        residual = self.runs.alpha.ravel() - self._mean(theta)
         try:
-            solved = self._solve(theta)
+            gaussian = self._gaussian(theta)
+            quadratic, log_det = residual @ gaussian.solve(residual), gaussian.log_det
         except np.linalg.LinAlgError:
             # runs that fit no shape at all, as by angles in rad, let the search stray
             return math.inf
-        quadratic = solved.columns[:, 0] @ solved.solved[:, 0]
         half = _DEPARTURE_DOF / 2
         beforehand = half * theta[1] + (half + 1) * math.exp(-theta[1])
         for value, middle in ((theta[2], _BED), (theta[3], _REST)):
             beforehand += 0.5 * ((value - math.log(middle)) / _SCATTER_LOG_SD) ** 2
-        return float(0.5 * (quadratic + solved.log_det) + beforehand + self.jacobian)
+        return float(0.5 * (quadratic + log_det) + beforehand + self.jacobian)
 
     # --- the fit
 
@@ -359,9 +330,10 @@ class JointModel:
 
     def update(self, *, keep_expected: bool = False) -> None:
         """Take alpha of the directions by the data, and weights by how far each run is from all others."""
-        solved = self._solve(self.theta)
+        gaussian = self._gaussian(self.theta)
+        residual = self.runs.alpha.ravel() - self._mean(self.theta)
         if not keep_expected:
-            sums = self._sum_by_direction(solved.solved[:, :1].reshape(2, self.runs.size, 1))[:, 0]
+            sums = gaussian.sum_by_direction(gaussian.solve(residual))[:, 0]
             departure = math.exp(self.theta[1]) * (self.prior_rows @ sums)
             count = self.directions.shape[1]
             places = np.concatenate([np.arange(count), 5 * count + np.arange(count)])
@@ -369,22 +341,13 @@ class JointModel:
             self._set_expected(
                 math.exp(self.theta[0]) * self.prior_mean + math.exp(2 * self.theta[0]) * departure
             )
-        distance = self._distance_from_others(solved.solved[:, 0])
+            # the scatter follows what is expected
+            gaussian = self._gaussian(self.theta)
+        predicted, covariance = gaussian.leave_out(residual.reshape(2, -1))
+        off = residual.reshape(2, -1) - predicted
+        covariance = covariance + self._scatter(self.theta, np.ones(self.runs.size))
+        distance = np.einsum("in,nij,jn->n", off, np.linalg.inv(covariance), off)
         self.weight = np.clip((_T_DOF + 2) / (_T_DOF + distance), 0.02, 1.0)
-
-    def _distance_from_others(self, residual: FloatArray) -> FloatArray:
-        """Squared distance of each run from what all others say of it, in its own errors."""
-        count = self.directions.shape[1]
-        scatter = self._scatter(self.theta)
-        precision = np.asarray(np.linalg.inv(scatter), dtype=np.float64)
-        middle = np.linalg.solve(self._inner(self.theta, precision), self._covariance(self.theta))
-        places = np.stack([self.cell, count + self.cell])
-        of_run = middle[places[:, None], places[None]].transpose(2, 0, 1)
-        left_out = np.linalg.inv(precision - precision @ of_run @ precision)
-        off = np.einsum("nij,jn->in", left_out, residual.reshape(2, -1))
-        unweighted = self._scatter(self.theta, np.ones(self.runs.size))
-        covariance = left_out - scatter + unweighted
-        return np.asarray(np.einsum("in,nij,jn->n", off, np.linalg.inv(covariance), off))
 
     # --- causes
 
@@ -477,14 +440,10 @@ class JointModel:
         """Score all candidates, and find the limit that the largest of sound scores hardly exceeds."""
         causes = self.causes()
         effects = np.column_stack([cause.effect for cause in causes])
-        solved = self._solve(self.theta, effects)
-        mean, solved_mean = solved.columns[:, 1], solved.solved[:, 1]
-        solved_effects = solved.solved[:, 2:]
-        # the size of the medium is free
-        share = (mean @ solved_effects) / (mean @ solved_mean)
-        information = effects.T @ (solved_effects - np.outer(solved_mean, share))
+        mean = self._mean(self.theta)
+        residual = self.runs.alpha.ravel() - mean
+        scores, information = self._gaussian(self.theta).score(residual, mean, effects)
         precision = np.maximum(np.diag(information), 1e-12)
-        scores = effects.T @ solved.solved[:, 0] - share * (mean @ solved.solved[:, 0])
         size = scores / precision
         wider = np.array([_WIDER.get(cause.kind, 1.0) for cause in causes])
         se = wider / np.sqrt(precision)
@@ -511,15 +470,9 @@ class JointModel:
         """Standard errors that the causes would have if the shape were known exactly."""
         theta = self.theta.copy()
         theta[1] = math.log(1e-4)
-        solved = self._solve(theta, effects)
-        mean, solved_mean, solved_effects = (
-            solved.columns[:, 1],
-            solved.solved[:, 1],
-            solved.solved[:, 2:],
-        )
-        information = (effects * solved_effects).sum(axis=0)
-        information -= (mean @ solved_effects) ** 2 / (mean @ solved_mean)
-        return np.asarray(1 / np.sqrt(np.maximum(information, 1e-12)))
+        mean = self._mean(theta)
+        _, information = self._gaussian(theta).score(mean, mean, effects)
+        return np.asarray(1 / np.sqrt(np.maximum(np.diag(information), 1e-12)))
 
     def _profile(self, cause: Cause, size: float, se: float) -> tuple[float, float, JointModel]:
         """Best size of a cause, how many errors it is beyond what is tolerated, and the model without it.
@@ -671,33 +624,22 @@ def _minimise(
     return np.asarray(minimize(cost, start, method="Nelder-Mead", options=options).x)
 
 
-def _outer(vectors: FloatArray) -> FloatArray:
-    """Outer products of vectors of shape (2, n) with themselves, shape (n, 2, 2)."""
-    return np.asarray(np.einsum("in,jn->nij", vectors, vectors))
-
-
 def _wrapped(beta_deg: FloatArray, gamma_deg: FloatArray) -> tuple[FloatArray, FloatArray]:
     """The plate at beta + 180 degrees is the same plate."""
     return (beta_deg + 90) % 180 - 90, gamma_deg
 
 
-@cache
-def _shapes(without: tuple[str, ...]) -> Shapes:
-    return published_shapes(without=without)
-
-
 def expected_alpha(beta_deg: FloatArray, gamma_deg: FloatArray) -> FloatArray:
     """Alpha of the known shape, z and x, shape (2, n), of a medium of size 1."""
-    mean, _ = _prior_at((), *_wrapped(beta_deg, gamma_deg))
+    mean, _ = prior_of_media(beta_deg, gamma_deg, _ROUGH_SHARE)
     return np.asarray(mean.reshape(2, -1))
 
 
-def _prior_at(
-    without: tuple[str, ...], beta_deg: FloatArray, gamma_deg: FloatArray
+def prior_of_media(
+    beta_deg: FloatArray, gamma_deg: FloatArray, rough_share: float, without: tuple[str, ...] = ()
 ) -> tuple[FloatArray, FloatArray]:
-    """Mean and covariance of a medium of size 1, with the freedom of `_freedom`."""
-    prior = _shapes(without).prior(np.radians(beta_deg), np.radians(gamma_deg))
-    return prior.mean, prior.covariance(_ROUGH_SHARE) + _freedom(prior.mean, gamma_deg)
+    """Mean and covariance of a medium of size 1, with freedom in what media differ in: of that no fault may be made."""
+    return prior_at(beta_deg, gamma_deg, rough_share, _FREEDOM, without)
 
 
 @lru_cache(maxsize=4)
@@ -709,24 +651,9 @@ def _prior_beside(
     step = _DIFFERENCE_DEG
     betas = np.concatenate([beta, beta + step, beta - step, beta, beta])
     gammas = np.concatenate([gamma, gamma, gamma, gamma + step, gamma - step])
-    mean, covariance = _prior_at(without, *_wrapped(betas, gammas))
+    mean, covariance = prior_of_media(betas, gammas, _ROUGH_SHARE, without)
     places = np.concatenate([np.arange(count), 5 * count + np.arange(count)])
     return mean, covariance[:, places]
-
-
-def _freedom(mean: FloatArray, gamma_deg: FloatArray) -> FloatArray:
-    """Covariance of what media differ in beyond the known shape, of which no fault may be made."""
-    gamma = np.concatenate([gamma_deg, gamma_deg])
-    is_x = np.arange(mean.size) >= gamma_deg.size
-    factors = (
-        (_FREE_X, mean * is_x),
-        (_FREE_PULLS, mean * (gamma < -1)),
-        (_FREE_LEVEL, mean * (np.abs(gamma) <= 1)),
-    )
-    freedom: FloatArray = sum(
-        (sd**2 * np.outer(rows, rows) for sd, rows in factors), np.zeros((mean.size, mean.size))
-    )
-    return freedom
 
 
 def _local_variance(mean: FloatArray, runs: npt.NDArray[np.intp]) -> FloatArray:
@@ -738,64 +665,3 @@ def _local_variance(mean: FloatArray, runs: npt.NDArray[np.intp]) -> FloatArray:
     variance = (_LOCAL * level) ** 2 + (_LOCAL_FLOOR * level.max()) ** 2
     variance = np.where(runs > 1, variance, 0.0)
     return np.concatenate([variance, variance])
-
-
-AXES = {
-    "as-given": ((1, 0), (0, 1)),
-    "x-reversed": ((1, 0), (0, -1)),
-    "z-reversed": ((-1, 0), (0, 1)),
-    "both-reversed": ((-1, 0), (0, -1)),
-    "exchanged": ((0, 1), (1, 0)),
-    "exchanged-z-reversed": ((0, -1), (1, 0)),
-    "exchanged-x-reversed": ((0, 1), (-1, 0)),
-    "exchanged-both-reversed": ((0, -1), (-1, 0)),
-}
-"""Axes that a configuration can give by mistake: what to do with (z, x) to put them right."""
-
-_AXES_CLEAR = 4.0
-"""Log of the Bayes factor from which other axes are named."""
-_AXES_SCATTER, _AXES_FLOOR = 0.07, 0.02
-"""Scatter of the median of a direction, relative to its alpha and to the largest alpha."""
-
-
-def axes_evidence(runs: RunSlopes, without: tuple[str, ...] = ()) -> dict[str, float]:
-    """Log of the Bayes factor of each of `AXES` against the given ones, by the medians of the directions.
-
-    The marginal likelihood is a sum over sizes of the medium, lambda and w.
-    """
-    rounded = np.round(np.stack([*_wrapped(runs.beta_deg, runs.gamma_deg)]), 1)
-    directions, cell = np.unique(rounded, axis=1, return_inverse=True)
-    count = directions.shape[1]
-    cells = [np.flatnonzero(cell.ravel() == place) for place in range(count)]
-    alpha = np.stack([np.median(runs.alpha[:, of_cell], axis=1) for of_cell in cells], axis=1)
-    side = np.array([runs.side[of_cell[0]] for of_cell in cells])
-    level = np.hypot(*alpha)
-    error = np.hypot(_AXES_SCATTER * level, _AXES_FLOOR * level.max())
-    error = np.concatenate([error, error])
-    departure = 2.0 ** np.arange(-1, 6)[:, None, None]
-    half = _DEPARTURE_DOF / 2
-    log_departure = (half + 1) * np.log(departure[..., 0]) + half / departure[..., 0]
-    steps = np.exp(np.linspace(-1.0, 0.6, 9))
-    evidence = dict.fromkeys(AXES, -math.inf)
-    prior = _shapes(without).prior(*np.radians(directions))
-    for rough_share in (0.0, 0.5):
-        covariance = prior.covariance(rough_share) + _freedom(prior.mean, directions[1])
-        variances, vectors = np.linalg.eigh(covariance / np.outer(error, error))
-        variances = np.maximum(variances, 0)
-        mean = vectors.T @ (prior.mean / error)
-        for name, matrix in AXES.items():
-            alpha_in_axes = np.array(matrix) @ np.stack([alpha[0], side * alpha[1]])
-            values = np.concatenate([alpha_in_axes[0], side * alpha_in_axes[1]])
-            turned = vectors.T @ (values / error)
-            size = math.sqrt((values @ values) / (prior.mean @ prior.mean + np.trace(covariance)))
-            sizes = (size * steps)[None, :, None]
-            variance = 1 + sizes**2 * departure * variances
-            log_density = -0.5 * (np.log(variance) + (turned - sizes * mean) ** 2 / variance).sum(
-                axis=-1
-            )
-            log_density -= log_departure
-            evidence[name] = float(
-                np.logaddexp(evidence[name], np.logaddexp.reduce(log_density, axis=None))
-            )
-    given_axes = evidence["as-given"]
-    return {name: value - given_axes for name, value in evidence.items()}

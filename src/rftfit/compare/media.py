@@ -125,6 +125,7 @@ class _Side:
             errors.tare_percent,
             self.campaign,
             self.medium.name,
+            self.medium.results.config.grid.angle_tolerance_deg,
         )
 
 

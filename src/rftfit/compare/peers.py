@@ -15,7 +15,8 @@ import numpy.typing as npt
 import pandas as pd
 
 from rftfit.conventions import FloatArray
-from rftfit.measure.alpha import SAME_DEPTH_CM, SAME_DIRECTION_DEG, column
+from rftfit.directions import TOLERANCE_DEG, number_directions, same_direction
+from rftfit.measure.alpha import column
 from rftfit.model.shapes import published_shapes
 
 COLUMNS = [
@@ -53,8 +54,12 @@ _TIMES_MAP, _LEAST_MAP, _TAIL, _FEWEST = 7.0, 0.13, 0.95, 10
 1008 sound tables of 20 to 54 directions with such beds, two runs are farther than both limits."""
 
 
-def compare_runs(fits: pd.DataFrame, medium: str) -> pd.DataFrame:
+def compare_runs(
+    fits: pd.DataFrame, medium: str, tolerance_deg: float = TOLERANCE_DEG
+) -> pd.DataFrame:
     """Compare each run that has alpha with the others of its medium; a row a run.
+
+    `tolerance_deg`: Difference of each angle up to which runs are repeats.
 
     `off_z_ratio`, `off_x_ratio`: difference from the others, relative to the largest alpha of the medium.
     `known_z_ratio`, `known_x_ratio`: the least that all published media feel in this direction, relative to
@@ -67,8 +72,13 @@ def compare_runs(fits: pd.DataFrame, medium: str) -> pd.DataFrame:
     if runs.empty:
         return pd.DataFrame(columns=COLUMNS)
     alpha = runs[names].to_numpy(float).T
-    groups = number_directions(runs)
-    others_alpha, times, apart, seen = _compare_with_repeats(alpha, groups, may_switch(runs))
+    beta_deg, gamma_deg, depth_cm = (
+        runs[name].to_numpy(float) for name in ("beta_deg", "gamma_deg", "depth_from_cm")
+    )
+    groups = number_directions(beta_deg, gamma_deg, depth_cm, tolerance_deg)
+    others_alpha, times, apart, seen = _compare_with_repeats(
+        alpha, groups, _without_side(alpha, gamma_deg, may_switch(runs))
+    )
     single = np.array([(groups == group).sum() < 3 for group in groups])
     if single.any():
         map_alpha, map_times, far, least = (
@@ -121,18 +131,6 @@ def outlier_differences(peers: pd.DataFrame) -> dict[str, tuple[float, float]]:
     return dict(zip(rows["run_id"].astype(str), zip(z, x, strict=True), strict=True))
 
 
-def number_directions(runs: pd.DataFrame) -> FloatArray:
-    """Number of the direction of each run; a level run also has a depth, since no depth is like another."""
-    beta, gamma, depth = (
-        runs[name].to_numpy(float) for name in ("beta_deg", "gamma_deg", "depth_from_cm")
-    )
-    near = np.abs((beta - beta[:, None] + 90) % 180 - 90) <= SAME_DIRECTION_DEG
-    near &= np.abs(gamma - gamma[:, None]) <= SAME_DIRECTION_DEG
-    level = (gamma == 0) & np.isfinite(depth)
-    near &= ~level[:, None] | (np.abs(depth - depth[:, None]) <= SAME_DEPTH_CM)
-    return np.asarray(near.argmax(axis=1), dtype=float)
-
-
 def may_switch(runs: pd.DataFrame) -> npt.NDArray[np.bool_]:
     """Whether a small error of an angle decides to which side of the plate the grains flow.
 
@@ -141,38 +139,56 @@ def may_switch(runs: pd.DataFrame) -> npt.NDArray[np.bool_]:
     """
     beta, gamma = (runs[f"{name}_deg"].to_numpy(float) for name in ("beta", "gamma"))
     from_plate = np.abs((beta + gamma + 45) % 90 - 45)
-    is_level = (np.abs(beta) <= SAME_DIRECTION_DEG) & (np.abs(gamma) > 90 - SAME_DIRECTION_DEG)
+    is_level = same_direction(beta, np.abs(gamma), 0.0, 90.0)
     return np.asarray((from_plate <= _SWITCHES_WITHIN_DEG) & ~is_level)
 
 
+def _without_side(
+    alpha: FloatArray, gamma_deg: FloatArray, switches: npt.NDArray[np.bool_]
+) -> FloatArray:
+    """Turn the force across the motion to one side where grains may flow to either, shape (2, n), z and x.
+
+    The force along the motion stays: on whichever side grains flow, they resist.
+    """
+    gamma = np.radians(gamma_deg)
+    along = np.stack([-np.sin(gamma), -np.cos(gamma)])
+    across = np.stack([along[1], -along[0]])
+    turned = (alpha * along).sum(axis=0) * along + np.abs((alpha * across).sum(axis=0)) * across
+    return np.where(switches & np.isfinite(alpha).all(axis=0), turned, alpha)
+
+
 def _compare_with_repeats(
-    alpha: FloatArray, groups: FloatArray, switches: npt.NDArray[np.bool_]
+    alpha: FloatArray, groups: npt.NDArray[np.intp], compared_alpha: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Median of the other runs of a direction; distance of each run; whether it is an outlier; smallest distance detected."""
+    """Median of the other runs of a direction; distance of each run; whether it is an outlier; smallest distance detected.
+
+    `compared_alpha`: Alpha whose distances count, shape (2, n).
+    """
     # a component that nobody measured makes no difference
-    filled_alpha = alpha.copy()
-    filled_alpha[1] = np.where(np.isfinite(alpha[0]) & np.isnan(alpha[1]), 0.0, alpha[1])
+    filled_alpha, compared_alpha = (
+        np.stack([of_z, np.where(np.isfinite(of_z) & np.isnan(of_x), 0.0, of_x)])
+        for of_z, of_x in (alpha, compared_alpha)
+    )
     weakest = _LEAST_REPEATS * np.nanmax(np.abs(filled_alpha))
 
-    def compare_group(members: npt.NDArray[np.intp]) -> tuple[FloatArray, FloatArray]:
-        """Median of the others, and the difference from it relative to its size."""
-        median = np.stack(
-            [np.median(filled_alpha[:, members[members != run]], axis=1) for run in members], axis=1
+    def compare_group(members: npt.NDArray[np.intp]) -> tuple[FloatArray, FloatArray, float]:
+        """Median of the others, the difference from it relative to the size of alpha, and that size."""
+        median, compared_median = (
+            np.stack([np.median(of_runs[:, members[members != run]], axis=1) for run in members], 1)
+            for of_runs in (filled_alpha, compared_alpha)
         )
         # beds differ by so many percent of both components; the weakest directions by more
-        level = np.hypot(np.hypot(*median), weakest)
-        distance = np.hypot(*(filled_alpha[:, members] - median))
         sizes = np.hypot(*filled_alpha[:, members])
-        others_size = np.array([np.median(sizes[members != run]) for run in members])
-        distance = np.where(switches[members], np.abs(sizes - others_size), distance)
-        return median, distance / level
+        # the median of all runs: beside a wrong run the median of the others is no size of a right one
+        level = math.hypot(float(np.median(sizes)), weakest)
+        distance = np.hypot(*(compared_alpha[:, members] - compared_median))
+        return median, distance / level, level
 
     others_alpha, (off, level) = np.full(alpha.shape, math.nan), np.full((2, groups.size), math.nan)
     all_members = (np.flatnonzero(groups == group) for group in np.unique(groups))
     large_groups = [members for members in all_members if members.size > 2]
     for members in large_groups:
-        others_alpha[:, members], off[members] = compare_group(members)
-        level[members] = np.hypot(np.hypot(*others_alpha[:, members]), weakest)
+        others_alpha[:, members], off[members], level[members] = compare_group(members)
     finite_off = off[np.isfinite(off)]
     unit = max(float(np.median(finite_off)), 0.01) if finite_off.size >= _FEW_RUNS else _ORDINARY
     far = np.zeros(groups.size, dtype=bool)

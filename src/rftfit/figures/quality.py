@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rftfit.compare.peers import MAP
+from rftfit.directions import number_depths
 from rftfit.figures import style
 from rftfit.figures.registry import figure, when
 from rftfit.figures.traces import DIRECTIONS, by_run, panel_limits, problem_text, stress_of, thin
@@ -117,8 +118,6 @@ MAX_ROWS = 7
 LEAST_FILL = 0.25
 """With fewer of the places of a grid taken, the runs stand one after the other."""
 
-_SAME_DEPTH_CM = 0.5
-
 
 @dataclass(frozen=True)
 class QualitySheet:
@@ -137,10 +136,9 @@ class QualitySheet:
 
 def depth_levels(depth_cm: pd.Series[float]) -> pd.Series[float]:
     """Gather the depths of horizontal runs, NaN where unknown, into the depths that were meant."""
-    ordered = depth_cm.sort_values()
-    group = (ordered.diff() > _SAME_DEPTH_CM).cumsum()
-    means = ordered.groupby(group).transform("mean")
-    return means.where(ordered.notna()).reindex(depth_cm.index)
+    known = depth_cm.dropna()
+    means = known.groupby(number_depths(np.asarray(known, dtype=np.float64))).transform("mean")
+    return means.reindex(depth_cm.index)
 
 
 def _column_label(gamma: float, direction: str, level: float) -> str:

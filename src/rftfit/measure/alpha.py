@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,6 +13,13 @@ import pandas as pd
 
 from rftfit.campaign.config import ErrorSettings, Grid
 from rftfit.conventions import FloatArray
+from rftfit.directions import (
+    SAME_DEPTH_CM,
+    TOLERANCE_DEG,
+    angle_apart,
+    number_depths,
+    number_directions,
+)
 from rftfit.measure.errors import (
     AS_PREPARED,
     OF_CELL,
@@ -47,12 +53,6 @@ from rftfit.measure.laws import LINE_THROUGH_ZERO, DepthLaw
 from rftfit.measure.sentences import FLAGS
 from rftfit.measure.slopes import combine_dof
 
-SAME_DIRECTION_DEG = 0.5
-"""Farther than this in an angle, a cell is not the one that is looked for."""
-
-SAME_DEPTH_CM = 0.1
-"""Horizontal runs closer in depth than this were meant for one depth."""
-
 
 def alpha_table(
     fits: pd.DataFrame,
@@ -84,14 +84,7 @@ def alpha_table(
     """
     errors = errors or ErrorSettings(angle_deg=0, turn_deg=0, tare_percent=0, bed_percent=0)
     records = sorted(fits.to_dict("records"), key=lambda row: str(row["run_id"]))
-    angles = [(float(row["beta_deg"]), float(row["gamma_deg"])) for row in records]
-    grid = grid or Grid()
-    # a medium of legs alone has one cell, which says that there is no run
-    directions = list(grid.planned) or distinct(angles, grid) or [(0.0, 90.0)]
-    runs_of_cells = [
-        [run for run, angle in zip(records, angles, strict=True) if grid.same(cell, angle)]
-        for cell in directions
-    ]
+    directions, runs_of_cells = _cells_of(records, grid or Grid())
     outliers = outliers or {}
     runs_without_outliers = [
         [run for run in runs if run["run_id"] not in outliers] for runs in runs_of_cells
@@ -125,22 +118,28 @@ def column(component: str, quantity: str = "") -> str:
     return f"alpha_{component}{quantity}_N_per_cm3"
 
 
-def distinct(angles: Sequence[tuple[float, float]], grid: Grid) -> list[tuple[float, float]]:
-    """Gather directions that are the same within the tolerance of the grid, by beta, then gamma.
-
-    Each is called by the angles that most of its runs have.
-    """
-    ungrouped = Counter(angles)
-    cells = []
-    while ungrouped:
-        # the most frequent first: the arm's 44.98 belongs to the planned 45
-        name = max(ungrouped, key=lambda angle: (ungrouped[angle], angle))
+def _cells_of(records: list[Row], grid: Grid) -> tuple[list[tuple[float, float]], list[list[Row]]]:
+    """Return the planned cells, or else the distinct directions of the runs by beta, then gamma, and the runs of each."""
+    angles_deg = [(float(run["beta_deg"]), float(run["gamma_deg"])) for run in records]
+    if grid.planned:
+        runs_of_cells = [
+            [run for run, angle in zip(records, angles_deg, strict=True) if grid.same(cell, angle)]
+            for cell in grid.planned
+        ]
+        return list(grid.planned), runs_of_cells
+    if not records:
+        # a medium of legs alone has one cell, which says that there is no run
+        return [(0.0, 90.0)], [[]]
+    beta_of_runs, gamma_of_runs = np.array(angles_deg).T
+    number = number_directions(beta_of_runs, gamma_of_runs, tolerance_deg=grid.angle_tolerance_deg)
+    runs_by_cell: dict[tuple[float, float], list[Row]] = {}
+    for run, first_run in zip(records, number, strict=True):
+        beta_deg, gamma_deg = angles_deg[first_run]
         # plates at -90 and 90 degrees are one: it is called 90
-        cells.append((90.0, name[1]) if name[0] == -90 else name)
-        ungrouped = Counter(
-            {angle: n for angle, n in ungrouped.items() if not grid.same(name, angle)}
-        )
-    return sorted(cells)
+        cell = (90.0 if beta_deg == -90 else beta_deg, gamma_deg)
+        runs_by_cell.setdefault(cell, []).append(run)
+    cells = sorted(runs_by_cell)
+    return cells, [runs_by_cell[cell] for cell in cells]
 
 
 def _repeats(cells: list[list[Row]], component: str) -> list[tuple[FloatArray, FloatArray]]:
@@ -190,15 +189,12 @@ def _moved_by_clock(run: Row, component: str) -> float:
 
 def _by_depth(runs: list[Row]) -> list[list[Row]]:
     """Part horizontal runs by the depth they were made at; none is reached exactly."""
-    runs_of_depths: list[list[Row]] = []
-    for run in sorted(runs, key=lambda row: float(row["depth_from_cm"])):
-        if (
-            not runs_of_depths
-            or run["depth_from_cm"] - runs_of_depths[-1][-1]["depth_from_cm"] > SAME_DEPTH_CM
-        ):
-            runs_of_depths.append([])
-        runs_of_depths[-1].append(run)
-    return runs_of_depths
+    ordered = sorted(runs, key=lambda row: float(row["depth_from_cm"]))
+    level = number_depths(np.array([run["depth_from_cm"] for run in ordered], dtype=float))
+    return [
+        [run for run, level_of_run in zip(ordered, level, strict=True) if level_of_run == place]
+        for place in np.unique(level)
+    ]
 
 
 @dataclass(frozen=True)
@@ -550,11 +546,8 @@ def rows_at(
     beta, gamma = (table[name].to_numpy(float) for name in ("beta_deg", "gamma_deg"))
     if not beta.size:
         return np.full(directions[0].shape, -1)
-    distance_deg = np.maximum(
-        np.abs((beta - directions[0][:, None] + 90) % 180 - 90),
-        np.abs(gamma - directions[1][:, None]),
-    )
-    return np.where(distance_deg.min(axis=1) <= SAME_DIRECTION_DEG, distance_deg.argmin(axis=1), -1)
+    distance_deg = angle_apart(beta, gamma, directions[0][:, None], directions[1][:, None])
+    return np.where(distance_deg.min(axis=1) <= TOLERANCE_DEG, distance_deg.argmin(axis=1), -1)
 
 
 def cell_at(table: pd.DataFrame, beta_deg: float, gamma_deg: float) -> pd.Series[Any] | None:

@@ -8,12 +8,11 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-import pandas as pd
 
 from rftfit.campaign.config import Config, Transducer
 from rftfit.campaign.sheet import Run
 from rftfit.conventions import FloatArray
-from rftfit.measure.alpha import SAME_DIRECTION_DEG
+from rftfit.directions import number_directions
 from rftfit.measure.checks_runs import check_drift, check_rods
 from rftfit.measure.checks_shared import told_axes
 from rftfit.measure.flags import Remark, format_remarks, remark
@@ -163,7 +162,11 @@ def against_known(
         else 0.0
         for c in (0, 1)
     )
-    direction = _directions(table)
+    direction = number_directions(
+        table["beta_deg"].to_numpy(float),
+        table["gamma_deg"].to_numpy(float),
+        tolerance_deg=config.grid.angle_tolerance_deg,
+    )
     causes = []
     for component, axis in enumerate("zx"):
         name = measured_channel(config, axis)
@@ -204,13 +207,6 @@ def against_known(
         )
         causes.append((cause, flags_on(runs, f"channel-{code}", **values)))
     return causes
-
-
-def _directions(table: pd.DataFrame) -> npt.NDArray[np.intp]:
-    """Number of the direction of each run, shape (n,): repeats, and depths of level runs, are of one."""
-    beta, gamma = (table[f"{name}_deg"].to_numpy(float) for name in ("beta", "gamma"))
-    differences = np.abs((beta - beta[:, None] + 90) % 180 - 90), np.abs(gamma - gamma[:, None])
-    return np.asarray((np.maximum(*differences) <= SAME_DIRECTION_DEG).argmax(axis=1))
 
 
 def _count(direction: npt.NDArray[np.intp], is_shown: Mask) -> int:

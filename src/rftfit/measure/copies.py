@@ -11,6 +11,7 @@ import pandas as pd
 from rftfit.campaign.config import UNIT_AREA
 from rftfit.campaign.sheet import Run
 from rftfit.conventions import FloatArray
+from rftfit.directions import number_directions
 from rftfit.measure.flags import REASON, Remark, reason_cells, remark
 from rftfit.measure.samples import split_runs
 
@@ -36,9 +37,10 @@ def copies_of(
 
 
 def _groups(fits: pd.DataFrame) -> list[list[str]]:
-    """Runs of one direction, by its rounded angles."""
-    angles = [fits["beta_deg"].round() % 180, fits["gamma_deg"].round(), fits["direction"]]
-    return [list(run_ids) for _, run_ids in fits.groupby(angles)["run_id"] if len(run_ids) > 1]
+    """Group the runs of one direction, and of one kind of motion."""
+    number = number_directions(fits["beta_deg"].to_numpy(float), fits["gamma_deg"].to_numpy(float))
+    grouped = fits.groupby([number, fits["direction"]])["run_id"]
+    return [list(run_ids) for _, run_ids in grouped if len(run_ids) > 1]
 
 
 def same_readings(sheet: Mapping[str, Run], runs: pd.DataFrame) -> dict[str, tuple[str, ...]]:

@@ -31,8 +31,9 @@ import pandas as pd
 from rftfit.campaign.config import Config
 from rftfit.campaign.tables import ALPHA
 from rftfit.conventions import FloatArray, mirror, wrap_beta
+from rftfit.directions import TOLERANCE_DEG, same_direction
 from rftfit.errors import InputError
-from rftfit.measure.alpha import SAME_DIRECTION_DEG, alpha_columns, column, directions, flagged
+from rftfit.measure.alpha import alpha_columns, column, directions, flagged
 from rftfit.model.draws import draws_of, errors_known, interval
 from rftfit.model.fourier import fit_lsq, kept_terms
 from rftfit.model.peaks import half_width_of_bed
@@ -382,7 +383,7 @@ def grid(beta_deg: npt.ArrayLike = (), gamma_deg: npt.ArrayLike = ()) -> Angles:
 
     def lines(published: FloatArray, extra_lines: npt.ArrayLike) -> FloatArray:
         new = np.asarray(extra_lines, dtype=float).ravel()
-        near = np.abs(new[:, None] - published).min(axis=1, initial=np.inf) <= SAME_DIRECTION_DEG
+        near = np.abs(new[:, None] - published).min(axis=1, initial=np.inf) <= TOLERANCE_DEG
         every: FloatArray = np.unique(np.concatenate([published, new[~near]]))
         return np.radians(every)
 
@@ -1314,12 +1315,10 @@ def _same_direction(
     """Nodes that are a direction or its mirror image, and the sign of alpha_x there."""
     nodes, signs = [], []
     for image, sign in (((beta, gamma), 1.0), (mirror(beta, gamma), -1.0)):
-        off_beta = np.degrees(betas - float(image[0]))
-        off_gamma = np.degrees(gammas - float(image[1]))
-        near = (np.abs((off_beta + 90) % 180 - 90) <= SAME_DIRECTION_DEG) & (
-            np.abs((off_gamma + 180) % 360 - 180) <= SAME_DIRECTION_DEG
-        )
-        nodes.append(np.flatnonzero(near))
+        image_deg = np.degrees([float(angle) for angle in image])
+        off_gamma_deg = (np.degrees(gammas) - image_deg[1] + 180) % 360 - 180
+        is_near = same_direction(np.degrees(betas), off_gamma_deg, image_deg[0], 0.0)
+        nodes.append(np.flatnonzero(is_near))
         signs.append(np.full(nodes[-1].size, sign))
     places, first_places = np.unique(np.concatenate(nodes), return_index=True)
     return places, np.concatenate(signs)[first_places]

@@ -13,6 +13,7 @@ import pandas as pd
 
 from rftfit.campaign.config import Leg
 from rftfit.conventions import FloatArray
+from rftfit.directions import beta_apart
 from rftfit.figures.labels import PROFILES, name_of, usable_media
 from rftfit.figures.maps import kept_coefficients, lies_on_grid, pivot
 from rftfit.measure.alpha import column
@@ -349,7 +350,9 @@ def _cells(
             flags_of_cell = flags.of_cell(row, without=shared) if flags else []
             if note := format_remarks([*reason_of(row), *flags_of_cell]):
                 # a plate at -90 degrees is the one at 90
-                lines = np.flatnonzero(np.abs((beta_deg - row["beta_deg"] + 90) % 180 - 90) < 0.01)
+                lines = np.flatnonzero(
+                    np.abs(beta_apart(beta_deg, row["beta_deg"])) < SAME_LINE_DEG
+                )
                 column_at = np.abs(gamma_deg - row["gamma_deg"]).argmin()
                 notes |= {f"{line},{column_at}": note for line in lines}
     else:

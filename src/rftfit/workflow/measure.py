@@ -79,7 +79,7 @@ def checks(results: Results, medium: str) -> tuple[pd.DataFrame, ...]:
     sheet = {run.run_id: run for run in results.campaign.runs_of(medium)}
     copies = copies_of(sheet, tables["runs"], tables["fits"], tables["tared"])
     fits = tables["fits"]
-    peers = compare_runs(fits, medium)
+    peers = compare_runs(fits, medium, config.grid.angle_tolerance_deg)
     errors, surface = errors_of(fits, config)
     level, depths = config.fit.confidence, len(config.fit.horizontal_depths_cm)
     grid, off = config.grid_of(medium), outlier_differences(peers)
@@ -89,7 +89,9 @@ def checks(results: Results, medium: str) -> tuple[pd.DataFrame, ...]:
         return alpha_table(counted_once(fits, copies)[0], medium, *settings)
 
     angle_deg = config.errors.angle_deg
-    causes, axes = compare_all_runs(counted_once(fits, copies)[0], medium, sheet, angle_deg)
+    causes, axes = compare_all_runs(
+        counted_once(fits, copies)[0], medium, sheet, angle_deg, config.grid.angle_tolerance_deg
+    )
     alpha_of_medium = cells(fits, DepthLaw(config.fit.law), surface)
     tables |= {"alpha": alpha_of_medium, "peers": peers, "causes": causes, "axes": axes}
     of_runs = [results.table(f"flags/{stage}/{medium}.csv") for stage in FLAGGING]
