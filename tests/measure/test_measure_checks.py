@@ -36,13 +36,13 @@ from rftfit.measure.checks_surface import check_linearity, check_surface
 from rftfit.measure.flags import Flags, format_remarks, remark
 from rftfit.measure.ledger import RowStatus
 from rftfit.measure.levels import two_clusters
+from rftfit.measure.verdict_words import is_usable
 from rftfit.measure.verdicts import (
     CHECKS,
     COLUMNS,
     Check,
     MediumMeasurements,
     describe_rows,
-    is_usable,
     marks_of,
 )
 from rftfit.model.rft3d import rft3d_profile

@@ -12,7 +12,8 @@ from rftfit.campaign.config import CheckName
 from rftfit.campaign.load import Campaign
 from rftfit.measure import checks_axes, checks_channels, checks_runs, checks_shared, checks_surface
 from rftfit.measure.flags import Flags
-from rftfit.measure.verdicts import ACCEPTED, CHECKS, FAILED, NOT_CHECKED, Check, MediumMeasurements
+from rftfit.measure.verdict_words import ACCEPTED, FAILED, NOT_CHECKED
+from rftfit.measure.verdicts import CHECKS, Check, MediumMeasurements
 
 IN_ORDER: dict[CheckName, Callable[[MediumMeasurements], Check]] = {
     "channels": checks_channels.check_channels,

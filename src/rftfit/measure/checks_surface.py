@@ -20,7 +20,8 @@ from rftfit.measure.flags import Remark, remark
 from rftfit.measure.laws import LEVELLED_CM, ordinary_surface
 from rftfit.measure.levels import FEW_RUNS, Mask, median_of_runs, shifted_runs, two_clusters
 from rftfit.measure.slopes import student_quantile
-from rftfit.measure.verdicts import FAILED, Check, MediumMeasurements, describe_rows, flags_on
+from rftfit.measure.verdict_words import FAILED
+from rftfit.measure.verdicts import Check, MediumMeasurements, describe_rows, flags_on
 
 _SIGMAS = 3.0
 _LAG_S = 0.03

@@ -15,9 +15,7 @@ from rftfit.campaign.config import CheckName, Config, MediumSettings
 from rftfit.campaign.sheet import Run
 from rftfit.measure.flags import Flags, Remark, remark
 from rftfit.measure.sentences import CHECK_WORDS
-
-PASSED, FAILED, ACCEPTED, NOT_CHECKED = "passed", "failed", "accepted", "not checked"
-UNUSABLE, DOUBTFUL = "unusable", "doubtful"
+from rftfit.measure.verdict_words import ACCEPTED, DOUBTFUL, FAILED, NOT_CHECKED, PASSED, UNUSABLE
 
 
 class Rule(NamedTuple):
@@ -247,8 +245,3 @@ def marks_of(checks: pd.DataFrame, media: Mapping[str, MediumSettings]) -> dict[
         if marks:
             warnings[str(medium)] = marks
     return warnings
-
-
-def is_usable(alpha: pd.DataFrame) -> bool:
-    """Whether a medium may enter what is made from several media."""
-    return not any(UNUSABLE in str(codes).split() for codes in alpha.get("checks_code", ()))

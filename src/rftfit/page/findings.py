@@ -12,7 +12,7 @@ from rftfit.compare.legs import WITHIN_PERCENT
 from rftfit.figures import labels
 from rftfit.figures.style import format_number
 from rftfit.measure.alpha import cell_at, column
-from rftfit.measure.verdicts import NOT_CHECKED, PASSED
+from rftfit.measure.verdict_words import NOT_CHECKED, PASSED
 from rftfit.model.fourier import TERMS
 from rftfit.page.cells import Row, records
 from rftfit.page.outcome import CHECK_NAMES, NOTHING, SOUND, verdict_of

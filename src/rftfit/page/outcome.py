@@ -12,18 +12,8 @@ from rftfit.figures.labels import explanation_of, format_interval, in_brackets, 
 from rftfit.measure.flags import Remark, attach_run, format_remarks, remark
 from rftfit.measure.ledger import DROPPED, USED, RowStatus
 from rftfit.measure.sentences import FLAGS
-from rftfit.measure.verdicts import (
-    ACCEPTED,
-    CHECKS,
-    DOUBTFUL,
-    FAILED,
-    NEEDED,
-    NOT_CHECKED,
-    PASSED,
-    UNUSABLE,
-    as_sentence,
-    faults_of,
-)
+from rftfit.measure.verdict_words import ACCEPTED, DOUBTFUL, FAILED, NOT_CHECKED, PASSED, UNUSABLE
+from rftfit.measure.verdicts import CHECKS, NEEDED, as_sentence, faults_of
 from rftfit.model.shapes import NOT_ALIKE
 from rftfit.page.cells import records
 from rftfit.results import Results
