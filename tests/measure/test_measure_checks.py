@@ -16,28 +16,10 @@ from other_labs import GRIDS
 
 from rftfit import reference
 from rftfit.campaign.config import ForceLog, MediumSettings
-from rftfit.compare.peers import compare_runs
-from rftfit.lab.plan import parse_directions
-from rftfit.lab.truth import table_s5
-from rftfit.measure import checks
-from rftfit.measure.alpha import column
-from rftfit.measure.checks_axes import Cells, check_symmetry, check_up_down, check_work
-from rftfit.measure.checks_channels import against_known, check_channels
-from rftfit.measure.checks_runs import (
-    check_drift,
-    check_logs,
-    check_repeats,
-    check_rods,
-    check_size,
-    check_steadiness,
-)
-from rftfit.measure.checks_shared import check_shared
-from rftfit.measure.checks_surface import check_linearity, check_surface
-from rftfit.measure.flags import Flags, format_remarks, remark
-from rftfit.measure.ledger import RowStatus
-from rftfit.measure.levels import two_clusters
-from rftfit.measure.verdict_words import is_usable
-from rftfit.measure.verdicts import (
+from rftfit.checks import medium as checks
+from rftfit.checks.axes import Cells, check_symmetry, check_up_down, check_work
+from rftfit.checks.channels import against_known, check_channels
+from rftfit.checks.declared import (
     CHECKS,
     COLUMNS,
     Check,
@@ -45,6 +27,24 @@ from rftfit.measure.verdicts import (
     describe_rows,
     marks_of,
 )
+from rftfit.checks.runs import (
+    check_drift,
+    check_logs,
+    check_repeats,
+    check_rods,
+    check_size,
+    check_steadiness,
+)
+from rftfit.checks.shared import check_shared
+from rftfit.checks.surface import check_linearity, check_surface
+from rftfit.compare.peers import compare_runs
+from rftfit.lab.plan import parse_directions
+from rftfit.lab.truth import table_s5
+from rftfit.measure.alpha import column
+from rftfit.measure.flags import Flags, format_remarks, remark
+from rftfit.measure.ledger import RowStatus
+from rftfit.measure.levels import two_clusters
+from rftfit.measure.verdict_words import is_usable
 from rftfit.model.rft3d import rft3d_profile
 from rftfit.results import open_results
 

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 import rftfit
+from rftfit.checks.declared import CHECKS
 from rftfit.measure.flags import (
     Flags,
     Remark,
@@ -19,7 +20,6 @@ from rftfit.measure.flags import (
     remark,
 )
 from rftfit.measure.sentences import CHECK_WORDS, FLAGS, SENTENCES
-from rftfit.measure.verdicts import CHECKS
 
 DRIFT, CUT = remark("zero-drifted", newtons=0.3), remark("motion-log-cut")
 """Flags of runs."""
@@ -38,8 +38,8 @@ def test_every_code_of_the_source_has_a_sentence():
 
 
 def test_every_outcome_of_a_check_has_its_words_and_no_words_are_left_over():
-    folder = Path(rftfit.__file__).parent / "measure"
-    text = "".join(path.read_text(encoding="utf-8") for path in folder.glob("check*.py"))
+    folder = Path(rftfit.__file__).parent / "checks"
+    text = "".join(path.read_text(encoding="utf-8") for path in folder.glob("*.py"))
     assert {*CHECKS} <= {*CHECK_WORDS}
     unused = [code for code in CHECK_WORDS if f'"{code}"' not in text]
     # the code of a shifted surface or lag is built from the name of what shifted

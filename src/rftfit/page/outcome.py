@@ -7,13 +7,13 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
+from rftfit.checks.declared import CHECKS, NEEDED, as_sentence, faults_of
 from rftfit.compare.legs import FAR_OFF, NOT_TESTED, OFF, WITHIN, WITHIN_PERCENT, worst_peak
 from rftfit.figures.labels import explanation_of, format_interval, in_brackets, name_of, percent
 from rftfit.measure.flags import Remark, attach_run, format_remarks, remark
 from rftfit.measure.ledger import DROPPED, USED, RowStatus
 from rftfit.measure.sentences import FLAGS
 from rftfit.measure.verdict_words import ACCEPTED, DOUBTFUL, FAILED, NOT_CHECKED, PASSED, UNUSABLE
-from rftfit.measure.verdicts import CHECKS, NEEDED, as_sentence, faults_of
 from rftfit.model.shapes import NOT_ALIKE
 from rftfit.page.cells import records
 from rftfit.results import Results

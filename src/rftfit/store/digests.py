@@ -30,6 +30,7 @@ ROOMS = (
     "logs",
     "measure",
     "model",
+    "checks",
     "robot",
     "compare",
     "figures",

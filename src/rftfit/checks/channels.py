@@ -12,14 +12,14 @@ import pandas as pd
 
 from rftfit.campaign.config import Config, Transducer
 from rftfit.campaign.sheet import Run
+from rftfit.checks.declared import Check, MediumMeasurements, describe_rows, flags_on
+from rftfit.checks.runs import check_drift, check_rods
+from rftfit.checks.shared import told_axes
 from rftfit.conventions import FloatArray
 from rftfit.measure.alpha import SAME_DIRECTION_DEG
-from rftfit.measure.checks_runs import check_drift, check_rods
-from rftfit.measure.checks_shared import told_axes
 from rftfit.measure.flags import Remark, format_remarks, remark
 from rftfit.measure.lab_frame import is_symmetric, measured_channel
 from rftfit.measure.levels import Mask, two_clusters
-from rftfit.measure.verdicts import Check, MediumMeasurements, describe_rows, flags_on
 
 _CLIPPED, _FROZEN, _LOGS, _EXCHANGED = 0.03, 0.5, 3, 2.0
 _SILENT, _MUST_FEEL, _CLEAR = 0.01, 0.03, 0.12

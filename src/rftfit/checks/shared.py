@@ -8,8 +8,8 @@ from typing import Any
 
 import pandas as pd
 
+from rftfit.checks.declared import Check, MediumMeasurements, flags_on
 from rftfit.measure.flags import Remark, format_remarks, remark
-from rftfit.measure.verdicts import Check, MediumMeasurements, flags_on
 
 _CLEAR = 4.0
 """Log of the Bayes factor from which axes are told from one another."""

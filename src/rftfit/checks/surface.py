@@ -13,15 +13,15 @@ import numpy.typing as npt
 import pandas as pd
 
 from rftfit.campaign.sheet import Run
+from rftfit.checks.declared import Check, MediumMeasurements, describe_rows, flags_on
+from rftfit.checks.law import MOST_EXPONENT, check_crust, check_law, exponent_of
+from rftfit.checks.runs import SURE
 from rftfit.conventions import FloatArray
-from rftfit.measure.checks_law import MOST_EXPONENT, check_crust, check_law, exponent_of
-from rftfit.measure.checks_runs import SURE
 from rftfit.measure.flags import Remark, remark
 from rftfit.measure.laws import LEVELLED_CM, ordinary_surface
 from rftfit.measure.levels import FEW_RUNS, Mask, median_of_runs, shifted_runs, two_clusters
 from rftfit.measure.slopes import student_quantile
 from rftfit.measure.verdict_words import FAILED
-from rftfit.measure.verdicts import Check, MediumMeasurements, describe_rows, flags_on
 
 _SIGMAS = 3.0
 _LAG_S = 0.03

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 
 from rftfit.campaign.config import UNIT_AREA
+from rftfit.checks.declared import MOST_NAMED, Check, MediumMeasurements, describe_rows, flags_on
 from rftfit.measure.alpha import cell_at, column
 from rftfit.measure.flags import Remark, format_remarks, remark
 from rftfit.measure.ledger import RowStatus
 from rftfit.measure.levels import FEW_RUNS, MODES, median_of_runs
 from rftfit.measure.samples import split_runs
-from rftfit.measure.verdicts import MOST_NAMED, Check, MediumMeasurements, describe_rows, flags_on
 
 SURE = 3.7
 """Standard errors of one of several numbers that are looked at together."""

@@ -10,26 +10,26 @@ import pandas as pd
 
 from rftfit.campaign.config import CheckName
 from rftfit.campaign.load import Campaign
-from rftfit.measure import checks_axes, checks_channels, checks_runs, checks_shared, checks_surface
+from rftfit.checks import axes, channels, runs, shared, surface
+from rftfit.checks.declared import CHECKS, Check, MediumMeasurements
 from rftfit.measure.flags import Flags
 from rftfit.measure.verdict_words import ACCEPTED, FAILED, NOT_CHECKED
-from rftfit.measure.verdicts import CHECKS, Check, MediumMeasurements
 
 IN_ORDER: dict[CheckName, Callable[[MediumMeasurements], Check]] = {
-    "channels": checks_channels.check_channels,
-    "rods": checks_runs.check_rods,
-    "drift": checks_runs.check_drift,
-    "work": checks_axes.check_work,
-    "axes": checks_shared.check_axes,
-    "symmetry": checks_axes.check_symmetry,
-    "up_down": checks_axes.check_up_down,
-    "surface": checks_surface.check_surface,
-    "linearity": checks_surface.check_linearity,
-    "steadiness": checks_runs.check_steadiness,
-    "repeats": checks_runs.check_repeats,
-    "shared": checks_shared.check_shared,
-    "same_logs": checks_runs.check_logs,
-    "size": checks_runs.check_size,
+    "channels": channels.check_channels,
+    "rods": runs.check_rods,
+    "drift": runs.check_drift,
+    "work": axes.check_work,
+    "axes": shared.check_axes,
+    "symmetry": axes.check_symmetry,
+    "up_down": axes.check_up_down,
+    "surface": surface.check_surface,
+    "linearity": surface.check_linearity,
+    "steadiness": runs.check_steadiness,
+    "repeats": runs.check_repeats,
+    "shared": shared.check_shared,
+    "same_logs": runs.check_logs,
+    "size": runs.check_size,
 }
 """All checks; those that others wait for come first."""
 

@@ -10,13 +10,13 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from rftfit.checks.declared import Check, MediumMeasurements, describe_rows, flags_on
+from rftfit.checks.shared import told_axes
 from rftfit.conventions import FloatArray
 from rftfit.measure.alpha import alpha_columns, column, rows_at
-from rftfit.measure.checks_shared import told_axes
 from rftfit.measure.fits import LEAST_WORK
 from rftfit.measure.flags import remark
 from rftfit.measure.lab_frame import measured_channel
-from rftfit.measure.verdicts import Check, MediumMeasurements, describe_rows, flags_on
 
 _SIGMAS = 3.0
 _SIGMAS_PUSH = 2.0

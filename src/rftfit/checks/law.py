@@ -8,12 +8,12 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
+from rftfit.checks.declared import Check
+from rftfit.checks.runs import SURE
 from rftfit.conventions import FloatArray
-from rftfit.measure.checks_runs import SURE
 from rftfit.measure.depths import median_over_directions
 from rftfit.measure.flags import Flags
 from rftfit.measure.laws import PATCHES, exponent_lever
-from rftfit.measure.verdicts import Check
 
 TOLERATED = 0.05
 """Exponents that differ by less from 1 make no difference."""

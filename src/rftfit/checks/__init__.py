@@ -1,0 +1,1 @@
+"""Checks of a medium: whether its numbers can be believed."""
