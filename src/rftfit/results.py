@@ -17,7 +17,7 @@ import pandas as pd
 from rftfit.campaign.config import Config
 from rftfit.campaign.load import Campaign, load_campaign
 from rftfit.campaign.problems import choose
-from rftfit.checks.declared import marks_of
+from rftfit.checks.medium import marks_of
 from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
 from rftfit.measure.alpha import QUANTITIES, bed_spread, cell_at, column, window_of

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pandas as pd
 
 from rftfit.campaign.load import Campaign
-from rftfit.checks.declared import COLUMNS, marks_of
-from rftfit.checks.medium import check_medium
+from rftfit.checks.declared import COLUMNS
+from rftfit.checks.medium import check_medium, marks_of
 from rftfit.compare.causes import compare_all_runs
 from rftfit.compare.peers import compare_runs, outlier_differences
 from rftfit.measure.alpha import alpha_table, flags_of_cells, with_flagged
