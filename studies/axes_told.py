@@ -16,18 +16,20 @@ import zlib
 from collections.abc import Callable
 from functools import partial
 from multiprocessing import Pool
+from typing import Any
 
 import numpy as np
 import pandas as pd
 from shared_causes import GENERIC
 
-from rftfit.compare.axes import CLEAR, axes_evidence
+from rftfit.checks.shared import CLEAR
+from rftfit.compare.axes import axes_evidence
 from rftfit.compare.joint import RunSlopes
 from rftfit.model.profiles import TableProfile
 from rftfit.model.rft3d import alpha_3drft
 from rftfit.reference import GAMMA_DEG, MEDIA
 
-Alpha = Callable[[np.ndarray, np.ndarray], np.ndarray]
+Alpha = Callable[[np.ndarray, np.ndarray], Any]
 
 BED, NOISE = 0.05, 0.01
 WRONG_SHARE = 0.1

@@ -17,12 +17,12 @@ import pandas as pd
 from rftfit.campaign.config import Config
 from rftfit.campaign.load import Campaign, load_campaign
 from rftfit.campaign.problems import choose
+from rftfit.checks.medium import marks_of
 from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
 from rftfit.measure.alpha import QUANTITIES, bed_spread, cell_at, column, window_of
 from rftfit.measure.flags import Flags, Remark, format_remarks, remark, with_reasons
 from rftfit.measure.session_clocks import SessionClocks
-from rftfit.measure.verdicts import marks_of
 from rftfit.model import scaling
 from rftfit.model.bekker import PressureSinkage, pressure_sinkage, width_of_plate
 from rftfit.model.common_errors import covariance_of

@@ -13,7 +13,8 @@ import pytest
 from result_tables import read_output
 
 from rftfit import reference
-from rftfit.measure.verdicts import COLUMNS, UNUSABLE
+from rftfit.checks.declared import COLUMNS
+from rftfit.measure.verdict_words import UNUSABLE
 from rftfit.store import write_csv
 
 from .conftest import MEASURED

@@ -5,8 +5,13 @@ Also tested: rods, drift, size of alpha, steadiness, linearity, and copies of lo
 
 import itertools
 import math
+import re
+import sys
+from dataclasses import replace
+from graphlib import CycleError
+from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, Literal, get_args
 
 import numpy as np
 import pandas as pd
@@ -14,16 +19,15 @@ import pytest
 from light_campaign import LABORATORY, alpha_frame, make_campaign
 from other_labs import GRIDS
 
+import rftfit
 from rftfit import reference
-from rftfit.campaign.config import ForceLog, MediumSettings
-from rftfit.compare.peers import compare_runs
-from rftfit.lab.plan import parse_directions
-from rftfit.lab.truth import table_s5
-from rftfit.measure import checks
-from rftfit.measure.alpha import column
-from rftfit.measure.checks_axes import Cells, check_symmetry, check_up_down, check_work
-from rftfit.measure.checks_channels import against_known, check_channels
-from rftfit.measure.checks_runs import (
+from rftfit.campaign.config import CheckName, ForceLog, Grid, MediumSettings
+from rftfit.checks import declared
+from rftfit.checks import medium as checks
+from rftfit.checks.axes import Cells, check_symmetry, check_up_down, check_work
+from rftfit.checks.channels import against_known, check_channels
+from rftfit.checks.declared import CHECKS, COLUMNS, Check, MediumMeasurements, describe_rows
+from rftfit.checks.runs import (
     check_drift,
     check_logs,
     check_repeats,
@@ -31,21 +35,18 @@ from rftfit.measure.checks_runs import (
     check_size,
     check_steadiness,
 )
-from rftfit.measure.checks_shared import check_shared
-from rftfit.measure.checks_surface import check_linearity, check_surface
+from rftfit.checks.shared import check_shared
+from rftfit.checks.surface import check_linearity, check_surface
+from rftfit.compare.peers import compare_runs
+from rftfit.lab.plan import parse_directions
+from rftfit.lab.truth import table_s5
+from rftfit.measure.alpha import column
 from rftfit.measure.flags import Flags, format_remarks, remark
 from rftfit.measure.ledger import RowStatus
 from rftfit.measure.levels import two_clusters
-from rftfit.measure.verdicts import (
-    CHECKS,
-    COLUMNS,
-    Check,
-    MediumMeasurements,
-    describe_rows,
-    is_usable,
-    marks_of,
-)
+from rftfit.measure.verdict_words import is_usable
 from rftfit.model.rft3d import rft3d_profile
+from rftfit.outputs.dictionary import describe_file
 from rftfit.results import open_results
 
 GRID_NAMES = ["few", *(name for name in GRIDS if name != "one-push")]
@@ -72,7 +73,10 @@ AXES = SimpleNamespace(x="+F1", y="-F2", z="-F3")
 def measured(sheet=None, config=None, medium=None, copies=(), **tables):
     """A measured medium of which only what a check reads is there."""
     no_table: Any = SimpleNamespace(
-        table=None, transducer=SimpleNamespace(axes=AXES), force_log=SimpleNamespace(columns={})
+        table=None,
+        transducer=SimpleNamespace(axes=AXES),
+        force_log=SimpleNamespace(columns={}),
+        grid=Grid(),
     )
     return MediumMeasurements(config or no_table, medium, sheet or {}, tables, copies)
 
@@ -333,6 +337,7 @@ def channels_of(*logs, constant=()):
     }
     config: Any = SimpleNamespace(
         transducer=SimpleNamespace(axes=AXES, range_N=RANGE_N, precision_N=0.05),
+        grid=Grid(),
         force_log=SimpleNamespace(columns=columns),
     )
     names = ["run_id", "status", "F1_low_N", *(f"F{n}_noise_N" for n in (1, 2, 3))]
@@ -546,7 +551,7 @@ def test_marks_name_what_fails_and_why_it_is_accepted():
     table = pd.DataFrame(rows, columns=COLUMNS[:4]).assign(found="")
     media = {name: MediumSettings(title=name) for name in "ac"}
     media["b"] = MediumSettings(title="b", accept={"size": "pumice"})
-    assert marks_of(table, media) == {
+    assert checks.marks_of(table, media) == {
         "a": [
             remark("unusable", faults=CHECKS["work"].fault),
             remark("doubtful", faults=CHECKS["surface"].fault),
@@ -806,6 +811,7 @@ def causes_of(fits, facts=None, peers=None, explained=False, turn=0.0, columns=(
     """Causes that `against_known` finds in runs that are beside each other or have `peers`."""
     config = SimpleNamespace(
         transducer=SimpleNamespace(axes=AXES, turn_deg=turn),
+        grid=Grid(),
         force_log=SimpleNamespace(columns=dict(columns)),
         table=None,
     )
@@ -1142,6 +1148,20 @@ def test_copies_are_listed_with_what_they_are_copies_of():
     assert check_logs(measured(sheet, copies={})).verdict == "not checked"
 
 
+def do_instead(monkeypatch, name, function):
+    """Replace the function of a declared check for the time of a test."""
+    monkeypatch.setitem(CHECKS, name, replace(CHECKS[name], check=function))
+
+
+def check_nothing(accept):
+    """Outcomes of all checks on a medium of which no table is there; `accept`: that of the config."""
+    medium = SimpleNamespace(accept=accept)
+    campaign: Any = SimpleNamespace(
+        config=SimpleNamespace(media={"m": medium}), runs_of=lambda _: []
+    )
+    return checks.check_medium(campaign, "m", {}, {}, Flags())
+
+
 @pytest.mark.parametrize(
     ("failed", "accepted", "held"),
     [
@@ -1164,19 +1184,99 @@ def test_later_checks_wait_until_a_first_is_put_right(failed, accepted, held, mo
     def judge(name):
         return Check.judge(name, name != failed, [flag])
 
-    order = {name: lambda _, name=name: judge(name) for name in checks.IN_ORDER}
-    monkeypatch.setattr(checks, "IN_ORDER", order)
-    medium = SimpleNamespace(accept={failed: "why"} if accepted else {})
-    campaign: Any = SimpleNamespace(
-        config=SimpleNamespace(media={"m": medium}), runs_of=lambda _: []
-    )
-    outcomes = checks.check_medium(campaign, "m", {}, {}, Flags())
-    assert [check.check for check in outcomes] == [*CHECKS]
+    for name in CHECKS:
+        do_instead(monkeypatch, name, lambda _, name=name: judge(name))
+    outcomes = check_nothing({failed: "why"} if accepted else {})
+    assert [check.check for check in outcomes] == [*get_args(CheckName)]
     verdicts = {str(check.check): check.verdict for check in outcomes}
     expected = dict.fromkeys(CHECKS, "passed") | dict.fromkeys(held, "not checked")
     assert verdicts == expected | {failed: "accepted" if accepted else "failed"}
     assert all(check.flags == (flag,) for check in outcomes)
     assert {check.values["first"] for check in outcomes if check.check in held} <= {failed}
+
+
+# --- a new check: its module, its name in the config, its row in the documentation -----------------------------------
+
+
+def test_config_and_documentation_name_the_checks_that_are_declared(pytestconfig):
+    names = get_args(CheckName)
+    assert CHECKS.keys() == {*names}
+    page = (pytestconfig.rootpath / "docs" / "theory" / "checks.md").read_text("utf-8")
+    table = page[page.index("| check |") : page.index("## Diagnosis")]
+    assert {*re.findall(r"(?m)^\| `(\w+)` \|", table)} == {*names}
+    # the dictionary of outputs takes them from the config
+    described: Any = describe_file("results/checks/m.csv")
+    column_of_checks = described.exact["check"]
+    assert re.findall(r"`(\w+)`", column_of_checks.meaning)[1:] == [*names]
+
+
+def test_no_other_file_names_a_check():
+    """But for those that tell what this very check finds, as `linearity` names the law of depth."""
+    package = Path(rftfit.__file__).parent
+    files = [
+        path for ending in ("py", "toml", "html", "js") for path in package.rglob(f"*.{ending}")
+    ]
+    sources = {path.relative_to(package).as_posix(): path.read_text("utf-8") for path in files}
+    for name in ("up_down", "steadiness", "same_logs"):
+        module = CHECKS[name].check.__module__.rpartition(".")[2]
+        naming = {file for file, source in sources.items() if re.search(rf"\b{name}\b", source)}
+        assert naming == {"campaign/config.py", f"checks/{module}.py"}
+
+
+def test_a_new_check_is_done_waits_and_marks_its_medium(monkeypatch):
+    moist: Any = "moist"
+    names: Any = (*get_args(CheckName), moist)
+    monkeypatch.setattr(checks, "CheckName", Literal[names])
+    with_a_new_one = {**CHECKS}
+    for module in (declared, checks, sys.modules[__name__]):
+        monkeypatch.setattr(module, "CHECKS", with_a_new_one)
+
+    @declared.declare_check(
+        moist,
+        title="moisture",
+        effect="doubtful",
+        good="the bed is dry",
+        fault="the bed is moist",
+        after=("rods",),
+        outcomes={"moist": declared.Words("{water:.0%} of water", "5 %", "dry it ({found}).")},
+    )
+    def check_moisture(_):
+        return Check.judge(moist, False, water=0.2)
+
+    for name in get_args(CheckName):
+        outcome = Check.judge(name, name != "rods")
+        do_instead(monkeypatch, name, lambda _, outcome=outcome: outcome)
+    order = checks.sort_checks()
+    assert order.index("channels") < order.index("rods") < order.index(moist)
+    waiting = check_nothing({})[-1]
+    assert (waiting.verdict, waiting.values) == ("not checked", {"first": "rods"})
+    outcome = check_nothing({"rods": "thick"})[-1]
+    row = outcome.row("m")
+    assert [row[name] for name in COLUMNS[1:]] == [
+        "moist",
+        "failed",
+        "doubtful",
+        "moist",
+        "20% of water",
+        "5 %",
+        "Dry it (20% of water).",
+    ]
+    marks = checks.marks_of(pd.DataFrame([row]), {"m": MediumSettings(title="m")})
+    assert marks == {"m": [remark("doubtful", faults="the bed is moist")]}
+
+
+def test_checks_that_wait_for_each_other_are_refused(monkeypatch):
+    monkeypatch.setitem(CHECKS, "channels", replace(CHECKS["channels"], after=("rods",)))
+    with pytest.raises(CycleError):
+        checks.sort_checks()
+
+
+def test_the_order_is_that_of_what_checks_wait_for_whichever_is_imported_first(monkeypatch):
+    order: list[Any] = checks.sort_checks()
+    for name, check in CHECKS.items():
+        assert max((order.index(prior) for prior in check.after), default=-1) < order.index(name)
+    monkeypatch.setattr(checks, "CHECKS", dict(reversed(CHECKS.items())))
+    assert checks.sort_checks() == order
 
 
 def test_least_shared_cause_is_that_of_its_kind_and_group():

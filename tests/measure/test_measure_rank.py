@@ -12,11 +12,11 @@ import pandas as pd
 import pytest
 
 import rftfit
+from rftfit.checks.channels import _other_gain
+from rftfit.checks.runs import check_steadiness
 from rftfit.compare.sands import bend_of
 from rftfit.measure.alignment import search_lags
 from rftfit.measure.alpha import alpha_table, column
-from rftfit.measure.checks_channels import _other_gain
-from rftfit.measure.checks_runs import check_steadiness
 from rftfit.measure.errors import REPEATS, gradient, spread_of_beds
 from rftfit.measure.laws import LINE_THROUGH_ZERO, DepthLaw, other_laws, power_fit
 from rftfit.measure.ledger import RowStatus

@@ -25,11 +25,11 @@ from mistakes import (
     swapped,
 )
 
-from rftfit.measure.checks_surface import judge_linearity
+from rftfit.checks.declared import CHECKS
+from rftfit.checks.surface import judge_linearity
 from rftfit.measure.fits import RunFit, _other_laws
 from rftfit.measure.flags import remark
 from rftfit.measure.laws import other_laws
-from rftfit.measure.verdicts import CHECKS
 
 MEDIUM = "poppy_CP"
 LUCK = np.random.default_rng(1)

@@ -13,9 +13,9 @@ import pytest
 import yaml
 from campaigns import FEW, make_campaign
 
+from rftfit.checks.declared import CHECKS
 from rftfit.cli.run import failed_checks
 from rftfit.measure.flags import format_remarks, remark
-from rftfit.measure.verdicts import CHECKS
 from rftfit.model.scaling import generic
 from rftfit.results import open_results
 from rftfit.workflow.records import Recorded

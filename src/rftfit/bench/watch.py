@@ -23,7 +23,7 @@ from rftfit.campaign.sheet import Run
 from rftfit.errors import InputError
 from rftfit.measure.alpha import column
 from rftfit.measure.session_clocks import SessionClocks, align_medium, goes_straight_down
-from rftfit.measure.verdicts import FAILED
+from rftfit.measure.verdict_words import FAILED
 from rftfit.model.planning import Rig, Target, plan, prior_map, push_rows
 from rftfit.model.shapes import estimate, map_nodes, pushes_of
 from rftfit.results import Results

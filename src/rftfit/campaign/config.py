@@ -957,7 +957,7 @@ CheckName = Literal[
     "same_logs",
     "size",
 ]
-"""Checks of `rftfit.measure.verdicts`."""
+"""Checks of `rftfit.checks`, in the order of their table."""
 
 
 class MediumSettings(Model):

@@ -38,7 +38,7 @@ def check(
     fails is told with its likely cause: each counts as a warning. Ends with exit code 2 when there are errors, with 0 when there
     are warnings only.
     """
-    from rftfit.measure.verdicts import FAILED
+    from rftfit.measure.verdict_words import FAILED
     from rftfit.workflow.check import check_all
 
     checked = check_all(config)
@@ -92,7 +92,7 @@ def _print(checked: Checked, checks: list[dict[str, Any]] | None) -> None:
 
 def _print_diagnosis(rows: list[dict[str, Any]]) -> None:
     """Print the physical checks, and what to look at where one fails."""
-    from rftfit.measure.verdicts import ACCEPTED, FAILED
+    from rftfit.measure.verdict_words import ACCEPTED, FAILED
 
     names = ("medium", "check", "verdict", "found")
     print_line(table(list(names), [[str(row[name]) for name in names] for row in rows]))

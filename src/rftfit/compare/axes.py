@@ -25,9 +25,6 @@ AXES = {
 }
 """Axes that a configuration can give by mistake: what to do with (z, x) to put them right."""
 
-CLEAR = 4.0
-"""Logarithm of the Bayes factor from which axes are told from one another."""
-
 _SCATTER, _OF_MEDIUM = 0.07, 0.12
 """Errors of the median of a direction: scatter of runs relative to its alpha, and what a medium has of its own there relative
 to the largest alpha. Nine terms differ from the tables by 0.09 of the largest alpha in the root mean square, and by up to

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from rftfit.figures.style import format_number
 from rftfit.measure.alpha import column
 from rftfit.measure.flags import codes_of
-from rftfit.measure.verdicts import UNUSABLE
+from rftfit.measure.verdict_words import UNUSABLE
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping

@@ -15,7 +15,7 @@ from rftfit.measure.alpha import column
 from rftfit.measure.errors import SurfaceError, errors_of
 from rftfit.measure.fits import fit_medium
 from rftfit.measure.laws import DepthLaw
-from rftfit.measure.verdicts import ACCEPTED, FAILED
+from rftfit.measure.verdict_words import ACCEPTED, FAILED
 
 
 def steep_pushes(fits: pd.DataFrame) -> pd.DataFrame:

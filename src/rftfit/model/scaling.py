@@ -17,7 +17,7 @@ from rftfit.conventions import FloatArray
 from rftfit.measure.alpha import alpha_columns, cell_at, column, directions, flagged
 from rftfit.measure.flags import Remark, format_remarks, quoted, remark
 from rftfit.measure.slopes import student_quantile
-from rftfit.measure.verdicts import is_usable
+from rftfit.measure.verdict_words import is_usable
 from rftfit.model import fourier
 from rftfit.model.draws import draws_of, errors_behind, errors_known, interval_of_sum, typical_dof
 from rftfit.model.profiles import (

@@ -12,9 +12,10 @@ import tomllib
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 from rftfit.campaign.columns import COLUMNS
+from rftfit.campaign.config import CheckName
 from rftfit.errors import InputError
 
 SECTIONS = ("measure", "profile", "predict", "robot", "run", "commands")
@@ -153,8 +154,9 @@ def _sheet_columns() -> tuple[OutputColumn, ...]:
 
 
 def _read(section: str) -> dict[str, Any]:
-    path = Path(__file__).with_name(f"{section}.toml")
-    return tomllib.loads(path.read_text(encoding="utf-8"))
+    dictionary = Path(__file__).with_name(f"{section}.toml").read_text(encoding="utf-8")
+    names = ", ".join(f"`{name}`" for name in get_args(CheckName))
+    return tomllib.loads(dictionary.replace("<names of checks>", names))
 
 
 @cache

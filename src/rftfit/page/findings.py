@@ -8,14 +8,15 @@ from typing import Any, NamedTuple
 
 import pandas as pd
 
+from rftfit.checks.declared import CHECKS
 from rftfit.compare.legs import WITHIN_PERCENT
 from rftfit.figures import labels
 from rftfit.figures.style import format_number
 from rftfit.measure.alpha import cell_at, column
-from rftfit.measure.verdicts import NOT_CHECKED, PASSED
+from rftfit.measure.verdict_words import NOT_CHECKED, PASSED
 from rftfit.model.fourier import TERMS
 from rftfit.page.cells import Row, records
-from rftfit.page.outcome import CHECK_NAMES, NOTHING, SOUND, verdict_of
+from rftfit.page.outcome import NOTHING, SOUND, verdict_of
 from rftfit.results import Results
 from rftfit.robot.speeds import share_within
 
@@ -115,7 +116,7 @@ def _count_checks(results: Results) -> str:
             word = "not possible here"
         else:
             word = "passed" if verdicts_of_check <= {PASSED, NOT_CHECKED} else "failed"
-        names[word].append(CHECK_NAMES[str(check)])
+        names[word].append(CHECKS[str(check)].title)
     passed = len(names.pop("passed"))
     text = f"{passed or 'no'} check{'s' * (passed != 1)} passed"
     for word, checks in names.items():

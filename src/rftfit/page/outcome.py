@@ -7,23 +7,14 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
+from rftfit.checks.declared import CHECKS
+from rftfit.checks.medium import faults_of
 from rftfit.compare.legs import FAR_OFF, NOT_TESTED, OFF, WITHIN, WITHIN_PERCENT, worst_peak
 from rftfit.figures.labels import explanation_of, format_interval, in_brackets, name_of, percent
 from rftfit.measure.flags import Remark, attach_run, format_remarks, remark
 from rftfit.measure.ledger import DROPPED, USED, RowStatus
 from rftfit.measure.sentences import FLAGS
-from rftfit.measure.verdicts import (
-    ACCEPTED,
-    CHECKS,
-    DOUBTFUL,
-    FAILED,
-    NEEDED,
-    NOT_CHECKED,
-    PASSED,
-    UNUSABLE,
-    as_sentence,
-    faults_of,
-)
+from rftfit.measure.verdict_words import ACCEPTED, DOUBTFUL, FAILED, NOT_CHECKED, PASSED, UNUSABLE
 from rftfit.model.shapes import NOT_ALIKE
 from rftfit.page.cells import records
 from rftfit.results import Results
@@ -38,24 +29,6 @@ VERDICT_WORDS = {
     NOT_TESTED: "not tested",
 }
 """Verdicts on the model on legs, for people."""
-
-CHECK_NAMES = {
-    "channels": "force channels",
-    "rods": "rods",
-    "work": "energy",
-    "axes": "axes of the force",
-    "symmetry": "mirror images",
-    "up_down": "up against down",
-    "drift": "drift of the zero",
-    "surface": "surface",
-    "linearity": "stress against depth",
-    "steadiness": "horizontal runs",
-    "repeats": "repeats",
-    "shared": "errors that many runs share",
-    "same_logs": "copied logs",
-    "size": "size of the force",
-}
-"""Names of the checks for people."""
 
 USED_AS = {"plate": "slope", "leg": "leg-curve", "rod": "tare", "leg_air": "tare"}
 USED_AS["robot"] = "mean-speed"
@@ -181,8 +154,9 @@ def verdict_of(results: Results, medium: str) -> tuple[str, str]:
     if giving:
         return DOUBTFUL, f"in {giving} of {len(used_fits)} runs {CHECKS['work'].fault}"
     unchecked = table[table["verdict"] == NOT_CHECKED].set_index("check")["found"]
-    for check in NEEDED:
-        if check in unchecked:
+    # of two needed ones the later waits for the earlier, and says more
+    for check in reversed(unchecked.index):
+        if CHECKS[str(check)].needed:
             return NOT_CHECKED, str(unchecked[check])
     return SOUND, ""
 
@@ -232,7 +206,7 @@ def summary_of_checks(results: Results) -> dict[str, Any]:
     ]
     for medium, (word, reason) in verdicts.items():
         if word == DOUBTFUL and medium not in set(failed["medium"]):  # doubts that no check reports
-            faults.append((medium, titles[medium], word, as_sentence(reason)))
+            faults.append((medium, titles[medium], word, format_sentence(reason)))
     return {
         "failed": faults,
         "passed": [CHECKS[check].good for check in dict.fromkeys(passed["check"])],
@@ -240,6 +214,11 @@ def summary_of_checks(results: Results) -> dict[str, Any]:
         # of what is not checked only an open scale has a sentence
         "no_scale": ((table["verdict"] == NOT_CHECKED) & (table["sentence"] != "")).any(),
     }
+
+
+def format_sentence(words: str) -> str:
+    """Begin with a capital letter and end with a full stop."""
+    return f"{words[0].upper()}{words[1:]}."
 
 
 def _severity(flags: Iterable[Remark]) -> int:

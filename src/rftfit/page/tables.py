@@ -26,7 +26,7 @@ from rftfit.figures.style import degrees, format_number
 from rftfit.measure.alpha import cell_at, column
 from rftfit.measure.depths import curved_law
 from rftfit.measure.flags import codes_of
-from rftfit.measure.verdicts import DOUBTFUL, NOT_CHECKED
+from rftfit.measure.verdict_words import DOUBTFUL, NOT_CHECKED
 from rftfit.model.fourier import TERMS
 from rftfit.model.scaling import GENERIC, routines
 from rftfit.page.cells import Cell, PageColumn, PageTable, Row, numbers, records, share, texts

@@ -30,6 +30,7 @@ ROOMS = (
     "logs",
     "measure",
     "model",
+    "checks",
     "robot",
     "compare",
     "figures",
@@ -37,7 +38,14 @@ ROOMS = (
 )
 """Rooms of the package from the lowest to the highest: each imports lower ones only."""
 
-_EVERYWHERE = ("errors.py", "conventions.py", "results.py", "workflow/job.py", "workflow/stages.py")
+_EVERYWHERE = (
+    "errors.py",
+    "conventions.py",
+    "directions.py",
+    "results.py",
+    "workflow/job.py",
+    "workflow/stages.py",
+)
 """What every job of the workflow goes through: the tables that it reads, and the job itself."""
 
 _STAGES = tuple(

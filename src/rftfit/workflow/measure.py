@@ -5,10 +5,11 @@ from __future__ import annotations
 import pandas as pd
 
 from rftfit.campaign.load import Campaign
+from rftfit.checks.declared import COLUMNS
+from rftfit.checks.medium import check_medium, marks_of
 from rftfit.compare.causes import compare_all_runs
 from rftfit.compare.peers import compare_runs, outlier_differences
 from rftfit.measure.alpha import alpha_table, flags_of_cells, with_flagged
-from rftfit.measure.checks import check_medium
 from rftfit.measure.copies import copies_of, counted_once
 from rftfit.measure.depths import alpha_at_depths
 from rftfit.measure.errors import SurfaceError, errors_of
@@ -22,7 +23,6 @@ from rftfit.measure.read import same_table
 from rftfit.measure.session_clocks import align_medium
 from rftfit.measure.tables import fit_alpha_table, ingest_table
 from rftfit.measure.tare import tare_medium
-from rftfit.measure.verdicts import COLUMNS, marks_of
 from rftfit.model.common_errors import covariance_table
 from rftfit.model.shapes import published_shapes
 from rftfit.results import Results

@@ -132,7 +132,7 @@ STAGES = {
     ),
     "legs": Stage(
         f"{_MEASURE}:legs",
-        "measure",
+        "checks",
         ("force_log", "media", "transducer"),
         rows=True,
         wildcard="medium",

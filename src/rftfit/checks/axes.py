@@ -10,13 +10,23 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from rftfit.checks.declared import (
+    SOUND_ALPHA,
+    SOUND_LOGS,
+    Check,
+    MediumMeasurements,
+    Words,
+    declare_check,
+    describe_rows,
+    flags_on,
+)
+from rftfit.checks.shared import told_axes
 from rftfit.conventions import FloatArray
 from rftfit.measure.alpha import alpha_columns, column, rows_at
-from rftfit.measure.checks_shared import told_axes
 from rftfit.measure.fits import LEAST_WORK
 from rftfit.measure.flags import remark
 from rftfit.measure.lab_frame import measured_channel
-from rftfit.measure.verdicts import Check, MediumMeasurements, describe_rows, flags_on
+from rftfit.measure.verdict_words import DOUBTFUL, UNUSABLE
 
 _SIGMAS = 3.0
 _SIGMAS_PUSH = 2.0
@@ -28,7 +38,31 @@ _TURN, _ALIKE, _UNLIKE = 0.04, 0.05, 3.0
 """Beds are never quite alike to both sides: the paper's own tables look turned by up to 1.4 deg, and
 their pairs are off from one turn by less than their error."""
 
+_WORK_FOUND = "{negative}; the worst has D = {worst:.3g} N/cm^3, which must exceed {noise:.3g}"
 
+
+@declare_check(
+    "work",
+    title="energy",
+    effect=UNUSABLE,
+    good="the medium takes energy",
+    fault="the medium seems to give energy to the plates",
+    after=SOUND_LOGS,
+    outcomes={
+        "work": Words(
+            _WORK_FOUND,
+            "{allowed}",
+            "the signs of forces or motion are wrong in some runs ({negative}: {rows}): look at the direction, the angles "
+            "and the logs of these runs, then at {where}.",
+        ),
+        "work-axes": Words(
+            _WORK_FOUND,
+            "{allowed}",
+            "axes look wrong in all runs, with {axes} ({negative}): look at {where}.",
+        ),
+        "work-no-cell": Words("no cell has alpha"),
+    },
+)
 def check_work(measured: MediumMeasurements) -> Check:
     """Whether the medium takes energy in all cells but a few; where all runs tell other axes, these are named."""
     alpha, sheet = measured.tables["alpha"], measured.sheet
@@ -62,6 +96,37 @@ def check_work(measured: MediumMeasurements) -> Check:
     return Check.judge("work", cells.takes_energy, flags, rows=describe_rows(runs, sheet), **values)
 
 
+_SYMMETRY_FOUND = "the mount looks turned by {turn_deg:+.1f} deg{interval} beyond what is stated"
+_SYMMETRY_ALLOWED = "{most_deg:.1f} deg of either sign, and pairs at most {most_errors:g} times their error off from one turn"
+_SYMMETRY_CAUSE = (
+    "on plates pushed straight down a horizontal force acts to one side ({found}): look "
+)
+
+
+@declare_check(
+    "symmetry",
+    title="mirror images",
+    effect=UNUSABLE,
+    good="plates straight down are not pushed to one side",
+    fault="plates straight down are pushed to one side",
+    after=SOUND_ALPHA,
+    outcomes={
+        "symmetry": Words(
+            _SYMMETRY_FOUND,
+            _SYMMETRY_ALLOWED,
+            f"{_SYMMETRY_CAUSE}at transducer.turn_deg and transducer.axes, and for a bent plate or a slanted bed.",
+        ),
+        "symmetry-pair": Words(
+            f"{_SYMMETRY_FOUND}; (\N{PLUS-MINUS SIGN}{{size_deg:g}}, {{gamma_deg:g}}) deg are off from that by "
+            "{errors:.1f} times their error",
+            _SYMMETRY_ALLOWED,
+            f"{_SYMMETRY_CAUSE}at the sign of beta_deg in the runs at ({{beta_deg:g}}, {{gamma_deg:g}}) and "
+            "({image_deg:g}, {gamma_deg:g}) deg.",
+        ),
+        "symmetry-no-x": Words("the force along x was not measured"),
+        "symmetry-no-cell": Words("no alpha at (0, 90) deg, and no mirror images"),
+    },
+)
 def check_symmetry(measured: MediumMeasurements) -> Check:
     """Whether mirror images straight down feel opposite horizontal forces."""
     if measured.flags.runs_with("no-force-x") or measured_channel(measured.config, "x") is None:
@@ -88,6 +153,23 @@ def check_symmetry(measured: MediumMeasurements) -> Check:
     return Check.judge("symmetry", False, code="symmetry-pair", errors=misfit, **values)
 
 
+@declare_check(
+    "up_down",
+    title="up against down",
+    effect=DOUBTFUL,
+    good="down is harder than up",
+    fault="up is harder than down for a level plate",
+    after=SOUND_ALPHA,
+    outcomes={
+        "up_down": Words(
+            "alpha_z(0, 90) = {down:.3g}, alpha_z(0, -90) = {up:.3g} N/cm^3",
+            "alpha_z(0, 90) above the size of alpha_z(0, -90)",
+            "pulling a level plate up takes more than pushing it down ({found}): look whether intrusions and extractions "
+            "are exchanged in the run sheet.",
+        ),
+        "up_down-no-cell": Words("no alpha at (0, 90) or at (0, -90) deg"),
+    },
+)
 def check_up_down(measured: MediumMeasurements) -> Check:
     """Whether pushing a level plate down takes more than pulling it up."""
     cells = Cells.of(measured.tables["alpha"])

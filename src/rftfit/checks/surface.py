@@ -13,14 +13,30 @@ import numpy.typing as npt
 import pandas as pd
 
 from rftfit.campaign.sheet import Run
+from rftfit.checks.declared import (
+    SOUND_LOGS,
+    Check,
+    MediumMeasurements,
+    Words,
+    declare_check,
+    describe_rows,
+    flags_on,
+)
+from rftfit.checks.law import (
+    LAW_OUTCOMES,
+    LINE_POWERS,
+    MOST_EXPONENT,
+    check_crust,
+    check_law,
+    exponent_of,
+)
+from rftfit.checks.runs import SURE
 from rftfit.conventions import FloatArray
-from rftfit.measure.checks_law import MOST_EXPONENT, check_crust, check_law, exponent_of
-from rftfit.measure.checks_runs import SURE
 from rftfit.measure.flags import Remark, remark
 from rftfit.measure.laws import LEVELLED_CM, ordinary_surface
 from rftfit.measure.levels import FEW_RUNS, Mask, median_of_runs, shifted_runs, two_clusters
 from rftfit.measure.slopes import student_quantile
-from rftfit.measure.verdicts import FAILED, Check, MediumMeasurements, describe_rows, flags_on
+from rftfit.measure.verdict_words import DOUBTFUL, FAILED
 
 _SIGMAS = 3.0
 _LAG_S = 0.03
@@ -29,12 +45,83 @@ _CURVED = 0.05
 _STEP_CM, _STEP = 0.22, 5.3
 """A half of the sheet with another surface: least difference, and in standard errors of the best of all stretches."""
 
+_ROD_IN_IT = Words("the force on the rod, which begins elsewhere, is in it")
+_SURFACE_FOUND = "stress begins {push} in pushes{pull}"
+_SURFACE_ALLOWED = "{most_mm:.1f} mm of either sign{by_cause}"
+_LATE = (
+    "The force log is {side} against the motion log by about {late_s:.1g} s ({found}): look at the clocks and "
+    "filters of both."
+)
+_SURFACE = "surface is wrong ({found}): look at arm.surface_z_mm and surface_z_mm"
+_SURFACE_OTHER = "in {count} of {size} runs than in the others ({rows}): look at "
 
+
+@declare_check(
+    "surface",
+    title="surface",
+    effect=DOUBTFUL,
+    good="stress begins at the surface in all runs alike",
+    fault="stress does not begin at the stated surface",
+    after=SOUND_LOGS,
+    outcomes={
+        "rod-in-it": _ROD_IN_IT,
+        "natural-sand": Words("stress is a line only near the surface of a natural sand"),
+        "few-pushes": Words("too few pushes with a slope of their own"),
+        "surface": Words(_SURFACE_FOUND, _SURFACE_ALLOWED),
+        "surface-late": Words(_SURFACE_FOUND, _SURFACE_ALLOWED, _LATE),
+        "surface-off": Words(_SURFACE_FOUND, _SURFACE_ALLOWED, f"the {_SURFACE}."),
+        "surface-late-off": Words(_SURFACE_FOUND, _SURFACE_ALLOWED, f"{_LATE} The {_SURFACE}."),
+        "surface-differs": Words(
+            _SURFACE_FOUND,
+            _SURFACE_ALLOWED,
+            f"stress begins {{gap_mm:.1f}} mm {{side}} {_SURFACE_OTHER}surface_z_mm of these runs.",
+        ),
+        "lag-differs": Words(
+            _SURFACE_FOUND,
+            _SURFACE_ALLOWED,
+            f"the force log is {{gap_s:.2g}} s {{side}} {_SURFACE_OTHER}the clocks of these runs.",
+        ),
+        "surface-curved": Words(
+            "stress looks curved, so where a line through it begins does not tell the surface"
+        ),
+    },
+)
 def check_surface(measured: MediumMeasurements) -> Check:
     """Whether stress begins at the surface, and in all runs alike."""
     return _surface_and_linearity(measured)[0]
 
 
+_LINE_FOUND = "stress of pushes grows as about depth^{power:.2f}, {share:.0%} of them are curved"
+_LINE_ALLOWED = f"{LINE_POWERS}, or less than {{clear:.0%}} fitted better by a power"
+
+
+@declare_check(
+    "linearity",
+    title="stress against depth",
+    effect=DOUBTFUL,
+    good="stress is proportional to depth",
+    fault="stress is not proportional to depth",
+    after=(*SOUND_LOGS, "surface"),
+    outcomes={
+        **LAW_OUTCOMES,
+        "rod-in-it": _ROD_IN_IT,
+        "linearity": Words(
+            _LINE_FOUND,
+            _LINE_ALLOWED,
+            "stress is not proportional to depth ({found}): a line through zero depends on its window.",
+        ),
+        "linearity-or-surface": Words(
+            _LINE_FOUND,
+            _LINE_ALLOWED,
+            "{found}, or the surface is wrong ({surface}): look at arm.surface_z_mm and surface_z_mm; or, where stress begins "
+            "above the surface, the sand sticks together (cohesion), as wet sand does. These logs cannot distinguish them.",
+        ),
+        "linearity-few": Words("too few pushes with a power of their own"),
+        "linearity-open": Words(
+            f"{_LINE_FOUND}; only beyond {LINE_POWERS} would another power be told"
+        ),
+    },
+)
 def check_linearity(measured: MediumMeasurements) -> Check:
     """Whether stress is proportional to depth."""
     return _surface_and_linearity(measured)[1]

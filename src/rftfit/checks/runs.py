@@ -8,12 +8,23 @@ from typing import Any
 import numpy as np
 
 from rftfit.campaign.config import UNIT_AREA
+from rftfit.checks.declared import (
+    MOST_NAMED,
+    SOUND_ALPHA,
+    SOUND_LOGS,
+    Check,
+    MediumMeasurements,
+    Words,
+    declare_check,
+    describe_rows,
+    flags_on,
+)
 from rftfit.measure.alpha import cell_at, column
 from rftfit.measure.flags import Remark, format_remarks, remark
 from rftfit.measure.ledger import RowStatus
 from rftfit.measure.levels import FEW_RUNS, MODES, median_of_runs
 from rftfit.measure.samples import split_runs
-from rftfit.measure.verdicts import MOST_NAMED, Check, MediumMeasurements, describe_rows, flags_on
+from rftfit.measure.verdict_words import DOUBTFUL, UNUSABLE
 
 SURE = 3.7
 """Standard errors of one of several numbers that are looked at together."""
@@ -21,7 +32,30 @@ SURE = 3.7
 _ROD_ALONE, _ROD_CLEAR, _ROD_FORCE = 1.5, 3.0, 0.1
 """A rod over its plate and rod: in a run that is clear by force, as a share of the medium's median; in any run."""
 
+_RODS_ALLOWED = "a ratio below {alone:g} in each run ({clear:g} where forces are weak), and not 1"
 
+
+@declare_check(
+    "rods",
+    title="rods",
+    effect=UNUSABLE,
+    good="the force on rods is smaller than on plates",
+    fault="the force on rods is as large as on plates",
+    after=("channels",),
+    outcomes={
+        "rods": Words(
+            "the force on a rod alone is {ratio:.3g} times that on plate and rod (median of {size} runs)",
+            _RODS_ALLOWED,
+        ),
+        "rods-stronger": Words(
+            "in {count} of {size} runs the force on a rod alone is larger than on plate and rod",
+            _RODS_ALLOWED,
+            "logs of plates and rods look exchanged, or are the same ({found}: {rows}): look at the logs, kind and "
+            "tare_run of these runs.",
+        ),
+        "rods-no-tare": Words("no plate run has a tare"),
+    },
+)
 def check_rods(measured: MediumMeasurements) -> Check:
     """Whether rods alone feel less than plates on their rods do."""
     tares, sheet = measured.tables["tares"], measured.sheet
@@ -53,8 +87,34 @@ def check_rods(measured: MediumMeasurements) -> Check:
 
 
 _DRIFT, _DRIFT_ALONE = 0.015, 0.15
+_DRIFT_CAUSE = (
+    "the zero of the force drifts ({found}: {rows}): let the transducer warm up, record a rest in air after the "
+    "stroke too, or state transducer.drift_N_per_min."
+)
 
 
+@declare_check(
+    "drift",
+    title="drift of the zero",
+    effect=DOUBTFUL,
+    good="the zero of the force stays where it is",
+    fault="the zero of the force drifts",
+    after=("channels", "rods"),
+    outcomes={
+        "drift": Words(
+            "a drift at rest before the strokes that would move F_{axis} by {newtons:+.2g} N until their middle (median "
+            "of {size} runs)",
+            "{most:.2g} N of either sign",
+            _DRIFT_CAUSE,
+        ),
+        "drift-alone": Words(
+            "{count} of {size} runs drift at rest before their strokes",
+            "no run that drifts more than the others and than {share:.0f} % of the force",
+            _DRIFT_CAUSE,
+        ),
+        "drift-few": Words("fewer than {fewest} runs rest in air at one end alone"),
+    },
+)
 def check_drift(measured: MediumMeasurements) -> Check:
     """Whether the zero drifts already while the intruder rests in air before its stroke."""
     from scipy.special import ndtr, stdtrit
@@ -101,6 +161,23 @@ _TREND, _SIGMAS = 0.10, 3.0
 _FEWEST_SAMPLES = 30
 
 
+@declare_check(
+    "steadiness",
+    title="horizontal runs",
+    effect=DOUBTFUL,
+    good="horizontal runs are steady",
+    fault="horizontal runs are not steady",
+    after=SOUND_LOGS,
+    outcomes={
+        "steadiness": Words(
+            "stress changes by {change} over the steady part (of {size} runs)",
+            "{most} of either sign",
+            "horizontal runs are not steady ({found}): look at fit.horizontal_skip_cm, at the distance to the walls, and "
+            "whether the plate goes deeper or piles up the bed.",
+        ),
+        "steadiness-few": Words("fewer than {fewest} horizontal runs"),
+    },
+)
 def check_steadiness(measured: MediumMeasurements) -> Check:
     """Whether the stress of horizontal runs stays the same over the part that is averaged."""
     fits, tared = measured.tables["fits"], measured.tables["tared"]
@@ -140,6 +217,28 @@ _BLIND = 0.4
 """Of the largest alpha: the least difference that would be seen is 0.13 to 0.17 (median) in the demonstration."""
 
 
+@declare_check(
+    "repeats",
+    title="repeats",
+    effect=DOUBTFUL,
+    good="each run agrees with the others",
+    fault="single runs disagree with the others",
+    after=(*SOUND_ALPHA, "symmetry", "surface"),
+    outcomes={
+        "repeats": Words(
+            "{count} of {size} runs {differ} from the others, the most by {most_spreads:.1f} times the spread",
+            "no run differs; a difference below {median:.0%} of the largest alpha (median; at most {most:.0%}) is not "
+            "detected",
+            "{found} ({values} N/cm^3; {rows}): look at the medium, the unit, the angles and the logs of these runs. They "
+            "are used; exclude what is a mistake.",
+        ),
+        "repeats-few": Words("too few runs to estimate how much runs differ"),
+        "repeats-blind": Words(
+            "a difference below {median:.0%} of the largest alpha (median) would not be seen, so far are the runs from one "
+            "another or from the shape of known media: look for a wrong sign, angle or medium in the run sheet"
+        ),
+    },
+)
 def check_repeats(measured: MediumMeasurements) -> Check:
     """Whether each run has the alpha that its repeats, or else all other runs, say it should have."""
     peers = measured.tables["peers"]
@@ -179,6 +278,25 @@ def _beside_others(row: dict[Any, Any]) -> Remark:
     return remark("alpha-beside", run=row["run_id"], alpha=row[column(c)], others=alphas_beside)
 
 
+@declare_check(
+    "same_logs",
+    title="copied logs",
+    effect=UNUSABLE,
+    good="no log or run is there twice",
+    fault="a log or run is there twice",
+    outcomes={
+        "same_logs": Words("no {what} is there twice", "each {what} once"),
+        "same_logs-copied": Words(
+            "{count} runs have the readings of others: {first}",
+            "each {what} once",
+            "copies of a {what} are no repeats ({found}): look {where}, and leave out the copies.",
+        ),
+        "same_logs-few": Words("no run has enough readings to tell a copy by"),
+        "same_logs-table": Words(
+            "no run has enough readings to tell a copy by: a table of alpha, or of few depths"
+        ),
+    },
+)
 def check_logs(measured: MediumMeasurements) -> Check:
     """Whether two runs have the same readings, or the same noise, under two names."""
     sheet, copies = measured.sheet, measured.copies
@@ -209,8 +327,32 @@ def check_logs(measured: MediumMeasurements) -> Check:
 
 
 _ALPHA_FROM, _ALPHA_TO = 0.01, 10.0
+_SIZE_FOUND = "alpha_z(0, 90) = {alpha:.3g} N/cm^3"
+_SIZE_ALLOWED = "{low:g} to {high:g} N/cm^3"
 
 
+@declare_check(
+    "size",
+    title="size of the force",
+    effect=UNUSABLE,
+    good="alpha is as large as expected",
+    fault="alpha is not as large as expected",
+    after=SOUND_LOGS,
+    outcomes={
+        "size": Words(
+            _SIZE_FOUND,
+            _SIZE_ALLOWED,
+            "the scale of the force or the size of the plate looks wrong: {found}, {whose} has {allowed}: look at the "
+            "unit of the force and at the size of the plate.",
+        ),
+        "size-unstated": Words(
+            _SIZE_FOUND,
+            _SIZE_ALLOWED,
+            "the scale of the force was not checked: a wrong unit passes unless expected_alpha is stated.",
+        ),
+        "size-no-cell": Words("no alpha at (0, 90) deg"),
+    },
+)
 def check_size(measured: MediumMeasurements) -> Check:
     """Whether alpha_z(0, 90 deg) is as large as stated; without that, what no medium is found."""
     expected = measured.medium.expected_alpha

@@ -8,12 +8,12 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
+from rftfit.checks.declared import Check, Words
+from rftfit.checks.runs import SURE
 from rftfit.conventions import FloatArray
-from rftfit.measure.checks_runs import SURE
 from rftfit.measure.depths import median_over_directions
 from rftfit.measure.flags import Flags
 from rftfit.measure.laws import PATCHES, exponent_lever
-from rftfit.measure.verdicts import Check
 
 TOLERATED = 0.05
 """Exponents that differ by less from 1 make no difference."""
@@ -32,6 +32,41 @@ class Estimate(NamedTuple):
 
     value: float
     se: float
+
+
+LINE_POWERS = "depth^{least:.2f} to depth^{most:.2f}"
+_LAW_ALLOWED = (
+    f"{LINE_POWERS}, and a begin {{start_most_mm:.1f}} mm from the surface of either sign"
+)
+LAW_OUTCOMES = {
+    "law-line": Words(
+        "stress of pushes grows as depth^{power:.2f}, or begins {start_mm:.1f} mm {side} the surface",
+        _LAW_ALLOWED,
+    ),
+    "law-open": Words(
+        "stress of pushes grows as depth^{power:.2f}; a power would be told only beyond "
+        + LINE_POWERS
+    ),
+    "law-power": Words(
+        "stress of pushes grows as depth^{power:.2f}",
+        _LAW_ALLOWED,
+        "{found}: a line through zero is up to {off:.0%} off within its window, so alpha depends on the window; results/"
+        "alpha_at_depth has stress over depth at stated depths.",
+    ),
+    "law-crust": Words(
+        "stress of {count} of {size} pushes has a peak near the surface, {above:.0%} (median) above the line through the deeper part",
+        "less than half of the pushes",
+        "{found}: a crust that breaks. A line through zero holds below it at most: fit.submergence_cm leaves out what lies above.",
+    ),
+    "law-intercept": Words(
+        "stress of pushes is c + alpha depth with c = {intercept:.3g} N/cm^2 (median), as if it began {start_mm:.1f} mm {side} the "
+        "surface",
+        _LAW_ALLOWED,
+        "{found}: cohesion or a crust, or another surface than stated (surface_z_mm). A line through zero is up to "
+        "{off:.0%} off within its window.",
+    ),
+}
+"""Words of `linearity` where nothing but the law tells the surface, by code."""
 
 
 def check_law(pushes: pd.DataFrame, run_cm: float, session_cm: float) -> Check:

@@ -11,14 +11,22 @@ import numpy.typing as npt
 
 from rftfit.campaign.config import Config, Transducer
 from rftfit.campaign.sheet import Run
+from rftfit.checks.declared import (
+    Check,
+    MediumMeasurements,
+    Words,
+    declare_check,
+    describe_rows,
+    flags_on,
+)
+from rftfit.checks.runs import check_drift, check_rods
+from rftfit.checks.shared import told_axes
 from rftfit.conventions import FloatArray
 from rftfit.directions import number_directions
-from rftfit.measure.checks_runs import check_drift, check_rods
-from rftfit.measure.checks_shared import told_axes
 from rftfit.measure.flags import Remark, format_remarks, remark
 from rftfit.measure.lab_frame import is_symmetric, measured_channel
 from rftfit.measure.levels import Mask, two_clusters
-from rftfit.measure.verdicts import Check, MediumMeasurements, describe_rows, flags_on
+from rftfit.measure.verdict_words import UNUSABLE
 
 _CLIPPED, _FROZEN, _LOGS, _EXCHANGED = 0.03, 0.5, 3, 2.0
 _SILENT, _MUST_FEEL, _CLEAR = 0.01, 0.03, 0.12
@@ -32,6 +40,21 @@ Cause = tuple[Remark, list[Remark]]
 """What is wrong with a channel, and flags of the runs that show it."""
 
 
+@declare_check(
+    "channels",
+    title="force channels",
+    effect=UNUSABLE,
+    good="no force channel is dead, frozen, clipped, reversed or exchanged in several runs",
+    fault="a force channel is dead, frozen, clipped, reversed or exchanged",
+    outcomes={
+        "channels": Words(
+            "{causes}",
+            "below {frozen:.0%} of a stroke at one reading, no end in common below the range",
+            "{causes}.",
+        ),
+        "channels-unread": Words("no readings of channels"),
+    },
+)
 def check_channels(measured: MediumMeasurements) -> Check:
     """Look for a channel that is constant, frozen, clipped, without force, exchanged or reversed."""
     facts = measured.tables["runs"]

@@ -8,10 +8,18 @@ from typing import Any
 
 import pandas as pd
 
+from rftfit.checks.declared import (
+    SOUND_ALPHA,
+    Check,
+    MediumMeasurements,
+    Words,
+    declare_check,
+    flags_on,
+)
 from rftfit.measure.flags import Remark, format_remarks, remark
-from rftfit.measure.verdicts import Check, MediumMeasurements, flags_on
+from rftfit.measure.verdict_words import DOUBTFUL, UNUSABLE
 
-_CLEAR = 4.0
+CLEAR = 4.0
 """Log of the Bayes factor from which axes are told from one another."""
 
 
@@ -19,11 +27,33 @@ def told_axes(measured: MediumMeasurements) -> Remark | None:
     """Other axes that explain alpha clearly better than the given ones; None where there are none."""
     axes = measured.tables["axes"]
     other_axes = axes[axes["axes"] != "as-given"].sort_values("log_bayes_factor")
-    if other_axes.empty or not other_axes["log_bayes_factor"].iloc[-1] > _CLEAR:
+    if other_axes.empty or not other_axes["log_bayes_factor"].iloc[-1] > CLEAR:
         return None
     return remark(f"axes-{other_axes['axes'].iloc[-1]}")
 
 
+@declare_check(
+    "axes",
+    title="axes of the force",
+    effect=UNUSABLE,
+    good="the axes of the force fit the shape of known media",
+    fault="other axes than the given ones fit the shape of known media",
+    after=SOUND_ALPHA,
+    needed=True,
+    outcomes={
+        "axes": Words(
+            "the given axes explain alpha at least 10^{power:.0f} times better than any others",
+            "at least 55 times better than any others",
+        ),
+        "axes-others": Words(
+            "axes with {axes} explain alpha 10^{power:.0f} times better than the given ones, by the shape of known media",
+            "no axes explain alpha 55 times better than the given ones",
+            "axes look wrong in all runs ({found}): look at {where}.",
+        ),
+        "axes-open": Words("these directions do not tell the given axes from others: {axes}"),
+        "axes-no-runs": Words("no run has both components of alpha"),
+    },
+)
 def check_axes(measured: MediumMeasurements) -> Check:
     """Whether the shape of known media fits the given axes better than any others that a config can give by mistake."""
     axes = measured.tables["axes"]
@@ -38,12 +68,37 @@ def check_axes(measured: MediumMeasurements) -> Check:
         return Check.judge(
             "axes", False, code="axes-others", axes=likelier_axes, power=power, where=where_to_look
         )
-    open_axes = [remark(f"axes-{name}") for name in other_axes if other_axes[name] > -_CLEAR]
+    open_axes = [remark(f"axes-{name}") for name in other_axes if other_axes[name] > -CLEAR]
     if open_axes:
         return Check.skip("axes", "axes-open", axes=format_remarks(open_axes))
     return Check.judge("axes", True, power=-other_axes[best] / math.log(10))
 
 
+@declare_check(
+    "shared",
+    title="errors that many runs share",
+    effect=DOUBTFUL,
+    good="no gain, turn or angle is off in many runs",
+    fault="a gain, a turn or an angle is off in many runs",
+    after=(*SOUND_ALPHA, "axes"),
+    quotes_found=True,
+    needed=True,
+    outcomes={
+        "shared": Words(
+            "nothing that many runs share is seen; {seen} would be",
+            "less than would be seen by chance in one of 100 sound campaigns",
+        ),
+        "shared-told": Words(
+            "{causes}",
+            "less than would be seen by chance in one of 100 sound campaigns",
+            "{causes}: {cures}.",
+        ),
+        "shared-open": Words(
+            "these runs do not tell what many of them share ({missing}): repeat directions at the begin and the end"
+        ),
+        "shared-few": Words("too few runs to tell what many of them share"),
+    },
+)
 def check_shared(measured: MediumMeasurements) -> Check:
     """Whether runs share another gain, another turn of the mount, or other angles than stated."""
     causes = measured.tables["causes"]

@@ -1,0 +1,76 @@
+"""All checks of a medium: whether its numbers can be believed, and if not, why."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import replace
+from graphlib import TopologicalSorter
+from typing import Any, get_args
+
+import pandas as pd
+
+from rftfit.campaign.config import CheckName, MediumSettings
+from rftfit.campaign.load import Campaign
+from rftfit.checks.declared import CHECKS, WAITS, Check, MediumMeasurements
+from rftfit.measure.flags import Flags, Remark, remark
+from rftfit.measure.verdict_words import ACCEPTED, DOUBTFUL, FAILED, NOT_CHECKED, UNUSABLE
+
+
+def check_medium(
+    campaign: Campaign,
+    medium: str,
+    tables: Mapping[str, pd.DataFrame],
+    copies: Mapping[str, Collection[str]],
+    flags: Flags,
+) -> list[Check]:
+    """Do every check on one medium; what the config accepts is not failed."""
+    settings = campaign.config.media[medium]
+    sheet = {run.run_id: run for run in campaign.runs_of(medium)}
+    measured = MediumMeasurements(campaign.config, settings, sheet, tables, copies, flags)
+    outcomes: dict[CheckName, Check] = {}
+    for name in sort_checks():
+        outcome = outcomes[name] = CHECKS[name].check(measured)
+        failed_before = [
+            prior_check for prior_check in CHECKS[name].after if outcomes[prior_check].effect
+        ]
+        if failed_before and outcome.verdict != NOT_CHECKED:
+            # the flags of single runs stay
+            outcomes[name] = replace(
+                Check.skip(name, WAITS, first=failed_before[0]), flags=outcome.flags
+            )
+        elif outcome.verdict == FAILED and (why := settings.accept.get(name)):
+            outcomes[name] = replace(outcome, verdict=ACCEPTED, why_accepted=why)
+    return [outcomes[name] for name in get_args(CheckName)]
+
+
+def sort_checks() -> list[CheckName]:
+    """Sort the names of all checks: each comes behind those that it waits for."""
+    # from the order of the config, so that the order of imports changes nothing
+    waits_for = {name: CHECKS[name].after for name in get_args(CheckName)}
+    return list(TopologicalSorter(waits_for).static_order())
+
+
+def faults_of(checks: pd.DataFrame) -> str:
+    """What failed checks, rows of the table, say of a medium, in words."""
+    rows = zip(checks["check"], checks["found"], strict=True)
+    return " and ".join(
+        words if CHECKS[check].quotes_found else CHECKS[check].fault for check, words in rows
+    )
+
+
+def marks_of(checks: pd.DataFrame, media: Mapping[str, MediumSettings]) -> dict[str, list[Remark]]:
+    """What stands wherever a medium appears that fails a check, by medium; `checks`: the table."""
+    warnings = {}
+    for medium, rows in checks.groupby("medium", sort=False):
+        marks = []
+        for effect in (UNUSABLE, DOUBTFUL):
+            failed = rows[rows["effect"] == effect]
+            marks += [remark(effect, faults=faults_of(failed))] if len(failed) else []
+        # by the config as it is now, which may be newer than the table
+        accept: dict[Any, str] = media[str(medium)].accept
+        for check, row in rows[rows["verdict"] == ACCEPTED].groupby("check", sort=False):
+            why = accept.get(check, "")
+            marks.append(remark(ACCEPTED, fault=faults_of(row), why=why))
+        if marks:
+            warnings[str(medium)] = marks
+    return warnings
