@@ -21,6 +21,7 @@ from rftfit.checks.medium import marks_of
 from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
 from rftfit.measure.alpha import QUANTITIES, bed_spread, cell_at, column, window_of
+from rftfit.measure.errors import USUAL_BED_SPREAD
 from rftfit.measure.flags import Flags, Remark, format_remarks, remark, with_reasons
 from rftfit.measure.session_clocks import SessionClocks
 from rftfit.model import scaling
@@ -35,7 +36,6 @@ from rftfit.model.outlines import leg_outline
 from rftfit.model.profiles import (
     EPS,
     KINDS,
-    USUAL_BED_SPREAD,
     DepthOnlyProfile,
     FourierProfile,
     KnownMedium,

@@ -20,14 +20,16 @@ from rftfit.conventions import FloatArray
 from rftfit.directions import TOLERANCE_DEG, number_directions
 from rftfit.errors import InputError
 from rftfit.measure.alpha import column
+from rftfit.measure.errors import USUAL_BED_SPREAD
 
 LEVEL, POWER = 0.05, 0.80
 """Level of the two tests, and the probability with which the least differences stated are detected."""
 
 PRIOR_DOF = 4.0
-PRIOR_ALONG, PRIOR_ACROSS = 0.06, 0.04
-"""Scatter of single runs before any repeat is seen, relative to alpha, worth `PRIOR_DOF` repeats: beds poured
-by hand differ by 5 % as a whole, and by 3 to 4 % from patch to patch."""
+PRIOR_ACROSS = 0.04
+PRIOR_ALONG = math.hypot(USUAL_BED_SPREAD, PRIOR_ACROSS)
+"""Scatter of single runs before any repeat is seen, relative to alpha, worth `PRIOR_DOF` repeats: beds differ by 3 to 4 % from
+patch to patch, and along the force as a whole too."""
 
 _FLOORS = (0.1, 0.05, 0.2, 0.4)
 """Weak directions scatter as if alpha were larger by this share of the largest alpha; the most likely one is taken."""

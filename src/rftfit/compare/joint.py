@@ -27,6 +27,7 @@ from scipy.special import ndtr, stdtrit
 
 from rftfit.conventions import FloatArray
 from rftfit.directions import TOLERANCE_DEG, angles_of_directions, number_directions
+from rftfit.measure.errors import USUAL_BED_SPREAD
 from rftfit.model.run_model import Freedom, RunGaussian, Scatter, outer, prior_at
 
 FALSE_ALARMS = 0.01
@@ -96,8 +97,8 @@ _T_DOF = 5.0
 _ANGLES_DEG = (0.3, 0.2)
 """Errors of beta and gamma of a run where none are stated."""
 _DEPARTURE_DOF = 5.0
-_BED, _REST, _SCATTER_LOG_SD = 0.05, 0.015, 0.6
-"""Scatter from run to run beforehand: along alpha and in all directions, relative to alpha, and how well that is known."""
+_REST, _SCATTER_LOG_SD = 0.015, 0.6
+"""Scatter from run to run beforehand beside that of beds, relative to alpha, and the error of both in their logarithm."""
 _LOCAL, _LOCAL_FLOOR = 0.03, 0.015
 """What each direction has of its own, relative to its alpha and to the largest: a plate that is mounted once for its
 repeats, one rod for all of them."""
@@ -235,7 +236,9 @@ class JointModel:
         mean = self.mean.reshape(2, count)[:, self.cell]
         size = float((mean * self.runs.alpha).sum() / (mean**2).sum())
         least = 0.05 * float(np.abs(self.runs.alpha).sum() / np.abs(mean).sum())
-        self.theta = np.array([math.log(max(size, least)), 0.0, math.log(_BED), math.log(0.02)])
+        self.theta = np.array(
+            [math.log(max(size, least)), 0.0, math.log(USUAL_BED_SPREAD), math.log(0.02)]
+        )
         medians = [
             np.median(self.runs.alpha[:, self.cell == place], axis=1) for place in range(count)
         ]
@@ -311,7 +314,7 @@ class JointModel:
             return math.inf
         half = _DEPARTURE_DOF / 2
         beforehand = half * theta[1] + (half + 1) * math.exp(-theta[1])
-        for value, middle in ((theta[2], _BED), (theta[3], _REST)):
+        for value, middle in ((theta[2], USUAL_BED_SPREAD), (theta[3], _REST)):
             beforehand += 0.5 * ((value - math.log(middle)) / _SCATTER_LOG_SD) ** 2
         return float(0.5 * (quadratic + log_det) + beforehand + self.jacobian)
 

@@ -17,6 +17,7 @@ import pandas as pd
 from rftfit.conventions import FloatArray
 from rftfit.directions import TOLERANCE_DEG, number_directions, same_direction
 from rftfit.measure.alpha import column
+from rftfit.measure.errors import USUAL_BED_SPREAD
 from rftfit.model.shapes import published_shapes
 
 COLUMNS = [
@@ -38,8 +39,8 @@ COLUMNS = [
 REPEATS, MAP = "repeats", "map"
 """What a run is compared with: runs of its direction, or the map of all others."""
 
-_BED, _LEAST = 0.05, 0.05
-"""Ordinary scatter of a run: relative to its alpha, and to the largest alpha of its medium."""
+_LEAST = 0.05
+"""Scatter of a run beside that of beds, relative to the largest alpha of its medium."""
 _LEAST_REPEATS = 0.08
 """Weak directions differ more than in proportion to alpha: of the largest alpha of the medium."""
 _SWITCHES_WITHIN_DEG = 2.0
@@ -254,7 +255,7 @@ def _predict_from_others(
     values, noise = alpha.ravel()[used], np.nan_to_num(se.ravel()[used])
     size = float(np.abs(values).sum() / np.abs(mean[used]).sum())
     for _ in range(3):
-        scatter = np.hypot(_BED * mean, _LEAST * np.abs(mean).max()) * size
+        scatter = np.hypot(USUAL_BED_SPREAD * mean, _LEAST * np.abs(mean).max()) * size
         covariance = size**2 * prior + np.diag(scatter**2)
         within = covariance[np.ix_(used, used)] + np.diag(noise**2)
         inverse = np.linalg.inv(within)

@@ -99,10 +99,10 @@ below so many degrees of freedom quantiles grow without limit while the coverage
 
 ONE_BED = Spread(np.zeros(2), np.zeros((2, 2)))
 
-BED_PERCENT = 5.0
-"""Assumed where nothing is known: beds that are poured or tapped by hand."""
+USUAL_BED_SPREAD = 0.05
+"""Relative standard deviation of the force from one bed to the next where nothing is known: beds poured or tapped by hand."""
 
-USUAL_BEDS = Spread(np.array([0.0, (BED_PERCENT / 100) ** 2]), np.zeros((2, 2)), ASSUMED)
+USUAL_BEDS = Spread(np.array([0.0, USUAL_BED_SPREAD**2]), np.zeros((2, 2)), ASSUMED)
 
 Groups = Sequence[tuple["FloatArray", "FloatArray"]]
 """alpha and standard error, N/cm^3, of the runs of one cell (and depth) each."""
@@ -129,7 +129,7 @@ def spread_of_beds(
     if min(dof) < LEAST_DOF:
         if stated == (0.0, 0.0):
             return [ONE_BED] * len(groups)
-        size = np.square(np.array(stated or (0.0, BED_PERCENT / 100)))
+        size = np.square(np.array(stated or (0.0, USUAL_BED_SPREAD)))
         if not stated and max(dof):
             return [_moderated(size, repeated, max(dof))] * len(groups)
         return [Spread(size, np.zeros((2, 2)), STATED if stated else ASSUMED)] * len(groups)

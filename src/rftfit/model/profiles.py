@@ -15,6 +15,7 @@ import pandas as pd
 from rftfit.campaign.problems import choose
 from rftfit.conventions import FloatArray, mirror, wrap_beta, wrap_gamma
 from rftfit.measure.alpha import alpha_columns, column, directions
+from rftfit.measure.errors import USUAL_BED_SPREAD
 from rftfit.model.fourier import TERMS, TERMS_Z, as_array, basis
 from rftfit.model.symmetry import (
     WIDEST_DEG,
@@ -114,9 +115,6 @@ PAPER_WINDOW = (0.3, 9.0)
 """Of the paper's plates, cm: half the thickness of a level one, and the container's 15 cm less the 6 cm
 kept from its bottom."""
 
-
-USUAL_BED_SPREAD = 0.05
-"""Relative, of hand-made beds: where none was measured."""
 
 EPS = 0.28
 """Relative error of the force model (`rftfit.model.model_error`). Chosen on the measured legs of Fig. S5 (five media,

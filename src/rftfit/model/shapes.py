@@ -34,10 +34,11 @@ from rftfit.conventions import FloatArray, mirror, wrap_beta
 from rftfit.directions import TOLERANCE_DEG, same_direction
 from rftfit.errors import InputError
 from rftfit.measure.alpha import alpha_columns, column, directions, flagged
+from rftfit.measure.errors import USUAL_BED_SPREAD
 from rftfit.model.draws import draws_of, errors_known, interval
 from rftfit.model.fourier import fit_lsq, kept_terms
 from rftfit.model.peaks import half_width_of_bed
-from rftfit.model.profiles import EPS, USUAL_BED_SPREAD, KnownMedium, Profile, TableProfile
+from rftfit.model.profiles import EPS, KnownMedium, Profile, TableProfile
 from rftfit.model.rft3d import alpha_3drft
 from rftfit.model.scaling import PAPER_RULE, check_level, check_test, vertical_penetration
 from rftfit.model.symmetry import rectangle
@@ -489,7 +490,7 @@ class Pushes(NamedTuple):
 
 NO_PUSHES = Pushes(np.zeros(0), np.zeros(0), np.zeros((2, 0)), np.zeros((0, 0)))
 
-USUAL_PERCENT, LEAST_PERCENT = 5.0, 1.0
+USUAL_PERCENT, LEAST_PERCENT = 100 * USUAL_BED_SPREAD, 1.0
 """Error of a push of which none is stated: of its own alpha (from bed to bed) and of the largest."""
 
 

@@ -12,7 +12,14 @@ from rftfit.campaign.config import Config, Disc, Leg, Plate
 from rftfit.figures import labels
 from rftfit.figures.style import format_number
 from rftfit.measure.depths import curved_law, steep_pushes
-from rftfit.measure.errors import AS_PREPARED, ASSUMED, FEW_REPEATS, OF_CELL, STATED
+from rftfit.measure.errors import (
+    AS_PREPARED,
+    ASSUMED,
+    FEW_REPEATS,
+    OF_CELL,
+    STATED,
+    USUAL_BED_SPREAD,
+)
 from rftfit.measure.slopes import FEWEST
 from rftfit.model.model_error import LEAST_LOAD, LENGTH_DEG
 from rftfit.model.motion import rotation
@@ -234,6 +241,7 @@ def _spread(results: Results) -> str:
             treatment = f"take the depths of a direction, fewer than {FEWEST}, as independent"
         opening = f"{level} {treatment}{errors}{_named_errors(cells_with_error)}"
     kinds = set(cells_with_error["spread"])
+    assumed = f"{100 * USUAL_BED_SPREAD:g} %"
     if kinds == {AS_PREPARED}:
         return f"{opening}; they do not include the scatter between beds, as the config states."
     if OF_CELL in kinds:
@@ -241,15 +249,19 @@ def _spread(results: Results) -> str:
             "; the others do not include the scatter between beds" if AS_PREPARED in kinds else ""
         )
         others_phrase = (
-            "; the others hold an assumed spread of 5 %" if ASSUMED in kinds else others_phrase
+            f"; the others hold an assumed spread of {assumed}"
+            if ASSUMED in kinds
+            else others_phrase
         )
         return f"{opening}, and hold the scatter of the runs of a direction that was repeated{others_phrase}."
     size = format_number(cells_with_error["run_to_run_z_N_per_cm3"].median(), 4)
     treatment = "pooled from repeats, where there are enough"
     if FEW_REPEATS in kinds:
-        treatment = "an assumed 5 %, moderated by few repeats"
+        treatment = f"an assumed {assumed}, moderated by few repeats"
     if kinds <= {STATED, ASSUMED}:
-        treatment = "as stated" if kinds == {STATED} else "assumed to be 5 %, for want of repeats"
+        treatment = (
+            "as stated" if kinds == {STATED} else f"assumed to be {assumed}, for want of repeats"
+        )
     return (
         f"{opening}, and the spread from run to run ({treatment}; median of alpha_z {size} N/cm^3)."
     )
