@@ -58,7 +58,7 @@ golden: env ## make the golden campaigns anew, print each column that changed an
 stranger: env ## the tests that look for ../shared/data, in a clone that has none beside it (ARGS=--all: all tests)
 	@$(BIN)/python studies/stranger.py $(ARGS)
 
-pages: env ## follow every page of the documentation, command by command; the demonstration gives the paper's numbers
+pages: env ## follow every page of the documentation, command by command; the demonstration gives the paper's numbers; the report page in a browser
 	@$(BIN)/python -m pytest -n 2 -m page $(ARGS)
 
 timegate: env ## no rule of the workflow is slower than benchmarks/time_gate.csv, 40 s (ARGS=--rewrite: write that table anew)

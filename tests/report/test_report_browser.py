@@ -32,9 +32,12 @@ from rftfit.page.live import zeta as zeta_of_page
 from rftfit.page.page import page
 
 PROGRAM = find()
-pytestmark = pytest.mark.skipif(
-    PROGRAM is None, reason="no Chromium on this machine, so the live parts are not tested"
-)
+pytestmark = [
+    pytest.mark.page,
+    pytest.mark.skipif(
+        PROGRAM is None, reason="no Chromium on this machine, so the live parts are not tested"
+    ),
+]
 
 
 @pytest.fixture(scope="module")
