@@ -255,6 +255,16 @@ def test_a_log_is_the_push_that_was_made(push, tmp_path):
     assert_allclose(log.columns["Fz"], push.log().columns["Fz"], atol=1e-8)
 
 
+@pytest.mark.parametrize(("mass", "weight"), [("kg", "kgf"), ("g", "gf")])
+def test_a_force_in_a_unit_of_mass_is_read_as_its_weight(mass, weight, tmp_path):
+    log = MadePush(force_unit="gf").log()
+    log.units.update(dict.fromkeys(("Fx", "Fz"), mass))
+    path = log.write(tmp_path / "push.csv")
+    read = rftfit.read_log(path)
+    assert (read.units["Fx"], read.units["Fz"]) == (weight, weight)
+    assert json_of("inspect", path)["kinds"] == ["force", "motion"]
+
+
 @pytest.mark.parametrize(
     ("dialect", "options"),
     [

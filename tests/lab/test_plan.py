@@ -13,7 +13,15 @@ from rftfit import reference
 from rftfit.campaign.columns import LABELS, OF_SOURCES
 from rftfit.campaign.config import Container
 from rftfit.errors import InputError
-from rftfit.lab.plan import half_extents, motion_at, plan_runs, plate_of, segments, submerged_depths
+from rftfit.lab.plan import (
+    half_extents,
+    motion_at,
+    parse_directions,
+    plan_runs,
+    plate_of,
+    segments,
+    submerged_depths,
+)
 from rftfit.lab.write import SHEET_COLUMNS, sheet_text
 
 
@@ -136,3 +144,18 @@ def test_too_small_a_container(config):
     )
     with pytest.raises(InputError, match="no fit window"):
         segments(plan_runs(small, ["poppy_LP"])[20], small)
+
+
+@pytest.mark.parametrize(("count", "apart_deg"), [(40, 6.0), (250, 6.0), (500, 3.0)])
+def test_scattered_directions_are_apart(count, apart_deg):
+    """No two are taken for one, and straight down is among them."""
+    beta, gamma = np.array(parse_directions(f"scattered:{count}", 7)).T
+    assert (beta[0], gamma[0]) == (0, 90)
+    beta_apart = np.abs((beta - beta[:, None] + 90) % 180 - 90)
+    apart = np.maximum(beta_apart, np.abs(gamma - gamma[:, None]))
+    assert apart[~np.eye(count, dtype=bool)].min() >= apart_deg
+
+
+def test_more_directions_than_there_is_room_for_are_refused():
+    with pytest.raises(InputError, match="scattered"):
+        parse_directions("scattered:501", 7)

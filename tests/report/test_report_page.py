@@ -23,8 +23,10 @@ from page_inputs import (
     sand_results,
     write,
 )
+from paper import PROJECT
 from true_sentences import untrue
 
+import rftfit
 from rftfit import reference
 from rftfit.campaign.config import Maps, TableSettings
 from rftfit.lab.marker import MARKER
@@ -33,11 +35,11 @@ from rftfit.measure.flags import remark
 from rftfit.model.outlines import model_leg
 from rftfit.model.scaling import published
 from rftfit.page.live import live_data
-from rftfit.page.methods import paragraphs, settings_digest
+from rftfit.page.methods import constants, paragraphs, settings_digest
 from rftfit.page.outcome import most_serious_flag, outcome_of_runs, rows_by_reason
 from rftfit.page.page import page as make_page
 from rftfit.page.workbooks import workbooks
-from rftfit.results import Results
+from rftfit.results import Results, open_results
 
 GAP = remark("gap", seconds=1.51)
 VOID = {"meta", "link", "input", "br"}
@@ -406,3 +408,16 @@ def test_sections_controls_and_tables_are_whole(page, read):
     assert shares[0][1] == "42 of 42|predicted: 39 of 39"
     assert [row[2] for row in best] == ["0.40", "0.40"]
     assert len(conditions) == 42
+
+
+def test_the_documentation_lists_the_constants_of_the_code(small_made):
+    """In the order of the page: the model's own error, its floor and length, nodes, course, frictions and tilt."""
+    text = (PROJECT / "docs" / "theory" / "comparison.md").read_text("utf-8")
+    rows = text.partition("| constant | value |")[2].split("\n\n")[0].splitlines()[2:]
+    documented = [row.split("|")[2].strip().rstrip("\N{DEGREE SIGN}") for row in rows]
+    listed = constants(open_results(small_made.root))
+    values_of_code = [constant.value for constant in listed if constant.value != "see its table"]
+    assert len(values_of_code) == 7
+    # this campaign estimates the model's own error from its legs
+    values_of_code[0] = f"{rftfit.published_medium('poppy_LP').model_error:g}"
+    assert documented[:7] == values_of_code
