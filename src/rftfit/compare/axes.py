@@ -10,6 +10,7 @@ import math
 
 import numpy as np
 
+from rftfit.compare.chosen import chosen
 from rftfit.compare.joint import RunSlopes, prior_of_media
 from rftfit.directions import number_directions
 
@@ -25,13 +26,7 @@ AXES = {
 }
 """Axes that a configuration can give by mistake: what to do with (z, x) to put them right."""
 
-_SCATTER, _OF_MEDIUM = 0.07, 0.12
-"""Errors of the median of a direction: scatter of runs relative to its alpha, and what a medium has of its own there relative
-to the largest alpha. Nine terms differ from the tables by 0.09 of the largest alpha in the root mean square, and by up to
-0.38 where a plate moves along itself."""
-
-_ROUGH_SHARES = (0.0, 0.5)
-"""Shares of the rough shape in the mean shape, over which the evidence is summed."""
+_CHOSEN = chosen("axes")
 
 _SIZES = np.exp(np.linspace(-1.0, 0.6, 9))
 """Sizes of the medium relative to the size of its alpha, over which the evidence is summed."""
@@ -62,9 +57,9 @@ def axes_evidence(runs: RunSlopes, without: tuple[str, ...] = ()) -> dict[str, f
     )
     side = runs.side[first_runs]
     level = np.hypot(*alpha)
-    error = np.tile(np.hypot(_SCATTER * level, _OF_MEDIUM * level.max()), 2)
+    error = np.tile(np.hypot(_CHOSEN.scatter * level, _CHOSEN.of_medium * level.max()), 2)
     evidence = dict.fromkeys(AXES, -math.inf)
-    for rough_share in _ROUGH_SHARES:
+    for rough_share in _CHOSEN.rough_shares:
         prior_mean, covariance = prior_of_media(*directions_deg, rough_share, without)
         variances, vectors = np.linalg.eigh(covariance / np.outer(error, error))
         variances = np.maximum(variances, 0)

@@ -25,6 +25,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.special import ndtr, stdtrit
 
+from rftfit.compare.chosen import chosen
 from rftfit.conventions import FloatArray
 from rftfit.directions import TOLERANCE_DEG, angles_of_directions, number_directions
 from rftfit.measure.errors import USUAL_BED_SPREAD
@@ -48,62 +49,20 @@ class Kind(NamedTuple):
     unit: str = ""
 
 
-KINDS = {
-    "gain": Kind(0.02, 0.5),
-    "gain-x": Kind(0.03, 0.6),
-    "turn": Kind(1.0, 15.0, "deg"),
-    "beta-offset": Kind(1.5, 15.0, "deg"),
-    "beta-scale": Kind(0.04, 0.3),
-    "gamma-offset": Kind(1.0, 10.0, "deg"),
-    "holder": Kind(2.0, 15.0, "deg"),
-    "crosstalk": Kind(0.02, 0.15),
-}
-"""A gain of 0.02 is a force 2 % larger; crosstalk of 0.02 is a force along x of 2 % of that along z."""
+_CHOSEN, _RUNS = chosen("causes"), chosen("runs")
 
-_TOLERATED_OF_ALL = {"turn": 1.8, "crosstalk": 0.03}
-"""Beds and mounts are never quite alike to both sides: the published tables themselves look turned by up to 1.4 degrees."""
-_WIDER = {"beta-scale": 1.25, "gamma-offset": 1.4, "holder": 1.5}
-"""Errors of causes that only the known shape can tell are so many times as large as the model says (sound campaigns)."""
-_LIMIT_OF_ALL, _LIMIT_OF_TURN = 3.2, 1.9
-"""Limits of causes of all runs, in errors beyond what is tolerated; of a turned mount and crosstalk, of which more is."""
-_TRIED_OF_ALL = 0.5
-"""Score beyond the tolerated size from which a cause of all runs is decided by the exact transformation."""
-_MIXED_UP = 3.0
-"""A cause whose error is so many times that beside a known shape is mixed up with the directions of its runs."""
+KINDS = {name: Kind(*numbers) for name, numbers in _CHOSEN.kinds.items()}
+
 _POWER = 0.84
 """Standard normal quantile of 80 %."""
-_RANKED_FROM = 1.2
-"""So far below the limit a score may be to be decided by the exact transformation."""
-_INSEPARABLE = 1.5
-"""Causes whose distances beyond what is tolerated differ by fewer errors cannot be told from one another."""
-_NOMINAL_RATE = 0.03
-"""Rate at which the largest score of a family is beyond its limit; the exact transformation then decides."""
+
 _FAMILY = {ALL: ALL, HOLDER: "order", FROM_RUN: "order", TREND: "order"}
 """Causes that share a limit; all others are labels of the run sheet."""
-_MOST_CAUSES, _MOST_TRIED = 3, 4
-_FAR_BEHIND = 3.0
-"""A candidate whose score is so far below the largest is not decided beside it."""
-_MOST_STEPS, _STEP_SHARE, _STEP_RUNS = 30, 0.12, 4
-_MOST_STEPPED = 10
-"""Fewest runs with which a step is looked for."""
-_FEWEST_OF_LABEL = 3
-_DIFFERENCE_DEG = 5.0
+
+_FREEDOM = Freedom(*_RUNS.freedom)
+
 _ANGLE_DIGITS = 6
 """Decimals of an angle, deg, in which runs of one direction agree after they were moved together."""
-_ROUGH_SHARE = 0.3
-_FREEDOM = Freedom(x=0.4, pulls=0.5, level=0.3)
-_T_DOF = 5.0
-"""Degrees of freedom of the scatter, so that a run that stands apart counts less."""
-_ANGLES_DEG = (0.3, 0.2)
-"""Errors of beta and gamma of a run where none are stated."""
-_DEPARTURE_DOF = 5.0
-_REST, _SCATTER_LOG_SD = 0.015, 0.6
-"""Scatter from run to run beforehand beside that of beds, relative to alpha, and the error of both in their logarithm."""
-_LOCAL, _LOCAL_FLOOR = 0.03, 0.015
-"""What each direction has of its own, relative to its alpha and to the largest: a plate that is mounted once for its
-repeats, one rod for all of them."""
-_WEAK, _FLOOR = 0.3, 0.002
-"""Weak directions scatter as if alpha were so large, and by so much, of the largest alpha."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,8 +112,8 @@ class Cause(NamedTuple):
     @property
     def tolerated(self) -> float:
         """Size that is no fault."""
-        if self.group == ALL and self.kind in _TOLERATED_OF_ALL:
-            return _TOLERATED_OF_ALL[self.kind]
+        if self.group == ALL and self.kind in _CHOSEN.tolerated_of_all:
+            return float(_CHOSEN.tolerated_of_all[self.kind])
         return KINDS[self.kind].tolerated
 
 
@@ -218,7 +177,7 @@ class JointModel:
     """
 
     runs: RunSlopes
-    angles_deg: tuple[float, float] = _ANGLES_DEG
+    angles_deg: tuple[float, float] = tuple(_RUNS.angles_deg)
     without: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
@@ -237,7 +196,12 @@ class JointModel:
         size = float((mean * self.runs.alpha).sum() / (mean**2).sum())
         least = 0.05 * float(np.abs(self.runs.alpha).sum() / np.abs(mean).sum())
         self.theta = np.array(
-            [math.log(max(size, least)), 0.0, math.log(USUAL_BED_SPREAD), math.log(0.02)]
+            [
+                math.log(max(size, least)),
+                0.0,
+                math.log(USUAL_BED_SPREAD),
+                math.log(_RUNS.start_rest),
+            ]
         )
         medians = [
             np.median(self.runs.alpha[:, self.cell == place], axis=1) for place in range(count)
@@ -268,7 +232,7 @@ class JointModel:
             self.mean, covariance = self.prior_mean[places], self.prior_rows[places]
         else:
             self.mean, covariance = prior_of_media(
-                self.directions[0], self.directions[1], _ROUGH_SHARE, self.without
+                self.directions[0], self.directions[1], _RUNS.rough_share, self.without
             )
         self.prior = covariance + 1e-8 * np.eye(2 * count)
         self.local = _local_variance(self.mean, np.bincount(self.cell))
@@ -277,14 +241,14 @@ class JointModel:
         """Take alpha of the directions and its slopes over the angles, per degree."""
         blocks = full.reshape(2, 5, -1)
         self.expected = (blocks[:, 0] if cells is None else cells)[:, self.cell]
-        self.by_beta = ((blocks[:, 1] - blocks[:, 2]) / (2 * _DIFFERENCE_DEG))[:, self.cell]
-        self.by_gamma = ((blocks[:, 3] - blocks[:, 4]) / (2 * _DIFFERENCE_DEG))[:, self.cell]
+        self.by_beta = ((blocks[:, 1] - blocks[:, 2]) / (2 * _RUNS.difference_deg))[:, self.cell]
+        self.by_gamma = ((blocks[:, 3] - blocks[:, 4]) / (2 * _RUNS.difference_deg))[:, self.cell]
 
     # --- the likelihood
 
     def _scatter(self, theta: FloatArray, weight: FloatArray | None = None) -> FloatArray:
         """Covariance of the two slopes of each run around alpha of its direction, shape (n, 2, 2)."""
-        scatter_of_runs = Scatter(math.exp(theta[2]), math.exp(theta[3]), _WEAK, _FLOOR)
+        scatter_of_runs = Scatter(math.exp(theta[2]), math.exp(theta[3]), _RUNS.weak, _RUNS.floor)
         scatter = scatter_of_runs.covariance(self.expected, self.runs.se)
         for error_deg, slopes in zip(self.angles_deg, (self.by_beta, self.by_gamma), strict=True):
             scatter += error_deg**2 * outer(slopes)
@@ -312,10 +276,10 @@ class JointModel:
         except np.linalg.LinAlgError:
             # runs that fit no shape at all, as by angles in rad, let the search stray
             return math.inf
-        half = _DEPARTURE_DOF / 2
+        half = _RUNS.departure_dof / 2
         beforehand = half * theta[1] + (half + 1) * math.exp(-theta[1])
-        for value, middle in ((theta[2], USUAL_BED_SPREAD), (theta[3], _REST)):
-            beforehand += 0.5 * ((value - math.log(middle)) / _SCATTER_LOG_SD) ** 2
+        for value, middle in ((theta[2], USUAL_BED_SPREAD), (theta[3], _RUNS.rest)):
+            beforehand += 0.5 * ((value - math.log(middle)) / _RUNS.log_sd) ** 2
         return float(0.5 * (quadratic + log_det) + beforehand + self.jacobian)
 
     # --- the fit
@@ -350,7 +314,7 @@ class JointModel:
         off = residual.reshape(2, -1) - predicted
         covariance = covariance + self._scatter(self.theta, np.ones(self.runs.size))
         distance = np.einsum("in,nij,jn->n", off, np.linalg.inv(covariance), off)
-        self.weight = np.clip((_T_DOF + 2) / (_T_DOF + distance), 0.02, 1.0)
+        self.weight = np.clip((_RUNS.t_dof + 2) / (_RUNS.t_dof + distance), 0.02, 1.0)
 
     # --- causes
 
@@ -359,9 +323,9 @@ class JointModel:
         size = self.runs.size
         rank = np.argsort(np.argsort(self.runs.order, kind="stable"), kind="stable")
         yield TREND, "", rank / (size - 1) - 0.5
-        edge = max(_STEP_RUNS, int(_STEP_SHARE * size))
-        if size >= _MOST_STEPPED and size > 2 * edge:
-            steps = np.linspace(edge, size - edge, min(_MOST_STEPS, size - 2 * edge + 1))
+        edge = max(_CHOSEN.step_runs, int(_CHOSEN.step_share * size))
+        if size >= _CHOSEN.most_stepped and size > 2 * edge:
+            steps = np.linspace(edge, size - edge, min(_CHOSEN.most_steps, size - 2 * edge + 1))
             for step in np.unique(steps.astype(int)):
                 yield FROM_RUN, str(step + 1), (rank >= step) - 0.5
         for column, labels in self.runs.labels.items():
@@ -369,7 +333,7 @@ class JointModel:
             # of two labels the second says what the first does
             first = 1 if names.size == 2 else 0
             for label, count in zip(names[first:], counts[first:], strict=True):
-                if label and _FEWEST_OF_LABEL <= count <= size - _FEWEST_OF_LABEL:
+                if label and _CHOSEN.fewest_of_label <= count <= size - _CHOSEN.fewest_of_label:
                     yield column, str(label), (labels == label) - 0.5
 
     def causes(self) -> list[Cause]:
@@ -448,24 +412,24 @@ class JointModel:
         scores, information = self._gaussian(self.theta).score(residual, mean, effects)
         precision = np.maximum(np.diag(information), 1e-12)
         size = scores / precision
-        wider = np.array([_WIDER.get(cause.kind, 1.0) for cause in causes])
+        wider = np.array([_CHOSEN.wider.get(cause.kind, 1.0) for cause in causes])
         se = wider / np.sqrt(precision)
         tolerated = np.array([cause.tolerated for cause in causes])
         most = np.array([KINDS[cause.kind].most for cause in causes])
         families = np.array([_FAMILY.get(cause.group, "labels") for cause in causes])
         sensible = (se < 50 * tolerated) & ((effects**2).sum(axis=0) > 0)
-        is_turn = [cause.kind in _TOLERATED_OF_ALL for cause in causes]
-        limit = np.where(is_turn, _LIMIT_OF_TURN, _LIMIT_OF_ALL)
+        is_turn = [cause.kind in _CHOSEN.tolerated_of_all for cause in causes]
+        limit = np.where(is_turn, _CHOSEN.limit_of_turn, _CHOSEN.limit_of_all)
         dof = max(self.runs.size - self.directions.shape[1], self.runs.size / 2, 8.0)
         for family in ("order", "labels"):
             members = sensible & (families == family)
             if members.any():
                 root = np.sqrt(precision[members])
                 correlation = information[np.ix_(members, members)] / np.outer(root, root)
-                normal_limit = _limit(correlation, _NOMINAL_RATE)
+                normal_limit = _limit(correlation, _CHOSEN.nominal_rate)
                 limit[families == family] = -stdtrit(dof, ndtr(-normal_limit))
         grouped = np.array([cause.group not in (ALL, HOLDER) for cause in causes])
-        mixed_up = grouped & (se > _MIXED_UP * self._error_beside_known_shape(effects))
+        mixed_up = grouped & (se > _CHOSEN.mixed_up * self._error_beside_known_shape(effects))
         checked = sensible & ~mixed_up & (tolerated + (limit + _POWER) * se < most)
         return Scan(causes, size, se, checked, mixed_up, limit)
 
@@ -524,7 +488,7 @@ def find_causes(model: JointModel) -> tuple[list[Found], Scan]:
     model.fit()
     scan = model.scan()
     told: list[Found] = []
-    while len(told) < _MOST_CAUSES:
+    while len(told) < _CHOSEN.most_causes:
         tried = _try_candidates(model, scan)
         if not tried:
             break
@@ -552,7 +516,7 @@ def _inseparable_from(told: _Trial, tried: list[_Trial], scan: Scan) -> tuple[Ca
     Causes of all runs are told by the known shape alone, from which each medium departs in its own way. So
     of these also the ones with a score near that of the cause count, though a medium might have their size.
     """
-    least_times = told.times - _INSEPARABLE
+    least_times = told.times - _CHOSEN.inseparable
     inseparable = {
         trial.cause[:3]: trial.cause
         for trial in tried
@@ -561,7 +525,7 @@ def _inseparable_from(told: _Trial, tried: list[_Trial], scan: Scan) -> tuple[Ca
     if told.cause.group == ALL:
         scores = np.abs(scan.size) / scan.se
         names = [cause[:3] for cause in scan.causes]
-        least_score = scores[names.index(told.cause[:3])] - _INSEPARABLE
+        least_score = scores[names.index(told.cause[:3])] - _CHOSEN.inseparable
         inseparable |= {
             name: cause
             for name, cause, score in zip(names, scan.causes, scores, strict=True)
@@ -585,19 +549,21 @@ def _try_candidates(model: JointModel, scan: Scan) -> list[_Trial]:
     scores = np.where(scan.checked, np.abs(scan.size) / scan.se, 0.0)
     beyond = np.maximum(np.abs(scan.size) - scan.tolerated, 0) / scan.se
     of_all = np.array([cause.group == ALL for cause in scan.causes])
-    worth = np.where(of_all, beyond > _TRIED_OF_ALL, scores > scan.limit - _RANKED_FROM)
+    worth = np.where(
+        of_all, beyond > _CHOSEN.tried_of_all, scores > scan.limit - _CHOSEN.ranked_from
+    )
     worth &= scan.checked & (beyond > 0)
-    worth &= scores > scores.max() - _FAR_BEHIND
+    worth &= scores > scores.max() - _CHOSEN.far_behind
     tried: dict[tuple[str, str], _Trial] = {}
     for place in np.argsort(-np.where(worth, scores, 0.0)):
         cause = scan.causes[place]
-        if not worth[place] or len(tried) >= _MOST_TRIED:
+        if not worth[place] or len(tried) >= _CHOSEN.most_tried:
             break
         if (cause.kind, cause.group) in tried:
             continue
         size, times, right = model._profile(cause, scan.size[place], scan.se[place])
         times = times if abs(size) > cause.tolerated else 0.0
-        times /= _WIDER.get(cause.kind, 1.0)
+        times /= _CHOSEN.wider.get(cause.kind, 1.0)
         trial = _Trial(cause, size, times, float(scan.limit[place]), right)
         tried[cause.kind, cause.group] = trial
     return list(tried.values())
@@ -634,7 +600,7 @@ def _wrapped(beta_deg: FloatArray, gamma_deg: FloatArray) -> tuple[FloatArray, F
 
 def expected_alpha(beta_deg: FloatArray, gamma_deg: FloatArray) -> FloatArray:
     """Alpha of the known shape, z and x, shape (2, n), of a medium of size 1."""
-    mean, _ = prior_of_media(beta_deg, gamma_deg, _ROUGH_SHARE)
+    mean, _ = prior_of_media(beta_deg, gamma_deg, _RUNS.rough_share)
     return np.asarray(mean.reshape(2, -1))
 
 
@@ -651,10 +617,10 @@ def _prior_beside(
 ) -> tuple[FloatArray, FloatArray]:
     """Prior mean at directions and 5 degrees beside in beta and gamma, shape (10 n,), and its covariance with the directions."""
     beta, gamma = np.frombuffer(directions).reshape(2, count)
-    step = _DIFFERENCE_DEG
+    step = _RUNS.difference_deg
     betas = np.concatenate([beta, beta + step, beta - step, beta, beta])
     gammas = np.concatenate([gamma, gamma, gamma, gamma + step, gamma - step])
-    mean, covariance = prior_of_media(betas, gammas, _ROUGH_SHARE, without)
+    mean, covariance = prior_of_media(betas, gammas, _RUNS.rough_share, without)
     places = np.concatenate([np.arange(count), 5 * count + np.arange(count)])
     return mean, covariance[:, places]
 
@@ -665,6 +631,6 @@ def _local_variance(mean: FloatArray, runs: npt.NDArray[np.intp]) -> FloatArray:
     `runs`: Of each direction, shape (n,). One run shares nothing: what its direction has of its own is in its scatter.
     """
     level = np.hypot(*mean.reshape(2, -1))
-    variance = (_LOCAL * level) ** 2 + (_LOCAL_FLOOR * level.max()) ** 2
+    variance = (_RUNS.local * level) ** 2 + (_RUNS.local_floor * level.max()) ** 2
     variance = np.where(runs > 1, variance, 0.0)
     return np.concatenate([variance, variance])

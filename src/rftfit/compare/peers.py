@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from rftfit.compare.chosen import chosen
 from rftfit.conventions import FloatArray
 from rftfit.directions import TOLERANCE_DEG, number_directions, same_direction
 from rftfit.measure.alpha import column
@@ -39,20 +40,7 @@ COLUMNS = [
 REPEATS, MAP = "repeats", "map"
 """What a run is compared with: runs of its direction, or the map of all others."""
 
-_LEAST = 0.05
-"""Scatter of a run beside that of beds, relative to the largest alpha of its medium."""
-_LEAST_REPEATS = 0.08
-"""Weak directions differ more than in proportion to alpha: of the largest alpha of the medium."""
-_SWITCHES_WITHIN_DEG = 2.0
-"""Errors of angle of an ordinary rig add up to less."""
-_FEW_RUNS, _ORDINARY = 24, 0.06
-"""Fewer repeats than this do not tell how much repeats of this medium differ: relative to alpha, half of them by so much."""
-_REPEATS_APART: tuple[tuple[float, float], ...] = (6.3, 0.25), (8.0, 0.10)
-"""Times the median difference, and relative to alpha: the smaller a difference is, the clearer it has to be."""
-_TIMES_MAP, _LEAST_MAP, _TAIL, _FEWEST = 7.0, 0.13, 0.95, 10
-"""Of the map: where each run is left out in turn, the published media differ from the map of the others by up to
-0.12 of their largest alpha and 4.1 times the 95 % quantile of all differences, with beds 5 % apart 4.4 times; in
-1008 sound tables of 20 to 54 directions with such beds, two runs are farther than both limits."""
+_CHOSEN = chosen("peers")
 
 
 def compare_runs(
@@ -141,7 +129,7 @@ def may_switch(runs: pd.DataFrame) -> npt.NDArray[np.bool_]:
     beta, gamma = (runs[f"{name}_deg"].to_numpy(float) for name in ("beta", "gamma"))
     from_plate = np.abs((beta + gamma + 45) % 90 - 45)
     is_level = same_direction(beta, np.abs(gamma), 0.0, 90.0)
-    return np.asarray((from_plate <= _SWITCHES_WITHIN_DEG) & ~is_level)
+    return np.asarray((from_plate <= _CHOSEN.switches_within_deg) & ~is_level)
 
 
 def _without_side(
@@ -170,7 +158,7 @@ def _compare_with_repeats(
         np.stack([of_z, np.where(np.isfinite(of_z) & np.isnan(of_x), 0.0, of_x)])
         for of_z, of_x in (alpha, compared_alpha)
     )
-    weakest = _LEAST_REPEATS * np.nanmax(np.abs(filled_alpha))
+    weakest = _CHOSEN.least_repeats * np.nanmax(np.abs(filled_alpha))
 
     def compare_group(members: npt.NDArray[np.intp]) -> tuple[FloatArray, FloatArray, float]:
         """Median of the others, the difference from it relative to the size of alpha, and that size."""
@@ -191,7 +179,11 @@ def _compare_with_repeats(
     for members in large_groups:
         others_alpha[:, members], off[members], level[members] = compare_group(members)
     finite_off = off[np.isfinite(off)]
-    unit = max(float(np.median(finite_off)), 0.01) if finite_off.size >= _FEW_RUNS else _ORDINARY
+    unit = (
+        max(float(np.median(finite_off)), 0.01)
+        if finite_off.size >= _CHOSEN.few_runs
+        else _CHOSEN.ordinary
+    )
     far = np.zeros(groups.size, dtype=bool)
     for members in large_groups:
         # where runs are wrong, the others differ from their median too: the farthest goes first
@@ -200,12 +192,12 @@ def _compare_with_repeats(
             distances = compare_group(remaining)[1]
             farthest = int(distances.argmax())
             if not any(
-                distances[farthest] > max(clear * unit, least) for clear, least in _REPEATS_APART
+                distances[farthest] > max(clear * unit, least) for clear, least in _CHOSEN.apart
             ):
                 break
             far[remaining[farthest]] = True
             remaining = np.delete(remaining, farthest)
-    seen = level * min(max(clear * unit, least) for clear, least in _REPEATS_APART)
+    seen = level * min(max(clear * unit, least) for clear, least in _CHOSEN.apart)
     others_alpha[np.isnan(alpha)] = math.nan
     return others_alpha, np.nan_to_num(off / unit), far, seen
 
@@ -229,14 +221,14 @@ def _compare_with_map(
     while True:
         farthest = int(np.where(far, 0, times.max(axis=0)).argmax())
         remaining = ~far & (np.arange(beta.size) != farthest)
-        if remaining.sum() < max(_FEWEST, 2 * far.sum()):
+        if remaining.sum() < max(_CHOSEN.fewest, 2 * far.sum()):
             break
         # a wrong run distorts the map near itself, so the limit is estimated without this run
         without, apart, its_error = predict_from(remaining)
-        unit = max(float(np.quantile(apart[:, remaining], _TAIL)), 0.1)
+        unit = max(float(np.quantile(apart[:, remaining], _CHOSEN.tail)), 0.1)
         off = np.nan_to_num(np.abs(alpha - without)[:, farthest]).max()
-        if apart[:, farthest].max() < _TIMES_MAP * unit or off < _LEAST_MAP * largest:
-            seen = np.fmax(_LEAST_MAP * largest, np.fmax(*error) * _TIMES_MAP * unit)
+        if apart[:, farthest].max() < _CHOSEN.times_map * unit or off < _CHOSEN.least_map * largest:
+            seen = np.fmax(_CHOSEN.least_map * largest, np.fmax(*error) * _CHOSEN.times_map * unit)
             return predicted, times.max(axis=0) / unit, far, seen
         far[farthest] = True
         predicted, times, error = without, apart, its_error
@@ -255,7 +247,7 @@ def _predict_from_others(
     values, noise = alpha.ravel()[used], np.nan_to_num(se.ravel()[used])
     size = float(np.abs(values).sum() / np.abs(mean[used]).sum())
     for _ in range(3):
-        scatter = np.hypot(USUAL_BED_SPREAD * mean, _LEAST * np.abs(mean).max()) * size
+        scatter = np.hypot(USUAL_BED_SPREAD * mean, _CHOSEN.least * np.abs(mean).max()) * size
         covariance = size**2 * prior + np.diag(scatter**2)
         within = covariance[np.ix_(used, used)] + np.diag(noise**2)
         inverse = np.linalg.inv(within)
