@@ -207,3 +207,63 @@ def test_the_wrong_run_is_named_and_no_right_one(repeats, fault):
         rows = [(*angle, *of_run) for angle, of_run in zip(angles, alpha.T, strict=True)]
         peers = compare_runs(fits(rows), "m")
         assert peers.loc[peers["apart"], "run_id"].tolist() == [f"r{wrong}"]
+
+
+def pairs_of(medium, count=12, spread=0.04):
+    """Rows of directions pushed twice, whose beds differ."""
+    cells = [cell for cell in published(medium) if math.hypot(*cell[2:]) > 0.1][:: 78 // count][
+        :count
+    ]
+    beds = np.random.default_rng(2).normal(1, spread, (len(cells), 2))
+    return [
+        (*cell[:2], bed * cell[2], bed * cell[3])
+        for cell, beds_of_cell in zip(cells, beds, strict=True)
+        for bed in beds_of_cell
+    ]
+
+
+@pytest.mark.parametrize("medium", reference.MEDIA)
+def test_two_runs_of_a_direction_are_judged_by_all_pairs(medium):
+    rows = pairs_of(medium)
+    sound = compare_runs(fits(rows), medium)
+    assert set(sound["beside"]) == {"pair"}
+    assert not sound["apart"].any()
+    wrong = 6
+    rows[wrong] = (*rows[wrong][:2], 1.9 * rows[wrong][2], 1.9 * rows[wrong][3])
+    peers = compare_runs(fits(rows), medium)
+    assert peers.loc[peers["apart"], "run_id"].tolist() == ["r6", "r7"]
+    # which of the two is wrong the pair does not tell, but the map of all others
+    off = np.hypot(peers["off_z_ratio"], peers["off_x_ratio"])
+    assert off[6] > off[7]
+    assert peers["times_spread"][6] == peers["times_spread"][7] > 4
+
+
+@pytest.mark.parametrize(("second", "is_apart"), [(0.30, False), (0.36, True)])
+def test_a_pair_alone_is_judged_by_the_usual_spread_of_beds(second, is_apart):
+    first = 0.25
+    peers = compare_runs(fits([(0.0, 90.0, first, 0.0), (0.0, 90.0, second, 0.0)]), "m")
+    level = math.hypot((first + second) / 2, 0.08 * second)
+    times = (second - first) / level / math.sqrt(2 * 0.05**2)
+    assert peers["times_spread"].tolist() == pytest.approx([times] * 2)
+    assert peers["apart"].tolist() == [times > 4.5] * 2 == [is_apart] * 2
+    seen = 4.5 * math.sqrt(2 * 0.05**2) * level / second
+    assert peers["seen_from_ratio"].tolist() == pytest.approx([seen] * 2)
+
+
+def test_the_two_largest_of_many_pairs_stand_apart_together():
+    """Each alone would be no more than chance explains."""
+    cells = [(float(beta), 90.0) for beta in range(-80, 81, 10)]
+    beds = np.random.default_rng(1).normal(1, 0.035, (len(cells), 2))
+    alone, together = beds.copy(), beds.copy()
+    alone[4] = together[4] = 1.09, 0.915
+    together[10] = 0.91, 1.08
+    for factors, pairs in ((alone, []), (together, [4, 10])):
+        rows = [
+            (*cell, 0.3 * bed, 0.0)
+            for cell, beds_of_cell in zip(cells, factors, strict=True)
+            for bed in beds_of_cell
+        ]
+        peers = compare_runs(fits(rows), "m")
+        assert 3.3 < peers["times_spread"].max() < 4.5
+        expected = [f"r{2 * pair + run}" for pair in pairs for run in (0, 1)]
+        assert peers.loc[peers["apart"], "run_id"].tolist() == expected

@@ -206,6 +206,8 @@ def test_a_difference_that_would_not_be_seen_is_not_checked(least, verdict):
             "apart": False,
             "seen_from_ratio": least,
             "beside": "map",
+            "off_z_ratio": 0.0,
+            "off_x_ratio": 0.0,
         }
     )
     check = check_repeats(measured(sheet_of("p" * 6), peers=peers))

@@ -217,6 +217,10 @@ _BLIND = 0.4
 """Of the largest alpha: the least difference that would be seen is 0.13 to 0.17 (median) in the demonstration."""
 
 
+_BESIDE = {"pair": "other run of its direction"}
+"""Words for what a run is compared with, where they are not those of the table."""
+
+
 @declare_check(
     "repeats",
     title="repeats",
@@ -246,9 +250,10 @@ def check_repeats(measured: MediumMeasurements) -> Check:
     if repeated_runs.empty:
         return Check.skip("repeats", "repeats-few")
     apart = repeated_runs[repeated_runs["apart"].to_numpy(bool)]
-    largest_rows = apart.sort_values("times_spread", ascending=False).to_dict("records")[
-        :MOST_NAMED
-    ]
+    # of two runs the one comes first that is farther from the map of all others
+    off = np.hypot(apart["off_z_ratio"].fillna(0.0), apart["off_x_ratio"].fillna(0.0))
+    ranked = apart.assign(off=off).sort_values(["times_spread", "off"], ascending=False)
+    largest_rows = ranked.to_dict("records")[:MOST_NAMED]
     seen_from = repeated_runs["seen_from_ratio"]
     if apart.empty and seen_from.median() > _BLIND:
         return Check.skip("repeats", "repeats-blind", median=seen_from.median())
@@ -257,8 +262,8 @@ def check_repeats(measured: MediumMeasurements) -> Check:
         "repeats",
         apart.empty,
         [
-            remark("apart", run_id=run, beside=runs_beside, times=times)
-            for run, runs_beside, times in of_runs
+            remark("apart", run_id=run, beside=_BESIDE.get(beside, beside), times=times)
+            for run, beside, times in of_runs
         ],
         count=len(apart),
         size=len(repeated_runs),

@@ -1,14 +1,15 @@
 """Comparison of each run with the alpha that the other runs of its medium give for its direction.
 
 Three runs of one direction or more are compared with one another, in units of how repeats of this medium
-differ. A single run is compared with what all other runs and the shape that granular media share
-(`rftfit.model.shapes`) say of its direction. A medium that is rougher than the known ones differs more in
-every direction, so the unit is the spread of these differences in this medium.
+differ; two are compared with how all pairs differ. A single run is compared with what all other runs and the shape
+that granular media share (`rftfit.model.shapes`) say of its direction. A medium that is rougher than the known ones
+differs more in every direction, so the unit is the spread of these differences in this medium.
 """
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -37,8 +38,8 @@ COLUMNS = [
     "known_z_ratio",
     "known_x_ratio",
 ]
-REPEATS, MAP = "repeats", "map"
-"""What a run is compared with: runs of its direction, or the map of all others."""
+REPEATS, PAIR, MAP = "repeats", "pair", "map"
+"""Comparison of a run with two or more runs of its direction, with the other one of two, or with the map of all others."""
 
 _CHOSEN = chosen("peers")
 
@@ -65,10 +66,10 @@ def compare_runs(
         runs[name].to_numpy(float) for name in ("beta_deg", "gamma_deg", "depth_from_cm")
     )
     groups = number_directions(beta_deg, gamma_deg, depth_cm, tolerance_deg)
-    others_alpha, times, apart, seen = _compare_with_repeats(
-        alpha, groups, _without_side(alpha, gamma_deg, may_switch(runs))
-    )
-    single = np.array([(groups == group).sum() < 3 for group in groups])
+    compared_alpha = _without_side(alpha, gamma_deg, may_switch(runs))
+    others_alpha, times, apart, seen = _compare_with_repeats(alpha, groups, compared_alpha)
+    run_count = np.bincount(groups)[groups]
+    single = run_count < 3
     if single.any():
         map_alpha, map_times, far, least = (
             values[..., single] for values in _compare_with_map(runs, alpha)
@@ -79,6 +80,18 @@ def compare_runs(
             far,
             least,
         )
+    beside = np.where(single, MAP, REPEATS)
+    if (run_count == 2).any():
+        of_pair = _compare_pairs(compared_alpha, groups, run_count == 2)
+        # a run that differs from its pair no more than by chance may still differ from the map of all others
+        is_by_pair = (run_count == 2) & ~(apart.astype(bool) & ~of_pair.apart)
+        beside = np.where(is_by_pair, PAIR, beside)
+        times, apart, seen = (
+            np.where(is_by_pair, by_pair, by_others)
+            for by_pair, by_others in zip(of_pair[1:], (times, apart, seen), strict=True)
+        )
+        # both differ from one another: the map says from which side, where there is one
+        others_alpha = np.where(is_by_pair & np.isnan(others_alpha), of_pair.other, others_alpha)
     # of a medium without any force nothing is relative
     largest = float(np.nanmax(np.abs(alpha))) or math.nan
     off = (alpha - others_alpha) / largest
@@ -87,8 +100,8 @@ def compare_runs(
         "run_id": runs["run_id"],
         "beta_deg": runs["beta_deg"],
         "gamma_deg": runs["gamma_deg"],
-        "n_others": [(groups == group).sum() - 1 for group in groups],
-        "beside": np.where(single, MAP, REPEATS),
+        "n_others": run_count - 1,
+        "beside": beside,
         "off_z_ratio": off[0],
         "off_x_ratio": off[1],
         "times_spread": times,
@@ -200,6 +213,58 @@ def _compare_with_repeats(
     seen = level * min(max(clear * unit, least) for clear, least in _CHOSEN.apart)
     others_alpha[np.isnan(alpha)] = math.nan
     return others_alpha, np.nan_to_num(off / unit), far, seen
+
+
+class _OfPairs(NamedTuple):
+    """Comparison of the two runs of a direction, NaN and False of all other runs: shape (2, n) and (n,).
+
+    `other`: Alpha of the other run. `times`: Difference in standard errors. `apart`: Whether chance does not explain it.
+    `seen`: Least difference that would stand apart, N/cm^3.
+    """
+
+    other: FloatArray
+    times: FloatArray
+    apart: npt.NDArray[np.bool_]
+    seen: FloatArray
+
+
+def _compare_pairs(
+    compared_alpha: FloatArray, groups: npt.NDArray[np.intp], is_of_pair: npt.NDArray[np.bool_]
+) -> _OfPairs:
+    """Judge the two runs of each direction by how all such pairs differ: which of the two is wrong they do not tell."""
+    filled_alpha = np.nan_to_num(compared_alpha)
+    runs = np.flatnonzero(is_of_pair)
+    first, second = runs[np.argsort(groups[runs], kind="stable")].reshape(-1, 2).T
+    sizes = (np.hypot(*filled_alpha[:, first]) + np.hypot(*filled_alpha[:, second])) / 2
+    level = np.hypot(sizes, _CHOSEN.least_repeats * np.hypot(*filled_alpha).max())
+    difference = np.hypot(*(filled_alpha[:, first] - filled_alpha[:, second])) / level
+    # a wrong pair is no witness of how pairs differ, and a median bears a few others
+    other_pairs = first.size - 1
+    median = np.zeros(first.size)
+    if other_pairs:
+        median[:] = [np.median(np.delete(difference, pair)) for pair in range(first.size)]
+    spread = median / (_MEDIAN_OF_NORMAL * math.sqrt(2))
+    variance = _CHOSEN.pair_dof * USUAL_BED_SPREAD**2 + other_pairs * spread**2
+    unit = np.sqrt(2 * variance / (_CHOSEN.pair_dof + other_pairs))
+    ranked = np.sort(difference / unit)[::-1]
+    limit = _CHOSEN.pair_largest
+    if ranked.size > 1 and ranked[1] > _CHOSEN.pair_second:
+        limit = _CHOSEN.pair_second
+    is_apart = difference > np.maximum(limit * unit, _CHOSEN.pair_least)
+    other, times, seen = (
+        np.full(shape, math.nan) for shape in (compared_alpha.shape, groups.shape, groups.shape)
+    )
+    apart = np.zeros(groups.size, dtype=bool)
+    for runs_of_pairs, partners in ((first, second), (second, first)):
+        other[:, runs_of_pairs] = compared_alpha[:, partners]
+        times[runs_of_pairs] = difference / unit
+        apart[runs_of_pairs] = is_apart
+        seen[runs_of_pairs] = level * np.maximum(_CHOSEN.pair_largest * unit, _CHOSEN.pair_least)
+    return _OfPairs(other, times, apart, seen)
+
+
+_MEDIAN_OF_NORMAL = 0.6745
+"""Median of the size of a standard normal number."""
 
 
 def _compare_with_map(
