@@ -45,6 +45,7 @@ def test_depth_parts_level_runs_alone():
     assert numbered([30] * 6, gamma_deg, depth_cm=depth_cm) == [0, 1, 0, 1, 4, 4]
     assert numbered([30] * 6, gamma_deg) == [0, 0, 0, 0, 4, 4]
     assert numbered([30, 30], [0, 0], depth_cm=[math.nan, 2.0]) == [0, 1]
+    assert numbered([30, 30, 30], [0, 0, 0], depth_cm=[2.0, math.nan, math.nan]) == [0, 1, 1]
     assert number_depths(np.array([5.0, 2.0, 2.1, 2.19])).tolist() == [1, 0, 0, 0]
 
 

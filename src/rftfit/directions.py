@@ -67,7 +67,7 @@ def number_directions(
     Returns
     -------
     ndarray of int, shape (n,)
-        Index of the first run with the angles (and depth) after which the direction (or repeat) is named.
+        Index of a run of the direction: the first with the angles after which it is named, or the first at its depth.
     """
     angles, first_run, angle_of_run, run_count = np.unique(
         np.stack([beta_deg, gamma_deg]),
@@ -89,13 +89,16 @@ def number_directions(
 
 
 def _split_by_depth(number: npt.NDArray[np.intp], depth_cm: FloatArray) -> npt.NDArray[np.intp]:
-    """Number the depths of each direction apart; runs without a depth stay together."""
+    """Number the depths of each direction apart; its runs without a depth are together."""
+    has_depth = np.isfinite(depth_cm)
     split = number.copy()
-    for direction in np.unique(number[np.isfinite(depth_cm)]):
-        runs = np.flatnonzero((number == direction) & np.isfinite(depth_cm))
-        level = number_depths(depth_cm[runs])
-        first_of_level = np.array([runs[level == place].min() for place in range(level.max() + 1)])
-        split[runs] = first_of_level[level]
+    for direction in np.unique(number[has_depth]):
+        is_of_direction = number == direction
+        with_depth = np.flatnonzero(is_of_direction & has_depth)
+        level = number_depths(depth_cm[with_depth])
+        groups = [with_depth[level == place] for place in np.unique(level)]
+        for runs in (*groups, np.flatnonzero(is_of_direction & ~has_depth)):
+            split[runs] = runs.min(initial=number.size)
     return split
 
 

@@ -267,3 +267,11 @@ def test_the_two_largest_of_many_pairs_stand_apart_together():
         assert 3.3 < peers["times_spread"].max() < 4.5
         expected = [f"r{2 * pair + run}" for pair in pairs for run in (0, 1)]
         assert peers.loc[peers["apart"], "run_id"].tolist() == expected
+
+
+def test_a_component_that_one_of_two_lacks_parts_no_pair():
+    rows = pairs_of("poppy_LP")
+    rows[4] = (*rows[4][:3], math.nan)
+    peers = compare_runs(fits(rows), "poppy_LP")
+    assert not peers["apart"].any()
+    assert peers["times_spread"][4] == peers["times_spread"][5] < 3

@@ -15,38 +15,27 @@ def positive(luck, count, size):
     return root @ root.transpose(0, 2, 1) + 0.1 * np.eye(size)
 
 
-@pytest.fixture(params=[None, "some"])
-def model(request):
+@pytest.fixture
+def model():
     luck = np.random.default_rng(1)
-    scatter, shared = positive(luck, RUNS, 2), positive(luck, 1, 6)[0]
-    is_used = None
-    if request.param:
-        is_used = np.ones((2, RUNS), dtype=bool)
-        is_used[1, 2] = is_used[0, 4] = is_used[1, 4] = False
-    return RunGaussian(scatter, DIRECTION, shared, is_used)
+    return RunGaussian(positive(luck, RUNS, 2), DIRECTION, positive(luck, 1, 6)[0])
 
 
 def written_out(model):
-    """Covariance of all slopes, z first, and the places of those that count."""
+    """Covariance of all slopes, z first."""
     covariance = np.zeros((2 * RUNS, 2 * RUNS))
     for run in range(RUNS):
         both = [run, RUNS + run]
         covariance[np.ix_(both, both)] = model.scatter[run]
     columns = np.concatenate([DIRECTION, 3 + DIRECTION])
-    covariance += model.shared[np.ix_(columns, columns)]
-    used = np.ones((2, RUNS), dtype=bool) if model.is_used is None else model.is_used
-    return covariance, np.flatnonzero(used.ravel())
+    return covariance + model.shared[np.ix_(columns, columns)]
 
 
-def test_solve_size_and_score(model):
-    covariance, used = written_out(model)
+def test_solve_and_score(model):
+    inverse = np.linalg.inv(written_out(model))
     columns, mean = np.random.default_rng(2).normal(size=(2 * RUNS, 3)), np.arange(1.0, 13)
-    inverse = np.zeros_like(covariance)
-    inverse[np.ix_(used, used)] = np.linalg.inv(covariance[np.ix_(used, used)])
     assert_allclose(model.solve(columns), inverse @ columns, atol=1e-9)
     assert_allclose(model.solve(columns[:, 0]), inverse @ columns[:, 0], atol=1e-9)
-    size = (mean @ inverse @ columns[:, 0]) / (mean @ inverse @ mean)
-    assert model.size_of(mean, columns[:, 0]) == pytest.approx(size)
     scores, information = model.score(columns[:, 0], mean, columns[:, 1:])
     free = inverse - np.outer(inverse @ mean, mean @ inverse) / (mean @ inverse @ mean)
     assert_allclose(scores, columns[:, 1:].T @ free @ columns[:, 0], atol=1e-9)
@@ -54,16 +43,15 @@ def test_solve_size_and_score(model):
 
 
 def test_determinant(model):
-    if model.is_used is None:
-        assert model.log_det == pytest.approx(np.linalg.slogdet(written_out(model)[0])[1])
+    assert model.log_det == pytest.approx(np.linalg.slogdet(written_out(model))[1])
 
 
 def test_each_run_is_predicted_from_all_others(model):
-    covariance, used = written_out(model)
+    covariance = written_out(model)
     residual = np.random.default_rng(3).normal(size=2 * RUNS)
     predicted, error = model.leave_out(residual.reshape(2, RUNS))
     for run in range(RUNS):
-        others = [place for place in used if place % RUNS != run]
+        others = [place for place in range(2 * RUNS) if place % RUNS != run]
         both = [DIRECTION[run], 3 + DIRECTION[run]]
         of_others = np.concatenate([DIRECTION, 3 + DIRECTION])[others]
         towards = model.shared[np.ix_(both, of_others)]

@@ -27,7 +27,7 @@ from scipy.special import ndtr, stdtrit
 
 from rftfit.compare.chosen import chosen
 from rftfit.conventions import FloatArray
-from rftfit.directions import TOLERANCE_DEG, angles_of_directions, number_directions
+from rftfit.directions import TOLERANCE_DEG, angles_of_directions, beta_apart, number_directions
 from rftfit.measure.errors import USUAL_BED_SPREAD
 from rftfit.model.run_model import Freedom, RunGaussian, Scatter, outer, prior_at
 
@@ -218,7 +218,7 @@ class JointModel:
 
     def _place(self, runs: RunSlopes, *, beside: bool = True) -> None:
         """Sort runs into directions, and take the prior there and, for slopes over the angles, a few degrees beside."""
-        angles_deg = np.round([*_wrapped(runs.beta_deg, runs.gamma_deg)], _ANGLE_DIGITS)
+        angles_deg = np.round([beta_apart(runs.beta_deg, 0.0), runs.gamma_deg], _ANGLE_DIGITS)
         directions, cell = np.unique(
             np.stack([*angles_deg, self.number]), axis=1, return_inverse=True
         )
@@ -591,11 +591,6 @@ def _minimise(
     simplex = np.vstack([start, start + np.diag(step)])
     options = {"maxfev": most, "xatol": tolerance, "fatol": 0.05, "initial_simplex": simplex}
     return np.asarray(minimize(cost, start, method="Nelder-Mead", options=options).x)
-
-
-def _wrapped(beta_deg: FloatArray, gamma_deg: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The plate at beta + 180 degrees is the same plate."""
-    return (beta_deg + 90) % 180 - 90, gamma_deg
 
 
 def expected_alpha(beta_deg: FloatArray, gamma_deg: FloatArray) -> FloatArray:

@@ -237,7 +237,9 @@ def _compare_pairs(
     first, second = runs[np.argsort(groups[runs], kind="stable")].reshape(-1, 2).T
     sizes = (np.hypot(*filled_alpha[:, first]) + np.hypot(*filled_alpha[:, second])) / 2
     level = np.hypot(sizes, _CHOSEN.least_repeats * np.hypot(*filled_alpha).max())
-    difference = np.hypot(*(filled_alpha[:, first] - filled_alpha[:, second])) / level
+    # a component that one of them lacks makes no difference
+    apart_by = np.nan_to_num(compared_alpha[:, first] - compared_alpha[:, second])
+    difference = np.hypot(*apart_by) / level
     # a wrong pair is no witness of how pairs differ, and a median bears a few others
     other_pairs = first.size - 1
     median = np.zeros(first.size)

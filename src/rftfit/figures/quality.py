@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rftfit.compare.peers import MAP
+from rftfit.compare.peers import REPEATS
 from rftfit.directions import number_depths
 from rftfit.figures import style
 from rftfit.figures.registry import figure, when
@@ -481,7 +481,7 @@ def _side_by_side(axes: Axes, table: pd.DataFrame, runs_apart: pd.DataFrame, c: 
     colour = style.COMPONENT_COLOURS[c]
     size = 3 if len(table) < _MANY_RUNS else 1.8
     marker_style: style.Look = {"markersize": size, "alpha": 0.7, "color": colour}
-    faces = np.where(table["beside"] == MAP, "none", colour)
+    faces = np.where(table["beside"] == REPEATS, colour, "none")
     for face in dict.fromkeys(faces):
         has_face = faces == face
         axes.plot(

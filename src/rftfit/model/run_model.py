@@ -1,4 +1,4 @@
-"""Gaussian model of the slopes of plate runs, which shared causes, axes and outliers are asked of.
+"""Gaussian model of the slopes of plate runs, which shared causes and axes are asked of.
 
 The slopes y of a run, z and x, are those of its direction and an error of the run alone:
 
@@ -18,6 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rftfit.conventions import FloatArray
+from rftfit.directions import beta_apart
 from rftfit.model.shapes import published_shapes
 
 
@@ -79,7 +80,7 @@ def prior_at(
 
     `rough_share`: Share of the rough shape (`rftfit.model.shapes`). `without`: Published media that are left out.
     """
-    wrapped_beta = (beta_deg + 90) % 180 - 90
+    wrapped_beta = beta_apart(beta_deg, 0.0)
     prior = published_shapes(without=without).prior(np.radians(wrapped_beta), np.radians(gamma_deg))
     covariance = prior.covariance(rough_share)
     if freedom is not None:
@@ -99,22 +100,16 @@ class RunGaussian:
         Place of the direction of each run.
     shared : ndarray, shape (2 m, 2 m)
         Covariance of the directions, z first.
-    is_used : ndarray of bool, shape (2, n), optional
-        Slopes that count; default: all.
     """
 
     scatter: FloatArray
     direction: npt.NDArray[np.intp]
     shared: FloatArray
-    is_used: npt.NDArray[np.bool_] | None = None
 
     @cached_property
     def precision(self) -> FloatArray:
-        """Inverse covariance of each run alone, shape (n, 2, 2); 0 for slopes that do not count."""
-        if self.is_used is None:
-            return np.asarray(np.linalg.inv(self.scatter), dtype=np.float64)
-        both = self.is_used.T[:, :, None] & self.is_used.T[:, None, :]
-        return np.where(both, np.linalg.inv(np.where(both, self.scatter, np.eye(2))), 0.0)
+        """Inverse covariance of each run alone, shape (n, 2, 2)."""
+        return np.asarray(np.linalg.inv(self.scatter), dtype=np.float64)
 
     @cached_property
     def _inner(self) -> FloatArray:
@@ -149,11 +144,6 @@ class RunGaussian:
         """Logarithm of the determinant of V."""
         return float(np.log(np.linalg.det(self.scatter)).sum() + np.linalg.slogdet(self._inner)[1])
 
-    def size_of(self, mean: FloatArray, alpha: FloatArray) -> float:
-        """Factor of a mean by generalised least squares, both of shape (2 n,)."""
-        weight = self.solve(mean)
-        return float(weight @ alpha) / float(weight @ mean)
-
     def score(
         self, residual: FloatArray, mean: FloatArray, effects: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
@@ -170,7 +160,7 @@ class RunGaussian:
         Parameters
         ----------
         residual : ndarray, shape (2, n)
-            Slopes less their mean; those that do not count may be NaN.
+            Slopes less their mean.
 
         Returns
         -------
@@ -179,8 +169,7 @@ class RunGaussian:
             Without the error of the run alone.
         """
         count = len(self.shared) // 2
-        counted = residual if self.is_used is None else np.where(self.is_used, residual, 0.0)
-        weighted = np.einsum("nij,jn->in", self.precision, counted)
+        weighted = np.einsum("nij,jn->in", self.precision, residual)
         posterior = np.linalg.solve(self._inner, self.shared)
         expected = (posterior @ self.sum_by_direction(weighted.ravel())).reshape(2, -1)
         both = np.stack([self.direction, count + self.direction])
