@@ -455,9 +455,9 @@ def plot_runs_side_by_side(results: Results) -> Figure:
             axes = style.axes_cm(page, left, top, _SIDE_CM, _SIDE_ROW_CM - 0.85)
             _side_by_side(axes, table, runs_apart, c)
             if row == len(tables) - 1:
-                axes.set_xlabel(f"the others, {style.alpha_label(c)}")
+                axes.set_xlabel(f"others, {style.alpha_label(c)}")
             if column == 0:
-                axes.set_ylabel(f"run minus the others ({style.PER_CM3})")
+                axes.set_ylabel(f"run minus others ({style.PER_CM3})")
         style.text_cm(page, _LIST_CM, top, _summary(table), va="top", fontsize=6)
         text_style = {"va": "top", "fontsize": 5.5, "color": style.MARK}
         style.text_cm(page, _LIST_CM, top + 1.05, _names(runs_apart), **text_style)
