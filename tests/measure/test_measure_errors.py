@@ -5,6 +5,7 @@ Common: several runs or cells have it, so that their mean has it too.
 
 import itertools
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -17,16 +18,17 @@ from scipy.optimize import minimize
 from rftfit.campaign.config import ErrorSettings, TableSettings
 from rftfit.measure.alpha import alpha_table, column
 from rftfit.measure.errors import (
+    AS_PREPARED,
     ASSUMED,
     ASSUMED_DOF,
     FEW_REPEATS,
     OF_CELL,
-    ONE_BED,
     PRIOR_CM,
     REPEATS,
     SOURCES,
     STATED,
     Part,
+    Spread,
     SurfaceError,
     bed_of_mean,
     combined_half_width,
@@ -36,6 +38,7 @@ from rftfit.measure.errors import (
     spread_of_beds,
     surface_error,
 )
+from rftfit.measure.repeats import FLOORS, RunScatter
 from rftfit.measure.slopes import fit_slope
 from rftfit.model.draws import alpha_draws, errors_behind
 from rftfit.model.profiles import TableProfile
@@ -286,95 +289,126 @@ def test_curvature_is_no_noise_with_a_long_memory():
     assert lo[1] < 0.3 < hi[1]
 
 
-def drawn_groups(seed, a, b, cells):
-    """Repeats in beds that differ by sd^2 = a^2 + (b alpha)^2, one a each for z and x."""
+def drawn_groups(seed, along, across, floor, cells):
+    """Repeats that scatter along and across their force, in proportion to it, with a floor."""
     random = np.random.default_rng(seed)
     groups = []
-    for constant_sd in a:
-        levels = random.uniform(0.02, 0.5, cells)
-        group = []
-        for level, runs in zip(levels, random.integers(2, 5, cells), strict=True):
-            sd = math.hypot(constant_sd, b * level, 0.002)
-            group.append((level + sd * random.standard_normal(runs), np.full(runs, 0.002)))
-        groups.append(group)
+    for runs in random.integers(2, 5, cells):
+        angle, size = random.uniform(-math.pi, math.pi), random.uniform(0.02, 0.5)
+        units = np.array([[math.cos(angle), math.sin(angle)], [-math.sin(angle), math.cos(angle)]])
+        level = math.hypot(size, 0.5 * floor)
+        scatter = np.array([along, across])[:, None] * level * random.standard_normal((2, runs))
+        noise = 0.002 * random.standard_normal((2, runs))
+        alpha = size * units[0][:, None] + units.T @ scatter + noise
+        groups.append((alpha, np.full((2, runs), 0.002)))
     return groups
 
 
-def test_spread_of_beds_is_the_most_likely_one():
-    """Against the likelihood of the sample variances (chi squared), by another optimiser."""
-    groups = drawn_groups(4, (0.006, 0.012), 0.08, 40)
-    spreads = spread_of_beds(groups)
+def test_the_scatter_of_repeats_is_the_most_likely_one():
+    """Against the likelihood of the runs of each floor, by another optimiser."""
+    groups = drawn_groups(4, 0.08, 0.03, 0.4, 60)
+    spread = spread_of_beds(groups)
+    assert spread.source == REPEATS
+    assert spread.scatter is not None
+    largest = max(np.hypot(*alpha.mean(axis=1)) for alpha, _ in groups)
+    likelihoods = []
+    for floor, along, across in zip(
+        FLOORS, spread.scatter.along, spread.scatter.across, strict=True
+    ):
 
-    def unlikely(logs):
-        *squares, slope = np.exp(logs)
-        total = 0.0
-        for group, square in zip(groups, squares, strict=True):
-            for alpha, se in group:
-                dof, s2 = alpha.size - 1, alpha.var(ddof=1)
-                level = max(alpha.mean() ** 2 - s2 / alpha.size, 0.0)
-                variance = float(np.mean(se**2)) + square + slope * level
-                total += dof / 2 * (math.log(variance) + s2 / variance)
-        return total
+        def unlikely(logs, floor=floor):
+            total = 0.0
+            for alpha, se in groups:
+                mean = alpha.mean(axis=1)
+                unit = mean / np.hypot(*mean)
+                level = (mean @ mean + (floor * largest) ** 2) / (1 + floor**2)
+                for way, log in zip((unit, [-unit[1], unit[0]]), logs, strict=True):
+                    variance = math.exp(2 * log) * level + se[0, 0] ** 2
+                    squares = float(((np.array(way) @ (alpha - mean[:, None])) ** 2).sum())
+                    total += (alpha.shape[1] - 1) / 2 * math.log(variance) + squares / variance / 2
+            return total
 
-    start = np.log([0.006**2, 0.012**2, 0.08**2])
-    best = np.exp(minimize(unlikely, start, method="Nelder-Mead", tol=1e-10).x)
-    for place, spread in enumerate(spreads):
-        np.testing.assert_allclose(spread.size, [best[place], best[-1]], rtol=2e-3)
-        assert spread.source == REPEATS
-        assert spread.repeats == sum(alpha.size - 1 for alpha, _ in groups[place])
-        for level, most_dof in ((0.3, spread.repeats), (0.02, None)):
-            terms = np.array([1.0, level**2])
-            variance = float(terms @ spread.size)
-            own_dof = 2 * variance**2 / float(terms @ spread.covariance @ terms)
-            bed_error = spread.error_at(level)
-            assert bed_error.sd == pytest.approx(math.sqrt(variance))
-            # no more than the repeats have
-            assert bed_error.dof == pytest.approx(most_dof or own_dof)
-            assert (own_dof > spread.repeats) == (most_dof is not None)
+        best = minimize(unlikely, np.log([0.05, 0.05]), method="Nelder-Mead", tol=1e-10)
+        np.testing.assert_allclose([along, across], np.exp(best.x), rtol=1e-3)
+        likelihoods.append(-best.fun)
+    weight = np.exp(np.array(likelihoods) - max(likelihoods))
+    np.testing.assert_allclose(spread.scatter.weight, weight / weight.sum(), rtol=2e-3, atol=1e-9)
+    # what was drawn is found, and the floors between which it lies
+    expected = math.hypot(1, 0.4) * np.array([0.08, 0.03])
+    np.testing.assert_allclose(spread.scatter.relative(), expected, rtol=0.25)
+    assert FLOORS[spread.scatter.weight.argmax()] in (0.2, 0.4, 1.0)
+
+
+def test_the_error_of_a_component_by_hand():
+    """Along and across a force of (0.24, 0.07) N/cm^3, of the largest one, whose floor makes no difference."""
+    along, across, dof = 0.05, 0.02, 9.0
+    one_floor = np.eye(FLOORS.size)[2]
+    scatter = RunScatter(np.full(FLOORS.size, along), np.full(FLOORS.size, across), one_floor, dof)
+    spread = Spread(scatter=scatter, largest=0.25, source=REPEATS)
+    # the force lies at cos = 0.96 and sin = 0.28
+    of_z = (0.25 * along * 0.96) ** 2, (0.25 * across * 0.28) ** 2
+    error = spread.error_at(np.array([0.24, 0.07]), 0)
+    assert error.sd == pytest.approx(math.sqrt(sum(of_z)))
+    assert error.dof == pytest.approx(dof * sum(of_z) ** 2 / (of_z[0] ** 2 + of_z[1] ** 2))
+    # a component that nobody measured has no error, and z has its own
+    assert math.isnan(spread.error_at(np.array([0.24, math.nan]), 1).sd)
+    assert spread.error_at(np.array([0.25, math.nan]), 0).sd == pytest.approx(0.25 * along)
+    # floors that repeats cannot tell apart leave less known of a weak direction
+    floors = np.where(FLOORS < 1, 0.2, 0.0)
+    unknown = Spread(scatter=replace(scatter, weight=floors), largest=0.25, source=REPEATS)
+    weak = unknown.error_at(np.array([0.01, 0.0]), 0)
+    assert weak.dof < dof
+    assert weak.sd > 0.01 * along
 
 
 def test_fewer_than_five_degrees_of_freedom_do_not_speak_for_all_cells():
-    five, six = ([[(np.linspace(0.2, 0.3, runs), np.full(runs, 0.001))]] * 2 for runs in (5, 6))
-    assert {spread.source for spread in spread_of_beds(five)} == {FEW_REPEATS}
-    assert {spread.source for spread in spread_of_beds([[], []])} == {ASSUMED}
-    assert {spread.source for spread in spread_of_beds(six)} == {REPEATS}
-    for spread in spread_of_beds(five, (0.003, 0.1)):
-        assert spread.source == STATED
-        assert spread.error_at(0.4).sd == pytest.approx(math.hypot(0.003, 0.04))
-    assert spread_of_beds(five, (0.0, 0.0))[0].error_at(0.4).sd == 0
-    assert spread_of_beds([[], []])[0].error_at(0.4).sd == pytest.approx(0.02)
+    five, six = (
+        [(np.stack([np.linspace(0.2, 0.3, runs)] * 2), np.full((2, runs), 0.001))]
+        for runs in (5, 6)
+    )
+    assert spread_of_beds(five).source == FEW_REPEATS
+    assert spread_of_beds([]).source == ASSUMED
+    assert spread_of_beds(six).source == REPEATS
+    stated = spread_of_beds(five, (0.003, 0.1))
+    alpha = np.array([0.4, 0.1])
+    assert stated.source == STATED
+    assert stated.error_at(alpha, 0).sd == pytest.approx(math.hypot(0.003, 0.04))
+    assert stated.error_at(alpha, 1).sd == pytest.approx(math.hypot(0.003, 0.01))
+    assert spread_of_beds(five, (0.0, 0.0)).error_at(alpha, 0).sd == 0
+    assert spread_of_beds([]).error_at(alpha, 0).sd == pytest.approx(0.02)
 
 
 def test_few_repeats_moderate_what_is_assumed():
-    """By hand: one bed of z and x, its squares relative to 5 % of alpha and the noise, beside the assumed two."""
-    z, x = np.array([0.20, 0.24]), np.array([0.01, 0.02])
-    pair = [(z, np.full(2, 0.004))], [(x, np.full(2, 0.003))]
-    # x is weak: 5 % of a fifth of the largest alpha
-    squares = 0.0008 / ((0.05 * 0.22) ** 2 + 0.004**2) + 0.00005 / ((0.01 * 0.22) ** 2 + 0.003**2)
-    for single in spread_of_beds(pair):
-        bed_error = single.error_at(0.3)
-        assert bed_error.sd == pytest.approx(0.015 * math.sqrt((ASSUMED_DOF + squares / 2) / 3))
-        assert (bed_error.dof, single.source) == (3, FEW_REPEATS)
-    # x was not measured: its want is no reason to leave z
-    (alone, _) = spread_of_beds([pair[0], []])
-    assert alone.error_at(0.3).sd > bed_error.sd
+    """By hand: one bed, its squares relative to alpha, beside the assumed two of 5 %."""
+    z, none = np.array([0.20, 0.24]), np.full(2, math.nan)
+    spread = spread_of_beds([(np.stack([z, none]), np.zeros((2, 2)))])
+    bed_error = spread.error_at(np.array([0.22, math.nan]), 0)
+    variance = (ASSUMED_DOF * 0.05**2 + 0.0008 / 0.22**2) / 3
+    assert bed_error.sd == pytest.approx(0.22 * math.sqrt(variance), rel=1e-3)
+    assert bed_error.dof == pytest.approx(3)
+    assert spread.source == FEW_REPEATS
     # repeats that agree make it smaller, though not as small as they are
-    agreeing = spread_of_beds([[(np.full(2, 0.3), np.full(2, 0.001))] * 4] * 2)[0].error_at(0.3)
-    assert agreeing.sd == pytest.approx(0.015 * math.sqrt(2 / 6))
-    assert agreeing.dof == 6
+    agreeing = spread_of_beds([(np.full((2, 2), 0.3), np.full((2, 2), 0.0001))] * 4)
+    error = agreeing.error_at(np.array([0.3, 0.3]), 0)
+    assert error.sd == pytest.approx(0.3 * math.hypot(0.05, 0.015) * math.sqrt(2 / 6), rel=1e-2)
+    assert error.dof >= 6
     noise, share = Part(0.001, 12), np.array([0.5, 0.5])
-    mean_errors = bed_of_mean(z, share, noise, single)
-    assert (mean_errors[0], mean_errors[1].dof, mean_errors[2]) == (noise, 3, FEW_REPEATS)
-    assert mean_errors[1].sd == pytest.approx(single.error_at(0.22).sd / math.sqrt(2))
+    mean_errors = bed_of_mean(z, share, noise, bed_error, spread.source)
+    assert (mean_errors[0], mean_errors[1].dof, mean_errors[2]) == (
+        noise,
+        bed_error.dof,
+        FEW_REPEATS,
+    )
+    assert mean_errors[1].sd == pytest.approx(bed_error.sd / math.sqrt(2))
 
 
 def test_repeats_of_a_bed_as_prepared_count_in_their_cell_alone():
     share, noise = np.array([0.5, 0.5]), Part(0.001, 12)
-    apart = bed_of_mean(np.array([0.2, 0.4]), share, noise, ONE_BED)
+    apart = bed_of_mean(np.array([0.2, 0.4]), share, noise, Part(0.0), AS_PREPARED)
     # the usual spread counts for two degrees of freedom, where two runs have one
     assert (apart[0].sd, apart[1].dof, apart[2]) == (0, ASSUMED_DOF, OF_CELL)
     assert apart[1].sd == pytest.approx(0.1)
-    none = bed_of_mean(np.array([0.3, 0.3]), share, noise, ONE_BED)
+    none = bed_of_mean(np.array([0.3, 0.3]), share, noise, Part(0.0), AS_PREPARED)
     assert (none[0], none[1].sd, none[2]) == (noise, 0, OF_CELL)
 
 

@@ -61,8 +61,7 @@ def steadiness(path, force):
 
 
 def spread(alpha):
-    group = np.full(3, alpha), np.zeros(3)
-    return spread_of_beds([[group] * 4] * 2)[0]
+    return spread_of_beds([(np.full((2, 3), alpha), np.zeros((2, 3)))] * 4)
 
 
 def plan_with_exact_pushes(target):
@@ -119,8 +118,8 @@ NO_BED = (0.0, REPEATS)
         (lambda: plan_with_exact_pushes("map"), (4, True)),
         (lambda: plan_with_exact_pushes("zeta"), (4, True)),
         # identical values, or none
-        (lambda: (spread(0.0).error_at(0.2).sd, spread(0.0).source), NO_BED),
-        (lambda: (spread(0.3).error_at(0.2).sd, spread(0.3).source), NO_BED),
+        (lambda: (spread(0.0).error_at(np.full(2, 0.2), 0).sd, spread(0.0).source), NO_BED),
+        (lambda: (spread(0.3).error_at(np.full(2, 0.2), 0).sd, spread(0.3).source), NO_BED),
         (lambda: steadiness(5.0, -1.0), "not checked"),
         (lambda: steadiness(np.tile(np.linspace(2, 8, 40), 3), 0.0), "not checked"),
         (gain_without_force, None),

@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from ensembles import paper_config
+from seeds import seeds
 
 from rftfit.campaign.config import ErrorSettings
 from rftfit.compare.coefficients import sand_row
@@ -22,6 +23,7 @@ from rftfit.measure.errors import (
 from rftfit.measure.flags import Flags
 from rftfit.measure.slopes import GIVEN_DOF, student_quantile
 from rftfit.model.draws import interval, interval_of_sum, typical_dof
+from rftfit.model.profiles import TableProfile
 from rftfit.model.scaling import published
 
 SPREAD = 0.005
@@ -32,24 +34,31 @@ def pairs(count, seed, se=0.001):
     """Alpha and its error of pairs of repeats."""
     random = np.random.default_rng(seed)
     deviation = math.hypot(SPREAD, se)
-    return [(random.normal(0.3, deviation, 2), np.full(2, se)) for _ in range(count)]
+    return [z_alone(random.normal(0.3, deviation, 2), np.full(2, se)) for _ in range(count)]
+
+
+def z_alone(alpha, se):
+    """Runs of which x was not measured."""
+    return tuple(np.stack([values, np.full(len(values), math.nan)]) for values in (alpha, se))
+
+
+def error_of_z(spread, alpha):
+    return spread.error_at(np.array([alpha, math.nan]), 0)
 
 
 def test_spread_from_repeats_by_hand():
-    groups = [(np.array([0.30, 0.31]), np.array([0.001, 0.002]))] * LEAST_DOF
-    spread = spread_of_beds([[*groups, (np.array([9.0]), np.array([0.1]))]])[0]
+    groups = [z_alone(np.array([0.30, 0.31]), np.array([0.001, 0.002]))] * LEAST_DOF
+    spread = spread_of_beds(groups)
     # each pair has the sum of squares 2 x 0.005^2 and one degree of freedom
     variance_between, variance_within = 5e-5, (1e-6 + 4e-6) / 2
     assert spread.source == REPEATS
-    error = spread.error_at(0.305)
-    assert error.sd == pytest.approx(math.sqrt(variance_between - variance_within))
-    assert error.dof == pytest.approx(
-        LEAST_DOF * ((variance_between - variance_within) / variance_between) ** 2
-    )
+    error = error_of_z(spread, 0.305)
+    assert error.sd == pytest.approx(math.sqrt(variance_between - variance_within), rel=1e-3)
+    assert error.dof == pytest.approx(LEAST_DOF)
 
 
 def test_spread_from_repeats_is_unbiased():
-    variances = [spread_of_beds([pairs(12, seed)])[0].error_at(0.3).sd ** 2 for seed in range(400)]
+    variances = [error_of_z(spread_of_beds(pairs(12, seed)), 0.3).sd ** 2 for seed in range(400)]
     assert np.mean(variances) == pytest.approx(SPREAD**2, rel=0.06)
 
 
@@ -57,20 +66,24 @@ def test_spread_from_repeats_is_unbiased():
 def test_a_spread_that_grows_with_alpha_is_found(a, b):
     random = np.random.default_rng(3)
     alphas = np.tile([0.01, 0.05, 0.1, 0.2, 0.35], 12)
-    sizes, inside = [], []
+    variances, inside = [], []
+    levels = np.array([0.01, 0.1, 0.35])
     for _ in range(60):
         se = np.full(3, 0.0005)
         groups = [
-            (alpha + random.normal(0, math.hypot(a, b * alpha, 0.0005), 3), se) for alpha in alphas
+            z_alone(alpha + random.normal(0, math.hypot(a, b * alpha, 0.0005), 3), se)
+            for alpha in alphas
         ]
-        spread = spread_of_beds([groups])[0]
-        sizes.append(spread.size)
-        true = math.hypot(a, b * 0.35)
-        one_more = random.normal(0, true)
-        inside.append(abs(one_more) <= combined_half_width([spread.error_at(0.35)], 0.95))
-    mean = np.mean(sizes, axis=0)
-    # what is 0 can only be found too large
-    np.testing.assert_allclose(np.sqrt(mean), [a, b], rtol=0.15, atol=0.0008 if a == 0 else 0.006)
+        spread = spread_of_beds(groups)
+        variances.append([error_of_z(spread, alpha).sd ** 2 for alpha in levels])
+        one_more = random.normal(0, math.hypot(a, b * 0.35))
+        half_width = combined_half_width([error_of_z(spread, 0.35)], 0.95)
+        inside.append(abs(one_more) <= half_width)
+    expected = np.hypot(a, b * levels)
+    # a floor of 0 can only be found too large
+    np.testing.assert_allclose(
+        np.sqrt(np.mean(variances, axis=0)), expected, rtol=0.15, atol=0.0012 if a == 0 else 0.0
+    )
     assert np.mean(inside) > 0.88
 
 
@@ -80,10 +93,10 @@ def test_where_no_repeat_is_near_the_interval_is_wide_and_not_endless():
     ratios, inside = [], []
     for _ in range(300):
         groups = [
-            (alpha * (1 + random.normal(0, 0.04, 3)), np.full(3, 0.0001))
+            z_alone(alpha * (1 + random.normal(0, 0.04, 3)), np.full(3, 0.0001))
             for alpha in (0.6, 0.45, 0.22, 0.15)
         ]
-        error = spread_of_beds([groups])[0].error_at(0.02)
+        error = error_of_z(spread_of_beds(groups), 0.02)
         half = combined_half_width([error], 0.95)
         ratios.append(half / 0.0008)
         inside.append(abs(random.normal(0, 0.0008)) <= half)
@@ -113,37 +126,112 @@ def test_few_repeats_cover_with_intervals_that_are_of_use(cells, percent, beds):
         se = 0.005 * truth
         counts = [2] * cells + [1] * 4
         groups = [
-            [
-                (alpha[:n], np.full(n, error))
-                for alpha, error, n in zip(*component, counts, strict=True)
-            ]
-            for component in zip(runs, se, strict=True)
+            (runs[:, cell, :n], np.repeat(se[:, cell, None], n, axis=1))
+            for cell, n in enumerate(counts)
         ]
-        for cells_of_group, spread, alphas in zip(
-            groups, spread_of_beds(groups), truth, strict=True
-        ):
-            for (alpha, error), true in zip(cells_of_group, alphas, strict=True):
-                share = np.full(alpha.size, 1 / alpha.size)
-                noise = Part(float(error[0]) / math.sqrt(alpha.size))
-                half = combined_half_width(bed_of_mean(alpha, share, noise, spread)[:2], 0.95)
-                inside.append(abs(alpha.mean() - true) <= half)
-                halves.append(half / true)
+        spread = spread_of_beds(groups)
+        for (alpha, error), true in zip(groups, truth.T, strict=True):
+            n = alpha.shape[1]
+            mean, share = alpha.mean(axis=1), np.full(n, 1 / n)
+            for component in (0, 1):
+                noise = Part(float(error[component, 0]) / math.sqrt(n))
+                bed_error = spread.error_at(mean, component)
+                errors = bed_of_mean(alpha[component], share, noise, bed_error, spread.source)
+                half = combined_half_width(errors[:2], 0.95)
+                inside.append(abs(mean[component] - true[component]) <= half)
+                halves.append(half / true[component])
     assert np.mean(inside) > 0.89
     assert np.quantile(halves, 0.98) < 0.5
     assert np.median(halves) < 0.2
 
 
+TWENTY = np.repeat([-60, -30, 0, 30, 60], 4), np.tile([-60, 30, 60, 90], 5)
+SIX = np.array([0, 0, 30, -30, 60, 0]), np.array([90, 45, 60, 60, 30, -60])
+DESIGNS = {
+    "20 twice": (TWENTY, [2] * 20),
+    "20 three times": (TWENTY, [3] * 20),
+    "6 twice": (SIX, [2] * 6),
+    "6 five times": (SIX, [5] * 6),
+    "5 of 20 three times": (TWENTY, [3] * 5 + [1] * 15),
+    "1 of 6 six times": (SIX, [6] + [1] * 5),
+}
+"""Angles in degrees, and runs of each direction."""
+
+KINDS = {
+    "beds": (0.05, 0.0, 0.0),
+    "beds and patches": (0.05, 0.03, 0.0),
+    "heavy-tailed": (0.08, 0.02, 0.0),
+    "patches": (0.02, 0.05, 0.0),
+    "the same everywhere": (0.0, 0.0, 0.02),
+    "beds, and the same everywhere": (0.03, 0.0, 0.02),
+}
+"""Scatter of beds as a whole and of patches, relative to alpha, and of all directions, relative to the largest alpha."""
+
+NOISE = 0.004
+
+
+@pytest.mark.parametrize("design", DESIGNS)
+def test_alpha_and_the_next_bed_are_covered_in_beds_of_many_kinds(design):
+    """Truths that are not of the estimator's kind; 95 % intervals of all cells together."""
+    (beta_deg, gamma_deg), counts = DESIGNS[design]
+    by_kind = []
+    for kind, scatter in KINDS.items():
+        random = np.random.default_rng(8)
+        inside = []
+        for medium in ("poppy_LP", "poppy_CP") * seeds(20, 3):
+            profile = TableProfile.published(medium)
+            truth = np.stack(profile.alpha(np.radians(beta_deg), np.radians(gamma_deg)))
+            inside.append(covered(truth, np.array(counts), scatter, kind == "heavy-tailed", random))
+        by_kind.append(np.mean(inside, axis=0))
+    assert np.mean(by_kind) > 0.93
+    assert np.min(by_kind) > seeds(0.86, 0.75)
+
+
+def covered(truth, counts, scatter, heavy_tailed, random):
+    """Share of the means of all cells that hold the truth, and of the next beds that are where they are said to be."""
+    cell, largest = np.repeat(np.arange(counts.size), counts), np.hypot(*truth).max()
+    runs = drawn_runs(truth[:, cell], largest, scatter, heavy_tailed, random)
+    next_runs = drawn_runs(truth, largest, scatter, heavy_tailed, random)
+    se = np.full(runs.shape, NOISE * largest)
+    spread = spread_of_beds([(runs[:, cell == k], se[:, cell == k]) for k in range(counts.size)])
+    noise, inside = Part(NOISE * largest), []
+    for k, n in enumerate(counts):
+        mean = runs[:, cell == k].mean(axis=1)
+        for component in (0, 1):
+            bed = spread.error_at(mean, component)
+            of_mean = [Part(part.sd / math.sqrt(n), part.dof) for part in (bed, noise)]
+            half_of_mean, half_of_next = (
+                combined_half_width(parts, 0.95) for parts in (of_mean, [*of_mean, bed, noise])
+            )
+            off, next_off = (mean - alpha[:, k] for alpha in (truth, next_runs))
+            inside.append(
+                [abs(off[component]) <= half_of_mean, abs(next_off[component]) <= half_of_next]
+            )
+    return np.mean(inside, axis=0)
+
+
+def drawn_runs(truth, largest, scatter, heavy_tailed, random):
+    """One run of each direction in beds of their own, of the true alpha of shape (2, n)."""
+    of_beds, of_patches, everywhere = scatter
+    count = truth.shape[1]
+    bed = random.standard_t(4, count) / math.sqrt(2) if heavy_tailed else random.normal(size=count)
+    rest = of_patches * np.hypot(np.hypot(*truth), 0.15 * largest)
+    rest = rest * random.normal(size=truth.shape)
+    constant = math.hypot(everywhere, NOISE) * largest * random.normal(size=truth.shape)
+    return truth * (1 + of_beds * bed) + rest + constant
+
+
 def test_what_repeats_show_goes_before_what_the_config_states():
-    equal_runs = [(np.array([0.3, 0.3]), np.full(2, 0.002))] * LEAST_DOF
-    spread_of_pairs = spread_of_beds([equal_runs], (0.005, 0.0))[0]
-    assert (spread_of_pairs.error_at(0.3).sd, spread_of_pairs.source) == (0, REPEATS)
-    assert spread_of_beds([equal_runs[1:]], (0.0, 0.0))[0].source == AS_PREPARED
+    equal_runs = [z_alone(np.array([0.3, 0.3]), np.full(2, 0.002))] * LEAST_DOF
+    spread_of_pairs = spread_of_beds(equal_runs, (0.005, 0.0))
+    assert (error_of_z(spread_of_pairs, 0.3).sd, spread_of_pairs.source) == (0, REPEATS)
+    assert spread_of_beds(equal_runs[1:], (0.0, 0.0)).source == AS_PREPARED
     # a single run has the spread of others
-    spread = spread_of_beds([pairs(20, 3)])[0]
-    noise, bed, source = bed_of_mean(np.array([0.2]), np.ones(1), Part(0.001, 30.0), spread)
-    assert (noise.sd, source) == (0.001, REPEATS)
-    assert bed == spread.error_at(0.2)
-    assert bed.dof < 25
+    spread = spread_of_beds(pairs(20, 3))
+    bed_error = error_of_z(spread, 0.2)
+    single = np.array([0.2]), np.ones(1), Part(0.001, 30.0)
+    assert bed_of_mean(*single, bed_error, spread.source) == (single[2], bed_error, REPEATS)
+    assert bed_error.dof < 25
 
 
 def fits():

@@ -9,7 +9,7 @@ floor, so that weak directions do not dominate.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -20,7 +20,15 @@ from rftfit.conventions import FloatArray
 from rftfit.directions import TOLERANCE_DEG, number_directions
 from rftfit.errors import InputError
 from rftfit.measure.alpha import column
-from rftfit.measure.errors import USUAL_BED_SPREAD
+from rftfit.measure.errors import LEAST_DOF, USUAL_BED_SPREAD
+from rftfit.measure.repeats import (
+    Repeats,
+    RunScatter,
+    joined,
+    scatter_of_repeats,
+    unit_vectors,
+    usual_scatter,
+)
 
 LEVEL, POWER = 0.05, 0.80
 """Level of the two tests, and the probability with which the least differences stated are detected."""
@@ -30,12 +38,6 @@ PRIOR_ACROSS = 0.04
 PRIOR_ALONG = math.hypot(USUAL_BED_SPREAD, PRIOR_ACROSS)
 """Scatter of single runs before any repeat is seen, relative to alpha, worth `PRIOR_DOF` repeats: beds differ by 3 to 4 % from
 patch to patch, and along the force as a whole too."""
-
-_FLOORS = (0.1, 0.05, 0.2, 0.4)
-"""Weak directions scatter as if alpha were larger by this share of the largest alpha; the most likely one is taken."""
-
-_SCATTERS = np.exp(np.linspace(math.log(0.002), math.log(1.5), 400))
-"""Relative scatters whose likelihood is compared."""
 
 _WIDEST = math.log(1000.0)
 """Sizes may differ by this logarithm; farther apart one medium has no force."""
@@ -218,8 +220,14 @@ def compare_run_sets(a: RunSet, b: RunSet, confidence: float = 0.95) -> Comparis
     """
     means_a, means_b, angles = _pair(a, b)
     means_a, means_b = _with_pooled_sizes(means_a, means_b)
-    scatter, *by_side = _fit_scatters(means_a, means_b)
-    contrast = _Contrast((means_a, means_b), (by_side[0], by_side[1]))
+    scatter, by_side = _fit_scatters((means_a, means_b))
+    repeats_of_sides = [float(side.repeats.dof.sum()) for side in (means_a, means_b)]
+    are_enough = sum(repeats_of_sides) >= LEAST_DOF
+    shown = (
+        scatter_of_repeats(joined([means_a.repeats, means_b.repeats])) if are_enough else scatter
+    )
+    scatter_along, scatter_across = shown.relative()
+    contrast = _Contrast((means_a, means_b), by_side)
     ratio = contrast.find_ratio()
     size = contrast.test_size(ratio)
     shape = contrast.test_shape(ratio)
@@ -242,22 +250,21 @@ def compare_run_sets(a: RunSet, b: RunSet, confidence: float = 0.95) -> Comparis
         directions=contrast.table(ratio, angles, confidence),
         runs_a=int(means_a.n.sum()),
         runs_b=int(means_b.n.sum()),
-        repeats=scatter.repeats,
-        scatter_along=scatter.along,
-        scatter_across=scatter.across,
-        explained_by=scatter.along * math.sqrt(max(shape.squares / shape.k, 1.0)),
-        notes=tuple(_notes((a, b), (means_a, means_b), (by_side[0], by_side[1]))),
-        assumed=not all(side.repeats for side in by_side),
+        repeats=sum(repeats_of_sides),
+        scatter_along=scatter_along,
+        scatter_across=scatter_across,
+        explained_by=scatter.relative()[0] * math.sqrt(max(shape.squares / shape.k, 1.0)),
+        notes=tuple(_notes((a, b), (means_a, means_b), repeats_of_sides)),
+        assumed=not all(repeats_of_sides),
         confidence=confidence,
     )
 
 
 def _notes(
-    sides: tuple[RunSet, RunSet], means: tuple[_Means, _Means], scatters: tuple[_Scatter, _Scatter]
+    sides: tuple[RunSet, RunSet], means: tuple[_Means, _Means], dof: Sequence[float]
 ) -> Iterator[str]:
-    """Yield what limits the comparison."""
+    """Yield what limits the comparison. `dof`: Degrees of freedom of the repeats of each side."""
     a, b = sides
-    dof = [scatter.repeats for scatter in scatters]
     if not any(dof):
         yield (
             f"no direction was pushed twice: the scatter of single runs is assumed, {100 * PRIOR_ALONG:g} % along "
@@ -269,10 +276,7 @@ def _notes(
     elif sum(dof) < 2 * PRIOR_DOF:
         yield f"only {sum(dof):g} degrees of freedom show the scatter of single runs"
     if min(dof) >= PRIOR_DOF:
-        squares = [
-            float((side.along / side.level(scatter.floor)).sum()) / scatter.repeats
-            for side, scatter in zip(means, scatters, strict=True)
-        ]
+        squares = [scatter_of_repeats(side.repeats).relative()[0] ** 2 for side in means]
         p = 2 * min(
             _f_p(squares[1] / squares[0], dof[1], dof[0]),
             _f_p(squares[0] / squares[1], dof[0], dof[1]),
@@ -299,29 +303,15 @@ def _notes(
 class _Means:
     """Mean of the runs of each common direction, z and x, shape (n, 2), with what its error needs.
 
-    `noise_variance`: of the mean that the runs' logs show. `noise_of_run`: of a single run, mean of both components. `along`,
-    `across`: squares of the runs about their mean, summed. `across_known`: whether x was measured. `size`: of the force, as `_with_pooled_sizes` has it.
-    `common`: changes of the means by one standard deviation of an error that many runs share, by its name.
+    `noise_variance`: of the mean that the runs' logs show. `repeats`: squares of the runs about their mean, and the size of
+    the force, as `_with_pooled_sizes` has it. `common`: changes of the means by one standard deviation of an error that many runs share, by its name.
     """
 
     mean: FloatArray
     n: FloatArray
     noise_variance: FloatArray
-    noise_of_run: FloatArray
-    along: FloatArray
-    across: FloatArray
-    across_known: npt.NDArray[np.bool_]
-    size: FloatArray
+    repeats: Repeats
     common: Mapping[tuple[str, ...], FloatArray]
-
-    @property
-    def unit(self) -> FloatArray:
-        """Direction of the force, shape (n, 2)."""
-        return np.asarray(self.mean / np.maximum(np.hypot(*self.mean.T), 1e-30)[:, None])
-
-    def level(self, floor: float) -> FloatArray:
-        """Square of alpha that the scatter is in proportion to, shape (n,)."""
-        return np.asarray(self.size**2 + (floor * self.size.max()) ** 2)
 
 
 def _pair(a: RunSet, b: RunSet) -> tuple[_Means, _Means, FloatArray]:
@@ -361,7 +351,12 @@ def _with_pooled_sizes(a: _Means, b: _Means) -> tuple[_Means, _Means]:
     lengths = [max(math.sqrt(float((side.mean**2).sum())), 1e-30) for side in (a, b)]
     sizes = [np.hypot(*side.mean.T) / length for side, length in zip((a, b), lengths, strict=True)]
     pooled = (a.n * sizes[0] + b.n * sizes[1]) / (a.n + b.n)
-    return replace(a, size=pooled * lengths[0]), replace(b, size=pooled * lengths[1])
+    return _with_sizes(a, pooled * lengths[0]), _with_sizes(b, pooled * lengths[1])
+
+
+def _with_sizes(side: _Means, size: FloatArray) -> _Means:
+    largest = np.full(size.size, size.max())
+    return replace(side, repeats=side.repeats._replace(size=size, largest=largest))
 
 
 def _describe_directions(angles: FloatArray) -> str:
@@ -403,14 +398,17 @@ def _mean_of(
     # the curvature is alike in runs over the same depths; tare and clock are shared and counted below
     run_variance = _error(runs, "se") ** 2 - startup**2 - tare**2 - curvature**2 - clock**2
     run_variance = np.maximum(run_variance, 0.0)
-    unit = mean / np.maximum(np.hypot(*mean.T), 1e-30)[:, None]
-    across = np.stack([-unit[:, 1], unit[:, 0]], axis=1)
+    unit = unit_vectors(mean.T)
     off = alpha[None] - mean[:, None]
     inside = share > 0
-    squares = [
-        np.where(inside, np.einsum("crk,ck->cr", off, way) ** 2, 0.0).sum(axis=1)
-        for way in (unit, across)
-    ]
+    along, across = (
+        np.where(inside, np.einsum("crk,kc->cr", off, way) ** 2, 0.0).sum(axis=1) for way in unit
+    )
+    noise_along, noise_across = np.einsum("wkc,ck->wc", unit**2, share @ run_variance)
+    size = np.hypot(*mean.T)
+    repeats = Repeats(
+        n - 1, along, across, x_known, noise_along, noise_across, size, np.full(n.size, size.max())
+    )
     turned = np.where(np.nan_to_num(_number(runs, "mirrored")) != 0, -1.0, 1.0)[:, None]
     effects: dict[tuple[str, ...], FloatArray] = {
         (side.name, side.campaign, "surface"): share @ (alpha * lever * side.surface_cm),
@@ -430,11 +428,7 @@ def _mean_of(
         mean=mean,
         n=n,
         noise_variance=(share**2) @ run_variance + share @ startup**2,
-        noise_of_run=share @ run_variance.mean(axis=1),
-        along=squares[0],
-        across=squares[1] * x_known,
-        across_known=x_known,
-        size=np.hypot(*mean.T),
+        repeats=repeats,
         common={name: moved for name, moved in effects.items() if moved.any()},
     )
 
@@ -442,51 +436,16 @@ def _mean_of(
 # --- Scatter of single runs
 
 
-@dataclass(frozen=True)
-class _Scatter:
-    """Scatter of single runs, relative to alpha; `repeats`: degrees of freedom that show it, beside the prior."""
-
-    along: float
-    across: float
-    floor: float
-    repeats: float
-
-
-_USUAL = _Scatter(PRIOR_ALONG, PRIOR_ACROSS, _FLOORS[0], 0.0)
-
-
-def _fit_scatters(a: _Means, b: _Means) -> tuple[_Scatter, _Scatter, _Scatter]:
+def _fit_scatters(sides: tuple[_Means, _Means]) -> tuple[RunScatter, tuple[RunScatter, RunScatter]]:
     """Scatter of the runs of both media together, and of each.
 
     That of one medium has the one of both as its prior: a medium without repeats has the other's.
     """
-    both = _fit_scatter((a, b), _USUAL, _FLOORS)
-    of_a, of_b = (_fit_scatter((side,), both, (both.floor,)) for side in (a, b))
-    return both, of_a, of_b
-
-
-def _fit_scatter(sides: tuple[_Means, ...], prior: _Scatter, floors: tuple[float, ...]) -> _Scatter:
-    """Most likely scatter of single runs about the mean of their direction, with a prior."""
-    dof = np.concatenate([side.n - 1 for side in sides])
-    noise_of_run = np.concatenate([side.noise_of_run for side in sides])
-    across_known = np.concatenate([side.across_known for side in sides])
-    best, most = prior, -math.inf
-    for floor in floors:
-        level = np.concatenate([side.level(floor) for side in sides])
-        total, sizes = 0.0, []
-        for name, usual, counted in (
-            ("along", prior.along, dof),
-            ("across", prior.across, dof * across_known),
-        ):
-            squares = np.concatenate([getattr(side, name) for side in sides])
-            variance = _SCATTERS[:, None] ** 2 * level + noise_of_run
-            likelihood = -0.5 * (counted * np.log(variance) + squares / variance).sum(axis=1)
-            likelihood -= PRIOR_DOF * (np.log(_SCATTERS) + 0.5 * (usual / _SCATTERS) ** 2)
-            total += float(likelihood.max())
-            sizes.append(float(_SCATTERS[likelihood.argmax()]))
-        if total > most:
-            best, most = _Scatter(sizes[0], sizes[1], floor, float(dof.sum())), total
-    return best
+    repeats = joined(side.repeats for side in sides)
+    usual = usual_scatter(PRIOR_ALONG, PRIOR_ACROSS)
+    both = scatter_of_repeats(repeats, usual, PRIOR_DOF)
+    of_a, of_b = (scatter_of_repeats(side.repeats, both, PRIOR_DOF) for side in sides)
+    return both, (of_a, of_b)
 
 
 # --- Both media together
@@ -550,24 +509,25 @@ class _ShapeTest:
         return math.sqrt(least * self.unit * self.plain_k / self.k)
 
 
-def _block(side: _Means, scatter: _Scatter) -> FloatArray:
+def _block(side: _Means, scatter: RunScatter) -> FloatArray:
     """Covariance of the means of one medium by what their runs do not share, shape (n, 2, 2)."""
-    unit = side.unit
-    across = np.stack([-unit[:, 1], unit[:, 0]], axis=1)
-    spread = scatter.along**2 * np.einsum("ci,cj->cij", unit, unit)
-    spread += scatter.across**2 * np.einsum("ci,cj->cij", across, across)
-    spread *= (side.level(scatter.floor) / side.n)[:, None, None]
+    size = side.repeats.size
+    spread = scatter.covariance(side.mean.T, size, size.max()) / side.n[:, None, None]
     return np.asarray(spread + side.noise_variance[:, :, None] * np.eye(2))
 
 
 class _Contrast:
     """Alpha of B over the ratio of sizes minus alpha of A, with its covariance."""
 
-    def __init__(self, means: tuple[_Means, _Means], scatters: tuple[_Scatter, _Scatter]) -> None:
+    def __init__(
+        self, means: tuple[_Means, _Means], scatters: tuple[RunScatter, RunScatter]
+    ) -> None:
         self.a, self.b = means
-        self.is_known = np.concatenate([np.ones(self.a.n.size, dtype=bool), self.a.across_known])
+        self.is_known = np.concatenate(
+            [np.ones(self.a.n.size, dtype=bool), self.a.repeats.across_known]
+        )
         self._blocks = [_block(*pair) for pair in zip(means, scatters, strict=True)]
-        self._dof = [PRIOR_DOF + scatter.repeats for scatter in scatters]
+        self._dof = [scatter.dof for scatter in scatters]
 
     def _flat(self, values: FloatArray) -> FloatArray:
         """Components that both media have: those of z, then those of x; from shape (n, 2)."""
@@ -701,7 +661,7 @@ class _Contrast:
             "runs_b": self.b.n.astype(int),
         }
         sides = zip("ab", (self.a, self.b), self._blocks, strict=True)
-        x_missing = np.where(self.a.across_known, 0.0, math.nan)
+        x_missing = np.where(self.a.repeats.across_known, 0.0, math.nan)
         for name, side, block in sides:
             for place, c in enumerate("zx"):
                 value = side.mean[:, place] + place * x_missing
@@ -729,7 +689,7 @@ class _Contrast:
             columns[f"ratio{end}"] = np.where(clear, value, math.nan)
         columns["ratio_hi"] = np.where(clear, by_direction + half, math.nan)
         squares = np.einsum("ci,cij,cj->c", off, np.linalg.pinv(covariance), off)
-        count = 1.0 + self.a.across_known
+        count = 1.0 + self.a.repeats.across_known
         chances = [_f_p(s / k, k, dof) for s, k in zip(squares, count, strict=True)]
         columns["p"] = np.minimum(np.array(chances) * n, 1.0)
         order = np.argsort(-squares / count, kind="stable")

@@ -25,6 +25,7 @@ from rftfit.measure.errors import (
     OF_CELL,
     REPEATS,
     SOURCES,
+    USUAL_BED_SPREAD,
     Part,
     Slopes,
     Source,
@@ -89,10 +90,7 @@ def alpha_table(
     runs_without_outliers = [
         [run for run in runs if run["run_id"] not in outliers] for runs in runs_of_cells
     ]
-    spreads = spread_of_beds(
-        [_repeats(runs_without_outliers, component) for component in COMPONENTS], errors.bed
-    )
-    spread = dict(zip(COMPONENTS, spreads, strict=True))
+    spread = spread_of_beds(_repeats(runs_without_outliers), errors.bed)
     cells = [
         _cell(runs_of_cell, gamma == 0, depths, law)
         for runs_of_cell, (_, gamma) in zip(runs_of_cells, directions, strict=True)
@@ -142,8 +140,8 @@ def _cells_of(records: list[Row], grid: Grid) -> tuple[list[tuple[float, float]]
     return cells, [runs_by_cell[cell] for cell in cells]
 
 
-def _repeats(cells: list[list[Row]], component: str) -> list[tuple[FloatArray, FloatArray]]:
-    """Group the runs of each cell, and of each depth where they are horizontal.
+def _repeats(cells: list[list[Row]]) -> list[tuple[FloatArray, FloatArray]]:
+    """Alpha and its error, z and x, shape (2, runs), of the runs of each cell, and of each depth where they are horizontal.
 
     Runs of a cell that is planned twice, at beta = -90 and 90 degrees, count once.
     """
@@ -153,7 +151,8 @@ def _repeats(cells: list[list[Row]], component: str) -> list[tuple[FloatArray, F
         new_runs = [
             run
             for run in runs
-            if math.isfinite(run[column(component)]) and run["run_id"] not in counted_run_ids
+            if any(math.isfinite(run[column(c)]) for c in COMPONENTS)
+            and run["run_id"] not in counted_run_ids
         ]
         counted_run_ids.update(str(run["run_id"]) for run in new_runs)
         level = new_runs and new_runs[0]["gamma_deg"] == 0
@@ -163,22 +162,26 @@ def _repeats(cells: list[list[Row]], component: str) -> list[tuple[FloatArray, F
             else [new_runs]
         )
         for runs_at_depth in filter(None, runs_of_depths):
-            alpha, se = (
-                np.array([run[column(component, q)] for run in runs_at_depth], dtype=float)
-                for q in ("", "_se")
-            )
-            shares_tare = len({run.get("tare_run", "") for run in runs_at_depth}) < len(
-                runs_at_depth
-            )
-            tare, curvature = (
-                np.array([run.get(column(component, q), 0.0) for run in runs_at_depth])
-                for q in ("_tare", "_curvature")
-            )
-            clock = np.array([_moved_by_clock(run, component) for run in runs_at_depth])
-            # a tare and a clock that they share and a curvature that they have alike do not make them differ
-            own_variance = se**2 - shares_tare * tare**2 - curvature**2 - clock**2
-            groups.append((alpha, np.sqrt(np.maximum(own_variance, 0.0))))
+            alpha = _array_of(runs_at_depth, "")
+            groups.append((alpha, np.sqrt(_variance_between(runs_at_depth))))
     return groups
+
+
+def _variance_between(runs: list[Row]) -> FloatArray:
+    """Variance by which errors that the logs show let runs of one direction differ, (N/cm^3)^2, shape (2, runs)."""
+    clock = np.array([[_moved_by_clock(run, c) for run in runs] for c in COMPONENTS])
+    shares_tare = len({run.get("tare_run", "") for run in runs}) < len(runs)
+    tare, curvature = (_array_of(runs, quantity) for quantity in ("_tare", "_curvature"))
+    # a tare and a clock that they share and a curvature that they have alike do not make them differ
+    variance = _array_of(runs, "_se") ** 2 - shares_tare * tare**2 - curvature**2 - clock**2
+    return np.asarray(np.maximum(variance, 0.0))
+
+
+def _array_of(runs: list[Row], quantity: str) -> FloatArray:
+    """A quantity of alpha, z and x, shape (2, runs); 0 where a table does not have it."""
+    return np.array(
+        [[run.get(column(c, quantity), 0.0) for run in runs] for c in COMPONENTS], float
+    )
 
 
 def _moved_by_clock(run: Row, component: str) -> float:
@@ -289,7 +292,7 @@ def _errors(
     directions: list[tuple[float, float]],
     errors: ErrorSettings,
     surface: SurfaceError,
-    spread: dict[str, Spread],
+    spread: Spread,
     confidence: float,
     outliers: Mapping[str, tuple[float, float]],
     shape: Slopes | None,
@@ -300,7 +303,8 @@ def _errors(
         for c in COMPONENTS
     }
     beta, gamma = np.array(directions, dtype=float).reshape(-1, 2).T
-    elsewhere = scaled_slopes(shape, beta, gamma, np.stack([alpha[c] for c in COMPONENTS]))
+    both_alpha = np.stack([alpha[c] for c in COMPONENTS])
+    elsewhere = scaled_slopes(shape, beta, gamma, both_alpha)
     rise = {
         c: np.hypot(*gradient(beta, gamma, alpha[c], slopes).T)
         for c, slopes in zip(COMPONENTS, elsewhere, strict=True)
@@ -308,15 +312,16 @@ def _errors(
     rows: list[dict[str, float | str]] = []
     for i, cell in enumerate(cells):
         row: dict[str, float | str] = dict.fromkeys([*_NUMBERS, *_BEDS], math.nan)
-        rows.append(row | {"spread": spread["z"].source})
+        rows.append(row | {"spread": spread.source})
         if not cell.runs:
             continue
         side = float(cell.share @ np.where(cell.of("mirrored"), -1.0, 1.0) / cell.share.sum())
         # where x was not measured, it is taken to be as large as z
         across = alpha["z"][i] if math.isnan(alpha["x"][i]) else alpha["x"][i]
         turned = {"z": -side * across, "x": side * alpha["z"][i]}
-        for c in COMPONENTS:
-            of_mean = _of_runs(cell, c, surface, spread[c])
+        for component, c in enumerate(COMPONENTS):
+            bed_error = spread.error_at(both_alpha[:, i], component)
+            of_mean = _of_runs(cell, c, surface, bed_error)
             # the mean of independent errors is smaller than each of them
             mean_factor = math.sqrt(float(cell.share @ cell.share))
             angle = float(rise[c][i]) * errors.angle_deg
@@ -328,7 +333,7 @@ def _errors(
             }
             of_mean["turn"] = Part(turned[c] * math.radians(errors.turn_deg))
             of_mean["rod"] = Part(cell.sum(column(c, "_rod")) * errors.tare_percent / 100)
-            source = _add_bed(of_mean, of_next, cell, c, spread[c], confidence)
+            source = _add_bed(of_mean, of_next, cell, c, bed_error, spread.source, confidence)
             outlier_offsets = [
                 outliers.get(str(run["run_id"]), (0.0, 0.0))["zx".index(c)] for run in cell.runs
             ]
@@ -349,8 +354,8 @@ def _errors(
             values = (alpha[c][i], se, *ends)
             row = {column(c, q): value for q, value in zip(QUANTITIES, values, strict=True)}
             row |= {column(c, f"_{name}"): error.sd for name, error in of_mean.items()}
-            if spread[c].source != AS_PREPARED:
-                row[f"run_to_run_{c}_N_per_cm3"] = spread[c].error_at(float(alpha[c][i])).sd
+            if spread.source != AS_PREPARED:
+                row[f"run_to_run_{c}_N_per_cm3"] = bed_error.sd
             known_from = OF_CELL if OF_CELL in (source, rows[-1]["spread"]) else source
             rows[-1] |= row | {"spread": known_from}
     return rows
@@ -372,7 +377,7 @@ _REACH = 1.96
 """Standard errors to the end of an interval of 95 %."""
 
 
-def _of_runs(cell: _Cell, c: str, surface: SurfaceError, spread: Spread) -> dict[Source, Part]:
+def _of_runs(cell: _Cell, c: str, surface: SurfaceError, bed_error: Part) -> dict[Source, Part]:
     """Errors that the logs show, and those of surface and tare, of one component."""
     alpha, se, dof = cell.of(column(c)), cell.of(column(c, "_se")), cell.of(f"alpha_{c}_dof")
     startup, tare, curvature = (
@@ -394,7 +399,7 @@ def _of_runs(cell: _Cell, c: str, surface: SurfaceError, spread: Spread) -> dict
         "tare": Part(signs * math.hypot(*of_tares)),
         "surface": Part(surface.run * float(np.sqrt(moved @ moved)), surface.dof),
         "session": _of_session(surface.session * float(moved.sum()), _of_clocks(cell, c)),
-        "curvature": Part(float(cell.share @ curvature) + _over_depths(cell, alpha, se, spread)),
+        "curvature": Part(float(cell.share @ curvature) + _over_depths(cell, alpha, se, bed_error)),
     }
 
 
@@ -436,12 +441,12 @@ def _runs_behind(cell: _Cell) -> FloatArray:
     return np.array([run.get(N_REPEATS, 1.0) for run in cell.runs], dtype=float)
 
 
-def _over_depths(cell: _Cell, alpha: FloatArray, se: FloatArray, spread: Spread) -> float:
+def _over_depths(cell: _Cell, alpha: FloatArray, se: FloatArray, bed_error: Part) -> float:
     """By how much the deepest level runs leave the line through zero, where that is no scatter."""
     if not (cell.level and cell.line) or alpha.size < 3:
         return 0.0
     mean = float(cell.share @ alpha)
-    deviation, noise = alpha - mean, np.hypot(se, spread.error_at(mean).sd)
+    deviation, noise = alpha - mean, np.hypot(se, bed_error.sd)
     if (np.abs(deviation) <= _SIGMAS * noise).all():
         return 0.0
     # the share grows with the square of the depth
@@ -456,7 +461,8 @@ def _add_bed(
     of_next: dict[Source, Part],
     cell: _Cell,
     c: str,
-    spread: Spread,
+    bed_error: Part,
+    known_from: str,
     confidence: float,
 ) -> str:
     """Add how beds differ to the errors of the mean and of one further run, and return where that is known from.
@@ -466,13 +472,15 @@ def _add_bed(
     """
     alpha, noise = cell.of(column(c)), of_mean["noise"]
     of_mean["noise"], of_mean["bed"], source = bed_of_mean(
-        alpha, cell.share, noise, spread, shown_by_runs=not cell.level
+        alpha, cell.share, noise, bed_error, known_from, shown_by_runs=not cell.level
     )
     scatter = source == OF_CELL and of_mean["noise"] != noise
     of_next["noise"] = _noise_of_next(cell, c, scatter=scatter)
-    level = float(cell.share @ alpha)
-    of_next["bed"] = bed_of_next(alpha, level, spread, confidence, scatter=scatter)
-    if spread.source == AS_PREPARED and not scatter and (_runs_behind(cell) > 1).all():
+    if known_from == AS_PREPARED:
+        # also where an interval does not include the scatter between beds, the next bed is another
+        bed_error = Part(USUAL_BED_SPREAD * abs(float(cell.share @ alpha)))
+    of_next["bed"] = bed_of_next(alpha, bed_error, confidence, scatter=scatter)
+    if known_from == AS_PREPARED and not scatter and (_runs_behind(cell) > 1).all():
         # several runs stand behind each row, and what these differ by holds their beds
         of_next["bed"] = Part(0.0)
     if source in (REPEATS, OF_CELL):

@@ -6,7 +6,6 @@ Here are the errors that no single log shows: the free surface, the angles, the 
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -18,6 +17,13 @@ import pandas as pd
 
 from rftfit.campaign.config import Config, ErrorSettings
 from rftfit.conventions import FloatArray
+from rftfit.measure.repeats import (
+    Repeats,
+    RunScatter,
+    along_and_across,
+    scatter_of_repeats,
+    usual_scatter,
+)
 from rftfit.measure.slopes import GIVEN_DOF, student_quantile
 
 Source = Literal[
@@ -72,191 +78,140 @@ def _quantile(confidence: float, dof: float) -> float:
 
 @dataclass(frozen=True)
 class Spread:
-    """How a component of alpha differs from one prepared bed to the next: sd^2 = a^2 + (b alpha)^2.
+    """How alpha differs from one prepared bed to the next, beyond what the errors of the single runs explain.
 
-    `size`: a^2, (N/cm^3)^2, and b^2, beyond what the errors of the single runs explain; `covariance`: of
-    these, zeros where stated. `source`: `REPEATS` of the run sheet, `STATED` in the config, `FEW_REPEATS`, `ASSUMED`:
-    none of these, or `AS_PREPARED`: stated to be none. `repeats`: degrees of freedom of the repeats.
+    Attributes
+    ----------
+    constant, relative : float
+        Standard deviations of each component, N/cm^3 and relative to it, where they are stated or assumed.
+    scatter : RunScatter or None
+        How repeats scatter, where they tell it.
+    largest : float
+        Largest force of the medium, N/cm^3.
+    source : str
+        `REPEATS` of the run sheet, `STATED` in the config, `FEW_REPEATS`, `ASSUMED`: none of these, or `AS_PREPARED`: stated
+        to be none.
     """
 
-    size: FloatArray
-    covariance: FloatArray
+    constant: float = 0.0
+    relative: float = 0.0
+    scatter: RunScatter | None = None
+    largest: float = 0.0
     source: str = AS_PREPARED
-    repeats: float = GIVEN_DOF
 
-    def error_at(self, alpha: float) -> Part:
-        """Standard deviation of a bed at one alpha, N/cm^3, and its degrees of freedom."""
-        terms = np.array([1.0, alpha**2])
-        variance = float(terms @ self.size)
-        error = float(terms @ self.covariance @ terms)
-        dof = 2 * variance**2 / error if error > 0 else GIVEN_DOF
-        return Part(math.sqrt(variance), min(max(dof, _VAGUE_DOF), self.repeats))
+    def error_at(self, alpha: FloatArray, component: int) -> Part:
+        """Error of a component, N/cm^3, of a bed whose alpha is `alpha`, shape (2,); x counts as 0 where it is NaN."""
+        if math.isnan(alpha[component]):
+            return Part(math.nan)
+        if self.scatter is None:
+            return Part(math.hypot(self.constant, self.relative * alpha[component]))
+        variance, dof = self.scatter.variance_at(np.nan_to_num(alpha), component, self.largest)
+        return Part(math.sqrt(variance), min(max(dof, _VAGUE_DOF), GIVEN_DOF))
 
 
 _VAGUE_DOF = 2.0
 """Of a spread at an alpha that no repeat is near: it is a fit with an error, no sample variance, and
 below so many degrees of freedom quantiles grow without limit while the coverage stays the same."""
 
-ONE_BED = Spread(np.zeros(2), np.zeros((2, 2)))
-
 USUAL_BED_SPREAD = 0.05
 """Relative standard deviation of the force from one bed to the next where nothing is known: beds poured or tapped by hand."""
 
-USUAL_BEDS = Spread(np.array([0.0, USUAL_BED_SPREAD**2]), np.zeros((2, 2)), ASSUMED)
+USUAL_BEDS = Spread(relative=USUAL_BED_SPREAD, source=ASSUMED)
 
-Groups = Sequence[tuple["FloatArray", "FloatArray"]]
-"""alpha and standard error, N/cm^3, of the runs of one cell (and depth) each."""
-
-
-def spread_of_beds(
-    groups: Sequence[Groups], stated: tuple[float, float] | None = None
-) -> list[Spread]:
-    """Find how beds differ from repeats, else from the stated a, N/cm^3, and b, else from few repeats, else assume it.
-
-    Repeats alone count if each component has `LEAST_DOF` degrees of freedom. Maximum likelihood over the
-    sample variances of the groups, each of which is a^2 + (b alpha)^2 and the mean square of the runs'
-    own errors, by scoring; nothing falls below 0. A bed is looser or denser as a whole, so b is one for
-    all components.
-
-    `groups`: By component.
-    """
-    # a table may state no errors
-    repeated = [
-        [cell for cell in cells if cell[0].size > 1 and np.isfinite(cell[1]).all()]
-        for cells in groups
-    ]
-    dof = [float(sum(alpha.size - 1 for alpha, _ in cells)) for cells in repeated]
-    if min(dof) < LEAST_DOF:
-        if stated == (0.0, 0.0):
-            return [ONE_BED] * len(groups)
-        size = np.square(np.array(stated or (0.0, USUAL_BED_SPREAD)))
-        if not stated and max(dof):
-            return [_moderated(size, repeated, max(dof))] * len(groups)
-        return [Spread(size, np.zeros((2, 2)), STATED if stated else ASSUMED)] * len(groups)
-    size, covariance = _of_variances(repeated)
-    spreads = []
-    for component, dof_of_component in enumerate(dof):
-        terms = [component, -1]
-        spreads.append(
-            Spread(size[terms], covariance[np.ix_(terms, terms)], REPEATS, dof_of_component)
-        )
-    return spreads
-
+_USUAL_ACROSS = 0.015
+"""Relative standard deviation across the force that goes with `USUAL_BED_SPREAD`."""
 
 ASSUMED_DOF = 2.0
 """Degrees of freedom that the assumed spread counts for: with them about 92 % or more of the cells are covered in beds that
 differ by 3 to 8 %, Student's t with 3 degrees of freedom among them (``tests/trust/test_trust_repeats.py``)."""
 
-_WEAK = 0.2
-"""Share of the largest alpha of the medium: a weaker one differs by more than in proportion."""
+Group = tuple["FloatArray", "FloatArray"]
+"""alpha and standard error, N/cm^3, of the runs of one cell (and depth): z and x, shape (2, runs); NaN where not measured."""
 
 
-def _moderated(size: FloatArray, repeated: Sequence[Groups], beds: float) -> Spread:
-    """Moderate an assumed spread by few repeats: the posterior mean of a variance whose prior is inverse chi-square.
+def spread_of_beds(groups: Sequence[Group], stated: tuple[float, float] | None = None) -> Spread:
+    """Find how beds differ from repeats, else from what is stated (N/cm^3, and relative), else from few repeats, else assume it.
 
-    As in G. K. Smyth, Stat. Appl. Genet. Mol. Biol. 3, 3 (2004), but for degrees of freedom of the prior, which so few
-    do not tell. A bed counts once: its components differ together. `beds`: degrees of freedom of the repeats.
+    Repeats alone count if they have `LEAST_DOF` degrees of freedom. Fewer moderate an assumed scatter, whose prior is inverse
+    chi-square, as in G. K. Smyth, Stat. Appl. Genet. Mol. Biol. 3, 3 (2004).
     """
-    groups = [group for cells in repeated for group in cells]
-    weakest = _WEAK * max(float(np.abs(alpha.mean())) for alpha, _ in groups)
-    squares = 0.0
+    # a table may state no errors
+    repeated = [
+        (alpha, se)
+        for alpha, se in groups
+        if alpha.shape[1] > 1
+        and np.isfinite(alpha).all(axis=1).any()
+        and not np.isnan(se[np.isfinite(alpha)]).any()
+    ]
+    dof = sum(alpha.shape[1] - 1 for alpha, _ in repeated)
+    if dof < LEAST_DOF:
+        if stated:
+            constant, relative = stated
+            return Spread(constant, relative, source=STATED if any(stated) else AS_PREPARED)
+        if not dof:
+            return USUAL_BEDS
+    means = (np.nan_to_num(alpha.mean(axis=1)) for alpha, _ in groups)
+    largest = max(float(np.hypot(*mean)) for mean in means)
+    repeats = _repeats_of(repeated, largest)
+    if dof < LEAST_DOF:
+        usual = usual_scatter(USUAL_BED_SPREAD, _USUAL_ACROSS)
+        scatter, source = scatter_of_repeats(repeats, usual, ASSUMED_DOF), FEW_REPEATS
+    else:
+        scatter, source = scatter_of_repeats(repeats), REPEATS
+    return Spread(scatter=scatter, largest=largest, source=source)
+
+
+def _repeats_of(groups: Sequence[Group], largest: float) -> Repeats:
+    """Squares of the runs of each cell about their mean."""
+    squares, sizes, x_known = [], [], []
     for alpha, se in groups:
-        level = max(abs(float(alpha.mean())), weakest)
-        assumed = float(size @ [1.0, level**2]) + float(np.mean(se**2))
-        squares += (alpha.size - 1) * float(alpha.var(ddof=1)) / assumed if assumed > 0 else 0.0
-    squares /= sum(bool(cells) for cells in repeated)
-    dof = ASSUMED_DOF + beds
-    return Spread(size * (ASSUMED_DOF + squares) / dof, np.zeros((2, 2)), FEW_REPEATS, dof)
-
-
-def _of_variances(repeated: Sequence[Groups]) -> tuple[FloatArray, FloatArray]:
-    """Squares of a of each component, and of b, with their covariance."""
-    component_of_cell = np.repeat(np.arange(len(repeated)), [len(cells) for cells in repeated])
-    all_cells = [cell for cells in repeated for cell in cells]
-    dof = np.array([alpha.size - 1.0 for alpha, _ in all_cells])
-    variances = np.array([alpha.var(ddof=1) for alpha, _ in all_cells])
-    noise_variances = np.array([np.mean(se**2) for _, se in all_cells])
-    # the mean of noisy runs has too large a square
-    level = np.array([alpha.mean() ** 2 for alpha, _ in all_cells]) - variances / (dof + 1)
-    terms = np.vstack(
-        [component_of_cell == component for component in range(len(repeated))]
-        + [np.maximum(level, 0)]
+        is_known = np.isfinite(alpha).all(axis=1).reshape(2, 1)
+        # a component that one of the runs lacks tells nothing
+        known_alpha = np.where(is_known, alpha, 0.0)
+        squares.append(along_and_across(known_alpha, np.where(is_known, se**2, 0.0)))
+        sizes.append(float(np.hypot(*known_alpha.mean(axis=1))))
+        x_known.append(bool(is_known.all()))
+    along, across, noise_along, noise_across = np.array(squares).T
+    return Repeats(
+        dof=np.array([alpha.shape[1] - 1.0 for alpha, _ in groups]),
+        along=along,
+        across=across,
+        across_known=np.array(x_known),
+        noise_along=noise_along,
+        noise_across=noise_across,
+        size=np.array(sizes),
+        largest=np.full(len(groups), largest),
     )
-    size = np.zeros(len(terms))
-    for index in range(len(repeated)):
-        in_component = component_of_cell == index
-        size[index] = max(
-            float(
-                dof[in_component]
-                @ (variances - noise_variances)[in_component]
-                / dof[in_component].sum()
-            ),
-            0.0,
-        )
-    covariance = np.zeros((len(terms), len(terms)))
-    for _ in range(_SCORINGS):
-        variance = np.maximum(noise_variances + size @ terms, 1e-30)
-        size, covariance = _not_negative(
-            terms, dof / (2 * variance**2), variances - noise_variances
-        )
-    return size, covariance
-
-
-_SCORINGS = 30
-
-
-def _not_negative(
-    terms: FloatArray, weight: FloatArray, target: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Weighted least squares with factors that are not below 0, and their covariance."""
-    count = len(terms)
-    best = np.zeros(count), np.zeros((count, count))
-    least_misfit = float(weight @ target**2)
-    # b last: where the repeats cannot tell the two apart, beds differ by the same everywhere
-    for is_active in sorted(
-        itertools.product((True, False), repeat=count), key=lambda mask: mask[-1]
-    ):
-        active = np.flatnonzero(is_active)
-        active_terms = terms[active]
-        square = active_terms * weight @ active_terms.T
-        if not square.max(initial=0.0) > 0 or np.linalg.cond(square / square.max()) > _SINGULAR:
-            continue
-        inverse = np.linalg.inv(square)
-        size, covariance = np.zeros(count), np.zeros((count, count))
-        size[active] = inverse @ (active_terms * weight @ target)
-        covariance[np.ix_(active, active)] = inverse
-        misfit = float(weight @ (target - size @ terms) ** 2)
-        if (size >= 0).all() and misfit < (1 - _BETTER) * least_misfit:
-            best, least_misfit = (size, covariance), misfit
-    return best
-
-
-_SINGULAR, _BETTER = 1e12, 1e-6
 
 
 def bed_of_mean(
-    alpha: FloatArray, share: FloatArray, noise: Part, spread: Spread, *, shown_by_runs: bool = True
+    alpha: FloatArray,
+    share: FloatArray,
+    noise: Part,
+    bed_error: Part,
+    source: str,
+    *,
+    shown_by_runs: bool = True,
 ) -> tuple[Part, Part, str]:
     """Error of a mean of runs by how their beds differ: noise, bed, and where that is known from.
 
     Where the spread is not known, the scatter of these runs (`shown_by_runs`: where they are repeats of one another)
     counts if it is larger than what is assumed and than their `noise`, which is then in it. `alpha`,
-    `share` (n,): of the runs, N/cm^3, and their shares in the mean.
+    `share` (n,): of the runs, N/cm^3, and their shares in the mean. `bed_error`: of one bed, known from `source`.
     """
     n = alpha.size
-    bed_error = spread.error_at(float(share @ alpha))
     expected = Part(bed_error.sd * math.sqrt(float(share @ share)), bed_error.dof)
     # a table may state no errors: then none is made up of rows that stand in it twice
     if (
-        spread.source in (REPEATS, STATED, FEW_REPEATS)
+        source in (REPEATS, STATED, FEW_REPEATS)
         or n < 2
         or not shown_by_runs
         or math.isnan(noise.sd)
     ):
-        return noise, expected, spread.source
+        return noise, expected, source
     between = math.sqrt(float(alpha.var(ddof=1)) / n)
     if between <= math.hypot(noise.sd, expected.sd):
-        return noise, expected, OF_CELL if spread.source == AS_PREPARED else spread.source
+        return noise, expected, OF_CELL if source == AS_PREPARED else source
     return Part(0.0), Part(between, _scatter_of_runs(alpha).dof), OF_CELL
 
 
@@ -269,20 +224,18 @@ def _scatter_of_runs(alpha: FloatArray) -> Part:
     return Part(float(alpha.std(ddof=1)), max(alpha.size - 1.0, ASSUMED_DOF))
 
 
-def bed_of_next(
-    alpha: FloatArray, level: float, spread: Spread, confidence: float, *, scatter: bool
-) -> Part:
-    """Error of one further prepared bed, at the alpha `level` of the cell, N/cm^3.
+def bed_of_next(alpha: FloatArray, bed_error: Part, confidence: float, *, scatter: bool) -> Part:
+    """Error of one further prepared bed, where that of a bed is `bed_error`.
 
-    Also where an interval does not include the scatter between beds, the next bed is another: it differs by as much as is
-    assumed where nothing is known. `alpha` (n,): of the runs of the cell; `scatter`: whether what they show counts
-    if it is larger, as in `bed_of_mean`.
+    `alpha` (n,): of the runs of the cell; `scatter`: whether what they show counts if it is larger, as in `bed_of_mean`.
     """
-    expected = (USUAL_BEDS if spread.source == AS_PREPARED else spread).error_at(level)
     if not scatter:
-        return expected
-    scatter_error = _scatter_of_runs(alpha)
-    return max(scatter_error, expected, key=lambda error: combined_half_width([error], confidence))
+        return bed_error
+    return max(
+        _scatter_of_runs(alpha),
+        bed_error,
+        key=lambda error: combined_half_width([error], confidence),
+    )
 
 
 PRIOR_CM, PRIOR_RUNS = 0.1, 5

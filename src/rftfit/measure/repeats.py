@@ -1,0 +1,204 @@
+"""How repeats scatter: one estimate for the errors of alpha and for the comparison of media.
+
+The force of a run differs from that of its direction along itself, as a bed is looser or denser as a whole, and across, as
+grains differ from patch to patch. Both standard deviations are in proportion to the force, with a floor in weak directions:
+variance along = s^2 (|alpha|^2 + f^2 |alpha|_max^2), and across likewise. Few repeats tell s and hardly f, so all `FLOORS` are
+kept, each with the likelihood that the repeats give it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from rftfit.conventions import FloatArray
+
+FLOORS = np.array([0.0, 0.05, 0.1, 0.2, 0.4, 1.0, 3.0])
+"""Shares f of the largest force that weak directions scatter with; the last one is nearly the same scatter everywhere."""
+
+USUAL_FLOORS = np.array([0.15, 0.3, 0.4, 0.12, 0.03, 0.0, 0.0])
+"""Probability of each floor before any repeat is seen."""
+
+_SCATTERS = np.exp(np.linspace(math.log(1e-4), math.log(3.0), 500))
+"""Relative scatters s at the largest force whose likelihood is compared; the least one counts as none."""
+
+_NO_VARIANCE = 1e-30
+
+
+class Repeats(NamedTuple):
+    """Directions with their runs, each array of shape (directions,).
+
+    Attributes
+    ----------
+    dof : ndarray
+        Runs less one.
+    along, across : ndarray
+        Squares of the runs about their mean, along the mean force and across, summed, (N/cm^3)^2.
+    across_known : ndarray of bool
+        Whether all runs have both components.
+    noise_along, noise_across : ndarray
+        Variance of a single run that its log shows, (N/cm^3)^2.
+    size : ndarray
+        Size of the force, N/cm^3.
+    largest : ndarray
+        The largest force of the medium, N/cm^3.
+    """
+
+    dof: FloatArray
+    along: FloatArray
+    across: FloatArray
+    across_known: npt.NDArray[np.bool_]
+    noise_along: FloatArray
+    noise_across: FloatArray
+    size: FloatArray
+    largest: FloatArray
+
+
+def joined(repeats: Iterable[Repeats]) -> Repeats:
+    """Directions of several media together."""
+    return Repeats(*(np.concatenate(arrays) for arrays in zip(*repeats, strict=True)))
+
+
+def along_and_across(alpha: FloatArray, variance: FloatArray) -> tuple[float, float, float, float]:
+    """Squares of runs about their mean, summed, along the mean and across, and the mean variances of their logs likewise.
+
+    `alpha`, `variance`: of the runs, z and x, shape (2, runs).
+    """
+    mean = alpha.mean(axis=1)
+    units = unit_vectors(mean)
+    along, across = ((units @ (alpha - mean[:, None])) ** 2).sum(axis=1)
+    noise_along, noise_across = units**2 @ variance.mean(axis=1)
+    return float(along), float(across), float(noise_along), float(noise_across)
+
+
+def unit_vectors(force: FloatArray) -> FloatArray:
+    """Directions along a force, shape (2, ...), and across it, shape (2, 2, ...); z where there is no force."""
+    size = np.hypot(*force)
+    along = np.where(size > 0, force, np.array([1.0, 0.0]).reshape(2, *[1] * size.ndim))
+    along = along / np.where(size > 0, size, 1.0)
+    return np.stack([along, np.stack([-along[1], along[0]])])
+
+
+@dataclass(frozen=True)
+class RunScatter:
+    """Scatter of single runs about the alpha of their direction, for each of `FLOORS`.
+
+    Attributes
+    ----------
+    along, across : ndarray, shape (floors,)
+        Standard deviations along the force and across, relative to the force, at the largest one.
+    weight : ndarray, shape (floors,)
+        Probability of each floor.
+    dof : float
+        Degrees of freedom of the repeats that show it, and of what was known beforehand.
+    """
+
+    along: FloatArray
+    across: FloatArray
+    weight: FloatArray
+    dof: float
+
+    def relative(self) -> tuple[float, float]:
+        """Standard deviations along and across the largest force, relative to it."""
+        along, across = (math.sqrt(self.weight @ s**2) for s in (self.along, self.across))
+        return along, across
+
+    def covariance(self, alpha: FloatArray, size: FloatArray, largest: float) -> FloatArray:
+        """Covariance of single runs, shape (n, 2, 2), of forces along `alpha`, shape (2, n), of this `size`, shape (n,)."""
+        level = level_of_floors(size, largest)
+        covariance = np.zeros((size.size, 2, 2))
+        for unit, s in zip(unit_vectors(alpha), (self.along, self.across), strict=True):
+            covariance += np.einsum("n,in,jn->nij", self.weight * s**2 @ level, unit, unit)
+        return covariance
+
+    def variance_at(self, alpha: FloatArray, component: int, largest: float) -> tuple[float, float]:
+        """Variance of a component of single runs where alpha is `alpha`, shape (2,), and its degrees of freedom.
+
+        The degrees of freedom hold what the repeats leave open of both scatters and of the floor.
+        """
+        shares = unit_vectors(alpha)[:, component] ** 2
+        level = level_of_floors(np.hypot(*alpha)[None], largest)[:, 0]
+        along, across = (
+            share * s**2 * level for share, s in zip(shares, (self.along, self.across), strict=True)
+        )
+        by_floor = along + across
+        variance = float(self.weight @ by_floor)
+        of_repeats = 2 * (along**2 + across**2) / self.dof
+        error = float(self.weight @ (of_repeats + (by_floor - variance) ** 2))
+        return variance, 2 * variance**2 / error if error > 0 else math.inf
+
+
+def level_of_floors(size: FloatArray, largest: FloatArray | float) -> FloatArray:
+    """Square of the size of forces (n,) with each floor, relative to that at the largest force: shape (floors, n)."""
+    squares = size**2 + (FLOORS[:, None] * largest) ** 2
+    return np.asarray(squares / (1 + FLOORS[:, None] ** 2))
+
+
+def usual_scatter(along: float, across: float) -> RunScatter:
+    """Scatter that is assumed before any repeat is seen, relative to the largest force."""
+    by_floor = np.ones(FLOORS.size)
+    return RunScatter(along * by_floor, across * by_floor, USUAL_FLOORS, 0.0)
+
+
+def scatter_of_repeats(
+    repeats: Repeats, prior: RunScatter | None = None, prior_dof: float = 0.0
+) -> RunScatter:
+    """Find the most likely scatter of single runs about the mean of their direction, beyond what their logs show.
+
+    Parameters
+    ----------
+    repeats : Repeats
+        All directions of one medium or more.
+    prior : RunScatter, optional
+        What is known beforehand, worth `prior_dof` degrees of freedom.
+
+    Returns
+    -------
+    RunScatter
+        Its `dof` are those of the repeats and of the prior.
+    """
+    level = level_of_floors(repeats.size, repeats.largest)
+    likelihood = np.zeros(FLOORS.size)
+    scatters = np.zeros((2, FLOORS.size))
+    ways = (
+        (repeats.along, repeats.noise_along, repeats.dof),
+        (repeats.across, repeats.noise_across, repeats.dof * repeats.across_known),
+    )
+    for way, (squares, noise_variance, dof) in enumerate(ways):
+        shown = dof > 0
+        for floor in range(FLOORS.size):
+            variance = _SCATTERS[:, None] ** 2 * level[floor, shown] + noise_variance[shown]
+            variance = np.maximum(variance, _NO_VARIANCE)
+            terms = dof[shown] * np.log(variance) + squares[shown] / variance
+            likelihoods = -0.5 * terms.sum(axis=1)
+            if prior is not None:
+                usual = (prior.along, prior.across)[way][floor]
+                ratio = usual / _SCATTERS
+                likelihoods += prior_dof * (np.log(ratio) - 0.5 * ratio**2)
+            scatters[way, floor], most = _maximum(likelihoods)
+            likelihood[floor] += most
+    weight = np.exp(likelihood - likelihood.max())
+    if prior is not None:
+        weight *= prior.weight
+    return RunScatter(
+        scatters[0], scatters[1], weight / weight.sum(), float(repeats.dof.sum()) + prior_dof
+    )
+
+
+def _maximum(likelihoods: FloatArray) -> tuple[float, float]:
+    """Scatter of the largest likelihood, by a parabola through its neighbours, and that likelihood."""
+    place = int(likelihoods.argmax())
+    if place == 0:
+        return 0.0, float(likelihoods[0])
+    if place == likelihoods.size - 1:
+        return float(_SCATTERS[-1]), float(likelihoods[-1])
+    before, most, after = likelihoods[place - 1 : place + 2]
+    bend = before - 2 * most + after
+    step = 0.5 * (before - after) / bend if bend else 0.0
+    ratio = _SCATTERS[1] / _SCATTERS[0]
+    return float(_SCATTERS[place] * ratio**step), float(most - 0.25 * (before - after) * step)
