@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from rftfit.compare.chosen import chosen
 from rftfit.conventions import FloatArray
 from rftfit.directions import TOLERANCE_DEG, number_directions
 from rftfit.errors import InputError
@@ -30,20 +31,10 @@ from rftfit.measure.repeats import (
     usual_scatter,
 )
 
-LEVEL, POWER = 0.05, 0.80
-"""Level of the two tests, and the probability with which the least differences stated are detected."""
+_CHOSEN = chosen("contrast")
 
-PRIOR_DOF = 4.0
-PRIOR_ACROSS = 0.04
-PRIOR_ALONG = math.hypot(USUAL_BED_SPREAD, PRIOR_ACROSS)
-"""Scatter of single runs before any repeat is seen, relative to alpha, worth `PRIOR_DOF` repeats: beds differ by 3 to 4 % from
-patch to patch, and along the force as a whole too."""
-
-_WIDEST = math.log(1000.0)
-"""Sizes may differ by this logarithm; farther apart one medium has no force."""
-
-_SAME_WINDOW = 0.1
-"""Deepest samples may differ by this share before a note says so."""
+PRIOR_ALONG = math.hypot(USUAL_BED_SPREAD, _CHOSEN.prior_across)
+"""Scatter along the force before any repeat is seen, relative to alpha: of beds as a whole and of their patches."""
 
 
 @dataclass(frozen=True)
@@ -135,7 +126,7 @@ class Comparison:
     @property
     def sentence(self) -> str:
         """The answer in one plain sentence."""
-        size, shape = self.size_p < LEVEL, self.shape_p < LEVEL
+        size, shape = self.size_p < _CHOSEN.level, self.shape_p < _CHOSEN.level
         if math.isnan(self.shape_p):
             answer = _SIZE_ALONE[size]
         elif self.assumed:
@@ -233,7 +224,7 @@ def compare_run_sets(a: RunSet, b: RunSet, confidence: float = 0.95) -> Comparis
     shape = contrast.test_shape(ratio)
     half = _student(1 - (1 - confidence) / 2, size.dof) * size.se
     low, high = shape.interval(confidence)
-    seen = (_student(1 - LEVEL / 2, size.dof) + _student(POWER, size.dof)) * size.se
+    seen = (_student(1 - _CHOSEN.level / 2, size.dof) + _student(_CHOSEN.power, size.dof)) * size.se
     return Comparison(
         a=a.name,
         b=b.name,
@@ -268,20 +259,20 @@ def _notes(
     if not any(dof):
         yield (
             f"no direction was pushed twice: the scatter of single runs is assumed, {100 * PRIOR_ALONG:g} % along "
-            f"the force and {100 * PRIOR_ACROSS:g} % across"
+            f"the force and {100 * _CHOSEN.prior_across:g} % across"
         )
     elif not all(dof):
         alone = (a, b) if dof[0] else (b, a)
         yield f"{alone[1].name} has no repeats: its runs are taken to scatter as those of {alone[0].name}"
-    elif sum(dof) < 2 * PRIOR_DOF:
+    elif sum(dof) < 2 * _CHOSEN.prior_dof:
         yield f"only {sum(dof):g} degrees of freedom show the scatter of single runs"
-    if min(dof) >= PRIOR_DOF:
+    if min(dof) >= _CHOSEN.prior_dof:
         squares = [scatter_of_repeats(side.repeats).relative()[0] ** 2 for side in means]
         p = 2 * min(
             _f_p(squares[1] / squares[0], dof[1], dof[0]),
             _f_p(squares[0] / squares[1], dof[0], dof[1]),
         )
-        if p < LEVEL / 5:
+        if p < _CHOSEN.level / 5:
             yield (
                 f"runs of {a.name} scatter by {100 * math.sqrt(squares[0]):.2g} %, those of {b.name} by "
                 f"{100 * math.sqrt(squares[1]):.2g} %"
@@ -289,7 +280,7 @@ def _notes(
     deepest = [_number(side.runs, "depth_to_cm").max() for side in (a, b)]
     if all(math.isfinite(depth) and depth > 0 for depth in deepest):
         apart = abs(math.log(deepest[1] / deepest[0]))
-        if apart > _SAME_WINDOW:
+        if apart > _CHOSEN.same_window:
             yield (
                 f"fitted to {deepest[0]:.3g} cm in {a.name} and to {deepest[1]:.3g} cm in {b.name}: where stress is no "
                 "line, this alone makes them differ"
@@ -442,9 +433,9 @@ def _fit_scatters(sides: tuple[_Means, _Means]) -> tuple[RunScatter, tuple[RunSc
     That of one medium has the one of both as its prior: a medium without repeats has the other's.
     """
     repeats = joined(side.repeats for side in sides)
-    usual = usual_scatter(PRIOR_ALONG, PRIOR_ACROSS)
-    both = scatter_of_repeats(repeats, usual, PRIOR_DOF)
-    of_a, of_b = (scatter_of_repeats(side.repeats, both, PRIOR_DOF) for side in sides)
+    usual = usual_scatter(PRIOR_ALONG, _CHOSEN.prior_across)
+    both = scatter_of_repeats(repeats, usual, _CHOSEN.prior_dof)
+    of_a, of_b = (scatter_of_repeats(side.repeats, both, _CHOSEN.prior_dof) for side in sides)
     return both, (of_a, of_b)
 
 
@@ -501,11 +492,13 @@ class _ShapeTest:
         return math.sqrt(size * self.unit)
 
     def least_rms(self) -> float:
-        """Least difference that is detected with the probability `POWER`."""
+        """Least difference that is detected with the chosen probability."""
         from scipy.special import fdtri
 
-        limit = float(fdtri(self.k, self.dof, 1 - LEVEL)) * self.k
-        least = _invert(lambda size: _noncentral_f(limit, self.k, self.dof, size), 1 - POWER)
+        limit = float(fdtri(self.k, self.dof, 1 - _CHOSEN.level)) * self.k
+        least = _invert(
+            lambda size: _noncentral_f(limit, self.k, self.dof, size), 1 - _CHOSEN.power
+        )
         return math.sqrt(least * self.unit * self.plain_k / self.k)
 
 
@@ -575,7 +568,7 @@ class _Contrast:
         share = float((of_b / (ratio**2 * of_a + of_b)).mean())
         welch = 1 / ((1 - share) ** 2 / self._dof[0] + share**2 / self._dof[1])
         # both have the same prior, which counts once
-        return min(welch, sum(self._dof) - PRIOR_DOF)
+        return min(welch, sum(self._dof) - _CHOSEN.prior_dof)
 
     def find_ratio(self) -> float:
         """Ratio of sizes with the least weighted squares; A against B gives its inverse."""
@@ -588,7 +581,7 @@ class _Contrast:
             )
         lengths = [math.sqrt(float((side.mean**2).sum())) for side in (self.a, self.b)]
         first = math.log(lengths[1] / lengths[0])
-        if abs(first) > _WIDEST:
+        if abs(first) > _CHOSEN.widest_log:
             raise InputError("one of A and B has no force in the common directions")
         optimum = minimize_scalar(
             lambda size: self.squares(math.exp(size)),
