@@ -10,7 +10,7 @@ from other_labs import GRIDS
 from seeds import seeds
 
 from rftfit import reference
-from rftfit.compare.peers import COLUMNS, compare_runs, outlier_differences
+from rftfit.compare.peers import COLUMNS, compare_runs, may_switch, outlier_differences
 from rftfit.lab.plan import parse_directions
 from rftfit.lab.truth import table_s5
 from rftfit.measure.alpha import column
@@ -81,10 +81,12 @@ def test_what_is_seen_is_what_is_said_to_be_seen(medium, repeats):
     cells[:, 2:] *= luck.normal(1, 0.05, (len(cells), 1))
     sound = compare_runs(fits(cells), medium)
     assert not sound["apart"].any()
+    # where grains may flow to either side, a force across the motion that changes its sign is as large as before
+    places = np.flatnonzero(~may_switch(fits(cells)))[:: seeds(3, 12)]
     largest = np.abs(cells[:, 2:]).max()
     apart_by_times: dict[float, list[bool]] = {0.6: [], 1.4: []}
     for times, are_apart in apart_by_times.items():
-        for place in range(0, len(cells), seeds(3, 12)):
+        for place in places:
             row: Any = sound.loc[place]
             off = cells.copy()
             # farther from the others, on the side where it is already
