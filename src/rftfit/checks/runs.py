@@ -19,6 +19,7 @@ from rftfit.checks.declared import (
     describe_rows,
     flags_on,
 )
+from rftfit.compare.peers import MAP
 from rftfit.measure.alpha import cell_at, column
 from rftfit.measure.flags import Remark, format_remarks, remark
 from rftfit.measure.ledger import RowStatus
@@ -221,6 +222,10 @@ _BESIDE = {"pair": "other run of its direction"}
 """Words for what a run is compared with, where they are not those of the table."""
 
 
+SINGLE_RUNS = "repeats-single"
+"""Code of runs that agree where no direction was pushed twice: they are compared with the shape of known media alone."""
+
+
 @declare_check(
     "repeats",
     title="repeats",
@@ -228,6 +233,7 @@ _BESIDE = {"pair": "other run of its direction"}
     good="each run agrees with the others",
     fault="single runs disagree with the others",
     after=(*SOUND_ALPHA, "symmetry", "surface"),
+    needed=True,
     outcomes={
         "repeats": Words(
             "{count} of {size} runs {differ} from the others, the most by {most_spreads:.1f} times the spread",
@@ -235,6 +241,11 @@ _BESIDE = {"pair": "other run of its direction"}
             "detected",
             "{found} ({values} N/cm^3; {rows}): look at the medium, the unit, the angles and the logs of these runs. They "
             "are used; exclude what is a mistake.",
+        ),
+        SINGLE_RUNS: Words(
+            "none of {size} runs differs from the map of all others; no direction was pushed twice",
+            "no run differs; a difference below {median:.0%} of the largest alpha (median; at most {most:.0%}) is not "
+            "detected",
         ),
         "repeats-few": Words("too few runs to estimate how much runs differ"),
         "repeats-blind": Words(
@@ -257,6 +268,7 @@ def check_repeats(measured: MediumMeasurements) -> Check:
     seen_from = repeated_runs["seen_from_ratio"]
     if apart.empty and seen_from.median() > _BLIND:
         return Check.skip("repeats", "repeats-blind", median=seen_from.median())
+    code = SINGLE_RUNS if apart.empty and (repeated_runs["beside"] == MAP).all() else "repeats"
     of_runs = zip(apart["run_id"].astype(str), apart["beside"], apart["times_spread"], strict=True)
     return Check.judge(
         "repeats",
@@ -265,6 +277,7 @@ def check_repeats(measured: MediumMeasurements) -> Check:
             remark("apart", run_id=run, beside=_BESIDE.get(beside, beside), times=times)
             for run, beside, times in of_runs
         ],
+        code=code,
         count=len(apart),
         size=len(repeated_runs),
         differ="differs" if len(apart) == 1 else "differ",

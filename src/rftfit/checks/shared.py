@@ -105,7 +105,9 @@ def check_shared(measured: MediumMeasurements) -> Check:
     is_told = causes["verdict"] == "told"
     if "symmetry" in measured.medium.accept:
         # a turned mount is what the config accepts
-        is_told &= ~((causes["group"] == "all") & causes["kind"].isin(["turn", "crosstalk"]))
+        is_told &= ~(
+            (causes["group"] == "all") & causes["kind"].isin(["turn", "crosstalk", "crosstalk-z"])
+        )
     told_causes = causes[is_told].to_dict("records")
     if told_causes:
         words = [_describe_told(row, measured) for row in told_causes]
@@ -149,6 +151,17 @@ def _describe_told(row: Mapping[Any, Any], measured: MediumMeasurements) -> Rema
         location = remark(
             "where-from-run", row=first_run.row, run=first_run.run_id, count=row["n_runs"]
         )
+    elif row["group"] == "window":
+        run_ids = row["run_ids"].split()
+        first_run, last_run = measured.sheet[run_ids[0]], measured.sheet[run_ids[-1]]
+        location = remark(
+            "where-window",
+            row=first_run.row,
+            last_row=last_run.row,
+            run=first_run.run_id,
+            last_run=last_run.run_id,
+            count=row["n_runs"],
+        )
     elif row["group"] in ("trend", "all", "holder"):
         location = remark(f"where-{row['group']}", angle=row["place"])
     else:
@@ -165,6 +178,6 @@ def _describe_told(row: Mapping[Any, Any], measured: MediumMeasurements) -> Rema
 
 def _describe_other(kind: str, group: str) -> str:
     """Kind of another cause, and the runs that would share it."""
-    if group in ("trend", "all", "from-run", "holder"):
+    if group in ("trend", "all", "from-run", "window", "holder"):
         return str(remark(f"other-{group}", kind=str(remark(f"kind-{kind}"))))
     return str(remark("other-label", kind=str(remark(f"kind-{kind}")), column=group))

@@ -18,6 +18,7 @@ from rftfit.compare.joint import (
     FROM_RUN,
     HOLDER,
     KINDS,
+    WINDOW,
     Cause,
     Found,
     JointModel,
@@ -160,12 +161,12 @@ def _own_of_medium(cause: Cause) -> float:
 
 
 def _rows_of_scan(scan: Scan, told: Iterable[Found]) -> list[dict[str, Any]]:
-    """A row of each kind and group that was not told; of steps and holders, the median of their places."""
+    """A row of each kind and group that was not told; of steps, windows and holders, the median of their places."""
     told_kinds = {(told_cause.cause.kind, told_cause.cause.group) for told_cause in told}
     places: dict[tuple[str, str, str], list[int]] = {}
     for number, cause in enumerate(scan.causes):
         if (cause.kind, cause.group) not in told_kinds:
-            place = "" if cause.group in (FROM_RUN, HOLDER) else cause.place
+            place = "" if cause.group in (FROM_RUN, WINDOW, HOLDER) else cause.place
             places.setdefault((cause.kind, cause.group, place), []).append(number)
     rows = []
     for (kind, group, place), numbers in places.items():

@@ -568,7 +568,7 @@ class _Contrast:
         share = float((of_b / (ratio**2 * of_a + of_b)).mean())
         welch = 1 / ((1 - share) ** 2 / self._dof[0] + share**2 / self._dof[1])
         # both have the same prior, which counts once
-        return min(welch, sum(self._dof) - _CHOSEN.prior_dof)
+        return float(min(welch, sum(self._dof) - _CHOSEN.prior_dof))
 
     def find_ratio(self) -> float:
         """Ratio of sizes with the least weighted squares; A against B gives its inverse."""

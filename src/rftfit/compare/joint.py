@@ -19,6 +19,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
+from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
@@ -37,7 +38,7 @@ FALSE_ALARMS = 0.01
 FEWEST_RUNS = 8
 """With fewer runs nothing is said of what they share."""
 
-ALL, HOLDER, FROM_RUN, TREND = "all", "holder", "from-run", "trend"
+ALL, HOLDER, FROM_RUN, WINDOW, TREND = "all", "holder", "from-run", "window", "trend"
 """Groups of runs that may share a cause, besides the labels of the run sheet."""
 
 
@@ -56,7 +57,7 @@ KINDS = {name: Kind(*numbers) for name, numbers in _CHOSEN.kinds.items()}
 _POWER = 0.84
 """Standard normal quantile of 80 %."""
 
-_FAMILY = {ALL: ALL, HOLDER: "order", FROM_RUN: "order", TREND: "order"}
+_FAMILY = {ALL: ALL, HOLDER: "order", FROM_RUN: "order", WINDOW: "order", TREND: "order"}
 """Causes that share a limit; all others are labels of the run sheet."""
 
 _FREEDOM = Freedom(*_RUNS.freedom)
@@ -98,8 +99,8 @@ class RunSlopes:
 class Cause(NamedTuple):
     """What runs may share.
 
-    `group`: Name of the column of the sheet or one of `ALL`, `HOLDER`, `FROM_RUN`, `TREND`; `place`: its label, angle
-    or run. `kind`: One of `KINDS`. `share`: Shape (n,), how much of the cause each run has. `effect`: Shape (2 n,),
+    `group`: Name of the column of the sheet or one of `ALL`, `HOLDER`, `FROM_RUN`, `WINDOW`, `TREND`; `place`: its
+    label, angle or runs. `kind`: One of `KINDS`. `share`: Shape (n,), how much of the cause each run has. `effect`: Shape (2 n,),
     change of alpha by a cause of size 1.
     """
 
@@ -323,11 +324,17 @@ class JointModel:
         size = self.runs.size
         rank = np.argsort(np.argsort(self.runs.order, kind="stable"), kind="stable")
         yield TREND, "", rank / (size - 1) - 0.5
-        edge = max(_CHOSEN.step_runs, int(_CHOSEN.step_share * size))
+        edge = least_step(size)
         if size >= _CHOSEN.most_stepped and size > 2 * edge:
             steps = np.linspace(edge, size - edge, min(_CHOSEN.most_steps, size - 2 * edge + 1))
             for step in np.unique(steps.astype(int)):
                 yield FROM_RUN, str(step + 1), (rank >= step) - 0.5
+            # windows that begin or end with the campaign are steps
+            ends = np.unique(np.linspace(0, size, _CHOSEN.window_parts + 1)[1:-1].astype(int))
+            for first, end in combinations(ends, 2):
+                if end - first >= edge:
+                    is_inside = (rank >= first) & (rank < end)
+                    yield WINDOW, f"{first + 1}-{end}", is_inside - 0.5
         for column, labels in self.runs.labels.items():
             names, counts = np.unique(labels, return_counts=True)
             # of two labels the second says what the first does
@@ -349,6 +356,8 @@ class JointModel:
 
         for group, place, share in self._shares():
             add(group, place, "gain", share, share * alpha)
+            if group == WINDOW:
+                continue
             add(group, place, "turn", share, share * turned)
             add(group, place, "gain-x", share, share * alpha * along_x)
             if group != TREND:
@@ -357,6 +366,7 @@ class JointModel:
         tilted = np.where(np.abs(runs.beta_deg) < 89, 1.0, 0.0)
         add(ALL, "", "turn", every, turned)
         add(ALL, "", "crosstalk", every, np.stack([0 * alpha[0], side * alpha[0]]))
+        add(ALL, "", "crosstalk-z", every, np.stack([side * alpha[1], 0 * alpha[1]]))
         add(ALL, "", "beta-scale", tilted, runs.beta_deg * tilted * self.by_beta)
         add(ALL, "", "beta-offset", every, side * self.by_beta)
         add(ALL, "", "gamma-offset", np.where(slanted, 1.0, 0.0), slanted * side * self.by_gamma)
@@ -387,6 +397,8 @@ class JointModel:
             transform[:, 0, 1] = -np.sin(angle)
         elif cause.kind == "crosstalk":
             transform[:, 1, 0] = -size * side
+        elif cause.kind == "crosstalk-z":
+            transform[:, 0, 1] = -size * side
         elif cause.kind == "beta-scale":
             beta = beta * (1 + size * share)
         elif cause.kind == "gamma-offset":
@@ -481,6 +493,11 @@ class JointModel:
             if candidate[:3] == cause[:3]:
                 return float(se)
         return math.nan
+
+
+def least_step(size: int) -> int:
+    """Fewest runs, of so many, on either side of a step and in a window of the order."""
+    return max(int(_CHOSEN.step_runs), int(_CHOSEN.step_share * size))
 
 
 def find_causes(model: JointModel) -> tuple[list[Found], Scan]:

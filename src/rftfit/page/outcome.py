@@ -9,6 +9,8 @@ from typing import Any
 
 from rftfit.checks.declared import CHECKS
 from rftfit.checks.medium import faults_of
+from rftfit.checks.runs import SINGLE_RUNS
+from rftfit.compare.joint import least_step
 from rftfit.compare.legs import FAR_OFF, NOT_TESTED, OFF, WITHIN, WITHIN_PERCENT, worst_peak
 from rftfit.figures.labels import explanation_of, format_interval, in_brackets, name_of, percent
 from rftfit.measure.flags import Remark, attach_run, format_remarks, remark
@@ -158,7 +160,20 @@ def verdict_of(results: Results, medium: str) -> tuple[str, str]:
     for check in reversed(unchecked.index):
         if CHECKS[str(check)].needed:
             return NOT_CHECKED, str(unchecked[check])
+    if (table["code"] == SINGLE_RUNS).any():
+        return SOUND, str(remark("single-runs"))
     return SOUND, ""
+
+
+def untold_of(results: Results) -> list[str]:
+    """What no check can tell of these media, whatever their data are."""
+    most_runs = max(len(results[medium].fits) for medium in results.media)
+    return [
+        str(remark("untold-label")),
+        str(remark("untold-holder")),
+        str(remark("untold-blocks", runs=least_step(most_runs))),
+        str(remark("untold-choice")),
+    ]
 
 
 def verdicts_on_legs(results: Results, medium: str) -> list[tuple[str, str, str]]:
@@ -211,6 +226,7 @@ def summary_of_checks(results: Results) -> dict[str, Any]:
         "failed": faults,
         "passed": [CHECKS[check].good for check in dict.fromkeys(passed["check"])],
         "unchecked": unchecked,
+        "untold": untold_of(results),
         # of what is not checked only an open scale has a sentence
         "no_scale": ((table["verdict"] == NOT_CHECKED) & (table["sentence"] != "")).any(),
     }
