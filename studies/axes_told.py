@@ -14,6 +14,7 @@ from __future__ import annotations
 import argparse
 import zlib
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from multiprocessing import Pool
 from typing import Any
@@ -23,7 +24,7 @@ import pandas as pd
 from shared_causes import GENERIC
 
 from rftfit.checks.shared import CLEAR
-from rftfit.compare.axes import axes_evidence
+from rftfit.compare.axes import PULLS, axes_evidence
 from rftfit.compare.joint import RunSlopes
 from rftfit.model.profiles import TableProfile
 from rftfit.model.rft3d import alpha_3drft
@@ -106,7 +107,13 @@ def part_of(runs: RunSlopes, is_taken: np.ndarray) -> RunSlopes:
 
 def best_rival(evidence: dict[str, float]) -> float:
     """Largest logarithm of the Bayes factor of other axes against the given ones."""
-    return max(value for name, value in evidence.items() if name != "as-given")
+    return max(value for name, value in evidence.items() if name not in ("as-given", PULLS))
+
+
+def told_of_pulls(runs: RunSlopes, without: tuple[str, ...]) -> str:
+    """What is said of the sign of beta in pulls."""
+    evidence = axes_evidence(runs, without).get(PULLS, 0.0)
+    return "wrong" if evidence > CLEAR else "right" if evidence < -CLEAR else "open"
 
 
 def judge(job: tuple[str, int, int]) -> dict[str, object]:
@@ -128,6 +135,11 @@ def judge(job: tuple[str, int, int]) -> dict[str, object]:
         evidence = axes_evidence(reversed_runs, without)
         best = max(evidence, key=lambda name: evidence[name])
         answer[axes] = best == axes and evidence[best] > CLEAR
+    with_wrong_pulls = replace(
+        runs, beta_deg=np.where(runs.gamma_deg < 0, -runs.beta_deg, runs.beta_deg)
+    )
+    answer["pulls"] = told_of_pulls(runs, without)
+    answer["pulls reversed"] = told_of_pulls(with_wrong_pulls, without)
     place = np.arange(runs.beta_deg.size)
     thirds = [part_of(runs, place % 3 == third) for third in range(3)]
     best_third = min(best_rival(axes_evidence(third, without)) for third in thirds)
@@ -167,6 +179,13 @@ def main() -> None:
     table = table.reindex(columns=["passed", "open", "unusable"], fill_value=0)
     told = answers.groupby("row")[[*REVERSED, "not below a third"]].sum().reindex(ROWS)
     print(pd.concat([table, told], axis=1).to_string())
+    print("\nSign of beta in pulls, as it is and reversed")
+    pulls = pd.concat(
+        [pd.crosstab(answers["row"], answers[name]) for name in ("pulls", "pulls reversed")],
+        axis=1,
+        keys=["as it is", "reversed"],
+    )
+    print(pulls.reindex(ROWS).to_string())
 
 
 if __name__ == "__main__":

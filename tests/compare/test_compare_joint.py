@@ -12,7 +12,7 @@ import pytest
 from seeds import seeds
 
 from rftfit.campaign.sheet import Run
-from rftfit.compare.axes import AXES, axes_evidence
+from rftfit.compare.axes import AXES, PULLS, axes_evidence
 from rftfit.compare.causes import compare_all_runs
 from rftfit.compare.joint import JointModel, RunSlopes, find_causes
 from rftfit.compare.peers import compare_runs, may_switch
@@ -193,6 +193,22 @@ def test_axes_of_a_small_downward_grid(name, alpha, grid):
         evidence = axes_evidence(runs, without)
         assert max(evidence, key=lambda candidate: evidence[candidate]) == axes
         assert axes == "as-given" or evidence[axes] > 4
+
+
+@pytest.mark.parametrize(("name", "alpha"), [medium[:2] for medium in SOUND])
+def test_the_sign_of_beta_in_pulls(name, alpha):
+    """It is told by many pulls, and there is no answer where there are none."""
+    angles = (-60, -30, 0, 30, 60)
+    many = [(b, g) for b in angles for g in (-90, -60, -30, 30, 60, 90)]
+    beta, gamma, measured = campaign(alpha, 4, 2, many)
+    without = (name,) if name else ()
+    for sign, is_right in ((1, True), (-1, False)):
+        signed = np.where(gamma < 0, sign * beta, beta)
+        evidence = axes_evidence(model_of(signed, gamma, measured, without).runs, without)[PULLS]
+        assert evidence < -3 if is_right else evidence > 3
+    pushes = gamma > 0
+    runs = model_of(beta[pushes], gamma[pushes], measured[:, pushes], without).runs
+    assert PULLS not in axes_evidence(runs, without)
 
 
 def fits_of(beta, gamma, alpha):

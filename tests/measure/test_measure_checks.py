@@ -1173,7 +1173,7 @@ def check_nothing(accept):
         ("work", False, {"axes", "symmetry", "up_down", "repeats", "shared"}),
         ("axes", False, {"shared"}),
         ("symmetry", False, {"repeats"}),
-        ("surface", False, {"linearity", "repeats"}),
+        ("surface", False, {"linearity", "compression", "repeats"}),
         ("same_logs", False, set()),
         # what is accepted holds nothing back
         ("channels", True, set()),

@@ -951,6 +951,7 @@ CheckName = Literal[
     "drift",
     "surface",
     "linearity",
+    "compression",
     "steadiness",
     "repeats",
     "shared",

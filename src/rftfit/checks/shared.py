@@ -16,8 +16,12 @@ from rftfit.checks.declared import (
     declare_check,
     flags_on,
 )
+from rftfit.compare.axes import PULLS
 from rftfit.measure.flags import Remark, format_remarks, remark
 from rftfit.measure.verdict_words import DOUBTFUL, UNUSABLE
+
+PULLS_OPEN = "axes-pulls-open"
+"""Code of axes that are as given, where the sign of beta in pulls is not told."""
 
 CLEAR = 4.0
 """Log of the Bayes factor from which axes are told from one another."""
@@ -26,7 +30,7 @@ CLEAR = 4.0
 def told_axes(measured: MediumMeasurements) -> Remark | None:
     """Other axes that explain alpha clearly better than the given ones; None where there are none."""
     axes = measured.tables["axes"]
-    other_axes = axes[axes["axes"] != "as-given"].sort_values("log_bayes_factor")
+    other_axes = axes[~axes["axes"].isin(["as-given", PULLS])].sort_values("log_bayes_factor")
     if other_axes.empty or not other_axes["log_bayes_factor"].iloc[-1] > CLEAR:
         return None
     return remark(f"axes-{other_axes['axes'].iloc[-1]}")
@@ -50,6 +54,17 @@ def told_axes(measured: MediumMeasurements) -> Remark | None:
             "no axes explain alpha 55 times better than the given ones",
             "axes look wrong in all runs ({found}): look at {where}.",
         ),
+        "axes-pulls": Words(
+            "beta of pulls with the other sign explains alpha 10^{power:.0f} times better than the given one, by the shape of "
+            "known media",
+            "beta as given explains alpha of pulls at least as well",
+            "beta of pulls has the wrong sign ({found}): look at beta_deg of runs with a negative gamma_deg.",
+        ),
+        PULLS_OPEN: Words(
+            "the given axes explain alpha at least 10^{power:.0f} times better than any others; whether beta of pulls has the "
+            "right sign these directions do not tell",
+            "at least 55 times better than any others",
+        ),
         "axes-open": Words("these directions do not tell the given axes from others: {axes}"),
         "axes-no-runs": Words("no run has both components of alpha"),
     },
@@ -58,6 +73,7 @@ def check_axes(measured: MediumMeasurements) -> Check:
     """Whether the shape of known media fits the given axes better than any others that a config can give by mistake."""
     axes = measured.tables["axes"]
     evidence = dict(zip(axes["axes"], axes["log_bayes_factor"].astype(float), strict=True))
+    for_pulls = evidence.pop(PULLS, -math.inf)
     other_axes = {name: value for name, value in evidence.items() if name != "as-given"}
     if not other_axes:
         return Check.skip("axes", "axes-no-runs")
@@ -71,7 +87,11 @@ def check_axes(measured: MediumMeasurements) -> Check:
     open_axes = [remark(f"axes-{name}") for name in other_axes if other_axes[name] > -CLEAR]
     if open_axes:
         return Check.skip("axes", "axes-open", axes=format_remarks(open_axes))
-    return Check.judge("axes", True, power=-other_axes[best] / math.log(10))
+    if for_pulls > CLEAR:
+        return Check.judge("axes", False, code="axes-pulls", power=for_pulls / math.log(10))
+    power = -other_axes[best] / math.log(10)
+    code = PULLS_OPEN if for_pulls > -CLEAR else "axes"
+    return Check.judge("axes", True, code=code, power=power)
 
 
 @declare_check(

@@ -12,7 +12,8 @@ import numpy as np
 
 from rftfit.compare.chosen import chosen
 from rftfit.compare.joint import RunSlopes, prior_of_media
-from rftfit.directions import number_directions
+from rftfit.conventions import FloatArray
+from rftfit.directions import TOLERANCE_DEG, beta_apart, number_directions
 
 AXES = {
     "as-given": ((1, 0), (0, 1)),
@@ -25,6 +26,9 @@ AXES = {
     "exchanged-both-reversed": ((0, -1), (-1, 0)),
 }
 """Axes that a configuration can give by mistake: what to do with (z, x) to put them right."""
+
+PULLS = "beta-of-pulls"
+"""Hypothesis beside `AXES`: beta of pulls has the other sign."""
 
 _CHOSEN = chosen("axes")
 
@@ -47,7 +51,7 @@ def axes_evidence(runs: RunSlopes, without: tuple[str, ...] = ()) -> dict[str, f
     Returns
     -------
     dict of str to float
-        Logarithm of the Bayes factor by the name of the axes; 0 for the given ones.
+        Logarithm of the Bayes factor by the name of the axes; 0 for the given ones. `PULLS` where there are pulls of slanted plates.
     """
     number = number_directions(runs.beta_deg, runs.gamma_deg, tolerance_deg=runs.tolerance_deg)
     first_runs = np.unique(number)
@@ -60,19 +64,56 @@ def axes_evidence(runs: RunSlopes, without: tuple[str, ...] = ()) -> dict[str, f
     error = np.tile(np.hypot(_CHOSEN.scatter * level, _CHOSEN.of_medium * level.max()), 2)
     evidence = dict.fromkeys(AXES, -math.inf)
     for rough_share in _CHOSEN.rough_shares:
-        prior_mean, covariance = prior_of_media(*directions_deg, rough_share, without)
-        variances, vectors = np.linalg.eigh(covariance / np.outer(error, error))
-        variances = np.maximum(variances, 0)
-        mean = vectors.T @ (prior_mean / error)
+        shape = _KnownShape(*prior_of_media(*directions_deg, rough_share, without), error)
         for name, matrix in AXES.items():
             alpha_z, alpha_x = np.array(matrix) @ np.stack([alpha[0], side * alpha[1]])
-            alpha_in_axes = np.concatenate([alpha_z, side * alpha_x])
-            turned = vectors.T @ (alpha_in_axes / error)
-            expected_square = prior_mean @ prior_mean + np.trace(covariance)
-            size = math.sqrt(alpha_in_axes @ alpha_in_axes / expected_square)
-            sizes = (size * _SIZES)[:, None]
-            variance = 1 + sizes**2 * variances
-            misfit = (np.log(variance) + (turned - sizes * mean) ** 2 / variance).sum(axis=-1)
-            total = np.logaddexp.reduce(-0.5 * misfit)
+            total = shape.log_evidence(np.concatenate([alpha_z, side * alpha_x]))
             evidence[name] = float(np.logaddexp(evidence[name], total))
-    return {name: value - evidence["as-given"] for name, value in evidence.items()}
+    evidence = {name: value - evidence["as-given"] for name, value in evidence.items()}
+    return evidence | _evidence_for_pulls(*directions_deg, alpha, without)
+
+
+def _evidence_for_pulls(
+    beta_deg: FloatArray, gamma_deg: FloatArray, alpha: FloatArray, without: tuple[str, ...]
+) -> dict[str, float]:
+    """Evidence for beta of pulls with the other sign; empty where no pull has a beta that could be reversed.
+
+    Pulls are weak beside pushes, so what a medium has of its own is taken in proportion to alpha of each direction.
+    """
+    is_pull = (gamma_deg < -1) & (np.abs(beta_apart(2 * beta_deg, 0.0)) > TOLERANCE_DEG)
+    if not is_pull.any():
+        return {}
+    level = np.hypot(*alpha)
+    error = np.tile(
+        np.hypot(_CHOSEN.of_direction * level, _CHOSEN.least_of_direction * level.max()), 2
+    )
+    reversed_beta_deg = np.where(is_pull, -beta_deg, beta_deg)
+    of_signs = []
+    for signed_beta_deg in (beta_deg, reversed_beta_deg):
+        log_evidence = -math.inf
+        for rough_share in _CHOSEN.rough_shares:
+            moments = prior_of_media(signed_beta_deg, gamma_deg, rough_share, without)
+            total = _KnownShape(*moments, error).log_evidence(alpha.ravel())
+            log_evidence = float(np.logaddexp(log_evidence, total))
+        of_signs.append(log_evidence)
+    return {PULLS: of_signs[1] - of_signs[0]}
+
+
+class _KnownShape:
+    """Gaussian of alpha of a medium of size 1 at n directions, z first, shape (2 n,), with an error of the directions."""
+
+    def __init__(self, mean: FloatArray, covariance: FloatArray, error: FloatArray) -> None:
+        self.error = error
+        self.square = float(mean @ mean + np.trace(covariance))
+        variances, self.vectors = np.linalg.eigh(covariance / np.outer(error, error))
+        self.variances = np.maximum(variances, 0)
+        self.mean = self.vectors.T @ (mean / error)
+
+    def log_evidence(self, alpha: FloatArray) -> float:
+        """Logarithm of the likelihood of alpha, summed over the size of the medium, up to a constant."""
+        turned = self.vectors.T @ (alpha / self.error)
+        size = math.sqrt(alpha @ alpha / self.square)
+        sizes = (size * _SIZES)[:, None]
+        variance = 1 + sizes**2 * self.variances
+        misfit = (np.log(variance) + (turned - sizes * self.mean) ** 2 / variance).sum(axis=-1)
+        return float(np.logaddexp.reduce(-0.5 * misfit))

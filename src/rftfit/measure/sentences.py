@@ -343,6 +343,7 @@ SENTENCES = {
     "least-gain": "a force that changes by {least:.0%} from one run on",
     "least-turn": "a mount turned by {least:.1f} deg in all runs",
     "single-runs": "no direction was pushed twice: runs are compared with the shape of known media alone",
+    "pulls-open": "whether beta of pulls has the right sign these directions do not tell",
     "untold-label": "an area or a gain that scattered runs share and no column of the run sheet names",
     "untold-holder": "a plate holder that is a few degrees off",
     "untold-blocks": "a gain that comes and goes within {runs} runs",

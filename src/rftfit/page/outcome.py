@@ -10,6 +10,7 @@ from typing import Any
 from rftfit.checks.declared import CHECKS
 from rftfit.checks.medium import faults_of
 from rftfit.checks.runs import SINGLE_RUNS
+from rftfit.checks.shared import PULLS_OPEN
 from rftfit.compare.joint import least_step
 from rftfit.compare.legs import FAR_OFF, NOT_TESTED, OFF, WITHIN, WITHIN_PERCENT, worst_peak
 from rftfit.figures.labels import explanation_of, format_interval, in_brackets, name_of, percent
@@ -160,9 +161,13 @@ def verdict_of(results: Results, medium: str) -> tuple[str, str]:
     for check in reversed(unchecked.index):
         if CHECKS[str(check)].needed:
             return NOT_CHECKED, str(unchecked[check])
-    if (table["code"] == SINGLE_RUNS).any():
-        return SOUND, str(remark("single-runs"))
-    return SOUND, ""
+    codes = set(table["code"])
+    open_questions = [
+        str(remark(words))
+        for code, words in ((SINGLE_RUNS, "single-runs"), (PULLS_OPEN, "pulls-open"))
+        if code in codes
+    ]
+    return SOUND, "; ".join(open_questions)
 
 
 def untold_of(results: Results) -> list[str]:

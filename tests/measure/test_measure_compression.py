@@ -1,0 +1,68 @@
+"""A channel that shows large forces too small bends the stress of strong directions more than that of weak ones."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from rftfit.checks.compression import TOLERATED, check_compression, trend_of_exponent
+from rftfit.measure.alpha import column
+from rftfit.measure.verdict_words import FAILED, NOT_CHECKED, PASSED
+
+
+def pushes(bend_of_medium=0.0, compression=0.0, directions=20, repeats=3, seed=3):
+    """Fits of pushes whose exponent is that of the medium less the compression of their force, z and x."""
+    random = np.random.default_rng(seed)
+    alpha = np.repeat(np.linspace(0.1, 1.0, directions), repeats)
+    fits = pd.DataFrame(
+        {
+            "beta_deg": np.repeat(np.arange(directions), repeats) * 1.0,
+            "gamma_deg": 90.0,
+            "depth_to_cm": 8.0,
+        }
+    )
+    exponent = 1 + bend_of_medium - compression * alpha
+    for component, factor in (("z", 1.0), ("x", 0.3)):
+        fits[column(component)] = factor * alpha
+        fits[f"exponent_{component}"] = exponent + random.normal(0, 0.04, alpha.size)
+    return fits
+
+
+def judged(fits):
+    measured: Any = SimpleNamespace(tables={"fits": fits})
+    return check_compression(measured)
+
+
+@pytest.mark.parametrize("bend_of_medium", [-0.2, 0.0, 0.3])
+def test_a_medium_whose_stress_is_no_line_is_not_told(bend_of_medium):
+    check = judged(pushes(bend_of_medium))
+    assert check.verdict == PASSED
+    assert check.values["most"] > TOLERATED
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize(("compression", "side"), [(0.15, "small"), (-0.15, "large")])
+def test_compressed_forces_are_told_with_their_size(compression, side, seed):
+    check = judged(pushes(0.1, compression, seed=seed))
+    assert (check.verdict, check.code, check.values["side"]) == (FAILED, "compression-told", side)
+    assert check.values["change"] == pytest.approx(-compression, abs=0.05)
+
+
+def test_few_directions_or_noise_do_not_tell():
+    assert judged(pushes(directions=5)).code == "compression-few"
+    few_runs = pushes(directions=6, repeats=1)
+    noise = 0.3 * np.random.default_rng(1).standard_normal(len(few_runs))
+    noisy = few_runs.assign(exponent_z=1 + noise, exponent_x=1 - noise)
+    check = judged(noisy)
+    assert (check.verdict, check.code) == (NOT_CHECKED, "compression-open")
+    without_exponents = pushes().assign(exponent_z=np.nan, exponent_x=np.nan)
+    assert judged(without_exponents).code == "compression-few"
+
+
+def test_repeats_make_the_trend_better_known():
+    once, four_times = (trend_of_exponent(pushes(repeats=repeats), "z") for repeats in (1, 4))
+    assert once is not None
+    assert four_times is not None
+    assert four_times.se == pytest.approx(once.se / 2, rel=0.35)
