@@ -24,8 +24,9 @@ import pandas as pd
 from shared_causes import GENERIC
 
 from rftfit.checks.shared import CLEAR
-from rftfit.compare.axes import PULLS, axes_evidence
+from rftfit.compare.axes import axes_evidence
 from rftfit.compare.joint import RunSlopes
+from rftfit.measure.verdict_words import PULLS
 from rftfit.model.profiles import TableProfile
 from rftfit.model.rft3d import alpha_3drft
 from rftfit.reference import GAMMA_DEG, MEDIA

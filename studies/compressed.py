@@ -78,7 +78,7 @@ def judge(job: tuple[int, int, str]) -> dict[str, object]:
     for row in campaign.rows if kind.missing else ():
         if row.get("force_log"):
             change(campaign, row["force_log"], compressed(largest_N, kind.missing))
-    checks = judged(campaign).verdicts.set_index("check")
+    checks = judged(campaign).checks.set_index("check")
     return {"kind": name, "told": checks.loc["compression", "verdict"] == "failed"} | {
         "passed": checks.loc["compression", "verdict"] == "passed",
         "other checks that fail": " ".join(

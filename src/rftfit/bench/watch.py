@@ -20,6 +20,7 @@ from rftfit.campaign.files import BAG
 from rftfit.campaign.load import REENACTED, Campaign, check_campaign
 from rftfit.campaign.problems import CampaignError, Problem
 from rftfit.campaign.sheet import Run
+from rftfit.checks.verdict import verdict_on
 from rftfit.errors import InputError
 from rftfit.measure.alpha import column
 from rftfit.measure.session_clocks import SessionClocks, align_medium, goes_straight_down
@@ -306,12 +307,13 @@ class Watch:
             medium.width = 100 * medium.plan.steps[0].typical
 
     def summary(self, medium: LiveMedium) -> dict[str, Any]:
-        """What is told of a medium: its failed checks, how well its target is known, the next pushes as rows."""
+        """What is told of a medium: the verdict on its data, its failed checks, how well its target is known, the next pushes as rows."""
         failed = medium.checks[medium.checks["verdict"] == FAILED]
         states = Counter(self.state(medium.name, name) for name in self.rows[medium.name])
         return {
             "medium": medium.name,
             "states": dict(states),
+            "verdict": str(verdict_on(medium.checks)) if len(medium.checks) else "",
             "checks": failed[["check", "effect", "sentence"]].to_dict("records"),
             "target": medium.plan.target if medium.plan else "",
             "half_width_percent": medium.width,

@@ -19,13 +19,12 @@ from rftfit.checks.declared import (
     describe_rows,
     flags_on,
 )
-from rftfit.compare.peers import MAP
 from rftfit.measure.alpha import cell_at, column
 from rftfit.measure.flags import Remark, format_remarks, remark
 from rftfit.measure.ledger import RowStatus
 from rftfit.measure.levels import FEW_RUNS, MODES, median_of_runs
 from rftfit.measure.samples import split_runs
-from rftfit.measure.verdict_words import DOUBTFUL, UNUSABLE
+from rftfit.measure.verdict_words import DOUBTFUL, MAP, UNUSABLE
 
 SURE = 3.7
 """Standard errors of one of several numbers that are looked at together."""

@@ -16,9 +16,8 @@ from rftfit.checks.declared import (
     declare_check,
     flags_on,
 )
-from rftfit.compare.axes import PULLS
 from rftfit.measure.flags import Remark, format_remarks, remark
-from rftfit.measure.verdict_words import DOUBTFUL, UNUSABLE
+from rftfit.measure.verdict_words import DOUBTFUL, PULLS, UNUSABLE
 
 PULLS_OPEN = "axes-pulls-open"
 """Code of axes that are as given, where the sign of beta in pulls is not told."""

@@ -92,6 +92,9 @@ def _print(checked: Checked, checks: list[dict[str, Any]] | None) -> None:
 
 def _print_diagnosis(rows: list[dict[str, Any]]) -> None:
     """Print the physical checks, and what to look at where one fails."""
+    import pandas as pd
+
+    from rftfit.checks.verdict import verdict_on
     from rftfit.measure.verdict_words import ACCEPTED, FAILED
 
     names = ("medium", "check", "verdict", "found")
@@ -100,7 +103,9 @@ def _print_diagnosis(rows: list[dict[str, Any]]) -> None:
     failing = [row for row in rows if row["verdict"] in (FAILED, ACCEPTED)]
     for row in failing:
         print_line(f"{row['medium']}, {row['effect'] or row['verdict']}: {row['sentence']}")
-    print_line("\n" if failing else "No check fails.\n")
+    for medium, checks in pd.DataFrame(rows).groupby("medium", sort=False):
+        print_line(f"{medium} is {verdict_on(checks)}.")
+    print_line()
 
 
 def describe_campaign(campaign: Campaign) -> str:

@@ -14,6 +14,7 @@ from rftfit.compare.chosen import chosen
 from rftfit.compare.joint import RunSlopes, prior_of_media
 from rftfit.conventions import FloatArray
 from rftfit.directions import TOLERANCE_DEG, beta_apart, number_directions
+from rftfit.measure.verdict_words import PULLS
 
 AXES = {
     "as-given": ((1, 0), (0, 1)),
@@ -26,9 +27,6 @@ AXES = {
     "exchanged-both-reversed": ((0, -1), (-1, 0)),
 }
 """Axes that a configuration can give by mistake: what to do with (z, x) to put them right."""
-
-PULLS = "beta-of-pulls"
-"""Hypothesis beside `AXES`: beta of pulls has the other sign."""
 
 _CHOSEN = chosen("axes")
 

@@ -20,6 +20,7 @@ from rftfit.conventions import FloatArray
 from rftfit.directions import TOLERANCE_DEG, number_directions, same_direction
 from rftfit.measure.alpha import column
 from rftfit.measure.errors import USUAL_BED_SPREAD
+from rftfit.measure.verdict_words import MAP, PAIR, REPEATS
 from rftfit.model.shapes import published_shapes
 
 COLUMNS = [
@@ -38,9 +39,6 @@ COLUMNS = [
     "known_z_ratio",
     "known_x_ratio",
 ]
-REPEATS, PAIR, MAP = "repeats", "pair", "map"
-"""Comparison of a run with two or more runs of its direction, with the other one of two, or with the map of all others."""
-
 _CHOSEN = chosen("peers")
 
 

@@ -6,6 +6,13 @@ import pandas as pd
 
 PASSED, FAILED, ACCEPTED, NOT_CHECKED = "passed", "failed", "accepted", "not checked"
 UNUSABLE, DOUBTFUL = "unusable", "doubtful"
+SOUND, NOTHING = "sound", "no result"
+
+REPEATS, PAIR, MAP = "repeats", "pair", "map"
+"""Comparison of a run with two or more runs of its direction, with the other one of two, or with the map of all others."""
+
+PULLS = "beta-of-pulls"
+"""Hypothesis of the table of axes: beta of pulls has the other sign."""
 
 
 def is_usable(alpha: pd.DataFrame) -> bool:

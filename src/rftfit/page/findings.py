@@ -13,10 +13,10 @@ from rftfit.compare.legs import WITHIN_PERCENT
 from rftfit.figures import labels
 from rftfit.figures.style import format_number
 from rftfit.measure.alpha import cell_at, column
-from rftfit.measure.verdict_words import NOT_CHECKED, PASSED
+from rftfit.measure.verdict_words import NOT_CHECKED, NOTHING, PASSED, SOUND
 from rftfit.model.fourier import TERMS
 from rftfit.page.cells import Row, records
-from rftfit.page.outcome import NOTHING, SOUND, verdict_of
+from rftfit.page.outcome import verdict_of
 from rftfit.results import Results
 from rftfit.robot.speeds import share_within
 

@@ -8,22 +8,25 @@ from dataclasses import dataclass
 from typing import Any
 
 from rftfit.checks.declared import CHECKS
-from rftfit.checks.medium import faults_of
-from rftfit.checks.runs import SINGLE_RUNS
-from rftfit.checks.shared import PULLS_OPEN
+from rftfit.checks.verdict import Verdict, verdict_on
 from rftfit.compare.joint import least_step
 from rftfit.compare.legs import FAR_OFF, NOT_TESTED, OFF, WITHIN, WITHIN_PERCENT, worst_peak
 from rftfit.figures.labels import explanation_of, format_interval, in_brackets, name_of, percent
 from rftfit.measure.flags import Remark, attach_run, format_remarks, remark
 from rftfit.measure.ledger import DROPPED, USED, RowStatus
 from rftfit.measure.sentences import FLAGS
-from rftfit.measure.verdict_words import ACCEPTED, DOUBTFUL, FAILED, NOT_CHECKED, PASSED, UNUSABLE
+from rftfit.measure.verdict_words import (
+    ACCEPTED,
+    DOUBTFUL,
+    FAILED,
+    NOT_CHECKED,
+    NOTHING,
+    PASSED,
+    UNUSABLE,
+)
 from rftfit.model.shapes import NOT_ALIKE
 from rftfit.page.cells import records
 from rftfit.results import Results
-
-SOUND, NOTHING = "sound", "no result"
-"""Verdicts on the data of a medium, besides those of the checks."""
 
 VERDICT_WORDS = {
     WITHIN: f"within {WITHIN_PERCENT:g} %",
@@ -136,38 +139,22 @@ def doubt_of_map(results: Results, medium: str) -> str:
     )
 
 
-def verdict_of(results: Results, medium: str) -> tuple[str, str]:
-    """Verdict on a medium in one word, and why."""
-    table = results.checks[results.checks["medium"] == medium]
-    rows = table[table["verdict"].isin([FAILED, ACCEPTED])]
-    for word in (UNUSABLE, DOUBTFUL):
-        if (rows["effect"] == word).any():
-            return word, faults_of(rows)
-    if len(rows):
-        return DOUBTFUL, f"{faults_of(rows)}, which the config accepts"
+def verdict_of(results: Results, medium: str) -> Verdict:
+    """Verdict on a medium in one word, and why: of its checks, and of what else its results lack."""
+    verdict = verdict_on(results.checks[results.checks["medium"] == medium])
+    if verdict.word in (UNUSABLE, DOUBTFUL):
+        return verdict
     if not results[medium].alpha["alpha_z_N_per_cm3"].notna().any():
-        return NOTHING, "no run gave a slope"
+        return Verdict(NOTHING, "no run gave a slope")
     used_fits = results[medium].fits.dropna(subset=["alpha_z_N_per_cm3"])
     bare = len(results[medium].flags.runs_with("no-tare").keys() & set(used_fits["run_id"]))
     if bare and 2 * bare >= len(used_fits):
-        return DOUBTFUL, f"in {bare} of {len(used_fits)} runs " * (bare < len(used_fits)) + str(
-            remark("no-tare")
-        )
+        runs = f"in {bare} of {len(used_fits)} runs " * (bare < len(used_fits))
+        return Verdict(DOUBTFUL, runs + str(remark("no-tare")))
     giving = len(results[medium].flags.runs_beside_others("gives-back"))
     if giving:
-        return DOUBTFUL, f"in {giving} of {len(used_fits)} runs {CHECKS['work'].fault}"
-    unchecked = table[table["verdict"] == NOT_CHECKED].set_index("check")["found"]
-    # of two needed ones the later waits for the earlier, and says more
-    for check in reversed(unchecked.index):
-        if CHECKS[str(check)].needed:
-            return NOT_CHECKED, str(unchecked[check])
-    codes = set(table["code"])
-    open_questions = [
-        str(remark(words))
-        for code, words in ((SINGLE_RUNS, "single-runs"), (PULLS_OPEN, "pulls-open"))
-        if code in codes
-    ]
-    return SOUND, "; ".join(open_questions)
+        return Verdict(DOUBTFUL, f"in {giving} of {len(used_fits)} runs {CHECKS['work'].fault}")
+    return verdict
 
 
 def untold_of(results: Results) -> list[str]:

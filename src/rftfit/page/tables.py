@@ -26,13 +26,11 @@ from rftfit.figures.style import degrees, format_number
 from rftfit.measure.alpha import cell_at, column
 from rftfit.measure.depths import curved_law
 from rftfit.measure.flags import codes_of
-from rftfit.measure.verdict_words import DOUBTFUL, NOT_CHECKED
+from rftfit.measure.verdict_words import DOUBTFUL, NOT_CHECKED, NOTHING, SOUND
 from rftfit.model.fourier import TERMS
 from rftfit.model.scaling import GENERIC, routines
 from rftfit.page.cells import Cell, PageColumn, PageTable, Row, numbers, records, share, texts
 from rftfit.page.outcome import (
-    NOTHING,
-    SOUND,
     VERDICT_WORDS,
     Outcome,
     most_serious_flag,
