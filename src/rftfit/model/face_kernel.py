@@ -133,6 +133,7 @@ def face_forces(
     faces: FloatArray,
     ranges: IntArray,
     frames: FloatArray,
+    rolling: FloatArray,
     elastic: tuple[float, float, float],
     shifts: FloatArray,
     sums: FloatArray,
@@ -141,6 +142,7 @@ def face_forces(
 
     `pack`: of a table. `coefficients`: (3, 20) times xi: 3D-RFT; (0, 0): the measured law. `friction`: below 0
     for none. `faces`: as of `face_rows`. `ranges`: (p, 2). `frames`: (p, 18) as of `Motion3D.frames`.
+    `rolling`: (p, 4) as of `rftfit.model.rolling`; a direction of length 0 is no wheel.
     `elastic`: time since the last call (s), delta (cm), tau (s), and `shifts` the displacements u (m, 3), cm,
     changed in place; delta 0: the plain law. `sums`: force x, y, z (N), moment x, y, z about the reference
     point (N cm), and depth times area of the leading faces that leave their plane (cm^3). Where it has 13
@@ -151,6 +153,8 @@ def face_forces(
     bare = sums.shape[1] > 7
     for p in range(len(ranges)):
         f = frames[p]
+        ahead_x, ahead_y, least_lead = rolling[p, 0], rolling[p, 1], rolling[p, 2]
+        has_track = rolling[p, 3] > 0
         lost = 0.0
         for k in range(18):
             lost += 0.0 * f[k]
@@ -189,7 +193,10 @@ def face_forces(
             vy = f[4] + f[8] * ax - f[6] * az
             vz = f[5] + f[6] * ay - f[7] * ax
             weight = 1.0
+            lead = least_lead
             if delta > 0:
+                if lead > 0:  # in the unit of u + tau v, along which the law is read
+                    lead = lead / max(math.sqrt(vx * vx + vy * vy + vz * vz), _NONE)
                 u = shifts[i]
                 ux, uy, uz = u[0] + passed * vx, u[1] + passed * vy, u[2] + passed * vz
                 length = math.sqrt(ux * ux + uy * uy + uz * uz)
@@ -197,15 +204,22 @@ def face_forces(
                     ux, uy, uz = ux * delta / length, uy * delta / length, uz * delta / length
                 u[0], u[1], u[2] = ux, uy, uz
                 vx, vy, vz = ux + tau * vx, uy + tau * vy, uz + tau * vz
-                weight = min(1.0, math.sqrt(vx * vx + vy * vy + vz * vz) / delta)
+                length = math.sqrt(vx * vx + vy * vy + vz * vz)
+                weight = min(1.0, length / delta)
+                lead = lead * length
             nx = f[9] * t[12] + f[10] * t[13] + f[11] * t[14]
             ny = f[12] * t[12] + f[13] * t[13] + f[14] * t[14]
             nz = f[15] * t[12] + f[16] * t[13] + f[17] * t[14]
             outward = nx * vx + ny * vy + nz * vz
             if t[16] > 0 and outward < 0:
                 nx, ny, nz, outward = -nx, -ny, -nz, -outward
+            ahead = nx * ahead_x + ny * ahead_y
+            if lead > 0:
+                outward += lead * ahead
             if not outward > 0:
                 lost += 0.0 * outward
+                continue
+            if has_track and ahead < 0 and ax * ahead_x + ay * ahead_y < 0:
                 continue
             speed = math.sqrt(vx * vx + vy * vy + vz * vz)
             vx, vy, vz = vx / speed, vy / speed, vz / speed

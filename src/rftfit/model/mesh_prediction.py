@@ -85,7 +85,9 @@ def _forces(
     ranges = np.tile(np.array([0, len(faces)]), (len(frames), 1))
     forces = np.empty((len(frames), 13))
     limit = -1.0 if friction is None else float(friction)
-    face_forces(*law, limit, faces, ranges, frames, NO_ELASTICITY, np.zeros((0, 3)), forces)
+    face_forces(
+        *law, limit, faces, ranges, frames, motion.rolling, NO_ELASTICITY, np.zeros((0, 3)), forces
+    )
     return forces
 
 
@@ -284,8 +286,8 @@ def _bounds(
 ) -> dict[str, tuple[FloatArray, FloatArray]]:
     """The most that a force may be in each pose: every face with the largest alpha that is known."""
     force, moment = np.zeros((2, len(motion.frames)))
-    for pose, frame in enumerate(motion.frames):
-        _, load, _, _, arm = moving_faces(mesh, frame)
+    for pose, (frame, rolling) in enumerate(zip(motion.frames, motion.rolling, strict=True)):
+        _, load, _, _, arm = moving_faces(mesh, frame, rolling)
         is_finite = np.isfinite(frame).all()
         force[pose] = largest * load.sum() if is_finite else np.nan
         moment[pose] = (

@@ -539,8 +539,8 @@ def _pieces(outline: Outline | Mesh, motion: Motion | Motion3D) -> list[FloatArr
     """Of elements in all poses: depth times area (cm^3), depth (cm), speed, and x (of a mesh also y)."""
     if isinstance(outline, Mesh) and isinstance(motion, Motion3D):
         parts = []
-        for frame in motion.frames:
-            _, load, _, moves, arm = moving_faces(outline, frame)
+        for frame, rolling in zip(motion.frames, motion.rolling, strict=True):
+            _, load, _, moves, arm = moving_faces(outline, frame, rolling)
             x, y, z = (frame[:3] + arm).T
             parts.append(np.stack([load, -z, np.linalg.norm(moves, axis=-1), x, y]))
         return list(np.hstack(parts))
