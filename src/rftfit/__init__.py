@@ -36,6 +36,7 @@ __all__ = [
     "ScaledMedium",
     "Shapes",
     "TableProfile",
+    "WheelAnswer",
     "arc",
     "beyond_measured",
     "check",
@@ -63,6 +64,7 @@ __all__ = [
     "scale_by_paper",
     "scaled_generic",
     "simulate",
+    "wheel",
     "write_profile",
 ]
 
@@ -95,6 +97,7 @@ _FOUND_IN = {
     "model.shapes": ("Map", "Shapes", "estimate_map", "published_shapes", "scale"),
     "reference": ("published_table",),
     "results": ("Medium", "Results", "open"),
+    "model.wheel": ("WheelAnswer", "wheel"),
     "robot.ground": ("Ground",),
 }
 """Modules by what they define of it; one is imported when a name of it is first used."""
@@ -132,6 +135,7 @@ if TYPE_CHECKING:
     from rftfit.model.scaling import Reference, ScaledMedium, scale_by_paper
     from rftfit.model.scaling import published as published_reference
     from rftfit.model.shapes import Map, Shapes, estimate_map, published_shapes, scale
+    from rftfit.model.wheel import WheelAnswer, wheel
     from rftfit.reference import load as published_table
     from rftfit.results import Medium, Results
     from rftfit.results import open_results as open

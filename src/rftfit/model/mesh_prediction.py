@@ -16,7 +16,7 @@ from rftfit.model import rft3d
 from rftfit.model.body_error import BodyError, frame_states
 from rftfit.model.draws import beside_name, end_names, model_end_names, next_end_names
 from rftfit.model.faces import LAWS, as_table, moving_faces
-from rftfit.model.mesh import Mesh, Motion3D, area_vectors
+from rftfit.model.mesh import IntArray, Mesh, Motion3D, area_vectors
 from rftfit.model.peaks import (
     DrawStatistics,
     Ends,
@@ -73,16 +73,21 @@ def compiled_mesh_forces(
 
     Then what faces bear without cancellation, as of `face_kernel.face_forces`: (p, 13).
     """
-    return _forces(law_of(profile, law), face_rows(mesh), motion, friction)
+    faces = face_rows(mesh)
+    ranges = np.tile(np.array([0, len(faces)]), (len(motion.frames), 1))
+    return _forces(law_of(profile, law), faces, ranges, motion, friction)
 
 
 def _forces(
-    law: tuple[Pack, float, FloatArray], faces: FloatArray, motion: Motion3D, friction: float | None
+    law: tuple[Pack, float, FloatArray],
+    faces: FloatArray,
+    ranges: IntArray,
+    motion: Motion3D,
+    friction: float | None,
 ) -> FloatArray:
     from rftfit.model.face_kernel import face_forces
 
     frames = motion.frames
-    ranges = np.tile(np.array([0, len(faces)]), (len(frames), 1))
     forces = np.empty((len(frames), 13))
     limit = -1.0 if friction is None else float(friction)
     face_forces(
@@ -95,7 +100,8 @@ def mesh_draws(
     draws: Profile, mesh: Mesh, motion: Motion3D, law: str, friction: float | None
 ) -> FloatArray:
     """`compiled_mesh_forces` for each of a stack of draws: (draws, p, 13)."""
-    stack, faces = as_table(draws), face_rows(mesh)
+    stack = as_table(draws)
+    faces, ranges = _wet_faces(mesh, motion)
     shape = (-1, *stack.alpha_z.shape[-2:])
     alpha = zip(stack.alpha_z.reshape(shape), stack.alpha_x.reshape(shape), strict=True)
     profiles = (
@@ -103,10 +109,33 @@ def mesh_draws(
     )
     return np.stack(
         [
-            _forces(law_of(profile_of_draw, law), faces, motion, friction)
+            _forces(law_of(profile_of_draw, law), faces, ranges, motion, friction)
             for profile_of_draw in profiles
         ]
     )
+
+
+_MOST_WET = 2_000_000
+"""Most faces in all poses that are sorted out before many draws: 270 MB."""
+
+
+def _wet_faces(mesh: Mesh, motion: Motion3D) -> tuple[FloatArray, IntArray]:
+    """Rows of the faces that reach below the surface, pose after pose, and the range of each pose.
+
+    Most of a rolling wheel is dry, and need not be looked at again for each draw.
+    """
+    faces, frames = face_rows(mesh), motion.frames
+    if len(faces) * len(frames) > _MOST_WET or not np.isfinite(frames).all():
+        return faces, np.tile(np.array([0, len(faces)]), (len(frames), 1))
+    lowest = np.stack([(mesh.triangles @ frame[15:]).min(axis=1) + frame[2] for frame in frames])
+    # a corner at the surface by rounding stays in
+    poses, numbers = np.nonzero(lowest < _AT_SURFACE_CM)
+    ends = np.cumsum(np.bincount(poses, minlength=len(frames)))
+    return np.ascontiguousarray(faces[numbers]), np.stack([np.append(0, ends[:-1]), ends], axis=-1)
+
+
+_AT_SURFACE_CM = 1e-6
+"""Height below which a corner may count as wet."""
 
 
 def predict_mesh(
