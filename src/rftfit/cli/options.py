@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import math
+import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import wraps
@@ -153,6 +154,16 @@ def check_confidence(confidence: float) -> None:
         raise InputError(
             f"--confidence: found {confidence:g}; allowed: above 0.5 and below 1, such as 0.95"
         )
+
+
+def read_mesh(file: Path, unit: str, sheet: bool = False) -> Mesh:
+    """Read a mesh; what was mended in it is printed."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        mesh = rftfit.Mesh.read(file, unit, sheet)
+    for note in mesh.notes:
+        warn(f"warning: {file}: {note}")
+    return mesh
 
 
 _MOST_FRICTION = 2.0

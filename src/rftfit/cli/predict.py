@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import warnings
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -154,7 +153,9 @@ def predict(
         if leg is not None:
             shape = leg.outline
         else:
-            shape = body.make_outline() if mesh is None else _read_mesh(mesh, str(unit), sheet)
+            shape = (
+                body.make_outline() if mesh is None else options.read_mesh(mesh, str(unit), sheet)
+            )
     with inputs.collect():
         if mesh is None:
             motion = body.make_motion()
@@ -376,16 +377,6 @@ def _check_error_of(profile: Profile, model_error: float | None) -> None:
         eps_of(model_error, profile)
     except ValueError as error:
         raise InputError(f"--model-error: {error}") from error
-
-
-def _read_mesh(file: Path, unit: str, sheet: bool) -> Mesh:
-    """The mesh; what was mended in it is printed."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        mesh = rftfit.Mesh.read(file, unit, sheet)
-    for note in mesh.notes:
-        warn(f"warning: {file}: {note}")
-    return mesh
 
 
 def _warn_of_time(source: Any, mesh: Mesh, poses: int) -> None:

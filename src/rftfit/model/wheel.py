@@ -14,6 +14,8 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from rftfit.campaign.problems import CampaignError, Place, Problem
+from rftfit.campaign.rows import Schema, TableColumn, read_rows
 from rftfit.conventions import FloatArray
 from rftfit.model.draws import interval
 from rftfit.model.faces import as_table
@@ -299,8 +301,12 @@ def wheel(
     roll = partial(Motion3D.roll, mesh, track=track, rim_cm=rim_cm)
     radius = measure_radius(mesh.vertices_cm)
     rim = radius if rim_cm is None else float(rim_cm)
-    trial = roll(rim / 5 if sinkages is None else float(sinkages[0]), float(slips[0]), POSES)
-    profile = profile_of(medium, lambda table: _has_number(table, mesh, trial, friction))
+    # what is wrong with the mesh, its rim or its slips is told before any work
+    motions = [
+        roll(rim / 2 if sinkages is None else float(sinkages[place]), float(one_slip), POSES)
+        for place, one_slip in enumerate(slips)
+    ]
+    profile = profile_of(medium, partial(has_number, mesh=mesh, friction=friction))
     rolling = _Wheel(profile, mesh, roll, friction, rim)
     errors = _model_errors(profile, mesh, friction, model_error)
     rows = []
@@ -318,7 +324,7 @@ def wheel(
     answer_table = pd.DataFrame(rows)
     return WheelAnswer(
         answer_table[[name for name in answer_table if name != "reason"] + ["reason"]],
-        trial.rule,
+        motions[0].rule,
         friction,
         given,
         mesh.name,
@@ -364,9 +370,18 @@ def _check_numbers(
     return slips, *by_row
 
 
-def _has_number(table: Profile, mesh: Mesh, motion: Motion3D, friction: float | None) -> bool:
-    forces = compiled_mesh_forces(table, mesh, motion, "measured", friction)
-    return bool(np.isfinite(forces[:, :6]).all())
+def has_number(table: Profile, mesh: Mesh, friction: float | None) -> bool:
+    """Tell whether a table has a number in every direction of a wheel that rolls down to its axle, with little slip and much."""
+    radius = measure_radius(mesh.vertices_cm)
+    motions = [Motion3D.roll(mesh, radius, slip, POSES, track=False) for slip in _TRIED_SLIPS]
+    return all(
+        bool(np.isfinite(compiled_mesh_forces(table, mesh, motion, "measured", friction)).all())
+        for motion in motions
+    )
+
+
+_TRIED_SLIPS = (-0.5, 0.05, 0.9)
+"""Slips whose faces move in all directions that a wheel has."""
 
 
 class _Wheel:
@@ -618,3 +633,39 @@ def _notes(
 
 def _cell(number: float) -> str:
     return "" if np.isnan(number) else f"{number + 0.0:.3g}"
+
+
+_MEASURED = Schema(
+    "wheel-runs",
+    (
+        TableColumn("slip", "number", "slip of the rim", low=-1.0, high=1.0),
+        *(
+            TableColumn(column, "number", meaning, needed=False, unit=unit)
+            for column, meaning, unit in (
+                ("drawbar_N", "force of the medium along the travel", "N"),
+                ("torque_N_cm", "torque of the drive", "N cm"),
+                ("sinkage_cm", "depth of the lowest point of the rim", "cm"),
+                ("load_N", "what the wheel carries", "N"),
+            )
+        ),
+    ),
+    comments=True,
+    others="ignored",
+)
+
+
+def read_measured_runs(file: Path) -> pd.DataFrame:
+    """Read measured points of a wheel: ``slip`` and any of ``drawbar_N``, ``torque_N_cm``, ``sinkage_cm``, ``load_N``.
+
+    Raises CampaignError with every cell that is wrong.
+    """
+    rows, problems = read_rows(file, _MEASURED)
+    columns = [column.name for column in _MEASURED.columns]
+    present = [name for name in columns if any(name in row.number for row in rows)]
+    if not problems and len(present) < 2:
+        problems = [
+            Problem("wheel-runs.no-quantity", Place(str(file)), None, " or ".join(columns[1:]))
+        ]
+    if problems:
+        raise CampaignError(problems)
+    return pd.DataFrame({name: [row.number.get(name, np.nan) for row in rows] for name in present})
