@@ -53,6 +53,8 @@ GROUPS = {
         "path",
         "Mesh",
         "Motion3D",
+        "wheel",
+        "WheelAnswer",
         "Ground",
         "simulate",
     ),

@@ -154,7 +154,7 @@ def face_forces(
     for p in range(len(ranges)):
         f = frames[p]
         ahead_x, ahead_y, least_lead = rolling[p, 0], rolling[p, 1], rolling[p, 2]
-        has_track = rolling[p, 3] > 0
+        track = rolling[p, 3]
         lost = 0.0
         for k in range(18):
             lost += 0.0 * f[k]
@@ -219,8 +219,10 @@ def face_forces(
             if not outward > 0:
                 lost += 0.0 * outward
                 continue
-            if has_track and ahead < 0 and ax * ahead_x + ay * ahead_y < 0:
-                continue
+            if track > 0 and ahead < 0 and ax * ahead_x + ay * ahead_y < 0:
+                if track >= 1:
+                    continue
+                weight = weight * (1 - track)
             speed = math.sqrt(vx * vx + vy * vy + vz * vz)
             vx, vy, vz = vx / speed, vy / speed, vz / speed
             if coefficients.size > 0:

@@ -76,12 +76,13 @@ def fills_hull(vertices_cm: FloatArray, volume_cm3: float) -> bool:
 
 
 def rolling_rows(
-    velocity: FloatArray, rate: FloatArray, radius_cm: npt.ArrayLike, has_track: npt.ArrayLike
+    velocity: FloatArray, rate: FloatArray, radius_cm: npt.ArrayLike, track: npt.ArrayLike
 ) -> FloatArray:
     """Rows that the kernel takes of rolling wheels, shape (p, 4).
 
     Unit direction of travel x, y (of a wheel that turns in place: its heading), the speed by which the travel falls
-    short of `LEAST_TRAVEL` of the rim's (cm/s), and 1 where the track's rule holds. `velocity`, `rate`: (p, 3).
+    short of `LEAST_TRAVEL` of the rim's (cm/s), and the share of the track's rule: 1 where it holds, 0 where not, between
+    them for a wheel that has just begun to move. `velocity`, `rate`: (p, 3).
     """
     travel = np.linalg.norm(velocity[:, :2], axis=1)
     heading = np.stack([rate[:, 1], -rate[:, 0]], axis=1)
@@ -91,7 +92,7 @@ def rolling_rows(
     short_of = np.maximum(LEAST_TRAVEL * turn * np.asarray(radius_cm) - travel, 0.0)
     # a slip of 0.5 itself is not short of it by rounding
     short_of = np.where(short_of > 1e-9 * turn * np.asarray(radius_cm), short_of, 0.0)
-    track = np.broadcast_to(np.asarray(has_track, dtype=float), travel.shape)
+    track = np.broadcast_to(np.asarray(track, dtype=float), travel.shape)
     return np.column_stack([ahead / np.where(length > 0, length, 1.0), short_of, track])
 
 
@@ -105,5 +106,5 @@ def leads(
     """
     ahead = normal[:, :2] @ rolling[:2]
     outward = outward + rolling[2] * ahead
-    in_track = (rolling[3] > 0) & (ahead < 0) & (arm[:, :2] @ rolling[:2] < 0)
+    in_track = (rolling[3] >= 1) & (ahead < 0) & (arm[:, :2] @ rolling[:2] < 0)
     return np.asarray((outward > 0) & ~in_track)

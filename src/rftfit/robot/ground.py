@@ -185,18 +185,19 @@ class Ground:
         return self.forces[:, :6].copy()
 
     def _follow_wheels(self, time_step_s: float) -> None:
-        """Follow the travel of each wheel with a slack of delta, so that a wheel at rest keeps its direction."""
-        velocity, rate = self.frames[self._wheels, 3:6], self.frames[self._wheels, 6:9]
-        travel = velocity.copy()
+        """Follow the travel of each wheel with a slack of delta: a wheel leaves its rut as it begins to roll, not at rest."""
+        travel, rate = self.frames[self._wheels, 3:6].copy(), self.frames[self._wheels, 6:9]
+        track = self._has_track.astype(float)
         if self._delta_cm > 0:
-            self._way_cm += velocity[:, :2] * time_step_s
-            length = np.linalg.norm(self._way_cm, axis=1, keepdims=True)
-            self._way_cm *= self._delta_cm / np.maximum(length, self._delta_cm)
-            speed = np.linalg.norm(velocity[:, :2], axis=1, keepdims=True)
+            self._way_cm += travel[:, :2] * time_step_s
+            length = np.linalg.norm(self._way_cm, axis=1)
+            self._way_cm /= np.maximum(length / self._delta_cm, 1.0)[:, None]
+            length = np.minimum(length, self._delta_cm)
             # the direction of the way, at the speed of now
-            moved = np.minimum(length, self._delta_cm)
-            travel[:, :2] = self._way_cm / np.where(moved > 0, moved, 1.0) * speed
-        self._rolling[self._wheels] = rolling_rows(travel, rate, self._radii, self._has_track)
+            speed = np.linalg.norm(travel[:, :2], axis=1)
+            travel[:, :2] = self._way_cm * (speed / np.where(length > 0, length, 1.0))[:, None]
+            track *= length / self._delta_cm
+        self._rolling[self._wheels] = rolling_rows(travel, rate, self._radii, track)
 
 
 ALONG_Y = (0.0, 1.0, 0.0)
