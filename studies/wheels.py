@@ -374,7 +374,7 @@ def counts(rows: pd.DataFrame) -> dict[str, str]:
     return cells
 
 
-def report_solved(rigs: Sequence[Rig]) -> None:
+def report_solved(rigs: Sequence[Rig], drawbar: Errors) -> None:
     """Print sinkage and drawbar solved from load and slip, with alpha of the run of least slip."""
     lines, every = [], []
     for rig in rigs:
@@ -383,16 +383,20 @@ def report_solved(rigs: Sequence[Rig]) -> None:
         alpha = roll(rig, runs, medium=without_draws(), **options)["alpha_of_load_N_per_cm3"]
         tested = runs.iloc[1:]
         sand = rftfit.scale(float(alpha[0]))
-        solved = roll(rig, tested, medium=sand, sinkage_cm=None, model_error=0, **options)
+        error = error_of_others(drawbar[f"rule, friction {FRICTION:g}"], rig, rigs)
+        solved = roll(rig, tested, medium=sand, sinkage_cm=None, model_error=error, **options)
         measured, load = tested["drawbar_N"].to_numpy(), tested["load_N"].to_numpy()
         depth = tested["sinkage_cm"].to_numpy()
         lo, hi = (solved[f"drawbar_{end}_N"].to_numpy() for end in ("lo", "hi"))
+        model_lo, model_hi = (solved[f"drawbar_model_{end}_N"].to_numpy() for end in ("lo", "hi"))
         depth_lo, depth_hi = (solved[f"sinkage_{end}_cm"].to_numpy() for end in ("lo", "hi"))
         rows = pd.DataFrame(
             {
                 "off": (solved["drawbar_N"].to_numpy() - measured) / load,
                 "inside": (lo <= measured) & (measured <= hi),
                 "half": (hi - lo) / 2 / load,
+                "model_inside": (model_lo <= measured) & (measured <= model_hi),
+                "model_half": (model_hi - model_lo) / 2 / load,
                 "depth_inside": (depth_lo <= depth) & (depth <= depth_hi),
                 "ln_depth": np.log(solved["sinkage_cm"].to_numpy() / depth),
                 "share": alpha[1:].to_numpy() / alpha[0],
@@ -413,6 +417,8 @@ def solved_cells(rows: pd.DataFrame) -> dict[str, str]:
         "rms, drawbar over load": f"{rms(rows['off']):.3f}",
         "drawbar inside": f"{rows['inside'].sum()} of {len(rows)}",
         "half width over load, median": f"{rows['half'].median():.2f}",
+        "drawbar inside with the other rigs' error": f"{rows['model_inside'].sum()} of {len(rows)}",
+        "its half width, median": f"{rows['model_half'].median():.2f}",
         "sinkage inside": f"{rows['depth_inside'].sum()} of {len(rows)}",
         "rms of ln sinkage": f"{rms(rows['ln_depth']):.2f}",
         "alpha over that of the least slip": f"{rows['share'].min():.2f} to {rows['share'].max():.2f}",
@@ -450,7 +456,7 @@ def main() -> None:
     report_friction(rigs)
     if not options.quick:
         report_intervals(rigs, drawbar)
-        report_solved(rigs)
+        report_solved(rigs, drawbar)
     print("\n5 wheels.toml\n")
     print("\n".join(constants(rigs, drawbar, torque)))
 

@@ -200,7 +200,7 @@ def predict(
     names["profile"] = source.name + (
         f", {results.as_posix()}" if results and medium_options.medium else ""
     )
-    eps = eps_of(model_error, source)
+    eps = eps_of(model_error, source, shape)
     beside = None if source.beside is None else source.beside()
     if beside is not None:
         names["beside"] = beside.name

@@ -138,16 +138,17 @@ def face_forces(
     shifts: FloatArray,
     sums: FloatArray,
 ) -> None:
-    """Forces on bodies, each the faces of one range in one frame, written to `sums` (p, 7 or 13).
+    """Forces on bodies, each the faces of one range in one frame, written to `sums` (p, 7 or 19).
 
     `pack`: of a table. `coefficients`: (3, 20) times xi: 3D-RFT; (0, 0): the measured law. `friction`: below 0
     for none. `faces`: as of `face_rows`. `ranges`: (p, 2). `frames`: (p, 18) as of `Motion3D.frames`.
     `rolling`: (p, 4) as of `rftfit.model.rolling`; a direction of length 0 is no wheel.
     `elastic`: time since the last call (s), delta (cm), tau (s), and `shifts` the displacements u (m, 3), cm,
     changed in place; delta 0: the plain law. `sums`: force x, y, z (N), moment x, y, z about the reference
-    point (N cm), and depth times area of the leading faces that leave their plane (cm^3). Where it has 13
+    point (N cm), and depth times area of the leading faces that leave their plane (cm^3). Where it has 19
     columns, also what faces bear without cancellation: sum of the vertical parts, of the horizontal
-    ones and of the whole forces (N), and of the latter times the arm x, y, z (N cm).
+    ones and of the whole forces (N), of the latter times the arm x, y, z (N cm), and by direction the sum of
+    f f^T / |f| over forces f: xx, yy, zz, xy, xz, yz (N).
     """
     passed, delta, tau = elastic
     bare = sums.shape[1] > 7
@@ -160,6 +161,7 @@ def face_forces(
             lost += 0.0 * f[k]
         sx, sy, sz, mx, my, mz, leaving = lost, lost, lost, lost, lost, lost, lost
         up, level, whole, cx, cy, cz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        xx, yy, zz, xy, xz, yz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         for i in range(ranges[p, 0], ranges[p, 1]):
             t = faces[i]
             z1 = f[2] + f[15] * t[0] + f[16] * t[1] + f[17] * t[2]
@@ -253,7 +255,12 @@ def face_forces(
                 size = math.sqrt(x * x + y * y + z * z)
                 up, level, whole = up + abs(z), level + math.sqrt(x * x + y * y), whole + size
                 cx, cy, cz = cx + size * ax, cy + size * ay, cz + size * az
+                if size > 0:
+                    dx, dy, dz = x / size, y / size, z / size
+                    xx, yy, zz = xx + dx * x, yy + dy * y, zz + dz * z
+                    xy, xz, yz = xy + dx * y, xz + dx * z, yz + dy * z
         row = sums[p]
         row[0], row[1], row[2], row[3], row[4], row[5], row[6] = sx, sy, sz, mx, my, mz, leaving
         if bare:
             row[7], row[8], row[9], row[10], row[11], row[12] = up, level, whole, cx, cy, cz
+            row[13], row[14], row[15], row[16], row[17], row[18] = xx, yy, zz, xy, xz, yz

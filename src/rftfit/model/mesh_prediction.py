@@ -71,7 +71,7 @@ def compiled_mesh_forces(
 ) -> FloatArray:
     """Force (N), moment about the reference point (N cm), and depth times area that leaves its plane: (p, 7).
 
-    Then what faces bear without cancellation, as of `face_kernel.face_forces`: (p, 13).
+    Then what faces bear without cancellation, as of `face_kernel.face_forces`: (p, 19).
     """
     faces = face_rows(mesh)
     ranges = np.tile(np.array([0, len(faces)]), (len(motion.frames), 1))
@@ -88,7 +88,7 @@ def _forces(
     from rftfit.model.face_kernel import face_forces
 
     frames = motion.frames
-    forces = np.empty((len(frames), 13))
+    forces = np.empty((len(frames), 19))
     limit = -1.0 if friction is None else float(friction)
     face_forces(
         *law, limit, faces, ranges, frames, motion.rolling, NO_ELASTICITY, np.zeros((0, 3)), forces
@@ -99,7 +99,7 @@ def _forces(
 def mesh_draws(
     draws: Profile, mesh: Mesh, motion: Motion3D, law: str, friction: float | None
 ) -> FloatArray:
-    """`compiled_mesh_forces` for each of a stack of draws: (draws, p, 13)."""
+    """`compiled_mesh_forces` for each of a stack of draws: (draws, p, 19)."""
     stack = as_table(draws)
     faces, ranges = _wet_faces(mesh, motion)
     shape = (-1, *stack.alpha_z.shape[-2:])
@@ -292,22 +292,31 @@ def _sign(values: FloatArray) -> int:
 
 
 def _model_errors(draws: FloatArray, mesh: Mesh, motion: Motion3D, eps: float) -> FloatArray:
-    """Errors of the model in each draw (draws, p, 13): (draws, p, 6), or of many draws about a single one."""
+    """Errors of the model in each draw (draws, p, 19): (draws, p, 6), or of many draws about a single one."""
     poses = draws.shape[1]
     count = len(draws) if len(draws) > 1 else errors.DRAWS
     progress = errors.frames_progress(mesh.vertices_cm, motion.frames)
     paths = next(errors.error_paths(progress, count, 3, poses))
-    return errors.space_errors(_load_of(draws), paths, eps)
+    if mesh.sheet:  # as an outline, on which the error was told
+        return errors.space_errors(_load_of(draws), paths, eps)
+    return errors.directed_errors(_load_of(draws), _loads_by_direction(draws), paths, eps)
 
 
 def _load_of(draws: FloatArray) -> errors.Load:
-    """Load without cancellation of each draw (draws, p, 13)."""
-    bare = np.nan_to_num(draws[..., 7:])
+    """Load without cancellation of each draw (draws, p, 19)."""
+    bare = np.nan_to_num(draws[..., 7:13])
     total_load = bare[..., 2]
     centre = bare[..., 3:] / np.where(total_load > 0, total_load, 1.0)[..., None]
     loaded = (total_load > 0).any(axis=0).astype(float)
     size = errors.size_of(np.hypot(bare[..., 0], bare[..., 1])) * loaded
     return errors.Load(np.arange(draws.shape[1]), size, centre, loaded)
+
+
+def _loads_by_direction(draws: FloatArray) -> FloatArray:
+    """Sum of f f^T / |f| over the forces f of faces, of each draw (draws, p, 19): (draws, p, 3, 3), N."""
+    xx, yy, zz, xy, xz, yz = np.moveaxis(np.nan_to_num(draws[..., 13:]), -1, 0)
+    rows = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
+    return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
 
 
 def _bounds(
