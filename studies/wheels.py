@@ -1,6 +1,6 @@
 """What `rftfit.wheel` says of wheels that were measured in five laboratories.
 
-    python studies/wheels.py [--data FOLDER] [--quick]
+    python studies/wheels.py [--data FOLDER] [--quick] [--figure FILE]
 
 FOLDER holds `wheels-measured`, `yade-wheel` and `cmu-wheel` (default: `../shared/data`). Four minutes on one core. The
 medium is the map of one push straight down, whose size the load decides. Rows at a slip above 0.095.
@@ -12,7 +12,7 @@ medium is the map of one push straight down, whose size the load decides. Rows a
 5  the numbers of `src/rftfit/reference/wheels.toml`
 
 The rigs state radius, width, height and number of lugs, not their thickness, which is taken as `LUG_CM`; slip and sinkage
-belong to the rim. `--quick` leaves parts 3 and 4 out.
+belong to the rim. `--quick` leaves parts 3 and 4 out; `--figure` draws all rigs side by side.
 """
 
 from __future__ import annotations
@@ -425,6 +425,36 @@ def solved_cells(rows: pd.DataFrame) -> dict[str, str]:
     }
 
 
+def draw_rigs(rigs: Sequence[Rig], drawbar: Errors, file: Path) -> None:
+    """Draw drawbar over load of all rigs side by side: measured, and predicted at the load and the measured sinkage."""
+    from matplotlib.figure import Figure
+
+    page = Figure(figsize=(9.6, 4.8), layout="constrained")
+    panels = page.subplots(2, 4, sharey=True).ravel()
+    colours = dict(zip(CASES, ("#D55E00", "#E69F00", "#0072B2"), strict=True))
+    for axes, rig in zip(panels, rigs, strict=False):
+        runs = graded(rig)
+        load = runs["load_N"].to_numpy()
+        axes.plot(runs["slip"], runs["drawbar_N"] / load, "ko", markersize=4, label="measured")
+        for case, options in CASES.items():
+            error = error_of_others(drawbar[case], rig, rigs)
+            table = roll(rig, runs, model_error=error, **options)
+            axes.plot(runs["slip"], table["drawbar_N"] / load, color=colours[case], label=case)
+        ends = (table[f"drawbar_model_{end}_N"] / load for end in ("lo", "hi"))
+        label = "its interval, error of the other rigs"
+        axes.fill_between(
+            runs["slip"], *ends, color=colours[case], alpha=0.15, linewidth=0, label=label
+        )
+        axes.axhline(0, color="#808080", linewidth=0.5)
+        axes.set_title(f"{rig.label} ({load.mean():.3g} N)", fontsize=8)
+        axes.set_xlabel("slip")
+    for axes in panels[::4]:
+        axes.set_ylabel("drawbar over load")
+    panels[-1].axis("off")
+    panels[-1].legend(*panels[0].get_legend_handles_labels(), loc="center", fontsize=8)
+    page.savefig(file, dpi=150)
+
+
 def constants(rigs: Sequence[Rig], drawbar: Errors, torque: Errors) -> Iterator[str]:
     """Lines of `wheels.toml`: errors of all rigs of a shape."""
     for shape in ("lugged", "smooth"):
@@ -449,6 +479,7 @@ def main() -> None:
     default = Path(__file__).resolve().parents[2] / "shared" / "data"
     parser.add_argument("--data", type=Path, default=default, metavar="FOLDER")
     parser.add_argument("--quick", action="store_true", help="without intervals and sinkages")
+    parser.add_argument("--figure", type=Path, metavar="FILE", help="all rigs side by side")
     options = parser.parse_args()
     rigs = read_rigs(options.data)
     drawbar, torque = report_rigs(rigs)
@@ -457,6 +488,8 @@ def main() -> None:
     if not options.quick:
         report_intervals(rigs, drawbar)
         report_solved(rigs, drawbar)
+    if options.figure is not None:
+        draw_rigs(rigs, drawbar, options.figure)
     print("\n5 wheels.toml\n")
     print("\n".join(constants(rigs, drawbar, torque)))
 

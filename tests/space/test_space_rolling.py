@@ -62,7 +62,7 @@ def test_what_does_not_count_lies_behind_the_axle_and_faces_back(paddles):
     for pose, frame in enumerate(without.frames):
         every, _, areas, _, arms = faces.moving_faces(paddles, frame, without.rolling[pose])
         counted = faces.moving_faces(paddles, frame, with_track.rolling[pose])[0]
-        in_track = (arms[:, 0] < 0) & (areas[:, 0] < 0)
+        in_track = (arms[:, 0] < -1e-9) & (areas[:, 0] < -1e-9)
         assert_array_equal(counted, every[~in_track])
     forces = [compiled_mesh_forces(POPPY, paddles, m)[:, 0].mean() for m in (with_track, without)]
     assert forces[0] < forces[1]

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass, field
 from functools import cache, partial
 from importlib.resources import files
@@ -48,6 +49,9 @@ _SHALLOWEST = 1e-3
 
 _SOLVED, _BRACKETED = 1e-6, 1e-2
 """Errors over the radius of the rim of a sinkage that is solved, and of the ends between which draws are read."""
+
+_AXLE = 0.99
+"""Sinkage over the radius of the rim from which a wheel is at its axle, the deepest that is tried."""
 
 _SEED = 73
 
@@ -333,7 +337,7 @@ def wheel(
         confidence,
         *errors,
         _slip_range() if sinkages is None else None,
-        tuple(_notes(answer_table, given, profile, errors)),
+        tuple(_notes(answer_table, given, profile, errors, rim)),
     )
 
 
@@ -395,28 +399,40 @@ class _Wheel:
         self.draws = _some_draws(profile)
         self.alpha = float(profile.alpha(0.0, np.pi / 2)[0])
 
-    def turn(self, slip: float, sinkage_cm: float, poses: int = POSES) -> _Turn:
+    def turn(self, slip: float, sinkage_cm: float) -> _Turn:
         """Means of the medium itself."""
-        motion = self.roll(sinkage_cm, slip, poses)
-        forces = compiled_mesh_forces(self.profile, self.mesh, motion, "measured", self.friction)
-        return _Turn.of(forces)
+        return _Turn.of(self._forces(self.roll(sinkage_cm, slip, POSES)))
 
-    def turns_of_draws(self, slip: float, sinkage_cm: float) -> _Turn | None:
-        """Means of each draw (draws,); None where the medium has none.
+    def turns_of_draws(self, slip: float, sinkages_cm: Sequence[float]) -> _Turn:
+        """Means of each draw at each sinkage (draws, sinkages); of a medium without draws there is one.
 
         Draws differ from the medium's mean in a few poses, which are added to the mean of all poses.
         """
+        turns = [self.turn(slip, sinkage) for sinkage in sinkages_cm]
+        exact = _Turn(*(np.array(force) for force in zip(*turns, strict=True)))
         if self.draws is None:
-            return None
-        motion = self.roll(sinkage_cm, slip, _POSES_OF_DRAWS)
-        forces = mesh_draws(self.draws, self.mesh, motion, "measured", self.friction)
-        of_draws = _Turn.of(forces)
-        exact, coarse = self.turn(slip, sinkage_cm), self.turn(slip, sinkage_cm, _POSES_OF_DRAWS)
+            return _Turn(*(force[None] for force in exact))
+        few_poses = _join([self.roll(sinkage, slip, _POSES_OF_DRAWS) for sinkage in sinkages_cm])
+        shape = (len(sinkages_cm), _POSES_OF_DRAWS)
+        coarse = _Turn.of(self._forces(few_poses).reshape(*shape, -1))
+        forces = mesh_draws(self.draws, self.mesh, few_poses, "measured", self.friction)
+        of_draws = _Turn.of(forces.reshape(len(forces), *shape, -1))
         moved = (
-            draw + (all_poses - few_poses)
-            for draw, all_poses, few_poses in zip(of_draws, exact, coarse, strict=True)
+            draw + (all_poses - few)
+            for draw, all_poses, few in zip(of_draws, exact, coarse, strict=True)
         )
         return _Turn(*moved)
+
+    def _forces(self, motion: Motion3D) -> FloatArray:
+        return compiled_mesh_forces(self.profile, self.mesh, motion, "measured", self.friction)
+
+
+def _join(motions: Sequence[Motion3D]) -> Motion3D:
+    """Join poses, one motion after another, so that one pass through the draws serves all."""
+    joined = copy(motions[0])
+    joined.frames = np.concatenate([motion.frames for motion in motions])
+    joined.rolling = np.concatenate([motion.rolling for motion in motions])
+    return joined
 
 
 def _some_draws(profile: Profile) -> TableProfile | None:
@@ -451,7 +467,9 @@ def _numbers(turn: _Turn, sinkage: npt.ArrayLike) -> dict[str, Any]:
 def _at_sinkage(rolling: _Wheel, slip: float, sinkage_cm: float, load_N: float | None) -> _Solved:
     """Forces at a sinkage; with a load in a medium that carries it there."""
     turn = rolling.turn(slip, sinkage_cm)
-    of_draws = rolling.turns_of_draws(slip, sinkage_cm)
+    of_draws = None
+    if rolling.draws is not None:
+        of_draws = _Turn(*(force[:, 0] for force in rolling.turns_of_draws(slip, [sinkage_cm])))
     factor = 1.0
     if load_N is not None:
         if not turn.load > 0:
@@ -506,22 +524,12 @@ def _solve_sinkage(rolling: _Wheel, slip: float, load_N: float) -> _Solved:
         )
         return _not_carried(load_N, np.nan, what)
     best = {name: float(number) for name, number in _numbers(turn, sinkage).items()}
+    best["load_N"] = load_N
     least, most_alpha = _slip_range()
     ends = [depth_that_carries(factor, _BRACKETED) for factor in (2 * most_alpha, least / 2)]
     depths = np.geomspace(max(ends[0], shallowest), ends[1], _SINKAGES_OF_DRAWS)
-    draws = _turns_at(rolling, slip, depths)
-    return _Solved(best, _carry(draws, depths, load_N), 1.0, "")
-
-
-def _turns_at(rolling: _Wheel, slip: float, depths: FloatArray) -> _Turn:
-    """Means of draws (draws, depths); of a medium without draws there is one."""
-    turns = []
-    for depth in depths:
-        of_draws = rolling.turns_of_draws(slip, float(depth))
-        if of_draws is None:
-            of_draws = _Turn(*(np.atleast_1d(force) for force in rolling.turn(slip, float(depth))))
-        turns.append(of_draws)
-    return _Turn(*(np.stack(force, axis=-1) for force in zip(*turns, strict=True)))
+    of_draws = rolling.turns_of_draws(slip, depths.tolist())
+    return _Solved(best, _carry(of_draws, depths, load_N), 1.0, "")
 
 
 def _slip_range() -> tuple[float, float]:
@@ -605,7 +613,7 @@ def _row(
 
 
 def _notes(
-    answer: pd.DataFrame, given: str, profile: Profile, errors: tuple[float, float]
+    answer: pd.DataFrame, given: str, profile: Profile, errors: tuple[float, float], rim_cm: float
 ) -> list[str]:
     """Sentences on what the numbers say of medium and load."""
     notes = []
@@ -623,6 +631,9 @@ def _notes(
         notes.append(
             "Sinkage, drawbar and torque are of a bed that the wheel does not dig out; the intervals hold the digging."
         )
+        if "sinkage_hi_cm" in answer:
+            to_axle = answer.loc[answer["sinkage_hi_cm"] > _AXLE * rim_cm, "slip"]
+            notes += [f"Slip {slip:g}: it may dig itself in down to its axle." for slip in to_axle]
     if not isinstance(profile.spread, Profile):
         notes.append("No error of alpha is known of this profile.")
     if np.isnan(errors[0]):
