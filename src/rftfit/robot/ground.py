@@ -189,14 +189,16 @@ class Ground:
         travel, rate = self.frames[self._wheels, 3:6].copy(), self.frames[self._wheels, 6:9]
         track = self._has_track.astype(float)
         if self._delta_cm > 0:
-            self._way_cm += travel[:, :2] * time_step_s
+            level = travel[:, :2].copy()
+            self._way_cm += level * time_step_s
             length = np.linalg.norm(self._way_cm, axis=1)
             self._way_cm /= np.maximum(length / self._delta_cm, 1.0)[:, None]
-            length = np.minimum(length, self._delta_cm)
-            # the direction of the way, at the speed of now
-            speed = np.linalg.norm(travel[:, :2], axis=1)
-            travel[:, :2] = self._way_cm * (speed / np.where(length > 0, length, 1.0))[:, None]
-            track *= length / self._delta_cm
+            # looked ahead as the faces are, which damps; at the speed of now
+            ahead = self._way_cm + self._tau_s * level
+            length = np.linalg.norm(ahead, axis=1)
+            speed = np.linalg.norm(level, axis=1)
+            travel[:, :2] = ahead * (speed / np.where(length > 0, length, 1.0))[:, None]
+            track *= np.minimum(length / self._delta_cm, 1.0)
         self._rolling[self._wheels] = rolling_rows(travel, rate, self._radii, track)
 
 
