@@ -55,6 +55,7 @@ GROUPS = {
         "Motion3D",
         "wheel",
         "WheelAnswer",
+        "draw_wheel",
         "Ground",
         "simulate",
     ),

@@ -41,6 +41,7 @@ __all__ = [
     "beyond_measured",
     "check",
     "compare_media",
+    "draw_wheel",
     "estimate_map",
     "find_peaks",
     "fit_slope",
@@ -73,6 +74,7 @@ _FOUND_IN = {
     "compare.contrast": ("Comparison",),
     "compare.media": ("compare_media",),
     "errors": ("RftfitError",),
+    "figures.wheel": ("draw_wheel",),
     "model.body_error": ("BodyError",),
     "model.body_lessons": ("learn_body_error",),
     "model.contacts": ("Contact",),
@@ -112,6 +114,7 @@ if TYPE_CHECKING:
     from rftfit.compare.contrast import Comparison
     from rftfit.compare.media import compare_media
     from rftfit.errors import RftfitError
+    from rftfit.figures.wheel import draw_wheel
     from rftfit.model.body_error import BodyError
     from rftfit.model.body_lessons import learn_body_error
     from rftfit.model.contacts import Contact

@@ -219,6 +219,10 @@ def test_a_wheel_at_its_load():
     twice = rftfit.wheel(POPPY, wheel, 0.3, sinkage_cm=1.5, load_N=2 * row["load_N"]).table.iloc[0]
     assert twice["drawbar_N"] == pytest.approx(2 * row["drawbar_N"])
     assert twice["alpha_of_load_N_per_cm3"] == pytest.approx(2 * ALPHA_DOWN)
+    measured = answer.table[["slip", "drawbar_N", "load_N"]]
+    panels = rftfit.draw_wheel(answer, measured).axes
+    drawn = np.asarray(panels[0].lines[0].get_ydata())
+    assert drawn == pytest.approx([row["drawbar_N"]])
     with pytest.raises(ValueError, match="sinkage"):
         rftfit.wheel(POPPY, wheel, 0.3)
 

@@ -142,7 +142,7 @@ def test_a_lugged_wheel_rests_on_a_level_bed():
     for _, data, _, _ in (with_rule, plain):
         assert np.abs(data.qvel).max() < 1e-3
     # it never rolled, so it has no rut
-    assert_allclose(with_rule[1].qpos, plain[1].qpos, atol=1e-4)
+    assert_allclose(with_rule[1].qpos, plain[1].qpos, atol=5e-4)
 
 
 def test_wheels_that_are_refused():

@@ -142,7 +142,7 @@ def wheel(
     if figure is not None:
         from rftfit.figures.style import content
 
-        write_bytes(figure, content(answer.figure(points), ending, _DRAWN))
+        write_bytes(figure, content(rftfit.draw_wheel(answer, points), ending, _DRAWN))
     if not as_json:
         print_line(f"\nTable: {output}" + (f"; figure: {figure}" if figure else ""))
 

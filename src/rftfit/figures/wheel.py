@@ -29,7 +29,27 @@ _DARK, _LIGHT = 0.4, 0.18
 
 @style.styled()
 def draw_wheel(answer: WheelAnswer, measured: pd.DataFrame | None = None) -> Figure:
-    """Draw the table of an answer over slip; the last panel is what was not given: sinkage, or load."""
+    """Draw drawbar, torque, and sinkage or load over slip, with their intervals.
+
+    Parameters
+    ----------
+    answer : WheelAnswer
+        What `wheel` returns.
+    measured : pandas.DataFrame, optional
+        Points drawn beside: ``slip`` and any of ``drawbar_N``, ``torque_N_cm``, ``sinkage_cm``, ``load_N``.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Examples
+    --------
+    >>> import rftfit
+    >>> smooth = rftfit.Mesh.cylinder(radius_cm=6.25, width_cm=6, facets=24)
+    >>> answer = rftfit.wheel(rftfit.published_medium("poppy_LP"), smooth, [0.1, 0.3], sinkage_cm=2)
+    >>> len(rftfit.draw_wheel(answer).axes)
+    3
+    """
     last = "load_N" if answer.given == "sinkage" else "sinkage_cm"
     page, panels = style.panels([6.0], columns=3, widest_cm=6.0)
     for axes, column in zip(panels[0], ("drawbar_N", "torque_N_cm", last), strict=True):

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from functools import cache, partial
 from importlib.resources import files
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -28,9 +28,6 @@ from rftfit.model.peaks import half_width_of_bed, widen
 from rftfit.model.profiles import KnownMedium, Profile, TableProfile
 from rftfit.model.rolling import RULES, describe_friction, measure_radius
 from rftfit.store.text import table as format_table
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 POSES = 73
 """Poses of a turn of the mean. A prime number: no number of lugs repeats its phases."""
@@ -94,7 +91,7 @@ class _Turn(NamedTuple):
 class WheelAnswer:
     """A rolling wheel at some slips: made by `wheel`.
 
-    Attributes
+    Parameters
     ----------
     table : pandas.DataFrame
         One row a slip: ``slip``, ``load_N``, ``sinkage_cm``, ``drawbar_N`` (toward +x), ``torque_N_cm`` (of the drive), and
@@ -121,6 +118,14 @@ class WheelAnswer:
         Range of alpha over its own value, where the sinkage is solved.
     notes : tuple of str
         What the numbers say of the medium and the load.
+
+    Examples
+    --------
+    >>> import rftfit
+    >>> smooth = rftfit.Mesh.cylinder(radius_cm=6.25, width_cm=6, facets=24)
+    >>> answer = rftfit.wheel(rftfit.published_medium("poppy_LP"), smooth, 0.2, sinkage_cm=2)
+    >>> [row["slip"] for row in answer.as_dict()["rows"]]
+    [0.2]
     """
 
     table: pd.DataFrame = field(repr=False)
@@ -224,22 +229,6 @@ class WheelAnswer:
             `facts`, and ``rows``: a dict of each row of the table.
         """
         return self.facts | {"rows": self.table.to_dict("records")}
-
-    def figure(self, measured: pd.DataFrame | None = None) -> Figure:
-        """Draw drawbar, torque, and sinkage or load over slip, with their intervals.
-
-        Parameters
-        ----------
-        measured : pandas.DataFrame, optional
-            Points drawn beside: ``slip`` and any of ``drawbar_N``, ``torque_N_cm``, ``sinkage_cm``, ``load_N``.
-
-        Returns
-        -------
-        matplotlib.figure.Figure
-        """
-        from rftfit.figures.wheel import draw_wheel
-
-        return draw_wheel(self, measured)
 
 
 def wheel(
@@ -358,20 +347,22 @@ def _check_numbers(
         raise ValueError(f"friction: 0 or a positive number wanted, found {friction:g}")
     if not 0.5 < confidence < 1:
         raise ValueError(f"confidence: above 0.5 and below 1 wanted, found {confidence:g}")
-    by_row: list[FloatArray | None] = []
-    for name, numbers in (("sinkage_cm", sinkage_cm), ("load_N", load_N)):
-        if numbers is None:
-            by_row.append(None)
-            continue
-        values = np.asarray(numbers, dtype=float)
-        if values.shape not in ((), slips.shape):
-            raise ValueError(
-                f"{name}: one number, or one for each of {slips.size} slips wanted, found shape {values.shape}"
-            )
-        if not (np.isfinite(values) & (values > 0)).all():
-            raise ValueError(f"{name}: positive numbers wanted, found {values.tolist()}")
-        by_row.append(np.broadcast_to(values, slips.shape))
-    return slips, *by_row
+    sinkages = _one_a_slip("sinkage_cm", sinkage_cm, slips)
+    return slips, sinkages, _one_a_slip("load_N", load_N, slips)
+
+
+def _one_a_slip(name: str, numbers: npt.ArrayLike | None, slips: FloatArray) -> FloatArray | None:
+    """Take one positive number, or one for each slip."""
+    if numbers is None:
+        return None
+    of_slips = np.asarray(numbers, dtype=float)
+    if of_slips.shape not in ((), slips.shape):
+        raise ValueError(
+            f"{name}: one number, or one for each of {slips.size} slips wanted, found shape {of_slips.shape}"
+        )
+    if not (np.isfinite(of_slips) & (of_slips > 0)).all():
+        raise ValueError(f"{name}: positive numbers wanted, found {of_slips.tolist()}")
+    return np.broadcast_to(of_slips, slips.shape)
 
 
 def has_number(table: Profile, mesh: Mesh, friction: float | None) -> bool:
@@ -638,7 +629,9 @@ def _notes(
         notes.append("No error of alpha is known of this profile.")
     if np.isnan(errors[0]):
         notes.append(f"No error of the model on wheels is known of {profile.form}.")
-    notes += [f"Slip {row.slip:g}: {row.reason}." for row in answer.itertuples() if row.reason]
+    for slip, reason in zip(answer["slip"], answer["reason"], strict=True):
+        if reason:
+            notes.append(f"Slip {slip:g}: {reason}.")
     return notes
 
 
