@@ -114,9 +114,9 @@ def read_rigs(data: Path) -> list[Rig]:
     """Read all rigs, lugged ones first."""
     runs = pd.read_csv(data / "wheels-measured" / "single_wheel_experiments.csv")
     rigs = []
-    by_wheel = runs.groupby(["source", "grouser_height_m"], sort=False)
-    for (source, lug_m), of_wheel in by_wheel:
+    for _, of_wheel in runs.groupby(["source", "grouser_height_m"], sort=False):
         first = of_wheel.iloc[0]
+        lug_m = float(first["grouser_height_m"])
         radius, width = 100 * first["wheel_radius_m"], 100 * first["wheel_width_m"]
         if lug_m:
             mesh = lugged_wheel(radius, width, 100 * lug_m, int(first["grouser_count"]))
@@ -130,7 +130,13 @@ def read_rigs(data: Path) -> list[Rig]:
             "torque_N_cm": 100 * of_wheel["meas_torque_nm"],
         }
         rigs.append(
-            Rig(LABORATORIES[source], lug_m > 0, mesh, radius, _by_slip(pd.DataFrame(columns)))
+            Rig(
+                LABORATORIES[first["source"]],
+                lug_m > 0,
+                mesh,
+                radius,
+                _by_slip(pd.DataFrame(columns)),
+            )
         )
     rigs.append(read_kyoto(data / "yade-wheel"))
     rigs.append(read_cmu(data / "cmu-wheel" / "smooth.csv"))
