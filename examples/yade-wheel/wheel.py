@@ -26,6 +26,7 @@ SLIPS = {  # by run, in percent
     "fSlip60p00_2p0kg": 60.00,
 }
 RADIUS_CM = 11.0  # over the lugs
+EDGE_CM = 1.0  # the mesh has 284 triangles, some as long as the wheel is wide
 SURFACE_CM = -19.68
 """Height of the surface before the run in the coordinates of the runs, where a lug first touches (time series)."""
 CASES = {"rule": {}, "rule, friction 0.4": {"friction": 0.4}, "every face": {"track": False}}
@@ -123,7 +124,7 @@ def main(words):
     else:
         folder = fetch(folder)
     runs = read_runs(folder)
-    lugged = rftfit.Mesh.read(folder / MESH, "m")
+    lugged = rftfit.Mesh.read(folder / MESH, "m").refined(EDGE_CM)
     predictions = {case: predict_runs(lugged, runs, **options) for case, options in CASES.items()}
     cylinder = rftfit.Mesh.cylinder(RADIUS_CM, width_cm=10)
     predictions["plain cylinder"] = predict_runs(cylinder, runs)

@@ -43,7 +43,7 @@ def measured_runs():
 def test_the_rule_gives_the_measured_drawbar(wheel):
     pytest.importorskip("trimesh")
     runs = measured_runs()
-    lugged = rftfit.Mesh.read(YADE_WHEEL / "wheelKyoto.stl", "m")
+    lugged = rftfit.Mesh.read(YADE_WHEEL / "wheelKyoto.stl", "m").refined(wheel.EDGE_CM)
     off = {
         case: wheel.root_mean_square(
             wheel.predict_runs(lugged, runs, **options)["drawbar_N"] - runs["drawbar_N"]
