@@ -14,7 +14,7 @@ MOVED := $(shell [ -x $(BIN)/python ] && [ "$$(cat $(STAMP) 2>/dev/null)" = "$$(
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help env run sweep test golden pages timegate lint docs stranger gallery lock clean release mutants statistics matrix wheel coverage fuzz killed fulldisk samebytes cluster largelogs links accessible reliability disturbed intervals curved laws shared axes pairs compressed compare readings strokes contacts mutations reallogs labs benchmark scale FORCE
+.PHONY: help env run sweep test golden pages timegate lint docs stranger gallery lock clean release mutants statistics matrix wheel coverage fuzz killed fulldisk samebytes cluster largelogs links accessible reliability disturbed intervals curved laws shared axes pairs compressed compare readings strokes contacts wheels mutations reallogs labs benchmark scale FORCE
 
 #@ Every day
 help: ## show this list
@@ -176,6 +176,9 @@ compare: env ## two sessions of a medium are called alike, and 8 % of size and 1
 
 contacts: env ## what forces on legs and wheels tell of a medium, and of the same body elsewhere, 10 min
 	@$(BIN)/python studies/contacts.py $(or $(ARGS),all) --rows results/contacts
+
+wheels: env ## what `rftfit wheel` says of wheels measured in five laboratories (needs ../shared/data), 5 min (ARGS=--quick: 10 s)
+	@$(BIN)/python studies/wheels.py $(ARGS)
 
 readings: env ## readings that stand alone are found, and what sand does is left in, a few seconds (ARGS=500: pushes)
 	@$(BIN)/python studies/lone_readings.py $(ARGS)

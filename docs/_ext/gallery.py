@@ -59,11 +59,19 @@ Forces on a wheel in sand and its sinkage, by the measured law and by 3D-RFT; op
 
 From [the same page](howto/space.md): `python examples/cmu-wheel/wheel.py wheel.png`.
 
+### Measured wheels
+
+![drawbar over load over slip of seven measured wheels](images/space_rigs.webp)
+
+Drawbar over load of wheels of five laboratories at their load and sinkage. Good: points inside the shade; the line of KLS-1 is above all points, with lugs and without.
+
+From [a wheel at its load](howto/wheel.md): `python studies/wheels.py --figure rigs.png`.
+
 ### A lugged wheel
 
 ![drawbar and torque of a lugged wheel over slip, predicted from its load alone](images/space_lugged.webp)
 
-A lugged wheel in a bed of discrete elements: points simulated there, lines predicted from its load alone. Good: the line of the lugged mesh runs through the points.
+A lugged wheel: full points measured, open ones simulated by discrete elements, lines predicted from its load alone. Good: the line of the rule runs through the full points; the simulation itself is 0.9 to 2.0 N beside them.
 
 From [the same page](howto/space.md#a-lugged-wheel): `python examples/yade-wheel/wheel.py wheel.png`.
 

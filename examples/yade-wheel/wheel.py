@@ -1,37 +1,36 @@
-"""Drawbar and torque of a lugged wheel in a bed of discrete elements, from its load alone.
+"""Drawbar and torque of a lugged wheel, from its load alone, beside its measured traction and its simulation.
 
-``python examples/yade-wheel/wheel.py [--from DIR] [FIGURE.png]`` prints the table and draws the figure. Mesh and averages
-of the runs are downloaded into the folder ``yade-wheel``, each checked against its sha256; ``--from`` names a folder
-that has them. They are under the GPL-3 and no part of this project.
+``python examples/yade-wheel/wheel.py [--from DIR] [FIGURE.png]`` prints the table and draws the figure. Mesh, measured traction
+and averages of the simulated runs are downloaded into the folder ``yade-wheel``, each checked against its sha256;
+``--from`` names a folder that has them. They are under the GPL-3 and no part of this project.
 """
 
 import sys
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
 import rftfit
-from rftfit.reference import MEDIA
 from rftfit.store.digests import read_sums, sha256_of
 
 SOURCE = "https://github.com/Mississippi-State-University-OTM/Yade-DEM-Wheel-Soil-Simulator/raw/0a399180/"
 SUMS = Path(__file__).with_name("files.sha256")
 MESH = "meshes/wheelKyoto.stl"
-SLIPS = {  # by run; of the last one, which drives itself, the average of the run
-    "fSlip06p30_2p0kg": 0.0630,
-    "fSlip13p05_2p0kg": 0.1305,
-    "fSlip21p02_2p0kg": 0.2102,
-    "fSlip35p42_2p0kg": 0.3542,
-    "fSlip60p00_2p0kg": 0.6000,
-    "selfP02p76_2p0kg": 0.0268,
+TRACTION = "examples/Kyoto/Fig9ref.txt"
+SLIPS = {  # by run, in percent
+    "fSlip06p30_2p0kg": 6.30,
+    "fSlip13p05_2p0kg": 13.05,
+    "fSlip21p02_2p0kg": 21.02,
+    "fSlip35p42_2p0kg": 35.42,
+    "fSlip60p00_2p0kg": 60.00,
 }
 RADIUS_CM = 11.0  # over the lugs
-TURN_RAD_PER_S = 2.76
-POSES = 36  # of a turn; the 18 lugs repeat after 20 degrees
-SURFACE_CM = {"fSlip": -19.68, "selfP": -19.74}
+EDGE_CM = 1.0  # the mesh has 284 triangles, some as long as the wheel is wide
+SURFACE_CM = -19.68
 """Height of the surface before the run in the coordinates of the runs, where a lug first touches (time series)."""
+CASES = {"rule": {}, "rule, friction 0.4": {"friction": 0.4}, "every face": {"track": False}}
+COLOURS = ("#0072B2", "#009E73", "#D55E00", "#E69F00")
 
 
 def fetch(folder):
@@ -61,73 +60,53 @@ def is_right(path, digest):
 
 
 def read_runs(folder):
-    """One row a run, by slip: height of the axle (cm), forces (N) and torque of the medium on the wheel (N m)."""
+    """One row a slip: sinkage (cm) and load (N) of the simulation, drawbar (N) and torque (N cm) measured and simulated."""
+    columns = ["slip", "net", "gross", "resistance"]
+    traction = pd.read_csv(folder / TRACTION, sep=r"\s+", names=columns, header=0)
+    traction = traction.set_index("slip")
     rows = []
-    for run, slip in SLIPS.items():
+    for run, percent in SLIPS.items():
         lines = (folder / "examples" / "Kyoto" / run / "avgs.txt").read_text().splitlines()
         means = {line.split()[0]: float(line.split()[1]) for line in lines if line[0] != "#"}
         rows.append(
             {
-                "slip": slip,
-                "axle_cm": 100 * means["z"] - SURFACE_CM[run[:5]],
-                "drawbar_N": means["Fx"],
+                "slip": percent / 100,
+                "sinkage_cm": RADIUS_CM - (100 * means["z"] - SURFACE_CM),
                 "load_N": means["Fz"],
-                "torque_N_m": means["Ty"],
+                "drawbar_N": traction["net"][percent],
+                "torque_N_cm": traction["gross"][percent] * RADIUS_CM,
+                "simulated_drawbar_N": means["Fx"],
+                "simulated_torque_N_cm": -100 * means["Ty"],
             }
         )
     return pd.DataFrame(rows).sort_values("slip", ignore_index=True)
 
 
-def mean_profile():
-    """Mean of the published maps, each over its own alpha_z(0, 90 deg)."""
-    media = [rftfit.TableProfile.published(medium) for medium in MEDIA]
-    maps = [np.stack(medium.cells[2:]) / medium.alpha(0, np.pi / 2)[0] for medium in media]
-    return rftfit.TableProfile(*np.mean(maps, axis=0).reshape(2, 7, 13))
-
-
-def predict_runs(mesh, runs, law="measured", friction=None):
-    """Alpha (N/cm^3) at which the wheel carries its load at its height, and then its drawbar (N) and torque (N m)."""
-    profile = mean_profile()
-    turned = rftfit.Motion3D.roll(mesh, 1.0, 0.0, POSES).frames[:, 9:].reshape(-1, 3, 3)
-    rows = []
-    for run in runs.itertuples():
-        travel = (1 - run.slip) * RADIUS_CM * TURN_RAD_PER_S
-        motion = rftfit.Motion3D(
-            [0, 0, run.axle_cm], [travel, 0, 0], [0, TURN_RAD_PER_S, 0], turned
-        )
-        forces = rftfit.predict(
-            profile, mesh, motion, law=law, friction=friction, model_error=0
-        ).mean(numeric_only=True)
-        alpha = run.load_N / forces["force_z_N"]
-        rows.append(
-            {
-                "alpha": alpha,
-                "drawbar_N": alpha * forces["force_x_N"],
-                "torque_N_m": alpha * forces["moment_y_N_cm"] / 100,
-            }
-        )
-    return pd.DataFrame(rows)
+def predict_runs(mesh, runs, **options):
+    """Answer for all runs in a sand that carries the load at the height of the axle; its strength is not given."""
+    slip, sinkage, load = (runs[name] for name in ("slip", "sinkage_cm", "load_N"))
+    sand = rftfit.scale(1.0)
+    return rftfit.wheel(sand, mesh, slip, sinkage_cm=sinkage, load_N=load, **options).table
 
 
 def root_mean_square(errors):
     """Root mean square of some errors."""
-    return float(np.sqrt((errors**2).mean()))
+    return float((errors**2).mean() ** 0.5)
 
 
 def draw(runs, predictions):
-    """Drawbar and torque over slip: points from the discrete elements, lines predicted."""
-    page = Figure(figsize=(7.2, 3.2), layout="constrained")
-    for axes, name, label in zip(
-        page.subplots(1, 2),
-        ("drawbar_N", "torque_N_m"),
-        ("drawbar (N)", "torque on the wheel (N m)"),
-        strict=True,
-    ):
-        axes.plot(100 * runs["slip"], runs[name], "ko", label="discrete elements")
-        for (case, predicted), colour in zip(
-            predictions.items(), ("#0072B2", "#D55E00", "#E69F00"), strict=True
-        ):
+    """Drawbar and torque over slip: points measured and simulated, lines predicted; the interval is that of the first."""
+    page = Figure(figsize=(7.2, 3.4), layout="constrained")
+    labels = {"drawbar_N": "drawbar (N)", "torque_N_cm": "torque of the drive (N cm)"}
+    for axes, (name, label) in zip(page.subplots(1, 2), labels.items(), strict=True):
+        axes.plot(100 * runs["slip"], runs[name], "ko", label="measured")
+        axes.plot(100 * runs["slip"], runs[f"simulated_{name}"], "wo", mec="k", label="simulated")
+        for (case, predicted), colour in zip(predictions.items(), COLOURS, strict=True):
             axes.plot(100 * runs["slip"], predicted[name], color=colour, label=case)
+        quantity, _, unit = name.partition("_")
+        first = next(iter(predictions.values()))
+        ends = (first[f"{quantity}_model_{end}_{unit}"] for end in ("lo", "hi"))
+        axes.fill_between(100 * runs["slip"], *ends, color=COLOURS[0], alpha=0.15, linewidth=0)
         axes.set(xlabel="slip (%)", ylabel=label)
         axes.axhline(0, color="#808080", linewidth=0.6)
     page.axes[0].legend(fontsize=7)
@@ -145,21 +124,21 @@ def main(words):
     else:
         folder = fetch(folder)
     runs = read_runs(folder)
-    lugged = rftfit.Mesh.read(folder / MESH, "m")
+    lugged = rftfit.Mesh.read(folder / MESH, "m").refined(EDGE_CM)
+    predictions = {case: predict_runs(lugged, runs, **options) for case, options in CASES.items()}
     cylinder = rftfit.Mesh.cylinder(RADIUS_CM, width_cm=10)
-    predictions = {
-        "measured law, lugged mesh": predict_runs(lugged, runs),
-        "measured law, plain cylinder": predict_runs(cylinder, runs),
-        "3D-RFT, lugged mesh": predict_runs(lugged, runs, "3d-rft", 0.4),
-    }
+    predictions["plain cylinder"] = predict_runs(cylinder, runs)
     print(f"{len(runs)} runs, slip {100 * runs.slip.min():.0f} to {100 * runs.slip.max():.0f} %")
-    print("rms error of           drawbar, N  torque, N m  alpha at the least and largest slip")
+    print("rms error beside       measured: drawbar, N  torque, N m  simulated: drawbar, N")
     for case, predicted in predictions.items():
-        errors = (root_mean_square(predicted[n] - runs[n]) for n in ("drawbar_N", "torque_N_m"))
-        ends = " to ".join(f"{predicted['alpha'].iloc[place]:.2f}" for place in (0, -1))
-        print(f"{case:28} {next(errors):.2f}  {next(errors):.2f}  {ends}")
-    means = (runs[name].abs().mean() for name in ("drawbar_N", "torque_N_m"))
-    print(f"mean size                    {next(means):.2f}  {next(means):.2f}")
+        names = ("drawbar_N", "torque_N_cm")
+        drawbar, torque = (root_mean_square(predicted[n] - runs[n]) for n in names)
+        simulated = root_mean_square(predicted["drawbar_N"] - runs["simulated_drawbar_N"])
+        print(f"{case:28} {drawbar:15.2f} {torque / 100:12.2f} {simulated:22.2f}")
+    off = root_mean_square(runs["simulated_drawbar_N"] - runs["drawbar_N"])
+    print(f"the simulation itself        {off:15.2f}")
+    means = [runs[name].abs().mean() for name in ("drawbar_N", "torque_N_cm")]
+    print(f"mean size                    {means[0]:15.2f} {means[1] / 100:12.2f}")
     if words:
         draw(runs, predictions).savefig(words[0], dpi=150)
 

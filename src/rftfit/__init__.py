@@ -36,10 +36,12 @@ __all__ = [
     "ScaledMedium",
     "Shapes",
     "TableProfile",
+    "WheelAnswer",
     "arc",
     "beyond_measured",
     "check",
     "compare_media",
+    "draw_wheel",
     "estimate_map",
     "find_peaks",
     "fit_slope",
@@ -63,6 +65,7 @@ __all__ = [
     "scale_by_paper",
     "scaled_generic",
     "simulate",
+    "wheel",
     "write_profile",
 ]
 
@@ -71,6 +74,7 @@ _FOUND_IN = {
     "compare.contrast": ("Comparison",),
     "compare.media": ("compare_media",),
     "errors": ("RftfitError",),
+    "figures.wheel": ("draw_wheel",),
     "model.body_error": ("BodyError",),
     "model.body_lessons": ("learn_body_error",),
     "model.contacts": ("Contact",),
@@ -95,6 +99,7 @@ _FOUND_IN = {
     "model.shapes": ("Map", "Shapes", "estimate_map", "published_shapes", "scale"),
     "reference": ("published_table",),
     "results": ("Medium", "Results", "open"),
+    "model.wheel": ("WheelAnswer", "wheel"),
     "robot.ground": ("Ground",),
 }
 """Modules by what they define of it; one is imported when a name of it is first used."""
@@ -109,6 +114,7 @@ if TYPE_CHECKING:
     from rftfit.compare.contrast import Comparison
     from rftfit.compare.media import compare_media
     from rftfit.errors import RftfitError
+    from rftfit.figures.wheel import draw_wheel
     from rftfit.model.body_error import BodyError
     from rftfit.model.body_lessons import learn_body_error
     from rftfit.model.contacts import Contact
@@ -132,6 +138,7 @@ if TYPE_CHECKING:
     from rftfit.model.scaling import Reference, ScaledMedium, scale_by_paper
     from rftfit.model.scaling import published as published_reference
     from rftfit.model.shapes import Map, Shapes, estimate_map, published_shapes, scale
+    from rftfit.model.wheel import WheelAnswer, wheel
     from rftfit.reference import load as published_table
     from rftfit.results import Medium, Results
     from rftfit.results import open_results as open

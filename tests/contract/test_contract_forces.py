@@ -199,3 +199,44 @@ def test_the_robot_walks():
     for wrong in (101.0, math.inf, math.nan):
         with pytest.raises(ValueError, match=r"\w"):
             rftfit.simulate(POPPY, wrong)
+
+
+# --- a rolling wheel
+
+
+def test_a_wheel_at_its_load():
+    wheel = rftfit.Mesh.cylinder(6, 5, facets=24)
+    answer = rftfit.wheel(POPPY, wheel, 0.3, sinkage_cm=1.5)
+    assert isinstance(answer, rftfit.WheelAnswer)
+    mean = rftfit.predict(
+        POPPY, wheel, rftfit.Motion3D.roll(wheel, 1.5, 0.3, 73), model_error=0
+    ).mean(numeric_only=True)
+    row = answer.table.iloc[0]
+    assert row["drawbar_N"] == pytest.approx(mean["force_x_N"])
+    assert row["load_N"] == pytest.approx(mean["force_z_N"])
+    solved = rftfit.wheel(POPPY, wheel, 0.3, load_N=row["load_N"]).table.iloc[0]
+    assert solved["sinkage_cm"] == pytest.approx(1.5, rel=1e-3)
+    twice = rftfit.wheel(POPPY, wheel, 0.3, sinkage_cm=1.5, load_N=2 * row["load_N"]).table.iloc[0]
+    assert twice["drawbar_N"] == pytest.approx(2 * row["drawbar_N"])
+    assert twice["alpha_of_load_N_per_cm3"] == pytest.approx(2 * ALPHA_DOWN)
+    measured = answer.table[["slip", "drawbar_N", "load_N"]]
+    panels = rftfit.draw_wheel(answer, measured).axes
+    drawn = np.asarray(panels[0].lines[0].get_ydata())
+    assert drawn == pytest.approx([row["drawbar_N"]])
+    with pytest.raises(ValueError, match="sinkage"):
+        rftfit.wheel(POPPY, wheel, 0.3)
+
+
+def test_a_smooth_wheel_has_no_rule_and_a_lugged_one_has():
+    smooth = rftfit.Mesh.cylinder(6, 5, facets=24)
+    # every second rim vertex farther out: teeth
+    out = smooth.vertices_cm.copy()
+    turn = np.round(np.degrees(np.arctan2(out[:, 0], out[:, 2])) / 15).astype(int)
+    on_rim = np.hypot(out[:, 0], out[:, 2]) > 5.9
+    out[on_rim & (turn % 2 == 0)] *= [1.15, 1, 1.15]
+    lugged = rftfit.Mesh(out, smooth.faces)
+    rules = [rftfit.wheel(POPPY, mesh, 0.3, sinkage_cm=1).rule for mesh in (smooth, lugged)]
+    assert rules == ["none", "own-track"]
+    assert rftfit.wheel(POPPY, lugged, 0.3, sinkage_cm=1, track=False).rule == "none"
+    ground = rftfit.Ground(POPPY, [lugged, smooth], wheels=[0, 1], triangle_cm=9)
+    assert ground.rules == ("own-track", "none")

@@ -120,6 +120,7 @@ _COMMANDS = {
     "scale": "rftfit scale",
     "predict": "rftfit predict",
     "mesh": "rftfit predict --mesh",
+    "wheel": "rftfit wheel",
     "motion": "rftfit simulate",
 }
 """Command by what the name of its file begins with."""

@@ -12,7 +12,7 @@ import pytest
 import rftfit
 from rftfit.cli.main import main
 from rftfit.model.mesh import Mesh, Motion3D
-from rftfit.model.model_error import beyond_tested
+from rftfit.model.model_error import EPS_IN_SPACE, beyond_tested
 from rftfit.model.prediction import predict_with_peaks
 
 from .test_space_mesh import BALL, stl
@@ -38,7 +38,7 @@ MESH = "--mesh ball.stl --unit mm --path path.csv"
 
 def test_numbers_figure_and_json(command, tmp_path):
     code, out, err = command(f"{MESH} --alpha 0.35 --json --figure ball.png")
-    [too_small] = beyond_tested(length_cm=4.0, fastest_cm_per_s=0.0)
+    [too_small] = beyond_tested(length_cm=4.0, fastest_cm_per_s=0.0, eps=EPS_IN_SPACE)
     assert (code, too_small in err) == (0, True)
     lines = (tmp_path / "forces.csv").read_text().splitlines()
     rows = list(csv.DictReader(line for line in lines if line[0] != "#"))

@@ -1,6 +1,7 @@
 """Forces on faces and meshes in space agree with published vectors, plain numpy and symmetry."""
 
 from io import StringIO
+from itertools import product
 
 import numpy as np
 import pytest
@@ -208,8 +209,43 @@ def test_rotation_of_mesh_motion_and_frame(turn, law, friction):
             for mesh_motion in (turned, motion)
         )
         expected = about_z.apply(original[:6].reshape(2, 3)).ravel()
-        centre = about_z.apply(original[10:])
-        assert_allclose(rotated, [*expected, *original[6:10], *centre], atol=1e-9)
+        centre = about_z.apply(original[10:13])
+        assert_allclose(rotated[:13], [*expected, *original[6:10], *centre], atol=1e-9)
+        of_rotated, of_original = (loads_by_direction(forces) for forces in (rotated, original))
+        turned_back = about_z.as_matrix() @ of_original @ about_z.as_matrix().T
+        assert_allclose(of_rotated, turned_back, atol=1e-9)
+
+
+def loads_by_direction(forces):
+    """Sum of f f^T / |f| over the faces, (3, 3)."""
+    xx, yy, zz, xy, xz, yz = forces[13:]
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
+def test_an_error_is_as_large_as_what_faces_bear_in_its_direction():
+    """A slab that is pressed straight down bears nothing aside: there its error is the floor alone."""
+    slab = Mesh(*box(4.0, 4.0, 1.0))
+    down = Motion3D.press(slab, 3, 5)
+    table = rftfit.predict(POPPY, slab, down)
+    half = {
+        axis: (table[f"force_{axis}_model_hi_N"] - table[f"force_{axis}_model_lo_N"]) / 2
+        for axis in "xyz"
+    }
+    load = table["force_z_N"].to_numpy()
+    floor = 0.2 * load.max()
+    expected = 1.959964 * 0.39 * np.hypot(load, floor)
+    # ends of an interval lie between two of a thousand draws
+    assert_allclose(half["z"], expected, rtol=1e-2)
+    for axis in "xy":
+        assert_allclose(half[axis], 1.959964 * 0.39 * floor, rtol=1e-2)
+
+
+def box(length, width, height):
+    """Corners and faces of a box about the origin."""
+    corners = np.array(list(product((-0.5, 0.5), repeat=3))) * [length, width, height]
+    faces = [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1],
+             [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]]  # fmt: skip
+    return corners, faces
 
 
 def test_missing_numbers_say_why():

@@ -79,3 +79,77 @@ def test_refused(case):
     model = load(inside, options)
     with pytest.raises(InputError, match=words):
         attach(model, mujoco.MjData(model), POPPY, **settings)
+
+
+# --- A body declared a wheel
+
+
+SLOPE = """<mujoco><option timestep="0.001" integrator="implicitfast" gravity="{ahead} 0 {down}"/>
+<worldbody><body name="wheel" pos="0 0 0.05"><joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 0 1"/>
+<joint name="axle" type="hinge" axis="0 1 0" pos="{offset} 0 0"/>
+<inertial pos="0 0 0" mass="1" diaginertia="0.002 0.003 0.002"/></body></worldbody></mujoco>"""
+"""A wheel that moves in the plane, on a slope by turned gravity."""
+
+
+def paddle_wheel():
+    """A wheel of eight paddles, 4 cm to their tips."""
+    parts = [rftfit.Mesh.cylinder(3.2, 3, 24)]
+    for angle in np.radians(45 * np.arange(8)):
+        turn = np.array(
+            [[np.cos(angle), 0, np.sin(angle)], [0, 1, 0], [-np.sin(angle), 0, np.cos(angle)]]
+        )
+        x, y, z = np.meshgrid([-0.2, 0.2], [-1.5, 1.5], [3.0, 4.0], indexing="ij")
+        corners = np.stack([x.ravel(), y.ravel(), z.ravel()], axis=1)
+        faces = [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1],
+                 [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]]  # fmt: skip
+        parts.append(rftfit.Mesh(corners @ turn.T, faces))
+    vertices = np.concatenate([part.vertices_cm for part in parts])
+    starts = np.cumsum([0, *(len(part.vertices_cm) for part in parts)])
+    faces = [part.faces + start for part, start in zip(parts, starts, strict=False)]
+    return rftfit.Mesh(vertices, np.concatenate(faces), "paddles")
+
+
+def roll_down(slope_deg, seconds, speed=0.0, **options):
+    """Ground, data, energy that was lost and work of the medium of a wheel on a slope."""
+    slope = np.radians(slope_deg)
+    gravity = {"ahead": 9.81 * np.sin(slope), "down": -9.81 * np.cos(slope)}
+    model = mujoco.MjModel.from_xml_string(SLOPE.format(offset=0, **gravity))
+    model.opt.enableflags |= mujoco.mjtEnableBit.mjENBL_ENERGY
+    data = mujoco.MjData(model)
+    data.qvel[:] = speed, 0, speed / 0.04
+    ground = attach(model, data, POPPY, meshes={"wheel": paddle_wheel()}, triangle_cm=1, **options)
+    mujoco.mj_forward(model, data)
+    before, work = data.energy.sum(), 0.0
+    for _ in range(round(1000 * seconds)):
+        rates = data.qvel.copy()
+        ground.step()
+        force = data.xfrc_applied[1, [0, 2, 4]]
+        work += 0.001 * force @ (rates + data.qvel) / 2
+    mujoco.mj_forward(model, data)
+    return ground, data, data.energy.sum() - before, work
+
+
+def test_energy_of_a_lugged_wheel_that_rolls_down_a_slope():
+    ground, data, gained, work = roll_down(25, 0.8, speed=1.0, wheels=["wheel"])
+    assert ground.rules == ("own-track",)
+    assert data.qpos[0] > 0.1  # it rolled
+    assert work < 0
+    assert gained == pytest.approx(work, rel=0.01)
+
+
+def test_a_lugged_wheel_rests_on_a_level_bed():
+    with_rule, plain = (roll_down(0, 1.0, **options) for options in ({"wheels": ["wheel"]}, {}))
+    for _, data, _, _ in (with_rule, plain):
+        assert np.abs(data.qvel).max() < 1e-3
+    # it never rolled, so it has no rut
+    assert_allclose(with_rule[1].qpos, plain[1].qpos, atol=5e-4)
+
+
+def test_wheels_that_are_refused():
+    model = mujoco.MjModel.from_xml_string(SLOPE.format(ahead=0, down=-9.81, offset=0.01))
+    data = mujoco.MjData(model)
+    meshes = {"wheel": rftfit.Mesh.cylinder(4, 3)}
+    with pytest.raises(InputError, match="origin"):
+        attach(model, data, POPPY, meshes=meshes, wheels=["wheel"])
+    with pytest.raises(InputError, match="allowed"):
+        attach(model, data, POPPY, meshes=meshes, wheels=["wheels"])

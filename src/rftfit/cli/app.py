@@ -25,6 +25,7 @@ from rftfit.cli.scale import scale
 from rftfit.cli.simulate import simulate, sweep
 from rftfit.cli.verify import verify
 from rftfit.cli.watch import watch
+from rftfit.cli.wheel import wheel
 from rftfit.version import __version__
 
 # one paragraph per code: the help joins the lines of a paragraph
@@ -72,6 +73,13 @@ _EXAMPLES: tuple[tuple[Callable[..., None], str], ...] = (
             "predict --leg c_leg --medium poppy_LP\n\n"
             "Example in the field, any outline: rftfit predict --outline scoop.csv --width 5 "
             "--path dig.csv --alpha 0.9"
+        ),
+    ),
+    (
+        wheel,
+        (
+            "wheel --mesh wheel.stl --unit mm --slip 0.1,0.3,0.5 --load 20 --alpha 0.9 --friction 0.4 "
+            "--figure wheel.png"
         ),
     ),
     (simulate, "simulate --frequency 2 --curvature 1 --medium poppy_LP"),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import warnings
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -84,12 +83,15 @@ def predict(
             "its rim in cm, and slip, 0.2 for 20 % (below 0: it brakes).",
         ),
     ] = None,
+    rim: options.RimRadius = None,
+    no_track: options.NoTrack = False,
     unit: Annotated[
         str | None, typer.Option(metavar="UNIT", help="Of the mesh: mm, cm, m or in.")
     ] = None,
     sheet: Annotated[
         bool, typer.Option("--sheet", help="The mesh is a thin sheet and need not be closed.")
     ] = False,
+    friction: options.FrictionOfMesh = None,
     medium_options: options.MediumOptions,
     se: options.ErrorOfTest = None,
     confidence: options.Level = 0.95,
@@ -111,10 +113,25 @@ def predict(
     from rftfit.model.model_error import eps_of, has_model_error
     from rftfit.model.peaks import unknown_peaks
     from rftfit.model.prediction import PEAKS, QUANTITIES, predict_with_peaks
+    from rftfit.model.rolling import RULES, describe_friction
     from rftfit.store import write_bytes, write_text
 
     medium_options.check(se)
-    _check_words(body, mesh, unit, sheet, figure, press, roll)
+    of_mesh = {
+        "--unit": unit is not None,
+        "--sheet": sheet,
+        "--friction": friction is not None,
+        "--figure": figure is not None,
+        "--press": press is not None,
+        "--roll": roll is not None,
+        "--rim": rim is not None,
+        "--no-track": no_track,
+    }
+    _check_words(body, mesh, unit, of_mesh, press, roll)
+    if roll is None and (rim is not None or no_track):
+        raise InputError(
+            f"found {'--no-track' if no_track else '--rim'} without --roll SINKAGE,SLIP, to which it belongs"
+        )
     inputs = CollectedErrors()
     shape: Any = None
     motion: Any = None
@@ -136,16 +153,19 @@ def predict(
         if leg is not None:
             shape = leg.outline
         else:
-            shape = body.make_outline() if mesh is None else _read_mesh(mesh, str(unit), sheet)
+            shape = (
+                body.make_outline() if mesh is None else options.read_mesh(mesh, str(unit), sheet)
+            )
     with inputs.collect():
         if mesh is None:
             motion = body.make_motion()
         elif body.path is not None:
             motion = rftfit.Motion3D.read(body.path)
         elif shape is not None:
-            motion = _make_motion(shape, press, roll)
+            motion = _make_motion(shape, press, roll, not no_track, rim)
     with inputs.collect():
         options.check_confidence(confidence)
+        options.check_friction(friction)
         options.check_model_error(model_error)
         source = medium_options.find(se, partial(_is_whole, shape, motion))
         _check_error_of(source, model_error)
@@ -157,7 +177,13 @@ def predict(
     if mesh is not None:
         _warn_of_time(source, shape, len(motion.frames))
     forces, peaks = predict_with_peaks(
-        source, shape, motion, confidence, model_error=model_error, body_error=body_error
+        source,
+        shape,
+        motion,
+        confidence,
+        friction=friction,
+        model_error=model_error,
+        body_error=body_error,
     )
     key, quantities = next(iter(motion.columns)), QUANTITIES if mesh is None else IN_SPACE
     best = {name: forces[name].to_numpy(float) for name in quantities}
@@ -174,10 +200,15 @@ def predict(
     names["profile"] = source.name + (
         f", {results.as_posix()}" if results and medium_options.medium else ""
     )
-    eps = eps_of(model_error, source)
+    eps = eps_of(model_error, source, shape)
     beside = None if source.beside is None else source.beside()
     if beside is not None:
         names["beside"] = beside.name
+    rule = motion.rule if roll is not None else None
+    if rule is not None:
+        names["rule"] = f"{rule}: {RULES[rule]}"
+    if rule is not None or friction is not None:
+        names["friction"] = describe_friction(friction)
     percent = f"{100 * confidence:g} % interval"
     level = f"{percent} of alpha" if source.spread is not None else ""
     level_of_model = f"{percent} with the model's own error (eps {eps:g})" if eps else ""
@@ -210,6 +241,10 @@ def predict(
             "model_error_known": has_model_error(source),
             "forces": str(output),
         }
+        if "friction" in names:
+            facts |= {"friction": friction}
+        if rule is not None:
+            facts |= {"rule": rule, "mean_of_turn": _means_of_turn(forces)}
         print_line(json_text(names | facts))
     else:
         print_line("\n".join(f"{word.capitalize()}: {name}" for word, name in names.items()) + "\n")
@@ -229,7 +264,7 @@ def predict(
             print_line(f"Not in the intervals: {left_out}.")
         if mesh is not None:
             if roll is not None:
-                print_line(_means_as_text(forces))
+                print_line(_format_means(_means_of_turn(forces)))
             print_line(
                 f"\nNot in the intervals: the law in space may err by up to {forces['closure_N'].max():.3g} N "
                 "(closure_N), in the worst case."
@@ -263,21 +298,13 @@ def _check_words(
     body: options.BodyOptions,
     mesh: Path | None,
     unit: str | None,
-    sheet: bool,
-    figure: Path | None,
+    of_mesh: dict[str, bool],
     press: float | None,
     roll: str | None,
 ) -> None:
     """Refuse options of a mesh without one, and those of an outline with one."""
     if mesh is None:
-        given = {
-            "--unit": unit is not None,
-            "--sheet": sheet,
-            "--figure": figure is not None,
-            "--press": press is not None,
-            "--roll": roll is not None,
-        }
-        if options_given := [option for option, is_given in given.items() if is_given]:
+        if options_given := [option for option, is_given in of_mesh.items() if is_given]:
             raise InputError(f"found {options_given[0]} without --mesh FILE, to which it belongs")
         return
     given = {"--width": body.width is not None, "--hip": body.hip is not None}
@@ -299,7 +326,9 @@ def _check_words(
         raise InputError(f"--mesh needs {'; and '.join(missing)}")
 
 
-def _make_motion(mesh: Mesh, press: float | None, roll: str | None) -> Motion3D:
+def _make_motion(
+    mesh: Mesh, press: float | None, roll: str | None, track: bool, rim: float | None
+) -> Motion3D:
     """Press a mesh straight down, or roll it for one turn."""
     try:
         if press is not None:
@@ -307,21 +336,27 @@ def _make_motion(mesh: Mesh, press: float | None, roll: str | None) -> Motion3D:
         words = str(roll).split(",")
         if len(words) != 2:
             raise ValueError("two numbers wanted, sinkage in cm and slip, as 2,0.2")
-        return rftfit.Motion3D.roll(mesh, float(words[0]), float(words[1]))
+        sinkage, slip = map(float, words)
+        return rftfit.Motion3D.roll(mesh, sinkage, slip, track=track, rim_cm=rim)
     except ValueError as error:
         option = f"--press {press:g}" if press is not None else f"--roll {roll}"
         raise InputError(f"{option}: {error}") from error
 
 
-def _means_as_text(forces: pd.DataFrame) -> str:
-    """Format the mean forces of a wheel over its turn."""
+def _means_of_turn(forces: pd.DataFrame) -> dict[str, float]:
+    """Mean forces of a wheel over its turn."""
     drawbar, load, moment = (
-        forces[name].mean(skipna=False) for name in ("force_x_N", "force_z_N", "moment_y_N_cm")
+        float(forces[name].mean(skipna=False))
+        for name in ("force_x_N", "force_z_N", "moment_y_N_cm")
     )
     # the medium turns the wheel back: the drive gives the opposite moment
+    return {"drawbar_N": drawbar, "load_N": load, "torque_N_cm": -moment}
+
+
+def _format_means(means: dict[str, float]) -> str:
     return (
-        f"\nMean over the turn: drawbar (toward +x) {drawbar:.4g} N, load (up) {load:.4g} N, "
-        f"torque of the drive {-moment:.4g} N cm."
+        f"\nMean over the turn: drawbar (toward +x) {means['drawbar_N']:.4g} N, load (up) {means['load_N']:.4g} N, "
+        f"torque of the drive {means['torque_N_cm']:.4g} N cm."
     )
 
 
@@ -342,16 +377,6 @@ def _check_error_of(profile: Profile, model_error: float | None) -> None:
         eps_of(model_error, profile)
     except ValueError as error:
         raise InputError(f"--model-error: {error}") from error
-
-
-def _read_mesh(file: Path, unit: str, sheet: bool) -> Mesh:
-    """The mesh; what was mended in it is printed."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        mesh = rftfit.Mesh.read(file, unit, sheet)
-    for note in mesh.notes:
-        warn(f"warning: {file}: {note}")
-    return mesh
 
 
 def _warn_of_time(source: Any, mesh: Mesh, poses: int) -> None:

@@ -82,7 +82,7 @@ def _body(page: Figure, profile: Profile, mesh: Mesh, motion: Motion3D, pose: in
 
     frame = motion.frames[pose]
     turned, place = frame[9:].reshape(3, 3), frame[:3]
-    counts, _, normal, moves, arm = moving_faces(mesh, frame)
+    counts, _, normal, moves, arm = moving_faces(mesh, frame, motion.rolling[pose])
     stress = np.zeros(len(mesh.faces))
     alpha = face_alpha(profile, normal, moves)
     stress[counts] = np.linalg.norm(alpha.reshape(-1, 3), axis=-1) * -(place + arm)[:, 2]

@@ -20,6 +20,9 @@ IntArray = npt.NDArray[np.int64]
 
 # as in `rftfit.model.profiles` and `rftfit.model.rft3d`, which the cache does not watch
 _NEGLIGIBLE, _NONE = 1e-9, 1e-9
+_LEVEL = 1e-9
+"""A face of a wheel that faces back by less, or lies less behind the axle (cm), does so by rounding."""
+
 _ASIDE = 1e-9
 """A face whose unit velocity leaves the plane of its normal and the vertical by less stays in it."""
 
@@ -133,29 +136,36 @@ def face_forces(
     faces: FloatArray,
     ranges: IntArray,
     frames: FloatArray,
+    rolling: FloatArray,
     elastic: tuple[float, float, float],
     shifts: FloatArray,
     sums: FloatArray,
 ) -> None:
-    """Forces on bodies, each the faces of one range in one frame, written to `sums` (p, 7 or 13).
+    """Forces on bodies, each the faces of one range in one frame, written to `sums` (p, 7 or 19).
 
     `pack`: of a table. `coefficients`: (3, 20) times xi: 3D-RFT; (0, 0): the measured law. `friction`: below 0
     for none. `faces`: as of `face_rows`. `ranges`: (p, 2). `frames`: (p, 18) as of `Motion3D.frames`.
+    `rolling`: (p, 5) as of `rftfit.model.rolling`; zeros: no wheel.
     `elastic`: time since the last call (s), delta (cm), tau (s), and `shifts` the displacements u (m, 3), cm,
     changed in place; delta 0: the plain law. `sums`: force x, y, z (N), moment x, y, z about the reference
-    point (N cm), and depth times area of the leading faces that leave their plane (cm^3). Where it has 13
+    point (N cm), and depth times area of the leading faces that leave their plane (cm^3). Where it has 19
     columns, also what faces bear without cancellation: sum of the vertical parts, of the horizontal
-    ones and of the whole forces (N), and of the latter times the arm x, y, z (N cm).
+    ones and of the whole forces (N), of the latter times the arm x, y, z (N cm), and by direction the sum of
+    f f^T / |f| over forces f: xx, yy, zz, xy, xz, yz (N).
     """
     passed, delta, tau = elastic
     bare = sums.shape[1] > 7
     for p in range(len(ranges)):
         f = frames[p]
+        ahead_x, ahead_y, least_lead = rolling[p, 0], rolling[p, 1], rolling[p, 2]
+        track = rolling[p, 3]
+        least_outward = rolling[p, 4]
         lost = 0.0
         for k in range(18):
             lost += 0.0 * f[k]
         sx, sy, sz, mx, my, mz, leaving = lost, lost, lost, lost, lost, lost, lost
         up, level, whole, cx, cy, cz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        xx, yy, zz, xy, xz, yz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         for i in range(ranges[p, 0], ranges[p, 1]):
             t = faces[i]
             z1 = f[2] + f[15] * t[0] + f[16] * t[1] + f[17] * t[2]
@@ -189,7 +199,10 @@ def face_forces(
             vy = f[4] + f[8] * ax - f[6] * az
             vz = f[5] + f[6] * ay - f[7] * ax
             weight = 1.0
+            lead = least_lead
             if delta > 0:
+                if lead > 0:  # in the unit of u + tau v, along which the law is read
+                    lead = lead / max(math.sqrt(vx * vx + vy * vy + vz * vz), _NONE)
                 u = shifts[i]
                 ux, uy, uz = u[0] + passed * vx, u[1] + passed * vy, u[2] + passed * vz
                 length = math.sqrt(ux * ux + uy * uy + uz * uz)
@@ -197,16 +210,25 @@ def face_forces(
                     ux, uy, uz = ux * delta / length, uy * delta / length, uz * delta / length
                 u[0], u[1], u[2] = ux, uy, uz
                 vx, vy, vz = ux + tau * vx, uy + tau * vy, uz + tau * vz
-                weight = min(1.0, math.sqrt(vx * vx + vy * vy + vz * vz) / delta)
+                length = math.sqrt(vx * vx + vy * vy + vz * vz)
+                weight = min(1.0, length / delta)
+                lead = lead * length
             nx = f[9] * t[12] + f[10] * t[13] + f[11] * t[14]
             ny = f[12] * t[12] + f[13] * t[13] + f[14] * t[14]
             nz = f[15] * t[12] + f[16] * t[13] + f[17] * t[14]
             outward = nx * vx + ny * vy + nz * vz
             if t[16] > 0 and outward < 0:
                 nx, ny, nz, outward = -nx, -ny, -nz, -outward
-            if not outward > 0:
+            ahead = nx * ahead_x + ny * ahead_y
+            if lead > 0:
+                outward += lead * ahead
+            if not outward > least_outward:
                 lost += 0.0 * outward
                 continue
+            if track > 0 and ahead < -_LEVEL and ax * ahead_x + ay * ahead_y < -_LEVEL:
+                if track >= 1:
+                    continue
+                weight = weight * (1 - track)
             speed = math.sqrt(vx * vx + vy * vy + vz * vz)
             vx, vy, vz = vx / speed, vy / speed, vz / speed
             if coefficients.size > 0:
@@ -237,7 +259,12 @@ def face_forces(
                 size = math.sqrt(x * x + y * y + z * z)
                 up, level, whole = up + abs(z), level + math.sqrt(x * x + y * y), whole + size
                 cx, cy, cz = cx + size * ax, cy + size * ay, cz + size * az
+                if size > 0:
+                    dx, dy, dz = x / size, y / size, z / size
+                    xx, yy, zz = xx + dx * x, yy + dy * y, zz + dz * z
+                    xy, xz, yz = xy + dx * y, xz + dx * z, yz + dy * z
         row = sums[p]
         row[0], row[1], row[2], row[3], row[4], row[5], row[6] = sx, sy, sz, mx, my, mz, leaving
         if bare:
             row[7], row[8], row[9], row[10], row[11], row[12] = up, level, whole, cx, cy, cz
+            row[13], row[14], row[15], row[16], row[17], row[18] = xx, yy, zz, xy, xz, yz

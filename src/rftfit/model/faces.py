@@ -17,6 +17,7 @@ from rftfit.conventions import FloatArray, wrap_beta
 from rftfit.model import rft3d
 from rftfit.model.mesh import IntArray, Mesh, Motion3D, area_vectors
 from rftfit.model.profiles import NEGLIGIBLE, Profile, TableProfile
+from rftfit.model.rolling import NO_WHEEL, leads
 
 LAWS = ("measured", "3d-rft")
 
@@ -129,7 +130,7 @@ def submerged_parts(triangles: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def moving_faces(
-    mesh: Mesh, frame: FloatArray
+    mesh: Mesh, frame: FloatArray, rolling: FloatArray = NO_WHEEL
 ) -> tuple[IntArray, FloatArray, FloatArray, FloatArray, FloatArray]:
     """The faces that count in a pose: number, depth times wet area (cm^3), area vector, velocity, arm (cm)."""
     position, velocity, rate = frame[:9].reshape(3, 3)
@@ -141,8 +142,10 @@ def moving_faces(
     outward = (areas * moves).sum(axis=-1)
     if mesh.sheet:
         areas, outward = areas * np.sign(outward)[:, None], np.abs(outward)
-    counts = np.flatnonzero((share > 0) & (outward > 0))
-    load = -centre[:, 2] * share * np.linalg.norm(areas, axis=-1)
+    area = np.linalg.norm(areas, axis=-1)
+    count = leads(outward, areas, arm, rolling)
+    counts = np.flatnonzero((share > 0) & count)
+    load = -centre[:, 2] * share * area
     return counts, load[counts], areas[counts], moves[counts], arm[counts]
 
 
@@ -155,8 +158,8 @@ def mesh_forces(
 ) -> FloatArray:
     """Force x, y, z (N) and moment x, y, z about the reference point (N cm), shape (draws, p, 6)."""
     poses = []
-    for frame in motion.frames:
-        _, load, normal, moves, arm = moving_faces(mesh, frame)
+    for frame, rolling in zip(motion.frames, motion.rolling, strict=True):
+        _, load, normal, moves, arm = moving_faces(mesh, frame, rolling)
         force = _times(load, face_alpha(profile, normal, moves, law, friction))
         poses.append(np.concatenate([force, np.cross(arm, force)], axis=-1).sum(axis=-2))
     return np.stack(poses, axis=-2)

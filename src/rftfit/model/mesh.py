@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 from copy import copy
 from dataclasses import replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,15 @@ from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
 from rftfit.model.motion import SCHEMA, read_times
 from rftfit.model.outlines import Outline
+from rftfit.model.rolling import (
+    LEAST_RIM,
+    NO_RULE,
+    NO_WHEEL,
+    TRACK_RULE,
+    fills_hull,
+    measure_radius,
+    rolling_rows,
+)
 
 IntArray = NDArray[np.int64]
 
@@ -36,9 +46,6 @@ PATH = replace(
         ),
     ),
 )
-
-_OUT_OF_ROUND = 0.1
-"""Least and greatest x and z of a wheel are as far from its axle as its rim, but for this part of the radius."""
 
 _SAME = 1e-7
 """Vertices that are nearer, as a part of the mesh's size, are one: an STL file repeats them in each triangle."""
@@ -127,6 +134,16 @@ class Mesh:
     def area_cm2(self) -> float:
         """Area of all faces (of a sheet: of one side)."""
         return float(np.linalg.norm(area_vectors(self.triangles), axis=-1).sum())
+
+    @cached_property
+    def is_convex(self) -> bool:
+        """Whether a solid body fills its convex hull."""
+        return fills_hull(self.vertices_cm, self.volume_cm3)
+
+    @property
+    def volume_cm3(self) -> float:
+        """Volume that the faces enclose; of a sheet it means nothing."""
+        return float(np.linalg.det(self.triangles - self.vertices_cm.mean(axis=0)).sum()) / 6
 
     def moved(self, rotation: FloatArray, by_cm: FloatArray) -> Mesh:
         """Turn the mesh by a matrix, then move it.
@@ -389,6 +406,8 @@ class Motion3D:
     columns : dict of str to numpy.ndarray, shape (p,)
         ``x_cm, y_cm, z_cm``; of a path ``t_s`` before and ``turn_x_deg, turn_y_deg, turn_z_deg`` after them; of
         `press` and `roll` depth or turn before them.
+    rule : str
+        ``own-track`` where faces of a rolling wheel behind its axle that face back do not count, else ``none``.
 
     Raises
     ------
@@ -431,6 +450,8 @@ class Motion3D:
             [np.broadcast_to(poses_given, (poses, poses_given.shape[1])) for poses_given in arrays]
         )
         self.name = name
+        self.rolling = np.zeros((poses, len(NO_WHEEL)))
+        self.rule = NO_RULE
         self.columns = {f"{axis}_cm": self.frames[:, k] for k, axis in enumerate("xyz")}
         turned = self.frames[np.isfinite(self.frames).all(axis=1), 9:].reshape(-1, 3, 3)
         square = turned @ turned.swapaxes(1, 2)
@@ -474,7 +495,16 @@ class Motion3D:
         return motion
 
     @classmethod
-    def roll(cls, mesh: Mesh, sinkage_cm: float, slip: float, poses: int = 72) -> Motion3D:
+    def roll(
+        cls,
+        mesh: Mesh,
+        sinkage_cm: float,
+        slip: float,
+        poses: int = 72,
+        *,
+        track: bool = True,
+        rim_cm: float | None = None,
+    ) -> Motion3D:
         """Roll a wheel toward +x for one turn, so deep and with this slip.
 
         Parameters
@@ -482,12 +512,17 @@ class Motion3D:
         mesh : Mesh
             The axle lies along y through the reference point (0, 0, 0).
         sinkage_cm : float
-            Depth of the lowest point of the rim, which is as far from the axle as the farthest vertex.
+            Depth of the lowest point of the rim.
         slip : float
             1 less travel over rim speed where the rim is faster (it drives: 0 to 1), rim speed over travel less 1
             where it is slower (it brakes: -1 to 0; -1 is a locked wheel).
         poses : int, optional
             Equal steps of a turn.
+        track : bool, optional
+            Whether a wheel that is not convex leaves a rut: behind its axle faces that face back do not count. A sheet
+            leaves none.
+        rim_cm : float, optional
+            Radius of the rim, to which sinkage and slip belong. Default: to the farthest vertex, over the lugs.
 
         Returns
         -------
@@ -497,36 +532,39 @@ class Motion3D:
         Raises
         ------
         ValueError
-            If the axle does not lie along y through the middle, or sinkage or slip are impossible.
+            If the axle does not lie along y through the middle, or sinkage, slip or rim are impossible.
         """
-        x, _, z = mesh.vertices_cm.T
-        radius = float(np.hypot(x, z).max())
-        ends = np.array([x.min(), x.max(), z.min(), z.max()]) / radius
-        if np.abs(np.abs(ends) - 1).max() > _OUT_OF_ROUND:
+        radius = measure_radius(mesh.vertices_cm)
+        rim = radius if rim_cm is None else float(rim_cm)
+        if not LEAST_RIM * radius <= rim <= radius * (1 + 1e-9):
             raise ValueError(
-                "a wheel's axle lies along y through (0, 0, 0) of the mesh; found x from "
-                f"{x.min():.4g} to {x.max():.4g} and z from {z.min():.4g} to {z.max():.4g} cm: turn or move it"
+                f"a rim of {LEAST_RIM * radius:.4g} to {radius:.4g} cm wanted, the farthest point of the mesh; found {rim:g}"
             )
-        if not 0 < sinkage_cm < 2 * radius:
+        if not 0 < sinkage_cm < 2 * rim:
             raise ValueError(
-                f"a sinkage above 0 and below the diameter of {2 * radius:.4g} cm wanted, found {sinkage_cm:g}"
+                f"a sinkage above 0 and below the diameter of {2 * rim:.4g} cm wanted, found {sinkage_cm:g}"
             )
         if not -1 <= slip <= 1:
             raise ValueError(f"a slip from -1 to 1 wanted (20 % is 0.2), found {slip:g}")
-        rim, travel = (1.0, 1 - slip) if slip >= 0 else (1 + slip, 1.0)
+        rim_speed, travel = (1.0, 1 - slip) if slip >= 0 else (1 + slip, 1.0)
         turn = np.arange(poses) / poses * 2 * np.pi
         cos, sin = np.cos(turn), np.sin(turn)
         zeros = np.zeros(poses)
         # about y, z toward x
         matrices = np.stack([cos, zeros, sin, zeros, zeros + 1, zeros, -sin, zeros, cos], axis=-1)
         motion = cls(
-            [0.0, 0.0, radius - sinkage_cm],
+            [0.0, 0.0, rim - sinkage_cm],
             [travel, 0.0, 0.0],
-            [0.0, rim / radius, 0.0],
+            [0.0, rim_speed / rim, 0.0],
             matrices.reshape(-1, 3, 3),
             f"rolled, {sinkage_cm:g} cm deep, slip {slip:g}",
         )
         motion.columns = {"wheel_turn_deg": np.degrees(turn)} | motion.columns
+        if not mesh.sheet:
+            has_track = track and not mesh.is_convex
+            velocity, rate = motion.frames[:, 3:6], motion.frames[:, 6:9]
+            motion.rolling = rolling_rows(velocity, rate, radius, has_track)
+            motion.rule = TRACK_RULE if has_track else NO_RULE
         return motion
 
     @classmethod

@@ -16,7 +16,7 @@ from rftfit.model import rft3d
 from rftfit.model.body_error import BodyError, frame_states
 from rftfit.model.draws import beside_name, end_names, model_end_names, next_end_names
 from rftfit.model.faces import LAWS, as_table, moving_faces
-from rftfit.model.mesh import Mesh, Motion3D, area_vectors
+from rftfit.model.mesh import IntArray, Mesh, Motion3D, area_vectors
 from rftfit.model.peaks import (
     DrawStatistics,
     Ends,
@@ -71,29 +71,37 @@ def compiled_mesh_forces(
 ) -> FloatArray:
     """Force (N), moment about the reference point (N cm), and depth times area that leaves its plane: (p, 7).
 
-    Then what faces bear without cancellation, as of `face_kernel.face_forces`: (p, 13).
+    Then what faces bear without cancellation, as of `face_kernel.face_forces`: (p, 19).
     """
-    return _forces(law_of(profile, law), face_rows(mesh), motion, friction)
+    faces = face_rows(mesh)
+    ranges = np.tile(np.array([0, len(faces)]), (len(motion.frames), 1))
+    return _forces(law_of(profile, law), faces, ranges, motion, friction)
 
 
 def _forces(
-    law: tuple[Pack, float, FloatArray], faces: FloatArray, motion: Motion3D, friction: float | None
+    law: tuple[Pack, float, FloatArray],
+    faces: FloatArray,
+    ranges: IntArray,
+    motion: Motion3D,
+    friction: float | None,
 ) -> FloatArray:
     from rftfit.model.face_kernel import face_forces
 
     frames = motion.frames
-    ranges = np.tile(np.array([0, len(faces)]), (len(frames), 1))
-    forces = np.empty((len(frames), 13))
+    forces = np.empty((len(frames), 19))
     limit = -1.0 if friction is None else float(friction)
-    face_forces(*law, limit, faces, ranges, frames, NO_ELASTICITY, np.zeros((0, 3)), forces)
+    face_forces(
+        *law, limit, faces, ranges, frames, motion.rolling, NO_ELASTICITY, np.zeros((0, 3)), forces
+    )
     return forces
 
 
 def mesh_draws(
     draws: Profile, mesh: Mesh, motion: Motion3D, law: str, friction: float | None
 ) -> FloatArray:
-    """`compiled_mesh_forces` for each of a stack of draws: (draws, p, 13)."""
-    stack, faces = as_table(draws), face_rows(mesh)
+    """`compiled_mesh_forces` for each of a stack of draws: (draws, p, 19)."""
+    stack = as_table(draws)
+    faces, ranges = _wet_faces(mesh, motion)
     shape = (-1, *stack.alpha_z.shape[-2:])
     alpha = zip(stack.alpha_z.reshape(shape), stack.alpha_x.reshape(shape), strict=True)
     profiles = (
@@ -101,10 +109,33 @@ def mesh_draws(
     )
     return np.stack(
         [
-            _forces(law_of(profile_of_draw, law), faces, motion, friction)
+            _forces(law_of(profile_of_draw, law), faces, ranges, motion, friction)
             for profile_of_draw in profiles
         ]
     )
+
+
+_MOST_WET = 2_000_000
+"""Most faces in all poses that are sorted out before many draws: 270 MB."""
+
+
+def _wet_faces(mesh: Mesh, motion: Motion3D) -> tuple[FloatArray, IntArray]:
+    """Rows of the faces that reach below the surface, pose after pose, and the range of each pose.
+
+    Most of a rolling wheel is dry, and need not be looked at again for each draw.
+    """
+    faces, frames = face_rows(mesh), motion.frames
+    if len(faces) * len(frames) > _MOST_WET or not np.isfinite(frames).all():
+        return faces, np.tile(np.array([0, len(faces)]), (len(frames), 1))
+    lowest = np.stack([(mesh.triangles @ frame[15:]).min(axis=1) + frame[2] for frame in frames])
+    # a corner at the surface by rounding stays in
+    poses, numbers = np.nonzero(lowest < _AT_SURFACE_CM)
+    ends = np.cumsum(np.bincount(poses, minlength=len(frames)))
+    return np.ascontiguousarray(faces[numbers]), np.stack([np.append(0, ends[:-1]), ends], axis=-1)
+
+
+_AT_SURFACE_CM = 1e-6
+"""Height below which a corner may count as wet."""
 
 
 def predict_mesh(
@@ -261,17 +292,19 @@ def _sign(values: FloatArray) -> int:
 
 
 def _model_errors(draws: FloatArray, mesh: Mesh, motion: Motion3D, eps: float) -> FloatArray:
-    """Errors of the model in each draw (draws, p, 13): (draws, p, 6), or of many draws about a single one."""
+    """Errors of the model in each draw (draws, p, 19): (draws, p, 6), or of many draws about a single one."""
     poses = draws.shape[1]
     count = len(draws) if len(draws) > 1 else errors.DRAWS
     progress = errors.frames_progress(mesh.vertices_cm, motion.frames)
     paths = next(errors.error_paths(progress, count, 3, poses))
-    return errors.space_errors(_load_of(draws), paths, eps)
+    if mesh.sheet:  # as an outline, on which the error was told
+        return errors.space_errors(_load_of(draws), paths, eps)
+    return errors.directed_errors(_load_of(draws), _loads_by_direction(draws), paths, eps)
 
 
 def _load_of(draws: FloatArray) -> errors.Load:
-    """Load without cancellation of each draw (draws, p, 13)."""
-    bare = np.nan_to_num(draws[..., 7:])
+    """Load without cancellation of each draw (draws, p, 19)."""
+    bare = np.nan_to_num(draws[..., 7:13])
     total_load = bare[..., 2]
     centre = bare[..., 3:] / np.where(total_load > 0, total_load, 1.0)[..., None]
     loaded = (total_load > 0).any(axis=0).astype(float)
@@ -279,13 +312,20 @@ def _load_of(draws: FloatArray) -> errors.Load:
     return errors.Load(np.arange(draws.shape[1]), size, centre, loaded)
 
 
+def _loads_by_direction(draws: FloatArray) -> FloatArray:
+    """Sum of f f^T / |f| over the forces f of faces, of each draw (draws, p, 19): (draws, p, 3, 3), N."""
+    xx, yy, zz, xy, xz, yz = np.moveaxis(np.nan_to_num(draws[..., 13:]), -1, 0)
+    rows = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
+    return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
+
+
 def _bounds(
     largest: float, mesh: Mesh, motion: Motion3D
 ) -> dict[str, tuple[FloatArray, FloatArray]]:
     """The most that a force may be in each pose: every face with the largest alpha that is known."""
     force, moment = np.zeros((2, len(motion.frames)))
-    for pose, frame in enumerate(motion.frames):
-        _, load, _, _, arm = moving_faces(mesh, frame)
+    for pose, (frame, rolling) in enumerate(zip(motion.frames, motion.rolling, strict=True)):
+        _, load, _, _, arm = moving_faces(mesh, frame, rolling)
         is_finite = np.isfinite(frame).all()
         force[pose] = largest * load.sum() if is_finite else np.nan
         moment[pose] = (

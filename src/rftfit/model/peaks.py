@@ -256,7 +256,12 @@ def of_next_bed(value: Any, ends: tuple[Any, Any], bed: float) -> tuple[Any, Any
 
     A bed is looser or denser as a whole, independently of what is not known of the mean: distances add in squares.
     """
-    below, above = (np.hypot(end - value, bed * value) for end in ends)
+    return widen(value, ends, bed * value)
+
+
+def widen(value: Any, ends: tuple[Any, Any], half: Any) -> tuple[Any, Any]:
+    """Interval with a further error, independent of the others, whose half width is given."""
+    below, above = (np.hypot(end - value, half) for end in ends)
     return value - below, value + above
 
 

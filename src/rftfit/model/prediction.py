@@ -38,7 +38,7 @@ from rftfit.model.peaks import (
     pick_peaks,
     withhold,
 )
-from rftfit.model.profiles import FourierProfile, KnownMedium, Profile, TableProfile
+from rftfit.model.profiles import EPS, FourierProfile, KnownMedium, Profile, TableProfile
 from rftfit.model.reference_kernel import angles, place, submerged
 from rftfit.model.scaling import ScaledMedium
 
@@ -91,7 +91,8 @@ def predict(
         driven. Default: as the law gives it; the surface of the measured plates is in their map.
     model_error : float, optional
         Relative error of the model itself, beside that of alpha (`rftfit.model.model_error`). Default: that of
-        the profile, 0.28 as on measured legs or more, of tables and maps; of another profile none is known. 0: none.
+        the profile, 0.28 as on measured legs or more, of tables and maps (of a solid in space, by direction, 1.39 times
+        that); of another profile none is known. 0: none.
     body_error : BodyError, optional
         What the model gets wrong on this body, learned in other media (`learn_body_error`): force and interval are
         blended with it by their errors. It takes the place of `model_error`.
@@ -168,7 +169,7 @@ def predict_with_peaks(
         raise TypeError("an outline moves in the plane; Mesh.extrude makes a mesh of it")
     motion = rotation() if motion is None else motion
     profile = profile_of(medium, partial(knows_forces, body=outline, motion=motion))
-    eps = errors.eps_of(model_error, profile)
+    eps = errors.eps_of(model_error, profile, outline)
     if isinstance(outline, Mesh):
         assert isinstance(motion, Motion3D)
         return predict_mesh(profile, outline, motion, confidence, law, friction, eps, body_error)
@@ -532,15 +533,16 @@ def beyond_measured(
     if not errors.has_model_error(profile):
         return warnings
     points = outline.vertices_cm if isinstance(outline, Mesh) else errors.outline_points(outline)
-    return warnings + errors.beyond_tested(errors.longest(points), fastest)
+    eps = errors.EPS_IN_SPACE if errors.is_in_space(outline) else EPS
+    return warnings + errors.beyond_tested(errors.longest(points), fastest, eps)
 
 
 def _pieces(outline: Outline | Mesh, motion: Motion | Motion3D) -> list[FloatArray]:
     """Of elements in all poses: depth times area (cm^3), depth (cm), speed, and x (of a mesh also y)."""
     if isinstance(outline, Mesh) and isinstance(motion, Motion3D):
         parts = []
-        for frame in motion.frames:
-            _, load, _, moves, arm = moving_faces(outline, frame)
+        for frame, rolling in zip(motion.frames, motion.rolling, strict=True):
+            _, load, _, moves, arm = moving_faces(outline, frame, rolling)
             x, y, z = (frame[:3] + arm).T
             parts.append(np.stack([load, -z, np.linalg.norm(moves, axis=-1), x, y]))
         return list(np.hstack(parts))

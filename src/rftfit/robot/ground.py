@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,14 @@ from rftfit.model.known import profile_of
 from rftfit.model.mesh import Mesh
 from rftfit.model.mesh_prediction import face_rows, law_of
 from rftfit.model.profiles import KnownMedium
+from rftfit.model.rolling import (
+    NO_RULE,
+    NO_WHEEL,
+    TRACK_RULE,
+    fills_hull,
+    measure_radius,
+    rolling_rows,
+)
 
 MOST_TAU_DT_S2 = 2e-6
 """Above this product of `tau_s` and the time step a resting robot creeps or shakes."""
@@ -37,18 +45,26 @@ class Ground:
     delta_mm, tau_s : float, optional
         Elastic length of a face, and how far ahead its velocity is looked: by these a body rests instead of creeping.
         0: the plain law. delta is not measured: compare with a third of it and three times it.
+    wheels : sequence of int, or mapping of int to array_like, shape (3,), optional
+        Numbers of the bodies that are wheels, whose axle goes through the body's origin: along y of its frame, or along the
+        vector given. A wheel that is not convex leaves a rut, as in `Motion3D.roll`: behind its axle faces that face back
+        do not count.
+    track : bool, optional
+        False: no wheel leaves a rut.
 
     Attributes
     ----------
     frames : ndarray, shape (n, 18)
         Places and motions at the last step, as of `Motion3D.frames`.
+    rules : tuple of str
+        ``own-track`` or ``none``, of each body.
     forces : ndarray, shape (n, 7)
         Force (N), moment about the body's origin (N cm) in the world's axes, and `closure_cm3`, at the last step.
 
     Raises
     ------
     InputError
-        If there is no body, or the law is unknown.
+        If there is no body, the law is unknown, or a wheel is not round about its axle.
 
     Examples
     --------
@@ -71,6 +87,8 @@ class Ground:
         triangle_cm: float = 0.5,
         delta_mm: float = 0.3,
         tau_s: float = 0.002,
+        wheels: Sequence[int] | Mapping[int, npt.ArrayLike] = (),
+        track: bool = True,
     ) -> None:
         from rftfit.model.face_kernel import face_forces
 
@@ -89,6 +107,14 @@ class Ground:
         self._law = law_of(profile_of(medium), law)
         self._friction = -1.0 if friction is None else float(friction)
         self._kernel: Any = face_forces
+        axles = wheels if isinstance(wheels, Mapping) else dict.fromkeys(wheels, ALONG_Y)
+        self._wheels, self._radii, has_track = _measure_wheels(shapes, axles)
+        self._has_track = has_track & track
+        self._way_cm = np.zeros((len(self._wheels), 2))
+        self._rolling = np.zeros((len(faces), len(NO_WHEEL)))
+        rules = np.full(len(faces), NO_RULE, dtype=object)
+        rules[self._wheels[self._has_track]] = TRACK_RULE
+        self.rules = tuple(rules)
         self.frames, self.forces = np.zeros((len(faces), 18)), np.zeros((len(faces), 7))
 
     @property
@@ -143,14 +169,70 @@ class Ground:
         self.frames[:, 3:6] = velocity_cm_per_s
         self.frames[:, 6:9] = rate_rad_per_s
         self.frames[:, 9:] = np.reshape(rotation, (count, 9))
+        if self._wheels.size:
+            self._follow_wheels(time_step_s)
         self._kernel(
             *self._law,
             self._friction,
             self._faces,
             self._ranges,
             self.frames,
+            self._rolling,
             (time_step_s, self._delta_cm, self._tau_s),
             self._shifts,
             self.forces,
         )
         return self.forces[:, :6].copy()
+
+    def _follow_wheels(self, time_step_s: float) -> None:
+        """Follow the travel of each wheel with a slack of delta: a wheel leaves its rut as it begins to roll, not at rest."""
+        travel, rate = self.frames[self._wheels, 3:6].copy(), self.frames[self._wheels, 6:9]
+        track = self._has_track.astype(float)
+        if self._delta_cm > 0:
+            level = travel[:, :2].copy()
+            self._way_cm += level * time_step_s
+            length = np.linalg.norm(self._way_cm, axis=1)
+            self._way_cm /= np.maximum(length / self._delta_cm, 1.0)[:, None]
+            # looked ahead as the faces are, which damps; at the speed of now
+            ahead = self._way_cm + self._tau_s * level
+            length = np.linalg.norm(ahead, axis=1)
+            speed = np.linalg.norm(level, axis=1)
+            travel[:, :2] = ahead * (speed / np.where(length > 0, length, 1.0))[:, None]
+            track *= np.minimum(length / self._delta_cm, 1.0)
+        self._rolling[self._wheels] = rolling_rows(travel, rate, self._radii, track)
+
+
+ALONG_Y = (0.0, 1.0, 0.0)
+"""Axle of a wheel, unless another one is given."""
+
+
+def _measure_wheels(
+    shapes: Sequence[Sequence[Mesh]], axles: Mapping[int, npt.ArrayLike]
+) -> tuple[npt.NDArray[np.int64], FloatArray, npt.NDArray[np.bool_]]:
+    """Numbers of the bodies that are wheels, their radii (cm), and whether they leave a rut."""
+    radii, has_track = [], []
+    for number, axle in axles.items():
+        if not 0 <= number < len(shapes):
+            raise InputError(f"wheels: found body {number}; allowed: 0 to {len(shapes) - 1}")
+        corners = np.concatenate([mesh.vertices_cm for mesh in shapes[number]])
+        try:
+            radii.append(measure_radius(corners @ _turn_to_y(axle).T))
+        except ValueError as error:
+            raise InputError(f"wheels: body {number}: {error}") from None
+        volume = sum(mesh.volume_cm3 for mesh in shapes[number])
+        is_solid = not any(mesh.sheet for mesh in shapes[number])
+        has_track.append(is_solid and not fills_hull(corners, volume))
+    return np.array([*axles], dtype=np.int64), np.array(radii), np.array(has_track, dtype=bool)
+
+
+def _turn_to_y(axle: npt.ArrayLike) -> FloatArray:
+    """Make a rotation that turns an axle along y."""
+    axis = np.asarray(axle, dtype=float)
+    length = float(np.linalg.norm(axis)) if axis.shape == (3,) else 0.0
+    if not (length > 0 and np.isfinite(length)):
+        raise InputError(f"wheels: an axle of three numbers wanted, found {axle!r}")
+    along = axis / length
+    least = np.eye(3)[np.abs(along).argmin()]
+    ahead = np.cross(along, least)
+    ahead /= np.linalg.norm(ahead)
+    return np.stack([ahead, along, np.cross(ahead, along)])

@@ -10,19 +10,25 @@ from typing import Any
 import numpy as np
 
 from rftfit.campaign.problems import choose
+from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
 from rftfit.model.mesh import Mesh
 from rftfit.model.profiles import KnownMedium
-from rftfit.robot.ground import Ground
+from rftfit.robot.ground import ALONG_Y, Ground
 
 _FACETS = 17
 """Latitudes of a round geom: odd, so that a capsule is a sphere whose halves are moved apart."""
 
 
+_OFF_AXLE_M = 1e-6
+"""Largest distance of a wheel's hinge from the origin of its body."""
+
+
 class MujocoGround:
     """A medium under a robot of MuJoCo: made by `attach`, moved on by `step`.
 
-    `bodies`: numbers of the bodies that feel the medium. `frames`, `forces`: of these at the last step, as of `Ground`.
+    `bodies`: numbers of the bodies that feel the medium. `frames`, `forces`: of these at the last step, as of `Ground`;
+    `rules`: of each.
     """
 
     def __init__(self, model: Any, data: Any, bodies: Sequence[int], ground: Ground) -> None:
@@ -31,6 +37,7 @@ class MujocoGround:
         self._ground = ground
         self.frames, self.forces = ground.frames, ground.forces
         self.n_faces = ground.n_faces
+        self.rules = ground.rules
         ground.check_time_step(float(model.opt.timestep))
 
     def step(self) -> None:
@@ -71,6 +78,8 @@ def attach(
     triangle_cm: float = 0.5,
     delta_mm: float = 0.3,
     tau_s: float = 0.002,
+    wheels: Sequence[str] = (),
+    track: bool = True,
 ) -> MujocoGround:
     """Put a robot on a measured medium, whose surface is z = 0 of MuJoCo's world.
 
@@ -90,6 +99,11 @@ def attach(
     delta_mm, tau_s : float, optional
         Elastic length of a face, and how far ahead its velocity is looked: by these a robot rests instead of creeping.
         0: the plain law. delta is not measured: compare with a third of it and three times it.
+    wheels : sequence of str, optional
+        Bodies that are wheels, by name: the axle is the body's hinge, which goes through the body's origin, or of a body
+        without a hinge lies along y of its frame. A wheel that is not convex leaves a rut, as of `Ground`.
+    track : bool, optional
+        As of `Ground`.
 
     Returns
     -------
@@ -138,6 +152,9 @@ def attach(
     if not bodies:
         raise InputError("no geom that collides and moves; allowed: geoms=[...], by name")
     numbers = sorted(bodies)
+    named = tuple(model.body(number).name for number in numbers)
+    chosen_wheels = [numbers[named.index(choose("wheel", name, named))] for name in wheels]
+    axles = {numbers.index(body): _find_axle(mujoco, model, body) for body in chosen_wheels}
     ground = Ground(
         medium,
         [bodies[number] for number in numbers],
@@ -146,8 +163,28 @@ def attach(
         triangle_cm=triangle_cm,
         delta_mm=delta_mm,
         tau_s=tau_s,
+        wheels=axles,
+        track=track,
     )
     return MujocoGround(model, data, numbers, ground)
+
+
+def _find_axle(mujoco: Any, model: Any, body: int) -> FloatArray:
+    """Direction of a wheel's axle in the frame of its body."""
+    first, count = model.body_jntadr[body], model.body_jntnum[body]
+    joints = range(first, first + count)
+    hinges = [joint for joint in joints if model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_HINGE]
+    if not hinges:
+        return np.array(ALONG_Y)
+    name = model.body(body).name
+    if len(hinges) > 1:
+        raise InputError(f"wheel {name} has {len(hinges)} hinges; allowed: one, its axle")
+    axis, anchor = model.jnt_axis[hinges[0]], model.jnt_pos[hinges[0]]
+    if np.linalg.norm(np.cross(anchor, axis)) > _OFF_AXLE_M:
+        raise InputError(
+            f"wheel {name}: its hinge does not go through the body's origin; set pos of the joint to 0 and move the body"
+        )
+    return np.asarray(axis, dtype=float)
 
 
 def _shape(kinds: Any, model: Any, geom: int) -> Mesh:

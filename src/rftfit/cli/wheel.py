@@ -1,0 +1,181 @@
+"""``rftfit wheel``: drawbar, torque and sinkage of a rolling wheel at its load."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+import rftfit
+from rftfit.cli import options
+from rftfit.cli.output import check_picture, check_target, comments, json_text, print_line
+from rftfit.errors import CollectedErrors, InputError
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from rftfit.model.mesh import Mesh
+    from rftfit.model.profiles import Profile
+    from rftfit.model.wheel import WheelAnswer
+
+MARK = "# wheel written by rftfit wheel"
+"""How the first line of such a file begins: only these are overwritten unasked."""
+
+_DRAWN = "drawn by rftfit wheel"
+
+
+@options.grouped
+def wheel(
+    *,
+    mesh: Annotated[
+        Path, options.file("The wheel: stl, obj or ply; its axle lies along y through (0, 0, 0).")
+    ],
+    unit: Annotated[str, typer.Option(metavar="UNIT", help="Of the mesh: mm, cm, m or in.")],
+    slip: Annotated[
+        str,
+        typer.Option(
+            metavar="SLIP[,SLIP...]",
+            help="Slip of the rim, 0.2 for 20 % (below 0: it brakes), or several: a row each.",
+        ),
+    ],
+    load: Annotated[
+        str | None,
+        typer.Option(
+            metavar="N[,N...]",
+            help="What the wheel carries, one number or one for each slip. Alone: its sinkage is solved. With "
+            "--sinkage: the medium is taken as strong as it must be to carry the load there.",
+        ),
+    ] = None,
+    sinkage: Annotated[
+        str | None,
+        typer.Option(
+            metavar="CM[,CM...]",
+            help="Depth of the lowest point of the rim, one number or one for each slip. Alone: the load is predicted.",
+        ),
+    ] = None,
+    rim: options.RimRadius = None,
+    friction: options.FrictionOfMesh = None,
+    no_track: options.NoTrack = False,
+    medium_options: options.MediumOptions,
+    se: options.ErrorOfTest = None,
+    confidence: options.Level = 0.95,
+    model_error: Annotated[
+        float | None,
+        options.number_option(
+            "EPS",
+            "Error of the model on wheels: of the drawbar over the load, and of the torque over load times radius; default: "
+            "as on measured rigs; 0: none.",
+        ),
+    ] = None,
+    measured: Annotated[
+        Path | None,
+        options.file(
+            "Measured points for the figure: a table with slip and any of drawbar_N, torque_N_cm, sinkage_cm, load_N."
+        ),
+    ] = None,
+    figure: Annotated[
+        Path | None,
+        options.file("Also a figure of drawbar, torque and sinkage over slip: png, svg or pdf."),
+    ] = None,
+    output: Annotated[Path, options.file("File of the table, one row a slip.")] = Path("wheel.csv"),
+    as_json: options.AsJson = False,
+    force: options.Overwrite = False,
+) -> None:
+    """Predict drawbar, torque and sinkage of a wheel that rolls under a load, with intervals.
+
+    Prints one row a slip and writes it as csv. Which faces count (rule) and the friction are named in every output.
+    """
+    from rftfit.model.wheel import read_measured_runs
+    from rftfit.store import write_bytes, write_text
+
+    medium_options.check(se)
+    if measured is not None and figure is None:
+        raise InputError("found --measured without --figure FILE, to which it belongs")
+    inputs = CollectedErrors()
+    shape: Mesh | None = None
+    points: pd.DataFrame | None = None
+    numbers: dict[str, list[float] | None] = {}
+    with inputs.collect():
+        shape = options.read_mesh(mesh, unit)
+    with inputs.collect():
+        words = {"--slip": slip, "--load": load, "--sinkage": sinkage}
+        numbers = {name: _numbers(name, word) for name, word in words.items()}
+        if load is None and sinkage is None:
+            raise InputError(
+                "found neither --load nor --sinkage; allowed: --load N, --sinkage CM, or both"
+            )
+    with inputs.collect():
+        options.check_confidence(confidence)
+        options.check_friction(friction)
+        options.check_model_error(model_error)
+    with inputs.collect():
+        source = medium_options.find(se, partial(_has_numbers, shape, friction))
+    with inputs.collect():
+        if measured is not None:
+            points = read_measured_runs(measured)
+    inputs.check()
+    read = (mesh, measured, medium_options.profile_file, medium_options.pushes)
+    check_target(output, MARK, "table", force, read)
+    ending = check_picture(figure, "--figure", _DRAWN, force) if figure is not None else ""
+    assert shape is not None
+    try:
+        answer = rftfit.wheel(
+            source,
+            shape,
+            numbers["--slip"] or [],
+            sinkage_cm=_one_or_all(numbers["--sinkage"]),
+            load_N=_one_or_all(numbers["--load"]),
+            friction=friction,
+            track=not no_track,
+            rim_cm=rim,
+            confidence=confidence,
+            model_error=model_error,
+        )
+    except ValueError as error:
+        raise InputError(str(error)) from error
+    files = {"table": str(output)} | ({"figure": str(figure)} if figure else {})
+    print_line(json_text(answer.as_dict() | files) if as_json else answer.summary())
+    # after the numbers are out: a folder that cannot be written must not hide them
+    write_text(output, _table_text(answer))
+    if figure is not None:
+        from rftfit.figures.style import content
+
+        write_bytes(figure, content(rftfit.draw_wheel(answer, points), ending, _DRAWN))
+    if not as_json:
+        print_line(f"\nTable: {output}" + (f"; figure: {figure}" if figure else ""))
+
+
+def _has_numbers(shape: Mesh | None, friction: float | None, table: Profile) -> bool:
+    """Tell whether a table has a number in every direction of the wheel."""
+    from rftfit.model.wheel import has_number
+
+    return shape is None or has_number(table, shape, friction)
+
+
+def _numbers(option: str, words: str | None) -> list[float] | None:
+    """Read numbers with commas between them."""
+    if words is None:
+        return None
+    try:
+        return [float(word) for word in words.split(",")]
+    except ValueError:
+        raise InputError(
+            f"{option}: found '{words}'; allowed: a number, or several with commas between them, as 0.1,0.3"
+        ) from None
+
+
+def _one_or_all(numbers: list[float] | None) -> Any:
+    return numbers[0] if numbers is not None and len(numbers) == 1 else numbers
+
+
+def _table_text(answer: WheelAnswer) -> str:
+    """One row a slip as csv below notes on what was predicted from what; an empty cell is NaN."""
+    columns: Any = answer.table.copy()
+    numbers = columns.columns != "reason"
+    # + 0.0 so that nothing is called -0
+    columns.loc[:, numbers] += 0.0
+    notes = [*answer.lines, *answer.notes]
+    rows = columns.to_csv(index=False, float_format="%.9g", lineterminator="\n")
+    return comments(MARK, notes) + str(rows)

@@ -1,0 +1,101 @@
+"""Drawbar, torque, and sinkage or load of a rolling wheel over slip, with intervals and measured points."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rftfit.figures import style
+from rftfit.model.rolling import describe_friction
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from rftfit.model.wheel import WheelAnswer
+
+_PANELS = {
+    "drawbar_N": ("drawbar (N)", "blue"),
+    "torque_N_cm": ("torque of the drive (N cm)", "vermillion"),
+    "sinkage_cm": ("sinkage of the rim (cm)", "bluish green"),
+    "load_N": ("load (N)", "bluish green"),
+}
+"""Label and colour of each quantity."""
+
+_DARK, _LIGHT = 0.4, 0.18
+
+
+@style.styled()
+def draw_wheel(answer: WheelAnswer, measured: pd.DataFrame | None = None) -> Figure:
+    """Draw drawbar, torque, and sinkage or load over slip, with their intervals.
+
+    Parameters
+    ----------
+    answer : WheelAnswer
+        What `wheel` returns.
+    measured : pandas.DataFrame, optional
+        Points drawn beside: ``slip`` and any of ``drawbar_N``, ``torque_N_cm``, ``sinkage_cm``, ``load_N``.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Examples
+    --------
+    >>> import rftfit
+    >>> smooth = rftfit.Mesh.cylinder(radius_cm=6.25, width_cm=6, facets=24)
+    >>> answer = rftfit.wheel(rftfit.published_medium("poppy_LP"), smooth, [0.1, 0.3], sinkage_cm=2)
+    >>> len(rftfit.draw_wheel(answer).axes)
+    3
+    """
+    last = "load_N" if answer.given == "sinkage" else "sinkage_cm"
+    page, panels = style.panels([6.0], columns=3, widest_cm=6.0)
+    for axes, column in zip(panels[0], ("drawbar_N", "torque_N_cm", last), strict=True):
+        _panel(axes, answer.table, column)
+        if measured is not None and column in measured:
+            axes.plot(measured["slip"], measured[column], "o", color="black", markersize=3)
+    entries: dict[str, Any] = {"predicted": style.line("black")}
+    percent = f"{100 * answer.confidence:g} %"
+    if any(end in answer.table for end in ("drawbar_lo_N", "sinkage_lo_cm")):
+        of_alpha = "of alpha" if answer.slip_sinkage is None else "of alpha and slip sinkage"
+        entries[f"{percent} interval {of_alpha}"] = style.band(_DARK)
+    if "drawbar_model_lo_N" in answer.table:
+        entries["with the model's own error on wheels"] = style.band(_LIGHT)
+    if measured is not None:
+        entries["measured"] = style.dots("black", 3)
+    style.legend(page, entries)
+    friction = describe_friction(answer.friction).partition(",")[0].partition(":")[0]
+    panels[0][0].set_title(
+        style.plain(f"{answer.mesh}; rule: {answer.rule}; friction: {friction}"),
+        loc="left",
+        fontsize=7,
+    )
+    return page
+
+
+def _panel(axes: Axes, table: pd.DataFrame, column: str) -> None:
+    """One quantity over slip; a single slip has bars for bands."""
+    label, colour_name = _PANELS[column]
+    colour = style.OKABE_ITO[colour_name]
+    quantity, _, unit = column.partition("_")
+    slip, numbers = table["slip"].to_numpy(), table[column].to_numpy()
+    order = np.argsort(slip)
+    for end, alpha in (("model_", _LIGHT), ("", _DARK)):
+        names = [f"{quantity}_{end}{side}_{unit}" for side in ("lo", "hi")]
+        if names[0] not in table:
+            continue
+        lo, hi = (table[name].to_numpy()[order] for name in names)
+        if len(table) == 1:
+            axes.vlines(slip, lo, hi, color=colour, alpha=2 * alpha, linewidth=6 * alpha)
+        else:
+            axes.fill_between(slip[order], lo, hi, color=colour, alpha=alpha, linewidth=0)
+    axes.plot(slip[order], numbers[order], color=colour, marker=".", markersize=3)
+    if column in ("drawbar_N", "torque_N_cm"):
+        style.zero_line(axes)
+    if column == "sinkage_cm":
+        axes.invert_yaxis()
+    style.ticks(axes.yaxis, 5)
+    style.ticks(axes.xaxis, 4)
+    axes.set(xlabel="slip", ylabel=label)

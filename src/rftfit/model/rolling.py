@@ -1,0 +1,121 @@
+"""Rules for rolling wheels: no force from the own track, and facets that stand for a round rim.
+
+A rolling wheel leaves a rut. Behind the axle what faces back would push into that rut, not into the bed at its depth: on
+a wheel that is not convex such faces do not count (`TRACK_RULE`; the rear contact angle 0 of Wong and Reece 1967,
+doi:10.1016/0022-4898(67)90105-X). On a convex wheel no point of the surface behind the axle pushes back.
+
+Of a flat facet that stands for a round rim, one half moves outward by rotation alone. That half counts, though no part
+of the rim does so, once the travel is slow beside the rim. Whether a face leads is therefore decided with a travel of
+at least `LEAST_TRAVEL` of the rim speed; below a slip of 0.5 nothing changes.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from rftfit.conventions import FloatArray
+
+TRACK_RULE = "own-track"
+"""Name of the rule: behind the axle, faces that face back do not count."""
+
+NO_RULE = "none"
+"""Name where no face is left out."""
+
+RULES = {
+    TRACK_RULE: "behind the axle, faces that face back push into the wheel's own track and do not count",
+    NO_RULE: "every face that leads counts",
+}
+"""Rules in words, by name."""
+
+
+def describe_friction(friction: float | None) -> str:
+    """Say how the surface of a body is taken."""
+    if friction is None:
+        return "none stated: as that of the measured plates"
+    return f"{friction:g}, of the stress along a face over that across it"
+
+
+LEAST_TRAVEL = 0.5
+"""Least travel over rim speed with which it is decided whether a face of a wheel leads: that of a slip of 0.5."""
+
+FILLED = 0.99
+"""Least share of its convex hull that a convex wheel fills: lugged ones fill 0.73 to 0.90, a cylinder 1."""
+
+NO_WHEEL = np.zeros(5)
+"""Row of a body that is no wheel."""
+
+LEVEL = 1e-9
+"""What faces back by less, lies less behind the axle (cm), or is less short of the least travel, does so by rounding."""
+
+_BY_ROUNDING = 1e-12
+"""Speed outward over that of the rim below which a face moves in its own plane, as the ends of a wheel do."""
+
+LEAST_RIM = 0.5
+"""Least radius of a rim over that of the farthest point: lugs are no longer than the rim's radius."""
+
+OUT_OF_ROUND = 0.1
+"""Part of the radius by which least and greatest x and z of a wheel may differ from its farthest point."""
+
+
+def measure_radius(vertices_cm: FloatArray) -> float:
+    """Radius of a wheel whose axle lies along y through (0, 0, 0), to its farthest point, cm.
+
+    Raises ValueError where its axle lies elsewhere.
+    """
+    x, _, z = vertices_cm.T
+    radius = float(np.hypot(x, z).max())
+    ends = np.array([x.min(), x.max(), z.min(), z.max()]) / radius
+    if np.abs(np.abs(ends) - 1).max() > OUT_OF_ROUND:
+        raise ValueError(
+            "a wheel's axle lies along y through (0, 0, 0) of the mesh; found x from "
+            f"{x.min():.4g} to {x.max():.4g} and z from {z.min():.4g} to {z.max():.4g} cm: turn or move it"
+        )
+    return radius
+
+
+def fills_hull(vertices_cm: FloatArray, volume_cm3: float) -> bool:
+    """Tell whether a solid body of this volume fills the convex hull of its vertices."""
+    from scipy.spatial import ConvexHull
+
+    return volume_cm3 > FILLED * float(ConvexHull(vertices_cm).volume)
+
+
+def rolling_rows(
+    velocity: FloatArray, rate: FloatArray, radius_cm: npt.ArrayLike, track: npt.ArrayLike
+) -> FloatArray:
+    """Rows that the kernel takes of rolling wheels, shape (p, 5).
+
+    Unit direction of travel x, y (of a wheel that turns in place: its heading), the speed by which the travel falls
+    short of `LEAST_TRAVEL` of the rim's (cm/s), and the share of the track's rule: 1 where it holds, 0 where not, between
+    them for a wheel that has just begun to move; and the speed (cm/s) up to which a face moves outward by rounding
+    alone. `velocity`, `rate`: (p, 3).
+    """
+    travel = np.linalg.norm(velocity[:, :2], axis=1)
+    heading = np.stack([rate[:, 1], -rate[:, 0]], axis=1)
+    turn = np.linalg.norm(heading, axis=1)
+    ahead = np.where(travel[:, None] > 0, velocity[:, :2], heading)
+    length = np.linalg.norm(ahead, axis=1, keepdims=True)
+    rim_speed = turn * np.asarray(radius_cm)
+    short_of = np.maximum(LEAST_TRAVEL * rim_speed - travel, 0.0)
+    # a slip of 0.5 itself is not short of it by rounding
+    short_of = np.where(short_of > LEVEL * rim_speed, short_of, 0.0)
+    outward = _BY_ROUNDING * np.hypot(rim_speed, travel)
+    track = np.broadcast_to(np.asarray(track, dtype=float), travel.shape)
+    return np.column_stack([ahead / np.where(length > 0, length, 1.0), short_of, track, outward])
+
+
+def leads(
+    outward: FloatArray, normal: FloatArray, arm: FloatArray, rolling: FloatArray
+) -> npt.NDArray[np.bool_]:
+    """Tell which faces count: those that lead and do not lie in the wheel's own track.
+
+    `outward`: velocity along the normal, (m,). `normal`, of any length, and `arm` from the axle: (m, 3). `rolling`: a
+    row of `rolling_rows`, (5,).
+    """
+    length = np.linalg.norm(normal, axis=-1)
+    ahead = normal[:, :2] @ rolling[:2]
+    outward = outward + rolling[2] * ahead
+    behind = arm[:, :2] @ rolling[:2] < -LEVEL
+    in_track = (rolling[3] >= 1) & (ahead < -LEVEL * length) & behind
+    return np.asarray((outward > rolling[4] * length) & ~in_track)

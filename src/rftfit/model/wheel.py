@@ -1,0 +1,675 @@
+"""A rolling wheel at a given load or sinkage: drawbar, torque, sinkage and their intervals, from one function."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping, Sequence
+from copy import copy
+from dataclasses import dataclass, field
+from functools import cache, partial
+from importlib.resources import files
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from rftfit.campaign.problems import CampaignError, Place, Problem
+from rftfit.campaign.rows import Schema, TableColumn, read_rows
+from rftfit.conventions import FloatArray
+from rftfit.model.draws import interval
+from rftfit.model.faces import as_table
+from rftfit.model.known import profile_of
+from rftfit.model.mesh import Mesh, Motion3D
+from rftfit.model.mesh_prediction import compiled_mesh_forces, mesh_draws
+from rftfit.model.model_error import has_model_error
+from rftfit.model.peaks import half_width_of_bed, widen
+from rftfit.model.profiles import KnownMedium, Profile, TableProfile
+from rftfit.model.rolling import RULES, describe_friction, measure_radius
+from rftfit.store.text import table as format_table
+
+POSES = 73
+"""Poses of a turn of the mean. A prime number: no number of lugs repeats its phases."""
+
+_POSES_OF_DRAWS = 13
+"""Poses of a turn in which draws of the medium differ from its mean."""
+
+_DRAWS = 400
+"""Draws of the medium behind an interval, at most."""
+
+_SINKAGES_OF_DRAWS = 7
+"""Sinkages at which draws are read where the sinkage is solved; between them they are interpolated."""
+
+_SHALLOWEST = 1e-3
+"""Least sinkage that is tried, over the radius of the rim."""
+
+_SOLVED, _BRACKETED = 1e-6, 1e-2
+"""Errors over the radius of the rim of a sinkage that is solved, and of the ends between which draws are read."""
+
+_AXLE = 0.99
+"""Sinkage over the radius of the rim from which a wheel is at its axle, the deepest that is tried."""
+
+_SEED = 73
+
+QUANTITIES = {
+    "load": "load_N",
+    "sinkage": "sinkage_cm",
+    "drawbar": "drawbar_N",
+    "torque": "torque_N_cm",
+}
+"""Columns of an answer by what they hold."""
+
+
+@cache
+def wheel_numbers() -> Mapping[str, Any]:
+    """Errors of the model on wheels, and the range of slip sinkage, told from measured rigs (``wheels.toml``)."""
+    text = files("rftfit.reference").joinpath("wheels.toml").read_text(encoding="utf-8")
+    return tomllib.loads(text)
+
+
+class _Turn(NamedTuple):
+    """Means over a turn: drawbar and load (N), torque of the drive (N cm), each of any shape."""
+
+    drawbar: FloatArray
+    load: FloatArray
+    torque: FloatArray
+
+    @classmethod
+    def of(cls, forces: FloatArray) -> _Turn:
+        """Take the mean over the poses of forces (..., p, 13)."""
+        mean = forces.mean(axis=-2)
+        # the medium turns the wheel back: the drive gives the opposite moment
+        return cls(mean[..., 0], mean[..., 2], -mean[..., 4])
+
+    def times(self, factor: npt.ArrayLike) -> _Turn:
+        """The same in a medium so many times as strong: forces grow with alpha."""
+        return _Turn(*(np.asarray(force * np.asarray(factor)) for force in self))
+
+
+@dataclass(frozen=True, eq=False)
+class WheelAnswer:
+    """A rolling wheel at some slips: made by `wheel`.
+
+    Parameters
+    ----------
+    table : pandas.DataFrame
+        One row a slip: ``slip``, ``load_N``, ``sinkage_cm``, ``drawbar_N`` (toward +x), ``torque_N_cm`` (of the drive), and
+        after each its intervals: ``drawbar_lo_N, drawbar_hi_N`` of alpha, ``drawbar_model_lo_N, drawbar_model_hi_N`` with
+        the model's own error on wheels; ``alpha_N_per_cm3``, alpha_z(0, 90 deg) of the medium, and
+        ``alpha_of_load_N_per_cm3``, that which carries the load at the sinkage; ``reason``, why there is no number.
+    rule : str
+        ``own-track`` or ``none``: which faces do not count.
+    friction : float or None
+        None: off.
+    given : str
+        What was given beside the slip: ``sinkage``, ``load`` or ``sinkage and load``.
+    mesh, medium : str
+        Their names.
+    rim_cm : float
+        Radius to which slip and sinkage belong.
+    confidence : float
+        Level of the intervals.
+    model_error : float
+        Root mean square error of the drawbar over the load, told from measured rigs; NaN where none is known.
+    torque_error : float
+        The same of the torque over load times radius.
+    slip_sinkage : tuple of float or None
+        Range of alpha over its own value, where the sinkage is solved.
+    notes : tuple of str
+        What the numbers say of the medium and the load.
+
+    Examples
+    --------
+    >>> import rftfit
+    >>> smooth = rftfit.Mesh.cylinder(radius_cm=6.25, width_cm=6, facets=24)
+    >>> answer = rftfit.wheel(rftfit.published_medium("poppy_LP"), smooth, 0.2, sinkage_cm=2)
+    >>> [row["slip"] for row in answer.as_dict()["rows"]]
+    [0.2]
+    """
+
+    table: pd.DataFrame = field(repr=False)
+    rule: str
+    friction: float | None
+    given: str
+    mesh: str
+    medium: str
+    rim_cm: float
+    confidence: float
+    model_error: float
+    torque_error: float
+    slip_sinkage: tuple[float, float] | None
+    notes: tuple[str, ...]
+
+    @property
+    def facts(self) -> dict[str, Any]:
+        """Everything but the table, by name.
+
+        Returns
+        -------
+        dict of str to object
+        """
+        return {
+            "mesh": self.mesh,
+            "medium": self.medium,
+            "given": self.given,
+            "rule": self.rule,
+            "friction": self.friction,
+            "rim_cm": self.rim_cm,
+            "confidence": self.confidence,
+            "model_error": self.model_error,
+            "torque_error": self.torque_error,
+            "slip_sinkage": self.slip_sinkage,
+            "notes": list(self.notes),
+        }
+
+    @property
+    def lines(self) -> list[str]:
+        """What was predicted from what, and what the intervals hold, a sentence each.
+
+        Returns
+        -------
+        list of str
+        """
+        percent = f"{100 * self.confidence:g} % interval"
+        of_alpha = f"lo, hi: {percent} of alpha"
+        if self.slip_sinkage is not None:
+            low, high = self.slip_sinkage
+            of_alpha += f" and of slip sinkage (alpha {low:g} to {high:g} of itself)"
+        lines = [
+            f"Mesh: {self.mesh}, rim {self.rim_cm:.4g} cm",
+            f"Medium: {self.medium}",
+            f"Given: slip and {self.given}",
+            f"Rule: {self.rule}: {RULES[self.rule]}",
+            f"Friction: {describe_friction(self.friction)}",
+        ]
+        if "drawbar_lo_N" in self.table:
+            lines.append(of_alpha)
+        if "drawbar_model_lo_N" in self.table:
+            lines.append(
+                f"model lo, hi: {percent} with the model's own error on wheels (drawbar {self.model_error:g} of the load, "
+                f"torque {self.torque_error:g} of load times radius, from measured rigs)"
+            )
+        return lines
+
+    def summary(self) -> str:
+        """Format the answer for people.
+
+        Returns
+        -------
+        str
+        """
+        head = ["slip"]
+        for quantity, column in QUANTITIES.items():
+            head.append(f"{quantity}, {column.partition('_')[2].replace('_', ' ')}")
+            head += [
+                name
+                for name, end in (("lo to hi", ""), ("model lo to hi", "model_"))
+                if _end(column, f"{end}lo") in self.table
+            ]
+        rows = []
+        for record in self.table.to_dict("records"):
+            cells = [f"{record['slip']:g}"]
+            for column in QUANTITIES.values():
+                cells.append(_cell(record[column]))
+                cells += [
+                    f"{_cell(record[_end(column, f'{end}lo')])} to {_cell(record[_end(column, f'{end}hi')])}"
+                    for end in ("", "model_")
+                    if _end(column, f"{end}lo") in self.table
+                ]
+            rows.append(cells)
+        return "\n".join([*self.lines, "", format_table(head, rows), "", *self.notes]).rstrip()
+
+    def as_dict(self) -> dict[str, Any]:
+        """Give everything as plain numbers, words and lists, as ``rftfit wheel --json`` prints it.
+
+        Returns
+        -------
+        dict of str to object
+            `facts`, and ``rows``: a dict of each row of the table.
+        """
+        return self.facts | {"rows": self.table.to_dict("records")}
+
+
+def wheel(
+    medium: KnownMedium | str | Path,
+    mesh: Mesh,
+    slip: npt.ArrayLike,
+    *,
+    sinkage_cm: npt.ArrayLike | None = None,
+    load_N: npt.ArrayLike | None = None,
+    friction: float | None = None,
+    track: bool = True,
+    rim_cm: float | None = None,
+    confidence: float = 0.95,
+    model_error: float | None = None,
+) -> WheelAnswer:
+    """Drawbar, torque and sinkage of a wheel that rolls straight ahead under a load, or at a sinkage.
+
+    Parameters
+    ----------
+    medium : Map, Profile, Medium, ScaledMedium, str or Path
+        As of `predict`.
+    mesh : Mesh
+        The axle lies along y through (0, 0, 0).
+    slip : float or array_like, shape (s,)
+        As of `Motion3D.roll`; one row each.
+    sinkage_cm : float or array_like, shape (s,), optional
+        Depth of the lowest point of the rim. Without it the sinkage is solved from the load.
+    load_N : float or array_like, shape (s,), optional
+        What the wheel carries. With a sinkage: the medium is taken as strong as it must be to carry the load there. Without
+        it the load is predicted.
+    friction : float, optional
+        As of `predict`; default: off. 0.4 was tried on measured rigs.
+    track : bool, optional
+        Whether a wheel that is not convex leaves a rut, as of `Motion3D.roll`.
+    rim_cm : float, optional
+        Radius to which sinkage and slip belong. Default: to the farthest point of the mesh, over the lugs.
+    confidence : float, optional
+        Level of the intervals.
+    model_error : float, optional
+        Error of the model on wheels: of the drawbar over the load and of the torque over load times radius. Default: as on
+        measured rigs, for smooth and for lugged wheels, with and without friction. 0: none.
+
+    Returns
+    -------
+    WheelAnswer
+
+    Raises
+    ------
+    ValueError
+        If neither sinkage nor load is given, a number is impossible, or the mesh is no wheel about y.
+
+    Examples
+    --------
+    >>> import rftfit
+    >>> smooth = rftfit.Mesh.cylinder(radius_cm=6.25, width_cm=6, facets=48)
+    >>> answer = rftfit.wheel(rftfit.scale(0.85), smooth, [0.1, 0.3], load_N=20)
+    >>> answer.rule
+    'none'
+    """
+    slips, sinkages, loads = _check_numbers(slip, sinkage_cm, load_N, friction, confidence)
+    if model_error is not None and not 0 <= model_error < np.inf:
+        raise ValueError(f"the model's error must be 0 or a positive number, found {model_error:g}")
+    roll = partial(Motion3D.roll, mesh, track=track, rim_cm=rim_cm)
+    radius = measure_radius(mesh.vertices_cm)
+    rim = radius if rim_cm is None else float(rim_cm)
+    # what is wrong with the mesh, its rim or its slips is told before any work
+    motions = [
+        roll(rim / 2 if sinkages is None else float(sinkages[place]), float(one_slip), POSES)
+        for place, one_slip in enumerate(slips)
+    ]
+    profile = profile_of(medium, partial(has_number, mesh=mesh, friction=friction))
+    rolling = _Wheel(profile, mesh, roll, friction, rim)
+    errors = _model_errors(profile, mesh, friction, model_error)
+    rows = []
+    for place, one_slip in enumerate(slips):
+        if sinkages is None:
+            assert loads is not None
+            solved = _solve_sinkage(rolling, float(one_slip), float(loads[place]))
+        else:
+            load = None if loads is None else float(loads[place])
+            solved = _at_sinkage(rolling, float(one_slip), float(sinkages[place]), load)
+        rows.append(_row(solved, float(one_slip), rolling, confidence, errors, radius))
+    given = " and ".join(
+        name for name, numbers in (("sinkage", sinkages), ("load", loads)) if numbers is not None
+    )
+    answer_table = pd.DataFrame(rows)
+    return WheelAnswer(
+        answer_table[[name for name in answer_table if name != "reason"] + ["reason"]],
+        motions[0].rule,
+        friction,
+        given,
+        mesh.name,
+        profile.name,
+        rim,
+        confidence,
+        *errors,
+        _slip_range() if sinkages is None else None,
+        tuple(_notes(answer_table, given, profile, errors, rim)),
+    )
+
+
+def _check_numbers(
+    slip: npt.ArrayLike,
+    sinkage_cm: npt.ArrayLike | None,
+    load_N: npt.ArrayLike | None,
+    friction: float | None,
+    confidence: float,
+) -> tuple[FloatArray, FloatArray | None, FloatArray | None]:
+    """Slips, sinkages and loads of all rows."""
+    if sinkage_cm is None and load_N is None:
+        raise ValueError("found neither sinkage nor load; allowed: one of them or both")
+    slips = np.atleast_1d(np.asarray(slip, dtype=float))
+    if slips.ndim != 1 or not slips.size:
+        raise ValueError(f"slip: a number or a list of numbers wanted, found shape {slips.shape}")
+    if friction is not None and not 0 <= friction < np.inf:
+        raise ValueError(f"friction: 0 or a positive number wanted, found {friction:g}")
+    if not 0.5 < confidence < 1:
+        raise ValueError(f"confidence: above 0.5 and below 1 wanted, found {confidence:g}")
+    sinkages = _one_a_slip("sinkage_cm", sinkage_cm, slips)
+    return slips, sinkages, _one_a_slip("load_N", load_N, slips)
+
+
+def _one_a_slip(name: str, numbers: npt.ArrayLike | None, slips: FloatArray) -> FloatArray | None:
+    """Take one positive number, or one for each slip."""
+    if numbers is None:
+        return None
+    of_slips = np.asarray(numbers, dtype=float)
+    if of_slips.shape not in ((), slips.shape):
+        raise ValueError(
+            f"{name}: one number, or one for each of {slips.size} slips wanted, found shape {of_slips.shape}"
+        )
+    if not (np.isfinite(of_slips) & (of_slips > 0)).all():
+        raise ValueError(f"{name}: positive numbers wanted, found {of_slips.tolist()}")
+    return np.broadcast_to(of_slips, slips.shape)
+
+
+def has_number(table: Profile, mesh: Mesh, friction: float | None) -> bool:
+    """Tell whether a table has a number in every direction of a wheel that rolls down to its axle, with little slip and much."""
+    radius = measure_radius(mesh.vertices_cm)
+    motions = [Motion3D.roll(mesh, radius, slip, POSES, track=False) for slip in _TRIED_SLIPS]
+    return all(
+        bool(np.isfinite(compiled_mesh_forces(table, mesh, motion, "measured", friction)).all())
+        for motion in motions
+    )
+
+
+_TRIED_SLIPS = (-0.5, 0.05, 0.9)
+"""Slips whose faces move in all directions that a wheel has."""
+
+
+class _Wheel:
+    """A wheel in a medium: means over a turn by slip and sinkage, of the medium itself and of its draws."""
+
+    def __init__(
+        self, profile: Profile, mesh: Mesh, roll: Any, friction: float | None, rim_cm: float
+    ) -> None:
+        self.profile, self.mesh, self.roll = profile, mesh, roll
+        self.friction, self.rim_cm = friction, rim_cm
+        self.draws = _some_draws(profile)
+        self.alpha = float(profile.alpha(0.0, np.pi / 2)[0])
+
+    def turn(self, slip: float, sinkage_cm: float) -> _Turn:
+        """Means of the medium itself."""
+        return _Turn.of(self._forces(self.roll(sinkage_cm, slip, POSES)))
+
+    def turns_of_draws(self, slip: float, sinkages_cm: Sequence[float]) -> _Turn:
+        """Means of each draw at each sinkage (draws, sinkages); of a medium without draws there is one.
+
+        Draws differ from the medium's mean in a few poses, which are added to the mean of all poses.
+        """
+        turns = [self.turn(slip, sinkage) for sinkage in sinkages_cm]
+        exact = _Turn(*(np.array(force) for force in zip(*turns, strict=True)))
+        if self.draws is None:
+            return _Turn(*(force[None] for force in exact))
+        few_poses = _join([self.roll(sinkage, slip, _POSES_OF_DRAWS) for sinkage in sinkages_cm])
+        shape = (len(sinkages_cm), _POSES_OF_DRAWS)
+        coarse = _Turn.of(self._forces(few_poses).reshape(*shape, -1))
+        forces = mesh_draws(self.draws, self.mesh, few_poses, "measured", self.friction)
+        of_draws = _Turn.of(forces.reshape(len(forces), *shape, -1))
+        moved = (
+            draw + (all_poses - few)
+            for draw, all_poses, few in zip(of_draws, exact, coarse, strict=True)
+        )
+        return _Turn(*moved)
+
+    def _forces(self, motion: Motion3D) -> FloatArray:
+        return compiled_mesh_forces(self.profile, self.mesh, motion, "measured", self.friction)
+
+
+def _join(motions: Sequence[Motion3D]) -> Motion3D:
+    """Join poses, one motion after another, so that one pass through the draws serves all."""
+    joined = copy(motions[0])
+    joined.frames = np.concatenate([motion.frames for motion in motions])
+    joined.rolling = np.concatenate([motion.rolling for motion in motions])
+    return joined
+
+
+def _some_draws(profile: Profile) -> TableProfile | None:
+    """Draws of a profile, evenly chosen where there are many."""
+    if not isinstance(profile.spread, Profile):
+        return None
+    stack = as_table(profile.spread)
+    count = len(stack.alpha_z)
+    places = np.unique(np.linspace(0, count - 1, min(count, _DRAWS)).round().astype(int))
+    alpha = stack.alpha_z[places], stack.alpha_x[places]
+    return TableProfile.of_nodes(stack.beta, stack.gamma, alpha)
+
+
+class _Solved(NamedTuple):
+    """What one slip gives: best numbers, and those of the draws (draws,) or None."""
+
+    best: dict[str, float]
+    draws: dict[str, FloatArray] | None
+    factor: float
+    reason: str
+
+
+def _numbers(turn: _Turn, sinkage: npt.ArrayLike) -> dict[str, Any]:
+    return {
+        "load_N": turn.load,
+        "sinkage_cm": np.asarray(sinkage),
+        "drawbar_N": turn.drawbar,
+        "torque_N_cm": turn.torque,
+    }
+
+
+def _at_sinkage(rolling: _Wheel, slip: float, sinkage_cm: float, load_N: float | None) -> _Solved:
+    """Forces at a sinkage; with a load in a medium that carries it there."""
+    turn = rolling.turn(slip, sinkage_cm)
+    of_draws = None
+    if rolling.draws is not None:
+        of_draws = _Turn(*(force[:, 0] for force in rolling.turns_of_draws(slip, [sinkage_cm])))
+    factor = 1.0
+    if load_N is not None:
+        if not turn.load > 0:
+            return _not_carried(load_N, sinkage_cm, f"at {sinkage_cm:g} cm the wheel is not lifted")
+        factor = float(load_N / turn.load)
+        turn = turn.times(factor)
+        if of_draws is not None:
+            lifted = of_draws.load > 0
+            of_draws = _Turn(*(force[lifted] for force in of_draws))
+            of_draws = of_draws.times(load_N / of_draws.load)
+    best = {name: float(number) for name, number in _numbers(turn, sinkage_cm).items()}
+    draws = None
+    if of_draws is not None:
+        draws = _numbers(of_draws, sinkage_cm)
+        given = ["sinkage_cm"] if load_N is None else ["sinkage_cm", "load_N"]
+        draws = {name: numbers for name, numbers in draws.items() if name not in given}
+    reason = "" if np.isfinite(list(best.values())).all() else rolling.profile.reason
+    return _Solved(best, draws, factor, reason)
+
+
+def _not_carried(load_N: float, sinkage_cm: float, reason: str) -> _Solved:
+    best = {"load_N": load_N, "sinkage_cm": sinkage_cm}
+    best |= dict.fromkeys(("drawbar_N", "torque_N_cm"), np.nan)
+    return _Solved(best, None, np.nan, reason)
+
+
+def _solve_sinkage(rolling: _Wheel, slip: float, load_N: float) -> _Solved:
+    """Sinkage at which the wheel carries its load, with the spread of the medium and of slip sinkage."""
+    shallowest, deepest = _SHALLOWEST * rolling.rim_cm, rolling.rim_cm
+
+    def depth_that_carries(factor: float, error: float) -> float:
+        """Depth by bisection, at most to the axle, in a medium so many times as strong."""
+        low, high = shallowest, deepest
+        if not factor * float(rolling.turn(slip, deepest).load) > load_N:
+            return deepest
+        while high - low > error * rolling.rim_cm:
+            middle = (low + high) / 2
+            if factor * float(rolling.turn(slip, middle).load) < load_N:
+                low = middle
+            else:
+                high = middle
+        return (low + high) / 2
+
+    sinkage = depth_that_carries(1.0, _SOLVED)
+    turn = rolling.turn(slip, sinkage)
+    if sinkage >= deepest:
+        most = float(turn.load)
+        what = (
+            rolling.profile.reason
+            if np.isnan(most)
+            else f"down to its axle the wheel carries {most:.3g} N"
+        )
+        return _not_carried(load_N, np.nan, what)
+    best = {name: float(number) for name, number in _numbers(turn, sinkage).items()}
+    best["load_N"] = load_N
+    least, most_alpha = _slip_range()
+    ends = [depth_that_carries(factor, _BRACKETED) for factor in (2 * most_alpha, least / 2)]
+    depths = np.geomspace(max(ends[0], shallowest), ends[1], _SINKAGES_OF_DRAWS)
+    of_draws = rolling.turns_of_draws(slip, depths.tolist())
+    return _Solved(best, _carry(of_draws, depths, load_N), 1.0, "")
+
+
+def _slip_range() -> tuple[float, float]:
+    slip_sinkage = wheel_numbers()["slip_sinkage"]
+    return float(slip_sinkage["least"]), float(slip_sinkage["most"])
+
+
+def _carry(turns: _Turn, depths: FloatArray, load_N: float) -> dict[str, FloatArray]:
+    """Sinkage, drawbar and torque of draws under a load, each with a factor of slip sinkage of its own.
+
+    The factors lie evenly in their logarithm over their range; a draw that does not carry the load is at the deepest.
+    """
+    count = len(turns.load) if len(turns.load) > 1 else _DRAWS
+    rows = np.arange(count) % len(turns.load)
+    share = (np.random.default_rng(_SEED).permutation(count) + 0.5) / count
+    least, most = np.log(_slip_range())
+    factors = np.exp(least + share * (most - least))
+    sinkage, drawbar, torque = np.empty((3, count))
+    for draw, row in enumerate(rows):
+        lift = np.maximum.accumulate(factors[draw] * np.maximum(turns.load[row], 1e-12))
+        # depth and lift grow as powers of one another
+        log_depth = np.interp(np.log(load_N), np.log(lift), np.log(depths))
+        sinkage[draw] = np.exp(log_depth)
+        for numbers, force in ((drawbar, turns.drawbar), (torque, turns.torque)):
+            over_load = force[row] / np.maximum(turns.load[row], 1e-12)
+            numbers[draw] = load_N * np.interp(log_depth, np.log(depths), over_load)
+    return {"sinkage_cm": sinkage, "drawbar_N": drawbar, "torque_N_cm": torque}
+
+
+def _model_errors(
+    profile: Profile, mesh: Mesh, friction: float | None, model_error: float | None
+) -> tuple[float, float]:
+    """Errors of drawbar and torque, over the load and over load times radius; NaN where none is known."""
+    if not has_model_error(profile):
+        if model_error:
+            raise ValueError(
+                f"found a model's error of {model_error:g} with {profile.name}; allowed: 0: it was told from tables and maps"
+            )
+        return np.nan, np.nan
+    if model_error is not None:
+        return float(model_error), float(model_error)
+    shape = "smooth" if mesh.is_convex else "lugged"
+    told = wheel_numbers()[shape]["plain" if friction is None else "friction"]
+    return float(told["drawbar"]), float(told["torque"])
+
+
+def _end(column: str, end: str) -> str:
+    """Name of an end of an interval: drawbar_N, lo: drawbar_lo_N."""
+    quantity, _, unit = column.partition("_")
+    return f"{quantity}_{end}_{unit}"
+
+
+def _row(
+    solved: _Solved,
+    slip: float,
+    rolling: _Wheel,
+    confidence: float,
+    errors: tuple[float, float],
+    radius: float,
+) -> dict[str, Any]:
+    """One row of the table."""
+    row: dict[str, Any] = {"slip": slip}
+    load = solved.best["load_N"]
+    sizes = {"drawbar_N": errors[0] * load, "torque_N_cm": errors[1] * load * radius}
+    for column in QUANTITIES.values():
+        best = solved.best[column]
+        row[column] = best
+        ends = (best, best)
+        if solved.draws is not None and column in solved.draws:
+            low, high = interval(solved.draws[column], confidence)
+            ends = min(float(low), best), max(float(high), best)
+            row |= dict(zip((_end(column, end) for end in ("lo", "hi")), ends, strict=True))
+        if sizes.get(column, np.nan) > 0:
+            with_model = widen(best, ends, half_width_of_bed(sizes[column], confidence))
+            names = [_end(column, f"model_{end}") for end in ("lo", "hi")]
+            row |= dict(zip(names, with_model, strict=True))
+    row["alpha_N_per_cm3"] = rolling.alpha
+    row["alpha_of_load_N_per_cm3"] = rolling.alpha * solved.factor
+    row["reason"] = solved.reason
+    return row
+
+
+def _notes(
+    answer: pd.DataFrame, given: str, profile: Profile, errors: tuple[float, float], rim_cm: float
+) -> list[str]:
+    """Sentences on what the numbers say of medium and load."""
+    notes = []
+    if given == "sinkage and load":
+        alpha = float(answer["alpha_N_per_cm3"].iloc[0])
+        needed = answer["alpha_of_load_N_per_cm3"].dropna()
+        if len(needed):
+            least, most = needed.min(), needed.max()
+            of_load = f"{least:.3g}" if least == most else f"{least:.3g} to {most:.3g}"
+            notes.append(
+                f"The load at this sinkage needs alpha {of_load} N/cm^3; the medium has {alpha:.3g}. Where they differ: slip "
+                "sinkage, or another bed."
+            )
+    if given == "load":
+        notes.append(
+            "Sinkage, drawbar and torque are of a bed that the wheel does not dig out; the intervals hold the digging."
+        )
+        if "sinkage_hi_cm" in answer:
+            to_axle = answer.loc[answer["sinkage_hi_cm"] > _AXLE * rim_cm, "slip"]
+            notes += [f"Slip {slip:g}: it may dig itself in down to its axle." for slip in to_axle]
+    if not isinstance(profile.spread, Profile):
+        notes.append("No error of alpha is known of this profile.")
+    if np.isnan(errors[0]):
+        notes.append(f"No error of the model on wheels is known of {profile.form}.")
+    for slip, reason in zip(answer["slip"], answer["reason"], strict=True):
+        if reason:
+            notes.append(f"Slip {slip:g}: {reason}.")
+    return notes
+
+
+def _cell(number: float) -> str:
+    return "" if np.isnan(number) else f"{number + 0.0:.3g}"
+
+
+_MEASURED = Schema(
+    "wheel-runs",
+    (
+        TableColumn("slip", "number", "slip of the rim", low=-1.0, high=1.0),
+        *(
+            TableColumn(column, "number", meaning, needed=False, unit=unit)
+            for column, meaning, unit in (
+                ("drawbar_N", "force of the medium along the travel", "N"),
+                ("torque_N_cm", "torque of the drive", "N cm"),
+                ("sinkage_cm", "depth of the lowest point of the rim", "cm"),
+                ("load_N", "what the wheel carries", "N"),
+            )
+        ),
+    ),
+    comments=True,
+    others="ignored",
+)
+
+
+def read_measured_runs(file: Path) -> pd.DataFrame:
+    """Read measured points of a wheel: ``slip`` and any of ``drawbar_N``, ``torque_N_cm``, ``sinkage_cm``, ``load_N``.
+
+    Raises CampaignError with every cell that is wrong.
+    """
+    rows, problems = read_rows(file, _MEASURED)
+    columns = [column.name for column in _MEASURED.columns]
+    present = [name for name in columns if any(name in row.number for row in rows)]
+    if not problems and len(present) < 2:
+        problems = [
+            Problem("wheel-runs.no-quantity", Place(str(file)), None, " or ".join(columns[1:]))
+        ]
+    if problems:
+        raise CampaignError(problems)
+    return pd.DataFrame({name: [row.number.get(name, np.nan) for row in rows] for name in present})

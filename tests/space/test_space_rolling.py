@@ -1,0 +1,173 @@
+"""A rolling wheel pushes nothing into its own track, and its facets stand for a round rim."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+import rftfit
+from rftfit.model import faces
+from rftfit.model.mesh import Mesh, Motion3D
+from rftfit.model.mesh_prediction import compiled_mesh_forces
+
+POPPY = rftfit.TableProfile.published("poppy_LP")
+
+
+def turned_about_z(angle_deg):
+    """Matrix of a rotation about the vertical."""
+    cos, sin = np.cos(np.radians(angle_deg)), np.sin(np.radians(angle_deg))
+    return np.array([[cos, -sin, 0], [sin, cos, 0], [0, 0, 1]])
+
+
+@pytest.fixture(scope="module")
+def paddles():
+    """A wheel of eight paddles about y: a cylinder with lugs, from its outline in the plane."""
+    corners = []
+    for lug in range(8):
+        for radius, angle in ((3, -12), (4, -8), (4, 8), (3, 12)):
+            turn = np.radians(45 * lug + angle)
+            corners.append((radius * np.sin(turn), radius * np.cos(turn)))
+    x, z = np.array(corners).T
+    count = x.size
+    sides = [np.stack([x, 0 * x + y, z], axis=1) for y in (-1.0, 1.0)]
+    vertices = np.concatenate([*sides, [[0, -1.0, 0], [0, 1.0, 0]]])
+    here, after = np.arange(count), (np.arange(count) + 1) % count
+    first_hub, second_hub = np.full(count, 2 * count), np.full(count, 2 * count + 1)
+    triangles = [
+        (here, after, here + count),
+        (after, after + count, here + count),
+        (first_hub, after, here),
+        (second_hub, here + count, after + count),
+    ]
+    return Mesh(vertices, np.concatenate([np.stack(three, axis=1) for three in triangles]))
+
+
+def test_a_lugged_wheel_is_not_convex_and_a_cylinder_is(paddles):
+    assert not paddles.is_convex
+    assert Mesh.cylinder(3, 2).is_convex
+    assert Motion3D.roll(paddles, 1, 0.2).rule == "own-track"
+    assert Motion3D.roll(paddles, 1, 0.2, track=False).rule == "none"
+    assert Motion3D.roll(Mesh.cylinder(3, 2), 1, 0.2).rule == "none"
+
+
+@pytest.mark.parametrize("slip", [-0.4, 0.2, 0.8])
+def test_the_compiled_kernel_is_the_plain_one(paddles, slip):
+    for mesh in (paddles, Mesh.cylinder(4, 2, 24)):
+        motion = Motion3D.roll(mesh, 1.5, slip, 7)
+        compiled = compiled_mesh_forces(POPPY, mesh, motion)[:, :6]
+        assert_allclose(compiled, faces.mesh_forces(POPPY, mesh, motion), atol=1e-10)
+
+
+def test_what_does_not_count_lies_behind_the_axle_and_faces_back(paddles):
+    with_track, without = (Motion3D.roll(paddles, 2, 0.3, 9, track=on) for on in (True, False))
+    for pose, frame in enumerate(without.frames):
+        every, _, areas, _, arms = faces.moving_faces(paddles, frame, without.rolling[pose])
+        counted = faces.moving_faces(paddles, frame, with_track.rolling[pose])[0]
+        in_track = (arms[:, 0] < -1e-9) & (areas[:, 0] < -1e-9)
+        assert_array_equal(counted, every[~in_track])
+    forces = [compiled_mesh_forces(POPPY, paddles, m)[:, 0].mean() for m in (with_track, without)]
+    assert forces[0] < forces[1]
+
+
+def test_a_lugged_wheel_and_its_travel_turn_together(paddles):
+    motion = Motion3D.roll(paddles, 1.5, 0.3, 5)
+    plain = compiled_mesh_forces(POPPY, paddles, motion)[:, :6].reshape(-1, 2, 3)
+    turn = turned_about_z(37)
+    frames = motion.frames.copy()
+    for first in (0, 3, 6):
+        frames[:, first : first + 3] = frames[:, first : first + 3] @ turn.T
+    frames[:, 9:] = (turn @ frames[:, 9:].reshape(-1, 3, 3)).reshape(-1, 9)
+    turned = Motion3D(
+        frames[:, :3], frames[:, 3:6], frames[:, 6:9], frames[:, 9:].reshape(-1, 3, 3)
+    )
+    turned.rolling = motion.rolling.copy()
+    turned.rolling[:, :2] = turned.rolling[:, :2] @ turn[:2, :2].T
+    forces = compiled_mesh_forces(POPPY, paddles, turned)[:, :6].reshape(-1, 2, 3)
+    size = np.abs(plain).max()
+    assert_allclose(forces / size, plain @ turn.T / size, atol=3e-15)
+
+
+@pytest.mark.parametrize("slip", [0.9, 0.99])
+def test_facets_of_a_smooth_wheel_at_high_slip(slip):
+    means = []
+    for facets in (48, 96, 384):
+        wheel = Mesh.cylinder(6.25, 6, facets)
+        mean = compiled_mesh_forces(POPPY, wheel, Motion3D.roll(wheel, 2, slip)).mean(axis=0)
+        means.append((mean[0], mean[2], mean[0] / mean[2]))
+    assert_allclose(means[:2], [means[2]] * 2, rtol=0.01)
+
+
+def test_a_smooth_wheel_up_to_half_slip_is_as_its_faces_move():
+    wheel = Mesh.cylinder(6.25, 6, 48)
+    for slip in (-0.5, 0.1, 0.5):
+        motion = Motion3D.roll(wheel, 2, slip)
+        plain = Motion3D(
+            motion.frames[:, :3],
+            motion.frames[:, 3:6],
+            motion.frames[:, 6:9],
+            motion.frames[:, 9:].reshape(-1, 3, 3),
+        )
+        assert_array_equal(
+            compiled_mesh_forces(POPPY, wheel, motion), compiled_mesh_forces(POPPY, wheel, plain)
+        )
+
+
+def test_slip_and_sinkage_belong_to_the_rim(paddles):
+    of_tips = Motion3D.roll(paddles, 2, 1 - 0.8 * 3 / 4)
+    of_rim = Motion3D.roll(paddles, 1, 0.2, rim_cm=3)
+    assert_allclose(of_rim.frames[:, 2], of_tips.frames[:, 2])
+    ratios = [m.frames[:, 3] / m.frames[:, 7] for m in (of_rim, of_tips)]
+    assert_allclose(*ratios)
+    with pytest.raises(ValueError, match="farthest point"):
+        Motion3D.roll(paddles, 1, 0.2, rim_cm=5)
+
+
+# --- Ground: a body declared a wheel
+
+
+def drive(mesh, wheels, velocity, steps=40, **options):
+    """Forces of a ground on a wheel that rolls 1.5 cm deep with a slip of 0.3, one row a step."""
+    ground = rftfit.Ground(POPPY, [mesh], wheels=wheels, triangle_cm=9, **options)
+    rows = []
+    for step in range(steps):
+        rate = [0, velocity / 0.7 / 4, 0]
+        turn = 0.001 * step * rate[1]
+        cos, sin = np.cos(turn), np.sin(turn)
+        rotation = [[cos, 0, sin], [0, 1, 0], [-sin, 0, cos]]
+        place = [0.001 * step * velocity, 0, 2.5]
+        rows.append(ground.step([place], [rotation], [[velocity, 0, 0]], [rate], 0.001)[0])
+    return ground, np.array(rows)
+
+
+def test_a_wheel_of_a_ground_obeys_the_rule_of_roll(paddles):
+    ground, forces = drive(paddles, [0], 1.0, steps=3, delta_mm=0, tau_s=0)
+    assert ground.rules == ("own-track",)
+    cos, sin = np.cos(0.002 / 2.8), np.sin(0.002 / 2.8)
+    motion = Motion3D.roll(paddles, 1.5, 0.3, 1)
+    motion.frames[:, 9:] = np.array([cos, 0, sin, 0, 1, 0, -sin, 0, cos])
+    expected = compiled_mesh_forces(POPPY, paddles, motion)[0, :6]
+    assert_allclose(forces[-1], expected, atol=1e-6)
+    plain, of_plain = drive(paddles, (), 1.0, steps=3, delta_mm=0, tau_s=0)
+    assert plain.rules == ("none",)
+    assert of_plain[-1, 0] > forces[-1, 0]
+    assert drive(paddles, [0], 1.0, steps=1, track=False)[0].rules == ("none",)
+
+
+def test_the_rut_comes_with_the_way(paddles):
+    """On the first micrometres the rule has no share; after delta it holds, as on the plain body before."""
+    _, with_rule = drive(paddles, [0], 1.0, steps=60)
+    _, without = drive(paddles, (), 1.0, steps=60)
+    lost = without[:, 0] - with_rule[:, 0]
+    assert abs(lost[0]) < 0.1 * lost[-1]
+    assert (np.diff(lost[:25]) > 0).all()
+
+
+def test_wheels_of_a_ground_that_are_refused(paddles):
+    for wheels, words in (
+        ([1], "found body 1"),
+        ({0: [1, 0, 0]}, "axle lies along y"),
+        ({0: [0, 0, 0]}, "an axle of three numbers"),
+    ):
+        with pytest.raises(rftfit.RftfitError, match=words):
+            rftfit.Ground(POPPY, [paddles], wheels=wheels)
+    along_x = paddles.moved(turned_about_z(-90), np.zeros(3))
+    assert rftfit.Ground(POPPY, [along_x], wheels={0: [1, 0, 0]}).rules == ("own-track",)
