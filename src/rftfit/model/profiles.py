@@ -16,6 +16,7 @@ from rftfit.campaign.problems import choose
 from rftfit.conventions import FloatArray, mirror, wrap_beta, wrap_gamma
 from rftfit.measure.alpha import alpha_columns, column, directions
 from rftfit.measure.errors import USUAL_BED_SPREAD
+from rftfit.model.compiling import is_worth_compiling
 from rftfit.model.fourier import TERMS, TERMS_Z, as_array, basis
 from rftfit.model.symmetry import (
     WIDEST_DEG,
@@ -268,8 +269,23 @@ class Profile(KnownMedium):
             angle is NaN.
         """
         beta, gamma = np.broadcast_arrays(np.asarray(beta, float), np.asarray(gamma, float))
+        if self.parameters[0].ndim == 1 and is_worth_compiling(beta.size):
+            return self._alpha_compiled(beta, gamma)
+        return self._alpha(beta, gamma)
+
+    def _alpha(self, beta: FloatArray, gamma: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """`alpha` of angles of one shape in numpy, of a profile or a stack of draws."""
         (basis_z, basis_x), (values_z, values_x) = self.basis(beta, gamma), self.parameters
         return weighted_sum(values_z, basis_z), weighted_sum(values_x, basis_x)
+
+    def _alpha_compiled(self, beta: FloatArray, gamma: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """`alpha` of angles of one shape by the compiled kernel, of a profile that is no stack."""
+        from rftfit.model.kernel import alpha
+
+        # the kernel is compiled for arrays that may be written to
+        angles = (np.require(angle.ravel(), float, ["C", "W"]) for angle in (beta, gamma))
+        alpha_z, alpha_x = alpha(self.pack, *angles)
+        return alpha_z.reshape(beta.shape), alpha_x.reshape(beta.shape)
 
 
 class TableProfile(Profile):
@@ -544,9 +560,8 @@ class TableProfile(Profile):
         shape = (beta.size, self.beta.size * self.gamma.size)
         return csr_array((np.concatenate(weights), index), shape=shape)
 
-    def alpha(self, beta: npt.ArrayLike, gamma: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
-        """As `Profile.alpha`, without the weights of all nodes."""
-        beta, gamma = np.broadcast_arrays(np.asarray(beta, float), np.asarray(gamma, float))
+    def _alpha(self, beta: FloatArray, gamma: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """`alpha` without the weights of all nodes."""
         corners = list(self._corners(beta, gamma))
 
         def total(values: FloatArray) -> FloatArray:
