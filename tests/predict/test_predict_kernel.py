@@ -246,7 +246,7 @@ MANY = 500_000
 """Angles of one call that go through the compiled kernel."""
 
 
-@pytest.mark.parametrize("profile, stack", ALPHA_BY_NUMPY, ids=lambda p: p.name)
+@pytest.mark.parametrize(("profile", "stack"), ALPHA_BY_NUMPY, ids=lambda p: p.name)
 @pytest.mark.parametrize("reach", [math.pi, 60.0, 1000.0])
 def test_alpha_of_many_angles_is_that_of_few(profile, stack, reach):
     random = np.random.default_rng(3)
@@ -261,7 +261,7 @@ def test_alpha_of_many_angles_is_that_of_few(profile, stack, reach):
     assert np.isnan([component[[100, 200, 300], [0, 1, 0]] for component in ours]).all()
 
 
-@pytest.mark.parametrize("profile, stack", ALPHA_BY_NUMPY, ids=lambda p: p.name)
+@pytest.mark.parametrize(("profile", "stack"), ALPHA_BY_NUMPY, ids=lambda p: p.name)
 def test_angles_may_be_broadcast_read_only_and_not_finite(profile, stack):
     gamma = np.linspace(-3, 3, MANY)
     gamma[:2] = np.inf, 1e300

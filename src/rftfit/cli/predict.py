@@ -107,13 +107,13 @@ def predict(
     Prints the peaks and writes every pose as csv. Force is that of the medium on the body, z up;
     a leg sweeps from the front (+x, negative theta) down and backward.
     """
+    medium_options.check(se)
     from rftfit.model.mesh_prediction import IN_SPACE, extremes_in_space
     from rftfit.model.model_error import eps_of, has_model_error
     from rftfit.model.peaks import unknown_peaks
     from rftfit.model.prediction import PEAKS, QUANTITIES, predict_with_peaks
     from rftfit.store import write_bytes, write_text
 
-    medium_options.check(se)
     _check_words(body, mesh, unit, sheet, figure, press, roll)
     inputs = CollectedErrors()
     shape: Any = None

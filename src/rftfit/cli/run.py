@@ -62,7 +62,7 @@ def run(
             help="Results to make, default all; after two dashes, options of Snakemake itself.",
         ),
     ] = None,
-    config: options.ConfigFile = options.CONFIG,
+    config: options.CampaignConfig = options.CONFIG,
     cores: Annotated[
         int | None, typer.Option(min=1, help="Jobs at once; default: all cores.")
     ] = None,

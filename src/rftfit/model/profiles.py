@@ -6,7 +6,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -27,9 +27,6 @@ from rftfit.model.symmetry import (
     torus,
 )
 from rftfit.reference import BETA_DEG, GAMMA_DEG, MEDIA, alpha_grid, coefficients
-
-if TYPE_CHECKING:
-    from scipy.sparse import csr_array
 
 IndexArray = npt.NDArray[np.signedinteger]
 
@@ -546,19 +543,21 @@ class TableProfile(Profile):
         weights = weights.reshape(*beta.shape, -1)
         return weights, weights
 
-    def weights(self, beta: FloatArray, gamma: FloatArray) -> csr_array:
-        """`basis` of directions (n,) as a sparse matrix, shape (n, nodes)."""
-        from scipy.sparse import csr_array
-
-        points, places, weights = [], [], []
-        for row, col, weight in self._corners(beta, gamma):
-            nonzero = np.flatnonzero(weight >= NEGLIGIBLE)
-            points.append(nonzero)
-            places.append((row * self.gamma.size + col)[nonzero])
-            weights.append(weight[nonzero])
-        index = np.concatenate(points), np.concatenate(places)
-        shape = (beta.size, self.beta.size * self.gamma.size)
-        return csr_array((np.concatenate(weights), index), shape=shape)
+    def sum_nodes(
+        self, values: npt.NDArray[np.float32], beta: FloatArray, gamma: FloatArray
+    ) -> npt.NDArray[np.float32]:
+        """Interpolate values of the nodes, shape (nodes, draws), in directions (n,); shape (n, draws)."""
+        corners = [
+            (row * self.gamma.size + col, weight.astype(np.float32)[:, None], weight >= NEGLIGIBLE)
+            for row, col, weight in self._corners(beta, gamma)
+        ]
+        sums = np.zeros((beta.size, values.shape[1]), np.float32)
+        # so few rows at a time that they stay in the cache
+        for start in range(0, beta.size, _ROWS_AT_ONCE):
+            for places, weights, counts in corners:
+                points = start + np.flatnonzero(counts[start : start + _ROWS_AT_ONCE])
+                sums[points] += weights[points] * values[places[points]]
+        return sums
 
     def _alpha(self, beta: FloatArray, gamma: FloatArray) -> tuple[FloatArray, FloatArray]:
         """`alpha` without the weights of all nodes."""
@@ -586,6 +585,8 @@ FAR_DEG = 18.0
 
 REACH_DEG = 35.0
 """Farther from every push, in beta and gamma together, scattered directions say nothing."""
+
+_ROWS_AT_ONCE = 128
 
 _STEP_DEG = 5
 """Of the regular grid on which the triangulation is laid."""

@@ -1114,8 +1114,8 @@ class _Posterior:
     ) -> FloatArray:
         """Part of alpha in the last places of the prior that the numbers before them leave open, shape (draws, 2, n)."""
         alpha = np.empty((len(batch.share_index), places.stop - places.start))
-        for place, root in enumerate(self._roots):
-            of_share = batch.share_index == place
+        for place in np.unique(batch.share_index):
+            of_share, root = batch.share_index == place, self._roots[place]
             drawn = normals[of_share] @ root[places, places]
             alpha[of_share] = batch.s[of_share] * np.sqrt(batch.wide[of_share]) * drawn
         return alpha.reshape(len(alpha), 2, alpha.shape[1] // 2)
@@ -1447,10 +1447,10 @@ class Map(KnownMedium):
 
         By their distance from the shape, and by the strength of alpha_x beside alpha_z.
         """
-        from scipy.special import erfc, gammaincc
-
         if not self.dof:
             return float("nan")
+        from scipy.special import erfc, gammaincc
+
         chances = [float(gammaincc(self.dof / 2, self.distance / 2))]
         if not np.isnan(self.horizontal_off):
             chances.append(float(erfc(self.horizontal_off / np.sqrt(2))))
