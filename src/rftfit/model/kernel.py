@@ -21,12 +21,12 @@ import numpy as np
 import numpy.typing as npt
 
 from rftfit.conventions import FloatArray
-from rftfit.model.profiles import Pack
+from rftfit.model.packs import Pack
 
 IntArray = npt.NDArray[np.int64]
 _F = TypeVar("_F", bound=Callable[..., Any])
 
-# as in `rftfit.model.profiles`, which the cache does not watch
+# as in `rftfit.model.packs`, which the cache does not watch
 _FOURIER, _TABLE, _NEGLIGIBLE, _STILL = 0, 1, 1e-9, 1e-12
 
 SAMPLE_HEAD = 9

@@ -6,7 +6,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from functools import cached_property, partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -18,6 +18,16 @@ from rftfit.measure.alpha import alpha_columns, column, directions
 from rftfit.measure.errors import USUAL_BED_SPREAD
 from rftfit.model.compiling import is_worth_compiling
 from rftfit.model.fourier import TERMS, TERMS_Z, as_array, basis
+from rftfit.model.packs import (
+    DEPTH_ONLY,
+    FOURIER,
+    NEGLIGIBLE,
+    STILL,
+    TABLE,
+    Pack,
+    make_pack,
+    pack_values,
+)
 from rftfit.model.symmetry import (
     WIDEST_DEG,
     Rectangle,
@@ -36,55 +46,6 @@ zeta times the generic nine; depth-only."""
 
 PUBLISHED_KINDS = tuple(kind for kind in KINDS if kind != "map")
 """Of the published media, which were pushed in every direction."""
-
-FOURIER, TABLE, DEPTH_ONLY = range(3)
-"""Tags of `Pack.kind`."""
-
-NEGLIGIBLE = 1e-9
-"""Weights below this do not make an interpolated value depend on a missing cell."""
-
-
-class Pack(NamedTuple):
-    """What the compiled kernel needs of a profile; the parts that a kind does not use are empty.
-
-    `kind`: `FOURIER`, `TABLE` or `DEPTH_ONLY`.
-    `values`: Nine coefficients, or the three values of the depth-only model; N/cm^3.
-    `beta`, `gamma`: Nodes of the table, rad, from -pi/2 to pi/2 and from -pi to pi.
-    `beta_bins`, `gamma_bins`: Interval in which each of many equal bins between the end nodes begins.
-        A bin is narrower than any interval, so at most one step more leads to the right one.
-    `cells`: shape (nb - 1, ng - 1, 8): alpha_z at the corners (beta, gamma) = 00, 01, 10, 11 of each
-        cell, then alpha_x, N/cm^3.
-    """
-
-    kind: int
-    values: FloatArray
-    beta: FloatArray
-    gamma: FloatArray
-    beta_bins: npt.NDArray[np.int64]
-    gamma_bins: npt.NDArray[np.int64]
-    cells: FloatArray
-
-
-def make_pack(
-    kind: int, values: FloatArray, beta: FloatArray, gamma: FloatArray, cells: FloatArray
-) -> Pack:
-    """Make a `Pack` whose parts always have the same types, so that one compilation serves all."""
-    values, beta, gamma, cells = (
-        np.ascontiguousarray(array, dtype=float) for array in (values, beta, gamma, cells)
-    )
-    return Pack(kind, values, beta, gamma, _bins(beta), _bins(gamma), cells)
-
-
-def _pack_of_values(kind: int, values: FloatArray) -> Pack:
-    return make_pack(kind, values, np.zeros(0), np.zeros(0), np.zeros((0, 0, 8)))
-
-
-def _bins(nodes: FloatArray) -> npt.NDArray[np.int64]:
-    if nodes.size == 0:
-        return np.zeros(0, dtype=np.int64)
-    count = int(np.ceil(1.5 * (nodes[-1] - nodes[0]) / np.diff(nodes).min())) + 1
-    starts = np.linspace(nodes[0], nodes[-1], count + 1)[:-1]
-    return np.clip(np.searchsorted(nodes, starts, side="right") - 1, 0, nodes.size - 2)
 
 
 def weighted_sum(values: FloatArray, weights: FloatArray) -> FloatArray:
@@ -693,7 +654,7 @@ class FourierProfile(Profile):
         return self.coefficients[..., :split], self.coefficients[..., split:]
 
     def _packed(self) -> Pack:
-        return _pack_of_values(FOURIER, self.coefficients)
+        return pack_values(FOURIER, self.coefficients)
 
     def basis(self, beta: FloatArray, gamma: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Values of the nine terms."""
@@ -745,10 +706,6 @@ def scaled_generic(
     profile = FourierProfile(np.asarray(zeta, dtype=float)[..., None] * m0, name, spread=spread)
     profile.form = "generic"
     return profile
-
-
-STILL = 1e-12
-"""A velocity component below this part of the speed is none: rounding does not choose its side."""
 
 
 class DepthOnlyProfile(Profile):
@@ -817,7 +774,7 @@ class DepthOnlyProfile(Profile):
         return self.values[..., :2], self.values[..., 2:]
 
     def _packed(self) -> Pack:
-        return _pack_of_values(DEPTH_ONLY, self.values)
+        return pack_values(DEPTH_ONLY, self.values)
 
     def basis(self, beta: FloatArray, gamma: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Projected part of a plate, with the side to which its motion goes."""
