@@ -552,7 +552,7 @@ def test_likelihood_is_that_of_a_normal_with_the_whole_covariance(count, coupled
     if coupled:
         shared = 0.01 * random.standard_normal(2 * count)
         errors += np.outer(shared, shared)
-    likelihood = module._Likelihood(prior, 0.35, y, errors)
+    likelihood = module._Likelihood(prior, np.arange(2 * count), 0.35, y, errors)
     sizes, departures = np.array([0.2, 0.3, 0.5]), np.array([0.5, 1.0, 4.0])
     found = likelihood.likelihood(sizes, departures)
     expected = np.empty_like(found)

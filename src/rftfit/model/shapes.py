@@ -148,7 +148,7 @@ class Shapes:
         free = np.diag(prior.covariance(0.0)) > _ZERO_VARIANCE
         exact = 1e-6 * np.abs(prior.mean).max() * np.eye(int(free.sum()))
         mean = prior.mean
-        likelihood = _Likelihood(prior.at(np.flatnonzero(free)), 0.0, mean[free], exact**2)
+        likelihood = _Likelihood(prior, np.flatnonzero(free), 0.0, mean[free], exact**2)
         allowed = likelihood.horizontal(np.arange(mean.size)[free] >= mean.size // 2, 1.0)[1]
         return float(log_ratios.std(ddof=1)) * np.sqrt(1 + 1 / log_ratios.size), allowed
 
@@ -877,7 +877,7 @@ def _with_contacts(
 
 def _likelihood_of(given: _Seen) -> _Likelihood:
     """Likelihood of the numbers in a medium that departs as the known ones do."""
-    return _Likelihood(given.prior.at(given.seen), 0.0, given.y, given.errors + _rounding(given.y))
+    return _Likelihood(given.prior, given.seen, 0.0, given.y, given.errors + _rounding(given.y))
 
 
 def _rounding(y: FloatArray) -> FloatArray:
@@ -965,12 +965,13 @@ class _Posterior:
         self._first_node = int(seen.max()) + 1
         self.rough_shares = np.linspace(0, variation.most_own, _N_ROUGH_SHARES)
         rounded = errors + _rounding(y)
-        self._noise = 1 / whitening(rounded)
-        if self._noise.ndim > 1:
-            self._noise = np.linalg.cholesky(rounded).T
-        measured = prior.at(seen)
+        self._noise = (
+            np.sqrt(np.diag(rounded))
+            if whitening(rounded).ndim == 1
+            else np.linalg.cholesky(rounded).T
+        )
         self.given = [
-            _Likelihood(measured, rough_share, y, rounded) for rough_share in self.rough_shares
+            _Likelihood(prior, seen, rough_share, y, rounded) for rough_share in self.rough_shares
         ]
         self._made: dict[int, tuple[npt.NDArray[np.float32], FloatArray]] = {}
         half = variation.departure_dof / 2
@@ -1189,7 +1190,7 @@ def _rows(covariance: FloatArray) -> FloatArray:
     covariance[np.diag_indices(variance.size)] += _ZERO_VARIANCE * variance.max()
     rows = np.linalg.cholesky(covariance).T
     rows[:, variance <= _ZERO_VARIANCE] = 0.0
-    return rows
+    return np.asarray(rows)
 
 
 def _weighed(
@@ -1228,23 +1229,30 @@ class _Likelihood:
     (Woodbury). Where the errors of z and x are independent, S falls into two parts, and the decomposition takes a quarter
     of the time; of few numbers, or where S does not fall apart, B stands in S.
 
-    `prior`: of these numbers.
+    `seen`: places of the numbers in the prior.
     """
 
     def __init__(
-        self, prior: _Prior, rough_share: float, y: FloatArray, errors: FloatArray
+        self,
+        prior: _Prior,
+        seen: npt.NDArray[np.intp],
+        rough_share: float,
+        y: FloatArray,
+        errors: FloatArray,
     ) -> None:
-        self.mean, self.y = prior.mean, y
+        measured = prior.at(seen)
+        self.mean, self.y = measured.mean, y
         variance_without_bed = np.diag(errors) - (USUAL_PERCENT / 100 * y) ** 2
         self.least_error = float(np.sqrt(np.maximum(variance_without_bed, 0.0).min()))
         whiten = whitening(errors)
-        parts = _independent(prior.smooth, errors)
+        parts = _independent(measured.smooth, errors)
         if y.size <= _FEW_NUMBERS or len(parts) == 1:
             parts = [np.arange(y.size)]
-            rest, between = prior.covariance(rough_share), prior.between[:0]
+            rest = prior.covariance(rough_share)[np.ix_(seen, seen)]
+            between = measured.between[:0]
         else:
-            rest = (1 - rough_share) * prior.smooth + rough_share * prior.rough
-            between = prior.between
+            rest = (1 - rough_share) * measured.smooth + rough_share * measured.rough
+            between = measured.between
         self._parts = [_Part.of(places, rest, whiten) for places in parts]
         self._values = np.concatenate([part.values for part in self._parts])
         self._between = self._turned(between)
@@ -1273,6 +1281,10 @@ class _Likelihood:
         """Its logarithm, shape (departures, sizes)."""
         variance = (departures[:, None] * sizes**2).ravel()
         diagonal = 1 + variance[:, None] * self._values
+        if not len(self._between):
+            off = np.tile(self._y - sizes[:, None] * self._mean, (departures.size, 1))
+            total = (np.log(diagonal) + off**2 / diagonal).sum(axis=-1)
+            return np.asarray(-0.5 * total).reshape(departures.size, sizes.size)
         over = 1 / diagonal
         inverse = self._correction(variance, over)
         size = np.broadcast_to(sizes, (departures.size, sizes.size)).ravel()
@@ -1293,9 +1305,11 @@ class _Likelihood:
 
     def _solved(self, turned: FloatArray, variance: FloatArray) -> FloatArray:
         """Inverse covariance times turned numbers (draws, n); `variance`: t, (draws, 1)."""
+        first = turned / (1 + variance * self._values)
+        if not len(self._between):
+            return np.asarray(first)
         over = 1 / (1 + variance * self._values)
         inverse = self._correction(variance[:, 0], over)
-        first = over * turned
         few = np.einsum("dij,dj->di", inverse, first @ self._between.T)
         return np.asarray(first - over * (variance * (few @ self._between)))
 
@@ -1386,7 +1400,7 @@ class _Part(NamedTuple):
         if whiten.ndim == 1:
             own = whiten[places]
             values, vectors = np.linalg.eigh(own[:, None] * square * own)
-            return cls(places, np.maximum(values, 0.0), vectors.T * own)
+            return cls(places, np.maximum(values, 0.0), np.ascontiguousarray(vectors.T * own))
         own = whiten[np.ix_(places, places)]
         values, vectors = np.linalg.eigh(own @ square @ own.T)
         return cls(places, np.maximum(values, 0.0), vectors.T @ own)
