@@ -37,7 +37,7 @@ from rftfit.figures.maps import (
 from rftfit.figures.plates import nearest_cells, plot_stress_of_runs, stress_runs
 from rftfit.figures.protocol import plot_tare
 from rftfit.figures.registry import figures
-from rftfit.figures.style import PAPER, PRINTED, SCREEN, save, save_pages
+from rftfit.figures.style import save, save_pages
 from rftfit.model.fourier import TERMS, evaluate
 from rftfit.model.scaling import GENERIC
 
@@ -74,7 +74,7 @@ def stress_figure():
 
 
 def test_the_same_figure_gives_the_same_bytes_in_any_folder(small_map, tmp_path):
-    endings = (*PRINTED, "webp")
+    endings = (*style.PRINTED, "webp")
     files = save(small_map, tmp_path / "one" / "glass0.3mm_LP", endings=endings)
     folder = tmp_path / "an other, \u00e9"
     moved_files = save(small_map, folder / "glass0.3mm_LP", endings=endings)
@@ -409,7 +409,7 @@ def test_a_caption_is_short_and_needs_no_table(figure):
         assert len(caption.partition(" After ")[0].split()) <= 40
 
 
-@pytest.mark.parametrize("ending", PRINTED)
+@pytest.mark.parametrize("ending", style.PRINTED)
 def test_a_remark_stands_in_every_format(ending):
     figure = style.missing("nothing")
     assert b"a remark" in style.content(figure, ending, "a remark")
@@ -420,9 +420,11 @@ def test_pages_are_written_beside_one_another(tmp_path):
     figure = style.missing("nothing")
     names = save_pages([figure, figure], tmp_path, "results/quality/glass0.3mm_LP")
     stems = ("glass0.3mm_LP", "glass0.3mm_LP_page2")
-    assert names == [f"results/quality/{stem}.{ending}" for stem in stems for ending in SCREEN]
+    assert names == [
+        f"results/quality/{stem}.{ending}" for stem in stems for ending in style.SCREEN
+    ]
     assert all((tmp_path / name).is_file() for name in names)
-    assert save_pages(figure, tmp_path, "a", endings=PAPER) == ["a.pdf"]
+    assert save_pages(figure, tmp_path, "a", endings=style.PAPER) == ["a.pdf"]
 
 
 def test_numbers_are_written_with_a_true_minus():
