@@ -20,8 +20,9 @@ import numpy as np
 import pandas as pd
 from axes_told import drawn_directions, nine_terms
 
-from rftfit.compare.peers import PAIR, compare_runs
+from rftfit.compare.peers import compare_runs
 from rftfit.measure.alpha import column
+from rftfit.measure.verdict_words import PAIR
 from rftfit.model.profiles import TableProfile
 from rftfit.model.rft3d import alpha_3drft
 from rftfit.reference import MEDIA

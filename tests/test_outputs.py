@@ -22,7 +22,7 @@ from rftfit.lab.write import sheet_text
 from rftfit.measure.ingest import ingest_medium
 from rftfit.outputs.dictionary import KINDS, column_of, describe_file, outputs
 from rftfit.store import write_csv
-from rftfit.workflow.stages import FIGURE_RULES, STAGES
+from rftfit.workflow.stages import RULES
 
 ROOT = Path(__file__).parents[1]
 TABLES = [output for output in outputs() if output.columns]
@@ -85,7 +85,7 @@ def test_every_stage_and_result_is_described(tmp_path, paper_config):
         output = describe_file(path)
         assert output is not None, path
         assert stage in output.stage.split(", "), path
-    stages = {*STAGES, *FIGURE_RULES, "all"}
+    stages = {*RULES, "all"}
     for entry in outputs():
         if entry.file.startswith("results/"):
             assert set(entry.stage.split(", ")) <= stages, entry.file

@@ -49,7 +49,7 @@ def check(folder: str | Path = ".") -> list[Problem]:
     >>> for problem in rftfit.check("my_campaign"):  # doctest: +SKIP
     ...     print(problem)
     """
-    from rftfit.results import config_of
+    from rftfit.campaign.presence import config_of
     from rftfit.workflow.check import check_all
 
     return check_all(config_of(folder)).problems
@@ -89,7 +89,7 @@ def run(
     >>> report = rftfit.run("my_campaign")  # doctest: +SKIP
     >>> report.made  # doctest: +SKIP
     """
-    from rftfit.results import config_of
+    from rftfit.campaign.presence import config_of
     from rftfit.workflow.run import Workflow
 
     workflow = Workflow(config_of(folder), targets, cores=cores)

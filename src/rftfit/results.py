@@ -16,6 +16,7 @@ import pandas as pd
 
 from rftfit.campaign.config import Config
 from rftfit.campaign.load import Campaign, load_campaign
+from rftfit.campaign.presence import config_of
 from rftfit.campaign.problems import choose
 from rftfit.checks.medium import marks_of
 from rftfit.conventions import FloatArray
@@ -49,7 +50,6 @@ from rftfit.store import csv_bytes, read_csv, read_parquet
 from rftfit.store.digests import sha256_of
 
 FOLDER = "results"
-_CONFIGS = ("config/config.yaml", "config.yaml")
 LEG_ERRORS = "leg_errors.csv"
 _KEPT_SAMPLES = 4
 """Tables of samples are large: only the last few are kept."""
@@ -845,18 +845,3 @@ def open_results(folder: str | Path = ".") -> Results:
     >>> results.media  # doctest: +SKIP
     """
     return Results(load_campaign(config_of(folder)))
-
-
-def config_of(folder: str | Path) -> Path:
-    """Find the configuration of a campaign; `folder` as for `open_results`."""
-    folder = Path(folder)
-    places = [folder] if folder.is_file() else []
-    for place in (folder, folder.parent) if folder.name in ("config", FOLDER) else (folder,):
-        places += [place / name for name in _CONFIGS]
-    config = next((path for path in places if path.is_file()), None)
-    if config is None:
-        raise InputError(
-            f"{folder}: no config/config.yaml there; allowed: the folder of a campaign "
-            "(`rftfit init` makes one)"
-        )
-    return config

@@ -66,6 +66,8 @@ def test_crash(rftfit, monkeypatch, tmp_path):
     cache = tmp_path / "cache"
     monkeypatch.setattr(pooch, "os_cache", lambda name: cache / name)
     monkeypatch.setattr(tempfile, "tempdir", str(temp_folder))
+    (current_folder / "config").mkdir()
+    (current_folder / "config" / "config.yaml").touch()
     # a stranger's text must not stand on a line of its own
     fail_with(monkeypatch, ZeroDivisionError("no sand\nimport os"))
     output = rftfit("check --strict", code=exit_codes.UNEXPECTED)
@@ -85,7 +87,7 @@ def test_crash(rftfit, monkeypatch, tmp_path):
         assert text in report
     assert not [line for line in report.splitlines() if line.startswith("import")]
     # nothing is written into the current folder, which a stranger may have filled with links
-    assert not [*current_folder.iterdir()]
+    assert [*current_folder.iterdir()] == [current_folder / "config"]
     monkeypatch.setattr(pooch, "os_cache", lambda _: current_folder.joinpath("\0"))
     assert str(temp_folder / CRASH_FILE) in rftfit("check", code=exit_codes.UNEXPECTED).err
     assert len([*temp_folder.iterdir()]) == 1

@@ -63,8 +63,8 @@ class Folder:
         """Do the jobs up to a rule in this process: the same results, without starting Python for each.
 
         Only the figures of the names in `drawn` (None: all) are put together, and their words are looked at;
-        the files of the others have no content. Of a figure that is put together the svg holds its words, and
-        the other files nothing; with `real_run`, they are those of `real_run`. What a whole campaign says must
+        the files of the others have no content. Of a figure that is put together the png holds its words, and
+        the preview nothing; with `real_run`, they are those of `real_run`. What a whole campaign says must
         rest on its records.
         """
         # a campaign whose files are compared with those of a real run has all draws
@@ -122,17 +122,17 @@ class Folder:
         }
 
 
-def _sketch(folder, real_run, figure, base, about):
+def _sketch(folder, real_run, figure, base, about, endings):
     if real_run is None:
         faults = text_faults(figure)
         assert not faults, f"{base.name}: {'; '.join(faults)}"
         with patch.object(Axis, "get_children", lambda axis: [axis.label, axis.offsetText]):
             # without the numbers of ticks, which are made when they are asked for
             written = "\n".join([about, *words(figure)]).encode()
-    for ending in style.FORMATS:
+    for ending in endings:
         target = base.with_name(f"{base.name}.{ending}")
         if real_run is None:
-            content = written if ending == "svg" else b""
+            content = written if ending == "png" else b""
         else:
             content = (real_run.root / target.relative_to(folder.root)).read_bytes()
         write_bytes(target, content)

@@ -15,7 +15,7 @@ from snakemake.settings.types import (
     ResourceSettings,
 )
 
-from rftfit.campaign.load import root_of
+from rftfit.campaign.presence import root_of
 from rftfit.store import write_bytes
 from rftfit.store.digests import digests_of_files
 from rftfit.workflow.job import do_job

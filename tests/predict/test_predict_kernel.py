@@ -235,6 +235,61 @@ def test_a_missing_corner_spoils_only_its_own_cells():
     assert (force_on_element(profile, 1.0, 1, 90) == 0).all()
 
 
+ALPHA_BY_NUMPY = [
+    (TABLE, TableProfile(*np.array(reference.alpha_grid("poppy_LP"))[:, None])),
+    (HOLED, TableProfile(*(HOLES * np.array(reference.alpha_grid("poppy_CP")))[:, None])),
+    (FourierProfile(M0), FourierProfile(M0[None])),
+    (DepthOnlyProfile.of(TABLE), DepthOnlyProfile(DepthOnlyProfile.of(TABLE).values[None])),
+]
+"""Profiles, and each as a stack of one draw: draws are carried in numpy."""
+MANY = 500_000
+"""Angles of one call that go through the compiled kernel."""
+
+
+@pytest.mark.parametrize(("profile", "stack"), ALPHA_BY_NUMPY, ids=lambda p: p.name)
+@pytest.mark.parametrize("reach", [math.pi, 60.0, 1000.0])
+def test_alpha_of_many_angles_is_that_of_few(profile, stack, reach):
+    random = np.random.default_rng(3)
+    beta, gamma = random.uniform(-reach, reach, (2, MANY // 2, 2))
+    nodes = np.radians([-270, -180, -90, -60, 0, 30, 90, 180, 270])
+    beta[: nodes.size, 0], gamma[: nodes.size, 0] = nodes, nodes[::-1]
+    beta[100, 0] = gamma[200, 1] = beta[300, 0] = np.nan
+    ours, theirs = profile.alpha(beta, gamma), stack.alpha(beta, gamma)
+    for component, expected in zip(ours, theirs, strict=True):
+        assert component.shape == beta.shape
+        np.testing.assert_allclose(component, expected[0], rtol=0, atol=1e-12)
+    assert np.isnan([component[[100, 200, 300], [0, 1, 0]] for component in ours]).all()
+
+
+@pytest.mark.parametrize(("profile", "stack"), ALPHA_BY_NUMPY, ids=lambda p: p.name)
+def test_angles_may_be_broadcast_read_only_and_not_finite(profile, stack):
+    gamma = np.linspace(-3, 3, MANY)
+    gamma[:2] = np.inf, 1e300
+    gamma.flags.writeable = False
+    ours = np.stack(profile.alpha([[0.4]], gamma))
+    assert ours.shape == (2, 1, MANY)
+    theirs = np.stack(stack.alpha(0.4, gamma[2:]))[:, 0]
+    np.testing.assert_allclose(ours[:, 0, 2:], theirs, rtol=0, atol=1e-12)
+    assert np.isnan(ours[:, 0, 0]).all()
+
+
+def test_few_elements_do_not_import_the_compiler():
+    code = (
+        "import sys, numpy as np, rftfit\n"
+        "table, leg = rftfit.published_medium('poppy_LP'), rftfit.model_leg('c_leg')\n"
+        "table.alpha(0.1, np.linspace(-3, 3, 10_000))\n"
+        "few = rftfit.predict(table, leg)\n"
+        "assert 'numba' not in sys.modules\n"
+        "for _ in range(300):\n"
+        "    table.alpha(0.1, np.linspace(-3, 3, 10_000))\n"
+        "assert 'numba' in sys.modules\n"
+        "many = rftfit.predict(table, leg)\n"
+        "names = ['force_z_N', 'force_x_N', 'moment_N_cm']\n"
+        "np.testing.assert_allclose(few[names], many[names], rtol=0, atol=1e-11)"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
 def test_importing_compiles_nothing():
     code = (
         "import sys, rftfit, rftfit.model.forces, rftfit.model.motion, rftfit.model.profiles\n"

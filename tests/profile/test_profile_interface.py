@@ -14,10 +14,8 @@ from rftfit import reference
 from rftfit.conventions import mirror
 from rftfit.errors import InputError
 from rftfit.model import fourier
+from rftfit.model.packs import DEPTH_ONLY, FOURIER, TABLE
 from rftfit.model.profiles import (
-    DEPTH_ONLY,
-    FOURIER,
-    TABLE,
     DepthOnlyProfile,
     FourierProfile,
     Profile,

@@ -538,3 +538,45 @@ def test_pushes_without_a_horizontal_component_can_belong():
     # and still they need not
     pushes.alpha[0] = 0.3
     assert estimate(pushes).belongs < NOT_ALIKE
+
+
+@pytest.mark.parametrize("count", [40, 130])
+@pytest.mark.parametrize("coupled", [False, True])
+def test_likelihood_is_that_of_a_normal_with_the_whole_covariance(count, coupled):
+    """Of few numbers in one piece; of many z and x apart, with the differences of known media as a correction."""
+    random = np.random.default_rng(count)
+    beta, gamma = random.uniform(-np.pi / 2, np.pi / 2, (2, count))
+    prior = published_shapes().prior(beta, gamma)
+    y = 0.3 * prior.mean + 0.02 * random.standard_normal(2 * count)
+    errors = np.diag(random.uniform(0.01, 0.05, 2 * count) ** 2)
+    if coupled:
+        shared = 0.01 * random.standard_normal(2 * count)
+        errors += np.outer(shared, shared)
+    likelihood = module._Likelihood(prior, np.arange(2 * count), 0.35, y, errors)
+    sizes, departures = np.array([0.2, 0.3, 0.5]), np.array([0.5, 1.0, 4.0])
+    found = likelihood.likelihood(sizes, departures)
+    expected = np.empty_like(found)
+    for row, departure in enumerate(departures):
+        for column, size in enumerate(sizes):
+            covariance = errors + size**2 * departure * prior.covariance(0.35)
+            off = y - size * prior.mean
+            solved = np.linalg.solve(covariance, off)
+            expected[row, column] = -0.5 * (np.linalg.slogdet(covariance)[1] + off @ solved)
+    np.testing.assert_allclose(found - found[0, 0], expected - expected[0, 0], rtol=0, atol=1e-6)
+    np.testing.assert_allclose(
+        likelihood.solved(off[None], np.full((1, 1), size**2 * departure))[0],
+        solved,
+        rtol=0,
+        atol=1e-8 * np.abs(solved).max(),
+    )
+    inverse = np.linalg.inv(errors + size**2 * prior.covariance(0.35))
+    off = y - size * prior.mean
+    assert likelihood.distance(size) == pytest.approx(off @ inverse @ off, rel=1e-8)
+    pushes = Pushes(beta, gamma, y.reshape(2, -1), errors)
+    farthest = likelihood.farthest(pushes, np.ones(2 * count, dtype=bool), size)
+    spread = 1 / np.diag(inverse)
+    alone = (inverse @ off) * spread
+    worst = np.argmax(np.abs(alone) / np.sqrt(spread))
+    assert farthest.measured == y[worst]
+    assert farthest.expected == pytest.approx(y[worst] - alone[worst], rel=1e-6)
+    assert farthest.error == pytest.approx(np.sqrt(spread[worst]), rel=1e-6)

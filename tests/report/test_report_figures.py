@@ -37,7 +37,7 @@ from rftfit.figures.maps import (
 from rftfit.figures.plates import nearest_cells, plot_stress_of_runs, stress_runs
 from rftfit.figures.protocol import plot_tare
 from rftfit.figures.registry import figures
-from rftfit.figures.style import FORMATS, save, save_pages
+from rftfit.figures.style import save, save_pages
 from rftfit.model.fourier import TERMS, evaluate
 from rftfit.model.scaling import GENERIC
 
@@ -74,9 +74,11 @@ def stress_figure():
 
 
 def test_the_same_figure_gives_the_same_bytes_in_any_folder(small_map, tmp_path):
-    files = save(small_map, tmp_path / "one" / "glass0.3mm_LP")
-    moved_files = save(small_map, tmp_path / "an other, \u00e9" / "glass0.3mm_LP")
-    assert [path.name for path in files] == [f"glass0.3mm_LP.{ending}" for ending in FORMATS]
+    endings = (*style.PRINTED, "webp")
+    files = save(small_map, tmp_path / "one" / "glass0.3mm_LP", endings=endings)
+    folder = tmp_path / "an other, \u00e9"
+    moved_files = save(small_map, folder / "glass0.3mm_LP", endings=endings)
+    assert [path.name for path in files] == [f"glass0.3mm_LP.{ending}" for ending in endings]
     assert sorted((tmp_path / "one").iterdir()) == sorted(files)
     bytes_of = {path.suffix[1:]: path.read_bytes() for path in files}
     assert bytes_of == {path.suffix[1:]: path.read_bytes() for path in moved_files}
@@ -407,7 +409,7 @@ def test_a_caption_is_short_and_needs_no_table(figure):
         assert len(caption.partition(" After ")[0].split()) <= 40
 
 
-@pytest.mark.parametrize("ending", [ending for ending in FORMATS if ending != "webp"])
+@pytest.mark.parametrize("ending", style.PRINTED)
 def test_a_remark_stands_in_every_format(ending):
     figure = style.missing("nothing")
     assert b"a remark" in style.content(figure, ending, "a remark")
@@ -418,9 +420,11 @@ def test_pages_are_written_beside_one_another(tmp_path):
     figure = style.missing("nothing")
     names = save_pages([figure, figure], tmp_path, "results/quality/glass0.3mm_LP")
     stems = ("glass0.3mm_LP", "glass0.3mm_LP_page2")
-    assert names == [f"results/quality/{stem}.{ending}" for stem in stems for ending in FORMATS]
+    assert names == [
+        f"results/quality/{stem}.{ending}" for stem in stems for ending in style.SCREEN
+    ]
     assert all((tmp_path / name).is_file() for name in names)
-    assert save_pages(figure, tmp_path, "a") == [f"a.{ending}" for ending in FORMATS]
+    assert save_pages(figure, tmp_path, "a", endings=style.PAPER) == ["a.pdf"]
 
 
 def test_numbers_are_written_with_a_true_minus():

@@ -11,7 +11,7 @@ from robotsteps import forces, net, plain_steps, step
 from seeds import seeds
 
 from rftfit import reference
-from rftfit.model import kernel, profiles
+from rftfit.model import kernel, packs
 from rftfit.model.profiles import TableProfile
 from rftfit.robot.body import assemble
 from rftfit.robot.run import simulate
@@ -103,8 +103,8 @@ def test_unknown_alpha_is_no_number_but_only_where_it_counts(robot):
 
 def test_constants_are_those_of_the_profiles():
     # the compiler's cache watches the kernel's own file only, so that it has to repeat them
-    assert (kernel._FOURIER, kernel._TABLE) == (profiles.FOURIER, profiles.TABLE)
-    assert (kernel._NEGLIGIBLE, kernel._STILL) == (profiles.NEGLIGIBLE, profiles.STILL)
+    assert (kernel._FOURIER, kernel._TABLE) == (packs.FOURIER, packs.TABLE)
+    assert (kernel._NEGLIGIBLE, kernel._STILL) == (packs.NEGLIGIBLE, packs.STILL)
 
 
 def test_compiled_code_needs_no_other_file():

@@ -17,7 +17,7 @@ pytestmark = pytest.mark.slow
 ALPHA = "results/alpha/yuma.csv"
 TRACES = "results/tared/yuma.parquet"
 LEDGER = "results/ledger.csv"
-FIGURE = "results/figures/penetration.svg"
+FIGURE = "results/figures/penetration.png"
 PAGE = "results/report.html"
 
 

@@ -41,7 +41,7 @@ figure.add_subplot().plot([n % 7 for n in range(9000)], [n % 11 + n / 9000 for n
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 resource.setrlimit(resource.RLIMIT_FSIZE, (6000, 6000))
 try:
-    save(figure, sys.argv[1])
+    save(figure, sys.argv[1], endings=("png", "pdf"))
 except OutputError as error:
     print(error)
 """

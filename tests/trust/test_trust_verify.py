@@ -24,7 +24,7 @@ from rftfit.workflow.state import read_states
 pytestmark = pytest.mark.slow
 
 LOG = "raw/paper/yuma/yuma_bp00_g90_in_force.csv"
-FIGURE = "results/figures/fit_maps.svg"
+FIGURE = "results/figures/fit_maps.png"
 CODE = "results/records/fourier.json"
 """The record of a job, in which the digest of its code stands."""
 OF_THE_RECORD = ("provenance.json", "manifest.sha256", "run_sheet.csv", "datapackage.json")

@@ -1,12 +1,17 @@
 """A figure that has nothing to show says so in words and has no caption."""
 
+import re
+import shutil
+
 import numpy as np
 import pytest
+from campaigns import Folder
 from text_boxes import words
 
 import rftfit
 from rftfit.figures.registry import Declared, figures
 from rftfit.results import Results
+from rftfit.workflow.state import read_states
 
 pytestmark = pytest.mark.slow
 
@@ -66,3 +71,29 @@ def test_what_is_lacking_is_drawn_and_has_no_caption(declared, without_rows):
     assert bool(declared.caption_of(results_of_all, media[0])) != bool(
         declared.lacking(results_of_all, media[0])
     )
+
+
+def test_figures_for_a_paper_are_drawn_on_demand(small_made, tmp_path):
+    folder = Folder(tmp_path / "copy")
+    shutil.copytree(small_made.root, folder.root)
+    printed = read_states(folder.config)[0].printed
+    assert len(printed) > 10
+    assert not any((folder.root / path).exists() for path in printed)
+
+    def planned(*words):
+        plan = folder.rftfit("run", *words, "--dry-run").stdout
+        return sum(int(jobs) for jobs in re.findall(r"_pdf +([0-9]+)", plan))
+
+    assert planned() == 0
+    assert planned("--print") == len(printed)
+    path = next(path for path in printed if path.endswith("legs_poppy_LP.pdf"))
+    assert planned(path) == 1
+    made = folder.rftfit("run", path)
+    assert made.returncode == 0, made.stderr
+    assert (folder.root / path).read_bytes().startswith(b"%PDF")
+    # it is none of what every run makes, and told apart where it is old
+    assert planned() == 0
+    assert planned("--print") == len(printed) - 1
+    (folder.root / path).write_bytes(b"")
+    later = folder.rftfit("run")
+    assert re.search(r"1 file; rftfit run --print", later.stdout)

@@ -51,7 +51,7 @@ def test_every_scattered_direction_is_measured(scattered):
     assert directions_measured == set(parse_directions("scattered:40", 2013))
     assert np.isfinite(alpha_columns(table)).all()
     assert min(shares(table)) >= 0.9
-    assert not (scattered.root / "results" / "quality" / "poppy_LP_page2.pdf").exists()
+    assert not (scattered.root / "results" / "quality" / "poppy_LP_page2.png").exists()
 
 
 def test_coefficients_are_least_squares_over_the_forty(scattered):

@@ -29,7 +29,7 @@ def test_another_lab_gets_to_a_page(case, tmp_path):
     marks = {
         "report.html": b"Simulated, not measured",
         "provenance.json": b'"reenacted": true',
-        "figures/alpha_maps_poppy_CP.svg": b"simulated logs",
+        "figures/alpha_maps_poppy_CP.png": b"simulated logs",
     }
     for name, words in marks.items():
         assert words in (folder.root / "results" / name).read_bytes(), name

@@ -17,7 +17,7 @@ use rule stage as figure with:
         tables=of_figure("figures"),
         state=state_of("figure"),
     output:
-        multiext("results/figures/{figure}", ".png", ".pdf", ".svg", ".webp"),
+        multiext("results/figures/{figure}", ".png", ".webp"),
     log:
         "results/logs/figure/{figure}.log",
 
@@ -28,11 +28,40 @@ use rule stage as quality with:
         tables=of_figure("quality"),
         state=state_of("quality"),
     output:
-        multiext("results/quality/{medium}", ".png", ".pdf", ".svg", ".webp"),
+        multiext("results/quality/{medium}", ".png", ".webp"),
     log:
         "results/logs/quality/{medium}.log",
     # it takes longer than any other figure
     priority: 1
+
+
+use rule stage as figure_pdf with:
+    # Draw a figure for a paper.
+    input:
+        tables=of_figure("figures"),
+        state=state_of("figure_pdf"),
+    output:
+        "results/figures/{figure}.pdf",
+    log:
+        "results/logs/figure_pdf/{figure}.log",
+
+
+use rule stage as quality_pdf with:
+    # Draw the quality sheets of a medium for a paper.
+    input:
+        tables=of_figure("quality"),
+        state=state_of("quality_pdf"),
+    output:
+        "results/quality/{medium}.pdf",
+    log:
+        "results/logs/quality_pdf/{medium}.log",
+    priority: 1
+
+
+rule printed:
+    # Every figure of a whole run for a paper: `rftfit run --print` makes them beside all else.
+    input:
+        STATES.printed,
 
 
 use rule stage as workbooks with:

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -16,7 +15,8 @@ from rftfit.campaign.calibration import Calibration, read_calibration
 from rftfit.campaign.columns import LABELS
 from rftfit.campaign.config import PLATE_SHAPES, Config, MediumSettings, RigidContact, RobotRuns
 from rftfit.campaign.files import Entry, Folder, campaign_folder, folded, inside
-from rftfit.campaign.problems import CampaignError, Place, Problem, join_words, shown
+from rftfit.campaign.presence import miss_campaign, root_of
+from rftfit.campaign.problems import CampaignError, Place, Problem, shown
 from rftfit.campaign.reading import ModelFile, read_model
 from rftfit.campaign.schema import KeyPath
 from rftfit.campaign.sheet import Run, Vocabulary, read_sheet, same_file_needs_one_clock
@@ -25,7 +25,6 @@ from rftfit.errors import InputError
 from rftfit.store.digests import digest_of_numbers, digests_of_files
 
 RESULTS = "results"
-_CONFIG = "config/config.yaml"
 REENACTED = "REENACTED.txt"
 """File in the raw folder of logs that were computed from published results."""
 
@@ -168,16 +167,14 @@ def check_campaign(
     these rows, and those of runs that name them as tare. Returns None for the campaign when there is any other error, and all problems: of the configuration in
     the order of its lines, then of the run sheet in the order of its rows.
     """
+    if (no_campaign := miss_campaign(config_path)) is not None:
+        return None, [no_campaign]
     folder, root = Path(config_path).absolute().parent, root_of(config_path)
-    name = Path(config_path).as_posix()
-    if Path(config_path).exists():  # else the user needs to know where it was looked for
-        in_config = folder.name == "config" and root != folder
-        name = f"config/{Path(config_path).name}" if in_config else Path(config_path).name
+    in_config = folder.name == "config" and root != folder
+    name = f"config/{Path(config_path).name}" if in_config else Path(config_path).name
     was = digests_of_files(root, [os.path.relpath(Path(config_path).absolute(), root)])
     file = read_model(Path(config_path), Config, name)
     if file.data is None:
-        if [problem.code for problem in file.problems] == ["config.missing"]:
-            return None, [replace(file.problems[0], allowed=_no_campaign(root))]
         return None, file.problems
     written = file.data.get("raw") if isinstance(file.data, dict) else ""
     within = campaign_folder(root, written if isinstance(written, str) else "")
@@ -222,19 +219,6 @@ def _with_tare(sheet: str, runs: list[Run]) -> tuple[list[Run], list[Problem]]:
         if run.tare_run not in names
     ]
     return [run for run in runs if run.tare_run in names], lost
-
-
-def _no_campaign(root: Path) -> str:
-    """Say that there is no campaign, and where one is or how one is made."""
-    working_folder = Path.cwd()
-    near = [place for place in working_folder.parents if (place / _CONFIG).is_file()][:1]
-    with suppress(OSError):
-        near += sorted(path.parents[1] for path in root.glob(f"*/{_CONFIG}"))
-    shown = join_words([os.path.relpath(path, working_folder) for path in near], 3)
-    return (
-        f"the file does not exist, so this is no campaign; go to the folder of one{shown and f' ({shown})'}, "
-        "or make a new one: rftfit init FOLDER"
-    )
 
 
 def _labels_alike(sheet: str, runs: list[Run]) -> list[Problem]:
@@ -294,12 +278,6 @@ def _read_table(
     within = sheet[len(raw) + 1 :]
     tolerance = config.grid.angle_tolerance_deg
     return read_pushes(root / sheet, sheet, config.table, config.media, within, tolerance)[:2]
-
-
-def root_of(config_path: Path) -> Path:
-    """Folder of a campaign: that of its config, or the one above where that is named ``config``."""
-    folder = Path(config_path).absolute().parent
-    return (folder.parent if folder.name == "config" else folder).resolve()
 
 
 def read_layout(config_path: Path) -> Campaign:

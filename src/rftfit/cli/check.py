@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from rftfit.campaign.presence import miss_campaign
 from rftfit.campaign.problems import in_lines
 from rftfit.cli import options
 from rftfit.cli.exit_codes import INPUT_NOT_VALID
@@ -14,7 +15,10 @@ from rftfit.cli.output import count, json_text, megabytes, print_line
 from rftfit.store.text import table
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from rftfit.campaign.load import Campaign
+    from rftfit.campaign.problems import Problem
     from rftfit.robot.tracks import RobotCheck
     from rftfit.workflow.check import Checked
 
@@ -38,6 +42,15 @@ def check(
     fails is told with its likely cause: each counts as a warning. Ends with exit code 2 when there are errors, with 0 when there
     are warnings only.
     """
+    if (no_campaign := miss_campaign(config)) is not None:
+        # before anything is imported that reads a campaign
+        if as_json:
+            facts = _facts([no_campaign], 1, 0, None) | {"plan": []}
+            print_line(json_text({"campaign": None} | facts))
+        else:
+            _print_problems([no_campaign])
+            print_line(_total(1, 0))
+        raise typer.Exit(INPUT_NOT_VALID)
     from rftfit.measure.verdict_words import FAILED
     from rftfit.workflow.check import check_all
 
@@ -52,23 +65,37 @@ def check(
         checks = records(measure_and_check(campaign))
     warnings += sum(row["verdict"] == FAILED for row in checks or ())
     if as_json:
-        texts = [asdict(problem) | {"message": str(problem)} for problem in problems]
-        facts = {"errors": errors, "warnings": warnings, "problems": texts, "checks": checks}
+        facts = _facts(problems, errors, warnings, checks)
         facts["plan"] = [rating._asdict() | {"message": rating.sentence} for rating in checked.plan]
         print_line(json_text({"campaign": campaign and campaign.config.title} | facts))
     else:
         _print(checked, checks)
-        print_line(f"{count(errors, 'error')}, {count(warnings, 'warning')}.")
+        print_line(_total(errors, warnings))
     if campaign is None or errors or (strict and warnings):
         raise typer.Exit(INPUT_NOT_VALID)
 
 
-def _print(checked: Checked, checks: list[dict[str, Any]] | None) -> None:
+def _facts(
+    problems: Sequence[Problem], errors: int, warnings: int, checks: list[dict[str, Any]] | None
+) -> dict[str, Any]:
+    sentences = [asdict(problem) | {"message": str(problem)} for problem in problems]
+    return {"errors": errors, "warnings": warnings, "problems": sentences, "checks": checks}
+
+
+def _total(errors: int, warnings: int) -> str:
+    return f"{count(errors, 'error')}, {count(warnings, 'warning')}."
+
+
+def _print_problems(problems: Sequence[Problem]) -> None:
     for severity in ("error", "warning"):
-        chosen = [problem for problem in checked.problems if problem.severity == severity]
+        chosen = [problem for problem in problems if problem.severity == severity]
         if chosen:
             print_line(f"{count(len(chosen), severity)}:")
             print_line("\n".join(f"  {line}" for line in in_lines(chosen)) + "\n")
+
+
+def _print(checked: Checked, checks: list[dict[str, Any]] | None) -> None:
+    _print_problems(checked.problems)
     if checks is not None:
         _print_diagnosis(checks)
     if checked.campaign is not None:

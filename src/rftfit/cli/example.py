@@ -14,8 +14,6 @@ from rftfit.cli.output import count, megabytes, print_line
 from rftfit.cli.run import run
 from rftfit.errors import InputError, OutputError
 from rftfit.store import copy_file, write_bytes
-from rftfit.store.digests import read_sums, sha256_of
-from rftfit.store.environment import shipped
 from rftfit.store.links import refuse_links, refuse_target_by_link
 
 SUMS = "logs.sha256"
@@ -28,6 +26,8 @@ EXAMPLES = {
 
 def copy_example(source: Path, folder: Path) -> None:
     """Copy configuration and run sheet into the folder; what is there is never overwritten."""
+    from rftfit.store.digests import read_sums
+
     config_files = sorted((source / "config").iterdir())
     logs = (f"raw/{name}" for name in read_sums(source / SUMS))
     refuse_target_by_link(folder)
@@ -43,6 +43,8 @@ def fetch_logs(source: Path, raw: Path, origin: str) -> None:
 
     `origin`: A folder or an address.
     """
+    from rftfit.store.digests import read_sums
+
     sums = read_sums(source / SUMS)
     lacking = {name: digest for name, digest in sums.items() if not _is_right(raw / name, digest)}
     if not lacking:
@@ -71,6 +73,8 @@ def fetch_logs(source: Path, raw: Path, origin: str) -> None:
 
 
 def _is_right(path: Path, digest: str) -> bool:
+    from rftfit.store.digests import sha256_of
+
     return path.is_file() and sha256_of(path) == digest
 
 
@@ -133,6 +137,8 @@ def example(
     motion in text files on another clock (23 MB), recorded by Catherine Pavlov and Aaron Johnson,
     Carnegie Mellon University (MIT licence).
     """
+    from rftfit.store.environment import shipped
+
     address = EXAMPLES[choose("example", name, tuple(EXAMPLES))]
     source, folder = shipped(f"examples/{name}"), folder or Path(name)
     copy_example(source, folder)

@@ -68,6 +68,7 @@ def export(
     value to test one's signs against, and where it came from. `rftfit predict` and `rftfit simulate`
     read it (`--profile-file`); the documentation has readers in numpy and MATLAB.
     """
+    options.look_for_campaign(results)
     from rftfit.model.profile_file import MARK
 
     given = {

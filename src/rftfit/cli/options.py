@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 import typer
 
 import rftfit
-from rftfit.campaign.problems import choose
+from rftfit.campaign.presence import config_of, miss_campaign
+from rftfit.campaign.problems import CampaignError, choose
 from rftfit.cli.output import warn
 from rftfit.errors import InputError
 
@@ -52,7 +53,25 @@ def file(meaning: str) -> Any:
 
 
 CONFIG = Path("config/config.yaml")
-ConfigFile = Annotated[Path, typer.Option(help="The campaign's configuration.")]
+
+
+def _need_campaign(config: Path) -> Path:
+    """Refuse a configuration that is not there, before anything is imported that reads a campaign."""
+    if (no_campaign := miss_campaign(config)) is not None:
+        raise CampaignError([no_campaign])
+    return config
+
+
+def look_for_campaign(folder: Path | None) -> None:
+    """Refuse the folder of --results where no campaign is, before anything is imported that reads one."""
+    if folder is not None:
+        config_of(folder)
+
+
+_CONFIG_HELP = "The campaign's configuration."
+ConfigFile = Annotated[Path, typer.Option(help=_CONFIG_HELP)]
+CampaignConfig = Annotated[Path, typer.Option(help=_CONFIG_HELP, callback=_need_campaign)]
+"""Configuration of a campaign that must be there."""
 
 Cluster = Annotated[
     str | None,
@@ -252,8 +271,6 @@ class MediumOptions:
 
     def check(self, se: float | None = None) -> None:
         """Refuse words that do not go together; `se`: error of the test."""
-        from rftfit.model.profiles import KINDS
-
         given: dict[str, object] = {"--medium": self.medium, "--alpha": self.alpha}
         given |= {"--pushes": self.pushes, "--profile-file": self.profile_file}
         sources_given = [option for option, value in given.items() if value is not None]
@@ -275,6 +292,8 @@ class MediumOptions:
             )
         of_pushes = self.alpha is not None or self.pushes is not None
         if self.profile is not None:
+            from rftfit.model.profiles import KINDS
+
             allowed = OF_PUSHES if of_pushes else KINDS
             hint = "pushes give no other profile" if of_pushes else ""
             choose("--profile", self.profile, allowed, hint)
@@ -289,6 +308,7 @@ class MediumOptions:
             raise InputError(
                 "--method chooses among nine-term fits, so it needs --profile fourier or generic"
             )
+        look_for_campaign(self.results)
 
     @property
     def kind(self) -> str:

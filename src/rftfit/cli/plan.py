@@ -96,6 +96,7 @@ def plan(
     Prints the pushes in their order, with the half width of the target's interval after each, and writes
     rows for a run sheet.
     """
+    options.look_for_campaign(results)
     from rftfit.model.planning import reachable, run_sheet_rows
     from rftfit.reference import LEGS
     from rftfit.store import write_text

@@ -109,6 +109,7 @@ def predict(
     Prints the peaks and writes every pose as csv. Force is that of the medium on the body, z up;
     a leg sweeps from the front (+x, negative theta) down and backward.
     """
+    medium_options.check(se)
     from rftfit.model.mesh_prediction import IN_SPACE, extremes_in_space
     from rftfit.model.model_error import eps_of, has_model_error
     from rftfit.model.peaks import unknown_peaks
@@ -116,7 +117,6 @@ def predict(
     from rftfit.model.rolling import RULES, describe_friction
     from rftfit.store import write_bytes, write_text
 
-    medium_options.check(se)
     of_mesh = {
         "--unit": unit is not None,
         "--sheet": sheet,

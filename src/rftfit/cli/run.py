@@ -36,6 +36,8 @@ FILES = (
     "results/checks",
     "results/ledger.csv",
 )
+FIGURES = "results/figures/"
+PRINT = "rftfit run --print"
 LEDGER = "results/ledger.csv"
 FINDINGS = "results/findings.csv"
 
@@ -62,7 +64,7 @@ def run(
             help="Results to make, default all; after two dashes, options of Snakemake itself.",
         ),
     ] = None,
-    config: options.ConfigFile = options.CONFIG,
+    config: options.CampaignConfig = options.CONFIG,
     cores: Annotated[
         int | None, typer.Option(min=1, help="Jobs at once; default: all cores.")
     ] = None,
@@ -73,6 +75,10 @@ def run(
     strict: Annotated[
         bool,
         typer.Option("--strict", help="End with exit code 3 where a medium has no alpha at all."),
+    ] = False,
+    printed: Annotated[
+        bool,
+        typer.Option("--print", help="Draw the figures as pdf too, for a paper, into results."),
     ] = False,
     unlock: Annotated[
         bool, typer.Option("--unlock", help="Clear the lock that a killed run has left, and stop.")
@@ -95,6 +101,8 @@ def run(
 
     targets, extra = _split(words or [])
     workflow = Workflow(config, targets, extra, cores, cluster, snakefile, results_at, say=warn)
+    if printed:
+        workflow.add_printed()
     if workflow.warnings:
         warn(f"{count(workflow.warnings, 'warning')} on the campaign; `rftfit check` shows them.")
     if unlock:
@@ -215,18 +223,32 @@ def closing_lines(recorded: Recorded) -> list[str]:
         *(["Found:", *sentences] if sentences else []),
         *filter(None, [counts]),
         *(["To look at:", *shown] if shown else []),
+        *_for_a_paper(recorded, current),
         *_not_remade(recorded, current),
         *others_line(recorded),
     ]
 
 
+def _for_a_paper(recorded: Recorded, current: set[str]) -> list[str]:
+    """Name the command that draws the figures for a paper, where they are not drawn."""
+    lacking = [path for path in recorded.states.printed if path not in current]
+    if not lacking or not any(path.startswith(FIGURES) for path in current):
+        return []
+    return [f"Figures for a paper, as pdf ({len(lacking)} to draw): {PRINT}"]
+
+
 def _not_remade(recorded: Recorded, current: set[str]) -> list[str]:
     """Say how many results are older than what they are made from, and were not asked for."""
-    old = [path for path in recorded.maker if path not in current]
-    if not old:
-        return []
+    from rftfit.workflow.stages import PRINT_RULES
+
+    old_by_command: Counter[str] = Counter()
+    for path, record in recorded.maker.items():
+        if path not in current:
+            on_demand = "rftfit sweep" if recorded.states.on_demand(record.name) else "rftfit run"
+            old_by_command[PRINT if record.rule in PRINT_RULES else on_demand] += 1
     return [
-        f"Not up to date, as other results were asked for: {count(len(old), 'file')}; rftfit run makes them."
+        f"Not up to date, as other results were asked for: {count(number, 'file')}; {command} makes them."
+        for command, number in sorted(old_by_command.items())
     ]
 
 

@@ -61,6 +61,7 @@ def scale(
     generic by the paper's scaling routine: prints zeta, chi and the nine coefficients M = zeta M0. Both write
     alpha(beta, gamma) as csv.
     """
+    options.look_for_campaign(results)
     from rftfit.model.answers import answer_of_contacts, answer_of_pushes, answer_of_test
     from rftfit.model.shapes import describe_push, one_push
     from rftfit.store import write_text

@@ -163,10 +163,10 @@ def simulate(
     csv, a figure of the last two strides, and an animation with the force on every element as an
     arrow. x is forward, z up; a pitch above 0 is nose up.
     """
+    medium_options.check(se)
     from rftfit.robot.config import paper_robot, read_robot
     from rftfit.robot.motion import SAMPLES, tail_of
 
-    medium_options.check(se)
     body = paper_robot() if robot is None else read_robot(robot)
     source = medium_options.find(se)
     check_folder(output, force)
@@ -209,7 +209,7 @@ SWEEP_FIGURES = ("speed", "profiles", "curvature")
 
 
 def sweep(
-    config: options.ConfigFile = options.CONFIG,
+    config: options.CampaignConfig = options.CONFIG,
     cores: Annotated[
         int | None, typer.Option(min=1, help="Jobs at once; default: all cores.")
     ] = None,

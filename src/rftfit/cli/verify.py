@@ -28,7 +28,7 @@ def verify(
             metavar="RESULT", help="Files or folders below results/; default: all of them."
         ),
     ] = None,
-    config: options.ConfigFile = options.CONFIG,
+    config: options.CampaignConfig = options.CONFIG,
     all_: Annotated[
         bool, typer.Option("--all", help="List everything, however long the lists are.")
     ] = False,

@@ -22,7 +22,7 @@ _POLL_S = 0.5
 
 
 def watch(
-    config: options.ConfigFile = options.CONFIG,
+    config: options.CampaignConfig = options.CONFIG,
     target: Annotated[
         str, typer.Option(help=f"What the next pushes are to tell: {', '.join(TARGETS)}.")
     ] = "map",

@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 
 from rftfit import reference
+from rftfit.campaign.presence import config_of
 from rftfit.campaign.problems import choose
 from rftfit.compare.contrast import Comparison, NoCommonDirection, RunSet, compare_run_sets
 from rftfit.conventions import FloatArray
@@ -20,7 +21,7 @@ from rftfit.measure.flags import format_remarks
 from rftfit.model.known import profile_of
 from rftfit.model.profiles import KnownMedium, Profile
 from rftfit.model.shapes import Map
-from rftfit.results import Medium, Results, config_of, open_results
+from rftfit.results import Medium, Results, open_results
 
 
 def compare_media(

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rftfit.compare.peers import REPEATS
 from rftfit.directions import number_depths
 from rftfit.figures import style
 from rftfit.figures.registry import figure, when
 from rftfit.figures.traces import DIRECTIONS, by_run, panel_limits, problem_text, stress_of, thin
 from rftfit.measure.flags import describe_shared
+from rftfit.measure.verdict_words import REPEATS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

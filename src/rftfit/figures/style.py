@@ -331,10 +331,13 @@ _METADATA: dict[str, dict[str, Any]] = {
 _REMARK = {"png": "Description", "pdf": "Subject", "svg": "Description"}
 
 PRINTED = tuple(_METADATA)
-"""Endings of figures in print."""
+"""Endings of the figure that a command writes."""
 
-FORMATS = (*PRINTED, "webp")
-"""Endings of a figure's files; webp is the preview that the page holds."""
+SCREEN = ("png", "webp")
+"""Endings of the files of a figure that a run draws; webp is the preview that the page holds."""
+
+PAPER = ("pdf",)
+"""Ending of the file of a figure that is drawn on demand, for a paper."""
 
 PREVIEW, SHEET = 125 / 300, 60 / 300
 """Size of a preview beside the png: 900 pixels for a figure of two columns; of a sheet a thumbnail."""
@@ -449,20 +452,30 @@ def size_of_preview(content: bytes) -> tuple[int, int]:
         return 1, 1
 
 
-def save(figure: Figure, base: str | Path, about: str = "") -> list[Path]:
-    """Write a figure in all `FORMATS`; a point in the name is part of the name."""
+def save(
+    figure: Figure, base: str | Path, about: str = "", endings: Sequence[str] = SCREEN
+) -> list[Path]:
+    """Write a figure with some endings, webp behind png; a point in the name is part of the name."""
     base = Path(base)
-    content_by_ending = {ending: content(figure, ending, about) for ending in PRINTED}
-    content_by_ending["webp"] = shrink_png(content_by_ending["png"])
+    content_by_ending: dict[str, bytes] = {}
+    for ending in endings:
+        if ending == "webp":
+            content_by_ending[ending] = shrink_png(content_by_ending["png"])
+        else:
+            content_by_ending[ending] = content(figure, ending, about)
     # not with_suffix: it would cut glass0.3mm_LP at the point
-    targets = {ending: base.with_name(f"{base.name}.{ending}") for ending in FORMATS}
+    targets = {ending: base.with_name(f"{base.name}.{ending}") for ending in endings}
     for ending, target in targets.items():
         write_bytes(target, content_by_ending[ending])
     return list(targets.values())
 
 
 def save_pages(
-    figures: Figure | Sequence[Figure], root: Path, base: str, about: str = ""
+    figures: Figure | Sequence[Figure],
+    root: Path,
+    base: str,
+    about: str = "",
+    endings: Sequence[str] = SCREEN,
 ) -> list[str]:
     """Write a figure, or pages of one as ``<base>_page2`` and so on; the paths written, from `root`."""
     from matplotlib.figure import Figure
@@ -470,5 +483,5 @@ def save_pages(
     pages = [figures] if isinstance(figures, Figure) else figures
     names = [base if number == 1 else f"{base}_page{number}" for number in range(1, len(pages) + 1)]
     for page, name in zip(pages, names, strict=True):
-        save(page, root / name, about)
-    return [f"{name}.{ending}" for name in names for ending in FORMATS]
+        save(page, root / name, about, endings)
+    return [f"{name}.{ending}" for name in names for ending in endings]

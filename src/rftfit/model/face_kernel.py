@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from rftfit.conventions import FloatArray
 from rftfit.model.kernel import _compiled, _step
-from rftfit.model.profiles import Pack
+from rftfit.model.packs import Pack
 
 IntArray = npt.NDArray[np.int64]
 

@@ -16,7 +16,8 @@ import numpy as np
 from rftfit.conventions import FloatArray, wrap_beta
 from rftfit.model import rft3d
 from rftfit.model.mesh import IntArray, Mesh, Motion3D, area_vectors
-from rftfit.model.profiles import NEGLIGIBLE, Profile, TableProfile
+from rftfit.model.packs import NEGLIGIBLE
+from rftfit.model.profiles import Profile, TableProfile
 from rftfit.model.rolling import NO_WHEEL, leads
 
 LAWS = ("measured", "3d-rft")

@@ -8,6 +8,7 @@ import numpy as np
 
 from rftfit.conventions import FloatArray
 from rftfit.model import reference_kernel
+from rftfit.model.compiling import is_worth_compiling
 from rftfit.model.outlines import Outline
 from rftfit.model.profiles import Profile, weighted_sum
 
@@ -31,11 +32,14 @@ class Forces:
 
 def forces_on(profile: Profile, outline: Outline, poses: FloatArray) -> Forces:
     """Integrate the forces over an outline in each pose (Eq. 2); `poses` (p, 6) as of a `Motion`."""
-    # the compiler is slow to import, and not everyone who makes poses needs it
-    from rftfit.model.kernel import pose_forces
-
+    poses = _checked(poses)
     body, width_cm, solid = outline.body, outline.width_cm, outline.solid
-    net = pose_forces(profile.pack, body, width_cm, solid, _checked(poses))
+    if is_worth_compiling(len(poses) * len(body)):
+        from rftfit.model.kernel import pose_forces
+
+        net = pose_forces(profile.pack, body, width_cm, solid, poses)
+    else:
+        net = reference_kernel.pose_forces(profile, body, width_cm, solid, poses)
     force_z, force_x, moment = net.T.copy()
     return Forces(force_z, force_x, moment, "" if np.isfinite(net).all() else _why(profile))
 

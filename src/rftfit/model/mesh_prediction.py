@@ -17,6 +17,7 @@ from rftfit.model.body_error import BodyError, frame_states
 from rftfit.model.draws import beside_name, end_names, model_end_names, next_end_names
 from rftfit.model.faces import LAWS, as_table, moving_faces
 from rftfit.model.mesh import IntArray, Mesh, Motion3D, area_vectors
+from rftfit.model.packs import Pack
 from rftfit.model.peaks import (
     DrawStatistics,
     Ends,
@@ -29,7 +30,7 @@ from rftfit.model.peaks import (
     only_true,
     pick_peaks,
 )
-from rftfit.model.profiles import EPS, FourierProfile, Pack, Profile, TableProfile
+from rftfit.model.profiles import EPS, FourierProfile, Profile, TableProfile
 from rftfit.model.scaling import ScaledMedium
 
 IN_SPACE = (*(f"force_{axis}_N" for axis in "xyz"), *(f"moment_{axis}_N_cm" for axis in "xyz"))

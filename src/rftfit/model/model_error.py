@@ -19,6 +19,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
+from statistics import NormalDist
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -211,9 +212,8 @@ def _alpha_of_draws(
 ) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]:
     """Alpha z and x of each draw in directions (n,), 0 where there is none, shape (n, draws)."""
     if isinstance(profile, TableProfile):
-        weights = profile.weights(beta, gamma).astype(np.float32)
         parts = [np.atleast_2d(values).astype(np.float32).T.copy() for values in profile.parameters]
-        z, x = (weights @ components for components in parts)
+        z, x = (profile.sum_nodes(components, beta, gamma) for components in parts)
     else:
         z, x = (np.atleast_2d(alpha).astype(np.float32).T for alpha in profile.alpha(beta, gamma))
     return (z, x) if np.isfinite(z.sum() + x.sum()) else (np.nan_to_num(z), np.nan_to_num(x))
@@ -294,10 +294,10 @@ def _short_paths(progress: bytes, draws: int, axes: int) -> FloatArray:
 
 
 def _make_paths(progress: FloatArray, draws: int, axes: int, step: int) -> Iterator[FloatArray]:
-    from scipy.special import ndtri
-
     random = np.random.default_rng(SEED)
-    scores = ndtri((np.arange(draws) + 0.5) / draws)[None, :, None]
+    # scipy takes longer to import than all of this
+    normal = NormalDist()
+    scores = np.array([normal.inv_cdf((draw + 0.5) / draws) for draw in range(draws)])[:, None]
     half = (draws + 1) // 2
     value, rate = random.standard_normal((2, half, axes))
     gaps = np.sqrt(3) * np.diff(progress)

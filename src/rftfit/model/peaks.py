@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from statistics import NormalDist
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -267,9 +268,7 @@ def widen(value: Any, ends: tuple[Any, Any], half: Any) -> tuple[Any, Any]:
 
 def half_width_of_bed(spread: float, confidence: float) -> float:
     """Half the interval of a bed, relative, from the standard deviation between beds."""
-    from scipy.special import ndtri
-
-    return float(ndtri(0.5 + confidence / 2)) * spread
+    return NormalDist().inv_cdf(0.5 + confidence / 2) * spread
 
 
 def unknown_peaks(

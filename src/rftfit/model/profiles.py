@@ -6,7 +6,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -16,7 +16,18 @@ from rftfit.campaign.problems import choose
 from rftfit.conventions import FloatArray, mirror, wrap_beta, wrap_gamma
 from rftfit.measure.alpha import alpha_columns, column, directions
 from rftfit.measure.errors import USUAL_BED_SPREAD
+from rftfit.model.compiling import is_worth_compiling
 from rftfit.model.fourier import TERMS, TERMS_Z, as_array, basis
+from rftfit.model.packs import (
+    DEPTH_ONLY,
+    FOURIER,
+    NEGLIGIBLE,
+    STILL,
+    TABLE,
+    Pack,
+    make_pack,
+    pack_values,
+)
 from rftfit.model.symmetry import (
     WIDEST_DEG,
     Rectangle,
@@ -27,9 +38,6 @@ from rftfit.model.symmetry import (
 )
 from rftfit.reference import BETA_DEG, GAMMA_DEG, MEDIA, alpha_grid, coefficients
 
-if TYPE_CHECKING:
-    from scipy.sparse import csr_array
-
 IndexArray = npt.NDArray[np.signedinteger]
 
 KINDS = ("table", "map", "fourier", "generic", "depth_only")
@@ -38,55 +46,6 @@ zeta times the generic nine; depth-only."""
 
 PUBLISHED_KINDS = tuple(kind for kind in KINDS if kind != "map")
 """Of the published media, which were pushed in every direction."""
-
-FOURIER, TABLE, DEPTH_ONLY = range(3)
-"""Tags of `Pack.kind`."""
-
-NEGLIGIBLE = 1e-9
-"""Weights below this do not make an interpolated value depend on a missing cell."""
-
-
-class Pack(NamedTuple):
-    """What the compiled kernel needs of a profile; the parts that a kind does not use are empty.
-
-    `kind`: `FOURIER`, `TABLE` or `DEPTH_ONLY`.
-    `values`: Nine coefficients, or the three values of the depth-only model; N/cm^3.
-    `beta`, `gamma`: Nodes of the table, rad, from -pi/2 to pi/2 and from -pi to pi.
-    `beta_bins`, `gamma_bins`: Interval in which each of many equal bins between the end nodes begins.
-        A bin is narrower than any interval, so at most one step more leads to the right one.
-    `cells`: shape (nb - 1, ng - 1, 8): alpha_z at the corners (beta, gamma) = 00, 01, 10, 11 of each
-        cell, then alpha_x, N/cm^3.
-    """
-
-    kind: int
-    values: FloatArray
-    beta: FloatArray
-    gamma: FloatArray
-    beta_bins: npt.NDArray[np.int64]
-    gamma_bins: npt.NDArray[np.int64]
-    cells: FloatArray
-
-
-def make_pack(
-    kind: int, values: FloatArray, beta: FloatArray, gamma: FloatArray, cells: FloatArray
-) -> Pack:
-    """Make a `Pack` whose parts always have the same types, so that one compilation serves all."""
-    values, beta, gamma, cells = (
-        np.ascontiguousarray(array, dtype=float) for array in (values, beta, gamma, cells)
-    )
-    return Pack(kind, values, beta, gamma, _bins(beta), _bins(gamma), cells)
-
-
-def _pack_of_values(kind: int, values: FloatArray) -> Pack:
-    return make_pack(kind, values, np.zeros(0), np.zeros(0), np.zeros((0, 0, 8)))
-
-
-def _bins(nodes: FloatArray) -> npt.NDArray[np.int64]:
-    if nodes.size == 0:
-        return np.zeros(0, dtype=np.int64)
-    count = int(np.ceil(1.5 * (nodes[-1] - nodes[0]) / np.diff(nodes).min())) + 1
-    starts = np.linspace(nodes[0], nodes[-1], count + 1)[:-1]
-    return np.clip(np.searchsorted(nodes, starts, side="right") - 1, 0, nodes.size - 2)
 
 
 def weighted_sum(values: FloatArray, weights: FloatArray) -> FloatArray:
@@ -268,8 +227,23 @@ class Profile(KnownMedium):
             angle is NaN.
         """
         beta, gamma = np.broadcast_arrays(np.asarray(beta, float), np.asarray(gamma, float))
+        if self.parameters[0].ndim == 1 and is_worth_compiling(beta.size):
+            return self._alpha_compiled(beta, gamma)
+        return self._alpha(beta, gamma)
+
+    def _alpha(self, beta: FloatArray, gamma: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """`alpha` of angles of one shape in numpy, of a profile or a stack of draws."""
         (basis_z, basis_x), (values_z, values_x) = self.basis(beta, gamma), self.parameters
         return weighted_sum(values_z, basis_z), weighted_sum(values_x, basis_x)
+
+    def _alpha_compiled(self, beta: FloatArray, gamma: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """`alpha` of angles of one shape by the compiled kernel, of a profile that is no stack."""
+        from rftfit.model.kernel import alpha
+
+        # the kernel is compiled for arrays that may be written to
+        angles = (np.require(angle.ravel(), float, ["C", "W"]) for angle in (beta, gamma))
+        alpha_z, alpha_x = alpha(self.pack, *angles)
+        return alpha_z.reshape(beta.shape), alpha_x.reshape(beta.shape)
 
 
 class TableProfile(Profile):
@@ -530,23 +504,24 @@ class TableProfile(Profile):
         weights = weights.reshape(*beta.shape, -1)
         return weights, weights
 
-    def weights(self, beta: FloatArray, gamma: FloatArray) -> csr_array:
-        """`basis` of directions (n,) as a sparse matrix, shape (n, nodes)."""
-        from scipy.sparse import csr_array
+    def sum_nodes(
+        self, values: npt.NDArray[np.float32], beta: FloatArray, gamma: FloatArray
+    ) -> npt.NDArray[np.float32]:
+        """Interpolate values of the nodes, shape (nodes, draws), in directions (n,); shape (n, draws)."""
+        corners = [
+            (row * self.gamma.size + col, weight.astype(np.float32)[:, None], weight >= NEGLIGIBLE)
+            for row, col, weight in self._corners(beta, gamma)
+        ]
+        sums = np.zeros((beta.size, values.shape[1]), np.float32)
+        # so few rows at a time that they stay in the cache
+        for start in range(0, beta.size, _ROWS_AT_ONCE):
+            for places, weights, counts in corners:
+                points = start + np.flatnonzero(counts[start : start + _ROWS_AT_ONCE])
+                sums[points] += weights[points] * values[places[points]]
+        return sums
 
-        points, places, weights = [], [], []
-        for row, col, weight in self._corners(beta, gamma):
-            nonzero = np.flatnonzero(weight >= NEGLIGIBLE)
-            points.append(nonzero)
-            places.append((row * self.gamma.size + col)[nonzero])
-            weights.append(weight[nonzero])
-        index = np.concatenate(points), np.concatenate(places)
-        shape = (beta.size, self.beta.size * self.gamma.size)
-        return csr_array((np.concatenate(weights), index), shape=shape)
-
-    def alpha(self, beta: npt.ArrayLike, gamma: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
-        """As `Profile.alpha`, without the weights of all nodes."""
-        beta, gamma = np.broadcast_arrays(np.asarray(beta, float), np.asarray(gamma, float))
+    def _alpha(self, beta: FloatArray, gamma: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """`alpha` without the weights of all nodes."""
         corners = list(self._corners(beta, gamma))
 
         def total(values: FloatArray) -> FloatArray:
@@ -571,6 +546,8 @@ FAR_DEG = 18.0
 
 REACH_DEG = 35.0
 """Farther from every push, in beta and gamma together, scattered directions say nothing."""
+
+_ROWS_AT_ONCE = 128
 
 _STEP_DEG = 5
 """Of the regular grid on which the triangulation is laid."""
@@ -677,7 +654,7 @@ class FourierProfile(Profile):
         return self.coefficients[..., :split], self.coefficients[..., split:]
 
     def _packed(self) -> Pack:
-        return _pack_of_values(FOURIER, self.coefficients)
+        return pack_values(FOURIER, self.coefficients)
 
     def basis(self, beta: FloatArray, gamma: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Values of the nine terms."""
@@ -729,10 +706,6 @@ def scaled_generic(
     profile = FourierProfile(np.asarray(zeta, dtype=float)[..., None] * m0, name, spread=spread)
     profile.form = "generic"
     return profile
-
-
-STILL = 1e-12
-"""A velocity component below this part of the speed is none: rounding does not choose its side."""
 
 
 class DepthOnlyProfile(Profile):
@@ -801,7 +774,7 @@ class DepthOnlyProfile(Profile):
         return self.values[..., :2], self.values[..., 2:]
 
     def _packed(self) -> Pack:
-        return _pack_of_values(DEPTH_ONLY, self.values)
+        return pack_values(DEPTH_ONLY, self.values)
 
     def basis(self, beta: FloatArray, gamma: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Projected part of a plate, with the side to which its motion goes."""

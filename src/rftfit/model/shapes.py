@@ -144,12 +144,11 @@ class Shapes:
         """
         z, x = np.split(self.of_media(*_GRID), 2, axis=1)
         log_ratios = np.log(np.sqrt((x**2).mean(axis=1) / (z**2).mean(axis=1)))
-        mean, prior = self.moments(*_GRID)
-        free = np.diag(prior) > _ZERO_VARIANCE
-        exact = 1e-6 * np.abs(mean).max() * np.eye(int(free.sum()))
-        likelihood = _Likelihood(
-            mean[free], prior[np.ix_(free, free)], mean[free], exact**2, np.linalg.inv(exact)
-        )
+        prior = self.prior(*_GRID)
+        free = np.diag(prior.covariance(0.0)) > _ZERO_VARIANCE
+        exact = 1e-6 * np.abs(prior.mean).max() * np.eye(int(free.sum()))
+        mean = prior.mean
+        likelihood = _Likelihood(prior, np.flatnonzero(free), 0.0, mean[free], exact**2)
         allowed = likelihood.horizontal(np.arange(mean.size)[free] >= mean.size // 2, 1.0)[1]
         return float(log_ratios.std(ddof=1)) * np.sqrt(1 + 1 / log_ratios.size), allowed
 
@@ -279,16 +278,19 @@ class _Prior(NamedTuple):
     smooth: FloatArray
     rough: FloatArray
 
+    def at(self, places: npt.NDArray[np.intp]) -> _Prior:
+        """The same of some of its numbers."""
+        square = np.ix_(places, places)
+        return _Prior(
+            self.mean[places], self.between[:, places], self.smooth[square], self.rough[square]
+        )
+
     def by_blocks(self, counts: Sequence[int]) -> _Prior:
         """The same in another order: z and x of the first directions, then of the next; `counts` of directions."""
         places = np.arange(self.mean.size).reshape(2, -1)
         ends = np.cumsum([0, *counts])
         blocks = [places[:, start:stop].ravel() for start, stop in pairwise(ends)]
-        order = np.concatenate(blocks)
-        square = np.ix_(order, order)
-        return _Prior(
-            self.mean[order], self.between[:, order], self.smooth[square], self.rough[square]
-        )
+        return self.at(np.concatenate(blocks))
 
     def with_rows(self, rows: ContactRows, nodes: npt.NDArray[np.intp], place: int) -> _Prior:
         """The same with rows of contacts put in at a place; `nodes`: places of alpha at the nodes, z then x."""
@@ -305,11 +307,11 @@ class _Prior(NamedTuple):
 
     def covariance(self, rough_share: float) -> FloatArray:
         """C + (1 - w) K + w R, `rough_share`: w."""
-        return (
-            self.between.T @ self.between
-            + (1 - rough_share) * self.smooth
-            + rough_share * self.rough
-        )
+        covariance = self.between.T @ self.between
+        # of a thousand pushes each sum would be another 50 MB
+        covariance += (1 - rough_share) * self.smooth
+        covariance += rough_share * self.rough
+        return covariance
 
 
 def _alike(
@@ -673,7 +675,9 @@ def merged(pushes: Pushes) -> Pushes:
     covariance = np.where(np.outer(is_known, is_known), pushes.covariance, 0.0)
     least = (1e-9 * np.abs(np.where(is_known, pushes.alpha.ravel(), 0.0)).max(initial=1e-9)) ** 2
     weight = np.where(is_known, 1 / np.maximum(np.diag(covariance), least), 0.0)
-    first_pushes, rows = [], np.zeros((2, 0, 2 * count))
+    first_pushes: list[int] = []
+    groups: list[npt.NDArray[np.intp]] = []
+    shares: list[FloatArray] = []
     is_unmerged = np.ones(count, dtype=bool)
     for push in range(count):
         if not is_unmerged[push]:
@@ -683,20 +687,24 @@ def merged(pushes: Pushes) -> Pushes:
         )
         is_unmerged[same_direction] = False
         first_pushes.append(push)
-        row = np.zeros((2, 1, 2 * count))
         for component, sign in enumerate((np.ones(same_direction.size), turned)):
             places = component * count + same_direction
             total = float(weight[places].sum())
-            row[component, 0, places] = sign * weight[places] / total if total else np.nan
-        rows = np.concatenate([rows, row], axis=1)
-    mean = rows.reshape(2 * len(first_pushes), -1)
-    alpha = (np.nan_to_num(mean) @ np.where(is_known, pushes.alpha.ravel(), 0.0)).reshape(2, -1)
-    lost = np.isnan(mean).any(axis=1).reshape(2, -1)
+            groups.append(places)
+            shares.append(sign * weight[places] / total if total else np.full(places.size, np.nan))
+    # z of all directions, then x
+    order = [*range(0, len(groups), 2), *range(1, len(groups), 2)]
+    places = np.concatenate([groups[group] for group in order])
+    share = np.concatenate([shares[group] for group in order])
+    starts = np.cumsum([0, *(groups[group].size for group in order)])[:-1]
+    lost = np.isnan(share[starts]).reshape(2, -1)
+    share = np.nan_to_num(share)
+    known_alpha = np.where(is_known, pushes.alpha.ravel(), 0.0)
+    alpha = np.add.reduceat(share * known_alpha[places], starts).reshape(2, -1)
+    spread = share[:, None] * covariance[np.ix_(places, places)] * share
+    spread = np.add.reduceat(np.add.reduceat(spread, starts, axis=0), starts, axis=1)
     return Pushes(
-        pushes.beta[first_pushes],
-        pushes.gamma[first_pushes],
-        np.where(lost, np.nan, alpha),
-        np.nan_to_num(mean) @ covariance @ np.nan_to_num(mean).T,
+        pushes.beta[first_pushes], pushes.gamma[first_pushes], np.where(lost, np.nan, alpha), spread
     )
 
 
@@ -869,12 +877,7 @@ def _with_contacts(
 
 def _likelihood_of(given: _Seen) -> _Likelihood:
     """Likelihood of the numbers in a medium that departs as the known ones do."""
-    rounded = given.errors + _rounding(given.y)
-    whiten = np.linalg.inv(np.linalg.cholesky(rounded))
-    square = np.ix_(given.seen, given.seen)
-    return _Likelihood(
-        given.prior.mean[given.seen], given.prior.covariance(0.0)[square], given.y, rounded, whiten
-    )
+    return _Likelihood(given.prior, given.seen, 0.0, given.y, given.errors + _rounding(given.y))
 
 
 def _rounding(y: FloatArray) -> FloatArray:
@@ -959,23 +962,35 @@ class _Posterior:
         size: float | None,
     ) -> None:
         self.prior, self.seen, self.y = prior, seen, y
+        self._first_node = int(seen.max()) + 1
         self.rough_shares = np.linspace(0, variation.most_own, _N_ROUGH_SHARES)
-        covariances = [prior.covariance(rough_share) for rough_share in self.rough_shares]
-        self._towards = [covariance[seen] for covariance in covariances]
         rounded = errors + _rounding(y)
-        self._noise = np.linalg.cholesky(rounded).T
-        whiten = np.linalg.inv(self._noise.T)
+        self._noise = (
+            np.sqrt(np.diag(rounded))
+            if whitening(rounded).ndim == 1
+            else np.linalg.cholesky(rounded).T
+        )
         self.given = [
-            _Likelihood(prior.mean[seen], covariance[np.ix_(seen, seen)], y, rounded, whiten)
-            for covariance in covariances
+            _Likelihood(prior, seen, rough_share, y, rounded) for rough_share in self.rough_shares
         ]
-        # seven digits of what is random are enough
-        self._roots = [_rows(covariance).astype(np.float32) for covariance in covariances]
+        self._made: dict[int, tuple[npt.NDArray[np.float32], FloatArray]] = {}
         half = variation.departure_dof / 2
         before = -half * np.log(_DEPARTURES) - (half + 1) / _DEPARTURES
         ends = np.where(np.isin(np.arange(_N_ROUGH_SHARES), (0, _N_ROUGH_SHARES - 1)), 0.5, 1.0)
         beforehand = np.log(ends)[:, None, None] + before[:, None]
         self.sizes, self.weights = _weighed(self.given, _DEPARTURES, beforehand, size)
+
+    def _root_and_towards(self, place: int) -> tuple[npt.NDArray[np.float32], FloatArray]:
+        """Rows whose products are the covariance of one w, and its part towards the measured numbers.
+
+        Most values of w are never drawn where many pushes were made.
+        """
+        if place not in self._made:
+            covariance = self.prior.covariance(float(self.rough_shares[place]))
+            towards = covariance[self.seen, self._first_node :]
+            # seven digits of what is random are enough
+            self._made[place] = _rows(covariance).astype(np.float32), towards
+        return self._made[place]
 
     def draws(
         self,
@@ -1044,14 +1059,15 @@ class _Posterior:
         chosen = np.searchsorted(np.cumsum(self.weights.ravel())[:-1], random.permutation(where))
         share_index, departure, size = np.unravel_index(chosen, self.weights.shape)
         s, wide = self.sizes[size][:, None], _DEPARTURES[departure][:, None]
-        noise = random.standard_normal((DRAWS, self.y.size)) @ self._noise
+        errors = random.standard_normal((DRAWS, self.y.size))
+        noise = errors * self._noise if self._noise.ndim == 1 else errors @ self._noise
         normals = random.standard_normal((DRAWS, place_count), np.float32)
         pull = np.empty((DRAWS, self.y.size))
         variance = s**2 * wide
-        for place, likelihood in enumerate(self.given):
-            of_share = share_index == place
+        for place in np.unique(share_index).tolist():
+            of_share, likelihood = share_index == place, self.given[place]
             # a root is triangular: the first places need the first normal numbers only
-            root = self._roots[place][: self.seen[-1] + 1, self.seen]
+            root = self._root_and_towards(place)[0][: self.seen[-1] + 1, self.seen]
             shape = self.prior.mean[self.seen] + np.sqrt(wide[of_share]) * (
                 normals[of_share, : len(root)] @ root
             )
@@ -1102,11 +1118,16 @@ class _Posterior:
         """Alpha in some places of the prior as far as the normal numbers of a batch reach, shape (draws, 2, n)."""
         reach = min(places.stop, batch.normals.shape[1])
         alpha = np.empty((len(batch.share_index), places.stop - places.start))
-        for place, (root, towards) in enumerate(zip(self._roots, self._towards, strict=True)):
+        for place in np.unique(batch.share_index).tolist():
             of_share = batch.share_index == place
+            root, towards = self._root_and_towards(place)
             drawn = batch.normals[of_share, :reach] @ root[:reach, places]
             shape = self.prior.mean[places] + np.sqrt(batch.wide[of_share]) * drawn
-            alpha[of_share] = batch.s[of_share] * shape + batch.pull[of_share] @ towards[:, places]
+            pulled = (
+                batch.pull[of_share]
+                @ towards[:, places.start - self._first_node : places.stop - self._first_node]
+            )
+            alpha[of_share] = batch.s[of_share] * shape + pulled
         return alpha.reshape(len(alpha), 2, alpha.shape[1] // 2)
 
     def _left_open(
@@ -1114,8 +1135,8 @@ class _Posterior:
     ) -> FloatArray:
         """Part of alpha in the last places of the prior that the numbers before them leave open, shape (draws, 2, n)."""
         alpha = np.empty((len(batch.share_index), places.stop - places.start))
-        for place, root in enumerate(self._roots):
-            of_share = batch.share_index == place
+        for place in np.unique(batch.share_index).tolist():
+            of_share, root = batch.share_index == place, self._root_and_towards(place)[0]
             drawn = normals[of_share] @ root[places, places]
             alpha[of_share] = batch.s[of_share] * np.sqrt(batch.wide[of_share]) * drawn
         return alpha.reshape(len(alpha), 2, alpha.shape[1] // 2)
@@ -1164,12 +1185,12 @@ def mean_effort(alpha: FloatArray, nodes: Angles) -> FloatArray:
 
 
 def _rows(covariance: FloatArray) -> FloatArray:
-    """Rows whose products are a covariance; what has no variance is exactly 0."""
-    variance = np.diag(covariance)
-    rows = np.linalg.cholesky(
-        covariance + np.eye(variance.size) * _ZERO_VARIANCE * variance.max()
-    ).T
-    return np.where(variance > _ZERO_VARIANCE, rows, 0.0)
+    """Rows whose products are a covariance, whose diagonal it lifts; what has no variance is exactly 0."""
+    variance = np.diag(covariance).copy()
+    covariance[np.diag_indices(variance.size)] += _ZERO_VARIANCE * variance.max()
+    rows = np.linalg.cholesky(covariance).T
+    rows[:, variance <= _ZERO_VARIANCE] = 0.0
+    return np.asarray(rows)
 
 
 def _weighed(
@@ -1203,51 +1224,108 @@ def _weighed(
 class _Likelihood:
     """Numbers with a normal error, seen of a shape whose size and departure are unknown.
 
-    `whiten`: makes their errors independent and 1.
+    Of unit errors the covariance is 1 + t (B B' + S), t the size squared times the departure, B the few columns by which
+    known media differ, and S the rest: one decomposition of S serves every t, and B is a correction of few columns
+    (Woodbury). Where the errors of z and x are independent, S falls into two parts, and the decomposition takes a quarter
+    of the time; of few numbers, or where S does not fall apart, B stands in S.
+
+    `seen`: places of the numbers in the prior.
     """
 
     def __init__(
         self,
-        mean: FloatArray,
-        prior: FloatArray,
+        prior: _Prior,
+        seen: npt.NDArray[np.intp],
+        rough_share: float,
         y: FloatArray,
         errors: FloatArray,
-        whiten: FloatArray,
     ) -> None:
-        self.mean, self.y = mean, y
+        measured = prior.at(seen)
+        self.mean, self.y = measured.mean, y
         variance_without_bed = np.diag(errors) - (USUAL_PERCENT / 100 * y) ** 2
         self.least_error = float(np.sqrt(np.maximum(variance_without_bed, 0.0).min()))
-        # one decomposition serves every size: both covariances become diagonal
-        values, vectors = np.linalg.eigh(whiten @ prior @ whiten.T)
-        self._values = np.maximum(values, 0.0)
-        self._whiten = vectors.T @ whiten
-        self._y, self._mean = self._whiten @ y, self._whiten @ mean
+        whiten = whitening(errors)
+        parts = _independent(measured.smooth, errors)
+        if y.size <= _FEW_NUMBERS or len(parts) == 1:
+            parts = [np.arange(y.size)]
+            rest = prior.covariance(rough_share)[np.ix_(seen, seen)]
+            between = measured.between[:0]
+        else:
+            rest = (1 - rough_share) * measured.smooth + rough_share * measured.rough
+            between = measured.between
+        self._parts = [_Part.of(places, rest, whiten) for places in parts]
+        self._values = np.concatenate([part.values for part in self._parts])
+        self._between = self._turned(between)
+        self._y, self._mean = self._turned(y), self._turned(self.mean)
         weight = 1 / (np.diag(errors) + (0.2 * np.abs(y)) ** 2)
-        self.first = float(weight @ (mean * y)) / float(weight @ mean**2)
+        self.first = float(weight @ (self.mean * y)) / float(weight @ self.mean**2)
         if not self.first > 0:
             raise ValueError(
                 "the pushes meet no resistance: look at the signs of alpha and at the angles"
             )
 
+    def _turned(self, numbers: FloatArray) -> FloatArray:
+        """Numbers (..., n) in the axes in which errors are 1 and S is diagonal."""
+        return np.concatenate(
+            [numbers[..., part.places] @ part.axes.T for part in self._parts], axis=-1
+        )
+
+    def _correction(self, variance: FloatArray, over: FloatArray) -> FloatArray:
+        """Inverse of 1 + t B' D^-1 B, shape (t, k, k); `over`: 1 / D, shape (t, n), D of 1 + t S."""
+        few = self._between
+        products = (few[:, None] * few).reshape(-1, few.shape[1])
+        inner = (over @ products.T).reshape(len(over), len(few), len(few))
+        return np.asarray(np.linalg.inv(np.eye(len(few)) + variance[:, None, None] * inner))
+
     def likelihood(self, sizes: FloatArray, departures: FloatArray) -> FloatArray:
         """Its logarithm, shape (departures, sizes)."""
-        variance = 1 + (departures[:, None] * sizes**2)[..., None] * self._values
-        squares = (self._y - sizes[:, None] * self._mean) ** 2 / variance
-        return np.asarray(-0.5 * (np.log(variance) + squares).sum(axis=-1))
+        variance = (departures[:, None] * sizes**2).ravel()
+        diagonal = 1 + variance[:, None] * self._values
+        if not len(self._between):
+            off = np.tile(self._y - sizes[:, None] * self._mean, (departures.size, 1))
+            total = (np.log(diagonal) + off**2 / diagonal).sum(axis=-1)
+            return np.asarray(-0.5 * total).reshape(departures.size, sizes.size)
+        over = 1 / diagonal
+        inverse = self._correction(variance, over)
+        size = np.broadcast_to(sizes, (departures.size, sizes.size)).ravel()
+        pairs = self._y * self._y, self._y * self._mean, self._mean * self._mean
+        squares = over @ np.stack([pairs[0], -2 * pairs[1], pairs[2]], axis=1)
+        powers = np.stack([np.ones_like(size), size, size**2], axis=1)
+        few_y, few_mean = (over @ (self._between * part).T for part in (self._y, self._mean))
+        few = few_y - size[:, None] * few_mean
+        corrected = np.einsum("ti,tij,tj->t", few, inverse, few)
+        total = (squares * powers).sum(axis=1) - variance * corrected
+        determinant = np.log(diagonal).sum(axis=1) - np.linalg.slogdet(inverse)[1]
+        return np.asarray(-0.5 * (determinant + total)).reshape(departures.size, sizes.size)
 
     def expected(self, fixed_size: float | None) -> float:
         """Size of a medium that departs as the known ones do."""
         sizes, weights = _weighed([self], np.ones(1), np.zeros((1, 1, 1)), fixed_size)
         return float(weights[0, 0] @ sizes)
 
+    def _solved(self, turned: FloatArray, variance: FloatArray) -> FloatArray:
+        """Inverse covariance times turned numbers (draws, n); `variance`: t, (draws, 1)."""
+        first = turned / (1 + variance * self._values)
+        if not len(self._between):
+            return np.asarray(first)
+        over = 1 / (1 + variance * self._values)
+        inverse = self._correction(variance[:, 0], over)
+        few = np.einsum("dij,dj->di", inverse, first @ self._between.T)
+        return np.asarray(first - over * (variance * (few @ self._between)))
+
     def solved(self, off: FloatArray, variance: FloatArray) -> FloatArray:
         """Inverse covariance of the numbers times `off`, (draws, n); `variance`: s^2 lambda, (draws, 1)."""
-        return np.asarray((off @ self._whiten.T / (1 + variance * self._values)) @ self._whiten)
+        turned = self._solved(self._turned(off), variance)
+        answer = np.empty_like(off)
+        ends = np.cumsum([part.values.size for part in self._parts])[:-1]
+        for part, block in zip(self._parts, np.split(turned, ends, axis=1), strict=True):
+            answer[:, part.places] = block @ part.axes
+        return answer
 
     def distance(self, size: float) -> float:
         """Squared distance of the numbers from the shape of this size: chi^2 where the medium belongs."""
-        squares = (self._y - size * self._mean) ** 2 / (1 + size**2 * self._values)
-        return float(squares.sum())
+        off = (self._y - size * self._mean)[None]
+        return float((off * self._solved(off, np.full((1, 1), size**2))).sum())
 
     def horizontal(self, is_x: npt.NDArray[np.bool_], size: float) -> tuple[float, float]:
         """Strength of alpha_x relative to alpha_z, as the known media have it 1, and error of its logarithm.
@@ -1257,11 +1335,11 @@ class _Likelihood:
         """
         if is_x.all() or not is_x.any():
             return float("nan"), float("nan")
-        design = np.stack([np.where(is_x, 0.0, self.mean), np.where(is_x, self.mean, 0.0)], axis=1)
-        scale = np.sqrt(1 + size**2 * self._values)
-        weighted = self._whiten @ design / scale[:, None]
-        covariance = np.linalg.pinv(weighted.T @ weighted)
-        z, x = (float(factor) for factor in covariance @ weighted.T @ (self._y / scale))
+        design = np.stack([np.where(is_x, 0.0, self.mean), np.where(is_x, self.mean, 0.0)])
+        turned = self._turned(design)
+        weighted = self._solved(turned, np.full((2, 1), size**2))
+        covariance = np.linalg.pinv(weighted @ turned.T)
+        z, x = (float(factor) for factor in covariance @ (weighted @ self._y))
         if min(z, x) <= 0:
             apart = covariance[0, 0] + covariance[1, 1] - 2 * covariance[0, 1]
             return 0.0, float(np.sqrt(max(apart, 0.0))) / abs(z - x)
@@ -1270,11 +1348,27 @@ class _Likelihood:
         )
         return x / z, float(np.sqrt(max(variance, 0.0)))
 
+    def _precision_of_each(self, size: float) -> FloatArray:
+        """Diagonal of the inverse covariance of the numbers."""
+        variance = np.full(1, size**2)
+        over = 1 / (1 + variance[:, None] * self._values)
+        inverse = self._correction(variance, over)[0]
+        pulled = self._between * over
+        diagonal = np.empty(self.y.size)
+        start = 0
+        for part in self._parts:
+            stop = start + part.values.size
+            few = pulled[:, start:stop] @ part.axes
+            own = over[0, start:stop] @ part.axes**2
+            diagonal[part.places] = own - size**2 * np.einsum("in,ij,jn->n", few, inverse, few)
+            start = stop
+        return diagonal
+
     def farthest(self, pushes: Pushes, used: npt.NDArray[np.bool_], size: float) -> PushResidual:
         """The number that differs most from what the others make it, in units of its error."""
-        precision = self._whiten.T / (1 + size**2 * self._values) @ self._whiten
-        spread = 1 / np.diag(precision)
-        off = precision @ (self.y - size * self.mean) * spread
+        spread = 1 / self._precision_of_each(size)
+        left = (self.y - size * self.mean)[None]
+        off = self.solved(left, np.full((1, 1), size**2))[0] * spread
         worst = int(np.argmax(np.abs(off) / np.sqrt(spread)))
         component, push = divmod(int(np.flatnonzero(used)[worst]), pushes.beta.size)
         beta_deg, gamma_deg = np.degrees(pushes.beta[push]), np.degrees(pushes.gamma[push])
@@ -1286,6 +1380,50 @@ class _Likelihood:
             float(self.y[worst] - off[worst]),
             float(np.sqrt(spread[worst])),
         )
+
+
+_FEW_NUMBERS = 200
+"""Of so many numbers the decomposition takes less time than the correction by B."""
+
+
+class _Part(NamedTuple):
+    """Numbers that are independent of all others but for B: their places, eigenvalues of S and its whitened axes."""
+
+    places: npt.NDArray[np.intp]
+    values: FloatArray
+    axes: FloatArray
+
+    @classmethod
+    def of(cls, places: npt.NDArray[np.intp], rest: FloatArray, whiten: FloatArray) -> _Part:
+        """Decompose S of some of the numbers."""
+        square = rest[np.ix_(places, places)]
+        if whiten.ndim == 1:
+            own = whiten[places]
+            values, vectors = np.linalg.eigh(own[:, None] * square * own)
+            return cls(places, np.maximum(values, 0.0), np.ascontiguousarray(vectors.T * own))
+        own = whiten[np.ix_(places, places)]
+        values, vectors = np.linalg.eigh(own @ square @ own.T)
+        return cls(places, np.maximum(values, 0.0), vectors.T @ own)
+
+
+def _independent(rest: FloatArray, errors: FloatArray) -> list[npt.NDArray[np.intp]]:
+    """Places of numbers that neither S nor errors connect, in two parts; in one where everything is connected."""
+    everything = np.arange(len(rest))
+    first = (rest[0] != 0) | (errors[0] != 0)
+    if first.all():
+        return [everything]
+    across = np.ix_(first, ~first)
+    if rest[across].any() or errors[across].any():
+        return [everything]
+    return [everything[first], everything[~first]]
+
+
+def whitening(errors: FloatArray) -> FloatArray:
+    """Matrix that makes errors independent and 1; of independent ones its diagonal alone, shape (n,)."""
+    variance = np.diag(errors)
+    if np.count_nonzero(errors) == np.count_nonzero(variance):
+        return np.asarray(1 / np.sqrt(variance))
+    return np.asarray(np.linalg.inv(np.linalg.cholesky(errors)))
 
 
 class PushResidual(NamedTuple):
@@ -1447,10 +1585,10 @@ class Map(KnownMedium):
 
         By their distance from the shape, and by the strength of alpha_x beside alpha_z.
         """
-        from scipy.special import erfc, gammaincc
-
         if not self.dof:
             return float("nan")
+        from scipy.special import erfc, gammaincc
+
         chances = [float(gammaincc(self.dof / 2, self.distance / 2))]
         if not np.isnan(self.horizontal_off):
             chances.append(float(erfc(self.horizontal_off / np.sqrt(2))))

@@ -5,7 +5,6 @@ from __future__ import annotations
 import base64
 import hashlib
 import re
-from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib.resources import files
 from math import isfinite
@@ -18,7 +17,7 @@ from rftfit.campaign.config import Leg
 from rftfit.compare.legs import WITHIN_PERCENT
 from rftfit.figures.labels import of_method
 from rftfit.figures.registry import Declared, figures, greek
-from rftfit.figures.style import PRINTED, format_number, level, size_of_preview
+from rftfit.figures.style import format_number, level, size_of_preview
 from rftfit.measure.flags import describe_shared
 from rftfit.model.fourier import METHODS
 from rftfit.model.profiles import EPS
@@ -225,7 +224,7 @@ def _measured(results: Results, outcome: Outcome) -> str:
 
 @dataclass(frozen=True)
 class Picture:
-    """One figure: its preview as an address, and ending and path from the page of each file to open."""
+    """One figure: its preview as an address, and the path of its png from the page."""
 
     name: str
     caption: str
@@ -233,7 +232,7 @@ class Picture:
     data: str
     width: int
     height: int
-    files: Sequence[tuple[str, str]]
+    png: str
 
 
 def drawn_figures(results: Results) -> list[Picture]:
@@ -252,9 +251,8 @@ def _picture(results: Results, declared: Declared, medium: str) -> Picture:
     content = results.path(f"{file}.webp").read_bytes()
     data = f"data:image/webp;base64,{base64.b64encode(content).decode()}"
     section = "quality" if declared.folder == "quality" else declared.section
-    files_of = [(ending, f"{file}.{ending}") for ending in PRINTED]
     name = file.rpartition("/")[2]
-    return Picture(name, caption, section, data, *size_of_preview(content), files_of)
+    return Picture(name, caption, section, data, *size_of_preview(content), f"{file}.png")
 
 
 def quantities(text: str) -> Markup:

@@ -12,7 +12,7 @@ import numpy as np
 
 from rftfit.campaign.config import Config, RobotRuns
 from rftfit.campaign.files import Folder, campaign_folder, folded
-from rftfit.campaign.load import root_of
+from rftfit.campaign.presence import root_of
 from rftfit.campaign.problems import CampaignError, Problem
 from rftfit.campaign.reading import read_model
 from rftfit.campaign.rows import DraftRow, Schema, TableColumn, read_rows

@@ -23,7 +23,7 @@ from typing import Any
 import pandas as pd
 
 from rftfit.errors import InputError, RftfitError
-from rftfit.figures.style import save_pages
+from rftfit.figures.style import PAPER, SCREEN, save_pages
 from rftfit.results import Results
 from rftfit.store import open_growing, write_bytes, write_csv, write_parquet, write_text
 from rftfit.store.digests import digests_of_files, plugin_digest, source_digests
@@ -109,11 +109,13 @@ def _checked_inputs(root: Path, paths: Sequence[str]) -> dict[str, str]:
 
 def write_all(results: Results, writes: Sequence[str], output: Any) -> list[str]:
     """Write what a job made. Returns the paths from the campaign's folder."""
-    if writes[0].endswith(".png"):
+    base, _, ending = writes[0].rpartition(".")
+    if ending in (*SCREEN, *PAPER):
         about = (
             "Made from simulated logs, not from recordings." if results.campaign.reenacted else ""
         )
-        return save_pages(output, results.root, writes[0].removesuffix(".png"), about)
+        endings = SCREEN if ending in SCREEN else PAPER
+        return save_pages(output, results.root, base, about, endings)
     contents = output if isinstance(output, tuple) else (output,)
     for path, content in zip(writes, contents, strict=True):
         target = results.root / path

@@ -16,6 +16,7 @@ from typing import Any
 from rftfit.campaign.problems import join_words
 from rftfit.errors import InputError, OutputError, WorkflowError
 from rftfit.measure.read import readers
+from rftfit.results import FOLDER
 from rftfit.store.links import put_results_at
 from rftfit.workflow.durations import keep_durations, read_durations, seconds_left
 from rftfit.workflow.processes import stale_lock
@@ -30,6 +31,7 @@ from rftfit.workflow.snakemake import (
     nothing_written,
     working_in,
 )
+from rftfit.workflow.stages import LAST
 from rftfit.workflow.state import HANDED, guard_written, hand_over, read_states
 
 LOG = Path("results/logs/snakemake.log")
@@ -108,6 +110,10 @@ class Workflow:
         if self.results_at is not None:
             put_results_at(self.root, self.results_at)
         guard_written(self.states.campaign)
+
+    def add_printed(self) -> None:
+        """Make the figures for a paper too, beside the targets, or all results where there are none."""
+        self.targets = [*(self.targets or [f"{FOLDER}/{LAST}.json"]), *self.states.printed]
 
     def run(self) -> Progress:
         """Make all results that are missing or out of date."""

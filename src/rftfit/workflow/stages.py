@@ -17,6 +17,11 @@ OWN, EVERY = "own", "every"
 FIGURE_RULES = {"figure": "figures", "quality": "quality"}
 """Rules that draw what `rftfit.figures` declares, and their folders below ``results/``."""
 
+PRINT_RULES = {f"{rule}_pdf": folder for rule, folder in FIGURE_RULES.items()}
+"""Rules that draw the same for a paper, on demand."""
+
+FOLDER_BY_RULE = FIGURE_RULES | PRINT_RULES
+
 
 @dataclass(frozen=True)
 class Stage:
@@ -32,7 +37,7 @@ class Stage:
     `logs`: `OWN` or `EVERY` where it reads logs.
     `robot`: Whether it reads the robot's files.
     `estimated`: Whether it is there only where clocks are estimated.
-    `on_demand`: Whether ``rftfit sweep`` makes it, and not ``rftfit run``.
+    `on_demand`: Whether ``rftfit sweep`` or ``rftfit run --print`` makes it, and not every ``rftfit run``.
     """
 
     run: str
@@ -190,6 +195,7 @@ STAGES = {
 RULES = (
     *[rule for rule in STAGES if STAGES[rule].room != "page"],
     *FIGURE_RULES,
+    *PRINT_RULES,
     "workbooks",
     "page",
     "provenance",

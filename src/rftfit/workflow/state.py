@@ -21,13 +21,14 @@ from rftfit.campaign.load import REENACTED, Campaign, check_campaign
 from rftfit.campaign.problems import CampaignError
 from rftfit.campaign.sheet import Run
 from rftfit.figures.registry import Declared, figures
+from rftfit.figures.style import PAPER
 from rftfit.logs.registry import DialectOrigin, origins
 from rftfit.results import FOLDER
 from rftfit.robot import PROFILES
 from rftfit.store import write_bytes
 from rftfit.store.digests import code_digest, digest_of, digests_of_files, plugin_digest, seal
 from rftfit.store.links import cut_shared_files, refuse_links
-from rftfit.workflow.stages import ALL, EVERY, FIGURE_RULES, LAST, OWN, STAGES, Stage
+from rftfit.workflow.stages import ALL, EVERY, FOLDER_BY_RULE, LAST, OWN, PRINT_RULES, STAGES, Stage
 
 STATES = f"{FOLDER}/state"
 HANDED = "RFTFIT_CAMPAIGN"
@@ -81,19 +82,18 @@ class States:
 
     def stage(self, rule: str, key: str) -> tuple[Stage, str]:
         """What a job calls, and with which word: its medium, most often."""
-        if rule in FIGURE_RULES:
-            figure, medium = self.figures[f"{FIGURE_RULES[rule]}/{key}"]
+        if rule in FOLDER_BY_RULE:
+            figure, medium = self.figures[f"{FOLDER_BY_RULE[rule]}/{key}"]
             logs = OWN if figure.logs else ""
-            stage = Stage(
-                figure.run, "figures", figure.settings, logs=logs, on_demand=figure.on_demand
-            )
+            on_demand = figure.on_demand or rule in PRINT_RULES
+            stage = Stage(figure.run, "figures", figure.settings, logs=logs, on_demand=on_demand)
             return stage, medium
         return STAGES[rule], key
 
     def has(self, rule: str, key: str) -> bool:
         """Whether the campaign has a job of a rule, as ``workflow/rules`` would plan it."""
-        if rule in FIGURE_RULES:
-            return f"{FIGURE_RULES[rule]}/{key}" in self.figures
+        if rule in FOLDER_BY_RULE:
+            return f"{FOLDER_BY_RULE[rule]}/{key}" in self.figures
         stage = STAGES.get(rule)
         if not stage or (stage.robot and rule != LAST and not self.campaign.robot_medium):
             return False
@@ -103,8 +103,18 @@ class States:
             return key.removeprefix("runs_") in PROFILES
         return key in (self.campaign.media_with_runs if stage.wildcard else ("",))
 
+    @cached_property
+    def printed(self) -> list[str]:
+        """Figures of a whole run as files for a paper, by path from the campaign's folder."""
+        return [
+            f"{FOLDER}/{path}.{ending}"
+            for path, (figure, _) in self.figures.items()
+            if not figure.on_demand
+            for ending in PAPER
+        ]
+
     def on_demand(self, name: str) -> bool:
-        """Whether a job is one of ``rftfit sweep``, not of ``rftfit run``."""
+        """Whether a job is one of ``rftfit sweep`` or of ``rftfit run --print``, not of every ``rftfit run``."""
         rule, _, key = name.partition("/")
         return self.stage(rule, key)[0].on_demand
 

@@ -1,0 +1,63 @@
+"""Whether there is a campaign at all: asked before anything is imported that reads one."""
+
+from __future__ import annotations
+
+import os
+from contextlib import suppress
+from pathlib import Path
+
+from rftfit.campaign.problems import Place, Problem, join_words
+from rftfit.errors import InputError
+from rftfit.store.links import RESULTS
+
+CONFIG = "config/config.yaml"
+"""Configuration of a campaign, from its folder."""
+
+_CONFIGS = (CONFIG, "config.yaml")
+
+
+def root_of(config_path: Path) -> Path:
+    """Folder of a campaign: that of its config, or the one above where that is named ``config``."""
+    folder = Path(config_path).absolute().parent
+    return (folder.parent if folder.name == "config" else folder).resolve()
+
+
+def miss_campaign(config_path: Path) -> Problem | None:
+    """Problem of a configuration that is not there: where a campaign is, or how one is made; None where it is."""
+    config_path = Path(config_path)
+    try:
+        config_path.stat()
+    except FileNotFoundError:
+        pass
+    except (OSError, ValueError):
+        return None  # what cannot be opened is for its reader to say
+    else:
+        return None
+    working_folder = Path.cwd()
+    near = [folder for folder in working_folder.parents if (folder / CONFIG).is_file()][:1]
+    with suppress(OSError):
+        near += sorted(path.parents[1] for path in root_of(config_path).glob(f"*/{CONFIG}"))
+    folders = join_words([os.path.relpath(path, working_folder) for path in near], 3)
+    allowed = (
+        f"the file does not exist, so this is no campaign; go to the folder of one{folders and f' ({folders})'}, "
+        "or make a new one: rftfit init FOLDER"
+    )
+    return Problem("config.missing", Place(config_path.as_posix()), None, allowed)
+
+
+def config_of(folder: str | Path) -> Path:
+    """Find the configuration of a campaign; `folder`: the campaign's, its results', or the file itself.
+
+    Raises InputError where there is none.
+    """
+    folder = Path(folder)
+    places = [folder] if folder.is_file() else []
+    for place in (folder, folder.parent) if folder.name in ("config", RESULTS) else (folder,):
+        places += [place / name for name in _CONFIGS]
+    config = next((path for path in places if path.is_file()), None)
+    if config is None:
+        raise InputError(
+            f"{folder}: no config/config.yaml there; allowed: the folder of a campaign "
+            "(`rftfit init` makes one)"
+        )
+    return config
