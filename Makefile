@@ -14,7 +14,7 @@ MOVED := $(shell [ -x $(BIN)/python ] && [ "$$(cat $(STAMP) 2>/dev/null)" = "$$(
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help env run sweep test golden pages timegate lint docs stranger gallery lock clean release mutants statistics matrix wheel coverage fuzz killed fulldisk samebytes cluster largelogs links accessible reliability disturbed intervals curved laws shared axes pairs compressed compare readings strokes contacts wheels mutations reallogs labs benchmark scale FORCE
+.PHONY: help env run sweep test golden pages timegate lint docs stranger gallery lock clean release mutants statistics matrix wheel coverage fuzz killed fulldisk samebytes cluster largelogs links accessible reliability disturbed intervals curved laws shared axes pairs compressed compare readings beside strokes contacts wheels mutations reallogs labs benchmark scale FORCE
 
 #@ Every day
 help: ## show this list
@@ -182,6 +182,9 @@ wheels: env ## what `rftfit wheel` says of wheels measured in five laboratories 
 
 readings: env ## readings that stand alone are found, and what sand does is left in, a few seconds (ARGS=500: pushes)
 	@$(BIN)/python studies/lone_readings.py $(ARGS)
+
+beside: env ## two devices in one table are told apart whatever the column is called, and columns of state are left alone, a minute (ARGS=400: tables)
+	@$(BIN)/python studies/beside_numbers.py $(ARGS)
 
 strokes: env ## the strokes in 500 motions of machines and arms with six noises are found, 10 min
 	@$(BIN)/python studies/strokes.py $(ARGS)

@@ -61,7 +61,9 @@ def test_a_range_is_in_the_columns_own_unit(tmp_path):
 
 
 def test_every_problem_of_a_table_at_once(tmp_path):
-    text = "depth_cm;side;load_N;used;load_N\n1,5;left;0;yes;\n\n51;lift;nan;oui;\n;right;1_0;no;\n"
+    text = (
+        "depth_cm;side;load_N;used;load_N\n1,5;left;0;yes;\n\n51.0;lift;nan;oui;\n;right;1_0;no;\n"
+    )
     path = written(tmp_path, text)
     _, problems = read_rows(path, SCHEMA, "t.csv")
     nearest = {

@@ -7,6 +7,7 @@ import pytest
 SHARED_DATA = Path(__file__).resolve().parents[3] / "shared" / "data"
 CMU_SAND = SHARED_DATA / "cmu-sand"
 LOGS = SHARED_DATA / "logs"
+EDGES = SHARED_DATA / "edges"
 REPORTED = SHARED_DATA / "reported"
 YADE_WHEEL = SHARED_DATA / "yade-wheel"
 

@@ -11,7 +11,7 @@ from seeds import example_count
 from rftfit.campaign.config import TextFormat
 from rftfit.logs.base import LogError
 from rftfit.logs.delimited import DelimitedReader
-from rftfit.logs.sources import OTHER_SOURCE, is_meant, sources_of
+from rftfit.logs.sources import OTHER_SOURCE, is_meant, sources_in_turn
 from rftfit.logs.tabular import ParquetReader, XlsxReader
 
 ROWS = 300
@@ -80,6 +80,11 @@ def test_a_workbook_of_two_sensors(tmp_path):
     assert error.value.code == "where"
 
 
+def ramp(seed=1, rows=ROWS):
+    """Readings of one source that grow."""
+    return 20.0 * np.arange(rows) / rows + np.random.default_rng(seed).normal(0, 0.05, rows)
+
+
 @pytest.mark.parametrize(
     "labels",
     [
@@ -88,20 +93,43 @@ def test_a_workbook_of_two_sensors(tmp_path):
         [f"note {place}" for place in range(300)],
         ["tool0"] * 300,
         ["a"] * 100 + ["b"] + ["a"] * 100,
+        [str(place % 7) for place in range(300)],
         [],
     ],
-    ids=["a state", "a cycle", "all different", "all alike", "once", "none"],
+    ids=["a state", "a cycle", "all different", "all alike", "once", "a counter", "none"],
 )
 def test_what_one_source_says_of_itself_is_no_second_source(labels):
-    assert sources_of(labels) == []
+    assert sources_in_turn(labels, [ramp(rows=len(labels))] if labels else [[]]) == []
+
+
+@pytest.mark.parametrize("rows", [1, 2, 4, 5, 10, 25, 50, 100])
+@pytest.mark.parametrize("noise_N", [0.005, 0.5])
+def test_sources_are_told_whatever_the_length_of_their_turns(rows, noise_N):
+    random = np.random.default_rng(rows)
+    labels = np.arange(7 * 100) // rows % 2
+    force = np.clip(np.arange(labels.size) - 150, 0, None) * 0.2
+    readings = np.where(labels, 0.3 * force, force) + random.normal(0, noise_N, labels.size)
+    assert sources_in_turn([*map(str, labels)], [readings]) == ["0", "1"]
+    assert sources_in_turn([*map(str, labels)], [force + readings * 0]) == []
+
+
+@pytest.mark.parametrize("name", ["ch", "Kanal", "mux", "Sensor#", "S", "\u901a\u9053"])
+@pytest.mark.parametrize("kind", sorted(WRITERS))
+def test_no_name_tells_a_column_of_sources(tmp_path, name, kind):
+    table, is_other = table_of(2, 0.5, name, (1, 2))
+    path = tmp_path / f"log.{kind}"
+    WRITERS[kind](table, path)
+    reader = READERS[kind]().only({"time", "Fz"})
+    refused(reader, path, "several-sources", f" {name} ", "'1', '2'")
+    log = reader.of_source({name: ("2",)}).load(path)
+    np.testing.assert_allclose(log.columns["Fz"], table["Fz_N"][is_other], rtol=1e-12)
 
 
 @pytest.mark.parametrize("often", [0.05, 0.3])
 def test_a_state_that_comes_and_goes_is_no_second_source(tmp_path, often):
     """Its readings go on as before."""
     table, _ = table_of(3, often, "status", ("ok", "warn"))
-    table["Fz_N"] = 20.0 * np.arange(ROWS) / ROWS + np.random.default_rng(1).normal(0, 0.05, ROWS)
-    assert len(sources_of(list(table["status"]))) == 2
+    table["Fz_N"] = ramp()
     for kind, writer in WRITERS.items():
         path = tmp_path / f"log.{kind}"
         writer(table, path)

@@ -10,7 +10,14 @@ import pytest
 from one_stroke import N_PER_CM, RATE_HZ, SPEED_CM_PER_S, crust, push, stick_slip, stones
 from seeds import seeds
 
-from rftfit.campaign.spikes import MOST_SHARE, find_lone_positions, find_spikes
+from rftfit.campaign.spikes import (
+    MOST_SHARE,
+    find_held,
+    find_lone_positions,
+    find_plateau,
+    find_spikes,
+    find_steps,
+)
 from rftfit.logs.base import Log, LogError
 from rftfit.measure.readings import (
     find_holds,
@@ -175,3 +182,104 @@ def test_the_axis_that_moves_most_shows_the_holds(moving):
     if moving != "angle":
         columns["x" if moving == "z" else "z"] = 0.1 * ramp
     assert moving_axis(log_of(**columns)) is columns[moving]
+
+
+GROUPS = {
+    "zeros": lambda force, _: np.zeros(force.size),
+    "zeros with noise": lambda force, random: random.normal(0, 0.02, force.size),
+    "a code": lambda force, _: np.full(force.size, -999.0),
+    "the sign lost": lambda force, _: -force,
+}
+"""Kind of wrong readings, in groups, to what a logger writes in place of the force."""
+
+
+def slope_of(height, readings):
+    below = height < -1.0
+    return float(height[below] @ -readings[below] / (height[below] @ height[below])) / N_PER_CM
+
+
+def drawn_groups(random, size, rows, share):
+    """Rows in groups of so many, until they make a share of all."""
+    bad = np.zeros(size, dtype=bool)
+    while bad.mean() < share:
+        start = int(random.integers(60, size - rows - 3))
+        bad[start : start + rows] = True
+    return bad
+
+
+@pytest.mark.parametrize("rows", [1, 2, 4, 5, 8, 20, 45, 60, 100])
+@pytest.mark.parametrize("kind", sorted(GROUPS))
+def test_groups_of_wrong_readings_are_left_out_or_their_steps_are_seen(kind, rows):
+    """Up to a second, which is 50 rows here; two groups may stand side by side."""
+    for seed in range(seeds(20, 4)):
+        random = np.random.default_rng([seed, rows])
+        _, height, force = push(random)
+        bad = drawn_groups(random, force.size, rows, (0.01, 0.03, 0.06, 0.1)[seed % 4])
+        readings = np.where(bad, GROUPS[kind](force, random), force)
+        kept = ~find_spikes(readings, round(RATE_HZ))
+        error = slope_of(height[kept], readings[kept]) - 1
+        steps = find_steps(readings[kept], round(RATE_HZ))
+        assert abs(error) < 0.005 or steps, (seed, error)
+
+
+@pytest.mark.parametrize("rows", [5, 20, 100])
+def test_a_reading_that_is_held_until_a_jump_counts_once(rows):
+    random = np.random.default_rng(rows)
+    _, height, force = push(random)
+    readings = force.copy()
+    readings[400 : 400 + rows] = readings[400]
+    held = find_held(readings)
+    assert held.sum() in (0, rows - 1) if rows == 5 else held.sum() == rows - 1
+    assert slope_of(height[~held], readings[~held]) == pytest.approx(1, abs=1e-3)
+    assert not find_held(np.round(force)).any()
+    assert not find_held(np.repeat(force[::10], 10)).any()
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda force, row: np.where(np.arange(force.size) >= row, force + 3, force),
+        lambda force, row: np.where(np.arange(force.size) >= row, force / 2, force),
+        lambda force, row: np.where(np.arange(force.size) >= row, force * 2, force),
+    ],
+    ids=["3 N more", "half", "twice"],
+)
+def test_a_step_that_stays_is_found_where_it_is(change):
+    for seed in range(seeds(50, 8)):
+        random = np.random.default_rng(seed)
+        _, _, force = push(random)
+        row = int(random.integers(250, 640))
+        assert [step.row for step in find_steps(change(force, row), round(RATE_HZ))] == [row]
+
+
+@pytest.mark.parametrize("happens", [None, stick_slip, stones])
+def test_what_sand_does_is_hardly_a_step(happens):
+    steps = []
+    for seed in range(seeds(100, 25)):
+        random = np.random.default_rng(seed)
+        time, _, force = push(random)
+        readings = force * (1 + happens(random, time)) if happens else force
+        assert not find_held(readings).any()
+        assert not find_plateau(readings[time > 1]).any()
+        steps.append(len(find_steps(readings, round(RATE_HZ))))
+    assert np.mean(np.array(steps) > 0) <= 0.2
+
+
+@pytest.mark.parametrize("noise_N", [0.0, 0.02, 0.5])
+def test_the_end_of_an_amplifier_is_found_with_noise_and_without(noise_N):
+    for seed in range(seeds(50, 8)):
+        random = np.random.default_rng(seed)
+        time, _, force = push(random)
+        end_N = random.uniform(20, 90)
+        readings = np.minimum(force, end_N) + random.normal(0, noise_N, force.size)
+        is_at_end = find_plateau(readings[time > 1])
+        wanted = np.count_nonzero(force >= end_N)
+        assert abs(is_at_end.sum() - wanted) <= 5 + 40 * noise_N
+
+
+@pytest.mark.parametrize("code", [-999999.0, 0.0])
+def test_a_code_in_the_last_row_of_a_table_is_seen_and_a_step_at_the_end_of_a_log_is_left_in(code):
+    stress = np.arange(50) * 0.12 + np.random.default_rng(1).normal(0, 0.003, 50)
+    stress[-1] = code
+    assert np.flatnonzero(find_spikes(stress, 10, ends_in_push=True)).tolist() == [49]
+    assert find_spikes(stress, 10).any() == (code < -1)

@@ -44,6 +44,7 @@ def test_factors_are_those_of_the_definitions():
         "ns": 1e-9,
         "min": 60,
         "h": 60 * 60,
+        "d": 24 * 60 * 60,
     }
     assert dict(log_columns.TORQUE_TO_N_M) == {"N m": 1, "N mm": 1e-3}
 

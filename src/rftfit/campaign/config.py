@@ -234,12 +234,13 @@ Unit = Literal[
     "ns",
     "min",
     "h",
+    "d",
     "kg",
     "g",
 ]
 _LENGTHS = ("um", "mm", "cm", "m", "in")
 UNITS_OF: dict[str, tuple[str, ...]] = {
-    "time": ("s", "ms", "us", "ns", "min", "h"),
+    "time": ("s", "ms", "us", "ns", "min", "h", "d"),
     "F": ("N", "mN", "kN", "lbf", "klbf", "kgf", "gf", "kg", "g"),
     "T": ("N m", "N mm"),
     "x": _LENGTHS,

@@ -406,7 +406,12 @@ def _read_valid_rows(
             pa.BufferReader(block),
             pacsv.ReadOptions(column_names=[str(index) for index in range(len(table.header))]),
             pacsv.ParseOptions(delimiter=table.delimiter),
-            pacsv.ConvertOptions(column_types=types, include_columns=list(types), null_values=[]),
+            pacsv.ConvertOptions(
+                column_types=types,
+                include_columns=list(types),
+                null_values=[],
+                decimal_point=table.decimal,
+            ),
         ).unify_dictionaries()
     except pa.ArrowInvalid:
         return None
@@ -578,6 +583,7 @@ class _Table:
     header_row: int = 1
     last: int = 0
     delimiter: str = ","
+    decimal: str = "."
 
     def add(self, row: int, cells: list[str]) -> None:
         """Take in one row; the first that is not blank is the header."""
@@ -726,6 +732,8 @@ def _read_csv(text: str, schema: Schema, suffix: str) -> _Table:
     table = _Table(
         delimiter=max(order, key=lambda candidate: (known_names(candidate), head.count(candidate)))
     )
+    if table.delimiter != "," and _has_decimal_commas(text, table.delimiter):
+        table.decimal = ","
     _take(table, text, schema, schema.most_rows)
     # one long cell that names several columns: cut by something else
     several = min(3, len(names))
@@ -735,6 +743,20 @@ def _read_csv(text: str, schema: Schema, suffix: str) -> _Table:
     return table
 
 
+_POINT = re.compile(r"[-+]?[0-9]*\.[0-9]+")
+_THOUSANDS = re.compile(r"[-+]?[1-9][0-9]{0,2},[0-9]{3}")
+
+
+def _has_decimal_commas(text: str, delimiter: str) -> bool:
+    """Tell whether the numbers of a table have decimal commas: none has a point, and some no comma between thousands."""
+    cells = {
+        cell.strip().strip('"') for line in text.splitlines() for cell in line.split(delimiter)
+    }
+    commas = [cell for cell in cells if COMMA.fullmatch(cell)]
+    are_thousands = all(map(_THOUSANDS.fullmatch, commas))
+    return bool(commas) and not are_thousands and not any(map(_POINT.fullmatch, cells))
+
+
 def _take(table: _Table, text: str, schema: Schema, most: float = math.inf) -> None:
     """Take the rows of a text into a table, `most` of them."""
     reader = csv.reader(io.StringIO(text), delimiter=table.delimiter, strict=True)
@@ -742,7 +764,10 @@ def _take(table: _Table, text: str, schema: Schema, most: float = math.inf) -> N
         for row, cells in enumerate(reader, start=table.last + 1):
             if row > most:
                 raise _too_many_rows(schema)
-            table.add(row, [cell.strip() for cell in cells])
+            plain = [cell.strip() for cell in cells]
+            if table.decimal == ",":
+                plain = [c.replace(",", ".") if COMMA.fullmatch(c) else c for c in plain]
+            table.add(row, plain)
     except csv.Error as error:
         allowed = f"this row cannot be split into cells ({error}); look for a stray quote"
         raise schema.refusal("not-csv", allowed, row=table.last + 1) from None

@@ -36,7 +36,7 @@ from rftfit.campaign.rows import (
     sheet_rows,
 )
 from rftfit.campaign.sheet import Run, check_excluded
-from rftfit.campaign.spikes import find_spikes
+from rftfit.campaign.spikes import FEWEST_ROWS, find_spikes
 from rftfit.directions import SAME_DEPTH_CM, number_depths
 
 FloatArray = npt.NDArray[np.float64]
@@ -651,8 +651,14 @@ def _stress_x(columns: Mapping[str, npt.NDArray[Any]], draft: DraftRow) -> tuple
 def _rows_alone(columns: Mapping[str, npt.NDArray[Any]]) -> npt.NDArray[np.bool_]:
     """Rows (n,) whose depth or stress stands alone, far from the rows before and after them."""
     stress = [columns[f"stress_{c}_N_per_cm2"] for c in "zx"]
-    alone = [find_spikes(columns["depth_cm"], _TIMES_STEP_OF_DEPTH), *map(find_spikes, stress)]
+    most_rows = max(FEWEST_ROWS, int(_MOST_AWAY * stress[0].size))
+    alone = [find_spikes(columns["depth_cm"], times=_TIMES_STEP_OF_DEPTH)]
+    alone += [find_spikes(values, most_rows, ends_in_push=True) for values in stress]
     return np.asarray(np.any(alone, axis=0))
+
+
+_MOST_AWAY = 0.2
+"""Share of the rows of a push in which stress may be away from that before and after, in a row."""
 
 
 def _rows_against_gamma(

@@ -8,7 +8,7 @@ import re
 import warnings
 import zipfile
 import zlib
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -16,6 +16,7 @@ import numpy as np
 
 from rftfit.conventions import FloatArray
 from rftfit.logs import base
+from rftfit.logs.beside import heed_labels, may_be_labels
 from rftfit.logs.mat5 import NoArray, read_mat5
 from rftfit.logs.units import names_and_units, unit_word
 
@@ -47,13 +48,15 @@ _DEFLATE, _CHECKSUMS = 1, 64
 class ArrayColumn(NamedTuple):
     """Values, of shape (n,), the unit that the file states, and what its attributes made of the values.
 
-    `blank`: Whether the file says which values stand for none; they are NaN.
+    `blank`: Whether the file says which values stand for none; they are NaN. `unapplied`: Scaling that the file
+    states in words of its own, and that was not applied.
     """
 
     values: np.ndarray
     unit: str
     note: str = ""
     blank: bool = False
+    unapplied: str = ""
 
 
 NamedColumns = Iterator[tuple[str, ArrayColumn | str]]
@@ -93,6 +96,7 @@ class ArraysReader(base.Reader):
     ) -> base.Log:
         names, in_names = names_and_units(array_columns)
         columns, units = {}, {}
+        unapplied: dict[str, str] = {}
         notes = []
         stated_blank = set()
         for name, unit, column in zip(names, in_names, array_columns.values(), strict=True):
@@ -100,6 +104,8 @@ class ArraysReader(base.Reader):
             notes += [column.note] if column.note else []
             if column.blank:
                 stated_blank.add(name)
+            if column.unapplied:
+                unapplied[name] = column.unapplied
         if not columns:
             listed = f"; found {', '.join(omitted)}: save plain arrays" if omitted else ""
             raise base.LogError(
@@ -125,13 +131,28 @@ class ArraysReader(base.Reader):
         if self.rate:
             kept, units = {**kept, "time": np.arange(size) / self.rate}, {**units, "time": "s"}
             notes.append(f"time is the place in the array / {self.rate:g} Hz (the config)")
-        log = base.Log(path, kept, units, size, notes=tuple(notes), places=tuple(columns))
+        labels = {
+            name: np.array([f"{value:g}" for value in values], dtype=object)
+            for name, values in columns.items()
+            if name not in sizes and values.size == size and may_be_labels(values.astype(float))
+        }
+        log = base.Log(
+            path,
+            kept,
+            units,
+            size,
+            notes=tuple(notes),
+            places=tuple(columns),
+            labels=labels,
+            unapplied={name: what for name, what in unapplied.items() if name in kept},
+        )
         blank = {
             name: rows
             for name, values in kept.items()
             if _is_often(rows := np.isnan(values)) or name in stated_blank
         }
         log = log.without_blanks(blank, keeps_blanks=self.keeps_blanks)
+        log = heed_labels(log, self)
         return log.without_blank_columns() if self.keeps_blanks and blank else log
 
 
@@ -248,6 +269,10 @@ _PACKING = ("scale_factor", "add_offset", "unitSI")
 """Attributes of netCDF and openPMD: value = stored number x `scale_factor` x `unitSI` + `add_offset`."""
 _NO_VALUE = ("_FillValue", "missing_value")
 """Attributes of netCDF: stored numbers that stand for no value."""
+_VALID = ("valid_range", "valid_min", "valid_max")
+"""Attributes of netCDF: stored numbers below and above these stand for no value."""
+_UNSIGNED = "_Unsigned"
+"""Attribute of netCDF: stored whole numbers have no sign, whatever their type says."""
 
 
 def _attributes_of(dataset: Any) -> dict[str, Any]:
@@ -256,12 +281,28 @@ def _attributes_of(dataset: Any) -> dict[str, Any]:
     return {
         name: dataset.attrs[name]
         for name, kind in kinds.items()
-        if kind in "biuf" or "unit" in name.casefold() or name in (*_PACKING, *_NO_VALUE)
+        if kind in "biuf"
+        or "unit" in name.casefold()
+        or name in (*_PACKING, *_NO_VALUE, *_VALID, _UNSIGNED, *_LISTS_OF_NAMES)
     }
 
 
 _OF_LIBRARIES = re.compile(r"MATLAB_|_Netcdf4|[A-Z_\d]+$|valid_|actual_range|unit|grid_")
 """Attributes by which libraries and conventions say something else than what a value is."""
+_SCALING = re.compile(
+    r"gain|scal|skal|echelle|factor|fakt|slope|coeff|koeff|calib|kalib|etalonn|sensitiv|empfindl|sensib|multipl|conver|umrechn|lsb|"
+    r"verst(ae|ä)rk|amplif|offset|bias|versatz|nullpunkt|(newton|n|mm|cm|m|volt|v|unit)s?_?per_",
+    re.IGNORECASE,
+)
+"""Names of attributes that say how values follow from stored numbers, in words of a lab."""
+_CHANGES_NOTHING = {True: 0.0, False: 1.0}
+"""Number by which nothing is changed, of what is added and of what is multiplied."""
+_ADDED = re.compile(r"offset|bias|versatz|nullpunkt", re.IGNORECASE)
+
+
+def _is_scaling(name: str, number: float) -> bool:
+    is_added = _ADDED.search(name) is not None
+    return _SCALING.search(name) is not None and number != _CHANGES_NOTHING[is_added]
 
 
 def _of_dataset(name: str, dataset: Any, attributes: dict[str, Any]) -> NamedColumns:
@@ -274,7 +315,9 @@ def _of_dataset(name: str, dataset: Any, attributes: dict[str, Any]) -> NamedCol
             unit = units.get(field, "")
             yield column, content if isinstance(content, str) else ArrayColumn(content.values, unit)
         return
-    unit = unit_word(_text_of(attributes.get("unit", attributes.get("units", ""))))
+    listed = _names_of_columns(attributes, stored.shape)
+    stated = attributes.get("unit", attributes.get("units", ""))
+    unit = "" if listed and np.size(stated) > 1 else unit_word(_text_of(stated))
     packing = {key: _number_of(attributes[key]) for key in _PACKING if key in attributes}
     if unclear := [key for key, value in packing.items() if not value and key != "add_offset"]:
         yield name, f"its attribute {unclear[0]} is no number, or 0"
@@ -283,13 +326,14 @@ def _of_dataset(name: str, dataset: Any, attributes: dict[str, Any]) -> NamedCol
         unit, in_si = _unit_of_si(attributes, unit, packing["unitSI"] or 1.0)
         if not in_si:
             del packing["unitSI"]
-    unknown = [
-        f"{key} {number:g}"
+    unknown = {
+        key: number
         for key, value in attributes.items()
         if not _OF_LIBRARIES.match(key)
-        and key not in (*_PACKING, *_NO_VALUE)
+        and key not in (*_PACKING, *_NO_VALUE, *_VALID, _UNSIGNED)
         and (number := _number_of(value)) is not None
-    ]
+    }
+    scaling = [f"{key} {number:g}" for key, number in unknown.items() if _is_scaling(key, number)]
     applied = [
         f"x {packing[key]:g} ({key})" for key in ("scale_factor", "unitSI") if key in packing
     ]
@@ -298,8 +342,17 @@ def _of_dataset(name: str, dataset: Any, attributes: dict[str, Any]) -> NamedCol
     notes = [f"stored values {', '.join(applied)}, as the file's attributes say"] if applied else []
     missing = [np.ravel(attributes[key]) for key in _NO_VALUE if key in attributes]
     blank = False
-    if missing or packing:
+    if stored.dtype.kind == "i" and _text_of(attributes.get(_UNSIGNED, "")).casefold() == "true":
+        stored = stored.view(stored.dtype.str.replace("i", "u"))
+    is_invalid = _outside(stored, attributes)
+    if missing or packing or is_invalid.any():
         values = stored.astype(float)
+        if is_invalid.any():
+            values[is_invalid] = np.nan
+            notes.append(
+                f"{np.count_nonzero(is_invalid)} values outside the range that the file calls valid stand for no value"
+            )
+            blank = True
         for number in np.unique(np.concatenate(missing)) if missing else ():
             without = stored == number
             if without.any():
@@ -313,10 +366,63 @@ def _of_dataset(name: str, dataset: Any, attributes: dict[str, Any]) -> NamedCol
         values *= packing.get("unitSI") or 1.0
         stored = values
     if unknown:
-        notes.append(f"attributes that are not applied: {', '.join(unknown)}")
+        what = ", ".join(f"{key} {number:g}" for key, number in unknown.items())
+        notes.append(f"attributes that are not applied: {what}")
     note = f"{name}: {'; '.join(notes)}" if notes else ""
-    for column, values in _of_array(name, stored, unit):
-        yield column, values if isinstance(values, str) else values._replace(note=note, blank=blank)
+    for column, values in listed_columns(_of_array(name, stored, unit), name, listed):
+        yield (
+            column,
+            values
+            if isinstance(values, str)
+            else values._replace(note=note, blank=blank, unapplied=", ".join(scaling)),
+        )
+
+
+_LISTS_OF_NAMES = ("columns", "column_names", "names", "channels", "labels", "fields")
+"""Attributes in which programs list what the columns of a table are."""
+
+
+def _names_of_columns(attributes: Mapping[str, Any], shape: Sequence[int]) -> list[tuple[str, str]]:
+    """Name and unit of each column of a table, as lists in its attributes state them; empty where they do not."""
+    width = min((length for length in shape if length > 1), default=0)
+    if len(shape) < 2 or not width:
+        return []
+    texts = {
+        key: [_text_of(text) for text in np.ravel(value)]
+        for key, value in attributes.items()
+        if np.size(value) == width
+    }
+    names = next((texts[key] for key in _LISTS_OF_NAMES if key in texts), None)
+    units = texts.get("units", texts.get("unit"))
+    if names is None and units is None:
+        return []
+    names = names or [f"column {number}" for number in range(1, width + 1)]
+    return [*zip(names, map(unit_word, units or [""] * width), strict=True)]
+
+
+def listed_columns(
+    columns: NamedColumns, table: str, listed: Sequence[tuple[str, str]]
+) -> NamedColumns:
+    """Give the columns of a table the names and units that a list states."""
+    for number, (column, values) in enumerate(columns):
+        if isinstance(values, str) or number >= len(listed):
+            yield column, values
+            continue
+        name, unit = listed[number]
+        yield f"{table}.{name}".strip("."), values._replace(unit=unit or values.unit)
+
+
+def _outside(stored: np.ndarray, attributes: Mapping[str, Any]) -> np.ndarray:
+    """Mark the stored numbers that lie outside the range that netCDF calls valid."""
+    low, high = -math.inf, math.inf
+    valid_range = np.ravel(attributes.get("valid_range", ()))
+    if valid_range.size == 2 and valid_range.dtype.kind in "biuf":
+        low, high = float(valid_range[0]), float(valid_range[1])
+    if (least := _number_of(attributes.get("valid_min", ""))) is not None:
+        low = least
+    if (most := _number_of(attributes.get("valid_max", ""))) is not None:
+        high = most
+    return np.asarray((stored < low) | (stored > high))
 
 
 _SI: dict[str, dict[str, float]] = {

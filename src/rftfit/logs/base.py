@@ -78,6 +78,9 @@ class Log:
     `not_finite`: Column to the number of lines that it had NaN or an infinite number in.
     `unread`: Column of the file that holds no numbers, to its first cell and why it was not read.
     `places`: All columns of the file in its order, those that were not read too; empty: as `columns`.
+    `labels`: What further columns, of words or of whole numbers, say of each row, as text; shape (n,).
+    `unapplied`: Column to the scaling that the file states and that its numbers do not have.
+    `stretches`: Reason for which rows were left out, to the first and the last time of each stretch of them.
     """
 
     path: Path
@@ -90,6 +93,9 @@ class Log:
     not_finite: dict[str, int] = field(default_factory=dict)
     unread: Mapping[str, str] = field(default_factory=dict)
     places: tuple[str, ...] = ()
+    labels: Mapping[str, np.ndarray] = field(default_factory=dict)
+    unapplied: Mapping[str, str] = field(default_factory=dict)
+    stretches: Mapping[str, tuple[tuple[float, float], ...]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         kept = {values.size for values in self.columns.values()}
@@ -114,7 +120,8 @@ class Log:
             return self
         dropped = add_counts(self.dropped, {reason: lost})
         columns = {name: values[keep] for name, values in self.columns.items()}
-        return replace(self, columns=columns, dropped=dropped)
+        labels = {name: words[keep] for name, words in self.labels.items()}
+        return replace(self, columns=columns, dropped=dropped, labels=labels)
 
     def finite(self) -> Log:
         """Return the log without the rows in which a column is NaN or infinite."""
@@ -336,6 +343,9 @@ def join_blocks(blocks: Iterable[Log]) -> Log:
         add_counts(*(block.not_finite for block in parts)),
         first.unread,
         first.places,
+        {name: np.concatenate([part.labels[name] for part in parts]) for name in first.labels},
+        first.unapplied,
+        first.stretches,
     )
 
 

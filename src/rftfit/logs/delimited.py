@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import codecs
-import math
 import re
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from itertools import islice
 from typing import Any, NamedTuple
@@ -13,10 +12,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rftfit.campaign.config import TextFormat
-from rftfit.logs.base import HEAD_BYTES
-from rftfit.logs.sources import IDENTITY, places_of, refuse_several_sources
+from rftfit.logs.base import HEAD_BYTES, by_number
+from rftfit.logs.sources import is_meant, places_of
 from rftfit.logs.stamps import ORDERS, PERIOD_S, RestartingClock, date_order, is_stamp, note_of
 from rftfit.logs.text import (
+    IN_THOUSANDS,
     NO_VALUE,
     PLAIN_NUMBER,
     Kind,
@@ -28,7 +28,7 @@ from rftfit.logs.text import (
     decode_first_lines,
     decoded,
     each_line,
-    plain_minus,
+    plain_number,
     rewritten,
     text_head,
     utf16_of,
@@ -83,8 +83,9 @@ class DelimitedReader(TextReader):
         for is_stated, what in ((text.names, where), (text.units, below_names)):
             if is_stated and not (lines and lines[0].whole):
                 raise ValueError(f"no row of {what}")
-            start = lines[0].stop if is_stated else start
-            header.append(_cells(lines.pop(0), delimiter) if is_stated else [])
+            line = _without_breaks(lines) if is_stated else None
+            start = line.stop if line else start
+            header.append(_cells(line, delimiter) if line else [])
         name_cells, below = header
         if printed.arrow and name_cells and is_stamp(name_cells[0].strip()):
             name_cells[0] = "time"
@@ -93,8 +94,8 @@ class DelimitedReader(TextReader):
             name_cells, below = _columns_of_gef(skipped)
         for _ in range(_further_header_rows([_cells(line, delimiter) for line in lines])):
             start = lines.pop(0).stop
-        first_rows = [_cells(line, delimiter) for line in lines if line.whole]
-        rows = first_rows[:KIND_LINES]
+        rows = [_cells(line, delimiter) for line in lines if line.whole]
+        rows = self._rows_of_source(rows)[:KIND_LINES]
         name_cells, below = without_mark(name_cells, rows), without_mark(below, rows)
         width = _width(
             rows, len(name_cells), len(name_cells) - bool(name_cells and not name_cells[-1].strip())
@@ -125,14 +126,6 @@ class DelimitedReader(TextReader):
             return {**columns, "time": index / rate} if rate else columns
 
         source = places_of(self.where, names)
-        may_name_sources = {
-            name
-            for name, kind in zip(names, seen.kinds, strict=True)
-            if kind == "skip" or (IDENTITY.search(name) and name not in (self.asked or ()))
-        }
-        if may_name_sources - {*self.where}:
-            looked_through = [*first_rows, *islice(further(), _MOST_ROWS_OF_SOURCES)]
-            self._refuse_several_sources(names, may_name_sources, looked_through, text.decimal)
         layout = Layout(names, seen.kinds, delimiter, text.decimal, delimiter != " ", text.comment)
         layout = replace(
             layout,
@@ -147,40 +140,46 @@ class DelimitedReader(TextReader):
             seen.unread.pop("time", None)
             stated["time"] = "s"
         derived = derive if rate or clocks else None
-        return ReadingPlan(layout, stated, start, derived, notes=tuple(notes), unread=seen.unread)
+        return ReadingPlan(
+            layout,
+            stated,
+            start,
+            derived,
+            notes=tuple(notes),
+            unread=seen.unread,
+            labels=self._labels(names, seen.kinds, rows),
+            header=(names, tuple(units)),
+        )
 
-    def _refuse_several_sources(
-        self,
-        names: Sequence[str],
-        may_name_sources: Collection[str],
-        rows: Iterable[Sequence[str]],
-        decimal: str,
-    ) -> None:
-        """Refuse rows of several sources that a column of words or of names tells apart, and no row of the config."""
-        whole = [cells for cells in rows if len(cells) == len(names)]
-        columns = [*zip(*whole, strict=True)] or [()] * len(names)
-        labels: dict[str, list[str]] = {}
-        for name, column in zip(names, columns, strict=True):
-            if name not in may_name_sources:
+    def _rows_of_source(self, rows: list[list[str]]) -> list[list[str]]:
+        """Rows of the source that the config names by the number of a column: other sources may have other cells."""
+        for name, words in self.where.items():
+            if (number := re.fullmatch(r"column ([1-9]\d*)", name)) is None:
                 continue
-            words = [cell.strip() for cell in column]
-            if IDENTITY.search(name) or not any(map(is_stamp, words)):
-                labels[name] = words
+            place = int(number[1]) - 1
+            labels = [cells[place].strip() if place < len(cells) else "" for cells in rows]
+            rows = [row for row, meant in zip(rows, is_meant(labels, words), strict=True) if meant]
+        return rows
 
-        def readings() -> Iterator[list[float]]:
-            for column in columns:
-                yield [_reading(cell.strip(), decimal) for cell in column]
+    def _labels(
+        self, names: Sequence[str], kinds: Sequence[Kind], rows: Iterable[Sequence[str]]
+    ) -> frozenset[str]:
+        """Columns of words, and those of whole numbers that nobody asked for and of which the first rows show few."""
+        columns = zip(*_of_width(rows, len(names)), strict=True)
+        asked = {by_number(name, names) for name in self.asked or names}
+        return frozenset(
+            name
+            for name, kind, column in zip(names, kinds, columns, strict=False)
+            if kind == "skip" or (name not in asked and _are_labels(column))
+        )
 
-        refuse_several_sources(None, labels, self.where, readings)
+
+def _are_labels(cells: Sequence[str]) -> bool:
+    words = {*cells}
+    return len(words) * 2 <= len(cells) and all(map(_WHOLE.fullmatch, words))
 
 
-_MOST_ROWS_OF_SOURCES = 2000
-
-
-def _reading(cell: str, decimal: str) -> float:
-    """A number without marks of thousands; NaN of all else."""
-    plain = cell if decimal == "." else cell.replace(".", "x").replace(decimal, ".")
-    return float(plain) if PLAIN_NUMBER.fullmatch(plain) else math.nan
+_WHOLE = re.compile(r"[+-]?\d+([.,]0+)?|")
 
 
 _GEF_COLUMN = re.compile(r"#COLUMNINFO\s*=\s*(\d+)\s*,\s*([^,]*),\s*([^,]*)", re.IGNORECASE)
@@ -219,7 +218,7 @@ def _further_header_rows(rows: Sequence[list[str]]) -> int:
 
 
 def _is_value(cell: str) -> bool:
-    plain = plain_minus(cell.strip())
+    plain = plain_number(cell.strip())
     return is_stamp(plain) or any(number.fullmatch(plain) for number in _NUMBERS.values())
 
 
@@ -239,6 +238,8 @@ class Printed(NamedTuple):
         return rewritten(line.encode(), self.rewrites).decode() if self.rewrites else line
 
 
+_EXCEL_TEXT = re.compile(rb'="([^"\r\n]*)"'), rb"\1"
+"""A cell that Excel is to take as text."""
 _ARROW = re.compile(rb"^(\d\d?:\d\d:\d\d(?:\.\d+)?) -> ", re.MULTILINE)
 _LABELLED = re.compile(r"\s*([^\W\d][\w .()/\[\]-]{0,40}?)\s*[:=]\s*([-+.\d].*)")
 
@@ -250,6 +251,9 @@ def printed_marks(lines: Sequence[str], delimiter: str) -> Printed:
     """Find the stamps of a serial monitor and the labels of a serial plotter, in most of some lines."""
     rewrites: list[tuple[re.Pattern[bytes], bytes]] = []
     filled = [line for line in lines if line.strip()]
+    if sum('="' in line for line in filled) * 2 > len(filled):
+        rewrites.append(_EXCEL_TEXT)
+        filled = [rewritten(line.encode(), (_EXCEL_TEXT,)).decode() for line in filled]
     arrow = sum(bool(_ARROW.match(line.encode())) for line in filled) * 2 > len(filled)
     if arrow:
         rewrites.append((_ARROW, rb"\1" + delimiter.encode()))
@@ -273,6 +277,21 @@ def printed_marks(lines: Sequence[str], delimiter: str) -> Printed:
         before = rf"(^|{between})[ \t]*{re.escape(label)}\s*[:=][ \t]*"
         rewrites.append((re.compile(before.encode(), re.MULTILINE), rb"\1"))
     return Printed(arrow, usual, tuple(rewrites))
+
+
+_MOST_BREAKS = 20
+"""Lines that one row of names takes where its names hold line breaks."""
+
+
+def _without_breaks(lines: list[Line]) -> Line:
+    """Take the first line off, with those that follow where a quote opens in it and closes in a later one."""
+    for count in range(1, min(_MOST_BREAKS, len(lines)) + 1):
+        text = " ".join(line.text.strip() for line in lines[:count])
+        if text.count('"') % 2 == 0:
+            last = lines[count - 1]
+            del lines[:count]
+            return Line(text if count > 1 else last.text, last.stop, last.whole)
+    return lines.pop(0)
 
 
 def _counts(line: Line, comment: str) -> bool:
@@ -334,9 +353,10 @@ def looked_at(
     gives the rows below, which are looked at for the columns without a number in the first ones.
     """
     table = _of_width(rows, len(names))
-    columns = [*zip(*table, strict=True)] or [()] * len(names)
+    as_written = [*zip(*table, strict=True)] or [()] * len(names)
     plain = _NUMBERS[decimal].fullmatch
-    numbers = [sum(bool(plain(plain_minus(cell))) for cell in column) for column in columns]
+    columns = [_without_thousands(column, decimal) for column in as_written]
+    numbers = [sum(bool(plain(plain_number(cell))) for cell in column) for column in columns]
     without = {
         place
         for place, column in enumerate(columns)
@@ -346,7 +366,7 @@ def looked_at(
         below = [*zip(*_of_width(further(), len(names)), strict=True)]
         for place in without if below else ():
             columns[place] = (*columns[place], *below[place])
-            numbers[place] = sum(bool(plain(plain_minus(cell))) for cell in below[place])
+            numbers[place] = sum(bool(plain(plain_number(cell))) for cell in below[place])
     kinds: list[Kind] = []
     first_stamps: dict[str, str] = {}
     unread: dict[str, str] = {}
@@ -383,6 +403,15 @@ def looked_at(
     return Seen(tuple[Kind, ...](["number"] * len(names)), {}, "", {})
 
 
+def _without_thousands(column: Sequence[str], decimal: str) -> Sequence[str]:
+    """Cells of a column without the marks between thousands, where these stand nowhere else: 10.204 beside a decimal comma."""
+    mark = "." if decimal == "," else ","
+    marked = [cell for cell in column if mark in cell]
+    if not marked or not all(map(IN_THOUSANDS[mark].fullmatch, marked)):
+        return column
+    return [cell.replace(mark, "") for cell in column]
+
+
 def _of_width(rows: Iterable[Sequence[str]], width: int) -> list[list[str]]:
     """Cells without the blanks around them, of the rows that have one for each column."""
     return [[cell.strip() for cell in cells] for cells in rows if len(cells) == width]
@@ -413,12 +442,18 @@ def guess_text_settings(head: bytes) -> dict[str, Any] | None:
     None where no way of reading gives at least two rows of at least two cells, of which at least half
     are numbers.
     """
-    lines = [line for line in decode_first_lines(text_head(head), _HEAD_LINES) if line.whole]
+    physical = [line for line in decode_first_lines(text_head(head), _HEAD_LINES) if line.whole]
+    left, lines, numbers = list(physical), [], []
+    while left:
+        numbers.append(len(physical) - len(left))
+        lines.append(_without_breaks(left))
     marks = [(d, m) for d in (",", ";", "\t", "|", " ") for m in (".", ",") if d != m]
     scored_formats = [scored for mark in marks if (scored := _try(lines, *mark)) is not None]
     if not scored_formats:
         return None
     _, text = max(scored_formats, key=lambda scored: scored[0])
+    # the config counts lines of the file
+    text["skip_lines"] = numbers[text["skip_lines"]]
     proposed = {key: value for key, value in text.items() if _DEFAULTS.get(key) != value}
     try:
         DelimitedReader(TextFormat.model_validate(proposed)).plan(head)
@@ -502,7 +537,7 @@ def _header_above(above: Sequence[list[str]], width: int, decimal: str) -> tuple
 
 def _share(cells: Sequence[str], decimal: str) -> float:
     """Share of the cells that are numbers or times; of a row with blank cells that of the others."""
-    plain = [plain_minus(cell.strip()) for cell in cells]
+    plain = [plain_number(cell.strip()) for cell in cells]
     if len(plain) > 1 and not plain[-1]:  # a delimiter at the end of a line
         plain.pop()
     numbers = sum(bool(_NUMBERS[decimal].fullmatch(cell)) or is_stamp(cell) for cell in plain)

@@ -18,6 +18,7 @@ from rftfit.campaign.problems import unknown_word
 from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
 from rftfit.logs.base import NO_VALUE_AT_ALL, Log, LogError, MixedClocksError, Reader, add_counts
+from rftfit.logs.beside import heed_labels
 from rftfit.logs.delimited import (
     DelimitedReader,
     encoding_of,
@@ -135,7 +136,7 @@ class TimeColumn:
         self._before = float(time[-1])
 
 
-_IN_S = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0}
+_IN_S = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "d": 86400.0}
 _FEWEST_STAMPS = 100
 """The rate that stamps give is off by up to one in so many."""
 
@@ -230,7 +231,7 @@ def survey(blocks: Iterable[Log]) -> Survey:
 def survey_file(reader: Reader, path: Path) -> tuple[list[Survey], LogError | None]:
     """Look at a file: once, or once for each of its clocks, with the reason why it is no one log."""
     try:
-        log_survey = survey(reader.stream(path))
+        log_survey = survey(heed_labels(log, reader) for log in reader.stream(path))
         dead = {
             name: "no finite number"
             for name, n in log_survey.not_finite.items()

@@ -368,9 +368,9 @@ def _of_one_source(
     for name, words in where.items():
         meant &= is_meant(labels[name].tolist(), words)
     left = {name: words[meant].tolist() for name, words in labels.items()}
-    refuse_several_sources(
-        log.path, left, where, lambda: [values[meant] for values in log.columns.values()]
-    )
+    times = ("time", "received")
+    readings = [values[meant] for name, values in log.columns.items() if name not in times]
+    refuse_several_sources(log.path, left, where, readings)
     return meant
 
 

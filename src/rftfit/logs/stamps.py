@@ -55,7 +55,9 @@ _MONTH = r"(?P<month>[A-Za-zä]{3,10})\.?"
 _DAY_FIRST = re.compile(rf"(?P<day>\d\d?)\.?[-/. ]{_MONTH}[-/. ,]+(?P<year>\d{{4}}|\d\d)(?=[T ])")
 _MONTH_FIRST = re.compile(rf"{_MONTH}[- ](?P<day>\d\d?)(?:, ?|[- ])(?P<year>\d{{4}})(?=[T ])")
 _YEAR_FIRST = re.compile(rf"(?P<year>\d{{4}})[-/. ]{_MONTH}[-/. ](?P<day>\d\d?)(?=[T ])")
-_CLOCK = re.compile(r"(\d\d?:[0-5]\d:[0-5]\d(?:[.,]\d{1,9})?|[0-5]?\d:[0-5]\d[.,]\d{1,9})" + _HALF)
+_CLOCK = re.compile(r"(\d\d?:[0-5]\d:[0-5]\d(?:[.,:]\d{1,9})?|[0-5]?\d:[0-5]\d[.,]\d{1,9})" + _HALF)
+_COLON_BEFORE_PART = re.compile(r"(\d\d?:[0-5]\d:[0-5]\d):(\d{1,9})")
+"""A clock time whose part of a second stands behind a colon."""
 _ISO = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:[^AaPp]*")
 _EPOCH = dt.datetime(1970, 1, 1, tzinfo=dt.UTC)
 
@@ -104,7 +106,7 @@ def date_order(texts: Iterable[str]) -> str:
 def note_of(text: str, order: str) -> str:
     """Say what a column of such times is counted from; empty where the file leaves no doubt."""
     if _CLOCK.fullmatch(text):
-        return CLOCK_TIME if text.count(":") == 2 else MINUTES
+        return CLOCK_TIME if text.count(":") >= 2 else MINUTES
     date = _DATE.fullmatch(_with_month_number(text))
     note = NO_ZONE if date and not date["zone"] else ""
     return note if order == "ymd" else f"{note}; dates: {_SAID[order]}".removeprefix("; ")
@@ -116,8 +118,9 @@ def seconds_of(text: str, order: str = "") -> float:
     Without an order of the date, NaN too where the text does not show it.
     """
     if clock := _CLOCK.fullmatch(text):
+        text = _COLON_BEFORE_PART.sub(r"\1.\2", clock[0])
         hours = "" if text.count(":") == 2 else "00:"
-        text, order = f"1970-01-01 {hours}{clock[0]}", "ymd"
+        text, order = f"1970-01-01 {hours}{text}", "ymd"
     if _named_month(text):
         text, order = _with_month_number(text), "ymd"
     date = _DATE.fullmatch(text)
@@ -166,6 +169,11 @@ def seconds_of_column(cells: Any, order: str = "") -> FloatArray | None:
         first = cells[0].as_py().strip(" \t")
         cells = pc.utf8_trim(cells, " \t")
         if _CLOCK.fullmatch(first):
+            if _COLON_BEFORE_PART.fullmatch(first):
+                cells = pc.replace_substring_regex(
+                    cells, f"^{_COLON_BEFORE_PART.pattern}$", r"\1.\2"
+                )
+                first = cells[0].as_py()
             hours = "" if first.count(":") == 2 else "00:"
             cells = pc.binary_join_element_wise(f"1970-01-01T{hours}", cells, "")
             first, order = cells[0].as_py(), "ymd"

@@ -19,19 +19,20 @@ from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
 
+from rftfit.conventions import FloatArray
 from rftfit.logs.arrays import MOST_COLUMNS
 from rftfit.logs.base import (
     BLANK,
     Log,
     LogError,
-    Reader,
     add_counts,
     check_unpacked,
     library_errors,
     ns_to_s,
 )
+from rftfit.logs.beside import HeaderChange, LabelledReader, changed_header, may_be_labels
 from rftfit.logs.delimited import looked_at
-from rftfit.logs.sources import IDENTITY, OTHER_SOURCE, is_meant, places_of, refuse_several_sources
+from rftfit.logs.sources import OTHER_SOURCE, is_meant, places_of
 from rftfit.logs.stamps import (
     CLOCK_TIME,
     PERIOD_S,
@@ -40,7 +41,7 @@ from rftfit.logs.stamps import (
     of_moment,
     seconds_of,
 )
-from rftfit.logs.text import NO_VALUE, NUMBER, PLAIN_NUMBER, numbers_among_words, plain_minus
+from rftfit.logs.text import NO_VALUE, NUMBER, PLAIN_NUMBER, numbers_among_words, plain_number
 from rftfit.logs.units import is_units_row, names_and_units, unit_word
 
 MOST_ROWS = 1_048_576
@@ -74,7 +75,7 @@ def _checked(path: Path, what: str, blocks: Iterator[Log]) -> Iterator[Log]:
         raise LogError("header_only", f"{path}: a header and no data")
 
 
-class XlsxReader(Reader):
+class XlsxReader(LabelledReader):
     """A row of names somewhere in the first rows, perhaps one of units, then numbers."""
 
     name = "xlsx"
@@ -168,20 +169,17 @@ class XlsxReader(Reader):
             p for p in chosen if any(_is_moment(row[p]) for row in block[:1] if len(row) > p)
         }
         units = ["s" if place in moments else unit for place, unit in enumerate(units)]
-        labels = {
-            name: tuple(str(_cell(row, place)) for row in block)
+        labels = [
+            place
             for place, name in enumerate(names[: len(above[-1])])
-            if place not in table.numbers
-            or (IDENTITY.search(name) and name not in (self.asked or ()))
-        }
+            if name not in self.where
+            and (
+                place not in table.numbers
+                or (place not in chosen and may_be_labels(_numbers_of_cells(block, place)))
+            )
+        ]
         sources = places_of(self.where, names)
-
-        def readings() -> Iterator[list[float]]:
-            for place in table.numbers:
-                numbers = (_number(_cell(row, place)) for row in block)
-                yield [math.nan if number is None else number for number in numbers]
-
-        refuse_several_sources(path, labels, self.where, readings)
+        header = (names, tuple(units))
 
         def of_source(rows_of_block: list[Any]) -> list[Any]:
             for place, words in sources:
@@ -200,7 +198,7 @@ class XlsxReader(Reader):
 
         def log_of(rows_of_block: list[Any]) -> Log:
             meant = of_source(rows_of_block) if sources else rows_of_block
-            log = _sheet_log(path, names, units, chosen, meant, table, self.keeps_blanks)
+            log = _sheet_log(path, header, units, chosen, labels, meant, table, self.keeps_blanks)
             if n_other_rows := len(rows_of_block) - len(meant):
                 dropped = add_counts(log.dropped, {OTHER_SOURCE: n_other_rows})
                 log = replace(log, rows=log.rows + n_other_rows, dropped=dropped)
@@ -342,7 +340,7 @@ def _number(cell: Any) -> float | None:
     if not isinstance(cell, str):
         seconds = of_moment(cell)
         return None if math.isnan(seconds) else seconds
-    text = plain_minus(cell.strip())
+    text = plain_number(cell.strip())
     if _WITH_COMMA.fullmatch(text):
         text = text.replace(",", ".")
     if PLAIN_NUMBER.fullmatch(text):
@@ -400,7 +398,7 @@ def _table_of(rows: Sequence[Sequence[Any]], names: Sequence[str], n_named: int)
 
 def _unclear_commas(cells: Sequence[Any]) -> str:
     """Return the first cell of text with a comma that may stand between thousands, if none shows what it is."""
-    texts = [plain_minus(cell.strip()) for cell in cells if isinstance(cell, str)]
+    texts = [plain_number(cell.strip()) for cell in cells if isinstance(cell, str)]
     commas = [text for text in texts if _WITH_COMMA.fullmatch(text)]
     return commas[0] if commas and all(map(_THOUSANDS.fullmatch, commas)) else ""
 
@@ -420,21 +418,30 @@ def _formulas_of(rows: Sequence[Sequence[Any]], places: Collection[int]) -> dict
     return first
 
 
+def _numbers_of_cells(rows: Sequence[Sequence[Any]], place: int) -> FloatArray:
+    """Numbers of a column, NaN where a cell has none."""
+    numbers = (_number(_cell(row, place)) for row in rows)
+    return np.array([math.nan if number is None else number for number in numbers])
+
+
 def _sheet_log(
     path: Path,
-    names: Sequence[str],
+    header: tuple[tuple[str, ...], tuple[str, ...]],
     units: Sequence[str],
     chosen: list[int],
+    labels: list[int],
     block: list[Any],
     table: _Table,
     keeps_blanks: bool,
 ) -> Log:
+    names = header[0]
     most = max(chosen, default=-1)
     # below a table somebody may have typed something beside it
     rows = [row for row in block if any(cell is not None for cell in row[: most + 1])]
     kept: list[list[Any]] = []
+    labels_of_rows: list[list[str]] = []
     not_numbers = without_value = 0
-    for row in rows:
+    for number_of_row, row in enumerate(rows, start=1):
         cells = [_cell(row, place) for place in chosen]
         # most cells are numbers: looking at each of them by a function takes as long as reading
         if not _PLAIN.issuperset(map(type, cells)):
@@ -444,12 +451,18 @@ def _sheet_log(
             ]
             if any(not _is_blank(_cell(row, p)) for p in without if p not in table.mixed):
                 not_numbers += 1
+                if changes := _changed_header(row, header, chosen):
+                    raise LogError(
+                        "header_changes", HeaderChange(number_of_row, changes).sentence(path)
+                    )
                 continue
             if len(without) == len(chosen):
                 without_value += 1
                 continue
             cells = [math.nan if number is None else number for number in numbers]
         kept.append(cells)
+        if labels:
+            labels_of_rows.append([_label(_cell(row, place)) for place in labels])
     values = np.array(kept, dtype=float).reshape(-1, len(chosen)).T
     columns = {names[place]: values[index] for index, place in enumerate(chosen)}
     blank = {name: rows for name, column in columns.items() if (rows := np.isnan(column)).any()}
@@ -457,11 +470,37 @@ def _sheet_log(
     dropped = {reason: count for reason, count in counts.items() if count}
     stated = {names[p]: units[p] for p in chosen}
     size = len(kept) + sum(dropped.values())
-    log = Log(path, columns, stated, size, dropped, unread=table.unread, places=tuple(names))
+    words = np.array(labels_of_rows, dtype=object).reshape(len(kept), len(labels)).T
+    log = Log(
+        path,
+        columns,
+        stated,
+        size,
+        dropped,
+        unread=table.unread,
+        places=names,
+        labels={names[place]: words[index] for index, place in enumerate(labels)},
+    )
     return log.without_blanks(blank, keeps_blanks=keeps_blanks)
 
 
-class ParquetReader(Reader):
+def _label(cell: Any) -> str:
+    if cell is None:
+        return ""
+    return f"{cell:g}" if isinstance(cell, float) else str(cell).strip()
+
+
+def _changed_header(
+    row: Sequence[Any], header: tuple[tuple[str, ...], tuple[str, ...]], wanted: list[int]
+) -> list[str]:
+    """What a row of words says of the columns that are read, if it is a header and says something else."""
+    cells = ["" if cell is None else str(cell) for cell in row]
+    if any(_number(cell) is not None for cell in row if cell is not None):
+        return []
+    return changed_header(cells, *header, wanted)
+
+
+class ParquetReader(LabelledReader):
     """Every column of numbers; units from the names, or from the field's metadata ``unit``."""
 
     name = "parquet"
@@ -500,8 +539,8 @@ class ParquetReader(Reader):
             sources = [
                 (file.schema_arrow.names[place], words) for place, words in self._sources(file)
             ]
-            self._check_sources(path, file, unread)
-            read = list(dict.fromkeys([*chosen, *(name for name, _ in sources)]))
+            label_fields = self._label_fields(file, chosen)
+            read = list(dict.fromkeys([*chosen, *(name for name, _ in sources), *label_fields]))
             units = {name: c.unit for c in chosen.values() for name in c.names}
             at_a_time = max(1, _NUMBERS_AT_A_TIME // count)
             clocks = {
@@ -529,7 +568,18 @@ class ParquetReader(Reader):
                             blank[name] = missing
                 kept = {name: values for name, values in numbers.items() if name in columns_to_read}
                 log = Log(
-                    path, kept or numbers, units, batch.num_rows, unread=unread, places=places
+                    path,
+                    kept or numbers,
+                    units,
+                    batch.num_rows,
+                    unread=unread,
+                    places=places,
+                    labels={
+                        name: np.array(
+                            [*map(_label, batch.column(field).to_pylist())], dtype=object
+                        )
+                        for field, name in label_fields.items()
+                    },
                 )
                 blank = {name: rows for name, rows in blank.items() if name in log.columns}
                 meant = np.ones(batch.num_rows, dtype=bool)
@@ -544,28 +594,27 @@ class ParquetReader(Reader):
         """Places of the columns of `where`, and their words."""
         return places_of(self.where, names_and_units(file.schema_arrow.names)[0])
 
-    def _check_sources(self, path: Path, file: Any, unread: Collection[str]) -> None:
-        """Refuse rows of several sources, by the words and the numbers of names in the first rows."""
+    def _label_fields(self, file: Any, chosen: Collection[str]) -> dict[str, str]:
+        """Columns that may tell rows apart, by their names here: words, and whole numbers that nobody reads."""
+        from pyarrow import types
+
         names, _ = names_and_units(file.schema_arrow.names)
-        of_names = [
-            field
-            for field, name in zip(file.schema_arrow.names, names, strict=True)
-            if name in unread or (IDENTITY.search(name) and name not in (self.asked or ()))
-        ]
-        if not of_names:
-            return
-        for batch in file.iter_batches(_ROWS_OF_SOURCES):
-            columns = dict(zip(batch.schema.names, batch.columns, strict=True))
-            labels = {name: [str(cell) for cell in columns[name].to_pylist()] for name in of_names}
-            numbers = [
-                column
-                for column in columns.values()
-                if any(is_kind(column.type) for is_kind in _number_types())
-            ]
-            refuse_several_sources(
-                path, labels, self.where, partial(map, lambda column: _numbers(column)[0], numbers)
-            )
-            break
+        fields = {}
+        for field, name in zip(file.schema_arrow, names, strict=True):
+            kind = field.type.value_type if types.is_dictionary(field.type) else field.type
+            is_text = types.is_string(kind) or types.is_large_string(kind)
+            if field.name in chosen or name in self.where:
+                continue
+            if is_text or (
+                (types.is_integer(kind) or types.is_boolean(kind)) and _is_few(file, field)
+            ):
+                fields[field.name] = name
+        return fields
+
+
+def _is_few(file: Any, field: Any) -> bool:
+    numbers = _numbers(_first_rows(file)[field.name])[0]
+    return may_be_labels(numbers)
 
 
 class _Field(NamedTuple):

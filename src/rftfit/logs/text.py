@@ -9,7 +9,7 @@ import math
 import re
 import zlib
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
@@ -20,6 +20,7 @@ from typing import Any, BinaryIO, Literal, NamedTuple, cast
 import numpy as np
 
 from rftfit.logs import base
+from rftfit.logs.beside import HeaderChange, LabelledReader, changed_header
 from rftfit.logs.sources import OTHER_SOURCE, is_meant
 from rftfit.logs.stamps import seconds_of, seconds_of_column
 
@@ -224,9 +225,15 @@ def decoded(raw: bytes, encoding: str = "") -> str:
 # --- Lines to columns: fast where a block is clean, line by line where it is not
 
 
-Kind = Literal["number", "integer", "stamp", "same", "skip"]
+Kind = Literal["number", "integer", "stamp", "same", "label", "skip"]
 
-_TYPES: dict[str, Any] = {"number": float, "integer": np.int64, "stamp": float, "same": bool}
+_TYPES: dict[str, Any] = {
+    "number": float,
+    "integer": np.int64,
+    "stamp": float,
+    "same": bool,
+    "label": object,
+}
 PLAIN_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 """A number with a decimal point."""
 _NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity)", re.IGNORECASE)
@@ -244,7 +251,7 @@ class Layout:
 
     `names`: Of the columns, each once.
     `kinds`: By default all numbers. Integers are exact within 64 bits; of a cell that should always
-        be the `same`, whether it is; skipped cells may hold anything.
+        be the `same`, whether it is; labels are words; skipped cells may hold anything.
     `delimiter`: One character; a blank stands for any number of blanks and tabs.
     `decimal`: ``.`` or ``,``.
     `quote`: Whether cells may stand in double quotes.
@@ -295,10 +302,10 @@ class Layout:
 class ParsedRows:
     """What some lines hold.
 
-    `columns`: Of the good rows; float64, int64 or bool. `index`: Of each good row, which data line
+    `columns`: Of the good rows; float64, int64, bool, or words. `index`: Of each good row, which data line
     it is, from 0: a bad line keeps its place. `rows`: Data lines; the good ones and `dropped` (by
     reason) add up to it. `blank`: Column to the good rows in which it has no value, and NaN here; only
-    columns with such a row.
+    columns with such a row. `word_lines`: Data lines of as many cells as there are columns, none of them a number.
     """
 
     columns: dict[str, np.ndarray]
@@ -307,6 +314,7 @@ class ParsedRows:
     dropped: dict[str, int]
     not_finite: dict[str, int] = field(default_factory=dict)
     blank: Mapping[str, np.ndarray] = field(default_factory=dict)
+    word_lines: tuple[tuple[int, list[str]], ...] = ()
 
     def take(self, keep: np.ndarray, reason: str) -> ParsedRows:
         """Leave out the rows where `keep` is False."""
@@ -453,7 +461,7 @@ def _parse(layout: Layout, body: bytes) -> list[ParsedRows]:
         fast = _fast(layout, body)
         if fast is not None:
             return [fast]
-        plain = _without_thousands(layout, body)
+        plain = _without_thousands(layout, _with_plain_numbers(layout, body))
         if plain != body:
             return _parse_halves(layout, plain)
     return _parse_halves(layout, body, is_bad=True)
@@ -479,9 +487,45 @@ _MINUS = re.compile(rb"(?:%b)(?=[\d.,])" % "|".join(_MINUS_SIGNS).encode())
 """A minus as typesetting writes it: the mathematical sign, the dash, the small and the wide one."""
 
 
-def plain_minus(cell: str) -> str:
-    """Write a minus as programs do."""
-    return cell if cell.isascii() else _MINUS.sub(b"-", cell.encode()).decode()
+_ODD_NUMBER = re.compile(
+    r"""(?:="(?P<text>[^"]*)" | (?P<behind>\d[\d.,]*)- | \((?P<inside>\d[\d.,]*)\)
+    | (?P<mantissa>[+-]?\d[\d.,]*)[dD](?P<exponent>[+-]?\d{1,3}))""",
+    re.VERBOSE,
+)
+"""A number as Excel keeps it from being changed, with the minus behind it, as accountants write it, of Fortran."""
+_MAY_BE_ODD = re.compile(r'[-)"]$|[dD]')
+
+
+def plain_number(cell: str) -> str:
+    """Write a number as programs do: its minus in front, its exponent behind an E, nothing around it."""
+    if not cell.isascii():
+        cell = _MINUS.sub(b"-", cell.encode()).decode()
+    if not _MAY_BE_ODD.search(cell) or not (odd := _ODD_NUMBER.fullmatch(cell)):
+        return cell
+    if odd["text"] is not None:
+        return odd["text"]
+    if odd["mantissa"]:
+        return f"{odd['mantissa']}E{odd['exponent']}"
+    return f"-{odd['behind'] or odd['inside']}"
+
+
+@lru_cache
+def _odd_cells(delimiter: str) -> re.Pattern[bytes]:
+    """Find whole cells that may be numbers in another spelling."""
+    edge = rb"[\s\"%b]" % re.escape(delimiter.encode())
+    number = rb"\d[\d%b]*" % b".,".replace(delimiter.encode(), b"")
+    return re.compile(
+        rb'="[^"\r\n]*"|(?:(?<=%b)|^)(?:%b-|\(%b\)|[+-]?%b[dD][+-]?\d{1,3})(?=%b|$)'
+        % (edge, number, number, number, edge),
+        re.MULTILINE,
+    )
+
+
+def _with_plain_numbers(layout: Layout, body: bytes) -> bytes:
+    """Write the numbers of a block as programs do."""
+    return _odd_cells(layout.delimiter).sub(
+        lambda cell: plain_number(cell[0].decode("ascii", "replace")).encode(), body
+    )
 
 
 def _without_thousands(layout: Layout, body: bytes) -> bytes:
@@ -496,6 +540,10 @@ def _without_thousands(layout: Layout, body: bytes) -> bytes:
         marked = _grouped(re.escape(group), point, delimiter, b"")
         body = marked.sub(lambda number: number[0].replace(group, b""), body)
     spaced = [*_grouped(_SPACE, point, delimiter, b"?").finditer(body)]
+    if group != delimiter:
+        # 10.204 beside a decimal comma
+        spaced += _grouped(re.escape(group), point, delimiter, b"?").finditer(body)
+        spaced.sort(key=re.Match.start)
     if not spaced:
         return body
     numbers_of: dict[int, list[re.Match[bytes]]] = {}
@@ -510,17 +558,27 @@ def _without_thousands(layout: Layout, body: bytes) -> bytes:
     for place, numbers in numbers_of.items():
         column = [cells[place].strip(" \t") for cells in rows if place < len(cells)]
         doubtful |= _doubtful_thousands(numbers, column, point)
-    pieces = []
+        between = group.decode()
+        if any(between in cell and not IN_THOUSANDS[between].fullmatch(cell) for cell in column):
+            # a decimal mark, whatever the config says
+            doubtful |= {number for number in numbers if group in number[0]}
+    pieces: list[bytes] = []
     stop = 0
     for number in spaced:
         if number in doubtful:
             continue
-        pieces += [body[stop : number.start()], re.sub(_SPACE, b"", number[0])]
+        whole, mark, decimals = number[0].partition(point)
+        whole = re.sub(_SPACE, b"", whole).replace(group, b"")
+        pieces += [body[stop : number.start()], whole, mark, decimals]
         stop = number.end()
     return b"".join([*pieces, body[stop:]])
 
 
 _LINES_OF_EVIDENCE = 1000
+IN_THOUSANDS = {
+    mark: re.compile(rf"[+-]?[1-9]\d{{0,2}}(?:\{mark}\d{{3}})+(?:[.,]\d*)?") for mark in ",."
+}
+"""A number with a mark between its thousands."""
 
 
 def _column_of(layout: Layout, body: bytes, place: int) -> int:
@@ -543,7 +601,7 @@ def _doubtful_thousands(
     plain = [cell.replace(mark, ".", 1) for cell in column if mark == "." or "." not in cell]
     plain = [cell.lstrip("+-") for cell in plain if PLAIN_NUMBER.fullmatch(cell)]
     digits = [len(re.split("[.eE]", cell)[0]) for cell in plain]
-    wholes = [re.sub(_SPACE, b"", number[0].partition(point)[0]) for number in spaced]
+    wholes = [re.sub(rb"[^\d]", b"", number[0].partition(point)[0]) for number in spaced]
     if max(digits, default=0) >= min(len(whole.lstrip(b"+-")) for whole in wholes):
         return {*spaced}
     without_mark = {number for number in spaced if point not in number[0]}
@@ -586,7 +644,14 @@ def _together(parts: list[ParsedRows]) -> ParsedRows:
         for name in names
         if any(name in rows.blank for rows in parts)
     }
-    return ParsedRows(columns, np.concatenate(index), int(starts[-1]), dropped, blank=blank)
+    word_lines = tuple(
+        (line + int(start), cells)
+        for rows, start in zip(parts, starts[:-1], strict=True)
+        for line, cells in rows.word_lines
+    )
+    return ParsedRows(
+        columns, np.concatenate(index), int(starts[-1]), dropped, blank=blank, word_lines=word_lines
+    )
 
 
 def count_lines(body: bytes) -> int:
@@ -649,6 +714,9 @@ def _rows_of_table(layout: Layout, table: Any) -> ParsedRows | None:
                 zero_copy_only=False
             )
             continue
+        if layout.kinds[place] == "label":
+            columns[layout.names[place]] = _words_of(cells)
+            continue
         if place in layout.mixed:
             cells = numbers_among_words(cells, layout.decimal)
         elif layout.kinds[place] == "stamp" and layout.no_value:
@@ -672,6 +740,15 @@ def _rows_of_table(layout: Layout, table: Any) -> ParsedRows | None:
             blank[layout.names[place]] = missing
         columns[layout.names[place]] = values
     return ParsedRows(columns, np.arange(table.num_rows), table.num_rows, {}, blank=blank)
+
+
+def _words_of(cells: Any) -> np.ndarray:
+    """Texts of an Arrow column of bytes, shape (n,), without the blanks around them."""
+    encoded = cells.dictionary_encode()
+    words = [decoded(word or b"").strip() for word in encoded.dictionary.to_pylist()]
+    texts: np.ndarray = np.array([*words, ""], dtype=object)
+    places = encoded.indices.fill_null(len(words)).to_numpy(zero_copy_only=False)
+    return np.asarray(texts[places])
 
 
 def numbers_among_words(cells: Any, decimal: str = ".") -> Any:
@@ -742,11 +819,14 @@ def _by_hand(layout: Layout, body: bytes) -> ParsedRows:
     values: list[list[Any]] = [[] for _ in layout.places_to_read]
     index: list[int] = []
     dropped: dict[str, int] = {}
+    word_lines: list[tuple[int, list[str]]] = []
     rows = 0
     for line in filter(layout.is_data, body.splitlines()):
         row_or_reason = _row(layout, line)
         if isinstance(row_or_reason, str):
             dropped[row_or_reason] = dropped.get(row_or_reason, 0) + 1
+            if row_or_reason == NUMBER and (words := _only_words(layout, line)):
+                word_lines.append((rows, words))
         else:
             for column, value in zip(values, row_or_reason, strict=True):
                 column.append(value)
@@ -759,7 +839,22 @@ def _by_hand(layout: Layout, body: bytes) -> ParsedRows:
         if None in column:
             blank[name] = np.array([value is None for value in column])
         columns[name] = np.array(column, dtype=_TYPES[layout.kinds[place]])  # NaN of None
-    return ParsedRows(columns, np.array(index, dtype=np.int64), rows, dropped, blank=blank)
+    return ParsedRows(
+        columns,
+        np.array(index, dtype=np.int64),
+        rows,
+        dropped,
+        blank=blank,
+        word_lines=tuple(word_lines),
+    )
+
+
+def _only_words(layout: Layout, line: bytes) -> list[str]:
+    """Cells of a line without a single number, as of a header that stands there again; empty of another."""
+    cells = cells_of(decoded(line), layout.delimiter, quote=layout.quote) or []
+    if any(PLAIN_NUMBER.fullmatch(cell.strip().replace(",", ".")) for cell in cells):
+        return []
+    return cells
 
 
 def _row(layout: Layout, line: bytes) -> list[Any] | str:
@@ -773,6 +868,8 @@ def _row(layout: Layout, line: bytes) -> list[Any] | str:
         cell, kind = cells[place].strip(" \t"), layout.kinds[place]
         if kind == "same":
             values.append(cells[place] == layout.same)
+        elif kind == "label":
+            values.append(_decoded_cell(cells[place]).strip())
         elif kind == "integer":
             if not _INTEGER.fullmatch(cell) or abs(int(cell)) >= 1 << 63:
                 return NUMBER
@@ -871,6 +968,8 @@ class ReadingPlan:
     `not_same`: Why a row goes where a column of kind "same" is not; such columns are not handed on.
     `refusal`: Why the file cannot be used, although its rows can be counted.
     `unread`: Columns without numbers in the first rows, and why they are not read.
+    `labels`: Columns of words or of few whole numbers, which may tell rows apart where nobody asks for them.
+    `header`: Names and units as the header gives them, to be compared with one that stands further below.
     """
 
     layout: Layout
@@ -883,9 +982,11 @@ class ReadingPlan:
     notes: tuple[str, ...] = ()
     refusal: str = ""
     unread: Mapping[str, str] = field(default_factory=dict)
+    labels: frozenset[str] = frozenset()
+    header: tuple[tuple[str, ...], tuple[str, ...]] = ((), ())
 
 
-class TextReader(base.Reader, ABC):
+class TextReader(LabelledReader, ABC):
     """Base of the dialects of text: a `plan` for each file is all they need."""
 
     @abstractmethod
@@ -911,7 +1012,8 @@ class TextReader(base.Reader, ABC):
             count = sum(map(plan.layout.is_data, lines))
             raise base.LogError("header", f"{path}: {plan.refusal}", count)
         self.check_asked(path, plan.unread, plan.layout.names)
-        layout = narrowed(plan.layout, {*self.choose_columns(plan.layout.names), *plan.keep})
+        names_to_read = {*self.choose_columns(plan.layout.names), *plan.keep}
+        layout = narrowed(plan.layout, names_to_read, plan.labels - {*self.where})
         if regrouped := regrouped_columns(path, layout, plan.start):
             layout = replace(layout, regrouped=regrouped)
             notes = [_REGROUPED.format(layout.names[place]) for place in sorted(regrouped)]
@@ -922,6 +1024,7 @@ class TextReader(base.Reader, ABC):
             return parse(layout, *block, keep_blanks=self.keeps_blanks)
 
         for rows in base.parallel_map(parsed, blocks):
+            _refuse_changed_header(path, plan, layout, rows, first)
             if rows.rows:
                 yield _log(path, plan, rows, first)
             first += rows.rows
@@ -929,12 +1032,31 @@ class TextReader(base.Reader, ABC):
             raise base.LogError("header_only", f"{path}: a header and no data")
 
 
-def narrowed(layout: Layout, names_to_read: set[str]) -> Layout:
-    """Skip all other columns, if any of these hold something that can be read."""
-    names_and_kinds = zip(layout.names, layout.kinds, strict=True)
-    kinds = tuple(kind if name in names_to_read else "skip" for name, kind in names_and_kinds)
-    narrow = replace(layout, kinds=kinds)
-    return narrow if narrow.places_to_read else layout
+def _refuse_changed_header(
+    path: Path, plan: ReadingPlan, layout: Layout, rows: ParsedRows, first: int
+) -> None:
+    """Refuse a file in which the header stands again and says something else of a column that is read."""
+    names, units = plan.header
+    wanted = [place for place in layout.places_to_read if layout.kinds[place] != "label"]
+    for line, cells in rows.word_lines if names else ():
+        if changes := changed_header(cells, names, units, wanted):
+            raise base.LogError(
+                "header_changes", HeaderChange(first + line + 1, changes).sentence(path), rows.rows
+            )
+
+
+def narrowed(layout: Layout, names_to_read: set[str], labels: Collection[str] = ()) -> Layout:
+    """Skip all other columns but `labels`, if any of these hold something that can be read."""
+
+    def kind_of(name: str, kind: Kind) -> Kind:
+        if name in names_to_read and not (kind == "skip" and name in labels):
+            return kind
+        return "label" if name in labels else "skip"
+
+    kinds = tuple(map(kind_of, layout.names, layout.kinds))
+    if {*kinds} <= {"label", "skip"}:
+        return layout
+    return replace(layout, kinds=kinds)
 
 
 def _log(path: Path, plan: ReadingPlan, rows: ParsedRows, first: int) -> base.Log:
@@ -946,6 +1068,7 @@ def _log(path: Path, plan: ReadingPlan, rows: ParsedRows, first: int) -> base.Lo
     missing = {}
     if plan.packets and plan.packets.missing > before:
         missing = {plan.packets.reason: plan.packets.missing - before}
+    labels = [name for name, words in columns.items() if words.dtype == object]
     same = [name for name, values in columns.items() if values.dtype == bool]
     good = replace(rows, columns=columns)
     for name in same:
@@ -953,7 +1076,7 @@ def _log(path: Path, plan: ReadingPlan, rows: ParsedRows, first: int) -> base.Lo
     log_columns = {
         name: values.astype(float, copy=False)
         for name, values in good.columns.items()
-        if name not in same
+        if name not in same and name not in labels
     }
     derived = {"time": "s"} if plan.derive and "time" not in plan.units else {}
     units = {name: derived.get(name) or plan.units.get(name, "") for name in log_columns}
@@ -968,4 +1091,5 @@ def _log(path: Path, plan: ReadingPlan, rows: ParsedRows, first: int) -> base.Lo
         rows.not_finite,
         plan.unread,
         plan.layout.names,
+        {name: good.columns[name] for name in labels},
     )

@@ -32,7 +32,10 @@ _SPELLINGS = {
     "ns": "ns nsec nsecs nanosecond nanoseconds",
     "min": "min mins minute minutes",
     "h": "h hr hrs hour hours",
+    "d": "d day days",
 }
+CHAIN_UNITS = frozenset(_SPELLINGS)
+"""Units of what the chain takes."""
 _KNOWN = {word: unit for unit, words in _SPELLINGS.items() for word in words.split()}
 # M is not m and nm is not N m where the case says so
 _EXACT = {"Nm": "N m", "nm": "nm", "MN": "MN", "Mm": "Mm", "S": "S", "M": "M"}

@@ -21,6 +21,9 @@ BACKWARDS = "time runs backwards"
 HELD = "repeats the position before, while the arm moves"
 NO_DATA = "holds a value that means no data (`missing` in the config)"
 LONE = "stands alone, far from the readings before and after it"
+AWAY = "away from the readings before and after them, entered and left by a jump"
+HELD_READING = "repeats the reading before until a jump makes up for it: no new reading came"
+SET_BACK = "clock set back by whole hours"
 REPEATED = "repeats the reading before (transducer slower than its logger)"
 
 _ROW_CODES = {
@@ -34,6 +37,8 @@ _ROW_CODES = {
     HELD: "held-positions",
     OTHER_SOURCE: "other-source",
     LONE: "lone-readings",
+    AWAY: "readings-away",
+    HELD_READING: "held-readings",
     NO_DATA: "no-data",
     REPEATED: "repeated-rows",
 }

@@ -22,7 +22,8 @@ CHANNELS = ("F1", "F2", "F3")
 CHANNEL_FACTS = ("low_N", "high_N", "held_N", "held", "noise_N")
 """Columns of each channel in the table of runs."""
 
-_NEAR_FULL_RANGE = 0.995
+NEAR_FULL_RANGE = 0.995
+"""Part of the range from which on a reading is saturated."""
 _FEWEST_QUIET = 50
 
 
@@ -84,7 +85,7 @@ def force_in_lab_frame(log: Log, transducer: Transducer) -> ForceReadings:
         channels[index] *= factor(FORCE_TO_N, log.units[channel], unit, f"{name}: {channel}")
     time = log.columns["time"] * factor(TIME_TO_S, log.units["time"], "s", f"{name}: time")
     limits = np.array(transducer.range_N)[:, None]
-    saturated = np.asarray((np.abs(channels) >= _NEAR_FULL_RANGE * limits).any(axis=0))
+    saturated = np.asarray((np.abs(channels) >= NEAR_FULL_RANGE * limits).any(axis=0))
     force = (sensor_to_lab(transducer) @ channels)[::-1]
     return ForceReadings(time, force, log.columns.get("arm_moving"), saturated, channels)
 
@@ -216,7 +217,7 @@ def find_zero(
     log would show it.
     """
     rest_rows = np.flatnonzero(at_rest)
-    fewest = _fewest(time)
+    fewest = fewest_for_zero(time)
     breaks = np.flatnonzero(np.diff(rest_rows) > 1) + 1
     row_groups = [rows for rows in np.split(rest_rows, breaks) if rows.size >= fewest]
     if not row_groups:
@@ -260,7 +261,7 @@ def stated_zero(stated: ZeroSettings, transducer: Transducer) -> Zero:
     return Zero(force[:, None], variance, GIVEN_DOF, math.nan)
 
 
-def _fewest(time: FloatArray) -> int:
+def fewest_for_zero(time: FloatArray) -> int:
     """Count the samples in half a second of a slow transducer; `MIN_SAMPLES` at 100 Hz and faster."""
     step = float(np.median(np.diff(time))) if time.size > 1 else 0.0
     return max(_FEWEST, min(MIN_SAMPLES, round(0.5 / step))) if step > 0 else MIN_SAMPLES

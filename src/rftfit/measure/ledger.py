@@ -36,6 +36,7 @@ class RowStatus(IntEnum):
     TOO_SHALLOW = 15
     OTHER_SENSE = 16
     ALONE = 17
+    OTHER_ZERO = 18
 
     @property
     def code(self) -> str:

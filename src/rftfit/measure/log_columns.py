@@ -30,7 +30,7 @@ FORCE_TO_N = {
 }
 LENGTH_TO_CM = {"um": 1e-4, "mm": 0.1, "cm": 1.0, "m": 100.0, "in": 2.54}
 ANGLE_TO_RAD = {"deg": math.pi / 180, "rad": 1.0}
-TIME_TO_S = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0}
+TIME_TO_S = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "d": 86400.0}
 _TABLES = dict.fromkeys(("x", "z", "along"), LENGTH_TO_CM)
 _TABLES |= {"time": TIME_TO_S, "F": FORCE_TO_N, "T": TORQUE_TO_N_M, "angle": ANGLE_TO_RAD}
 LogKey = Literal["force_log", "motion_log"]
@@ -130,6 +130,14 @@ def map_columns(log: Log, source: AnyLog, units: Mapping[str, str], key: str) ->
     Columns that the config does not name are taken as they are where their name is a quantity.
     `units` are those of `chain_units`.
     """
+    named = {log.name_of(_name(chosen.column)) for chosen in source.columns.values()}
+    unscaled = [
+        f"{key}.columns.{name}: {_unapplied(name, what)}"
+        for name, what in log.unapplied.items()
+        if name in units and name not in named and name not in source.columns
+    ]
+    if unscaled:
+        raise LogError("columns", f"{log.path}: {'; '.join(unscaled)}", log.rows)
     if not source.columns:
         return log
     columns = {name: values for name, values in log.columns.items() if name in units}
@@ -160,6 +168,14 @@ def map_columns(log: Log, source: AnyLog, units: Mapping[str, str], key: str) ->
     if problems:
         raise LogError("columns", f"{log.path}: {'; '.join(problems)}", log.rows)
     return replace(log, columns=columns, units=units_of_columns, notes=tuple(map(str.strip, notes)))
+
+
+def _unapplied(name: str, scaling: str) -> str:
+    """Say that the file states a scaling in words of its own, and how the config settles it."""
+    return (
+        f"the file says of {name}: {scaling}, which is not applied: add `factor:` (and `offset:`), so many units for each "
+        "stored number; factor: 1 where the stored numbers are the values"
+    )
 
 
 def _name(column: str | int | None) -> str:
@@ -205,6 +221,8 @@ def _column(
         values, stated = log.columns[name], log.units.get(name, "")
     # who writes factor: 1 has said that a unit of the file is one of the quantity
     scaled = not chosen.model_fields_set.isdisjoint(("factor", "offset"))
+    if chosen.constant is None and name in log.unapplied and not scaled:
+        raise ValueError(_unapplied(name, log.unapplied[name]))
     if scaled:
         values = values * chosen.factor + chosen.offset
     if quantity == "arm_moving":

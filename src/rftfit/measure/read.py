@@ -12,6 +12,7 @@ from rftfit.logs.base import Log, LogError, Reader
 from rftfit.logs.registry import source_reader
 from rftfit.measure import log_columns, readings
 from rftfit.measure.flags import Remark, quoted
+from rftfit.measure.lab_frame import NEAR_FULL_RANGE
 from rftfit.measure.log_columns import LogKey, source_of
 
 
@@ -47,7 +48,9 @@ def force_from_readings(campaign: Campaign, run: Run, log: Log) -> Log:
     log = log_columns.map_columns(log, source, units, "force_log")
     log = log_columns.check_complete(log, run, log_columns.FORCE_QUANTITIES, "force")
     log = readings.clean(log)
-    return readings.without_spikes(log, log_columns.FORCE_QUANTITIES[1:])
+    transducer = campaign.config.transducer
+    limits = [NEAR_FULL_RANGE * limit for limit in transducer.range_N]
+    return readings.without_spikes(log, log_columns.FORCE_QUANTITIES[1:], limits)
 
 
 def motion_from_readings(campaign: Campaign, run: Run, log: Log) -> Log:

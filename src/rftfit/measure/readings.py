@@ -1,17 +1,36 @@
-"""Which rows of a log count: those that mean no data, run backwards, stand alone or repeat a position of before do not."""
+"""Which rows of a log count: those that mean no data, run backwards, stand alone, are away or repeat what was before do not."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from rftfit.campaign.spikes import MOST_SHARE, Mask, find_lone_positions, find_spikes
+from rftfit.campaign.spikes import (
+    FEWEST_ROWS,
+    MOST_SHARE,
+    Mask,
+    find_held,
+    find_lone_positions,
+    find_spikes,
+)
 from rftfit.conventions import FloatArray
 from rftfit.logs.base import Log, LogError
-from rftfit.measure.flags import BACKWARDS, DUPLICATE, HELD, LONE, NO_DATA
+from rftfit.measure.flags import (
+    AWAY,
+    BACKWARDS,
+    DUPLICATE,
+    HELD,
+    HELD_READING,
+    LONE,
+    NO_DATA,
+    SET_BACK,
+)
+from rftfit.measure.log_columns import TIME_TO_S
 
 _FEWEST_LEVELS = 8
 _AT_REST = 5.0
@@ -19,10 +38,20 @@ _AT_REST = 5.0
 _REGULAR = 0.1
 """Of a step: positions of a sensor with steps of its own are whole steps apart, those of a moving arm are not."""
 _USUAL = 1.5
+AWAY_S = 1.0
+"""Readings that are away from the others for longer may be right."""
 
 
-def without_spikes(log: Log, quantities: Sequence[str]) -> Log:
-    """Leave out the rows in which a force stands alone, and count them.
+def rows_within(time: FloatArray, seconds: float) -> int:
+    """Count the rows of an increasing time, shape (n,), s, within so many seconds, on average."""
+    duration = float(time[-1] - time[0]) if time.size > 1 else 0.0
+    return (
+        max(FEWEST_ROWS, round(seconds * (time.size - 1) / duration)) if duration else FEWEST_ROWS
+    )
+
+
+def without_spikes(log: Log, quantities: Sequence[str], limits: Sequence[float] = ()) -> Log:
+    """Leave out the rows in which a force stands alone, is away for up to a second or is held, and count them.
 
     Parameters
     ----------
@@ -30,6 +59,8 @@ def without_spikes(log: Log, quantities: Sequence[str]) -> Log:
         In the order of time.
     quantities : sequence of str
         Columns that are looked at; one that the log lacks is no fault.
+    limits : sequence of float, optional
+        Size of each at which its range ends: readings that stay there are saturated, and are told as such.
 
     Returns
     -------
@@ -40,13 +71,55 @@ def without_spikes(log: Log, quantities: Sequence[str]) -> Log:
     LogError
         If more than `MOST_SHARE` of the readings of a quantity stand alone.
     """
+    time = log.columns["time"]
+    most_rows = rows_within(time, AWAY_S / TIME_TO_S.get(log.units.get("time", ""), 1.0))
     alone = np.zeros(log.size, dtype=bool)
+    held = np.zeros(log.size, dtype=bool)
+    limit_of = dict(zip(quantities, limits, strict=False))
     for quantity in quantities:
+        limit = limit_of.get(quantity, math.inf)
         if quantity in log.columns:
-            spikes = find_spikes(log.columns[quantity])
+            readings = log.columns[quantity]
+            spikes = _but_saturated(find_spikes(readings, most_rows), np.abs(readings) >= limit)
+            is_held = find_held(readings)
             _check_share(log, quantity, spikes)
             alone |= spikes
-    return log.take(~alone, LONE)
+            held |= is_held
+    if not (alone.any() or held.any()):
+        return log
+    lengths = np.zeros(log.size, dtype=int)
+    for start, stop in _stretches(alone):
+        lengths[start:stop] = stop - start
+    away = alone & (lengths > FEWEST_ROWS)
+    log = _without(log, away, AWAY)
+    left = ~away
+    log = log.take(~alone[left], LONE)
+    left &= ~alone
+    return _without(log, held[left], HELD_READING)
+
+
+def _but_saturated(spikes: Mask, is_saturated: Mask) -> Mask:
+    """Leave in the stretches of readings that stay at the end of the range."""
+    if not spikes.any() or not is_saturated.any():
+        return spikes
+    for start, stop in _stretches(spikes):
+        if stop - start > FEWEST_ROWS and is_saturated[start:stop].all():
+            spikes[start:stop] = False
+    return spikes
+
+
+def _without(log: Log, is_bad: Mask, reason: str) -> Log:
+    """Leave out rows, and note when they were read."""
+    time = log.columns["time"]
+    when = tuple((float(time[start]), float(time[stop - 1])) for start, stop in _stretches(is_bad))
+    log = log.take(~is_bad, reason)
+    return replace(log, stretches={**log.stretches, reason: when}) if when else log
+
+
+def _stretches(is_bad: Mask) -> list[tuple[int, int]]:
+    """First row and the one behind the last of each stretch of rows."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], is_bad, [0]])))
+    return [*zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)]
 
 
 def without_lone_positions(log: Log) -> Log:
@@ -166,13 +239,39 @@ def clean(log: Log) -> Log:
     repeated = np.zeros(time.size, dtype=bool)
     repeated[1:] = (values[:, 1:] == values[:, :-1]).all(axis=0)
     log = log.take(~repeated, DUPLICATE)
+    log = _without_hour_set_back(log)
     time = log.columns["time"]
+    if (time[1:] > time[:-1]).all():
+        return log
     latest = np.concatenate([[-np.inf], np.maximum.accumulate(time)[:-1]])
     forward = time > latest
     if np.count_nonzero(forward) * 2 <= forward.size or _starts_again(forward):
         text = f"{log.path}: time does not increase in {np.count_nonzero(~forward)} of {time.size} rows"
         raise LogError("time", f"{text}; {_why_time_stands(time)}", log.rows)
     return log.take(forward, BACKWARDS)
+
+
+_HOUR_S = 3600.0
+
+
+def _without_hour_set_back(log: Log) -> Log:
+    """Go on with the time of a clock that was set back once by whole hours, as at the end of summer, and note it."""
+    time = log.columns["time"]
+    steps = np.diff(time)
+    back = np.flatnonzero(steps < 0)
+    hour = _HOUR_S / TIME_TO_S.get(log.units.get("time", ""), 1.0)
+    if back.size != 1:
+        return log
+    place = int(back[0])
+    hours = round(-float(steps[place]) / hour)
+    usual = float(np.median(steps))
+    if not hours or abs(steps[place] + hours * hour - usual) > _USUAL_STEPS * usual:
+        return log
+    ahead = time.copy()
+    ahead[place + 1 :] += hours * hour
+    when = ((float(time[place]), float(ahead[place + 1])),)
+    columns = {**log.columns, "time": ahead}
+    return replace(log, columns=columns, stretches={**log.stretches, SET_BACK: when})
 
 
 def _why_time_stands(time: FloatArray) -> str:

@@ -22,6 +22,7 @@ class Flag(NamedTuple):
 
 
 _LOST_ROWS = "{count} rows of {file}: {why}"
+_LOST_STRETCHES = "{count} rows of {file}, {when}: {why}"
 FLAGS = {
     # of a run
     "gives-back": Flag(
@@ -50,8 +51,25 @@ FLAGS = {
     ),
     "zero-drifted": Flag("zero drifted by {newtons:.2f} N", severity=1),
     "lone-readings": Flag(_LOST_ROWS),
+    "readings-away": Flag(_LOST_STRETCHES),
+    "held-readings": Flag(_LOST_STRETCHES),
+    "force-steps": Flag(
+        "the force on {channel} steps by {newtons:+.3g} N from one reading to the next at {when}, and stays there: look at "
+        "amplifier and cable, or was tare pressed? In a bed a crust may have broken"
+    ),
+    "zero-steps": Flag(
+        "the zero of {channel} steps by {newtons:+.3g} N at {when}, in air, as when tare is pressed: {count} rows {side} are "
+        "no zero of the stroke"
+    ),
+    "end-of-amplifier": Flag(
+        "{channel} stops growing at once at {newtons:.4g} N, below its range, while the arm goes on: {count} samples from "
+        "{when} on are at the end of amplifier or logger"
+    ),
     "no-data": Flag(_LOST_ROWS),
     "other-source": Flag(_LOST_ROWS),
+    "clock-set-back": Flag(
+        "the clock of {file} is set back by whole hours at {when}, as at the end of summer: they are added to the rows below"
+    ),
     "held-positions": Flag(_LOST_ROWS),
     "clock-by-itself": Flag(
         "the offset of the clocks is that of this push alone, since the pushes of {session} contradict one offset and "
@@ -382,6 +400,7 @@ SENTENCES = {
     "too-deep": f"{_OUTSIDE}deeper than fit.max_depth_cm of the config",
     "other-sense": OTHER_SENSE,
     "alone": "stands alone, far from the rows before and after it",
+    "other-zero": "at rest, but before or after the zero stepped",
     "too-shallow": f"{_OUTSIDE}above fit.submergence_cm of the config",
 }
 """The one sentence of each code; readers of logs and tracks raise errors with code and sentence of their own."""

@@ -2,23 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
 from rftfit.campaign.config import Config
 from rftfit.campaign.sheet import Run
+from rftfit.campaign.spikes import find_plateau, find_steps, may_step
 from rftfit.conventions import FloatArray
 from rftfit.logs.base import BLANK, Log, LogError
 from rftfit.logs.sources import OTHER_SOURCE
 from rftfit.logs.text import OF_CELLS
 from rftfit.measure import lab_frame
 from rftfit.measure.clocks import ClockFit
-from rftfit.measure.flags import REPEATED, Refused, Remark, dropped_rows, remark
+from rftfit.measure.flags import REPEATED, SET_BACK, Refused, Remark, dropped_rows, remark
 from rftfit.measure.ledger import RowStatus
 from rftfit.measure.read import same_table
-from rftfit.measure.readings import find_holds, gaps
+from rftfit.measure.readings import AWAY_S, find_holds, gaps, rows_within
 from rftfit.measure.samples import PHASES
 from rftfit.measure.session_clocks import SessionClocks, find_clock, flags_of_clock
 from rftfit.measure.strokes import IntruderPath, find_stroke
@@ -44,6 +46,9 @@ def trace_run(
     spans = path.spans(config.arm)
     clock = find_clock(config.clock, run, readings, path, spans, clocks)
     time = clock.motion_time(readings.time)
+    moving = _within(time, spans)
+    # while the arm slows down a force stops growing by itself
+    readings, at_end = _up_to_end_of_amplifier(run, readings, _within(time, spans, -_RAMP_S))
     good = ~readings.saturated
     path, surface = place_surface(
         config, run, path, time[good], readings.force[0, good], clock.se_s or 0.0
@@ -53,13 +58,16 @@ def trace_run(
     if not in_stroke.any():
         raise Refused("no-force-in-stroke")
     x, z, angle = path.pose_at(time)
-    moving = _within(time, spans)
     clear_cm = lab_frame.height_needed(
         config.intruders[run.intruder], angle, config.fit.air_clearance_cm
     )
     in_air = z >= clear_cm
     why = _row_status(time, path, readings.saturated, config.clock.max_gap_s)
     at_rest = in_air & ~moving & ~in_stroke & (why == RowStatus.GOOD)
+    steps, other_zero = _find_steps(readings, in_stroke, in_air)
+    if other_zero.any():
+        why[at_rest & other_zero] = RowStatus.OTHER_ZERO
+        at_rest = _rest_of_zero(readings.time, at_rest, in_air & ~in_stroke, other_zero)
     zero = _zero(config, readings, at_rest, in_stroke, zero_log, float(clear_cm.min()))
     force = readings.force - zero.force
     if compliance is not None:
@@ -77,6 +85,8 @@ def trace_run(
     flags = [
         *flags_of_clock(run, clocks),
         *in_steps,
+        *at_end,
+        *steps,
         *_lost_rows(force_log, motion_log, whole_lines=same_table(config, run)),
         *_doubts(config, run, readings, zero, in_stroke, max(end - time[-1], time[0] - start)),
     ]
@@ -167,11 +177,11 @@ def _position_in_steps(path: IntruderPath, start: float, end: float) -> tuple[fl
 _RAMP_S = 0.1
 
 
-def _within(time: FloatArray, spans: FloatArray) -> np.ndarray:
-    """Tell which samples lie in a stretch of motion or in its ramps."""
+def _within(time: FloatArray, spans: FloatArray, ramp_s: float = _RAMP_S) -> np.ndarray:
+    """Tell which samples lie in a stretch of motion, and so long before and after it."""
     moving = np.zeros(time.size, dtype=bool)
-    starts = np.searchsorted(time, spans[:, 0] - _RAMP_S, side="right")
-    for begin, stop in zip(starts, np.searchsorted(time, spans[:, 1] + _RAMP_S), strict=True):
+    starts = np.searchsorted(time, spans[:, 0] - ramp_s, side="right")
+    for begin, stop in zip(starts, np.searchsorted(time, spans[:, 1] + ramp_s), strict=True):
         moving[begin:stop] = True
     return moving
 
@@ -210,6 +220,85 @@ def _zero(
     return replace(zero, variance=zero.variance + config.transducer.slow_noise_N**2)
 
 
+# --- Steps and ends of channels
+
+
+def _up_to_end_of_amplifier(
+    run: Run, readings: lab_frame.ForceReadings, moving: np.ndarray
+) -> tuple[lab_frame.ForceReadings, list[Remark]]:
+    """Count readings of a push at the end of amplifier or logger as saturated, and flag them."""
+    if run.direction != "intrusion" or run.kind not in ("plate", "leg"):
+        # on a level path, in a pull and in air a force may stay as it is
+        return readings, []
+    saturated = readings.saturated.copy()
+    flags = []
+    rows = np.flatnonzero(moving & ~saturated)
+    for name, channel in zip(lab_frame.CHANNELS, readings.channels[:, rows], strict=True):
+        if not channel.size:
+            continue
+        sign = 1.0 if channel.max() >= -channel.min() else -1.0
+        if not (is_at_end := find_plateau(sign * channel)).any():
+            continue
+        rows_at_end = rows[is_at_end]
+        saturated[rows_at_end] = True
+        flags.append(
+            remark(
+                "end-of-amplifier",
+                channel=name,
+                newtons=float(channel[is_at_end].mean()),
+                count=rows_at_end.size,
+                when=f"{readings.time[rows_at_end[0]]:.2f} s",
+            )
+        )
+    return (replace(readings, saturated=saturated), flags) if flags else (readings, flags)
+
+
+def _find_steps(
+    readings: lab_frame.ForceReadings, in_stroke: np.ndarray, in_air: np.ndarray
+) -> tuple[list[Remark], np.ndarray]:
+    """Flags of steps of the force that stay, and the rows of the force log whose zero is not that of the stroke."""
+    other_zero = np.zeros(readings.time.size, dtype=bool)
+    flags: list[Remark] = []
+    rows = rows_within(readings.time, AWAY_S)
+    step_s = (readings.time[-1] - readings.time[0]) / (readings.time.size - 1)
+    stroke_start = int(np.argmax(in_stroke))
+    for number in may_step(readings.channels):
+        name, channel = lab_frame.CHANNELS[number], readings.channels[number]
+        for step in find_steps(channel, rows):
+            # over a gap a force may change by any amount
+            if readings.time[step.row] - readings.time[step.row - 1] > _USUAL_STEPS * step_s:
+                continue
+            what: dict[str, Any] = {
+                "channel": name,
+                "newtons": step.size,
+                "when": f"{readings.time[step.row]:.2f} s",
+            }
+            before = slice(0, step.row) if step.row <= stroke_start else slice(step.row, None)
+            if in_stroke[step.row - 1 : step.row + 1].all():
+                if not readings.saturated[step.row - 1 : step.row + 1].any():
+                    flags.append(remark("force-steps", **what))
+            elif in_air[step.row - 1 : step.row + 1].all():
+                other_zero[before] = True
+                side = "before it" if before.start == 0 else "from it on"
+                count = before.indices(channel.size)
+                flags.append(remark("zero-steps", count=count[1] - count[0], side=side, **what))
+    return flags, other_zero
+
+
+_USUAL_STEPS = 1.5
+"""The next reading comes within so many usual steps of time."""
+
+
+def _rest_of_zero(
+    time: FloatArray, at_rest: np.ndarray, in_air: np.ndarray, other_zero: np.ndarray
+) -> np.ndarray:
+    """Rows that show the zero of the stroke: at rest, or on the way through the air where rest is too short."""
+    left = at_rest & ~other_zero
+    if np.count_nonzero(left) >= lab_frame.fewest_for_zero(time):
+        return np.asarray(left)
+    return np.asarray(in_air & ~other_zero)
+
+
 # --- Flags of a trace: doubts that do not stop the run.
 
 
@@ -236,7 +325,15 @@ def _lost_rows(force: Log, motion: Log, *, whole_lines: bool) -> list[Remark]:
             # of one table a line, unlike a cell, is lost to both logs
             of_both = whole_lines and reason not in OF_CELLS and lost_beside.get(reason) == count
             file = log.path.name + ("" if of_both else suffix)
-            flags.append(remark(dropped_rows(reason).code, count=count, file=file, why=reason))
+            when = log.stretches.get(reason)
+            more = {"when": format_stretches(when)} if when else {}
+            flags.append(
+                remark(dropped_rows(reason).code, count=count, file=file, why=reason, **more)
+            )
+    for log in (force, motion):
+        if when := log.stretches.get(SET_BACK):
+            at = f"{when[0][0]:.2f} s"
+            flags.append(remark("clock-set-back", file=log.path.name, when=at))
     return list(dict.fromkeys(flags))
 
 
@@ -246,6 +343,16 @@ def _gaps(stroke_time: FloatArray, max_gap_s: float) -> Iterator[Remark]:
         yield remark("gap", seconds=missed[0, 0])
     elif missed.size:
         yield remark("gaps", count=missed.size, seconds=missed.sum(), longest=missed.max())
+
+
+_MOST_LISTED = 3
+
+
+def format_stretches(stretches: Sequence[tuple[float, float]]) -> str:
+    """Say when some stretches of a log were, s."""
+    listed = [f"{start:.2f} to {stop:.2f} s" for start, stop in stretches[:_MOST_LISTED]]
+    remainder = len(stretches) - _MOST_LISTED
+    return ", ".join(listed) + (f" and {remainder} stretches more" if remainder > 0 else "")
 
 
 _MOST_REPEATED = 1 / 3
@@ -266,7 +373,8 @@ def _doubts(
     if zero.drift_N > config.transducer.max_drift_N:
         yield remark("zero-drifted", newtons=zero.drift_N)
     # a logger that writes each reading of a slower transducer several times
-    share = (~lab_frame.new_readings(readings.channels)[stroke]).mean()
+    in_range = stroke & ~readings.saturated
+    share = (~lab_frame.new_readings(readings.channels)[in_range]).mean() if in_range.any() else 0.0
     # the force of a horizontal run may be steady; of others it grows
     if run.direction != "horizontal" and share >= _MOST_REPEATED:
         yield remark("readings-repeated", share=share)

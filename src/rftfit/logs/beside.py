@@ -1,0 +1,224 @@
+"""What stands beside the numbers of a log: labels of rows, units in cells, a header that stands there again."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from rftfit.campaign.config import QUANTITIES
+from rftfit.conventions import FloatArray
+from rftfit.logs.base import Log, LogError, Reader
+from rftfit.logs.quantities import guess, guesses
+from rftfit.logs.sources import refuse_several_sources
+from rftfit.logs.units import CHAIN_UNITS, is_units_row, names_and_units, unit_word
+
+
+class LabelledReader(Reader):
+    """Base of the readers of tables: what further columns say of the rows is heeded."""
+
+    def load(self, path: Path) -> Log:
+        """Read a file as a whole; raises `LogError` if it cannot be used at all."""
+        return heed_labels(super().load(path), self)
+
+
+def heed_labels(log: Log, reader: Reader) -> Log:
+    """Refuse a log whose rows are of several sources or units; give columns the unit that stands in each row.
+
+    Parameters
+    ----------
+    log : Log
+        With what further columns say of its rows.
+    reader : Reader
+        Knows the columns that were asked for, and the sources that the config chose.
+
+    Returns
+    -------
+    Log
+        With the units that its rows state.
+
+    Raises
+    ------
+    LogError
+        If rows of several sources take turns, or the unit changes from row to row.
+    """
+    labels = _labels_of(log, reader)
+    if not labels:
+        return log
+    log = _with_units_of_rows(log, labels)
+    names = _readings_of(log, reader, labels)
+    refuse_several_sources(
+        log.path, labels, reader.where, [log.columns[name] for name in names], log.rows
+    )
+    return log
+
+
+_MOST_LABELS = 1000
+"""Distinct whole numbers of a column that may be the names of something."""
+
+
+def _labels_of(log: Log, reader: Reader) -> dict[str, Sequence[str]]:
+    """Columns that may tell rows apart: words, and whole numbers that nobody asked for."""
+    labels: dict[str, Sequence[str]] = {
+        name: words.tolist() for name, words in log.labels.items() if name not in reader.where
+    }
+    not_asked = log.columns.keys() - {*QUANTITIES}
+    if not_asked and reader.asked:
+        not_asked -= {log.name_of(name) for name in reader.asked}
+    whole = [name for name in not_asked if may_be_labels(log.columns[name])]
+    quantities = {*guesses(log).values()} if whole else {}
+    for name in whole:
+        if name not in quantities and name not in reader.where:
+            labels[name] = [f"{value:g}" for value in log.columns[name]]
+    return labels
+
+
+def may_be_labels(values: FloatArray) -> bool:
+    """Tell whether the numbers of a column, shape (n,), are whole and few, as those that name something are."""
+    # most columns of readings show in a few rows that they are none
+    first = values[:_LOOKED_AT]
+    if (first[first == first] % 1).any():  # noqa: PLR0124
+        return False
+    finite = values[np.isfinite(values)]
+    if not finite.size or finite.min() == finite.max() or (finite % 1).any():
+        return False
+    return np.unique(finite).size <= min(_MOST_LABELS, finite.size // 2)
+
+
+_LOOKED_AT = 16
+
+
+def _readings_of(log: Log, reader: Reader, labels: Collection[str]) -> list[str]:
+    """Columns of readings: those asked for, those that their names tell, or all but labels and times."""
+    quantities = guesses(log)
+    time = quantities.get("time", "")
+    asked = {log.name_of(name) for name in reader.asked or ()}
+    for chosen in (asked, {*quantities.values()}, {*log.columns}):
+        if names := [name for name in log.columns if name in chosen - {*labels, time}]:
+            return names
+    return []
+
+
+# --- Units in the cells of a column
+
+
+def _with_units_of_rows(log: Log, labels: Mapping[str, Sequence[str]]) -> Log:
+    """Give a column the unit that stands beside it in each row, and refuse units that change."""
+    units = dict(log.units)
+    unread = dict(log.unread)
+    for name in log.labels:
+        words = [word for word in dict.fromkeys(labels.get(name, ())) if word]
+        stated = [unit_word(word) for word in words]
+        if not words or not all(unit in CHAIN_UNITS for unit in stated):
+            continue
+        if len({*stated}) > 1:
+            listed = ", ".join(map(repr, words))
+            text = (
+                f"{log.path}: the unit in the column {name} changes from row to row: {listed}; allowed: one unit in a log; "
+                f"`where: {{{name}: {words[0]}}}` in the config takes the rows of one"
+            )
+            raise LogError("unit_changes", text, log.rows)
+        column = _column_of_unit(log, name, stated[0])
+        if units.get(column, stated[0]) not in ("", stated[0]):
+            text = (
+                f"{log.path}: the header says that {column} is in {units[column]}, the column {name} beside it {words[0]!r}; "
+                "allowed: one unit: mend the header, or leave out the wrong column"
+            )
+            raise LogError("unit_changes", text, log.rows)
+        if column in units:
+            units[column] = stated[0]
+        unread.pop(name, None)
+    return replace(log, units=units, unread=unread)
+
+
+def _column_of_unit(log: Log, name: str, unit: str) -> str:
+    """Column beside which a column of units stands: the nearest one whose name allows the unit."""
+    at = log.places.index(name)
+    candidates = [
+        (place > at, abs(place - at), column)
+        for place, column in enumerate(log.places)
+        if column not in log.labels and guess(column, unit) == guess(column, "")
+    ]
+    # a unit follows its number, and goes before it only where nothing else does
+    return min(candidates, default=(False, 0, ""))[2]
+
+
+# --- A header that stands there again
+
+
+class HeaderChange(NamedTuple):
+    """A line in the table that names its columns otherwise than the header does; `line`: data line, from 1."""
+
+    line: int
+    changes: list[str]
+
+    def sentence(self, path: Path) -> str:
+        """Say what changes, and the cure."""
+        return (
+            f"{path}: the header stands again in data line {self.line} and says something else: {'; '.join(self.changes)}; "
+            "allowed: the same columns and units in the whole log: cut the file there"
+        )
+
+
+_FEWEST_NAMES = 2
+"""Cells that are names of quantities in a line that is a header, at least."""
+
+
+def changed_header(
+    cells: Sequence[str], names: Sequence[str], units: Sequence[str], wanted: Collection[int]
+) -> list[str]:
+    """Compare a line of words in a table with its header.
+
+    Parameters
+    ----------
+    cells : sequence of str
+        Of the line.
+    names, units : sequence of str
+        Of the header, for each column.
+    wanted : collection of int
+        Places of the columns that are read.
+
+    Returns
+    -------
+    list of str
+        What a wanted column is called there; empty where that is the same, or where the line is no header.
+    """
+    if len(cells) < len(names):
+        return []
+    if is_units_row(cells, len(names)):
+        stated_names, stated_units = list(names), [unit_word(cell) for cell in cells]
+    else:
+        again, stated_units = names_and_units(cells[: len(names)])
+        stated_names = list(again)
+        same_names = len({*stated_names} & {*names})
+        quantities = sum(bool(_quantity(name)) for name in stated_names)
+        if same_names * 2 < len(names) and quantities < _FEWEST_NAMES:
+            return []
+    return [*_changes(stated_names, stated_units, names, units, wanted)]
+
+
+def _changes(
+    stated_names: Sequence[str],
+    stated_units: Sequence[str],
+    names: Sequence[str],
+    units: Sequence[str],
+    wanted: Collection[int],
+) -> Iterator[str]:
+    for place in sorted(wanted):
+        name, unit, again, unit_again = (
+            row[place] for row in (names, units, stated_names, stated_units)
+        )
+        same_name = again.casefold() == name.casefold() or (
+            _quantity(again) == _quantity(name) != ""
+        )
+        if not same_name:
+            yield f"column {place + 1} is {again!r}, and {name!r} above"
+        elif unit_again and unit_again != unit:
+            yield f"{name!r} is in {unit_again}, and in {unit or 'no unit'} above"
+
+
+def _quantity(name: str) -> str:
+    return guess(name, "")

@@ -1,0 +1,186 @@
+"""What stands beside the numbers of a log is heeded: units in cells, a header that stands there again, attributes."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from refusals import refused
+
+from rftfit.campaign.config import TextFormat
+from rftfit.logs.arrays import ArraysReader
+from rftfit.logs.delimited import DelimitedReader
+from rftfit.logs.tabular import XlsxReader
+
+ROWS = 60
+COMMAS: dict[str, Any] = {"delimiter": ","}
+
+
+def log_of(path, header, rows):
+    """Write lines of cells below a header."""
+    path.write_text("\n".join([header, *rows, ""]), encoding="utf-8")
+    return path
+
+
+def reader(**text):
+    return DelimitedReader(TextFormat(**COMMAS | text)).only({"Time", "Load", "z"})
+
+
+def test_a_unit_in_each_row_is_that_of_the_column_before_it(tmp_path):
+    rows = [f"{row / 50},{row / 3:.3f},lbF,{row}" for row in range(ROWS)]
+    log = reader().load(log_of(tmp_path / "log.csv", "Time (s),Load,Units,z (mm)", rows))
+    assert log.units == {"Time": "s", "Load": "lbf", "z": "mm"}
+
+
+def test_a_unit_that_changes_from_row_to_row_is_refused_until_the_config_chooses(tmp_path):
+    rows = [f"{row / 50},{row},{'mN' if row < 40 else 'N'},{row}" for row in range(ROWS)]
+    path = log_of(tmp_path / "log.csv", "Time (s),Load,Unit,z (mm)", rows)
+    refused(reader(), path, "unit_changes", " Unit ", "'mN', 'N'")
+    log = reader().of_source({"Unit": ("N",)}).load(path)
+    assert log.columns["Load"].tolist() == [*range(40, ROWS)]
+
+
+def test_a_unit_in_rows_that_contradicts_the_header_is_refused(tmp_path):
+    rows = [f"{row / 50},{row},kgf,{row}" for row in range(ROWS)]
+    path = log_of(tmp_path / "log.csv", "Time (s),Load (N),Unit,z (mm)", rows)
+    refused(reader(), path, "unit_changes", " Load ", "'kgf'")
+
+
+HEADER = "Time (s),Load (N),z (mm),T (C)"
+
+
+@pytest.mark.parametrize(
+    ("again", "changes"),
+    [
+        (HEADER, ""),
+        ("Time (s),Load (N),z (mm),T (F)", ""),
+        ("a remark,on,what,follows", ""),
+        ("Time (s),Load (kgf),z (mm),T (C)", "'Load'"),
+        ("Time (s),z (mm),Load (N),T (C)", "column 2"),
+        ("Zeit (s),Weg (mm),Kraft (N),T (C)", "column 2"),
+    ],
+    ids=["same", "of a column not read", "remark", "unit", "exchanged", "exchanged, other words"],
+)
+def test_a_header_that_stands_there_again_is_compared_with_the_first(tmp_path, again, changes):
+    rows = [f"{row / 50},{row}.5,{row},20.{row}" for row in range(ROWS)]
+    path = log_of(tmp_path / "log.csv", HEADER, [*rows[:40], again, *rows[40:]])
+    if changes:
+        refused(reader(), path, "header_changes", " 41 ", changes)
+    else:
+        assert reader().load(path).size == ROWS
+
+
+def test_a_header_that_stands_there_again_in_a_workbook(tmp_path):
+    import pandas as pd
+
+    head = HEADER.split(",")
+    rows = [[row / 50, row, -row, 20.0] for row in range(ROWS)]
+    table = pd.DataFrame([*rows, ["Time (s)", "Load (kN)", "z (mm)", "T (C)"], *rows], columns=head)
+    table.to_excel(tmp_path / "log.xlsx", index=False)
+    only = XlsxReader().only({"Time", "Load", "z"})
+    refused(only, tmp_path / "log.xlsx", "header_changes", "'Load'", "kN")
+
+
+def hdf5_log(path, force, **attributes):
+    h5py = pytest.importorskip("h5py")
+    with h5py.File(path, "w") as file:
+        file["t"] = np.arange(force.size) / 50
+        file["force"] = force
+        for name, value in attributes.items():
+            file["force"].attrs[name] = value
+    return path
+
+
+@pytest.mark.parametrize(
+    "attributes", [{"gain": 0.5}, {"Skalierung": 2.0}, {"zero_offset": -3.0}, {"N_per_count": 0.01}]
+)
+def test_a_scaling_in_words_of_a_lab_is_named(tmp_path, attributes):
+    path = hdf5_log(tmp_path / "log.h5", np.arange(50.0), **attributes)
+    assert next(iter(attributes)) in ArraysReader().load(path).unapplied["force"]
+
+
+@pytest.mark.parametrize("attributes", [{"gain": 1.0}, {"offset": 0.0}, {"serial": 1234}, {}])
+def test_an_attribute_that_scales_nothing_is_no_scaling(tmp_path, attributes):
+    path = hdf5_log(tmp_path / "log.h5", np.arange(50.0), **attributes)
+    assert not ArraysReader().load(path).unapplied
+
+
+@pytest.mark.parametrize(
+    "attributes",
+    [
+        {"valid_range": [-10.0, 120.0]},
+        {"valid_min": -10.0},
+        {"valid_min": -10.0, "valid_max": 99.0},
+    ],
+)
+def test_values_outside_the_valid_range_are_no_values(tmp_path, attributes):
+    force = np.arange(50.0)
+    force[20:25] = -20
+    log = ArraysReader().only({"t", "force"}).load(hdf5_log(tmp_path / "l.h5", force, **attributes))
+    assert log.size == 45
+    assert sum(log.dropped.values()) == 5
+
+
+def test_whole_numbers_that_the_file_calls_unsigned_have_no_sign(tmp_path):
+    force = np.arange(50, dtype=np.int16) - 25
+    log = ArraysReader().load(hdf5_log(tmp_path / "log.h5", force, _Unsigned="true"))
+    assert log.columns["force"].min() == 0
+    assert log.columns["force"][0] == 2**16 - 25
+
+
+def test_a_list_of_names_and_units_is_that_of_the_columns_of_a_table(tmp_path):
+    h5py = pytest.importorskip("h5py")
+    with h5py.File(tmp_path / "log.h5", "w") as file:
+        file["data"] = np.arange(150.0).reshape(50, 3)
+        file["data"].attrs["columns"] = ["time", "Fz", "z"]
+        file["data"].attrs["units"] = ["s", "N", "mm"]
+    log = ArraysReader().load(tmp_path / "log.h5")
+    assert log.units == {"data.time": "s", "data.Fz": "N", "data.z": "mm"}
+
+
+@pytest.mark.parametrize(
+    ("write", "text"),
+    [
+        (lambda number: f"{abs(number):.2f}-" if number < 0 else f"{number:.2f}", {}),
+        (lambda number: f"({abs(number):.2f})" if number < 0 else f"{number:.2f}", {}),
+        (lambda number: f"{number:.4E}".replace("E", "D"), {}),
+        (lambda number: f'="{number:.2f}"', {}),
+        (lambda number: f"{number:,.0f}".replace(",", "."), {"delimiter": ";", "decimal": ","}),
+    ],
+    ids=["minus behind", "brackets", "Fortran", "text of Excel", "thousands without decimals"],
+)
+def test_numbers_in_other_spellings_are_numbers(tmp_path, write, text):
+    values = np.round(np.linspace(-30000, 30000, 200))
+    delimiter = text.get("delimiter", ",")
+    rows = [f"{row}{delimiter}{write(value)}" for row, value in enumerate(values)]
+    path = log_of(tmp_path / "log.csv", f"Time (s){delimiter}Load (N)", rows)
+    log = DelimitedReader(TextFormat(**COMMAS | text)).only({"Time", "Load"}).load(path)
+    np.testing.assert_allclose(log.columns["Load"], values)
+
+
+def test_points_of_decimals_beside_a_decimal_comma_are_no_thousands(tmp_path):
+    rows = [f"{row / 50:.3f};{row},5" for row in range(200)]
+    path = log_of(tmp_path / "log.csv", "Time (s);Load (N)", rows)
+    only = DelimitedReader(TextFormat(delimiter=";", decimal=",")).only({"Time", "Load"})
+    refused(only, path, "columns", "'Time'")
+
+
+def test_names_with_line_breaks(tmp_path):
+    rows = [f"{row / 50},{row}" for row in range(ROWS)]
+    path = log_of(tmp_path / "log.csv", '"Time\n[s]","Load\n[N]"', rows)
+    log = DelimitedReader(TextFormat(**COMMAS)).load(path)
+    assert log.units == {"Time": "s", "Load": "N"}
+    assert log.size == ROWS
+
+
+def test_rows_of_several_widths_are_those_of_the_chosen_source(tmp_path):
+    rows = [f"F,{row},1,2,{row}" if row % 3 else f"P,{row},7,{row}" for row in range(90)]
+    (tmp_path / "log.csv").write_text("\n".join([*rows, ""]), encoding="utf-8")
+    plain = DelimitedReader(TextFormat(delimiter=",", names=False))
+    sizes = {
+        word: plain.of_source({"column 1": (word,)})
+        .only({"column 2"})
+        .load(tmp_path / "log.csv")
+        .size
+        for word in "FP"
+    }
+    assert sizes == {"F": 60, "P": 30}
