@@ -221,10 +221,6 @@ _BESIDE = {"pair": "other run of its direction"}
 """Words for what a run is compared with, where they are not those of the table."""
 
 
-SINGLE_RUNS = "repeats-single"
-"""Code of runs that agree where no direction was pushed twice: they are compared with the shape of known media alone."""
-
-
 @declare_check(
     "repeats",
     title="repeats",
@@ -241,7 +237,7 @@ SINGLE_RUNS = "repeats-single"
             "{found} ({values} N/cm^3; {rows}): look at the medium, the unit, the angles and the logs of these runs. They "
             "are used; exclude what is a mistake.",
         ),
-        SINGLE_RUNS: Words(
+        "repeats-single": Words(
             "none of {size} runs differs from the map of all others; no direction was pushed twice",
             "no run differs; a difference below {median:.0%} of the largest alpha (median; at most {most:.0%}) is not "
             "detected",
@@ -267,7 +263,8 @@ def check_repeats(measured: MediumMeasurements) -> Check:
     seen_from = repeated_runs["seen_from_ratio"]
     if apart.empty and seen_from.median() > _BLIND:
         return Check.skip("repeats", "repeats-blind", median=seen_from.median())
-    code = SINGLE_RUNS if apart.empty and (repeated_runs["beside"] == MAP).all() else "repeats"
+    are_single = (repeated_runs["beside"] == MAP).all()
+    code = "repeats-single" if apart.empty and are_single else "repeats"
     of_runs = zip(apart["run_id"].astype(str), apart["beside"], apart["times_spread"], strict=True)
     return Check.judge(
         "repeats",

@@ -19,9 +19,6 @@ from rftfit.checks.declared import (
 from rftfit.measure.flags import Remark, format_remarks, remark
 from rftfit.measure.verdict_words import DOUBTFUL, PULLS, UNUSABLE
 
-PULLS_OPEN = "axes-pulls-open"
-"""Code of axes that are as given, where the sign of beta in pulls is not told."""
-
 CLEAR = 4.0
 """Log of the Bayes factor from which axes are told from one another."""
 
@@ -59,7 +56,7 @@ def told_axes(measured: MediumMeasurements) -> Remark | None:
             "beta as given explains alpha of pulls at least as well",
             "beta of pulls has the wrong sign ({found}): look at beta_deg of runs with a negative gamma_deg.",
         ),
-        PULLS_OPEN: Words(
+        "axes-pulls-open": Words(
             "the given axes explain alpha at least 10^{power:.0f} times better than any others; whether beta of pulls has the "
             "right sign these directions do not tell",
             "at least 55 times better than any others",
@@ -89,7 +86,7 @@ def check_axes(measured: MediumMeasurements) -> Check:
     if for_pulls > CLEAR:
         return Check.judge("axes", False, code="axes-pulls", power=for_pulls / math.log(10))
     power = -other_axes[best] / math.log(10)
-    code = PULLS_OPEN if for_pulls > -CLEAR else "axes"
+    code = "axes-pulls-open" if for_pulls > -CLEAR else "axes"
     return Check.judge("axes", True, code=code, power=power)
 
 

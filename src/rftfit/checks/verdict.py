@@ -8,12 +8,10 @@ import pandas as pd
 
 from rftfit.checks.declared import CHECKS
 from rftfit.checks.medium import faults_of
-from rftfit.checks.runs import SINGLE_RUNS
-from rftfit.checks.shared import PULLS_OPEN
 from rftfit.measure.flags import remark
 from rftfit.measure.verdict_words import ACCEPTED, DOUBTFUL, FAILED, NOT_CHECKED, SOUND, UNUSABLE
 
-_OPEN_QUESTIONS = {SINGLE_RUNS: "single-runs", PULLS_OPEN: "pulls-open"}
+_OPEN_QUESTIONS = {"repeats-single": "single-runs", "axes-pulls-open": "pulls-open"}
 """Codes of checks that pass and leave something open, and the words for it."""
 
 
