@@ -227,6 +227,10 @@ def test_a_stated_time_in_other_units_is_converted(tmp_path):
     (survey,), proposed = inspected(path)
     assert [column.values for column in survey.columns] == [40, 40, 38]
     assert "attributes that are not applied: gain 7" in survey.notes[0]
+    with pytest.raises(LogError, match="gain 7, which is not applied: add `factor:`"):
+        read_by(path, proposed)
+    with h5py.File(path, "a") as file:
+        del file["z"].attrs["gain"]
     logs = read_by(path, proposed)
     assert_allclose(logs["force_log"].columns["time"], np.arange(40) / 50)
     assert_allclose(logs["force_log"].columns["F3"], np.arange(40))

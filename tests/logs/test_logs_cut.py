@@ -76,9 +76,10 @@ def check_cut(foreign_log, full, stop, place):
     assert log.size - complete in (0, 1)
     assert set(log.dropped) <= {CUT}
     assert log.rows - log.size in (0, 1)
-    if log.size:
-        for name, values in full.columns.items():
-            assert_array_equal(log.columns[name], values[: log.size])
+    for name, values in full.columns.items() if log.size else ():
+        # nothing tells whether the last number of a line without an end lacks its last digits
+        told = complete if name == foreign_log.raw[-1] else log.size
+        assert_array_equal(log.columns[name][:told], values[:told])
 
 
 @pytest.mark.parametrize("name", NAMES)

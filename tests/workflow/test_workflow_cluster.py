@@ -28,7 +28,7 @@ def folder(tmp_path_factory):
 
 def test_every_rule_has_a_place(profile, folder):
     rules = set(folder.snakemake("--list-rules").stdout.split())
-    assert rules == {*RULES, "stage", "all"}
+    assert rules == {*RULES, "stage", "all", "printed"}
     assert {*RULES} == set(profile["groups"])
     assert set(profile["set-resources"]) <= rules
     assert set(profile["groups"].values()) == set(profile["group-components"])
