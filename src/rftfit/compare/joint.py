@@ -430,8 +430,9 @@ class JointModel:
         most = np.array([KINDS[cause.kind].most for cause in causes])
         families = np.array([_FAMILY.get(cause.group, "labels") for cause in causes])
         sensible = (se < 50 * tolerated) & ((effects**2).sum(axis=0) > 0)
-        is_turn = [cause.kind in _CHOSEN.tolerated_of_all for cause in causes]
-        limit = np.where(is_turn, _CHOSEN.limit_of_turn, _CHOSEN.limit_of_all)
+        limit = np.array(
+            [_CHOSEN.limit_of.get(cause.kind, _CHOSEN.limit_of_all) for cause in causes]
+        )
         dof = max(self.runs.size - self.directions.shape[1], self.runs.size / 2, 8.0)
         for family in ("order", "labels"):
             members = sensible & (families == family)
