@@ -133,11 +133,6 @@ def crosstalk(alpha, gamma):
     return np.stack([alpha[0], alpha[1] + 0.1 * side * alpha[0]])
 
 
-def crosstalk_of_x(alpha, gamma):
-    side = np.where(gamma < 0, -1, 1)
-    return np.stack([alpha[0] + 0.3 * side * alpha[1], alpha[1]])
-
-
 def gain_between(alpha, _):
     """Another gain in the middle third."""
     count = alpha.shape[1]
@@ -149,7 +144,6 @@ def gain_between(alpha, _):
     ("fault", "kinds", "groups", "size"),
     [
         (gain_between, {"gain"}, {"window"}, 0.4),
-        (crosstalk_of_x, {"crosstalk-z"}, {"all"}, 0.3),
         (gain_step, {"gain"}, {"from-run"}, 0.4),
         # a step in the middle is hardly told from a trend
         (turn_step, {"turn"}, {"from-run", "trend"}, 6),

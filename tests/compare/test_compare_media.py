@@ -49,6 +49,26 @@ def test_published_media_differ_in_shape():
     assert (compare_published()["shape_p"] < 1e-10).all()
 
 
+@pytest.mark.parametrize("ratio", [1.0, 1.2])
+def test_repeats_that_agree_exactly_are_compared(ratio):
+    """Nothing that their logs do not explain scatters, and nothing is divided by it."""
+    a, b = sides(ratio)
+    same = [
+        replace(
+            side,
+            runs=side.runs.assign(
+                **side.runs.groupby(["beta_deg", "gamma_deg"])[ALPHA].transform("first")
+            ),
+        )
+        for side in (a, b)
+    ]
+    identical = replace(b, runs=same[0].runs.assign(**ratio * same[0].runs[ALPHA]))
+    comparison = compare_run_sets(same[0], identical)
+    assert comparison.ratio == pytest.approx(ratio, rel=1e-4)
+    assert comparison.scatter_along == 0
+    assert (comparison.size_p < 0.05) == (ratio != 1)
+
+
 def test_b_against_a_is_the_inverse():
     a, b = sides(1.3)
     a_to_b, b_to_a = compare_run_sets(a, b), compare_run_sets(b, a)

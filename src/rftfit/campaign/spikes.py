@@ -257,7 +257,7 @@ _USUAL_SHARE = 0.9
 # --- Steps that stay
 
 
-class Step(NamedTuple):
+class LastingStep(NamedTuple):
     """A jump from the reading before `row` to that in it, which stays; `size` in the unit of the readings."""
 
     row: int
@@ -273,7 +273,7 @@ _MOST_JUMPS = 200
 """Jumps beyond which they are what the readings usually do."""
 
 
-def find_steps(values: FloatArray, rows: int) -> list[Step]:
+def find_steps(values: FloatArray, rows: int) -> list[LastingStep]:
     """Find jumps after which readings go on beside their trend of before.
 
     Parameters
@@ -285,7 +285,7 @@ def find_steps(values: FloatArray, rows: int) -> list[Step]:
 
     Returns
     -------
-    list of Step
+    list of LastingStep
         In the order of time.
     """
     change = np.diff(values)
@@ -311,7 +311,7 @@ def find_steps(values: FloatArray, rows: int) -> list[Step]:
             continue
         gap = _start_of_line(after) - _start_of_line(before[::-1], beyond=1.0)
         if _STAYING[0] < gap / change[jump] < _STAYING[1]:
-            steps.append(Step(jump + 1, float(gap)))
+            steps.append(LastingStep(jump + 1, float(gap)))
     return steps
 
 

@@ -80,11 +80,11 @@ def check_axes(measured: MediumMeasurements) -> Check:
         return Check.judge(
             "axes", False, code="axes-others", axes=likelier_axes, power=power, where=where_to_look
         )
+    if for_pulls > CLEAR:
+        return Check.judge("axes", False, code="axes-pulls", power=for_pulls / math.log(10))
     open_axes = [remark(f"axes-{name}") for name in other_axes if other_axes[name] > -CLEAR]
     if open_axes:
         return Check.skip("axes", "axes-open", axes=format_remarks(open_axes))
-    if for_pulls > CLEAR:
-        return Check.judge("axes", False, code="axes-pulls", power=for_pulls / math.log(10))
     power = -other_axes[best] / math.log(10)
     code = "axes-pulls-open" if for_pulls > -CLEAR else "axes"
     return Check.judge("axes", True, code=code, power=power)
@@ -121,9 +121,7 @@ def check_shared(measured: MediumMeasurements) -> Check:
     is_told = causes["verdict"] == "told"
     if "symmetry" in measured.medium.accept:
         # a turned mount is what the config accepts
-        is_told &= ~(
-            (causes["group"] == "all") & causes["kind"].isin(["turn", "crosstalk", "crosstalk-z"])
-        )
+        is_told &= ~((causes["group"] == "all") & causes["kind"].isin(["turn", "crosstalk"]))
     told_causes = causes[is_told].to_dict("records")
     if told_causes:
         words = [_describe_told(row, measured) for row in told_causes]

@@ -9,7 +9,7 @@ floor, so that weak directions do not dominate.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -26,6 +26,7 @@ from rftfit.measure.repeats import (
     Repeats,
     RunScatter,
     joined,
+    level_of_floors,
     scatter_of_repeats,
     unit_vectors,
     usual_scatter,
@@ -245,17 +246,20 @@ def compare_run_sets(a: RunSet, b: RunSet, confidence: float = 0.95) -> Comparis
         scatter_along=scatter_along,
         scatter_across=scatter_across,
         explained_by=scatter.relative()[0] * math.sqrt(max(shape.squares / shape.k, 1.0)),
-        notes=tuple(_notes((a, b), (means_a, means_b), repeats_of_sides)),
+        notes=tuple(_notes((a, b), (means_a, means_b), by_side)),
         assumed=not all(repeats_of_sides),
         confidence=confidence,
     )
 
 
 def _notes(
-    sides: tuple[RunSet, RunSet], means: tuple[_Means, _Means], dof: Sequence[float]
+    sides: tuple[RunSet, RunSet],
+    means: tuple[_Means, _Means],
+    scatters: tuple[RunScatter, RunScatter],
 ) -> Iterator[str]:
-    """Yield what limits the comparison. `dof`: Degrees of freedom of the repeats of each side."""
+    """Yield what limits the comparison."""
     a, b = sides
+    dof = [float(side.repeats.dof.sum()) for side in means]
     if not any(dof):
         yield (
             f"no direction was pushed twice: the scatter of single runs is assumed, {100 * PRIOR_ALONG:g} % along "
@@ -266,8 +270,11 @@ def _notes(
         yield f"{alone[1].name} has no repeats: its runs are taken to scatter as those of {alone[0].name}"
     elif sum(dof) < 2 * _CHOSEN.prior_dof:
         yield f"only {sum(dof):g} degrees of freedom show the scatter of single runs"
-    if min(dof) >= _CHOSEN.prior_dof:
-        squares = [scatter_of_repeats(side.repeats).relative()[0] ** 2 for side in means]
+    squares = [
+        _relative_square(side.repeats, scatter)
+        for side, scatter in zip(means, scatters, strict=True)
+    ]
+    if min(dof) >= _CHOSEN.prior_dof and min(squares) > 0:
         p = 2 * min(
             _f_p(squares[1] / squares[0], dof[1], dof[0]),
             _f_p(squares[0] / squares[1], dof[0], dof[1]),
@@ -285,6 +292,13 @@ def _notes(
                 f"fitted to {deepest[0]:.3g} cm in {a.name} and to {deepest[1]:.3g} cm in {b.name}: where stress is no "
                 "line, this alone makes them differ"
             )
+
+
+def _relative_square(repeats: Repeats, scatter: RunScatter) -> float:
+    """Mean square by which repeats differ along their force, noise of their logs included, relative to it; 0 without any."""
+    level = scatter.weight @ level_of_floors(repeats.size, repeats.largest)
+    dof = float(repeats.dof.sum())
+    return float((repeats.along / level).sum()) / dof if dof else 0.0
 
 
 # --- Directions

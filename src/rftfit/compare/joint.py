@@ -366,7 +366,6 @@ class JointModel:
         tilted = np.where(np.abs(runs.beta_deg) < 89, 1.0, 0.0)
         add(ALL, "", "turn", every, turned)
         add(ALL, "", "crosstalk", every, np.stack([0 * alpha[0], side * alpha[0]]))
-        add(ALL, "", "crosstalk-z", every, np.stack([side * alpha[1], 0 * alpha[1]]))
         add(ALL, "", "beta-scale", tilted, runs.beta_deg * tilted * self.by_beta)
         add(ALL, "", "beta-offset", every, side * self.by_beta)
         add(ALL, "", "gamma-offset", np.where(slanted, 1.0, 0.0), slanted * side * self.by_gamma)
@@ -397,8 +396,6 @@ class JointModel:
             transform[:, 0, 1] = -np.sin(angle)
         elif cause.kind == "crosstalk":
             transform[:, 1, 0] = -size * side
-        elif cause.kind == "crosstalk-z":
-            transform[:, 0, 1] = -size * side
         elif cause.kind == "beta-scale":
             beta = beta * (1 + size * share)
         elif cause.kind == "gamma-offset":

@@ -20,6 +20,7 @@ from rftfit.campaign.spikes import (
 )
 from rftfit.conventions import FloatArray
 from rftfit.logs.base import Log, LogError
+from rftfit.measure.clocks import HOUR_S
 from rftfit.measure.flags import (
     AWAY,
     BACKWARDS,
@@ -251,15 +252,12 @@ def clean(log: Log) -> Log:
     return log.take(forward, BACKWARDS)
 
 
-_HOUR_S = 3600.0
-
-
 def _without_hour_set_back(log: Log) -> Log:
     """Go on with the time of a clock that was set back once by whole hours, as at the end of summer, and note it."""
     time = log.columns["time"]
     steps = np.diff(time)
     back = np.flatnonzero(steps < 0)
-    hour = _HOUR_S / TIME_TO_S.get(log.units.get("time", ""), 1.0)
+    hour = HOUR_S / TIME_TO_S.get(log.units.get("time", ""), 1.0)
     if back.size != 1:
         return log
     place = int(back[0])

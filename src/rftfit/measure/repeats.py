@@ -2,8 +2,8 @@
 
 The force of a run differs from that of its direction along itself, as a bed is looser or denser as a whole, and across, as
 grains differ from patch to patch. Both standard deviations are in proportion to the force, with a floor in weak directions:
-variance along = s^2 (|alpha|^2 + f^2 |alpha|_max^2), and across likewise. Few repeats tell s and hardly f, so all `FLOORS` are
-kept, each with the likelihood that the repeats give it.
+variance along = s^2 (|alpha|^2 + f^2 |alpha|_max^2) / (1 + f^2), and across likewise. Few repeats tell s and hardly f, so all
+`FLOORS` are kept, each with the likelihood that the repeats give it.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ def along_and_across(alpha: FloatArray, variance: FloatArray) -> tuple[float, fl
 
 
 def unit_vectors(force: FloatArray) -> FloatArray:
-    """Directions along a force, shape (2, ...), and across it, shape (2, 2, ...); z where there is no force."""
+    """Unit vectors along a force, shape (2, ...), and across it: shape (2, 2, ...); along z where there is no force."""
     size = np.hypot(*force)
     along = np.where(size > 0, force, np.array([1.0, 0.0]).reshape(2, *[1] * size.ndim))
     along = along / np.where(size > 0, size, 1.0)
@@ -170,11 +170,13 @@ def scatter_of_repeats(
         (repeats.across, repeats.noise_across, repeats.dof * repeats.across_known),
     )
     for way, (squares, noise_variance, dof) in enumerate(ways):
-        shown = dof > 0
+        has_repeats = dof > 0
         for floor in range(FLOORS.size):
-            variance = _SCATTERS[:, None] ** 2 * level[floor, shown] + noise_variance[shown]
+            variance = (
+                _SCATTERS[:, None] ** 2 * level[floor, has_repeats] + noise_variance[has_repeats]
+            )
             variance = np.maximum(variance, _NO_VARIANCE)
-            terms = dof[shown] * np.log(variance) + squares[shown] / variance
+            terms = dof[has_repeats] * np.log(variance) + squares[has_repeats] / variance
             likelihoods = -0.5 * terms.sum(axis=1)
             if prior is not None:
                 usual = (prior.along, prior.across)[way][floor]

@@ -325,8 +325,6 @@ SENTENCES = {
     "told-holder": "plates look {size:+.1f} deg ({low:+.1f} to {high:+.1f}) off the stated beta {where}",
     "told-crosstalk": "the channel along x seems to show {size:+.0%} ({low:+.0%} to {high:+.0%}) of the force along z "
     "{where}",
-    "told-crosstalk-z": "the channel along z seems to show {size:+.0%} ({low:+.0%} to {high:+.0%}) of the force along x "
-    "{where}",
     "told-or": "{told}, or another cause that these runs cannot tell from it ({others})",
     "where-from-run": "from row {row} of the run sheet on ({run} and what follows, {count} runs)",
     "where-window": "from row {row} of the run sheet to row {last_row} ({run} to {last_run}, {count} runs), beside the others",
@@ -348,7 +346,6 @@ SENTENCES = {
     "kind-gamma-offset": "offset of gamma",
     "kind-holder": "one plate holder",
     "kind-crosstalk": "crosstalk",
-    "kind-crosstalk-z": "crosstalk of x onto z",
     "cure-gain": "look at amplifier, plate, moisture and preparation of the bed",
     "cure-gain-x": "look at the channel along x and its amplifier",
     "cure-turn": "look at the mount and at transducer.turn_deg",
@@ -357,13 +354,12 @@ SENTENCES = {
     "cure-gamma-offset": "look at the path of the arm, and at gamma_deg",
     "cure-holder": "look at this plate holder, and at its beta_deg",
     "cure-crosstalk": "look at the calibration matrix of the transducer",
-    "cure-crosstalk-z": "look at the calibration matrix of the transducer",
     "least-gain": "a force that changes by {least:.0%} from one run on",
     "least-turn": "a mount turned by {least:.1f} deg in all runs",
     "single-runs": "no direction was pushed twice: runs are compared with the shape of known media alone",
     "pulls-open": "whether beta of pulls has the right sign these directions do not tell",
     "untold-label": "an area or a gain that scattered runs share and no column of the run sheet names",
-    "untold-holder": "a plate holder that is a few degrees off",
+    "untold-holder": "a plate holder that is a few degrees off, or a share of the force along x in the channel along z",
     "untold-blocks": "a gain that comes and goes within {runs} runs",
     "untold-choice": "runs that were kept for their result, as the highest of several",
     # what a plan of runs can tell

@@ -296,21 +296,21 @@ def wheel(
     rim = radius if rim_cm is None else float(rim_cm)
     # what is wrong with the mesh, its rim or its slips is told before any work
     motions = [
-        roll(rim / 2 if sinkages is None else float(sinkages[place]), float(one_slip), POSES)
-        for place, one_slip in enumerate(slips)
+        roll(rim / 2 if sinkages is None else float(sinkages[place]), float(slip_of_row), POSES)
+        for place, slip_of_row in enumerate(slips)
     ]
     profile = profile_of(medium, partial(has_number, mesh=mesh, friction=friction))
     rolling = _Wheel(profile, mesh, roll, friction, rim)
     errors = _model_errors(profile, mesh, friction, model_error)
     rows = []
-    for place, one_slip in enumerate(slips):
+    for place, slip_of_row in enumerate(slips):
         if sinkages is None:
             assert loads is not None
-            solved = _solve_sinkage(rolling, float(one_slip), float(loads[place]))
+            solved = _solve_sinkage(rolling, float(slip_of_row), float(loads[place]))
         else:
             load = None if loads is None else float(loads[place])
-            solved = _at_sinkage(rolling, float(one_slip), float(sinkages[place]), load)
-        rows.append(_row(solved, float(one_slip), rolling, confidence, errors, radius))
+            solved = _at_sinkage(rolling, float(slip_of_row), float(sinkages[place]), load)
+        rows.append(_row(solved, float(slip_of_row), rolling, confidence, errors, radius))
     given = " and ".join(
         name for name, numbers in (("sinkage", sinkages), ("load", loads)) if numbers is not None
     )
