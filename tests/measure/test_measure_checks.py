@@ -35,7 +35,7 @@ from rftfit.checks.runs import (
     check_size,
     check_steadiness,
 )
-from rftfit.checks.shared import check_shared
+from rftfit.checks.shared import check_axes, check_shared
 from rftfit.checks.surface import check_linearity, check_surface
 from rftfit.compare.peers import compare_runs
 from rftfit.lab.plan import parse_directions
@@ -44,7 +44,7 @@ from rftfit.measure.alpha import column
 from rftfit.measure.flags import Flags, format_remarks, remark
 from rftfit.measure.ledger import RowStatus
 from rftfit.measure.levels import two_clusters
-from rftfit.measure.verdict_words import is_usable
+from rftfit.measure.verdict_words import FAILED, NOT_CHECKED, PASSED, PULLS, is_usable
 from rftfit.model.rft3d import rft3d_profile
 from rftfit.outputs.dictionary import describe_file
 from rftfit.results import open_results
@@ -87,6 +87,28 @@ def axes(table, config=None, evidence=None):
     medium_tables = measured(alpha=table, axes=of_all_runs, config=config)
     checks = [check(medium_tables) for check in (check_work, check_symmetry, check_up_down)]
     return {check.check: spoken(check) for check in checks}
+
+
+@pytest.mark.parametrize(
+    ("evidence", "verdict", "code"),
+    [
+        ({"z-reversed": -9.0}, PASSED, "axes"),
+        ({"z-reversed": -9.0, PULLS: -9.0}, PASSED, "axes"),
+        ({"z-reversed": -9.0, PULLS: 1.0}, PASSED, "axes-pulls-open"),
+        ({"z-reversed": -9.0, PULLS: 9.0}, FAILED, "axes-pulls"),
+        # what is told comes before what is open
+        ({"z-reversed": 1.0, PULLS: 9.0}, FAILED, "axes-pulls"),
+        ({"z-reversed": 1.0, PULLS: 1.0}, NOT_CHECKED, "axes-open"),
+        ({"z-reversed": 9.0, PULLS: 9.0}, FAILED, "axes-others"),
+        ({}, NOT_CHECKED, "axes-no-runs"),
+    ],
+)
+def test_what_the_evidence_says_of_axes_and_of_pulls(evidence, verdict, code):
+    of_all_runs = pd.DataFrame(
+        {"axes": ["as-given", *evidence], "log_bayes_factor": [0.0, *evidence.values()]}
+    )
+    check = spoken(check_axes(measured(axes=of_all_runs)))
+    assert (check.verdict, check.code) == (verdict, code)
 
 
 def spoken(check):
