@@ -59,7 +59,7 @@ def draw_wheel(answer: WheelAnswer, measured: pd.DataFrame | None = None) -> Fig
     entries: dict[str, Any] = {"predicted": style.line("black")}
     percent = f"{100 * answer.confidence:g} %"
     if any(end in answer.table for end in ("drawbar_lo_N", "sinkage_lo_cm")):
-        of_alpha = "of alpha" if answer.slip_sinkage is None else "of alpha and slip sinkage"
+        of_alpha = f"of {answer.interval_of}"
         entries[f"{percent} interval {of_alpha}"] = style.band(_DARK)
     if "drawbar_model_lo_N" in answer.table:
         entries["with the model's own error on wheels"] = style.band(_LIGHT)

@@ -356,7 +356,7 @@ SENTENCES = {
     "cure-crosstalk": "look at the calibration matrix of the transducer",
     "least-gain": "a force that changes by {least:.0%} from one run on",
     "least-turn": "a mount turned by {least:.1f} deg in all runs",
-    "single-runs": "no direction was pushed twice: runs are compared with the shape of known media alone",
+    "single-runs": "single runs: compared with the shape of known media alone",
     "pulls-open": "whether beta of pulls has the right sign these directions do not tell",
     "untold-label": "an area or a gain that scattered runs share and no column of the run sheet names",
     "untold-holder": "a plate holder that is a few degrees off, or a share of the force along x in the channel along z",

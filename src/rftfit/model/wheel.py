@@ -118,6 +118,8 @@ class WheelAnswer:
         Range of alpha over its own value, where the sinkage is solved.
     notes : tuple of str
         What the numbers say of the medium and the load.
+    has_alpha_error : bool
+        Whether an error of alpha is known of the medium, which the intervals then hold.
 
     Examples
     --------
@@ -140,6 +142,19 @@ class WheelAnswer:
     torque_error: float
     slip_sinkage: tuple[float, float] | None
     notes: tuple[str, ...]
+    has_alpha_error: bool = True
+
+    @property
+    def interval_of(self) -> str:
+        """What the intervals without the model's own error hold.
+
+        Returns
+        -------
+        str
+        """
+        held = ["alpha"] * self.has_alpha_error
+        held += ["slip sinkage"] * (self.slip_sinkage is not None)
+        return " and ".join(held)
 
     @property
     def facts(self) -> dict[str, Any]:
@@ -172,10 +187,10 @@ class WheelAnswer:
         list of str
         """
         percent = f"{100 * self.confidence:g} % interval"
-        of_alpha = f"lo, hi: {percent} of alpha"
+        of_alpha = f"lo, hi: {percent} of {self.interval_of}"
         if self.slip_sinkage is not None:
             low, high = self.slip_sinkage
-            of_alpha += f" and of slip sinkage (alpha {low:g} to {high:g} of itself)"
+            of_alpha += f" (alpha {low:g} to {high:g} of itself)"
         lines = [
             f"Mesh: {self.mesh}, rim {self.rim_cm:.4g} cm",
             f"Medium: {self.medium}",
@@ -327,6 +342,7 @@ def wheel(
         *errors,
         _slip_range() if sinkages is None else None,
         tuple(_notes(answer_table, given, profile, errors, rim)),
+        isinstance(profile.spread, Profile),
     )
 
 
