@@ -1,5 +1,6 @@
 """A run that deviates from the others of its medium is found, and sound runs are not flagged."""
 
+import itertools
 import math
 from typing import Any
 
@@ -14,6 +15,7 @@ from rftfit.compare.peers import COLUMNS, compare_runs, may_switch, outlier_diff
 from rftfit.lab.plan import parse_directions
 from rftfit.lab.truth import table_s5
 from rftfit.measure.alpha import column
+from rftfit.measure.errors import spread_of_beds
 
 
 def fits(rows, depth=math.nan):
@@ -277,3 +279,47 @@ def test_a_component_that_one_of_two_lacks_parts_no_pair():
     peers = compare_runs(fits(rows), "poppy_LP")
     assert not peers["apart"].any()
     assert peers["times_spread"][4] == peers["times_spread"][5] < 3
+
+
+def repeated_runs(seed, wrong_factor=1.0):
+    """Alpha of 20 directions made three times in beds that differ by 5 % along the force and 3 % across; one run is wrong."""
+    random = np.random.default_rng(seed)
+    directions = list(itertools.product((-60, -30, 0, 30, 60), (30, 60, 90, -45)))
+    beta, gamma = np.array(directions * 3, dtype=float).T
+    force = np.array([table_s5("glass3mm_CP", *angles) for angles in directions * 3]).T
+    alpha = force * random.normal(1, 0.05, beta.size)
+    alpha += random.normal(0, 0.03, alpha.shape) * np.hypot(*alpha)
+    alpha[:, np.hypot(*alpha).argmax()] *= wrong_factor
+    return beta, gamma, alpha
+
+
+def usual_difference(seed, wrong_factor=1.0):
+    """Median difference of repeats from the others, relative to their size, as `compare_runs` has it."""
+    beta, gamma, alpha = repeated_runs(seed, wrong_factor)
+    peers = compare_runs(fits(list(zip(beta, gamma, *alpha, strict=True))), "m")
+    off = np.hypot(peers["off_z_ratio"], peers["off_x_ratio"]) * np.abs(alpha).max()
+    others = np.hypot(*peers[[f"others_{c}_N_per_cm3" for c in "zx"]].to_numpy().T)
+    return float(np.median(off / np.hypot(others, 0.08 * np.abs(alpha).max())))
+
+
+def scatter_by_likelihood(seed, wrong_factor=1.0):
+    """Scatter of the same runs along and across the force, as intervals of alpha have it."""
+    _, _, alpha = repeated_runs(seed, wrong_factor)
+    by_direction = alpha.reshape(2, 3, -1).transpose(2, 0, 1)
+    errors = np.full((2, 3), 1e-4)
+    scatter = spread_of_beds([(runs, errors) for runs in by_direction]).scatter
+    assert scatter is not None
+    return math.hypot(*scatter.relative())
+
+
+def test_repeats_differ_as_their_scatter_says_and_a_wrong_run_widens_no_limit():
+    """Peers measure the same scatter by a median, since a likelihood takes a wrong run for a wide scatter."""
+    few = range(8)
+    by_median, by_likelihood = (
+        [estimate(seed) for seed in few] for estimate in (usual_difference, scatter_by_likelihood)
+    )
+    assert np.mean(by_median) == pytest.approx(np.mean(by_likelihood), rel=0.1)
+    beside_wrong = [usual_difference(seed, wrong_factor=2.0) for seed in few]
+    assert np.mean(beside_wrong) < 1.05 * np.mean(by_median)
+    widened = [scatter_by_likelihood(seed, wrong_factor=2.0) for seed in few]
+    assert np.mean(widened) > 1.5 * np.mean(by_likelihood)
