@@ -14,7 +14,7 @@ MOVED := $(shell [ -x $(BIN)/python ] && [ "$$(cat $(STAMP) 2>/dev/null)" = "$$(
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help env run sweep test golden pages timegate lint docs stranger gallery lock clean release mutants statistics matrix wheel coverage fuzz killed fulldisk samebytes cluster largelogs links accessible reliability disturbed intervals curved laws shared axes pairs compressed compare readings beside strokes contacts wheels mutations reallogs labs benchmark scale FORCE
+.PHONY: help env run sweep test golden pages timegate lint docs stranger gallery lock clean release mutants statistics matrix wheel coverage slow fuzz killed fulldisk samebytes cluster largelogs links accessible reliability disturbed intervals curved laws shared axes pairs compressed compare readings beside strokes contacts wheels mutations reallogs labs benchmark scale FORCE
 
 #@ Every day
 help: ## show this list
@@ -50,7 +50,7 @@ sweep: env ## run the paper's whole sweep of the robot; stop it at will, it goes
 	@$(BIN)/rftfit sweep $(ARGS)
 
 test: env ## run the tests
-	@$(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder -m "not page" $(ARGS)
+	@$(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder -m "not page and not slow" $(ARGS)
 
 golden: env ## make the golden campaigns anew, print each column that changed and rewrite it (ARGS=--check: only print), 2 min
 	@$(BIN)/python tests/golden/rewrite.py $(ARGS)
@@ -96,10 +96,13 @@ release: env ## version, dates and changelog agree before a tag (ARGS=0.2.0: wri
 mutants: $(LINES_TOOL) ## the tests notice small changes of today's code, drawn by ARGS="--seed 20261128", and false columns (... --columns 40)
 	@$(BIN)/python studies/mutants.py $(ARGS)
 
+slow: env ## whole runs that are edited, killed, stopped, linked or made by other labs, 3 min
+	@$(BIN)/python -m pytest -n 2 --dist loadfile -m "slow and not page" $(ARGS)
+
 statistics: env ## tests of statistics hold with all their seeds and examples (make test takes some of them), 4 min
 	@$(BIN)/python -m pytest -n 2 --dist loadfile -m statistics --all-seeds $(ARGS)
 
-matrix: env ## the tests pass with the oldest and the newest version of every package, 20 min (ARGS="-m 'not slow'": 8 min)
+matrix: env ## the tests pass with the oldest and the newest version of every package, 20 min (ARGS="-m 'not page and not slow'": 8 min)
 	@$(BIN)/python studies/versions.py $(ARGS)
 
 wheel: env ## the built wheel works without a clone, make and git: README's commands on a small campaign, 2 min

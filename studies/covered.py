@@ -1,7 +1,7 @@
 """Lines and branches of the program that the tests run, room by room: ``make coverage``.
 
     make coverage                          all tests but the pages of the documentation
-    make coverage ARGS="-m 'not slow'"     words for pytest: a part of the tests
+    make coverage ARGS="-m 'not page and not slow'"     words for pytest: a part of the tests
 
 Processes that tests start are counted, compiled kernels are not. What is never run is a place without
 a test; what is run is not thereby tested: `make mutants` says more.

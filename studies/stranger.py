@@ -29,7 +29,7 @@ def main() -> int:
         clone = Path(folder) / "rftfit"
         subprocess.run(["git", "clone", "--quiet", ROOT, clone], check=True)
         test_files = [] if arguments.all else files_with_shared_data(clone / "tests")
-        pytest_options = ["-n", "2", "--dist", "loadfile", "-m", "not page"]
+        pytest_options = ["-n", "2", "--dist", "loadfile", "-m", "not page and not slow"]
         process = subprocess.run(
             [sys.executable, "-m", "pytest", *pytest_options, *arguments.words, *test_files],
             cwd=clone,

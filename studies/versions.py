@@ -1,8 +1,8 @@
 """The tests with the oldest and the newest version of every package that `pyproject.toml` allows: ``make matrix``.
 
-    make matrix                            the whole suite in both environments
-    make matrix ARGS="-m 'not slow'"       words for pytest: a part of the suite
-    make matrix ARGS="--only oldest"       one environment
+    make matrix                                         the whole suite in both environments
+    make matrix ARGS="-m 'not page and not slow'"       words for pytest: a part of the suite
+    make matrix ARGS="--only oldest"                    one environment
 
 Each lower bound is installed as it is stated, so it must be a version that was published; packages that
 others need are chosen by pip. The environments are kept in `.versions`. The newest Python on the PATH

@@ -76,6 +76,7 @@ def test_whole_run_and_nothing_to_do(rftfit, campaign, fake):
     )
 
 
+@pytest.mark.slow
 def test_dry_run_targets_and_words_for_snakemake(rftfit, campaign, fake):
     (campaign / "raw/paper/yuma/yuma_c_leg_force.csv").unlink()
     output = rftfit(fake, "--dry-run")
@@ -131,6 +132,7 @@ def test_words_that_rftfit_sets_itself(refusal, campaign, fake, word):
     assert not (campaign / ".snakemake").exists()
 
 
+@pytest.mark.slow
 def test_a_lock_that_was_left(rftfit, campaign, fake):
     locks = campaign / ".snakemake" / "locks"
     locks.mkdir(parents=True)
@@ -148,6 +150,7 @@ def test_a_log_that_cannot_be_written(rftfit, campaign, fake):
 
 
 @pytest.mark.skipif(os.name != "posix", reason="signals are POSIX's")
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_stopping_stops_the_children(campaign, number):
     (campaign / "slow.smk").write_text(SLOW)

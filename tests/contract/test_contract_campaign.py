@@ -230,6 +230,7 @@ def run_when_free(folder, name, until_s=20.0):
             time.sleep(0.1)
 
 
+@pytest.mark.slow
 def test_a_killed_run_goes_on_to_the_same_bytes(tmp_path):
     rows = rftfit.published_table("table_s5").query("medium == 'poppy_LP'")
     rows.to_csv(tmp_path / "alpha.csv", index=False)

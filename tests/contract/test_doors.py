@@ -166,7 +166,7 @@ def test_commands_compare_and_export_a_file(command, folder):
 
 
 @pytest.mark.statistics
-@pytest.mark.parametrize("medium", seeds(PAPER_MEDIA, PAPER_MEDIA[1:3]))
+@pytest.mark.parametrize("medium", seeds(PAPER_MEDIA, PAPER_MEDIA[1:2]))
 def test_one_push_has_one_answer(command, medium):
     alpha = round(float(rftfit.published_medium(medium).alpha(0.0, np.pi / 2)[0]), 5)
     sand = rftfit.scale(alpha)

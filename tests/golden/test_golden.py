@@ -42,7 +42,6 @@ def golden_folder(request, tmp_path_factory):
     return folder_of
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", CAMPAIGNS)
 def test_every_column_is_as_expected(name, golden_folder):
     tables = short_tables(golden_folder(name))

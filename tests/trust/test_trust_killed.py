@@ -229,6 +229,7 @@ def rftfit_run(root):
     return subprocess.Popen([sys.executable, "-m", *words], cwd=root, **pipes)
 
 
+@pytest.mark.slow
 def test_a_killed_run_leaves_no_orphan_and_goes_on_by_itself(fake):
     """Both at once: nobody is left to tell the stage, or to clear the lock."""
     from kills import living, working

@@ -25,7 +25,10 @@ from rftfit.workflow.processes import hold_lock, stale_lock
 from rftfit.workflow.snakemake import listen
 from rftfit.workflow.state import guard_written, read_states
 
-pytestmark = pytest.mark.skipif(os.name != "posix", reason="links need no rights on POSIX only")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(os.name != "posix", reason="links need no rights on POSIX only"),
+]
 
 
 @pytest.fixture(scope="module")

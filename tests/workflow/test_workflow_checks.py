@@ -21,6 +21,8 @@ from rftfit.results import open_results
 from rftfit.workflow.records import Recorded
 from rftfit.workflow.state import read_states
 
+pytestmark = pytest.mark.slow
+
 GOOD, BAD, TAKEN = "poppy_CP", "glass3mm_CP", "glass0.3mm_CP"
 """Media: one that passes, one that fails, one that fails and is accepted."""
 WHY = "weighed in 1998 with another scale"
