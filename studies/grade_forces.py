@@ -846,8 +846,8 @@ def wheel_loads(profile: rftfit.Profile, mesh: Any, motion: Any) -> FloatArray:
 
 
 def report_wheels(rows: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
-    """Components inside and rms by axis."""
-    lines = []
+    """Components inside and rms by axis; interval score by axis, over that of the best factor of the interval."""
+    lines, by_axis = [], []
     for case, of_case in rows.groupby("unit", sort=False):
         measured = of_case["measured_N"].to_numpy(float)
         line: Row = {"case": case}
@@ -860,8 +860,37 @@ def report_wheels(rows: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
         for axis, of_axis in of_case.groupby("axis"):
             off = of_axis["value_N"] - of_axis["measured_N"]
             line[f"rms {axis}, N"] = float(np.sqrt((off**2).mean()))
+            for name in ("", "program_"):
+                ratio, factor = score_over_best(of_axis, name)
+                by_axis.append(
+                    {
+                        "case": str(case),
+                        "interval": "by direction, the program's" if name else "one size",
+                        "axis": str(axis),
+                        "score over that of the best factor": f"{ratio:.2f}",
+                        "best factor": f"{factor:.2f}",
+                    }
+                )
         lines.append(line)
-    return [(f"Wheel, model's error {STATED_ERROR}", pd.DataFrame(lines))]
+    return [
+        (f"Wheel, model's error {STATED_ERROR}", pd.DataFrame(lines)),
+        ("Interval score by direction", pd.DataFrame(by_axis)),
+    ]
+
+
+INTERVAL_FACTORS = np.linspace(0.1, 3, 146)
+
+
+def score_over_best(rows: pd.DataFrame, name: str) -> tuple[float, float]:
+    """Interval score over that of the interval times the best factor, and this factor."""
+    value, measured = rows["value_N"].to_numpy(float), rows["measured_N"].to_numpy(float)
+    below, above = (np.abs(rows[f"{name}{end}_N"].to_numpy(float) - value) for end in ("lo", "hi"))
+    scores = [
+        interval_score(value - factor * below, value + factor * above, measured)
+        for factor in (1.0, *INTERVAL_FACTORS)
+    ]
+    best = int(np.argmin(scores[1:]))
+    return scores[0] / scores[1 + best], float(INTERVAL_FACTORS[best])
 
 
 # --- Alpha at the published nodes
