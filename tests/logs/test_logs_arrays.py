@@ -7,9 +7,10 @@ from refusals import refused
 from scipy.io import savemat
 
 from rftfit.logs.arrays import ArraysReader
-from rftfit.logs.base import FINITE, LogError
+from rftfit.logs.base import LogError
 from rftfit.logs.quantities import guesses
 from rftfit.logs.registry import claimants, read_head
+from rftfit.table.parse import FINITE
 
 h5py = pytest.importorskip("h5py")
 

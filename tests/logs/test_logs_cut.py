@@ -16,10 +16,10 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 from seeds import example_count
 
-from rftfit.logs.base import FINITE, Log, LogError
+from rftfit.logs.base import Log, LogError
 from rftfit.logs.labview import OTHER_CHANNELS
 from rftfit.logs.registry import DIALECTS, dialect
-from rftfit.logs.text import CELLS, CUT, NUMBER
+from rftfit.table.parse import CELLS, CUT, FINITE, NUMBER
 
 NAMES = sorted(TEXTS)
 """Dialects of text."""

@@ -8,8 +8,8 @@ from foreign_logs import lvm
 from numpy.testing import assert_allclose, assert_array_equal
 from refusals import refused
 
-from rftfit.logs.base import BLANK
 from rftfit.logs.labview import LvmReader
+from rftfit.table.parse import BLANK
 
 ROWS = 20
 STEP = 0.01 * np.arange(ROWS)

@@ -9,7 +9,7 @@ from shared_data import LOGS, needs
 import rftfit
 from rftfit.logs.quantities import guesses
 from rftfit.logs.registry import claimants, dialect, read_head
-from rftfit.logs.text import GROUPED
+from rftfit.table.parse import GROUPED
 
 pytestmark = needs(LOGS)
 

@@ -15,8 +15,9 @@ from reported import alpha_of, inspected, proposal, read_by, truth
 from shared_data import REPORTED, needs
 
 from rftfit import api
-from rftfit.logs.base import BLANK, LogError
+from rftfit.logs.base import LogError
 from rftfit.logs.inspect import recognised
+from rftfit.table.parse import BLANK
 
 pytestmark = needs(REPORTED)
 

@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 from seeds import example_count
 
 from rftfit.errors import InputError
-from rftfit.logs.base import FINITE, Log, LogError
+from rftfit.logs.base import Log, LogError
 from rftfit.logs.registry import DIALECTS, claimants, dialect, read_head
 from rftfit.logs.rig import RigReader
-from rftfit.logs.text import CELLS, CUT, NUMBER
+from rftfit.table.parse import CELLS, CUT, FINITE, NUMBER
 
 FORCE_HEADER = "time_s,arm_moving,F1_N,F2_N,F3_N"
 MOTION_HEADER = "time_s,x_mm,z_mm,angle_deg"

@@ -21,7 +21,7 @@ from rftfit.logs import blocks, rosbag
 from rftfit.logs.base import LogError
 from rftfit.logs.rosbag import RosBagReader
 from rftfit.logs.rostopic import RostopicReader
-from rftfit.logs.sources import OTHER_SOURCE
+from rftfit.table.parse import OTHER_SOURCE
 
 typesys = pytest.importorskip("rosbags.typesys")
 rosbag1, rosbag2 = pytest.importorskip("rosbags.rosbag1"), pytest.importorskip("rosbags.rosbag2")

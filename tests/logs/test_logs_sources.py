@@ -11,8 +11,9 @@ from seeds import example_count
 from rftfit.campaign.config import TextFormat
 from rftfit.logs.base import LogError
 from rftfit.logs.delimited import DelimitedReader
-from rftfit.logs.sources import OTHER_SOURCE, is_meant, sources_in_turn
+from rftfit.logs.sources import sources_in_turn
 from rftfit.logs.tabular import ParquetReader, XlsxReader
+from rftfit.table.parse import OTHER_SOURCE, is_meant
 
 ROWS = 300
 

@@ -23,8 +23,8 @@ from refusals import refused
 import rftfit
 from rftfit.logs.inspect import recognised, refusal
 from rftfit.logs.registry import dialect, read_head
-from rftfit.logs.stamps import is_stamp, seconds_of, seconds_of_column
-from rftfit.logs.text import NO_TIME, NUMBER
+from rftfit.table.parse import NO_TIME, NUMBER
+from rftfit.table.stamps import is_stamp, seconds_of, seconds_of_column
 
 N = 300
 """Rows of the log."""

@@ -17,12 +17,12 @@ from refusals import refused
 
 import rftfit
 from rftfit.campaign.config import TextFormat
-from rftfit.logs.base import BLANK, NO_VALUE_AT_ALL, LogError
+from rftfit.logs.base import NO_VALUE_AT_ALL, LogError
 from rftfit.logs.delimited import DelimitedReader, encoding_of, guess_text_settings
 from rftfit.logs.quantities import guess
 from rftfit.logs.registry import claimants, dialect, read_head
-from rftfit.logs.text import NUMBER
-from rftfit.logs.units import split_unit
+from rftfit.table.parse import BLANK, NUMBER
+from rftfit.table.units import split_unit
 
 VALUES = np.random.default_rng(3).normal(size=(50, 3)).round(5)
 FRAME = pd.DataFrame(VALUES, columns=["Fx [N]", "Fy (N)", "z_mm"])

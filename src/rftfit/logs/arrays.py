@@ -18,7 +18,9 @@ from rftfit.conventions import FloatArray
 from rftfit.logs import base
 from rftfit.logs.beside import heed_labels, may_be_labels
 from rftfit.logs.mat5 import NoArray, read_mat5
-from rftfit.logs.units import names_and_units, unit_word
+from rftfit.logs.quantities import names_and_units
+from rftfit.table.stamps import ns_to_s
+from rftfit.table.units import unit_word
 
 MOST_ARRAYS = 2000
 """Arrays of a file: each is opened, and takes as long as many rows of one."""
@@ -601,7 +603,7 @@ def _of_array(path: str, value: Any, unit: str = "") -> NamedColumns:
     if array.dtype.kind not in "biufM" or array.size < 2:
         return
     if array.dtype.kind == "M":
-        array, unit = base.ns_to_s(array.astype("datetime64[ns]").astype(np.int64)), "s"
+        array, unit = ns_to_s(array.astype("datetime64[ns]").astype(np.int64)), "s"
     shape = [length for length in array.shape if length > 1]
     if len(shape) == 1:
         yield path or "column 1", ArrayColumn(array.ravel(), unit)

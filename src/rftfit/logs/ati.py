@@ -8,8 +8,10 @@ from collections.abc import Mapping
 import numpy as np
 
 from rftfit.logs.base import LogError, PacketCount, number_or_zero
-from rftfit.logs.text import Kind, Layout, ReadingPlan, TextReader, decode_first_lines, text_head
-from rftfit.logs.units import unique, unit_word
+from rftfit.logs.text import ReadingPlan, TextReader
+from rftfit.table.parse import Kind, Layout
+from rftfit.table.text import decode_first_lines, text_head
+from rftfit.table.units import unique, unit_word
 
 SEQUENCE = "RDT Sequence"
 STATUS = "the transducer reports an error or saturation (status is not 0x0)"

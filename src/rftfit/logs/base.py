@@ -8,7 +8,7 @@ import os
 import re
 import signal
 import sys
-from collections import Counter, deque
+from collections import deque
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Future
 from contextlib import contextmanager
@@ -25,13 +25,11 @@ from rftfit.campaign.config import QUANTITIES
 from rftfit.campaign.problems import escaped
 from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
+from rftfit.table.parse import BLANK, FINITE, add_counts, filled_columns, finite_rows
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
-FINITE = "NaN or infinite"
-BLANK = "no value in a cell"
-"""Why a row is left out."""
 
 NO_VALUE_AT_ALL = "no value in any row"
 """Why a column is not read."""
@@ -292,37 +290,6 @@ def by_number(column: str, names: Collection[str]) -> str:
 _BY_NUMBER = re.compile(r"column ([1-9]\d*)")
 
 
-def add_counts(*counts: Mapping[str, int]) -> dict[str, int]:
-    """Add up counts by reason."""
-    total: Counter[str] = Counter()
-    for count in counts:
-        total.update(count)
-    return dict(total)
-
-
-def finite_rows(columns: Mapping[str, np.ndarray]) -> tuple[np.ndarray, dict[str, int]]:
-    """Tell in which rows all numbers are finite, and how many are not in each column where one is not."""
-    keep = np.ones(next(iter(columns.values())).size, dtype=bool)
-    bad = {}
-    for name, values in columns.items():
-        if values.dtype == float:
-            finite = np.isfinite(values)
-            if lost := int(finite.size - np.count_nonzero(finite)):
-                bad[name] = lost
-                keep &= finite
-    return keep, bad
-
-
-def filled_columns(
-    columns: Mapping[str, np.ndarray], blank: Mapping[str, np.ndarray]
-) -> dict[str, np.ndarray]:
-    """Put a 0 into the blank cells, so that what is NaN here is NaN in the file."""
-    return {
-        name: np.where(blank[name], 0.0, values) if name in blank else values
-        for name, values in columns.items()
-    }
-
-
 def join_blocks(blocks: Iterable[Log]) -> Log:
     """Put the blocks of one file together; there is at least one."""
     parts = list(blocks)
@@ -506,14 +473,6 @@ def number_or_zero(text: str) -> float:
     except ValueError:
         return 0.0
     return number if math.isfinite(number) else 0.0
-
-
-def ns_to_s(stamps: np.ndarray) -> FloatArray:
-    """Turn nanoseconds since 1970 into s; float64 resolves 0.2 microseconds at today's dates."""
-    stamps = np.asarray(stamps, dtype=np.int64)
-    whole = stamps // 10**9
-    seconds: FloatArray = whole + (stamps - whole * 10**9) / 1e9
-    return seconds
 
 
 class PacketCount:

@@ -12,9 +12,9 @@ import numpy as np
 from rftfit.campaign.config import QUANTITIES
 from rftfit.conventions import FloatArray
 from rftfit.logs.base import Log, LogError, Reader
-from rftfit.logs.quantities import guess, guesses
+from rftfit.logs.quantities import guess, guesses, names_and_units
 from rftfit.logs.sources import refuse_several_sources
-from rftfit.logs.units import CHAIN_UNITS, is_units_row, names_and_units, unit_word
+from rftfit.table.units import CHAIN_UNITS, is_units_row, unit_word
 
 
 class LabelledReader(Reader):

@@ -13,27 +13,22 @@ import numpy as np
 
 from rftfit.campaign.config import TextFormat
 from rftfit.logs.base import HEAD_BYTES, by_number
-from rftfit.logs.sources import is_meant, places_of
-from rftfit.logs.stamps import ORDERS, PERIOD_S, RestartingClock, date_order, is_stamp, note_of
-from rftfit.logs.text import (
-    IN_THOUSANDS,
-    NO_VALUE,
-    PLAIN_NUMBER,
-    Kind,
-    Layout,
+from rftfit.logs.quantities import names_and_units
+from rftfit.logs.sources import places_of
+from rftfit.logs.text import ReadingPlan, TextReader
+from rftfit.table.numbers import IN_THOUSANDS, NO_VALUE, PLAIN_NUMBER, plain_number
+from rftfit.table.parse import Kind, Layout, is_meant, rewritten
+from rftfit.table.stamps import ORDERS, PERIOD_S, RestartingClock, date_order, is_stamp, note_of
+from rftfit.table.text import (
     Line,
-    ReadingPlan,
-    TextReader,
     cells_of,
     decode_first_lines,
     decoded,
     each_line,
-    plain_number,
-    rewritten,
     text_head,
     utf16_of,
 )
-from rftfit.logs.units import is_units_row, names_and_units
+from rftfit.table.units import is_units_row
 
 DELIMITER_WORDS = {"\t": "tab", " ": "blank", "|": "bar"}
 """How the config names them."""

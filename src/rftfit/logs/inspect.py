@@ -17,7 +17,7 @@ from rftfit.campaign.files import BAG
 from rftfit.campaign.problems import unknown_word
 from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
-from rftfit.logs.base import NO_VALUE_AT_ALL, Log, LogError, MixedClocksError, Reader, add_counts
+from rftfit.logs.base import NO_VALUE_AT_ALL, Log, LogError, MixedClocksError, Reader
 from rftfit.logs.beside import heed_labels
 from rftfit.logs.delimited import (
     DelimitedReader,
@@ -28,6 +28,7 @@ from rftfit.logs.delimited import (
 from rftfit.logs.quantities import DOWNWARD, MEANING, epoch_unit, guesses
 from rftfit.logs.registry import claimants, dialect, dialects, faults, read_head
 from rftfit.logs.rostopic import ECHO, is_echo
+from rftfit.table.parse import add_counts
 
 GAP_STEPS = 5.0
 """A step longer than this many median steps is shown as a gap."""

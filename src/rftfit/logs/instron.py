@@ -8,8 +8,9 @@ from itertools import pairwise
 
 from rftfit.campaign.config import TextFormat
 from rftfit.logs.delimited import DELIMITER_WORDS, DelimitedReader
-from rftfit.logs.text import Line, ReadingPlan, TextReader, cells_of, decode_first_lines, text_head
-from rftfit.logs.units import is_units_row
+from rftfit.logs.text import ReadingPlan, TextReader
+from rftfit.table.text import Line, cells_of, decode_first_lines, text_head
+from rftfit.table.units import is_units_row
 
 
 class InstronReader(TextReader):

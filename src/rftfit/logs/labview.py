@@ -13,21 +13,12 @@ import numpy as np
 
 from rftfit.campaign.config import QUANTITIES
 from rftfit.logs import base
-from rftfit.logs.text import (
-    MAX_LINE,
-    NO_VALUE,
-    Block,
-    Kind,
-    Layout,
-    Line,
-    ParsedRows,
-    TextFile,
-    decode_first_lines,
-    each_line,
-    parse,
-    text_head,
-)
-from rftfit.logs.units import names_and_units, unit_word
+from rftfit.logs.quantities import names_and_units
+from rftfit.logs.text import MAX_LINE, Block, TextFile
+from rftfit.table.numbers import NO_VALUE
+from rftfit.table.parse import Kind, Layout, ParsedRows, add_counts, parse
+from rftfit.table.text import Line, decode_first_lines, each_line, text_head
+from rftfit.table.units import unit_word
 
 MAGIC = "LabVIEW Measurement"
 OTHER_CHANNELS = "segment with other channels than the first"
@@ -291,7 +282,7 @@ def _log(file: _File, segment: _Segment, rows: ParsedRows) -> base.Log:
     shape = (first.layout, first.units, first.timed)
     if (segment.layout, segment.units, segment.timed) != shape:
         lost = {OTHER_CHANNELS: rows.index.size} if rows.index.size else {}
-        dropped = base.add_counts(rows.dropped, lost)
+        dropped = add_counts(rows.dropped, lost)
         segment, rows = first, replace(parse(first.layout, b""), rows=rows.rows, dropped=dropped)
     columns = _timed(file, segment, rows, begin)
     units = {name: "s" if name == "time" else first.units.get(name, "") for name in columns}

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
+from itertools import zip_longest
 
 import numpy as np
 
 from rftfit.campaign.config import QUANTITIES, UNIT_OF_WEIGHT, UNITS_OF, units_of
 from rftfit.conventions import FloatArray
 from rftfit.logs.base import Log
+from rftfit.table.units import split_unit, unique, unit_word
 
 MEANING = {
     "time": "time",
@@ -262,3 +264,32 @@ def epoch_unit(value: float) -> str:
     """Unit in which a number is a time between 2001 and 2065, counted from 1970; empty: in none."""
     scales = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
     return next((unit for unit, scale in scales.items() if 1e9 < value / scale < 3e9), "")
+
+
+def names_and_units(
+    cells: Iterable[str], below: Iterable[str] = ()
+) -> tuple[tuple[str, ...], list[str]]:
+    """Split the cells of a header into names, each once, and units; a row of units `below` goes first.
+
+    A mass is the unit of a column that its name calls a force.
+    """
+    names: list[str] = []
+    units: list[str] = []
+    for cell, stated in zip_longest(cells, below):
+        if cell is None:
+            break
+        name, unit = split_unit(cell)
+        if not unit:
+            weighed, mass = split_unit(cell, _MASSES)
+            name, unit = (weighed, mass) if mass and _is_force(weighed) else (name, unit)
+        unit = unit or unit_word(stated or "")
+        names.append(name)
+        units.append(UNIT_OF_WEIGHT[unit] if unit in _MASSES and _is_force(name) else unit)
+    return unique(names), units
+
+
+_MASSES = frozenset(UNIT_OF_WEIGHT)
+
+
+def _is_force(name: str) -> bool:
+    return guess(name, "N")[:1] == "F"

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import re
 
-from rftfit.logs.text import Layout, Line, ReadingPlan, TextReader, as_utf8, each_line
+from rftfit.logs.text import ReadingPlan, TextReader
+from rftfit.table.parse import Layout
+from rftfit.table.text import Line, as_utf8, each_line
 
 FORCE_COLUMNS = ("time", "arm_moving", "F1", "F2", "F3")
 MOTION_COLUMNS = ("time", "x", "z", "angle")

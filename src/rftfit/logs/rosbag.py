@@ -18,15 +18,15 @@ from rftfit.logs.base import (
     Log,
     LogError,
     Reader,
-    add_counts,
     library_errors,
     needed_package,
-    ns_to_s,
     on_one_line,
     refuse_large_file,
 )
 from rftfit.logs.blocks import MOST_OF_BLOCK, limit_blocks
-from rftfit.logs.sources import OTHER_SOURCE, is_meant, refuse_several_sources
+from rftfit.logs.sources import refuse_several_sources
+from rftfit.table.parse import OTHER_SOURCE, add_counts, is_meant
+from rftfit.table.stamps import ns_to_s
 
 ROS1, MCAP, SQLITE = b"#ROSBAG V", b"\x89MCAP0\r\n", b"SQLite format 3\x00"
 FOLDER = b"rosbag2_bagfile_information"

@@ -6,17 +6,14 @@ import re
 
 import numpy as np
 
-from rftfit.logs.base import PacketCount, ns_to_s
+from rftfit.logs.base import PacketCount
 from rftfit.logs.delimited import KIND_LINES, looked_at
-from rftfit.logs.text import (
-    NO_VALUE,
-    Layout,
-    ReadingPlan,
-    TextReader,
-    decode_first_lines,
-    text_head,
-)
-from rftfit.logs.units import unique
+from rftfit.logs.text import ReadingPlan, TextReader
+from rftfit.table.numbers import NO_VALUE
+from rftfit.table.parse import Layout
+from rftfit.table.stamps import ns_to_s
+from rftfit.table.text import decode_first_lines, text_head
+from rftfit.table.units import unique
 
 RECEIVED = "received"
 STAMP = "header.stamp"

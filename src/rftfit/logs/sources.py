@@ -13,7 +13,6 @@ from rftfit.campaign.problems import unknown_word
 from rftfit.conventions import FloatArray
 from rftfit.logs.base import LogError
 
-OTHER_SOURCE = "of another source (`where` in the config)"
 _MOST_LISTED = 8
 
 
@@ -194,25 +193,3 @@ def places_of(
         listed = "; ".join(unknown_word("column", name, names) for name in unknown)
         raise LogError("where", f"`where` of the config: {listed}")
     return tuple((names.index(name), words) for name, words in where.items())
-
-
-def is_meant(labels: Sequence[object], allowed: Sequence[str]) -> npt.NDArray[np.bool_]:
-    """Tell the rows whose label is one of those that are allowed; numbers are compared as numbers."""
-    words = {*allowed}
-    numbers = {number for word in allowed if (number := _number(word)) is not None}
-
-    def meant(label: object) -> bool:
-        text = str(label).strip()
-        return text in words or (bool(numbers) and _number(text) in numbers)
-
-    meant_by_label: dict[object, bool] = {}
-    return np.array(
-        [meant_by_label.setdefault(label, meant(label)) for label in labels], dtype=bool
-    )
-
-
-def _number(text: str) -> float | None:
-    try:
-        return float(text)
-    except ValueError:
-        return None

@@ -21,28 +21,30 @@ import numpy as np
 
 from rftfit.conventions import FloatArray
 from rftfit.logs.arrays import MOST_COLUMNS
-from rftfit.logs.base import (
-    BLANK,
-    Log,
-    LogError,
-    add_counts,
-    check_unpacked,
-    library_errors,
-    ns_to_s,
-)
+from rftfit.logs.base import Log, LogError, check_unpacked, library_errors
 from rftfit.logs.beside import HeaderChange, LabelledReader, changed_header, may_be_labels
 from rftfit.logs.delimited import looked_at
-from rftfit.logs.sources import OTHER_SOURCE, is_meant, places_of
-from rftfit.logs.stamps import (
+from rftfit.logs.quantities import names_and_units
+from rftfit.logs.sources import places_of
+from rftfit.table.numbers import NO_VALUE, PLAIN_NUMBER, plain_number
+from rftfit.table.parse import (
+    BLANK,
+    NUMBER,
+    OTHER_SOURCE,
+    add_counts,
+    is_meant,
+    numbers_among_words,
+)
+from rftfit.table.stamps import (
     CLOCK_TIME,
     PERIOD_S,
     RestartingClock,
     is_stamp,
+    ns_to_s,
     of_moment,
     seconds_of,
 )
-from rftfit.logs.text import NO_VALUE, NUMBER, PLAIN_NUMBER, numbers_among_words, plain_number
-from rftfit.logs.units import is_units_row, names_and_units, unit_word
+from rftfit.table.units import is_units_row, unit_word
 
 MOST_ROWS = 1_048_576
 _LEAST_TO_COUNT, _STEP = MOST_ROWS * len("<row/>"), 1 << 20

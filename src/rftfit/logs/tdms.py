@@ -12,7 +12,7 @@ import numpy as np
 
 from rftfit.conventions import FloatArray
 from rftfit.logs import base
-from rftfit.logs.units import unit_word
+from rftfit.table.units import unit_word
 
 CUT = "cut in mid-segment"
 

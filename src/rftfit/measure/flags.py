@@ -11,10 +11,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from rftfit.logs.base import BLANK, FINITE
-from rftfit.logs.sources import OTHER_SOURCE
-from rftfit.logs.text import CELLS, CUT, NUMBER
 from rftfit.measure.sentences import FLAGS, SENTENCES
+from rftfit.table.parse import BLANK, CELLS, CUT, FINITE, NUMBER, OTHER_SOURCE
 
 DUPLICATE = "duplicated row"
 BACKWARDS = "time runs backwards"

@@ -12,9 +12,7 @@ from rftfit.campaign.config import Config
 from rftfit.campaign.sheet import Run
 from rftfit.campaign.spikes import find_plateau, find_steps, may_step
 from rftfit.conventions import FloatArray
-from rftfit.logs.base import BLANK, Log, LogError
-from rftfit.logs.sources import OTHER_SOURCE
-from rftfit.logs.text import OF_CELLS
+from rftfit.logs.base import Log, LogError
 from rftfit.measure import lab_frame
 from rftfit.measure.clocks import ClockFit
 from rftfit.measure.flags import REPEATED, SET_BACK, Refused, Remark, dropped_rows, remark
@@ -25,6 +23,7 @@ from rftfit.measure.samples import PHASES
 from rftfit.measure.session_clocks import SessionClocks, find_clock, flags_of_clock
 from rftfit.measure.strokes import IntruderPath, find_stroke
 from rftfit.measure.surface import Compliance, Surface, place_surface
+from rftfit.table.parse import BLANK, OF_CELLS, OTHER_SOURCE
 
 
 def trace_run(

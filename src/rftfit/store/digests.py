@@ -25,6 +25,7 @@ _SOURCE = (".py", ".toml", ".csv", ".mplstyle", ".html", ".css", ".js")
 ROOMS = (
     "store",
     "reference",
+    "table",
     "campaign",
     "outputs",
     "logs",

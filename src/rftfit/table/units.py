@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from functools import lru_cache
-
-from rftfit.campaign.config import UNIT_OF_WEIGHT
-from rftfit.logs.quantities import guess
 
 _SPELLINGS = {
     "N": "n newton newtons",
@@ -125,8 +122,8 @@ def known_unit(text: str) -> bool:
 
 
 @lru_cache(1024)
-def split_unit(cell: str) -> tuple[str, str]:
-    """Split ``Force [kN]``, ``Force (kN)``, ``force_kN``, ``Force / kN`` into name and unit."""
+def split_unit(cell: str, more: frozenset[str] = frozenset()) -> tuple[str, str]:
+    """Split ``Force [kN]``, ``Force (kN)``, ``force_kN``, ``Force / kN`` into name and unit; `more`: further units."""
     cell = cell.translate(_WIDE).strip().strip('"').strip()
     numbered = _NUMBERED.fullmatch(cell)
     if numbered and known_unit(numbered["unit"]):
@@ -141,13 +138,9 @@ def split_unit(cell: str) -> tuple[str, str]:
     for between in _BETWEEN.finditer(cell):
         name, unit = cell[: between.start()].strip(), cell[between.end() :].strip(" _/,")
         usual = unit_word(unit) in _SPELLINGS or ("/" in unit and known_unit(unit))
-        if name and (usual or (unit in UNIT_OF_WEIGHT and _is_force(name))):
+        if name and (usual or unit in more):
             return name, unit_word(unit)
     return cell, ""
-
-
-def _is_force(name: str) -> bool:
-    return guess(name, "N")[:1] == "F"
 
 
 def is_units_row(cells: Sequence[str], width: int) -> bool:
@@ -174,16 +167,3 @@ def unique(names: list[str]) -> tuple[str, ...]:
         used.add(candidate)
         unique_names.append(candidate)
     return tuple(unique_names)
-
-
-def names_and_units(
-    cells: Iterable[str], below: Iterable[str] = ()
-) -> tuple[tuple[str, ...], list[str]]:
-    """Split the cells of a header into names, each once, and units; a row of units `below` goes first."""
-    split = [split_unit(cell) for cell in cells]
-    units_below = [*map(unit_word, below), *[""] * len(split)]
-    units = [unit or stated for (_, stated), unit in zip(split, units_below, strict=False)]
-    for place, (name, _) in enumerate(split):
-        if units[place] in UNIT_OF_WEIGHT and _is_force(name):
-            units[place] = UNIT_OF_WEIGHT[units[place]]
-    return unique([name for name, _ in split]), units

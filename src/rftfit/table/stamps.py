@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from rftfit.conventions import FloatArray
-from rftfit.logs.base import ns_to_s
 
 NO_ZONE = "time is text without a time zone, taken as UTC"
 CLOCK_TIME = "time is a clock time, in s from midnight; a day is added where it passes midnight"
@@ -263,3 +262,11 @@ class RestartingClock:
         self._last, self._passed = float(times[-1]), float(passed[-1])
         continuous_times: FloatArray = times + passed
         return continuous_times
+
+
+def ns_to_s(stamps: np.ndarray) -> FloatArray:
+    """Turn nanoseconds since 1970 into s; float64 resolves 0.2 microseconds at today's dates."""
+    stamps = np.asarray(stamps, dtype=np.int64)
+    whole = stamps // 10**9
+    seconds: FloatArray = whole + (stamps - whole * 10**9) / 1e9
+    return seconds

@@ -1,0 +1,104 @@
+"""Text of a table: its encoding, its lines, and the cells of a line."""
+
+from __future__ import annotations
+
+import codecs
+import csv
+import re
+from collections.abc import Iterator
+from itertools import islice
+from typing import NamedTuple
+
+_UTF16 = {codecs.BOM_UTF16_LE: "utf-16-le", codecs.BOM_UTF16_BE: "utf-16-be"}
+_LOOKED_AT = 1000
+_LINE_END = re.compile(rb"\r\n|\n|\r")
+
+
+def utf16_of(head: bytes) -> str:
+    """Name the encoding of a file in UTF-16, with a byte order mark or without; empty of any other."""
+    if head[:2] in _UTF16:
+        return _UTF16[head[:2]]
+    sample = head[:_LOOKED_AT]
+    for high, encoding in enumerate(("utf-16-be", "utf-16-le")):
+        # the high bytes of most letters are 0, the low ones never are
+        zeros, end = sample[high::2].count(0), any(e.encode(encoding) in sample for e in "\r\n")
+        if zeros * 4 > len(sample) and not sample[1 - high :: 2].count(0) and end:
+            return encoding
+    return ""
+
+
+def without_byte_order_mark(head: bytes) -> bytes:
+    """Return the beginning of a file behind its byte order mark."""
+    return head[2:] if head[:2] in _UTF16 else head.removeprefix(codecs.BOM_UTF8)
+
+
+def as_utf8(head: bytes) -> bytes:
+    """Return the beginning of a file as `TextFile` shows it."""
+    utf16, head = utf16_of(head), without_byte_order_mark(head)
+    return head.decode(utf16, "ignore").encode() if utf16 else head
+
+
+def text_head(head: bytes) -> bytes:
+    """Return the same, or nothing of a binary file; of a damaged text the lines before its first zero byte."""
+    lines = head
+    if b"\x00" in head and not utf16_of(head):
+        lines, _, _ = head[: head.index(b"\x00")].rpartition(b"\n")
+        if lines.count(b"\n") < _TEXT_LINES:
+            return b""
+        lines += b"\n"
+    text = as_utf8(lines)
+    controls = len(text) - len(text.translate(None, _CONTROLS))
+    return b"" if controls * _FEW_CONTROLS > len(text) else text
+
+
+_TEXT_LINES = 10
+"""A binary file has fewer lines before its first zero byte."""
+_CONTROLS = bytes({*range(32)} - set(b"\t\n\v\f\r\x1a\x1b")) + b"\x7f"
+_FEW_CONTROLS = 50
+"""One in so many bytes of a text, though damaged, may be a control character; of a binary file one in ten is."""
+
+
+class Line(NamedTuple):
+    """One line of the head: its text, where the next one begins, whether it has a line end."""
+
+    text: str
+    stop: int
+    whole: bool
+
+
+def decode_first_lines(head: bytes, most: int = 400, encoding: str = "") -> list[Line]:
+    """Return the first lines of a file; without an encoding UTF-8, or Windows-1252 if it is none."""
+    return list(islice(each_line(head, encoding), most))
+
+
+def each_line(head: bytes, encoding: str = "") -> Iterator[Line]:
+    """Yield the lines of the beginning of a file."""
+    start = 0
+    while start < len(head):
+        end = _LINE_END.search(head, start)
+        stop = end.end() if end else len(head)
+        raw = head[start : end.start() if end else stop]
+        yield Line(decoded(raw, encoding), stop, end is not None)
+        start = stop
+
+
+def decoded(raw: bytes, encoding: str = "") -> str:
+    """Decode names and units; by default UTF-8, or else what Windows programs write."""
+    if encoding:
+        return raw.decode(encoding, "replace")
+    try:
+        return raw.decode("utf-8")
+    except UnicodeDecodeError:
+        return raw.decode("cp1252", "replace")
+
+
+def cells_of(line: str, delimiter: str, *, quote: bool = True) -> list[str] | None:
+    """Split a line into its cells; none where the quotes do not match."""
+    if delimiter == " ":
+        return [cell for cell in line.replace("\t", " ").split(" ") if cell]
+    if not quote or '"' not in line:
+        return line.split(delimiter)
+    try:
+        return next(csv.reader([line], delimiter=delimiter, strict=True), [])
+    except csv.Error:
+        return None
