@@ -8,13 +8,10 @@ import pytest
 from rftfit.campaign.problems import Place
 from rftfit.campaign.rows import Schema, TableColumn, read_rows, read_table_columns
 
-LENGTHS = {"mm": 0.1, "cm": 1.0, "in": 2.54}
 SCHEMA = Schema(
     "table",
     (
-        TableColumn(
-            "depth", meaning="depth", unit="cm", units=LENGTHS, also=("z",), low=0, high=50
-        ),
+        TableColumn("depth_cm", meaning="depth", unit="cm", words=("z",), low=0, high=50),
         TableColumn("side", "choice", "which side", choices=("left", "right")),
         TableColumn("load_N", needed=False, above=0),
         TableColumn("used", "flag", needed=False),
@@ -46,15 +43,15 @@ def test_units_of_the_header(tmp_path, header, cell, depth):
         written(tmp_path, f"# a\n{header},note,side\n{cell},x,left\n"), SCHEMA
     )
     assert problems == []
-    assert rows[0].number["depth"] == pytest.approx(depth)
-    assert str(rows[0].number["depth"])[0] != "-"
+    assert rows[0].number["depth_cm"] == pytest.approx(depth)
+    assert str(rows[0].number["depth_cm"])[0] != "-"
     assert (rows[0].text["side"], rows[0].row, rows[0].yes("used")) == ("left", 3, False)
     assert "load_N" not in rows[0].number
 
 
 def test_a_range_is_in_the_columns_own_unit(tmp_path):
     rows, problems = read_rows(written(tmp_path, "depth_in,side\n10,left\n20,left\n"), SCHEMA)
-    assert rows[0].number["depth"] == pytest.approx(25.4)
+    assert rows[0].number["depth_cm"] == pytest.approx(25.4)
     assert [(problem.place.row, problem.code) for problem in problems] == [
         (3, "table.out-of-range")
     ]
@@ -72,13 +69,13 @@ def test_every_problem_of_a_table_at_once(tmp_path):
     }
     assert nearest == {
         (Place("t.csv", 1, "load_N"), "duplicate-column"): None,
-        (Place("t.csv", 2, "depth"), "decimal-comma"): "1.5",
+        (Place("t.csv", 2, "depth_cm"), "decimal-comma"): "1.5",
         (Place("t.csv", 2, "load_N"), "out-of-range"): None,
-        (Place("t.csv", 4, "depth"), "out-of-range"): None,
+        (Place("t.csv", 4, "depth_cm"), "out-of-range"): None,
         (Place("t.csv", 4, "side"), "unknown-word"): "left",
         (Place("t.csv", 4, "load_N"), "not-finite"): None,
         (Place("t.csv", 4, "used"), "bad-flag"): None,
-        (Place("t.csv", 5, "depth"), "required"): None,
+        (Place("t.csv", 5, "depth_cm"), "required"): None,
         (Place("t.csv", 5, "load_N"), "not-a-number"): None,
     }
 
@@ -89,8 +86,8 @@ def test_every_problem_of_a_table_at_once(tmp_path):
         ("1,left,inf", "load_N", "not-finite"),
         ("1,left,nan", "load_N", "not-finite"),
         ("1,left,0", "load_N", "out-of-range"),
-        ("-inf,left,1", "depth", "not-finite"),
-        ("51,left,1", "depth", "out-of-range"),
+        ("-inf,left,1", "depth_cm", "not-finite"),
+        ("51,left,1", "depth_cm", "out-of-range"),
         ("1,up,1", "side", "unknown-word"),
     ],
 )
@@ -127,7 +124,7 @@ def test_a_lenient_table_marks_bad_cells_without_a_word(tmp_path):
     path = written(tmp_path, "depth_cm,side\n1,left\nx,left\n2,up\n")
     rows, problems = read_rows(path, lenient)
     assert problems == []
-    assert [row.bad for row in rows] == [set(), {"depth"}, {"side"}]
+    assert [row.bad for row in rows] == [set(), {"depth_cm"}, {"side"}]
 
 
 def test_any_table_may_be_a_workbook_or_tab_separated(tmp_path):
@@ -140,4 +137,4 @@ def test_any_table_may_be_a_workbook_or_tab_separated(tmp_path):
     for path in (tmp_path / "t.xlsx", written(tmp_path, text, "t.tsv")):
         (row,), problems = read_rows(path, SCHEMA)
         assert problems == []
-        assert (row.number["depth"], row.text["side"], row.yes("used")) == (2.5, "right", True)
+        assert (row.number["depth_cm"], row.text["side"], row.yes("used")) == (2.5, "right", True)

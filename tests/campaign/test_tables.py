@@ -77,45 +77,81 @@ def test_names_and_units_of_a_file(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("name", "column", "unit_line"),
+    ("name", "column", "unit", "factor"),
     [
-        ("depth (mm)", "depth_cm", "depth_unit: mm"),
-        ("depth_mm", "depth_cm", "depth_unit: mm"),
-        ("Tiefe [m]", "depth_cm", "depth_unit: m"),
-        ("depth in cm", "depth_cm", ""),
-        ("depth", "depth_cm", ""),
-        ("depth (mean)", "depth_cm", ""),
-        ("z stress in kPa", "stress_z_N_per_cm2", "stress_unit: kPa"),
-        ("sigma (N/m²)", "stress_z_N_per_cm2", "stress_unit: Pa"),
-        ("s_N_per_cm2", "stress_z_N_per_cm2", ""),
-        ("s (N cm^-2)", "stress_z_N_per_cm2", ""),
-        ("tilt (rad)", "beta_deg", "angle_unit: rad"),
-        ("tilt (°)", "beta_deg", ""),
+        ("depth (mm)", "depth_cm", "mm", 0.1),
+        ("depth_mm", "depth_cm", "mm", 0.1),
+        ("Tiefe [m]", "depth_cm", "m", 100),
+        ("depth in cm", "depth_cm", "cm", 1),
+        ("depth", "depth_cm", "", 1),
+        ("depth (mean)", "depth_cm", "", 1),
+        ("z stress in kPa", "stress_z_N_per_cm2", "kPa", 0.1),
+        ("sigma (N/m²)", "stress_z_N_per_cm2", "Pa", 1e-4),
+        ("s_N_per_cm2", "stress_z_N_per_cm2", "N/cm^2", 1),
+        ("s (N cm^-2)", "stress_z_N_per_cm2", "N/cm^2", 1),
+        ("tilt (rad)", "beta_deg", "rad", 180 / math.pi),
+        ("tilt (°)", "beta_deg", "deg", 1),
     ],
 )
-def test_a_unit_in_the_name_of_a_column(tmp_path, name, column, unit_line):
-    """A depth in mm under its own name was read as cm."""
+def test_a_unit_in_the_name_of_a_column(tmp_path, name, column, unit, factor):
+    """It is that of the column, unless the config says another one."""
     head = STRESS_HEAD.split(",")
     head[head.index(column)] = name
-    rows = [f"{b},90,{depth},{0.3 * depth},0" for b in (0, 30) for depth in (1, 2, 3)]
+    rows = [f"{b},90,{depth},{0.3 * depth},0" for b in (0, 0.5) for depth in (1, 2, 3)]
     path = written(tmp_path / "s.csv", ",".join(head), *rows)
-    problems = read(path, TableSettings(holds="stress", columns={column: name}))[1]
-    assert places(problems) == ([("other-unit", None, name)] if unit_line else [])
-    assert unit_line in "".join(map(str, problems))
+    pushes, problems = read(path, TableSettings(holds="stress", columns={column: name}))
+    assert not problems
+    push = max(pushes, key=lambda push: push.run.beta_deg)
+    values = push.columns | {"beta_deg": np.array([push.run.beta_deg])}
+    in_file = {"depth_cm": 1, "stress_z_N_per_cm2": 0.3, "beta_deg": 0.5}[column]
+    assert values[column][0] == pytest.approx(in_file * factor, rel=1e-12)
+    key, other_unit = {
+        "depth_cm": ("depth_unit", "in"),
+        "stress_z_N_per_cm2": ("stress_unit", "psi"),
+        "beta_deg": ("angle_unit", "deg" if unit == "rad" else "rad"),
+    }[column]
+    table = TableSettings.model_validate(
+        {"holds": "stress", "columns": {column: name}, key: other_unit}
+    )
+    codes_and_places = places(read(path, table)[1])
+    assert (("other-unit", None, name) in codes_and_places) == bool(unit)
 
 
 @pytest.mark.parametrize(
-    ("unit", "wrong"), [("N/cm^3", 0), ("N cm⁻³", 0), ("MPa/m", 0), ("kPa/m", 2), ("kN/m³", 2)]
+    ("unit", "factor"),
+    [("N/cm^3", 1), ("N cm⁻³", 1), ("MPa/m", 1), ("kPa/m", 1e-3), ("kN/m³", 1e-3)],
 )
-def test_a_unit_in_the_head_of_a_block(tmp_path, unit, wrong):
+def test_a_unit_in_the_head_of_a_block(tmp_path, unit, factor):
     rows = [
         line
         for c in "zx"
         for line in (f"alpha_{c} ({unit})", "beta,45,90", "0,0.2,0.3", "30,0.1,0.2")
     ]
-    problems = read(written(tmp_path / "b.csv", *rows))[1]
-    assert len(problems) == wrong
-    assert all("set alpha_unit: kPa/m" in problem.allowed for problem in problems)
+    path = written(tmp_path / "b.csv", *rows)
+    pushes, problems = read(path)
+    assert not problems
+    assert pushes[0].columns["alpha_z_N_per_cm3"][0] == pytest.approx(0.2 * factor, rel=1e-12)
+    problems = read(path, TableSettings(holds="alpha", alpha_unit="N/m^3"))[1]
+    assert places(problems) == [("other-unit", row, None) for row in (1, 5)]
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "cp1252", "utf-16"])
+def test_a_table_reads_what_a_log_reads(tmp_path, encoding):
+    """Encodings, units in headers and cells, decimal commas, and numbers as other programs spell them."""
+    lines = [
+        "beta (°);gamma (deg);Sinkage (mm);qc_MPa;stress_x (kPa)",
+        "(30);90;10;0,002;-0,5",
+        "-30;90;20,0 mm;0,004;0,5-",
+        '="-30";90;3 cm;6,0D-03;1.200,5',
+    ]
+    path = tmp_path / "s.csv"
+    path.write_bytes("\n".join(lines).encode(encoding))
+    (push,), problems = read(path, TableSettings(holds="stress"))
+    assert not problems
+    assert push.run.beta_deg == -30
+    assert_allclose(push.columns["depth_cm"], [1, 2, 3])
+    assert_allclose(push.columns["stress_z_N_per_cm2"], [0.2, 0.4, 0.6])
+    assert_allclose(push.columns["stress_x_N_per_cm2"], [-0.05, -0.05, 120.05])
 
 
 def test_a_header_of_which_no_name_is_known_is_cut(tmp_path):

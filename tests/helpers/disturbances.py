@@ -13,7 +13,6 @@ import numpy as np
 
 from rftfit.campaign.config import AnyPlate, Config, Leg
 from rftfit.campaign.problems import choose
-from rftfit.campaign.rows import parse_number
 from rftfit.errors import InputError
 from rftfit.lab.enact import Reenactment, prepare, run_logs
 from rftfit.lab.plan import ArmMotion, FloatArray, PlannedRun, Segment, half_extents, plate_of
@@ -28,6 +27,7 @@ from rftfit.lab.rig import (
     random_numbers,
 )
 from rftfit.lab.truth import Forces, Law, published_alpha, sand_stress, submerged_depth
+from rftfit.table.numbers import number_of
 
 Sizes = Mapping[str, float]
 """Size by name of the disturbance; one that is not there has no effect."""
@@ -136,7 +136,7 @@ def sizes_of(asked: Sequence[str]) -> dict[str, float]:
 
 def _size(name: str, text: str) -> float:
     kind = DISTURBANCES[name]
-    size = parse_number(text)
+    size = number_of(text)
     if not kind.least <= size <= kind.most:
         allowed = f"a number from {kind.least:g} to {kind.most:g} {kind.unit}".strip()
         raise InputError(f"disturbance {name}: found {text!r}; allowed: {allowed} ({kind.what})")

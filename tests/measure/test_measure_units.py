@@ -15,12 +15,13 @@ from rftfit.errors import InputError
 from rftfit.logs.base import Log, LogError
 from rftfit.measure import log_columns
 from rftfit.measure.flags import Refused, remark
+from rftfit.table import units
 
 
 def test_factors_are_those_of_the_definitions():
     inch_cm = 2.54
     pound_kg, standard_gravity = 0.45359237, 9.80665
-    assert dict(log_columns.FORCE_TO_N) == {
+    assert dict(units.FORCE_TO_N) == {
         "N": 1,
         "mN": 0.001,
         "kN": 1000,
@@ -29,15 +30,9 @@ def test_factors_are_those_of_the_definitions():
         "kgf": standard_gravity,
         "gf": pytest.approx(standard_gravity / 1000),
     }
-    assert dict(log_columns.LENGTH_TO_CM) == {
-        "um": 1e-4,
-        "mm": 0.1,
-        "cm": 1,
-        "m": 100,
-        "in": inch_cm,
-    }
+    assert dict(units.LENGTH_TO_CM) == {"um": 1e-4, "mm": 0.1, "cm": 1, "m": 100, "in": inch_cm}
     assert dict(log_columns.ANGLE_TO_RAD) == {"deg": pytest.approx(2 * math.pi / 360), "rad": 1}
-    assert dict(log_columns.TIME_TO_S) == {
+    assert dict(units.TIME_TO_S) == {
         "s": 1,
         "ms": 1e-3,
         "us": 1e-6,
@@ -46,19 +41,19 @@ def test_factors_are_those_of_the_definitions():
         "h": 60 * 60,
         "d": 24 * 60 * 60,
     }
-    assert dict(log_columns.TORQUE_TO_N_M) == {"N m": 1, "N mm": 1e-3}
+    assert dict(units.TORQUE_TO_N_M) == {"N m": 1, "N mm": 1e-3}
 
 
 def test_log_and_config_have_to_agree():
-    assert log_columns.factor(log_columns.LENGTH_TO_CM, "in", "in", "depth") == 2.54
+    assert log_columns.factor(units.LENGTH_TO_CM, "in", "in", "depth") == 2.54
     for in_file, found in (("mm", "mm"), ("", "no unit")):
         with pytest.raises(Refused) as caught:
-            log_columns.factor(log_columns.LENGTH_TO_CM, in_file, "in", "depth")
+            log_columns.factor(units.LENGTH_TO_CM, in_file, "in", "depth")
         assert caught.value.remark == remark(
             "other-unit", quantity="depth", found=found, declared="in"
         )
     with pytest.raises(Refused) as caught:
-        log_columns.factor(log_columns.TORQUE_TO_N_M, "lbf in", "lbf in", "torque")
+        log_columns.factor(units.TORQUE_TO_N_M, "lbf in", "lbf in", "torque")
     assert caught.value.remark == remark(
         "unknown-unit", quantity="torque", found="lbf in", allowed="N m, N mm"
     )

@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import get_args
 
 from rftfit.campaign.config import ForceQuantity, Unit
-from rftfit.campaign.rows import parse_number
+from rftfit.campaign.rows import Schema, read_sheets
 from rftfit.errors import InputError
+from rftfit.table.numbers import number_of
 
 _LOADS = tuple(name for name in get_args(ForceQuantity) if name[0] in "FT")
 _UNITS = {
     "F": [unit for unit in get_args(Unit) if unit.endswith(("N", "f"))],
     "T": [unit for unit in get_args(Unit) if unit.startswith("N ")],
 }
-_LIMIT = 1 << 20
+_SCHEMA = Schema("calibration", (), file="calibration")
 
 
 @dataclass(frozen=True)
@@ -33,15 +33,8 @@ class Calibration:
 
 def read_calibration(path: Path) -> Calibration:
     """Read a csv of the columns ``load``, ``unit``, and one for each gauge; tell all that is wrong."""
-    try:
-        if path.stat().st_size > _LIMIT:
-            raise InputError(f"larger than {_LIMIT >> 20} MB: is this the calibration?")
-        lines = csv.reader(path.read_text(encoding="utf-8-sig").splitlines())
-        header, *rows = [[cell.strip() for cell in row] for row in lines if any(row)] or [[]]
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"cannot be read as UTF-8 text: {error}") from None
-    except csv.Error as error:
-        raise InputError(f"cannot be split into cells: {error}") from None
+    _, lines = next(read_sheets(path, _SCHEMA))
+    header, *rows = [cells for _, cells in lines] or [[]]
     gauges = tuple(header[2:])
     if header[:2] != ["load", "unit"] or not gauges or len(set(gauges)) < len(gauges):
         raise InputError(
@@ -60,7 +53,7 @@ def read_calibration(path: Path) -> Calibration:
         if unit not in _UNITS[name[0]]:
             allowed = ", ".join(_UNITS[name[0]])
             problems.append(f"row {number}, unit: found {unit!r}; allowed: {allowed}")
-        values = tuple(map(parse_number, cells))
+        values = tuple(map(number_of, cells))
         if len(values) != len(gauges) or not all(map(math.isfinite, values)):
             problems.append(
                 f"row {number}: found {', '.join(cells) or 'nothing'}; allowed: {len(gauges)} numbers"

@@ -14,9 +14,9 @@ from pydantic import BaseModel, ValidationError
 from rftfit.campaign.config import units_of
 from rftfit.campaign.files import read_text, unshowable
 from rftfit.campaign.problems import CampaignError, Place, Problem, did_you_mean, escaped
-from rftfit.campaign.rows import COMMA
 from rftfit.campaign.schema import TAG, Key, KeyPath, keys_at, tags_of
 from rftfit.store.tables import NUMBER
+from rftfit.table.numbers import COMMA
 
 MAX_BYTES = 1_000_000
 MAX_DEPTH = 16

@@ -13,10 +13,11 @@ import zipfile
 from collections import deque
 from collections.abc import Iterable, Iterator, Mapping, MutableSequence, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from importlib import import_module
 from itertools import islice, zip_longest
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -30,7 +31,9 @@ from rftfit.campaign.problems import (
     did_you_mean,
     join_words,
 )
-from rftfit.store.tables import NUMBER
+from rftfit.table.numbers import COMMA, NOT_FINITE, cut_unit, has_decimal_commas, number_of
+from rftfit.table.text import as_utf8, decoded, is_web_page, text_head, utf16_of
+from rftfit.table.units import cut_header, folded_name, unit_among, units_like
 
 MAX_BYTES = 50_000_000
 MAX_TEXT = 500_000_000
@@ -53,9 +56,7 @@ BAD = "?"
 YES = ("yes", "true", "1")
 NO = ("no", "false", "0")
 
-COMMA = re.compile(r"[-+]?[0-9]*,[0-9]+")
 _NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9._-]{0,99}")
-_UNIT = re.compile(r"(.+?)(?:_([a-z]+)|\s*[\[(]\s*([a-z]+)\s*[\])])")
 WORKBOOK = b"PK\x03\x04"
 _OLD_WORKBOOK = b"\xd0\xcf\x11\xe0"
 _ERROR_VALUES = ("#N/A", "#REF!", "#DIV/0!", "#NAME?", "#NULL!", "#NUM!", "#VALUE!")
@@ -84,9 +85,10 @@ class TableColumn:
     `needed`: Whether its cells must be filled, and the column be there.
     `choices`: The words of a choice; None where they are not known, and nothing is said of a cell.
     `low`, `high`: Inclusive range of a number; `above`: exclusive lower limit.
-    `unit`: Of a number, for people.
-    `units`: Units that the header may give, as in ``x_mm`` or ``x (mm)``, and what each is in `unit`.
+    `unit`: Of a number. A header may state another of the same dimension, as in ``x_mm`` or ``x (mm)``.
+    `default`: Unit of a column under one of its names without a unit; empty: `unit`.
     `also`: Other names that the header may give it.
+    `words`: Further names, of a header that states the unit beside it.
     `hint`: Added to what is allowed.
     `period`: Numbers so far apart are the same thing: of the angle of a plate, which has two faces, 180.
     """
@@ -100,10 +102,27 @@ class TableColumn:
     high: float | None = None
     above: float | None = None
     unit: str = ""
-    units: Mapping[str, float] = field(default_factory=dict)
+    default: str = ""
     also: tuple[str, ...] = ()
+    words: tuple[str, ...] = ()
     hint: str = ""
     period: float = 0.0
+
+    @cached_property
+    def units(self) -> Mapping[str, float]:
+        """Units that a header or a cell may state, and what each is in `unit`."""
+        return units_like(self.unit)
+
+    @cached_property
+    def stems(self) -> frozenset[str]:
+        """Names beside which a header states the unit, as `folded_name` spells them."""
+        of_name = (name for name, unit in cut_header(self.name) if unit_among(unit, self.units))
+        return frozenset([*of_name, *self.words])
+
+    def unit_in(self, header: str) -> str:
+        """Unit that a header states behind a name; empty: none."""
+        units = (unit_among(unit, self.units) for _, unit in cut_header(header))
+        return next(filter(None, units), "")
 
     def is_needed_in(self, _: Mapping[str, str]) -> bool:
         """Whether the cell of a row with these cells must be filled."""
@@ -155,6 +174,8 @@ class Schema:
     `comments`: Whether lines that start with ``#`` are left out.
     `others`: Whether a column that is not in `columns` is an error, is warned about, or left alone.
     `lenient`: Whether a bad cell is only marked in its row, without a problem.
+    `missing`: By column the numbers that mean no data, as the file has them: a row with one has none.
+    `decimal`: Mark of its numbers.
     `file`: The table's name in problems.
     """
 
@@ -165,6 +186,8 @@ class Schema:
     others: Others = "refused"
     lenient: bool = False
     most_rows: int = 200_000
+    missing: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+    decimal: str = "."
     file: str = ""
 
     def refusal(
@@ -189,6 +212,7 @@ class DraftRow:
     `number`: Good cells of number columns.
     `bad`: Columns whose cell has an error, or that a needed cell is missing from.
     `problems`: Those of the whole table, to which this row adds its own.
+    `no_data`: Whether a number means no data; it is 0 here.
     """
 
     schema: Schema
@@ -197,6 +221,7 @@ class DraftRow:
     text: dict[str, str] = field(default_factory=dict)
     number: dict[str, float] = field(default_factory=dict)
     bad: set[str] = field(default_factory=set)
+    no_data: bool = False
 
     def note(
         self,
@@ -264,26 +289,40 @@ def read_rows(
     return _drafts(table, places, schema, noted), problems
 
 
-_Found = dict[str, tuple[int, float]]
-"""Position of each column that a table has, and what its unit is in that of the schema."""
+class HeaderCell(NamedTuple):
+    """Where a column stands, the name that the file gives it, its unit, and what that is in the unit of the schema.
+
+    `is_stated`: Whether the header states the unit.
+    """
+
+    place: int
+    name: str
+    unit: str
+    scale: float
+    is_stated: bool
+
+
+_Headers = dict[str, HeaderCell]
 
 
 def _drafts(
-    table: _Table, places: _Found, schema: Schema, problems: MutableSequence[Problem]
+    table: _Table, places: _Headers, schema: Schema, problems: MutableSequence[Problem]
 ) -> list[DraftRow]:
-    columns = [(column, *places.get(column.name, (None, 1.0))) for column in schema.columns]
+    schema = replace(schema, decimal=table.decimal)
+    columns = [(column, places.get(column.name)) for column in schema.columns]
     # a program may write an index below no name
     header = table.header if schema.others == "refused" else ["-"] * len(table.header)
     drafts: list[DraftRow] = []
     for number, cells in table.rows:
         width = len(cells)
         cell_of_column = {
-            name: cells[index] if index < width else "" for name, (index, _) in places.items()
+            name: cells[cell.place] if cell.place < width else "" for name, cell in places.items()
         }
         draft = DraftRow(schema, number, problems)
-        for column, index, scale in columns:
+        for column, header_cell in columns:
             draft.text[column.name] = ""
-            bad = table.bad.get((number, index)) if table.bad and index is not None else None
+            index, scale = (header_cell.place, header_cell.scale) if header_cell else (-1, 1.0)
+            bad = table.bad.get((number, index)) if table.bad else None
             _read_cell(draft, column, cell_of_column, bad, scale)
         if schema.others != "ignored":
             _check_cells_without_header(draft, header, cells)
@@ -293,7 +332,7 @@ def _drafts(
 
 @dataclass
 class TableRows:
-    """Rows of a table by columns, shape (n,): ``row``, ``bad``, numbers, NaN where there is none, and texts.
+    """Rows of a table by columns, shape (n,): ``row``, ``bad``, ``no_data``, numbers, NaN where there is none, and texts.
 
     `texts`: Of a column of texts all that it holds, where `columns` have the place of each row's; a bad
     cell counts as `BAD`.
@@ -310,6 +349,7 @@ class TableRows:
         columns: dict[str, npt.NDArray[Any]]
         columns = {"row": np.array([draft.row for draft in drafts], dtype=np.int64)}
         columns["bad"] = np.array([bool(draft.bad) for draft in drafts], dtype=bool)
+        columns["no_data"] = np.array([draft.no_data for draft in drafts], dtype=bool)
         for column in schema.columns:
             name = column.name
             if column.form == "number":
@@ -330,11 +370,10 @@ def _places(texts: Iterable[str], among: dict[str, int]) -> npt.NDArray[np.int32
 
 def read_table_columns(
     path: Path, schema: Schema, file: str
-) -> tuple[TableRows, dict[str, str], list[Problem]]:
+) -> tuple[TableRows, dict[str, HeaderCell], list[Problem]]:
     """Read a table of any length by columns, and what is around a bad cell as `read_rows` does.
 
-    Returns its rows, the name that the file gives to each column, and all problems: where they are
-    many, of the first rows.
+    Returns its rows, the header of each column, and all problems: where they are many, of the first rows.
     """
     schema = replace(schema, file=file)
     problems: list[Problem] = []
@@ -384,12 +423,11 @@ def read_table_columns(
     if table.last <= table.header_row:
         problems += schema.no_rows
     columns = {name: values[:filled] for name, values in columns.items()}
-    names = {name: table.header[place] for name, (place, _) in places.items()}
-    return TableRows(columns, texts), names, problems
+    return TableRows(columns, texts), places, problems
 
 
 def _read_valid_rows(
-    block: bytes, table: _Table, places: _Found, schema: Schema, texts: dict[str, dict[str, int]]
+    block: bytes, table: _Table, places: _Headers, schema: Schema, texts: dict[str, dict[str, int]]
 ) -> dict[str, npt.NDArray[Any]] | None:
     """Read rows in which every cell is valid; None where one is not."""
     import pyarrow as pa
@@ -397,7 +435,7 @@ def _read_valid_rows(
 
     word = pa.dictionary(pa.int32(), pa.string())
     types = {
-        str(places[column.name][0]): pa.float64() if column.form == "number" else word
+        str(places[column.name].place): pa.float64() if column.form == "number" else word
         for column in schema.columns
         if column.name in places
     }
@@ -418,7 +456,8 @@ def _read_valid_rows(
     size = cells.num_rows
     if size != block.count(b"\n") + (not block.endswith(b"\n")):
         return None  # a blank line, or a quote that swallowed line ends
-    columns: dict[str, npt.NDArray[Any]] = {"bad": np.zeros(size, dtype=bool)}
+    columns: dict[str, npt.NDArray[Any]]
+    columns = {name: np.zeros(size, dtype=bool) for name in ("bad", "no_data")}
     columns["row"] = np.arange(table.last + 1, table.last + 1 + size)
     draft = DraftRow(schema, 0, deque(maxlen=0))
     for column in schema.columns:
@@ -427,10 +466,15 @@ def _read_valid_rows(
         if name not in places:
             columns[name] = np.full(size, math.nan if number else _places([""], codes_of_texts)[0])
             continue
-        index, scale = places[name]
-        values = cells.column(str(index)).combine_chunks()
+        header_cell = places[name]
+        values = cells.column(str(header_cell.place)).combine_chunks()
         if number:
-            columns[name] = values.to_numpy() if scale == 1 else values.to_numpy() * scale
+            numbers = values.to_numpy()
+            if missing := schema.missing.get(name):
+                has_none = np.isin(numbers, missing)
+                columns["no_data"] |= has_none
+                numbers = np.where(has_none, 0.0, numbers)
+            columns[name] = numbers if header_cell.scale == 1 else numbers * header_cell.scale
             ends = columns[name].min(), columns[name].max()
             if not all(math.isfinite(end) and column.holds(end) for end in ends):
                 return None
@@ -478,32 +522,24 @@ def _read_cell(
         _READERS[column.form](draft, column, cell)
 
 
-def parse_number(text: str) -> float:
-    """Read a number; NaN where the text is none."""
-    try:
-        return float(text)
-    except ValueError:
-        return math.nan
-
-
 def _read_number(draft: DraftRow, column: TableColumn, cell: str, scale: float) -> None:
     if math.isnan(scale):  # the unit is not known: a problem of the header
         draft.bad.add(column.name)
         return
-    value, nearest, hint = None, None, ""
-    # Python would take 1_0 for 10, and digits of every script
-    if cell.isascii() and "_" not in cell:
-        with contextlib.suppress(ValueError):
-            value = float(cell) * scale
-    if value is None and COMMA.fullmatch(cell):
-        code, nearest, hint = "decimal-comma", cell.replace(",", "."), "; with a decimal point"
-    elif value is None:
-        code = "not-a-number"
-        # the minus of a word processor
-        plain = cell.replace("\N{MINUS SIGN}", "-").replace("\N{EN DASH}", "-")
-        nearest = plain if NUMBER.fullmatch(plain) else None
-    elif not math.isfinite(value):
-        code = "not-finite"
+    code, nearest, hint = "", None, ""
+    written, unit_word = cut_unit(cell)
+    if unit := unit_among(unit_word, column.units) if unit_word else None:
+        cell, scale = written, column.units[unit]
+    number = number_of(cell, draft.schema.decimal)
+    value = number * scale
+    if number in draft.schema.missing.get(column.name, ()):
+        draft.no_data, value = True, 0.0
+    if not math.isfinite(value):
+        code = (
+            "not-finite" if NOT_FINITE.fullmatch(cell) or not math.isnan(number) else "not-a-number"
+        )
+        if COMMA.fullmatch(cell):
+            code, nearest, hint = "decimal-comma", cell.replace(",", "."), "; with a decimal point"
     elif not column.holds(value):
         code = "out-of-range"
         if column.period and column.low is not None:
@@ -596,27 +632,36 @@ class _Table:
             self.header, self.header_row = cells, row
 
 
-def _find_columns(
-    table: _Table, schema: Schema
-) -> tuple[dict[str, tuple[int, float]], list[Problem]]:
+def _find_columns(table: _Table, schema: Schema) -> tuple[_Headers, list[Problem]]:
     """Position of each column, what its unit is in that of the schema, and what is wrong with it."""
-    places: dict[str, tuple[int, float]] = {}
+    places: _Headers = {}
     problems: list[Problem] = []
     note = DraftRow(schema, table.header_row, problems).note
     unknown: list[str] = []
-    names = {name: column for column in schema.columns for name in (column.name, *column.also)}
+    names = [name for column in schema.columns for name in (column.name, *column.also)]
+    of_other_unit: dict[str, HeaderCell] = {}
     for index, name in enumerate(table.header):
-        column, scale = _column_of(name, names)
+        column, unit = _column_of(name, schema)
         if column is None:
             unknown += [name] if name else []
+        elif unit is None:
+            of_other_unit.setdefault(column.name, HeaderCell(index, name, "", math.nan, True))
         elif column.name in places:
-            text = f"each column once; it is also column number {places[column.name][0] + 1}"
+            text = f"each column once; it is also column number {places[column.name].place + 1}"
             note(name, "duplicate-column", name, text)
-        elif scale is None:
-            note(name, "unknown-unit", name, f"{column.name} in {', '.join(column.units)}")
-            places[column.name] = (index, math.nan)
         else:
-            places[column.name] = (index, scale)
+            in_file = unit or column.default
+            scale = column.units[in_file] if in_file else 1.0
+            places[column.name] = HeaderCell(index, name, in_file, scale, bool(unit))
+    for column in schema.columns:
+        if (cell := of_other_unit.get(column.name)) is None:
+            continue
+        if column.name in places:
+            unknown.append(cell.name)
+        else:
+            allowed = f"{column.name} in {', '.join(column.units)}"
+            note(cell.name, "unknown-unit", cell.name, allowed)
+            places[column.name] = cell
     if not places and (below := _header_below(table, schema)):
         allowed = (
             f"the names of the columns, which stand in row {below}: take out the rows above it"
@@ -635,8 +680,9 @@ def _find_columns(
             note(name, "unknown-column", name, f"one of {', '.join(names)}", nearest)
     for column in missing:
         if column.header_needed:
-            like = f", such as {column.name}_{column.unit}" if column.units else ""
-            text = f"this column is missing; it is needed: {column.meaning}{like}"
+            text = f"this column is missing; it is needed: {column.meaning}"
+            if header := next((name for name in unknown if folded_name(name) in column.stems), ""):
+                text += f"; is it {header!r}? Say its unit there, as in {header} ({column.unit})"
             nearest = did_you_mean(column.name, unknown) if schema.others != "refused" else None
             note(column.name, "missing-column", None, text, nearest)
     return places, problems
@@ -648,18 +694,21 @@ def _header_below(table: _Table, schema: Schema) -> int:
     return next((row for row, cells in table.rows if len(names & set(cells)) > 1), 0)
 
 
-def _column_of(
-    name: str, names: Mapping[str, TableColumn]
-) -> tuple[TableColumn | None, float | None]:
-    """Column that a header names, and what its unit is in that of the column; None: no such unit."""
-    column = names.get(name)
-    if column is not None and not column.units:
-        return column, 1.0
-    parts = _UNIT.fullmatch(name.lower())
-    column = names.get(parts[1]) if parts else None
-    if parts is None or column is None or not column.units:
-        return None, None
-    return column, column.units.get(parts[2] or parts[3])
+def _column_of(header: str, schema: Schema) -> tuple[TableColumn | None, str | None]:
+    """Column that a header names, and the unit that it states; empty: none, None: none of the column's."""
+    for column in schema.columns:
+        if header == column.name:
+            return column, ""
+        if header in column.also:
+            return column, column.unit_in(header)
+    of_other_unit: TableColumn | None = None
+    for name, word in cut_header(header):
+        for column in schema.columns:
+            if name in column.stems:
+                if unit := unit_among(word, column.units):
+                    return column, unit
+                of_other_unit = column
+    return of_other_unit, None
 
 
 def _check_cells_without_header(
@@ -689,7 +738,18 @@ def _read_table(path: Path, schema: Schema) -> _Table:
     if suffix in (".xlsx", ".xlsm") and data.strip():
         allowed = "a workbook, as the name says; this file is none: save it again as .xlsx or .csv"
         raise schema.refusal("not-a-workbook", allowed)
-    return _read_csv(files.decode(data, schema.file, schema.area), schema, suffix)
+    return _read_csv(_text_of(data, schema), schema, suffix)
+
+
+def _text_of(data: bytes, schema: Schema) -> str:
+    """Decode a table that is no workbook; all line ends become line feeds."""
+    if data and not text_head(data if utf16_of(data) else data.replace(b"\0", b"")):
+        allowed = "csv or tsv as text, or xlsx; this file is none of them: save it again from a spreadsheet"
+        raise schema.refusal("not-text", allowed)
+    if is_web_page(data):
+        allowed = "csv, tsv or xlsx; this is a web page under another name: open it in a spreadsheet and save it as .xlsx"
+        raise schema.refusal("web-page", allowed)
+    return decoded(as_utf8(data)).replace("\r\n", "\n").replace("\r", "\n")
 
 
 def _too_many_rows(schema: Schema) -> CampaignError:
@@ -704,7 +764,7 @@ def _long_text(path: Path, schema: Schema) -> bytes:
     if path.suffix.lower() in (".xlsx", ".xlsm") or data.startswith((WORKBOOK, _OLD_WORKBOOK)):
         return b""
     plain = data.isascii() and b"\r" not in data
-    return data if plain else files.decode(data, schema.file, schema.area).encode()
+    return data if plain else _text_of(data, schema).encode()
 
 
 def _next_row_start(text: bytes, begin: int, size: int) -> int:
@@ -720,41 +780,27 @@ def _next_row_start(text: bytes, begin: int, size: int) -> int:
 def _read_csv(text: str, schema: Schema, suffix: str) -> _Table:
     if schema.comments:
         text = re.sub(r"(?m)^[ \t]*#.*$", "", text)
-    names = {name: column for column in schema.columns for name in (column.name, *column.also)}
+    names = [name for column in schema.columns for name in (column.name, *column.also)]
     head = next((line for line in io.StringIO(text) if line.strip()), "")
 
     def known_names(delimiter: str) -> int:
         cells = (cell.strip().strip('"').strip() for cell in head.split(delimiter))
-        return sum(_column_of(cell, names)[0] is not None for cell in cells)
+        return sum(_column_of(cell, schema)[0] is not None for cell in cells)
 
     # at a draw the commonest one, then that of the file's name
     order = ["\t", ",", ";"] if suffix in (".tsv", ".tab") else [",", ";", "\t"]
     table = _Table(
         delimiter=max(order, key=lambda candidate: (known_names(candidate), head.count(candidate)))
     )
-    if table.delimiter != "," and _has_decimal_commas(text, table.delimiter):
-        table.decimal = ","
     _take(table, text, schema, schema.most_rows)
+    if has_decimal_commas(cell for _, cells in table.rows for cell in cells):
+        table.decimal = ","
     # one long cell that names several columns: cut by something else
     several = min(3, len(names))
     if len(table.header) == 1 and sum(name in table.header[0] for name in names) >= several > 1:
         allowed = "cells separated by comma, semicolon, tab"
         raise schema.refusal("wrong-delimiter", allowed, table.header[0], table.header_row)
     return table
-
-
-_POINT = re.compile(r"[-+]?[0-9]*\.[0-9]+")
-_THOUSANDS = re.compile(r"[-+]?[1-9][0-9]{0,2},[0-9]{3}")
-
-
-def _has_decimal_commas(text: str, delimiter: str) -> bool:
-    """Tell whether the numbers of a table have decimal commas: none has a point, and some no comma between thousands."""
-    cells = {
-        cell.strip().strip('"') for line in text.splitlines() for cell in line.split(delimiter)
-    }
-    commas = [cell for cell in cells if COMMA.fullmatch(cell)]
-    are_thousands = all(map(_THOUSANDS.fullmatch, commas))
-    return bool(commas) and not are_thousands and not any(map(_POINT.fullmatch, cells))
 
 
 def _take(table: _Table, text: str, schema: Schema, most: float = math.inf) -> None:
@@ -764,10 +810,7 @@ def _take(table: _Table, text: str, schema: Schema, most: float = math.inf) -> N
         for row, cells in enumerate(reader, start=table.last + 1):
             if row > most:
                 raise _too_many_rows(schema)
-            plain = [cell.strip() for cell in cells]
-            if table.decimal == ",":
-                plain = [c.replace(",", ".") if COMMA.fullmatch(c) else c for c in plain]
-            table.add(row, plain)
+            table.add(row, [cell.strip() for cell in cells])
     except csv.Error as error:
         allowed = f"this row cannot be split into cells ({error}); look for a stray quote"
         raise schema.refusal("not-csv", allowed, row=table.last + 1) from None
@@ -800,8 +843,19 @@ def _read_workbook(data: bytes, schema: Schema) -> _Table:
     return table
 
 
-def sheet_rows(data: bytes, schema: Schema) -> Iterator[tuple[str, list[Line]]]:
-    """Every sheet of a workbook: its name, and its rows that are not blank, by number, as text."""
+def read_sheets(path: Path, schema: Schema) -> Iterator[tuple[str, list[Line]]]:
+    """Read every sheet of a table of any layout: its name, and its rows that are not blank, by number, as text.
+
+    Raises CampaignError if the file cannot be read.
+    """
+    data = files.read_bytes(path, schema.file, schema.area, MAX_BYTES)
+    if not data.startswith(WORKBOOK):
+        text = _text_of(data, schema)
+        table = _Table(delimiter=max(",;\t", key=text.count))
+        _take(table, text, schema, schema.most_rows)
+        header = [(table.header_row, table.header)] if table.header else []
+        yield path.stem, [*header, *table.rows]
+        return
     with _workbook_errors(schema):
         _check_archive(data, schema)
         for name, rows in _sheets(data, schema):

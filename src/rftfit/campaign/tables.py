@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
@@ -19,25 +17,24 @@ import pandas as pd
 from rftfit.campaign.columns import COLUMNS as SHEET_COLUMNS
 from rftfit.campaign.columns import LABELS
 from rftfit.campaign.config import UNIT_AREA, Grid, TableSettings
-from rftfit.campaign.files import decode, read_bytes
 from rftfit.campaign.problems import CampaignError, Place, Problem, join_words
 from rftfit.campaign.rows import (
     BAD,
-    MAX_BYTES,
-    WORKBOOK,
     DraftRow,
+    HeaderCell,
     Line,
     Schema,
     TableColumn,
     TableRows,
-    parse_number,
+    read_sheets,
     read_table_columns,
     same_angle,
-    sheet_rows,
 )
 from rftfit.campaign.sheet import Run, check_excluded
 from rftfit.campaign.spikes import FEWEST_ROWS, find_spikes
 from rftfit.directions import SAME_DEPTH_CM, number_depths
+from rftfit.table.numbers import number_of
+from rftfit.table.units import ALPHA_TO_N_PER_CM3, folded_name, units_like
 
 FloatArray = npt.NDArray[np.float64]
 _Grid = tuple[str, list[Line]]
@@ -60,6 +57,17 @@ _OF_RUN = (
 )
 
 
+_WORDS = {
+    "depth": ("sinkage", "penetration", "tiefe", "einsinkung"),
+    "stress_z": (
+        *("sigma_z", "sigma_zz", "sigma", "pressure", "stress", "normal_stress"),
+        *("qc", "cone_resistance", "druck"),
+    ),
+    "stress_x": ("sigma_x", "sigma_xz", "tau", "shear_stress"),
+}
+"""Words of headers with a unit, such as ``Sinkage (mm)``, that say which column it is."""
+
+
 def _alpha(component: str) -> tuple[TableColumn, TableColumn]:
     name, error = f"alpha_{component}", f"se_{component}"
     return (
@@ -70,6 +78,7 @@ def _alpha(component: str) -> tuple[TableColumn, TableColumn]:
             needed=component == "z",
             unit="N/cm^3",
             also=(name,),
+            words=("alpha",) if component == "z" else (),
         ),
         TableColumn(
             error,
@@ -106,6 +115,7 @@ STRESS = Schema(
             "depth of the plate's centre, growing downward",
             unit="cm",
             also=("depth",),
+            words=_WORDS["depth"],
         ),
         *(
             TableColumn(
@@ -116,6 +126,7 @@ STRESS = Schema(
                 needed=c == "z",
                 unit="N/cm^2",
                 also=(f"stress_{c}",),
+                words=_WORDS[f"stress_{c}"],
             )
             for c in "zx"
         ),
@@ -126,21 +137,6 @@ STRESS = Schema(
 )
 """The formats of both tables; alpha and stress are positive upward and toward +x."""
 
-_SCALES = {
-    "angle_unit": {"deg": 1.0, "rad": math.degrees(1)},
-    "depth_unit": {"cm": 1.0, "mm": 0.1, "m": 100.0, "in": 2.54},
-    "stress_unit": {"N/cm^2": 1.0, "Pa": 1e-4, "kPa": 0.1, "MPa": 100.0, "psi": 0.6894757293168361},
-    "alpha_unit": {
-        "N/cm^3": 1.0,
-        "N/m^3": 1e-6,
-        "Pa/m": 1e-6,
-        "kPa/m": 1e-3,
-        "MPa/m": 1.0,
-        "kPa/cm": 0.1,
-    },
-}
-"""What each unit that a key of `table` in the config may state is in ours."""
-
 _UNIT_OF = {
     **dict.fromkeys(("beta_deg", "gamma_deg"), "angle_unit"),
     "depth_cm": "depth_unit",
@@ -148,22 +144,6 @@ _UNIT_OF = {
     **dict.fromkeys(("alpha_z_N_per_cm3", "alpha_x_N_per_cm3", "se_z", "se_x"), "alpha_unit"),
 }
 """Key of `table` that states the unit of a column."""
-
-_SAME = {
-    "\N{DEGREE SIGN}": "deg",
-    "degrees": "deg",
-    "radians": "rad",
-    "inch": "in",
-    "inches": "in",
-    "n/m2": "Pa",
-    "kn/m2": "kPa",
-    "n/mm2": "MPa",
-    "mn/m2": "MPa",
-    "lbf/in2": "psi",
-    "kn/m3": "kPa/m",
-    "mn/m3": "MPa/m",
-}
-"""Other spellings of units, as `_plain` makes them."""
 
 LARGEST_RAD = 3.2
 """Several angles, none of them larger, are no degrees."""
@@ -182,7 +162,6 @@ _NUMBERS = (
     "se_x",
     "n",
 )
-_POWERS = str.maketrans("\u00b2\u00b3\u2074\u207b", "234-")
 
 _TURN, _MOST_TURNS = 0.02, 6
 """Of the depth that a run covers: what is less is noise, and no turn; more turns are not looked for."""
@@ -227,42 +206,32 @@ def read_pushes(
     `file`: Its name for messages; `media`: those of the config, default: what the table names;
     `within`: relative to the raw folder; `tolerance`, deg: angles so near to 90 are 90.
     """
-    schema = replace(_named(STRESS if table.holds == "stress" else ALPHA, table), file=file)
+    schema = _schema_of(table, file)
     problems: list[Problem] = []
-    names: dict[str, str] = {}
+    headers: dict[str, HeaderCell] = {}
     grids = _grids(path, schema) if table.holds == "alpha" else []
     titles = {key: key for key in media} or _media_of(grids)
-    drafts = _blocks(grids, schema, tuple(titles), problems)
+    drafts = _blocks(grids, schema, table, tuple(titles), problems)
     if drafts is None:
-        rows, names, problems = read_table_columns(path, schema, file)
-        with_units = _named_with_units(table, problems, schema)
-        if with_units is not None:
-            table = with_units
-            schema = replace(_named(schema, table), file=file)
-            rows, names, problems = read_table_columns(path, schema, file)
-        _say_what_to_paste(problems)
-        for ours, theirs in names.items():
-            place = Place(file, column=theirs)
-            problems += _other_unit(ours, theirs, table, place, schema.area)
-        for ours, theirs in table.columns.items() if names else ():
-            if names.get(ours) != theirs:
+        rows, headers, problems = read_table_columns(path, schema, file)
+        _say_what_to_paste(problems, schema)
+        for ours, header in headers.items():
+            place, stated = Place(file, column=header.name), header.unit * header.is_stated
+            problems += _other_unit(ours, header.name, stated, table, place, schema.area)
+        for ours, theirs in table.columns.items() if headers else ():
+            if ours not in headers or headers[ours].name != theirs:
                 place, allowed = Place(file, column=theirs), "a column of the file"
                 text = f"{allowed}: table.columns of the config gives {ours} this name"
                 problems.append(Problem(f"{schema.area}.missing-column", place, theirs, text))
     else:
-        for _, lines in grids:
-            for number in _components(lines):
-                head = next(cells[0].strip() for row, cells in lines if row == number)
-                place = Place(file, number)
-                problems += _other_unit("alpha_z_N_per_cm3", head, table, place, schema.area)
         schema = replace(schema, columns=(*schema.columns, _RUN_ID))
         rows = TableRows.of(drafts, schema, {})
     media_named = [medium for medium in rows.texts["medium"] if medium not in ("", BAD)]
     titles = titles or {key: key for key in media_named or [key_of(path.stem) or "medium"]}
     media_known = tuple(titles)
     checked = _Checked(rows, schema, problems)
-    checked.no_data(table.missing)
-    checked.measures(table, tolerance)
+    checked.no_data()
+    checked.measures({header.unit for header in headers.values()}, tolerance)
     checked.media(media_known)
     pushes = checked.runs(media_known, within)
     ids = {push.run.run_id for push in pushes}
@@ -270,8 +239,9 @@ def read_pushes(
         runs = (replace(push.run, run_id=f"{push.run.medium}_{push.run.run_id}") for push in pushes)
         pushes = [replace(push, run=run) for push, run in zip(pushes, runs, strict=True)]
     problems.sort(key=lambda problem: problem.place.row or 0)
-    units = _units(table)
-    read_as = [f"{theirs} in {units[ours][0]}" for ours, theirs in names.items() if ours in units]
+    read_as = [
+        f"{header.name} in {header.unit}" for name, header in headers.items() if name in _UNIT_OF
+    ]
     pushes = sorted(pushes, key=lambda push: push.run.run_id)
     return TableRead(pushes, problems, titles, ", ".join(read_as))
 
@@ -282,10 +252,10 @@ def pushes_in(path: Path) -> tuple[pd.DataFrame, list[Problem]]:
     alpha_x may be missing: a penetrometer measures the force along its way only. Raises CampaignError
     with everything that is wrong.
     """
-    schema = replace(ALPHA, file=str(path))
-    rows, _, problems = read_table_columns(path, schema, str(path))
+    schema = _schema_of(TableSettings(holds="alpha"), str(path))
+    rows, headers, problems = read_table_columns(path, schema, str(path))
     checked = _Checked(rows, schema, problems)
-    checked.measures(TableSettings(holds="alpha"), Grid().angle_tolerance_deg)
+    checked.measures({header.unit for header in headers.values()}, Grid().angle_tolerance_deg)
     medium = next((name for name in rows.texts["medium"] if name), "")
     checked.media((medium,))
     pushes = checked.runs((medium,), "")
@@ -301,121 +271,56 @@ def pushes_in(path: Path) -> tuple[pd.DataFrame, list[Problem]]:
     return pd.DataFrame(table), problems
 
 
-def _named(schema: Schema, table: TableSettings) -> Schema:
-    """The schema with the names that the file has."""
+def _schema_of(table: TableSettings, file: str) -> Schema:
+    """Format of a table with the names and units that the config gives."""
+    schema = STRESS if table.holds == "stress" else ALPHA
     given = {str(ours): (theirs,) for ours, theirs in table.columns.items()}
     columns = [
-        replace(column, also=(*column.also, *given.get(column.name, ())))
+        replace(
+            column,
+            also=(*column.also, *given.get(column.name, ())),
+            default=str(getattr(table, key)) if (key := _UNIT_OF.get(column.name)) else "",
+        )
         for column in schema.columns
     ]
-    return replace(schema, columns=tuple(columns))
+    missing = dict.fromkeys(_NUMBERS, tuple(table.missing))
+    return replace(schema, columns=tuple(columns), missing=missing, file=file)
 
 
-_STEMS = {
-    "depth_cm": "depth sinkage penetration tiefe einsinkung",
-    "stress_z_N_per_cm2": "stress_z sigma_z sigma_zz sigma pressure stress normal_stress",
-    "stress_x_N_per_cm2": "stress_x sigma_x sigma_xz tau shear_stress",
-    "alpha_z_N_per_cm3": "alpha_z alpha",
-    "alpha_x_N_per_cm3": "alpha_x",
-}
-"""Words of headers with a unit, such as ``Sinkage (mm)``, that say which column it is."""
-
-
-def _named_with_units(
-    table: TableSettings, problems: list[Problem], schema: Schema
-) -> TableSettings | None:
-    """The table with the columns whose headers state a unit beside a usual name; None where there are none.
-
-    ``depth_mm`` is the depth in mm. What the config says of a column or a unit counts first.
-    """
-    theirs = [
-        problem.place.column or ""
-        for problem in problems
-        if problem.code.endswith(".unknown-column")
-    ]
-    columns_by_name: dict[str, str] = {}
-    units: dict[str, str] = {}
-    for ours, words in _STEMS.items():
-        key = _UNIT_OF[ours]
-        if ours in table.columns or not any(column.name == ours for column in schema.columns):
-            continue
-        for header in theirs:
-            unit = _unit_in(header, key)
-            stem = _stem_of(header, unit is not None)
-            if stem not in words.split():
-                continue
-            if unit is not None:
-                columns_by_name.setdefault(ours, header)
-                units.setdefault(key, unit)
-            break
-    if not columns_by_name:
-        return None
-    own_units = {key: unit for key, unit in units.items() if key not in table.model_fields_set}
-    return table.model_copy(update={"columns": {**table.columns, **columns_by_name}, **own_units})
-
-
-def _stem_of(header: str, has_unit: bool) -> str:
-    """Name of a column in small letters, without the unit at its end."""
-    words = header.strip().casefold()
-    if has_unit:
-        words = re.split(r"[\s_]*[(\[/,]|[\s_]+(?=[^\s_]+$)", words)[0]
-        words = re.sub(r"[\s_]+(n|kn|mn)_per_?.*$", "", words)
-    return re.sub(r"[\s_]+", "_", words.strip())
-
-
-def _say_what_to_paste(problems: list[Problem]) -> None:
+def _say_what_to_paste(problems: list[Problem], schema: Schema) -> None:
     """Add to the problem of a missing column the lines of config that read one without a unit as it."""
     unread = [
         problem.place.column or ""
         for problem in problems
         if problem.code.endswith(".unknown-column")
     ]
+    columns = {column.name: column for column in schema.columns if column.name in _UNIT_OF}
     for place, problem in enumerate(problems):
-        ours = problem.place.column or ""
-        if not problem.code.endswith(".missing-column") or ours not in _STEMS:
+        column = columns.get(problem.place.column or "")
+        if not problem.code.endswith(".missing-column") or column is None:
             continue
-        words = _STEMS[ours].split()
-        header = next((header for header in unread if _stem_of(header, False) in words), None)
+        header = next((header for header in unread if folded_name(header) in column.stems), None)
         if header is not None:
-            key = _UNIT_OF[ours]
-            lines = f'table: {{columns: {{{ours}: "{header}"}}, {key}: ...}}'
-            units = ", ".join(_SCALES[key])
-            allowed = f"{problem.allowed}; if it is '{header}', say so in the config with its unit, one of {units}: {lines}"
+            key = _UNIT_OF[column.name]
+            lines = f'table: {{columns: {{{column.name}: "{header}"}}, {key}: ...}}'
+            allowed = (
+                f"{problem.allowed}, or in the config, one of {', '.join(column.units)}: {lines}"
+            )
             problems[place] = replace(problem, allowed=allowed, nearest=None)
 
 
-def _units(table: TableSettings) -> dict[str, tuple[str, float]]:
-    """Unit of each column of numbers in the file, and what it is in ours."""
-    stated = {name: (key, str(getattr(table, key))) for name, key in _UNIT_OF.items()}
-    return {name: (unit, _SCALES[key][unit]) for name, (key, unit) in stated.items()}
-
-
-def _plain(unit: str) -> str:
-    """Spell a unit in small letters without powers' signs and spaces: ``n/cm3`` of ``N cm⁻³``."""
-    unit = unit.strip(" )]").casefold().translate(_POWERS)
-    unit = re.sub(r"[\s*·]*\b([a-z]+)\^?-(\d)", r"/\1\2", re.sub(r"[\s_]per[\s_]", "/", unit))
-    return re.sub(r"/m1$", "/m", re.sub(r"[\s^]", "", unit))
-
-
-def _unit_in(name: str, key: str) -> str | None:
-    """Unit that the end of a column's name states, as the key of `table` spells it; None: none known."""
-    units = {_plain(unit): unit for unit in _SCALES[key]}
-    units |= {plain: unit for plain, unit in _SAME.items() if unit in _SCALES[key]}
-    ends = (_plain(name[separator.end() :]) for separator in re.finditer(r"[\s_/,(\[]+", name))
-    return next((units[end] for end in ends if end in units), None)
-
-
 def _other_unit(
-    ours: str, theirs: str, table: TableSettings, place: Place, area: str
+    ours: str, header: str, stated: str, table: TableSettings, place: Place, area: str
 ) -> list[Problem]:
-    """Whether a column's name, not one of ours, states another unit than the config."""
+    """Whether a header states another unit than the config."""
     key = _UNIT_OF.get(ours, "")
-    unit_in_name = _unit_in(theirs, key) if key and theirs != ours else None
-    stated, scale = _units(table)[ours] if unit_in_name else ("", 0.0)
-    if unit_in_name is None or _SCALES[key][unit_in_name] == scale:
+    if not stated or key not in table.model_fields_set:
         return []
-    allowed = f"a column in {stated}, as {key} of `table` in the config says; set {key}: {unit_in_name}, or convert the column and rename it"
-    return [Problem(f"{area}.other-unit", place, theirs, allowed)]
+    in_config = str(getattr(table, key))
+    if units_like(stated)[in_config] == 1:
+        return []
+    allowed = f"a column in {in_config}, as {key} of `table` in the config says; set {key}: {stated}, or convert the column and rename it"
+    return [Problem(f"{area}.other-unit", place, header, allowed)]
 
 
 @dataclass
@@ -444,57 +349,50 @@ class _Checked:
         note = DraftRow(self.schema, int(columns["row"][row_indices[0]]), self.problems).note
         note(column, code, value_found, allowed)
 
-    def no_data(self, missing: Iterable[float]) -> None:
-        """Mark the rows with a value that the config names as no data; the checks see zeros there."""
+    def no_data(self) -> None:
+        """Tell of the rows with a number that the config names as no data; the checks see zeros there."""
         columns = self.rows.columns
-        absent = [np.isin(columns[name], [*missing]) for name in _NUMBERS if name in columns]
-        columns["no_data"] = np.any(absent, axis=0)
         if not (row_indices := np.flatnonzero(columns["no_data"])).size:
             return
-        for name in _NUMBERS:
-            if name in columns:
-                columns[name][row_indices] = 0.0
         allowed = f"values other than those of table.missing in the config; {row_indices.size} rows are left out"
         draft = DraftRow(self.schema, int(columns["row"][row_indices[0]]), self.problems)
         draft.note("depth_cm", "no-data", None, allowed, severity="warning")
 
-    def measures(self, table: TableSettings, tolerance: float) -> None:
-        """Turn numbers into degrees, cm and N; `tolerance`, deg: angles so near to 90 are 90."""
+    def measures(self, units: Collection[str], tolerance: float) -> None:
+        """Check angles, depths and the size of alpha; `tolerance`, deg: angles so near to 90 are 90.
+
+        `units`: Of the columns in the file.
+        """
         columns = self.rows.columns
         angles = [columns["beta_deg"], columns["gamma_deg"]]
         largest = max(np.abs(np.nan_to_num(angle)).max(initial=0) for angle in angles)
-        if table.angle_unit == "deg" and largest <= LARGEST_RAD and np.unique(angles).size > 1:
+        if "deg" in units and largest <= LARGEST_RAD and np.unique(angles).size > 1:
             largest_text = f"no angle larger than {largest:g}"
             allowed = "degrees; looks like rad: set angle_unit: rad in `table` of the config"
             code = f"{self.schema.area}.looks-like-rad"
             place = Place(self.schema.file, column="gamma_deg")
             self.problems.append(Problem(code, place, largest_text, allowed))
-        for name, (unit, scale) in _units(table).items():
-            if name not in columns:
-                continue
+        for name in ("beta_deg", "gamma_deg"):
             values = columns[name]
-            if name == "depth_cm":
-                allowed = "0 or more: depth grows downward from the free surface"
-                self.note(values < 0, name, "negative-depth", "{:g}", allowed)
-            elif name in ("beta_deg", "gamma_deg"):
-                upright = np.abs(np.abs(values) - 90 / scale) <= tolerance / scale + 1e-6
-                allowed = f"-{90 / scale:.3g} to {90 / scale:.3g} {unit}"
-                if name == "gamma_deg":
-                    allowed += "; seen from behind, (beta, gamma) is (-beta, 180 deg - gamma) with the other sign of x"
-                beyond = (np.abs(values) > 90 / scale) & ~upright
-                if name == "beta_deg" and beyond.any():
-                    period, first = 180 / scale, float(values[beyond][0])
-                    allowed += same_angle(first, period, -period / 2)[1]
-                self.note(beyond, name, "out-of-range", "{:g}", allowed)
-                values = np.where(upright, np.copysign(90 / scale, values), values)
-            columns[name] = values if scale == 1 else values * scale
+            upright = np.abs(np.abs(values) - 90) <= tolerance + 1e-6
+            allowed = "-90 to 90 deg"
+            if name == "gamma_deg":
+                allowed += "; seen from behind, (beta, gamma) is (-beta, 180 deg - gamma) with the other sign of x"
+            beyond = (np.abs(values) > 90) & ~upright
+            if name == "beta_deg" and beyond.any():
+                allowed += same_angle(float(values[beyond][0]), 180, -90)[1]
+            self.note(beyond, name, "out-of-range", "{:g}", allowed)
+            columns[name] = np.where(upright, np.copysign(90, values), values)
+        if "depth_cm" in columns:
+            allowed = "0 or more: depth grows downward from the free surface"
+            self.note(columns["depth_cm"] < 0, "depth_cm", "negative-depth", "{:g} cm", allowed)
         alpha = np.abs(columns.get("alpha_z_N_per_cm3", np.empty(0)))
         alpha = alpha[np.isfinite(alpha)]
         if alpha.size and np.median(alpha) > LARGEST_ALPHA_N_PER_CM3:
             largest_text = f"{np.median(alpha):.6g} N/cm^3 in the middle of all rows"
             allowed = (
                 "less than a hundred for sand and soil; is it in another unit? Set alpha_unit of `table` in "
-                f"the config to one of {', '.join(_SCALES['alpha_unit'])}"
+                f"the config to one of {', '.join(ALPHA_TO_N_PER_CM3)}"
             )
             place = Place(self.schema.file, column="alpha_z_N_per_cm3")
             code = f"{self.schema.area}.large-alpha"
@@ -761,7 +659,11 @@ _COMPONENT = re.compile(
 
 
 def _blocks(
-    grids: list[_Grid], schema: Schema, media: tuple[str, ...], problems: list[Problem]
+    grids: list[_Grid],
+    schema: Schema,
+    table: TableSettings,
+    media: tuple[str, ...],
+    problems: list[Problem],
 ) -> list[DraftRow] | None:
     """Rows of a table in blocks; None where the file is a long table.
 
@@ -770,9 +672,11 @@ def _blocks(
     says whose blocks follow.
     """
     draft_of_direction: dict[tuple[str, float, float], DraftRow] = {}
+    columns = {column.name: column for column in schema.columns}
+    to_deg = columns["beta_deg"].units[columns["beta_deg"].default]
     for sheet, rows in grids:
         medium = next((draft_row for draft_row in media if draft_row == key_of(sheet)), "")
-        component: str = ""
+        component, scale = "", 1.0
         gammas: dict[int, float] = {}
         width = max((len(cells) for _, cells in rows), default=0)
         components = _components(rows)
@@ -783,6 +687,10 @@ def _blocks(
                 medium, component, gammas = lone, "", {}
             elif number in components:
                 component, gammas = components[number], {}
+                column = columns[f"alpha_{component}_N_per_cm3"]
+                unit, place = column.unit_in(head), Place(schema.file, number)
+                problems += _other_unit(column.name, head, unit, table, place, schema.area)
+                scale = column.units[unit or column.default]
             elif head and _float(head) is None and not any(v is not None for v in rest.values()):
                 component, gammas = "", {}
             if component and not gammas and _float(head) is None:
@@ -797,9 +705,11 @@ def _blocks(
                         allowed = f"each direction once; row {draft.row} has it"
                         DraftRow(schema, number, problems).note(name, "twice", text, allowed)
                     draft.text |= {"medium": medium, "run_id": _of_direction(beta, gamma)}
-                    draft.number |= {"beta_deg": beta, "gamma_deg": gamma}
+                    draft.number |= {"beta_deg": beta * to_deg, "gamma_deg": gamma * to_deg}
                     if value is not None:
-                        draft.number[name] = value
+                        is_missing = value in table.missing
+                        draft.no_data |= is_missing
+                        draft.number[name] = 0.0 if is_missing else value * scale
                     elif text:
                         allowed = "a number, or nothing where none was measured"
                         draft.note(name, "not-a-number", text, allowed)
@@ -860,16 +770,11 @@ def _components(rows: list[Line]) -> dict[int, str]:
 def _grids(path: Path, schema: Schema) -> list[_Grid]:
     """Name of each sheet of a table, and its rows that are not blank; nothing of what cannot be read."""
     try:
-        data = read_bytes(path, schema.file, schema.area, MAX_BYTES)
-        if data.startswith(WORKBOOK):
-            return list(sheet_rows(data, schema))
-        text = decode(data, schema.file, schema.area)
-        lines = csv.reader(io.StringIO(text), delimiter=max(",;\t", key=text.count))
-        return [(path.stem, [(number, row) for number, row in enumerate(lines, 1) if any(row)])]
-    except (CampaignError, csv.Error):
+        return list(read_sheets(path, schema))
+    except CampaignError:
         return []  # the reader of long tables says why
 
 
 def _float(text: str) -> float | None:
-    value = parse_number(text)
+    value = number_of(text)
     return value if math.isfinite(value) else None

@@ -29,6 +29,7 @@ from rftfit.logs.quantities import DOWNWARD, MEANING, epoch_unit, guesses
 from rftfit.logs.registry import claimants, dialect, dialects, faults, read_head
 from rftfit.logs.rostopic import ECHO, is_echo
 from rftfit.table.parse import add_counts
+from rftfit.table.units import TIME_TO_S
 
 GAP_STEPS = 5.0
 """A step longer than this many median steps is shown as a gap."""
@@ -137,7 +138,6 @@ class TimeColumn:
         self._before = float(time[-1])
 
 
-_IN_S = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "d": 86400.0}
 _FEWEST_STAMPS = 100
 """The rate that stamps give is off by up to one in so many."""
 
@@ -179,7 +179,7 @@ class Survey:
         clock = self.clock
         if clock is None or not clock.repeated * 2 >= self.used > 1:
             return None
-        duration = (clock.duration + clock.step) * _IN_S.get(self.time_unit or "s", 1.0)
+        duration = (clock.duration + clock.step) * TIME_TO_S.get(self.time_unit or "s", 1.0)
         stamps = self.used - clock.repeated
         return self.used / duration if stamps >= _FEWEST_STAMPS and duration > 0 else 0.0
 

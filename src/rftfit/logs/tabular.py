@@ -5,7 +5,6 @@ from __future__ import annotations
 import datetime as dt
 import fnmatch
 import math
-import re
 import warnings
 import zipfile
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
@@ -26,7 +25,7 @@ from rftfit.logs.beside import HeaderChange, LabelledReader, changed_header, may
 from rftfit.logs.delimited import looked_at
 from rftfit.logs.quantities import names_and_units
 from rftfit.logs.sources import places_of
-from rftfit.table.numbers import NO_VALUE, PLAIN_NUMBER, plain_number
+from rftfit.table.numbers import COMMA, MAY_BE_THOUSANDS, NO_VALUE, number_of, plain_number
 from rftfit.table.parse import (
     BLANK,
     NUMBER,
@@ -327,10 +326,6 @@ def _cell(row: Sequence[Any], place: int) -> Any:
     return row[place] if place < len(row) else None
 
 
-_WITH_COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
-_THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
-"""Text that is a number with a decimal comma, and of these what may have a comma between thousands."""
-
 _ERRORS = frozenset({*NO_VALUE, "#DIV/0!", "#VALUE!", "#REF!", "#NUM!", "#NAME?", "#NULL!"})
 """Cells without a value: texts of other programs, and errors of formulas."""
 
@@ -343,12 +338,9 @@ def _number(cell: Any) -> float | None:
         seconds = of_moment(cell)
         return None if math.isnan(seconds) else seconds
     text = plain_number(cell.strip())
-    if _WITH_COMMA.fullmatch(text):
-        text = text.replace(",", ".")
-    if PLAIN_NUMBER.fullmatch(text):
-        return float(text)
-    seconds = seconds_of(text)
-    return None if math.isnan(seconds) else seconds
+    number = number_of(text, "," if COMMA.fullmatch(text) else ".")
+    number = number if math.isfinite(number) else seconds_of(text)
+    return None if math.isnan(number) else number
 
 
 def _is_moment(cell: Any) -> bool:
@@ -401,8 +393,8 @@ def _table_of(rows: Sequence[Sequence[Any]], names: Sequence[str], n_named: int)
 def _unclear_commas(cells: Sequence[Any]) -> str:
     """Return the first cell of text with a comma that may stand between thousands, if none shows what it is."""
     texts = [plain_number(cell.strip()) for cell in cells if isinstance(cell, str)]
-    commas = [text for text in texts if _WITH_COMMA.fullmatch(text)]
-    return commas[0] if commas and all(map(_THOUSANDS.fullmatch, commas)) else ""
+    commas = [text for text in texts if COMMA.fullmatch(text)]
+    return commas[0] if commas and all(map(MAY_BE_THOUSANDS.fullmatch, commas)) else ""
 
 
 def _is_blank(cell: Any) -> bool:

@@ -14,9 +14,10 @@ from rftfit.campaign.sheet import Run
 from rftfit.conventions import FloatArray
 from rftfit.logs.base import Log
 from rftfit.measure.flags import REPEATED, Refused
-from rftfit.measure.log_columns import ANGLE_TO_RAD, FORCE_TO_N, LENGTH_TO_CM, TIME_TO_S, factor
+from rftfit.measure.log_columns import ANGLE_TO_RAD, factor
 from rftfit.measure.slopes import GIVEN_DOF, weighted_sum_variance
 from rftfit.measure.strokes import IntruderPath
+from rftfit.table.units import FORCE_TO_N, LENGTH_TO_CM, TIME_TO_S
 
 CHANNELS = ("F1", "F2", "F3")
 CHANNEL_FACTS = ("low_N", "high_N", "held_N", "held", "noise_N")

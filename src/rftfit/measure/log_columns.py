@@ -17,20 +17,9 @@ from rftfit.campaign.sheet import LogKind, Run, read_assignments, read_log_colum
 from rftfit.conventions import FloatArray, direction
 from rftfit.logs.base import Log, LogError
 from rftfit.measure.flags import Refused
+from rftfit.table.units import FORCE_TO_N, LENGTH_TO_CM, TIME_TO_S, TORQUE_TO_N_M
 
-TORQUE_TO_N_M = {"N m": 1.0, "N mm": 1e-3}
-FORCE_TO_N = {
-    "N": 1.0,
-    "mN": 1e-3,
-    "kN": 1e3,
-    "lbf": 4.4482216152605,
-    "klbf": 4448.2216152605,
-    "kgf": 9.80665,
-    "gf": 9.80665e-3,
-}
-LENGTH_TO_CM = {"um": 1e-4, "mm": 0.1, "cm": 1.0, "m": 100.0, "in": 2.54}
 ANGLE_TO_RAD = {"deg": math.pi / 180, "rad": 1.0}
-TIME_TO_S = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "d": 86400.0}
 _TABLES = dict.fromkeys(("x", "z", "along"), LENGTH_TO_CM)
 _TABLES |= {"time": TIME_TO_S, "F": FORCE_TO_N, "T": TORQUE_TO_N_M, "angle": ANGLE_TO_RAD}
 LogKey = Literal["force_log", "motion_log"]

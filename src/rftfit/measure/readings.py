@@ -31,7 +31,7 @@ from rftfit.measure.flags import (
     NO_DATA,
     SET_BACK,
 )
-from rftfit.measure.log_columns import TIME_TO_S
+from rftfit.table.units import TIME_TO_S
 
 _FEWEST_LEVELS = 8
 _AT_REST = 5.0

@@ -39,9 +39,14 @@ PATH = replace(
     SCHEMA,
     columns=(
         SCHEMA.columns[0],
-        *(TableColumn(f"{axis}_cm", meaning=f"{axis} of the reference point") for axis in "xyz"),
         *(
-            TableColumn(f"turn_{axis}_deg", meaning=f"{axis} of the vector of rotation")
+            TableColumn(f"{axis}_cm", meaning=f"{axis} of the reference point", unit="cm")
+            for axis in "xyz"
+        ),
+        *(
+            TableColumn(
+                f"turn_{axis}_deg", meaning=f"{axis} of the vector of rotation", unit="degrees"
+            )
             for axis in "xyz"
         ),
     ),

@@ -106,10 +106,10 @@ def rotation(
 
 
 _COLUMNS = (
-    TableColumn("t_s", meaning="time"),
-    TableColumn("x_cm", meaning="x of the reference point"),
-    TableColumn("z_cm", meaning="z of the reference point, 0 at the surface"),
-    TableColumn("angle_deg", meaning="angle from z toward x"),
+    TableColumn("t_s", meaning="time", unit="s"),
+    TableColumn("x_cm", meaning="x of the reference point", unit="cm"),
+    TableColumn("z_cm", meaning="z of the reference point, 0 at the surface", unit="cm"),
+    TableColumn("angle_deg", meaning="angle from z toward x", unit="degrees"),
 )
 SCHEMA = Schema("path", _COLUMNS, comments=True, others="ignored", most_rows=2_000_000)
 _MOST_SHOWN = 20

@@ -256,8 +256,8 @@ def _turns_clockwise(points: FloatArray) -> bool:
 
 
 _COLUMNS = (
-    TableColumn("x_cm", meaning="x of a point"),
-    TableColumn("z_cm", meaning="z of a point, upward"),
+    TableColumn("x_cm", meaning="x of a point", unit="cm"),
+    TableColumn("z_cm", meaning="z of a point, upward", unit="cm"),
 )
 SCHEMA = Schema("outline", _COLUMNS, rows="points", comments=True, others="ignored")
 MAX_POINTS = 5000

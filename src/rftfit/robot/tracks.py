@@ -114,13 +114,10 @@ def _trial(draft: DraftRow) -> Trial:
 # --- Marker tracks of the robot: read with every row accounted for, or refused with a reason.
 
 
-SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0}
-CENTIMETRES = {"mm": 0.1, "cm": 1.0, "m": 100.0, "in": 2.54}
-
 _MARKER = (
-    TableColumn("time", meaning="time", unit="s", units=SECONDS, also=("t",)),
-    TableColumn("x", meaning="x of the marker", unit="cm", units=CENTIMETRES),
-    TableColumn("z", meaning="z of the marker, upward", unit="cm", units=CENTIMETRES),
+    TableColumn("time_s", meaning="time", unit="s", words=("t",)),
+    TableColumn("x_cm", meaning="x of the marker", unit="cm"),
+    TableColumn("z_cm", meaning="z of the marker, upward", unit="cm"),
 )
 _TRACK = Schema(
     "track", _MARKER, comments=True, others="ignored", lenient=True, most_rows=2_000_000
@@ -171,7 +168,7 @@ def read_track(path: Path) -> Track:
         before, row = good[back[0]], good[back[0] + 1]
         fault = "stands still" if time[back[0] + 1] == time[back[0]] else "runs backwards"
         others_words = f", and {back.size - 1} times more" if back.size > 1 else ""
-        description = f"time {fault} in row {row.row}: {row.text['time']} after {before.text['time']}{others_words}"
+        description = f"time {fault} in row {row.row}: {row.text['time_s']} after {before.text['time_s']}{others_words}"
         allowed = "allowed: time that grows from row to row"
         raise TrackError("time-backwards", f"{description}; {allowed}", len(rows))
     return Track(time - time[0], x, z, len(rows), dict(dropped))

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import re
+from collections.abc import Iterable
 
 PLAIN_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 """A number with a decimal point."""
@@ -39,3 +41,36 @@ IN_THOUSANDS = {
     mark: re.compile(rf"[+-]?[1-9]\d{{0,2}}(?:\{mark}\d{{3}})+(?:[.,]\d*)?") for mark in ",."
 }
 """A number with a mark between its thousands."""
+NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity)", re.IGNORECASE)
+COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
+MAY_BE_THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
+"""A number with a decimal comma, and of these what may have a comma between thousands."""
+_WITH_UNIT = re.compile(r"(?P<number>.*\d[.,)-]?)\s*(?P<unit>[^\W\d_].*|[°%].*)")
+
+
+def number_of(cell: str, decimal: str = ".") -> float:
+    """Read a number in any spelling; NaN where the cell holds none, or its mark may be that of decimals or of thousands."""
+    plain = plain_number(cell.strip())
+    mark = "," if decimal == "." else "."
+    if mark in plain and decimal in plain and IN_THOUSANDS[mark].fullmatch(plain):
+        plain = plain.replace(mark, "")
+    if decimal == "," and "." not in plain:
+        plain = plain.replace(",", ".")
+    # Python would take 1_0 for 10, and digits of every script
+    is_number = plain.isascii() and (PLAIN_NUMBER.fullmatch(plain) or NOT_FINITE.fullmatch(plain))
+    return float(plain) if is_number else math.nan
+
+
+def cut_unit(cell: str) -> tuple[str, str]:
+    """Cut ``12.3 N`` into the number and what may be its unit."""
+    parts = _WITH_UNIT.fullmatch(cell)
+    return (parts["number"], parts["unit"]) if parts else (cell, "")
+
+
+def has_decimal_commas(cells: Iterable[str]) -> bool:
+    """Tell whether the numbers of a table have decimal commas: none has a point, and not all commas may part thousands."""
+    numbers = [plain for cell in cells if (plain := plain_number(cell))[-1:].isdigit()]
+    commas = [number for number in numbers if COMMA.fullmatch(number)]
+    may_be_thousands = all(map(MAY_BE_THOUSANDS.fullmatch, commas))
+    points = (number for number in numbers if "." in number and PLAIN_NUMBER.fullmatch(number))
+    return bool(commas) and not may_be_thousands and not any(points)

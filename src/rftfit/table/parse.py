@@ -15,7 +15,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from rftfit.table.numbers import IN_THOUSANDS, MINUS, PLAIN_NUMBER, plain_number
+from rftfit.table.numbers import IN_THOUSANDS, MINUS, NOT_FINITE, PLAIN_NUMBER, plain_number
 from rftfit.table.stamps import seconds_of, seconds_of_column
 from rftfit.table.text import cells_of, decoded
 
@@ -107,7 +107,6 @@ _TYPES: dict[str, Any] = {
     "label": object,
 }
 
-_NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity)", re.IGNORECASE)
 
 _INTEGER = re.compile(r"-?\d{1,19}")
 
@@ -732,7 +731,7 @@ def _row(layout: Layout, line: bytes) -> list[Any] | str:
                 values.append(float(cell))
             elif place in layout.mixed:
                 values.append(None)
-            elif _NOT_FINITE.fullmatch(cell):
+            elif NOT_FINITE.fullmatch(cell):
                 values.append(float(cell))
             else:
                 return NUMBER

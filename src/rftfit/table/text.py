@@ -58,6 +58,14 @@ _FEW_CONTROLS = 50
 """One in so many bytes of a text, though damaged, may be a control character; of a binary file one in ten is."""
 
 
+def is_web_page(head: bytes) -> bool:
+    """Tell a page of HTML, which some programs name .xls, from other text."""
+    return bool(_WEB_PAGE.match(as_utf8(head[:_LOOKED_AT])))
+
+
+_WEB_PAGE = re.compile(rb"\s*<(?:!doctype\s+html|html|table|meta)\b", re.IGNORECASE)
+
+
 class Line(NamedTuple):
     """One line of the head: its text, where the next one begins, whether it has a line end."""
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import lru_cache
 
 _SPELLINGS = {
@@ -167,3 +168,96 @@ def unique(names: list[str]) -> tuple[str, ...]:
         used.add(candidate)
         unique_names.append(candidate)
     return tuple(unique_names)
+
+
+# --- What units are in those of the program, and the unit that a header or a cell states
+
+
+FORCE_TO_N = {
+    "N": 1.0,
+    "mN": 1e-3,
+    "kN": 1e3,
+    "lbf": 4.4482216152605,
+    "klbf": 4448.2216152605,
+    "kgf": 9.80665,
+    "gf": 9.80665e-3,
+}
+TORQUE_TO_N_M = {"N m": 1.0, "N mm": 1e-3}
+LENGTH_TO_CM = {"um": 1e-4, "mm": 0.1, "cm": 1.0, "m": 100.0, "in": 2.54}
+ANGLE_TO_DEG = {"deg": 1.0, "rad": math.degrees(1)}
+TIME_TO_S = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "d": 86400.0}
+STRESS_TO_N_PER_CM2 = {
+    "N/cm^2": 1.0,
+    "Pa": 1e-4,
+    "kPa": 0.1,
+    "MPa": 100.0,
+    "psi": 0.6894757293168361,
+}
+ALPHA_TO_N_PER_CM3 = {
+    "N/cm^3": 1.0,
+    "N/m^3": 1e-6,
+    "Pa/m": 1e-6,
+    "kPa/m": 1e-3,
+    "MPa/m": 1.0,
+    "kPa/cm": 0.1,
+}
+_DIMENSIONS = (
+    FORCE_TO_N,
+    TORQUE_TO_N_M,
+    LENGTH_TO_CM,
+    ANGLE_TO_DEG,
+    TIME_TO_S,
+    STRESS_TO_N_PER_CM2,
+    ALPHA_TO_N_PER_CM3,
+)
+_PER_AREA = {
+    "n/m2": "Pa",
+    "kn/m2": "kPa",
+    "n/mm2": "MPa",
+    "mn/m2": "MPa",
+    "lbf/in2": "psi",
+    "kn/m3": "kPa/m",
+    "mn/m3": "MPa/m",
+}
+"""Other spellings of units, as `_plain` makes them."""
+_DIGITS = str.maketrans("\u00b2\u00b3\u2074\u207b", "234-")
+
+
+def units_like(unit: str) -> dict[str, float]:
+    """Return the units of the same dimension, and what each is in `unit`; none of an unknown one."""
+    for dimension in _DIMENSIONS:
+        if spelling := unit_among(unit, dimension):
+            return {name: factor / dimension[spelling] for name, factor in dimension.items()}
+    return {}
+
+
+def unit_among(text: str, units: Mapping[str, float]) -> str | None:
+    """Return which of the units a text spells; None: none of them."""
+    word = unit_word(text)
+    if word in units:
+        return word
+    # without the case of letters mN is MN, but there is no millipascal among these
+    plain = _plain(text)
+    plain = _PER_AREA.get(plain, plain).casefold()
+    is_ratio = "/" in plain or plain.endswith(("pa", "psi"))
+    return next((unit for unit in units if is_ratio and plain == _plain(unit)), None)
+
+
+@lru_cache(4096)
+def _plain(unit: str) -> str:
+    """Spell a unit in small letters without powers' signs and spaces: ``n/cm3`` of ``N cm⁻³``."""
+    unit = unit.strip(" )]").casefold().translate(_DIGITS)
+    unit = re.sub(r"[\s*·]*\b([a-z]+)\^?-(\d)", r"/\1\2", re.sub(r"[\s_]per[\s_]", "/", unit))
+    return re.sub(r"/m1$", "/m", re.sub(r"[\s^]", "", unit))
+
+
+def cut_header(header: str) -> Iterator[tuple[str, str]]:
+    """Yield each way to cut a header into a name, as `folded_name` spells it, and what may be its unit."""
+    header = header.translate(_WIDE)
+    for between in re.finditer(r"[\s_/,(\[]+", header):
+        yield folded_name(header[: between.start()]), header[between.end() :].strip(" )]")
+
+
+def folded_name(name: str) -> str:
+    """Spell a name in small letters, with one line between its words."""
+    return re.sub(r"[\s_]+", "_", name.strip().casefold())
