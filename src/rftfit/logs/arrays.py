@@ -9,6 +9,7 @@ import warnings
 import zipfile
 import zlib
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from copy import copy
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -17,10 +18,10 @@ import numpy as np
 from rftfit.conventions import FloatArray
 from rftfit.logs import base
 from rftfit.logs.beside import heed_labels, may_be_labels
-from rftfit.logs.mat5 import NoArray, read_mat5
+from rftfit.logs.mat5 import Mat5Files, NoArray
 from rftfit.logs.quantities import names_and_units
 from rftfit.table.stamps import ns_to_s
-from rftfit.table.units import unit_word
+from rftfit.table.units import unit_word, units_like
 
 MOST_ARRAYS = 2000
 """Arrays of a file: each is opened, and takes as long as many rows of one."""
@@ -72,6 +73,7 @@ class ArraysReader(base.Reader):
     description = "arrays of MATLAB (.mat), HDF5 (.h5) or NumPy (.npy, .npz), by their paths"
     takes = ("rate_Hz",)
     evidence = "the first bytes of a MATLAB, HDF5 or NumPy file"
+    _mat5: Mat5Files | None = None
 
     def detect(self, head: bytes) -> bool:
         """Tell from the first 64 kB of a file whether it is of this dialect."""
@@ -86,12 +88,19 @@ class ArraysReader(base.Reader):
             base.refuse_large_file(path)
             with path.open("rb") as file:
                 head = file.read(16)
-            contents = dict(_few(path, _columns(path, head)))
+            mat5 = self._mat5 or Mat5Files([path])
+            contents = dict(_few(path, _columns(path, head, mat5)))
         array_columns = {
             name: column for name, column in contents.items() if not isinstance(column, str)
         }
         omitted = [f"{name} ({what})" for name, what in contents.items() if isinstance(what, str)]
         return self._log(path, array_columns, omitted)
+
+    def load_many(self, paths: Sequence[Path]) -> list[base.Log | base.LogError]:
+        """Read many files; those of MATLAB in one other process."""
+        reader = copy(self)
+        reader._mat5 = Mat5Files(paths)
+        return super(ArraysReader, reader).load_many(paths)
 
     def _log(
         self, path: Path, array_columns: dict[str, ArrayColumn], omitted: list[str]
@@ -179,9 +188,9 @@ def _is_often(rows: np.ndarray) -> bool:
     return bool(np.count_nonzero(rows) * _OFTEN >= rows.size > 0 and not rows.all())
 
 
-def _columns(path: Path, head: bytes) -> NamedColumns:
+def _columns(path: Path, head: bytes, mat5: Mat5Files) -> NamedColumns:
     if head.startswith(_MAT5):
-        for name, value in read_mat5(path):
+        for name, value in mat5.read(path).items():
             yield from _of_array(name, value)
     elif head.startswith(_NPY):
         with path.open("rb") as file:
@@ -217,11 +226,13 @@ def _of_hdf5(path: Path) -> NamedColumns:
         import h5py
     _check_heaps(path)
 
-    def list_tables() -> None:
+    def list_tables(_: Path) -> None:
         with base.limited_memory(_OF_NAMES), h5py.File(path, "r") as file:
             list(_tables_of_hdf5(path, file))
 
-    base.refuse_what_ends_a_process(path, "damaged", list_tables)
+    (content,) = base.run_apart([path], list_tables)
+    if isinstance(content, base.LogError):
+        raise content
     # the library takes as much memory as a damaged file states of its names and texts
     with base.limited_memory(_OF_NAMES):
         file = h5py.File(path, "r")
@@ -427,14 +438,7 @@ def _outside(stored: np.ndarray, attributes: Mapping[str, Any]) -> np.ndarray:
     return np.asarray((stored < low) | (stored > high))
 
 
-_SI: dict[str, dict[str, float]] = {
-    "N": {"N": 1.0, "mN": 1e-3, "kN": 1e3},
-    "N m": {"N m": 1.0, "N mm": 1e-3},
-    "m": {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6},
-    "s": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0},
-    "rad": {"rad": 1.0, "deg": math.pi / 180},
-}
-"""Units in that of the SI."""
+_SI = ("N", "N m", "m", "s", "rad")
 _DIMENSIONS: dict[tuple[float, ...], str] = {
     (1, 1, -2, 0, 0, 0, 0): "N",
     (2, 1, -2, 0, 0, 0, 0): "N m",
@@ -446,7 +450,7 @@ _DIMENSIONS: dict[tuple[float, ...], str] = {
 
 def _unit_of_si(attributes: Any, unit: str, scale: float) -> tuple[str, bool]:
     """Return the unit of the values, and whether `unitSI` is to be applied: a stated unit may say the same."""
-    in_si = {word: (si, factor) for si, units in _SI.items() for word, factor in units.items()}
+    in_si = {word: (si, factor) for si in _SI for word, factor in units_like(si).items()}
     stated, factor = in_si.get(unit, ("", math.nan))
     if math.isclose(factor, scale, rel_tol=1e-6):
         return unit, False

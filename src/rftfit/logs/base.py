@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import math
 import os
+import pickle
 import re
 import signal
 import sys
@@ -17,7 +18,7 @@ from dataclasses import dataclass, field, replace
 from itertools import chain, islice
 from pathlib import Path
 from threading import Lock
-from typing import Any, NamedTuple, Self, TypeVar
+from typing import Any, BinaryIO, NamedTuple, Self, TypeVar
 
 import numpy as np
 
@@ -59,6 +60,9 @@ class LogError(InputError):
         super().__init__(escaped(text))
         self.code = code
         self.rows = rows
+
+    def __reduce__(self) -> tuple[type[LogError], tuple[str, str, int]]:
+        return LogError, (self.code, str(self), self.rows)
 
 
 @dataclass(frozen=True)
@@ -396,32 +400,71 @@ def file_errors(path: Path) -> Iterator[None]:
 _MOST_CPU_S = 10
 
 
-def refuse_what_ends_a_process(path: Path, what: str, work: Callable[[], object]) -> None:
-    """Do something in a process of its own first: a library may end the process on a damaged file.
+def run_apart(
+    paths: Sequence[Path], work: Callable[[Path], Result]
+) -> Iterator[Result | Exception]:
+    """Yield what `work` returns or raises for each file, from a process of its own: a damaged file may end it.
 
-    What `work` raises is not told: the caller does it once more. Where processes cannot be forked nothing is done.
+    Results have to be such as pickle takes. Where processes cannot be forked this process does the work.
 
-    Raises
+    Yields
     ------
-    LogError
-        If a signal ends that process, as one that takes more than `_MOST_CPU_S` seconds.
+    object or Exception
+        `LogError` of a file at which a signal ended the process, as after more than `_MOST_CPU_S` seconds.
     """
-    if not hasattr(os, "fork"):
-        return
+    left = deque(paths)
+    while left:
+        if not hasattr(os, "fork"):
+            yield _result_of(work, left.popleft())
+            continue
+        receiver, sender = os.pipe()
+        child = os.fork()
+        if child == 0:
+            try:
+                with os.fdopen(sender, "wb") as pipe:
+                    _send_results(pipe, left, work)
+            finally:
+                os._exit(0)
+        os.close(sender)
+        try:
+            with os.fdopen(receiver, "rb") as pipe:
+                while left:
+                    try:
+                        result = pickle.load(pipe)  # noqa: S301  # of this program's own process
+                    except (EOFError, pickle.UnpicklingError):
+                        break
+                    left.popleft()
+                    yield result
+        finally:
+            _, status = os.waitpid(child, 0)
+        if left:
+            cause = f"status {status}"
+            if os.WIFSIGNALED(status):
+                cause = signal.Signals(os.WTERMSIG(status)).name
+            text = f"{left.popleft()}: damaged: it ends the library that reads it ({cause})"
+            yield LogError("damaged", text)
+
+
+def _send_results(pipe: BinaryIO, paths: Iterable[Path], work: Callable[[Path], object]) -> None:
+    """Do the work of the process of its own, some seconds for each file."""
     import resource
 
-    child = os.fork()
-    if child == 0:
-        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-        resource.setrlimit(resource.RLIMIT_CPU, (_MOST_CPU_S, _MOST_CPU_S))
-        try:
-            work()
-        finally:
-            os._exit(0)
-    _, status = os.waitpid(child, 0)
-    if os.WIFSIGNALED(status):
-        name = signal.Signals(os.WTERMSIG(status)).name
-        raise LogError("damaged", f"{path}: {what}: it ends the library that reads it ({name})")
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    for path in paths:
+        used = resource.getrusage(resource.RUSAGE_SELF)
+        most = int(used.ru_utime + used.ru_stime) + 1 + _MOST_CPU_S
+        resource.setrlimit(resource.RLIMIT_CPU, (most, resource.RLIM_INFINITY))
+        pickle.dump(_result_of(work, path), pipe, pickle.HIGHEST_PROTOCOL)
+        pipe.flush()
+
+
+def _result_of(work: Callable[[Path], Result], path: Path) -> Result | Exception:
+    try:
+        return work(path)
+    except LogError as error:
+        return error
+    except Exception as error:  # noqa: BLE001  # a library may raise anything
+        return ValueError(on_one_line(error))
 
 
 _LIMITING = Lock()
