@@ -55,7 +55,7 @@ def refusal(motion, run, arm):
 
 
 def several(count, lengths, unit="cm"):
-    return remark("several-strokes", count=count, lengths=lengths, unit=unit)
+    return remark("several-strokes", count=count, lengths=lengths, unit=unit, cure="")
 
 
 def legs(*ends_deg):
@@ -84,6 +84,19 @@ def test_one_of_several_strokes_is_never_taken_in_silence(motion, run, reason):
         for number in (1, 2)
     ]
     assert ends[0][1] <= ends[1][0]
+
+
+def test_a_push_at_a_speed_that_varies_is_refused_with_the_drive_that_reads_it():
+    time = np.arange(0, 40, 0.02)
+    # each second the hand rests for 0.6 s
+    moving_s = np.clip(np.floor(time - 2) + np.clip((time - 2) % 1 / 0.4, 0, 1), 0, 12)
+    z = 2.0 - 0.6 * moving_s
+    motion = IntruderPath(time, 0 * z, z, 0 * z)
+    refused = refusal(motion, row(90), Arm(speed_cm_per_s=1.5))
+    assert refused.code == "several-strokes"
+    assert "arm.drive: uneven" in refused.values["cure"]
+    hand = Arm(drive="uneven")
+    find_stroke(motion, motion.spans(hand), row(90), hand)
 
 
 def test_pushes_by_hand():

@@ -3,6 +3,7 @@
 import shutil
 
 import numpy as np
+import pandas as pd
 import pytest
 from campaigns import Folder
 from jobs import run_rules
@@ -64,6 +65,27 @@ def test_a_file_at_the_edge_gives_the_right_number_or_the_true_reason(
         assert words in fit["reason"]
     if code:
         assert code in flags
+
+
+@pytest.mark.parametrize("rows", [5, 10, 25])
+def test_stamps_of_arrival_are_spread_over_their_packets(tmp_path, rows):
+    """The motion log has the times at which readings were taken."""
+    source = pd.read_csv(EDGES / "b4_force_10.csv")
+    taken_s = 0.02 * np.arange(len(source))
+    packet, place = np.divmod(np.arange(len(source)), rows)
+    last = np.minimum((packet + 1) * rows, len(source)) - 1
+    source["Time (s)"] = taken_s[last] + 1e-4 * place
+    logs = tmp_path / "logs"
+    logs.mkdir()
+    source.to_csv(logs / "force.csv", index=False)
+    folder = campaign_around(tmp_path / "lab", logs / "force.csv")
+    shutil.copyfile(EDGES / "b4_motion.csv", folder.root / "raw" / "b4_motion.csv")
+    sheet = folder.root / "config" / "runs.csv"
+    sheet.write_text(sheet.read_text().rstrip().removesuffix("force.csv") + "b4_motion.csv\n")
+    fit, flags = measured(folder)
+    assert fit["alpha_z_N_per_cm3"] == pytest.approx(ALPHA, rel=5e-3), fit["reason"]
+    assert "stamps-of-arrival" in flags
+    assert "gaps" not in flags
 
 
 @pytest.mark.parametrize(("name", "rows_lost"), [("s10_void.csv", True), ("s5_de.csv", False)])

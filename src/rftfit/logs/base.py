@@ -428,21 +428,30 @@ def run_apart(
         os.close(sender)
         try:
             with os.fdopen(receiver, "rb") as pipe:
-                while left:
-                    try:
-                        result = pickle.load(pipe)  # noqa: S301  # of this program's own process
-                    except (EOFError, pickle.UnpicklingError):
-                        break
+                while len(left) > 1 and (content := _received(pipe)):
                     left.popleft()
-                    yield result
+                    yield content[0]
+                # whoever takes the last result may never ask for more
+                content = _received(pipe)
         finally:
             _, status = os.waitpid(child, 0)
-        if left:
+        if content:
+            left.popleft()
+            yield content[0]
+        else:
             cause = f"status {status}"
             if os.WIFSIGNALED(status):
                 cause = signal.Signals(os.WTERMSIG(status)).name
             text = f"{left.popleft()}: damaged: it ends the library that reads it ({cause})"
             yield LogError("damaged", text)
+
+
+def _received(pipe: BinaryIO) -> tuple[Any, ...]:
+    """Receive the next result, in a tuple; an empty one where the sender has ended."""
+    try:
+        return (pickle.load(pipe),)  # noqa: S301  # of this program's own process
+    except (EOFError, pickle.UnpicklingError):
+        return ()
 
 
 def _send_results(pipe: BinaryIO, paths: Iterable[Path], work: Callable[[Path], object]) -> None:

@@ -22,6 +22,7 @@ LONE = "stands alone, far from the readings before and after it"
 AWAY = "away from the readings before and after them, entered and left by a jump"
 HELD_READING = "repeats the reading before until a jump makes up for it: no new reading came"
 SET_BACK = "clock set back by whole hours"
+ON_ARRIVAL = "stamped on arrival, several rows at once"
 REPEATED = "repeats the reading before (transducer slower than its logger)"
 
 _ROW_CODES = {

@@ -29,6 +29,7 @@ from rftfit.measure.flags import (
     HELD_READING,
     LONE,
     NO_DATA,
+    ON_ARRIVAL,
     SET_BACK,
 )
 from rftfit.table.units import TIME_TO_S
@@ -234,6 +235,8 @@ def clean(log: Log) -> Log:
         why = ", ".join(log.dropped)
         text = f"{log.path}: no usable row among {log.rows}{why and f': {why}'}"
         raise LogError("no_good_row", text, log.rows)
+    log = _with_even_stamps(log)
+    time = log.columns["time"]
     if (time[1:] > time[:-1]).all():
         return log
     values = np.stack(list(log.columns.values()))
@@ -250,6 +253,65 @@ def clean(log: Log) -> Log:
         text = f"{log.path}: time does not increase in {np.count_nonzero(~forward)} of {time.size} rows"
         raise LogError("time", f"{text}; {_why_time_stands(time)}", log.rows)
     return log.take(forward, BACKWARDS)
+
+
+_FEWEST_PACKETS = 10
+_SAME_LENGTH = 0.9
+"""Share of the packets that have the usual number of rows, at least."""
+_TIMES_ERROR = 3.0
+
+
+def _with_even_stamps(log: Log) -> Log:
+    """Spread the times of rows that were stamped on arrival, a packet at once, evenly over each packet, and note it.
+
+    A logger that takes several readings at once and then waits has such stamps too: of these, readings change from
+    packet to packet and not within one.
+    """
+    time = log.columns["time"]
+    steps = np.diff(time)
+    usual_step = (time[-1] - time[0]) / max(steps.size, 1)
+    if not steps.size or not 0 <= 2 * np.median(steps) < usual_step:
+        return log
+    ends = np.flatnonzero(steps > usual_step)
+    lengths = np.diff(ends)
+    rows = int(np.median(lengths)) if ends.size > _FEWEST_PACKETS else 0
+    if rows < 2 or np.mean(lengths == rows) < _SAME_LENGTH:
+        return log
+    starts = np.concatenate([[0], ends + 1])
+    arrivals = time[starts]
+    interval = np.diff(arrivals)
+    usual_interval = float(np.median(interval))
+    in_packet = time[ends] - time[starts[:-1]]
+    readings = [values for name, values in log.columns.items() if name != "time"]
+    if np.median(in_packet) * 2 > usual_interval or not _changes_within(readings, starts):
+        return log
+    lengths = np.diff(starts, append=time.size)
+    step = np.minimum(np.append(usual_interval, interval) / lengths, usual_interval / rows)
+    to_last = np.repeat(starts + lengths - 1, lengths) - np.arange(time.size)
+    even = np.repeat(arrivals, lengths) - to_last * np.repeat(step, lengths)
+    when = ((float(even[0]), float(even[-1])),)
+    columns = {**log.columns, "time": even}
+    return replace(log, columns=columns, stretches={**log.stretches, ON_ARRIVAL: when})
+
+
+def _changes_within(readings: Sequence[FloatArray], starts: npt.NDArray[np.intp]) -> bool:
+    """Tell whether a reading changes within packets as from packet to packet, in the column that tells best."""
+    best_error, is_even = math.inf, False
+    for values in readings:
+        lengths = np.diff(starts, append=values.size)
+        means = np.add.reduceat(values, starts) / lengths
+        between = (means[2:] - means[:-2]) / 2
+        within = (values[starts + lengths - 1] - values[starts])[1:-1]
+        size = float(between @ between)
+        if not size > 0:
+            continue
+        slope = float(within @ between) / size
+        error = float(np.std(within - slope * between)) / math.sqrt(size)
+        if error < best_error:
+            even_slope = 1 - 1 / float(np.median(lengths))
+            best_error = error
+            is_even = abs(slope - even_slope) < even_slope / 2 - _TIMES_ERROR * error
+    return is_even
 
 
 def _without_hour_set_back(log: Log) -> Log:

@@ -70,6 +70,9 @@ FLAGS = {
     "clock-set-back": Flag(
         "the clock of {file} is set back by whole hours at {when}, as at the end of summer: they are added to the rows below"
     ),
+    "stamps-of-arrival": Flag(
+        "the rows of {file} are stamped on arrival, several at once: their times are spread evenly over each packet"
+    ),
     "held-positions": Flag(_LOST_ROWS),
     "clock-by-itself": Flag(
         "the offset of the clocks is that of this push alone, since the pushes of {session} contradict one offset and "
@@ -181,13 +184,14 @@ SENTENCES = {
     "noisy-position": "the position has {noise_mm:.2g} mm of noise, which hides a way back of {hidden:.2g} cm: the strokes "
     "cannot be told apart (allowed: {most:g} cm). Log the position more often, or average it",
     "several-strokes": "the log holds {count} strokes along this path, of {lengths} {unit}: say which one in the "
-    "column stroke of the run sheet",
+    "column stroke of the run sheet{cure}",
     "other-direction": "below the surface the arm moved along gamma = {seen} deg; the sheet's {direction} at gamma "
-    "{gamma:g} is along {way:.1f} deg",
+    "{gamma:g} is along {way:.1f} deg; allowed: {tolerance:g} deg of difference (arm.angle_tolerance_deg)",
     "no-such-stroke": "the sheet asks for stroke {wanted}; the log holds {found}",
     "surface-not-crossed": "the path from {highest:+.2f} to {lowest:+.2f} cm does not cross the surface",
     "begins-below": "the arm log begins below the surface",
-    "other-angle": "the arm log shows the plate at beta = {found:.1f} deg, the sheet says {stated:g}",
+    "other-angle": "the arm log shows the plate at beta = {found:.1f} deg, the sheet says {stated:g}; allowed: {tolerance:g} deg of "
+    "difference (arm.angle_tolerance_deg)",
     "other-depth": "the arm log shows a depth of {found:.2f} cm, the sheet says {stated:g}",
     "no-rotation": "the leg turned by {seen} deg; a rotation turns it by {least:+g} deg or more in one stretch, "
     "from negative theta to positive",

@@ -182,7 +182,8 @@ def find_stroke(motion: IntruderPath, spans: FloatArray, run: Run, arm: Arm) -> 
         upside_down = mean.z[0] < min(lowest + 0.1, mean.z.max() - 1)
         code = "upside-down" if upside_down else "surface-not-reached"
         raise Refused(code, lowest=lowest, least=-UNDERGROUND_CM)
-    start, end = _chosen(_stretches_along_path(motion, spans, run, arm), run, "cm")
+    strokes = _stretches_along_path(motion, spans, run, arm)
+    start, end = _chosen(strokes, run, "cm", _cure_of_several(strokes, motion, run))
     _check_plate(motion, start, end, run, arm)
     return start, end
 
@@ -191,15 +192,33 @@ _StrokeSpan = tuple[float, float, float]
 """A stroke: its length, cm or deg, its start and its end, s."""
 
 
-def _chosen(strokes: Sequence[_StrokeSpan], run: Run, unit: str) -> tuple[float, float]:
-    """The stroke that the sheet names, in the order of time; where it names none, the only one."""
+def _cure_of_several(strokes: Sequence[_StrokeSpan], motion: IntruderPath, run: Run) -> str:
+    """Name the drive where all strokes are one push straight down at a speed that varies; empty where they are not."""
+    if len(strokes) < 2 or run.direction != "intrusion" or run.gamma_deg != 90:
+        return ""
+    try:
+        is_one = len(_uneven_pushes(motion)) == 1
+    except Refused:
+        return ""
+    return "; if it is one push at a speed that varies: arm.drive: uneven" if is_one else ""
+
+
+def _chosen(
+    strokes: Sequence[_StrokeSpan], run: Run, unit: str, cure: str = ""
+) -> tuple[float, float]:
+    """The stroke that the sheet names, in the order of time; where it names none, the only one.
+
+    `cure`: Of several, beside the number of the stroke.
+    """
     if run.stroke is None and len(strokes) > 1:
         lengths = [f"{length:.1f}" for length, _, _ in strokes]
         if len(set(lengths)) == 1:
             lengths = lengths[:1]
         elif len(lengths) > _MOST_NAMED:
             lengths = [*lengths[:_MOST_NAMED], "..."]
-        raise Refused("several-strokes", count=len(strokes), lengths=", ".join(lengths), unit=unit)
+        raise Refused(
+            "several-strokes", count=len(strokes), lengths=", ".join(lengths), unit=unit, cure=cure
+        )
     if (run.stroke or 1) > len(strokes):
         raise Refused("no-such-stroke", wanted=run.stroke, found=len(strokes))
     return strokes[(run.stroke or 1) - 1][1:]
@@ -238,7 +257,12 @@ def _stretches_along_path(
         raise Refused("too-slow", least=SHORTEST_CM, stated=arm.speed_cm_per_s, fastest=fastest)
     if not along:
         stated = {"direction": run.direction, "gamma": run.gamma_deg, "way": run.motion_gamma_deg}
-        raise Refused("other-direction", seen=", ".join(angle_texts), **stated)
+        raise Refused(
+            "other-direction",
+            seen=", ".join(angle_texts),
+            tolerance=arm.angle_tolerance_deg,
+            **stated,
+        )
     return along
 
 
@@ -355,7 +379,8 @@ def _check_plate(motion: IntruderPath, start: float, end: float, run: Run, arm: 
     beta = math.degrees(float(np.median(motion.angle[inside])))
     angle_error_deg = (beta - run.beta_deg + 90) % 180 - 90
     if math.isfinite(run.beta_deg) and abs(angle_error_deg) > arm.angle_tolerance_deg:
-        raise Refused("other-angle", found=beta, stated=run.beta_deg)
+        tolerance = arm.angle_tolerance_deg
+        raise Refused("other-angle", found=beta, stated=run.beta_deg, tolerance=tolerance)
     if run.direction == "horizontal":
         depth = -float(np.median(motion.z[inside]))
         if abs(depth - run.depth_cm) > DEPTH_TOLERANCE_CM:

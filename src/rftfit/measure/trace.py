@@ -15,7 +15,15 @@ from rftfit.conventions import FloatArray
 from rftfit.logs.base import Log, LogError
 from rftfit.measure import lab_frame
 from rftfit.measure.clocks import ClockFit
-from rftfit.measure.flags import REPEATED, SET_BACK, Refused, Remark, dropped_rows, remark
+from rftfit.measure.flags import (
+    ON_ARRIVAL,
+    REPEATED,
+    SET_BACK,
+    Refused,
+    Remark,
+    dropped_rows,
+    remark,
+)
 from rftfit.measure.ledger import RowStatus
 from rftfit.measure.read import same_table
 from rftfit.measure.readings import AWAY_S, find_holds, gaps, rows_within
@@ -333,6 +341,8 @@ def _lost_rows(force: Log, motion: Log, *, whole_lines: bool) -> list[Remark]:
         if when := log.stretches.get(SET_BACK):
             at = f"{when[0][0]:.2f} s"
             flags.append(remark("clock-set-back", file=log.path.name, when=at))
+        if ON_ARRIVAL in log.stretches:
+            flags.append(remark("stamps-of-arrival", file=log.path.name))
     return list(dict.fromkeys(flags))
 
 
