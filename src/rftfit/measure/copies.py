@@ -82,10 +82,37 @@ def near_copies(groups: Sequence[Sequence[str]], tared: pd.DataFrame) -> dict[st
         for pair in _pairs_with_same_noise(shapes):
             first, second = (names[index] for index in pair)
             # noise of another size is no copy of the readings
-            if abs(math.log(noise[first].std() / noise[second].std())) < _SAME_SIZE:
+            same_size = abs(math.log(noise[first].std() / noise[second].std())) < _SAME_SIZE
+            if same_size and _are_equal_in_part(noise[first], noise[second]):
                 copies.setdefault(first, []).append(second)
                 copies.setdefault(second, []).append(first)
     return {name: tuple(run_ids) for name, run_ids in copies.items()}
+
+
+_PART = 0.25
+_EQUAL, _EQUAL_STEPS = 0.1, 0.3
+"""Share of a copy that has the other's readings, at least; and how close these are: to so much of the noise, and of the
+steps in which a log is written."""
+
+
+def _are_equal_in_part(first: FloatArray, second: FloatArray) -> bool:
+    """Tell whether readings are equal where two noises fit best; a hum of the drive is alike and not equal."""
+    size = 1 << (first.size + second.size).bit_length()
+    match = np.fft.irfft(np.fft.rfft(second, size) * np.conj(np.fft.rfft(first, size)), size)
+    shift = int(np.abs(match).argmax())
+    sign = math.copysign(1.0, match[shift])
+    shift -= size if shift > size // 2 else 0
+    later, earlier = first[max(-shift, 0) :], second[max(shift, 0) :]
+    overlap = min(later.size, earlier.size)
+    apart = np.abs(later[:overlap] - sign * earlier[:overlap])
+    steps = max(_step_of(first), _step_of(second))
+    return bool(np.quantile(apart, _PART) < _EQUAL * first.std() + _EQUAL_STEPS * steps)
+
+
+def _step_of(noise: FloatArray) -> float:
+    """Smallest step between distinct values, N; what is far below the noise is that of the arithmetic."""
+    steps = np.diff(np.unique(noise))
+    return float(min(steps[steps > 1e-6 * noise.std()], default=0.0))
 
 
 def _noise(force: FloatArray) -> FloatArray:
