@@ -213,6 +213,9 @@ def test_packed_text_is_the_text(tmp_path):
     refused(reader, packed, "damaged", "gzip")
 
 
+OPEN_DOCUMENT = b"mimetypeapplication/vnd.oasis.opendocument.spreadsheet"
+
+
 @pytest.mark.parametrize(
     ("content", "advice"),
     [
@@ -220,9 +223,12 @@ def test_packed_text_is_the_text(tmp_path):
         (b'{"time": [0, 1]}\n', "JSON"),
         (b"PK\x03\x04" + bytes(600), "unpack it"),
         (b"\x80\x04\x95" + bytes(80), "numpy.savez"),
+        (b"\r\n<HTML>\n<table><tr><td>1</td><td>2</td></tr></table>", "save it as .xlsx or .csv"),
+        (b"PK\x03\x04" + bytes(26) + OPEN_DOCUMENT + bytes(200), ".ods"),
     ],
 )
 def test_what_is_refused_says_how_to_export_it(content, advice, tmp_path):
     path = tmp_path / "a.dat"
     path.write_bytes(content)
-    assert advice in str(refusal(path, read_head(path)))
+    first_line = str(refusal(path, read_head(path))).splitlines()[0]
+    assert advice in first_line

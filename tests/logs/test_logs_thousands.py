@@ -96,3 +96,27 @@ def test_a_blank_parts_thousands_where_the_column_shows_it(tmp_path, column, val
     log = rftfit.read_log(path, text={"delimiter": ";"})
     assert log.columns["Fz"][rows_above:].tolist() == values
     assert log.size + sum(log.dropped.values()) == len(cells)
+
+
+def test_a_column_may_have_the_other_decimal_mark(tmp_path):
+    """As where a logger stamps rows with a point and an amplifier writes readings with a comma."""
+    rows = [(0.02 * i, -1.25 * i + 0.5) for i in range(60)]
+    text = "\n".join(
+        ["Time (s);Force (N)", *(f"{t:.2f};{str(f).replace('.', ',')}" for t, f in rows)]
+    )
+    path = tmp_path / "a.csv"
+    path.write_text(text + "\nx;1,5\n1.3;1,5\n")
+    log = rftfit.read_log(path)
+    assert log.columns.keys() == {"Time", "Force"}
+    times, forces = np.array([*rows, (1.3, 1.5)]).T
+    kept = np.isfinite(log.columns["Time"])
+    np.testing.assert_allclose(log.columns["Time"][kept], times, atol=1e-12)
+    np.testing.assert_allclose(log.columns["Force"][kept], forces, atol=1e-12)
+
+
+@pytest.mark.parametrize("column", ["2", "column 2"])
+def test_a_column_by_its_number_may_stand_in_quotes(column, tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("Time (s),Force (N)\n" + "".join(f"{i},{2 * i}\n" for i in range(9)))
+    log = rftfit.read_log(path)
+    assert log.columns[log.name_of(column)].tolist() == [2.0 * i for i in range(9)]

@@ -284,14 +284,14 @@ _OPTIONS: dict[str, tuple[Any, str]] = {
 
 
 def by_number(column: str, names: Collection[str]) -> str:
-    """Return the name of ``column 3``, the third of the `names`; another name, or of no such place, as it is."""
+    """Return the name of ``column 3`` or ``3``, the third of the `names`; another name, or of no such place, as it is."""
     number = _BY_NUMBER.fullmatch(column)
     if not number or column in names or int(number[1]) > len(names):
         return column
     return [*names][int(number[1]) - 1]
 
 
-_BY_NUMBER = re.compile(r"column ([1-9]\d*)")
+_BY_NUMBER = re.compile(r"(?:column )?([1-9]\d*)")
 
 
 def join_blocks(blocks: Iterable[Log]) -> Log:

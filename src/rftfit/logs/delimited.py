@@ -128,6 +128,7 @@ class DelimitedReader(TextReader):
             no_value=NO_VALUE,
             void=_voids_of_gef(skipped),
             mixed=seen.mixed,
+            other_decimal=seen.other_decimal,
             rewrites=printed.rewrites,
             where=source,
         )
@@ -325,7 +326,8 @@ class Seen(NamedTuple):
 
     `stamps`: Columns of times as text, and the first of them. `dates`: Their order. `unread`: Columns
     that hold neither numbers nor times, with their first cell and why they are not read. `mixed`: Places
-    of columns of numbers in which words or no values at all were seen.
+    of columns of numbers in which words or no values at all were seen. `other_decimal`: Of those whose
+    numbers have the other decimal mark.
     """
 
     kinds: tuple[Kind, ...]
@@ -333,6 +335,7 @@ class Seen(NamedTuple):
     dates: str
     unread: dict[str, str]
     mixed: frozenset[int] = frozenset()
+    other_decimal: frozenset[int] = frozenset()
 
 
 def looked_at(
@@ -351,6 +354,13 @@ def looked_at(
     as_written = [*zip(*table, strict=True)] or [()] * len(names)
     plain = _NUMBERS[decimal].fullmatch
     columns = [_without_thousands(column, decimal) for column in as_written]
+    other_decimal = {
+        place for place, column in enumerate(columns) if _has_other_decimal(column, decimal)
+    }
+    for place in other_decimal:
+        columns[place] = [
+            cell.replace(*(",." if decimal == "." else ".,")) for cell in columns[place]
+        ]
     numbers = [sum(bool(plain(plain_number(cell))) for cell in column) for column in columns]
     without = {
         place
@@ -393,7 +403,10 @@ def looked_at(
         if filled:
             unread[name] = f"{filled[0]!r} ({why})"
     if any(kind == "number" and place not in mixed for place, kind in enumerate(kinds)):
-        return Seen(tuple(kinds), first_stamps, dates, unread, frozenset(mixed))
+        mixed |= other_decimal
+        return Seen(
+            tuple(kinds), first_stamps, dates, unread, frozenset(mixed), frozenset(other_decimal)
+        )
     # where no column holds numbers, none is left out: each row then says what is wrong with it
     return Seen(tuple[Kind, ...](["number"] * len(names)), {}, "", {})
 
@@ -405,6 +418,19 @@ def _without_thousands(column: Sequence[str], decimal: str) -> Sequence[str]:
     if not marked or not all(map(IN_THOUSANDS[mark].fullmatch, marked)):
         return column
     return [cell.replace(mark, "") for cell in column]
+
+
+def _has_other_decimal(column: Sequence[str], decimal: str) -> bool:
+    """Tell a column of numbers that have the other decimal mark, and no mark that may part thousands."""
+    mark = "," if decimal == "." else "."
+    marked = [plain_number(cell) for cell in column if mark in cell]
+    are_numbers = [cell for cell in marked if _NUMBERS[mark].fullmatch(cell)]
+    may_be_thousands = all(map(IN_THOUSANDS[mark].fullmatch, are_numbers))
+    return (
+        not may_be_thousands
+        and len(are_numbers) * 2 > len(column)
+        and not any(map(is_stamp, marked))
+    )
 
 
 def _of_width(rows: Iterable[Sequence[str]], width: int) -> list[list[str]]:

@@ -29,6 +29,7 @@ from rftfit.logs.quantities import DOWNWARD, MEANING, epoch_unit, guesses
 from rftfit.logs.registry import claimants, dialect, dialects, faults, read_head
 from rftfit.logs.rostopic import ECHO, is_echo
 from rftfit.table.parse import add_counts
+from rftfit.table.text import is_web_page
 from rftfit.table.units import TIME_TO_S
 
 GAP_STEPS = 5.0
@@ -597,6 +598,7 @@ _EXPORTS = {
     b"%PDF": "a PDF: export the numbers from the program that drew it",
 }
 """How a file of another kind becomes one that is read, by its first bytes."""
+_OPEN_DOCUMENT = b"mimetypeapplication/vnd.oasis.opendocument.spreadsheet"
 
 
 class Recognised(NamedTuple):
@@ -682,25 +684,29 @@ def refusal(path: Path, head: bytes) -> InputError:
     """Say why a file cannot be read, and what it looks like."""
     if not head:
         return InputError(f"{path}: the file is empty")
-    lines = [f"{path}: no dialect reads this file. The dialects there are:"]
-    small = path.stat().st_size <= _TRIED_WHOLE
-    for reader in dialects().values():
-        why = f": {_reason(reader, path)}" if small and reader.name == "rig" else ""
-        lines.append(f"  {reader.name} ({reader.describe()}){why}")
-    lines += [f"  {fault}" for fault in faults()]
-    lines.append(f"It looks like: {encoding_of(head)}; it begins with")
-    lines += [f"  {line}" for line in read_first_lines(head)]
     kind = next((text for mark, text in _EXPORTS.items() if head.lstrip().startswith(mark)), "")
+    if is_web_page(head):
+        kind = "a web page, whatever its name is: open it in a spreadsheet and save it as .xlsx or .csv"
+    elif _OPEN_DOCUMENT in head[: 2 * len(_OPEN_DOCUMENT)]:
+        kind = "a workbook of LibreOffice (.ods): save it as .xlsx or .csv"
     if is_echo(head):
-        lines.append(ECHO[0].upper() + ECHO[1:])
+        cure = ECHO[0].upper() + ECHO[1:]
     elif kind:
-        lines.append(f"It is {kind}")
+        cure = f"It is {kind}"
     elif encoding_of(head) != "binary":
-        lines.append(
+        cure = (
             "No delimiter gives two rows of numbers below each other. If it is a table, describe it "
             "in the config: force_log: {text: {delimiter: ..., skip_lines: ...}}"
         )
-    return InputError("\n".join(lines))
+    else:
+        cure = "Export it as text, as a workbook (.xlsx), or as plain arrays"
+    lines = [f"{path}: no dialect reads this file. {cure}"]
+    lines.append(f"It looks like: {encoding_of(head)}; it begins with")
+    lines += [f"  {line}" for line in read_first_lines(head)]
+    small = path.stat().st_size <= _TRIED_WHOLE
+    if small and not kind and encoding_of(head) != "binary":
+        lines.append(f"not rig: {_reason(dialect('rig'), path)}")
+    return InputError("\n".join([*lines, *tried()]))
 
 
 def _reason(reader: Reader, path: Path) -> str:

@@ -125,7 +125,7 @@ class Layout:
     `kinds`: By default all numbers. Integers are exact within 64 bits; of a cell that should always
         be the `same`, whether it is; labels are words; skipped cells may hold anything.
     `delimiter`: One character; a blank stands for any number of blanks and tabs.
-    `decimal`: ``.`` or ``,``.
+    `decimal`: ``.`` or ``,``. `other_decimal`: Places of columns whose numbers have the other mark.
     `quote`: Whether cells may stand in double quotes.
     `comment`: Lines that begin with this are no data lines; empty: there are none.
     `optional`: How many of the last columns, all skipped ones, a line may leave out.
@@ -154,6 +154,7 @@ class Layout:
     mixed: frozenset[int] = frozenset()
     rewrites: tuple[tuple[re.Pattern[bytes], bytes], ...] = ()
     where: tuple[tuple[int, tuple[str, ...]], ...] = ()
+    other_decimal: frozenset[int] = frozenset()
 
     def __post_init__(self) -> None:
         if not self.kinds:
@@ -163,6 +164,12 @@ class Layout:
     def places_to_read(self) -> list[int]:
         """Places of the columns that are read."""
         return [place for place, kind in enumerate(self.kinds) if kind != "skip"]
+
+    def decimal_of(self, place: int) -> str:
+        """Decimal mark of a column."""
+        if place in self.other_decimal:
+            return "," if self.decimal == "." else "."
+        return self.decimal
 
     def is_data(self, line: bytes) -> bool:
         """Tell a data line from a blank one and from a comment."""
@@ -560,7 +567,7 @@ def _rows_of_table(layout: Layout, table: Any) -> ParsedRows | None:
             columns[layout.names[place]] = _words_of(cells)
             continue
         if place in layout.mixed:
-            cells = numbers_among_words(cells, layout.decimal)
+            cells = numbers_among_words(cells, layout.decimal_of(place))
         elif layout.kinds[place] == "stamp" and layout.no_value:
             values_without = pc.is_in(pc.utf8_trim(cells, " \t"), pa.array(layout.no_value))
             cells = pc.if_else(values_without, pa.scalar(None, pa.string()), cells)
@@ -723,7 +730,7 @@ def _row(layout: Layout, line: bytes) -> list[Any] | str:
             if math.isnan(values[-1]):
                 return NO_TIME
         else:
-            if layout.decimal == ",":
+            if layout.decimal_of(place) == ",":
                 if place in layout.regrouped and REGROUPED.fullmatch(cell):
                     return GROUPED
                 cell = "." if "." in cell else cell.replace(",", ".")
