@@ -190,7 +190,7 @@ def test_guesses(name, unit, quantity):
         ("Speed mm/min", ("Speed", "mm/min")),
         ("v_mm/s", ("v", "mm/s")),
         ("mm/min", ("mm/min", "")),
-        ("Load_kg", ("Load", "kg")),
+        ("Load_kg", ("Load_kg", "")),
         ("run_g", ("run_g", "")),
         ("Sensor A", ("Sensor A", "")),
         ("Angle (°)", ("Angle", "deg")),
@@ -201,6 +201,10 @@ def test_guesses(name, unit, quantity):
 )
 def test_units_in_names(cell, name_and_unit):
     assert split_unit(cell) == name_and_unit
+
+
+def test_a_mass_is_a_unit_where_it_may_be_one():
+    assert split_unit("Load_kg", frozenset({"kg"})) == ("Load", "kg")
 
 
 @pytest.mark.parametrize(

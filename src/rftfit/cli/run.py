@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import sys
 from collections import Counter
 from contextlib import contextmanager
@@ -260,11 +259,13 @@ def others_line(recorded: Recorded) -> list[str]:
 
 def _rows(path: Path) -> list[dict[str, str]]:
     """Rows of a table, none where it cannot be read."""
+    from rftfit.store import read_cells
+
     try:
-        with path.open(encoding="utf-8", newline="") as handle:
-            return [*csv.DictReader(handle)]
-    except (OSError, ValueError, csv.Error):
+        header, *rows = read_cells(path) or [[]]
+    except (OSError, ValueError):
         return []
+    return [dict(zip(header, cells, strict=False)) for cells in rows]
 
 
 def failed_checks(recorded: Recorded) -> list[str]:

@@ -97,6 +97,15 @@ def csv_bytes(table: pd.DataFrame) -> bytes:
     return text.encode("utf-8")
 
 
+def read_cells(source: str | Path | bytes) -> list[list[str]]:
+    """Read the cells of a csv that the program wrote, each row a list; raises OSError or ValueError."""
+    content = source if isinstance(source, bytes) else Path(source).read_bytes()
+    try:
+        return [*csv.reader(io.StringIO(content.decode("utf-8-sig"), newline=""))]
+    except csv.Error as error:
+        raise ValueError(str(error)) from error
+
+
 def read_csv(source: str | Path | bytes, kind_of: Callable[[str], str]) -> pd.DataFrame:
     """Read a table of `csv_bytes`, or its file: columns of the kind ``text``, ``yes or no``, others numbers."""
     import pandas as pd
@@ -104,7 +113,7 @@ def read_csv(source: str | Path | bytes, kind_of: Callable[[str], str]) -> pd.Da
     try:
         content_bytes = source if isinstance(source, bytes) else Path(source).read_bytes()
         content = content_bytes.decode("utf-8-sig")
-        names = next(csv.reader(io.StringIO(content, newline="")), [])
+        names = next(iter(read_cells(content_bytes.partition(b"\n")[0])), [])
         kinds = {name: kind_of(name) for name in names}
         text = {name for name, kind in kinds.items() if kind in ("text", "yes or no")}
         table = pd.read_csv(

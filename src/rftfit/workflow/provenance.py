@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 import subprocess
 from collections.abc import Mapping, Sequence
@@ -17,7 +16,7 @@ import pandas as pd
 from rftfit.errors import InputError, RftfitError
 from rftfit.page.datapackage import ResultFile, package_text
 from rftfit.results import Results
-from rftfit.store import csv_bytes
+from rftfit.store import csv_bytes, read_cells
 from rftfit.store.digests import plugin_digest, read_sums, source_digests, sums_text
 from rftfit.store.environment import PACKAGE, versions
 from rftfit.store.tables import unguarded
@@ -109,11 +108,11 @@ def data_package(results: Results, digests: Mapping[str, str], sheet: bytes) -> 
     for path in sorted(digests):
         if path in results.allowed and path.endswith(".csv"):
             file = results.root / path
-            with file.open(encoding="utf-8", newline="") as handle:
-                columns = tuple(next(csv.reader(handle)))
-            files.append(ResultFile(path, digests[path], file.stat().st_size, columns))
-    columns = tuple(next(csv.reader([sheet.partition(b"\n")[0].decode("utf-8")])))
-    files.append(ResultFile(SHEET, sha256(sheet).hexdigest(), len(sheet), columns))
+            with file.open("rb") as handle:
+                (columns,) = read_cells(handle.readline())
+            files.append(ResultFile(path, digests[path], file.stat().st_size, tuple(columns)))
+    (columns,) = read_cells(sheet.partition(b"\n")[0])
+    files.append(ResultFile(SHEET, sha256(sheet).hexdigest(), len(sheet), tuple(columns)))
     about = (
         "Force-transducer logs of plates and legs, and the resistive-force model made from them."
     )
@@ -132,9 +131,8 @@ def read_provenance(folder: Path) -> tuple[Provenance, dict[str, Any]]:
                 f"{RECORD} was written by another version of rftfit (format {data['format']}); "
                 "`rftfit run` writes it again"
             )
-        with sheet.open(encoding="utf-8", newline="") as handle:
-            table = [*csv.DictReader(handle)]
-        cells_of = [{name: unguarded(cell) for name, cell in row.items()} for row in table]
+        header, *table = read_cells(sheet.read_bytes())
+        cells_of = [dict(zip(header, map(unguarded, cells), strict=True)) for cells in table]
         rows, facts = {row["run_id"]: row for row in cells_of}, ("settings", "modules", "versions")
         state = Provenance(read_sums(sums), rows, *(data[name] for name in facts))
     except FileNotFoundError:

@@ -6,8 +6,6 @@ records cannot tell, since whoever changes a result can renew its record.
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -18,7 +16,7 @@ from rftfit.errors import InputError, RftfitError
 from rftfit.results import FOLDER
 from rftfit.store import copy_file
 from rftfit.store.links import link_folder
-from rftfit.store.tables import read_parquet
+from rftfit.store.tables import read_cells, read_parquet
 from rftfit.workflow.records import Record, Recorded
 from rftfit.workflow.run import Workflow
 from rftfit.workflow.snakemake import Job, Progress
@@ -142,10 +140,9 @@ def _cells(path: Path) -> TextRows:
         rows = table.astype(object).to_numpy().tolist()
         return [[*map(str, table.columns)], *([*map(str, row)] for row in rows)]
     try:
-        text = path.read_bytes().decode("utf-8-sig")
+        return read_cells(path)
     except UnicodeDecodeError as error:
         raise InputError(f"{path}: no UTF-8 text: byte {error.start}") from error
-    return [*csv.reader(io.StringIO(text, newline=""))]
 
 
 def _difference_of_tables(original: TextRows, remade: TextRows) -> str:
