@@ -32,6 +32,7 @@ from rftfit.campaign.problems import (
     join_words,
 )
 from rftfit.table.numbers import COMMA, NOT_FINITE, cut_unit, has_decimal_commas, number_of
+from rftfit.table.parse import Kind, Layout, read_cells_of
 from rftfit.table.text import as_utf8, decoded, is_web_page, text_head, utf16_of
 from rftfit.table.units import cut_header, folded_name, unit_among, units_like
 
@@ -430,32 +431,16 @@ def _read_valid_rows(
     block: bytes, table: _Table, places: _Headers, schema: Schema, texts: dict[str, dict[str, int]]
 ) -> dict[str, npt.NDArray[Any]] | None:
     """Read rows in which every cell is valid; None where one is not."""
-    import pyarrow as pa
-    import pyarrow.csv as pacsv
-
-    word = pa.dictionary(pa.int32(), pa.string())
-    types = {
-        str(places[column.name].place): pa.float64() if column.form == "number" else word
-        for column in schema.columns
-        if column.name in places
-    }
-    try:
-        cells = pacsv.read_csv(
-            pa.BufferReader(block),
-            pacsv.ReadOptions(column_names=[str(index) for index in range(len(table.header))]),
-            pacsv.ParseOptions(delimiter=table.delimiter),
-            pacsv.ConvertOptions(
-                column_types=types,
-                include_columns=list(types),
-                null_values=[],
-                decimal_point=table.decimal,
-            ),
-        ).unify_dictionaries()
-    except pa.ArrowInvalid:
-        return None
-    size = cells.num_rows
-    if size != block.count(b"\n") + (not block.endswith(b"\n")):
-        return None  # a blank line, or a quote that swallowed line ends
+    kinds: list[Kind] = ["skip"] * len(table.header)
+    for column in schema.columns:
+        if column.name in places:
+            kinds[places[column.name].place] = "number" if column.form == "number" else "word"
+    names = tuple(map(str, range(len(kinds))))
+    layout = Layout(names, tuple(kinds), table.delimiter, table.decimal, quote=True)
+    cells = read_cells_of(layout, block, len(kinds))
+    size = block.count(b"\n") + (not block.endswith(b"\n"))
+    if cells is None or cells.num_rows != size:
+        return None  # a bad cell, a blank line, or a quote that swallowed line ends
     columns: dict[str, npt.NDArray[Any]]
     columns = {name: np.zeros(size, dtype=bool) for name in ("bad", "no_data")}
     columns["row"] = np.arange(table.last + 1, table.last + 1 + size)

@@ -97,7 +97,7 @@ GROUPED = "digits regrouped in this column: 10,114 may have been 1,0114"
 OF_CELLS = frozenset({NUMBER, NO_TIME, FINITE, BLANK, GROUPED})
 """Reasons that lie in a cell: whoever does not read its column keeps the line."""
 
-Kind = Literal["number", "integer", "stamp", "same", "label", "skip"]
+Kind = Literal["number", "integer", "stamp", "same", "label", "word", "skip"]
 
 _TYPES: dict[str, Any] = {
     "number": float,
@@ -123,7 +123,8 @@ class Layout:
 
     `names`: Of the columns, each once.
     `kinds`: By default all numbers. Integers are exact within 64 bits; of a cell that should always
-        be the `same`, whether it is; labels are words; skipped cells may hold anything.
+        be the `same`, whether it is; labels are words; skipped cells may hold anything. For `read_cells_of` alone:
+        words are texts of which there are few.
     `delimiter`: One character; a blank stands for any number of blanks and tabs.
     `decimal`: ``.`` or ``,``. `other_decimal`: Places of columns whose numbers have the other mark.
     `quote`: Whether cells may stand in double quotes.
@@ -518,7 +519,6 @@ def count_lines(body: bytes) -> int:
 def _fast(layout: Layout, body: bytes) -> ParsedRows | None:
     """Parse lines without a single bad one, or give None."""
     import pyarrow as pa
-    import pyarrow.csv as pacsv
 
     if "integer" in layout.kinds and (b"x" in body or b"X" in body):
         return None  # 0x10 would be a number to the fast parser
@@ -534,9 +534,8 @@ def _fast(layout: Layout, body: bytes) -> ParsedRows | None:
         width = min(width, line.count(layout.delimiter.encode()) + 1)
         if width < len(layout.names) - layout.optional:
             return None
-    try:
-        table = pacsv.read_csv(pa.BufferReader(body), **_options(layout, width))
-    except (pa.ArrowInvalid, pa.ArrowKeyError):
+    table = read_cells_of(layout, body, width)
+    if table is None:
         return None
     if table.num_rows != count_lines(body):
         # blank lines, or a quote that swallowed line ends
@@ -545,6 +544,17 @@ def _fast(layout: Layout, body: bytes) -> ParsedRows | None:
     try:
         return _rows_of_table(layout, table)
     except pa.ArrowInvalid:
+        return None
+
+
+def read_cells_of(layout: Layout, body: bytes, width: int) -> Any | None:
+    """Read lines of so many cells into an Arrow table, its columns by place; None where a cell is not of its kind."""
+    import pyarrow as pa
+    import pyarrow.csv as pacsv
+
+    try:
+        return pacsv.read_csv(pa.BufferReader(body), **_options(layout, width))
+    except (pa.ArrowInvalid, pa.ArrowKeyError):
         return None
 
 
@@ -621,6 +631,7 @@ def _options(layout: Layout, width: int) -> dict[str, Any]:
     import pyarrow.csv as pacsv
 
     types = {"number": pa.float64(), "integer": pa.int64(), "stamp": pa.string()}
+    types["word"] = pa.dictionary(pa.int32(), pa.string())
     names = [str(place) for place in range(width)]
     column_types = {name: types.get(layout.kinds[int(name)], pa.binary()) for name in names}
     column_types |= {str(place): pa.binary() for place in layout.mixed}
