@@ -25,6 +25,7 @@ AWAY = "away from the readings before and after them, entered and left by a jump
 HELD_READING = "repeats the reading before until a jump makes up for it: no new reading came"
 SET_BACK = "clock set back by whole hours"
 REPEATED = "repeats the reading before (transducer slower than its logger)"
+AVERAGED = "went into the mean of its neighbours: the log has more rows than are kept"
 
 _ROW_CODES = {
     CUT: "cut-rows",
@@ -41,6 +42,7 @@ _ROW_CODES = {
     HELD_READING: "held-readings",
     NO_DATA: "no-data",
     REPEATED: "repeated-rows",
+    AVERAGED: "averaged-rows",
 }
 """Codes of the reasons for which a reader of logs leaves out rows."""
 
