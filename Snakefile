@@ -50,14 +50,14 @@ end_with_parent(end_group)
 shell.prefix(SHELL_PREFIX)
 
 
+include: "workflow/rules/common.smk"
+
+
 if workflow.remote_exec:
     # the jobs that went to a node as one start there as they do on one machine
     from snakemake_executor_plugin_rftfit import fork_in_batch_jobs
 
-    fork_in_batch_jobs()
-
-
-include: "workflow/rules/common.smk"
+    fork_in_batch_jobs(STATES)
 
 
 if workflow.is_main_process:
