@@ -125,7 +125,7 @@ killed: env ## a run that is killed at twenty random moments goes on to the same
 fulldisk: env ## a disk that is too small or read-only gives a clear error, and the run goes on to the same bytes, 10 min
 	@$(BIN)/python studies/full_disk.py $(ARGS)
 
-largelogs: env ## bags, workbooks and arrays of a hundred times what a log holds are refused before they are read, 3 min
+largelogs: env ## bags, workbooks and arrays of a hundred times what a log holds are refused before they are read; 1 GB through run, 8 min (ARGS="--run 200": 200 MB alone)
 	@$(BIN)/python studies/large_logs.py $(ARGS)
 
 links: env ## a link in the place of any file that a command writes leads to no byte of raw logs and config, 20 min

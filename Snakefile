@@ -53,6 +53,13 @@ shell.prefix(SHELL_PREFIX)
 include: "workflow/rules/common.smk"
 
 
+if workflow.remote_exec:
+    # the jobs that went to a node as one start there as they do on one machine
+    from snakemake_executor_plugin_rftfit import fork_in_batch_jobs
+
+    fork_in_batch_jobs(STATES)
+
+
 if workflow.is_main_process:
     # also where Snakemake is started by hand
     guard_written(CAMPAIGN)

@@ -30,6 +30,9 @@ SHIPPED = (
     "config/robot.yaml",
 )
 """What a clone has at its top and the wheel inside the package."""
+MOST_PACKAGES = 80
+"""Packages of a plain install, the program itself among them."""
+_OF_VENV = ("pip", "setuptools")
 NAMES_COMMIT = {"provenance.json", "records/provenance.json"}
 ASK = "import sys; from rftfit.store.environment import shipped; print(*map(shipped, sys.argv[1:]), sep='\\n')"
 
@@ -51,8 +54,8 @@ def build(place: Path) -> Path:
     return wheel
 
 
-def install(wheel: Path, place: Path, python: str) -> Path:
-    """Install it with the locked versions into a new environment; the folder of its commands."""
+def install(wheel: Path, place: Path, python: str) -> tuple[Path, str]:
+    """Install it with the locked versions into a new environment; the folder of its commands, and what was installed."""
     lock = (ROOT / "requirements" / "lock.txt").read_text(encoding="utf-8")
     constraints = place / "constraints.txt"
     entries = re.findall(r"^([\w.-]+==[^\\\n]+?) *\\?$", lock, flags=re.MULTILINE)
@@ -67,8 +70,16 @@ def install(wheel: Path, place: Path, python: str) -> Path:
         "--quiet",
         "--disable-pip-version-check",
     ]
+    began = time.monotonic()
     subprocess.run([*command, "--constraint", str(constraints), str(wheel)], check=True)
-    return scripts
+    took_s = time.monotonic() - began
+    packages = [*(place / "environment").rglob("*.dist-info")]
+    # pip and what a new environment has besides are no packages of the program
+    count = len([path for path in packages if path.name.partition("-")[0] not in _OF_VENV])
+    size_MB = sum(path.stat().st_size for path in scripts.parent.rglob("*") if path.is_file()) / 1e6
+    if count > MOST_PACKAGES:
+        sys.exit(f"{count} packages with the program itself; allowed: {MOST_PACKAGES}")
+    return scripts, f"{count} packages, {size_MB:.0f} MB, in {took_s:.0f} s"
 
 
 def programs_without(absent: set[str], place: Path) -> Path:
@@ -98,7 +109,8 @@ def main() -> None:
         place = Path(folder).resolve()
         wheel = build(place)
         tell(f"built {wheel.name}, {wheel.stat().st_size / 1e6:.1f} MB")
-        scripts = install(wheel, place, chosen.python)
+        scripts, installed = install(wheel, place, chosen.python)
+        tell(installed)
         command = [str(scripts / "python"), "-P", "-c", ASK, *SHIPPED]
         done = subprocess.run(command, cwd=place, check=True, capture_output=True, text=True)
         strangers = [line for line in done.stdout.splitlines() if str(scripts.parent) not in line]

@@ -1,15 +1,20 @@
 """Files that would take much more than they hold: memory and time until they are refused or read, ``make largelogs``.
 
-Each is given to ``rftfit inspect`` in a process of its own, beside a small file of the same dialect.
+Each is given to ``rftfit inspect`` in a process of its own, beside a small file of the same dialect. Then a campaign with a
+log of 1 GB goes through ``rftfit run``, whose largest process is to take less memory than was said before it starts.
+``ARGS="--run 200"`` does that alone, with a log of 200 MB.
 """
 
 from __future__ import annotations
 
+import argparse
 import io
 import os
+import re
 import sqlite3
 import subprocess
 import sys
+import time
 import zipfile
 from collections.abc import Callable
 from contextlib import closing
@@ -18,10 +23,15 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
+import psutil
+import yaml
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "helpers"))
 
 from binary_logs import wrench, write_ros2
+from campaign_maker import MadePushes, write_campaign
+from golden_campaigns import GOLDEN
+from push_maker import LONGEST_S, MadePush
 
 MOST_MB, MOST_S = 300, 2.0
 """Memory of the whole process, MB, and processor time beyond that of a small file, s, that no file may take."""
@@ -156,12 +166,137 @@ def made_elsewhere(dialect: str, name: str, folder: Path) -> Path:
     return Path(made.stdout.strip())
 
 
+# --- A long log through the whole workflow.
+
+LONG_LOG_MB = 1000
+MOST_OF_RUN_MB = 1000
+"""Memory of the largest process of a run with a log of 1 GB."""
+_RUNS = (
+    {"run_id": "rod", "kind": "rod", "gamma_deg": "90", "beta_deg": "0"},
+    {
+        "run_id": "push",
+        "kind": "plate",
+        "gamma_deg": "90",
+        "beta_deg": "0",
+        "tare_run": "rod",
+        "tare_shared": "yes",
+    },
+    {
+        "run_id": "slow",
+        "kind": "plate",
+        "gamma_deg": "90",
+        "beta_deg": "0",
+        "tare_run": "rod",
+        "tare_shared": "yes",
+    },
+)
+_ROWS_AT_ONCE = 1 << 20
+
+
+def campaign_with_long_log(folder: Path, megabytes: float) -> Path:
+    """Write a campaign of two pushes, and let the force log of one be that of a fast transducer; the long log."""
+    import pyarrow as pa
+    import pyarrow.csv as pacsv
+
+    config = yaml.safe_load((GOLDEN / "home-rig" / "config.yaml").read_text(encoding="utf-8"))
+    for channel in ("F1", "F3"):
+        config["force_log"]["columns"][channel]["unit"] = "N"
+    names = {"intruder": "plate", "medium": "sand", "direction": "intrusion"}
+    rows = [
+        {
+            **run,
+            **names,
+            "force_log": f"{run['run_id']}.csv",
+            "motion_log": f"{run['run_id']}_stage.csv",
+        }
+        for run in _RUNS
+    ]
+    pushes = MadePushes(clock_offset_s={"": 3.0})
+    write_campaign(folder, config, rows=rows, pushes=pushes)
+    path = folder / config["raw"] / "push.csv"
+    # the push begins when the one that it replaces does
+    start_s = float(path.read_text(encoding="utf-8").splitlines()[1].split(",")[0])
+    random = np.random.default_rng(5)
+    n_rows = int(megabytes * 1e6 / _BYTES_OF_ROW)
+    with path.open("wb") as file:
+        file.write(b"time_s,force_x,force_z\n")
+        for first in range(0, n_rows, _ROWS_AT_ONCE):
+            time_s = np.arange(first, min(first + _ROWS_AT_ONCE, n_rows)) * (LONGEST_S / n_rows)
+            way_cm = MadePush().way_at(time_s)
+            force_z_N = 0.36 * 15 * np.maximum(way_cm, 0) + 0.06 * np.maximum(way_cm, 0)
+            noise_x_N, noise_z_N = 0.02 * random.standard_normal((2, time_s.size))
+            columns = {
+                "time": np.round(start_s + time_s, 6),
+                "x": np.round(noise_x_N, 6),
+                "z": np.round(force_z_N + noise_z_N, 6),
+            }
+            table = pa.table({name: pa.array(values) for name, values in columns.items()})
+            pacsv.write_csv(table, file, pacsv.WriteOptions(include_header=False))
+    return path
+
+
+_BYTES_OF_ROW = 32
+
+
+def run_with_long_log(megabytes: float) -> list[str]:
+    """Run a campaign with a long log; print what was said, the memory and the time it took, and say what is too much."""
+    with TemporaryDirectory() as place:
+        folder = Path(place)
+        log_MB = campaign_with_long_log(folder, megabytes).stat().st_size / 1e6
+        output = folder / "said.txt"
+        with output.open("wb") as said:
+            process = subprocess.Popen(
+                [sys.executable, "-P", "-m", "rftfit", "run"], cwd=folder, stdout=said, stderr=said
+            )
+            largest_MB = 0.0
+            while process.poll() is None:
+                largest_MB = max(largest_MB, *_memory_of_processes(process.pid), 0.0)
+                time.sleep(0.05)
+        lines = output.read_text(encoding="utf-8", errors="replace").splitlines()
+        fits = (folder / "results" / "fits" / "sand.csv").read_text(encoding="utf-8")
+    stated = [int(match[1]) for line in lines if (match := re.search(r"up to (\d+) MB", line))]
+    print(
+        f"| csv through `rftfit run` | {log_MB:.1f} | {process.returncode} | {largest_MB:.0f} | |"
+    )
+    print("said before:", *[line for line in lines if " MB of memory" in line], sep="\n  ")
+    is_fitted = fits.count("sand") >= 2 and not process.returncode
+    faults = [] if is_fitted else [f"a run of the long log gave no alpha: {lines[-1]}"]
+    if largest_MB > MOST_OF_RUN_MB or not stated or largest_MB > stated[0]:
+        faults.append(f"{largest_MB:.0f} MB were taken, {stated} MB said, {MOST_OF_RUN_MB} allowed")
+    return faults
+
+
+def _memory_of_processes(process_id: int) -> list[float]:
+    """Memory of a process and those that it started, MB."""
+    memory = []
+    try:
+        first = psutil.Process(process_id)
+        for process in [first, *first.children(recursive=True)]:
+            memory.append(process.memory_info().rss / 1e6)
+    except psutil.Error:
+        pass
+    return memory
+
+
 def main() -> None:
-    """Make and inspect each file; print a table, and what took too much."""
+    """Make and inspect each file, and run a campaign with a long log; print a table, and what took too much."""
     if sys.argv[1:2] == ["make"]:
         dialect, name, folder = sys.argv[2:]
         print(FILES[dialect][name](Path(folder)))
         return
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument(
+        "--run", type=float, metavar="MB", help="a long log through run, and nothing else"
+    )
+    chosen = parser.parse_args()
+    faults = [] if chosen.run else inspect_all()
+    faults += run_with_long_log(chosen.run or LONG_LOG_MB)
+    if faults:
+        sys.exit("\n".join(faults))
+
+
+def inspect_all() -> list[str]:
+    """Make and inspect each file; print a table, and return what took too much."""
     faults = []
     print(
         "| file | size (MB) | exit status | memory (MB) | processor time (s) |\n|---|---|---|---|---|"
@@ -180,8 +315,7 @@ def main() -> None:
             )
             if memory_MB > MOST_MB or processor_s > small_s + MOST_S or "Traceback" in line:
                 faults.append(f"{dialect}: {name}: {line}")
-    if faults:
-        sys.exit("\n".join(faults))
+    return faults
 
 
 if __name__ == "__main__":

@@ -7,12 +7,14 @@ import re
 import shutil
 import subprocess
 import tomllib
+from importlib.metadata import distribution
 from itertools import pairwise
 from pathlib import Path
 
 import pytest
 import release
 import yaml
+from packaging.requirements import Requirement
 from seams import declared_names, used_names
 
 import rftfit
@@ -21,6 +23,8 @@ from rftfit.reference import CITATION
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = ROOT / "src" / "rftfit"
 MODULES = sorted(PACKAGE.rglob("*.py"))
+MOST_PACKAGES = 80
+"""Packages of an install without extras, the program among them."""
 
 
 def relative(path):
@@ -276,6 +280,36 @@ def test_tracked_files_are_small():
     sizes = {path: path.stat().st_size for path in tracked if path.is_file()}
     problems = [f"{relative(path)}: {n} bytes" for path, n in sizes.items() if n > 1_000_000]
     assert not problems, "\n".join(problems)
+
+
+def packages_needed(name, extras=(), left_out=()):
+    """Names of a package and of all that it needs on this machine, but what only those `left_out` need."""
+    packages: dict[str, set[str]] = {}
+    waiting = [(name, {*extras} or {""})]
+    while waiting:
+        name, wanted = waiting.pop()
+        name = re.sub(r"[-_.]+", "-", name).lower()
+        if name in left_out or wanted <= packages.setdefault(name, set()):
+            continue
+        packages[name] |= wanted
+        for line in distribution(name).requires or ():
+            requirement = Requirement(line)
+            marker = requirement.marker
+            if marker is None or any(marker.evaluate({"extra": extra}) for extra in wanted):
+                waiting.append((requirement.name, requirement.extras or {""}))
+    return {*packages}
+
+
+def test_a_plain_install_is_small():
+    """Linters, documentation, tests and simulators are no part of it; `make wheel` counts what pip installs."""
+    packages = packages_needed("rftfit")
+    assert packages.isdisjoint({"mujoco", "mypy", "pytest", "ruff", "snakefmt", "sphinx"})
+    assert len(packages) <= MOST_PACKAGES
+    of_snakemake = packages - packages_needed("rftfit", left_out={"snakemake"})
+    text = (ROOT / "docs" / "install.md").read_text("utf-8")
+    counts = re.search(r"installs (\d+) packages.* Snakemake needs (\d+) alone", text)
+    assert counts is not None
+    assert counts.groups() == (str(len(packages)), str(len(of_snakemake)))
 
 
 def test_lock_file_has_hashes_and_no_addresses():

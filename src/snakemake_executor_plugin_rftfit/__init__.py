@@ -1,29 +1,35 @@
-"""Jobs on this machine, forked from a process that has imported what they need (``--executor rftfit``).
+"""Jobs on this machine or in a batch job, forked from a process that has imported what they need (``--executor rftfit``).
 
 A job whose record still holds is not done again. Snakemake finds its plug-ins by the name of this package.
 """
 
 from __future__ import annotations
 
+import os
 import shlex
 import subprocess
+import sys
 import threading
 from concurrent.futures import Future
 from dataclasses import dataclass
 from multiprocessing import connection, get_context
 from pathlib import Path
+from tempfile import TemporaryFile
 from typing import Any
 
 from snakemake.exceptions import WorkflowError
 from snakemake.executors.local import Executor as LocalExecutor
 from snakemake.executors.local import common_settings
+from snakemake_interface_executor_plugins.registry import ExecutorPluginRegistry
 from snakemake_interface_executor_plugins.settings import ExecutorSettingsBase
 
 from rftfit.store.files import set_time
 from rftfit.workflow.job import run_forked
 from rftfit.workflow.records import record_holds
+from rftfit.workflow.stages import RULES_TO_COME
+from rftfit.workflow.state import HANDED, States, hand_over
 
-__all__ = ["Executor", "ExecutorSettings", "common_settings"]
+__all__ = ["Executor", "ExecutorSettings", "common_settings", "fork_in_batch_jobs"]
 
 _COMMAND = ["python", "-P", "-m", "rftfit.workflow.job"]
 _LOCK = threading.Lock()
@@ -65,6 +71,35 @@ class Executor(LocalExecutor):  # type: ignore[misc]
             _fork, words[len(_COMMAND) : words.index("2>")], log, folder
         )
         return forked
+
+
+class BatchExecutor(Executor):
+    """The executor inside of a batch job of a cluster: forks the jobs of a group, and runs a single job in a shell."""
+
+    states: States
+    """Of the campaign, which the jobs need not read again."""
+
+    def __post_init__(self) -> None:
+        """Start the process that jobs are forked from: a single job imports less than that does."""
+        super().__post_init__()
+        targets = self.workflow.dag_settings.target_jobs
+        self.forks = sys.platform == "linux" and len(targets) > 1
+        if self.forks:
+            self.campaign_file = TemporaryFile(buffering=0)  # noqa: SIM115
+            os.environ[HANDED] = hand_over(self.states, 0, self.campaign_file)
+            os.environ[RULES_TO_COME] = " ".join(dict.fromkeys(job.rulename for job in targets))
+            ExecutorSettings()
+
+    def run_single_job(self, job: Any) -> Future[None]:
+        """Fork a job of a group."""
+        executor = Executor if self.forks else LocalExecutor
+        return executor.run_single_job(self, job)
+
+
+def fork_in_batch_jobs(states: States) -> None:
+    """Let Snakemake, where it was started inside of a batch job, fork the jobs of rftfit too."""
+    BatchExecutor.states = states
+    ExecutorPluginRegistry().get_plugin("local").executor = BatchExecutor
 
 
 def _fork(words: list[str], log: str, folder: str) -> None:

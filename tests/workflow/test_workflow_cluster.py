@@ -1,6 +1,10 @@
 """The profile for a Slurm cluster gives every rule of the workflow its resources and a group."""
 
+import os
 import re
+import shutil
+import subprocess
+import sys
 
 import pytest
 import yaml
@@ -55,3 +59,31 @@ def test_groups_make_no_circle(profile, folder, tmp_path):
     # the clocks of this campaign are not estimated
     assert {*groups} == {*profile["groups"].values()} - {"clocks"}
     assert len(groups) <= 12
+
+
+IMPORTED = "import rftfit.workflow.preload, sys; print('matplotlib' in sys.modules, 'pandas' in sys.modules)"
+
+
+@pytest.mark.parametrize(("rules", "draws"), [("ingest tare slopes", "False"), ("figure", "True")])
+def test_a_batch_job_imports_what_its_rules_need(rules, draws):
+    command = [sys.executable, "-P", "-c", IMPORTED]
+    done = subprocess.run(
+        command, env=os.environ | {"RFTFIT_RULES": rules}, check=True, capture_output=True, text=True
+    )
+    assert done.stdout.split() == [draws, "True"]
+
+
+def test_the_jobs_of_a_batch_job_are_forked_and_make_the_same(folder):
+    """Snakemake, started as an executor of a cluster starts it on a node."""
+    stages = ("ingest", "tare", "slopes", "checks")
+    targets = [f"{stage}:medium=poppy_LP" for stage in stages]
+    folder.run("results/checks/poppy_LP.csv")
+    expected = folder.digests()
+    shutil.rmtree(folder.root / "results")
+    words = ["--mode", "remote", "--force", "--nolock", "--local-groupid", "batch"]
+    written = folder.snakemake(
+        "--target-jobs", *targets, "--allowed-rules", *stages, *words, "--executor", "local"
+    )
+    assert written.returncode == 0, written.stderr
+    assert folder.digests().items() <= expected.items()
+    assert (folder.root / "results" / "checks" / "poppy_LP.csv").is_file()

@@ -18,6 +18,15 @@ FIGURES = STATES.figures
 state_of = STATES.input_of
 
 
+# Memory that a cluster gives to a stage of a medium, at least.
+LEAST_MB = 1000
+
+
+def memory_of(wildcards):
+    """Memory that a stage of a medium needs, by the sizes of its logs."""
+    return max(LEAST_MB, STATES.memory(wildcards.medium).megabytes)
+
+
 def one_of(names):
     """A wildcard that stands for one of some names."""
     return "|".join(map(re.escape, names)) or "(?!)"

@@ -21,6 +21,8 @@ use rule stage as clocks with:
         "results/clocks/{medium}.parquet",
     log:
         "results/logs/clocks/{medium}.log",
+    resources:
+        mem_mb=memory_of,
 
 
 use rule stage as ingest with:
@@ -39,6 +41,8 @@ use rule stage as ingest with:
         flags="results/flags/ingest/{medium}.csv",
     log:
         "results/logs/ingest/{medium}.log",
+    resources:
+        mem_mb=memory_of,
 
 
 use rule stage as tare with:
@@ -54,6 +58,8 @@ use rule stage as tare with:
         flags="results/flags/tare/{medium}.csv",
     log:
         "results/logs/tare/{medium}.log",
+    resources:
+        mem_mb=memory_of,
 
 
 use rule stage as slopes with:
@@ -70,6 +76,8 @@ use rule stage as slopes with:
         flags="results/flags/slopes/{medium}.csv",
     log:
         "results/logs/slopes/{medium}.log",
+    resources:
+        mem_mb=memory_of,
 
 
 use rule stage as checks with:
@@ -94,6 +102,8 @@ use rule stage as checks with:
         flags="results/flags/{medium}.csv",
     log:
         "results/logs/checks/{medium}.log",
+    resources:
+        mem_mb=memory_of,
 
 
 use rule stage as legs with:
@@ -108,6 +118,8 @@ use rule stage as legs with:
         ledger="results/ledger/legs/{medium}.csv",
     log:
         "results/logs/legs/{medium}.log",
+    resources:
+        mem_mb=memory_of,
 
 
 use rule stage as ledger with:

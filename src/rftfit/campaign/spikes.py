@@ -130,15 +130,22 @@ def _pairs(
         first = place + 1
         if first < _FEWEST:
             continue
+        lowest, highest, least_far, seen = math.inf, -math.inf, math.inf, first
         for later in range(index + 1, len(places)):
             stop = places[later] + 1
             if ends[stop] - ends[first] > most_rows or stop > level.size - _FEWEST:
                 break
+            lowest = min(lowest, float(level[seen:stop].min()))
+            highest = max(highest, float(level[seen:stop].max()))
+            least_far = min(least_far, float(far[seen:stop].min()))
+            seen = stop
+            if lowest <= before[index] <= highest:
+                # and so it stays, however many levels are added
+                break
             # between the two levels lies what was read while the force changed from one to the other
-            group = level[first:stop]
             low, high = sorted((before[index], after[later]))
-            off = max(float(group.min()) - high, low - float(group.max()))
-            if off > far[first:stop].min() and (
+            off = max(lowest - high, low - highest)
+            if off > least_far and (
                 stop == first + 1
                 or (
                     off > least

@@ -24,6 +24,7 @@ HELD_READING = "repeats the reading before until a jump makes up for it: no new 
 SET_BACK = "clock set back by whole hours"
 ON_ARRIVAL = "stamped on arrival, several rows at once"
 REPEATED = "repeats the reading before (transducer slower than its logger)"
+AVERAGED = "went into the mean of its neighbours: the log has more rows than are kept"
 
 _ROW_CODES = {
     CUT: "cut-rows",
@@ -40,6 +41,7 @@ _ROW_CODES = {
     HELD_READING: "held-readings",
     NO_DATA: "no-data",
     REPEATED: "repeated-rows",
+    AVERAGED: "averaged-rows",
 }
 """Codes of the reasons for which a reader of logs leaves out rows."""
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 from rftfit.campaign.config import AnyLog, Config
 from rftfit.campaign.load import Campaign
@@ -12,8 +13,9 @@ from rftfit.logs.base import Log, LogError, Reader
 from rftfit.logs.registry import source_reader
 from rftfit.measure import log_columns, readings
 from rftfit.measure.flags import Remark, quoted
-from rftfit.measure.lab_frame import NEAR_FULL_RANGE
+from rftfit.measure.lab_frame import NEAR_FULL_RANGE, without_repeats
 from rftfit.measure.log_columns import LogKey, source_of
+from rftfit.measure.long_logs import LongLog, RowTreatment, may_be_long, read_long_log
 
 
 def read_logs(campaign: Campaign, runs: Sequence[Run]) -> Iterator[tuple[Run, Logs]]:
@@ -32,13 +34,13 @@ def read_logs(campaign: Campaign, runs: Sequence[Run]) -> Iterator[tuple[Run, Lo
             campaign, runs_together, "motion_log", [run.motion_log for run in runs_together]
         )
         for run, force_log, motion_log in zip(runs_together, force_logs, motion_logs, strict=True):
-            force = _usable(campaign, run, run.force_log, force_log, force_from_readings)
-            motion = _usable(campaign, run, run.motion_log, motion_log, motion_from_readings)
+            force = _usable(campaign, run, run.force_log, force_log, _force_rows)
+            motion = _usable(campaign, run, run.motion_log, motion_log, _motion_rows)
             yield run, Logs(force, motion, zeros.get(_zero(run)))
 
 
-def force_from_readings(campaign: Campaign, run: Run, log: Log) -> Log:
-    """Turn what a force log holds into F1 to F3 over a time that grows, without readings that stand alone."""
+def _force_of_columns(campaign: Campaign, run: Run, log: Log) -> Log:
+    """Turn the columns of a force log into time and F1 to F3, row by row."""
     source, units = (
         source_of(campaign.config, run, "force_log"),
         log_columns.chain_units(campaign.config),
@@ -46,25 +48,43 @@ def force_from_readings(campaign: Campaign, run: Run, log: Log) -> Log:
     log = readings.without_missing(log, campaign.config.force_log.missing)
     log = log_columns.loads(log, campaign.calibration, units)
     log = log_columns.map_columns(log, source, units, "force_log")
-    log = log_columns.check_complete(log, run, log_columns.FORCE_QUANTITIES, "force")
-    log = readings.clean(log)
-    transducer = campaign.config.transducer
-    limits = [NEAR_FULL_RANGE * limit for limit in transducer.range_N]
-    return readings.without_spikes(log, log_columns.FORCE_QUANTITIES[1:], limits)
+    return log_columns.check_complete(log, run, log_columns.FORCE_QUANTITIES, "force")
 
 
-def motion_from_readings(campaign: Campaign, run: Run, log: Log) -> Log:
-    """Turn what a motion log holds into x, z and angle over a time that grows, without positions that stand alone or are held."""
+def _motion_of_columns(campaign: Campaign, run: Run, log: Log) -> Log:
+    """Turn the columns of a motion log into time, x, z and angle, row by row."""
     config = campaign.config
     source, units = source_of(config, run, "motion_log"), log_columns.chain_units(config)
     log = readings.without_missing(log, config.motion_log.missing)
     log = log_columns.map_columns(log, source, units, "motion_log")
     if not {"z", "along"}.isdisjoint(log.columns):
         log = log_columns.completed(log, run, units, config.arm.middle_x_mm / 10)
-    log = log_columns.check_complete(log, run, log_columns.MOTION_QUANTITIES, "motion")
-    log = readings.clean(log)
-    log = readings.without_lone_positions(log)
-    return readings.without_holds(log)
+    return log_columns.check_complete(log, run, log_columns.MOTION_QUANTITIES, "motion")
+
+
+def _force_rows(campaign: Campaign, run: Run) -> RowTreatment:
+    """What is done with the rows of a force log: time grows, and no reading stands alone."""
+    transducer = campaign.config.transducer
+    channels = log_columns.FORCE_QUANTITIES[1:]
+    limits = [NEAR_FULL_RANGE * limit for limit in transducer.range_N]
+    return RowTreatment(
+        convert=partial(_force_of_columns, campaign, run),
+        clean=lambda log: readings.without_spikes(readings.clean(log), channels, limits),
+        renew=lambda log: without_repeats(log, transducer),
+        limits=dict(zip(channels, limits, strict=True)),
+    )
+
+
+def _motion_rows(campaign: Campaign, run: Run) -> RowTreatment:
+    """What is done with the rows of a motion log: time grows, and no position stands alone or is held."""
+    return RowTreatment(
+        convert=partial(_motion_of_columns, campaign, run),
+        clean=lambda log: readings.without_holds(
+            readings.without_lone_positions(readings.clean(log))
+        ),
+        renew=lambda log: log,
+        limits={},
+    )
 
 
 _AT_A_TIME = 32
@@ -98,7 +118,7 @@ def _read_zeros(
     files = [run.zero_log for run in run_of_zero.values()]
     logs = _read(campaign, [*run_of_zero.values()], "force_log", files)
     return {
-        key: _usable(campaign, run, run.zero_log, log, force_from_readings)
+        key: _usable(campaign, run, run.zero_log, log, _force_rows)
         for (key, run), log in zip(run_of_zero.items(), logs, strict=True)
     }
 
@@ -110,18 +130,24 @@ def _zero(run: Run) -> tuple[str, str, str]:
 
 def _read(
     campaign: Campaign, runs: Sequence[Run], key: LogKey, files: Sequence[str]
-) -> list[Log | LogError]:
-    """Read one log of each run, those that are written alike together."""
+) -> list[Log | LongLog | LogError]:
+    """Read one log of each run, those that are written alike together; a long one is left to be read part by part."""
     kind = key.removesuffix("_log")
     indexes_by_form: dict[tuple[str, str], list[int]] = {}
     for index, run in enumerate(runs):
         form = getattr(run, f"{kind}_where"), getattr(run, f"{kind}_columns")
         indexes_by_form.setdefault(form, []).append(index)
-    logs: dict[int, Log | LogError] = {}
+    logs: dict[int, Log | LongLog | LogError] = {}
     for indexes in indexes_by_form.values():
-        reader = _reader(campaign, source_of(campaign.config, runs[indexes[0]], key), key)
-        paths = [campaign.raw / files[index] for index in indexes]
-        logs |= zip(indexes, reader.load_many(paths), strict=True)
+        source = source_of(campaign.config, runs[indexes[0]], key)
+        reader = _reader(campaign, source, key)
+        paths = {index: campaign.raw / files[index] for index in indexes}
+        # a column that changes by a rate counts from the first row of the file
+        has_rate = any(chosen.rate is not None for chosen in source.columns.values())
+        is_long = {index: not has_rate and may_be_long(paths[index]) for index in indexes}
+        logs |= {index: LongLog(reader, paths[index]) for index in indexes if is_long[index]}
+        at_once = [index for index in indexes if not is_long[index]]
+        logs |= zip(at_once, reader.load_many([paths[index] for index in at_once]), strict=True)
     return [logs[index] for index in range(len(runs))]
 
 
@@ -129,14 +155,17 @@ def _usable(
     campaign: Campaign,
     run: Run,
     file: str,
-    log: Log | LogError,
-    from_readings: Callable[[Campaign, Run, Log], Log],
+    log: Log | LongLog | LogError,
+    treatment_of: Callable[[Campaign, Run], RowTreatment],
 ) -> Log | LogError:
     """Turn a log into what the chain takes, or say why it cannot be used, by the name in the run sheet."""
+    treatment = treatment_of(campaign, run)
     try:
         if isinstance(log, LogError):
             raise log
-        return from_readings(campaign, run, log)
+        if isinstance(log, LongLog):
+            return read_long_log(log, treatment)
+        return treatment.clean(treatment.convert(log))
     except LogError as error:
         # the folder of the raw data is the reader's business, not the ledger's
         text = str(error).replace(str(campaign.raw / file), file)

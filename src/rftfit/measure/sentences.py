@@ -87,6 +87,7 @@ FLAGS = {
     "not-numbers": Flag(_LOST_ROWS),
     "blank-cells": Flag(_LOST_ROWS),
     "repeated-rows": Flag(_LOST_ROWS),
+    "averaged-rows": Flag(_LOST_ROWS),
     "damaged-rows": Flag(_LOST_ROWS),
     "readings-repeated": Flag(
         "{share:.0%} of the samples of the stroke repeat the reading before: the transducer is slower than "

@@ -1,7 +1,7 @@
 """What jobs need, imported once: the process that jobs are forked from imports this module.
 
 It is the forkserver of `multiprocessing`, which starts and ends with Snakemake
-(`snakemake_executor_plugin_rftfit`).
+(`snakemake_executor_plugin_rftfit`). Inside of a batch job of a cluster it imports what the rules there need.
 """
 
 from __future__ import annotations
@@ -18,26 +18,18 @@ from rftfit.store.digests import source_digests
 # digests of the code before it is imported: a job refuses to work where they are not the planned ones
 _before = dict(source_digests())
 
-from rftfit.figures import style
-from rftfit.figures.registry import figures
+from rftfit.workflow.stages import FOLDER_BY_RULE, RULES_TO_COME, STAGES
 from rftfit.workflow.state import States, handed_over
 
+_RULES = os.environ.get(RULES_TO_COME, " ".join([*STAGES, *FOLDER_BY_RULE])).split()
+_DRAWS = any(rule in FOLDER_BY_RULE for rule in _RULES)
+_FOR_MANY_RULES = ("pandas", "psutil", "scipy.special", "pyarrow.dataset", "pyarrow.parquet")
+_FOR_FIGURES = ("scipy.optimize", "numba", "matplotlib.backends.backend_agg")
 _MODULES = (
-    "pandas",
-    "psutil",
-    "scipy.special",
-    "scipy.optimize",
-    "pyarrow.dataset",
-    "pyarrow.parquet",
-    "numba",
+    *_FOR_MANY_RULES,
+    *(_FOR_FIGURES if _DRAWS else ()),
     "rftfit.workflow.job",
-    "rftfit.page.page",
-    "rftfit.page.workbooks",
-    *(
-        f"rftfit.workflow.{name}"
-        for name in ("measure", "profiles", "validate", "robot", "provenance")
-    ),
-    "matplotlib.backends.backend_agg",
+    *dict.fromkeys(STAGES[rule].run.partition(":")[0] for rule in _RULES if rule in STAGES),
 )
 
 
@@ -49,7 +41,10 @@ def campaign_states() -> States | None:
 for _name in _MODULES:
     import_module(_name)
 _handed = handed_over()
-figures()
+if _DRAWS:
+    from rftfit.figures.registry import figures
+
+    figures()
 source_digests.cache_clear()
 if source_digests() != _before:
     # edited meanwhile: no digest tells which code was imported, and that of no file is planned
@@ -58,6 +53,8 @@ if source_digests() != _before:
 
 def _draw_once() -> None:
     """Read the fonts and build the parser of formulas, which every job that draws needs."""
+    from rftfit.figures import style
+
     with style.styled():
         page = style.new_figure(4, 3)
         axes = page.add_subplot(xlabel=style.alpha_label("z"), title="x")
@@ -65,6 +62,7 @@ def _draw_once() -> None:
         style.content(page, "png")
 
 
-_draw_once()
+if _DRAWS:
+    _draw_once()
 # what was imported lives to the end: no job looks for garbage in it, or copies its pages by looking
 gc.freeze()

@@ -15,6 +15,7 @@ from typing import Any
 
 from rftfit.campaign.problems import join_words
 from rftfit.errors import InputError, OutputError, WorkflowError
+from rftfit.measure.long_logs import MOST_ROWS
 from rftfit.measure.read import readers
 from rftfit.results import FOLDER
 from rftfit.store.links import put_results_at
@@ -32,7 +33,7 @@ from rftfit.workflow.snakemake import (
     working_in,
 )
 from rftfit.workflow.stages import LAST
-from rftfit.workflow.state import HANDED, guard_written, hand_over, read_states
+from rftfit.workflow.state import HANDED, States, guard_written, hand_over, read_states
 
 LOG = Path("results/logs/snakemake.log")
 
@@ -158,7 +159,11 @@ class Workflow:
         for line in self.reasons:
             self.say(line)
         self.recorded.make_outdated(findings)
-        return not (findings or self.words)
+        if is_up_to_date := not (findings or self.words):
+            return is_up_to_date
+        for line in memory_lines(self.states, self.recorded):
+            self.say(line)
+        return is_up_to_date
 
     def unlock(self) -> None:
         """Clear the lock that a killed run has left."""
@@ -265,6 +270,29 @@ def changes(findings: Sequence[OutdatedResult]) -> list[str]:
             reasons.setdefault(finding.what, {})[finding.job.replace("/", " ")] = None
     since = "changed since the results were made"
     return lines + [f"{what} {since}: {join_words(of, _MOST)}" for what, of in reasons.items()]
+
+
+_MUCH_MB = 1000
+
+
+def memory_lines(states: States, recorded: Recorded) -> list[str]:
+    """Say how much memory logs will need that are to be read: of media that need much, or hold a long log."""
+    lines = []
+    for medium in states.campaign.media_with_runs:
+        if recorded.is_current(f"{FOLDER}/traces/{medium}.parquet"):
+            continue
+        need = states.memory(medium)
+        if need.megabytes < _MUCH_MB and not need.long_logs:
+            continue
+        about = f"reading the logs of {medium} needs up to {need.megabytes} MB of memory"
+        if need.long_logs:
+            sizes = [f"{name} ({size / 1e6:.0f} MB)" for name, size in need.long_logs.items()]
+            about += (
+                f"; where one has more than {MOST_ROWS} rows, the means of neighbours are kept: "
+                f"{join_words(sizes, _MOST)}"
+            )
+        lines.append(about)
+    return lines
 
 
 def _refuse_packages(root: Path) -> None:

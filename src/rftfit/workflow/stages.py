@@ -202,5 +202,8 @@ RULES = (
 )
 """All rules, in the order of the data's way."""
 
+RULES_TO_COME = "RFTFIT_RULES"
+"""Environment variable: the rules of a batch job of a cluster; not set: any may come."""
+
 LAST = "provenance"
 """The rule of the last job, which reads all results."""

@@ -23,6 +23,7 @@ from rftfit.campaign.sheet import Run
 from rftfit.figures.registry import Declared, figures
 from rftfit.figures.style import PAPER
 from rftfit.logs.registry import DialectOrigin, origins
+from rftfit.measure.long_logs import MemoryNeed, memory_need
 from rftfit.results import FOLDER
 from rftfit.robot import PROFILES
 from rftfit.store import write_bytes
@@ -183,6 +184,10 @@ class States:
         new = [name for name in names if name not in self._logs]
         self._logs |= digests_of_files(self.campaign.raw, new)
         return {name: self._logs[name] for name in names}
+
+    def memory(self, medium: str) -> MemoryNeed:
+        """Memory that the stages need which read the logs of a medium, or their samples."""
+        return memory_need(self.campaign.raw, log_names(self.campaign, medium))
 
     @cached_property
     def all_logs(self) -> dict[str, str]:
