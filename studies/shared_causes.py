@@ -28,7 +28,6 @@ import numpy as np
 import pandas as pd
 from disturbances import sizes_of
 from mistakes import CHANNELS, change, enacted, judged, plates
-from mutations import Written
 
 from rftfit.compare.axes import axes_evidence
 from rftfit.compare.causes import describe_change
@@ -276,19 +275,14 @@ FILE_DIRECTIONS = [
 ]
 
 
-def enact_in_random_order(medium: str, seed: int) -> Written:
-    """Re-enact 20 directions three times with ordinary errors, the rows of the sheet in random order."""
-    campaign = enacted(medium, seed, None, FILE_DIRECTIONS, 3, sizes_of([*ORDINARY]))
-    order = np.random.default_rng(seed).permutation(len(campaign.rows))
-    campaign.rows = [campaign.rows[place] for place in order]
-    return campaign
-
-
 def judge_files(job: tuple[int, int, str, str]) -> dict[str, object]:
     """Whether a fault in the logs of plates is told, 20 directions three times, rows in random order."""
     seed, number, fault, medium = job
     random = np.random.default_rng([seed, number])
-    campaign = enact_in_random_order(medium, 1000 * seed + number)
+    campaign = enacted(
+        medium, 1000 * seed + number, None, FILE_DIRECTIONS, 3, sizes_of([*ORDINARY])
+    )
+    campaign.rows = [campaign.rows[place] for place in random.permutation(len(campaign.rows))]
     rows, name = plates(campaign), fault.partition("-")[0]
     size = 0.0 if fault == SOUND else FAULTS[fault][1]
     wet = random.random(len(rows)) < 0.35

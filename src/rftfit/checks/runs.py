@@ -20,10 +20,12 @@ from rftfit.checks.declared import (
     describe_rows,
     flags_on,
 )
+from rftfit.directions import number_directions
 from rftfit.measure.alpha import cell_at, column
 from rftfit.measure.flags import Remark, format_remarks, remark
 from rftfit.measure.ledger import RowStatus
 from rftfit.measure.levels import FEW_RUNS, MODES, median_of_runs
+from rftfit.measure.repeats import pooled_bed_spread
 from rftfit.measure.rods import estimate_share_too_much
 from rftfit.measure.samples import split_runs
 from rftfit.measure.verdict_words import DOUBTFUL, FAILED, MAP, NOT_CHECKED, UNUSABLE
@@ -300,6 +302,10 @@ _BLIND = 0.4
 """Of the largest alpha: the least difference that would be seen is 0.13 to 0.17 (median) in the demonstration."""
 
 
+_WIDE, _USUAL_AT_MOST, _SURE_OF_SPREAD, _WEAK_LEVEL = 0.105, 0.08, 0.96, 0.08
+"""Spread of repeats along their force that is a fault, the largest of ordinary beds, confidence that it is not one of these, and
+share of the largest force that is added to weak directions (`make pairs`, 2026-11-29)."""
+
 _BESIDE = {"pair": "other run of its direction"}
 """Words for what a run is compared with, where they are not those of the table."""
 
@@ -325,6 +331,13 @@ _BESIDE = {"pair": "other run of its direction"}
             "no run differs; a difference below {median:.0%} of the largest alpha (median; at most {most:.0%}) is not "
             "detected",
         ),
+        "repeats-wide": Words(
+            "repeats of a direction differ by {spread:.0%} (standard deviation along their force, of {dof} repeats), at least by "
+            "{low:.0%}",
+            "{wide:.0%}, or less than can be told from {usual:.0%}",
+            "{found}: prepare each bed in one way, and look for wet sand, another plate or runs in wrong rows. Where beds do "
+            "differ so much, accept it with the reason.",
+        ),
         "repeats-few": Words("too few runs to estimate how much runs differ"),
         "repeats-blind": Words(
             "a difference below {median:.0%} of the largest alpha (median) would not be seen, so far are the runs from one "
@@ -344,6 +357,8 @@ def check_repeats(measured: MediumMeasurements) -> Check:
     ranked = apart.assign(off=off).sort_values(["times_spread", "off"], ascending=False)
     largest_rows = ranked.to_dict("records")[:MOST_NAMED]
     seen_from = repeated_runs["seen_from_ratio"]
+    if apart.empty and (wide := _judge_spread(measured)) is not None:
+        return wide
     if apart.empty and seen_from.median() > _BLIND:
         return Check.skip("repeats", "repeats-blind", median=seen_from.median())
     are_single = (repeated_runs["beside"] == MAP).all()
@@ -365,6 +380,30 @@ def check_repeats(measured: MediumMeasurements) -> Check:
         most=seen_from.max(),
         values=format_remarks(map(_beside_others, largest_rows)),
         rows=describe_rows(apart["run_id"], measured.sheet),
+    )
+
+
+def _judge_spread(measured: MediumMeasurements) -> Check | None:
+    """Failure where repeats differ more than ordinary beds do, though none stands apart from the others."""
+    fits, names = measured.tables["fits"], [column(c) for c in "zx"]
+    runs = fits[np.isfinite(fits[names].to_numpy(float)).any(axis=1)]
+    if runs.empty:
+        return None
+    angles_deg = (runs[f"{name}_deg"].to_numpy(float) for name in ("beta", "gamma"))
+    tolerance_deg = measured.config.grid.angle_tolerance_deg
+    groups = number_directions(*angles_deg, tolerance_deg=tolerance_deg)
+    spread = pooled_bed_spread(runs[names].to_numpy(float).T, groups, _WEAK_LEVEL, _SURE_OF_SPREAD)
+    if spread is None or spread.relative <= _WIDE or spread.low <= _USUAL_AT_MOST:
+        return None
+    return Check.judge(
+        "repeats",
+        False,
+        code="repeats-wide",
+        spread=spread.relative,
+        low=spread.low,
+        dof=spread.dof,
+        wide=_WIDE,
+        usual=_USUAL_AT_MOST,
     )
 
 
