@@ -15,6 +15,7 @@ import argparse
 import sys
 from collections.abc import Callable
 from functools import partial
+from itertools import product
 from multiprocessing import Pool
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -60,14 +61,14 @@ BED_DRAWS = 4
 def transform_runs(
     campaign: Written,
     luck: Luck,
-    matrices: Callable[[int, int, Luck, dict[str, str]], np.ndarray | float],
+    matrix_of: Callable[[int, int, Luck], np.ndarray | float],
     kinds: tuple[str, ...] = ("plate",),
 ) -> None:
-    """Transform the forces (x, z) of each run by a matrix or factor of its place, the number of runs, chance and row."""
+    """Transform the forces (x, z) of each run by a matrix or factor of its place, the number of runs, and chance."""
     rows = [row for row in campaign.rows if row["kind"] in kinds]
     channels = [CHANNELS["x"], CHANNELS["z"]]
     for place, row in enumerate(rows):
-        matrix = np.eye(2) * matrices(place, len(rows), luck, row)
+        matrix = np.eye(2) * matrix_of(place, len(rows), luck)
 
         def transform(log: np.ndarray, matrix: np.ndarray = matrix) -> None:
             zero = log[channels, :100].mean(axis=1, keepdims=True)
@@ -79,31 +80,30 @@ def transform_runs(
 
 def scattered(share: float, factor: float) -> Callable[..., float]:
     """Factor of the force in a scattered share of the runs."""
-    return lambda place, count, luck, row: factor if luck.random() < share else 1.0
+    return lambda _place, _count, luck: factor if luck.random() < share else 1.0
 
 
-def in_blocks(place: int, count: int, luck: Luck, row: dict[str, str]) -> float:
+def in_blocks(place: int, _count: int, _luck: Luck) -> float:
     """Factor of the force in every other block of five runs."""
     return 1.3 if place // 5 % 2 else 1.0
 
 
-def in_middle(place: int, count: int, luck: Luck, row: dict[str, str]) -> float:
+def in_middle(place: int, count: int, _luck: Luck) -> float:
     """Factor of the force in the middle third."""
     return 1.3 if count / 3 <= place < 2 * count / 3 else 1.0
 
 
 def strongest(beds_percent: float) -> Callable[..., float]:
     """Factor of the strongest of some beds."""
-    return lambda place, count, luck, row: (
+    return lambda _place, _count, luck: (
         1 + beds_percent / 100 * luck.standard_normal(BED_DRAWS).max()
     )
 
 
 def crosstalk(
-    place: int,
-    count: int,
-    luck: Luck,
-    row: dict[str, str],
+    _place: int,
+    _count: int,
+    _luck: Luck,
     degrees: float = 0.0,
     x_in_z: float = 0.0,
     z_in_x: float = 0.0,
@@ -183,14 +183,14 @@ def drift_in_strokes(campaign: Written, luck: Luck, newtons: float, ends_in_air:
         if ends_in_air and begins_in_air:
             log = _with_return(log, (x, z), luck)
         inside = (log[1] > 0) & (log[height] < surface_mm)
-        inside[np.flatnonzero(inside)[0] + _stroke_rows(log, inside) :] = False
+        inside[np.flatnonzero(inside)[0] + _stroke_rows(inside) :] = False
         log[z] += newtons * np.cumsum(inside) / max(inside.sum(), 1)
         return log
 
     of_logs(campaign, plates(campaign), drift)
 
 
-def _stroke_rows(log: np.ndarray, inside: np.ndarray) -> int:
+def _stroke_rows(inside: np.ndarray) -> int:
     """Length of the first stretch of samples."""
     ends = np.flatnonzero(~inside[np.flatnonzero(inside)[0] :])
     return int(ends[0]) if ends.size else inside.size
@@ -260,28 +260,28 @@ class Mixup(NamedTuple):
 LOGS = ("force_log", "motion_log")
 SHARED = ("shared-told",)
 MIXUPS = {
-    "sound": Mixup(lambda campaign, luck: None),
+    "sound": Mixup(lambda _campaign, _luck: None),
     "plate of 0.8 area in a scattered half": Mixup(
-        partial(transform_runs, matrices=scattered(0.5, 0.8)), listed=True
+        partial(transform_runs, matrix_of=scattered(0.5, 0.8)), listed=True
     ),
     "beta > 0 really 8 deg more": Mixup(partial(hold_askew, degrees=8.0), listed=True),
-    "highest of 4 kept": Mixup(partial(transform_runs, matrices=strongest(5)), listed=True),
+    "highest of 4 kept": Mixup(partial(transform_runs, matrix_of=strongest(5)), listed=True),
     "gain x 1.3 in blocks of 5 runs": Mixup(
-        partial(transform_runs, matrices=in_blocks), listed=True
+        partial(transform_runs, matrix_of=in_blocks), listed=True
     ),
-    "gain x 1.3 in the middle third": Mixup(partial(transform_runs, matrices=in_middle), SHARED),
+    "gain x 1.3 in the middle third": Mixup(partial(transform_runs, matrix_of=in_middle), SHARED),
     "wet x 1.5 in scattered 10 %": Mixup(
-        partial(transform_runs, matrices=scattered(0.1, 1.5)), ("repeats",)
+        partial(transform_runs, matrix_of=scattered(0.1, 1.5)), ("repeats",)
     ),
     "15 % of x in the channel of z": Mixup(
-        partial(transform_runs, matrices=partial(crosstalk, x_in_z=0.15), kinds=("plate", "rod")),
+        partial(transform_runs, matrix_of=partial(crosstalk, x_in_z=0.15), kinds=("plate", "rod")),
         SHARED,
         listed=True,
     ),
     "turn 4 deg and crosstalk 8 % that cancel": Mixup(
         partial(
             transform_runs,
-            matrices=partial(crosstalk, degrees=4.0, z_in_x=0.08),
+            matrix_of=partial(crosstalk, degrees=4.0, z_in_x=0.08),
             kinds=("plate", "rod"),
         ),
         SHARED,
@@ -388,17 +388,19 @@ def main() -> int:
         for number in range(options.campaigns)
     ]
     with Pool(options.processes) as pool:
-        rows = pd.DataFrame(pool.map(judge, jobs, chunksize=1))
-    for (base, name), of_mistake in rows.groupby(["base", "mistake"], sort=False):
-        words = of_mistake["word"].value_counts()
-        codes = of_mistake["failed"].str.split().explode().value_counts()
-        print(
-            f"{base} {name:40} by its cause {of_mistake['by its cause'].sum():3} of {len(of_mistake)}; "
-            + ", ".join(f"{word} {count}" for word, count in words.items())
-            + f"; cells wrong {of_mistake.get('wrong cells', pd.Series([0.0])).mean():.1f}"
-            + ("; listed" if MIXUPS[str(name)].listed else "")
-            + "".join(f"; {code} {count}" for code, count in codes.items())
-        )
+        answers = pool.imap(judge, jobs)
+        for base, name in product(options.base, names):
+            of_mistake = pd.DataFrame([next(answers) for _ in range(options.campaigns)])
+            words = of_mistake["word"].value_counts()
+            codes = of_mistake["failed"].str.split().explode().value_counts()
+            print(
+                f"{base} {name:40} by its cause {of_mistake['by its cause'].sum():3} of {len(of_mistake)}; "
+                + ", ".join(f"{word} {count}" for word, count in words.items())
+                + f"; cells wrong {of_mistake.get('wrong cells', pd.Series([0.0])).mean():.1f}"
+                + ("; listed" if MIXUPS[name].listed else "")
+                + "".join(f"; {code} {count}" for code, count in codes.items()),
+                flush=True,
+            )
     return 0
 
 

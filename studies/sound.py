@@ -106,18 +106,23 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--processes", type=int, default=2)
     options = parser.parse_args()
+    answers = []
+    jobs = [(options.seed, number) for number in range(options.campaigns)]
     with Pool(options.processes) as pool:
-        jobs = [(options.seed, number) for number in range(options.campaigns)]
-        rows = pd.DataFrame(pool.map(judge, jobs, chunksize=1))
+        for answer in pool.imap(judge, jobs):
+            answers.append(answer)
+            if answer["failed"] or answer["open"]:
+                reason = answer["failed"] or f"not checked: {answer['open']}"
+                print(
+                    f"{len(answers)}: {answer['design']}, {answer['bed']}, beds {answer['beds']:.1f} %: {reason}",
+                    flush=True,
+                )
+    rows = pd.DataFrame(answers)
     is_failed = rows["failed"] != ""
     print(pd.crosstab(rows["design"], rows["word"]).to_string())
     has_repeats = ~rows["design"].str.contains(", 1 each")
     share = (rows.loc[has_repeats, "word"] == SOUND).mean()
     print(f"failed {is_failed.sum()} of {len(rows)}; sound {share:.0%} of those with repeats")
-    for row in rows[is_failed | (rows["open"] != "")].to_dict("records"):
-        print(
-            f"{row['number']} {row['design']}, {row['bed']}, beds {row['beds']:.1f} %: {row['failed'] or 'not checked: ' + row['open']}"
-        )
     return int(is_failed.sum() > 0.02 * len(rows))
 
 

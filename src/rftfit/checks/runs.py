@@ -51,7 +51,7 @@ _RODS_ALLOWED = "a ratio below {alone:g} in each run ({clear:g} where forces are
     effect=UNUSABLE,
     good="the force on rods is smaller than on plates",
     fault="the force on rods is as large as on plates",
-    after=("channels",),
+    after=("sheet", "channels"),
     outcomes={
         "rods": Words(
             "the force on a rod alone is {ratio:.3g} times that on plate and rod (median of {size} runs)",
@@ -143,7 +143,7 @@ _DRIFT_CAUSE = (
     effect=DOUBTFUL,
     good="the zero of the force stays where it is",
     fault="the zero of the force drifts",
-    after=("channels", "rods"),
+    after=("sheet", "channels", "rods"),
     outcomes={
         "drift": Words(
             "a drift at rest before the strokes that would move F_{axis} by {newtons:+.2g} N until their middle (median "
