@@ -36,9 +36,9 @@ SURE = 3.7
 _ROD_ALONE, _ROD_CLEAR, _ROD_FORCE = 1.5, 3.0, 0.1
 """A rod over its plate and rod: in a run that is clear by force, as a share of the medium's median; in any run."""
 
-_OTHER_RODS, _OTHER_RODS_SEEN = 0.1, 0.8
-"""Share of the tares that may be too much or missing: beds differ with and without a plate; and the largest share that must be told
-for the estimate to count (`make mixups`, 2026-11-29)."""
+_OTHER_RODS, _OTHER_RODS_SURE, _OTHER_RODS_SEEN = 0.15, 2.7, 0.8
+"""Share of the tares that may be too much or missing, as beds differ with and without a plate; standard errors beyond it; and the
+largest share that may be the least one told (`make mixups`, `make sound`, 2026-11-29)."""
 
 _OTHER_RODS_ALLOWED = "{most:.0%} of either sign"
 
@@ -112,12 +112,15 @@ def check_rods(measured: MediumMeasurements) -> Check:
 
 def _judge_other_rods(measured: MediumMeasurements) -> Check | None:
     """Failure where rods bear another force alone than with plates; None where they do not, or nothing tells it."""
+    from scipy.special import ndtr, stdtrit
+
     tables = measured.tables
     too_much = estimate_share_too_much(tables["fits"], tables["tared"], tables["windows"])
     if too_much is None:
         return None
-    share, se = too_much
-    most = _OTHER_RODS + _SIGMAS * se
+    share, se, dof = too_much
+    # few directions hardly tell their own scatter: Student's t at the same level
+    most = _OTHER_RODS + float(stdtrit(dof, ndtr(_OTHER_RODS_SURE))) * se
     if abs(share) <= most or most > _OTHER_RODS_SEEN:
         return None
     low, high = (share + sign * 1.96 * se for sign in (-1, 1))

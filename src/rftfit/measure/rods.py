@@ -24,10 +24,11 @@ _SAME_PATH_DEG = 1.0
 
 
 class TareShare(NamedTuple):
-    """Share of the subtracted tares that was too much, with its standard error: 0.6 of a rod that bears 2.5 times the right one."""
+    """Share of the subtracted tares that was too much: 0.6 of a rod that bears 2.5 times the right one; standard error, and its dof."""
 
     share: float
     se: float
+    dof: int
 
 
 class _Profile(NamedTuple):
@@ -78,7 +79,7 @@ def estimate_share_too_much(
     share = float(left.sum() / of_tare.sum())
     # repeats share a tare, so each direction is one witness
     se = float(np.sqrt(((left - share * of_tare) ** 2).sum()) / of_tare.sum())
-    return TareShare(-share, se)
+    return TareShare(-share, se, left.size - 1)
 
 
 def _profiles(fits: pd.DataFrame, tared: pd.DataFrame, windows: pd.DataFrame) -> list[_Profile]:
