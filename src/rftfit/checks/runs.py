@@ -344,7 +344,7 @@ _BESIDE = {"pair": "other run of its direction"}
         "repeats-few": Words("too few runs to estimate how much runs differ"),
         "repeats-blind": Words(
             "a difference below {median:.0%} of the largest alpha (median) would not be seen, so far are the runs from one "
-            "another or from the shape of known media: look for a wrong sign, angle or medium in the run sheet"
+            "another or from the shape of known media: push directions twice"
         ),
     },
 )
