@@ -36,9 +36,9 @@ SURE = 3.7
 _ROD_ALONE, _ROD_CLEAR, _ROD_FORCE = 1.5, 3.0, 0.1
 """A rod over its plate and rod: in a run that is clear by force, as a share of the medium's median; in any run."""
 
-_OTHER_RODS, _OTHER_RODS_SURE, _OTHER_RODS_SEEN = 0.15, 2.7, 0.8
-"""Share of the tares that may be too much or missing, as beds differ with and without a plate; standard errors beyond it; and the
-largest share that may be the least one told (`make mixups`, `make sound`, 2026-11-29)."""
+_OTHER_RODS, _OTHER_RODS_SURE, _TOO_MUCH_SEEN, _MISSING_SEEN = 0.15, 2.7, 0.5, 1.0
+"""Share of the tares that may be too much or missing, as beds differ with and without a plate; standard errors beyond it; and
+the largest least share with which the estimate counts (`make mixups`, `make sound`, 2026-11-29)."""
 
 _OTHER_RODS_ALLOWED = "{most:.0%} of either sign"
 
@@ -121,7 +121,7 @@ def _judge_other_rods(measured: MediumMeasurements) -> Check | None:
     share, se, dof = too_much
     # few directions hardly tell their own scatter: Student's t at the same level
     most = _OTHER_RODS + float(stdtrit(dof, ndtr(_OTHER_RODS_SURE))) * se
-    if abs(share) <= most or most > _OTHER_RODS_SEEN:
+    if abs(share) <= most or most > (_TOO_MUCH_SEEN if share > 0 else _MISSING_SEEN):
         return None
     low, high = (share + sign * 1.96 * se for sign in (-1, 1))
     code = "rods-other" if share > 0 else "rods-other-small"

@@ -14,7 +14,7 @@ from rftfit.measure.samples import split_runs
 _STEP_CM = 0.6
 """Length of the steps of depth in which forces are averaged."""
 
-_FEWEST_STEPS, _FEWEST_SAMPLES, _FEWEST_DIRECTIONS = 4, 5, 6
+_FEWEST_STEPS, _FEWEST_SAMPLES, _FEWEST_DIRECTIONS = 4, 5, 8
 
 _ACROSS, _ZERO_N = 0.01, 0.03
 """Scatter of the force across, relative to the force on the plate, and in N: they weigh the runs."""
