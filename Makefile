@@ -14,7 +14,7 @@ MOVED := $(shell [ -x $(BIN)/python ] && [ "$$(cat $(STAMP) 2>/dev/null)" = "$$(
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help env run sweep test golden pages timegate lint docs stranger gallery lock clean release mutants statistics matrix wheel coverage slow fuzz killed fulldisk samebytes cluster largelogs links accessible reliability disturbed intervals curved laws shared axes pairs compressed compare readings beside strokes contacts wheels mutations reallogs labs benchmark scale FORCE
+.PHONY: help env run sweep test golden pages timegate lint docs stranger gallery lock clean release mutants statistics matrix wheel coverage slow fuzz killed fulldisk samebytes cluster largelogs links accessible reliability disturbed intervals curved laws shared axes pairs compressed mixups sound compare readings beside strokes contacts wheels mutations reallogs labs benchmark scale FORCE
 
 #@ Every day
 help: ## show this list
@@ -173,6 +173,12 @@ pairs: env ## two runs of a direction tell a wrong one, and sound campaigns pass
 
 compressed: env ## an amplifier that compresses large forces is told, through files, 10 min (ARGS=30: campaigns)
 	@$(BIN)/python studies/compressed.py $(ARGS)
+
+mixups: env ## the verdict on campaigns with a mistake, and its cause, through files, 30 min (ARGS=30: campaigns)
+	@$(BIN)/python studies/mixups.py $(ARGS)
+
+sound: env ## false alarms of all checks together in sound campaigns of ten designs, through files, 10 min (ARGS=50: campaigns)
+	@$(BIN)/python studies/sound.py $(ARGS)
 
 compare: env ## two sessions of a medium are called alike, and 8 % of size and 10 % of shape are told, a minute (ARGS=300: pairs)
 	@$(BIN)/python studies/compare_media.py $(ARGS)

@@ -242,15 +242,16 @@ def test_two_runs_of_a_direction_are_judged_by_all_pairs(medium):
     assert peers["times_spread"][6] == peers["times_spread"][7] > 4
 
 
-@pytest.mark.parametrize(("second", "is_apart"), [(0.30, False), (0.36, True)])
+@pytest.mark.parametrize(("second", "is_apart"), [(0.30, False), (0.38, True)])
 def test_a_pair_alone_is_judged_by_the_usual_spread_of_beds(second, is_apart):
     first = 0.25
     peers = compare_runs(fits([(0.0, 90.0, first, 0.0), (0.0, 90.0, second, 0.0)]), "m")
     level = math.hypot((first + second) / 2, 0.08 * second)
-    times = (second - first) / level / math.sqrt(2 * 0.05**2)
+    unit = math.sqrt(2 * 0.05**2 + 2 * (0.006 * second / level) ** 2)
+    times = (second - first) / level / unit
     assert peers["times_spread"].tolist() == pytest.approx([times] * 2)
-    assert peers["apart"].tolist() == [times > 4.5] * 2 == [is_apart] * 2
-    seen = 4.5 * math.sqrt(2 * 0.05**2) * level / second
+    assert peers["apart"].tolist() == [times > 5.0] * 2 == [is_apart] * 2
+    seen = 5.0 * unit * level / second
     assert peers["seen_from_ratio"].tolist() == pytest.approx([seen] * 2)
 
 

@@ -37,6 +37,7 @@ from rftfit.checks.runs import (
 )
 from rftfit.checks.shared import check_axes, check_shared
 from rftfit.checks.surface import check_linearity, check_surface
+from rftfit.compare.misplaced import MISPLACED_COLUMNS
 from rftfit.compare.peers import compare_runs
 from rftfit.lab.plan import parse_directions
 from rftfit.lab.truth import table_s5
@@ -70,6 +71,21 @@ AXES = SimpleNamespace(x="+F1", y="-F2", z="-F3")
 """Channels of a transducer along the axes of the lab."""
 
 
+ZERO_NAMES = [f"zero_{what}_{c}_N" for what in ("trend", "change") for c in "zx"]
+ALPHA_NAMES = [f"alpha_{c}_N_per_cm3" for c in "zx"]
+NO_RUNS_OF_NOTE = {
+    "misplaced": pd.DataFrame(columns=MISPLACED_COLUMNS),
+    "fits": pd.DataFrame(
+        columns=["run_id", "direction", "tare_run", "beta_deg", "gamma_deg", *ALPHA_NAMES]
+    ),
+    "tared": pd.DataFrame(
+        columns=["run_id", "depth_cm", "force_z_N", "force_x_N", "tare_z_N", "tare_x_N"]
+    ),
+    "windows": pd.DataFrame({"why": np.zeros(0, dtype=int)}),
+}
+"""Tables in which nothing is said of any run."""
+
+
 def measured(sheet=None, config=None, medium=None, copies=(), **tables):
     """A measured medium of which only what a check reads is there."""
     no_table: Any = SimpleNamespace(
@@ -78,7 +94,9 @@ def measured(sheet=None, config=None, medium=None, copies=(), **tables):
         force_log=SimpleNamespace(columns={}),
         grid=Grid(),
     )
-    return MediumMeasurements(config or no_table, medium, sheet or {}, tables, copies)
+    return MediumMeasurements(
+        config or no_table, medium, sheet or {}, NO_RUNS_OF_NOTE | tables, copies
+    )
 
 
 def axes(table, config=None, evidence=None):
@@ -369,7 +387,7 @@ def channels_of(*logs, constant=()):
     fits = pd.DataFrame(columns=["run_id"])
     peers = pd.DataFrame(columns=["run_id", "known_z_ratio", "known_x_ratio"])
     tares = pd.DataFrame(columns=["run_id", "tare_run", "tare_rms_N", "force_rms_N"])
-    trends = facts.assign(zero_trend_z_N=math.nan, zero_trend_x_N=math.nan)
+    trends = facts.assign(**dict.fromkeys(ZERO_NAMES, math.nan))
     medium_tables = measured(
         sheet, config, runs=trends, fits=fits, peers=peers, tares=tares, alpha=few_cells([])
     )
@@ -816,13 +834,43 @@ def test_rods_run_by_run(way, tare, which):
 @pytest.mark.parametrize("axis", "zx")
 def test_drift(trend, verdict, which, axis):
     sheet = sheet_of("p" * 9)
-    runs = pd.DataFrame({"run_id": [*sheet], "zero_trend_z_N": 0.0, "zero_trend_x_N": 0.0})
-    runs = runs.assign(**{f"zero_trend_{axis}_N": trend})
+    runs = pd.DataFrame({"run_id": [*sheet], **dict.fromkeys(ZERO_NAMES, math.nan)})
+    runs = runs.assign(zero_trend_z_N=0.0, zero_trend_x_N=0.0).assign(
+        **{f"zero_trend_{axis}_N": trend}
+    )
     check = check_drift(
         measured(sheet, runs=runs, tares=pd.DataFrame({"run_id": [*sheet], "force_rms_N": 10.0}))
     )
     assert check.verdict == verdict
     assert [flag.run_id for flag in check.flags] == [f"r{n + 2}" for n in which]
+
+
+@pytest.mark.parametrize("axis", "zx")
+@pytest.mark.parametrize(
+    ("changes", "verdict", "which"),
+    [
+        # of a force of 10 N
+        ([0.6] * 9, "failed", range(9)),
+        ([0.4] * 9, "passed", []),
+        # to either side
+        ([0.6, -0.6] * 4 + [0.6], "failed", range(9)),
+        ([0.6] * 3 + [0.1] * 6, "passed", []),
+        ([0.6] * 2 + [math.nan] * 7, "not checked", []),
+    ],
+)
+def test_a_zero_that_is_another_after_the_stroke(changes, verdict, which, axis):
+    sheet = sheet_of("p" * 9)
+    runs = pd.DataFrame({"run_id": [*sheet], **dict.fromkeys(ZERO_NAMES, math.nan)})
+    runs = runs.assign(zero_change_z_N=0.0, zero_change_x_N=0.0).assign(
+        **{f"zero_change_{axis}_N": changes}
+    )
+    check = check_drift(
+        measured(sheet, runs=runs, tares=pd.DataFrame({"run_id": [*sheet], "force_rms_N": 10.0}))
+    )
+    assert check.verdict == verdict
+    assert [flag.run_id for flag in check.flags] == [f"r{n + 2}" for n in which]
+    if verdict == "failed":
+        assert (check.code, check.values["axis"]) == ("drift-between", axis)
 
 
 def noise_of(fits):
@@ -1189,9 +1237,10 @@ def check_nothing(accept):
 @pytest.mark.parametrize(
     ("failed", "accepted", "held"),
     [
-        ("channels", False, set(CHECKS) - {"channels", "same_logs"}),
-        ("rods", False, set(CHECKS) - {"channels", "rods", "same_logs"}),
-        ("drift", False, set(CHECKS) - {"channels", "rods", "drift", "same_logs"}),
+        ("sheet", False, set(CHECKS) - {"sheet", "same_logs"}),
+        ("channels", False, set(CHECKS) - {"sheet", "channels", "same_logs"}),
+        ("rods", False, set(CHECKS) - {"sheet", "channels", "rods", "same_logs"}),
+        ("drift", False, set(CHECKS) - {"sheet", "channels", "rods", "drift", "same_logs"}),
         ("work", False, {"axes", "symmetry", "up_down", "repeats", "shared"}),
         ("axes", False, {"shared"}),
         ("symmetry", False, {"repeats"}),

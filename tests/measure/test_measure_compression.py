@@ -23,10 +23,11 @@ def pushes(bend_of_medium=0.0, compression=0.0, directions=20, repeats=3, seed=3
             "depth_to_cm": 8.0,
         }
     )
-    exponent = 1 + bend_of_medium - compression * alpha
+    exponent = 1 + bend_of_medium
     for component, factor in (("z", 1.0), ("x", 0.3)):
         fits[column(component)] = factor * alpha
-        fits[f"exponent_{component}"] = exponent + random.normal(0, 0.04, alpha.size)
+        bent = exponent - compression * factor * alpha
+        fits[f"exponent_{component}"] = bent + random.normal(0, 0.04, alpha.size)
     return fits
 
 

@@ -943,6 +943,7 @@ class Figures(Model):
 
 
 CheckName = Literal[
+    "sheet",
     "channels",
     "rods",
     "work",

@@ -442,6 +442,7 @@ def _check_tares(drafts: list[DraftRow], vocabulary: Vocabulary) -> None:
             draft.note("tare_run", "tare-unknown", name, allowed, nearest)
         elif not draft.yes("excluded") and missing_tare in _WITHOUT_TARE:
             untared.append((draft, tare_kind))
+    _tell_shifted_column(drafts, by_id)
     _warn_without_tare(untared, missing_tare, alone=not any(users.values()))
     for name, several in users.items():
         # without an angle a rod says itself that it is the tare of several plates
@@ -513,6 +514,52 @@ def _check_match(draft: DraftRow, tare: DraftRow) -> None:
     if tare.yes("excluded") and not draft.yes("excluded"):
         allowed = f"a tare that is used; {where} is excluded, so this run will have none"
         draft.note("tare_run", "tare-excluded", name, allowed, severity="warning")
+
+
+MOST_SHIFTED_ROWS = 2
+"""Most rows by which cells of a sheet are looked for above or below their own row."""
+
+FEWEST_SHIFTED, SHARE_SHIFTED = 3, 0.8
+"""Fewest rows that a shift must explain, and their least share of all rows that contradict their logs or tares."""
+
+
+def shifts_of_rows() -> list[int]:
+    """Numbers of rows by which cells may stand above their own row (positive) or below it, the likeliest first."""
+    return [sign * count for count in range(1, MOST_SHIFTED_ROWS + 1) for sign in (1, -1)]
+
+
+def _tell_shifted_column(drafts: list[DraftRow], by_id: Mapping[str, DraftRow]) -> None:
+    """Say that beta of plates stands rows away from theirs, where that explains most that contradict their tares."""
+    plates = [draft for draft in drafts if draft.text["kind"] == "plate"]
+    tares = [by_id.get(draft.text["tare_run"]) for draft in plates]
+
+    def agrees(place: int, tare: DraftRow) -> bool:
+        """Whether beta of a row of plates is there and that of a tare."""
+        if not 0 <= place < len(plates):
+            return False
+        row = plates[place]
+        is_there = row.text["beta_deg"] and tare.text["beta_deg"]
+        return bool(is_there and _same("beta_deg", row, tare))
+
+    contradictions = [
+        (place, tare)
+        for place, tare in enumerate(tares)
+        if tare is not None and tare.text["beta_deg"] and not agrees(place, tare)
+    ]
+    counts = {
+        shift: sum(agrees(place - shift, tare) for place, tare in contradictions)
+        for shift in shifts_of_rows()
+    }
+    shift = max(counts, key=lambda shift: counts[shift])
+    if counts[shift] < max(FEWEST_SHIFTED, SHARE_SHIFTED * len(contradictions)):
+        return
+    side = "above" if shift > 0 else "below"
+    rows_away = side if abs(shift) == 1 else f"{abs(shift)} rows {side}"
+    allowed = (
+        f"beta_deg of the row {rows_away} fits the tares of {counts[shift]} of {len(contradictions)} plate runs that do not match "
+        "theirs: was the column shifted? Look whether a cell or a row is missing or there twice"
+    )
+    plates[contradictions[0][0]].note("beta_deg", "column-shifted", None, allowed)
 
 
 def _same(column: str, draft: DraftRow, tare: DraftRow) -> bool:

@@ -20,13 +20,13 @@ from rftfit.checks.declared import (
     flags_on,
 )
 from rftfit.checks.runs import check_drift, check_rods
-from rftfit.checks.shared import told_axes
+from rftfit.checks.shared import CLEAR, told_axes
 from rftfit.conventions import FloatArray
 from rftfit.directions import number_directions
 from rftfit.measure.flags import Remark, format_remarks, remark
 from rftfit.measure.lab_frame import is_symmetric, measured_channel
 from rftfit.measure.levels import Mask, two_clusters
-from rftfit.measure.verdict_words import UNUSABLE
+from rftfit.measure.verdict_words import BETA_ROWS, ROWS, UNUSABLE
 
 _CLIPPED, _FROZEN, _LOGS, _EXCHANGED = 0.03, 0.5, 3, 2.0
 _SILENT, _MUST_FEEL, _CLEAR = 0.01, 0.03, 0.12
@@ -46,6 +46,7 @@ Cause = tuple[Remark, list[Remark]]
     effect=UNUSABLE,
     good="no force channel is dead, frozen, clipped, reversed or exchanged in several runs",
     fault="a force channel is dead, frozen, clipped, reversed or exchanged",
+    after=("sheet",),
     outcomes={
         "channels": Words(
             "{causes}",
@@ -64,6 +65,7 @@ def check_channels(measured: MediumMeasurements) -> Check:
     # a frozen, clipped or exchanged channel also shows no force: report the more exact cause first
     config = measured.config
     causes = stuck(config, logs) or exchanged_channels(config.transducer, logs)
+    causes = causes or axes_in_part(measured)
     causes = causes or against_known(measured, *_already_explained(measured))
     if not logs and not causes:
         return Check.skip("channels", "channels-unread")
@@ -136,6 +138,28 @@ def exchanged_channels(transducer: Transducer, logs: Logs) -> list[Cause]:
     ratio = float(np.median(across / np.maximum(along, 1e-9)))
     cause = remark("cause-exchanged", across=y, along=x, ratio=ratio)
     return [(cause, [])] if ratio > _EXCHANGED else []
+
+
+def axes_in_part(measured: MediumMeasurements) -> list[Cause]:
+    """Other axes that the known shape tells of a part of the runs, as where two cables were exchanged."""
+    likeliest = measured.tables["misplaced"].head(1).to_dict("records")
+    names = [measured_channel(measured.config, axis) for axis in "xz"]
+    if not likeliest or None in names or told_axes(measured) is not None:
+        return []
+    (mistake,) = likeliest
+    if mistake["mistake"] in (ROWS, BETA_ROWS) or mistake["log_bayes_factor"] < CLEAR:
+        return []
+    run_ids = mistake["run_ids"].split()
+    axes = str(remark(f"axes-{mistake['mistake']}"))
+    cause = remark(
+        "cause-axes",
+        axes=axes,
+        channels=" and ".join(map(str, names)),
+        count=len(run_ids),
+        size=len(measured.tables["peers"]),
+        rows=describe_rows(run_ids, measured.sheet),
+    )
+    return [(cause, flags_on(run_ids, "other-axes", axes=axes))]
 
 
 def _already_explained(measured: MediumMeasurements) -> tuple[set[str], bool]:

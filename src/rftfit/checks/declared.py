@@ -63,7 +63,7 @@ class DeclaredCheck:
 CHECKS: dict[str, DeclaredCheck] = {}
 """Declared checks by name; complete, since `rftfit.checks` imports all modules that declare one."""
 
-SOUND_LOGS: tuple[CheckName, ...] = ("channels", "rods", "drift")
+SOUND_LOGS: tuple[CheckName, ...] = ("sheet", "channels", "rods", "drift")
 """Checks without which no force is to be believed."""
 
 SOUND_ALPHA: tuple[CheckName, ...] = (*SOUND_LOGS, "work")

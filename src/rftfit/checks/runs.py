@@ -6,6 +6,7 @@ import math
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from rftfit.campaign.config import UNIT_AREA
 from rftfit.checks.declared import (
@@ -19,18 +20,27 @@ from rftfit.checks.declared import (
     describe_rows,
     flags_on,
 )
+from rftfit.directions import number_directions
 from rftfit.measure.alpha import cell_at, column
 from rftfit.measure.flags import Remark, format_remarks, remark
 from rftfit.measure.ledger import RowStatus
 from rftfit.measure.levels import FEW_RUNS, MODES, median_of_runs
+from rftfit.measure.repeats import pooled_bed_spread
+from rftfit.measure.rods import estimate_share_too_much
 from rftfit.measure.samples import split_runs
-from rftfit.measure.verdict_words import DOUBTFUL, MAP, UNUSABLE
+from rftfit.measure.verdict_words import DOUBTFUL, FAILED, MAP, NOT_CHECKED, UNUSABLE
 
 SURE = 3.7
 """Standard errors of one of several numbers that are looked at together."""
 
 _ROD_ALONE, _ROD_CLEAR, _ROD_FORCE = 1.5, 3.0, 0.1
 """A rod over its plate and rod: in a run that is clear by force, as a share of the medium's median; in any run."""
+
+_OTHER_RODS, _OTHER_RODS_SURE, _TOO_MUCH_SEEN, _MISSING_SEEN = 0.15, 2.7, 0.5, 1.0
+"""Share of the tares that may be too much or missing, as beds differ with and without a plate; standard errors beyond it; and
+the largest least share with which the estimate counts (`make mixups`, `make sound`, 2026-11-29)."""
+
+_OTHER_RODS_ALLOWED = "{most:.0%} of either sign"
 
 _RODS_ALLOWED = "a ratio below {alone:g} in each run ({clear:g} where forces are weak), and not 1"
 
@@ -41,7 +51,7 @@ _RODS_ALLOWED = "a ratio below {alone:g} in each run ({clear:g} where forces are
     effect=UNUSABLE,
     good="the force on rods is smaller than on plates",
     fault="the force on rods is as large as on plates",
-    after=("channels",),
+    after=("sheet", "channels"),
     outcomes={
         "rods": Words(
             "the force on a rod alone is {ratio:.3g} times that on plate and rod (median of {size} runs)",
@@ -52,6 +62,18 @@ _RODS_ALLOWED = "a ratio below {alone:g} in each run ({clear:g} where forces are
             _RODS_ALLOWED,
             "logs of plates and rods look exchanged, or are the same ({found}: {rows}): look at the logs, kind and "
             "tare_run of these runs.",
+        ),
+        "rods-other": Words(
+            "{share:.0%} ({low:.0%} to {high:.0%}) of the force on the rods alone is not in the runs with plates",
+            _OTHER_RODS_ALLOWED,
+            "the rods of the rod runs look larger, or deeper in the bed, than those of the plates ({found}): look whether they "
+            "are the same rods, and at tare_run.",
+        ),
+        "rods-other-small": Words(
+            "the force on the rods in the runs with plates is {share:.0%} ({low:.0%} to {high:.0%}) above that on the rods alone",
+            _OTHER_RODS_ALLOWED,
+            "the rods of the rod runs look smaller, or less deep in the bed, than those of the plates ({found}): look whether "
+            "they are the same rods, and at tare_run.",
         ),
         "rods-no-tare": Words("no plate run has a tare"),
     },
@@ -72,6 +94,8 @@ def check_rods(measured: MediumMeasurements) -> Check:
     stronger = table["run_id"][wrong]
     limits: dict[str, Any] = {"alone": _ROD_ALONE, "clear": _ROD_CLEAR}
     if not wrong.any():
+        if (other_rods := _judge_other_rods(measured)) is not None:
+            return other_rods
         ratio_of_runs = np.nanmedian(ratio)
         return Check.judge("rods", True, ratio=ratio_of_runs, size=has_tare.sum(), **limits)
     return Check.judge(
@@ -86,7 +110,30 @@ def check_rods(measured: MediumMeasurements) -> Check:
     )
 
 
+def _judge_other_rods(measured: MediumMeasurements) -> Check | None:
+    """Failure where rods bear another force alone than with plates; None where they do not, or nothing tells it."""
+    from scipy.special import ndtr, stdtrit
+
+    tables = measured.tables
+    too_much = estimate_share_too_much(tables["fits"], tables["tared"], tables["windows"])
+    if too_much is None:
+        return None
+    share, se, dof = too_much
+    # few directions hardly tell their own scatter: Student's t at the same level
+    most = _OTHER_RODS + float(stdtrit(dof, ndtr(_OTHER_RODS_SURE))) * se
+    if abs(share) <= most or most > (_TOO_MUCH_SEEN if share > 0 else _MISSING_SEEN):
+        return None
+    low, high = (share + sign * 1.96 * se for sign in (-1, 1))
+    code = "rods-other" if share > 0 else "rods-other-small"
+    if share < 0:
+        share, low, high = -share, -high, -low
+    return Check.judge("rods", False, code=code, share=share, low=low, high=high, most=most)
+
+
 _DRIFT, _DRIFT_ALONE = 0.015, 0.15
+_CHANGE = 0.05
+"""Change of the zero over a stroke, relative to the median force, half of which may be wrong in the middle of the stroke."""
+
 _DRIFT_CAUSE = (
     "the zero of the force drifts ({found}: {rows}): let the transducer warm up, record a rest in air after the "
     "stroke too, or state transducer.drift_N_per_min."
@@ -99,7 +146,7 @@ _DRIFT_CAUSE = (
     effect=DOUBTFUL,
     good="the zero of the force stays where it is",
     fault="the zero of the force drifts",
-    after=("channels", "rods"),
+    after=("sheet", "channels", "rods"),
     outcomes={
         "drift": Words(
             "a drift at rest before the strokes that would move F_{axis} by {newtons:+.2g} N until their middle (median "
@@ -112,15 +159,56 @@ _DRIFT_CAUSE = (
             "no run that drifts more than the others and than {share:.0f} % of the force",
             _DRIFT_CAUSE,
         ),
-        "drift-few": Words("fewer than {fewest} runs rest in air at one end alone"),
+        "drift-between": Words(
+            "the zero of F_{axis} after the stroke is {newtons:+.2g} N from that before it (median of {size} runs)",
+            "{most:.2g} N of either sign",
+            "the zero of the force drifts or jumps within the strokes ({found}): in between it is a straight line, which nothing "
+            "shows it to be. Let the transducer warm up, and look at cables that the stroke bends.",
+        ),
+        "drift-steady": Words(
+            "the zero of F_{axis} after the stroke is {newtons:+.2g} N from that before it (median of {size} runs)",
+            "{most:.2g} N of either sign",
+        ),
+        "drift-few": Words("fewer than {fewest} runs rest in air"),
     },
 )
 def check_drift(measured: MediumMeasurements) -> Check:
-    """Whether the zero drifts already while the intruder rests in air before its stroke."""
-    from scipy.special import ndtr, stdtrit
-
+    """Whether the zero drifts already at rest in air before a stroke, or is another one after it."""
     runs, tares = measured.tables["runs"], measured.tables["tares"]
     table = runs.merge(tares[["run_id", "force_rms_N"]], on="run_id")
+    across_strokes = _judge_change_of_zero(table)
+    at_rest = _judge_trend_at_rest(measured, table)
+    if across_strokes is None or at_rest.verdict == FAILED:
+        return at_rest
+    return across_strokes if at_rest.verdict == NOT_CHECKED or across_strokes.effect else at_rest
+
+
+def _judge_change_of_zero(table: pd.DataFrame) -> Check | None:
+    """Judge the zero after the strokes minus that before them; None where too few runs rest in air at both ends."""
+    change = table[["zero_change_z_N", "zero_change_x_N"]].to_numpy(float).T
+    force = table["force_rms_N"].to_numpy(float)
+    has_change = np.isfinite(change).all(axis=0) & (force > 0)
+    if has_change.sum() < FEW_RUNS:
+        return None
+    typical = float(np.median(force[has_change]))
+    size = np.median(np.abs(change[:, has_change]), axis=1)
+    worst = int(size.argmax())
+    newtons = float(np.median(change[worst, has_change]))
+    # a drift to either side is as bad as one that all runs share
+    newtons = math.copysign(float(size[worst]), newtons)
+    most_N = _CHANGE * typical
+    values: dict[str, Any] = {"axis": "zx"[worst], "newtons": newtons, "size": has_change.sum()}
+    if abs(newtons) <= most_N:
+        return Check.judge("drift", True, code="drift-steady", most=most_N, **values)
+    drifting = table["run_id"][has_change][np.abs(change[worst, has_change]) > most_N]
+    flags = flags_on(drifting, "zero-changes")
+    return Check.judge("drift", False, flags, code="drift-between", most=most_N, **values)
+
+
+def _judge_trend_at_rest(measured: MediumMeasurements, table: pd.DataFrame) -> Check:
+    """Judge the trend of the zero before the strokes, of runs that rest in air at one end alone."""
+    from scipy.special import ndtr, stdtrit
+
     trend = table[["zero_trend_z_N", "zero_trend_x_N"]].to_numpy(float).T
     force = table["force_rms_N"].to_numpy(float)
     has_trend = np.isfinite(trend).all(axis=0) & (force > 0)
@@ -217,6 +305,10 @@ _BLIND = 0.4
 """Of the largest alpha: the least difference that would be seen is 0.13 to 0.17 (median) in the demonstration."""
 
 
+_WIDE, _USUAL_AT_MOST, _SURE_OF_SPREAD, _WEAK_LEVEL = 0.105, 0.08, 0.96, 0.08
+"""Spread of repeats along their force that is a fault, the largest of ordinary beds, confidence that it is not one of these, and
+share of the largest force that is added to weak directions (`make pairs`, 2026-11-29)."""
+
 _BESIDE = {"pair": "other run of its direction"}
 """Words for what a run is compared with, where they are not those of the table."""
 
@@ -242,10 +334,17 @@ _BESIDE = {"pair": "other run of its direction"}
             "no run differs; a difference below {median:.0%} of the largest alpha (median; at most {most:.0%}) is not "
             "detected",
         ),
+        "repeats-wide": Words(
+            "repeats of a direction differ by {spread:.0%} (standard deviation along their force, of {dof} repeats), at least by "
+            "{low:.0%}",
+            "{wide:.0%}, or less than can be told from {usual:.0%}",
+            "{found}: prepare each bed in one way, and look for wet sand, another plate or runs in wrong rows. Where beds do "
+            "differ so much, accept it with the reason.",
+        ),
         "repeats-few": Words("too few runs to estimate how much runs differ"),
         "repeats-blind": Words(
             "a difference below {median:.0%} of the largest alpha (median) would not be seen, so far are the runs from one "
-            "another or from the shape of known media: look for a wrong sign, angle or medium in the run sheet"
+            "another or from the shape of known media: push directions twice"
         ),
     },
 )
@@ -261,6 +360,8 @@ def check_repeats(measured: MediumMeasurements) -> Check:
     ranked = apart.assign(off=off).sort_values(["times_spread", "off"], ascending=False)
     largest_rows = ranked.to_dict("records")[:MOST_NAMED]
     seen_from = repeated_runs["seen_from_ratio"]
+    if apart.empty and (wide := _judge_spread(measured)) is not None:
+        return wide
     if apart.empty and seen_from.median() > _BLIND:
         return Check.skip("repeats", "repeats-blind", median=seen_from.median())
     are_single = (repeated_runs["beside"] == MAP).all()
@@ -282,6 +383,30 @@ def check_repeats(measured: MediumMeasurements) -> Check:
         most=seen_from.max(),
         values=format_remarks(map(_beside_others, largest_rows)),
         rows=describe_rows(apart["run_id"], measured.sheet),
+    )
+
+
+def _judge_spread(measured: MediumMeasurements) -> Check | None:
+    """Failure where repeats differ more than ordinary beds do, though none stands apart from the others."""
+    fits, names = measured.tables["fits"], [column(c) for c in "zx"]
+    runs = fits[np.isfinite(fits[names].to_numpy(float)).any(axis=1)]
+    if runs.empty:
+        return None
+    angles_deg = (runs[f"{name}_deg"].to_numpy(float) for name in ("beta", "gamma"))
+    tolerance_deg = measured.config.grid.angle_tolerance_deg
+    groups = number_directions(*angles_deg, tolerance_deg=tolerance_deg)
+    spread = pooled_bed_spread(runs[names].to_numpy(float).T, groups, _WEAK_LEVEL, _SURE_OF_SPREAD)
+    if spread is None or spread.relative <= _WIDE or spread.low <= _USUAL_AT_MOST:
+        return None
+    return Check.judge(
+        "repeats",
+        False,
+        code="repeats-wide",
+        spread=spread.relative,
+        low=spread.low,
+        dof=spread.dof,
+        wide=_WIDE,
+        usual=_USUAL_AT_MOST,
     )
 
 

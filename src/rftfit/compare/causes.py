@@ -26,6 +26,7 @@ from rftfit.compare.joint import (
     Scan,
     find_causes,
 )
+from rftfit.compare.misplaced import find_misplaced
 from rftfit.directions import TOLERANCE_DEG
 from rftfit.measure.alpha import column
 
@@ -62,8 +63,10 @@ def compare_all_runs(
     sheet: Mapping[str, Run],
     angle_deg: float,
     tolerance_deg: float = TOLERANCE_DEG,
-) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Look for what the runs of a medium share, and for other axes: tables `CAUSE_COLUMNS` and `AXES_COLUMNS`.
+) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
+    """Look for what the runs of a medium share, for other axes, and for runs in wrong rows of the sheet.
+
+    Returns tables of the columns `CAUSE_COLUMNS`, `AXES_COLUMNS` and `MISPLACED_COLUMNS`.
 
     `angle_deg`: Standard deviation of the angles of a run. `tolerance_deg`: Difference of each angle up to which runs are of
     one direction.
@@ -82,7 +85,8 @@ def compare_all_runs(
     axes = [
         {"medium": medium, "axes": name, "log_bayes_factor": evidence[name]} for name in evidence
     ]
-    return causes, pd.DataFrame(axes, columns=AXES_COLUMNS)
+    misplaced = find_misplaced(runs, run_ids, sheet, medium)
+    return causes, pd.DataFrame(axes, columns=AXES_COLUMNS), misplaced
 
 
 def rows_of_model(model: JointModel) -> pd.DataFrame:

@@ -20,6 +20,7 @@ from rftfit.conventions import FloatArray
 from rftfit.directions import TOLERANCE_DEG, number_directions, same_direction
 from rftfit.measure.alpha import column
 from rftfit.measure.errors import USUAL_BED_SPREAD
+from rftfit.measure.repeats import unit_vectors
 from rftfit.measure.verdict_words import MAP, PAIR, REPEATS
 from rftfit.model.shapes import published_shapes
 
@@ -236,31 +237,49 @@ def _compare_pairs(
     sizes = (np.hypot(*filled_alpha[:, first]) + np.hypot(*filled_alpha[:, second])) / 2
     level = np.hypot(sizes, _CHOSEN.least_repeats * np.hypot(*filled_alpha).max())
     # a component that one of them lacks makes no difference
-    apart_by = np.nan_to_num(compared_alpha[:, first] - compared_alpha[:, second])
-    difference = np.hypot(*apart_by) / level
-    # a wrong pair is no witness of how pairs differ, and a median bears a few others
-    other_pairs = first.size - 1
-    median = np.zeros(first.size)
-    if other_pairs:
-        median[:] = [np.median(np.delete(difference, pair)) for pair in range(first.size)]
-    spread = median / (_MEDIAN_OF_NORMAL * math.sqrt(2))
-    variance = _CHOSEN.pair_dof * USUAL_BED_SPREAD**2 + other_pairs * spread**2
-    unit = np.sqrt(2 * variance / (_CHOSEN.pair_dof + other_pairs))
-    ranked = np.sort(difference / unit)[::-1]
+    apart_by = np.nan_to_num(compared_alpha[:, first] - compared_alpha[:, second]) / level
+    # beds differ along the force more than across it
+    along_and_across = unit_vectors(filled_alpha[:, first] + filled_alpha[:, second])
+    differences = np.abs((along_and_across * apart_by).sum(axis=1))
+    usual = np.array([[USUAL_BED_SPREAD], [_CHOSEN.pair_across]])
+    unit = _unit_of_pairs(differences, usual)
+    # of the weakest directions noise and small errors of an angle are a larger part
+    weak = _CHOSEN.pair_floor * np.hypot(*filled_alpha).max() / level
+    unit = np.sqrt(unit**2 + 2 * weak**2)
+    of_pair = (differences / unit).max(axis=0)
+    ranked = np.sort(of_pair)[::-1]
     limit = _CHOSEN.pair_largest
     if ranked.size > 1 and ranked[1] > _CHOSEN.pair_second:
         limit = _CHOSEN.pair_second
-    is_apart = difference > np.maximum(limit * unit, _CHOSEN.pair_least)
+    least = np.array(_CHOSEN.pair_least)[:, None]
+    is_apart = ((differences > limit * unit) & (differences > least)).any(axis=0)
+    seen_from = np.maximum(_CHOSEN.pair_largest * unit, least).max(axis=0)
     other, times, seen = (
         np.full(shape, math.nan) for shape in (compared_alpha.shape, groups.shape, groups.shape)
     )
     apart = np.zeros(groups.size, dtype=bool)
     for runs_of_pairs, partners in ((first, second), (second, first)):
         other[:, runs_of_pairs] = compared_alpha[:, partners]
-        times[runs_of_pairs] = difference / unit
+        times[runs_of_pairs] = of_pair
         apart[runs_of_pairs] = is_apart
-        seen[runs_of_pairs] = level * np.maximum(_CHOSEN.pair_largest * unit, _CHOSEN.pair_least)
+        seen[runs_of_pairs] = level * seen_from
     return _OfPairs(other, times, apart, seen)
+
+
+def _unit_of_pairs(differences: FloatArray, usual: FloatArray) -> FloatArray:
+    """Standard deviation of the difference of each pair, shape (2, k), along and across, by all other pairs.
+
+    A wrong pair is no witness of how pairs differ, and a median bears a few others. `usual`: Spread of single runs, shape (2, 1),
+    that counts for a few more pairs.
+    """
+    other_pairs = differences.shape[1] - 1
+    median = np.zeros(differences.shape)
+    if other_pairs:
+        for pair in range(differences.shape[1]):
+            median[:, pair] = np.median(np.delete(differences, pair, axis=1), axis=1)
+    spread = median / (_MEDIAN_OF_NORMAL * math.sqrt(2))
+    variance = _CHOSEN.pair_dof * usual**2 + other_pairs * spread**2
+    return np.asarray(np.sqrt(2 * variance / (_CHOSEN.pair_dof + other_pairs)))
 
 
 _MEDIAN_OF_NORMAL = 0.6745

@@ -69,7 +69,7 @@ def ingest_traces(
             ledger.flag(run, *outcome.flags)
         else:
             refused = {"run_id": run.run_id, "kind": run.kind, "status": "refused"}
-            rows.append(RUN_COLUMNS | refused | reason_columns(outcome))
+            rows.append(RUN_COLUMNS | refused | _angles_seen(outcome) | reason_columns(outcome))
     return traces, rows, ledger
 
 
@@ -120,6 +120,8 @@ RUN_COLUMNS: dict[str, object] = {
     **dict.fromkeys(
         (
             "sample_step_s",
+            "seen_beta_deg",
+            "seen_gamma_deg",
             "clock_offset_s",
             "clock_residual_s",
             "clock_se_s",
@@ -128,6 +130,8 @@ RUN_COLUMNS: dict[str, object] = {
             "zero_dof",
             "zero_trend_z_N",
             "zero_trend_x_N",
+            "zero_change_z_N",
+            "zero_change_x_N",
             "clock_hours",
             "clock_rest_s",
             "clock_drift",
@@ -144,6 +148,19 @@ RUN_COLUMNS: dict[str, object] = {
     ),
 }
 """Columns of the table of runs, and what stands where nothing is known."""
+
+
+def _angles_seen(reasons: Sequence[Remark]) -> dict[str, object]:
+    """Angle of the plate or of the path that a log shows, where it is not the one of its row."""
+    names = {
+        "other-angle": ("seen_beta_deg", "found"),
+        "other-direction": ("seen_gamma_deg", "seen_deg"),
+    }
+    return {
+        names[reason.code][0]: reason.values[names[reason.code][1]]
+        for reason in reasons
+        if reason.code in names
+    }
 
 
 def _run_row(
@@ -166,6 +183,8 @@ def _run_row(
         "zero_dof": zero.dof,
         "zero_trend_z_N": zero.trend_N[0],
         "zero_trend_x_N": zero.trend_N[1],
+        "zero_change_z_N": zero.change_N[0],
+        "zero_change_x_N": zero.change_N[1],
     }
     if clocks is not None:
         hours, push = clock.whole_hours, clocks.pushes.get(trace.run.run_id, {})

@@ -170,16 +170,21 @@ class Zero:
     """Zero of the forces (z, x) of one run, to be subtracted.
 
     `force`, N: (2, n), a straight line in time between two stretches in air; else constant, (2, 1).
-    `variance` (2,) of its error, N^2, allows for autocorrelation. `drift_N`: largest change between the
-    two stretches; NaN if there is but one. `trend_N` (2,): what a straight line through the only stretch
+    `variance` (2,) of its error, N^2, allows for autocorrelation. `change_N` (2,): from the first stretch to the
+    last; NaN if there is but one. `trend_N` (2,): what a straight line through the only stretch
     would add until the stroke; NaN if there are two or if it is not known.
     """
 
     force: FloatArray
     variance: FloatArray
     dof: float
-    drift_N: float
+    change_N: tuple[float, float] = (math.nan, math.nan)
     trend_N: tuple[float, float] = (math.nan, math.nan)
+
+    @property
+    def drift_N(self) -> float:
+        """Largest change between the two stretches; NaN if there is but one."""
+        return float(np.abs(self.change_N).max())
 
 
 def half_extent(plate: AnyPlate, beta: float) -> tuple[float, float]:
@@ -234,13 +239,14 @@ def find_zero(
         unseen = (drift_N_per_min / 60 * abs(stroke_time - t0)) ** 2 / 3
         away = time[rows_before] - t0
         trend = force[:, rows_before] @ away / float(away @ away) * (stroke_time - t0)
-        return Zero(mean_before[:, None], variance + unseen, dof, math.nan, (trend[0], trend[1]))
+        return Zero(mean_before[:, None], variance + unseen, dof, trend_N=(trend[0], trend[1]))
     mean_after, last_variance, last_dof = _mean(force[:, rows_after])
     share = np.clip((time - t0) / (t1 - t0), 0, 1)
     line = mean_before[:, None] * (1 - share) + mean_after[:, None] * share
     # the larger of the two: an upper bound for any mix of the two means
     variance = np.maximum(variance, last_variance)
-    return Zero(line, variance, min(dof, last_dof), float(np.abs(mean_after - mean_before).max()))
+    change = mean_after - mean_before
+    return Zero(line, variance, min(dof, last_dof), (float(change[0]), float(change[1])))
 
 
 def zero_of_log(force: FloatArray, drift_N_per_min: float, age_min: float) -> Zero:
@@ -252,14 +258,14 @@ def zero_of_log(force: FloatArray, drift_N_per_min: float, age_min: float) -> Ze
         raise Refused("short-zero-log", found=force.shape[1], wanted=_FEWEST)
     mean, variance, dof = _mean(force)
     unseen = (drift_N_per_min * age_min) ** 2 / 3
-    return Zero(mean[:, None], variance + unseen, dof, math.nan)
+    return Zero(mean[:, None], variance + unseen, dof)
 
 
 def stated_zero(stated: ZeroSettings, transducer: Transducer) -> Zero:
     """The zero that the config states, the same in every run."""
     force = (sensor_to_lab(transducer) @ np.array(stated.readings_N))[::-1]
     variance = np.full(2, (stated.sd_N or 0.0) ** 2)
-    return Zero(force[:, None], variance, GIVEN_DOF, math.nan)
+    return Zero(force[:, None], variance, GIVEN_DOF)
 
 
 def fewest_for_zero(time: FloatArray) -> int:

@@ -113,9 +113,12 @@ FLAGS = {
     "channel-gain": Flag(
         "channel {channel} has {times:.2g} times the noise and force of other runs"
     ),
+    "other-row": Flag("the angles of a row nearby fit the logs better than those of their own"),
+    "other-axes": Flag("fits the shape of known media with {axes}"),
     "rod-stronger": Flag("the force on the rod alone is larger than on plate and rod"),
     "same-readings": Flag("same readings as {runs}"),
     "zero-drifts": Flag("the zero drifts at rest before the stroke"),
+    "zero-changes": Flag("the zero after the stroke is another than that before it"),
     "surface-differs": Flag("stress begins {gap:+.1f} mm off from that of the other runs"),
     "lag-differs": Flag("the force log is {gap:+.2f} s off from those of the other runs"),
     "apart": Flag("differs from the {beside} by {times:.1f} times the spread of such differences"),
@@ -294,6 +297,12 @@ SENTENCES = {
     "wires, and at beta_deg and the motion of these runs",
     "cause-gain": "{whose} has {times:.2g} times the noise, and about as many times the force, in {count} of {size} runs, "
     "beside the others ({rows}): look at its amplifier and its unit",
+    "cause-axes": "{count} of {size} runs fit the shape of known media with {axes} and not as the others ({rows}): look at the "
+    "cables of {channels} in these runs",
+    "row-above": "above",
+    "row-below": "below",
+    "rows-above": "{count} rows above",
+    "rows-below": "{count} rows below",
     "logs-read": "{count} logs",
     "negative-work": "{count} of {size} cells would push the plate along",
     "few-cells": "at most {count} of them",

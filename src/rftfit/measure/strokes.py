@@ -235,7 +235,7 @@ def _stretches_along_path(
     mean, noise_cm = motion.averaged(arm)
     least_turn_cm = max(_TIMES_NOISE * noise_cm, motion.flicker_cm)
     along: list[_StrokeSpan] = []
-    angle_texts: list[str] = []
+    seen: list[tuple[float, float]] = []
     stretches = [
         stretch
         for first, last in spans
@@ -248,18 +248,19 @@ def _stretches_along_path(
         if min(z0, z1) > -UNDERGROUND_CM or length < SHORTEST_CM:
             continue
         along_x, along_z = mean.heading(start, end)
-        angle_texts.append(f"{math.degrees(float(intrusion_angle(along_x, along_z))):.1f}")
+        seen.append((length, math.degrees(float(intrusion_angle(along_x, along_z)))))
         allowed = max(tolerance, _TIMES_HEADING * motion.heading_se(start, end, length))
         if along_x * wanted_x + along_z * wanted_z >= math.cos(allowed):
             along.append((length, float(start), float(end)))
-    if not angle_texts:
+    if not seen:
         fastest = motion.fastest_below()
         raise Refused("too-slow", least=SHORTEST_CM, stated=arm.speed_cm_per_s, fastest=fastest)
     if not along:
         stated = {"direction": run.direction, "gamma": run.gamma_deg, "way": run.motion_gamma_deg}
         raise Refused(
             "other-direction",
-            seen=", ".join(angle_texts),
+            seen=", ".join(f"{angle_deg:.1f}" for _, angle_deg in seen),
+            seen_deg=max(seen)[1],
             tolerance=arm.angle_tolerance_deg,
             **stated,
         )

@@ -17,6 +17,9 @@ REPEATS, PAIR, MAP = "repeats", "pair", "map"
 PULLS = "beta-of-pulls"
 """Hypothesis of the table of axes: beta of pulls has the other sign."""
 
+ROWS, BETA_ROWS = "rows", "beta-rows"
+"""Mistakes of the table of misplaced runs: all angles, or beta alone, stand in other rows than their logs."""
+
 
 def is_usable(alpha: pd.DataFrame) -> bool:
     """Whether a medium may enter what is made from several media."""

@@ -89,11 +89,12 @@ def checks(results: Results, medium: str) -> tuple[pd.DataFrame, ...]:
         return alpha_table(counted_once(fits, copies)[0], medium, *settings)
 
     angle_deg = config.errors.angle_deg
-    causes, axes = compare_all_runs(
+    causes, axes, misplaced = compare_all_runs(
         counted_once(fits, copies)[0], medium, sheet, angle_deg, config.grid.angle_tolerance_deg
     )
     alpha_of_medium = cells(fits, DepthLaw(config.fit.law), surface)
     tables |= {"alpha": alpha_of_medium, "peers": peers, "causes": causes, "axes": axes}
+    tables |= {"misplaced": misplaced}
     of_runs = [results.table(f"flags/{stage}/{medium}.csv") for stage in FLAGGING]
     checked = check_medium(results.campaign, medium, tables, copies, Flags(*of_runs))
     verdicts = pd.DataFrame([check.row(medium) for check in checked], columns=COLUMNS)

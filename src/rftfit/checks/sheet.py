@@ -1,0 +1,131 @@
+"""Whether the runs stand in the rows of the run sheet that state their angles, by their motion logs and by their alpha."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from rftfit.campaign.sheet import FEWEST_SHIFTED, SHARE_SHIFTED, Run, shifts_of_rows
+from rftfit.checks.declared import (
+    Check,
+    MediumMeasurements,
+    Words,
+    declare_check,
+    describe_rows,
+    flags_on,
+)
+from rftfit.directions import beta_apart
+from rftfit.measure.flags import remark
+from rftfit.measure.verdict_words import BETA_ROWS, ROWS, UNUSABLE
+
+_EVIDENCE = 6.0
+"""Log of the Bayes factor from which alpha tells other rows: the largest of 200 sound campaigns is 4.5 (`make mixups`)."""
+
+_ALLOWED = "no rows nearby whose angles fit the runs better than their own"
+_CURE = "look whether a row is missing or there twice before the first of them, and whether cells of a column were shifted."
+
+
+@declare_check(
+    "sheet",
+    title="rows of the run sheet",
+    effect=UNUSABLE,
+    good="runs stand in the rows of their angles",
+    fault="runs stand in rows with the angles of others",
+    outcomes={
+        "sheet": Words(
+            "no angles of rows nearby fit the {size} runs better than their own", _ALLOWED
+        ),
+        "sheet-logs": Words(
+            "the motion logs of {count} of {size} runs that are refused for their angles show those of the row {where} ({rows})",
+            _ALLOWED,
+            f"logs and angles look shifted against each other ({{found}}): {_CURE}",
+        ),
+        "sheet-rows": Words(
+            "the angles of the row {where} explain alpha of {count} runs 10^{power:.0f} times better than their own, by the shape of "
+            "known media ({rows})",
+            _ALLOWED,
+            f"logs and angles look shifted against each other ({{found}}): {_CURE}",
+        ),
+        "sheet-beta": Words(
+            "beta of the row {where} explains alpha of {count} runs 10^{power:.0f} times better than their own, by the shape of known "
+            "media ({rows})",
+            _ALLOWED,
+            f"the column beta_deg looks shifted ({{found}}): {_CURE}",
+        ),
+        "sheet-few": Words("too few runs with alpha to tell whether they stand in the right rows"),
+    },
+)
+def check_sheet(measured: MediumMeasurements) -> Check:
+    """Whether the angles of rows nearby fit the runs better than those of their own rows."""
+    if (by_logs := _find_shift_of_logs(measured)) is not None:
+        shift, shifted_runs, refused_count = by_logs
+        return Check.judge(
+            "sheet",
+            False,
+            code="sheet-logs",
+            count=len(shifted_runs),
+            size=refused_count,
+            where=_describe_shift(shift),
+            rows=describe_rows(shifted_runs, measured.sheet),
+        )
+    misplaced = measured.tables["misplaced"]
+    # of two mistakes the likelier one counts: with wrong axes the angles of other rows may fit better, too
+    for likeliest in misplaced.head(1).to_dict("records"):
+        if likeliest["mistake"] in (ROWS, BETA_ROWS) and likeliest["log_bayes_factor"] > _EVIDENCE:
+            run_ids = likeliest["run_ids"].split()
+            values: dict[str, Any] = {
+                "count": len(run_ids),
+                "power": likeliest["log_bayes_factor"] / math.log(10),
+                "where": _describe_shift(likeliest["rows"]),
+                "rows": describe_rows(run_ids, measured.sheet),
+            }
+            code = "sheet-rows" if likeliest["mistake"] == ROWS else "sheet-beta"
+            return Check.judge("sheet", False, flags_on(run_ids, "other-row"), code=code, **values)
+    run_count = len(measured.tables["peers"])
+    if run_count < FEWEST_SHIFTED:
+        return Check.skip("sheet", "sheet-few")
+    return Check.judge("sheet", True, size=run_count)
+
+
+def _describe_shift(shift: int) -> str:
+    """Where the angles stand whose logs are `shift` rows below."""
+    side = "above" if shift > 0 else "below"
+    return str(remark(f"row-{side}" if abs(shift) == 1 else f"rows-{side}", count=abs(shift)))
+
+
+def _find_shift_of_logs(measured: MediumMeasurements) -> tuple[int, list[str], int] | None:
+    """Find by how many rows the angles stand above the logs that show them, these runs, and how many are refused for angles."""
+    plates = sorted(
+        (run for run in measured.sheet.values() if run.kind == "plate"), key=lambda run: run.row
+    )
+    place_of_run = {run.run_id: place for place, run in enumerate(plates)}
+    runs = measured.tables["runs"]
+    is_seen = runs[["seen_beta_deg", "seen_gamma_deg"]].notna().any(axis=1)
+    refused = runs[is_seen & runs["run_id"].isin([*place_of_run])]
+    if len(refused) < FEWEST_SHIFTED:
+        return None
+    tolerance_deg = measured.config.arm.angle_tolerance_deg
+    matching: dict[int, list[str]] = {}
+    for row in refused.to_dict("records"):
+        for shift in shifts_of_rows():
+            place = place_of_run[row["run_id"]] - shift
+            if 0 <= place < len(plates) and _shows_angles(
+                plates[place], row["seen_beta_deg"], row["seen_gamma_deg"], tolerance_deg
+            ):
+                matching.setdefault(shift, []).append(row["run_id"])
+    shift = max(matching, key=lambda shift: len(matching[shift]), default=0)
+    shifted_runs = matching.get(shift, [])
+    if len(shifted_runs) < max(FEWEST_SHIFTED, SHARE_SHIFTED * len(refused)):
+        return None
+    return shift, shifted_runs, len(refused)
+
+
+def _shows_angles(run: Run, beta_deg: float, gamma_deg: float, tolerance_deg: float) -> bool:
+    """Whether a log that shows one of these angles may be that of a run; NaN: the log was not asked."""
+    off: npt.NDArray[np.float64] = np.abs(
+        [beta_apart(beta_deg, run.beta_deg), (gamma_deg - run.motion_gamma_deg + 180) % 360 - 180]
+    )
+    return bool(np.all(np.isnan(off) | (off <= tolerance_deg)))

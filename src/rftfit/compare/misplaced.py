@@ -1,0 +1,187 @@
+"""Evidence that runs stand in wrong rows of the run sheet, or with wrong axes in a part of the runs, by the known shape.
+
+Each run is asked alone whether the shape of known media fits its alpha better at the angles of a row nearby, or with other
+axes, than as stated. What a medium has of its own is in the error of a run, and a run that fits nothing counts little
+(Student). `make mixups` has how often such mistakes are told.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from rftfit.campaign.sheet import Run, shifts_of_rows
+from rftfit.compare.axes import AXES
+from rftfit.compare.chosen import chosen
+from rftfit.compare.joint import RunSlopes, prior_of_media
+from rftfit.conventions import FloatArray
+from rftfit.directions import number_directions
+from rftfit.measure.fits import filed_under
+from rftfit.measure.verdict_words import BETA_ROWS, ROWS
+
+MISPLACED_COLUMNS = ["medium", "mistake", "rows", "log_bayes_factor", "n_runs", "run_ids"]
+
+_CHOSEN, _AXES = chosen("misplaced"), chosen("axes")
+_AT_ONCE = 100
+"""Most directions whose covariance is computed together; only the blocks of single directions are used."""
+
+
+def find_misplaced(
+    runs: RunSlopes,
+    run_ids: list[str],
+    sheet: Mapping[str, Run],
+    medium: str,
+    without: tuple[str, ...] = (),
+) -> pd.DataFrame:
+    """Weigh each mistake against the sheet as it is: table `MISPLACED_COLUMNS`, the likeliest first.
+
+    Parameters
+    ----------
+    runs : RunSlopes
+        In the order of the run sheet.
+    run_ids : list of str
+        Names of these runs.
+    sheet : mapping of str to Run
+        All runs of the medium by run_id.
+    without : tuple of str, optional
+        Published media that are left out of the known shapes.
+
+    Returns
+    -------
+    DataFrame
+        A row of each mistake that explains three runs or more. `rows`: By how many rows of plates the angles stand above
+        their logs. `log_bayes_factor`: Beside the sheet as it is. `run_ids`: Runs that it explains better.
+    """
+    rows = []
+    if runs.size:
+        number = number_directions(runs.beta_deg, runs.gamma_deg, tolerance_deg=runs.tolerance_deg)
+        mistakes = {**_rows_ratios(runs, run_ids, sheet, without), **_axes_ratios(runs, without)}
+        for (mistake, shift), ratio in mistakes.items():
+            explained = _explain_stretch(ratio, number) if shift else _explain_scattered(ratio)
+            are_several = np.unique(number[explained.runs]).size >= _CHOSEN.fewest_directions
+            if explained.runs.sum() >= _CHOSEN.fewest_runs and are_several:
+                names = [
+                    name for name, is_one in zip(run_ids, explained.runs, strict=True) if is_one
+                ]
+                rows.append(
+                    (medium, mistake, shift, explained.evidence, len(names), " ".join(names))
+                )
+    table = pd.DataFrame(rows, columns=MISPLACED_COLUMNS)
+    return table.sort_values("log_bayes_factor", ascending=False, ignore_index=True, kind="stable")
+
+
+class _Explained(NamedTuple):
+    """Logarithm of a Bayes factor, and the runs that a mistake explains better, shape (n,)."""
+
+    evidence: float
+    runs: npt.NDArray[np.bool_]
+
+
+def _explain_scattered(ratio: FloatArray) -> _Explained:
+    """Evidence that any of the runs, in a share that fits best, have a mistake; `ratio` (n,): Log likelihood ratio of each."""
+    evidence, best_share = 0.0, 0.0
+    for share in _CHOSEN.shares:
+        of_share = float(np.logaddexp(math.log1p(-share), math.log(share) + ratio).sum())
+        if of_share > evidence:
+            evidence, best_share = of_share, share
+    if not evidence:
+        return _Explained(0.0, np.zeros(ratio.size, dtype=bool))
+    return _Explained(evidence, ratio > math.log(1 / best_share - 1))
+
+
+def _explain_stretch(ratio: FloatArray, number: npt.NDArray[np.intp]) -> _Explained:
+    """Evidence that a stretch of the sheet has a mistake: all of it, from a row on, or between two rows.
+
+    Repeats have what their direction has of its own in common, and count as one run.
+    """
+    changed_of_direction = np.bincount(number, ratio != 0)
+    weighted = ratio / np.maximum(changed_of_direction, 1)[number]
+    sums = np.concatenate([[0.0], np.cumsum(weighted)])
+    lowest = np.minimum.accumulate(sums)
+    end = int((sums - lowest).argmax())
+    first = int(sums[: end + 1].argmin())
+    inside = np.zeros(ratio.size, dtype=bool)
+    inside[first:end] = True
+    return _Explained(float(sums[end] - sums[first]), inside & (ratio != 0))
+
+
+def _rows_ratios(
+    runs: RunSlopes, run_ids: list[str], sheet: Mapping[str, Run], without: tuple[str, ...]
+) -> dict[tuple[str, int], FloatArray]:
+    """Log likelihood ratio of each run at angles, or beta, of rows nearby; 0 where these are the same or there is no row."""
+    plates = sorted((run for run in sheet.values() if run.kind == "plate"), key=lambda run: run.row)
+    place_of_run = {run.run_id: place for place, run in enumerate(plates)}
+    places = np.array([place_of_run[run_id] for run_id in run_ids])
+    stated_deg = np.array([filed_under(run)[:2] for run in plates]).T
+    as_stated = runs.beta_deg, runs.gamma_deg
+    shapes = {}
+    for shift in shifts_of_rows():
+        away = places - shift
+        is_there = (away >= 0) & (away < len(plates))
+        beta_deg, gamma_deg = np.where(is_there, stated_deg[:, away * is_there], as_stated)
+        shapes[ROWS, shift] = beta_deg, gamma_deg
+        shapes[BETA_ROWS, shift] = beta_deg, runs.gamma_deg
+    densities = _densities(runs, [as_stated, *shapes.values()], without)
+    ratios = {}
+    for (name, angles_deg), density in zip(shapes.items(), densities[1:], strict=True):
+        differs = np.abs(np.subtract(angles_deg, as_stated)).max(axis=0) > runs.tolerance_deg
+        ratios[name] = np.where(differs, density - densities[0], 0.0)
+    return ratios
+
+
+def _axes_ratios(runs: RunSlopes, without: tuple[str, ...]) -> dict[tuple[str, int], FloatArray]:
+    """Log likelihood ratio of each run with other axes."""
+    densities = {
+        name: _densities(runs, [(runs.beta_deg, runs.gamma_deg)], without, matrix)[0]
+        for name, matrix in AXES.items()
+    }
+    as_given = densities.pop("as-given")
+    return {(name, 0): density - as_given for name, density in densities.items()}
+
+
+def _densities(
+    runs: RunSlopes,
+    angles_deg: list[tuple[FloatArray, FloatArray]],
+    without: tuple[str, ...],
+    axes: tuple[tuple[int, int], tuple[int, int]] = AXES["as-given"],
+) -> list[FloatArray]:
+    """Log density of each run, shape (n,), at each of some angles; a constant is left out."""
+    alpha_z, alpha_x = np.array(axes) @ np.stack([runs.alpha[0], runs.side * runs.alpha[1]])
+    level = np.hypot(alpha_z, alpha_x)
+    error = np.hypot(_AXES.scatter * level, _AXES.of_medium * level.max(initial=0.0))
+    stated_mean, _ = _shape_at(*angles_deg[0], without)
+    # neither another row nor other axes change how large alpha of all runs is
+    size = float(level.sum() / np.hypot(*stated_mean).sum())
+    densities = []
+    for beta_deg, gamma_deg in angles_deg:
+        mean, covariance = _shape_at(beta_deg, gamma_deg, without)
+        side = np.where(np.asarray(gamma_deg) < 0, -1.0, 1.0)
+        off = np.stack([alpha_z, side * alpha_x]) - size * mean
+        covariance = size**2 * covariance + error[:, None, None] ** 2 * np.eye(2)
+        distance = np.einsum("in,nij,jn->n", off, np.linalg.inv(covariance), off)
+        log_det = np.log(np.linalg.det(covariance))
+        dof = _CHOSEN.t_dof
+        densities.append(-0.5 * ((dof + 2) * np.log1p(distance / dof) + log_det))
+    return densities
+
+
+def _shape_at(
+    beta_deg: FloatArray, gamma_deg: FloatArray, without: tuple[str, ...]
+) -> tuple[FloatArray, FloatArray]:
+    """Mean (2, n) and covariance (n, 2, 2) of alpha of a medium of size 1 at n directions, each alone."""
+    directions, place = np.unique(np.stack([beta_deg, gamma_deg]), axis=1, return_inverse=True)
+    means, covariances = [], []
+    for first in range(0, directions.shape[1], _AT_ONCE):
+        beta_of_few, gamma_of_few = directions[:, first : first + _AT_ONCE]
+        mean, covariance = prior_of_media(beta_of_few, gamma_of_few, 0.0, without)
+        count = beta_of_few.size
+        means.append(mean.reshape(2, count))
+        blocks = covariance.reshape(2, count, 2, count)
+        covariances.append(np.einsum("injn->nij", blocks))
+    place = place.ravel()
+    return np.concatenate(means, axis=1)[:, place], np.concatenate(covariances)[place]

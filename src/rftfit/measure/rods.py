@@ -1,0 +1,145 @@
+"""Whether the rods of the rod runs are those of the plate runs, by how the force across that on the plate grows with depth."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from rftfit.conventions import FloatArray
+from rftfit.measure.ledger import RowStatus
+from rftfit.measure.samples import split_runs
+
+_STEP_CM = 0.6
+"""Length of the steps of depth in which forces are averaged."""
+
+_FEWEST_STEPS, _FEWEST_SAMPLES, _FEWEST_DIRECTIONS = 4, 5, 8
+
+_ACROSS, _ZERO_N = 0.01, 0.03
+"""Scatter of the force across, relative to the force on the plate, and in N: they weigh the runs."""
+
+_SAME_PATH_DEG = 1.0
+"""Difference of gamma up to which rods are moved alike."""
+
+
+class TareShare(NamedTuple):
+    """Share of the subtracted tares that was too much: 0.6 of a rod that bears 2.5 times the right one; standard error, and its dof."""
+
+    share: float
+    se: float
+    dof: int
+
+
+class _Profile(NamedTuple):
+    """Push by steps of depth: mean depth (k,), granular force and tare (2, k), and where samples are, with the tare's name."""
+
+    direction: tuple[float, float]
+    tare_run: str
+    depth: FloatArray
+    force: FloatArray
+    tare: FloatArray
+    is_there: np.ndarray
+
+
+def estimate_share_too_much(
+    fits: pd.DataFrame, tared: pd.DataFrame, windows: pd.DataFrame
+) -> TareShare | None:
+    """Estimate which share of the tares should not have been subtracted; None where the pushes do not tell it.
+
+    The force on a plate keeps its direction at all depths, by whatever law it grows, and however the bed is packed along
+    the path. The force on a rod grows otherwise, as more and more of the rod is in the bed. So where a tare is too large, a
+    part of the rod's own course is left across the force on the plate. The course is taken from other rods on the same
+    path: the noise of the run's own tare is in its granular force, too.
+
+    Parameters
+    ----------
+    fits, tared, windows : DataFrame
+        Tables of the stage `slopes` and samples of the stage `tare`.
+
+    Returns
+    -------
+    TareShare or None
+    """
+    by_gamma: dict[int, list[_Profile]] = {}
+    for profile in _profiles(fits, tared, windows):
+        by_gamma.setdefault(round(profile.direction[1] / _SAME_PATH_DEG), []).append(profile)
+    sums: dict[tuple[float, float], FloatArray] = {}
+    for profiles in by_gamma.values():
+        tares = {profile.tare_run: profile for profile in profiles}
+        for profile in profiles:
+            others = [tare for name, tare in tares.items() if name != profile.tare_run]
+            if others and (products := _products(profile, others)) is not None:
+                sums[profile.direction] = sums.get(profile.direction, np.zeros(2)) + products
+    if len(sums) < _FEWEST_DIRECTIONS:
+        return None
+    left, of_tare = np.stack([*sums.values()], axis=1)
+    if not of_tare.sum() > 0:
+        return None
+    share = float(left.sum() / of_tare.sum())
+    # repeats share a tare, so each direction is one witness
+    se = float(np.sqrt(((left - share * of_tare) ** 2).sum()) / of_tare.sum())
+    return TareShare(-share, se, left.size - 1)
+
+
+def _profiles(fits: pd.DataFrame, tared: pd.DataFrame, windows: pd.DataFrame) -> list[_Profile]:
+    """Pushes along slanted paths that have a tare; straight down no force acts across."""
+    is_good = windows["why"].to_numpy() == RowStatus.GOOD
+    rows_of_run = split_runs(tared)
+    names = ["depth_cm", "force_z_N", "force_x_N", "tare_z_N", "tare_x_N"]
+    samples = tared[names].to_numpy(float).T
+    is_push = (fits["direction"] == "intrusion") & (fits["tare_run"] != "")
+    profiles = []
+    for run in fits[is_push].to_dict("records"):
+        rows = rows_of_run.get(run["run_id"])
+        if rows is None:
+            continue
+        depth, *forces = samples[:, rows][:, is_good[rows]]
+        if not depth.size:
+            continue
+        step = np.maximum((depth / _STEP_CM).astype(int), 0)
+        counts = np.bincount(step)
+        depth_means, *force_means = (
+            np.bincount(step, values) / np.maximum(counts, 1) for values in (depth, *forces)
+        )
+        direction = float(run["beta_deg"]), float(run["gamma_deg"])
+        means = np.array(force_means)
+        profiles.append(
+            _Profile(
+                direction,
+                str(run["tare_run"]),
+                depth_means,
+                means[:2],
+                means[2:],
+                counts >= _FEWEST_SAMPLES,
+            )
+        )
+    return profiles
+
+
+def _products(profile: _Profile, others: list[_Profile]) -> FloatArray | None:
+    """Products of the course of other rods with the force across and with the tare, weighed; None where too few steps are common."""
+    size = min(profile.depth.size, *(other.depth.size for other in others))
+    is_common = profile.is_there[:size] & np.all(
+        [other.is_there[:size] for other in others], axis=0
+    )
+    if is_common.sum() < _FEWEST_STEPS:
+        return None
+    depth = profile.depth[:size][is_common]
+    course = np.mean([other.tare[:, :size][:, is_common] for other in others], axis=0)
+    force, tare = (values[:, :size][:, is_common] for values in (profile.force, profile.tare))
+    slopes = force @ depth / (depth @ depth)
+    strength = float(np.hypot(*slopes))
+    if not strength > 0:
+        return None
+    across = np.array([-slopes[1], slopes[0]]) / strength
+    bend_of_course, bend_of_force, bend_of_tare = (
+        _without_line(across @ values, depth) for values in (course, force, tare)
+    )
+    variance = (_ACROSS * strength * depth.max()) ** 2 + _ZERO_N**2
+    return np.array([bend_of_course @ bend_of_force, bend_of_course @ bend_of_tare]) / variance
+
+
+def _without_line(values: FloatArray, depth: FloatArray) -> FloatArray:
+    """Take off the line through zero that fits best."""
+    return np.asarray(values - values @ depth / (depth @ depth) * depth)

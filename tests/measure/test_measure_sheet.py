@@ -1,0 +1,255 @@
+"""Runs in wrong rows of the sheet, with other axes than most, and rods that are not those of the plates."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+from mistakes import enacted, judged, of_logs, plates, some
+from mutations import Written
+
+from rftfit.campaign.problems import CampaignError
+from rftfit.checks.declared import MediumMeasurements
+from rftfit.checks.sheet import check_sheet
+from rftfit.compare.joint import RunSlopes
+from rftfit.compare.misplaced import MISPLACED_COLUMNS, find_misplaced
+from rftfit.measure.ledger import RowStatus
+from rftfit.measure.rods import estimate_share_too_much
+from rftfit.model.profiles import TableProfile
+from rftfit.reference import MEDIA
+
+DIRECTIONS = [(b, g) for b in (-60.0, -30.0, 0.0, 30.0, 60.0) for g in (30.0, 60.0, 75.0, 90.0)]
+
+
+def slopes_in_rows(medium="poppy_LP", repeats=2, seed=1):
+    """Slopes of a published medium in beds of 5 %, in random order, and their run sheet."""
+    random = np.random.default_rng(seed)
+    beta_deg, gamma_deg = random.permutation(DIRECTIONS * repeats).T
+    alpha = np.stack(
+        TableProfile.published(medium).alpha(np.radians(beta_deg), np.radians(gamma_deg))
+    )
+    alpha = alpha * random.normal(1, 0.05, beta_deg.size)
+    run_ids = [f"r{number}" for number in range(beta_deg.size)]
+    sheet: dict[str, Any] = {
+        run_id: SimpleNamespace(
+            run_id=run_id,
+            row=row,
+            kind="plate",
+            direction="intrusion",
+            beta_deg=beta,
+            gamma_deg=gamma,
+            motion_gamma_deg=gamma,
+        )
+        for row, (run_id, beta, gamma) in enumerate(
+            zip(run_ids, beta_deg, gamma_deg, strict=True), 2
+        )
+    }
+    return alpha, run_ids, sheet
+
+
+def likeliest_mistake(alpha, run_ids, sheet, medium):
+    """First row of the table of misplaced runs; None where no mistake explains several runs better."""
+    angles = np.array([(run.beta_deg, run.gamma_deg) for run in sheet.values()]).T
+    count = alpha.shape[1]
+    runs = RunSlopes(
+        *angles, alpha, np.full(alpha.shape, 0.001), np.zeros(count, dtype=bool), np.arange(count)
+    )
+    table = find_misplaced(runs, run_ids, sheet, "m", (medium,))
+    return table.iloc[0] if len(table) else None
+
+
+@pytest.mark.parametrize("medium", MEDIA)
+def test_a_sound_sheet_has_no_likelier_rows(medium):
+    mistake = likeliest_mistake(*slopes_in_rows(medium), medium)
+    assert mistake is None or mistake["log_bayes_factor"] < 4
+
+
+@pytest.mark.parametrize("shift", [1, -1, 2])
+@pytest.mark.parametrize("first", [0, 15])
+def test_logs_some_rows_away_from_their_angles(shift, first):
+    """From a row on, as where a row is missing."""
+    medium = MEDIA[0]
+    alpha, run_ids, sheet = slopes_in_rows(medium)
+    shifted = alpha.copy()
+    shifted[:, first:] = np.roll(alpha[:, first:], shift, axis=1)
+    mistake = likeliest_mistake(shifted, run_ids, sheet, medium)
+    assert (mistake["mistake"], mistake["rows"]) == ("rows", shift)
+    assert mistake["log_bayes_factor"] > 10
+    named = {*mistake["run_ids"].split()}
+    assert len(named & {*run_ids[first:]}) > 0.7 * (len(run_ids) - first)
+    assert len(named & {*run_ids[:first]}) <= 2
+
+
+def test_beta_alone_some_rows_away():
+    medium = MEDIA[0]
+    alpha, run_ids, sheet = slopes_in_rows(medium)
+    betas = np.roll([run.beta_deg for run in sheet.values()], -1)
+    for run, beta_deg in zip(sheet.values(), betas, strict=True):
+        run.beta_deg = beta_deg
+    mistake = likeliest_mistake(alpha, run_ids, sheet, medium)
+    assert (mistake["mistake"], mistake["rows"]) == ("beta-rows", 1)
+
+
+@pytest.mark.parametrize("medium", MEDIA)
+def test_x_and_z_exchanged_in_a_part_of_the_runs(medium):
+    alpha, run_ids, sheet = slopes_in_rows(medium)
+    exchanged = np.random.default_rng(2).random(len(run_ids)) < 0.3
+    alpha[:, exchanged] = alpha[::-1, exchanged]
+    mistake = likeliest_mistake(alpha, run_ids, sheet, medium)
+    assert (mistake["mistake"], mistake["rows"]) == ("exchanged", 0)
+    right = {run_id for run_id, is_one in zip(run_ids, exchanged, strict=True) if not is_one}
+    # where both forces are alike nothing tells
+    assert len(right & {*mistake["run_ids"].split()}) <= 2
+
+
+def test_two_exchanged_runs_are_single_mistakes():
+    medium = MEDIA[0]
+    alpha, run_ids, sheet = slopes_in_rows(medium)
+    alpha[:, [3, 9]] = alpha[::-1, [3, 9]]
+    assert likeliest_mistake(alpha, run_ids, sheet, medium) is None
+
+
+# --- by the motion logs
+
+
+def check_refused(sheet, seen, size_of_alpha=20):
+    """Check of runs that are refused since their logs show other angles, by run_id: (beta, gamma), NaN: not asked."""
+    rows = [
+        {"run_id": run_id, "seen_beta_deg": beta, "seen_gamma_deg": gamma}
+        for run_id, (beta, gamma) in seen.items()
+    ]
+    tables = {
+        "runs": pd.DataFrame(rows, columns=["run_id", "seen_beta_deg", "seen_gamma_deg"]),
+        "misplaced": pd.DataFrame(columns=MISPLACED_COLUMNS),
+        "peers": pd.DataFrame(index=range(size_of_alpha)),
+    }
+    config: Any = SimpleNamespace(arm=SimpleNamespace(angle_tolerance_deg=2.0))
+    medium: Any = SimpleNamespace()
+    return check_sheet(MediumMeasurements(config, medium, sheet, tables, {}))
+
+
+@pytest.mark.parametrize("shift", [1, -1, 2, -2])
+def test_logs_that_show_the_angles_of_other_rows(shift):
+    _, run_ids, sheet = slopes_in_rows()
+    runs = [*sheet.values()]
+    seen = {
+        run_ids[place]: (runs[place - shift].beta_deg, np.nan) for place in range(4, len(runs) - 4)
+    }
+    check = check_refused(sheet, seen)
+    assert (check.verdict, check.code) == ("failed", "sheet-logs")
+    assert check.values["count"] == check.values["size"] == len(seen)
+
+
+def test_a_few_refused_runs_or_wrong_angles_of_no_other_row_are_no_shift():
+    _, run_ids, sheet = slopes_in_rows()
+    two = dict.fromkeys(run_ids[4:6], (17.0, np.nan))
+    assert check_refused(sheet, two).verdict == "passed"
+    assert check_refused(sheet, dict.fromkeys(run_ids, (17.0, np.nan))).code == "sheet"
+    assert check_refused(sheet, {}, size_of_alpha=2).code == "sheet-few"
+
+
+# --- through files
+
+
+@pytest.fixture(scope="module")
+def campaign():
+    written = enacted("poppy_LP", 3, None, [*DIRECTIONS, (0.0, -45.0), (30.0, -45.0)])
+    order = np.random.default_rng(1).permutation(len(written.rows))
+    written.rows = [written.rows[place] for place in order]
+    return written
+
+
+def shifted(written, columns):
+    """Copy of a campaign whose plates have these cells of the row above."""
+    rows = [dict(row) for row in written.rows]
+    of_plates = [row for row in rows if row["kind"] == "plate"]
+    cells = [{column: row[column] for column in columns} for row in of_plates]
+    for row, moved in zip(of_plates, [cells[-1], *cells[:-1]], strict=True):
+        row.update(moved)
+    return Written(written.config, rows, dict(written.logs))
+
+
+def test_shifted_logs_are_told_by_their_motion(campaign):
+    checks = judged(shifted(campaign, ("force_log", "motion_log"))).checks.set_index("check")
+    assert checks.loc["sheet", "code"] == "sheet-logs"
+    assert checks.loc["sheet", "effect"] == "unusable"
+    # nothing else is said of alpha in wrong rows
+    assert set(checks.loc[checks["verdict"] == "failed"].index) == {"sheet"}
+
+
+def test_a_shifted_column_of_beta_is_told_before_anything_is_measured(campaign):
+    with pytest.raises(CampaignError) as caught:
+        judged(shifted(campaign, ("beta_deg",)))
+    problems = {problem.code: problem for problem in caught.value.problems}
+    assert problems["sheet.column-shifted"].place.column == "beta_deg"
+
+
+def test_exchanged_cables_are_a_fault_of_the_channels(campaign):
+    written = Written(campaign.config, campaign.rows, dict(campaign.logs))
+
+    def exchange(log):
+        log[[3, 4]] = log[[4, 3]]
+
+    exchanged = of_logs(written, some(plates(written), 0.4, np.random.default_rng(3)), exchange)
+    judgement = judged(written)
+    checks = judgement.checks.set_index("check")
+    assert checks.loc["channels", "verdict"] == "failed"
+    assert "other-axes" in judgement.flags
+    assert len(exchanged) > 3
+
+
+# --- rods
+
+
+def samples_of(share, seed=4):
+    """Fits, tared samples and windows of pushes of which a share of the tare was too much."""
+    random = np.random.default_rng(seed)
+    fits, tared = [], []
+    for number, (beta, gamma) in enumerate(DIRECTIONS):
+        depth = np.linspace(1, 8, 200)
+        force = np.array([0.3, 0.004 * beta]) * (1 + gamma / 90)
+        rod = np.array([0.02 * np.sin(np.radians(gamma)), 0.02 * np.cos(np.radians(gamma))])
+        true_tare = rod[:, None] * depth**2
+        tare = true_tare / (1 - share) + 0.03 * random.standard_normal((2, depth.size))
+        noise = 0.03 * random.standard_normal((2, depth.size))
+        # a depth law and patches of the bed bend both components alike
+        net = (
+            force[:, None] * depth**1.1 * (1 + 0.03 * np.sin(depth + number))
+            + true_tare
+            - tare
+            + noise
+        )
+        run_id = f"r{number:02}"
+        fits.append((run_id, "intrusion", f"rod{number}", beta, gamma))
+        tared.append(
+            pd.DataFrame(
+                {
+                    "run_id": run_id,
+                    "depth_cm": depth,
+                    **{f"force_{c}_N": net[i] for i, c in enumerate("zx")},
+                    **{f"tare_{c}_N": tare[i] for i, c in enumerate("zx")},
+                }
+            )
+        )
+    table = pd.concat(tared, ignore_index=True)
+    table["run_id"] = table["run_id"].astype("category")
+    names = ["run_id", "direction", "tare_run", "beta_deg", "gamma_deg"]
+    windows = pd.DataFrame({"why": np.full(len(table), int(RowStatus.GOOD))})
+    return pd.DataFrame(fits, columns=names), table, windows
+
+
+@pytest.mark.parametrize("share", [-1.5, 0.0, 0.3, 0.6])
+def test_share_of_the_tares_that_is_too_much(share):
+    """Whatever the law of depth: rods of 0.4, 1, 1.4 and 2.5 times the force."""
+    estimate = estimate_share_too_much(*samples_of(share))
+    assert estimate is not None
+    assert estimate.share == pytest.approx(share, rel=0.15, abs=max(4 * estimate.se, 0.02))
+    assert estimate.se < 0.1
+
+
+def test_nothing_tells_the_rods_where_all_runs_share_one_or_go_straight_down():
+    fits, tared, windows = samples_of(0.6)
+    assert estimate_share_too_much(fits.assign(tare_run="one"), tared, windows) is None
+    assert estimate_share_too_much(fits.assign(tare_run=""), tared, windows) is None
+    assert estimate_share_too_much(fits[fits["gamma_deg"] == 90], tared, windows) is None
