@@ -2,7 +2,7 @@
 
     python studies/wheels.py [--data FOLDER] [--quick] [--figure FILE]
 
-FOLDER holds `wheels-measured`, `yade-wheel` and `cmu-wheel` (default: `../shared/data`). Four minutes on one core. The
+FOLDER holds `wheels-measured` and `yade-wheel` (default: `../shared/data`). Four minutes on one core. The
 medium is the map of one push straight down, whose size the load decides. Rows at a slip above 0.095.
 
 1  drawbar over load by laboratory: all faces, the rule of the own track, and with a friction of 0.4; torque beside it
@@ -25,6 +25,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
+import side_slip
 from grade_forces import show
 
 import rftfit
@@ -92,7 +93,7 @@ def read_rigs(data: Path) -> list[Rig]:
             )
         )
     rigs.append(read_kyoto(data / "yade-wheel"))
-    rigs.append(read_cmu(data / "cmu-wheel" / "smooth.csv"))
+    rigs.append(read_cmu(side_slip.RUNS))
     return sorted(rigs, key=lambda rig: not rig.lugged)
 
 
@@ -117,7 +118,7 @@ def read_kyoto(folder: Path) -> Rig:
 
 
 def read_cmu(file: Path) -> Rig:
-    """Straight runs of the smooth wheel of `examples/cmu-wheel`."""
+    """Straight runs of the smooth wheel of `examples/wheels`."""
     runs = pd.read_csv(file)
     runs = runs[runs["slip_angle_deg"] == 0]
     columns = {

@@ -16,10 +16,12 @@ if TYPE_CHECKING:
 _LOOKS = {"inside": (style.OKABE_ITO["blue"], "o"), "outside": (style.OKABE_ITO["vermillion"], "s")}
 """Colour and marker by verdict."""
 
-_COLUMNS = 3
-_HEIGHT_CM = 5.6
-_RANGE_OF_LOGARITHM = 30
+_COLUMNS = 4
+_HEIGHT_CM = 4.9
+_RANGE_OF_LOGARITHM = 100
 """Ratio of the largest to the least number from which both axes are logarithmic."""
+
+_UNITS = {"N/cm^3": style.PER_CM3, "N/cm^2": style.PER_CM2}
 
 _ROOM = 0.06
 """Room around the numbers of a panel, of their range."""
@@ -47,7 +49,7 @@ def draw_verdicts(verdicts: pd.DataFrame) -> Figure:
     axes_of_page = panels.ravel()
     for axes, (names, group) in zip(axes_of_page, groups, strict=False):
         domain, title, unit = map(str, names)
-        _panel(axes, group, style.plain(f"{domain}: {title}"), style.plain(unit))
+        _panel(axes, group, style.plain(f"{domain}:\n{title}"), _UNITS.get(unit, style.plain(unit)))
     for axes in axes_of_page[len(groups) :]:
         axes.set_axis_off()
     entries: dict[str, Any] = {
@@ -62,13 +64,13 @@ def draw_verdicts(verdicts: pd.DataFrame) -> Figure:
 
 
 def _numbers(verdicts: pd.DataFrame) -> pd.DataFrame:
-    """Rows that were compared and are numbers on both sides."""
+    """Rows that were compared and are numbers with a unit on both sides."""
     import pandas as pd
 
     compared = verdicts[verdicts["verdict"].isin(_LOOKS)].fillna({"unit": ""}).copy()
     for name in ("published", "published_lo", "published_hi", "ours", "lo", "hi"):
         compared[name] = pd.to_numeric(compared[name], errors="coerce")
-    return compared.dropna(subset=["published", "ours"])
+    return compared[compared["unit"] != ""].dropna(subset=["published", "ours"])
 
 
 def _panel(axes: Axes, group: pd.DataFrame, title: str, unit: str) -> None:
@@ -98,3 +100,6 @@ def _panel(axes: Axes, group: pd.DataFrame, title: str, unit: str) -> None:
     axes.set_xlabel(f"published{suffix}")
     axes.set_ylabel(f"ours{suffix}")
     axes.set_box_aspect(1)
+    if not is_logarithmic:
+        for axis in (axes.xaxis, axes.yaxis):
+            style.ticks(axis, 5)

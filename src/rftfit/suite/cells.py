@@ -81,7 +81,7 @@ def read_number(cells: Cells, row: Mapping[str, str]) -> FoundNumber:
     lost = {cells.value, cells.lo, cells.hi, cells.se, cells.error} - {None, *row}
     if lost:
         raise NoRow(f"{cells.table} has no column {', '.join(sorted(map(str, lost)))}")
-    value = _parse(row[cells.value])
+    value = parse_cell(row[cells.value])
     if isinstance(value, str):
         return FoundNumber(value, math.nan, math.nan, math.nan, row)
     value *= cells.factor
@@ -96,7 +96,7 @@ def read_number(cells: Cells, row: Mapping[str, str]) -> FoundNumber:
     return FoundNumber(value, min(lo, hi), max(lo, hi), error, row)
 
 
-def _parse(cell: str) -> float | str:
+def parse_cell(cell: str) -> float | str:
     """A number, or a word; NaN where the cell is empty."""
     if not cell.strip():
         return math.nan
@@ -107,7 +107,7 @@ def _parse(cell: str) -> float | str:
 
 
 def _float(cell: str) -> float:
-    number = _parse(cell)
+    number = parse_cell(cell)
     return math.nan if isinstance(number, str) else number
 
 
@@ -130,7 +130,7 @@ def _row_of(cells: Cells, key: Mapping[str, str]) -> dict[str, str]:
 
 def is_same(cell: str, word: str) -> bool:
     """Compare as numbers where both are numbers."""
-    numbers = _parse(cell), _parse(word)
+    numbers = parse_cell(cell), parse_cell(word)
     if all(isinstance(number, float) and math.isfinite(number) for number in numbers):
         return math.isclose(*map(float, numbers), rel_tol=_SAME, abs_tol=1e-12)
     return cell == word

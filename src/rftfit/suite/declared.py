@@ -262,9 +262,10 @@ class Example:
 
     @property
     def readme(self) -> str:
-        """What README.md says, without its heading."""
+        """What README.md says below its heading, up to the next one."""
         text = (self.folder / README).read_text(encoding="utf-8")
-        return text.partition("\n")[2].strip() if text.startswith("# ") else text.strip()
+        below = text.partition("\n")[2] if text.startswith("# ") else text
+        return below.partition("\n## ")[0].strip()
 
     @property
     def domains(self) -> list[str]:

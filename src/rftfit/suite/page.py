@@ -16,6 +16,7 @@ import pandas as pd
 from rftfit.figures.style import content
 from rftfit.figures.verdicts import draw_verdicts
 from rftfit.store import write_text
+from rftfit.suite.cells import parse_cell
 from rftfit.suite.declared import DOMAINS, Example, parse_key
 from rftfit.suite.verdicts import INSIDE, NOT_COMPARABLE, OUTSIDE, count_verdicts
 
@@ -54,7 +55,8 @@ def describe(
     yield Block(
         "Data that others measured went through this program, and its answer is compared with theirs. "
         f"**Of {compared} published numbers, {counts[INSIDE]} lie inside the errors and {counts[OUTSIDE]} outside.** "
-        f"{counts[NOT_COMPARABLE]} more cannot be compared; the reasons are below. Nothing that does not fit was left out."
+        f'{counts[NOT_COMPARABLE]} more are not compared, above all those from which the logs were made ("same source"); the '
+        "reasons are below. Nothing that does not fit was left out."
     )
     yield Block(
         "",
@@ -65,7 +67,7 @@ def describe(
     yield Block()
     yield Block(
         "*Each point: a published number (across) and ours (up), with the error or interval of each. Good: bars that cross "
-        "the dashed line. Numbers that are no quantity with an interval, as counts of media, are in the tables alone.*"
+        "the dashed line. Statements of the paper that have no common unit, as counts of media, are in the tables alone.*"
     )
     yield Block(
         "**Inside** means that the published number lies in our 95 % interval, or that both differ by less than both errors "
@@ -77,7 +79,22 @@ def describe(
     if outside.empty:
         yield Block("Every number that was compared lies inside.")
     else:
-        yield Block("", 0, (*HEADER, "why"), format_rows(outside, examples, is_public))
+        remarks = _remarks(examples)
+        shown = [
+            (*cells[:4], f"{code}, below" if code in remarks else cells[5])
+            for cells, code in zip(
+                format_rows(outside, examples, is_public), outside["reason_code"], strict=True
+            )
+        ]
+        yield Block("", 0, (*HEADER[:4], "reason"), shown)
+        counts_of_reasons = outside["reason_code"].value_counts()
+        known = [
+            (code, str(counts_of_reasons[code]), sentence)
+            for code, sentence in remarks.items()
+            if code in counts_of_reasons
+        ]
+        if known:
+            yield Block("", 0, ("reason", "rows", "in words"), known)
     yield Block("What is not compared", 2)
     lacking = verdicts[verdicts["verdict"] == NOT_COMPARABLE]
     rows = [
@@ -99,6 +116,16 @@ def describe(
             yield Block(example.name, 3)
             shown = format_rows(of_example, examples, is_public)
             yield Block("", 0, (*HEADER, "reason"), shown)
+
+
+def _remarks(examples: Sequence[Example]) -> dict[str, str]:
+    """Sentences on rows that are compared, by their code."""
+    return {
+        remark.code: remark.sentence
+        for example in examples
+        for remark in example.settings.remarks
+        if remark.comparable
+    }
 
 
 HEADER = ("what", "published", "ours (95 % interval)", "unit", "verdict")
@@ -147,9 +174,7 @@ def _cells(row: dict[str, object], examples: Sequence[Example], is_public: bool)
         published = _NOT_SHOWN
     ours = _number(row["ours"], row["lo"], row["hi"])
     reason = str(row["reason"])
-    if row["reason_code"] and row["verdict"] == OUTSIDE:
-        reason = f"{reason} ({row['reason_code']})"
-    if is_public and published == _NOT_SHOWN:
+    if published == _NOT_SHOWN:
         ours = _NOT_SHOWN
         reason = re.sub(r"lies [\d.e+-]+ .*? (above|below) ours; [^;]*", r"lies \1 ours", reason)
     return (_label(row), published, ours, _text(row["unit"]), str(row["verdict"]), reason)
@@ -185,20 +210,23 @@ def _text(cell: object) -> str:
 
 
 def _number(value: object, lo: object, hi: object) -> str:
-    """Write a number with its interval."""
-    if not isinstance(value, float):
-        return _text(value)
-    if math.isnan(value):
+    """Write a number with its interval; a word as it is."""
+    numbers = [parse_cell(str(cell)) for cell in (value, lo, hi)]
+    if isinstance(numbers[0], str):
+        return numbers[0]
+    value_cell, *ends = (number if isinstance(number, float) else math.nan for number in numbers)
+    if math.isnan(value_cell):
         return ""
-    if isinstance(lo, float) and isinstance(hi, float) and math.isfinite(hi - lo) and hi > lo:
-        return f"{_short(value)} ({_short(lo)} to {_short(hi)})"
-    return _short(value)
+    if ends[1] > ends[0]:
+        return f"{_short(value_cell)} ({_short(ends[0])} to {_short(ends[1])})"
+    return _short(value_cell)
 
 
 def _short(number: float) -> str:
-    """Write three digits, without an exponent."""
-    digits = max(0, 2 - math.floor(math.log10(abs(number)))) if number else 0
-    return f"{number + 0.0:.{min(digits, 4)}f}"
+    """Write three digits, or all before the point, without an exponent."""
+    if abs(number) >= 1000:
+        return f"{number:.0f}"
+    return f"{number + 0.0:.3g}" if abs(number) >= 1e-4 or not number else f"{number:.5f}"
 
 
 def as_markdown(blocks: Iterator[Block], picture: str) -> str:

@@ -11,7 +11,15 @@ from typing import NamedTuple
 import pandas as pd
 
 from rftfit.suite.cells import FoundNumber, NoRow, Tables, fill_words, is_same
-from rftfit.suite.declared import EVERY, Example, Published, Quantity, RemarkOnRows, format_key
+from rftfit.suite.declared import (
+    DOMAINS,
+    EVERY,
+    Example,
+    Published,
+    Quantity,
+    RemarkOnRows,
+    format_key,
+)
 from rftfit.suite.windows import over_windows
 
 INSIDE, OUTSIDE, NOT_COMPARABLE = "inside", "outside", "not comparable"
@@ -196,6 +204,12 @@ def _as_judged(row: Verdict, quantity: Quantity, ours: FoundNumber) -> Verdict:
     elif word in judged.outside:
         verdict = OUTSIDE
     return row._replace(verdict=verdict, reason_code=code, reason=reason)
+
+
+def in_order(verdicts: pd.DataFrame) -> pd.DataFrame:
+    """Sort verdicts by domain, plates and penetrations first; rows of one domain keep their order."""
+    ranks = {domain: rank for rank, domain in enumerate(DOMAINS)}
+    return verdicts.sort_values("domain", key=lambda names: names.map(ranks), kind="stable")
 
 
 def count_verdicts(verdicts: pd.DataFrame) -> dict[str, int]:
