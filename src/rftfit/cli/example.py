@@ -94,7 +94,8 @@ def _run(example: Example, folder: Path, origin: str | None, as_json: bool) -> N
     from rftfit.suite.verdicts import FILE, NOT_COMPARABLE, VERDICTS, count_verdicts
 
     # what commands print would mix with JSON
-    verdicts = run_example(example, folder, origin, warn if as_json else print_line)
+    say = warn if as_json else print_line
+    verdicts = run_example(example, folder, origin, say, is_quiet=as_json)
     counts = count_verdicts(verdicts)
     if as_json:
         rows = verdicts.to_dict("records")

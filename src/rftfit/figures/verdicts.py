@@ -57,7 +57,9 @@ def draw_verdicts(verdicts: pd.DataFrame) -> Figure:
         for verdict, (colour, marker) in _LOOKS.items()
         if (count := int((drawn["verdict"] == verdict).sum()))
     }
-    entries["95 % interval, or error that is stated"] = style.line(style.GREY, linewidth=1.0)
+    entries["our 95 % interval"] = style.line(style.GREY, linewidth=1.0)
+    if (drawn["published_hi"] > drawn["published_lo"]).any():
+        entries["across: published error"] = style.line(style.GREY, linewidth=1.0)
     entries["equal"] = style.line(style.GREY, linewidth=0.6, linestyle="--")
     style.legend(page, entries)
     return page
@@ -102,4 +104,4 @@ def _panel(axes: Axes, group: pd.DataFrame, title: str, unit: str) -> None:
     axes.set_box_aspect(1)
     if not is_logarithmic:
         for axis in (axes.xaxis, axes.yaxis):
-            style.ticks(axis, 5)
+            style.ticks(axis, 4)

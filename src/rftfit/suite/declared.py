@@ -309,7 +309,7 @@ def _read_answer(row: DraftRow, quantities: Mapping[str, Quantity]) -> Published
         if quantity not in quantities:
             nearest = did_you_mean(quantity, quantities)
             row.note("quantity", "quantity", quantity, f"one of {', '.join(quantities)}", nearest)
-        elif np.isnan(value) and quantities[quantity].published is None:
+        elif np.isnan(value) and "value" not in row.bad and quantities[quantity].published is None:
             row.note("value", "value", None, f"a number; or {SETTINGS} says in which table it is")
     error_of_value = row.number.get("error", np.nan)
     unit, where = row.text.get("unit", ""), row.text.get("where", "")

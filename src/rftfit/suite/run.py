@@ -23,7 +23,11 @@ Say = Callable[[str], None]
 
 
 def run_example(
-    example: Example, folder: Path, origin: str | None = None, say: Say = print
+    example: Example,
+    folder: Path,
+    origin: str | None = None,
+    say: Say = print,
+    is_quiet: bool = False,
 ) -> pd.DataFrame:
     """Bring the data of an example, run its commands, and judge each published number.
 
@@ -36,6 +40,8 @@ def run_example(
         Folder or mirror that has the data; default: the addresses of the example.
     say : callable, optional
         Told each step, one line.
+    is_quiet : bool, optional
+        Whether what the commands print is not shown; their errors are.
 
     Returns
     -------
@@ -55,14 +61,14 @@ def run_example(
         count = f"{len(brought)} of {len(example.settings.files)} files brought ({size:.1f} MB)"
         say(f"{count}; all are as published, by their sha256.")
     for command in example.commands:
-        _run_command(example, folder, command, say)
+        _run_command(example, folder, command, say, is_quiet)
     verdicts = judge_example(example, folder)
     write_bytes(folder / FILE, csv_bytes(verdicts))
     write_page(folder / PAGE, [example], verdicts)
     return verdicts
 
 
-def _run_command(example: Example, folder: Path, command: str, say: Say) -> None:
+def _run_command(example: Example, folder: Path, command: str, say: Say, is_quiet: bool) -> None:
     """Run a command of rftfit in the folder, in a process of its own, as a user would."""
     numbers = {
         name: f"{look_up(folder, given, parse_key(given.key)):.6g}"
@@ -72,7 +78,11 @@ def _run_command(example: Example, folder: Path, command: str, say: Say) -> None
     words = shlex.split(fill_words(command, numbers))
     say(f"rftfit {' '.join(words)}")
     process = subprocess.run(  # noqa: S603
-        [sys.executable, "-m", "rftfit", *words], cwd=folder, env=child_environment(), check=False
+        [sys.executable, "-m", "rftfit", *words],
+        cwd=folder,
+        env=child_environment(),
+        stdout=subprocess.DEVNULL if is_quiet else None,
+        check=False,
     )
     if process.returncode:
         raise WorkflowError(
