@@ -169,6 +169,14 @@ class Quantity(Model):
     judged: Judged | None = None
     """the verdict of the table itself, instead of the rule of intervals"""
 
+    @model_validator(mode="after")
+    def _has_a_medium(self) -> Quantity:
+        if self.windows is not None and "{medium}" not in self.ours.table:
+            raise ValueError(
+                "`windows` want a table of a medium's alpha: results/alpha/{medium}.csv"
+            )
+        return self
+
 
 class RemarkOnRows(Model):
     """What is known of some rows: why they cannot be compared, or why they lie outside."""
