@@ -91,16 +91,29 @@ def mine(tmp_path):
     return tmp_path
 
 
+class Whole(http.server.SimpleHTTPRequestHandler):
+    """A mirror."""
+
+    def log_message(self, *_):
+        pass
+
+
+class Half(Whole):
+    """A mirror that breaks off in the middle of a file."""
+
+    def do_GET(self):
+        data = Path(self.translate_path(self.path)).read_bytes()
+        self.send_response(200)
+        self.send_header("Content-Length", str(len(data)))
+        self.end_headers()
+        self.wfile.write(data[: len(data) // 2])
+
+
 @contextlib.contextmanager
-def serving(folder, handler=http.server.SimpleHTTPRequestHandler):
+def serving(folder, handler=Whole):
     """Serve a folder on a port of this machine."""
-
-    class Quiet(handler):
-        def log_message(self, *_):
-            pass
-
     server = http.server.ThreadingHTTPServer(
-        ("127.0.0.1", 0), partial(Quiet, directory=str(folder))
+        ("127.0.0.1", 0), partial(handler, directory=str(folder))
     )
     thread = threading.Thread(target=server.serve_forever)
     thread.start()
@@ -153,17 +166,6 @@ def test_nothing_is_shipped_that_may_not_be(name):
 # --- What cannot be had: a message, and nothing is left half
 
 
-class Half(http.server.SimpleHTTPRequestHandler):
-    """A server that breaks off in the middle of a file."""
-
-    def do_GET(self):
-        data = Path(self.translate_path(self.path)).read_bytes()
-        self.send_response(200)
-        self.send_header("Content-Length", str(len(data)))
-        self.end_headers()
-        self.wfile.write(data[: len(data) // 2])
-
-
 def test_a_mirror(mine):
     pytest.importorskip("pooch")
     with serving(mine / "data" / "below") as address:
@@ -179,7 +181,7 @@ def test_a_mirror_that_fails(fault, mine):
         (data / "speeds.csv").write_text(SPEEDS.replace("9", "8"))
     if fault == "absent":
         (data / "speeds.csv").unlink()
-    handler = Half if fault == "half" else http.server.SimpleHTTPRequestHandler
+    handler = Half if fault == "half" else Whole
     with serving(data, handler) as address:
         origin = "http://127.0.0.1:9/" if fault == "unreachable" else address
         code, _, error = answer_of("example", "./mine", "out", "--from", origin, folder=mine)
