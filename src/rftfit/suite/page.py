@@ -61,12 +61,12 @@ def describe(
     yield Block(
         "",
         0,
-        ("domain", "example", "compared", "inside", "outside", "not comparable"),
-        _summary(verdicts),
+        ("domain", "example", "data", "compared", "inside", "outside", "not comparable"),
+        _summary(verdicts, examples),
     )
     yield Block()
     yield Block(
-        "*Each point: a published number (across) and ours (up), with the error or interval of each. Good: bars that cross "
+        "*Each point: a published number (across) and ours (up); bars: the interval of ours, and the error of the published number where one is stated. Good: bars that cross "
         "the dashed line. Statements of the paper that have no common unit, as counts of media, are in the tables alone.*"
     )
     yield Block(
@@ -80,21 +80,17 @@ def describe(
         yield Block("Every number that was compared lies inside.")
     else:
         remarks = _remarks(examples)
+        reasons = [
+            (str(example), str(code), str(len(group)), remarks.get(str(code), "row by row, below"))
+            for (example, code), group in outside.groupby(["example", "reason_code"], sort=False)
+        ]
+        yield Block("", 0, ("example", "reason", "rows", "in words"), reasons)
+        cells_of_rows = format_rows(outside, examples, is_public)
         shown = [
-            (*cells[:4], f"{code}, below" if code in remarks else cells[5])
-            for cells, code in zip(
-                format_rows(outside, examples, is_public), outside["reason_code"], strict=True
-            )
+            (*cells[:4], code if code in remarks else cells[5])
+            for cells, code in zip(cells_of_rows, outside["reason_code"], strict=True)
         ]
         yield Block("", 0, (*HEADER[:4], "reason"), shown)
-        counts_of_reasons = outside["reason_code"].value_counts()
-        known = [
-            (code, str(counts_of_reasons[code]), sentence)
-            for code, sentence in remarks.items()
-            if code in counts_of_reasons
-        ]
-        if known:
-            yield Block("", 0, ("reason", "rows", "in words"), known)
     yield Block("What is not compared", 2)
     lacking = verdicts[verdicts["verdict"] == NOT_COMPARABLE]
     rows = [
@@ -142,15 +138,16 @@ def format_rows(
     ]
 
 
-def _summary(verdicts: pd.DataFrame) -> list[tuple[str, ...]]:
+def _summary(verdicts: pd.DataFrame, examples: Sequence[Example]) -> list[tuple[str, ...]]:
     """One row a domain and example, plates and penetrations first."""
+    titles = {example.name: example.settings.title for example in examples}
     rows = []
     for domain in DOMAINS:
         of_domain = verdicts[verdicts["domain"] == domain]
         for example, group in of_domain.groupby("example", sort=False):
             counts = count_verdicts(group)
             numbers = (counts[INSIDE] + counts[OUTSIDE], *counts.values())
-            rows.append((domain, str(example), *map(str, numbers)))
+            rows.append((domain, str(example), titles[str(example)], *map(str, numbers)))
     return rows
 
 
