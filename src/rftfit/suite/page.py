@@ -24,6 +24,7 @@ PAGE = "verdicts.html"
 """Page in the folder of an example."""
 
 TITLE = "Published answers beside ours"
+_SAME_SOURCE = "same-source"
 _NOT_SHOWN = "in the file"
 """Stands for a number of a file that may not be shipped."""
 
@@ -52,27 +53,35 @@ def describe(
     counts = count_verdicts(verdicts)
     compared = counts[INSIDE] + counts[OUTSIDE]
     yield Block(TITLE, 1)
-    yield Block(
-        "Data that others measured went through this program, and its answer is compared with theirs. "
-        f"**Of {compared} published numbers, {counts[INSIDE]} lie inside the errors and {counts[OUTSIDE]} outside.** "
-        f'{counts[NOT_COMPARABLE]} more are not compared, above all those from which the logs were made ("same source"); the '
-        "reasons are below. Nothing that does not fit was left out."
+    sentences = [
+        "Data that others measured went through this program, and its answer is compared with theirs.",
+        f"**Of {compared} published numbers, {counts[INSIDE]} lie inside the errors and {counts[OUTSIDE]} outside.**",
+    ]
+    if counts[NOT_COMPARABLE]:
+        sentences.append(f"{counts[NOT_COMPARABLE]} more are not compared; the reasons are below.")
+    if (verdicts["reason_code"] == _SAME_SOURCE).any():
+        sentences.append('"Same source": simulated logs were made from these numbers.')
+    yield Block(" ".join([*sentences, "Nothing that does not fit was left out."]))
+    head = ("domain", "example", "compared", "inside", "outside", "not comparable")
+    yield Block("", 0, head, _summary(verdicts))
+    data = (
+        f"{example.name}: {example.settings.title[0].lower()}{example.settings.title[1:]}"
+        for example in examples
     )
-    yield Block(
-        "",
-        0,
-        ("domain", "example", "data", "compared", "inside", "outside", "not comparable"),
-        _summary(verdicts, examples),
-    )
+    yield Block(f"{'; '.join(data)}.")
     yield Block()
-    yield Block(
-        "*Each point: a published number (across) and ours (up); bars: the interval of ours, and the error of the published number where one is stated. Good: bars that cross "
-        "the dashed line. Statements of the paper that have no common unit, as counts of media, are in the tables alone.*"
+    is_judged = any(
+        quantity.judged for example in examples for quantity in example.settings.quantities.values()
     )
+    without_unit = " Statements without a common unit, as counts of media, are in the tables alone."
+    yield Block(
+        "*Each point: a published number (across) and ours (up); bars: the interval of ours, and the error of the published "
+        f"number where one is stated. Good: bars that cross the dashed line.{without_unit if is_judged else ''}*"
+    )
+    tolerance = " Statements of a paper have the tolerance that its printed digits allow."
     yield Block(
         "**Inside** means that the published number lies in our 95 % interval, or that both differ by less than both errors "
-        "together; some 5 % of the rows should lie outside by chance. Statements of the paper have the tolerance that "
-        "its printed digits allow."
+        f"together; some 5 % of the rows should lie outside by chance.{tolerance if is_judged else ''}"
     )
     yield Block("What does not fit", 2)
     outside = verdicts[verdicts["verdict"] == OUTSIDE]
@@ -138,16 +147,15 @@ def format_rows(
     ]
 
 
-def _summary(verdicts: pd.DataFrame, examples: Sequence[Example]) -> list[tuple[str, ...]]:
+def _summary(verdicts: pd.DataFrame) -> list[tuple[str, ...]]:
     """One row a domain and example, plates and penetrations first."""
-    titles = {example.name: example.settings.title for example in examples}
     rows = []
     for domain in DOMAINS:
         of_domain = verdicts[verdicts["domain"] == domain]
         for example, group in of_domain.groupby("example", sort=False):
             counts = count_verdicts(group)
             numbers = (counts[INSIDE] + counts[OUTSIDE], *counts.values())
-            rows.append((domain, str(example), titles[str(example)], *map(str, numbers)))
+            rows.append((domain, str(example), *map(str, numbers)))
     return rows
 
 
