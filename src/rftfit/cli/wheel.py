@@ -25,6 +25,9 @@ MARK = "# wheel written by rftfit wheel"
 
 _DRAWN = "drawn by rftfit wheel"
 
+_WITHOUT_LUGS = (0.0, 0.0, 0.5)
+"""Height, number and thickness of lugs (cm) where the drawing states none."""
+
 
 @options.grouped
 def wheel(
@@ -182,14 +185,15 @@ def _read_wheel(
         if unit is not None or edge is not None:
             raise InputError("found --unit or --edge without --mesh FILE, to which they belong")
         sizes = _numbers("--drawing", drawing) or []
-        lugs = int(sizes[3]) if len(sizes) > 3 else 0
-        if len(sizes) not in (2, 4, 5) or lugs != [*sizes, 0, 0][3]:
+        numbers = [*sizes, *_WITHOUT_LUGS[len(sizes) - 2 :]]
+        if len(sizes) not in (2, 4, 5) or numbers[3] != int(numbers[3]):
             raise InputError(
                 f"--drawing: found '{drawing}'; allowed: RADIUS,WIDTH or RADIUS,WIDTH,LUG,LUGS or "
                 "RADIUS,WIDTH,LUG,LUGS,THICKNESS, in cm, LUGS a whole number"
             )
+        radius, width, lug, lugs, thickness = numbers
         try:
-            return rftfit.Mesh.wheel(*sizes[:3], lugs, *sizes[4:])
+            return rftfit.Mesh.wheel(radius, width, lug, int(lugs), thickness)
         except ValueError as error:
             raise InputError(f"--drawing: {error}") from error
     assert mesh is not None
