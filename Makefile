@@ -81,7 +81,7 @@ clean: ## delete all results and caches; raw logs and .venv stay
 	find src tests benchmarks studies -name __pycache__ -type d -prune -exec rm -rf {} +
 
 #@ Documents and packages
-gallery: env ## make the pictures, the live report and the output of commands that docs/ shows, 5 min (ARGS=FOLDER: logs of the sand example)
+gallery: env ## make the pictures, the live report, the verdicts and the output of commands that docs/ shows, 10 min (ARGS=FOLDER: data of the examples)
 	@$(BIN)/python docs/_ext/gallery.py $(ARGS)
 
 lock: ## write requirements/lock.txt again (needs uv; ARGS=--upgrade for newer versions)

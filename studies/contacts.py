@@ -21,7 +21,6 @@ from __future__ import annotations
 
 import argparse
 import os
-import runpy
 import time
 import zlib
 from functools import cache
@@ -33,12 +32,12 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
 import pandas as pd
+import side_slip
 from exact_laws import exact_laws, forces_in_plane
 from force_scores import crps, interval_score, moved_peaks, percent_inside, smooth_errors
 from grade_forces import (
     EVERY,
     NODES,
-    WHEEL,
     Part,
     full_profile,
     measured_curves,
@@ -446,14 +445,13 @@ def report_wrong(rows: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
 
 def wheel_rows(unit: str) -> list[Row]:
     """Alpha from some of the runs of a wheel, and the others predicted from it."""
-    runs = pd.read_csv(WHEEL / "smooth.csv")
-    example = runpy.run_path(str(WHEEL / "wheel.py"))
+    runs = pd.read_csv(side_slip.RUNS)
     if unit.startswith("half"):
         number = np.random.default_rng(int(unit.split()[1])).permutation(len(runs))
         taught = np.isin(np.arange(len(runs)), number[: len(runs) // 2])
     else:
         taught = (runs["rim_speed_mm_per_s"] != float(unit.split()[1])).to_numpy()
-    mesh = rftfit.Mesh.cylinder(example["RADIUS_CM"], width_cm=6, facets=24)
+    mesh = rftfit.Mesh.cylinder(side_slip.RADIUS_CM, width_cm=6, facets=24)
 
     # from bed to bed as usual, and the sensor
     whole = np.sqrt(sum(runs[f"force_{axis}_N"] ** 2 for axis in "xyz"))
@@ -462,7 +460,7 @@ def wheel_rows(unit: str) -> list[Row]:
     def contact_with(
         chosen: pd.DataFrame, body_error: rftfit.BodyError | None = None
     ) -> rftfit.Contact:
-        motion = example["at_depth"](chosen, chosen.sinkage_mm / 10)
+        motion = side_slip.at_depth(chosen, chosen.sinkage_mm / 10)
         forces = {f"force_{axis}_N": chosen[f"force_{axis}_N"].to_numpy(float) for axis in "xyz"}
         errors = {name: chosen["error_N"].to_numpy(float) for name in forces}
         return rftfit.Contact(mesh, motion, forces, errors, body_error or rftfit.BodyError())
@@ -501,7 +499,7 @@ def wheel_rows(unit: str) -> list[Row]:
 
 def wheel_units() -> list[str]:
     """Halves of the runs, and each speed of the rim left out."""
-    speeds = sorted(pd.read_csv(WHEEL / "smooth.csv")["rim_speed_mm_per_s"].unique())
+    speeds = sorted(pd.read_csv(side_slip.RUNS)["rim_speed_mm_per_s"].unique())
     return ["half 1", "half 2", *(f"speed {speed:g}" for speed in speeds)]
 
 

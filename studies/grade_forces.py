@@ -24,7 +24,6 @@ import argparse
 import inspect
 import json
 import os
-import runpy
 import sys
 import tempfile
 import time
@@ -41,6 +40,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
 import pandas as pd
+import side_slip
 from exact_laws import exact_laws, forces_in_plane, forces_in_space
 from force_scores import (
     crps,
@@ -780,18 +780,14 @@ def report_front(rows: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
 # --- Wheels
 
 
-WHEEL = Path(__file__).parents[1] / "examples" / "cmu-wheel"
-
-
 def wheel_rows(case: str) -> list[Row]:
     """One row a run and component: measured, predicted, and ends of the interval with the model's error."""
-    runs = pd.read_csv(WHEEL / "smooth.csv")
-    example = runpy.run_path(str(WHEEL / "wheel.py"))
-    alpha = example["CASES"]["measured law"][0]
-    motion = example["at_depth"](runs, runs.sinkage_mm / 10)
-    mesh = rftfit.Mesh.cylinder(example["RADIUS_CM"], width_cm=6, facets=48)
+    runs = pd.read_csv(side_slip.RUNS)
+    alpha = side_slip.CASES["measured law"][0]
+    motion = side_slip.at_depth(runs, runs.sinkage_mm / 10)
+    mesh = rftfit.Mesh.cylinder(side_slip.RADIUS_CM, width_cm=6, facets=48)
     if case == "mean of the tables":
-        profile: rftfit.Profile = rftfit.TableProfile(*(alpha * example["mean_map"]()))
+        profile: rftfit.Profile = rftfit.TableProfile(*(alpha * side_slip.mean_map()))
     elif case == "mean of the tables with the course":
         tables = [table_with_course(medium, 15.0) for medium in MEDIA]
         maps = [np.stack(table.cells[2:]) / table.alpha(0, np.pi / 2)[0] for table in tables]

@@ -2,7 +2,7 @@
 
     python studies/wheels.py [--data FOLDER] [--quick] [--figure FILE]
 
-FOLDER holds `wheels-measured`, `yade-wheel` and `cmu-wheel` (default: `../shared/data`). Four minutes on one core. The
+FOLDER holds `wheels-measured` and `yade-wheel` (default: `../shared/data`). Four minutes on one core. The
 medium is the map of one push straight down, whose size the load decides. Rows at a slip above 0.095.
 
 1  drawbar over load by laboratory: all faces, the rule of the own track, and with a friction of 0.4; torque beside it
@@ -18,7 +18,6 @@ belong to the rim. `--quick` leaves parts 3 and 4 out; `--figure` draws all rigs
 from __future__ import annotations
 
 import argparse
-import warnings
 from collections.abc import Iterator, Sequence
 from functools import cache
 from pathlib import Path
@@ -26,6 +25,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
+import side_slip
 from grade_forces import show
 
 import rftfit
@@ -66,50 +66,6 @@ class Rig(NamedTuple):
         return f"{self.name}, {'lugged' if self.lugged else 'smooth'}"
 
 
-def lugged_wheel(
-    radius_cm: float, width_cm: float, lug_cm: float, lugs: int, thickness_cm: float = LUG_CM
-) -> rftfit.Mesh:
-    """Wheel about y with straight lugs, as its drawing states it: radius of the rim, height and number of the lugs."""
-    pitch = 2 * np.pi / lugs
-    root = np.arcsin(thickness_cm / 2 / radius_cm)
-    tip = np.arcsin(thickness_cm / 2 / (radius_cm + lug_cm))
-    steps = max(2, int(np.ceil((pitch - 2 * root) / (2 * np.pi / 96))))
-    flank = np.linspace(0, 1, max(1, int(np.ceil(lug_cm / 0.4))) + 1)[1:-1]
-    corners: list[tuple[float, float]] = []
-    for lug in range(lugs):
-        middle = lug * pitch
-        corners += [(radius_cm + lug_cm, middle - tip), (radius_cm + lug_cm, middle + tip)]
-        corners += [
-            (radius_cm + lug_cm * (1 - share), middle + tip + (root - tip) * share)
-            for share in flank
-        ]
-        rim = np.linspace(middle + root, middle + pitch - root, steps + 1)
-        corners += [(radius_cm, angle) for angle in rim]
-        corners += [
-            (radius_cm + lug_cm * share, middle + pitch - root + (root - tip) * share)
-            for share in flank
-        ]
-    radius, angle = np.array(corners).T
-    x, z = radius * np.sin(angle), radius * np.cos(angle)
-    across = np.linspace(-width_cm / 2, width_cm / 2, max(1, round(width_cm / 0.8)) + 1)
-    sections = [np.stack([x, np.full_like(x, y), z], axis=1) for y in across]
-    hubs = np.array([[0, -width_cm / 2, 0], [0, width_cm / 2, 0]])
-    count, here = len(x), np.arange(len(x))
-    following = (here + 1) % count
-    faces = []
-    for section in range(len(across) - 1):
-        a, b = section * count + here, section * count + following
-        faces += [np.stack([a, b, b + count], axis=1), np.stack([a, b + count, a + count], axis=1)]
-    first_hub, last = len(across) * count, (len(across) - 1) * count
-    faces += [
-        np.stack([np.full(count, first_hub), following, here], axis=1),
-        np.stack([np.full(count, first_hub + 1), last + here, last + following], axis=1),
-    ]
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # wound clockwise: turned over
-        return rftfit.Mesh(np.concatenate([*sections, hubs]), np.concatenate(faces), "lugged wheel")
-
-
 def read_rigs(data: Path) -> list[Rig]:
     """Read all rigs, lugged ones first."""
     runs = pd.read_csv(data / "wheels-measured" / "single_wheel_experiments.csv")
@@ -118,10 +74,8 @@ def read_rigs(data: Path) -> list[Rig]:
         first = of_wheel.iloc[0]
         lug_m = float(first["grouser_height_m"])
         radius, width = 100 * first["wheel_radius_m"], 100 * first["wheel_width_m"]
-        if lug_m:
-            mesh = lugged_wheel(radius, width, 100 * lug_m, int(first["grouser_count"]))
-        else:
-            mesh = rftfit.Mesh.cylinder(radius, width)
+        lugs = int(first["grouser_count"]) if lug_m else 0
+        mesh = rftfit.Mesh.wheel(radius, width, 100 * lug_m, lugs, LUG_CM)
         columns = {
             "slip": of_wheel["slip"],
             "load_N": of_wheel["vertical_load_n"],
@@ -139,7 +93,7 @@ def read_rigs(data: Path) -> list[Rig]:
             )
         )
     rigs.append(read_kyoto(data / "yade-wheel"))
-    rigs.append(read_cmu(data / "cmu-wheel" / "smooth.csv"))
+    rigs.append(read_cmu(side_slip.RUNS))
     return sorted(rigs, key=lambda rig: not rig.lugged)
 
 
@@ -164,7 +118,7 @@ def read_kyoto(folder: Path) -> Rig:
 
 
 def read_cmu(file: Path) -> Rig:
-    """Straight runs of the smooth wheel of `examples/cmu-wheel`."""
+    """Straight runs of the smooth wheel of `examples/wheels`."""
     runs = pd.read_csv(file)
     runs = runs[runs["slip_angle_deg"] == 0]
     columns = {
@@ -463,19 +417,20 @@ def draw_rigs(rigs: Sequence[Rig], drawbar: Errors, file: Path) -> None:
 
 
 def constants(rigs: Sequence[Rig], drawbar: Errors, torque: Errors) -> Iterator[str]:
-    """Lines of `wheels.toml`: errors of all rigs of a shape."""
-    for shape in ("lugged", "smooth"):
+    """Lines of `wheels.toml`: errors of each rig, without and with friction."""
+    for rig in rigs:
+        yield "\n[[rig]]"
+        yield f'laboratory = "{rig.name}"'
+        yield f'shape = "{"lugged" if rig.lugged else "smooth"}"'
+        yield f"runs = {len(graded(rig))}"
         for name, case in (("plain", "rule"), ("friction", f"rule, friction {FRICTION:g}")):
-            chosen = [rig.label for rig in rigs if rig.lugged == (shape == "lugged")]
-            numbers = (
-                rms(np.concatenate([errors[case][label] for label in chosen]))
-                for errors in (drawbar, torque)
+            numbers = {"drawbar": drawbar[case][rig.label], "torque": torque[case][rig.label]}
+            cells = (
+                f"{quantity} = {rms(errors):.4f}"
+                for quantity, errors in numbers.items()
+                if np.isfinite(errors).any()
             )
-            yield f"[{shape}.{name}]"
-            yield from (
-                f"{what} = {number:.3f}"
-                for what, number in zip(("drawbar", "torque"), numbers, strict=True)
-            )
+            yield f"{name} = {{ {', '.join(cells)} }}"
 
 
 def main() -> None:

@@ -1,9 +1,9 @@
 """What the site shows of campaigns: ``make gallery`` runs them into ``docs/_campaigns`` and writes what the repository keeps.
 
-Written are the drawings and ``docs/gallery.md`` with their pictures in ``docs/images``, ``docs/live/report.html``, and
-below the commands of the pages what they print.
+Written are the drawings and ``docs/gallery.md`` with their pictures in ``docs/images``, ``docs/live/report.html``, the page of
+verdicts ``docs/validation.md``, and below the commands of the pages what they print.
 
-python docs/_ext/gallery.py [LOGS]      LOGS: folder of the sand example's logs, which are downloaded otherwise
+python docs/_ext/gallery.py [DATA]      DATA: folder of the examples' data, which are downloaded otherwise
 """
 
 from __future__ import annotations
@@ -15,14 +15,23 @@ import subprocess
 import sys
 import tempfile
 from html import escape
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import drawings
+import pandas as pd
 import quality_sheets
+from PIL import Image
 
 import rftfit
 from rftfit.figures.registry import Declared, figures
+from rftfit.figures.style import content
+from rftfit.figures.verdicts import draw_verdicts
+from rftfit.suite.declared import find_example, list_examples
+from rftfit.suite.page import as_markdown, describe
+from rftfit.suite.verdicts import FILE as VERDICTS_FILE
+from rftfit.suite.verdicts import in_order
 
 if TYPE_CHECKING:
     from rftfit.results import Results
@@ -57,7 +66,7 @@ From [a wheel, or any body in space](howto/space.md): `rftfit predict --mesh whe
 
 Forces on a wheel in sand and its sinkage, by the measured law and by 3D-RFT; open points at high slip. Good: points on the line.
 
-From [the same page](howto/space.md): `python examples/cmu-wheel/wheel.py wheel.png`.
+From [the same page](howto/space.md): `python studies/side_slip.py wheel.png`.
 
 ### Measured wheels
 
@@ -66,14 +75,6 @@ From [the same page](howto/space.md): `python examples/cmu-wheel/wheel.py wheel.
 Drawbar over load of wheels of five laboratories at their load and sinkage. Good: points inside the shade; the line of KLS-1 is above all points, with lugs and without.
 
 From [a wheel at its load](howto/wheel.md): `python studies/wheels.py --figure rigs.png`.
-
-### A lugged wheel
-
-![drawbar and torque of a lugged wheel over slip, predicted from its load alone](images/space_lugged.webp)
-
-A lugged wheel: full points measured, open ones simulated by discrete elements, lines predicted from its load alone. Good: the line of the rule runs through the full points; the simulation itself is 0.9 to 2.0 N beside them.
-
-From [the same page](howto/space.md#a-lugged-wheel): `python examples/yade-wheel/wheel.py wheel.png`.
 
 ### A rover in MuJoCo
 
@@ -119,7 +120,7 @@ def command(folder: Path, *words: str) -> None:
     subprocess.run([Path(sys.executable).with_name("rftfit"), *words], cwd=folder, check=True)
 
 
-def run_campaigns(logs: str | None) -> None:
+def run_campaigns(data: str | None) -> None:
     """Make the campaigns; what is up to date stays."""
     configs = {
         "demonstration": config_of_demonstration(),
@@ -131,7 +132,28 @@ def run_campaigns(logs: str | None) -> None:
         (CAMPAIGNS / name / "config" / "config.yaml").write_text(text, encoding="utf-8")
         command(CAMPAIGNS / name, "reenact", "--if-missing")
         command(CAMPAIGNS / name, "run")
-    command(CAMPAIGNS, "example", "cmu-sand", *(["--from", logs] if logs else []))
+    for name in list_examples():
+        origin = ["--from", data] if data else []
+        command(CAMPAIGNS, "example", name, folder_of_example(name), *origin)
+
+
+def folder_of_example(name: str) -> str:
+    """Folder in which an example is run: the demonstration is that of the paper."""
+    return "demonstration" if name == "paper" else name
+
+
+def write_verdicts() -> None:
+    """Write the page of all verdicts with its figure, from what the examples left."""
+    examples = [find_example(name) for name in list_examples()]
+    tables = [
+        pd.read_csv(CAMPAIGNS / folder_of_example(example.name) / VERDICTS_FILE)
+        for example in examples
+    ]
+    verdicts = in_order(pd.concat(tables, ignore_index=True))
+    picture = Image.open(BytesIO(content(draw_verdicts(verdicts), "png"))).convert("RGB")
+    picture.save(DOCS / "images" / "verdicts.webp", "webp", quality=80)
+    page = as_markdown(describe(examples, verdicts, is_public=True), "images/verdicts.webp")
+    (DOCS / "validation.md").write_text(page, encoding="utf-8")
 
 
 def write_gallery() -> None:
@@ -230,4 +252,5 @@ if __name__ == "__main__":
     quality_sheets.write(DOCS / "images")
     write_gallery()
     write_report()
+    write_verdicts()
     write_outputs()

@@ -64,7 +64,7 @@ def main() -> None:
         picture = follow("space", folder / "space").folder / "wheel.png"
         save(Image.open(picture), "space_path", 1000)
         save(rover(follow("mujoco", folder / "mujoco").folder), "space_rover", 800)
-        script = ROOT / "examples" / "cmu-wheel" / "wheel.py"
+        script = ROOT / "studies" / "side_slip.py"
         subprocess.run([sys.executable, script, folder / "runs.png"], check=True)
         save(Image.open(folder / "runs.png"), "space_wheel", 900)
         os.chdir(ROOT)

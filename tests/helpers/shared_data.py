@@ -10,6 +10,8 @@ LOGS = SHARED_DATA / "logs"
 EDGES = SHARED_DATA / "edges"
 REPORTED = SHARED_DATA / "reported"
 YADE_WHEEL = SHARED_DATA / "yade-wheel"
+ROBOT_LEG = SHARED_DATA / "robot-leg"
+WHEELS_MEASURED = SHARED_DATA / "wheels-measured"
 
 
 def needs(path):

@@ -1,19 +1,15 @@
 """Both laws predict forces and sinkage of 96 wheel runs with the errors stated here.
 
-The runs are those of `examples/cmu-wheel`; the laws are the measured law and 3D-RFT.
+The runs are those of `examples/wheels`; the laws are the measured law and 3D-RFT.
 """
-
-import runpy
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
+import side_slip
 from numpy.testing import assert_allclose
 
-FOLDER = Path(__file__).parents[2] / "examples" / "cmu-wheel"
-WHEEL = runpy.run_path(str(FOLDER / "wheel.py"))
-RUNS = pd.read_csv(FOLDER / "smooth.csv")
+RUNS = pd.read_csv(side_slip.RUNS)
 EXPECTED = {  # rms error of x, y, z, N: all runs, those with abs(slip) <= 0.51; of sinkage, mm
     "measured law": ((6.09, 4.21, 8.58), (6.06, 2.67, 6.73), 10.2),
     "measured law, friction 0.6": ((5.03, 5.96, 6.32), (3.92, 3.65, 5.08), 9.5),
@@ -23,13 +19,13 @@ EXPECTED = {  # rms error of x, y, z, N: all runs, those with abs(slip) <= 0.51;
 
 @pytest.mark.parametrize("case", EXPECTED)
 def test_errors_of_forces_and_sinkage(case, monkeypatch):
-    monkeypatch.setitem(WHEEL["predicted"].__globals__, "DEPTHS_CM", np.arange(0.5, 12.1, 0.5))
-    predicted, depth = WHEEL["predicted"](RUNS, case)
-    off, is_low_slip = predicted - RUNS[WHEEL["FORCES"]].to_numpy(), abs(RUNS.slip) <= 0.51
+    monkeypatch.setattr(side_slip, "DEPTHS_CM", np.arange(0.5, 12.1, 0.5))
+    predicted, depth = side_slip.predicted(RUNS, case)
+    off, is_low_slip = predicted - RUNS[side_slip.FORCES].to_numpy(), abs(RUNS.slip) <= 0.51
     every, modest, sinkage = EXPECTED[case]
-    assert_allclose(WHEEL["rms"](off), every, atol=0.1)
-    assert_allclose(WHEEL["rms"](off[is_low_slip]), modest, atol=0.1)
-    assert WHEEL["rms"](10 * depth - RUNS.sinkage_mm) == pytest.approx(sinkage, abs=0.3)
+    assert_allclose(side_slip.rms(off), every, atol=0.1)
+    assert_allclose(side_slip.rms(off[is_low_slip]), modest, atol=0.1)
+    assert side_slip.rms(10 * depth - RUNS.sinkage_mm) == pytest.approx(sinkage, abs=0.3)
     if case == "measured law":
         assert_allclose(np.median(predicted[:, 2] / RUNS.force_z_N), 0.995, atol=0.01)
         for (angle, rim), forces in (

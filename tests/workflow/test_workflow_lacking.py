@@ -8,9 +8,6 @@ import yaml
 from campaigns import FEW, Folder, make_campaign
 from shared_data import CMU_SAND, needs
 
-from rftfit.cli.example import copy_example, fetch_logs
-from rftfit.store.environment import shipped
-
 pytestmark = pytest.mark.slow
 
 ALPHA = ["alpha_z_N_per_cm3", "alpha_x_N_per_cm3"]
@@ -125,17 +122,16 @@ def test_the_only_medium_without_a_cell(tmp_path):
 
 @needs(CMU_SAND)
 def test_the_sand_example_runs(tmp_path):
-    """Nine penetrations without a tare, as `rftfit example` lays them out."""
-    folder, source = Folder(tmp_path), shipped("examples/cmu-sand")
-    copy_example(source, folder.root)
-    fetch_logs(source, folder.root / "raw", str(CMU_SAND))
+    """Nine penetrations without a tare, as `rftfit example` lays them out and judges them."""
+    folder = Folder(tmp_path)
+    process = folder.rftfit("example", "cmu-sand", ".", "--from", str(CMU_SAND))
+    assert process.returncode == 0, process.stderr
     assert " any of 9 runs" in folder.rftfit("check").stdout
     # the only figure that no other campaign has
     page = run(folder, ("clocks_sand_60mm",))
-    process = folder.rftfit("example", "cmu-sand", ".")
-    assert process.returncode == 0, process.stderr
-    for words in ("All 18 logs are there", "Nothing to do", "Of 9 runs, 9 used and 0 dropped"):
-        assert words in process.stdout
+    verdicts = pd.read_csv(folder.root / "verdicts.csv")
+    assert list(verdicts["reason_code"].unique()) == ["in-interval", "typed-by-hand"]
+    assert (verdicts["verdict"] == "inside").sum() == 3
     counted = {path.name: len(path.read_bytes().splitlines()) for path in CMU_SAND.glob("*_?.txt")}
     ledger = folder.table("ledger.csv").groupby("file")["rows"].sum()
     assert {name: ledger[name] for name in counted} == counted

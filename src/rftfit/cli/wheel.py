@@ -25,14 +25,34 @@ MARK = "# wheel written by rftfit wheel"
 
 _DRAWN = "drawn by rftfit wheel"
 
+_WITHOUT_LUGS = (0.0, 0.0, 0.5)
+"""Height, number and thickness of lugs (cm) where the drawing states none."""
+
 
 @options.grouped
 def wheel(
     *,
     mesh: Annotated[
-        Path, options.file("The wheel: stl, obj or ply; its axle lies along y through (0, 0, 0).")
-    ],
-    unit: Annotated[str, typer.Option(metavar="UNIT", help="Of the mesh: mm, cm, m or in.")],
+        Path | None,
+        options.file("The wheel: stl, obj or ply; its axle lies along y through (0, 0, 0)."),
+    ] = None,
+    unit: Annotated[
+        str | None, typer.Option(metavar="UNIT", help="Of the mesh: mm, cm, m or in.")
+    ] = None,
+    edge: Annotated[
+        float | None,
+        options.number_option(
+            "cm",
+            "Halve edges of the mesh that are longer: a mesh of few large triangles is coarse.",
+        ),
+    ] = None,
+    drawing: Annotated[
+        str | None,
+        typer.Option(
+            metavar="RADIUS,WIDTH[,LUG,LUGS[,THICKNESS]]",
+            help="Instead of --mesh: radius and width of the rim, height, number and thickness (0.5) of straight lugs, in cm.",
+        ),
+    ] = None,
     slip: Annotated[
         str,
         typer.Option(
@@ -69,6 +89,13 @@ def wheel(
             "as on measured rigs; 0: none.",
         ),
     ] = None,
+    left_out: Annotated[
+        str | None,
+        typer.Option(
+            metavar="LABORATORY",
+            help="Leave a laboratory out of that default, for a wheel that is one of its rigs: Ding, KLS-1, Rashid-1, Kyoto, CMU.",
+        ),
+    ] = None,
     measured: Annotated[
         Path | None,
         options.file(
@@ -98,7 +125,7 @@ def wheel(
     points: pd.DataFrame | None = None
     numbers: dict[str, list[float] | None] = {}
     with inputs.collect():
-        shape = options.read_mesh(mesh, unit)
+        shape = _read_wheel(mesh, unit, edge, drawing)
     with inputs.collect():
         words = {"--slip": slip, "--load": load, "--sinkage": sinkage}
         numbers = {name: _numbers(name, word) for name, word in words.items()}
@@ -132,6 +159,7 @@ def wheel(
             rim_cm=rim,
             confidence=confidence,
             model_error=model_error,
+            left_out=left_out,
         )
     except ValueError as error:
         raise InputError(str(error)) from error
@@ -145,6 +173,36 @@ def wheel(
         write_bytes(figure, content(rftfit.draw_wheel(answer, points), ending, _DRAWN))
     if not as_json:
         print_line(f"\nTable: {output}" + (f"; figure: {figure}" if figure else ""))
+
+
+def _read_wheel(
+    mesh: Path | None, unit: str | None, edge: float | None, drawing: str | None
+) -> Mesh:
+    """Read the wheel from its mesh, or make it from its drawing."""
+    if (mesh is None) == (drawing is None):
+        raise InputError("allowed: either --mesh FILE --unit UNIT or --drawing RADIUS,WIDTH,...")
+    if drawing is not None:
+        if unit is not None or edge is not None:
+            raise InputError("found --unit or --edge without --mesh FILE, to which they belong")
+        sizes = _numbers("--drawing", drawing) or []
+        numbers = [*sizes, *_WITHOUT_LUGS[len(sizes) - 2 :]]
+        if len(sizes) not in (2, 4, 5) or numbers[3] != int(numbers[3]):
+            raise InputError(
+                f"--drawing: found '{drawing}'; allowed: RADIUS,WIDTH or RADIUS,WIDTH,LUG,LUGS or "
+                "RADIUS,WIDTH,LUG,LUGS,THICKNESS, in cm, LUGS a whole number"
+            )
+        radius, width, lug, lugs, thickness = numbers
+        try:
+            return rftfit.Mesh.wheel(radius, width, lug, int(lugs), thickness)
+        except ValueError as error:
+            raise InputError(f"--drawing: {error}") from error
+    assert mesh is not None
+    if unit is None:
+        raise InputError("--unit: of the mesh; allowed: mm, cm, m, in")
+    if edge is not None and not edge > 0:
+        raise InputError(f"--edge: found {edge:g}; allowed: a positive number of cm")
+    shape = options.read_mesh(mesh, unit)
+    return shape if edge is None else shape.refined(edge)
 
 
 def _has_numbers(shape: Mesh | None, friction: float | None, table: Profile) -> bool:

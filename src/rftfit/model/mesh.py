@@ -52,6 +52,9 @@ PATH = replace(
     ),
 )
 
+_RIM_FACETS, _FLANK_CM, _SECTION_CM = 96, 0.4, 0.8
+"""Facets around the rim of a wheel with lugs, and longest edges of a lug's flank and across its width."""
+
 _SAME = 1e-7
 """Vertices that are nearer, as a part of the mesh's size, are one: an STL file repeats them in each triangle."""
 
@@ -315,6 +318,82 @@ class Mesh:
         vertices, faces = _revolve(np.stack([r, y], axis=-1), facets)
         # about the y axis instead of z; an exchange of two axes turns the faces over
         return cls(vertices[:, [0, 2, 1]], faces[:, ::-1], "cylinder")
+
+    @classmethod
+    def wheel(
+        cls,
+        radius_cm: float,
+        width_cm: float,
+        lug_cm: float = 0.0,
+        lugs: int = 0,
+        thickness_cm: float = 0.5,
+    ) -> Mesh:
+        """Wheel about the y axis with straight lugs, as a drawing states it; without lugs a cylinder.
+
+        Parameters
+        ----------
+        radius_cm, width_cm : float
+            Of the rim.
+        lug_cm : float, optional
+            Height of a lug over the rim.
+        lugs : int, optional
+            Their number, evenly spaced.
+        thickness_cm : float, optional
+            Of a lug, along the rim.
+
+        Returns
+        -------
+        Mesh
+
+        Raises
+        ------
+        ValueError
+            If a length is not positive, only one of height and number of lugs is given, or the lugs overlap.
+
+        Examples
+        --------
+        >>> import rftfit
+        >>> rftfit.Mesh.wheel(9, 6, lug_cm=1, lugs=12).is_convex
+        False
+        """
+        if not (radius_cm > 0 and width_cm > 0 and thickness_cm > 0):
+            raise ValueError("radius, width and thickness of lugs: positive numbers wanted")
+        if lug_cm < 0 or lugs < 0 or (lug_cm > 0) != (lugs > 0):
+            raise ValueError(f"lugs: a height and a number wanted, found {lug_cm:g} cm and {lugs}")
+        if not lugs:
+            return cls.cylinder(radius_cm, width_cm)
+        pitch = 2 * np.pi / lugs
+        if not thickness_cm < pitch * radius_cm:
+            raise ValueError(f"{lugs} lugs of {thickness_cm:g} cm do not fit on the rim")
+        root = np.arcsin(thickness_cm / 2 / radius_cm)
+        tip = np.arcsin(thickness_cm / 2 / (radius_cm + lug_cm))
+        height = np.linspace(0, 1, max(1, int(np.ceil(lug_cm / _FLANK_CM))) + 1)
+        steps = max(2, int(np.ceil((pitch - 2 * root) / (2 * np.pi / _RIM_FACETS))))
+        # one lug and the rim behind it: up a flank, over the tip, down, along the rim
+        flank = root + (tip - root) * height
+        rim = np.linspace(root, pitch - root, steps + 1)[1:-1]
+        radius_of_lug = radius_cm + lug_cm * np.concatenate([height, height[::-1], 0 * rim])
+        angle_of_lug = np.concatenate([-flank, flank[::-1], rim])
+        radius = np.tile(radius_of_lug, lugs)
+        angle = np.concatenate([angle_of_lug + lug * pitch for lug in range(lugs)])
+        sections = max(1, round(width_cm / _SECTION_CM))
+        across = np.linspace(-width_cm / 2, width_cm / 2, sections + 1)
+        x, z = radius * np.sin(angle), radius * np.cos(angle)
+        vertices = [np.stack([x, np.full_like(x, y), z], axis=1) for y in across]
+        hubs = np.array([[0, -width_cm / 2, 0], [0, width_cm / 2, 0]])
+        here = np.arange(radius.size)
+        following = np.roll(here, -1)
+        faces = []
+        for first in here.size * np.arange(sections):
+            a, b = first + here, first + following
+            faces += [[a, b, b + here.size], [a, b + here.size, a + here.size]]
+        hub, last = here.size * (sections + 1) + 0 * here, here.size * sections
+        faces += [[hub, following, here], [hub + 1, last + here, last + following]]
+        return cls(
+            np.concatenate([*vertices, hubs]),
+            np.concatenate([np.stack(corners, axis=1) for corners in faces]),
+            "lugged wheel",
+        )
 
 
 def _revolve(profile: FloatArray, longitudes: int) -> tuple[FloatArray, IntArray]:

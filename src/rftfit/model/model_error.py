@@ -40,7 +40,7 @@ LEAST_LOAD = 0.2
 
 EPS_IN_SPACE = 0.39
 """Relative error of a solid body in space, by direction (`directed_errors`). Legs of Fig. S5 have it where their error is taken
-by direction; the wheel of `examples/cmu-wheel` grades it (studies/wheels.py)."""
+by direction; the smooth wheel of `examples/wheels` grades it (studies/wheels.py)."""
 
 SPACE_OVER_PLANE = EPS_IN_SPACE / EPS
 """Error of a solid in space over that of an outline: faces bear less in one direction than in all."""
@@ -53,7 +53,7 @@ LENGTH_BODIES = 0.5
 moves by half the leg's length. No data were used."""
 
 TESTED_LENGTH_CM = (7.62, 12.5)
-"""Lengths of the bodies on which `EPS` was chosen or tested: the legs of Fig. S5, the wheel of `examples/cmu-wheel`."""
+"""Lengths of the bodies on which `EPS` was chosen or tested: the legs of Fig. S5, the smooth wheel of `examples/wheels`."""
 
 TESTED_SPEED_CM_PER_S = 11.0
 """Greatest speed of a point of these bodies."""

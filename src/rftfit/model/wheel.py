@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from rftfit.campaign.problems import CampaignError, Place, Problem
+from rftfit.campaign.problems import CampaignError, Place, Problem, choose
 from rftfit.campaign.rows import Schema, TableColumn, read_rows
 from rftfit.conventions import FloatArray
 from rftfit.model.draws import interval
@@ -258,6 +258,7 @@ def wheel(
     rim_cm: float | None = None,
     confidence: float = 0.95,
     model_error: float | None = None,
+    left_out: str | None = None,
 ) -> WheelAnswer:
     """Drawbar, torque and sinkage of a wheel that rolls straight ahead under a load, or at a sinkage.
 
@@ -285,6 +286,8 @@ def wheel(
     model_error : float, optional
         Error of the model on wheels: of the drawbar over the load and of the torque over load times radius. Default: as on
         measured rigs, for smooth and for lugged wheels, with and without friction. 0: none.
+    left_out : str, optional
+        Laboratory whose rigs have no part in that default: for a wheel that is one of them.
 
     Returns
     -------
@@ -304,6 +307,10 @@ def wheel(
     'none'
     """
     slips, sinkages, loads = _check_numbers(slip, sinkage_cm, load_N, friction, confidence)
+    if left_out is not None:
+        if model_error is not None:
+            raise ValueError("found left_out beside model_error; allowed: one of them")
+        choose("left_out", left_out, laboratories())
     if model_error is not None and not 0 <= model_error < np.inf:
         raise ValueError(f"the model's error must be 0 or a positive number, found {model_error:g}")
     roll = partial(Motion3D.roll, mesh, track=track, rim_cm=rim_cm)
@@ -316,7 +323,7 @@ def wheel(
     ]
     profile = profile_of(medium, partial(has_number, mesh=mesh, friction=friction))
     rolling = _Wheel(profile, mesh, roll, friction, rim)
-    errors = _model_errors(profile, mesh, friction, model_error)
+    errors = _model_errors(profile, mesh, friction, model_error, left_out)
     rows = []
     for place, slip_of_row in enumerate(slips):
         if sinkages is None:
@@ -567,7 +574,11 @@ def _carry(turns: _Turn, depths: FloatArray, load_N: float) -> dict[str, FloatAr
 
 
 def _model_errors(
-    profile: Profile, mesh: Mesh, friction: float | None, model_error: float | None
+    profile: Profile,
+    mesh: Mesh,
+    friction: float | None,
+    model_error: float | None,
+    left_out: str | None,
 ) -> tuple[float, float]:
     """Errors of drawbar and torque, over the load and over load times radius; NaN where none is known."""
     if not has_model_error(profile):
@@ -579,8 +590,27 @@ def _model_errors(
     if model_error is not None:
         return float(model_error), float(model_error)
     shape = "smooth" if mesh.is_convex else "lugged"
-    told = wheel_numbers()[shape]["plain" if friction is None else "friction"]
-    return float(told["drawbar"]), float(told["torque"])
+    case = "plain" if friction is None else "friction"
+    rigs = [
+        rig
+        for rig in wheel_numbers()["rig"]
+        if rig["shape"] == shape and rig["laboratory"] != left_out
+    ]
+    return _joined_error(rigs, case, "drawbar"), _joined_error(rigs, case, "torque")
+
+
+def laboratories() -> tuple[str, ...]:
+    """Laboratories whose rigs told the model's own error on wheels."""
+    return tuple(dict.fromkeys(str(rig["laboratory"]) for rig in wheel_numbers()["rig"]))
+
+
+def _joined_error(rigs: Sequence[Mapping[str, Any]], case: str, quantity: str) -> float:
+    """Root mean square over the runs of rigs that measured a quantity; NaN where none did."""
+    weighted = [(rig["runs"], rig[case][quantity] ** 2) for rig in rigs if quantity in rig[case]]
+    if not weighted:
+        return np.nan
+    runs, squares = np.array(weighted).T
+    return round(float(np.sqrt(runs @ squares / runs.sum())), 3)
 
 
 def _end(column: str, end: str) -> str:

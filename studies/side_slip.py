@@ -1,22 +1,27 @@
 """Forces on a wheel in sand, 96 runs, beside those of a map measured in the plane and of 3D-RFT.
 
-``python examples/cmu-wheel/wheel.py [FIGURE.png]`` prints the table and the verdict and draws the figure.
+``python studies/side_slip.py [FIGURE.png]`` prints the table and the verdict and draws the figure.
 """
 
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
 import rftfit
+from rftfit.conventions import FloatArray
 from rftfit.reference import MEDIA
 
+RUNS = Path(__file__).parents[1] / "examples" / "wheels" / "smooth.csv"
 RADIUS_CM = 6.25
 DEPTHS_CM = np.arange(0.1, 12.05, 0.1)
 MODEST_SLIP = 0.51
-CASES = {  # alpha_z(0, 90 deg) of the plate, law, friction
+CASES: dict[
+    str, tuple[float, Any, float | None]
+] = {  # alpha_z(0, 90 deg) of the plate, law, friction
     "measured law": (0.853, "measured", None),
     "measured law, friction 0.6": (0.853, "measured", 0.6),
     "3D-RFT, friction 0.4": (0.853, "3d-rft", 0.4),
@@ -26,14 +31,14 @@ CASES = {  # alpha_z(0, 90 deg) of the plate, law, friction
 FORCES = ["force_x_N", "force_y_N", "force_z_N"]
 
 
-def mean_map():
+def mean_map() -> FloatArray:
     """Mean of the published maps, each over its own alpha_z(0, 90 deg): (2, 7, 13)."""
     media = [rftfit.TableProfile.published(medium) for medium in MEDIA]
     maps = [np.stack(one.cells[2:]) / one.alpha(0, np.pi / 2)[0] for one in media]
     return np.mean(maps, axis=0).reshape(2, 7, 13)
 
 
-def at_depth(runs, sinkage_cm):
+def at_depth(runs: pd.DataFrame, sinkage_cm: Any) -> rftfit.Motion3D:
     """The wheel in each run, driven as it was, so deep."""
     angle, speed, none = np.radians(runs.slip_angle_deg), runs.travel_mm_per_s / 10, 0 * runs.slip
     return rftfit.Motion3D(
@@ -43,12 +48,12 @@ def at_depth(runs, sinkage_cm):
     )
 
 
-def predicted(runs, case):
+def predicted(runs: pd.DataFrame, case: str) -> tuple[FloatArray, FloatArray]:
     """Forces at the measured depth (runs, 3), N, and the depth at which the measured load is carried, cm."""
     alpha, law, friction = CASES[case]
     sand = rftfit.TableProfile(*(alpha * mean_map()))
 
-    def forces(mesh, sinkage_cm):
+    def forces(mesh: rftfit.Mesh, sinkage_cm: Any) -> FloatArray:
         motion = at_depth(runs, sinkage_cm)
         return rftfit.predict(sand, mesh, motion, law=law, friction=friction)[FORCES].to_numpy()
 
@@ -65,12 +70,12 @@ def predicted(runs, case):
     return found, np.where(enough.any(axis=0), depth, np.nan)
 
 
-def rms(error):
+def rms(error: Any) -> Any:
     """Root mean square over the runs of each column."""
     return np.sqrt(np.nanmean(error**2, axis=0))
 
 
-def draw(runs, results):
+def draw(runs: pd.DataFrame, results: dict[str, tuple[FloatArray, FloatArray]]) -> Figure:
     """Predicted over measured forces and depths; open points: abs(slip) above 0.51."""
     page = Figure(figsize=(7.2, 5.6), layout="constrained")
     modest = (abs(runs.slip) <= MODEST_SLIP).to_numpy()
@@ -90,9 +95,9 @@ def draw(runs, results):
     return page
 
 
-def main():
+def main() -> None:
     """Print table and verdict; draw the figure where one is named."""
-    runs = pd.read_csv(Path(__file__).with_name("smooth.csv"))
+    runs = pd.read_csv(RUNS)
     measured, few = runs[FORCES].to_numpy(), abs(runs.slip) <= MODEST_SLIP
     results = {case: predicted(runs, case) for case in CASES}
     print("rms error of force x, y, z; total; N | where abs(slip) <= 0.51 | sinkage, mm | no depth")

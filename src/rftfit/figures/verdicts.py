@@ -1,0 +1,107 @@
+"""Published numbers against the program's, with both intervals."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rftfit.figures import style
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_LOOKS = {"inside": (style.OKABE_ITO["blue"], "o"), "outside": (style.OKABE_ITO["vermillion"], "s")}
+"""Colour and marker by verdict."""
+
+_COLUMNS = 4
+_HEIGHT_CM = 4.9
+_RANGE_OF_LOGARITHM = 100
+"""Ratio of the largest to the least number from which both axes are logarithmic."""
+
+_UNITS = {"N/cm^3": style.PER_CM3, "N/cm^2": style.PER_CM2}
+
+_ROOM = 0.06
+"""Room around the numbers of a panel, of their range."""
+
+
+@style.styled()
+def draw_verdicts(verdicts: pd.DataFrame) -> Figure:
+    """Draw each published number that was compared against ours; points on the line agree.
+
+    Parameters
+    ----------
+    verdicts : pandas.DataFrame
+        With the columns of ``verdicts.csv``.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    drawn = _numbers(verdicts)
+    if drawn.empty:
+        return style.missing("No published number was compared.")
+    groups = [*drawn.groupby(["domain", "title", "unit"], sort=False)]
+    rows = -(-len(groups) // _COLUMNS)
+    page, panels = style.panels([_HEIGHT_CM] * rows, columns=min(_COLUMNS, len(groups)))
+    axes_of_page = panels.ravel()
+    for axes, (names, group) in zip(axes_of_page, groups, strict=False):
+        domain, title, unit = map(str, names)
+        _panel(axes, group, style.plain(f"{domain}:\n{title}"), _UNITS.get(unit, style.plain(unit)))
+    for axes in axes_of_page[len(groups) :]:
+        axes.set_axis_off()
+    entries: dict[str, Any] = {
+        f"{verdict} ({count})": style.line(colour, marker=marker, linestyle="", markersize=4)
+        for verdict, (colour, marker) in _LOOKS.items()
+        if (count := int((drawn["verdict"] == verdict).sum()))
+    }
+    entries["our 95 % interval"] = style.line(style.GREY, linewidth=1.0)
+    if (drawn["published_hi"] > drawn["published_lo"]).any():
+        entries["across: published error"] = style.line(style.GREY, linewidth=1.0)
+    entries["equal"] = style.line(style.GREY, linewidth=0.6, linestyle="--")
+    style.legend(page, entries)
+    return page
+
+
+def _numbers(verdicts: pd.DataFrame) -> pd.DataFrame:
+    """Rows that were compared and are numbers with a unit on both sides."""
+    import pandas as pd
+
+    compared = verdicts[verdicts["verdict"].isin(_LOOKS)].fillna({"unit": ""}).copy()
+    for name in ("published", "published_lo", "published_hi", "ours", "lo", "hi"):
+        compared[name] = pd.to_numeric(compared[name], errors="coerce")
+    return compared[compared["unit"] != ""].dropna(subset=["published", "ours"])
+
+
+def _panel(axes: Axes, group: pd.DataFrame, title: str, unit: str) -> None:
+    """Draw the rows of one quantity; both axes have one scale."""
+    ends = group[["published", "published_lo", "published_hi", "ours", "lo", "hi"]].to_numpy(float)
+    least, most = float(np.nanmin(ends)), float(np.nanmax(ends))
+    values = group[["published", "ours"]].to_numpy(float)
+    is_logarithmic = values.min() > 0 and values.max() > _RANGE_OF_LOGARITHM * values.min()
+    if is_logarithmic:
+        axes.set(xscale="log", yscale="log")
+        least, most = values.min() / 2, values.max() * 2
+    else:
+        room = _ROOM * (most - least or abs(most) or 1.0)
+        least, most = least - room, most + room
+    axes.plot([least, most], [least, most], "--", color=style.GREY, linewidth=0.6, zorder=0)
+    for verdict, (colour, marker) in _LOOKS.items():
+        rows = group[group["verdict"] == verdict]
+        published, ours = rows["published"].to_numpy(), rows["ours"].to_numpy()
+        across = rows["published_lo"].to_numpy(), rows["published_hi"].to_numpy()
+        along = rows["lo"].to_numpy(), rows["hi"].to_numpy()
+        axes.hlines(ours, *across, color=colour, linewidth=0.8, alpha=0.6)
+        axes.vlines(published, *along, color=colour, linewidth=0.8, alpha=0.6)
+        axes.plot(published, ours, marker, color=colour, markersize=3)
+    axes.set(xlim=(least, most), ylim=(least, most))
+    axes.set_title(title, fontsize=7)
+    suffix = f" ({unit})" if unit else ""
+    axes.set_xlabel(f"published{suffix}")
+    axes.set_ylabel(f"ours{suffix}")
+    axes.set_box_aspect(1)
+    if not is_logarithmic:
+        for axis in (axes.xaxis, axes.yaxis):
+            style.ticks(axis, 4)

@@ -1,0 +1,1 @@
+"""The validation suite: real data, the authors' own answer beside the program's."""

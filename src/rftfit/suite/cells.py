@@ -1,0 +1,153 @@
+"""Looks up numbers in tables by the words of a key."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import pandas as pd
+
+from rftfit.errors import InputError
+from rftfit.store.tables import unguarded
+from rftfit.suite.declared import EVERY, Cells, format_key
+
+TWO_SIDED = 1.96
+"""Half width of a 95 % interval over its standard error."""
+
+_SAME = 1e-6
+"""Numbers of a key whose relative difference is smaller are equal: tables have six digits."""
+
+
+class NoRow(LookupError):
+    """A table has no such row, or several."""
+
+
+class FoundNumber(NamedTuple):
+    """A number of a table with its ends; the cells of its row."""
+
+    value: float | str
+    lo: float
+    hi: float
+    error: float
+    cells: Mapping[str, str]
+
+
+class Tables:
+    """Tables below a folder as text, each read once."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self._tables: dict[str, pd.DataFrame] = {}
+
+    def read(self, name: str) -> pd.DataFrame:
+        """Read a table cut by commas, or by blanks; lines that begin with # are notes."""
+        if name not in self._tables:
+            path = self.folder / name
+            if not path.is_file():
+                raise NoRow(f"there is no {name}")
+            text = path.read_text(encoding="utf-8")
+            header = next((line for line in text.splitlines() if line and line[0] != "#"), "")
+            separator: Any = "," if "," in header else r"\s+"
+            table = pd.read_csv(
+                path, sep=separator, comment="#" if text.startswith("#") else None, dtype=str
+            )
+            self._tables[name] = table.fillna("").map(unguarded)
+        return self._tables[name]
+
+    def rows(self, cells: Cells, key: Mapping[str, str]) -> pd.DataFrame:
+        """Rows of a table that a key means."""
+        table = self.read(fill_words(cells.table, key))
+        for column, word in _row_of(cells, key).items():
+            if column not in table:
+                raise NoRow(f"{fill_words(cells.table, key)} has no column {column}")
+            if word != EVERY:
+                table = table[[is_same(cell, word) for cell in table[column]]]
+        return table
+
+    def number(self, cells: Cells, key: Mapping[str, str]) -> FoundNumber:
+        """Look up a number with its interval."""
+        rows = self.rows(cells, key)
+        if len(rows) != 1:
+            count = "no row" if rows.empty else f"{len(rows)} rows"
+            raise NoRow(f"{fill_words(cells.table, key)} has {count} with {format_key(key)}")
+        row = {str(name): str(cell) for name, cell in rows.iloc[0].items()}
+        return read_number(cells, row)
+
+
+def read_number(cells: Cells, row: Mapping[str, str]) -> FoundNumber:
+    """Read a number and its interval from the cells of a row."""
+    lost = {cells.value, cells.lo, cells.hi, cells.se, cells.error} - {None, *row}
+    if lost:
+        raise NoRow(f"{cells.table} has no column {', '.join(sorted(map(str, lost)))}")
+    value = parse_cell(row[cells.value])
+    if isinstance(value, str):
+        return FoundNumber(value, math.nan, math.nan, math.nan, row)
+    value *= cells.factor
+    lo, hi = (
+        math.nan if name is None else _float(row[name]) * cells.factor
+        for name in (cells.lo, cells.hi)
+    )
+    if cells.se is not None:
+        half = TWO_SIDED * abs(_float(row[cells.se]) * cells.factor)
+        lo, hi = value - half, value + half
+    error = math.nan if cells.error is None else abs(_float(row[cells.error]) * cells.factor)
+    return FoundNumber(value, min(lo, hi), max(lo, hi), error, row)
+
+
+def parse_cell(cell: str) -> float | str:
+    """A number, or a word; NaN where the cell is empty."""
+    if not cell.strip():
+        return math.nan
+    try:
+        return float(cell)
+    except ValueError:
+        return cell
+
+
+def _float(cell: str) -> float:
+    number = parse_cell(cell)
+    return math.nan if isinstance(number, str) else number
+
+
+def fill_words(pattern: str, key: Mapping[str, str]) -> str:
+    """Put words of a key into a pattern, as `results/alpha/{medium}.csv`."""
+    try:
+        return pattern.format_map(key)
+    except (KeyError, ValueError, IndexError):
+        raise InputError(
+            f"example.yaml: '{pattern}' needs a word that the key '{format_key(key)}' does not have"
+        ) from None
+
+
+def _row_of(cells: Cells, key: Mapping[str, str]) -> dict[str, str]:
+    """Cells by which a row is known: as stated, or the words of the key that the table's name does not use."""
+    if cells.row:
+        return {column: fill_words(pattern, key) for column, pattern in cells.row.items()}
+    return {name: word for name, word in key.items() if f"{{{name}}}" not in cells.table}
+
+
+def is_same(cell: str, word: str) -> bool:
+    """Compare as numbers where both are numbers."""
+    numbers = parse_cell(cell), parse_cell(word)
+    if all(isinstance(number, float) and math.isfinite(number) for number in numbers):
+        return math.isclose(*map(float, numbers), rel_tol=_SAME, abs_tol=1e-12)
+    return cell == word
+
+
+def look_up(folder: Path, cells: Cells, key: Mapping[str, str]) -> float:
+    """Look up a number that a command needs from an earlier result.
+
+    Raises
+    ------
+    InputError
+        If it is not there.
+    """
+    try:
+        value = Tables(folder).number(cells, key).value
+    except NoRow as error:
+        raise InputError(f"example.yaml, key given: {error}") from error
+    if isinstance(value, str) or math.isnan(value):
+        raise InputError(f"example.yaml, key given: {cells.table} has no number in {cells.value}")
+    return value

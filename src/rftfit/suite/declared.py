@@ -1,0 +1,352 @@
+"""An example of the suite as its folder declares it: ``example.yaml``, ``answer.csv`` and ``README.md``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path, PurePosixPath
+from string import hexdigits
+from typing import Annotated, Literal, NamedTuple, get_args
+
+import numpy as np
+from pydantic import Field, field_validator, model_validator
+
+from rftfit.campaign.config import Model, Name, Number, Positive
+from rftfit.campaign.problems import CampaignError, choose, did_you_mean
+from rftfit.campaign.reading import read_model
+from rftfit.campaign.rows import DraftRow, Schema, TableColumn, read_rows
+from rftfit.errors import InputError
+from rftfit.store.environment import shipped
+
+SETTINGS, ANSWER, README = "example.yaml", "answer.csv", "README.md"
+"""The three files of an example."""
+
+CONFIG = "config/config.yaml"
+
+Domain = Literal["plates", "penetrations", "legs", "robot", "wheels"]
+DOMAINS = get_args(Domain)
+"""What is compared, in the order of the page."""
+
+EVERY = "*"
+"""In a key: every row of the table."""
+
+_HEX_DIGITS = 64
+
+
+class ExampleFile(Model):
+    """A file of recorded data, known by its digest."""
+
+    name: str
+    """its path below `raw/`"""
+    address: str = ""
+    """where it is downloaded from; without one it is shipped beside `example.yaml`"""
+    sha256: str
+    """SHA-256 of its content, 64 hexadecimal digits"""
+    size: Annotated[int, Field(ge=1)]
+    """its bytes"""
+    licence: str
+    """its licence, or that none is stated"""
+    may_be_shipped: bool = False
+    """whether that licence lets this program ship it, and show its numbers"""
+
+    @field_validator("sha256")
+    @classmethod
+    def _is_digest(cls, digest: str) -> str:
+        if len(digest) != _HEX_DIGITS or not set(digest) <= set(hexdigits):
+            raise ValueError(f"{_HEX_DIGITS} hexadecimal digits wanted")
+        return digest.lower()
+
+    @field_validator("name")
+    @classmethod
+    def _stays_below(cls, name: str) -> str:
+        return _relative(name)
+
+    @model_validator(mode="after")
+    def _has_origin(self) -> ExampleFile:
+        if not self.address and not self.may_be_shipped:
+            raise ValueError("a file that may not be shipped needs an address")
+        return self
+
+
+def _relative(name: str) -> str:
+    """Refuse a path that leaves the folder of the example."""
+    path = PurePosixPath(name)
+    if not name or path.is_absolute() or ".." in path.parts or "\\" in name or ":" in name:
+        raise ValueError("a path inside the folder of the example wanted, with /")
+    return name
+
+
+class Cells(Model):
+    """Where a number stands in a table."""
+
+    table: str
+    """the table, from the folder of the example; `{name}` stands for a word of the key"""
+    value: str
+    """column of the number"""
+    lo: str | None = None
+    """column of the lower end of its 95 % interval"""
+    hi: str | None = None
+    """column of the upper end"""
+    se: str | None = None
+    """column of its standard error, instead of both ends"""
+    error: str | None = None
+    """column of the difference that is allowed, for a published number"""
+    factor: Number = 1.0
+    """what the number is multiplied with, to the unit of the answer"""
+    row: dict[str, str] = Field(default_factory=dict)
+    """cells of its row by column, `{name}` for a word of the key; default: the words that `table` does not use"""
+
+    @field_validator("table")
+    @classmethod
+    def _stays_below(cls, name: str) -> str:
+        return _relative(name)
+
+    @model_validator(mode="after")
+    def _has_one_interval(self) -> Cells:
+        if (self.lo is None) != (self.hi is None) or (self.lo is not None and self.se is not None):
+            raise ValueError("either `lo` and `hi` or `se`")
+        return self
+
+
+class GivenNumber(Cells):
+    """A number that a command takes from the result of an earlier one."""
+
+    key: str
+    """row of the table, as `column=value; column=value`"""
+
+
+class Windows(Model):
+    """Windows of depth of the slopes, all of which count: none was chosen."""
+
+    from_cm: Positive
+    """the least depth at which a window begins"""
+    to_cm: Positive
+    """the greatest depth at which one ends"""
+    step_cm: Positive
+    """between their ends"""
+
+    @property
+    def ends(self) -> list[tuple[float, float]]:
+        """Beginning and end of each window, cm."""
+        count = round((self.to_cm - self.from_cm) / self.step_cm)
+        depths = np.linspace(self.from_cm, self.to_cm, count + 1).round(6).tolist()
+        return [(first, last) for first in depths for last in depths if first < last]
+
+    @model_validator(mode="after")
+    def _has_windows(self) -> Windows:
+        steps = (self.to_cm - self.from_cm) / self.step_cm
+        if not 1 <= steps <= 100 or abs(steps - round(steps)) > 1e-6:
+            raise ValueError("1 to 100 whole steps between from_cm and to_cm wanted")
+        return self
+
+
+class Judged(Model):
+    """A table whose rows have a verdict of their own."""
+
+    column: str
+    """column of the verdict"""
+    inside: list[str]
+    """its words for a row that fits"""
+    outside: list[str]
+    """its words for a row that does not; with all other words a row is not comparable"""
+    reason: str
+    """column of the reason"""
+
+
+class Quantity(Model):
+    """A quantity of the answer, and where the program's number stands."""
+
+    title: str
+    """what it is, for people"""
+    domain: Domain
+    """what is compared"""
+    ours: Cells
+    """the program's number"""
+    published: Cells | None = None
+    """the published number, where it stands in a table instead of answer.csv"""
+    windows: Windows | None = None
+    """windows of depth over which the verdict is formed; the table is that of a medium's alpha"""
+    judged: Judged | None = None
+    """the verdict of the table itself, instead of the rule of intervals"""
+
+    @model_validator(mode="after")
+    def _has_a_medium(self) -> Quantity:
+        if self.windows is not None and "{medium}" not in self.ours.table:
+            raise ValueError(
+                "`windows` want a table of a medium's alpha: results/alpha/{medium}.csv"
+            )
+        return self
+
+
+class RemarkOnRows(Model):
+    """What is known of some rows: why they cannot be compared, or why they lie outside."""
+
+    code: Name
+    """a short name of the reason"""
+    sentence: str
+    """the reason"""
+    quantities: list[Name] = Field(default_factory=list)
+    """quantities that it is about; default: all"""
+    match: dict[str, str] = Field(default_factory=dict)
+    """words of the key, or cells of the program's table, that the rows have"""
+    comparable: bool = True
+    """whether the rows are compared at all"""
+
+
+class ExampleSettings(Model):
+    """An example of the validation suite."""
+
+    title: str
+    """one line"""
+    citation: str
+    """who measured and who published, with the source"""
+    note: str = ""
+    """what a reader must know of all its verdicts"""
+    files: list[ExampleFile] = Field(default_factory=list)
+    """recorded data that it needs"""
+    campaign: dict[str, str] = Field(default_factory=dict)
+    """files of a campaign by their path, as `config/config.yaml` and `config/runs.csv`, with their content"""
+    copied: dict[str, str] = Field(default_factory=dict)
+    """files by their path, and the file of this program that each is a copy of"""
+    given: dict[Name, GivenNumber] = Field(default_factory=dict)
+    """numbers that commands take from earlier results: `{name}` in a command"""
+    commands: list[str] = Field(default_factory=list)
+    """commands of rftfit that are run one after another; default: `run` where there is a campaign"""
+    quantities: dict[Name, Quantity]
+    """quantities of answer.csv by their name"""
+    remarks: list[RemarkOnRows] = Field(default_factory=list)
+    """what is known of some rows; the first that fits counts"""
+
+    @field_validator("campaign", "copied")
+    @classmethod
+    def _stay_below(cls, texts: dict[str, str]) -> dict[str, str]:
+        return {_relative(name): text for name, text in texts.items()}
+
+    @model_validator(mode="after")
+    def _does_something(self) -> ExampleSettings:
+        if not (self.commands or CONFIG in self.campaign):
+            raise ValueError(f"either `commands` or a campaign with {CONFIG} wanted")
+        return self
+
+
+_ANSWER = Schema(
+    "answer",
+    (
+        TableColumn("quantity", "text", "as example.yaml names it"),
+        TableColumn("key", "text", "row of the program's table: column=value; column=value"),
+        TableColumn("value", "number", "published number", needed=False),
+        TableColumn("error", "number", "its own error", needed=False, low=0.0),
+        TableColumn("unit", "text", "of both", needed=False),
+        TableColumn("where", "text", "where it is stated"),
+    ),
+    rows="published numbers",
+)
+
+
+class Published(NamedTuple):
+    """A row of answer.csv; a number that is not stated is NaN."""
+
+    quantity: str
+    key: dict[str, str]
+    value: float
+    error: float
+    unit: str
+    where: str
+
+
+@dataclass(frozen=True)
+class Example:
+    """An example: its folder, what it declares, and the published answer."""
+
+    name: str
+    folder: Path
+    settings: ExampleSettings
+    answer: list[Published] = field(repr=False)
+
+    @property
+    def commands(self) -> list[str]:
+        """Commands to be run."""
+        return self.settings.commands or ["run"]
+
+    @property
+    def readme(self) -> str:
+        """What README.md says below its heading, up to the next one."""
+        text = (self.folder / README).read_text(encoding="utf-8")
+        below = text.partition("\n")[2] if text.startswith("# ") else text
+        return below.partition("\n## ")[0].strip()
+
+    @property
+    def domains(self) -> list[str]:
+        """What is compared, in the order of the page."""
+        domains = {quantity.domain for quantity in self.settings.quantities.values()}
+        return [domain for domain in DOMAINS if domain in domains]
+
+
+def read_example(folder: Path) -> Example:
+    """Read the three files of an example; all problems at once.
+
+    Raises
+    ------
+    CampaignError
+        With every problem of the files.
+    """
+    lacking = [name for name in (SETTINGS, ANSWER, README) if not (folder / name).is_file()]
+    if lacking:
+        raise InputError(
+            f"{folder}: {', '.join(lacking)} not there; an example is a folder with {SETTINGS}, {ANSWER} and {README}"
+        )
+    file = read_model(folder / SETTINGS, ExampleSettings)
+    rows, problems = read_rows(folder / ANSWER, _ANSWER)
+    quantities = {} if file.model is None else file.model.quantities
+    answer = [_read_answer(row, quantities) for row in rows]
+    if file.model is None or problems:
+        raise CampaignError([*file.problems, *problems])
+    return Example(folder.resolve().name, folder, file.model, answer)
+
+
+def _read_answer(row: DraftRow, quantities: Mapping[str, Quantity]) -> Published:
+    """Read a row of the answer and compare it with the quantities that example.yaml declares."""
+    quantity, key = row.text.get("quantity", ""), {}
+    value = row.number.get("value", np.nan)
+    if "key" not in row.bad:
+        try:
+            key = parse_key(row.text["key"])
+        except ValueError as error:
+            row.note("key", "key", row.text["key"], str(error))
+    if quantities and "quantity" not in row.bad:
+        if quantity not in quantities:
+            nearest = did_you_mean(quantity, quantities)
+            row.note("quantity", "quantity", quantity, f"one of {', '.join(quantities)}", nearest)
+        elif np.isnan(value) and "value" not in row.bad and quantities[quantity].published is None:
+            row.note("value", "value", None, f"a number; or {SETTINGS} says in which table it is")
+    error_of_value = row.number.get("error", np.nan)
+    unit, where = row.text.get("unit", ""), row.text.get("where", "")
+    return Published(quantity, key, value, error_of_value, unit, where)
+
+
+def parse_key(text: str) -> dict[str, str]:
+    """Read a key, ``column=value; column=value``."""
+    words = [pair.partition("=") for pair in text.split(";") if pair.strip()]
+    key = {name.strip(): value.strip() for name, sign, value in words if sign}
+    if len(key) != len(words) or not all(key) or not all(key.values()):
+        raise ValueError("column=value, or several with ; between them")
+    return key
+
+
+def format_key(key: Mapping[str, str]) -> str:
+    """Write a key as `parse_key` reads it."""
+    return "; ".join(f"{name}={value}" for name, value in key.items())
+
+
+def list_examples() -> list[str]:
+    """Names of the examples that come with the program."""
+    folders = shipped("examples").iterdir()
+    return sorted(folder.name for folder in folders if (folder / SETTINGS).is_file())
+
+
+def find_example(name: str) -> Example:
+    """Read an example of the program by its name, or of anybody by its folder."""
+    if Path(name).name != name or (Path(name) / SETTINGS).is_file():
+        return read_example(Path(name))
+    choose("example", name, tuple(list_examples()), "or a folder that holds one, as ./mine")
+    return read_example(shipped(f"examples/{name}"))

@@ -1,0 +1,157 @@
+"""Brings the files of an example: checked against their digests, all of them or none."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from rftfit.errors import InputError
+from rftfit.store import copy_file, write_text
+from rftfit.store.digests import sha256_of
+from rftfit.store.environment import shipped
+from rftfit.store.links import refuse_links, refuse_target_by_link
+from rftfit.suite.declared import Example, ExampleFile
+
+RAW = "raw"
+_MOST_NAMED = 5
+
+
+def lay_out(
+    example: Example, folder: Path, origin: str | None, say: Callable[[str], None]
+) -> list[ExampleFile]:
+    """Write data, campaign and copies of an example into a folder; what is there and right stays.
+
+    Nothing is written before every file is at hand and as published.
+
+    Parameters
+    ----------
+    example : Example
+    folder : Path
+    origin : str or None
+        A folder that holds the data, in it or below, or a mirror's address; None: the addresses of the example.
+    say : callable
+        Told one line for each download.
+
+    Returns
+    -------
+    list of ExampleFile
+        Files that were brought.
+
+    Raises
+    ------
+    InputError
+        If a file is absent, differs or cannot be downloaded.
+    OutputError
+        If the folder cannot be written.
+    """
+    settings = example.settings
+    if folder.resolve() == example.folder.resolve():
+        raise InputError(f"{folder}: this is the example itself; name another folder to run it in")
+    names = [f"{RAW}/{file.name}" for file in settings.files]
+    refuse_target_by_link(folder)
+    refuse_links(folder, [*names, *settings.campaign, *settings.copied])
+    lacking = [file for file in settings.files if not _is_right(folder / RAW / file.name, file)]
+    wrong = [
+        str(folder / RAW / file.name) for file in lacking if (folder / RAW / file.name).exists()
+    ]
+    if wrong:
+        raise InputError(
+            f"{_join(wrong)}: not as published (another sha256); move what is there away, and run again"
+        )
+    with TemporaryDirectory(prefix="rftfit-example-") as downloads:
+        sources = _find_sources(example, lacking, origin, Path(downloads), say)
+        for file in lacking:
+            copy_file(sources[file.name], folder / RAW / file.name)
+    texts = {
+        name: shipped(source).read_text(encoding="utf-8")
+        for name, source in settings.copied.items()
+    }
+    for name, text in {**texts, **settings.campaign}.items():
+        if not (folder / name).exists():
+            write_text(folder / name, text)
+    return lacking
+
+
+def _is_right(path: Path, file: ExampleFile) -> bool:
+    return path.is_file() and path.stat().st_size == file.size and sha256_of(path) == file.sha256
+
+
+def _join(names: Sequence[str]) -> str:
+    more = f" and {len(names) - _MOST_NAMED} more" if len(names) > _MOST_NAMED else ""
+    return ", ".join(names[:_MOST_NAMED]) + more
+
+
+def _find_sources(
+    example: Example,
+    lacking: Sequence[ExampleFile],
+    origin: str | None,
+    downloads: Path,
+    say: Callable[[str], None],
+) -> dict[str, Path]:
+    """Find or download each file; what is shipped with the example needs no origin."""
+    sources = {
+        file.name: example.folder / file.name
+        for file in lacking
+        if file.may_be_shipped and _is_right(example.folder / file.name, file)
+    }
+    elsewhere = [file for file in lacking if file.name not in sources]
+    if origin is not None and "://" not in origin:
+        return sources | _find_in_folder(Path(origin), elsewhere)
+    for place, file in enumerate(elsewhere, start=1):
+        address = file.address if origin is None else f"{origin.rstrip('/')}/{file.name}"
+        say(f"  {place} of {len(elsewhere)}: {file.name}")
+        sources[file.name] = _download(address, file, downloads)
+    return sources
+
+
+def _find_in_folder(folder: Path, files: Sequence[ExampleFile]) -> dict[str, Path]:
+    """Find files by name and digest in a folder or below it; all that are absent or differ at once."""
+    if not folder.is_dir():
+        raise InputError(
+            f"--from: {folder} is no folder; allowed: a folder with the data, or an address"
+        )
+    found: dict[str, Path] = {}
+    problems = []
+    for file in files:
+        paths = [folder / file.name, *sorted(folder.rglob(Path(file.name).name))]
+        there = [path for path in paths if path.is_file()]
+        right = [path for path in there if _is_right(path, file)]
+        if right:
+            found[file.name] = right[0]
+        elif there:
+            size = there[0].stat().st_size
+            problems.append(
+                f"{there[0]}: not as published: "
+                + (f"{size} bytes of {file.size}" if size != file.size else "another sha256")
+            )
+        else:
+            problems.append(f"no {file.name} in {folder} or below")
+    if problems:
+        raise InputError(
+            f"--from: {'; '.join(problems[:_MOST_NAMED])}"
+            + (f"; and {len(problems) - _MOST_NAMED} more" if len(problems) > _MOST_NAMED else "")
+            + ". Nothing was written."
+        )
+    return found
+
+
+def _download(address: str, file: ExampleFile, downloads: Path) -> Path:
+    try:
+        import pooch
+    except ImportError:
+        raise InputError(
+            "data are downloaded with the package pooch; install it: pip install pooch; or give a folder that has "
+            "them: --from DIR"
+        ) from None
+    pooch.get_logger().setLevel("ERROR")
+    try:
+        name = file.sha256
+        return Path(pooch.retrieve(address, f"sha256:{file.sha256}", fname=name, path=downloads))
+    except Exception as error:
+        # the libraries below raise errors of many kinds: of the network, of the protocol, of the digest
+        why = str(error).splitlines()[0][:200] if str(error) else type(error).__name__
+        raise InputError(
+            f"{address}: cannot be downloaded as published ({why}). Nothing was written. Without a connection, give a "
+            "folder that has the data: --from DIR"
+        ) from error

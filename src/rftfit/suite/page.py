@@ -1,0 +1,292 @@
+"""The page of verdicts: what was measured, what was published, what did not fit."""
+
+from __future__ import annotations
+
+import base64
+import math
+import re
+from collections.abc import Iterator, Sequence
+from html import escape
+from importlib.resources import files
+from pathlib import Path
+from typing import NamedTuple
+
+import pandas as pd
+
+from rftfit.figures.style import content
+from rftfit.figures.verdicts import draw_verdicts
+from rftfit.store import write_text
+from rftfit.suite.cells import parse_cell
+from rftfit.suite.declared import DOMAINS, Example, parse_key
+from rftfit.suite.verdicts import INSIDE, NOT_COMPARABLE, OUTSIDE, count_verdicts
+
+PAGE = "verdicts.html"
+"""Page in the folder of an example."""
+
+TITLE = "Published answers beside ours"
+_SAME_SOURCE = "same-source"
+_NOT_SHOWN = "in the file"
+"""Stands for a number of a file that may not be shipped."""
+
+_COMPARED = "Every row that was compared"
+
+
+class Block(NamedTuple):
+    """A part of the page: a heading or a paragraph, or a table, or the figure (without text and table).
+
+    `level`: of a heading, 0 otherwise; `header`, `rows`: of a table.
+    """
+
+    text: str = ""
+    level: int = 0
+    header: Sequence[str] = ()
+    rows: Sequence[Sequence[str]] = ()
+
+
+def describe(
+    examples: Sequence[Example], verdicts: pd.DataFrame, is_public: bool
+) -> Iterator[Block]:
+    """Yield the blocks of the page, the shortest answer first.
+
+    `is_public`: Whether numbers of files that may not be shipped are left out.
+    """
+    counts = count_verdicts(verdicts)
+    compared = counts[INSIDE] + counts[OUTSIDE]
+    yield Block(TITLE, 1)
+    sentences = [
+        "Data that others measured went through this program, and its answer is compared with theirs.",
+        f"**Of {compared} published numbers, {counts[INSIDE]} lie inside the errors and {counts[OUTSIDE]} outside.**",
+    ]
+    if counts[NOT_COMPARABLE]:
+        sentences.append(f"{counts[NOT_COMPARABLE]} more are not compared; the reasons are below.")
+    if (verdicts["reason_code"] == _SAME_SOURCE).any():
+        sentences.append('"Same source": simulated logs were made from these numbers.')
+    yield Block(" ".join([*sentences, "Nothing that does not fit was left out."]))
+    head = ("domain", "example", "compared", "inside", "outside", "not comparable")
+    yield Block("", 0, head, _summary(verdicts))
+    data = (
+        f"{example.name}: {example.settings.title[0].lower()}{example.settings.title[1:]}"
+        for example in examples
+    )
+    yield Block(f"{'; '.join(data)}.")
+    yield Block()
+    is_judged = any(
+        quantity.judged for example in examples for quantity in example.settings.quantities.values()
+    )
+    without_unit = " Statements without a common unit, as counts of media, are in the tables alone."
+    yield Block(
+        "*Each point: a published number (across) and ours (up); bars: the interval of ours, and the error of the published "
+        f"number where one is stated. Good: bars that cross the dashed line.{without_unit if is_judged else ''}*"
+    )
+    tolerance = " Statements of a paper have the tolerance that its printed digits allow."
+    yield Block(
+        "**Inside** means that the published number lies in our 95 % interval, or that both differ by less than both errors "
+        f"together; some 5 % of the rows should lie outside by chance.{tolerance if is_judged else ''}"
+    )
+    yield Block("What does not fit", 2)
+    outside = verdicts[verdicts["verdict"] == OUTSIDE]
+    if outside.empty:
+        yield Block("Every number that was compared lies inside.")
+    else:
+        remarks = _remarks(examples)
+        reasons = [
+            (str(example), str(code), str(len(group)), remarks.get(str(code), "row by row, below"))
+            for (example, code), group in outside.groupby(["example", "reason_code"], sort=False)
+        ]
+        yield Block("", 0, ("example", "reason", "rows", "in words"), reasons)
+        cells_of_rows = format_rows(outside, examples, is_public)
+        shown = [
+            (*cells[:4], code if code in remarks else cells[5])
+            for cells, code in zip(cells_of_rows, outside["reason_code"], strict=True)
+        ]
+        yield Block("", 0, (*HEADER[:4], "reason"), shown)
+    yield Block("What is not compared", 2)
+    lacking = verdicts[verdicts["verdict"] == NOT_COMPARABLE]
+    rows = [
+        (str(example), str(code), str(len(group)), str(group["reason"].iloc[0]))
+        for (example, code), group in lacking.groupby(["example", "reason_code"], sort=False)
+    ]
+    if rows:
+        yield Block("", 0, ("example", "reason", "rows", "in words"), rows)
+    else:
+        yield Block("Every published number was compared.")
+    yield Block("Where the data come from", 2)
+    for example in examples:
+        yield from _describe_example(example)
+    yield Block(_COMPARED, 2)
+    for example in examples:
+        of_example = verdicts[verdicts["example"] == example.name]
+        of_example = of_example[of_example["verdict"] != NOT_COMPARABLE]
+        if not of_example.empty:
+            yield Block(example.name, 3)
+            shown = format_rows(of_example, examples, is_public)
+            yield Block("", 0, (*HEADER, "reason"), shown)
+
+
+def _remarks(examples: Sequence[Example]) -> dict[str, str]:
+    """Sentences on rows that are compared, by their code."""
+    return {
+        remark.code: remark.sentence
+        for example in examples
+        for remark in example.settings.remarks
+        if remark.comparable
+    }
+
+
+HEADER = ("what", "published", "ours (95 % interval)", "unit", "verdict")
+
+
+def format_rows(
+    verdicts: pd.DataFrame, examples: Sequence[Example], is_public: bool
+) -> list[tuple[str, ...]]:
+    """Write verdicts as cells below `HEADER`, and the reason."""
+    columns = [str(name) for name in verdicts]
+    return [
+        _cells(dict(zip(columns, row, strict=True)), examples, is_public)
+        for row in verdicts.itertuples(index=False)
+    ]
+
+
+def _summary(verdicts: pd.DataFrame) -> list[tuple[str, ...]]:
+    """One row a domain and example, plates and penetrations first."""
+    rows = []
+    for domain in DOMAINS:
+        of_domain = verdicts[verdicts["domain"] == domain]
+        for example, group in of_domain.groupby("example", sort=False):
+            counts = count_verdicts(group)
+            numbers = (counts[INSIDE] + counts[OUTSIDE], *counts.values())
+            rows.append((domain, str(example), *map(str, numbers)))
+    return rows
+
+
+def _describe_example(example: Example) -> Iterator[Block]:
+    settings = example.settings
+    yield Block(f"{example.name}: {settings.title}", 3)
+    licences = sorted({file.licence for file in settings.files})
+    parts = [
+        settings.citation,
+        f"Licence: {', '.join(licences)}." if licences else "",
+        settings.note,
+    ]
+    yield Block(" ".join(part for part in parts if part))
+    yield Block(example.readme)
+    yield Block(f"`rftfit example {example.name}`")
+
+
+def _cells(row: dict[str, object], examples: Sequence[Example], is_public: bool) -> tuple[str, ...]:
+    published = _number(row["published"], row["published_lo"], row["published_hi"])
+    if is_public and _is_private(row, examples):
+        published = _NOT_SHOWN
+    ours = _number(row["ours"], row["lo"], row["hi"])
+    reason = str(row["reason"])
+    if published == _NOT_SHOWN:
+        ours = _NOT_SHOWN
+        reason = re.sub(r"lies [\d.e+-]+ .*? (above|below) ours; [^;]*", r"lies \1 ours", reason)
+    return (_label(row), published, ours, _text(row["unit"]), str(row["verdict"]), reason)
+
+
+def _is_private(row: dict[str, object], examples: Sequence[Example]) -> bool:
+    """Whether a published number stands in a file that may not be shipped."""
+    example = next((example for example in examples if example.name == row["example"]), None)
+    name = _text(row["from_file"]).removeprefix("raw/")
+    return example is not None and any(
+        file.name == name and not file.may_be_shipped for file in example.settings.files
+    )
+
+
+def _label(row: dict[str, object]) -> str:
+    """Say what a row is: its quantity, and the words of its key."""
+    key = parse_key(str(row["key"]))
+    item = key.pop("item", "")
+    if item:
+        return item
+    words = ", ".join(
+        word if name in _NAMES_ALONE else f"{name} {word}" for name, word in key.items()
+    )
+    return f"{row['title']}: {words}"
+
+
+_NAMES_ALONE = ("medium", "run_id", "rig")
+"""Words of a key that say what they are."""
+
+
+def _text(cell: object) -> str:
+    return "" if isinstance(cell, float) and math.isnan(cell) else str(cell)
+
+
+def _number(value: object, lo: object, hi: object) -> str:
+    """Write a number with its interval; a word as it is."""
+    numbers = [parse_cell(str(cell)) for cell in (value, lo, hi)]
+    if isinstance(numbers[0], str):
+        return numbers[0]
+    value_cell, *ends = (number if isinstance(number, float) else math.nan for number in numbers)
+    if math.isnan(value_cell):
+        return ""
+    if ends[1] > ends[0]:
+        return f"{_short(value_cell)} ({_short(ends[0])} to {_short(ends[1])})"
+    return _short(value_cell)
+
+
+def _short(number: float) -> str:
+    """Write three digits, or all before the point, without an exponent."""
+    if abs(number) >= 1000:
+        return f"{number:.0f}"
+    return f"{number + 0.0:.3g}" if abs(number) >= 1e-4 or not number else f"{number:.5f}"
+
+
+def as_markdown(blocks: Iterator[Block], picture: str) -> str:
+    """Write the page as Markdown, with the path of the figure."""
+    parts = []
+    for block in blocks:
+        if block.header:
+            lines = [block.header, ["---"] * len(block.header), *block.rows]
+            parts.append("\n".join(f"| {' | '.join(map(_plain_cell, cells))} |" for cells in lines))
+        elif block.level:
+            parts.append(f"{'#' * block.level} {block.text}")
+        elif block.text:
+            parts.append(block.text)
+        else:
+            parts.append(f"![published numbers against ours, by quantity]({picture})")
+    return "\n\n".join(parts) + "\n"
+
+
+def _plain_cell(cell: str) -> str:
+    return re.sub(r"([|*_<>\[\]`$])", r"\\\1", " ".join(cell.split()))
+
+
+def write_page(path: Path, examples: Sequence[Example], verdicts: pd.DataFrame) -> None:
+    """Write the page as one html file that fetches nothing."""
+    style = files("rftfit.page").joinpath("page.css").read_text(encoding="utf-8")
+    picture = base64.b64encode(content(draw_verdicts(verdicts), "png")).decode()
+    parts = []
+    for block in describe(examples, verdicts, is_public=False):
+        if block.header:
+            head = "".join(f"<th>{escape(cell)}</th>" for cell in block.header)
+            rows = ("".join(f"<td>{escape(cell)}</td>" for cell in cells) for cells in block.rows)
+            body = "".join(f"<tr>{row}</tr>" for row in rows)
+            parts.append(
+                f'<div class="scroll"><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>'
+            )
+        elif block.level:
+            parts.append(f"<h{block.level}>{escape(block.text)}</h{block.level}>")
+        elif block.text:
+            parts += [f"<p>{_inline(text)}</p>" for text in block.text.split("\n\n")]
+        else:
+            parts.append(
+                '<p><img style="background:#fff;max-width:100%" alt="published numbers against ours, by quantity" '
+                f'src="data:image/png;base64,{picture}"></p>'
+            )
+    text = (
+        f'<!doctype html><html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width">'
+        f"<title>{TITLE}</title><style>{style}</style></head><body><main>{''.join(parts)}</main></body></html>\n"
+    )
+    write_text(path, text)
+
+
+def _inline(text: str) -> str:
+    """Turn bold, slanted words and code of Markdown into html."""
+    html = escape(" ".join(text.split()), quote=False)
+    html = re.sub(r"`([^`]+)`", r"<code>\1</code>", html)
+    html = re.sub(r"\*\*(.+?)\*\*", r"<strong>\1</strong>", html)
+    html = re.sub(r"(?<!\w)\*(.+?)\*(?!\w)", r"<em>\1</em>", html)
+    return re.sub(r"\[([^\]]+)\]\((https?:[^)\s]+)\)", r'<a href="\2">\1</a>', html)

@@ -1,0 +1,91 @@
+"""Runs an example: its files, its commands, its verdicts."""
+
+from __future__ import annotations
+
+import shlex
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pandas as pd
+
+from rftfit.errors import WorkflowError
+from rftfit.store import csv_bytes, write_bytes
+from rftfit.store.environment import child_environment
+from rftfit.suite.cells import fill_words, look_up
+from rftfit.suite.declared import Example, parse_key
+from rftfit.suite.files import lay_out
+from rftfit.suite.page import PAGE, write_page
+from rftfit.suite.verdicts import FILE, judge_example
+
+Say = Callable[[str], None]
+
+
+def run_example(
+    example: Example,
+    folder: Path,
+    origin: str | None = None,
+    say: Say = print,
+    is_quiet: bool = False,
+) -> pd.DataFrame:
+    """Bring the data of an example, run its commands, and judge each published number.
+
+    Parameters
+    ----------
+    example : Example
+    folder : Path
+        Where to; it becomes an ordinary campaign, or holds the tables that commands write.
+    origin : str, optional
+        Folder or mirror that has the data; default: the addresses of the example.
+    say : callable, optional
+        Told each step, one line.
+    is_quiet : bool, optional
+        Whether what the commands print is not shown; their errors are.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Verdicts, as written to ``verdicts.csv``.
+
+    Raises
+    ------
+    InputError
+        If data are absent or not as published.
+    WorkflowError
+        If a command fails.
+    """
+    brought = lay_out(example, folder, origin, say)
+    if example.settings.files:
+        size = sum(file.size for file in brought) / 1e6
+        count = f"{len(brought)} of {len(example.settings.files)} files brought ({size:.1f} MB)"
+        say(f"{count}; all are as published, by their sha256.")
+    for command in example.commands:
+        _run_command(example, folder, command, say, is_quiet)
+    verdicts = judge_example(example, folder)
+    write_bytes(folder / FILE, csv_bytes(verdicts))
+    write_page(folder / PAGE, [example], verdicts)
+    return verdicts
+
+
+def _run_command(example: Example, folder: Path, command: str, say: Say, is_quiet: bool) -> None:
+    """Run a command of rftfit in the folder, in a process of its own, as a user would."""
+    numbers = {
+        name: f"{look_up(folder, given, parse_key(given.key)):.6g}"
+        for name, given in example.settings.given.items()
+        if f"{{{name}}}" in command
+    }
+    words = shlex.split(fill_words(command, numbers))
+    say(f"rftfit {' '.join(words)}")
+    process = subprocess.run(  # noqa: S603
+        [sys.executable, "-m", "rftfit", *words],
+        cwd=folder,
+        env=child_environment(),
+        stdout=subprocess.DEVNULL if is_quiet else None,
+        check=False,
+    )
+    if process.returncode:
+        raise WorkflowError(
+            f"{example.name}: rftfit {words[0]} ended with exit code {process.returncode}; its message stands above. "
+            f"No verdict was written to {folder / FILE}"
+        )

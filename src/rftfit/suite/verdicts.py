@@ -1,0 +1,217 @@
+"""Verdicts of an example: each published number beside the program's."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from fnmatch import fnmatchcase
+from pathlib import Path
+from typing import NamedTuple
+
+import pandas as pd
+
+from rftfit.suite.cells import FoundNumber, NoRow, Tables, fill_words, is_same
+from rftfit.suite.declared import (
+    DOMAINS,
+    EVERY,
+    Example,
+    Published,
+    Quantity,
+    RemarkOnRows,
+    format_key,
+)
+from rftfit.suite.windows import over_windows
+
+INSIDE, OUTSIDE, NOT_COMPARABLE = "inside", "outside", "not comparable"
+VERDICTS = (INSIDE, OUTSIDE, NOT_COMPARABLE)
+
+FILE = "verdicts.csv"
+"""Verdicts in the folder of an example."""
+
+
+class Verdict(NamedTuple):
+    """A published number beside the program's: a row of `verdicts.csv`.
+
+    `published_lo`, `published_hi`: its own error, or NaN; `lo`, `hi`: our 95 % interval; `windows`, `windows_inside`: windows
+    of depth that were tried, and those whose own interval holds the published number; `from_file`: the table with the
+    published number, empty where answer.csv states it; `reason_code`, `reason`: why it has its verdict.
+    """
+
+    example: str
+    domain: str
+    quantity: str
+    title: str
+    key: str
+    published: float | str = math.nan
+    published_lo: float = math.nan
+    published_hi: float = math.nan
+    unit: str = ""
+    ours: float | str = math.nan
+    lo: float = math.nan
+    hi: float = math.nan
+    windows: float = math.nan
+    windows_inside: float = math.nan
+    verdict: str = NOT_COMPARABLE
+    reason_code: str = ""
+    reason: str = ""
+    where: str = ""
+    from_file: str = ""
+
+
+def judge_example(example: Example, folder: Path) -> pd.DataFrame:
+    """Compare the answer of an example with what was calculated in a folder.
+
+    Returns
+    -------
+    pandas.DataFrame
+        One row a published number, with the columns of `Verdict`.
+    """
+    tables = Tables(folder)
+    rows = [
+        _judge(example, published, folder, tables)
+        for stated in example.answer
+        for published in _written_out(example, stated, tables)
+    ]
+    return pd.DataFrame(rows, columns=list(Verdict._fields))
+
+
+def _written_out(example: Example, stated: Published, tables: Tables) -> Iterator[Published]:
+    """Yield a row of the answer, or one for each row of the table that its key means by a *."""
+    names = [name for name, word in stated.key.items() if word == EVERY]
+    if not names:
+        yield stated
+        return
+    ours = example.settings.quantities[stated.quantity].ours
+    try:
+        rows = tables.rows(ours, stated.key)
+    except NoRow:
+        rows = pd.DataFrame()
+    if rows.empty:
+        yield stated
+    for _, row in rows.iterrows():
+        yield stated._replace(key=stated.key | {name: str(row[name]) for name in names})
+
+
+def _judge(example: Example, stated: Published, folder: Path, tables: Tables) -> Verdict:
+    """Compare one published number with the program's."""
+    quantity = example.settings.quantities[stated.quantity]
+    row = Verdict(
+        example=example.name,
+        domain=quantity.domain,
+        quantity=stated.quantity,
+        title=quantity.title,
+        key=format_key(stated.key),
+        unit=stated.unit,
+        where=stated.where,
+    )
+    row = _with_published(row, stated.value, stated.error)
+    error = stated.error
+    try:
+        ours = tables.number(quantity.ours, stated.key)
+        if math.isnan(stated.value) and quantity.published is not None:
+            published = tables.number(quantity.published, stated.key)
+            error = published.error if math.isnan(error) else error
+            name = fill_words(quantity.published.table, stated.key)
+            row = _with_published(row, published.value, error)._replace(from_file=name)
+    except NoRow as problem:
+        remark = _find_remark(example, stated, {})
+        if remark is not None and not remark.comparable:
+            return row._replace(reason_code=remark.code, reason=remark.sentence)
+        return row._replace(reason_code="no-row", reason=str(problem))
+    row = row._replace(ours=ours.value, lo=ours.lo, hi=ours.hi)
+    remark = _find_remark(example, stated, ours.cells)
+    if remark is not None and not remark.comparable:
+        return row._replace(reason_code=remark.code, reason=remark.sentence)
+    if quantity.windows is not None:
+        over = over_windows(folder, quantity.windows, stated.key, quantity.ours)
+        row = row._replace(
+            ours=over.value,
+            lo=over.lo,
+            hi=over.hi,
+            windows=float(len(over.ends)),
+            windows_inside=float(over.count_inside(row.published)),
+        )
+    judged = _by_rule(row, quantity, ours, error)
+    if remark is None or judged.verdict != OUTSIDE:
+        return judged
+    return judged._replace(reason_code=remark.code, reason=f"{judged.reason}; {remark.sentence}")
+
+
+def _find_remark(
+    example: Example, stated: Published, cells: Mapping[str, str]
+) -> RemarkOnRows | None:
+    """Find the first remark on a row, by its key or by the cells of the program's table."""
+    words = {**cells, **stated.key}
+    for remark in example.settings.remarks:
+        is_meant = not remark.quantities or stated.quantity in remark.quantities
+        if is_meant and all(
+            name in words and (is_same(words[name], pattern) or fnmatchcase(words[name], pattern))
+            for name, pattern in remark.match.items()
+        ):
+            return remark
+    return None
+
+
+def _with_published(row: Verdict, value: float | str, error: float) -> Verdict:
+    if isinstance(value, str):
+        return row._replace(published=value)
+    return row._replace(published=value, published_lo=value - error, published_hi=value + error)
+
+
+def _by_rule(row: Verdict, quantity: Quantity, ours: FoundNumber, error: float) -> Verdict:
+    """Judge by the table's own verdict, or by the intervals."""
+    if quantity.judged is not None:
+        return _as_judged(row, quantity, ours)
+    if isinstance(row.published, str) or isinstance(row.ours, str):
+        return row._replace(reason_code="no-number", reason="it is no number")
+    if math.isnan(row.ours):
+        reason = ours.cells.get("reason") or "the program has no number here"
+        return row._replace(reason_code="no-number", reason=reason)
+    if math.isnan(row.published):
+        return row._replace(reason_code="no-published", reason="no number is published here")
+    off = row.published - row.ours
+    half = row.hi - row.ours if off > 0 else row.ours - row.lo
+    if math.isnan(half) and math.isnan(error):
+        return row._replace(reason_code="no-interval", reason="neither number has an error")
+    tried = ""
+    if not math.isnan(row.windows):
+        tried = (
+            f"; in {row.windows_inside:.0f} of {row.windows:.0f} windows it lies in that window's own interval; in the window "
+            f"of the config ours is {ours.value:.3g} ({ours.lo:.3g} to {ours.hi:.3g})"
+        )
+    if abs(off) <= half:
+        reason = f"the published number lies in our 95 % interval{tried}"
+        return row._replace(verdict=INSIDE, reason_code="in-interval", reason=reason)
+    allowed = math.hypot(*(0 if math.isnan(size) else size for size in (half, error)))
+    if abs(off) <= allowed:
+        reason = f"the numbers differ by less than both errors together{tried}"
+        return row._replace(verdict=INSIDE, reason_code="within-errors", reason=reason)
+    side = "above" if off > 0 else "below"
+    reason = f"the published number lies {abs(off):.3g} {row.unit} {side} ours; {allowed:.3g} is within the errors{tried}"
+    return row._replace(
+        verdict=OUTSIDE, reason_code="not-explained", reason=" ".join(reason.split())
+    )
+
+
+def _as_judged(row: Verdict, quantity: Quantity, ours: FoundNumber) -> Verdict:
+    judged = quantity.judged
+    assert judged is not None
+    word, reason = ours.cells.get(judged.column, ""), ours.cells.get(judged.reason, "")
+    code = word.replace(" ", "-") or "no-verdict"
+    verdict = NOT_COMPARABLE
+    if word in judged.inside:
+        verdict = INSIDE
+    elif word in judged.outside:
+        verdict = OUTSIDE
+    return row._replace(verdict=verdict, reason_code=code, reason=reason)
+
+
+def in_order(verdicts: pd.DataFrame) -> pd.DataFrame:
+    """Sort verdicts by domain, plates and penetrations first; rows of one domain keep their order."""
+    ranks = {domain: rank for rank, domain in enumerate(DOMAINS)}
+    return verdicts.sort_values("domain", key=lambda names: names.map(ranks), kind="stable")
+
+
+def count_verdicts(verdicts: pd.DataFrame) -> dict[str, int]:
+    """Number of rows of each verdict."""
+    return {word: int((verdicts["verdict"] == word).sum()) for word in VERDICTS}

@@ -1,0 +1,129 @@
+"""A slope over every window of depth: which window is right was not known before the answer."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from rftfit.campaign.load import Campaign, load_campaign
+from rftfit.conventions import FloatArray
+from rftfit.results import Results
+from rftfit.suite.cells import TWO_SIDED, read_number
+from rftfit.suite.declared import CONFIG, Cells, Windows
+from rftfit.workflow.measure import MEASURED, checks, slopes
+
+_STEPS = 60
+"""Bisections of a quantile: far more than a table has digits."""
+
+
+@dataclass(frozen=True)
+class OverWindows:
+    """Numbers of all windows: their ends, values and 95 % intervals, each (windows,); what has no number is left out."""
+
+    ends: FloatArray
+    values: FloatArray
+    intervals: FloatArray
+
+    @property
+    def value(self) -> float:
+        """Median."""
+        return self._quantile(0.5)
+
+    @property
+    def lo(self) -> float:
+        """Lower end of the 95 % interval of a number drawn from a window drawn at random."""
+        return self._quantile(0.025)
+
+    @property
+    def hi(self) -> float:
+        """Upper end."""
+        return self._quantile(0.975)
+
+    def count_inside(self, number: float | str) -> int:
+        """Count windows whose own interval holds a number."""
+        if isinstance(number, str):
+            return 0
+        low, high = self.intervals.T
+        return int(((low <= number) & (number <= high)).sum())
+
+    def _quantile(self, share: float) -> float:
+        """Quantile of the mixture of the windows' normal distributions, all of the same weight."""
+        from scipy.special import ndtr
+
+        if not len(self.values):
+            return math.nan
+        sd = np.maximum(np.ptp(self.intervals, axis=1) / 2 / TWO_SIDED, 1e-12)
+        low = float((self.values - 9 * sd).min())
+        high = float((self.values + 9 * sd).max())
+        for _ in range(_STEPS):
+            middle = (low + high) / 2
+            if ndtr((middle - self.values) / sd).mean() < share:
+                low = middle
+            else:
+                high = middle
+        return (low + high) / 2
+
+
+def over_windows(
+    folder: Path, windows: Windows, key: Mapping[str, str], cells: Cells
+) -> OverWindows:
+    """Fit the slopes of a medium in every window of depth and look up its alpha.
+
+    Parameters
+    ----------
+    folder : Path
+        The campaign, with its results.
+    windows : Windows
+    key : mapping of str to str
+        ``medium``, and the row of its table of alpha.
+    cells : Cells
+        Columns of the number.
+
+    Returns
+    -------
+    OverWindows
+    """
+    campaign = load_campaign(folder / CONFIG)
+    made, medium = Results(campaign), key["medium"]
+    ends, values, intervals = [], [], []
+    for window in windows.ends:
+        row = _alpha_in_window(campaign, made, medium, window, key)
+        if not row:
+            continue
+        number = read_number(cells, row)
+        if isinstance(number.value, float) and math.isfinite(number.value + number.lo + number.hi):
+            ends.append(window)
+            values.append(number.value)
+            intervals.append((number.lo, number.hi))
+    return OverWindows(np.reshape(ends, (-1, 2)), np.array(values), np.reshape(intervals, (-1, 2)))
+
+
+def _alpha_in_window(
+    campaign: Campaign,
+    made: Results,
+    medium: str,
+    window: tuple[float, float],
+    key: Mapping[str, str],
+) -> dict[str, str]:
+    """Row of the table of alpha with the slopes of one window; the logs are not read again."""
+    fit = campaign.config.fit.model_copy(
+        update={"submergence_cm": window[0], "max_depth_cm": window[1]}
+    )
+    config = campaign.config.model_copy(update={"fit": fit})
+    results = Results(replace(campaign, config=config))
+    for _, names in MEASURED[:-1]:
+        for name in names:
+            results.hold(name.format(medium), made.table(name.format(medium)))
+    for name, table in zip(MEASURED[-1][1], slopes(results, medium), strict=True):
+        results.hold(name.format(medium), table)
+    alpha = checks(results, medium)[1]
+    angles = float(key.get("beta_deg", 0)), float(key.get("gamma_deg", 90))
+    rows = alpha[(alpha["beta_deg"] == angles[0]) & (alpha["gamma_deg"] == angles[1])]
+    if rows.empty:
+        return {}
+    return {str(name): "" if pd.isna(cell) else str(cell) for name, cell in rows.iloc[0].items()}
