@@ -34,7 +34,7 @@ _OVER_PT = 0.8
 _APART_LAB = 8.0
 """Least distance of two colours of a legend, CIELAB."""
 
-_UNITS = r"N|cm|mm|s|Hz|deg|degrees|%|dimensionless|rows"
+_UNITS = r"number|N|cm|mm|s|Hz|deg|degrees|%|dimensionless|rows"
 _WITH_UNIT = re.compile(rf"\((10\$\^[^$]*\$ )?({_UNITS})\b|\(%|\d %")
 """A unit in brackets; of a residual per cent."""
 
@@ -338,7 +338,7 @@ def _looks_of(artist, drawn=True):
     if isinstance(artist, Line2D):
         yield from _looks_of_line(artist, coloured, drawn)
     elif isinstance(artist, Patch):
-        fill = artist.get_facecolor()
+        fill: Any = artist.get_facecolor()
         is_filled = artist.get_fill() and fill[3] > 0
         hatch = _strokes(artist.get_hatch())
         yield Look(
@@ -353,7 +353,7 @@ def _looks_of(artist, drawn=True):
         for colour in artist.get_edgecolor()[:1]:
             yield Look("line", coloured(colour), "solid")
     elif isinstance(artist, LineCollection):
-        dashes = [_dashes(pattern) for pattern in artist._us_linestyles] or ["solid"]
+        dashes = [_dashes(pattern) for pattern in _dash_patterns(artist)] or ["solid"]
         for colour, dash in itertools.product(
             np.unique(artist.get_edgecolor(), axis=0), set(dashes)
         ):
@@ -370,6 +370,11 @@ def _looks_of(artist, drawn=True):
         if not len(artist.get_facecolor()):
             for colour in np.unique(artist.get_edgecolor(), axis=0):
                 yield Look("area", coloured(colour), "frame")
+
+
+def _dash_patterns(lines: Any):
+    """Dashes of a collection of lines, as they were asked for."""
+    return lines._us_linestyles
 
 
 def _looks_of_line(artist, coloured, drawn):

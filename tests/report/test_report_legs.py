@@ -359,7 +359,7 @@ def test_an_interval_of_a_peak_that_includes_zero_reaches_the_edge():
     edge = figure.axes[0].get_xlim()[0]
     assert edge < start < 1.1 * edge
     (mark,) = [line for line in figure.axes[0].lines if line.get_marker() == "<"]
-    assert_allclose(mark.get_xdata(), [start])
+    assert np.asarray(mark.get_xdata()).tolist() == [start]
     assert_allclose(end * table["peak_measured_N"], table["peak_predicted_hi_N"])
 
 

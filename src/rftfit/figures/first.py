@@ -27,7 +27,14 @@ _WIDTH_CM, _HEIGHT_CM, _LEFT_CM, _TOP_CM, _SIDE_CM = 7.0, 6.7, 1.25, 0.75, 4.35
 _FAR_BELOW = 4
 """An interval is drawn down to this fraction of the smallest peak."""
 
-_LEG_COLOURS = ("blue", "vermillion", "bluish green", "reddish purple", "orange", "sky blue")
+_LEG_LOOKS = tuple(
+    zip(
+        ("blue", "vermillion", "bluish green", "reddish purple", "orange", "sky blue"),
+        "osD^vP",
+        strict=True,
+    )
+)
+"""Colour and marker of each leg; the marker serves grey prints."""
 
 
 def _panel(title: str) -> tuple[Figure, Axes]:
@@ -131,20 +138,22 @@ def plot_first_peaks(results: Results) -> Figure:
     lowest = max(float(all_peaks[all_peaks > 0].min()), smallest / _FAR_BELOW) / 1.4
     ends = np.array([lowest, float(all_peaks.max()) * 1.4])
     share = WITHIN_PERCENT / 100
-    along = np.geomspace(*ends, 200)
+    along = np.geomspace(ends[0], ends[1], 200)
     low_edge, high_edge = (np.clip(factor * along, *ends) for factor in (1 - share, 1 + share))
     axes.fill_between(along, low_edge, high_edge, color=style.WINDOW, linewidth=0)
     axes.plot(ends, ends, color="black", linewidth=0.6)
     entries: dict[str, Any] = {}
-    for leg, colour in zip(leg_panels.leg_order([rows]), _LEG_COLOURS, strict=False):
+    looks = dict(zip(leg_panels.leg_order([rows]), _LEG_LOOKS, strict=False))
+    for leg, (colour, marker) in looks.items():
         shade = style.OKABE_ITO[colour]
-        entries[leg_panels.leg_title(leg)] = style.dots(shade, 4)
+        name = leg_panels.leg_title(leg)
+        entries[name] = style.line(shade, marker=marker, linestyle="", markersize=4)
         for c, fill in (("z", shade), ("x", "white")):
             rows_of_leg = rows[(rows["leg"] == leg) & (rows["component"] == c)]
             measured, peak, low, high = rows_of_leg[names].to_numpy(float).T
             low = np.where(low < lowest, lowest, low)
             axes.vlines(measured, low, high, color=shade, linewidth=0.6, alpha=0.5)
-            axes.plot(measured, peak, "o", color=shade, markersize=4, markerfacecolor=fill)
+            axes.plot(measured, peak, marker, color=shade, markersize=4, markerfacecolor=fill)
     axes.set(xscale="log", yscale="log", xlim=ends, ylim=ends)
     axes.set(xlabel="measured (N)", ylabel="predicted (N)")
     for axis in (axes.xaxis, axes.yaxis):
@@ -152,14 +161,16 @@ def plot_first_peaks(results: Results) -> Figure:
         axis.set_minor_formatter(lambda *_: "")
     for name, c, fill in (("lift (filled)", "z", ""), ("thrust (hollow)", "x", "white")):
         legs_with_peak = set(rows.loc[rows["component"] == c, "leg"])
-        shades = [
-            style.OKABE_ITO[colour]
-            for leg, colour in zip(leg_panels.leg_order([rows]), _LEG_COLOURS, strict=False)
+        shown = [
+            (style.OKABE_ITO[colour], marker)
+            for leg, (colour, marker) in looks.items()
             if leg in legs_with_peak
         ]
-        if shades:
+        if shown:
+            point = {"linestyle": "", "markersize": 4}
             entries[name] = tuple(
-                style.dots(shade, 4, markerfacecolor=fill or shade) for shade in shades
+                style.line(shade, marker=marker, markerfacecolor=fill or shade, **point)
+                for shade, marker in shown
             )
     entries[f"within {WITHIN_PERCENT:g} %"] = style.patch(facecolor=style.WINDOW)
     style.legend(page, entries, fontsize=7)

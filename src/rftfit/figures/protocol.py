@@ -448,14 +448,15 @@ def draw_clocks(rows: Sequence[tuple[Ingested, Alignment]]) -> Figure:
         "session": style.line("black", linestyle=":"),
         "share without a curve": style.line(_BLUE),
         "fitted": style.line(_RED),
-        "95 % interval": style.band(_OF_PUSH, _RED),
     }
+    if trace.surface:
+        entries["95 % interval of the surface"] = style.band(_OF_PUSH, _RED)
     style.legend(page, entries)
     return page
 
 
 _OF_PUSH = 0.3
-"""Opacity of the intervals of the push below."""
+"""Opacity of the interval of the surface."""
 
 
 def _difference_s(trace: Ingested, alignment: Alignment) -> float:
@@ -476,7 +477,7 @@ def _draw_offsets(axes: Axes, differences: FloatArray, half_widths: FloatArray, 
     axes.plot(number[worst], differences[worst], "D", color=_RED, markersize=4)
     axes.set_xlim(0.5, len(differences) + 0.5)
     style.ticks(axes.xaxis, 12, integer=True)
-    axes.set(xlabel="push straight down (number)", ylabel="offset less that of the session (s)")
+    axes.set(xlabel="push straight down (number)", ylabel="offset from session (s)")
 
 
 def _offset(clock: ClockFit) -> str:
@@ -493,8 +494,6 @@ def _draw_lags(axes: Axes, alignment: Alignment, session_s: float) -> None:
     is_near = np.abs(lag) <= limit_s
     percent = 100 * np.maximum(alignment.profile.unexplained, 1e-6)
     axes.semilogy(lag[is_near], percent[is_near], color=_BLUE, linewidth=0.9)
-    half_width_s = 1.96 * (alignment.clock.se_s or 0.0)
-    axes.axvspan(-half_width_s, half_width_s, color=_RED, alpha=_OF_PUSH, linewidth=0)
     offsets, shares = alignment.candidates
     near_offset = np.abs(offsets - alignment.clock.offset_s) <= limit_s
     fitted_s = (offsets - alignment.clock.offset_s)[near_offset]

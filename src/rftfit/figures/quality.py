@@ -496,8 +496,14 @@ def _side_by_side(axes: Axes, table: pd.DataFrame, runs_apart: pd.DataFrame, c: 
         rows = table["beside"] == word
         if rows.any():
             look = _comparison_look(colour, marker, is_filled)
-            points = alpha_of_others[rows], difference[rows]
-            axes.plot(*points, color=colour, markersize=size, alpha=0.7, **look)
+            axes.plot(
+                alpha_of_others[rows],
+                difference[rows],
+                color=colour,
+                markersize=size,
+                alpha=0.7,
+                **look,
+            )
     points = zip(
         alpha_of_others[runs_apart.index],
         difference[runs_apart.index],

@@ -235,7 +235,8 @@ def _frequency_panel(
 
 
 _OPEN_ENDS = ["simulated_from_alpha_lo_cm_per_s", "simulated_from_alpha_hi_cm_per_s"]
-_OPEN_COLOUR, _OPEN = "black", {"linewidth": 1.4}
+_OPEN_COLOUR = "black"
+_OPEN: dict[str, Any] = {"linewidth": 1.4}
 """What the errors of alpha leave open of a simulated speed: a bar beside its point."""
 
 _BESIDE_HZ = 0.09
@@ -344,11 +345,11 @@ def _speed_entries(
         entries["motion drawn over time"] = style.line("black", **_RING | {"markersize": 6})
     if errors[_OPEN_ENDS].notna().all(axis=1).any():
         entries["left open by the errors of alpha"] = style.line(_OPEN_COLOUR, **_OPEN)
-    tipped_curvatures = set(speeds.loc[speeds["outcome"] == "tipped", "curvature_times_R"])
-    marked = [c for k, (c, _) in looks.items() if np.isclose(list(tipped_curvatures), k).any()]
-    if marked:
+    tipped = speeds.loc[speeds["outcome"] == "tipped", "curvature_times_R"].to_numpy(float)
+    tipped_colours = [c for k, (c, _) in looks.items() if np.isclose(tipped, k).any()]
+    if tipped_colours:
         entries["turned upside down"] = tuple(
-            style.line(colour, linestyle="", marker="x", markersize=3) for colour in marked
+            style.line(colour, linestyle="", marker="x", markersize=3) for colour in tipped_colours
         )
     return entries
 

@@ -86,8 +86,8 @@ def tabulate_media(results: Results, outcome: Outcome) -> PageTable:
         return Cell(VERDICT_WORDS[code], (note,), f"verdict {css_class}", link)
 
     def next_bed(row: Row) -> Cell:
-        ends = (row.get(column("z", f"_{end}_next")) for end in ("lo", "hi"))
-        return Cell(format_interval(*ends, ALPHA_DIGITS))
+        low, high = (row.get(column("z", f"_{end}_next")) for end in ("lo", "hi"))
+        return Cell(format_interval(low, high, ALPHA_DIGITS))
 
     columns = [PageColumn("Medium", title), PageColumn("Data", data_verdict)]
     columns += [PageColumn("Model on legs", on_legs)] if results.config.legs else []
