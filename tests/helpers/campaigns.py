@@ -15,10 +15,11 @@ import pandas as pd
 import yaml
 from disturbances import NOTHING
 from few_draws import few_draws
+from figure_faults import figure_faults
 from jobs import run_rules
 from matplotlib.axis import Axis
 from paper import PROJECT, enact, paper_values, write_yaml
-from text_boxes import text_faults, words
+from text_boxes import words
 from true_sentences import untrue
 
 from rftfit.cli.main import main
@@ -124,7 +125,7 @@ class Folder:
 
 def _sketch(folder, real_run, figure, base, about, endings):
     if real_run is None:
-        faults = text_faults(figure)
+        faults = figure_faults(figure)
         assert not faults, f"{base.name}: {'; '.join(faults)}"
         with patch.object(Axis, "get_children", lambda axis: [axis.label, axis.offsetText]):
             # without the numbers of ticks, which are made when they are asked for

@@ -1,10 +1,7 @@
-"""Texts of a figure that lie over one another or stick out of it, by the renderer's own boxes.
+"""Texts of a figure that lie over one another or stick out of it, by the renderer's own boxes."""
 
-python tests/helpers/text_boxes.py CAMPAIGN...      draws every figure of campaigns whose workflow has run
-"""
-
+import contextlib
 import io
-import sys
 from typing import Any
 
 import numpy as np
@@ -12,9 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_svg import RendererSVG
 from matplotlib.text import Text
 
-import rftfit
 from rftfit.figures import style
-from rftfit.figures.registry import figures
 
 _SVG_DPI = 72
 _EDGE_CM = 0.02
@@ -27,19 +22,26 @@ _LEADING = 0.18
 @style.styled()  # how many ticks an axis has depends on the style too
 def text_faults(figure):
     """Say of every text whether it leaves the figure or lies over another one; empty if none does."""
+    with laid_out(figure) as renderer:
+        return _faults(figure, renderer)
+
+
+@contextlib.contextmanager
+def laid_out(figure):
+    """Let legends and labels of a figure find their places on an svg; yields its renderer."""
     usual, figure.dpi = figure.dpi, _SVG_DPI
     try:
-        return _faults(figure)
+        svg: Any = RendererSVG
+        renderer = svg(*figure.bbox.size, io.StringIO(), image_dpi=_SVG_DPI)
+        with renderer._draw_disabled():
+            figure.draw(renderer)
+        yield renderer
     finally:
         figure.dpi = usual
 
 
-def _faults(figure):
-    svg: Any = RendererSVG
-    renderer = svg(*figure.bbox.size, io.StringIO(), image_dpi=_SVG_DPI)
-    with renderer._draw_disabled():
-        figure.draw(renderer)  # legends and labels find their places
-    texts = list(_drawn(figure))
+def _faults(figure, renderer):
+    texts = list(drawn_texts(figure))
     boxes = np.array([text.get_window_extent(renderer).extents for text in texts]).reshape(-1, 4)
     pixels = _EDGE_CM / 2.54 * figure.dpi
     width, height = figure.bbox.size
@@ -58,7 +60,7 @@ def _faults(figure):
     return faults + [f"{names[i]!r} lies over {names[j]!r}" for i, j in pairs]
 
 
-def _drawn(figure):
+def drawn_texts(figure):
     """Every text that is drawn: of ticks only those between the ends of their axis."""
     ticks, shown = set(), []
     for axes in figure.findobj(Axes):
@@ -80,28 +82,6 @@ def _drawn(figure):
     ]:
         if isinstance(text, Text) and text.get_visible() and text.get_text().strip():
             yield text
-
-
-def main(campaigns):
-
-    count = 0
-    for folder in campaigns:
-        results = rftfit.open(folder)
-        for figure in figures():
-            for medium in figure.media(results.campaign):
-                if figure.on_demand:
-                    continue
-                drawn = figure.draw(results, *filter(None, [medium]))
-                for page in drawn if isinstance(drawn, list) else [drawn]:
-                    for fault in text_faults(page):
-                        count += 1
-                        print(f"{folder}: {figure.file(medium)}: {fault}")
-    print(f"{count} faults")
-    return int(count > 0)
-
-
-if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
 
 
 def words(figure):

@@ -4,13 +4,16 @@ Cell: one direction (beta, gamma) of the table.
 """
 
 import math
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
 from paper_grid import PAPER, grid
 
-from rftfit.campaign.config import ErrorSettings, Grid
+from rftfit.campaign.config import ErrorSettings, Fit, Grid
+from rftfit.campaign.load import Campaign
 from rftfit.measure.alpha import (
     alpha_table,
     column,
@@ -384,3 +387,30 @@ def test_a_run_that_stands_apart_widens_its_cell_and_no_other(values):
         np.testing.assert_allclose(
             cell(cells, beta, 90)[names].astype(float), cell(without, beta, 90)[names].astype(float)
         )
+
+
+@pytest.mark.parametrize(
+    ("stated_cm", "planned_cm", "count"),
+    [
+        ({}, (2.0, 4.0, 4.02), 2),
+        ({}, (3.0, 3.0), 2),
+        ({}, (1.0, 2.0, 3.0, 4.0), 4),
+        ({}, (np.nan,), 3),
+        ({}, (), 3),
+        ({"horizontal_depths_cm": (2, 4, 6)}, (2.0, 4.0), 3),
+        ({"horizontal_depths_cm": (2,)}, (2.0, 4.0), 1),
+    ],
+)
+def test_depths_of_level_plates_are_counted_against_the_plan_of_the_rig(
+    stated_cm, planned_cm, count
+):
+    """A config that states none takes those of the run sheet; the sheet of another medium does not count."""
+
+    def level(medium, depth_cm):
+        return SimpleNamespace(
+            medium=medium, kind="plate", direction="horizontal", depth_cm=depth_cm
+        )
+
+    runs = [level("sand", depth) for depth in planned_cm] + [level("gravel", 9.0)]
+    campaign: Any = SimpleNamespace(runs=runs, config=SimpleNamespace(fit=Fit(**stated_cm)))
+    assert Campaign.count_level_depths(campaign, "sand") == count

@@ -61,8 +61,11 @@ def chromium(tmp_path_factory):
 
 @pytest.fixture
 def browser(chromium, address):
-    """The page as it opens."""
+    """The page as it opens, but for what is folded."""
     chromium.open(address)
+    chromium.evaluate(
+        "for (const folded of document.querySelectorAll('details.tool')) folded.open = true"
+    )
     yield chromium
     assert chromium.complaints() == []
     assert chromium.requests() == [address]
@@ -521,6 +524,41 @@ def test_first_paint_and_print(browser):
     assert browser.evaluate(hidden)
     assert browser.evaluate("document.querySelector('.findings').offsetHeight") > 0
     browser.call("Emulation.setEmulatedMedia", media="")
+
+
+def test_a_link_opens_what_is_folded(browser):
+    browser.evaluate(
+        "for (const folded of document.querySelectorAll('details')) folded.open = false"
+    )
+    for target, folded in (("notes-poppy_LP", "#notes"), ("calculator", "#calculator details")):
+        browser.evaluate(
+            f"new Promise((done) => {{ addEventListener('hashchange', () => setTimeout(done, 0), "
+            f"{{once: true}}); location.hash = '{target}'; }})"
+        )
+        assert browser.evaluate(f"document.querySelector('{folded}').open"), target
+    browser.evaluate("history.replaceState(null, '', location.pathname)")
+
+
+def test_the_first_screen_has_alpha_and_zeta_of_every_medium(browser, results):
+    rows = "[...document.querySelectorAll('#summary tbody tr')]"
+    assert browser.evaluate(f"{rows}.length") == len(results.media)
+    heads = browser.evaluate(
+        "[...document.querySelectorAll('#summary thead th')].map((head) => head.textContent.trim())"
+    )
+    assert [head[0] for head in heads if head[0] in "αζχ"] == ["α", "ζ", "χ"]
+    assert browser.evaluate(f"{rows}.every((row) => row.getBoundingClientRect().bottom < 900)")
+
+
+def test_no_picture_is_higher_than_the_screen(chromium, address):
+    chromium.open(address)
+    height = chromium.evaluate(
+        "(async () => { const figure = document.createElement('figure'); figure.className = 'picture';"
+        " const image = new Image(900, 1600); image.src = 'data:image/svg+xml,"
+        '<svg xmlns="http://www.w3.org/2000/svg" width="900" height="1600"/>\';'
+        " figure.append(image); document.querySelector('#maps').append(figure); await image.decode();"
+        " const height = image.getBoundingClientRect().height; figure.remove(); return height; })()"
+    )
+    assert 400 < height < 860
 
 
 @pytest.mark.parametrize("width", [360, 1280])

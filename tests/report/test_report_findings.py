@@ -299,7 +299,10 @@ def test_figures_are_previewed_with_captions_and_links(tmp_path):
     assert [picture.name for picture in previews] == ["first_map", "yuma", "alpha_maps_poppy_LP"]
     assert {(picture.width, picture.height) for picture in previews} == {(900, 375)}
     page = make_page(results)
-    assert page.count("<img ") == 3
+    # a figure that has nothing to show is a sentence
+    assert page.count("<img ") == 2
+    assert [picture.name for picture in previews if picture.lacking] == ["yuma"]
+    assert results.titles["yuma"] in page.partition('id="figure-yuma"')[2].partition("</p>")[0]
     for name in names[:1]:
         assert page.count(f'href="{name}.png"') == 2
     assert not re.search(r'href="[^"]*\.(pdf|svg)"', page)

@@ -7,11 +7,12 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
+from figure_faults import figure_faults
 from matplotlib.figure import Figure
 from matplotlib.text import Annotation
 from memory import memory, of_runs
 from numpy.testing import assert_allclose, assert_array_equal
-from text_boxes import text_faults, words
+from text_boxes import words
 from turning import sweep
 
 from rftfit import reference
@@ -105,7 +106,7 @@ def drawn(name):
 def test_axes_have_units_and_no_text_leaves_the_figure_or_touches_another(name):
     figure = drawn(name)
     content(figure, "svg")
-    assert text_faults(figure) == []
+    assert figure_faults(figure) == []
     labels = {label for axes in figure.axes for label in (axes.get_xlabel(), axes.get_ylabel())}
     assert labels != {""}
     assert all("(" in label and label.endswith(")") for label in labels - {""}), labels
@@ -251,7 +252,7 @@ def test_each_push_into_a_sand_has_its_own_fit():
     slopes = [xy[1, 1] / xy[1, 0] for xy in lines if len(xy) == 2 and not xy[0].any()]
     assert_allclose(sorted(slopes), sorted([*slopes_of, *(2 * slopes_of)]))
     content(figure, "svg")
-    assert text_faults(figure) == []
+    assert figure_faults(figure) == []
     assert any("2 tests, stated" in text for text in words(figure))
 
 
@@ -355,7 +356,10 @@ def test_an_interval_of_a_peak_that_includes_zero_reaches_the_edge():
     figure = plot_peak_errors(results(leg_errors=table.assign(peak_predicted_lo_N=-1.0)))
     bar: Any = figure.axes[0].collections[0]
     (start, _), (end, _) = bar.get_segments()[0]
-    assert start == figure.axes[0].get_xlim()[0]
+    edge = figure.axes[0].get_xlim()[0]
+    assert edge < start < 1.1 * edge
+    (mark,) = [line for line in figure.axes[0].lines if line.get_marker() == "<"]
+    assert np.asarray(mark.get_xdata()).tolist() == [start]
     assert_allclose(end * table["peak_measured_N"], table["peak_predicted_hi_N"])
 
 
@@ -412,4 +416,4 @@ def test_the_measured_peak_is_that_of_the_tables(draw):
     peak = measured_peak(*curve[["theta_deg", "force_z_N"]].to_numpy(float).T, "z").force_N
     assert curve["force_z_N"].max() > peak + 0.1
     text = words(draw(results(measured=noisy)))
-    assert any(f"peak lift (N): {peak:.2f}" in line for line in text)
+    assert any(f"peak $F_z$ (N): {peak:.2f}" in line for line in text)

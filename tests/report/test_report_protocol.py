@@ -69,7 +69,6 @@ def test_protocol_has_a_column_for_each_kind_with_units(monkeypatch):
         r"$\theta$ (degrees)",
         "force, tare taken off (N)",
         "distance travelled (cm)",
-        "90 % interval of a fit",
     ):
         assert label in text
     assert any("peak $F_z$ = 5.00 N at $\\theta$ = \u221240\u00b0" in line for line in text)

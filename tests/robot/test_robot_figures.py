@@ -3,10 +3,10 @@
 import numpy as np
 import pandas as pd
 import pytest
+from figure_faults import figure_faults
 from matplotlib.colors import is_color_like, to_rgb
 from memory import memory
 from numpy.testing import assert_allclose
-from text_boxes import text_faults
 
 from rftfit.compare.robot import optima
 from rftfit.figures.animation import animation_frames
@@ -104,7 +104,7 @@ def xy(line):
 def inside(figure):
     """Faults of the texts of a figure."""
     content(figure, "svg")
-    return text_faults(figure)
+    return figure_faults(figure)
 
 
 def test_speeds_are_those_of_the_tables():
@@ -171,7 +171,7 @@ def test_speeds_without_a_measurement():
     # seven of the curvatures that were simulated
     assert sum(xy(line).shape[1] == 4 for line in figure.axes[0].lines) == 7
     entries = [text.get_text() for text in figure.legends[0].get_texts()]
-    shown = [entry.rpartition(" ")[2].replace("\N{MINUS SIGN}", "-") for entry in entries[:-1]]
+    shown = [entry.rpartition(" ")[2].replace("\N{MINUS SIGN}", "-") for entry in entries]
     assert [float(curvature) for curvature in shown] == [-1, -0.8, -0.4, 0, 0.4, 0.8, 1]
     (told,) = plot_speed(swept(speeds().iloc[:0], compared()), "robot").texts
     assert "no simulated speed" in told.get_text()

@@ -6,9 +6,11 @@ The page is docs/howto/home-rig.md.
 import numpy as np
 import pandas as pd
 import pytest
+from figure_faults import figure_faults
 from home_rig import lay_out_home_rig
 
 from rftfit.campaign.load import load_campaign
+from rftfit.figures.registry import figures
 from rftfit.results import Results
 from rftfit.workflow import measure
 
@@ -111,3 +113,20 @@ def test_the_interval_holds_the_clock_whose_error_repeats_do_not_lessen(home):
         for cell in alpha.to_dict("records"):
             name = f"b{cell['beta_deg']:g}_g{cell['gamma_deg']:g}"
             assert abs(cell[f"alpha_{c}_session_N_per_cm3"]) >= 0.99 * abs(moved[name])
+
+
+def test_the_figure_of_the_clocks_shows_the_push_that_differs_most(home):
+    _, _, results = home
+    (declared,) = [figure for figure in figures() if figure.name == "clocks"]
+    page = declared.draw(results, "sand")
+    assert figure_faults(page) == []
+    (overview,) = [axes for axes in page.axes if "number" in axes.get_xlabel()]
+    points = {line.get_marker(): line.get_xydata() for line in overview.lines}
+    pushes = results.table("clocks/sand.parquet").dropna(subset=["offset_s"])
+    assert len(points["o"]) == len(pushes) == 9
+    ((number, difference_s),) = points["D"]
+    assert abs(difference_s) == np.abs(points["o"][:, 1]).max()
+    # all pushes have the same error here
+    run_ids = sorted(pushes["run_id"])
+    titles = [axes.get_title(loc="left") for axes in page.axes]
+    assert run_ids[int(number) - 1] in titles

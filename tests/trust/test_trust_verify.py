@@ -126,6 +126,10 @@ def test_the_data_package_describes_every_table(checked):
     described = {resource["path"]: resource for resource in package["resources"]}
     tables = {path.relative_to(results).as_posix() for path in results.rglob("*.csv")}
     assert described.keys() == tables
+    # the logs of this campaign are simulated, and nobody has stated whose its tables are
+    sources = [source["path"] for source in package["sources"]]
+    assert sources == ["manifest.sha256", "https://doi.org/10.1126/science.1229163"]
+    assert {"version", "licenses", "contributors"}.isdisjoint(package)
     names = [resource["name"] for resource in package["resources"]]
     assert len(set(names)) == len(names)
     assert all(re.fullmatch(r"[a-z0-9._-]+", name) for name in names)

@@ -2,10 +2,13 @@
 
 import numpy as np
 import pytest
+from figure_faults import figure_faults
 from paper_grid import grid
 from true_sentences import untrue
 
+import rftfit
 from rftfit.compare.published import ITEM_COLUMNS, VERDICTS
+from rftfit.figures.registry import figures
 from rftfit.measure.alpha import column
 from rftfit.model.fourier import TERMS
 from rftfit.model.scaling import AS_PRINTED
@@ -200,3 +203,18 @@ def test_no_medium_of_the_demonstration_fails_a_check(whole_campaign):
 
 def test_what_the_demonstration_says_rests_on_its_records(whole_campaign):
     assert untrue(open_results(whole_campaign.root)) == []
+
+
+@pytest.mark.parametrize(
+    "name", [declared.name for declared in figures() if not declared.on_demand]
+)
+def test_a_reader_finds_everything_in_each_figure(whole_campaign, name):
+    """Those of the robot are drawn in `test_robot_figures`: this campaign has none."""
+    results = rftfit.open(whole_campaign.root)
+    for declared in figures():
+        if declared.name != name:
+            continue
+        for medium in declared.media(results.campaign):
+            drawn = declared.draw(results, *filter(None, [medium]))
+            for page in drawn if isinstance(drawn, list) else [drawn]:
+                assert figure_faults(page) == [], declared.file(medium)

@@ -942,6 +942,25 @@ class Figures(Model):
     medium"""
 
 
+class Publishing(Model):
+    """What `results/datapackage.json` says of whose the tables are; nothing is stated by default."""
+
+    version: str = ""
+    """version of the tables as they are published, for example 1.0"""
+    license: str = ""
+    """licence of the tables, by its SPDX name
+
+    Without a licence nobody may use your tables. Example: `publish: {license: CC-BY-4.0}`.
+    """
+    contributors: tuple[Annotated[str, Field(min_length=1)], ...] = Field(default=(), strict=False)
+    """who measured, by name
+
+    Example: `publish: {contributors: [A. Miller, B. Sato]}`.
+    """
+    source: str = ""
+    """address of the logs, where they are published: a DOI or another link"""
+
+
 CheckName = Literal[
     "sheet",
     "channels",
@@ -1082,6 +1101,8 @@ class Config(Model):
     """what the figures show"""
     robot: RobotRuns | None = None
     """a legged robot on one of the media; default: no robot"""
+    publish: Publishing = Publishing()
+    """whose the tables are, for those who publish them"""
 
     @model_validator(mode="before")
     @classmethod

@@ -9,6 +9,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import numpy.typing as npt
 
 from rftfit.campaign.calibration import Calibration, read_calibration
@@ -21,6 +22,7 @@ from rftfit.campaign.reading import ModelFile, read_model
 from rftfit.campaign.schema import KeyPath
 from rftfit.campaign.sheet import Run, Vocabulary, read_sheet, same_file_needs_one_clock
 from rftfit.campaign.tables import TablePush, TableRead, read_pushes
+from rftfit.directions import number_depths
 from rftfit.errors import InputError
 from rftfit.store.digests import digest_of_numbers, digests_of_files
 
@@ -72,6 +74,20 @@ class Campaign:
     def digests(self) -> dict[str, str]:
         """Digest of the rows of each run, by run_id, of a campaign that is a table."""
         return {name: digest_of_numbers(columns) for name, columns in self.numbers.items()}
+
+    def count_level_depths(self, medium: str) -> int:
+        """Count the depths at which a level plate is to be pushed: those stated, else those that the sheet plans for this medium."""
+        fit = self.config.fit
+        planned_cm = [
+            run.depth_cm
+            for run in self.runs
+            if run.medium == medium and run.kind == "plate" and run.direction == "horizontal"
+        ]
+        known_cm = np.array([depth for depth in planned_cm if np.isfinite(depth)], dtype=float)
+        if "horizontal_depths_cm" in fit.model_fields_set or not known_cm.size:
+            return len(fit.horizontal_depths_cm)
+        # one depth cannot show that stress is proportional to depth
+        return max(2, len(set(number_depths(known_cm).tolist())))
 
     def runs_of(self, medium: str) -> tuple[Run, ...]:
         """List the plates, rods and legs of one medium, and the in-air runs that its legs name.

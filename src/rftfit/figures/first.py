@@ -24,7 +24,17 @@ FEWEST = 4
 """Directions that make a map."""
 
 _WIDTH_CM, _HEIGHT_CM, _LEFT_CM, _TOP_CM, _SIDE_CM = 7.0, 6.7, 1.25, 0.75, 4.35
-_LEG_COLOURS = ("blue", "vermillion", "bluish green", "reddish purple", "orange", "sky blue")
+_FAR_BELOW = 4
+"""An interval is drawn down to this fraction of the smallest peak."""
+
+_LEG_LOOKS = tuple(
+    zip(
+        ("blue", "vermillion", "bluish green", "reddish purple", "orange", "sky blue"),
+        "osD^vP",
+        strict=True,
+    )
+)
+"""Colour and marker of each leg; the marker serves grey prints."""
 
 
 def _panel(title: str) -> tuple[Figure, Axes]:
@@ -85,6 +95,7 @@ def plot_first_map(results: Results) -> Figure:
         maps.add_signs(axes, "z", *maps.pivot(table, "alpha_z_N_per_cm3"))
     if origin == "estimated":
         maps.add_pushes(axes, results[medium].alpha)
+        maps.widen_for_marks(page)
     return page
 
 
@@ -113,32 +124,54 @@ def _peaks(results: Results) -> pd.DataFrame:
 def plot_first_peaks(results: Results) -> Figure:
     """Draw the predicted peak of lift and of thrust on each leg in each medium against the measured one."""
     rows = _peaks(results)
-    page, axes = _panel("peak force on a leg (N)")
+    page, axes = _panel("peak force on a leg")
     names = [
         f"peak_{quantity}_N"
         for quantity in ("measured", "predicted", "predicted_lo", "predicted_hi")
     ]
-    all_peaks = rows[names[:2]].abs().to_numpy(float)
-    ends = np.array([all_peaks.min() / 1.4, all_peaks.max() * 1.4])
+    sides = np.sign(rows[names[0]])
+    rows = rows.assign(**{name: rows[name] * sides for name in names})
+    all_peaks = rows[names].to_numpy(float)
+    all_peaks = all_peaks[np.isfinite(all_peaks)]
+    smallest = float(rows[names[:2]].abs().to_numpy(float).min())
+    # an interval that reaches far below the smallest peak ends at the frame
+    lowest = max(float(all_peaks[all_peaks > 0].min()), smallest / _FAR_BELOW) / 1.4
+    ends = np.array([lowest, float(all_peaks.max()) * 1.4])
     share = WITHIN_PERCENT / 100
-    axes.fill_between(ends, (1 - share) * ends, (1 + share) * ends, color=style.WINDOW, linewidth=0)
+    along = np.geomspace(ends[0], ends[1], 200)
+    low_edge, high_edge = (np.clip(factor * along, *ends) for factor in (1 - share, 1 + share))
+    axes.fill_between(along, low_edge, high_edge, color=style.WINDOW, linewidth=0)
     axes.plot(ends, ends, color="black", linewidth=0.6)
     entries: dict[str, Any] = {}
-    for leg, colour in zip(leg_panels.leg_order([rows]), _LEG_COLOURS, strict=False):
+    looks = dict(zip(leg_panels.leg_order([rows]), _LEG_LOOKS, strict=False))
+    for leg, (colour, marker) in looks.items():
         shade = style.OKABE_ITO[colour]
-        entries[leg_panels.leg_title(leg)] = style.dots(shade, 4)
+        name = leg_panels.leg_title(leg)
+        entries[name] = style.line(shade, marker=marker, linestyle="", markersize=4)
         for c, fill in (("z", shade), ("x", "white")):
             rows_of_leg = rows[(rows["leg"] == leg) & (rows["component"] == c)]
-            measured, peak, low, high = rows_of_leg[names].abs().to_numpy(float).T
+            measured, peak, low, high = rows_of_leg[names].to_numpy(float).T
+            low = np.where(low < lowest, lowest, low)
             axes.vlines(measured, low, high, color=shade, linewidth=0.6, alpha=0.5)
-            axes.plot(measured, peak, "o", color=shade, markersize=4, markerfacecolor=fill)
+            axes.plot(measured, peak, marker, color=shade, markersize=4, markerfacecolor=fill)
     axes.set(xscale="log", yscale="log", xlim=ends, ylim=ends)
-    axes.set(xlabel="measured", ylabel="predicted")
+    axes.set(xlabel="measured (N)", ylabel="predicted (N)")
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_formatter(lambda value, _: f"{value:g}")
         axis.set_minor_formatter(lambda *_: "")
-    entries["lift"] = style.dots(style.GREY, 4)
-    entries["thrust"] = style.dots(style.GREY, 4, markerfacecolor="white")
+    for name, c, fill in (("lift (filled)", "z", ""), ("thrust (hollow)", "x", "white")):
+        legs_with_peak = set(rows.loc[rows["component"] == c, "leg"])
+        shown = [
+            (style.OKABE_ITO[colour], marker)
+            for leg, (colour, marker) in looks.items()
+            if leg in legs_with_peak
+        ]
+        if shown:
+            point = {"linestyle": "", "markersize": 4}
+            entries[name] = tuple(
+                style.line(shade, marker=marker, markerfacecolor=fill or shade, **point)
+                for shade, marker in shown
+            )
     entries[f"within {WITHIN_PERCENT:g} %"] = style.patch(facecolor=style.WINDOW)
     style.legend(page, entries, fontsize=7)
     return page

@@ -65,8 +65,8 @@ def _lacking(results: Results, _: str) -> Sequence[str]:
     paper="Figs. S6 (above) and S7 (below, left)",
     section="Force profiles",
     caption=(
-        "Coefficients of the media over zeta (thin), and their mean M0 (thick); below, alpha of M0, and alpha over "
-        "zeta against it. Good: the media lie together."
+        "Coefficients of the media over zeta (marks, with intervals), and their mean M0 (black); below, alpha of M0, "
+        "and alpha over zeta against it. Good: the media lie together."
     ),
     lacking=_lacking,
 )
@@ -78,8 +78,10 @@ def plot_generic_profile(results: Results) -> Figure:
     zetas = dict(zip(scaled["medium"], scaled["zeta"].astype(float), strict=True))
     zetas = {str(m): zetas.get(m, np.nan) for m in rows["medium"].unique() if m != GENERIC}
     page = style.new_figure(style.DOUBLE_CM, 12.7)
-    top = style.axes_cm(page, 1.25, 1.35, style.DOUBLE_CM - 1.45, 5.1)
+    top = style.axes_cm(page, 1.25, 1.35, style.DOUBLE_CM - 1.75, 5.1)
+    is_dropped = not rows["kept"].all()
     head = f"coefficients of each medium over its $\\zeta$, and their mean ({method})"
+    head += "; hollow: term not kept" * is_dropped
     top.set_title(head, loc="left")
     _draw_coefficients(top, results, rows, zetas)
     beta, gamma = middles()
@@ -108,9 +110,15 @@ def _draw_coefficients(
     rows = coefficients[coefficients["medium"] == GENERIC]
     x_generic = rows["coefficient"].map(place).to_numpy(float)
     value, low, high = rows[_ENDS].to_numpy(float).T
-    bar_style: dict[str, Any] = {"color": "#cccccc", "linewidth": 0, "label": "generic, interval"}
-    axes.bar(x_generic, high - low, 0.84, bottom=low, **bar_style)
-    axes.plot(x_generic, value, color="black", linewidth=2.2, label="generic $M_0$", zorder=1.5)
+    # an interval narrower than this has no height on the page
+    least_height = 0.004 * float(np.ptp(np.append(value, 0.0)))
+    is_wide = high - low > least_height
+    if is_wide.any():
+        bar_style: dict[str, Any] = {"color": "#cccccc", "linewidth": 0}
+        bar_style["label"] = "interval of $M_0$"
+        axes.bar(x_generic[is_wide], (high - low)[is_wide], 0.84, bottom=low[is_wide], **bar_style)
+    ends = x_generic - 0.42, x_generic + 0.42
+    axes.hlines(value, *ends, color="black", linewidth=1.2, label="generic $M_0$", zorder=1.5)
     for i, (medium, zeta) in enumerate(zetas.items()):
         rows = coefficients[coefficients["medium"] == medium]
         x = rows["coefficient"].map(place).to_numpy(float)
@@ -119,17 +127,24 @@ def _draw_coefficients(
         value, low, high = rows[_ENDS].to_numpy(float).T / zeta
         axes.vlines(x, low, high, color=colour, linewidth=0.8)
         is_kept = rows["kept"].to_numpy(bool)
-        axes.plot(x, value, color=colour, linewidth=0.5)
         axes.plot(
             x[is_kept],
             value[is_kept],
             marker,
             color=colour,
+            markersize=4,
             label=style.medium_label(results, medium),
         )
-        axes.plot(x[~is_kept], value[~is_kept], marker, color=colour, markerfacecolor="white")
-    if not coefficients["kept"].all():
-        axes.plot([], [], "o", color="#555555", markerfacecolor="white", label="term not kept")
+        axes.plot(
+            x[~is_kept],
+            value[~is_kept],
+            marker,
+            color=colour,
+            markersize=4,
+            markerfacecolor="white",
+        )
+    for edge in range(1, len(terms)):
+        axes.axvline(edge - 0.5, color=style.GREY, linewidth=0.3)
     axes.set_xticks(list(place.values()), [TERM_LABELS[term] for term in terms], fontsize=7)
     axes.set(xlim=(-0.6, len(terms) - 0.4), ylabel=r"coefficient / $\zeta$ (dimensionless)")
     entries = axes.get_legend_handles_labels()
@@ -157,5 +172,5 @@ def _draw_collapse(
     axes.set(xlim=(lowest - margin, highest + margin), ylim=(lowest - margin, highest + margin))
     axes.set_xlabel(rf"generic $\alpha_{c}$ (dimensionless)")
     axes.set_ylabel(f"measured $\\alpha_{c}$ / $\\zeta$\n(dimensionless)")
-    axes.set_title("line: perfect collapse", fontsize=6)
+    axes.set_title("line: media alike", fontsize=6)
     axes.set_aspect("equal")

@@ -136,13 +136,35 @@ def with_gaps(rows: pd.DataFrame, *columns: str) -> list[FloatArray]:
     return [np.insert(value, cuts, np.nan) for value in values]
 
 
-MODEL_BAND = 0.12
-"""Opacity of the band with the model's own error."""
+ALPHA_BAND, MODEL_BAND = 0.3, 0.12
+"""Opacities of the band of alpha, and of that with the model's own error."""
+
+MODEL_EDGE: dict[str, Any] = {"linestyle": "-", "linewidth": 0.5, "alpha": 0.6}
+"""Ends of the interval with the model's own error where bands of two components would mix their colours."""
 
 
 def force_column_names(component: str) -> list[str]:
     """Columns of a force and of the ends of its interval."""
     return [f"force_{component}_{end}N" for end in ("", "lo_", "hi_")]
+
+
+def model_column_names(component: str) -> list[str]:
+    """Columns of the ends of a force's interval with the model's own error."""
+    return [f"force_{component}_model_{end}_N" for end in ("lo", "hi")]
+
+
+def has_model_error(rows: pd.DataFrame, component: str) -> bool:
+    """Whether any interval in the rows holds the model's own error."""
+    names = model_column_names(component)
+    return {*names} <= {*rows} and bool(rows[names].notna().to_numpy().any())
+
+
+def drawn_values(rows: pd.DataFrame, component: str, *, model: bool = False) -> FloatArray:
+    """Every force that `add_predicted` draws, N."""
+    names = force_column_names(component)
+    if model and has_model_error(rows, component):
+        names = names + model_column_names(component)
+    return rows[names].to_numpy(float).ravel()
 
 
 def has_force(rows: pd.DataFrame, component: str) -> bool:
@@ -158,24 +180,21 @@ def why_missing(rows: pd.DataFrame) -> str:
 
 
 def add_predicted(
-    axes: Axes,
-    rows: pd.DataFrame,
-    component: str,
-    colour: str,
-    line: Any = "-",
-    *,
-    model: bool = False,
+    axes: Axes, rows: pd.DataFrame, component: str, colour: str, line: Any = "-", *, model: str = ""
 ) -> None:
     """Draw a predicted curve of one medium, leg and profile with its interval of alpha.
 
-    `model`: also that with the model's own error, paler.
+    `model`: ``band`` or ``edges`` draw also the interval with the model's own error, as a paler band or its ends.
     """
-    ends = [f"force_{component}_model_{end}_N" for end in ("lo", "hi")]
-    if model and {*ends} <= {*rows}:
-        theta, low, high = with_gaps(rows, *ends)
-        axes.fill_between(theta, low, high, color=colour, alpha=MODEL_BAND, linewidth=0)
+    if model and has_model_error(rows, component):
+        theta, low, high = with_gaps(rows, *model_column_names(component))
+        if model == "band":
+            axes.fill_between(theta, low, high, color=colour, alpha=MODEL_BAND, linewidth=0)
+        else:
+            for end in (low, high):
+                axes.plot(theta, end, color=colour, **MODEL_EDGE)
     theta, force, low, high = with_gaps(rows, *force_column_names(component))
-    axes.fill_between(theta, low, high, color=colour, alpha=0.3, linewidth=0)
+    axes.fill_between(theta, low, high, color=colour, alpha=ALPHA_BAND, linewidth=0)
     axes.plot(theta, force, color=colour, linestyle=line, linewidth=0.9)
 
 

@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     import pandas as pd
-    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.axis import Axis
     from matplotlib.figure import Figure
@@ -36,8 +35,8 @@ def _legged(campaign: Campaign) -> tuple[str, ...]:
 
 
 PROFILES = ("table", "map", "fourier", "depth_only")
-_INSET = 0.4
-"""Share of a panel's height and width that the inset takes."""
+_INSET_WIDE, _INSET_HIGH, _INSET_FOOT = 0.36, 0.27, 0.12
+"""Shares of a panel that an inset takes: its width, its height, and the height of what stands below it."""
 
 _FORCE_LABELS = r"vertical force $F_z$ (N)", r"horizontal force $F_x$ (N)"
 
@@ -45,7 +44,7 @@ _FORCE_LABELS = r"vertical force $F_z$ (N)", r"horizontal force $F_x$ (N)"
 def _legs_caption(results: Results, medium: str) -> str:
     insets = ""
     if medium in labels.predicted_by(results).get("depth_only", ()):
-        insets = " Insets: the same angles, with the depth-only model, in N."
+        insets = " Insets: the same with the depth-only model."
     return (
         f"Forces on the legs turned through {results.titles[medium]}: dots measured, lines predicted.{insets} "
         "Good: lines run through the dots, and the dots lie in the palest band."
@@ -81,23 +80,42 @@ def plot_legs(results: Results, medium: str) -> Figure:
             _draw_models(axes, predicted_curves, measured_curve, component)
     for axes, label in zip(panels[1:, 0], _FORCE_LABELS, strict=True):
         axes.set_ylabel(label)
-    style.legend(page, _model_entries(results, predicted), handlelength=2.4, columnspacing=1.1)
+    style.legend(
+        page, _model_entries(results, predicted, measured), handlelength=2.4, columnspacing=1.1
+    )
     return page
 
 
-def _model_entries(results: Results, predicted: pd.DataFrame) -> dict[str, Artist]:
-    """Entries of the legend beside curves of several models."""
-    entries = {"measured": style.dots(leg_panels.MEASURED, 2)}
+def _model_entries(
+    results: Results, predicted: pd.DataFrame, measured: pd.DataFrame
+) -> dict[str, Any]:
+    """Entries of the legend beside curves of several models, of those that are drawn."""
+    entries: dict[str, Any] = {}
+    if any(leg_panels.has_force(measured, c) for c in "zx"):
+        entries["measured"] = style.dots(leg_panels.MEASURED, 2, markeredgewidth=0)
     for profile in PROFILES:
-        if profile == "map" and not _has_map(predicted):
+        rows = matching_rows(predicted, profile=profile)
+        if not any(leg_panels.has_force(rows, c) for c in "zx"):
             continue
         colour, line, _ = PROFILE_LOOKS[profile]
         inset_note = " (inset)" if profile == "depth_only" else ""
         title = f"predicted by {PROFILE_TITLES[profile]}{inset_note}"
         entries[title] = style.line(colour, linestyle=line)
-    entries[f"{style.level(results)} interval of alpha"] = style.band()
-    with_error = PROFILE_TITLES[_profile_with_both_bands(predicted)]
-    entries[f"{with_error}, with the model's own error"] = style.band(leg_panels.MODEL_BAND)
+    shown = [
+        profile
+        for profile in PROFILES
+        if any(leg_panels.has_force(matching_rows(predicted, profile=profile), c) for c in "zx")
+    ]
+    colours = [PROFILE_LOOKS[profile][0] for profile in shown]
+    if colours:
+        entries[f"{style.level(results)} interval of alpha"] = style.bands(
+            colours, leg_panels.ALPHA_BAND
+        )
+    both_bands = _profile_with_both_bands(predicted)
+    rows = matching_rows(predicted, profile=both_bands)
+    if any(leg_panels.has_model_error(rows, c) for c in "zx"):
+        name = f"{PROFILE_TITLES[both_bands]}, with the model's own error"
+        entries[name] = style.band(leg_panels.MODEL_BAND, PROFILE_LOOKS[both_bands][0])
     return entries
 
 
@@ -135,19 +153,21 @@ def _draw_models(axes: Axes, predicted: pd.DataFrame, measured: pd.DataFrame, c:
             notes.append(f"{PROFILE_TITLES[profile]}: no prediction{reason}")
         elif profile != "depth_only":
             both_bands = profile == _profile_with_both_bands(predicted)
-            leg_panels.add_predicted(axes, rows, c, *PROFILE_LOOKS[profile][:2], model=both_bands)
-            drawn_forces.append(rows[leg_panels.force_column_names(c)].to_numpy(float).ravel())
+            looks = PROFILE_LOOKS[profile][:2]
+            leg_panels.add_predicted(axes, rows, c, *looks, model="band" if both_bands else "")
+            drawn_forces.append(leg_panels.drawn_values(rows, c, model=both_bands))
     inset = leg_panels.has_force(baseline, c)
-    leg_panels.force_range(
-        axes, drawn_forces, notes, (_INSET, 1 - _INSET) if inset and drawn_forces else (0, 1)
-    )
+    room = (_INSET_HIGH + _INSET_FOOT, 1 - _INSET_WIDE) if inset and drawn_forces else (0, 1)
+    leg_panels.force_range(axes, drawn_forces, notes, room)
     if inset:
-        small = axes.inset_axes((1 - _INSET, 1.02 - _INSET, _INSET - 0.02, _INSET - 0.04))
+        small = axes.inset_axes((0.98 - _INSET_WIDE, 0.98 - _INSET_HIGH, _INSET_WIDE, _INSET_HIGH))
         small.plot(theta, force, markersize=0.9, **dots)
         leg_panels.add_predicted(small, baseline, c, *PROFILE_LOOKS["depth_only"][:2])
-        small.set(xlim=leg_panels.THETA_DEG, xticks=[])
+        small.set(xlim=leg_panels.THETA_DEG, xticks=[-90, 0, 90])
         style.ticks(small.yaxis, 3)
-        small.tick_params(labelsize=5.5, pad=1, length=1.5)
+        small.tick_params(labelsize=5, pad=1, length=1.5)
+        small.set_xlabel(r"$\theta$ (deg)", fontsize=5, labelpad=0.5)
+        small.set_ylabel(f"$F_{c}$ (N)", fontsize=5, labelpad=0.5)
 
 
 # All media, one row each
@@ -234,18 +254,41 @@ def _draw_media(results: Results, media: Sequence[str], profile: str, beside: st
             ]
             _draw_leg(axes, tables_of_leg, lines)
             axes.set_title(_peaks(*tables_of_leg[:2]), fontsize=5.5, loc="left", pad=2)
-    entries = {}
-    for c, word in (("z", "vertical force $F_z$"), ("x", "horizontal force $F_x$")):
-        entries[f"{word}, measured"] = style.dots(style.PALE_COLOURS[c], 2)
-        line = style.line(style.COMPONENT_COLOURS[c], linestyle=lines[c])
-        entries[f"{word}, predicted by {PROFILE_TITLES[profile]}"] = line
-        if beside:
-            line = style.line(style.COMPONENT_COLOURS[c], **_BESIDE)
-            entries[f"{word}, by {PROFILE_TITLES[beside]}"] = line
-    entries[f"{style.level(results)} interval of alpha"] = style.band()
-    entries["with the model's own error"] = style.band(leg_panels.MODEL_BAND)
-    style.legend(page, entries, handlelength=2.4)
+    shown = [table[table["medium"].isin(list(media))] for table in (*tables, predicted_beside)]
+    style.legend(
+        page, _component_entries(results, shown, lines, (profile, beside)), handlelength=2.4
+    )
     return page
+
+
+def _component_entries(
+    results: Results,
+    tables: Sequence[pd.DataFrame],
+    lines: Mapping[str, Any],
+    profiles: tuple[str, str],
+) -> dict[str, Any]:
+    """Entries of the legend beside curves of two components, of those that are drawn; `tables`: as of `_draw_leg`."""
+    predicted, measured, beside = tables
+    entries: dict[str, Any] = {}
+    for c, word in (("z", "vertical force $F_z$"), ("x", "horizontal force $F_x$")):
+        if leg_panels.has_force(measured, c):
+            dots = style.dots(style.PALE_COLOURS[c], 2, markeredgewidth=0)
+            entries[f"{word}, measured"] = dots
+        if leg_panels.has_force(predicted, c):
+            line = style.line(style.COMPONENT_COLOURS[c], linestyle=lines[c])
+            entries[f"{word}, predicted by {PROFILE_TITLES[profiles[0]]}"] = line
+        if leg_panels.has_force(beside, c):
+            line = style.line(style.COMPONENT_COLOURS[c], **_BESIDE)
+            entries[f"{word}, by {PROFILE_TITLES[profiles[1]]}"] = line
+    of_alpha = [style.COMPONENT_COLOURS[c] for c in "zx" if leg_panels.has_force(predicted, c)]
+    if of_alpha:
+        name = f"{style.level(results)} interval of alpha"
+        entries[name] = style.bands(of_alpha, leg_panels.ALPHA_BAND)
+    of_model = [c for c in "zx" if leg_panels.has_model_error(predicted, c)]
+    if of_model:
+        edges = [style.line(style.COMPONENT_COLOURS[c], **leg_panels.MODEL_EDGE) for c in of_model]
+        entries["with the model's own error, as above the panels"] = tuple(edges)
+    return entries
 
 
 def _draw_leg(axes: Axes, tables: Sequence[pd.DataFrame], lines: Mapping[str, Any]) -> None:
@@ -267,8 +310,8 @@ def _draw_leg(axes: Axes, tables: Sequence[pd.DataFrame], lines: Mapping[str, An
     for c in "zx":
         if leg_panels.has_force(predicted, c):
             colour = style.COMPONENT_COLOURS[c]
-            leg_panels.add_predicted(axes, predicted, c, colour, lines[c], model=True)
-            drawn_forces.append(predicted[leg_panels.force_column_names(c)].to_numpy(float).ravel())
+            leg_panels.add_predicted(axes, predicted, c, colour, lines[c], model="edges")
+            drawn_forces.append(leg_panels.drawn_values(predicted, c, model=True))
         if leg_panels.has_force(beside, c):
             theta, force = leg_panels.with_gaps(beside, f"force_{c}_N")
             axes.plot(theta, force, color=style.COMPONENT_COLOURS[c], **_BESIDE)
@@ -277,7 +320,7 @@ def _draw_leg(axes: Axes, tables: Sequence[pd.DataFrame], lines: Mapping[str, An
 
 
 def _peaks(predicted: pd.DataFrame, measured: pd.DataFrame) -> str:
-    """Largest lift as measured, and predicted with its interval."""
+    """Largest lift as measured, and predicted with its interval, which holds the model's own error where that is known."""
     peaks = []
     if leg_panels.has_force(measured, "z"):
         finite_rows = measured.loc[measured["force_z_N"].notna(), ["theta_deg", "force_z_N"]]
@@ -286,14 +329,14 @@ def _peaks(predicted: pd.DataFrame, measured: pd.DataFrame) -> str:
         peaks.append(_three_digits(highest.force_N))
     if leg_panels.has_force(predicted, "z"):
         row = predicted.iloc[int(np.nanargmax(predicted["force_z_N"].to_numpy(float)))]
-        peak, low, high = (float(row[name]) for name in leg_panels.force_column_names("z"))
-        span = (
-            f" ({_three_digits(low)}\N{EN DASH}{_three_digits(high)})"
-            if np.isfinite(low) and low >= 0
-            else ""
-        )
-        peaks.append(f"predicted {_three_digits(peak)}{span}")
-    return "peak lift (N): " + ", ".join(peaks) if peaks else ""
+        peak_name, *end_names = leg_panels.force_column_names("z")
+        if leg_panels.has_model_error(predicted, "z"):
+            end_names = leg_panels.model_column_names("z")
+        low, high = (float(row[name]) for name in end_names)
+        ends = f"{_three_digits(low)} to {_three_digits(high)}" if np.isfinite(low) else ""
+        peak = _three_digits(float(row[peak_name]))
+        peaks.append(f"predicted {peak}{labels.in_brackets(ends)}")
+    return "peak $F_z$ (N): " + ", ".join(peaks) if peaks else ""
 
 
 def _three_digits(value: float) -> str:
@@ -455,10 +498,11 @@ def plot_peak_errors(results: Results) -> Figure:
     ratio_values = ratios[["ratio", "ratio_lo", "ratio_hi"]].to_numpy(float)
     shown_ratios = [0.6, 1.6, *ratio_values[np.isfinite(ratio_values)].tolist()]
     span = min(shown_ratios) / 1.15, max(shown_ratios) * 1.15
-    heights_cm = [0.54 * len(media) + 0.9] * len(names)
-    page, panels = style.panels(heights_cm)
-    for leg, axes in zip(names, panels[:, 0], strict=True):
+    page, panels = style.panels([0.95 * len(media) + 1.9], len(names))
+    for leg, axes in zip(names, panels[0], strict=True):
         _prepare(axes, span, [style.medium_label(results, name) for name in media])
+        axes.tick_params(labelleft=leg == names[0])
+        axes.set_xlabel("error of the predicted peak lift (%)")
         axes.set_title(leg_panels.leg_title(leg), weight="bold", loc="left")
         for place, medium in enumerate(media):
             ratios_of_leg = ratios[(ratios["medium"] == medium) & (ratios["leg"] == leg)]
@@ -468,16 +512,23 @@ def plot_peak_errors(results: Results) -> Figure:
                 {str(r["profile"]): r for r in ratios_of_leg.to_dict("records")},
                 profiles,
             )
-        label = "error of the predicted peak lift\n(% of measured, logarithmic in their ratio)"
-        style.name_below(axes, label, leg == names[-1])
-    entries = {}
+    entries: dict[str, Any] = {}
     for profile in profiles:
         colour, _, marker = PROFILE_LOOKS[profile]
-        entries[PROFILE_TITLES[profile]] = style.line(colour, marker=marker, markersize=2.6)
+        look = style.line(colour, marker=marker, markersize=3.4, markeredgewidth=0)
+        entries[PROFILE_TITLES[profile]] = look
     for percent, shade in reversed(_BANDS.items()):
         entries[f"within {percent:.0f} %"] = style.patch(facecolor=shade)
-    entries[f"bars: {style.level(results)} interval of alpha"] = style.line("none", linestyle="")
-    style.legend(page, entries)
+    goes_on = ratios["ratio"].notna() & ratios["ratio_lo"].isna() & ratios["ratio_hi"].notna()
+    if goes_on.any():
+        colours = [
+            PROFILE_LOOKS[p][0] for p in profiles if p in set(ratios.loc[goes_on, "profile"])
+        ]
+        entries["interval goes below \N{MINUS SIGN}100 %"] = tuple(
+            style.line(colour, **_GOES_ON) for colour in colours
+        )
+    title = f"bars: {style.level(results)} interval of alpha; axes: logarithmic in predicted over measured"
+    style.legend(page, entries, title=title)
     return page
 
 
@@ -529,6 +580,11 @@ def _prepare(axes: Axes, span: tuple[float, float], media: Sequence[str]) -> Non
         axes.axhline(edge, color="#b0b0b0", linewidth=0.3, zorder=0.5)
 
 
+_GOES_ON: dict[str, Any] = {"marker": "<", "markersize": 3, "linestyle": "", "fillstyle": "none"}
+_GOES_ON |= {"markeredgewidth": 0.6}
+"""Mark at the end of an axis where an interval goes on beyond it."""
+
+
 def _draw_row(
     axes: Axes, place: int, rows_by_profile: Mapping[str, Row], profiles: Sequence[str]
 ) -> None:
@@ -541,13 +597,15 @@ def _draw_row(
         if not np.isfinite(ratio):
             missing.append(PROFILE_TITLES[profile])
             continue
-        if np.isfinite(high) and not np.isfinite(low):
-            low = axes.get_xlim()[0]  # an interval that includes zero has no end on this axis
-        points += [ratio, low, high]
         colour, _, marker = PROFILE_LOOKS[profile]
-        y = place + 0.74 * ((i + 0.5) / len(drawn_profiles) - 0.5)
+        y = place + 0.84 * ((i + 0.5) / len(drawn_profiles) - 0.5)
+        if np.isfinite(high) and not np.isfinite(low):
+            # an interval that includes zero has no end on this axis
+            low = axes.get_xlim()[0] * 1.04
+            axes.plot(low, y, color=colour, **_GOES_ON)
+        points += [ratio, low, high]
         axes.hlines(y, low, high, color=colour, linewidth=1.0)
-        axes.plot(ratio, y, marker, color=colour, markersize=2.9, markeredgewidth=0)
+        axes.plot(ratio, y, marker, color=colour, markersize=3.4, markeredgewidth=0)
     if not missing and drawn_profiles:
         return
     message = "nothing predicted"

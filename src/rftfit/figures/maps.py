@@ -82,7 +82,8 @@ def plot_alpha_maps(results: Results) -> Figure:
 def plot_alpha_maps_of_one(results: Results, medium: str) -> Figure:
     """Draw maps of the measured alpha of one medium."""
     shown_runs = _shown_runs(results, medium)
-    entries: dict[str, Artist] = {"plate and its motion": style.line("black", linewidth=1.5)}
+    plate = style.line("black", linewidth=1.5), style.line("black", marker=">", linestyle="")
+    entries: dict[str, Any] = {"plate and its motion": plate}
     if shown_runs:
         entries["run of the stress figure"] = style.dots("black", 6, markerfacecolor="none")
     page = _draw_maps(results, results[medium].alpha, "measured", entries)
@@ -94,6 +95,7 @@ def plot_alpha_maps_of_one(results: Results, medium: str) -> Figure:
             if run.direction == "extraction":
                 beta, gamma, _ = conventions.file_extraction(beta, gamma)
             axes.plot(gamma, beta, "o", markersize=6, markerfacecolor="none", color="black")
+    widen_for_marks(page)
     return page
 
 
@@ -156,6 +158,7 @@ def plot_estimated_maps(results: Results) -> Figure:
     for row, name in enumerate(media):
         for axes in page.axes[8 * row : 8 * row + 8 : 4]:
             add_pushes(axes, results[name].alpha)
+    widen_for_marks(page)
     return page
 
 
@@ -167,8 +170,7 @@ def add_pushes(axes: Axes, alpha: pd.DataFrame) -> None:
     """Mark the directions of an alpha table that were pushed."""
     pushed = alpha.dropna(subset=["alpha_z_N_per_cm3"])
     marker_style: style.Look = {"markersize": _PUSHED, "markerfacecolor": "white", "color": "black"}
-    marker_style |= {"clip_on": False, "zorder": 3}
-    axes.plot(pushed["gamma_deg"], pushed["beta_deg"], "o", **marker_style)
+    axes.plot(pushed["gamma_deg"], pushed["beta_deg"], "o", zorder=3, **marker_style)
 
 
 def _draw_maps(
@@ -443,6 +445,10 @@ def empty_map(figure: Figure, row: int, column: int, outer: tuple[bool, bool]) -
     return axes
 
 
+_MARGIN_DEG = 8.0
+"""Free width about a map that has marks at its edge."""
+
+
 def angle_axes(axes: Axes, name_beta: bool = True, name_gamma: bool = True) -> None:
     """Set limits, ticks, and where wanted names and numbers, of a map's axes."""
     axes.set(xlim=(-90, 90), ylim=(-90, 90), xticks=range(-90, 91, 45), yticks=range(-90, 91, 30))
@@ -455,6 +461,20 @@ def angle_axes(axes: Axes, name_beta: bool = True, name_gamma: bool = True) -> N
         axis.set_tick_params(labelleft=is_labelled, labelbottom=is_labelled)
         if is_labelled:
             axis.set_label_text(name)
+
+
+def widen_for_marks(page: Figure) -> None:
+    """Leave a free edge about all maps of a page where a mark at +-90 degrees needs room."""
+    maps = [axes for axes in page.axes if axes.get_xlim() == (-LIMIT_DEG, LIMIT_DEG)]
+    marked = np.abs(
+        np.concatenate(
+            [np.zeros((1, 2)), *(line.get_xydata() for axes in maps for line in axes.lines)]
+        )
+    )
+    if np.nanmax(marked) + _MARGIN_DEG > LIMIT_DEG:
+        ends = -LIMIT_DEG - _MARGIN_DEG, LIMIT_DEG + _MARGIN_DEG
+        for axes in maps:
+            axes.set(xlim=ends, ylim=ends)
 
 
 def add_cells(
@@ -552,7 +572,7 @@ def add_bar(figure: Figure, axes: Axes, mappable: ScalarMappable, component: str
 
     box = axes.get_position()
     width = box.width / SIDE_CM
-    place = figure.add_axes((box.x1 + 0.09 * width, box.y0, 0.13 * width, box.height))
+    place = figure.add_axes((box.x1 + 0.08 * width, box.y0, 0.18 * width, box.height))
     bar = figure.colorbar(mappable, cax=place)
     # matplotlib's own strip is drawn through an image of the whole figure, and a pdf keeps all of them
     if bar.solids is not None:
@@ -565,22 +585,28 @@ def add_bar(figure: Figure, axes: Axes, mappable: ScalarMappable, component: str
     bar.update_ticks()
     bar.outline.set_linewidth(0.4)
     place.tick_params(labelsize=5.5, pad=1)
-    text_style: dict[str, Any] = {
-        "ha": "center",
-        "fontsize": 6.5,
-        "color": "white",
-        "weight": "bold",
-    }
-    ends = (0.98, "top"), (0.02, "bottom")
+    text_style: dict[str, Any] = {"ha": "center", "fontsize": 5, "color": "white", "weight": "bold"}
+    ends = (0.985, "top"), (0.015, "bottom")
     for arrow, (y, alignment) in zip(_WAYS.get(component, ""), ends, strict=False):
         place.text(0.5, y, arrow, transform=place.transAxes, va=alignment, **text_style)
 
 
-def add_legend(figure: Figure, missing: bool, more: Mapping[str, Artist] | None = None) -> None:
+def add_legend(figure: Figure, missing: bool, more: Mapping[str, Any] | None = None) -> None:
     """Explain contour and shading, the hatching of missing cells, and `more`, at the foot of the figure."""
+    from matplotlib.contour import ContourSet
+
+    contours: list[Any] = [
+        artist
+        for axes in figure.axes
+        for artist in axes.collections
+        if isinstance(artist, ContourSet)
+    ]
     shading = {"facecolor": "white", "edgecolor": "#222222", "hatch": _SHADING * 2}
-    entries: dict[str, Artist] = {"zero contour (interpolated)": style.line("black", linewidth=0.9)}
-    entries["does not oppose the motion"] = style.patch(linewidth=0.3, **shading)
+    entries: dict[str, Any] = {}
+    if any(not contour.filled for contour in contours):
+        entries["zero contour (interpolated)"] = style.line("black", linewidth=0.9)
+    if any(contour.filled for contour in contours):
+        entries["does not oppose the motion"] = style.patch(linewidth=0.3, **shading)
     if missing:
         entries["no usable run"] = style.patch(linewidth=0.3, **_MISSING)
     style.legend(figure, entries | dict(more or {}), borderaxespad=0.3, columnspacing=2.0)

@@ -79,8 +79,8 @@ def _reach(legs: Iterable[Leg]) -> float:
     paper="Fig. 2B",
     section="Measurement",
     caption=(
-        "Stress against depth of single runs, and alpha times depth. Good: the stress is straight over the "
-        "shaded depths, which were fitted."
+        "Stress against depth of single runs, and alpha (+- half of its interval) times depth. Good: the stress is "
+        "straight over the shaded depths, which were fitted."
     ),
 )
 def plot_stress_of_runs(results: Results) -> Figure:
@@ -111,13 +111,9 @@ def plot_stress_of_runs(results: Results) -> Figure:
         axes.set_title("\n".join(head), loc="left", fontsize=6, pad=4)
         axes.set_xlim(0, None)
         if deepest:
-            line_style: dict[str, Any] = {
-                "linewidth": 3,
-                "clip_on": False,
-                "solid_capstyle": "butt",
-            }
+            line_style: dict[str, Any] = {"linewidth": 3, "solid_capstyle": "butt"}
             ends, transform = [0, min(deepest, axes.get_xlim()[1])], axes.get_xaxis_transform()
-            axes.plot(ends, [1, 1], color=_LEGS, transform=transform, **line_style)
+            axes.plot(ends, [0.98, 0.98], color=_LEGS, transform=transform, **line_style)
         style.ticks(axes.xaxis, 5, integer=True)
         axes.margins(y=0.06)
         if i + _ACROSS >= len(drawn_runs):
@@ -130,7 +126,6 @@ def plot_stress_of_runs(results: Results) -> Figure:
         r"horizontal $\sigma_x$": style.line(x),
         r"fit of $\sigma_z$ through zero": style.line("black"),
         r"fit of $\sigma_x$ through zero": style.line("black", linestyle="--"),
-        f"{style.level(results)} interval of alpha": style.band(0.5),
         "fit window": style.patch(facecolor=style.WINDOW),
     }
     if deepest:
@@ -147,10 +142,9 @@ def _draw_run(axes: Axes, trace: Trace, fit: Row) -> None:
     for c in "zx":
         colour = style.COMPONENT_COLOURS[c]
         axes.plot(depth, trace[f"stress_{c}_N_per_cm2"], color=colour, linewidth=0.6, alpha=0.75)
-        alpha, low, high = alpha_with_interval(fit, c)
+        alpha, *_ = alpha_with_interval(fit, c)
         if np.isfinite(alpha):
             end = float(np.nanmax(depth))
-            axes.fill_between([0, end], [0, low * end], [0, high * end], color=colour, alpha=0.35)
             dashes = "-" if c == "z" else "--"
             axes.plot([0, end], [0, alpha * end], dashes, color="black", linewidth=0.8)
 
@@ -162,6 +156,9 @@ CELLS = ((0.0, 90.0), (30.0, 45.0), (90.0, 0.0), (-30.0, -45.0), (0.0, -90.0))
 """Beta and gamma, as filed, of the paper's figure; gamma 0 is a horizontal run."""
 
 _FIT = (0, (4, 2))
+_OF_ALPHA = 0.35
+"""Opacity of the interval of alpha."""
+
 _WORDS = {"z": "vertical stress\n$\\sigma_z$", "x": "horizontal stress\n$\\sigma_x$"}
 _NOTE_PT = 5.5
 
@@ -217,13 +214,14 @@ def plot_linearity(results: Results) -> Figure:
                     media_without_run.append(style.medium_label(results, medium))
             _finish(axes, media_without_run, len(media_without_run) < len(media))
             style.name_below(axes, "depth (cm)", c == "x")
-    entries = {}
+    entries: dict[str, Any] = {}
     for medium, (colour, marker) in looks.items():
         entries[style.medium_label(results, medium)] = style.line(
-            colour, marker=marker, markersize=4
+            colour, marker=marker, markersize=4, markeredgecolor="white", markeredgewidth=0.3
         )
     entries["fit through zero"] = style.line("black", linestyle=_FIT, linewidth=0.6)
-    entries[f"{style.level(results)} interval of alpha"] = style.band(0.5)
+    name = f"{style.level(results)} interval of alpha"
+    entries[name] = style.bands((colour for colour, _ in looks.values()), _OF_ALPHA)
     style.legend(page, entries)
     return page
 
@@ -312,7 +310,8 @@ def _draw_medium(
                 line_style = {"color": colour, "linewidth": 0.6, "alpha": strength}
                 draw_thin(axes, trace["depth_cm"], stress, 300, **line_style)
     end = np.nanmax(ends) if np.isfinite(ends).any() else 1.0
-    axes.fill_between([0, end], [0, low * end], [0, high * end], color=colour, alpha=0.35)
+    band_style: dict[str, Any] = {"alpha": _OF_ALPHA, "linewidth": 0}
+    axes.fill_between([0, end], [0, low * end], [0, high * end], color=colour, **band_style)
     axes.plot([0, end], [0, alpha * end], color="black", linestyle=_FIT, linewidth=0.6)
     if not flat:
         axes.plot(end, alpha * end, marker, zorder=4, **point)

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
     from rftfit.campaign.load import Campaign
     from rftfit.campaign.sheet import Run
+    from rftfit.conventions import FloatArray
     from rftfit.figures.traces import Row, Trace
     from rftfit.measure.alignment import Alignment
     from rftfit.measure.clocks import ClockFit
@@ -144,7 +145,9 @@ def _about(run: Run) -> str:
     if run.direction == "intrusion":
         return rf"{beta_text}, $\gamma$ = {gamma}"
     filed_beta, filed_gamma, _ = conventions.file_extraction(run.beta_deg, run.gamma_deg)
-    return f"{beta_text}, filed under ({style.degrees(filed_beta)}, {style.degrees(filed_gamma)})"
+    return (
+        f"{beta_text}, in the maps at ({style.degrees(filed_beta)}, {style.degrees(filed_gamma)})"
+    )
 
 
 @figure(
@@ -196,17 +199,14 @@ def plot_protocol(results: Results, medium: str) -> Figure:
         result_axes.set_title(note, **small)
     colours, tares = style.COMPONENT_COLOURS, style.PALE_COLOURS
     entries = {
-        "height $z$": style.line("black"),
-        "distance $x$": style.line("black", linestyle="--"),
+        "height $z$; below: fit, vertical": style.line("black"),
+        "distance $x$; below: fit, horizontal": style.line("black", linestyle="--"),
         "vertical, run": style.line(colours["z"]),
         "vertical, tare": style.line(tares["z"]),
         "horizontal, run": style.line(colours["x"]),
         "horizontal, tare": style.line(tares["x"]),
         "pause": style.patch(facecolor=_PHASES["pause"]),
         "stroke; below: window of the fit": style.patch(facecolor=_PHASES["stroke"]),
-        "fit, vertical": style.line("black"),
-        "fit, horizontal": style.line("black", linestyle="--"),
-        f"{style.level(results)} interval of a fit": style.band(0.5),
     }
     style.legend(page, entries)
     return page
@@ -264,11 +264,10 @@ def _draw_plate(axes: Axes, column: PanelColumn) -> str:
         colour = style.COMPONENT_COLOURS[c]
         stress = trace[f"stress_{c}_N_per_cm2"]
         draw_thin(axes, place, stress, color=colour, linewidth=0.6, alpha=0.75)
-        alpha, low, high = alpha_with_interval(column.fit, c)
+        alpha, *_ = alpha_with_interval(column.fit, c)
         if np.isfinite([alpha, end]).all():
             ends = np.array([begin if flat else 0.0, end])
             shape = scale * np.ones(2) if flat else ends
-            axes.fill_between(ends, low * shape, high * shape, color=colour, alpha=0.35)
             axes.plot(ends, alpha * shape, "-" if c == "z" else "--", color="black")
         notes.append(rf"$\alpha_{c}$ = {alpha_text(column.fit, c)} {style.PER_CM3}")
     axes.set_xlim(0, None)
@@ -366,17 +365,13 @@ def plot_tare(results: Results, medium: str) -> Figure:
 # How well the clocks were brought together and the surface found, from the estimates' own details
 
 
-_ROW_CM = 4.3
+_OVERVIEW_CM, _PUSH_CM = 4.6, 4.9
 _BLUE, _RED = style.OKABE_ITO["blue"], style.OKABE_ITO["vermillion"]
-_LABELS = (
-    "lag from the estimate (s)",
-    "depth from the arm's zero (cm)",
-    "depth below surface (cm)",
-)
-_GOOD = (
-    "Good: the lowest dot lies at the offset of the session (dotted), readings on one curve",
-    "force flat above the surface and growing from there on",
-)
+_LAG_S = 10.0
+"""Lags are drawn this far from the estimate."""
+
+_NEAR_SURFACE_CM = 0.6
+"""Readings are drawn this far above and below the surface."""
 
 
 @figure(
@@ -399,10 +394,8 @@ _GOOD = (
     media=lambda c: c.media_with_logs() if c.config.clock.method == "estimate" else (),
     section="Measurement",
     caption=(
-        "How the clocks of force and motion log lie by each push straight down in {medium}, and in its session (dotted). "
-        "Line: for each lag that was tried, how much of the force follows no smooth curve over depth. Where it is low, offset, "
-        "drift and surface are fitted: a dot each. A push that begins in air may have a second low place; the lowest dot counts. "
-        "Good: one dot stands out, its interval is narrow and holds that of the session."
+        "Above: by how much each push straight down in {medium} puts the clocks apart from its session. Below: the "
+        "push that differs most. Good: intervals (95 %) hold zero, one dot lies lowest, readings follow their curve."
     ),
 )
 def plot_clocks(results: Results, medium: str) -> Figure:
@@ -428,48 +421,86 @@ def plot_clocks(results: Results, medium: str) -> Figure:
 
 @style.styled()
 def draw_clocks(rows: Sequence[tuple[Ingested, Alignment]]) -> Figure:
-    """Draw a row of panels for each run, with its alignment by itself.
+    """Draw the offset of each push from its session, and how the push that differs most was aligned.
 
-    First: the share of the force's variance that no smooth function of depth explains, over the lags that were tried, the
-    offsets that were fitted, and that of the session. Second: force over depth at the estimated offset, and that function.
+    Below, first: the share of the force's variance that no smooth function of depth explains, over the lags that were tried,
+    the offsets that were fitted, and that of the session. Second: force over depth at the estimated offset, and that function.
     Third, where a surface was estimated: the force next to it, and the model there.
     """
-    columns = 3 if any(trace.surface for trace, _ in rows) else 2
-    page, axes = style.panels([_ROW_CM] * len(rows), columns)
-    for row_of_axes, (trace, alignment) in zip(axes, rows, strict=True):
-        _draw_lags(row_of_axes[0], alignment, trace.clock)
-        row_of_axes[0].set_title(trace.run.run_id, loc="left", fontsize=8, fontweight="bold")
-        row_of_axes[1].set_title(_offset(alignment.clock), loc="left", fontsize=7.5)
-        _draw_lift(row_of_axes[1], alignment)
-        for panel in row_of_axes[2:]:
-            _draw_contact(panel, trace.surface)
-        for panel in row_of_axes:
-            panel.tick_params(labelsize=7)
-    for panel, label in zip(axes[-1], _LABELS, strict=False):
-        panel.set_xlabel(label, fontsize=7.5)
-    good = ";\n".join(_GOOD[: columns - 1])
-    page.supxlabel(f"{good}. Bands: 95 % intervals.", x=0.01, ha="left", fontsize=7.5)
+    differences = np.array([_difference_s(trace, alignment) for trace, alignment in rows])
+    half_widths = np.array([1.96 * (alignment.clock.se_s or 0.0) for _, alignment in rows])
+    worst = int(np.argmax(np.abs(differences) / np.where(half_widths > 0, half_widths, 1.0)))
+    trace, alignment = rows[worst]
+    page, panels = style.panels((_OVERVIEW_CM, _PUSH_CM), 3 if trace.surface else 2, 6.1)
+    grid = panels[0, 0].get_gridspec()
+    for axes in panels[0]:
+        axes.remove()
+    _draw_offsets(page.add_subplot(grid[0, :]), differences, half_widths, worst)
+    _draw_lags(panels[1, 0], alignment, -differences[worst])
+    panels[1, 0].set_title(style.plain(trace.run.run_id), loc="left", fontweight="bold")
+    panels[1, 1].set_title(_offset(alignment.clock), loc="left")
+    _draw_lift(panels[1, 1], alignment)
+    if trace.surface:
+        _draw_contact(panels[1, 2], trace.surface)
+    entries = {
+        "push": style.line(_BLUE, marker="o", linestyle="", markersize=3),
+        "push that differs most": style.line(_RED, marker="D", linestyle="", markersize=4),
+        "session": style.line("black", linestyle=":"),
+        "share without a curve": style.line(_BLUE),
+        "fitted": style.line(_RED),
+    }
+    if trace.surface:
+        entries["95 % interval of the surface"] = style.band(_OF_PUSH, _RED)
+    style.legend(page, entries)
     return page
 
 
+_OF_PUSH = 0.3
+"""Opacity of the interval of the surface."""
+
+
+def _difference_s(trace: Ingested, alignment: Alignment) -> float:
+    """Offset of a push less that of its session at the same moment, s."""
+    reference_s = alignment.clock.reference_s
+    of_session = float(trace.clock.motion_time(np.array([reference_s]))[0]) - reference_s
+    return alignment.clock.offset_s - of_session
+
+
+def _draw_offsets(axes: Axes, differences: FloatArray, half_widths: FloatArray, worst: int) -> None:
+    """Draw how far each push lies from its session, the one that differs most marked."""
+    number = np.arange(1, len(differences) + 1)
+    axes.axhline(0, color="black", linewidth=0.8, linestyle=":")
+    low, high = differences - half_widths, differences + half_widths
+    axes.vlines(number, low, high, color=_BLUE, linewidth=0.8)
+    axes.plot(number, differences, "o", color=_BLUE, markersize=3)
+    axes.vlines(number[worst], low[worst], high[worst], color=_RED, linewidth=1.2)
+    axes.plot(number[worst], differences[worst], "D", color=_RED, markersize=4)
+    axes.set_xlim(0.5, len(differences) + 0.5)
+    style.ticks(axes.xaxis, 12, integer=True)
+    axes.set(xlabel="push straight down (number)", ylabel="offset from session (s)")
+
+
 def _offset(clock: ClockFit) -> str:
-    hours = f"{clock.hours:+d} h " if clock.hours else ""
-    seconds = clock.offset_s - 3600 * (clock.hours or 0)
-    return f"clocks {hours}{seconds:+.3f} s ± {clock.se_s:.3f} s"
+    hours = f"{style.format_number(clock.hours, 0)} h " if clock.hours else ""
+    seconds = style.format_number(clock.offset_s - 3600 * (clock.hours or 0))
+    error = "" if clock.se_s is None else f" \N{PLUS-MINUS SIGN} {style.format_number(clock.se_s)}"
+    return f"clocks {hours}{seconds}{error} s"
 
 
-def _draw_lags(axes: Axes, alignment: Alignment, session_clock: ClockFit) -> None:
+def _draw_lags(axes: Axes, alignment: Alignment, session_s: float) -> None:
+    """Draw what no curve over depth explains at each lag; `session_s`: offset of the session from that of the push."""
+    limit_s = max(_LAG_S, 1.2 * abs(session_s))
     lag = alignment.profile.lag - alignment.clock.offset_s
-    axes.semilogy(lag, np.maximum(alignment.profile.unexplained, 1e-6), color=_BLUE, linewidth=0.9)
-    half_width_s = 1.96 * (alignment.clock.se_s or 0.0)
-    axes.axvspan(-half_width_s, half_width_s, color=_RED, alpha=0.4, linewidth=0)
+    is_near = np.abs(lag) <= limit_s
+    percent = 100 * np.maximum(alignment.profile.unexplained, 1e-6)
+    axes.semilogy(lag[is_near], percent[is_near], color=_BLUE, linewidth=0.9)
     offsets, shares = alignment.candidates
-    axes.plot(offsets - alignment.clock.offset_s, shares, "o", color=_RED, markersize=3)
-    at_reference = session_clock.motion_time(np.array([alignment.clock.reference_s]))[0]
-    of_session = float(at_reference) - alignment.clock.reference_s - alignment.clock.offset_s
-    axes.axvline(of_session, color="black", linewidth=0.8, linestyle=":")
-    axes.set_ylabel("unexplained share", fontsize=7.5)
-    axes.set_xlim(-10, 10)
+    near_offset = np.abs(offsets - alignment.clock.offset_s) <= limit_s
+    fitted_s = (offsets - alignment.clock.offset_s)[near_offset]
+    axes.plot(fitted_s, 100 * shares[near_offset], "o", color=_RED, markersize=3)
+    axes.axvline(session_s, color="black", linewidth=0.8, linestyle=":")
+    axes.set(xlabel="lag from the estimate (s)", ylabel="force without a curve (% of variance)")
+    axes.set_xlim(-limit_s, limit_s)
     axes.minorticks_off()
 
 
@@ -479,23 +510,24 @@ def _draw_lift(axes: Axes, alignment: Alignment) -> None:
     curves = alignment.depth, alignment.force, alignment.fitted
     depth, force, fitted = (values[rising] for values in curves)
     order = np.argsort(depth)
-    axes.plot(depth, force - start, ".", color=_BLUE, markersize=2)
+    axes.plot(depth, force - start, "o", color=_BLUE, markersize=1, markeredgewidth=0)
     axes.plot(depth[order], fitted[order] - start, color=_RED, linewidth=0.8)
-    axes.set_ylabel("lift (N)", fontsize=7.5)
+    axes.set(xlabel="depth from the arm's zero (cm)", ylabel="lift (N)")
 
 
-def _draw_contact(axes: Axes, surface: Surface | None) -> None:
-    if surface is None:
-        axes.set_axis_off()
-        axes.text(0.5, 0.5, "surface as given", transform=axes.transAxes, ha="center", fontsize=7.5)
-        return
+def _draw_contact(axes: Axes, surface: Surface) -> None:
     depth = surface.depth - surface.depth_cm
+    is_near = np.abs(depth) < _NEAR_SURFACE_CM
+    depth, force = depth[is_near], (surface.force - surface.air_N)[is_near]
+    fitted = (surface.fitted - surface.air_N)[is_near]
     order = np.argsort(depth)
-    axes.plot(depth, surface.force - surface.air_N, ".", color=_BLUE, markersize=2)
-    axes.plot(depth[order], surface.fitted[order] - surface.air_N, color=_RED, linewidth=0.8)
+    axes.plot(depth, force, "o", color=_BLUE, markersize=1, markeredgewidth=0)
+    axes.plot(depth[order], fitted[order], color=_RED, linewidth=0.8)
     lo, hi = surface.interval()
-    axes.axvspan(lo - surface.depth_cm, hi - surface.depth_cm, color=_RED, alpha=0.3, linewidth=0)
-    axes.set_xlim(-0.6, 0.6)
-    near_surface = np.abs(depth) < 0.6
-    axes.set_ylim(-1, float((surface.force - surface.air_N)[near_surface].max()) * 1.05 + 1)
-    axes.set_title(f"surface ± {10 * surface.se_cm:.2f} mm", loc="left", fontsize=7.5)
+    ends = np.clip(
+        [lo - surface.depth_cm, hi - surface.depth_cm], -_NEAR_SURFACE_CM, _NEAR_SURFACE_CM
+    )
+    axes.axvspan(*ends, color=_RED, alpha=_OF_PUSH, linewidth=0)
+    axes.set_xlim(-_NEAR_SURFACE_CM, _NEAR_SURFACE_CM)
+    axes.set_title(f"surface \N{PLUS-MINUS SIGN} {10 * surface.se_cm:.2f} mm", loc="left")
+    axes.set(xlabel="depth below surface (cm)", ylabel="lift (N)")

@@ -15,7 +15,7 @@ from rftfit.figures import style
 from rftfit.figures.registry import figure, when
 from rftfit.figures.traces import DIRECTIONS, by_run, panel_limits, problem_text, stress_of, thin
 from rftfit.measure.flags import describe_shared
-from rftfit.measure.verdict_words import REPEATS
+from rftfit.measure.verdict_words import MAP, PAIR, REPEATS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -390,8 +390,9 @@ class Sheet:
         entries = {name: style.line(pen[0], linewidth=1.2) for pen, name in names}
         entries["fit through zero"] = style.line(FIT[0], linewidth=0.8, linestyle=(0, (5, 4)))
         entries["fit window"] = style.patch(facecolor=_WINDOW)
-        frame = style.patch(facecolor="none", edgecolor=style.MARK, linewidth=1.4)
-        entries["flagged or without alpha"] = frame
+        if style.MARK in self.frames:
+            frame = style.patch(facecolor="none", edgecolor=style.MARK, linewidth=1.4)
+            entries["flagged or without alpha"] = frame
         legend_options = {
             "loc": "lower left",
             "fontsize": 7.5,
@@ -403,7 +404,7 @@ class Sheet:
         level = f" (horizontal runs: path from 0 to {self.reach[1]:g} cm)" * (self.reach[1] > 0)
         text = (
             f"Across each panel: depth from 0 to {self.reach[0]:g} cm{level}. Up: stress, from the panel's bottom to its top as written in "
-            "it. α in N/cm³. Extractions as filed."
+            "it. α in N/cm³. Extractions stand at their angles in the maps."
         )
         self.axes.text(LEFT, -self.paper[1] + 1.05, text, fontsize=7.5, va="center")
 
@@ -411,10 +412,16 @@ class Sheet:
 # Runs side by side
 
 
-_SIDE_LEFT_CM, _SIDE_CM, _SIDE_PITCH_CM, _LIST_CM = 1.6, 4.2, 5.4, 11.8
-_SIDE_TOP_CM, _SIDE_ROW_CM, _SIDE_FOOT_CM = 0.7, 3.6, 1.0
+_SIDE_ROW_CM = 3.5
 _NAMED, _NAME = 6, 30
-"""Outliers that the list has room for, and letters of their names."""
+"""Outliers that are named, and letters of their names."""
+
+_COMPARED_WITH = {
+    REPEATS: ("repeats", "the median of its repeats", "o", True),
+    PAIR: ("repeat", "the other of two", "s", False),
+    MAP: ("map", "the map by all other runs", "o", False),
+}
+"""What a run is compared with, in a word and in full, its marker, and whether that is filled."""
 
 
 def _compared(results: Results) -> dict[str, pd.DataFrame]:
@@ -431,8 +438,8 @@ def _compared(results: Results) -> dict[str, pd.DataFrame]:
     media=when(lambda campaign: campaign.of_role("laboratory")),
     section="Measurement",
     caption=(
-        "Does each run agree with the others of its medium? Its alpha minus the median of its repeats (filled), "
-        "or minus the map of all other runs (hollow). Good: all points about zero, none red."
+        "Does each run agree with the others of its medium? Its alpha minus that of its repeats or, of a single run, of "
+        "the map by all other runs. Good: all points about zero, none red."
     ),
     lacking=lambda results, _: (
         ()
@@ -443,31 +450,36 @@ def _compared(results: Results) -> dict[str, pd.DataFrame]:
 def plot_runs_side_by_side(results: Results) -> Figure:
     """Draw each run against the others of its medium, a row a medium."""
     tables = _compared(results)
-    tall = _SIDE_TOP_CM + len(tables) * _SIDE_ROW_CM + _SIDE_FOOT_CM
-    page = style.new_figure(style.DOUBLE_CM, tall)
-    for row, (medium, table) in enumerate(tables.items()):
-        top = _SIDE_TOP_CM + row * _SIDE_ROW_CM
-        title = style.medium_label(results, medium)
-        style.text_cm(page, _SIDE_LEFT_CM, top - 0.12, title, va="bottom", fontsize=7)
+    compared_with = set().union(*(table["beside"] for table in tables.values()))
+    kinds = {word: look for word, look in _COMPARED_WITH.items() if word in compared_with}
+    others = next(iter(kinds.values()))[0] if len(kinds) == 1 else "others"
+    page, panels = style.panels([_SIDE_ROW_CM] * len(tables), 2, 9.0)
+    for (medium, table), row_of_axes in zip(tables.items(), panels, strict=True):
         runs_apart = table[table["apart"].astype(bool)].sort_values("times_spread", ascending=False)
-        for column, c in enumerate("zx"):
-            left = _SIDE_LEFT_CM + column * _SIDE_PITCH_CM
-            axes = style.axes_cm(page, left, top, _SIDE_CM, _SIDE_ROW_CM - 0.85)
+        for axes, c in zip(row_of_axes, "zx", strict=True):
             _side_by_side(axes, table, runs_apart, c)
-            if row == len(tables) - 1:
-                axes.set_xlabel(f"others, {style.alpha_label(c)}")
-            if column == 0:
-                axes.set_ylabel(f"run minus others ({style.PER_CM3})")
-        style.text_cm(page, _LIST_CM, top, _summary(table), va="top", fontsize=6)
-        text_style = {"va": "top", "fontsize": 5.5, "color": style.MARK}
-        style.text_cm(page, _LIST_CM, top + 1.05, _names(runs_apart), **text_style)
-    entries = {
-        "3 or more repeats": style.dots(style.GREY, 3),
-        "1 or 2": style.dots(style.GREY, 3, markerfacecolor="none"),
-        "outlier": style.dots(style.MARK, 4),
-    }
+            if medium == [*tables][-1]:
+                axes.set_xlabel(f"{others}, {style.alpha_label(c)}")
+        row_of_axes[0].set_ylabel(f"run minus {others}\n({style.PER_CM3})")
+        title = style.medium_label(results, medium)
+        row_of_axes[0].set_title(title, loc="left", weight="bold")
+        lines = [_summary(table), *_names(runs_apart)]
+        row_of_axes[1].set_title("\n".join(lines), loc="left", fontsize=5.5)
+    entries: dict[str, Any] = {}
+    for _, name, marker, is_filled in kinds.values():
+        entries[f"compared with {name}"] = tuple(
+            style.line(colour, **_comparison_look(colour, marker, is_filled))
+            for colour in style.COMPONENT_COLOURS.values()
+        )
+    if any(table["apart"].any() for table in tables.values()):
+        entries["outlier"] = style.dots(style.MARK, 4)
     style.legend(page, entries)
     return page
+
+
+def _comparison_look(colour: str, marker: str, is_filled: bool) -> style.Look:
+    face = colour if is_filled else "none"
+    return {"marker": marker, "linestyle": "", "markerfacecolor": face, "markeredgewidth": 0.5}
 
 
 def _side_by_side(axes: Axes, table: pd.DataFrame, runs_apart: pd.DataFrame, c: str) -> None:
@@ -480,18 +492,18 @@ def _side_by_side(axes: Axes, table: pd.DataFrame, runs_apart: pd.DataFrame, c: 
     alpha_of_others, difference = table[f"others_{c}_N_per_cm3"], differences[c]
     colour = style.COMPONENT_COLOURS[c]
     size = 3 if len(table) < _MANY_RUNS else 1.8
-    marker_style: style.Look = {"markersize": size, "alpha": 0.7, "color": colour}
-    faces = np.where(table["beside"] == REPEATS, colour, "none")
-    for face in dict.fromkeys(faces):
-        has_face = faces == face
-        axes.plot(
-            alpha_of_others[has_face],
-            difference[has_face],
-            "o",
-            markerfacecolor=face,
-            markeredgewidth=0.5,
-            **marker_style,
-        )
+    for word, (_, _, marker, is_filled) in _COMPARED_WITH.items():
+        rows = table["beside"] == word
+        if rows.any():
+            look = _comparison_look(colour, marker, is_filled)
+            axes.plot(
+                alpha_of_others[rows],
+                difference[rows],
+                color=colour,
+                markersize=size,
+                alpha=0.7,
+                **look,
+            )
     points = zip(
         alpha_of_others[runs_apart.index],
         difference[runs_apart.index],
@@ -509,7 +521,6 @@ def _side_by_side(axes: Axes, table: pd.DataFrame, runs_apart: pd.DataFrame, c: 
             axes.annotate(f"{number}", (x, y), (3, 2), **text_style)
     limit = 1.15 * float(np.nanmax(np.abs([*differences.values()]), initial=1e-4))
     axes.set_ylim(-limit, limit)
-    axes.axvline(0, color=style.GREY, linewidth=0.4)
     axes.margins(x=0.08)
     for axis in (axes.xaxis, axes.yaxis):
         style.ticks(axis, 5)
@@ -526,9 +537,9 @@ def _summary(table: pd.DataFrame) -> str:
     differences = (table[f"alpha_{c}_N_per_cm3"] - table[f"others_{c}_N_per_cm3"] for c in "zx")
     medians = [style.format_number(difference.abs().median(), 4) for difference in differences]
     return (
-        f"{len(table)} runs, {int(table['apart'].sum())} of {times.notna().sum()} apart\n"
-        f"half of them within {medians[0]} (z) and {medians[1]} (x) {style.PER_CM3}\n"
-        f"farthest: {style.format_number(float(times.max()), 1)} times the spread"
+        f"{len(table)} runs, {int(table['apart'].sum())} of {times.notna().sum()} apart, the farthest "
+        f"{style.format_number(float(times.max()), 1)} times the spread\n"
+        f"half of them within {medians[0]} (z) and {medians[1]} (x) {style.PER_CM3}"
     )
 
 
@@ -537,7 +548,7 @@ def _component_apart(run: Row) -> str:
     return "zx"[abs(run["off_x_ratio"]) > abs(run["off_z_ratio"])]
 
 
-def _names(runs_apart: pd.DataFrame) -> str:
+def _names(runs_apart: pd.DataFrame) -> list[str]:
     """Name the outliers, with their alpha and that of the others where these differ most."""
     lines = []
     for number, run in enumerate(runs_apart.to_dict("records")[:_NAMED], 1):
@@ -550,4 +561,4 @@ def _names(runs_apart: pd.DataFrame) -> str:
         lines.append(
             rf"{number}  {style.plain(name)}: $\alpha_{c}$ {alpha_of_run} beside {alpha_of_others}"
         )
-    return "\n".join(lines + [f"and {len(runs_apart) - _NAMED} more"] * (len(runs_apart) > _NAMED))
+    return lines + [f"and {len(runs_apart) - _NAMED} more"] * (len(runs_apart) > _NAMED)

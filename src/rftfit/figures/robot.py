@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
     _Draw = Callable[[Results, str], Figure]
 
 FREQUENCY_LABEL = "stride frequency (Hz)"
-CURVATURE_LABEL = r"leg curvature $R'/r$"
+CURVATURE_LABEL = r"leg curvature $R'/r$ (dimensionless)"
 SPEED_LABEL = "speed (cm/s)"
 
 SWEEPS = ("robot", "robot_full")
@@ -92,7 +93,7 @@ _NO_SPEED = ("there is no simulated speed to draw",)
     paper="Fig. 4C",
     caption=beside_points(
         "The robot's mean forward speed against stride frequency, simulated with the measured \N{GREEK SMALL LETTER ALPHA} (lines).",
-        "Shaded bars: what the errors of \N{GREEK SMALL LETTER ALPHA} and of the legs' arc leave open. "
+        "Bars beside: what the errors of \N{GREEK SMALL LETTER ALPHA} and of the legs' arc leave open. "
         "Good: lines through the points.",
     ),
     lacking=lambda results, sweep: (
@@ -110,7 +111,7 @@ def plot_speed(results: Results, sweep: str) -> Figure:
     _frequency_panel(axes, speeds, errors, looks)
     axes.set(ylim=_limits(speeds, errors), xlabel=FREQUENCY_LABEL, ylabel=SPEED_LABEL)
     axes.set_title(PROFILE_TITLES["table"], loc="left", fontsize=7.5)
-    style.legend(page, _speed_entries(looks, errors), handlelength=1.8)
+    style.legend(page, _speed_entries(looks, speeds, errors), **_legend_title(errors))
     return page
 
 
@@ -150,10 +151,8 @@ def plot_profiles(results: Results, sweep: str) -> Figure:
         frequency_axes.set_title(
             PROFILE_TITLES.get(name, style.plain(name)), loc="left", fontsize=7.5
         )
-    entries = _speed_entries(looks, errors)
-    if (speed["outcome"] == "tipped").any():
-        entries["turned upside down"] = style.line("black", linestyle="", marker="x", markersize=3)
-    style.legend(page, entries, handlelength=1.8)
+    entries = _speed_entries(looks, speed, errors)
+    style.legend(page, entries, **_legend_title(errors))
     return page
 
 
@@ -211,12 +210,9 @@ def _frequency_panel(
         axes.plot(x, y, color=colour, linewidth=1.0, zorder=2)
         _mark_tipped(axes, rows, "frequency_Hz", colour)
         error_rows = errors[np.isclose(errors["curvature_times_R"], curvature)]
-        ends = (
-            error_rows["simulated_from_alpha_lo_cm_per_s"],
-            error_rows["simulated_from_alpha_hi_cm_per_s"],
-        )
+        ends = error_rows[_OPEN_ENDS].to_numpy(float).T
         axes.vlines(
-            error_rows["frequency_Hz"], *ends, color=colour, linewidth=3.2, alpha=0.35, zorder=1.5
+            error_rows["frequency_Hz"] + _BESIDE_HZ, *ends, color=_OPEN_COLOUR, zorder=4, **_OPEN
         )
         for calibrated, fill in (("no", colour), ("yes", "white")):
             points = error_rows[error_rows["calibrated"] == calibrated]
@@ -232,12 +228,18 @@ def _frequency_panel(
             }
             marker_style |= {"markeredgewidth": 0.7, "elinewidth": 0.6, "capsize": 1.2}
             axes.errorbar(*point_xy, yerr=bars, fmt=marker, **marker_style)
-    places = zip(errors["curvature_times_R"], errors["frequency_Hz"], strict=True)
-    ringed = errors[np.array([is_of_motion(*condition) for condition in places], dtype=bool)]
+    ringed = _drawn_over_time(errors)
     axes.plot(ringed["frequency_Hz"], ringed["measured_cm_per_s"], color="black", **_RING)
     axes.set_xlim(0, 5.15)
     axes.text(0.03, 0.97, _shares(errors), transform=axes.transAxes, va="top", fontsize=6)
 
+
+_OPEN_ENDS = ["simulated_from_alpha_lo_cm_per_s", "simulated_from_alpha_hi_cm_per_s"]
+_OPEN_COLOUR = "black"
+_OPEN: dict[str, Any] = {"linewidth": 1.4}
+"""What the errors of alpha leave open of a simulated speed: a bar beside its point."""
+
+_BESIDE_HZ = 0.09
 
 _RING: dict[str, Any] = {"linestyle": "", "marker": "o", "markersize": 7.5}
 _RING |= {"markerfacecolor": "none", "markeredgewidth": 0.9}
@@ -300,14 +302,10 @@ def _curvature_panel(axes: Axes, speed: pd.DataFrame, errors: pd.DataFrame) -> N
         axes.plot(*line.T, color=colour, linewidth=1.0)
         tipped_at_hz = tipped[np.isclose(tipped["frequency_Hz"], hz)]
         _mark_tipped(axes, tipped_at_hz, "curvature_times_R", colour)
-        marker_style: dict[str, Any] = {
-            "color": colour,
-            "markersize": 3.4,
-            "markeredgecolor": "black",
-        }
-        axes.plot(
-            *_speeds_at(measured, hz).T, marker, markeredgewidth=0.4, zorder=3, **marker_style
-        )
+        # hollow: speeds of two frequencies can be alike
+        marker_style: dict[str, Any] = {"color": colour, "markersize": 4, "zorder": 3}
+        marker_style |= {"markerfacecolor": "none", "markeredgewidth": 0.9}
+        axes.plot(*_speeds_at(measured, hz).T, marker, **marker_style)
         line = line[np.isfinite(line[:, 1])]
         if len(line):
             axes.text(1.08, line[-1, 1], f"{hz:g} Hz", va="center", fontsize=6, color=colour)
@@ -324,24 +322,44 @@ def _shares(errors: pd.DataFrame) -> str:
     return "\n".join(lines)
 
 
+def _legend_title(errors: pd.DataFrame) -> style.Look:
+    """Say what lines and points of a figure of speeds are, in the title of its legend."""
+    words = ["lines: simulated"]
+    if not errors.empty:
+        words.append("points: measured, mean and s.d. of trials")
+    if (errors["calibrated"] == "yes").any():
+        words.append("hollow: the model was calibrated on it")
+    return {"title": "; ".join(words), "handlelength": 1.8}
+
+
 def _speed_entries(
-    looks: Mapping[float, tuple[str, str]], errors: pd.DataFrame
-) -> dict[str, Artist]:
-    """Entries of a legend that say what colours, lines and points are."""
-    entries = {}
+    looks: Mapping[float, tuple[str, str]], speeds: pd.DataFrame, errors: pd.DataFrame
+) -> dict[str, Any]:
+    """Entries of a legend that say what colours, lines and points are, of those that are drawn."""
+    entries: dict[str, Any] = {}
     for curvature, (colour, marker) in looks.items():
         # shown with the marker where there is one
         marked = style.line(colour, marker="" if errors.empty else marker, markersize=3.4)
         entries[f"$R'/r$ = {style.format_number(curvature, 2)}"] = marked
-    entries["simulated"] = style.line("black", linewidth=1.0)
-    if errors.empty:
-        return entries
-    entries["measured, mean and s.d. of trials"] = style.dots("black", 3.4)
-    if (errors["calibrated"] == "yes").any():
-        entries["measured, calibrated on"] = style.dots("black", 3.4, markerfacecolor="white")
-    entries["motion drawn over time"] = style.line("black", **_RING | {"markersize": 6})
-    entries["left open by the errors of alpha"] = style.band()
+    if len(_drawn_over_time(errors)):
+        entries["motion drawn over time"] = style.line("black", **_RING | {"markersize": 6})
+    if errors[_OPEN_ENDS].notna().all(axis=1).any():
+        entries["left open by the errors of alpha"] = style.line(_OPEN_COLOUR, **_OPEN)
+    tipped = speeds.loc[speeds["outcome"] == "tipped", "curvature_times_R"].to_numpy(float)
+    tipped_colours = [c for k, (c, _) in looks.items() if np.isclose(tipped, k).any()]
+    if tipped_colours:
+        entries["turned upside down"] = tuple(
+            style.line(colour, linestyle="", marker="x", markersize=3) for colour in tipped_colours
+        )
     return entries
+
+
+def _drawn_over_time(errors: pd.DataFrame) -> pd.DataFrame:
+    """Rows of the runs whose motion has a figure of its own, those with a measured speed."""
+    conditions = zip(errors["curvature_times_R"], errors["frequency_Hz"], strict=True)
+    is_drawn = np.array([is_of_motion(*condition) for condition in conditions], dtype=bool)
+    drawn: pd.DataFrame = errors[is_drawn & errors["measured_cm_per_s"].notna().to_numpy(bool)]
+    return drawn
 
 
 def _over_curvature_and_frequency(results: Results, sweep: str) -> pd.DataFrame:
@@ -384,10 +402,8 @@ def plot_curvature(results: Results, sweep: str) -> Figure:
     _curvature_panel(curvature_axes, speed_rows, error_rows)
     curvature_axes.set_ylim(*_limits(speed_rows, error_rows))
     curvature_axes.set(xlabel=CURVATURE_LABEL, ylabel=SPEED_LABEL)
-    if len(error_rows):
-        handles = style.line("black"), style.dots("black", 3.4)
-        names = "simulated", "measured (read between frequencies)"
-        curvature_axes.legend(handles, names, loc="upper left", frameon=False)
+    points = "; points: measured, read between frequencies" * bool(len(error_rows))
+    curvature_axes.set_title(f"lines: simulated{points}", loc="left", fontsize=6.5)
     complete_columns = table.dropna(axis="columns")
     cells = (
         values.to_numpy(float)
@@ -500,7 +516,7 @@ _KINEMATICS = (
 _GROUPS: tuple[tuple[str, Any], ...] = (
     (style.OKABE_ITO["blue"], "-"),
     (style.OKABE_ITO["vermillion"], (0, (5, 1))),
-    ("black", "-"),
+    ("#5C3A1E", (0, (7, 1))),
     ("#666666", (0, (1, 1))),
     (style.OKABE_ITO["reddish purple"], (0, (4, 1, 1, 1))),
     (style.OKABE_ITO["sky blue"], "-"),
@@ -522,7 +538,8 @@ _MOTION: dict[str, Any] = {
     paper="Fig. 4B",
     caption=(
         "The robot over two strides; dashed: its mean speed; grey: measured strides, if any. "
-        "Forces are means over 10 ms. Good: the second stride repeats the first; tripods take turns."
+        "Forces are means over 10 ms; where the belly stands still, its friction jumps. "
+        "Good: the second stride repeats the first."
     ),
     **_MOTION,
 )
@@ -559,6 +576,8 @@ def draw_motion(motion: pd.DataFrame, measured: pd.DataFrame | None = None) -> F
     """Draw motion and forces over two strides, beside mean strides of tracks, one column a run."""
     page, columns = _panels(motion, len(_KINEMATICS) + 2)
     looks = dict(zip(group_names(motion), _GROUPS, strict=False))
+    unseen = [group for group in looks if not _is_seen(motion, group)]
+    looks = {group: look for group, look in looks.items() if group not in unseen}
     any_measured = False
     for motion_of_run, panels in columns:
         run: Any = motion_of_run[["curvature_times_R", "frequency_Hz"]].iloc[0].tolist()
@@ -576,7 +595,9 @@ def draw_motion(motion: pd.DataFrame, measured: pd.DataFrame | None = None) -> F
     labels = [*(label for _, label in _KINEMATICS), "lift by group\n(N)", "thrust by group\n(N)"]
     _finish([panels for _, panels in columns], labels)
     curves = {"simulated": style.line("black"), "measured": style.line("#9a9a9a")}
-    _legend(page, looks, **curves if any_measured else {})
+    names = labels_of_groups(unseen)
+    title = f"below {100 * _SEEN:g} % of the largest force: {', '.join(names)}" if names else ""
+    _legend(page, looks, title, **curves if any_measured else {})
     return page
 
 
@@ -611,7 +632,18 @@ def _draw_forces(
         for group, (colour, dash) in looks.items():
             force = _mean_force(motion_of_run, f"force_{component}_{group}_N")
             axes.plot(motion_of_run["time_s"], force, color=colour, linestyle=dash, linewidth=0.9)
-        axes.axhline(0, color="black", linewidth=0.4)
+        axes.axhline(0, color=style.GREY, linewidth=0.4, zorder=0)
+
+
+_SEEN = 0.02
+"""Largest force of a group, relative to the largest of all, below which its curve lies on the line of zero."""
+
+
+def _is_seen(motion: pd.DataFrame, group: str) -> bool:
+    """Whether the force on a group can be told from zero beside those on the others."""
+    forces = motion[[name for name in motion.columns if re.fullmatch(r"force_[xz]_\w+_N", name)]]
+    of_group = forces[[f"force_{component}_{group}_N" for component in "xz"]].abs()
+    return bool(of_group.to_numpy().max() > _SEEN * forces.abs().to_numpy().max())
 
 
 def _mean_force(motion_of_run: pd.DataFrame, name: str) -> FloatArray:
@@ -668,7 +700,14 @@ def _finish(columns: list[list[Axes]], labels: Sequence[str]) -> None:
         panels[-1].set_xlabel("time (s)")
 
 
-def _legend(figure: Figure, looks: Mapping[str, tuple[str, Any]], **entries: Artist) -> None:
-    for group, (colour, dash) in looks.items():
-        entries[group.replace("_", " ")] = style.line(colour, linestyle=dash)
-    style.legend(figure, entries, columnspacing=1.6)
+def labels_of_groups(groups: Sequence[str]) -> list[str]:
+    """Names of groups of elements for people."""
+    return [group.replace("_", " ") for group in groups]
+
+
+def _legend(
+    figure: Figure, looks: Mapping[str, tuple[str, Any]], title: str = "", **entries: Artist
+) -> None:
+    for name, (colour, dash) in zip(labels_of_groups([*looks]), looks.values(), strict=True):
+        entries[name] = style.line(colour, linestyle=dash)
+    style.legend(figure, entries, columnspacing=1.6, title=title)

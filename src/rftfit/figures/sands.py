@@ -30,6 +30,9 @@ _FITS: dict[str, tuple[str, Any]] = {
 }
 """Colour and line of the fit over each window."""
 
+_OF_ALPHA = 0.25
+"""Opacity of the interval of alpha."""
+
 
 @figure(
     "penetration",
@@ -71,15 +74,20 @@ def plot_penetration(results: Results) -> Figure:
         note = _note(tests)
         axes.set_title(note, loc="left", fontsize=5.5)
         style.name_column(axes, style.plain(results[medium].title), len(note.splitlines()))
-    entries = {"measured": style.line(style.COMPONENT_COLOURS["z"])}
+    entries: dict[str, Any] = {"measured": style.line(style.COMPONENT_COLOURS["z"])}
     if table["window"].eq("stated").any():
         entries["stated window"] = style.patch(facecolor=style.WINDOW)
     for name, (colour, line) in _FITS.items():
         if not table["window"].eq(name).any():
             continue
         entries[f"fit through zero, {name}"] = style.line(colour, linestyle=line)
-    entries["detected end"] = style.line(_FITS["detected"][0], linestyle=":")
-    entries[f"{style.level(results)} interval of alpha"] = style.band()
+    ends = [axes for axes in panels.flat if any(line.get_linestyle() == ":" for line in axes.lines)]
+    if ends:
+        entries["detected end"] = style.line(_FITS["detected"][0], linestyle=":")
+    shown = [name for name in _FITS if table.loc[table["window"] == name, _ALPHA[1]].notna().any()]
+    if shown:
+        colours = (_FITS[name][0] for name in shown)
+        entries[f"{style.level(results)} interval of alpha"] = style.bands(colours, _OF_ALPHA)
     style.legend(page, entries, handlelength=2.2, borderaxespad=0.25)
     return page
 
@@ -113,7 +121,7 @@ def _draw_panel(axes: Axes, runs: Sequence[Trace], tests: Sequence[Mapping[str, 
             continue
         drawn_fits.add(name)
         end = window if np.isfinite(window) else max_depth
-        band = {"color": colour, "alpha": 0.25, "linewidth": 0}
+        band = {"color": colour, "alpha": _OF_ALPHA, "linewidth": 0}
         axes.fill_between([0, end], [0, low * end], [0, high * end], **band)
         for ends_of, width in (([0, end], 1.1), ([end, max_depth], 0.5)):
             along = alpha * np.array(ends_of)

@@ -173,6 +173,10 @@ def new_figure(width_cm: float, height_cm: float, dpi: float | None = None) -> F
     return Figure(figsize=(width_cm * CM, height_cm * CM), dpi=dpi)
 
 
+_STAMP_CM = 0.35
+"""Width that is left free at the right edge, for a stamp."""
+
+
 def panels(
     heights_cm: Sequence[float], columns: int = 1, widest_cm: float = 8.0
 ) -> tuple[Figure, npt.NDArray[Any]]:
@@ -181,7 +185,7 @@ def panels(
     `heights_cm`: Of the rows with their words: panels are as high as these are to one another.
     """
     page = new_figure(min(DOUBLE_CM, max(SINGLE_CM, columns * widest_cm)), sum(heights_cm))
-    page.set_layout_engine("constrained", rect=(0, 0, 1 - 0.2 * CM / page.get_figwidth(), 1))
+    page.set_layout_engine("constrained", rect=(0, 0, 1 - _STAMP_CM * CM / page.get_figwidth(), 1))
     ratios = {"height_ratios": list(heights_cm)}
     return page, page.subplots(len(heights_cm), columns, squeeze=False, gridspec_kw=ratios)
 
@@ -254,24 +258,44 @@ def patch(**properties: Any) -> Artist:
     return Patch(**properties)
 
 
-def band(alpha: float = 0.4) -> Artist:
+def band(alpha: float = 0.4, colour: str = "#888888") -> Artist:
     """Interval in a legend."""
-    return patch(facecolor="#888888", alpha=alpha)
+    return patch(facecolor=colour, alpha=alpha, linewidth=0)
 
 
-def legend(figure: Figure, entries: Mapping[str, Artist], **options: Any) -> None:
-    """Explain lines and areas at the foot of a figure, in as few rows as its width allows."""
+def bands(colours: Iterable[str], alpha: float) -> tuple[Artist, ...]:
+    """Intervals of several curves in one entry of a legend, each in its colour."""
+    return tuple(band(alpha, colour) for colour in dict.fromkeys(colours))
+
+
+_LETTER = 0.55
+"""Mean width of a letter, relative to its size."""
+
+
+def legend(figure: Figure, entries: Mapping[str, Any], **options: Any) -> None:
+    """Explain lines and areas at the foot of a figure, in as few rows as its width allows.
+
+    Each entry is an artist or a tuple of artists, which stand beside one another, and looks like what is drawn. A title is
+    broken into lines.
+    """
+    from matplotlib.legend_handler import HandlerTuple
+
     is_laid_out = figure.get_layout_engine() is not None
     loc = "outside lower center" if is_laid_out else "lower center"
     usual: dict[str, Any] = {"loc": loc, "columnspacing": 1.2, "borderaxespad": 0.2}
+    usual["handler_map"] = {tuple: HandlerTuple(ndivide=None, pad=0.25)}
+    if title := options.pop("title", ""):
+        options["title_fontsize"] = 6
+        letters = int(72 * figure.get_figwidth() / (_LETTER * 6))
+        options["title"] = "\n".join(textwrap.wrap(title, letters))
     for rows in range(1, len(entries) + 1):
         columns = {"ncols": -(-len(entries) // rows)}
         legend = figure.legend([*entries.values()], [*entries], **usual | columns | options)
         box = legend.get_window_extent()
-        if box.width <= figure.bbox.width:
+        if box.width <= figure.bbox.width or rows == len(entries):
             break
         legend.remove()
-    if is_laid_out:
+    if is_laid_out and entries:
         figure.set_figheight(figure.get_figheight() + box.height / figure.dpi)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import pandas as pd
 
@@ -23,6 +23,13 @@ def share(x: float | None) -> str:
 Row = Mapping[str, Any]
 
 
+class Note(NamedTuple):
+    """Small print that leads somewhere by a click."""
+
+    text: str
+    link: str
+
+
 @dataclass(frozen=True)
 class Cell:
     """What stands in one place of a table.
@@ -32,7 +39,7 @@ class Cell:
     """
 
     text: str
-    notes: Sequence[str] = ()
+    notes: Sequence[str | Note] = ()
     css_classes: str = ""
     link: str = ""
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import PurePosixPath
 from typing import Any
 
+from rftfit.campaign.config import Publishing
 from rftfit.outputs.dictionary import Output, OutputColumn, column_of, describe_file
 
 PROFILE = "https://datapackage.org/profiles/2.0/datapackage.json"
@@ -30,10 +31,16 @@ class ResultFile:
     columns: tuple[str, ...]
 
 
-def package_text(title: str, about: str, files: Iterable[ResultFile]) -> str:
+_LICENSES = "https://spdx.org/licenses"
+_OF_LOGS = {"title": "logs of the campaign, with their SHA-256", "path": "manifest.sha256"}
+
+
+def package_text(
+    title: str, about: str, files: Iterable[ResultFile], publish: Publishing, origin: str = ""
+) -> str:
     """Describe the csv tables of a run as ``datapackage.json``; the same files give the same text.
 
-    `title`, `about`: Of the campaign.
+    `title`, `about`: Of the campaign. `origin`: address of what its logs were computed from.
     """
     resources: list[dict[str, Any]] = []
     names: set[str] = set()
@@ -45,9 +52,23 @@ def package_text(title: str, about: str, files: Iterable[ResultFile]) -> str:
         "name": "rftfit-results",
         "title": title,
         "description": about,
+        **_rights(publish, origin),
         "resources": resources,
     }
     return json.dumps(package, indent=1, ensure_ascii=False) + "\n"
+
+
+def _rights(publish: Publishing, origin: str) -> dict[str, Any]:
+    """Say whose the tables are and what they were made from: what is not stated is left out."""
+    addresses = [address for address in (publish.source, origin) if address]
+    sources = [_OF_LOGS, *({"title": address, "path": address} for address in addresses)]
+    rights: dict[str, Any] = {"version": publish.version} if publish.version else {}
+    if publish.license:
+        path = f"{_LICENSES}/{publish.license}"
+        rights["licenses"] = [{"name": publish.license, "path": path}]
+    if publish.contributors:
+        rights["contributors"] = [{"title": name} for name in publish.contributors]
+    return rights | {"sources": sources}
 
 
 def _resource(file: ResultFile, output: Output, names: set[str]) -> dict[str, Any]:

@@ -22,7 +22,7 @@ from rftfit.robot.speeds import share_within
 
 _MOST_MEDIA = 3
 
-ON_FIRST_SCREEN = 3
+ON_FIRST_SCREEN = 2
 """Sentences of the first screen; the others stand at the head of their sections."""
 
 FLAT, REVERSED = "flat_leg", "reversed_c_leg"
@@ -58,7 +58,7 @@ def _measured(results: Results) -> Iterable[PageFinding]:
     media_by_verdict: dict[tuple[str, str], list[str]] = {}
     for name, verdict in verdicts.items():
         media_by_verdict.setdefault(verdict, []).append(titles[name])
-    media_by_verdict.pop((SOUND, ""), None)
+    media_by_verdict = {key: names for key, names in media_by_verdict.items() if key[0] != SOUND}
     sentences = [_count_checks(results)]
     for (word, reason), names in media_by_verdict.items():
         verb = (["is", "are"], ["has", "have"])[word == NOTHING][len(names) > 1]
@@ -70,7 +70,7 @@ def _measured(results: Results) -> Iterable[PageFinding]:
             alpha_cells.append((float(cell["alpha_z_N_per_cm3"]), name, cell))
     alpha_cells.sort(key=lambda alpha_cell: alpha_cell[0])
     sizes = [
-        f"{format_number(alpha, 3)} N/cm^3{labels.in_brackets(_mean_and_next_bed(cell.to_dict()))} in {titles[name]}"
+        f"{format_number(alpha, 4)} N/cm^3{labels.in_brackets(_mean_and_next_bed(cell.to_dict()))} in {titles[name]}"
         for alpha, name, cell in (
             alpha_cells if len(alpha_cells) < 3 else [alpha_cells[0], alpha_cells[-1]]
         )
@@ -102,7 +102,7 @@ def _mean_and_next_bed(cell: Mapping[Any, Any]) -> str:
     texts = []
     for suffix, words in (("", "mean of beds"), ("_next", "next bed")):
         low, high = (cell.get(column("z", f"_{end}{suffix}")) for end in ("lo", "hi"))
-        if span := labels.format_interval(low, high, 3):
+        if span := labels.format_interval(low, high, 4):
             texts.append(f"{words} {span}")
     return ", ".join(texts)
 

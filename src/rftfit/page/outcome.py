@@ -11,7 +11,7 @@ from rftfit.checks.declared import CHECKS
 from rftfit.checks.verdict import Verdict, verdict_on
 from rftfit.compare.joint import least_step
 from rftfit.compare.legs import FAR_OFF, NOT_TESTED, OFF, WITHIN, WITHIN_PERCENT, worst_peak
-from rftfit.figures.labels import explanation_of, format_interval, in_brackets, name_of, percent
+from rftfit.figures.labels import format_interval, in_brackets, name_of, percent
 from rftfit.measure.flags import Remark, attach_run, format_remarks, remark
 from rftfit.measure.ledger import DROPPED, USED, RowStatus
 from rftfit.measure.sentences import FLAGS
@@ -169,7 +169,7 @@ def untold_of(results: Results) -> list[str]:
 
 
 def verdicts_on_legs(results: Results, medium: str) -> list[tuple[str, str, str]]:
-    """Verdict on the model on the legs of a medium by each profile that a user would take, and why."""
+    """Verdict on the model on the legs of a medium by each profile that a user would take, and its worst peak."""
     if verdict_of(results, medium)[0] == UNUSABLE:
         return [("", NOT_TESTED, "the data are unusable")]
     errors, verdicts = results.table("leg_errors.csv"), []
@@ -182,8 +182,7 @@ def verdicts_on_legs(results: Results, medium: str) -> list[tuple[str, str, str]
                 worst["peak_error_model_lo_percent"], worst["peak_error_model_hi_percent"], 0
             )
             ends = ends.replace(" ", "\N{NO-BREAK SPACE}")
-            explanation = explanation_of(worst) if worst["verdict"] != WITHIN else ""
-            brackets = in_brackets("; ".join(filter(None, (ends, explanation))))
+            brackets = in_brackets(ends)
             error_text = percent(worst["peak_error_percent"]) + brackets
             verdicts.append(
                 (profile, worst["verdict"], f"{name_of(worst['leg'])}, {force_name} {error_text}")

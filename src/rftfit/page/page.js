@@ -17,6 +17,15 @@ if (byId("viewer")) startPart("viewer", startViewer);
 startPart("calculator", startCalculator);
 if (data.robot) startPart("robot", startRobot);
 
+// who follows a link to a part sees it open
+function openTarget() {
+  const target = location.hash && byId(decodeURIComponent(location.hash.slice(1)));
+  if (!target) return;
+  for (const folded of [target.querySelector("details.tool"), target.closest("details")]) if (folded) folded.open = true;
+}
+addEventListener("hashchange", openTarget);
+openTarget();
+
 byId("methods-copy").addEventListener("click", async () => {
   const text = byId("methods-text");
   try {

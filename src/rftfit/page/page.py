@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import hashlib
 import re
+from contextlib import suppress
 from dataclasses import dataclass
 from importlib.resources import files
 from math import isfinite
@@ -15,10 +16,12 @@ from markupsafe import Markup, escape
 
 from rftfit.campaign.config import Leg
 from rftfit.compare.legs import WITHIN_PERCENT
+from rftfit.errors import InputError
 from rftfit.figures.labels import of_method
 from rftfit.figures.registry import Declared, figures, greek
 from rftfit.figures.style import format_number, level, size_of_preview
 from rftfit.measure.flags import describe_shared
+from rftfit.measure.verdict_words import SOUND
 from rftfit.model.fourier import METHODS
 from rftfit.model.profiles import EPS
 from rftfit.model.scaling import published
@@ -29,9 +32,11 @@ from rftfit.page.methods import cited_references, constants, paragraphs, setting
 from rftfit.page.outcome import (
     Outcome,
     doubt_of_map,
+    format_sentence,
     most_serious_flag,
     outcome_of_runs,
     summary_of_checks,
+    verdict_of,
 )
 from rftfit.page.robot import robot_data, robot_facts, robot_tables
 from rftfit.results import Results
@@ -70,6 +75,9 @@ SECTIONS = {
     "provenance": "Provenance",
 }
 """Sections by id, in their order."""
+
+NARROW = 500
+"""Width, pixels, up to which two figures stand beside one another."""
 
 _INDEXED = re.compile(r"([\N{GREEK SMALL LETTER ALPHA}F])_([zx])\b|\b([AM])(00?)\b")
 
@@ -125,6 +133,7 @@ def context(results: Results) -> dict[str, Any]:
         "measured": _measured(results, outcome),
         "findings": findings(results),
         "pictures": page_pictures,
+        "narrow": NARROW,
         "first": [picture for picture in page_pictures if picture.section == "summary"],
         "first_sentences": ON_FIRST_SCREEN,
         "legs_judged": results.table("leg_errors.csv")["peak_error_percent"].notna().any(),
@@ -133,8 +142,7 @@ def context(results: Results) -> dict[str, Any]:
         "level": level(results),
         "intervals": any(medium.alpha["alpha_z_lo_N_per_cm3"].notna().any() for medium in results),
         "method": config.fourier.method,
-        "summary": tables.tabulate_summary(results, outcome),
-        "numbers": tables.tabulate_numbers(results),
+        "media": tables.tabulate_media(results, outcome),
         "believed": summary_of_checks(results),
         "in_air": outcome.used[""],
         "kinds": list_in_words(_kinds(results)),
@@ -143,11 +151,17 @@ def context(results: Results) -> dict[str, Any]:
             for medium in config.media.values()
             if medium.note or medium.compaction
         ],
-        "doubts": [
-            (medium.title, f"{flag} ({count} flag{'s' * (count != 1)} in all)")
+        "flags": [
+            (medium.name, medium.title, f"{flag} ({count} flag{'s' * (count != 1)} in all)")
             for medium in results
             for flag, count in [most_serious_flag(results, medium.name)]
             if flag
+        ],
+        "doubts": [
+            (medium.title, reason)
+            for medium in results
+            for word, reason in [verdict_of(results, medium.name)]
+            if word == SOUND and reason
         ]
         + [
             (medium.title, doubt)
@@ -169,7 +183,7 @@ def context(results: Results) -> dict[str, Any]:
         },
         "nine_terms": bool(of_method(results, "coefficients.csv")["value_N_per_cm3"].notna().any()),
         "dropped_terms": not of_method(results, "coefficients.csv")["kept"].all(),
-        "scaling": scaling,
+        "zeta_errors": scaling,
         "chi_of": {name: f"{published(name).chi.mean():.2f}" for name in METHODS},
         "other_scaling": other_scaling,
         "from_print": [
@@ -224,7 +238,10 @@ def _measured(results: Results, outcome: Outcome) -> str:
 
 @dataclass(frozen=True)
 class Picture:
-    """One figure: its preview as an address, and the path of its png from the page."""
+    """One figure: its preview as an address, and the path of its png from the page.
+
+    `lacking`: Why there is nothing to see, which then stands in the place of the picture.
+    """
 
     name: str
     caption: str
@@ -233,6 +250,7 @@ class Picture:
     width: int
     height: int
     png: str
+    lacking: str
 
 
 def drawn_figures(results: Results) -> list[Picture]:
@@ -252,7 +270,17 @@ def _picture(results: Results, declared: Declared, medium: str) -> Picture:
     data = f"data:image/webp;base64,{base64.b64encode(content).decode()}"
     section = "quality" if declared.folder == "quality" else declared.section
     name = file.rpartition("/")[2]
-    return Picture(name, caption, section, data, *size_of_preview(content), f"{file}.png")
+    lacking = "" if caption else _reasons(results, declared, medium)
+    return Picture(name, caption, section, data, *size_of_preview(content), f"{file}.png", lacking)
+
+
+def _reasons(results: Results, declared: Declared, medium: str) -> str:
+    """Say why a figure has nothing to show, in one sentence; empty where its own words do not tell."""
+    with suppress(InputError, LookupError, ValueError, TypeError):
+        head, *reasons = declared.lacking(results, medium)
+        sentence = format_sentence(head.rstrip("."))
+        return sentence if not reasons else f"{sentence[:-1]}: {'; '.join(reasons)}."
+    return ""
 
 
 def quantities(text: str) -> Markup:

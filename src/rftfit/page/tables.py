@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from markupsafe import Markup
@@ -13,14 +13,7 @@ from markupsafe import Markup
 from rftfit.compare.legs import FAR_OFF, NOT_TESTED, OFF, WITHIN
 from rftfit.compare.lessons import summary_of_lessons
 from rftfit.compare.published import EVIDENCE, NOT_MEASURED, SAME, TEXT, VERDICTS
-from rftfit.figures.labels import (
-    PROFILES,
-    format_interval,
-    in_brackets,
-    name_of,
-    of_method,
-    percent,
-)
+from rftfit.figures.labels import PROFILES, format_interval, in_brackets, name_of, percent
 from rftfit.figures.maps import lies_on_grid, pivot
 from rftfit.figures.style import degrees, format_number
 from rftfit.measure.alpha import cell_at, column
@@ -29,7 +22,7 @@ from rftfit.measure.flags import codes_of
 from rftfit.measure.verdict_words import DOUBTFUL, NOT_CHECKED, NOTHING, SOUND
 from rftfit.model.fourier import TERMS
 from rftfit.model.scaling import GENERIC, routines
-from rftfit.page.cells import Cell, PageColumn, PageTable, Row, numbers, records, share, texts
+from rftfit.page.cells import Cell, Note, PageColumn, PageTable, Row, numbers, records, share, texts
 from rftfit.page.outcome import (
     VERDICT_WORDS,
     Outcome,
@@ -54,8 +47,12 @@ def medium_title(results: Results, medium: str) -> str:
     return (special_titles | results.titles).get(medium, medium)
 
 
-def tabulate_summary(results: Results, outcome: Outcome) -> PageTable:
-    """One row a medium: how far its data and the model on its legs can be trusted."""
+ALPHA_DIGITS = 4
+"""Digits after the point of alpha, zeta and chi, wherever they are printed."""
+
+
+def tabulate_media(results: Results, outcome: Outcome) -> PageTable:
+    """One row a medium: how far its data and the model on its legs can be trusted, and the numbers that came out."""
     words_of_lost = {False: "dropped", True: "excluded"}
     lost = Counter((run["medium"], words_of_lost[run["excluded"]]) for run in outcome.dropped)
 
@@ -66,6 +63,8 @@ def tabulate_summary(results: Results, outcome: Outcome) -> PageTable:
         for word in words_of_lost.values():
             if count := lost[row["medium"], word]:
                 words.append(f"{count} {word}")
+        if row["directions"] > 1:
+            words.append(f"{row['directions']} directions")
         return Cell(results.campaign.titles[row["medium"]], (", ".join(words),))
 
     def data_verdict(row: Row) -> Cell:
@@ -74,7 +73,10 @@ def tabulate_summary(results: Results, outcome: Outcome) -> PageTable:
         flags = f"{count} flag{'s' * (count != 1)}" if count and word == SOUND else ""
         link = {SOUND: "", NOTHING: "#dropped"}.get(word, f"#checks-{row['medium']}")
         css_class = {SOUND: "same", DOUBTFUL: "doubtful", NOT_CHECKED: "faint"}.get(word, "differs")
-        return Cell(word, (reason, flags), f"verdict {css_class}", link)
+        # what holds for all of a kind is said above the table
+        why = "" if word in (SOUND, NOT_CHECKED) else reason
+        notes = (why, Note(flags, f"#notes-{row['medium']}") if flags else "")
+        return Cell(word, notes, f"verdict {css_class}", link)
 
     def on_legs(row: Row) -> Cell:
         _, code, note = verdicts_on_legs(results, row["medium"])[0]
@@ -83,9 +85,25 @@ def tabulate_summary(results: Results, outcome: Outcome) -> PageTable:
         link = "" if code == NOT_TESTED else section
         return Cell(VERDICT_WORDS[code], (note,), f"verdict {css_class}", link)
 
+    def next_bed(row: Row) -> Cell:
+        low, high = (row.get(column("z", f"_{end}_next")) for end in ("lo", "hi"))
+        return Cell(format_interval(low, high, ALPHA_DIGITS))
+
     columns = [PageColumn("Medium", title), PageColumn("Data", data_verdict)]
     columns += [PageColumn("Model on legs", on_legs)] if results.config.legs else []
-    return PageTable("Summary table", columns, [{"medium": medium} for medium in results.media])
+    columns += [
+        numbers(
+            ALPHA_Z + f"(0, 90{DEGREE}), {PER_CM3}",
+            column("z"),
+            ALPHA_DIGITS,
+            ends=column("z", "_{}"),
+        ),
+        PageColumn("of the next bed", next_bed, "num"),
+        numbers(ZETA, "zeta", ALPHA_DIGITS, ends="zeta_{}"),
+        numbers(CHI, "chi", ALPHA_DIGITS, ends="chi_{}"),
+    ]
+    rows = _numbers_of_media(results)
+    return PageTable("Numbers of the media", columns, rows)
 
 
 ERRORS = {
@@ -155,56 +173,23 @@ def tabulate_at_depths(results: Results) -> PageTable:
     return PageTable("Alpha at stated depths", columns, rows)
 
 
-def tabulate_numbers(results: Results) -> PageTable:
-    """One row a medium: what was measured, and the numbers that came out by the configured method."""
+def _numbers_of_media(results: Results) -> list[Row]:
+    """What was measured of each medium, and the numbers that came out by the configured method."""
     penetration = results.table("penetration.csv")
     method = results.config.fourier.method
     scaled = penetration[penetration["method"].isin([method, *routines(method)])]
     scaled = scaled.drop_duplicates("medium").set_index("medium")
-    fitted = of_method(results, "coefficients.csv")
-    misfits = fitted.set_index(["medium", "coefficient"])["misfit_rms_N_per_cm3"]
-    rows = []
+    rows: list[Row] = []
     for medium in results:
         cells = medium.alpha[medium.alpha[column("z")].notna()]
-        row: dict[str, Any] = {
-            "medium": medium.name,
-            "directions": len(cells),
-            "repeats": _range_of_counts(cells["n_runs"]) if "n_runs" in cells else "",
-            "misfit_z": misfits.get((medium.name, "A00"), math.nan),
-            "misfit_x": misfits.get((medium.name, "C11"), math.nan),
-        }
+        row: dict[str, Any] = {"directions": len(cells)}
         push = cell_at(medium.alpha, 0, 90)
         row |= {} if push is None else {str(name): value for name, value in push.items()}
         if medium.name in scaled.index:
             names = (f"{name}{end}" for name in ("zeta", "chi") for end in ("", "_lo", "_hi"))
             row |= {name: scaled.loc[medium.name, name] for name in names}
         rows.append(row | {"medium": medium.name})
-
-    def next_bed(row: Row) -> Cell:
-        low, high = (row.get(column("z", f"_{end}_next")) for end in ("lo", "hi"))
-        return Cell(format_interval(low, high, 3))
-
-    columns = [
-        _medium(results),
-        texts("Directions", lambda row: str(row["directions"])),
-        texts("Runs of each", "repeats"),
-        numbers(ALPHA_Z + f"(0, 90{DEGREE}), {PER_CM3}", column("z"), 3, ends=column("z", "_{}")),
-        PageColumn("of the next bed", next_bed, "num"),
-        numbers(ZETA, "zeta", 3, ends="zeta_{}"),
-        numbers(CHI, "chi", 3, ends="chi_{}"),
-        numbers(Markup("Misfit of ") + ALPHA_Z, "misfit_z", 4),
-        numbers(Markup("Misfit of ") + ALPHA_X, "misfit_x", 4),
-    ]
-    return PageTable("Numbers of the media", columns, rows)
-
-
-def _range_of_counts(counts: Iterable[Any]) -> str:
-    """Write the least and the largest of some counts."""
-    sorted_counts = sorted(int(count) for count in counts)
-    if not sorted_counts:
-        return "none"
-    least, largest = sorted_counts[0], sorted_counts[-1]
-    return str(least) if least == largest else f"{least} to {largest}"
+    return rows
 
 
 def tabulate_coefficients(results: Results, method: str) -> PageTable:
@@ -240,14 +225,23 @@ def tabulate_coefficients(results: Results, method: str) -> PageTable:
     if len(media) == 2:
         # the generic profile of one medium is this medium over its zeta
         media.pop(GENERIC, None)
-    columns = [texts("Term", "term"), *(column_of(medium) for medium in media)]
-    rows = [{"term": term} for term in TERMS]
+    terms: list[Row] = [{"term": term} for term in TERMS]
     if any(math.isfinite(fit_row["misfit_rms_N_per_cm3"]) for fit_row in fit_rows.values()):
-        rows += [
+        terms += [
             {"term": Markup("misfit of {}, rms").format(ALPHA_OF[c]), "of": of}
             for c, of in (("z", "A00"), ("x", "C11"))
         ]
-    return PageTable(f"Coefficients by {method}", columns, rows)
+    label = f"Coefficients by {method}"
+    columns = {medium: column_of(medium) for medium in media}
+    if len(media) > 1:
+        return PageTable(label, [texts("Term", "term"), *columns.values()], terms)
+
+    def of_term(term: Row) -> PageColumn:
+        return PageColumn(term["term"], lambda row: columns[row["medium"]].cell(term), "num")
+
+    # a single medium lies down: a tall table would leave the page empty beside it
+    by_medium = [_medium(results), *(of_term(term) for term in terms)]
+    return PageTable(label, by_medium, [{"medium": medium} for medium in media])
 
 
 def tabulate_spreads(results: Results) -> list[tuple[str, str]]:
@@ -271,7 +265,7 @@ def tabulate_methods(results: Results) -> list[str]:
 
 
 def tabulate_scaling(results: Results) -> tuple[PageTable, PageTable]:
-    """Penetration, zeta and chi of every medium by the configured method, and by the others."""
+    """Where zeta of every medium is from, by the configured method, and all numbers by the other methods."""
 
     def fit(row: Row) -> Cell:
         if row["medium"] in results.sands:
@@ -279,25 +273,22 @@ def tabulate_scaling(results: Results) -> tuple[PageTable, PageTable]:
         return fitted.cell(row)
 
     fitted = numbers("", "alpha_z_fit_N_per_cm3", ends="alpha_z_fit_{}_N_per_cm3")
-    measured = "alpha_z_measured_N_per_cm3", 4, "alpha_z_measured_{}_N_per_cm3"
+    medium_and_method = [_medium(results), texts("Method", "method", note="reason")]
     columns = [
-        _medium(results),
-        texts("Method", "method", note="reason"),
-        numbers(ALPHA_Z + f" measured, {PER_CM3}", *measured),
+        *medium_and_method,
         PageColumn(ALPHA_Z + f" fit, {PER_CM3}", fit, "num"),
-        numbers(CHI, "chi", ends="chi_{}"),
-        numbers(ZETA, "zeta", ends="zeta_{}"),
-        texts(
-            f"Errors behind {ZETA}, share of the variance",
-            lambda row: errors_in_words(row["zeta_errors"]),
-        ),
+        numbers(CHI, "chi", ALPHA_DIGITS, ends="chi_{}"),
+        numbers(ZETA, "zeta", ALPHA_DIGITS, ends="zeta_{}"),
     ]
+    errors = texts("Share of its variance", lambda row: errors_in_words(row["zeta_errors"]))
     method = results.config.fourier.method
     parts: dict[bool, list[Row]] = {True: [], False: []}
     for row in _without_repeated_reasons(results, "penetration.csv"):
         parts[row["method"] in (method, *routines(method))].append(row)
     other_scaling = PageTable("Scaling by the other methods", columns, parts[False])
-    return PageTable("Scaling table", columns, parts[True]), other_scaling
+    return PageTable(
+        f"Errors behind {ZETA}", [*medium_and_method, errors], parts[True]
+    ), other_scaling
 
 
 def tabulate_leg_errors(results: Results) -> PageTable:
@@ -368,7 +359,6 @@ def tabulate_sands(results: Results) -> PageTable:
         numbers("Linear to, cm", "linear_to_cm", 2),
         numbers(ALPHA_Z + f"(0, 90{DEGREE}), {PER_CM3}", *alpha),
         numbers("Departure from a line", "nonlinear_z_ratio", show=share),
-        numbers(ZETA, "zeta", ends="zeta_{}"),
     ]
     rows = _without_repeated_reasons(results, "sands.csv")
     return PageTable("Penetration of natural sands", columns, rows)

@@ -81,7 +81,7 @@ def checks(results: Results, medium: str) -> tuple[pd.DataFrame, ...]:
     fits = tables["fits"]
     peers = compare_runs(fits, medium, config.grid.angle_tolerance_deg)
     errors, surface = errors_of(fits, config)
-    level, depths = config.fit.confidence, len(config.fit.horizontal_depths_cm)
+    level, depths = config.fit.confidence, results.campaign.count_level_depths(medium)
     grid, off = config.grid_of(medium), outlier_differences(peers)
 
     def cells(fits: pd.DataFrame, law: DepthLaw, surface: SurfaceError) -> pd.DataFrame:

@@ -99,6 +99,9 @@ def provenance(results: Results, states: States) -> tuple[str, str, pd.DataFrame
     return text, sums_text(state.logs), sheet, data_package(results, digests, csv_bytes(sheet))
 
 
+_PAPER = "https://doi.org/10.1126/science.1229163"
+
+
 def data_package(results: Results, digests: Mapping[str, str], sheet: bytes) -> str:
     """Describe the tables that the last job reads, and the run sheet, which it writes.
 
@@ -118,7 +121,8 @@ def data_package(results: Results, digests: Mapping[str, str], sheet: bytes) -> 
     )
     if results.campaign.reenacted:
         about += " The logs were simulated from published results: they are no recordings."
-    return package_text(results.config.title, about, files)
+    origin = _PAPER if results.campaign.reenacted else ""
+    return package_text(results.config.title, about, files, results.config.publish, origin)
 
 
 def read_provenance(folder: Path) -> tuple[Provenance, dict[str, Any]]:
