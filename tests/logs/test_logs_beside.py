@@ -160,8 +160,9 @@ def test_numbers_in_other_spellings_are_numbers(tmp_path, write, text):
 def test_points_of_decimals_beside_a_decimal_comma_are_no_thousands(tmp_path):
     rows = [f"{row / 50:.3f};{row},5" for row in range(200)]
     path = log_of(tmp_path / "log.csv", "Time (s);Load (N)", rows)
-    only = DelimitedReader(TextFormat(delimiter=";", decimal=",")).only({"Time", "Load"})
-    refused(only, path, "columns", "'Time'")
+    log = DelimitedReader(TextFormat(delimiter=";", decimal=",")).only({"Time", "Load"}).load(path)
+    np.testing.assert_allclose(log.columns["Time"], np.arange(200) / 50, atol=1e-12)
+    np.testing.assert_allclose(log.columns["Load"], np.arange(200) + 0.5, atol=1e-12)
 
 
 def test_names_with_line_breaks(tmp_path):

@@ -146,7 +146,7 @@ def test_every_row_is_accounted_for(tmp_path):
     track = read_track(written(tmp_path, rows))
     assert track.rows == 8
     lost = {why.values["column"]: count for why, count in track.dropped.items()}
-    assert lost == {"x": 2, "z": 2, "time": 1}
+    assert lost == {"x_cm": 2, "z_cm": 2, "time_s": 1}
     assert track.time_s.size + sum(track.dropped.values()) == track.rows
 
 
@@ -161,9 +161,14 @@ UNREADABLE = "track-unreadable"
         (GOOD_HEAD, ["0,0,0", "0,1,1"], "time-backwards", "row 4: 0 after 0"),
         (GOOD_HEAD, ["nan,0,0", ",1,1"], "track-empty", " 2 rows"),
         (GOOD_HEAD, [], "track-unreadable", "no rows"),
-        ("time_s,x_cm", ROW, UNREADABLE, "row 2, column z: "),
-        ("time_s,x_furlong,z_cm", ROW, UNREADABLE, "'x_furlong'; allowed: x in mm, cm, m, in"),
-        ("t,x,z", ROW, UNREADABLE, "column time: .*column x: .*column z: .*such as z_cm"),
+        ("time_s,x_cm", ROW, UNREADABLE, "row 2, column z_cm: "),
+        (
+            "time_s,x_furlong,z_cm",
+            ROW,
+            UNREADABLE,
+            "'x_furlong'; allowed: x_cm in um, mm, cm, m, in",
+        ),
+        ("t,x,z", ROW, UNREADABLE, "column time_s: .*column x_cm: .*column z_cm: "),
         ("time_s,x_cm,x_mm,z_cm", ROW, UNREADABLE, "row 2, column x_mm: .*number 2"),
     ],
 )

@@ -770,7 +770,7 @@ def _read_csv(text: str, schema: Schema, suffix: str) -> _Table:
 
     def known_names(delimiter: str) -> int:
         cells = (cell.strip().strip('"').strip() for cell in head.split(delimiter))
-        return sum(_column_of(cell, schema)[0] is not None for cell in cells)
+        return sum(_column_of(cell, schema)[1] is not None for cell in cells)
 
     # at a draw the commonest one, then that of the file's name
     order = ["\t", ",", ";"] if suffix in (".tsv", ".tab") else [",", ";", "\t"]
