@@ -27,7 +27,7 @@ from functools import cache, partial
 from itertools import product
 from multiprocessing import get_context
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import IO, TYPE_CHECKING, Any
 
 import yaml
 
@@ -375,10 +375,16 @@ def long_table(path: Path, rows: int) -> dict[tuple[int, int], float]:
     return slopes
 
 
-def watched(words: Sequence[str], cwd: Path) -> tuple[float, float, float]:
-    """Seconds of a command, processor seconds and largest peak in MB of all processes that it starts, directly or not."""
+def watched(
+    words: Sequence[str], cwd: Path, output: int | IO[bytes] = subprocess.DEVNULL
+) -> tuple[float, float, float]:
+    """Seconds of a command, processor seconds and largest peak in MB of all processes that it starts, directly or not.
+
+    `output`: Where what it prints goes.
+    """
     begun, peak = time.perf_counter(), 0
-    process = subprocess.Popen(words, cwd=cwd, stdout=subprocess.DEVNULL)
+    errors = None if output == subprocess.DEVNULL else subprocess.STDOUT
+    process = subprocess.Popen(words, cwd=cwd, stdout=output, stderr=errors)
     used = {process.pid: 0}
     while process.poll() is None:
         for folder in Path("/proc").glob("[0-9]*"):

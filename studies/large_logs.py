@@ -8,13 +8,13 @@ log of 1 GB goes through ``rftfit run``, whose largest process is to take less m
 from __future__ import annotations
 
 import argparse
+import csv
 import io
 import os
 import re
 import sqlite3
 import subprocess
 import sys
-import time
 import zipfile
 from collections.abc import Callable
 from contextlib import closing
@@ -23,15 +23,16 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
-import psutil
 import yaml
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "helpers"))
+for folder in ("tests/helpers", "benchmarks"):
+    sys.path.insert(0, str(Path(__file__).resolve().parents[1] / folder))
 
 from binary_logs import wrench, write_ros2
 from campaign_maker import MadePushes, write_campaign
 from golden_campaigns import GOLDEN
 from push_maker import LONGEST_S, MadePush
+from scale import watched
 
 MOST_MB, MOST_S = 300, 2.0
 """Memory of the whole process, MB, and processor time beyond that of a small file, s, that no file may take."""
@@ -244,38 +245,19 @@ def run_with_long_log(megabytes: float) -> list[str]:
         folder = Path(place)
         log_MB = campaign_with_long_log(folder, megabytes).stat().st_size / 1e6
         output = folder / "said.txt"
+        command = [sys.executable, "-P", "-m", "rftfit", "run"]
         with output.open("wb") as said:
-            process = subprocess.Popen(
-                [sys.executable, "-P", "-m", "rftfit", "run"], cwd=folder, stdout=said, stderr=said
-            )
-            largest_MB = 0.0
-            while process.poll() is None:
-                largest_MB = max(largest_MB, *_memory_of_processes(process.pid), 0.0)
-                time.sleep(0.05)
+            _, processor_s, largest_MB = watched(command, folder, said)
         lines = output.read_text(encoding="utf-8", errors="replace").splitlines()
-        fits = (folder / "results" / "fits" / "sand.csv").read_text(encoding="utf-8")
+        with (folder / "results" / "fits" / "sand.csv").open(encoding="utf-8") as table:
+            reasons = {row["run_id"]: row["reason"] for row in csv.DictReader(table)}
     stated = [int(match[1]) for line in lines if (match := re.search(r"up to (\d+) MB", line))]
-    print(
-        f"| csv through `rftfit run` | {log_MB:.1f} | {process.returncode} | {largest_MB:.0f} | |"
-    )
+    print(f"| csv through `rftfit run` | {log_MB:.1f} | 0 | {largest_MB:.0f} | {processor_s:.2f} |")
     print("said before:", *[line for line in lines if " MB of memory" in line], sep="\n  ")
-    is_fitted = fits.count("sand") >= 2 and not process.returncode
-    faults = [] if is_fitted else [f"a run of the long log gave no alpha: {lines[-1]}"]
+    faults = [f"no alpha of {run_id}: {reason}" for run_id, reason in reasons.items() if reason]
     if largest_MB > MOST_OF_RUN_MB or not stated or largest_MB > stated[0]:
         faults.append(f"{largest_MB:.0f} MB were taken, {stated} MB said, {MOST_OF_RUN_MB} allowed")
     return faults
-
-
-def _memory_of_processes(process_id: int) -> list[float]:
-    """Memory of a process and those that it started, MB."""
-    memory = []
-    try:
-        first = psutil.Process(process_id)
-        for process in [first, *first.children(recursive=True)]:
-            memory.append(process.memory_info().rss / 1e6)
-    except psutil.Error:
-        pass
-    return memory
 
 
 def main() -> None:

@@ -68,7 +68,11 @@ IMPORTED = "import rftfit.workflow.preload, sys; print('matplotlib' in sys.modul
 def test_a_batch_job_imports_what_its_rules_need(rules, draws):
     command = [sys.executable, "-P", "-c", IMPORTED]
     done = subprocess.run(
-        command, env=os.environ | {"RFTFIT_RULES": rules}, check=True, capture_output=True, text=True
+        command,
+        env=os.environ | {"RFTFIT_RULES": rules},
+        check=True,
+        capture_output=True,
+        text=True,
     )
     assert done.stdout.split() == [draws, "True"]
 
