@@ -14,6 +14,7 @@ nine Fourier terms that are 15 % off the generic ones. Each run has a bed of its
 from __future__ import annotations
 
 import argparse
+import math
 import sys
 import time
 from collections.abc import Callable
@@ -29,9 +30,11 @@ import pandas as pd
 from disturbances import sizes_of
 from mistakes import CHANNELS, change, enacted, judged, plates
 
+from rftfit.campaign.sheet import Run
 from rftfit.compare.axes import axes_evidence
 from rftfit.compare.causes import describe_change
 from rftfit.compare.joint import FALSE_ALARMS, JointModel, RunSlopes, find_causes
+from rftfit.compare.misplaced import find_misplaced
 from rftfit.compare.peers import compare_runs
 from rftfit.measure.alpha import column
 from rftfit.model.profiles import TableProfile
@@ -211,7 +214,9 @@ def judge_sound(job: tuple[int, int]) -> dict[str, object]:
         fits[column(component)] = runs.alpha[place]
         fits[column(component, "_se")] = runs.se[place]
     apart = compare_runs(fits.assign(depth_from_cm=np.nan), "medium")["apart"]
+    misplaced = find_misplaced(runs, names, _sheet_of(names, runs), "medium", campaign.without)
     return {
+        "misplaced": misplaced["log_bayes_factor"].max() if len(misplaced) else 0.0,
         "kind": campaign.kind,
         "runs": runs.size,
         "seconds": time.process_time() - started,
@@ -219,6 +224,28 @@ def judge_sound(job: tuple[int, int]) -> dict[str, object]:
         "run apart": bool(apart.any()),
         "axes": max(evidence.values()) > 4,
         "what": " ".join(f"{cause.cause.kind}/{cause.cause.group}" for cause in told_causes),
+    }
+
+
+def _sheet_of(names: list[str], runs: RunSlopes) -> dict[str, Run]:
+    """Run sheet of slopes without logs, in their order; a path downward or upward is that of a push."""
+    logs_and_notes = ("", "", "", False, None, False, "", "")
+    return {
+        name: Run(
+            name,
+            "plate",
+            "m",
+            "plate",
+            "intrusion",
+            float(beta),
+            float(gamma),
+            math.nan,
+            *logs_and_notes,
+            row,
+        )
+        for row, (name, beta, gamma) in enumerate(
+            zip(names, runs.beta_deg, runs.gamma_deg, strict=True), 2
+        )
     }
 
 
@@ -510,6 +537,8 @@ def main() -> int:
     print(f"{len(sound)} sound campaigns, stated rate {FALSE_ALARMS:.0%}:", alarms.to_dict())
     if len(sound):
         print(sound.groupby("kind")[["shared cause", "run apart", "axes"]].sum().to_string())
+        largest = sound["misplaced"].nlargest(3).round(1).tolist()
+        print(f"log Bayes factors of runs in wrong rows or with other axes, the largest: {largest}")
         print(f"seconds: median {sound['seconds'].median():.2f}, most {sound['seconds'].max():.2f}")
         for what in sound.loc[sound["shared cause"], "what"]:
             print("  false alarm:", what)

@@ -65,9 +65,9 @@ def test_a_sound_sheet_has_no_likelier_rows(medium):
     assert mistake is None or mistake["log_bayes_factor"] < 4
 
 
-@pytest.mark.parametrize("shift", [1, -1, 2])
+@pytest.mark.parametrize("shift", [1, -1])
 @pytest.mark.parametrize("first", [0, 15])
-def test_logs_some_rows_away_from_their_angles(shift, first):
+def test_logs_a_row_away_from_their_angles(shift, first):
     """From a row on, as where a row is missing."""
     medium = MEDIA[0]
     alpha, run_ids, sheet = slopes_in_rows(medium)
@@ -81,7 +81,7 @@ def test_logs_some_rows_away_from_their_angles(shift, first):
     assert len(named & {*run_ids[:first]}) <= 2
 
 
-def test_beta_alone_some_rows_away():
+def test_beta_alone_a_row_away():
     medium = MEDIA[0]
     alpha, run_ids, sheet = slopes_in_rows(medium)
     betas = np.roll([run.beta_deg for run in sheet.values()], -1)

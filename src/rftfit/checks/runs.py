@@ -392,9 +392,9 @@ def _judge_spread(measured: MediumMeasurements) -> Check | None:
     runs = fits[np.isfinite(fits[names].to_numpy(float)).any(axis=1)]
     if runs.empty:
         return None
-    angles_deg = (runs[f"{name}_deg"].to_numpy(float) for name in ("beta", "gamma"))
+    beta_deg, gamma_deg = (runs[f"{name}_deg"].to_numpy(float) for name in ("beta", "gamma"))
     tolerance_deg = measured.config.grid.angle_tolerance_deg
-    groups = number_directions(*angles_deg, tolerance_deg=tolerance_deg)
+    groups = number_directions(beta_deg, gamma_deg, tolerance_deg=tolerance_deg)
     spread = pooled_bed_spread(runs[names].to_numpy(float).T, groups, _WEAK_LEVEL, _SURE_OF_SPREAD)
     if spread is None or spread.relative <= _WIDE or spread.low <= _USUAL_AT_MOST:
         return None

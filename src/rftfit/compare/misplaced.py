@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from rftfit.campaign.sheet import Run, shifts_of_rows
+from rftfit.campaign.sheet import Run
 from rftfit.compare.axes import AXES
 from rftfit.compare.chosen import chosen
 from rftfit.compare.joint import RunSlopes, prior_of_media
@@ -60,7 +60,7 @@ def find_misplaced(
     rows = []
     if runs.size:
         number = number_directions(runs.beta_deg, runs.gamma_deg, tolerance_deg=runs.tolerance_deg)
-        mistakes = {**_rows_ratios(runs, run_ids, sheet, without), **_axes_ratios(runs, without)}
+        mistakes = _log_ratios(runs, run_ids, sheet, without)
         for (mistake, shift), ratio in mistakes.items():
             explained = _explain_stretch(ratio, number) if shift else _explain_scattered(ratio)
             are_several = np.unique(number[explained.runs]).size >= _CHOSEN.fewest_directions
@@ -110,64 +110,67 @@ def _explain_stretch(ratio: FloatArray, number: npt.NDArray[np.intp]) -> _Explai
     return _Explained(float(sums[end] - sums[first]), inside & (ratio != 0))
 
 
-def _rows_ratios(
+def _log_ratios(
     runs: RunSlopes, run_ids: list[str], sheet: Mapping[str, Run], without: tuple[str, ...]
 ) -> dict[tuple[str, int], FloatArray]:
-    """Log likelihood ratio of each run at angles, or beta, of rows nearby; 0 where these are the same or there is no row."""
+    """Log likelihood ratio of each run with each mistake, by its name and the rows between angles and logs.
+
+    It is 0 where a mistake changes nothing.
+    """
+    as_stated = runs.beta_deg, runs.gamma_deg
+    angles_deg = _angles_of_rows(runs, run_ids, sheet)
+    all_angles_deg = np.concatenate(
+        [np.stack(pair) for pair in (as_stated, *angles_deg.values())], 1
+    )
+    means, covariances = _shape_at(all_angles_deg[0], all_angles_deg[1], without)
+    count = runs.size
+    alpha = np.stack([runs.alpha[0], runs.side * runs.alpha[1]])
+    level = np.hypot(*alpha)
+    error = np.hypot(_AXES.scatter * level, _AXES.of_medium * level.max(initial=0.0))
+    # neither another row nor other axes change how large alpha of all runs is
+    size = float(level.sum() / np.hypot(*means[:, :count]).sum())
+
+    def log_density(place: int, turned_alpha: FloatArray) -> FloatArray:
+        """Log density of each run at one set of angles; a constant is left out."""
+        of_place = slice(place * count, (place + 1) * count)
+        side = np.where(all_angles_deg[1, of_place] < 0, -1.0, 1.0)
+        off = np.stack([turned_alpha[0], side * turned_alpha[1]]) - size * means[:, of_place]
+        covariance = size**2 * covariances[of_place] + error[:, None, None] ** 2 * np.eye(2)
+        distance = np.einsum("in,nij,jn->n", off, np.linalg.inv(covariance), off)
+        dof = _CHOSEN.t_dof
+        log_det = np.log(np.linalg.det(covariance))
+        return np.asarray(-0.5 * ((dof + 2) * np.log1p(distance / dof) + log_det))
+
+    sound = log_density(0, alpha)
+    ratios = {
+        (name, 0): log_density(0, np.array(matrix) @ alpha) - sound
+        for name, matrix in AXES.items()
+        if name != "as-given"
+    }
+    for place, (mistake, angles) in enumerate(angles_deg.items(), 1):
+        differs = np.abs(np.subtract(angles, as_stated)).max(axis=0) > runs.tolerance_deg
+        ratios[mistake] = np.where(differs, log_density(place, alpha) - sound, 0.0)
+    return ratios
+
+
+def _angles_of_rows(
+    runs: RunSlopes, run_ids: list[str], sheet: Mapping[str, Run]
+) -> dict[tuple[str, int], tuple[FloatArray, FloatArray]]:
+    """Angles of rows nearby, or beta of theirs alone, for each run, degrees; its own where there is no such row."""
     plates = sorted((run for run in sheet.values() if run.kind == "plate"), key=lambda run: run.row)
     place_of_run = {run.run_id: place for place, run in enumerate(plates)}
     places = np.array([place_of_run[run_id] for run_id in run_ids])
     stated_deg = np.array([filed_under(run)[:2] for run in plates]).T
-    as_stated = runs.beta_deg, runs.gamma_deg
-    shapes = {}
-    for shift in shifts_of_rows():
+    angles_deg = {}
+    for shift in (1, -1):
         away = places - shift
         is_there = (away >= 0) & (away < len(plates))
-        beta_deg, gamma_deg = np.where(is_there, stated_deg[:, away * is_there], as_stated)
-        shapes[ROWS, shift] = beta_deg, gamma_deg
-        shapes[BETA_ROWS, shift] = beta_deg, runs.gamma_deg
-    densities = _densities(runs, [as_stated, *shapes.values()], without)
-    ratios = {}
-    for (name, angles_deg), density in zip(shapes.items(), densities[1:], strict=True):
-        differs = np.abs(np.subtract(angles_deg, as_stated)).max(axis=0) > runs.tolerance_deg
-        ratios[name] = np.where(differs, density - densities[0], 0.0)
-    return ratios
-
-
-def _axes_ratios(runs: RunSlopes, without: tuple[str, ...]) -> dict[tuple[str, int], FloatArray]:
-    """Log likelihood ratio of each run with other axes."""
-    densities = {
-        name: _densities(runs, [(runs.beta_deg, runs.gamma_deg)], without, matrix)[0]
-        for name, matrix in AXES.items()
-    }
-    as_given = densities.pop("as-given")
-    return {(name, 0): density - as_given for name, density in densities.items()}
-
-
-def _densities(
-    runs: RunSlopes,
-    angles_deg: list[tuple[FloatArray, FloatArray]],
-    without: tuple[str, ...],
-    axes: tuple[tuple[int, int], tuple[int, int]] = AXES["as-given"],
-) -> list[FloatArray]:
-    """Log density of each run, shape (n,), at each of some angles; a constant is left out."""
-    alpha_z, alpha_x = np.array(axes) @ np.stack([runs.alpha[0], runs.side * runs.alpha[1]])
-    level = np.hypot(alpha_z, alpha_x)
-    error = np.hypot(_AXES.scatter * level, _AXES.of_medium * level.max(initial=0.0))
-    stated_mean, _ = _shape_at(*angles_deg[0], without)
-    # neither another row nor other axes change how large alpha of all runs is
-    size = float(level.sum() / np.hypot(*stated_mean).sum())
-    densities = []
-    for beta_deg, gamma_deg in angles_deg:
-        mean, covariance = _shape_at(beta_deg, gamma_deg, without)
-        side = np.where(np.asarray(gamma_deg) < 0, -1.0, 1.0)
-        off = np.stack([alpha_z, side * alpha_x]) - size * mean
-        covariance = size**2 * covariance + error[:, None, None] ** 2 * np.eye(2)
-        distance = np.einsum("in,nij,jn->n", off, np.linalg.inv(covariance), off)
-        log_det = np.log(np.linalg.det(covariance))
-        dof = _CHOSEN.t_dof
-        densities.append(-0.5 * ((dof + 2) * np.log1p(distance / dof) + log_det))
-    return densities
+        beta_deg, gamma_deg = np.where(
+            is_there, stated_deg[:, away * is_there], (runs.beta_deg, runs.gamma_deg)
+        )
+        angles_deg[ROWS, shift] = beta_deg, gamma_deg
+        angles_deg[BETA_ROWS, shift] = beta_deg, runs.gamma_deg
+    return angles_deg
 
 
 def _shape_at(

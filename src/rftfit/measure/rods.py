@@ -137,7 +137,8 @@ def _products(profile: _Profile, others: list[_Profile]) -> FloatArray | None:
         _without_line(across @ values, depth) for values in (course, force, tare)
     )
     variance = (_ACROSS * strength * depth.max()) ** 2 + _ZERO_N**2
-    return np.array([bend_of_course @ bend_of_force, bend_of_course @ bend_of_tare]) / variance
+    products = np.array([bend_of_course @ bend_of_force, bend_of_course @ bend_of_tare])
+    return np.asarray(products / variance)
 
 
 def _without_line(values: FloatArray, depth: FloatArray) -> FloatArray:

@@ -373,9 +373,10 @@ SENTENCES = {
     "single-runs": "single runs: compared with the shape of known media alone",
     "pulls-open": "whether beta of pulls has the right sign these directions do not tell",
     "untold-label": "an area or a gain that scattered runs share and no column of the run sheet names",
-    "untold-holder": "a plate holder that is a few degrees off, or a share of the force along x in the channel along z",
-    "untold-blocks": "a gain that comes and goes within {runs} runs",
-    "untold-choice": "runs that were kept for their result, as the highest of several",
+    "untold-holder": "a plate holder that is a few degrees off, a share of the force along x in the channel along z, or a turn of "
+    "the mount and crosstalk that cancel",
+    "untold-blocks": "a gain that comes and goes within {runs} runs, or a zero that drifts in strokes whose logs do not end in air",
+    "untold-choice": "runs that were kept for their result, as the highest of several, or two runs of a direction that are off alike",
     # what a plan of runs can tell
     "plan-tells": "{least} would be told",
     "plan-tells-large": "{least} would be told, and nothing smaller: {cure}",
