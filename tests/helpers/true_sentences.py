@@ -116,10 +116,12 @@ SENTENCES: dict[str, Callable[[Records, str], object]] = {
     r"[Hh]orizontal (run\b|motion)": lambda a, where: a.moved("horizontal", where),
     r"without a plate, was|rod and the mount alone|(?<!No )(?<!no )\btares?\b": lambda a, _: a.tare,
     r"wholly submerged|walls and bottom|container": lambda a, _: a.container,
-    r"[Nn]ine([- ]term| terms| Fourier)": lambda a, _: a.nine,
+    r"(?<!No )(?<!no )[Nn]ine([- ]term| terms| Fourier)": lambda a, _: a.nine,
     r"Terms in brackets": lambda a, _: a.dropped_terms,
     r"generic coefficients are the mean|all media lie": lambda a, _: a.several,
-    r"depth-only": lambda a, where: "depth_only" in a.profiles or "depth_only" in where,
+    r"(?<!No )(?<!no )depth-only": lambda a, where: (
+        "depth_only" in a.profiles or "depth_only" in where
+    ),
     r"map of alpha|by the map|[Tt]he map (is|pre)|with the map": lambda a, _: "map" in a.profiles,
     r"[Pp]redicted with the measured": lambda a, _: "table" in a.errors,
     r"[Pp]redicted with the map": lambda a, _: "map" in a.errors,

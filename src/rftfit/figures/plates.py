@@ -192,6 +192,7 @@ def plot_linearity(results: Results) -> Figure:
     fits = results.joined("fits/{medium}.csv", media)
     rows = {row["run_id"]: row for row in fits[fits["run_id"].isin(run_ids)].to_dict("records")}
     looks = style.medium_looks(media)
+    drawn_media: set[str] = set()
     page, panels = style.panels((2.0, 3.5, 3.5), len(cells), 3.7)
     for c, axes in zip("zx", panels[1:, 0], strict=True):
         axes.set_ylabel(f"{_WORDS[c]} ({style.PER_CM2})")
@@ -210,18 +211,22 @@ def plot_linearity(results: Results) -> Figure:
                     alpha_with_interval(row, c)[0]
                 ):
                     _draw_medium(axes, c, row, looks[medium], samples, rows)
+                    drawn_media.add(medium)
                 else:
                     media_without_run.append(style.medium_label(results, medium))
             _finish(axes, media_without_run, len(media_without_run) < len(media))
             style.name_below(axes, "depth (cm)", c == "x")
     entries: dict[str, Any] = {}
-    for medium, (colour, marker) in looks.items():
+    drawn_looks = {medium: look for medium, look in looks.items() if medium in drawn_media}
+    for medium, (colour, marker) in drawn_looks.items():
         entries[style.medium_label(results, medium)] = style.line(
             colour, marker=marker, markersize=4, markeredgecolor="white", markeredgewidth=0.3
         )
+    if not drawn_looks:
+        return page
     entries["fit through zero"] = style.line("black", linestyle=_FIT, linewidth=0.6)
     name = f"{style.level(results)} interval of alpha"
-    entries[name] = style.bands((colour for colour, _ in looks.values()), _OF_ALPHA)
+    entries[name] = style.bands((colour for colour, _ in drawn_looks.values()), _OF_ALPHA)
     style.legend(page, entries)
     return page
 

@@ -198,16 +198,19 @@ def plot_protocol(results: Results, medium: str) -> Figure:
         result_axes.set_ylabel(label)
         result_axes.set_title(note, **small)
     colours, tares = style.COMPONENT_COLOURS, style.PALE_COLOURS
-    entries = {
-        "height $z$; below: fit, vertical": style.line("black"),
-        "distance $x$; below: fit, horizontal": style.line("black", linestyle="--"),
-        "vertical, run": style.line(colours["z"]),
-        "vertical, tare": style.line(tares["z"]),
-        "horizontal, run": style.line(colours["x"]),
-        "horizontal, tare": style.line(tares["x"]),
-        "pause": style.patch(facecolor=_PHASES["pause"]),
-        "stroke; below: window of the fit": style.patch(facecolor=_PHASES["stroke"]),
-    }
+    entries: dict[str, Any] = {}
+    if any(column.kind != "rotation" for column in columns):
+        entries["height $z$; below: fit, vertical"] = style.line("black")
+        entries["distance $x$; below: fit, horizontal"] = style.line("black", linestyle="--")
+    any_tare = any(column.tare for column in columns)
+    for c, word in (("z", "vertical"), ("x", "horizontal")):
+        entries[f"{word}, run"] = style.line(colours[c])
+        if any_tare:
+            entries[f"{word}, tare"] = style.line(tares[c])
+    phase_names = {"pause": "pause", "stroke": "stroke; below: window of the fit"}
+    for phase, name in phase_names.items():
+        if any(phase in column.phases for column in columns):
+            entries[name] = style.patch(facecolor=_PHASES[phase])
     style.legend(page, entries)
     return page
 
