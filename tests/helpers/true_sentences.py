@@ -114,7 +114,9 @@ SENTENCES: dict[str, Callable[[Records, str], object]] = {
     r"in air at the same angle was sub|leg turned in air": lambda a, _: a.leg_tare,
     r"[Ee]xtraction": lambda a, where: a.moved("extraction", where),
     r"[Hh]orizontal (run\b|motion)": lambda a, where: a.moved("horizontal", where),
-    r"without a plate, was|rod and the mount alone|(?<!No )(?<!no )\btares?\b": lambda a, _: a.tare,
+    r"without a plate, was|rod and the mount alone|(?<!No )(?<!no )(?<!no plate run has a )\btares?\b": lambda a, _: (
+        a.tare
+    ),
     r"wholly submerged|walls and bottom|container": lambda a, _: a.container,
     r"(?<!No )(?<!no )[Nn]ine([- ]term| terms| Fourier)": lambda a, _: a.nine,
     r"Terms in brackets": lambda a, _: a.dropped_terms,
