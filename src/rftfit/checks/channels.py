@@ -58,13 +58,7 @@ Cause = tuple[Remark, list[Remark]]
 )
 def check_channels(measured: MediumMeasurements) -> Check:
     """Look for a channel that is constant, frozen, clipped, without force, exchanged or reversed."""
-    facts = measured.tables["runs"]
-    read = facts[facts["status"].eq("read") & facts["F1_low_N"].notna()].to_dict("records")
-    logs = [(measured.sheet[row["run_id"]], row) for row in read]
-    logs = [(run, row) for run, row in logs if run.kind in ("plate", "leg")]
-    # a frozen, clipped or exchanged channel also shows no force: report the more exact cause first
-    config = measured.config
-    causes = stuck(config, logs) or exchanged_channels(config.transducer, logs)
+    logs, causes = causes_in_readings(measured)
     causes = causes or axes_in_part(measured)
     causes = causes or against_known(measured, *_already_explained(measured))
     if not logs and not causes:
@@ -77,6 +71,17 @@ def check_channels(measured: MediumMeasurements) -> Check:
 
 
 Logs = Sequence[tuple[Run, dict[Any, Any]]]
+
+
+def causes_in_readings(measured: MediumMeasurements) -> tuple[Logs, list[Cause]]:
+    """Logs of plates and legs, and what their readings alone show to be wrong with a channel, whatever alpha is."""
+    facts = measured.tables["runs"]
+    read = facts[facts["status"].eq("read") & facts["F1_low_N"].notna()].to_dict("records")
+    logs = [(measured.sheet[row["run_id"]], row) for row in read]
+    logs = [(run, row) for run, row in logs if run.kind in ("plate", "leg")]
+    # a frozen, clipped or exchanged channel also shows no force: report the more exact cause first
+    config = measured.config
+    return logs, stuck(config, logs) or exchanged_channels(config.transducer, logs)
 
 
 def _pushes(logs: Logs) -> Logs:

@@ -6,6 +6,7 @@ import math
 from typing import Any
 
 from rftfit.campaign.sheet import FEWEST_SHIFTED, SHARE_SHIFTED, Run, shifts_of_rows
+from rftfit.checks.channels import causes_in_readings
 from rftfit.checks.declared import (
     Check,
     MediumMeasurements,
@@ -14,6 +15,7 @@ from rftfit.checks.declared import (
     describe_rows,
     flags_on,
 )
+from rftfit.checks.runs import check_drift, check_rods
 from rftfit.directions import beta_apart
 from rftfit.measure.flags import remark
 from rftfit.measure.verdict_words import BETA_ROWS, ROWS, UNUSABLE
@@ -52,6 +54,7 @@ _CURE = "look whether a row is missing or there twice before the first of them, 
             _ALLOWED,
             f"the column beta_deg looks shifted ({{found}}): {_CURE}",
         ),
+        "sheet-readings": Words("not before the readings of all channels are as they should be"),
         "sheet-few": Words("too few runs with alpha to tell whether they stand in the right rows"),
     },
 )
@@ -72,6 +75,12 @@ def check_sheet(measured: MediumMeasurements) -> Check:
     # of two mistakes the likelier one counts: with wrong axes the angles of other rows may fit better, too
     for likeliest in misplaced.head(1).to_dict("records"):
         if likeliest["mistake"] in (ROWS, BETA_ROWS) and likeliest["log_bayes_factor"] > _EVIDENCE:
+            if (
+                causes_in_readings(measured)[1]
+                or check_rods(measured).flags
+                or check_drift(measured).flags
+            ):
+                return Check.skip("sheet", "sheet-readings")
             run_ids = likeliest["run_ids"].split()
             values: dict[str, Any] = {
                 "count": len(run_ids),
