@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from rftfit.campaign.tables import TableRead
 
-_UNREADABLE = (".not-utf8", ".not-a-workbook", ".too-large", ".unreadable")
+_UNREADABLE = (".not-text", ".web-page", ".not-a-workbook", ".too-large", ".unreadable")
 """Ends of codes of problems with a file of which nothing can be read."""
 
 

@@ -11,8 +11,9 @@ from typing import NamedTuple
 import numpy as np
 
 from rftfit.conventions import FloatArray
-from rftfit.logs.base import Log, LogError, Reader, add_counts, join_blocks
+from rftfit.logs.base import Log, LogError, Reader, join_blocks
 from rftfit.measure.flags import AVERAGED
+from rftfit.table.parse import add_counts
 
 MOST_ROWS = 1 << 20
 """Rows of a log up to which each reading is kept; of a longer one so many means are kept, or up to half as many."""
