@@ -109,14 +109,14 @@ def test_two_rows_are_a_log(rows, is_enough):
     [
         (b"a,b\n1,2\n", "found the header 'a,b'"),
         (b"time_s;arm_moving;F1_N\n0;1;2\n", "separated by semicolons"),
-        (b"\x89PNG\r\n\x1a\n\x00\x01", "found the header"),
+        (b"\x89PNG\r\n\x1a\n\x00\x01", "It looks like: binary"),
     ],
 )
 def test_unknown_files(refusal, tmp_path, content, text):
     path = tmp_path / "log.csv"
     path.write_bytes(content)
     err = refusal("inspect", path)
-    assert "\n  rig (" in err
+    assert "\ntried: rig, " in err
     assert text in err
 
 

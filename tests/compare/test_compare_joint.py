@@ -238,7 +238,7 @@ def fits_of(beta, gamma, alpha):
 def test_the_table_of_causes_has_sizes_as_people_state_them():
     beta, gamma, alpha = campaign(table_medium("poppy_LP"), 1, 3, DIRECTIONS[::2])
     fits, sheet = fits_of(beta, gamma, late(alpha, 1.4 * alpha))
-    causes, axes = compare_all_runs(fits, "sand", sheet, 0.3)
+    causes, axes, _ = compare_all_runs(fits, "sand", sheet, 0.3)
     row = causes[causes["verdict"] == "told"].iloc[0]
     assert (row["kind"], row["group"]) == ("gain", "from-run")
     assert row["size_lo"] < row["size"] < row["size_hi"]
@@ -252,27 +252,27 @@ def test_the_table_of_causes_has_sizes_as_people_state_them():
     assert (unseen["least_seen"] > 0).all()
     assert axes.set_index("axes")["log_bayes_factor"]["x-reversed"] < -4
     # the order of the table does not matter, that of the sheet does
-    again, _ = compare_all_runs(fits.iloc[::-1].reset_index(drop=True), "sand", sheet, 0.3)
+    again, *_ = compare_all_runs(fits.iloc[::-1].reset_index(drop=True), "sand", sheet, 0.3)
     pd.testing.assert_frame_equal(causes, again)
 
 
 def test_a_run_with_one_component_is_left_out():
     beta, gamma, alpha = campaign(table_medium("poppy_LP"), 1, 1, DIRECTIONS[::2])
     fits, sheet = fits_of(beta, gamma, alpha)
-    rest, _ = compare_all_runs(fits.iloc[1:], "sand", sheet, 0.3)
+    rest, *_ = compare_all_runs(fits.iloc[1:], "sand", sheet, 0.3)
     assert set(rest["verdict"]) != {"not checked"}
     fits.loc[0, column("x")] = np.nan
-    causes, _ = compare_all_runs(fits, "sand", sheet, 0.3)
+    causes, *_ = compare_all_runs(fits, "sand", sheet, 0.3)
     pd.testing.assert_frame_equal(causes, rest)
 
 
 def test_few_runs_are_not_checked():
     beta, gamma, alpha = campaign(table_medium("poppy_LP"), 1, 1, DIRECTIONS[:5])
     fits, sheet = fits_of(beta, gamma, alpha)
-    causes, _ = compare_all_runs(fits, "sand", sheet, 0.3)
+    causes, *_ = compare_all_runs(fits, "sand", sheet, 0.3)
     assert set(causes["verdict"]) == {"not checked"}
     assert set(causes["reason"]) == {"no-runs"}
-    causes, axes = compare_all_runs(fits.iloc[:0], "sand", {}, 0.3)
+    causes, axes, _ = compare_all_runs(fits.iloc[:0], "sand", {}, 0.3)
     assert set(causes["verdict"]) == {"not checked"}
     assert axes.empty
 

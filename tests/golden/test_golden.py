@@ -18,14 +18,28 @@ from rftfit.outputs.dictionary import alternatives, column_of, outputs
 CAMPAIGNS = {campaign.name: campaign for campaign in golden_campaigns()}
 TABLES = [output for output in outputs() if output.columns]
 
-NOT_IN_A_TABLE: dict[tuple[str, str], str] = {}
+VERDICTS = "verdicts.csv of `rftfit example`"
+NOT_IN_A_TABLE = {
+    (output.file, name): "the examples have tests of their own (tests/cli/test_cli_example.py)"
+    for output in TABLES
+    if output.file == VERDICTS
+    for column in output.columns
+    for name in column.names
+}
 """Columns of the dictionary that no golden table has, by table and column, with the reason."""
 ALWAYS_EMPTY = {
     (table, column): "only the checks flag a cell; a stage and the tracks flag runs"
     for table in ("results/flags/<stage>/<medium>.csv", "results/robot/flags.csv")
     for column in ("beta_deg", "gamma_deg")
 } | {
-    ("FILE of `rftfit wheel --output`", "reason"): "the golden wheels carry their load at each slip"
+    (
+        "FILE of `rftfit wheel --output`",
+        "reason",
+    ): "the golden wheels carry their load at each slip",
+    (
+        "results/runs/<medium>.csv",
+        "seen_gamma_deg",
+    ): "no golden campaign has a motion log along another path than its sheet",
 }
 """Columns that are empty in all golden tables, by table and column, with the reason."""
 

@@ -166,17 +166,27 @@ def test_attributes_of_hdf5_are_applied_and_said():
     assert set(log.units.values()) == {""}
 
 
-@pytest.mark.parametrize("file", ["m04_sixdigits.csv", "g1_stamp_0.04s.csv"])
-def test_stamps_coarser_than_the_rows_lead_to_a_rate(file, tmp_path):
-    proposed = proposal(REPORTED / "g1_stamp_0.04s.csv")
-    assert proposed["force_log"]["text"]["rate_Hz"] == 50
-    columns = {"time": {"column": 1, "unit": "s"}}
+def proposal_with_stamps(file):
+    """What `inspect` proposes, but with the stamps of the first column in place of a rate."""
     proposed = proposal(REPORTED / file)
     for section in (proposed["force_log"], proposed["motion_log"]):
-        section["columns"] |= columns
+        section["columns"] |= {"time": {"column": 1, "unit": "s"}}
         section["text"].pop("rate_Hz", None)
+    return proposed
+
+
+def test_stamps_coarser_than_the_rows_lead_to_a_rate(tmp_path):
+    assert proposal(REPORTED / "g1_stamp_0.04s.csv")["force_log"]["text"]["rate_Hz"] == 50
+    proposed = proposal_with_stamps("m04_sixdigits.csv")
     with pytest.raises(AssertionError, match=": rate_Hz"):
-        alpha_of(tmp_path / "one", REPORTED / file, proposed)
+        alpha_of(tmp_path / "one", REPORTED / "m04_sixdigits.csv", proposed)
+
+
+def test_stamps_that_two_rows_share_are_spread(tmp_path):
+    proposed = proposal_with_stamps("g1_stamp_0.04s.csv")
+    alpha, codes = alpha_of(tmp_path / "one", REPORTED / "g1_stamp_0.04s.csv", proposed)
+    assert alpha == pytest.approx(1.0187, rel=0.005)
+    assert "stamps-of-arrival" in codes
 
 
 FILES = sorted(path for path in REPORTED.glob("*") if path.name not in ("README.md", "truth.npz"))

@@ -130,7 +130,7 @@ def test_a_table_with_stress_along_x_in_some_rows_of_a_run_is_refused(tmp_path):
     [
         (12, 55.0, "stands-alone 13 depth_cm '5.5 cm'"),
         (20, 0.0, "stands-alone 21 depth_cm '0 cm'"),
-        (33, -1e6, "negative-depth 34 depth_cm '-1e+06'"),
+        (33, -1e6, "negative-depth 34 depth_cm '-100000 cm'"),
     ],
 )
 def test_one_wrong_depth_of_a_table_is_left_out(tmp_path, bad_row, depth_mm, problem):

@@ -5,7 +5,6 @@ from __future__ import annotations
 import errno
 import math
 import os
-import pickle
 import re
 import signal
 import sys
@@ -18,7 +17,7 @@ from dataclasses import dataclass, field, replace
 from itertools import chain, islice
 from pathlib import Path
 from threading import Lock
-from typing import Any, BinaryIO, NamedTuple, Self, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, Self, TypeVar
 
 import numpy as np
 
@@ -27,6 +26,9 @@ from rftfit.campaign.problems import escaped
 from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
 from rftfit.table.parse import BLANK, FINITE, add_counts, filled_columns, finite_rows
+
+if TYPE_CHECKING:
+    from multiprocessing.connection import Connection
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -412,27 +414,28 @@ def run_apart(
     object or Exception
         `LogError` of a file at which a signal ended the process, as after more than `_MOST_CPU_S` seconds.
     """
+    from multiprocessing import Pipe
+
     left = deque(paths)
     while left:
         if not hasattr(os, "fork"):
             yield _result_of(work, left.popleft())
             continue
-        receiver, sender = os.pipe()
+        receiver, sender = Pipe(duplex=False)
         child = os.fork()
         if child == 0:
             try:
-                with os.fdopen(sender, "wb") as pipe:
-                    _send_results(pipe, left, work)
+                _send_results(sender, left, work)
             finally:
                 os._exit(0)
-        os.close(sender)
+        sender.close()
         try:
-            with os.fdopen(receiver, "rb") as pipe:
-                while len(left) > 1 and (content := _received(pipe)):
+            with receiver:
+                while len(left) > 1 and (content := _received(receiver)):
                     left.popleft()
                     yield content[0]
                 # whoever takes the last result may never ask for more
-                content = _received(pipe)
+                content = _received(receiver)
         finally:
             _, status = os.waitpid(child, 0)
         if content:
@@ -446,15 +449,17 @@ def run_apart(
             yield LogError("damaged", text)
 
 
-def _received(pipe: BinaryIO) -> tuple[Any, ...]:
+def _received(receiver: Connection) -> tuple[Any, ...]:
     """Receive the next result, in a tuple; an empty one where the sender has ended."""
     try:
-        return (pickle.load(pipe),)  # noqa: S301  # of this program's own process
-    except (EOFError, pickle.UnpicklingError):
+        return (receiver.recv(),)
+    except (EOFError, OSError):
         return ()
 
 
-def _send_results(pipe: BinaryIO, paths: Iterable[Path], work: Callable[[Path], object]) -> None:
+def _send_results(
+    sender: Connection, paths: Iterable[Path], work: Callable[[Path], object]
+) -> None:
     """Do the work of the process of its own, some seconds for each file."""
     import resource
 
@@ -463,8 +468,7 @@ def _send_results(pipe: BinaryIO, paths: Iterable[Path], work: Callable[[Path], 
         used = resource.getrusage(resource.RUSAGE_SELF)
         most = int(used.ru_utime + used.ru_stime) + 1 + _MOST_CPU_S
         resource.setrlimit(resource.RLIMIT_CPU, (most, resource.RLIM_INFINITY))
-        pickle.dump(_result_of(work, path), pipe, pickle.HIGHEST_PROTOCOL)
-        pipe.flush()
+        sender.send(_result_of(work, path))
 
 
 def _result_of(work: Callable[[Path], Result], path: Path) -> Result | Exception:

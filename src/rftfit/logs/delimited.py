@@ -357,10 +357,9 @@ def looked_at(
     other_decimal = {
         place for place, column in enumerate(columns) if _has_other_decimal(column, decimal)
     }
+    other_mark = "," if decimal == "." else "."
     for place in other_decimal:
-        columns[place] = [
-            cell.replace(*(",." if decimal == "." else ".,")) for cell in columns[place]
-        ]
+        columns[place] = [cell.replace(other_mark, decimal) for cell in columns[place]]
     numbers = [sum(bool(plain(plain_number(cell))) for cell in column) for column in columns]
     without = {
         place
