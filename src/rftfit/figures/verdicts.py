@@ -40,7 +40,7 @@ def draw_verdicts(verdicts: pd.DataFrame) -> Figure:
     -------
     matplotlib.figure.Figure
     """
-    drawn = _numbers(verdicts)
+    drawn = numbers_with_unit(verdicts)
     if drawn.empty:
         return style.missing("No published number was compared.")
     groups = [*drawn.groupby(["domain", "title", "unit"], sort=False)]
@@ -65,7 +65,7 @@ def draw_verdicts(verdicts: pd.DataFrame) -> Figure:
     return page
 
 
-def _numbers(verdicts: pd.DataFrame) -> pd.DataFrame:
+def numbers_with_unit(verdicts: pd.DataFrame) -> pd.DataFrame:
     """Rows that were compared and are numbers with a unit on both sides."""
     import pandas as pd
 

@@ -202,6 +202,8 @@ class ExampleSettings(Model):
     """who measured and who published, with the source"""
     note: str = ""
     """what a reader must know of all its verdicts"""
+    in_view: str = ""
+    """what of the program was chosen with these published answers in view, so that they are no blind test"""
     files: list[ExampleFile] = Field(default_factory=list)
     """recorded data that it needs"""
     campaign: dict[str, str] = Field(default_factory=dict)

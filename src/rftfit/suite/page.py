@@ -14,7 +14,7 @@ from typing import NamedTuple
 import pandas as pd
 
 from rftfit.figures.style import content
-from rftfit.figures.verdicts import draw_verdicts
+from rftfit.figures.verdicts import draw_verdicts, numbers_with_unit
 from rftfit.store import write_text
 from rftfit.suite.cells import parse_cell
 from rftfit.suite.declared import DOMAINS, Example, parse_key
@@ -24,8 +24,7 @@ PAGE = "verdicts.html"
 """Page in the folder of an example."""
 
 TITLE = "Published answers beside ours"
-_SAME_SOURCE = "same-source"
-_NOT_SHOWN = "in the file"
+_NOT_SHOWN = "in the file, which has no licence to show it"
 """Stands for a number of a file that may not be shipped."""
 
 _COMPARED = "Every row that was compared"
@@ -54,13 +53,11 @@ def describe(
     compared = counts[INSIDE] + counts[OUTSIDE]
     yield Block(TITLE, 1)
     sentences = [
-        "Data that others measured went through this program, and its answer is compared with theirs.",
+        "Measured data, or logs simulated from published numbers, went through this program, and its answers are compared with the published ones.",
         f"**Of {compared} published numbers, {counts[INSIDE]} lie inside the errors and {counts[OUTSIDE]} outside.**",
     ]
     if counts[NOT_COMPARABLE]:
         sentences.append(f"{counts[NOT_COMPARABLE]} more are not compared; the reasons are below.")
-    if (verdicts["reason_code"] == _SAME_SOURCE).any():
-        sentences.append('"Same source": simulated logs were made from these numbers.')
     yield Block(" ".join([*sentences, "Nothing that does not fit was left out."]))
     head = ("domain", "example", "compared", "inside", "outside", "not comparable")
     yield Block("", 0, head, _summary(verdicts))
@@ -69,19 +66,27 @@ def describe(
         for example in examples
     )
     yield Block(f"{'; '.join(data)}.")
+    in_view = [
+        f"{example.name} ({example.settings.in_view})"
+        for example in examples
+        if example.settings.in_view
+    ]
+    if in_view:
+        yield Block(
+            f"No blind test, since something was chosen with the answers in view: {'; '.join(in_view)}."
+        )
     yield Block()
     is_judged = any(
         quantity.judged for example in examples for quantity in example.settings.quantities.values()
     )
-    without_unit = " Statements without a common unit, as counts of media, are in the tables alone."
+    yield Block(f"*{_describe_figure(verdicts)}*")
+    tolerance = " Statements of a paper have a tolerance in place of an error: what its printed digits and words allow."
+    share = counts[OUTSIDE] / max(compared, 1)
     yield Block(
-        "*Each point: a published number (across) and ours (up); bars: the interval of ours, and the error of the published "
-        f"number where one is stated. Good: bars that cross the dashed line.{without_unit if is_judged else ''}*"
-    )
-    tolerance = " Statements of a paper have the tolerance that its printed digits allow."
-    yield Block(
-        "**Inside** means that the published number lies in our 95 % interval, or that both differ by less than both errors "
-        f"together; some 5 % of the rows should lie outside by chance.{tolerance if is_judged else ''}"
+        "**Inside** means that the published number lies in our 95 % interval, or that the difference is less than the root of the "
+        "sum of squares of our half interval on that side and of the published error, where one is stated. Outside are "
+        f"{share:.0%} of the rows; 5 % would be by chance if rows were independent, which those of one rig or bed are not."
+        f"{tolerance if is_judged else ''}"
     )
     yield Block("What does not fit", 2)
     outside = verdicts[verdicts["verdict"] == OUTSIDE]
@@ -96,18 +101,18 @@ def describe(
         yield Block("", 0, ("example", "reason", "rows", "in words"), reasons)
         cells_of_rows = format_rows(outside, examples, is_public)
         shown = [
-            (*cells[:4], code if code in remarks else cells[5])
+            (*cells[:4], code if code in remarks else f"{code}: {cells[5]}")
             for cells, code in zip(cells_of_rows, outside["reason_code"], strict=True)
         ]
         yield Block("", 0, (*HEADER[:4], "reason"), shown)
     yield Block("What is not compared", 2)
     lacking = verdicts[verdicts["verdict"] == NOT_COMPARABLE]
     rows = [
-        (str(example), str(code), str(len(group)), str(group["reason"].iloc[0]))
-        for (example, code), group in lacking.groupby(["example", "reason_code"], sort=False)
+        (*map(str, names), str(len(group)), str(group["reason"].iloc[0]))
+        for names, group in lacking.groupby(["domain", "example", "reason_code"], sort=False)
     ]
     if rows:
-        yield Block("", 0, ("example", "reason", "rows", "in words"), rows)
+        yield Block("", 0, ("domain", "example", "reason", "rows", "in words"), rows)
     else:
         yield Block("Every published number was compared.")
     yield Block("Where the data come from", 2)
@@ -123,6 +128,26 @@ def describe(
             yield Block("", 0, (*HEADER, "reason"), shown)
 
 
+def _describe_figure(verdicts: pd.DataFrame) -> str:
+    """Say what the figure shows, and what it leaves out."""
+    numbers = numbers_with_unit(verdicts)
+    across = (
+        ", and the published error"
+        if (numbers["published_hi"] > numbers["published_lo"]).any()
+        else ""
+    )
+    text = (
+        f"Each point: a published number (across) and ours (up). Bars: our interval{across}; a bar that crosses the dashed line holds "
+        "the published number."
+    )
+    compared = verdicts[verdicts["verdict"] != NOT_COMPARABLE]
+    left_out = compared.drop(numbers.index)
+    if left_out.empty:
+        return text
+    outside = count_verdicts(left_out)[OUTSIDE]
+    return f"{text} {len(left_out)} statements without a common unit, as counts of media, are not drawn: {outside} of them lie outside."
+
+
 def _remarks(examples: Sequence[Example]) -> dict[str, str]:
     """Sentences on rows that are compared, by their code."""
     return {
@@ -133,7 +158,7 @@ def _remarks(examples: Sequence[Example]) -> dict[str, str]:
     }
 
 
-HEADER = ("what", "published", "ours (95 % interval)", "unit", "verdict")
+HEADER = ("what", "published (error or tolerance)", "ours (95 % interval)", "unit", "verdict")
 
 
 def format_rows(
