@@ -449,7 +449,8 @@ def draw_clocks(rows: Sequence[tuple[Ingested, Alignment]]) -> Figure:
         "push": style.line(_BLUE, marker="o", linestyle="", markersize=3),
         "push that differs most": style.line(_RED, marker="D", linestyle="", markersize=4),
         "session": style.line("black", linestyle=":"),
-        "share without a curve": style.line(_BLUE),
+        "variance that no curve over depth explains": style.line(_BLUE),
+        "offsets tried to the end": style.line(_RED, marker="o", linestyle="", markersize=3),
         "fitted": style.line(_RED),
     }
     if trace.surface:
@@ -502,7 +503,7 @@ def _draw_lags(axes: Axes, alignment: Alignment, session_s: float) -> None:
     fitted_s = (offsets - alignment.clock.offset_s)[near_offset]
     axes.plot(fitted_s, 100 * shares[near_offset], "o", color=_RED, markersize=3)
     axes.axvline(session_s, color="black", linewidth=0.8, linestyle=":")
-    axes.set(xlabel="lag from the estimate (s)", ylabel="force without a curve (% of variance)")
+    axes.set(xlabel="lag from the estimate (s)", ylabel="unexplained variance (%)")
     axes.set_xlim(-limit_s, limit_s)
     axes.minorticks_off()
 

@@ -90,7 +90,7 @@ def tabulate_media(results: Results, outcome: Outcome) -> PageTable:
         return Cell(format_interval(low, high, ALPHA_DIGITS))
 
     columns = [PageColumn("Medium", title), PageColumn("Data", data_verdict)]
-    columns += [PageColumn("Model on legs", on_legs)] if results.config.legs else []
+    columns += [PageColumn("Model on legs, worst peak", on_legs)] if results.config.legs else []
     columns += [
         numbers(
             ALPHA_Z + f"(0, 90{DEGREE}), {PER_CM3}",
@@ -98,7 +98,7 @@ def tabulate_media(results: Results, outcome: Outcome) -> PageTable:
             ALPHA_DIGITS,
             ends=column("z", "_{}"),
         ),
-        PageColumn("of the next bed", next_bed, "num"),
+        PageColumn(f"next bed, {PER_CM3}", next_bed, "num"),
         numbers(ZETA, "zeta", ALPHA_DIGITS, ends="zeta_{}"),
         numbers(CHI, "chi", ALPHA_DIGITS, ends="chi_{}"),
     ]
