@@ -85,7 +85,7 @@ def describe(
     yield Block(
         "**Inside** means that the published number lies in our 95 % interval, or that the difference is less than the root of the "
         "sum of squares of our half interval on that side and of the published error, where one is stated. Outside are "
-        f"{share:.0%} of the rows; 5 % would be by chance if rows were independent, which those of one rig or bed are not."
+        f"{100 * share:.0f} % of the rows; 5 % would be by chance if rows were independent, which those of one rig or bed are not."
         f"{tolerance if is_judged else ''}"
     )
     yield Block("What does not fit", 2)
@@ -95,7 +95,12 @@ def describe(
     else:
         remarks = _remarks(examples)
         reasons = [
-            (str(example), str(code), str(len(group)), remarks.get(str(code), "row by row, below"))
+            (
+                str(example),
+                str(code),
+                str(len(group)),
+                remarks.get(str(code), "row by row in the next table, behind this word"),
+            )
             for (example, code), group in outside.groupby(["example", "reason_code"], sort=False)
         ]
         yield Block("", 0, ("example", "reason", "rows", "in words"), reasons)
