@@ -74,7 +74,7 @@ def _reach(legs: Iterable[Leg]) -> float:
 @figure(
     "stress_of_runs",
     reads=("tared/{media}.parquet", "windows/{media}.parquet", "fits/{media}.csv"),
-    settings=("intruders", "fit", "figures"),
+    settings=("intruders", "figures"),
     media=when(lambda campaign: campaign.media_with_samples() and stress_runs(campaign)),
     paper="Fig. 2B",
     section="Measurement",

@@ -159,7 +159,7 @@ def _about(run: Run) -> str:
         "fits/{medium}.csv",
         "legs/{medium}.csv",
     ),
-    settings=("intruders", "fit"),
+    settings=("intruders",),
     media=lambda campaign: campaign.media_with_logs("laboratory")[:1],
     section="Measurement",
     caption=(
