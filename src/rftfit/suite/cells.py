@@ -11,7 +11,7 @@ import pandas as pd
 
 from rftfit.errors import InputError
 from rftfit.store.tables import unguarded
-from rftfit.suite.declared import EVERY, Cells, format_key
+from rftfit.suite.declared import EVERY, NumberCells, format_key
 
 TWO_SIDED = 1.96
 """Half width of a 95 % interval over its standard error."""
@@ -34,7 +34,7 @@ class FoundNumber(NamedTuple):
     cells: Mapping[str, str]
 
 
-class Tables:
+class CalculatedTables:
     """Tables below a folder as text, each read once."""
 
     def __init__(self, folder: Path) -> None:
@@ -56,7 +56,7 @@ class Tables:
             self._tables[name] = table.fillna("").map(unguarded)
         return self._tables[name]
 
-    def rows(self, cells: Cells, key: Mapping[str, str]) -> pd.DataFrame:
+    def rows(self, cells: NumberCells, key: Mapping[str, str]) -> pd.DataFrame:
         """Rows of a table that a key means."""
         table = self.read(fill_words(cells.table, key))
         for column, word in _row_of(cells, key).items():
@@ -66,7 +66,7 @@ class Tables:
                 table = table[[is_same(cell, word) for cell in table[column]]]
         return table
 
-    def number(self, cells: Cells, key: Mapping[str, str]) -> FoundNumber:
+    def number(self, cells: NumberCells, key: Mapping[str, str]) -> FoundNumber:
         """Look up a number with its interval."""
         rows = self.rows(cells, key)
         if len(rows) != 1:
@@ -76,7 +76,7 @@ class Tables:
         return read_number(cells, row)
 
 
-def read_number(cells: Cells, row: Mapping[str, str]) -> FoundNumber:
+def read_number(cells: NumberCells, row: Mapping[str, str]) -> FoundNumber:
     """Read a number and its interval from the cells of a row."""
     lost = {cells.value, cells.lo, cells.hi, cells.se, cells.error} - {None, *row}
     if lost:
@@ -121,7 +121,7 @@ def fill_words(pattern: str, key: Mapping[str, str]) -> str:
         ) from None
 
 
-def _row_of(cells: Cells, key: Mapping[str, str]) -> dict[str, str]:
+def _row_of(cells: NumberCells, key: Mapping[str, str]) -> dict[str, str]:
     """Cells by which a row is known: as stated, or the words of the key that the table's name does not use."""
     if cells.row:
         return {column: fill_words(pattern, key) for column, pattern in cells.row.items()}
@@ -136,7 +136,7 @@ def is_same(cell: str, word: str) -> bool:
     return cell == word
 
 
-def look_up(folder: Path, cells: Cells, key: Mapping[str, str]) -> float:
+def look_up(folder: Path, cells: NumberCells, key: Mapping[str, str]) -> float:
     """Look up a number that a command needs from an earlier result.
 
     Raises
@@ -145,7 +145,7 @@ def look_up(folder: Path, cells: Cells, key: Mapping[str, str]) -> float:
         If it is not there.
     """
     try:
-        value = Tables(folder).number(cells, key).value
+        value = CalculatedTables(folder).number(cells, key).value
     except NoRow as error:
         raise InputError(f"example.yaml, key given: {error}") from error
     if isinstance(value, str) or math.isnan(value):

@@ -76,7 +76,7 @@ def _relative(name: str) -> str:
     return name
 
 
-class Cells(Model):
+class NumberCells(Model):
     """Where a number stands in a table."""
 
     table: str
@@ -102,13 +102,13 @@ class Cells(Model):
         return _relative(name)
 
     @model_validator(mode="after")
-    def _has_one_interval(self) -> Cells:
+    def _has_one_interval(self) -> NumberCells:
         if (self.lo is None) != (self.hi is None) or (self.lo is not None and self.se is not None):
             raise ValueError("either `lo` and `hi` or `se`")
         return self
 
 
-class GivenNumber(Cells):
+class GivenNumber(NumberCells):
     """A number that a command takes from the result of an earlier one."""
 
     key: str
@@ -160,9 +160,9 @@ class Quantity(Model):
     """what it is, for people"""
     domain: Domain
     """what is compared"""
-    ours: Cells
+    ours: NumberCells
     """the program's number"""
-    published: Cells | None = None
+    published: NumberCells | None = None
     """the published number, where it stands in a table instead of answer.csv"""
     windows: Windows | None = None
     """windows of depth over which the verdict is formed; the table is that of a medium's alpha"""

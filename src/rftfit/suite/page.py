@@ -30,7 +30,7 @@ _NOT_SHOWN = "in the file, which has no licence to show it"
 _COMPARED = "Every row that was compared"
 
 
-class Block(NamedTuple):
+class PageBlock(NamedTuple):
     """A part of the page: a heading or a paragraph, or a table, or the figure (without text and table).
 
     `level`: of a heading, 0 otherwise; `header`, `rows`: of a table.
@@ -44,54 +44,54 @@ class Block(NamedTuple):
 
 def describe(
     examples: Sequence[Example], verdicts: pd.DataFrame, is_public: bool
-) -> Iterator[Block]:
+) -> Iterator[PageBlock]:
     """Yield the blocks of the page, the shortest answer first.
 
     `is_public`: Whether numbers of files that may not be shipped are left out.
     """
     counts = count_verdicts(verdicts)
     compared = counts[INSIDE] + counts[OUTSIDE]
-    yield Block(TITLE, 1)
+    yield PageBlock(TITLE, 1)
     sentences = [
         "Measured data, or logs simulated from published numbers, went through this program, and its answers are compared with the published ones.",
         f"**Of {compared} published numbers, {counts[INSIDE]} lie inside the errors and {counts[OUTSIDE]} outside.**",
     ]
     if counts[NOT_COMPARABLE]:
         sentences.append(f"{counts[NOT_COMPARABLE]} more are not compared; the reasons are below.")
-    yield Block(" ".join([*sentences, "Nothing that does not fit was left out."]))
+    yield PageBlock(" ".join([*sentences, "Nothing that does not fit was left out."]))
     head = ("domain", "example", "compared", "inside", "outside", "not comparable")
-    yield Block("", 0, head, _summary(verdicts))
+    yield PageBlock("", 0, head, _summary(verdicts))
     data = (
         f"{example.name}: {example.settings.title[0].lower()}{example.settings.title[1:]}"
         for example in examples
     )
-    yield Block(f"{'; '.join(data)}.")
+    yield PageBlock(f"{'; '.join(data)}.")
     in_view = [
         f"{example.name} ({example.settings.in_view})"
         for example in examples
         if example.settings.in_view
     ]
     if in_view:
-        yield Block(
+        yield PageBlock(
             f"No blind test, since something was chosen with the answers in view: {'; '.join(in_view)}."
         )
-    yield Block()
+    yield PageBlock()
     is_judged = any(
         quantity.judged for example in examples for quantity in example.settings.quantities.values()
     )
-    yield Block(f"*{_describe_figure(verdicts)}*")
+    yield PageBlock(f"*{_describe_figure(verdicts)}*")
     tolerance = " Statements of a paper have a tolerance in place of an error: what its printed digits and words allow."
     share = counts[OUTSIDE] / max(compared, 1)
-    yield Block(
+    yield PageBlock(
         "**Inside** means that the published number lies in our 95 % interval, or that the difference is less than the root of the "
         "sum of squares of our half interval on that side and of the published error, where one is stated. Outside are "
         f"{100 * share:.0f} % of the rows; 5 % would be by chance if rows were independent, which those of one rig or bed are not."
         f"{tolerance if is_judged else ''}"
     )
-    yield Block("What does not fit", 2)
+    yield PageBlock("What does not fit", 2)
     outside = verdicts[verdicts["verdict"] == OUTSIDE]
     if outside.empty:
-        yield Block("Every number that was compared lies inside.")
+        yield PageBlock("Every number that was compared lies inside.")
     else:
         remarks = _remarks(examples)
         reasons = [
@@ -103,34 +103,34 @@ def describe(
             )
             for (example, code), group in outside.groupby(["example", "reason_code"], sort=False)
         ]
-        yield Block("", 0, ("example", "reason", "rows", "in words"), reasons)
+        yield PageBlock("", 0, ("example", "reason", "rows", "in words"), reasons)
         cells_of_rows = format_rows(outside, examples, is_public)
         shown = [
             (*cells[:4], code if code in remarks else f"{code}: {cells[5]}")
             for cells, code in zip(cells_of_rows, outside["reason_code"], strict=True)
         ]
-        yield Block("", 0, (*HEADER[:4], "reason"), shown)
-    yield Block("What is not compared", 2)
+        yield PageBlock("", 0, (*HEADER[:4], "reason"), shown)
+    yield PageBlock("What is not compared", 2)
     lacking = verdicts[verdicts["verdict"] == NOT_COMPARABLE]
     rows = [
         (*map(str, names), str(len(group)), str(group["reason"].iloc[0]))
         for names, group in lacking.groupby(["domain", "example", "reason_code"], sort=False)
     ]
     if rows:
-        yield Block("", 0, ("domain", "example", "reason", "rows", "in words"), rows)
+        yield PageBlock("", 0, ("domain", "example", "reason", "rows", "in words"), rows)
     else:
-        yield Block("Every published number was compared.")
-    yield Block("Where the data come from", 2)
+        yield PageBlock("Every published number was compared.")
+    yield PageBlock("Where the data come from", 2)
     for example in examples:
         yield from _describe_example(example)
-    yield Block(_COMPARED, 2)
+    yield PageBlock(_COMPARED, 2)
     for example in examples:
         of_example = verdicts[verdicts["example"] == example.name]
         of_example = of_example[of_example["verdict"] != NOT_COMPARABLE]
         if not of_example.empty:
-            yield Block(example.name, 3)
+            yield PageBlock(example.name, 3)
             shown = format_rows(of_example, examples, is_public)
-            yield Block("", 0, (*HEADER, "reason"), shown)
+            yield PageBlock("", 0, (*HEADER, "reason"), shown)
 
 
 def _describe_figure(verdicts: pd.DataFrame) -> str:
@@ -189,18 +189,18 @@ def _summary(verdicts: pd.DataFrame) -> list[tuple[str, ...]]:
     return rows
 
 
-def _describe_example(example: Example) -> Iterator[Block]:
+def _describe_example(example: Example) -> Iterator[PageBlock]:
     settings = example.settings
-    yield Block(f"{example.name}: {settings.title}", 3)
+    yield PageBlock(f"{example.name}: {settings.title}", 3)
     licences = sorted({file.licence for file in settings.files})
     parts = [
         settings.citation,
         f"Licence: {', '.join(licences)}." if licences else "",
         settings.note,
     ]
-    yield Block(" ".join(part for part in parts if part))
-    yield Block(example.readme)
-    yield Block(f"`rftfit example {example.name}`")
+    yield PageBlock(" ".join(part for part in parts if part))
+    yield PageBlock(example.readme)
+    yield PageBlock(f"`rftfit example {example.name}`")
 
 
 def _cells(row: dict[str, object], examples: Sequence[Example], is_public: bool) -> tuple[str, ...]:
@@ -264,7 +264,7 @@ def _short(number: float) -> str:
     return f"{number + 0.0:.3g}" if abs(number) >= 1e-4 or not number else f"{number:.5f}"
 
 
-def as_markdown(blocks: Iterator[Block], picture: str) -> str:
+def as_markdown(blocks: Iterator[PageBlock], picture: str) -> str:
     """Write the page as Markdown, with the path of the figure."""
     parts = []
     for block in blocks:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import pandas as pd
 
-from rftfit.suite.cells import FoundNumber, NoRow, Tables, fill_words, is_same
+from rftfit.suite.cells import CalculatedTables, FoundNumber, NoRow, fill_words, is_same
 from rftfit.suite.declared import (
     DOMAINS,
     EVERY,
@@ -29,7 +29,7 @@ FILE = "verdicts.csv"
 """Verdicts in the folder of an example."""
 
 
-class Verdict(NamedTuple):
+class RowVerdict(NamedTuple):
     """A published number beside the program's: a row of `verdicts.csv`.
 
     `published_lo`, `published_hi`: its own error, or NaN; `lo`, `hi`: our 95 % interval; `windows`, `windows_inside`: windows
@@ -64,18 +64,20 @@ def judge_example(example: Example, folder: Path) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        One row a published number, with the columns of `Verdict`.
+        One row a published number, with the columns of `RowVerdict`.
     """
-    tables = Tables(folder)
+    tables = CalculatedTables(folder)
     rows = [
         _judge(example, published, folder, tables)
         for stated in example.answer
         for published in _written_out(example, stated, tables)
     ]
-    return pd.DataFrame(rows, columns=list(Verdict._fields))
+    return pd.DataFrame(rows, columns=list(RowVerdict._fields))
 
 
-def _written_out(example: Example, stated: Published, tables: Tables) -> Iterator[Published]:
+def _written_out(
+    example: Example, stated: Published, tables: CalculatedTables
+) -> Iterator[Published]:
     """Yield a row of the answer, or one for each row of the table that its key means by a *."""
     names = [name for name, word in stated.key.items() if word == EVERY]
     if not names:
@@ -92,10 +94,12 @@ def _written_out(example: Example, stated: Published, tables: Tables) -> Iterato
         yield stated._replace(key=stated.key | {name: str(row[name]) for name in names})
 
 
-def _judge(example: Example, stated: Published, folder: Path, tables: Tables) -> Verdict:
+def _judge(
+    example: Example, stated: Published, folder: Path, tables: CalculatedTables
+) -> RowVerdict:
     """Compare one published number with the program's."""
     quantity = example.settings.quantities[stated.quantity]
-    row = Verdict(
+    row = RowVerdict(
         example=example.name,
         domain=quantity.domain,
         quantity=stated.quantity,
@@ -152,13 +156,13 @@ def _find_remark(
     return None
 
 
-def _with_published(row: Verdict, value: float | str, error: float) -> Verdict:
+def _with_published(row: RowVerdict, value: float | str, error: float) -> RowVerdict:
     if isinstance(value, str):
         return row._replace(published=value)
     return row._replace(published=value, published_lo=value - error, published_hi=value + error)
 
 
-def _by_rule(row: Verdict, quantity: Quantity, ours: FoundNumber, error: float) -> Verdict:
+def _by_rule(row: RowVerdict, quantity: Quantity, ours: FoundNumber, error: float) -> RowVerdict:
     """Judge by the table's own verdict, or by the intervals."""
     if quantity.judged is not None:
         return _as_judged(row, quantity, ours)
@@ -193,7 +197,7 @@ def _by_rule(row: Verdict, quantity: Quantity, ours: FoundNumber, error: float) 
     )
 
 
-def _as_judged(row: Verdict, quantity: Quantity, ours: FoundNumber) -> Verdict:
+def _as_judged(row: RowVerdict, quantity: Quantity, ours: FoundNumber) -> RowVerdict:
     judged = quantity.judged
     assert judged is not None
     word, reason = ours.cells.get(judged.column, ""), ours.cells.get(judged.reason, "")

@@ -14,7 +14,7 @@ from rftfit.campaign.load import Campaign, load_campaign
 from rftfit.conventions import FloatArray
 from rftfit.results import Results
 from rftfit.suite.cells import TWO_SIDED, read_number
-from rftfit.suite.declared import CONFIG, Cells, Windows
+from rftfit.suite.declared import CONFIG, NumberCells, Windows
 from rftfit.workflow.measure import MEASURED, checks, slopes
 
 _STEPS = 60
@@ -70,7 +70,7 @@ class OverWindows:
 
 
 def over_windows(
-    folder: Path, windows: Windows, key: Mapping[str, str], cells: Cells
+    folder: Path, windows: Windows, key: Mapping[str, str], cells: NumberCells
 ) -> OverWindows:
     """Fit the slopes of a medium in every window of depth and look up its alpha.
 
@@ -81,7 +81,7 @@ def over_windows(
     windows : Windows
     key : mapping of str to str
         ``medium``, and the row of its table of alpha.
-    cells : Cells
+    cells : NumberCells
         Columns of the number.
 
     Returns
