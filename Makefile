@@ -14,7 +14,7 @@ MOVED := $(shell [ -x $(BIN)/python ] && [ "$$(cat $(STAMP) 2>/dev/null)" = "$$(
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help env run sweep test golden pages timegate lint docs stranger gallery lock clean release mutants statistics matrix wheel coverage slow fuzz killed fulldisk samebytes cluster largelogs links accessible reliability disturbed intervals curved laws shared axes pairs compressed mixups sound compare readings beside strokes contacts wheels mutations reallogs labs benchmark scale FORCE
+.PHONY: help env run sweep test golden pages timegate lint docs stranger gallery lock clean release mutants statistics matrix wheel coverage slow fuzz killed fulldisk samebytes cluster largelogs links accessible reliability disturbed intervals curved laws shared axes pairs mixups sound compare readings beside strokes contacts wheels mutations reallogs labs benchmark scale FORCE
 
 #@ Every day
 help: ## show this list
@@ -170,9 +170,6 @@ axes: env ## right and reversed axes are told in media that made none of the kno
 
 pairs: env ## two runs of a direction tell a wrong one, and sound campaigns pass, a minute (ARGS="--media 20")
 	@$(BIN)/python studies/pairs.py $(ARGS)
-
-compressed: env ## an amplifier that compresses large forces is told, through files, 10 min (ARGS=30: campaigns)
-	@$(BIN)/python studies/compressed.py $(ARGS)
 
 mixups: env ## the verdict on campaigns with a mistake, and its cause, through files, 30 min (ARGS=30: campaigns)
 	@$(BIN)/python studies/mixups.py $(ARGS)

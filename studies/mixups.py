@@ -287,7 +287,12 @@ MIXUPS = {
         SHARED,
         listed=True,
     ),
-    "largest force 15 % too small": Mixup(partial(compress, missing=0.15), ("compression-told",)),
+    **{
+        f"largest force {percent} % too small": Mixup(
+            partial(compress, missing=percent / 100), ("compression-told",)
+        )
+        for percent in (10, 15, 20)
+    },
     "beta of pulls with the other sign": Mixup(turn_pulls, ("axes-pulls",)),
     "zero drifts 2 N in strokes, end in air": Mixup(
         partial(drift_in_strokes, newtons=2.0, ends_in_air=True), ("drift-between",), one_file=True

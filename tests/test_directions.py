@@ -1,13 +1,23 @@
 """Runs are numbered by direction and by repeat in one way, however their angles were typed or measured."""
 
 import math
+import re
+from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rftfit.directions import angles_of_directions, number_depths, number_directions, same_direction
+import rftfit
+from rftfit.directions import (
+    angles_of_directions,
+    number_depths,
+    number_directions,
+    number_rows,
+    same_direction,
+)
 
 ANGLES = st.lists(st.sampled_from([-90, -60, 0, 0.3, 0.5, 0.8, 30, 30.2, 89.8, 90]), min_size=1)
 
@@ -70,3 +80,20 @@ def test_a_direction_has_the_mean_angles_of_its_runs(beta_deg):
         assert abs(off_deg.sum()) < 1e-9
         assert np.ptp(beta[is_member]) < 1e-9
         assert gamma[is_member][0] == pytest.approx(gamma_of_run[is_member].mean())
+
+
+def test_no_other_place_says_which_rows_are_of_one_direction():
+    """Rows grouped by their exact angles would part repeats whose angles were measured."""
+    by_angles = re.compile(r"groupby\(\s*\[[^\]]*beta_deg[^\]]*gamma_deg")
+    sources = {path: path.read_text("utf-8") for path in Path(rftfit.__file__).parent.rglob("*.py")}
+    assert len(sources) > 200
+    assert not [path.name for path, source in sources.items() if by_angles.search(source)]
+    assert by_angles.search('fits.groupby(["beta_deg", "gamma_deg"])')
+
+
+def test_rows_are_numbered_as_their_angles_are():
+    table = pd.DataFrame(
+        {"beta_deg": [0.0, 30.1, 30.0, 30.0], "gamma_deg": [90.0, 44.8, 45.0, 45.0]}
+    )
+    assert number_rows(table).tolist() == [0, 2, 2, 2]
+    assert number_rows(table, tolerance_deg=0.1).tolist() == [0, 1, 2, 2]

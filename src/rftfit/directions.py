@@ -7,11 +7,15 @@ its direction too where the push is level, since the force of a level push depen
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from rftfit.conventions import FloatArray
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 TOLERANCE_DEG = 0.5
 """Difference of each angle up to which directions are one, where a campaign states none (`grid.angle_tolerance_deg`)."""
@@ -86,6 +90,12 @@ def number_directions(
     number = number_of_angle[angle_of_run.ravel()]
     is_level = np.abs(gamma_deg[number]) <= tolerance_deg + _ROUNDING
     return _split_by_depth(number, np.where(is_level, depth_cm, math.nan))
+
+
+def number_rows(table: pd.DataFrame, tolerance_deg: float = TOLERANCE_DEG) -> npt.NDArray[np.intp]:
+    """Number the direction of each row of a table with ``beta_deg`` and ``gamma_deg``, as `number_directions`, shape (n,)."""
+    angles_deg = (table[name].to_numpy(float) for name in ("beta_deg", "gamma_deg"))
+    return number_directions(*angles_deg, tolerance_deg=tolerance_deg)
 
 
 def _split_by_depth(number: npt.NDArray[np.intp], depth_cm: FloatArray) -> npt.NDArray[np.intp]:

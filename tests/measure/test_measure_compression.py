@@ -67,3 +67,15 @@ def test_repeats_make_the_trend_better_known():
     assert once is not None
     assert four_times is not None
     assert four_times.se == pytest.approx(once.se / 2, rel=0.35)
+
+
+def test_measured_angles_tell_what_typed_ones_do():
+    typed = pushes(directions=12, compression=0.1)
+    turns = np.random.default_rng(2).uniform(-0.2, 0.2, len(typed))
+    measured = typed.assign(
+        beta_deg=10 * typed["beta_deg"] + turns, gamma_deg=typed["gamma_deg"] - turns
+    )
+    of_typed = trend_of_exponent(typed.assign(beta_deg=10 * typed["beta_deg"]), "z")
+    of_measured = trend_of_exponent(measured, "z")
+    assert of_typed is not None
+    assert of_measured == pytest.approx(of_typed)

@@ -253,3 +253,23 @@ def test_nothing_tells_the_rods_where_all_runs_share_one_or_go_straight_down():
     assert estimate_share_too_much(fits.assign(tare_run="one"), tared, windows) is None
     assert estimate_share_too_much(fits.assign(tare_run=""), tared, windows) is None
     assert estimate_share_too_much(fits[fits["gamma_deg"] == 90], tared, windows) is None
+
+
+def test_rods_of_measured_angles_are_those_of_typed_ones():
+    """A direction is one witness however its repeats were typed."""
+    fits, tared, windows = samples_of(0.6)
+    again = fits.assign(run_id="again " + fits["run_id"])
+    samples = tared["run_id"].astype(str)
+    twice = pd.concat([tared, tared.assign(run_id="again " + samples)], ignore_index=True)
+    twice["run_id"] = twice["run_id"].astype("category")
+    typed = pd.concat([fits, again], ignore_index=True)
+    turns = np.random.default_rng(2).uniform(-0.2, 0.2, len(typed))
+    measured = typed.assign(
+        beta_deg=typed["beta_deg"] + turns, gamma_deg=typed["gamma_deg"] - turns
+    )
+    windows_of_both = pd.concat([windows, windows], ignore_index=True)
+    of_typed, of_measured = (
+        estimate_share_too_much(table, twice, windows_of_both) for table in (typed, measured)
+    )
+    assert of_typed is not None
+    assert of_measured == pytest.approx(of_typed)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal, get_args
@@ -523,6 +523,24 @@ FEWEST_SHIFTED, SHARE_SHIFTED = 3, 0.8
 """Fewest rows that a shift must explain, and their least share of all rows that contradict their logs or tares."""
 
 
+def find_shift(
+    places: Sequence[int], fits: Callable[[int, int], bool]
+) -> tuple[int, list[int]] | None:
+    """Find by how many rows the cells of contradicted rows stand away from them, and which of these that explains.
+
+    `places`: Of the contradicted rows among all. `fits`: Whether the cells at a place are those of a contradicted row, by its
+    index in `places`. None where no shift explains most of them.
+    """
+    explained = {
+        shift: [index for index, place in enumerate(places) if fits(index, place - shift)]
+        for shift in shifts_of_rows()
+    }
+    shift = max(explained, key=lambda shift: len(explained[shift]))
+    if len(explained[shift]) < max(FEWEST_SHIFTED, SHARE_SHIFTED * len(places)):
+        return None
+    return shift, explained[shift]
+
+
 def shifts_of_rows() -> list[int]:
     """Numbers of rows by which cells may stand above their own row (positive) or below it, the likeliest first."""
     return [sign * count for count in range(1, MOST_SHIFTED_ROWS + 1) for sign in (1, -1)]
@@ -541,25 +559,25 @@ def _tell_shifted_column(drafts: list[DraftRow], by_id: Mapping[str, DraftRow]) 
         is_there = row.text["beta_deg"] and tare.text["beta_deg"]
         return bool(is_there and _same("beta_deg", row, tare))
 
-    contradictions = [
-        (place, tare)
+    contradictions = {
+        place: tare
         for place, tare in enumerate(tares)
         if tare is not None and tare.text["beta_deg"] and not agrees(place, tare)
-    ]
-    counts = {
-        shift: sum(agrees(place - shift, tare) for place, tare in contradictions)
-        for shift in shifts_of_rows()
     }
-    shift = max(counts, key=lambda shift: counts[shift])
-    if counts[shift] < max(FEWEST_SHIFTED, SHARE_SHIFTED * len(contradictions)):
+    tares_contradicted = [*contradictions.values()]
+    likeliest_shift = find_shift(
+        [*contradictions], lambda index, place: agrees(place, tares_contradicted[index])
+    )
+    if likeliest_shift is None:
         return
+    shift, explained = likeliest_shift
     side = "above" if shift > 0 else "below"
     rows_away = side if abs(shift) == 1 else f"{abs(shift)} rows {side}"
     allowed = (
-        f"beta_deg of the row {rows_away} fits the tares of {counts[shift]} of {len(contradictions)} plate runs that do not match "
+        f"beta_deg of the row {rows_away} fits the tares of {len(explained)} of {len(contradictions)} plate runs that do not match "
         "theirs: was the column shifted? Look whether a cell or a row is missing or there twice"
     )
-    plates[contradictions[0][0]].note("beta_deg", "column-shifted", None, allowed)
+    plates[next(iter(contradictions))].note("beta_deg", "column-shifted", None, allowed)
 
 
 def _same(column: str, draft: DraftRow, tare: DraftRow) -> bool:

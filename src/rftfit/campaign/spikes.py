@@ -233,10 +233,13 @@ def find_held(values: FloatArray, times: float = TIMES_USUAL_STEP) -> Mask:
         Shape (n,): all readings of a hold but its first.
     """
     held = np.zeros(values.size, dtype=bool)
-    change = np.diff(values)
+    change = values[1:] - values[:-1]
     repeats = change == 0
     # most channels have no jump behind equal readings, and this is quick: a coarse sensor changes by its own step
-    ends_hold = ~repeats[3:] & repeats[2:-1] & repeats[1:-2] & repeats[:-3]
+    ends_hold = repeats[2:-1] & repeats[1:-2] & repeats[:-3]
+    if not ends_hold.any():
+        return held
+    ends_hold &= ~repeats[3:]
     jumps = np.abs(change[3:][ends_hold])
     if not jumps.size:
         return held
@@ -324,20 +327,18 @@ def find_steps(values: FloatArray, rows: int) -> list[LastingStep]:
 
 def may_step(channels: FloatArray) -> np.ndarray:
     """Numbers of the channels, shape (k, n), of which one change is far from the others near it: few, and found quickly."""
-    change = np.diff(channels, axis=1)
+    change = channels[:, 1:] - channels[:, :-1]
     size = min(_BLOCK, change.shape[1])
     if size < 2 * _FEWEST_FOR_TREND:
         return np.arange(0)
     count = change.shape[1] // size
     # the last block ends with the last change
-    ends = change[:, -size:] - change[:, -size:].mean(axis=1, keepdims=True)
-    blocks = change[:, : count * size].reshape(-1, count, size)
-    away = blocks - blocks.mean(axis=2, keepdims=True)
-    is_far = [
-        part.max(axis=-1) > _TIMES_MEAN_CHANGE * part.mean(axis=-1)
-        for part in (np.abs(away, out=away), np.abs(ends, out=ends)[:, None])
-    ]
-    return np.flatnonzero(np.any(np.concatenate(is_far, axis=1), axis=1))
+    blocks = np.concatenate([change[:, : count * size], change[:, -size:]], axis=1)
+    away = blocks.reshape(-1, count + 1, size)
+    away -= away.mean(axis=2, keepdims=True)
+    np.abs(away, out=away)
+    is_far = away.max(axis=2) > _TIMES_MEAN_CHANGE * away.mean(axis=2)
+    return np.flatnonzero(is_far.any(axis=1))
 
 
 _TIMES_MEAN_CHANGE = 8.0

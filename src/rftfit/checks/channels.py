@@ -22,7 +22,7 @@ from rftfit.checks.declared import (
 from rftfit.checks.runs import check_drift, check_rods
 from rftfit.checks.shared import CLEAR, told_axes
 from rftfit.conventions import FloatArray
-from rftfit.directions import number_directions
+from rftfit.directions import number_rows
 from rftfit.measure.flags import Remark, format_remarks, remark
 from rftfit.measure.lab_frame import is_symmetric, measured_channel
 from rftfit.measure.levels import Mask, two_clusters
@@ -214,11 +214,7 @@ def against_known(
         else 0.0
         for c in (0, 1)
     )
-    direction = number_directions(
-        table["beta_deg"].to_numpy(float),
-        table["gamma_deg"].to_numpy(float),
-        tolerance_deg=config.grid.angle_tolerance_deg,
-    )
+    direction = number_rows(table, config.grid.angle_tolerance_deg)
     causes = []
     for component, axis in enumerate("zx"):
         name = measured_channel(config, axis)

@@ -10,6 +10,7 @@ import pandas as pd
 from rftfit.checks.declared import SOUND_LOGS, Check, MediumMeasurements, Words, declare_check
 from rftfit.checks.law import BEFOREHAND_DOF, Estimate
 from rftfit.conventions import FloatArray
+from rftfit.directions import number_rows
 from rftfit.measure.alpha import column
 from rftfit.measure.laws import PATCHES
 from rftfit.measure.verdict_words import DOUBTFUL
@@ -79,21 +80,20 @@ def check_compression(measured: MediumMeasurements) -> Check:
 def trend_of_both(fits: pd.DataFrame) -> Estimate | None:
     """Change of the exponent up to the largest force of any channel, by the channels along z and x together.
 
-    All channels of a transducer have an amplifier of one make: what bends a force of so many newtons in one does so in the other.
+    It takes the channels of a transducer to have amplifiers of one make: a force of so many newtons is bent alike in both.
     """
-    largest = {
+    largest_N = {
         component: float(np.nanmax(_forces(fits, component), initial=0.0)) for component in "zx"
     }
-    trends = [
-        (trend.value * ratio, trend.se * ratio)
-        for component in "zx"
-        if (trend := trend_of_exponent(fits, component)) is not None
-        for ratio in (max(largest.values()) / largest[component],)
-    ]
-    if not trends:
+    changes, errors = [], []
+    for component in "zx":
+        if (trend := trend_of_exponent(fits, component)) is not None:
+            ratio = max(largest_N.values()) / largest_N[component]
+            changes.append(trend.value * ratio)
+            errors.append(trend.se * ratio)
+    if not changes:
         return None
-    changes, errors = np.array(trends).T
-    precision = 1 / errors**2
+    precision = 1 / np.square(errors)
     return Estimate(float(precision @ changes / precision.sum()), float(precision.sum() ** -0.5))
 
 
@@ -117,8 +117,7 @@ def trend_of_exponent(fits: pd.DataFrame, component: str) -> Estimate | None:
     force = force / np.nanmax(force)
     is_clear = np.isfinite(exponent) & (force > _WEAKEST)
     runs = pd.DataFrame({"exponent": exponent, "force": force})[is_clear]
-    angles = [fits.loc[is_clear, name].to_numpy() for name in ("beta_deg", "gamma_deg")]
-    directions = runs.groupby(angles)
+    directions = runs.groupby(number_rows(fits[is_clear]))
     if len(directions) < _FEWEST_DIRECTIONS:
         return None
     means, counts = directions.mean(), directions.size().to_numpy(float)

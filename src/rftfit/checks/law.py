@@ -11,6 +11,7 @@ import pandas as pd
 from rftfit.checks.declared import Check, Words
 from rftfit.checks.runs import SURE
 from rftfit.conventions import FloatArray
+from rftfit.directions import number_rows
 from rftfit.measure.depths import median_over_directions
 from rftfit.measure.flags import Flags
 from rftfit.measure.laws import PATCHES, exponent_lever
@@ -81,7 +82,7 @@ def check_law(pushes: pd.DataFrame, run_cm: float, session_cm: float) -> Check:
     power = exponent_of(pushes, session_cm)
     of_start = np.hypot(np.nan_to_num(pushes["offset_se_cm"].to_numpy(float)), run_cm)
     start = combine_directions(pushes, "offset_cm", of_start, session_cm)
-    intercepts = pushes.groupby(["beta_deg", "gamma_deg"])["intercept_z_N_per_cm2"].mean()
+    intercepts = pushes.groupby(number_rows(pushes))["intercept_z_N_per_cm2"].mean()
     is_power = float(np.nanmedian(pushes["power_misfit_z_ratio"])) < 1
     most_departure = TOLERATED + SURE * power.se
     most_start_cm = TOLERATED_START_CM + SURE * start.se
@@ -142,7 +143,7 @@ def combine_directions(
     `scatter`: Standard deviation of each run. `session`: Of what all runs share.
     """
     runs = pd.DataFrame({"value": pushes[column].to_numpy(float), "variance": scatter**2})
-    directions = runs.groupby([pushes["beta_deg"].to_numpy(), pushes["gamma_deg"].to_numpy()])
+    directions = runs.groupby(number_rows(pushes))
     values = directions["value"].mean().to_numpy(float)
     weights = 1 / (directions["variance"].mean() / directions.size()).to_numpy(float)
     middle = median_over_directions(pushes, column)

@@ -20,12 +20,12 @@ from rftfit.checks.declared import (
     describe_rows,
     flags_on,
 )
-from rftfit.directions import number_directions
+from rftfit.directions import number_rows
 from rftfit.measure.alpha import cell_at, column
+from rftfit.measure.errors import spread_of_beds
 from rftfit.measure.flags import Remark, format_remarks, remark
 from rftfit.measure.ledger import RowStatus
 from rftfit.measure.levels import FEW_RUNS, MODES, median_of_runs
-from rftfit.measure.repeats import pooled_bed_spread
 from rftfit.measure.rods import estimate_share_too_much
 from rftfit.measure.samples import split_runs
 from rftfit.measure.verdict_words import DOUBTFUL, FAILED, MAP, NOT_CHECKED, UNUSABLE
@@ -305,9 +305,9 @@ _BLIND = 0.4
 """Of the largest alpha: the least difference that would be seen is 0.13 to 0.17 (median) in the demonstration."""
 
 
-_WIDE, _USUAL_AT_MOST, _SURE_OF_SPREAD, _WEAK_LEVEL = 0.105, 0.08, 0.96, 0.08
-"""Spread of repeats along their force that is a fault, the largest of ordinary beds, confidence that it is not one of these, and
-share of the largest force that is added to weak directions (`make pairs`, 2026-11-29)."""
+_WIDE, _USUAL_AT_MOST, _SURE_OF_SPREAD = 0.105, 0.08, 0.96
+"""Scatter of repeats along their force that is a fault, the largest of ordinary beds, and confidence that it is not one of these
+(`make pairs`, 2026-11-29)."""
 
 _BESIDE = {"pair": "other run of its direction"}
 """Words for what a run is compared with, where they are not those of the table."""
@@ -388,23 +388,31 @@ def check_repeats(measured: MediumMeasurements) -> Check:
 
 def _judge_spread(measured: MediumMeasurements) -> Check | None:
     """Failure where repeats differ more than ordinary beds do, though none stands apart from the others."""
+    from scipy.special import chdtri
+
     fits, names = measured.tables["fits"], [column(c) for c in "zx"]
     runs = fits[np.isfinite(fits[names].to_numpy(float)).any(axis=1)]
     if runs.empty:
         return None
-    beta_deg, gamma_deg = (runs[f"{name}_deg"].to_numpy(float) for name in ("beta", "gamma"))
-    tolerance_deg = measured.config.grid.angle_tolerance_deg
-    groups = number_directions(beta_deg, gamma_deg, tolerance_deg=tolerance_deg)
-    spread = pooled_bed_spread(runs[names].to_numpy(float).T, groups, _WEAK_LEVEL, _SURE_OF_SPREAD)
-    if spread is None or spread.relative <= _WIDE or spread.low <= _USUAL_AT_MOST:
+    number = number_rows(runs, measured.config.grid.angle_tolerance_deg)
+    alpha, se = (
+        runs[columns].to_numpy(float).T for columns in (names, [column(c, "_se") for c in "zx"])
+    )
+    groups = [(alpha[:, number == first], se[:, number == first]) for first in np.unique(number)]
+    scatter = spread_of_beds(groups).scatter
+    if scatter is None:
+        return None
+    spread, dof = scatter.relative()[0], scatter.dof
+    low = spread * math.sqrt(dof / float(chdtri(dof, 1 - _SURE_OF_SPREAD)))
+    if spread <= _WIDE or low <= _USUAL_AT_MOST:
         return None
     return Check.judge(
         "repeats",
         False,
         code="repeats-wide",
-        spread=spread.relative,
-        low=spread.low,
-        dof=spread.dof,
+        spread=spread,
+        low=low,
+        dof=round(dof),
         wide=_WIDE,
         usual=_USUAL_AT_MOST,
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from rftfit.campaign.sheet import FEWEST_SHIFTED, SHARE_SHIFTED, Run, shifts_of_rows
+from rftfit.campaign.sheet import FEWEST_SHIFTED, Run, find_shift
 from rftfit.checks.channels import causes_in_readings
 from rftfit.checks.declared import (
     Check,
@@ -114,19 +114,19 @@ def _find_shift_of_logs(measured: MediumMeasurements) -> tuple[int, list[str], i
     if len(refused) < FEWEST_SHIFTED:
         return None
     tolerance_deg = measured.config.arm.angle_tolerance_deg
-    matching: dict[int, list[str]] = {}
-    for row in refused.to_dict("records"):
-        for shift in shifts_of_rows():
-            place = place_of_run[row["run_id"]] - shift
-            if 0 <= place < len(plates) and _shows_angles(
-                plates[place], row["seen_beta_deg"], row["seen_gamma_deg"], tolerance_deg
-            ):
-                matching.setdefault(shift, []).append(row["run_id"])
-    shift = max(matching, key=lambda shift: len(matching[shift]), default=0)
-    shifted_runs = matching.get(shift, [])
-    if len(shifted_runs) < max(FEWEST_SHIFTED, SHARE_SHIFTED * len(refused)):
+    run_ids = refused["run_id"].tolist()
+    seen_deg = refused[["seen_beta_deg", "seen_gamma_deg"]].to_numpy(float)
+
+    def shows_angles_at(index: int, place: int) -> bool:
+        return 0 <= place < len(plates) and _shows_angles(
+            plates[place], *seen_deg[index], tolerance_deg
+        )
+
+    likeliest_shift = find_shift([place_of_run[run_id] for run_id in run_ids], shows_angles_at)
+    if likeliest_shift is None:
         return None
-    return shift, shifted_runs, len(refused)
+    shift, shifted = likeliest_shift
+    return shift, [run_ids[index] for index in shifted], len(refused)
 
 
 def _shows_angles(run: Run, beta_deg: float, gamma_deg: float, tolerance_deg: float) -> bool:

@@ -32,6 +32,7 @@ from rftfit.checks.law import (
 )
 from rftfit.checks.runs import SURE
 from rftfit.conventions import FloatArray
+from rftfit.directions import number_rows
 from rftfit.measure.flags import Remark, remark
 from rftfit.measure.laws import LEVELLED_CM, ordinary_surface
 from rftfit.measure.levels import FEW_RUNS, Mask, median_of_runs, shifted_runs, two_clusters
@@ -354,7 +355,7 @@ def judge_linearity(pushes: pd.DataFrame, session_cm: float) -> Check:
 
     `session_cm`: of `check_law`.
     """
-    of_directions = pushes.groupby(["beta_deg", "gamma_deg"])["power_misfit_z_ratio"]
+    of_directions = pushes.groupby(number_rows(pushes))["power_misfit_z_ratio"]
     misfit = of_directions.median().dropna().to_numpy(float)
     if len(pushes.dropna(subset=["exponent_z"])) < FEW_RUNS or not misfit.size:
         return Check.skip("linearity", "linearity-few")

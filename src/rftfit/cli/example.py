@@ -52,8 +52,8 @@ def example(
         return
     if name is None:
         raise InputError("found no NAME; allowed: one of rftfit example --list")
-    found_example = find_example(name)
-    _run(found_example, folder or Path(found_example.name), origin, as_json)
+    chosen_example = find_example(name)
+    _run(chosen_example, folder or Path(chosen_example.name), origin, as_json)
 
 
 def _list_examples(as_json: bool) -> None:

@@ -155,15 +155,6 @@ class Scan(NamedTuple):
         return np.asarray(self.tolerated + (self.limit + _POWER) * self.se)
 
 
-class _Theta(NamedTuple):
-    """Logarithms of the size of the medium, of lambda, and of the scatter along alpha and in all directions."""
-
-    size: float
-    departure: float
-    bed: float
-    rest: float
-
-
 @dataclass(eq=False)
 class JointModel:
     """Joint model of all runs, with the causes that were put right so far.

@@ -78,11 +78,6 @@ def explanation_of(row: Mapping[str, Any]) -> str:
     return "larger than the errors of alpha explain" if of_alpha is False else ""
 
 
-def with_span(value: float, low: float, high: float, digits: int) -> str:
-    """Write a number with its interval in brackets."""
-    return format_number(value, digits) + in_brackets(format_interval(low, high, digits))
-
-
 def alpha_half_width(table: pd.DataFrame, component: str, suffix: str = "") -> pd.Series[float]:
     """Half the width of the interval of alpha_z or alpha_x, N/cm^3; `suffix`: ``_next`` for that of the next push."""
     high = table[column(component, f"_hi{suffix}")].astype(float)

@@ -51,7 +51,6 @@ _LEAST_TO_COUNT, _STEP = MOST_ROWS * len("<row/>"), 1 << 20
 _MOST_BLANK, _BLANK_FOR_EACH = 1 << 16, 100
 """Blank cells that are made up between those of a sheet, as of 4 rows to the last column, and how many for a filled one."""
 _HEADER_ROWS = 60
-_ROWS_OF_SOURCES = 2000
 _MOST_SHEETS = 50
 _PLAIN = frozenset({float, int})
 _ROWS_AT_A_TIME = 50_000

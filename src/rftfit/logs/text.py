@@ -92,9 +92,11 @@ def _behind_last_line(text: bytes, stop: int) -> int:
 
 def opened(path: Path) -> BinaryIO:
     """Open a file to be read, unpacked if it is packed by gzip."""
-    with path.open("rb") as handle:
-        packed = handle.read(2) == GZIP
-    return cast("BinaryIO", gzip.open(path)) if packed else path.open("rb")
+    handle = path.open("rb")
+    if handle.peek(len(GZIP))[: len(GZIP)] != GZIP:
+        return handle
+    handle.close()
+    return cast("BinaryIO", gzip.open(path))
 
 
 @contextmanager

@@ -11,7 +11,7 @@ import pandas as pd
 from rftfit.campaign.config import UNIT_AREA
 from rftfit.campaign.sheet import Run
 from rftfit.conventions import FloatArray
-from rftfit.directions import number_directions
+from rftfit.directions import number_rows
 from rftfit.measure.flags import REASON, Remark, reason_cells, remark
 from rftfit.measure.samples import split_runs
 
@@ -38,8 +38,7 @@ def copies_of(
 
 def _groups(fits: pd.DataFrame) -> list[list[str]]:
     """Group the runs of one direction, and of one kind of motion."""
-    number = number_directions(fits["beta_deg"].to_numpy(float), fits["gamma_deg"].to_numpy(float))
-    grouped = fits.groupby([number, fits["direction"]])["run_id"]
+    grouped = fits.groupby([number_rows(fits), fits["direction"]])["run_id"]
     return [list(run_ids) for _, run_ids in grouped if len(run_ids) > 1]
 
 

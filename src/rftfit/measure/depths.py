@@ -11,6 +11,7 @@ import pandas as pd
 
 from rftfit.campaign.load import Campaign
 from rftfit.conventions import FloatArray
+from rftfit.directions import number_rows
 from rftfit.measure.alpha import column
 from rftfit.measure.errors import SurfaceError, errors_of
 from rftfit.measure.fits import fit_medium
@@ -52,7 +53,7 @@ LAW_OF_CODE: dict[str, LawName] = {
 
 def median_over_directions(runs: pd.DataFrame, column: str) -> float:
     """Median over directions of the mean of their runs."""
-    return float(runs.groupby(["beta_deg", "gamma_deg"])[column].mean().median())
+    return float(runs.groupby(number_rows(runs))[column].mean().median())
 
 
 def curved_law(fits: pd.DataFrame, checks: pd.DataFrame) -> CurvedLaw | None:

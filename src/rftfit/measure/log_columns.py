@@ -17,9 +17,9 @@ from rftfit.campaign.sheet import LogKind, Run, read_assignments, read_log_colum
 from rftfit.conventions import FloatArray, direction
 from rftfit.logs.base import Log, LogError
 from rftfit.measure.flags import Refused
-from rftfit.table.units import FORCE_TO_N, LENGTH_TO_CM, TIME_TO_S, TORQUE_TO_N_M
+from rftfit.table.units import ANGLE_TO_DEG, FORCE_TO_N, LENGTH_TO_CM, TIME_TO_S, TORQUE_TO_N_M
 
-ANGLE_TO_RAD = {"deg": math.pi / 180, "rad": 1.0}
+ANGLE_TO_RAD = {unit: math.radians(degrees) for unit, degrees in ANGLE_TO_DEG.items()}
 _TABLES = dict.fromkeys(("x", "z", "along"), LENGTH_TO_CM)
 _TABLES |= {"time": TIME_TO_S, "F": FORCE_TO_N, "T": TORQUE_TO_N_M, "angle": ANGLE_TO_RAD}
 LogKey = Literal["force_log", "motion_log"]

@@ -82,7 +82,7 @@ def without_spikes(log: Log, quantities: Sequence[str], limits: Sequence[float] 
         limit = limit_of.get(quantity, math.inf)
         if quantity in log.columns:
             readings = log.columns[quantity]
-            spikes = _but_saturated(find_spikes(readings, most_rows), np.abs(readings) >= limit)
+            spikes = _but_saturated(find_spikes(readings, most_rows), readings, limit)
             is_held = find_held(readings)
             _check_share(log, quantity, spikes)
             alone |= spikes
@@ -100,10 +100,11 @@ def without_spikes(log: Log, quantities: Sequence[str], limits: Sequence[float] 
     return _without(log, held[left], HELD_READING)
 
 
-def _but_saturated(spikes: Mask, is_saturated: Mask) -> Mask:
-    """Leave in the stretches of readings that stay at the end of the range."""
-    if not spikes.any() or not is_saturated.any():
+def _but_saturated(spikes: Mask, readings: FloatArray, limit: float) -> Mask:
+    """Leave in the stretches of readings that stay at the end of the range, `limit` from zero."""
+    if not spikes.any():
         return spikes
+    is_saturated = np.abs(readings) >= limit
     for start, stop in _stretches(spikes):
         if stop - start > FEWEST_ROWS and is_saturated[start:stop].all():
             spikes[start:stop] = False
@@ -268,9 +269,12 @@ def _with_even_stamps(log: Log) -> Log:
     packet to packet and not within one.
     """
     time = log.columns["time"]
-    steps = np.diff(time)
-    usual_step = (time[-1] - time[0]) / max(steps.size, 1)
-    if not steps.size or not 0 <= 2 * np.median(steps) < usual_step:
+    steps = time[1:] - time[:-1]
+    if not steps.size:
+        return log
+    usual_step = (time[-1] - time[0]) / steps.size
+    # where half of the steps are short another one is long, and most logs have none
+    if steps.max() < 1.5 * usual_step or not 0 <= 2 * np.median(steps) < usual_step:
         return log
     ends = np.flatnonzero(steps > usual_step)
     lengths = np.diff(ends)
@@ -375,7 +379,8 @@ def gaps(time: FloatArray, longest_s: float) -> FloatArray:
     That is longer than `longest_s` and than the steps of this log: a log of ten readings a second
     has no gap because 0.1 s is not exactly 0.1 s.
     """
-    steps = np.diff(time)
-    usual = float(np.median(steps)) if steps.size else 0.0
-    late = np.flatnonzero(steps > max(longest_s, _USUAL_STEPS * usual))
+    steps = time[1:] - time[:-1]
+    late = np.flatnonzero(steps > longest_s)
+    if late.size:
+        late = late[steps[late] > _USUAL_STEPS * float(np.median(steps))]
     return np.stack([time[late], time[late + 1]], axis=1)

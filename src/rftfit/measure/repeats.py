@@ -84,47 +84,6 @@ def unit_vectors(force: FloatArray) -> FloatArray:
     return np.stack([along, np.stack([-along[1], along[0]])])
 
 
-class BedSpread(NamedTuple):
-    """Standard deviation of runs along the force of their direction, relative to it, its lower bound, and its degrees of freedom."""
-
-    relative: float
-    low: float
-    dof: int
-
-
-def pooled_bed_spread(
-    alpha: FloatArray, groups: npt.NDArray[np.intp], least_level: float, confidence: float
-) -> BedSpread | None:
-    """Pool how repeats differ along their force, wrong runs among them; None where no direction was pushed twice.
-
-    Parameters
-    ----------
-    alpha : ndarray, shape (2, n)
-        Slopes of the runs, z and x, N/cm^3.
-    groups : ndarray of int, shape (n,)
-        Number of the direction of each run.
-    least_level : float
-        Share of the largest force that is added in squares to that of a direction.
-    confidence : float
-        One-sided, of the lower bound.
-    """
-    from scipy.stats import chi2
-
-    filled_alpha = np.nan_to_num(alpha)
-    weakest = least_level * float(np.hypot(*filled_alpha).max(initial=0.0))
-    squares, dof = 0.0, 0
-    for group in np.flatnonzero(np.bincount(groups) > 1):
-        runs = filled_alpha[:, groups == group]
-        along = along_and_across(runs, np.zeros(runs.shape))[0]
-        level = math.hypot(float(np.hypot(*runs.mean(axis=1))), weakest)
-        squares += along / level**2 if level > 0 else 0.0
-        dof += runs.shape[1] - 1
-    if not dof:
-        return None
-    low = math.sqrt(squares / float(chi2.ppf(confidence, dof)))
-    return BedSpread(math.sqrt(squares / dof), low, dof)
-
-
 @dataclass(frozen=True)
 class RunScatter:
     """Scatter of single runs about the alpha of their direction, for each of `FLOORS`.

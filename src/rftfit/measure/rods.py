@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 
 from rftfit.conventions import FloatArray
+from rftfit.directions import number_rows
 from rftfit.measure.ledger import RowStatus
 from rftfit.measure.samples import split_runs
 
@@ -19,9 +20,6 @@ _FEWEST_STEPS, _FEWEST_SAMPLES, _FEWEST_DIRECTIONS = 4, 5, 8
 _ACROSS, _ZERO_N = 0.01, 0.03
 """Scatter of the force across, relative to the force on the plate, and in N: they weigh the runs."""
 
-_SAME_PATH_DEG = 1.0
-"""Difference of gamma up to which rods are moved alike."""
-
 
 class TareShare(NamedTuple):
     """Share of the subtracted tares that was too much: 0.6 of a rod that bears 2.5 times the right one; standard error, and its dof."""
@@ -32,9 +30,13 @@ class TareShare(NamedTuple):
 
 
 class _Profile(NamedTuple):
-    """Push by steps of depth: mean depth (k,), granular force and tare (2, k), and where samples are, with the tare's name."""
+    """Push by steps of depth: mean depth (k,), granular force and tare (2, k), and where samples are, with the tare's name.
 
-    direction: tuple[float, float]
+    `direction`, `path`: Numbers of its direction and of the directions of any plate along its path.
+    """
+
+    direction: int
+    path: int
     tare_run: str
     depth: FloatArray
     force: FloatArray
@@ -61,11 +63,11 @@ def estimate_share_too_much(
     -------
     TareShare or None
     """
-    by_gamma: dict[int, list[_Profile]] = {}
+    by_path: dict[int, list[_Profile]] = {}
     for profile in _profiles(fits, tared, windows):
-        by_gamma.setdefault(round(profile.direction[1] / _SAME_PATH_DEG), []).append(profile)
-    sums: dict[tuple[float, float], FloatArray] = {}
-    for profiles in by_gamma.values():
+        by_path.setdefault(profile.path, []).append(profile)
+    sums: dict[int, FloatArray] = {}
+    for profiles in by_path.values():
         tares = {profile.tare_run: profile for profile in profiles}
         for profile in profiles:
             others = [tare for name, tare in tares.items() if name != profile.tare_run]
@@ -88,10 +90,12 @@ def _profiles(fits: pd.DataFrame, tared: pd.DataFrame, windows: pd.DataFrame) ->
     rows_of_run = split_runs(tared)
     names = ["depth_cm", "force_z_N", "force_x_N", "tare_z_N", "tare_x_N"]
     samples = tared[names].to_numpy(float).T
-    is_push = (fits["direction"] == "intrusion") & (fits["tare_run"] != "")
+    pushes = fits[(fits["direction"] == "intrusion") & (fits["tare_run"] != "")]
+    numbers = number_rows(pushes), number_rows(pushes.assign(beta_deg=0.0))
+    names_of_runs = zip(pushes["run_id"], pushes["tare_run"], strict=True)
     profiles = []
-    for run in fits[is_push].to_dict("records"):
-        rows = rows_of_run.get(run["run_id"])
+    for (run_id, tare_run), direction, path in zip(names_of_runs, *numbers, strict=True):
+        rows = rows_of_run.get(run_id)
         if rows is None:
             continue
         depth, *forces = samples[:, rows][:, is_good[rows]]
@@ -102,16 +106,16 @@ def _profiles(fits: pd.DataFrame, tared: pd.DataFrame, windows: pd.DataFrame) ->
         depth_means, *force_means = (
             np.bincount(step, values) / np.maximum(counts, 1) for values in (depth, *forces)
         )
-        direction = float(run["beta_deg"]), float(run["gamma_deg"])
         means = np.array(force_means)
         profiles.append(
             _Profile(
-                direction,
-                str(run["tare_run"]),
-                depth_means,
-                means[:2],
-                means[2:],
-                counts >= _FEWEST_SAMPLES,
+                direction=int(direction),
+                path=int(path),
+                tare_run=str(tare_run),
+                depth=depth_means,
+                force=means[:2],
+                tare=means[2:],
+                is_there=counts >= _FEWEST_SAMPLES,
             )
         )
     return profiles

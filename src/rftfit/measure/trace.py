@@ -266,10 +266,13 @@ def _find_steps(
     """Flags of steps of the force that stay, and the rows of the force log whose zero is not that of the stroke."""
     other_zero = np.zeros(readings.time.size, dtype=bool)
     flags: list[Remark] = []
+    stepping_channels = may_step(readings.channels)
+    if not stepping_channels.size:
+        return flags, other_zero
     rows = rows_within(readings.time, AWAY_S)
     step_s = (readings.time[-1] - readings.time[0]) / (readings.time.size - 1)
     stroke_start = int(np.argmax(in_stroke))
-    for number in may_step(readings.channels):
+    for number in stepping_channels:
         name, channel = lab_frame.CHANNELS[number], readings.channels[number]
         for step in find_steps(channel, rows):
             # over a gap a force may change by any amount

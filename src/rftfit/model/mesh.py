@@ -27,10 +27,11 @@ from rftfit.model.rolling import (
     measure_radius,
     rolling_rows,
 )
+from rftfit.table.units import LENGTH_TO_CM
 
 IntArray = NDArray[np.int64]
 
-UNITS_CM = {"mm": 0.1, "cm": 1.0, "m": 100.0, "in": 2.54}
+UNITS_CM = {unit: LENGTH_TO_CM[unit] for unit in ("mm", "cm", "m", "in")}
 FORMATS = (".stl", ".obj", ".ply")
 SIZES_CM = (0.2, 100.0)
 """Least and greatest length of a body from a file: outside of them its unit is probably another."""

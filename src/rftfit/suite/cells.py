@@ -24,7 +24,7 @@ class NoRow(LookupError):
     """A table has no such row, or several."""
 
 
-class FoundNumber(NamedTuple):
+class TableNumber(NamedTuple):
     """A number of a table with its ends; the cells of its row."""
 
     value: float | str
@@ -66,7 +66,7 @@ class CalculatedTables:
                 table = table[[is_same(cell, word) for cell in table[column]]]
         return table
 
-    def number(self, cells: NumberCells, key: Mapping[str, str]) -> FoundNumber:
+    def number(self, cells: NumberCells, key: Mapping[str, str]) -> TableNumber:
         """Look up a number with its interval."""
         rows = self.rows(cells, key)
         if len(rows) != 1:
@@ -76,14 +76,14 @@ class CalculatedTables:
         return read_number(cells, row)
 
 
-def read_number(cells: NumberCells, row: Mapping[str, str]) -> FoundNumber:
+def read_number(cells: NumberCells, row: Mapping[str, str]) -> TableNumber:
     """Read a number and its interval from the cells of a row."""
     lost = {cells.value, cells.lo, cells.hi, cells.se, cells.error} - {None, *row}
     if lost:
         raise NoRow(f"{cells.table} has no column {', '.join(sorted(map(str, lost)))}")
     value = parse_cell(row[cells.value])
     if isinstance(value, str):
-        return FoundNumber(value, math.nan, math.nan, math.nan, row)
+        return TableNumber(value, math.nan, math.nan, math.nan, row)
     value *= cells.factor
     lo, hi = (
         math.nan if name is None else _float(row[name]) * cells.factor
@@ -93,7 +93,7 @@ def read_number(cells: NumberCells, row: Mapping[str, str]) -> FoundNumber:
         half = TWO_SIDED * abs(_float(row[cells.se]) * cells.factor)
         lo, hi = value - half, value + half
     error = math.nan if cells.error is None else abs(_float(row[cells.error]) * cells.factor)
-    return FoundNumber(value, min(lo, hi), max(lo, hi), error, row)
+    return TableNumber(value, min(lo, hi), max(lo, hi), error, row)
 
 
 def parse_cell(cell: str) -> float | str:

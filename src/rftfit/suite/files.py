@@ -111,18 +111,18 @@ def _find_in_folder(folder: Path, files: Sequence[ExampleFile]) -> dict[str, Pat
         raise InputError(
             f"--from: {folder} is no folder; allowed: a folder with the data, or an address"
         )
-    found: dict[str, Path] = {}
+    sources: dict[str, Path] = {}
     problems = []
     for file in files:
         paths = [folder / file.name, *sorted(folder.rglob(Path(file.name).name))]
-        there = [path for path in paths if path.is_file()]
-        right = [path for path in there if _is_right(path, file)]
-        if right:
-            found[file.name] = right[0]
-        elif there:
-            size = there[0].stat().st_size
+        candidates = [path for path in paths if path.is_file()]
+        published = [path for path in candidates if _is_right(path, file)]
+        if published:
+            sources[file.name] = published[0]
+        elif candidates:
+            size = candidates[0].stat().st_size
             problems.append(
-                f"{there[0]}: not as published: "
+                f"{candidates[0]}: not as published: "
                 + (f"{size} bytes of {file.size}" if size != file.size else "another sha256")
             )
         else:
@@ -133,7 +133,7 @@ def _find_in_folder(folder: Path, files: Sequence[ExampleFile]) -> dict[str, Pat
             + (f"; and {len(problems) - _MOST_NAMED} more" if len(problems) > _MOST_NAMED else "")
             + ". Nothing was written."
         )
-    return found
+    return sources
 
 
 def _download(address: str, file: ExampleFile, downloads: Path) -> Path:

@@ -193,12 +193,8 @@ def _describe_example(example: Example) -> Iterator[PageBlock]:
     settings = example.settings
     yield PageBlock(f"{example.name}: {settings.title}", 3)
     licences = sorted({file.licence for file in settings.files})
-    parts = [
-        settings.citation,
-        f"Licence: {', '.join(licences)}." if licences else "",
-        settings.note,
-    ]
-    yield PageBlock(" ".join(part for part in parts if part))
+    licence = f"Licence: {', '.join(licences)}." if licences else ""
+    yield PageBlock(" ".join(filter(None, (settings.citation, licence, settings.note))))
     yield PageBlock(example.readme)
     yield PageBlock(f"`rftfit example {example.name}`")
 

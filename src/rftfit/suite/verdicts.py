@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import pandas as pd
 
-from rftfit.suite.cells import CalculatedTables, FoundNumber, NoRow, fill_words, is_same
+from rftfit.suite.cells import CalculatedTables, NoRow, TableNumber, fill_words, is_same
 from rftfit.suite.declared import (
     DOMAINS,
     EVERY,
@@ -162,7 +162,7 @@ def _with_published(row: RowVerdict, value: float | str, error: float) -> RowVer
     return row._replace(published=value, published_lo=value - error, published_hi=value + error)
 
 
-def _by_rule(row: RowVerdict, quantity: Quantity, ours: FoundNumber, error: float) -> RowVerdict:
+def _by_rule(row: RowVerdict, quantity: Quantity, ours: TableNumber, error: float) -> RowVerdict:
     """Judge by the table's own verdict, or by the intervals."""
     if quantity.judged is not None:
         return _as_judged(row, quantity, ours)
@@ -197,7 +197,7 @@ def _by_rule(row: RowVerdict, quantity: Quantity, ours: FoundNumber, error: floa
     )
 
 
-def _as_judged(row: RowVerdict, quantity: Quantity, ours: FoundNumber) -> RowVerdict:
+def _as_judged(row: RowVerdict, quantity: Quantity, ours: TableNumber) -> RowVerdict:
     judged = quantity.judged
     assert judged is not None
     word, reason = ours.cells.get(judged.column, ""), ours.cells.get(judged.reason, "")

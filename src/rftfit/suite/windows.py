@@ -17,9 +17,6 @@ from rftfit.suite.cells import TWO_SIDED, read_number
 from rftfit.suite.declared import CONFIG, NumberCells, Windows
 from rftfit.workflow.measure import MEASURED, checks, slopes
 
-_STEPS = 60
-"""Bisections of a quantile: far more than a table has digits."""
-
 
 @dataclass(frozen=True)
 class OverWindows:
@@ -53,6 +50,7 @@ class OverWindows:
 
     def _quantile(self, share: float) -> float:
         """Quantile of the mixture of the windows' normal distributions, all of the same weight."""
+        from scipy.optimize import brentq
         from scipy.special import ndtr
 
         if not len(self.values):
@@ -60,13 +58,7 @@ class OverWindows:
         sd = np.maximum(np.ptp(self.intervals, axis=1) / 2 / TWO_SIDED, 1e-12)
         low = float((self.values - 9 * sd).min())
         high = float((self.values + 9 * sd).max())
-        for _ in range(_STEPS):
-            middle = (low + high) / 2
-            if ndtr((middle - self.values) / sd).mean() < share:
-                low = middle
-            else:
-                high = middle
-        return (low + high) / 2
+        return float(brentq(lambda x: ndtr((x - self.values) / sd).mean() - share, low, high))
 
 
 def over_windows(
@@ -89,10 +81,10 @@ def over_windows(
     OverWindows
     """
     campaign = load_campaign(folder / CONFIG)
-    made, medium = Results(campaign), key["medium"]
+    results_of_run, medium = Results(campaign), key["medium"]
     ends, values, intervals = [], [], []
     for window in windows.ends:
-        row = _alpha_in_window(campaign, made, medium, window, key)
+        row = _alpha_in_window(campaign, results_of_run, medium, window, key)
         if not row:
             continue
         number = read_number(cells, row)
@@ -105,7 +97,7 @@ def over_windows(
 
 def _alpha_in_window(
     campaign: Campaign,
-    made: Results,
+    results_of_run: Results,
     medium: str,
     window: tuple[float, float],
     key: Mapping[str, str],
@@ -118,7 +110,7 @@ def _alpha_in_window(
     results = Results(replace(campaign, config=config))
     for _, names in MEASURED[:-1]:
         for name in names:
-            results.hold(name.format(medium), made.table(name.format(medium)))
+            results.hold(name.format(medium), results_of_run.table(name.format(medium)))
     for name, table in zip(MEASURED[-1][1], slopes(results, medium), strict=True):
         results.hold(name.format(medium), table)
     alpha = checks(results, medium)[1]
