@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rftfit.directions import number_depths, number_rows
+from rftfit.directions import number_depths
 from rftfit.figures import style
 from rftfit.figures.registry import figure, when
 from rftfit.figures.traces import DIRECTIONS, by_run, panel_limits, problem_text, stress_of, thin
@@ -156,9 +156,8 @@ def _chunks(count: int, max_size: int) -> Iterator[range]:
 def runs_on_pages(fits: pd.DataFrame, depth_cm: pd.Series[float]) -> list[QualitySheet]:
     """Order the runs of one medium on pages; the k-th repeat of a run stands on its own page."""
     runs = fits[["run_id", "beta_deg", "gamma_deg", "direction"]].copy()
-    number = number_rows(runs)
-    for name in ("beta_deg", "gamma_deg"):
-        runs[name] = runs[name].to_numpy(float)[number].round(2) + 0.0
+    runs["beta_deg"] = runs["beta_deg"].astype(float).round(2) + 0.0
+    runs["gamma_deg"] = runs["gamma_deg"].astype(float).round(2) + 0.0
     flat = runs["direction"] == "horizontal"
     depth = runs["run_id"].map(depth_cm).astype(float).where(flat)
     # -1: a horizontal run of which no depth is known; inf would hide in labels
