@@ -22,10 +22,10 @@ import numpy as np
 from turning import sweep, sweep_draws
 
 from rftfit import reference
+from rftfit.forces.motion import THETA_DEG
+from rftfit.forces.outlines import model_leg
 from rftfit.measure.alpha import alpha_columns, directions
 from rftfit.model.fourier import as_array, fit_lsq
-from rftfit.model.motion import THETA_DEG
-from rftfit.model.outlines import model_leg
 from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, TableProfile
 
 if TYPE_CHECKING:

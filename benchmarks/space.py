@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rftfit.model import faces
-from rftfit.model.forces import forces_on
-from rftfit.model.mesh import Mesh, Motion3D
-from rftfit.model.mesh_prediction import compiled_mesh_forces
-from rftfit.model.motion import rotation_poses
-from rftfit.model.outlines import model_leg
+from rftfit.forces import faces
+from rftfit.forces.mesh import Mesh, Motion3D
+from rftfit.forces.motion import rotation_poses
+from rftfit.forces.outlines import model_leg
+from rftfit.forces.plane import forces_on
+from rftfit.forces.space import compiled_mesh_forces
 from rftfit.model.profiles import TableProfile
 
 if TYPE_CHECKING:

@@ -19,8 +19,8 @@ import numpy as np
 import pandas as pd
 from live_rig import LiveRig
 
-from rftfit.model.outlines import model_leg
-from rftfit.model.planning import Rig, Target, peaks, plan
+from rftfit.forces.outlines import model_leg
+from rftfit.forces.planning import Rig, Target, peaks, plan
 from rftfit.model.profiles import TableProfile
 from rftfit.model.shapes import Pushes, estimate, published_shapes, usual_error
 from rftfit.reference import BETA_DEG, GAMMA_DEG

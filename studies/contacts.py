@@ -52,11 +52,11 @@ from shapes import MATERIALS, SE
 
 import rftfit
 from rftfit.compare.legs import extreme, measured_peak
+from rftfit.forces.body_error import COMMON, JITTER, PER_MEDIUM, correlation
+from rftfit.forces.contacts import error_curve
+from rftfit.forces.planning import prior_map
 from rftfit.measure.errors import USUAL_BED_SPREAD
-from rftfit.model.body_error import COMMON, JITTER, PER_MEDIUM, correlation
-from rftfit.model.body_lessons import error_curve
 from rftfit.model.draws import interval
-from rftfit.model.planning import prior_map
 from rftfit.reference import LEGS, MEDIA, SANDS
 
 if TYPE_CHECKING:

@@ -12,18 +12,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rftfit.forces.faces import moving_faces
+from rftfit.forces.reference_kernel import angles, place, submerged
 from rftfit.model import rft3d
-from rftfit.model.faces import moving_faces
 from rftfit.model.profiles import TableProfile
-from rftfit.model.reference_kernel import angles, place, submerged
 from rftfit.reference import BETA_DEG, GAMMA_DEG
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from rftfit.conventions import FloatArray
-    from rftfit.model.mesh import Mesh, Motion3D
-    from rftfit.model.outlines import Outline
+    from rftfit.forces.mesh import Mesh, Motion3D
+    from rftfit.forces.outlines import Outline
 
     Stress = Callable[[FloatArray, FloatArray], FloatArray]
     Alpha = Callable[[FloatArray, FloatArray], FloatArray]

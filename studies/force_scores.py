@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rftfit.model.reference_kernel import angles, place, submerged
+from rftfit.forces.reference_kernel import angles, place, submerged
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from rftfit.conventions import FloatArray
-    from rftfit.model.outlines import Outline
+    from rftfit.forces.outlines import Outline
     from rftfit.model.profiles import Profile
 
 LENGTH_DEG = 30.0

@@ -57,12 +57,12 @@ from space_coverage import bodies
 
 import rftfit
 from rftfit.compare.legs import extreme, measured_peak
+from rftfit.forces.plane import force_draws, forces_on
+from rftfit.forces.reference_kernel import place, submerged
+from rftfit.forces.space import mesh_draws
 from rftfit.model import shapes as shapes_of_map
 from rftfit.model.draws import end_names, interval
-from rftfit.model.forces import force_draws, forces_on
 from rftfit.model.fourier import evaluate, fit_lsq
-from rftfit.model.mesh_prediction import mesh_draws
-from rftfit.model.reference_kernel import place, submerged
 from rftfit.model.rft3d import alpha_3drft
 from rftfit.model.shapes import usual_error
 from rftfit.reference import BETA_DEG, GAMMA_DEG, LEGS, MEDIA, SANDS
@@ -331,7 +331,7 @@ def program_ends(medium: str, leg_name: str, model: str, error: float) -> dict[s
     """Intervals that the program makes, by component; empty where it has none with the model's error."""
     if not HAS_MODEL_ERROR:
         return {}
-    from rftfit.model import prediction
+    from rftfit.forces import prediction
 
     make: Any = prediction
     theta_deg = measured_curves()[medium, leg_name]["theta_deg"].to_numpy(float)
@@ -829,7 +829,7 @@ def wheel_rows(case: str) -> list[Row]:
 
 def wheel_loads(profile: rftfit.Profile, mesh: Any, motion: Any) -> FloatArray:
     """Load without cancellation of the mean alpha, both directions, at least 0.2 of itself added: (poses,)."""
-    from rftfit.model.faces import face_alpha, moving_faces
+    from rftfit.forces.faces import face_alpha, moving_faces
 
     loads = []
     for frame in motion.frames:
@@ -973,7 +973,7 @@ def nodes_of(directions: Directions) -> list[int]:
 
 def planning_start(shapes: rftfit.Shapes) -> Any:
     """What a plan knows before the first push."""
-    from rftfit.model.planning import prior_map
+    from rftfit.forces.planning import prior_map
 
     return prior_map(shapes)
 

@@ -34,9 +34,9 @@ import rftfit
 from rftfit import Map, Shapes
 from rftfit.conventions import FloatArray, mirror
 from rftfit.errors import InputError
+from rftfit.forces.plane import force_draws
 from rftfit.model import shapes as shapes_module
 from rftfit.model.draws import interval
-from rftfit.model.forces import force_draws
 from rftfit.model.fourier import evaluate, fit_lsq
 from rftfit.model.profiles import TableProfile
 from rftfit.model.shapes import NOT_ALIKE, Pushes, estimate, published_shapes, root, usual_error

@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 
     from disturbances import Sizes
 
+    from rftfit.forces.planning import Target
     from rftfit.lab.plan import PlannedRun
-    from rftfit.model.planning import Target
 
 CONFIG = Path(__file__).parents[1] / "config" / "config.yaml"
 BEDS = {"spread-percent": 5.0}

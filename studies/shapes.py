@@ -22,9 +22,9 @@ import numpy as np
 
 import rftfit
 from rftfit.compare.legs import extreme, measured_peak
+from rftfit.forces.planning import prior_map
+from rftfit.forces.prediction import find_peaks
 from rftfit.model.draws import interval
-from rftfit.model.planning import prior_map
-from rftfit.model.prediction import find_peaks
 from rftfit.model.profiles import TableProfile
 from rftfit.model.scaling import Reference
 from rftfit.model.scaling import published as published_reference

@@ -14,9 +14,9 @@ from shapes import BETA_DEG, GAMMA_DEG, NODES
 
 import rftfit
 from rftfit.conventions import FloatArray
+from rftfit.forces.mesh import Mesh, Motion3D
+from rftfit.forces.space import IN_SPACE, mesh_draws
 from rftfit.model.draws import interval
-from rftfit.model.mesh import Mesh, Motion3D
-from rftfit.model.mesh_prediction import IN_SPACE, mesh_draws
 from rftfit.model.profiles import TableProfile
 from rftfit.model.shapes import Nodes, Pushes, estimate, published_shapes, usual_error
 

@@ -17,8 +17,8 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from rftfit.model.mesh import Mesh
-from rftfit.model.outlines import arc, polyline
+from rftfit.forces.mesh import Mesh
+from rftfit.forces.outlines import arc, polyline
 from rftfit.model.profiles import TableProfile
 from rftfit.robot.body import assemble
 from rftfit.robot.config import paper_robot

@@ -25,9 +25,9 @@ from exact_laws import SIZE, Law, alpha_by_stress, dot, exact_laws, forces_in_pl
 from shapes import MATERIALS
 
 import rftfit
-from rftfit.model.motion import THETA_DEG
-from rftfit.model.prediction import PEAKS, predict_with_peaks
-from rftfit.model.reference_kernel import angles, place, submerged
+from rftfit.forces.motion import THETA_DEG
+from rftfit.forces.prediction import PEAKS, predict_with_peaks
+from rftfit.forces.reference_kernel import angles, place, submerged
 from rftfit.model.shapes import usual_error
 from rftfit.reference import BETA_DEG, GAMMA_DEG, LEGS
 

@@ -9,10 +9,10 @@ from __future__ import annotations
 import numpy as np
 
 from rftfit.compare.legs import COMPONENTS, extreme, measured_peak
-from rftfit.model.forces import forces_on
+from rftfit.forces.motion import rotation
+from rftfit.forces.outlines import CURVATURES, model_leg
+from rftfit.forces.plane import forces_on
 from rftfit.model.fourier import METHODS, evaluate
-from rftfit.model.motion import rotation
-from rftfit.model.outlines import CURVATURES, model_leg
 from rftfit.model.scaling import Reference, published, scale_by_paper
 from rftfit.reference import BETA_DEG, GAMMA_DEG, MEDIA, alpha_grid, load
 

@@ -12,7 +12,7 @@ import numpy as np
 import rftfit
 from rftfit import conventions
 from rftfit.figures import style
-from rftfit.model import reference_kernel
+from rftfit.forces import reference_kernel
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -75,15 +75,15 @@ _FOUND_IN = {
     "compare.media": ("compare_media",),
     "errors": ("RftfitError",),
     "figures.wheel": ("draw_wheel",),
-    "model.body_error": ("BodyError",),
-    "model.body_lessons": ("learn_body_error",),
-    "model.contacts": ("Contact",),
-    "model.mesh": ("Mesh", "Motion3D"),
-    "model.motion": ("Motion", "path", "rotation"),
-    "model.outlines": ("Outline", "arc", "model_leg", "polyline"),
-    "model.planning": ("Plan", "Rig", "plan"),
-    "model.peaks": ("Peak",),
-    "model.prediction": ("beyond_measured", "find_peaks", "predict"),
+    "forces.body_error": ("BodyError",),
+    "forces.contacts": ("Contact", "learn_body_error"),
+    "forces.mesh": ("Mesh", "Motion3D"),
+    "forces.motion": ("Motion", "path", "rotation"),
+    "forces.outlines": ("Outline", "arc", "model_leg", "polyline"),
+    "forces.peaks": ("Peak",),
+    "forces.planning": ("Plan", "Rig", "plan"),
+    "forces.prediction": ("beyond_measured", "find_peaks", "predict"),
+    "forces.wheel": ("WheelAnswer", "wheel"),
     "model.profile_file": ("read_profile", "write_profile"),
     "model.profiles": (
         "DepthOnlyProfile",
@@ -99,7 +99,6 @@ _FOUND_IN = {
     "model.shapes": ("Map", "Shapes", "estimate_map", "published_shapes", "scale"),
     "reference": ("published_table",),
     "results": ("Medium", "Results", "open"),
-    "model.wheel": ("WheelAnswer", "wheel"),
     "robot.ground": ("Ground",),
 }
 """Modules by what they define of it; one is imported when a name of it is first used."""
@@ -115,15 +114,15 @@ if TYPE_CHECKING:
     from rftfit.compare.media import compare_media
     from rftfit.errors import RftfitError
     from rftfit.figures.wheel import draw_wheel
-    from rftfit.model.body_error import BodyError
-    from rftfit.model.body_lessons import learn_body_error
-    from rftfit.model.contacts import Contact
-    from rftfit.model.mesh import Mesh, Motion3D
-    from rftfit.model.motion import Motion, path, rotation
-    from rftfit.model.outlines import Outline, arc, model_leg, polyline
-    from rftfit.model.peaks import Peak
-    from rftfit.model.planning import Plan, Rig, plan
-    from rftfit.model.prediction import beyond_measured, find_peaks, predict
+    from rftfit.forces.body_error import BodyError
+    from rftfit.forces.contacts import Contact, learn_body_error
+    from rftfit.forces.mesh import Mesh, Motion3D
+    from rftfit.forces.motion import Motion, path, rotation
+    from rftfit.forces.outlines import Outline, arc, model_leg, polyline
+    from rftfit.forces.peaks import Peak
+    from rftfit.forces.planning import Plan, Rig, plan
+    from rftfit.forces.prediction import beyond_measured, find_peaks, predict
+    from rftfit.forces.wheel import WheelAnswer, wheel
     from rftfit.model.profile_file import read_profile, write_profile
     from rftfit.model.profiles import (
         DepthOnlyProfile,
@@ -138,7 +137,6 @@ if TYPE_CHECKING:
     from rftfit.model.scaling import Reference, ScaledMedium, scale_by_paper
     from rftfit.model.scaling import published as published_reference
     from rftfit.model.shapes import Map, Shapes, estimate_map, published_shapes, scale
-    from rftfit.model.wheel import WheelAnswer, wheel
     from rftfit.reference import load as published_table
     from rftfit.results import Medium, Results
     from rftfit.results import open_results as open

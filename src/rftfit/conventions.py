@@ -13,6 +13,9 @@ import numpy.typing as npt
 
 FloatArray = npt.NDArray[np.float64]
 
+QUASI_STATIC_CM_PER_S = 50.0
+"""Up to about this speed granular forces hardly depend on it (Li et al. 2013, text)."""
+
 
 def tangent(beta: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
     """Components (x, z) of the unit tangent of a plate at attack angle `beta` (rad)."""

@@ -21,6 +21,10 @@ from rftfit.campaign.problems import choose
 from rftfit.checks.medium import marks_of
 from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
+from rftfit.forces.contacts import Contact
+from rftfit.forces.model_error import larger_model_error
+from rftfit.forces.motion import rotation
+from rftfit.forces.outlines import leg_outline
 from rftfit.measure.alpha import QUANTITIES, bed_spread, cell_at, column, window_of
 from rftfit.measure.errors import USUAL_BED_SPREAD
 from rftfit.measure.flags import Flags, Remark, format_remarks, remark, with_reasons
@@ -28,12 +32,8 @@ from rftfit.measure.session_clocks import SessionClocks
 from rftfit.model import scaling
 from rftfit.model.bekker import PressureSinkage, pressure_sinkage, width_of_plate
 from rftfit.model.common_errors import covariance_of
-from rftfit.model.contacts import Contact
 from rftfit.model.draws import measured_profile
 from rftfit.model.fourier import METHODS
-from rftfit.model.model_error import larger_model_error
-from rftfit.model.motion import rotation
-from rftfit.model.outlines import leg_outline
 from rftfit.model.profiles import (
     EPS,
     KINDS,

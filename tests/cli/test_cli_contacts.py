@@ -11,8 +11,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 import rftfit as program
-from rftfit.model.answers import vertical_alpha
-from rftfit.model.contact_file import read_contacts
+from rftfit.cli.answers import vertical_alpha
+from rftfit.forces.contact_file import read_contacts
 
 pytestmark = pytest.mark.usefixtures("work_folder")
 

@@ -14,12 +14,12 @@ from result_tables import read_output, read_result
 from turning import sweep, sweep_draws
 
 from rftfit import reference
+from rftfit.forces.motion import THETA_DEG, path
+from rftfit.forces.outlines import arc, model_leg, polyline
+from rftfit.forces.plane import forces_on
 from rftfit.measure.alpha import directions
 from rftfit.model.draws import alpha_draws, beside_name, interval, model_end_names, next_end_names
-from rftfit.model.forces import forces_on
 from rftfit.model.fourier import TERMS, as_array
-from rftfit.model.motion import THETA_DEG, path
-from rftfit.model.outlines import arc, model_leg, polyline
 from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, TableProfile, scaled_generic
 from rftfit.results import open_results
 from rftfit.store import write_csv

@@ -13,11 +13,11 @@ from turning import sweep
 
 from rftfit.campaign.config import ErrorSettings
 from rftfit.compare.legs import leg_errors, leg_prediction
+from rftfit.forces.motion import THETA_DEG
+from rftfit.forces.outlines import leg_outline
 from rftfit.measure.alpha import bed_spread, column
 from rftfit.model.draws import interval, measured_profile
 from rftfit.model.fourier import fit_dft_index, fit_lsq
-from rftfit.model.motion import THETA_DEG
-from rftfit.model.outlines import leg_outline
 from rftfit.model.profiles import TableProfile
 from rftfit.model.scaling import fit_terms, generic, generic_interval, vertical_penetration
 from rftfit.reference import LEGS, alpha_grid

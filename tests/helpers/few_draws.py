@@ -3,7 +3,8 @@
 import contextlib
 from unittest.mock import patch
 
-from rftfit.model import model_error, shapes
+from rftfit.forces import model_error
+from rftfit.model import shapes
 
 MODULES = shapes, model_error
 COUNT = 200

@@ -31,11 +31,12 @@ from rftfit.compare.published import (
     stated,
 )
 from rftfit.compare.robot import optima
+from rftfit.forces.motion import rotation_poses
+from rftfit.forces.outlines import leg_outline
+from rftfit.forces.reference_kernel import pose_forces
 from rftfit.measure.alpha import alpha_columns, column, directions
 from rftfit.measure.flags import attach_run, flag_table, remark
 from rftfit.model.fourier import TERMS, fit_lsq
-from rftfit.model.motion import rotation_poses
-from rftfit.model.outlines import leg_outline
 from rftfit.model.profiles import (
     DepthOnlyProfile,
     FourierProfile,
@@ -43,7 +44,6 @@ from rftfit.model.profiles import (
     TableProfile,
     scaled_generic,
 )
-from rftfit.model.reference_kernel import pose_forces
 from rftfit.model.scaling import generic, published, scale_new_medium, vertical_penetration
 from rftfit.outputs.dictionary import describe_file
 from rftfit.results import Results

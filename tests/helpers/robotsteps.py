@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from rftfit.model import kernel, reference_kernel
+from rftfit.forces import reference_kernel
+from rftfit.model import kernel
 
 NOTHING = np.empty((0, 0))
 

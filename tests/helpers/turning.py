@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from rftfit.model.forces import force_draws, forces_on
-from rftfit.model.motion import HIP_HEIGHT_CM, RATE_RAD_PER_S, THETA_DEG, rotation_poses
+from rftfit.forces.motion import HIP_HEIGHT_CM, RATE_RAD_PER_S, THETA_DEG, rotation_poses
+from rftfit.forces.plane import force_draws, forces_on
 
 
 def turned(theta=None, hip_height_cm=HIP_HEIGHT_CM, rate_rad_per_s=RATE_RAD_PER_S):

@@ -8,7 +8,8 @@ from functools import cache
 
 import pytest
 
-from rftfit.model import model_error, shapes
+from rftfit.forces import model_error
+from rftfit.model import shapes
 from rftfit.page import live
 from rftfit.results import Results
 

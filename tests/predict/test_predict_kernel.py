@@ -15,7 +15,8 @@ from seeds import example_count
 
 from rftfit import reference
 from rftfit.conventions import direction, tangent
-from rftfit.model import fourier, kernel, reference_kernel
+from rftfit.forces import reference_kernel
+from rftfit.model import fourier, kernel
 from rftfit.model.profiles import (
     DepthOnlyProfile,
     FourierProfile,
@@ -289,7 +290,7 @@ def test_few_elements_do_not_import_the_compiler():
 
 def test_importing_compiles_nothing():
     code = (
-        "import sys, rftfit, rftfit.model.forces, rftfit.model.motion, rftfit.model.profiles\n"
+        "import sys, rftfit, rftfit.forces.plane, rftfit.forces.motion, rftfit.model.profiles\n"
         "assert 'numba' not in sys.modules\n"
         "from rftfit.model import kernel\n"
         "assert not kernel.advance.signatures and not kernel.pose_forces.signatures"

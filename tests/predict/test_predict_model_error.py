@@ -8,12 +8,12 @@ import pandas as pd
 import pytest
 
 import rftfit
-from rftfit.model import model_error as errors
+from rftfit.forces import model_error as errors
+from rftfit.forces.prediction import QUANTITIES, find_peaks, predict_with_peaks
+from rftfit.forces.reference_kernel import element_forces, place
+from rftfit.forces.space import compiled_mesh_forces
 from rftfit.model.draws import end_names, model_end_names, next_end_names
-from rftfit.model.mesh_prediction import compiled_mesh_forces
-from rftfit.model.prediction import QUANTITIES, find_peaks, predict_with_peaks
 from rftfit.model.profiles import Profile, TableProfile
-from rftfit.model.reference_kernel import element_forces, place
 from rftfit.reference import BETA_DEG, GAMMA_DEG, alpha_grid
 
 POPPY = rftfit.published_medium("poppy_LP")
@@ -215,7 +215,7 @@ def test_a_peak_is_the_top_of_the_best_curve_and_inside_its_intervals():
 
 def test_the_interval_of_a_peak_does_not_grow_with_the_number_of_noisy_poses():
     """A flat curve with independent draws in every pose: their maxima lie above it, their interval does not."""
-    from rftfit.model.peaks import DrawStatistics, PeakTarget
+    from rftfit.forces.peaks import DrawStatistics, PeakTarget
 
     random = np.random.default_rng(0)
     lift = PeakTarget("lift", "force_z_N", 1)

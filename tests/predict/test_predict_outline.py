@@ -12,8 +12,8 @@ import pytest
 from told import told
 
 from rftfit.campaign.problems import CampaignError
-from rftfit.model.motion import rotation_poses
-from rftfit.model.outlines import (
+from rftfit.forces.motion import rotation_poses
+from rftfit.forces.outlines import (
     Outline,
     arc,
     crossing_pieces,
@@ -22,7 +22,7 @@ from rftfit.model.outlines import (
     polyline,
     read_outline,
 )
-from rftfit.model.reference_kernel import place
+from rftfit.forces.reference_kernel import place
 
 R = 3.81
 """Half the greatest length of a leg, cm."""
@@ -168,7 +168,7 @@ def test_rows_are_counted_with_comments(tmp_path, monkeypatch):
     (repeated,) = problems_of(path)
     assert told([repeated]) == ["outline.repeated 7 '0, 0'"]
     assert re.findall(r"\d+", repeated.allowed) == ["3"]
-    monkeypatch.setattr("rftfit.model.outlines.MAX_POINTS", 3)
+    monkeypatch.setattr("rftfit.forces.outlines.MAX_POINTS", 3)
     assert told(problems_of(path)) == ["outline.too-long 8"]
 
 

@@ -7,12 +7,12 @@ from turning import sweep
 
 from rftfit import reference
 from rftfit.campaign.problems import CampaignError
-from rftfit.model.forces import force_draws, forces_on
-from rftfit.model.motion import THETA_DEG, path, read_path
-from rftfit.model.outlines import model_leg, polyline
-from rftfit.model.prediction import predict
+from rftfit.forces.motion import THETA_DEG, path, read_path
+from rftfit.forces.outlines import model_leg, polyline
+from rftfit.forces.plane import force_draws, forces_on
+from rftfit.forces.prediction import predict
+from rftfit.forces.reference_kernel import element_forces, place
 from rftfit.model.profiles import TableProfile
-from rftfit.model.reference_kernel import element_forces, place
 
 TABLE = TableProfile.published("poppy_LP")
 HEADER = "t_s,x_cm,z_cm,angle_deg\n"
@@ -129,7 +129,7 @@ def test_no_poses_and_wrong_ones():
 @pytest.mark.parametrize("most", [1, 2_000_000])
 def test_draws_have_the_forces_and_the_moment_of_a_single_profile(monkeypatch, most):
     """However many poses are taken at once, and also if nothing is missing."""
-    monkeypatch.setattr("rftfit.model.forces._MOST_AT_ONCE", most)
+    monkeypatch.setattr("rftfit.forces.plane._MOST_AT_ONCE", most)
     z, x = reference.alpha_grid("poppy_LP")
     poses = np.tile([0.5, 1.0, 0.3, 0.4, -1.0, 0.2], (5, 1)) * np.linspace(0.5, 1, 5)[:, None]
     leg = model_leg("c_leg")

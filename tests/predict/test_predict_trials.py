@@ -12,9 +12,9 @@ from paper_grid import BETA, GAMMA, flat
 from turning import sweep, sweep_draws
 
 from rftfit import reference
+from rftfit.forces.motion import THETA_DEG
+from rftfit.forces.outlines import CURVATURES, arc, model_leg
 from rftfit.model.fourier import as_array, fit_lsq
-from rftfit.model.motion import THETA_DEG
-from rftfit.model.outlines import CURVATURES, arc, model_leg
 from rftfit.model.profiles import (
     DepthOnlyProfile,
     FourierProfile,

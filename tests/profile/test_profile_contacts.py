@@ -11,14 +11,15 @@ from numpy.testing import assert_allclose
 from scipy.stats import multivariate_normal
 
 import rftfit
-from rftfit.model.body_error import COMMON, pose_states
-from rftfit.model.body_lessons import (
+from rftfit.forces.body_error import (
+    COMMON,
     LEAST_PER_MEDIUM,
     ErrorCurve,
-    learn_body_error,
     learn_from_curves,
+    pose_states,
 )
-from rftfit.model.contacts import Contact, ContactSystem
+from rftfit.forces.contacts import Contact, learn_body_error
+from rftfit.model.observations import ObservedSystem
 from rftfit.model.shapes import map_nodes
 
 LEG = rftfit.model_leg("c_leg", elements=12)
@@ -173,7 +174,7 @@ def test_the_first_size_weighs_each_force_by_its_load():
     forces = rftfit.predict(table, LEG, MOTION)
     grown = {name: size_of_pose * forces[name].to_numpy() for name in ("force_z_N", "force_x_N")}
     contact = Contact(LEG, MOTION, grown, errors=0.05)
-    system = ContactSystem.of([contact], (nodes.beta, nodes.gamma), alpha, np.eye(1, alpha.size))
+    system = ObservedSystem.of([contact], (nodes.beta, nodes.gamma), alpha, np.eye(1, alpha.size))
     use = contact.touches
     over_load = (contact.measured / size_of_pose)[:, use] / contact.load(table)[use]
     size = (size_of_pose[use] * over_load**2).sum() / (over_load**2).sum()

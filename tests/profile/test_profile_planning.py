@@ -6,7 +6,7 @@ import pytest
 from seeds import seeds
 
 import rftfit
-from rftfit.model.planning import ZETA, Step, peaks, prior_map, push_rows
+from rftfit.forces.planning import ZETA, Step, peaks, prior_map, push_rows
 from rftfit.model.profiles import TableProfile
 from rftfit.model.shapes import Nodes, Pushes, estimate, grid, published_shapes, usual_error
 from rftfit.reference import MEDIA

@@ -10,7 +10,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import rftfit
-from rftfit.model import reference_kernel
+from rftfit.forces import reference_kernel
 from rftfit.model.rft3d import COEFFICIENTS, alpha_3drft
 
 GRID = np.radians(np.arange(-90, 91, 5))[:, None], np.radians(np.arange(-180, 181, 5))

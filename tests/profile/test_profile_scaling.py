@@ -19,12 +19,12 @@ from paper_grid import BETA, GAMMA, by_hand
 import rftfit
 from rftfit import reference
 from rftfit.compare.coefficients import penetration_row
+from rftfit.forces.outlines import model_leg
+from rftfit.forces.prediction import find_peaks
 from rftfit.measure.alpha import column
 from rftfit.measure.flags import codes_of, remark
 from rftfit.model import fourier
 from rftfit.model.draws import alpha_draws, draws_of, interval, measured_profile
-from rftfit.model.outlines import model_leg
-from rftfit.model.prediction import find_peaks
 from rftfit.model.scaling import (
     ALL_METHODS,
     AS_PRINTED,

@@ -15,9 +15,9 @@ from seeds import seeds
 import rftfit
 from rftfit.conventions import mirror
 from rftfit.errors import InputError
+from rftfit.forces.plane import force_draws
+from rftfit.forces.prediction import find_peaks
 from rftfit.model import shapes as module
-from rftfit.model.forces import force_draws
-from rftfit.model.prediction import find_peaks
 from rftfit.model.profiles import TableProfile
 from rftfit.model.rft3d import alpha_3drft
 from rftfit.model.scaling import vertical_penetration

@@ -16,15 +16,15 @@ from numpy.testing import assert_allclose
 from page_inputs import FRAMES, HOLED, empty_grid_results, page_results, sand_results
 
 from rftfit.campaign.config import Leg
+from rftfit.forces.motion import THETA_DEG, rotation, rotation_poses
+from rftfit.forces.outlines import leg_outline
+from rftfit.forces.planning import plan
+from rftfit.forces.prediction import find_peaks, predict
+from rftfit.forces.reference_kernel import element_forces, place, pose_forces
 from rftfit.measure.alpha import column
 from rftfit.model.draws import interval
 from rftfit.model.fourier import evaluate
-from rftfit.model.motion import THETA_DEG, rotation, rotation_poses
-from rftfit.model.outlines import leg_outline
-from rftfit.model.planning import plan
-from rftfit.model.prediction import find_peaks, predict
 from rftfit.model.profiles import FourierProfile
-from rftfit.model.reference_kernel import element_forces, place, pose_forces
 from rftfit.model.scaling import ScaledMedium, published, scale_new_medium
 from rftfit.model.shapes import estimate_map, grid
 from rftfit.page.live import live_profiles, scaling_references

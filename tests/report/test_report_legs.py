@@ -30,9 +30,9 @@ from rftfit.figures.legs import (
 )
 from rftfit.figures.sands import plot_penetration as draw_penetration
 from rftfit.figures.style import content, save
+from rftfit.forces.motion import THETA_DEG
+from rftfit.forces.outlines import model_leg
 from rftfit.model.fourier import as_array
-from rftfit.model.motion import THETA_DEG
-from rftfit.model.outlines import model_leg
 from rftfit.model.profiles import (
     DepthOnlyProfile,
     FourierProfile,

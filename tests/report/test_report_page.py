@@ -29,10 +29,10 @@ from true_sentences import untrue
 import rftfit
 from rftfit import reference
 from rftfit.campaign.config import Maps, TableSettings
+from rftfit.forces.outlines import model_leg
 from rftfit.lab.marker import MARKER
 from rftfit.measure.alpha import column
 from rftfit.measure.flags import remark
-from rftfit.model.outlines import model_leg
 from rftfit.model.scaling import published
 from rftfit.page.live import live_data
 from rftfit.page.methods import constants, paragraphs, settings_digest

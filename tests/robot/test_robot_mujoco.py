@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from seeds import seeds
 
+from rftfit.forces.outlines import arc, polyline
 from rftfit.model.kernel import pose_forces
-from rftfit.model.outlines import arc, polyline
 from rftfit.robot.body import assemble
 from rftfit.robot.run import simulate, start_state
 

@@ -11,9 +11,9 @@ import pytest
 
 import rftfit
 from rftfit.cli.main import main
-from rftfit.model.mesh import Mesh, Motion3D
-from rftfit.model.model_error import EPS_IN_SPACE, beyond_tested
-from rftfit.model.prediction import predict_with_peaks
+from rftfit.forces.mesh import Mesh, Motion3D
+from rftfit.forces.model_error import EPS_IN_SPACE, beyond_tested
+from rftfit.forces.prediction import predict_with_peaks
 
 from .test_space_mesh import BALL, stl
 

@@ -11,11 +11,12 @@ from numpy.testing import assert_allclose, assert_array_equal
 from scipy.spatial.transform import Rotation
 
 import rftfit
-from rftfit.model import faces, rft3d
-from rftfit.model.faces import LAWS, face_alpha, submerged_parts
-from rftfit.model.forces import forces_on
-from rftfit.model.mesh import Mesh, Motion3D
-from rftfit.model.mesh_prediction import CLOSURE, compiled_mesh_forces
+from rftfit.forces import faces
+from rftfit.forces.faces import LAWS, face_alpha, submerged_parts
+from rftfit.forces.mesh import Mesh, Motion3D
+from rftfit.forces.plane import forces_on
+from rftfit.forces.space import CLOSURE, compiled_mesh_forces
+from rftfit.model import rft3d
 from rftfit.model.profiles import FourierProfile
 
 POPPY = rftfit.TableProfile.published("poppy_LP")

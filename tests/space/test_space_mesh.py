@@ -6,8 +6,8 @@ from numpy.testing import assert_allclose
 
 import rftfit
 from rftfit.errors import InputError
-from rftfit.model.mesh import Mesh, Motion3D
-from rftfit.model.mesh_prediction import CLOSURE, compiled_mesh_forces
+from rftfit.forces.mesh import Mesh, Motion3D
+from rftfit.forces.space import CLOSURE, compiled_mesh_forces
 
 POPPY = rftfit.TableProfile.published("poppy_LP")
 BALL = Mesh.sphere(2, 8)

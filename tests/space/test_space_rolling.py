@@ -5,9 +5,9 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 import rftfit
-from rftfit.model import faces
-from rftfit.model.mesh import Mesh, Motion3D
-from rftfit.model.mesh_prediction import compiled_mesh_forces
+from rftfit.forces import faces
+from rftfit.forces.mesh import Mesh, Motion3D
+from rftfit.forces.space import compiled_mesh_forces
 
 POPPY = rftfit.TableProfile.published("poppy_LP")
 

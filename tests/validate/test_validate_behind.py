@@ -8,8 +8,8 @@ from light_campaign import alpha_frame, results_of
 from turning import sweep
 
 from rftfit.compare.legs import errors_of_peaks, extreme, shape_errors
+from rftfit.forces.outlines import leg_outline, model_leg
 from rftfit.measure.alpha import column
-from rftfit.model.outlines import leg_outline, model_leg
 from rftfit.model.profiles import TableProfile
 from rftfit.reference import GAMMA_DEG, LEGS, alpha_grid
 

@@ -29,9 +29,9 @@ from rftfit.compare.legs import (
     worst_peak,
 )
 from rftfit.compare.published import FROM_LOGS, leg_claims
+from rftfit.forces.outlines import model_leg
 from rftfit.measure.flags import remark
 from rftfit.model.draws import measured_profile
-from rftfit.model.outlines import model_leg
 from rftfit.model.profiles import TableProfile
 from rftfit.reference import LEGS, MEDIA, alpha_grid, load
 

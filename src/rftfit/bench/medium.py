@@ -11,6 +11,7 @@ import pandas as pd
 
 from rftfit.campaign.load import Campaign
 from rftfit.campaign.sheet import Run
+from rftfit.forces.planning import Plan
 from rftfit.logs.base import NO_HANDLE
 from rftfit.measure.fits import FIT_COLUMNS, Row, fit_medium
 from rftfit.measure.flags import Remark, flag_table, format_remarks, has, reason_of
@@ -18,7 +19,6 @@ from rftfit.measure.ingest import RUN_COLUMNS, ingest_medium
 from rftfit.measure.samples import join_runs, split_runs
 from rftfit.measure.session_clocks import SessionClocks
 from rftfit.measure.tare import TARE_COLUMNS, tare_medium
-from rftfit.model.planning import Plan
 from rftfit.model.shapes import Map
 from rftfit.results import Results
 from rftfit.workflow.measure import FLAGGING

@@ -9,9 +9,9 @@ import pandas as pd
 
 from rftfit.bench.medium import MeasuredRun
 from rftfit.conventions import FloatArray
+from rftfit.forces.planning import Plan
 from rftfit.measure.alpha import column
 from rftfit.measure.ledger import RowStatus
-from rftfit.model.planning import Plan
 
 _MOST_DOTS = 250
 _BOX = (46.0, 412.0, 206.0, 10.0)

@@ -22,10 +22,10 @@ from rftfit.campaign.problems import CampaignError, Problem
 from rftfit.campaign.sheet import Run
 from rftfit.checks.verdict import verdict_on
 from rftfit.errors import InputError
+from rftfit.forces.planning import Rig, Target, plan, prior_map, push_rows
 from rftfit.measure.alpha import column
 from rftfit.measure.session_clocks import SessionClocks, align_medium, goes_straight_down
 from rftfit.measure.verdict_words import FAILED
-from rftfit.model.planning import Rig, Target, plan, prior_map, push_rows
 from rftfit.model.shapes import estimate, map_nodes, pushes_of
 from rftfit.results import Results
 from rftfit.workflow.measure import checks

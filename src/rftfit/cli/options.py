@@ -22,11 +22,11 @@ from rftfit.errors import InputError
 if TYPE_CHECKING:
     import pandas as pd
 
-    from rftfit.model.body_error import BodyError
-    from rftfit.model.contacts import Contact
-    from rftfit.model.mesh import Mesh
-    from rftfit.model.motion import Motion
-    from rftfit.model.outlines import Outline
+    from rftfit.forces.body_error import BodyError
+    from rftfit.forces.contacts import Contact
+    from rftfit.forces.mesh import Mesh
+    from rftfit.forces.motion import Motion
+    from rftfit.forces.outlines import Outline
     from rftfit.model.profiles import Profile
     from rftfit.model.scaling import Reference, ScaledMedium
     from rftfit.model.shapes import Map, Shapes
@@ -389,7 +389,7 @@ class MeasuredLeg:
 def find_measured_leg(source: str, body: BodyOptions) -> MeasuredLeg:
     """The leg of --leg as it was measured where --body-of says."""
     from rftfit.compare.bodies import PUBLISHED, campaign_body_error, published_body_error
-    from rftfit.model.outlines import leg_outline
+    from rftfit.forces.outlines import leg_outline
 
     if body.leg is None or len(body.named) > 1:
         raise InputError("--body-of needs --leg NAME alone: a leg that was measured there")
@@ -425,7 +425,7 @@ class ContactOptions:
 
     def read(self, body: BodyOptions) -> list[Contact]:
         """The contacts of the file; none without a file."""
-        from rftfit.model.contact_file import read_contacts
+        from rftfit.forces.contact_file import read_contacts
 
         words = [
             *body.named,
@@ -558,7 +558,7 @@ class BodyOptions:
 
     def make_outline(self) -> Outline:
         """The outline: a model leg, one of a curvature R/r, or a csv of points."""
-        from rftfit.model.outlines import CURVATURES, arc, model_leg, read_outline
+        from rftfit.forces.outlines import CURVATURES, arc, model_leg, read_outline
 
         if len(self.named) != 1:
             raise InputError(
@@ -597,7 +597,7 @@ class BodyOptions:
 
     def make_motion(self) -> Motion:
         """The motion: a rotation about an axle, or a free path."""
-        from rftfit.model.motion import HIP_HEIGHT_CM, read_path
+        from rftfit.forces.motion import HIP_HEIGHT_CM, read_path
 
         if self.path is None:
             height = HIP_HEIGHT_CM if self.hip is None else self.hip
@@ -633,7 +633,7 @@ class PushOptions:
 
     def read(self) -> tuple[str, pd.DataFrame]:
         """Names of the files, and the pushes; what is doubtful in them is printed."""
-        from rftfit.model.answers import collect_pushes
+        from rftfit.cli.answers import collect_pushes
 
         name, pushes, warnings = collect_pushes(*self.files)
         for warning in warnings:

@@ -16,7 +16,7 @@ from rftfit.errors import InputError
 from rftfit.store.text import table
 
 if TYPE_CHECKING:
-    from rftfit.model.planning import Plan, Target
+    from rftfit.forces.planning import Plan, Target
     from rftfit.model.shapes import Map
 
 MARK = "run_id,kind,medium,intruder,direction,beta_deg,gamma_deg,depth_cm"
@@ -97,7 +97,7 @@ def plan(
     rows for a run sheet.
     """
     options.look_for_campaign(results)
-    from rftfit.model.planning import reachable, run_sheet_rows
+    from rftfit.forces.planning import reachable, run_sheet_rows
     from rftfit.reference import LEGS
     from rftfit.store import write_text
 
@@ -133,8 +133,8 @@ def plan(
 
 def wanted(target: str | None, body: options.BodyOptions) -> Target | str:
     """What is to be known, by the options of the command line."""
-    from rftfit.model.outlines import CURVATURES
-    from rftfit.model.planning import peaks
+    from rftfit.forces.outlines import CURVATURES
+    from rftfit.forces.planning import peaks
 
     if body.named:
         if target is not None:
@@ -175,7 +175,7 @@ def _known(
     confidence: float,
 ) -> Map:
     """What was measured already, as a map whose lines are those that the rig can push."""
-    from rftfit.model.planning import prior_map
+    from rftfit.forces.planning import prior_map
     from rftfit.model.shapes import estimate, map_nodes, pushes_of, sorted_pushes
 
     nodes, name = map_nodes(*angles), str(medium)

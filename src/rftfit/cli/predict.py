@@ -27,10 +27,10 @@ from rftfit.store.text import table
 if TYPE_CHECKING:
     import pandas as pd
 
-    from rftfit.model.mesh import Mesh, Motion3D
-    from rftfit.model.motion import Motion
-    from rftfit.model.outlines import Outline
-    from rftfit.model.peaks import Peak
+    from rftfit.forces.mesh import Mesh, Motion3D
+    from rftfit.forces.motion import Motion
+    from rftfit.forces.outlines import Outline
+    from rftfit.forces.peaks import Peak
     from rftfit.model.profiles import Profile
 
 MARK = "# forces written by rftfit predict"
@@ -110,11 +110,11 @@ def predict(
     a leg sweeps from the front (+x, negative theta) down and backward.
     """
     medium_options.check(se)
-    from rftfit.model.mesh_prediction import IN_SPACE, extremes_in_space
-    from rftfit.model.model_error import eps_of, has_model_error
-    from rftfit.model.peaks import unknown_peaks
-    from rftfit.model.prediction import PEAKS, QUANTITIES, predict_with_peaks
-    from rftfit.model.rolling import RULES, describe_friction
+    from rftfit.forces.model_error import eps_of, has_model_error
+    from rftfit.forces.peaks import unknown_peaks
+    from rftfit.forces.prediction import PEAKS, QUANTITIES, predict_with_peaks
+    from rftfit.forces.rolling import RULES, describe_friction
+    from rftfit.forces.space import IN_SPACE, extremes_in_space
     from rftfit.store import write_bytes, write_text
 
     of_mesh = {
@@ -364,14 +364,14 @@ def _is_whole(
     body: Outline | Mesh | None, motion: Motion | Motion3D | None, table: Profile
 ) -> bool:
     """Tell whether a table has a number in every direction of a body that moves."""
-    from rftfit.model.prediction import knows_forces
+    from rftfit.forces.prediction import knows_forces
 
     return body is None or motion is None or knows_forces(table, body, motion)
 
 
 def _check_error_of(profile: Profile, model_error: float | None) -> None:
     """Refuse an error of the model for a profile of which none is known."""
-    from rftfit.model.model_error import eps_of
+    from rftfit.forces.model_error import eps_of
 
     try:
         eps_of(model_error, profile)
@@ -465,8 +465,8 @@ def _limits_of_peaks(
     peaks: list[Peak], source: Profile, beside: Profile | None, level_of_model: str
 ) -> list[str]:
     """Write what stands in the place of intervals that are not there, and why."""
-    from rftfit.model.model_error import has_model_error
-    from rftfit.model.peaks import STEEP, STEEP_DEG, describe_beside
+    from rftfit.forces.model_error import has_model_error
+    from rftfit.forces.peaks import STEEP, STEEP_DEG, describe_beside
 
     names = _IN_WORDS | _IN_SPACE
     lines = []

@@ -13,7 +13,7 @@ from rftfit.cli.output import check_target, comments, json_text, print_line, war
 from rftfit.errors import InputError
 
 if TYPE_CHECKING:
-    from rftfit.model.answers import Answer
+    from rftfit.cli.answers import Answer
 
 MARK = "# alpha table written by rftfit scale"
 """How the first line of such a file begins: only these are overwritten unasked."""
@@ -62,7 +62,7 @@ def scale(
     alpha(beta, gamma) as csv.
     """
     options.look_for_campaign(results)
-    from rftfit.model.answers import answer_of_contacts, answer_of_pushes, answer_of_test
+    from rftfit.cli.answers import answer_of_contacts, answer_of_pushes, answer_of_test
     from rftfit.model.shapes import describe_push, one_push
     from rftfit.store import write_text
 

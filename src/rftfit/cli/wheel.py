@@ -16,9 +16,9 @@ from rftfit.errors import CollectedErrors, InputError
 if TYPE_CHECKING:
     import pandas as pd
 
-    from rftfit.model.mesh import Mesh
+    from rftfit.forces.mesh import Mesh
+    from rftfit.forces.wheel import WheelAnswer
     from rftfit.model.profiles import Profile
-    from rftfit.model.wheel import WheelAnswer
 
 MARK = "# wheel written by rftfit wheel"
 """How the first line of such a file begins: only these are overwritten unasked."""
@@ -114,7 +114,7 @@ def wheel(
 
     Prints one row a slip and writes it as csv. Which faces count (rule) and the friction are named in every output.
     """
-    from rftfit.model.wheel import read_measured_runs
+    from rftfit.forces.wheel import read_measured_runs
     from rftfit.store import write_bytes, write_text
 
     medium_options.check(se)
@@ -207,7 +207,7 @@ def _read_wheel(
 
 def _has_numbers(shape: Mesh | None, friction: float | None, table: Profile) -> bool:
     """Tell whether a table has a number in every direction of the wheel."""
-    from rftfit.model.wheel import has_number
+    from rftfit.forces.wheel import has_number
 
     return shape is None or has_number(table, shape, friction)
 

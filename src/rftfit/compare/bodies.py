@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING
 
 from rftfit.campaign.problems import choose
 from rftfit.errors import InputError
-from rftfit.model.body_error import BodyError
-from rftfit.model.body_lessons import learn_body_error
-from rftfit.model.contacts import Contact
-from rftfit.model.motion import rotation
-from rftfit.model.outlines import model_leg
+from rftfit.forces.body_error import BodyError
+from rftfit.forces.contacts import Contact, learn_body_error
+from rftfit.forces.motion import rotation
+from rftfit.forces.outlines import model_leg
 from rftfit.model.profiles import Profile
 from rftfit.model.shapes import estimate_map, published_shapes
 from rftfit.reference import LEGS, MEDIA, load

@@ -13,6 +13,11 @@ import pandas as pd
 from rftfit.campaign.config import Arm, Config, Leg
 from rftfit.compare.leg_angle import common_offset, offset_of_curve
 from rftfit.conventions import FloatArray
+from rftfit.forces.model_error import has_model_error, larger_model_error, outline_load
+from rftfit.forces.motion import Motion, rotation
+from rftfit.forces.outlines import arc_of, leg_outline
+from rftfit.forces.plane import force_draws, forces_on
+from rftfit.forces.prediction import predict_with_peaks
 from rftfit.measure.alpha import alpha_columns, directions, flagged
 from rftfit.measure.errors import shares
 from rftfit.measure.flags import (
@@ -32,11 +37,6 @@ from rftfit.model.draws import (
     model_end_names,
     next_end_names,
 )
-from rftfit.model.forces import force_draws, forces_on
-from rftfit.model.model_error import has_model_error, larger_model_error, outline_load
-from rftfit.model.motion import Motion, rotation
-from rftfit.model.outlines import arc_of, leg_outline
-from rftfit.model.prediction import predict_with_peaks
 from rftfit.model.profiles import Profile, TableProfile
 from rftfit.results import Medium
 

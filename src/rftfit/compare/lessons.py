@@ -11,12 +11,11 @@ import pandas as pd
 
 from rftfit.compare.legs import extreme, measured_peak
 from rftfit.errors import InputError
+from rftfit.forces.body_error import BodyError, ErrorCurve, learn_from_curves
+from rftfit.forces.contacts import Contact, error_curve
+from rftfit.forces.motion import Motion
+from rftfit.forces.prediction import predict_with_peaks
 from rftfit.measure.flags import REASON, Remark, quoted, reason_columns
-from rftfit.model.body_error import BodyError
-from rftfit.model.body_lessons import ErrorCurve, error_curve, learn_from_curves
-from rftfit.model.contacts import Contact
-from rftfit.model.motion import Motion
-from rftfit.model.prediction import predict_with_peaks
 from rftfit.model.profiles import Profile
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rftfit.figures import labels, style
-from rftfit.model.outlines import leg_outline
+from rftfit.forces.outlines import leg_outline
 from rftfit.reference import LEGS
 
 if TYPE_CHECKING:

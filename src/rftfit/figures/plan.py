@@ -12,7 +12,7 @@ from rftfit.figures.maps import angle_axes
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from rftfit.model.planning import Plan
+    from rftfit.forces.planning import Plan
     from rftfit.model.shapes import Map
 
 

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rftfit.figures import style
-from rftfit.model.faces import face_alpha, moving_faces
+from rftfit.forces.faces import face_alpha, moving_faces
 
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from rftfit.model.mesh import Mesh, Motion3D
+    from rftfit.forces.mesh import Mesh, Motion3D
     from rftfit.model.profiles import Profile
 
 _COLOURS = dict(zip("xyz", ("vermillion", "bluish green", "blue"), strict=True))

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rftfit.figures import style
-from rftfit.model.rolling import describe_friction
+from rftfit.forces.rolling import describe_friction
 
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from rftfit.model.wheel import WheelAnswer
+    from rftfit.forces.wheel import WheelAnswer
 
 _PANELS = {
     "drawbar_N": ("drawbar (N)", "blue"),

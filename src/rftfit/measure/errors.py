@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from statistics import NormalDist
 from typing import Literal, get_args
 
 import numpy as np
@@ -115,6 +116,12 @@ below so many degrees of freedom quantiles grow without limit while the coverage
 
 USUAL_BED_SPREAD = 0.05
 """Relative standard deviation of the force from one bed to the next where nothing is known: beds poured or tapped by hand."""
+
+
+def half_width_of_bed(spread: float, confidence: float) -> float:
+    """Half the interval of a bed, relative, from the standard deviation between beds."""
+    return NormalDist().inv_cdf(0.5 + confidence / 2) * spread
+
 
 USUAL_BEDS = Spread(relative=USUAL_BED_SPREAD, source=ASSUMED)
 

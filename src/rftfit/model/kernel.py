@@ -1,6 +1,6 @@
 """The compiled kernel (Eqs. 2 and 3): alpha of angles, forces on moving outlines, and the robot's steps in time.
 
-F = alpha(beta, gamma) |z| A for each element. `rftfit.model.reference_kernel` and the profiles say the same in
+F = alpha(beta, gamma) |z| A for each element. `rftfit.forces.reference_kernel` and the profiles say the same in
 plain numpy. Functions are compiled at their first call and kept on disk. The compiler's cache
 watches a function's own file only, so all that is compiled, constants too, stands in this one.
 

@@ -11,9 +11,9 @@ from pydantic import AfterValidator, Field
 from rftfit.campaign.config import Model, NotNegative, Positive
 from rftfit.campaign.files import unshowable
 from rftfit.campaign.schema import json_schema
+from rftfit.conventions import QUASI_STATIC_CM_PER_S
 from rftfit.errors import RftfitError
 from rftfit.measure.errors import USUAL_BED_SPREAD
-from rftfit.model.motion import QUASI_STATIC_CM_PER_S
 from rftfit.model.profiles import EPS
 from rftfit.reference import CITATION
 from rftfit.store import write_text

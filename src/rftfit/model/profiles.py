@@ -76,7 +76,7 @@ kept from its bottom."""
 
 
 EPS = 0.28
-"""Relative error of the force model (`rftfit.model.model_error`). Chosen on the measured legs of Fig. S5 (five media,
+"""Relative error of the force model (`rftfit.forces.model_error`). Chosen on the measured legs of Fig. S5 (five media,
 three legs, by the measured table)."""
 
 
@@ -145,7 +145,7 @@ class Profile(KnownMedium):
     bed_spread : float
         Relative standard deviation of forces from one prepared bed to the next.
     model_error : float
-        Relative error of the force model itself in this medium (`rftfit.model.model_error`), measured by tables and
+        Relative error of the force model itself in this medium (`rftfit.forces.model_error`), measured by tables and
         maps; NaN for a profile of another form, of which none is known.
     beside : callable or None
         Makes the table of the same medium, or its map, beside which forces by nine terms are held.

@@ -22,7 +22,7 @@ from dataclasses import dataclass, field
 from functools import cache, cached_property, partial
 from importlib.resources import files
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -34,18 +34,15 @@ from rftfit.conventions import FloatArray, mirror, wrap_beta
 from rftfit.directions import TOLERANCE_DEG, same_direction
 from rftfit.errors import InputError
 from rftfit.measure.alpha import alpha_columns, column, directions, flagged
-from rftfit.measure.errors import USUAL_BED_SPREAD
+from rftfit.measure.errors import USUAL_BED_SPREAD, half_width_of_bed
 from rftfit.model.draws import draws_of, errors_known, interval
 from rftfit.model.fourier import fit_lsq, kept_terms
-from rftfit.model.peaks import half_width_of_bed
+from rftfit.model.observations import Observation, ObservedRows, ObservedSystem
 from rftfit.model.profiles import EPS, KnownMedium, Profile, TableProfile
 from rftfit.model.rft3d import alpha_3drft
 from rftfit.model.scaling import PAPER_RULE, check_level, check_test, vertical_penetration
 from rftfit.model.symmetry import rectangle
 from rftfit.reference import BETA_DEG, GAMMA_DEG, MEDIA
-
-if TYPE_CHECKING:
-    from rftfit.model.contacts import Contact, ContactRows
 
 Angles = tuple[FloatArray, FloatArray]
 
@@ -292,7 +289,7 @@ class _Prior(NamedTuple):
         blocks = [places[:, start:stop].ravel() for start, stop in pairwise(ends)]
         return self.at(np.concatenate(blocks))
 
-    def with_rows(self, rows: ContactRows, nodes: npt.NDArray[np.intp], place: int) -> _Prior:
+    def with_rows(self, rows: ObservedRows, nodes: npt.NDArray[np.intp], place: int) -> _Prior:
         """The same with rows of contacts put in at a place; `nodes`: places of alpha at the nodes, z then x."""
         size = self.mean.size
         all_rows = np.zeros((size + len(rows.values), size))
@@ -540,7 +537,7 @@ def estimate_map(
     confidence: float = 0.95,
     name: str = "",
     *,
-    contacts: Sequence[Contact] = (),
+    contacts: Sequence[Observation] = (),
     beta_deg: npt.ArrayLike = (),
     gamma_deg: npt.ArrayLike = (),
 ) -> Map:
@@ -732,7 +729,7 @@ def estimate(
     size: float | None = None,
     confidence: float = 0.95,
     name: str = "",
-    contacts: Sequence[Contact] = (),
+    contacts: Sequence[Observation] = (),
 ) -> Map:
     """Estimate alpha over all directions from what was pushed: `estimate_map` with errors that are known.
 
@@ -835,7 +832,7 @@ def _places_of_nodes(pushes: int, coarse: int, count: int) -> npt.NDArray[np.int
 
 def _with_contacts(
     given: _Seen,
-    contacts: Sequence[Contact],
+    contacts: Sequence[Observation],
     nodes: Angles,
     places: npt.NDArray[np.intp],
     size: float | None,
@@ -844,13 +841,11 @@ def _with_contacts(
 
     The model's error grows with the medium, whose size these rows tell: both are found in turn.
     """
-    from rftfit.model.contacts import ContactSystem
-
     prior = given.prior
     # as rough as a medium may be: no combination that could tell of it is left out
     covariance = prior.covariance(0.0) + prior.rough
     rows_of_prior = root(covariance[np.ix_(places, places)])
-    system = ContactSystem.of(contacts, nodes, prior.mean[places], rows_of_prior)
+    system = ObservedSystem.of(contacts, nodes, prior.mean[places], rows_of_prior)
     size_now = size or system.first_size()
     if not size_now > 0:
         raise ValueError(

@@ -16,16 +16,16 @@ from rftfit.conventions import FloatArray
 from rftfit.directions import beta_apart
 from rftfit.figures.labels import PROFILES, name_of, usable_media
 from rftfit.figures.maps import kept_coefficients, lies_on_grid, pivot
+from rftfit.forces.motion import THETA_DEG, rotation
+from rftfit.forces.outlines import leg_outline
+from rftfit.forces.peaks import Peak
+from rftfit.forces.planning import plan
+from rftfit.forces.prediction import predict_with_peaks
 from rftfit.measure.alpha import column
 from rftfit.measure.flags import Flags, Remark, format_remarks, reason_of
 from rftfit.measure.slopes import student_quantile
 from rftfit.model import scaling
 from rftfit.model.fourier import TERMS
-from rftfit.model.motion import THETA_DEG, rotation
-from rftfit.model.outlines import leg_outline
-from rftfit.model.peaks import Peak
-from rftfit.model.planning import plan
-from rftfit.model.prediction import predict_with_peaks
 from rftfit.model.profiles import (
     DepthOnlyProfile,
     FourierProfile,

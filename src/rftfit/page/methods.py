@@ -11,6 +11,10 @@ import pandas as pd
 from rftfit.campaign.config import Config, Disc, Leg, Plate
 from rftfit.figures import labels
 from rftfit.figures.style import format_number
+from rftfit.forces.model_error import LEAST_LOAD, LENGTH_DEG
+from rftfit.forces.motion import rotation
+from rftfit.forces.outlines import ELEMENTS, leg_outline
+from rftfit.forces.prediction import beyond_measured
 from rftfit.measure.depths import curved_law, steep_pushes
 from rftfit.measure.errors import (
     AS_PREPARED,
@@ -21,10 +25,6 @@ from rftfit.measure.errors import (
     USUAL_BED_SPREAD,
 )
 from rftfit.measure.slopes import FEWEST
-from rftfit.model.model_error import LEAST_LOAD, LENGTH_DEG
-from rftfit.model.motion import rotation
-from rftfit.model.outlines import ELEMENTS, leg_outline
-from rftfit.model.prediction import beyond_measured
 from rftfit.model.profiles import EPS
 from rftfit.model.scaling import GENERIC, published
 from rftfit.model.shapes import FRICTIONS, STEP_DEG, TILT_SHARE, published_shapes

@@ -8,8 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from rftfit.conventions import FloatArray
-from rftfit.model.outlines import Outline, arc, polyline
-from rftfit.model.reference_kernel import place
+from rftfit.forces.outlines import Outline, arc, polyline
+from rftfit.forces.reference_kernel import place
 from rftfit.robot.config import Robot
 
 IntArray = npt.NDArray[np.int64]
@@ -52,7 +52,7 @@ class Parts:
         return float((np.hypot(legs[:, 0], legs[:, 1]) + legs[:, 4]).max(initial=0.0))
 
     def place(self, state: FloatArray, turn: float, rate: float) -> list[FloatArray]:
-        """Elements of each group, shape (members, n, 8), as `rftfit.model.reference_kernel` has them.
+        """Elements of each group, shape (members, n, 8), as `rftfit.forces.reference_kernel` has them.
 
         `state`: shape (6,): x, z (cm), pitch (rad), and their rates. `turn`, `rate`: of the legs
         relative to the body, rad and rad/s.

@@ -11,11 +11,8 @@ import numpy.typing as npt
 
 from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
-from rftfit.model.known import profile_of
-from rftfit.model.mesh import Mesh
-from rftfit.model.mesh_prediction import face_rows, law_of
-from rftfit.model.profiles import KnownMedium
-from rftfit.model.rolling import (
+from rftfit.forces.mesh import Mesh
+from rftfit.forces.rolling import (
     NO_RULE,
     NO_WHEEL,
     TRACK_RULE,
@@ -23,6 +20,9 @@ from rftfit.model.rolling import (
     measure_radius,
     rolling_rows,
 )
+from rftfit.forces.space import face_rows, law_of
+from rftfit.model.known import profile_of
+from rftfit.model.profiles import KnownMedium
 
 MOST_TAU_DT_S2 = 2e-6
 """Above this product of `tau_s` and the time step a resting robot creeps or shakes."""
@@ -90,7 +90,7 @@ class Ground:
         wheels: Sequence[int] | Mapping[int, npt.ArrayLike] = (),
         track: bool = True,
     ) -> None:
-        from rftfit.model.face_kernel import face_forces
+        from rftfit.forces.face_kernel import face_forces
 
         if not bodies:
             raise InputError("no body; allowed: a mesh for each body that touches the medium")

@@ -18,9 +18,9 @@ import numpy as np
 import pandas as pd
 
 from rftfit.conventions import FloatArray
+from rftfit.forces.model_error import has_model_error
 from rftfit.measure.flags import REASON, Remark, reason_cells, remark
 from rftfit.measure.slopes import GIVEN_DOF, student_quantile
-from rftfit.model.model_error import has_model_error
 from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, Profile, TableProfile
 from rftfit.robot.config import Robot
 from rftfit.robot.run import Condition

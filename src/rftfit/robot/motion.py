@@ -10,9 +10,9 @@ import numpy as np
 import pandas as pd
 
 from rftfit.conventions import FloatArray
-from rftfit.model.outlines import arc
+from rftfit.forces.outlines import arc
+from rftfit.forces.reference_kernel import element_forces
 from rftfit.model.profiles import Profile
-from rftfit.model.reference_kernel import element_forces
 from rftfit.robot.body import assemble
 from rftfit.robot.config import Robot
 from rftfit.robot.run import Condition, RobotRun, Series, simulate

@@ -12,7 +12,7 @@ import numpy as np
 from rftfit.campaign.problems import choose
 from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
-from rftfit.model.mesh import Mesh
+from rftfit.forces.mesh import Mesh
 from rftfit.model.profiles import KnownMedium
 from rftfit.robot.ground import ALONG_Y, Ground
 

@@ -11,8 +11,8 @@ import numpy as np
 import pandas as pd
 
 from rftfit.conventions import FloatArray
+from rftfit.forces.planning import Target
 from rftfit.measure.flags import REASON, Remark, attach_run, reason_cells, reason_of
-from rftfit.model.planning import Target
 from rftfit.model.profiles import Profile, TableProfile
 from rftfit.model.shapes import Map
 from rftfit.robot.config import Robot

@@ -32,6 +32,7 @@ ROOMS = (
     "measure",
     "model",
     "checks",
+    "forces",
     "robot",
     "compare",
     "figures",

@@ -33,6 +33,7 @@ from rftfit.compare.published import (
 from rftfit.compare.robot import robot_claims
 from rftfit.compare.sands import SAND_COLUMNS, fit_corrections, penetration_rows
 from rftfit.errors import InputError
+from rftfit.forces.model_error import larger_model_error
 from rftfit.measure.alpha import bed_spread, column
 from rftfit.measure.flags import (
     MARKS,
@@ -44,7 +45,6 @@ from rftfit.measure.flags import (
     reason_columns,
     with_reasons,
 )
-from rftfit.model.model_error import larger_model_error
 from rftfit.model.scaling import published, routine
 from rftfit.results import Results
 

@@ -207,7 +207,7 @@ def polyline(
     Parameters
     ----------
     points : array_like, shape (m, 2)
-        x, z, cm. See `rftfit.model.outlines` for the check of a user's points.
+        x, z, cm. See `rftfit.forces.outlines` for the check of a user's points.
     width_cm : float
     elements : int, optional
         About how many; every straight piece has at least one.

@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from statistics import NormalDist
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -264,11 +263,6 @@ def widen(value: Any, ends: tuple[Any, Any], half: Any) -> tuple[Any, Any]:
     """Interval with a further error, independent of the others, whose half width is given."""
     below, above = (np.hypot(end - value, half) for end in ends)
     return value - below, value + above
-
-
-def half_width_of_bed(spread: float, confidence: float) -> float:
-    """Half the interval of a bed, relative, from the standard deviation between beds."""
-    return NormalDist().inv_cdf(0.5 + confidence / 2) * spread
 
 
 def unknown_peaks(

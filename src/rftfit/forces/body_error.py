@@ -8,6 +8,7 @@ the body: how it is turned, how deep it is and which way it moves.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
@@ -16,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rftfit.conventions import FloatArray
-from rftfit.model.model_error import LENGTH_BODIES, LENGTH_DEG, SEED, longest
+from rftfit.forces.model_error import LENGTH_BODIES, LENGTH_DEG, SEED, longest
 
 IntArray = npt.NDArray[np.intp]
 
@@ -162,3 +163,72 @@ class BodyError:
             f"error of the model on this body learned from {', '.join(self.media)}; what is left of one medium "
             f"{self.per_medium:.2f} of the load ({how})"
         )
+
+
+LEAST_PER_MEDIUM = 0.15
+"""Of o at least: from three media or fewer of one material it is estimated too small."""
+
+_SIZES = np.exp(np.linspace(np.log(0.03), np.log(1.2), 24))
+"""Standard deviations that are tried."""
+
+
+@dataclass(frozen=True)
+class ErrorCurve:
+    """Errors of the model over the load in one measurement, shape (components, m), and their covariance (components, m, m)."""
+
+    label: str
+    states: FloatArray
+    residuals: FloatArray
+    noise: FloatArray
+
+
+def learn_from_curves(curves: Sequence[ErrorCurve]) -> BodyError:
+    """Learn what the model gets wrong on a body from its errors in some media: `learn_body_error`."""
+    if not curves:
+        raise ValueError("a body's error is learned from at least one measurement")
+    states = np.concatenate([curve.states for curve in curves])
+    medium = np.concatenate([np.full(len(curve.states), k) for k, curve in enumerate(curves)])
+    components = len(curves[0].residuals)
+    alike = correlation(states, states)
+    same_medium = medium[:, None] == medium
+    systems = []
+    for component in range(components):
+        values = np.concatenate([curve.residuals[component] for curve in curves])
+        noise = np.zeros_like(alike)
+        start = 0
+        for curve in curves:
+            stop = start + len(curve.states)
+            noise[start:stop, start:stop] = curve.noise[component]
+            start = stop
+        places = np.flatnonzero(np.isfinite(values))
+        square = np.ix_(places, places)
+        systems.append(
+            (places, values[places], alike[square], (alike * same_medium)[square], noise[square])
+        )
+    common, stated = COMMON, len(curves) == 1
+    per_medium = PER_MEDIUM if stated else max(_most_likely(systems, common), LEAST_PER_MEDIUM)
+    seen = []
+    for places, values, alike_of_body, alike_in_medium, noise in systems:
+        covariance = common**2 * alike_of_body + per_medium**2 * alike_in_medium + noise
+        root = np.linalg.cholesky(covariance + JITTER * np.eye(len(covariance)))
+        seen.append((places, root, np.linalg.solve(root, values)))
+    media = tuple(dict.fromkeys(curve.label for curve in curves))
+    return BodyError(common, per_medium, media, stated, MeasuredErrors(states, tuple(seen)))
+
+
+def _most_likely(
+    systems: Sequence[tuple[IntArray, FloatArray, FloatArray, FloatArray, FloatArray]],
+    common: float,
+) -> float:
+    """Standard deviation of o with the greatest likelihood."""
+
+    def loss(per_medium: float) -> float:
+        total = 0.0
+        for _, values, alike, in_medium, noise in systems:
+            covariance = common**2 * alike + per_medium**2 * in_medium + noise
+            root = np.linalg.cholesky(covariance + JITTER * np.eye(values.size))
+            total += 2 * float(np.log(np.diag(root)).sum())
+            total += float((np.linalg.solve(root, values) ** 2).sum())
+        return total
+
+    return float(min(_SIZES, key=loss))

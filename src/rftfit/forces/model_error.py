@@ -26,12 +26,12 @@ import numpy as np
 import numpy.typing as npt
 
 from rftfit.conventions import FloatArray
-from rftfit.model import reference_kernel
-from rftfit.model.mesh import Mesh
+from rftfit.forces import reference_kernel
+from rftfit.forces.mesh import Mesh
 from rftfit.model.profiles import EPS, Profile, TableProfile
 
 if TYPE_CHECKING:
-    from rftfit.model.outlines import Outline
+    from rftfit.forces.outlines import Outline
 
 # --- The constants, and the data behind each.
 

@@ -18,15 +18,16 @@ import pandas as pd
 from rftfit.campaign.problems import CampaignError, Place, Problem, choose
 from rftfit.campaign.rows import Schema, TableColumn, read_rows
 from rftfit.conventions import FloatArray
+from rftfit.forces.faces import as_table
+from rftfit.forces.mesh import Mesh, Motion3D
+from rftfit.forces.model_error import has_model_error
+from rftfit.forces.peaks import widen
+from rftfit.forces.rolling import RULES, describe_friction, measure_radius
+from rftfit.forces.space import compiled_mesh_forces, mesh_draws
+from rftfit.measure.errors import half_width_of_bed
 from rftfit.model.draws import interval
-from rftfit.model.faces import as_table
 from rftfit.model.known import profile_of
-from rftfit.model.mesh import Mesh, Motion3D
-from rftfit.model.mesh_prediction import compiled_mesh_forces, mesh_draws
-from rftfit.model.model_error import has_model_error
-from rftfit.model.peaks import half_width_of_bed, widen
 from rftfit.model.profiles import KnownMedium, Profile, TableProfile
-from rftfit.model.rolling import RULES, describe_friction, measure_radius
 from rftfit.store.text import table as format_table
 
 POSES = 73

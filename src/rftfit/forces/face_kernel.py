@@ -1,4 +1,4 @@
-"""The compiled kernel in space: forces on the triangles of bodies, for both laws of `rftfit.model.faces`.
+"""The compiled kernel in space: forces on the triangles of bodies, for both laws of `rftfit.forces.faces`.
 
 Also the elastic-plastic faces by which a body rests: a face's displacement u follows its velocity v, no
 farther than delta; the law is read along u + tau v and grows with that up to the length delta.
@@ -145,7 +145,7 @@ def face_forces(
 
     `pack`: of a table. `coefficients`: (3, 20) times xi: 3D-RFT; (0, 0): the measured law. `friction`: below 0
     for none. `faces`: as of `face_rows`. `ranges`: (p, 2). `frames`: (p, 18) as of `Motion3D.frames`.
-    `rolling`: (p, 5) as of `rftfit.model.rolling`; zeros: no wheel.
+    `rolling`: (p, 5) as of `rftfit.forces.rolling`; zeros: no wheel.
     `elastic`: time since the last call (s), delta (cm), tau (s), and `shifts` the displacements u (m, 3), cm,
     changed in place; delta 0: the plain law. `sums`: force x, y, z (N), moment x, y, z about the reference
     point (N cm), and depth times area of the leading faces that leave their plane (cm^3). Where it has 19

@@ -11,8 +11,8 @@ from typing import Any
 import pandas as pd
 
 from rftfit.campaign.tables import pushes_in
+from rftfit.forces.contacts import Contact
 from rftfit.measure.alpha import cell_at, column
-from rftfit.model.contacts import Contact
 from rftfit.model.draws import interval
 from rftfit.model.fourier import TERMS
 from rftfit.model.profile_file import pushes_in_profile

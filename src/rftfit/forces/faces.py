@@ -1,6 +1,6 @@
 """Stress on the faces of a body in space, from a map measured in the plane, or by 3D-RFT; in plain numpy.
 
-`rftfit.model.face_kernel` is the compiled twin. x, y horizontal, z up; a face has its outward unit normal n
+`rftfit.forces.face_kernel` is the compiled twin. x, y horizontal, z up; a face has its outward unit normal n
 and its unit velocity v, and counts only where n.v > 0. Force on it is alpha |z| A.
 
 A plane has one vertical direction and one horizontal one, a face in space has two horizontal ones: that of
@@ -14,11 +14,11 @@ from __future__ import annotations
 import numpy as np
 
 from rftfit.conventions import FloatArray, wrap_beta
+from rftfit.forces.mesh import IntArray, Mesh, Motion3D, area_vectors
+from rftfit.forces.rolling import NO_WHEEL, leads
 from rftfit.model import rft3d
-from rftfit.model.mesh import IntArray, Mesh, Motion3D, area_vectors
 from rftfit.model.packs import NEGLIGIBLE
 from rftfit.model.profiles import Profile, TableProfile
-from rftfit.model.rolling import NO_WHEEL, leads
 
 LAWS = ("measured", "3d-rft")
 

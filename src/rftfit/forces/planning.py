@@ -14,11 +14,12 @@ import pandas as pd
 
 from rftfit.campaign.problems import choose
 from rftfit.conventions import FloatArray
+from rftfit.forces.contacts import Contact
+from rftfit.forces.motion import Motion, rotation
+from rftfit.forces.outlines import Outline
+from rftfit.forces.plane import force_draws, forces_on
 from rftfit.measure.slopes import GIVEN_DOF, student_quantile
-from rftfit.model.contacts import Contact, ContactSystem
-from rftfit.model.forces import force_draws, forces_on
-from rftfit.model.motion import Motion, rotation
-from rftfit.model.outlines import Outline
+from rftfit.model.observations import ObservedSystem
 from rftfit.model.profiles import TableProfile
 from rftfit.model.scaling import vertical_penetration
 from rftfit.model.shapes import (
@@ -335,7 +336,7 @@ def turn_rows(medium_map: Map, body: Outline, motion: Motion) -> tuple[FloatArra
     contact = Contact(body, motion, forces, max(USUAL_PERCENT / 100 * largest, _NONE))
     rows_of_error = _largest(medium_map.factor).reshape(-1, best.size)
     nodes = medium_map.beta, medium_map.gamma
-    rows = ContactSystem.of([contact], nodes, best.ravel(), rows_of_error).rows(1.0)
+    rows = ObservedSystem.of([contact], nodes, best.ravel(), rows_of_error).rows(1.0)
     return rows.weights, rows.errors
 
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from rftfit.conventions import FloatArray
-from rftfit.model import reference_kernel
+from rftfit.forces import reference_kernel
+from rftfit.forces.outlines import Outline
 from rftfit.model.compiling import is_worth_compiling
-from rftfit.model.outlines import Outline
 from rftfit.model.profiles import Profile, weighted_sum
 
 _MOST_AT_ONCE = 2_000_000

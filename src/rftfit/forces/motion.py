@@ -51,9 +51,6 @@ class Motion:
 THETA_DEG = np.arange(-135.0, 136.0)
 """The sweep of the paper: from the front (+x) down and backward."""
 
-QUASI_STATIC_CM_PER_S = 50.0
-"""Up to about this speed granular forces hardly depend on it (Li et al. 2013, text)."""
-
 HIP_HEIGHT_CM = 2.0
 RATE_RAD_PER_S = 0.2
 

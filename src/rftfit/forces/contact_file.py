@@ -11,11 +11,11 @@ from rftfit.campaign.problems import CampaignError
 from rftfit.campaign.rows import DraftRow, Schema, TableColumn, read_rows
 from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
-from rftfit.model.body_error import BodyError
-from rftfit.model.contacts import PLANE, SPACE, Contact
-from rftfit.model.mesh import Mesh, Motion3D
-from rftfit.model.motion import HIP_HEIGHT_CM, Motion, path, rotation
-from rftfit.model.outlines import Outline
+from rftfit.forces.body_error import BodyError
+from rftfit.forces.contacts import PLANE, SPACE, Contact
+from rftfit.forces.mesh import Mesh, Motion3D
+from rftfit.forces.motion import HIP_HEIGHT_CM, Motion, path, rotation
+from rftfit.forces.outlines import Outline
 
 USUAL_FORCE_PERCENT = 5.0
 """Error of a reading of which none is stated, of the largest force: from bed to bed."""

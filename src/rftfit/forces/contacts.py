@@ -1,13 +1,7 @@
-"""Measured forces on bodies as observations of a map: a turning leg, a rolling wheel, a foot that presses.
+"""Measured forces on bodies: a turning leg, a rolling wheel, a foot that presses; observations of a map, errors of the model.
 
-The force of a pose is a sum of weights times alpha, so each measured force is a row of the same linear system as
-the push of a plate, whose only weight is 1 in its own direction:
-
-    F = W alpha + H (c + o) + e
-
-e is the error of the reading, H the load without cancellation (`rftfit.model.model_error`), c what the model gets wrong
-on this body in every medium, and o what it gets wrong in this medium beside that. c and o are smooth over the states
-of the body: a state that comes again has the same error.
+Their rows in the linear system of a map: `rftfit.model.observations`. The errors of the model on a body are smooth over
+the states of the body: a state that comes again has the same error.
 """
 
 from __future__ import annotations
@@ -15,35 +9,35 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from rftfit.conventions import FloatArray
-from rftfit.model import model_error
-from rftfit.model.body_error import BodyError, frame_states, pose_states
-from rftfit.model.mesh import Mesh, Motion3D
-from rftfit.model.motion import Motion
-from rftfit.model.outlines import Outline
-from rftfit.model.profiles import Profile, TableProfile
+from rftfit.forces import model_error
+from rftfit.forces.body_error import (
+    BodyError,
+    ErrorCurve,
+    frame_states,
+    learn_from_curves,
+    pose_states,
+)
+from rftfit.forces.mesh import Mesh, Motion3D
+from rftfit.forces.motion import Motion
+from rftfit.forces.outlines import Outline
+from rftfit.model.known import profile_of
+from rftfit.model.profiles import KnownMedium, Profile, TableProfile
 
 if TYPE_CHECKING:
     import pandas as pd
-
-Angles = tuple[FloatArray, FloatArray]
 
 PLANE, SPACE = ("force_z_N", "force_x_N"), ("force_x_N", "force_y_N", "force_z_N")
 """Forces of an outline and of a mesh."""
 
 FEWEST_POSES = 2
 """With fewer poses a force cannot be told from an offset of the sensor."""
-
-_LEAST_SIGNAL = 0.1
-"""Standard deviation of a combination of forces over that of its noise, below which it says nothing of the medium."""
-
-_SIZE_SPREAD = 3.0
-"""Standard deviation of the size of an unknown medium, relative, in the choice of combinations."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,7 +178,7 @@ class Contact:
     def load_draws(self, profile: Profile) -> FloatArray:
         """Load of each of a stack of draws, N, shape (draws, p)."""
         if isinstance(self.body, Mesh) and isinstance(self.motion, Motion3D):
-            from rftfit.model.mesh_prediction import mesh_draws
+            from rftfit.forces.space import mesh_draws
 
             bare = np.nan_to_num(mesh_draws(profile, self.body, self.motion, "measured", None))
             has_load = bare[..., 9] > 0
@@ -197,11 +191,11 @@ class Contact:
     def force_draws(self, profile: Profile) -> FloatArray:
         """Force by Eq. 2 of each of a stack of draws, N, shape (draws, components, p)."""
         if isinstance(self.body, Mesh) and isinstance(self.motion, Motion3D):
-            from rftfit.model.mesh_prediction import mesh_draws
+            from rftfit.forces.space import mesh_draws
 
             forces = mesh_draws(profile, self.body, self.motion, "measured", None)[..., :3]
             return np.asarray(forces.swapaxes(1, 2))
-        from rftfit.model.forces import force_draws
+        from rftfit.forces.plane import force_draws
 
         assert isinstance(self.body, Outline)
         net = force_draws(profile, self.body, self.frames)
@@ -224,125 +218,60 @@ class Contact:
         return np.moveaxis(forces, 0, -1)
 
 
-class ContactRows(NamedTuple):
-    """Combinations of measured forces that tell of the medium, as numbers with the unit of alpha.
+MOST_STATES = 45
+"""Poses of a measured curve that are used: neighbours tell the same."""
 
-    `weights`: of alpha at the nodes, shape (k, 2 n). `offset`: what the learned error of the bodies adds, for a medium
-    of size 1, (k,). `values`, `errors`: what was measured, and its standard error, N/cm^3, (k,).
+
+def learn_body_error(measurements: Sequence[tuple[Contact, KnownMedium | str | Path]]) -> BodyError:
+    """Learn what the model gets wrong on a body from forces on it in media whose map is known.
+
+    Parameters
+    ----------
+    measurements : sequence of (Contact, medium)
+        Forces on the same body, named after the medium, and the medium as `predict` takes it, best its map from plates: at
+        least one.
+
+    Returns
+    -------
+    BodyError
+        Its `per_medium` is learned from two media or more and at least 0.15; from one it is stated.
+
+    Raises
+    ------
+    ValueError
+        If there is no measurement, or a profile has no number in a pose.
+
+    Examples
+    --------
+    >>> import rftfit
+    >>> rows = rftfit.published_table("fig_s5").query("medium == 'poppy_LP' and leg == 'c_leg'")
+    >>> leg, motion = rftfit.model_leg("c_leg"), rftfit.rotation(rows["theta_deg"])
+    >>> turned = rftfit.Contact(leg, motion, rows, errors=0.1)
+    >>> rftfit.learn_body_error([(turned, rftfit.published_medium("poppy_LP"))]).per_medium
+    0.17
     """
-
-    weights: FloatArray
-    offset: FloatArray
-    values: FloatArray
-    errors: FloatArray
+    return learn_from_curves(
+        [error_curve(contact, profile_of(medium)) for contact, medium in measurements]
+    )
 
 
-@dataclass(frozen=True)
-class ContactSystem:
-    """Contacts as a linear system of the shape of a medium, before the size of the medium is known.
-
-    `mean`: shape of the known media at the nodes, (2 n,). `root`: rows whose products are the covariance about it.
-    """
-
-    groups: tuple[_Group, ...]
-    mean: FloatArray
-    root: FloatArray
-
-    @classmethod
-    def of(
-        cls, contacts: Sequence[Contact], nodes: Angles, mean: FloatArray, root: FloatArray
-    ) -> ContactSystem:
-        """Take contacts at nodes (beta, gamma), rad; those of one body share its error."""
-        mean_z, mean_x = mean.reshape(2, -1)
-        usual = TableProfile(mean_z, mean_x, *nodes)
-        of_bodies: dict[int, list[Contact]] = {}
-        for contact in contacts:
-            of_bodies.setdefault(id(contact.body), []).append(contact)
-        groups = tuple(_Group.of(of_body, nodes, usual) for of_body in of_bodies.values())
-        return cls(groups, mean, root)
-
-    def first_size(self) -> float:
-        """Size of the medium by the forces alone, each over its load."""
-        across = along = 0.0
-        for group in self.groups:
-            expected = group.weights @ self.mean + group.offset
-            across += float(expected @ (group.forces / group.load**2))
-            along += float(expected @ (expected / group.load**2))
-        return across / along if along > 0 else float("nan")
-
-    def rows(self, size: float) -> ContactRows:
-        """Rows of a medium whose loads are those of a medium of this size.
-
-        Combinations that noise hides are left out: of hundreds of poses some tens are left.
-        """
-        products = np.zeros((len(self.root) + 1,) * 2)
-        values = np.zeros(len(products))
-        weights = np.zeros((len(products), self.mean.size))
-        offset = np.zeros(len(products))
-        for group in self.groups:
-            design, whitened_offset, forces = group.whitened(size)
-            mean = design @ self.mean + whitened_offset
-            signals = size * np.column_stack([design @ self.root.T, _SIZE_SPREAD * mean])
-            products += signals.T @ signals
-            values += signals.T @ forces
-            weights += signals.T @ design
-            offset += signals.T @ whitened_offset
-        squares, axes = np.linalg.eigh(products)
-        keep = squares > _LEAST_SIGNAL**2
-        combine = (axes[:, keep] / np.sqrt(squares[keep])).T
-        weights, offset, values = combine @ weights, combine @ offset, combine @ values
-        # in the unit of alpha: a mean of alpha over directions
-        total = np.abs(weights).sum(axis=1)
-        return ContactRows(weights / total[:, None], offset / total, values / total, 1 / total)
-
-
-class _Group(NamedTuple):
-    """Contacts of one body: weights (q, 2 n), offset, forces, reading errors and load of size 1 (q,), correlation (q, q)."""
-
-    weights: FloatArray
-    offset: FloatArray
-    forces: FloatArray
-    errors: FloatArray
-    load: FloatArray
-    correlation: FloatArray
-
-    @classmethod
-    def of(cls, contacts: Sequence[Contact], nodes: Angles, usual: Profile) -> _Group:
-        body_error = contacts[0].body_error
-        states = np.concatenate([contact.states for contact in contacts])
-        mean, covariance = body_error.evaluate(states)
-        measured = np.concatenate([contact.measured for contact in contacts], axis=1)
-        touches = np.concatenate([contact.touches for contact in contacts])
-        use = np.isfinite(measured) & touches
-        load = np.concatenate([contact.load(usual) for contact in contacts])
-        weights = np.concatenate([contact.weights(*nodes) for contact in contacts], axis=1)
-        errors = np.concatenate([contact.reading_errors for contact in contacts], axis=1)
-        loads = np.broadcast_to(load, measured.shape)
-        component, pose = np.nonzero(use)
-        components = len(measured)
-        errors_of_body = np.broadcast_to(mean[:components], (components, states.shape[0]))
-        correlation = np.zeros((pose.size, pose.size))
-        for number in range(components):
-            of_component = component == number
-            poses = pose[of_component]
-            square = np.ix_(of_component, of_component)
-            correlation[square] = covariance[number][np.ix_(poses, poses)]
-        return cls(
-            weights[use],
-            (loads * errors_of_body)[use],
-            measured[use],
-            errors[use],
-            loads[use],
-            correlation,
-        )
-
-    def whitened(self, size: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Weights, offset and forces whose errors are independent and 1."""
-        from scipy.linalg import solve_triangular
-
-        load = size * self.load
-        noise = load[:, None] * self.correlation * load + np.diag(self.errors**2)
-        root = np.linalg.cholesky(noise)
-        sides = np.column_stack([self.weights, self.offset, self.forces])
-        solved = solve_triangular(root, sides, lower=True)
-        return solved[:, :-2], solved[:, -2], solved[:, -1]
+def error_curve(contact: Contact, profile: Profile) -> ErrorCurve:
+    """Measured forces less those by the map of the medium, over the load; `ValueError` if a pose has no number."""
+    where = np.flatnonzero(contact.touches & np.isfinite(contact.measured).any(axis=0))
+    if where.size > MOST_STATES:
+        where = where[np.linspace(0, where.size - 1, MOST_STATES).round().astype(int)]
+    load = contact.load(profile)[where]
+    best = contact.force_draws(profile)[0][:, where]
+    if not np.isfinite(best).all():
+        raise ValueError(f"{contact.label}: {profile.reason or 'no number'}")
+    residuals = (contact.measured[:, where] - best) / load
+    noise = []
+    spread = profile.spread
+    drawn = contact.force_draws(spread)[..., where] if isinstance(spread, Profile) else None
+    for component in range(len(best)):
+        reading = np.diag(np.nan_to_num(contact.reading_errors[component, where] / load) ** 2)
+        if drawn is not None:
+            off = (drawn[:, component] - drawn[:, component].mean(axis=0)) / load
+            reading = reading + off.T @ off / (len(off) - 1)
+        noise.append(reading)
+    return ErrorCurve(contact.label, contact.states[where], residuals, np.stack(noise))

@@ -16,9 +16,9 @@ from rftfit.campaign.problems import choose
 from rftfit.campaign.rows import TableColumn
 from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
-from rftfit.model.motion import SCHEMA, read_times
-from rftfit.model.outlines import Outline
-from rftfit.model.rolling import (
+from rftfit.forces.motion import SCHEMA, read_times
+from rftfit.forces.outlines import Outline
+from rftfit.forces.rolling import (
     LEAST_RIM,
     NO_RULE,
     NO_WHEEL,

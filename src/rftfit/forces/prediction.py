@@ -11,18 +11,14 @@ import numpy as np
 import pandas as pd
 
 from rftfit.campaign.config import Config
-from rftfit.conventions import FloatArray
-from rftfit.model import model_error as errors
-from rftfit.model.body_error import BodyError, pose_states
-from rftfit.model.draws import beside_name, end_names, model_end_names, next_end_names
-from rftfit.model.faces import moving_faces
-from rftfit.model.forces import Forces, force_draws, forces_on
-from rftfit.model.known import profile_of
-from rftfit.model.mesh import Mesh, Motion3D
-from rftfit.model.mesh_prediction import compiled_mesh_forces, predict_mesh
-from rftfit.model.motion import QUASI_STATIC_CM_PER_S, Motion, rotation
-from rftfit.model.outlines import Outline
-from rftfit.model.peaks import (
+from rftfit.conventions import QUASI_STATIC_CM_PER_S, FloatArray
+from rftfit.forces import model_error as errors
+from rftfit.forces.body_error import BodyError, pose_states
+from rftfit.forces.faces import moving_faces
+from rftfit.forces.mesh import Mesh, Motion3D
+from rftfit.forces.motion import Motion, rotation
+from rftfit.forces.outlines import Outline
+from rftfit.forces.peaks import (
     STEEP,
     STEEP_DEG,
     STEEPEST,
@@ -30,7 +26,6 @@ from rftfit.model.peaks import (
     Ends,
     Peak,
     PeakTarget,
-    half_width_of_bed,
     hold_beside,
     joined,
     of_next_bed,
@@ -38,8 +33,13 @@ from rftfit.model.peaks import (
     pick_peaks,
     withhold,
 )
+from rftfit.forces.plane import Forces, force_draws, forces_on
+from rftfit.forces.reference_kernel import angles, place, submerged
+from rftfit.forces.space import compiled_mesh_forces, predict_mesh
+from rftfit.measure.errors import half_width_of_bed
+from rftfit.model.draws import beside_name, end_names, model_end_names, next_end_names
+from rftfit.model.known import profile_of
 from rftfit.model.profiles import EPS, FourierProfile, KnownMedium, Profile, TableProfile
-from rftfit.model.reference_kernel import angles, place, submerged
 from rftfit.model.scaling import ScaledMedium
 
 QUANTITIES = ("force_z_N", "force_x_N", "moment_N_cm")
@@ -90,7 +90,7 @@ def predict(
         Of a mesh: stress along a face is at most this times the stress across it, and no face is pulled or
         driven. Default: as the law gives it; the surface of the measured plates is in their map.
     model_error : float, optional
-        Relative error of the model itself, beside that of alpha (`rftfit.model.model_error`). Default: that of
+        Relative error of the model itself, beside that of alpha (`rftfit.forces.model_error`). Default: that of
         the profile, 0.28 as on measured legs or more, of tables and maps (of a solid in space, by direction, 1.39 times
         that); of another profile none is known. 0: none.
     body_error : BodyError, optional

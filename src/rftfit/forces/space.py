@@ -11,25 +11,25 @@ import pandas as pd
 
 from rftfit.campaign.problems import choose
 from rftfit.conventions import FloatArray
-from rftfit.model import model_error as errors
-from rftfit.model import rft3d
-from rftfit.model.body_error import BodyError, frame_states
-from rftfit.model.draws import beside_name, end_names, model_end_names, next_end_names
-from rftfit.model.faces import LAWS, as_table, moving_faces
-from rftfit.model.mesh import IntArray, Mesh, Motion3D, area_vectors
-from rftfit.model.packs import Pack
-from rftfit.model.peaks import (
+from rftfit.forces import model_error as errors
+from rftfit.forces.body_error import BodyError, frame_states
+from rftfit.forces.faces import LAWS, as_table, moving_faces
+from rftfit.forces.mesh import IntArray, Mesh, Motion3D, area_vectors
+from rftfit.forces.peaks import (
     DrawStatistics,
     Ends,
     Peak,
     PeakTarget,
-    half_width_of_bed,
     hold_beside,
     joined,
     of_next_bed,
     only_true,
     pick_peaks,
 )
+from rftfit.measure.errors import half_width_of_bed
+from rftfit.model import rft3d
+from rftfit.model.draws import beside_name, end_names, model_end_names, next_end_names
+from rftfit.model.packs import Pack
 from rftfit.model.profiles import EPS, FourierProfile, Profile, TableProfile
 from rftfit.model.scaling import ScaledMedium
 
@@ -86,7 +86,7 @@ def _forces(
     motion: Motion3D,
     friction: float | None,
 ) -> FloatArray:
-    from rftfit.model.face_kernel import face_forces
+    from rftfit.forces.face_kernel import face_forces
 
     frames = motion.frames
     forces = np.empty((len(frames), 19))
@@ -149,7 +149,7 @@ def predict_mesh(
     eps: float = EPS,
     body_error: BodyError | None = None,
 ) -> tuple[pd.DataFrame, list[Peak]]:
-    """`rftfit.model.prediction.predict_with_peaks` of a mesh; the peaks are the largest values of either sign."""
+    """`rftfit.forces.prediction.predict_with_peaks` of a mesh; the peaks are the largest values of either sign."""
     best_forces = compiled_mesh_forces(profile, mesh, motion, law, friction)
     of_body = None
     if body_error is not None:
