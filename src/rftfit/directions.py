@@ -94,8 +94,8 @@ def number_directions(
 
 def number_rows(table: pd.DataFrame, tolerance_deg: float = TOLERANCE_DEG) -> npt.NDArray[np.intp]:
     """Number the direction of each row of a table with ``beta_deg`` and ``gamma_deg``, as `number_directions`, shape (n,)."""
-    angles_deg = (table[name].to_numpy(float) for name in ("beta_deg", "gamma_deg"))
-    return number_directions(*angles_deg, tolerance_deg=tolerance_deg)
+    beta_deg, gamma_deg = (table[name].to_numpy(float) for name in ("beta_deg", "gamma_deg"))
+    return number_directions(beta_deg, gamma_deg, tolerance_deg=tolerance_deg)
 
 
 def _split_by_depth(number: npt.NDArray[np.intp], depth_cm: FloatArray) -> npt.NDArray[np.intp]:

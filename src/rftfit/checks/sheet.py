@@ -118,8 +118,9 @@ def _find_shift_of_logs(measured: MediumMeasurements) -> tuple[int, list[str], i
     seen_deg = refused[["seen_beta_deg", "seen_gamma_deg"]].to_numpy(float)
 
     def shows_angles_at(index: int, place: int) -> bool:
+        beta_deg, gamma_deg = seen_deg[index]
         return 0 <= place < len(plates) and _shows_angles(
-            plates[place], *seen_deg[index], tolerance_deg
+            plates[place], beta_deg, gamma_deg, tolerance_deg
         )
 
     likeliest_shift = find_shift([place_of_run[run_id] for run_id in run_ids], shows_angles_at)
