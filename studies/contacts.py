@@ -228,7 +228,7 @@ def carried_rows(medium: str) -> list[Row]:
             spread = profile.spread if isinstance(profile.spread, rftfit.Profile) else profile
             times = -(-DRAWS // len(np.atleast_2d(spread.parameters[0])))
             plain = np.tile(contact.force_draws(spread), (times, 1, 1))[:DRAWS]
-            load = np.tile(contact.load_draws(spread), (times, 1))[:DRAWS]
+            load = np.tile(contact.moving.load_size(spread), (times, 1))[:DRAWS]
             drawn = body.paths(contact.states, 2, DRAWS)[1]
             with_body = plain + load[:, None] * drawn
             for component in range(2):

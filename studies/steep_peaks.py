@@ -26,7 +26,8 @@ from shapes import MATERIALS
 
 import rftfit
 from rftfit.forces.motion import THETA_DEG
-from rftfit.forces.prediction import PEAKS, predict_with_peaks
+from rftfit.forces.plane import PEAKS
+from rftfit.forces.prediction import predict_with_peaks
 from rftfit.forces.reference_kernel import angles, place, submerged
 from rftfit.model.shapes import usual_error
 from rftfit.reference import BETA_DEG, GAMMA_DEG, LEGS

@@ -82,7 +82,8 @@ _FOUND_IN = {
     "forces.outlines": ("Outline", "arc", "model_leg", "polyline"),
     "forces.peaks": ("Peak",),
     "forces.planning": ("Plan", "Rig", "plan"),
-    "forces.prediction": ("beyond_measured", "find_peaks", "predict"),
+    "forces.limits": ("beyond_measured",),
+    "forces.prediction": ("find_peaks", "predict"),
     "forces.wheel": ("WheelAnswer", "wheel"),
     "model.profile_file": ("read_profile", "write_profile"),
     "model.profiles": (
@@ -116,12 +117,13 @@ if TYPE_CHECKING:
     from rftfit.figures.wheel import draw_wheel
     from rftfit.forces.body_error import BodyError
     from rftfit.forces.contacts import Contact, learn_body_error
+    from rftfit.forces.limits import beyond_measured
     from rftfit.forces.mesh import Mesh, Motion3D
     from rftfit.forces.motion import Motion, path, rotation
     from rftfit.forces.outlines import Outline, arc, model_leg, polyline
     from rftfit.forces.peaks import Peak
     from rftfit.forces.planning import Plan, Rig, plan
-    from rftfit.forces.prediction import beyond_measured, find_peaks, predict
+    from rftfit.forces.prediction import find_peaks, predict
     from rftfit.forces.wheel import WheelAnswer, wheel
     from rftfit.model.profile_file import read_profile, write_profile
     from rftfit.model.profiles import (

@@ -9,7 +9,8 @@ import pytest
 
 import rftfit
 from rftfit.forces import model_error as errors
-from rftfit.forces.prediction import QUANTITIES, find_peaks, predict_with_peaks
+from rftfit.forces.plane import QUANTITIES
+from rftfit.forces.prediction import find_peaks, predict_with_peaks
 from rftfit.forces.reference_kernel import element_forces, place
 from rftfit.forces.space import compiled_mesh_forces
 from rftfit.model.draws import end_names, model_end_names, next_end_names

@@ -112,7 +112,8 @@ def predict(
     medium_options.check(se)
     from rftfit.forces.model_error import eps_of, has_model_error
     from rftfit.forces.peaks import unknown_peaks
-    from rftfit.forces.prediction import PEAKS, QUANTITIES, predict_with_peaks
+    from rftfit.forces.plane import PEAKS, QUANTITIES
+    from rftfit.forces.prediction import predict_with_peaks
     from rftfit.forces.rolling import RULES, describe_friction
     from rftfit.forces.space import IN_SPACE, extremes_in_space
     from rftfit.store import write_bytes, write_text
@@ -364,9 +365,9 @@ def _is_whole(
     body: Outline | Mesh | None, motion: Motion | Motion3D | None, table: Profile
 ) -> bool:
     """Tell whether a table has a number in every direction of a body that moves."""
-    from rftfit.forces.prediction import knows_forces
+    from rftfit.forces.bodies import set_in_motion
 
-    return body is None or motion is None or knows_forces(table, body, motion)
+    return body is None or motion is None or set_in_motion(body, motion).knows(table)
 
 
 def _check_error_of(profile: Profile, model_error: float | None) -> None:

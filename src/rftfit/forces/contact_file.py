@@ -12,10 +12,12 @@ from rftfit.campaign.rows import DraftRow, Schema, TableColumn, read_rows
 from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
 from rftfit.forces.body_error import BodyError
-from rftfit.forces.contacts import PLANE, SPACE, Contact
+from rftfit.forces.contacts import Contact
 from rftfit.forces.mesh import Mesh, Motion3D
 from rftfit.forces.motion import HIP_HEIGHT_CM, Motion, path, rotation
 from rftfit.forces.outlines import Outline
+from rftfit.forces.plane import OutlineInMotion
+from rftfit.forces.space import MeshInMotion
 
 USUAL_FORCE_PERCENT = 5.0
 """Error of a reading of which none is stated, of the largest force: from bed to bed."""
@@ -96,7 +98,7 @@ def read_contacts(
     }
     needed = _needed(columns, body, file)
     labels = np.array([row.text.get("contact", "") for row in rows])
-    forces = SPACE if isinstance(body, Mesh) else PLANE
+    forces = (MeshInMotion if isinstance(body, Mesh) else OutlineInMotion).forces
     measured = [np.abs(columns[name]) for name in forces if name in columns]
     if not measured:
         raise InputError(f"{file}: no column {' or '.join(forces)}; no force was measured")

@@ -16,25 +16,17 @@ import numpy as np
 import numpy.typing as npt
 
 from rftfit.conventions import FloatArray
-from rftfit.forces import model_error
-from rftfit.forces.body_error import (
-    BodyError,
-    ErrorCurve,
-    frame_states,
-    learn_from_curves,
-    pose_states,
-)
+from rftfit.forces.bodies import set_in_motion
+from rftfit.forces.body_error import BodyError, ErrorCurve, learn_from_curves
 from rftfit.forces.mesh import Mesh, Motion3D
 from rftfit.forces.motion import Motion
+from rftfit.forces.moving import BodyInMotion
 from rftfit.forces.outlines import Outline
 from rftfit.model.known import profile_of
 from rftfit.model.profiles import KnownMedium, Profile, TableProfile
 
 if TYPE_CHECKING:
     import pandas as pd
-
-PLANE, SPACE = ("force_z_N", "force_x_N"), ("force_x_N", "force_y_N", "force_z_N")
-"""Forces of an outline and of a mesh."""
 
 FEWEST_POSES = 2
 """With fewer poses a force cannot be told from an offset of the sensor."""
@@ -62,6 +54,8 @@ class Contact:
 
     Raises
     ------
+    TypeError
+        If the motion of a mesh is no `Motion3D`, or that of an outline is one.
     ValueError
         If there is no force, fewer than two poses with a force touch the medium, the body is in the air in all of
         them, or it never moves.
@@ -84,13 +78,11 @@ class Contact:
     name: str = ""
 
     def __post_init__(self) -> None:
-        if isinstance(self.body, Mesh) != isinstance(self.motion, Motion3D):
-            raise ValueError("a mesh moves by a Motion3D, an outline by a Motion")
         label = self.label
         motion = self.frames
         if not np.isfinite(motion).all():
             raise ValueError(f"{label}: a position, angle or velocity is missing")
-        rates = motion[:, 3:9] if self.in_space else motion[:, 3:6]
+        rates = motion[:, 3:9] if isinstance(self.body, Mesh) else motion[:, 3:6]
         if not np.abs(rates).any():
             raise ValueError(
                 f"{label}: the body never moves; the force of a medium is known where a body moves through it"
@@ -115,20 +107,20 @@ class Contact:
         """Name for people."""
         return self.name or self.body.name
 
-    @property
-    def in_space(self) -> bool:
-        """Whether the body is a mesh."""
-        return isinstance(self.body, Mesh)
+    @cached_property
+    def moving(self) -> BodyInMotion:
+        """The body in its motion."""
+        return set_in_motion(self.body, self.motion)
 
     @property
     def components(self) -> tuple[str, ...]:
         """Names of the forces."""
-        return SPACE if self.in_space else PLANE
+        return self.moving.forces
 
     @property
     def frames(self) -> FloatArray:
         """Poses, shape (p, 6), or frames in space, shape (p, 18)."""
-        return self.motion.frames if isinstance(self.motion, Motion3D) else self.motion.poses
+        return self.moving.poses
 
     @cached_property
     def measured(self) -> FloatArray:
@@ -161,9 +153,7 @@ class Contact:
     @cached_property
     def states(self) -> FloatArray:
         """State of the body in each pose, in lengths of its error, shape (p, f)."""
-        if isinstance(self.body, Mesh):
-            return frame_states(self.body.vertices_cm, self.frames)
-        return pose_states(model_error.outline_points(self.body), self.frames)
+        return self.moving.states
 
     @cached_property
     def touches(self) -> npt.NDArray[np.bool_]:
@@ -173,38 +163,16 @@ class Contact:
 
     def load(self, profile: Profile) -> FloatArray:
         """Load without cancellation H in each pose, N, shape (p,)."""
-        return np.asarray(self.load_draws(profile)[0])
-
-    def load_draws(self, profile: Profile) -> FloatArray:
-        """Load of each of a stack of draws, N, shape (draws, p)."""
-        if isinstance(self.body, Mesh) and isinstance(self.motion, Motion3D):
-            from rftfit.forces.space import mesh_draws
-
-            bare = np.nan_to_num(mesh_draws(profile, self.body, self.motion, "measured", None))
-            has_load = bare[..., 9] > 0
-            size = model_error.size_of(np.hypot(bare[..., 7], bare[..., 8]))
-            return np.asarray(size * has_load, dtype=float)
-        assert isinstance(self.body, Outline)
-        load = model_error.outline_load(profile, self.body, self.frames, with_centre=False)
-        return np.asarray(load.between(0, len(self.frames)).size)
+        return np.asarray(self.moving.load_size(profile)[0])
 
     def force_draws(self, profile: Profile) -> FloatArray:
         """Force by Eq. 2 of each of a stack of draws, N, shape (draws, components, p)."""
-        if isinstance(self.body, Mesh) and isinstance(self.motion, Motion3D):
-            from rftfit.forces.space import mesh_draws
-
-            forces = mesh_draws(profile, self.body, self.motion, "measured", None)[..., :3]
-            return np.asarray(forces.swapaxes(1, 2))
-        from rftfit.forces.plane import force_draws
-
-        assert isinstance(self.body, Outline)
-        net = force_draws(profile, self.body, self.frames)
-        return np.stack([np.atleast_2d(net.force_z_N), np.atleast_2d(net.force_x_N)], axis=1)
+        return self.moving.force_draws(profile)
 
     def weights(self, beta: FloatArray, gamma: FloatArray) -> FloatArray:
         """Weights of alpha at the nodes of a map, z then x, shape (components, p, 2 n): Eq. 2 of this body."""
         unit = np.eye(beta.size)
-        if not self.in_space:
+        if not isinstance(self.body, Mesh):
             # alpha_z makes the vertical force alone, alpha_x the horizontal one
             table = TableProfile(unit, unit, beta, gamma)
             vertical, horizontal = np.moveaxis(self.force_draws(table), 1, 0)

@@ -139,6 +139,12 @@ class Load:
         size = linear(self.size) * self.loaded[start:stop]
         return Load(places, size, linear(self.centre), self.loaded[start:stop])
 
+    def at(self, chosen: slice) -> Load:
+        """The same in some of the poses that were calculated."""
+        return Load(
+            self.places[chosen], self.size[:, chosen], self.centre[:, chosen], self.loaded[chosen]
+        )
+
 
 def size_of(load: FloatArray) -> FloatArray:
     """H of the load G by draw and pose, shape (draws, p)."""

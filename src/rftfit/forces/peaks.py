@@ -159,7 +159,7 @@ class DrawStatistics:
         self._tops: dict[str, FloatArray] = {}
 
     def add(self, draws: Mapping[str, FloatArray], is_finite: npt.NDArray[np.bool_]) -> None:
-        """Draws of the quantities in the next poses, shape (draws, p); `is_finite`: which poses have a best value."""
+        """Add draws of the quantities in the next poses, shape (draws, p); `is_finite`: which poses have a best value."""
         for name, parts in self._parts.items():
             parts.append(np.stack(interval(draws[name], self.confidence)))
         if not is_finite.any():

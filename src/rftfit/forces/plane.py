@@ -1,16 +1,22 @@
-"""Forces of a profile on an outline in given poses; one profile, or a stack of draws."""
+"""Forces of a profile on an outline in the plane; one profile, or a stack of draws."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from rftfit.conventions import FloatArray
 from rftfit.forces import reference_kernel
+from rftfit.forces.body_error import pose_states
+from rftfit.forces.model_error import outline_load, outline_points, outline_progress, plane_errors
+from rftfit.forces.motion import Motion
+from rftfit.forces.moving import BestForces, BodyInMotion, DrawnForces, ForcesByName
 from rftfit.forces.outlines import Outline
+from rftfit.forces.peaks import STEEP, STEEP_DEG, STEEPEST, Ends, Peak, PeakTarget, withhold
 from rftfit.model.compiling import is_worth_compiling
-from rftfit.model.profiles import Profile, weighted_sum
+from rftfit.model.profiles import Profile, TableProfile, weighted_sum
 
 _MOST_AT_ONCE = 2_000_000
 
@@ -28,6 +34,10 @@ class Forces:
     force_x_N: FloatArray
     moment_N_cm: FloatArray
     reason: str = ""
+
+    def by_name(self) -> ForcesByName:
+        """Forces and moment by the name of their column."""
+        return {name: getattr(self, name) for name in QUANTITIES}
 
 
 def forces_on(profile: Profile, outline: Outline, poses: FloatArray) -> Forces:
@@ -95,3 +105,151 @@ def _checked(poses: FloatArray) -> FloatArray:
 
 def _why(profile: Profile) -> str:
     return profile.reason or "a position, angle or velocity is missing"
+
+
+QUANTITIES = ("force_z_N", "force_x_N", "moment_N_cm")
+
+PEAKS = (
+    PeakTarget("lift", "force_z_N", 1),
+    PeakTarget("suction", "force_z_N", -1),
+    PeakTarget("thrust", "force_x_N", 1),
+    PeakTarget("drag", "force_x_N", -1),
+    PeakTarget("moment", "moment_N_cm", 1),
+    PeakTarget("moment_negative", "moment_N_cm", -1),
+)
+"""Peaks of the forces on an outline."""
+
+
+class OutlineInMotion(BodyInMotion):
+    """An outline that moves in the plane; `wanted`: quantities that get an interval."""
+
+    quantities = QUANTITIES
+    forces = QUANTITIES[:2]
+
+    def __init__(
+        self, outline: Outline, motion: Motion, wanted: Sequence[str] = QUANTITIES
+    ) -> None:
+        self.outline, self.motion, self.wanted = outline, motion, tuple(wanted)
+        self.poses, self.columns = motion.poses, motion.columns
+
+    def best(self, profile: Profile) -> BestForces:
+        forces = forces_on(profile, self.outline, self.poses)
+        return BestForces(forces.by_name(), forces.reason)
+
+    def best_with_load(self, profile: Profile) -> DrawnForces:
+        alone = {name: values[None] for name, values in self.best(profile).forces.items()}
+        load = outline_load(profile, self.outline, self.poses)
+        return DrawnForces(0, alone, load.between(0, len(self.poses)))
+
+    def draw(self, stack: Profile, *, with_load: bool) -> Iterator[DrawnForces]:
+        has_moment = "moment_N_cm" in self.wanted
+        load = (
+            outline_load(stack, self.outline, self.poses, with_centre=has_moment)
+            if with_load
+            else None
+        )
+        step = self.poses_at_once(len(np.atleast_2d(stack.parameters[0])))
+        for start in range(0, len(self.poses), step):
+            stop = min(start + step, len(self.poses))
+            forces = force_draws(stack, self.outline, self.poses[start:stop]).by_name()
+            yield DrawnForces(
+                start,
+                {name: np.atleast_2d(drawn) for name, drawn in forces.items()},
+                None if load is None else load.between(start, stop),
+            )
+
+    def poses_at_once(self, draws: int) -> int:
+        return max(1, _MOST_AT_ONCE // draws)
+
+    def load_size(self, stack: Profile) -> FloatArray:
+        load = outline_load(stack, self.outline, self.poses, with_centre=False)
+        return load.between(0, len(self.poses)).size
+
+    def wet_parts(self) -> list[FloatArray]:
+        elements = reference_kernel.place(self.outline.body, self.outline.width_cm, self.poses)
+        load, centre = reference_kernel.submerged(elements, self.outline.solid)
+        speed = np.hypot(elements[..., 6], elements[..., 7])
+        return [load, -centre[..., 1], speed, centre[..., 0]]
+
+    @property
+    def points_cm(self) -> FloatArray:
+        return outline_points(self.outline)
+
+    @property
+    def states(self) -> FloatArray:
+        return pose_states(self.points_cm, self.poses)
+
+    @property
+    def progress(self) -> FloatArray:
+        return outline_progress(self.outline, self.poses)
+
+    def model_errors(self, drawn: DrawnForces, paths: FloatArray, eps: float) -> ForcesByName:
+        assert drawn.load is not None
+        # without a centre of the load there is no error of the moment
+        return dict(zip(QUANTITIES, plane_errors(drawn.load, paths, eps), strict=False))
+
+    def body_errors(self, drawn: DrawnForces, paths: FloatArray) -> ForcesByName:
+        return self.model_errors(drawn, paths, 1.0)
+
+    def peak_targets(self, best: ForcesByName) -> list[PeakTarget]:
+        return [*PEAKS]
+
+    def bounds(self, profile: Profile) -> Ends:
+        """Sums over elements with a number, and the most that the others may add: each the largest alpha that is known."""
+        outline, poses = self.outline, self.poses
+        elements = reference_kernel.place(outline.body, outline.width_cm, poses)
+        load, centre = reference_kernel.submerged(elements, outline.solid)
+        arm = centre - poses[:, None, :2]
+        beta, gamma = (
+            np.where(load == 0, 0.0, angle) for angle in reference_kernel.angles(elements)
+        )
+        largest = [float(np.nanmax(np.abs(values), initial=0.0)) for values in profile.parameters]
+        alpha = profile.alpha(beta, gamma)
+        z, x = (np.where(load == 0, 0.0, load * values) for values in alpha)
+        most_z, most_x = (
+            np.where(np.isnan(force), load * most, 0.0)
+            for force, most in zip((z, x), largest, strict=True)
+        )
+        z, x = np.nan_to_num(z), np.nan_to_num(x)
+        moment = arm[..., 1] * x - arm[..., 0] * z
+        most_moment = np.abs(arm[..., 1]) * most_x + np.abs(arm[..., 0]) * most_z
+        parts = (z, most_z), (x, most_x), (moment, most_moment)
+        return {
+            name: (alpha_bounds.sum(axis=-1), most.sum(axis=-1))
+            for name, (alpha_bounds, most) in zip(QUANTITIES, parts, strict=True)
+        }
+
+    def finish_peak(self, peak: Peak, profile: Profile, best: ForcesByName) -> Peak:
+        """Withhold the interval of alpha of a peak that changes fast with the attack angle, between pushes.
+
+        There alpha may have an edge that no push shows, on which the elements of a body err alike.
+        """
+        outline, motion = self.outline, self.motion
+        has_interval = isinstance(profile, TableProfile) and np.isfinite(peak.lo)
+        if not (has_interval and peak.quantity in ("force_z_N", "force_x_N") and peak.value):
+            return peak
+        assert isinstance(profile, TableProfile)
+        pose = int(np.argmin(np.abs(motion.columns[motion.key] - peak.position)))
+        elements = reference_kernel.place(
+            outline.body, outline.width_cm, motion.poses[pose : pose + 1]
+        )
+        load = reference_kernel.submerged(elements, outline.solid)[0]
+        beta, gamma = (
+            np.where(load == 0, 0.0, angle) for angle in reference_kernel.angles(elements)
+        )
+        component = ("force_z_N", "force_x_N").index(peak.quantity)
+        turned = np.radians(STEEP_DEG) * np.array([-1.0, 0.0, 1.0])[:, None]
+        forces = load * profile.alpha(beta + turned, gamma)[component]
+        steepness = abs(float(np.diff(forces[::2].sum(axis=-1))[0])) / 2 / abs(peak.value)
+        peak = replace(peak, steepness=steepness)
+        if steepness <= STEEPEST:
+            return peak
+        size = np.abs(forces[1])
+        far = profile.far_from_pushes(beta[0], gamma[0])
+        if size[far].sum() <= NOTICED * size.sum():
+            return peak
+        return withhold(peak, STEEP)
+
+
+NOTICED = 0.1
+"""Part of the force on a body that is worth a word."""

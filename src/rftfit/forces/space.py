@@ -1,37 +1,24 @@
-"""Forces on a mesh with their intervals, and beside them what no measurement in the plane contains."""
+"""Forces on a mesh in space, and beside them what no measurement in the plane contains."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from rftfit.campaign.problems import choose
 from rftfit.conventions import FloatArray
 from rftfit.forces import model_error as errors
-from rftfit.forces.body_error import BodyError, frame_states
+from rftfit.forces.body_error import frame_states
 from rftfit.forces.faces import LAWS, as_table, moving_faces
 from rftfit.forces.mesh import IntArray, Mesh, Motion3D, area_vectors
-from rftfit.forces.peaks import (
-    DrawStatistics,
-    Ends,
-    Peak,
-    PeakTarget,
-    hold_beside,
-    joined,
-    of_next_bed,
-    only_true,
-    pick_peaks,
-)
-from rftfit.measure.errors import half_width_of_bed
+from rftfit.forces.moving import BestForces, BodyInMotion, DrawnForces, ForcesByName, is_known
+from rftfit.forces.peaks import Ends, Peak, PeakTarget
 from rftfit.model import rft3d
-from rftfit.model.draws import beside_name, end_names, model_end_names, next_end_names
 from rftfit.model.packs import Pack
-from rftfit.model.profiles import EPS, FourierProfile, Profile, TableProfile
-from rftfit.model.scaling import ScaledMedium
+from rftfit.model.profiles import Profile, TableProfile
 
 IN_SPACE = (*(f"force_{axis}_N" for axis in "xyz"), *(f"moment_{axis}_N_cm" for axis in "xyz"))
 
@@ -139,118 +126,121 @@ _AT_SURFACE_CM = 1e-6
 """Height below which a corner may count as wet."""
 
 
-def predict_mesh(
-    profile: Profile,
-    mesh: Mesh,
-    motion: Motion3D,
-    confidence: float = 0.95,
-    law: str = "measured",
-    friction: float | None = None,
-    eps: float = EPS,
-    body_error: BodyError | None = None,
-) -> tuple[pd.DataFrame, list[Peak]]:
-    """`rftfit.forces.prediction.predict_with_peaks` of a mesh; the peaks are the largest values of either sign."""
-    best_forces = compiled_mesh_forces(profile, mesh, motion, law, friction)
-    of_body = None
-    if body_error is not None:
-        states = frame_states(mesh.vertices_cm, motion.frames)
-        count = errors.DRAWS
-        if isinstance(profile.spread, Profile):
-            count = len(profile.spread.parameters[0])
-        mean, drawn = body_error.paths(states, 3, count)
-        mean = mean[None]
-        of_body = drawn - mean
-        best_forces = best_forces.copy()
-        best_forces[:, :6] += errors.space_errors(_load_of(best_forces[None]), mean, 1.0)[0]
-    best = _named(best_forces)
-    extremes = extremes_in_space(best)
-    is_finite = np.asarray(np.isfinite(best_forces[:, :6]).all(axis=1))
-    alpha = model = None
-    ends: Ends = {}
-    model_ends: Ends = {}
-    draws = best_forces[None]
-    if isinstance(profile.spread, Profile):
-        draws = mesh_draws(profile.spread, mesh, motion, law, friction)
-        if of_body is not None:
-            draws[..., :6] += errors.space_errors(_load_of(draws), mean, 1.0)
-        alpha = DrawStatistics(IN_SPACE, extremes, confidence)
-        alpha.add(_named(draws), is_finite)
-        ends = alpha.ends
-    elif isinstance(profile.spread, ScaledMedium):
-        medium = profile.spread.at_confidence(confidence)
-        unit = compiled_mesh_forces(
-            FourierProfile(medium.reference.m0), mesh, motion, law, friction
-        )[:, :6]
-        draws_of_media = mesh_draws(
-            FourierProfile(medium.reference.scaled), mesh, motion, law, friction
-        )
-        tables = [
-            compiled_mesh_forces(table, mesh, motion, law, friction)[:, :6]
-            for table in medium.reference.tables
-        ]
-        of_media, measured = medium.of_media(draws_of_media[..., :6], tables)
-        lo, hi = medium.with_interval(unit, of_media, measured=measured)[1:]
-        ends = {name: (lo[:, k], hi[:, k]) for k, name in enumerate(IN_SPACE)}
-    if eps or of_body is not None:
-        model = DrawStatistics(IN_SPACE, extremes, confidence)
-        if of_body is None:
-            moved = _model_errors(draws, mesh, motion, eps)
-        else:
-            moved = errors.space_errors(_load_of(draws), of_body, 1.0)
-        model.add(_named(draws[..., :6] + moved), is_finite)
-        model_ends = model.ends
-        if alpha is None and ends:
-            model_ends = {
-                name: joined(best[name], ends[name], model_ends[name]) for name in IN_SPACE
-            }
-            model = None
-    forces_beside = None
-    if profile.beside is not None:
-        forces_beside = _named(
-            compiled_mesh_forces(profile.beside(), mesh, motion, law, friction)[:, :6]
-        )
-        ends = only_true(ends, forces_beside)
-    columns = dict(motion.columns)
-    bed = half_width_of_bed(profile.bed_spread, confidence)
-    for name in IN_SPACE:
-        columns[name] = best[name]
-        if forces_beside is not None:
-            columns[beside_name(name)] = forces_beside[name]
-        if name in ends:
-            columns |= dict(zip(end_names(name), ends[name], strict=True))
-        if name in model_ends:
-            columns |= dict(zip(model_end_names(name), model_ends[name], strict=True))
-        if name in model_ends or (name in ends and errors.has_model_error(profile)):
-            of_bed = of_next_bed(best[name], model_ends.get(name) or ends[name], bed)
-            columns |= dict(zip(next_end_names(name), of_bed, strict=True))
-    # a force that symmetry cancels is rounding of the sum
-    columns = {name: _without_rounding(values, name, best) for name, values in columns.items()}
+class MeshInMotion(BodyInMotion):
+    """A mesh that moves in space, by a law of its faces and a limit of their friction."""
+
+    quantities = wanted = IN_SPACE
+    forces = IN_SPACE[:3]
+
+    def __init__(
+        self, mesh: Mesh, motion: Motion3D, law: str = "measured", friction: float | None = None
+    ) -> None:
+        self.mesh, self.motion, self.law, self.friction = mesh, motion, law, friction
+        self.poses, self.columns = motion.frames, motion.columns
+
+    def _sum_faces(self, profile: Profile) -> FloatArray:
+        return compiled_mesh_forces(profile, self.mesh, self.motion, self.law, self.friction)
+
+    def _draw_sums(self, stack: Profile) -> FloatArray:
+        return mesh_draws(stack, self.mesh, self.motion, self.law, self.friction)
+
+    def best(self, profile: Profile) -> BestForces:
+        sums = self._sum_faces(profile)
+        forces = _named(sums)
+        why = profile.reason or "a position, rotation or velocity is missing"
+        return BestForces(forces, "" if is_known(forces).all() else why, leaving=sums[:, 6])
+
+    def best_with_load(self, profile: Profile) -> DrawnForces:
+        return _with_load(self._sum_faces(profile)[None])
+
+    def draw(self, stack: Profile, *, with_load: bool) -> Iterator[DrawnForces]:
+        yield _with_load(self._draw_sums(stack))
+
+    def poses_at_once(self, draws: int) -> int:
+        return max(1, len(self.poses))
+
+    def load_size(self, stack: Profile) -> FloatArray:
+        return _load_of(self._draw_sums(stack)).size
+
+    def wet_parts(self) -> list[FloatArray]:
+        parts = []
+        for frame, rolling in zip(self.poses, self.motion.rolling, strict=True):
+            _, load, _, moves, arm = moving_faces(self.mesh, frame, rolling)
+            x, y, z = (frame[:3] + arm).T
+            parts.append(np.stack([load, -z, np.linalg.norm(moves, axis=-1), x, y]))
+        return list(np.hstack(parts))
+
+    @property
+    def points_cm(self) -> FloatArray:
+        return self.mesh.vertices_cm
+
+    @property
+    def states(self) -> FloatArray:
+        return frame_states(self.points_cm, self.poses)
+
+    @property
+    def progress(self) -> FloatArray:
+        return errors.frames_progress(self.points_cm, self.poses)
+
+    def model_errors(self, drawn: DrawnForces, paths: FloatArray, eps: float) -> ForcesByName:
+        assert drawn.load is not None
+        if self.mesh.sheet:  # as an outline, on which the error was found
+            return _named(errors.space_errors(drawn.load, paths, eps))
+        assert drawn.by_direction is not None
+        return _named(errors.directed_errors(drawn.load, drawn.by_direction, paths, eps))
+
+    def body_errors(self, drawn: DrawnForces, paths: FloatArray) -> ForcesByName:
+        assert drawn.load is not None
+        return _named(errors.space_errors(drawn.load, paths, 1.0))
+
+    def peak_targets(self, best: ForcesByName) -> list[PeakTarget]:
+        return extremes_in_space(best)
+
+    def bounds(self, profile: Profile) -> Ends:
+        """The most that a force may be in each pose: every face with the largest alpha that is known."""
+        largest = _largest_alpha(profile)
+        force, moment = np.zeros((2, len(self.poses)))
+        for pose, (frame, rolling) in enumerate(zip(self.poses, self.motion.rolling, strict=True)):
+            _, load, _, _, arm = moving_faces(self.mesh, frame, rolling)
+            is_finite = np.isfinite(frame).all()
+            force[pose] = largest * load.sum() if is_finite else np.nan
+            moment[pose] = (
+                largest * (load * np.linalg.norm(arm, axis=-1)).sum() if is_finite else np.nan
+            )
+        nothing = np.zeros_like(force)
+        return {
+            name: (nothing, moment if name.startswith("moment") else force) for name in IN_SPACE
+        }
+
+    def finish_columns(
+        self, columns: dict[str, FloatArray], profile: Profile, best: BestForces
+    ) -> dict[str, FloatArray]:
+        """Set to 0 what symmetry cancels, which is rounding of the sum, and add ``closure_N``."""
+        finished = {
+            name: _without_rounding(values, name, best.forces) for name, values in columns.items()
+        }
+        assert best.leaving is not None
+        closure = CLOSURE if self.law == "measured" else np.nan
+        # + 0.0 so that nothing is called -0
+        finished["closure_N"] = closure * _largest_alpha(profile) * (best.leaving + 0.0)
+        return finished
+
+    def finish_peak(self, peak: Peak, profile: Profile, best: ForcesByName) -> Peak:
+        """Set to 0 what is rounding of the sum over faces."""
+        least = _least_of(peak.quantity, best)
+        ends = ("value", "lo", "hi", "model_lo", "model_hi", "next_lo", "next_hi")
+        zeros: dict[str, Any] = {end: 0.0 for end in ends if abs(getattr(peak, end)) < least}
+        return replace(peak, **zeros)
+
+
+def _with_load(sums: FloatArray) -> DrawnForces:
+    """Forces and load of sums over faces by draw, shape (draws, p, 19)."""
+    return DrawnForces(0, _named(sums), _load_of(sums), _loads_by_direction(sums))
+
+
+def _largest_alpha(profile: Profile) -> float:
     table = as_table(profile)
-    largest = float(np.fmax.reduce(np.hypot(table.alpha_z, table.alpha_x), axis=None))
-    # + 0.0 so that nothing is called -0
-    leaving = best_forces[:, 6] + 0.0
-    columns["closure_N"] = (CLOSURE if law == "measured" else np.nan) * largest * leaving
-    why = profile.reason or "a position, rotation or velocity is missing"
-    places = next(iter(motion.columns.values()))
-    bounds: dict[str, tuple[FloatArray, FloatArray]] = {}
-    if not is_finite.all():
-        bounds = _bounds(largest, mesh, motion)
-    of_bed_known = model_ends or errors.has_model_error(profile)
-    peaks = pick_peaks(
-        best,
-        extremes,
-        places,
-        bounds,
-        alpha,
-        model,
-        ends,
-        model_ends,
-        bed if of_bed_known else np.nan,
-    )
-    if forces_beside is not None:
-        peaks = hold_beside(peaks, extremes, forces_beside)
-    peaks = [_peak_without_rounding(peak, best) for peak in peaks]
-    return pd.DataFrame(columns | {"reason": np.where(is_finite, "", why)}), peaks
+    return float(np.fmax.reduce(np.hypot(table.alpha_z, table.alpha_x), axis=None))
 
 
 _ROUNDING = 1e-9
@@ -270,13 +260,6 @@ def _without_rounding(values: FloatArray, name: str, best: Mapping[str, FloatArr
     return np.where(np.abs(values) < _least_of(name, best), 0.0, values)
 
 
-def _peak_without_rounding(peak: Peak, best: Mapping[str, FloatArray]) -> Peak:
-    least = _least_of(peak.quantity, best)
-    ends = ("value", "lo", "hi", "model_lo", "model_hi", "next_lo", "next_hi")
-    zeros: dict[str, Any] = {end: 0.0 for end in ends if abs(getattr(peak, end)) < least}
-    return replace(peak, **zeros)
-
-
 def _named(forces: FloatArray) -> dict[str, FloatArray]:
     return {name: forces[..., k] for k, name in enumerate(IN_SPACE)}
 
@@ -290,17 +273,6 @@ def _sign(values: FloatArray) -> int:
     """Sign of the largest of some values."""
     sizes = np.nan_to_num(np.abs(values))
     return -1 if sizes.size and values[sizes.argmax()] < 0 else 1
-
-
-def _model_errors(draws: FloatArray, mesh: Mesh, motion: Motion3D, eps: float) -> FloatArray:
-    """Errors of the model in each draw (draws, p, 19): (draws, p, 6), or of many draws about a single one."""
-    poses = draws.shape[1]
-    count = len(draws) if len(draws) > 1 else errors.DRAWS
-    progress = errors.frames_progress(mesh.vertices_cm, motion.frames)
-    paths = next(errors.error_paths(progress, count, 3, poses))
-    if mesh.sheet:  # as an outline, on which the error was told
-        return errors.space_errors(_load_of(draws), paths, eps)
-    return errors.directed_errors(_load_of(draws), _loads_by_direction(draws), paths, eps)
 
 
 def _load_of(draws: FloatArray) -> errors.Load:
@@ -318,19 +290,3 @@ def _loads_by_direction(draws: FloatArray) -> FloatArray:
     xx, yy, zz, xy, xz, yz = np.moveaxis(np.nan_to_num(draws[..., 13:]), -1, 0)
     rows = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
     return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
-
-
-def _bounds(
-    largest: float, mesh: Mesh, motion: Motion3D
-) -> dict[str, tuple[FloatArray, FloatArray]]:
-    """The most that a force may be in each pose: every face with the largest alpha that is known."""
-    force, moment = np.zeros((2, len(motion.frames)))
-    for pose, (frame, rolling) in enumerate(zip(motion.frames, motion.rolling, strict=True)):
-        _, load, _, _, arm = moving_faces(mesh, frame, rolling)
-        is_finite = np.isfinite(frame).all()
-        force[pose] = largest * load.sum() if is_finite else np.nan
-        moment[pose] = (
-            largest * (load * np.linalg.norm(arm, axis=-1)).sum() if is_finite else np.nan
-        )
-    nothing = np.zeros_like(force)
-    return {name: (nothing, moment if name.startswith("moment") else force) for name in IN_SPACE}

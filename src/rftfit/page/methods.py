@@ -11,10 +11,10 @@ import pandas as pd
 from rftfit.campaign.config import Config, Disc, Leg, Plate
 from rftfit.figures import labels
 from rftfit.figures.style import format_number
+from rftfit.forces.limits import beyond_measured
 from rftfit.forces.model_error import LEAST_LOAD, LENGTH_DEG
 from rftfit.forces.motion import rotation
 from rftfit.forces.outlines import ELEMENTS, leg_outline
-from rftfit.forces.prediction import beyond_measured
 from rftfit.measure.depths import curved_law, steep_pushes
 from rftfit.measure.errors import (
     AS_PREPARED,

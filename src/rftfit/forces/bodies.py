@@ -1,0 +1,33 @@
+"""A body, in the plane or in space, set in motion."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from rftfit.forces.mesh import Mesh, Motion3D
+from rftfit.forces.motion import Motion, rotation
+from rftfit.forces.moving import BodyInMotion
+from rftfit.forces.outlines import Outline
+from rftfit.forces.plane import QUANTITIES, OutlineInMotion
+from rftfit.forces.space import MeshInMotion
+
+
+def set_in_motion(
+    body: Outline | Mesh,
+    motion: Motion | Motion3D | None = None,
+    law: str = "measured",
+    friction: float | None = None,
+    quantities: Sequence[str] = QUANTITIES,
+) -> BodyInMotion:
+    """Return an outline with its `Motion` (default: the rotation of the paper's trials) or a mesh with its `Motion3D`.
+
+    `law`, `friction`: of a mesh; `quantities`: that get an interval, of an outline. Raises TypeError where body and motion do
+    not go together.
+    """
+    if isinstance(body, Mesh):
+        if not isinstance(motion, Motion3D):
+            raise TypeError("a mesh moves in space: its motion is a Motion3D")
+        return MeshInMotion(body, motion, law, friction)
+    if isinstance(motion, Motion3D):
+        raise TypeError("an outline moves in the plane; Mesh.extrude makes a mesh of it")
+    return OutlineInMotion(body, rotation() if motion is None else motion, quantities)

@@ -1,0 +1,98 @@
+"""Where a prediction leaves what was measured, or what the force model is for."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from rftfit.campaign.config import Config
+from rftfit.conventions import QUASI_STATIC_CM_PER_S
+from rftfit.forces import model_error as errors
+from rftfit.forces.bodies import set_in_motion
+from rftfit.forces.mesh import Mesh, Motion3D
+from rftfit.forces.motion import Motion
+from rftfit.forces.outlines import Outline
+from rftfit.forces.plane import NOTICED
+from rftfit.model.known import profile_of
+from rftfit.model.profiles import EPS, KnownMedium
+
+
+def beyond_measured(
+    medium: KnownMedium | str | Path,
+    outline: Outline | Mesh,
+    motion: Motion | Motion3D | None = None,
+    config: Config | None = None,
+) -> list[str]:
+    """Where a prediction leaves what was measured, or what the model is for.
+
+    Parameters
+    ----------
+    medium : Map, Profile, Medium, ScaledMedium, str or Path
+        As of `predict`; the `window` of its profile says over which depths alpha was measured.
+    outline : Outline or Mesh
+    motion : Motion or Motion3D, optional
+        Default: the rotation of the paper's trials.
+    config : Config, optional
+        Its container, in whose middle the motion is taken to be, and `fit.wall_clearance_cm`.
+        Default: a bed without walls.
+
+    Returns
+    -------
+    list of str
+        A sentence for each limit that is left: deeper or shallower than the window, faster than
+        quasi-static, near walls or bottom, sizes and speeds on which the model's own error was not
+        tested. The share is that of depth times area, summed over all poses.
+
+    Examples
+    --------
+    >>> import rftfit
+    >>> leg = rftfit.model_leg("c_leg")
+    >>> rftfit.beyond_measured(rftfit.published_medium("poppy_LP"), leg)
+    []
+    """
+    moving = set_in_motion(outline, motion)
+    load, depth, speed, *level = moving.wet_parts()
+    total = float(np.nansum(load))
+    if not total > 0:
+        return []
+    warnings = []
+    profile = profile_of(medium, moving.knows)
+    shallowest, deepest = profile.window
+
+    def share(where: np.ndarray) -> float:
+        return float(np.nansum(load[where])) / total
+
+    if (deeper := depth[load > 0].max()) > deepest:
+        warnings.append(
+            f"deeper than measured: down to {deeper:.1f} cm, alpha is from {deepest:.1f} cm at most "
+            f"({100 * share(depth > deepest):.0f} % of depth times area lies below)"
+        )
+    if (share_above := share(depth < shallowest)) > NOTICED:
+        warnings.append(
+            f"nearer to the surface than measured: {100 * share_above:.0f} % of depth times area lies above "
+            f"{shallowest:.1f} cm"
+        )
+    if (fastest := float(speed[load > 0].max())) > QUASI_STATIC_CM_PER_S:
+        share_above = share(speed > QUASI_STATIC_CM_PER_S)
+        warnings.append(
+            f"faster than quasi-static: up to {fastest:.0f} cm/s ({100 * share_above:.0f} % of depth times area "
+            f"above {QUASI_STATIC_CM_PER_S:g} cm/s), where the inertia of the grains counts too"
+        )
+    if config is not None:
+        box, clear = config.container, config.fit.wall_clearance_cm
+        near = depth > box.depth_cm - clear
+        for place_cm, size in zip(level, (box.length_cm, box.width_cm), strict=False):
+            wet = place_cm[load > 0]
+            near |= np.abs(place_cm - (wet.max() + wet.min()) / 2) > size / 2 - clear
+        if isinstance(outline, Outline):
+            near |= outline.width_cm > box.width_cm - 2 * clear
+        if (share_above := float(np.nansum(load[near])) / total) > NOTICED:
+            warnings.append(
+                f"near the container: {100 * share_above:.0f} % of depth times area lies within {clear:g} cm of "
+                "its walls or bottom, even in its middle; alpha was measured farther from them"
+            )
+    if not errors.has_model_error(profile):
+        return warnings
+    eps = errors.EPS_IN_SPACE if errors.is_in_space(outline) else EPS
+    return warnings + errors.beyond_tested(errors.longest(moving.points_cm), fastest, eps)

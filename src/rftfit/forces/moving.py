@@ -1,0 +1,151 @@
+"""A body that moves through a medium: what a prediction asks of it, in the plane and in space alike."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Mapping
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from rftfit.conventions import FloatArray
+from rftfit.forces.model_error import Load
+from rftfit.forces.peaks import Ends, Peak, PeakTarget
+from rftfit.model.profiles import Profile
+
+ForcesByName = dict[str, FloatArray]
+"""Forces, N, and moments, N cm, by the name of their column; shape (draws, p), of a single profile (p,)."""
+
+
+class BestForces(NamedTuple):
+    """Forces by one profile, shape (p,), and why there is no number in some pose; empty where each has one.
+
+    `leaving`: depth times area of faces that leaves their plane, cm^3, of a mesh.
+    """
+
+    forces: ForcesByName
+    reason: str = ""
+    leaving: FloatArray | None = None
+
+
+class DrawnForces(NamedTuple):
+    """Forces on a body by draw in poses from `start` on, and the load behind them.
+
+    `by_direction`: sum of f f^T / |f| over the forces f of faces, shape (draws, p, 3, 3), N, of a body in space.
+    """
+
+    start: int
+    forces: ForcesByName
+    load: Load | None = None
+    by_direction: FloatArray | None = None
+
+    def between(self, start: int, stop: int) -> DrawnForces:
+        """Take the poses from `start` to `stop` of the whole motion."""
+        chosen = slice(start, stop)
+        load, by_direction = self.load, self.by_direction
+        return DrawnForces(
+            start,
+            {name: forces[:, chosen] for name, forces in self.forces.items()},
+            None if load is None else load.at(chosen),
+            None if by_direction is None else by_direction[:, chosen],
+        )
+
+
+class BodyInMotion(ABC):
+    """A body and its motion of p poses.
+
+    `quantities`: names of its forces and moments; `wanted`: those that get an interval. `forces`: the
+    forces among them, each with an error of its own in the force model.
+    """
+
+    quantities: tuple[str, ...]
+    wanted: tuple[str, ...]
+    forces: tuple[str, ...]
+    poses: FloatArray
+    columns: Mapping[str, FloatArray]
+
+    @abstractmethod
+    def best(self, profile: Profile) -> BestForces:
+        """Forces by one profile."""
+
+    @abstractmethod
+    def best_with_load(self, profile: Profile) -> DrawnForces:
+        """Forces by a profile as the only draw, with their load."""
+
+    @abstractmethod
+    def draw(self, stack: Profile, *, with_load: bool) -> Iterator[DrawnForces]:
+        """Forces by each of a stack of draws, some poses after another."""
+
+    @abstractmethod
+    def poses_at_once(self, draws: int) -> int:
+        """Poses whose draws are held in memory together."""
+
+    @abstractmethod
+    def load_size(self, stack: Profile) -> FloatArray:
+        """Load without cancellation H by draw, N, shape (draws, p)."""
+
+    @abstractmethod
+    def wet_parts(self) -> list[FloatArray]:
+        """Parts of the body in all poses: depth times area (cm^3), depth (cm), speed (cm/s), then where they are (cm)."""
+
+    @property
+    @abstractmethod
+    def points_cm(self) -> FloatArray:
+        """Points that span the body, shape (n, 2 or 3)."""
+
+    @property
+    @abstractmethod
+    def states(self) -> FloatArray:
+        """State of the body in each pose, in lengths of its error, shape (p, f)."""
+
+    @property
+    @abstractmethod
+    def progress(self) -> FloatArray:
+        """Place of each pose on the motion, in lengths of the model's error, shape (p,)."""
+
+    @abstractmethod
+    def model_errors(self, drawn: DrawnForces, paths: FloatArray, eps: float) -> ForcesByName:
+        """Errors of the force model by draw; `paths`: unit errors by direction, shape (draws, axes, p)."""
+
+    @abstractmethod
+    def body_errors(self, drawn: DrawnForces, paths: FloatArray) -> ForcesByName:
+        """Errors of the force model on a body that was measured before; `paths`: over the load, shape (draws, axes, p)."""
+
+    @abstractmethod
+    def peak_targets(self, best: ForcesByName) -> list[PeakTarget]:
+        """Peaks that are looked for."""
+
+    @abstractmethod
+    def bounds(self, profile: Profile) -> Ends:
+        """By pose, the part of each force that has a number, and the most that the rest may add."""
+
+    def finish_columns(
+        self,
+        columns: dict[str, FloatArray],
+        profile: Profile,  # noqa: ARG002 (of a mesh)
+        best: BestForces,  # noqa: ARG002 (of a mesh)
+    ) -> dict[str, FloatArray]:
+        """Columns of the table of a prediction, with those that only such a body has."""
+        return columns
+
+    @abstractmethod
+    def finish_peak(self, peak: Peak, profile: Profile, best: ForcesByName) -> Peak:
+        """Peak as it is stated of such a body."""
+
+    def force_draws(self, stack: Profile) -> FloatArray:
+        """Forces by each of a stack of draws, N, shape (draws, axes, p)."""
+        parts = [
+            np.stack([drawn.forces[name] for name in self.forces], axis=1)
+            for drawn in self.draw(stack, with_load=False)
+        ]
+        return np.concatenate(parts, axis=-1)
+
+    def knows(self, profile: Profile) -> bool:
+        """Tell whether a profile has a number in every direction of the body."""
+        return bool(is_known(self.best(profile).forces).all())
+
+
+def is_known(forces: ForcesByName) -> npt.NDArray[np.bool_]:
+    """Poses in which every force has a number, shape (p,)."""
+    return np.asarray(np.isfinite(np.stack(list(forces.values()))).all(axis=0))
