@@ -4,6 +4,8 @@ Contact: forces on a body of known shape along a known motion. Also tested: what
 wrong on a body is learned and removed.
 """
 
+from functools import partial
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -67,7 +69,6 @@ def test_weights_times_alpha_are_the_forces_of_the_program_in_the_plane_and_in_s
         ({"errors": 0.0}, "above 0"),
         ({"force": {"force_z_N": [1.0, 2.0]}}, "one number for each of 3 poses"),
         ({"motion": rftfit.rotation([0, np.nan, 20])}, "is missing"),
-        ({"motion": rftfit.Motion3D([0, 0, -1], [0, 0, -1])}, "Motion3D"),
     ],
 )
 def test_a_contact_that_tells_nothing_is_refused_with_its_reason(changes, words):
@@ -79,6 +80,13 @@ def test_a_contact_that_tells_nothing_is_refused_with_its_reason(changes, words)
     }
     with pytest.raises(ValueError, match=words):
         Contact(**(given | changes))
+
+
+def test_a_contact_refuses_the_motion_of_another_kind_of_body_as_predict_does():
+    motion = rftfit.Motion3D([0, 0, -1], [0, 0, -1])
+    for use in (partial(rftfit.predict, SAND), partial(Contact, force={}, errors=0.1)):
+        with pytest.raises(TypeError):
+            use(LEG, motion=motion)
 
 
 def test_a_map_needs_something_and_a_medium_that_resists():
