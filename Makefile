@@ -14,7 +14,7 @@ MOVED := $(shell [ -x $(BIN)/python ] && [ "$$(cat $(STAMP) 2>/dev/null)" = "$$(
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help env run sweep test golden pages timegate lint docs stranger gallery lock clean release mutants statistics matrix wheel coverage slow fuzz killed fulldisk samebytes cluster largelogs links accessible reliability disturbed intervals curved laws shared axes pairs mixups sound compare readings beside strokes contacts wheels mutations reallogs labs benchmark scale FORCE
+.PHONY: help env run sweep test golden pages timegate lint docs stranger gallery lock clean release mutants statistics matrix wheel coverage slow fuzz killed fulldisk samebytes cluster largelogs links accessible reliability disturbed intervals curved laws shared axes pairs mixups sound compare readings contacts wheels mutations benchmark scale FORCE
 
 #@ Every day
 help: ## show this list
@@ -145,10 +145,9 @@ accessible: env ## nothing on the page keeps readers out, by axe-core, 2 min
 	  --no-deps --require-hashes --target .mutants/axe -r requirements/axe.txt && touch .mutants/axe/made; }
 	@$(BIN)/python studies/accessible.py $(ARGS)
 
-#@ Slow: are the numbers right?
-reliability: env ## false alarms and power of the checks, coverage, and the map, by campaigns that are not kept yet, an hour
-	@$(BIN)/python studies/reliability.py $(ARGS)
-	$(if $(ARGS),,@$(BIN)/python studies/grade_map.py --rows results/grade_map.csv --report results/grade_map.csv)
+#@ Slow: are the numbers right? (ARGS="--count 5 --seed 7 --only WORD --rows FOLDER": studies/frame.py)
+reliability: env ## false alarms of the checks and mistakes that they find; rows that studies/rows lacks, an hour (ARGS="--check 0.05": a share again)
+	@$(BIN)/python studies/lab_files.py no-fault dead turned step repeat --rows studies/rows $(ARGS)
 
 disturbed: env ## intervals hold under the disturbances of a real lab, 5 min (ARGS=500: campaigns, half an hour)
 	@$(BIN)/python benchmarks/disturbed.py $(ARGS)
@@ -156,32 +155,32 @@ disturbed: env ## intervals hold under the disturbances of a real lab, 5 min (AR
 intervals: env ## 95 % intervals hold the truth in 2,000 campaigns, an hour and a half
 	@$(BIN)/python benchmarks/intervals.py $(or $(ARGS),2000)
 
-shared: env ## what many runs share: false alarms, power and coverage of the joint model, 6 min
-	@$(BIN)/python studies/shared_causes.py $(ARGS)
+shared: env ## what many runs share: false alarms, power and coverage of the joint model, 20 min
+	@$(BIN)/python studies/slopes.py sound faults power slips $(ARGS)
 
-curved: env ## intervals of alpha at stated depths and of exponents hold where stress is curved, 10 min (ARGS=5: campaigns of each law)
-	@$(BIN)/python studies/curved.py $(ARGS)
+curved: env ## intervals of alpha at stated depths and of exponents hold where stress is curved, 10 min
+	@$(BIN)/python studies/depth_laws.py curved $(ARGS)
 
-laws: env ## by which law stress grows with depth is told of natural sands, of one push and of thirty, 2 min (ARGS=200: media)
-	@$(BIN)/python studies/depth_laws.py $(ARGS)
+laws: env ## by which law stress grows with depth is told of natural sands, of one push and of thirty, 2 min
+	@$(BIN)/python studies/depth_laws.py laws $(ARGS)
 
-axes: env ## right and reversed axes are told in media that made none of the known shapes, a minute (ARGS="--media 10")
-	@$(BIN)/python studies/axes_told.py $(ARGS)
+axes: env ## right and wrong axes are told in media that made none of the known shapes, a minute
+	@$(BIN)/python studies/slopes.py axes $(ARGS)
 
-pairs: env ## two runs of a direction tell a wrong one, and sound campaigns pass, a minute (ARGS="--media 20")
-	@$(BIN)/python studies/pairs.py $(ARGS)
+pairs: env ## two runs of a direction tell a wrong one, and sound campaigns pass, a minute
+	@$(BIN)/python studies/slopes.py pairs $(ARGS)
 
-mixups: env ## the verdict on campaigns with a mistake, and its cause, through files, 30 min (ARGS=30: campaigns)
-	@$(BIN)/python studies/mixups.py $(ARGS)
+mixups: env ## the verdict on campaigns with a mistake, and its cause, through files, 40 min
+	@$(BIN)/python studies/lab_files.py mixups $(ARGS)
 
-sound: env ## false alarms of all checks together in sound campaigns of ten designs, through files, 10 min (ARGS=50: campaigns)
-	@$(BIN)/python studies/sound.py $(ARGS)
+sound: env ## false alarms of all checks together in sound campaigns of ten designs, through files, 10 min
+	@$(BIN)/python studies/lab_files.py sound $(ARGS)
 
-compare: env ## two sessions of a medium are called alike, and 8 % of size and 10 % of shape are told, a minute (ARGS=300: pairs)
+compare: env ## two sessions of a medium are called alike, and 8 % of size and 10 % of shape are told, a minute
 	@$(BIN)/python studies/compare_media.py $(ARGS)
 
 contacts: env ## what forces on legs and wheels tell of a medium, and of the same body elsewhere, 10 min
-	@$(BIN)/python studies/contacts.py $(or $(ARGS),all) --rows results/contacts
+	@$(BIN)/python studies/contacts.py --rows results/contacts $(ARGS)
 
 wheels: env ## what `rftfit wheel` says of wheels measured in five laboratories (needs ../shared/data), 5 min (ARGS=--quick: 10 s)
 	@$(BIN)/python studies/wheels.py $(ARGS)
@@ -189,20 +188,8 @@ wheels: env ## what `rftfit wheel` says of wheels measured in five laboratories 
 readings: env ## readings that stand alone are found, and what sand does is left in, a few seconds (ARGS=500: pushes)
 	@$(BIN)/python studies/lone_readings.py $(ARGS)
 
-beside: env ## two devices in one table are told apart whatever the column is called, and columns of state are left alone, a minute (ARGS=400: tables)
-	@$(BIN)/python studies/beside_numbers.py $(ARGS)
-
-strokes: env ## the strokes in 500 motions of machines and arms with six noises are found, 10 min
-	@$(BIN)/python studies/strokes.py $(ARGS)
-
 mutations: env ## check announces what run drops, on 200 campaigns with mistakes in sheet, config and logs, 10 min
 	@$(BIN)/python studies/mistaken.py $(ARGS)
-
-reallogs: env ## a campaign around each log of ../shared/data/logs and reported runs, 10 min
-	@$(BIN)/python studies/around_logs.py $(ARGS)
-
-labs: env ## campaigns of other grids and protocols give the truth that was put into them, half an hour
-	@$(BIN)/python studies/labs.py $(ARGS)
 
 #@ Slow: how fast is it?
 benchmark: env ## the speeds that docs/performance.md states, 10 min

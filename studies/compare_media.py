@@ -1,6 +1,8 @@
 """How often `rftfit compare` tells two sessions, two sizes and two shapes apart.
 
-``python studies/compare_media.py [PAIRS]`` prints it for several designs. The runs do not come from the program's own models:
+    make compare    100 pairs of several designs
+
+The runs do not come from the program's own models:
 alpha of a published table, beds looser or denser by 5 % as a whole, patches of 3 % in each component, a free surface
 that is off by 0.5 mm from run to run and by 0.5 mm in a session, and noise.
 """
@@ -12,8 +14,10 @@ from dataclasses import dataclass
 from itertools import combinations
 from typing import TYPE_CHECKING
 
+import frame
 import numpy as np
 import pandas as pd
+from frame import Part, Row, Tables
 
 from rftfit import reference
 from rftfit.compare.contrast import Comparison, RunSet, compare_run_sets
@@ -30,8 +34,17 @@ DEPTHS_CM = (3.0, 7.0)
 SIZE, SHAPE = 0.08, 0.10
 """Differences of size and of shape (rms) that the study makes."""
 
-DESIGNS = ((20, 3), (20, 1), (8, 3), (8, 1))
-"""Directions and repeats on each side."""
+DESIGNS = (
+    (20, 3, 0.05, 0.03),
+    (20, 1, 0.05, 0.03),
+    (8, 3, 0.05, 0.03),
+    (8, 1, 0.05, 0.03),
+    (20, 3, 0.03, 0.02),
+    (20, 1, 0.03, 0.02),
+    (20, 3, 0.08, 0.05),
+    (20, 1, 0.08, 0.05),
+)
+"""Directions and repeats on each side, scatter of beds and of patches."""
 
 
 @dataclass(frozen=True)
@@ -149,22 +162,26 @@ def grade(pairs: int, design: tuple[int, int], beds: Beds | None = None) -> dict
     }
 
 
-def grade_unequal(pairs: int) -> pd.DataFrame:
+def grade_design(count: int, repeats: int, bed: float, patches: float, pairs: int) -> list[Row]:
+    """Shares of one design."""
+    design: Row = {"directions": count, "repeats": repeats, "bed": bed, "patches": patches}
+    return [design | grade(pairs, (count, repeats), Beds(bed, patches))]
+
+
+def grade_unequal(often: int, pairs: int) -> list[Row]:
     """Shares, in percent, of pairs of one medium whose B scatters three times as much and has fewer repeats."""
-    rows = {}
-    for often in (1, 2, 3):
-        of_b = often, Beds(0.10, 0.06)
-        same_pairs = [
-            compare_pair(seed, (20, 3), beds=Beds(0.03, 0.02), of_b=of_b) for seed in range(pairs)
-        ]
-        rows[f"20 x 3 against 20 x {often}"] = {
-            "size, false": percent(comparison.size_p < 0.05 for comparison in same_pairs),
-            "shape, false": percent(comparison.shape_p < 0.05 for comparison in same_pairs),
-            "ratio covered": percent(
-                comparison.ratio_lo <= 1 <= comparison.ratio_hi for comparison in same_pairs
-            ),
+    of_b = often, Beds(0.10, 0.06)
+    same_pairs = [
+        compare_pair(seed, (20, 3), beds=Beds(0.03, 0.02), of_b=of_b) for seed in range(pairs)
+    ]
+    return [
+        {
+            "repeats of B": often,
+            "size, false": percent(pair.size_p < 0.05 for pair in same_pairs),
+            "shape, false": percent(pair.shape_p < 0.05 for pair in same_pairs),
+            "ratio covered": percent(pair.ratio_lo <= 1 <= pair.ratio_hi for pair in same_pairs),
         }
-    return pd.DataFrame(rows).T
+    ]
 
 
 def percent(true: object) -> float:
@@ -199,21 +216,33 @@ def compare_published(repeats: int = 3, seed: int = 0) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=["a", "b", "ratio", "size_p", "shape_percent", "shape_p"])
 
 
-def main() -> None:
-    """Print shares for each design, for other beds, and the pairs of published media."""
-    pairs = int(sys.argv[1]) if len(sys.argv) > 1 else 100
-    rows = {f"{count} x {repeats}": grade(pairs, (count, repeats)) for count, repeats in DESIGNS}
-    for beds in (Beds(0.03, 0.02), Beds(0.08, 0.05)):
-        name = f"20 x 3, beds {100 * beds.bed:g} %, patches {100 * beds.patches:g} %"
-        rows[name] = grade(pairs, (20, 3), beds)
-        rows[name.replace("x 3", "x 1")] = grade(pairs, (20, 1), beds)
-    print(f"{pairs} pairs of sessions of one published medium; shares in percent")
-    print(pd.DataFrame(rows).T.round(2).to_string())
-    print("\nBeds of A differ by 3 %, those of B by 10 %")
-    print(grade_unequal(pairs).to_string())
-    print("\nPairs of published media, 20 directions x 3 repeats")
-    print(compare_published().to_string(index=False, float_format="{:.3g}".format))
+def grade_published(repeats: int, seed: int) -> list[Row]:
+    """Comparison of each pair of published media."""
+    table = compare_published(repeats, seed)
+    return [{str(name): value for name, value in row.items()} for row in table.to_dict("records")]
 
+
+def report(rows: pd.DataFrame) -> Tables:
+    """The rows as they are."""
+    return [
+        ("Pairs of sessions of one published medium; shares in percent", rows.drop(columns="unit"))
+    ]
+
+
+PARTS = {
+    "designs": Part(
+        lambda count, _seed: [(*design, count) for design in DESIGNS], grade_design, report, 100
+    ),
+    "unequal": Part(
+        lambda count, _seed: [(often, count) for often in (1, 2, 3)], grade_unequal, report, 100
+    ),
+    "published": Part(
+        lambda count, seed: [(count, seed)],
+        grade_published,
+        lambda rows: [("Pairs of published media, 20 directions", rows.drop(columns="unit"))],
+        3,
+    ),
+}
 
 if __name__ == "__main__":
-    main()
+    sys.exit(frame.run_study(__doc__, PARTS))

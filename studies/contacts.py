@@ -1,13 +1,10 @@
 """What measured forces on legs and wheels tell of a medium, and of the same body in another medium.
 
-    python studies/contacts.py PART [PART ...] --rows FOLDER
-
-Each part writes FOLDER/PART.csv, goes on where it stopped, and prints its tables; `all` makes them in order, in ten
-minutes on one core.
+    python studies/contacts.py [PART ...] --rows FOLDER    ten minutes on one core
 
 constants  sizes of what the model gets wrong on a leg, by their likelihood on the other legs: those that are stated are larger
 carried    the same leg in media of the other material (Fig. S5) and in natural sands (Fig. S12): forces with what the model
-           gets wrong on that leg, beside those without, plain scaling of the measured curves, and a blend of both
+           gets wrong on that leg, beside those without, and plain scaling of the measured curves
 alone      alpha from the forces on one leg, without any plate; the leg calibrated in no, in one and in all other media
 wrong      the same with theta 5 deg, the radius 5 %, the hip 2 mm off
 wheels     alpha from half of the 96 runs of a wheel, tested on the other half and on each speed left out
@@ -19,33 +16,21 @@ is learned of a leg.
 
 from __future__ import annotations
 
-import argparse
-import os
+import sys
 import time
 import zlib
 from functools import cache
 from itertools import product
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-
+import frame
 import numpy as np
 import pandas as pd
 import side_slip
 from exact_laws import exact_laws, forces_in_plane
 from force_scores import crps, interval_score, moved_peaks, percent_inside, smooth_errors
-from grade_forces import (
-    EVERY,
-    NODES,
-    Part,
-    full_profile,
-    measured_curves,
-    push_table,
-    run,
-    show,
-    vertical_alpha,
-)
+from frame import Part, Row, Tables, named
+from grade_forces import EVERY, NODES, measured_curves, profile_of, push_table, vertical_alpha
 from scipy.linalg import block_diag
 from scipy.optimize import minimize
 from shapes import MATERIALS, SE
@@ -64,14 +49,10 @@ if TYPE_CHECKING:
 
     from rftfit.conventions import FloatArray
 
-    Row = dict[str, object]
-
 COMPONENTS = ("z", "x")
 CONFIDENCE = 0.95
 READING = 0.02
 """Error of a reading of Figs. S5 and S12 over the largest force of its curve."""
-SCALING_ERROR = 0.3
-"""Error over the load of a measured curve that is scaled by alpha_z(0, 90 deg), in the blend."""
 DRAWS = 1000
 THIN = 3
 """Every third degree of a curve is a pose of a contact."""
@@ -80,7 +61,7 @@ THIN = 3
 # --- Sizes of the error of a body
 
 
-def constants_rows(left_out: str) -> list[Row]:
+def grade_constants(left_out: str) -> list[Row]:
     """Most likely sizes of c and o on the legs of five media, one leg left out, or none."""
     legs = [leg for leg in LEGS if leg != left_out]
     systems = [system for leg in legs for system in systems_of(leg)]
@@ -123,7 +104,7 @@ def systems_of(leg_name: str) -> list[tuple[FloatArray, ...]]:
     ]
 
 
-def report_constants(rows: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
+def report_constants(rows: pd.DataFrame) -> Tables:
     """Sizes over the load, by the leg that was left out."""
     return [
         (
@@ -198,19 +179,10 @@ def scaled_curves(medium: str, leg_name: str, left_out: Sequence[str]) -> FloatA
     return np.stack(curves)
 
 
-def blended(draws: FloatArray, scaled: FloatArray, load: FloatArray) -> FloatArray:
-    """Draws (m, p) moved to a curve by the inverse variances of both; what they share is taken to be all."""
-    mean, sd = draws.mean(axis=0), draws.std(axis=0) + 1e-9
-    error = SCALING_ERROR * load + 1e-9
-    weight = error**2 / (sd**2 + error**2)
-    spread = weight * sd + (1 - weight) * error
-    return weight * mean + (1 - weight) * scaled + (draws - mean) / sd * spread
-
-
 MODELS = ("table", "map 91", "map 16", "map 6", "map 1")
 
 
-def carried_rows(medium: str) -> list[Row]:
+def grade_carried(medium: str) -> list[Row]:
     """One row a leg, model and component of a medium."""
     left_out = MATERIALS.get(medium, ())
     rows: list[Row] = []
@@ -224,7 +196,7 @@ def carried_rows(medium: str) -> list[Row]:
         for model in MODELS if medium in MEDIA else ("map 1",):
             kind = "table" if model == "table" else "map"
             body = body_error_of(leg_name, kind, left_out)
-            profile = full_profile(medium, model)
+            profile = profile_of(medium, model)
             spread = profile.spread if isinstance(profile.spread, rftfit.Profile) else profile
             times = -(-DRAWS // len(np.atleast_2d(spread.parameters[0])))
             plain = np.tile(contact.force_draws(spread), (times, 1, 1))[:DRAWS]
@@ -234,11 +206,9 @@ def carried_rows(medium: str) -> list[Row]:
             for component in range(2):
                 size = {"own": body.per_medium}
                 force = with_body[:, component]
-                both = blended(force, scaled[component], load.mean(axis=0))
                 rows += [
                     curve_row(contact, component, plain[:, component], f"{model}, alone", leg_name),
                     curve_row(contact, component, force, model, leg_name) | size,
-                    curve_row(contact, component, both, f"{model}, blended", leg_name),
                 ]
     return rows
 
@@ -275,7 +245,7 @@ def curve_row(
     }
 
 
-def report_carried(rows: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
+def report_carried(rows: pd.DataFrame) -> Tables:
     """Scores by model, and errors of the peaks by leg, of media and of sands."""
     tables = []
     for title, media in (("Laboratory media, material left out", MEDIA), ("Natural sands", SANDS)):
@@ -311,7 +281,7 @@ USES = (("c_leg",), ("flat_leg",), ("c_leg", "flat_leg"))
 CALIBRATED = ("never", "in one medium", "in all others")
 
 
-def alone_rows(medium: str) -> list[Row]:
+def grade_alone(medium: str) -> list[Row]:
     """One row a choice of legs and of calibration."""
     left_out = MATERIALS[medium]
     rows: list[Row] = []
@@ -332,7 +302,7 @@ def alone_rows(medium: str) -> list[Row]:
         rows.append(
             {"use": " + ".join(use), "calibrated": calibrated}
             | row_of_map(medium, contacts, left_out, unused)
-            | {"push_rms": legs_of_map(medium, full_profile(medium, "map 1"), unused)["legs_rms"]}
+            | {"push_rms": legs_of_map(medium, profile_of(medium, "map 1"), unused)["legs_rms"]}
         )
     return rows
 
@@ -385,7 +355,7 @@ def legs_of_map(medium: str, profile: rftfit.Profile, legs: Sequence[str]) -> Ro
     return {"legs_rms": float(np.mean(errors)) if errors else np.nan}
 
 
-def report_alone(rows: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
+def report_alone(rows: pd.DataFrame) -> Tables:
     """Ratio to the plates, intervals and coverage by choice, and each medium."""
     groups = rows.groupby(["use", "calibrated"], sort=False, dropna=False)
     summary = groups.agg(
@@ -422,7 +392,7 @@ MISTAKES: dict[str, dict[str, float]] = {
 }
 
 
-def wrong_rows(medium: str) -> list[Row]:
+def grade_wrong(medium: str) -> list[Row]:
     """Alpha from the c-leg that is described with a mistake, beside that without."""
     left_out = MATERIALS[medium]
     rows: list[Row] = []
@@ -432,7 +402,7 @@ def wrong_rows(medium: str) -> list[Row]:
     return rows
 
 
-def report_wrong(rows: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
+def report_wrong(rows: pd.DataFrame) -> Tables:
     """How far alpha moves, %."""
     right = rows[rows["mistake"] == "none"].set_index("unit")["ratio"]
     moved = 100 * (rows["ratio"] / rows["unit"].map(right) - 1)
@@ -443,7 +413,7 @@ def report_wrong(rows: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
 # --- Wheels
 
 
-def wheel_rows(unit: str) -> list[Row]:
+def grade_wheel(unit: str) -> list[Row]:
     """Alpha from some of the runs of a wheel, and the others predicted from it."""
     runs = pd.read_csv(side_slip.RUNS)
     if unit.startswith("half"):
@@ -503,7 +473,7 @@ def wheel_units() -> list[str]:
     return ["half 1", "half 2", *(f"speed {speed:g}" for speed in speeds)]
 
 
-def report_wheels(rows: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
+def report_wheels(rows: pd.DataFrame) -> Tables:
     """Alpha by what was taught, and the runs that were left out."""
     alpha = rows.groupby("unit", sort=False)[["alpha", "alpha_lo", "alpha_hi"]].first()
     scores = rows.groupby(["model", "axis"], sort=False)[
@@ -523,51 +493,45 @@ THETA_DEG = np.arange(-110.0, 111.0, 5.0)
 LAWS = ("3D-RFT 0.3", "3D-RFT 0.6", "frictional 0.3", "frictional 0.6", "bilinear poppy_LP")
 
 
-def simulated_rows(unit: str) -> list[Row]:
-    """Coverage of media whose legs are simulated with the model's error; `unit`: kind and number of ten media."""
-    kind, number = unit.rsplit(" ", 1)
-    rows: list[Row] = []
-    for medium in range(10 * int(number), 10 * int(number) + 10):
-        random = np.random.default_rng([zlib.crc32(kind.encode()), medium])
-        left_out: tuple[str, ...] = ()
-        if kind == "own":
-            truth, size = medium_of_prior(medium), float(np.exp(random.uniform(-2, 0.5)))
-            name = "drawn from the known media"
-            truth_z, truth_x = size * truth
-            exact: rftfit.Profile = rftfit.TableProfile(
-                truth_z, truth_x, prior_map().beta, prior_map().gamma
-            )
-            at_nodes = np.stack(exact.alpha(*NODES))
-        else:
-            name = LAWS[medium % len(LAWS)]
-            law = exact_laws(MATERIALS)[name]
-            left_out = law.material
-            at_nodes = law.alpha(*NODES)
-            exact = rftfit.TableProfile(at_nodes[0], at_nodes[1], *NODES)
-        contacts = []
-        for leg_name in LEGS[: 1 + medium % 3]:
-            leg, motion = rftfit.model_leg(leg_name), rftfit.rotation(THETA_DEG)
-            nothing = {name: np.zeros(THETA_DEG.size) for name in ("force_z_N", "force_x_N")}
-            blank = rftfit.Contact(leg, motion, nothing, 1.0)
-            force = blank.force_draws(exact)[0]
-            if kind != "own":
-                force = forces_in_plane(law, leg, motion.poses)
-            load = blank.load(exact)
-            seed = int(random.integers(1 << 30))
-            force = force + 0.28 * load * smooth_errors(THETA_DEG, (2,), seed)
-            error = READING * float(np.abs(force).max())
-            force = force + error * random.standard_normal(force.shape)
-            measured = {"force_z_N": force[0], "force_x_N": force[1]}
-            contacts.append(rftfit.Contact(leg, motion, measured, error))
-        row: Row = {"medium": name, "legs": len(contacts)}
-        try:
-            shapes = rftfit.published_shapes(left_out)
-            estimate = rftfit.estimate_map(shapes=shapes, contacts=contacts)
-        except ValueError as problem:
-            rows.append(row | {"refused": str(problem)[:60]})
-            continue
-        rows.append(row | alpha_row(estimate.profile, at_nodes) | {"belongs": estimate.belongs})
-    return rows
+def grade_simulated(kind: str, medium: int) -> list[Row]:
+    """Coverage of a medium whose legs are simulated with the model's error; `kind`: own, or laws."""
+    random = np.random.default_rng([zlib.crc32(kind.encode()), medium])
+    left_out: tuple[str, ...] = ()
+    law = None
+    if kind == "own":
+        size = float(np.exp(random.uniform(-2, 0.5)))
+        truth_z, truth_x = size * medium_of_prior(medium)
+        name = "drawn from the known media"
+        exact = rftfit.TableProfile(truth_z, truth_x, prior_map().beta, prior_map().gamma)
+        at_nodes = np.stack(exact.alpha(*NODES))
+    else:
+        name = LAWS[medium % len(LAWS)]
+        law = exact_laws(MATERIALS)[name]
+        left_out = law.material
+        at_nodes = law.alpha(*NODES)
+        exact = rftfit.TableProfile(at_nodes[0], at_nodes[1], *NODES)
+    contacts = []
+    for leg_name in LEGS[: 1 + medium % 3]:
+        leg, motion = rftfit.model_leg(leg_name), rftfit.rotation(THETA_DEG)
+        nothing = {column: np.zeros(THETA_DEG.size) for column in ("force_z_N", "force_x_N")}
+        blank = rftfit.Contact(leg, motion, nothing, 1.0)
+        force = blank.force_draws(exact)[0]
+        if law is not None:
+            force = forces_in_plane(law, leg, motion.poses)
+        load = blank.load(exact)
+        seed = int(random.integers(1 << 30))
+        force = force + 0.28 * load * smooth_errors(THETA_DEG, (2,), seed)
+        error = READING * float(np.abs(force).max())
+        force = force + error * random.standard_normal(force.shape)
+        measured = {"force_z_N": force[0], "force_x_N": force[1]}
+        contacts.append(rftfit.Contact(leg, motion, measured, error))
+    row: Row = {"kind": kind, "medium": name, "legs": len(contacts)}
+    try:
+        shapes = rftfit.published_shapes(left_out)
+        estimate = rftfit.estimate_map(shapes=shapes, contacts=contacts)
+    except ValueError as problem:
+        return [row | {"refused": str(problem)[:60]}]
+    return [row | alpha_row(estimate.profile, at_nodes) | {"belongs": estimate.belongs}]
 
 
 @cache
@@ -587,11 +551,11 @@ def medium_of_prior(number: int) -> FloatArray:
     return np.asarray(media[number % len(media)])
 
 
-def report_simulated(rows: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
+def report_simulated(rows: pd.DataFrame) -> Tables:
     """Coverage of alpha_z(0, 90 deg) and of the nodes."""
     tables = []
     for by in ("medium", "legs"):
-        groups = rows.groupby([rows["unit"].str.split().str[0], by], sort=False)
+        groups = rows.groupby(["kind", by], sort=False)
         table = groups.agg(
             media=("medium", "size"),
             ratio=("ratio", "mean"),
@@ -607,34 +571,18 @@ def report_simulated(rows: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
 
 
 PARTS = {
-    "constants": Part(["none", *LEGS], constants_rows, report_constants),
-    "carried": Part([*MEDIA, *SANDS], carried_rows, report_carried),
-    "alone": Part(MEDIA, alone_rows, report_alone),
-    "wrong": Part(MEDIA, wrong_rows, report_wrong),
-    "wheels": Part(wheel_units(), wheel_rows, report_wheels),
+    "constants": Part(named(["none", *LEGS]), grade_constants, report_constants),
+    "carried": Part(named([*MEDIA, *SANDS]), grade_carried, report_carried),
+    "alone": Part(named(MEDIA), grade_alone, report_alone),
+    "wrong": Part(named(MEDIA), grade_wrong, report_wrong),
+    "wheels": Part(named(wheel_units()), grade_wheel, report_wheels),
     "simulated": Part(
-        [f"{kind} {number}" for number in range(SIMULATED // 10) for kind in ("own", "laws")],
-        simulated_rows,
+        lambda count, _seed: [*product(("own", "laws"), range(count))],
+        grade_simulated,
         report_simulated,
+        SIMULATED,
     ),
 }
 
-
-def main() -> None:
-    """Make the rows of parts and print their tables."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("parts", nargs="+", choices=[*PARTS, "all"], metavar="PART")
-    parser.add_argument("--rows", type=Path, required=True, metavar="FOLDER")
-    options = parser.parse_args()
-    for name in PARTS if "all" in options.parts else options.parts:
-        part = PARTS[name]
-        rows = run(part, options.rows / f"{name}.csv")
-        print(f"\n## {name}: {rows.groupby('unit')['unit_s'].first().sum():.0f} s of one core")
-        for title, table in part.report(rows):
-            show(title, table)
-
-
 if __name__ == "__main__":
-    main()
+    sys.exit(frame.run_study(__doc__, PARTS, processes=1))

@@ -84,29 +84,6 @@ def learn_error(
     return float(np.exp(best.x))
 
 
-def learn_error_by_coverage(
-    differences: Sequence[FloatArray],
-    variances: Sequence[FloatArray],
-    loads: Sequence[FloatArray],
-    confidence: float = 0.95,
-) -> float:
-    """Error over the load at which the interval holds this share of the poses, as `learn_error` for the rest."""
-    from scipy.optimize import brentq
-    from scipy.special import ndtri
-
-    wide = float(ndtri(0.5 + confidence / 2))
-    difference, variance, load = (np.concatenate(list(x)) for x in (differences, variances, loads))
-
-    def excess(logarithm: float) -> float:
-        half = wide * np.sqrt(variance + (np.exp(logarithm) * load) ** 2)
-        return float(np.mean(np.abs(difference) <= half)) - confidence
-
-    low, high = np.log(1e-3), np.log(10.0)
-    if excess(low) >= 0:
-        return float(np.exp(low))
-    return float(np.exp(brentq(excess, low, high, xtol=1e-4)))
-
-
 def loads_of(profile: Profile, outline: Outline, poses: FloatArray) -> FloatArray:
     """Sum over elements of |alpha| |z| dA, both components, and at least a share of its largest: (draws, poses).
 

@@ -26,7 +26,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 import side_slip
-from grade_forces import show
+from frame import show
 
 import rftfit
 from rftfit.conventions import FloatArray

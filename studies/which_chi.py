@@ -1,23 +1,15 @@
 """Which chi: both methods of the nine-term fit on media that they did not see.
 
-Every published medium in turn is scaled from its vertical push with the other four, and compared with
-its own Table S5; every natural sand is scaled with all five, and its legs compared with Fig. S12.
+Every published medium in turn is scaled from its vertical push with the other four, and compared with its own Table S5.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from rftfit.compare.legs import COMPONENTS, extreme, measured_peak
-from rftfit.forces.motion import rotation
-from rftfit.forces.outlines import CURVATURES, model_leg
-from rftfit.forces.plane import forces_on
 from rftfit.model.fourier import METHODS, evaluate
 from rftfit.model.scaling import Reference, published, scale_by_paper
-from rftfit.reference import BETA_DEG, GAMMA_DEG, MEDIA, alpha_grid, load
-
-SANDS = {"yuma": 0.69, "palms29": 0.88, "palms29_sieved": 0.76}
-"""Slope of Fig. S11 over the stated depths, N/cm^3."""
+from rftfit.reference import BETA_DEG, GAMMA_DEG, MEDIA, alpha_grid
 
 
 def left_out(method: str) -> None:
@@ -46,25 +38,6 @@ def left_out(method: str) -> None:
     print(f"| {method} | mean | {100 * rms:.1f} % | {best:.2f} |")
 
 
-def sands(method: str) -> None:
-    """Print the errors of the predicted peaks, %, lift and thrust of each leg."""
-    measured, poses = load("fig_s12"), rotation().poses
-    for medium, alpha in SANDS.items():
-        profile = scale_by_paper(alpha, 0.0, published(method)).profile
-        cells = []
-        for leg in CURVATURES:
-            forces = forces_on(profile, model_leg(leg), poses)
-            curve = measured[(measured["medium"] == medium) & (measured["leg"] == leg)]
-            for c in COMPONENTS:
-                theta, force = (
-                    curve[name].to_numpy(float) for name in ("theta_deg", f"force_{c}_N")
-                )
-                predicted = getattr(forces, f"force_{c}_N")
-                ratio = predicted[extreme(predicted, c)] / measured_peak(theta, force, c).force_N
-                cells.append(f"{100 * (ratio - 1):+.0f}")
-        print(f"| {method} | {medium} | {' | '.join(cells)} |")
-
-
 if __name__ == "__main__":
     print(
         "| method | medium left out | rms error over alpha_z(0, 90 deg) | factor that fits best |"
@@ -72,7 +45,3 @@ if __name__ == "__main__":
     print("|---|---|---|---|")
     for method_name in METHODS:
         left_out(method_name)
-    legs = " | ".join(f"{leg} {c}" for leg in CURVATURES for c in COMPONENTS)
-    print(f"\n| method | sand | {legs} |")
-    for method_name in METHODS:
-        sands(method_name)

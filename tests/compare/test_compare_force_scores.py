@@ -14,7 +14,6 @@ from force_scores import (
     crps,
     interval_score,
     learn_error,
-    learn_error_by_coverage,
     loads_of,
     mean_by_cluster,
     moved_peaks,
@@ -81,8 +80,7 @@ def test_what_errors_of_alpha_explain_is_not_learned():
     load = random.uniform(1, 3, 20_000)
     sd = random.uniform(0.1, 0.5, load.size)
     difference = random.standard_normal(load.size) * np.hypot(0.3 * load, sd)
-    for learn in (learn_error, learn_error_by_coverage):
-        assert learn([difference], [sd**2], [load]) == pytest.approx(0.3, rel=0.03)
+    assert learn_error([difference], [sd**2], [load]) == pytest.approx(0.3, rel=0.03)
 
 
 def test_load_of_a_plate_pressed_down_is_its_force_and_never_far_below_the_largest():

@@ -11,14 +11,15 @@ import numpy as np
 import pandas as pd
 import pytest
 from motions import REFUSED, RIGHT, WRONG, Pushes, any_pushes, row
+from seeds import seeds
 from shared_data import LOGS, needs
 
 from rftfit.campaign.config import Arm
 from rftfit.measure.flags import Refused, remark
 from rftfit.measure.strokes import IntruderPath, find_stroke
 
-FEW = 12
-"""`make strokes` judges 500."""
+MOTIONS = seeds(200, 12)
+"""Motions of each noise."""
 
 
 @pytest.mark.parametrize("rate_Hz", [10, 200])
@@ -30,9 +31,10 @@ def test_a_push_that_comes_straight_back(rate_Hz, gamma_deg, begins):
     assert len(pushes.strokes()) == 1
 
 
+@pytest.mark.statistics
 @pytest.mark.parametrize(("noise_cm", "lone"), [(None, 0), (0.0, 3), (0.02, 3)])
 def test_any_motion_gives_its_strokes_or_the_true_reason(noise_cm, lone):
-    logs = [any_pushes(seed, noise_cm, lone) for seed in range(FEW)]
+    logs = [any_pushes(seed, noise_cm, lone) for seed in range(MOTIONS)]
     counts = Counter(verdict for pushes in logs for verdict, _ in pushes.judge())
     assert counts[WRONG] == 0
     assert counts[REFUSED] <= 0.03 * counts[RIGHT]

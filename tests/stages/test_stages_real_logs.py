@@ -23,7 +23,7 @@ def test_every_log_has_a_campaign():
 
 @pytest.mark.parametrize("log", REAL_LOGS, ids=str)
 def test_a_campaign_around_a_real_log(log, tmp_path, monkeypatch):
-    """`make reallogs` runs all of them whole; here figures are left out, and most pages."""
+    """Figures are left out, and most pages."""
     # a page without figures
     monkeypatch.setattr("rftfit.workflow.job._checked_inputs", lambda *_: {})
     folder = campaign_around(log, tmp_path)

@@ -3,7 +3,7 @@
 From samples with correlated noise, drifting zeros, errors of the clocks, start-up, stick-slip and
 beds that differ from run to run, through the program's own zero, slope, alpha table, nine terms,
 scaling, leg prediction and the robot. `benchmarks/intervals.py` is the same with 100 campaigns of
-all media and all ways that beds may differ, `make reliability` under all disturbances.
+all media and all ways that beds may differ, `make disturbed` under all disturbances.
 """
 
 import numpy as np

@@ -1,13 +1,11 @@
-"""A copied run narrows no interval, and other mistakes do so only with a flag or a failed check.
-
-`make reliability ARGS="--kinds narrow"` is the same with the whole list of mistakes in two media.
-"""
+"""A copied run narrows no interval, and other mistakes do so only with a flag or a failed check."""
 
 from functools import cache
 
 import pytest
 from campaigns import FEW
 from mistakes import EQUAL, enacted, judged, stated, with_mistake
+from mistakes import MISTAKES as EVERY_MISTAKE
 from seeds import seeds
 
 from rftfit.measure.alpha import column
@@ -45,6 +43,15 @@ def test_a_copy_of_a_run_narrows_no_interval(errors, name):
     assert len(judged_before.at_depth) == 3 * len(judged_before.alpha)
     assert "same_logs" in judged_after.failed
     assert judged_after.narrower(judged_before, EQUAL).empty
+
+
+@pytest.mark.statistics
+@pytest.mark.parametrize("errors", seeds(["stated", "default"], ["default"]))
+@pytest.mark.parametrize("name", seeds([*EVERY_MISTAKE], ["x dead"]))
+def test_no_mistake_of_the_list_narrows_an_interval_in_silence(errors, name):
+    base, judged_before = sound(errors, curved=False)
+    judged_after = judged(with_mistake(base, name, 1)[0])
+    assert judged_after.silently(judged_before).empty
 
 
 @pytest.mark.statistics

@@ -1,6 +1,6 @@
 """Simulated campaigns of other labs pass through every stage to a report page.
 
-`make labs` runs all of them by `rftfit run`; golden campaigns are labs of further kinds.
+Golden campaigns are labs of further kinds; `make reliability` checks the logs of all grids and protocols.
 """
 
 import pytest
