@@ -29,7 +29,7 @@ from rftfit.figures.registry import Declared, figures
 from rftfit.figures.style import content
 from rftfit.figures.verdicts import draw_verdicts
 from rftfit.suite.declared import find_example, list_examples
-from rftfit.suite.page import as_markdown, describe
+from rftfit.suite.page import as_markdown, describe, tabulate_compared
 from rftfit.suite.verdicts import FILE as VERDICTS_FILE
 from rftfit.suite.verdicts import in_order
 
@@ -142,6 +142,14 @@ def folder_of_example(name: str) -> str:
     return "demonstration" if name == "paper" else name
 
 
+ALL_VERDICTS = """
+## Every row that was compared
+
+[All rows](tables/verdicts.csv): what, published, ours, verdict and reason, written by `make gallery`; the folder of an example has its
+own in `verdicts.html`.
+"""
+
+
 def write_verdicts() -> None:
     """Write the page of all verdicts with its figure, from what the examples left."""
     examples = [find_example(name) for name in list_examples()]
@@ -153,7 +161,9 @@ def write_verdicts() -> None:
     picture = Image.open(BytesIO(content(draw_verdicts(verdicts), "png"))).convert("RGB")
     picture.save(DOCS / "images" / "verdicts.webp", "webp", quality=80)
     page = as_markdown(describe(examples, verdicts, is_public=True), "images/verdicts.webp")
-    (DOCS / "validation.md").write_text(page, encoding="utf-8")
+    rows = tabulate_compared(examples, verdicts, is_public=True)
+    rows.to_csv(DOCS / "tables" / "verdicts.csv", index=False)
+    (DOCS / "validation.md").write_text(page + ALL_VERDICTS, encoding="utf-8")
 
 
 def write_gallery() -> None:

@@ -47,7 +47,8 @@ def describe(
 ) -> Iterator[PageBlock]:
     """Yield the blocks of the page, the shortest answer first.
 
-    `is_public`: Whether numbers of files that may not be shipped are left out.
+    `is_public`: Whether numbers of files that may not be shipped are left out; the rows that were compared are
+    a table of their own then.
     """
     counts = count_verdicts(verdicts)
     compared = counts[INSIDE] + counts[OUTSIDE]
@@ -99,17 +100,18 @@ def describe(
                 str(example),
                 str(code),
                 str(len(group)),
-                remarks.get(str(code), "row by row in the next table, behind this word"),
+                remarks.get(str(code), "row by row in the table of all rows"),
             )
             for (example, code), group in outside.groupby(["example", "reason_code"], sort=False)
         ]
         yield PageBlock("", 0, ("example", "reason", "rows", "in words"), reasons)
-        cells_of_rows = format_rows(outside, examples, is_public)
-        shown = [
-            (*cells[:4], code if code in remarks else f"{code}: {cells[5]}")
-            for cells, code in zip(cells_of_rows, outside["reason_code"], strict=True)
-        ]
-        yield PageBlock("", 0, (*HEADER[:4], "reason"), shown)
+        if not is_public:
+            cells_of_rows = format_rows(outside, examples, is_public)
+            shown = [
+                (*cells[:4], code if code in remarks else f"{code}: {cells[5]}")
+                for cells, code in zip(cells_of_rows, outside["reason_code"], strict=True)
+            ]
+            yield PageBlock("", 0, (*HEADER[:4], "reason"), shown)
     yield PageBlock("What is not compared", 2)
     lacking = verdicts[verdicts["verdict"] == NOT_COMPARABLE]
     rows = [
@@ -123,14 +125,28 @@ def describe(
     yield PageBlock("Where the data come from", 2)
     for example in examples:
         yield from _describe_example(example)
+    if is_public:
+        return
     yield PageBlock(_COMPARED, 2)
-    for example in examples:
-        of_example = verdicts[verdicts["example"] == example.name]
-        of_example = of_example[of_example["verdict"] != NOT_COMPARABLE]
-        if not of_example.empty:
-            yield PageBlock(example.name, 3)
-            shown = format_rows(of_example, examples, is_public)
-            yield PageBlock("", 0, (*HEADER, "reason"), shown)
+    compared_rows = tabulate_compared(examples, verdicts, is_public)
+    for name, of_example in compared_rows.groupby("example", sort=False):
+        yield PageBlock(str(name), 3)
+        cells = of_example.drop(columns="example")
+        yield PageBlock("", 0, tuple(map(str, cells)), cells.to_numpy().tolist())
+
+
+def tabulate_compared(
+    examples: Sequence[Example], verdicts: pd.DataFrame, is_public: bool
+) -> pd.DataFrame:
+    """Table of every row that was compared, by example, as the page words it."""
+    compared = verdicts[verdicts["verdict"] != NOT_COMPARABLE]
+    names = [example.name for example in examples]
+    compared = compared.sort_values(
+        "example", key=lambda column: column.map(names.index), kind="stable"
+    )
+    rows = pd.DataFrame(format_rows(compared, examples, is_public), columns=[*HEADER, "reason"])
+    rows.insert(0, "example", compared["example"].to_numpy())
+    return rows
 
 
 def _describe_figure(verdicts: pd.DataFrame) -> str:
