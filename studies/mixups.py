@@ -30,7 +30,6 @@ from mutations import Written
 from shared_causes import FILE_DIRECTIONS
 
 from rftfit.campaign.config import Config
-from rftfit.checks.verdict import verdict_on
 from rftfit.errors import InputError
 from rftfit.lab.enact import run_logs
 from rftfit.lab.plan import PlannedRun
@@ -368,7 +367,7 @@ def judge(job: tuple[int, int, str, str]) -> dict[str, Any]:
         named.add("cause-axes")
     wrong = judgement.wrong()
     return answer | {
-        "word": verdict_on(checks).word,
+        "word": judgement.verdict.word,
         "by its cause": bool(named & {*mixup.named_by}),
         "failed": " ".join(failed["code"]),
         "wrong cells": len(wrong),

@@ -24,7 +24,6 @@ from disturbances import sizes_of
 from mistakes import enacted, judged
 from slices import SLICES, lab_in
 
-from rftfit.checks.verdict import verdict_on
 from rftfit.measure.verdict_words import FAILED, NOT_CHECKED, SOUND
 from rftfit.reference import MEDIA
 
@@ -85,9 +84,9 @@ def judge(job: tuple[int, int]) -> dict[str, Any]:
     else:
         order = random.permutation(len(campaign.rows))
         campaign.rows = [campaign.rows[place] for place in order]
-    checks = judged(campaign).checks
+    judgement = judged(campaign)
+    checks, verdict = judgement.checks, judgement.verdict
     failed = checks[checks["verdict"] == FAILED]
-    verdict = verdict_on(checks)
     return {
         "design": str(design),
         "bed": bed,
