@@ -33,6 +33,7 @@ from rftfit.campaign.config import Config
 from rftfit.errors import InputError
 from rftfit.lab.enact import run_logs
 from rftfit.lab.plan import PlannedRun
+from rftfit.measure.verdict_words import SOUND
 from rftfit.reference import MEDIA
 
 Luck = np.random.Generator
@@ -258,6 +259,8 @@ class Mixup(NamedTuple):
 
 LOGS = ("force_log", "motion_log")
 SHARED = ("shared-told",)
+IS_OPEN = " but for what it names"
+"""Words for a sound verdict that names what these runs do not tell."""
 MIXUPS = {
     "sound": Mixup(lambda _campaign, _luck: None),
     "plate of 0.8 area in a scattered half": Mixup(
@@ -366,8 +369,9 @@ def judge(job: tuple[int, int, str, str]) -> dict[str, Any]:
     if "x and z exchanged" in causes_of_channels:
         named.add("cause-axes")
     wrong = judgement.wrong()
+    is_open = judgement.verdict.word == SOUND and judgement.verdict.reason
     return answer | {
-        "word": judgement.verdict.word,
+        "word": judgement.verdict.word + IS_OPEN * bool(is_open),
         "by its cause": bool(named & {*mixup.named_by}),
         "failed": " ".join(failed["code"]),
         "wrong cells": len(wrong),
