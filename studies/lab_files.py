@@ -45,11 +45,10 @@ from other_labs import CASES, GRIDS, Case
 from slices import SLICES, lab_in
 
 from rftfit.campaign.config import Config
-from rftfit.checks.verdict import verdict_on
 from rftfit.errors import InputError
 from rftfit.lab.enact import run_logs
 from rftfit.lab.plan import PlannedRun, parse_directions
-from rftfit.measure.verdict_words import FAILED, NOT_CHECKED
+from rftfit.measure.verdict_words import FAILED, NOT_CHECKED, SOUND
 from rftfit.reference import MEDIA
 
 Luck = np.random.Generator
@@ -116,9 +115,9 @@ def grade_sound(seed: int, number: int) -> list[Row]:
         )
     else:
         shuffle_rows(campaign, random)
-    checks = judged(campaign).checks
+    judgement = judged(campaign)
+    checks, verdict = judgement.checks, judgement.verdict
     failed = checks[checks["verdict"] == FAILED]
-    verdict = verdict_on(checks)
     return [
         {
             "design": str(design),
@@ -362,6 +361,10 @@ def take_other_rods(campaign: Written, _: Luck, factor: float) -> None:
     of_logs(campaign, [row for row in campaign.rows if row["kind"] == "rod"], enlarge)
 
 
+IS_OPEN = " but for what it names"
+"""Words for a sound verdict that names what these runs do not tell."""
+
+
 class Mixup(NamedTuple):
     """Mistake, with codes of checks or problems that name its cause.
 
@@ -499,8 +502,9 @@ def grade_mixup(seed: int, number: int, base: str, name: str) -> list[Row]:
     causes_of_channels = " ".join(failed.loc[failed["check"] == "channels", "found"])
     if "x and z exchanged" in causes_of_channels:
         codes.add("cause-axes")
+    is_open = judgement.verdict.word == SOUND and judgement.verdict.reason
     answer |= {
-        "word": verdict_on(checks).word,
+        "word": judgement.verdict.word + IS_OPEN * bool(is_open),
         "by its cause": bool(codes & {*mixup.named_by}),
         "size inside": holds_size(judgement.causes, mixup.cause, mixup.size),
         "failed": " ".join(failed["code"]),
@@ -553,7 +557,6 @@ def _counts(counts: pd.Series) -> str:
 ORDINARY = (*OF_BED[:2], "spread-percent=5", *OF_BED[2:])
 CURVED = "depth^1.1"
 RELIABILITY_BEDS = (*MEDIA, CURVED, *SLICES)
-SOUND = "sound"
 RIGHT = {CURVED: {"linearity"}}
 """Checks that rightly doubt a medium."""
 NO_FAULT = "no-fault"

@@ -18,6 +18,7 @@ from paper import paper_values
 
 from rftfit.campaign.config import Config
 from rftfit.campaign.load import load_campaign
+from rftfit.checks.verdict import Verdict, verdict_on
 from rftfit.lab.enact import prepare, run_logs
 from rftfit.lab.plan import PlannedRun
 from rftfit.lab.protocols import PAPER
@@ -398,8 +399,9 @@ def with_mistake(base, name, seed):
 
 
 class Judged(NamedTuple):
-    """Checks, tables of alpha and of alpha at depths, flags, and what runs share, as the stages make them of a medium."""
+    """Verdict, checks, tables of alpha and of alpha at depths, flags, and what runs share, as the stages make them of a medium."""
 
+    verdict: Verdict
     checks: pd.DataFrame
     alpha: pd.DataFrame
     at_depth: pd.DataFrame
@@ -480,4 +482,5 @@ def judged(written):
         results = measured(campaign, campaign.config.transducer.slow_noise_N)
         (medium,) = results.media
         verdicts, alpha, _, at_depth, _, causes, flags = checks(results, medium)
-        return Judged(verdicts, alpha, at_depth, Flags(flags), causes)
+        verdict = verdict_on(verdicts, results.table(f"fits/{medium}.csv"), Flags(flags))
+        return Judged(verdict, verdicts, alpha, at_depth, Flags(flags), causes)

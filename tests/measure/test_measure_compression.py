@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from rftfit.checks.compression import TOLERATED, check_compression, trend_of_exponent
+from rftfit.checks.compression import TOLERATED, check_compression, trend_of_both
 from rftfit.measure.alpha import column
 from rftfit.measure.verdict_words import FAILED, NOT_CHECKED, PASSED
 
@@ -23,11 +23,11 @@ def pushes(bend_of_medium=0.0, compression=0.0, directions=20, repeats=3, seed=3
             "depth_to_cm": 8.0,
         }
     )
-    exponent = 1 + bend_of_medium
+    exponent = 1 + bend_of_medium + random.normal(0, 0.04, alpha.size)
     for component, factor in (("z", 1.0), ("x", 0.3)):
         fits[column(component)] = factor * alpha
         bent = exponent - compression * factor * alpha
-        fits[f"exponent_{component}"] = bent + random.normal(0, 0.04, alpha.size)
+        fits[f"exponent_{component}"] = bent + random.normal(0, 0.01, alpha.size) / alpha
     return fits
 
 
@@ -62,11 +62,24 @@ def test_few_directions_or_noise_do_not_tell():
     assert judged(without_exponents).code == "compression-few"
 
 
+def test_patches_that_both_channels_feel_hide_less_than_those_of_one():
+    fits = pushes()
+    patches = np.random.default_rng(4).normal(0, 0.08, len(fits))
+    common = fits.assign(
+        exponent_z=fits["exponent_z"] + patches, exponent_x=fits["exponent_x"] + patches
+    )
+    of_both, of_z = trend_of_both(common), trend_of_both(common.assign(exponent_x=np.nan))
+    assert of_both is not None
+    assert of_z is not None
+    assert of_both.se < 0.7 * of_z.se
+
+
 def test_repeats_make_the_trend_better_known():
-    once, four_times = (trend_of_exponent(pushes(repeats=repeats), "z") for repeats in (1, 4))
+    once, four_times = (trend_of_both(pushes(repeats=repeats)) for repeats in (1, 4))
     assert once is not None
     assert four_times is not None
-    assert four_times.se == pytest.approx(once.se / 2, rel=0.35)
+    # what a medium may have of its own does not become smaller
+    assert 0.4 * once.se < four_times.se < 0.75 * once.se
 
 
 def test_measured_angles_tell_what_typed_ones_do():
@@ -75,7 +88,7 @@ def test_measured_angles_tell_what_typed_ones_do():
     measured = typed.assign(
         beta_deg=10 * typed["beta_deg"] + turns, gamma_deg=typed["gamma_deg"] - turns
     )
-    of_typed = trend_of_exponent(typed.assign(beta_deg=10 * typed["beta_deg"]), "z")
-    of_measured = trend_of_exponent(measured, "z")
+    of_typed = trend_of_both(typed.assign(beta_deg=10 * typed["beta_deg"]))
+    of_measured = trend_of_both(measured)
     assert of_typed is not None
     assert of_measured == pytest.approx(of_typed)

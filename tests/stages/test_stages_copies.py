@@ -66,7 +66,7 @@ def test_a_run_that_stands_twice_in_a_table(tmp_path, rows, verdict, copies):
         else "run_id,beta_deg,gamma_deg,alpha_z_N_per_cm3,alpha_x_N_per_cm3"
     )
     campaign = campaign_of(tmp_path, [head, *rows], holds)
-    outcome = measure_and_check(campaign).set_index("check").loc["same_logs"]
+    outcome = measure_and_check(campaign)[0].set_index("check").loc["same_logs"]
     code = {"passed": "", "failed": "-copied", "not checked": "-table"}[verdict]
     assert (outcome["verdict"], outcome["code"]) == (verdict, f"same_logs{code}")
     assert not copies or outcome["found"].endswith(f": {copies}")
@@ -105,7 +105,7 @@ def test_a_table_without_a_force_along_x(tmp_path):
         folder = tmp_path / str(len(table[0]))
         folder.mkdir()
         campaign = campaign_of(folder, table, "alpha")
-        verdicts = measure_and_check(campaign).set_index("check")["verdict"]
+        verdicts = measure_and_check(campaign)[0].set_index("check")["verdict"]
         assert "failed" not in set(verdicts)
         assert verdicts["symmetry"] == "not checked"
         fits, _, book = fit_alpha_table(

@@ -13,8 +13,15 @@ from campaigns import Folder
 
 from rftfit.bench.watch import REFUSED, Watch
 from rftfit.campaign.config import Config
+from rftfit.checks.verdict import Verdict
+from rftfit.cli.run import closing_lines
 from rftfit.cli.watch import format_event
 from rftfit.lab.enact import prepare
+from rftfit.measure.verdict_words import DOUBTFUL
+from rftfit.page.outcome import verdict_of
+from rftfit.results import open_results
+from rftfit.workflow.records import Recorded
+from rftfit.workflow.state import read_states
 
 
 @pytest.fixture(autouse=True)
@@ -34,7 +41,7 @@ def test_each_line_of_json_is_an_event_and_the_watch_stops_when_enough_is_known(
     medium = [event for event in events if event["event"] == "medium"][-1]
     assert medium["half_width_percent"] <= 60
     assert medium["next"][0]["medium"] == MEDIUM
-    assert medium["verdict"].startswith("not checked (")
+    assert medium["verdict"].startswith(f"{MEDIUM} is not checked (")
 
 
 def test_the_target_is_chosen(bench):
@@ -121,3 +128,31 @@ def test_a_live_re_enactment_has_a_config_to_watch(tmp_path, recorded):
     for step in range(10):
         list(watch.step(0.5 * step))
     assert watch.summary(watch.media[MEDIUM])["states"] == {"measured": 2, "read": 2}
+
+
+@pytest.mark.parametrize("has_tares", [True, False])
+def test_watch_check_page_and_terminal_state_one_verdict(bench, has_tares):
+    config = yaml.safe_load(bench.config.read_text("utf-8"))
+    config["fit"]["missing_tare"] = "flag"
+    bench.config.write_text(yaml.safe_dump(config, sort_keys=False), "utf-8")
+    bench.push(*bench.plates, tare=has_tares)
+    if not has_tares:
+        for row in bench.rows.values():
+            row["tare_run"] = ""
+        bench.write_sheet()
+    folder = Folder(bench.root)
+    watching = folder.rftfit("watch", "--json", "--no-page", "--wait", "0.1", "--stop", "500")
+    events = [json.loads(line) for line in watching.stdout.splitlines()]
+    sentence = [event for event in events if event["event"] == "medium"][-1]["verdict"]
+    facts = json.loads(folder.rftfit("check", "--diagnose", "--json").stdout)["verdicts"][MEDIUM]
+    verdict = Verdict(**facts)
+    assert sentence == f"{verdict.on(MEDIUM)}."
+    assert f"{verdict.on(MEDIUM)}.\n" in folder.rftfit("check", "--diagnose").stdout
+    assert (verdict.word == DOUBTFUL) != has_tares
+    folder.run_here("page")
+    # a sentence begins with a capital letter
+    of_title = f"{verdict.on(config['media'][MEDIUM]['title'])[1:]}."
+    assert of_title in folder.table("findings.csv")["finding"][0]
+    terminal = closing_lines(Recorded(read_states(folder.config)[0]))
+    assert sum(of_title in line for line in terminal) == 1
+    assert verdict_of(open_results(bench.root), MEDIUM) == verdict

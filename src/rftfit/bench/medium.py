@@ -11,6 +11,7 @@ import pandas as pd
 
 from rftfit.campaign.load import Campaign
 from rftfit.campaign.sheet import Run
+from rftfit.checks.verdict import Verdict
 from rftfit.forces.planning import Plan
 from rftfit.logs.base import NO_HANDLE
 from rftfit.measure.fits import FIT_COLUMNS, Row, fit_medium
@@ -67,7 +68,8 @@ class MeasuredRun(NamedTuple):
 class LiveMedium:
     """One medium at this moment.
 
-    `keys`: What each run was measured from. `alpha`, `checks`: as `rftfit run` writes them. `map`: None where
+    `keys`: What each run was measured from. `alpha`, `checks`: as `rftfit run` writes them. `verdict`: None before the
+    first check. `map`: None where
     no push tells of the medium yet. `width`: half width of the target's interval, percent; `before`: at the
     push before. `last`: plate run that was measured last, at the time `measured_at`, `seconds` after its files changed.
     """
@@ -77,6 +79,7 @@ class LiveMedium:
     keys: dict[str, Any] = field(default_factory=dict)
     alpha: pd.DataFrame = field(default_factory=pd.DataFrame)
     checks: pd.DataFrame = field(default_factory=pd.DataFrame)
+    verdict: Verdict | None = None
     map: Map | None = None
     plan: Plan | None = None
     width: float = np.nan

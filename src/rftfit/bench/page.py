@@ -110,7 +110,6 @@ def _cell_of(fit: dict[str, float]) -> tuple[object, ...]:
 def _map(watch: Watch, medium: LiveMedium) -> str:
     """How well the target is known, the verdict, the map with its interval, failed checks, and the next pushes."""
     summary = watch.summary(medium)
-    verdict = f"{medium.name} is {summary['verdict']}." if summary["verdict"] else ""
     checks = (
         f"{check['check']}, {check['effect']}: {check['sentence']}" for check in summary["checks"]
     )
@@ -134,7 +133,7 @@ def _map(watch: Watch, medium: LiveMedium) -> str:
     )
     return (
         f"<h2>{escape(summary['target'])} of {escape(medium.name)}</h2><ul>{_items(checks, 'bad')}</ul>"
-        f"<p>{escape(verdict)}</p><p>{width}.</p><div class=maps>{pictures}</div><h2>Next pushes, as rows for the run sheet</h2>"
+        f"<p>{escape(summary['verdict'])}</p><p>{width}.</p><div class=maps>{pictures}</div><h2>Next pushes, as rows for the run sheet</h2>"
         f'<pre class="wide" tabindex="0" role="region" aria-label="Next pushes">{escape(sheet)}</pre>'
     )
 

@@ -24,6 +24,7 @@ from rftfit.checks.verdict import verdict_on
 from rftfit.errors import InputError
 from rftfit.forces.planning import Rig, Target, plan, prior_map, push_rows
 from rftfit.measure.alpha import column
+from rftfit.measure.flags import Flags
 from rftfit.measure.session_clocks import SessionClocks, align_medium, goes_straight_down
 from rftfit.measure.verdict_words import FAILED
 from rftfit.model.shapes import estimate, map_nodes, pushes_of
@@ -280,7 +281,9 @@ class Watch:
         for medium in (self.media[name] for name in view.media_with_runs):
             if medium.name in changed:
                 hold(results, medium, view.runs_of(medium.name))
-                medium.checks, medium.alpha, *_ = checks(results, medium.name)
+                medium.checks, medium.alpha, *_, flags = checks(results, medium.name)
+                fits = results.table(f"fits/{medium.name}.csv")
+                medium.verdict = verdict_on(medium.checks, fits, Flags(flags))
             medium.checks = results.hold_as_csv(f"checks/{medium.name}.csv", medium.checks)
             medium.alpha = results.hold_as_csv(f"alpha/{medium.name}.csv", medium.alpha)
         for name in view.media_with_runs:
@@ -313,7 +316,7 @@ class Watch:
         return {
             "medium": medium.name,
             "states": dict(states),
-            "verdict": str(verdict_on(medium.checks)) if len(medium.checks) else "",
+            "verdict": f"{medium.verdict.on(medium.name)}." if medium.verdict else "",
             "checks": failed[["check", "effect", "sentence"]].to_dict("records"),
             "target": medium.plan.target if medium.plan else "",
             "half_width_percent": medium.width,

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 import pandas as pd
 
 from rftfit.checks.declared import SOUND_LOGS, Check, MediumMeasurements, Words, declare_check
@@ -22,8 +23,11 @@ three times 0.03 is one standard error (`make mixups`, `make sound`, 2026-11-29)
 MOST_SEEN = 0.15
 """Where only a larger change would be told, nothing was checked: the largest force is about so much too small."""
 
-_WEAKEST = 0.08
-"""Share of the largest force below which a push tells nothing: its exponent follows the noise of its zero."""
+_WEAKEST = 0.03
+"""Share of the largest force below which a channel of a push tells nothing: its exponent follows the noise of its zero."""
+
+_UNLIKE = 0.01
+"""Difference of the exponents of z and x that a medium may have: the direction of its force hardly changes with depth."""
 
 _ZERO = 0.01
 """Error of the exponent by that of the zero, times the force relative to the largest."""
@@ -78,61 +82,77 @@ def check_compression(measured: MediumMeasurements) -> Check:
 
 
 def trend_of_both(fits: pd.DataFrame) -> Estimate | None:
-    """Change of the exponent up to the largest force of any channel, by the channels along z and x together.
-
-    It takes the channels of a transducer to have amplifiers of one make: a force of so many newtons is bent alike in both.
-    """
-    largest_N = {
-        component: float(np.nanmax(_forces(fits, component), initial=0.0)) for component in "zx"
-    }
-    changes, errors = [], []
-    for component in "zx":
-        if (trend := trend_of_exponent(fits, component)) is not None:
-            ratio = max(largest_N.values()) / largest_N[component]
-            changes.append(trend.value * ratio)
-            errors.append(trend.se * ratio)
-    if not changes:
-        return None
-    precision = 1 / np.square(errors)
-    return Estimate(float(precision @ changes / precision.sum()), float(precision.sum() ** -0.5))
-
-
-def _forces(fits: pd.DataFrame, component: str) -> FloatArray:
-    """Force of each run at the end of its window, in proportion."""
-    return np.asarray(
-        np.abs(fits[column(component)].to_numpy(float)) * fits["depth_to_cm"].to_numpy(float)
-    )
-
-
-def trend_of_exponent(fits: pd.DataFrame, component: str) -> Estimate | None:
-    """Change of the exponent of stress over depth from no force to the largest; None where too few directions tell it.
+    """Fit the change of the exponent of stress over depth up to the largest force; None where too few directions tell it.
 
     A channel that shows F (1 - e F / F_max) lets stress grow with an exponent that is smaller by about e in the direction of
-    the largest force, and less in others. What a medium does is alike in all directions, or differs without regard to the force.
+    the largest force, and less in others. What a medium does is alike in all directions, or differs without regard to the
+    force. Patches of a bed change both components of a push alike, so most is told by the channel along z beside that along
+    x in the same run. Channels of one transducer have amplifiers of one make: a force of so many newtons is bent alike.
     """
-    exponent = fits[f"exponent_{component}"].to_numpy(float)
-    force = _forces(fits, component)
-    if not np.nanmax(force, initial=0.0) > 0:
+    force = np.abs(np.stack([fits[column(c)].to_numpy(float) for c in "zx"]))
+    force *= fits["depth_to_cm"].to_numpy(float)
+    largest = float(np.nanmax(force, initial=0.0))
+    if not largest > 0:
         return None
-    force = force / np.nanmax(force)
+    force = force / largest
+    exponent = np.stack([fits[f"exponent_{c}"].to_numpy(float) for c in "zx"])
     is_clear = np.isfinite(exponent) & (force > _WEAKEST)
-    runs = pd.DataFrame({"exponent": exponent, "force": force})[is_clear]
-    directions = runs.groupby(number_rows(fits[is_clear]))
+    number = number_rows(fits)
+    directions = [
+        (is_clear[:, number == place], force[:, number == place], exponent[:, number == place])
+        for place in np.unique(number[is_clear.any(axis=0)])
+    ]
     if len(directions) < _FEWEST_DIRECTIONS:
         return None
-    means, counts = directions.mean(), directions.size().to_numpy(float)
-    return _fit_trend(means["force"].to_numpy(), means["exponent"].to_numpy(), counts)
+    return _fit_trend([_Direction.of_runs(*runs) for runs in directions])
 
 
-def _fit_trend(force: FloatArray, exponent: FloatArray, runs: FloatArray) -> Estimate:
-    """Slope of a line by least squares, with the scatter that directions show beside the usual one of `PATCHES`.
+class _Direction(NamedTuple):
+    """Exponents of a direction's channels that have one, shape (k,), their terms (k, 3), and the precision of their errors (k, k).
 
-    An error of the zero bends a weak push more than a strong one.
+    Terms: one, half of the difference between z and x, and the force relative to the largest.
     """
-    weight = runs / (PATCHES**2 + (_ZERO / force) ** 2)
-    terms = np.stack([np.ones(force.size), force])
-    inverse = np.linalg.pinv(terms * weight @ terms.T)
-    coefficients = inverse @ (terms * weight) @ exponent
-    chi_square = float(weight @ (exponent - coefficients @ terms) ** 2)
-    factor = (BEFOREHAND_DOF + chi_square) / (BEFOREHAND_DOF + force.size - 2)
-    return Estimate(float(coefficients[1]), float(np.sqrt(factor * inverse[1, 1])))
+
+    exponent: FloatArray
+    terms: FloatArray
+    precision: FloatArray
+
+    @classmethod
+    def of_runs(
+        cls, is_clear: npt.NDArray[np.bool_], force: FloatArray, exponent: FloatArray
+    ) -> _Direction:
+        """Average the runs of a direction, arrays (2, n) of z and x: patches are common to both channels, errors of the zero are not."""
+        counts = is_clear.sum(axis=1)
+        has_runs = counts > 0
+        mean_force, mean_exponent = (
+            np.where(is_clear, values, 0.0).sum(axis=1)[has_runs] / counts[has_runs]
+            for values in (force, exponent)
+        )
+        sides = np.array([0.5, -0.5])[has_runs]
+        terms = np.stack([np.ones(sides.size), sides, mean_force], axis=1)
+        of_zero = np.diag((_ZERO / mean_force) ** 2 / counts[has_runs])
+        covariance = of_zero + PATCHES**2 / is_clear.any(axis=0).sum()
+        return cls(mean_exponent, terms, np.linalg.inv(covariance))
+
+
+def _fit_trend(directions: list[_Direction]) -> Estimate:
+    """Fit the change with force by least squares, with the scatter that directions show beside the usual one.
+
+    The exponents of z and x differ by 0 beforehand, with an error of `_UNLIKE`.
+    """
+    normal = np.diag([0.0, _UNLIKE**-2, 0.0])
+    moment = np.zeros(3)
+    for direction in directions:
+        weighted = direction.terms.T @ direction.precision
+        normal += weighted @ direction.terms
+        moment += weighted @ direction.exponent
+    inverse = np.linalg.pinv(normal)
+    coefficients = inverse @ moment
+    residuals = [direction.exponent - direction.terms @ coefficients for direction in directions]
+    chi_square = sum(
+        float(residual @ direction.precision @ residual)
+        for residual, direction in zip(residuals, directions, strict=True)
+    )
+    size = sum(residual.size for residual in residuals)
+    factor = (BEFOREHAND_DOF + chi_square) / (BEFOREHAND_DOF + max(size - 2, 0))
+    return Estimate(float(coefficients[2]), float(np.sqrt(factor * inverse[2, 2])))

@@ -36,7 +36,7 @@ SURE = 3.7
 _ROD_ALONE, _ROD_CLEAR, _ROD_FORCE = 1.5, 3.0, 0.1
 """A rod over its plate and rod: in a run that is clear by force, as a share of the medium's median; in any run."""
 
-_OTHER_RODS, _OTHER_RODS_SURE, _TOO_MUCH_SEEN, _MISSING_SEEN = 0.15, 2.7, 0.5, 1.0
+_OTHER_RODS, _OTHER_RODS_SURE, _TOO_MUCH_SEEN, _MISSING_SEEN = 0.1, 2.7, 0.6, 1.0
 """Share of the tares that may be too much or missing, as beds differ with and without a plate; standard errors beyond it; and
 the largest least share with which the estimate counts (`make mixups`, `make sound`, 2026-11-29)."""
 

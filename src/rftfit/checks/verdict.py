@@ -8,15 +8,24 @@ import pandas as pd
 
 from rftfit.checks.declared import CHECKS
 from rftfit.checks.medium import faults_of
-from rftfit.measure.flags import remark
-from rftfit.measure.verdict_words import ACCEPTED, DOUBTFUL, FAILED, NOT_CHECKED, SOUND, UNUSABLE
+from rftfit.measure.alpha import column
+from rftfit.measure.flags import Flags, remark
+from rftfit.measure.verdict_words import (
+    ACCEPTED,
+    DOUBTFUL,
+    FAILED,
+    NOT_CHECKED,
+    NOTHING,
+    SOUND,
+    UNUSABLE,
+)
 
 _OPEN_QUESTIONS = {"repeats-single": "single-runs", "axes-pulls-open": "pulls-open"}
 """Codes of checks that pass and leave something open, and the words for it."""
 
 
 class Verdict(NamedTuple):
-    """One of `UNUSABLE`, `DOUBTFUL`, `NOT_CHECKED`, `SOUND`, and why; of sound data: what is open."""
+    """One of `UNUSABLE`, `DOUBTFUL`, `NOTHING`, `NOT_CHECKED`, `SOUND`, and why; of sound data: what is open."""
 
     word: str
     reason: str
@@ -24,15 +33,42 @@ class Verdict(NamedTuple):
     def __str__(self) -> str:
         return f"{self.word} ({self.reason})" if self.reason else self.word
 
+    def on(self, media: str, are_several: bool = False) -> str:
+        """State the verdict on a medium, or on several with the same one, without a full stop."""
+        verbs = ("has", "have") if self.word == NOTHING else ("is", "are")
+        return f"{media} {verbs[are_several]} {self}"
 
-def verdict_on(checks: pd.DataFrame) -> Verdict:
-    """Verdict on a medium; `checks`: its rows of the table of checks."""
+
+def verdict_on(checks: pd.DataFrame, fits: pd.DataFrame, flags: Flags) -> Verdict:
+    """Judge a medium by its checks and by what its runs lack: the page, the terminal, `check` and `watch` ask this function.
+
+    Parameters
+    ----------
+    checks, fits : DataFrame
+        Its rows of the table of checks, and the slopes of its runs.
+    flags : Flags
+        Those of its runs and cells.
+
+    Returns
+    -------
+    Verdict
+    """
     failed = checks[checks["verdict"].isin([FAILED, ACCEPTED])]
     for word in (UNUSABLE, DOUBTFUL):
         if (failed["effect"] == word).any():
             return Verdict(word, faults_of(failed))
     if len(failed):
         return Verdict(DOUBTFUL, f"{faults_of(failed)}, which the config accepts")
+    used_runs = fits.loc[fits[column("z")].notna(), "run_id"]
+    if used_runs.empty:
+        return Verdict(NOTHING, "no run gave a slope")
+    without_tare = len(flags.runs_with("no-tare").keys() & set(used_runs))
+    if without_tare and 2 * without_tare >= len(used_runs):
+        runs = f"in {without_tare} of {len(used_runs)} runs " * (without_tare < len(used_runs))
+        return Verdict(DOUBTFUL, runs + str(remark("no-tare")))
+    if giving := len(flags.runs_beside_others("gives-back")):
+        runs = f"in {giving} of {len(used_runs)} runs"
+        return Verdict(DOUBTFUL, f"{runs} {CHECKS['work'].fault}")
     unchecked = checks[checks["verdict"] == NOT_CHECKED].set_index("check")["found"]
     # of two needed ones the later waits for the earlier, and says more
     for check in reversed(unchecked.index):

@@ -15,10 +15,11 @@ from rftfit.cli.output import count, json_text, megabytes, print_line
 from rftfit.store.text import table
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from rftfit.campaign.load import Campaign
     from rftfit.campaign.problems import Problem
+    from rftfit.checks.verdict import Verdict
     from rftfit.robot.tracks import RobotCheck
     from rftfit.workflow.check import Checked
 
@@ -45,7 +46,7 @@ def check(
     if (no_campaign := miss_campaign(config)) is not None:
         # before anything is imported that reads a campaign
         if as_json:
-            facts = _facts([no_campaign], 1, 0, None) | {"plan": []}
+            facts = _facts([no_campaign], 1, 0) | {"plan": []}
             print_line(json_text({"campaign": None} | facts))
         else:
             _print_problems([no_campaign])
@@ -57,29 +58,41 @@ def check(
     checked = check_all(config)
     campaign, problems, errors = checked.campaign, checked.problems, checked.errors
     warnings = len(problems) - errors
-    checks = None
+    checks, verdicts = None, None
     if diagnose and campaign is not None and not errors:
         from rftfit.page.cells import records
         from rftfit.workflow.measure import measure_and_check
 
-        checks = records(measure_and_check(campaign))
+        table_of_checks, verdicts = measure_and_check(campaign)
+        checks = records(table_of_checks)
     warnings += sum(row["verdict"] == FAILED for row in checks or ())
     if as_json:
-        facts = _facts(problems, errors, warnings, checks)
+        facts = _facts(problems, errors, warnings, checks, verdicts)
         facts["plan"] = [rating._asdict() | {"message": rating.sentence} for rating in checked.plan]
         print_line(json_text({"campaign": campaign and campaign.config.title} | facts))
     else:
-        _print(checked, checks)
+        _print(checked, checks, verdicts or {})
         print_line(_total(errors, warnings))
     if campaign is None or errors or (strict and warnings):
         raise typer.Exit(INPUT_NOT_VALID)
 
 
 def _facts(
-    problems: Sequence[Problem], errors: int, warnings: int, checks: list[dict[str, Any]] | None
+    problems: Sequence[Problem],
+    errors: int,
+    warnings: int,
+    checks: list[dict[str, Any]] | None = None,
+    verdicts: Mapping[str, Verdict] | None = None,
 ) -> dict[str, Any]:
     sentences = [asdict(problem) | {"message": str(problem)} for problem in problems]
-    return {"errors": errors, "warnings": warnings, "problems": sentences, "checks": checks}
+    return {
+        "errors": errors,
+        "warnings": warnings,
+        "problems": sentences,
+        "checks": checks,
+        "verdicts": verdicts
+        and {medium: verdict._asdict() for medium, verdict in verdicts.items()},
+    }
 
 
 def _total(errors: int, warnings: int) -> str:
@@ -94,10 +107,12 @@ def _print_problems(problems: Sequence[Problem]) -> None:
             print_line("\n".join(f"  {line}" for line in in_lines(chosen)) + "\n")
 
 
-def _print(checked: Checked, checks: list[dict[str, Any]] | None) -> None:
+def _print(
+    checked: Checked, checks: list[dict[str, Any]] | None, verdicts: Mapping[str, Verdict]
+) -> None:
     _print_problems(checked.problems)
     if checks is not None:
-        _print_diagnosis(checks)
+        _print_diagnosis(checks, verdicts)
     if checked.campaign is not None:
         print_line(describe_campaign(checked.campaign))
         if checked.robot.medium:
@@ -117,11 +132,8 @@ def _print(checked: Checked, checks: list[dict[str, Any]] | None) -> None:
         )
 
 
-def _print_diagnosis(rows: list[dict[str, Any]]) -> None:
-    """Print the physical checks, and what to look at where one fails."""
-    import pandas as pd
-
-    from rftfit.checks.verdict import verdict_on
+def _print_diagnosis(rows: list[dict[str, Any]], verdicts: Mapping[str, Verdict]) -> None:
+    """Print the physical checks, what to look at where one fails, and the verdict on each medium."""
     from rftfit.measure.verdict_words import ACCEPTED, FAILED
 
     names = ("medium", "check", "verdict", "found")
@@ -130,8 +142,8 @@ def _print_diagnosis(rows: list[dict[str, Any]]) -> None:
     failing = [row for row in rows if row["verdict"] in (FAILED, ACCEPTED)]
     for row in failing:
         print_line(f"{row['medium']}, {row['effect'] or row['verdict']}: {row['sentence']}")
-    for medium, checks in pd.DataFrame(rows).groupby("medium", sort=False):
-        print_line(f"{medium} is {verdict_on(checks)}.")
+    for medium, verdict in verdicts.items():
+        print_line(f"{verdict.on(medium)}.")
     print_line()
 
 

@@ -120,9 +120,8 @@ def format_event(kind: str, facts: Mapping[str, Any]) -> str:
         text += f"; {facts['target']} +-{width:.2g} %" if math.isfinite(width) else ""
         text += f", before {before:.2g} %" if math.isfinite(before) else ""
         pushes = dict.fromkeys(f"({row['beta_deg']}, {row['gamma_deg']})" for row in facts["next"])
-        verdict = f"{facts['medium']} is {facts['verdict']}" if facts["verdict"] else ""
         next_pushes = f"next (beta, gamma), deg: {', '.join(pushes)}" if pushes else ""
-        lines = [text, verdict, next_pushes]
+        lines = [text, facts["verdict"], next_pushes]
         lines += [
             f"check {check['check']} fails, {check['effect']}: {check['sentence']}"
             for check in facts["checks"]

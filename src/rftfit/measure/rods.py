@@ -17,8 +17,9 @@ _STEP_CM = 0.6
 
 _FEWEST_STEPS, _FEWEST_SAMPLES, _FEWEST_DIRECTIONS = 4, 5, 8
 
-_ACROSS, _ZERO_N = 0.01, 0.03
-"""Scatter of the force across, relative to the force on the plate, and in N: they weigh the runs."""
+_ACROSS, _ZERO_N = 0.002, 0.03
+"""Scatter of the force across, relative to the force on the plate, and in N: they weigh the runs. An uneven bed changes the size
+of the force on a plate and hardly its direction (`make mixups`, 2026-11-29: with 0.01 a fifth fewer other rods are told)."""
 
 
 class TareShare(NamedTuple):
@@ -30,7 +31,7 @@ class TareShare(NamedTuple):
 
 
 class _Profile(NamedTuple):
-    """Push by steps of depth: mean depth (k,), granular force and tare (2, k), and where samples are, with the tare's name.
+    """Push or pull by steps of depth: mean depth (k,), granular force and tare (2, k), and where samples are, with the tare's name.
 
     `direction`, `path`: Numbers of its direction and of the directions of any plate along its path.
     """
@@ -52,7 +53,8 @@ def estimate_share_too_much(
     The force on a plate keeps its direction at all depths, by whatever law it grows, and however the bed is packed along
     the path. The force on a rod grows otherwise, as more and more of the rod is in the bed. So where a tare is too large, a
     part of the rod's own course is left across the force on the plate. The course is taken from other rods on the same
-    path: the noise of the run's own tare is in its granular force, too.
+    path: the noise of the run's own tare is in its granular force, too. Pulls tell most, since the force on a pulled plate
+    is weak beside that on its rod.
 
     Parameters
     ----------
@@ -72,27 +74,29 @@ def estimate_share_too_much(
         for profile in profiles:
             others = [tare for name, tare in tares.items() if name != profile.tare_run]
             if others and (products := _products(profile, others)) is not None:
-                sums[profile.direction] = sums.get(profile.direction, np.zeros(2)) + products
+                sums[profile.direction] = sums.get(profile.direction, np.zeros(3)) + products
     if len(sums) < _FEWEST_DIRECTIONS:
         return None
-    left, of_tare = np.stack([*sums.values()], axis=1)
+    left, of_tare, of_course = np.stack([*sums.values()], axis=1)
     if not of_tare.sum() > 0:
         return None
     share = float(left.sum() / of_tare.sum())
-    # repeats share a tare, so each direction is one witness
-    se = float(np.sqrt(((left - share * of_tare) ** 2).sum()) / of_tare.sum())
-    return TareShare(-share, se, left.size - 1)
+    # repeats share a tare, so each direction is one witness, with a variance in proportion to that of the course
+    dof = left.size - 1
+    scatter = float(((left - share * of_tare) ** 2 / of_course).sum()) / dof
+    se = float(np.sqrt(scatter * of_course.sum()) / of_tare.sum())
+    return TareShare(-share, se, dof)
 
 
 def _profiles(fits: pd.DataFrame, tared: pd.DataFrame, windows: pd.DataFrame) -> list[_Profile]:
-    """Pushes along slanted paths that have a tare; straight down no force acts across."""
+    """Pushes and pulls that have a tare; straight down or up hardly a force of the rod acts across that on the plate."""
     is_good = windows["why"].to_numpy() == RowStatus.GOOD
     rows_of_run = split_runs(tared)
     names = ["depth_cm", "force_z_N", "force_x_N", "tare_z_N", "tare_x_N"]
     samples = tared[names].to_numpy(float).T
-    pushes = fits[(fits["direction"] == "intrusion") & (fits["tare_run"] != "")]
-    numbers = number_rows(pushes), number_rows(pushes.assign(beta_deg=0.0))
-    names_of_runs = zip(pushes["run_id"], pushes["tare_run"], strict=True)
+    steep = fits[fits["direction"].isin(["intrusion", "extraction"]) & (fits["tare_run"] != "")]
+    numbers = number_rows(steep), number_rows(steep.assign(beta_deg=0.0))
+    names_of_runs = zip(steep["run_id"], steep["tare_run"], strict=True)
     profiles = []
     for (run_id, tare_run), direction, path in zip(names_of_runs, *numbers, strict=True):
         rows = rows_of_run.get(run_id)
@@ -122,7 +126,7 @@ def _profiles(fits: pd.DataFrame, tared: pd.DataFrame, windows: pd.DataFrame) ->
 
 
 def _products(profile: _Profile, others: list[_Profile]) -> FloatArray | None:
-    """Products of the course of other rods with the force across and with the tare, weighed; None where too few steps are common."""
+    """Products of the course of other rods with the force across, the tare and itself, weighed; None where too few steps are common."""
     size = min(profile.depth.size, *(other.depth.size for other in others))
     is_common = profile.is_there[:size] & np.all(
         [other.is_there[:size] for other in others], axis=0
@@ -141,8 +145,8 @@ def _products(profile: _Profile, others: list[_Profile]) -> FloatArray | None:
         _without_line(across @ values, depth) for values in (course, force, tare)
     )
     variance = (_ACROSS * strength * depth.max()) ** 2 + _ZERO_N**2
-    products = np.array([bend_of_course @ bend_of_force, bend_of_course @ bend_of_tare])
-    return np.asarray(products / variance)
+    bends = np.stack([bend_of_force, bend_of_tare, bend_of_course])
+    return np.asarray(bends @ bend_of_course / variance)
 
 
 def _without_line(values: FloatArray, depth: FloatArray) -> FloatArray:

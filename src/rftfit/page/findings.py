@@ -9,11 +9,12 @@ from typing import Any, NamedTuple
 import pandas as pd
 
 from rftfit.checks.declared import CHECKS
+from rftfit.checks.verdict import Verdict
 from rftfit.compare.legs import WITHIN_PERCENT
 from rftfit.figures import labels
 from rftfit.figures.style import format_number
 from rftfit.measure.alpha import cell_at, column
-from rftfit.measure.verdict_words import NOT_CHECKED, NOTHING, PASSED, SOUND
+from rftfit.measure.verdict_words import NOT_CHECKED, PASSED
 from rftfit.model.fourier import TERMS
 from rftfit.page.cells import Row, records
 from rftfit.page.outcome import verdict_of
@@ -53,16 +54,14 @@ def findings(results: Results) -> list[PageFinding]:
 
 
 def _measured(results: Results) -> Iterable[PageFinding]:
-    """How many checks passed, which media to doubt, and how hard the media are to a level plate pushed straight down."""
+    """How many checks passed, the verdict on each medium, and how hard the media are to a level plate pushed straight down."""
     titles, verdicts = results.campaign.titles, {m: verdict_of(results, m) for m in results.media}
-    media_by_verdict: dict[tuple[str, str], list[str]] = {}
+    media_by_verdict: dict[Verdict, list[str]] = {}
     for name, verdict in verdicts.items():
         media_by_verdict.setdefault(verdict, []).append(titles[name])
-    media_by_verdict = {key: names for key, names in media_by_verdict.items() if key[0] != SOUND}
     sentences = [_count_checks(results)]
-    for (word, reason), names in media_by_verdict.items():
-        verb = (["is", "are"], ["has", "have"])[word == NOTHING][len(names) > 1]
-        sentences.append(f"{list_in_words(names)} {verb} {word}{labels.in_brackets(reason)}")
+    for verdict, names in media_by_verdict.items():
+        sentences.append(verdict.on(list_in_words(names), len(names) > 1))
     alpha_cells = []
     for name in labels.usable_media(results, results.media):
         cell = cell_at(results[name].alpha, 0.0, 90.0)

@@ -15,15 +15,7 @@ from rftfit.figures.labels import format_interval, in_brackets, name_of, percent
 from rftfit.measure.flags import Remark, attach_run, format_remarks, remark
 from rftfit.measure.ledger import DROPPED, USED, RowStatus
 from rftfit.measure.sentences import FLAGS
-from rftfit.measure.verdict_words import (
-    ACCEPTED,
-    DOUBTFUL,
-    FAILED,
-    NOT_CHECKED,
-    NOTHING,
-    PASSED,
-    UNUSABLE,
-)
+from rftfit.measure.verdict_words import ACCEPTED, DOUBTFUL, FAILED, NOT_CHECKED, PASSED, UNUSABLE
 from rftfit.model.shapes import NOT_ALIKE
 from rftfit.page.cells import records
 from rftfit.results import Results
@@ -140,21 +132,11 @@ def doubt_of_map(results: Results, medium: str) -> str:
 
 
 def verdict_of(results: Results, medium: str) -> Verdict:
-    """Verdict on a medium in one word, and why: of its checks, and of what else its results lack."""
-    verdict = verdict_on(results.checks[results.checks["medium"] == medium])
-    if verdict.word in (UNUSABLE, DOUBTFUL):
-        return verdict
-    if not results[medium].alpha["alpha_z_N_per_cm3"].notna().any():
-        return Verdict(NOTHING, "no run gave a slope")
-    used_fits = results[medium].fits.dropna(subset=["alpha_z_N_per_cm3"])
-    bare = len(results[medium].flags.runs_with("no-tare").keys() & set(used_fits["run_id"]))
-    if bare and 2 * bare >= len(used_fits):
-        runs = f"in {bare} of {len(used_fits)} runs " * (bare < len(used_fits))
-        return Verdict(DOUBTFUL, runs + str(remark("no-tare")))
-    giving = len(results[medium].flags.runs_beside_others("gives-back"))
-    if giving:
-        return Verdict(DOUBTFUL, f"in {giving} of {len(used_fits)} runs {CHECKS['work'].fault}")
-    return verdict
+    """Verdict on a medium of written results in one word, and why."""
+    checks = results.checks
+    return verdict_on(
+        checks[checks["medium"] == medium], results[medium].fits, results[medium].flags
+    )
 
 
 def untold_of(results: Results) -> list[str]:

@@ -7,6 +7,7 @@ import pandas as pd
 from rftfit.campaign.load import Campaign
 from rftfit.checks.declared import COLUMNS
 from rftfit.checks.medium import check_medium, marks_of
+from rftfit.checks.verdict import Verdict, verdict_on
 from rftfit.compare.causes import compare_all_runs
 from rftfit.compare.peers import compare_runs, outlier_differences
 from rftfit.measure.alpha import alpha_table, flags_of_cells, with_flagged
@@ -132,17 +133,23 @@ def measure_logs(results: Results, medium: str) -> None:
             results.hold(name.format(medium), table)
 
 
-def measure_and_check(campaign: Campaign) -> pd.DataFrame:
-    """Measure all logs of a campaign and check what comes out; nothing is written."""
+def measure_and_check(campaign: Campaign) -> tuple[pd.DataFrame, dict[str, Verdict]]:
+    """Measure all logs of a campaign and check what comes out; nothing is written.
+
+    Returns the table of checks, and the verdict on each medium.
+    """
     results = Results(campaign)
-    verdicts = []
+    checks_of_media, verdicts = [], {}
     if campaign.config.clock.method == "estimate":
         for medium in results.media:
             results.hold(f"clocks/{medium}.parquet", clocks(results, medium))
     for medium in results.media:
         measure_logs(results, medium)
-        verdicts.append(checks(results, medium)[0])
-    return pd.concat(verdicts, ignore_index=True)
+        checks_of_medium, *_, flags = checks(results, medium)
+        checks_of_media.append(checks_of_medium)
+        fits = results.table(f"fits/{medium}.csv")
+        verdicts[medium] = verdict_on(checks_of_medium, fits, Flags(flags))
+    return pd.concat(checks_of_media, ignore_index=True), verdicts
 
 
 def legs(results: Results, medium: str) -> tuple[pd.DataFrame, pd.DataFrame]:
