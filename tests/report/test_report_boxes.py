@@ -23,10 +23,6 @@ def faults(*texts, above="", ticks=3):
     return text_faults(figure)
 
 
-def test_texts_apart_are_no_fault():
-    assert faults((0.3, 0.5, "here"), (0.6, 0.5, "there"), (0.3, 0.4, "below")) == []
-
-
 @pytest.mark.parametrize(
     ("place", "fault"),
     [
@@ -38,10 +34,6 @@ def test_texts_apart_are_no_fault():
 )
 def test_an_overlap_and_an_overflow_are_found(place, fault):
     assert faults((0.3, 0.5, "here"), (*place, "there")) == [fault]
-
-
-def test_numbers_of_an_axis_that_run_together_are_found():
-    assert any("lies over" in fault for fault in faults(ticks=40))
 
 
 def test_what_stands_above_a_figure_belongs_to_it():
