@@ -184,14 +184,6 @@ def test_level_runs_of_another_depth_are_no_repeats():
     assert deeper["n_others"].tolist() == [1, 1, 0, 0]
 
 
-def test_least_that_all_published_media_feel():
-    """Relative to alpha_z(0, 90): 1 there, and a pull has the opposite sign."""
-    peers = compare_runs(fits([(0.0, 90.0, 0.3, 0.0), (0.0, -90.0, -0.05, 0.0)]), "m")
-    push, pull = peers["known_z_ratio"]
-    assert push == pytest.approx(1)
-    assert -0.5 < pull < 0
-
-
 @pytest.mark.parametrize("repeats", [3, 4, 5])
 @pytest.mark.parametrize("fault", ["both-reversed", "x-reversed", "doubled"])
 def test_the_wrong_run_is_named_and_no_right_one(repeats, fault):

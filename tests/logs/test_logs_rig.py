@@ -1,14 +1,10 @@
 """The reader of the rig's logs keeps or counts every data line and invents no row."""
 
-import tempfile
 from collections import Counter
 from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
-from seeds import example_count
 
 from rftfit.errors import InputError
 from rftfit.logs.base import Log, LogError
@@ -19,9 +15,7 @@ from rftfit.table.parse import CELLS, CUT, FINITE, NUMBER
 FORCE_HEADER = "time_s,arm_moving,F1_N,F2_N,F3_N"
 MOTION_HEADER = "time_s,x_mm,z_mm,angle_deg"
 FORCE_ROWS = ["0.00,0,1.5,-2.25,3", "0.01,0,1.25,-2.5,3.125", "0.02,1,1,-2.75,3.25"]
-MOTION_ROWS = ["0.00,10,150,30", "0.02,9.99,149.5,30.01", "0.04,9.98,149,29.99"]
 FORCE = "# a comment\n" + "\n".join([FORCE_HEADER, *FORCE_ROWS]) + "\n"
-MOTION = "\n".join([MOTION_HEADER, *MOTION_ROWS]) + "\n"
 
 
 def read(folder, content):
@@ -48,25 +42,6 @@ def expect(log, rows):
 
 def body(*rows):
     return "\n".join([FORCE_HEADER, *rows]) + "\n"
-
-
-@pytest.mark.parametrize("text", [FORCE, MOTION])
-@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16"])
-@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
-def test_whole_logs(tmp_path, text, encoding, end):
-    force = text == FORCE
-    content = text.replace("\n", end).encode(encoding)
-    assert RigReader().detect(content)
-    log = read(tmp_path, content)
-    assert (log.rows, log.dropped) == (3, {})
-    names, units = (
-        ("time arm_moving F1 F2 F3", ["s", "", "N", "N", "N"])
-        if force
-        else ("time x z angle", ["s", "mm", "mm", "deg"])
-    )
-    assert log.units == dict(zip(names.split(), units, strict=True))
-    assert list(log.columns) == names.split()
-    expect(log, FORCE_ROWS if force else MOTION_ROWS)
 
 
 def test_comments_and_blank_lines_are_no_data_lines(tmp_path):
@@ -203,29 +178,3 @@ def test_registry(tmp_path):
     assert claimants(read_head(path)) == []
     with pytest.raises(InputError, match=r"nowhere\.csv"):
         read_head(tmp_path / "nowhere.csv")
-
-
-numbers = st.floats(allow_nan=False, allow_infinity=False, width=32)
-
-
-@pytest.mark.statistics
-@settings(max_examples=example_count(150), deadline=None)
-@given(
-    rows=st.lists(st.lists(numbers, min_size=4, max_size=4), min_size=1, max_size=6),
-    end=st.sampled_from(["\n", "\r\n", "\r"]),
-    data=st.data(),
-)
-def test_any_valid_file_cut_anywhere(rows, end, data):
-    content = end.join([MOTION_HEADER, *(",".join(map(repr, row)) for row in rows), ""])
-    start = len(MOTION_HEADER)
-    cut_content = content[: data.draw(st.integers(start, len(content)))]
-    text = cut_content[start:].replace("\r\n", "\n").replace("\r", "\n").removeprefix("\n")
-    *complete, last_line = text.split("\n")
-    with tempfile.TemporaryDirectory() as folder:
-        if not text:
-            assert refused(Path(folder), cut_content).code == "header_only"
-            return
-        log = read(Path(folder), cut_content)
-    assert log.dropped == ({CUT: 1} if last_line else {})
-    expected_cells = np.array(rows[: len(complete)]).reshape(-1, 4)
-    np.testing.assert_array_equal(np.stack(list(log.columns.values()), axis=1), expected_cells)

@@ -12,26 +12,19 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 from foreign_logs import TEXTS, daq, instron, netft
-from numpy.testing import assert_allclose, assert_array_equal
+from numpy.testing import assert_allclose
 from refusals import refused
 
 import rftfit
-from rftfit.campaign.config import TextFormat
 from rftfit.logs.base import NO_VALUE_AT_ALL, LogError
-from rftfit.logs.delimited import DelimitedReader, encoding_of, guess_text_settings
+from rftfit.logs.delimited import encoding_of, guess_text_settings
 from rftfit.logs.quantities import guess
-from rftfit.logs.registry import claimants, dialect, read_head
+from rftfit.logs.registry import dialect
 from rftfit.table.parse import BLANK, NUMBER
 from rftfit.table.units import split_unit
 
 VALUES = np.random.default_rng(3).normal(size=(50, 3)).round(5)
 FRAME = pd.DataFrame(VALUES, columns=["Fx [N]", "Fy (N)", "z_mm"])
-
-
-def check_values(log):
-    assert_array_equal(np.stack(list(log.columns.values()), axis=1), VALUES)
-    assert log.units == {"Fx": "N", "Fy": "N", "z": "mm"}
-    assert (log.rows, log.dropped) == (50, {})
 
 
 @pytest.fixture(params=["xlsx", "parquet"])
@@ -43,23 +36,6 @@ def table(request, tmp_path):
     else:
         FRAME.to_parquet(path)
     return path
-
-
-def test_tables(table):
-    (reader,) = claimants(read_head(table))
-    assert reader.name == table.suffix[1:]
-    check_values(reader.load(table))
-    if reader.name == "xlsx":
-        check_values(reader.with_options({"sheet": "Sheet1"}).load(table))
-    else:
-        FRAME.assign(note="x").mask(FRAME > 2.0).to_parquet(table)
-        log = reader.load(table)
-        assert (log.rows, log.size, log.dropped) == (50, 50, {})
-        is_complete = (VALUES[:, [0, 2]] <= 2.0).all(axis=1)
-        assert not is_complete.all()
-        log = reader.only(["Fx", "z"]).load(table)
-        assert log.dropped == {BLANK: np.count_nonzero(~is_complete)}
-        assert_array_equal(log.columns["Fx"], VALUES[is_complete, 0])
 
 
 def test_xlsx_with_a_preamble_a_row_of_units_and_a_bad_cell(tmp_path):
@@ -111,15 +87,6 @@ def test_missing_empty_and_folder(name, tmp_path):
         (error,) = reader.load_many([path])
         assert isinstance(error, LogError)
         assert str(path) in str(error)
-
-
-def by_text(**text):
-    return DelimitedReader(TextFormat.model_validate(text))
-
-
-def described(path, content, **text):
-    path.write_bytes(content)
-    return by_text(**text).load(path)
 
 
 def test_rate_zero_and_unit_unknown(tmp_path):

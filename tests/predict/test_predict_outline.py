@@ -66,14 +66,6 @@ def test_arcs_go_from_axle_to_tip(c):
     assert (np.sign(x) == -np.sign(c)).all()
 
 
-def test_reversed_leg_is_the_mirror_image():
-    front, back = model_leg("c_leg").body, model_leg("reversed_c_leg").body
-    np.testing.assert_allclose(front * [-1, 1, -1, 1, 1], back, atol=1e-15)
-    assert len(front) == 30
-    flat = model_leg("flat_leg").body
-    np.testing.assert_allclose(flat[:, :2], np.column_stack([0 * flat[:, 1], flat[:, 1]]))
-
-
 def test_leg_turns_as_the_design_says():
     theta = np.radians([-90.0, 0.0, 30.0])
     elements = place(model_leg("flat_leg", 1000).body, 2.54, rotation_poses(theta))

@@ -187,20 +187,6 @@ def test_calculator_equals_the_scaling_routine(numbers, results, which, se):
         assert_allclose(array(curves), np.stack(expected, -1), atol=1e-6)
 
 
-def test_calculator_equals_rftfit_scale_for_any_error(numbers):
-    random = np.random.default_rng(7)
-    alpha, relative = 10 ** random.uniform(-1, 0.7, 100), 10 ** random.uniform(-4, 0, 100)
-    tests = np.stack([alpha, alpha * relative], -1).tolist()
-    page_zeta = numbers.evaluate(
-        f"{json.dumps(tests)}.map(([alpha, se]) => window.rftfit.scaleNewMedium("
-        "alpha, se, window.rftfit.data.references[1]).zeta)"
-    )
-    reference = published()
-    scaled = [scale_new_medium(alpha_z, se, reference.chi) for alpha_z, se in tests]
-    expected = [[medium.zeta, medium.zeta_lo, medium.zeta_hi] for medium in scaled]
-    assert_allclose(array(page_zeta), expected, rtol=1e-9)
-
-
 def test_policy_stops_a_foreign_script(chromium, address):
     chromium.open(address)
     chromium.evaluate(

@@ -12,27 +12,9 @@ import rftfit
 from rftfit.cli.main import main
 
 from .test_space_mesh import stl
-from .test_space_rolling import paddles
-
-__all__ = ["paddles"]
 
 SAND = rftfit.scale(0.9)
 SMOOTH = rftfit.Mesh.cylinder(6.25, 6, facets=24)
-
-
-def test_a_sinkage_gives_the_mean_of_predict():
-    answer = rftfit.wheel(SAND, SMOOTH, [0.1, 0.3], sinkage_cm=2)
-    assert (answer.given, answer.rule, answer.friction) == ("sinkage", "none", None)
-    for row in answer.as_dict()["rows"]:
-        motion = rftfit.Motion3D.roll(SMOOTH, 2, row["slip"], 73)
-        mean = rftfit.predict(SAND, SMOOTH, motion, model_error=0).mean(numeric_only=True)
-        assert row["load_N"] == pytest.approx(mean["force_z_N"])
-        assert row["drawbar_N"] == pytest.approx(mean["force_x_N"])
-        assert row["torque_N_cm"] == pytest.approx(-mean["moment_y_N_cm"])
-        assert row["load_lo_N"] < row["load_N"] < row["load_hi_N"]
-        assert (
-            row["drawbar_model_lo_N"] < row["drawbar_lo_N"] < row["drawbar_N"] < row["drawbar_hi_N"]
-        )
 
 
 def test_a_load_and_a_sinkage_need_an_alpha(paddles):
