@@ -10,7 +10,7 @@ from rftfit.errors import InputError
 from rftfit.logs.base import Log, LogError
 from rftfit.logs.registry import DIALECTS, claimants, dialect, read_head
 from rftfit.logs.rig import RigReader
-from rftfit.table.parse import CELLS, CUT, FINITE, NUMBER
+from rftfit.table.parse import CELLS, FINITE, NUMBER
 
 FORCE_HEADER = "time_s,arm_moving,F1_N,F2_N,F3_N"
 MOTION_HEADER = "time_s,x_mm,z_mm,angle_deg"
@@ -44,25 +44,6 @@ def body(*rows):
     return "\n".join([FORCE_HEADER, *rows]) + "\n"
 
 
-def test_comments_and_blank_lines_are_no_data_lines(tmp_path):
-    first_row, second_row, third_row = FORCE_ROWS
-    content = f"\n# one\n  \n#\n{FORCE_HEADER}\n\n{first_row}\n# gap\n   \n{second_row}\n{third_row}\n\n#end"
-    for text in (
-        content,
-        content + "\n",
-        content.replace("\n", "\r\n") + "\n \n ",
-        FORCE.replace(",", " , "),
-    ):
-        log = read(tmp_path, text)
-        assert (log.rows, log.dropped) == (3, {})
-        expect(log, FORCE_ROWS)
-
-
-def test_unit_of_the_header_is_kept(tmp_path):
-    text = FORCE.replace("F1_N,F2_N,F3_N", "F1_lbf,F2_mN,F3")
-    assert [read(tmp_path, text).units[name] for name in ("F1", "F2", "F3")] == ["lbf", "mN", ""]
-
-
 @pytest.mark.parametrize(
     ("content", "code"),
     [
@@ -89,16 +70,6 @@ def test_too_large(tmp_path, monkeypatch):
     assert refused(tmp_path, FORCE).code == "too_large"
 
 
-# 3.37 may once have been 3.375: five cells, and still not a row to believe
-# 3.37 may once have been 3.375: five cells, and still not a row to believe
-@pytest.mark.parametrize("cut_row", ["0.03,1,0.5", "0.03,1,0.5,-3,3.37"])
-def test_cut_in_mid_row(tmp_path, cut_row):
-    for text, dropped in ((FORCE, {CUT: 1}), (FORCE + "1,2\n", {CUT: 1, CELLS: 1})):
-        log = read(tmp_path, text + cut_row)
-        assert log.dropped == dropped
-        expect(log, FORCE_ROWS)
-
-
 NO_NUMBERS = "one", "", "0x10", "1_0", "1 0", '"1"', "--1", "\N{ARABIC-INDIC DIGIT ONE}", "1\x00"
 INFINITE = "nan", "NaN", "inf", "-Infinity", "1e999"
 BAD = {
@@ -123,13 +94,6 @@ def test_no_good_row_at_all(tmp_path):
     log = read(tmp_path, body("a,b,c,d,e", "nan,nan,nan,nan,nan"))
     assert (log.rows, log.dropped) == (2, {NUMBER: 1, FINITE: 1})
     assert log.columns["time"].size == 0
-
-
-@pytest.mark.parametrize(("delimiter", "word"), [(";", "semicolons"), ("\t", "tabs")])
-def test_wrong_delimiter_with_decimal_comma(tmp_path, delimiter, word):
-    error = refused(tmp_path, FORCE.replace(",", delimiter).replace(".", ","))
-    assert (error.code, error.rows) == ("header", 3)
-    assert word in str(error)
 
 
 @pytest.mark.parametrize(
