@@ -19,10 +19,9 @@ import time
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "helpers"))
-from agreement import compare
-from one_push import MEDIUM, REPORTED_PUSHES
-from one_push import campaign_around as campaign_of_push
-from real_logs import REAL_LOGS, campaign_around, judge
+from mistakes import compare
+from third_party import MEDIUM, REAL_LOGS, REPORTED_PUSHES, campaign_around_log, judge
+from third_party import campaign_around as campaign_of_push
 
 
 def run_workflow(root):
@@ -38,7 +37,7 @@ def run_workflow(root):
 
 def run_real_log(log, root):
     """Make and run the campaign around a real log: a line on the run, and its faults."""
-    folder = campaign_around(log, root)
+    folder = campaign_around_log(log, root)
     line, faults = run_workflow(root)
     if faults:
         return line, faults

@@ -15,7 +15,7 @@ import pandas as pd
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "helpers"))
 
-from one_stroke import crust, push, stick_slip, stones
+from pushes import crust, push, stick_slip, stones
 
 from rftfit.campaign.config import TextFormat
 from rftfit.logs.base import LogError

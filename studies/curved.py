@@ -25,10 +25,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "helpers"
 
 import numpy as np
 import pandas as pd
-from coverage_files import measured
-from coverage_levels import alpha_cells
-from disturbances import DisturbedLab, power_law
-from paper import paper_values, write_yaml
+from coverage_levels import alpha_cells, measured
+from paper import DisturbedLab, paper_values, power_law, write_yaml
 
 from rftfit.campaign.config import Config
 from rftfit.campaign.load import load_campaign

@@ -20,7 +20,7 @@ from tempfile import TemporaryDirectory
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "helpers"))
 
 import numpy as np
-from coverage_files import measured
+from coverage_levels import measured
 
 from rftfit.campaign.load import load_campaign
 from rftfit.workflow.measure import checks

@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "helpers"))
-from other_labs import CASES, judge, make
+from mistakes import CASES, judge, make
 
 CELLS_WITHIN = 0.9
 """Part of all numbers whose 95 % intervals must hold the truth."""

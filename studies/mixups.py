@@ -24,9 +24,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "helpers"
 
 import numpy as np
 import pandas as pd
-from disturbances import sizes_of
-from mistakes import CHANNELS, change, enacted, judged, of_logs, plates, some
-from mutations import Written
+from mistakes import CHANNELS, Written, change, enacted, judged, of_logs, plates, some
+from paper import sizes_of
 from shared_causes import FILE_DIRECTIONS
 
 from rftfit.campaign.config import Config

@@ -35,11 +35,13 @@ import numpy as np
 import pandas as pd
 from campaigns import FEW
 from coverage_levels import as_disturbed, slow_noise
-from disturbances import REAL_LAB, sizes_of
 from disturbed import LEVELS, campaigns_of
 from mistakes import (
+    CASES,
     EQUAL,
+    GRIDS,
     MISTAKES,
+    Case,
     copied,
     dead,
     enacted,
@@ -50,7 +52,7 @@ from mistakes import (
     turned,
     with_mistake,
 )
-from other_labs import CASES, GRIDS, Case
+from paper import REAL_LAB, sizes_of
 from slices import SLICES, lab_in
 
 from rftfit.lab.plan import parse_directions

@@ -27,8 +27,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "helpers"
 
 import numpy as np
 import pandas as pd
-from disturbances import sizes_of
 from mistakes import CHANNELS, change, enacted, judged, plates
+from paper import sizes_of
 
 from rftfit.campaign.sheet import Run
 from rftfit.compare.axes import axes_evidence

@@ -20,8 +20,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "helpers"
 
 import numpy as np
 import pandas as pd
-from disturbances import sizes_of
 from mistakes import enacted, judged
+from paper import sizes_of
 from slices import SLICES, lab_in
 
 from rftfit.checks.verdict import verdict_on

@@ -17,7 +17,7 @@ from functools import partial
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "helpers"))
-from motions import REFUSED, RIGHT, WRONG, any_pushes
+from pushes import REFUSED, RIGHT, WRONG, any_pushes
 
 NOISE_MM = (0.0, 0.05, 0.1, 0.2, 0.3, 0.5)
 MOST_LONE = 5

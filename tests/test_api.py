@@ -12,11 +12,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from light_campaign import LABORATORY, SAND, make_campaign, one_cell
+from coverage_levels import sweep_draws
 from numpy.testing import assert_allclose, assert_array_equal
-from paper_grid import BETA, flat
-from paper_grid import GAMMA_OF_FILE as GAMMA
-from turning import sweep_draws
+from paper import BETA, flat
+from paper import GAMMA_OF_FILE as GAMMA
+from result_tables import LABORATORY, SAND, make_campaign, one_cell
 
 import rftfit
 from rftfit import reference

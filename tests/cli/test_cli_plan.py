@@ -4,7 +4,7 @@ import csv
 import json
 
 import pytest
-from light_campaign import LABORATORY, SAND, make_campaign, one_cell
+from result_tables import LABORATORY, SAND, make_campaign, one_cell
 
 from rftfit import reference
 

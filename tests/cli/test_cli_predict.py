@@ -7,9 +7,8 @@ import shutil
 
 import numpy as np
 import pytest
-from light_campaign import LABORATORY, SE, alpha_frame, make_campaign
 from numpy.testing import assert_allclose, assert_array_equal
-from result_tables import read_output
+from result_tables import LABORATORY, SE, alpha_frame, make_campaign, read_output
 
 from rftfit import reference
 from rftfit.store import write_csv

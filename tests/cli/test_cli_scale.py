@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from light_campaign import LABORATORY, SAND, make_campaign, one_cell
-from result_tables import read_output
+from result_tables import LABORATORY, SAND, make_campaign, one_cell, read_output
 
 from rftfit import reference
 from rftfit.model.fourier import TERMS, evaluate

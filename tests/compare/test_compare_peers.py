@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from other_labs import GRIDS
+from mistakes import GRIDS
 from seeds import seeds
 
 from rftfit import reference

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 import numpy as np
 import pandas as pd
 import pytest
-from disturbances import DISTURBANCES, along_path, bed_of, disturbed_logs, pink, sizes_of
+from paper import DISTURBANCES, along_path, bed_of, disturbed_logs, pink, sizes_of
 
 from rftfit.errors import InputError
 from rftfit.lab.enact import run_logs

@@ -9,10 +9,9 @@ import re
 
 import numpy as np
 import pytest
-from foreign_logs import TEXTS
-from fuzzing import check_rows
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from log_files import TEXTS, check_rows
 from numpy.testing import assert_array_equal
 from seeds import example_count
 

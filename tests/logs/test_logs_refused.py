@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 import pandas as pd
 import pytest
-from refusals import refused
+from log_files import refused
 
 from rftfit.logs import base, rosbag, tdms
 from rftfit.logs.base import refuse_large_file

@@ -15,8 +15,8 @@ import pyarrow as pa
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from log_files import refused
 from numpy.testing import assert_allclose
-from refusals import refused
 
 from rftfit.logs.inspect import recognised, refusal
 from rftfit.logs.registry import dialect, read_head

@@ -11,9 +11,8 @@ import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-from foreign_logs import TEXTS, instron
+from log_files import TEXTS, instron, refused
 from numpy.testing import assert_allclose
-from refusals import refused
 
 import rftfit
 from rftfit.logs.base import NO_VALUE_AT_ALL, LogError

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from paper_grid import PAPER
+from paper import PAPER
 
 from rftfit.campaign.config import ErrorSettings, Fit, Grid
 from rftfit.campaign.load import Campaign

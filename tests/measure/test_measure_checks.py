@@ -15,8 +15,8 @@ from typing import Any, get_args
 import numpy as np
 import pandas as pd
 import pytest
-from light_campaign import LABORATORY, alpha_frame, make_campaign
-from other_labs import GRIDS
+from mistakes import GRIDS
+from result_tables import LABORATORY, alpha_frame, make_campaign
 
 import rftfit
 from rftfit import reference

@@ -2,7 +2,7 @@
 
 import pandas as pd
 import pytest
-from curved_depths import forces_held
+from coverage_levels import forces_held
 from seeds import seeds
 
 from rftfit.measure.depths import curved_law

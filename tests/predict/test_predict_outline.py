@@ -9,7 +9,7 @@ import re
 
 import numpy as np
 import pytest
-from told import told
+from log_files import told
 
 from rftfit.campaign.problems import CampaignError
 from rftfit.forces.motion import rotation_poses

@@ -8,8 +8,8 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from paper_grid import BETA, GAMMA, flat
-from turning import sweep
+from coverage_levels import sweep
+from paper import BETA, GAMMA, flat
 
 from rftfit import reference
 from rftfit.forces.outlines import CURVATURES, model_leg

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from light_campaign import alpha_frame
 from numpy.testing import assert_allclose, assert_array_equal
+from result_tables import alpha_frame
 
 import rftfit
 from rftfit import reference

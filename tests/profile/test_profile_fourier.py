@@ -6,7 +6,7 @@ Fits: least squares (`lsq`), and the transform of the even grid (`dft-index`).
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
-from paper_grid import BETA, GAMMA, by_hand
+from paper import BETA, GAMMA, by_hand
 
 from rftfit import reference
 from rftfit.model import fourier, symmetry

@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
-from paper_grid import BETA, GAMMA
+from paper import BETA, GAMMA
 
 import rftfit
 from rftfit import reference

@@ -6,10 +6,10 @@ Map: alpha in all directions, estimated from few pushes and from the shapes of k
 import numpy as np
 import pandas as pd
 import pytest
-from few_draws import few_draws
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
+from paper import few_draws
 from seeds import seeds
 
 import rftfit

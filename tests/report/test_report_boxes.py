@@ -4,8 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from figure_faults import figure_faults
-from text_boxes import text_faults
+from pages import figure_faults, text_faults
 
 from rftfit.figures import style
 

@@ -13,7 +13,7 @@ import pandas as pd
 import pytest
 from chromium import Chromium, find
 from numpy.testing import assert_allclose
-from page_inputs import FRAMES, HOLED, empty_grid_results, page_results, sand_results
+from result_tables import FRAMES, HOLED, empty_grid_results, page_results, sand_results
 
 from rftfit.campaign.config import Leg
 from rftfit.forces.motion import THETA_DEG, rotation, rotation_poses

@@ -7,15 +7,15 @@ from tempfile import TemporaryDirectory
 from types import SimpleNamespace
 from typing import Any
 
-import chain_tables as chain
 import matplotlib as mpl
 import numpy as np
 import pandas as pd
 import pytest
+import result_tables as chain
 from matplotlib.patches import PathPatch
-from memory import memory, of_runs
 from numpy.testing import assert_allclose
-from text_boxes import words
+from pages import words
+from result_tables import memory, of_runs
 
 from rftfit import reference
 from rftfit.campaign.config import Figures, Fit, Fourier

@@ -11,8 +11,8 @@ import numpy as np
 import pandas as pd
 import pytest
 from matplotlib.collections import QuadMesh
-from page_inputs import page_results, write
-from text_boxes import words
+from pages import words
+from result_tables import page_results, write
 
 from rftfit.figures.labels import explanation_of
 from rftfit.figures.maps import plot_estimated_maps

@@ -7,13 +7,12 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from figure_faults import figure_faults
+from coverage_levels import sweep
 from matplotlib.figure import Figure
 from matplotlib.text import Annotation
-from memory import memory, of_runs
 from numpy.testing import assert_allclose, assert_array_equal
-from text_boxes import words
-from turning import sweep
+from pages import figure_faults, words
+from result_tables import memory, of_runs
 
 from rftfit import reference
 from rftfit.campaign.config import Leg

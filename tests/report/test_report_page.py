@@ -13,7 +13,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from page_inputs import (
+from pages import untrue
+from paper import PROJECT
+from result_tables import (
     HOLED,
     NASTY,
     SAND_ALPHA,
@@ -22,8 +24,6 @@ from page_inputs import (
     sand_results,
     write,
 )
-from paper import PROJECT
-from true_sentences import untrue
 
 import rftfit
 from rftfit import reference

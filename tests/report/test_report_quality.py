@@ -3,15 +3,15 @@
 Also tested: the figure of runs beside their repeats.
 """
 
-import chain_tables as chain
 import numpy as np
 import pandas as pd
 import pytest
+import result_tables as chain
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgba
-from memory import memory, of_runs
 from numpy.testing import assert_allclose, assert_array_equal
-from text_boxes import words
+from pages import words
+from result_tables import memory, of_runs
 
 from rftfit.compare.peers import compare_runs
 from rftfit.figures import style

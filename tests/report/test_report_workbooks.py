@@ -3,13 +3,13 @@
 import io
 from itertools import takewhile
 
-import chain_tables as chain
 import numpy as np
 import pytest
+import result_tables as chain
 from numpy.testing import assert_allclose
 from openpyxl import load_workbook  # type: ignore[import-untyped]
-from page_inputs import bare_campaign, write
 from paper import paper_config
+from result_tables import bare_campaign, write
 
 import rftfit
 from rftfit import reference

@@ -3,10 +3,10 @@
 import numpy as np
 import pandas as pd
 import pytest
-from figure_faults import figure_faults
 from matplotlib.colors import to_rgb
-from memory import memory
 from numpy.testing import assert_allclose
+from pages import figure_faults
+from result_tables import memory
 
 from rftfit.compare.robot import optima
 from rftfit.figures.animation import animation_frames

@@ -11,9 +11,9 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
-from jobs import planned_jobs, run_rules
-from light_campaign import LABORATORY, alpha_frame, make_campaign
+from campaigns import planned_jobs, run_rules
 from numpy.testing import assert_allclose
+from result_tables import LABORATORY, alpha_frame, make_campaign
 
 import rftfit
 from rftfit import reference

@@ -10,9 +10,8 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 import pytest
-from jobs import planned_jobs, run_rules
+from campaigns import RigRoom, digests, planned, planned_jobs, run_rules
 from result_tables import read_result
-from rigroom import RigRoom, digests, planned
 
 from rftfit.errors import InputError, OutputError, RftfitError
 from rftfit.results import UndeclaredInput, open_results

@@ -9,10 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
-from foreign_logs import netft
-from jobs import run_rules
-from rigroom import RigRoom, chain
-from told import told
+from campaigns import RigRoom, chain, run_rules
+from log_files import netft, told
 
 from rftfit.campaign.load import check_campaign, load_campaign
 from rftfit.cli.main import main

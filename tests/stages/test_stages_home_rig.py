@@ -6,8 +6,8 @@ The page is docs/howto/home-rig.md.
 import numpy as np
 import pandas as pd
 import pytest
-from figure_faults import figure_faults
-from home_rig import lay_out_home_rig
+from campaigns import lay_out_home_rig
+from pages import figure_faults
 
 from rftfit.campaign.load import load_campaign
 from rftfit.figures.registry import figures

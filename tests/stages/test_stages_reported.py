@@ -5,12 +5,19 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import yaml
-from campaigns import Folder
-from jobs import run_rules
-from one_push import ALPHA, REPORTED_PUSHES, campaign_around, measured, truth, write_table
+from campaigns import Folder, run_rules
+from log_files import told
 from paper import write_yaml
-from shared_data import REPORTED, needs
-from told import told
+from third_party import (
+    ALPHA,
+    REPORTED,
+    REPORTED_PUSHES,
+    campaign_around,
+    measured,
+    needs,
+    truth,
+    write_table,
+)
 
 from rftfit.campaign.load import check_campaign
 

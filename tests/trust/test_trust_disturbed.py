@@ -7,12 +7,17 @@ Disturbance: an error of a real lab, such as a wrong surface, a lag or slow nois
 import numpy as np
 import pandas as pd
 import pytest
-from campaigns import FEW, make_campaign
-from coverage_levels import QUARTERS, Scenario, as_disturbed, cover, slow_noise
-from disturbances import REAL_LAB, reenact_disturbed, sizes_of
-from ensembles import paper_config, simulate
-from jobs import run_rules
-from rigroom import CONFIG_TEXT, chain, paper
+from campaigns import CONFIG_TEXT, FEW, chain, make_campaign, paper, run_rules
+from coverage_levels import (
+    QUARTERS,
+    Scenario,
+    as_disturbed,
+    cover,
+    paper_config,
+    simulate,
+    slow_noise,
+)
+from paper import REAL_LAB, reenact_disturbed, sizes_of
 from seeds import seeds
 
 from rftfit.campaign.config import ErrorSettings

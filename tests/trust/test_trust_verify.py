@@ -10,7 +10,7 @@ import os
 import re
 
 import pytest
-from jobs import planned_jobs
+from campaigns import planned_jobs
 
 from rftfit.cli.exit_codes import INPUT_NOT_VALID, NOT_AS_RECORDED
 from rftfit.errors import RftfitError

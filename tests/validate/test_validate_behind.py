@@ -4,8 +4,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from light_campaign import alpha_frame, results_of
-from turning import sweep
+from coverage_levels import sweep
+from result_tables import alpha_frame, results_of
 
 from rftfit.compare.legs import errors_of_peaks, extreme, shape_errors
 from rftfit.forces.outlines import leg_outline, model_leg

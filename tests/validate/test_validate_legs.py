@@ -10,10 +10,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from ensembles import paper_config
-from light_campaign import SE, alpha_frame, one_cell, results_of
+from coverage_levels import paper_config, sweep
+from result_tables import SE, alpha_frame, one_cell, results_of
 from seeds import assert_share, seeds
-from turning import sweep
 
 from rftfit.compare.legs import (
     FAR_OFF,

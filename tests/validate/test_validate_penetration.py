@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from campaign_room import plate_run
-from light_campaign import alpha_frame, one_cell
+from campaigns import plate_run
+from result_tables import alpha_frame, one_cell
 
 from rftfit.campaign.load import Campaign
 from rftfit.compare.sands import penetration_rows

@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 from campaigns import make_campaign
-from told import told
+from log_files import told
 
 from rftfit.campaign.load import check_campaign
 from rftfit.lab.plan import parse_directions

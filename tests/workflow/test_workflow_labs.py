@@ -5,7 +5,7 @@
 
 import pytest
 from campaigns import Folder
-from other_labs import Case, judge, make
+from mistakes import Case, judge, make
 from seeds import seeds
 
 pytestmark = pytest.mark.slow
