@@ -263,6 +263,51 @@ def test_line_ends_of_the_sheet_and_the_order_of_its_tares_do_not_count(checked)
     sheet.write_text("\n".join([header, *rows]) + "\n", encoding="utf-8")
 
 
+def test_edits_and_damage_are_made_again(checked):
+    """An edit, a spreadsheet's save, one flipped bit in each kind of intermediate, a deleted one."""
+    results = checked.root / "results"
+    digests_before = {path: sha256(path) for path in results.rglob("*") if path.is_file()}
+    digests_before = {
+        path: digest
+        for path, digest in digests_before.items()
+        if not {"logs", "state"} & {*path.parts}
+    }
+    replace(results / "alpha" / "poppy_LP.csv", "0.", "9.")
+    saved = (results / "coefficients.csv").read_text(encoding="utf-8").replace("\n", "\r\n")
+    (results / "coefficients.csv").write_bytes(b"\xef\xbb\xbf" + saved.encode())
+    flipped = (
+        "traces/yuma.parquet",
+        "tared/poppy_LP.parquet",
+        "windows/yuma.parquet",
+        "fits/yuma.csv",
+        "ledger/tare/poppy_LP.csv",
+        "fourier/media.csv",
+        "report.html",
+        "quality/yuma.png",
+        "alpha_tables.xlsx",
+        "provenance.json",
+        "state/scaling.json",
+        "state/page.json",
+        "records/legs/yuma.json",
+    )
+    for name in flipped:
+        path = results / name
+        content = bytearray(path.read_bytes())
+        # states and records are text: a byte that is none
+        content[len(content) // 2] ^= 1 if "." + name.rpartition(".")[2] != ".json" else 128
+        path.write_bytes(content)
+    (results / "runs" / "yuma.csv").unlink()
+    assert checked.rftfit("verify", "results/report.html").returncode != 0
+    process = checked.rftfit("run")
+    assert process.returncode == 0, process.stderr
+    assert "made again" in process.stderr
+    assert "results/fits/yuma.csv" in process.stderr
+    assert "not there, made again: results/runs/yuma.csv" in process.stderr
+    assert {path: sha256(path) for path in digests_before} == digests_before
+    assert checked.rftfit("verify").returncode == 0
+    assert "Nothing to do" in checked.rftfit("run").stdout
+
+
 @pytest.mark.parametrize("word", ["results/coeficients.csv", "raw", "../elsewhere.csv"])
 def test_what_is_not_recorded_is_no_result(checked, word):
     process = checked.rftfit("verify", word)
