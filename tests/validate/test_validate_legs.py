@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from coverage_levels import paper_config, sweep
+from paper import few_draws
 from result_tables import SE, alpha_frame, one_cell, results_of
 from seeds import assert_share, seeds
 
@@ -56,7 +57,8 @@ def curves_of(table, config):
 @pytest.fixture(scope="module")
 def predicted(config):
     tables = [alpha_of(medium) for medium in MEDIA]
-    return pd.concat([predicted_curves(medium)[0] for medium in results_of(tables, config)])
+    with few_draws():
+        return pd.concat([predicted_curves(medium)[0] for medium in results_of(tables, config)])
 
 
 @pytest.mark.statistics
@@ -141,6 +143,7 @@ WITHIN_33 = "all legs and media: peaks of lift and thrust within 33 % (measured 
 DEPTH_ONLY = "depth-only: largest overprediction of peak lift, %"
 
 
+@few_draws()
 def test_the_papers_statements_are_met_or_named(config, predicted):
     slopes = {"yuma": 0.69, "palms29": 0.88, "palms29_sieved": 0.76}
     tables = [alpha_of(medium) for medium in MEDIA]
