@@ -12,6 +12,9 @@ import rftfit
 from rftfit.cli.main import main
 
 from .test_space_mesh import stl
+from .test_space_rolling import paddles
+
+__all__ = ["paddles"]
 
 SAND = rftfit.scale(0.9)
 SMOOTH = rftfit.Mesh.cylinder(6.25, 6, facets=24)
