@@ -1,7 +1,7 @@
 """Coverage and width of 95 % intervals under each disturbance of a real lab, and under all of them.
 
 ``python benchmarks/disturbed.py 40`` simulates 40 campaigns, eight of each published medium, for each
-disturbance of ``tests/helpers/disturbances.py`` at its default size, and for all together; five minutes.
+disturbance of ``tests/helpers/paper.py`` at its default size, and for all together; five minutes.
 ``... 40 surface=2 power=1.2`` takes these instead, ``real-lab`` among them if wanted; ``repeats=3`` makes the
 straight pushes and pulls three times each, from which the spread is found. ``files`` writes each
 campaign's logs and reads them, with everything the measuring does. Three tables: every
@@ -30,10 +30,21 @@ sys.path.insert(0, str(HERE.parent / "tests" / "helpers"))
 
 import numpy as np
 import pandas as pd
-from coverage_files import held_in_files, measured, written
-from coverage_levels import QUARTERS, STRESS_DEPTHS_CM, Scenario, as_disturbed, held, slow_noise
-from disturbances import DISTURBANCES, REAL_LAB, described, sizes_of
-from ensembles import EXACT, paper_config, simulate
+from coverage_levels import (
+    EXACT,
+    QUARTERS,
+    STRESS_DEPTHS_CM,
+    Scenario,
+    as_disturbed,
+    held,
+    held_in_files,
+    measured,
+    paper_config,
+    simulate,
+    slow_noise,
+    written,
+)
+from paper import DISTURBANCES, REAL_LAB, described, sizes_of
 
 from rftfit.campaign.config import ErrorSettings
 from rftfit.campaign.load import load_campaign
@@ -43,9 +54,8 @@ from rftfit.workflow.measure import FLAGGING
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from coverage_levels import Inside
-    from disturbances import Sizes
-    from ensembles import Ensemble
+    from coverage_levels import Ensemble, Inside
+    from paper import Sizes
 
     from rftfit.results import Results
 

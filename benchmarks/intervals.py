@@ -18,8 +18,16 @@ HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE.parent / "tests" / "helpers"))
 
 import numpy as np
-from coverage_levels import BEST_IN, SCENARIOS, Scenario, cover, cover_robot
-from ensembles import Ensemble, paper_config, simulate
+from coverage_levels import (
+    BEST_IN,
+    SCENARIOS,
+    Ensemble,
+    Scenario,
+    cover,
+    cover_robot,
+    paper_config,
+    simulate,
+)
 
 from rftfit.reference import MEDIA
 

@@ -19,7 +19,7 @@ os.environ.setdefault("MKL_NUM_THREADS", "1")
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests" / "helpers"))
 
 import numpy as np
-from turning import sweep, sweep_draws
+from coverage_levels import sweep, sweep_draws
 
 from rftfit import reference
 from rftfit.forces.motion import THETA_DEG

@@ -27,7 +27,7 @@ import pandas as pd
 import pyarrow as pa
 import pyarrow.csv as pacsv
 import pyarrow.parquet as pq
-from foreign_logs import TEXTS, netft
+from log_files import TEXTS, netft
 
 from rftfit.campaign.config import TextFormat
 from rftfit.logs.delimited import DelimitedReader

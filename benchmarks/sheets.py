@@ -14,7 +14,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests" / "helpers"))
 
 import pandas as pd
-from campaign_room import Room
+from campaigns import Room
 
 from rftfit.campaign.load import check_campaign
 

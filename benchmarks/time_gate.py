@@ -35,8 +35,7 @@ HERE = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(HERE / "tests" / "helpers"))
 
 import numpy as np
-from campaigns import FEW, make_campaign
-from jobs import Job, leave_blank, planned_jobs
+from campaigns import FEW, Job, leave_blank, make_campaign, planned_jobs
 
 from rftfit.version import __version__
 from rftfit.workflow.job import do_job

@@ -19,7 +19,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests" / "helpers"))
 
 import yaml
-from disturbances import NOTHING, reenact_disturbed
+from paper import NOTHING, reenact_disturbed
 
 from rftfit.bench.watch import Watch
 from rftfit.campaign.config import Config

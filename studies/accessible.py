@@ -15,7 +15,7 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "tests" / "helpers"))
 import chromium
 from live_rig import LiveRig
-from page_inputs import page_results
+from result_tables import page_results
 
 import rftfit.bench
 from rftfit.bench.page import page_of

@@ -19,7 +19,7 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "tests" / "helpers"))
 
 from campaigns import FEW, Folder, make_campaign
-from doc_blocks import Reader, blocks_of, fate
+from pages import Reader, blocks_of, fate
 
 ABSENT = {"git", "make"}
 SHIPPED = (

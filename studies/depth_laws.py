@@ -20,11 +20,9 @@ from tempfile import TemporaryDirectory
 import frame
 import numpy as np
 import pandas as pd
-from coverage_files import measured
-from coverage_levels import alpha_cells
-from disturbances import DisturbedLab, power_law
+from coverage_levels import alpha_cells, measured
 from frame import Part, Row, Tables, Unit
-from paper import paper_values, write_yaml
+from paper import DisturbedLab, paper_values, power_law, write_yaml
 
 from rftfit.campaign.config import Config
 from rftfit.campaign.load import load_campaign

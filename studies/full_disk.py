@@ -16,8 +16,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "helpers"))
 
 from campaigns import make_campaign
-from disks import change, mount, on_own_disks, room, unmount, why_not
-from kills import compare_results, fresh, run
+from harm import change, compare_results, fresh, mount, on_own_disks, room, run, unmount, why_not
 
 SHARES = (0.0, 0.002, 0.02, 0.1, 0.4, 0.7, 0.9, 0.98)
 """Of the room that all results need."""

@@ -13,9 +13,17 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "helpers"))
 
-from binary_logs import BINARIES, MANY_WITHOUT_BYTES, write_packed_zeros, write_ros1
-from foreign_logs import TEXTS
-from fuzzing import Score, fuzz, fuzz_binary, judge_binary
+from log_files import (
+    BINARIES,
+    MANY_WITHOUT_BYTES,
+    TEXTS,
+    Score,
+    fuzz,
+    fuzz_binary,
+    judge_binary,
+    write_packed_zeros,
+    write_ros1,
+)
 
 from rftfit.logs.registry import dialect
 

@@ -18,7 +18,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "helpers"))
 
 from campaigns import make_campaign
-from kills import KINDS, STAGE, compare_results, fresh, kill, run, seconds_until_quiet, start, state
+from harm import KINDS, STAGE, compare_results, fresh, kill, run, seconds_until_quiet, start, state
 
 SMALL, WHOLE = ("yuma",), ("poppy_LP", "yuma")
 _QUIET_S = 15.0

@@ -23,11 +23,14 @@ import numpy as np
 import pandas as pd
 from campaigns import FEW
 from coverage_levels import as_disturbed, slow_noise
-from disturbances import sizes_of
 from frame import Part, Row, Tables, Unit
 from mistakes import (
+    CASES,
     CHANNELS,
+    GRIDS,
     LOGS,
+    Case,
+    Written,
     change,
     copied,
     dead,
@@ -40,8 +43,7 @@ from mistakes import (
     surface,
     turned,
 )
-from mutations import Written
-from other_labs import CASES, GRIDS, Case
+from paper import sizes_of
 from slices import SLICES, lab_in
 
 from rftfit.campaign.config import Config

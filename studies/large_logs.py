@@ -28,10 +28,8 @@ import yaml
 for folder in ("tests/helpers", "benchmarks"):
     sys.path.insert(0, str(Path(__file__).resolve().parents[1] / folder))
 
-from binary_logs import wrench, write_ros2
-from campaign_maker import MadePushes, write_campaign
-from golden_campaigns import GOLDEN
-from push_maker import LONGEST_S, MadePush
+from log_files import wrench, write_ros2
+from makers import GOLDEN, LONGEST_S, MadePush, MadePushes, write_campaign
 from scale import watched
 
 MOST_MB, MOST_S = 300, 2.0

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "helpers"))
 
 import yaml
-from disturbances import disturbed_logs
+from paper import disturbed_logs
 
 from rftfit.bench.watch import Event, Watch
 from rftfit.campaign.config import Config
@@ -19,7 +19,7 @@ from rftfit.lab.write import sheet_text
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from disturbances import Sizes
+    from paper import Sizes
 
     from rftfit.forces.planning import Target
     from rftfit.lab.plan import PlannedRun

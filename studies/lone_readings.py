@@ -11,8 +11,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "helpers"))
 
-from motions import any_pushes
-from one_stroke import N_PER_CM, crust, push, stick_slip, stones
+from pushes import N_PER_CM, any_pushes, crust, push, stick_slip, stones
 
 from rftfit.campaign.spikes import find_lone_positions, find_spikes
 

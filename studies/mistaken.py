@@ -18,9 +18,8 @@ from collections import Counter
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "helpers"))
-from agreement import compare
 from campaigns import Folder
-from mutations import MEASURED, bases, mutated
+from mistakes import MEASURED, bases, compare, mutated
 
 
 def main():

@@ -18,7 +18,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "helpers"))
 
 from campaigns import Folder, make_campaign
-from planted import lab_files, places_of, plant, victims_of
+from harm import lab_files, places_of, plant, victims_of
 
 from rftfit.bench.watch import Watch
 

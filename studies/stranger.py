@@ -40,9 +40,9 @@ def main() -> int:
 
 
 def files_with_shared_data(tests: Path) -> list[Path]:
-    """Return the test files that import `shared_data`, or a helper that does."""
+    """Return the test files that import `third_party`, or a helper that does."""
     sources = {path: path.read_text(encoding="utf-8") for path in sorted(tests.rglob("*.py"))}
-    helpers = {"shared_data"}
+    helpers = {"third_party"}
     while True:
         pattern = re.compile(rf"^\s*(from|import) ({'|'.join(helpers)})\b", re.MULTILINE)
         importers = [path for path, source in sources.items() if pattern.search(source)]

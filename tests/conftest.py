@@ -23,8 +23,8 @@ gc.set_threshold(50_000, 20, 50)
 
 import pytest
 import seeds
-from golden_campaigns import SMALL, GoldenCampaign
-from once import make_once
+from makers import SMALL, GoldenCampaign
+from waiting import make_once
 
 import rftfit
 
@@ -95,7 +95,7 @@ def unit_push_once(request):
     if all(item.path.parent.name in PUBLIC_ROOMS for item in request.session.items):
         yield
         return
-    from unit_push import shared_unit_push
+    from result_tables import shared_unit_push
 
     with shared_unit_push():
         yield

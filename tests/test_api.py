@@ -12,11 +12,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from light_campaign import LABORATORY, SAND, make_campaign, one_cell
+from coverage_levels import sweep_draws
 from numpy.testing import assert_allclose, assert_array_equal
-from paper_grid import BETA, flat
-from paper_grid import GAMMA_OF_FILE as GAMMA
-from turning import sweep_draws
+from paper import BETA, flat
+from paper import GAMMA_OF_FILE as GAMMA
+from result_tables import LABORATORY, SAND, make_campaign, one_cell
 
 import rftfit
 from rftfit import reference
@@ -200,72 +200,6 @@ def test_intervals_of_forces_are_of_the_level_and_quantities_asked_for(results):
     assert lower_ends == ["force_z_lo_N", "force_z_model_lo_N", "force_z_next_lo_N"]
 
 
-def test_intervals_of_a_scaled_medium_follow_the_level():
-    leg, medium = rftfit.model_leg("c_leg"), rftfit.scale_by_paper(0.9, 0.02)
-    wide, narrow = (rftfit.predict(medium.profile, leg, None, level) for level in (0.95, 0.6))
-    assert (wide["force_z_hi_N"] >= narrow["force_z_hi_N"]).all()
-    scaled = rftfit.scale_by_paper(0.9, 0.02, confidence=0.6)
-    at_default_level = rftfit.predict(scaled.profile, leg)
-    assert_array_equal(at_default_level["force_z_hi_N"], wide["force_z_hi_N"])
-    assert scaled.at_confidence(0.95).zeta_hi == medium.zeta_hi
-    table = scaled.table()
-    assert len(table) == 91
-    assert (table["alpha_z_lo_N_per_cm3"] <= table["alpha_z_N_per_cm3"]).all()
-    for wrong in (0.4, 0.5, 1.0, float("nan")):
-        with pytest.raises(ValueError, match="level"):
-            rftfit.scale_by_paper(0.9, confidence=wrong)
-        with pytest.raises(ValueError, match="level"):
-            rftfit.scale(0.9, confidence=wrong)
-
-
-def test_a_pose_without_a_number_says_why(results):
-    plate, profile = rftfit.polyline([(-1, 0), (1, 0)], 2), results["sand"].profile("table")
-    # straight down is the one direction that is known
-    for x, lost in (([0, 0, 0], [False] * 3), ([0, -1, -2], [False, False, True])):
-        motion = rftfit.path([0, 1, 2], x, [2, 1, -2], [0, 0, 0])
-        forces = rftfit.predict(profile, plate, motion)
-        assert list(forces["t_s"]) == [0, 1, 2]
-        assert list(forces["force_z_N"].isna()) == lost
-        assert list(forces["reason"].str.contains("no run")) == lost
-
-
-def test_a_folder_without_a_config_is_no_campaign(tmp_path):
-    with pytest.raises(rftfit.RftfitError, match=r"no config/config\.yaml there"):
-        rftfit.check(tmp_path)
-
-
-def test_a_log_and_its_slope(tmp_path):
-    random = np.random.default_rng(4)
-    time = np.arange(800) / 100
-    force = 0.35 * time * 9.68 + random.normal(0, 0.05, time.size)
-    lines = [f"{t:.2f},{f:.4f}\n" for t, f in zip(time, force, strict=True)]
-    path = tmp_path / "push.csv"
-    path.write_text("time (s),Fz (N)\n" + "".join(lines))
-    log = rftfit.read_log(path)
-    assert (log.size, {*log.units.values()}) == (800, {"s", "N"})
-    assert "delimiter" in log.notes[-1]
-    assert rftfit.read_log(path, text={"delimiter": ","}).columns.keys() == log.columns.keys()
-    depth, stress = log.columns["time"], log.columns["Fz"] / 9.68
-    slope = rftfit.fit_slope(depth, stress)
-    lo, hi = slope.interval(0.999)
-    assert lo[0] < 0.35 < hi[0]
-    both_slopes = rftfit.fit_slope(depth, np.stack([stress, -stress]))
-    assert_allclose(both_slopes.alpha, [slope.alpha[0], -slope.alpha[0]])
-    holed = np.where(depth == 1, np.nan, stress)
-    for x, y, match in ((depth[:-1], stress, "fit together"), (depth, holed, "finite")):
-        with pytest.raises(ValueError, match=match):
-            rftfit.fit_slope(x, y)
-    (tmp_path / "bytes").write_bytes(b"\x00\x01\x02\x03" * 50)
-    words: Any
-    for name, words, match in (
-        ("push.csv", {"text": {"delimiter": "comma"}}, r"text: .*delimiter"),
-        ("push.csv", {"dialect": "rigg"}, r"log dialect: found 'rigg'.*did you mean 'rig'"),
-        ("bytes", {}, "no dialect reads"),
-    ):
-        with pytest.raises(rftfit.RftfitError, match=match):
-            rftfit.read_log(tmp_path / name, **words)
-
-
 def test_run_returns_what_it_did_and_prints_nothing(results, monkeypatch, capfd):
     events: Any = (
         *(
@@ -297,18 +231,6 @@ def test_the_robot_of_a_file(tmp_path):
         rftfit.simulate(rftfit.published_medium("poppy_LP"), 2.0, robot=tmp_path / "none.yaml")
     with pytest.raises(ValueError, match="0 to 100 Hz"):
         rftfit.simulate(rftfit.published_medium("poppy_LP"), 1000.0)
-
-
-def test_predict_takes_what_scale_and_estimate_map_return():
-    sand = rftfit.scale(0.9, se=0.02)
-    leg = rftfit.model_leg("c_leg")
-    expected = rftfit.predict(sand.profile, leg)
-    assert rftfit.predict(sand, leg).equals(expected)
-    assert rftfit.beyond_measured(sand, leg) == rftfit.beyond_measured(sand.profile, leg)
-    with pytest.raises(TypeError, match=r"found ndarray for a medium; allowed: "):
-        rftfit.predict(np.zeros(3), leg)  # type: ignore[arg-type]
-    with pytest.raises(rftfit.RftfitError, match="poppy_LP"):
-        rftfit.predict("poppy_LP", leg)
 
 
 @pytest.mark.parametrize("words", [("0.55",), (None,), (0.55, "0.1"), ([0.5, 0.6],)])

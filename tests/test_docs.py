@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
-from doc_blocks import (
+from pages import (
     REASONS,
     ROOT,
     Reader,

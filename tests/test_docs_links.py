@@ -5,7 +5,7 @@ import subprocess
 from html import unescape
 
 import pytest
-from doc_blocks import ROOT, pages
+from pages import ROOT, pages
 
 import rftfit
 

@@ -10,9 +10,8 @@ from typing import Any
 import pandas as pd
 import pytest
 import yaml
-from dictionary_check import check_results, columns_in, undescribed, unit_of, wrong_kind
-from jobs import planned_jobs
-from rigroom import RigRoom
+from campaigns import RigRoom, planned_jobs
+from pages import check_results, columns_in, undescribed, unit_of, wrong_kind
 
 from rftfit.campaign.config import Config
 from rftfit.campaign.load import load_campaign

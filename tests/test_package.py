@@ -257,7 +257,7 @@ def test_third_party_files_are_asked_for_in_one_place():
         for path in sorted((ROOT / "tests").rglob("*.py"))
         if re.search(r"""/ ["']shared["']""", path.read_text("utf-8"))
     ]
-    assert places == ["tests/helpers/shared_data.py"]
+    assert places == ["tests/helpers/third_party.py"]
 
 
 def test_tests_import_no_inner_name_that_is_not_declared():

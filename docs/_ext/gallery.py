@@ -235,7 +235,7 @@ def write_report() -> None:
 def write_outputs() -> None:
     """Follow the pages that show what their commands print, and write what has changed."""
     sys.path.insert(0, str(ROOT / "tests" / "helpers"))
-    from doc_blocks import Reader, blocks_of, comparable, fate, pages, without_progress
+    from pages import Reader, blocks_of, comparable, fate, pages, without_progress
 
     for page in pages():
         blocks = blocks_of(page)

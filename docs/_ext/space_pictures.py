@@ -22,7 +22,7 @@ ROOT = Path(__file__).resolve().parents[2]
 PICTURES = ROOT / "docs" / "images"
 sys.path.insert(0, str(ROOT / "tests" / "helpers"))
 
-from doc_blocks import Reader, blocks_of, fate
+from pages import Reader, blocks_of, fate
 
 
 def save(picture: Image.Image, name: str, width: int) -> None:

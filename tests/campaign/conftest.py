@@ -1,5 +1,5 @@
 import pytest
-from campaign_room import Room
+from campaigns import Room
 
 
 @pytest.fixture

@@ -6,7 +6,7 @@ from functools import cache
 from pathlib import Path
 
 import pytest
-from campaign_room import CONFIG, Room
+from campaigns import CONFIG, Room
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from seeds import example_count

@@ -1,6 +1,6 @@
 """A valid campaign loads with all its runs, and an invalid one raises an error with every problem.
 
-`room` is a small valid campaign on disk (tests/helpers/campaign_room.py). Also tested: how a
+`room` is a small valid campaign on disk (tests/helpers/campaigns.py). Also tested: how a
 problem reads as text, and what is suggested for a misspelled word.
 """
 

@@ -9,7 +9,7 @@ T, U = "tare_run", "tare_shared"
 """Columns of the run sheet."""
 BARE = {"t1": None, "th": None, "a1": None, "p1": {T: ""}, "h1": {T: ""}, "c1": {T: ""}}
 """Changes that remove all tare runs (None) and leave plate runs and legs without a tare."""
-UNUSED = ("tare-unused", 3, "run_id", "a tare that a run uses; no run uses rod t1")
+UNUSED = ("tare-unused", 3, "run_id")
 """The warning that follows where no run uses tare t1 any more."""
 WARNINGS = {"tare-unused", "tare-missing", "tare-excluded", "depth-unlisted", "no-plate"}
 """Codes that are warnings; all others are errors."""
@@ -22,69 +22,18 @@ LEVEL, BACK = {"gamma_deg": "45"}, {"direction": "extraction", "gamma_deg": "-0.
 @pytest.mark.parametrize(
     ("change", "config", "problems"),
     [
-        (
-            {"p1": {T: "t_1"}},
-            "",
-            [("tare-unknown", 2, T, "found 't_1'", "did you mean 't1'?"), UNUSED],
-        ),
-        (
-            {"p1": {T: "h1"}},
-            "",
-            [("tare-kind", 2, T, "a rod run for a plate run; h1 (row 4) is a plate run"), UNUSED],
-        ),
-        (
-            {"p1": {T: "p1"}},
-            "",
-            [("tare-kind", 2, T, "a rod run for a plate run; p1 (row 2) is a plate run"), UNUSED],
-        ),
-        (
-            {"p1": {T: "a1"}},
-            "",
-            [("tare-kind", 2, T, "a rod run for a plate run; a1 (row 7) is a leg_air run"), UNUSED],
-        ),
-        (
-            {"c1": {T: "t1"}},
-            "",
-            [
-                ("tare-kind", 6, T, "a leg_air run for a leg run; t1 (row 3) is a rod run"),
-                ("tare-unused", 7, "run_id", "a1"),
-            ],
-        ),
-        (
-            {"t1": {"medium": "poppy_CP"}},
-            "",
-            [("tare-medium", 2, T, "medium is poppy_LP here and poppy_CP in t1 (row 3)")],
-        ),
-        (
-            {"t1": {"beta_deg": "-30"}},
-            "",
-            [("tare-beta", 2, T, "beta_deg is 30 here and -30 in t1 (row 3)")],
-        ),
-        (
-            {"t1": {"gamma_deg": "45.1"}},
-            "",
-            [("tare-gamma", 2, T, "gamma_deg is 45 here and 45.1 in t1 (row 3)")],
-        ),
-        (
-            {"t1": {"direction": "extraction"}},
-            "",
-            [("tare-direction", 2, T, "intrusion here and extraction in t1 (row 3)")],
-        ),
-        (
-            {"t1": {"intruder": "disc"}},
-            "",
-            [("tare-intruder", 2, T, "intruder is plate here and disc in t1 (row 3)")],
-        ),
-        (
-            {"th": {"depth_cm": "5.08"}},
-            "",
-            [("tare-depth", 4, T, "depth_cm is 2.54 here and 5.08 in th (row 5)")],
-        ),
-        (
-            {"a1": {"intruder": "flat_leg"}},
-            "",
-            [("tare-intruder", 6, T, "intruder is c_leg here and flat_leg in a1 (row 7)")],
-        ),
+        ({"p1": {T: "t_1"}}, "", [("tare-unknown", 2, T), UNUSED]),
+        ({"p1": {T: "h1"}}, "", [("tare-kind", 2, T), UNUSED]),
+        ({"p1": {T: "p1"}}, "", [("tare-kind", 2, T), UNUSED]),
+        ({"p1": {T: "a1"}}, "", [("tare-kind", 2, T), UNUSED]),
+        ({"c1": {T: "t1"}}, "", [("tare-kind", 6, T), ("tare-unused", 7, "run_id")]),
+        ({"t1": {"medium": "poppy_CP"}}, "", [("tare-medium", 2, T)]),
+        ({"t1": {"beta_deg": "-30"}}, "", [("tare-beta", 2, T)]),
+        ({"t1": {"gamma_deg": "45.1"}}, "", [("tare-gamma", 2, T)]),
+        ({"t1": {"direction": "extraction"}}, "", [("tare-direction", 2, T)]),
+        ({"t1": {"intruder": "disc"}}, "", [("tare-intruder", 2, T)]),
+        ({"th": {"depth_cm": "5.08"}}, "", [("tare-depth", 4, T)]),
+        ({"a1": {"intruder": "flat_leg"}}, "", [("tare-intruder", 6, T)]),
         (
             {"t1": {"medium": "poppy_CP", "beta_deg": "0", "gamma_deg": "90"}},
             "",
@@ -94,46 +43,19 @@ LEVEL, BACK = {"gamma_deg": "45"}, {"direction": "extraction", "gamma_deg": "-0.
         ({"p1": {"beta_deg": "90"}, "t1": {"beta_deg": "-90.0"}}, "", []),
         ({"p1": {"beta_deg": "18.43"}, "t1": {"beta_deg": "18.435"}}, "", []),
         ({"p1": {"beta_deg": "3e1"}, "t1": {"beta_deg": "30"}}, "", []),
-        ({"p2<p1": {U: "yes"}}, "", [("tare-shared", 2, U, "t1 (rows 2, 8)")]),
+        ({"p2<p1": {U: "yes"}}, "", [("tare-shared", 2, U)]),
         ({"p2<p1": {U: "yes"}, "p1": {U: "yes"}}, "", []),
         ({"p2<p1": OFF}, "", []),
         ({"p2<p1": OFF | {T: ""}}, "", []),
-        (
-            {"p1": {T: ""}},
-            "",
-            [("tare-missing", 2, T, "NaN", "name a rod run to subtract"), UNUSED],
-        ),
-        (
-            {"c1": {T: ""}},
-            "",
-            [("tare-missing", 6, T, "NaN", "a leg_air run"), ("tare-unused", 7, "run_id", "a1")],
-        ),
-        (
-            {f"p{n}<p1": {T: ""} for n in range(2, 8)},
-            "",
-            [
-                (
-                    "tare-missing",
-                    8,
-                    T,
-                    "no tare in 6 runs (rows 8, 9, 10, 11, 12, ...): they will come out as NaN",
-                )
-            ],
-        ),
+        ({"p1": {T: ""}}, "", [("tare-missing", 2, T), UNUSED]),
+        ({"c1": {T: ""}}, "", [("tare-missing", 6, T), ("tare-unused", 7, "run_id")]),
+        ({f"p{n}<p1": {T: ""} for n in range(2, 8)}, "", [("tare-missing", 8, T)]),
         (BARE, "", [("tare-missing", 2, T), ("tare-missing", 3, T), ("tare-missing", 4, T)]),
-        (
-            BARE,
-            "fit: {missing_tare: flag}",
-            [("tare-missing", 2, T, "no tare in any of 3 runs: they will come out with the force")],
-        ),
+        (BARE, "fit: {missing_tare: flag}", [("tare-missing", 2, T)]),
         # without a rod, as in a simulation, there is nothing to warn of
         (BARE, "fit: {missing_tare: none}", []),
-        (
-            {"t1": {"excluded": "yes", "reason": "hit the wall"}},
-            "",
-            [("tare-excluded", 2, T, "t1 (row 3) is excluded")],
-        ),
-        ({"a2<a1": {}}, "", [("tare-unused", 8, "run_id", "found 'a2'")]),
+        ({"t1": {"excluded": "yes", "reason": "hit the wall"}}, "", [("tare-excluded", 2, T)]),
+        ({"a2<a1": {}}, "", [("tare-unused", 8, "run_id")]),
         # what must hold in a row, and in the sheet
         (
             {"h1": LEVEL, "th": LEVEL},
@@ -150,18 +72,15 @@ LEVEL, BACK = {"gamma_deg": "45"}, {"direction": "extraction", "gamma_deg": "-0.
         (
             {"h1": {"depth_cm": "3"}, "th": {"depth_cm": "3"}},
             "fit: {horizontal_depths_cm: [2.54, 5.08, 7.62]}\n",
-            [
-                ("depth-unlisted", 4, "depth_cm", "2.54, 5.08, 7.62 cm"),
-                ("depth-unlisted", 5, "depth_cm"),
-            ],
+            [("depth-unlisted", 4, "depth_cm"), ("depth-unlisted", 5, "depth_cm")],
         ),
         (
             {"p2<p1": {"run_id": "p1", T: ""}, "p3<p1": {"run_id": "P1", T: ""}},
             "",
             [
-                ("duplicate-id", 8, "run_id", "found 'p1'", "row 2"),
+                ("duplicate-id", 8, "run_id"),
                 ("tare-missing", 8, T),
-                ("case-id", 9, "run_id", "found 'P1'", "row 2"),
+                ("case-id", 9, "run_id"),
                 ("tare-missing", 9, T),
             ],
         ),
@@ -175,18 +94,13 @@ LEVEL, BACK = {"gamma_deg": "45"}, {"direction": "extraction", "gamma_deg": "-0.
                 ("unknown-word", 6, "direction"),
             ],
         ),
-        (
-            dict.fromkeys(("p1", "t1", "h1", "th")),
-            "",
-            [("no-plate", None, None, "medium poppy_LP", "found 'only legs'")],
-        ),
+        (dict.fromkeys(("p1", "t1", "h1", "th")), "", [("no-plate", None, None)]),
     ],
 )
 def test_rows_together(room, change, config, problems):
     room.put(change)
     room.config += config
     places, reported_problems = room.list_problems()
-    assert places == [(f"sheet.{code}", *place[:2]) for code, *place in problems]
-    for problem, (code, _, _, *words) in zip(reported_problems, problems, strict=True):
+    assert places == [(f"sheet.{code}", *place) for code, *place in problems]
+    for problem, (code, *_) in zip(reported_problems, problems, strict=True):
         assert problem.severity == ("warning" if code in WARNINGS else "error")
-        assert all(word in str(problem) for word in words), str(problem)

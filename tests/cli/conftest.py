@@ -5,8 +5,8 @@ import shutil
 from pathlib import Path
 
 import pytest
-from few_draws import few_draws
-from light_campaign import LABORATORY, SAND, make_campaign, one_cell
+from paper import few_draws
+from result_tables import LABORATORY, SAND, make_campaign, one_cell
 
 from rftfit import reference
 from rftfit.cli.main import main

@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import pytest
 from campaigns import Folder
-from other_labs import MEDIUM, Case, make
+from mistakes import MEDIUM, Case, make
 
 import rftfit
 

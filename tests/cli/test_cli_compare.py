@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from compare_media import Beds, published, runs_of
-from light_campaign import LABORATORY, make_campaign
+from result_tables import LABORATORY, make_campaign
 
 from rftfit import compare_media, reference
 from rftfit.outputs.dictionary import describe_file

@@ -6,7 +6,7 @@ import json
 import numpy as np
 import pandas as pd
 import pytest
-from light_campaign import alpha_frame, one_cell
+from result_tables import alpha_frame, one_cell
 
 from rftfit.errors import InputError
 from rftfit.outputs.dictionary import describe_file

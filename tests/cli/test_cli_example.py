@@ -15,8 +15,8 @@ from pathlib import Path
 import pandas as pd
 import pytest
 import yaml
-from command import answer_of, json_of, refused
-from shared_data import CMU_SAND, ROBOT_LEG, WHEELS_MEASURED, YADE_WHEEL, needs
+from makers import answer_of, json_of, refused
+from third_party import CMU_SAND, ROBOT_LEG, WHEELS_MEASURED, YADE_WHEEL, needs
 
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLES = ROOT / "examples"

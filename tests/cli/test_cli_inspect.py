@@ -1,6 +1,5 @@
 """`rftfit inspect` counts the rows, gaps and damage of a log, or says why a file is not a log."""
 
-import json
 import os
 from pathlib import Path
 
@@ -20,38 +19,6 @@ HEADER = "time_s,arm_moving,F1_N,F2_N,F3_N"
 def force_log(path, rows, header=HEADER, end="\n"):
     path.write_text("\n".join([header, *rows]) + end, "utf-8")
     return path
-
-
-def test_inspect(rftfit, campaign):
-    log_bytes = (campaign / FORCE).read_bytes()
-    output = rftfit("inspect", FORCE)
-    assert output.err == ""
-    rows = sum(not line.startswith((b"#", b"time")) for line in log_bytes.splitlines())
-    for text in (
-        "force log",
-        "dialect: rig",
-        "recognised by its header row of the rig's own names",
-        f"rows: {rows}, of which {rows} can be read",
-        "rate: 100 rows/s (median step 0.01 s",
-        "gaps: none",
-        "times: 0 repeated, 0 backwards",
-        "the motion log of the same run",
-    ):
-        assert text in output.out
-    facts = json.loads(rftfit("inspect", FORCE, "--json").out)
-    (clock,) = facts["clocks"]
-    assert (facts["dialect"], facts["kinds"], facts["refused"]) == ("rig", ["force"], None)
-    assert (clock["rows"], clock["used"], clock["clock"]["gaps"]) == (rows, rows, [])
-    assert clock["clock"]["rate"] == pytest.approx(100, rel=0.01)
-    assert all(line in output.out for line in facts["config"])
-    assert (campaign / FORCE).read_bytes() == log_bytes
-
-
-def test_motion_log(rftfit, campaign):
-    output = rftfit("inspect", campaign / FORCE.replace("force", "motion"))
-    assert "motion log" in output.out
-    assert "rate: 50 rows/s" in output.out
-    assert "the force log of the same run" in output.out
 
 
 def test_numbers_by_hand():

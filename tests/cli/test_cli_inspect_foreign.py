@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
-from foreign_logs import TEXTS, lvm, netft
+from log_files import TEXTS, lvm, netft
 from numpy.testing import assert_allclose, assert_array_equal
 
 from rftfit import api

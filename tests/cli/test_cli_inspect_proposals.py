@@ -9,10 +9,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from foreign_logs import TEXTS
+from log_files import TEXTS
 from numpy.testing import assert_allclose
-from reported import UNITS, inspected, proposal, read_by
-from shared_data import REPORTED, needs
+from third_party import REPORTED, UNITS, inspected, needs, proposal, read_by
 
 from rftfit import api
 from rftfit.campaign.config import ForceLog

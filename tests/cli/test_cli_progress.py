@@ -9,7 +9,6 @@ from typing import Any
 
 import pytest
 
-from rftfit.cli.run import words_of
 from rftfit.workflow.durations import keep_durations, read_durations, seconds_left
 from rftfit.workflow.snakemake import Progress, failure_text, nothing_written
 
@@ -80,14 +79,6 @@ def test_time_left_is_that_of_earlier_runs(tmp_path, monkeypatch):
     keep_durations(tmp_path, progress)
     keep_durations(tmp_path, Progress(seconds={"tare": [1.0, 3.0]}))
     assert read_durations(tmp_path) == {"ingest": 8, "tare": 2}
-
-
-@pytest.mark.parametrize(
-    ("seconds", "words"),
-    [(None, ""), (1, "about 10 s left"), (44, "about 40 s left"), (62, "about 1 min left")],
-)
-def test_time_left_is_said_in_round_numbers(seconds, words):
-    assert words_of(seconds) == words
 
 
 def test_each_failed_job_tells_what_is_in_its_log(tmp_path):

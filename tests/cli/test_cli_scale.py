@@ -6,15 +6,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from light_campaign import LABORATORY, SAND, make_campaign, one_cell
-from paper_grid import BETA, by_hand, flat
-from paper_grid import GAMMA_OF_FILE as GAMMA
-from result_tables import read_output
+from result_tables import LABORATORY, SAND, make_campaign, one_cell, read_output
 
 from rftfit import reference
 from rftfit.model.fourier import TERMS, evaluate
-from rftfit.model.scaling import Reference, published, scale_by_paper, vertical_penetration
-from rftfit.results import open_results
+from rftfit.model.scaling import Reference, published, scale_by_paper
 
 T_4 = 2.776445  # Student, two-sided 95 %, four degrees of freedom
 CHI = (1.37, 1.19, 1.27, 1.05, 1.33)  # Table S3
@@ -27,17 +23,6 @@ pytestmark = pytest.mark.usefixtures("work_folder")
 def as_json(output):
     content: dict[str, Any] = json.loads(output.out)
     return content
-
-
-def test_published_source_is_as_printed():
-    source = published("dft-index")
-    assert source.media == reference.MEDIA
-    assert source.chi.tolist() == list(CHI)
-    assert source.m0.tolist() == list(M0)
-    assert source.scaled.shape == (5, 9)
-    assert np.allclose(source.scaled[:, :5].sum(axis=1), 1)
-    # the printed generic coefficients are the mean over the media, to the digits printed
-    assert np.abs(source.scaled.mean(axis=0) - source.m0).max() < 0.0065
 
 
 def test_numbers_by_hand(rftfit, work_folder):
@@ -82,50 +67,6 @@ def test_numbers_by_hand(rftfit, work_folder):
     assert straight_down["alpha_z_hi_N_per_cm3"] > 0.9
 
 
-def test_the_default_is_least_squares_of_the_measured_table(rftfit, results):
-    """One zeta: the published media give the number that a campaign of them gives."""
-    facts, source = (
-        as_json(rftfit("scale --profile generic --alpha 0.9 --json")),
-        published("lsq"),
-    )
-    assert facts["scaled_from"] == "published Table S5, method lsq"
-    tables = [flat(reference.alpha_grid(medium)) for medium in source.media]
-    # no term of alpha_z is dropped
-    chi = [alpha[0][3 * 13 + 12] / by_hand(BETA, GAMMA, *alpha)[:5].sum() for alpha in tables]
-    assert facts["chi"]["value"] == pytest.approx(source.chi.mean())
-    assert facts["zeta"]["value"] == pytest.approx(0.9 / np.mean(chi), rel=1e-6)
-    assert vertical_penetration(source.scaled) == pytest.approx(1)
-    of_campaign = open_results(results).reference("lsq")
-    assert not of_campaign.printed
-    indices = [source.media.index(medium) for medium in CAMPAIGN_MEDIA]
-    assert of_campaign.media == CAMPAIGN_MEDIA
-    assert of_campaign.chi == pytest.approx(source.chi[indices])
-    assert of_campaign.scaled == pytest.approx(source.scaled[indices])
-    # chi and M0 change together: alpha of the measured cell is met by neither alone
-    printed = published("dft-index")
-    assert abs(printed.chi.mean() / source.chi.mean() - 1) > 0.08
-    assert np.abs(printed.m0 - source.m0).max() > 0.01
-
-
-def test_everything_scales_with_alpha():
-    weak, strong = (scale_by_paper(alpha, alpha / 20) for alpha in (0.4, 0.8))
-    for weak_values, strong_values in zip(
-        weak.coefficients_with_interval(), strong.coefficients_with_interval(), strict=True
-    ):
-        assert strong_values == pytest.approx(2 * weak_values)
-
-
-def test_intervals_grow_with_se_and_confidence(rftfit):
-    def width(words=""):
-        zeta = as_json(rftfit("scale --profile generic --alpha 0.9 --json", words))["zeta"]
-        return float(zeta["hi"] - zeta["lo"])
-
-    words = "--confidence 0.8", "--confidence 0.9", "--se 0", "--se 0.01", "--se 0.3"
-    widths = [width(word) for word in words]
-    assert widths == sorted(set(widths))
-    assert width() == widths[2]
-
-
 def test_intervals_hold_for_a_medium_left_out():
     source = published()
     beta, gamma = np.radians(reference.BETA_DEG)[:, None], np.radians(reference.GAMMA_DEG)
@@ -153,38 +94,6 @@ def test_intervals_hold_for_a_medium_left_out():
     assert np.mean(of_profiles) > 0.93
 
 
-def test_text(rftfit):
-    output = rftfit("scale --profile generic --alpha 0.9 --se 0.02 --output 'sand é.csv'")
-    assert output.err == ""
-    lines = {line.split()[0]: line.split()[1:] for line in output.out.splitlines() if line.strip()}
-    assert "  zeta   0.8001 " in output.out
-    source = published()
-    assert lines["A00"][0] == f"{source.m0[0] * 0.9 / source.chi.mean():.4f}"
-    assert all(len(lines[term]) == 3 for term in TERMS)
-    assert "scaled from published Table S5, method lsq" in output.out
-    assert output.out.endswith("sand é.csv\n")
-
-
-@pytest.mark.parametrize(
-    ("words", "text"),
-    [
-        ("--alpha -0.9", "--alpha: found -0.9; allowed: a positive number"),
-        ("--alpha 0", "--alpha: found 0;"),
-        ("--alpha nan", "--alpha: found nan;"),
-        ("--alpha inf", "--alpha: found inf;"),
-        ("--alpha 0,9", "write a decimal point: 0.9"),
-        ("--alpha much", "found 'much'; allowed: a number"),
-        ("--alpha 0.9 --se -1", "--se: found -1;"),
-        ("--alpha 0.9 --confidence 95", "--confidence: found 95;"),
-        ("--alpha 0.9 --method mean", "lsq, dft-index"),
-        ("--alpha 0.9 --results none", "no config/config.yaml there"),
-    ],
-)
-def test_messages(refusal, work_folder, words, text):
-    assert text in refusal("scale", words)
-    assert list(work_folder.iterdir()) == []
-
-
 @pytest.mark.parametrize(
     ("alpha", "warned"), [(0.049, True), (0.05, False), (5, False), (900, True)]
 )
@@ -192,7 +101,6 @@ def test_another_unit(rftfit, alpha, warned):
     assert ("another unit" in rftfit("scale --alpha", alpha).err) is warned
 
 
-METHODS = ("lsq", "dft-index")
 CAMPAIGN_MEDIA = ("poppy_LP", "glass3mm_CP")
 
 
@@ -201,43 +109,6 @@ def results(work_folder):
     """Results of a campaign of two media."""
     alpha = {medium: reference.alpha_grid(medium) for medium in CAMPAIGN_MEDIA}
     return make_campaign(work_folder / "c", dict.fromkeys(CAMPAIGN_MEDIA, LABORATORY), alpha)
-
-
-@pytest.mark.parametrize("method", METHODS)
-def test_results_of_a_campaign(rftfit, results, method):
-    words = "scale --profile generic --alpha 0.9 --json --results", results, "--method", method
-    result = as_json(rftfit(*words))
-    assert result["media"] == list(CAMPAIGN_MEDIA)
-    assert result["scaled_from"] == f"{results}, method {method}"
-    source = open_results(results).reference(method)
-    chi = source.chi.mean()
-    assert result["chi"]["value"] == pytest.approx(chi)
-    coefficients = result["coefficients_N_per_cm3"]
-    assert [coefficients[term]["value"] for term in TERMS] == pytest.approx(0.9 / chi * source.m0)
-
-
-def test_damaged_results(rftfit, results):
-    def refusal(*words):
-        output = rftfit("scale --profile generic --alpha 0.9 --results", results, *words, code=2)
-        assert output.out == ""
-        return output.err
-
-    assert "allowed: lsq, dft-index" in refusal("--method dft")
-    table = results / "alpha" / "poppy_LP.csv"
-    table_text = table.read_text()
-    first_row = table_text.splitlines()[1]
-    table.write_text(table_text.replace(first_row, first_row.replace("-90,", "x,", 1)))
-    assert "poppy_LP.csv" in refusal()
-    table.write_text(table_text.replace(first_row, f"{first_row}\n{first_row}"))
-    assert (
-        "poppy_LP.csv: angles that are missing, outside of -90 to 90 degrees, or there" in refusal()
-    )
-    table.write_text("medium\na\n")
-    assert "poppy_LP.csv: no column beta_deg" in refusal()
-    table.write_bytes(b"\xff\xfe\x00")
-    assert "poppy_LP.csv: cannot be read as a table" in refusal()
-    table.unlink()
-    assert "poppy_LP.csv: there is no such table" in refusal()
 
 
 def test_one_medium_of_its_own_is_not_enough(refusal, work_folder):

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from command import json_of, refused
+from makers import json_of, refused
 
 import rftfit
 

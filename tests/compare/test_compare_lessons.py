@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
-from few_draws import few_draws
-from light_campaign import LABORATORY, SAND, make_campaign, one_cell
+from paper import few_draws
+from result_tables import LABORATORY, SAND, make_campaign, one_cell
 
 import rftfit
 from rftfit import reference

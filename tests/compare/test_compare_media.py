@@ -189,14 +189,6 @@ def test_what_cannot_be_compared_is_refused():
         compare_run_sets(a, replace(b, runs=b.runs.assign(**{c: -b.runs[c] for c in ALPHA})))
 
 
-def test_unequal_scatter_is_noted():
-    a, b = sides(repeats=5)
-    factor = 1 + np.random.default_rng(1).normal(0, 0.25, len(b.runs))
-    rough = b.runs.assign(**{c: b.runs[c] * factor for c in ALPHA})
-    assert not any("scatter by" in note for note in compare_run_sets(a, b).notes)
-    assert any("scatter by" in note for note in compare_run_sets(a, replace(b, runs=rough)).notes)
-
-
 def test_repeats_of_one_medium_tell_little_of_the_other():
     is_detected = []
     for seed in range(10):

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from other_labs import GRIDS
+from mistakes import GRIDS
 from seeds import seeds
 
 from rftfit import reference
@@ -182,14 +182,6 @@ def test_level_runs_of_another_depth_are_no_repeats():
     assert (compare_runs(runs.assign(depth_from_cm=2.54), "m")["n_others"] == 3).all()
     deeper = compare_runs(runs.assign(depth_from_cm=[2.54, 2.55, 5.08, 7.62]), "m")
     assert deeper["n_others"].tolist() == [1, 1, 0, 0]
-
-
-def test_least_that_all_published_media_feel():
-    """Relative to alpha_z(0, 90): 1 there, and a pull has the opposite sign."""
-    peers = compare_runs(fits([(0.0, 90.0, 0.3, 0.0), (0.0, -90.0, -0.05, 0.0)]), "m")
-    push, pull = peers["known_z_ratio"]
-    assert push == pytest.approx(1)
-    assert -0.5 < pull < 0
 
 
 @pytest.mark.parametrize("repeats", [3, 4, 5])

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from command import answer_of, json_of, refused
+from makers import answer_of, json_of, refused
 from numpy.testing import assert_allclose
 
 import rftfit

@@ -10,9 +10,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from command import answer_of, json_of, refused
+from makers import MadePush, answer_of, json_of, refused
 from numpy.testing import assert_allclose
-from push_maker import MadePush
 
 import rftfit
 

@@ -16,7 +16,7 @@ ROOMS = ("contract", "laws", "golden")
 FILES = sorted(path for room in ROOMS for path in (TESTS / room).rglob("*.py"))
 INNER_NAME = re.compile(r"rftfit(\.\w+)+")
 DICTIONARY = "rftfit.outputs.dictionary"
-HELPERS = ("campaign_maker", "command", "log_maker", "push_maker", "seeds")
+HELPERS = ("makers", "seeds", "waiting")
 """Helpers that these rooms may use: they import nothing of the program, but for its public names."""
 
 

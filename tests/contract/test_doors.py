@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from command import answer_of
-from light_campaign import LABORATORY, make_campaign
+from makers import answer_of
+from result_tables import LABORATORY, make_campaign
 from seeds import seeds
 
 import rftfit

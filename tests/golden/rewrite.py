@@ -13,17 +13,18 @@ import pandas as pd
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests" / "helpers"))
 
-from golden_campaigns import KNOWN_WRONG, GoldenCampaign, golden_campaigns
-from golden_machine import is_same_machine, write_machine
 from golden_tables import (
     Difference,
     compare_tables,
     is_allowed,
+    is_same_machine,
     listed_columns,
     read_expected,
     short_tables,
     write_expected,
+    write_machine,
 )
+from makers import KNOWN_WRONG, GoldenCampaign, golden_campaigns
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -8,10 +8,9 @@ import tomllib
 from functools import cache
 
 import pytest
-from golden_campaigns import KNOWN_WRONG, SMALL, golden_campaigns
-from golden_machine import is_same_machine
-from golden_tables import compare_tables, output_of, read_expected, short_tables
-from once import make_once
+from golden_tables import compare_tables, is_same_machine, output_of, read_expected, short_tables
+from makers import KNOWN_WRONG, SMALL, golden_campaigns
+from waiting import make_once
 
 from rftfit.outputs.dictionary import alternatives, column_of, outputs
 

@@ -1,33 +1,480 @@
-"""Campaigns in folders of their own, and the real workflow run on them."""
+"""Campaigns in folders of their own: small ones to be put wrong, of the re-enacted lab, of the home rig, of a watch."""
+
+from __future__ import annotations
 
 import contextlib
+import csv
 import hashlib
 import io
+import math
 import os
 import subprocess
 import sys
-from dataclasses import dataclass
-from functools import partial
+from dataclasses import dataclass, field
+from functools import cache, partial
 from pathlib import Path
+from typing import Any
 from unittest.mock import patch
 
 import pandas as pd
 import yaml
-from disturbances import NOTHING
-from few_draws import few_draws
-from figure_faults import figure_faults
-from jobs import run_rules
 from matplotlib.axis import Axis
-from paper import PROJECT, enact, paper_values, write_yaml
-from text_boxes import words
-from true_sentences import untrue
+from pages import blocks_of, figure_faults, untrue, words
+from paper import NOTHING, PROJECT, enact, few_draws, paper_values, write_yaml
+from snakemake.api import SnakemakeApi
+from snakemake.settings.types import (
+    ConfigSettings,
+    DAGSettings,
+    OutputSettings,
+    Quietness,
+    ResourceSettings,
+)
 
+from rftfit.bench.watch import Watch
+from rftfit.campaign.columns import COLUMNS
+from rftfit.campaign.config import Config
+from rftfit.campaign.load import check_campaign, load_campaign
+from rftfit.campaign.presence import root_of
+from rftfit.campaign.sheet import Run
+from rftfit.cli.init import init_campaign
 from rftfit.cli.main import main
 from rftfit.figures import style
+from rftfit.lab.enact import run_logs
+from rftfit.lab.plan import PlannedRun, plan_runs
+from rftfit.lab.write import sheet_text
+from rftfit.measure.alpha import alpha_table, with_flagged
+from rftfit.measure.fits import fit_medium
+from rftfit.measure.flags import Flags, flag_table
+from rftfit.measure.ingest import ingest_medium
+from rftfit.measure.ledger import check_ledger, join
+from rftfit.measure.leg_curves import leg_curves
+from rftfit.measure.tare import tare_medium
 from rftfit.results import open_results
 from rftfit.store import write_bytes
-from rftfit.workflow.records import Recorded
-from rftfit.workflow.state import read_states
+from rftfit.store.digests import digests_of_files
+from rftfit.workflow.job import do_job
+from rftfit.workflow.records import Record, Recorded, record_holds, split
+from rftfit.workflow.stages import FIGURE_RULES, RULES
+from rftfit.workflow.state import job_of, read_states
+
+# --- Jobs of the workflow as Snakemake plans them, done in this process -------------------------------------------
+
+SNAKEFILE = Path(__file__).resolve().parents[2] / "Snakefile"
+
+
+@dataclass(frozen=True)
+class Job:
+    """One planned job; paths are from the campaign's folder, the file of its state among the inputs."""
+
+    rule: str
+    key: str
+    reads: tuple[str, ...]
+    writes: tuple[str, ...]
+
+
+def planned_jobs(config, targets=()):
+    """All jobs that some results need, or all results, in an order in which they can be done.
+
+    Their states are written. Snakemake plans campaigns once that are alike in all that the rules look at.
+    """
+    states = read_states(config)[0]
+    campaign = states.campaign
+    plan_key = (
+        campaign.media_with_runs,
+        campaign.of_role("laboratory"),
+        campaign.of_role("natural_sand"),
+        campaign.robot_medium,
+        campaign.config.clock.method,
+        tuple((path, figure_state[1]) for path, figure_state in states.figures.items()),
+        tuple(targets),
+    )
+    if plan_key not in _PLANS:
+        _PLANS[plan_key] = _plan(config, targets)
+    for job in _PLANS[plan_key]:
+        states.input_of(job.rule)({"": job.key})
+    return _PLANS[plan_key]
+
+
+_PLANS: dict[tuple[object, ...], list[Job]] = {}
+
+
+def _plan(config, targets):
+    root, before = root_of(config), Path.cwd()
+    environment = dict(os.environ)
+    try:
+        quiet = OutputSettings(quiet={Quietness.ALL})
+        with SnakemakeApi(quiet) as api:
+            settings = ConfigSettings(
+                config={"campaign": config.resolve().relative_to(root).as_posix()}
+            )
+            api_workflow = api.workflow(
+                ResourceSettings(cores=1), settings, snakefile=SNAKEFILE, workdir=root
+            )
+            api_workflow.dag(DAGSettings(targets=set(targets), forceall=True))
+            workflow: Any = api_workflow._workflow
+            workflow.dag_settings = DAGSettings(targets=set(targets), forceall=True)
+            workflow._prepare_dag(forceall=True, ignore_incomplete=True, lock_warn_only=True)
+            workflow._build_dag()
+            jobs_of_dag = [job for level in workflow.dag.toposorted() for job in level]
+    finally:
+        os.chdir(before)
+        os.environ.clear()
+        os.environ.update(environment)
+    return [
+        Job(
+            job.rule.name,
+            next(iter(job.wildcards), ""),
+            tuple(map(str, job.input)),
+            tuple(map(str, job.output)),
+        )
+        for job in jobs_of_dag
+        if job.rule.name != "all"
+    ]
+
+
+def run_rules(config, *rules, last="", drawn=None):
+    """Do the jobs of some rules (default: of all up to one) that are out of date; how many were done.
+
+    `drawn`: names of the figures that are drawn, the others are files without content; default: all.
+    """
+    jobs, done_count = planned_jobs(config), 0
+    if last:
+        jobs = [job for job in jobs if RULES.index(job.rule) <= RULES.index(last)]
+    root, states = root_of(config), read_states(config)[0]
+    # a process that was forked digests the code once more after its job; no test of jobs in here edits code
+    with patch("rftfit.workflow.job.source_digests"):
+        for job in jobs:
+            if (rules and job.rule not in rules) or record_holds(root, job.reads, job.writes):
+                continue
+            if job.rule in FIGURE_RULES and drawn is not None and _name(job) not in drawn:
+                leave_blank(root, states, job)
+            else:
+                do_job(states, job.reads, job.writes)
+            done_count += 1
+    return done_count
+
+
+def _name(job):
+    return Path(job.writes[0]).stem
+
+
+def leave_blank(root, states, job):
+    """Write the files of a figure without content, and their record."""
+    planned, inputs = split(job.reads)
+    for path in job.writes:
+        write_bytes(root / path, b"")
+    digests = digests_of_files(root, inputs), digests_of_files(root, job.writes)
+    Record(*job_of(planned), states.of(*job_of(planned)), *digests).save(root)
+
+
+# --- A small campaign on disk that is right, to be put wrong in one place -----------------------------------------
+
+CONFIG = """\
+title: Test
+raw: raw
+run_sheet: runs.csv
+transducer:
+  name: sensor
+  range_N: [65, 65, 200]
+  axes: {x: "-F2", y: "+F1", z: "-F3"}
+container: {length_cm: 24, width_cm: 22, depth_cm: 15}
+intruders:
+  plate: {shape: plate, length_cm: 3.81, width_cm: 2.54, thickness_cm: 0.64}
+  disc: {shape: plate, length_cm: 2, width_cm: 2, thickness_cm: 0.64}
+  c_leg: {shape: leg, curvature_times_R: 1, max_length_cm: 7.62, width_cm: 2.54, thickness_cm: 0.64, hip_height_cm: 2}
+  flat_leg: {shape: leg, curvature_times_R: 0, max_length_cm: 7.62, width_cm: 2.54, thickness_cm: 0.64, hip_height_cm: 2}
+media:
+  poppy_LP: {title: "poppy seeds, loose"}
+  poppy_CP: {title: "poppy seeds, close"}
+"""
+
+
+SHEET = """\
+run_id,kind,medium,intruder,direction,beta_deg,gamma_deg,depth_cm,tare_run
+p1,plate,poppy_LP,plate,intrusion,30,45,,t1
+t1,rod,poppy_LP,plate,intrusion,30,45,,
+h1,plate,poppy_LP,plate,horizontal,30,0,2.54,th
+th,rod,poppy_LP,plate,horizontal,30,0,2.54,
+c1,leg,poppy_LP,c_leg,rotation,,,,a1
+a1,leg_air,,c_leg,rotation,,,,
+"""
+
+
+class Room:
+    """A campaign's folder; `rows` and `columns` can be changed before `check`."""
+
+    def __init__(self, folder):
+        self.folder = folder
+        self.config = CONFIG
+        self.columns = [column.name for column in COLUMNS]
+        self.rows = {}
+        for row in csv.DictReader(io.StringIO(SHEET)):
+            self.rows["new"] = row
+            self.add(row["run_id"], "new")
+            del self.rows["new"]
+
+    @property
+    def path(self):
+        return self.folder / "config" / "config.yaml"
+
+    def touch(self, log):
+        path = self.folder / "raw" / log
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text("", encoding="utf-8")
+
+    def add(self, name, like, **cells):
+        """Add a run like another one, with log files of its own."""
+        logs = {
+            f"{quantity}_log": f"logs/{name}_{quantity}.csv" for quantity in ("force", "motion")
+        }
+        self.rows[name] = {**self.rows[like], "run_id": name, **logs, **cells}
+        for log in logs.values():
+            self.touch(log)
+
+    def put(self, change):
+        """Change cells of rows by name; ``new<old``: of a new row like an old one; None: without the row."""
+        for name, cells in change.items():
+            run_id, _, like = name.partition("<")
+            if like:
+                self.add(run_id, like)
+            if cells is None:
+                del self.rows[run_id]
+            else:
+                self.rows[run_id] |= cells
+
+    def list_problems(self):
+        """Code, row and column of every problem, and the problems."""
+        problems = self.check()
+        return [
+            (problem.code, problem.place.row, problem.place.column) for problem in problems
+        ], problems
+
+    def text(self, delimiter=","):
+        out = io.StringIO()
+        writer = csv.writer(out, delimiter=delimiter, lineterminator="\n")
+        writer.writerow(self.columns)
+        for row in self.rows.values():
+            writer.writerow([row.get(name, "") for name in self.columns])
+        return out.getvalue()
+
+    def write(self, sheet=None, name="runs.csv"):
+        self.path.parent.mkdir(exist_ok=True)
+        self.path.write_text(self.config.replace("runs.csv", name), encoding="utf-8")
+        (self.folder / name).write_bytes(self.text().encode() if sheet is None else sheet)
+
+    def check(self, sheet=None, name="runs.csv"):
+        self.write(sheet, name)
+        return check_campaign(self.path)[1]
+
+    def only(self, code, sheet=None, name="runs.csv"):
+        """The only problem, which must be of this code."""
+        problems = self.check(sheet, name)
+        assert [problem.code for problem in problems] == [code], "\n".join(map(str, problems))
+        return problems[0]
+
+    def campaign(self, sheet=None, name="runs.csv"):
+        self.write(sheet, name)
+        campaign, problems = check_campaign(self.path)
+        assert campaign is not None, "\n".join(map(str, problems))
+        return campaign
+
+
+def plate_run(run_id="r1", **cells):
+    """A plate of the paper that is pushed straight down, with nothing else said, but for some cells."""
+    values: dict[str, Any] = {
+        "run_id": run_id,
+        "kind": "plate",
+        "medium": "poppy_LP",
+        "intruder": "plate",
+        "direction": "intrusion",
+        "beta_deg": 0.0,
+        "gamma_deg": 90.0,
+        "depth_cm": math.nan,
+        "force_log": f"{run_id}.csv",
+        "motion_log": "b.csv",
+        "tare_run": "",
+        "tare_shared": False,
+        "surface_z_mm": None,
+        "excluded": False,
+        "reason": "",
+        "note": "",
+        "row": 2,
+    }
+    return Run(**values | cells)
+
+
+# --- Small campaigns of the re-enacted lab in a folder, and the chain of stages over them -------------------------
+
+DEMONSTRATION = Path(__file__).parents[2] / "config" / "config.yaml"
+# the demonstration's, without its robot: these rooms have no marker tracks
+CONFIG_TEXT, _, _ = DEMONSTRATION.read_text(encoding="utf-8").partition("\nrobot:")
+CONFIG_TEXT += "\n"
+SEED = 2013
+
+
+@cache
+def paper():
+    return Config(**yaml.safe_load(CONFIG_TEXT))
+
+
+@cache
+def planned():
+    return {run.run_id: run for run in plan_runs(paper())}
+
+
+def data_lines(content):
+    """Data lines of a log: counted here, without the program."""
+    if content is None:
+        return 0
+    lines = [line.strip() for line in content.removeprefix(b"\xef\xbb\xbf").splitlines()]
+    return max(sum(bool(line) and not line.startswith(b"#") for line in lines) - 1, 0)
+
+
+@dataclass
+class RigRoom:
+    """A campaign's folder with some of the paper's runs; `logs` may be changed before `write`."""
+
+    folder: Path
+    logs: dict[str, bytes | None] = field(default_factory=dict)
+    runs: list[PlannedRun] = field(default_factory=list)
+    cells: dict[str, dict[str, str]] = field(default_factory=dict)
+    config: str = CONFIG_TEXT
+
+    def add(self, *names, **faults):
+        """Add runs with their tares; `faults` by run_id."""
+        run_ids = dict.fromkeys(names)
+        run_ids |= dict.fromkeys(planned()[name].tare_run for name in names)
+        for name in run_ids:
+            if not name or name in {run.run_id for run in self.runs}:
+                continue
+            run = planned()[name]
+            self.runs.append(run)
+            self.logs |= run_logs(run, paper(), SEED, faults.get(name, ()))
+        return self
+
+    def change(self, log, transform):
+        content = self.logs[log]
+        assert content is not None
+        self.logs[log] = transform(content.decode()).encode()
+
+    def set(self, run, **cells):
+        """Change cells of one row of the sheet, named by the plan's run_id."""
+        self.cells.setdefault(run, {}).update(cells)
+
+    def rows(self):
+        sheet = csv.DictReader(io.StringIO(sheet_text(self.runs, {})))
+        return [{**row, **self.cells.get(row["run_id"], {})} for row in sheet]
+
+    def write(self, order=list):
+        """Write config, sheet and logs; the path of the config."""
+        path = self.folder / "config" / "config.yaml"
+        raw = self.folder / "raw" / "paper"
+        for folder in (path.parent, raw):
+            folder.mkdir(parents=True, exist_ok=True)
+        path.write_text(self.config, encoding="utf-8")
+        for name, content in self.logs.items():
+            target = raw / name
+            target.parent.mkdir(exist_ok=True)
+            if content is not None:
+                target.write_bytes(content)
+        rows = self.rows()
+        out = io.StringIO()
+        writer = csv.DictWriter(out, list(rows[0]), lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(order(rows))
+        (raw / "runs.csv").write_text(out.getvalue(), encoding="utf-8")
+        return path
+
+    def chain(self, medium="poppy_LP"):
+        return chain(load_campaign(self.write()), medium)
+
+    @property
+    def names(self):
+        return [run.run_id for run in self.runs]
+
+    @property
+    def counted(self):
+        """Data lines of every log the sheet names."""
+        return {name: data_lines(content) for name, content in self.logs.items()}
+
+
+def row_of_run(table, run_id):
+    """Return the only row of a run."""
+    rows = table[table["run_id"] == run_id]
+    assert len(rows) == 1
+    return rows.iloc[0]
+
+
+@dataclass(frozen=True)
+class Results:
+    """What the stages made of one medium."""
+
+    traces: pd.DataFrame
+    runs: pd.DataFrame
+    tared: pd.DataFrame
+    tares: pd.DataFrame
+    fits: pd.DataFrame
+    alpha: pd.DataFrame
+    curves: pd.DataFrame
+    book: pd.DataFrame
+    flags: Flags
+
+    def fit(self, run_id):
+        return row_of_run(self.fits, run_id)
+
+    def run(self, run_id):
+        return row_of_run(self.runs, run_id)
+
+    def codes(self, run_id):
+        """Codes of the flags of a run."""
+        return [flag.code for flag in self.flags.of_run(run_id)]
+
+    def cell(self, beta_deg, gamma_deg):
+        is_cell = (self.alpha["beta_deg"] == beta_deg) & (
+            (self.alpha["gamma_deg"] - gamma_deg).abs() < 0.1
+        )
+        assert is_cell.sum() == 1
+        return self.alpha[is_cell].iloc[0]
+
+    def fates(self, file):
+        rows = self.book[self.book["file"] == file]
+        return dict(
+            zip(zip(rows["fate"], rows["reason_code"], strict=True), rows["rows"], strict=True)
+        )
+
+    def check_ledger(self, counted, one_file=()):
+        """Every line of every file is in the ledger, once; `one_file`: runs with a single log."""
+        check_ledger(self.book, self.runs, list(one_file))
+        assert self.book.groupby("file")["rows"].sum().to_dict() == counted
+        dropped = self.book[self.book["fate"] == "dropped"]
+        assert (dropped["reason"] != "").all()
+        assert set(self.book["fate"]) <= {"used", "dropped"}
+
+
+def chain(campaign, medium):
+    """Ingest, tare, slopes, alpha table, legs and ledger of one medium."""
+    traces, runs, *_, book1 = ingest_medium(campaign, medium)
+    tared, tares, *_, book2 = tare_medium(campaign, medium, traces, runs)
+    fits, *_, book3 = fit_medium(campaign, medium, runs, tared, tares)
+    curves, *_, book4 = leg_curves(campaign, medium, runs, tared)
+    fit = campaign.config.fit
+    alpha = alpha_table(fits, medium, fit.confidence, len(fit.horizontal_depths_cm))
+    books = (book1, book2, book3, book4)
+    book = join([ledger.table() for ledger in books])
+    flags = Flags(*(flag_table(medium, "", ledger.flags) for ledger in books))
+    alpha = with_flagged(alpha, flags)
+    return Results(traces, runs, tared, tares, fits, alpha, curves, book, flags)
+
+
+def digests(folder):
+    files = (path for path in sorted(folder.rglob("*")) if path.is_file())
+    return {
+        path.relative_to(folder).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in files
+    }
+
+
+# --- Campaigns in folders of their own, and the real workflow run on them -----------------------------------------
 
 FEW = tuple((beta, gamma) for beta in (-30.0, 0.0, 30.0, 90.0) for gamma in (90.0, -90, 45, -45, 0))
 """Cells (beta, gamma) in degrees that tell the nine terms apart: 20 of the paper's 78."""
@@ -176,3 +623,95 @@ def make_campaign(
         values["intruders"] = {name: shape for name, shape in shapes if shape["shape"] == "plate"}
     enact(root, values, sizes, directions=directions, faults=faults)
     return Folder(root)
+
+
+# --- The home rig of the documentation ----------------------------------------------------------------------------
+# The home rig of the documentation: its made logs, its sheet and its config, and what it knows to be true.
+
+PAGE = "docs/howto/home-rig.md"
+_BLOCKS = blocks_of(PAGE)
+SCRIPT = next(block.text for block in _BLOCKS if block.language == "python")
+FILES = {block.marks["file"]: block.text for block in _BLOCKS if "file" in block.marks}
+
+
+def lay_out_home_rig(folder, monkeypatch, **changes):
+    """Follow the page in `folder` up to the config; the campaign's folder, and the names of its script.
+
+    `changes`: Texts of the script and what stands in their place.
+    """
+    monkeypatch.chdir(folder)
+    init_campaign(Path("home rig"))
+    script = SCRIPT
+    for old, new in changes.get("script", {}).items():
+        assert old in script
+        script = script.replace(old, new)
+    names: dict[str, object] = {}
+    exec(script, names)  # noqa: S102
+    for name, text in FILES.items():
+        Path(name).write_text(text, encoding="utf-8")
+    return Path(folder, "home rig"), names
+
+
+# --- A campaign that grows, and a watch that looks at it in a time of its own -------------------------------------
+
+DIRECTIONS = ((0.0, 90.0), (30.0, 45.0), (-30.0, 45.0), (60.0, 90.0), (30.0, -45.0), (0.0, 0.0))
+MEDIUM = "poppy_LP"
+
+
+class Bench:
+    """Rows and logs of `recorded` are put into `root`; `rows` are those of the run sheet, by run_id."""
+
+    def __init__(self, root, recorded):
+        self.root, self.config, self.recorded = root, root / "config" / "config.yaml", recorded
+        text = (recorded / "raw" / "paper" / "runs.csv").read_text(encoding="utf-8")
+        self.every = {row["run_id"]: row for row in csv.DictReader(io.StringIO(text))}
+        self.rows = {}
+        self.raw, self.time = root / "raw" / "paper", 0.0
+        self.sheet = self.raw / "runs.csv"
+
+    @property
+    def plates(self):
+        return [name for name, row in self.every.items() if row["kind"] == "plate"]
+
+    def write_sheet(self):
+        buffer = io.StringIO()
+        sheet = csv.DictWriter(buffer, [*next(iter(self.every.values()))], lineterminator="\n")
+        sheet.writeheader()
+        sheet.writerows(self.rows.values())
+        self.sheet.write_text(buffer.getvalue(), encoding="utf-8")
+
+    def logs(self, name):
+        return [self.every[name][f"{kind}_log"] for kind in ("force", "motion")]
+
+    def content(self, log):
+        return (self.recorded / "raw" / "paper" / log).read_bytes()
+
+    def put(self, log, content=None):
+        path = self.raw / log
+        path.parent.mkdir(exist_ok=True)
+        path.write_bytes(self.content(log) if content is None else content)
+
+    def push(self, *names, tare=True):
+        """Record runs whole: their rows, their logs, and those of their tares."""
+        for name in names:
+            for run_id in [self.every[name]["tare_run"]] * tare + [name]:
+                self.rows[run_id] = dict(self.every[run_id])
+                for log in self.logs(run_id):
+                    self.put(log)
+        self.write_sheet()
+
+    def watch(self):
+        self.write_sheet()
+        return Watch(self.config)
+
+    def collect_events(self, watch, times=1):
+        """Let half a second pass before each look; all events."""
+        events = []
+        for _ in range(times):
+            self.time += 0.5
+            events += watch.step(self.time)
+        return events
+
+    def settle(self, watch):
+        """Look until everything is still: config and sheet, then logs that are asked every fourth time."""
+        return self.collect_events(watch, 10)

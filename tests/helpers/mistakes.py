@@ -1,36 +1,571 @@
-"""Mistakes of a lab in the files of a re-enacted campaign: logs, run sheet, configuration."""
+"""Campaigns of other labs, and mistakes in sheet, config and logs, with what check and stages say of them."""
 
 import copy
+import csv
+import io
+import random
+import re
 from collections.abc import Callable
-from dataclasses import replace
-from functools import partial
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from functools import cache, partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
-from coverage_files import measured
-from disturbances import NOTHING, disturbed_logs
-from mutations import Written
-from other_labs import SECTIONS
-from paper import paper_values
+import yaml
+from campaigns import RigRoom, run_rules
+from coverage_levels import measured
+from paper import NOTHING, disturbed_logs, enact, paper_values, write_yaml
 
 from rftfit.campaign.config import Config
-from rftfit.campaign.load import load_campaign
+from rftfit.campaign.load import REENACTED, check_campaign, load_campaign
 from rftfit.checks.verdict import Verdict, verdict_on
+from rftfit.errors import InputError
 from rftfit.lab.enact import prepare, run_logs
-from rftfit.lab.plan import PlannedRun
+from rftfit.lab.plan import PlannedRun, parse_directions
 from rftfit.lab.protocols import PAPER
 from rftfit.lab.truth import table_s5
 from rftfit.lab.write import fixed, sheet_text
 from rftfit.measure.alpha import column
 from rftfit.measure.flags import Flags
+from rftfit.measure.read import readers
+from rftfit.page.outcome import outcome_of_runs
+from rftfit.results import open_results
 from rftfit.workflow.measure import checks
 
+# --- What `rftfit check` says of a campaign beside what its stages do with it -------------------------------------
+
+REFUSED, NOTHING_LEFT, SOME, ALL = "refused", "nothing left", "some dropped", "all used"
+
+
+def compare(folder, stages=()):
+    """Check and run a campaign, by default all of it, and say in a word how it went.
+
+    Raises
+    ------
+    AssertionError
+        If `check` passes what the stages refuse, or drops what they use, or one of them breaks.
+    """
+    root = folder.root
+    completed = folder.rftfit("check")
+    campaign, problems = check_campaign(folder.config)
+    if campaign is None:
+        assert completed.returncode == 2, completed.stdout
+        return REFUSED
+    if fault := _fault_of_readers(campaign):
+        assert completed.returncode == 2
+        assert fault in completed.stdout
+        return REFUSED
+    run_rules(folder.config, *stages)
+    of_sheet = {problem.place.row for problem in problems if problem.place.row is not None}
+    excluded = [run for run in campaign.runs if run.excluded]
+    empty = False
+    lost: set[str] = set()
+    for medium in campaign.media_with_runs:
+        reasons = _reasons(root / "results", medium)
+        runs = [run for run in campaign.runs_of(medium) if not run.excluded]
+        lost_of_medium = {run.run_id for run in runs if reasons[run.run_id]}
+        with_logs = {r.run_id for r in runs if _has_logs(campaign.raw, r)}
+        assert _count_dropped(completed.stdout, medium) == len(lost_of_medium & with_logs), (
+            sorted(lost_of_medium & with_logs),
+            completed.stdout,
+        )
+        assert all(run.row in of_sheet for run in runs if run.run_id in lost_of_medium - with_logs)
+        plates_and_legs = {run.run_id for run in runs if run.kind in ("plate", "leg")}
+        nothing = (
+            bool(lost_of_medium & with_logs)
+            and (plates_and_legs & with_logs or with_logs) <= lost_of_medium
+        )
+        empty |= nothing
+        lost |= lost_of_medium
+    assert completed.returncode == (2 if empty else 0), completed.stdout
+    # and the page tells of the same runs
+    dropped = {str(row["run_id"]) for row in outcome_of_runs(open_results(root)).dropped}
+    assert lost == dropped - {run.run_id for run in (*campaign.unassigned_air_runs, *excluded)}
+    return NOTHING_LEFT if empty else SOME if lost else ALL
+
+
+def _fault_of_readers(campaign):
+    try:
+        if not campaign.numbers:
+            readers(campaign)
+    except InputError as error:
+        return str(error)
+    return ""
+
+
+def _has_logs(raw, run):
+    names = (run.force_log, run.motion_log, run.zero_log)
+    return all((raw / name).is_file() for name in names if name)
+
+
+def _reasons(results, medium):
+    """Why each run gave no number, by the tables of the stages; empty where it gave one."""
+    reasons: dict[str, str] = {}
+    for name in ("runs", "tares", "fits"):
+        table = pd.read_csv(results / name / f"{medium}.csv", dtype=str, keep_default_na=False)
+        reasons |= dict(zip(table["run_id"], table["reason"], strict=True))
+    return reasons
+
+
+def _count_dropped(text, medium):
+    """How many runs of a medium `check` says would be dropped."""
+    lines = [line for line in text.splitlines() if line.startswith(f"  {medium}, ")]
+    counts = [re.match(r".*?, (\d+) (?:of \d+ )?runs? would be dropped", line) for line in lines]
+    return sum(int(count[1]) for count in counts if count)
+
+
+# --- Campaigns of other labs: grids and protocols that are not the paper's, re-enacted ----------------------------
+
+GRIDS = {
+    "coarse": "-30,0,30,90 x -90,-60,-30,0,30,60,90",
+    "other": "-75,-40,-10,20,55,80 x -70,-45,-25,25,45,70",
+    "no-vertical": "-60,-20,20,60 x -75,-50,-20,20,50,75",
+    "one-row": "0 x -90,-60,-30,30,60,90",
+    "scattered": "scattered:25",
+    "straight-down": "-60,-30,0,30,60 x 90",
+    "one-push": "0:90",
+}
+SECTIONS = {
+    "paper": {},
+    "no-pause": {},
+    "stroke-only": {"clock": {"method": "same_clock"}, "zero": {"method": "stated", "sd_N": 0.02}},
+    "separate-zero": {"clock": {"method": "same_clock"}},
+    "one-file": {"clock": {"method": "same_clock"}},
+    "cyclic": {"clock": {"method": "same_clock"}},
+    "constant-speed": {
+        "clock": {"method": "same_clock"},
+        "zero": {"method": "stated", "sd_N": 0.02},
+        "motion_log": {
+            "columns": {"time": "time", "z": {"constant": 150.2, "unit": "mm", "rate": -10}}
+        },
+    },
+}
+MEDIUM = "poppy_CP"
+CELLS_OF_ONE = 0.8
+"""Part of the numbers of one small campaign whose 95 % intervals must hold the truth."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """One campaign."""
+
+    grid: str
+    protocol: str
+    tare: bool = True
+    legs: bool = False
+    dialect: str = "rig"
+
+    def __str__(self):
+        suffix = ("" if self.tare else ", no tare") + (", legs" if self.legs else "")
+        suffix += "" if self.dialect == "rig" else f", {self.dialect}"
+        return f"{self.grid}, {self.protocol}{suffix}"
+
+
+CASES = [
+    *(
+        Case(grid, protocol)
+        for grid in ("coarse", "other", "no-vertical", "one-row", "scattered")
+        for protocol in ("paper", "no-pause", "stroke-only", "separate-zero", "one-file")
+    ),
+    Case("one-push", "paper"),
+    Case("one-push", "stroke-only", tare=False),
+    Case("coarse", "paper", tare=False),
+    Case("coarse", "one-file", tare=False, legs=True),
+    Case("scattered", "stroke-only", tare=False),
+    Case("other", "paper", legs=True),
+    Case("coarse", "separate-zero", legs=True),
+    Case("coarse", "cyclic"),
+    Case("scattered", "cyclic"),
+    Case("straight-down", "constant-speed"),
+    Case("straight-down", "cyclic", dialect="xlsx"),
+    *(Case("coarse", "one-file", dialect=dialect) for dialect in ("instron", "lvm", "tdms")),
+    *(Case("coarse", "paper", dialect=dialect) for dialect in ("delimited", "parquet", "arrays")),
+]
+
+
+def make(folder, case):
+    """Write the campaign of a case: configuration, logs and run sheet."""
+    values = paper_values("robot")
+    values["media"] = {MEDIUM: {"title": "close poppy seeds", "published_as": MEDIUM}}
+    values |= SECTIONS[case.protocol]
+    values["fit"]["missing_tare"] = "flag"
+    if case.dialect == "delimited":
+        del values["dialect"]
+        values |= {log: {"text": {"delimiter": ","}} for log in ("force_log", "motion_log")}
+    else:
+        values["dialect"] = case.dialect
+    cells = parse_directions(GRIDS[case.grid], 2013)
+    enact(folder, values, protocol=case.protocol, directions=cells, tare=case.tare, legs=case.legs)
+
+
+def judge(folder, case, held):
+    """What came out, in words, and what is wrong with it; `held` takes which numbers hold the truth."""
+    planned_directions = set(parse_directions(GRIDS[case.grid], 2013))
+    table = pd.read_csv(folder / "results" / "alpha" / f"{MEDIUM}.csv")
+    measured_directions = set(zip(table["beta_deg"], table["gamma_deg"], strict=True))
+    wrong = (
+        []
+        if measured_directions == planned_directions
+        else [f"{len(planned_directions - measured_directions)} directions without a row"]
+    )
+    if not (folder / "results" / "report.html").is_file():
+        wrong.append("no page")
+    inside, off = [], []
+    for row in table.to_dict("records"):
+        for c, true in zip("zx", table_s5(MEDIUM, row["beta_deg"], row["gamma_deg"]), strict=True):
+            name = f"alpha_{c}{{}}_N_per_cm3"
+            inside.append(row[name.format("_lo")] <= true <= row[name.format("_hi")])
+            off.append(abs(row[name.format("")] - true))
+    share = float(np.mean(inside))
+    held += inside if case.tare else []
+    fits, flags = (
+        pd.read_csv(folder / "results" / name / f"{MEDIUM}.csv") for name in ("fits", "flags")
+    )
+    bare = set(flags.loc[flags["code"] == "no-tare", "run_id"])
+    if case.tare and share < CELLS_OF_ONE:
+        wrong.append("too few cells hold the truth")
+    if not case.tare and not bare.issuperset(fits["run_id"]):
+        wrong.append("a run without a tare is not flagged")
+    if np.isnan(off).any():
+        wrong.append(f"{int(np.isnan(off).sum()) // 2} cells without alpha")
+    return (
+        f"{len(table)} cells, {100 * share:.0f} % hold the truth, worst off {max(off):.4f}",
+        wrong,
+    )
+
+
+# --- Campaigns with mistakes in sheet, config and logs, or in a table of stress -----------------------------------
+
+RUNS = (
+    "poppy_LP_bp30_g45_in",
+    "poppy_LP_bp00_g90_in",
+    "poppy_LP_bp00_g45_ex",
+    "poppy_LP_bm30_g00_h254",
+    "poppy_LP_c_leg",
+    "yuma_bp00_g90_in",
+)
+MEASURED = (
+    "ingest",
+    "tare",
+    "slopes",
+    "checks",
+    "legs",
+    "symmetry",
+    "fourier",
+    "scaling",
+    "ledger",
+)
+"""Stages of which the short test is made."""
+
+Cells = dict[str, str]
+
+
+@dataclass
+class Written:
+    """A campaign as it is on the disk: configuration, rows of the sheet, and logs by their paths.
+
+    A table of stress has no sheet: it counts as a log.
+    """
+
+    config: dict[str, Any]
+    rows: list[Cells]
+    logs: dict[str, bytes]
+    mistakes: list[str] = field(default_factory=list)
+
+    @classmethod
+    def read(cls, root):
+        """Read a campaign that was made in a folder."""
+        raw = root / "raw" / "paper"
+        config = yaml.safe_load((root / "config" / "config.yaml").read_text(encoding="utf-8"))
+        config["fourier"]["draws"] = 200
+        rows = list(csv.DictReader(io.StringIO((raw / "runs.csv").read_text(encoding="utf-8"))))
+        logs = {
+            path.relative_to(raw).as_posix(): path.read_bytes()
+            for path in sorted(raw.rglob("*"))
+            if path.is_file() and path.name != "runs.csv"
+        }
+        return cls(config, rows, logs)
+
+    def write(self, root):
+        """Write it into a folder."""
+        raw = root / "raw" / "paper"
+        raw.mkdir(parents=True)
+        write_yaml(root / "config" / "config.yaml", self.config)
+        for name, content in self.logs.items():
+            (raw / name).parent.mkdir(exist_ok=True, parents=True)
+            (raw / name).write_bytes(content)
+        if not self.rows:
+            return
+        with (raw / "runs.csv").open("w", newline="", encoding="utf-8") as file:
+            writer = csv.DictWriter(file, list(self.rows[0]))
+            writer.writeheader()
+            writer.writerows(self.rows)
+
+
+@cache
+def bases():
+    """Small campaigns that are right: the paper's protocol with a leg and a sand, and two others."""
+    campaigns = {}
+    with TemporaryDirectory() as folder:
+        RigRoom(Path(folder)).add(*RUNS).write()
+        campaigns["paper"] = Written.read(Path(folder))
+    for protocol in ("one-file", "separate-zero"):
+        with TemporaryDirectory() as folder:
+            make(Path(folder), Case("one-push", protocol))
+            campaigns[protocol] = Written.read(Path(folder))
+    campaigns["table"] = Written(
+        {
+            "title": "a table",
+            "raw": "raw/paper",
+            "run_sheet": "raw/paper/stress.csv",
+            "table": {
+                "holds": "stress",
+                "angle_unit": "deg",
+                "depth_unit": "cm",
+                "stress_unit": "N/cm^2",
+            },
+            "media": {
+                "sand": {"title": "sand", "role": "laboratory"},
+                "dune": {"title": "dune", "role": "natural_sand"},
+            },
+            "fit": {"submergence_cm": 0.5, "max_depth_cm": 7.0},
+            "fourier": {"draws": 200},
+        },
+        [],
+        {"stress.csv": _stress().encode()},
+    )
+    return campaigns
+
+
+def _stress():
+    """A table of stress of two media: pushes, one with its way back, pulls, a level run, and one left out."""
+    lines = [
+        "medium,beta_deg,gamma_deg,depth_cm,stress_z_N_per_cm2,stress_x_N_per_cm2,run_id,excluded,reason"
+    ]
+    cells = [("sand", b, g) for b in (-60, 0, 30, 60) for g in (-90, -45, 45, 90)] + [
+        ("dune", 0, 90)
+    ]
+    for number, (medium, beta, gamma) in enumerate(cells):
+        depths_down = [0.5 * step for step in range(1, 17)]
+        depths = (
+            depths_down + depths_down[::-1]
+            if number == 2
+            else depths_down[:: 1 if gamma > 0 else -1]
+        )
+        end = ",yes,a stone" if number == 5 else ",,"
+        alpha = table_s5("poppy_LP", beta, gamma)
+        for place, depth in enumerate(depths):
+            noise = 0.004 * ((7 * place) % 5 - 2)
+            stress = ",".join(f"{a * depth + noise:.4f}" for a in alpha)
+            lines.append(f"{medium},{beta},{gamma},{depth},{stress},r{number}{end}")
+    return "\n".join(lines) + "\n"
+
+
+def mutated(luck, base=None):
+    """Make one to three mistakes in one of the campaigns."""
+    written = copy.deepcopy(bases()[base or luck.choice(list(bases()))])
+    for _ in range(luck.choice([1, 1, 2, 3])):
+        kinds = [_of_log, _of_log, _of_log, _of_cell if written.rows else _of_log, _of_setting]
+        written.mistakes.append(luck.choice(kinds)(luck, written))
+    return written
+
+
+def _of_cell(luck, written):
+    row = luck.choice(written.rows)
+    column = luck.choice(list(row))
+    cells_of_column = [sheet_row[column] for sheet_row in written.rows]
+    row[column] = luck.choice(
+        [
+            *cells_of_column,
+            "",
+            "0",
+            "45",
+            "-90",
+            "90",
+            "18.43",
+            "1e9",
+            "-3",
+            "nan",
+            "yes",
+            "rod",
+            "horizontal",
+            "extraction",
+            luck.choice(list(written.logs)),
+        ]
+    )
+    return f"{row['run_id']}, {column}: {row[column]!r}"
+
+
+def _of_setting(luck, written):
+    section: Any = written.config
+    path = []
+    while True:
+        keys = range(len(section)) if isinstance(section, list) else sorted(section)
+        key = luck.choice(
+            [candidate for candidate in keys if candidate not in ("title", "raw", "run_sheet")]
+        )
+        path.append(str(key))
+        if not isinstance(section[key], dict | list) or not section[key]:
+            break
+        section = section[key]
+    value = section[key]
+    if isinstance(value, bool) or value is None:
+        section[key] = luck.choice([True, False, None, 1.0])
+    elif isinstance(value, int | float):
+        section[key] = luck.choice([0, 0.1, 10, -1, 1000, 1e-6]) * (value or 1)
+    else:
+        section[key] = luck.choice(
+            [
+                "N",
+                "kN",
+                "mm",
+                "cm",
+                "m",
+                "estimate",
+                "same_clock",
+                "sync_line",
+                "stated",
+                "air",
+                "find",
+                "flag",
+                "refuse",
+                "drop",
+                "uneven",
+                "+F1",
+                "-F1",
+                "-F3",
+                "natural_sand",
+                "dft-index",
+            ]
+        )
+    return f"{'.'.join(path)}: {section[key]!r}"
+
+
+def _of_log(luck, written):
+    name = luck.choice([name for name in written.logs if not name.endswith(REENACTED)])
+    damage = luck.choice(DAMAGES)
+    text = written.logs[name].decode()
+    lines = text.splitlines()
+    top = next((i + 1 for i, line in enumerate(lines) if line.startswith(("time", "medium"))), 0)
+    if len(lines) - top < 10:
+        return f"{name}: spoiled already"
+    if damage is _another:
+        written.logs[name] = written.logs[luck.choice(list(written.logs))]
+    else:
+        body = damage(luck, [line.split(",") for line in lines[top:]])
+        head = [] if damage is _nothing else lines[:top]
+        if damage is _unit:
+            old, new = luck.choice(
+                [
+                    ("_N", "_lbf"),
+                    ("_mm", "_cm"),
+                    ("time_s", "time_ms"),
+                    ("run_id", "run"),
+                    ("_deg", ""),
+                ]
+            )
+            head = [line.replace(old, new) for line in head]
+        written.logs[name] = "\n".join([*head, *map(",".join, body)]).encode() + b"\n"
+    return f"{name}: {damage.__name__.strip('_')}"
+
+
+Table = list[list[str]]
+
+
+def _cut(luck, rows):
+    return rows[: luck.randrange(len(rows))]
+
+
+def _late(luck, rows):
+    return rows[luck.randrange(len(rows)) :]
+
+
+def _hole(luck, rows):
+    index = luck.randrange(len(rows))
+    return rows[:index] + rows[index + luck.choice([1, 30, 300]) :]
+
+
+def _twice(luck, rows):
+    index = luck.randrange(len(rows))
+    return rows[:index] + [row for row in rows[index:] for _ in range(2)]
+
+
+def _swapped(luck, rows):
+    first, second = luck.sample(range(len(rows[0])), 2)
+    for row in rows:
+        row[first], row[second] = row[second], row[first]
+    return rows
+
+
+def _scaled(luck, rows):
+    column, factor = luck.randrange(len(rows[0])), luck.choice([-1.0, 0.0, 1000.0, 0.001])
+    for row in rows:
+        with suppress(ValueError):
+            row[column] = repr(float(row[column]) * factor)
+    return rows
+
+
+def _spoiled(luck, rows):
+    column, word = (
+        luck.randrange(len(rows[0])),
+        luck.choice(["nan", "", "x", "1e9", "inf", "1;2", "0"]),
+    )
+    share = luck.choice([1.0, 0.5, 0.01])
+    first = luck.randrange(len(rows))
+    for row in rows[first : first + max(1, int(share * len(rows)))]:
+        row[column] = word
+    return rows
+
+
+def _backwards(_, rows):
+    return rows[::-1]
+
+
+def _shorter(luck, rows):
+    column = luck.randrange(len(rows[0]))
+    return [row[:column] + row[column + 1 :] for row in rows]
+
+
+def _nothing(_luck, _rows):
+    return []
+
+
+def _header(_luck, _rows):
+    return []
+
+
+def _another(_, rows):
+    return rows
+
+
+def _unit(_, rows):
+    return rows
+
+
+DAMAGES: tuple[Callable[[random.Random, Table], Table], ...] = (
+    _cut,
+    _late,
+    _hole,
+    _twice,
+    _swapped,
+    _scaled,
+    _spoiled,
+    _backwards,
+    _shorter,
+    _nothing,
+    _header,
+    _another,
+    _unit,
+)
+
+
+# --- Mistakes of a lab in the files of a re-enacted campaign: logs, run sheet, configuration ----------------------
+
 Luck = np.random.Generator
-Table = np.ndarray
-"""Columns of a log as rows, shape (columns, n)."""
 
 CHANNELS = {"x": 3, "z": 4}
 """Column of the force log that the demonstration's mount has along x and z: F2 and F3, both turned."""
@@ -89,9 +624,6 @@ def stated(sizes=None):
     return {**paper_values()["errors"], **(sizes or {})}
 
 
-# --- Which rows of the sheet.
-
-
 def some(rows, share, luck, where="random"):
     """Return a share of the rows, anywhere or in a `stretch`."""
     count = round(share * len(rows))
@@ -123,9 +655,6 @@ def one_slanted(written, luck):
         if row["direction"] == "intrusion" and 20 < float(row["gamma_deg"]) < 80
     ]
     return rows[int(luck.integers(len(rows)))]
-
-
-# --- Readings of logs.
 
 
 def change(written, name, transform):
@@ -243,8 +772,6 @@ def one_off(written, luck, percent):
     return of_logs(written, [one_slanted(written, luck)], transform)
 
 
-# --- Files and the sheet.
-
 LOGS = ("force_log", "motion_log")
 
 
@@ -287,7 +814,7 @@ def another_run(written, luck, in_other_medium=False, turn_deg=0):
     return of_logs(written, [row], transform, "motion_log")
 
 
-def _cut(log, number):
+def _cut_rows(log, number):
     return log[:, 5 * number :]
 
 
@@ -370,7 +897,7 @@ def _each():
         "surface +3 mm": (partial(surface, mm=3), "surface"),
         "surface -3 mm": (partial(surface, mm=-3), "surface"),
         "copies": (copies, "same_logs"),
-        "copies, 5 rows cut": (partial(copies, transform=_cut), "same_logs"),
+        "copies, 5 rows cut": (partial(copies, transform=_cut_rows), "same_logs"),
         "copies, last digit": (partial(copies, transform=_last_digit), "same_logs"),
         "copies, times 1.0001": (partial(copies, transform=_times), "same_logs"),
         "one run of another medium": (partial(another_run, in_other_medium=True), "repeats"),
@@ -393,9 +920,6 @@ def with_mistake(base, name, seed):
     """Make a mistake in a copy of a campaign; the run_ids that it is in."""
     written = copied(base)
     return written, MISTAKES[name].make(written, np.random.default_rng(seed))
-
-
-# --- What comes out.
 
 
 class Judged(NamedTuple):

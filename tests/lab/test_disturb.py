@@ -11,23 +11,10 @@ from collections.abc import Mapping
 import numpy as np
 import pandas as pd
 import pytest
-from disturbances import (
-    DISTURBANCES,
-    REAL_LAB,
-    along_path,
-    bed_of,
-    described,
-    disturbed_logs,
-    path_cm,
-    pink,
-    reenact_disturbed,
-    sizes_of,
-    unevenness,
-)
+from paper import DISTURBANCES, along_path, bed_of, disturbed_logs, pink, sizes_of
 
 from rftfit.errors import InputError
 from rftfit.lab.enact import run_logs
-from rftfit.lab.marker import MARKER
 from rftfit.lab.plan import plan_runs, plate_of
 from rftfit.lab.rig import LabStroke, ideal, nuisance
 
@@ -144,16 +131,6 @@ def test_surface_moves_the_onset_of_the_force(config, runs, name):
     assert np.std(beds) == pytest.approx(0.2 if name == "surface" else 0, rel=0.08, abs=1e-12)
 
 
-def test_surface_and_legs(config, runs):
-    # forces go with the square of the depth of the tip: 2 mm of 56 mm
-    run = runs[LEG]
-    raised_cm = bed(run, config, {"surface": 2.0}).surface_cm
-    clean = granular(run, config)
-    strong = np.abs(clean) > 2
-    ratio = change(run, config, {"surface": 2.0})[strong] / clean[strong]
-    assert np.median(ratio) == pytest.approx((1 + raised_cm / 5.62) ** 2 - 1, rel=0.02)
-
-
 @pytest.mark.parametrize("lag", [0.03, 0.07])
 def test_lag_is_so_many_samples(config, runs, lag):
     for name in (PUSH, SLANTED, LEG, AIR):
@@ -213,25 +190,6 @@ def test_pink_noise_falls_as_one_over_f():
     assert power[:4] * number[:4] == pytest.approx(power[-400:] @ number[-400:] / 400, rel=0.25)
 
 
-def test_pink_noise_of_the_logs(config, runs):
-    drawn = []
-    for run in (run for run in runs.values() if run.leg):
-        noise = change(run, config, {"pink": 0.5})
-        np.testing.assert_allclose(change(run, config, {"pink": 1.0}), 2 * noise, atol=0.025)
-        drawn.append(noise.var())
-    assert np.sqrt(np.mean(drawn)) == pytest.approx(0.5, rel=0.15)
-
-
-@pytest.mark.parametrize("count", [4096, 1000, 20000])
-def test_pink_noise_has_its_size(count):
-    noise = pink(np.random.default_rng(1), 300, count)
-    assert noise.shape == (300, count)
-    # octaves have the same variance: of 11 in 41 s, 2.3 more in 200 s, none of the slowest 2 in 10 s
-    assert noise.std() == pytest.approx({4096: 1, 1000: 1, 20000: 1.12}[count], rel=0.04)
-    within = {4096: 1, 1000: 0.91, 20000: 1.12}[count]
-    assert np.sqrt(noise.var(axis=1).mean()) == pytest.approx(within, rel=0.04)
-
-
 @pytest.mark.parametrize("length", [2.0, 0.1])
 def test_a_path_is_uneven_over_a_length(length):
     travel = np.linspace(0, 6 * length, 601)
@@ -244,46 +202,6 @@ def test_a_path_is_uneven_over_a_length(length):
     # a way back meets the same patches
     ways = [along_path(np.random.default_rng(2), 3, way, length) for way in (travel, travel[::-1])]
     np.testing.assert_array_equal(ways[1], ways[0][:, ::-1])
-
-
-@pytest.mark.parametrize(
-    ("name", "length", "common"), [("patches", 2.0, True), ("deep-noise", 0.1, False)]
-)
-def test_many_campaigns_at_once(name, length, common):
-    """All z, then all x: patches are common to the two components of a campaign, slips are not."""
-    random = np.random.default_rng(4)
-    travel = np.linspace(0, 4 * length, 401)
-    uneven = unevenness({name: 5.0}, lambda _: random, travel, 200) - 1
-    assert uneven.shape == (400, 401)
-    assert uneven.std() == pytest.approx(0.05, rel=0.1)
-    assert (uneven[:200] == uneven[200:]).all() == common
-    assert not (uneven[0] == uneven[1]).any()
-    # a tenth of the length on, and twice the length
-    near, far = (np.mean(uneven[:, :-k] * uneven[:, k:]) / 0.05**2 for k in (10, 200))
-    assert near > 0.9
-    assert abs(far) < 0.1
-
-
-@pytest.mark.parametrize("name", ["patches", "deep-noise"])
-@pytest.mark.parametrize("run_id", [PUSH, SLANTED, LEG])
-def test_unevenness_of_the_logs(config, runs, run_id, name):
-    """Relative to the granular force, along the way of the plate's centre or the leg's tip."""
-    run = runs[run_id]
-    true = ideal(run, config, phase_s=nuisance(run, SEED).force_phase_s)
-    way = path_cm(true.motion, config.intruders[run.intruder])
-    factor = unevenness({name: 10.0}, LabStroke(run, config, SEED, 0).random, way)
-    expected = (factor - 1) * np.array(true.granular)
-    np.testing.assert_allclose(change(run, config, {name: 10.0}), expected, atol=0.02)
-
-
-def test_length_of_the_way(config, runs):
-    # down through the air and 9 cm of the medium; the tip of a leg, 270 degrees at 7.62 cm
-    for name, length in ((PUSH, 0.32 + 1.6 + depth(runs[PUSH], config).max()), (LEG, 35.9)):
-        run = runs[name]
-        way = path_cm(ideal(run, config).motion, config.intruders[run.intruder])
-        assert way[0] == 0
-        assert np.diff(way).min() >= 0
-        assert way[-1] == pytest.approx(length, rel=0.01)
 
 
 def test_proportional_spread(config, runs):
@@ -317,78 +235,6 @@ def test_spread_between_beds(config, runs):
     np.testing.assert_allclose((f3[0] - f3[1])[deep], (off * area * depth_cm)[deep], atol=0.02)
     legs = [disturbed_logs(runs[LEG], config, SEED, NONE, spread) for spread in (0.0, 0.05)]
     assert legs[0] != legs[1]
-
-
-def test_tare_of_another_bed(config, runs):
-    run = runs[ROD]
-    force_on_rod = np.array(ideal(run, config, phase_s=nuisance(run, SEED).force_phase_s).rod)
-    assert np.abs(force_on_rod[0]).max() > 0.4
-    np.testing.assert_allclose(
-        change(run, config, {"tare-bed": 50.0}), 0.5 * force_on_rod, atol=0.02
-    )
-
-
-def test_draws_know_nothing_of_each_other(config, runs):
-    run = runs[SLANTED]
-    real = sizes_of([REAL_LAB])
-    change_of_both = change(run, config, {"pink": 0.5, "patches": 5.0})
-    sum_of_changes = change(run, config, {"pink": 0.5}) + change(run, config, {"patches": 5.0})
-    np.testing.assert_allclose(change_of_both, sum_of_changes, atol=0.025)
-    assert bed(run, config, real, 0.005).off == bed(run, config, NONE, 0.005).off
-    assert bed(run, config, real).factor == bed(run, config, {"spread-percent": 5.0}).factor
-    beds_of_runs = [bed(run, config, real, 0.005) for run in runs.values()]
-    correlation = np.corrcoef(
-        [[drawn.surface_cm, drawn.factor, *drawn.off] for drawn in beds_of_runs], rowvar=False
-    )
-    assert np.abs(correlation - np.eye(4)).max() < 0.12
-    # several strokes in one log have a bed each
-    beds = {bed(run, config, real, cycle=cycle).factor for cycle in range(3)}
-    assert len(beds) == 3
-
-
-def test_same_seed_same_bytes(config, tmp_path):
-    directions = [(0.0, 90.0), (30.0, 45.0), (30.0, -45.0), (90.0, 0.0)]
-    written = []
-    for number, (media, asked) in enumerate(
-        [
-            (["poppy_LP", "poppy_CP", "glass3mm_CP"], ["real-lab", "turn=2"]),
-            (["glass3mm_CP"], ["turn=2", "real-lab"]),
-            (["glass3mm_CP"], []),
-        ]
-    ):
-        raw = tmp_path / str(number)
-        sheet, sizes = raw / "runs.csv", sizes_of(asked)
-        reenact_disturbed(config, raw, sheet, sizes, media=media, directions=directions, seed=3)
-        written.append(
-            {
-                path.relative_to(raw).as_posix(): path.read_bytes()
-                for path in raw.rglob("*_force.csv")
-            }
-        )
-    assert len(written[1]) == 2 * 6 + 6
-    assert written[1].items() <= written[0].items()
-    assert all(written[2][name] != content for name, content in written[1].items())
-    sheet = pd.read_csv(tmp_path / "1" / "runs.csv", dtype=str)
-    (note,) = set(sheet["note"].str.partition("; disturbed: ")[2])
-    assert note == (
-        "surface=1 mm, surface-session=1 mm, lag=0.05 s, spread-percent=5 %, pink=0.05 N, patches=3 %, "
-        "deep-noise=2 %, power=1.1, tare-bed=10 %, turn=2 deg"
-    )
-    assert f", disturbed: {note}." in (tmp_path / "1" / MARKER).read_text(encoding="utf-8")
-    for name in ("runs.csv", MARKER):
-        assert "disturbed" not in (tmp_path / "2" / name).read_text(encoding="utf-8")
-
-
-def test_sizes():
-    assert sizes_of([]) == {}
-    assert sizes_of(["surface"]) == {"surface": 1.0}
-    assert sizes_of(["turn=-2", "surface=0.5"]) == {"surface": 0.5, "turn": -2.0}
-    all_sizes = {name: disturbance.size for name, disturbance in DISTURBANCES.items()}
-    assert sizes_of([REAL_LAB]) == all_sizes
-    assert (
-        sizes_of(["lag=0", REAL_LAB]) == sizes_of([REAL_LAB, "lag=0"]) == all_sizes | {"lag": 0.0}
-    )
-    assert described({"surface": 0.5, "power": 1.2}) == "surface=0.5 mm, power=1.2"
 
 
 @pytest.mark.parametrize(

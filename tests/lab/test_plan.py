@@ -30,21 +30,6 @@ def runs(config):
     return plan_runs(config)
 
 
-def test_number_of_runs(runs):
-    assert len(runs) == 933
-    assert Counter(run.medium for run in runs) == {
-        **dict.fromkeys(reference.MEDIA, 183),
-        **dict.fromkeys(reference.SANDS, 5),
-        "": 3,
-    }
-    kinds = Counter((run.kind, run.direction) for run in runs if run.medium == "poppy_CP")
-    for kind in ("plate", "rod"):
-        assert kinds[kind, "intrusion"] == kinds[kind, "extraction"] == 36
-        assert kinds[kind, "horizontal"] == 18
-    assert kinds["leg", "rotation"] == 3
-    assert [run.run_id for run in runs] == sorted({run.run_id for run in runs})
-
-
 def test_every_cell_of_table_s5_is_measured(runs):
     cells = set()
     for run in runs:

@@ -158,63 +158,6 @@ def test_faults_in_a_campaign(config, tmp_path):
     assert len(sizes) == len(contents_broken)
 
 
-def test_faults_of_the_force_log(config, runs):
-    """What their readings are; how many rows are lost or wrong is counted in test_stages_faults.py."""
-    run = runs["poppy_LP_bm30_g45_in"]
-    plain_logs = run_logs(run, config, 2013)
-    good = _table(plain_logs[run.force_log])
-
-    def with_fault(name):
-        logs = run_logs(run, config, 2013, (name,))
-        assert logs[run.motion_log] == plain_logs[run.motion_log]
-        content = logs[run.force_log]
-        assert content is not None
-        return content
-
-    stuck = _table(with_fault("saturated"))
-    # the vertical axis is -F3, of 200 N
-    assert (stuck["F3_N"] == -200).sum() == 100
-    assert (stuck["F3_N"] != good["F3_N"]).sum() == 100
-
-    cut = with_fault("truncated")
-    lines = (plain_logs[run.force_log] or b"").split(b"\n")
-    pieces = cut.split(b"\n")
-    assert pieces[:-1] == lines[: len(pieces) - 1]
-    last_piece = pieces[-1]
-    assert last_piece
-    assert len(last_piece) == len(lines[len(pieces) - 1]) - 4
-    assert 0.6 < len(pieces) / len(lines) < 0.7
-
-    unit = _table(with_fault("wrong_unit"))
-    assert list(unit)[2:] == ["F1_lbf", "F2_lbf", "F3_lbf"]
-    np.testing.assert_allclose(unit["F3_lbf"] * 4.4482216, good["F3_N"], atol=3e-5)
-
-    turned = _table(with_fault("time_reversed"))
-    pd.testing.assert_frame_equal(
-        turned.sort_values("time_s", ignore_index=True), good, check_exact=True
-    )
-
-    text = with_fault("wrong_delimiter").decode()
-    comma = pd.read_csv(io.StringIO(text), comment="#", sep=";", decimal=",")
-    pd.testing.assert_frame_equal(comma, good)
-
-
-def test_faults_of_the_motion(config, runs):
-    run = runs["poppy_LP_bm30_g45_in"]
-    plain_logs = run_logs(run, config, 2013)
-    flipped = run_logs(run, config, 2013, ("flipped_beta",))
-    assert flipped[run.force_log] == plain_logs[run.force_log]
-    table, good = _table(flipped[run.motion_log]), _table(plain_logs[run.motion_log])
-    np.testing.assert_array_equal(table["angle_deg"], -good["angle_deg"])
-    np.testing.assert_array_equal(table["z_mm"], good["z_mm"])
-
-    raised = run_logs(run, config, 2013, ("never_touches",))
-    force, motion = _table(raised[run.force_log]), _table(raised[run.motion_log])
-    assert motion["z_mm"].min() > 150 + 10 * (1.905 * 0.5 + 0.32 * 0.866 + 1.5)
-    assert force[["F1_N", "F2_N", "F3_N"]].std().max() < 0.1
-    assert len(force) == len(_table(plain_logs[run.force_log]))
-
-
 def test_a_tare_of_another_medium_needs_one(config):
     runs = {run.run_id: run for run in plan_runs(config) if run.medium in ("poppy_LP", "")}
     with pytest.raises(InputError, match="has no tare of another medium among these runs; name a"):

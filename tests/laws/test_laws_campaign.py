@@ -5,10 +5,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from campaign_maker import write_campaign
-from command import answer_of
+from makers import MadePush, answer_of, write_campaign
 from numpy.testing import assert_allclose
-from push_maker import MadePush
 
 import rftfit
 

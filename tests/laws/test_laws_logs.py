@@ -4,12 +4,10 @@ import gzip
 
 import numpy as np
 import pytest
-from command import json_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from log_maker import TextLog, replace_cell
+from makers import CENTIMETRES, NEWTONS, MadePush, TextLog, json_of, replace_cell
 from numpy.testing import assert_allclose
-from push_maker import CENTIMETRES, NEWTONS, MadePush
 from seeds import example_count
 
 import rftfit

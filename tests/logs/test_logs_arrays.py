@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from log_files import refused
 from numpy.testing import assert_array_equal
-from refusals import refused
 from scipy.io import savemat
 
 from rftfit.logs.arrays import ArraysReader

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from refusals import refused
+from log_files import refused
 
 from rftfit.campaign.config import TextFormat
 from rftfit.logs.arrays import ArraysReader

@@ -5,7 +5,7 @@ import time
 
 import numpy as np
 import pytest
-from foreign_logs import TEXTS, netft
+from log_files import TEXTS, netft
 
 from rftfit.logs.base import MOST_WORKERS, LogError, parallel_map
 from rftfit.logs.registry import dialect

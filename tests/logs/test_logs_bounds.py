@@ -14,11 +14,9 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
-from binary_logs import ROS1_TYPE, wrench, write_ros1, write_ros2
-from campaigns import make_campaign
-from jobs import run_rules
+from campaigns import make_campaign, run_rules
 from large_logs import ROW, archive, bag_with_blob, hdf5, small_bag, workbook
-from refusals import refused
+from log_files import ROS1_TYPE, refused, wrench, write_ros1, write_ros2
 
 from rftfit.campaign.load import load_campaign
 from rftfit.cli.main import main

@@ -9,15 +9,13 @@ import re
 
 import numpy as np
 import pytest
-from foreign_logs import TEXTS, lvm, netft
-from fuzzing import check_rows
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.testing import assert_allclose, assert_array_equal
+from log_files import TEXTS, check_rows
+from numpy.testing import assert_array_equal
 from seeds import example_count
 
 from rftfit.logs.base import Log, LogError
-from rftfit.logs.labview import OTHER_CHANNELS
 from rftfit.logs.registry import DIALECTS, dialect
 from rftfit.table.parse import CELLS, CUT, FINITE, NUMBER
 
@@ -159,32 +157,6 @@ def test_a_byte_order_mark_within_the_file_is_damage(name, place):
     lines = [b"\xef\xbb\xbf" + foreign_log.lines[0].lstrip()[1:], *foreign_log.lines[1:]]
     log = read(foreign_log.reader, foreign_log.header + b"".join(lines), place)
     assert log.rows - 1 == log.size == ROWS - 1
-
-
-def test_lost_packets_are_a_gap(place):
-    foreign_log = netft(40, lost=3)
-    log = whole_log(foreign_log, place)
-    assert sum(log.missing.values()) == 9
-    assert np.diff(log.columns["time"])[9] == pytest.approx(4 / 125)
-    assert log.columns["time"][-1] == pytest.approx((39 + 9) / 125)
-    # a line that cannot be read is counted as dropped, and not as lost too
-    lines = [*foreign_log.lines[:5], b"rubbish\r\n", *foreign_log.lines[6:]]
-    damaged = read(foreign_log.reader, foreign_log.header + b"".join(lines), place)
-    assert isinstance(damaged, Log)
-    assert (sum(damaged.missing.values()), sum(damaged.dropped.values())) == (9, 1)
-
-
-def test_segments(place):
-    foreign_log = lvm(20, segments=3)
-    log = whole_log(foreign_log, place)
-    assert (log.rows, log.units) == (60, {"time": "s", "Force z": "N", "z": "mm"})
-    assert_allclose(log.columns["time"][[0, 19, 20, 59]], [0, 0.19, 10, 20.19])
-    # a segment with other channels
-    head, middle, tail = foreign_log.content.rsplit(b"Channels", 2)
-    content = b"Channels".join([head, middle, tail.replace(b"Force z", b"Torque")])
-    log = read(foreign_log.reader, content, place)
-    assert isinstance(log, Log)
-    assert log.dropped == {OTHER_CHANNELS: 20}
 
 
 def test_an_error_that_is_kept_holds_no_file_open(tmp_path):

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
-from command import json_of, refused
+from makers import json_of, refused
 from numpy.testing import assert_allclose
 
 import rftfit

@@ -4,8 +4,7 @@
 """
 
 import pytest
-from foreign_logs import TEXTS
-from fuzzing import fuzz
+from log_files import TEXTS, fuzz
 
 INPUTS = 150
 

@@ -4,9 +4,8 @@ import re
 
 import numpy as np
 import pytest
-from foreign_logs import lvm
+from log_files import lvm, refused
 from numpy.testing import assert_allclose, assert_array_equal
-from refusals import refused
 
 from rftfit.logs.labview import LvmReader
 from rftfit.table.parse import BLANK

@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from refusals import refused
+from log_files import refused
 
 from rftfit.errors import InputError
 from rftfit.logs import registry as plugins_module

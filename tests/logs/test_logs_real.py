@@ -2,9 +2,8 @@
 
 import numpy as np
 import pytest
-from real_logs import OTHERWISE
-from refusals import refused
-from shared_data import LOGS, needs
+from log_files import refused
+from third_party import LOGS, OTHERWISE, needs
 
 import rftfit
 from rftfit.logs.quantities import guesses

@@ -6,49 +6,11 @@ from functools import partial
 import numpy as np
 import pandas as pd
 import pytest
-from foreign_logs import lvm, netft
-from refusals import refused
+from log_files import refused
 
-from rftfit.campaign.config import ForceLog
-from rftfit.errors import InputError
 from rftfit.logs import base, rosbag, tdms
 from rftfit.logs.base import refuse_large_file
-from rftfit.logs.registry import dialect, source_reader
-
-LVM = lvm(3).content
-"""A LabVIEW log, in bytes."""
-NETFT = netft(3).content
-"""A log of an ATI Net F/T transducer, in bytes."""
-
-
-def refused_content(reader, path, content, code, *values):
-    path.write_bytes(content)
-    refused(reader, path, code, *values)
-
-
-def test_lvm_segment_without_an_end(tmp_path, monkeypatch):
-    end_mark, last_start = b"***End_of_Header***", LVM.rindex(b"***End_of_Header***")
-    assert LVM.index(end_mark) != last_start
-    monkeypatch.setattr("rftfit.logs.labview.MAX_LINE", 100)
-    content = LVM[:last_start] + b"Notes\tx\n" * 50
-    refused_content(dialect("lvm"), tmp_path / "log.lvm", content, "header", "***End_of_Header***")
-
-
-@pytest.mark.parametrize(
-    ("name", "options", "message"),
-    [
-        ("rig", {"sheet": 1}, "config, force_log.options: found the option 'sheet'; allowed: none"),
-        ("xlsx", {"page": 1}, "config, force_log.options: .*sheet.*page|.*page.*sheet"),
-        ("tdms", {"group": 3}, "config, force_log.options: group: found 3; allowed: a text"),
-        ("tdms", {"channel": "a"}, "found the option 'channel'; allowed: group"),
-        ("ati-daq", {"rate_Hz": -1}, "rate_Hz: found -1; allowed: a number above 0, in Hz"),
-    ],
-)
-def test_options(name, options, message):
-    with pytest.raises(InputError, match=message):
-        source_reader(
-            ForceLog.model_validate({"dialect": name, "options": options}), "rig", "force_log"
-        )
+from rftfit.logs.registry import dialect
 
 
 def test_workbooks_and_tables(tmp_path, monkeypatch):

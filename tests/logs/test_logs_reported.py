@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
+from log_files import refused
 from numpy.testing import assert_allclose
-from refusals import refused
-from reported import alpha_of, inspected, proposal, read_by, truth
-from shared_data import REPORTED, needs
+from third_party import REPORTED, alpha_of, inspected, needs, proposal, read_by, truth
 
 from rftfit import api
 from rftfit.logs.base import LogError

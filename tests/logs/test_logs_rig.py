@@ -1,27 +1,21 @@
 """The reader of the rig's logs keeps or counts every data line and invents no row."""
 
-import tempfile
 from collections import Counter
 from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
-from seeds import example_count
 
 from rftfit.errors import InputError
 from rftfit.logs.base import Log, LogError
 from rftfit.logs.registry import DIALECTS, claimants, dialect, read_head
 from rftfit.logs.rig import RigReader
-from rftfit.table.parse import CELLS, CUT, FINITE, NUMBER
+from rftfit.table.parse import CELLS, FINITE, NUMBER
 
 FORCE_HEADER = "time_s,arm_moving,F1_N,F2_N,F3_N"
 MOTION_HEADER = "time_s,x_mm,z_mm,angle_deg"
 FORCE_ROWS = ["0.00,0,1.5,-2.25,3", "0.01,0,1.25,-2.5,3.125", "0.02,1,1,-2.75,3.25"]
-MOTION_ROWS = ["0.00,10,150,30", "0.02,9.99,149.5,30.01", "0.04,9.98,149,29.99"]
 FORCE = "# a comment\n" + "\n".join([FORCE_HEADER, *FORCE_ROWS]) + "\n"
-MOTION = "\n".join([MOTION_HEADER, *MOTION_ROWS]) + "\n"
 
 
 def read(folder, content):
@@ -50,44 +44,6 @@ def body(*rows):
     return "\n".join([FORCE_HEADER, *rows]) + "\n"
 
 
-@pytest.mark.parametrize("text", [FORCE, MOTION])
-@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16"])
-@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
-def test_whole_logs(tmp_path, text, encoding, end):
-    force = text == FORCE
-    content = text.replace("\n", end).encode(encoding)
-    assert RigReader().detect(content)
-    log = read(tmp_path, content)
-    assert (log.rows, log.dropped) == (3, {})
-    names, units = (
-        ("time arm_moving F1 F2 F3", ["s", "", "N", "N", "N"])
-        if force
-        else ("time x z angle", ["s", "mm", "mm", "deg"])
-    )
-    assert log.units == dict(zip(names.split(), units, strict=True))
-    assert list(log.columns) == names.split()
-    expect(log, FORCE_ROWS if force else MOTION_ROWS)
-
-
-def test_comments_and_blank_lines_are_no_data_lines(tmp_path):
-    first_row, second_row, third_row = FORCE_ROWS
-    content = f"\n# one\n  \n#\n{FORCE_HEADER}\n\n{first_row}\n# gap\n   \n{second_row}\n{third_row}\n\n#end"
-    for text in (
-        content,
-        content + "\n",
-        content.replace("\n", "\r\n") + "\n \n ",
-        FORCE.replace(",", " , "),
-    ):
-        log = read(tmp_path, text)
-        assert (log.rows, log.dropped) == (3, {})
-        expect(log, FORCE_ROWS)
-
-
-def test_unit_of_the_header_is_kept(tmp_path):
-    text = FORCE.replace("F1_N,F2_N,F3_N", "F1_lbf,F2_mN,F3")
-    assert [read(tmp_path, text).units[name] for name in ("F1", "F2", "F3")] == ["lbf", "mN", ""]
-
-
 @pytest.mark.parametrize(
     ("content", "code"),
     [
@@ -114,16 +70,6 @@ def test_too_large(tmp_path, monkeypatch):
     assert refused(tmp_path, FORCE).code == "too_large"
 
 
-# 3.37 may once have been 3.375: five cells, and still not a row to believe
-# 3.37 may once have been 3.375: five cells, and still not a row to believe
-@pytest.mark.parametrize("cut_row", ["0.03,1,0.5", "0.03,1,0.5,-3,3.37"])
-def test_cut_in_mid_row(tmp_path, cut_row):
-    for text, dropped in ((FORCE, {CUT: 1}), (FORCE + "1,2\n", {CUT: 1, CELLS: 1})):
-        log = read(tmp_path, text + cut_row)
-        assert log.dropped == dropped
-        expect(log, FORCE_ROWS)
-
-
 NO_NUMBERS = "one", "", "0x10", "1_0", "1 0", '"1"', "--1", "\N{ARABIC-INDIC DIGIT ONE}", "1\x00"
 INFINITE = "nan", "NaN", "inf", "-Infinity", "1e999"
 BAD = {
@@ -148,13 +94,6 @@ def test_no_good_row_at_all(tmp_path):
     log = read(tmp_path, body("a,b,c,d,e", "nan,nan,nan,nan,nan"))
     assert (log.rows, log.dropped) == (2, {NUMBER: 1, FINITE: 1})
     assert log.columns["time"].size == 0
-
-
-@pytest.mark.parametrize(("delimiter", "word"), [(";", "semicolons"), ("\t", "tabs")])
-def test_wrong_delimiter_with_decimal_comma(tmp_path, delimiter, word):
-    error = refused(tmp_path, FORCE.replace(",", delimiter).replace(".", ","))
-    assert (error.code, error.rows) == ("header", 3)
-    assert word in str(error)
 
 
 @pytest.mark.parametrize(
@@ -203,29 +142,3 @@ def test_registry(tmp_path):
     assert claimants(read_head(path)) == []
     with pytest.raises(InputError, match=r"nowhere\.csv"):
         read_head(tmp_path / "nowhere.csv")
-
-
-numbers = st.floats(allow_nan=False, allow_infinity=False, width=32)
-
-
-@pytest.mark.statistics
-@settings(max_examples=example_count(150), deadline=None)
-@given(
-    rows=st.lists(st.lists(numbers, min_size=4, max_size=4), min_size=1, max_size=6),
-    end=st.sampled_from(["\n", "\r\n", "\r"]),
-    data=st.data(),
-)
-def test_any_valid_file_cut_anywhere(rows, end, data):
-    content = end.join([MOTION_HEADER, *(",".join(map(repr, row)) for row in rows), ""])
-    start = len(MOTION_HEADER)
-    cut_content = content[: data.draw(st.integers(start, len(content)))]
-    text = cut_content[start:].replace("\r\n", "\n").replace("\r", "\n").removeprefix("\n")
-    *complete, last_line = text.split("\n")
-    with tempfile.TemporaryDirectory() as folder:
-        if not text:
-            assert refused(Path(folder), cut_content).code == "header_only"
-            return
-        log = read(Path(folder), cut_content)
-    assert log.dropped == ({CUT: 1} if last_line else {})
-    expected_cells = np.array(rows[: len(complete)]).reshape(-1, 4)
-    np.testing.assert_array_equal(np.stack(list(log.columns.values()), axis=1), expected_cells)

@@ -13,9 +13,9 @@ import pytest
 import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from log_files import refused
 from numpy.testing import assert_allclose, assert_array_equal
-from refusals import refused
-from shared_data import CMU_SAND, LOGS, needs
+from third_party import CMU_SAND, LOGS, needs
 
 from rftfit.logs import blocks, rosbag
 from rftfit.logs.base import LogError

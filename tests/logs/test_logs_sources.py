@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from refusals import refused
+from log_files import refused
 from seeds import example_count
 
 from rftfit.campaign.config import TextFormat

@@ -4,10 +4,8 @@ Also tested: packed text files, and how to export files of a format that is not 
 """
 
 import datetime as dt
-import gzip
 import math
 import re
-from collections.abc import Callable
 from importlib import import_module
 from typing import Any
 from zipfile import ZipFile
@@ -17,13 +15,12 @@ import pyarrow as pa
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.testing import assert_allclose, assert_array_equal
-from refusals import refused
+from log_files import refused
+from numpy.testing import assert_allclose
 
-import rftfit
 from rftfit.logs.inspect import recognised, refusal
 from rftfit.logs.registry import dialect, read_head
-from rftfit.table.parse import NO_TIME, NUMBER
+from rftfit.table.parse import NUMBER
 from rftfit.table.stamps import is_stamp, seconds_of, seconds_of_column
 
 N = 300
@@ -31,75 +28,6 @@ N = 300
 START = dt.datetime(2026, 10, 25, 23, 59, 58, 500_000, dt.UTC)
 TIMES = [START + dt.timedelta(milliseconds=10 * row) for row in range(N)]
 """Over midnight."""
-
-
-def clock(time):
-    return time.strftime("%H:%M:%S.%f")[:-3]
-
-
-FORMS: dict[str, Callable[[dt.datetime], str]] = {
-    "ISO with Z": lambda t: t.strftime("%Y-%m-%dT%H:%M:%S.%fZ"),
-    "ISO with a zone": lambda t: t.astimezone(dt.timezone(dt.timedelta(hours=2))).isoformat(
-        timespec="milliseconds"
-    ),
-    "blank, no zone": lambda t: t.strftime("%Y-%m-%d %H:%M:%S.%f")[:-3],
-    "slashes": lambda t: t.strftime("%Y/%m/%d %H:%M:%S.%f"),
-    "clock": clock,
-    "minutes": lambda t: clock(t)[3:],
-    "decimal comma": lambda t: clock(t).replace(".", ","),
-    "day first, comma": lambda t: f"{t:%d.%m.%Y} {clock(t)}",
-    "day first, slashes": lambda t: f"{t:%d/%m/%Y} {clock(t)}",
-    "month first": lambda t: f"{t:%m/%d/%Y} {t.hour % 12 or 12}:{clock(t)[3:]} {t:%p}",
-}
-
-
-def written(form, path, *, bad=False):
-    """Write a log with times in this form; give its reader and its log."""
-    comma = "comma" in form
-    rows = [[FORMS[form](t), f"{k * 0.1:.2f}", f"{-k * 0.05:.2f}"] for k, t in enumerate(TIMES)]
-    if bad:
-        rows[40][0], rows[50][0] = "later", "2026-13-45T99:00:00Z"
-    if comma:
-        rows = [[re.sub(r"\.(?=\d+$)", ",", cell) for cell in row] for row in rows]
-    lines = [(";" if comma else ",").join(row) for row in [["Time", "Fz (N)", "z (mm)"], *rows]]
-    path.write_text("\n".join(lines) + "\n")
-    reader = recognised(path)[0]
-    return reader, reader.load(path)
-
-
-@pytest.mark.parametrize("form", ["ISO with Z", "clock"])
-def test_a_time_that_is_none_costs_its_row(form, tmp_path):
-    path = tmp_path / "a.csv"
-    reader, log = written(form, path, bad=True)
-    assert (log.rows, log.dropped) == (N, {NO_TIME: 2})
-    assert_allclose(log.columns["Time"][[0, -1]] - log.columns["Time"][0], [0, 2.99], atol=1e-6)
-    for row in (1, 60):  # a byte that is no text, in the first row too
-        lines = path.read_bytes().splitlines(keepends=True)
-        lines[row] = b"12:00:0\xb0.0,1,2\n"
-        path.write_bytes(b"".join(lines))
-        assert reader.load(path).dropped == {NO_TIME: 3 + (row == 60)}
-
-
-AMBIGUOUS = "03/04/2026 12:00:0"
-
-
-def test_a_date_of_which_nobody_can_tell_the_day(tmp_path):
-    """It stays listed with its first cell and the reason, is refused where it is asked for, and `dates` reads it."""
-    path = tmp_path / "a.csv"
-    rows = "".join(f"{AMBIGUOUS}{k};{k},5\n" for k in range(5))
-    path.write_text(f"Zeit;Kraft [N]\n{rows}")
-    text = {"delimiter": ";", "decimal": ","}
-    log = rftfit.read_log(path, text=text)
-    ((column, reason),) = log.unread.items()
-    assert column == "Zeit"
-    assert re.match(f"'{AMBIGUOUS}0' .*`dates`", reason)
-    reader = recognised(path)[0].only(["Zeit", "Kraft"])
-    refused(reader, path, "columns", "'Zeit': '03/04/2026")
-    for dates, month in (("day first", 4), ("month first", 3)):
-        log = rftfit.read_log(path, text=text, options={"dates": dates})
-        start = dt.datetime(2026, month, 7 - month, 12, tzinfo=dt.UTC).timestamp()
-        assert_array_equal(log.columns["Zeit"], start + np.arange(5))
-        assert dates in log.notes[0]
 
 
 @pytest.mark.parametrize(
@@ -199,18 +127,6 @@ def test_a_cell_far_below_all_rows(tmp_path):
             new.writestr(name, text)
     error = refused(dialect("xlsx"), tmp_path / "b.xlsx", "too_large", "row 1048576")
     assert error.rows == 1048576
-
-
-def test_packed_text_is_the_text(tmp_path):
-    _, plain = written("clock", tmp_path / "a.csv")
-    packed = tmp_path / "a.csv.gz"
-    packed.write_bytes(gzip.compress((tmp_path / "a.csv").read_bytes()))
-    reader = recognised(packed)[0]
-    log = reader.load(packed)
-    for name, values in plain.columns.items():
-        assert_array_equal(log.columns[name], values)
-    packed.write_bytes(packed.read_bytes()[:-50])
-    refused(reader, packed, "damaged", "gzip")
 
 
 OPEN_DOCUMENT = b"mimetypeapplication/vnd.oasis.opendocument.spreadsheet"

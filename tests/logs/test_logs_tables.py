@@ -11,27 +11,18 @@ import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-from foreign_logs import TEXTS, daq, instron, netft
-from numpy.testing import assert_allclose, assert_array_equal
-from refusals import refused
+from log_files import TEXTS, instron, refused
+from numpy.testing import assert_allclose
 
 import rftfit
-from rftfit.campaign.config import TextFormat
 from rftfit.logs.base import NO_VALUE_AT_ALL, LogError
-from rftfit.logs.delimited import DelimitedReader, encoding_of, guess_text_settings
-from rftfit.logs.quantities import guess
-from rftfit.logs.registry import claimants, dialect, read_head
+from rftfit.logs.delimited import encoding_of
+from rftfit.logs.registry import dialect
 from rftfit.table.parse import BLANK, NUMBER
 from rftfit.table.units import split_unit
 
 VALUES = np.random.default_rng(3).normal(size=(50, 3)).round(5)
 FRAME = pd.DataFrame(VALUES, columns=["Fx [N]", "Fy (N)", "z_mm"])
-
-
-def check_values(log):
-    assert_array_equal(np.stack(list(log.columns.values()), axis=1), VALUES)
-    assert log.units == {"Fx": "N", "Fy": "N", "z": "mm"}
-    assert (log.rows, log.dropped) == (50, {})
 
 
 @pytest.fixture(params=["xlsx", "parquet"])
@@ -43,23 +34,6 @@ def table(request, tmp_path):
     else:
         FRAME.to_parquet(path)
     return path
-
-
-def test_tables(table):
-    (reader,) = claimants(read_head(table))
-    assert reader.name == table.suffix[1:]
-    check_values(reader.load(table))
-    if reader.name == "xlsx":
-        check_values(reader.with_options({"sheet": "Sheet1"}).load(table))
-    else:
-        FRAME.assign(note="x").mask(FRAME > 2.0).to_parquet(table)
-        log = reader.load(table)
-        assert (log.rows, log.size, log.dropped) == (50, 50, {})
-        is_complete = (VALUES[:, [0, 2]] <= 2.0).all(axis=1)
-        assert not is_complete.all()
-        log = reader.only(["Fx", "z"]).load(table)
-        assert log.dropped == {BLANK: np.count_nonzero(~is_complete)}
-        assert_array_equal(log.columns["Fx"], VALUES[is_complete, 0])
 
 
 def test_xlsx_with_a_preamble_a_row_of_units_and_a_bad_cell(tmp_path):
@@ -113,31 +87,6 @@ def test_missing_empty_and_folder(name, tmp_path):
         assert str(path) in str(error)
 
 
-def by_text(**text):
-    return DelimitedReader(TextFormat.model_validate(text))
-
-
-def described(path, content, **text):
-    path.write_bytes(content)
-    return by_text(**text).load(path)
-
-
-def test_rate_zero_and_unit_unknown(tmp_path):
-    path = tmp_path / "log"
-    content = netft(5).content.replace(b"Rate: 125", b"Rate: 0")
-    path.write_bytes(content.replace(b"Force Units: N", b"Force Units: ?"))
-    refused(dialect("ati-netft"), path, "rate")
-    log = dialect("ati-netft").with_options({"rate_Hz": 250}).load(path)
-    assert log.units["Fz"] == ""
-    assert log.columns["time"][1] == pytest.approx(0.004)
-    with pytest.raises(ValueError, match=r"'rate'; allowed: rate_Hz"):
-        dialect("ati-netft").with_options({"rate": 250})
-    with pytest.raises(ValueError, match=r"rate_Hz: found -1"):
-        dialect("ati-daq").with_options({"rate_Hz": -1})
-    path.write_bytes(daq(3).content.replace(b"150,75", b"0,75"))
-    refused(dialect("ati-daq"), path, "header", "sampling frequency '0'")
-
-
 def test_only_some_columns(tmp_path):
     path = tmp_path / "log"
     path.write_bytes(instron(5).content.replace(b"0,02;", b"0,02;x", 1))
@@ -145,33 +94,6 @@ def test_only_some_columns(tmp_path):
     assert reader.load(path).size == 4
     log = getattr(reader, "only")({"Time", "Force"}).load(path)  # noqa: B009
     assert (list(log.columns), log.size) == (["Time", "Force"], 5)
-
-
-@pytest.mark.parametrize(
-    ("name", "unit", "quantity"),
-    [
-        ("wrench.force.z", "N", "F3"),
-        ("Fx", "", "F1"),
-        ("F_y", "N", "F2"),
-        ("forceZ", "kN", "F3"),
-        ("Tx", "N m", "T1"),
-        ("Moment y", "N mm", "T2"),
-        ("Load", "kN", "F3"),
-        ("Zeit", "s", "time"),
-        ("Displacement", "mm", "z"),
-        ("Displacement", "s", ""),
-        ("arm_moving", "", "arm_moving"),
-        ("theta", "deg", "angle"),
-        ("Temperature", "°C", ""),
-        ("max", "", ""),
-        ("x", "mm", "x"),
-        ("RDT Sequence", "", ""),
-        ("F/T Sequence", "", ""),
-        ("position.x", "m", "x"),
-    ],
-)
-def test_guesses(name, unit, quantity):
-    assert guess(name, unit) == quantity
 
 
 @pytest.mark.parametrize(
@@ -294,22 +216,6 @@ def test_a_column_of_a_table_that_nobody_asks_for_costs_no_row(tmp_path):
     log = dialect("parquet").load(path)
     assert (log.size, log.unread) == (50, {"dead": NO_VALUE_AT_ALL})
     assert dialect("parquet").only({"Fx", "z"}).load(path).size == 50
-
-
-@pytest.mark.parametrize(
-    ("content", "text_format"),
-    [
-        (
-            b"Test\nOperator: me\nt;F\n0,1;2,5\n0,2;2,6\n0,3;2,7\n",
-            {"delimiter": ";", "decimal": ",", "skip_lines": 2},
-        ),
-        (b"1.0\t2\n1.5\t3\n2.5\t4\n", {"delimiter": "tab", "names": False}),
-        (b"Dear reader,\nthis is a letter, not a log.\nYours, me\n", None),
-        (bytes(range(256)) * 10, None),
-    ],
-)
-def test_what_a_file_looks_like(content, text_format):
-    assert guess_text_settings(content) == text_format
 
 
 def test_encodings_are_named():

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from log_files import refused
 from numpy.testing import assert_allclose, assert_array_equal
-from refusals import refused
-from shared_data import LOGS, needs
+from third_party import LOGS, needs
 
 from rftfit.logs.base import LogError
 from rftfit.logs.tdms import CUT, TdmsReader

@@ -9,56 +9,12 @@ from numpy.testing import assert_array_equal
 
 import rftfit
 
-FORCES = (0.5, 999.86, 1442.21, -1234567.89, 12.0)
-AMERICAN = ("0.50", "999.86", '"1,442.21"', '"-1,234,567.89"', "12.00")
-GERMAN = ("0,50", "999,86", "1.442,21", "-1.234.567,89", "12,00")
-SEMICOLON = {"delimiter": ";", "decimal": ","}
-
 
 def write(path, head, forces, times):
     delimiter = ";" if ";" in head else "\t" if "\t" in head else ","
     rows = [f"{time}{delimiter}{force}" for time, force in zip(times.split(), forces, strict=True)]
     path.write_text("\n".join([head, *rows]) + "\n", "utf-8")
     return path
-
-
-@pytest.mark.parametrize(
-    ("head", "forces", "times", "text"),
-    [
-        ("time (s),Fz (N)", AMERICAN, "0.0 0.1 0.2 0.3 0.4", None),
-        ("time (s),Fz (N)", AMERICAN, "0.0 0.1 0.2 0.3 0.4", {"delimiter": ","}),
-        ("time (s);Fz (N)", GERMAN, "0,0 0,1 0,2 0,3 0,4", None),
-        ("time (s);Fz (N)", GERMAN, "0,0 0,1 0,2 0,3 0,4", SEMICOLON),
-        (
-            "Time\tForce\n(s)\t(N)",
-            tuple(f.strip('"') for f in AMERICAN),
-            "0.0 0.1 0.2 0.3 0.4",
-            None,
-        ),
-        ("Zeit;Kraft\n(s);(N)", GERMAN[2:] + GERMAN[:2], "0,0 0,1 0,2 0,3 0,4", None),
-    ],
-)
-def test_numbers_with_both_marks(tmp_path, head, forces, times, text):
-    log = rftfit.read_log(write(tmp_path / "log.csv", head, forces, times), text=text)
-    force_N = list(log.columns.values())[1]
-    assert log.dropped == {}
-    assert_array_equal(np.sort(force_N), np.sort(FORCES))
-
-
-@pytest.mark.parametrize("mark", [" ", "'", "\u2019", "\u00a0", "\u202f", "\u2009"])
-@pytest.mark.parametrize("encoding", ["utf-8", "cp1252"])
-def test_thousands_by_a_blank_or_an_apostrophe(tmp_path, mark, encoding):
-    path = tmp_path / "log.csv"
-    times = ["0,0", "0,1", "0,2", "0,3", "0,4"]
-    rows = [f"{t};{f.replace('.', mark)}" for t, f in zip(times, GERMAN, strict=True)]
-    text = "\n".join(["time (s);Fz (N)", *rows, *rows[2:4]]) + "\n"
-    try:
-        path.write_bytes(text.encode(encoding))
-    except UnicodeEncodeError:
-        return  # which no such file can have
-    log = rftfit.read_log(path)
-    assert (log.size, log.dropped) == (7, {})
-    assert_array_equal(log.columns["Fz"], [*FORCES, *FORCES[2:4]])
 
 
 def test_a_single_mark_is_not_guessed(tmp_path):

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from paper_grid import PAPER, grid
+from paper import PAPER
 
 from rftfit.campaign.config import ErrorSettings, Fit, Grid
 from rftfit.campaign.load import Campaign
@@ -24,7 +24,6 @@ from rftfit.measure.alpha import (
 )
 from rftfit.measure.errors import AS_PREPARED, FEW_REPEATS, OF_CELL, REPEATS
 from rftfit.measure.flags import Flags, attach_run, codes_of, flag_table, format_remarks, remark
-from rftfit.reference import BETA_DEG, GAMMA_DEG
 
 BIG = 1e9
 """Degrees of freedom of an error that is known exactly."""
@@ -84,23 +83,6 @@ def test_no_runs_at_all():
     cells = alpha_table(pd.DataFrame(columns=list(run("a", 0, 0, 0))), "m", 0.95, 3)
     assert cells[["beta_deg", "gamma_deg", "reason"]].to_numpy().tolist() == [[0, 90, "no run"]]
     assert np.isnan(cells[column("z")]).all()
-
-
-def test_one_run_with_its_interval():
-    cell_row = cell(table(run("a", 30, 45, 0.2, -0.1, se=0.003, dof=4)), 30, 45)
-    assert (cell_row["n_runs"], cell_row["run_ids"], cell_row["reason"]) == (1, "a", "")
-    assert cell_row[column("z")] == pytest.approx(0.2)
-    assert cell_row[column("x")] == pytest.approx(-0.1)
-    assert cell_row[column("z", "_se")] == pytest.approx(0.003)
-    assert cell_row[column("z", "_hi")] - 0.2 == pytest.approx(2.776445 * 0.003, rel=1e-6)
-    assert -0.1 - cell_row[column("x", "_lo")] == pytest.approx(2.776445 * 0.006, rel=1e-6)
-
-
-def test_sheet_angles_are_matched_within_their_rounding():
-    cells = table(run("a", 30, 18.43, 0.2), run("b", 30, -71.57, 0.3), run("c", 30, 40, 9.9))
-    assert cell(cells, 30, 18.4349)[column("z")] == pytest.approx(0.2)
-    assert cell(cells, 30, -71.565)[column("z")] == pytest.approx(0.3)
-    assert cells["n_runs"].sum() == 2
 
 
 def test_beta_of_minus_and_plus_90_are_one_plate():
@@ -173,18 +155,6 @@ def test_horizontal_runs_at_too_few_depths(depths, planned, code):
     assert np.isnan(numbers).all() == (code == "too-few-depths")
     if code == "few-depths":
         assert numbers[0] == pytest.approx(0.1)
-
-
-def test_grid_is_ordered_whatever_the_order_of_the_rows():
-    runs = [run(f"{b}{g}", b, g, b + g / 1000) for b in BETA_DEG[1:] for g in GAMMA_DEG if g]
-    cells = table(*runs)
-    shuffled = cells.sample(frac=1, random_state=1)
-    values = grid(shuffled, column("z"))
-    assert values.shape == (7, 13)
-    expected = BETA_DEG[:, None] + GAMMA_DEG[None, :] / 1000
-    expected[0] = expected[-1]
-    expected[:, 6] = np.nan
-    np.testing.assert_allclose(values, expected)
 
 
 GAMMAS = (18.43, 33.69, 45, 56.31, 71.57, 90)
@@ -319,19 +289,6 @@ def test_directions_near_one_another_are_one_cell_and_no_run_is_without():
     narrow = alpha_table(pd.DataFrame(runs), "m", 0.95, 3, grid=Grid(angle_tolerance_deg=0.01))
     assert cells["n_runs"].sum() == narrow["n_runs"].sum() == len(runs)
     assert len(narrow) == 4
-
-
-def test_runs_that_share_a_tare_err_alike():
-    """Own errors add up in squares; those of a tare add up over its runs, and then in squares."""
-    own_se, tare = 0.003, (0.004, 0.004, 0.002, 0.001)
-    runs = [
-        run(n, 0, 90, 0.3, se=math.hypot(own_se, e), tare_run=t) | {"alpha_z_tare_N_per_cm3": e}
-        for n, t, e in zip("abcd", ("t1", "t1", "t2", "t3"), tare, strict=True)
-    ]
-    cell_row = cell(alpha_table(pd.DataFrame(runs), "m", 0.95, 3), 0, 90)
-    assert cell_row[column("z", "_tare")] == pytest.approx(math.hypot(0.008, 0.002, 0.001) / 4)
-    assert cell_row[column("z", "_noise")] == pytest.approx(own_se / math.sqrt(4))
-    assert cell_row["tare_runs"] == "t1 t2 t3"
 
 
 def test_a_tare_that_repeats_share_does_not_make_them_differ():

@@ -6,23 +6,21 @@ Also tested: rods, drift, size of alpha, steadiness, linearity, and copies of lo
 import itertools
 import math
 import re
-import sys
 from dataclasses import replace
 from graphlib import CycleError
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any, Literal, get_args
+from typing import Any, get_args
 
 import numpy as np
 import pandas as pd
 import pytest
-from light_campaign import LABORATORY, alpha_frame, make_campaign
-from other_labs import GRIDS
+from mistakes import GRIDS
+from result_tables import LABORATORY, alpha_frame, make_campaign
 
 import rftfit
 from rftfit import reference
 from rftfit.campaign.config import CheckName, ForceLog, Grid, MediumSettings
-from rftfit.checks import declared
 from rftfit.checks import medium as checks
 from rftfit.checks.axes import Cells, check_symmetry, check_up_down, check_work
 from rftfit.checks.channels import against_known, check_channels
@@ -162,17 +160,6 @@ def turned(table, angle_deg):
     )
 
 
-@pytest.mark.parametrize(
-    ("table", "where"), [(None, "transducer.axes"), ("alpha", "the columns of the table")]
-)
-def test_where_to_look_for_wrong_axes(table, where):
-    """A table has no transducer."""
-    config: Any = SimpleNamespace(table=table)
-    evidence = pd.DataFrame({"axes": ["as-given"], "log_bayes_factor": [0.0]})
-    tables = {"alpha": on_grid("poppy_LP", "few"), "axes": evidence}
-    assert check_work(measured(config=config, **tables)).values["where"] == where
-
-
 @pytest.mark.parametrize("grid", GRID_NAMES)
 @pytest.mark.parametrize("medium", reference.MEDIA)
 def test_no_published_table_fails(medium, grid):
@@ -292,16 +279,6 @@ def test_how_much_harder_than_down_up_may_be():
     assert axes(few_cells(rows[1:]))["up_down"].verdict == "not checked"
 
 
-def test_runs_of_several_cells_that_give_energy_back_are_each_flagged():
-    rows = [
-        (0, 90, 0.5, 0, 0.001, 0.001),
-        (30, 0, 0, -0.1, 0.001, 0.001),
-        (60, 0, 0, -0.1, 0.001, 0.001),
-    ]
-    table = few_cells(rows, run_ids=["a", "b c", "d"])
-    assert axes(table)["work"].flags == tuple(remark("gives-back", run_id=run) for run in "bcd")
-
-
 def test_a_cell_without_alpha_is_left_out_whole():
     """Also where only one of its components is missing; places of the others do not move."""
     rows = [(0, 60, math.nan, -9, 0, 0), (0, 45, -9, math.nan, 0, 0), (0, 90, -0.5, 0, 0.01, 0.01)]
@@ -407,12 +384,6 @@ def cause(code, channel, count=3, size=3, **values):
 
 FINE: tuple[dict[str, Any], dict[str, Any]] = ({}, {})
 DEAD_X, DEAD_Z = {"F1": (0.0, 0.0, 1.0, 0.0)}, {"F3": (1.5, 1.5, 1.0, 1.5)}
-
-
-def test_channels_that_move_pass():
-    check = channels_of(FINE, FINE, FINE)
-    assert finds(check, remark("logs-read", count=3))
-    assert (check.verdict, check.values["frozen"], check.flags) == ("passed", 0.5, ())
 
 
 @pytest.mark.parametrize(
@@ -524,9 +495,6 @@ def test_x_and_y_exchanged(across, along, verdict):
         assert finds(check, remark("cause-exchanged", across="F2", along="F1", ratio=ratio))
     # not of strokes that feel nothing sideways by symmetry
     assert channels_of(*[(level, facts)] * 3).verdict == "passed"
-
-
-GAMMAS = (45.0, 71.57, 90.0)
 
 
 def level_runs(count, rises=(0.2, 0.2, 0.2)):
@@ -1075,28 +1043,6 @@ def test_where_stress_begins(start, late, code):
     assert spoken(surface_check)
 
 
-@pytest.mark.parametrize(
-    ("starts", "words"),
-    [
-        ([], ""),
-        ([-0.07, 0.05], ", 0.1 mm above the surface in pulls"),
-        (
-            [-0.06, -0.02, 0.01],
-            ", 0.2 mm above the surface in pulls (1.6 mm above the surface to 1.2 mm below the surface)",
-        ),
-    ],
-)
-def test_where_stress_begins_in_pulls(starts, words):
-    """Their own median, though pushes at an angle begin as deep as a lag would make them."""
-    tables = strokes(0.0)
-    fits = tables["fits"]
-    pushes = fits[fits["gamma_deg"] > 0]
-    pushes = pushes.assign(start_cm=pushes["start_cm"] + 0.02 * (pushes["gamma_deg"] - 70) / 20)
-    pulls = fits[fits["gamma_deg"] < 0].iloc[: len(starts)].assign(start_cm=starts)
-    surface_check, _ = surface({"fits": pd.concat([pushes, pulls], ignore_index=True)})
-    assert surface_check.found.partition(" in pushes")[2] == words
-
-
 def test_what_is_stated_of_the_surface_is_allowed():
     assert surface(strokes(0.3), surface_session_mm=1.0)[0].verdict == "passed"
     assert surface(strokes(0.3), surface_session_mm=0.3)[0].verdict == "failed"
@@ -1294,48 +1240,6 @@ def test_no_other_file_names_a_check():
         module = CHECKS[name].check.__module__.rpartition(".")[2]
         naming = {file for file, source in sources.items() if re.search(rf"\b{name}\b", source)}
         assert naming == {"campaign/config.py", f"checks/{module}.py"}
-
-
-def test_a_new_check_is_done_waits_and_marks_its_medium(monkeypatch):
-    moist: Any = "moist"
-    names: Any = (*get_args(CheckName), moist)
-    monkeypatch.setattr(checks, "CheckName", Literal[names])
-    with_a_new_one = {**CHECKS}
-    for module in (declared, checks, sys.modules[__name__]):
-        monkeypatch.setattr(module, "CHECKS", with_a_new_one)
-
-    @declared.declare_check(
-        moist,
-        title="moisture",
-        effect="doubtful",
-        good="the bed is dry",
-        fault="the bed is moist",
-        after=("rods",),
-        outcomes={"moist": declared.Words("{water:.0%} of water", "5 %", "dry it ({found}).")},
-    )
-    def check_moisture(_):
-        return Check.judge(moist, False, water=0.2)
-
-    for name in get_args(CheckName):
-        outcome = Check.judge(name, name != "rods")
-        do_instead(monkeypatch, name, lambda _, outcome=outcome: outcome)
-    order = checks.sort_checks()
-    assert order.index("channels") < order.index("rods") < order.index(moist)
-    waiting = check_nothing({})[-1]
-    assert (waiting.verdict, waiting.values) == ("not checked", {"first": "rods"})
-    outcome = check_nothing({"rods": "thick"})[-1]
-    row = outcome.row("m")
-    assert [row[name] for name in COLUMNS[1:]] == [
-        "moist",
-        "failed",
-        "doubtful",
-        "moist",
-        "20% of water",
-        "5 %",
-        "Dry it (20% of water).",
-    ]
-    marks = checks.marks_of(pd.DataFrame([row]), {"m": MediumSettings(title="m")})
-    assert marks == {"m": [remark("doubtful", faults="the bed is moist")]}
 
 
 def test_checks_that_wait_for_each_other_are_refused(monkeypatch):

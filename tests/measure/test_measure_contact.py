@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
-from rigroom import chain
+from campaigns import chain
 
 from rftfit.campaign.load import load_campaign
 from rftfit.measure.alpha import alpha_table

@@ -1,18 +1,11 @@
 """Where stress is curved, alpha at stated depths has intervals that contain the true force."""
 
-import numpy as np
 import pandas as pd
 import pytest
-from coverage_files import measured, written
-from coverage_levels import alpha_cells
-from curved_depths import DEPTHS_CM, forces_held
-from disturbances import power_law
+from coverage_levels import forces_held
 from seeds import seeds
 
-from rftfit.campaign.load import load_campaign
-from rftfit.measure.depths import alpha_at_depths, curved_law
-from rftfit.page.tables import tabulate_at_depths
-from rftfit.workflow import measure
+from rftfit.measure.depths import curved_law
 
 
 @pytest.mark.statistics
@@ -22,40 +15,6 @@ def test_intervals_hold_the_force_at_stated_depths():
     assert list(coverage["cells"]) == [156, 132, 108]
     assert coverage["inside"].between(*seeds((0.92, 0.98), (0.88, 1))).all()
     assert (coverage["width"] < seeds(1.3, 2)).all()
-
-
-def test_logs_of_a_curved_medium_give_alpha_at_depths(tmp_path):
-    power = 1.1
-    results = measured(load_campaign(written(tmp_path, {"power": power}, 0, 3, 200)))
-    (medium,) = results.media
-    verdicts, alpha, _, table, *_ = measure.checks(results, medium)
-    # of a medium that passes the check of linearity there is none
-    passed = {
-        "fits": results[medium].fits,
-        "alpha": alpha,
-        "checks": verdicts.assign(verdict="passed"),
-    }
-    assert alpha_at_depths(results.campaign, medium, passed, lambda fits, *_: fits).empty
-    results.hold(f"checks/{medium}.csv", verdicts)
-    results.hold(f"alpha_at_depth/{medium}.csv", table)
-    page = tabulate_at_depths(results).rows
-    law = curved_law(results[medium].fits, verdicts)
-    assert law is not None
-    assert law.power == pytest.approx(power, abs=0.03)
-    # the page has the power that the check has
-    assert str(law) in str(verdicts.set_index("check").loc["linearity", "found"])
-    assert len(page) == 1
-    assert set(table["reason_code"]) == {"", "outside-window"}
-    for depth in DEPTHS_CM:
-        rows_at_depth = table[table["depth_cm"] == depth]
-        lo, truth, hi = alpha_cells(rows_at_depth)
-        is_finite = np.isfinite(lo)
-        force = truth * power_law(np.array(depth), power) / depth
-        assert ((lo <= force) & (force <= hi))[is_finite].mean() > 0.9
-        assert page[0][f"_lo{depth:g}"] < page[0][f"{depth:g}"] < page[0][f"_hi{depth:g}"]
-    # a window that holds none of the depths has no row on the page
-    results.hold(f"alpha_at_depth/{medium}.csv", table.assign(alpha_z_N_per_cm3=np.nan))
-    assert not tabulate_at_depths(results).rows
 
 
 @pytest.mark.parametrize(

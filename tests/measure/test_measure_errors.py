@@ -31,7 +31,6 @@ from rftfit.measure.errors import (
     Spread,
     SurfaceError,
     bed_of_mean,
-    combined_half_width,
     errors_of,
     gradient,
     shares,
@@ -40,10 +39,7 @@ from rftfit.measure.errors import (
 )
 from rftfit.measure.repeats import FLOORS, RunScatter
 from rftfit.measure.slopes import fit_slope
-from rftfit.model.draws import alpha_draws, errors_behind
-from rftfit.model.profiles import TableProfile
-from rftfit.model.rft3d import rft3d_profile
-from rftfit.model.shapes import published_shapes
+from rftfit.model.draws import alpha_draws
 from rftfit.reference import BETA_DEG, GAMMA_DEG, alpha_grid
 
 NONE = ErrorSettings(
@@ -154,29 +150,6 @@ def test_an_angle_has_an_error_where_no_cell_is_near():
     assert alpha_table(lost, "m", 0.95, 3, stated, shape=None)[column("z")].isna().all()
 
 
-def test_an_angle_without_neighbours_is_covered():
-    """Plates turned by 2 degrees in media that are not the mean shape, in directions far from one another."""
-    random = np.random.default_rng(3)
-    stated = NONE.model_copy(update={"angle_deg": 2})
-    beta, gamma = np.array([[-60.0, 0.0, 40.0, 0.0, 60.0], [20.0, 70.0, 30.0, -60.0, -25.0]])
-    inside = []
-    for medium in ("poppy_LP", "glass0.3mm_CP", "glass3mm_CP", "rft"):
-        profile = rft3d_profile(0.9, 0.4, 5) if medium == "rft" else TableProfile.published(medium)
-        truth = np.stack(profile.alpha(np.radians(beta), np.radians(gamma)))
-        for _ in range(15):
-            turned = (np.radians(angle_deg + random.normal(0, 2, 5)) for angle_deg in (beta, gamma))
-            runs = pd.DataFrame({"run_id": [*"abcde"], "beta_deg": beta, "gamma_deg": gamma})
-            for c, values in zip("zx", profile.alpha(*turned), strict=True):
-                runs[column(c)], runs[column(c, "_se")], runs[f"alpha_{c}_dof"] = values, 0.001, 50
-            table = alpha_table(runs, "m", 0.95, 3, stated, shape=published_shapes().slopes)
-            order = [*zip(table["beta_deg"], table["gamma_deg"], strict=True)]
-            order = [order.index(place) for place in zip(beta, gamma, strict=True)]
-            for c, value in zip("zx", truth, strict=True):
-                ends = table[[column(c, "_lo"), column(c, "_hi")]].to_numpy()[order].T
-                inside.append((ends[0] <= value) & (value <= ends[1]))
-    assert np.mean(inside) > 0.88
-
-
 def test_the_surface_is_judged_by_the_offsets():
     random = np.random.default_rng(1)
     noise = np.full(60, 0.01)
@@ -221,16 +194,6 @@ def test_a_common_surface_moves_all_cells_in_proportion():
     assert shares(errors) == "session 64 %, noise 36 %"
 
 
-def test_shares_of_a_sum_are_those_of_its_variance(paper_config):
-    table = cell_table(surface=SurfaceError(session=0.1)).reset_index(drop=True)
-    behind = errors_behind(table, paper_config, lambda alpha: alpha[0].mean(axis=1))
-    whole = alpha_draws(table, 20_000, 1, 0.95)[0].mean(axis=1).std()
-    assert math.sqrt(sum(sd**2 for sd in behind.values())) == pytest.approx(whole, rel=0.08)
-    # noise averages over the cells, the surface does not
-    assert behind["session"] == pytest.approx(0.02 * table[column("z")].mean(), rel=0.2)
-    assert behind["noise"] < 0.5 * table[column("z", "_noise")].mean()
-
-
 ERRORS = dict.fromkeys(
     ("surface_run_mm", "surface_session_mm", "angle_deg", "turn_deg", "bed_percent"),
     st.floats(0.0, 3.0),
@@ -256,37 +219,6 @@ def test_no_error_when_enlarged_narrows_an_interval(start, name, increase, scatt
         return np.concatenate([table[column(c, "_hi")] - table[column(c, "_lo")] for c in "zx"])
 
     assert (widths(start | {name: start[name] + increase}) >= widths(start) * (1 - 1e-9)).all()
-
-
-@given(
-    parts=st.lists(st.tuples(st.floats(0, 5), st.floats(1, 50)), min_size=1, max_size=5),
-    which=st.integers(0, 4),
-    increase=st.floats(0, 5),
-)
-def test_nor_does_a_larger_part(parts, which, increase):
-    before = [Part(*sd_and_dof) for sd_and_dof in parts]
-    after = list(before)
-    enlarged = after[which % len(after)]
-    after[which % len(after)] = Part(enlarged.sd + increase, enlarged.dof)
-    assert combined_half_width(after, 0.95) >= combined_half_width(before, 0.95) * (1 - 1e-12)
-
-
-def test_curvature_is_no_noise_with_a_long_memory():
-    """A stress as depth^1.3 under white noise: the bend has its own error, the noise stays small."""
-    random = np.random.default_rng(4)
-    depth = np.linspace(0.5, 8.0, 750)
-    noise = random.normal(0, 0.005, (2, depth.size))
-    stress = np.stack([0.3 * depth, 0.3 * depth * (depth / 5) ** 0.3]) + noise
-    slope = fit_slope(depth, stress, np.zeros((1, 2)), np.ones((1, 2)))
-    assert slope.curvature[0] == 0
-    assert slope.curvature[1] == pytest.approx(
-        abs(slope.nonlinear_ratio[1]) * 0.3 / 3**0.5, rel=0.1
-    )
-    noise_se = np.sqrt(slope.se**2 - slope.curvature**2)
-    assert noise_se[1] < 0.2 * slope.curvature[1]
-    # stress at 5 cm lies within the interval of the line there
-    lo, hi = slope.interval(0.95)
-    assert lo[1] < 0.3 < hi[1]
 
 
 def drawn_groups(seed, along, across, floor, cells):

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from campaign_room import plate_run
+from campaigns import plate_run
 
 from rftfit.campaign.config import ForceLog, TableSettings
 from rftfit.measure.fits import Stroke, filed_under, fit_run

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from campaign_room import plate_run
+from campaigns import plate_run
 
 from rftfit.campaign.config import Arm, Axes, MotionLog, Transducer
 from rftfit.logs.base import Log, LogError

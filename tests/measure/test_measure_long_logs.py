@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 import yaml
-from campaign_maker import MadePushes, write_campaign
-from golden_campaigns import GOLDEN
+from makers import GOLDEN, MadePushes, write_campaign
 
 from rftfit.campaign.load import load_campaign
 from rftfit.measure.fits import fit_medium

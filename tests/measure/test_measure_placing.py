@@ -10,8 +10,8 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
+from campaigns import chain
 from pushes import Push, make_push
-from rigroom import chain
 
 from rftfit.campaign.load import load_campaign
 from rftfit.errors import InputError

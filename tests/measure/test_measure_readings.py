@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from one_stroke import N_PER_CM, RATE_HZ, SPEED_CM_PER_S, crust, push, stick_slip, stones
+from pushes import N_PER_CM, RATE_HZ, SPEED_CM_PER_S, crust, push, stick_slip, stones
 from seeds import seeds
 
 from rftfit.campaign.spikes import (

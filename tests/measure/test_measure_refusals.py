@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from campaign_room import plate_run
+from campaigns import plate_run
 from pushes import estimate, make_push
 
 from rftfit.campaign.config import Arm, ClockSettings

@@ -118,29 +118,11 @@ def test_pushes_that_scatter_more_than_their_errors_widen_that_of_the_clock():
     assert wild.covariance[0][0] > 4 * calm.covariance[0][0]
 
 
-def test_runs_that_show_no_offset_have_that_of_their_session():
-    session_clocks = clocks([*pushes(6), refused("weak rod")])
-    for name in ("weak rod", "slanted", "p03"):
-        clock = session_clocks.of_run(row(name), TIME + START_S, 0.1)
-        assert clock.offset_s == pytest.approx(-2.4, abs=0.05)
-        assert flags_of_clock(row(name), session_clocks) == ()
-
-
 def refusal(session_clocks, session="", later_s=0.0):
     """The reason for which a run that shows no offset of its own has no clock."""
     with pytest.raises(Refused) as caught:
         session_clocks.of_run(row("r", session), TIME + START_S + later_s, 0.1)
     return caught.value.remark
-
-
-def test_each_session_has_a_clock_of_its_own():
-    session_clocks = clocks([*pushes(4, session="a"), *pushes(4, offset_s=7.0, session="b")])
-    offsets = [
-        session_clocks.of_run(row("r", session), TIME + START_S, 0.1).offset_s for session in "ab"
-    ]
-    assert offsets == pytest.approx([-2.4, 7.0], abs=0.1)
-    assert refusal(session_clocks, "c").code == "no-push-aligned"
-    assert refusal(session_clocks, "c").values["session"] == "session c"
 
 
 def test_why_no_push_shows_the_clocks_is_said():

@@ -6,8 +6,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from mistakes import enacted, judged, of_logs, plates, some
-from mutations import Written
+from mistakes import Written, enacted, judged, of_logs, plates, some
 
 from rftfit.campaign.problems import CampaignError
 from rftfit.checks.declared import MediumMeasurements

@@ -46,69 +46,6 @@ def test_nist(x, y, alpha, se):
     np.testing.assert_allclose(np.ravel(alpha_and_se), [alpha, se], rtol=5e-13)
 
 
-@pytest.mark.parametrize("depth", [[], [3.0], [0.0, 0.0, 0.0]])
-def test_no_slope(depth):
-    with pytest.raises(ValueError, match="no slope"):
-        zero_intercept(np.array(depth), np.zeros((1, len(depth))))
-
-
-def test_too_few_for_an_autocorrelation():
-    with pytest.raises(ValueError, match=r"^7 "):
-        fit(DEPTH[:7], stress()[:, :7])
-    assert np.isfinite(fit(DEPTH[:8], stress()[:, :8]).se).all()
-
-
-@settings(max_examples=60, deadline=None)
-@given(st.floats(1e-3, 1e3), st.floats(1e-3, 1e3))
-def test_homogeneity_and_units(force, length):
-    """Stress in other units scales all of it; depth in other units divides it."""
-    variance, depth_sd = np.array([[1e-5, 2e-5], [3e-5, 1e-5]]), 0.003
-    slope = fit_slope(DEPTH, stress(), variance, NOTHING[1], depth_sd)
-    scaled = fit_slope(
-        length * DEPTH, force * stress(), force**2 * variance, NOTHING[1], length * depth_sd
-    )
-    for name, power in (
-        ("alpha", -1),
-        ("se", -1),
-        ("ols_se", -1),
-        ("free_slope", -1),
-        ("intercept", 0),
-    ):
-        expected = getattr(slope, name) * force * length**power
-        np.testing.assert_allclose(getattr(scaled, name), expected, rtol=1e-8, err_msg=name)
-    np.testing.assert_allclose(scaled.nonlinear_p, slope.nonlinear_p, rtol=1e-6)
-    np.testing.assert_allclose(scaled.nonlinear_ratio, slope.nonlinear_ratio, rtol=1e-6, atol=1e-10)
-    np.testing.assert_allclose(scaled.dof, slope.dof, rtol=1e-8)
-
-
-def test_what_does_not_change_a_fit():
-    slope, negated = fit(DEPTH, stress()), fit(DEPTH, -stress())
-    np.testing.assert_allclose(negated.alpha, -slope.alpha)
-    np.testing.assert_allclose(negated.se, slope.se)
-    np.testing.assert_allclose(negated.nonlinear_ratio, -slope.nonlinear_ratio)
-    # one component does not mix with the other
-    alone = fit_slope(DEPTH, stress()[:1], NOTHING[0][:, :1], NOTHING[1][:, :1])
-    for name in ("alpha", "se", "dof", "intercept", "nonlinear_p"):
-        np.testing.assert_allclose(getattr(alone, name)[0], getattr(slope, name)[0], rtol=1e-12)
-    # the order of the samples does not touch the textbook part, nor a stroke upward anything
-    order = np.random.default_rng(3).permutation(DEPTH.size)
-    shuffled = zero_intercept(DEPTH[order], stress()[:, order])
-    np.testing.assert_allclose(shuffled, zero_intercept(DEPTH, stress()), rtol=1e-12)
-    back = fit(DEPTH[::-1], stress()[:, ::-1])
-    np.testing.assert_allclose(back.alpha, slope.alpha, rtol=1e-12)
-    np.testing.assert_allclose(back.se, slope.se, rtol=0.3)
-
-
-def test_exact_line_has_no_error():
-    exact = fit(DEPTH, np.stack([0.3 * DEPTH, 0 * DEPTH]))
-    np.testing.assert_allclose([exact.alpha, exact.free_slope], [[0.3, 0]] * 2, atol=1e-12)
-    np.testing.assert_allclose([exact.se, exact.intercept], 0, atol=1e-12)
-    depth = np.arange(1.0, 11.0)
-    slope = fit(depth, np.stack([2 + 3 * depth, 5 - depth]))
-    np.testing.assert_allclose(slope.intercept, [2, 5])
-    np.testing.assert_allclose(slope.free_slope, [3, -1])
-
-
 def test_curvature_is_found_and_its_size_is_right():
     bent = stress() + 0.02 * DEPTH**2
     slope = fit(DEPTH, bent)
@@ -217,16 +154,6 @@ def test_two_depths_have_no_line_besides_and_one_has_no_error():
     np.testing.assert_allclose(single.alpha, [0.5, 1.5])
     assert np.isnan(single.se).all()
     np.testing.assert_array_equal(single.dof, [1, 1])
-
-
-def test_interval():
-    slope = fit(DEPTH, stress())
-    lo, hi = slope.interval(0.95)
-    np.testing.assert_allclose((lo + hi) / 2, slope.alpha)
-    np.testing.assert_allclose((hi - lo) / 2, 2.17881283 * slope.se, rtol=1e-7)
-    wide = slope.interval(0.99)
-    assert (wide[0] < lo).all()
-    assert (wide[1] > hi).all()
 
 
 @pytest.mark.parametrize(

@@ -10,9 +10,9 @@ from itertools import pairwise
 import numpy as np
 import pandas as pd
 import pytest
-from motions import REFUSED, RIGHT, WRONG, Pushes, any_pushes, row
+from pushes import REFUSED, RIGHT, WRONG, Pushes, any_pushes, row
 from seeds import seeds
-from shared_data import LOGS, needs
+from third_party import LOGS, needs
 
 from rftfit.campaign.config import Arm
 from rftfit.measure.flags import Refused, remark

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from campaign_room import plate_run
+from campaigns import plate_run
 
 from rftfit.measure.flags import REASON, attach_run, remark
 from rftfit.measure.lab_frame import is_symmetric

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from rigroom import RigRoom
+from campaigns import RigRoom
 
 import rftfit
 from rftfit.campaign.load import load_campaign

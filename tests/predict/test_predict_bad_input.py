@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 import yaml
-from few_draws import few_draws
-from light_campaign import alpha_frame
-from rigroom import RigRoom
+from campaigns import RigRoom
+from paper import few_draws
+from result_tables import alpha_frame
 
 from rftfit import reference
 from rftfit.measure.flags import flag_table

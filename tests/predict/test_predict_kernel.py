@@ -17,13 +17,7 @@ from rftfit import reference
 from rftfit.conventions import direction, tangent
 from rftfit.forces import reference_kernel
 from rftfit.model import fourier, kernel
-from rftfit.model.profiles import (
-    DepthOnlyProfile,
-    FourierProfile,
-    Profile,
-    TableProfile,
-    scaled_generic,
-)
+from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, Profile, TableProfile
 
 M0 = fourier.as_array(reference.coefficients("generic"))
 TABLE = TableProfile.published("poppy_LP")
@@ -123,14 +117,6 @@ def test_missing_poses_are_missing_as_in_plain_numpy(profile, column):
     assert np.isnan(ours[1]).any()
 
 
-@pytest.mark.parametrize(
-    ("beta", "gamma", "alpha_z", "alpha_x"), [(30, 45, 0.734, 0.294), (0, 90, 1.0, 0.0)]
-)
-def test_golden_values(beta, gamma, alpha_z, alpha_x):
-    force = force_on_element(scaled_generic(0.25, M0), -2.0, beta, gamma, area=3.0)
-    np.testing.assert_allclose(force, 0.25 * 2 * 3 * np.array([alpha_z, alpha_x]), atol=8e-4)
-
-
 @each_profile
 def test_no_motion_or_no_sand_is_no_force(profile):
     assert (force_on_element(profile, -3.0, 30, 45, 0.5, fast=0.0) == 0).all()
@@ -197,43 +183,6 @@ def test_half_submerged_by_hand():
     # half of the area, its middle 0.25 cm deep
     expected = [0.25 * alpha_z, 0.25 * alpha_x, -0.25 * 0.25 * alpha_x]
     np.testing.assert_allclose(force, expected, atol=1e-15)
-
-
-@each_profile
-def test_forces_are_homogeneous_and_mirror(profile):
-    n = 500
-    rows = np.column_stack(
-        [
-            RANDOM.normal(size=n),
-            RANDOM.uniform(-5, 1, n),
-            RANDOM.uniform(-90, 90, n),
-            RANDOM.uniform(0, 1, n),
-            RANDOM.uniform(0, 2, n),
-            RANDOM.uniform(-180, 180, n),
-            np.ones(n),
-        ]
-    )
-    elements = elements_of(rows)
-    forces = compiled(profile, elements)[:, :2]
-    for change, factor in (
-        # twice the area; neither speed matters, nor the end from which an element is seen
-        ([1, 1, -1, -1, 1, 2, 7.3, 7.3], 2),
-        ([3, 3, 1, 1, 3, 1, 1, 1], 3),
-        ([-1, 1, -1, 1, 1, 1, -1, 1], np.array([1, -1])),
-    ):
-        changed = compiled(profile, elements * change)[:, :2]
-        np.testing.assert_allclose(changed, factor * forces, atol=1e-12)
-
-
-def test_a_missing_corner_spoils_only_its_own_cells():
-    alpha = np.array(reference.alpha_grid("poppy_LP"))
-    alpha[:, [2, 4], -1] = np.nan  # (+-30, 90) degrees
-    profile = TableProfile(*alpha)
-    assert force_on_element(profile, -1.0, 0, 90)[0] == pytest.approx(
-        float(TABLE.alpha(0, np.pi / 2)[0])
-    )
-    assert np.isnan(force_on_element(profile, -1.0, 1, 90)).all()
-    assert (force_on_element(profile, 1.0, 1, 90) == 0).all()
 
 
 ALPHA_BY_NUMPY = [

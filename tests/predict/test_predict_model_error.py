@@ -107,26 +107,6 @@ def test_tables_and_maps_have_it(kind):
     assert (table.loc[air, [*model_end_names("force_z_N")]] == 0).all(axis=None)
 
 
-@pytest.mark.parametrize("kind", ["fourier", "generic", "depth_only", "scaled", "3D-RFT"])
-def test_another_form_of_alpha_has_none(kind):
-    medium: rftfit.KnownMedium
-    if kind == "scaled":
-        medium = rftfit.scale_by_paper(0.35, 0.02)
-    elif kind == "3D-RFT":
-        medium = rftfit.rft3d_profile(0.35, 0.4, step_deg=5)
-    else:
-        medium = rftfit.published_medium("poppy_LP", kind)
-    table = rftfit.predict(medium, LEG, TURN)
-    assert not [name for name in table if "_model_" in str(name) or "_next_" in str(name)]
-    for peak in rftfit.find_peaks(medium, LEG, TURN):
-        ends = (peak.model_lo, peak.model_hi, peak.next_lo, peak.next_hi)
-        assert np.isnan(ends).all()
-        assert np.isfinite(peak.beside) == (kind in ("fourier", "generic", "scaled"))
-    assert rftfit.predict(medium, LEG, TURN, model_error=0).equals(table)
-    with pytest.raises(ValueError, match="measured by tables and maps"):
-        rftfit.predict(medium, LEG, TURN, model_error=0.28)
-
-
 def test_the_next_bed_is_looser_or_denser_as_a_whole():
     profile = rftfit.estimate_map(ONE_PUSH).profile
     profile.bed_spread = 0.1

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from told import told
-from turning import sweep
+from coverage_levels import sweep
+from log_files import told
 
 from rftfit import reference
 from rftfit.campaign.problems import CampaignError

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from light_campaign import SE, alpha_frame, results_of
 from numpy.testing import assert_allclose, assert_array_equal
+from result_tables import SE, alpha_frame, results_of
 
 from rftfit.campaign.config import ErrorSettings
 from rftfit.measure.alpha import alpha_table, column

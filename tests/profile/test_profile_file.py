@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from light_campaign import alpha_frame
 from numpy.testing import assert_allclose, assert_array_equal
+from result_tables import alpha_frame
 
 import rftfit
 from rftfit import reference
@@ -161,12 +161,6 @@ def test_a_pair_of_mirror_images_is_one_push(signs, se):
     assert table.pushed.shape == (6, 2)
 
 
-def test_the_same_map_gives_the_same_bytes(files, tmp_path):
-    again = small_map(PUSHES.iloc[::-1])
-    rftfit.write_profile(tmp_path / "a", again, title="Sand", window=(1.0, 8.0))
-    assert (tmp_path / "a").read_bytes() == (files / "map.json").read_bytes()
-
-
 def test_many_directions(monkeypatch, tmp_path):
     """More nodes than 5,000 are read as well; what none would read is not written."""
     path = tmp_path / "p.json"
@@ -189,32 +183,6 @@ def test_many_directions(monkeypatch, tmp_path):
     with pytest.raises(InputError, match=r" 26 .* 0\.01 MB$"):
         rftfit.write_profile(path, table_at(lines(0, 30, 60, 90), [-90, -45, 0, 45, 90]))
     assert not path.exists()
-
-
-def one_cell():
-    z = np.full((7, 13), np.nan)
-    z[3, 12] = 0.5
-    return rftfit.TableProfile(z, 0 * z)
-
-
-@pytest.mark.parametrize(
-    ("profile", "words", "message"),
-    [
-        (np.zeros(3), {}, "found a ndarray"),
-        (rftfit.published_medium("poppy_LP", "fourier"), {}, "found a FourierProfile"),
-        (one_cell(), {}, "too few directions"),
-        (rftfit.published_medium("poppy_LP"), {"title": "\x1b[2J"}, "key medium.title"),
-        (
-            rftfit.published_medium("poppy_LP"),
-            {"window": (-1.0, 2.0)},
-            "key validity.depth_from_cm",
-        ),
-    ],
-)
-def test_what_is_no_profile_is_not_written(profile, words, message, tmp_path):
-    with pytest.raises(InputError, match=message):
-        rftfit.write_profile(tmp_path / "p.json", profile, **words)
-    assert not (tmp_path / "p.json").exists()
 
 
 # --- other readers

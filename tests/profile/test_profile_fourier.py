@@ -3,15 +3,12 @@
 Fits: least squares (`lsq`), and the transform of the even grid (`dft-index`).
 """
 
-import math
-
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
-from paper_grid import BETA, GAMMA, by_hand
+from paper import BETA, GAMMA, by_hand
 
 from rftfit import reference
-from rftfit.conventions import mirror
 from rftfit.model import fourier, symmetry
 from rftfit.model.scaling import generic, vertical_penetration
 
@@ -22,59 +19,9 @@ TABLE_S2 = {medium: reference.coefficients(medium) for medium in reference.MEDIA
 GENERIC = reference.coefficients("generic")
 
 
-def plain(m, beta_deg, gamma_deg):
-    """The nine terms from the vectors of plate and motion, by addition theorems and `math` alone."""
-    b, g = math.radians(beta_deg), math.radians(gamma_deg)
-    tx, tz, vx, vz = math.cos(b), -math.sin(b), -math.cos(g), -math.sin(g)
-    cos_2b, sin_2b, cos_g, sin_g = tx * tx - tz * tz, -2 * tx * tz, -vx, -vz
-    plus_sin, minus_sin = sin_2b * cos_g + cos_2b * sin_g, cos_2b * sin_g - sin_2b * cos_g
-    plus_cos, minus_cos = cos_2b * cos_g - sin_2b * sin_g, cos_2b * cos_g + sin_2b * sin_g
-    alpha_z = m["A00"] + m["A10"] * cos_2b + m["B11"] * plus_sin + m["B01"] * sin_g
-    alpha_x = m["C11"] * plus_cos + m["C01"] * cos_g + m["Cm1"] * minus_cos + m["D10"] * sin_2b
-    return alpha_z + m["Bm1"] * minus_sin, alpha_x
-
-
 def cells(medium):
     alpha_z, alpha_x = reference.alpha_grid(medium)
     return alpha_z.ravel(), alpha_x.ravel()
-
-
-def test_golden_values_all_over_the_plane():
-    for beta_deg in range(-90, 91, 15):
-        for gamma_deg in range(-180, 181, 15):
-            alpha = fourier.evaluate(GENERIC, math.radians(beta_deg), math.radians(gamma_deg))
-            assert_allclose(alpha, plain(GENERIC, beta_deg, gamma_deg), atol=1e-12)
-
-
-def test_every_term_obeys_the_symmetry():
-    """And the period of beta."""
-    beta, gamma = RANDOM.uniform(-2, 2, 500), RANDOM.uniform(-4, 4, 500)
-    basis = fourier.basis(beta, gamma)
-    seen_from_behind = fourier.basis(*mirror(beta, gamma))
-    for component, sign in enumerate((1, -1)):
-        assert_allclose(seen_from_behind[component], sign * basis[component], atol=1e-12)
-    turned = np.concatenate(fourier.basis(beta + np.pi, gamma))
-    assert_allclose(turned, np.concatenate(basis), atol=1e-12)
-    assert (np.ptp(np.concatenate(basis)[1:], axis=1) > 0.5).all()
-
-
-def test_completion_agrees_with_the_mirror_cell_by_cell():
-    """Each direction of the torus once, as written in the supplement, by dictionaries."""
-    alpha_z, alpha_x = RANDOM.normal(size=(2, 91))
-    told: dict[tuple[int, int], list[tuple[float, float]]] = {}
-    for beta, gamma, z, x in zip(BETA, GAMMA, alpha_z, alpha_x, strict=True):
-        b, g = mirror(beta, gamma)
-        for angles, value in (((beta, gamma), (z, x)), ((b, g), (z, -x))):
-            rows, columns = (round(1000 * math.degrees(angle)) for angle in angles)
-            key = (rows + 90_000) % 180_000 - 90_000, (columns + 180_000) % 360_000 - 180_000
-            told.setdefault(key, []).append(value)
-    whole = symmetry.torus(BETA, GAMMA)
-    assert whole.beta.size == len(told) == 6 * 24
-    for beta, gamma, *completed in zip(
-        whole.beta, whole.gamma, *whole.complete(alpha_z, alpha_x), strict=True
-    ):
-        values = told[round(1000 * math.degrees(beta)), round(1000 * math.degrees(gamma))]
-        assert_allclose(completed, np.mean(values, axis=0), atol=1e-15)
 
 
 def test_a_missing_cell_is_told_by_its_image():
@@ -213,21 +160,6 @@ def test_lsq_is_plain_least_squares_over_the_measured_directions(case, medium):
         alpha = random.normal(fourier.evaluate(GENERIC, beta, gamma), 0.1)
     fitted = fourier.fit_lsq(beta, gamma, *alpha)
     assert_allclose(fitted, by_hand(beta, gamma, *alpha), rtol=1e-9, atol=1e-12)
-
-
-def test_dft_index_is_the_fast_fourier_transform_of_the_extended_table():
-    for medium in reference.MEDIA:
-        grid = symmetry.rectangle(BETA, GAMMA)
-        assert grid is not None
-        extended = [grid.closed(component)[2] for component in grid.torus.complete(*cells(medium))]
-        assert extended[0].shape == (7, 25)
-        z, x = (np.fft.fft2(np.fft.ifftshift(whole)) / 175 for whole in extended)
-        # harmonic exp(i (m 2 beta + n gamma)); sines are minus the imaginary part
-        expected = [z[0, 0].real, 2 * z[1, 0].real, -2 * z[1, 1].imag, -2 * z[0, 1].imag,
-                    -2 * z[-1, 1].imag, 2 * x[1, 1].real, 2 * x[0, 1].real, 2 * x[-1, 1].real,
-                    -2 * x[1, 0].imag]  # fmt: skip
-        fitted = fourier.fit_dft_index(BETA, GAMMA, *cells(medium))
-        assert_allclose(fitted, expected, atol=1e-12)
 
 
 @pytest.mark.parametrize("bad", ["row", "line", "scattered", "coarse"])

@@ -12,7 +12,6 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from rftfit import reference
 from rftfit.conventions import mirror
-from rftfit.errors import InputError
 from rftfit.model import fourier
 from rftfit.model.packs import DEPTH_ONLY, FOURIER, TABLE
 from rftfit.model.profiles import (
@@ -20,7 +19,6 @@ from rftfit.model.profiles import (
     FourierProfile,
     Profile,
     TableProfile,
-    published_medium,
     scaled_generic,
 )
 
@@ -171,16 +169,6 @@ def test_depth_only_opposes_each_component(beta_deg, gamma_deg, alpha_z, alpha_x
     assert_allclose(alpha, (alpha_z, alpha_x), atol=1e-15)
 
 
-def test_depth_only_takes_its_values_from_the_table():
-    alpha = np.array(reference.alpha_grid("poppy_LP"))
-    expected = alpha[0, 3, -1], alpha[0, 3, 0], alpha[1, -1, 6]
-    assert_allclose(DepthOnlyProfile.of(table()).values, expected, atol=1e-15)
-    alpha[0, 3, 0] = np.nan
-    without = DepthOnlyProfile.of(TableProfile(*alpha))
-    assert "(0, -90)" in without.reason
-    assert np.isnan(without.alpha(0.1, [-0.5, 0.5])[0]).tolist() == [True, False]
-
-
 def test_generic_golden_values():
     generic = scaled_generic(1.0, M0)
     alpha = generic.alpha(np.radians([30, 0]), np.radians([45, 90]))
@@ -274,47 +262,6 @@ def test_scattered_directions_without_a_number_give_none():
     assert alpha.shape == (2, 3, 2)
     assert np.isnan(alpha).all()
     assert " 35 deg " in nothing.reason
-
-
-def test_published_profiles_are_the_printed_tables():
-    zeta = reference.coefficients("poppy_CP")["zeta"]
-    coefficients = fourier.as_array(reference.coefficients("poppy_CP"))
-    angles = ANY_BETA[:50], ANY_GAMMA[:50]
-    for kind, name, alpha in (
-        ("table", "published Table S5, poppy_CP", table("poppy_CP").alpha(*angles)),
-        ("fourier", "published Table S2, poppy_CP", fourier.evaluate(coefficients, *angles)),
-        (
-            "generic",
-            f"published Table S2, zeta of poppy_CP ({zeta:g}) times generic",
-            zeta * np.array(fourier.evaluate(M0, *angles)),
-        ),
-        (
-            "depth_only",
-            "depth-only, from Table S5, poppy_CP",
-            DepthOnlyProfile.of(table("poppy_CP")).alpha(*angles),
-        ),
-    ):
-        profile = published_medium("poppy_CP", kind)
-        assert (profile.name, profile.reason, profile.spread) == (name, "", None)
-        assert_allclose(profile.alpha(*angles), alpha, atol=1e-14)
-        # half of the thickness of the paper's plate, 0.64 cm; 6 cm above the bottom at 15 cm
-        assert profile.window == (0.3, 9.0)
-
-
-@pytest.mark.parametrize(
-    ("make", "match"),
-    [
-        (lambda: TableProfile(np.zeros((7, 12)), np.zeros((7, 12))), "7 x 13 cells"),
-        (lambda: TableProfile(*np.zeros((2, 7, 3)), gamma=np.array([0.0, 1.0])), "7 x 2 cells"),
-        (lambda: FourierProfile(np.zeros(8)), "nine coefficients"),
-        (lambda: DepthOnlyProfile(np.zeros(2)), "three values"),
-        (lambda: published_medium("poppy_XX", "table"), "medium.*published media"),
-        (lambda: published_medium("poppy_CP", "map"), "profile.*depth_only"),
-    ],
-)
-def test_what_is_no_profile_is_refused(make, match):
-    with pytest.raises((ValueError, InputError), match=match):
-        make()
 
 
 def test_profiles_say_what_they_lack():

@@ -6,7 +6,6 @@ multiplied.
 
 import math
 import re
-from itertools import pairwise
 from types import SimpleNamespace
 from typing import Any
 
@@ -14,7 +13,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
-from paper_grid import BETA, GAMMA, by_hand
+from paper import BETA, GAMMA
 
 import rftfit
 from rftfit import reference
@@ -24,7 +23,7 @@ from rftfit.forces.prediction import find_peaks
 from rftfit.measure.alpha import column
 from rftfit.measure.flags import codes_of, remark
 from rftfit.model import fourier
-from rftfit.model.draws import alpha_draws, draws_of, interval, measured_profile
+from rftfit.model.draws import alpha_draws, interval, measured_profile
 from rftfit.model.scaling import (
     ALL_METHODS,
     AS_PRINTED,
@@ -41,7 +40,6 @@ from rftfit.model.scaling import (
 Z95 = 1.959963985
 """Factor of the normal distribution for an interval of 95 %."""
 CHI = np.array([1.37, 1.19, 1.27, 1.05, 1.33])
-M0 = fourier.as_array(reference.coefficients("generic"))
 
 
 def alpha_frame(medium, alpha, se):
@@ -67,21 +65,6 @@ def published(medium, se=0.002):
 
 
 NUMBERS = [column(c, q) for c in "zx" for q in ("", "_se", "_lo", "_hi")]
-
-
-def test_same_seed_same_draws():
-    loose_draws, same, later = (
-        alpha_draws(published("poppy_LP"), 50, seed, 0.95) for seed in (7, 7, 8)
-    )
-    assert_array_equal(loose_draws, same)
-    assert not np.array_equal(loose_draws, later)
-    # another medium draws its own errors, not the same ones again
-    close_draws = alpha_draws(published("poppy_CP"), 50, 7, 0.95)
-    errors = [
-        np.ravel(draws[0] - reference.alpha_grid(medium)[0].ravel())
-        for draws, medium in ((loose_draws, "poppy_LP"), (close_draws, "poppy_CP"))
-    ]
-    assert abs(np.corrcoef(errors)[0, 1]) < 0.1
 
 
 @pytest.mark.parametrize("empty", [[], [40]])
@@ -130,30 +113,6 @@ def test_intervals_of_coefficients_cover():
         inside += (lo <= true) & (hi >= true)
     assert 0.93 <= inside.sum() / 2700 <= 0.97
     assert (inside / 300 > 0.9).all()
-
-
-def test_fit_media(paper_config):
-    tables = [published(medium) for medium in reference.MEDIA]
-    fits = fit_media(tables, paper_config)
-    expected = [(method, medium) for method in ALL_METHODS for medium in reference.MEDIA]
-    assert [(fit.method, fit.medium) for fit in fits] == expected
-    for fit in fits:
-        assert fit.why == ()
-        assert not np.any([fit.used[~fit.keep], *fit.draws[:, ~fit.keep]])
-        lo, hi = (end[fit.keep] for end in interval(fit.draws, 0.999))
-        assert ((lo < fit.used[fit.keep]) & (fit.used[fit.keep] < hi)).all()
-        assert fit.zeta == pytest.approx(fit.used[:5].sum())
-        assert_allclose(fit.zeta_draws, fit.draws[:, :5].sum(axis=1))
-        assert fit.alpha_z == reference.alpha_grid(fit.medium)[0][3, -1]
-        assert fit.alpha_z_draws.std() == pytest.approx(0.002, rel=0.1)
-        if fit.method == AS_PRINTED:
-            printed = fourier.as_array(reference.coefficients(fit.medium))
-            assert (fit.keep == (printed != 0)).all()
-        if fit.method == "lsq" and fit.keep.all():
-            # the errors of the terms follow from the weights of the fit
-            draws = zip(fit.draws[:3], *draws_of(fit.table, paper_config), strict=False)
-            for draw, *alpha in draws:
-                assert_allclose(draw, by_hand(BETA, GAMMA, *alpha), rtol=1e-6)
 
 
 def test_fit_media_with_empty_cells(paper_config):
@@ -237,28 +196,6 @@ def test_an_error_that_is_not_known_gives_no_interval():
     assert scaled.zeta == pytest.approx(0.42 / CHI.mean())
     assert np.isnan([scaled.zeta_lo, scaled.zeta_hi]).all()
     assert np.isfinite([scaled.chi_lo, scaled.chi_hi]).all()
-
-
-def test_more_error_of_the_test_never_narrows_an_interval():
-    random = np.random.default_rng(11)
-    for _ in range(500):
-        media = int(random.integers(2, 9))
-        chi = 1.2 * np.exp(random.normal(0, 10 ** random.uniform(-3, -0.5), media))
-        confidence, alpha = random.uniform(0.51, 0.995), 10 ** random.uniform(-1, 1)
-        scatter = np.log(chi).std(ddof=1)
-        errors = [0.0, *np.cumsum(alpha * scatter * 10 ** random.uniform(-3, 1, 4))]
-        scaled_media = [scale_new_medium(alpha, se, chi, confidence) for se in errors]
-        assert {(scaled.chi_lo, scaled.chi_hi) for scaled in scaled_media} == {
-            (scaled_media[0].chi_lo, scaled_media[0].chi_hi)
-        }
-        # zeta, and what is derived from it: coefficients, whose own scatter joins
-        coefficients = M0 * np.exp(random.normal(0, 0.1, (media, 9)))
-        for a, b in pairwise(scaled_media):
-            assert b.zeta_lo < a.zeta_lo < a.zeta_hi < b.zeta_hi, (media, confidence, errors)
-            (_, a_lo, a_hi), (_, b_lo, b_hi) = (
-                scaled.with_interval(M0, coefficients) for scaled in (a, b)
-            )
-            assert ((b_lo <= a_lo) & (b_hi >= a_hi)).all()
 
 
 @pytest.mark.parametrize("media", [2, 3, 5])

@@ -6,15 +6,14 @@ Map: alpha in all directions, estimated from few pushes and from the shapes of k
 import numpy as np
 import pandas as pd
 import pytest
-from few_draws import few_draws
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.testing import assert_allclose, assert_array_equal
+from numpy.testing import assert_allclose
+from paper import few_draws
 from seeds import seeds
 
 import rftfit
 from rftfit.conventions import mirror
-from rftfit.errors import InputError
 from rftfit.forces.plane import force_draws
 from rftfit.forces.prediction import find_peaks
 from rftfit.model import shapes as module
@@ -302,16 +301,6 @@ def test_the_course_is_that_of_3drft_and_nothing_on_the_lines():
     assert_allclose(rows[-1], 0.6 * np.mean(shapes.levels) * course, atol=1e-12)
 
 
-def test_the_course_has_the_symmetry_of_alpha():
-    random = np.random.default_rng(1)
-    beta, gamma = random.uniform(-1.5, 1.5, 40), random.uniform(-3, 3, 40)
-    course, mirrored_course = (
-        course_between_lines(*angles) for angles in ((beta, gamma), mirror(beta, gamma))
-    )
-    assert_allclose(course[:, :40], mirrored_course[:, :40], atol=1e-9)
-    assert_allclose(course[:, 40:], -mirrored_course[:, 40:], atol=1e-9)
-
-
 def test_all_of_3drft_pushed_gives_its_course():
     """A law that is not on the lines: the map of its 91 directions is nearer to it than the table of them."""
     random = np.random.default_rng(3)
@@ -363,34 +352,6 @@ def test_media_that_were_left_out(medium, case):
         assert takes[:, :COUNT][:, ~estimated.measured[:COUNT]].all()
         # between the lines too, but beside pushes that give energy back
         assert takes[:, COUNT:].mean() > 0.98
-
-
-def test_order_of_rows_names_and_ignorance_change_nothing():
-    z, x = truth("poppy_LP")[:, FEW]
-    rows = {
-        "beta_deg": BETA[FEW],
-        "gamma_deg": GAMMA[FEW],
-        "alpha_z_N_per_cm3": z,
-        "alpha_x_N_per_cm3": x,
-        "alpha_z_se_N_per_cm3": 0.05,
-        "alpha_x_se_N_per_cm3": 0.02,
-    }
-    full = pd.DataFrame(rows)
-    short = full.set_axis(["beta", "gamma", "alpha_z", "alpha_x", "se_z", "se_x"], axis=1)
-    estimated = rftfit.estimate_map(full)
-    for same in (full.iloc[::-1], short):
-        estimated_again = rftfit.estimate_map(same)
-        assert_array_equal(estimated.alpha, estimated_again.alpha)
-        assert_array_equal(estimated.draws, estimated_again.draws)
-    with pytest.raises(InputError, match=r"no column beta_deg, gamma_deg; found: .*alpha_z"):
-        rftfit.estimate_map(short[["alpha_z", "se_z"]])
-    # pushes of which nothing is known, off the nodes, tell nothing
-    first = Pushes.of([0], [90], [[0.35], [0.0]], 0.01)
-    alpha = np.array([[0.35, 9, 9], [0, 9, 9]])
-    many = Pushes.of([0, 40, 50], [90, 20, -30], alpha, np.tile([0.01, 1e6, 1e6], (2, 1)))
-    alone, together = (estimate(pushes, size=0.13) for pushes in (first, many))
-    most = 0.2 * alone.draws.std(axis=0).max()
-    assert_allclose(together.alpha[:, :COUNT], alone.alpha[:, :COUNT], atol=most)
 
 
 @pytest.mark.statistics

@@ -4,8 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from figure_faults import figure_faults
-from text_boxes import text_faults
+from pages import figure_faults, text_faults
 
 from rftfit.figures import style
 
@@ -23,10 +22,6 @@ def faults(*texts, above="", ticks=3):
     return text_faults(figure)
 
 
-def test_texts_apart_are_no_fault():
-    assert faults((0.3, 0.5, "here"), (0.6, 0.5, "there"), (0.3, 0.4, "below")) == []
-
-
 @pytest.mark.parametrize(
     ("place", "fault"),
     [
@@ -38,10 +33,6 @@ def test_texts_apart_are_no_fault():
 )
 def test_an_overlap_and_an_overflow_are_found(place, fault):
     assert faults((0.3, 0.5, "here"), (*place, "there")) == [fault]
-
-
-def test_numbers_of_an_axis_that_run_together_are_found():
-    assert any("lies over" in fault for fault in faults(ticks=40))
 
 
 def test_what_stands_above_a_figure_belongs_to_it():

@@ -13,7 +13,7 @@ import pandas as pd
 import pytest
 from chromium import Chromium, find
 from numpy.testing import assert_allclose
-from page_inputs import FRAMES, HOLED, empty_grid_results, page_results, sand_results
+from result_tables import FRAMES, HOLED, empty_grid_results, page_results, sand_results
 
 from rftfit.campaign.config import Leg
 from rftfit.forces.motion import THETA_DEG, rotation, rotation_poses
@@ -185,20 +185,6 @@ def test_calculator_equals_the_scaling_routine(numbers, results, which, se):
 
         expected = scale(lambda terms, sweep=sweep: sweep(FourierProfile(terms)), sweep)
         assert_allclose(array(curves), np.stack(expected, -1), atol=1e-6)
-
-
-def test_calculator_equals_rftfit_scale_for_any_error(numbers):
-    random = np.random.default_rng(7)
-    alpha, relative = 10 ** random.uniform(-1, 0.7, 100), 10 ** random.uniform(-4, 0, 100)
-    tests = np.stack([alpha, alpha * relative], -1).tolist()
-    page_zeta = numbers.evaluate(
-        f"{json.dumps(tests)}.map(([alpha, se]) => window.rftfit.scaleNewMedium("
-        "alpha, se, window.rftfit.data.references[1]).zeta)"
-    )
-    reference = published()
-    scaled = [scale_new_medium(alpha_z, se, reference.chi) for alpha_z, se in tests]
-    expected = [[medium.zeta, medium.zeta_lo, medium.zeta_hi] for medium in scaled]
-    assert_allclose(array(page_zeta), expected, rtol=1e-9)
 
 
 def test_policy_stops_a_foreign_script(chromium, address):

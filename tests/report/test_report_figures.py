@@ -1,23 +1,21 @@
 """Figures draw the values of the tables, say what is missing, and always have the same bytes."""
 
-import os
 import subprocess
 import sys
 from importlib import import_module
-from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import SimpleNamespace
 from typing import Any
 
-import chain_tables as chain
 import matplotlib as mpl
 import numpy as np
 import pandas as pd
 import pytest
+import result_tables as chain
 from matplotlib.patches import PathPatch
-from memory import memory, of_runs
-from numpy.testing import assert_allclose, assert_array_equal
-from text_boxes import words
+from numpy.testing import assert_allclose
+from pages import words
+from result_tables import memory, of_runs
 
 from rftfit import reference
 from rftfit.campaign.config import Figures, Fit, Fourier
@@ -28,7 +26,6 @@ from rftfit.figures.generic import plot_generic_profile
 from rftfit.figures.legs import plot_forces_over_zeta
 from rftfit.figures.maps import (
     add_surface,
-    add_table,
     kept_coefficients,
     plot_alpha_maps,
     plot_depth_only_maps,
@@ -96,25 +93,6 @@ def test_the_same_figure_gives_the_same_bytes_in_any_folder(small_map, tmp_path)
     assert b"/FontFile2" in bytes_of["pdf"]
 
 
-def test_bytes_do_not_depend_on_hashing_or_on_the_users_settings(tmp_path):
-    files = save(stress_figure(), tmp_path / "here")
-    script = (
-        "import sys, matplotlib; matplotlib.rcParams['font.size'] = 20;"
-        "matplotlib.rcParams['svg.hashsalt'] = 'x';"
-        "from test_report_figures import stress_figure, save;"
-        "save(stress_figure(), sys.argv[1])"
-    )
-    path = os.pathsep.join([str(Path(__file__).parent), *filter(None, sys.path)])
-    subprocess.run(
-        [sys.executable, "-c", script, str(tmp_path / "there")],
-        env=os.environ | {"PYTHONHASHSEED": "7", "PYTHONPATH": path},
-        check=True,
-    )
-    for path_here in files:
-        child_path = tmp_path / f"there{path_here.suffix}"
-        assert path_here.read_bytes() == child_path.read_bytes(), path_here.suffix
-
-
 def test_a_folder_that_cannot_be_made_is_an_output_error(tmp_path):
     (tmp_path / "file").write_text("in the way")
     with pytest.raises(OutputError, match="cannot write"):
@@ -148,29 +126,6 @@ def test_the_first_map_names_its_medium_and_where_it_is_from(monkeypatch):
     monkeypatch.setattr(results, "marks", {})
     named = "poppy seeds, loose: measured"
     assert any(text.startswith(named) for text in words(plot_first_map(results)))
-
-
-def test_bars_show_the_colours_of_their_maps(small_map):
-    (strip,) = small_map.axes[1].images
-    mesh = small_map.axes[0].collections[0]
-    low, high = mesh.get_clim()
-    assert strip.get_clim() == (low, high)
-    assert strip.get_cmap() == mesh.get_cmap()
-    assert tuple(strip.get_extent()[2:]) == small_map.axes[1].get_ylim() == (low, high)
-    assert low == -high
-    assert high == pytest.approx(np.nanmax(np.abs(reference.alpha_grid("poppy_LP")[0])))
-    # what is drawn by way of an image of the whole figure stays in memory until a pdf is closed
-    assert not [artist for artist in small_map.findobj() if artist.get_rasterized()]
-
-
-def test_scattered_directions_have_the_colours_of_a_grid():
-    """Three directions that make no grid, their largest 0.4: from -0.4 to 0.4, gamma across and beta up."""
-    table = pd.DataFrame({"beta_deg": [0, 20, 50], "gamma_deg": [90, 40, -10]}, dtype=float)
-    axes = style.new_figure(8, 8).add_subplot()
-    dots: Any = add_table(axes, table, pd.Series([0.4, -0.1, 0.2]), signed=True)
-    assert dots.get_clim() == (-0.4, 0.4)
-    assert dots.get_cmap().name == style.DIVERGING
-    assert_array_equal(dots.get_offsets(), table[["gamma_deg", "beta_deg"]])
 
 
 def test_a_surface_fills_the_plane_of_directions():
@@ -399,16 +354,6 @@ def test_a_sand_alone_has_no_figure_of_laboratory_media():
     assert files == {"quality/yuma", *(f"figures/{name}" for name in names)}
 
 
-@pytest.mark.parametrize("figure", figures(), ids=lambda figure: figure.run)
-def test_a_caption_is_short_and_needs_no_table(figure):
-    results = memory({}, [*reference.MEDIA, *reference.SANDS])
-    for medium in figure.media(results.campaign):
-        caption = figure.caption_of(results, medium)
-        assert caption or figure.folder == "quality"
-        assert not set(caption) & set("{}*")
-        assert len(caption.partition(" After ")[0].split()) <= 40
-
-
 @pytest.mark.parametrize("ending", style.PRINTED)
 def test_a_remark_stands_in_every_format(ending):
     figure = style.missing("nothing")
@@ -454,13 +399,6 @@ def test_linearity_is_drawn_in_directions_of_the_campaign():
     assert len(set(nearest)) == len(nearest)
     assert nearest[0] == (-5.0, 80.0)
     assert nearest_cells(table[:1]) == directions[:1]
-
-
-def test_the_dates_in_fonts_are_not_warned_of(caplog):
-    figure = style.new_figure(8, 5)
-    figure.text(0.5, 0.5, r"$\alpha_z$ and $\zeta$")
-    style.content(figure, "pdf")
-    assert [record.name for record in caplog.records if record.name.startswith("fontTools")] == []
 
 
 @pytest.fixture(scope="module")

@@ -11,8 +11,8 @@ import numpy as np
 import pandas as pd
 import pytest
 from matplotlib.collections import QuadMesh
-from page_inputs import page_results, sand_results, write
-from text_boxes import words
+from pages import words
+from result_tables import page_results, write
 
 from rftfit.figures.labels import explanation_of
 from rftfit.figures.maps import plot_estimated_maps
@@ -74,10 +74,6 @@ def sentences_of_section(page):
     return texts_of_section
 
 
-def text_of(results, section):
-    return next(finding.text for finding in findings(results) if finding.section == section)
-
-
 def test_the_first_screen_has_two_sentences_and_sections_the_rest(
     results, page, sentences_of_section
 ):
@@ -133,50 +129,6 @@ def test_an_error_has_one_verdict():
     assert not any("chance" in verdict for verdict in verdicts.values())
 
 
-def test_a_medium_without_a_straight_push_says_why(results, tmp_path):
-    """The first sentence, which the terminal prints too, names the medium and what most of its pushes were dropped for."""
-    written = page_results(tmp_path, robot=False)
-    medium, *_ = written.laboratory
-    reason = str(remark("few-points", found=3, wanted=30))
-    push = {"run_id": "down", "medium": medium, "beta_deg": 0.0, "gamma_deg": 90.0}
-    lost = pd.DataFrame([push | {"alpha_z_N_per_cm3": np.nan, "reason": reason}])
-    fits = pd.concat([written.table(f"fits/{medium}.csv"), lost], ignore_index=True)
-    write(written, f"fits/{medium}.csv", fits)
-    first = text_of(Results(written.campaign), "believed")
-    assert written.titles[medium] in first
-    assert reason in first
-    assert reason not in text_of(results, "believed")
-
-
-def test_legs_are_judged_by_the_map_where_the_table_predicts_none(results, tmp_path):
-    written = page_results(tmp_path, robot=False)
-    errors = results.table("leg_errors.csv")
-    of_table = errors[(errors["profile"] == "table") & errors["medium"].isin(results.laboratory)]
-    write(written, "leg_errors.csv", of_table.assign(profile="map"))
-    of_map = [
-        finding.text for finding in findings(Results(written.campaign)) if finding.section == "legs"
-    ]
-    by_table = [finding.text for finding in findings(results) if finding.section == "legs"]
-    assert of_map[0] == by_table[0].replace("the measured alpha", "the map")
-    assert "of the map" in of_map[1]
-
-
-def test_errors_in_sands(results):
-    errors = results.table("leg_errors.csv").query("medium == 'yuma' and profile == 'generic'")
-    expected: list[float] = []
-    for _, errors_of_leg in errors[errors["component"] == "z"].groupby("leg", sort=False):
-        row = errors_of_leg.loc[errors_of_leg["peak_error_percent"].abs().idxmax()]
-        expected += [row[f"peak_error_{end}percent"] for end in ("", "lo_", "hi_")]
-    assert numbers(text_of(results, "sands")) == pytest.approx(expected, abs=0.5)
-
-
-def test_speeds_of_the_robot(results):
-    errors = results.table("robot/errors.csv")
-    errors_of_table = errors[(errors["profile"] == "table") & errors["measured_cm_per_s"].notna()]
-    near = int((errors_of_table["error_percent"].abs() <= 20).sum())
-    assert numbers(text_of(results, "robot")) == [20, near, len(errors_of_table)]
-
-
 def test_softest_and_hardest_medium(results, sentences_of_section):
     alpha_of_title: dict[str, tuple[Any, ...]] = {}
     for medium in results:
@@ -198,54 +150,6 @@ def test_softest_and_hardest_medium(results, sentences_of_section):
         if end == end  # noqa: PLR0124
     ]
     assert numbers(text) == pytest.approx(expected, abs=0.0005)
-
-
-def test_one_push_of_a_sand_tells_what_the_map_predicts(tmp_path):
-    results = sand_results(tmp_path)
-    predicted = results.table("predicted.csv").assign(profile="map")
-    write(results, "predicted.csv", predicted)
-    _, (text, section) = sentences(make_page(Results(results.campaign)))
-    assert section == "viewer"
-    why = findings(Results(results.campaign))[2].text
-    assert "one push tells how strong a medium is" in why
-    expected = [
-        curve["force_z_N"].max() + add
-        for _, curve in predicted.groupby("leg", sort=False)
-        for add in (0, -0.1, 0.1)
-    ]
-    assert numbers(text) == pytest.approx(expected, abs=0.05)
-
-
-def test_what_nine_terms_miss(tmp_path):
-    written = page_results(tmp_path)
-    table = written.table("coefficients.csv")
-    table["misfit_rms_N_per_cm3"] = table["medium"].map({"poppy_LP": 0.02, "poppy_CP": 0.09})
-    write(written, "coefficients.csv", table)
-    largest = [written[m].alpha["alpha_z_N_per_cm3"].max() for m in ("poppy_LP", "poppy_CP")]
-    text = next(
-        finding.text
-        for finding in findings(Results(written.campaign))
-        if finding.text.startswith("The nine terms")
-    )
-    assert numbers(text) == pytest.approx([2 / largest[0], 9 / largest[1]], abs=0.5)
-    # nine directions are met whatever the medium is
-    for medium in ("poppy_LP", "poppy_CP"):
-        write(written, f"alpha/{medium}.csv", written.table(f"alpha/{medium}.csv").iloc[:9])
-    findings_left = findings(Results(written.campaign))
-    assert not any(finding.text.startswith("The nine terms") for finding in findings_left)
-
-
-def test_a_robot_without_a_measured_speed_tells_how_fast_it_runs(tmp_path):
-    written = page_results(tmp_path, robot=True)
-    errors, speed = (written.table(f"robot/{name}.csv") for name in ("errors", "speed"))
-    write(written, "robot/errors.csv", errors.assign(measured_cm_per_s=np.nan))
-    fast = speed["frequency_Hz"] == speed["frequency_Hz"].max()
-    write(written, "robot/speed.csv", speed.assign(warning=np.where(fast, "too fast", "")))
-    text = findings(Results(written.campaign))[2].text
-    table_speeds = speed[~fast & (speed["profile"] == "table")]
-    best = table_speeds.loc[table_speeds["speed_cm_per_s"].idxmax()]
-    expected = [best[name] for name in ("speed_cm_per_s", "frequency_Hz", "curvature_times_R")]
-    assert numbers(text) == pytest.approx(expected, abs=0.5)
 
 
 def test_what_must_be_known_stands_first_and_in_the_verdict(tmp_path):

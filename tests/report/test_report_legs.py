@@ -7,13 +7,12 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from figure_faults import figure_faults
+from coverage_levels import sweep
 from matplotlib.figure import Figure
 from matplotlib.text import Annotation
-from memory import memory, of_runs
 from numpy.testing import assert_allclose, assert_array_equal
-from text_boxes import words
-from turning import sweep
+from pages import figure_faults, words
+from result_tables import memory, of_runs
 
 from rftfit import reference
 from rftfit.campaign.config import Leg
@@ -29,7 +28,7 @@ from rftfit.figures.legs import (
     plot_peak_errors,
 )
 from rftfit.figures.sands import plot_penetration as draw_penetration
-from rftfit.figures.style import content, save
+from rftfit.figures.style import content
 from rftfit.forces.motion import THETA_DEG
 from rftfit.forces.outlines import model_leg
 from rftfit.model.fourier import as_array
@@ -207,15 +206,6 @@ def panels(figure):
     return ["\n".join(t.get_text() for t in axes.texts) for axes in figure.axes]
 
 
-def test_the_order_of_rows_does_not_matter(tmp_path):
-    ours, theirs = (t.sample(frac=1, random_state=1) for t in (predicted(), measured()))
-    files = save(plot_legs(results(), "poppy_LP"), tmp_path / "one")
-    shuffled_files = save(
-        plot_legs(results(predicted=ours, measured=theirs), "poppy_LP"), tmp_path / "other"
-    )
-    assert [path.read_bytes() for path in files] == [path.read_bytes() for path in shuffled_files]
-
-
 def test_the_curves_drawn_are_those_of_the_tables():
     figure = drawn("legs")
     seen, flat = (
@@ -254,55 +244,6 @@ def test_each_push_into_a_sand_has_its_own_fit():
     content(figure, "svg")
     assert figure_faults(figure) == []
     assert any("2 tests, stated" in text for text in words(figure))
-
-
-def test_a_fourth_sand_begins_a_row_below():
-    """Three panels stand side by side."""
-    tests_of_sands = pushed(*sand_tables())
-    tests_of_sands.sands = tuple(2 * SANDS)
-    figure = draw_penetration(tests_of_sands)
-    lefts, bottoms = np.array([axes.get_position().p0 for axes in figure.axes]).T
-    assert lefts[0] < lefts[1] < lefts[2]
-    assert lefts[3] == lefts[0]
-    assert bottoms[0] == bottoms[1] == bottoms[2]
-    assert 0 < bottoms[3] < bottoms[0] < 1
-
-
-def test_a_leg_that_is_not_measured_is_told_in_its_panels():
-    without = results(measured=measured().query("leg != 'flat_leg'"))
-    for figure, count in (
-        (plot_legs(without, "poppy_LP"), 2),
-        (plot_legs_by_medium(without), len(MEDIA)),
-        (plot_forces_over_zeta(without), 2),
-    ):
-        assert sum("not measured" in text for text in panels(figure)) == count
-
-
-def test_a_prediction_without_numbers_is_told_with_its_reason():
-    table = predicted()
-    bad = (table["leg"] == "c_leg") & (table["profile"] == "table")
-    table.loc[bad, [name for name in table if str(name).startswith("force")]] = np.nan
-    table.loc[bad, "reason"] = "cell (30, 45) is missing"
-    lost = results(predicted=table)
-    for figure in (plot_legs(lost, "poppy_LP"), plot_legs_by_medium(lost)):
-        text = " ".join(panels(figure)).replace("\n", " ")
-        assert "(cell (30, 45) is missing)" in text
-
-
-def test_a_medium_without_any_data_has_a_row_that_says_so():
-    figure = plot_legs_by_medium(results(["poppy_LP", "poppy_CP"]))
-    empty = [text for text in panels(figure) if "not measured" in text and "no prediction" in text]
-    assert len(empty) == len(reference.LEGS)
-    assert "poppy seeds, close" in words(figure)
-
-
-def test_a_medium_without_zeta_is_named_in_the_panels():
-    table = penetration().assign(reason="no fit")
-    table.loc[table["medium"] == "poppy_LP", "zeta"] = np.nan
-    figure = plot_forces_over_zeta(results(penetration=table))
-    assert all("no curve: poppy seeds, loose" in text.replace("\n", " ") for text in panels(figure))
-    figure = plot_forces_over_zeta(results(penetration=table.assign(zeta=np.nan)))
-    assert "3 mm glass, close: no fit" in words(figure)
 
 
 def test_penetration_marks_the_detected_end_and_says_what_is_missing():
@@ -390,22 +331,6 @@ def test_the_sketch_has_a_scale_and_names_its_axes(paper_config):
     bar = axes.lines[-1]
     assert np.ptp(bar.get_xdata()) == pytest.approx(2)
     assert bar.get_color() == "black"
-
-
-def test_legs_are_those_of_the_config():
-    half_leg = Leg(
-        shape="leg",
-        curvature_times_R=0.5,
-        max_length_cm=6,
-        width_cm=2,
-        thickness_cm=0.5,
-        hip_height_cm=1,
-    )
-    curve = predicted().query("medium == 'poppy_LP' and leg == 'c_leg'")
-    table = pd.concat([curve, curve.assign(leg="half $ leg")])
-    figure = plot_legs(results(predicted=table, legs={"half $ leg": half_leg}), "poppy_LP")
-    assert any(r"half \$ leg" in text for text in words(figure))
-    assert len(figure.axes) == 3
 
 
 @pytest.mark.parametrize("draw", [plot_legs_by_medium, plot_legs_depth_only])

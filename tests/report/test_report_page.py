@@ -13,8 +13,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from numpy.testing import assert_allclose, assert_array_equal
-from page_inputs import (
+from pages import untrue
+from paper import PROJECT
+from result_tables import (
     HOLED,
     NASTY,
     SAND_ALPHA,
@@ -23,14 +24,10 @@ from page_inputs import (
     sand_results,
     write,
 )
-from paper import PROJECT
-from true_sentences import untrue
 
 import rftfit
 from rftfit import reference
-from rftfit.campaign.config import Maps, TableSettings
-from rftfit.forces.outlines import model_leg
-from rftfit.lab.marker import MARKER
+from rftfit.campaign.config import Maps
 from rftfit.measure.alpha import column
 from rftfit.measure.flags import remark
 from rftfit.model.scaling import published
@@ -38,7 +35,6 @@ from rftfit.page.live import live_data
 from rftfit.page.methods import constants, paragraphs, settings_digest
 from rftfit.page.outcome import most_serious_flag, outcome_of_runs, rows_by_reason
 from rftfit.page.page import page as make_page
-from rftfit.page.workbooks import workbooks
 from rftfit.results import Results, open_results
 
 GAP = remark("gap", seconds=1.51)
@@ -161,31 +157,6 @@ def test_summary_counts_runs_and_names_the_worst_flag(results, page, read):
     assert [row[3] for row in read.tables["dropped"][1][1:]] == [str(row["rows"]) for row in rows]
 
 
-def test_numbers_of_the_live_parts(page, results):
-    data = live(page)
-    assert_array_equal(data["legs"]["c_leg"]["body"], model_leg("c_leg").body)
-    measured = np.array(data["alpha"]["poppy_LP"]["z"], dtype=float)
-    assert_allclose(measured, reference.alpha_grid("poppy_LP")[0], atol=1e-6)
-    curve = data["predicted"]["poppy_LP"]["flat_leg"]["fourier"]
-    rows = results.table("predicted.csv").query("medium == 'poppy_LP' and leg == 'flat_leg'")
-    rows = rows[rows["profile"] == "fourier"]
-    # the ends of intervals have three digits
-    assert_allclose(curve["force_z_hi_N"], rows["force_z_hi_N"], rtol=5e-3)
-    # the script calculates the forces itself, and knows the theta of a turn by 1 deg
-    assert "force_z_N" not in curve
-    assert curve["theta_deg"] == [*rows["theta_deg"]]
-    assert "theta_deg" not in data["push"]["legs"]["c_leg"]
-    assert [entry["media"] for entry in data["references"]] == [5, 5]
-    assert np.array(data["push"]["map"]["z"]).shape == (7, 13)
-    assert set(data["profiles"]["yuma"]) == {"map", "generic"}
-    assert [entry["key"] for entry in data["media"]] == [*reference.MEDIA, "yuma"]
-    # missing cells say why
-    cells, why = data["alpha"][HOLED], "no tare: rod_p_017 is too short"
-    assert cells["z"][2][9] is None
-    assert cells["notes"]["2,9"] == why
-    assert f"(-30, 45): {why}" in data["profiles"][HOLED]["table"]["reason"]
-
-
 def test_own_media_are_known_shapes_where_the_config_says_so(tmp_path):
     results = page_results(tmp_path)
     table = results.table("alpha/poppy_LP.csv")
@@ -208,14 +179,6 @@ def test_text_of_the_user_is_escaped(tmp_path):
     assert live(page)["media"][0]["title"] == NASTY
     for section in ("summary", "coefficients", "scaling", "legs", "dropped", "reproduction"):
         assert NASTY in read.text[section]
-
-
-def test_every_verdict_on_the_paper_has_its_colour(page, read):
-    attributes = [dict(attributes) for tag, attributes in read.tags if tag == "td"]
-    classes = {attribute.get("class") or "" for attribute in attributes}
-    for name in ("same", "differs", "paper-inconsistent"):
-        assert f"verdict {name}" in classes
-        assert f".verdict.{name}" in page
 
 
 def test_reproduction_puts_first_what_is_not_the_same(read):
@@ -279,53 +242,6 @@ def test_a_term_that_is_not_kept_and_what_the_nine_miss(tmp_path):
     assert "poppy seeds, loose: stated" in " ".join(text.split())
 
 
-def test_methods_name_the_window_that_was_used(tmp_path):
-    results = sand_results(tmp_path)
-    fits = pd.DataFrame({"run_id": ["y1"], "medium": ["yuma"], "direction": ["intrusion"]})
-    write(results, "fits/yuma.csv", fits)
-    text = paragraphs(Results(results.campaign), outcome_of_runs(results))[0]
-    assert "Yuma sand down to 2 cm" in text
-    laboratory = page_results(tmp_path / "more")
-    fit = {"submergence_cm": 0.5, "max_depth_cm": 3.0}
-    stated = with_config(laboratory, fit=laboratory.config.fit.model_copy(update=fit))
-    text = paragraphs(stated, outcome_of_runs(stated))[0]
-    assert "0.5 cm to 3 cm" in text
-    # marked as re-enacted: page and Methods say so
-    results.campaign.raw.mkdir(exist_ok=True)
-    (results.campaign.raw / MARKER).write_text("made by rftfit reenact\n", "utf-8")
-    marked = Results(dataclasses.replace(results.campaign))
-    assert "Simulated, not measured." in make_page(marked)
-    assert untrue(marked) == []
-
-
-@pytest.mark.parametrize(("points", "words"), [(4, "as independent"), (40, "allow for the corr")])
-def test_methods_of_a_table_of_stress(tmp_path, points, words):
-    results = page_results(tmp_path)
-    alpha = results["poppy_LP"].alpha.assign(alpha_z_se_N_per_cm3=0.01)
-    write(results, "alpha/poppy_LP.csv", alpha)
-    fits = pd.DataFrame({"run_id": ["p1"], "medium": ["poppy_LP"], "n_points": [points]})
-    write(results, "fits/poppy_LP.csv", fits)
-    changed = with_config(results, table=TableSettings(holds="stress"))
-    assert words in paragraphs(changed, outcome_of_runs(changed))[0]
-
-
-def test_page_of_plates_alone_and_without_a_robot(tmp_path):
-    results = page_results(tmp_path)
-    names = [
-        *("predicted", "leg_errors", "contacts", "sands", "sand_correction"),
-        *(f"legs/{m}" for m in results.media),
-    ]
-    for name in names:
-        write(results, f"{name}.csv", pd.DataFrame())
-    page = make_page(Results(results.campaign))
-    read = PageParser(page)
-    assert read.open == []
-    assert live(page)["robot"] is None
-    assert read.tables["sands"] == read.tables["viewer"] == []
-    assert not {"legs", "robot"} & set(read.tables)
-    assert "c-leg" not in read.tables["summary"][0][0]
-
-
 def test_a_campaign_without_legs_has_no_place_for_them(tmp_path):
     results = sand_results(tmp_path)
     plates = {
@@ -367,13 +283,6 @@ def test_page_of_a_campaign_that_lacks_most(make, medium, tmp_path):
         assert (
             read.rows("summary")["poppy seeds, loose|0 runs"][0] == "no result|no run gave a slope"
         )
-
-
-def test_workbooks_read_what_their_stage_declares(results):
-
-    names = [f"{table}/{m}.csv" for table in ("checks", "alpha") for m in results.media]
-    paths = [f"results/{name}" for name in (*names, "coefficients.csv", "penetration.csv")]
-    assert workbooks(results.only(paths))
 
 
 def with_config(results, **changes):

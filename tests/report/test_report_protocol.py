@@ -3,12 +3,12 @@
 Also tested: the figure of all media at a few angles (linearity).
 """
 
-import chain_tables as chain
 import numpy as np
 import pandas as pd
 import pytest
-from memory import memory, of_runs
-from text_boxes import words
+import result_tables as chain
+from pages import words
+from result_tables import memory, of_runs
 
 from rftfit.campaign.config import Fit
 from rftfit.figures import protocol, style

@@ -3,26 +3,22 @@
 Also tested: the figure of runs beside their repeats.
 """
 
-from collections.abc import Hashable
-
-import chain_tables as chain
 import numpy as np
 import pandas as pd
 import pytest
+import result_tables as chain
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgba
-from memory import memory, of_runs
 from numpy.testing import assert_allclose, assert_array_equal
-from text_boxes import words
+from pages import words
+from result_tables import memory, of_runs
 
-from rftfit.compare.peers import COLUMNS, compare_runs
+from rftfit.compare.peers import compare_runs
 from rftfit.figures import style
 from rftfit.figures.labels import alpha_half_width
 from rftfit.figures.maps import along_motion, edges, pivot, refine
 from rftfit.figures.quality import draw_quality, plot_quality, plot_runs_side_by_side, runs_on_pages
-from rftfit.figures.registry import figures
-from rftfit.figures.style import save
-from rftfit.figures.traces import panel_limits, problem_text, round_up_125, stress_of, thin
+from rftfit.figures.traces import panel_limits, round_up_125, stress_of, thin
 from rftfit.measure.flags import Flags, attach_run, flag_table, remark
 
 
@@ -71,19 +67,6 @@ def test_a_sheet_has_every_run_and_marks_the_bad_ones(medium):
     assert "not measured" not in text
     width, height = figure.get_size_inches() * 2.54
     assert (width, height) == pytest.approx((42.0, 29.7))
-
-
-def test_sheets_are_the_same_bytes_whatever_the_order_of_rows(medium, tmp_path):
-    traces, fits = medium
-    some = fits["run_id"].iloc[:30]
-    fits, traces = fits[fits["run_id"].isin(some)], traces[traces["run_id"].isin(some)]
-    (figure,) = draw_quality(traces, fits, Flags(), "poppy")
-    mixed = traces.sort_values("run_id", ascending=False, kind="stable")
-    (mixed_figure,) = draw_quality(mixed, fits.sample(frac=1, random_state=1), Flags(), "poppy")
-    for first, second in zip(
-        save(figure, tmp_path / "a"), save(mixed_figure, tmp_path / "b"), strict=True
-    ):
-        assert first.read_bytes() == second.read_bytes(), first.suffix
 
 
 def test_the_sheet_of_a_campaign_is_drawn_from_its_tables(medium):
@@ -168,21 +151,6 @@ def test_panel_scales_are_round_and_hold_the_trace():
     assert panel_limits({"stress_x_N_per_cm2": np.full(3, np.nan)}) == pytest.approx((-0.01, 0.05))
 
 
-def test_a_problem_is_told_in_few_words():
-    cut = remark("motion-log-cut")
-    flags = Flags(flag_table("poppy_LP", "ingest", attach_run("p1", [cut])))
-    fit: dict[Hashable, object] = {
-        "run_id": "p0",
-        "reason": "",
-        "alpha_z_N_per_cm3": 0.1,
-        "alpha_x_N_per_cm3": 0.1,
-    }
-    assert problem_text(fit, flags) == ""
-    assert problem_text(fit | {"alpha_x_N_per_cm3": np.nan}, flags) == "no alpha"
-    assert problem_text(fit | {"run_id": "p1", "reason": "no tare"}, flags) == f"no tare; {cut}"
-    assert problem_text(fit | {"run_id": "p1", "reason": np.nan}, flags) == str(cut)
-
-
 def test_grids_of_the_alpha_table():
     table = chain.alpha_table("poppy_LP")
     beta, gamma, values = pivot(table.sample(frac=1, random_state=2), "alpha_z_N_per_cm3")
@@ -254,12 +222,3 @@ def test_runs_side_by_side(count, wrong, per_direction, sentence):
         assert f"{number}  {style.plain(name)}: $\\alpha_z$ " in text
         assert words(page).count(f"{number}") == 1
     assert ("and 2 more" in text) == (wrong == 8)
-
-
-@pytest.mark.parametrize("table", [pd.DataFrame(columns=COLUMNS), repeats(1, 0, 1)])
-def test_without_two_runs_there_is_nothing_side_by_side(table):
-    results = memory({"peers/{medium}.csv": table}, ["poppy_LP"])
-    assert not next(
-        figure for figure in figures() if figure.name == "runs_side_by_side"
-    ).caption_of(results)
-    assert "nothing to compare" in words(plot_runs_side_by_side(results))[0]

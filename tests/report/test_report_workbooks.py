@@ -3,13 +3,13 @@
 import io
 from itertools import takewhile
 
-import chain_tables as chain
 import numpy as np
 import pytest
+import result_tables as chain
 from numpy.testing import assert_allclose
 from openpyxl import load_workbook  # type: ignore[import-untyped]
-from page_inputs import bare_campaign, write
 from paper import paper_config
+from result_tables import bare_campaign, write
 
 import rftfit
 from rftfit import reference
@@ -85,17 +85,6 @@ def test_alpha_workbook_holds_the_tables(results, books):
                 same(numbers(block(sheet, head)[2]), half)
 
 
-def test_sheets_can_be_read_on_screen_and_on_paper(books):
-    for sheet in (sheet for book in books for sheet in book.worksheets):
-        assert sheet.freeze_panes == ("A3" if sheet.title == "About" else "B3")
-        assert (sheet.print_title_rows, sheet.print_title_cols) == ("$1:$2", "$A:$A")
-        setup = sheet.page_setup
-        assert (setup.orientation, setup.fitToHeight) == ("landscape", 0)
-        assert sheet.sheet_properties.pageSetUpPr.fitToPage
-        assert sheet.cell(1, 1).value
-        assert sheet.cell(1, 1).font.bold
-
-
 def test_missing_cells_say_so_and_why(books):
     sheet = books[0]["poppy_LP"]
     empty = [cell for row in sheet.iter_rows() for cell in row if cell.value == "no run"]
@@ -153,17 +142,6 @@ def test_coefficient_workbook_holds_values_intervals_and_what_was_published(resu
         for place, medium in enumerate(MEDIA):
             printed_terms = reference.coefficients(medium)
             same(numbers(printed[2])[:, place], [printed_terms[term] for term in (*TERMS, "zeta")])
-
-
-def test_dropped_terms_are_grey(results, books):
-    sheet, rows = books[1]["lsq"], results.table("coefficients.csv").query("method == 'lsq'")
-    kept = rows.set_index(["medium", "coefficient"])["kept"]
-    assert not kept.all()
-    for j, medium in enumerate(MEDIA, start=2):
-        for i, term in enumerate(TERMS, start=5):
-            color = sheet.cell(i, j).font.color
-            grey = color is not None and color.rgb == "FF9A9A9A"
-            assert grey == (not kept[medium, term])
 
 
 def test_campaign_without_coefficients(tmp_path):

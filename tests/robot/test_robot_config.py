@@ -7,7 +7,7 @@ import pytest
 from rftfit.campaign.problems import CampaignError
 from rftfit.campaign.schema import json_schema
 from rftfit.robot.body import assemble
-from rftfit.robot.config import Robot, main, paper_robot, paper_robot_path, read_robot
+from rftfit.robot.config import Robot, main, paper_robot_path, read_robot
 
 GOOD = """\
 title: small
@@ -37,17 +37,6 @@ def wrong(folder, text):
     with pytest.raises(CampaignError) as caught:
         read(folder, text)
     return list(caught.value.problems)
-
-
-def test_the_papers_robot():
-    robot = paper_robot()
-    assert (robot.body.mass_g, robot.body.inertia_g_cm2) == (150, 2080)
-    assert (robot.legs.max_length_cm, robot.legs.width_cm) == (4.1, 1.0)
-    belly = robot.body.plates["belly"]
-    assert (belly.to_cm[0] - belly.from_cm[0], belly.width_cm) == (13, 2)
-    text = paper_robot_path().read_text("utf-8")
-    for mark in ("given", "calibrated", "assumed", "studies/calibrate.py"):
-        assert mark in text
 
 
 def test_any_robot(tmp_path):

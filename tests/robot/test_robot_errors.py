@@ -7,10 +7,8 @@ import pandas as pd
 import pytest
 
 from rftfit.compare.robot import COLUMNS, optima, optimum_interval, robot_claims
-from rftfit.reference import load
 from rftfit.robot.speeds import (
     ERRORS,
-    MEASURED,
     count_within_alpha_error,
     count_within_model_error,
     measured_speeds,
@@ -43,26 +41,6 @@ def trials():
         "reason",
     ]
     return pd.DataFrame(rows, columns=names)
-
-
-def test_trials_become_conditions():
-    table = measured_speeds(trials(), PLACES)
-    assert [*table.columns] == MEASURED
-    speeds = table[["speed_cm_per_s", "speed_sd_cm_per_s"]].to_numpy(float)
-    np.testing.assert_allclose(speeds, [[21, math.sqrt(2)], [10, np.nan], [np.nan, np.nan]])
-    assert list(table["trials"]) == [2, 1, 0]
-    assert list(table["calibrated"]) == ["yes", "no", "no"]
-    assert table["reason"][0] == "c: 2 strides"
-
-
-def test_published_speeds_stand_in():
-    table = published_speeds("poppies", PLACES)
-    figure = load("fig_4c")
-    assert len(table) == (figure["stride_frequency_Hz"] > 0.01).sum() == 42
-    assert table["condition"].is_unique
-    assert set(table["medium"]) == {"poppies"}
-    assert (table["calibrated"] == "yes").sum() == 3
-    assert table["speed_cm_per_s"].sum() == pytest.approx(figure["speed_cm_per_s"].sum() - 7 * 0.02)
 
 
 def simulated(factor, profile="table"):

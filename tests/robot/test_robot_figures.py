@@ -3,16 +3,14 @@
 import numpy as np
 import pandas as pd
 import pytest
-from figure_faults import figure_faults
-from matplotlib.colors import is_color_like, to_rgb
-from memory import memory
+from matplotlib.colors import to_rgb
 from numpy.testing import assert_allclose
+from pages import figure_faults
+from result_tables import memory
 
 from rftfit.compare.robot import optima
 from rftfit.figures.animation import animation_frames
-from rftfit.figures.registry import figures
 from rftfit.figures.robot import (
-    curvature_looks,
     draw_motion,
     group_names,
     plot_curvature,
@@ -164,27 +162,6 @@ def test_a_robot_upside_down_is_marked():
     assert not any(xy(line).size for line in page.axes[1].lines if line.get_marker() == "x")
 
 
-def test_speeds_without_a_measurement():
-    figure = plot_profiles(swept(speeds(), compared().iloc[:0]), "robot")
-    assert inside(figure) == []
-    assert len(figure.axes) == 6
-    # seven of the curvatures that were simulated
-    assert sum(xy(line).shape[1] == 4 for line in figure.axes[0].lines) == 7
-    entries = [text.get_text() for text in figure.legends[0].get_texts()]
-    shown = [entry.rpartition(" ")[2].replace("\N{MINUS SIGN}", "-") for entry in entries]
-    assert [float(curvature) for curvature in shown] == [-1, -0.8, -0.4, 0, 0.4, 0.8, 1]
-    (told,) = plot_speed(swept(speeds().iloc[:0], compared()), "robot").texts
-    assert "no simulated speed" in told.get_text()
-
-
-def test_curvatures_look_different():
-    looks = curvature_looks([-1, -0.92, -0.6, 0, 0.6, 0.92, 1])
-    assert len({colour for colour, _ in looks.values()}) == 7
-    red, blue = (int(looks[1][0][i : i + 2], 16) for i in (1, 5))
-    assert red > blue
-    assert all(is_color_like(colour) for colour, _ in looks.values())
-
-
 def test_optimum_is_drawn_where_it_is():
     runs = speeds()
     best = optima(runs)
@@ -266,22 +243,6 @@ def test_stance_shows_the_forces_of_one_tripod(every):
     assert 0 < len(np.asarray(arrows.get_offsets())) <= len(elements)
     above = elements[elements["at_z_cm"] >= 0]
     assert not above[["force_z_N", "force_x_N"]].any(axis=None)
-
-
-def test_each_sweep_has_its_figures():
-    results = memory(
-        {"robot_full/errors.csv": compared(), "robot_full/speed.csv": speeds().assign(warning="")}
-    )
-    for draw, panels in ((plot_speed, 1), (plot_profiles, 6)):
-        assert len(draw(results, "robot_full").axes) == panels
-    figures_by_file = {
-        figure.file(sweep): figure
-        for figure in figures()
-        for sweep in figure.media(results.campaign)
-    }
-    assert [
-        figures_by_file[f"figures/{name}_speed"].on_demand for name in ("robot", "robot_full")
-    ] == [False, True]
 
 
 def test_arrows_of_an_animation_begin_at_the_loaded_elements():

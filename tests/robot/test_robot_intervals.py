@@ -3,7 +3,6 @@
 import math
 
 import numpy as np
-import pandas as pd
 import pytest
 from numpy.testing import assert_allclose
 
@@ -14,10 +13,6 @@ from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, TableProfile
 from rftfit.reference import alpha_grid
 from rftfit.robot.config import paper_robot
 from rftfit.robot.intervals import (
-    BEST,
-    SPEED,
-    SPEED_MODEL,
-    WIDTH_COLUMNS,
     Width,
     best_width,
     coarser,
@@ -26,7 +21,6 @@ from rftfit.robot.intervals import (
     model_widths,
     speed_widths,
     speeds_of,
-    widths,
     with_arc_scaled,
     with_model_error,
 )
@@ -160,15 +154,3 @@ def test_no_interval_of_a_best_curvature_at_the_end():
     width = best_width(paper_robot(), NINE, each_draw(nine_draws(0.001, 2), 2), 0.95)
     assert math.isnan(width.half)
     assert codes_of(width.why) == "best-at-end"
-
-
-def test_table_of_widths():
-    places = {"curvature_times_R": [1.0, 0.8, 0.0], "frequency_Hz": [5.0, 5.0, np.nan]}
-    profile = FourierProfile(NINE.coefficients, spread=nine_draws(0.002, 3))
-    table = widths(paper_robot(), {"generic": profile}, pd.DataFrame(places), 0.95)
-    assert list(table.columns) == WIDTH_COLUMNS[1:]
-    assert list(table["quantity"]) == [SPEED, SPEED, SPEED_MODEL, SPEED_MODEL, BEST]
-    assert set(table["draws"]) == {3}
-    speeds = table[table["quantity"] == SPEED]
-    assert (speeds["half_width"] > 0).all()
-    assert list(speeds["curvature_times_R"]) == [1.0, 0.8]

@@ -45,23 +45,6 @@ def test_one_step_is_the_twins(robot, profile, curvature, height_cm):
             agree(profile, parts, state, turn, rate, rk4=rk4)
 
 
-@pytest.mark.statistics
-@pytest.mark.parametrize("rk4", [False, True])
-def test_many_steps_are_the_twins(robot, profile, rk4):
-    state = np.array([0.0, 3.2, 0.05, 10.0, -5.0, 0.3])
-    agree(
-        profile,
-        assemble(robot, 1.0),
-        state,
-        0.2,
-        12.0,
-        step_s=5e-4,
-        steps=seeds(200, 50),
-        off=1e-7,
-        rk4=rk4,
-    )
-
-
 @pytest.mark.parametrize("count", [1, 31, 32, 33, 100])
 def test_any_number_of_elements(robot, table, count):
     numerics = robot.numerics.model_copy(update={"elements": count})

@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from page_inputs import bare_campaign, write_robot
+from result_tables import bare_campaign, write_robot
 
 from rftfit.errors import InputError
 from rftfit.model.profiles import TableProfile

@@ -11,9 +11,9 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
-from jobs import planned_jobs, run_rules
-from light_campaign import LABORATORY, alpha_frame, make_campaign
+from campaigns import planned_jobs, run_rules
 from numpy.testing import assert_allclose
+from result_tables import LABORATORY, alpha_frame, make_campaign
 
 import rftfit
 from rftfit import reference
@@ -23,26 +23,14 @@ from rftfit.campaign.problems import CampaignError
 from rftfit.cli import simulate
 from rftfit.errors import InputError
 from rftfit.lab.tracks import TRIALS, plan_trials, track_files
-from rftfit.model.fourier import as_array
-from rftfit.model.profiles import FourierProfile, TableProfile
+from rftfit.model.profiles import TableProfile
 from rftfit.results import open_results
 from rftfit.robot import PROFILES, sweep
-from rftfit.robot.config import paper_robot
-from rftfit.robot.intervals import SPEED
-from rftfit.robot.intervals import WIDTH_COLUMNS as WIDTHS
 from rftfit.robot.run import Condition
 from rftfit.robot.speeds import speed_errors
-from rftfit.robot.sweep import conditions_of, run_all, speed_table
 from rftfit.store import write_csv, write_text
 from rftfit.workflow import robot as stages
-from rftfit.workflow.job import main
-from rftfit.workflow.robot import (
-    profiles_of,
-    robot_measured,
-    robot_profile,
-    robot_runs,
-    robot_speeds,
-)
+from rftfit.workflow.robot import profiles_of, robot_measured, robot_profile, robot_runs
 from rftfit.workflow.state import States, read_states
 
 PROJECT = Path(__file__).parents[2]
@@ -212,26 +200,6 @@ def test_an_own_robot_is_neither_calibrated_nor_compared_with_the_papers(root):
 
 # --- the sweep ---------------------------------------------------------------------------------------
 
-FEW = [Condition(5.0, k, phase) for k in (0.6, 0.8) for phase in (0.0, 1 / 3)]
-
-
-@pytest.fixture(scope="module")
-def straight():
-    profile = FourierProfile(as_array(reference.coefficients("poppy_LP")))
-    return run_all(paper_robot(), profile, FEW, 1)
-
-
-def test_conditions_of_the_sweeps():
-    table = pd.DataFrame(
-        {"curvature_times_R": [0.6, 1.0, 0.0], "frequency_Hz": [2.01, 5.0, np.nan]}
-    )
-    full, reduced = (conditions_of(table, full=full) for full in (True, False))
-    assert len({*full}) == len(full) == 51 * 26 * 3 + 3
-    assert {*reduced} < {*full}
-    fine = [c for c in reduced if c.frequency_Hz == 5 and c.curvature_times_R > 0.4]
-    assert len(fine) == 15
-    assert any((c.curvature_times_R, c.frequency_Hz) == (0.6, 2.01) for c in reduced)
-
 
 def with_alpha(root, values=None, **fourier):
     """The campaign with an alpha table of its medium: the paper's, or another."""
@@ -243,41 +211,6 @@ def with_alpha(root, values=None, **fourier):
     table = alpha_frame("poppy_LP", values or reference.alpha_grid("poppy_LP"))
     write_csv(table, root / "results" / "alpha" / "poppy_LP.csv")
     return open_results(root)
-
-
-def test_tables(root, straight, monkeypatch):
-    results, folder = with_alpha(root), root / "results" / "robot"
-    seen = pd.DataFrame(
-        {
-            "condition": ["a", "b"],
-            "medium": "poppy_LP",
-            "curvature_times_R": [0.6, 0.9],
-            "frequency_Hz": 5.0,
-            "frequency_sd_Hz": np.nan,
-            "speed_cm_per_s": [50.0, 60.0],
-            "speed_sd_cm_per_s": 1.0,
-            "trials": 3,
-            "calibrated": ["yes", "no"],
-            "source": "marker tracks",
-            "reason": "",
-            "reason_code": "",
-        }
-    )
-    table = speed_table(straight).assign(profile="table", medium="poppy_LP")
-    half = pd.DataFrame([("poppy_LP", "table", SPEED, 0.6, 5.0, 1.5, 12, "", "")], columns=WIDTHS)
-    monkeypatch.setattr(stages, "PROFILES", ("table",))
-    for name, stage_table in (("measured", seen), ("runs_table", table), ("intervals", half)):
-        write_csv(stage_table, folder / f"{name}.csv")
-    speed, optimum, errors = robot_speeds(results)
-    assert list(speed["calibrated"]) == ["yes", "yes", "no", "no"]
-    assert optimum.empty  # two curvatures are no sweep
-    mean = np.mean([run.speed_cm_per_s for run in straight[:2]])
-    row = errors.iloc[0]
-    assert row["simulated_cm_per_s"] == pytest.approx(mean, rel=1e-4)
-    ends = row[["simulated_from_alpha_lo_cm_per_s", "simulated_from_alpha_hi_cm_per_s"]]
-    assert list(ends) == pytest.approx([mean - 1.5, mean + 1.5], rel=1e-4)
-    assert row["error_percent"] == pytest.approx(100 * (mean / 50 - 1), rel=1e-3)
-    assert errors["reason_code"].iloc[1] == "not-simulated"
 
 
 # --- profiles ------------------------------------------------------------------------------------------
@@ -343,19 +276,6 @@ def test_a_dropped_term_is_not_in_the_profile(root):
     )
     assert len(set(less.parameters[0].ravel()) - {0.0}) < 9
     assert less.alpha(0, np.pi / 2)[0] != pytest.approx(full.alpha(0, np.pi / 2)[0])
-
-
-def test_jobs_can_be_started_by_name(root, capsys, monkeypatch):
-    monkeypatch.chdir(root)
-    (job,) = [
-        job for job in planned_jobs(root / "config" / "config.yaml") if job.rule == "robot_measured"
-    ]
-    files = ["--reads", *job.reads, "--writes", *job.writes]
-    assert main([job.reads[-1], *files]) == 0
-    assert (root / "results" / "robot" / "measured.csv").is_file()
-    files[1] = "results/state/robot_sweeps.json"
-    assert main([files[1], *files]) == 2
-    assert f"{files[1]}: " in capsys.readouterr().err
 
 
 def test_a_robot_that_moves_back():

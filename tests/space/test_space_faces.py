@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.testing import assert_allclose, assert_array_equal
+from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation
 
 import rftfit
@@ -135,25 +135,6 @@ def test_compiled_and_plain_agree(profile, law, friction):
         assert_allclose(compiled, plain, rtol=0, atol=1e-12 * largest)
 
 
-@pytest.mark.parametrize("leg", ["c_leg", "flat_leg", "reversed_c_leg"])
-def test_a_leg_in_translation_is_that_of_the_plane(leg):
-    outline = rftfit.model_leg(leg)
-    theta = np.radians(np.arange(-135, 136, 15))
-    gamma = np.linspace(-np.pi, np.pi, theta.size)
-    vx, vz, none = -np.cos(gamma), -np.sin(gamma), 0 * gamma
-    flat = forces_on(POPPY, outline, np.stack([none, none - 3, theta, vx, vz, none], axis=-1))
-    motion = Motion3D(
-        np.stack([none, none, none - 3], axis=-1),
-        np.stack([vx, none, vz], axis=-1),
-        None,
-        Rotation.from_rotvec(theta[:, None] * [0, 1, 0]),
-    )
-    forces = compiled_mesh_forces(POPPY, Mesh.extrude(outline), motion)
-    assert_allclose(forces[:, 0], flat.force_x_N, atol=1e-12)
-    assert_allclose(forces[:, 2], flat.force_z_N, atol=1e-12)
-    assert_array_equal(forces[:, 6], 0)  # no face leaves its plane
-
-
 def test_a_turning_leg_differs_by_the_rule_within_a_strip():
     flat = forces_on(POPPY, rftfit.model_leg("c_leg"), rftfit.rotation([-40.0]).poses)
     forces = compiled_mesh_forces(POPPY, LEG, leg_at(-40))[0]
@@ -196,31 +177,6 @@ def test_the_law_is_continuous_at_level_faces_and_vertical_motion(
             vertical = [face_alpha(profile, any_one, v) for v in near]
             assert_allclose(level[0], level[1], atol=1e-6)
             assert_allclose(vertical[0], vertical[1], atol=1e-6)
-
-
-@PROPERTY
-@given(turn=angle, law=st.sampled_from(LAWS), friction=st.sampled_from([None, 0.5]))
-def test_rotation_of_mesh_motion_and_frame(turn, law, friction):
-    about_z = Rotation.from_rotvec([0, 0, turn])
-    for mesh, motion in ((Mesh.cylinder(6.25, 6, 24), slipping()), (Mesh.sphere(2, 8), SINKING)):
-        position, velocity, rate = motion.frames[0, :9].reshape(3, 3)
-        turned = Motion3D(position, about_z.apply(velocity), about_z.apply(rate), about_z)
-        rotated, original = (
-            compiled_mesh_forces(POPPY, mesh, mesh_motion, law, friction)[0]
-            for mesh_motion in (turned, motion)
-        )
-        expected = about_z.apply(original[:6].reshape(2, 3)).ravel()
-        centre = about_z.apply(original[10:13])
-        assert_allclose(rotated[:13], [*expected, *original[6:10], *centre], atol=1e-9)
-        of_rotated, of_original = (loads_by_direction(forces) for forces in (rotated, original))
-        turned_back = about_z.as_matrix() @ of_original @ about_z.as_matrix().T
-        assert_allclose(of_rotated, turned_back, atol=1e-9)
-
-
-def loads_by_direction(forces):
-    """Sum of f f^T / |f| over the faces, (3, 3)."""
-    xx, yy, zz, xy, xz, yz = forces[13:]
-    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
 def test_an_error_is_as_large_as_what_faces_bear_in_its_direction():

@@ -10,25 +10,6 @@ import rftfit
 from rftfit.errors import InputError
 
 POPPY = rftfit.TableProfile.published("poppy_LP")
-COLUMNS = [*(f"force_{axis}_N" for axis in "xyz"), *(f"moment_{axis}_N_cm" for axis in "xyz")]
-TURNED = np.array([[0.8, 0.0, 0.6], [0.0, 1.0, 0.0], [-0.6, 0.0, 0.8]])
-"""A rotation about y."""
-
-
-def test_forces_on_several_bodies_are_those_of_predict():
-    ball = rftfit.Mesh.sphere(3, 17)
-    wheel = rftfit.Mesh.cylinder(radius_cm=4, width_cm=2)
-    ground = rftfit.Ground(POPPY, [[ball], wheel], triangle_cm=9, delta_mm=0, tau_s=0)
-    position = [[0, 0, -1], [20, 5, 2]]
-    velocity = [[10, 2, -5], [3, 0, -1]]
-    rate = [[0.3, 0.2, -0.1], [0, 0.9, 0]]
-    forces = ground.step(position, [np.eye(3), TURNED], velocity, rate, 0.001)
-    for place, mesh in enumerate((ball, wheel)):
-        motion = rftfit.Motion3D(
-            position[place], velocity[place], rate[place], rotation=[np.eye(3), TURNED][place]
-        )
-        table = rftfit.predict(POPPY, mesh.refined(9), motion).iloc[0]
-        np.testing.assert_allclose(forces[place], table[COLUMNS].to_numpy(float), atol=1e-9)
 
 
 def test_a_resting_body_is_held_and_a_plain_law_holds_nothing():

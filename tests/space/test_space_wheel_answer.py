@@ -20,21 +20,6 @@ SAND = rftfit.scale(0.9)
 SMOOTH = rftfit.Mesh.cylinder(6.25, 6, facets=24)
 
 
-def test_a_sinkage_gives_the_mean_of_predict():
-    answer = rftfit.wheel(SAND, SMOOTH, [0.1, 0.3], sinkage_cm=2)
-    assert (answer.given, answer.rule, answer.friction) == ("sinkage", "none", None)
-    for row in answer.as_dict()["rows"]:
-        motion = rftfit.Motion3D.roll(SMOOTH, 2, row["slip"], 73)
-        mean = rftfit.predict(SAND, SMOOTH, motion, model_error=0).mean(numeric_only=True)
-        assert row["load_N"] == pytest.approx(mean["force_z_N"])
-        assert row["drawbar_N"] == pytest.approx(mean["force_x_N"])
-        assert row["torque_N_cm"] == pytest.approx(-mean["moment_y_N_cm"])
-        assert row["load_lo_N"] < row["load_N"] < row["load_hi_N"]
-        assert (
-            row["drawbar_model_lo_N"] < row["drawbar_lo_N"] < row["drawbar_N"] < row["drawbar_hi_N"]
-        )
-
-
 def test_a_load_and_a_sinkage_need_an_alpha(paddles):
     answer = rftfit.wheel(SAND, paddles, 0.3, sinkage_cm=1.5, load_N=20, friction=0.4)
     row = answer.table.iloc[0]

@@ -1,6 +1,6 @@
 import pytest
-from few_draws import few_draws
-from rigroom import RigRoom
+from campaigns import RigRoom
+from paper import few_draws
 
 
 @pytest.fixture(autouse=True)

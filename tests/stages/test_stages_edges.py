@@ -5,10 +5,8 @@ import shutil
 import numpy as np
 import pandas as pd
 import pytest
-from campaigns import Folder
-from jobs import run_rules
-from one_push import ALPHA, campaign_around, measured
-from shared_data import EDGES, needs
+from campaigns import Folder, run_rules
+from third_party import ALPHA, EDGES, campaign_around, measured, needs
 
 pytestmark = needs(EDGES)
 

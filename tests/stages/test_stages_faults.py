@@ -7,8 +7,8 @@ import math
 
 import pandas as pd
 import pytest
-from rigroom import RigRoom, paper, planned, row_of_run
-from told import told
+from campaigns import RigRoom, paper, planned, row_of_run
+from log_files import told
 
 from rftfit import reference
 from rftfit.campaign.load import load_campaign

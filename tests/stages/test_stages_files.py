@@ -10,9 +10,8 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 import pytest
-from jobs import planned_jobs, run_rules
+from campaigns import RigRoom, digests, planned, planned_jobs, run_rules
 from result_tables import read_result
-from rigroom import RigRoom, digests, planned
 
 from rftfit.errors import InputError, OutputError, RftfitError
 from rftfit.results import UndeclaredInput, open_results
@@ -50,29 +49,6 @@ def through_files(room, out, config):
     return files
 
 
-def assert_close(table, expected):
-    """Equal but for the six digits of a csv."""
-    assert list(table.columns) == list(expected.columns)
-    for name in table.columns:
-        if pd.api.types.is_numeric_dtype(table[name]) and pd.api.types.is_numeric_dtype(
-            expected[name]
-        ):
-            np.testing.assert_allclose(
-                table[name].to_numpy(float), expected[name].to_numpy(float), rtol=1e-5, err_msg=name
-            )
-        else:
-            # a column of text without a word comes back as one of NaN
-            texts = [frame[name].astype(object).fillna("").tolist() for frame in (table, expected)]
-            assert texts[0] == texts[1], name
-
-
-def assert_same_numbers(expected, results):
-    for name in ("fits", "alpha", "curves", "tares", "book"):
-        pd.testing.assert_frame_equal(
-            getattr(expected, name), getattr(results, name), check_exact=True
-        )
-
-
 @pytest.fixture
 def some(room):
     return room.add(*RUNS)
@@ -94,67 +70,6 @@ def measured(tmp_path_factory):
     files = through_files(room, out, config)
     assert digests(folder / "raw") == before
     return SimpleNamespace(config=config, out=out, files=files)
-
-
-def test_files_hold_what_the_functions_give(plain, measured):
-    p = measured.files
-    assert_close(read_result(p["fits"]), plain.fits)
-    assert_close(read_result(p["alpha"]), plain.alpha)
-    assert_close(read_result(p["legs"]), plain.curves)
-    assert_close(read_result(p["tares"]), plain.tares)
-    windows, tared = read_parquet(p["windows"]), read_parquet(p["tared"])
-    assert windows["run_id"].tolist() == tared["run_id"].tolist()
-    # the samples that the windows call good are the samples that were fitted
-    good = windows[windows["why"] == 0].groupby("run_id", observed=True).size()
-    for run, points in zip(plain.fits["run_id"], plain.fits["n_points"], strict=True):
-        assert good[run] == points
-
-
-def test_order_of_the_sheet_and_name_of_the_folder_do_not_matter(some, measured, tmp_path):
-    some.folder = tmp_path / "Übung 3, sable « fin »"
-    shuffled = np.random.default_rng(4).permutation(len(some.runs))
-    config = some.write(order=lambda rows: [rows[i] for i in shuffled])
-    through_files(some, tmp_path / "out", config)
-    shuffled_files, files = digests(tmp_path / "out"), digests(measured.out)
-    # an error that grows over a campaign is looked for in the order of its plate runs
-    ordered = {f"{folder}/checks/poppy_LP.json" for folder in ("state", "records")}
-    assert all(shuffled_files.pop(name) != files.pop(name) for name in ordered)
-    assert shuffled_files == files
-
-
-@pytest.mark.parametrize("dress", ["crlf", "bom", "cr", "comments", "quiet"])
-def test_dress_of_the_logs_does_not_matter(some, plain, dress):
-    for name, content in some.logs.items():
-        assert content is not None
-        some.logs[name] = {
-            "crlf": content.replace(b"\n", b"\r\n"),
-            "cr": content.replace(b"\n", b"\r"),
-            "bom": b"\xef\xbb\xbf" + content,
-            "comments": content + b"\n# end of the log\n\n",
-            "quiet": b"\n".join(x for x in content.split(b"\n") if not x.startswith(b"#")),
-        }[dress]
-    dressed = some.chain()
-    assert_same_numbers(plain, dressed)
-    dressed.check_ledger(some.counted)
-
-
-def test_units_of_the_rig_do_not_matter(some, plain):
-    """The same numbers from a rig that writes mN and metres, within what its files round."""
-    for name, content in some.logs.items():
-        log = pd.read_csv(io.BytesIO(content), comment="#")
-        for ending, unit, factor in (("_N", "_mN", 1e3), ("_mm", "_m", 1e-3)):
-            log.loc[:, log.columns.str.endswith(ending)] *= factor
-            log.columns = log.columns.str.replace(f"{ending}$", unit, regex=True)
-        some.logs[name] = log.to_csv(index=False, float_format="%.10g").encode()
-    some.config = some.config.replace("force_unit: N", "force_unit: mN").replace(
-        "position_unit: mm", "position_unit: m"
-    )
-    rescaled = some.chain()
-    assert (rescaled.fits["reason"] == "").all()
-    for c in "zx":
-        for q in ("", "_lo", "_hi"):
-            name = f"alpha_{c}{q}_N_per_cm3"
-            np.testing.assert_allclose(rescaled.fits[name], plain.fits[name], atol=2e-5)
 
 
 def test_surface_of_the_sheet_counts(some, plain):

@@ -9,10 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
-from foreign_logs import netft
-from jobs import run_rules
-from rigroom import RigRoom, chain
-from told import told
+from campaigns import RigRoom, chain, run_rules
+from log_files import netft, told
 
 from rftfit.campaign.load import check_campaign, load_campaign
 from rftfit.cli.main import main
@@ -149,25 +147,6 @@ def test_what_is_refused(foreign, key, column, code, named):
     assert (results.book["fate"] == "dropped").all()
 
 
-@pytest.mark.parametrize(
-    ("key", "value", "problem", "allowed"),
-    [
-        ("columns.F3", {"column": "Kz", "unit": "MN"}, "unknown-word force_log.columns.F3.unit 'MN' ~mN", "N, mN, kN"),
-        ("columns.F4", "Kx", "unknown-key force_log.columns.F4 'F4'", "time, arm_moving, F1, F2, F3"),
-        ("text", {"skip_line": 1}, "unknown-key force_log.text.skip_line 'skip_line' ~skip_lines", ""),
-        ("text", {"delimiter": "x"}, "unknown-word force_log.text.delimiter 'x'", ",, ;, tab, blank, bar"),
-        ("columns.F1", {"unit": "mN"}, "inconsistent force_log.columns.F1", "column or a constant"),
-        ("text", {"skip_lines": 1}, "inconsistent force_log", "delimited, found instron"),
-    ],
-)  # fmt: skip
-def test_config_is_checked(foreign, key, value, problem, allowed):
-    change_config(foreign, f"force_log.{key}", value)
-    campaign, problems = check_campaign(foreign.write())
-    assert campaign is None
-    assert told(problems) == [f"config.{problem}"]
-    assert allowed in problems[0].allowed
-
-
 def test_lost_packets_reach_the_ledger(tmp_path):
     """As samples that no line of the file is, with the time of the others unchanged."""
     room = room_of(tmp_path)
@@ -201,7 +180,6 @@ def as_netft(content, lost):
     return netft(1).header + "".join(lines).encode()
 
 
-TEXT = {"delimiter": ";"}
 FORCE = {
     "time": {"column": "t", "unit": "s"},
     **{name: {"column": f"load {name}", "unit": "N"} for name in ("F1", "F2", "F3")},
@@ -333,33 +311,6 @@ def test_two_tables_in_one_file(rig, tmp_path):
         counted[file] = len(values) + len(half)
     results = room.chain()
     assert_same_alpha(results.fit(RUN), rig.fit(RUN), 2e-3)
-    results.check_ledger(counted, room.names)
-
-
-def test_channels_that_began_apart_keep_their_own_time(rig, tmp_path):
-    """Force recorded later than the position, in one group: the clock of each is its own."""
-    # the channels hold no time: it comes from their waveforms
-    logs = [
-        {"dialect": "tdms", "columns": {name: columns[name] for name in columns if name != "time"}}
-        for columns in (FORCE, MOTION)
-    ]
-    room, together = one_file_a_run(tmp_path, rig, "tdms", *logs)
-    counted = {}
-    for file, values in together.items():
-        step = float(np.median(np.diff(values[:, 0])))
-        shift = round(0.5 / step)
-        even = np.arange(values[0, 0], values[-1, 0], step)
-        size = even.size - shift
-        wave = {"wf_start_time": np.datetime64("2026-01-02T03:04:05"), "wf_increment": step}
-        channels = {}
-        for index, name in list(enumerate(NAMES))[1:]:
-            begin = shift if index < 4 else 0
-            column = np.interp(even, values[:, 0], values[:, index])[begin:][:size]
-            channels[name] = (column, {**wave, "wf_start_offset": begin * step})
-        room.logs[file] = tdms(tmp_path / "made.tdms", all=channels)
-        counted[file] = size
-    results = room.chain()
-    assert_same_alpha(results.fit(RUN), rig.fit(RUN), 5e-3)
     results.check_ledger(counted, room.names)
 
 

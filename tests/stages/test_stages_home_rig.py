@@ -6,8 +6,8 @@ The page is docs/howto/home-rig.md.
 import numpy as np
 import pandas as pd
 import pytest
-from figure_faults import figure_faults
-from home_rig import lay_out_home_rig
+from campaigns import lay_out_home_rig
+from pages import figure_faults
 
 from rftfit.campaign.load import load_campaign
 from rftfit.figures.registry import figures
@@ -87,18 +87,6 @@ def test_alpha_of_the_home_rig_is_the_one_that_its_script_knows(home):
             lo, hi = (cell[f"alpha_{c}_{end}_N_per_cm3"] for end in ("lo", "hi"))
             assert lo <= true <= hi
             assert cell[f"alpha_{c}_N_per_cm3"] == pytest.approx(true, abs=1e-3)
-
-
-def test_one_clock_of_the_session_serves_slanted_runs_and_the_weak_rod(home):
-    _, _, results = home
-    pushes = results.table("clocks/sand.parquet").set_index("run_id")
-    assert list(pushes.index[pushes["offset_s"].isna()]) == ["rod_g90"]
-    runs = results.table("runs/sand.csv")
-    assert (runs["status"] == "read").all()
-    assert (runs["clock_pushes"] == 9).all()
-    assert (abs(runs["clock_drift"] - 8e-6) < 3 * runs["clock_drift_se"]).all()
-    assert (abs(runs["clock_offset_s"] - 2.4) < 3 * runs["clock_se_s"]).all()
-    assert runs["clock_se_s"].between(0.02, 0.022).all()
 
 
 def test_the_interval_holds_the_clock_whose_error_repeats_do_not_lessen(home):

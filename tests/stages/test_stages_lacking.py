@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 import pytest
-from jobs import run_rules
-from text_boxes import words
+from campaigns import run_rules
+from pages import words
 
 from rftfit.figures.plates import plot_stress_of_runs
 from rftfit.figures.registry import figures

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from coverage_files import measured
+from coverage_levels import measured
 from depth_laws import LAWS, write_campaign
 
 from rftfit.campaign.load import load_campaign

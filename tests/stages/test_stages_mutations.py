@@ -6,11 +6,10 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import pytest
-from agreement import compare
 from campaigns import Folder
 from hypothesis import given, note, settings
 from hypothesis import strategies as st
-from mutations import MEASURED, mutated
+from mistakes import MEASURED, compare, mutated
 from seeds import seeds
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from memory import Memory
+from result_tables import Memory
 
 from rftfit.campaign.load import load_campaign
 from rftfit.figures.protocol import columns_of, plot_protocol

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 import pytest
-from other_labs import MEDIUM, Case, make
-from told import told
+from log_files import told
+from mistakes import MEDIUM, Case, make
 
 from rftfit.campaign.load import check_campaign, load_campaign
 from rftfit.lab.truth import table_s5

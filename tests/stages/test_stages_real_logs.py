@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import pytest
-from agreement import compare
-from mutations import MEASURED
-from real_logs import REAL_LOGS, campaign_around, judge
-from shared_data import LOGS, needs
+from mistakes import MEASURED, compare
+from third_party import LOGS, REAL_LOGS, campaign_around_log, judge, needs
 
 from rftfit.workflow.stages import FIGURE_RULES, STAGES
 
@@ -26,7 +24,7 @@ def test_a_campaign_around_a_real_log(log, tmp_path, monkeypatch):
     """Figures are left out, and most pages."""
     # a page without figures
     monkeypatch.setattr("rftfit.workflow.job._checked_inputs", lambda *_: {})
-    folder = campaign_around(log, tmp_path)
+    folder = campaign_around_log(log, tmp_path)
     page = str(log).endswith(WITH_PAGE)
     whole = [rule for rule in STAGES if rule not in (*FIGURE_RULES, "provenance")]
     assert compare(folder, whole if page else MEASURED) == log.outcome

@@ -5,12 +5,19 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import yaml
-from campaigns import Folder
-from jobs import run_rules
-from one_push import ALPHA, REPORTED_PUSHES, campaign_around, measured, truth, write_table
+from campaigns import Folder, run_rules
+from log_files import told
 from paper import write_yaml
-from shared_data import REPORTED, needs
-from told import told
+from third_party import (
+    ALPHA,
+    REPORTED,
+    REPORTED_PUSHES,
+    campaign_around,
+    measured,
+    needs,
+    truth,
+    write_table,
+)
 
 from rftfit.campaign.load import check_campaign
 
@@ -67,7 +74,7 @@ def test_a_position_in_whole_steps_is_flagged_and_the_interval_holds_the_truth(t
 @pytest.mark.parametrize("rate_Hz", [10, 5, 2])
 def test_a_position_that_is_polled_is_used_where_it_is_new(tmp_path, rate_Hz):
     """Of an arm that does not move quite steadily, so that nobody takes it for a coarse sensor."""
-    time, height, _ = truth()
+    time, height = (truth()[name] for name in ("t", "z"))
     height = height - 0.4 * np.sin(1.9 * (time - 1)) * (time > 1)
     force = np.clip(-2.0 * height, 0, None) + np.random.default_rng(1).normal(0, 0.02, time.size)
     rows = round(50 / rate_Hz)
@@ -80,7 +87,7 @@ def test_a_position_that_is_polled_is_used_where_it_is_new(tmp_path, rate_Hz):
 
 def test_a_code_for_no_data_that_the_config_names(tmp_path):
     """Many in a row, which do not stand alone."""
-    time, height, force = truth()
+    time, height, force = (truth()[name] for name in ("t", "z", "F"))
     force = np.where((time > 6) & (time < 9), -999.25, force)
     path = write_log(tmp_path / "coded.csv", time, force, height)
     folder = campaign_around(tmp_path / "lab", path, reads={"missing": [-999.25]})
@@ -175,7 +182,7 @@ def test_seconds_and_nanoseconds_in_two_columns_are_proposed_as_one_time(tmp_pat
 )
 def test_a_position_along_a_slanted_stage(tmp_path, direction, gamma_deg, depth_cm):
     """One column gives both: x and z by gamma of the sheet."""
-    time, height, _ = truth()
+    time, height = (truth()[name] for name in ("t", "z"))
     along = -height  # mm, 0 where the plate's centre is at the surface
     angle = np.radians(gamma_deg)
     depth = np.clip(along * np.sin(angle), 0, None) if gamma_deg else 20.0 * (along > 0)
@@ -215,7 +222,7 @@ def test_runs_side_by_side_in_one_file(tmp_path):
 
 
 def test_runs_below_one_another_in_one_file(tmp_path):
-    time, height, force = truth()
+    time, height, force = (truth()[name] for name in ("t", "z", "F"))
     both = [np.column_stack([number + 0 * time, time, force / number, height]) for number in (1, 2)]
     path = write_log(tmp_path / "all.csv", *np.concatenate(both).T, names=f"Push,{LOG_NAMES}")
     rows = [

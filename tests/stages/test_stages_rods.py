@@ -4,9 +4,8 @@ import re
 
 import pandas as pd
 import pytest
-from campaigns import make_campaign
-from jobs import run_rules
-from told import told
+from campaigns import make_campaign, run_rules
+from log_files import told
 
 from rftfit.campaign.load import check_campaign
 

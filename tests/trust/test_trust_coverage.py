@@ -8,8 +8,18 @@ all media and all ways that beds may differ, `make disturbed` under all disturba
 
 import numpy as np
 import pytest
-from coverage_levels import SCENARIOS, Scenario, alpha_inside, cover, cover_robot
-from ensembles import DRIFT_N_PER_MIN, RUN_TO_RUN, paper_config, plan, simulate
+from coverage_levels import (
+    DRIFT_N_PER_MIN,
+    RUN_TO_RUN,
+    SCENARIOS,
+    Scenario,
+    alpha_inside,
+    cover,
+    cover_robot,
+    paper_config,
+    plan,
+    simulate,
+)
 from seeds import ALL, seeds
 
 from rftfit.measure.errors import AS_PREPARED

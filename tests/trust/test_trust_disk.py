@@ -11,7 +11,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from disks import on_own_disks, why_not
+from harm import on_own_disks, why_not
 
 from rftfit.cli.main import main
 from rftfit.errors import OutputError

@@ -7,12 +7,17 @@ Disturbance: an error of a real lab, such as a wrong surface, a lag or slow nois
 import numpy as np
 import pandas as pd
 import pytest
-from campaigns import FEW, make_campaign
-from coverage_levels import QUARTERS, Scenario, as_disturbed, cover, slow_noise
-from disturbances import DISTURBANCES, REAL_LAB, reenact_disturbed, sizes_of
-from ensembles import paper_config, plan, rod_stress, simulate
-from jobs import run_rules
-from rigroom import CONFIG_TEXT, chain, paper
+from campaigns import CONFIG_TEXT, FEW, chain, make_campaign, paper, run_rules
+from coverage_levels import (
+    QUARTERS,
+    Scenario,
+    as_disturbed,
+    cover,
+    paper_config,
+    simulate,
+    slow_noise,
+)
+from paper import REAL_LAB, reenact_disturbed, sizes_of
 from seeds import seeds
 
 from rftfit.campaign.config import ErrorSettings
@@ -66,49 +71,6 @@ def test_memory_is_disturbed_as_files_are(tmp_path, plain, asked):
 @pytest.fixture(scope="module")
 def undisturbed():
     return simulate(MEDIUM, CAMPAIGNS, SEED)
-
-
-@pytest.mark.parametrize(
-    ("asked", "sd"), [("surface=2", 0.2), ("surface-session=2", 0.2), ("spread-percent=5", 0.05)]
-)
-def test_draws_of_memory(undisturbed, asked, sd):
-    """Errors of the depth or the size, of each run or of each campaign, z and x alike."""
-    ensemble = simulate(MEDIUM, CAMPAIGNS, SEED, sizes_of([asked]))
-    runs = ensemble.runs
-    steep = [i for i, run in enumerate(runs) if abs(run.gamma_deg) == 90 and run.beta_deg == 30]
-    alpha = np.array([run.alpha for run in runs])[steep][:, :, None]
-    moved = (ensemble.quantities["alpha"] - undisturbed.quantities["alpha"])[steep] / alpha
-    if asked.startswith("surface"):
-        # error of the depth: times sum z over sum z squared
-        lever = [float((runs[i].depth ** 2).sum() / runs[i].depth.sum()) for i in steep]
-        moved = moved * np.array(lever)[:, None, None]
-    np.testing.assert_allclose(moved[:, 0], moved[:, 1], atol=0.02 * sd)
-    common = "session" in asked
-    draws = moved[0, 0] if common else moved[:, 0].ravel()
-    assert draws.std() == pytest.approx(sd, rel=0.5 if common else 0.2)
-    assert (np.ptp(moved[:, 0], axis=0).max() < 0.01 * sd) == common
-    assert (ensemble.session == 0).all() != common
-
-
-def test_all_else_is_the_same(undisturbed):
-    none = simulate(
-        MEDIUM,
-        CAMPAIGNS,
-        SEED,
-        {name: disturbance.nothing for name, disturbance in DISTURBANCES.items()},
-    )
-    for name, values in undisturbed.quantities.items():
-        np.testing.assert_array_equal(none.quantities[name], values)
-
-
-def test_the_rod_opposes_the_motion():
-    for run in plan(MEDIUM):
-        force_z, force_x = rod_stress(run, MEDIUM)
-        sign = -1 if run.gamma_deg < 0 else 1
-        gamma = np.radians(run.gamma_deg)
-        # filed in a mirror, a pull back along the path moves up and toward -x
-        assert (force_x * np.cos(gamma) + force_z * np.sin(gamma))[run.depth > 1].min() > 0
-        assert (np.sign(force_z[run.depth > 1]) == sign).all() or abs(run.gamma_deg) < 20
 
 
 def by_quarter(ensemble, scenario):

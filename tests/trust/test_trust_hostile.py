@@ -14,19 +14,14 @@ import zipfile
 from dataclasses import replace
 from pathlib import Path
 
-import chain_tables as chain
 import pandas as pd
 import pytest
+import result_tables as chain
 import yaml
-from campaign_room import Room
-from campaigns import FEW, make_campaign
-from children import run_commands
-from jobs import run_rules
-from memory import Memory, memory, run
-from page_inputs import NASTY, page_results
+from campaigns import FEW, Room, make_campaign, run_rules
 from paper import write_yaml
-from result_tables import read_result
-from waiting import LONGEST_S
+from result_tables import NASTY, Memory, memory, page_results, read_result, run
+from waiting import LONGEST_S, run_commands
 
 from rftfit.campaign import rows
 from rftfit.campaign.files import DEVICE

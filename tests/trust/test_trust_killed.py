@@ -232,7 +232,7 @@ def rftfit_run(root):
 @pytest.mark.slow
 def test_a_killed_run_leaves_no_orphan_and_goes_on_by_itself(fake):
     """Both at once: nobody is left to tell the stage, or to clear the lock."""
-    from kills import living, working
+    from harm import living, working
 
     child = rftfit_run(fake)
     wait_for((fake / "began").exists)

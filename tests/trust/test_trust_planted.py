@@ -11,11 +11,10 @@ import shutil
 from pathlib import Path
 
 import pytest
-from campaigns import Folder, make_campaign
+from campaigns import Folder, make_campaign, run_rules
+from harm import OF_RUN, lab_files, places_of, plant, victims_of
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from jobs import run_rules
-from planted import OF_RUN, lab_files, places_of, plant, victims_of
 
 from rftfit.bench.watch import Watch
 from rftfit.lab.enact import reenact

@@ -3,7 +3,6 @@
 They are the parts behind provenance and `rftfit verify`. Digest: the SHA-256 sum of a file.
 """
 
-import ast
 import os
 import random
 from pathlib import Path
@@ -91,23 +90,6 @@ def test_which_jobs_a_changed_file_of_the_program_touches(monkeypatch, file, cha
     monkeypatch.undo()
     digests.source_digests.cache_clear()
     assert {rule for rule in rules if codes_before[rule] != codes_after[rule]} == changed
-
-
-def test_rooms_import_lower_rooms_only():
-    """So that the digest of a room and all below it tells all code that its functions use."""
-    order = {name: place for place, name in enumerate(digests.ROOMS)}
-    problems = []
-    for path in sorted(PACKAGE.rglob("*.py")):
-        room = path.relative_to(PACKAGE).parts[0]
-        for node in ast.walk(ast.parse(path.read_bytes())):
-            module = (node.module or "") if isinstance(node, ast.ImportFrom) else ""
-            parts = module.split(".")
-            if parts[0] == "rftfit" and room in order and len(parts) > 1:
-                # results is the door to tables: it stands above the model
-                top = order["robot"] if parts[1] == "results" else order.get(parts[1], -1)
-                if parts[1] in ("workflow", "cli", "api") or top > order[room]:
-                    problems.append(f"{path.relative_to(PACKAGE)}: {module}")
-    assert problems == []
 
 
 # --- records of jobs ----------------------------------------------------------------------------------

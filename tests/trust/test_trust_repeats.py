@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pandas as pd
 import pytest
-from ensembles import paper_config
+from coverage_levels import paper_config
 from seeds import seeds
 
 from rftfit.campaign.config import ErrorSettings

@@ -6,8 +6,8 @@ import subprocess
 import sys
 
 import pytest
-from children import RFTFIT, run_commands
 from paper import PROJECT
+from waiting import RFTFIT, run_commands
 
 from rftfit.store.environment import child_environment
 

@@ -5,8 +5,7 @@ import re
 import shutil
 
 import pytest
-from campaigns import Folder, make_campaign
-from jobs import planned_jobs
+from campaigns import Folder, make_campaign, planned_jobs
 from seeds import seeds
 
 from rftfit.cli.run import closing_lines, failed_checks

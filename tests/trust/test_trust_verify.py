@@ -8,16 +8,12 @@ import hashlib
 import json
 import os
 import re
-import shutil
 
-import numpy as np
-import pandas as pd
 import pytest
-from jobs import planned_jobs
+from campaigns import planned_jobs
 
 from rftfit.cli.exit_codes import INPUT_NOT_VALID, NOT_AS_RECORDED
 from rftfit.errors import RftfitError
-from rftfit.workflow.diff import ResultsDiff, compare_folders
 from rftfit.workflow.job import do_job
 from rftfit.workflow.state import read_states
 
@@ -70,15 +66,6 @@ def replace(path, old, new):
     text = path.read_text(encoding="utf-8")
     assert old in text
     path.write_text(text.replace(old, new, 1), encoding="utf-8")
-
-
-def test_all_is_as_recorded(checked):
-    process = checked.rftfit("verify")
-    assert process.returncode == 0, process.stdout
-    assert "Nothing to do" in checked.rftfit("run", "--dry-run").stdout
-    report = json.loads(checked.rftfit("verify", "--json").stdout)
-    assert all(report["as_recorded"].values())
-    assert (report["changed"], report["why"]) == ([], [])
 
 
 def test_the_record_names_every_result_and_its_content(checked):
@@ -350,58 +337,3 @@ def test_a_change_while_the_workflow_runs_is_an_error(checked, kind):
     with pytest.raises(RftfitError):
         do_job(read_states(checked.config)[0], job.reads, job.writes)
     assert sha256(checked.root / "results" / "provenance.json") == digests_before
-
-
-@pytest.fixture
-def two(checked, tmp_path):
-    """Two copies of the results, and of the second's yuma: its path, its table, half widths of alpha_z."""
-    folders = tmp_path / "before", tmp_path / "after"
-    for folder in folders:
-        shutil.copytree(checked.root / "results", folder)
-    path = folders[1] / "alpha" / "yuma.csv"
-    table = pd.read_csv(path)
-    half = (table["alpha_z_hi_N_per_cm3"] - table["alpha_z_lo_N_per_cm3"]).to_numpy(float) / 2
-    return *folders, path, table, half
-
-
-def test_diff_of_two_folders_of_results(checked, two):
-    """One changed log: which alpha moved, by how much, and because of what."""
-    first_folder, second_folder, path, table, half = two
-    assert compare_folders(first_folder, checked.root) == ResultsDiff([], [], [], [], {})
-    cell = int(np.isfinite(half).argmax())
-    table.loc[cell, "alpha_z_N_per_cm3"] += 2 * half[cell]
-    table.to_csv(path, index=False)
-    replace(
-        second_folder / "manifest.sha256",
-        (second_folder / "manifest.sha256").read_text()[:5],
-        "00000",
-    )
-    data = json.loads((second_folder / "provenance.json").read_text(encoding="utf-8"))
-    data["settings"]["fourier"]["threshold"] = 0.06
-    (second_folder / "provenance.json").write_text(json.dumps(data), encoding="utf-8")
-    compared = compare_folders(first_folder, second_folder)
-    (number,) = compared.numbers
-    assert (number.file, number.quantity) == ("alpha/yuma.csv", "alpha_z_N_per_cm3")
-    assert number.half_widths == pytest.approx(2, rel=1e-3)
-    changes = [(change.sort, change.name) for change in compared.changes]
-    assert [name for sort, name in changes if sort == "setting"] == ["fourier.threshold"]
-    assert sum(sort == "log" for sort, _ in changes) == 1
-    assert compared.alone == []
-    # the record of the second folder is of another table
-    assert compared.unrecorded == [path]
-    text = checked.rftfit("diff", str(first_folder), str(second_folder)).stdout
-    assert f": {path}\n" in text
-    assert "fourier.threshold" in text
-
-
-def test_changes_of_numbers_with_an_interval_come_first(two):
-    """A depth that doubles is no news beside an alpha that moved by a tenth of its half width."""
-    first_folder, second_folder, path, table, half = two
-    table["depth_to_cm"] *= 2
-    table["alpha_z_N_per_cm3"] += 0.1 * half
-    table.to_csv(path, index=False)
-    quantities = [
-        change.quantity for change in compare_folders(first_folder, second_folder).numbers
-    ]
-    count = int(np.isfinite(half).sum())
-    assert quantities == ["alpha_z_N_per_cm3"] * count + ["depth_to_cm"] * count

@@ -4,8 +4,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from light_campaign import alpha_frame, results_of
-from turning import sweep
+from coverage_levels import sweep
+from result_tables import alpha_frame, results_of
 
 from rftfit.compare.legs import errors_of_peaks, extreme, shape_errors
 from rftfit.forces.outlines import leg_outline, model_leg
@@ -100,17 +100,6 @@ def test_the_surface_of_the_plates_moves_the_axle_too(paper_config):
 
 def flagged(table, where):
     return table.assign(flagged=where)
-
-
-def test_flagged_cells_and_the_others_make_the_whole_peak(table, paper_config):
-    """Percent of the peak from some cells, and from all but these, add to 100."""
-    config = with_errors(paper_config, hip_cm=0, arc_percent=0)
-    some = (table["beta_deg"] >= 0) & (table["gamma_deg"] > 0)
-    parts = [errors_of_peaks(medium_of(flagged(table, where), config)) for where in (some, ~some)]
-    both = [{key: entry[1] for key, entry in peak_errors.items()} for peak_errors in parts]
-    for key, percent in both[0].items():
-        assert percent + both[1][key] == pytest.approx(100), key
-        assert percent != pytest.approx(0)
 
 
 def test_the_part_from_flagged_cells_is_that_of_the_lift_and_not_of_a_larger_suction(paper_config):

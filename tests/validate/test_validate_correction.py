@@ -72,17 +72,6 @@ def test_factors_and_errors_by_hand(size_N):
     assert (table["reason"] == "").all()
 
 
-def test_each_leg_is_judged_by_the_factor_of_the_other_two():
-    """Lifts of 2, 1, 1 N for 1 N each: factors 1, 1.5, 1.5 of the others leave 1, 0.5, 0.5 N."""
-    predicted = few([[1.0]] * 3, [[0.0]] * 3)
-    table = fit_corrections(few([[2.0], [1.0], [1.0]], [[0.0]] * 3), predicted).set_index("model")
-    row = table.loc[BOTH]
-    assert row["factor_z"] == pytest.approx(4 / 3)
-    assert row["rms_fit_N"] == pytest.approx(1 / 3)
-    assert row["rms_cv_N"] == pytest.approx(0.5)
-    assert row["gain_cv_percent"] == pytest.approx(100 * (1 - 0.5 * np.sqrt(6)))
-
-
 @pytest.mark.parametrize(("extra", "worth"), [(0.4, False), (0.6, True)])
 def test_a_factor_is_worth_it_from_a_tenth_of_the_error_on(extra, worth):
     """Lifts 1 N off either way, beyond a factor: the error falls by 1 - 1 / sqrt(1 + extra^2)."""
@@ -134,17 +123,6 @@ def test_no_predicted_force_is_left_as_it_is():
     table = fit_corrections(measured, predicted).set_index("model")
     assert table.loc[BOTH, "factor_x"] == 1
     assert table.loc[BOTH, "factor_z"] == pytest.approx(0.7)
-
-
-def test_media_and_models_come_in_order():
-    parts = [curves(ONE, ONE).assign(medium=name) for name in ("yuma", "palms29")]
-    table = fit_corrections(pd.concat(parts), pd.concat(parts[::-1]))
-    assert list(table["medium"]) == ["palms29"] * 3 + ["yuma"] * 3
-    assert list(table["model"]) == [*MODELS] * 2
-    # a prediction that is right already cannot gain
-    assert table["gain_cv_percent"].isna().all()
-    assert not table["earns_its_place"].any()
-    assert table["rms_cv_N"].to_numpy() == pytest.approx(0, abs=1e-12)
 
 
 def test_a_sand_without_a_measured_leg_is_no_fault():

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 import pytest
-from ensembles import paper_config
-from light_campaign import alpha_frame, results_of
+from coverage_levels import paper_config
+from result_tables import alpha_frame, results_of
 
 from rftfit.compare.leg_angle import (
     BETWEEN_CURVES_DEG,

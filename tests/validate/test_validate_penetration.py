@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from campaign_room import plate_run
-from light_campaign import alpha_frame, one_cell
+from campaigns import plate_run
+from result_tables import alpha_frame, one_cell
 
 from rftfit.campaign.load import Campaign
 from rftfit.compare.sands import penetration_rows
@@ -76,31 +76,6 @@ def fit_tests(config, stresses, runs=(push(),), *, alpha=None, reasons=None, num
     rows_by_window = {(row["run_id"], row["window"]): row for row in rows}
     assert len(rows_by_window) == len(rows)
     return rows_by_window
-
-
-def test_each_regime_has_its_own_slope_and_zeta(paper_config):
-    """The stated regime of 2 cm ends above the knee at 3 cm, the detected one below it."""
-    rows = fit_tests(paper_config, {"down": kneed(3.0)})
-    assert list(rows) == [("down", "stated"), ("down", "detected")]
-    stated, detected = rows.values()
-    assert (stated["linear_to_cm"], stated["reason"], detected["reason"]) == (2.0, "", "")
-    assert stated["alpha_z_N_per_cm3"] == pytest.approx(0.5)
-    assert stated["zeta"] == pytest.approx(0.5 / 1.25)
-    end = detected["linear_to_cm"]
-    assert 3 < end < 4.2
-    in_regime = end + 1e-9 >= DEPTH_CM
-    slope = (
-        DEPTH_CM[in_regime] @ kneed(3.0)[in_regime] / (DEPTH_CM[in_regime] @ DEPTH_CM[in_regime])
-    )
-    assert slope > 0.503
-    assert detected["alpha_z_N_per_cm3"] == pytest.approx(slope)
-    assert detected["zeta"] == pytest.approx(slope / 1.25)
-    assert abs(stated["nonlinear_z_ratio"]) < 1e-9
-    assert 0.01 < detected["nonlinear_z_ratio"] <= 0.1
-    # of an exact test, the scatter of two chi is left: Student, one degree of freedom
-    factor = math.exp(12.706205 * math.log(1.3 / 1.2) * math.sqrt(1.5 / 2))
-    assert stated["zeta_lo"] == pytest.approx(0.4 / factor, rel=1e-4)
-    assert stated["zeta_hi"] == pytest.approx(0.4 * factor, rel=1e-4)
 
 
 def test_a_regime_that_ends_with_the_test_is_said(paper_config):

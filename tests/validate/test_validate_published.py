@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pandas as pd
 import pytest
-from page_inputs import page_results, sand_results, write
+from result_tables import page_results, sand_results, write
 
 from rftfit.campaign.load import REENACTED
 from rftfit.compare.published import (

@@ -3,9 +3,8 @@
 import shutil
 
 import pytest
-from bench import DIRECTIONS, Bench
-from campaigns import make_campaign
-from few_draws import few_draws
+from campaigns import DIRECTIONS, Bench, make_campaign
+from paper import few_draws
 
 
 @pytest.fixture(autouse=True)

@@ -6,9 +6,7 @@ import re
 import numpy as np
 import pandas as pd
 import pytest
-from bench import MEDIUM, Bench
-from home_rig import lay_out_home_rig
-from jobs import run_rules
+from campaigns import MEDIUM, Bench, lay_out_home_rig, run_rules
 from seeds import seeds
 
 from rftfit.bench.medium import hold

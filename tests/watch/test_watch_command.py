@@ -8,8 +8,7 @@ import shutil
 
 import pytest
 import yaml
-from bench import MEDIUM
-from campaigns import Folder
+from campaigns import MEDIUM, Folder
 
 from rftfit.bench.watch import REFUSED, Watch
 from rftfit.campaign.config import Config

@@ -14,7 +14,7 @@ from pathlib import Path
 from threading import Event, Thread
 
 import pytest
-from bench import MEDIUM
+from campaigns import MEDIUM
 from chromium import Chromium, find
 from waiting import LONGEST_S
 

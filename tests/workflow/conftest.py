@@ -2,7 +2,7 @@
 
 import pytest
 from campaigns import Folder, make_campaign
-from once import make_once
+from waiting import make_once
 
 from rftfit.workflow.state import read_states
 

@@ -8,7 +8,7 @@ if sys.platform == "win32":
     pytest.skip("the gate forks the jobs that it measures", allow_module_level=True)
 
 import time_gate
-from time_gate import ALL, SHORT, Stored, beyond, factors, slower_twice, unmatched
+from time_gate import ALL, SHORT, Stored, beyond, factors, slower_twice
 
 
 def stored(rule, ratio, judged=""):
@@ -37,13 +37,6 @@ class Measured:
         return {rule: RATIOS[rule] * factor_of.get(rule, 1.0) for rule in rules}
 
 
-def test_short_rules_are_judged_by_their_sum():
-    factor_of = factors(RATIOS | {"legs": 2.0}, TABLE)
-    assert factor_of[SHORT] == pytest.approx(5 / 4)
-    assert factor_of[ALL] == pytest.approx(45 / 44)
-    assert set(factor_of) == {"ingest", "page", SHORT, ALL}
-
-
 @pytest.mark.parametrize(
     ("slowed", "groups"),
     [
@@ -68,29 +61,6 @@ def test_one_slow_measurement_is_no_failure():
     assert slower == []
     assert factor_of["ingest"] == pytest.approx(1.0)
     assert measured.asked == [sorted(RATIOS), ["ingest"]]
-
-
-def test_only_what_is_beyond_is_measured_again():
-    measured = Measured({"legs": 2.2}, {"legs": 2.2})
-    assert slower_twice(measured, TABLE)[1] == [SHORT]
-    assert measured.asked[1] == ["ledger", "legs"]
-
-
-def test_the_table_names_every_rule_that_is_measured():
-    assert unmatched(["ingest", "page", "legs", "ledger"], TABLE) == []
-    assert unmatched(["ingest", "page", "legs", "new"], TABLE) == ["ledger", "new"]
-
-
-def test_a_table_is_read_as_it_was_written(tmp_path):
-    path = tmp_path / "table.csv"
-    assert time_gate.read_table(path) == []
-    time_gate.write_table({"ingest": 12.344, "legs": 0.5}, path)
-    rows = time_gate.read_table(path)
-    assert [(row.rule, row.judged, row.ratio) for row in rows] == [
-        ("ingest", "ingest", 12.34),
-        ("legs", SHORT, 0.5),
-    ]
-    assert {row.machine for row in rows} == {time_gate.machine()}
 
 
 def all_slower(factor):

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from campaigns import Folder
-from dictionary_check import check_results
+from pages import check_results
 
 import rftfit
 from rftfit.campaign.load import load_campaign

@@ -6,7 +6,7 @@ import shutil
 import numpy as np
 import pytest
 from campaigns import Folder
-from text_boxes import words
+from pages import words
 
 import rftfit
 from rftfit.figures.registry import Declared, figures

@@ -5,15 +5,12 @@ import re
 import numpy as np
 import pytest
 from campaigns import make_campaign
-from numpy.testing import assert_allclose
-from paper_grid import by_hand
-from told import told
+from log_files import told
 
-import rftfit
 from rftfit.campaign.load import check_campaign
 from rftfit.lab.plan import parse_directions
 from rftfit.lab.truth import table_s5
-from rftfit.measure.alpha import alpha_columns, directions
+from rftfit.measure.alpha import alpha_columns
 
 pytestmark = pytest.mark.slow
 
@@ -52,26 +49,6 @@ def test_every_scattered_direction_is_measured(scattered):
     assert np.isfinite(alpha_columns(table)).all()
     assert min(shares(table)) >= 0.9
     assert not (scattered.root / "results" / "quality" / "poppy_LP_page2.png").exists()
-
-
-def test_coefficients_are_least_squares_over_the_forty(scattered):
-    table = scattered.table("alpha/poppy_LP.csv")
-    full = by_hand(*directions(table), *alpha_columns(table))
-    rows = scattered.table("coefficients.csv").query("method == 'lsq' and medium == 'poppy_LP'")
-    expected = np.abs(full) / abs(full[0])
-    assert_allclose(rows["relative_to_A00"], expected, rtol=1e-4)
-    assert rows["value_N_per_cm3"].notna().all()
-    transform = scattered.table("coefficients.csv").query("method == 'dft-index'")
-    assert transform["value_N_per_cm3"].isna().all()
-    assert set(transform["reason_code"]) == {"no-fit"}
-
-
-def test_the_table_has_what_was_pushed(scattered):
-    medium = rftfit.open(scattered.root)["poppy_LP"]
-    table = medium.profile("table")
-    beta, gamma = directions(medium.alpha)
-    for alpha, expected in zip(table.alpha(beta, gamma), alpha_columns(medium.alpha), strict=True):
-        assert_allclose(alpha, expected, atol=0.02)
 
 
 def test_a_planned_grid_finds_what_is_missing(tmp_path):

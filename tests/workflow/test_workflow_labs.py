@@ -5,7 +5,7 @@ Golden campaigns are labs of further kinds; `make reliability` checks the logs o
 
 import pytest
 from campaigns import Folder
-from other_labs import Case, judge, make
+from mistakes import Case, judge, make
 from seeds import seeds
 
 pytestmark = pytest.mark.slow

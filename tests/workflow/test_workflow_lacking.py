@@ -6,7 +6,7 @@ import pandas as pd
 import pytest
 import yaml
 from campaigns import FEW, Folder, make_campaign
-from shared_data import CMU_SAND, needs
+from third_party import CMU_SAND, needs
 
 pytestmark = pytest.mark.slow
 

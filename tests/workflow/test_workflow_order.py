@@ -1,8 +1,7 @@
 """A run is planned whatever order its jobs are looked at in, which a hash seed decides."""
 
 import pytest
-from campaign_maker import run_command
-from golden_campaigns import TARGETS, GoldenCampaign
+from makers import TARGETS, GoldenCampaign, run_command
 
 
 @pytest.mark.parametrize("seed", ["1", "2"])

@@ -10,7 +10,7 @@ import subprocess
 import sys
 from dataclasses import replace
 
-import jobs
+import campaigns
 import pytest
 from campaigns import Folder
 
@@ -114,7 +114,7 @@ def second_run(small, tmp_path_factory):
             sections_by_stage.setdefault(name, set()).update(read)
             patch.setattr(States, "of", plain)
 
-        patch.setattr("jobs.do_job", do_alone)
+        patch.setattr("campaigns.do_job", do_alone)
         second_folder.run_here(drawn=None, real_run=small)
     return second_folder, sections_by_stage
 
@@ -175,7 +175,9 @@ def test_a_disk_that_refuses_is_told(small, tmp_path):
     root = tmp_path / "campaign"
     for name in ("config", "raw"):
         shutil.copytree(small.root / name, root / name)
-    job = jobs.planned_jobs(root / "config" / "config.yaml", ["results/traces/poppy_LP.parquet"])[0]
+    job = campaigns.planned_jobs(
+        root / "config" / "config.yaml", ["results/traces/poppy_LP.parquet"]
+    )[0]
     words = [job.reads[-1], "--reads", *job.reads, "--writes", *job.writes]
     process = subprocess.run(
         [sys.executable, "-c", script, *words],

@@ -3,7 +3,6 @@
 import os
 import subprocess
 import sys
-from pathlib import Path
 from tempfile import TemporaryFile
 
 import numpy as np
@@ -13,16 +12,14 @@ from campaigns import Folder
 
 from rftfit.campaign.load import load_campaign
 from rftfit.campaign.problems import CampaignError
-from rftfit.campaign.rows import read_table_columns
 from rftfit.cli.main import main
-from rftfit.lab.truth import table_s5
 from rftfit.measure.alpha import alpha_table
 from rftfit.measure.errors import errors_of
 from rftfit.measure.fits import fit_medium
 from rftfit.measure.ledger import check_ledger, join
 from rftfit.measure.tables import fit_alpha_table, ingest_table
 from rftfit.measure.tare import tare_medium
-from rftfit.reference import MEDIA, load
+from rftfit.reference import load
 from rftfit.workflow.state import HANDED, hand_over, read_states, sheet_cells
 
 slow = pytest.mark.slow
@@ -43,16 +40,6 @@ def alpha(tmp_path_factory):
     folder = started(root, source, "alpha")
     folder.run_here(drawn=("alpha_maps", "fit_maps", "generic_profile"))
     return folder
-
-
-@slow
-def test_zeta_and_chi_of_table_s3(alpha):
-    rows = alpha.table("penetration.csv").set_index(["method", "medium"])
-    printed = rows.loc["dft-index, printed terms"].loc[[*MEDIA]]
-    assert printed["zeta"].round(2).tolist() == [0.26, 0.47, 0.19, 0.38, 0.22]
-    assert printed["chi"].round(2).tolist() == [1.37, 1.19, 1.27, 1.05, 1.33]
-    chi = rows.loc["lsq"].loc[[*MEDIA], "chi"]
-    assert chi.round(2).tolist() == [1.24, 1.09, 1.11, 0.97, 1.22]
 
 
 @slow
@@ -88,47 +75,6 @@ def test_stated_errors_become_intervals(tmp_path):
     assert row["alpha_z_lo_N_per_cm3"] == pytest.approx(0.165 - 1.96 * 0.003, abs=1e-5)
     assert row["alpha_z_hi_N_per_cm3"] == pytest.approx(0.165 + 1.96 * 0.003, abs=1e-5)
     assert row["direction"] == "intrusion"
-
-
-@slow
-def test_stress_on_another_grid(tmp_path):
-    random = np.random.default_rng(1)
-    rows = ["medium,beta_deg,gamma_deg,depth_cm,stress_z_N_per_cm2,stress_x_N_per_cm2"]
-    truth = {}
-    for beta in (-75, -45, -15, 15, 45, 75):
-        for gamma in (-80, -50, -20, 0, 20, 50, 80):
-            truth[beta, gamma] = alpha = table_s5("poppy_LP", beta, gamma)
-            for depth in np.arange(1, 8.1, 0.25 if gamma else 2.0):
-                stress = [a * depth + random.normal(0, 0.002) for a in alpha]
-                rows.append(f"sand,{beta},{gamma},{depth},{stress[0]},{stress[1]}")
-    rows += [
-        f"dune,0,90,{depth},{0.42 * depth + random.normal(0, 0.01)},0" for depth in (1, 2, 3, 4)
-    ]
-    source = tmp_path / "stress.csv"
-    source.write_text("\n".join(rows), "utf-8")
-    folder = started(tmp_path / "c", source)
-    text = folder.config.read_text("utf-8")
-    sand = 'dune: {title: "dune", role: natural_sand'
-    # a medium that was pushed straight down only is taken for a natural sand
-    assert sand in text
-    text = text.replace(sand, f"{sand}, linear_to_cm: 4")
-    folder.config.write_text(text, "utf-8")
-    folder.run_here(drawn=("linearity",))
-    table = folder.table("alpha/sand.csv")
-    assert len(table) == len(truth) == 42
-    assert [*zip(table["beta_deg"], table["gamma_deg"], strict=True)] == [*truth]
-    ends = (table[[f"alpha_{c}_{end}_N_per_cm3" for c in "zx"]] for end in ("lo", "hi"))
-    lo, hi = (alpha_ends.to_numpy() for alpha_ends in ends)
-    inside = (lo <= [*truth.values()]) & (hi >= [*truth.values()])
-    assert inside.mean() > 0.88
-    rows_of_lsq = folder.table("coefficients.csv").query("method == 'lsq' and medium == 'sand'")
-    assert rows_of_lsq[["value_N_per_cm3"]].notna().all(axis=None)
-    assert not folder.table("flags/sand.csv")["code"].str.contains("tare").any()
-    assert (folder.root / "results" / "figures" / "linearity.png").read_bytes()
-    test = folder.table("sands.csv").set_index("window").loc["stated"]
-    assert test["alpha_z_N_per_cm3"] == pytest.approx(0.42, abs=0.02)
-    assert test["alpha_z_lo_N_per_cm3"] < test["alpha_z_N_per_cm3"] < test["alpha_z_hi_N_per_cm3"]
-    assert test["zeta_lo"] < test["zeta"] < test["zeta_hi"]
 
 
 @slow
@@ -211,24 +157,6 @@ def test_the_way_back_and_what_is_excluded_are_counted(tmp_path):
     assert fates["b0_g90", "other-sense"] == 200
     assert fates["b30_gm45", "other-sense"] == 201
     assert fates["b60_g45", "excluded"] == 200
-
-
-def test_init_says_how_it_reads_the_columns(tmp_path, capsys, monkeypatch):
-    """And reads the table once: it may be long."""
-    reads: list[Path] = []
-
-    def counted(path, *arguments):
-        reads.append(path)
-        return read_table_columns(path, *arguments)
-
-    monkeypatch.setattr("rftfit.campaign.tables.read_table_columns", counted)
-    source = tmp_path / "stress.csv"
-    source.write_text("beta,gamma,depth,stress_z,stress_x,run\n0,90,1,0.3,0,a\n", "utf-8")
-    assert main(["init", str(tmp_path / "c"), "--stress-table", str(source)]) == 0
-    printed = capsys.readouterr().out
-    assert "read as: beta in deg, gamma in deg, depth in cm, stress_z in N/cm^2" in printed
-    assert "raw/stress.csv, row 1, column run: " in printed
-    assert reads == [source]
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="handed over through /proc")

@@ -2,9 +2,8 @@
 
 import numpy as np
 import pytest
-from figure_faults import figure_faults
-from paper_grid import grid
-from true_sentences import untrue
+from pages import figure_faults, untrue
+from paper import grid
 
 import rftfit
 from rftfit.compare.published import ITEM_COLUMNS, VERDICTS

@@ -1,6 +1,8 @@
-"""Runs of `rftfit run` that are killed, and what they leave."""
+"""What may befall a run: it is killed, its disk is full or read-only, links lie where it writes."""
 
+import base64
 import contextlib
+import functools
 import os
 import shutil
 import signal
@@ -8,10 +10,16 @@ import subprocess
 import sys
 import time
 from dataclasses import dataclass
+from pathlib import Path
 
 import psutil
+from campaigns import planned_jobs
 
 from rftfit.store.files import is_temporary
+from rftfit.workflow.records import RECORDS
+from rftfit.workflow.state import job_name, state_file
+
+# --- Runs of `rftfit run` that are killed, and what they leave ----------------------------------------------------
 
 STAGE, SNAKEMAKE, RUN, ALL = "a stage", "Snakemake", "`rftfit run`", "all of them"
 KINDS = (STAGE, SNAKEMAKE, RUN, ALL)
@@ -167,3 +175,104 @@ def compare_results(folder, whole):
         else:
             partial.append(name)
     return Left(complete, partial, rests)
+
+
+# --- Small and read-only disks, in a mount namespace of the test's own, where the system lets one have it ---------
+
+_OWN = ("unshare", "--user", "--map-root-user", "--mount")
+BLOCK = 4096
+
+
+@functools.cache
+def why_not():
+    """Why no disk can be made here; empty where it can."""
+    if not sys.platform.startswith("linux") or shutil.which("unshare") is None:
+        return "disks of a test's own need Linux and unshare"
+    trial = [*_OWN, "sh", "-c", "mount -t tmpfs -o size=64k tmpfs /mnt"]
+    completed = subprocess.run(trial, capture_output=True, text=True, check=False)
+    return (
+        f"this system allows no disk of a test's own: {completed.stderr.strip()}"
+        if completed.returncode
+        else ""
+    )
+
+
+def on_own_disks(words, **options):
+    """Run a program that may mount: what it mounts nobody else sees, and goes with it."""
+    return subprocess.run([*_OWN, *words], text=True, check=False, **options)
+
+
+def mount(folder, size):
+    """Mount a disk of so many bytes on a folder."""
+    folder.mkdir(parents=True, exist_ok=True)
+    words = ["mount", "-t", "tmpfs", "-o", f"size={size}", "tmpfs", str(folder)]
+    subprocess.run(words, check=True)
+
+
+def change(folder, *options):
+    """Give a disk another size, or make it read-only (``ro``) or writable (``rw``)."""
+    subprocess.run(["mount", "-o", ",".join(["remount", *options]), folder], check=True)
+
+
+def unmount(folder):
+    subprocess.run(["umount", folder], check=True)
+
+
+def room(folder):
+    """Bytes that the files of a folder take on a disk."""
+    sizes = (path.lstat().st_size for path in folder.rglob("*") if path.is_file())
+    return sum(-(-size // BLOCK) * BLOCK for size in sizes)
+
+
+# --- Links under the names that a campaign's commands write, which lead to a raw log or to the config -------------
+
+OF_RUN = (
+    "results/logs/snakemake.log",
+    ".snakemake/rftfit/holder",
+    ".snakemake/rftfit/durations.json",
+    ".snakemake/iocache/latest.pkl",
+    ".snakemake/locks/0.input.lock",
+    ".snakemake/locks/0.output.lock",
+)
+"""Files of a run that belong to no job."""
+
+
+def places_of(config):
+    """Every file that a run of a campaign writes, in the order of its jobs: states, results, records, logs, notes."""
+    places = list(OF_RUN)
+    for job in planned_jobs(config):
+        name = job_name(job.rule, job.key)
+        results = [path for path in job.writes if not path.endswith(".log")]
+        places += [state_file(name), *results, f"{RECORDS}/{name}.json", f"results/logs/{name}.log"]
+        notes = (base64.urlsafe_b64encode(path.encode()).decode() for path in results)
+        places += [
+            f".snakemake/{kind}/{note}" for note in notes for kind in ("metadata", "incomplete")
+        ]
+    return list(dict.fromkeys(places))
+
+
+def victims_of(root):
+    """Files of the lab that a link may lead to: a raw log, the run sheet and the config."""
+    logs = sorted((root / "raw").rglob("*_force.csv"))
+    return [logs[0], *sorted((root / "raw").rglob("runs.csv")), root / "config" / "config.yaml"]
+
+
+def plant(root, place, kind, victim):
+    """Put a link to a file of the lab in the place of a file; what is there goes."""
+    path = root / place
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.unlink(missing_ok=True)
+    if kind == "symbolic":
+        path.symlink_to(os.path.relpath(victim, path.parent))
+    else:
+        os.link(victim, path)
+
+
+def lab_files(root):
+    """Content and time of all files that the lab made, by path."""
+    paths = [path for name in ("raw", "config") for path in (Path(root) / name).rglob("*")]
+    return {
+        path.relative_to(root).as_posix(): (path.read_bytes(), path.stat().st_mtime_ns)
+        for path in paths
+        if path.is_file()
+    }

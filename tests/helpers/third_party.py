@@ -1,7 +1,8 @@
-"""A campaign around each real log of `../shared/data/logs`, from what `rftfit inspect` proposes for it."""
+"""Third-party files in `../shared/data`, which developers have beside their clone, and campaigns around them."""
 
 import csv
 import gzip
+import json
 import shutil
 import textwrap
 from collections.abc import Callable
@@ -12,14 +13,280 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 import yaml
-from agreement import ALL, NOTHING
-from campaigns import Folder
+from campaigns import Folder, chain, run_rules
+from mistakes import ALL, NOTHING_LEFT
 from paper import write_yaml
-from shared_data import LOGS
+
+from rftfit.campaign.config import ForceLog, MotionLog
+from rftfit.campaign.load import load_campaign
+from rftfit.logs.inspect import Survey, config_block, recognised, recording, survey_file, together
+from rftfit.logs.registry import source_reader
+from rftfit.measure.log_columns import columns_asked, map_columns
+
+# --- Third-party files in `../shared/data`, which developers have beside their clone and a stranger has not -------
+# Third-party files in `../shared/data`, which developers have beside their clone and a stranger has not.
+
+SHARED_DATA = Path(__file__).resolve().parents[3] / "shared" / "data"
+CMU_SAND = SHARED_DATA / "cmu-sand"
+LOGS = SHARED_DATA / "logs"
+EDGES = SHARED_DATA / "edges"
+REPORTED = SHARED_DATA / "reported"
+YADE_WHEEL = SHARED_DATA / "yade-wheel"
+ROBOT_LEG = SHARED_DATA / "robot-leg"
+WHEELS_MEASURED = SHARED_DATA / "wheels-measured"
+
+
+def needs(path):
+    """Mark tests that are skipped where a file or folder of `../shared/data` is absent."""
+    return pytest.mark.skipif(not path.exists(), reason=reason_absent(path))
+
+
+def reason_absent(path):
+    """Reason by which skipped tests are counted: the folder that is absent."""
+    return f"../shared/data/{path.relative_to(SHARED_DATA).parts[0]} is absent"
+
+
+# --- The files of `../shared/data/reported`, and a campaign of one push around one of them ------------------------
+
+UNITS = {
+    **dict.fromkeys(("F1", "F2", "F3"), "N"),
+    **dict.fromkeys(("T1", "T2", "T3"), "N m"),
+    **dict.fromkeys(("x", "z"), "mm"),
+    "time": "s",
+    "angle": "deg",
+    "arm_moving": "",
+}
+NOBODY = {"constant": 0, "unit": "N"}
+SETTINGS = """
+title: One push
+raw: raw
+run_sheet: config/runs.csv
+transducer:
+  name: a load cell
+  range_N: [500, 500, 500]
+  axes: {x: "+F1", y: "+F2", z: "+F3"}
+arm: {speed_cm_per_s: 0.5, surface_z_mm: 0}
+fit: {missing_tare: flag}
+container: {length_cm: 30, width_cm: 30, depth_cm: 15}
+intruders:
+  plate: {shape: disc, diameter_cm: 5, thickness_cm: 0.5}
+media:
+  sand: {title: a made sand, role: natural_sand, linear_to_cm: 4}
+"""
+
+
+def inspected(path: Path) -> tuple[list[Survey], dict[str, Any]]:
+    """Return what `rftfit inspect` finds in a log, and what it proposes for the config, as YAML reads it."""
+    log_format = recognised(recording(path))
+    surveys, _ = survey_file(log_format.reader, recording(path))
+    lines = config_block(
+        together(surveys), log_format.reader.name, log_format.text, log_format.options
+    )
+    return surveys, yaml.load("\n".join(lines), Loader=yaml.CSafeLoader) or {}
+
+
+def proposal(path: Path) -> dict[str, Any]:
+    """Return what `rftfit inspect` proposes for the config."""
+    return inspected(path)[1]
+
+
+def read_by(path: Path, proposed: dict[str, Any]) -> dict[str, Any]:
+    """Read a log as `rftfit check` does, by the sections of a config: key to the log."""
+    logs = {}
+    for key, model in (("force_log", ForceLog), ("motion_log", MotionLog)):
+        if key in proposed:
+            source: Any = model.model_validate(proposed[key])
+            reader = source_reader(source, "rig", key).only(columns_asked(source))
+            log = logs[key] = map_columns(reader.load(recording(path)), source, UNITS, key)
+            # a time that stays unnamed, since it is too coarse, has none
+            names = {name for name in UNITS.keys() & log.columns.keys() if log.units[name]}
+            assert {name: log.units[name] for name in names} == {
+                name: UNITS[name] for name in names
+            }
+            assert names >= source.columns.keys() - {"arm_moving"}
+    return logs
+
+
+def alpha_of(folder: Path, path: Path, proposed: dict[str, Any]) -> tuple[float, list[str]]:
+    """Return alpha_z of the push, and the codes of the flags of its run; NaN where it is refused."""
+    config = yaml.safe_load(SETTINGS) | proposed | {"clock": {"method": "same_clock"}}
+    force = config["force_log"].setdefault("columns", {})
+    for channel in ("F1", "F2", "F3"):
+        force.setdefault(channel, dict(NOBODY))
+    (folder / "config").mkdir(parents=True)
+    (folder / "raw").mkdir()
+    (folder / "raw" / path.name).write_bytes(path.read_bytes())
+    (folder / "config" / "config.yaml").write_text(
+        yaml.safe_dump(json.loads(json.dumps(config))), encoding="utf-8"
+    )
+    header = "run_id,kind,medium,intruder,direction,beta_deg,gamma_deg,force_log,motion_log"
+    row = f"push,plate,sand,plate,intrusion,0,90,{path.name},{path.name}"
+    (folder / "config" / "runs.csv").write_text(f"{header}\n{row}\n", encoding="utf-8")
+    results = chain(load_campaign(folder / "config" / "config.yaml"), "sand")
+    run = results.run("push")
+    assert run["status"] == "read", run["reason"]
+    return float(results.fit("push")["alpha_z_N_per_cm3"]), list(results.codes("push"))
+
+
+def truth() -> dict[str, np.ndarray]:
+    """Return the push that the files hold: t in s, z in mm, forces in N."""
+    with np.load(REPORTED / "truth.npz") as arrays:
+        return {name: arrays[name] for name in arrays}
+
+
+# --- A campaign of one push around files of `../shared/data/reported`, or around made readings of the same push ---
+# A campaign of one push around files of `../shared/data/reported`, or around made readings of the same push.
+
+ALPHA = 1.0186
+"""Of the made push, N/cm^3: a disc of 5 cm, 20 N per cm of depth."""
+MEDIUM, RUN = "bed", "push"
+TEXT = {"delimiter": ","}
+COLUMNS = {"time": "Time", "F3": "Force", "z": "z"}
+NOT_MEASURED = {name: {"constant": 0, "unit": "N"} for name in ("F1", "F2")}
+
+
+def campaign_around(
+    root, log, columns=None, *, range_N=5000.0, text=None, row=None, reads=None, **sections
+):
+    """Write config and run sheet of one vertical push around a log: a file of reported, or a path.
+
+    `columns`: Of time, F3 and z, as in the config. `row`: Cells of the sheet beside those of the push, or a list of them for several rows.
+    `reads`: Further keys of both logs' sections. `sections`: Of
+    the config, in place of its own.
+    """
+    path = REPORTED / log if isinstance(log, str) else log
+    (root / "raw").mkdir(parents=True)
+    shutil.copyfile(path, root / "raw" / path.name)
+    chosen = {**COLUMNS, **(columns or {})}
+    source: dict[str, Any] = {"text": text or TEXT}
+    source |= reads or {}
+    time = {"time": chosen["time"]} if chosen["time"] else {}
+    config = {
+        "title": "One push at home",
+        "raw": "raw",
+        "run_sheet": "config/runs.csv",
+        "force_log": {
+            **deepcopy(source),
+            "columns": {**time, **deepcopy(NOT_MEASURED), "F3": chosen["F3"]},
+        },
+        "motion_log": {**deepcopy(source), "columns": {**deepcopy(time), "z": chosen["z"]}},
+        "clock": {"method": "same_clock"},
+        "transducer": {
+            "name": "load cell",
+            "range_N": [range_N] * 3,
+            "precision_N": 0.02,
+            "axes": {"x": "+F1", "y": "+F2", "z": "+F3"},
+        },
+        "arm": {"speed_cm_per_s": 0.5},
+        "container": {"length_cm": 60, "width_cm": 60, "depth_cm": 40},
+        "intruders": {"disc": {"shape": "disc", "diameter_cm": 5, "thickness_cm": 0.5}},
+        "media": {MEDIUM: {"title": "a bed"}},
+        "fit": {"missing_tare": "flag"},
+    }
+    write_yaml(root / "config" / "config.yaml", config | sections)
+    push = {
+        "run_id": RUN,
+        "kind": "plate",
+        "medium": MEDIUM,
+        "intruder": "disc",
+        "direction": "intrusion",
+        "beta_deg": "0",
+        "gamma_deg": "90",
+        "force_log": path.name,
+        "motion_log": path.name,
+    }
+    # several rows, each beside the cells of the push, or one
+    rows = [push | cells for cells in (row if isinstance(row, list) else [row or {}])]
+    sheet = "\n".join([",".join(rows[0]), *(",".join(cells.values()) for cells in rows), ""])
+    (root / "config" / "runs.csv").write_text(sheet, encoding="utf-8")
+    return Folder(root)
+
+
+def write_table(path, names, rows):
+    """Write a table of text with these lines of cells."""
+    path.write_text("\n".join([names, *rows, ""]), encoding="utf-8")
+    return path
+
+
+def measured(folder):
+    """Fit of the push, and the flags of its run by code."""
+    run_rules(folder.config, "ingest", "tare", "slopes", "checks")
+    fit = folder.table(f"fits/{MEDIUM}.csv").iloc[0]
+    flags = folder.table(f"flags/{MEDIUM}.csv")
+    return fit, dict(zip(flags["code"], flags["words"], strict=True))
+
+
+COUNTS = {
+    "time": {"column": "millis", "unit": "ms"},
+    "F3": {"column": "raw", "unit": "N", "factor": 1 / 4200, "offset": -81234 / 4200},
+    "z": {"column": "pos", "unit": "mm"},
+}
+SECONDS = {"column": "sec", "unit": "s", "plus": {"column": "nanosec", "unit": "ns"}}
+OF_LONG_TABLE = {"time": {"column": "time", "unit": "s"}, "F3": "Fz", "z": "z"}
+OF_BEVAMETER = {
+    "columns": {"z": {"column": "Sinkage", "unit": "mm", "factor": -1}, "time": "time"},
+    "text": {"delimiter": ",", "skip_lines": 4, "rate_Hz": 10},
+    "zero": {"method": "stated", "sd_N": 0.02},
+    "intruders": {"disc": {"shape": "disc", "diameter_cm": 4, "thickness_cm": 0.5}},
+    "media": {MEDIUM: {"title": "a bed", "role": "natural_sand", "linear_to_cm": 2.4}},
+}
+
+
+@dataclass(frozen=True)
+class ReportedPush:
+    """A file of reported, what its user writes for it, and what comes of it.
+
+    `settings`: Arguments of `campaign_around`. `alpha`: N/cm^3; NaN where the push is refused. `code`: Of the flag of the run,
+    "" for none. `words`: In the reason of a push that is refused.
+    """
+
+    log: str
+    settings: dict[str, Any] = field(default_factory=dict)
+    alpha: float = ALPHA
+    code: str = ""
+    words: str = ""
+
+    def __str__(self):
+        return self.log + "".join(f", {name}" for name in self.settings)
+
+
+REPORTED_PUSHES = [
+    ReportedPush("e1_zeros_0.1.csv", code="lone-readings"),
+    ReportedPush("e3_pos_1.csv", code="lone-readings"),
+    ReportedPush("m05_hx711.csv", {"columns": COUNTS}, code="lone-readings"),
+    ReportedPush("m05_hx711.csv", {"columns": COUNTS, "range_N": 500.0}, code="lone-readings"),
+    ReportedPush("m05_hx711_clean.csv", {"columns": COUNTS}),
+    ReportedPush("g5_pos_noise_0.3mm.csv"),
+    ReportedPush("g3_clock_step_0.5s.csv", code="gap"),
+    ReportedPush(
+        "m50_long_format.csv",
+        {"columns": OF_LONG_TABLE, "reads": {"where": {"sensor": "ft_plate"}}},
+    ),
+    ReportedPush(
+        "m50_long_format.csv",
+        {"columns": OF_LONG_TABLE},
+        np.nan,
+        words="`where: {sensor: ft_other}`",
+    ),
+    ReportedPush("m51_bevameter_clean.txt", OF_BEVAMETER, 3.39716, code="cut-rows"),
+    ReportedPush(
+        "m51_bevameter_clean.txt",
+        OF_BEVAMETER | {"arm": {"speed_cm_per_s": 0.5, "drive": "uneven"}},
+        3.39716,
+        code="cut-rows",
+    ),
+    ReportedPush(
+        "m03_sec_nanosec.csv",
+        {"columns": {"time": SECONDS, "F3": {"column": "force_z", "unit": "N"}, "z": "z"}},
+    ),
+]
+
+
+# --- A campaign around each real log of `../shared/data/logs`, from what `rftfit inspect` proposes for it ---------
 
 PLATE_CM = 3.0
-MEDIUM, RUN = "bed", "push"
 NETFT, DAQ = "ati_netft/R2_2018_", "ati_daq/log_2023"
 VOLTS = {"column": "First  Channel", "unit": "N"}
 THROUGH = {"F1": "Fx", "F2": "Fy", "F3": "Fz"}
@@ -57,7 +324,7 @@ class RealLog:
 REAL_LOGS = [
     RealLog(
         f"{DAQ}1002_10inch1R_test2.csv",
-        NOTHING,
+        NOTHING_LEFT,
         0,
         words="a header and no data",
         section={"dialect": "ati-daq", "columns": THROUGH},
@@ -66,21 +333,21 @@ REAL_LOGS = [
     RealLog(f"{NETFT}04_11_Thrust_Acro", ALL, 8412, 1961, words="lost packets"),
     RealLog(
         f"{NETFT}04_11_Thrust_Acro_actually",
-        NOTHING,
+        NOTHING_LEFT,
         0,
         words="a header and no data",
         section={"dialect": "ati-netft", "columns": THROUGH},
     ),
     RealLog(
         f"{NETFT}07_20_manual01",
-        NOTHING,
+        NOTHING_LEFT,
         0,
         words="Force Units: ?",
         section={"dialect": "ati-netft", "columns": THROUGH},
     ),
     RealLog(f"{NETFT}07_23_manual02_FT", ALL, 7344),
     # a tensile test: the crosshead goes up
-    RealLog("instron/Tensile_test_PE.csv", NOTHING, 12660, words="surface not reached"),
+    RealLog("instron/Tensile_test_PE.csv", NOTHING_LEFT, 12660, words="surface not reached"),
     RealLog(
         "instron/Tensile_test_PE.csv",
         ALL,
@@ -125,21 +392,21 @@ REAL_LOGS = [
     ),
     RealLog(
         "zwick/Traction-10.xlsx",
-        NOTHING,
+        NOTHING_LEFT,
         3900,
         words="surface not reached",
         motion={"z": {"column": "Standard travel", "unit": "mm", "factor": -1}},
     ),
     RealLog(
         "labview/short.lvm",
-        NOTHING,
+        NOTHING_LEFT,
         10,
         words="surface not reached",
         section={"columns": {"F3": "Excitation"}},
     ),
     RealLog(
         "labview/with_comments.lvm",
-        NOTHING,
+        NOTHING_LEFT,
         9,
         words="MPa is no unit of F3",
         section={"columns": {"F3": "Pressão ABS."}},
@@ -154,14 +421,14 @@ REAL_LOGS = [
     ),
     RealLog(
         "tdms/raw1.tdms",
-        NOTHING,
+        NOTHING_LEFT,
         2000,
         words="add `factor:`, so many N for each Volts",
         section={"columns": {"F3": VOLTS}},
     ),
     RealLog(
         "tdms/raw1.tdms",
-        NOTHING,
+        NOTHING_LEFT,
         2000,
         words="surface not reached",
         section={"columns": {"F3": VOLTS | {"factor": 20}}},
@@ -169,7 +436,7 @@ REAL_LOGS = [
 ]
 
 
-def campaign_around(log, root):
+def campaign_around_log(log, root):
     """Write config, run sheet and log as a user of `inspect` would; what the log lacks is constant."""
     (root / "raw").mkdir(parents=True)
     for name in filter(None, (log.file, log.zero_log)):
@@ -270,9 +537,6 @@ def judge(log, folder, *, page):
     if (log.outcome == ALL) != bool(np.isfinite(fit["alpha_z_N_per_cm3"])):
         wrong.append(f"alpha_z is {fit['alpha_z_N_per_cm3']!r}")
     return wrong
-
-
-# --- The same numbers by other readers: Python's own of tables, and the library of workbooks as a whole
 
 
 def by_csv(path, delimiter, header):
