@@ -40,8 +40,11 @@ Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]*$", max_length=
 class Model(BaseModel):
     """A section of the configuration: unknown keys are errors, values never change."""
 
-    # strict: "24" in quotes or `yes` is no number, and the user should hear of it
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
+    # strict: "24" in quotes or `yes` is no number, and the user should hear of it.
+    # deferred: a command that reads no config builds no validator, one that does builds that of the whole file alone
+    model_config = ConfigDict(
+        extra="forbid", frozen=True, strict=True, allow_inf_nan=False, defer_build=True
+    )
 
 
 # --- How force and motion are brought together: clocks, free surface, and the yielding of the machine.
@@ -1059,19 +1062,19 @@ class Config(Model):
     needed"""
     dialect: Name = "rig"
     """log dialect, see rftfit inspect --help"""
-    force_log: ForceLog = ForceLog()
+    force_log: ForceLog = Field(default_factory=ForceLog)
     """how force logs are written; for other logs than the rig's"""
-    motion_log: MotionLog = MotionLog()
+    motion_log: MotionLog = Field(default_factory=MotionLog)
     """how motion logs are written; may be the same file"""
     transducer: Transducer
     """the force sensor and how it is mounted"""
-    zero: ZeroSettings = ZeroSettings()
+    zero: ZeroSettings = Field(default_factory=ZeroSettings)
     """what the transducer reads without load"""
-    arm: Arm = Arm()
+    arm: Arm = Field(default_factory=Arm)
     """the robot arm that moves the intruder"""
-    clock: ClockSettings = ClockSettings()
+    clock: ClockSettings = Field(default_factory=ClockSettings)
     """how the clocks of the two logs are brought together"""
-    surface: FreeSurface = FreeSurface()
+    surface: FreeSurface = Field(default_factory=FreeSurface)
     """where the free surface lies"""
     rigid_contact: RigidContact | None = None
     """a push against something rigid; the yielding of the machine that it shows is taken off every depth
@@ -1086,22 +1089,22 @@ class Config(Model):
     """plates and legs, by the name that the run sheet uses"""
     media: dict[Name, MediumSettings] = Field(min_length=1)
     """granular media, by the name that the run sheet uses"""
-    grid: Grid = Grid()
+    grid: Grid = Field(default_factory=Grid)
     """directions that are to be measured: a run in another one is an error, one without a run an empty
     cell; default: those of the run sheet"""
-    fit: Fit = Fit()
+    fit: Fit = Field(default_factory=Fit)
     """which part of a stroke is fitted"""
-    errors: ErrorSettings = ErrorSettings()
+    errors: ErrorSettings = Field(default_factory=ErrorSettings)
     """errors that no single log shows"""
-    fourier: Fourier = Fourier()
+    fourier: Fourier = Field(default_factory=Fourier)
     """the nine-term fit"""
-    maps: Maps = Maps()
+    maps: Maps = Field(default_factory=Maps)
     """alpha in every direction from the pushes that there are"""
-    figures: Figures = Figures()
+    figures: Figures = Field(default_factory=Figures)
     """what the figures show"""
     robot: RobotRuns | None = None
     """a legged robot on one of the media; default: no robot"""
-    publish: Publishing = Publishing()
+    publish: Publishing = Field(default_factory=Publishing)
     """whose the tables are, for those who publish them"""
 
     @model_validator(mode="before")

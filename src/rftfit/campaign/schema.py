@@ -190,7 +190,8 @@ def _several(node: dict[str, Any]) -> str:
 
 def _default(field: dict[str, Any]) -> str:
     value = field.get("default")
-    if isinstance(value, dict):
+    # a section is made when it is needed, so it is no value here
+    if "$ref" in field or isinstance(value, dict):
         return "see below"
     if value in (None, ""):
         return "none"

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from rftfit.campaign.tables import pushes_in
@@ -189,17 +190,19 @@ def _doubt(medium_map: Map) -> str:
 def _map_as_text(
     medium_map: Map, routine: ScaledMedium | None, description: str, level: str
 ) -> str:
-    map_table = medium_map.table()
+    columns = medium_map.columns()
+    beta_deg, gamma_deg = columns["beta_deg"], columns["gamma_deg"]
     blocks = []
     for component in "zx":
         rows = []
         for beta in _SHOWN_BETA:
             cells = []
             for gamma in _SHOWN_GAMMA:
-                off = (map_table["beta_deg"] - beta).abs() + (map_table["gamma_deg"] - gamma).abs()
-                near = map_table.iloc[int(off.to_numpy().argmin())]
-                value, lo, hi = (float(near[column(component, e)]) for e in ("", "_lo", "_hi"))
-                mark = "*" if near["source"] == "measured" else ""
+                nearest = int((np.abs(beta_deg - beta) + np.abs(gamma_deg - gamma)).argmin())
+                value, lo, hi = (
+                    float(columns[column(component, end)][nearest]) for end in ("", "_lo", "_hi")
+                )
+                mark = "*" if columns["source"][nearest] == "measured" else ""
                 ends = f"{lo:.3f} to {hi:.3f}" if hi > lo else "by symmetry"
                 # + 0.0 so that nothing is called -0
                 cells.append(f"{round(value, 3) + 0.0:.3f} ({ends}){mark}")

@@ -199,21 +199,21 @@ class ProfileFile(Model):
     """what this file is"""
     version: Literal[3]
     """of the format"""
-    medium: About = About()
+    medium: About = Field(default_factory=About)
     """the medium"""
-    conventions: Conventions = Conventions()
+    conventions: Conventions = Field(default_factory=Conventions)
     """axes, signs and angles in words"""
-    units: Units = Units()
+    units: Units = Field(default_factory=Units)
     """units of the numbers"""
     golden: Golden
     """a value to test one's own signs against"""
-    validity: Validity = Validity()
+    validity: Validity = Field(default_factory=Validity)
     """where the profile holds"""
     directions: Directions
     """alpha over all directions"""
     errors: ProfileErrors | None = None
     """errors of alpha; null: not known"""
-    force_errors: ForceErrors = ForceErrors()
+    force_errors: ForceErrors = Field(default_factory=ForceErrors)
     """what a measured force has beside the errors of alpha"""
     pushes: Made | None = None
     """what was measured; null: just the directions that have a number"""
