@@ -663,7 +663,7 @@ class Grid(Model):
     """
     gamma_deg: tuple[Annotated[float, Field(ge=-90, le=90)], ...] = Field(default=(), strict=False)
     """planned intrusion angles, degrees, up to the sides negative"""
-    angle_tolerance_deg: NotNegative = Field(default=TOLERANCE_DEG, le=10)
+    angle_tolerance_deg: Annotated[float, Field(ge=0, le=10)] = TOLERANCE_DEG
     """directions that differ by no more in both angles are one cell, degrees
 
     Runs of one cell are averaged. With 0.5, runs at (30, 45) and (30.4, 45) are repeats of one

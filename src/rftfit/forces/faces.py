@@ -55,9 +55,7 @@ def face_alpha(
     if law == "measured":
         stress = _measured(as_table(profile), normal, velocity)
     else:
-        down = np.array([0.0, 0.0, -1.0])
-        one_push = profile.alpha(0.0, np.pi / 2)[0] / rft3d.law(down, down)[2]
-        stress = np.multiply.outer(one_push, rft3d.law(normal, velocity))
+        stress = np.multiply.outer(rft3d.level_of(profile), rft3d.law(normal, velocity))
     if friction is None:
         return np.asarray(stress)
     return rft3d.turn_and_cap(stress, normal, velocity, friction)

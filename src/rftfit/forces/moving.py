@@ -40,6 +40,11 @@ class DrawnForces(NamedTuple):
     load: Load | None = None
     by_direction: FloatArray | None = None
 
+    @property
+    def stop(self) -> int:
+        """The first pose behind these."""
+        return self.start + int(next(iter(self.forces.values())).shape[-1])
+
     def between(self, start: int, stop: int) -> DrawnForces:
         """Take the poses from `start` to `stop` of the whole motion."""
         chosen = slice(start, stop)
@@ -143,9 +148,9 @@ class BodyInMotion(ABC):
 
     def knows(self, profile: Profile) -> bool:
         """Tell whether a profile has a number in every direction of the body."""
-        return bool(is_known(self.best(profile).forces).all())
+        return bool(has_forces(self.best(profile).forces).all())
 
 
-def is_known(forces: ForcesByName) -> npt.NDArray[np.bool_]:
+def has_forces(forces: ForcesByName) -> npt.NDArray[np.bool_]:
     """Poses in which every force has a number, shape (p,)."""
     return np.asarray(np.isfinite(np.stack(list(forces.values()))).all(axis=0))

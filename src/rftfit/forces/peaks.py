@@ -197,6 +197,7 @@ def pick_peaks(
     extremes: Iterable[PeakTarget],
     places: FloatArray,
     bounds: Mapping[str, tuple[FloatArray, FloatArray]],
+    *,
     alpha: DrawStatistics | None,
     model: DrawStatistics | None,
     of_alpha: Ends,

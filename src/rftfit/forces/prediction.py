@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ from rftfit.forces.bodies import set_in_motion
 from rftfit.forces.body_error import BodyError
 from rftfit.forces.mesh import Mesh, Motion3D
 from rftfit.forces.motion import Motion
-from rftfit.forces.moving import BodyInMotion, DrawnForces, ForcesByName, is_known
+from rftfit.forces.moving import BodyInMotion, DrawnForces, ForcesByName, has_forces
 from rftfit.forces.outlines import Outline
 from rftfit.forces.peaks import (
     DrawStatistics,
@@ -174,8 +175,8 @@ class _ErrorOfModel:
         self._paths_of_body: tuple[FloatArray, FloatArray] | None = None
 
     @property
-    def is_known(self) -> bool:
-        """Whether the model errs at all by what is known of it."""
+    def is_stated(self) -> bool:
+        """Whether an error of the model is known, or asked for, that is not 0."""
         return self.body_error is not None or self.eps > 0
 
     def paths(self, draws: int) -> Iterator[FloatArray]:
@@ -204,8 +205,7 @@ class _ErrorOfModel:
         if self.body_error is None:
             return drawn
         mean = self._of_body(draws)[0]
-        stop = drawn.start + next(iter(drawn.forces.values())).shape[-1]
-        of_mean = self.moving.body_errors(drawn, mean[..., drawn.start : stop])
+        of_mean = self.moving.body_errors(drawn, mean[..., drawn.start : drawn.stop])
         return drawn._replace(forces=_sum(drawn.forces, of_mean))
 
     def with_draws(self, drawn: DrawnForces, paths: FloatArray) -> ForcesByName:
@@ -220,7 +220,10 @@ def _sum(forces: ForcesByName, of_error: ForcesByName) -> ForcesByName:
 
 
 class _Prediction:
-    """Forces on a body by a profile, their intervals of alpha (`ends`) and with the model's error (`model_ends`)."""
+    """Forces on a body by a profile, with intervals of alpha (`alpha_ends`) and with the model's error (`model_ends`).
+
+    `alpha`, `model`: draws behind them; none where an interval is not from draws. `targets`: peaks that are looked for.
+    """
 
     def __init__(
         self, moving: BodyInMotion, profile: Profile, error: _ErrorOfModel, confidence: float
@@ -231,14 +234,13 @@ class _Prediction:
         if isinstance(profile.spread, Profile):
             self.draws = len(profile.spread.parameters[0])
         if error.body_error is not None:
-            with_mean = error.with_mean(moving.best_with_load(profile), self.draws)
-            forces = {name: values[0] for name, values in with_mean.forces.items()}
+            forces = {name: values[0] for name, values in self._best_as_draw.forces.items()}
             self.best = self.best._replace(forces=forces)
-        self.is_known = is_known(self.best.forces)
+        self.has_forces = has_forces(self.best.forces)
         self.targets = moving.peak_targets(self.best.forces)
         self.alpha: DrawStatistics | None = None
         self.model: DrawStatistics | None = None
-        self.ends: Ends = {}
+        self.alpha_ends: Ends = {}
         self.model_ends: Ends = {}
         self._spread()
 
@@ -247,22 +249,22 @@ class _Prediction:
         spread = self.profile.spread
         if isinstance(spread, Profile):
             self.alpha = self._statistics()
-            parts = self.moving.draw(spread, with_load=self.error.is_known)
+            parts = self.moving.draw(spread, with_load=self.error.is_stated)
             drawn_parts = (self.error.with_mean(part, self.draws) for part in parts)
             self.model = self._add_draws(drawn_parts, self.alpha)
-            self.ends = self.alpha.ends
+            self.alpha_ends = self.alpha.ends
             self.model_ends = {} if self.model is None else self.model.ends
             return
         if isinstance(spread, ScaledMedium):
-            self.ends = self._ends_of_further_medium(spread.at_confidence(self.confidence))
-        if not self.error.is_known:
+            self.alpha_ends = self._ends_of_further_medium(spread.at_confidence(self.confidence))
+        if not self.error.is_stated:
             return
         self.model = self._add_draws(self._best_in_parts(), None)
         assert self.model is not None
         self.model_ends = self.model.ends
-        if self.ends:
+        if self.alpha_ends:
             self.model_ends = {
-                name: joined(self.best.forces[name], self.ends[name], self.model_ends[name])
+                name: joined(self.best.forces[name], self.alpha_ends[name], self.model_ends[name])
                 for name in self.model_ends
             }
             self.model = None
@@ -274,24 +276,26 @@ class _Prediction:
         self, parts: Iterable[DrawnForces], alpha: DrawStatistics | None
     ) -> DrawStatistics | None:
         """Add draws of alpha, and return these with the model's error; None where that is not known."""
-        model = self._statistics() if self.error.is_known else None
-        paths = self.error.paths(self.draws) if self.error.is_known else iter(())
+        model = self._statistics() if self.error.is_stated else None
+        paths = self.error.paths(self.draws) if self.error.is_stated else iter(())
         for drawn in parts:
-            stop = drawn.start + next(iter(drawn.forces.values())).shape[-1]
-            is_finite = self.is_known[drawn.start : stop]
+            is_finite = self.has_forces[drawn.start : drawn.stop]
             if alpha is not None:
                 alpha.add(drawn.forces, is_finite)
             if model is not None:
                 model.add(self.error.with_draws(drawn, next(paths)), is_finite)
         return model
 
+    @cached_property
+    def _best_as_draw(self) -> DrawnForces:
+        """The best forces with their load, and with the mean error of a body that was measured before."""
+        return self.error.with_mean(self.moving.best_with_load(self.profile), self.draws)
+
     def _best_in_parts(self) -> Iterator[DrawnForces]:
         """The best forces as the only draw of alpha, in as many poses as draws of the error are made together."""
-        best = self.moving.best_with_load(self.profile)
-        forces = {name: values[None] for name, values in self.best.forces.items()}
         step = self.moving.poses_at_once(self.draws)
         for start in range(0, len(self.moving.poses), step):
-            yield best._replace(forces=forces).between(start, start + step)
+            yield self._best_as_draw.between(start, start + step)
 
     def _ends_of_further_medium(self, medium: ScaledMedium) -> Ends:
         """Interval for one further medium, scaled from the reference media."""
@@ -308,37 +312,39 @@ class _Prediction:
 
     def table_and_peaks(self) -> tuple[pd.DataFrame, list[Peak]]:
         """Return the table of `predict` and the peaks of `find_peaks`."""
-        best, ends, model_ends = self.best.forces, self.ends, self.model_ends
+        best, alpha_ends, model_ends = self.best.forces, self.alpha_ends, self.model_ends
         forces_beside: ForcesByName | None = None
         if self.profile.beside is not None:
             forces_beside = self.moving.best(self.profile.beside()).forces
-            ends = only_true(ends, forces_beside)
+            alpha_ends = only_true(alpha_ends, forces_beside)
         has_model_error = errors.has_model_error(self.profile)
-        bed = half_width_of_bed(self.profile.bed_spread, self.confidence)
+        bed_half_width = half_width_of_bed(self.profile.bed_spread, self.confidence)
         columns: dict[str, FloatArray] = dict(self.moving.columns)
         for name, values in best.items():
             columns[name] = values
             if forces_beside is not None:
                 columns[beside_name(name)] = forces_beside[name]
-            if name in ends:
-                columns |= dict(zip(end_names(name), ends[name], strict=True))
+            if name in alpha_ends:
+                columns |= dict(zip(end_names(name), alpha_ends[name], strict=True))
             if name in model_ends:
                 columns |= dict(zip(model_end_names(name), model_ends[name], strict=True))
-            if name in model_ends or (name in ends and has_model_error):
-                of_bed = of_next_bed(values, model_ends.get(name) or ends[name], bed)
+            if name in model_ends or (name in alpha_ends and has_model_error):
+                of_bed = of_next_bed(
+                    values, model_ends.get(name) or alpha_ends[name], bed_half_width
+                )
                 columns |= dict(zip(next_end_names(name), of_bed, strict=True))
         columns = self.moving.finish_columns(columns, self.profile, self.best)
-        table = pd.DataFrame(columns | {"reason": np.where(self.is_known, "", self.best.reason)})
+        table = pd.DataFrame(columns | {"reason": np.where(self.has_forces, "", self.best.reason)})
         peaks = pick_peaks(
             best,
             self.targets,
             table.iloc[:, 0].to_numpy(float),
-            {} if self.is_known.all() else self.moving.bounds(self.profile),
-            self.alpha,
-            self.model,
-            ends,
-            model_ends,
-            bed if model_ends or has_model_error else np.nan,
+            {} if self.has_forces.all() else self.moving.bounds(self.profile),
+            alpha=self.alpha,
+            model=self.model,
+            of_alpha=alpha_ends,
+            of_model=model_ends,
+            bed=bed_half_width if model_ends or has_model_error else np.nan,
         )
         if forces_beside is not None:
             peaks = hold_beside(peaks, self.targets, forces_beside)

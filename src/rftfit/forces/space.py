@@ -14,7 +14,7 @@ from rftfit.forces import model_error as errors
 from rftfit.forces.body_error import frame_states
 from rftfit.forces.faces import LAWS, as_table, moving_faces
 from rftfit.forces.mesh import IntArray, Mesh, Motion3D, area_vectors
-from rftfit.forces.moving import BestForces, BodyInMotion, DrawnForces, ForcesByName, is_known
+from rftfit.forces.moving import BestForces, BodyInMotion, DrawnForces, ForcesByName, has_forces
 from rftfit.forces.peaks import Ends, Peak, PeakTarget
 from rftfit.model import rft3d
 from rftfit.model.packs import Pack
@@ -44,10 +44,8 @@ def law_of(profile: Profile, law: str) -> tuple[Pack, float, FloatArray]:
     choose("law", law, LAWS)
     if law == "measured":
         return as_table(profile).pack, float(profile.alpha(0.0, 0.0)[1]), np.zeros((0, 0))
-    down = np.array([0.0, 0.0, -1.0])
-    xi = float(profile.alpha(0.0, np.pi / 2)[0]) / rft3d.law(down, down)[2]
     nothing = TableProfile(np.zeros((7, 13)), np.zeros((7, 13))).pack
-    return nothing, 0.0, xi * rft3d.COEFFICIENTS
+    return nothing, 0.0, float(rft3d.level_of(profile)) * rft3d.COEFFICIENTS
 
 
 def compiled_mesh_forces(
@@ -148,13 +146,19 @@ class MeshInMotion(BodyInMotion):
         sums = self._sum_faces(profile)
         forces = _named(sums)
         why = profile.reason or "a position, rotation or velocity is missing"
-        return BestForces(forces, "" if is_known(forces).all() else why, leaving=sums[:, 6])
+        return BestForces(forces, "" if has_forces(forces).all() else why, leaving=sums[:, 6])
 
     def best_with_load(self, profile: Profile) -> DrawnForces:
-        return _with_load(self._sum_faces(profile)[None])
+        return self._with_load(self._sum_faces(profile)[None])
 
     def draw(self, stack: Profile, *, with_load: bool) -> Iterator[DrawnForces]:
-        yield _with_load(self._draw_sums(stack))
+        sums = self._draw_sums(stack)
+        yield self._with_load(sums) if with_load else DrawnForces(0, _named(sums))
+
+    def _with_load(self, sums: FloatArray) -> DrawnForces:
+        """Forces and load of sums over faces by draw, shape (draws, p, 19)."""
+        by_direction = None if self.mesh.sheet else _loads_by_direction(sums)
+        return DrawnForces(0, _named(sums), _load_of(sums), by_direction)
 
     def poses_at_once(self, draws: int) -> int:
         return max(1, len(self.poses))
@@ -231,11 +235,6 @@ class MeshInMotion(BodyInMotion):
         ends = ("value", "lo", "hi", "model_lo", "model_hi", "next_lo", "next_hi")
         zeros: dict[str, Any] = {end: 0.0 for end in ends if abs(getattr(peak, end)) < least}
         return replace(peak, **zeros)
-
-
-def _with_load(sums: FloatArray) -> DrawnForces:
-    """Forces and load of sums over faces by draw, shape (draws, p, 19)."""
-    return DrawnForces(0, _named(sums), _load_of(sums), _loads_by_direction(sums))
 
 
 def _largest_alpha(profile: Profile) -> float:

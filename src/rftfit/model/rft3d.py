@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rftfit.conventions import FloatArray
-from rftfit.model.profiles import TableProfile
+from rftfit.model.profiles import Profile, TableProfile
 
 COEFFICIENTS = np.array([
     [0.00212, -0.02320, -0.20890, -0.43083, -0.00259, 0.48872, -0.00415, 0.07204, -0.02750, -0.08772,
@@ -41,6 +41,12 @@ def law(normal: FloatArray, velocity: FloatArray) -> FloatArray:
     gravity = np.zeros(m.shape[-1])
     gravity[-1] = -1
     return np.asarray(along_m * m + along_v * velocity + down * gravity)
+
+
+def level_of(profile: Profile) -> FloatArray:
+    """Factor xi of a medium, N/cm^3, by its alpha_z(0, 90 deg); of a stack of draws shape (draws,)."""
+    down = np.array([0.0, 0.0, -1.0])
+    return np.asarray(profile.alpha(0.0, np.pi / 2)[0] / law(down, down)[2])
 
 
 def alpha_3drft(

@@ -236,7 +236,7 @@ def model_widths(
 
 
 def with_arc_scaled(condition: Condition, factor: float) -> Condition:
-    """Return a condition whose legs have an arc that is longer by a factor, at the same distance of hip and tip.
+    """Return a condition whose legs have an arc of so many times the degrees, at the same distance of hip and tip.
 
     The arc of a half circle cannot grow: it becomes shorter.
     """
