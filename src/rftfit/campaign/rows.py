@@ -4,18 +4,15 @@ from __future__ import annotations
 
 import contextlib
 import csv
-import datetime as dt
 import io
 import math
 import re
-import warnings
 import zipfile
 from collections import deque
 from collections.abc import Iterable, Iterator, Mapping, MutableSequence, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from importlib import import_module
-from itertools import islice, zip_longest
+from itertools import chain, islice, repeat, zip_longest
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
@@ -33,8 +30,17 @@ from rftfit.campaign.problems import (
 )
 from rftfit.table.numbers import COMMA, NOT_FINITE, cut_unit, has_decimal_commas, number_of
 from rftfit.table.parse import Kind, Layout, read_cells_of
-from rftfit.table.text import as_utf8, decoded, is_web_page, text_head, utf16_of
+from rftfit.table.text import as_utf8, decoded, is_web_page, records_of, text_head, utf16_of
 from rftfit.table.units import cut_header, folded_name, unit_among, units_like
+from rftfit.table.workbook import (
+    ERROR_VALUES,
+    WORKBOOK,
+    is_moment,
+    open_workbook,
+    place_of_column,
+    rows_of,
+    text_of,
+)
 
 MAX_BYTES = 50_000_000
 MAX_TEXT = 500_000_000
@@ -58,10 +64,7 @@ YES = ("yes", "true", "1")
 NO = ("no", "false", "0")
 
 _NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9._-]{0,99}")
-WORKBOOK = b"PK\x03\x04"
 _OLD_WORKBOOK = b"\xd0\xcf\x11\xe0"
-_ERROR_VALUES = ("#N/A", "#REF!", "#DIV/0!", "#NAME?", "#NULL!", "#NUM!", "#VALUE!")
-_DATES = (dt.date, dt.time, dt.timedelta)
 _BAD_CELLS = {
     "formula": "a value; this formula was never calculated: open the workbook in a spreadsheet and "
     "save it, or type the value",
@@ -790,9 +793,9 @@ def _read_csv(text: str, schema: Schema, suffix: str) -> _Table:
 
 def _take(table: _Table, text: str, schema: Schema, most: float = math.inf) -> None:
     """Take the rows of a text into a table, `most` of them."""
-    reader = csv.reader(io.StringIO(text), delimiter=table.delimiter, strict=True)
     try:
-        for row, cells in enumerate(reader, start=table.last + 1):
+        records = records_of(io.StringIO(text), table.delimiter)
+        for row, cells in enumerate(records, start=table.last + 1):
             if row > most:
                 raise _too_many_rows(schema)
             table.add(row, [cell.strip() for cell in cells])
@@ -804,17 +807,25 @@ def _take(table: _Table, text: str, schema: Schema, most: float = math.inf) -> N
 def _read_workbook(data: bytes, schema: Schema) -> _Table:
     """Read the first sheet: numbers as the shortest text that means them, true and false as words."""
     table = _Table()
-    with _workbook_errors(schema):
-        has_formulas, has_merged = _check_archive(data, schema)
-        _, rows = _sheets(data, schema)[0]
-        merged = _merged_cells(data) if has_merged else {}
+    with contextlib.ExitStack() as opened:
+        opened.enter_context(_workbook_errors(schema))
+        has_formulas, merged_ranges = _check_archive(data, schema)
+
+        def first_sheet(*, formulas: bool = False) -> tuple[Any, Iterator[tuple[Any, ...]]]:
+            file = io.BytesIO(data)
+            sheet = opened.enter_context(open_workbook(file, formulas=formulas)).worksheets[0]
+            return sheet, opened.enter_context(rows_of(sheet, MAX_COLUMNS))
+
+        sheet, rows = first_sheet()
+        merged = _merged_cells(merged_ranges.get(sheet._worksheet_path, ()))
         firsts: dict[tuple[int, int], str] = {}
-        sources = _sheets(data, schema, formulas=True)[0][1] if has_formulas else None
-        for row, values in enumerate(rows, start=1):
+        sources = first_sheet(formulas=True)[1] if has_formulas else iter(())
+        for row, (values, formulas) in enumerate(
+            zip(rows, chain(sources, repeat(())), strict=False), start=1
+        ):
             if row > schema.most_rows:
                 raise _too_many_rows(schema)
-            texts = [_text(value) for value in values]
-            formulas = next(sources, ()) if sources is not None else ()
+            texts = [text_of(value) for value in values]
             for row_index, (value, source) in enumerate(zip_longest(values, formulas)):
                 if bad := _bad_cell(value, source):
                     table.bad[row, row_index] = bad
@@ -843,19 +854,19 @@ def read_sheets(path: Path, schema: Schema) -> Iterator[tuple[str, list[Line]]]:
         return
     with _workbook_errors(schema):
         _check_archive(data, schema)
-        for name, rows in _sheets(data, schema):
-            texts = ([*map(_text, row)] for row in islice(rows, schema.most_rows))
-            yield name, [(number, row) for number, row in enumerate(texts, start=1) if any(row)]
+        with open_workbook(io.BytesIO(data)) as workbook:
+            for sheet in workbook.worksheets:
+                with rows_of(sheet, MAX_COLUMNS) as rows:
+                    texts = ([*map(text_of, row)] for row in islice(rows, schema.most_rows))
+                    numbered = [pair for pair in enumerate(texts, start=1) if any(pair[1])]
+                yield sheet.title, numbered
 
 
 @contextlib.contextmanager
 def _workbook_errors(schema: Schema) -> Iterator[None]:
     """Turn whatever the library raises on a damaged file into a problem."""
     try:
-        with warnings.catch_warnings():
-            # about styles and validation rules, which do not matter here
-            warnings.simplefilter("ignore")
-            yield
+        yield
     except CampaignError:
         raise
     # from KeyError to zlib.error
@@ -865,8 +876,10 @@ def _workbook_errors(schema: Schema) -> Iterator[None]:
         raise schema.refusal("not-a-workbook", allowed) from error
 
 
-def _check_archive(data: bytes, schema: Schema) -> tuple[bool, bool]:
-    """Refuse what no spreadsheet writes, before it is parsed; tell whether there are formulas, merged cells."""
+def _check_archive(
+    data: bytes, schema: Schema
+) -> tuple[bool, dict[str, list[tuple[bytes, bytes, bytes, bytes]]]]:
+    """Refuse what no spreadsheet writes, before it is parsed; tell whether there are formulas, and the merged ranges of each sheet."""
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         unpacked = sum(info.file_size for info in archive.infolist())
         if unpacked > MAX_UNPACKED:
@@ -882,63 +895,31 @@ def _check_archive(data: bytes, schema: Schema) -> tuple[bool, bool]:
         raise schema.refusal(
             "too-large", f"{tags / 1e6:.0f} million XML tags are too many; {limit}"
         )
-    sheets = [content for name, content in parts.items() if name.startswith("xl/worksheets/")]
-    formulas = any(b"<f>" in content or b"<f " in content for content in sheets)
-    return formulas, any(b"<mergeCell " in content for content in sheets)
+    sheets = {name: content for name, content in parts.items() if name.startswith("xl/worksheets/")}
+    has_formulas = any(b"<f>" in content or b"<f " in content for content in sheets.values())
+    # the library's quick reader passes over them
+    return has_formulas, {name: _MERGED.findall(content) for name, content in sheets.items()}
 
 
-def _merged_cells(data: bytes) -> dict[int, dict[int, tuple[int, int]]]:
-    """By row and position the cells of the first sheet that are merged: which one has their value."""
-    openpyxl: Any = import_module("openpyxl")
-    sheet: Any = openpyxl.load_workbook(io.BytesIO(data), read_only=True).worksheets[0]
-    with zipfile.ZipFile(io.BytesIO(data)) as archive:
-        # the library's quick reader passes over them
-        ranges = _MERGED.findall(archive.read(sheet._worksheet_path))
-    number = openpyxl.utils.column_index_from_string
+def _merged_cells(
+    ranges: Sequence[tuple[bytes, bytes, bytes, bytes]],
+) -> dict[int, dict[int, tuple[int, int]]]:
+    """By row and position the cells that are merged: which one has their value."""
     spans_of_rows: dict[int, dict[int, tuple[int, int]]] = {}
     for left, top, right, bottom in ranges[:_MOST_MERGED]:
-        first, last = number(left.decode()) - 1, number(right.decode()) - 1
+        first, last = place_of_column(left.decode()), place_of_column(right.decode())
         for row in range(int(top), min(int(bottom), int(top) + _MOST_MERGED) + 1):
             places = range(first, min(last, MAX_COLUMNS - 1) + 1)
             spans_of_rows.setdefault(row, {}).update(dict.fromkeys(places, (int(top), first)))
     return spans_of_rows
 
 
-def _sheets(
-    data: bytes, schema: Schema, *, formulas: bool = False
-) -> Sequence[tuple[str, Iterator[tuple[Any, ...]]]]:
-    """Name and rows of each sheet, one row more than are read."""
-    # imported by name: slow, and without type information
-    openpyxl: Any = import_module("openpyxl")
-    book = openpyxl.load_workbook(io.BytesIO(data), read_only=True, data_only=not formulas)
-    sheet_paths = []
-    for sheet in book.worksheets:
-        # the stated size of a sheet is often wrong
-        sheet.reset_dimensions()
-        rows = sheet.iter_rows(max_col=MAX_COLUMNS, values_only=True)
-        sheet_paths.append((sheet.title, islice(rows, schema.most_rows + 1)))
-    return sheet_paths
-
-
-def _text(value: Any) -> str:
-    if value is None:
-        return ""
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if isinstance(value, float) and value.is_integer() and abs(value) < 1e15:
-        return str(int(value))
-    if isinstance(value, _DATES):
-        return value.isoformat() if not isinstance(value, dt.timedelta) else str(value)
-    text = str(value).replace("_x000D_\n", "\n").replace("\r\n", "\n").replace("\r", "\n")
-    return text.strip()
-
-
 def _bad_cell(value: Any, source: Any) -> tuple[str, str] | None:
     """Code and text of a cell that is not what it looks like; `source` is its formula, if any."""
     if value is None and source is not None:
         return "formula", str(getattr(source, "text", source))
-    if isinstance(value, _DATES):
-        return "date", f"the date {_text(value)}"
-    if isinstance(value, str) and value in _ERROR_VALUES:
+    if is_moment(value):
+        return "date", f"the date {text_of(value)}"
+    if isinstance(value, str) and value in ERROR_VALUES:
         return "cell-error", value
     return None

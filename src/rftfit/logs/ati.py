@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Mapping
 
 import numpy as np
@@ -10,7 +9,7 @@ import numpy as np
 from rftfit.logs.base import LogError, PacketCount, number_or_zero
 from rftfit.logs.text import ReadingPlan, TextReader
 from rftfit.table.parse import Kind, Layout
-from rftfit.table.text import decode_first_lines, text_head
+from rftfit.table.text import cells_of, decode_first_lines, text_head
 from rftfit.table.units import unique, unit_word
 
 SEQUENCE = "RDT Sequence"
@@ -84,7 +83,7 @@ class AtiNetftReader(TextReader):
             settings[key.strip().casefold()] = value.strip()
         else:
             raise ValueError(f"no row of names that begins with {_HEADER!r}: cut in its header?")
-        names = unique(next(csv.reader([line.text], skipinitialspace=True)))
+        names = unique(cells_of(line.text.replace(", ", ","), ",") or [])
         if SEQUENCE not in names:
             raise ValueError(f"no column {SEQUENCE!r}, found {', '.join(names)}: it gives the time")
         rate = self.rate or number_or_zero(settings.get("rdt sample rate", ""))

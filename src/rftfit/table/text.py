@@ -5,7 +5,7 @@ from __future__ import annotations
 import codecs
 import csv
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from itertools import islice
 from typing import NamedTuple
 
@@ -107,6 +107,11 @@ def cells_of(line: str, delimiter: str, *, quote: bool = True) -> list[str] | No
     if not quote or '"' not in line:
         return line.split(delimiter)
     try:
-        return next(csv.reader([line], delimiter=delimiter, strict=True), [])
+        return next(records_of([line], delimiter), [])
     except csv.Error:
         return None
+
+
+def records_of(lines: Iterable[str], delimiter: str) -> Iterator[list[str]]:
+    """Yield the cells of each row of a table, which may hold line ends in quotes; raises csv.Error where these do not match."""
+    return csv.reader(lines, delimiter=delimiter, strict=True)
