@@ -15,7 +15,7 @@ from rftfit.campaign.config import TextFormat
 from rftfit.logs.base import HEAD_BYTES, by_number
 from rftfit.logs.quantities import names_and_units
 from rftfit.logs.sources import places_of
-from rftfit.logs.text import ReadingPlan, TextReader
+from rftfit.logs.text import ReadingPlan, TableReader, TextReader
 from rftfit.table.numbers import IN_THOUSANDS, NO_VALUE, PLAIN_NUMBER, plain_number
 from rftfit.table.parse import Kind, Layout, is_meant, rewritten
 from rftfit.table.stamps import ORDERS, PERIOD_S, RestartingClock, date_order, is_stamp, note_of
@@ -98,54 +98,24 @@ class DelimitedReader(TextReader):
         names, units = names_and_units(
             [*name_cells, *[""] * (width - len(name_cells))][:width], below
         )
-        rate = text.rate_Hz
 
         def further() -> Iterator[list[str]]:
             for line in each_line(head[lines[-1].stop :] if lines else b"", text.encoding):
                 if line.whole and _counts(line, text.comment):
                     yield printed.plain(line.text).split(delimiter)
 
-        seen = looked_at(rows, names, text.decimal, ORDERS.get(text.dates, ""), further)
-        notes = [f"time is the row number / {rate:g} Hz (the config)"] if rate else []
-        clocks: dict[str, RestartingClock] = {}
-        for name, stamp in seen.stamps.items():
-            note = note_of(stamp, seen.dates)
-            notes += [note.replace("time", name, 1)] if note else []
-            if note in PERIOD_S:
-                clocks[name] = RestartingClock(PERIOD_S[note])
-        stated = dict(zip(names, units, strict=True)) | dict.fromkeys(seen.stamps, "s")
-
-        def derive(columns: dict[str, np.ndarray], index: np.ndarray) -> dict[str, np.ndarray]:
-            for name in clocks.keys() & columns:
-                columns[name] = clocks[name].follow(columns[name])
-            return {**columns, "time": index / rate} if rate else columns
-
-        source = places_of(self.where, names)
-        layout = Layout(names, seen.kinds, delimiter, text.decimal, delimiter != " ", text.comment)
-        layout = replace(
-            layout,
-            dates=seen.dates,
-            no_value=NO_VALUE,
+        layout = Layout(
+            names,
+            delimiter=delimiter,
+            decimal=text.decimal,
+            quote=delimiter != " ",
+            comment=text.comment,
+            dates=ORDERS.get(text.dates, ""),
             void=_voids_of_gef(skipped),
-            mixed=seen.mixed,
-            other_decimal=seen.other_decimal,
             rewrites=printed.rewrites,
-            where=source,
         )
-        if rate:
-            seen.unread.pop("time", None)
-            stated["time"] = "s"
-        derived = derive if rate or clocks else None
-        return ReadingPlan(
-            layout,
-            stated,
-            start,
-            derived,
-            notes=tuple(notes),
-            unread=seen.unread,
-            labels=self._labels(names, seen.kinds, rows),
-            header=(names, tuple(units)),
-        )
+        plan = plan_columns(self, layout, units, rows, text.rate_Hz, further)
+        return replace(plan, start=start)
 
     def _rows_of_source(self, rows: list[list[str]]) -> list[list[str]]:
         """Rows of the source that the config names by the number of a column: other sources may have other cells."""
@@ -157,17 +127,87 @@ class DelimitedReader(TextReader):
             rows = [row for row, meant in zip(rows, is_meant(labels, words), strict=True) if meant]
         return rows
 
-    def _labels(
-        self, names: Sequence[str], kinds: Sequence[Kind], rows: Iterable[Sequence[str]]
-    ) -> frozenset[str]:
-        """Columns of words, and those of whole numbers that nobody asked for and of which the first rows show few."""
-        columns = zip(*_of_width(rows, len(names)), strict=True)
-        asked = {by_number(name, names) for name in self.asked or names}
-        return frozenset(
-            name
-            for name, kind, column in zip(names, kinds, columns, strict=False)
-            if kind == "skip" or (name not in asked and _are_labels(column))
-        )
+
+def plan_columns(
+    reader: TableReader,
+    layout: Layout,
+    units: Sequence[str],
+    rows: Sequence[Sequence[str]],
+    rate: float | None = None,
+    further: Callable[[], Iterable[Sequence[str]]] = tuple,
+) -> ReadingPlan:
+    """Find out what the columns of a table hold.
+
+    Parameters
+    ----------
+    reader : TableReader
+        Knows the columns that were asked for, and the sources that the config chose.
+    layout : Layout
+        Names of the columns, and how the cells of a line are told apart.
+    units : sequence of str
+        Of the columns, as the header states them.
+    rows : sequence
+        Cells of the first rows.
+    rate : float, optional
+        Rows a second, where these give the time.
+    further : callable, optional
+        Gives the rows below, see `looked_at`.
+
+    Returns
+    -------
+    ReadingPlan
+        Without the place where the rows begin.
+    """
+    names = layout.names
+    seen = looked_at(rows, names, layout.decimal, layout.dates, further)
+    notes = [f"time is the row number / {rate:g} Hz (the config)"] if rate else []
+    clocks: dict[str, RestartingClock] = {}
+    for name, stamp in seen.stamps.items():
+        note = note_of(stamp, seen.dates)
+        notes += [note.replace("time", name, 1)] if note else []
+        if note in PERIOD_S:
+            clocks[name] = RestartingClock(PERIOD_S[note])
+    stated = dict(zip(names, units, strict=True)) | dict.fromkeys(seen.stamps, "s")
+
+    def derive(columns: dict[str, np.ndarray], index: np.ndarray) -> dict[str, np.ndarray]:
+        for name in clocks.keys() & columns:
+            columns[name] = clocks[name].follow(columns[name])
+        return {**columns, "time": index / rate} if rate else columns
+
+    if rate:
+        seen.unread.pop("time", None)
+        stated["time"] = "s"
+    return ReadingPlan(
+        replace(
+            layout,
+            kinds=seen.kinds,
+            dates=seen.dates,
+            no_value=layout.no_value or NO_VALUE,
+            mixed=seen.mixed,
+            other_decimal=seen.other_decimal,
+            where=places_of(reader.where, names),
+        ),
+        stated,
+        0,
+        derive if rate or clocks else None,
+        notes=tuple(notes),
+        unread=seen.unread,
+        labels=_labels(reader, names, seen.kinds, rows),
+        header=(names, tuple(units)),
+    )
+
+
+def _labels(
+    reader: TableReader, names: Sequence[str], kinds: Sequence[Kind], rows: Iterable[Sequence[str]]
+) -> frozenset[str]:
+    """Columns of words, and those of whole numbers that nobody asked for and of which the first rows show few."""
+    columns = zip(*_of_width(rows, len(names)), strict=True)
+    asked = {by_number(name, names) for name in reader.asked or names}
+    return frozenset(
+        name
+        for name, kind, column in zip(names, kinds, columns, strict=False)
+        if kind == "skip" or (name not in asked and _are_labels(column))
+    )
 
 
 def _are_labels(cells: Sequence[str]) -> bool:

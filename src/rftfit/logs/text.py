@@ -7,7 +7,7 @@ import gzip
 import re
 import zlib
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from itertools import chain
@@ -209,7 +209,34 @@ class ReadingPlan:
     header: tuple[tuple[str, ...], tuple[str, ...]] = ((), ())
 
 
-class TextReader(LabelledReader, ABC):
+class TableReader(LabelledReader):
+    """Base of the readers of cells that are text, whatever file these are from."""
+
+    def narrow(self, path: Path, plan: ReadingPlan) -> ReadingPlan:
+        """Leave out the columns that nobody asked for."""
+        self.check_asked(path, plan.unread, plan.layout.names)
+        names_to_read = {*self.choose_columns(plan.layout.names), *plan.keep}
+        return replace(
+            plan, layout=narrowed(plan.layout, names_to_read, plan.labels - {*self.where})
+        )
+
+    def logs_of(self, path: Path, plan: ReadingPlan, blocks: Iterable[Block]) -> Iterator[base.Log]:
+        """Parse the rows of a table, block by block."""
+        first = 0
+
+        def parsed(block: Block) -> ParsedRows:
+            return parse(plan.layout, *block, keep_blanks=self.keeps_blanks)
+
+        for rows in base.parallel_map(parsed, blocks):
+            _refuse_changed_header(path, plan, rows, first)
+            if rows.rows:
+                yield _log(path, plan, rows, first)
+            first += rows.rows
+        if first == 0:
+            raise base.LogError("header_only", f"{path}: a header and no data")
+
+
+class TextReader(TableReader, ABC):
     """Base of the dialects of text: a `plan` for each file is all they need."""
 
     @abstractmethod
@@ -234,32 +261,17 @@ class TextReader(LabelledReader, ABC):
             lines = chain.from_iterable(chain(b.body.splitlines(), [b.last_line]) for b in blocks)
             count = sum(map(plan.layout.is_data, lines))
             raise base.LogError("header", f"{path}: {plan.refusal}", count)
-        self.check_asked(path, plan.unread, plan.layout.names)
-        names_to_read = {*self.choose_columns(plan.layout.names), *plan.keep}
-        layout = narrowed(plan.layout, names_to_read, plan.labels - {*self.where})
-        if regrouped := regrouped_columns(path, layout, plan.start):
-            layout = replace(layout, regrouped=regrouped)
-            notes = [_REGROUPED.format(layout.names[place]) for place in sorted(regrouped)]
-            plan = replace(plan, notes=(*plan.notes, *notes))
-        first = 0
-
-        def parsed(block: Block) -> ParsedRows:
-            return parse(layout, *block, keep_blanks=self.keeps_blanks)
-
-        for rows in base.parallel_map(parsed, blocks):
-            _refuse_changed_header(path, plan, layout, rows, first)
-            if rows.rows:
-                yield _log(path, plan, rows, first)
-            first += rows.rows
-        if first == 0:
-            raise base.LogError("header_only", f"{path}: a header and no data")
+        plan = self.narrow(path, plan)
+        if regrouped := regrouped_columns(path, plan.layout, plan.start):
+            notes = [_REGROUPED.format(plan.layout.names[place]) for place in sorted(regrouped)]
+            layout = replace(plan.layout, regrouped=regrouped)
+            plan = replace(plan, layout=layout, notes=(*plan.notes, *notes))
+        yield from self.logs_of(path, plan, blocks)
 
 
-def _refuse_changed_header(
-    path: Path, plan: ReadingPlan, layout: Layout, rows: ParsedRows, first: int
-) -> None:
+def _refuse_changed_header(path: Path, plan: ReadingPlan, rows: ParsedRows, first: int) -> None:
     """Refuse a file in which the header stands again and says something else of a column that is read."""
-    names, units = plan.header
+    (names, units), layout = plan.header, plan.layout
     wanted = [place for place in layout.places_to_read if layout.kinds[place] != "label"]
     for line, cells in rows.word_lines if names else ():
         if changes := changed_header(cells, names, units, wanted):
