@@ -262,7 +262,7 @@ def test_a_note_far_beside_a_table_is_no_harm(tmp_path):
 def test_a_sheet_of_more_rows_than_one_has_is_refused_before_a_row_is_read(tmp_path, monkeypatch):
     monkeypatch.setattr(tabular, "MOST_ROWS", 900)
     monkeypatch.setattr(tabular, "_LEAST_TO_COUNT", 900)
-    monkeypatch.setattr(tabular.XlsxReader, "_logs", lambda *_: pytest.fail("a row was read"))
+    monkeypatch.setattr(tabular.XlsxReader, "_plan", lambda *_: pytest.fail("a row was read"))
     refused(dialect("xlsx"), workbook(1000, ROW)(tmp_path / "a"), "too_large", "row 900")
 
 

@@ -246,14 +246,15 @@ _MOST_HEADER_ROWS = 6
 def _further_header_rows(rows: Sequence[list[str]]) -> int:
     """Count the rows of words between a header and the first row with a number, as TOA5 and AGS4 have them."""
     for place, cells in enumerate(rows[:_MOST_HEADER_ROWS]):
-        if any(_is_value(cell) for cell in cells):
+        if any(is_value(cell) for cell in cells):
             return place
         if len(cells) != len(rows[0]) or not any(cell.strip() for cell in cells):
             break
     return 0
 
 
-def _is_value(cell: str) -> bool:
+def is_value(cell: str) -> bool:
+    """Tell a number in any spelling, and a time, from other cells."""
     plain = plain_number(cell.strip())
     return is_stamp(plain) or any(number.fullmatch(plain) for number in _NUMBERS.values())
 

@@ -2,48 +2,37 @@
 
 from __future__ import annotations
 
-import datetime as dt
 import fnmatch
-import math
-import warnings
 import zipfile
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from contextlib import closing
 from dataclasses import replace
 from functools import partial
-from importlib import import_module
-from itertools import islice
+from itertools import chain, islice
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
 
-from rftfit.conventions import FloatArray
 from rftfit.logs.arrays import MOST_COLUMNS
 from rftfit.logs.base import Log, LogError, check_unpacked, library_errors
-from rftfit.logs.beside import HeaderChange, LabelledReader, changed_header, may_be_labels
-from rftfit.logs.delimited import looked_at
+from rftfit.logs.beside import LabelledReader, may_be_labels
+from rftfit.logs.delimited import is_value, looked_at, plan_columns
 from rftfit.logs.quantities import names_and_units
 from rftfit.logs.sources import places_of
-from rftfit.table.numbers import COMMA, MAY_BE_THOUSANDS, NO_VALUE, number_of, plain_number
-from rftfit.table.parse import (
-    BLANK,
-    NUMBER,
-    OTHER_SOURCE,
-    add_counts,
-    is_meant,
-    numbers_among_words,
-)
-from rftfit.table.stamps import (
-    CLOCK_TIME,
-    PERIOD_S,
-    RestartingClock,
-    is_stamp,
-    ns_to_s,
-    of_moment,
-    seconds_of,
-)
+from rftfit.logs.text import Block, ReadingPlan, TableReader
+from rftfit.table.numbers import COMMA, MAY_BE_THOUSANDS, NO_VALUE, plain_number
+from rftfit.table.parse import OTHER_SOURCE, Layout, is_meant, numbers_among_words
+from rftfit.table.stamps import CLOCK_TIME, PERIOD_S, RestartingClock, ns_to_s, seconds_of
 from rftfit.table.units import is_units_row, unit_word
+from rftfit.table.workbook import (
+    ERROR_VALUES,
+    NO_RESULT,
+    WORKBOOK,
+    formula_of,
+    open_workbook,
+    rows_of,
+    text_of,
+)
 
 MOST_ROWS = 1_048_576
 _LEAST_TO_COUNT, _STEP = MOST_ROWS * len("<row/>"), 1 << 20
@@ -75,7 +64,7 @@ def _checked(path: Path, what: str, blocks: Iterator[Log]) -> Iterator[Log]:
         raise LogError("header_only", f"{path}: a header and no data")
 
 
-class XlsxReader(LabelledReader):
+class XlsxReader(TableReader):
     """A row of names somewhere in the first rows, perhaps one of units, then numbers."""
 
     name = "xlsx"
@@ -89,133 +78,141 @@ class XlsxReader(LabelledReader):
     def detect(self, head: bytes) -> bool:
         """Tell from the first 64 kB of a file whether it is of this dialect."""
         marks = (b"[Content_Types].xml", b"xl/", b"_rels/.rels")
-        return head.startswith(b"PK\x03\x04") and any(mark in head for mark in marks)
+        return head.startswith(WORKBOOK) and any(mark in head for mark in marks)
 
     def stream(self, path: Path) -> Iterator[Log]:
         """Read a sheet, some ten thousand rows at a time."""
-        with warnings.catch_warnings():
-            # about styles and validation rules, which do not matter here
-            warnings.simplefilter("ignore")
-            yield from _checked(path, "workbook", self._blocks(path))
+        yield from _checked(path, "workbook", self._blocks(path))
 
     def _blocks(self, path: Path) -> Iterator[Log]:
         if path.stat().st_size == 0:
             raise LogError("empty", f"{path}: the file is empty")
-        # imported by name: slow, and without type information
-        openpyxl: Any = import_module("openpyxl")
         with path.open("rb") as file:
             with zipfile.ZipFile(file) as archive:
                 parts = archive.infolist()
             times = {member: _TREE if member.filename.endswith(_TREES) else 1 for member in parts}
             check_unpacked(path, sum(member.file_size * times[member] for member in parts))
             _refuse_many_rows(path, file)
-            book = openpyxl.load_workbook(file, read_only=True, data_only=True)
-            # closed by hand: rows that nobody asks for keep the file open
-            with closing(book):
-                sheet, notes = _choose(path, book, self.options.get("sheet", ""))
-
-                def formulas() -> list[Any]:
-                    with path.open("rb") as formula_file:
-                        formula_book = openpyxl.load_workbook(formula_file, read_only=True)
-                        with closing(formula_book):
-                            same_sheet = formula_book[sheet.title]
-                            same_sheet.reset_dimensions()
-                            cells = same_sheet.iter_rows(values_only=True)
-                            with closing(row for row in cells) as rows:
-                                return list(islice(rows, _HEADER_ROWS))
-
-                with closing(row for row in sheet.iter_rows(values_only=True)) as rows:
-                    for log in self._logs(path, islice(rows, MOST_ROWS), formulas):
-                        yield replace(log, notes=(*notes, *log.notes))
+            with open_workbook(file) as workbook:
+                sheet, notes = _choose(path, workbook, self.options.get("sheet", ""))
+                with rows_of(sheet) as rows:
+                    limited_rows = _without_wide(path, islice(rows, MOST_ROWS))
+                    plan, lines = self._plan(path, sheet.title, limited_rows)
+                    plan = replace(plan, notes=(*notes, *plan.notes))
+                    yield from self.logs_of(path, plan, lines)
                     # the library makes up all rows above a stray one
                     if next(rows, None) is not None:
                         raise _below_last_row(path)
 
-    def _logs(
-        self, path: Path, rows: Iterator[tuple[Any, ...]], formulas: Callable[[], list[Any]]
-    ) -> Iterator[Log]:
-        rows = _without_wide(path, rows)
+    def _plan(
+        self, path: Path, title: str, rows: Iterator[tuple[Any, ...]]
+    ) -> tuple[ReadingPlan, Iterator[Block]]:
+        """Find the table of a sheet; its rows follow as lines of text."""
         head = list(islice(rows, _HEADER_ROWS))
         first = _begin(head)
-        block = head[first:]
+        first_rows = head[first:]
         # cells beside the table are no names and no units
-        width = 1 + max((p for row in block[:2] for p in _places(row)), default=-1)
+        width = 1 + max((place for row in first_rows[:2] for place in _places(row)), default=-1)
         header = head[first - 1] if first else ()
         while width < len(header) and header[width] is not None:
             width += 1  # a name above cells that are filled further below
         above = [
-            ["" if cell is None else str(cell) for cell in row[: width or None]]
+            cells
             for row in head[:first]
-            if any(cell is not None for cell in row[: width or None])
+            if any(cells := [text_of(cell) for cell in row[: width or None]])
         ]
         if not above:
             raise LogError("header", f"{path}: no row of names above the numbers of the sheet")
         below: list[str] = []
         if len(above) > 1 and is_units_row(above[-1], len(above[-2])):
             below = above.pop()
-        cells = above[-1] + [""] * (max(map(len, block), default=0) - len(above[-1]))
-        names, units = names_and_units(cells, below)
-        table = _table_of(block, names, n_named=len(above[-1]))
-        if table.blank:
-            for place, text in _formulas_of(formulas()[first:], table.blank).items():
-                table.unread[names[place]] = f"{text!r} ({_NO_RESULT})"
-                table.numbers.remove(place)
-        self.check_asked(path, table.unread, names)
-        columns_to_read = self.choose_columns(names)
-        chosen = [
-            place for place in table.numbers if names[place] in columns_to_read
-        ] or table.numbers
-        moments = {
-            p for p in chosen if any(_is_moment(row[p]) for row in block[:1] if len(row) > p)
+        columns = _columns_of(first_rows, len(above[-1]))
+        width = len(columns)
+        names, units = names_and_units(
+            [*above[-1], *[""] * (width - len(above[-1]))][:width], below
+        )
+        layout = Layout(names, delimiter="\t", no_value=(*NO_VALUE, *ERROR_VALUES))
+        cells_of_rows = [line_of(row, columns).split("\t") for row in first_rows]
+        plan = plan_columns(self, layout, units, [row for row in cells_of_rows if any(row)])
+        unread = {
+            column.place: f"{column.unclear!r} (text: a decimal comma or thousands? Make numbers of it)"
+            for column in columns
+            if column.unclear
         }
-        units = ["s" if place in moments else unit for place, unit in enumerate(units)]
-        labels = [
-            place
-            for place, name in enumerate(names[: len(above[-1])])
-            if name not in self.where
-            and (
-                place not in table.numbers
-                or (place not in chosen and may_be_labels(_numbers_of_cells(block, place)))
-            )
+        if blank := [column.place for column in columns if column.is_blank]:
+            formulas = _formulas_of(path, title, first, blank)
+            unread |= {place: f"{text!r} ({NO_RESULT})" for place, text in formulas.items()}
+        kinds = [
+            "skip" if place in unread or not column.is_of_table else kind
+            for place, (kind, column) in enumerate(zip(plan.layout.kinds, columns, strict=True))
         ]
-        sources = places_of(self.where, names)
-        header = (names, tuple(units))
+        plan = replace(
+            plan,
+            layout=replace(plan.layout, kinds=tuple(kinds)),
+            unread={**plan.unread, **{names[place]: why for place, why in unread.items()}},
+        )
+        plan = self.narrow(path, plan)
+        return plan, _lines(chain(first_rows, rows), columns)
 
-        def of_source(rows_of_block: list[Any]) -> list[Any]:
-            for place, words in sources:
-                meant = is_meant([_cell(row, place) for row in rows_of_block], words)
-                rows_of_block = [
-                    row for row, is_one in zip(rows_of_block, meant, strict=True) if is_one
-                ]
-            return rows_of_block
 
-        clocks = {
-            names[place]: RestartingClock(PERIOD_S[CLOCK_TIME])
-            for place in moments
-            if isinstance(block[0][place], dt.time)
-        }
-        notes = tuple(CLOCK_TIME.replace("time", name, 1) for name in clocks)
+class _Column(NamedTuple):
+    """A column of a sheet, by its cells in the first rows.
 
-        def log_of(rows_of_block: list[Any]) -> Log:
-            meant = of_source(rows_of_block) if sources else rows_of_block
-            log = _sheet_log(path, header, units, chosen, labels, meant, table, self.keeps_blanks)
-            if n_other_rows := len(rows_of_block) - len(meant):
-                dropped = add_counts(log.dropped, {OTHER_SOURCE: n_other_rows})
-                log = replace(log, rows=log.rows + n_other_rows, dropped=dropped)
-            for name, clock in clocks.items():
-                log.columns[name] = clock.follow(log.columns[name])
-            return replace(log, notes=notes)
+    `is_of_table`: Whether it has a name, or most rows have a cell in it. `is_blank`: Whether none has. `unclear`: First text
+    with a comma that may stand between thousands, if none shows what it is. `has_commas`: Whether texts have a decimal comma.
+    """
 
-        filled = 0
-        for row in rows:
-            block.append(row)
-            filled += len(row)
-            if len(block) >= _ROWS_AT_A_TIME or filled >= _NUMBERS_AT_A_TIME:
-                yield log_of(block)
-                block, filled = [], 0
-        log = log_of(block)
-        if log.rows:
-            yield log
+    place: int
+    is_of_table: bool
+    is_blank: bool
+    unclear: str
+    has_commas: bool
+
+
+def _columns_of(rows: Sequence[Sequence[Any]], n_named: int) -> list[_Column]:
+    filled_rows = [row for row in rows if any(cell is not None for cell in row)]
+    columns = []
+    for place in range(max([n_named, *map(len, rows)])):
+        cells = [row[place] for row in filled_rows if place < len(row)]
+        filled = [cell for cell in cells if text_of(cell) not in (*NO_VALUE, *ERROR_VALUES)]
+        texts = [plain_number(cell.strip()) for cell in filled if isinstance(cell, str)]
+        commas = [text for text in texts if COMMA.fullmatch(text)]
+        has_commas = not all(map(MAY_BE_THOUSANDS.fullmatch, commas))
+        count = sum(_is_number(cell) for cell in filled)
+        columns.append(
+            _Column(
+                place,
+                place < n_named or count * 2 > len(filled_rows),
+                not filled and bool(filled_rows),
+                commas[0] if commas and not has_commas else "",
+                has_commas,
+            )
+        )
+    while columns and not columns[-1].is_of_table:
+        # somebody may have typed something beside the table
+        columns.pop()
+    return columns
+
+
+def _lines(rows: Iterator[Sequence[Any]], columns: Sequence[_Column]) -> Iterator[Block]:
+    """Lines of the rows of a sheet, some ten thousand at a time."""
+    at_a_time = max(1, min(_ROWS_AT_A_TIME, _NUMBERS_AT_A_TIME // len(columns)))
+    while block := list(islice(rows, at_a_time)):
+        lines = [line for row in block if (line := line_of(row, columns)).strip("\t")]
+        yield Block("\n".join([*lines, ""]).encode(), b"")
+
+
+def line_of(row: Sequence[Any], columns: Sequence[_Column]) -> str:
+    """Cells of a row as a line, with a tab between them."""
+    # most cells are numbers: looking at each of them by a function takes as long as reading
+    cells = [
+        repr(cell) if type(cell) in _PLAIN else " ".join(text_of(cell).split())
+        for cell in row[: len(columns)]
+    ]
+    for place, cell in enumerate(cells):
+        if columns[place].has_commas and COMMA.fullmatch(plain := plain_number(cell)):
+            cells[place] = plain.replace(",", ".")
+    return "\t".join([*cells, *[""] * (len(columns) - len(cells))])
 
 
 def _without_wide(path: Path, rows: Iterator[tuple[Any, ...]]) -> Iterator[tuple[Any, ...]]:
@@ -290,7 +287,7 @@ def _choose(path: Path, book: Any, requested_sheet: str | float) -> tuple[Any, t
 
 
 def _has_table(path: Path, sheet: Any) -> bool:
-    with closing(row for row in sheet.iter_rows(values_only=True)) as rows:
+    with rows_of(sheet) as rows:
         head = list(islice(_without_wide(path, rows), _HEADER_ROWS))
     below = head[_begin(head) + 1 :]
     return _begin(below) < len(below)
@@ -298,8 +295,12 @@ def _has_table(path: Path, sheet: Any) -> bool:
 
 def _places(row: Sequence[Any]) -> set[int]:
     """Columns in which a row has a number or a time."""
-    filled = {place: cell for place, cell in enumerate(row) if cell is not None}
-    return {place for place, cell in filled.items() if _number(cell) is not None}
+    return {place for place, cell in enumerate(row) if _is_number(cell)}
+
+
+def _is_number(cell: Any) -> bool:
+    """Tell a number, also one that is stored as text, a date or a time from other cells."""
+    return type(cell) in _PLAIN or (cell is not None and is_value(text_of(cell)))
 
 
 def _begin(head: Sequence[Sequence[Any]]) -> int:
@@ -311,186 +312,29 @@ def _begin(head: Sequence[Sequence[Any]]) -> int:
         # the second may be damaged in part
         if len(table) >= 2 and (start + 1 == len(head) or table & numbers[start + 1] or not below):
             # names such as 1, 2, 3 are text, where the numbers below are none
-            below_start = head[start + 1] if start + 1 < len(head) else ()
-            are_names = bool(below_start) and all(
+            next_row = head[start + 1] if start + 1 < len(head) else ()
+            are_names = bool(next_row) and all(
                 isinstance(head[start][place], str)
-                and not isinstance(_cell(below_start, place), str)
+                and not isinstance(next_row[place] if place < len(next_row) else None, str)
                 for place in table
             )
             return start + 1 if are_names else start
     return len(head)
 
 
-def _cell(row: Sequence[Any], place: int) -> Any:
-    return row[place] if place < len(row) else None
-
-
-_ERRORS = frozenset({*NO_VALUE, "#DIV/0!", "#VALUE!", "#REF!", "#NUM!", "#NAME?", "#NULL!"})
-"""Cells without a value: texts of other programs, and errors of formulas."""
-
-
-def _number(cell: Any) -> float | None:
-    """Return a number, also one that is stored as text, or a date or time in s; of all else None."""
-    if type(cell) in (float, int):
-        return float(cell)
-    if not isinstance(cell, str):
-        seconds = of_moment(cell)
-        return None if math.isnan(seconds) else seconds
-    text = plain_number(cell.strip())
-    number = number_of(text, "," if COMMA.fullmatch(text) else ".")
-    number = number if math.isfinite(number) else seconds_of(text)
-    return None if math.isnan(number) else number
-
-
-def _is_moment(cell: Any) -> bool:
-    if isinstance(cell, str):
-        return is_stamp(cell.strip())
-    return not isinstance(cell, float | int | None)
-
-
-class _Table(NamedTuple):
-    """The columns of a sheet.
-
-    `numbers`: Places of those that hold numbers or times. `mixed`: Of these, those with words among the
-    numbers; a word there is no value. `blank`: Of these, those without a value in the first rows.
-    `unread`: Why named others are not read.
-    """
-
-    numbers: list[int]
-    mixed: frozenset[int]
-    blank: frozenset[int]
-    unread: dict[str, str]
-
-
-_NO_RESULT = (
-    "a formula whose result the workbook does not hold: open and save it in a spreadsheet program"
-)
-
-
-def _table_of(rows: Sequence[Sequence[Any]], names: Sequence[str], n_named: int) -> _Table:
-    """Tell from the first rows which columns hold numbers: those with a number among their filled cells."""
-    numbers, mixed, blank, unread = [], set[int](), set[int](), {}
-    filled_rows = [row for row in rows if any(cell is not None for cell in row)]
-    for place, name in enumerate(names):
-        cells = [cell for row in rows if (cell := _cell(row, place)) is not None]
-        filled = [cell for cell in cells if not _is_blank(cell)]
-        count = sum(_number(cell) is not None for cell in filled)
-        if not filled and (place < n_named or not rows):
-            numbers.append(place)
-            blank.add(place)
-        elif (unclear := _unclear_commas(filled)) and place < n_named:
-            unread[name] = f"{unclear!r} (text: a decimal comma or thousands? Make numbers of it)"
-        elif count and (place < n_named or count * 2 > len(filled_rows)):
-            numbers.append(place)
-        elif filled and place < n_named:
-            unread[name] = f"{str(filled[0])!r} (no number and no time)"
-        if count * 2 <= len(filled):
-            mixed.add(place)
-    return _Table(numbers, frozenset(mixed), frozenset(blank), unread)
-
-
-def _unclear_commas(cells: Sequence[Any]) -> str:
-    """Return the first cell of text with a comma that may stand between thousands, if none shows what it is."""
-    texts = [plain_number(cell.strip()) for cell in cells if isinstance(cell, str)]
-    commas = [text for text in texts if COMMA.fullmatch(text)]
-    return commas[0] if commas and all(map(MAY_BE_THOUSANDS.fullmatch, commas)) else ""
-
-
-def _is_blank(cell: Any) -> bool:
-    return cell is None or (isinstance(cell, str) and cell.strip() in _ERRORS)
-
-
-def _formulas_of(rows: Sequence[Sequence[Any]], places: Collection[int]) -> dict[int, str]:
-    """Return the first formula of each of these columns, where it has one."""
-    first: dict[int, str] = {}
-    for row in rows:
-        for place in places:
-            text = str(_cell(row, place) or "")
-            if text.startswith(("=", "<openpyxl")):  # the latter: of a range
-                first.setdefault(place, text)
-    return first
-
-
-def _numbers_of_cells(rows: Sequence[Sequence[Any]], place: int) -> FloatArray:
-    """Numbers of a column, NaN where a cell has none."""
-    numbers = (_number(_cell(row, place)) for row in rows)
-    return np.array([math.nan if number is None else number for number in numbers])
-
-
-def _sheet_log(
-    path: Path,
-    header: tuple[tuple[str, ...], tuple[str, ...]],
-    units: Sequence[str],
-    chosen: list[int],
-    labels: list[int],
-    block: list[Any],
-    table: _Table,
-    keeps_blanks: bool,
-) -> Log:
-    names = header[0]
-    most = max(chosen, default=-1)
-    # below a table somebody may have typed something beside it
-    rows = [row for row in block if any(cell is not None for cell in row[: most + 1])]
-    kept: list[list[Any]] = []
-    labels_of_rows: list[list[str]] = []
-    not_numbers = without_value = 0
-    for number_of_row, row in enumerate(rows, start=1):
-        cells = [_cell(row, place) for place in chosen]
-        # most cells are numbers: looking at each of them by a function takes as long as reading
-        if not _PLAIN.issuperset(map(type, cells)):
-            numbers = [_number(cell) for cell in cells]
-            without = [
-                place for place, number in zip(chosen, numbers, strict=True) if number is None
-            ]
-            if any(not _is_blank(_cell(row, p)) for p in without if p not in table.mixed):
-                not_numbers += 1
-                if changes := _changed_header(row, header, chosen):
-                    raise LogError(
-                        "header_changes", HeaderChange(number_of_row, changes).sentence(path)
-                    )
-                continue
-            if len(without) == len(chosen):
-                without_value += 1
-                continue
-            cells = [math.nan if number is None else number for number in numbers]
-        kept.append(cells)
-        if labels:
-            labels_of_rows.append([_label(_cell(row, place)) for place in labels])
-    values = np.array(kept, dtype=float).reshape(-1, len(chosen)).T
-    columns = {names[place]: values[index] for index, place in enumerate(chosen)}
-    blank = {name: rows for name, column in columns.items() if (rows := np.isnan(column)).any()}
-    counts = {NUMBER: not_numbers, BLANK: without_value}
-    dropped = {reason: count for reason, count in counts.items() if count}
-    stated = {names[p]: units[p] for p in chosen}
-    size = len(kept) + sum(dropped.values())
-    words = np.array(labels_of_rows, dtype=object).reshape(len(kept), len(labels)).T
-    log = Log(
-        path,
-        columns,
-        stated,
-        size,
-        dropped,
-        unread=table.unread,
-        places=names,
-        labels={names[place]: words[index] for index, place in enumerate(labels)},
-    )
-    return log.without_blanks(blank, keeps_blanks=keeps_blanks)
-
-
-def _label(cell: Any) -> str:
-    if cell is None:
-        return ""
-    return f"{cell:g}" if isinstance(cell, float) else str(cell).strip()
-
-
-def _changed_header(
-    row: Sequence[Any], header: tuple[tuple[str, ...], tuple[str, ...]], wanted: list[int]
-) -> list[str]:
-    """What a row of words says of the columns that are read, if it is a header and says something else."""
-    cells = ["" if cell is None else str(cell) for cell in row]
-    if any(_number(cell) is not None for cell in row if cell is not None):
-        return []
-    return changed_header(cells, *header, wanted)
+def _formulas_of(path: Path, title: str, first: int, places: Collection[int]) -> dict[int, str]:
+    """Return the first formula of each of these columns below a row of a sheet, where it has one."""
+    first_of_column: dict[int, str] = {}
+    with (
+        path.open("rb") as file,
+        open_workbook(file, formulas=True) as workbook,
+        rows_of(workbook[title]) as rows,
+    ):
+        for row in islice(rows, first, _HEADER_ROWS):
+            for place in places:
+                if formula := formula_of(row[place] if place < len(row) else None):
+                    first_of_column.setdefault(place, formula)
+    return first_of_column
 
 
 class ParquetReader(LabelledReader):
@@ -569,7 +413,7 @@ class ParquetReader(LabelledReader):
                     places=places,
                     labels={
                         name: np.array(
-                            [*map(_label, batch.column(field).to_pylist())], dtype=object
+                            [*map(text_of, batch.column(field).to_pylist())], dtype=object
                         )
                         for field, name in label_fields.items()
                     },

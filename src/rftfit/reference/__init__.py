@@ -11,6 +11,8 @@ from importlib.resources import files
 import numpy as np
 import pandas as pd
 
+from rftfit.store import read_csv
+
 CITATION = (
     "Li, C., Zhang, T. and Goldman, D. I., A Terradynamics of Legged Locomotion on Granular "
     "Media, Science 339, 1408 (2013), DOI 10.1126/science.1229163"
@@ -48,9 +50,8 @@ NAMES = (
 
 @cache
 def _read(name: str) -> pd.DataFrame:
-
-    with files(__name__).joinpath(f"{name}.csv").open(encoding="utf-8") as handle:
-        return pd.read_csv(handle, comment="#")
+    lines = files(__name__).joinpath(f"{name}.csv").read_bytes().splitlines(keepends=True)
+    return read_csv(b"".join(line for line in lines if not line.startswith(b"#")), lambda _: "")
 
 
 def load(name: str) -> pd.DataFrame:

@@ -5,13 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import pandas as pd
 
 from rftfit.errors import InputError
 from rftfit.store.tables import unguarded
 from rftfit.suite.declared import EVERY, NumberCells, format_key
+from rftfit.table.numbers import NO_VALUE
+from rftfit.table.text import records_of
 
 TWO_SIDED = 1.96
 """Half width of a 95 % interval over its standard error."""
@@ -48,12 +50,12 @@ class CalculatedTables:
             if not path.is_file():
                 raise NoRow(f"there is no {name}")
             text = path.read_text(encoding="utf-8")
-            header = next((line for line in text.splitlines() if line and line[0] != "#"), "")
-            separator: Any = "," if "," in header else r"\s+"
-            table = pd.read_csv(
-                path, sep=separator, comment="#" if text.startswith("#") else None, dtype=str
-            )
-            self._tables[name] = table.fillna("").map(unguarded)
+            mark = "#" if text.startswith("#") else "\n"
+            lines = [line for line in text.splitlines(keepends=True) if line[0] != mark]
+            delimiter = "," if "," in lines[0] else " "
+            header, *rows = records_of(lines, delimiter)
+            table = pd.DataFrame(rows, columns=header).fillna("")
+            self._tables[name] = table.map(lambda cell: "" if cell in NO_VALUE else unguarded(cell))
         return self._tables[name]
 
     def rows(self, cells: NumberCells, key: Mapping[str, str]) -> pd.DataFrame:

@@ -11,7 +11,7 @@ import numpy as np
 
 from rftfit.conventions import FloatArray
 
-NO_ZONE = "time is text without a time zone, taken as UTC"
+NO_ZONE = "time has no time zone, taken as UTC"
 CLOCK_TIME = "time is a clock time, in s from midnight; a day is added where it passes midnight"
 MINUTES = "time is minutes and seconds, in s; an hour is added where it passes the full hour"
 PERIOD_S = {CLOCK_TIME: 86400.0, MINUTES: 3600.0}

@@ -103,7 +103,7 @@ def decoded(raw: bytes, encoding: str = "") -> str:
 def cells_of(line: str, delimiter: str, *, quote: bool = True) -> list[str] | None:
     """Split a line into its cells; none where the quotes do not match."""
     if delimiter == " ":
-        return [cell for cell in line.replace("\t", " ").split(" ") if cell]
+        return _split_at_blanks(line)
     if not quote or '"' not in line:
         return line.split(delimiter)
     try:
@@ -114,4 +114,10 @@ def cells_of(line: str, delimiter: str, *, quote: bool = True) -> list[str] | No
 
 def records_of(lines: Iterable[str], delimiter: str) -> Iterator[list[str]]:
     """Yield the cells of each row of a table, which may hold line ends in quotes; raises csv.Error where these do not match."""
+    if delimiter == " ":
+        return map(_split_at_blanks, lines)
     return csv.reader(lines, delimiter=delimiter, strict=True)
+
+
+def _split_at_blanks(line: str) -> list[str]:
+    return [cell for cell in line.rstrip("\r\n").replace("\t", " ").split(" ") if cell]

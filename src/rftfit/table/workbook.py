@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import datetime as dt
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from importlib import import_module
 from typing import Any, BinaryIO
@@ -17,7 +17,6 @@ NO_RESULT = (
     "a formula whose result the workbook does not hold: open and save it in a spreadsheet program"
 )
 _MOMENTS = (dt.date, dt.time, dt.timedelta)
-_NUMBERS = frozenset({float, int})
 
 
 @contextmanager
@@ -60,7 +59,7 @@ def is_moment(value: Any) -> bool:
 
 def formula_of(value: Any) -> str:
     """Formula that a cell holds, one of a range as well; empty of another value."""
-    text = str(getattr(value, "text", value))
+    text = str(getattr(value, "text", value) or "")
     return text if text.startswith("=") else ""
 
 
@@ -82,11 +81,3 @@ def text_of(value: Any) -> str:
 
 _MOST_WHOLE = 1e15
 _EPOCH = dt.datetime(1970, 1, 1)
-
-
-def line_of(values: Sequence[Any]) -> str:
-    """Cells of a row as a line, with a tab between them."""
-    # most cells are numbers: looking at each of them by a function takes as long as reading
-    if _NUMBERS.issuperset(map(type, values)):
-        return "\t".join(map(repr, values))
-    return "\t".join(" ".join(text_of(value).split()) for value in values)
