@@ -12,9 +12,18 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "helpers"))
 
 from motions import any_pushes
-from one_stroke import N_PER_CM, crust, push, stick_slip, stones
+from one_stroke import (
+    N_PER_CM,
+    RATE_HZ,
+    crust,
+    irregular_slip,
+    push,
+    slip_among_stones,
+    stick_slip,
+    stones,
+)
 
-from rftfit.campaign.spikes import find_lone_positions, find_spikes
+from rftfit.campaign.spikes import find_lone_positions, find_spikes, find_steps
 
 SHARES = (0.002, 0.01, 0.03, 0.1)
 SIZES_N = (0.5, 2.0, 5.0, 20.0, 100.0)
@@ -56,8 +65,32 @@ def shares_of_lone_positions(noise_mm, motions):
     return [100 * find_lone_positions(path.x, path.z).mean() for path in paths]
 
 
+SAND = (stick_slip, irregular_slip, slip_among_stones, crust, stones)
+STEPS = {
+    "3 N more": lambda force, row: force + 3 * (np.arange(force.size) >= row),
+    "10 N less": lambda force, row: force - 10 * (np.arange(force.size) >= row),
+    "half": lambda force, row: np.where(np.arange(force.size) >= row, force / 2, force),
+}
+"""Steps of the zero or the gain that stay from a reading on."""
+
+
+def share_told(happens, step, pushes):
+    """Percent of pushes in which a step in the sand is told; with a true one, in which it is told where it is."""
+    told = []
+    for seed in range(pushes):
+        random = np.random.default_rng(seed)
+        time, _, force = push(random)
+        readings = force * (1 + happens(random, time)) if happens else force
+        row = int(random.integers(250, 640))
+        if step:
+            readings = STEPS[step](readings, row)
+        rows = [found.row for found in find_steps(readings, round(RATE_HZ)) if time[found.row] > 3]
+        told.append(row in rows if step else bool(rows))
+    return 100 * np.mean(told)
+
+
 def main():
-    """Run it, print three tables."""
+    """Run it, print four tables."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("pushes", nargs="?", type=int, default=100)
     pushes = parser.parse_args().pushes
@@ -87,6 +120,13 @@ def main():
             ]
             changes.append(abs(errors[1] - errors[0]))
         print(f"{happens.__name__}: {np.mean(shares):.2g}, {max(shares):.2g}; {max(changes):.2g}")
+    print(f"\nPushes in which a step that stays is told, percent of {pushes}")
+    print(f"| sand | no step | {' | '.join(STEPS)} |")
+    print("|---" * (2 + len(STEPS)) + "|")
+    for happens in (None, *SAND):
+        shares = [share_told(happens, step, pushes) for step in (None, *STEPS)]
+        name = happens.__name__ if happens else "smooth"
+        print(f"| {name} | {' | '.join(f'{share:.0f}' for share in shares)} |")
     print(
         f"\nPositions wrongly left out of {2 * pushes} clean motions: mean and largest share, percent"
     )

@@ -20,6 +20,25 @@ def stick_slip(random, time):
     return random.uniform(0.02, 0.3) * (phase - 0.5)
 
 
+def irregular_slip(random, time):
+    """Force that rises and slips by a part of itself between a third and all, after times that differ."""
+    step_s, slips_per_s = time[1] - time[0], random.uniform(2, 15)
+    growth_per_s = random.uniform(0.02, 0.3) * slips_per_s
+    level, parts, next_slip_s = 0.0, [], random.exponential(1 / slips_per_s)
+    for now_s in step_s * np.arange(1, time.size + 1):
+        level += growth_per_s * step_s
+        if now_s > next_slip_s:
+            level *= 1 - random.uniform(1 / 3, 1.0)
+            next_slip_s = now_s + random.gamma(2, 0.5 / slips_per_s)
+        parts.append(level)
+    return np.array(parts) - np.mean(parts)
+
+
+def slip_among_stones(random, time):
+    """Force that slips while stones are pushed aside."""
+    return stick_slip(random, time) + stones(random, time)
+
+
 def crust(random, time):
     """Force that falls by half within one reading, and rises again."""
     breaks = random.uniform(4, 10)

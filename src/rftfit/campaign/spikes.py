@@ -320,9 +320,29 @@ def find_steps(values: FloatArray, rows: int) -> list[LastingStep]:
         if min(before.size, after.size) < _FEWEST_FOR_TREND:
             continue
         gap = _start_of_line(after) - _start_of_line(before[::-1], beyond=1.0)
-        if _STAYING[0] < gap / change[jump] < _STAYING[1]:
+        stays = _STAYING[0] < gap / change[jump] < _STAYING[1]
+        if stays and not _is_slip(change, np.flatnonzero(away > far), jump, rows):
             steps.append(LastingStep(jump + 1, float(gap)))
     return steps
+
+
+def _is_slip(change: FloatArray, jumps: np.ndarray, jump: int, rows: int) -> bool:
+    """Tell a jump that is one of many the same way from a step: between slips a force grows back, again and again.
+
+    A zero that changes, or a cable that loosens and comes back, does so seldom or in both directions.
+    """
+    near = jumps[np.abs(jumps - jump) <= _SECONDS_AROUND * rows]
+    parts = change[near] / change[jump]
+    same_way = np.count_nonzero(parts >= _COMPARABLE) - 1
+    other_way = np.count_nonzero(parts <= -_COMPARABLE)
+    return same_way >= _FEWEST_SLIPS and 2 * other_way < same_way
+
+
+_SECONDS_AROUND = 4
+"""Seconds before and after a jump in which others like it make it one of many: of slips of 2 Hz these are 15."""
+_COMPARABLE = 1 / 3
+"""Part of a jump that another one has, at least, which is like it."""
+_FEWEST_SLIPS = 3
 
 
 def may_step(channels: FloatArray) -> np.ndarray:

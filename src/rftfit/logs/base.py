@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import math
 import os
+import pickle
 import re
 import signal
 import sys
@@ -417,6 +418,7 @@ def run_apart(
     from multiprocessing import Pipe
 
     left = deque(paths)
+    bytes_at_once = _BYTES_AT_ONCE
     while left:
         if not hasattr(os, "fork"):
             yield _result_of(work, left.popleft())
@@ -425,50 +427,63 @@ def run_apart(
         child = os.fork()
         if child == 0:
             try:
-                _send_results(sender, left, work)
+                _send_results(sender, left, work, bytes_at_once)
             finally:
                 os._exit(0)
         sender.close()
         try:
             with receiver:
-                while len(left) > 1 and (content := _received(receiver)):
-                    left.popleft()
-                    yield content[0]
                 # whoever takes the last result may never ask for more
-                content = _received(receiver)
+                while 0 < len(results := _received(receiver)) < len(left):
+                    for result in results:
+                        left.popleft()
+                        yield result
         finally:
             _, status = os.waitpid(child, 0)
-        if content:
+        for result in results:
             left.popleft()
-            yield content[0]
-        else:
+            yield result
+        if left and bytes_at_once:
+            bytes_at_once = 0  # to see which file it was
+        elif left:
             cause = f"status {status}"
             if os.WIFSIGNALED(status):
                 cause = signal.Signals(os.WTERMSIG(status)).name
             text = f"{left.popleft()}: damaged: it ends the library that reads it ({cause})"
             yield LogError("damaged", text)
+            bytes_at_once = _BYTES_AT_ONCE
 
 
-def _received(receiver: Connection) -> tuple[Any, ...]:
-    """Receive the next result, in a tuple; an empty one where the sender has ended."""
+_BYTES_AT_ONCE = 1 << 18
+"""Size of results that are handed over together: handing over a small one takes as long as reading it."""
+
+
+def _received(receiver: Connection) -> list[Any]:
+    """Receive the next results; none where the sender has ended."""
     try:
-        return (receiver.recv(),)
+        return [pickle.loads(result) for result in receiver.recv()]  # noqa: S301  # of this program
     except (EOFError, OSError):
-        return ()
+        return []
 
 
 def _send_results(
-    sender: Connection, paths: Iterable[Path], work: Callable[[Path], object]
+    sender: Connection, paths: Iterable[Path], work: Callable[[Path], object], bytes_at_once: int
 ) -> None:
     """Do the work of the process of its own, some seconds for each file."""
     import resource
 
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    results: list[bytes] = []
     for path in paths:
         used = resource.getrusage(resource.RUSAGE_SELF)
         most = int(used.ru_utime + used.ru_stime) + 1 + _MOST_CPU_S
         resource.setrlimit(resource.RLIMIT_CPU, (most, resource.RLIM_INFINITY))
-        sender.send(_result_of(work, path))
+        results.append(pickle.dumps(_result_of(work, path), pickle.HIGHEST_PROTOCOL))
+        if sum(map(len, results)) >= bytes_at_once:
+            sender.send(results)
+            results = []
+    if results:
+        sender.send(results)
 
 
 def _result_of(work: Callable[[Path], Result], path: Path) -> Result | Exception:
