@@ -123,9 +123,9 @@ def main():
     print(f"\nPushes in which a step that stays is told, percent of {pushes}")
     print(f"| sand | no step | {' | '.join(STEPS)} |")
     print("|---" * (2 + len(STEPS)) + "|")
-    for happens in (None, *SAND):
-        shares = [share_told(happens, step, pushes) for step in (None, *STEPS)]
-        name = happens.__name__ if happens else "smooth"
+    for sand in (None, *SAND):
+        shares = [share_told(sand, step, pushes) for step in (None, *STEPS)]
+        name = sand.__name__ if sand else "smooth"
         print(f"| {name} | {' | '.join(f'{share:.0f}' for share in shares)} |")
     print(
         f"\nPositions wrongly left out of {2 * pushes} clean motions: mean and largest share, percent"

@@ -739,6 +739,18 @@ _THOUSANDS = re.compile(rb'(?<![^\s"])[+-]?\d{1,3}(?:,\d{3})+\.\d*(?:[eE][+-]?\d
 """A number alone in quotes or between blanks, with separators of thousands and a decimal mark."""
 
 
+def _with_plain_numbers(line):
+    """Rewrite numbers with the minus behind, in brackets as accountants write it, with an exponent of Fortran."""
+    has_commas = b";" in line or b"\t" in line
+    parts = b'";' if has_commas else b'",'
+    number = rb"\d[\d.,]*" if has_commas else rb"\d[\d.]*"
+    begins, ends = rb"(?<![^\s%b])" % parts, rb"(?![^\s%b])" % parts
+    line = re.sub(begins + rb"(%b)-" % number + ends, rb"-\1", line)
+    line = re.sub(begins + rb"\((%b)\)" % number + ends, rb"-\1", line)
+    exponent = rb"([+-]?%b)[dD]([+-]?\d{1,3})" % number
+    return re.sub(begins + exponent + ends, rb"\1E\2", line)
+
+
 def check_rows(foreign, log, content):
     """Compare with the plainest reading of each line.
 
@@ -765,6 +777,7 @@ def check_rows(foreign, log, content):
     for line in lines:
         plain = _MINUS.sub(b"-", line)
         plain = _THOUSANDS.sub(lambda number: number[0].replace(b",", b""), plain)
+        plain = _with_plain_numbers(plain)
         try:
             seen.add(tuple(foreign.cells(plain.decode("latin-1"))))
         except (ValueError, IndexError, StopIteration):

@@ -335,7 +335,7 @@ def _is_slip(change: FloatArray, jumps: np.ndarray, jump: int, rows: int) -> boo
     parts = change[near] / change[jump]
     same_way = np.count_nonzero(parts >= _COMPARABLE) - 1
     other_way = np.count_nonzero(parts <= -_COMPARABLE)
-    return same_way >= _FEWEST_SLIPS and 2 * other_way < same_way
+    return bool(same_way >= _FEWEST_SLIPS and 2 * other_way < same_way)
 
 
 _SECONDS_AROUND = 4

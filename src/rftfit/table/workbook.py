@@ -74,8 +74,8 @@ def text_of(value: Any) -> str:
     if isinstance(value, dt.timedelta):
         minutes, seconds = divmod(value, dt.timedelta(minutes=1))
         return f"{minutes // 60}:{minutes % 60:02}:{_EPOCH + seconds:%S.%f}"
-    if isinstance(value, _MOMENTS):
-        return str(value.isoformat())
+    if isinstance(value, dt.date | dt.time):
+        return value.isoformat()
     return str(value).replace("_x000D_\n", "\n").replace("\r\n", "\n").replace("\r", "\n").strip()
 
 
