@@ -1,7 +1,7 @@
 """What the site shows of campaigns: ``make gallery`` runs them into ``docs/_campaigns`` and writes what the repository keeps.
 
-Written are the drawings and ``docs/gallery.md`` with their pictures in ``docs/images``, ``docs/live/report.html``, the page of
-verdicts ``docs/validation.md``, and below the commands of the pages what they print.
+Written are the drawings, the picture of the README and ``docs/gallery.md`` with their pictures in ``docs/images``,
+``docs/live/report.html``, the page of verdicts ``docs/validation.md``, and below the commands of the pages what they print.
 
 python docs/_ext/gallery.py [DATA]      DATA: folder of the examples' data, which are downloaded otherwise
 """
@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING
 import drawings
 import pandas as pd
 import quality_sheets
+import readme_picture
 from PIL import Image
 
 import rftfit
@@ -253,4 +254,5 @@ if __name__ == "__main__":
     write_gallery()
     write_report()
     write_verdicts()
+    sys.stdout.write(readme_picture.write(CAMPAIGNS / "cmu-sand") + "\n")
     write_outputs()

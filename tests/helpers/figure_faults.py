@@ -34,6 +34,9 @@ _OVER_PT = 0.8
 _APART_LAB = 8.0
 """Least distance of two colours of a legend, CIELAB."""
 
+_GREYS_APART = 12.0
+"""Least distance of two lightnesses of a legend, CIELAB: entries of one form and one dash or symbol must differ in a grey print."""
+
 _UNITS = r"number|N|cm|mm|s|Hz|deg|degrees|%|dimensionless|rows"
 _WITH_UNIT = re.compile(rf"\((10\$\^[^$]*\$ )?({_UNITS})\b|\(%|\d %")
 """A unit in brackets; of a residual per cent."""
@@ -48,9 +51,9 @@ def figure_faults(figure):
         for axes in shown_axes:
             faults += _untitled(axes, shown_axes, figure)
             faults += _leaving(axes)
-        drawn_looks = [look for axes in shown_axes for look in _looks_of_axes(axes)]
+        looks_by_axes = [[*_looks_of_axes(axes)] for axes in shown_axes]
         for legend in _legends(figure):
-            faults += _legend_faults(legend, drawn_looks)
+            faults += _legend_faults(legend, looks_by_axes)
     return faults
 
 
@@ -248,8 +251,9 @@ class Look:
         return self.form == drawn.form and self.detail == drawn.detail and bool(near.all())
 
 
-def _legend_faults(legend, drawn_looks):
+def _legend_faults(legend, looks_by_axes):
     looks_by_entry = dict(_entries(legend))
+    drawn_looks = [look for looks in looks_by_axes for look in looks]
     faults = []
     for name, looks in looks_by_entry.items():
         missing = [look for look in looks if not any(look.is_like(drawn) for drawn in drawn_looks)]
@@ -264,6 +268,8 @@ def _legend_faults(legend, drawn_looks):
     ):
         if looks and other_looks and not _differ(looks, other_looks):
             faults.append(f"legend: {name!r} looks like {other_name!r}")
+        elif not _differ_in_grey(looks, other_looks, looks_by_axes):
+            faults.append(f"legend: {name!r} looks like {other_name!r} in a grey print")
     return faults
 
 
@@ -286,6 +292,24 @@ def _differ(looks, other_looks):
     return len(looks) != len(other_looks) or any(
         np.linalg.norm(_lab(look.colour) - _lab(other.colour)) > _APART_LAB for look, other in pairs
     )
+
+
+def _differ_in_grey(looks, other_looks, looks_by_axes):
+    """Whether what two entries show can be told apart without colours wherever both are drawn in one axes.
+
+    An entry of several colours stands for what is drawn beside something else; each colour is judged with that.
+    """
+    if len(looks) != 1 or len(other_looks) != 1:
+        return True
+    (look,), (other,) = looks, other_looks
+    if (look.form, look.detail) != (other.form, other.detail):
+        return True
+    are_together = any(
+        all(any(entry.is_like(drawn) for drawn in drawn_looks) for entry in (look, other))
+        for drawn_looks in looks_by_axes
+    )
+    lightness, other_lightness = (_lab(entry.colour)[0] for entry in (look, other))
+    return not are_together or abs(lightness - other_lightness) > _GREYS_APART
 
 
 @cache

@@ -203,7 +203,7 @@ def plot_legs_by_medium(results: Results) -> Figure:
     section="Legs",
     caption=(
         "Measured forces on the legs (dots) beside the depth-only model (dotted), the baseline, which knows depth and "
-        "projected area but no angle."
+        "projected area but no angle. It has steps where an element turns from pushing down to moving up."
     ),
 )
 def plot_legs_depth_only(results: Results) -> Figure:
@@ -219,8 +219,8 @@ def plot_legs_depth_only(results: Results) -> Figure:
     paper="Fig. S12",
     section="Natural sands",
     caption=(
-        "Forces on the legs in the natural sands, predicted from few pushes into each. Good: thick lines run through the "
-        "dots; the thin ones are the paper's scaling routine."
+        "Forces on the legs in the natural sands, predicted from few pushes into each. Good: lines run through the dots. "
+        "Dotted: the paper's scaling routine."
     ),
 )
 def plot_legs_in_sands(results: Results) -> Figure:
@@ -461,7 +461,7 @@ def _draw_scaled(
 # Predicted over measured peak lift of every model, leg and medium
 
 
-_BANDS = {33.0: "#ececec", 10.0: "#cfcfcf"}
+_BANDS = {33.0: "#ececec", 10.0: "#bdbdbd"}
 """Errors that the paper states, percent, and their shades."""
 
 _TICKS = (0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0)

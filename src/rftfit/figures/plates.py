@@ -111,9 +111,8 @@ def plot_stress_of_runs(results: Results) -> Figure:
         axes.set_title("\n".join(head), loc="left", fontsize=6, pad=4)
         axes.set_xlim(0, None)
         if deepest:
-            line_style: dict[str, Any] = {"linewidth": 3, "solid_capstyle": "butt"}
             ends, transform = [0, min(deepest, axes.get_xlim()[1])], axes.get_xaxis_transform()
-            axes.plot(ends, [0.98, 0.98], color=_LEGS, transform=transform, **line_style)
+            axes.fill_between(ends, 0.96, 1, color=_LEGS, linewidth=0, transform=transform)
         style.ticks(axes.xaxis, 5, integer=True)
         axes.margins(y=0.06)
         if i + _ACROSS >= len(drawn_runs):
@@ -129,7 +128,7 @@ def plot_stress_of_runs(results: Results) -> Figure:
         "fit window": style.patch(facecolor=style.WINDOW),
     }
     if deepest:
-        entries["depths of legs"] = style.line(_LEGS, linewidth=3)
+        entries["depths of legs"] = style.patch(facecolor=_LEGS)
     style.legend(page, entries, borderaxespad=0.3)
     return page
 

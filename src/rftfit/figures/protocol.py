@@ -38,7 +38,11 @@ if TYPE_CHECKING:
 
 _RECORDED = ("time_s", "depth_cm", "x_cm", "angle_deg", "force_z_N", "force_x_N")
 _CURVE = ("theta_deg", "force_z_N", "force_x_N")
-_PHASES = {"pause": "#f3e3b3", "stroke": style.WINDOW}
+_PHASES: dict[str, style.Look] = {
+    "pause": {"facecolor": "#f3e3b3", "edgecolor": "#a08c4a", "hatch": "//////", "linewidth": 0},
+    "stroke": {"facecolor": style.WINDOW, "linewidth": 0},
+}
+"""Shade of each phase; hatched, since in a grey print the two are alike."""
 
 
 @dataclass(frozen=True)
@@ -164,7 +168,7 @@ def _about(run: Run) -> str:
     section="Measurement",
     caption=(
         "How a force becomes a slope in {medium}, one run of each kind in a column: position, force, result (+- half of the interval). "
-        "Good: the pale force is small, and stress is straight over the shaded window."
+        "Good: the dashed force is small, and stress is straight over the shaded window."
     ),
 )
 def plot_protocol(results: Results, medium: str) -> Figure:
@@ -206,18 +210,18 @@ def plot_protocol(results: Results, medium: str) -> Figure:
     for c, word in (("z", "vertical"), ("x", "horizontal")):
         entries[f"{word}, run"] = style.line(colours[c])
         if any_tare:
-            entries[f"{word}, tare"] = style.line(tares[c])
+            entries[f"{word}, tare"] = style.line(tares[c], linestyle=style.TARE_DASHES)
     phase_names = {"pause": "pause", "stroke": "stroke; below: window of the fit"}
     for phase, name in phase_names.items():
         if any(phase in column.phases for column in columns):
-            entries[name] = style.patch(facecolor=_PHASES[phase])
+            entries[name] = style.patch(**_PHASES[phase])
     style.legend(page, entries)
     return page
 
 
 def _shade(axes: Axes, column: PanelColumn) -> None:
     for name, (start, end) in column.phases.items():
-        axes.axvspan(start, end, color=_PHASES[name], linewidth=0)
+        axes.axvspan(start, end, **_PHASES[name])
     style.zero_line(axes)
 
 
@@ -239,11 +243,14 @@ def _draw_forces(axes: Axes, column: PanelColumn) -> None:
     _shade(axes, column)
     if not column.tare:
         axes.text(0.03, 0.95, "no tare", transform=axes.transAxes, va="top", color=style.MARK)
-    looks = (column.tare, style.PALE_COLOURS), (column.run, style.COMPONENT_COLOURS)
-    for trace, colours in looks:
+    looks = (
+        (column.tare, style.PALE_COLOURS, style.TARE_DASHES),
+        (column.run, style.COMPONENT_COLOURS, "-"),
+    )
+    for trace, colours, dashes in looks:
         for c in "zx" if trace else "":
-            force = trace[f"force_{c}_N"]
-            draw_thin(axes, trace["time_s"], force, color=colours[c], linewidth=0.6)
+            line_style: style.Look = {"color": colours[c], "linestyle": dashes, "linewidth": 0.6}
+            draw_thin(axes, trace["time_s"], trace[f"force_{c}_N"], **line_style)
     time = column.run["time_s"]
     axes.set_xlim(np.nanmin(time), np.nanmax(time))
     style.ticks(axes.xaxis, 5, integer=True)
@@ -333,7 +340,7 @@ def _without_tare(results: Results, medium: str) -> Sequence[str]:
     media=lambda campaign: campaign.media_with_logs("laboratory")[:1],
     section="Measurement",
     caption=(
-        "The force on the rod and the mount along the deepest slanted path in {medium}, used as a tare within the "
+        "The force on the rod and the mount along the deepest path in {medium}, used as a tare within the "
         "shaded depths. Good: small beside the forces on plates, and valid over the whole stroke."
     ),
     lacking=_without_tare,
@@ -446,7 +453,7 @@ def draw_clocks(rows: Sequence[tuple[Ingested, Alignment]]) -> Figure:
     if trace.surface:
         _draw_contact(panels[1, 2], trace.surface)
     entries = {
-        "push": style.line(_BLUE, marker="o", linestyle="", markersize=3),
+        "push; below: reading": style.line(_BLUE, marker="o", linestyle="", markersize=3),
         "push that differs most": style.line(_RED, marker="D", linestyle="", markersize=4),
         "session": style.line("black", linestyle=":"),
         "variance that no curve over depth explains": style.line(_BLUE),

@@ -216,17 +216,18 @@ _HEAD = 1.05  # text above the trace in a panel, cm
 _LARGEST, _NARROWEST = 5.0, 27.5
 _DPI = 150  # a point of A3 at 150 dpi is 2 pixels: text of 5 points can still be read
 
-Pen = tuple[str, float]
+Pen = tuple[str, float, Any]
 
 STRESS: dict[tuple[str, str], tuple[Pen, str]] = {
-    ("tare", "z"): ((style.PALE_COLOURS["z"], 0.6), "rod tare as stress (z)"),
-    ("tare", "x"): ((style.PALE_COLOURS["x"], 0.6), "rod tare as stress (x)"),
-    ("stress", "z"): ((style.COMPONENT_COLOURS["z"], 0.7), "tared vertical stress (z)"),
-    ("stress", "x"): ((style.COMPONENT_COLOURS["x"], 0.7), "tared horizontal stress (x)"),
+    ("tare", "z"): ((style.PALE_COLOURS["z"], 0.6, style.TARE_DASHES), "rod tare as stress (z)"),
+    ("tare", "x"): ((style.PALE_COLOURS["x"], 0.6, style.TARE_DASHES), "rod tare as stress (x)"),
+    ("stress", "z"): ((style.COMPONENT_COLOURS["z"], 0.7, "-"), "tared vertical stress (z)"),
+    ("stress", "x"): ((style.COMPONENT_COLOURS["x"], 0.7, "-"), "tared horizontal stress (x)"),
 }
-"""Colour and width of each line, and its name, in the order of drawing."""
+"""Colour, width and dashes of each line, and its name, in the order of drawing."""
 
-FIT: Pen = ("black", 0.6)
+# gaps, so that the fit does not hide what it was fitted to
+FIT: Pen = ("black", 0.6, (0, (5, 4)))
 _WINDOW = "#e4e4e4"
 
 
@@ -298,7 +299,7 @@ class Sheet:
             bottom, head = top - _HEAD - tall, top - _HEAD
             corners = [(low, bottom), (high, bottom), (high, head), (low, head)]
             self.windows.append(np.array(corners))
-        self.lines["#b0b0b0", 0.4].append(np.array([(left, zero), (left + inner, zero)]))
+        self.lines["#b0b0b0", 0.4, "-"].append(np.array([(left, zero), (left + inner, zero)]))
         for (kind, c), (pen, _) in STRESS.items():
             column = f"{kind}_{c}_N_per_cm2"
             if kind == "stress" or np.any(trace[column]):
@@ -361,12 +362,9 @@ class Sheet:
 
         self.axes.add_collection(PolyCollection(self.windows, facecolors=_WINDOW, linewidths=0))
         for pen, lines in self.lines.items():
-            # gaps, so that the fit does not hide what it was fitted to
-            collection_style: dict[str, Any] = {
-                "linestyles": [(0, (5, 4))] if pen == FIT else "solid"
-            }
-            collection_style |= {"colors": pen[0], "linewidths": pen[1]}
-            self.axes.add_collection(LineCollection(lines, **collection_style))
+            colour, width, dashes = pen
+            collection_style: dict[str, Any] = {"colors": colour, "linewidths": width}
+            self.axes.add_collection(LineCollection(lines, linestyles=[dashes], **collection_style))
         for colour, boxes in self.frames.items():
             collection_style = {
                 "edgecolors": colour,
@@ -387,8 +385,8 @@ class Sheet:
     def _add_legend(self) -> None:
         names = [STRESS[kind, c] for kind in ("stress", "tare") for c in "zx"]
         names = [(pen, name) for pen, name in names if pen in self.lines]
-        entries = {name: style.line(pen[0], linewidth=1.2) for pen, name in names}
-        entries["fit through zero"] = style.line(FIT[0], linewidth=0.8, linestyle=(0, (5, 4)))
+        entries = {name: style.line(pen[0], linewidth=1.2, linestyle=pen[2]) for pen, name in names}
+        entries["fit through zero"] = style.line(FIT[0], linewidth=0.8, linestyle=FIT[2])
         entries["fit window"] = style.patch(facecolor=_WINDOW)
         if style.MARK in self.frames:
             frame = style.patch(facecolor="none", edgecolor=style.MARK, linewidth=1.4)

@@ -207,7 +207,7 @@ def _frequency_panel(
         ][:1]
         # legs at rest, robot at rest
         x, y = np.vstack([np.zeros((1, 2)), *own_curve]).T
-        axes.plot(x, y, color=colour, linewidth=1.0, zorder=2)
+        axes.plot(x, y, color=colour, linestyle=_dashes_of(curvature), linewidth=1.0, zorder=2)
         _mark_tipped(axes, rows, "frequency_Hz", colour)
         error_rows = errors[np.isclose(errors["curvature_times_R"], curvature)]
         ends = error_rows[_OPEN_ENDS].to_numpy(float).T
@@ -232,6 +232,11 @@ def _frequency_panel(
     axes.plot(ringed["frequency_Hz"], ringed["measured_cm_per_s"], color="black", **_RING)
     axes.set_xlim(0, 5.15)
     axes.text(0.03, 0.97, _shares(errors), transform=axes.transAxes, va="top", fontsize=6)
+
+
+def _dashes_of(curvature: float) -> Any:
+    """Line of a leg's speed: in a grey print the colours of a leg and of its reverse are alike."""
+    return (0, (4, 1.2)) if curvature < 0 else "-"
 
 
 _OPEN_ENDS = ["simulated_from_alpha_lo_cm_per_s", "simulated_from_alpha_hi_cm_per_s"]
@@ -339,7 +344,12 @@ def _speed_entries(
     entries: dict[str, Any] = {}
     for curvature, (colour, marker) in looks.items():
         # shown with the marker where there is one
-        marked = style.line(colour, marker="" if errors.empty else marker, markersize=3.4)
+        marked = style.line(
+            colour,
+            linestyle=_dashes_of(curvature),
+            marker="" if errors.empty else marker,
+            markersize=3.4,
+        )
         entries[f"$R'/r$ = {style.format_number(curvature, 2)}"] = marked
     if len(_drawn_over_time(errors)):
         entries["motion drawn over time"] = style.line("black", **_RING | {"markersize": 6})
@@ -497,7 +507,12 @@ def plot_robot_stance(results: Results) -> Figure:
         axes.set_axis_off()
     entries = {name: style.line(_STANCE[name], linewidth=1.7) for name in reversed(_STANCE)}
     longest = f"force on an element, the longest arrow {1000 * strongest:.0f} mN"
-    style.legend(page, entries | {longest: style.line(style.OKABE_ITO["vermillion"])})
+    arrow_colour = style.OKABE_ITO["vermillion"]
+    arrow_entry = (
+        style.line(arrow_colour),
+        style.line(arrow_colour, marker=">", linestyle="", markersize=3),
+    )
+    style.legend(page, entries | {longest: arrow_entry})
     return page
 
 

@@ -63,9 +63,12 @@ MEDIUM_LOOKS = {
 }
 """Colour and marker of each medium of the demonstration campaign; the marker serves grey prints."""
 
-COMPONENT_COLOURS = {"z": OKABE_ITO["blue"], "x": OKABE_ITO["vermillion"]}
-PALE_COLOURS = {"z": OKABE_ITO["sky blue"], "x": OKABE_ITO["orange"]}
-"""Of a tare beside its run, and of measured points below a predicted curve."""
+COMPONENT_COLOURS = {"z": "#004C7F", "x": OKABE_ITO["vermillion"]}
+PALE_COLOURS = {"z": "#3D8FC6", "x": "#E8A838"}
+"""Of a tare beside its run, and of measured points below a predicted curve. In a grey print z is darker than x."""
+
+TARE_DASHES = (0, (3, 1))
+"""A tare beside its run: a pale curve is as grey as the run's other component."""
 
 DIVERGING = "RdBu_r"
 """Map of signed quantities, white at zero: red pushes up or toward +x, blue down or toward -x."""

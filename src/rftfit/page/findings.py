@@ -107,8 +107,12 @@ def _mean_and_next_bed(cell: Mapping[Any, Any]) -> str:
     return ", ".join(texts)
 
 
+_MOST_NAMED = 3
+"""Most checks that are named where no medium allows them; more are counted, and the section of checks lists them."""
+
+
 def _count_checks(results: Results) -> str:
-    """Count the checks that passed, and name those that a medium failed and those that no medium allows."""
+    """Count the checks that passed, and name those that a medium failed and few that no medium allows."""
     verdicts = results.checks.groupby("check", sort=False)["verdict"].agg(set)
     names: dict[str, list[str]] = {"passed": [], "failed": [], "not possible here": []}
     for check, verdicts_of_check in verdicts.items():
@@ -120,7 +124,9 @@ def _count_checks(results: Results) -> str:
     passed = len(names.pop("passed"))
     text = f"{passed or 'no'} check{'s' * (passed != 1)} passed"
     for word, checks in names.items():
-        text += f", {len(checks)} {word}: {', '.join(checks)}" if checks else ""
+        is_named = word == "failed" or len(checks) <= _MOST_NAMED
+        names_of_checks = f": {', '.join(checks)}" if is_named else ""
+        text += f", {len(checks)} {word}{names_of_checks}" if checks else ""
     return text
 
 
