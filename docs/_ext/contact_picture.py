@@ -11,6 +11,7 @@ from PIL import Image
 import rftfit
 from rftfit.compare.bodies import published_body_error
 from rftfit.figures import style
+from rftfit.figures.leg_panels import THETA_LABEL, leg_title
 from rftfit.reference import LEGS
 from rftfit.reference import load as load_reference
 
@@ -46,8 +47,8 @@ def main() -> None:
                     axes.plot(theta, forces[f"force_{c}_N"], color=colour)
                 axes.plot(theta, rows[f"force_{c}_N"], color="black", linestyle="--")
                 axes.set(xlim=(-110, 110), ylabel="" if column else label)
-                style.name_below(axes, "theta (degrees)", c == "x")
-            panels[0, column].set_title(leg.replace("_", " "), loc="left", weight="bold")
+                style.name_below(axes, THETA_LABEL, c == "x")
+            panels[0, column].set_title(leg_title(leg), loc="left", weight="bold")
         style.legend(
             page,
             {

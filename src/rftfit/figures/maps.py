@@ -162,6 +162,9 @@ def plot_estimated_maps(results: Results) -> Figure:
     return page
 
 
+_WIDE = 0.05
+"""Half width from which two digits after the point show it, N/cm^3."""
+
 _PUSHED = 4
 """Size of the mark of a direction that was pushed."""
 
@@ -184,10 +187,11 @@ def _draw_maps(
     directions on no grid are dots, over what is interpolated between them.
     """
     heads, level = [], style.level(results)
+    # in thousandths where small: four digits after the point would run into the next map
+    scales = {c: 1e3 if labels.alpha_half_width(tables, c).max() < _WIDE else 1 for c in "zx"}
     for c in "zx":
-        half_width_head = (
-            f"half width of the {level} interval\nof $\\alpha_{c}$ (10$^{{-3}}$ {style.PER_CM3})"
-        )
+        unit = f"{'10$^{-3}$ ' * (scales[c] > 1)}{style.PER_CM3}"
+        half_width_head = f"half width of the {level} interval\nof $\\alpha_{c}$ ({unit})"
         heads += [f"{origin}\n{style.alpha_label(c)}", half_width_head]
     media = [str(medium) for medium in tables["medium"].unique()]
     page = _page(results, media, heads)
@@ -207,8 +211,7 @@ def _draw_maps(
             add_bar(page, axes, add_table(axes, table, table[name], signed=True), c)
             fine = (_FINE, _FINE, interpolated[index]) if interpolated else pivot(table, name)
             add_signs(axes, c, *fine)
-            # in thousandths: four digits after the point would run into the next map
-            width = 1e3 * labels.alpha_half_width(table, c)
+            width = scales[c] * labels.alpha_half_width(table, c)
             axes = empty_map(page, row, 2 * index + 1, (False, is_last_row))
             add_bar(page, axes, add_table(axes, table, width, signed=False))
             missing |= has_holes(table, name)

@@ -52,8 +52,9 @@ LENGTH_BODIES = 0.5
 """Length of g over the way of the reference point, in lengths of the body: the tip of a leg that turns by `LENGTH_DEG`
 moves by half the leg's length. No data were used."""
 
-TESTED_LENGTH_CM = (7.62, 12.5)
-"""Lengths of the bodies on which `EPS` was chosen or tested: the legs of Fig. S5, the smooth wheel of `examples/wheels`."""
+TESTED_LENGTH_CM = (7.62, 13.9)
+"""Largest distance between two points of the bodies on which `EPS` was chosen or tested: the legs of Fig. S5, and the
+smooth wheel of `examples/wheels`, 12.5 cm in diameter and 6 cm wide."""
 
 TESTED_SPEED_CM_PER_S = 11.0
 """Greatest speed of a point of these bodies."""
