@@ -116,7 +116,9 @@ def _peaks(results: Results) -> pd.DataFrame:
     reads=("leg_errors.csv",),
     media=when(lambda c: c.with_legs("laboratory") + c.with_legs("natural_sand")),
     section="summary",
-    caption="Peak forces on legs, predicted against measured. Good: points on the line, inside the shade.",
+    caption=(
+        "Peak forces on legs, predicted against measured. Bars: interval of alpha. Good: points on the line, inside the shade."
+    ),
     lacking=lambda results, _: (
         () if len(_peaks(results)) else ("no peak of a leg was measured and predicted",)
     ),
