@@ -94,9 +94,7 @@ def two_lines(looks, beside=False):
     figure = style.new_figure(16, 7)
     left, right = (style.axes_cm(figure, x, 1, 5, 3) for x in (1, 9))
     for axes, look, rise in zip((left, right if beside else left), looks, (0.5, 0.9), strict=True):
-        line = style.line(**look)
-        line.set_data([0, 1], [0, rise])
-        axes.add_line(line)
+        axes.plot([0, 1], [0, rise], look.get("linestyle", "-"), color=look["colour"])
     for axes in (left, right):
         axes.set(xlabel="depth (cm)", ylabel="force (N)", xlim=(0, 1.1), ylim=(0, 1.1))
     style.legend(figure, {name: style.line(**look) for name, look in zip("ab", looks, strict=True)})

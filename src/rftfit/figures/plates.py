@@ -140,7 +140,9 @@ def _draw_run(axes: Axes, trace: Trace, fit: Row) -> None:
     style.zero_line(axes)
     for c in "zx":
         colour = style.COMPONENT_COLOURS[c]
-        axes.plot(depth, trace[f"stress_{c}_N_per_cm2"], color=colour, linewidth=0.6, alpha=0.75)
+        stress = trace[f"stress_{c}_N_per_cm2"]
+        below = depth >= 0
+        axes.plot(depth[below], stress[below], color=colour, linewidth=0.6, alpha=0.75)
         alpha, *_ = alpha_with_interval(fit, c)
         if np.isfinite(alpha):
             end = float(np.nanmax(depth))

@@ -376,7 +376,7 @@ def plot_tare(results: Results, medium: str) -> Figure:
 
 
 _OVERVIEW_CM, _PUSH_CM = 4.6, 4.9
-_BLUE, _RED = style.OKABE_ITO["blue"], style.OKABE_ITO["vermillion"]
+_BLUE, _RED = (style.COMPONENT_COLOURS[c] for c in "zx")
 _LAG_S = 10.0
 """Lags are drawn this far from the estimate."""
 

@@ -235,7 +235,9 @@ def _frequency_panel(
 
 
 def _dashes_of(curvature: float) -> Any:
-    """Line of a leg's speed: in a grey print the colours of a leg and of its reverse are alike."""
+    """Line of a leg's speed: in a grey print the colours of a leg, of its reverse and of a flat one are alike."""
+    if curvature == 0:
+        return (0, (5, 1, 1, 1))
     return (0, (4, 1.2)) if curvature < 0 else "-"
 
 

@@ -96,9 +96,9 @@ def _draw_panel(axes: Axes, runs: Sequence[Trace], tests: Sequence[Mapping[str, 
     lines, inside = [], []
     for trace in runs:
         points = np.column_stack([trace["depth_cm"], trace["stress_z_N_per_cm2"]])
-        is_finite = np.isfinite(points).all(axis=1)
-        lines.append(points[is_finite])
-        inside.append(points[is_finite & (trace["in_window"] > 0), 0])
+        is_drawn = np.isfinite(points).all(axis=1) & (points[:, 0] >= 0)
+        lines.append(points[is_drawn])
+        inside.append(points[is_drawn & (trace["in_window"] > 0), 0])
     depth, stress = np.concatenate([np.empty((0, 2)), *lines]).T
     fitted = np.concatenate([np.empty(0), *inside])
     nothing = "no stress in this test" if runs else "no penetration test"
@@ -126,7 +126,7 @@ def _draw_panel(axes: Axes, runs: Sequence[Trace], tests: Sequence[Mapping[str, 
         for ends_of, width in (([0, end], 1.1), ([end, max_depth], 0.5)):
             along = alpha * np.array(ends_of)
             axes.plot(ends_of, along, color=colour, linestyle=dashes, linewidth=width)
-        top.append(alpha * end)
+        top += [alpha * end, *([high * end] if np.isfinite(high) else [])]
         if name == "detected" and np.isfinite(window) and not _is_whole(fits[name]):
             axes.axvline(window, color=colour, linestyle=":", linewidth=0.9)
     fit_names = [name for name in _FITS if any(name in fits for fits in tests)]
