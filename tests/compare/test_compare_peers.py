@@ -252,8 +252,8 @@ def test_the_two_largest_of_many_pairs_stand_apart_together():
     cells = [(float(beta), 90.0) for beta in range(-80, 81, 10)]
     beds = np.random.default_rng(1).normal(1, 0.035, (len(cells), 2))
     alone, together = beds.copy(), beds.copy()
-    alone[4] = together[4] = 1.09, 0.915
-    together[10] = 0.91, 1.08
+    alone[4] = together[4] = 1.105, 0.9
+    together[10] = 0.9, 1.1
     for factors, pairs in ((alone, []), (together, [4, 10])):
         rows = [
             (*cell, 0.3 * bed, 0.0)

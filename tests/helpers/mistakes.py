@@ -923,14 +923,14 @@ def with_mistake(base, name, seed):
 
 
 class Judged(NamedTuple):
-    """Verdict, checks, tables of alpha and of alpha at depths, flags, and what runs share, as the stages make them of a medium."""
+    """Checks, tables of alpha and of alpha at depths, flags, what runs share, and the verdict, as the stages make them of a medium."""
 
-    verdict: Verdict
     checks: pd.DataFrame
     alpha: pd.DataFrame
     at_depth: pd.DataFrame
     cell_flags: Flags
     causes: pd.DataFrame
+    verdict: Verdict
 
     @property
     def failed(self):
@@ -1007,4 +1007,4 @@ def judged(written):
         (medium,) = results.media
         verdicts, alpha, _, at_depth, _, causes, flags = checks(results, medium)
         verdict = verdict_on(verdicts, results.table(f"fits/{medium}.csv"), Flags(flags))
-        return Judged(verdict, verdicts, alpha, at_depth, Flags(flags), causes)
+        return Judged(verdicts, alpha, at_depth, Flags(flags), causes, verdict)

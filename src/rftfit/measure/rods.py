@@ -65,13 +65,27 @@ def estimate_share_too_much(
     -------
     TareShare or None
     """
+    profiles = _profiles(fits, tared, windows)
+    first = _estimate(profiles)
+    if first is None:
+        return None
+    # what is left of the rods turns the force a little, so that the plate's own bend is no longer along it
+    mended = [
+        profile._replace(force=profile.force + first.share * profile.tare) for profile in profiles
+    ]
+    second = _estimate(mended)
+    return None if second is None else second._replace(share=first.share + second.share)
+
+
+def _estimate(profiles: list[_Profile]) -> TareShare | None:
+    """Estimate the share by the force across the force that is left on the plate; None where the profiles do not tell it."""
     by_path: dict[int, list[_Profile]] = {}
-    for profile in _profiles(fits, tared, windows):
+    for profile in profiles:
         by_path.setdefault(profile.path, []).append(profile)
     sums: dict[int, FloatArray] = {}
-    for profiles in by_path.values():
-        tares = {profile.tare_run: profile for profile in profiles}
-        for profile in profiles:
+    for profiles_of_path in by_path.values():
+        tares = {profile.tare_run: profile for profile in profiles_of_path}
+        for profile in profiles_of_path:
             others = [tare for name, tare in tares.items() if name != profile.tare_run]
             if others and (products := _products(profile, others)) is not None:
                 sums[profile.direction] = sums.get(profile.direction, np.zeros(3)) + products
