@@ -761,7 +761,9 @@ def estimate(
     if not (used.any() or contacts):
         raise ValueError("no push has a number that tells of the medium")
     sorted_nodes = nodes.beta[order], nodes.gamma[order]
-    given = _Seen(prior, seen[used], y[used], errors[np.ix_(used, used)])
+    # of a thousand pushes a copy of their errors is 32 MB
+    used_errors = errors if used.all() else errors[np.ix_(used, used)]
+    given = _Seen(prior, seen[used], y[used], used_errors)
     of_pushes = given
     if contacts:
         places = _places_of_nodes(count, coarse, nodes.beta.size)
