@@ -11,8 +11,8 @@ from rftfit.campaign.presence import miss_campaign
 from rftfit.campaign.problems import in_lines
 from rftfit.cli import options
 from rftfit.cli.exit_codes import INPUT_NOT_VALID
-from rftfit.cli.output import count, json_text, megabytes, print_line
-from rftfit.store.text import table
+from rftfit.cli.output import json_text, print_line
+from rftfit.store.text import count, megabytes, table
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

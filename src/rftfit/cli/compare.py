@@ -10,8 +10,8 @@ import typer
 
 import rftfit
 from rftfit.cli import options
-from rftfit.cli.output import check_picture, count, json_text, print_line
-from rftfit.store.text import table
+from rftfit.cli.output import check_picture, json_text, print_line
+from rftfit.store.text import count, table
 
 if TYPE_CHECKING:
     from rftfit.compare.contrast import Comparison

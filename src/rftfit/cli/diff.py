@@ -10,8 +10,8 @@ from typing import Annotated
 import typer
 
 from rftfit.cli import options
-from rftfit.cli.output import count, json_text, print_line, say_some
-from rftfit.store.text import table
+from rftfit.cli.output import json_text, print_line, say_some
+from rftfit.store.text import count, table
 
 _MOST = 10
 

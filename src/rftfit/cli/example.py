@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rftfit.cli import options
-from rftfit.cli.output import count, json_text, megabytes, print_line, warn
+from rftfit.cli.output import json_text, print_line, warn
 from rftfit.errors import InputError
-from rftfit.store.text import table
+from rftfit.store.text import count, megabytes, table
 
 if TYPE_CHECKING:
     from rftfit.suite.declared import Example

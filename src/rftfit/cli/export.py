@@ -12,9 +12,9 @@ import typer
 import rftfit
 from rftfit.campaign.problems import choose
 from rftfit.cli import options
-from rftfit.cli.output import check_target, megabytes, print_line, warn
+from rftfit.cli.output import check_target, print_line, warn
 from rftfit.errors import InputError
-from rftfit.store.text import table
+from rftfit.store.text import megabytes, table
 
 if TYPE_CHECKING:
     from rftfit.model.profiles import KnownMedium

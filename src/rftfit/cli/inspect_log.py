@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rftfit.cli import options
-from rftfit.cli.output import check_picture, count, json_text, megabytes, print_line
+from rftfit.cli.output import check_picture, json_text, print_line
 from rftfit.errors import InputError
-from rftfit.store.text import table
+from rftfit.store.text import count, megabytes, table
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -60,16 +60,6 @@ def _known(content: Any) -> Any:
     return content.as_posix() if isinstance(content, Path) else content
 
 
-def count(number: int, noun: str) -> str:
-    """Write a number with its noun: ``1 run``, ``2 runs``."""
-    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
-
-
-def megabytes(size: int) -> str:
-    """Write a number of bytes as kB or MB."""
-    return f"{size / 1e6:.1f} MB" if size >= 1e5 else f"{size / 1e3:.1f} kB"
-
-
 # --- A file that a command is asked to write: never over one of somebody else's.
 
 

@@ -11,9 +11,9 @@ import typer
 import rftfit
 from rftfit.campaign.problems import choose
 from rftfit.cli import options
-from rftfit.cli.output import check_picture, check_target, count, json_text, print_line
+from rftfit.cli.output import check_picture, check_target, json_text, print_line
 from rftfit.errors import InputError
-from rftfit.store.text import table
+from rftfit.store.text import count, table
 
 if TYPE_CHECKING:
     from rftfit.forces.planning import Plan, Target

@@ -10,9 +10,9 @@ import typer
 
 from rftfit.campaign.problems import choose
 from rftfit.cli import options
-from rftfit.cli.output import count, megabytes, print_line
+from rftfit.cli.output import print_line
 from rftfit.errors import InputError
-from rftfit.store.text import table
+from rftfit.store.text import count, megabytes, table
 
 if TYPE_CHECKING:
     from rftfit.campaign.load import Campaign

@@ -12,9 +12,9 @@ import typer
 
 from rftfit.campaign.problems import join_words
 from rftfit.cli import options
-from rftfit.cli.output import count, print_line, warn
+from rftfit.cli.output import print_line, warn
 from rftfit.errors import InputError, OutputError
-from rftfit.store.text import table
+from rftfit.store.text import count, table
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

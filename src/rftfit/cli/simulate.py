@@ -11,10 +11,10 @@ import typer
 
 import rftfit
 from rftfit.cli import options
-from rftfit.cli.output import check_target, comments, count, json_text, print_line, warn
+from rftfit.cli.output import check_target, comments, json_text, print_line, warn
 from rftfit.errors import InputError, OutputError
 from rftfit.store.links import refuse_target_by_link
-from rftfit.store.text import table
+from rftfit.store.text import count, table
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

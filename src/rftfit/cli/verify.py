@@ -11,9 +11,10 @@ import typer
 from rftfit.campaign.problems import did_you_mean, join_words
 from rftfit.cli import options
 from rftfit.cli.exit_codes import NOT_AS_RECORDED
-from rftfit.cli.output import count, json_text, print_line, say_some
+from rftfit.cli.output import json_text, print_line, say_some
 from rftfit.cli.run import others_line, shown_jobs
 from rftfit.errors import InputError
+from rftfit.store.text import count
 
 if TYPE_CHECKING:
     from rftfit.workflow.records import OutdatedResult, Record, Recorded

@@ -1,4 +1,4 @@
-"""Tables as text, for a terminal or a notebook."""
+"""Tables, counts and sizes as text, for a terminal or a notebook."""
 
 from __future__ import annotations
 
@@ -21,3 +21,13 @@ def _is_number(cell: str) -> bool:
     except ValueError:
         return False
     return True
+
+
+def count(number: int, noun: str) -> str:
+    """Write a number with its noun: ``1 run``, ``2 runs``."""
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+
+
+def megabytes(size: int) -> str:
+    """Write a number of bytes as kB or MB."""
+    return f"{size / 1e6:.1f} MB" if size >= 1e5 else f"{size / 1e3:.1f} kB"

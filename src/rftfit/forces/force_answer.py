@@ -1,0 +1,372 @@
+"""Predicted forces as an answer: what they were predicted from, peaks and intervals, for people and for scripts."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import pandas as pd
+
+from rftfit.forces.body_error import BodyError
+from rftfit.forces.mesh import Mesh, Motion3D
+from rftfit.forces.model_error import eps_of, has_model_error
+from rftfit.forces.motion import Motion
+from rftfit.forces.outlines import Outline
+from rftfit.forces.peaks import STEEP, STEEP_DEG, Peak, describe_beside, unknown_peaks
+from rftfit.forces.plane import PEAKS, QUANTITIES
+from rftfit.forces.prediction import predict_with_peaks
+from rftfit.forces.rolling import RULES, describe_friction
+from rftfit.forces.space import IN_SPACE, extremes_in_space
+from rftfit.model.draws import end_names
+from rftfit.model.profiles import Profile
+from rftfit.store.text import count
+from rftfit.store.text import table as format_table
+
+
+@dataclass(frozen=True, eq=False)
+class ForceAnswer:
+    """Forces on a body along its motion, with what they were predicted from: made by `answer_with_forces`.
+
+    `origin`: profile and folder, as it is printed. `model_error`: as given. `rule`: which faces of a rolling wheel count;
+    None of any other motion. `left_out`: what the intervals of this form of alpha do not hold.
+    """
+
+    forces: pd.DataFrame = field(repr=False)
+    peaks: list[Peak]
+    profile: Profile
+    body: Outline | Mesh
+    motion: Motion | Motion3D
+    confidence: float
+    friction: float | None
+    model_error: float | None
+    body_error: BodyError | None
+    origin: str
+    rule: str | None
+    left_out: str
+
+    @property
+    def in_space(self) -> bool:
+        """Whether the body is a mesh."""
+        return isinstance(self.body, Mesh)
+
+    @property
+    def quantities(self) -> tuple[str, ...]:
+        """Columns of forces and moments."""
+        return IN_SPACE if self.in_space else QUANTITIES
+
+    @cached_property
+    def beside(self) -> Profile | None:
+        """Table or map of the same medium, beside nine terms."""
+        return None if self.profile.beside is None else self.profile.beside()
+
+    @property
+    def eps(self) -> float:
+        """Relative error of the model that the intervals hold; 0: none."""
+        return eps_of(self.model_error, self.profile, self.body)
+
+    @property
+    def poses_unknown(self) -> int:
+        """How many poses have no number."""
+        return int(self.forces[list(self.quantities)].isna().any(axis=1).sum())
+
+    @property
+    def reason(self) -> str:
+        """Why the first pose without a number has none; empty where all have one."""
+        return next((reason for reason in self.forces["reason"] if reason), "")
+
+    @property
+    def short_reason(self) -> str:
+        """The reason, cut where it names dozens of cells."""
+        is_short = len(self.reason) <= _LONGEST_REASON
+        return self.reason if is_short else f"{self.reason[:_LONGEST_REASON]} ..."
+
+    @property
+    def peaks_not_stated(self) -> list[str]:
+        """Names of peaks that may lie in a pose without a number."""
+        curves = {name: self.forces[name].to_numpy(float) for name in self.quantities}
+        return unknown_peaks(
+            curves, extremes_in_space(curves) if self.in_space else PEAKS, self.peaks
+        )
+
+    @property
+    def interval_of_alpha(self) -> str:
+        """Name of the interval of alpha; empty where no error of alpha is known."""
+        return f"{self._percent} of alpha" if self.profile.spread is not None else ""
+
+    @property
+    def interval_of_model(self) -> str:
+        """Name of the interval with the model's own error; empty where there is none."""
+        with_error = f"{self._percent} with the model's own error"
+        if self.body_error is not None:
+            return f"{with_error} on this body (eps {self.body_error.per_medium:.2g})"
+        return f"{with_error} (eps {self.eps:g})" if self.eps else ""
+
+    @property
+    def interval_of_bed(self) -> str:
+        """Name of the interval of the next bed; empty where there is none."""
+        of_alpha = self.interval_of_alpha and has_model_error(self.profile)
+        if not (self.eps or self.body_error or of_alpha):
+            return ""
+        return f"{self._percent} of the next bed ({100 * self.profile.bed_spread:.3g} % from bed to bed)"
+
+    @property
+    def _percent(self) -> str:
+        return f"{100 * self.confidence:g} % interval"
+
+    @property
+    def sources(self) -> dict[str, str]:
+        """What was predicted from what, in words, by name."""
+        body = self.body
+        if isinstance(body, Mesh):
+            name, parts = "mesh", f"{len(body.faces)} triangles"
+        else:
+            name, parts = "outline", f"{len(body.body)} elements"
+        sources = {
+            name: f"{body.name}, {body.area_cm2:.4g} cm^2, {parts}",
+            "motion": self.motion.name,
+            "profile": self.origin,
+        }
+        if self.beside is not None:
+            sources["beside"] = self.beside.name
+        if self.rule is not None:
+            sources["rule"] = f"{self.rule}: {RULES[self.rule]}"
+        if self.rule is not None or self.friction is not None:
+            sources["friction"] = describe_friction(self.friction)
+        if self.body_error is not None:
+            sources["body"] = self.body_error.words
+        return sources
+
+    @property
+    def notes(self) -> list[str]:
+        """What stands above a table of the forces, a sentence each; an empty one has nothing to say."""
+        ends = {
+            "": self.interval_of_alpha,
+            "_model": self.interval_of_model,
+            "_next": self.interval_of_bed,
+        }
+        notes = [*self.sources.values()]
+        notes += [
+            f"{end}_lo and {end}_hi: {interval}, row by row"
+            for end, interval in ends.items()
+            if interval
+        ]
+        if self.beside is not None:
+            notes.append(
+                f"_beside: by {self.beside.name}; where it lies outside of _lo and _hi, these are empty"
+            )
+        return [*notes, self.reason and f"empty cells: {self.short_reason}"]
+
+    @property
+    def mean_of_turn(self) -> dict[str, float]:
+        """Mean forces of a wheel over its turn."""
+        drawbar, load, moment = (
+            float(self.forces[name].mean(skipna=False))
+            for name in ("force_x_N", "force_z_N", "moment_y_N_cm")
+        )
+        # the medium turns the wheel back: the drive gives the opposite moment
+        return {"drawbar_N": drawbar, "load_N": load, "torque_N_cm": -moment}
+
+    def as_dict(self) -> dict[str, Any]:
+        """Give everything but the curves, as ``rftfit predict --json`` prints it; a peak that is not there is None."""
+        peaks: dict[str, dict[str, float | str] | None] = dict.fromkeys(
+            PEAK_TITLES_IN_SPACE if self.in_space else PEAK_TITLES
+        )
+        for peak in self.peaks:
+            numbers = {name: getattr(peak, name) for name in _FACTS_OF_PEAK}
+            peaks[peak.name] = {
+                peak.quantity: peak.value,
+                **numbers,
+                self._position_column: peak.position,
+            }
+        facts = self.sources | {
+            "confidence": self.confidence if self.interval_of_alpha or self.eps else None,
+            "model_error": self.eps,
+            "rows": len(self.forces),
+            "rows_unknown": self.poses_unknown,
+            "reason": self.reason,
+            "peaks_complete": not self.peaks_not_stated,
+            "peaks": peaks,
+            "model_error_known": has_model_error(self.profile),
+        }
+        if "friction" in facts:
+            facts |= {"friction": self.friction}
+        if self.rule is not None:
+            facts |= {"rule": self.rule, "mean_of_turn": self.mean_of_turn}
+        return facts
+
+    @property
+    def _position_column(self) -> str:
+        return next(iter(self.motion.columns))
+
+    def summary(self) -> str:
+        """Format sources, peaks and intervals for people."""
+        lines = [f"{word.capitalize()}: {source}" for word, source in self.sources.items()]
+        lines += ["", self._format_peaks(), *self._missing_intervals()]
+        if self.peaks_not_stated:
+            # the greatest of a curve with gaps need not be its peak, and must not pass for it
+            titles = ", ".join(_TITLES[name] for name in self.peaks_not_stated)
+            poses = count(self.poses_unknown, "pose")
+            lines.append(
+                f"Not stated, as it may lie in one of the {poses} without a number: {titles}."
+            )
+        if self.interval_of_alpha and self.left_out:
+            lines.append(f"Not in the intervals: {self.left_out}.")
+        if self.rule is not None:
+            means = self.mean_of_turn
+            lines.append(
+                f"\nMean over the turn: drawbar (toward +x) {means['drawbar_N']:.4g} N, load (up) {means['load_N']:.4g} N, "
+                f"torque of the drive {means['torque_N_cm']:.4g} N cm."
+            )
+        if self.in_space:
+            lines.append(
+                f"\nNot in the intervals: the law in space may err by up to {self.forces['closure_N'].max():.3g} N "
+                "(closure_N), in the worst case."
+            )
+        return "\n".join(lines)
+
+    def _format_peaks(self) -> str:
+        of_mean = ", of the mean over beds"
+        intervals = {
+            ("lo", "hi"): self.interval_of_alpha and self.interval_of_alpha + of_mean,
+            ("model_lo", "model_hi"): self.interval_of_model and self.interval_of_model + of_mean,
+            ("next_lo", "next_hi"): self.interval_of_bed,
+        }
+        ends_shown = {ends: meaning for ends, meaning in intervals.items() if meaning}
+        columns = ["value", *(end for ends in ends_shown for end in ends)]
+        rows = [
+            [
+                _TITLES[peak.name],
+                *(_cell(getattr(peak, column)) for column in columns),
+                "N cm" if peak.quantity.endswith("cm") else "N",
+                f"{peak.position:g}",
+            ]
+            for peak in self.peaks
+        ]
+        if not rows:
+            return "  no force in these poses that can be stated"
+        head = ["", *(column.replace("_", " ") for column in columns)]
+        sentences = [
+            f"{', '.join(ends).replace('_', ' ')}: {meaning}"
+            for ends, meaning in ends_shown.items()
+        ]
+        if not self.interval_of_alpha:
+            sentences.insert(0, "No interval of alpha: the errors of this profile are not known")
+        peaks = format_table([*head, "unit", self._position_column], rows)
+        return f"{peaks}\n\n" + ".\n".join(sentences) + "."
+
+    def _missing_intervals(self) -> list[str]:
+        """Say what stands in the place of intervals that are not there, and why."""
+        lines = []
+        if not has_model_error(self.profile):
+            lines.append(
+                "No interval with the model's own error: it was measured by tables and maps, and is not that of "
+                f"{self.profile.form}."
+            )
+        if self.beside is not None:
+            lines += [
+                f"{_TITLES[peak.name]}: {describe_beside(peak, self.profile.form, self.beside.form)}."
+                for peak in self.peaks
+            ]
+        instead = ""
+        if self.interval_of_model:
+            instead = "; the interval with the model's own error includes that"
+        lines += [
+            f"{_TITLES[peak.name]}: no interval of alpha: {STEEP_DEG:g} degrees of the attack angle change it by "
+            f"{100 * peak.steepness:.0f} %, and pushes around do not tell where alpha is so steep{instead}."
+            for peak in self.peaks
+            if peak.withheld == STEEP
+        ]
+        return lines
+
+    def list_doubts(self, cure: str = "") -> list[str]:
+        """Say which poses have no number or no interval; `cure`: what gives numbers there, if something does."""
+        poses = len(self.forces)
+        doubts = []
+        if self.poses_unknown:
+            doubts.append(
+                f"no number in {self.poses_unknown} of {poses} poses: {self.short_reason}{cure}"
+            )
+        elif (self.forces[list(self.quantities)] == 0).all(axis=None):
+            doubts.append(
+                "no force in any pose: the body stays above the surface, or does not move"
+            )
+        ends = [
+            (name, end) for name in self.quantities for end in end_names(name) if end in self.forces
+        ]
+        lost = [self.forces[end].isna() & self.forces[name].notna() for name, end in ends]
+        # beside the table of the same medium the head of the file says it
+        if self.beside is None and (without := sum(map(any, zip(*lost, strict=True)))):
+            doubts.append(
+                f"no interval in {without} of {poses} poses: no error of alpha is known there"
+            )
+        return doubts
+
+
+def answer_with_forces(
+    profile: Profile,
+    body: Outline | Mesh,
+    motion: Motion | Motion3D,
+    confidence: float = 0.95,
+    *,
+    friction: float | None = None,
+    model_error: float | None = None,
+    body_error: BodyError | None = None,
+    origin: str = "",
+    rule: str | None = None,
+    left_out: str = "",
+) -> ForceAnswer:
+    """Predict forces and keep what they were predicted from; parameters as of `predict` and `ForceAnswer`."""
+    forces, peaks = predict_with_peaks(
+        profile,
+        body,
+        motion,
+        confidence,
+        friction=friction,
+        model_error=model_error,
+        body_error=body_error,
+    )
+    return ForceAnswer(
+        forces=forces,
+        peaks=peaks,
+        profile=profile,
+        body=body,
+        motion=motion,
+        confidence=confidence,
+        friction=friction,
+        model_error=model_error,
+        body_error=body_error,
+        origin=origin or profile.name,
+        rule=rule,
+        left_out=left_out,
+    )
+
+
+PEAK_TITLES = {
+    "lift": "peak lift (up)",
+    "suction": "peak suction (down)",
+    "thrust": "peak thrust (toward +x)",
+    "drag": "peak drag (toward -x)",
+    "moment": "peak moment (z toward x)",
+    "moment_negative": "peak moment (x toward z)",
+}
+"""Titles of the peaks of an outline, by name."""
+
+PEAK_TITLES_IN_SPACE = {
+    f"{quantity}_{axis}": f"largest {quantity} {axis}"
+    for quantity in ("force", "moment")
+    for axis in "xyz"
+}
+"""Titles of the peaks of a mesh, by name."""
+
+_TITLES = PEAK_TITLES | PEAK_TITLES_IN_SPACE
+
+_FACTS_OF_PEAK = ("lo", "hi", "model_lo", "model_hi", "next_lo", "next_hi", "beside", "withheld")
+
+_LONGEST_REASON = 300
+
+
+def _cell(number: float) -> str:
+    """Format a number; one that is not known is empty, and nothing is called -0."""
+    return "" if math.isnan(number) else f"{number + 0.0:.4g}"
