@@ -11,8 +11,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 import rftfit as program
-from rftfit.cli.answers import vertical_alpha
 from rftfit.forces.contact_file import read_contacts
+from rftfit.forces.medium_answer import vertical_alpha
 
 pytestmark = pytest.mark.usefixtures("work_folder")
 

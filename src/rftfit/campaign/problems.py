@@ -132,10 +132,10 @@ def _plain(word: str) -> str:
     return word.strip().casefold().translate(_SEPARATORS)
 
 
-def join_words(words: Iterable[str], most: int = 12) -> str:
-    """Write words as ``a, b, c``, the first `most` of them."""
+def join_words(words: Iterable[str], most: int | None = 12) -> str:
+    """Write words as ``a, b, c``, the first `most` of them; None: all."""
     words = list(words)
-    rest = len(words) - most
+    rest = 0 if most is None else len(words) - most
     return ", ".join(words[:most]) + (f" and {rest} more" if rest > 0 else "")
 
 

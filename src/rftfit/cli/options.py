@@ -633,7 +633,7 @@ class PushOptions:
 
     def read(self) -> tuple[str, pd.DataFrame]:
         """Names of the files, and the pushes; what is doubtful in them is printed."""
-        from rftfit.cli.answers import collect_pushes
+        from rftfit.model.profile_file import collect_pushes
 
         name, pushes, warnings = collect_pushes(*self.files)
         for warning in warnings:

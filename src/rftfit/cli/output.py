@@ -12,6 +12,7 @@ import typer
 
 from rftfit.errors import InputError, OutputError
 from rftfit.store.links import refuse_target_by_link
+from rftfit.store.text import first_of
 from rftfit.version import __version__
 
 if TYPE_CHECKING:
@@ -26,12 +27,10 @@ def print_line(text: str = "") -> None:
     typer.echo(text)
 
 
-def say_some(lines: Sequence[str], most: int, rest_label: str = "more") -> None:
+def say_some(lines: Sequence[str], most: int | None, rest_label: str = "more") -> None:
     """Write the first lines of many."""
-    for line in lines[:most]:
+    for line in first_of(lines, most, rest_label):
         print_line(line)
-    if len(lines) > most:
-        print_line(f"and {len(lines) - most} {rest_label} (--all lists them)")
 
 
 def warn(text: str) -> None:

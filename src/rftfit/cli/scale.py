@@ -13,7 +13,7 @@ from rftfit.cli.output import check_target, comments, json_text, print_line, war
 from rftfit.errors import InputError
 
 if TYPE_CHECKING:
-    from rftfit.cli.answers import Answer
+    from rftfit.forces.medium_answer import MediumAnswer
 
 MARK = "# alpha table written by rftfit scale"
 """How the first line of such a file begins: only these are overwritten unasked."""
@@ -62,7 +62,7 @@ def scale(
     alpha(beta, gamma) as csv.
     """
     options.look_for_campaign(results)
-    from rftfit.cli.answers import answer_of_contacts, answer_of_pushes, answer_of_test
+    from rftfit.forces.medium_answer import answer_of_contacts, answer_of_pushes, answer_of_test
     from rftfit.model.shapes import describe_push, one_push
     from rftfit.store import write_text
 
@@ -115,7 +115,7 @@ def scale(
         print_line(f"Alpha {answer.where}: {output}")
 
 
-def _table_text(answer: Answer) -> str:
+def _table_text(answer: MediumAnswer) -> str:
     """Alpha by direction as csv: how it was made, the level of the intervals, a header row, the rows."""
     lines = [",".join(answer.columns)]
     for row in zip(*answer.columns.values(), strict=True):

@@ -70,11 +70,11 @@ def verify(
             raise InputError(
                 f"--again: found {results[0]}; allowed: no results, since all of them are made again"
             )
-        _make_again(now, cores, 10**9 if all_ else _MOST, as_json)
+        _make_again(now, cores, None if all_ else _MOST, as_json)
         return
     recorded, data = read_provenance(now.root / FOLDER)
     changes = changes_between(recorded, present_provenance(now.states))
-    most = 10**9 if all_ else _MOST
+    most = None if all_ else _MOST
     stale = _stale(now)
     recorded_paths = [path for record in now.results().values() for path in record.writes]
     chosen = _chosen(results or [], now.root, recorded_paths)
@@ -111,7 +111,7 @@ def verify(
         raise typer.Exit(NOT_AS_RECORDED)
 
 
-def _make_again(now: Recorded, cores: int | None, most: int, as_json: bool) -> None:
+def _make_again(now: Recorded, cores: int | None, most: int | None, as_json: bool) -> None:
     """Make the results again, and say which of those that are there differ."""
     from rftfit.workflow.remake import remake
 
@@ -152,17 +152,8 @@ def _quiet(*_: object) -> None:
 
 
 def _stale(now: Recorded) -> dict[str, list[OutdatedResult]]:
-    """Jobs that are out of date, or read what such a job writes, with what was found about them."""
-    jobs = now.results()
-    stale = {name: findings_of_job for name in jobs if (findings_of_job := now.findings(name))}
-    while further_jobs := [
-        name
-        for name, record in jobs.items()
-        if name not in stale
-        and any(path in now.maker and now.maker[path].name in stale for path in record.reads)
-    ]:
-        stale |= {name: [] for name in further_jobs}
-    return stale
+    """Jobs of the results that are out of date, with what was found about each of them itself."""
+    return {name: now.findings(name) for name in now.results() if name in now.outdated}
 
 
 def _text_of(finding: OutdatedResult) -> str:
@@ -203,7 +194,7 @@ def _chosen(words: list[Path], root: Path, recorded_paths: list[str]) -> list[st
 
 
 def _chain(
-    now: Recorded, name: str, stale: dict[str, list[OutdatedResult]], most: int
+    now: Recorded, name: str, stale: dict[str, list[OutdatedResult]], most: int | None
 ) -> list[str]:
     """Say what a result was made from, job by job."""
     jobs = now.results(now.maker[name])

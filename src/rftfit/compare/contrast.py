@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -31,6 +32,7 @@ from rftfit.measure.repeats import (
     unit_vectors,
     usual_scatter,
 )
+from rftfit.store.text import count, table
 
 _CHOSEN = chosen("contrast")
 
@@ -161,6 +163,89 @@ class Comparison:
             return math.nan
         alpha_a, alpha_b = (float(down[f"alpha_z_{side}_N_per_cm3"].iloc[0]) for side in "ab")
         return alpha_b / alpha_a
+
+    def as_dict(self) -> dict[str, Any]:
+        """Give everything as plain numbers, words and lists, as ``rftfit compare --json`` prints it.
+
+        Returns
+        -------
+        dict of str to object
+            The fields, ``sentence``, and ``directions`` as a dict of each row.
+        """
+        directions = self.directions.to_dict("records")
+        return vars(self) | {"sentence": self.sentence, "directions": directions}
+
+    def summary(self, most: int | None = None) -> str:
+        """Format the comparison for people.
+
+        Parameters
+        ----------
+        most : int, optional
+            Most directions that are listed; default: all.
+
+        Returns
+        -------
+        str
+        """
+        rows = [
+            [
+                "ratio of sizes, B/A",
+                f"{self.ratio:.4g}",
+                f"{self.ratio_lo:.4g} to {self.ratio_hi:.4g}",
+                _cell(self.size_p, ".2g"),
+                f"{self.least_ratio:.3g}",
+            ]
+        ]
+        if not math.isnan(self.shape_p):
+            rows.append(
+                [
+                    "difference of shape, rms",
+                    f"{self.shape_percent:.2g} %",
+                    f"{self.shape_lo_percent:.2g} to {self.shape_hi_percent:.2g} %",
+                    _cell(self.shape_p, ".2g"),
+                    f"{self.least_shape_percent:.2g} %",
+                ]
+            )
+        interval = f"{100 * self.confidence:g} % interval"
+        lines = [
+            self.sentence,
+            "",
+            f"A: {self.a}\nB: {self.b}",
+            table(["", "", interval, "p of no difference", "least detected"], rows),
+        ]
+        if len(self.directions):
+            lines.append(
+                f"{count(len(self.directions), 'common direction')}, {self.runs_a} and {self.runs_b} runs; scatter of a run: "
+                f"{100 * self.scatter_along:.2g} % along the force, {100 * self.scatter_across:.2g} % across"
+            )
+        lines += [f"Note: {note}" for note in self.notes]
+        if len(self.directions):
+            lines += ["", self._list_directions(most)]
+        return "\n".join(lines)
+
+    def _list_directions(self, most: int | None) -> str:
+        """List the directions that differ most."""
+        head = ["beta", "gamma", "depth", "B/ratio - A: alpha_z"]
+        head += ["interval", "alpha_x", "interval", "p"]
+        rows = []
+        for direction in self.directions.head(most or len(self.directions)).to_dict("records"):
+            angles = [f"{direction['beta_deg']:g}", f"{direction['gamma_deg']:.4g}"]
+            cells = [*angles, _cell(direction["depth_cm"], "g")]
+            for c in "zx":
+                names = (f"difference_{c}{end}_N_per_cm3" for end in ("", "_lo", "_hi"))
+                middle, low, high = (direction[name] for name in names)
+                cells.append(_cell(middle, ".3g"))
+                cells.append("" if math.isnan(low) else f"{low:.2g} to {high:.2g}")
+            rows.append([*cells, _cell(direction["p"], ".2g")])
+        title = "Directions that differ most (degrees, cm, N/cm^3; intervals hold together):"
+        rows_left = len(self.directions) - len(rows)
+        rest = f"\n  and {rows_left} more (--all lists them)" if rows_left > 0 else ""
+        return f"{title}\n{table(head, rows)}{rest}"
+
+
+def _cell(number: float, number_format: str) -> str:
+    """Format a number; one that is not known is empty."""
+    return "" if math.isnan(number) else format(number, number_format)
 
 
 _ANSWERS = {

@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
+from copy import copy
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from itertools import combinations
@@ -208,25 +209,31 @@ class JointModel:
 
     # --- the prior
 
-    def _place(self, runs: RunSlopes, *, beside: bool = True) -> None:
+    def _place(self, runs: RunSlopes) -> None:
         """Sort runs into directions, and take the prior there and, for slopes over the angles, a few degrees beside."""
+        self._sort_into_directions(runs)
+        count = self.directions.shape[1]
+        self.prior_mean, self.prior_rows = _prior_beside(
+            self.without, self.directions.tobytes(), count
+        )
+        places = np.concatenate([np.arange(count), 5 * count + np.arange(count)])
+        self._take_prior(self.prior_mean[places], self.prior_rows[places])
+
+    def _place_moved(self, runs: RunSlopes) -> None:
+        """Sort runs whose angles were put right into directions, and take the prior there; slopes stay as they are."""
+        self._sort_into_directions(runs)
+        self._take_prior(*prior_of_media(*self.directions, _RUNS.rough_share, self.without))
+
+    def _sort_into_directions(self, runs: RunSlopes) -> None:
         angles_deg = np.round([beta_apart(runs.beta_deg, 0.0), runs.gamma_deg], _ANGLE_DIGITS)
         directions, cell = np.unique(
             np.stack([*angles_deg, self.number]), axis=1, return_inverse=True
         )
         self.directions, self.cell = np.ascontiguousarray(directions[:2]), cell.ravel()
-        count = self.directions.shape[1]
-        if beside:
-            self.prior_mean, self.prior_rows = _prior_beside(
-                self.without, self.directions.tobytes(), count
-            )
-            places = np.concatenate([np.arange(count), 5 * count + np.arange(count)])
-            self.mean, covariance = self.prior_mean[places], self.prior_rows[places]
-        else:
-            self.mean, covariance = prior_of_media(
-                self.directions[0], self.directions[1], _RUNS.rough_share, self.without
-            )
-        self.prior = covariance + 1e-8 * np.eye(2 * count)
+
+    def _take_prior(self, mean: FloatArray, covariance: FloatArray) -> None:
+        self.mean = mean
+        self.prior = covariance + 1e-8 * np.eye(mean.size)
         self.local = _local_variance(self.mean, np.bincount(self.cell))
 
     def _set_expected(self, full: FloatArray, cells: FloatArray | None = None) -> None:
@@ -287,21 +294,24 @@ class JointModel:
             self.update()
         return self
 
-    def update(self, *, keep_expected: bool = False) -> None:
+    def update(self) -> None:
         """Take alpha of the directions by the data, and weights by how far each run is from all others."""
         gaussian = self._gaussian(self.theta)
         residual = self.runs.alpha.ravel() - self._mean(self.theta)
-        if not keep_expected:
-            sums = gaussian.sum_by_direction(gaussian.solve(residual))[:, 0]
-            departure = math.exp(self.theta[1]) * (self.prior_rows @ sums)
-            count = self.directions.shape[1]
-            places = np.concatenate([np.arange(count), 5 * count + np.arange(count)])
-            departure[places] += self.local * sums
-            self._set_expected(
-                math.exp(self.theta[0]) * self.prior_mean + math.exp(2 * self.theta[0]) * departure
-            )
-            # the scatter follows what is expected
-            gaussian = self._gaussian(self.theta)
+        sums = gaussian.sum_by_direction(gaussian.solve(residual))[:, 0]
+        departure = math.exp(self.theta[1]) * (self.prior_rows @ sums)
+        count = self.directions.shape[1]
+        places = np.concatenate([np.arange(count), 5 * count + np.arange(count)])
+        departure[places] += self.local * sums
+        self._set_expected(
+            math.exp(self.theta[0]) * self.prior_mean + math.exp(2 * self.theta[0]) * departure
+        )
+        self.update_weights()
+
+    def update_weights(self) -> None:
+        """Take weights by how far each run is from all others."""
+        gaussian = self._gaussian(self.theta)
+        residual = self.runs.alpha.ravel() - self._mean(self.theta)
         predicted, covariance = gaussian.leave_out(residual.reshape(2, -1))
         off = residual.reshape(2, -1) - predicted
         covariance = covariance + self._scatter(self.theta, np.ones(self.runs.size))
@@ -393,14 +403,13 @@ class JointModel:
             gamma = gamma + size * share * side
         else:
             beta = beta + size * share * (side if cause.kind == "beta-offset" else 1.0)
-        model = object.__new__(JointModel)
-        model.__dict__.update(self.__dict__)
+        model = copy(self)
         alpha = np.einsum("nij,jn->in", transform, alpha)
         model.runs = replace(runs, beta_deg=beta, gamma_deg=gamma, alpha=alpha)
         model.jacobian = self.jacobian + log_jacobian
         model.transform = transform if self.transform is None else transform @ self.transform
         if beta is not runs.beta_deg or gamma is not runs.gamma_deg:
-            model._place(model.runs, beside=False)
+            model._place_moved(model.runs)
         return model
 
     def scan(self) -> Scan:
@@ -457,7 +466,7 @@ class JointModel:
         values = _minimise(cost, np.append(self.theta, size), step, 70, 0.01)
         right = self.put_right(cause, values[4])
         right.theta = values[:4]
-        right.update(keep_expected=True)
+        right.update_weights()
         model = self._weighted(right.weight)
         values = _minimise(cost, values, 0.4 * step, 70, 0.01)
         best, size = cost(values), float(values[4])
@@ -470,8 +479,7 @@ class JointModel:
         return size, times, right
 
     def _weighted(self, weight: FloatArray) -> JointModel:
-        model = object.__new__(JointModel)
-        model.__dict__.update(self.__dict__)
+        model = copy(self)
         model.weight = weight
         return model
 

@@ -19,6 +19,7 @@ import pandas as pd
 from rftfit.campaign.files import read_text
 from rftfit.campaign.problems import CampaignError, Place, Problem
 from rftfit.campaign.reading import ModelFile, check_model
+from rftfit.campaign.tables import pushes_in
 from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
 from rftfit.model.profile_schema import FORMAT, VERSION, ProfileFile
@@ -435,3 +436,18 @@ def _check_numbers(file: ModelFile[ProfileFile], content: ProfileFile) -> None:
         text = f"{golden_alpha[component]:.6g}, the golden value {_ALPHA[component]} at ({index[0]:g}, {index[1]:g}) degrees"
         range_of_draws = f"{found_alpha[component]:.6g}"
         file.note(("directions", _ALPHA[component]), "golden", range_of_draws, text)
+
+
+def collect_pushes(
+    pushes: Path | None, profile_file: Path | None = None
+) -> tuple[str, pd.DataFrame, list[str]]:
+    """Pushes of a table and of a profile file: names of the files, the pushes, and what to be warned of."""
+    tables, warnings = [], []
+    if pushes is not None:
+        pushes_of_table, problems = pushes_in(pushes)
+        tables.append(pushes_of_table)
+        warnings = [str(problem) for problem in problems]
+    if profile_file is not None:
+        tables.append(pushes_in_profile(profile_file))
+    names = [path.name for path in (pushes, profile_file) if path is not None]
+    return " and ".join(names), pd.concat(tables, ignore_index=True), warnings

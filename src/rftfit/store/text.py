@@ -31,3 +31,10 @@ def count(number: int, noun: str) -> str:
 def megabytes(size: int) -> str:
     """Write a number of bytes as kB or MB."""
     return f"{size / 1e6:.1f} MB" if size >= 1e5 else f"{size / 1e3:.1f} kB"
+
+
+def first_of(lines: Sequence[str], most: int | None, rest_label: str = "more") -> list[str]:
+    """Return the first of many lines, and one that counts the rest; all where `most` is None."""
+    if most is None or len(lines) <= most:
+        return [*lines]
+    return [*lines[:most], f"and {len(lines) - most} {rest_label} (--all lists them)"]

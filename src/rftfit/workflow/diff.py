@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,8 @@ from rftfit.errors import InputError
 from rftfit.outputs.dictionary import describe_file
 from rftfit.results import FOLDER, Tables
 from rftfit.store.digests import sha256_of
-from rftfit.workflow.provenance import Change, changes_between, read_provenance
+from rftfit.store.text import count, first_of, table
+from rftfit.workflow.provenance import Change, changes_between, format_changes, read_provenance
 from rftfit.workflow.records import read_record
 
 NOT_SAME = 1e-5
@@ -58,6 +60,68 @@ class ResultsDiff:
     alone: list[str]
     unrecorded: list[Path]
     since: dict[Path, list[str]]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Give everything as plain numbers, words and lists, as ``rftfit diff --json`` prints it."""
+        return {
+            "changed": [vars(difference) for difference in self.numbers],
+            "because": [vars(change) for change in self.changes],
+            "only_in_one": self.alone,
+            "not_as_recorded": self.unrecorded,
+            "since_the_record": {str(folder): names for folder, names in self.since.items()},
+        }
+
+    def summary(self, most: int | None = None) -> str:
+        """Format the differences for people: at most so many of each sort; default: all."""
+        lines = self._list_numbers(most)
+        lines += first_of([f"Only in one of them: {name}" for name in self.alone], most)
+        lines += [
+            f"Not as recorded (edited, or its run was not finished): {path}"
+            for path in self.unrecorded
+        ]
+        lines += [
+            f"Made further after the last whole run of {folder}, with other {', '.join(names)}."
+            for folder, names in self.since.items()
+        ]
+        is_sure = not self.unrecorded and not self.since
+        if self.changes or is_sure:
+            verdict = "differs in:" if self.changes else "is the same."
+            origin = "What" if is_sure else "By their records, what"
+            lines.append(f"{origin} they were made from {verdict}")
+        else:
+            lines.append(
+                "What they were made from is not in their records; a whole `rftfit run` writes it."
+            )
+        changes = map(str, self.changes) if most is None else format_changes(self.changes)
+        lines += first_of([f"  {change}" for change in changes], most)
+        if any(change.sort in ("code", "version") for change in self.changes):
+            lines.append(
+                "What a version of the program changed, and why, stands in its CHANGELOG.md."
+            )
+        return "\n".join(lines)
+
+    def _list_numbers(self, most: int | None) -> list[str]:
+        if not self.numbers:
+            return ["No alpha, coefficient, zeta or peak is different."]
+        rows = [
+            [
+                difference.file,
+                difference.row,
+                difference.quantity,
+                f"{difference.was:.6g}",
+                f"{difference.now:.6g}",
+                f"{difference.half_widths:.2g}" if math.isfinite(difference.half_widths) else "",
+            ]
+            for difference in self.numbers[:most]
+        ]
+        files = dict.fromkeys(difference.file for difference in self.numbers)
+        lines = [
+            f"{count(len(self.numbers), 'number')} changed, in {', '.join(files)}; the largest first:",
+            table(["table", "row", "quantity", "A", "B", "half widths"], rows),
+        ]
+        if (rest := len(self.numbers) - len(rows)) > 0:
+            lines.append(f"  and {rest} more (--all lists them)")
+        return lines
 
 
 def compare_folders(first: Path, second: Path) -> ResultsDiff:

@@ -5,18 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from rftfit.campaign.tables import pushes_in
 from rftfit.forces.contacts import Contact
 from rftfit.measure.alpha import cell_at, column
 from rftfit.model.draws import interval
 from rftfit.model.fourier import TERMS
-from rftfit.model.profile_file import pushes_in_profile
 from rftfit.model.profiles import Profile
 from rftfit.model.scaling import Reference, ScaledMedium, scale_by_paper
 from rftfit.model.shapes import NOT_ALIKE, Map
@@ -26,7 +23,7 @@ _SHOWN_BETA, _SHOWN_GAMMA = (-60, -30, 0, 30, 60, 90), (-90, -45, 0, 45, 90)
 
 
 @dataclass(frozen=True)
-class Answer:
+class MediumAnswer:
     """`text` for people, `facts` for scripts, `columns` of alpha by direction, `description` of how it was made, at which `level`.
 
     `where` alpha is known, and a `doubt` about the medium, if there is one.
@@ -41,12 +38,12 @@ class Answer:
     doubt: str = ""
 
 
-def answer_of_test(scaled: ScaledMedium) -> Answer:
+def answer_of_test(scaled: ScaledMedium) -> MediumAnswer:
     """One penetration test by the paper's routine."""
     alpha, se, confidence = scaled.alpha_z, scaled.alpha_z_se, scaled.confidence
     reference = scaled.reference
     terms = dict(zip(TERMS, zip(*scaled.coefficients_with_interval(), strict=True), strict=True))
-    numbers = {name: _of(scaled, name) for name in ("zeta", "chi")}
+    numbers = {name: _with_limits(scaled, name) for name in ("zeta", "chi")}
     rows = [
         [name, *(f"{round(value, 4) + 0.0:.4f}" for value in values)]
         for name, values in (numbers | terms).items()
@@ -75,27 +72,12 @@ def answer_of_test(scaled: ScaledMedium) -> Answer:
     }
     level = f"{100 * confidence:g} % interval for a new medium like these"
     where = "on the published grid of 7 x 13 angles"
-    return Answer(text, facts, scaled.columns(), description, level, where)
-
-
-def collect_pushes(
-    pushes: Path | None, profile_file: Path | None = None
-) -> tuple[str, pd.DataFrame, list[str]]:
-    """Pushes of a table and of a profile file: names of the files, the pushes, and what to be warned of."""
-    tables, warnings = [], []
-    if pushes is not None:
-        table, problems = pushes_in(pushes)
-        tables.append(table)
-        warnings = [str(problem) for problem in problems]
-    if profile_file is not None:
-        tables.append(pushes_in_profile(profile_file))
-    names = [path.name for path in (pushes, profile_file) if path is not None]
-    return " and ".join(names), pd.concat(tables, ignore_index=True), warnings
+    return MediumAnswer(text, facts, scaled.columns(), description, level, where)
 
 
 def answer_of_pushes(
     name: str, medium_map: Map, pushes: pd.DataFrame | None, reference: Reference
-) -> Answer:
+) -> MediumAnswer:
     """The map of any number of pushes, beside the paper's routine."""
     confidence = medium_map.confidence
     down, routine = None if pushes is None else cell_at(pushes, 0, 90), None
@@ -110,7 +92,7 @@ def answer_of_pushes(
         "known_media": medium_map.known_media.split(", "),
         "confidence": confidence,
         "zeta": _with_ends(medium_map.zeta),
-        "zeta_of_the_papers_routine": routine and _with_ends(_of(routine, "zeta")),
+        "zeta_of_the_papers_routine": routine and _with_ends(_with_limits(routine, "zeta")),
         "chi_squared": medium_map.distance,
         "degrees_of_freedom": medium_map.dof,
         "probability_if_it_belongs": medium_map.belongs if medium_map.dof > 0 else None,
@@ -118,14 +100,14 @@ def answer_of_pushes(
     }
     text = _map_as_text(medium_map, routine, description, level)
     where = f"in {medium_map.beta.size} directions"
-    return Answer(
+    return MediumAnswer(
         text, facts, medium_map.columns(), f"from {description}", level, where, _doubt(medium_map)
     )
 
 
 def answer_of_contacts(
-    answer: Answer, alone: Map, contacts: Sequence[Contact], pushes: pd.DataFrame | None
-) -> Answer:
+    answer: MediumAnswer, alone: Map, contacts: Sequence[Contact], pushes: pd.DataFrame | None
+) -> MediumAnswer:
     """Put alpha_z(0, 90 deg) by the contacts alone in front, beside that of a plate where there is one.
 
     `alone`: map of the contacts without a push.
@@ -158,7 +140,7 @@ def vertical_alpha(medium_map: Map) -> tuple[float, float, float]:
     return value, float(lo), float(hi)
 
 
-def _of(medium: ScaledMedium, name: str) -> tuple[float, ...]:
+def _with_limits(medium: ScaledMedium, name: str) -> tuple[float, ...]:
     return tuple(float(getattr(medium, name + end)) for end in ("", "_lo", "_hi"))
 
 
