@@ -494,6 +494,8 @@ def paper_tables():
     return tables | {
         "alpha/yuma": _one_test("yuma"),
         "runs/poppy_LP": pd.DataFrame({"run_id": ["p1", "p2"]}),
+        "fits/poppy_LP": pd.DataFrame({"run_id": ["p1", "p2"], column("z"): measured["poppy_LP"]}),
+        "fits/yuma": pd.DataFrame({"run_id": ["y1"], column("z"): SAND_ALPHA}),
         "flags/poppy_LP": flag_table(
             "poppy_LP",
             "ingest",

@@ -222,7 +222,8 @@ class JointModel:
     def _place_moved(self, runs: RunSlopes) -> None:
         """Sort runs whose angles were put right into directions, and take the prior there; slopes stay as they are."""
         self._sort_into_directions(runs)
-        self._take_prior(*prior_of_media(*self.directions, _RUNS.rough_share, self.without))
+        beta_deg, gamma_deg = self.directions
+        self._take_prior(*prior_of_media(beta_deg, gamma_deg, _RUNS.rough_share, self.without))
 
     def _sort_into_directions(self, runs: RunSlopes) -> None:
         angles_deg = np.round([beta_apart(runs.beta_deg, 0.0), runs.gamma_deg], _ANGLE_DIGITS)

@@ -180,7 +180,7 @@ class ForceAnswer:
                 **numbers,
                 self._position_column: peak.position,
             }
-        facts = self.sources | {
+        facts: dict[str, Any] = self.sources | {
             "confidence": self.confidence if self.interval_of_alpha or self.eps else None,
             "model_error": self.eps,
             "rows": len(self.forces),
