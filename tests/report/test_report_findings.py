@@ -197,25 +197,29 @@ def test_figures_are_previewed_with_captions_and_links(tmp_path):
 
     results = page_results(tmp_path)
     png = content(Figure(figsize=(7.2, 3), dpi=300), "png")
-    names = ("figures/alpha_maps_poppy_LP", "figures/first_map", "quality/yuma")
+    names = ("figures/alpha_maps_poppy_LP", "figures/first_map", "quality/poppy_CP")
     for name in names:
         target = results.root / "results" / f"{name}.webp"
         target.parent.mkdir(exist_ok=True)
         target.write_bytes(shrink_png(png))
     previews = drawn_figures(results)
-    assert [picture.name for picture in previews] == ["first_map", "yuma", "alpha_maps_poppy_LP"]
+    assert [picture.name for picture in previews] == [
+        "first_map",
+        "poppy_CP",
+        "alpha_maps_poppy_LP",
+    ]
     assert {(picture.width, picture.height) for picture in previews} == {(900, 375)}
     page = make_page(results)
     # a figure that has nothing to show is a sentence
     assert page.count("<img ") == 2
-    assert [picture.name for picture in previews if picture.lacking] == ["yuma"]
-    assert results.titles["yuma"] in page.partition('id="figure-yuma"')[2].partition("</p>")[0]
+    assert [picture.name for picture in previews if picture.lacking] == ["poppy_CP"]
+    assert "Poppy seeds, close" in page.partition('id="figure-poppy_CP"')[2].partition("</p>")[0]
     for name in names[:1]:
         assert page.count(f'href="{name}.png"') == 2
     assert not re.search(r'href="[^"]*\.(pdf|svg)"', page)
     assert "rftfit run --print" in page
     assert page.index('id="figure-first_map"') < page.index('id="believed"')
-    assert page.index('id="figure-yuma"') < page.index('<section id="maps"')
+    assert page.index('id="figure-poppy_CP"') < page.index('<section id="maps"')
     assert page.index('id="figure-alpha_maps_poppy_LP"') > page.index('<section id="maps"')
 
 
