@@ -51,9 +51,9 @@ def write(campaign: Path, images: Path = PICTURE.parent) -> str:
         entries = {
             "measured": style.line(BLUE, linewidth=1.2),
             "alpha times depth": style.line("black", linestyle="--"),
-            "95 % interval": style.band(0.3, RED),
+            "95 % interval of alpha": style.band(0.3, RED),
             "a run": style.dots(BLUE, 3),
-            "its 95 % interval": style.line(RED, linewidth=0.6, alpha=0.5),
+            "95 % interval of its force": style.line(RED, linewidth=0.6, alpha=0.5),
             "exactly right": style.line("black"),
         }
         style.legend(page, entries)

@@ -993,8 +993,9 @@ class MediumSettings(Model):
     role: Literal["laboratory", "natural_sand"] = "laboratory"
     """laboratory: measured over the grid; natural_sand: one penetration
 
-    A laboratory medium gets a profile of its own from many directions. A natural sand has only
-    pushes of a level plate straight down; they scale the generic profile. Example: `{title: Yuma
+    A laboratory medium gets a profile of its own from many directions. A natural sand is scaled by
+    its pushes of a level plate straight down: these times the generic profile are its forces. Pushes
+    in other directions get their alpha, and take part in the map of all directions. Example: `{title: Yuma
     sand, role: natural_sand, linear_to_cm: 2}`.
     """
     compaction: str = ""

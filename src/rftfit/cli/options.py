@@ -491,17 +491,14 @@ def scaled_from(
     name: str, pushes: pd.DataFrame, reference: Reference, confidence: float
 ) -> ScaledMedium:
     """The paper's scaling routine on the push straight down among some pushes."""
-    from rftfit.measure.alpha import cell_at, column
+    from rftfit.model.shapes import push_straight_down
 
-    down = cell_at(pushes, 0, 90)
-    if down is None or not down[column("z")] > 0:
+    down = push_straight_down(pushes, confidence)
+    if down is None or not down[0] > 0:
         raise InputError(
             f"{name}: --profile generic needs a push straight down, (beta, gamma) = (0, 90) deg"
         )
-    se = float(down.get(column("z", "_se"), math.nan))
-    return rftfit.scale_by_paper(
-        float(down[column("z")]), 0.0 if math.isnan(se) else se, reference, confidence
-    )
+    return rftfit.scale_by_paper(*down, reference, confidence)
 
 
 _MOST_ELEMENTS = 10_000

@@ -11,12 +11,12 @@ import numpy as np
 import pandas as pd
 
 from rftfit.forces.contacts import Contact
-from rftfit.measure.alpha import cell_at, column
+from rftfit.measure.alpha import column
 from rftfit.model.draws import interval
 from rftfit.model.fourier import TERMS
 from rftfit.model.profiles import Profile
 from rftfit.model.scaling import Reference, ScaledMedium, scale_by_paper
-from rftfit.model.shapes import NOT_ALIKE, Map
+from rftfit.model.shapes import NOT_ALIKE, Map, push_straight_down
 from rftfit.store.text import table
 
 _SHOWN_BETA, _SHOWN_GAMMA = (-60, -30, 0, 30, 60, 90), (-90, -45, 0, 45, 90)
@@ -80,11 +80,10 @@ def answer_of_pushes(
 ) -> MediumAnswer:
     """The map of any number of pushes, beside the paper's routine."""
     confidence = medium_map.confidence
-    down, routine = None if pushes is None else cell_at(pushes, 0, 90), None
-    if down is not None and down[column("z")] > 0:
-        se = float(down.get(column("z", "_se"), math.nan))
-        se = 0.0 if math.isnan(se) else se
-        routine = scale_by_paper(float(down[column("z")]), se, reference, confidence)
+    down = None if pushes is None else push_straight_down(pushes, confidence)
+    routine = None
+    if down is not None and down[0] > 0:
+        routine = scale_by_paper(*down, reference, confidence)
     level = f"{100 * confidence:g} % interval"
     description = f"{medium_map.measurements} of {name}, with the shape of {medium_map.known_media}"
     facts = {
@@ -115,11 +114,11 @@ def answer_of_contacts(
     vertical = vertical_alpha(alone)
     level = f"{100 * alone.confidence:g} % interval"
     value, lo, hi = vertical
-    plate = None if pushes is None else cell_at(pushes, 0, 90)
+    plate = None if pushes is None else push_straight_down(pushes, alone.confidence)
     beside = ""
     facts: dict[str, Any] = {"contacts": len(contacts), "alpha_z_of_contacts": _with_ends(vertical)}
     if plate is not None:
-        of_plate = float(plate[column("z")])
+        of_plate, _ = plate
         facts |= {"alpha_z_of_plate": of_plate, "contacts_over_plate": value / of_plate}
         beside = f"; a plate says {of_plate:.3g}: ratio {value / of_plate:.2f} ({lo / of_plate:.2f} to {hi / of_plate:.2f})"
     bodies = "; ".join(dict.fromkeys(contact.body_error.words for contact in contacts))

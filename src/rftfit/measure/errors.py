@@ -219,10 +219,10 @@ def bed_of_mean(
     between = math.sqrt(float(alpha.var(ddof=1)) / n)
     if between <= math.hypot(noise.sd, expected.sd):
         return noise, expected, OF_CELL if source == AS_PREPARED else source
-    return Part(0.0), Part(between, _scatter_of_runs(alpha).dof), OF_CELL
+    return Part(0.0), Part(between, scatter_of_runs(alpha).dof), OF_CELL
 
 
-def _scatter_of_runs(alpha: FloatArray) -> Part:
+def scatter_of_runs(alpha: FloatArray) -> Part:
     """Error of one run by the scatter of the few runs of a cell, `alpha` (n,), N/cm^3.
 
     Two runs have one degree of freedom, and an interval of 12.7 standard errors. What is known of the beds of other
@@ -239,7 +239,7 @@ def bed_of_next(alpha: FloatArray, bed_error: Part, confidence: float, *, scatte
     if not scatter:
         return bed_error
     return max(
-        _scatter_of_runs(alpha),
+        scatter_of_runs(alpha),
         bed_error,
         key=lambda error: combined_half_width([error], confidence),
     )

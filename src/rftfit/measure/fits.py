@@ -226,14 +226,15 @@ def classify_samples(
 ) -> npt.NDArray[np.int8]:
     """`RowStatus` of each sample of a stroke: good where the plate is submerged, off walls, and past its start-up.
 
-    `linear_to_cm`: of a penetration test, good in its linear regime. x = 0 is the middle of the container.
+    `linear_to_cm`: of a penetration test, good in its linear regime, to which walls are far. x = 0 is the middle of the container.
     """
     beta, depth = math.radians(run.beta_deg), stroke.depth
     why = np.full(depth.size, RowStatus.GOOD, dtype=np.int8)
     # the outermost reason is tested last, so that it wins
     if linear_to_cm is not None:
         why[depth > linear_to_cm] = RowStatus.NONLINEAR
-        why[depth < 0] = RowStatus.ABOVE
+        # the upper edge of a tilted plate; a level one counts from its face, as in the paper
+        why[depth < plate.length_cm / 2 * abs(math.sin(beta))] = RowStatus.ABOVE
     else:
         if run.direction == "extraction":
             why[stroke.path < fit.extraction_skip_cm] = RowStatus.STARTUP

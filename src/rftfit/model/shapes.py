@@ -16,9 +16,10 @@ and C the differences of its frictions and the course itself: a further medium m
 
 from __future__ import annotations
 
+import math
 import tomllib
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cache, cached_property, partial
 from importlib.resources import files
 from itertools import pairwise
@@ -34,7 +35,14 @@ from rftfit.conventions import FloatArray, mirror, wrap_beta
 from rftfit.directions import TOLERANCE_DEG, same_direction
 from rftfit.errors import InputError
 from rftfit.measure.alpha import alpha_columns, column, directions, flagged
-from rftfit.measure.errors import USUAL_BED_SPREAD, half_width_of_bed
+from rftfit.measure.errors import (
+    USUAL_BED_SPREAD,
+    Part,
+    bed_of_next,
+    combined_half_width,
+    half_width_of_bed,
+    scatter_of_runs,
+)
 from rftfit.model.draws import draws_of, errors_known, interval
 from rftfit.model.fourier import fit_lsq, kept_terms
 from rftfit.model.observations import Observation, ObservedRows, ObservedSystem
@@ -503,6 +511,13 @@ def usual_error(
 
 def sorted_pushes(pushes: pd.DataFrame) -> Pushes:
     """Pushes of a table as `estimate_map` takes it; the order of its rows makes no difference."""
+    angles_deg, alpha, se = _numbers_of(pushes)
+    order = np.lexsort([alpha[1], alpha[0], angles_deg[1], angles_deg[0]])
+    return Pushes.of(*angles_deg[:, order], alpha[:, order], se[:, order])
+
+
+def _numbers_of(pushes: pd.DataFrame) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Angles, deg, alpha and standard errors, N/cm^3, of a table of pushes, each of shape (2, n); NaN: not stated."""
     nothing = np.full(len(pushes), np.nan)
     pushes = pushes.rename(
         columns={name: column.name for column in ALPHA.columns for name in column.also}
@@ -517,18 +532,28 @@ def sorted_pushes(pushes: pd.DataFrame) -> Pushes:
             [pushes[name].to_numpy(float) if name in pushes else nothing for name in names]
         )
 
-    beta_deg, gamma_deg = numbers("beta_deg", "gamma_deg")
-    sorted_out = Pushes.of(
-        beta_deg, gamma_deg, numbers(column("z"), column("x")), numbers("se_z", "se_x")
+    return (
+        numbers("beta_deg", "gamma_deg"),
+        numbers(column("z"), column("x")),
+        numbers("se_z", "se_x"),
     )
-    order = np.lexsort([sorted_out.alpha[1], sorted_out.alpha[0], gamma_deg, beta_deg])
-    component_rows = np.concatenate([order, order.size + order])
-    return Pushes(
-        sorted_out.beta[order],
-        sorted_out.gamma[order],
-        sorted_out.alpha[:, order],
-        sorted_out.covariance[np.ix_(component_rows, component_rows)],
-    )
+
+
+def push_straight_down(pushes: pd.DataFrame, confidence: float) -> tuple[float, float] | None:
+    """Find alpha_z(0, 90 deg) among pushes, and its standard error, N/cm^3; None where no plate was pushed straight down.
+
+    The error of one push is the stated one, and 0 where none is. Of several it is that of their mean, as the map takes it.
+    """
+    angles_deg, alpha, se = _numbers_of(pushes)
+    places, _ = _same_direction(0.0, math.pi / 2, *np.radians(angles_deg))
+    places = places[np.isfinite(alpha[0, places])]
+    if not places.size:
+        return None
+    if places.size == 1:
+        return float(alpha[0, places[0]]), float(np.nan_to_num(se[0, places[0]]))
+    down = Pushes.of(*angles_deg[:, places], alpha[:, places], se[:, places])
+    mean = merged(with_scatter_of_repeats(down, confidence))
+    return float(mean.alpha[0, 0]), float(np.sqrt(mean.covariance[0, 0]))
 
 
 def estimate_map(
@@ -546,9 +571,10 @@ def estimate_map(
     Parameters
     ----------
     pushes : pandas.DataFrame, optional
-        One row a direction: ``beta_deg, gamma_deg``, ``alpha_z_N_per_cm3`` and, where it was measured,
+        One row a push: ``beta_deg, gamma_deg``, ``alpha_z_N_per_cm3`` and, where it was measured,
         ``alpha_x_N_per_cm3``; their standard errors ``se_z``, ``se_x``: where there is none it is taken for
-        5 % of alpha and 1 % of the largest. The columns have any name that ``rftfit scale --pushes`` takes.
+        5 % of alpha and 1 % of the largest. Pushes of one direction that differ by more have the error that their own
+        scatter shows, and the next bed differs as much. The columns have any name that ``rftfit scale --pushes`` takes.
     shapes : Shapes, optional
         What is known beforehand; default: the five published media.
     confidence : float, optional
@@ -579,14 +605,16 @@ def estimate_map(
     """
     if pushes is None and not contacts:
         raise ValueError("a map needs a push or a contact")
-    return estimate(
-        NO_PUSHES if pushes is None else sorted_pushes(pushes),
+    measured = NO_PUSHES if pushes is None else sorted_pushes(pushes)
+    medium_map = estimate(
+        with_scatter_of_repeats(measured, confidence),
         shapes,
         map_nodes(beta_deg, gamma_deg),
         confidence=confidence,
         name=name,
         contacts=contacts,
     )
+    return replace(medium_map, bed_spread=bed_spread_of_repeats(measured, confidence))
 
 
 def scale(
@@ -663,6 +691,69 @@ def pushes_of(table: pd.DataFrame, config: Config) -> Pushes:
     covariance = np.atleast_2d(np.cov(draws, rowvar=False))
     beta, gamma = directions(table)
     return Pushes(beta[use], gamma[use], alpha[:, use], covariance)
+
+
+class _Repeats(NamedTuple):
+    """One component of the pushes of a direction and its mirror image.
+
+    `places`: of its numbers in `Pushes.covariance`. `alpha`: shape (n,), N/cm^3, each with the sign of the first push.
+    """
+
+    places: npt.NDArray[np.intp]
+    alpha: FloatArray
+
+
+def _repeats_of(pushes: Pushes) -> Iterator[_Repeats]:
+    """Yield the components that two pushes of a direction or more have: what `merged` makes one number of."""
+    count = pushes.beta.size
+    is_left = np.ones(count, dtype=bool)
+    for push in range(count):
+        if not is_left[push]:
+            continue
+        same_pushes, turned = _same_direction(
+            pushes.beta[push], pushes.gamma[push], pushes.beta, pushes.gamma
+        )
+        is_left[same_pushes] = False
+        for component, sign in enumerate((np.ones(same_pushes.size), turned)):
+            alpha = sign * pushes.alpha[component, same_pushes]
+            is_known = np.isfinite(alpha)
+            if np.count_nonzero(is_known) > 1:
+                yield _Repeats(component * count + same_pushes[is_known], alpha[is_known])
+
+
+def with_scatter_of_repeats(pushes: Pushes, confidence: float) -> Pushes:
+    """Give pushes of one direction that differ by more than their independent errors explain the error that they show.
+
+    Few pushes tell it poorly, so that it is the normal error whose interval is as wide as Student's.
+    """
+    variance = np.diag(pushes.covariance).copy()
+    for places, alpha in _repeats_of(pushes):
+        shown = scatter_of_runs(alpha)
+        if shown.sd**2 / alpha.size > 1 / np.sum(1 / np.maximum(variance[places], 1e-300)):
+            variance[places] = _normal_error(shown, confidence) ** 2
+    if np.array_equal(variance, np.diag(pushes.covariance)):
+        return pushes
+    return pushes._replace(covariance=np.diag(variance))
+
+
+def bed_spread_of_repeats(pushes: Pushes, confidence: float) -> float:
+    """Relative standard deviation of a further bed: the usual one, or what pushes of one direction show if it is larger.
+
+    Of directions and components the mean square, each counts by its pushes and by its force.
+    """
+    squares, weights = 0.0, 0.0
+    for _, alpha in _repeats_of(pushes):
+        mean = abs(float(alpha.mean()))
+        usual = Part(USUAL_BED_SPREAD * mean)
+        next_error = bed_of_next(alpha, usual, confidence, scatter=True)
+        squares += (alpha.size - 1) * _normal_error(next_error, confidence) ** 2
+        weights += (alpha.size - 1) * mean**2
+    return math.sqrt(squares / weights) if weights else USUAL_BED_SPREAD
+
+
+def _normal_error(error: Part, confidence: float) -> float:
+    """Standard deviation of a normal error whose interval is as wide as that of `error`."""
+    return combined_half_width([error], confidence) / half_width_of_bed(1.0, confidence)
 
 
 def merged(pushes: Pushes) -> Pushes:
