@@ -112,8 +112,8 @@ ModelError = Annotated[
     float | None,
     number_option(
         "EPS",
-        "Relative error of the model itself; default 0.28, as on measured legs, or that of a campaign's legs where it is larger; "
-        "of a solid mesh, by direction, 1.39 times that; 0: none.",
+        "Relative error of the model itself; default: that on measured legs, or on a campaign's legs where it is larger; "
+        "more of a solid mesh; 0: none.",
     ),
 ]
 
@@ -127,7 +127,8 @@ ResultsFolder = Annotated[
 ErrorOfTest = Annotated[
     float | None,
     number_option(
-        "N/cm^3", "Standard error of --alpha; default: 5 % from bed to bed, of --profile generic 0."
+        "N/cm^3",
+        "Standard error of --alpha; default: the usual scatter of beds, of --profile generic 0.",
     ),
 ]
 PushesFile = Annotated[

@@ -10,14 +10,20 @@ import typer
 
 import rftfit
 from rftfit.cli import options
-from rftfit.cli.output import check_picture, check_target, comments, json_text, print_line
+from rftfit.cli.output import (
+    check_picture,
+    check_target,
+    print_answer,
+    print_line,
+    write_csv,
+    write_picture,
+)
 from rftfit.errors import CollectedErrors, InputError
 
 if TYPE_CHECKING:
     import pandas as pd
 
     from rftfit.forces.mesh import Mesh
-    from rftfit.forces.wheel import WheelAnswer
     from rftfit.model.profiles import Profile
 
 MARK = "# wheel written by rftfit wheel"
@@ -115,7 +121,6 @@ def wheel(
     Prints one row a slip and writes it as csv. Which faces count (rule) and the friction are named in every output.
     """
     from rftfit.forces.wheel import read_measured_runs
-    from rftfit.store import write_bytes, write_text
 
     medium_options.check(se)
     if measured is not None and figure is None:
@@ -145,7 +150,7 @@ def wheel(
     inputs.check()
     read = (mesh, measured, medium_options.profile_file, medium_options.pushes)
     check_target(output, MARK, "table", force, read)
-    ending = check_picture(figure, "--figure", _DRAWN, force) if figure is not None else ""
+    check_picture(figure, _DRAWN, force)
     assert shape is not None
     try:
         answer = rftfit.wheel(
@@ -164,13 +169,11 @@ def wheel(
     except ValueError as error:
         raise InputError(str(error)) from error
     files = {"table": str(output)} | ({"figure": str(figure)} if figure else {})
-    print_line(json_text(answer.as_dict() | files) if as_json else answer.summary())
+    print_answer(answer, as_json, **files)
     # after the numbers are out: a folder that cannot be written must not hide them
-    write_text(output, _table_text(answer))
+    write_csv(output, answer.table, MARK, [*answer.lines, *answer.notes], digits=9)
     if figure is not None:
-        from rftfit.figures.style import content
-
-        write_bytes(figure, content(rftfit.draw_wheel(answer, points), ending, _DRAWN))
+        write_picture(figure, rftfit.draw_wheel(answer, points), _DRAWN)
     if not as_json:
         print_line(f"\nTable: {output}" + (f"; figure: {figure}" if figure else ""))
 
@@ -226,14 +229,3 @@ def _numbers(option: str, words: str | None) -> list[float] | None:
 
 def _one_or_all(numbers: list[float] | None) -> Any:
     return numbers[0] if numbers is not None and len(numbers) == 1 else numbers
-
-
-def _table_text(answer: WheelAnswer) -> str:
-    """One row a slip as csv below notes on what was predicted from what; an empty cell is NaN."""
-    columns: Any = answer.table.copy()
-    numbers = columns.columns != "reason"
-    # + 0.0 so that nothing is called -0
-    columns.loc[:, numbers] += 0.0
-    notes = [*answer.lines, *answer.notes]
-    rows = columns.to_csv(index=False, float_format="%.9g", lineterminator="\n")
-    return comments(MARK, notes) + str(rows)

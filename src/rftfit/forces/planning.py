@@ -8,22 +8,24 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from rftfit.campaign.problems import choose
 from rftfit.conventions import FloatArray
+from rftfit.directions import TOLERANCE_DEG
 from rftfit.forces.contacts import Contact
 from rftfit.forces.motion import Motion, rotation
 from rftfit.forces.outlines import Outline
 from rftfit.forces.plane import force_draws, forces_on
 from rftfit.measure.slopes import GIVEN_DOF, student_quantile
+from rftfit.model.draws import DRAWS
 from rftfit.model.observations import ObservedSystem
 from rftfit.model.profiles import TableProfile
 from rftfit.model.scaling import vertical_penetration
 from rftfit.model.shapes import (
-    DRAWS,
     LEAST_PERCENT,
     SEED,
     USUAL_PERCENT,
@@ -35,6 +37,7 @@ from rftfit.model.shapes import (
     root,
     usual_error,
 )
+from rftfit.store.text import table as format_table
 
 Numbers = Callable[[FloatArray, Map], FloatArray]
 
@@ -176,6 +179,8 @@ class Plan:
     steps : tuple of Step
         The first has no push: it is what is known now.
     confidence : float
+    made_already : int, optional
+        Pushes that were made before.
 
     Examples
     --------
@@ -189,6 +194,7 @@ class Plan:
     parts: tuple[str, ...]
     steps: tuple[Step, ...]
     confidence: float
+    made_already: int = 0
 
     def table(self) -> pd.DataFrame:
         """The pushes and what is known after each.
@@ -210,6 +216,49 @@ class Plan:
         table = pd.DataFrame(rows, columns=names)
         turns = [step.turn for step in self.steps]
         return table.assign(turn=turns) if any(turns) else table
+
+    def summary(self) -> str:
+        """Format the pushes in their order, with the half width after each, and how many are enough."""
+        rows = []
+        for push in self.table().to_dict("records"):
+            where = ["now", "", ""]
+            if push.get("turn"):
+                where = [f"turn of {push['turn']}", "", f"{push['runs']}"]
+            elif push["push"]:
+                way = "down and back" if push["way_back"] else ""
+                where = [f"({push['beta_deg']:g}, {push['gamma_deg']:.4g})", way, f"{push['runs']}"]
+            rows.append([str(push["push"]), *where, f"{push['half_width_percent']:.1f} %"])
+        head = ["push", "(beta, gamma), deg", "", "runs so far", "half width"]
+        widths = [100 * step.typical for step in self.steps]
+        enough_for = ""
+        for limit in _ROUND_PERCENTS:
+            if widths[0] > limit and min(widths) <= limit:
+                enough = next(i for i, half_width in enumerate(widths) if half_width <= limit)
+                pushes = "1 push" if enough == 1 else f"{enough} pushes"
+                enough_for = f"\n{pushes} are enough for {self.target} within {limit} %."
+        before = f"{self.made_already} made already" if self.made_already else "none made yet"
+        return (
+            f"Pushes for {self.target}, {before}\n\n{format_table(head, rows)}\n\n"
+            f"Half width of the {100 * self.confidence:g} % interval, relative, root mean square over "
+            f"{'; '.join(self.parts)}.{enough_for}"
+        )
+
+    def as_dict(self) -> dict[str, Any]:
+        """Give target and pushes as plain numbers, words and lists; no direction is None."""
+        rows = self.table().to_dict("records")
+        for row in rows:
+            no_direction = row["push"] == 0 or row.get("turn")
+            row |= {name: None for name in ("beta_deg", "gamma_deg") if no_direction}
+        return {
+            "target": self.target,
+            "parts": list(self.parts),
+            "confidence": self.confidence,
+            "pushes": rows,
+        }
+
+
+_ROUND_PERCENTS = (30, 20, 15, 10, 5)
+"""Half widths, %, of which the least that a plan reaches is named with the pushes that it takes."""
 
 
 def push_rows(step: Step, depths_cm: Sequence[float]) -> list[dict[str, str]]:
@@ -323,7 +372,7 @@ def plan(
         covariance = covariance - covariance[:, places] @ np.linalg.solve(seen, covariance[places])
         variance_left = np.maximum(np.diag(covariance)[size:], 0.0)
         steps.append(Step(directions, runs, quantile * np.sqrt(variance_left)))
-    return Plan(target.name, target.parts, tuple(steps), confidence)
+    return Plan(target.name, target.parts, tuple(steps), confidence, current_map.pushes)
 
 
 def turn_rows(medium_map: Map, body: Outline, motion: Motion) -> tuple[FloatArray, FloatArray]:
@@ -405,7 +454,10 @@ def reachable(
     near = np.ones(angles.shape[1], dtype=bool)
     for angles_of_map, angles_asked in zip(angles, (beta_deg, gamma_deg), strict=True):
         if len(angles_asked):
-            near &= np.abs(angles_of_map[:, None] - np.asarray(angles_asked)).min(axis=1) < 0.5
+            near &= (
+                np.abs(angles_of_map[:, None] - np.asarray(angles_asked)).min(axis=1)
+                < TOLERANCE_DEG
+            )
     return tuple((beta, gamma) for beta, gamma in angles[:, near].T.tolist())
 
 

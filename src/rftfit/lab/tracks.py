@@ -13,6 +13,7 @@ import numpy as np
 
 from rftfit import reference
 from rftfit.campaign.config import Config
+from rftfit.campaign.load import Campaign
 from rftfit.lab.plan import FloatArray
 from rftfit.lab.write import fixed
 
@@ -112,3 +113,11 @@ def track_files(config: Config, seed: int) -> dict[str, str]:
 def _random(seed: int, name: str) -> np.random.Generator:
     digest = hashlib.sha256(f"{seed} {name}".encode()).digest()
     return np.random.default_rng(int.from_bytes(digest[:8], "little"))
+
+
+def lacks_tracks(places: Campaign) -> bool:
+    """Whether the medium of the robot was re-enacted before the robot itself could be."""
+    robot = places.config.robot
+    if robot is None or robot.runs is None or not (places.raw / robot.medium).is_dir():
+        return False
+    return not (places.raw / robot.runs).is_file()
