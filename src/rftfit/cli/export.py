@@ -65,26 +65,17 @@ def export(
     value to test one's signs against, and where it came from. `rftfit predict` and `rftfit simulate`
     read it (`--profile-file`); the documentation has readers in numpy and MATLAB.
     """
-    options.look_for_campaign(results)
+    medium_options = options.MediumOptions(
+        medium=medium,
+        profile=profile,
+        results=results,
+        alpha=alpha,
+        pushes=pushes,
+        profile_file=profile_file,
+    )
+    medium_options.check(se)
     from rftfit.model.profile_file import MARK, describe_profile
 
-    given = {
-        "--medium": medium,
-        "--alpha": alpha,
-        "--pushes": pushes,
-        "--profile-file": profile_file,
-    }
-    options_given = [option for option, value in given.items() if value is not None]
-    if len(options_given) != 1:
-        raise InputError(
-            f"found {' and '.join(options_given) or 'no medium'}; allowed: one of --medium NAME (published, or with "
-            "--results DIR of a campaign), --alpha N/cm^3 (one push straight down), --pushes FILE and --profile-file FILE"
-        )
-    if se is not None and alpha is None:
-        raise InputError("--se is the standard error of --alpha, so it needs --alpha")
-    if profile_file is not None and (profile is not None or results is not None):
-        other = "--profile" if profile is not None else "--results"
-        raise InputError(f"found {other} with --profile-file; allowed: that file alone")
     if profile is not None:
         allowed = KINDS if medium is not None else ("map",)
         choose("--profile", profile, allowed, "a profile with a number in each direction")
@@ -99,7 +90,6 @@ def export(
     if profile_file is not None:
         source, facts = rftfit.read_profile(profile_file), _facts_of_file(profile_file)
     elif medium is None:
-        medium_options = options.MediumOptions(alpha=alpha, pushes=pushes, results=results)
         options.check_test(alpha, se or 0.0)
         source, facts = _of_pushes(medium_options, se)
     elif results is not None:

@@ -42,6 +42,16 @@ def parse_option_number(text: str) -> float:
         raise typer.BadParameter(f"found '{text}'; allowed: a number{hint}") from None
 
 
+def parse_numbers(option: str, text: str) -> list[float]:
+    """Read numbers with commas between them."""
+    try:
+        return [float(number) for number in text.split(",")]
+    except ValueError:
+        raise InputError(
+            f"{option}: found '{text}'; allowed: a number, or several with commas between them, as 0.1,0.3"
+        ) from None
+
+
 def number_option(unit: str, meaning: str) -> Any:
     """Describe an option whose value is a number."""
     return typer.Option(parser=parse_option_number, metavar=unit, help=meaning)

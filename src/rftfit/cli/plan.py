@@ -18,9 +18,6 @@ if TYPE_CHECKING:
     from rftfit.forces.planning import Target
     from rftfit.model.shapes import Map
 
-MARK = "run_id,kind,medium,intruder,direction,beta_deg,gamma_deg,depth_cm"
-"""How the first line of such rows begins: only these are overwritten unasked."""
-
 _DRAWN = "drawn by rftfit plan"
 
 TARGETS = ("map", "zeta", "legs", "robot")
@@ -96,7 +93,7 @@ def plan(
     rows for a run sheet.
     """
     options.look_for_campaign(results)
-    from rftfit.forces.planning import reachable, run_sheet_rows
+    from rftfit.forces.planning import SHEET_COLUMNS, reachable, run_sheet_rows
     from rftfit.reference import LEGS
     from rftfit.store import write_text
 
@@ -105,7 +102,7 @@ def plan(
         error_text = f"{rig.error_percent:g}"
         raise InputError(f"--error-percent: found {error_text}; allowed: above 0, up to 100")
     read = (*push_options.files, body.outline, body.path)
-    check_target(output, MARK, "rows of the run sheet", force, read)
+    check_target(output, SHEET_COLUMNS, "rows of the run sheet", force, read)
     check_picture(figure, _DRAWN, force)
     turns = [
         (rftfit.model_leg(choose("--turn", leg, LEGS)), rftfit.rotation()) for leg in turn or ()
@@ -156,9 +153,7 @@ def _angles(option: str, text: str | None) -> tuple[float, ...]:
     """Angles of a list on the command line, degrees."""
     if text is None:
         return ()
-    angles = tuple(
-        options.parse_option_number(angle_text.strip()) for angle_text in text.split(",")
-    )
+    angles = tuple(options.parse_numbers(option, text))
     if wrong := [angle for angle in angles if not abs(angle) <= 90]:
         raise InputError(f"{option}: found {wrong[0]:g}; allowed: -90 to 90 degrees")
     return angles

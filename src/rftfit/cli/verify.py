@@ -64,7 +64,7 @@ def verify(
             )
         from rftfit.workflow.remake import remake
 
-        with nullcontext(_quiet) if as_json else shown_jobs() as on_job:
+        with nullcontext(lambda *_: None) if as_json else shown_jobs() as on_job:
             answer: Verified | Remade = remake(now, cores, on_job)
     else:
         from rftfit.workflow.verify import verify_results
@@ -73,7 +73,3 @@ def verify(
     print_line(json_text(answer.as_dict()) if as_json else answer.summary(most))
     if not answer.is_as_recorded:
         raise typer.Exit(NOT_AS_RECORDED)
-
-
-def _quiet(*_: object) -> None:
-    """Show nothing of a run."""

@@ -128,12 +128,16 @@ def wheel(
     inputs = CollectedErrors()
     shape: Mesh | None = None
     points: pd.DataFrame | None = None
-    numbers: dict[str, list[float] | None] = {}
+    numbers: dict[str, list[float]] = {}
     with inputs.collect():
         shape = _read_wheel(mesh, unit, edge, drawing)
     with inputs.collect():
         words = {"--slip": slip, "--load": load, "--sinkage": sinkage}
-        numbers = {name: _numbers(name, word) for name, word in words.items()}
+        numbers = {
+            name: options.parse_numbers(name, word)
+            for name, word in words.items()
+            if word is not None
+        }
         if load is None and sinkage is None:
             raise InputError(
                 "found neither --load nor --sinkage; allowed: --load N, --sinkage CM, or both"
@@ -156,9 +160,9 @@ def wheel(
         answer = rftfit.wheel(
             source,
             shape,
-            numbers["--slip"] or [],
-            sinkage_cm=_one_or_all(numbers["--sinkage"]),
-            load_N=_one_or_all(numbers["--load"]),
+            numbers["--slip"],
+            sinkage_cm=_one_or_all(numbers.get("--sinkage")),
+            load_N=_one_or_all(numbers.get("--load")),
             friction=friction,
             track=not no_track,
             rim_cm=rim,
@@ -187,7 +191,7 @@ def _read_wheel(
     if drawing is not None:
         if unit is not None or edge is not None:
             raise InputError("found --unit or --edge without --mesh FILE, to which they belong")
-        sizes = _numbers("--drawing", drawing) or []
+        sizes = options.parse_numbers("--drawing", drawing)
         numbers = [*sizes, *_WITHOUT_LUGS[len(sizes) - 2 :]]
         if len(sizes) not in (2, 4, 5) or numbers[3] != int(numbers[3]):
             raise InputError(
@@ -213,18 +217,6 @@ def _has_numbers(shape: Mesh | None, friction: float | None, table: Profile) -> 
     from rftfit.forces.wheel import has_number
 
     return shape is None or has_number(table, shape, friction)
-
-
-def _numbers(option: str, words: str | None) -> list[float] | None:
-    """Read numbers with commas between them."""
-    if words is None:
-        return None
-    try:
-        return [float(word) for word in words.split(",")]
-    except ValueError:
-        raise InputError(
-            f"{option}: found '{words}'; allowed: a number, or several with commas between them, as 0.1,0.3"
-        ) from None
 
 
 def _one_or_all(numbers: list[float] | None) -> Any:

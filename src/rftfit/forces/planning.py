@@ -6,6 +6,7 @@ covariance of target and alpha at all nodes, conditioned on one push after the o
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -13,6 +14,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from rftfit.campaign.config import Fit
 from rftfit.campaign.problems import choose
 from rftfit.conventions import FloatArray
 from rftfit.directions import TOLERANCE_DEG
@@ -244,16 +246,12 @@ class Plan:
         )
 
     def as_dict(self) -> dict[str, Any]:
-        """Give target and pushes as plain numbers, words and lists; no direction is None."""
-        rows = self.table().to_dict("records")
-        for row in rows:
-            no_direction = row["push"] == 0 or row.get("turn")
-            row |= {name: None for name in ("beta_deg", "gamma_deg") if no_direction}
+        """Give target and pushes as plain numbers, words and lists; angles of no direction are NaN."""
         return {
             "target": self.target,
             "parts": list(self.parts),
             "confidence": self.confidence,
-            "pushes": rows,
+            "pushes": self.table().to_dict("records"),
         }
 
 
@@ -344,35 +342,35 @@ def plan(
     turns_left = {body.name: turn_rows(current_map, body, motion) for body, motion in turns}
     steps = [Step((), 0, quantile * np.sqrt(np.diag(covariance)[size:]))]
     for _ in range(count):
-        before = np.diag(covariance)[size:].sum()
         gains = []
         for places, runs, _ in choices:
-            across = covariance[size:, places]
             seen = covariance[np.ix_(places, places)] + np.diag(noise[places])
-            less = float(np.sum(across * np.linalg.solve(seen, across.T).T))
-            gains.append(-np.log(max(1 - less / max(before, _NONE), 1e-12)) / runs)
-        turn, gain = "", float(np.max(np.round(gains, 9)))
-        for name, (weights, errors) in turns_left.items():
-            across = covariance[size:, :size] @ weights.T
-            seen = weights @ covariance[:size, :size] @ weights.T + np.diag(errors**2)
-            less = float(np.sum(across * np.linalg.solve(seen, across.T).T))
-            gain_of_turn = -np.log(max(1 - less / max(before, _NONE), 1e-12))
-            if gain_of_turn > gain:
-                turn, gain = name, gain_of_turn
-        if turn:
-            weights, errors = turns_left.pop(turn)
-            across = covariance[:, :size] @ weights.T
-            seen = weights @ across[:size] + np.diag(errors**2)
-            covariance = covariance - across @ np.linalg.solve(seen, across.T)
-            variance_left = np.maximum(np.diag(covariance)[size:], 0.0)
-            steps.append(Step((), 1, quantile * np.sqrt(variance_left), turn))
-            continue
-        places, runs, directions = choices[int(np.argmax(np.round(gains, 9)))]
+            gains.append(_gain(covariance[size:, places], seen, covariance, size) / runs)
+        best = int(np.argmax(np.round(gains, 9)))
+        places, runs, directions = choices[best]
+        across = covariance[:, places]
         seen = covariance[np.ix_(places, places)] + np.diag(noise[places])
-        covariance = covariance - covariance[:, places] @ np.linalg.solve(seen, covariance[places])
+        turn, gain = "", float(np.round(gains[best], 9))
+        for name, (weights, errors) in turns_left.items():
+            across_turn = covariance[:, :size] @ weights.T
+            seen_turn = weights @ across_turn[:size] + np.diag(errors**2)
+            gain_of_turn = _gain(across_turn[size:], seen_turn, covariance, size)
+            if gain_of_turn > gain:
+                turn, gain, across, seen = name, gain_of_turn, across_turn, seen_turn
+        if turn:
+            turns_left.pop(turn)
+            runs, directions = 1, ()
+        covariance = covariance - across @ np.linalg.solve(seen, across.T)
         variance_left = np.maximum(np.diag(covariance)[size:], 0.0)
-        steps.append(Step(directions, runs, quantile * np.sqrt(variance_left)))
+        steps.append(Step(directions, runs, quantile * np.sqrt(variance_left), turn))
     return Plan(target.name, target.parts, tuple(steps), confidence, current_map.pushes)
+
+
+def _gain(across: FloatArray, seen: FloatArray, covariance: FloatArray, size: int) -> float:
+    """Logarithm by which a measurement narrows the variance of the target, which stands in the rows from `size` on."""
+    less = float(np.sum(across * np.linalg.solve(seen, across.T).T))
+    before = max(np.diag(covariance)[size:].sum(), _NONE)
+    return -math.log(max(1 - less / before, 1e-12))
 
 
 def turn_rows(medium_map: Map, body: Outline, motion: Motion) -> tuple[FloatArray, FloatArray]:
@@ -464,7 +462,7 @@ def reachable(
 SHEET_COLUMNS = (
     "run_id,kind,medium,intruder,direction,beta_deg,gamma_deg,depth_cm,force_log,motion_log"
 )
-_DEPTHS_CM = (2.54, 5.08, 7.62)
+_DEPTHS_CM = Fit().horizontal_depths_cm
 
 
 def run_sheet_rows(plan: Plan) -> str:

@@ -76,13 +76,9 @@ class PressureSinkage:
         )
 
     def as_dict(self) -> dict[str, Any]:
-        """Give law and numbers; a number that is not known is None."""
+        """Give law and numbers."""
         law = "pressure = (k_c / b + k_phi) z^n; Pa, m, k_phi in N/m^(n+2), k_c in N/m^(n+1)"
-        numbers = {
-            name: None if isinstance(number, float) and math.isnan(number) else number
-            for name, number in asdict(self).items()
-        }
-        return {"law": law, **numbers}
+        return {"law": law, **asdict(self)}
 
 
 def pressure_sinkage(fits: pd.DataFrame, width_cm_of_run: Mapping[str, float]) -> PressureSinkage:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rftfit.campaign.problems import join_words
+from rftfit.errors import InputError
 from rftfit.store.text import count
 from rftfit.workflow.check import format_failures
 
@@ -118,29 +119,27 @@ def _shown(root: Path, current: set[str], name: str) -> str:
 
 def ledger_line(path: Path) -> str:
     """Count the runs and rows that were used, excluded on purpose and dropped; empty where there is no ledger."""
-    from rftfit.page.outcome import USED_AS
+    from rftfit.measure.ledger import DROPPED, USED
+    from rftfit.page.outcome import runs_with_result
+    from rftfit.store import read_csv
 
-    runs: dict[str, bool] = {}
-    excluded: set[str] = set()
-    rows = {"used": 0, "dropped": 0}
     try:
-        for row in _rows(path):
-            used, count_of_rows = row["fate"] == "used", int(row["rows"])
-            good = used and count_of_rows > 0 and row["reason_code"] == USED_AS.get(row["kind"])
-            runs[row["run_id"]] = runs.get(row["run_id"], False) or good
-            if row["reason_code"] == "excluded":
-                excluded.add(row["run_id"])
-            if row["fate"] in rows:  # a sample that was lost is no row of a log
-                rows[row["fate"]] += count_of_rows
-    except (KeyError, ValueError, TypeError):
+        ledger = read_csv(path, lambda name: "count" if name == "rows" else "text")
+        kept = len(runs_with_result(ledger))
+        runs = ledger["run_id"].nunique()
+        excluded = ledger.loc[ledger["reason_code"] == "excluded", "run_id"].nunique()
+        # a sample that was lost is no row of a log
+        rows_used, rows_dropped = (
+            int(ledger.loc[ledger["fate"] == fate, "rows"].sum()) for fate in (USED, DROPPED)
+        )
+    except (OSError, KeyError, ValueError, TypeError, InputError):
         return ""
-    if not runs:
+    if not runs or ledger["rows"].isna().any():
         return ""
-    kept = sum(runs.values())
-    left_out = f", {len(excluded)} excluded" if excluded else ""
+    left_out = f", {excluded} excluded" if excluded else ""
     return (
-        f"Of {count(len(runs), 'run')}, {kept} used{left_out} and {len(runs) - kept - len(excluded)} dropped; of "
-        f"{sum(rows.values())} rows, {rows['used']} used. Every reason is in {LEDGER}."
+        f"Of {count(runs, 'run')}, {kept} used{left_out} and {runs - kept - excluded} dropped; of "
+        f"{rows_used + rows_dropped} rows, {rows_used} used. Every reason is in {LEDGER}."
     )
 
 

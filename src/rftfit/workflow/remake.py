@@ -35,27 +35,16 @@ TextRows = list[list[str]]
 
 
 @dataclass(frozen=True)
-class Unlike:
-    """A result that comes out otherwise: where it differs first, and by how much."""
-
-    path: str
-    difference: str
-
-    def __str__(self) -> str:
-        return f"{self.path}: {self.difference}"
-
-
-@dataclass(frozen=True)
 class Remade:
     """What came of making results again.
 
-    `same`: Files with equal bytes. `unlike`: Files that differ, in the order in which jobs make them.
+    `same`: Files with equal bytes. `unlike`: Where files differ that do, in the order in which jobs make them.
     `not_made`: Recorded files that `rftfit run` does not make, as the whole sweep of the robot. `recorded`: Records and
     files as they were.
     """
 
     same: tuple[str, ...]
-    unlike: tuple[Unlike, ...]
+    unlike: dict[str, str]
     not_made: tuple[str, ...]
     recorded: Recorded
 
@@ -84,7 +73,7 @@ class Remade:
         """Give it as plain words and lists."""
         return {
             "same": self.same,
-            "unlike": {unlike_file.path: unlike_file.difference for unlike_file in self.unlike},
+            "unlike": self.unlike,
             "not_made_again": self.not_made,
             "others": self.recorded.list_foreign_files(),
         }
@@ -125,7 +114,7 @@ def remake(
         workflow.run()
         recorded_again = workflow.recorded
         same: list[str] = []
-        unlike: list[Unlike] = []
+        unlike: dict[str, str] = {}
         not_made: list[str] = []
         for path in _in_order([*recorded.all.values(), *recorded_again.all.values()]):
             original, remade = recorded.root / path, root / path
@@ -134,8 +123,8 @@ def remake(
             elif recorded.digests([path]) == recorded_again.digests([path]):
                 same.append(path)
             else:
-                unlike.append(Unlike(path, _difference(original, remade)))
-    return Remade(tuple(same), tuple(unlike), tuple(not_made), recorded)
+                unlike[path] = _difference(original, remade)
+    return Remade(tuple(same), unlike, tuple(not_made), recorded)
 
 
 def _copy_settings(states: States, root: Path) -> Path:
