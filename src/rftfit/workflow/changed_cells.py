@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -25,10 +26,10 @@ class ChangedCell(NamedTuple):
 def share_of_change(was: Any, now: Any) -> float:
     """Difference of two numbers relative to the larger; NaN where one is none."""
     try:
-        was, now = float(was), float(now)
+        numbers = float(was), float(now)
     except ValueError:
-        return np.nan
-    return abs(now - was) / max(abs(was), abs(now), 1e-300)
+        return math.nan
+    return abs(numbers[1] - numbers[0]) / max(*map(abs, numbers), 1e-300)
 
 
 def find_changed_cells(
