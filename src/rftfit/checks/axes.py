@@ -241,12 +241,12 @@ class Cells:
     @property
     def fewest_negative(self) -> int:
         """So many cells that give energy back are no accident."""
-        return min(_CHOSEN.fewest_cells, self.gamma.size)
+        return int(min(_CHOSEN.fewest_cells, self.gamma.size))
 
     @property
     def most_clear(self) -> int:
         """So many cells may clearly give energy back: in a small table two are a large share of it."""
-        return max(1, self.gamma.size // _CHOSEN.cells_of_one_mistake)
+        return int(max(1, self.gamma.size // _CHOSEN.cells_of_one_mistake))
 
     @property
     def _mirror_sums(self) -> tuple[npt.NDArray[np.intp], FloatArray, FloatArray, FloatArray]:
