@@ -12,8 +12,8 @@ import yaml
 from rftfit.campaign.columns import COLUMNS
 from rftfit.campaign.config import Config
 from rftfit.campaign.load import check_campaign
+from rftfit.campaign.new_campaign import init_campaign
 from rftfit.campaign.schema import all_keys, json_schema, main, reference_markdown
-from rftfit.cli.init import init_campaign
 from rftfit.errors import InputError
 
 

@@ -102,7 +102,7 @@ def test_a_log_that_is_too_large_is_left_to_the_run(folder, monkeypatch):
     monkeypatch.setattr("rftfit.measure.readable.LARGEST_BYTES", 1000)
     code, output = check(folder)
     assert code == 0
-    assert "12 runs with a log of more than 20 MB, not opened" in output
+    assert "12 runs with a log of more than 0.001 MB, not opened" in output
 
 
 def test_a_strict_run_ends_with_three_where_a_medium_has_no_number(folder):

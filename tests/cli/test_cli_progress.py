@@ -1,15 +1,13 @@
-"""Events of Snakemake become a count of jobs, the time left and the reason of each failed job.
+"""Events of Snakemake become a count of jobs and the reason of each failed job.
 
 The events are made here; Snakemake is not started.
 """
 
 import json
-import time
 from typing import Any
 
 import pytest
 
-from rftfit.workflow.durations import keep_durations, read_durations, seconds_left
 from rftfit.workflow.snakemake import Progress, failure_text, nothing_written
 
 STOPPED = "At least one job did not complete successfully."
@@ -60,25 +58,6 @@ def test_jobs_are_counted():
     assert not progress.nothing_to_do
     assert watch(event("Nothing to be done (all up to date).")).nothing_to_do
     assert watch(event("Error: Directory cannot be locked.", event="error")).locked
-
-
-def test_time_left_is_that_of_earlier_runs(tmp_path, monkeypatch):
-    clock_s = [100.0]
-    monkeypatch.setattr(time, "monotonic", lambda: clock_s[0])
-    plan = event(event="run_info", stats={"ingest": 2, "tare": 3, "total": 5})
-    progress = watch(plan, begun(1, "ingest"))
-    clock_s[0] += 8
-    progress.feed(event(event="job_finished", job_id=1))
-    # of tare nothing is known yet
-    assert seconds_left(read_durations(tmp_path), progress, 1) is None
-    assert seconds_left({"tare": 4.0, "ingest": 99.0}, progress, 1) == 8 + 3 * 4
-    assert seconds_left({"tare": 4.0}, progress, 2) == 10
-    progress.feed(begun(2, "tare"))
-    clock_s[0] += 3
-    assert seconds_left({"tare": 4.0}, progress, 1) == 8 + 3 * 4 - 3
-    keep_durations(tmp_path, progress)
-    keep_durations(tmp_path, Progress(seconds={"tare": [1.0, 3.0]}))
-    assert read_durations(tmp_path) == {"ingest": 8, "tare": 2}
 
 
 def test_each_failed_job_tells_what_is_in_its_log(tmp_path):

@@ -13,8 +13,8 @@ from types import SimpleNamespace
 import pytest
 from waiting import ASLEEP_S, LONGEST_S, wait_for
 
-from rftfit.cli.run import ledger_line
 from rftfit.errors import InputError, WorkflowError
+from rftfit.workflow.closing import ledger_line
 from rftfit.workflow.run import JobsFailedError, Workflow
 from rftfit.workflow.snakemake import _signals_as_interrupts, find_snakefile, working_in
 

@@ -34,9 +34,9 @@ from rftfit.bench.watch import Watch
 from rftfit.campaign.columns import COLUMNS
 from rftfit.campaign.config import Config
 from rftfit.campaign.load import check_campaign, load_campaign
+from rftfit.campaign.new_campaign import init_campaign
 from rftfit.campaign.presence import root_of
 from rftfit.campaign.sheet import Run
-from rftfit.cli.init import init_campaign
 from rftfit.cli.main import main
 from rftfit.figures import style
 from rftfit.lab.enact import run_logs

@@ -55,7 +55,7 @@ from rftfit.results import Results
 from rftfit.robot.config import paper_robot
 from rftfit.robot.intervals import (
     BEST_DRAWS,
-    DRAWS,
+    SPEED_DRAWS,
     best_width,
     coarser,
     each_draw,
@@ -620,7 +620,7 @@ def true_best(medium):
     return optimum(coarser(paper_robot()), TableProfile.published(medium), 1)[0]
 
 
-def robot_draws(table, config, count=DRAWS):
+def robot_draws(table, config, count=SPEED_DRAWS):
     """The measured table and draws of it, as the stage takes them."""
     best = measured_profile(table, config)
     assert isinstance(best.spread, TableProfile)

@@ -229,7 +229,6 @@ def room(folder):
 OF_RUN = (
     "results/logs/snakemake.log",
     ".snakemake/rftfit/holder",
-    ".snakemake/rftfit/durations.json",
     ".snakemake/iocache/latest.pkl",
     ".snakemake/locks/0.input.lock",
     ".snakemake/locks/0.output.lock",

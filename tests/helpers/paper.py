@@ -18,7 +18,7 @@ from rftfit import reference
 from rftfit.campaign.config import AnyPlate, Config, Grid, Leg
 from rftfit.campaign.problems import choose
 from rftfit.errors import InputError
-from rftfit.forces import model_error
+from rftfit.forces import prediction
 from rftfit.lab.enact import Reenactment, prepare, reenact, run_logs
 from rftfit.lab.plan import ArmMotion, FloatArray, PlannedRun, Segment, half_extents, plate_of
 from rftfit.lab.rig import (
@@ -502,7 +502,7 @@ def enact(root, values, sizes=NOTHING, **options):
 
 # --- Maps and the model's error from few draws, where a test is not about their intervals -------------------------
 
-MODULES = shapes, model_error
+MODULES = shapes, prediction
 COUNT = 200
 
 

@@ -34,7 +34,7 @@ from rftfit.compare.published import (
 )
 from rftfit.compare.robot import optima
 from rftfit.errors import InputError
-from rftfit.forces import model_error
+from rftfit.forces import prediction
 from rftfit.forces.motion import rotation_poses
 from rftfit.forces.outlines import leg_outline
 from rftfit.forces.reference_kernel import pose_forces
@@ -743,7 +743,7 @@ def shared_unit_push():
         if config.maps.own_media:
             return plain(results)
         legs = tuple((name, leg.model_dump_json()) for name, leg in config.legs.items())
-        draws = shapes.DRAWS, model_error.DRAWS
+        draws = shapes.DRAWS, prediction.DRAWS
         key = (
             legs,
             config.arm.leg_speed_rad_per_s,

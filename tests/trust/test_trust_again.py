@@ -73,7 +73,7 @@ def differences(tmp_path_factory):
 def test_a_forged_number_is_named_with_its_line_and_size(differences):
     table = differences["unlike"][ALPHA]
     assert table.startswith("line 2, alpha_z_N_per_cm3: ")
-    assert table.endswith("(1e+02 %)")
+    assert table.endswith("(50 %)")
 
 
 def test_a_flipped_bit_is_named(differences):

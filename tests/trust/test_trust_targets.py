@@ -8,7 +8,7 @@ import pytest
 from campaigns import Folder, make_campaign, planned_jobs
 from seeds import seeds
 
-from rftfit.cli.run import closing_lines, failed_checks
+from rftfit.workflow.closing import closing_lines, failed_checks
 from rftfit.workflow.job import do_job
 from rftfit.workflow.records import Recorded, record_holds
 from rftfit.workflow.state import read_states

@@ -13,12 +13,11 @@ from campaigns import MEDIUM, Folder
 from rftfit.bench.watch import REFUSED, Watch
 from rftfit.campaign.config import Config
 from rftfit.checks.verdict import Verdict
-from rftfit.cli.run import closing_lines
-from rftfit.cli.watch import format_event
 from rftfit.lab.enact import prepare
 from rftfit.measure.verdict_words import DOUBTFUL
 from rftfit.page.outcome import verdict_of
 from rftfit.results import open_results
+from rftfit.workflow.closing import closing_lines
 from rftfit.workflow.records import Recorded
 from rftfit.workflow.state import read_states
 
@@ -79,7 +78,7 @@ def test_every_event_has_a_line_for_people(bench):
     del bench.rows[good]
     bench.write_sheet()
     events += bench.settle(watch)
-    lines = [(event.kind, format_event(event.kind, event.facts)) for event in events]
+    lines = [(event.kind, event.summary()) for event in events]
     medium = next(event.facts for event in events if event.kind == "medium")
     for kind, values in (
         ("withdrawn", f"{good}: "),

@@ -14,10 +14,10 @@ import yaml
 from campaigns import FEW, make_campaign
 
 from rftfit.checks.declared import CHECKS
-from rftfit.cli.run import failed_checks
 from rftfit.measure.flags import format_remarks, remark
 from rftfit.model.scaling import generic
 from rftfit.results import open_results
+from rftfit.workflow.closing import failed_checks
 from rftfit.workflow.records import Recorded
 from rftfit.workflow.state import read_states
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import Counter
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator
 from contextlib import suppress
 from dataclasses import replace
 from itertools import chain, count
@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
+from rftfit.bench.events import Event
 from rftfit.bench.files import Files, Stamp, stamp_of
 from rftfit.bench.medium import LiveMedium, hold, measure
 from rftfit.campaign.files import BAG
@@ -49,13 +50,6 @@ _MOST_UNNAMED = 20
 
 _PASSING = ("sheet.log-missing", "sheet.tare-unused", "sheet.no-plate", "sheet.only-straight-down")
 """Warnings of the run sheet that hold until the last run is made."""
-
-
-class Event(NamedTuple):
-    """Something to report: ``problem``, ``file``, ``push``, ``withdrawn`` or ``medium``, and its facts."""
-
-    kind: str
-    facts: Mapping[str, Any]
 
 
 class _Row(NamedTuple):

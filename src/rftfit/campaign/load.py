@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rftfit.campaign.calibration import Calibration, read_calibration
-from rftfit.campaign.columns import LABELS
+from rftfit.campaign.columns import KINDS, LABELS
 from rftfit.campaign.config import PLATE_SHAPES, Config, MediumSettings, RigidContact, RobotRuns
 from rftfit.campaign.files import Entry, Folder, campaign_folder, folded, inside
 from rftfit.campaign.presence import miss_campaign, root_of
@@ -25,6 +25,7 @@ from rftfit.campaign.tables import TablePush, TableRead, read_pushes
 from rftfit.directions import number_depths
 from rftfit.errors import InputError
 from rftfit.store.digests import digest_of_numbers, digests_of_files
+from rftfit.store.text import count, megabytes, table
 
 RESULTS = "results"
 REENACTED = "REENACTED.txt"
@@ -74,6 +75,31 @@ class Campaign:
     def digests(self) -> dict[str, str]:
         """Digest of the rows of each run, by run_id, of a campaign that is a table."""
         return {name: digest_of_numbers(columns) for name, columns in self.numbers.items()}
+
+    def summary(self) -> str:
+        """Describe the campaign: a heading, and a table of the runs and logs of each medium."""
+        rows = []
+        sizes: dict[str, int | None] = {}
+        for medium in (*self.media_with_runs, ""):
+            runs = [run for run in self.runs if run.medium == medium]
+            if not runs:
+                continue
+            # one file may hold force and motion of a run; two runs never share one
+            names = {name for run in runs for name in (run.force_log, run.motion_log)}
+            size_of_log = {name: self.size_of(name) for name in names}
+            sizes_known = [size for size in size_of_log.values() if size is not None]
+            sizes |= size_of_log
+            counts = [sum(run.kind == kind for run in runs) for kind in KINDS]
+            counts += [
+                sum(run.excluded for run in runs),
+                len(sizes_known),
+                len(size_of_log) - len(sizes_known),
+            ]
+            rows.append([medium or "(in air)", *map(str, counts), f"{sum(sizes_known) / 1e6:.1f}"])
+        header = ["medium", *KINDS, "excluded", "logs", "missing", "MB"]
+        total = sum(filter(None, sizes.values()))
+        runs_and_logs = f"{count(len(self.runs), 'run')}, {count(len(sizes), 'log')}"
+        return f"{self.config.title}: {runs_and_logs}, {megabytes(total)}\n{table(header, rows)}"
 
     def count_level_depths(self, medium: str) -> int:
         """Count the depths at which a level plate is to be pushed: those stated, else those that the sheet plans for this medium."""

@@ -27,16 +27,10 @@ from rftfit.measure.fits import LEAST_WORK
 from rftfit.measure.flags import remark
 from rftfit.measure.lab_frame import measured_channel
 from rftfit.measure.verdict_words import DOUBTFUL, UNUSABLE
+from rftfit.store.chosen import chosen
 
-_SIGMAS = 3.0
-_SIGMAS_PUSH = 2.0
-"""Of one cell that is known beforehand: no medium pulls a level plate down that is pushed straight down."""
-_CELLS = 3
-_CLEAR, _CELLS_OF_ONE_MISTAKE = 2.0, 8
-"""Times its limit by which a cell clearly gives energy back; of so many cells one may, by a mistake with single runs."""
-_TURN, _ALIKE, _UNLIKE = 0.04, 0.05, 3.0
-"""Beds are never quite alike to both sides: the paper's own tables look turned by up to 1.4 deg, and
-their pairs are off from one turn by less than their error."""
+_CHOSEN = chosen("checks", "axes")
+
 
 _WORK_FOUND = "{negative}; the worst has D = {worst:.3g} N/cm^3, which must exceed {noise:.3g}"
 
@@ -140,11 +134,11 @@ def check_symmetry(measured: MediumMeasurements) -> Check:
     values: dict[str, Any] = {
         "turn_deg": degrees,
         "interval": remark("interval-deg", low=low, high=high) if se else "",
-        "most_deg": math.degrees(_TURN + _SIGMAS * se),
-        "most_errors": _UNLIKE,
+        "most_deg": math.degrees(_CHOSEN.turn + _CHOSEN.sigmas * se),
+        "most_errors": _CHOSEN.unlike,
     }
     misfit, worst = cells.mirror_misfit
-    if misfit <= _UNLIKE:
+    if misfit <= _CHOSEN.unlike:
         return Check.judge("symmetry", cells.mirror_images_agree, **values)
     alpha = measured.tables["alpha"]
     row = np.flatnonzero(np.isfinite(alpha_columns(alpha)).all(axis=0))[worst]
@@ -176,7 +170,7 @@ def check_up_down(measured: MediumMeasurements) -> Check:
     if cells.push is None or cells.pull is None:
         return Check.skip("up_down", "up_down-no-cell")
     (down, up), errors = (values[0, [cells.push, cells.pull]] for values in (cells.force, cells.se))
-    exceeds = bool(abs(up) - down <= _SIGMAS * math.hypot(*errors))
+    exceeds = bool(abs(up) - down <= _CHOSEN.sigmas * math.hypot(*errors))
     return Check.judge("up_down", exceeds, down=down, up=up)
 
 
@@ -221,9 +215,9 @@ class Cells:
         """D = alpha_x cos gamma + alpha_z sin gamma, and how far below 0 noise may bring it."""
         share = np.stack([np.sin(self.gamma), np.cos(self.gamma)])
         se = np.sqrt(np.sum((share * self.se) ** 2, axis=0))
-        sigmas = np.full(se.shape, _SIGMAS)
+        sigmas = np.full(se.shape, _CHOSEN.sigmas)
         if self.push is not None:
-            sigmas[self.push] = _SIGMAS_PUSH
+            sigmas[self.push] = _CHOSEN.sigmas_of_push
         return np.sum(share * self.force, axis=0), np.maximum(LEAST_WORK, sigmas * se)
 
     @property
@@ -237,7 +231,7 @@ class Cells:
         """Whether the medium takes energy, as it must."""
         work, work_noise = self.work
         pulled = self.push is not None and work[self.push] < -work_noise[self.push]
-        n_clear = int(np.count_nonzero(work < -_CLEAR * work_noise))
+        n_clear = int(np.count_nonzero(work < -_CHOSEN.clear * work_noise))
         return (
             self.n_negative_work < self.fewest_negative
             and n_clear <= self.most_clear
@@ -247,12 +241,12 @@ class Cells:
     @property
     def fewest_negative(self) -> int:
         """So many cells that give energy back are no accident."""
-        return min(_CELLS, self.gamma.size)
+        return int(min(_CHOSEN.fewest_cells, self.gamma.size))
 
     @property
     def most_clear(self) -> int:
         """So many cells may clearly give energy back: in a small table two are a large share of it."""
-        return max(1, self.gamma.size // _CELLS_OF_ONE_MISTAKE)
+        return int(max(1, self.gamma.size // _CHOSEN.cells_of_one_mistake))
 
     @property
     def _mirror_sums(self) -> tuple[npt.NDArray[np.intp], FloatArray, FloatArray, FloatArray]:
@@ -276,7 +270,7 @@ class Cells:
         Mirror images feel opposite horizontal forces: what their sum is, relative to the vertical forces.
         """
         _, z, x, error = self._mirror_sums
-        weight = z / np.maximum(error + (_ALIKE * np.abs(z).max(initial=0)) ** 2, 1e-12)
+        weight = z / np.maximum(error + (_CHOSEN.alike * np.abs(z).max(initial=0)) ** 2, 1e-12)
         size = float(weight @ z)
         if not size > 0:
             return math.nan, math.nan
@@ -286,7 +280,9 @@ class Cells:
     def mirror_images_agree(self) -> bool:
         """Whether mirror images straight down feel opposite horizontal forces."""
         turn, se = self.turn_rad
-        return not (abs(turn) > _TURN + _SIGMAS * se or self.mirror_misfit[0] > _UNLIKE)
+        return not (
+            abs(turn) > _CHOSEN.turn + _CHOSEN.sigmas * se or self.mirror_misfit[0] > _CHOSEN.unlike
+        )
 
     @property
     def mirror_misfit(self) -> tuple[float, int]:
@@ -294,6 +290,6 @@ class Cells:
         cell, z, x, error = self._mirror_sums
         if not cell.size or math.isnan(turn := self.turn_rad[0]):
             return 0.0, 0
-        tolerance = _ALIKE * np.abs(z).max()
+        tolerance = _CHOSEN.alike * np.abs(z).max()
         misfit = np.abs(x + math.tan(turn) * z) / np.sqrt(np.maximum(error + tolerance**2, 1e-12))
         return float(misfit.max()), int(cell[misfit.argmax()])

@@ -27,14 +27,10 @@ from rftfit.measure.flags import Remark, format_remarks, remark
 from rftfit.measure.lab_frame import is_symmetric, measured_channel
 from rftfit.measure.levels import Mask, two_clusters
 from rftfit.measure.verdict_words import BETA_ROWS, ROWS, UNUSABLE
+from rftfit.store.chosen import chosen
 
-_CLIPPED, _FROZEN, _LOGS, _EXCHANGED = 0.03, 0.5, 3, 2.0
-_SILENT, _MUST_FEEL, _CLEAR = 0.01, 0.03, 0.12
-"""Relative to alpha_z(0, 90): less counts as no force; the alpha of all published media exceeds the second in some directions;
-above the third no ordinary turn of the mount changes a sign."""
-_SILENT_IN, _REVERSED, _MOST, _GAIN, _FAINT = 3, 2, 0.8, 1.5, 0.1
-"""Least number of silent and of reversed directions (alpha of a medium of 3D-RFT may be 0 in some, but has the sign of all
-published media where they are clear), largest share of reversed ones; factor of a gain; least share of silent directions."""
+_CHOSEN = chosen("checks", "channels")
+
 
 Cause = tuple[Remark, list[Remark]]
 """What is wrong with a channel, and flags of the runs that show it."""
@@ -66,7 +62,7 @@ def check_channels(measured: MediumMeasurements) -> Check:
     flags = [flag for _, flags_of_cause in causes for flag in flags_of_cause]
     causes_or_count = [cause for cause, _ in causes] or [remark("logs-read", count=len(logs))]
     return Check.judge(
-        "channels", not causes, flags, causes=format_remarks(causes_or_count), frozen=_FROZEN
+        "channels", not causes, flags, causes=format_remarks(causes_or_count), frozen=_CHOSEN.frozen
     )
 
 
@@ -96,8 +92,8 @@ def stuck(config: Config, logs: Logs) -> list[Cause]:
         if (name := measured_channel(config, axis)) is None:
             continue
         feels = [row for run, row in _pushes(logs) if axis == "z" or not is_symmetric(run)]
-        dead = [row for row in feels if row[f"{name}_held"] >= _FROZEN]
-        if len(dead) >= min(_LOGS, len(feels)) > 0:
+        dead = [row for row in feels if row[f"{name}_held"] >= _CHOSEN.frozen]
+        if len(dead) >= min(_CHOSEN.fewest_logs, len(feels)) > 0:
             constant = all(row[f"{name}_low_N"] == row[f"{name}_high_N"] for row in dead)
             cause = remark(
                 "cause-constant" if constant else "cause-frozen",
@@ -123,12 +119,12 @@ def _ends(rows: Sequence[dict[Any, Any]], name: str, limit: float) -> dict[float
     runs_at_limit: dict[float, list[str]] = {}
     for row in rows:
         low, high, held = (row[f"{name}_{fact}_N"] for fact in ("low", "high", "held"))
-        if row[f"{name}_held"] >= _CLIPPED and low < high and held in (low, high):
+        if row[f"{name}_held"] >= _CHOSEN.clipped and low < high and held in (low, high):
             runs_at_limit.setdefault(held, []).append(row["run_id"])
     return {
         held: runs
         for held, runs in runs_at_limit.items()
-        if len(runs) >= _LOGS and abs(held) < limit
+        if len(runs) >= _CHOSEN.fewest_logs and abs(held) < limit
     }
 
 
@@ -142,7 +138,7 @@ def exchanged_channels(transducer: Transducer, logs: Logs) -> list[Cause]:
         return []
     ratio = float(np.median(across / np.maximum(along, 1e-9)))
     cause = remark("cause-exchanged", across=y, along=x, ratio=ratio)
-    return [(cause, [])] if ratio > _EXCHANGED else []
+    return [(cause, [])] if ratio > _CHOSEN.exchanged else []
 
 
 def axes_in_part(measured: MediumMeasurements) -> list[Cause]:
@@ -206,7 +202,7 @@ def against_known(
     expected[1, unmeasured] = 0.0
     turn = math.radians(config.transducer.turn_deg)
     mount = np.array([[math.cos(turn), math.sin(turn)], [-math.sin(turn), math.cos(turn)]]) @ force
-    strong = np.abs(expected) >= _CLEAR
+    strong = np.abs(expected) >= _CHOSEN.clear
     is_comparable = strong & np.isfinite(mount)
     size = max(
         float(np.median(np.abs(mount[c, is_comparable[c]] / expected[c, is_comparable[c]])))
@@ -220,8 +216,8 @@ def against_known(
         name = measured_channel(config, axis)
         if not size > 0 or name is None:
             continue
-        faint = np.abs(mount[component]) < _SILENT * size
-        must_feel = np.abs(expected[component]) >= _MUST_FEEL
+        faint = np.abs(mount[component]) < _CHOSEN.silent * size
+        must_feel = np.abs(expected[component]) >= _CHOSEN.must_feel
         silent = faint & must_feel
         opposite = (np.sign(force[component]) != np.sign(expected[component])) & ~faint & must_feel
         n_must = _count(direction, must_feel)
@@ -230,13 +226,17 @@ def against_known(
         n_strong = _count(direction, strong[component])
         reversed_ = opposite & strong[component]
         n_reversed = _count(direction, reversed_)
-        several = reversed_.sum() >= _LOGS
-        fewest = min(max(_SILENT_IN, math.ceil(_FAINT * n_must)), n_must)
+        several = reversed_.sum() >= _CHOSEN.fewest_logs
+        fewest = min(max(_CHOSEN.fewest_silent, math.ceil(_CHOSEN.faint * n_must)), n_must)
         values: dict[str, Any] = {"channel": name}
         noise = table[f"{name}_noise_N"].to_numpy(float)
         if not explained and n_silent >= fewest > 0:
             code, bad, count, size_of = "silent", faint, n_silent, n_must
-        elif not explained and several and _REVERSED <= n_reversed <= _MOST * n_strong:
+        elif (
+            not explained
+            and several
+            and _CHOSEN.fewest_reversed <= n_reversed <= _CHOSEN.most_reversed * n_strong
+        ):
             code, bad, count, size_of = "reversed", opposite, n_reversed, n_strong
         elif gain := _other_gain(noise, mount[component], expected[component], strong[component]):
             values["times"], bad = gain
@@ -279,4 +279,8 @@ def _other_gain(
     ratios_agree = force_ratio > 0 and abs(math.log(force_ratio / times)) < 0.5 * abs(
         math.log(times)
     )
-    return (times, in_second) if ratios_agree and abs(math.log(times)) > math.log(_GAIN) else None
+    return (
+        (times, in_second)
+        if ratios_agree and abs(math.log(times)) > math.log(_CHOSEN.gain)
+        else None
+    )

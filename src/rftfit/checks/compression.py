@@ -15,24 +15,13 @@ from rftfit.directions import number_rows
 from rftfit.measure.alpha import column
 from rftfit.measure.laws import PATCHES
 from rftfit.measure.verdict_words import DOUBTFUL
+from rftfit.store.chosen import chosen
 
-TOLERATED, LIMIT = 0.03, 1.9
-"""Change of the exponent up to the largest force that is no fault, and standard errors beyond it that are one: in 20 directions
-three times 0.03 is one standard error (`make mixups`, `make sound`, 2026-11-29)."""
+_CHOSEN = chosen("checks", "compression")
 
-MOST_SEEN = 0.15
-"""Where only a larger change would be told, nothing was checked: the largest force is about so much too small."""
+TOLERATED = _CHOSEN.tolerated
+"""Change of the exponent up to the largest force that is no fault."""
 
-_WEAKEST = 0.03
-"""Share of the largest force below which a channel of a push tells nothing: its exponent follows the noise of its zero."""
-
-_UNLIKE = 0.01
-"""Difference of the exponents of z and x that a medium may have: the direction of its force hardly changes with depth."""
-
-_ZERO = 0.01
-"""Error of the exponent by that of the zero, times the force relative to the largest."""
-
-_FEWEST_DIRECTIONS = 6
 
 _FOUND = "the exponent of stress over depth changes by {change:+.2f} from no force to the largest"
 _ALLOWED = "{most:.2f} of either sign"
@@ -65,9 +54,9 @@ def check_compression(measured: MediumMeasurements) -> Check:
     """Whether stress over depth bends the more, the larger the force is."""
     trend = trend_of_both(measured.tables["fits"])
     if trend is None:
-        return Check.skip("compression", "compression-few", fewest=_FEWEST_DIRECTIONS)
-    values: dict[str, Any] = {"change": trend.value, "most": TOLERATED + LIMIT * trend.se}
-    if values["most"] > MOST_SEEN:
+        return Check.skip("compression", "compression-few", fewest=_CHOSEN.fewest_directions)
+    values: dict[str, Any] = {"change": trend.value, "most": TOLERATED + _CHOSEN.sure * trend.se}
+    if values["most"] > _CHOSEN.most_seen:
         return Check.skip("compression", "compression-open", most=values["most"])
     if abs(trend.value) <= values["most"]:
         return Check.judge("compression", True, **values)
@@ -96,13 +85,13 @@ def trend_of_both(fits: pd.DataFrame) -> Estimate | None:
         return None
     force = force / largest
     exponent = np.stack([fits[f"exponent_{c}"].to_numpy(float) for c in "zx"])
-    is_clear = np.isfinite(exponent) & (force > _WEAKEST)
+    is_clear = np.isfinite(exponent) & (force > _CHOSEN.weakest)
     number = number_rows(fits)
     directions = [
         (is_clear[:, number == place], force[:, number == place], exponent[:, number == place])
         for place in np.unique(number[is_clear.any(axis=0)])
     ]
-    if len(directions) < _FEWEST_DIRECTIONS:
+    if len(directions) < _CHOSEN.fewest_directions:
         return None
     return _fit_trend([_Direction.of_runs(*runs) for runs in directions])
 
@@ -130,7 +119,7 @@ class _Direction(NamedTuple):
         )
         sides = np.array([0.5, -0.5])[has_runs]
         terms = np.stack([np.ones(sides.size), sides, mean_force], axis=1)
-        of_zero = np.diag((_ZERO / mean_force) ** 2 / counts[has_runs])
+        of_zero = np.diag((_CHOSEN.zero / mean_force) ** 2 / counts[has_runs])
         covariance = of_zero + PATCHES**2 / is_clear.any(axis=0).sum()
         return cls(mean_exponent, terms, np.linalg.inv(covariance))
 
@@ -138,9 +127,9 @@ class _Direction(NamedTuple):
 def _fit_trend(directions: list[_Direction]) -> Estimate:
     """Fit the change with force by least squares, with the scatter that directions show beside the usual one.
 
-    The exponents of z and x differ by 0 beforehand, with an error of `_UNLIKE`.
+    The exponents of z and x differ by 0 beforehand, with an error of `_CHOSEN.unlike`.
     """
-    normal = np.diag([0.0, _UNLIKE**-2, 0.0])
+    normal = np.diag([0.0, _CHOSEN.unlike**-2, 0.0])
     moment = np.zeros(3)
     for direction in directions:
         weighted = direction.terms.T @ direction.precision

@@ -15,16 +15,17 @@ from rftfit.directions import number_rows
 from rftfit.measure.depths import median_over_directions
 from rftfit.measure.flags import Flags
 from rftfit.measure.laws import PATCHES, exponent_lever
+from rftfit.store.chosen import chosen
 
-TOLERATED = 0.05
-"""Exponents that differ by less from 1 make no difference."""
+_CHOSEN = chosen("checks", "law")
 
-MOST_EXPONENT = 0.27
-"""Where only a larger departure of the exponent from 1 would be told, nothing was checked: through depth^1.27 a line is
-25 % off at a quarter of its window."""
+TOLERATED = _CHOSEN.tolerated
+"""Difference of an exponent from 1 that makes no difference."""
 
-TOLERATED_START_CM = 0.05
-BEFOREHAND_DOF = 4.0
+MOST_EXPONENT = _CHOSEN.most_departure
+"""Departure of the exponent from 1 beyond which nothing was checked where only larger ones would be told."""
+
+BEFOREHAND_DOF = _CHOSEN.beforehand_dof
 """Degrees of freedom for which the known errors count beside the scatter of directions."""
 
 
@@ -85,7 +86,7 @@ def check_law(pushes: pd.DataFrame, run_cm: float, session_cm: float) -> Check:
     intercepts = pushes.groupby(number_rows(pushes))["intercept_z_N_per_cm2"].mean()
     is_power = float(np.nanmedian(pushes["power_misfit_z_ratio"])) < 1
     most_departure = TOLERATED + SURE * power.se
-    most_start_cm = TOLERATED_START_CM + SURE * start.se
+    most_start_cm = _CHOSEN.tolerated_start_cm + SURE * start.se
     values: dict[str, Any] = {
         "power": power.value,
         "least": 1 - most_departure,

@@ -29,16 +29,13 @@ from rftfit.measure.levels import FEW_RUNS, MODES, median_of_runs
 from rftfit.measure.rods import estimate_share_too_much
 from rftfit.measure.samples import split_runs
 from rftfit.measure.verdict_words import DOUBTFUL, FAILED, MAP, NOT_CHECKED, UNUSABLE
+from rftfit.store.chosen import chosen
 
-SURE = 3.7
+_CHOSEN = chosen("checks", "runs")
+
+SURE = _CHOSEN.sure
 """Standard errors of one of several numbers that are looked at together."""
 
-_ROD_ALONE, _ROD_CLEAR, _ROD_FORCE = 1.5, 3.0, 0.1
-"""A rod over its plate and rod: in a run that is clear by force, as a share of the medium's median; in any run."""
-
-_OTHER_RODS, _OTHER_RODS_SURE, _TOO_MUCH_SEEN, _MISSING_SEEN = 0.1, 2.7, 0.6, 1.0
-"""Share of the tares that may be too much or missing, as beds differ with and without a plate; standard errors beyond it; and
-the largest least share with which the estimate counts (`make mixups`, `make sound`, 2026-11-29)."""
 
 _OTHER_RODS_ALLOWED = "{most:.0%} of either sign"
 
@@ -89,10 +86,10 @@ def check_rods(measured: MediumMeasurements) -> Check:
         return Check.skip("rods", "rods-no-tare")
     ratio = np.where(has_tare, tare / np.where(has_tare, force, 1), np.nan)
     # forces of the weakest directions are little more than the noise of their zeros
-    clear = tare - force > _ROD_FORCE * np.nanmedian(np.fmax(tare, force))
-    wrong = (ratio == 1) | (ratio >= np.where(clear, _ROD_ALONE, _ROD_CLEAR))
+    clear = tare - force > _CHOSEN.rod_force * np.nanmedian(np.fmax(tare, force))
+    wrong = (ratio == 1) | (ratio >= np.where(clear, _CHOSEN.rod_alone, _CHOSEN.rod_clear))
     stronger = table["run_id"][wrong]
-    limits: dict[str, Any] = {"alone": _ROD_ALONE, "clear": _ROD_CLEAR}
+    limits: dict[str, Any] = {"alone": _CHOSEN.rod_alone, "clear": _CHOSEN.rod_clear}
     if not wrong.any():
         if (other_rods := _judge_other_rods(measured)) is not None:
             return other_rods
@@ -120,8 +117,8 @@ def _judge_other_rods(measured: MediumMeasurements) -> Check | None:
         return None
     share, se, dof = too_much
     # few directions hardly tell their own scatter: Student's t at the same level
-    most = _OTHER_RODS + float(stdtrit(dof, ndtr(_OTHER_RODS_SURE))) * se
-    if abs(share) <= most or most > (_TOO_MUCH_SEEN if share > 0 else _MISSING_SEEN):
+    most = _CHOSEN.other_rods + float(stdtrit(dof, ndtr(_CHOSEN.other_rods_sure))) * se
+    if abs(share) <= most or most > (_CHOSEN.too_much_seen if share > 0 else _CHOSEN.missing_seen):
         return None
     low, high = (share + sign * 1.96 * se for sign in (-1, 1))
     code = "rods-other" if share > 0 else "rods-other-small"
@@ -129,10 +126,6 @@ def _judge_other_rods(measured: MediumMeasurements) -> Check | None:
         share, low, high = -share, -high, -low
     return Check.judge("rods", False, code=code, share=share, low=low, high=high, most=most)
 
-
-_DRIFT, _DRIFT_ALONE = 0.015, 0.15
-_CHANGE = 0.05
-"""Change of the zero over a stroke, relative to the median force, half of which may be wrong in the middle of the stroke."""
 
 _DRIFT_CAUSE = (
     "the zero of the force drifts ({found}: {rows}): let the transducer warm up, record a rest in air after the "
@@ -196,7 +189,7 @@ def _judge_change_of_zero(table: pd.DataFrame) -> Check | None:
     newtons = float(np.median(change[worst, has_change]))
     # a drift to either side is as bad as one that all runs share
     newtons = math.copysign(float(size[worst]), newtons)
-    most_N = _CHANGE * typical
+    most_N = _CHOSEN.change_of_zero * typical
     values: dict[str, Any] = {"axis": "zx"[worst], "newtons": newtons, "size": has_change.sum()}
     if abs(newtons) <= most_N:
         return Check.judge("drift", True, code="drift-steady", most=most_N, **values)
@@ -224,10 +217,10 @@ def _judge_trend_at_rest(measured: MediumMeasurements, table: pd.DataFrame) -> C
     limit = stdtrit(has_trend.sum() - 1, ndtr(SURE)) * se
     deviation = np.abs(trend - middle[:, None])
     # where most runs drift alike it is all of them, else those that stand out
-    common = (np.abs(middle) > limit) & (np.abs(middle) > _DRIFT * typical)
+    common = (np.abs(middle) > limit) & (np.abs(middle) > _CHOSEN.drift * typical)
     spread = 1.4826 * np.median(deviation, axis=1)[:, None]
     alone = (deviation > MODES * spread) & (
-        deviation > _DRIFT_ALONE * np.maximum(force[has_trend], typical)
+        deviation > _CHOSEN.drift_of_one * np.maximum(force[has_trend], typical)
     )
     alone = alone.any(axis=0)
     worst = int(np.abs(middle).argmax())
@@ -238,15 +231,11 @@ def _judge_trend_at_rest(measured: MediumMeasurements, table: pd.DataFrame) -> C
         "rows": describe_rows(drifting, measured.sheet),
     }
     if alone.any() and not common.any():
-        values |= {"count": alone.sum(), "share": 100 * _DRIFT_ALONE}
+        values |= {"count": alone.sum(), "share": 100 * _CHOSEN.drift_of_one}
         return Check.judge("drift", False, flags, code="drift-alone", **values)
     values |= {"axis": "zx"[worst], "newtons": middle[worst]}
-    most_N = max(_DRIFT * typical, float(limit[worst]))
+    most_N = max(_CHOSEN.drift * typical, float(limit[worst]))
     return Check.judge("drift", drifting.empty, flags, most=most_N, **values)
-
-
-_TREND, _SIGMAS = 0.10, 3.0
-_FEWEST_SAMPLES = 30
 
 
 @declare_check(
@@ -279,14 +268,14 @@ def check_steadiness(measured: MediumMeasurements) -> Check:
         force = force[np.abs(force.mean(axis=1)).argmax()]
         path = curve["path_cm"].to_numpy(float)
         centred_path = path - path.mean() if path.size else path
-        if path.size >= _FEWEST_SAMPLES and centred_path.any() and force.mean():
+        if path.size >= _CHOSEN.fewest_samples and centred_path.any() and force.mean():
             changes.append(
                 centred_path @ force / (centred_path @ centred_path) * np.ptp(path) / force.mean()
             )
     change, se = median_of_runs(np.array(changes))
     if math.isnan(change):
         return Check.skip("steadiness", "steadiness-few", fewest=FEW_RUNS)
-    most_change = max(_TREND, _SIGMAS * se)
+    most_change = max(_CHOSEN.trend, _CHOSEN.trend_sure * se)
     return Check.judge(
         "steadiness",
         abs(change) <= most_change,
@@ -300,14 +289,6 @@ def _percent(ratio: float) -> str:
     """A ratio in percent; one above 10, as of exchanged axes, as it is."""
     return f"{100 * ratio:.1f} %" if abs(ratio) <= 10 else f"{ratio:.3g}"
 
-
-_BLIND = 0.4
-"""Of the largest alpha: the least difference that would be seen is 0.13 to 0.17 (median) in the demonstration."""
-
-
-_WIDE, _USUAL_AT_MOST, _SURE_OF_SPREAD = 0.105, 0.08, 0.96
-"""Scatter of repeats along their force that is a fault, the largest of ordinary beds, and confidence that it is not one of these
-(`make pairs`, 2026-11-29)."""
 
 _BESIDE = {"pair": "other run of its direction"}
 """Words for what a run is compared with, where they are not those of the table."""
@@ -362,7 +343,7 @@ def check_repeats(measured: MediumMeasurements) -> Check:
     seen_from = repeated_runs["seen_from_ratio"]
     if apart.empty and (wide := _judge_spread(measured)) is not None:
         return wide
-    if apart.empty and seen_from.median() > _BLIND:
+    if apart.empty and seen_from.median() > _CHOSEN.blind:
         return Check.skip("repeats", "repeats-blind", median=seen_from.median())
     are_single = (repeated_runs["beside"] == MAP).all()
     code = "repeats-single" if apart.empty and are_single else "repeats"
@@ -403,8 +384,8 @@ def _judge_spread(measured: MediumMeasurements) -> Check | None:
     if scatter is None:
         return None
     spread, dof = scatter.relative()[0], scatter.dof
-    low = spread * math.sqrt(dof / float(chdtri(dof, 1 - _SURE_OF_SPREAD)))
-    if spread <= _WIDE or low <= _USUAL_AT_MOST:
+    low = spread * math.sqrt(dof / float(chdtri(dof, 1 - _CHOSEN.sure_of_spread)))
+    if spread <= _CHOSEN.wide or low <= _CHOSEN.usual_at_most:
         return None
     return Check.judge(
         "repeats",
@@ -413,8 +394,8 @@ def _judge_spread(measured: MediumMeasurements) -> Check | None:
         spread=spread,
         low=low,
         dof=round(dof),
-        wide=_WIDE,
-        usual=_USUAL_AT_MOST,
+        wide=_CHOSEN.wide,
+        usual=_CHOSEN.usual_at_most,
     )
 
 
@@ -473,7 +454,6 @@ def check_logs(measured: MediumMeasurements) -> Check:
     )
 
 
-_ALPHA_FROM, _ALPHA_TO = 0.01, 10.0
 _SIZE_FOUND = "alpha_z(0, 90) = {alpha:.3g} N/cm^3"
 _SIZE_ALLOWED = "{low:g} to {high:g} N/cm^3"
 
@@ -507,7 +487,7 @@ def check_size(measured: MediumMeasurements) -> Check:
     value = math.nan if cell is None else float(cell[column("z")])
     if math.isnan(value):
         return Check.skip("size", "size-no-cell")
-    low, high = expected or (_ALPHA_FROM, _ALPHA_TO)
+    low, high = expected or (_CHOSEN.alpha_from, _CHOSEN.alpha_to)
     inside = low <= abs(value) <= high
     values: dict[str, Any] = {"alpha": value, "low": low, "high": high}
     if inside and not expected:

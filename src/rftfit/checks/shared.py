@@ -18,8 +18,9 @@ from rftfit.checks.declared import (
 )
 from rftfit.measure.flags import Remark, format_remarks, remark
 from rftfit.measure.verdict_words import DOUBTFUL, PULLS, UNUSABLE
+from rftfit.store.chosen import chosen
 
-CLEAR = 4.0
+CLEAR = chosen("checks", "evidence").axes
 """Log of the Bayes factor from which axes are told from one another."""
 
 

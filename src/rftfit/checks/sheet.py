@@ -19,9 +19,10 @@ from rftfit.checks.runs import check_drift, check_rods
 from rftfit.directions import beta_apart
 from rftfit.measure.flags import remark
 from rftfit.measure.verdict_words import BETA_ROWS, ROWS, UNUSABLE
+from rftfit.store.chosen import chosen
 
-_EVIDENCE = 6.0
-"""Log of the Bayes factor from which alpha tells other rows: 200 sound campaigns reach 5.5 (`make shared`, seed 31)."""
+_EVIDENCE = chosen("checks", "evidence").other_rows
+"""Log of the Bayes factor from which alpha tells other rows."""
 
 _ALLOWED = "no rows nearby whose angles fit the runs better than their own"
 _CURE = "look whether a row is missing or there twice before the first of them, and whether cells of a column were shifted."

@@ -26,6 +26,7 @@ from rftfit.checks.law import (
     LAW_OUTCOMES,
     LINE_POWERS,
     MOST_EXPONENT,
+    TOLERATED,
     check_crust,
     check_law,
     exponent_of,
@@ -38,13 +39,10 @@ from rftfit.measure.laws import LEVELLED_CM, ordinary_surface
 from rftfit.measure.levels import FEW_RUNS, Mask, median_of_runs, shifted_runs, two_clusters
 from rftfit.measure.slopes import student_quantile
 from rftfit.measure.verdict_words import DOUBTFUL, FAILED
+from rftfit.store.chosen import chosen
 
-_SIGMAS = 3.0
-_LAG_S = 0.03
-"""An ordinary error, that no verdict rests on: filter of an amplifier."""
-_CURVED = 0.05
-_STEP_CM, _STEP = 0.22, 5.3
-"""A half of the sheet with another surface: least difference, and in standard errors of the best of all stretches."""
+_CHOSEN = chosen("checks", "surface")
+
 
 _ROD_IN_IT = Words("the force on the rod, which begins elsewhere, is in it")
 _SURFACE_FOUND = "stress begins {push} in pushes{pull}"
@@ -145,7 +143,7 @@ def _surface_and_linearity(measured: MediumMeasurements) -> tuple[Check, Check]:
         unchecked = "natural-sand"
     steep_fits = fits[(fits["gamma_deg"].abs() >= 45) & fits["start_cm"].notna()]
     alpha, se = (steep_fits[f"alpha_z{end}_N_per_cm3"].to_numpy(float) for end in ("", "_se"))
-    clear = np.abs(alpha) > _SIGMAS * se
+    clear = np.abs(alpha) > _CHOSEN.clear_alpha * se
     steep_fits, alpha = steep_fits[clear], np.abs(alpha[clear])
     pushes = steep_fits["direction"].to_numpy() == "intrusion"
     if not unchecked and pushes.sum() < FEW_RUNS:
@@ -174,7 +172,9 @@ def _surface_and_linearity(measured: MediumMeasurements) -> tuple[Check, Check]:
     (offset_cm, lag_cm), covariance, _ = starts.fit(shared=shared)
     # few runs hardly tell their own scatter: Student's t at the same level
     wider = stdtrit(max((1 / shared).sum() - 2, 1), ndtr(SURE)) / SURE
-    covariance = wider**2 * covariance + np.diag([session_cm**2, (_LAG_S * speed) ** 2])
+    covariance = wider**2 * covariance + np.diag(
+        [session_cm**2, (_CHOSEN.ordinary_lag_s * speed) ** 2]
+    )
     mean = np.array([1.0, float(sine[pushes].mean())])
     push_start, push_start_se = offset_cm + mean[1] * lag_cm, math.sqrt(mean @ covariance @ mean)
     offset_se, lag_se = np.sqrt(np.diag(covariance))
@@ -192,7 +192,7 @@ def _surface_and_linearity(measured: MediumMeasurements) -> tuple[Check, Check]:
     line = crust or judge_linearity(steep_fits[pushes], session_cm)
     if (
         line.verdict == FAILED
-        or abs(float(steep_fits["exponent_z"][pushes].median()) - 1) > _CURVED
+        or abs(float(steep_fits["exponent_z"][pushes].median()) - 1) > TOLERATED
     ):
         # a line through curved stress begins the deeper the deeper it ends
         deep = steep_fits["depth_to_cm"].to_numpy(float)
@@ -320,7 +320,7 @@ def _two_levels(
             )
     kind = max(gaps, key=lambda name: gaps[name][0])
     gap = gaps[kind][1]
-    if abs(gap) < _STEP_CM:
+    if abs(gap) < _CHOSEN.step_cm:
         return None
     names = [
         run.run_id
@@ -347,7 +347,7 @@ def _clear_step(stretch: Mask) -> float:
 
     The penalty is that of Duembgen & Spokoiny (Ann. Stat. 29, 124, 2001), counted from one half.
     """
-    return _STEP + math.sqrt(-2 * math.log(stretch.mean())) - math.sqrt(2 * math.log(2))
+    return _CHOSEN.step_sure + math.sqrt(-2 * math.log(stretch.mean())) - math.sqrt(2 * math.log(2))
 
 
 def judge_linearity(pushes: pd.DataFrame, session_cm: float) -> Check:
@@ -361,7 +361,7 @@ def judge_linearity(pushes: pd.DataFrame, session_cm: float) -> Check:
         return Check.skip("linearity", "linearity-few")
     power, se = exponent_of(pushes, session_cm)
     share = float(np.mean(misfit < 1))
-    most_departure, clear_share = max(_CURVED, SURE * se), _clear_share(misfit.size)
+    most_departure, clear_share = max(TOLERATED, SURE * se), _clear_share(misfit.size)
     values: dict[str, Any] = {
         "power": power,
         "share": share,

@@ -9,7 +9,7 @@ import typer
 
 import rftfit
 from rftfit.cli import options
-from rftfit.cli.output import check_picture, json_text, print_line
+from rftfit.cli.output import check_picture, json_text, print_line, write_picture
 
 _DRAWN = "drawn by rftfit compare"
 _MOST = 5
@@ -37,7 +37,7 @@ def compare(
     interval and p value, and the least differences that these runs would show.
     """
     options.check_confidence(confidence)
-    ending = check_picture(figure, "--figure", _DRAWN, force) if figure is not None else ""
+    check_picture(figure, _DRAWN, force)
     comparison = rftfit.compare_media(first, second, confidence)
     if as_json:
         print_line(json_text(comparison.as_dict()))
@@ -45,9 +45,7 @@ def compare(
         print_line(comparison.summary(None if all_ else _MOST))
     if figure is not None:
         from rftfit.figures.comparison import draw_comparison
-        from rftfit.figures.style import content
-        from rftfit.store import write_bytes
 
-        write_bytes(figure, content(draw_comparison(comparison), ending, _DRAWN))
+        write_picture(figure, draw_comparison(comparison), _DRAWN)
         if not as_json:
             print_line(f"Figure: {figure}")

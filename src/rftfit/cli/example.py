@@ -10,12 +10,10 @@ import typer
 from rftfit.cli import options
 from rftfit.cli.output import json_text, print_line, warn
 from rftfit.errors import InputError
-from rftfit.store.text import count, megabytes, table
+from rftfit.store.text import megabytes, table
 
 if TYPE_CHECKING:
     from rftfit.suite.declared import Example
-
-_MOST_ROWS = 40
 
 
 def example(
@@ -60,54 +58,34 @@ def _list_examples(as_json: bool) -> None:
     from rftfit.suite.declared import find_example, list_examples
 
     examples = [find_example(name) for name in list_examples()]
-    facts = [
-        {
-            "name": example.name,
-            "title": example.settings.title,
-            "domains": example.domains,
-            "answers": len(example.answer),
-            "files": len(example.settings.files),
-            "bytes": sum(file.size for file in example.settings.files),
-            "licences": sorted({file.licence for file in example.settings.files}),
-        }
-        for example in examples
-    ]
+    facts = [example.as_dict() for example in examples]
     if as_json:
         print_line(json_text(facts))
         return
     rows = [
         [
-            example.name,
-            example.settings.title,
-            ", ".join(example.domains),
-            megabytes(sum(file.size for file in example.settings.files)),
-            ", ".join(sorted({file.licence for file in example.settings.files})) or "-",
+            fact["name"],
+            fact["title"],
+            ", ".join(fact["domains"]),
+            megabytes(fact["bytes"]),
+            ", ".join(fact["licences"]) or "-",
         ]
-        for example in examples
+        for fact in facts
     ]
     print_line(table(["name", "what", "domain", "data", "licence of the data"], rows, indent=""))
 
 
 def _run(example: Example, folder: Path, origin: str | None, as_json: bool) -> None:
-    from rftfit.suite.page import HEADER, PAGE, format_rows
+    from rftfit.suite.page import describe_verdicts
     from rftfit.suite.run import run_example
-    from rftfit.suite.verdicts import FILE, NOT_COMPARABLE, VERDICTS, count_verdicts
+    from rftfit.suite.verdicts import count_verdicts
 
     # what commands print would mix with JSON
     say = warn if as_json else print_line
     verdicts = run_example(example, folder, origin, say, is_quiet=as_json)
-    counts = count_verdicts(verdicts)
     if as_json:
         rows = verdicts.to_dict("records")
+        counts = count_verdicts(verdicts)
         print_line(json_text({"example": example.name, "counts": counts, "rows": rows}))
-        return
-    print_line(f"\n{example.settings.title}: {count(len(verdicts), 'published number')}")
-    print_line(", ".join(f"{counts[verdict]} {verdict}" for verdict in VERDICTS) + ".")
-    compared = verdicts[verdicts["verdict"] != NOT_COMPARABLE]
-    shown = [row[:-1] for row in format_rows(compared, [example], is_public=False)]
-    print_line(table(HEADER, shown[:_MOST_ROWS]))
-    if len(shown) > _MOST_ROWS:
-        print_line(f"  and {len(shown) - _MOST_ROWS} more in the page")
-    if example.settings.note:
-        print_line(example.settings.note)
-    print_line(f"Verdicts: {folder / FILE}; page: {folder / PAGE}")
+    else:
+        print_line(f"\n{describe_verdicts(example, verdicts, folder)}")

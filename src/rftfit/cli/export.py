@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -12,9 +10,8 @@ import typer
 import rftfit
 from rftfit.campaign.problems import choose
 from rftfit.cli import options
-from rftfit.cli.output import check_target, print_line, warn
+from rftfit.cli.output import check_target, json_text, print_line, warn
 from rftfit.errors import InputError
-from rftfit.store.text import megabytes, table
 
 if TYPE_CHECKING:
     from rftfit.model.profiles import KnownMedium
@@ -68,26 +65,17 @@ def export(
     value to test one's signs against, and where it came from. `rftfit predict` and `rftfit simulate`
     read it (`--profile-file`); the documentation has readers in numpy and MATLAB.
     """
-    options.look_for_campaign(results)
-    from rftfit.model.profile_file import MARK
+    medium_options = options.MediumOptions(
+        medium=medium,
+        profile=profile,
+        results=results,
+        alpha=alpha,
+        pushes=pushes,
+        profile_file=profile_file,
+    )
+    medium_options.check(se)
+    from rftfit.model.profile_file import MARK, describe_profile
 
-    given = {
-        "--medium": medium,
-        "--alpha": alpha,
-        "--pushes": pushes,
-        "--profile-file": profile_file,
-    }
-    options_given = [option for option, value in given.items() if value is not None]
-    if len(options_given) != 1:
-        raise InputError(
-            f"found {' and '.join(options_given) or 'no medium'}; allowed: one of --medium NAME (published, or with "
-            "--results DIR of a campaign), --alpha N/cm^3 (one push straight down), --pushes FILE and --profile-file FILE"
-        )
-    if se is not None and alpha is None:
-        raise InputError("--se is the standard error of --alpha, so it needs --alpha")
-    if profile_file is not None and (profile is not None or results is not None):
-        other = "--profile" if profile is not None else "--results"
-        raise InputError(f"found {other} with --profile-file; allowed: that file alone")
     if profile is not None:
         allowed = KINDS if medium is not None else ("map",)
         choose("--profile", profile, allowed, "a profile with a number in each direction")
@@ -102,7 +90,6 @@ def export(
     if profile_file is not None:
         source, facts = rftfit.read_profile(profile_file), _facts_of_file(profile_file)
     elif medium is None:
-        medium_options = options.MediumOptions(alpha=alpha, pushes=pushes, results=results)
         options.check_test(alpha, se or 0.0)
         source, facts = _of_pushes(medium_options, se)
     elif results is not None:
@@ -111,7 +98,7 @@ def export(
         source, facts = _published(medium, profile)
     facts |= {name: text for name, text in (("title", title), ("notes", notes)) if text}
     rftfit.write_profile(output, source, **facts)
-    print_line(_summary(output))
+    print_line(describe_profile(output))
     if marks := facts.get("marks"):
         warn(f"warning: {medium} is {marks}")
 
@@ -120,38 +107,20 @@ _BEKKER_MARK = '{\n "format": "rftfit-bekker 1"'
 
 
 def _export_bekker(folder: Path, name: str, output: Path, force: bool) -> None:
-    from dataclasses import asdict
-
-    from rftfit.measure.flags import format_remarks as say_remarks
+    from rftfit.measure.flags import format_remarks
     from rftfit.store import write_text
 
     check_target(output, _BEKKER_MARK, "law", force)
     campaign = rftfit.open(folder)
     choose("--medium", name, campaign.media, f"in {folder}")
     law = campaign[name].pressure_sinkage()
-    numbers = {
-        key: None if isinstance(value, float) and math.isnan(value) else value
-        for key, value in asdict(law).items()
-    }
-    content = {
-        "format": "rftfit-bekker 1",
-        "medium": name,
-        "law": "pressure = (k_c / b + k_phi) z^n; Pa, m, k_phi in N/m^(n+2), k_c in N/m^(n+1)",
-        **numbers,
-    }
-    write_text(output, json.dumps(content, indent=1) + "\n")
-    interval = "" if math.isnan(law.n_lo) else f" ({law.n_lo:.3g} to {law.n_hi:.3g})"
-    widths = ", ".join(f"{100 * width:g}" for width in law.widths_m)
-    print_line(
-        f"n {law.n:.3g}{interval}, k_phi {law.k_phi:.4g} N/m^(n+2), k_c {law.k_c:.4g} N/m^(n+1); {law.n_pushes} pushes, "
-        f"b {widths} cm, {100 * law.depth_m[0]:.1f} to {100 * law.depth_m[1]:.1f} cm deep\nWritten: {output}"
-    )
-    if len(law.widths_m) == 1:
-        warn(
-            "warning: plates of one width cannot tell k_c from k_phi: k_phi is their sum, k_c / b + k_phi, for this width"
-        )
+    content = {"format": "rftfit-bekker 1", "medium": name, **law.as_dict()}
+    write_text(output, json_text(content, indent=1) + "\n")
+    print_line(f"{law.summary()}\nWritten: {output}")
+    if law.doubt:
+        warn(f"warning: {law.doubt}")
     if campaign.marks.get(name):
-        warn(f"warning: {name} is {say_remarks(campaign.marks[name])}")
+        warn(f"warning: {name} is {format_remarks(campaign.marks[name])}")
 
 
 def _of_pushes(
@@ -203,34 +172,3 @@ def _published(name: str, kind: str | None) -> tuple[KnownMedium, dict[str, Any]
     if kind != "map":
         return rftfit.published_medium(name), facts
     return options.published_map(name), facts
-
-
-def _summary(path: Path) -> str:
-    from rftfit.model.profile_file import read_content
-    from rftfit.model.profiles import Profile
-
-    content, profile = read_content(path), rftfit.read_profile(path)
-    listed, golden = content.directions, content.golden
-    direction_rad = math.radians(golden.beta_deg), math.radians(golden.gamma_deg)
-    rows = [["(beta, gamma)", f"({golden.beta_deg:g}, {golden.gamma_deg:g}) degrees"]]
-    draws = profile.spread
-    for place, component in enumerate("zx"):
-        error = ""
-        if isinstance(draws, Profile):
-            error = f" (standard error {draws.alpha(*direction_rad)[place].std(ddof=1):.4g})"
-        value = getattr(golden, f"alpha_{component}_N_per_cm3")
-        rows.append([f"alpha_{component}", f"{value:.6g} N/cm^3{error}"])
-    directions_known = sum(value is not None for value in listed.alpha_z_N_per_cm3)
-    pushes = profile.pushed.shape[1]
-    lines = [
-        f"Profile: {content.origin.profile}",
-        f"Directions: {len(listed.beta_deg)}, {directions_known} with a number, {pushes} pushed",
-    ]
-    if content.validity.without_number:
-        lines.append(f"Without a number: {content.validity.without_number[:300]}")
-    lines += [
-        f"\nGolden value, for tests of signs:\n{table(['', 'value'], rows)}",
-        f"\nWritten: {path} ({megabytes(path.stat().st_size)})",
-        f"Next: rftfit predict --leg c_leg --profile-file {path}",
-    ]
-    return "\n".join(lines)

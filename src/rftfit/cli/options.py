@@ -42,6 +42,16 @@ def parse_option_number(text: str) -> float:
         raise typer.BadParameter(f"found '{text}'; allowed: a number{hint}") from None
 
 
+def parse_numbers(option: str, text: str) -> list[float]:
+    """Read numbers with commas between them."""
+    try:
+        return [float(number) for number in text.split(",")]
+    except ValueError:
+        raise InputError(
+            f"{option}: found '{text}'; allowed: a number, or several with commas between them, as 0.1,0.3"
+        ) from None
+
+
 def number_option(unit: str, meaning: str) -> Any:
     """Describe an option whose value is a number."""
     return typer.Option(parser=parse_option_number, metavar=unit, help=meaning)
@@ -112,8 +122,8 @@ ModelError = Annotated[
     float | None,
     number_option(
         "EPS",
-        "Relative error of the model itself; default 0.28, as on measured legs, or that of a campaign's legs where it is larger; "
-        "of a solid mesh, by direction, 1.39 times that; 0: none.",
+        "Relative error of the model itself; default: that on measured legs, or on a campaign's legs where it is larger; "
+        "more of a solid mesh; 0: none.",
     ),
 ]
 
@@ -127,7 +137,8 @@ ResultsFolder = Annotated[
 ErrorOfTest = Annotated[
     float | None,
     number_option(
-        "N/cm^3", "Standard error of --alpha; default: 5 % from bed to bed, of --profile generic 0."
+        "N/cm^3",
+        "Standard error of --alpha; default: the usual scatter of beds, of --profile generic 0.",
     ),
 ]
 PushesFile = Annotated[

@@ -6,17 +6,29 @@ import json
 import math
 import stat
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import typer
 
 from rftfit.errors import InputError, OutputError
 from rftfit.store.links import refuse_target_by_link
-from rftfit.store.text import first_of
 from rftfit.version import __version__
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
+
+    import pandas as pd
+    from matplotlib.figure import Figure
+
+
+class Answer(Protocol):
+    """What a command found, in words and as plain numbers, words and lists."""
+
+    def summary(self) -> str:
+        """Format it for people."""
+
+    def as_dict(self) -> dict[str, Any]:
+        """Give it as a script reads it."""
 
 
 # --- Lines, tables and sizes as they are shown in a terminal or written into a pipe.
@@ -25,12 +37,6 @@ if TYPE_CHECKING:
 def print_line(text: str = "") -> None:
     """Write a line to standard output."""
     typer.echo(text)
-
-
-def say_some(lines: Sequence[str], most: int | None, rest_label: str = "more") -> None:
-    """Write the first lines of many."""
-    for line in first_of(lines, most, rest_label):
-        print_line(line)
 
 
 def warn(text: str) -> None:
@@ -42,6 +48,24 @@ def comments(mark: str, notes: Iterable[str]) -> str:
     """The lines above a table that a command writes; a note is one line, whatever a file name holds."""
     first = f"{mark} (rftfit {__version__})\n"
     return first + "".join(f"# {' '.join(note.split())}\n" for note in notes if note)
+
+
+def print_answer(answer: Answer, as_json: bool, **files: str) -> None:
+    """Print an answer for people, or as JSON with the names of the files that are written."""
+    print_line(json_text(answer.as_dict() | files) if as_json else answer.summary())
+
+
+def write_csv(
+    path: Path, columns: pd.DataFrame, mark: str, notes: Iterable[str], digits: int
+) -> None:
+    """Write a table below its mark and notes on what it was made from; an empty cell is NaN, and no zero has a sign."""
+    from rftfit.store import write_text
+
+    numbers = columns.select_dtypes("number") + 0.0
+    rows = columns.assign(**numbers).to_csv(
+        index=False, float_format=f"%.{digits}g", lineterminator="\n"
+    )
+    write_text(path, comments(mark, notes) + rows)
 
 
 def json_text(content: Any, indent: int | None = 2) -> str:
@@ -102,16 +126,26 @@ def check_target(
         )
 
 
-def check_picture(path: Path, option: str, mark: str, force: bool) -> str:
-    """Refuse a picture's file as `check_target` does, and other endings than those of figures in print.
-
-    Returns the ending, without its point.
-    """
+def check_picture(path: Path | None, mark: str, force: bool, option: str = "--figure") -> None:
+    """Refuse a picture's file as `check_target` does, and other endings than those of figures in print."""
+    if path is None:
+        return
     from rftfit.figures.style import PRINTED
 
-    ending = path.suffix.lower().removeprefix(".")
-    if ending not in PRINTED:
+    if _ending(path) not in PRINTED:
         allowed = f".{', .'.join(PRINTED[:-1])} or .{PRINTED[-1]}"
         raise InputError(f"{option}: found '{path}'; allowed: a name that ends in {allowed}")
     check_target(path, mark, "drawing", force, option=option, picture=True)
-    return ending
+
+
+def _ending(path: Path) -> str:
+    """Return the ending of a file's name, in small letters and without its point."""
+    return path.suffix.lower().removeprefix(".")
+
+
+def write_picture(path: Path, figure: Figure, mark: str = "") -> None:
+    """Write a figure in the format that the name of its file ends in."""
+    from rftfit.figures.style import content
+    from rftfit.store import write_bytes
+
+    write_bytes(path, content(figure, _ending(path), mark))

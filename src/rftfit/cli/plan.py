@@ -11,16 +11,12 @@ import typer
 import rftfit
 from rftfit.campaign.problems import choose
 from rftfit.cli import options
-from rftfit.cli.output import check_picture, check_target, json_text, print_line
+from rftfit.cli.output import check_picture, check_target, print_answer, print_line, write_picture
 from rftfit.errors import InputError
-from rftfit.store.text import count, table
 
 if TYPE_CHECKING:
-    from rftfit.forces.planning import Plan, Target
+    from rftfit.forces.planning import Target
     from rftfit.model.shapes import Map
-
-MARK = "run_id,kind,medium,intruder,direction,beta_deg,gamma_deg,depth_cm"
-"""How the first line of such rows begins: only these are overwritten unasked."""
 
 _DRAWN = "drawn by rftfit plan"
 
@@ -97,7 +93,7 @@ def plan(
     rows for a run sheet.
     """
     options.look_for_campaign(results)
-    from rftfit.forces.planning import reachable, run_sheet_rows
+    from rftfit.forces.planning import SHEET_COLUMNS, reachable, run_sheet_rows
     from rftfit.reference import LEGS
     from rftfit.store import write_text
 
@@ -106,8 +102,8 @@ def plan(
         error_text = f"{rig.error_percent:g}"
         raise InputError(f"--error-percent: found {error_text}; allowed: above 0, up to 100")
     read = (*push_options.files, body.outline, body.path)
-    check_target(output, MARK, "rows of the run sheet", force, read)
-    ending = check_picture(figure, "--figure", _DRAWN, force) if figure is not None else ""
+    check_target(output, SHEET_COLUMNS, "rows of the run sheet", force, read)
+    check_picture(figure, _DRAWN, force)
     turns = [
         (rftfit.model_leg(choose("--turn", leg, LEGS)), rftfit.rotation()) for leg in turn or ()
     ]
@@ -119,14 +115,12 @@ def plan(
         plan_made = rftfit.plan(aim, before, limits, number, confidence, turns)
     except ValueError as error:
         raise InputError(str(error)) from error
-    print_line(_as_json(plan_made, output) if as_json else _as_text(plan_made, before))
+    print_answer(plan_made, as_json, run_sheet_rows=str(output))
     write_text(output, run_sheet_rows(plan_made))
     if figure is not None:
         from rftfit.figures.plan import draw_plan
-        from rftfit.figures.style import content
-        from rftfit.store import write_bytes
 
-        write_bytes(figure, content(draw_plan(plan_made, before), ending, _DRAWN))
+        write_picture(figure, draw_plan(plan_made, before), _DRAWN)
     if not as_json:
         print_line(f"Rows for a run sheet: {output}" + (f"; figure: {figure}" if figure else ""))
 
@@ -159,9 +153,7 @@ def _angles(option: str, text: str | None) -> tuple[float, ...]:
     """Angles of a list on the command line, degrees."""
     if text is None:
         return ()
-    angles = tuple(
-        options.parse_option_number(angle_text.strip()) for angle_text in text.split(",")
-    )
+    angles = tuple(options.parse_numbers(option, text))
     if wrong := [angle for angle in angles if not abs(angle) <= 90]:
         raise InputError(f"{option}: found {wrong[0]:g}; allowed: -90 to 90 degrees")
     return angles
@@ -199,41 +191,3 @@ def _known(
     except ValueError as error:
         raise InputError(f"{name}: {error}") from error
     return prior_map(nodes=nodes)
-
-
-def _as_text(plan_made: Plan, medium_map: Map) -> str:
-    rows = []
-    for row in plan_made.table().to_dict("records"):
-        where = ["now", "", ""]
-        if row["push"]:
-            way = "down and back" if row["way_back"] else ""
-            where = [f"({row['beta_deg']:g}, {row['gamma_deg']:.4g})", way, f"{row['runs']}"]
-            if row.get("turn"):
-                where = [f"turn of {row['turn']}", "", f"{row['runs']}"]
-        rows.append([str(row["push"]), *where, f"{row['half_width_percent']:.1f} %"])
-    head = ["push", "(beta, gamma), deg", "", "runs so far", "half width"]
-    width = [100 * step.typical for step in plan_made.steps]
-    enough_for = ""
-    for limit in (30, 20, 15, 10, 5):
-        if width[0] > limit and min(width) <= limit:
-            enough = next(i for i, half_width in enumerate(width) if half_width <= limit)
-            enough_for = f"\n{count(enough, 'push').replace('pushs', 'pushes')} are enough for {plan_made.target} within {limit} %."
-    have = f"{medium_map.pushes} made already" if medium_map.pushes else "none made yet"
-    return (
-        f"Pushes for {plan_made.target}, {have}\n\n{table(head, rows)}\n\n"
-        f"Half width of the {100 * plan_made.confidence:g} % interval, relative, root mean square over "
-        f"{'; '.join(plan_made.parts)}.{enough_for}"
-    )
-
-
-def _as_json(plan_made: Plan, output: Path) -> str:
-    rows = plan_made.table().to_dict("records")
-    for row in rows:
-        no_direction = row["push"] == 0 or row.get("turn")
-        row |= {name: None for name in ("beta_deg", "gamma_deg") if no_direction}
-    content = {
-        "target": plan_made.target,
-        "parts": list(plan_made.parts),
-        "confidence": plan_made.confidence,
-    }
-    return json_text(content | {"pushes": rows, "run_sheet_rows": str(output)})

@@ -11,11 +11,18 @@ import typer
 
 import rftfit
 from rftfit.cli import options
-from rftfit.cli.output import check_picture, check_target, comments, json_text, print_line, warn
+from rftfit.cli.output import (
+    check_picture,
+    check_target,
+    print_answer,
+    print_line,
+    warn,
+    write_csv,
+    write_picture,
+)
 from rftfit.errors import CollectedErrors, InputError
 
 if TYPE_CHECKING:
-    from rftfit.forces.force_answer import ForceAnswer
     from rftfit.forces.mesh import Mesh, Motion3D
     from rftfit.forces.motion import Motion
     from rftfit.forces.outlines import Outline
@@ -152,7 +159,6 @@ def predict(
     """
     medium_options.check(se)
     from rftfit.forces.force_answer import answer_with_forces
-    from rftfit.store import write_bytes, write_text
 
     mesh_options.check(body, figure is not None)
     mesh = mesh_options.mesh
@@ -180,12 +186,12 @@ def predict(
         options.check_confidence(confidence)
         options.check_friction(mesh_options.friction)
         options.check_model_error(model_error)
-        source = medium_options.find(se, partial(_is_whole, shape, motion))
+        source = medium_options.find(se, partial(_has_all_directions, shape, motion))
         _check_error_of(source, model_error)
     inputs.check()
     read = (body.outline, body.path, medium_options.profile_file, medium_options.pushes, mesh)
     check_target(output, MARK, "forces", force, read)
-    ending = check_picture(figure, "--figure", _DRAWN, force) if figure is not None else ""
+    check_picture(figure, _DRAWN, force)
     if mesh is not None:
         _warn_of_time(source, shape, len(motion.frames))
     results = medium_options.results
@@ -202,10 +208,7 @@ def predict(
         rule=None if mesh_options.roll is None else motion.rule,
         left_out=_find_left_out(medium_options, source),
     )
-    if as_json:
-        print_line(json_text(answer.as_dict() | {"forces": str(output)}))
-    else:
-        print_line(answer.summary())
+    print_answer(answer, as_json, forces=str(output))
     needs_less = results is not None and medium_options.kind in ("table", "depth_only")
     cure = "; --profile map needs one push in any direction only" if needs_less else ""
     config = rftfit.open(results).config if results else None
@@ -213,13 +216,13 @@ def predict(
     for doubt in [*answer.list_doubts(cure), *beyond]:
         warn(f"warning: {doubt}")
     # after the numbers are out: a folder that cannot be written must not hide them
-    write_text(output, _format_csv(answer))
+    forces = answer.forces.round(9) if answer.in_space else answer.forces
+    write_csv(output, forces.drop(columns="reason"), MARK, answer.notes, digits=12)
     if figure is not None:
         from rftfit.figures.space import draw_forces
-        from rftfit.figures.style import content
 
         drawn = draw_forces(answer.forces, source, shape, motion, answer.interval_of_alpha)
-        write_bytes(figure, content(drawn, ending, _DRAWN))
+        write_picture(figure, drawn, _DRAWN)
     if not as_json:
         print_line(
             f"Force and moment in {len(answer.forces)} poses: {output}"
@@ -248,7 +251,7 @@ def _beside_measured_leg(
     return replace(medium_options, profile="map" if medium_options.medium else None)
 
 
-def _is_whole(
+def _has_all_directions(
     body: Outline | Mesh | None, motion: Motion | Motion3D | None, table: Profile
 ) -> bool:
     """Tell whether a table has a number in every direction of a body that moves."""
@@ -277,12 +280,3 @@ def _warn_of_time(source: Any, mesh: Mesh, poses: int) -> None:
             f"warning: {draws} draws of the medium through {poses} poses of {len(mesh.faces)} triangles take about "
             f"{minutes:.0f} minutes; a mesh of 2000 triangles is within 1 % of a fine one"
         )
-
-
-def _format_csv(answer: ForceAnswer) -> str:
-    """Forces by pose as csv below notes on what was predicted from what; an empty cell is NaN."""
-    forces = answer.forces.round(9) if answer.in_space else answer.forces
-    # + 0.0 so that nothing is called -0; whoever takes the numbers further loses nothing
-    numbers = forces.drop(columns="reason") + 0.0
-    csv_lines: Any = numbers.to_csv(index=False, float_format="%.12g", lineterminator="\n")
-    return comments(MARK, answer.notes) + str(csv_lines)

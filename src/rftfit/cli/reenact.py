@@ -91,17 +91,18 @@ def reenact(
         print_line(table(["fault", "run of the first medium", "what it does"], rows, indent=""))
         return
     from rftfit.campaign.load import read_layout
-    from rftfit.lab.enact import prepare
+    from rftfit.lab.enact import copy_config, prepare
     from rftfit.lab.marker import MARKER, clear, find_earlier
     from rftfit.lab.plan import media_of, parse_directions
     from rftfit.lab.protocols import PROTOCOLS
+    from rftfit.lab.tracks import lacks_tracks
     from rftfit.store.links import refuse_links
 
     if live is not None:
-        config = _copied(config, live)
+        config = copy_config(config, live)
     places = read_layout(config)
     # the sheet is written last and cleared first, so where it is, the logs are
-    if if_missing and places.sheet.is_file() and not _lacks_tracks(places):
+    if if_missing and places.sheet.is_file() and not lacks_tracks(places):
         print_line(
             f"The run sheet {_from_root(places, places.sheet)} is there already: nothing to do."
         )
@@ -156,28 +157,6 @@ def reenact(
         print_line(f"  fault {planted_fault}")
     print_line(PLAINLY)
     print_line(f"{_from_root(places, places.raw / MARKER)} says the same.")
-
-
-def _copied(config: Path, live: Path) -> Path:
-    """Config of a folder, copied there where it has none."""
-    from rftfit.campaign.files import read_text
-    from rftfit.store import write_text
-    from rftfit.store.links import refuse_links, refuse_target_by_link
-
-    refuse_target_by_link(live)
-    refuse_links(live, ["config/config.yaml"])
-    live_config = live / "config" / "config.yaml"
-    if not live_config.is_file():
-        write_text(live_config, read_text(config, config.as_posix(), "config", 1_000_000))
-    return live_config
-
-
-def _lacks_tracks(places: Campaign) -> bool:
-    """Whether the medium of the robot was re-enacted before the robot itself could be."""
-    robot = places.config.robot
-    if robot is None or robot.runs is None or not (places.raw / robot.medium).is_dir():
-        return False
-    return not (places.raw / robot.runs).is_file()
 
 
 def _from_root(places: Campaign, path: Path) -> str:

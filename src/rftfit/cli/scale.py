@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from rftfit.campaign.problems import choose
 from rftfit.cli import options
-from rftfit.cli.output import check_target, comments, json_text, print_line, warn
+from rftfit.cli.output import check_target, print_answer, print_line, warn, write_csv
 from rftfit.errors import InputError
-
-if TYPE_CHECKING:
-    from rftfit.forces.medium_answer import MediumAnswer
 
 MARK = "# alpha table written by rftfit scale"
 """How the first line of such a file begins: only these are overwritten unasked."""
@@ -64,7 +61,6 @@ def scale(
     options.look_for_campaign(results)
     from rftfit.forces.medium_answer import answer_of_contacts, answer_of_pushes, answer_of_test
     from rftfit.model.shapes import describe_push, one_push
-    from rftfit.store import write_text
 
     file = contact_options.contacts
     no_push = alpha is None and not push_options
@@ -106,24 +102,11 @@ def scale(
             if pushes is not None:
                 alone = options.map_of(str(file), None, shapes, confidence, contacts)
             answer = answer_of_contacts(answer, alone, contacts, pushes)
-    print_line(json_text(answer.facts | {"alpha_table": str(output)}) if as_json else answer.text)
+    print_answer(answer, as_json, alpha_table=str(output))
     if answer.doubt:
         warn(f"warning: {answer.doubt}")
     # after the numbers are out: a folder that cannot be written must not hide them
-    write_text(output, _table_text(answer))
+    notes = [answer.description, f"_lo and _hi: {answer.level}"]
+    write_csv(output, answer.table(), MARK, notes, digits=6)
     if not as_json:
         print_line(f"Alpha {answer.where}: {output}")
-
-
-def _table_text(answer: MediumAnswer) -> str:
-    """Alpha by direction as csv: how it was made, the level of the intervals, a header row, the rows."""
-    lines = [",".join(answer.columns)]
-    for row in zip(*answer.columns.values(), strict=True):
-        # + 0.0 so that nothing is called -0
-        cells = [
-            cell if isinstance(cell, str) else f"{round(float(cell), 6) + 0.0:.6g}"
-            for cell in row[2:]
-        ]
-        lines.append(",".join([f"{row[0]:.2f}", f"{row[1]:.2f}", *cells]))
-    notes = [answer.description, f"_lo and _hi: {answer.level}"]
-    return comments(MARK, notes) + "\n".join(lines) + "\n"

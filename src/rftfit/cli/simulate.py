@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -11,19 +9,14 @@ import typer
 
 import rftfit
 from rftfit.cli import options
-from rftfit.cli.output import check_target, comments, json_text, print_line, warn
+from rftfit.cli.output import check_target, json_text, print_line, warn, write_csv, write_picture
 from rftfit.errors import InputError, OutputError
 from rftfit.store.links import refuse_target_by_link
-from rftfit.store.text import count, table
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    import pandas as pd
-
-    from rftfit.model.profiles import Profile
-    from rftfit.robot.config import Robot
-    from rftfit.robot.run import RobotRun
+    from rftfit.figures.animation import Picture
 
 
 MOTION = "motion.csv"
@@ -50,90 +43,17 @@ def check_folder(folder: Path, force: bool) -> None:
         )
 
 
-def write_motion(folder: Path, run: RobotRun, tail: pd.DataFrame, notes: Sequence[str]) -> None:
-    """Write motion and forces of the whole run as csv, and a figure of its last two strides, the tail."""
-    from rftfit.figures.robot import draw_motion
-    from rftfit.figures.style import content
-    from rftfit.store import write_bytes, write_text
-
-    assert run.series is not None
-    speed = f"{run.speed_cm_per_s:.6g} cm/s" if math.isfinite(run.speed_cm_per_s) else "none"
-    outcome = f"outcome: {run.outcome}; speed: {speed}"
-    head = comments(MARK, [*notes, outcome, "pitch: nose up is positive"])
-    body = run.series.table().to_csv(index=False, float_format="%.9g", lineterminator="\n")
-    write_text(folder / MOTION, head + body)
-    figure = draw_motion(tail)
-    # one format: three would take longer than the run
-    write_bytes(folder / FIGURE, content(figure, "png"))
-
-
-def write_animation(
-    folder: Path, robot: Robot, profile: Profile, run: RobotRun, samples: int, title: str
-) -> list[Path]:
-    """Write the last two strides as a gif, and as mp4 where ffmpeg is at hand; the files written."""
-    from rftfit.figures.animation import animation_frames, gif_bytes, mp4_bytes
-    from rftfit.robot.motion import element_series
+def write_animation(folder: Path, shots: Sequence[Picture], seconds: float) -> list[Path]:
+    """Write pictures, each shown for so long, as gif, and as mp4 where ffmpeg is at hand; list the files."""
+    from rftfit.figures.animation import gif_bytes, mp4_bytes
     from rftfit.store import write_bytes
 
-    assert run.series is not None
-    every = samples // 25  # pictures in a stride
-    tail = run.series.last(2 * samples)  # only what is shown is worked out
-    elements = element_series(robot, profile, run.condition, tail, every)
-    x, time = tail.x_cm[::every], tail.time_s[::every]
-    step = float(time[1] - time[0])
-    # up to four times slower than life, so that a stride of 5 Hz can be followed
-    slower = max(1.0, min(4.0, 0.03 / step))
-    if slower > 1:
-        title += f", {slower:.2g} times slower than life"
-    shots = animation_frames(elements, x, time, title)
-    write_bytes(folder / "animation.gif", gif_bytes(shots, step * slower))
-    movie = mp4_bytes(shots, step * slower)
-    if movie is None:
-        return [folder / "animation.gif"]
-    write_bytes(folder / "animation.mp4", movie)
-    return [folder / "animation.gif", folder / "animation.mp4"]
-
-
-def ranges(tail: pd.DataFrame) -> dict[str, tuple[float, float]]:
-    """Least and greatest of what matters over the last two strides, by column."""
-    names = ["velocity_x_cm_per_s", "z_cm", "pitch_deg"]
-    names += [n for n in tail.columns if n.startswith(("force_z_tripod", "force_x_tripod"))]
-    return {name: (float(tail[name].min()), float(tail[name].max())) for name in names}
-
-
-def format_run(run: RobotRun, tail: pd.DataFrame) -> str:
-    """Write a run, and its last two strides, for people."""
-    if run.outcome == "steady":
-        sd = run.speed_sd_cm_per_s
-        between = f", s.d. between strides {sd:.2g}" if math.isfinite(sd) else ""
-        speed = f"{run.speed_cm_per_s:.4g} cm/s (mean of the last {count(run.averaged, 'stride')}{between})"
-    else:
-        speed = "none"
-    lines = [f"Speed: {speed}", f"Outcome: {run.outcome} after {count(run.strides, 'stride')}"]
-    if run.reason:
-        lines[-1] += f": {run.reason}"
-    rows = [[name, f"{low:.4g}", f"{high:.4g}"] for name, (low, high) in ranges(tail).items()]
-    return "\n".join(lines) + "\n\n" + table(["last two strides", "least", "greatest"], rows)
-
-
-def run_as_json(
-    names: dict[str, str], run: RobotRun, tail: pd.DataFrame, files: dict[str, str]
-) -> str:
-    """Write a run as JSON."""
-    condition = asdict(run.condition)
-    facts = (
-        "speed_cm_per_s",
-        "speed_sd_cm_per_s",
-        "outcome",
-        "reason",
-        "warning",
-        "strides",
-        "averaged",
-    )
-    facts_of_run = {name: getattr(run, name) for name in facts}
-    return json_text(
-        names | condition | facts_of_run | {"last_two_strides": ranges(tail), "files": files}
-    )
+    written = [folder / "animation.gif"]
+    write_bytes(written[0], gif_bytes(shots, seconds))
+    if (movie := mp4_bytes(shots, seconds)) is not None:
+        written.append(folder / "animation.mp4")
+        write_bytes(written[1], movie)
+    return written
 
 
 @options.grouped
@@ -164,8 +84,11 @@ def simulate(
     arrow. x is forward, z up; a pitch above 0 is nose up.
     """
     medium_options.check(se)
+    from rftfit.figures.animation import animate_run
+    from rftfit.figures.robot import draw_motion
+    from rftfit.robot.answer import SimulationAnswer
     from rftfit.robot.config import paper_robot, read_robot
-    from rftfit.robot.motion import SAMPLES, tail_of
+    from rftfit.robot.motion import SAMPLES
 
     body = paper_robot() if robot is None else read_robot(robot)
     source = medium_options.find(se)
@@ -176,32 +99,30 @@ def simulate(
         )
     except ValueError as error:
         raise InputError(str(error)) from error
-    tail = tail_of(run, SAMPLES)
-    names = {"robot": body.title, "profile": source.name}
-    condition = f"{frequency:g} Hz, R'/r = {curvature:g}"
+    answer = SimulationAnswer(body.title, source.name, run)
     files = {"motion": str(output / MOTION), "figure": str(output / FIGURE)}
     if animation:
         files["animation"] = str(output / "animation.gif")
     if as_json:
-        print_line(run_as_json(names, run, tail, files))
+        print_line(json_text(answer.as_dict() | {"files": files}))
     else:
-        print_line(
-            f"Robot: {body.title}, {condition}\nProfile: {source.name}\n\n{format_run(run, tail)}\n"
-        )
-    if run.warning:
-        warn(f"warning: {run.warning}")
-    if run.outcome != "steady":
-        warn(f"warning: no steady speed: {run.outcome}")
+        print_line(answer.summary() + "\n")
+    for doubt in answer.doubts:
+        warn(f"warning: {doubt}")
     # after the numbers are out: a folder that cannot be written must not hide them
-    write_motion(output, run, tail, [body.title, condition, source.name])
+    assert run.series is not None
+    write_csv(output / MOTION, run.series.table(), MARK, answer.notes, digits=9)
+    # one format: three would take longer than the run
+    write_picture(output / FIGURE, draw_motion(answer.tail))
     if not as_json:
         print_line(f"Motion and forces: {files['motion']}\nFigure: {files['figure']}")
     if animation:
-        animation_path = write_animation(
-            output, body, source, run, SAMPLES, f"{body.title}, {condition}"
+        shots, seconds = animate_run(
+            body, source, run, SAMPLES, f"{body.title}, {answer.condition}"
         )
+        written = write_animation(output, shots, seconds)
         if not as_json:
-            print_line(f"Animation: {', '.join(map(str, animation_path))}")
+            print_line(f"Animation: {', '.join(map(str, written))}")
 
 
 SWEEP = tuple(f"results/robot_full/{name}.csv" for name in ("speed", "optimum", "errors"))

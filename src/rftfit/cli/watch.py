@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-import math
-import time
 from contextlib import suppress
 from functools import partial
 from threading import Event as Signal
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated
 
 import typer
 
 from rftfit.cli import options
 from rftfit.cli.output import json_text, print_line
 from rftfit.cli.plan import TARGETS, wanted
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
 
 _POLL_S = 0.5
 
@@ -58,6 +53,7 @@ def watch(
     Nothing is written below `results/`; `rftfit run` makes the same numbers later. The live page is for
     this machine alone. Ctrl-C ends it.
     """
+    from rftfit.bench.events import Event
     from rftfit.bench.page import page_of
     from rftfit.bench.server import LivePage
     from rftfit.bench.watch import Watch
@@ -66,21 +62,17 @@ def watch(
     page = None if no_page else LivePage(port)
     asked = page.asked if page else Signal()
 
-    def tell(kind: str, facts: Mapping[str, Any]) -> None:
-        text = (
-            json_text({"event": kind, **facts}, indent=None)
-            if as_json
-            else format_event(kind, facts)
-        )
-        if text:
-            print_line(text)
+    def tell(event: Event) -> None:
+        sentence = json_text(event.as_dict(), indent=None) if as_json else event.summary()
+        if sentence:
+            print_line(sentence)
 
     if page:
-        tell("page", {"address": page.address})
+        tell(Event("page", {"address": page.address}))
     with suppress(KeyboardInterrupt):
         while True:
             for event in watched.step():
-                tell(event.kind, event.facts)
+                tell(event)
                 if page and not event.facts.get("first"):
                     page.show(partial(page_of, watched), changed=True)
             if page:
@@ -89,41 +81,3 @@ def watch(
             if stop is not None and media and all(medium.width <= stop for medium in media):
                 return
             asked.wait(_POLL_S)
-
-
-def format_event(kind: str, facts: Mapping[str, Any]) -> str:
-    """Tell an event to people; empty where it is not worth a line."""
-    lines: list[str] = []
-    if kind == "page":
-        lines = [f"live page, for this machine alone: {facts['address']}"]
-    elif kind == "problem":
-        lines = [f"{'solved' if facts['solved'] else facts['severity']}: {facts['text']}"]
-    elif kind == "file":
-        lines = [f"{facts['file']}: no row of the run sheet names it, so it is not opened"]
-        lines += [f"a row for it has {facts['row']}"] if facts["row"] else []
-    elif kind == "withdrawn":
-        lines = [f"{facts['run_id']}: withdrawn, {facts['why']}"]
-    elif kind == "push" and not facts["first"]:
-        text = f"{facts['run_id']} (row {facts['row']}): {facts['state']}"
-        for c in "zx":
-            alpha, low, high = (facts[f"alpha_{c}{end}_N_per_cm3"] for end in ("", "_lo", "_hi"))
-            text += (
-                f", alpha_{c} {alpha:.4g} [{low:.4g}, {high:.4g}]" if math.isfinite(alpha) else ""
-            )
-        late = facts["seconds_since_change"]
-        text += f"; {late:.1f} s after its last change" if math.isfinite(late) else ""
-        lines = [text, *(f"flag: {flag['text']}" for flag in facts["flags"]), facts["reason"]]
-    elif kind == "medium":
-        states = ", ".join(f"{number} {state}" for state, number in facts["states"].items())
-        width, before = facts["half_width_percent"], facts["before_percent"]
-        text = f"{facts['medium']}: {states}"
-        text += f"; {facts['target']} +-{width:.2g} %" if math.isfinite(width) else ""
-        text += f", before {before:.2g} %" if math.isfinite(before) else ""
-        pushes = dict.fromkeys(f"({row['beta_deg']}, {row['gamma_deg']})" for row in facts["next"])
-        next_pushes = f"next (beta, gamma), deg: {', '.join(pushes)}" if pushes else ""
-        lines = [text, facts["verdict"], next_pushes]
-        lines += [
-            f"check {check['check']} fails, {check['effect']}: {check['sentence']}"
-            for check in facts["checks"]
-        ]
-    return time.strftime("%H:%M:%S  ") + "\n          ".join(filter(None, lines)) if lines else ""

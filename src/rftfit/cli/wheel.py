@@ -10,14 +10,20 @@ import typer
 
 import rftfit
 from rftfit.cli import options
-from rftfit.cli.output import check_picture, check_target, comments, json_text, print_line
+from rftfit.cli.output import (
+    check_picture,
+    check_target,
+    print_answer,
+    print_line,
+    write_csv,
+    write_picture,
+)
 from rftfit.errors import CollectedErrors, InputError
 
 if TYPE_CHECKING:
     import pandas as pd
 
     from rftfit.forces.mesh import Mesh
-    from rftfit.forces.wheel import WheelAnswer
     from rftfit.model.profiles import Profile
 
 MARK = "# wheel written by rftfit wheel"
@@ -115,7 +121,6 @@ def wheel(
     Prints one row a slip and writes it as csv. Which faces count (rule) and the friction are named in every output.
     """
     from rftfit.forces.wheel import read_measured_runs
-    from rftfit.store import write_bytes, write_text
 
     medium_options.check(se)
     if measured is not None and figure is None:
@@ -123,12 +128,16 @@ def wheel(
     inputs = CollectedErrors()
     shape: Mesh | None = None
     points: pd.DataFrame | None = None
-    numbers: dict[str, list[float] | None] = {}
+    numbers: dict[str, list[float]] = {}
     with inputs.collect():
         shape = _read_wheel(mesh, unit, edge, drawing)
     with inputs.collect():
         words = {"--slip": slip, "--load": load, "--sinkage": sinkage}
-        numbers = {name: _numbers(name, word) for name, word in words.items()}
+        numbers = {
+            name: options.parse_numbers(name, word)
+            for name, word in words.items()
+            if word is not None
+        }
         if load is None and sinkage is None:
             raise InputError(
                 "found neither --load nor --sinkage; allowed: --load N, --sinkage CM, or both"
@@ -145,15 +154,15 @@ def wheel(
     inputs.check()
     read = (mesh, measured, medium_options.profile_file, medium_options.pushes)
     check_target(output, MARK, "table", force, read)
-    ending = check_picture(figure, "--figure", _DRAWN, force) if figure is not None else ""
+    check_picture(figure, _DRAWN, force)
     assert shape is not None
     try:
         answer = rftfit.wheel(
             source,
             shape,
-            numbers["--slip"] or [],
-            sinkage_cm=_one_or_all(numbers["--sinkage"]),
-            load_N=_one_or_all(numbers["--load"]),
+            numbers["--slip"],
+            sinkage_cm=_one_or_all(numbers.get("--sinkage")),
+            load_N=_one_or_all(numbers.get("--load")),
             friction=friction,
             track=not no_track,
             rim_cm=rim,
@@ -164,13 +173,11 @@ def wheel(
     except ValueError as error:
         raise InputError(str(error)) from error
     files = {"table": str(output)} | ({"figure": str(figure)} if figure else {})
-    print_line(json_text(answer.as_dict() | files) if as_json else answer.summary())
+    print_answer(answer, as_json, **files)
     # after the numbers are out: a folder that cannot be written must not hide them
-    write_text(output, _table_text(answer))
+    write_csv(output, answer.table, MARK, [*answer.lines, *answer.notes], digits=9)
     if figure is not None:
-        from rftfit.figures.style import content
-
-        write_bytes(figure, content(rftfit.draw_wheel(answer, points), ending, _DRAWN))
+        write_picture(figure, rftfit.draw_wheel(answer, points), _DRAWN)
     if not as_json:
         print_line(f"\nTable: {output}" + (f"; figure: {figure}" if figure else ""))
 
@@ -184,7 +191,7 @@ def _read_wheel(
     if drawing is not None:
         if unit is not None or edge is not None:
             raise InputError("found --unit or --edge without --mesh FILE, to which they belong")
-        sizes = _numbers("--drawing", drawing) or []
+        sizes = options.parse_numbers("--drawing", drawing)
         numbers = [*sizes, *_WITHOUT_LUGS[len(sizes) - 2 :]]
         if len(sizes) not in (2, 4, 5) or numbers[3] != int(numbers[3]):
             raise InputError(
@@ -212,28 +219,5 @@ def _has_numbers(shape: Mesh | None, friction: float | None, table: Profile) -> 
     return shape is None or has_number(table, shape, friction)
 
 
-def _numbers(option: str, words: str | None) -> list[float] | None:
-    """Read numbers with commas between them."""
-    if words is None:
-        return None
-    try:
-        return [float(word) for word in words.split(",")]
-    except ValueError:
-        raise InputError(
-            f"{option}: found '{words}'; allowed: a number, or several with commas between them, as 0.1,0.3"
-        ) from None
-
-
 def _one_or_all(numbers: list[float] | None) -> Any:
     return numbers[0] if numbers is not None and len(numbers) == 1 else numbers
-
-
-def _table_text(answer: WheelAnswer) -> str:
-    """One row a slip as csv below notes on what was predicted from what; an empty cell is NaN."""
-    columns: Any = answer.table.copy()
-    numbers = columns.columns != "reason"
-    # + 0.0 so that nothing is called -0
-    columns.loc[:, numbers] += 0.0
-    notes = [*answer.lines, *answer.notes]
-    rows = columns.to_csv(index=False, float_format="%.9g", lineterminator="\n")
-    return comments(MARK, notes) + str(rows)

@@ -10,11 +10,11 @@ import math
 
 import numpy as np
 
-from rftfit.compare.chosen import chosen
 from rftfit.compare.joint import RunSlopes, prior_of_media
 from rftfit.conventions import FloatArray
 from rftfit.directions import TOLERANCE_DEG, beta_apart, number_directions
 from rftfit.measure.verdict_words import PULLS
+from rftfit.store.chosen import chosen
 
 AXES = {
     "as-given": ((1, 0), (0, 1)),
@@ -28,7 +28,7 @@ AXES = {
 }
 """Axes that a configuration can give by mistake: what to do with (z, x) to put them right."""
 
-_CHOSEN = chosen("axes")
+_CHOSEN = chosen("compare", "axes")
 
 _SIZES = np.exp(np.linspace(-1.0, 0.6, 9))
 """Sizes of the medium relative to the size of its alpha, over which the evidence is summed."""

@@ -17,7 +17,6 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from rftfit.compare.chosen import chosen
 from rftfit.conventions import FloatArray
 from rftfit.directions import TOLERANCE_DEG, number_directions
 from rftfit.errors import InputError
@@ -32,9 +31,10 @@ from rftfit.measure.repeats import (
     unit_vectors,
     usual_scatter,
 )
+from rftfit.store.chosen import chosen
 from rftfit.store.text import count, table
 
-_CHOSEN = chosen("contrast")
+_CHOSEN = chosen("compare", "contrast")
 
 PRIOR_ALONG = math.hypot(USUAL_BED_SPREAD, _CHOSEN.prior_across)
 """Scatter along the force before any repeat is seen, relative to alpha: of beds as a whole and of their patches."""

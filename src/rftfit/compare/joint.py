@@ -27,11 +27,11 @@ import numpy as np
 import numpy.typing as npt
 from scipy.special import ndtr, stdtrit
 
-from rftfit.compare.chosen import chosen
 from rftfit.conventions import FloatArray
 from rftfit.directions import TOLERANCE_DEG, angles_of_directions, beta_apart, number_directions
 from rftfit.measure.errors import USUAL_BED_SPREAD
 from rftfit.model.run_model import Freedom, RunGaussian, Scatter, outer, prior_at
+from rftfit.store.chosen import chosen
 
 FALSE_ALARMS = 0.01
 """Rate at which a sound campaign is said to have some shared cause."""
@@ -51,7 +51,7 @@ class Kind(NamedTuple):
     unit: str = ""
 
 
-_CHOSEN, _RUNS = chosen("causes"), chosen("runs")
+_CHOSEN, _RUNS = chosen("compare", "causes"), chosen("compare", "runs")
 
 KINDS = {name: Kind(*numbers) for name, numbers in _CHOSEN.kinds.items()}
 

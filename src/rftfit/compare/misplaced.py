@@ -17,16 +17,16 @@ import pandas as pd
 
 from rftfit.campaign.sheet import Run
 from rftfit.compare.axes import AXES
-from rftfit.compare.chosen import chosen
 from rftfit.compare.joint import RunSlopes, prior_of_media
 from rftfit.conventions import FloatArray
 from rftfit.directions import number_directions
 from rftfit.measure.fits import filed_under
 from rftfit.measure.verdict_words import BETA_ROWS, ROWS
+from rftfit.store.chosen import chosen
 
 MISPLACED_COLUMNS = ["medium", "mistake", "rows", "log_bayes_factor", "n_runs", "run_ids"]
 
-_CHOSEN, _AXES = chosen("misplaced"), chosen("axes")
+_CHOSEN, _AXES = chosen("compare", "misplaced"), chosen("compare", "axes")
 _AT_ONCE = 100
 """Most directions whose covariance is computed together; only the blocks of single directions are used."""
 

@@ -15,7 +15,6 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from rftfit.compare.chosen import chosen
 from rftfit.conventions import FloatArray
 from rftfit.directions import TOLERANCE_DEG, number_directions, same_direction
 from rftfit.measure.alpha import column
@@ -23,6 +22,7 @@ from rftfit.measure.errors import USUAL_BED_SPREAD
 from rftfit.measure.repeats import unit_vectors
 from rftfit.measure.verdict_words import MAP, PAIR, REPEATS
 from rftfit.model.shapes import published_shapes
+from rftfit.store.chosen import chosen
 
 COLUMNS = [
     "medium",
@@ -40,7 +40,7 @@ COLUMNS = [
     "known_z_ratio",
     "known_x_ratio",
 ]
-_CHOSEN = chosen("peers")
+_CHOSEN = chosen("compare", "peers")
 
 
 def compare_runs(

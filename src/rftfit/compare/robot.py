@@ -21,6 +21,7 @@ from rftfit.compare.published import (
 )
 from rftfit.conventions import FloatArray
 from rftfit.measure.flags import REASON, reason_cells, remark
+from rftfit.model.draws import DRAWS
 from rftfit.robot.intervals import BEST, half_widths
 from rftfit.robot.speeds import share_within
 from rftfit.robot.sweep import best_curvature
@@ -195,7 +196,6 @@ COLUMNS = [
 reading is the range within which the points of the sweep leave the top."""
 
 FEWEST_CURVATURES = 5
-DRAWS = 1000
 WINDOW = 0.2
 _SEED = 2013
 

@@ -18,7 +18,10 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from rftfit.conventions import FloatArray
+    from rftfit.model.profiles import Profile
+    from rftfit.robot.config import Robot
     from rftfit.robot.motion import ElementSeries
+    from rftfit.robot.run import RobotRun
 
     Picture = npt.NDArray[np.uint8]
 
@@ -28,6 +31,31 @@ _AHEAD_CM, _BEHIND_CM, _ABOVE_CM, _BELOW_CM = 12.0, 12.0, 7.0, 4.0
 _LONGEST_CM = 4.0
 _BODY = "#444444"
 _TRIPODS = ("blue", "sky blue", "bluish green", "reddish purple")
+
+
+_MOST_SLOWED, _PICTURE_S = 4.0, 0.03
+"""Pictures are slowed down to so long each, up to four times slower than life, so that a stride of 5 Hz can be followed."""
+
+_PICTURES = 25
+"""Pictures in a stride."""
+
+
+def animate_run(
+    robot: Robot, profile: Profile, run: RobotRun, samples: int, title: str
+) -> tuple[list[Picture], float]:
+    """Draw the last two strides of a run with so many samples a stride; also the seconds of a picture."""
+    from rftfit.robot.motion import element_series
+
+    assert run.series is not None
+    every = samples // _PICTURES
+    tail = run.series.last(2 * samples)  # only what is shown is worked out
+    elements = element_series(robot, profile, run.condition, tail, every)
+    x, time = tail.x_cm[::every], tail.time_s[::every]
+    step = float(time[1] - time[0])
+    slower = max(1.0, min(_MOST_SLOWED, _PICTURE_S / step))
+    if slower > 1:
+        title += f", {slower:.2g} times slower than life"
+    return animation_frames(elements, x, time, title), step * slower
 
 
 @style.styled()

@@ -127,7 +127,7 @@ def _draw_panel(axes: Axes, runs: Sequence[Trace], tests: Sequence[Mapping[str, 
             along = alpha * np.array(ends_of)
             axes.plot(ends_of, along, color=colour, linestyle=dashes, linewidth=width)
         top += [alpha * end, *([high * end] if np.isfinite(high) else [])]
-        if name == "detected" and np.isfinite(window) and not _is_whole(fits[name]):
+        if name == "detected" and np.isfinite(window) and not _is_linear_to_its_end(fits[name]):
             axes.axvline(window, color=colour, linestyle=":", linewidth=0.9)
     fit_names = [name for name in _FITS if any(name in fits for fits in tests)]
     missing += [f"no fit over the {name} window" for name in fit_names if name not in drawn_fits]
@@ -141,7 +141,7 @@ def _draw_panel(axes: Axes, runs: Sequence[Trace], tests: Sequence[Mapping[str, 
         axes.text(0.04, 0.96, "\n".join(missing), transform=axes.transAxes, **text_style)
 
 
-def _is_whole(row: Row | None) -> bool:
+def _is_linear_to_its_end(row: Row | None) -> bool:
     """Whether the test ended before its linear regime did."""
     return row is not None and has(row, "no-linear-end")
 
@@ -167,7 +167,7 @@ def _note(tests: Sequence[Mapping[str, Row]]) -> str:
             ends = f"{style.format_number(low)}\N{EN DASH}{style.format_number(high)}"
             span = ends if np.isfinite(low) else "no interval"
             place = f"{name}, {style.format_number(end, 2)} cm"
-            if _is_whole(fits.get(name)):
+            if _is_linear_to_its_end(fits.get(name)):
                 place = f"no end in {style.format_number(end, 2)} cm"
             lines.append(
                 rf"{place}: $\alpha_z$ = {style.format_number(alpha)} ({span}) {style.PER_CM3}"

@@ -37,6 +37,21 @@ class MediumAnswer:
     where: str
     doubt: str = ""
 
+    def summary(self) -> str:
+        """Return the text for people."""
+        return self.text
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the facts for scripts."""
+        return self.facts
+
+    def table(self) -> pd.DataFrame:
+        """Alpha by direction as it is written: angles to 0.01 degrees, numbers to 1e-6 N/cm^3."""
+        written = pd.DataFrame(self.columns).round(6)
+        angles = list(written)[:2]
+        written[angles] = written[angles].map("{:.2f}".format)
+        return written
+
 
 def answer_of_test(scaled: ScaledMedium) -> MediumAnswer:
     """One penetration test by the paper's routine."""

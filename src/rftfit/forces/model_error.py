@@ -60,8 +60,7 @@ TESTED_SPEED_CM_PER_S = 11.0
 """Greatest speed of a point of these bodies."""
 
 SEED = 28
-DRAWS = 1000
-"""Draws of the error where alpha has none."""
+"""Seed of the draws of the error where alpha has none."""
 
 _LOAD_POSES = 60
 """Poses in which the load is calculated; between them it is interpolated."""

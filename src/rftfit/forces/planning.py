@@ -6,24 +6,28 @@ covariance of target and alpha at all nodes, conditioned on one push after the o
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
+from rftfit.campaign.config import Fit
 from rftfit.campaign.problems import choose
 from rftfit.conventions import FloatArray
+from rftfit.directions import TOLERANCE_DEG
 from rftfit.forces.contacts import Contact
 from rftfit.forces.motion import Motion, rotation
 from rftfit.forces.outlines import Outline
 from rftfit.forces.plane import force_draws, forces_on
 from rftfit.measure.slopes import GIVEN_DOF, student_quantile
+from rftfit.model.draws import DRAWS
 from rftfit.model.observations import ObservedSystem
 from rftfit.model.profiles import TableProfile
 from rftfit.model.scaling import vertical_penetration
 from rftfit.model.shapes import (
-    DRAWS,
     LEAST_PERCENT,
     SEED,
     USUAL_PERCENT,
@@ -35,6 +39,7 @@ from rftfit.model.shapes import (
     root,
     usual_error,
 )
+from rftfit.store.text import table as format_table
 
 Numbers = Callable[[FloatArray, Map], FloatArray]
 
@@ -176,6 +181,8 @@ class Plan:
     steps : tuple of Step
         The first has no push: it is what is known now.
     confidence : float
+    made_already : int, optional
+        Pushes that were made before.
 
     Examples
     --------
@@ -189,6 +196,7 @@ class Plan:
     parts: tuple[str, ...]
     steps: tuple[Step, ...]
     confidence: float
+    made_already: int = 0
 
     def table(self) -> pd.DataFrame:
         """The pushes and what is known after each.
@@ -210,6 +218,45 @@ class Plan:
         table = pd.DataFrame(rows, columns=names)
         turns = [step.turn for step in self.steps]
         return table.assign(turn=turns) if any(turns) else table
+
+    def summary(self) -> str:
+        """Format the pushes in their order, with the half width after each, and how many are enough."""
+        rows = []
+        for push in self.table().to_dict("records"):
+            where = ["now", "", ""]
+            if push.get("turn"):
+                where = [f"turn of {push['turn']}", "", f"{push['runs']}"]
+            elif push["push"]:
+                way = "down and back" if push["way_back"] else ""
+                where = [f"({push['beta_deg']:g}, {push['gamma_deg']:.4g})", way, f"{push['runs']}"]
+            rows.append([str(push["push"]), *where, f"{push['half_width_percent']:.1f} %"])
+        head = ["push", "(beta, gamma), deg", "", "runs so far", "half width"]
+        widths = [100 * step.typical for step in self.steps]
+        enough_for = ""
+        for limit in _ROUND_PERCENTS:
+            if widths[0] > limit and min(widths) <= limit:
+                enough = next(i for i, half_width in enumerate(widths) if half_width <= limit)
+                pushes = "1 push" if enough == 1 else f"{enough} pushes"
+                enough_for = f"\n{pushes} are enough for {self.target} within {limit} %."
+        before = f"{self.made_already} made already" if self.made_already else "none made yet"
+        return (
+            f"Pushes for {self.target}, {before}\n\n{format_table(head, rows)}\n\n"
+            f"Half width of the {100 * self.confidence:g} % interval, relative, root mean square over "
+            f"{'; '.join(self.parts)}.{enough_for}"
+        )
+
+    def as_dict(self) -> dict[str, Any]:
+        """Give target and pushes as plain numbers, words and lists; angles of no direction are NaN."""
+        return {
+            "target": self.target,
+            "parts": list(self.parts),
+            "confidence": self.confidence,
+            "pushes": self.table().to_dict("records"),
+        }
+
+
+_ROUND_PERCENTS = (30, 20, 15, 10, 5)
+"""Half widths, %, of which the least that a plan reaches is named with the pushes that it takes."""
 
 
 def push_rows(step: Step, depths_cm: Sequence[float]) -> list[dict[str, str]]:
@@ -295,35 +342,35 @@ def plan(
     turns_left = {body.name: turn_rows(current_map, body, motion) for body, motion in turns}
     steps = [Step((), 0, quantile * np.sqrt(np.diag(covariance)[size:]))]
     for _ in range(count):
-        before = np.diag(covariance)[size:].sum()
         gains = []
         for places, runs, _ in choices:
-            across = covariance[size:, places]
             seen = covariance[np.ix_(places, places)] + np.diag(noise[places])
-            less = float(np.sum(across * np.linalg.solve(seen, across.T).T))
-            gains.append(-np.log(max(1 - less / max(before, _NONE), 1e-12)) / runs)
-        turn, gain = "", float(np.max(np.round(gains, 9)))
-        for name, (weights, errors) in turns_left.items():
-            across = covariance[size:, :size] @ weights.T
-            seen = weights @ covariance[:size, :size] @ weights.T + np.diag(errors**2)
-            less = float(np.sum(across * np.linalg.solve(seen, across.T).T))
-            gain_of_turn = -np.log(max(1 - less / max(before, _NONE), 1e-12))
-            if gain_of_turn > gain:
-                turn, gain = name, gain_of_turn
-        if turn:
-            weights, errors = turns_left.pop(turn)
-            across = covariance[:, :size] @ weights.T
-            seen = weights @ across[:size] + np.diag(errors**2)
-            covariance = covariance - across @ np.linalg.solve(seen, across.T)
-            variance_left = np.maximum(np.diag(covariance)[size:], 0.0)
-            steps.append(Step((), 1, quantile * np.sqrt(variance_left), turn))
-            continue
-        places, runs, directions = choices[int(np.argmax(np.round(gains, 9)))]
+            gains.append(_gain(covariance[size:, places], seen, covariance, size) / runs)
+        best = int(np.argmax(np.round(gains, 9)))
+        places, runs, directions = choices[best]
+        across = covariance[:, places]
         seen = covariance[np.ix_(places, places)] + np.diag(noise[places])
-        covariance = covariance - covariance[:, places] @ np.linalg.solve(seen, covariance[places])
+        turn, gain = "", float(np.round(gains[best], 9))
+        for name, (weights, errors) in turns_left.items():
+            across_turn = covariance[:, :size] @ weights.T
+            seen_turn = weights @ across_turn[:size] + np.diag(errors**2)
+            gain_of_turn = _gain(across_turn[size:], seen_turn, covariance, size)
+            if gain_of_turn > gain:
+                turn, gain, across, seen = name, gain_of_turn, across_turn, seen_turn
+        if turn:
+            turns_left.pop(turn)
+            runs, directions = 1, ()
+        covariance = covariance - across @ np.linalg.solve(seen, across.T)
         variance_left = np.maximum(np.diag(covariance)[size:], 0.0)
-        steps.append(Step(directions, runs, quantile * np.sqrt(variance_left)))
-    return Plan(target.name, target.parts, tuple(steps), confidence)
+        steps.append(Step(directions, runs, quantile * np.sqrt(variance_left), turn))
+    return Plan(target.name, target.parts, tuple(steps), confidence, current_map.pushes)
+
+
+def _gain(across: FloatArray, seen: FloatArray, covariance: FloatArray, size: int) -> float:
+    """Logarithm by which a measurement narrows the variance of the target, which stands in the rows from `size` on."""
+    less = float(np.sum(across * np.linalg.solve(seen, across.T).T))
+    before = max(np.diag(covariance)[size:].sum(), _NONE)
+    return -math.log(max(1 - less / before, 1e-12))
 
 
 def turn_rows(medium_map: Map, body: Outline, motion: Motion) -> tuple[FloatArray, FloatArray]:
@@ -405,14 +452,17 @@ def reachable(
     near = np.ones(angles.shape[1], dtype=bool)
     for angles_of_map, angles_asked in zip(angles, (beta_deg, gamma_deg), strict=True):
         if len(angles_asked):
-            near &= np.abs(angles_of_map[:, None] - np.asarray(angles_asked)).min(axis=1) < 0.5
+            near &= (
+                np.abs(angles_of_map[:, None] - np.asarray(angles_asked)).min(axis=1)
+                < TOLERANCE_DEG
+            )
     return tuple((beta, gamma) for beta, gamma in angles[:, near].T.tolist())
 
 
 SHEET_COLUMNS = (
     "run_id,kind,medium,intruder,direction,beta_deg,gamma_deg,depth_cm,force_log,motion_log"
 )
-_DEPTHS_CM = (2.54, 5.08, 7.62)
+_DEPTHS_CM = Fit().horizontal_depths_cm
 
 
 def run_sheet_rows(plan: Plan) -> str:

@@ -29,7 +29,7 @@ from rftfit.forces.peaks import (
 )
 from rftfit.forces.plane import QUANTITIES
 from rftfit.measure.errors import half_width_of_bed
-from rftfit.model.draws import beside_name, end_names, model_end_names, next_end_names
+from rftfit.model.draws import DRAWS, beside_name, end_names, model_end_names, next_end_names
 from rftfit.model.known import profile_of
 from rftfit.model.profiles import FourierProfile, KnownMedium, Profile
 from rftfit.model.scaling import ScaledMedium
@@ -69,8 +69,8 @@ def predict(
         driven. Default: as the law gives it; the surface of the measured plates is in their map.
     model_error : float, optional
         Relative error of the model itself, beside that of alpha (`rftfit.forces.model_error`). Default: that of
-        the profile, 0.28 as on measured legs or more, of tables and maps (of a solid in space, by direction, 1.39 times
-        that); of another profile none is known. 0: none.
+        the profile, `EPS` of measured legs or more, of tables and maps (of a solid in space, by direction,
+        `SPACE_OVER_PLANE` times that); of another profile none is known. 0: none.
     body_error : BodyError, optional
         What the model gets wrong on this body, learned in other media (`learn_body_error`): force and interval are
         blended with it by their errors. It takes the place of `model_error`.
@@ -230,7 +230,7 @@ class _Prediction:
     ) -> None:
         self.moving, self.profile, self.error, self.confidence = moving, profile, error, confidence
         self.best = moving.best(profile)
-        self.draws = errors.DRAWS
+        self.draws = DRAWS
         if isinstance(profile.spread, Profile):
             self.draws = len(profile.spread.parameters[0])
         if error.body_error is not None:

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from rftfit.campaign.config import Config
+from rftfit.campaign.files import read_text
 from rftfit.lab.dialects import WRITERS, dialect_of
 from rftfit.lab.marker import remove, write_marker
 from rftfit.lab.plan import PlannedRun, media_of, plan_runs
@@ -30,6 +31,7 @@ from rftfit.lab.rig import (
 from rftfit.lab.tracks import track_files
 from rftfit.lab.write import force_log_columns, log_header, motion_columns, sheet_text
 from rftfit.store import open_growing, write_bytes, write_text
+from rftfit.store.links import refuse_links, refuse_target_by_link
 from rftfit.version import __version__
 
 
@@ -219,3 +221,13 @@ def run_logs(
         logs[run.zero_log] = written(force_log_columns(unloaded, unit), head)
     logs[run.force_log] = damage_bytes(faults, written(forces, head), dialect)
     return logs | ({run.motion_log: None} if "missing_tare" in faults else {})
+
+
+def copy_config(config: Path, live: Path) -> Path:
+    """Copy the config into a folder that has none, and return its path there."""
+    refuse_target_by_link(live)
+    refuse_links(live, ["config/config.yaml"])
+    live_config = live / "config" / "config.yaml"
+    if not live_config.is_file():
+        write_text(live_config, read_text(config, config.as_posix(), "config", 1_000_000))
+    return live_config

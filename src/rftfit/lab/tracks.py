@@ -13,6 +13,7 @@ import numpy as np
 
 from rftfit import reference
 from rftfit.campaign.config import Config
+from rftfit.campaign.load import Campaign
 from rftfit.lab.plan import FloatArray
 from rftfit.lab.write import fixed
 
@@ -47,31 +48,21 @@ def plan_trials(config: Config, seed: int) -> list[RobotTrial]:
     robot = config.robot
     if robot is None or robot.runs is None or config.media[robot.medium].published_as != MEDIUM:
         return []
-    table = reference.load("fig_4c")
-    table = table[table["stride_frequency_Hz"] > 0.01]
     trials = []
-    for curvature, rows_of_curvature in table.groupby(
-        table["curvature_times_Rprime"].astype(float)
-    ):
-        rows = zip(
-            rows_of_curvature["stride_frequency_Hz"],
-            rows_of_curvature["speed_cm_per_s"],
-            strict=True,
-        )
-        for number, (frequency, speed) in enumerate(rows, start=1):
-            sign = "m" if curvature < 0 else "p"
-            condition = f"k{sign}{abs(100 * curvature):03.0f}_{number}"
-            rng = _random(seed, condition)
-            off = rng.normal(0, _SPEED_SPREAD, TRIALS)
-            trial_speeds = speed * (1 + off - off.mean())
-            jitter = rng.normal(0, _FREQUENCY_SPREAD, TRIALS)
-            trial_frequencies = frequency * (1 + jitter - jitter.mean())
-            head = condition, robot.medium, float(curvature)
-            for letter, hz, cm_per_s in zip(
-                "abc", trial_frequencies.tolist(), trial_speeds.tolist(), strict=True
-            ):
-                run_id = f"robot_{condition}_{letter}"
-                trials.append(RobotTrial(run_id, *head, hz, cm_per_s, f"tracks/{run_id}.csv"))
+    for curvature, number, frequency, speed in reference.running_speeds():
+        sign = "m" if curvature < 0 else "p"
+        condition = f"k{sign}{abs(100 * curvature):03.0f}_{number}"
+        rng = _random(seed, condition)
+        off = rng.normal(0, _SPEED_SPREAD, TRIALS)
+        trial_speeds = speed * (1 + off - off.mean())
+        jitter = rng.normal(0, _FREQUENCY_SPREAD, TRIALS)
+        trial_frequencies = frequency * (1 + jitter - jitter.mean())
+        head = condition, robot.medium, curvature
+        for letter, hz, cm_per_s in zip(
+            "abc", trial_frequencies.tolist(), trial_speeds.tolist(), strict=True
+        ):
+            run_id = f"robot_{condition}_{letter}"
+            trials.append(RobotTrial(run_id, *head, hz, cm_per_s, f"tracks/{run_id}.csv"))
     return trials
 
 
@@ -112,3 +103,11 @@ def track_files(config: Config, seed: int) -> dict[str, str]:
 def _random(seed: int, name: str) -> np.random.Generator:
     digest = hashlib.sha256(f"{seed} {name}".encode()).digest()
     return np.random.default_rng(int.from_bytes(digest[:8], "little"))
+
+
+def lacks_tracks(places: Campaign) -> bool:
+    """Whether the medium of the robot was re-enacted before the robot itself could be."""
+    robot = places.config.robot
+    if robot is None or robot.runs is None or not (places.raw / robot.medium).is_dir():
+        return False
+    return not (places.raw / robot.runs).is_file()

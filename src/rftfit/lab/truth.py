@@ -54,9 +54,12 @@ def force_over_run(
         in_segment = motion.segment == number
         if segment.moving:
             travel = motion.travel[in_segment]
-            grown = released = _share(travel, BUILD_UP)
+            grown = released = _grow_to_one(travel, BUILD_UP)
             if level and segment.phase == "stroke":
-                grown, released = 1 - np.exp(-travel / START_UP_CM), _share(travel, _RELEASE_CM)
+                grown, released = (
+                    1 - np.exp(-travel / START_UP_CM),
+                    _grow_to_one(travel, _RELEASE_CM),
+                )
             places = (
                 motion.x_cm[in_segment],
                 motion.z_cm[in_segment],
@@ -74,7 +77,7 @@ def force_over_run(
     return force[0], force[1]
 
 
-def _share(travel: FloatArray, length: float) -> FloatArray:
+def _grow_to_one(travel: FloatArray, length: float) -> FloatArray:
     """Grow smoothly from 0 to exactly 1 over `length`."""
     return 1 - np.clip(1 - travel / length, 0.0, 1.0) ** 2
 

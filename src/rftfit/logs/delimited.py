@@ -532,7 +532,7 @@ def _try(
     """Read the lines in one way; the score tells how well that goes."""
     printed = printed_marks([line.text for line in lines], delimiter)
     table = [cells_of(printed.plain(line.text), delimiter) or [] for line in lines]
-    shares = [_share(cells, decimal) for cells in table]
+    shares = [_share_of_numbers(cells, decimal) for cells in table]
     widths = [len(cells) for cells, share in zip(table, shares, strict=True) if share >= 0.5]
     if not widths:
         return None
@@ -596,7 +596,7 @@ def _header_above(above: Sequence[list[str]], width: int, decimal: str) -> tuple
     return (last, False) if _is_names(above[last], width, decimal) else (None, False)
 
 
-def _share(cells: Sequence[str], decimal: str) -> float:
+def _share_of_numbers(cells: Sequence[str], decimal: str) -> float:
     """Share of the cells that are numbers or times; of a row with blank cells that of the others."""
     plain = [plain_number(cell.strip()) for cell in cells]
     if len(plain) > 1 and not plain[-1]:  # a delimiter at the end of a line
@@ -610,7 +610,11 @@ def _share(cells: Sequence[str], decimal: str) -> float:
 
 def _is_names(cells: Sequence[str], width: int, decimal: str) -> bool:
     filled = [cell for cell in cells if cell.strip()]
-    return bool(filled) and abs(len(cells) - width) <= 1 and _share([*filled, ""], decimal) < 0.5
+    return (
+        bool(filled)
+        and abs(len(cells) - width) <= 1
+        and _share_of_numbers([*filled, ""], decimal) < 0.5
+    )
 
 
 def encoding_of(head: bytes) -> str:

@@ -12,6 +12,7 @@ from rftfit.measure.flags import Refused
 
 HOUR_S = 3600.0
 LONGEST_RAMP_S = 0.1
+"""Time in which the arm speeds up or slows down."""
 _JITTER_S = 0.1
 
 

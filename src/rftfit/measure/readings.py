@@ -329,7 +329,7 @@ def _without_hour_set_back(log: Log) -> Log:
     place = int(back[0])
     hours = round(-float(steps[place]) / hour)
     usual = float(np.median(steps))
-    if not hours or abs(steps[place] + hours * hour - usual) > _USUAL_STEPS * usual:
+    if not hours or abs(steps[place] + hours * hour - usual) > USUAL_STEPS * usual:
         return log
     ahead = time.copy()
     ahead[place + 1 :] += hours * hour
@@ -369,7 +369,7 @@ def _starts_again(forward: npt.NDArray[np.bool_]) -> bool:
     return bool(lengths.max(initial=0) > max(_LONGEST_BACK * forward.size, 20))
 
 
-_USUAL_STEPS = 1.5
+USUAL_STEPS = 1.5
 """A step longer than so many usual ones has lost a reading."""
 
 
@@ -382,5 +382,5 @@ def gaps(time: FloatArray, longest_s: float) -> FloatArray:
     steps = time[1:] - time[:-1]
     late = np.flatnonzero(steps > longest_s)
     if late.size:
-        late = late[steps[late] > _USUAL_STEPS * float(np.median(steps))]
+        late = late[steps[late] > USUAL_STEPS * float(np.median(steps))]
     return np.stack([time[late], time[late + 1]], axis=1)

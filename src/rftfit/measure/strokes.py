@@ -14,11 +14,11 @@ import numpy as np
 from rftfit.campaign.config import Arm
 from rftfit.campaign.sheet import Run
 from rftfit.conventions import FloatArray, direction, intrusion_angle
+from rftfit.directions import SAME_DEPTH_CM
 from rftfit.measure.clocks import flickers, moving_spans
 from rftfit.measure.flags import Refused
 
 UNDERGROUND_CM = 0.3
-DEPTH_TOLERANCE_CM = 0.1
 SHORTEST_CM = 0.1
 BOTTOM_CM = 0.02
 _CONTACT_CM = 0.1
@@ -384,7 +384,7 @@ def _check_plate(motion: IntruderPath, start: float, end: float, run: Run, arm: 
         raise Refused("other-angle", found=beta, stated=run.beta_deg, tolerance=tolerance)
     if run.direction == "horizontal":
         depth = -float(np.median(motion.z[inside]))
-        if abs(depth - run.depth_cm) > DEPTH_TOLERANCE_CM:
+        if abs(depth - run.depth_cm) > SAME_DEPTH_CM:
             raise Refused("other-depth", found=depth, stated=run.depth_cm)
 
 

@@ -14,7 +14,7 @@ from rftfit.campaign.spikes import find_plateau, find_steps, may_step
 from rftfit.conventions import FloatArray
 from rftfit.logs.base import Log, LogError
 from rftfit.measure import lab_frame
-from rftfit.measure.clocks import ClockFit
+from rftfit.measure.clocks import LONGEST_RAMP_S, ClockFit
 from rftfit.measure.flags import (
     ON_ARRIVAL,
     REPEATED,
@@ -26,7 +26,7 @@ from rftfit.measure.flags import (
 )
 from rftfit.measure.ledger import RowStatus
 from rftfit.measure.read import same_table
-from rftfit.measure.readings import AWAY_S, find_holds, gaps, rows_within
+from rftfit.measure.readings import AWAY_S, USUAL_STEPS, find_holds, gaps, rows_within
 from rftfit.measure.samples import PHASES
 from rftfit.measure.session_clocks import SessionClocks, find_clock, flags_of_clock
 from rftfit.measure.strokes import IntruderPath, find_stroke
@@ -55,7 +55,7 @@ def trace_run(
     time = clock.motion_time(readings.time)
     moving = _within(time, spans)
     # while the arm slows down a force stops growing by itself
-    readings, at_end = _up_to_end_of_amplifier(run, readings, _within(time, spans, -_RAMP_S))
+    readings, at_end = _up_to_end_of_amplifier(run, readings, _within(time, spans, -LONGEST_RAMP_S))
     good = ~readings.saturated
     path, surface = place_surface(
         config, run, path, time[good], readings.force[0, good], clock.se_s or 0.0
@@ -181,10 +181,7 @@ def _position_in_steps(path: IntruderPath, start: float, end: float) -> tuple[fl
     return hold_s, [in_steps]
 
 
-_RAMP_S = 0.1
-
-
-def _within(time: FloatArray, spans: FloatArray, ramp_s: float = _RAMP_S) -> np.ndarray:
+def _within(time: FloatArray, spans: FloatArray, ramp_s: float = LONGEST_RAMP_S) -> np.ndarray:
     """Tell which samples lie in a stretch of motion, and so long before and after it."""
     moving = np.zeros(time.size, dtype=bool)
     starts = np.searchsorted(time, spans[:, 0] - ramp_s, side="right")
@@ -276,7 +273,7 @@ def _find_steps(
         name, channel = lab_frame.CHANNELS[number], readings.channels[number]
         for step in find_steps(channel, rows):
             # over a gap a force may change by any amount
-            if readings.time[step.row] - readings.time[step.row - 1] > _USUAL_STEPS * step_s:
+            if readings.time[step.row] - readings.time[step.row - 1] > USUAL_STEPS * step_s:
                 continue
             what: dict[str, Any] = {
                 "channel": name,
@@ -293,10 +290,6 @@ def _find_steps(
                 count = before.indices(channel.size)
                 flags.append(remark("zero-steps", count=count[1] - count[0], side=side, **what))
     return flags, other_zero
-
-
-_USUAL_STEPS = 1.5
-"""The next reading comes within so many usual steps of time."""
 
 
 def _rest_of_zero(

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -56,6 +57,28 @@ class PressureSinkage:
     def pressure_Pa(self, sinkage_m: FloatArray, width_m: float) -> FloatArray:
         """Pressure at these depths under a plate of this width, of the shape of `sinkage_m`."""
         return np.asarray((self.k_c / width_m + self.k_phi) * sinkage_m**self.n)
+
+    @property
+    def doubt(self) -> str:
+        """What these pushes cannot tell, if anything."""
+        if len(self.widths_m) > 1:
+            return ""
+        return "plates of one width cannot tell k_c from k_phi: k_phi is their sum, k_c / b + k_phi, for this width"
+
+    def summary(self) -> str:
+        """Format the law, and the pushes that it stands on."""
+        interval = "" if math.isnan(self.n_lo) else f" ({self.n_lo:.3g} to {self.n_hi:.3g})"
+        widths = ", ".join(f"{width / _M_PER_CM:g}" for width in self.widths_m)
+        start, end = (depth / _M_PER_CM for depth in self.depth_m)
+        return (
+            f"n {self.n:.3g}{interval}, k_phi {self.k_phi:.4g} N/m^(n+2), k_c {self.k_c:.4g} N/m^(n+1); "
+            f"{self.n_pushes} pushes, b {widths} cm, {start:.1f} to {end:.1f} cm deep"
+        )
+
+    def as_dict(self) -> dict[str, Any]:
+        """Give law and numbers."""
+        law = "pressure = (k_c / b + k_phi) z^n; Pa, m, k_phi in N/m^(n+2), k_c in N/m^(n+1)"
+        return {"law": law, **asdict(self)}
 
 
 def pressure_sinkage(fits: pd.DataFrame, width_cm_of_run: Mapping[str, float]) -> PressureSinkage:

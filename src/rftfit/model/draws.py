@@ -18,6 +18,9 @@ from rftfit.model.common_errors import CommonError, common_errors, equivalent_ro
 from rftfit.model.profiles import TableProfile
 from rftfit.model.symmetry import torus
 
+DRAWS = 1000
+"""Draws behind an interval where the config states no number."""
+
 _MANY = 1e6
 
 

@@ -173,7 +173,7 @@ def _sin_cos(angle: float) -> tuple[float, float]:
 
 
 @_step
-def _place_angles(w: FloatArray, pack: Pack) -> None:
+def _write_angles_of_lookup(w: FloatArray, pack: Pack) -> None:
     """Write where a profile looks for beta and gamma: a table at angles of one turn, terms at unit vectors."""
     far = 0
     for i in range(LANES):
@@ -364,7 +364,7 @@ def alpha(pack: Pack, beta: FloatArray, gamma: FloatArray) -> FloatArray:
         lanes = min(LANES, len(beta) - start)
         for i in range(lanes):
             w[_ALPHA_Z + i], w[_ALPHA_X + i] = beta[start + i], gamma[start + i]
-        _place_angles(w, pack)
+        _write_angles_of_lookup(w, pack)
         if pack.kind == _FOURIER:
             _fourier(w, pack.values)
         elif pack.kind == _TABLE:

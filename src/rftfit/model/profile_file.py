@@ -28,6 +28,8 @@ from rftfit.model.shapes import Map
 from rftfit.model.symmetry import each_once
 from rftfit.store import write_text
 from rftfit.store.digests import digest_of
+from rftfit.store.text import megabytes
+from rftfit.store.text import table as format_table
 from rftfit.version import __version__
 
 MARK = f'{{\n "format": "{FORMAT}"'
@@ -451,3 +453,32 @@ def collect_pushes(
         tables.append(pushes_in_profile(profile_file))
     names = [path.name for path in (pushes, profile_file) if path is not None]
     return " and ".join(names), pd.concat(tables, ignore_index=True), warnings
+
+
+def describe_profile(path: Path) -> str:
+    """Describe a profile file: what it holds, its golden value, and what to do with it."""
+    content, profile = read_content(path), read_profile(path)
+    listed, golden = content.directions, content.golden
+    direction_rad = math.radians(golden.beta_deg), math.radians(golden.gamma_deg)
+    rows = [["(beta, gamma)", f"({golden.beta_deg:g}, {golden.gamma_deg:g}) degrees"]]
+    draws = profile.spread
+    for place, component in enumerate("zx"):
+        error = ""
+        if isinstance(draws, Profile):
+            error = f" (standard error {draws.alpha(*direction_rad)[place].std(ddof=1):.4g})"
+        value = getattr(golden, f"alpha_{component}_N_per_cm3")
+        rows.append([f"alpha_{component}", f"{value:.6g} N/cm^3{error}"])
+    directions_known = sum(value is not None for value in listed.alpha_z_N_per_cm3)
+    pushes = profile.pushed.shape[1]
+    lines = [
+        f"Profile: {content.origin.profile}",
+        f"Directions: {len(listed.beta_deg)}, {directions_known} with a number, {pushes} pushed",
+    ]
+    if content.validity.without_number:
+        lines.append(f"Without a number: {content.validity.without_number[:300]}")
+    lines += [
+        f"\nGolden value, for tests of signs:\n{format_table(['', 'value'], rows)}",
+        f"\nWritten: {path} ({megabytes(path.stat().st_size)})",
+        f"Next: rftfit predict --leg c_leg --profile-file {path}",
+    ]
+    return "\n".join(lines)

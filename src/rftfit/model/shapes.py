@@ -43,7 +43,7 @@ from rftfit.measure.errors import (
     half_width_of_bed,
     scatter_of_runs,
 )
-from rftfit.model.draws import draws_of, errors_known, interval
+from rftfit.model.draws import DRAWS, draws_of, errors_known, interval
 from rftfit.model.fourier import fit_lsq, kept_terms
 from rftfit.model.observations import Observation, ObservedRows, ObservedSystem
 from rftfit.model.profiles import EPS, KnownMedium, Profile, TableProfile
@@ -54,8 +54,8 @@ from rftfit.reference import BETA_DEG, GAMMA_DEG, MEDIA
 
 Angles = tuple[FloatArray, FloatArray]
 
-DRAWS, SEED = 1000, 2013
-"""Draws of a map behind its intervals, and their seed."""
+SEED = 2013
+"""Seed of the draws of a map behind its intervals."""
 
 FEWEST_DRAWS = 100
 """With fewer of them there is no map."""
@@ -441,10 +441,11 @@ def course_between_lines(beta: FloatArray, gamma: FloatArray) -> FloatArray:
 
     Of media whose alpha_z(0, 90 deg) is 1; 0 on the published grid.
     """
-    return np.stack([_course(friction, beta, gamma) for friction in FRICTIONS])
+    return np.stack([_law_less_its_lines(friction, beta, gamma) for friction in FRICTIONS])
 
 
-def _course(friction: float, beta: FloatArray, gamma: FloatArray) -> FloatArray:
+def _law_less_its_lines(friction: float, beta: FloatArray, gamma: FloatArray) -> FloatArray:
+    """3D-RFT at a friction less what its values on the published grid give between them, shape (2 n,): z, then x."""
     image = mirror(beta, gamma)
     # a plate at 90 degrees is the one at -90
     law_here, law_at_mirror = (
@@ -630,7 +631,7 @@ def scale(
         Slope of stress over depth of a horizontal plate pushed straight down, alpha_z(0, 90 deg),
         N/cm^3.
     se : float, optional
-        Its standard error, N/cm^3; default: the usual 5 % from bed to bed.
+        Its standard error, N/cm^3; default: `USUAL_PERCENT` of alpha, as from bed to bed.
     shapes : Shapes, optional
         Known media whose shape the medium has: those of a campaign (`Results.shapes`); default: the five
         published ones.

@@ -8,9 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rftfit.conventions import FloatArray, mirror
-
-AXIS_TOLERANCE_DEG = 0.5
-"""Angles of a table closer than this lie on one line of its grid."""
+from rftfit.directions import TOLERANCE_DEG
 
 WIDEST_DEG = 70.0
 """Nothing is interpolated between lines of a grid that are farther apart."""
@@ -145,7 +143,7 @@ def _close(nodes: FloatArray, values: FloatArray, half: float) -> tuple[FloatArr
 def rectangle(beta: FloatArray, gamma: FloatArray) -> Rectangle | None:
     """Grid on which the directions of a table lie; None where they are scattered.
 
-    Angles that differ by less than `AXIS_TOLERANCE_DEG` share a line. A table with fewer than two
+    Angles that differ by less than `rftfit.directions.TOLERANCE_DEG` share a line. A table with fewer than two
     lines in either angle, or with more holes than values, is no grid.
     """
     size = _lined_up(np.abs(np.degrees(beta)), (0.0, 90.0))
@@ -170,10 +168,10 @@ def grid_of_directions(directions: Torus) -> Rectangle | None:
 def _lined_up(angles_deg: FloatArray, exact: tuple[float, ...] = ()) -> FloatArray:
     """Replace angles that are nearly the same by one of them; near an `exact` one by that."""
     values, place = np.unique(angles_deg, return_inverse=True)
-    line = np.cumsum(np.diff(values, prepend=values[:1]) > AXIS_TOLERANCE_DEG)
+    line = np.cumsum(np.diff(values, prepend=values[:1]) > TOLERANCE_DEG)
     for line_number in np.unique(line):
         angles_of_line = values[line == line_number]
         middle = float(angles_of_line[angles_of_line.size // 2])
-        near = [e for e in exact if abs(angles_of_line - e).min() <= AXIS_TOLERANCE_DEG / 2]
+        near = [e for e in exact if abs(angles_of_line - e).min() <= TOLERANCE_DEG / 2]
         values[line == line_number] = near[0] if near else middle
     return values[place]

@@ -7,6 +7,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
+import pandas as pd
+
 from rftfit.checks.declared import CHECKS
 from rftfit.checks.verdict import Verdict, verdict_on
 from rftfit.compare.joint import least_step
@@ -59,13 +61,16 @@ class Outcome:
         return sum(run["excluded"] == excluded for run in self.dropped)
 
 
+def runs_with_result(ledger: pd.DataFrame) -> set[str]:
+    """Runs of a ledger that gave a slope, a leg curve, a tare or a speed."""
+    is_main_use = ledger["reason_code"] == ledger["kind"].map(USED_AS)
+    return {*ledger.loc[(ledger["fate"] == USED) & is_main_use & (ledger["rows"] > 0), "run_id"]}
+
+
 def outcome_of_runs(results: Results) -> Outcome:
     """Tell runs that gave a slope, a leg curve, a tare or a speed from those that gave nothing."""
     ledger = results.table("ledger.csv")
-    is_main_use = ledger["reason_code"] == ledger["kind"].map(USED_AS)
-    good_runs = set(
-        ledger.loc[(ledger["fate"] == USED) & is_main_use & (ledger["rows"] > 0), "run_id"]
-    )
+    good_runs = runs_with_result(ledger)
     outcome = Outcome(Counter(), [])
     for run_id, rows in ledger.groupby("run_id", sort=True):
         medium, kind = str(rows["medium"].iloc[0]), str(rows["kind"].iloc[0])

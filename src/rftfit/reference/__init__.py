@@ -5,6 +5,7 @@ Every file is a tidy csv whose leading ``#`` lines name the table or figure and 
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import cache
 from importlib.resources import files
 
@@ -118,3 +119,13 @@ def coefficients(medium: str) -> dict[str, float]:
     if rows.empty:
         raise KeyError(f"Table S2 has no medium {medium!r}")
     return dict(zip(rows["coefficient"], rows["value"].astype(float), strict=True))
+
+
+def running_speeds() -> Iterator[tuple[float, int, float, float]]:
+    """Yield the conditions of Fig. 4C in which the robot runs: curvature, number within it, frequency in Hz and speed in cm/s."""
+    speeds = load("fig_4c")
+    running = speeds[speeds["stride_frequency_Hz"] > 0.01]
+    for curvature, rows in running.groupby(running["curvature_times_Rprime"].astype(float)):
+        pairs = rows[["stride_frequency_Hz", "speed_cm_per_s"]].itertuples(index=False)
+        for number, (frequency, speed) in enumerate(pairs, start=1):
+            yield float(curvature), number, frequency, speed

@@ -26,7 +26,7 @@ from rftfit.robot.config import Robot
 from rftfit.robot.run import Condition
 from rftfit.robot.sweep import BEST_AT_HZ, BEST_CURVATURES, optimum, run_all
 
-DRAWS = 8
+SPEED_DRAWS = 8
 """For speeds, in dozens of conditions: a half width is then known to a quarter of itself."""
 
 BEST_DRAWS = 40
@@ -284,7 +284,7 @@ def widths(
         stack, bare = profile.spread, copy(profile)
         assert isinstance(stack, Profile)
         bare.spread = bare.beside = None  # the processes need not carry them
-        draws = each_draw(stack, DRAWS)
+        draws = each_draw(stack, SPEED_DRAWS)
         of_speed = speed_widths(robot, bare, draws, conditions, confidence, threads, arc_percent)
         for quantity, half in zip((SPEED, SPEED_MODEL), of_speed, strict=True):
             rows += [

@@ -21,7 +21,7 @@ from rftfit.measure.flags import (
     remark,
 )
 from rftfit.measure.ledger import DROPPED, USED
-from rftfit.reference import load
+from rftfit.reference import running_speeds
 from rftfit.robot import tracks
 from rftfit.robot.intervals import SPEED, SPEED_MODEL, half_widths
 
@@ -161,32 +161,13 @@ def published_speeds(medium: str, calibrated: Collection[tuple[float, float]] = 
 
     Standing still is left out. The figure shows means of three trials; their scatter was not read.
     """
-    table = load("fig_4c")
     rows = []
-    table = table[table["stride_frequency_Hz"] > 0.01]
-    for curvature_times_R, rows_of_curvature in table.groupby(
-        table["curvature_times_Rprime"].astype(float)
-    ):
-        pairs = zip(
-            rows_of_curvature["stride_frequency_Hz"],
-            rows_of_curvature["speed_cm_per_s"],
-            strict=True,
-        )
-        for number, (frequency, speed) in enumerate(pairs, start=1):
-            place = (
-                f"{curvature_times_R:+.2f}_{number}",
-                medium,
-                curvature_times_R,
-                rounded(frequency),
-                math.nan,
-            )
-            is_calibrated_and_source = (
-                is_calibrated(curvature_times_R, rounded(frequency), calibrated),
-                "Fig. 4C",
-            )
-            rows.append(
-                (*place, float(speed), math.nan, 3, *is_calibrated_and_source, *reason_cells([]))
-            )
+    for curvature_times_R, number, frequency, speed in running_speeds():
+        name = f"{curvature_times_R:+.2f}_{number}"
+        frequency_Hz = rounded(frequency)
+        origin = is_calibrated(curvature_times_R, frequency_Hz, calibrated), "Fig. 4C"
+        condition = name, medium, curvature_times_R, frequency_Hz, math.nan
+        rows.append((*condition, float(speed), math.nan, 3, *origin, *reason_cells([])))
     return pd.DataFrame(rows, columns=MEASURED)
 
 

@@ -20,6 +20,7 @@ from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
 from rftfit.measure.flags import Remark, remark
 from rftfit.robot.config import read_robot
+from rftfit.store.text import count
 
 # --- The robot's run sheet: which marker track is a trial of which condition.
 
@@ -365,6 +366,13 @@ class RobotCheck:
     medium: str = ""
     trials: tuple[Trial, ...] = ()
     problems: tuple[Problem, ...] = ()
+
+    def summary(self) -> str:
+        """Describe the robot in one line."""
+        if not self.trials:
+            return f"robot on {self.medium}: no trials of its own"
+        conditions = count(len({trial.condition for trial in self.trials}), "condition")
+        return f"robot on {self.medium}: {count(len(self.trials), 'trial')} of {conditions}"
 
 
 def check_robot(config_path: Path) -> RobotCheck:

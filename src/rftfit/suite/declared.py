@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 from string import hexdigits
-from typing import Annotated, Literal, NamedTuple, get_args
+from typing import Annotated, Any, Literal, NamedTuple, get_args
 
 import numpy as np
 from pydantic import Field, field_validator, model_validator
@@ -282,6 +282,18 @@ class Example:
         """What is compared, in the order of the page."""
         domains = {quantity.domain for quantity in self.settings.quantities.values()}
         return [domain for domain in DOMAINS if domain in domains]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Give what a list of examples says of it."""
+        return {
+            "name": self.name,
+            "title": self.settings.title,
+            "domains": self.domains,
+            "answers": len(self.answer),
+            "files": len(self.settings.files),
+            "bytes": sum(file.size for file in self.settings.files),
+            "licences": sorted({file.licence for file in self.settings.files}),
+        }
 
 
 def read_example(folder: Path) -> Example:

@@ -16,9 +16,10 @@ import pandas as pd
 from rftfit.figures.style import content
 from rftfit.figures.verdicts import draw_verdicts, numbers_with_unit
 from rftfit.store import write_text
+from rftfit.store.text import count, table
 from rftfit.suite.cells import parse_cell
 from rftfit.suite.declared import DOMAINS, Example, parse_key
-from rftfit.suite.verdicts import INSIDE, NOT_COMPARABLE, OUTSIDE, count_verdicts
+from rftfit.suite.verdicts import FILE, INSIDE, NOT_COMPARABLE, OUTSIDE, count_verdicts
 
 PAGE = "verdicts.html"
 """Page in the folder of an example."""
@@ -191,6 +192,26 @@ def format_rows(
         _cells(dict(zip(columns, row, strict=True)), examples, is_public)
         for row in verdicts.itertuples(index=False)
     ]
+
+
+_MOST_ROWS = 40
+
+
+def describe_verdicts(example: Example, verdicts: pd.DataFrame, folder: Path) -> str:
+    """Count the verdicts on an example for a terminal, and show the first rows that were compared."""
+    counts = count_verdicts(verdicts)
+    compared = verdicts[verdicts["verdict"] != NOT_COMPARABLE]
+    rows = [cells[:-1] for cells in format_rows(compared, [example], is_public=False)]
+    lines = [
+        f"{example.settings.title}: {count(len(verdicts), 'published number')}",
+        ", ".join(f"{number} {verdict}" for verdict, number in counts.items()) + ".",
+        table(HEADER, rows[:_MOST_ROWS]),
+    ]
+    if len(rows) > _MOST_ROWS:
+        lines.append(f"  and {len(rows) - _MOST_ROWS} more in the page")
+    if example.settings.note:
+        lines.append(example.settings.note)
+    return "\n".join([*lines, f"Verdicts: {folder / FILE}; page: {folder / PAGE}"])
 
 
 def _summary(verdicts: pd.DataFrame) -> list[tuple[str, ...]]:

@@ -222,7 +222,7 @@ def parse(
     have no value; these cells are NaN.
     """
     body, last_line = (rewritten(text, layout.rewrites) for text in (body, last_line))
-    if layout.is_data(last_line) and _is_whole(
+    if layout.is_data(last_line) and _is_complete_line(
         layout, rewritten(before, layout.rewrites), last_line
     ):
         body, last_line = body + last_line + b"\n", b""
@@ -284,7 +284,7 @@ _PARTS = re.compile(
 _FEWEST_BEFORE = 3
 
 
-def _is_whole(layout: Layout, before: bytes, last_line: bytes) -> bool:
+def _is_complete_line(layout: Layout, before: bytes, last_line: bytes) -> bool:
     """Tell whether a last line without an end has all of its cells, by the lines before it.
 
     All cells but the last end at a delimiter. A number written in a fixed form has the digits of this form.

@@ -2,18 +2,52 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from rftfit.campaign.load import Campaign, check_campaign
-from rftfit.campaign.problems import Place, Problem
+from rftfit.campaign.presence import miss_campaign
+from rftfit.campaign.problems import Place, Problem, in_lines
 from rftfit.errors import InputError
-from rftfit.measure.readable import open_logs
-from rftfit.robot.tracks import RobotCheck, check_robot
+from rftfit.measure.verdict_words import ACCEPTED, FAILED
+from rftfit.store.text import count, table
 
 if TYPE_CHECKING:
+    from rftfit.campaign.load import Campaign
+    from rftfit.checks.verdict import Verdict
     from rftfit.compare.protocol import PlanPower
+    from rftfit.robot.tracks import RobotCheck
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """Physical checks of the media, a row each, and the verdict on each medium."""
+
+    checks: list[dict[str, Any]]
+    verdicts: Mapping[str, Verdict]
+
+    @property
+    def failed(self) -> int:
+        """Number of checks that failed."""
+        return sum(check["verdict"] == FAILED for check in self.checks)
+
+    def summary(self) -> str:
+        """Format the checks, what to look at where one fails, and the verdicts."""
+        names = ("medium", "check", "verdict", "found")
+        rows = [[str(check[name]) for name in names] for check in self.checks]
+        verdicts = [f"{verdict.on(medium)}." for medium, verdict in self.verdicts.items()]
+        failures = format_failures(self.checks)
+        return "\n".join([table(names, rows), "", *failures, *verdicts])
+
+
+def format_failures(checks: Iterable[Mapping[str, str]]) -> list[str]:
+    """Say of each check that fails, also where the config accepts it, what it means and what to look at."""
+    return [
+        f"{check['medium']}, {check['effect'] or check['verdict']}: {check['sentence']}"
+        for check in checks
+        if check.get("verdict") in (FAILED, ACCEPTED)
+    ]
 
 
 @dataclass(frozen=True)
@@ -21,25 +55,94 @@ class Checked:
     """What was found: every problem; the campaign, unless its config or run sheet cannot be used; the robot.
 
     `not_opened`: Runs with a log that is too large to be opened here. `plan`: what runs without a log could tell.
+    `diagnosis`: What the logs themselves tell, where it was asked for.
     """
 
     problems: list[Problem]
-    campaign: Campaign | None
-    robot: RobotCheck
-    not_opened: int
+    campaign: Campaign | None = None
+    robot: RobotCheck | None = None
+    not_opened: int = 0
     plan: tuple[PlanPower, ...] = ()
+    diagnosis: Diagnosis | None = None
 
     @property
     def errors(self) -> int:
-        """How many of the problems are errors; the others are warnings."""
+        """Number of the problems that are errors; the others are warnings."""
         return sum(problem.severity == "error" for problem in self.problems)
 
+    @property
+    def warnings(self) -> int:
+        """Number of the other problems and of the checks that failed."""
+        failed = self.diagnosis.failed if self.diagnosis else 0
+        return len(self.problems) - self.errors + failed
 
-def check_all(config: Path) -> Checked:
-    """Check a campaign; logs are measured as the run does, where nothing else is an error."""
+    def summary(self) -> str:
+        """Format problems, diagnosis, campaign and plan for people."""
+        paragraphs = [_format_problems(self.problems, severity) for severity in _SEVERITIES]
+        if self.diagnosis is not None:
+            paragraphs.append(self.diagnosis.summary())
+        if self.campaign is not None:
+            lines = [self.campaign.summary()]
+            if self.robot and self.robot.medium:
+                lines.append(self.robot.summary())
+            if self.not_opened:
+                from rftfit.measure.readable import LARGEST_BYTES
+
+                runs = count(self.not_opened, "run")
+                largest_mb = LARGEST_BYTES / 1e6
+                lines.append(f"{runs} with a log of more than {largest_mb:g} MB, not opened")
+            paragraphs.append("\n".join(lines))
+        if self.plan:
+            paragraphs.append(_format_plan(self.plan))
+        total = f"{count(self.errors, 'error')}, {count(self.warnings, 'warning')}."
+        return "\n\n".join([*filter(None, paragraphs), total])
+
+    def as_dict(self) -> dict[str, Any]:
+        """Give everything as plain numbers, words and lists."""
+        return {
+            "campaign": self.campaign and self.campaign.config.title,
+            "errors": self.errors,
+            "warnings": self.warnings,
+            "problems": [asdict(problem) | {"message": str(problem)} for problem in self.problems],
+            "checks": self.diagnosis and self.diagnosis.checks,
+            "verdicts": self.diagnosis
+            and {medium: verdict._asdict() for medium, verdict in self.diagnosis.verdicts.items()},
+            "plan": [rating._asdict() | {"message": rating.sentence} for rating in self.plan],
+        }
+
+
+_SEVERITIES = ("error", "warning")
+
+
+def _format_problems(problems: Sequence[Problem], severity: str) -> str:
+    chosen = [problem for problem in problems if problem.severity == severity]
+    lines = [f"  {line}" for line in in_lines(chosen)]
+    return "\n".join([f"{count(len(chosen), severity)}:", *lines]) if chosen else ""
+
+
+def _format_plan(plan: Sequence[PlanPower]) -> str:
+    from rftfit.measure.errors import USUAL_BED_SPREAD
+
+    media: dict[str, list[str]] = {}
+    for rating in plan:
+        media.setdefault(rating.sentence, []).append(rating.medium)
+    heading = f"Errors that many runs share, as planned, in beds that differ by {100 * USUAL_BED_SPREAD:g} %:"
+    lines = [f"  {', '.join(names)}: {sentence}" for sentence, names in media.items()]
+    return "\n".join([heading, *lines])
+
+
+def check_all(config: Path, *, diagnose: bool = False) -> Checked:
+    """Check a campaign; logs are measured as the run does, and diagnosed if asked, where nothing else is an error."""
+    if (no_campaign := miss_campaign(config)) is not None:
+        # before anything is imported that reads a campaign
+        return Checked([no_campaign])
+    from rftfit.campaign.load import check_campaign
+    from rftfit.measure.readable import open_logs
+    from rftfit.robot.tracks import check_robot
+
     campaign, problems = check_campaign(config)
     robot = check_robot(config)
-    checked = Checked([*problems, *robot.problems], campaign, robot, 0)
+    checked = Checked([*problems, *robot.problems], campaign, robot)
     if campaign is not None and any(map(campaign.plates_to_measure, campaign.media_with_runs)):
         # the joint model is slow to import
         from rftfit.compare.protocol import rate_plan
@@ -54,4 +157,11 @@ def check_all(config: Path) -> Checked:
         return replace(checked, problems=[*checked.problems, unread])
     of_logs = [problem for logs_of_medium in opened for problem in logs_of_medium.problems]
     passed_over = sum(logs_of_medium.passed_over for logs_of_medium in opened)
-    return replace(checked, problems=[*checked.problems, *of_logs], not_opened=passed_over)
+    checked = replace(checked, problems=[*checked.problems, *of_logs], not_opened=passed_over)
+    if not diagnose or checked.errors:
+        return checked
+    from rftfit.page.cells import records
+    from rftfit.workflow.measure import measure_and_check
+
+    checks, verdicts = measure_and_check(campaign)
+    return replace(checked, diagnosis=Diagnosis(records(checks), verdicts))

@@ -15,6 +15,7 @@ from rftfit.outputs.dictionary import describe_file
 from rftfit.results import FOLDER, Tables
 from rftfit.store.digests import sha256_of
 from rftfit.store.text import count, first_of, table
+from rftfit.workflow.changed_cells import find_changed_cells, share_of_change
 from rftfit.workflow.provenance import Change, changes_between, format_changes, read_provenance
 from rftfit.workflow.records import read_record
 
@@ -195,8 +196,8 @@ def _is_head(difference: Difference) -> bool:
 def _size(difference: Difference) -> float:
     if np.isfinite(difference.half_widths):
         return difference.half_widths
-    scale = max(abs(difference.was), abs(difference.now), 1e-300)
-    return abs(difference.now - difference.was) / scale if np.isfinite(scale) else np.inf
+    share = share_of_change(difference.was, difference.now)
+    return share if np.isfinite(share) else np.inf
 
 
 def _differences(
@@ -210,24 +211,21 @@ def _differences(
     before, after = (table.drop_duplicates(index).set_index(index) for table in (first, second))
     rows = before.index.union(after.index)
     before, after = before.reindex(rows), after.reindex(rows)
-    differences, halves, nothing = [], _half_widths(before), np.full(len(rows), np.nan)
-    for quantity in before.columns.intersection(after.columns):
-        if before[quantity].dtype.kind not in "if" or _is_end(quantity):
-            continue
-        was, now = before[quantity].to_numpy(float), after[quantity].to_numpy(float)
-        half = halves.get(quantity, nothing)
-        same = np.isclose(was, now, rtol=NOT_SAME, atol=0, equal_nan=True)
-        for row_number in np.flatnonzero(~same).tolist():
-            row = rows[row_number] if isinstance(rows[row_number], tuple) else (rows[row_number],)
-            words = " ".join(f"{word:g}" if isinstance(word, float) else str(word) for word in row)
-            ratio = (
-                abs(now[row_number] - was[row_number]) / half[row_number]
-                if half[row_number] > 0
-                else np.nan
-            )
-            differences.append(
-                Difference(name, words, quantity, was[row_number], now[row_number], ratio)
-            )
+    quantities = [
+        quantity
+        for quantity in before.columns.intersection(after.columns)
+        if before[quantity].dtype.kind in "if" and not _is_end(quantity)
+    ]
+    halves, nothing = _half_widths(before), np.full(len(rows), np.nan)
+    differences = []
+    for cell in find_changed_cells(before[quantities], after[quantities], NOT_SAME):
+        labels = rows[cell.row] if isinstance(rows[cell.row], tuple) else (rows[cell.row],)
+        words = " ".join(f"{word:g}" if isinstance(word, float) else str(word) for word in labels)
+        half = halves.get(cell.column, nothing)[cell.row]
+        ratio = abs(cell.now - cell.was) / half if half > 0 else np.nan
+        differences.append(
+            Difference(name, words, cell.column, float(cell.was), float(cell.now), ratio)
+        )
     return differences
 
 

@@ -236,6 +236,11 @@ class Recorded:
                 names.add(name)
         return names
 
+    @cached_property
+    def stale(self) -> dict[str, list[OutdatedResult]]:
+        """Jobs of the results that are out of date, with what was found about each of them itself."""
+        return {name: self.findings(name) for name in self.results() if name in self.outdated}
+
     def is_current(self, path: str) -> bool:
         """Whether a result is there and all that it is made from is as recorded."""
         return path in self.maker and self.maker[path].name not in self.outdated

@@ -7,47 +7,79 @@ records cannot tell, since whoever changes a result can renew its record.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
+import pandas as pd
+
+from rftfit.campaign.problems import join_words
 from rftfit.errors import InputError, RftfitError
 from rftfit.results import FOLDER
 from rftfit.store import copy_file
 from rftfit.store.links import link_folder
 from rftfit.store.tables import read_cells, read_parquet
+from rftfit.store.text import count, first_of
+from rftfit.workflow.changed_cells import find_changed_cells
+from rftfit.workflow.closing import list_others
 from rftfit.workflow.records import Record, Recorded
 from rftfit.workflow.run import Workflow
 from rftfit.workflow.snakemake import Job, Progress
 from rftfit.workflow.state import States
+from rftfit.workflow.verify import list_reasons
 
 TextRows = list[list[str]]
 """Rows of a table as texts, its names first."""
 
 
 @dataclass(frozen=True)
-class Unlike:
-    """A result that comes out otherwise: where it differs first, and by how much."""
-
-    path: str
-    difference: str
-
-    def __str__(self) -> str:
-        return f"{self.path}: {self.difference}"
-
-
-@dataclass(frozen=True)
 class Remade:
     """What came of making results again.
 
-    `same`: Files with equal bytes. `unlike`: Files that differ, in the order in which jobs make them.
-    `not_made`: Recorded files that `rftfit run` does not make, as the whole sweep of the robot.
+    `same`: Files with equal bytes. `unlike`: Where files differ that do, in the order in which jobs make them.
+    `not_made`: Recorded files that `rftfit run` does not make, as the whole sweep of the robot. `recorded`: Records and
+    files as they were.
     """
 
     same: tuple[str, ...]
-    unlike: tuple[Unlike, ...]
+    unlike: dict[str, str]
     not_made: tuple[str, ...]
+    recorded: Recorded
+
+    @property
+    def is_as_recorded(self) -> bool:
+        """Whether all results came out with the same bytes."""
+        return not self.unlike
+
+    def summary(self, most: int | None = None) -> str:
+        """Format it for people: at most so many lines of each list; default: all."""
+        lines = first_of(
+            [str(unlike_file) for unlike_file in self.unlike], most, "more that differ"
+        )
+        if self.unlike:
+            lines += first_of(list_reasons(self.recorded), most, "more reasons")
+        made = count(len(self.same) + len(self.unlike), "result")
+        lines.append(
+            f"{made} made again: {len(self.same)} with the same bytes, {len(self.unlike)} otherwise."
+        )
+        if self.not_made:
+            paths = join_words(self.not_made, _MOST)
+            lines.append(f"Not made again, since rftfit run does not make them: {paths}.")
+        return "\n".join([*lines, *list_others(self.recorded)])
+
+    def as_dict(self) -> dict[str, Any]:
+        """Give it as plain words and lists."""
+        return {
+            "same": self.same,
+            "unlike": self.unlike,
+            "not_made_again": self.not_made,
+            "others": self.recorded.list_foreign_files(),
+        }
+
+
+_MOST = 5
 
 
 def remake(
@@ -82,7 +114,7 @@ def remake(
         workflow.run()
         recorded_again = workflow.recorded
         same: list[str] = []
-        unlike: list[Unlike] = []
+        unlike: dict[str, str] = {}
         not_made: list[str] = []
         for path in _in_order([*recorded.all.values(), *recorded_again.all.values()]):
             original, remade = recorded.root / path, root / path
@@ -91,8 +123,8 @@ def remake(
             elif recorded.digests([path]) == recorded_again.digests([path]):
                 same.append(path)
             else:
-                unlike.append(Unlike(path, _difference(original, remade)))
-    return Remade(tuple(same), tuple(unlike), tuple(not_made))
+                unlike[path] = _difference(original, remade)
+    return Remade(tuple(same), unlike, tuple(not_made), recorded)
 
 
 def _copy_settings(states: States, root: Path) -> Path:
@@ -151,40 +183,22 @@ def _difference_of_tables(original: TextRows, remade: TextRows) -> str:
     if original[:1] != remade[:1]:
         unshared_columns = sorted(set(names).symmetric_difference(original[0] if original else []))
         return f"other columns: {', '.join(unshared_columns) or 'in another order'}"
-    cells = list(_unequal_cells(original, remade))
-    count = f"{len(original) - 1} rows, {len(remade) - 1} made again"
+    # a damaged row may be shorter or longer than the others
+    before, after = (pd.DataFrame(rows).fillna("") for rows in (original, remade))
+    common = before.index.intersection(after.index)
+    cells = sorted(find_changed_cells(before.loc[common], after.loc[common]))
+    row_counts = f"{len(original) - 1} rows, {len(remade) - 1} made again"
     if not cells:
-        return count if len(original) != len(remade) else ""
-    line, column, was, now = cells[0]
-    size = _size(was, now)
-    largest = max((_relative(was, now) for _, _, was, now in cells), default=math.nan)
+        return row_counts if len(original) != len(remade) else ""
+    first = cells[0]
+    size = f" ({100 * first.share:.2g} %)" if math.isfinite(first.share) else ""
+    shares = [cell.share for cell in cells if math.isfinite(cell.share)]
     cells_text = f"; {len(cells)} cells differ" if len(cells) > 1 else ""
-    if len(cells) > 1 and math.isfinite(largest):
-        cells_text += f", by {100 * largest:.2g} % at most"
-    rows_text = f"; {count}" if len(original) != len(remade) else ""
-    return f"line {line}, {names[column]}: {was!r}, made again {now!r}{size}{cells_text}{rows_text}"
-
-
-def _unequal_cells(original: TextRows, remade: TextRows) -> Iterator[tuple[int, int, str, str]]:
-    """Line, column, text and text made again of each cell that differs, in rows that both tables have."""
-    for line, (row, row_again) in enumerate(zip(original, remade, strict=False), 1):
-        if row != row_again:
-            for column, (was, now) in enumerate(zip(row, row_again, strict=False)):
-                if was != now:
-                    yield line, column, was, now
-
-
-def _relative(was: str, now: str) -> float:
-    """Change of a number against the one made again; -inf where one is no number."""
-    try:
-        return abs(float(was) - float(now)) / max(abs(float(now)), 1e-300)
-    except ValueError:
-        return -math.inf
-
-
-def _size(was: str, now: str) -> str:
-    change = _relative(was, now)
-    return f" ({100 * change:.2g} %)" if math.isfinite(change) else ""
+    if len(cells) > 1 and shares:
+        cells_text += f", by {100 * max(shares):.2g} % at most"
+    rows_text = f"; {row_counts}" if len(original) != len(remade) else ""
+    column = names[first.column] if first.column < len(names) else f"column {first.column + 1}"
+    return f"line {first.row + 1}, {column}: {first.was!r}, made again {first.now!r}{size}{cells_text}{rows_text}"
 
 
 def _of_bytes(original: Path, remade: Path) -> str:

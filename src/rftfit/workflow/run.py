@@ -19,7 +19,6 @@ from rftfit.measure.long_logs import MOST_ROWS
 from rftfit.measure.read import readers
 from rftfit.results import FOLDER
 from rftfit.store.links import put_results_at
-from rftfit.workflow.durations import keep_durations, read_durations, seconds_left
 from rftfit.workflow.processes import stale_lock
 from rftfit.workflow.records import OutdatedResult, Recorded
 from rftfit.workflow.snakemake import (
@@ -106,7 +105,6 @@ class Workflow:
         self.recorded = Recorded(self.states)
         self.root = self.states.campaign.root
         self.reasons: list[str] = []
-        self._durations = read_durations(self.root)
         _refuse_packages(self.root)
         if self.results_at is not None:
             put_results_at(self.root, self.results_at)
@@ -214,8 +212,6 @@ class Workflow:
             raise KeyboardInterrupt(
                 "Stopped. Results that were finished are kept; to go on, give the same command again."
             ) from None
-        if log is not None:
-            keep_durations(self.root, progress)
         if progress.locked:
             raise WorkflowError(self._lock_text())
         if status:
@@ -224,10 +220,6 @@ class Workflow:
             kind = OutputError if nothing_written(progress, self.root) else WorkflowError
             raise JobsFailedError(text, self.report(progress), kind.exit_code)
         return progress
-
-    def seconds_left(self, progress: Progress) -> float | None:
-        """Time until a run is done, s, by the jobs of earlier runs; None where it is not known."""
-        return seconds_left(self._durations, progress, self.cores or os.cpu_count() or 1)
 
     def report(self, progress: Progress) -> RunReport:
         """Summary of a run that has ended."""

@@ -11,7 +11,6 @@ import signal
 import subprocess
 import sys
 import threading
-import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
@@ -64,16 +63,12 @@ class Job:
 class Progress:
     """State of a workflow, from the events that Snakemake reports.
 
-    `planned`: Number of jobs by rule. `seconds`: How long each finished job took, by rule. `began`: When each
-    job began that works, by number. `jobs`: By number, those that began or, in a dry run, would. `made`: Those that finished. `skipped`: Those
+    `jobs`: By number, those that began or, in a dry run, would. `made`: Those that finished. `skipped`: Those
     whose record still held. `problem`: What it says of an error that is no job's. `plain`: Lines that are no events.
     """
 
     total: int = 0
     done: int = 0
-    planned: dict[str, int] = field(default_factory=dict)
-    seconds: dict[str, list[float]] = field(default_factory=dict)
-    began: dict[str, float] = field(default_factory=dict)
     jobs: dict[str, Job] = field(default_factory=dict)
     made: list[Job] = field(default_factory=list)
     skipped: list[Job] = field(default_factory=list)
@@ -96,24 +91,19 @@ class Progress:
         text, number = str(event["snakemake"]), str(event.get("jobid", event.get("job_id", "")))
         match event.get("event"):
             case "run_info":
-                self.planned = dict(event.get("stats", {}))
-                self.total = int(self.planned.pop("total", self.total))
+                self.total = int(event.get("stats", {}).get("total", self.total))
             case "progress":
                 self.done, self.total = int(event["done"]), int(event["total"])
             case "job_info":
-                self.began[number] = time.monotonic()
                 facts = {name: event[name] for name in ("wildcards", "reason") if name in event}
                 self.jobs[number] = Job(event["rule_name"], event.get("log", []), **facts)
             case "job_finished":
                 self.done += 1
                 if finished := self.jobs.get(number):
                     self.made.append(finished)
-                    took_s = time.monotonic() - self.began.pop(number, time.monotonic())
-                    self.seconds.setdefault(finished.rule, []).append(took_s)
                 return finished
             case _ if "skipped" in event:
                 self.skipped.append(self.jobs.pop(str(event["skipped"])))
-                self.began.pop(str(event["skipped"]))
             case "job_error":
                 unknown = Job(event.get("rule_name", "job"), event.get("log", []))
                 job = self.jobs.get(number, unknown)
@@ -121,7 +111,6 @@ class Progress:
                 job.grouped = bool(event.get("indent"))
                 job.status = f"Slurm says {slurm[1]}" if slurm else self._status_of(job)
                 self.failed[number] = job
-                self.began.pop(number, None)
             case "error":
                 if status_match := _STATUS.search(text):
                     self._ends.append((text, status_match[1] or status_match[2]))

@@ -1,0 +1,65 @@
+"""What a watch reports, one event at a time: for people and for programs."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+
+class Event(NamedTuple):
+    """Something to report: ``page``, ``problem``, ``file``, ``push``, ``withdrawn`` or ``medium``, and its facts."""
+
+    kind: str
+    facts: Mapping[str, Any]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Give kind and facts."""
+        return {"event": self.kind, **self.facts}
+
+    def summary(self) -> str:
+        """Tell an event to people; empty where it is not worth a line."""
+        kind, facts = self
+        lines: list[str] = []
+        if kind == "page":
+            lines = [f"live page, for this machine alone: {facts['address']}"]
+        elif kind == "problem":
+            lines = [f"{'solved' if facts['solved'] else facts['severity']}: {facts['text']}"]
+        elif kind == "file":
+            lines = [f"{facts['file']}: no row of the run sheet names it, so it is not opened"]
+            lines += [f"a row for it has {facts['row']}"] if facts["row"] else []
+        elif kind == "withdrawn":
+            lines = [f"{facts['run_id']}: withdrawn, {facts['why']}"]
+        elif kind == "push" and not facts["first"]:
+            text = f"{facts['run_id']} (row {facts['row']}): {facts['state']}"
+            for c in "zx":
+                alpha, low, high = (
+                    facts[f"alpha_{c}{end}_N_per_cm3"] for end in ("", "_lo", "_hi")
+                )
+                text += (
+                    f", alpha_{c} {alpha:.4g} [{low:.4g}, {high:.4g}]"
+                    if math.isfinite(alpha)
+                    else ""
+                )
+            late = facts["seconds_since_change"]
+            text += f"; {late:.1f} s after its last change" if math.isfinite(late) else ""
+            lines = [text, *(f"flag: {flag['text']}" for flag in facts["flags"]), facts["reason"]]
+        elif kind == "medium":
+            states = ", ".join(f"{number} {state}" for state, number in facts["states"].items())
+            width, before = facts["half_width_percent"], facts["before_percent"]
+            text = f"{facts['medium']}: {states}"
+            text += f"; {facts['target']} +-{width:.2g} %" if math.isfinite(width) else ""
+            text += f", before {before:.2g} %" if math.isfinite(before) else ""
+            pushes = dict.fromkeys(
+                f"({row['beta_deg']}, {row['gamma_deg']})" for row in facts["next"]
+            )
+            next_pushes = f"next (beta, gamma), deg: {', '.join(pushes)}" if pushes else ""
+            lines = [text, facts["verdict"], next_pushes]
+            lines += [
+                f"check {check['check']} fails, {check['effect']}: {check['sentence']}"
+                for check in facts["checks"]
+            ]
+        return (
+            time.strftime("%H:%M:%S  ") + "\n          ".join(filter(None, lines)) if lines else ""
+        )

@@ -1,0 +1,98 @@
+"""A new campaign: files from the template, and of a table what it says of its media."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import replace
+from importlib.resources import files
+from pathlib import Path
+from typing import Literal
+
+from rftfit.campaign.columns import COLUMNS
+from rftfit.campaign.config import TableSettings
+from rftfit.campaign.problems import CampaignError, Place
+from rftfit.campaign.schema import json_schema, reference_markdown
+from rftfit.campaign.tables import TableRead, read_pushes
+from rftfit.errors import InputError
+from rftfit.reference import MEDIA, SANDS
+from rftfit.store import copy_file, write_text
+from rftfit.store.links import refuse_links, refuse_target_by_link
+
+_UNREADABLE = (".not-text", ".web-page", ".not-a-workbook", ".too-large", ".unreadable")
+"""Ends of codes of problems with a file of which nothing can be read."""
+
+
+def init_campaign(folder: Path) -> list[Path]:
+    """Write the files of a new campaign and list them."""
+    header = ",".join(column.name for column in COLUMNS)
+    # the configuration last: with it the folder is a campaign
+    texts = {
+        "raw/README.md": _template("raw.md"),
+        "README.md": _template("README.md").replace("@HEADER@", header),
+        "config/README.md": reference_markdown(),
+        "config/config.schema.json": json_schema(),
+        "config/runs.csv": header + "\n",
+        "config/config.yaml": _template("config.yaml"),
+    }
+    return _write(folder, texts, {})
+
+
+def _write(folder: Path, texts: Mapping[str, str], copied: Mapping[str, Path]) -> list[Path]:
+    """Copy and write files by name into a folder and list them; nothing that is there is overwritten."""
+    names = [*copied, *texts]
+    refuse_target_by_link(folder)
+    if os.path.lexists(folder) and not folder.is_dir():
+        raise InputError(f"{folder}: this is not a folder; name a new one or one that exists")
+    # lexists: a link that leads nowhere is there too
+    existing = [name for name in names if os.path.lexists(folder / name)]
+    if existing:
+        raise InputError(
+            f"{folder}: {', '.join(existing)} would be overwritten, so nothing was written; name a "
+            "new folder or move these files away"
+        )
+    refuse_links(folder, names)
+    for name, source in copied.items():
+        copy_file(source, folder / name)
+    for name, text in texts.items():
+        write_text(folder / name, text)
+    return [folder / name for name in names]
+
+
+def _template(name: str) -> str:
+    return files("rftfit.campaign").joinpath("template", name).read_text(encoding="utf-8")
+
+
+def init_from_table(
+    folder: Path, table: Path, holds: Literal["stress", "alpha"]
+) -> tuple[list[Path], TableRead]:
+    """Write a campaign whose data are a table of stress or alpha, copied into its raw folder."""
+    if not table.is_file():
+        raise InputError(f"{table}: there is no such file; allowed: a table as csv, tsv or xlsx")
+    name = "".join(c if c.isascii() and (c.isalnum() or c in "._-") else "_" for c in table.name)
+    read = read_pushes(table, f"raw/{name}", TableSettings(holds=holds), (), name)
+    if unreadable := [problem for problem in read.problems if problem.code.endswith(_UNREADABLE)]:
+        where = Place(str(table), line=unreadable[0].place.line)
+        raise CampaignError([replace(unreadable[0], place=where)])
+    cells: dict[str, set[tuple[float, float]]] = {key: set() for key in read.media}
+    for push in read.pushes:
+        cells[push.run.medium].add((push.run.beta_deg, push.run.gamma_deg))
+    media = "\n".join(_medium(key, title, cells[key]) for key, title in read.media.items())
+    config = _template("table.yaml").replace("@FILE@", f"raw/{name}").replace("@HOLDS@", holds)
+    texts = {
+        "config/README.md": reference_markdown(),
+        "config/config.schema.json": json_schema(),
+        "config/config.yaml": config.replace("@MEDIA@", media),
+    }
+    return _write(folder, texts, {f"raw/{name}": table}), read
+
+
+def _medium(key: str, title: str, cells: set[tuple[float, float]]) -> str:
+    """One line of the config: what the table says of a medium."""
+    facts = [f"title: {json.dumps(title)}"]
+    if cells == {(0.0, 90.0)}:
+        facts.append("role: natural_sand")
+    if key in (*MEDIA, *SANDS):
+        facts.append(f"published_as: {key}")
+    return f"  {key}: {{{', '.join(facts)}}}"

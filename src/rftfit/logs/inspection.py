@@ -1,0 +1,184 @@
+"""What is told of a log before any run sheet names it: as text, and as facts for a script."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from rftfit.errors import InputError
+from rftfit.logs.base import LogError
+from rftfit.logs.delimited import encoding_of
+from rftfit.logs.inspect import (
+    Recognised,
+    Survey,
+    TimeColumn,
+    config_block,
+    kinds,
+    lacking,
+    recognised,
+    survey_file,
+    together,
+)
+from rftfit.logs.registry import read_head
+from rftfit.store.text import count, megabytes, table
+
+_MOST_GAPS = 10
+
+
+@dataclass(frozen=True)
+class Inspection:
+    """A file that may be a log: how it is read, a survey of each of its clocks, and why it is no log as it stands."""
+
+    recognition: Recognised
+    surveys: Sequence[Survey]
+    refused: LogError | None
+
+    @property
+    def whole(self) -> Survey:
+        """All clocks of the file together."""
+        return together(self.surveys)
+
+    @property
+    def config(self) -> list[str]:
+        """Lines of config.yaml for such logs."""
+        reader, text_format, options, _ = self.recognition
+        return config_block(self.whole, reader.name, text_format, options)
+
+    def summary(self) -> str:
+        """Format for people what the file is, what it lacks, and what the config needs."""
+        whole = self.whole
+        path = whole.path
+        reader, text_format, _, other_dialects = self.recognition
+        kind = " and ".join(kinds(whole)) or "unknown kind of"
+        names = dict.fromkeys(column.name for survey in self.surveys for column in survey.columns)
+        head = f"{reader.name}, {reader.describe()}"
+        evidence = f"recognised by {reader.evidence}; columns are {', '.join(names)}"
+        if text_format is not None:
+            head = "none recognises it; read as delimited text"
+            shape = ", ".join(f"{key} {setting!r}" for key, setting in text_format.items())
+            evidence = f"it looks like {encoding_of(read_head(path))}: {shape}"
+        lines = [f"{path}: {kind} log, {megabytes(path.stat().st_size)}", f"dialect: {head}"]
+        lines += [f"  {line}" for line in (evidence, *other_dialects)]
+        if self.refused is not None:
+            why = str(self.refused).removeprefix(f"{path}: ")
+            lines += ["", f"refused as one log: {why}", "", "by clock:"]
+        for survey in self.surveys:
+            lines += ["", *_survey_lines(survey)]
+        lines += [
+            "",
+            "needed beside this file:",
+            *(f"  {need}" for need in lacking(whole)),
+            *_contact_lines(whole),
+            "",
+            "for config.yaml (quantities are guessed from names and units: check them):",
+            *(f"  {line}" for line in self.config),
+        ]
+        return "\n".join(lines)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Give the same as plain numbers, words and lists; the columns of each clock for themselves."""
+        return {
+            "file": self.whole.path,
+            "dialect": self.recognition.reader.name,
+            "kinds": kinds(self.whole),
+            "refused": self.refused and str(self.refused),
+            "clocks": [_facts_of(survey) for survey in self.surveys],
+            "needed": lacking(self.whole),
+            "config": self.config,
+        }
+
+
+def inspect_file(path: Path, dialect: str | None, options: Mapping[str, str | float]) -> Inspection:
+    """Find out how a file is read, as a dialect where one is named, and read it through."""
+    if path.is_dir():
+        raise InputError(f"{path}: this is a folder; name one log in it")
+    if path.exists() and not path.is_file():
+        # a pipe or device would be read for ever
+        raise InputError(f"{path}: this is a pipe or device; name a log, a regular file")
+    recognition = recognised(path, dialect, options=options)
+    return Inspection(recognition, *survey_file(recognition.reader, path))
+
+
+def _facts_of(survey: Survey) -> dict[str, Any]:
+    of_survey: tuple[str, ...] = ("rows", "used", "dropped", "missing", "notes")
+    of_survey += ("time_unit", "not_finite", "unread")
+    of_clock = ("duration", "rate", "step", "jitter", "gaps", "repeated", "backwards")
+    return {
+        "columns": [asdict(column) for column in survey.columns],
+        **{name: getattr(survey, name) for name in of_survey},
+        "clock": survey.clock and {name: getattr(survey.clock, name) for name in of_clock},
+    }
+
+
+def _contact_lines(survey: Survey) -> list[str]:
+    """How the file of a leg that turns, with its force, tells alpha of the ground by itself; none of another log."""
+    names = [column.name.casefold() for column in survey.columns]
+    turns = [name for name in names if name.startswith("theta")]
+    forces = [
+        column.name for column in survey.columns if column.quantity.startswith("force, sensor")
+    ]
+    if not turns or not forces:
+        return []
+    named = {"theta", "theta_deg"} & {*names} and {"force_z", "force_z_n"} & {*names}
+    rename = "" if named else "; its columns named theta_deg, force_z_N, force_x_N"
+    return [
+        "",
+        "or as forces of the ground on a leg, weight and force in air taken off:",
+        f"  rftfit scale --contacts {survey.path} --leg NAME{rename}",
+    ]
+
+
+def _survey_lines(survey: Survey) -> list[str]:
+    header = ["column", "quantity", "unit", "lowest", "highest", "resolution"]
+    rows = []
+    for c in survey.columns:
+        ends = map(_short, (c.lowest, c.highest, c.resolution))
+        rows.append([c.name, c.quantity, c.unit or "-", *ends])
+    rows += [[name, "not read", "-", "-", "-", "-"] for name in survey.unread]
+    whole = survey.rows + sum(survey.missing.values())
+    return [
+        table(header, rows),
+        "",
+        f"rows: {survey.rows}, of which {survey.used} can be read",
+        *(f"  {number} dropped: {reason}" for reason, number in survey.dropped.items()),
+        *(f"    NaN or infinite in {name}: {number}" for name, number in survey.not_finite.items()),
+        *(
+            f"  no value in {c.name}: {survey.used - c.values}, left out where this column is used"
+            for c in survey.columns
+            if c.values < survey.used
+        ),
+        *(
+            f"  {number} ({number / whole:.1%} of all) missing: {reason}"
+            for reason, number in survey.missing.items()
+        ),
+        *_clock_lines(survey.clock, survey.time_unit or "s"),
+        *(f"not read: {name}: {why}" for name, why in survey.unread.items()),
+        *(f"note: {note}" for note in survey.notes),
+    ]
+
+
+def _clock_lines(clock: TimeColumn | None, unit: str) -> list[str]:
+    if clock is None:
+        return ["duration, rate and gaps: unknown, no column looks like a time"]
+    lines = [f"duration: {_short(clock.duration)} {unit}"]
+    if math.isfinite(clock.step):
+        lines.append(
+            f"rate: {_short(clock.rate)} rows/{unit} (median step {_short(clock.step)} {unit}, "
+            f"median jitter {_short(clock.jitter)} {unit})"
+        )
+    lines.append(f"gaps: {len(clock.gaps) or 'none'}")
+    lines += [
+        f"  {_short(length)} {unit} from {start:.10g} {unit} on"
+        for start, length in clock.gaps[:_MOST_GAPS]
+    ]
+    if len(clock.gaps) > _MOST_GAPS:
+        lines.append(f"  and {count(len(clock.gaps) - _MOST_GAPS, 'more gap')}")
+    lines.append(f"times: {clock.repeated} repeated, {clock.backwards} backwards")
+    return lines
+
+
+def _short(number: float) -> str:
+    return f"{number:.6g}" if math.isfinite(number) else "-"

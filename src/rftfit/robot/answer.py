@@ -1,0 +1,95 @@
+"""Answer of one run of the robot: its speed, and what it did in its last strides."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from typing import Any
+
+import pandas as pd
+
+from rftfit.robot.motion import SAMPLES, tail_of
+from rftfit.robot.run import RobotRun
+from rftfit.store.text import count, table
+
+_FACTS = (
+    "speed_cm_per_s",
+    "speed_sd_cm_per_s",
+    "outcome",
+    "reason",
+    "warning",
+    "strides",
+    "averaged",
+)
+
+
+@dataclass(frozen=True)
+class SimulationAnswer:
+    """A run of a robot on a medium, with `SAMPLES` samples a stride."""
+
+    robot: str
+    profile: str
+    run: RobotRun
+
+    @property
+    def condition(self) -> str:
+        """Frequency and curvature, for people."""
+        varied = self.run.condition
+        return f"{varied.frequency_Hz:g} Hz, R'/r = {varied.curvature_times_R:g}"
+
+    @cached_property
+    def tail(self) -> pd.DataFrame:
+        """The last two strides."""
+        return tail_of(self.run, SAMPLES)
+
+    @property
+    def ranges(self) -> dict[str, tuple[float, float]]:
+        """Least and greatest of what matters over the last two strides, by column."""
+        names = ["velocity_x_cm_per_s", "z_cm", "pitch_deg"]
+        tripods = ("force_z_tripod", "force_x_tripod")
+        names += [name for name in self.tail if str(name).startswith(tripods)]
+        return {
+            name: (float(self.tail[name].min()), float(self.tail[name].max())) for name in names
+        }
+
+    @property
+    def doubts(self) -> list[str]:
+        """What a user has to be warned of."""
+        unsteady = self.run.outcome != "steady"
+        no_speed = f"no steady speed: {self.run.outcome}" if unsteady else ""
+        return [doubt for doubt in (self.run.warning, no_speed) if doubt]
+
+    @property
+    def notes(self) -> list[str]:
+        """What stands above the table of the motion."""
+        speed = self.run.speed_cm_per_s
+        speed_text = f"{speed:.6g} cm/s" if math.isfinite(speed) else "none"
+        outcome = f"outcome: {self.run.outcome}; speed: {speed_text}"
+        return [self.robot, self.condition, self.profile, outcome, "pitch: nose up is positive"]
+
+    def summary(self) -> str:
+        """Format the run and its last two strides for people."""
+        run, speed = self.run, "none"
+        if run.outcome == "steady":
+            sd = run.speed_sd_cm_per_s
+            between = f", s.d. between strides {sd:.2g}" if math.isfinite(sd) else ""
+            last = count(run.averaged, "stride")
+            speed = f"{run.speed_cm_per_s:.4g} cm/s (mean of the last {last}{between})"
+        why = f": {run.reason}" if run.reason else ""
+        rows = [[name, f"{low:.4g}", f"{high:.4g}"] for name, (low, high) in self.ranges.items()]
+        return (
+            f"Robot: {self.robot}, {self.condition}\nProfile: {self.profile}\n\nSpeed: {speed}\n"
+            f"Outcome: {run.outcome} after {count(run.strides, 'stride')}{why}\n\n"
+            + table(["last two strides", "least", "greatest"], rows)
+        )
+
+    def as_dict(self) -> dict[str, Any]:
+        """Give it as plain numbers, words and lists."""
+        return {
+            "robot": self.robot,
+            "profile": self.profile,
+            **asdict(self.run.condition),
+            **{name: getattr(self.run, name) for name in _FACTS},
+            "last_two_strides": self.ranges,
+        }

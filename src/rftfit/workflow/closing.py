@@ -1,0 +1,155 @@
+"""What a run of the workflow says at its end: what was found, on how many runs it stands, and where to look."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rftfit.campaign.problems import join_words
+from rftfit.errors import InputError
+from rftfit.store.text import count
+from rftfit.workflow.check import format_failures
+
+if TYPE_CHECKING:
+    from rftfit.campaign.load import Campaign
+    from rftfit.workflow.records import Recorded
+
+FILES = (
+    "results/report.html",
+    "results/figures",
+    "results/quality",
+    "results/robot_full",
+    "results/alpha_tables.xlsx",
+    "results/coefficients.csv",
+    "results/penetration.csv",
+    "results/reproduction.csv",
+    "results/checks",
+    "results/ledger.csv",
+)
+FIGURES = "results/figures/"
+PRINT = "rftfit run --print"
+LEDGER = "results/ledger.csv"
+FINDINGS = "results/findings.csv"
+
+_MOST = 5
+
+
+def closing_lines(recorded: Recorded) -> list[str]:
+    """Say what was found and how many runs it stands on, and name the results that are there."""
+    root = recorded.root
+    # a terminal may have no true minus sign
+    sentences = [
+        f"  {row.get('finding', '')}".replace("\N{MINUS SIGN}", "-")
+        for row in _rows(root / FINDINGS)[:3]
+        if recorded.is_current(FINDINGS)
+    ]
+    counts = ledger_line(root / LEDGER) if recorded.is_current(LEDGER) else ""
+    current = {path for path in recorded.maker if recorded.is_current(path)}
+    shown = [line for name in FILES if (line := _shown(root, current, name))]
+    return [
+        *(["Found:", *sentences] if sentences else []),
+        *filter(None, [counts]),
+        *(["To look at:", *shown] if shown else []),
+        *_for_a_paper(recorded, current),
+        *_not_remade(recorded, current),
+        *list_others(recorded),
+    ]
+
+
+def _for_a_paper(recorded: Recorded, current: set[str]) -> list[str]:
+    """Name the command that draws the figures for a paper, where they are not drawn."""
+    lacking = [path for path in recorded.states.printed if path not in current]
+    if not lacking or not any(path.startswith(FIGURES) for path in current):
+        return []
+    return [f"Figures for a paper, as pdf ({len(lacking)} to draw): {PRINT}"]
+
+
+def _not_remade(recorded: Recorded, current: set[str]) -> list[str]:
+    """Say how many results are older than what they are made from, and were not asked for."""
+    from rftfit.workflow.stages import PRINT_RULES
+
+    old_by_command: Counter[str] = Counter()
+    for path, record in recorded.maker.items():
+        if path not in current:
+            on_demand = "rftfit sweep" if recorded.states.on_demand(record.name) else "rftfit run"
+            old_by_command[PRINT if record.rule in PRINT_RULES else on_demand] += 1
+    return [
+        f"Not up to date, as other results were asked for: {count(number, 'file')}; {command} makes them."
+        for command, number in sorted(old_by_command.items())
+    ]
+
+
+def list_others(recorded: Recorded) -> list[str]:
+    """Name files among the results that are none of this campaign, if there are any."""
+    names = join_words(recorded.list_foreign_files(), _MOST)
+    return [f"Not made by this campaign, and left as they are: {names}."] if names else []
+
+
+def _rows(path: Path) -> list[dict[str, str]]:
+    """Rows of a table, none where it cannot be read."""
+    from rftfit.store import read_cells
+
+    try:
+        header, *rows = read_cells(path) or [[]]
+    except (OSError, ValueError):
+        return []
+    return [dict(zip(header, cells, strict=False)) for cells in rows]
+
+
+def failed_checks(recorded: Recorded) -> list[str]:
+    """What the checks say of the media that fail one."""
+    tables = (f"results/checks/{medium}.csv" for medium in recorded.states.campaign.media_with_runs)
+    return [
+        line
+        for name in tables
+        if recorded.is_current(name)
+        for line in format_failures(_rows(recorded.root / name))
+    ]
+
+
+def _shown(root: Path, current: set[str], name: str) -> str:
+    """A line about a result, or about the files of a folder, that are up to date; empty where there is nothing to see."""
+    if name in current:
+        is_empty = name.endswith(".csv") and not _rows(root / name)
+        return "" if is_empty else f"  {name}"
+    inside = sum(path.startswith(f"{name}/") for path in current)
+    return f"  {name}/ ({count(inside, 'file')})" if inside else ""
+
+
+def ledger_line(path: Path) -> str:
+    """Count the runs and rows that were used, excluded on purpose and dropped; empty where there is no ledger."""
+    from rftfit.measure.ledger import DROPPED, USED
+    from rftfit.page.outcome import runs_with_result
+    from rftfit.store import read_csv
+
+    try:
+        ledger = read_csv(path, lambda name: "count" if name == "rows" else "text")
+        kept = len(runs_with_result(ledger))
+        runs = ledger["run_id"].nunique()
+        excluded = ledger.loc[ledger["reason_code"] == "excluded", "run_id"].nunique()
+        # a sample that was lost is no row of a log
+        rows_used, rows_dropped = (
+            int(ledger.loc[ledger["fate"] == fate, "rows"].sum()) for fate in (USED, DROPPED)
+        )
+    except (OSError, KeyError, ValueError, TypeError, InputError):
+        return ""
+    if not runs or ledger["rows"].isna().any():
+        return ""
+    left_out = f", {excluded} excluded" if excluded else ""
+    return (
+        f"Of {count(runs, 'run')}, {kept} used{left_out} and {runs - kept - excluded} dropped; of "
+        f"{rows_used + rows_dropped} rows, {rows_used} used. Every reason is in {LEDGER}."
+    )
+
+
+def media_without_alpha(campaign: Campaign) -> list[str]:
+    """Media of which no plate run gave a number, by the tables that are there."""
+    from rftfit.results import Results
+
+    results, empty = Results(campaign), []
+    for medium in results.media:
+        name = f"alpha/{medium}.csv"
+        if results.has(name) and results.table(name)["alpha_z_N_per_cm3"].isna().all():
+            empty.append(medium)
+    return empty

@@ -1,0 +1,178 @@
+"""Whether results, and what they were made from, are still as the records of their jobs say."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from rftfit.campaign.problems import did_you_mean, join_words
+from rftfit.errors import InputError
+from rftfit.results import FOLDER
+from rftfit.store.text import count, first_of
+from rftfit.workflow.closing import list_others
+from rftfit.workflow.provenance import (
+    RECORD,
+    Change,
+    changes_between,
+    format_changes,
+    present_provenance,
+    read_provenance,
+)
+from rftfit.workflow.records import OutdatedResult, Record, Recorded
+
+
+@dataclass(frozen=True)
+class Verified:
+    """Results beside their records.
+
+    `asked`: Paths that were asked for by name; `paths`: those that were verified, all where none was asked for.
+    `changes`: In logs, runs, settings, code and versions since the last whole run, which `versions` and `commit` made.
+    """
+
+    now: Recorded
+    asked: Sequence[str]
+    changes: Sequence[Change]
+    versions: dict[str, str]
+    commit: str
+
+    @cached_property
+    def recorded_paths(self) -> list[str]:
+        """Paths of all results that are recorded."""
+        return [path for record in self.now.results().values() for path in record.writes]
+
+    @property
+    def paths(self) -> Sequence[str]:
+        """Paths of the results that were verified."""
+        return self.asked or self.recorded_paths
+
+    @cached_property
+    def differ(self) -> list[str]:
+        """Paths of those that are not as recorded."""
+        return [path for path in self.paths if self.now.maker[path].name in self.now.stale]
+
+    @property
+    def is_as_recorded(self) -> bool:
+        """Whether there are results, and all of them are as recorded."""
+        return bool(self.recorded_paths) and not self.differ
+
+    @cached_property
+    def why(self) -> list[str]:
+        """What was found of jobs that are out of date."""
+        return list_reasons(self.now)
+
+    def summary(self, most: int | None = None) -> str:
+        """Format it for people: at most so many lines of each list; default: all."""
+        lines = [line for path in self.asked for line in [*_chain(self.now, path, most), ""]]
+        changes = map(str, self.changes) if most is None else format_changes(self.changes)
+        lines += first_of([f"Changed: {change}." for change in changes], most, "more changes")
+        results = count(len(self.paths), "result")
+        if self.why or self.differ:
+            lines += first_of(self.why, most)
+            lines.append(
+                f"{len(self.differ)} of {results} not as recorded; `rftfit run` makes "
+                f"them again. (Recorded in {RECORD} and results/records.)"
+            )
+        else:
+            made_with = f"made with rftfit {self.versions.get('rftfit', '')}"
+            made_with += f" at commit {self.commit}" if self.commit else ""
+            lines.append(f"{results}: all as recorded, {made_with}.")
+        return "\n".join([*lines, *list_others(self.now)])
+
+    def as_dict(self) -> dict[str, Any]:
+        """Give it as plain words and lists."""
+        return {
+            "as_recorded": {path: path not in self.differ for path in self.paths},
+            "changed": [str(change) for change in self.changes],
+            "why": self.why,
+            "others": self.now.list_foreign_files(),
+            "versions": self.versions,
+        }
+
+
+def verify_results(now: Recorded, results: Sequence[Path]) -> Verified:
+    """Compare results, all or those of some files and folders, with their records, and these with what is there now."""
+    recorded, data = read_provenance(now.root / FOLDER)
+    changes = changes_between(recorded, present_provenance(now.states))
+    verified = Verified(now, (), changes, recorded.versions, data.get("commit", ""))
+    asked = _find_asked(results, now.root, verified.recorded_paths)
+    return replace(verified, asked=asked)
+
+
+def list_reasons(now: Recorded) -> list[str]:
+    """Say why results are out of date, each reason once; of a campaign without results, why it has none."""
+    jobs = now.stale.values() if now.results() else [now.findings_of()]
+    return list(
+        dict.fromkeys(_format_finding(finding) for findings in jobs for finding in findings)
+    )
+
+
+def _format_finding(finding: OutdatedResult) -> str:
+    job = finding.job.replace("/", " ")
+    match finding.sort:
+        case "edited" | "missing":
+            fault = "edited or damaged" if finding.sort == "edited" else "not there"
+            return f"result {finding.what}: {fault}; was sha256 {finding.was[:12]}"
+        case "new":
+            return f"{job}: never finished"
+        case "input":
+            return f"{job}: {finding.what} is another than it was made from"
+        case _:
+            return f"{job}: made with other {finding.what}"
+
+
+def _find_asked(words: list[Path], root: Path, recorded_paths: list[str]) -> list[str]:
+    """Paths from the campaign's folder of the results that are asked for."""
+    chosen: dict[str, None] = {}
+    for word in words:
+        places = [(Path.cwd() / word).resolve(), (root / word).resolve()]
+        names = [path.relative_to(root).as_posix() for path in places if path.is_relative_to(root)]
+        chosen_paths = [
+            path
+            for name in names
+            for path in recorded_paths
+            if path == name or path.startswith(f"{name}/")
+        ]
+        if not chosen_paths:
+            nearest = did_you_mean(word.as_posix(), recorded_paths)
+            hint = f"; did you mean '{nearest}'?" if nearest else ""
+            raise InputError(
+                f"{word}: not among the {len(recorded_paths)} results that are recorded, so nobody can say "
+                f"what it was made from{hint}"
+            )
+        chosen |= dict.fromkeys(chosen_paths)
+    return list(chosen)
+
+
+def _chain(now: Recorded, name: str, most: int | None) -> list[str]:
+    """Say what a result was made from, job by job."""
+    jobs = now.results(now.maker[name])
+    state = "not as recorded" if now.maker[name].name in now.stale else "as recorded"
+    lines = [f"{name}: {state}", f"  sha256 {now.maker[name].writes[name]}", "  made by:"]
+    rules: dict[str, list[str]] = {}
+    for job in reversed(jobs.values()):
+        rules.setdefault(job.rule, []).extend(filter(None, [job.key]))
+    lines += [
+        f"    {rule}{' of ' + join_words(keys, most) if keys else ''}"
+        for rule, keys in rules.items()
+    ]
+    media = [
+        medium for job in jobs.values() if "logs" in job.state if (medium := _medium(now, job))
+    ]
+    logs = list(dict.fromkeys(log for medium in media for log in now.states.logs(medium)))
+    runs = {run.run_id for medium in media for run in now.states.campaign.runs_of(medium)}
+    depends = dict.fromkeys(what for job in jobs.values() for what in job.state)
+    lines += [
+        f"  {count(len(logs), 'log')}: {join_words(logs, most)}",
+        f"  {count(len(runs), 'row')} of the run sheet: {join_words(sorted(runs), most)}",
+        f"  depends on: {', '.join(depends)}",
+    ]
+    findings_of_chain = [finding for job in jobs for finding in now.stale.get(job, [])]
+    return lines + [f"  {_format_finding(finding)}" for finding in findings_of_chain[:most]]
+
+
+def _medium(now: Recorded, job: Record) -> str:
+    word = now.states.stage(job.rule, job.key)[1]
+    return word if word in now.states.campaign.config.media else ""
