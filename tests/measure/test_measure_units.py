@@ -24,6 +24,8 @@ def test_factors_are_those_of_the_definitions():
     assert dict(units.FORCE_TO_N) == {
         "N": 1,
         "mN": 0.001,
+        "cN": 0.01,
+        "daN": 10,
         "kN": 1000,
         "lbf": pytest.approx(pound_kg * standard_gravity, abs=1e-13),
         "klbf": pytest.approx(1000 * pound_kg * standard_gravity, abs=1e-10),

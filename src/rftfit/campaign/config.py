@@ -217,6 +217,8 @@ QUANTITIES = ("time", "arm_moving", "F1", "F2", "F3", "T1", "T2", "T3", "x", "z"
 Unit = Literal[
     "N",
     "mN",
+    "cN",
+    "daN",
     "kN",
     "lbf",
     "klbf",
@@ -244,7 +246,7 @@ Unit = Literal[
 _LENGTHS = ("um", "mm", "cm", "m", "in")
 UNITS_OF: dict[str, tuple[str, ...]] = {
     "time": ("s", "ms", "us", "ns", "min", "h", "d"),
-    "F": ("N", "mN", "kN", "lbf", "klbf", "kgf", "gf", "kg", "g"),
+    "F": ("N", "mN", "cN", "daN", "kN", "lbf", "klbf", "kgf", "gf", "kg", "g"),
     "T": ("N m", "N mm"),
     "x": _LENGTHS,
     "z": _LENGTHS,
@@ -486,7 +488,7 @@ AnyLog = ForceLog | MotionLog
 Channel = Annotated[str, Field(pattern=r"^[+-]F[123]$")]
 T = TypeVar("T")
 LengthUnit = Literal["mm", "cm", "m", "in"]
-ForceUnit = Literal["N", "mN", "kN", "lbf", "klbf", "kgf", "gf"]
+ForceUnit = Literal["N", "mN", "cN", "daN", "kN", "lbf", "klbf", "kgf", "gf"]
 
 
 def _weight_unit(unit: Any) -> Any:

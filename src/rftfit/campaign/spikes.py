@@ -8,7 +8,7 @@ one of their sides.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -30,8 +30,6 @@ _FEWEST = 2
 """Readings that there are on each side of those that are judged by both sides."""
 _BLOCK = 50
 """Readings that one usual step is taken from."""
-_PASSES = 3
-"""Where many readings are bad, some are found only when others are out of the way."""
 
 
 def find_spikes(
@@ -59,13 +57,12 @@ def find_spikes(
     ndarray of bool
         Shape (n,).
     """
-    alone = spikes = _find_once(values, most_rows, times, ends_in_push)
-    for _ in range(_PASSES - 1):
-        if not spikes.any():
-            break
-        left = np.flatnonzero(~alone)
-        spikes = _find_once(values[left], most_rows, times, ends_in_push)
+    alone = np.zeros(values.size, dtype=bool)
+    left = np.arange(values.size)
+    # where many readings are bad, some are found only when others are out of the way
+    while (spikes := _find_once(values[left], most_rows, times, ends_in_push)).any():
         alone[left[spikes]] = True
+        left = left[~spikes]
     return alone
 
 
@@ -85,7 +82,8 @@ def _find_once(values: FloatArray, most_rows: int, times: float, ends_in_push: b
     ends = np.append(starts, values.size)
     spikes = np.zeros(level.size, dtype=bool)
     if _may_come_back(level, jumps, ends, most_rows):
-        for first, stop in _pairs(values, level, jumps, far, ends, most_rows):
+        pairs = [*_pairs(values, level, jumps, far, ends, most_rows)]
+        for first, stop in _choose_groups(pairs, level, ends):
             spikes[first:stop] = True
     lengths = np.diff(ends)
     for place in (0, -1):
@@ -146,7 +144,7 @@ def _pairs(
             low, high = sorted((before[index], after[later]))
             off = max(lowest - high, low - highest)
             if off > least_far and (
-                stop == first + 1
+                (stop == first + 1 and _turns(level, first))
                 or (
                     off > least
                     and _is_sharp(level, (place, first), before[index])
@@ -155,6 +153,57 @@ def _pairs(
             ):
                 yield first, stop
                 break
+
+
+def _choose_groups(
+    pairs: Sequence[tuple[int, int]], level: FloatArray, ends: np.ndarray
+) -> Iterator[tuple[int, int]]:
+    """Yield groups of bad readings: what lies between two of them is away from them as well, as they are from it.
+
+    Of groups that touch one another the shortest are chosen first; or those in the order of time, or against it, where without
+    them the readings go there and back by less than half as much. `pairs`: First and stop of each group, in the order of time. `ends`: First row of each level.
+    """
+    for chain in _chains(pairs):
+        start, stop = max(chain[0][0] - _BLOCK, 0), max(stop for _, stop in chain) + _BLOCK
+        shortest_first = sorted(chain, key=lambda pair: ends[pair[1]] - ends[pair[0]])
+        least, chosen = math.inf, chain
+        for order in (shortest_first, chain, chain[::-1]) if len(chain) > 1 else ():
+            groups = _without_touching(order)
+            is_left = np.ones(level.size, dtype=bool)
+            for first, behind in groups:
+                is_left[first:behind] = False
+            left = level[start:stop][is_left[start:stop]]
+            there_and_back = float(np.abs(np.diff(left)).sum()) - abs(float(left[-1] - left[0]))
+            if there_and_back < least / 2:
+                least, chosen = there_and_back, groups
+        yield from chosen
+
+
+def _chains(pairs: Sequence[tuple[int, int]]) -> Iterator[list[tuple[int, int]]]:
+    """Part groups, in the order of time, into those of which each touches one before it."""
+    chain: list[tuple[int, int]] = []
+    for pair in pairs:
+        if chain and pair[0] > max(stop for _, stop in chain):
+            yield chain
+            chain = []
+        chain.append(pair)
+    if chain:
+        yield chain
+
+
+def _without_touching(pairs: Iterable[tuple[int, int]]) -> list[tuple[int, int]]:
+    """Take the first of some groups, and each further one that touches none that is taken."""
+    taken: list[tuple[int, int]] = []
+    for first, stop in pairs:
+        if all(stop < start or first > end for start, end in taken):
+            taken.append((first, stop))
+    return taken
+
+
+def _turns(level: FloatArray, index: int) -> bool:
+    """Tell whether a level is left by a jump the other way than it is entered: on the side of a bump it is not."""
+    entered = level[index] - level[index - 1]
+    return bool(entered * (level[index + 1] - level[index]) < 0)
 
 
 def _is_sharp(level: FloatArray, edge: tuple[int, int], beside: float) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import gc
 import math
 import os
 import pickle
@@ -18,7 +19,7 @@ from dataclasses import dataclass, field, replace
 from itertools import chain, islice
 from pathlib import Path
 from threading import Lock
-from typing import TYPE_CHECKING, Any, NamedTuple, Self, TypeVar
+from typing import Any, BinaryIO, NamedTuple, Self, TypeVar
 
 import numpy as np
 
@@ -27,9 +28,6 @@ from rftfit.campaign.problems import escaped
 from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
 from rftfit.table.parse import BLANK, FINITE, add_counts, filled_columns, finite_rows
-
-if TYPE_CHECKING:
-    from multiprocessing.connection import Connection
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -415,75 +413,73 @@ def run_apart(
     object or Exception
         `LogError` of a file at which a signal ended the process, as after more than `_MOST_CPU_S` seconds.
     """
-    from multiprocessing import Pipe
-
     left = deque(paths)
-    bytes_at_once = _BYTES_AT_ONCE
+    is_one_by_one = False
     while left:
         if not hasattr(os, "fork"):
             yield _result_of(work, left.popleft())
             continue
-        receiver, sender = Pipe(duplex=False)
+        read_end, write_end = os.pipe()
         child = os.fork()
         if child == 0:
             try:
-                _send_results(sender, left, work, bytes_at_once)
+                _send_results(write_end, left, work, is_one_by_one=is_one_by_one)
             finally:
                 os._exit(0)
-        sender.close()
+        os.close(write_end)
         try:
-            with receiver:
+            with os.fdopen(read_end, "rb") as results:
                 # whoever takes the last result may never ask for more
-                while 0 < len(results := _received(receiver)) < len(left):
-                    for result in results:
-                        left.popleft()
-                        yield result
+                while len(left) > 1 and (result := _next_result(results)):
+                    left.popleft()
+                    yield result[0]
+                result = _next_result(results)
         finally:
             _, status = os.waitpid(child, 0)
-        for result in results:
+        if result:
             left.popleft()
-            yield result
-        if left and bytes_at_once:
-            bytes_at_once = 0  # to see which file it was
-        elif left:
+            yield result[0]
+        elif not is_one_by_one:
+            is_one_by_one = True  # to see which file it was
+        else:
             cause = f"status {status}"
             if os.WIFSIGNALED(status):
                 cause = signal.Signals(os.WTERMSIG(status)).name
             text = f"{left.popleft()}: damaged: it ends the library that reads it ({cause})"
             yield LogError("damaged", text)
-            bytes_at_once = _BYTES_AT_ONCE
+            is_one_by_one = False
 
 
 _BYTES_AT_ONCE = 1 << 18
 """Size of results that are handed over together: handing over a small one takes as long as reading it."""
 
 
-def _received(receiver: Connection) -> list[Any]:
-    """Receive the next results; none where the sender has ended."""
+def _next_result(results: BinaryIO) -> list[Any]:
+    """Receive a result, in a list; an empty one where the sender has ended."""
     try:
-        return [pickle.loads(result) for result in receiver.recv()]  # noqa: S301  # of this program
-    except (EOFError, OSError):
+        return [pickle.load(results)]  # noqa: S301  # of this program
+    except (EOFError, pickle.UnpicklingError):
         return []
 
 
 def _send_results(
-    sender: Connection, paths: Iterable[Path], work: Callable[[Path], object], bytes_at_once: int
+    write_end: int, paths: Iterable[Path], work: Callable[[Path], object], *, is_one_by_one: bool
 ) -> None:
     """Do the work of the process of its own, some seconds for each file."""
     import resource
 
+    # a search for garbage would write to, and so copy, all memory that is shared with the other process
+    gc.disable()
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    results: list[bytes] = []
-    for path in paths:
-        used = resource.getrusage(resource.RUSAGE_SELF)
-        most = int(used.ru_utime + used.ru_stime) + 1 + _MOST_CPU_S
-        resource.setrlimit(resource.RLIMIT_CPU, (most, resource.RLIM_INFINITY))
-        results.append(pickle.dumps(_result_of(work, path), pickle.HIGHEST_PROTOCOL))
-        if sum(map(len, results)) >= bytes_at_once:
-            sender.send(results)
-            results = []
-    if results:
-        sender.send(results)
+    # arrays larger than the buffer are not copied into it
+    with os.fdopen(write_end, "wb", buffering=_BYTES_AT_ONCE) as results:
+        for path in paths:
+            used = resource.getrusage(resource.RUSAGE_SELF)
+            most = int(used.ru_utime + used.ru_stime) + 1 + _MOST_CPU_S
+            resource.setrlimit(resource.RLIMIT_CPU, (most, resource.RLIM_INFINITY))
+            pickle.dump(_result_of(work, path), results, pickle.HIGHEST_PROTOCOL)
+            if is_one_by_one:
+                results.flush()
 
 
 def _result_of(work: Callable[[Path], Result], path: Path) -> Result | Exception:

@@ -10,6 +10,8 @@ from functools import lru_cache
 _SPELLINGS = {
     "N": "n newton newtons",
     "mN": "mn millinewton millinewtons",
+    "cN": "cn centinewton centinewtons",
+    "daN": "dan dekanewton dekanewtons decanewton decanewtons",
     "kN": "kn kilonewton kilonewtons",
     "lbf": "lbf lb lbs pound pounds",
     "klbf": "klbf kip kips",
@@ -176,6 +178,8 @@ def unique(names: list[str]) -> tuple[str, ...]:
 FORCE_TO_N = {
     "N": 1.0,
     "mN": 1e-3,
+    "cN": 1e-2,
+    "daN": 10.0,
     "kN": 1e3,
     "lbf": 4.4482216152605,
     "klbf": 4448.2216152605,
