@@ -70,7 +70,10 @@ def _map_caption(results: Results, _: str) -> str:
     _, table, origin = best_measured_medium(results)
     if origin == "measured":
         holes = " Crossed grey: no usable run." * maps.has_holes(table, "alpha_z_N_per_cm3")
-        return f"{signs}{holes} Good: smooth from cell to cell, but for a step near gamma = 0."
+        gamma = table.loc[table["alpha_z_N_per_cm3"].notna(), "gamma_deg"]
+        # level pushes feel little of what a slant of a few degrees into the medium feels
+        step = ", but for a step near gamma = 0" * bool(gamma.min() <= 0 < gamma.max())
+        return f"{signs}{holes} Good: smooth from cell to cell{step}."
     return f"Estimated from the pushes (circles) and the shape of known media. {signs}"
 
 

@@ -86,7 +86,7 @@ def _reach(legs: Iterable[Leg]) -> float:
     paper="Fig. 2B",
     section="Measurement",
     caption=(
-        "Stress against depth of single runs, and alpha (+-: half of this run's interval, without scatter between beds) times "
+        "Stress against depth of single runs, and alpha (+- half of this run's interval, without scatter between beds) times "
         "depth. Good: the stress is straight over the shaded depths, which were fitted."
     ),
 )
@@ -127,13 +127,14 @@ def plot_stress_of_runs(results: Results) -> Figure:
         if i % across == 0:
             axes.set_ylabel(f"stress ({style.PER_CM2})")
     z, x = (style.COMPONENT_COLOURS[c] for c in "zx")
-    entries = {
-        r"vertical $\sigma_z$": style.line(z),
-        r"horizontal $\sigma_x$": style.line(x),
-        r"fit of $\sigma_z$ through zero": style.line("black"),
-        r"fit of $\sigma_x$ through zero": style.line("black", linestyle="--"),
-        "fit window": style.patch(facecolor=style.WINDOW),
-    }
+    entries = {r"vertical $\sigma_z$": style.line(z)}
+    any_x = any(measures_x(samples[run]) for run in drawn_runs)
+    if any_x:
+        entries[r"horizontal $\sigma_x$"] = style.line(x)
+    entries[r"fit of $\sigma_z$ through zero"] = style.line("black")
+    if any_x:
+        entries[r"fit of $\sigma_x$ through zero"] = style.line("black", linestyle="--")
+    entries["fit window"] = style.patch(facecolor=style.WINDOW)
     if deepest:
         entries["depths of legs"] = style.patch(facecolor=_LEGS)
     style.legend(page, entries, borderaxespad=0.3)

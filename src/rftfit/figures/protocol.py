@@ -174,7 +174,7 @@ def _about(run: Run) -> str:
     media=lambda campaign: campaign.media_with_logs("laboratory")[:1],
     section="Measurement",
     caption=(
-        "How a force becomes a slope in {medium}, one run of each kind in a column: position, force, result (+-: half of this run's interval). "
+        "How a force becomes a slope in {medium}, one run of each kind in a column: position, force, result (+- half of this run's interval). "
         "Good: the dashed force is small, and stress is straight over the shaded window."
     ),
 )

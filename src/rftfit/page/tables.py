@@ -83,7 +83,8 @@ def tabulate_media(results: Results, outcome: Outcome) -> PageTable:
         word, reason = verdict_of(results, row["medium"])
         count = most_serious_flag(results, row["medium"])[1]
         flags = f"{count} flag{'s' * (count != 1)}" if count and word == SOUND else ""
-        link = {SOUND: "", NOTHING: "#dropped"}.get(word, f"#checks-{row['medium']}")
+        link_by_word = {SOUND: "", NOTHING: "#dropped", NOT_CHECKED: "#believed"}
+        link = link_by_word.get(word, f"#checks-{row['medium']}")
         css_class = {SOUND: "same", DOUBTFUL: "doubtful", NOT_CHECKED: "faint"}.get(word, "differs")
         # what holds for all of a kind is said above the table
         why = {SOUND: "", NOT_CHECKED: "but not all checked"}.get(word, reason)
