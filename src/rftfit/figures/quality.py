@@ -565,8 +565,8 @@ def _summary(table: pd.DataFrame) -> str:
     differences = (table[f"alpha_{c}_N_per_cm3"] - table[f"others_{c}_N_per_cm3"] for c in "zx")
     medians = [style.format_number(difference.abs().median(), 4) for difference in differences]
     return (
-        f"{len(table)} runs, {int(table['apart'].sum())} of {times.notna().sum()} farther apart than chance explains (grey); the "
-        f"farthest: {style.format_number(float(times.max()), 1)} times the spread of such differences\n"
+        f"{len(table)} runs, {int(table['apart'].sum())} of {times.notna().sum()} apart: by more than chance explains (grey)\n"
+        f"the farthest: {style.format_number(float(times.max()), 1)} times the spread of such differences\n"
         f"half of them within {medians[0]} (z) and {medians[1]} (x) {style.PER_CM3}"
     )
 
