@@ -73,11 +73,11 @@ def name_of_mean(cell: Mapping[Any, Any]) -> str:
 
 
 _SCATTER_OF_BEDS = {
-    REPEATS: "as repeats differ",
-    OF_CELL: "as repeats of this direction differ",
-    FEW_REPEATS: f"by few repeats and an assumed scatter of {100 * USUAL_BED_SPREAD:g} %",
-    STATED: "by the stated scatter",
-    ASSUMED: f"by an assumed scatter of {100 * USUAL_BED_SPREAD:g} %",
+    REPEATS: "with the scatter of repeats",
+    OF_CELL: "with the scatter of the repeats of this direction",
+    FEW_REPEATS: f"with the scatter of few repeats and an assumed one of {100 * USUAL_BED_SPREAD:g} %",
+    STATED: "with the stated scatter",
+    ASSUMED: f"with an assumed scatter of {100 * USUAL_BED_SPREAD:g} %",
 }
 """Words for where the scatter between beds is known from."""
 

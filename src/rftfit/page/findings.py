@@ -100,7 +100,8 @@ def _lost_pushes(results: Results) -> Iterable[str]:
 def _mean_and_next_bed(cell: Mapping[Any, Any], confidence: float) -> str:
     """Both intervals of alpha_z of a cell, each named by what it holds; nothing where none is known."""
     texts = []
-    next_bed = " ".join(filter(None, ("next bed", labels.scatter_of_beds(cell, confidence))))
+    scatter = labels.scatter_of_beds(cell, confidence)
+    next_bed = f"next bed, {scatter}," if scatter else "next bed"
     for suffix, words in (("", labels.name_of_mean(cell)), ("_next", next_bed)):
         low, high = (cell.get(column("z", f"_{end}{suffix}")) for end in ("lo", "hi"))
         if span := labels.format_interval(low, high, 4):
