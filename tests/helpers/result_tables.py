@@ -333,6 +333,7 @@ def run(run_id, medium, kind="plate", direction="intrusion"):
         beta_deg=0.0,
         gamma_deg=90.0,
         excluded=False,
+        lacks_force_x=False,
         session="",
     )
 

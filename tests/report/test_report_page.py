@@ -146,7 +146,9 @@ def test_summary_counts_runs_and_names_the_worst_flag(results, page, read):
     assert data == "sound|2 flags"
     assert '<a href="#notes-poppy_LP">2 flags</a>' in page
     assert 'id="notes-poppy_LP"' in page
-    assert model.startswith("within 33 %|reversed c-leg, thrust +29\N{NO-BREAK SPACE}%")
+    assert model.startswith(
+        "within 33 %|measured table: reversed c-leg, thrust +29\N{NO-BREAK SPACE}%"
+    )
     sand = read.rows("summary")["Yuma sand|natural sand, 1 run"]
     assert sand[:2] == ["sound", "not tested|no leg was measured"]
     assert f"p2: {GAP} (2 flags in all)" in read.text["summary"]

@@ -322,7 +322,9 @@ _BESIDE = {"pair": "other run of its direction"}
             "{found}: prepare each bed in one way, and look for wet sand, another plate or runs in wrong rows. Where beds do "
             "differ so much, accept it with the reason.",
         ),
-        "repeats-few": Words("too few runs to estimate how much runs differ"),
+        "repeats-few": Words(
+            "too few runs to estimate how much runs differ: push a direction twice at least"
+        ),
         "repeats-blind": Words(
             "a difference below {median:.0%} of the largest alpha (median) would not be seen, so far are the runs from one "
             "another or from the shape of known media: push directions twice"

@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from rftfit.checks.declared import (
@@ -16,8 +17,9 @@ from rftfit.checks.declared import (
     declare_check,
     flags_on,
 )
+from rftfit.measure.alpha import column
 from rftfit.measure.flags import Remark, format_remarks, remark
-from rftfit.measure.verdict_words import DOUBTFUL, PULLS, UNUSABLE
+from rftfit.measure.verdict_words import DOUBTFUL, FEWEST_RUNS, NO_RUNS, PULLS, UNUSABLE
 from rftfit.store.chosen import chosen
 
 CLEAR = chosen("checks", "evidence").axes
@@ -113,7 +115,9 @@ def check_axes(measured: MediumMeasurements) -> Check:
         "shared-open": Words(
             "these runs do not tell what many of them share ({missing}): repeat directions at the begin and the end"
         ),
-        "shared-few": Words("too few runs to tell what many of them share"),
+        "shared-few": Words(
+            "errors that many runs share cannot be seen: {found} have both alpha_z and alpha_x, and {wanted} are needed"
+        ),
     },
 )
 def check_shared(measured: MediumMeasurements) -> Check:
@@ -142,8 +146,12 @@ def check_shared(measured: MediumMeasurements) -> Check:
         for kind in dict.fromkeys(causes.loc[causes["verdict"] == "not checked", "kind"])
     )
     if None in least_remarks:
-        code = "shared-few" if (causes["reason"] == "no-runs").all() else "shared-open"
-        return Check.skip("shared", code, missing=", ".join(missing))
+        if (causes["reason"] == NO_RUNS).all():
+            slopes = measured.tables["fits"][[column(c) for c in "zx"]].to_numpy(float)
+            count = int(np.isfinite(slopes).all(axis=1).sum())
+            found = f"{count or 'no'} run{'s' * (count != 1)}"
+            return Check.skip("shared", "shared-few", found=found, wanted=FEWEST_RUNS)
+        return Check.skip("shared", "shared-open", missing=", ".join(missing))
     least_text = " and ".join(map(str, least_remarks))
     return Check.judge("shared", True, seen=least_text)
 

@@ -35,6 +35,10 @@ class Verdict(NamedTuple):
 
     def on(self, media: str, are_several: bool = False) -> str:
         """State the verdict on a medium, or on several with the same one, without a full stop."""
+        if self.word == NOT_CHECKED:
+            # what was checked is without a fault: that is not the same as sound, and not nothing
+            verb = "show" if are_several else "shows"
+            return f"{media} {verb} no fault, but not all was checked ({self.reason})"
         verbs = ("has", "have") if self.word == NOTHING else ("is", "are")
         return f"{media} {verbs[are_several]} {self}"
 

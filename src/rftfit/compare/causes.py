@@ -14,7 +14,6 @@ from rftfit.campaign.sheet import Run
 from rftfit.compare.axes import axes_evidence
 from rftfit.compare.joint import (
     ALL,
-    FEWEST_RUNS,
     FROM_RUN,
     HOLDER,
     KINDS,
@@ -29,10 +28,11 @@ from rftfit.compare.joint import (
 from rftfit.compare.misplaced import find_misplaced
 from rftfit.directions import TOLERANCE_DEG
 from rftfit.measure.alpha import column
+from rftfit.measure.verdict_words import FEWEST_RUNS, NO_RUNS
 
 TOLD, NOT_SEEN, NOT_CHECKED = "told", "not seen", "not checked"
-MIXED_UP, TOO_WIDE, NO_RUNS = "mixed-up", "too-wide", "no-runs"
-"""Why a cause cannot be checked: its runs are those of other directions; only an unlikely size would be seen; few runs."""
+MIXED_UP, TOO_WIDE = "mixed-up", "too-wide"
+"""Why a cause cannot be checked, beside `NO_RUNS`: its runs are those of other directions; only an unlikely size would be seen."""
 
 CAUSE_COLUMNS = [
     "medium",

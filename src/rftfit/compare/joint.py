@@ -36,9 +36,6 @@ from rftfit.store.chosen import chosen
 FALSE_ALARMS = 0.01
 """Rate at which a sound campaign is said to have some shared cause."""
 
-FEWEST_RUNS = 8
-"""With fewer runs nothing is said of what they share."""
-
 ALL, HOLDER, FROM_RUN, WINDOW, TREND = "all", "holder", "from-run", "window", "trend"
 """Groups of runs that may share a cause, besides the labels of the run sheet."""
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -166,14 +167,17 @@ def _scores(
         top = abs(measured_peak(theta[finite], measured[finite], c).force_N)
         lo, hi = (forces[f"force_{c}_model_{end}_N"].to_numpy(float) for end in ("lo", "hi"))
         highest = extreme(predicted, c)
+        # an interval that reaches to the other side of zero has an end below zero
+        side = math.copysign(1.0, predicted[highest])
+        least, most = sorted((side * lo[highest], side * hi[highest]))
         loaded = finite & contact.touches
         inside = (lo <= measured) & (measured <= hi)
         yield {
             "component": c,
             "peak_measured_N": top,
             "peak_predicted_N": abs(predicted[highest]),
-            "peak_predicted_model_lo_N": min(abs(lo[highest]), abs(hi[highest])),
-            "peak_predicted_model_hi_N": max(abs(lo[highest]), abs(hi[highest])),
+            "peak_predicted_model_lo_N": least,
+            "peak_predicted_model_hi_N": most,
             "peak_error_percent": 100 * (abs(predicted[highest]) / top - 1),
             "rms_relative_to_peak": float(
                 np.sqrt(np.mean((predicted - measured)[finite] ** 2)) / top

@@ -70,7 +70,10 @@ def _map_caption(results: Results, _: str) -> str:
     _, table, origin = best_measured_medium(results)
     if origin == "measured":
         holes = " Crossed grey: no usable run." * maps.has_holes(table, "alpha_z_N_per_cm3")
-        return f"{signs}{holes} Good: smooth from cell to cell."
+        gamma = table.loc[table["alpha_z_N_per_cm3"].notna(), "gamma_deg"]
+        # level pushes feel little of what a slant of a few degrees into the medium feels
+        step = ", but for a step near gamma = 0" * bool(gamma.min() <= 0 < gamma.max())
+        return f"{signs}{holes} Good: smooth from cell to cell{step}."
     return f"Estimated from the pushes (circles) and the shape of known media. {signs}"
 
 
@@ -92,7 +95,7 @@ def plot_first_map(results: Results) -> Figure:
     maps.add_bar(page, axes, maps.add_table(axes, table, values, signed=True))
     page.axes[-1].tick_params(labelsize=6)
     if maps.lies_on_grid(table):
-        maps.add_signs(axes, "z", *maps.pivot(table, "alpha_z_N_per_cm3"))
+        maps.add_signs(axes, "z", *maps.cells_of_map(table, "alpha_z_N_per_cm3"))
     if origin == "estimated":
         maps.add_pushes(axes, results[medium].alpha)
         maps.widen_for_marks(page)

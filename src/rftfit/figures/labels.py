@@ -7,6 +7,16 @@ from typing import TYPE_CHECKING
 
 from rftfit.figures.style import format_number
 from rftfit.measure.alpha import column
+from rftfit.measure.errors import (
+    AS_PREPARED,
+    ASSUMED,
+    FEW_REPEATS,
+    OF_CELL,
+    REPEATS,
+    STATED,
+    USUAL_BED_SPREAD,
+    half_width_of_bed,
+)
 from rftfit.measure.flags import codes_of
 from rftfit.measure.verdict_words import UNUSABLE
 
@@ -55,6 +65,32 @@ def format_interval(low: float | None, high: float | None, digits: int = 3) -> s
 def in_brackets(text: str) -> str:
     """Write what follows a number in brackets, nothing where there is nothing."""
     return f" ({text})" if text else ""
+
+
+def name_of_mean(cell: Mapping[Any, Any]) -> str:
+    """Name the interval of alpha of a cell by whether it holds how beds differ."""
+    return "without scatter between beds" if cell["spread"] == AS_PREPARED else "mean of beds"
+
+
+_SCATTER_OF_BEDS = {
+    REPEATS: "with the scatter of repeats",
+    OF_CELL: "with the scatter of the repeats of this direction",
+    FEW_REPEATS: f"with the scatter of few repeats and an assumed one of {100 * USUAL_BED_SPREAD:g} %",
+    STATED: "with the stated scatter",
+    ASSUMED: f"with an assumed scatter of {100 * USUAL_BED_SPREAD:g} %",
+}
+"""Words for where the scatter between beds is known from."""
+
+
+def scatter_of_beds(cell: Mapping[Any, Any], confidence: float) -> str:
+    """Say where the scatter of the interval of the next bed is from; empty where that interval adds none."""
+    if cell["spread"] != AS_PREPARED:
+        return _SCATTER_OF_BEDS.get(str(cell["spread"]), "")
+    alpha, high, high_next = (float(cell[column("z", end)]) for end in ("", "_hi", "_hi_next"))
+    added_square = (high_next - alpha) ** 2 - (high - alpha) ** 2
+    # runs behind each row of a table hold their beds: then nothing is assumed
+    assumed = 0.99 * half_width_of_bed(USUAL_BED_SPREAD, confidence) * abs(alpha)
+    return _SCATTER_OF_BEDS[ASSUMED] if added_square >= assumed**2 else ""
 
 
 def explanation_of(row: Mapping[str, Any]) -> str:

@@ -372,7 +372,7 @@ def _without_zeta(results: Results, _: str) -> Sequence[str]:
     section="Legs",
     caption=(
         "Measured forces over zeta in the laboratory media. Good: all curves fall together, on the black generic "
-        "prediction."
+        "prediction. Together but off it: the scaling holds, and the nine terms do not."
     ),
     lacking=_without_zeta,
 )

@@ -14,6 +14,7 @@ from rftfit.figures.plates import stress_runs
 from rftfit.figures.registry import figure, greek, when
 from rftfit.model.fourier import TERMS, evaluate
 from rftfit.model.profiles import DepthOnlyProfile, TableProfile
+from rftfit.model.symmetry import WIDEST_DEG
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -48,7 +49,7 @@ LEFT_CM, ROW_CM, TOP_CM, BOTTOM_CM = 1.25, SIDE_CM + 0.95, 1.0, 0.85
 
 _MAPS_CAPTION = (
     "Measured alpha over attack angle beta and direction gamma, and half of the interval of alpha. "
-    "Red pushes up or toward +x, blue opposite. Good: smooth from cell to cell."
+    "Red pushes up or toward +x, blue opposite. Good: smooth from cell to cell, but for a step near gamma = 0."
 )
 
 
@@ -209,7 +210,9 @@ def _draw_maps(
                     axes, interpolated[index], colours(table[name].to_numpy(float), signed=True)
                 )
             add_bar(page, axes, add_table(axes, table, table[name], signed=True), c)
-            fine = (_FINE, _FINE, interpolated[index]) if interpolated else pivot(table, name)
+            fine = (
+                (_FINE, _FINE, interpolated[index]) if interpolated else cells_of_map(table, name)
+            )
             add_signs(axes, c, *fine)
             width = scales[c] * labels.alpha_half_width(table, c)
             axes = empty_map(page, row, 2 * index + 1, (False, is_last_row))
@@ -243,7 +246,8 @@ def _add_plates(axes: Axes) -> None:
 
 def has_holes(table: pd.DataFrame, column: str) -> bool:
     """Whether any cell of a table has no number."""
-    values = pivot(table, column)[2] if lies_on_grid(table) else table[column].to_numpy(float)
+    on_grid = lies_on_grid(table)
+    values = cells_of_map(table, column)[2] if on_grid else table[column].to_numpy(float)
     return bool(np.isnan(values).any())
 
 
@@ -387,6 +391,22 @@ def pivot(table: pd.DataFrame, column: str) -> tuple[FloatArray, FloatArray, Flo
     return rows, columns, values
 
 
+def cells_of_map(table: pd.DataFrame, column: str) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """One column as `pivot`, with lines of NaN in gaps over which nothing is interpolated: no cell reaches into them."""
+    beta, gamma, values = pivot(table, column)
+    for axis, lines in enumerate((beta, gamma)):
+        new_lines = [
+            np.linspace(low, high, int(np.ceil((high - low) / (WIDEST_DEG / 2))) + 1)[1:-1]
+            for low, high in pairwise(lines)
+            if high - low > WIDEST_DEG
+        ]
+        places = np.searchsorted(lines, np.concatenate([np.zeros(0), *new_lines]))
+        values = np.insert(values, places, np.nan, axis=axis)
+        lines_with_gaps = np.insert(lines, places, np.concatenate([np.zeros(0), *new_lines]))
+        beta, gamma = (lines_with_gaps, gamma) if axis == 0 else (beta, lines_with_gaps)
+    return beta, gamma, values
+
+
 def lies_on_grid(table: pd.DataFrame) -> bool:
     """Whether at least half of the pairs of the angles of one medium's alpha table are in it."""
     lines = [table[f"{angle}_deg"].round(2).nunique() for angle in ("beta", "gamma")]
@@ -504,7 +524,7 @@ def add_table(
 ) -> ScalarMappable:
     """Draw one number of each row of an alpha table: as cells on a grid, else as dots, a cross for none."""
     if lies_on_grid(table):
-        return add_cells(axes, *pivot(table.assign(shown=values), "shown"), signed)
+        return add_cells(axes, *cells_of_map(table.assign(shown=values), "shown"), signed)
     measured_cells, empty_cells = table[values.notna()], table[values.isna()]
     axes.plot(empty_cells["gamma_deg"], empty_cells["beta_deg"], "x", color="#606060", markersize=3)
     marker_style: style.Look = {

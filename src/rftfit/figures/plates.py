@@ -10,7 +10,14 @@ import numpy as np
 from rftfit.errors import InputError
 from rftfit.figures import style
 from rftfit.figures.registry import figure, when
-from rftfit.figures.traces import alpha_text, alpha_with_interval, by_run, draw_thin, stress_of
+from rftfit.figures.traces import (
+    alpha_with_interval,
+    by_run,
+    describe_alpha,
+    draw_thin,
+    measures_x,
+    stress_of,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -79,8 +86,8 @@ def _reach(legs: Iterable[Leg]) -> float:
     paper="Fig. 2B",
     section="Measurement",
     caption=(
-        "Stress against depth of single runs, and alpha (+- half of its interval) times depth. Good: the stress is "
-        "straight over the shaded depths, which were fitted."
+        "Stress against depth of single runs, and alpha (+- half of this run's interval, without scatter between beds) times "
+        "depth. Good: the stress is straight over the shaded depths, which were fitted."
     ),
 )
 def plot_stress_of_runs(results: Results) -> Figure:
@@ -107,7 +114,7 @@ def plot_stress_of_runs(results: Results) -> Figure:
         _draw_run(axes, samples[run], fit)
         beta, gamma = (style.degrees(float(fit[f"{name}_deg"])) for name in ("beta", "gamma"))
         head = [f"{fit['direction']}, $\\beta$ = {beta}, $\\gamma$ = {gamma}"]
-        head += [rf"$\alpha_{c}$ = {alpha_text(fit, c)} {style.PER_CM3}" for c in "zx"]
+        head += [describe_alpha(fit, c, samples[run]) for c in "zx"]
         axes.set_title("\n".join(head), loc="left", fontsize=6, pad=4)
         axes.set_xlim(0, None)
         if deepest:
@@ -120,13 +127,14 @@ def plot_stress_of_runs(results: Results) -> Figure:
         if i % across == 0:
             axes.set_ylabel(f"stress ({style.PER_CM2})")
     z, x = (style.COMPONENT_COLOURS[c] for c in "zx")
-    entries = {
-        r"vertical $\sigma_z$": style.line(z),
-        r"horizontal $\sigma_x$": style.line(x),
-        r"fit of $\sigma_z$ through zero": style.line("black"),
-        r"fit of $\sigma_x$ through zero": style.line("black", linestyle="--"),
-        "fit window": style.patch(facecolor=style.WINDOW),
-    }
+    entries = {r"vertical $\sigma_z$": style.line(z)}
+    any_x = any(measures_x(samples[run]) for run in drawn_runs)
+    if any_x:
+        entries[r"horizontal $\sigma_x$"] = style.line(x)
+    entries[r"fit of $\sigma_z$ through zero"] = style.line("black")
+    if any_x:
+        entries[r"fit of $\sigma_x$ through zero"] = style.line("black", linestyle="--")
+    entries["fit window"] = style.patch(facecolor=style.WINDOW)
     if deepest:
         entries["depths of legs"] = style.patch(facecolor=_LEGS)
     style.legend(page, entries, borderaxespad=0.3)
@@ -144,7 +152,7 @@ def _draw_run(axes: Axes, trace: Trace, fit: Row) -> None:
         below = depth >= 0
         axes.plot(depth[below], stress[below], color=colour, linewidth=0.6, alpha=0.75)
         alpha, *_ = alpha_with_interval(fit, c)
-        if np.isfinite(alpha):
+        if np.isfinite(alpha) and (c == "z" or measures_x(trace)):
             end = float(np.nanmax(depth))
             dashes = "-" if c == "z" else "--"
             axes.plot([0, end], [0, alpha * end], dashes, color="black", linewidth=0.8)

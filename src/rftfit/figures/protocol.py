@@ -12,7 +12,14 @@ from rftfit.compare.legs import measured_peak
 from rftfit.figures import leg_panels, style
 from rftfit.figures.plates import PUSH
 from rftfit.figures.registry import figure
-from rftfit.figures.traces import alpha_text, alpha_with_interval, by_run, draw_thin, stress_of
+from rftfit.figures.traces import (
+    alpha_with_interval,
+    by_run,
+    describe_alpha,
+    draw_thin,
+    measures_x,
+    stress_of,
+)
 from rftfit.measure.flags import remark
 
 if TYPE_CHECKING:
@@ -167,7 +174,7 @@ def _about(run: Run) -> str:
     media=lambda campaign: campaign.media_with_logs("laboratory")[:1],
     section="Measurement",
     caption=(
-        "How a force becomes a slope in {medium}, one run of each kind in a column: position, force, result (+- half of the interval). "
+        "How a force becomes a slope in {medium}, one run of each kind in a column: position, force, result (+- half of this run's interval). "
         "Good: the dashed force is small, and stress is straight over the shaded window."
     ),
 )
@@ -275,11 +282,11 @@ def _draw_plate(axes: Axes, column: PanelColumn) -> str:
         stress = trace[f"stress_{c}_N_per_cm2"]
         draw_thin(axes, place, stress, color=colour, linewidth=0.6, alpha=0.75)
         alpha, *_ = alpha_with_interval(column.fit, c)
-        if np.isfinite([alpha, end]).all():
+        if np.isfinite([alpha, end]).all() and (c == "z" or measures_x(trace)):
             ends = np.array([begin if flat else 0.0, end])
             shape = scale * np.ones(2) if flat else ends
             axes.plot(ends, alpha * shape, "-" if c == "z" else "--", color="black")
-        notes.append(rf"$\alpha_{c}$ = {alpha_text(column.fit, c)} {style.PER_CM3}")
+        notes.append(describe_alpha(column.fit, c, trace))
     axes.set_xlim(0, None)
     axes.set_xlabel("distance travelled (cm)" if flat else "depth (cm)")
     style.ticks(axes.xaxis, 5, integer=True)
@@ -340,8 +347,8 @@ def _without_tare(results: Results, medium: str) -> Sequence[str]:
     media=lambda campaign: campaign.media_with_logs("laboratory")[:1],
     section="Measurement",
     caption=(
-        "The force on the rod and the mount along the deepest path in {medium}, used as a tare within the "
-        "shaded depths. Good: small beside the forces on plates, and valid over the whole stroke."
+        "Force on rod and mount along the deepest path in {medium}, the tare within the shaded depths. "
+        "Good: a small part of that on plate and rod (check: rods), and valid over the whole stroke."
     ),
     lacking=_without_tare,
 )
@@ -438,7 +445,7 @@ def draw_clocks(rows: Sequence[tuple[Ingested, Alignment]]) -> Figure:
     Third, where a surface was estimated: the force next to it, and the model there.
     """
     differences = np.array([_difference_s(trace, alignment) for trace, alignment in rows])
-    half_widths = np.array([1.96 * (alignment.clock.se_s or 0.0) for _, alignment in rows])
+    half_widths = np.array([_NORMAL_95 * (alignment.clock.se_s or 0.0) for _, alignment in rows])
     worst = int(np.argmax(np.abs(differences) / np.where(half_widths > 0, half_widths, 1.0)))
     trace, alignment = rows[worst]
     page, panels = style.panels((_OVERVIEW_CM, _PUSH_CM), 3 if trace.surface else 2, 6.1)
@@ -465,6 +472,9 @@ def draw_clocks(rows: Sequence[tuple[Ingested, Alignment]]) -> Figure:
     style.legend(page, entries)
     return page
 
+
+_NORMAL_95 = 1.96
+"""Standard errors to the end of an interval of 95 %."""
 
 _OF_PUSH = 0.3
 """Opacity of the interval of the surface."""
@@ -494,8 +504,10 @@ def _draw_offsets(axes: Axes, differences: FloatArray, half_widths: FloatArray, 
 def _offset(clock: ClockFit) -> str:
     hours = f"{style.format_number(clock.hours, 0)} h " if clock.hours else ""
     seconds = style.format_number(clock.offset_s - 3600 * (clock.hours or 0))
-    error = "" if clock.se_s is None else f" \N{PLUS-MINUS SIGN} {style.format_number(clock.se_s)}"
-    return f"clocks {hours}{seconds}{error} s"
+    if clock.se_s is None:
+        return f"clocks {hours}{seconds} s"
+    half_width = style.format_number(_NORMAL_95 * clock.se_s)
+    return f"clocks {hours}{seconds} \N{PLUS-MINUS SIGN} {half_width} s (95 %)"
 
 
 def _draw_lags(axes: Axes, alignment: Alignment, session_s: float) -> None:
@@ -540,5 +552,7 @@ def _draw_contact(axes: Axes, surface: Surface) -> None:
     )
     axes.axvspan(*ends, color=_RED, alpha=_OF_PUSH, linewidth=0)
     axes.set_xlim(-_NEAR_SURFACE_CM, _NEAR_SURFACE_CM)
-    axes.set_title(f"surface \N{PLUS-MINUS SIGN} {10 * surface.se_cm:.2f} mm", loc="left")
+    # of the interval that is shaded
+    half_mm = 10 * (hi - lo) / 2
+    axes.set_title(f"surface \N{PLUS-MINUS SIGN} {half_mm:.2f} mm (95 %)", loc="left")
     axes.set(xlabel="depth below surface (cm)", ylabel="lift (N)")

@@ -13,8 +13,17 @@ import numpy as np
 from rftfit.directions import number_depths
 from rftfit.figures import style
 from rftfit.figures.registry import figure, when
-from rftfit.figures.traces import DIRECTIONS, by_run, panel_limits, problem_text, stress_of, thin
+from rftfit.figures.traces import (
+    DIRECTIONS,
+    by_run,
+    measures_x,
+    panel_limits,
+    problem_text,
+    stress_of,
+    thin,
+)
 from rftfit.measure.flags import describe_shared
+from rftfit.measure.sentences import FLAGS
 from rftfit.measure.verdict_words import MAP, PAIR, REPEATS
 
 if TYPE_CHECKING:
@@ -302,7 +311,7 @@ class Sheet:
         self.lines["#b0b0b0", 0.4, "-"].append(np.array([(left, zero), (left + inner, zero)]))
         for (kind, c), (pen, _) in STRESS.items():
             column = f"{kind}_{c}_N_per_cm2"
-            if kind == "stress" or np.any(trace[column]):
+            if (c == "z" or measures_x(trace)) and (kind == "stress" or np.any(trace[column])):
                 self.lines[pen] += thin(x, zero + scale * trace[column])
         if not np.isfinite(x).any():
             return
@@ -310,7 +319,7 @@ class Sheet:
         depths = np.full(2, np.nanmedian(trace["depth_cm"])) if flat else ends
         for c in "zx":
             y = zero + scale * float(fit[f"alpha_{c}_N_per_cm3"]) * depths
-            if np.isfinite(y).all():
+            if np.isfinite(y).all() and (c == "z" or measures_x(trace)):
                 self.lines[FIT].append(np.column_stack([left + across * ends, y]))
 
     def _write_words(self, left: float, top: float, trace: Trace, fit: Row, problem: str) -> None:
@@ -329,7 +338,10 @@ class Sheet:
             ("x", left + inner - margin, "right"),
         ):
             alpha, colour = float(fit[f"alpha_{c}_N_per_cm3"]), style.COMPONENT_COLOURS[c]
-            if np.isfinite(alpha):
+            if c == "x" and not measures_x(trace):
+                text = "αx 0 by symmetry" if np.isfinite(alpha) else "αx not measured"
+                write(x, top - 0.54, text, 5.2, color="#555555", ha=alignment)
+            elif np.isfinite(alpha):
                 text = f"α{c} {style.format_number(alpha)}"
                 write(x, top - 0.54, text, 5.2, color=colour, ha=alignment)
         if trace:
@@ -378,7 +390,10 @@ class Sheet:
             x = self.corner(0, i)[0] + (self.width - _GAP) / 2
             self.axes.text(x, -_TOP + 0.12, label, fontsize=7, ha="center", va="bottom")
         self.axes.text(LEFT, -0.35, style.plain(title), fontsize=14, va="top")
-        self.axes.text(LEFT, -0.98, style.plain(notes), fontsize=8, va="top", color=style.MARK)
+        # how a medium was measured is no fault of its runs
+        is_fault = any(FLAGS[flag.code].shared != "always" for flag in self.shared)
+        colour = style.MARK if is_fault else "#555555"
+        self.axes.text(LEFT, -0.98, style.plain(notes), fontsize=8, va="top", color=colour)
         self._add_legend()
         return self.figure
 
@@ -469,6 +484,8 @@ def plot_runs_side_by_side(results: Results) -> Figure:
             style.line(colour, **_comparison_look(colour, marker, is_filled))
             for colour in style.COMPONENT_COLOURS.values()
         )
+    if any(table["seen_from_ratio"].notna().any() for table in tables.values()):
+        entries["differences that chance explains"] = style.line(_CHANCE, linewidth=1.0)
     if any(table["apart"].any() for table in tables.values()):
         entries["outlier"] = style.dots(style.MARK, 4)
     style.legend(page, entries)
@@ -483,6 +500,7 @@ def _comparison_look(colour: str, marker: str, is_filled: bool) -> style.Look:
 def _side_by_side(axes: Axes, table: pd.DataFrame, runs_apart: pd.DataFrame, c: str) -> None:
     """Draw one component of the runs of a medium; both have the same height, so that they can be compared."""
     style.zero_line(axes)
+    _shade_chance(axes, table, c)
     differences = {
         component: table[f"alpha_{component}_N_per_cm3"] - table[f"others_{component}_N_per_cm3"]
         for component in "zx"
@@ -524,6 +542,18 @@ def _side_by_side(axes: Axes, table: pd.DataFrame, runs_apart: pd.DataFrame, c: 
         style.ticks(axis, 5)
 
 
+_CHANCE = "#c9c9c9"
+"""Colour of differences that chance explains."""
+
+
+def _shade_chance(axes: Axes, table: pd.DataFrame, c: str) -> None:
+    """Draw at each run how far it may lie from the others before it counts as apart."""
+    alpha = table[[f"alpha_{component}_N_per_cm3" for component in "zx"]].to_numpy(float)
+    half_width = table["seen_from_ratio"] * np.nanmax(np.abs(alpha), initial=0.0)
+    alpha_of_others = table[f"others_{c}_N_per_cm3"]
+    axes.vlines(alpha_of_others, -half_width, half_width, color=_CHANCE, linewidth=0.5, zorder=0)
+
+
 _MANY_RUNS = 200
 
 
@@ -535,8 +565,8 @@ def _summary(table: pd.DataFrame) -> str:
     differences = (table[f"alpha_{c}_N_per_cm3"] - table[f"others_{c}_N_per_cm3"] for c in "zx")
     medians = [style.format_number(difference.abs().median(), 4) for difference in differences]
     return (
-        f"{len(table)} runs, {int(table['apart'].sum())} of {times.notna().sum()} apart, the farthest "
-        f"{style.format_number(float(times.max()), 1)} times the spread\n"
+        f"{len(table)} runs, {int(table['apart'].sum())} of {times.notna().sum()} apart: by more than chance explains (grey)\n"
+        f"the farthest: {style.format_number(float(times.max()), 1)} times the spread of such differences\n"
         f"half of them within {medians[0]} (z) and {medians[1]} (x) {style.PER_CM3}"
     )
 

@@ -45,6 +45,7 @@ def sweep_figure(name: str, reads: Sequence[str], **facts: Any) -> Callable[[_Dr
                 media=lambda campaign, sweep=sweep: (sweep,) if campaign.robot_medium else (),
                 on_demand=sweep == "robot_full",
                 section="Robot",
+                settings=("robot",),
                 **facts,
             )(draw)
         return inside
@@ -111,7 +112,7 @@ def plot_speed(results: Results, sweep: str) -> Figure:
     _frequency_panel(axes, speeds, errors, looks)
     axes.set(ylim=_limits(speeds, errors), xlabel=FREQUENCY_LABEL, ylabel=SPEED_LABEL)
     axes.set_title(PROFILE_TITLES["table"], loc="left", fontsize=7.5)
-    style.legend(page, _speed_entries(looks, speeds, errors), **_legend_title(errors))
+    style.legend(page, _speed_entries(looks, speeds, errors), **_legend_title(results, errors))
     return page
 
 
@@ -152,7 +153,7 @@ def plot_profiles(results: Results, sweep: str) -> Figure:
             PROFILE_TITLES.get(name, style.plain(name)), loc="left", fontsize=7.5
         )
     entries = _speed_entries(looks, speed, errors)
-    style.legend(page, entries, **_legend_title(errors))
+    style.legend(page, entries, **_legend_title(results, errors))
     return page
 
 
@@ -329,14 +330,24 @@ def _shares(errors: pd.DataFrame) -> str:
     return "\n".join(lines)
 
 
-def _legend_title(errors: pd.DataFrame) -> style.Look:
+def _legend_title(results: Results, errors: pd.DataFrame) -> style.Look:
     """Say what lines and points of a figure of speeds are, in the title of its legend."""
     words = ["lines: simulated"]
     if not errors.empty:
-        words.append("points: measured, mean and s.d. of trials")
+        words.append(f"points: {_origin_of_points(results)}")
     if (errors["calibrated"] == "yes").any():
         words.append("hollow: the model was calibrated on it")
     return {"title": "; ".join(words), "handlelength": 1.8}
+
+
+def _origin_of_points(results: Results) -> str:
+    """Say where the speeds are from that stand beside simulated ones."""
+    robot = results.config.robot
+    if robot is None or robot.runs is None:
+        return "published speeds"
+    if results.campaign.reenacted:
+        return "marker tracks simulated from published speeds, mean and s.d. of trials"
+    return "measured, mean and s.d. of trials"
 
 
 def _speed_entries(
@@ -570,7 +581,7 @@ def plot_robot_motion(results: Results) -> Figure:
     paper="Fig. S14",
     caption=(
         "Ground reaction on both tripods of legs without the body's plates, as means over 10 ms. "
-        "Good: the tripods take turns, and each pushes forward after it brakes."
+        "Good: the tripods take turns, and each brakes first, if at all, and then pushes forward."
     ),
     **_MOTION,
 )
@@ -613,7 +624,8 @@ def draw_motion(motion: pd.DataFrame, measured: pd.DataFrame | None = None) -> F
     _finish([panels for _, panels in columns], labels)
     curves = {"simulated": style.line("black"), "measured": style.line("#9a9a9a")}
     names = labels_of_groups(unseen)
-    title = f"below {100 * _SEEN:g} % of the largest force: {', '.join(names)}" if names else ""
+    limit = f"force below {100 * _SEEN:g} % of the largest"
+    title = f"not drawn, {limit}: {', '.join(names)}" if names else ""
     _legend(page, looks, title, **curves if any_measured else {})
     return page
 

@@ -43,7 +43,7 @@ _OF_ALPHA = 0.25
     section="Natural sands",
     caption=(
         "A flat plate pushed down into each natural sand, fitted through zero over the linear regime. "
-        "Good: the stress follows its line to the end of the window."
+        "The intervals hold the scatter between beds too, where it is known. Good: the stress follows its line to the end of the window."
     ),
     lacking=lambda results, _: (
         ()

@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rftfit.figures.style import format_number
+from rftfit.figures.style import PER_CM3, format_number
 from rftfit.measure.flags import Flags, Remark, format_remarks, reason_of
+from rftfit.measure.lab_frame import measures_force_x
 from rftfit.measure.ledger import RowStatus
 
 if TYPE_CHECKING:
@@ -42,7 +43,10 @@ SAMPLES = (
 def stress_samples(
     campaign: Campaign, tared: pd.DataFrame, windows: pd.DataFrame, fits: pd.DataFrame
 ) -> pd.DataFrame:
-    """Stress of every plate run of a medium as its alpha is filed in `fits`, and whether it was fitted."""
+    """Stress of every plate run of a medium as its alpha is filed in `fits`, and whether it was fitted.
+
+    Stress along x is NaN where nothing measured it.
+    """
     import pandas as pd
 
     ids = _run_ids(tared)
@@ -52,7 +56,14 @@ def stress_samples(
     area = np.array(areas, dtype=float)[ids.cat.codes.to_numpy()]
     # extractions are filed with their horizontal stress turned, as alpha_x is
     turned = fits.loc[fits["mirrored"].astype(bool), "run_id"].astype(str)
-    signs = {"z": 1.0, "x": np.where(ids.isin(turned), -1.0, 1.0)}
+    unmeasured = [
+        run
+        for run in ids.cat.categories
+        if not measures_force_x(campaign.config, campaign.by_id[run])
+    ]
+    # a channel that the config states as a constant shows no force
+    measured_x = np.where(ids.isin(unmeasured), np.nan, 1.0)
+    signs = {"z": 1.0, "x": np.where(ids.isin(turned), -1.0, 1.0) * measured_x}
     samples = pd.DataFrame(
         {
             "run_id": ids,
@@ -153,6 +164,20 @@ def alpha_with_interval(row: Row, component: str) -> tuple[float, float, float]:
     return value, low, high
 
 
+def measures_x(trace: Trace) -> bool:
+    """Whether the samples of a run have a stress along x; without samples nothing says that it was not measured."""
+    return not trace or bool(np.isfinite(trace["stress_x_N_per_cm2"]).any())
+
+
+def describe_alpha(row: Row, component: str, trace: Trace) -> str:
+    """Write alpha with its symbol, or why it is no number that a sensor gave; `trace`: samples of the run."""
+    symbol = rf"$\alpha_{component}$"
+    if component == "x" and not measures_x(trace):
+        is_known = np.isfinite(alpha_with_interval(row, component)[0])
+        return f"{symbol} = 0 by symmetry" if is_known else f"{symbol} not measured"
+    return f"{symbol} = {alpha_text(row, component)} {PER_CM3}"
+
+
 def alpha_text(row: Row, component: str) -> str:
     """Write alpha with the half width of its interval."""
     value, low, high = alpha_with_interval(row, component)
@@ -167,6 +192,8 @@ def problem_text(fit: Row, flags: Flags, shared: Collection[Remark] = ()) -> str
     """Say what is wrong with a run, in few words; empty if nothing is but the `shared` flags."""
     of_run = [flag for flag in flags.of_run(str(fit["run_id"])) if flag not in shared]
     text = format_remarks([*reason_of(fit), *of_run])
-    if not text and not np.isfinite([fit[f"alpha_{c}_N_per_cm3"] for c in "zx"]).all():
+    # what nothing measured is not lacking
+    measured = "z" if str(fit["run_id"]) in flags.runs_with("no-force-x") else "zx"
+    if not text and not np.isfinite([fit[f"alpha_{c}_N_per_cm3"] for c in measured]).all():
         return "no alpha"
     return text

@@ -72,10 +72,14 @@ def is_symmetric(run: Run) -> bool:
     return run.kind == "plate" and run.beta_deg % 90 == 0 and abs(run.gamma_deg) == 90
 
 
+def measures_force_x(config: Config, run: Run) -> bool:
+    """Whether the force along x of a run was measured: its table has it, and the config states no constant for its channel."""
+    return not run.lacks_force_x and measured_channel(config, "x") is not None
+
+
 def lacks_force_x(config: Config, run: Run) -> bool:
-    """Whether a run has no force along x since its table has none, or the config states a constant for its channel."""
-    lacks = run.lacks_force_x or measured_channel(config, "x") is None
-    return lacks and not is_symmetric(run)
+    """Whether the force along x of a run is unknown: nothing measured it, and symmetry does not make it 0."""
+    return not measures_force_x(config, run) and not is_symmetric(run)
 
 
 def force_in_lab_frame(log: Log, transducer: Transducer) -> ForceReadings:

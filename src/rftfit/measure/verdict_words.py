@@ -14,6 +14,12 @@ SOUND, NOTHING = "sound", "no result"
 REPEATS, PAIR, MAP = "repeats", "pair", "map"
 """Comparison of a run with two or more runs of its direction, with the other one of two, or with the map of all others."""
 
+FEWEST_RUNS = 8
+"""With fewer runs that have both components of alpha, nothing is said of what many runs share."""
+
+NO_RUNS = "no-runs"
+"""Reason of the table of causes: fewer than `FEWEST_RUNS`."""
+
 PULLS = "beta-of-pulls"
 """Hypothesis of the table of axes: beta of pulls has the other sign."""
 

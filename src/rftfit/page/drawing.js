@@ -46,7 +46,9 @@ function sayInterval(lo, hi, digits = 3) {
 }
 
 /** A number with its intervals below it, of alpha and with the model's own error, as a cell of `tableOf`. */
-function valueCell({ value, lo, hi, modelLo, modelHi }, digits) {
+function valueCell({ value, lo, hi, modelLo, modelHi, unmeasured }, digits) {
+  // without a sensor only symmetry knows a number
+  if (unmeasured) return Number.isFinite(value) && value !== null ? [say(value, digits), html("small", {}, "by symmetry")] : ["not measured"];
   const ofModel = sayInterval(modelLo, modelHi, digits);
   const intervals = [sayInterval(lo, hi, digits), ofModel && `model ${ofModel}`].filter(Boolean);
   return [say(value, digits), ...intervals.map((one) => html("small", {}, one))];

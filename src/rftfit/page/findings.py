@@ -62,6 +62,7 @@ def _measured(results: Results) -> Iterable[PageFinding]:
     sentences = [_count_checks(results)]
     for verdict, names in media_by_verdict.items():
         sentences.append(verdict.on(list_in_words(names), len(names) > 1))
+    confidence = results.config.fit.confidence
     alpha_cells = []
     for name in labels.usable_media(results, results.media):
         cell = cell_at(results[name].alpha, 0.0, 90.0)
@@ -69,7 +70,7 @@ def _measured(results: Results) -> Iterable[PageFinding]:
             alpha_cells.append((float(cell["alpha_z_N_per_cm3"]), name, cell))
     alpha_cells.sort(key=lambda alpha_cell: alpha_cell[0])
     sizes = [
-        f"{format_number(alpha, 4)} N/cm^3{labels.in_brackets(_mean_and_next_bed(cell.to_dict()))} in {titles[name]}"
+        f"{format_number(alpha, 4)} N/cm^3{labels.in_brackets(_mean_and_next_bed(cell.to_dict(), confidence))} in {titles[name]}"
         for alpha, name, cell in (
             alpha_cells if len(alpha_cells) < 3 else [alpha_cells[0], alpha_cells[-1]]
         )
@@ -96,10 +97,12 @@ def _lost_pushes(results: Results) -> Iterable[str]:
         )
 
 
-def _mean_and_next_bed(cell: Mapping[Any, Any]) -> str:
-    """Both intervals of alpha_z of a cell in words; nothing where none is known."""
+def _mean_and_next_bed(cell: Mapping[Any, Any], confidence: float) -> str:
+    """Both intervals of alpha_z of a cell, each named by what it holds; nothing where none is known."""
     texts = []
-    for suffix, words in (("", "mean of beds"), ("_next", "next bed")):
+    scatter = labels.scatter_of_beds(cell, confidence)
+    next_bed = f"next bed, {scatter}," if scatter else "next bed"
+    for suffix, words in (("", labels.name_of_mean(cell)), ("_next", next_bed)):
         low, high = (cell.get(column("z", f"_{end}{suffix}")) for end in ("lo", "hi"))
         if span := labels.format_interval(low, high, 4):
             texts.append(f"{words} {span}")
@@ -135,7 +138,8 @@ def _legs(results: Results) -> Iterable[PageFinding]:
     legs: dict[bool, list[str]] = {True: [], False: []}
     for leg, errors_of_leg in lift.groupby("leg", sort=False):
         worst_error = _worst(errors_of_leg)["peak_error_percent"]
-        name = f"{labels.name_of(str(leg))} (worst {labels.percent(worst_error)})"
+        worst = "worst " * (len(errors_of_leg) > 1)
+        name = f"{labels.name_of(str(leg))} ({worst}{labels.percent(worst_error)})"
         legs[abs(worst_error) <= WITHIN_PERCENT].append(name)
     if len(lift):
         parts = [
@@ -163,9 +167,9 @@ def _explanation(results: Results) -> Iterable[PageFinding]:
     if not explanation:
         return
     source = "" if profile == "table" else " of the map"
-    ends = _two_intervals(worst, "peak_error_{}_percent", 0)
+    ends = _two_intervals(worst, "peak_error_{}_percent", 0, " %")
     yield PageFinding(
-        f"The largest error{source} ({labels.name_of(worst['leg'])}) is {explanation}: its intervals, in %, are {ends}.",
+        f"The largest error{source} ({labels.name_of(worst['leg'])}) is {explanation}: its intervals are {ends}.",
         "legs",
     )
 
@@ -216,7 +220,7 @@ def _sands(results: Results) -> Iterable[PageFinding]:
         lift = _lifts(results, media, profile)
         for leg, errors_of_leg in lift.groupby("leg", sort=False):
             worst = _worst(errors_of_leg)
-            ends = labels.in_brackets(_two_intervals(worst, "peak_error_{}_percent", 0))
+            ends = labels.in_brackets(_two_intervals(worst, "peak_error_{}_percent", 0, " %"))
             error_text = labels.percent(worst["peak_error_percent"])
             lifts.append(f"{error_text}{ends} on the {labels.name_of(str(leg))}")
         if lifts:
@@ -225,14 +229,14 @@ def _sands(results: Results) -> Iterable[PageFinding]:
             )
 
 
-def _two_intervals(row: Mapping[str, Any], ends: str, digits: int) -> str:
+def _two_intervals(row: Mapping[str, Any], ends: str, digits: int, unit: str = "") -> str:
     """Interval of alpha and interval with the model's own error, each by name; `ends`: their columns, braces for the end."""
     interval_names = {"": "of alpha", "model_": "with the model's own error"}
     interval_texts = []
     for kind, words in interval_names.items():
         low, high = (row[ends.format(kind + end)] for end in ("lo", "hi"))
         if span := labels.format_interval(low, high, digits):
-            interval_texts.append(f"{span} {words}")
+            interval_texts.append(f"{span}{unit} {words}")
     return ", ".join(interval_texts)
 
 
@@ -263,11 +267,10 @@ def _theta(results: Results) -> Iterable[PageFinding]:
         if lo <= 0 <= hi:
             return
         size_word = "larger" if lo > 0 else "smaller"
-        ends = sorted((abs(lo), abs(hi)))
         yield PageFinding(
             f"Forces on the legs begin at a {size_word} theta than the legs reach the surface: theta of the logs is off by "
-            f"{format_number(row['theta_error_deg'], 1)} degrees ({format_number(ends[0], 1)} to {format_number(ends[1], 1)}), and the errors of "
-            "the model on legs contain that.",
+            f"{format_number(row['theta_error_deg'], 1)} degrees{labels.in_brackets(labels.format_interval(lo, hi, 1))}, and the "
+            "errors of the model on legs contain that.",
             "legs",
         )
 
@@ -326,8 +329,13 @@ def _turned(results: Results) -> Iterable[PageFinding]:
         m for m in media if reversed_is_higher[m, "fourier"] and not reversed_is_higher[m, "table"]
     ]
     if turned:
+        where = (
+            f"In {len(turned)} of {len(media)} media"
+            if len(media) > 1
+            else f"In {results.titles[turned[0]]}"
+        )
         yield PageFinding(
-            f"In {len(turned)} of {len(media)} media the nine terms put the reversed c-leg's peak lift above the flat leg's, and "
+            f"{where} the nine terms put the reversed c-leg's peak lift above the flat leg's, and "
             "the measured table does not: nine smooth terms overestimate alpha_z where its deepest elements drag along themselves.",
             "coefficients",
         )

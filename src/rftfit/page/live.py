@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from itertools import product
 from typing import Any
 
@@ -15,7 +15,7 @@ from rftfit.campaign.config import Leg
 from rftfit.conventions import FloatArray
 from rftfit.directions import beta_apart
 from rftfit.figures.labels import PROFILES, name_of, usable_media
-from rftfit.figures.maps import kept_coefficients, lies_on_grid, pivot
+from rftfit.figures.maps import cells_of_map, kept_coefficients, lies_on_grid
 from rftfit.forces.motion import THETA_DEG, rotation
 from rftfit.forces.outlines import leg_outline
 from rftfit.forces.peaks import Peak
@@ -23,6 +23,7 @@ from rftfit.forces.planning import plan
 from rftfit.forces.prediction import predict_with_peaks
 from rftfit.measure.alpha import column
 from rftfit.measure.flags import Flags, Remark, format_remarks, reason_of
+from rftfit.measure.lab_frame import measures_force_x
 from rftfit.measure.slopes import student_quantile
 from rftfit.model import scaling
 from rftfit.model.fourier import TERMS
@@ -154,7 +155,12 @@ def live_data(results: Results) -> dict[str, Any]:
             for medium in results.media
         },
         "alpha": {
-            medium.name: _cells(medium.alpha, medium.flags, medium.flags.shared(medium.fits))
+            medium.name: _cells(
+                medium.alpha,
+                medium.flags,
+                medium.flags.shared(medium.fits),
+                _runs_without_force_x(results),
+            )
             for medium in results
         },
         "maps": {
@@ -188,6 +194,12 @@ def live_data(results: Results) -> dict[str, Any]:
             for reference in scaling_references(results)
         ],
     }
+
+
+def _runs_without_force_x(results: Results) -> set[str]:
+    """Runs whose force along x nothing measured."""
+    config = results.config
+    return {run.run_id for run in results.campaign.runs if not measures_force_x(config, run)}
 
 
 def _of_map(cells: pd.DataFrame) -> pd.Series:
@@ -333,28 +345,35 @@ def _leg(leg: Leg) -> dict[str, Any]:
 
 
 def _cells(
-    table: pd.DataFrame, flags: Flags | None = None, shared: Sequence[Remark] = ()
+    table: pd.DataFrame,
+    flags: Flags | None = None,
+    shared: Sequence[Remark] = (),
+    runs_without_x: Collection[str] = (),
 ) -> dict[str, Any]:
     """Measured cells of one medium as a map, with intervals and why one is empty.
 
     Scattered directions are shown as what is interpolated between them, and as points. `flags`: of
-    the medium; `shared`: those that the page says once.
+    the medium; `shared`: those that the page says once. `runs_without_x`: runs whose force along x nothing measured;
+    ``unmeasured_x`` names the cells that have no other.
     """
     notes: dict[str, str] = {}
+    unmeasured_x: list[str] = []
     points = np.empty((0, 4))
     values = {}
     if lies_on_grid(table):
         for c, end in product("zx", ("", "_lo", "_hi")):
-            beta_deg, gamma_deg, values[c + end] = pivot(table, column(c, end))
+            beta_deg, gamma_deg, values[c + end] = cells_of_map(table, column(c, end))
         for row in table.to_dict("records"):
+            # a plate at -90 degrees is the one at 90
+            lines = np.flatnonzero(np.abs(beta_apart(beta_deg, row["beta_deg"])) < SAME_LINE_DEG)
+            column_at = np.abs(gamma_deg - row["gamma_deg"]).argmin()
+            cells_of_row = [f"{line},{column_at}" for line in lines]
             flags_of_cell = flags.of_cell(row, without=shared) if flags else []
             if note := format_remarks([*reason_of(row), *flags_of_cell]):
-                # a plate at -90 degrees is the one at 90
-                lines = np.flatnonzero(
-                    np.abs(beta_apart(beta_deg, row["beta_deg"])) < SAME_LINE_DEG
-                )
-                column_at = np.abs(gamma_deg - row["gamma_deg"]).argmin()
-                notes |= {f"{line},{column_at}": note for line in lines}
+                notes |= dict.fromkeys(cells_of_row, note)
+            run_ids = str(row.get("run_ids", "")).split()
+            if run_ids and set(run_ids) <= set(runs_without_x):
+                unmeasured_x += cells_of_row
     else:
         beta_deg = gamma_deg = np.arange(-90.0, 91.0, 15.0)
         angle_grid = np.meshgrid(np.radians(beta_deg), np.radians(gamma_deg), indexing="ij")
@@ -364,7 +383,8 @@ def _cells(
         points = table[["beta_deg", "gamma_deg", column("z"), column("x")]].to_numpy(float)
     cells = {name: as_lists(grid, CURVE_DIGITS) for name, grid in values.items()}
     angles = {"beta_deg": beta_deg.tolist(), "gamma_deg": gamma_deg.tolist()}
-    return cells | angles | {"notes": notes, "points": as_lists(points, CURVE_DIGITS)}
+    notes_and_points = {"notes": notes, "points": as_lists(points, CURVE_DIGITS)}
+    return cells | angles | notes_and_points | {"unmeasured_x": unmeasured_x}
 
 
 _FORCES = [f"force_{c}_N" for c in "zx"]

@@ -153,7 +153,10 @@ function cellAt(grid, beta, gamma) {
   };
   const [row, col] = [place(grid.beta_deg, beta, 180), place(grid.gamma_deg, gamma, 360)];
   if (row < 0 || col < 0) return null;
-  const of = (c) => ({ value: grid[c][row][col], lo: grid[`${c}_lo`][row][col], hi: grid[`${c}_hi`][row][col] });
+  const of = (c) => ({
+    value: grid[c][row][col], lo: grid[`${c}_lo`][row][col], hi: grid[`${c}_hi`][row][col],
+    unmeasured: c === "x" && grid.unmeasured_x.includes(`${row},${col}`),
+  });
   return { z: of("z"), x: of("x"), note: grid.notes[`${row},${col}`] };
 }
 

@@ -168,14 +168,23 @@ def verdicts_on_legs(results: Results, medium: str) -> list[tuple[str, str, str]
             ends = format_interval(
                 worst["peak_error_model_lo_percent"], worst["peak_error_model_hi_percent"], 0
             )
-            ends = ends.replace(" ", "\N{NO-BREAK SPACE}")
+            ends = f"{ends} %".replace(" ", "\N{NO-BREAK SPACE}") if ends else ""
             brackets = in_brackets(ends)
             error_text = percent(worst["peak_error_percent"]) + brackets
-            verdicts.append(
-                (profile, worst["verdict"], f"{name_of(worst['leg'])}, {force_name} {error_text}")
-            )
+            peak = f"{name_of(profile)}: {name_of(worst['leg'])}, {force_name} {error_text}"
+            verdicts.append((profile, worst["verdict"], peak))
     reason = "no leg was measured" if results.config.legs else ""
     return verdicts or [("", NOT_TESTED, reason)]
+
+
+def worst_of_nine_terms(results: Results, medium: str) -> str:
+    """Name the worst peak by the nine terms, whose value zeta is, on the legs of a medium; empty where they predict none."""
+    worst = worst_peak(results.table("leg_errors.csv"), medium, "fourier")
+    if not worst or verdict_of(results, medium)[0] == UNUSABLE:
+        return ""
+    force_name = "lift" if worst["component"] == "z" else "thrust"
+    error_text = percent(worst["peak_error_percent"])
+    return f"{name_of('fourier')}: {name_of(worst['leg'])}, {force_name} {error_text}"
 
 
 def summary_of_checks(results: Results) -> dict[str, Any]:

@@ -14,12 +14,14 @@ from typing import Any
 import pandas as pd
 from markupsafe import Markup, escape
 
-from rftfit.campaign.config import Leg
+from rftfit.campaign.config import Leg, MediumSettings
 from rftfit.compare.legs import WITHIN_PERCENT
 from rftfit.errors import InputError
-from rftfit.figures.labels import of_method
+from rftfit.figures.labels import name_of_mean, of_method
 from rftfit.figures.registry import Declared, figures, greek
 from rftfit.figures.style import format_number, level, size_of_preview
+from rftfit.measure.alpha import cell_at
+from rftfit.measure.errors import AS_PREPARED
 from rftfit.measure.flags import describe_shared
 from rftfit.measure.verdict_words import SOUND
 from rftfit.model.fourier import METHODS
@@ -148,7 +150,7 @@ def context(results: Results) -> dict[str, Any]:
         "in_air": outcome.used[""],
         "kinds": list_in_words(_kinds(results)),
         "notes": [
-            (medium.title, ". ".join(filter(None, (medium.compaction, medium.note))))
+            (medium.title, ". ".join(filter(None, (_compaction(medium), medium.note))))
             for medium in config.media.values()
             if medium.note or medium.compaction
         ],
@@ -175,6 +177,7 @@ def context(results: Results) -> dict[str, Any]:
             if (words := describe_shared(medium.flags.shared(medium.fits)))
         ],
         "near": f"{WITHIN_PERCENT:g}",
+        "of_beds": _intervals_of_media(results),
         "alphas": tables.tabulate_alphas(results),
         "at_depths": tables.tabulate_at_depths(results),
         "spreads": tables.tabulate_spreads(results),
@@ -209,6 +212,25 @@ def context(results: Results) -> dict[str, Any]:
         "versions": versions(),
         "settings": settings_digest(config),
     }
+
+
+def _compaction(medium: MediumSettings) -> str:
+    """Name the compaction of a medium, as the config has it; empty where it has none."""
+    return f"compaction {medium.compaction}" if medium.compaction else ""
+
+
+def _intervals_of_media(results: Results) -> str:
+    """Say what the intervals of alpha, zeta and chi are of, and in which media they hold no scatter between beds."""
+    cells = {medium.title: cell_at(medium.alpha, 0.0, 90.0) for medium in results}
+    without = [
+        title for title, cell in cells.items() if cell is not None and cell["spread"] == AS_PREPARED
+    ]
+    if len(without) == len(cells):
+        return name_of_mean({"spread": AS_PREPARED})
+    beds = name_of_mean({"spread": ""})
+    if without:
+        return f"of the {beds}, in {list_in_words(without)} {name_of_mean({'spread': AS_PREPARED})}"
+    return f"of the {beds}"
 
 
 def _model_error(results: Results) -> dict[str, str]:

@@ -13,7 +13,14 @@ from markupsafe import Markup
 from rftfit.compare.legs import FAR_OFF, NOT_TESTED, OFF, WITHIN
 from rftfit.compare.lessons import summary_of_lessons
 from rftfit.compare.published import EVIDENCE, NOT_MEASURED, SAME, TEXT, VERDICTS
-from rftfit.figures.labels import PROFILES, format_interval, in_brackets, name_of, percent
+from rftfit.figures.labels import (
+    PROFILES,
+    format_interval,
+    in_brackets,
+    name_of,
+    percent,
+    scatter_of_beds,
+)
 from rftfit.figures.maps import lies_on_grid, pivot
 from rftfit.figures.style import degrees, format_number
 from rftfit.measure.alpha import cell_at, column
@@ -21,7 +28,7 @@ from rftfit.measure.depths import curved_law
 from rftfit.measure.flags import codes_of
 from rftfit.measure.verdict_words import DOUBTFUL, NOT_CHECKED, NOTHING, SOUND
 from rftfit.model.fourier import TERMS
-from rftfit.model.scaling import GENERIC, routines
+from rftfit.model.scaling import AS_PRINTED, GENERIC, routines
 from rftfit.page.cells import Cell, Note, PageColumn, PageTable, Row, numbers, records, share, texts
 from rftfit.page.outcome import (
     VERDICT_WORDS,
@@ -30,8 +37,10 @@ from rftfit.page.outcome import (
     rows_by_reason,
     verdict_of,
     verdicts_on_legs,
+    worst_of_nine_terms,
 )
-from rftfit.results import Results
+from rftfit.reference import MEDIA, coefficients, load
+from rftfit.results import Medium, Results
 
 ALPHA_Z, ALPHA_X = (Markup("\N{GREEK SMALL LETTER ALPHA}<sub>{}</sub>").format(c) for c in "zx")
 ALPHA_OF = {"z": ALPHA_Z, "x": ALPHA_X}
@@ -46,6 +55,9 @@ def medium_title(results: Results, medium: str) -> str:
     special_titles = {"": "in air", GENERIC: "generic, no unit"}
     return (special_titles | results.titles).get(medium, medium)
 
+
+NO_FAULT = "no fault found"
+"""Of a medium that fails nothing and lacks a check which it needs to be sound."""
 
 ALPHA_DIGITS = 4
 """Digits after the point of alpha, zeta and chi, wherever they are printed."""
@@ -71,23 +83,38 @@ def tabulate_media(results: Results, outcome: Outcome) -> PageTable:
         word, reason = verdict_of(results, row["medium"])
         count = most_serious_flag(results, row["medium"])[1]
         flags = f"{count} flag{'s' * (count != 1)}" if count and word == SOUND else ""
-        link = {SOUND: "", NOTHING: "#dropped"}.get(word, f"#checks-{row['medium']}")
+        link_by_word = {SOUND: "", NOTHING: "#dropped", NOT_CHECKED: "#believed"}
+        link = link_by_word.get(word, f"#checks-{row['medium']}")
         css_class = {SOUND: "same", DOUBTFUL: "doubtful", NOT_CHECKED: "faint"}.get(word, "differs")
         # what holds for all of a kind is said above the table
-        why = "" if word in (SOUND, NOT_CHECKED) else reason
+        why = {SOUND: "", NOT_CHECKED: "but not all checked"}.get(word, reason)
         notes = (why, Note(flags, f"#notes-{row['medium']}") if flags else "")
-        return Cell(word, notes, f"verdict {css_class}", link)
+        title = NO_FAULT if word == NOT_CHECKED else word
+        return Cell(title, notes, f"verdict {css_class}", link)
 
     def on_legs(row: Row) -> Cell:
         _, code, note = verdicts_on_legs(results, row["medium"])[0]
         css_class = {WITHIN: "same", OFF: "doubtful", FAR_OFF: "differs"}.get(code, "faint")
         section = "#sands" if row["medium"] in results.sands else "#legs"
         link = "" if code == NOT_TESTED else section
-        return Cell(VERDICT_WORDS[code], (note,), f"verdict {css_class}", link)
+        notes = (note, worst_of_nine_terms(results, row["medium"]))
+        return Cell(VERDICT_WORDS[code], notes, f"verdict {css_class}", link)
 
     def next_bed(row: Row) -> Cell:
         low, high = (row.get(column("z", f"_{end}_next")) for end in ("lo", "hi"))
-        return Cell(format_interval(low, high, ALPHA_DIGITS))
+        interval_text = format_interval(low, high, ALPHA_DIGITS)
+        confidence = results.config.fit.confidence
+        return Cell(interval_text, (scatter_of_beds(row, confidence) if interval_text else "",))
+
+    def scale_number(name: str) -> PageColumn:
+        numbers_of_method = numbers("", name, ALPHA_DIGITS, ends=f"{name}_{{}}")
+
+        def cell(row: Row) -> Cell:
+            of_method = numbers_of_method.cell(row)
+            return Cell(of_method.text, (*of_method.notes, row.get(f"{name}_of_paper", "")))
+
+        symbol = ZETA if name == "zeta" else CHI
+        return PageColumn(f"{symbol}, {results.config.fourier.method}", cell, "num")
 
     columns = [PageColumn("Medium", title), PageColumn("Data", data_verdict)]
     columns += [PageColumn("Model on legs, worst peak", on_legs)] if results.config.legs else []
@@ -99,8 +126,8 @@ def tabulate_media(results: Results, outcome: Outcome) -> PageTable:
             ends=column("z", "_{}"),
         ),
         PageColumn(f"next bed, {PER_CM3}", next_bed, "num"),
-        numbers(ZETA, "zeta", ALPHA_DIGITS, ends="zeta_{}"),
-        numbers(CHI, "chi", ALPHA_DIGITS, ends="chi_{}"),
+        scale_number("zeta"),
+        scale_number("chi"),
     ]
     rows = _numbers_of_media(results)
     return PageTable("Numbers of the media", columns, rows)
@@ -114,6 +141,7 @@ ERRORS = {
     "session": "surface height and clocks of the day",
     "turn": "turn of the mount",
     "hip": "height of the axle",
+    "arc": "arc of the legs",
 }
 """Errors of alpha and of forces whose names in tables need words."""
 
@@ -188,8 +216,35 @@ def _numbers_of_media(results: Results) -> list[Row]:
         if medium.name in scaled.index:
             names = (f"{name}{end}" for name in ("zeta", "chi") for end in ("", "_lo", "_hi"))
             row |= {name: scaled.loc[medium.name, name] for name in names}
-        rows.append(row | {"medium": medium.name})
+        rows.append(row | _numbers_of_paper(results, medium) | {"medium": medium.name})
     return rows
+
+
+def _numbers_of_paper(results: Results, medium: Medium) -> dict[str, str]:
+    """Say what the paper prints as zeta and chi of a medium, and what its transform gives here; nothing of other media."""
+    published_as = medium.settings.published_as
+    if published_as not in MEDIA:
+        return {}
+    table_s3 = load("table_s3").set_index(["medium", "quantity"])["value"].astype(float)
+    printed = {
+        "zeta": coefficients(published_as)["zeta"],
+        "chi": float(table_s3[published_as, "chi"]),
+    }
+    penetration = results.table("penetration.csv")
+    is_of_medium = (penetration["medium"] == medium.name) & (penetration["method"] == AS_PRINTED)
+    of_transform = penetration[is_of_medium]
+    sentences = {}
+    for name, digits in (("zeta", 3), ("chi", 2)):
+        transformed = of_transform[name].dropna()
+        by_transform = (
+            f", by its transform here {format_number(float(transformed.iloc[0]), ALPHA_DIGITS)}"
+            if len(transformed)
+            else ""
+        )
+        sentences[f"{name}_of_paper"] = (
+            f"paper {format_number(printed[name], digits)}{by_transform}"
+        )
+    return sentences
 
 
 def tabulate_coefficients(results: Results, method: str) -> PageTable:
@@ -286,8 +341,9 @@ def tabulate_scaling(results: Results) -> tuple[PageTable, PageTable]:
     for row in _without_repeated_reasons(results, "penetration.csv"):
         parts[row["method"] in (method, *routines(method))].append(row)
     other_scaling = PageTable("Scaling by the other methods", columns, parts[False])
+    rows_with_errors = [row for row in parts[True] if row["zeta_errors"]]
     return PageTable(
-        f"Errors behind {ZETA}", [*medium_and_method, errors], parts[True]
+        f"Errors behind {ZETA}", [*medium_and_method, errors], rows_with_errors
     ), other_scaling
 
 
@@ -303,7 +359,11 @@ def tabulate_leg_errors(results: Results) -> PageTable:
     def place(row: Row) -> list[int]:
         return [[*names, row[name]].index(row[name]) for name, names in order.items()]
 
-    rows = _without_repeated_reasons(results, "leg_errors.csv")
+    rows = [
+        row | {"peak_errors": in_words and f"variance: {in_words}"}
+        for row in _without_repeated_reasons(results, "leg_errors.csv")
+        for in_words in [errors_in_words(row["peak_errors"])]
+    ]
     predicted = "peak_predicted_N", 2, "peak_predicted_{}_N", "peak_errors"
     columns = [
         _medium(results),
