@@ -631,7 +631,7 @@ def scale(
         Slope of stress over depth of a horizontal plate pushed straight down, alpha_z(0, 90 deg),
         N/cm^3.
     se : float, optional
-        Its standard error, N/cm^3; default: `USUAL_PERCENT` of alpha, as from bed to bed.
+        Its standard error, N/cm^3; default: the usual 5 % from bed to bed.
     shapes : Shapes, optional
         Known media whose shape the medium has: those of a campaign (`Results.shapes`); default: the five
         published ones.
