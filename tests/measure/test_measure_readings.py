@@ -102,7 +102,7 @@ def test_what_lies_between_groups_of_bad_readings_is_left_in(rows, level_N):
             first = random.integers(60, force.size - rows - 3)
             is_bad[first : first + rows] = True
         noise = random.normal(0, 0.02, force.size)
-        is_marked = find_spikes(np.where(is_bad, level_N + noise, force), RATE_HZ)
+        is_marked = find_spikes(np.where(is_bad, level_N + noise, force), int(RATE_HZ))
         share_wrong.append(np.mean(is_marked & ~is_bad))
     assert np.mean(share_wrong) < 0.02
     assert max(share_wrong) < 0.12
@@ -112,7 +112,7 @@ def test_a_stone_loses_no_more_than_its_highest_reading():
     for seed in (5, 122, 167, 195, 273, 428, 863):
         random = np.random.default_rng([seed, 99])
         time, _, force = push(random)
-        assert np.count_nonzero(find_spikes(force * (1 + stones(random, time)), RATE_HZ)) <= 1
+        assert np.count_nonzero(find_spikes(force * (1 + stones(random, time)), int(RATE_HZ))) <= 1
 
 
 def test_noise_and_steps_of_a_sensor_are_left_in():

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import errno
-import gc
 import math
 import os
 import pickle
@@ -468,8 +467,6 @@ def _send_results(
     """Do the work of the process of its own, some seconds for each file."""
     import resource
 
-    # a search for garbage would write to, and so copy, all memory that is shared with the other process
-    gc.disable()
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     # arrays larger than the buffer are not copied into it
     with os.fdopen(write_end, "wb", buffering=_BYTES_AT_ONCE) as results:
