@@ -46,10 +46,10 @@ def test_usage_errors(rftfit, words):
 
 
 def fail_with(monkeypatch, error):
-    def fail(*_):
+    def fail(*_, **_options):
         raise error
 
-    monkeypatch.setattr("rftfit.workflow.check.check_all", fail)
+    monkeypatch.setattr("rftfit.cli.check.check_all", fail)
 
 
 @pytest.mark.parametrize("error", [RftfitError("one"), OutputError("three")])

@@ -13,9 +13,9 @@ WRITERS = ("rftfit/store/files.py", "rftfit/store/links.py", "rftfit/store/table
 
 METHODS = {"write_text", "write_bytes", "touch", "symlink_to", "hardlink_to"}
 METHODS |= {"copy2", "copyfile", "copytree", "move", "truncate", "utime", "symlink", "link"}
-METHODS |= {"mkstemp", "NamedTemporaryFile", "fdopen", "savez_compressed", "savetxt"}
+METHODS |= {"mkstemp", "NamedTemporaryFile", "savez_compressed", "savetxt"}
 METHODS |= {"tofile", "memmap", "imsave", "ExcelWriter"}
-"""Attributes whose call writes or moves a file, whatever its arguments are."""
+"""Attributes whose call writes or moves a file, whatever its arguments are; `os.fdopen` takes what one of them opened, or a pipe."""
 
 
 def writes_of(source):

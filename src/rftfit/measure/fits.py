@@ -119,7 +119,13 @@ def fit_run(
     assert plate.shape != "leg"
     beta_deg, gamma_deg, sign_x = filed_under(run)
     line_end_cm = _end_of_line(run, config, linear_to_cm)
-    inside = classify_samples(run, stroke, plate, config.container, config.fit, line_end_cm)
+    # the upper edge of a tilted plate; a level one counts from its face, as in the paper, and a table from where it says
+    edge_cm = (
+        0.0 if config.table else plate.length_cm / 2 * abs(math.sin(math.radians(run.beta_deg)))
+    )
+    inside = classify_samples(
+        run, stroke, plate, config.container, config.fit, line_end_cm, edge_cm
+    )
     why = np.where(stroke.why == RowStatus.GOOD, inside, stroke.why)
     if reason := _why_no_slope(run, stroke, inside, why, plate, config, law):
         return RunFit(beta_deg, gamma_deg, why=why, reason=reason)
@@ -222,19 +228,25 @@ def farthest_x(plate: AnyPlate, beta: float, container: Container, fit: Fit) -> 
 
 
 def classify_samples(
-    run: Run, stroke: Stroke, plate: AnyPlate, box: Container, fit: Fit, linear_to_cm: float | None
+    run: Run,
+    stroke: Stroke,
+    plate: AnyPlate,
+    box: Container,
+    fit: Fit,
+    linear_to_cm: float | None,
+    linear_from_cm: float = 0.0,
 ) -> npt.NDArray[np.int8]:
     """`RowStatus` of each sample of a stroke: good where the plate is submerged, off walls, and past its start-up.
 
-    `linear_to_cm`: of a penetration test, good in its linear regime, to which walls are far. x = 0 is the middle of the container.
+    `linear_from_cm`, `linear_to_cm`: of a penetration test, good in its linear regime, to which walls are far. x = 0 is the
+    middle of the container.
     """
     beta, depth = math.radians(run.beta_deg), stroke.depth
     why = np.full(depth.size, RowStatus.GOOD, dtype=np.int8)
     # the outermost reason is tested last, so that it wins
     if linear_to_cm is not None:
         why[depth > linear_to_cm] = RowStatus.NONLINEAR
-        # the upper edge of a tilted plate; a level one counts from its face, as in the paper
-        why[depth < plate.length_cm / 2 * abs(math.sin(beta))] = RowStatus.ABOVE
+        why[depth < linear_from_cm] = RowStatus.ABOVE
     else:
         if run.direction == "extraction":
             why[stroke.path < fit.extraction_skip_cm] = RowStatus.STARTUP
