@@ -19,7 +19,7 @@ from rftfit.store.chosen import chosen
 
 _CHOSEN = chosen("checks", "compression")
 
-TOLERATED = _CHOSEN.tolerated
+TOLERATED: float = _CHOSEN.tolerated
 """Change of the exponent up to the largest force that is no fault."""
 
 

@@ -19,13 +19,13 @@ from rftfit.store.chosen import chosen
 
 _CHOSEN = chosen("checks", "law")
 
-TOLERATED = _CHOSEN.tolerated
+TOLERATED: float = _CHOSEN.tolerated
 """Difference of an exponent from 1 that makes no difference."""
 
-MOST_EXPONENT = _CHOSEN.most_departure
+MOST_EXPONENT: float = _CHOSEN.most_departure
 """Departure of the exponent from 1 beyond which nothing was checked where only larger ones would be told."""
 
-BEFOREHAND_DOF = _CHOSEN.beforehand_dof
+BEFOREHAND_DOF: float = _CHOSEN.beforehand_dof
 """Degrees of freedom for which the known errors count beside the scatter of directions."""
 
 

@@ -33,7 +33,7 @@ from rftfit.store.chosen import chosen
 
 _CHOSEN = chosen("checks", "runs")
 
-SURE = _CHOSEN.sure
+SURE: float = _CHOSEN.sure
 """Standard errors of one of several numbers that are looked at together."""
 
 

@@ -22,7 +22,7 @@ from rftfit.measure.flags import Remark, format_remarks, remark
 from rftfit.measure.verdict_words import DOUBTFUL, FEWEST_RUNS, NO_RUNS, PULLS, UNUSABLE
 from rftfit.store.chosen import chosen
 
-CLEAR = chosen("checks", "evidence").axes
+CLEAR: float = chosen("checks", "evidence").axes
 """Log of the Bayes factor from which axes are told from one another."""
 
 

@@ -21,7 +21,7 @@ from rftfit.measure.flags import remark
 from rftfit.measure.verdict_words import BETA_ROWS, ROWS, UNUSABLE
 from rftfit.store.chosen import chosen
 
-_EVIDENCE = chosen("checks", "evidence").other_rows
+_EVIDENCE: float = chosen("checks", "evidence").other_rows
 """Log of the Bayes factor from which alpha tells other rows."""
 
 _ALLOWED = "no rows nearby whose angles fit the runs better than their own"

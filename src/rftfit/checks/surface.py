@@ -347,7 +347,8 @@ def _clear_step(stretch: Mask) -> float:
 
     The penalty is that of Duembgen & Spokoiny (Ann. Stat. 29, 124, 2001), counted from one half.
     """
-    return _CHOSEN.step_sure + math.sqrt(-2 * math.log(stretch.mean())) - math.sqrt(2 * math.log(2))
+    step_sure = float(_CHOSEN.step_sure)
+    return step_sure + math.sqrt(-2 * math.log(stretch.mean())) - math.sqrt(2 * math.log(2))
 
 
 def judge_linearity(pushes: pd.DataFrame, session_cm: float) -> Check:
