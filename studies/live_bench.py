@@ -35,7 +35,7 @@ from rftfit.reference import BETA_DEG, GAMMA_DEG
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
-    from rftfit.bench.watch import Event
+    from rftfit.bench.events import Event
     from rftfit.lab.plan import PlannedRun
 
 # --- Pushes to a stated accuracy

@@ -11,7 +11,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "helpers"
 import yaml
 from paper import disturbed_logs
 
-from rftfit.bench.watch import Event, Watch
+from rftfit.bench.events import Event
+from rftfit.bench.watch import Watch
 from rftfit.campaign.config import Config
 from rftfit.lab.enact import prepare
 from rftfit.lab.write import sheet_text

@@ -744,7 +744,7 @@ def shared_unit_push():
         if config.maps.own_media:
             return plain(results)
         legs = tuple((name, leg.model_dump_json()) for name, leg in config.legs.items())
-        draws = shapes.DRAWS, prediction.DRAWS
+        draws = vars(shapes)["DRAWS"], vars(prediction)["DRAWS"]
         key = (
             legs,
             config.arm.leg_speed_rad_per_s,

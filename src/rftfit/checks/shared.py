@@ -116,7 +116,7 @@ def check_axes(measured: MediumMeasurements) -> Check:
             "these runs do not tell what many of them share ({missing}): repeat directions at the begin and the end"
         ),
         "shared-few": Words(
-            "errors that many runs share cannot be seen: {found} have both alpha_z and alpha_x, and {wanted} are needed"
+            "errors that many runs share cannot be seen: {wanted} runs with both alpha_z and alpha_x are needed, here: {count}"
         ),
     },
 )
@@ -149,8 +149,7 @@ def check_shared(measured: MediumMeasurements) -> Check:
         if (causes["reason"] == NO_RUNS).all():
             slopes = measured.tables["fits"][[column(c) for c in "zx"]].to_numpy(float)
             count = int(np.isfinite(slopes).all(axis=1).sum())
-            found = f"{count or 'no'} run{'s' * (count != 1)}"
-            return Check.skip("shared", "shared-few", found=found, wanted=FEWEST_RUNS)
+            return Check.skip("shared", "shared-few", count=count, wanted=FEWEST_RUNS)
         return Check.skip("shared", "shared-open", missing=", ".join(missing))
     least_text = " and ".join(map(str, least_remarks))
     return Check.judge("shared", True, seen=least_text)

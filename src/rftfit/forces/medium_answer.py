@@ -48,7 +48,7 @@ class MediumAnswer:
     def table(self) -> pd.DataFrame:
         """Alpha by direction as it is written: angles to 0.01 degrees, numbers to 1e-6 N/cm^3."""
         written = pd.DataFrame(self.columns).round(6)
-        angles = list(written)[:2]
+        angles = [str(name) for name in written.columns[:2]]
         written[angles] = written[angles].map("{:.2f}".format)
         return written
 

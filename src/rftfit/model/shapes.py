@@ -514,7 +514,8 @@ def sorted_pushes(pushes: pd.DataFrame) -> Pushes:
     """Pushes of a table as `estimate_map` takes it; the order of its rows makes no difference."""
     angles_deg, alpha, se = _numbers_of(pushes)
     order = np.lexsort([alpha[1], alpha[0], angles_deg[1], angles_deg[0]])
-    return Pushes.of(*angles_deg[:, order], alpha[:, order], se[:, order])
+    beta_deg, gamma_deg = angles_deg[:, order]
+    return Pushes.of(beta_deg, gamma_deg, alpha[:, order], se[:, order])
 
 
 def _numbers_of(pushes: pd.DataFrame) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -552,7 +553,8 @@ def push_straight_down(pushes: pd.DataFrame, confidence: float) -> tuple[float, 
         return None
     if places.size == 1:
         return float(alpha[0, places[0]]), float(np.nan_to_num(se[0, places[0]]))
-    down = Pushes.of(*angles_deg[:, places], alpha[:, places], se[:, places])
+    beta_deg, gamma_deg = angles_deg[:, places]
+    down = Pushes.of(beta_deg, gamma_deg, alpha[:, places], se[:, places])
     mean = merged(with_scatter_of_repeats(down, confidence))
     return float(mean.alpha[0, 0]), float(np.sqrt(mean.covariance[0, 0]))
 

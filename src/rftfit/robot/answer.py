@@ -48,7 +48,7 @@ class SimulationAnswer:
         """Least and greatest of what matters over the last two strides, by column."""
         names = ["velocity_x_cm_per_s", "z_cm", "pitch_deg"]
         tripods = ("force_z_tripod", "force_x_tripod")
-        names += [name for name in self.tail if str(name).startswith(tripods)]
+        names += [name for name in map(str, self.tail) if name.startswith(tripods)]
         return {
             name: (float(self.tail[name].min()), float(self.tail[name].max())) for name in names
         }

@@ -123,7 +123,7 @@ def _format_finding(finding: OutdatedResult) -> str:
             return f"{job}: made with other {finding.what}"
 
 
-def _find_asked(words: list[Path], root: Path, recorded_paths: list[str]) -> list[str]:
+def _find_asked(words: Sequence[Path], root: Path, recorded_paths: list[str]) -> list[str]:
     """Paths from the campaign's folder of the results that are asked for."""
     chosen: dict[str, None] = {}
     for word in words:
