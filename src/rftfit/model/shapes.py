@@ -696,8 +696,23 @@ def pushes_of(table: pd.DataFrame, config: Config) -> Pushes:
     return Pushes(beta[use], gamma[use], alpha[:, use], covariance)
 
 
+def _by_direction(pushes: Pushes) -> Iterator[tuple[npt.NDArray[np.intp], FloatArray]]:
+    """Yield the pushes of each direction and its mirror image, and the signs of z and x, shape (2, n), beside the first."""
+    is_left = np.ones(pushes.beta.size, dtype=bool)
+    for push in range(pushes.beta.size):
+        if is_left[push]:
+            same_pushes, turned = _same_direction(
+                pushes.beta[push], pushes.gamma[push], pushes.beta, pushes.gamma
+            )
+            # within the tolerance of two directions a push counts for the first one alone
+            is_new = is_left[same_pushes]
+            same_pushes, turned = same_pushes[is_new], turned[is_new]
+            is_left[same_pushes] = False
+            yield same_pushes, np.stack([np.ones(same_pushes.size), turned])
+
+
 class _Repeats(NamedTuple):
-    """One component of the pushes of a direction and its mirror image.
+    """One component of the pushes of a direction.
 
     `places`: of its numbers in `Pushes.covariance`. `alpha`: shape (n,), N/cm^3, each with the sign of the first push.
     """
@@ -707,21 +722,13 @@ class _Repeats(NamedTuple):
 
 
 def _repeats_of(pushes: Pushes) -> Iterator[_Repeats]:
-    """Yield the components that two pushes of a direction or more have: what `merged` makes one number of."""
-    count = pushes.beta.size
-    is_left = np.ones(count, dtype=bool)
-    for push in range(count):
-        if not is_left[push]:
-            continue
-        same_pushes, turned = _same_direction(
-            pushes.beta[push], pushes.gamma[push], pushes.beta, pushes.gamma
-        )
-        is_left[same_pushes] = False
-        for component, sign in enumerate((np.ones(same_pushes.size), turned)):
-            alpha = sign * pushes.alpha[component, same_pushes]
+    """Yield the components that two pushes of a direction or more have."""
+    for same_pushes, signs in _by_direction(pushes):
+        for component, alpha in enumerate(signs * pushes.alpha[:, same_pushes]):
             is_known = np.isfinite(alpha)
             if np.count_nonzero(is_known) > 1:
-                yield _Repeats(component * count + same_pushes[is_known], alpha[is_known])
+                places = component * pushes.beta.size + same_pushes[is_known]
+                yield _Repeats(places, alpha[is_known])
 
 
 def with_scatter_of_repeats(pushes: Pushes, confidence: float) -> Pushes:
@@ -769,17 +776,10 @@ def merged(pushes: Pushes) -> Pushes:
     first_pushes: list[int] = []
     groups: list[npt.NDArray[np.intp]] = []
     shares: list[FloatArray] = []
-    is_unmerged = np.ones(count, dtype=bool)
-    for push in range(count):
-        if not is_unmerged[push]:
-            continue
-        same_direction, turned = _same_direction(
-            pushes.beta[push], pushes.gamma[push], pushes.beta, pushes.gamma
-        )
-        is_unmerged[same_direction] = False
-        first_pushes.append(push)
-        for component, sign in enumerate((np.ones(same_direction.size), turned)):
-            places = component * count + same_direction
+    for same_pushes, signs in _by_direction(pushes):
+        first_pushes.append(int(same_pushes[0]))
+        for component, sign in enumerate(signs):
+            places = component * count + same_pushes
             total = float(weight[places].sum())
             groups.append(places)
             shares.append(sign * weight[places] / total if total else np.full(places.size, np.nan))
