@@ -484,8 +484,6 @@ def plot_runs_side_by_side(results: Results) -> Figure:
             style.line(colour, **_comparison_look(colour, marker, is_filled))
             for colour in style.COMPONENT_COLOURS.values()
         )
-    if any(table["seen_from_ratio"].notna().any() for table in tables.values()):
-        entries["differences that chance explains"] = style.line(_CHANCE, linewidth=1.0)
     if any(table["apart"].any() for table in tables.values()):
         entries["outlier"] = style.dots(style.MARK, 4)
     style.legend(page, entries)
@@ -500,7 +498,6 @@ def _comparison_look(colour: str, marker: str, is_filled: bool) -> style.Look:
 def _side_by_side(axes: Axes, table: pd.DataFrame, runs_apart: pd.DataFrame, c: str) -> None:
     """Draw one component of the runs of a medium; both have the same height, so that they can be compared."""
     style.zero_line(axes)
-    _shade_chance(axes, table, c)
     differences = {
         component: table[f"alpha_{component}_N_per_cm3"] - table[f"others_{component}_N_per_cm3"]
         for component in "zx"
@@ -542,18 +539,6 @@ def _side_by_side(axes: Axes, table: pd.DataFrame, runs_apart: pd.DataFrame, c: 
         style.ticks(axis, 5)
 
 
-_CHANCE = "#c9c9c9"
-"""Colour of differences that chance explains."""
-
-
-def _shade_chance(axes: Axes, table: pd.DataFrame, c: str) -> None:
-    """Draw at each run how far it may lie from the others before it counts as apart."""
-    alpha = table[[f"alpha_{component}_N_per_cm3" for component in "zx"]].to_numpy(float)
-    half_width = table["seen_from_ratio"] * np.nanmax(np.abs(alpha), initial=0.0)
-    alpha_of_others = table[f"others_{c}_N_per_cm3"]
-    axes.vlines(alpha_of_others, -half_width, half_width, color=_CHANCE, linewidth=0.5, zorder=0)
-
-
 _MANY_RUNS = 200
 
 
@@ -564,8 +549,10 @@ def _summary(table: pd.DataFrame) -> str:
         return f"{len(table)} runs: too few to estimate how much runs differ"
     differences = (table[f"alpha_{c}_N_per_cm3"] - table[f"others_{c}_N_per_cm3"] for c in "zx")
     medians = [style.format_number(difference.abs().median(), 4) for difference in differences]
+    largest = float(np.nanmax(np.abs(table[["alpha_z_N_per_cm3", "alpha_x_N_per_cm3"]])))
+    explained = style.format_number(float(table["seen_from_ratio"].median()) * largest, 3)
     return (
-        f"{len(table)} runs, {int(table['apart'].sum())} of {times.notna().sum()} apart: by more than chance explains (grey)\n"
+        f"{len(table)} runs, {int(table['apart'].sum())} of {times.notna().sum()} apart: chance explains {explained} (median)\n"
         f"the farthest: {style.format_number(float(times.max()), 1)} times the spread of such differences\n"
         f"half of them within {medians[0]} (z) and {medians[1]} (x) {style.PER_CM3}"
     )

@@ -60,9 +60,9 @@ class Remade:
         )
         if self.unlike:
             lines += first_of(list_reasons(self.recorded), most, "more reasons")
-        made = count(len(self.same) + len(self.unlike), "result")
+        results = count(len(self.same) + len(self.unlike), "result")
         lines.append(
-            f"{made} made again: {len(self.same)} with the same bytes, {len(self.unlike)} otherwise."
+            f"{results} made again: {len(self.same)} with the same bytes, {len(self.unlike)} otherwise."
         )
         if self.not_made:
             paths = join_words(self.not_made, _MOST)
