@@ -268,6 +268,8 @@ _FEWEST_SAMPLES = 30
 )
 def check_steadiness(measured: MediumMeasurements) -> Check:
     """Whether the stress of horizontal runs stays the same over the part that is averaged."""
+    from scipy.special import ndtr, stdtrit
+
     fits, tared = measured.tables["fits"], measured.tables["tared"]
     good = measured.tables["windows"]["why"].to_numpy() == RowStatus.GOOD
     rows_by_run = split_runs(tared)
@@ -286,7 +288,8 @@ def check_steadiness(measured: MediumMeasurements) -> Check:
     change, se = median_of_runs(np.array(changes))
     if math.isnan(change):
         return Check.skip("steadiness", "steadiness-few", fewest=FEW_RUNS)
-    most_change = max(_TREND, _SIGMAS * se)
+    # few runs hardly tell their own scatter: Student's t at the same level
+    most_change = max(_TREND, float(stdtrit(len(changes) - 1, ndtr(_SIGMAS))) * se)
     return Check.judge(
         "steadiness",
         abs(change) <= most_change,

@@ -144,8 +144,12 @@ def _surface_and_linearity(measured: MediumMeasurements) -> tuple[Check, Check]:
     if measured.medium.role != "laboratory":
         unchecked = "natural-sand"
     steep_fits = fits[(fits["gamma_deg"].abs() >= 45) & fits["start_cm"].notna()]
-    alpha, se = (steep_fits[f"alpha_z{end}_N_per_cm3"].to_numpy(float) for end in ("", "_se"))
-    clear = np.abs(alpha) > _SIGMAS * se
+    alpha, se, free_slope = (
+        steep_fits[f"{name}_N_per_cm3"].to_numpy(float)
+        for name in ("alpha_z", "alpha_z_se", "free_slope_z")
+    )
+    # a line that is nearly flat meets zero anywhere
+    clear = np.fmin(np.abs(alpha), np.abs(free_slope)) > _SIGMAS * se
     steep_fits, alpha = steep_fits[clear], np.abs(alpha[clear])
     pushes = steep_fits["direction"].to_numpy() == "intrusion"
     if not unchecked and pushes.sum() < FEW_RUNS:
