@@ -25,7 +25,7 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from scipy.special import ndtr, stdtrit
+from scipy.special import ndtr, ndtri, stdtrit
 
 from rftfit.compare.chosen import chosen
 from rftfit.conventions import FloatArray
@@ -112,11 +112,14 @@ class Cause(NamedTuple):
     effect: FloatArray
 
     @property
+    def of_media(self) -> float:
+        """Standard deviation that sound media and ordinary mounts have of themselves, alike in all runs."""
+        return float(_CHOSEN.of_media.get(self.kind, 0.0)) if self.group == ALL else 0.0
+
+    @property
     def tolerated(self) -> float:
-        """Size that is no fault."""
-        if self.group == ALL and self.kind in _CHOSEN.tolerated_of_all:
-            return float(_CHOSEN.tolerated_of_all[self.kind])
-        return KINDS[self.kind].tolerated
+        """Size that is no fault; 0 where what media have of themselves belongs to the error."""
+        return 0.0 if self.of_media else KINDS[self.kind].tolerated
 
 
 class Found(NamedTuple):
@@ -151,9 +154,19 @@ class Scan(NamedTuple):
         return np.array([cause.tolerated for cause in self.causes])
 
     @property
+    def error(self) -> FloatArray:
+        """Standard error of each size as one of a fault: with what sound media have of themselves."""
+        return np.hypot(self.se, [cause.of_media for cause in self.causes])
+
+    @property
+    def beyond(self) -> FloatArray:
+        """How many errors each size is beyond what is tolerated."""
+        return np.asarray(np.maximum(np.abs(self.size) - self.tolerated, 0) / self.error)
+
+    @property
     def least_seen(self) -> FloatArray:
         """Least size that is told with a probability of 80 %."""
-        return np.asarray(self.tolerated + (self.limit + _POWER) * self.se)
+        return np.asarray(self.tolerated + (self.limit + _POWER) * self.error)
 
 
 @dataclass(eq=False)
@@ -424,12 +437,13 @@ class JointModel:
         size = scores / precision
         wider = np.array([_CHOSEN.wider.get(cause.kind, 1.0) for cause in causes])
         se = wider / np.sqrt(precision)
-        tolerated = np.array([cause.tolerated for cause in causes])
+        usual = np.array([KINDS[cause.kind].tolerated for cause in causes])
         most = np.array([KINDS[cause.kind].most for cause in causes])
         families = np.array([_FAMILY.get(cause.group, "labels") for cause in causes])
-        sensible = (se < 50 * tolerated) & ((effects**2).sum(axis=0) > 0)
+        sensible = (se < 50 * usual) & ((effects**2).sum(axis=0) > 0)
+        limit_of_one = -float(ndtri(_CHOSEN.nominal_rate / 2))
         limit = np.array(
-            [_CHOSEN.limit_of.get(cause.kind, _CHOSEN.limit_of_all) for cause in causes]
+            [limit_of_one if cause.of_media else _CHOSEN.limit_of_all for cause in causes]
         )
         dof = max(self.runs.size - self.directions.shape[1], self.runs.size / 2, 8.0)
         for family in ("order", "labels"):
@@ -441,8 +455,8 @@ class JointModel:
                 limit[families == family] = -stdtrit(dof, ndtr(-normal_limit))
         grouped = np.array([cause.group not in (ALL, HOLDER) for cause in causes])
         mixed_up = grouped & (se > _CHOSEN.mixed_up * self._error_beside_known_shape(effects))
-        checked = sensible & ~mixed_up & (tolerated + (limit + _POWER) * se < most)
-        return Scan(causes, size, se, checked, mixed_up, limit)
+        scan = Scan(causes, size, se, sensible & ~mixed_up, mixed_up, limit)
+        return scan._replace(checked=scan.checked & (scan.least_seen < most))
 
     def _error_beside_known_shape(self, effects: FloatArray) -> FloatArray:
         """Standard errors that the causes would have if the shape were known exactly."""
@@ -475,6 +489,8 @@ class JointModel:
         beside = model.put_right(cause, edge)
         theta = _minimise(beside.cost, self.theta, step[:4], 70)
         times = math.sqrt(max(2 * (beside.cost(theta) - best), 0.0))
+        # the error by the runs is size / times; what media have of themselves comes to it
+        times /= math.hypot(1.0, cause.of_media * times / (abs(size) or 1.0))
         right = model.put_right(cause, size)
         right.theta = values[:4]
         return size, times, right
@@ -515,7 +531,8 @@ def find_causes(model: JointModel) -> tuple[list[Found], Scan]:
         right.update()
         right.fit(2, 50, 0.4)
         se = right._error_of(trial.cause)
-        least_seen = trial.cause.tolerated + (trial.limit + _POWER) * se
+        error = math.hypot(se, trial.cause.of_media)
+        least_seen = trial.cause.tolerated + (trial.limit + _POWER) * error
         if not least_seen < KINDS[trial.cause.kind].most:
             break
         told.append(
@@ -562,10 +579,12 @@ class _Trial(NamedTuple):
 def _try_candidates(model: JointModel, scan: Scan) -> list[_Trial]:
     """Decide the candidates with the largest scores, one of a kind and group."""
     scores = np.where(scan.checked, np.abs(scan.size) / scan.se, 0.0)
-    beyond = np.maximum(np.abs(scan.size) - scan.tolerated, 0) / scan.se
-    of_all = np.array([cause.group == ALL for cause in scan.causes])
+    beyond = scan.beyond
+    by_shape = np.array([cause.group == ALL and not cause.of_media for cause in scan.causes])
+    of_media = np.array([cause.of_media > 0 for cause in scan.causes])
+    ranked_by = np.where(of_media, beyond, scores)
     worth = np.where(
-        of_all, beyond > _CHOSEN.tried_of_all, scores > scan.limit - _CHOSEN.ranked_from
+        by_shape, beyond > _CHOSEN.tried_of_all, ranked_by > scan.limit - _CHOSEN.ranked_from
     )
     worth &= scan.checked & (beyond > 0)
     worth &= scores > scores.max() - _CHOSEN.far_behind
