@@ -40,7 +40,7 @@ def test_each_line_of_json_is_an_event_and_the_watch_stops_when_enough_is_known(
     medium = [event for event in events if event["event"] == "medium"][-1]
     assert medium["half_width_percent"] <= 60
     assert medium["next"][0]["medium"] == MEDIUM
-    assert medium["verdict"].startswith(f"{MEDIUM} is not checked (")
+    assert medium["verdict"].startswith(f"{MEDIUM} is not checked: ")
 
 
 def test_the_target_is_chosen(bench):

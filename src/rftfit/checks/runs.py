@@ -41,6 +41,7 @@ _OTHER_RODS, _OTHER_RODS_SURE, _TOO_MUCH_SEEN, _MISSING_SEEN = 0.1, 2.7, 0.6, 1.
 the largest least share with which the estimate counts (`make mixups`, `make sound`, 2026-11-29)."""
 
 _OTHER_RODS_ALLOWED = "{most:.0%} of either sign"
+_OTHER_RODS_FAULT = "the rods of the rod runs bear another force than those of the plates"
 
 _RODS_ALLOWED = "a ratio below {alone:g} in each run ({clear:g} where forces are weak), and not 1"
 
@@ -68,12 +69,14 @@ _RODS_ALLOWED = "a ratio below {alone:g} in each run ({clear:g} where forces are
             _OTHER_RODS_ALLOWED,
             "the rods of the rod runs look larger, or deeper in the bed, than those of the plates ({found}): look whether they "
             "are the same rods, and at tare_run.",
+            _OTHER_RODS_FAULT,
         ),
         "rods-other-small": Words(
             "the force on the rods in the runs with plates is {share:.0%} ({low:.0%} to {high:.0%}) above that on the rods alone",
             _OTHER_RODS_ALLOWED,
             "the rods of the rod runs look smaller, or less deep in the bed, than those of the plates ({found}): look whether "
             "they are the same rods, and at tare_run.",
+            _OTHER_RODS_FAULT,
         ),
         "rods-no-tare": Words("no plate run has a tare"),
     },
@@ -343,11 +346,12 @@ _BESIDE = {"pair": "other run of its direction"}
             "{wide:.0%}, or less than can be told from {usual:.0%}",
             "{found}: prepare each bed in one way, and look for wet sand, another plate or runs in wrong rows. Where beds do "
             "differ so much, accept it with the reason.",
+            "repeats of a direction differ more than ordinary beds do",
         ),
         "repeats-few": Words("too few runs to estimate how much runs differ"),
         "repeats-blind": Words(
-            "a difference below {median:.0%} of the largest alpha (median) would not be seen, so far are the runs from one "
-            "another or from the shape of known media: push directions twice"
+            "single runs may be wrong by {median:.0%} of the largest alpha (median) without being seen, since the runs differ so much "
+            "from one another or from the shape of known media: {cure}"
         ),
     },
 )
@@ -363,11 +367,12 @@ def check_repeats(measured: MediumMeasurements) -> Check:
     ranked = apart.assign(off=off).sort_values(["times_spread", "off"], ascending=False)
     largest_rows = ranked.to_dict("records")[:MOST_NAMED]
     seen_from = repeated_runs["seen_from_ratio"]
+    are_single = (repeated_runs["beside"] == MAP).all()
     if apart.empty and (wide := _judge_spread(measured)) is not None:
         return wide
     if apart.empty and seen_from.median() > _BLIND:
-        return Check.skip("repeats", "repeats-blind", median=seen_from.median())
-    are_single = (repeated_runs["beside"] == MAP).all()
+        cure = remark("repeat-twice" if are_single else "repeat-more")
+        return Check.skip("repeats", "repeats-blind", median=seen_from.median(), cure=cure)
     code = "repeats-single" if apart.empty and are_single else "repeats"
     of_runs = zip(apart["run_id"].astype(str), apart["beside"], apart["times_spread"], strict=True)
     return Check.judge(
@@ -496,7 +501,7 @@ _SIZE_ALLOWED = "{low:g} to {high:g} N/cm^3"
             "unit of the force and at the size of the plate.",
         ),
         "size-unstated": Words(
-            _SIZE_FOUND,
+            f"{_SIZE_FOUND}; expected_alpha of the medium is not stated",
             _SIZE_ALLOWED,
             "the scale of the force was not checked: a wrong unit passes unless expected_alpha is stated.",
         ),

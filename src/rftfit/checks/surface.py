@@ -53,6 +53,7 @@ _LATE = (
     "The force log is {side} against the motion log by about {late_s:.1g} s ({found}): look at the clocks and "
     "filters of both."
 )
+_LATE_FAULT = "the force log and the motion log are not at the same time"
 _SURFACE = "surface is wrong ({found}): look at arm.surface_z_mm and surface_z_mm"
 _SURFACE_OTHER = "in {count} of {size} runs than in the others ({rows}): look at "
 
@@ -69,7 +70,7 @@ _SURFACE_OTHER = "in {count} of {size} runs than in the others ({rows}): look at
         "natural-sand": Words("stress is a line only near the surface of a natural sand"),
         "few-pushes": Words("too few pushes with a slope of their own"),
         "surface": Words(_SURFACE_FOUND, _SURFACE_ALLOWED),
-        "surface-late": Words(_SURFACE_FOUND, _SURFACE_ALLOWED, _LATE),
+        "surface-late": Words(_SURFACE_FOUND, _SURFACE_ALLOWED, _LATE, _LATE_FAULT),
         "surface-off": Words(_SURFACE_FOUND, _SURFACE_ALLOWED, f"the {_SURFACE}."),
         "surface-late-off": Words(_SURFACE_FOUND, _SURFACE_ALLOWED, f"{_LATE} The {_SURFACE}."),
         "surface-differs": Words(
@@ -81,6 +82,7 @@ _SURFACE_OTHER = "in {count} of {size} runs than in the others ({rows}): look at
             _SURFACE_FOUND,
             _SURFACE_ALLOWED,
             f"the force log is {{gap_s:.2g}} s {{side}} {_SURFACE_OTHER}the clocks of these runs.",
+            _LATE_FAULT,
         ),
         "surface-curved": Words(
             "stress looks curved, so where a line through it begins does not tell the surface"
@@ -92,8 +94,10 @@ def check_surface(measured: MediumMeasurements) -> Check:
     return _surface_and_linearity(measured)[0]
 
 
-_LINE_FOUND = "stress of pushes grows as about depth^{power:.2f}, {share:.0%} of them are curved"
-_LINE_ALLOWED = f"{LINE_POWERS}, or less than {{clear:.0%}} fitted better by a power"
+_LINE_FOUND = "stress of pushes grows as about depth^{power:.2f}; a power fits {share:.0%} of their directions better than a line"
+_LINE_ALLOWED = (
+    f"{LINE_POWERS}, or less than {{clear:.0%}} of the directions fitted better by a power"
+)
 
 
 @declare_check(
@@ -116,6 +120,7 @@ _LINE_ALLOWED = f"{LINE_POWERS}, or less than {{clear:.0%}} fitted better by a p
             _LINE_ALLOWED,
             "{found}, or the surface is wrong ({surface}): look at arm.surface_z_mm and surface_z_mm; or, where stress begins "
             "above the surface, the sand sticks together (cohesion), as wet sand does. These logs cannot distinguish them.",
+            "stress is not proportional to depth, or does not begin at the stated surface",
         ),
         "linearity-few": Words("too few pushes with a power of their own"),
         "linearity-open": Words(

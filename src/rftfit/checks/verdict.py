@@ -8,6 +8,7 @@ import pandas as pd
 
 from rftfit.checks.declared import CHECKS
 from rftfit.checks.medium import faults_of
+from rftfit.compare.joint import least_step
 from rftfit.measure.alpha import column
 from rftfit.measure.flags import Flags, remark
 from rftfit.measure.verdict_words import (
@@ -31,12 +32,24 @@ class Verdict(NamedTuple):
     reason: str
 
     def __str__(self) -> str:
-        return f"{self.word} ({self.reason})" if self.reason else self.word
+        if not self.reason:
+            return self.word
+        return f"{self.word}{', but ' if self.word == SOUND else ': '}{self.reason}"
 
     def on(self, media: str, are_several: bool = False) -> str:
         """State the verdict on a medium, or on several with the same one, without a full stop."""
         verbs = ("has", "have") if self.word == NOTHING else ("is", "are")
         return f"{media} {verbs[are_several]} {self}"
+
+
+def list_untold(runs: int) -> list[str]:
+    """List what no check can tell of a campaign, whatever its data are; `runs`: of the medium with most of them."""
+    return [
+        str(remark("untold-label")),
+        str(remark("untold-holder")),
+        str(remark("untold-blocks", runs=least_step(runs))),
+        str(remark("untold-choice")),
+    ]
 
 
 def verdict_on(checks: pd.DataFrame, fits: pd.DataFrame, flags: Flags) -> Verdict:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -111,9 +112,9 @@ def _print(
     checked: Checked, checks: list[dict[str, Any]] | None, verdicts: Mapping[str, Verdict]
 ) -> None:
     _print_problems(checked.problems)
-    if checks is not None:
-        _print_diagnosis(checks, verdicts)
     if checked.campaign is not None:
+        if checks is not None:
+            _print_diagnosis(checks, verdicts, checked.campaign)
         print_line(describe_campaign(checked.campaign))
         if checked.robot.medium:
             print_line(of_robot(checked.robot))
@@ -132,8 +133,11 @@ def _print(
         )
 
 
-def _print_diagnosis(rows: list[dict[str, Any]], verdicts: Mapping[str, Verdict]) -> None:
-    """Print the physical checks, what to look at where one fails, and the verdict on each medium."""
+def _print_diagnosis(
+    rows: list[dict[str, Any]], verdicts: Mapping[str, Verdict], campaign: Campaign
+) -> None:
+    """Print the physical checks, what to look at where one fails, the verdict on each medium, and what no check can tell."""
+    from rftfit.checks.verdict import list_untold
     from rftfit.measure.verdict_words import ACCEPTED, FAILED
 
     names = ("medium", "check", "verdict", "found")
@@ -144,6 +148,10 @@ def _print_diagnosis(rows: list[dict[str, Any]], verdicts: Mapping[str, Verdict]
         print_line(f"{row['medium']}, {row['effect'] or row['verdict']}: {row['sentence']}")
     for medium, verdict in verdicts.items():
         print_line(f"{verdict.on(medium)}.")
+    plates_of_media = Counter(run.medium for run in campaign.runs if run.kind == "plate")
+    most_plates = max(plates_of_media.values(), default=0)
+    print_line("\nNo check can tell:")
+    print_line("\n".join(f"  {untold}" for untold in list_untold(most_plates)))
     print_line()
 
 
