@@ -28,6 +28,7 @@ from rftfit.measure.ledger import RowStatus
 from rftfit.measure.levels import FEW_RUNS, MODES, median_of_runs
 from rftfit.measure.rods import estimate_share_too_much
 from rftfit.measure.samples import split_runs
+from rftfit.measure.slopes import student_limit
 from rftfit.measure.verdict_words import DOUBTFUL, FAILED, MAP, NOT_CHECKED, UNUSABLE
 
 SURE = 3.7
@@ -115,15 +116,12 @@ def check_rods(measured: MediumMeasurements) -> Check:
 
 def _judge_other_rods(measured: MediumMeasurements) -> Check | None:
     """Failure where rods bear another force alone than with plates; None where they do not, or nothing tells it."""
-    from scipy.special import ndtr, stdtrit
-
     tables = measured.tables
     too_much = estimate_share_too_much(tables["fits"], tables["tared"], tables["windows"])
     if too_much is None:
         return None
     share, se, dof = too_much
-    # few directions hardly tell their own scatter: Student's t at the same level
-    most = _OTHER_RODS + float(stdtrit(dof, ndtr(_OTHER_RODS_SURE))) * se
+    most = _OTHER_RODS + student_limit(_OTHER_RODS_SURE, dof) * se
     if abs(share) <= most or most > (_TOO_MUCH_SEEN if share > 0 else _MISSING_SEEN):
         return None
     low, high = (share + sign * 1.96 * se for sign in (-1, 1))
@@ -210,8 +208,6 @@ def _judge_change_of_zero(table: pd.DataFrame) -> Check | None:
 
 def _judge_trend_at_rest(measured: MediumMeasurements, table: pd.DataFrame) -> Check:
     """Judge the trend of the zero before the strokes, of runs that rest in air at one end alone."""
-    from scipy.special import ndtr, stdtrit
-
     trend = table[["zero_trend_z_N", "zero_trend_x_N"]].to_numpy(float).T
     force = table["force_rms_N"].to_numpy(float)
     has_trend = np.isfinite(trend).all(axis=0) & (force > 0)
@@ -223,8 +219,7 @@ def _judge_trend_at_rest(measured: MediumMeasurements, table: pd.DataFrame) -> C
         float(np.median(force[has_trend])),
     )
     middle, se = np.array([median_of_runs(trends) for trends in trend]).T
-    # few runs hardly tell their own scatter: Student's t at the same level
-    limit = stdtrit(has_trend.sum() - 1, ndtr(SURE)) * se
+    limit = student_limit(SURE, has_trend.sum() - 1) * se
     deviation = np.abs(trend - middle[:, None])
     # where most runs drift alike it is all of them, else those that stand out
     common = (np.abs(middle) > limit) & (np.abs(middle) > _DRIFT * typical)
@@ -271,8 +266,6 @@ _FEWEST_SAMPLES = 30
 )
 def check_steadiness(measured: MediumMeasurements) -> Check:
     """Whether the stress of horizontal runs stays the same over the part that is averaged."""
-    from scipy.special import ndtr, stdtrit
-
     fits, tared = measured.tables["fits"], measured.tables["tared"]
     good = measured.tables["windows"]["why"].to_numpy() == RowStatus.GOOD
     rows_by_run = split_runs(tared)
@@ -291,8 +284,7 @@ def check_steadiness(measured: MediumMeasurements) -> Check:
     change, se = median_of_runs(np.array(changes))
     if math.isnan(change):
         return Check.skip("steadiness", "steadiness-few", fewest=FEW_RUNS)
-    # few runs hardly tell their own scatter: Student's t at the same level
-    most_change = max(_TREND, float(stdtrit(len(changes) - 1, ndtr(_SIGMAS))) * se)
+    most_change = max(_TREND, student_limit(_SIGMAS, len(changes) - 1) * se)
     return Check.judge(
         "steadiness",
         abs(change) <= most_change,

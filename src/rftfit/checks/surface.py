@@ -36,7 +36,7 @@ from rftfit.directions import number_rows
 from rftfit.measure.flags import Remark, remark
 from rftfit.measure.laws import LEVELLED_CM, ordinary_surface
 from rftfit.measure.levels import FEW_RUNS, Mask, median_of_runs, shifted_runs, two_clusters
-from rftfit.measure.slopes import student_quantile
+from rftfit.measure.slopes import student_limit, student_quantile
 from rftfit.measure.verdict_words import DOUBTFUL, FAILED
 
 _SIGMAS = 3.0
@@ -140,8 +140,6 @@ def _surface_and_linearity(measured: MediumMeasurements) -> tuple[Check, Check]:
     What all paths share is an error of the surface; what grows with the speed of sinking, and has the
     opposite sign in pulls, is a lag. A step along the sheet, or two clusters, are two surfaces or two lags.
     """
-    from scipy.special import ndtr, stdtrit
-
     fits, speed = measured.tables["fits"], measured.config.arm.speed_cm_per_s
     unchecked = ""
     if measured.flags.runs_with("no-tare").keys() & set(fits["run_id"]):
@@ -181,8 +179,7 @@ def _surface_and_linearity(measured: MediumMeasurements) -> tuple[Check, Check]:
     )
     shared = np.where(pushes, 1, shared)
     (offset_cm, lag_cm), covariance, _ = starts.fit(shared=shared)
-    # few runs hardly tell their own scatter: Student's t at the same level
-    wider = stdtrit(max((1 / shared).sum() - 2, 1), ndtr(SURE)) / SURE
+    wider = student_limit(SURE, max((1 / shared).sum() - 2, 1)) / SURE
     covariance = wider**2 * covariance + np.diag([session_cm**2, (_LAG_S * speed) ** 2])
     mean = np.array([1.0, float(sine[pushes].mean())])
     push_start, push_start_se = offset_cm + mean[1] * lag_cm, math.sqrt(mean @ covariance @ mean)
@@ -223,6 +220,11 @@ def _surface_and_linearity(measured: MediumMeasurements) -> tuple[Check, Check]:
     return surface, line
 
 
+_FAR_OFF, _MEAN_CAPPED = 1.5, 0.739
+"""Standard deviations from which a run counts less, and the mean size of normal numbers that are cut there: the median size of
+few runs would be small by chance."""
+
+
 @dataclass(frozen=True)
 class Starts:
     """Depths at which stress begins, `start` (n,), cm, each with its `error`, and what may move them.
@@ -249,6 +251,7 @@ class Starts:
         design = self.paths if extra_terms is None else np.column_stack([self.paths, extra_terms])
         all_runs = np.ones(self.start.size, dtype=bool)
         weight, spread = np.ones_like(self.start), np.ones_like(self.start)
+        of_few = math.sqrt(self.start.size / max(self.start.size - design.shape[1], 1))
         for _ in range(10):
             sigma = self.error * spread * np.sqrt(shared / weight)
             scaled = design / sigma[:, None]
@@ -257,8 +260,9 @@ class Starts:
             residual = np.abs(self.start - design @ coefficients) / self.error
             for side in (all_runs, self.pushes, ~self.pushes):
                 if residual[side].size >= FEW_RUNS:
-                    spread[side] = max(1.4826 * float(np.median(residual[side])), 0.3)
-            weight = np.minimum(1.0, 1.5 * spread / np.maximum(residual, 1e-9))
+                    capped = np.minimum(residual[side], _FAR_OFF * spread[side])
+                    spread[side] = max(float(capped.mean()) / _MEAN_CAPPED * of_few, 0.3)
+            weight = np.minimum(1.0, _FAR_OFF * spread / np.maximum(residual, 1e-9))
         return coefficients, np.asarray(inverse), sigma
 
 
@@ -312,9 +316,12 @@ def _two_levels(
     for _ in range(2):
         stretch = shifted_runs(push_starts.paths, push_starts.start, sigma)
         coefficients, covariance, sigma = push_starts.fit(stretch)
-    if stretch.any() and abs(coefficients[-1]) > clear * _clear_step(stretch) * math.sqrt(
-        covariance[-1, -1]
-    ):
+    least_gap = math.inf
+    if stretch.any():
+        dof = max(stretch.size - coefficients.size, 1)
+        clear *= student_limit(_clear_step(stretch), dof)
+        least_gap = clear * math.sqrt(covariance[-1, -1])
+    if abs(coefficients[-1]) > least_gap:
         # a pull is as the push before it
         on_second_level = stretch[np.maximum(np.cumsum(starts.pushes) - 1, 0)]
     elif clusters is None:

@@ -25,12 +25,13 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from scipy.special import ndtr, ndtri, stdtrit
+from scipy.special import ndtri
 
 from rftfit.compare.chosen import chosen
 from rftfit.conventions import FloatArray
 from rftfit.directions import TOLERANCE_DEG, angles_of_directions, beta_apart, number_directions
 from rftfit.measure.errors import USUAL_BED_SPREAD
+from rftfit.measure.slopes import student_limit
 from rftfit.model.run_model import Freedom, RunGaussian, Scatter, outer, prior_at
 
 FALSE_ALARMS = 0.01
@@ -452,7 +453,7 @@ class JointModel:
                 root = np.sqrt(precision[members])
                 correlation = information[np.ix_(members, members)] / np.outer(root, root)
                 normal_limit = _limit(correlation, _CHOSEN.nominal_rate)
-                limit[families == family] = -stdtrit(dof, ndtr(-normal_limit))
+                limit[families == family] = student_limit(normal_limit, dof)
         grouped = np.array([cause.group not in (ALL, HOLDER) for cause in causes])
         mixed_up = grouped & (se > _CHOSEN.mixed_up * self._error_beside_known_shape(effects))
         scan = Scan(causes, size, se, sensible & ~mixed_up, mixed_up, limit)
