@@ -490,8 +490,6 @@ class JointModel:
         beside = model.put_right(cause, edge)
         theta = _minimise(beside.cost, self.theta, step[:4], 70)
         times = math.sqrt(max(2 * (beside.cost(theta) - best), 0.0))
-        # the error by the runs is size / times; what media have of themselves comes to it
-        times /= math.hypot(1.0, cause.of_media * times / (abs(size) or 1.0))
         right = model.put_right(cause, size)
         right.theta = values[:4]
         return size, times, right
@@ -527,6 +525,12 @@ def find_causes(model: JointModel) -> tuple[list[Found], Scan]:
         trial = max(tried, key=lambda trial: trial.times - trial.limit)
         if trial.times < trial.limit:
             break
+        if trial.cause.of_media:
+            # the runs tell one from the other, not what media have of themselves
+            likely = [
+                rival for rival in tried if rival.cause.of_media and rival.times >= rival.limit
+            ]
+            trial = max(likely, key=lambda rival: rival.by_runs)
         right = trial.model
         right._place(right.runs)
         right.update()
@@ -568,11 +572,15 @@ def _inseparable_from(told: _Trial, tried: list[_Trial], scan: Scan) -> tuple[Ca
 
 
 class _Trial(NamedTuple):
-    """A candidate decided by the exact transformation: errors beyond what is tolerated, their limit, and the model without it."""
+    """A candidate decided by the exact transformation: errors beyond what is tolerated, their limit, and the model without it.
+
+    `by_runs`: Errors by the runs alone, without what media have of themselves.
+    """
 
     cause: Cause
     size: float
     times: float
+    by_runs: float
     limit: float
     model: JointModel
 
@@ -598,8 +606,10 @@ def _try_candidates(model: JointModel, scan: Scan) -> list[_Trial]:
             continue
         size, times, right = model._profile(cause, scan.size[place], scan.se[place])
         times = times if abs(size) > cause.tolerated else 0.0
-        times /= _CHOSEN.wider.get(cause.kind, 1.0)
-        trial = _Trial(cause, size, times, float(scan.limit[place]), right)
+        by_runs = times / _CHOSEN.wider.get(cause.kind, 1.0)
+        # the error by the runs is size / by_runs; what media have of themselves comes to it
+        times = by_runs / math.hypot(1.0, cause.of_media * by_runs / (abs(size) or 1.0))
+        trial = _Trial(cause, size, times, by_runs, float(scan.limit[place]), right)
         tried[cause.kind, cause.group] = trial
     return list(tried.values())
 
