@@ -299,7 +299,8 @@ def grade_own(medium: str, design: str) -> list[Row]:
 def report_own(rows: pd.DataFrame) -> Tables:
     """Turn and crosstalk of each table, and their root mean squares."""
     sizes = rows[["turn", "crosstalk"]]
-    mean = np.sqrt((sizes**2).groupby(rows["design"]).mean()).reset_index()
+    squares = (sizes**2).groupby(rows["design"]).mean()
+    mean = (squares**0.5).reset_index()
     return [
         ("Turn, deg, and crosstalk that published tables have of themselves", rows),
         ("Root mean squares", mean),

@@ -520,17 +520,11 @@ def find_causes(model: JointModel) -> tuple[list[Found], Scan]:
     told: list[Found] = []
     while len(told) < _CHOSEN.most_causes:
         tried = _try_candidates(model, scan)
-        if not tried:
+        clear = [trial for trial in tried if trial.times >= trial.limit]
+        if not clear:
             break
-        trial = max(tried, key=lambda trial: trial.times - trial.limit)
-        if trial.times < trial.limit:
-            break
-        if trial.cause.of_media:
-            # the runs tell one from the other, not what media have of themselves
-            likely = [
-                rival for rival in tried if rival.cause.of_media and rival.times >= rival.limit
-            ]
-            trial = max(likely, key=lambda rival: rival.by_runs)
+        # the runs tell one cause from another, not what media have of themselves
+        trial = max(clear, key=lambda trial: trial.by_runs - trial.limit)
         right = trial.model
         right._place(right.runs)
         right.update()
@@ -553,11 +547,12 @@ def _inseparable_from(told: _Trial, tried: list[_Trial], scan: Scan) -> tuple[Ca
     Causes of all runs are told by the known shape alone, from which each medium departs in its own way. So
     of these also the ones with a score near that of the cause count, though a medium might have their size.
     """
-    least_times = told.times - _CHOSEN.inseparable
     inseparable = {
         trial.cause[:3]: trial.cause
         for trial in tried
-        if trial is not told and trial.times > max(trial.limit, least_times)
+        if trial is not told
+        and trial.times > trial.limit
+        and trial.by_runs > told.by_runs - _CHOSEN.inseparable
     }
     if told.cause.group == ALL:
         scores = np.abs(scan.size) / scan.se
