@@ -220,11 +220,6 @@ def _surface_and_linearity(measured: MediumMeasurements) -> tuple[Check, Check]:
     return surface, line
 
 
-_FAR_OFF, _MEAN_CAPPED = 1.5, 0.739
-"""Standard deviations from which a run counts less, and the mean size of normal numbers that are cut there: the median size of
-few runs would be small by chance."""
-
-
 @dataclass(frozen=True)
 class Starts:
     """Depths at which stress begins, `start` (n,), cm, each with its `error`, and what may move them.
@@ -251,7 +246,6 @@ class Starts:
         design = self.paths if extra_terms is None else np.column_stack([self.paths, extra_terms])
         all_runs = np.ones(self.start.size, dtype=bool)
         weight, spread = np.ones_like(self.start), np.ones_like(self.start)
-        of_few = math.sqrt(self.start.size / max(self.start.size - design.shape[1], 1))
         for _ in range(10):
             sigma = self.error * spread * np.sqrt(shared / weight)
             scaled = design / sigma[:, None]
@@ -260,9 +254,8 @@ class Starts:
             residual = np.abs(self.start - design @ coefficients) / self.error
             for side in (all_runs, self.pushes, ~self.pushes):
                 if residual[side].size >= FEW_RUNS:
-                    capped = np.minimum(residual[side], _FAR_OFF * spread[side])
-                    spread[side] = max(float(capped.mean()) / _MEAN_CAPPED * of_few, 0.3)
-            weight = np.minimum(1.0, _FAR_OFF * spread / np.maximum(residual, 1e-9))
+                    spread[side] = max(1.4826 * float(np.median(residual[side])), 0.3)
+            weight = np.minimum(1.0, 1.5 * spread / np.maximum(residual, 1e-9))
         return coefficients, np.asarray(inverse), sigma
 
 
@@ -316,12 +309,9 @@ def _two_levels(
     for _ in range(2):
         stretch = shifted_runs(push_starts.paths, push_starts.start, sigma)
         coefficients, covariance, sigma = push_starts.fit(stretch)
-    least_gap = math.inf
-    if stretch.any():
-        dof = max(stretch.size - coefficients.size, 1)
-        clear *= student_limit(_clear_step(stretch), dof)
-        least_gap = clear * math.sqrt(covariance[-1, -1])
-    if abs(coefficients[-1]) > least_gap:
+    if stretch.any() and abs(coefficients[-1]) > clear * _clear_step(stretch) * math.sqrt(
+        covariance[-1, -1]
+    ):
         # a pull is as the push before it
         on_second_level = stretch[np.maximum(np.cumsum(starts.pushes) - 1, 0)]
     elif clusters is None:
