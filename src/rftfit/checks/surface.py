@@ -53,7 +53,7 @@ _LATE = (
     "The force log is {side} against the motion log by about {late_s:.1g} s ({found}): look at the clocks and "
     "filters of both."
 )
-_LATE_FAULT = "the force log and the motion log are not at the same time"
+_LATE_FAULT = "the clocks of the force log and the motion log differ"
 _SURFACE = "surface is wrong ({found}): look at arm.surface_z_mm and surface_z_mm"
 _SURFACE_OTHER = "in {count} of {size} runs than in the others ({rows}): look at "
 
