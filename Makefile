@@ -156,7 +156,7 @@ intervals: env ## 95 % intervals hold the truth in 2,000 campaigns, an hour and 
 	@$(BIN)/python benchmarks/intervals.py $(or $(ARGS),2000)
 
 shared: env ## what many runs share: false alarms, power and coverage of the joint model, 20 min
-	@$(BIN)/python studies/slopes.py sound faults power slips $(ARGS)
+	@$(BIN)/python studies/slopes.py sound own faults power slips $(ARGS)
 
 curved: env ## intervals of alpha at stated depths and of exponents hold where stress is curved, 10 min
 	@$(BIN)/python studies/depth_laws.py curved $(ARGS)

@@ -25,6 +25,7 @@ import frame
 import numpy as np
 import pandas as pd
 from frame import Part, Row, Tables, Unit
+from scipy.interpolate import RegularGridInterpolator
 
 from rftfit.campaign.sheet import Run
 from rftfit.checks.declared import MediumMeasurements
@@ -32,7 +33,7 @@ from rftfit.checks.runs import check_repeats
 from rftfit.checks.shared import CLEAR
 from rftfit.compare.axes import axes_evidence
 from rftfit.compare.causes import describe_change
-from rftfit.compare.joint import JointModel, RunSlopes, find_causes
+from rftfit.compare.joint import ALL, JointModel, RunSlopes, find_causes
 from rftfit.compare.misplaced import find_misplaced
 from rftfit.compare.peers import compare_runs
 from rftfit.directions import TOLERANCE_DEG
@@ -40,7 +41,7 @@ from rftfit.measure.alpha import column
 from rftfit.measure.verdict_words import FAILED, PAIR, PASSED, PULLS
 from rftfit.model.profiles import TableProfile
 from rftfit.model.rft3d import alpha_3drft
-from rftfit.reference import GAMMA_DEG, MEDIA
+from rftfit.reference import BETA_DEG, GAMMA_DEG, MEDIA, alpha_grid
 
 Random = np.random.Generator
 Alpha = Callable[[np.ndarray, np.ndarray], Any]
@@ -94,14 +95,24 @@ class Campaign:
         return cut.slopes(alpha[:, :count])
 
 
-KINDS = ("published", "warped", "frictional", "3D-RFT", "nine terms")
+KINDS = ("published", "warped", "frictional", "3D-RFT", "nine terms", "as measured")
+"""Kinds of media; `published`: the tables made symmetric, as a profile has them; `as measured`: as they are printed."""
+
+
+def table_as_measured(medium: str) -> Alpha:
+    """Alpha of a published table between its cells, with what its bed and its mount did to one side."""
+    tables = np.stack(alpha_grid(medium), axis=-1)
+    lines = np.radians(BETA_DEG), np.radians(GAMMA_DEG)
+    between = RegularGridInterpolator(lines, tables, bounds_error=False, fill_value=None)
+    return lambda beta, gamma: between((beta, gamma)).T
 
 
 def make_medium(kind: str, random: Random) -> tuple[Alpha, tuple[str, ...], float]:
     """Draw a medium: alpha of directions in degrees, whom to leave out, and alpha_z(0, 90 deg)."""
     size = float(10 ** random.uniform(-1.2, 0.3))
     name = str(random.choice(MEDIA))
-    without = (name,) if kind in ("published", "warped") else ()
+    without = (name,) if kind in ("published", "warped", "as measured") else ()
+    measured_alpha = table_as_measured(name)
     profile = TableProfile.published(name)
     friction = random.uniform(0.6, 1.2) if kind == "frictional" else random.uniform(0.1, 0.9)
     generic = nine_terms(random, 0.15)
@@ -114,6 +125,8 @@ def make_medium(kind: str, random: Random) -> tuple[Alpha, tuple[str, ...], floa
             return np.stack(alpha_3drft(beta, gamma, friction))
         if kind == "nine terms":
             return np.asarray(generic(beta, gamma))
+        if kind == "as measured":
+            return np.asarray(measured_alpha(beta, gamma))
         z, x = profile.alpha(beta, gamma)
         if kind == "published":
             return np.stack([z, x])
@@ -261,6 +274,37 @@ def report_sound(rows: pd.DataFrame) -> Tables:
 def is_quiet(rows: pd.DataFrame) -> bool:
     """Whether false alarms are as rare as they must be."""
     return all(rows[name].sum() <= share * len(rows) for name, share in ALARMS.items())
+
+
+PUSHES = np.array([*product(range(-75, 91, 15), range(30, 91, 15))], dtype=float).T
+
+
+def grade_own(medium: str, design: str) -> list[Row]:
+    """Turn and crosstalk that a published table has of itself, as the model of the runs without it sees them."""
+    beta, gamma = PUSHES if design == "pushes" else papers_grid()
+    alpha = table_as_measured(medium)(np.radians(beta), np.radians(gamma))
+    se = np.full_like(alpha, 0.003 * np.abs(alpha).max())
+    campaign = Campaign("as measured", beta, gamma, alpha, se, (medium,))
+    scan = JointModel(campaign.slopes(), without=campaign.without).fit().scan()
+    sizes = {
+        cause.kind: size
+        for cause, size in zip(scan.causes, scan.size, strict=True)
+        if cause.group == ALL
+    }
+    return [
+        {"design": design, "medium": medium, "turn": sizes["turn"], "crosstalk": sizes["crosstalk"]}
+    ]
+
+
+def report_own(rows: pd.DataFrame) -> Tables:
+    """Turn and crosstalk of each table, and their root mean squares."""
+    sizes = rows[["turn", "crosstalk"]]
+    squares = (sizes**2).groupby(rows["design"]).mean()
+    mean = (squares**0.5).reset_index()
+    return [
+        ("Turn, deg, and crosstalk that published tables have of themselves", rows),
+        ("Root mean squares", mean),
+    ]
 
 
 # --- Faults
@@ -680,6 +724,7 @@ PARTS = {
         200,
         is_quiet,
     ),
+    "own": Part([*product(MEDIA, ("pushes", "paper's grid"))], grade_own, report_own),
     "faults": Part(of_faults, grade_fault, report_faults, 30),
     "power": Part(of_sizes, grade_power, report_power, 20),
     "slips": Part(of_slips, grade_slip, report_slips, 20),

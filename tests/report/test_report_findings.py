@@ -166,6 +166,7 @@ def test_what_must_be_known_stands_first_and_in_the_verdict(tmp_path):
     failed = {
         "medium": "poppy_CP",
         "check": "work",
+        "code": "work",
         "verdict": "failed",
         "effect": "unusable",
         "sentence": "Z looks reversed.",
@@ -178,8 +179,8 @@ def test_what_must_be_known_stands_first_and_in_the_verdict(tmp_path):
     page = make_page(Results(results.campaign))
     first, second = sentences(page)[:2]
     assert first[0].startswith(
-        f"No checks passed, 1 failed: energy. Poppy seeds, loose is doubtful (in 2 of 3 runs {remark('no-tare')}). "
-        "Poppy seeds, close is unusable (the medium seems to give energy to the plates)"
+        f"No checks passed, 1 failed: energy. Poppy seeds, loose is doubtful: in 2 of 3 runs {remark('no-tare')}. "
+        "Poppy seeds, close is unusable: the medium seems to give energy to the plates"
     )
     # what is unusable is in no sentence on what was found
     assert "Errors of 10 peak lifts" in second[0]

@@ -120,7 +120,7 @@ def test_a_mistake_is_named_with_what_mends_it(lab, settings, mistake, check, co
     effect = "doubtful" if check == "surface" else "unusable"
     assert (outcome["verdict"], outcome["effect"], outcome["code"]) == ("failed", effect, code)
     assert re.search(named, outcome["sentence"]), outcome["sentence"]
-    assert alpha["checks"].str.contains(CHECKS[check].fault).all()
+    assert alpha["checks"].str.contains(CHECKS[check].fault_of(code)).all()
     assert alpha["checks"].str.startswith(effect).all()
 
 

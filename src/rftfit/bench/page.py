@@ -11,6 +11,7 @@ import numpy as np
 from rftfit.bench.medium import LiveMedium
 from rftfit.bench.pictures import draw_heat, draw_stress
 from rftfit.bench.watch import REFUSED, Watch
+from rftfit.compare.joint import list_untold
 from rftfit.measure.alpha import column
 from rftfit.measure.fits import filed_under
 
@@ -113,6 +114,8 @@ def _map(watch: Watch, medium: LiveMedium) -> str:
     checks = (
         f"{check['check']}, {check['effect']}: {check['sentence']}" for check in summary["checks"]
     )
+    plates = sum(run.kind == "plate" for run in watch.campaign.runs_of(medium.name))
+    untold = escape(f"No check can tell: {'; '.join(list_untold(plates))}.")
     width, pictures = "No push tells of it yet", ""
     if np.isfinite(medium.width):
         width = f"Half width of the interval: +-{medium.width:.2g} %".replace(
@@ -133,7 +136,7 @@ def _map(watch: Watch, medium: LiveMedium) -> str:
     )
     return (
         f"<h2>{escape(summary['target'])} of {escape(medium.name)}</h2><ul>{_items(checks, 'bad')}</ul>"
-        f"<p>{escape(summary['verdict'])}</p><p>{width}.</p><div class=maps>{pictures}</div><h2>Next pushes, as rows for the run sheet</h2>"
+        f"<p>{escape(summary['verdict'])}</p><p>{untold}</p><p>{width}.</p><div class=maps>{pictures}</div><h2>Next pushes, as rows for the run sheet</h2>"
         f'<pre class="wide" tabindex="0" role="region" aria-label="Next pushes">{escape(sheet)}</pre>'
     )
 

@@ -9,11 +9,12 @@ import numpy.typing as npt
 import pandas as pd
 
 from rftfit.checks.declared import SOUND_LOGS, Check, MediumMeasurements, Words, declare_check
-from rftfit.checks.law import BEFOREHAND_DOF, Estimate
+from rftfit.checks.law import BEFOREHAND_DOF
 from rftfit.conventions import FloatArray
 from rftfit.directions import number_rows
 from rftfit.measure.alpha import column
 from rftfit.measure.laws import PATCHES
+from rftfit.measure.slopes import student_limit
 from rftfit.measure.verdict_words import DOUBTFUL
 from rftfit.store.chosen import chosen
 
@@ -55,7 +56,8 @@ def check_compression(measured: MediumMeasurements) -> Check:
     trend = trend_of_both(measured.tables["fits"])
     if trend is None:
         return Check.skip("compression", "compression-few", fewest=_CHOSEN.fewest_directions)
-    values: dict[str, Any] = {"change": trend.value, "most": TOLERATED + _CHOSEN.sure * trend.se}
+    most = TOLERATED + student_limit(_CHOSEN.sure, trend.dof) * trend.se
+    values: dict[str, Any] = {"change": trend.value, "most": most}
     if values["most"] > _CHOSEN.most_seen:
         return Check.skip("compression", "compression-open", most=values["most"])
     if abs(trend.value) <= values["most"]:
@@ -70,7 +72,15 @@ def check_compression(measured: MediumMeasurements) -> Check:
     )
 
 
-def trend_of_both(fits: pd.DataFrame) -> Estimate | None:
+class Trend(NamedTuple):
+    """Change of the exponent up to the largest force, its standard error, and the degrees of freedom of that."""
+
+    value: float
+    se: float
+    dof: float
+
+
+def trend_of_both(fits: pd.DataFrame) -> Trend | None:
     """Fit the change of the exponent of stress over depth up to the largest force; None where too few directions tell it.
 
     A channel that shows F (1 - e F / F_max) lets stress grow with an exponent that is smaller by about e in the direction of
@@ -124,7 +134,7 @@ class _Direction(NamedTuple):
         return cls(mean_exponent, terms, np.linalg.inv(covariance))
 
 
-def _fit_trend(directions: list[_Direction]) -> Estimate:
+def _fit_trend(directions: list[_Direction]) -> Trend:
     """Fit the change with force by least squares, with the scatter that directions show beside the usual one.
 
     The exponents of z and x differ by 0 beforehand, with an error of `_CHOSEN.unlike`.
@@ -143,5 +153,6 @@ def _fit_trend(directions: list[_Direction]) -> Estimate:
         for residual, direction in zip(residuals, directions, strict=True)
     )
     size = sum(residual.size for residual in residuals)
-    factor = (BEFOREHAND_DOF + chi_square) / (BEFOREHAND_DOF + max(size - 2, 0))
-    return Estimate(float(coefficients[2]), float(np.sqrt(factor * inverse[2, 2])))
+    dof = BEFOREHAND_DOF + max(size - 2, 0)
+    factor = (BEFOREHAND_DOF + chi_square) / dof
+    return Trend(float(coefficients[2]), float(np.sqrt(factor * inverse[2, 2])), dof)

@@ -31,11 +31,15 @@ def declare_check(name: CheckName, **facts: Any) -> Callable[[CheckFunction], Ch
 
 
 class Words(NamedTuple):
-    """What a check says: what it found, what is allowed, and where it fails the likely cause and the cure."""
+    """What a check says: what it found, what is allowed, and where it fails the likely cause and the cure.
+
+    `fault`: What the data do in this outcome, where the check's own `fault` does not say it.
+    """
 
     found: str
     allowed: str = ""
     cause: str = ""
+    fault: str = ""
 
 
 @dataclass(frozen=True)
@@ -58,6 +62,10 @@ class DeclaredCheck:
     after: tuple[CheckName, ...] = ()
     needed: bool = False
     quotes_found: bool = False
+
+    def fault_of(self, code: str) -> str:
+        """What data do that fail with this outcome."""
+        return self.outcomes[code].fault or self.fault
 
 
 CHECKS: dict[str, DeclaredCheck] = {}

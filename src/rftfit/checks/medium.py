@@ -52,9 +52,10 @@ def sort_checks() -> list[CheckName]:
 
 def faults_of(checks: pd.DataFrame) -> str:
     """What failed checks, rows of the table, say of a medium, in words."""
-    rows = zip(checks["check"], checks["found"], strict=True)
+    rows = zip(checks["check"], checks["code"], checks["found"], strict=True)
     return " and ".join(
-        words if CHECKS[check].quotes_found else CHECKS[check].fault for check, words in rows
+        found if CHECKS[check].quotes_found else CHECKS[check].fault_of(code)
+        for check, code, found in rows
     )
 
 

@@ -28,6 +28,7 @@ from rftfit.measure.ledger import RowStatus
 from rftfit.measure.levels import FEW_RUNS, MODES, median_of_runs
 from rftfit.measure.rods import estimate_share_too_much
 from rftfit.measure.samples import split_runs
+from rftfit.measure.slopes import student_limit
 from rftfit.measure.verdict_words import DOUBTFUL, FAILED, MAP, NOT_CHECKED, UNUSABLE
 from rftfit.store.chosen import chosen
 
@@ -38,6 +39,7 @@ SURE: float = _CHOSEN.sure
 
 
 _OTHER_RODS_ALLOWED = "{most:.0%} of either sign"
+_OTHER_RODS_FAULT = "the rods of the rod runs bear another force than those of the plates"
 
 _RODS_ALLOWED = "a ratio below {alone:g} in each run ({clear:g} where forces are weak), and not 1"
 
@@ -65,12 +67,14 @@ _RODS_ALLOWED = "a ratio below {alone:g} in each run ({clear:g} where forces are
             _OTHER_RODS_ALLOWED,
             "the rods of the rod runs look larger, or deeper in the bed, than those of the plates ({found}): look whether they "
             "are the same rods, and at tare_run.",
+            _OTHER_RODS_FAULT,
         ),
         "rods-other-small": Words(
             "the force on the rods in the runs with plates is {share:.0%} ({low:.0%} to {high:.0%}) above that on the rods alone",
             _OTHER_RODS_ALLOWED,
             "the rods of the rod runs look smaller, or less deep in the bed, than those of the plates ({found}): look whether "
             "they are the same rods, and at tare_run.",
+            _OTHER_RODS_FAULT,
         ),
         "rods-no-tare": Words("no plate run has a tare"),
     },
@@ -109,15 +113,12 @@ def check_rods(measured: MediumMeasurements) -> Check:
 
 def _judge_other_rods(measured: MediumMeasurements) -> Check | None:
     """Failure where rods bear another force alone than with plates; None where they do not, or nothing tells it."""
-    from scipy.special import ndtr, stdtrit
-
     tables = measured.tables
     too_much = estimate_share_too_much(tables["fits"], tables["tared"], tables["windows"])
     if too_much is None:
         return None
     share, se, dof = too_much
-    # few directions hardly tell their own scatter: Student's t at the same level
-    most = _CHOSEN.other_rods + float(stdtrit(dof, ndtr(_CHOSEN.other_rods_sure))) * se
+    most = _CHOSEN.other_rods + student_limit(_CHOSEN.other_rods_sure, dof) * se
     if abs(share) <= most or most > (_CHOSEN.too_much_seen if share > 0 else _CHOSEN.missing_seen):
         return None
     low, high = (share + sign * 1.96 * se for sign in (-1, 1))
@@ -200,8 +201,6 @@ def _judge_change_of_zero(table: pd.DataFrame) -> Check | None:
 
 def _judge_trend_at_rest(measured: MediumMeasurements, table: pd.DataFrame) -> Check:
     """Judge the trend of the zero before the strokes, of runs that rest in air at one end alone."""
-    from scipy.special import ndtr, stdtrit
-
     trend = table[["zero_trend_z_N", "zero_trend_x_N"]].to_numpy(float).T
     force = table["force_rms_N"].to_numpy(float)
     has_trend = np.isfinite(trend).all(axis=0) & (force > 0)
@@ -213,8 +212,7 @@ def _judge_trend_at_rest(measured: MediumMeasurements, table: pd.DataFrame) -> C
         float(np.median(force[has_trend])),
     )
     middle, se = np.array([median_of_runs(trends) for trends in trend]).T
-    # few runs hardly tell their own scatter: Student's t at the same level
-    limit = stdtrit(has_trend.sum() - 1, ndtr(SURE)) * se
+    limit = student_limit(SURE, has_trend.sum() - 1) * se
     deviation = np.abs(trend - middle[:, None])
     # where most runs drift alike it is all of them, else those that stand out
     common = (np.abs(middle) > limit) & (np.abs(middle) > _CHOSEN.drift * typical)
@@ -275,7 +273,7 @@ def check_steadiness(measured: MediumMeasurements) -> Check:
     change, se = median_of_runs(np.array(changes))
     if math.isnan(change):
         return Check.skip("steadiness", "steadiness-few", fewest=FEW_RUNS)
-    most_change = max(_CHOSEN.trend, _CHOSEN.trend_sure * se)
+    most_change = max(_CHOSEN.trend, student_limit(_CHOSEN.trend_sure, len(changes) - 1) * se)
     return Check.judge(
         "steadiness",
         abs(change) <= most_change,
@@ -321,13 +319,14 @@ _BESIDE = {"pair": "other run of its direction"}
             "{wide:.0%}, or less than can be told from {usual:.0%}",
             "{found}: prepare each bed in one way, and look for wet sand, another plate or runs in wrong rows. Where beds do "
             "differ so much, accept it with the reason.",
+            "repeats of a direction differ more than ordinary beds do",
         ),
         "repeats-few": Words(
             "too few runs to estimate how much runs differ: push a direction twice at least"
         ),
         "repeats-blind": Words(
-            "a difference below {median:.0%} of the largest alpha (median) would not be seen, so far are the runs from one "
-            "another or from the shape of known media: push directions twice"
+            "single runs may be wrong by {median:.0%} of the largest alpha (median) without being seen, since the runs differ so much "
+            "from one another or from the shape of known media: {cure}"
         ),
     },
 )
@@ -343,11 +342,12 @@ def check_repeats(measured: MediumMeasurements) -> Check:
     ranked = apart.assign(off=off).sort_values(["times_spread", "off"], ascending=False)
     largest_rows = ranked.to_dict("records")[:MOST_NAMED]
     seen_from = repeated_runs["seen_from_ratio"]
+    are_single = (repeated_runs["beside"] == MAP).all()
     if apart.empty and (wide := _judge_spread(measured)) is not None:
         return wide
     if apart.empty and seen_from.median() > _CHOSEN.blind:
-        return Check.skip("repeats", "repeats-blind", median=seen_from.median())
-    are_single = (repeated_runs["beside"] == MAP).all()
+        cure = remark("repeat-twice" if are_single else "repeat-more")
+        return Check.skip("repeats", "repeats-blind", median=seen_from.median(), cure=cure)
     code = "repeats-single" if apart.empty and are_single else "repeats"
     of_runs = zip(apart["run_id"].astype(str), apart["beside"], apart["times_spread"], strict=True)
     return Check.judge(
@@ -475,7 +475,7 @@ _SIZE_ALLOWED = "{low:g} to {high:g} N/cm^3"
             "unit of the force and at the size of the plate.",
         ),
         "size-unstated": Words(
-            _SIZE_FOUND,
+            f"{_SIZE_FOUND}; expected_alpha of the medium is not stated",
             _SIZE_ALLOWED,
             "the scale of the force was not checked: a wrong unit passes unless expected_alpha is stated.",
         ),

@@ -58,10 +58,11 @@ def told_axes(measured: MediumMeasurements) -> Remark | None:
             "known media",
             "beta as given explains alpha of pulls at least as well",
             "beta of pulls has the wrong sign ({found}): look at beta_deg of runs with a negative gamma_deg.",
+            "beta of pulls has the wrong sign",
         ),
         "axes-pulls-open": Words(
-            "the given axes explain alpha at least 10^{power:.0f} times better than any others; whether beta of pulls has the "
-            "right sign these directions do not tell",
+            "the given axes explain alpha at least 10^{power:.0f} times better than any others; these directions do not tell "
+            "whether beta of pulls has the right sign",
             "at least 55 times better than any others",
         ),
         "axes-open": Words("these directions do not tell the given axes from others: {axes}"),
@@ -113,7 +114,8 @@ def check_axes(measured: MediumMeasurements) -> Check:
             "{causes}: {cures}.",
         ),
         "shared-open": Words(
-            "these runs do not tell what many of them share ({missing}): repeat directions at the begin and the end"
+            "these runs do not tell whether many of them share an error ({missing}): repeat some directions at the beginning and "
+            "at the end"
         ),
         "shared-few": Words(
             "errors that many runs share cannot be seen: {wanted} runs with both alpha_z and alpha_x are needed, here: {count}"

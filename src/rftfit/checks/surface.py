@@ -37,7 +37,7 @@ from rftfit.directions import number_rows
 from rftfit.measure.flags import Remark, remark
 from rftfit.measure.laws import LEVELLED_CM, ordinary_surface
 from rftfit.measure.levels import FEW_RUNS, Mask, median_of_runs, shifted_runs, two_clusters
-from rftfit.measure.slopes import student_quantile
+from rftfit.measure.slopes import student_limit, student_quantile
 from rftfit.measure.verdict_words import DOUBTFUL, FAILED
 from rftfit.store.chosen import chosen
 
@@ -51,6 +51,7 @@ _LATE = (
     "The force log is {side} against the motion log by about {late_s:.1g} s ({found}): look at the clocks and "
     "filters of both."
 )
+_LATE_FAULT = "the clocks of the force log and the motion log differ"
 _SURFACE = "surface is wrong ({found}): look at arm.surface_z_mm and surface_z_mm"
 _SURFACE_OTHER = "in {count} of {size} runs than in the others ({rows}): look at "
 
@@ -67,7 +68,7 @@ _SURFACE_OTHER = "in {count} of {size} runs than in the others ({rows}): look at
         "natural-sand": Words("stress is a line only near the surface of a natural sand"),
         "few-pushes": Words("too few pushes with a slope of their own"),
         "surface": Words(_SURFACE_FOUND, _SURFACE_ALLOWED),
-        "surface-late": Words(_SURFACE_FOUND, _SURFACE_ALLOWED, _LATE),
+        "surface-late": Words(_SURFACE_FOUND, _SURFACE_ALLOWED, _LATE, _LATE_FAULT),
         "surface-off": Words(_SURFACE_FOUND, _SURFACE_ALLOWED, f"the {_SURFACE}."),
         "surface-late-off": Words(_SURFACE_FOUND, _SURFACE_ALLOWED, f"{_LATE} The {_SURFACE}."),
         "surface-differs": Words(
@@ -79,6 +80,7 @@ _SURFACE_OTHER = "in {count} of {size} runs than in the others ({rows}): look at
             _SURFACE_FOUND,
             _SURFACE_ALLOWED,
             f"the force log is {{gap_s:.2g}} s {{side}} {_SURFACE_OTHER}the clocks of these runs.",
+            _LATE_FAULT,
         ),
         "surface-curved": Words(
             "stress looks curved, so where a line through it begins does not tell the surface"
@@ -90,8 +92,10 @@ def check_surface(measured: MediumMeasurements) -> Check:
     return _surface_and_linearity(measured)[0]
 
 
-_LINE_FOUND = "stress of pushes grows as about depth^{power:.2f}, {share:.0%} of them are curved"
-_LINE_ALLOWED = f"{LINE_POWERS}, or less than {{clear:.0%}} fitted better by a power"
+_LINE_FOUND = "stress of pushes grows as about depth^{power:.2f}; a power fits {share:.0%} of their directions better than a line"
+_LINE_ALLOWED = (
+    f"{LINE_POWERS}, or less than {{clear:.0%}} of the directions fitted better by a power"
+)
 
 
 @declare_check(
@@ -114,6 +118,7 @@ _LINE_ALLOWED = f"{LINE_POWERS}, or less than {{clear:.0%}} fitted better by a p
             _LINE_ALLOWED,
             "{found}, or the surface is wrong ({surface}): look at arm.surface_z_mm and surface_z_mm; or, where stress begins "
             "above the surface, the sand sticks together (cohesion), as wet sand does. These logs cannot distinguish them.",
+            "stress is not proportional to depth, or does not begin at the stated surface",
         ),
         "linearity-few": Words("too few pushes with a power of their own"),
         "linearity-open": Words(
@@ -133,8 +138,6 @@ def _surface_and_linearity(measured: MediumMeasurements) -> tuple[Check, Check]:
     What all paths share is an error of the surface; what grows with the speed of sinking, and has the
     opposite sign in pulls, is a lag. A step along the sheet, or two clusters, are two surfaces or two lags.
     """
-    from scipy.special import ndtr, stdtrit
-
     fits, speed = measured.tables["fits"], measured.config.arm.speed_cm_per_s
     unchecked = ""
     if measured.flags.runs_with("no-tare").keys() & set(fits["run_id"]):
@@ -142,8 +145,12 @@ def _surface_and_linearity(measured: MediumMeasurements) -> tuple[Check, Check]:
     if measured.medium.role != "laboratory":
         unchecked = "natural-sand"
     steep_fits = fits[(fits["gamma_deg"].abs() >= 45) & fits["start_cm"].notna()]
-    alpha, se = (steep_fits[f"alpha_z{end}_N_per_cm3"].to_numpy(float) for end in ("", "_se"))
-    clear = np.abs(alpha) > _CHOSEN.clear_alpha * se
+    alpha, se, free_slope = (
+        steep_fits[f"{name}_N_per_cm3"].to_numpy(float)
+        for name in ("alpha_z", "alpha_z_se", "free_slope_z")
+    )
+    # a line that is nearly flat meets zero anywhere
+    clear = np.fmin(np.abs(alpha), np.abs(free_slope)) > _CHOSEN.clear_alpha * se
     steep_fits, alpha = steep_fits[clear], np.abs(alpha[clear])
     pushes = steep_fits["direction"].to_numpy() == "intrusion"
     if not unchecked and pushes.sum() < FEW_RUNS:
@@ -170,8 +177,7 @@ def _surface_and_linearity(measured: MediumMeasurements) -> tuple[Check, Check]:
     )
     shared = np.where(pushes, 1, shared)
     (offset_cm, lag_cm), covariance, _ = starts.fit(shared=shared)
-    # few runs hardly tell their own scatter: Student's t at the same level
-    wider = stdtrit(max((1 / shared).sum() - 2, 1), ndtr(SURE)) / SURE
+    wider = student_limit(SURE, max((1 / shared).sum() - 2, 1)) / SURE
     covariance = wider**2 * covariance + np.diag(
         [session_cm**2, (_CHOSEN.ordinary_lag_s * speed) ** 2]
     )

@@ -31,7 +31,9 @@ class Verdict(NamedTuple):
     reason: str
 
     def __str__(self) -> str:
-        return f"{self.word} ({self.reason})" if self.reason else self.word
+        if not self.reason:
+            return self.word
+        return f"{self.word}{', but ' if self.word == SOUND else ': '}{self.reason}"
 
     def on(self, media: str, are_several: bool = False) -> str:
         """State the verdict on a medium, or on several with the same one, without a full stop."""

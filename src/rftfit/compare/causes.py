@@ -161,6 +161,8 @@ def describe_change(told_cause: Found) -> tuple[float, float, float]:
 
 def _own_of_medium(cause: Cause) -> float:
     """Size of a cause of all runs that a medium and an ordinary mount may have of themselves: nothing tells it from more."""
+    if cause.of_media:
+        return _NORMAL_95 * cause.of_media
     return cause.tolerated if cause.group == ALL else 0.0
 
 

@@ -25,11 +25,13 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from scipy.special import ndtr, stdtrit
+from scipy.special import ndtri
 
 from rftfit.conventions import FloatArray
 from rftfit.directions import TOLERANCE_DEG, angles_of_directions, beta_apart, number_directions
 from rftfit.measure.errors import USUAL_BED_SPREAD
+from rftfit.measure.flags import remark
+from rftfit.measure.slopes import student_limit
 from rftfit.model.run_model import Freedom, RunGaussian, Scatter, outer, prior_at
 from rftfit.store.chosen import chosen
 
@@ -109,11 +111,14 @@ class Cause(NamedTuple):
     effect: FloatArray
 
     @property
+    def of_media(self) -> float:
+        """Standard deviation that sound media and ordinary mounts have of themselves, alike in all runs."""
+        return float(_CHOSEN.of_media.get(self.kind, 0.0)) if self.group == ALL else 0.0
+
+    @property
     def tolerated(self) -> float:
-        """Size that is no fault."""
-        if self.group == ALL and self.kind in _CHOSEN.tolerated_of_all:
-            return float(_CHOSEN.tolerated_of_all[self.kind])
-        return KINDS[self.kind].tolerated
+        """Size that is no fault; 0 where what media have of themselves belongs to the error."""
+        return 0.0 if self.of_media else KINDS[self.kind].tolerated
 
 
 class Found(NamedTuple):
@@ -148,9 +153,19 @@ class Scan(NamedTuple):
         return np.array([cause.tolerated for cause in self.causes])
 
     @property
+    def error(self) -> FloatArray:
+        """Standard error of each size as one of a fault: with what sound media have of themselves."""
+        return np.hypot(self.se, [cause.of_media for cause in self.causes])
+
+    @property
+    def beyond(self) -> FloatArray:
+        """How many errors each size is beyond what is tolerated."""
+        return np.asarray(np.maximum(np.abs(self.size) - self.tolerated, 0) / self.error)
+
+    @property
     def least_seen(self) -> FloatArray:
         """Least size that is told with a probability of 80 %."""
-        return np.asarray(self.tolerated + (self.limit + _POWER) * self.se)
+        return np.asarray(self.tolerated + (self.limit + _POWER) * self.error)
 
 
 @dataclass(eq=False)
@@ -421,12 +436,13 @@ class JointModel:
         size = scores / precision
         wider = np.array([_CHOSEN.wider.get(cause.kind, 1.0) for cause in causes])
         se = wider / np.sqrt(precision)
-        tolerated = np.array([cause.tolerated for cause in causes])
+        usual = np.array([KINDS[cause.kind].tolerated for cause in causes])
         most = np.array([KINDS[cause.kind].most for cause in causes])
         families = np.array([_FAMILY.get(cause.group, "labels") for cause in causes])
-        sensible = (se < 50 * tolerated) & ((effects**2).sum(axis=0) > 0)
+        sensible = (se < 50 * usual) & ((effects**2).sum(axis=0) > 0)
+        limit_of_one = -float(ndtri(_CHOSEN.nominal_rate / 2))
         limit = np.array(
-            [_CHOSEN.limit_of.get(cause.kind, _CHOSEN.limit_of_all) for cause in causes]
+            [limit_of_one if cause.of_media else _CHOSEN.limit_of_all for cause in causes]
         )
         dof = max(self.runs.size - self.directions.shape[1], self.runs.size / 2, 8.0)
         for family in ("order", "labels"):
@@ -435,11 +451,11 @@ class JointModel:
                 root = np.sqrt(precision[members])
                 correlation = information[np.ix_(members, members)] / np.outer(root, root)
                 normal_limit = _limit(correlation, _CHOSEN.nominal_rate)
-                limit[families == family] = -stdtrit(dof, ndtr(-normal_limit))
+                limit[families == family] = student_limit(normal_limit, dof)
         grouped = np.array([cause.group not in (ALL, HOLDER) for cause in causes])
         mixed_up = grouped & (se > _CHOSEN.mixed_up * self._error_beside_known_shape(effects))
-        checked = sensible & ~mixed_up & (tolerated + (limit + _POWER) * se < most)
-        return Scan(causes, size, se, checked, mixed_up, limit)
+        scan = Scan(causes, size, se, sensible & ~mixed_up, mixed_up, limit)
+        return scan._replace(checked=scan.checked & (scan.least_seen < most))
 
     def _error_beside_known_shape(self, effects: FloatArray) -> FloatArray:
         """Standard errors that the causes would have if the shape were known exactly."""
@@ -495,6 +511,16 @@ def least_step(size: int) -> int:
     return max(int(_CHOSEN.step_runs), int(_CHOSEN.step_share * size))
 
 
+def list_untold(runs: int) -> list[str]:
+    """List what no check can tell of a campaign, whatever its data are; `runs`: of the medium with most of them."""
+    return [
+        str(remark("untold-label")),
+        str(remark("untold-holder")),
+        str(remark("untold-blocks", runs=least_step(runs))),
+        str(remark("untold-choice")),
+    ]
+
+
 def find_causes(model: JointModel) -> tuple[list[Found], Scan]:
     """Find what runs share, the clearest first, and the scores of what is left when that is put right."""
     model.fit()
@@ -502,17 +528,18 @@ def find_causes(model: JointModel) -> tuple[list[Found], Scan]:
     told: list[Found] = []
     while len(told) < _CHOSEN.most_causes:
         tried = _try_candidates(model, scan)
-        if not tried:
+        clear = [trial for trial in tried if trial.times >= trial.limit]
+        if not clear:
             break
-        trial = max(tried, key=lambda trial: trial.times - trial.limit)
-        if trial.times < trial.limit:
-            break
+        # the runs tell one cause from another, not what media have of themselves
+        trial = max(clear, key=lambda trial: trial.by_runs - trial.limit)
         right = trial.model
         right._place(right.runs)
         right.update()
         right.fit(2, 50, 0.4)
         se = right._error_of(trial.cause)
-        least_seen = trial.cause.tolerated + (trial.limit + _POWER) * se
+        error = math.hypot(se, trial.cause.of_media)
+        least_seen = trial.cause.tolerated + (trial.limit + _POWER) * error
         if not least_seen < KINDS[trial.cause.kind].most:
             break
         told.append(
@@ -528,11 +555,12 @@ def _inseparable_from(told: _Trial, tried: list[_Trial], scan: Scan) -> tuple[Ca
     Causes of all runs are told by the known shape alone, from which each medium departs in its own way. So
     of these also the ones with a score near that of the cause count, though a medium might have their size.
     """
-    least_times = told.times - _CHOSEN.inseparable
     inseparable = {
         trial.cause[:3]: trial.cause
         for trial in tried
-        if trial is not told and trial.times > max(trial.limit, least_times)
+        if trial is not told
+        and trial.times > trial.limit
+        and trial.by_runs > told.by_runs - _CHOSEN.inseparable
     }
     if told.cause.group == ALL:
         scores = np.abs(scan.size) / scan.se
@@ -547,11 +575,15 @@ def _inseparable_from(told: _Trial, tried: list[_Trial], scan: Scan) -> tuple[Ca
 
 
 class _Trial(NamedTuple):
-    """A candidate decided by the exact transformation: errors beyond what is tolerated, their limit, and the model without it."""
+    """A candidate decided by the exact transformation: errors beyond what is tolerated, their limit, and the model without it.
+
+    `by_runs`: Errors by the runs alone, without what media have of themselves.
+    """
 
     cause: Cause
     size: float
     times: float
+    by_runs: float
     limit: float
     model: JointModel
 
@@ -559,10 +591,12 @@ class _Trial(NamedTuple):
 def _try_candidates(model: JointModel, scan: Scan) -> list[_Trial]:
     """Decide the candidates with the largest scores, one of a kind and group."""
     scores = np.where(scan.checked, np.abs(scan.size) / scan.se, 0.0)
-    beyond = np.maximum(np.abs(scan.size) - scan.tolerated, 0) / scan.se
-    of_all = np.array([cause.group == ALL for cause in scan.causes])
+    beyond = scan.beyond
+    by_shape = np.array([cause.group == ALL and not cause.of_media for cause in scan.causes])
+    of_media = np.array([cause.of_media > 0 for cause in scan.causes])
+    ranked_by = np.where(of_media, beyond, scores)
     worth = np.where(
-        of_all, beyond > _CHOSEN.tried_of_all, scores > scan.limit - _CHOSEN.ranked_from
+        by_shape, beyond > _CHOSEN.tried_of_all, ranked_by > scan.limit - _CHOSEN.ranked_from
     )
     worth &= scan.checked & (beyond > 0)
     worth &= scores > scores.max() - _CHOSEN.far_behind
@@ -575,8 +609,10 @@ def _try_candidates(model: JointModel, scan: Scan) -> list[_Trial]:
             continue
         size, times, right = model._profile(cause, scan.size[place], scan.se[place])
         times = times if abs(size) > cause.tolerated else 0.0
-        times /= _CHOSEN.wider.get(cause.kind, 1.0)
-        trial = _Trial(cause, size, times, float(scan.limit[place]), right)
+        by_runs = times / _CHOSEN.wider.get(cause.kind, 1.0)
+        # the error by the runs is size / by_runs; what media have of themselves comes to it
+        times = by_runs / math.hypot(1.0, cause.of_media * by_runs / (abs(size) or 1.0))
+        trial = _Trial(cause, size, times, by_runs, float(scan.limit[place]), right)
         tried[cause.kind, cause.group] = trial
     return list(tried.values())
 

@@ -12,17 +12,25 @@ from rftfit.conventions import FloatArray
 Mask = npt.NDArray[np.bool_]
 
 FEW_RUNS = 3
+
+_DEVIATION_OF_MEAN = math.sqrt(math.pi / 2)
+"""Standard deviation of normal numbers over their mean deviation from the median."""
+
 MODES, _LEAST_SPREAD, _CLUSTER = 8.0, 0.03, 0.2
 """Two clusters: least difference in spreads; least spread, cm or ratio; least share of the runs."""
 
 
 def median_of_runs(values: FloatArray) -> tuple[float, float]:
-    """Median of some runs and its standard error, from their scatter; NaN for fewer than three."""
+    """Median of some runs and its standard error, from their scatter; NaN for fewer than three.
+
+    In few runs the median deviation is small by chance: of nine, it is exceeded 50 times as often as Student's t says. The
+    mean deviation follows Student's t.
+    """
     if values.size < FEW_RUNS:
         return math.nan, math.nan
     middle = float(np.median(values))
-    # 1.4826 makes a standard deviation of a median deviation, 1.2533 that of a median
-    scatter = 1.4826 * float(np.median(np.abs(values - middle)))
+    scatter = _DEVIATION_OF_MEAN * float(np.abs(values - middle).mean())
+    # the median of normal numbers scatters 1.2533 times as much as their mean
     return middle, 1.2533 * scatter / math.sqrt(values.size)
 
 
@@ -44,10 +52,8 @@ def two_clusters(values: FloatArray) -> tuple[float, Mask] | None:
         above = ranks >= split
         middles = np.median(values[above]), np.median(values[~above])
         deviation = np.abs(values - np.where(above, *middles))
-        # in a cluster of few runs the median deviation can be small by chance: take the mean
-        spread = max(
-            1.2533 * float(max(deviation[above].mean(), deviation[~above].mean())), _LEAST_SPREAD
-        )
+        largest_deviation = float(max(deviation[above].mean(), deviation[~above].mean()))
+        spread = max(_DEVIATION_OF_MEAN * largest_deviation, _LEAST_SPREAD)
         clear = float(abs(middles[0] - middles[1])) / spread / MODES
         if clear > 1.0 and deviation.sum() < least_deviation - 1e-9:
             best, least_deviation = (clear, above), float(deviation.sum())

@@ -370,8 +370,10 @@ SENTENCES = {
     "cure-crosstalk": "look at the calibration matrix of the transducer",
     "least-gain": "a force that changes by {least:.0%} from one run on",
     "least-turn": "a mount turned by {least:.1f} deg in all runs",
-    "single-runs": "single runs: compared with the shape of known media alone",
-    "pulls-open": "whether beta of pulls has the right sign these directions do not tell",
+    "single-runs": "each direction was pushed once, so runs are compared with the shape of known media alone",
+    "pulls-open": "these directions do not tell whether beta of pulls has the right sign",
+    "repeat-twice": "push directions twice",
+    "repeat-more": "push directions more often",
     "untold-label": "an area or a gain that scattered runs share and no column of the run sheet names",
     "untold-holder": "a plate holder that is a few degrees off, a share of the force along x in the channel along z, or a turn of "
     "the mount and crosstalk that cancel",

@@ -215,6 +215,13 @@ def student_quantile(confidence: float, dof: FloatArray | float) -> FloatArray:
     return np.asarray(stdtrit(np.asarray(dof, dtype=float), 0.5 + confidence / 2))
 
 
+def student_limit(sigmas: float, dof: float) -> float:
+    """Student's t at the level of so many standard errors of a normal number: few runs hardly tell their own scatter."""
+    from scipy.special import ndtr, stdtrit
+
+    return -float(stdtrit(dof, ndtr(-sigmas)))
+
+
 def zero_intercept(depth: FloatArray, stress: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Zero-intercept least squares of stress (k, n) on depth (n,), with textbook errors (Eq. 1)."""
     power = float(depth @ depth)

@@ -11,7 +11,7 @@ import pandas as pd
 
 from rftfit.checks.declared import CHECKS
 from rftfit.checks.verdict import Verdict, verdict_on
-from rftfit.compare.joint import least_step
+from rftfit.compare.joint import list_untold
 from rftfit.compare.legs import FAR_OFF, NOT_TESTED, OFF, WITHIN, WITHIN_PERCENT, worst_peak
 from rftfit.figures.labels import format_interval, in_brackets, name_of, percent
 from rftfit.measure.flags import Remark, attach_run, format_remarks, remark
@@ -144,17 +144,6 @@ def verdict_of(results: Results, medium: str) -> Verdict:
     )
 
 
-def untold_of(results: Results) -> list[str]:
-    """What no check can tell of these media, whatever their data are."""
-    most_runs = max(len(results[medium].fits) for medium in results.media)
-    return [
-        str(remark("untold-label")),
-        str(remark("untold-holder")),
-        str(remark("untold-blocks", runs=least_step(most_runs))),
-        str(remark("untold-choice")),
-    ]
-
-
 def verdicts_on_legs(results: Results, medium: str) -> list[tuple[str, str, str]]:
     """Verdict on the model on the legs of a medium by each profile that a user would take, and its worst peak."""
     if verdict_of(results, medium)[0] == UNUSABLE:
@@ -213,7 +202,7 @@ def summary_of_checks(results: Results) -> dict[str, Any]:
         "failed": faults,
         "passed": [CHECKS[check].good for check in dict.fromkeys(passed["check"])],
         "unchecked": unchecked,
-        "untold": untold_of(results),
+        "untold": list_untold(max(len(results[medium].fits) for medium in results.media)),
         # of what is not checked only an open scale has a sentence
         "no_scale": ((table["verdict"] == NOT_CHECKED) & (table["sentence"] != "")).any(),
     }

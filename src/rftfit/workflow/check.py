@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -22,10 +23,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """Physical checks of the media, a row each, and the verdict on each medium."""
+    """Physical checks of the media, a row each, the verdict on each medium, and what no check can tell."""
 
     checks: list[dict[str, Any]]
     verdicts: Mapping[str, Verdict]
+    untold: list[str]
 
     @property
     def failed(self) -> int:
@@ -33,12 +35,13 @@ class Diagnosis:
         return sum(check["verdict"] == FAILED for check in self.checks)
 
     def summary(self) -> str:
-        """Format the checks, what to look at where one fails, and the verdicts."""
+        """Format the checks, what to look at where one fails, the verdicts, and what no check can tell."""
         names = ("medium", "check", "verdict", "found")
         rows = [[str(check[name]) for name in names] for check in self.checks]
         verdicts = [f"{verdict.on(medium)}." for medium, verdict in self.verdicts.items()]
         failures = format_failures(self.checks)
-        return "\n".join([table(names, rows), "", *failures, *verdicts])
+        untold = ["No check can tell:", *(f"  {mistake}" for mistake in self.untold)]
+        return "\n".join([table(names, rows), "", *failures, *verdicts, "", *untold])
 
 
 def format_failures(checks: Iterable[Mapping[str, str]]) -> list[str]:
@@ -107,6 +110,7 @@ class Checked:
             "checks": self.diagnosis and self.diagnosis.checks,
             "verdicts": self.diagnosis
             and {medium: verdict._asdict() for medium, verdict in self.diagnosis.verdicts.items()},
+            "untold": self.diagnosis and self.diagnosis.untold,
             "plan": [rating._asdict() | {"message": rating.sentence} for rating in self.plan],
         }
 
@@ -160,8 +164,11 @@ def check_all(config: Path, *, diagnose: bool = False) -> Checked:
     checked = replace(checked, problems=[*checked.problems, *of_logs], not_opened=passed_over)
     if not diagnose or checked.errors:
         return checked
+    from rftfit.compare.joint import list_untold
     from rftfit.page.cells import records
     from rftfit.workflow.measure import measure_and_check
 
     checks, verdicts = measure_and_check(campaign)
-    return replace(checked, diagnosis=Diagnosis(records(checks), verdicts))
+    plates_of_media = Counter(run.medium for run in campaign.runs if run.kind == "plate")
+    untold = list_untold(max(plates_of_media.values(), default=0))
+    return replace(checked, diagnosis=Diagnosis(records(checks), verdicts, untold))
