@@ -100,6 +100,7 @@ def test_marks_are_handed_on(rftfit, work_folder, results):
         row = {
             "medium": name,
             "check": "work",
+            "code": "work",
             "verdict": "failed" if bad else "passed",
             "effect": UNUSABLE if bad else "",
             "sentence": "x",
