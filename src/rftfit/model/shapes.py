@@ -285,7 +285,11 @@ class _Prior(NamedTuple):
 
     def at(self, places: npt.NDArray[np.intp]) -> _Prior:
         """The same of some of its numbers."""
-        square = np.ix_(places, places)
+        square: Any = np.ix_(places, places)
+        if places.size and np.array_equal(places, np.arange(places[0], places[0] + places.size)):
+            # neighbours: no copy, which of a thousand pushes is 64 MB
+            neighbours = slice(places[0], places[0] + places.size)
+            square = (neighbours, neighbours)
         return _Prior(
             self.mean[places], self.between[:, places], self.smooth[square], self.rough[square]
         )
@@ -770,7 +774,9 @@ def merged(pushes: Pushes) -> Pushes:
     """Each direction once: repeated pushes are one, weighted with their errors."""
     count = pushes.beta.size
     is_known = np.isfinite(pushes.alpha.ravel()) & np.isfinite(np.diag(pushes.covariance))
-    covariance = np.where(np.outer(is_known, is_known), pushes.covariance, 0.0)
+    covariance = pushes.covariance
+    if not is_known.all():
+        covariance = np.where(np.outer(is_known, is_known), covariance, 0.0)
     least = (1e-9 * np.abs(np.where(is_known, pushes.alpha.ravel(), 0.0)).max(initial=1e-9)) ** 2
     weight = np.where(is_known, 1 / np.maximum(np.diag(covariance), least), 0.0)
     first_pushes: list[int] = []
@@ -792,8 +798,12 @@ def merged(pushes: Pushes) -> Pushes:
     share = np.nan_to_num(share)
     known_alpha = np.where(is_known, pushes.alpha.ravel(), 0.0)
     alpha = np.add.reduceat(share * known_alpha[places], starts).reshape(2, -1)
-    spread = share[:, None] * covariance[np.ix_(places, places)] * share
-    spread = np.add.reduceat(np.add.reduceat(spread, starts, axis=0), starts, axis=1)
+    # of a thousand pushes each product would be another 32 MB
+    spread = covariance[np.ix_(places, places)]
+    spread *= share[:, None]
+    spread *= share
+    if starts.size < places.size:
+        spread = np.add.reduceat(np.add.reduceat(spread, starts, axis=0), starts, axis=1)
     return Pushes(
         pushes.beta[first_pushes], pushes.gamma[first_pushes], np.where(lost, np.nan, alpha), spread
     )
@@ -968,13 +978,15 @@ def _with_contacts(
 
 def _likelihood_of(given: _Seen) -> _Likelihood:
     """Likelihood of the numbers in a medium that departs as the known ones do."""
-    return _Likelihood(given.prior, given.seen, 0.0, given.y, given.errors + _rounding(given.y))
+    return _Likelihood(given.prior, given.seen, 0.0, given.y, _rounded(given.errors, given.y))
 
 
-def _rounding(y: FloatArray) -> FloatArray:
-    """Covariance of the error of rounding, which exact numbers have."""
+def _rounded(errors: FloatArray, y: FloatArray) -> FloatArray:
+    """Covariance of errors with that of rounding, which exact numbers have too."""
     scale = float(np.abs(y).max()) or 1.0
-    return np.asarray(np.eye(y.size) * (1e-6 * scale) ** 2)
+    rounded = errors.copy()
+    rounded[np.diag_indices(y.size)] += (1e-6 * scale) ** 2
+    return rounded
 
 
 def _on_published_grid(nodes: Angles) -> npt.NDArray[np.bool_]:
@@ -1002,6 +1014,8 @@ _HIDDEN_BELOW_SE = 10.0
 """Sizes below so many standard errors of the best push are hidden by it."""
 _N_ROUGH_SHARES = 5
 """Values of w; the first is 0."""
+_NUMBERS_AT_ONCE = 500_000
+"""Numbers of pushes, over all draws, that are corrected at a time: 4 MB, of which there are a dozen copies."""
 _SIZE_STEPS, _SAME_SIZE = 6, 1e-3
 """Most steps in which the size of a medium and the errors of its contacts are found, and the change that ends them."""
 _DEPARTURES = np.exp(0.28 * np.arange(-4, 12))
@@ -1055,7 +1069,7 @@ class _Posterior:
         self.prior, self.seen, self.y = prior, seen, y
         self._first_node = int(seen.max()) + 1
         self.rough_shares = np.linspace(0, variation.most_own, _N_ROUGH_SHARES)
-        rounded = errors + _rounding(y)
+        rounded = _rounded(errors, y)
         self._noise = (
             np.sqrt(np.diag(rounded))
             if whitening(rounded).ndim == 1
@@ -1150,20 +1164,26 @@ class _Posterior:
         chosen = np.searchsorted(np.cumsum(self.weights.ravel())[:-1], random.permutation(where))
         share_index, departure, size = np.unravel_index(chosen, self.weights.shape)
         s, wide = self.sizes[size][:, None], _DEPARTURES[departure][:, None]
+        shares_drawn = np.unique(share_index).tolist()
+        for place in shares_drawn:
+            # before the arrays of the draws, which would add to the memory that it takes for a moment
+            self._root_and_towards(place)
         errors = random.standard_normal((DRAWS, self.y.size))
         noise = errors * self._noise if self._noise.ndim == 1 else errors @ self._noise
         normals = random.standard_normal((DRAWS, place_count), np.float32)
         pull = np.empty((DRAWS, self.y.size))
         variance = s**2 * wide
-        for place in np.unique(share_index).tolist():
-            of_share, likelihood = share_index == place, self.given[place]
+        for place in shares_drawn:
             # a root is triangular: the first places need the first normal numbers only
             root = self._root_and_towards(place)[0][: self.seen[-1] + 1, self.seen]
-            shape = self.prior.mean[self.seen] + np.sqrt(wide[of_share]) * (
-                normals[of_share, : len(root)] @ root
-            )
-            off = self.y - s[of_share] * shape - noise[of_share]
-            pull[of_share] = variance[of_share] * likelihood.solved(off, variance[of_share])
+            of_share = np.flatnonzero(share_index == place)
+            blocks = -(-of_share.size * self.y.size // _NUMBERS_AT_ONCE)
+            for block in np.array_split(of_share, blocks):
+                shape = self.prior.mean[self.seen] + np.sqrt(wide[block]) * (
+                    normals[block, : len(root)] @ root
+                )
+                off = self.y - s[block] * shape - noise[block]
+                pull[block] = variance[block] * self.given[place].solved(off, variance[block])
         return _Batch(share_index, s, wide, normals, pull, noise)
 
     def _between(
@@ -1339,12 +1359,18 @@ class _Likelihood:
         parts = _independent(measured.smooth, errors)
         if y.size <= _FEW_NUMBERS or len(parts) == 1:
             parts = [np.arange(y.size)]
-            rest = prior.covariance(rough_share)[np.ix_(seen, seen)]
+            rests = [prior.covariance(rough_share)[np.ix_(seen, seen)]]
             between = measured.between[:0]
         else:
-            rest = (1 - rough_share) * measured.smooth + rough_share * measured.rough
+            squares = [np.ix_(places, places) for places in parts]
+            rests = [
+                (1 - rough_share) * measured.smooth[square] + rough_share * measured.rough[square]
+                for square in squares
+            ]
             between = measured.between
-        self._parts = [_Part.of(places, rest, whiten) for places in parts]
+        self._parts = [
+            _Part.of(places, rest, whiten) for places, rest in zip(parts, rests, strict=True)
+        ]
         self._values = np.concatenate([part.values for part in self._parts])
         self._between = self._turned(between)
         self._y, self._mean = self._turned(y), self._turned(self.mean)
@@ -1487,13 +1513,12 @@ class _Part(NamedTuple):
     @classmethod
     def of(cls, places: npt.NDArray[np.intp], rest: FloatArray, whiten: FloatArray) -> _Part:
         """Decompose S of some of the numbers."""
-        square = rest[np.ix_(places, places)]
         if whiten.ndim == 1:
             own = whiten[places]
-            values, vectors = np.linalg.eigh(own[:, None] * square * own)
+            values, vectors = np.linalg.eigh(own[:, None] * rest * own)
             return cls(places, np.maximum(values, 0.0), np.ascontiguousarray(vectors.T * own))
         own = whiten[np.ix_(places, places)]
-        values, vectors = np.linalg.eigh(own @ square @ own.T)
+        values, vectors = np.linalg.eigh(own @ rest @ own.T)
         return cls(places, np.maximum(values, 0.0), vectors.T @ own)
 
 
