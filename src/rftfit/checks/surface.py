@@ -172,8 +172,15 @@ def _surface_and_linearity(measured: MediumMeasurements) -> tuple[Check, Check]:
         np.stack([np.ones_like(sine), sine * (np.ptp(sine) > 0.2)], axis=1),
         steep_fits["start_cm"].to_numpy(float),
         # the weaker a run, the farther a drift of its zero moves its start
-        np.hypot(run_cm, LEVELLED_CM * np.median(alpha[pushes]) / alpha),
+        np.hypot.reduce(
+            [
+                np.full_like(alpha, run_cm),
+                LEVELLED_CM * np.median(alpha[pushes]) / alpha,
+                _error_of_start(steep_fits),
+            ]
+        ),
         pushes,
+        number_rows(steep_fits),
     )
     shared = np.where(pushes, 1, shared)
     (offset_cm, lag_cm), covariance, _ = starts.fit(shared=shared)
@@ -220,20 +227,43 @@ def _surface_and_linearity(measured: MediumMeasurements) -> tuple[Check, Check]:
     return surface, line
 
 
+def _error_of_start(fits: pd.DataFrame) -> FloatArray:
+    """Error of the depth at which a free line begins, by the standard error of the slope through zero of the same run, cm.
+
+    The same noise moves the begin of a line the farther, the deeper and the shorter its window.
+    """
+    top, end, alpha, se = (
+        fits[name].to_numpy(float)
+        for name in ("depth_from_cm", "depth_to_cm", "alpha_z_N_per_cm3", "alpha_z_se_N_per_cm3")
+    )
+    middle, spread = (top + end) / 2, (end - top) / math.sqrt(12)
+    return np.asarray(se / np.abs(alpha) * (middle**2 + spread**2) / spread)
+
+
 @dataclass(frozen=True)
 class Starts:
     """Depths at which stress begins, `start` (n,), cm, each with its `error`, and what may move them.
 
-    `paths` (n, k): what all starts have in common: the surface, a lag, and curvature if there is any.
+    `paths` (n, k): what all starts have in common: the surface, a lag, and curvature if there is any. `directions` (n,): of
+    the runs, by number.
     """
 
     paths: FloatArray
     start: FloatArray
     error: FloatArray
     pushes: Mask
+    directions: npt.NDArray[np.intp]
 
     def __getitem__(self, rows: npt.NDArray[Any]) -> Starts:
-        return Starts(self.paths[rows], self.start[rows], self.error[rows], self.pushes[rows])
+        columns = self.paths, self.start, self.error, self.pushes, self.directions
+        return Starts(*(column[rows] for column in columns))
+
+    def alike(self, on_second_level: Mask) -> FloatArray:
+        """How many runs count as one: those of a direction that are all on one level, since directions have errors of their own."""
+        counts = np.bincount(self.directions)
+        on_second = np.bincount(self.directions, weights=on_second_level)
+        on_one_level = (on_second == 0) | (on_second == counts)
+        return np.where(on_one_level, counts, 1.0)[self.directions]
 
     def fit(
         self, extra_terms: npt.NDArray[Any] | None = None, shared: FloatArray | float = 1.0
@@ -308,7 +338,8 @@ def _two_levels(
         clear, on_second_level[starts.pushes] = clusters
     for _ in range(2):
         stretch = shifted_runs(push_starts.paths, push_starts.start, sigma)
-        coefficients, covariance, sigma = push_starts.fit(stretch)
+        shared = push_starts.alike(stretch)
+        coefficients, covariance, sigma = push_starts.fit(stretch, shared)
     if stretch.any() and abs(coefficients[-1]) > clear * _clear_step(stretch) * math.sqrt(
         covariance[-1, -1]
     ):
