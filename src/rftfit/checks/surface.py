@@ -35,7 +35,7 @@ from rftfit.checks.runs import SURE
 from rftfit.conventions import FloatArray
 from rftfit.directions import number_rows
 from rftfit.measure.flags import Remark, remark
-from rftfit.measure.laws import LEVELLED_CM, ordinary_surface
+from rftfit.measure.laws import LEVELLED_CM, PATCHES, exponent_lever, ordinary_surface
 from rftfit.measure.levels import FEW_RUNS, Mask, median_of_runs, shifted_runs, two_clusters
 from rftfit.measure.slopes import student_limit, student_quantile
 from rftfit.measure.verdict_words import DOUBTFUL, FAILED
@@ -180,7 +180,6 @@ def _surface_and_linearity(measured: MediumMeasurements) -> tuple[Check, Check]:
             ]
         ),
         pushes,
-        number_rows(steep_fits),
     )
     shared = np.where(pushes, 1, shared)
     (offset_cm, lag_cm), covariance, _ = starts.fit(shared=shared)
@@ -228,42 +227,36 @@ def _surface_and_linearity(measured: MediumMeasurements) -> tuple[Check, Check]:
 
 
 def _error_of_start(fits: pd.DataFrame) -> FloatArray:
-    """Error of the depth at which a free line begins, by the standard error of the slope through zero of the same run, cm.
+    """Error of the depth at which a free line begins, cm, by the noise of the run and by patches of its bed.
 
-    The same noise moves the begin of a line the farther, the deeper and the shorter its window.
+    Noise that leaves a standard error in the slope through zero moves the begin of a line the farther, the deeper and the
+    shorter its window. Patches move the exponent, and with it the begin.
     """
     top, end, alpha, se = (
         fits[name].to_numpy(float)
         for name in ("depth_from_cm", "depth_to_cm", "alpha_z_N_per_cm3", "alpha_z_se_N_per_cm3")
     )
     middle, spread = (top + end) / 2, (end - top) / math.sqrt(12)
-    return np.asarray(se / np.abs(alpha) * (middle**2 + spread**2) / spread)
+    of_noise = se / np.abs(alpha) * (middle**2 + spread**2) / spread
+    windows = zip(top.round(1).tolist(), end.round(1).tolist(), strict=True)
+    of_patches = [PATCHES / exponent_lever(*window) for window in windows]
+    return np.hypot(of_noise, of_patches)
 
 
 @dataclass(frozen=True)
 class Starts:
     """Depths at which stress begins, `start` (n,), cm, each with its `error`, and what may move them.
 
-    `paths` (n, k): what all starts have in common: the surface, a lag, and curvature if there is any. `directions` (n,): of
-    the runs, by number.
+    `paths` (n, k): what all starts have in common: the surface, a lag, and curvature if there is any.
     """
 
     paths: FloatArray
     start: FloatArray
     error: FloatArray
     pushes: Mask
-    directions: npt.NDArray[np.intp]
 
     def __getitem__(self, rows: npt.NDArray[Any]) -> Starts:
-        columns = self.paths, self.start, self.error, self.pushes, self.directions
-        return Starts(*(column[rows] for column in columns))
-
-    def alike(self, on_second_level: Mask) -> FloatArray:
-        """How many runs count as one: those of a direction that are all on one level, since directions have errors of their own."""
-        counts = np.bincount(self.directions)
-        on_second = np.bincount(self.directions, weights=on_second_level)
-        on_one_level = (on_second == 0) | (on_second == counts)
-        return np.where(on_one_level, counts, 1.0)[self.directions]
+        return Starts(self.paths[rows], self.start[rows], self.error[rows], self.pushes[rows])
 
     def fit(
         self, extra_terms: npt.NDArray[Any] | None = None, shared: FloatArray | float = 1.0
@@ -338,8 +331,7 @@ def _two_levels(
         clear, on_second_level[starts.pushes] = clusters
     for _ in range(2):
         stretch = shifted_runs(push_starts.paths, push_starts.start, sigma)
-        shared = push_starts.alike(stretch)
-        coefficients, covariance, sigma = push_starts.fit(stretch, shared)
+        coefficients, covariance, sigma = push_starts.fit(stretch)
     if stretch.any() and abs(coefficients[-1]) > clear * _clear_step(stretch) * math.sqrt(
         covariance[-1, -1]
     ):
