@@ -25,7 +25,7 @@ TOLERATED: float = _CHOSEN.tolerated
 
 
 _FOUND = "the exponent of stress over depth changes by {change:+.2f} from no force to the largest"
-_ALLOWED = "{most:.2f} of either sign"
+_ALLOWED = "{least:+.2f} to {most:+.2f}"
 
 
 @declare_check(
@@ -56,11 +56,14 @@ def check_compression(measured: MediumMeasurements) -> Check:
     trend = trend_of_both(measured.tables["fits"])
     if trend is None:
         return Check.skip("compression", "compression-few", fewest=_CHOSEN.fewest_directions)
-    most = TOLERATED + student_limit(_CHOSEN.sure, trend.dof) * trend.se
-    values: dict[str, Any] = {"change": trend.value, "most": most}
-    if values["most"] > _CHOSEN.most_seen:
-        return Check.skip("compression", "compression-open", most=values["most"])
-    if abs(trend.value) <= values["most"]:
+    least, most = (
+        sign * (TOLERATED + student_limit(sure, trend.dof) * trend.se)
+        for sign, sure in ((-1, _CHOSEN.sure), (1, _CHOSEN.sure_of_larger))
+    )
+    if -least > _CHOSEN.most_seen:
+        return Check.skip("compression", "compression-open", most=-least)
+    values: dict[str, Any] = {"change": trend.value, "least": least, "most": most}
+    if least <= trend.value <= most:
         return Check.judge("compression", True, **values)
     return Check.judge(
         "compression",

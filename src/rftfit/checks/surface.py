@@ -35,7 +35,7 @@ from rftfit.checks.runs import SURE
 from rftfit.conventions import FloatArray
 from rftfit.directions import number_rows
 from rftfit.measure.flags import Remark, remark
-from rftfit.measure.laws import LEVELLED_CM, ordinary_surface
+from rftfit.measure.laws import LEVELLED_CM, PATCHES, exponent_lever, ordinary_surface
 from rftfit.measure.levels import FEW_RUNS, Mask, median_of_runs, shifted_runs, two_clusters
 from rftfit.measure.slopes import student_limit, student_quantile
 from rftfit.measure.verdict_words import DOUBTFUL, FAILED
@@ -172,7 +172,13 @@ def _surface_and_linearity(measured: MediumMeasurements) -> tuple[Check, Check]:
         np.stack([np.ones_like(sine), sine * (np.ptp(sine) > 0.2)], axis=1),
         steep_fits["start_cm"].to_numpy(float),
         # the weaker a run, the farther a drift of its zero moves its start
-        np.hypot(run_cm, LEVELLED_CM * np.median(alpha[pushes]) / alpha),
+        np.hypot.reduce(
+            [
+                np.full_like(alpha, run_cm),
+                LEVELLED_CM * np.median(alpha[pushes]) / alpha,
+                _error_of_start(steep_fits),
+            ]
+        ),
         pushes,
     )
     shared = np.where(pushes, 1, shared)
@@ -218,6 +224,23 @@ def _surface_and_linearity(measured: MediumMeasurements) -> tuple[Check, Check]:
             line = Check.judge("linearity", False, code="linearity-or-surface", **values_of_both)
         surface = Check.skip("surface", "surface-curved")
     return surface, line
+
+
+def _error_of_start(fits: pd.DataFrame) -> FloatArray:
+    """Error of the depth at which a free line begins, cm, by the noise of the run and by patches of its bed.
+
+    Noise that leaves a standard error in the slope through zero moves the begin of a line the farther, the deeper and the
+    shorter its window. Patches move the exponent, and with it the begin.
+    """
+    top, end, alpha, se = (
+        fits[name].to_numpy(float)
+        for name in ("depth_from_cm", "depth_to_cm", "alpha_z_N_per_cm3", "alpha_z_se_N_per_cm3")
+    )
+    middle, spread = (top + end) / 2, (end - top) / math.sqrt(12)
+    of_noise = se / np.abs(alpha) * (middle**2 + spread**2) / spread
+    windows = zip(top.round(1).tolist(), end.round(1).tolist(), strict=True)
+    of_patches = [PATCHES / exponent_lever(*window) for window in windows]
+    return np.hypot(of_noise, of_patches)
 
 
 @dataclass(frozen=True)
