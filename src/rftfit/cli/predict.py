@@ -184,7 +184,7 @@ def predict(
         elif shape is not None or body.path is not None:
             motion = mesh_options.make_motion(shape, body.path)
         if shape is not None and motion is not None:
-            shape = fine_enough(shape, motion, friction=mesh_options.friction)
+            shape = fine_enough(shape, motion)
     with inputs.collect():
         options.check_confidence(confidence)
         options.check_friction(mesh_options.friction)

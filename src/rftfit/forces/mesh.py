@@ -185,7 +185,7 @@ class Mesh:
     def refined(self, longest_cm: float) -> Mesh:
         """Halve triangles with a longer edge: the same body, whose forces are nearer to those of the law.
 
-        `predict` and `wheel` do so by themselves where the mesh turns and that changes a peak (`rftfit.forces.fineness`); `Ground` by
+        `predict` and `wheel` do so by themselves where a coarse mesh turns (`rftfit.forces.fineness`); `Ground` by
         its `triangle_cm`.
 
         Parameters
