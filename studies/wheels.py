@@ -111,7 +111,8 @@ def read_kyoto(folder: Path) -> Rig:
         "torque_N_cm": at_slip["gross"].to_numpy() * KYOTO_RADIUS_CM,
         "simulated_drawbar_N": simulated["force_x_N"],
     }
-    mesh = rftfit.Mesh.read(folder / "wheelKyoto.stl", "m")
+    # of 284 triangles, some as long as the wheel is wide
+    mesh = rftfit.Mesh.read(folder / "wheelKyoto.stl", "m").refined(1.0)
     runs = pd.DataFrame(columns).sort_values("slip", ignore_index=True)
     return Rig("Kyoto", True, mesh, KYOTO_RADIUS_CM, runs)
 
