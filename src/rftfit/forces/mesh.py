@@ -145,8 +145,8 @@ class Mesh:
     def edges_cm(self) -> FloatArray:
         """Longest edge of each triangle, shape (m,)."""
         corners = self.triangles
-        lengths: FloatArray = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=-1)
-        return lengths.max(axis=1)
+        lengths = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=-1)
+        return np.asarray(lengths.max(axis=1))
 
     @property
     def points_cm(self) -> FloatArray:
