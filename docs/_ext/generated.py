@@ -1,11 +1,13 @@
 """Reference pages made from the program's own definitions when the site is built.
 
-In a page, ``{generated} outputs`` in a fenced block stands for the text that is made.
+In a page, ``{generated} outputs`` in a fenced block stands for the text that is made; ``python docs/_ext/generated.py outputs``
+prints it.
 """
 
 from __future__ import annotations
 
 import re
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -266,3 +268,7 @@ def setup(app: Sphinx) -> dict[str, Any]:
     """Register the directive; Sphinx calls this."""
     app.add_directive("generated", Generated)
     return {"version": "1", "parallel_read_safe": True, "parallel_write_safe": True}
+
+
+if __name__ == "__main__":
+    print(PAGES[sys.argv[1]]())  # noqa: T201

@@ -137,7 +137,9 @@ def test_a_plate_below_the_surface_may_be_cut_finer(beta, dx, dz, elements):
 @law
 @given(points, moves, st.randoms(use_true_random=False))
 def test_elements_are_a_sum(line, places, luck):
-    body, motion = rftfit.polyline(line, 2.0, elements=12), motion_of(places)
+    # without turns: a body that turns is cut by its own size, a part of it more finely
+    motion = motion_of([(x, z, 0.0) for x, z, _ in places])
+    body = rftfit.polyline(line, 2.0, elements=12)
     rows = [*body.body]
     luck.shuffle(rows)
     cut = luck.randrange(1, len(rows))

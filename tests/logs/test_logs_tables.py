@@ -119,6 +119,10 @@ def test_only_some_columns(tmp_path):
         ("p (MPa)", ("p", "MPa")),
         ("run_a", ("run_a", "")),
         ("t (?)", ("t", "")),
+        ("ms", ("ms", "ms")),
+        ("s", ("s", "")),
+        ("min", ("min", "")),
+        ("mm", ("mm", "")),
     ],
 )
 def test_units_in_names(cell, name_and_unit):

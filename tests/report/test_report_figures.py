@@ -407,3 +407,13 @@ def small_map():
     figure = maps_of(chain.alpha_table("poppy_LP"))
     assert dict(mpl.rcParams) == before
     return figure
+
+
+@pytest.mark.parametrize(
+    ("runs", "of_robot"), [(None, "simulated robot"), ("runs", "simulated robot and tracks")]
+)
+def test_a_stamp_says_what_is_simulated(runs, of_robot):
+    results: Any = SimpleNamespace(config=SimpleNamespace(robot=SimpleNamespace(runs=runs)))
+    stamps = {declared.section: declared.stamped(results) for declared in figures()}
+    assert stamps.pop("Robot") == of_robot
+    assert {*stamps.values()} == {"simulated logs"}

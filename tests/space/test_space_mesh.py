@@ -6,6 +6,7 @@ from numpy.testing import assert_allclose
 
 import rftfit
 from rftfit.errors import InputError
+from rftfit.forces.fineness import fine_enough
 from rftfit.forces.mesh import Mesh, Motion3D
 from rftfit.forces.space import CLOSURE, compiled_mesh_forces
 
@@ -114,20 +115,21 @@ def test_a_path_is_differentiated():
 
 
 def test_intervals_are_quantiles_of_the_draws():
+    ball = fine_enough(BALL, MOTION)
     random = np.random.default_rng(0)
     published_alpha = np.reshape(POPPY.cells[2:], (2, 1, 7, 13))
     cells = published_alpha + 0.03 * random.standard_normal((2, 1000, 7, 13))
     profile = rftfit.TableProfile(*cells.mean(axis=1), spread=rftfit.TableProfile(*cells))
     table = rftfit.predict(profile, BALL, MOTION, confidence=0.9)
     forces_by_draw = [
-        compiled_mesh_forces(rftfit.TableProfile(*cells[:, draw]), BALL, MOTION)[0]
+        compiled_mesh_forces(rftfit.TableProfile(*cells[:, draw]), ball, MOTION)[0]
         for draw in range(1000)
     ]
     ends = np.quantile(forces_by_draw, (0.05, 0.95), axis=0)
     for k, name in ((0, "force_x_{}_N"), (2, "force_z_{}_N"), (4, "moment_y_{}_N_cm")):
         bounds = [table[name.format(end)][0] for end in ("lo", "hi")]
         assert_allclose(bounds, ends[:, k], rtol=0.01)
-    load = compiled_mesh_forces(profile, BALL, MOTION)[0, 6]
+    load = compiled_mesh_forces(profile, ball, MOTION)[0, 6]
     largest = np.hypot(*profile.cells[2:]).max()
     assert_allclose(table["closure_N"][0], CLOSURE * largest * load, rtol=1e-3)
 

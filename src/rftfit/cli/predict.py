@@ -158,6 +158,7 @@ def predict(
     a leg sweeps from the front (+x, negative theta) down and backward.
     """
     medium_options.check(se)
+    from rftfit.forces.fineness import fine_enough
     from rftfit.forces.force_answer import answer_with_forces
 
     mesh_options.check(body, figure is not None)
@@ -182,6 +183,8 @@ def predict(
             motion = body.make_motion()
         elif shape is not None or body.path is not None:
             motion = mesh_options.make_motion(shape, body.path)
+        if shape is not None and motion is not None:
+            shape = fine_enough(shape, motion)
     with inputs.collect():
         options.check_confidence(confidence)
         options.check_friction(mesh_options.friction)
@@ -278,5 +281,5 @@ def _warn_of_time(source: Any, mesh: Mesh, poses: int) -> None:
     if (minutes := draws * poses * len(mesh.faces) * _TRIANGLE_S / 60) > 1:
         warn(
             f"warning: {draws} draws of the medium through {poses} poses of {len(mesh.faces)} triangles take about "
-            f"{minutes:.0f} minutes; a mesh of 2000 triangles is within 1 % of a fine one"
+            f"{minutes:.0f} minutes"
         )

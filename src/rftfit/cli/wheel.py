@@ -45,13 +45,6 @@ def wheel(
     unit: Annotated[
         str | None, typer.Option(metavar="UNIT", help="Of the mesh: mm, cm, m or in.")
     ] = None,
-    edge: Annotated[
-        float | None,
-        options.number_option(
-            "cm",
-            "Halve edges of the mesh that are longer: a mesh of few large triangles is coarse.",
-        ),
-    ] = None,
     drawing: Annotated[
         str | None,
         typer.Option(
@@ -130,7 +123,7 @@ def wheel(
     points: pd.DataFrame | None = None
     numbers: dict[str, list[float]] = {}
     with inputs.collect():
-        shape = _read_wheel(mesh, unit, edge, drawing)
+        shape = _read_wheel(mesh, unit, drawing)
     with inputs.collect():
         words = {"--slip": slip, "--load": load, "--sinkage": sinkage}
         numbers = {
@@ -182,15 +175,13 @@ def wheel(
         print_line(f"\nTable: {output}" + (f"; figure: {figure}" if figure else ""))
 
 
-def _read_wheel(
-    mesh: Path | None, unit: str | None, edge: float | None, drawing: str | None
-) -> Mesh:
+def _read_wheel(mesh: Path | None, unit: str | None, drawing: str | None) -> Mesh:
     """Read the wheel from its mesh, or make it from its drawing."""
     if (mesh is None) == (drawing is None):
         raise InputError("allowed: either --mesh FILE --unit UNIT or --drawing RADIUS,WIDTH,...")
     if drawing is not None:
-        if unit is not None or edge is not None:
-            raise InputError("found --unit or --edge without --mesh FILE, to which they belong")
+        if unit is not None:
+            raise InputError("found --unit without --mesh FILE, to which it belongs")
         sizes = options.parse_numbers("--drawing", drawing)
         numbers = [*sizes, *_WITHOUT_LUGS[len(sizes) - 2 :]]
         if len(sizes) not in (2, 4, 5) or numbers[3] != int(numbers[3]):
@@ -206,10 +197,7 @@ def _read_wheel(
     assert mesh is not None
     if unit is None:
         raise InputError("--unit: of the mesh; allowed: mm, cm, m, in")
-    if edge is not None and not edge > 0:
-        raise InputError(f"--edge: found {edge:g}; allowed: a positive number of cm")
-    shape = options.read_mesh(mesh, unit)
-    return shape if edge is None else shape.refined(edge)
+    return options.read_mesh(mesh, unit)
 
 
 def _has_numbers(shape: Mesh | None, friction: float | None, table: Profile) -> bool:

@@ -48,6 +48,7 @@ class Declared:
     `paper`: Number of the paper's figure that it is made after, empty where there is none.
     `lacking`: Why there is nothing to see, of results and medium, empty where there is something; else the
         figure says so and has no caption.
+    `stamped`: What of it is simulated, of results whose logs are; all that it draws is from these logs, unless stated.
     `settings`: Sections of the configuration that it depends on.
     `logs`: Whether it reads logs.
     `folder`: Below ``results/``.
@@ -62,6 +63,7 @@ class Declared:
     media: Callable[[Campaign], tuple[str, ...]]
     paper: str = ""
     lacking: Callable[[Results, str], Sequence[str]] = lambda results, medium: ()  # noqa: ARG005
+    stamped: Callable[[Results], str] = lambda results: "simulated logs"  # noqa: ARG005
     settings: tuple[str, ...] = ()
     logs: bool = False
     folder: str = "figures"
@@ -142,6 +144,7 @@ def when(condition: Callable[[Campaign], object]) -> Callable[[Campaign], tuple[
 def figure(name: str, **facts: Any) -> Callable[[Callable[P, R]], Callable[P, R]]:
     """Declare a figure; the arguments are the fields of `Declared`. It is drawn in the common style."""
     lacking = facts.get("lacking", Declared.lacking)
+    stamped = facts.get("stamped", Declared.stamped)
 
     def declare(draw: Callable[P, R]) -> Callable[P, R]:
         @styled()
@@ -156,7 +159,7 @@ def figure(name: str, **facts: Any) -> Callable[[Callable[P, R]], Callable[P, R]
             if marks := _marks(results, facts["section"], *medium):
                 mark(drawn_figures, marks)
             if results.campaign.reenacted:
-                stamp(drawn_figures, "simulated logs")
+                stamp(drawn_figures, stamped(results))
             return drawn_figures
 
         # the media that fail a check are named in every figure

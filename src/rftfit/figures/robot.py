@@ -34,6 +34,17 @@ SWEEPS = ("robot", "robot_full")
 """Folders of the sweep of every run and of the full one (``rftfit sweep``)."""
 
 
+def _simulated_beside_speeds(results: Results) -> str:
+    """Say what is simulated in a figure that shows published or tracked speeds beside those of the simulated robot."""
+    return "simulated robot and tracks" if _has_tracks(results) else "simulated robot"
+
+
+def _has_tracks(results: Results) -> bool:
+    """Tell whether speeds are from tracks of the campaign; else they are the published ones."""
+    robot = results.config.robot
+    return robot is not None and robot.runs is not None
+
+
 def sweep_figure(name: str, reads: Sequence[str], **facts: Any) -> Callable[[_Draw], _Draw]:
     """Declare a figure that is drawn for each of `SWEEPS`; `reads` are tables of its folder."""
 
@@ -46,6 +57,7 @@ def sweep_figure(name: str, reads: Sequence[str], **facts: Any) -> Callable[[_Dr
                 on_demand=sweep == "robot_full",
                 section="Robot",
                 settings=("robot",),
+                stamped=_simulated_beside_speeds,
                 **facts,
             )(draw)
         return inside
@@ -342,8 +354,7 @@ def _legend_title(results: Results, errors: pd.DataFrame) -> style.Look:
 
 def _origin_of_points(results: Results) -> str:
     """Say where the speeds are from that stand beside simulated ones."""
-    robot = results.config.robot
-    if robot is None or robot.runs is None:
+    if not _has_tracks(results):
         return "published speeds"
     if results.campaign.reenacted:
         return "marker tracks simulated from published speeds, mean and s.d. of trials"
@@ -470,6 +481,7 @@ def _run_name(curvature: float, frequency: float) -> str:
     reads=("robot/stances.csv",),
     media=when(lambda campaign: campaign.robot_medium),
     section="Robot",
+    stamped=_simulated_beside_speeds,
     paper="Fig. 4A",
     caption=(
         "One tripod of the simulated robot below its hips, with the force on every element. "
@@ -558,6 +570,7 @@ _MOTION: dict[str, Any] = {
     "reads": ("robot/motion.csv", "robot/strides.csv"),
     "media": when(lambda campaign: campaign.robot_medium),
     "section": "Robot",
+    "stamped": _simulated_beside_speeds,
 }
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from rftfit.forces.fineness import fine_enough
 from rftfit.forces.mesh import Mesh, Motion3D
 from rftfit.forces.motion import Motion, rotation
 from rftfit.forces.moving import BodyInMotion
@@ -21,13 +22,14 @@ def set_in_motion(
 ) -> BodyInMotion:
     """Return an outline with its `Motion` (default: the rotation of the paper's trials) or a mesh with its `Motion3D`.
 
-    `law`, `friction`: of a mesh; `quantities`: that get an interval, of an outline. Raises TypeError where body and motion do
+    A body that turns is cut as finely as its forces need (`fine_enough`). `law`, `friction`: of a mesh; `quantities`: that get an interval, of an outline. Raises TypeError where body and motion do
     not go together.
     """
     if isinstance(body, Mesh):
         if not isinstance(motion, Motion3D):
             raise TypeError("a mesh moves in space: its motion is a Motion3D")
-        return MeshInMotion(body, motion, law, friction)
+        return MeshInMotion(fine_enough(body, motion), motion, law, friction)
     if isinstance(motion, Motion3D):
         raise TypeError("an outline moves in the plane; Mesh.extrude makes a mesh of it")
-    return OutlineInMotion(body, rotation() if motion is None else motion, quantities)
+    motion = rotation() if motion is None else motion
+    return OutlineInMotion(fine_enough(body, motion), motion, quantities)

@@ -10,14 +10,14 @@ from typing import Any
 import pandas as pd
 
 from rftfit.forces.body_error import BodyError
-from rftfit.forces.mesh import Mesh, Motion3D
+from rftfit.forces.mesh import Mesh, Motion3D, describe_triangles
 from rftfit.forces.model_error import eps_of, has_model_error
 from rftfit.forces.motion import Motion
 from rftfit.forces.outlines import Outline
 from rftfit.forces.peaks import STEEP, STEEP_DEG, Peak, describe_beside, unknown_peaks
 from rftfit.forces.plane import PEAKS, QUANTITIES
 from rftfit.forces.prediction import predict_with_peaks
-from rftfit.forces.rolling import RULES, describe_friction
+from rftfit.forces.rolling import RULES, Rim, describe_friction
 from rftfit.forces.space import IN_SPACE, extremes_in_space
 from rftfit.model.draws import end_names
 from rftfit.model.profiles import Profile
@@ -120,7 +120,7 @@ class ForceAnswer:
         """What was predicted from what, in words, by name."""
         body = self.body
         if isinstance(body, Mesh):
-            name, parts = "mesh", f"{len(body.faces)} triangles"
+            name, parts = "mesh", describe_triangles(len(body.faces), body.triangles_given)
         else:
             name, parts = "outline", f"{len(body.body)} elements"
         sources = {
@@ -130,6 +130,8 @@ class ForceAnswer:
         }
         if self.beside is not None:
             sources["beside"] = self.beside.name
+        if self.rim is not None:
+            sources["rim"] = self.rim.describe()
         if self.rule is not None:
             sources["rule"] = f"{self.rule}: {RULES[self.rule]}"
         if self.rule is not None or self.friction is not None:
@@ -137,6 +139,11 @@ class ForceAnswer:
         if self.body_error is not None:
             sources["body"] = self.body_error.words
         return sources
+
+    @property
+    def rim(self) -> Rim | None:
+        """Rim of a rolling wheel; None of any other motion."""
+        return self.motion.rim if isinstance(self.motion, Motion3D) else None
 
     @property
     def notes(self) -> list[str]:
@@ -190,6 +197,13 @@ class ForceAnswer:
             "peaks": peaks,
             "model_error_known": has_model_error(self.profile),
         }
+        if isinstance(self.body, Mesh):
+            facts |= {
+                "triangles": len(self.body.faces),
+                "triangles_given": self.body.triangles_given,
+            }
+        if self.rim is not None:
+            facts |= {"rim_cm": self.rim.radius_cm, "rim_from": self.rim.taken_from}
         if "friction" in facts:
             facts |= {"friction": self.friction}
         if self.rule is not None:

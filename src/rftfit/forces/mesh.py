@@ -19,11 +19,12 @@ from rftfit.errors import InputError
 from rftfit.forces.motion import SCHEMA, read_times
 from rftfit.forces.outlines import Outline
 from rftfit.forces.rolling import (
-    LEAST_RIM,
     NO_RULE,
     NO_WHEEL,
     TRACK_RULE,
+    Rim,
     fills_hull,
+    find_rim,
     measure_radius,
     rolling_rows,
 )
@@ -125,12 +126,13 @@ class Mesh:
             warnings.warn(f"{name}: {note}", stacklevel=2)
         self.vertices_cm, self.faces, self.name, self.sheet = vertices, corners, name, sheet
         self.notes = tuple(notes)
+        self.triangles_given = len(corners)
 
     def __repr__(self) -> str:
         x, y, z = np.ptp(self.vertices_cm, axis=0)
         kind = "sheet" if self.sheet else "Mesh"
         return (
-            f"<{kind} {self.name}: {len(self.faces)} triangles, {self.area_cm2:.4g} cm^2, "
+            f"<{kind} {self.name}: {describe_triangles(len(self.faces), self.triangles_given)}, {self.area_cm2:.4g} cm^2, "
             f"{x:.4g} x {y:.4g} x {z:.4g} cm>"
         )
 
@@ -138,6 +140,18 @@ class Mesh:
     def triangles(self) -> FloatArray:
         """Corners of the faces, cm, shape (m, 3, 3)."""
         return np.ascontiguousarray(self.vertices_cm[self.faces])
+
+    @property
+    def edges_cm(self) -> FloatArray:
+        """Longest edge of each triangle, shape (m,)."""
+        corners = self.triangles
+        lengths = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=-1)
+        return np.asarray(lengths.max(axis=1))
+
+    @property
+    def points_cm(self) -> FloatArray:
+        """Points that span the body, shape (n, 3)."""
+        return self.vertices_cm
 
     @property
     def area_cm2(self) -> float:
@@ -170,6 +184,9 @@ class Mesh:
 
     def refined(self, longest_cm: float) -> Mesh:
         """Halve triangles with a longer edge: the same body, whose forces are nearer to those of the law.
+
+        `predict` and `wheel` do so by themselves where a coarse mesh turns (`rftfit.forces.fineness`); `Ground` by
+        its `triangle_cm`.
 
         Parameters
         ----------
@@ -397,6 +414,11 @@ class Mesh:
         )
 
 
+def describe_triangles(count: int, given: int) -> str:
+    """Say how many triangles a mesh has, and of how many they were made."""
+    return f"{count} triangles" + (f", made of {given}" if count > given else "")
+
+
 def _revolve(profile: FloatArray, longitudes: int) -> tuple[FloatArray, IntArray]:
     """Turn a line of points (r, z), from one end of the z axis up to the other, about it."""
     angle = 2 * np.pi * np.arange(longitudes) / longitudes
@@ -493,6 +515,8 @@ class Motion3D:
         `press` and `roll` depth or turn before them.
     rule : str
         ``own-track`` where faces of a rolling wheel behind its axle that face back do not count, else ``none``.
+    rim : Rim or None
+        Radius to which slip and sinkage of a rolling wheel belong, and where it was taken from; None of another motion.
 
     Raises
     ------
@@ -537,6 +561,7 @@ class Motion3D:
         self.name = name
         self.rolling = np.zeros((poses, len(NO_WHEEL)))
         self.rule = NO_RULE
+        self.rim: Rim | None = None
         self.columns = {f"{axis}_cm": self.frames[:, k] for k, axis in enumerate("xyz")}
         turned = self.frames[np.isfinite(self.frames).all(axis=1), 9:].reshape(-1, 3, 3)
         square = turned @ turned.swapaxes(1, 2)
@@ -619,12 +644,8 @@ class Motion3D:
         ValueError
             If the axle does not lie along y through the middle, or sinkage, slip or rim are impossible.
         """
-        radius = measure_radius(mesh.vertices_cm)
-        rim = radius if rim_cm is None else float(rim_cm)
-        if not LEAST_RIM * radius <= rim <= radius * (1 + 1e-9):
-            raise ValueError(
-                f"a rim of {LEAST_RIM * radius:.4g} to {radius:.4g} cm wanted, the farthest point of the mesh; found {rim:g}"
-            )
+        found_rim = find_rim(mesh.vertices_cm, rim_cm)
+        rim = found_rim.radius_cm
         if not 0 < sinkage_cm < 2 * rim:
             raise ValueError(
                 f"a sinkage above 0 and below the diameter of {2 * rim:.4g} cm wanted, found {sinkage_cm:g}"
@@ -645,9 +666,11 @@ class Motion3D:
             f"rolled, {sinkage_cm:g} cm deep, slip {slip:g}",
         )
         motion.columns = {"wheel_turn_deg": np.degrees(turn)} | motion.columns
+        motion.rim = found_rim
         if not mesh.sheet:
             has_track = track and not mesh.is_convex
             velocity, rate = motion.frames[:, 3:6], motion.frames[:, 6:9]
+            radius = measure_radius(mesh.vertices_cm)
             motion.rolling = rolling_rows(velocity, rate, radius, has_track)
             motion.rule = TRACK_RULE if has_track else NO_RULE
         return motion

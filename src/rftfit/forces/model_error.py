@@ -242,15 +242,6 @@ def longest(points_cm: FloatArray) -> float:
     return float(np.ptp(points_cm @ along, axis=0).max())
 
 
-def outline_points(outline: Outline) -> FloatArray:
-    """Ends of the elements of an outline, cm, shape (2 n, 2)."""
-    x, z, along_x, along_z, half = outline.body.T
-    ends = [
-        np.stack([x + side * half * along_x, z + side * half * along_z], axis=1) for side in (-1, 1)
-    ]
-    return np.concatenate(ends)
-
-
 def progress(turned_rad: FloatArray, moved_cm: FloatArray, length_cm: float) -> FloatArray:
     """Place of each pose on the motion, in lengths of g, from turns and ways between poses, shape (p - 1,).
 
@@ -265,7 +256,7 @@ def outline_progress(outline: Outline, poses: FloatArray) -> FloatArray:
     """`progress` of the poses (p, 6) of an outline."""
     steps = np.diff(poses[:, :3], axis=0)
     moved = np.hypot(steps[:, 0], steps[:, 1])
-    return progress(steps[:, 2], moved, longest(outline_points(outline)))[: len(poses)]
+    return progress(steps[:, 2], moved, longest(outline.points_cm))[: len(poses)]
 
 
 def frames_progress(points_cm: FloatArray, frames: FloatArray) -> FloatArray:

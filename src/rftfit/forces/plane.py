@@ -10,7 +10,7 @@ import numpy as np
 from rftfit.conventions import FloatArray
 from rftfit.forces import reference_kernel
 from rftfit.forces.body_error import pose_states
-from rftfit.forces.model_error import outline_load, outline_points, outline_progress, plane_errors
+from rftfit.forces.model_error import outline_load, outline_progress, plane_errors
 from rftfit.forces.motion import Motion
 from rftfit.forces.moving import BestForces, BodyInMotion, DrawnForces, ForcesByName
 from rftfit.forces.outlines import Outline
@@ -179,7 +179,7 @@ class OutlineInMotion(BodyInMotion):
 
     @property
     def points_cm(self) -> FloatArray:
-        return outline_points(self.outline)
+        return self.outline.points_cm
 
     @property
     def states(self) -> FloatArray:

@@ -11,6 +11,8 @@ at least `LEAST_TRAVEL` of the rim speed; below a slip of 0.5 nothing changes.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 import numpy.typing as npt
 
@@ -72,6 +74,39 @@ def measure_radius(vertices_cm: FloatArray) -> float:
             f"{x.min():.4g} to {x.max():.4g} and z from {z.min():.4g} to {z.max():.4g} cm: turn or move it"
         )
     return radius
+
+
+class Rim(NamedTuple):
+    """Radius to which slip and sinkage of a wheel belong, cm, and where it was taken from: a key of `RIM_SOURCES`."""
+
+    radius_cm: float
+    taken_from: str
+
+    def describe(self) -> str:
+        """Say which radius it is."""
+        return f"{self.radius_cm:.4g} cm, {RIM_SOURCES[self.taken_from]}"
+
+
+RIM_SOURCES = {
+    "given": "as given",
+    "farthest-point": "to the farthest point of the mesh, over any lugs: no rim was given",
+}
+"""Sources of the radius of a rim in words, by name."""
+
+
+def find_rim(vertices_cm: FloatArray, rim_cm: float | None) -> Rim:
+    """Take the rim that is given, or the farthest point of the wheel where none is.
+
+    Raises ValueError where the wheel has no such rim, or its axle lies elsewhere.
+    """
+    radius = measure_radius(vertices_cm)
+    if rim_cm is None:
+        return Rim(radius, "farthest-point")
+    if not LEAST_RIM * radius <= rim_cm <= radius * (1 + 1e-9):
+        raise ValueError(
+            f"a rim of {LEAST_RIM * radius:.4g} to {radius:.4g} cm wanted, the farthest point of the mesh; found {rim_cm:g}"
+        )
+    return Rim(float(rim_cm), "given")
 
 
 def fills_hull(vertices_cm: FloatArray, volume_cm3: float) -> bool:

@@ -176,7 +176,7 @@ class MeshInMotion(BodyInMotion):
 
     @property
     def points_cm(self) -> FloatArray:
-        return self.mesh.vertices_cm
+        return self.mesh.points_cm
 
     @property
     def states(self) -> FloatArray:

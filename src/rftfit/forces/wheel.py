@@ -19,10 +19,11 @@ from rftfit.campaign.problems import CampaignError, Place, Problem, choose
 from rftfit.campaign.rows import Schema, TableColumn, read_rows
 from rftfit.conventions import FloatArray
 from rftfit.forces.faces import as_table
-from rftfit.forces.mesh import Mesh, Motion3D
+from rftfit.forces.fineness import fine_enough
+from rftfit.forces.mesh import Mesh, Motion3D, describe_triangles
 from rftfit.forces.model_error import has_model_error
 from rftfit.forces.peaks import widen
-from rftfit.forces.rolling import RULES, describe_friction, measure_radius
+from rftfit.forces.rolling import RULES, Rim, describe_friction, find_rim, measure_radius
 from rftfit.forces.space import compiled_mesh_forces, mesh_draws
 from rftfit.measure.errors import half_width_of_bed
 from rftfit.model.draws import interval
@@ -121,6 +122,10 @@ class WheelAnswer:
         What the numbers say of the medium and the load.
     has_alpha_error : bool
         Whether an error of alpha is known of the medium, which the intervals then hold.
+    rim_from : str
+        ``given`` or ``farthest-point``: where the radius of the rim was taken from.
+    triangles, triangles_given : int
+        Triangles of which forces were predicted, and of the mesh as it was given: a coarse one is cut more finely.
 
     Examples
     --------
@@ -144,6 +149,9 @@ class WheelAnswer:
     slip_sinkage: tuple[float, float] | None
     notes: tuple[str, ...]
     has_alpha_error: bool = True
+    rim_from: str = "given"
+    triangles: int = 0
+    triangles_given: int = 0
 
     @property
     def interval_of(self) -> str:
@@ -171,7 +179,10 @@ class WheelAnswer:
             "given": self.given,
             "rule": self.rule,
             "friction": self.friction,
+            "triangles": self.triangles,
+            "triangles_given": self.triangles_given,
             "rim_cm": self.rim_cm,
+            "rim_from": self.rim_from,
             "confidence": self.confidence,
             "model_error": self.model_error,
             "torque_error": self.torque_error,
@@ -193,7 +204,8 @@ class WheelAnswer:
             low, high = self.slip_sinkage
             of_alpha += f" (alpha {low:g} to {high:g} of itself)"
         lines = [
-            f"Mesh: {self.mesh}, rim {self.rim_cm:.4g} cm",
+            f"Mesh: {self.mesh}, {describe_triangles(self.triangles, self.triangles_given)}",
+            f"Rim: {Rim(self.rim_cm, self.rim_from).describe()}",
             f"Medium: {self.medium}",
             f"Given: slip and {self.given}",
             f"Rule: {self.rule}: {RULES[self.rule]}",
@@ -316,12 +328,14 @@ def wheel(
         raise ValueError(f"the model's error must be 0 or a positive number, found {model_error:g}")
     roll = partial(Motion3D.roll, mesh, track=track, rim_cm=rim_cm)
     radius = measure_radius(mesh.vertices_cm)
-    rim = radius if rim_cm is None else float(rim_cm)
+    found_rim = find_rim(mesh.vertices_cm, rim_cm)
+    rim = found_rim.radius_cm
     # what is wrong with the mesh, its rim or its slips is told before any work
     motions = [
         roll(rim / 2 if sinkages is None else float(sinkages[place]), float(slip_of_row), POSES)
         for place, slip_of_row in enumerate(slips)
     ]
+    mesh = fine_enough(mesh, motions[0])
     profile = profile_of(medium, partial(has_number, mesh=mesh, friction=friction))
     rolling = _Wheel(profile, mesh, roll, friction, rim)
     errors = _model_errors(profile, mesh, friction, model_error, left_out)
@@ -351,6 +365,9 @@ def wheel(
         _slip_range() if sinkages is None else None,
         tuple(_notes(answer_table, given, profile, errors, rim)),
         isinstance(profile.spread, Profile),
+        found_rim.taken_from,
+        len(mesh.faces),
+        mesh.triangles_given,
     )
 
 

@@ -42,7 +42,7 @@ def _set(words: str) -> frozenset[str]:
 _FORCE = _set("""force forces load loads kraft standardkraft prufkraft last fuerza carga charge
     effort 力 载荷 荷载 负荷 荷重 試験力 试验力""")
 _LENGTH = _set("""displacement extension weg standardweg traversenweg crosshead stroke pos position posicion travel
-    distance deplacement desplazamiento recorrido 位移 変位 行程 ストローク""")
+    distance stage deplacement desplazamiento recorrido 位移 変位 行程 ストローク""")
 _WORDS = (
     (
         "time",

@@ -479,6 +479,6 @@ def describe_profile(path: Path) -> str:
     lines += [
         f"\nGolden value, for tests of signs:\n{format_table(['', 'value'], rows)}",
         f"\nWritten: {path} ({megabytes(path.stat().st_size)})",
-        f"Next: rftfit predict --leg c_leg --profile-file {path}",
+        f"Next: rftfit predict --profile-file {path} --leg c_leg, or of a body of your own --mesh FILE --unit mm --press 3",
     ]
     return "\n".join(lines)

@@ -93,11 +93,13 @@ def tabulate_media(results: Results, outcome: Outcome) -> PageTable:
         return Cell(title, notes, f"verdict {css_class}", link)
 
     def on_legs(row: Row) -> Cell:
-        _, code, note = verdicts_on_legs(results, row["medium"])[0]
+        verdicts = verdicts_on_legs(results, row["medium"])
+        code = verdicts[0][1]
         css_class = {WITHIN: "same", OFF: "doubtful", FAR_OFF: "differs"}.get(code, "faint")
         section = "#sands" if row["medium"] in results.sands else "#legs"
         link = "" if code == NOT_TESTED else section
-        notes = (note, worst_of_nine_terms(results, row["medium"]))
+        notes_of_models = [note for _, _, note in verdicts]
+        notes = (*notes_of_models, worst_of_nine_terms(results, row["medium"]))
         return Cell(VERDICT_WORDS[code], notes, f"verdict {css_class}", link)
 
     def next_bed(row: Row) -> Cell:

@@ -31,6 +31,10 @@ MOST_TAU_DT_S2 = 2e-6
 class Ground:
     """A medium, below z = 0, under n bodies.
 
+    The forces are those of the medium's mean alpha, without intervals: at each step they move the body, which then goes another
+    way. For the spread of what a simulation gives, run it in media that differ, as ``profile.spread`` holds draws of alpha; the
+    intervals of one motion that is known beforehand are those of `predict`.
+
     Parameters
     ----------
     medium : Map, Profile, Medium, ScaledMedium, str or Path

@@ -143,7 +143,13 @@ def split_unit(cell: str, more: frozenset[str] = frozenset()) -> tuple[str, str]
         usual = unit_word(unit) in _SPELLINGS or ("/" in unit and known_unit(unit))
         if name and (usual or unit in more):
             return name, unit_word(unit)
-    return cell, ""
+    # a column of times is often named by its unit alone; s and min are more often something else
+    is_time = len(cell) > 1 and unit_word(cell) in _TIMES
+    return cell, unit_word(cell) if is_time else ""
+
+
+_TIMES = frozenset({"s", "ms", "us", "ns"})
+"""Units whose name alone says that a column holds times."""
 
 
 def is_units_row(cells: Sequence[str], width: int) -> bool:
