@@ -168,17 +168,12 @@ def _surface_and_linearity(measured: MediumMeasurements) -> tuple[Check, Check]:
     shared = (
         steep_fits.groupby(["tare_run", "direction"])["run_id"].transform("size").to_numpy(float)
     )
+    # the weaker a run, the farther a drift of its zero moves its start
+    ordinary_cm = np.hypot(run_cm, LEVELLED_CM * np.median(alpha[pushes]) / alpha)
     starts = Starts(
         np.stack([np.ones_like(sine), sine * (np.ptp(sine) > 0.2)], axis=1),
         steep_fits["start_cm"].to_numpy(float),
-        # the weaker a run, the farther a drift of its zero moves its start
-        np.hypot.reduce(
-            [
-                np.full_like(alpha, run_cm),
-                LEVELLED_CM * np.median(alpha[pushes]) / alpha,
-                _error_of_start(steep_fits),
-            ]
-        ),
+        np.hypot(ordinary_cm, _error_of_start(steep_fits)),
         pushes,
     )
     shared = np.where(pushes, 1, shared)
@@ -240,7 +235,7 @@ def _error_of_start(fits: pd.DataFrame) -> FloatArray:
     of_noise = se / np.abs(alpha) * (middle**2 + spread**2) / spread
     windows = zip(top.round(1).tolist(), end.round(1).tolist(), strict=True)
     of_patches = [PATCHES / exponent_lever(*window) for window in windows]
-    return np.hypot(of_noise, of_patches)
+    return np.asarray(np.hypot(of_noise, of_patches))
 
 
 @dataclass(frozen=True)
