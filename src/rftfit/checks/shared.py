@@ -19,6 +19,7 @@ from rftfit.checks.declared import (
 )
 from rftfit.measure.alpha import column
 from rftfit.measure.flags import Remark, format_remarks, remark
+from rftfit.measure.lab_frame import measures_force_x
 from rftfit.measure.verdict_words import DOUBTFUL, FEWEST_RUNS, NO_RUNS, PULLS, UNUSABLE
 from rftfit.store.chosen import chosen
 
@@ -120,6 +121,9 @@ def check_axes(measured: MediumMeasurements) -> Check:
         "shared-few": Words(
             "errors that many runs share cannot be seen: {wanted} runs with both alpha_z and alpha_x are needed, here: {count}"
         ),
+        "shared-no-x": Words(
+            "errors that many runs share cannot be seen: alpha_x is needed, which these runs do not measure"
+        ),
     },
 )
 def check_shared(measured: MediumMeasurements) -> Check:
@@ -149,7 +153,11 @@ def check_shared(measured: MediumMeasurements) -> Check:
     )
     if None in least_remarks:
         if (causes["reason"] == NO_RUNS).all():
-            slopes = measured.tables["fits"][[column(c) for c in "zx"]].to_numpy(float)
+            fits = measured.tables["fits"]
+            sheet, config = measured.sheet, measured.config
+            if not any(measures_force_x(config, sheet[run]) for run in fits["run_id"]):
+                return Check.skip("shared", "shared-no-x")
+            slopes = fits[[column(c) for c in "zx"]].to_numpy(float)
             count = int(np.isfinite(slopes).all(axis=1).sum())
             return Check.skip("shared", "shared-few", count=count, wanted=FEWEST_RUNS)
         return Check.skip("shared", "shared-open", missing=", ".join(missing))
