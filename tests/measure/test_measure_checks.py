@@ -558,7 +558,9 @@ def test_marks_name_what_fails_and_why_it_is_accepted():
         ("b", "size", "accepted", ""),
         ("c", "work", "passed", ""),
     ]
-    table = pd.DataFrame(rows, columns=COLUMNS[:4]).assign(found="")
+    table = pd.DataFrame(rows, columns=COLUMNS[:4]).assign(
+        found="", code=[check for _, check, *_ in rows]
+    )
     media = {name: MediumSettings(title=name) for name in "ac"}
     media["b"] = MediumSettings(title="b", accept={"size": "pumice"})
     assert checks.marks_of(table, media) == {
