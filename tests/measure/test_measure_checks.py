@@ -1146,13 +1146,13 @@ def test_the_surface_of_a_natural_sand_is_not_judged_and_its_law_is():
 
 
 def test_what_trend_is_allowed():
-    """A tenth, or three standard errors of the median."""
+    """A tenth, or Student's t of two degrees at the level of three standard errors of the median."""
     for rise, verdict in ((0.101, "failed"), (0.099, "passed"), (-0.101, "failed")):
         check = steadiness(level_runs(60, (rise,) * 3))
         assert (check.verdict, check.values["most"]) == (verdict, "10.0 %")
-    se = 1.2533 * 1.4826 * 0.1 / math.sqrt(3)
+    se = 1.2533 * math.sqrt(math.pi / 2) * 0.2 / 3 / math.sqrt(3)
     check = steadiness(level_runs(60, (0.1, 0.2, 0.3)))
-    assert (check.verdict, check.values["most"]) == ("passed", f"{300 * se:.1f} %")
+    assert (check.verdict, check.values["most"]) == ("passed", f"{1920.7 * se:.1f} %")
 
 
 def test_copies_are_listed_with_what_they_are_copies_of():

@@ -168,12 +168,11 @@ def _surface_and_linearity(measured: MediumMeasurements) -> tuple[Check, Check]:
     shared = (
         steep_fits.groupby(["tare_run", "direction"])["run_id"].transform("size").to_numpy(float)
     )
-    # the weaker a run, the farther a drift of its zero moves its start
-    ordinary_cm = np.hypot(run_cm, LEVELLED_CM * np.median(alpha[pushes]) / alpha)
     starts = Starts(
         np.stack([np.ones_like(sine), sine * (np.ptp(sine) > 0.2)], axis=1),
         steep_fits["start_cm"].to_numpy(float),
-        np.hypot(ordinary_cm, _error_of_start(steep_fits)),
+        # the weaker a run, the farther a drift of its zero moves its start
+        np.hypot(run_cm, LEVELLED_CM * np.median(alpha[pushes]) / alpha),
         pushes,
     )
     shared = np.where(pushes, 1, shared)
@@ -205,6 +204,8 @@ def _surface_and_linearity(measured: MediumMeasurements) -> tuple[Check, Check]:
         deep = steep_fits["depth_to_cm"].to_numpy(float)
         paths = np.column_stack([starts.paths, deep - deep.mean()])
         starts = replace(starts, paths=paths)
+    # few runs with patches in a row look like a step
+    starts = replace(starts, error=np.hypot(starts.error, _error_of_start(steep_fits)))
     apart = _two_levels(starts, [measured.sheet[run] for run in steep_fits["run_id"]], speed)
     if apart is not None:
         code, flags, values_apart = apart
