@@ -10,11 +10,9 @@ from paper import BETA, GAMMA, by_hand
 
 from rftfit import reference
 from rftfit.model import fourier, symmetry
-from rftfit.model.scaling import generic, vertical_penetration
+from rftfit.model.scaling import vertical_penetration
 
 RANDOM = np.random.default_rng(2013)
-M = RANDOM.normal(0, 0.1, (20, 9))
-"""Twenty sets of nine coefficients."""
 TABLE_S2 = {medium: reference.coefficients(medium) for medium in reference.MEDIA}
 GENERIC = reference.coefficients("generic")
 
@@ -126,16 +124,6 @@ def test_ends_and_wide_gaps_of_a_grid():
     assert np.isfinite(closed[:, [1, 2, 3, 5, 6, 7]]).all()
 
 
-def test_lsq_of_many_tables_at_once_and_of_some_terms():
-    keep = np.array([1, 1, 0, 1, 1, 1, 1, 0, 1], dtype=bool)
-    expected = np.where(keep, M, 0)
-    tables = [fourier.evaluate(row, BETA, GAMMA) for row in expected]
-    alpha_z, alpha_x = (np.stack(component) for component in zip(*tables, strict=True))
-    fitted = fourier.fit_lsq(BETA, GAMMA, alpha_z, alpha_x, keep)
-    assert_allclose(fitted, expected, atol=1e-12)
-    assert (fitted[:, ~keep] == 0).all()
-
-
 @pytest.mark.parametrize("medium", ["poppy_LP", "glass3mm_CP"])
 @pytest.mark.parametrize("case", ["grid", "holes", "scattered", "both ways"])
 def test_lsq_is_plain_least_squares_over_the_measured_directions(case, medium):
@@ -176,19 +164,6 @@ def test_dft_index_says_where_it_does_not_apply(bad):
         )
 
 
-def test_dft_index_needs_every_cell():
-    alpha = np.array(cells("poppy_LP"))
-    alpha[0, 29] = np.nan
-    assert np.isnan(fourier.fit_dft_index(BETA, GAMMA, *alpha)[:5]).all()
-
-
-def test_dft_index_gives_table_s2():
-    printed = np.array([fourier.as_array(TABLE_S2[medium]) for medium in reference.MEDIA])
-    fitted = [fourier.fit_dft_index(BETA, GAMMA, *cells(medium)) for medium in reference.MEDIA]
-    assert (printed != 0).sum() == 40
-    assert np.abs(printed - fitted)[printed != 0].max() <= 0.0013
-
-
 def as_printed(medium):
     """The transform, with the terms that Table S2 prints as zero left out."""
     keep = np.array([TABLE_S2[medium][term] != 0 for term in fourier.TERMS])
@@ -213,36 +188,11 @@ def test_table_s3_to_the_printed_digit(medium, fit, chi, chi_lsq):
     assert vertical / lsq == pytest.approx(chi_lsq, abs=0.0051)
 
 
-def test_generic_is_table_s2s_and_its_own_penetration_is_one():
-    m0 = generic(np.stack([as_printed(medium) for medium in reference.MEDIA]))
-    assert_allclose(m0, fourier.as_array(GENERIC), atol=0.003)
-    assert float(vertical_penetration(m0)) == pytest.approx(1, abs=1e-12)
-    alpha_z, alpha_x = fourier.evaluate(m0, 0.0, np.pi / 2)
-    assert float(alpha_z) == pytest.approx(1, abs=1e-12)
-    assert float(alpha_x) == pytest.approx(0, abs=1e-12)
-
-
-def test_generic_of_many_draws():
-    stack = np.abs(M.reshape(4, 5, 9)) + 0.1
-    assert_allclose(generic(stack)[2], generic(stack[2]))
-    scaled = generic(stack[0, :1])
-    assert_allclose(scaled, stack[0, 0] / stack[0, 0, :5].sum())
-
-
 def test_kept_terms():
     coefficients = np.array([-1.0, 0.04, -0.06, 0.05, 0.9, 0, 0.051, -0.049, 2])
     kept = fourier.kept_terms(coefficients, 0.05)
     assert kept.tolist() == [True, False, True, False, True, False, True, False, True]
     assert fourier.kept_terms(np.zeros(9), 0.05).tolist() == [True] + [False] * 8
-
-
-def test_coefficients_in_either_form():
-    assert fourier.as_array(dict(zip(fourier.TERMS, range(9), strict=True))).tolist() == [*range(9)]
-    assert fourier.as_array(range(9)).dtype == float
-    with pytest.raises(ValueError, match=r"no coefficient B01; wanted: A00"):
-        fourier.as_array({term: 0.0 for term in fourier.TERMS if term != "B01"})
-    with pytest.raises(ValueError, match=r"shape \(8,\)"):
-        fourier.as_array(np.zeros(8))
 
 
 def test_as_many_cells_as_terms_are_enough():

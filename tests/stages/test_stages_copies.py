@@ -87,14 +87,6 @@ def test_a_copy_is_not_counted_among_the_runs_that_are_used(tmp_path):
     assert {("a", "used", "slope", 8), ("rep2", "dropped", "same-readings", 8)} <= fates
 
 
-def test_slopes_of_a_table_of_alpha_are_its_numbers(tmp_path):
-    names = ["beta_deg", "gamma_deg", "alpha_z_N_per_cm3", "alpha_x_N_per_cm3"]
-    rows = [[0, 90, 0.35, 0], [30, 45, 0.165, 0.105], [-30, -45, -0.02, 0.03]]
-    table = pd.DataFrame(rows, columns=names)
-    fits, _ = fitted(campaign_of(tmp_path, table.to_csv(index=False).splitlines(), "alpha"))
-    pd.testing.assert_frame_equal(fits[names], table, check_dtype=False)
-
-
 def test_a_table_without_a_force_along_x(tmp_path):
     """Of a machine with one axis: alpha_x is blank but where symmetry makes it 0, and nothing is silent or symmetric."""
     rows = ["0,90,0.35,", "30,90,0.28,", "-30,45,0.1,", "60,45,0.16,"]

@@ -3,7 +3,6 @@
 Also tested: what the record holds, and `rftfit diff` of two folders of results.
 """
 
-import csv
 import hashlib
 import json
 import os
@@ -68,27 +67,6 @@ def replace(path, old, new):
     path.write_text(text.replace(old, new, 1), encoding="utf-8")
 
 
-def test_the_record_names_every_result_and_its_content(checked):
-    results = checked.root / "results"
-    digests_there = {
-        f"results/{path.relative_to(results).as_posix()}": sha256(path)
-        for path in results.rglob("*")
-        if path.is_file() and not {"logs", "records", "state"} & {*path.parts}
-    }
-    recorded = {
-        path: digest
-        for file in (results / "records").rglob("*.json")
-        for path, digest in json.loads(file.read_text(encoding="utf-8"))["writes"].items()
-    }
-    assert recorded == digests_there
-    jobs = json.loads((checked.root / "results" / "provenance.json").read_text(encoding="utf-8"))[
-        "jobs"
-    ]
-    assert {path for job in jobs.values() for path in job["writes"]} == {
-        path for path in digests_there if path.rsplit("/", 1)[1] not in OF_THE_RECORD
-    }
-
-
 def test_sums_of_all_logs_are_right(checked):
     lines = (checked.root / "results" / "manifest.sha256").read_text(encoding="utf-8").splitlines()
     listed = {name: digest for digest, name in (line.split("  ", 1) for line in lines)}
@@ -105,45 +83,6 @@ def test_the_record_holds_no_machine_and_no_time(checked):
         assert str(checked.root.parent) not in text
         dates = set(re.findall(r"\b(?:19|20)\d\d-\d\d-\d\d", text))
         assert dates == set(), name
-
-
-def test_the_data_package_describes_every_table(checked):
-    results = checked.root / "results"
-    package = json.loads((results / "datapackage.json").read_text(encoding="utf-8"))
-    described = {resource["path"]: resource for resource in package["resources"]}
-    tables = {path.relative_to(results).as_posix() for path in results.rglob("*.csv")}
-    assert described.keys() == tables
-    # the logs of this campaign are simulated, and nobody has stated whose its tables are
-    sources = [source["path"] for source in package["sources"]]
-    assert sources == ["manifest.sha256", "https://doi.org/10.1126/science.1229163"]
-    assert {"version", "licenses", "contributors"}.isdisjoint(package)
-    names = [resource["name"] for resource in package["resources"]]
-    assert len(set(names)) == len(names)
-    assert all(re.fullmatch(r"[a-z0-9._-]+", name) for name in names)
-    for path, resource in described.items():
-        file = results / path
-        assert resource["bytes"] == file.stat().st_size
-        assert resource["hash"] == f"sha256:{sha256(file)}"
-        assert wrong_cells(file, resource["schema"]) == [], path
-
-
-def wrong_cells(file, schema):
-    """Return the columns of a csv table that break its schema, as the standard defines the types."""
-    patterns = {
-        "integer": r"[+-]?\d+",
-        "number": r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?|NaN|-?INF",
-        "boolean": "True|False",
-        "string": r"[\s\S]*",
-    }
-    with file.open(encoding="utf-8", newline="") as handle:
-        header, *rows = csv.reader(handle)
-    assert [field["name"] for field in schema["fields"]] == header
-    missing = set(schema["missingValues"])
-    return [
-        field["name"]
-        for field, cells in zip(schema["fields"], zip(*rows, strict=True), strict=False)
-        if not all(re.fullmatch(patterns[field["type"]], cell) for cell in {*cells} - missing)
-    ]
 
 
 def test_a_chain_is_told(checked):
