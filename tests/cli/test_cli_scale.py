@@ -1,4 +1,4 @@
-"""`rftfit scale` agrees with hand calculation, has right intervals and names wrong input."""
+"""Intervals of a scaled medium hold for a medium that was left out, and too few media are said."""
 
 import numpy as np
 import pytest

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rftfit.measure.slopes import fit_few, fit_slope, zero_intercept
+from rftfit.measure.slopes import fit_few, fit_slope, startup_bias, zero_intercept
 
 NOTHING = np.zeros((2, 2)), np.full((2, 2), 12.0)
 """Variance of the zeros (none) and their degrees of freedom."""
@@ -98,3 +98,16 @@ def test_two_depths_have_no_line_besides_and_one_has_no_error():
     np.testing.assert_allclose(single.alpha, [0.5, 1.5])
     assert np.isnan(single.se).all()
     np.testing.assert_array_equal(single.dof, [1, 1])
+
+
+def test_an_exponential_start_up_is_found():
+    """The bias that it leaves in the window is its exact mean there."""
+    path = np.linspace(0, 40, 400_001)
+    decay_cm, steady, size = 0.4, 0.3, 0.2
+    stress = steady + size * np.exp(-path / decay_cm) * np.array([[1.0], [-2.0]])
+    window = path >= 2.0
+    bias = startup_bias(path, stress, window, 2.0)
+    # integral of the exponential from 2 cm on, over the 38 cm of the window
+    exact = size * decay_cm * np.exp(-2.0 / decay_cm) / 38
+    np.testing.assert_allclose(bias, [exact, -2 * exact], rtol=0.01)
+    np.testing.assert_allclose(stress[:, window].mean(axis=1) - steady, bias, rtol=0.01)

@@ -1,7 +1,4 @@
-"""Forces on rotating legs agree with a slow integral and with the curves measured in the paper.
-
-Also tested: they converge with the number of elements.
-"""
+"""Forces on rotating legs agree with a slow integral."""
 
 import math
 

@@ -143,3 +143,13 @@ def test_wheels_of_a_ground_that_are_refused(paddles):
             rftfit.Ground(POPPY, [paddles], wheels=wheels)
     along_x = paddles.moved(turned_about_z(-90), np.zeros(3))
     assert rftfit.Ground(POPPY, [along_x], wheels={0: [1, 0, 0]}).rules == ("own-track",)
+
+
+@pytest.mark.parametrize("slip", [0.9, 0.99])
+def test_facets_of_a_smooth_wheel_at_high_slip(slip):
+    means = []
+    for facets in (48, 96, 384):
+        wheel = Mesh.cylinder(6.25, 6, facets)
+        mean = compiled_mesh_forces(POPPY, wheel, Motion3D.roll(wheel, 2, slip)).mean(axis=0)
+        means.append((mean[0], mean[2], mean[0] / mean[2]))
+    assert_allclose(means[:2], [means[2]] * 2, rtol=0.01)

@@ -67,6 +67,27 @@ def replace(path, old, new):
     path.write_text(text.replace(old, new, 1), encoding="utf-8")
 
 
+def test_the_record_names_every_result_and_its_content(checked):
+    results = checked.root / "results"
+    digests_there = {
+        f"results/{path.relative_to(results).as_posix()}": sha256(path)
+        for path in results.rglob("*")
+        if path.is_file() and not {"logs", "records", "state"} & {*path.parts}
+    }
+    recorded = {
+        path: digest
+        for file in (results / "records").rglob("*.json")
+        for path, digest in json.loads(file.read_text(encoding="utf-8"))["writes"].items()
+    }
+    assert recorded == digests_there
+    jobs = json.loads((checked.root / "results" / "provenance.json").read_text(encoding="utf-8"))[
+        "jobs"
+    ]
+    assert {path for job in jobs.values() for path in job["writes"]} == {
+        path for path in digests_there if path.rsplit("/", 1)[1] not in OF_THE_RECORD
+    }
+
+
 def test_sums_of_all_logs_are_right(checked):
     lines = (checked.root / "results" / "manifest.sha256").read_text(encoding="utf-8").splitlines()
     listed = {name: digest for digest, name in (line.split("  ", 1) for line in lines)}
