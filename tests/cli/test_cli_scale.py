@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from result_tables import LABORATORY, SAND, make_campaign, one_cell
 
-from rftfit import reference
+from rftfit import Reference, reference, scale_by_paper
 from rftfit.model.fourier import evaluate
-from rftfit.model.scaling import Reference, published, scale_by_paper
+from rftfit.model.scaling import published
 
 pytestmark = pytest.mark.usefixtures("work_folder")
 

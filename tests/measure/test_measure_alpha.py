@@ -4,16 +4,13 @@ Cell: one direction (beta, gamma) of the table.
 """
 
 import math
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
 from paper import PAPER
 
-from rftfit.campaign.config import Fit, Grid
-from rftfit.campaign.load import Campaign
+from rftfit.campaign.config import Grid
 from rftfit.measure.alpha import alpha_table, column, flags_of_cells
 from rftfit.measure.errors import AS_PREPARED, REPEATS
 from rftfit.measure.flags import Flags, codes_of
@@ -50,19 +47,6 @@ def cell(cells, beta, gamma):
     near = np.isclose(cells["gamma_deg"], gamma, atol=0.1) & (cells["beta_deg"] == beta)
     assert near.sum() == 1
     return cells[near].iloc[0]
-
-
-def test_no_runs_at_all():
-    cells = table()
-    assert len(cells) == 91
-    assert set(cells["reason"]) == {"no run"}
-    numbers = cells[[column(c, q) for c in "zx" for q in ("", "_se", "_lo", "_hi")]]
-    assert np.isnan(numbers.to_numpy(float)).all()
-    assert (cells["n_runs"] == 0).all()
-    # a medium of legs alone has a cell that says so
-    cells = alpha_table(pd.DataFrame(columns=list(run("a", 0, 0, 0))), "m", 0.95, 3)
-    assert cells[["beta_deg", "gamma_deg", "reason"]].to_numpy().tolist() == [[0, 90, "no run"]]
-    assert np.isnan(cells[column("z")]).all()
 
 
 def test_beta_of_minus_and_plus_90_are_one_plate():
@@ -210,30 +194,3 @@ def test_a_run_that_stands_apart_widens_its_cell_and_no_other(values):
         np.testing.assert_allclose(
             cell(cells, beta, 90)[names].astype(float), cell(without, beta, 90)[names].astype(float)
         )
-
-
-@pytest.mark.parametrize(
-    ("stated_cm", "planned_cm", "count"),
-    [
-        ({}, (2.0, 4.0, 4.02), 2),
-        ({}, (3.0, 3.0), 2),
-        ({}, (1.0, 2.0, 3.0, 4.0), 4),
-        ({}, (np.nan,), 3),
-        ({}, (), 3),
-        ({"horizontal_depths_cm": (2, 4, 6)}, (2.0, 4.0), 3),
-        ({"horizontal_depths_cm": (2,)}, (2.0, 4.0), 1),
-    ],
-)
-def test_depths_of_level_plates_are_counted_against_the_plan_of_the_rig(
-    stated_cm, planned_cm, count
-):
-    """A config that states none takes those of the run sheet; the sheet of another medium does not count."""
-
-    def level(medium, depth_cm):
-        return SimpleNamespace(
-            medium=medium, kind="plate", direction="horizontal", depth_cm=depth_cm
-        )
-
-    runs = [level("sand", depth) for depth in planned_cm] + [level("gravel", 9.0)]
-    campaign: Any = SimpleNamespace(runs=runs, config=SimpleNamespace(fit=Fit(**stated_cm)))
-    assert Campaign.count_level_depths(campaign, "sand") == count

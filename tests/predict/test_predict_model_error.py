@@ -8,8 +8,9 @@ import pandas as pd
 import pytest
 
 import rftfit
+from rftfit import find_peaks
 from rftfit.forces import model_error as errors
-from rftfit.forces.prediction import find_peaks, predict_with_peaks
+from rftfit.forces.prediction import predict_with_peaks
 from rftfit.forces.reference_kernel import element_forces, place
 from rftfit.model.draws import model_end_names, next_end_names
 from rftfit.reference import BETA_DEG, GAMMA_DEG, alpha_grid

@@ -4,12 +4,10 @@ import numpy as np
 import pytest
 from log_files import told
 
-from rftfit import reference
+from rftfit import TableProfile, model_leg, path, polyline, reference
 from rftfit.campaign.problems import CampaignError
-from rftfit.forces.motion import path, read_path
-from rftfit.forces.outlines import model_leg, polyline
+from rftfit.forces.motion import read_path
 from rftfit.forces.plane import force_draws, forces_on
-from rftfit.model.profiles import TableProfile
 
 TABLE = TableProfile.published("poppy_LP")
 HEADER = "t_s,x_cm,z_cm,angle_deg\n"

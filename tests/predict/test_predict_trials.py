@@ -7,10 +7,16 @@ import pytest
 from coverage_levels import sweep
 from paper import BETA, GAMMA, flat
 
-from rftfit import reference
-from rftfit.forces.outlines import CURVATURES, model_leg
+from rftfit import (
+    DepthOnlyProfile,
+    FourierProfile,
+    TableProfile,
+    model_leg,
+    reference,
+    scaled_generic,
+)
+from rftfit.forces.outlines import CURVATURES
 from rftfit.model.fourier import as_array, fit_lsq
-from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, TableProfile, scaled_generic
 
 GENERIC = as_array(reference.coefficients("generic"))
 

@@ -12,7 +12,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import rftfit
-from rftfit.forces.contacts import Contact, learn_body_error
+from rftfit import Contact, learn_body_error
 from rftfit.model.shapes import map_nodes
 
 LEG = rftfit.model_leg("c_leg", elements=12)

@@ -5,7 +5,7 @@ Fits: least squares (`lsq`), and the transform of the even grid (`dft-index`).
 
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose, assert_array_equal
+from numpy.testing import assert_allclose
 from paper import BETA, GAMMA, by_hand
 
 from rftfit import reference
@@ -32,33 +32,6 @@ def test_a_missing_cell_is_told_by_its_image():
     image = places.index([-60, -90])
     assert (z[image], x[image]) == (alpha_of_cell[0], -alpha_of_cell[1])
     assert np.isnan([z[places.index([beta, 90])] for beta in (-30, 30)]).all()
-
-
-def test_each_direction_is_listed_once_and_on_the_side_that_was_measured():
-    """Of a direction and its mirror image the one with |gamma| up to 90 degrees, else the one that is there."""
-    measured = [(30, 60), (-30, 120), (-90, 45), (90, 45), (10, 150), (0, 90), (-40, -135)]
-    beta, gamma = np.radians(np.array(measured, dtype=float).T)
-    first, listed = symmetry.each_once(beta, gamma)
-    # (-30, 120) is (30, 60) seen from behind; plates at -90 and 90 degrees are one
-    assert [measured[cell] for cell in first] == [
-        (0, 90),
-        (30, 60),
-        (90, 45),
-        (-40, -135),
-        (10, 150),
-    ]
-    places = np.degrees([listed.beta, listed.gamma]).round(9).T.tolist()
-    assert places == [[0, 90], [30, 60], [-90, 45], [-40, -135], [10, 150]]
-    alpha_z, alpha_x = RANDOM.normal(size=(2, len(measured)))
-    z, x = listed.complete(alpha_z, alpha_x)
-    alpha_at = dict(zip(map(tuple, places), zip(z, x, strict=True), strict=True))
-    assert alpha_at[30, 60] == pytest.approx(
-        ((alpha_z[0] + alpha_z[1]) / 2, (alpha_x[0] - alpha_x[1]) / 2)
-    )
-    assert alpha_at[-90, 45] == pytest.approx((alpha_z[2:4].mean(), alpha_x[2:4].mean()))
-    # a push straight down on a level plate is its own mirror image: nothing acts to a side
-    assert alpha_at[0, 90] == pytest.approx((alpha_z[5], 0))
-    assert alpha_at[10, 150] == pytest.approx((alpha_z[4], alpha_x[4]))
 
 
 def test_grid_or_scattered():
@@ -90,38 +63,6 @@ def test_lines_of_a_grid():
     grid = symmetry.rectangle(*np.radians([beta, gamma]))
     assert grid is not None
     assert_allclose(np.degrees(grid.beta), [-90, -31, -30, -0.3, 0.3, 30, 31], atol=1e-9)
-
-
-def test_half_of_the_crossings_make_a_grid():
-    """With their mirror images, two directions have four crossings: of eight on one line of beta, of sixteen on two."""
-    rows, columns = np.radians([10.0, 20.0]), np.radians([20.0, 70.0])
-    whole = [(b, g) for b in rows for g in columns]
-    assert symmetry.rectangle(*np.array(whole).T) is not None
-    one_row = np.array([(rows[0], columns[0]), (rows[0], columns[1])]).T
-    grid = symmetry.rectangle(*one_row)
-    assert grid is not None
-    assert (grid.node >= 0).sum() == symmetry.LEAST_FILL * grid.node.size == 4
-    diagonal = np.array([whole[0], whole[3]]).T
-    assert symmetry.rectangle(*diagonal) is None
-
-
-def test_ends_and_wide_gaps_of_a_grid():
-    """No line at 90 degrees: a mean between its neighbours, unless they are too far apart."""
-    beta, gamma = (
-        a.ravel() for a in np.meshgrid(np.radians([-60, 0, 60]), np.radians([-90, -45, 45, 90]))
-    )
-    grid = symmetry.rectangle(beta, gamma)
-    assert grid is not None
-    values = grid.torus.complete(*fourier.evaluate(GENERIC, beta, gamma))[0]
-    rows, columns, closed = grid.closed(values)
-    assert_allclose(np.degrees(rows), [-90, -60, 0, 60, 90])
-    assert_allclose(closed[0], (closed[1] + closed[3]) / 2)
-    assert_array_equal(closed[0], closed[-1])
-    # between -45 and 45 degrees of gamma nothing was measured
-    assert np.degrees(columns).round(6).tolist() == [-180, -135, -90, -45, 0, 45, 90, 135, 180]
-    assert np.isnan(closed[:, 4]).all()
-    assert np.isnan(closed[:, 0]).all()
-    assert np.isfinite(closed[:, [1, 2, 3, 5, 6, 7]]).all()
 
 
 @pytest.mark.parametrize("medium", ["poppy_LP", "glass3mm_CP"])

@@ -10,17 +10,17 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from rftfit import reference
-from rftfit.conventions import mirror
-from rftfit.model import fourier
-from rftfit.model.packs import DEPTH_ONLY, FOURIER, TABLE
-from rftfit.model.profiles import (
+from rftfit import (
     DepthOnlyProfile,
     FourierProfile,
     Profile,
     TableProfile,
+    reference,
     scaled_generic,
 )
+from rftfit.conventions import mirror
+from rftfit.model import fourier
+from rftfit.model.packs import DEPTH_ONLY, FOURIER, TABLE
 
 BETA, GAMMA = np.radians(reference.BETA_DEG), np.radians(reference.GAMMA_DEG)
 RANDOM = np.random.default_rng(3)

@@ -5,7 +5,6 @@ multiplied.
 """
 
 import math
-import re
 
 import numpy as np
 import pandas as pd
@@ -16,10 +15,10 @@ from paper import BETA, GAMMA
 from rftfit import reference
 from rftfit.compare.coefficients import penetration_row
 from rftfit.measure.alpha import column
-from rftfit.measure.flags import codes_of, remark
+from rftfit.measure.flags import codes_of
 from rftfit.model import fourier
 from rftfit.model.draws import alpha_draws, interval
-from rftfit.model.scaling import AS_PRINTED, fit_media, fit_terms, reference_of, scale_new_medium
+from rftfit.model.scaling import fit_terms, scale_new_medium
 
 Z95 = 1.959963985
 """Factor of the normal distribution for an interval of 95 %."""
@@ -77,31 +76,6 @@ def test_intervals_of_coefficients_cover():
         inside += (lo <= true) & (hi >= true)
     assert 0.93 <= inside.sum() / 2700 <= 0.97
     assert (inside / 300 > 0.9).all()
-
-
-def test_fit_media_with_empty_cells(paper_config):
-    table = published("poppy_LP")
-    table.loc[40, NUMBERS] = np.nan
-    lsq, dft, printed = fit_media([table], paper_config)
-    whole, *_ = fit_media([published("poppy_LP")], paper_config)
-    assert lsq.why == ()
-    assert_allclose(lsq.full, whole.full, atol=0.003)
-    assert np.isfinite(lsq.draws).all()
-    assert (dft.method, printed.method, dft.medium) == ("dft-index", AS_PRINTED, "poppy_LP")
-    for fit in (dft, printed):
-        assert fit.why == (remark("empty-cells", found=1, wanted=91),)
-        assert np.isnan([fit.used, fit.full]).all()
-        assert math.isnan(fit.zeta)
-    table.loc[table["beta_deg"] != 0, NUMBERS] = np.nan
-    level_fit = fit_media([table], paper_config)[0]
-    assert (level_fit.medium, level_fit.method) == ("poppy_LP", "lsq")
-    assert codes_of(level_fit.why) == "no-fit"
-    assert re.findall(r"\d+", level_fit.reason) == ["12", "5"]
-    table[NUMBERS] = np.nan
-    none = fit_media([table], paper_config)
-    assert codes_of(none[0].why) == "no-fit"
-    assert re.findall(r"\d+", none[0].reason) == ["0", "5"]
-    assert all(fit.why and np.isnan(fit.draws).all() for fit in none)
 
 
 @pytest.mark.parametrize(
@@ -184,23 +158,3 @@ def test_flagged_cells_do_not_count_where_they_are_left_out(paper_config):
     none = fit_terms(nine_terms("poppy_LP", 0).assign(flagged=False), paper_config, "lsq")
     assert whole.reason == ""
     assert np.isnan([whole.without_flagged, none.without_flagged]).all()
-
-
-def test_a_medium_without_a_level_plate_straight_down_is_no_reference(paper_config):
-    tables = [published(medium) for medium in ("poppy_LP", "poppy_CP", "glass3mm_CP")]
-    tables[1] = tables[1].query("beta_deg != 0 or gamma_deg != 90")
-    fits = [fit_terms(table, paper_config, "lsq") for table in tables]
-    assert [fit.reason for fit in fits] == ["", "", ""]
-    assert math.isnan(fits[1].alpha_z)
-    assert np.isnan(fits[1].alpha_z_draws).all()
-    campaign_reference = reference_of(fits, paper_config.fourier.method)
-    assert (campaign_reference.printed, campaign_reference.media) == (
-        False,
-        ("poppy_LP", "glass3mm_CP"),
-    )
-    assert campaign_reference.chi == pytest.approx(
-        [fit.alpha_z / fit.zeta for fit in (fits[0], fits[2])]
-    )
-    generic = (fits[0].used / fits[0].zeta + fits[2].used / fits[2].zeta) / 2
-    assert campaign_reference.m0 == pytest.approx(generic)
-    assert campaign_reference.name.endswith(" lsq")

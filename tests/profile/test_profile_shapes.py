@@ -13,22 +13,12 @@ from paper import few_draws
 from seeds import seeds
 
 import rftfit
+from rftfit import Shapes, TableProfile, find_peaks, published_shapes
 from rftfit.conventions import mirror
 from rftfit.forces.plane import force_draws
-from rftfit.forces.prediction import find_peaks
 from rftfit.model import shapes as module
-from rftfit.model.profiles import TableProfile
 from rftfit.model.scaling import vertical_penetration
-from rftfit.model.shapes import (
-    NOT_ALIKE,
-    Nodes,
-    Pushes,
-    Shapes,
-    estimate,
-    grid,
-    published_shapes,
-    usual_error,
-)
+from rftfit.model.shapes import NOT_ALIKE, Nodes, Pushes, estimate, grid, usual_error
 from rftfit.reference import MEDIA
 
 NODES = grid()

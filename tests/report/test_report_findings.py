@@ -11,6 +11,7 @@ import pandas as pd
 import pytest
 from result_tables import page_results, write
 
+from rftfit import Results
 from rftfit.figures.labels import explanation_of
 from rftfit.figures.registry import greek
 from rftfit.figures.style import content, shrink_png
@@ -19,7 +20,6 @@ from rftfit.page.findings import findings
 from rftfit.page.outcome import doubt_of_map
 from rftfit.page.page import drawn_figures
 from rftfit.page.page import page as make_page
-from rftfit.results import Results
 from rftfit.workflow.validate import estimated_map_rows
 
 

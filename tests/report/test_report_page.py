@@ -18,11 +18,12 @@ from paper import PROJECT
 from result_tables import NASTY, SAND_ALPHA, empty_grid_results, page_results, sand_results, write
 
 import rftfit
+from rftfit import Results
 from rftfit.model.scaling import published
 from rftfit.page.methods import constants, paragraphs, settings_digest
 from rftfit.page.outcome import outcome_of_runs
 from rftfit.page.page import page as make_page
-from rftfit.results import Results, open_results
+from rftfit.results import open_results
 
 VOID = {"meta", "link", "input", "br"}
 """Tags of HTML that have no end."""

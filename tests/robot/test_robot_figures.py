@@ -8,6 +8,7 @@ from numpy.testing import assert_allclose
 from pages import figure_faults
 from result_tables import memory
 
+from rftfit import TableProfile
 from rftfit.compare.robot import optima
 from rftfit.figures.animation import animation_frames
 from rftfit.figures.robot import (
@@ -20,7 +21,6 @@ from rftfit.figures.robot import (
     plot_speed,
 )
 from rftfit.figures.style import MARK, content
-from rftfit.model.profiles import TableProfile
 from rftfit.robot.config import paper_robot
 from rftfit.robot.motion import ElementSeries, stance_of, tail_of
 from rftfit.robot.run import simulate

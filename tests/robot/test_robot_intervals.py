@@ -6,26 +6,13 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from rftfit import reference
+from rftfit import FourierProfile, TableProfile, reference
 from rftfit.measure.flags import codes_of, remark
 from rftfit.model.fourier import as_array
-from rftfit.model.profiles import FourierProfile, TableProfile
 from rftfit.reference import alpha_grid
 from rftfit.robot.config import paper_robot
-from rftfit.robot.intervals import (
-    best_width,
-    coarser,
-    each_draw,
-    half_width_of_draws,
-    speed_widths,
-    speeds_of,
-    with_arc_scaled,
-    with_model_error,
-)
-from rftfit.robot.run import Condition
+from rftfit.robot.intervals import best_width, each_draw, half_width_of_draws, with_model_error
 
-FAST = [Condition(5.0, 0.8), Condition(4.0, 1.0)]
-"""Two conditions of a fast robot: frequency in Hz and curvature of the legs."""
 NINE = FourierProfile(as_array(reference.coefficients("poppy_LP")))
 """Nine terms of a published medium."""
 
@@ -48,20 +35,6 @@ def test_half_width_is_students():
     assert codes_of(half_width_of_draws(np.ones(3), math.nan, 0.95).why) == "no-speed"
 
 
-def test_widths_grow_with_the_errors_of_alpha():
-    robot = paper_robot()
-    small, large = (
-        speed_widths(robot, NINE, each_draw(nine_draws(spread), 8), FAST, 0.95)[0]
-        for spread in (0.002, 0.004)
-    )
-    ratios = [
-        large_width.half / small_width.half
-        for small_width, large_width in zip(small, large, strict=True)
-    ]
-    assert ratios == pytest.approx([2, 2], rel=0.05)
-    assert all(0.001 < width.half < 2 for width in large)
-
-
 def test_the_error_of_the_model_is_one_factor_for_lift_and_one_for_thrust():
     bare = TableProfile(*alpha_grid("poppy_LP"))
     factors = []
@@ -79,21 +52,6 @@ def test_the_error_of_the_model_is_one_factor_for_lift_and_one_for_thrust():
     assert_allclose(normals @ normals.T / 4, np.eye(2), atol=1e-9)
     with pytest.raises(TypeError):
         with_model_error(NINE, 0.28)
-
-
-def test_widths_hold_what_another_arc_does():
-    robot, draws = paper_robot(), each_draw(nine_draws(0.002, 2), 2)
-    exact, small, large = (
-        speed_widths(robot, NINE, draws, [Condition(5.0, 0.8)], 0.95, arc_percent=size)[0][0].half
-        for size in (0.0, 1.0, 2.0)
-    )
-    near = with_arc_scaled(Condition(5.0, 0.8), 1.01)
-    assert math.asin(near.curvature_times_R) == pytest.approx(1.01 * math.asin(0.8))
-    unmoved, moved = speeds_of(coarser(robot), [NINE], [Condition(5.0, 0.8), near])[0]
-    assert small == pytest.approx(math.hypot(exact, 1.96 * (moved - unmoved)), rel=1e-3)
-    assert exact < small < large
-    assert with_arc_scaled(Condition(5.0, 0.0), 1.01).curvature_times_R == 0
-    assert 0.99 < with_arc_scaled(Condition(5.0, 1.0), 1.01).curvature_times_R < 1
 
 
 def test_no_interval_of_a_best_curvature_at_the_end():

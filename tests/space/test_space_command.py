@@ -8,8 +8,8 @@ import pandas as pd
 import pytest
 
 import rftfit
+from rftfit import Mesh, Motion3D
 from rftfit.cli.main import main
-from rftfit.forces.mesh import Mesh, Motion3D
 
 from .test_space_mesh import BALL, stl
 

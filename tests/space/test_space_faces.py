@@ -11,12 +11,11 @@ from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation
 
 import rftfit
+from rftfit import FourierProfile, Mesh, Motion3D
 from rftfit.forces import faces
 from rftfit.forces.faces import LAWS, face_alpha, submerged_parts
-from rftfit.forces.mesh import Mesh, Motion3D
 from rftfit.forces.space import CLOSURE, compiled_mesh_forces
 from rftfit.model import rft3d
-from rftfit.model.profiles import FourierProfile
 
 POPPY = rftfit.TableProfile.published("poppy_LP")
 UNIT = rftfit.rft3d_profile(0.87504, friction=0.4)  # xi = 1

@@ -5,8 +5,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 import rftfit
+from rftfit import Mesh, Motion3D
 from rftfit.errors import InputError
-from rftfit.forces.mesh import Mesh, Motion3D
 from rftfit.forces.space import compiled_mesh_forces
 
 POPPY = rftfit.TableProfile.published("poppy_LP")

@@ -5,8 +5,8 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 import rftfit
+from rftfit import Mesh, Motion3D
 from rftfit.forces import faces
-from rftfit.forces.mesh import Mesh, Motion3D
 from rftfit.forces.space import compiled_mesh_forces
 
 POPPY = rftfit.TableProfile.published("poppy_LP")

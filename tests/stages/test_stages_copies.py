@@ -9,11 +9,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from rftfit import Results
 from rftfit.campaign.load import load_campaign
 from rftfit.cli.main import main
 from rftfit.measure.flags import remark
 from rftfit.measure.tables import fit_alpha_table
-from rftfit.results import Results
 from rftfit.workflow.measure import measure_and_check, measure_logs
 
 STRESS = "run_id,beta_deg,gamma_deg,depth_cm,stress_z_N_per_cm2,stress_x_N_per_cm2"

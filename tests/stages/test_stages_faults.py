@@ -10,10 +10,9 @@ import pytest
 from campaigns import RigRoom, paper, planned, row_of_run
 from log_files import told
 
-from rftfit import reference
+from rftfit import RftfitError, reference
 from rftfit.campaign.load import load_campaign
 from rftfit.campaign.problems import CampaignError
-from rftfit.errors import RftfitError
 from rftfit.lab.enact import reenact
 from rftfit.lab.rig import FAULTS
 from rftfit.measure.flags import attach_run

@@ -9,9 +9,9 @@ import pytest
 from campaigns import lay_out_home_rig
 from pages import figure_faults
 
+from rftfit import Results
 from rftfit.campaign.load import load_campaign
 from rftfit.figures.registry import figures
-from rftfit.results import Results
 from rftfit.workflow import measure
 
 NEWTON_PER_GF, AREA_CM2 = 9.80665e-3, 15.0

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from seeds import seeds
 
+from rftfit import TableProfile
 from rftfit.measure.errors import (
     LEAST_DOF,
     REPEATS,
@@ -14,7 +15,6 @@ from rftfit.measure.errors import (
     combined_half_width,
     spread_of_beds,
 )
-from rftfit.model.profiles import TableProfile
 
 SPREAD = 0.005
 """Standard deviation between runs, N/cm^3."""

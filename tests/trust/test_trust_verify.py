@@ -11,8 +11,8 @@ import re
 import pytest
 from campaigns import planned_jobs
 
+from rftfit import RftfitError
 from rftfit.cli.exit_codes import INPUT_NOT_VALID, NOT_AS_RECORDED
-from rftfit.errors import RftfitError
 from rftfit.workflow.job import do_job
 from rftfit.workflow.state import read_states
 

@@ -15,6 +15,7 @@ from paper import few_draws
 from result_tables import SE, alpha_frame, results_of
 from seeds import assert_share, seeds
 
+from rftfit import TableProfile, model_leg
 from rftfit.compare.legs import (
     FAR_OFF,
     NOT_TESTED,
@@ -26,10 +27,8 @@ from rftfit.compare.legs import (
     predicted_curves,
 )
 from rftfit.compare.published import FROM_LOGS, leg_claims
-from rftfit.forces.outlines import model_leg
 from rftfit.measure.flags import remark
 from rftfit.model.draws import measured_profile
-from rftfit.model.profiles import TableProfile
 from rftfit.reference import LEGS, MEDIA, alpha_grid, load
 
 

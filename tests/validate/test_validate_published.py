@@ -30,15 +30,6 @@ def terms_of(values, method):
     )
 
 
-def test_uneven_steps_tell_the_largest_change_in_percent():
-    """From 0.20 to 0.22 are 10 %, from 0.40 to 0.38 are -5 %."""
-    by_index = terms_of({"A00": 0.20, "B01": 0.40}, "dft-index")
-    by_angle = terms_of({"A00": 0.22, "B01": 0.38}, "lsq")
-    (item,) = compare_coefficients(pd.concat([by_index, by_angle]), {})
-    assert item.ours == pytest.approx(10)
-    assert (item.verdict, item.media) == (INCONSISTENT, ("m",))
-
-
 @pytest.mark.parametrize(("relative", "verdict"), [(0.04, SAME), (0.06, INCONSISTENT)])
 def test_a_printed_zero_is_judged_by_the_rule_of_the_paper(relative, verdict):
     """Terms above 0.05 A00 are kept, so that 0.06 A00 printed as zero contradicts the rule."""
