@@ -1,177 +1,129 @@
-"""How far the speed and the best curvature move with what the paper does not say of the robot.
+"""How far the speed and the best curvature move with what the paper does not say of the robot: one change at a time.
 
-``python studies/sensitivity.py`` prints it for the paper's robot on loosely packed poppy seeds.
+python studies/sensitivity.py    the paper's robot on loosely packed poppy seeds
 """
 
 from __future__ import annotations
 
-import math
-from typing import TYPE_CHECKING, Any
+import sys
+from collections.abc import Callable
+from functools import cache, partial
+from typing import Any
 
+import frame
+import pandas as pd
+from frame import Part, Row, Tables
 from pydantic import ValidationError
 
-from rftfit.robot.config import Robot
+from rftfit.model.profiles import TableProfile
+from rftfit.robot.config import Robot, paper_robot
 from rftfit.robot.run import Condition
 from rftfit.robot.sweep import BEST_AT_HZ, optimum, run_all
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    import pandas as pd
-
-    from rftfit.model.profiles import Profile
-
-CHANGES_CM: dict[str, tuple[float, ...]] = {
-    "hips_apart_cm": (-1.0, -0.5, 0.5, 1.0),
-    "hips_ahead_cm": (-0.5, 0.5),
-    "hips_up_cm": (-0.5, -0.25, 0.25, 0.5),
-    "belly_up_cm": (-0.5, -0.25, 0.25, 0.5),
-    "centre_of_mass_up_cm": (-0.5, 0.5),
-    "plates_wider_cm": (-1.0, 1.0),
-    "plates_taller_cm": (-1.0, 1.0),
-}
-
 NAMED = (Condition(2.0, 1.0), Condition(2.0, 0.0), Condition(2.0, -1.0))
 """c-leg, flat and reversed c-leg at 2 Hz."""
+Data = dict[str, Any]
 
 
-def _hips_apart(data: dict[str, Any], change: float) -> None:
+def move_hips_apart(data: Data, change: float) -> None:
+    """Move the outermost hips away from the middle one."""
     hips = data["legs"]["hips"]
     middle = sum(hip["x_cm"] for hip in hips) / len(hips)
     reach = max(abs(hip["x_cm"] - middle) for hip in hips)
     for hip in hips:
-        hip["x_cm"] = middle + (hip["x_cm"] - middle) * ((reach + change) / reach if reach else 1)
+        hip["x_cm"] = middle + (hip["x_cm"] - middle) * (reach + change) / reach
 
 
-def _hips_ahead(data: dict[str, Any], change: float) -> None:
+def move_hips(data: Data, change: float, axis: str) -> None:
+    """Move all hips along an axis."""
     for hip in data["legs"]["hips"]:
-        hip["x_cm"] += change
+        hip[axis] += change
 
 
-def _hips_up(data: dict[str, Any], change: float) -> None:
-    for hip in data["legs"]["hips"]:
-        hip["z_cm"] += change
+def move_ends(data: Data, change: float, which: Callable[..., float]) -> None:
+    """Move the lowest or the highest ends of all plates up."""
+    plates = data["body"]["plates"].values()
+    level = which(plate[end][1] for plate in plates for end in ("from_cm", "to_cm"))
+    for plate in plates:
+        for end in ("from_cm", "to_cm"):
+            x, z = plate[end]
+            plate[end] = (x, z + change * (abs(z - level) < 1e-9))
 
 
-def _ends_up(data: dict[str, Any], change: float, which: Callable[[list[float]], float]) -> None:
-    ends = [
-        (plate, end) for plate in data["body"]["plates"].values() for end in ("from_cm", "to_cm")
-    ]
-    level = which([plate[end][1] for plate, end in ends])
-    for plate, end in ends:
-        x, z = plate[end]
-        if abs(z - level) < 1e-9:
-            plate[end] = (x, z + change)
-
-
-def _belly_up(data: dict[str, Any], change: float) -> None:
-    _ends_up(data, change, min)
-
-
-def _plates_taller(data: dict[str, Any], change: float) -> None:
-    _ends_up(data, change, max)
-
-
-def _centre_of_mass_up(data: dict[str, Any], change: float) -> None:
-    _hips_up(data, -change)
+def move_centre_of_mass(data: Data, change: float) -> None:
+    """Move the centre of mass up against hips and plates."""
+    move_hips(data, -change, "z_cm")
     for plate in data["body"]["plates"].values():
         for end in ("from_cm", "to_cm"):
             plate[end] = (plate[end][0], plate[end][1] - change)
 
 
-def _plates_wider(data: dict[str, Any], change: float) -> None:
+def widen_plates(data: Data, change: float) -> None:
+    """Make all plates wider."""
     for plate in data["body"]["plates"].values():
         plate["width_cm"] += change
 
 
-PERTURBATIONS: dict[str, Callable[[dict[str, Any], float], None]] = {
-    "hips_apart_cm": _hips_apart,
-    "hips_ahead_cm": _hips_ahead,
-    "hips_up_cm": _hips_up,
-    "belly_up_cm": _belly_up,
-    "centre_of_mass_up_cm": _centre_of_mass_up,
-    "plates_wider_cm": _plates_wider,
-    "plates_taller_cm": _plates_taller,
+CHANGES_CM: dict[str, tuple[Callable[[Data, float], None], tuple[float, ...]]] = {
+    "hips_apart_cm": (move_hips_apart, (-1.0, -0.5, 0.5, 1.0)),
+    "hips_ahead_cm": (partial(move_hips, axis="x_cm"), (-0.5, 0.5)),
+    "hips_up_cm": (partial(move_hips, axis="z_cm"), (-0.5, -0.25, 0.25, 0.5)),
+    "belly_up_cm": (partial(move_ends, which=min), (-0.5, -0.25, 0.25, 0.5)),
+    "centre_of_mass_up_cm": (move_centre_of_mass, (-0.5, 0.5)),
+    "plates_wider_cm": (widen_plates, (-1.0, 1.0)),
+    "plates_taller_cm": (partial(move_ends, which=max), (-1.0, 1.0)),
 }
-"""What can be moved: the outermost hips away from the middle one; all hips forward; all hips up;
-the belly (lowest ends of all plates) up against hips and centre of mass; the centre of mass up against
-both; all plates wider; the highest ends of all plates up."""
 
 
-def changed(robot: Robot, changes: dict[str, float]) -> Robot:
-    """Return the robot with some of `PERTURBATIONS`, in cm."""
-    data = robot.model_dump()
-    for name, change in changes.items():
-        PERTURBATIONS[name](data, change)
+def numbers_of(robot: Robot) -> dict[str, float]:
+    """Speeds in the named conditions and the best curvature with its speed, cm/s."""
+    profile = TableProfile.published("poppy_LP")
+    runs = run_all(robot, profile, NAMED)
+    numbers = {
+        f"speed, R'/r {place.curvature_times_R:g}, {place.frequency_Hz:g} Hz": run.speed_cm_per_s
+        for place, run in zip(NAMED, runs, strict=True)
+    }
+    best, fastest = optimum(robot, profile)
+    at = f"at {BEST_AT_HZ:g} Hz"
+    return numbers | {f"best R'/r {at}": best, f"best speed {at}": fastest}
+
+
+@cache
+def unchanged() -> dict[str, float]:
+    """Numbers of the paper's robot."""
+    return numbers_of(paper_robot())
+
+
+def grade_change(unknown: str, change_cm: float) -> list[Row]:
+    """Shift of every number by one change, or why it is not possible."""
+    data = paper_robot().model_dump()
+    CHANGES_CM[unknown][0](data, change_cm)
+    change: Row = {"unknown": unknown, "change_cm": change_cm}
     try:
-        return Robot.model_validate(data)
+        robot = Robot.model_validate(data)
     except ValidationError as error:
-        texts = [str(detail["msg"]) for detail in error.errors(include_url=False)]
-        raise ValueError("; ".join(texts).replace("Value error, ", "")) from error
-
-
-def sensitivity(
-    robot: Robot,
-    profile: Profile,
-    conditions: Sequence[Condition] = NAMED,
-    changes_cm: dict[str, tuple[float, ...]] | None = None,
-    threads: int | None = None,
-) -> pd.DataFrame:
-    """Change one unknown at a time and see how far speeds and optimum move.
-
-    `changes_cm`: of `PERTURBATIONS`; `CHANGES_CM` by default. Returns columns
-    `unknown, change_cm, quantity, unit, value, reference, shift, reason`: quantity one of ``speed,
-    R'/r 1, 2 Hz`` and the like, ``best R'/r at 5 Hz``, ``best speed at 5 Hz``. A change that is
-    not possible has NaN and the reason.
-    """
-    import pandas as pd
-
-    changes_cm = CHANGES_CM if changes_cm is None else changes_cm
-    names = [
-        (f"speed, R'/r {c.curvature_times_R:g}, {c.frequency_Hz:g} Hz", "cm/s") for c in conditions
+        return [change | {"quantity": "", "reason": str(error.errors()[0]["msg"])}]
+    return [
+        change
+        | {"quantity": name, "value": value, "shift": value - unchanged()[name], "reason": ""}
+        for name, value in numbers_of(robot).items()
     ]
-    names += [(f"best R'/r at {BEST_AT_HZ:g} Hz", ""), (f"best speed at {BEST_AT_HZ:g} Hz", "cm/s")]
-
-    def values(of: Robot) -> tuple[list[float], list[str]]:
-        runs = run_all(of, profile, conditions, threads)
-        reasons = ["" if run.outcome == "steady" else run.reason for run in runs]
-        return [*(run.speed_cm_per_s for run in runs), *optimum(of, profile, threads)], [
-            *reasons,
-            "",
-            "",
-        ]
-
-    reference, _ = values(robot)
-    rows = []
-    for unknown, changes in changes_cm.items():
-        for change in changes:
-            try:
-                changed_values, reasons = values(changed(robot, {unknown: change}))
-            except ValueError as error:
-                changed_values, reasons = [math.nan] * len(names), [str(error)] * len(names)
-            for (name, unit), value, before, why in zip(
-                names, changed_values, reference, reasons, strict=True
-            ):
-                rows.append((unknown, change, name, unit, value, before, value - before, why))
-    head = ["unknown", "change_cm", "quantity", "unit", "value", "reference", "shift", "reason"]
-    return pd.DataFrame(rows, columns=head)
 
 
-def main() -> None:
-    """Print the shifts of speeds (cm/s) and of the best curvature."""
-    from rftfit.model.profiles import TableProfile
-    from rftfit.robot.config import paper_robot
+def report(rows: pd.DataFrame) -> Tables:
+    """Shifts by change and quantity, the numbers without a change, and what is not possible."""
+    places = ["unknown", "change_cm"]
+    shifts = rows.pivot_table("shift", places, "quantity", sort=False).reset_index()
+    refused = rows.loc[rows["reason"].fillna("") != "", [*places, "reason"]]
+    return [
+        ("Shift", shifts),
+        ("Without a change", pd.DataFrame([unchanged()])),
+        ("Not possible", refused),
+    ]
 
-    table = sensitivity(paper_robot(), TableProfile.published("poppy_LP"))
-    wide = table.pivot_table(
-        index=["unknown", "change_cm"], columns="quantity", values="shift", sort=False
-    )
-    print(wide.round(2).to_string())
-    for name, value in table.drop_duplicates("quantity")[["quantity", "reference"]].to_numpy():
-        print(f"{name}: {value:.3g} without a change")
-    for row in table[table["reason"] != ""].drop_duplicates(["unknown", "change_cm"]).itertuples():
-        print(f"{row.unknown} {row.change_cm}: {row.reason}")
 
+UNITS = [(name, change) for name, (_, changes) in CHANGES_CM.items() for change in changes]
+PARTS = {"sensitivity": Part(UNITS, grade_change, report)}
 
 if __name__ == "__main__":
-    main()
+    sys.exit(frame.run_study(__doc__, PARTS, processes=1))

@@ -1,7 +1,5 @@
 """`rftfit compare` compares the named media, folders or sessions and refuses unknown names."""
 
-import json
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -56,32 +54,6 @@ def labs(work_folder):
     make(work_folder / "one lab", MEDIA)
     make(work_folder / "other", MEDIA[:1])
     return work_folder
-
-
-def test_media_of_the_current_campaign(rftfit, refusal, labs, monkeypatch):
-    monkeypatch.chdir(labs / "one lab")
-    text = rftfit("compare poppy_LP poppy_CP --figure c.svg").out
-    assert text.startswith("poppy_CP has another shape than poppy_LP")
-    assert "ratio of sizes, B/A" in text
-    assert "difference of shape, rms" in text
-    assert "common directions, " in text
-    assert b"drawn by rftfit compare" in (labs / "one lab" / "c.svg").read_bytes()
-    # its own figure is written anew, another file is not
-    rftfit("compare poppy_LP poppy_CP --figure c.svg")
-    (labs / "one lab" / "mine.svg").write_text("<svg/>", "utf-8")
-    assert "left as it is" in refusal("compare poppy_LP poppy_CP --figure mine.svg")
-
-
-@pytest.mark.usefixtures("labs")
-def test_folders_and_sessions(rftfit):
-    comparison = json.loads(rftfit("compare 'one lab:poppy_LP' other --json").out)
-    assert comparison["a"] == "one lab:poppy_LP"
-    assert comparison["ratio_lo"] < comparison["ratio"] < comparison["ratio_hi"]
-    assert len(comparison["directions"]) > 5
-    assert comparison["sentence"]
-    days = json.loads(rftfit("compare other@monday other@friday --json").out)
-    assert days["runs_a"] == days["runs_b"] == len(days["directions"])
-    assert days["repeats"] == 0
 
 
 def test_words_that_mean_nothing(rftfit, labs, monkeypatch):

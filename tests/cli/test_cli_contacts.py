@@ -12,7 +12,6 @@ from numpy.testing import assert_allclose
 
 import rftfit as program
 from rftfit.forces.contact_file import read_contacts
-from rftfit.forces.medium_answer import vertical_alpha
 
 pytestmark = pytest.mark.usefixtures("work_folder")
 
@@ -22,24 +21,6 @@ def curve(medium="glass0.3mm_CP", leg="c_leg", step=6):
     rows = rows[(rows["medium"] == medium) & (rows["leg"] == leg)]
     rows = rows[rows["theta_deg"].abs() <= 110].iloc[::step]
     return rows[["theta_deg", "force_z_N", "force_x_N"]].assign(error_N=0.3)
-
-
-def test_python_and_command_agree_and_a_plate_stands_beside(rftfit, work_folder):
-    rows = curve()
-    rows.to_csv(work_folder / "turn.csv", index=False)
-    output = rftfit("scale --contacts turn.csv --leg c_leg --json")
-    facts = json.loads(output.out)
-    leg, motion = program.model_leg("c_leg"), program.rotation(rows["theta_deg"])
-    contact = program.Contact(leg, motion, rows, errors=0.3)
-    estimate = program.estimate_map(contacts=[contact])
-    value, lo, hi = vertical_alpha(estimate)
-    assert facts["alpha_z_of_contacts"] == pytest.approx({"value": value, "lo": lo, "hi": hi})
-    assert facts["contacts"] == 1
-    assert facts["pushes"] == 0
-    beside = rftfit("scale --contacts turn.csv --leg c_leg --alpha 0.6 --force").out
-    assert "a plate says 0.6" in beside
-    assert "1 push and 1 contact" in beside
-    assert "stated: the body was not measured before" in beside
 
 
 @pytest.mark.parametrize(
@@ -73,17 +54,6 @@ def test_inspect_leads_a_leg_log_to_the_penetrometer(rftfit, work_folder):
     assert "theta_deg, force_z_N" in rftfit("inspect other.csv").out
     (work_folder / "plate.csv").write_text("t,Fz,z\n" + "".join(f"{t},1,2\n" for t in range(9)))
     assert "--contacts" not in rftfit("inspect plate.csv").out
-
-
-def test_a_profile_file_has_the_map_of_a_leg():
-    leg, rows = program.model_leg("c_leg"), curve(step=10)
-    contact = program.Contact(leg, program.rotation(rows["theta_deg"]), rows, errors=0.3)
-    estimate = program.estimate_map(contacts=[contact], name="ground")
-    program.write_profile("ground.json", estimate)
-    read = program.read_profile("ground.json")
-    angles = np.radians(np.random.default_rng(1).uniform(-90, 90, (2, 50)))
-    assert_allclose(read.alpha(*angles), estimate.profile.alpha(*angles), atol=1e-6)
-    assert "1 contact" in read.name
 
 
 def test_options_of_a_body_need_a_file(refusal):

@@ -3,7 +3,6 @@
 Other commands: `scale`, `plan`, `predict` and `simulate`.
 """
 
-import hashlib
 import json
 from typing import Any
 
@@ -75,24 +74,6 @@ def test_pushes_of_a_profile_that_do_not_belong_together(rftfit, refusal, work_f
     assert {"--alpha", "--pushes"} <= set(err.split())
 
 
-def test_media_of_a_campaign(rftfit, refusal, work_folder, results):
-    rftfit("export --results", results, "--medium poppy_LP")
-    profile = content(work_folder / "profile.json")
-    alpha = results / "alpha" / "poppy_LP.csv"
-    assert profile["origin"]["made_from"] == {
-        "results/alpha/poppy_LP.csv": hashlib.sha256(alpha.read_bytes()).hexdigest()
-    }
-    assert profile["origin"]["kind"] == "table"
-    assert (profile["validity"]["depth_from_cm"], profile["validity"]["depth_to_cm"]) == (1, 9)
-    # a natural sand is known by one push: it has no table, but a map
-    rftfit("export --results", results, "--medium sand --output s.json")
-    sand = content(work_folder / "s.json")
-    assert (sand["origin"]["kind"], sand["origin"]["pushes"]) == ("map", 1)
-    assert "too few directions" in refusal(
-        "export --results", results, "--medium sand --profile table"
-    )
-
-
 def test_marks_are_handed_on(rftfit, work_folder, results):
 
     for name in (*MEASURED, "sand"):
@@ -111,32 +92,6 @@ def test_marks_are_handed_on(rftfit, work_folder, results):
     mark = content(work_folder / "profile.json")["validity"]["marks"]
     assert mark.startswith("unusable: ")
     assert f"warning: poppy_LP is {mark}" in output.err
-
-
-def test_pushes_become_a_map(rftfit, work_folder):
-    (work_folder / "field.csv").write_text(PUSHES, "utf-8")
-    output = rftfit("export --pushes field.csv --output field.json")
-    profile = content(work_folder / "field.json")
-    assert profile["medium"]["name"] == "field"
-    digest = hashlib.sha256((work_folder / "field.csv").read_bytes()).hexdigest()
-    assert profile["origin"]["made_from"] == {"field.csv": digest}
-    assert "standard error" in output.out
-    output = rftfit("predict --leg flat_leg --profile-file field.json --json")
-    facts = json.loads(output.out)
-    assert facts["profile"].startswith("map of field from 2 pushes")
-    lift = facts["peaks"]["lift"]
-    assert lift["lo"] < lift["force_z_N"] < lift["hi"]
-
-
-def test_the_robot_walks_on_it(rftfit):
-    rftfit("export --medium poppy_LP")
-    walk = "simulate --frequency 2 --curvature 1 --no-animation --json --output"
-    medium_walk, profile_walk = (
-        json.loads(rftfit(walk, words).out)
-        for words in ("a --medium poppy_LP", "b --profile-file profile.json")
-    )
-    assert medium_walk["outcome"] == "steady"
-    assert profile_walk["speed_cm_per_s"] == pytest.approx(medium_walk["speed_cm_per_s"], rel=1e-6)
 
 
 def test_a_damaged_file_is_refused_by_every_reader(rftfit, refusal, work_folder):

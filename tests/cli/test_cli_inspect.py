@@ -8,7 +8,7 @@ import pytest
 
 from rftfit.figures.log_plot import draw_log
 from rftfit.logs.base import Log
-from rftfit.logs.inspect import TimeColumn, lacking, survey
+from rftfit.logs.inspect import lacking, survey
 
 FORCE = "raw/paper/yuma/yuma_bp00_g90_in_force.csv"
 """A force log of the simulated campaign."""
@@ -21,39 +21,6 @@ def force_log(path, rows, header=HEADER, end="\n"):
     return path
 
 
-def test_numbers_by_hand():
-    time = np.array([0.0, 0.1, 0.2, 0.2, 0.1, 0.3, 0.4, 1.4, 1.5])
-    columns = {"time": time, "F1": np.array([1.0, 1.5, 1.25, 1.0, 3, 1, 1, 1, -2])}
-    log = Log(Path("a.csv"), columns, {"time": "s", "F1": "N"}, 11, {"not a number": 2})
-    clock = TimeColumn()
-    clock.add(time)
-    assert clock.duration == pytest.approx(1.5)
-    assert clock.step == pytest.approx(0.1)
-    assert clock.rate == pytest.approx(10)
-    assert clock.jitter == pytest.approx(0, abs=1e-9)
-    assert len(clock.gaps) == 1
-    assert list(clock.gaps[0]) == pytest.approx([0.4, 1.0])
-    assert (clock.repeated, clock.backwards) == (1, 1)
-    force = survey([log]).columns[1]
-    assert (force.lowest, force.highest, force.resolution, force.unit) == (-2, 3, 0.25, "N")
-
-
-def test_damage_is_counted(rftfit, tmp_path):
-    rows = [f"{t / 100:.2f},{int(t > 5)},0.1,0.2,{t / 10}" for t in range(40)]
-    rows[10] = rows[10].replace("0.2", "nan")
-    rows[11] = rows[11].replace("0.2", "x")
-    rows[12] = "0.12,1"
-    rows[20:30] = []
-    rows.append(rows[-1])
-    rows.append("0.40,1,0.1")
-    output = rftfit("inspect", force_log(tmp_path / "a.csv", rows, end=""))
-    assert f"rows: {len(rows)}, of which {len(rows) - 4} " in output.out
-    for text in ("NaN or infinite", "not a number", "wrong number of cells", "cut in mid-row"):
-        assert f"  1 dropped: {text}" in output.out
-    assert "gaps: 1\n  0.11 s from 0.19 s" in output.out
-    assert "times: 1 repeated, 0 backwards" in output.out
-
-
 def test_a_sync_line_that_never_changes(tmp_path):
     path = tmp_path / "a.csv"
     columns = {"time": np.arange(3.0), "arm_moving": np.ones(3), "F1": np.zeros(3)}
@@ -62,13 +29,6 @@ def test_a_sync_line_that_never_changes(tmp_path):
     columns["arm_moving"][0] = 0
     needs = lacking(survey([Log(path, columns, {}, 3)]))
     assert not any("a change of arm_moving" in need for need in needs)
-
-
-@pytest.mark.parametrize(("rows", "is_enough"), [(1, False), (2, True)])
-def test_two_rows_are_a_log(rows, is_enough):
-    columns = {"time": np.arange(float(rows)), "F3": np.zeros(rows)}
-    needs = lacking(survey([Log(Path("a.csv"), columns, {}, rows)]))
-    assert ("at least two usable rows" not in needs) == is_enough
 
 
 @pytest.mark.parametrize(

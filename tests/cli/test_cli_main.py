@@ -9,10 +9,11 @@ import pooch
 import pytest
 
 import rftfit as package
+from rftfit import RftfitError
 from rftfit.cli import exit_codes, main
 from rftfit.cli.app import app
 from rftfit.cli.main import CRASH_FILE, crash_message
-from rftfit.errors import OutputError, RftfitError
+from rftfit.errors import OutputError
 
 COMMANDS = [command.name for command in app.registered_commands]
 HEAVY = ("pandas", "matplotlib", "snakemake", "pyarrow", "pydantic", "scipy.stats", "numba")

@@ -7,8 +7,8 @@ import shutil
 
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose, assert_array_equal
-from result_tables import LABORATORY, SE, alpha_frame, make_campaign, read_output
+from numpy.testing import assert_array_equal
+from result_tables import LABORATORY, alpha_frame, make_campaign, read_output
 
 from rftfit import reference
 from rftfit.store import write_csv
@@ -35,38 +35,6 @@ def test_missing_cells_are_said(rftfit, work_folder, results):
     assert (result["rows_unknown"], result["peaks_complete"]) == (unknown.sum(), False)
     assert result["reason"].count("no run") == 90
     assert result["peaks"]["lift"] is None
-
-
-def test_a_sand_by_its_penetration_test(rftfit, work_folder, results):
-    words = "predict --leg c_leg --profile generic --results", results
-    assert rftfit(*words, "--medium sand").err == ""
-    columns = read_output(work_folder / "forces.csv")
-    rftfit(*words, "--alpha 0.7 --se", SE)
-    by_alpha = read_output(work_folder / "forces.csv")
-    # the same forces and intervals; the map beside them knows of few repeats in the campaign, and of none here
-    assert list(columns) == list(by_alpha)
-    for name in columns:
-        both = columns[name].notna() & by_alpha[name].notna()
-        tolerance = 0.05 * columns[name].abs().max() if "_beside_" in name else 0
-        assert_allclose(columns[name][both], by_alpha[name][both], rtol=1e-9, atol=tolerance)
-    assert columns["force_z_hi_N"].max() > columns["force_z_N"].max() > 1
-    table = results / "alpha" / "sand.csv"
-    table_text = table.read_text()
-    assert ",0.7," in table_text
-    table.write_text(table_text.replace(",0.7,", ",,").replace("0.003,\n", "0.003,broken\n"))
-    assert "(0, 90) deg" in rftfit(*words, "--medium sand").err
-
-
-def test_every_crossing_is_told(refusal, work_folder):
-    (work_folder / "points.csv").write_text("x_cm,z_cm\n0,0\n4,0\n4,1\n1,-1\n1,2\n2,2\n2,-2\n")
-    err = refusal("predict --medium poppy_LP --width 2 --outline points.csv")
-    assert all(f"row {row}" in err for row in (4, 5, 7))
-
-
-def test_nothing_in_the_sand(rftfit, work_folder):
-    output = rftfit("predict --leg c_leg --medium poppy_LP --hip 9")
-    assert "above the surface" in output.err
-    assert (read_output(work_folder / "forces.csv")["force_z_N"] == 0).all()
 
 
 def test_damaged_results(rftfit, results):
@@ -114,25 +82,6 @@ def test_a_fit_that_is_missing(rftfit, work_folder):
 PATH = "t_s,x_cm,z_cm,angle_deg\n"
 
 
-def test_every_repeated_time_is_told(refusal, work_folder):
-    rows = "0,0,0,0\n1,0,-1,0\n1,0,-1,0\n2,0,-2,0\n2,0,-2,0\n1.5,0,-2,0\n"
-    (work_folder / "path.csv").write_text(PATH + rows)
-    err = refusal("predict --leg c_leg --medium poppy_LP --path path.csv")
-    for row, earlier_time in ((4, "1 s of row 3"), (6, "2 s of row 5"), (7, "2 s of row 6")):
-        assert f"path.csv, row {row}, column t_s" in err
-        assert f" {earlier_time}" in err
-
-
-def test_outline_path_and_medium_are_told_at_once(refusal, work_folder):
-    (work_folder / "points.csv").write_text("x_cm,z_cm\n1,2\n")
-    (work_folder / "path.csv").write_text(PATH + "0,0,0,0\n0,0,-1,0\n")
-    words = "predict --width 2 --outline points.csv --path path.csv --medium popy_LP"
-    err = refusal(words)
-    for text in ("points.csv, row 2", "path.csv, row 3, column t_s", "popy_LP"):
-        assert text in err
-    assert not (work_folder / "forces.csv").exists()
-
-
 def test_one_missing_cell(rftfit, work_folder):
     """Only what needs the cell is unknown; the screen and the summary say why."""
     alpha_z, alpha_x = (np.array(grid) for grid in reference.alpha_grid("poppy_LP"))
@@ -167,14 +116,6 @@ def test_one_missing_cell(rftfit, work_folder):
     assert not np.isnan(read_output(work_folder / "forces.csv")["force_z_N"]).any()
     (work_folder / "path.csv").write_text(PATH + "0,0,-1,0\n1,0,-2,0\n2,0,-3,0\n")
     assert "Profile: measured table" in rftfit(*words).out
-
-
-def test_what_is_read_is_never_overwritten(refusal, work_folder):
-    path = work_folder / "path.csv"
-    path.write_text(PATH + "0,0,0,0\n1,0,-1,0\n")
-    words = "predict --leg c_leg --medium poppy_LP --path path.csv --output ./path.csv --force"
-    assert "this file is read" in refusal(words)
-    assert path.read_text().startswith("t_s")
 
 
 def test_a_test_without_its_error(rftfit, results):

@@ -9,17 +9,7 @@ import math
 import numpy as np
 import pytest
 from exact_laws import SIZE, alpha_by_stress, exact_laws, forces_in_plane, forces_in_space
-from force_scores import (
-    LEAST_LOAD,
-    crps,
-    interval_score,
-    learn_error,
-    loads_of,
-    mean_by_cluster,
-    moved_peaks,
-    percent_inside,
-    smooth_errors,
-)
+from force_scores import crps, interval_score, learn_error
 from scipy.spatial.transform import Rotation
 from shapes import MATERIALS
 
@@ -28,11 +18,6 @@ from rftfit.conventions import mirror
 
 LAWS = exact_laws(MATERIALS)
 """Media whose alpha is known without error, by name."""
-
-
-def test_percent_inside_counts_ends():
-    lo, hi = np.array([0.0, 0, 0, 0]), np.array([1.0, 1, 1, 1])
-    assert percent_inside(lo, hi, np.array([0.0, 0.5, 1.0, 1.1])) == 75
 
 
 def test_interval_score_is_width_and_forty_times_the_miss():
@@ -54,20 +39,6 @@ def test_crps_of_normal_draws():
     assert crps(draws, np.zeros(1)) == pytest.approx(expected, abs=0.01)
 
 
-def test_peaks_of_draws_are_moved_to_the_peak_of_the_mean():
-    draws = np.array([[1.0, 4.0], [6.0, 2.0]])
-    np.testing.assert_allclose(moved_peaks(draws, draws.mean(axis=0)), [2.5, 4.5])
-
-
-def test_curves_of_one_medium_are_one_cluster():
-    mean, error = mean_by_cluster(
-        np.array([1.0, 3.0, 5.0, 7.0]), ["sand", "sand", "glass", "glass"]
-    )
-    assert mean == 4
-    assert error == pytest.approx(2)
-    assert math.isnan(mean_by_cluster(np.array([1.0, 3.0]), ["sand", "sand"])[1])
-
-
 def test_without_errors_of_alpha_the_learned_error_is_the_rms_of_difference_over_load():
     load = np.array([1.0, 2.0, 4.0, 10.0])
     difference = np.array([0.1, -0.4, 0.4, 2.0])
@@ -81,36 +52,6 @@ def test_what_errors_of_alpha_explain_is_not_learned():
     sd = random.uniform(0.1, 0.5, load.size)
     difference = random.standard_normal(load.size) * np.hypot(0.3 * load, sd)
     assert learn_error([difference], [sd**2], [load]) == pytest.approx(0.3, rel=0.03)
-
-
-def test_load_of_a_plate_pressed_down_is_its_force_and_never_far_below_the_largest():
-    plate = rftfit.Outline(np.array([[0.0, 0.0, 1.0, 0.0, 1.0]]), width_cm=3)
-    poses = np.array([[0, -depth, 0, 0, -1, 0] for depth in (0.1, 4.0)], dtype=float)
-    profile = rftfit.published_medium("poppy_LP")
-    alpha_z = float(profile.alpha(0.0, np.pi / 2)[0])
-    largest = alpha_z * 4 * 6
-    expected = np.hypot(alpha_z * np.array([0.1, 4]) * 6, LEAST_LOAD * largest)
-    np.testing.assert_allclose(loads_of(profile, plate, poses), expected[None])
-
-
-def test_loads_of_parts_that_oppose_each_other_do_not_cancel():
-    """A plate on edge whose two halves move along -x and +x: no net force, the load of both."""
-    plates = np.array([[0.0, 2.0, 0.0, 1.0, 1.0], [0.0, -2.0, 0.0, 1.0, 1.0]])
-    outline = rftfit.Outline(plates, width_cm=2)
-    poses = np.array([[0, -10, 0, 0, 0, 0.5]], dtype=float)
-    profile = rftfit.published_medium("poppy_LP")
-    net = rftfit.predict(profile, outline, rftfit.Motion("turn", poses, {"t_s": np.zeros(1)}))
-    load = loads_of(profile, outline, poses)[0, 0]
-    assert load > 3 * abs(float(net["force_x_N"].iloc[0]))
-
-
-def test_errors_along_a_motion_are_smooth_and_have_a_variance_of_one():
-    angle = np.arange(0.0, 100, 10)
-    errors = smooth_errors(angle, (4000,), 3)
-    correlation = np.asarray(np.corrcoef(errors.T))
-    np.testing.assert_allclose(errors.std(axis=0), 1, atol=0.05)
-    distance = math.sqrt(3) * 30 / 30
-    assert correlation[0, 3] == pytest.approx((1 + distance) * math.exp(-distance), abs=0.05)
 
 
 @pytest.mark.parametrize("name", LAWS)

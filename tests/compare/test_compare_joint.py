@@ -11,6 +11,7 @@ import pandas as pd
 import pytest
 from seeds import seeds
 
+from rftfit import TableProfile
 from rftfit.campaign.sheet import Run
 from rftfit.compare.axes import AXES, axes_evidence
 from rftfit.compare.causes import compare_all_runs
@@ -18,7 +19,6 @@ from rftfit.compare.joint import JointModel, RunSlopes, find_causes
 from rftfit.compare.peers import compare_runs, may_switch
 from rftfit.measure.alpha import column
 from rftfit.measure.verdict_words import PULLS
-from rftfit.model.profiles import TableProfile
 from rftfit.model.rft3d import alpha_3drft
 from rftfit.reference import load
 

@@ -14,8 +14,7 @@ from result_tables import LABORATORY, SAND, make_campaign, one_cell
 
 import rftfit
 from rftfit import reference
-from rftfit.compare.bodies import campaign_body_error
-from rftfit.compare.lessons import ELSEWHERE, OTHER_LEG, PLATES, lesson_rows, summary_of_lessons
+from rftfit.compare.lessons import ELSEWHERE, PLATES, lesson_rows, summary_of_lessons
 from rftfit.errors import InputError
 from rftfit.results import open_results
 
@@ -48,22 +47,6 @@ def lessons(tmp_path_factory):
         return lesson_rows(campaign(folder, {"maps": {"use_legs": [*LEGS]}}))
 
 
-def test_each_leg_and_each_medium_is_left_out(lessons):
-    assert set(lessons["lesson"]) == {PLATES, OTHER_LEG, ELSEWHERE}
-    other = lessons[lessons["lesson"] == OTHER_LEG]
-    assert (other["leg"] != other["learned_from"]).all()
-    elsewhere = lessons[lessons["lesson"] == ELSEWHERE]
-    for row in elsewhere.to_dict("records"):
-        assert row["medium"] not in row["learned_from"].split(", ")
-    assert len(lessons) == 3 * 2 * 2 * 3
-    assert (lessons["reason"] == "").all()
-    lowest, peak, highest = (
-        lessons[f"peak_predicted{end}_N"] for end in ("_model_lo", "", "_model_hi")
-    )
-    assert (lowest < peak).all()
-    assert (peak < highest).all()
-
-
 def test_no_leg_teaches_where_none_is_named(results, lessons):
     with few_draws():
         untaught = lesson_rows(results)
@@ -94,13 +77,6 @@ def test_a_curve_of_one_pose_has_a_reason_and_no_number(tmp_path):
     assert rows["peak_error_percent"].isna().all()
     with pytest.raises(InputError, match=r"c_leg: .*1 pose"):
         stopped["yuma"].contact("c_leg")
-
-
-def test_a_leg_of_the_campaign_is_learned_and_words_name_its_media(results):
-    learned = campaign_body_error(results, "reversed_c_leg")
-    assert learned.media == ("poppy_LP", "glass3mm_CP")
-    with pytest.raises(InputError, match="no medium with a map"):
-        campaign_body_error(results, "c_leg", without=ROLES)
 
 
 def test_a_leg_that_teaches_is_in_the_map_only_where_the_config_says_so(tmp_path, results):

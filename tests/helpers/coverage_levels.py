@@ -27,6 +27,7 @@ from paper import (
 )
 from scipy.signal import lfilter
 
+from rftfit import Results, TableProfile
 from rftfit.campaign.config import ErrorSettings, Fit
 from rftfit.compare.legs import extreme, leg_errors, leg_prediction, measured_peak
 from rftfit.forces.motion import HIP_HEIGHT_CM, RATE_RAD_PER_S, THETA_DEG, rotation_poses
@@ -48,10 +49,8 @@ from rftfit.measure.slopes import (
 )
 from rftfit.model.draws import interval, measured_profile
 from rftfit.model.fourier import fit_dft_index, fit_lsq
-from rftfit.model.profiles import TableProfile
 from rftfit.model.scaling import fit_terms, generic, generic_interval, vertical_penetration
 from rftfit.reference import BETA_DEG, GAMMA_DEG, LEGS, MEDIA, alpha_grid, load
-from rftfit.results import Results
 from rftfit.robot.config import paper_robot
 from rftfit.robot.intervals import (
     BEST_DRAWS,

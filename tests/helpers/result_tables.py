@@ -17,7 +17,15 @@ import pandas as pd
 import pytest
 from paper import paper_config, paper_values, write_yaml
 
-from rftfit import reference
+from rftfit import (
+    DepthOnlyProfile,
+    FourierProfile,
+    Profile,
+    Results,
+    TableProfile,
+    reference,
+    scaled_generic,
+)
 from rftfit.campaign.config import Leg
 from rftfit.campaign.load import Campaign
 from rftfit.campaign.sheet import Run
@@ -44,17 +52,10 @@ from rftfit.measure.flags import FLAG_COLUMNS, MARKS, attach_run, flag_table, re
 from rftfit.measure.ledger import RowStatus
 from rftfit.model import shapes
 from rftfit.model.fourier import TERMS, fit_lsq
-from rftfit.model.profiles import (
-    DepthOnlyProfile,
-    FourierProfile,
-    Profile,
-    TableProfile,
-    scaled_generic,
-)
 from rftfit.model.scaling import generic, published, scale_new_medium, vertical_penetration
 from rftfit.outputs.dictionary import describe_file
 from rftfit.page import live
-from rftfit.results import Results, Tables
+from rftfit.results import Tables
 from rftfit.robot.speeds import published_speeds, speed_errors
 from rftfit.robot.sweep import CALIBRATED_ON
 from rftfit.store import write_csv

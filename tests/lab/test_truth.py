@@ -46,16 +46,6 @@ def test_pull_is_the_mirror_image_of_its_cell(beta_deg, gamma_deg):
         assert pull_alpha("glass3mm_CP", beta_deg, gamma_deg) == (physical_z, physical_x)
 
 
-def test_forces_oppose_the_motion_where_they_must(config, runs):
-    push_down = ideal(runs["poppy_CP_bp00_g90_in"], config)
-    assert push_down.granular[0].max() > 40
-    assert push_down.granular[0].min() == 0
-    toward_minus_x = ideal(runs["poppy_CP_bp90_g00_h762"], config)
-    assert toward_minus_x.granular[1].max() > 5
-    toward_plus_x = ideal(runs["poppy_CP_bp90_g18_ex"], config)
-    assert toward_plus_x.granular[1].min() < -0.5
-
-
 @pytest.mark.parametrize("medium", ["poppy_LP", "glass0.3mm_CP"])
 def test_force_in_the_window_is_exactly_the_published_one(config, runs, medium):
     area = plate_of(config.intruders)[1].area_cm2

@@ -4,37 +4,19 @@ Cell: one direction (beta, gamma) of the table.
 """
 
 import math
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
 from paper import PAPER
 
-from rftfit.campaign.config import ErrorSettings, Fit, Grid
-from rftfit.campaign.load import Campaign
-from rftfit.measure.alpha import (
-    alpha_table,
-    column,
-    flagged,
-    flags_of_cells,
-    window_of,
-    with_flagged,
-)
-from rftfit.measure.errors import AS_PREPARED, FEW_REPEATS, OF_CELL, REPEATS
-from rftfit.measure.flags import Flags, attach_run, codes_of, flag_table, format_remarks, remark
+from rftfit.campaign.config import Grid
+from rftfit.measure.alpha import alpha_table, column, flags_of_cells
+from rftfit.measure.errors import AS_PREPARED, REPEATS
+from rftfit.measure.flags import Flags, codes_of
 
 BIG = 1e9
 """Degrees of freedom of an error that is known exactly."""
-Z95 = 1.959963985
-"""Factor of the normal distribution for an interval of 95 %."""
-
-
-GAP, DRIFT = remark("gap", seconds=2.0), remark("zero-drifted", newtons=0.3)
-"""Flags of runs."""
-BENT = remark("not-linear", component="z", percent=12.0)
-"""A flag of a curved stress."""
 
 
 def run(name, beta, gamma, z, x=0.0, se=0.001, depth=5.0, dof=BIG, **cells):
@@ -61,28 +43,10 @@ def table(*runs, depths=3):
     return alpha_table(pd.DataFrame(list(runs), columns=columns), "m", 0.95, depths, None, PAPER)
 
 
-def flags_of_runs(by_run):
-    flags = [flag for name, of_run in by_run.items() for flag in attach_run(name, of_run)]
-    return Flags(flag_table("m", "slopes", flags))
-
-
 def cell(cells, beta, gamma):
     near = np.isclose(cells["gamma_deg"], gamma, atol=0.1) & (cells["beta_deg"] == beta)
     assert near.sum() == 1
     return cells[near].iloc[0]
-
-
-def test_no_runs_at_all():
-    cells = table()
-    assert len(cells) == 91
-    assert set(cells["reason"]) == {"no run"}
-    numbers = cells[[column(c, q) for c in "zx" for q in ("", "_se", "_lo", "_hi")]]
-    assert np.isnan(numbers.to_numpy(float)).all()
-    assert (cells["n_runs"] == 0).all()
-    # a medium of legs alone has a cell that says so
-    cells = alpha_table(pd.DataFrame(columns=list(run("a", 0, 0, 0))), "m", 0.95, 3)
-    assert cells[["beta_deg", "gamma_deg", "reason"]].to_numpy().tolist() == [[0, 90, "no run"]]
-    assert np.isnan(cells[column("z")]).all()
 
 
 def test_beta_of_minus_and_plus_90_are_one_plate():
@@ -93,13 +57,6 @@ def test_beta_of_minus_and_plus_90_are_one_plate():
         assert cell_row[column("z")] == pytest.approx(0.3)
         assert cell_row[column("x")] == pytest.approx(-0.2)
     assert cells["n_runs"].sum() == 4
-
-
-def test_repeats_that_agree_keep_the_smaller_error_of_their_mean():
-    same = table(run("a", 0, 90, 0.300, se=0.002), run("b", 0, 90, 0.3005, se=0.002))
-    se = 0.002 / math.sqrt(2)
-    z_values = cell(same, 0, 90)[[column("z", end) for end in ("", "_se", "_hi")]]
-    assert z_values.tolist() == pytest.approx([0.30025, se, 0.30025 + Z95 * se], rel=1e-6)
 
 
 def test_a_bad_run_does_not_spoil_its_repeat():
@@ -122,16 +79,6 @@ def horizontal(*depths, slope=0.1, lift=0.0):
     return table(
         *(run(f"h{d}", 60, 0, (lift + slope * d) / d, depth=d, se=0.01 / d) for d in depths)
     )
-
-
-def test_horizontal_fit_through_three_depths():
-    depths = np.array([2.54, 5.08, 7.62])
-    cell_row = cell(horizontal(*depths, lift=0.05), 60, 0)
-    sigma = 0.05 + 0.1 * depths
-    assert cell_row[column("z")] == pytest.approx(sigma @ depths / (depths @ depths))
-    # the error of each mean stress is 0.01
-    assert cell_row[column("z", "_se")] == pytest.approx(0.01 / math.sqrt(depths @ depths))
-    assert (cell_row["n_runs"], cell_row["n_depths"], cell_row["reason"]) == (3, 3, "")
 
 
 @pytest.mark.parametrize(
@@ -199,35 +146,6 @@ def test_what_counts_as_a_repeat():
     assert set(table(*slight)["spread"]) == {REPEATS}
 
 
-def test_beds_of_a_horizontal_cell_are_as_many_as_its_depths():
-    depths = np.array([2.54, 5.08, 7.62])
-    runs = [run(f"h{d}", 60, 0, 0.1, depth=float(d), se=0.0) for d in depths]
-    beds = ErrorSettings(angle_deg=0, turn_deg=0, tare_percent=0, bed_N_per_cm3=0.005)
-    cells = alpha_table(pd.DataFrame(runs), "m", 0.95, 3, beds)
-    share = depths**2 / (depths @ depths)
-    assert share.sum() == pytest.approx(1)
-    cell_row = cell(cells, 60, 0)
-    assert cell_row[column("z", "_se")] == pytest.approx(0.005 * math.sqrt(share @ share))
-    assert (cell_row["spread"], cell_row["run_to_run_z_N_per_cm3"]) == ("stated", 0.005)
-
-
-def test_a_start_up_is_the_same_at_all_depths():
-    depths = np.array([2.54, 5.08, 7.62])
-    startup = np.array([0.004, 0.002, 0.001])
-    runs = [
-        run(f"h{d}", 60, 0, 0.1, depth=float(d), se=math.hypot(0.003, left))
-        | {"alpha_z_startup_N_per_cm3": left}
-        for d, left in zip(depths, startup, strict=True)
-    ]
-    cells = alpha_table(pd.DataFrame(runs), "m", 0.95, 3)
-    share = depths**2 / (depths @ depths)
-    # own errors in squares, what the start-up leaves as a sum
-    own_se = 0.003 * math.sqrt(share @ share)
-    assert cell(cells, 60, 0)[column("z", "_se")] == pytest.approx(
-        math.hypot(own_se, share @ startup)
-    )
-
-
 @pytest.mark.parametrize("nominal", [2.54, 2.55, 2.5])
 def test_a_depth_is_reached_to_some_tenths_of_a_millimetre(nominal):
     """Whatever the digits: repeats of one depth are one depth, and a depth that lacks is told."""
@@ -239,41 +157,6 @@ def test_a_depth_is_reached_to_some_tenths_of_a_millimetre(nominal):
     assert cell_row[column("z")] == pytest.approx(0.1)
     assert cell_row["n_depths"] == 2
     assert set(table(*in_six_cells(near))["spread"]) == {REPEATS}
-
-
-def test_what_several_runs_have_to_tell_is_told_in_turn():
-    no = math.nan
-    cell_row = cell(
-        table(
-            run("a", 0, 90, 0.3), run("b", 0, 90, 0.3),
-            run("c", 0, 90, no, no, reason="gone"), run("d", 0, 90, no, no, reason="no zero"),
-        ), 0, 90,
-    )  # fmt: skip
-    assert cell_row["reason"] == "c: gone; d: no zero"
-    assert (cell_row["run_ids"], cell_row["lost_run_ids"]) == ("a b", "c d")
-    flags = flags_of_runs({"a": [GAP, DRIFT], "b": [DRIFT], "d": [GAP], "e": [DRIFT]})
-    assert format_remarks(flags.of_cell(cell_row)) == f"a: {GAP}, {DRIFT}; b: {DRIFT}; d: {GAP}"
-    assert format_remarks(flags.of_cell(cell_row, without=[DRIFT])) == f"a: {GAP}; d: {GAP}"
-
-
-def test_repeats_with_different_plates_say_so():
-    names = ("disc_60", "disc_80", "disc_100")
-    flags = [remark("several-plates", plate=name, count=3) for name in names]
-    runs = [run(name, 0, 90, 0.3) for name in names]
-    of_runs = flags_of_runs({name: [flag] for name, flag in zip(names, flags, strict=True)})
-    (pooled,) = flags_of_cells(table(*runs), of_runs, 3)
-    assert pooled == remark("pooled-plates", (0.0, 90.0), plates=", ".join(names))
-    apart = table(*runs[:1], run(names[1], 30, 90, 0.2))
-    assert flags_of_cells(apart, of_runs, 3) == []
-
-
-def test_a_cell_says_that_its_interval_is_from_its_own_repeats():
-    """Also where only one component shows more than is assumed."""
-    rows = pd.DataFrame([run("a", 0, 90, 0.3), run("b", 0, 90, 0.4), run("c", 30, 90, 0.2, 0.1)])
-    cells = alpha_table(rows, "m", 0.95, 3).set_index("beta_deg")
-    assert cells["spread"].to_dict() == {0: OF_CELL, 30: AS_PREPARED}
-    assert cells["run_to_run_z_N_per_cm3"].isna().all()
-    assert set(alpha_table(rows, "m", 0.95, 3, ErrorSettings())["spread"]) == {FEW_REPEATS}
 
 
 def test_directions_near_one_another_are_one_cell_and_no_run_is_without():
@@ -289,39 +172,6 @@ def test_directions_near_one_another_are_one_cell_and_no_run_is_without():
     narrow = alpha_table(pd.DataFrame(runs), "m", 0.95, 3, grid=Grid(angle_tolerance_deg=0.01))
     assert cells["n_runs"].sum() == narrow["n_runs"].sum() == len(runs)
     assert len(narrow) == 4
-
-
-def test_a_tare_that_repeats_share_does_not_make_them_differ():
-    """Pairs 0.02 apart vary by 0.02^2 / 2, less the error that each run has for itself."""
-    own_se, tare = 0.004, 0.003
-    pair_rows = [
-        row | {"alpha_z_se_N_per_cm3": math.hypot(own_se, tare), "alpha_z_tare_N_per_cm3": tare}
-        for row in pairs((30.0, 30.0), GAMMAS)
-    ]
-    for names, self_error in ((("t", "t"), own_se), (("t1", "t2"), math.hypot(own_se, tare))):
-        rows = pd.DataFrame([row | {"tare_run": names[i % 2]} for i, row in enumerate(pair_rows)])
-        cells = alpha_table(rows, "m", 0.95, 3)
-        np.testing.assert_allclose(
-            cells["run_to_run_z_N_per_cm3"], math.sqrt(0.02**2 / 2 - self_error**2), rtol=1e-3
-        )
-
-
-def test_flags_and_depths_of_a_table():
-    cells = table(
-        run("a", 0, 90, 0.3, depth=2.0),
-        run("b", 30, 90, 0.2, depth=4.0),
-        run("c", 60, 0, 0.1, depth=2.5),
-        run("d", 60, 0, 0.1, depth=7.5),
-        run("e", 60, 45, math.nan, math.nan, reason="log missing"),
-    )
-    cell_flags = flags_of_cells(cells, Flags(), 3)
-    of_runs = [*attach_run("a", [BENT]), *attach_run("b", [DRIFT]), *attach_run("e", [BENT])]
-    assert not flagged(cells).any()
-    cells = with_flagged(cells, Flags(flag_table("m", "slopes", [*of_runs, *cell_flags])))
-    place = list(zip(cells["beta_deg"], cells["gamma_deg"].round(), cells["n_runs"], strict=True))
-    assert [place[i] for i in np.flatnonzero(flagged(cells))] == [(0, 90, 1), (60, 0, 2)]
-    assert window_of(cells) == (2.0, 7.5)
-    assert window_of(cells.drop(columns=["depth_from_cm", "depth_to_cm"])) == (0.0, math.inf)
 
 
 @pytest.mark.parametrize("values", [(0.30, 0.60), (0.30, 0.31, 0.60)])
@@ -344,30 +194,3 @@ def test_a_run_that_stands_apart_widens_its_cell_and_no_other(values):
         np.testing.assert_allclose(
             cell(cells, beta, 90)[names].astype(float), cell(without, beta, 90)[names].astype(float)
         )
-
-
-@pytest.mark.parametrize(
-    ("stated_cm", "planned_cm", "count"),
-    [
-        ({}, (2.0, 4.0, 4.02), 2),
-        ({}, (3.0, 3.0), 2),
-        ({}, (1.0, 2.0, 3.0, 4.0), 4),
-        ({}, (np.nan,), 3),
-        ({}, (), 3),
-        ({"horizontal_depths_cm": (2, 4, 6)}, (2.0, 4.0), 3),
-        ({"horizontal_depths_cm": (2,)}, (2.0, 4.0), 1),
-    ],
-)
-def test_depths_of_level_plates_are_counted_against_the_plan_of_the_rig(
-    stated_cm, planned_cm, count
-):
-    """A config that states none takes those of the run sheet; the sheet of another medium does not count."""
-
-    def level(medium, depth_cm):
-        return SimpleNamespace(
-            medium=medium, kind="plate", direction="horizontal", depth_cm=depth_cm
-        )
-
-    runs = [level("sand", depth) for depth in planned_cm] + [level("gravel", 9.0)]
-    campaign: Any = SimpleNamespace(runs=runs, config=SimpleNamespace(fit=Fit(**stated_cm)))
-    assert Campaign.count_level_depths(campaign, "sand") == count

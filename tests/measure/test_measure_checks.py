@@ -19,7 +19,7 @@ from mistakes import GRIDS
 from result_tables import LABORATORY, alpha_frame, make_campaign
 
 import rftfit
-from rftfit import reference
+from rftfit import reference, rft3d_profile
 from rftfit.campaign.config import CheckName, ForceLog, Grid, MediumSettings
 from rftfit.checks import medium as checks
 from rftfit.checks.axes import Cells, check_symmetry, check_up_down, check_work
@@ -44,7 +44,6 @@ from rftfit.measure.flags import Flags, format_remarks, remark
 from rftfit.measure.ledger import RowStatus
 from rftfit.measure.levels import two_clusters
 from rftfit.measure.verdict_words import FAILED, NOT_CHECKED, PASSED, PULLS, is_usable
-from rftfit.model.rft3d import rft3d_profile
 from rftfit.outputs.dictionary import describe_file
 from rftfit.results import open_results
 

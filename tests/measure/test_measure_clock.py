@@ -84,21 +84,6 @@ def test_error_of_the_offset_is_honest(whole_steps):
     assert 0.7 < np.sqrt(np.mean(pulls**2)) < 1.15
 
 
-def test_hours_apart():
-    fit = Rig(3, -3600.2, whole_steps=False).fit()
-    assert fit.whole_hours == -1
-    assert fit.offset_s == pytest.approx(-3600.2, abs=0.004)
-    assert fit.motion_time(np.array([1000.0]))[0] == pytest.approx(-2600.2, abs=0.004)
-
-
-@pytest.mark.parametrize("keep", [slice(0, 1), slice(1, 2)], ids=["end lost", "start lost"])
-def test_log_cut_short_still_matches(keep):
-    for force, motion in ((RUN[keep], RUN + 12.5), (RUN, (RUN + 12.5)[keep])):
-        fit = align(force, motion, LIMIT)
-        assert fit.offset_s == pytest.approx(12.5)
-        assert fit.edges == 2
-
-
 def test_drift_of_the_clocks_over_a_long_run():
     starts = np.arange(0, 4000, 400.0)
     force = np.stack([starts, starts + 60], axis=1)
@@ -139,16 +124,6 @@ def test_two_ways_to_match_are_refused():
 
 def test_nothing_to_match():
     assert refusal(np.empty((0, 2)), RUN) == remark("nothing-to-match", force=0, motion=2)
-
-
-def test_crossing_is_interpolated():
-    time = np.linspace(0, 0.9, 10, dtype=np.float64)
-    speed = np.array([0, 0, 0.25, 0.75, 1, 1, 1, 0.6, 0.2, 0])
-    assert moving_spans(time, speed, 0.5).tolist() == [pytest.approx([0.25, 0.725])]
-    # a short jitter is no stretch
-    speed = np.zeros(100)
-    speed[40:43] = 1
-    assert moving_spans(np.arange(100) / 50, speed, 0.5).shape == (0, 2)
 
 
 def test_stretch_that_the_log_cuts_is_left_out():

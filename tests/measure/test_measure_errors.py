@@ -15,31 +15,22 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize
 
-from rftfit.campaign.config import ErrorSettings, TableSettings
+from rftfit.campaign.config import ErrorSettings
 from rftfit.measure.alpha import alpha_table, column
 from rftfit.measure.errors import (
-    AS_PREPARED,
     ASSUMED,
-    ASSUMED_DOF,
     FEW_REPEATS,
-    OF_CELL,
     PRIOR_CM,
     REPEATS,
-    SOURCES,
     STATED,
-    Part,
     Spread,
     SurfaceError,
-    bed_of_mean,
-    errors_of,
     gradient,
-    shares,
     spread_of_beds,
     surface_error,
 )
 from rftfit.measure.repeats import FLOORS, RunScatter
 from rftfit.measure.slopes import fit_slope
-from rftfit.model.draws import alpha_draws
 from rftfit.reference import BETA_DEG, GAMMA_DEG, alpha_grid
 
 NONE = ErrorSettings(
@@ -101,16 +92,6 @@ def test_a_surface_moves_alpha_by_what_the_lever_says():
     assert cell["alpha_z_surface_N_per_cm3"] == pytest.approx(0.2 * 0.2 * cell[column("z")])
 
 
-def test_the_turn_of_the_mount_moves_one_component_into_the_other():
-    table = cell_table(NONE.model_copy(update={"turn_deg": 1.0}))
-    cell, turn = table.loc[(30, 90)], math.radians(1)
-    assert cell["alpha_x_turn_N_per_cm3"] == pytest.approx(turn * cell[column("z")])
-    assert cell["alpha_z_turn_N_per_cm3"] == pytest.approx(-turn * cell[column("x")])
-    # a run that is filed as its mirror image errs to the other side
-    back = table[table["gamma_deg"] < 0].iloc[0]
-    assert back["alpha_x_turn_N_per_cm3"] == pytest.approx(-turn * back[column("z")])
-
-
 def test_gradient_of_a_plane():
     random = np.random.default_rng(2)
     beta, gamma = random.uniform(-60, 60, 40), random.uniform(-90, 90, 40)
@@ -134,22 +115,6 @@ def test_what_lies_across_a_line_of_neighbours_is_known_from_elsewhere(off_deg):
     np.testing.assert_allclose(gradient(beta, gamma, 0.3 + 0.01 * gamma)[:, 0], 0, atol=4e-4)
 
 
-def test_an_angle_has_an_error_where_no_cell_is_near():
-    """The slope of the known shape, as large as the medium is beside it; where cells are near, their own."""
-    runs = fits()
-    far = runs[runs["run_id"].isin(["2_0_0", "3_9_0"])]
-    stated = NONE.model_copy(update={"angle_deg": 0.5})
-    mean = np.array([[0.5, -0.5], [0.1, 0.2]])
-    slopes = np.array([[[0.01, 0.0], [0.003, 0.004]], [[0.002, 0.0], [0.0, 0.001]]])
-    table = alpha_table(far, "m", 0.95, 3, stated, shape=lambda *_: (mean, slopes))
-    size = table[[column(c) for c in "zx"]].abs().to_numpy().sum() / np.abs(mean).sum()
-    for c, expected in zip("zx", 0.5 * size * np.hypot(*np.moveaxis(slopes, -1, 0)), strict=True):
-        np.testing.assert_allclose(table[column(c, "_angle")], expected)
-    assert (alpha_table(far, "m", 0.95, 3, stated)[column("z", "_angle")] == 0).all()
-    lost = far.assign(**{column(c): math.nan for c in "zx"})
-    assert alpha_table(lost, "m", 0.95, 3, stated, shape=None)[column("z")].isna().all()
-
-
 def test_the_surface_is_judged_by_the_offsets():
     random = np.random.default_rng(1)
     noise = np.full(60, 0.01)
@@ -168,30 +133,6 @@ def test_the_surface_is_judged_by_the_offsets():
     assert (stated.run, stated.session) == (0.1, 0.2)
     assert surface_error(np.full(3, 0.3), noise[:3], UNKNOWN).run > PRIOR_CM
     assert surface_error(np.full(60, 0.3), noise, UNKNOWN, is_given=False).run == 0
-
-
-def test_cells_with_one_tare_are_drawn_together():
-    table = cell_table().reset_index(drop=True)
-    draws = alpha_draws(table, 20_000, 1, 0.95)[0]
-    same = (table["gamma_deg"] == 90).to_numpy()
-    correlation = np.atleast_2d(np.corrcoef(draws[:, same].T))
-    # the tare has a quarter of the variance
-    np.testing.assert_allclose(correlation[np.triu_indices(3, 1)], 0.25, atol=0.03)
-    across_tares = np.atleast_2d(np.corrcoef(draws[:, same].T, draws[:, ~same].T))[:3, 3:]
-    assert np.abs(across_tares).max() < 0.04
-    width = (table[column("z", "_hi")] - table[column("z", "_lo")]) / 2
-    np.testing.assert_allclose(draws.std(axis=0) * 1.959964, width, rtol=0.03)
-
-
-def test_a_common_surface_moves_all_cells_in_proportion():
-    table = cell_table(surface=SurfaceError(session=0.5)).reset_index(drop=True)
-    draws = alpha_draws(table, 4000, 1, 0.95, only="session")[0] - table[column("z")].to_numpy()
-    ratio = draws / table[column("z")].to_numpy() / 0.2
-    # up to the quantiles, which go with the degrees of freedom of each cell
-    assert np.abs(ratio / ratio[:, :1] - 1).max() < 0.06
-    assert ratio[:, 0].std() == pytest.approx(0.5, rel=0.15)
-    errors = dict.fromkeys(SOURCES, 0.0) | {"noise": 3.0, "session": 4.0}
-    assert shares(errors) == "session 64 %, noise 36 %"
 
 
 ERRORS = dict.fromkeys(
@@ -308,77 +249,6 @@ def test_fewer_than_five_degrees_of_freedom_do_not_speak_for_all_cells():
     assert stated.error_at(alpha, 1).sd == pytest.approx(math.hypot(0.003, 0.01))
     assert spread_of_beds(five, (0.0, 0.0)).error_at(alpha, 0).sd == 0
     assert spread_of_beds([]).error_at(alpha, 0).sd == pytest.approx(0.02)
-
-
-def test_few_repeats_moderate_what_is_assumed():
-    """By hand: one bed, its squares relative to alpha, beside the assumed two of 5 %."""
-    z, none = np.array([0.20, 0.24]), np.full(2, math.nan)
-    spread = spread_of_beds([(np.stack([z, none]), np.zeros((2, 2)))])
-    bed_error = spread.error_at(np.array([0.22, math.nan]), 0)
-    variance = (ASSUMED_DOF * 0.05**2 + 0.0008 / 0.22**2) / 3
-    assert bed_error.sd == pytest.approx(0.22 * math.sqrt(variance), rel=1e-3)
-    assert bed_error.dof == pytest.approx(3)
-    assert spread.source == FEW_REPEATS
-    # repeats that agree make it smaller, though not as small as they are
-    agreeing = spread_of_beds([(np.full((2, 2), 0.3), np.full((2, 2), 0.0001))] * 4)
-    error = agreeing.error_at(np.array([0.3, 0.3]), 0)
-    assert error.sd == pytest.approx(0.3 * math.hypot(0.05, 0.015) * math.sqrt(2 / 6), rel=1e-2)
-    assert error.dof >= 6
-    noise, share = Part(0.001, 12), np.array([0.5, 0.5])
-    mean_errors = bed_of_mean(z, share, noise, bed_error, spread.source)
-    assert (mean_errors[0], mean_errors[1].dof, mean_errors[2]) == (
-        noise,
-        bed_error.dof,
-        FEW_REPEATS,
-    )
-    assert mean_errors[1].sd == pytest.approx(bed_error.sd / math.sqrt(2))
-
-
-def test_repeats_of_a_bed_as_prepared_count_in_their_cell_alone():
-    share, noise = np.array([0.5, 0.5]), Part(0.001, 12)
-    apart = bed_of_mean(np.array([0.2, 0.4]), share, noise, Part(0.0), AS_PREPARED)
-    # the usual spread counts for two degrees of freedom, where two runs have one
-    assert (apart[0].sd, apart[1].dof, apart[2]) == (0, ASSUMED_DOF, OF_CELL)
-    assert apart[1].sd == pytest.approx(0.1)
-    none = bed_of_mean(np.array([0.3, 0.3]), share, noise, Part(0.0), AS_PREPARED)
-    assert (none[0], none[1].sd, none[2]) == (noise, 0, OF_CELL)
-
-
-def test_the_surface_of_few_runs_by_hand():
-    # five runs speak for themselves, by their median and its distances
-    offset, se = np.array([0.05, 0.1, 0.2, 0.35, 0.4]), np.full(5, 0.01)
-    five = surface_error(offset, se, UNKNOWN)
-    scatter = 1.4826 * 0.15
-    assert five.run == pytest.approx(math.sqrt(scatter**2 - 1e-4))
-    assert five.session == pytest.approx(math.sqrt(max(0.04 - math.pi / 2 * scatter**2 / 5, 0)))
-    assert five.dof == 3
-    many = surface_error(np.tile(offset, 8), np.full(40, 0.01), UNKNOWN)
-    assert many.session == pytest.approx(math.sqrt(0.04 - math.pi / 2 * scatter**2 / 40))
-    assert many.dof == pytest.approx(0.37 * 39)
-    # two are filled up with three of 1 mm
-    two = surface_error(np.array([0.3, 0.05]), np.array([0.1, 0.06]), UNKNOWN)
-    assert two.run == pytest.approx(math.sqrt((0.09 - 0.01 + 3 * 0.01) / 5))
-    assert (two.session, two.dof) == (0, 5)
-
-
-def test_errors_of_logs_and_of_a_table(paper_config):
-    runs = pd.DataFrame({"offset_cm": [0.3, 0.2, 0.1], "offset_se_cm": [0.01, 0.02, 9.0]})
-    stated, surface = errors_of(runs, paper_config)
-    assert stated == paper_config.errors
-    by_hand = surface_error(np.array([0.3, 0.2]), np.array([0.01, 0.02]), stated)
-    assert surface == by_hand
-    found_surface = paper_config.surface.model_copy(update={"method": "found"})
-    assert errors_of(runs, paper_config.model_copy(update={"surface": found_surface}))[1].run == 0
-    # depths and angles of a table are what it says
-    held = {
-        "table": TableSettings(holds="alpha"),
-        "errors": ErrorSettings(turn_deg=2, tare_percent=7),
-    }
-    exact, surface = errors_of(runs, paper_config.model_copy(update=held))
-    assert surface == SurfaceError()
-    assert (exact.angle_deg, exact.turn_deg, exact.tare_percent, exact.bed) == (0, 0, 0, (0, 0))
-    held["errors"] = ErrorSettings(bed_percent=3)
-    assert errors_of(runs, paper_config.model_copy(update=held))[0].bed == (0, 0.03)
 
 
 def test_a_neighbour_is_up_to_45_degrees_away():

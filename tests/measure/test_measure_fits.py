@@ -8,23 +8,18 @@ import math
 from typing import Any
 
 import numpy as np
-import pandas as pd
 import pytest
 from campaigns import plate_run
 
 from rftfit.campaign.config import ForceLog, TableSettings
-from rftfit.measure.fits import Stroke, filed_under, fit_run
-from rftfit.measure.flags import Flags, attach_run, codes_of, describe_shared, flag_table, remark
+from rftfit.measure.fits import Stroke, fit_run
+from rftfit.measure.flags import codes_of, remark
 from rftfit.measure.lab_frame import lacks_force_x
 from rftfit.measure.ledger import RowStatus
 
 AREA = 3.81 * 2.54
 """Of the plate, cm^2."""
 ALPHA_Z, ALPHA_X = 0.31, 0.12
-
-
-ODD = remark("zero-drifted", newtons=0.3)
-"""A flag of a run."""
 
 
 def run(direction="intrusion", beta=30.0, gamma=45.0, **facts):
@@ -54,81 +49,6 @@ DOWN = np.linspace(0.0, 9.0, 901)
 def alpha(run_fit):
     assert run_fit.slope is not None, run_fit.reason
     return run_fit.slope.alpha
-
-
-def test_intrusion(paper_config):
-    run_fit = fit_run(run(), stroke(DOWN), paper_config)
-    np.testing.assert_allclose(alpha(run_fit), [ALPHA_Z, ALPHA_X], rtol=1e-12)
-    assert (run_fit.beta_deg, run_fit.gamma_deg) == (30, 45)
-    # a plate at 30 degrees is wholly submerged from 1.2296 cm, and 6 cm above the bottom to 7.7704
-    assert [run_fit.depth_from_cm, run_fit.depth_to_cm] == pytest.approx([1.23, 7.77])
-    assert [RowStatus(run_fit.why[k]) for k in (0, 122, 123, 777, 778, 900)] == [
-        RowStatus.ABOVE,
-        RowStatus.ABOVE,
-        RowStatus.GOOD,
-        RowStatus.GOOD,
-        RowStatus.BOTTOM,
-        RowStatus.BOTTOM,
-    ]
-    assert (run_fit.flags, run_fit.reason) == ((), ())
-
-
-def test_extraction_goes_under_its_mirror_image(paper_config):
-    assert filed_under(run("extraction")) == (-30, -45, -1)
-    assert filed_under(run("extraction", 0, 0)) == (0, 0, -1)
-    assert filed_under(run("horizontal", -60, 0)) == (-60, 0, 1)
-    # up toward -x, with the angle of the motion itself: a cell as it is
-    assert filed_under(run("extraction", 30, -45)) == (30, -45, 1)
-    up = np.linspace(7.0, 0.0, 701)
-    run_fit = fit_run(run("extraction"), stroke(up, path=np.linspace(0, 7, 701)), paper_config)
-    assert (run_fit.beta_deg, run_fit.gamma_deg) == (-30, -45)
-    np.testing.assert_allclose(alpha(run_fit), [ALPHA_Z, -ALPHA_X], rtol=1e-12)
-    # the first 0.1 cm, over which the force builds up, is left out
-    assert [RowStatus(run_fit.why[k]) for k in (0, 9, 10)] == [
-        RowStatus.STARTUP,
-        RowStatus.STARTUP,
-        RowStatus.GOOD,
-    ]
-    assert run_fit.depth_to_cm == pytest.approx(6.9)
-    # a start outside of the window keeps that reason
-    deep = fit_run(run("extraction"), stroke(DOWN[::-1]), paper_config)
-    assert RowStatus(deep.why[0]) == RowStatus.BOTTOM
-
-
-def test_horizontal_is_the_mean_over_the_depth_after_2_cm(paper_config):
-    path = np.linspace(0, 7, 701)
-    build = np.where(path < 2, 5.0, 1.0)  # what is left out may be anything
-    build[path < 2 / 3] = 9.0
-    depth, level = np.full(701, 5.08), run("horizontal", 90.0, 0.0)
-    still, run_fit = (
-        fit_run(level, stroke(depth, ALPHA_Z * depth * factor, path=path), paper_config)
-        for factor in (1.0, build)
-    )
-    assert still.slope is not None
-    assert still.slope.startup[0] == pytest.approx(0, abs=1e-12)
-    np.testing.assert_allclose(alpha(run_fit), [ALPHA_Z, ALPHA_X], rtol=1e-12)
-    assert [RowStatus(run_fit.why[k]) for k in (199, 200)] == [RowStatus.STARTUP, RowStatus.GOOD]
-    assert run_fit.slope is not None
-    # second and last third lie 4 alpha |z| above: q is cut to 1/2, so 4 alpha |z| (2/3) / 5 is left
-    assert run_fit.slope.startup[0] == pytest.approx(4 * ALPHA_Z * (2 / 3) / 5)
-    assert run_fit.slope.se[0] == pytest.approx(run_fit.slope.startup[0])
-    assert run_fit.flags == ()
-
-
-def test_a_sand_is_fitted_over_its_linear_regime(paper_config):
-    """From the surface to the end that its own test showed, or the config states, or to the end of the log."""
-    test = run(medium="yuma", beta=0.0, gamma=90.0)
-    bent = ALPHA_Z * DOWN + 0.5 * np.clip(DOWN - 3, 0, None)
-    for end in (None, 1.5, 6.0):
-        run_fit = fit_run(test, stroke(DOWN, bent), paper_config, end)
-        assert [run_fit.depth_from_cm, run_fit.depth_to_cm] == pytest.approx([0, end or 2])
-        assert (alpha(run_fit)[0] > 1.1 * ALPHA_Z) == (end == 6)
-        assert alpha(run_fit)[1] == pytest.approx(ALPHA_X, rel=1e-12)
-    short = fit_run(test, stroke(np.linspace(0, 0.3, 60)), paper_config).reason
-    assert codes_of(short).startswith("short-window")
-    sand = paper_config.media["yuma"].model_copy(update={"linear_to_cm": None})
-    config = paper_config.model_copy(update={"media": {"yuma": sand}})
-    assert fit_run(test, stroke(DOWN), config).depth_to_cm == 9
 
 
 def reasons(codes):
@@ -212,30 +132,6 @@ def test_a_window_of_the_users_own_is_not_called_the_containers(paper_config, se
     assert run_fit.reason[1].codes == ("most-samples", cause)
 
 
-def shared(reasons, *flags_of_runs):
-    """Flags that runs with these reasons share."""
-    names = [f"r{i}" for i in range(len(flags_of_runs))]
-    flags = [
-        flag
-        for name, of_run in zip(names, flags_of_runs, strict=True)
-        for flag in attach_run(name, of_run)
-    ]
-    fits = pd.DataFrame({"run_id": names, "reason": reasons})
-    return Flags(flag_table("poppy_LP", "tare", flags)).shared(fits)
-
-
-def test_what_all_runs_share_is_told_once():
-    flag = remark("no-tare")
-    lost = "excluded: bed was disturbed"
-    assert shared(["", "", lost], [flag], [ODD, flag], []) == (flag,)
-    # where some have a tare, it is a doubt about the others
-    assert shared(["", ""], [flag], []) == ()
-    sizes = [remark("several-plates", plate=f"disc_{k}", count=2) for k in (6, 8)]
-    plates = shared(["", ""], *([size] for size in sizes))
-    assert describe_shared(plates) == ["runs with 2 plates: disc_6, disc_8"]
-    assert describe_shared((flag,)) == [f"all runs: {flag}"]
-
-
 @pytest.mark.parametrize(
     ("direction", "beta", "gamma", "lacks"),
     [
@@ -255,25 +151,6 @@ def test_a_force_along_x_that_nobody_measured(paper_config, direction, beta, gam
         assert (
             lacks_force_x(paper_config.model_copy(update={"force_log": log}), sheet_run) == expected
         )
-
-
-@pytest.mark.parametrize("depth", [[2.0], [1.0, 2.0, 4.0], [*range(1, 8), 2.0, 9.0]])
-def test_a_table_may_hold_few_depths_in_any_order(paper_config, depth):
-    config = paper_config.model_copy(update={"table": TableSettings(holds="stress")})
-    # no window of container and plate is cut out of a table
-    samples = stroke(np.array(depth))
-    run_fit = fit_run(run("extraction"), samples, config)
-    # exactly linear, so its scatter is not known; one depth has none to know
-    exact = (remark("no-scatter"),) if len(depth) > 1 else ()
-    # lift on the way up is energy that the medium gives
-    flags = (*exact, remark("gives-back"))
-    assert (run_fit.beta_deg, run_fit.gamma_deg, run_fit.flags) == (-30, -45, flags)
-    np.testing.assert_allclose(alpha(run_fit), [ALPHA_Z, -ALPHA_X], rtol=1e-12)
-    assert (run_fit.depth_from_cm, run_fit.depth_to_cm) == (min(depth), max(depth))
-    assert (run_fit.why == RowStatus.GOOD).all()
-    assert run_fit.slope is not None
-    assert np.isnan(run_fit.slope.se).all()
-    assert run_fit.slope.points == len(depth)
 
 
 def test_a_depth_of_0_alone_has_no_slope(paper_config):
@@ -331,20 +208,3 @@ def test_a_curve_is_told_with_its_size_and_sign(paper_config):
     for factor, told_of in ((0.97, False), (1.03, True)):
         mixed = factor * share * DOWN**2 / line + (1 - factor * share) * DOWN
         assert bool(fit_run(run(), stroke(DOWN, mixed), paper_config).flags) == told_of
-
-
-def test_curvature_within_the_noise_is_not_told(paper_config):
-    noise = np.random.default_rng(5).normal(0, 0.3, DOWN.size)
-    bend = 0.004 * DOWN**2
-    flags = [
-        fit_run(run(), stroke(DOWN, bend + size * noise), paper_config).flags for size in (0, 10)
-    ]
-    assert flags[0]
-    assert not flags[1]
-
-
-def test_alphas_are_stress_per_depth_of_any_plate(paper_config):
-    plate = paper_config.intruders["plate"].model_copy(update={"width_cm": 5.08})
-    config = paper_config.model_copy(update={"intruders": {"plate": plate}})
-    run_fit = fit_run(run(), stroke(DOWN), config)
-    np.testing.assert_allclose(alpha(run_fit), [ALPHA_Z / 2, ALPHA_X / 2], rtol=1e-12)

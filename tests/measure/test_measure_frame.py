@@ -1,52 +1,15 @@
 """Sensor readings become force and position in the lab frame as its definition says."""
 
-import itertools
-import math
 from pathlib import Path
 
 import numpy as np
 import pytest
 from campaigns import plate_run
 
-from rftfit.campaign.config import Arm, Axes, MotionLog, Transducer
+from rftfit.campaign.config import Arm, MotionLog
 from rftfit.logs.base import Log, LogError
-from rftfit.measure.lab_frame import is_symmetric, path_in_lab_frame, sensor_to_lab
+from rftfit.measure.lab_frame import is_symmetric, path_in_lab_frame
 from rftfit.measure.log_columns import completed, map_columns
-
-
-def transducer(x, y, z, turn_deg):
-    return Transducer(
-        name="t", range_N=(1.0, 1.0, 1.0), axes=Axes(x=x, y=y, z=z), turn_deg=turn_deg
-    )
-
-
-def to_channels(force, axes, turn_deg):
-    """Channels that a sensor reads under a lab force: unit vectors of the turned mount, dotted."""
-    t = math.radians(turn_deg)
-    # turned from z toward x: at 90 degrees the mount's z axis lies along lab x
-    along = {
-        "x": np.array([math.cos(t), 0, -math.sin(t)]),
-        "y": np.array([0, 1, 0]),
-        "z": np.array([math.sin(t), 0, math.cos(t)]),
-    }
-    channels = np.zeros((3, force.shape[1]))
-    for name, axis in zip("xyz", axes, strict=True):
-        sign = -1 if axis[0] == "-" else 1
-        channels[int(axis[2]) - 1] = sign * (along[name] @ force)
-    return channels
-
-
-@pytest.mark.parametrize("turn_deg", [-180.0, -37.5, 0, 4, 90, 133])
-def test_round_trip_for_every_mounting(turn_deg):
-    force = np.random.default_rng(5).normal(size=(3, 20))
-    for order in itertools.permutations("123"):
-        for signs in itertools.product("+-", repeat=3):
-            axes = tuple(f"{sign}F{number}" for sign, number in zip(signs, order, strict=True))
-            x, y, z = axes
-            lab = sensor_to_lab(transducer(x, y, z, turn_deg)) @ to_channels(
-                force, (x, y, z), turn_deg
-            )
-            np.testing.assert_allclose(lab, force[[0, 2]], atol=1e-12)
 
 
 def test_a_rate_needs_a_time_of_the_log():

@@ -6,7 +6,7 @@ They stand beside the line through zero, which is the model's law.
 import numpy as np
 import pytest
 
-from rftfit.measure.laws import DepthLaw, other_laws, replace_slope
+from rftfit.measure.laws import DepthLaw, find_crust, other_laws, replace_slope
 from rftfit.measure.slopes import fit_slope
 
 DEPTH = np.linspace(0.5, 8.0, 700)
@@ -89,36 +89,24 @@ def test_a_stress_that_is_no_power_has_no_exponent():
         assert laws["power"][0].alpha == pytest.approx(alpha, rel=1e-6)
 
 
-@pytest.mark.parametrize("law", ["free_intercept", "power"])
-def test_errors_of_zero_and_tare_by_another_law(law):
-    """What moves all samples alike counts by the sum of the gains; the tare has its share of the scatter."""
-    random = np.random.default_rng(3)
-    noise = random.normal(0, 0.01, DEPTH.size)
-    tare_stress = 0.1 * DEPTH[None] + random.normal(0, 0.006, DEPTH.size)
-    stress = (0.3 * DEPTH + noise)[None]
-    zero = np.array([[0.01**2], [0.02**2]])
-    dof = np.full((2, 1), 30.0)
-    line = fit_slope(DEPTH, stress, zero, dof, tare_stress=tare_stress)
-    bare = fit_slope(DEPTH, stress, np.zeros((2, 1)), dof, tare_stress=tare_stress)
-    share = float(line.tare_share[0])
-    assert 0.1 < share < 0.9
-    laws = other_laws(DEPTH, stress, 5.0)
-    assert laws is not None
-    with_zero, without_zero = (replace_slope(slope, laws[law]) for slope in (line, bare))
-    gain = float(laws[law][0].gain.sum())
-    np.testing.assert_allclose(
-        with_zero.se**2 - without_zero.se**2, (0.01**2 + 0.02**2) * gain**2, rtol=1e-6
-    )
-    np.testing.assert_allclose(without_zero.tare**2, share * without_zero.se**2, rtol=1e-6)
-    np.testing.assert_allclose(
-        with_zero.tare**2, share * without_zero.se**2 + 0.02**2 * gain**2, rtol=1e-6
-    )
-    np.testing.assert_array_equal(with_zero.curvature, [0])
-    # a surface that lies deeper by 0.1 mm: the line with a free intercept has found it
-    moved = other_laws(DEPTH, (0.3 * (DEPTH + 0.01) + noise)[None], 5.0)
-    assert moved is not None
-    change = 100 * (moved[law][0].alpha / with_zero.alpha[0] - 1)
-    assert with_zero.lever == pytest.approx(0 if law == "free_intercept" else change, rel=0.02)
-    # of a single zero, that of the run, nothing is the tare's
-    alone = fit_slope(DEPTH, stress, zero[:1], np.full((1, 1), 30.0))
-    assert replace_slope(alone, laws[law]).tare == 0
+@pytest.mark.parametrize(
+    ("disturb", "is_crust"),
+    [
+        (lambda depth: 1.2 * np.exp(-(((depth - 0.4) / 0.15) ** 2)), True),
+        (lambda depth: 0 * depth, False),
+        # stick-slip falls again and again
+        (lambda depth: 0.5 * (8 * depth % 1 < 0.5), False),
+        # a stone lies deep
+        (lambda depth: 3 * np.exp(-(((depth - 4) / 0.2) ** 2)), False),
+    ],
+)
+def test_a_crust_is_one_peak_near_the_surface(disturb, is_crust):
+    depth = np.linspace(0, 5, 400)
+    crust = find_crust(depth, 0.3 * (depth + disturb(depth)))
+    assert (crust is not None) == is_crust
+    if crust is not None:
+        assert crust.depth_cm == pytest.approx(0.45, abs=0.1)
+        line_N_per_cm2 = 0.3 * crust.depth_cm
+        broken_N_per_cm2 = 0.3 * (crust.depth_cm + disturb(crust.depth_cm))
+        # a moving mean lowers the peak
+        assert 0.85 < (crust.excess + 1) * line_N_per_cm2 / broken_N_per_cm2 < 1

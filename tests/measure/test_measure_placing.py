@@ -88,31 +88,6 @@ def measured(loaded):
     return results
 
 
-def test_from_logs_to_alpha_without_a_typed_number(folder):
-    results = measured(campaign(folder))
-    for name, area, seed in (("a", np.pi * 6.25, 0), ("b", 10.0, 1)):
-        row = results.fit(name)
-        assert row["reason_code"] == ""
-        truth = STIFFNESS / area
-        assert row["alpha_z_lo_N_per_cm3"] <= truth <= row["alpha_z_hi_N_per_cm3"]
-        assert row["alpha_z_N_per_cm3"] == pytest.approx(truth, rel=0.05)
-        assert results.codes(name) == ["no-tare", "several-plates"]
-        fact = results.run(name)
-        surface_mm = 80 - 10 * make_push(seed).surface_cm
-        assert fact["surface_z_mm"] == pytest.approx(surface_mm, abs=3 * fact["surface_se_mm"])
-        assert fact["surface_growth_N_per_cm"] == pytest.approx(STIFFNESS, rel=0.1)
-        assert "+2 h" in fact["note"]
-        assert fact["clock_offset_s"] == pytest.approx(7200.2, abs=3 * fact["clock_se_s"])
-
-
-def test_a_typed_surface_goes_before_the_found_one(folder):
-    text = (folder / "runs.csv").read_text().splitlines()
-    lines = [text[0] + ",surface_z_mm", text[1] + ",49.5", text[2] + ","]
-    (folder / "runs.csv").write_text("\n".join(lines) + "\n")
-    traces, _, _ = ingest_traces(campaign(folder), "sand")
-    assert [trace.surface is None for trace in traces] == [True, False]
-
-
 def test_repeated_rows_are_left_out_and_counted(folder):
     write(folder, "a", make_push(0, offset_s=7200.2, rate_Hz=25), repeats=4)
     kept, _, _ = ingest_traces(campaign(folder), "sand")

@@ -61,45 +61,6 @@ def row(name, session=""):
     return SimpleNamespace(run_id=name, session=session)
 
 
-def test_offset_and_drift_of_a_session_come_back_within_their_errors():
-    offset_pulls, drift_pulls = [], []
-    for seed in range(200):
-        session_clock = find_session_clock(pushes(12, seed=seed), ESTIMATE)
-        assert session_clock.contradiction == ""
-        clock_fit = session_clock.fit_at(START_S + 1000.0)
-        assert clock_fit.se_s is not None
-        # what all pushes lag by is no scatter, so it is not in these made offsets either
-        own_se_s = math.sqrt(clock_fit.se_s**2 - BUILD_UP_S**2)
-        offset_pulls.append((clock_fit.offset_s - (-2.4 + 8e-6 * 1000)) / own_se_s)
-        drift_pulls.append((session_clock.drift - 8e-6) / session_clock.drift_se)
-    for pulls in (offset_pulls, drift_pulls):
-        assert 0.75 < np.sqrt(np.mean(np.square(pulls))) < 1.1
-        assert abs(np.mean(pulls)) < 0.2
-
-
-def test_the_error_of_the_clock_is_shared_and_falls_with_the_pushes_down_to_the_lag_of_the_force():
-    few, many = (find_session_clock(pushes(count), ESTIMATE) for count in (3, 40))
-    middle_s = START_S + 300.0
-
-    def se_s(clock, time_s):
-        fit = clock.fit_at(time_s)
-        assert fit.shared_se_s == fit.se_s
-        return fit.se_s
-
-    assert se_s(few, middle_s) > se_s(many, middle_s) > BUILD_UP_S
-    assert se_s(many, middle_s) < 1.1 * BUILD_UP_S
-    # far from its pushes the drift makes it uncertain
-    assert se_s(few, START_S + 86400) > 1
-
-
-def test_a_lone_push_keeps_its_own_offset_error_and_drift():
-    alone = push("p", 0.0, 5.0, drift=4e-4, drift_se=2e-4)
-    session_clock = find_session_clock([alone], ESTIMATE)
-    clock = session_clock.fit_at(START_S)
-    assert (clock.offset_s, clock.se_s) == pytest.approx((5.0, 0.03))
-    assert (session_clock.drift, session_clock.drift_se) == pytest.approx((4e-4, 2e-4))
-
-
 def test_strokes_of_one_log_count_once():
     first_strokes = pushes(6)
     again = [push | {"run_id": f"{push['run_id']}b"} for push in first_strokes]

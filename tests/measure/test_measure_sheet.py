@@ -8,6 +8,7 @@ import pandas as pd
 import pytest
 from mistakes import Written, enacted, judged, of_logs, plates, some
 
+from rftfit import TableProfile
 from rftfit.campaign.problems import CampaignError
 from rftfit.checks.declared import MediumMeasurements
 from rftfit.checks.sheet import check_sheet
@@ -15,7 +16,6 @@ from rftfit.compare.joint import RunSlopes
 from rftfit.compare.misplaced import MISPLACED_COLUMNS, find_misplaced
 from rftfit.measure.ledger import RowStatus
 from rftfit.measure.rods import estimate_share_too_much
-from rftfit.model.profiles import TableProfile
 from rftfit.reference import MEDIA
 
 DIRECTIONS = [(b, g) for b in (-60.0, -30.0, 0.0, 30.0, 60.0) for g in (30.0, 60.0, 75.0, 90.0)]

@@ -3,21 +3,12 @@
 Certified: the NIST data sets NoInt1 and NoInt2.
 """
 
-from typing import Any
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rftfit.measure.slopes import (
-    fit_few,
-    fit_slope,
-    free_intercept,
-    stress_onset,
-    student_quantile,
-    zero_intercept,
-)
+from rftfit.measure.slopes import fit_few, fit_slope, startup_bias, zero_intercept
 
 NOTHING = np.zeros((2, 2)), np.full((2, 2), 12.0)
 """Variance of the zeros (none) and their degrees of freedom."""
@@ -97,53 +88,6 @@ def test_horizontal_run_has_no_slope_to_free_and_no_curvature():
         assert np.isnan(getattr(level, name)).all(), name
 
 
-def test_errors_of_zero_and_depth_add_in_quadrature():
-    variance = np.array([[1e-4, 4e-4], [3e-4, 5e-4]])
-    plain = fit(DEPTH, stress())
-    lever = DEPTH.sum() / (DEPTH @ DEPTH)
-    zeroed = fit_slope(DEPTH, stress(), variance, NOTHING[1])
-    expected = np.sqrt(plain.se**2 + variance.sum(axis=0) * lever**2)
-    np.testing.assert_allclose(zeroed.se, expected, rtol=1e-12)
-    assert zeroed.lever == pytest.approx(lever)
-    # of a tare whose scatter is not given, the zero alone
-    np.testing.assert_allclose(zeroed.tare**2, variance[1] * lever**2, rtol=1e-9)
-    alone = fit_slope(DEPTH, stress(), variance[:1], NOTHING[1][:1])
-    np.testing.assert_array_equal(alone.tare, [0, 0])
-    np.testing.assert_allclose(zeroed.shift, variance.sum(axis=0))
-    np.testing.assert_allclose(zeroed.shift_of_tare, variance[1])
-    grown = (zeroed.offset_se**2 - plain.offset_se**2) * zeroed.free_slope**2
-    np.testing.assert_allclose(grown, variance.sum(axis=0), rtol=1e-6)
-    shifted = fit(DEPTH, stress(), depth_sd=0.01)
-    expected = np.sqrt(plain.se**2 + (plain.alpha * 0.01 * lever) ** 2)
-    np.testing.assert_allclose(shifted.se, expected, rtol=1e-12)
-
-
-def test_a_few_depths_are_fitted_with_the_textbook_error():
-    """Of a table of stress: independent means, without log, zero or tare."""
-    depth = np.array([1.0, 2.0, 4.0])
-    few_fit = fit_few(depth, np.array([[1.0, 2.0, 3.5], [-0.5, -1.0, -2.0]]))
-    # by hand: sum of products 19 and -10.5, of squares 21
-    alpha = np.array([19 / 21, -0.5])
-    left = np.array([1.0, 2.0, 3.5]) - alpha[0] * depth
-    se = [np.sqrt(left @ left / 2 / 21), 0.0]
-    slope, intercept = np.polyfit(depth, [1.0, 2.0, 3.5], 1)
-    expected: dict[str, Any] = {
-        "alpha": alpha,
-        "se": se,
-        "ols_se": se,
-        "dof": [2, 2],
-        "free_slope": [slope, -0.5],
-        "intercept": [intercept, 0.0],
-    }
-    unknown = ("nonlinear_p", "nonlinear_ratio", "offset", "offset_se")
-    nothing = ("startup", "tare", "curvature", "shift", "shift_of_tare")
-    expected |= dict.fromkeys(unknown, np.nan) | dict.fromkeys(nothing, 0)
-    for name, values in expected.items():
-        np.testing.assert_allclose(getattr(few_fit, name), values, atol=1e-12, err_msg=name)
-    assert few_fit.points == 3
-    assert few_fit.lever == pytest.approx(7 / 21)
-
-
 def test_two_depths_have_no_line_besides_and_one_has_no_error():
     two = fit_few(np.array([1.0, 2.0]), np.array([[1.0, 2.5]]))
     np.testing.assert_allclose(two.alpha, [1.2])
@@ -156,39 +100,14 @@ def test_two_depths_have_no_line_besides_and_one_has_no_error():
     np.testing.assert_array_equal(single.dof, [1, 1])
 
 
-@pytest.mark.parametrize(
-    ("confidence", "dof", "value"),
-    [(0.95, 4, 2.776445), (0.95, 10, 2.228139), (0.95, 1e9, 1.959964), (0.90, 5, 2.015048)],
-)
-def test_student(confidence, dof, value):
-    assert float(student_quantile(confidence, dof)) == pytest.approx(value, rel=1e-6)
-
-
-def test_where_stress_begins():
-    """Of lines exactly; an unevenness that grows with depth moves it less than it moves the plain line."""
-    depth = np.linspace(1, 7, 200)
-    begins = stress_onset(depth, np.stack([0.3 * (depth - 0.4), -0.05 * (depth + 0.2)]))
-    np.testing.assert_allclose(begins, [0.4, -0.2], rtol=1e-9)
-    uneven = 0.3 * depth * (1 + 0.05 * (depth > 5))
-    intercept, slope = free_intercept(depth, uneven[None])
-    assert abs(stress_onset(depth, uneven[None])[0]) < 0.5 * abs(intercept[0] / slope[0])
-    for level, stress in ((np.full(9, 2.0), np.ones((1, 9))), (depth, np.zeros((1, 200)))):
-        assert np.isnan(stress_onset(level, stress)).all()
-
-
-def test_share_of_the_tare_is_what_its_own_scatter_shows():
-    """A rod that is quiet beside its plate has a small share, however its force rises; one of equal noise half."""
-    random = np.random.default_rng(5)
-    noise_of_run = random.normal(0, 0.01, (400, DEPTH.size))
-    noise_of_tare = random.normal(0, 0.01, (400, DEPTH.size))
-    rod = 0.02 * DEPTH + 0.003 * DEPTH**2
-    nothing = np.zeros((2, 400)), np.ones((2, 400))
-    for ratio, expected in [(0.0, 0.0), (0.3, 0.09 / 1.09), (1.0, 0.5), (3.0, 0.9)]:
-        tare = rod + ratio * noise_of_tare
-        tared = 0.3 * DEPTH + noise_of_run - ratio * noise_of_tare
-        slope = fit_slope(DEPTH, tared, *nothing, tare_stress=tare)
-        assert np.median(slope.tare_share) == pytest.approx(expected, abs=0.1)
-        assert slope.tare_share.max() <= 1
-        without = fit_slope(DEPTH, tared, *nothing)
-        np.testing.assert_array_equal(slope.se, without.se)
-        np.testing.assert_array_equal(without.tare, 0)
+def test_an_exponential_start_up_is_found():
+    """The bias that it leaves in the window is its exact mean there."""
+    path = np.linspace(0, 40, 400_001)
+    decay_cm, steady, size = 0.4, 0.3, 0.2
+    stress = steady + size * np.exp(-path / decay_cm) * np.array([[1.0], [-2.0]])
+    window = path >= 2.0
+    bias = startup_bias(path, stress, window, 2.0)
+    # integral of the exponential from 2 cm on, over the 38 cm of the window
+    exact = size * decay_cm * np.exp(-2.0 / decay_cm) / 38
+    np.testing.assert_allclose(bias, [exact, -2 * exact], rtol=0.01)
+    np.testing.assert_allclose(stress[:, window].mean(axis=1) - steady, bias, rtol=0.01)

@@ -5,7 +5,7 @@ import pytest
 from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
-from rftfit.measure.slopes import combine_dof, fit_slope, weighted_sum_variance
+from rftfit.measure.slopes import fit_slope, weighted_sum_variance
 
 SERIES, N = 3000, 300
 """Simulated series of errors, and the length of each."""
@@ -79,27 +79,6 @@ def test_no_stress_is_straight():
     np.testing.assert_array_equal(slope.nonlinear_ratio, 0)
     np.testing.assert_array_equal(slope.nonlinear_p, 1)
     np.testing.assert_array_equal(slope.se, 0)
-
-
-def test_startup_widens_by_the_lever_of_the_depth():
-    depth = np.concatenate([np.full(20, 2.0), np.full(20, 4.0)])
-    # sum z / sum z^2 = (2 + 4) / (4 + 16)
-    startup = np.array([0.02, -0.01])
-    slope = fit_slope(
-        depth, np.outer([0.3, 0.1], depth), np.zeros((1, 2)), np.ones((1, 2)), 0.0, startup
-    )
-    np.testing.assert_allclose(slope.startup, 0.3 * startup)
-    np.testing.assert_allclose(slope.se, 0.3 * np.abs(startup), rtol=1e-9)
-    np.testing.assert_allclose(slope.alpha, [0.3, 0.1])
-
-
-def test_degrees_of_freedom_add_up_as_welch_and_satterthwaite_say():
-    # equal parts with equal degrees of freedom: as many as both together
-    np.testing.assert_allclose(combine_dof(np.ones((2, 3)), np.full((2, 3), 7.0)), 14)
-    np.testing.assert_allclose(combine_dof(np.array([3.0, 1.0]), np.array([6.0, 2.0])), 16 / 2)
-    # without any variance, the most that a part of that same component has
-    none = combine_dof(np.zeros((2, 2)), np.array([[8.0, 3.0], [10.0, 2.0]]))
-    np.testing.assert_array_equal(none, [10, 3])
 
 
 @pytest.mark.parametrize(

@@ -14,10 +14,6 @@ from rftfit.store import write_csv
 from rftfit.workflow.validate import legs_predicted
 
 LEG, AIR = "poppy_LP_c_leg", "air_c_leg"
-HOLE = (30.0, 45.0)
-"""Direction of the cell that has no alpha."""
-WHY_HOLE = "fewer than 30 samples in the window"
-"""The reason for it."""
 
 
 @pytest.fixture
@@ -113,38 +109,3 @@ def test_leg_log_that_breaks_off(room, run, kinds):
     assert results.run(run)["reason_code"] == "nothing-to-match"
     codes = results.book[results.book["run_id"] == LEG]["reason_code"]
     assert codes.str.contains("nothing-to-match").any()
-
-
-def test_missing_cell_reaches_the_tables(room):
-    whole = alpha_frame("poppy_LP", reference.alpha_grid("poppy_LP"))
-    alpha = whole.copy()
-    empty = (alpha["beta_deg"] == HOLE[0]) & (alpha["gamma_deg"].round(1) == HOLE[1])
-    alpha.loc[empty, [*alpha.filter(like="alpha_")]] = np.nan
-    alpha.loc[empty, "reason"] = WHY_HOLE
-    legs = room.chain().curves
-    before, errors_before = on_trial(room, whole, legs)
-    predicted, errors = on_trial(room, alpha, legs)
-    curve, full = of_c_leg(predicted), of_c_leg(before)
-    unknown = curve["force_z_N"].isna().to_numpy()
-    assert 20 < unknown.sum() < 200
-    for name in ("force_x_N", "moment_N_cm", "force_z_lo_N", "force_z_hi_N", "force_x_lo_N"):
-        np.testing.assert_array_equal(curve[name].isna(), unknown)
-    # each draw has its peak at an angle of its own, where it is higher than at that of the best curve
-    peaks = of_c_leg(errors_before).set_index("component")
-    for component in "zx":
-        top = full.loc[full[f"force_{component}_N"].abs().idxmax()]
-        assert peaks.loc[component, "peak_predicted_N"] == pytest.approx(
-            top[f"force_{component}_N"]
-        )
-        assert peaks.loc[component, "peak_predicted_hi_N"] > top[f"force_{component}_hi_N"]
-    # what does not need the cell is what it was: nothing is put in its place
-    known_force = curve["force_z_N"].to_numpy()[~unknown]
-    np.testing.assert_array_equal(known_force, full["force_z_N"].to_numpy()[~unknown])
-    assert curve[unknown]["reason"].str.contains(f"(30, 45): {WHY_HOLE}", regex=False).all()
-    rows = of_c_leg(errors)
-    assert rows["reason"].str.contains(WHY_HOLE).all()
-    lost = rows[["peak_predicted_N", "peak_error_percent", "rms_error_N", "r2"]]
-    assert lost.isna().all(axis=None)
-    # the depth-only model needs three other cells only
-    assert of_c_leg(predicted, "depth_only")["force_z_N"].notna().all()
-    assert of_c_leg(errors, "depth_only")["rms_error_N"].notna().all()

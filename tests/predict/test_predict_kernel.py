@@ -13,11 +13,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from seeds import example_count
 
-from rftfit import reference
+from rftfit import DepthOnlyProfile, FourierProfile, Profile, TableProfile, reference
 from rftfit.conventions import direction, tangent
 from rftfit.forces import reference_kernel
 from rftfit.model import fourier, kernel
-from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, Profile, TableProfile
 
 M0 = fourier.as_array(reference.coefficients("generic"))
 TABLE = TableProfile.published("poppy_LP")
@@ -194,21 +193,6 @@ ALPHA_BY_NUMPY = [
 """Profiles, and each as a stack of one draw: draws are carried in numpy."""
 MANY = 500_000
 """Angles of one call that go through the compiled kernel."""
-
-
-@pytest.mark.parametrize(("profile", "stack"), ALPHA_BY_NUMPY, ids=lambda p: p.name)
-@pytest.mark.parametrize("reach", [math.pi, 60.0, 1000.0])
-def test_alpha_of_many_angles_is_that_of_few(profile, stack, reach):
-    random = np.random.default_rng(3)
-    beta, gamma = random.uniform(-reach, reach, (2, MANY // 2, 2))
-    nodes = np.radians([-270, -180, -90, -60, 0, 30, 90, 180, 270])
-    beta[: nodes.size, 0], gamma[: nodes.size, 0] = nodes, nodes[::-1]
-    beta[100, 0] = gamma[200, 1] = beta[300, 0] = np.nan
-    ours, theirs = profile.alpha(beta, gamma), stack.alpha(beta, gamma)
-    for component, expected in zip(ours, theirs, strict=True):
-        assert component.shape == beta.shape
-        np.testing.assert_allclose(component, expected[0], rtol=0, atol=1e-12)
-    assert np.isnan([component[[100, 200, 300], [0, 1, 0]] for component in ours]).all()
 
 
 @pytest.mark.parametrize(("profile", "stack"), ALPHA_BY_NUMPY, ids=lambda p: p.name)

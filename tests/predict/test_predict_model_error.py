@@ -8,13 +8,11 @@ import pandas as pd
 import pytest
 
 import rftfit
+from rftfit import find_peaks
 from rftfit.forces import model_error as errors
-from rftfit.forces.plane import QUANTITIES
-from rftfit.forces.prediction import find_peaks, predict_with_peaks
+from rftfit.forces.prediction import predict_with_peaks
 from rftfit.forces.reference_kernel import element_forces, place
-from rftfit.forces.space import compiled_mesh_forces
-from rftfit.model.draws import end_names, model_end_names, next_end_names
-from rftfit.model.profiles import Profile, TableProfile
+from rftfit.model.draws import model_end_names, next_end_names
 from rftfit.reference import BETA_DEG, GAMMA_DEG, alpha_grid
 
 POPPY = rftfit.published_medium("poppy_LP")
@@ -78,35 +76,6 @@ def test_the_error_is_eps_times_the_load_without_cancellation():
         np.testing.assert_allclose((hi + lo) / 2, table[name], atol=1e-9)
 
 
-@pytest.mark.parametrize("kind", ["table", "map"])
-def test_tables_and_maps_have_it(kind):
-    profile: Profile
-    if kind == "map":
-        profile = rftfit.estimate_map(ONE_PUSH).profile
-    else:
-        profile = rftfit.published_medium("poppy_LP", kind)
-    table, half, none = (
-        rftfit.predict(profile, LEG, TURN, model_error=eps) for eps in (None, 0.14, 0)
-    )
-    for name in QUANTITIES:
-        lo, hi = (table[end].to_numpy() for end in model_end_names(name))
-        assert (lo <= table[name] + 1e-9).all()
-        assert (hi >= table[name] - 1e-9).all()
-        half_lo, half_hi = (half[end].to_numpy() for end in model_end_names(name))
-        assert (hi - lo).sum() > (half_hi - half_lo).sum()
-        assert not {*model_end_names(name)} & {*none}
-        if kind == "map":
-            below, above = (table[end].to_numpy() for end in end_names(name))
-            assert (hi - lo).sum() > 1.02 * (above - below).sum()
-            np.testing.assert_array_equal(below, none[end_names(name)[0]])
-        else:
-            assert not {*end_names(name)} & {*table}
-    pd.testing.assert_frame_equal(table, rftfit.predict(profile, LEG, TURN, model_error=0.28))
-    air = (table["force_z_N"] == 0) & (table["force_x_N"] == 0)
-    assert air.any()
-    assert (table.loc[air, [*model_end_names("force_z_N")]] == 0).all(axis=None)
-
-
 def test_the_next_bed_is_looser_or_denser_as_a_whole():
     profile = rftfit.estimate_map(ONE_PUSH).profile
     profile.bed_spread = 0.1
@@ -139,47 +108,6 @@ def test_a_moment_errs_as_the_forces_at_the_centre_of_the_load():
         model_end_names("moment_N_cm"), model_end_names("force_z_N")[::-1], strict=True
     ):
         np.testing.assert_allclose(table[end], -10 * table[force_end], rtol=1e-3)
-
-
-def test_a_mesh_of_an_outline_has_the_errors_of_the_outline():
-    plane = rftfit.predict(POPPY, LEG, TURN)
-    turned = np.column_stack(
-        [0 * TURN.columns["theta_deg"], TURN.columns["theta_deg"], 0 * TURN.columns["theta_deg"]]
-    )
-    height = np.tile([0.0, 0.0, 2.0], (271, 1))
-    motion = rftfit.Motion3D.path(np.radians(TURN.columns["theta_deg"]) / 0.2, height, turned)
-    space = rftfit.predict(POPPY, rftfit.Mesh.extrude(LEG), motion)
-    for name, plane_name in (
-        ("force_z_N", "force_z_N"),
-        ("force_x_N", "force_x_N"),
-        ("moment_y_N_cm", "moment_N_cm"),
-    ):
-        in_space, in_plane = (
-            (table[hi] - table[lo]).sum()
-            for table, (lo, hi) in (
-                (space, model_end_names(name)),
-                (plane, model_end_names(plane_name)),
-            )
-        )
-        assert in_space == pytest.approx(in_plane, rel=0.05)
-    bare = compiled_mesh_forces(POPPY, rftfit.Mesh.extrude(LEG), motion)[100, 7:]
-    assert np.hypot(bare[0], bare[1]) == pytest.approx(bare_load(POPPY, TURN.poses[100]), rel=0.02)
-
-
-def test_draws_of_alpha_carry_their_own_load():
-    """Twice the size of a draw is twice its error: without alpha's error of shape the widths follow the sizes."""
-    profile = TableProfile.published("poppy_LP")
-    alpha_z, alpha_x = (
-        np.stack([size * alpha for size in np.linspace(0.5, 1.5, 400)])
-        for alpha in (profile.alpha_z, profile.alpha_x)
-    )
-    spread = TableProfile(alpha_z, alpha_x, profile.beta[:, None], profile.gamma)
-    load = errors.outline_load(spread, LEG, TURN.poses)
-    best = errors.outline_load(profile, LEG, TURN.poses)
-    np.testing.assert_allclose(
-        load.size, np.linspace(0.5, 1.5, 400)[:, None] * best.size, rtol=1e-5
-    )
-    np.testing.assert_allclose(load.centre[0], best.centre[0], atol=1e-4)
 
 
 def test_a_peak_is_the_top_of_the_best_curve_and_inside_its_intervals():

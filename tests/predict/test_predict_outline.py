@@ -11,17 +11,10 @@ import numpy as np
 import pytest
 from log_files import told
 
+from rftfit import Outline, arc, model_leg, polyline
 from rftfit.campaign.problems import CampaignError
 from rftfit.forces.motion import rotation_poses
-from rftfit.forces.outlines import (
-    Outline,
-    arc,
-    crossing_pieces,
-    leg_outline,
-    model_leg,
-    polyline,
-    read_outline,
-)
+from rftfit.forces.outlines import crossing_pieces, leg_outline, read_outline
 from rftfit.forces.reference_kernel import place
 
 R = 3.81

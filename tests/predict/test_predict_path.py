@@ -2,17 +2,12 @@
 
 import numpy as np
 import pytest
-from coverage_levels import sweep
 from log_files import told
 
-from rftfit import reference
+from rftfit import TableProfile, model_leg, path, polyline, reference
 from rftfit.campaign.problems import CampaignError
-from rftfit.forces.motion import THETA_DEG, path, read_path
-from rftfit.forces.outlines import model_leg, polyline
+from rftfit.forces.motion import read_path
 from rftfit.forces.plane import force_draws, forces_on
-from rftfit.forces.prediction import predict
-from rftfit.forces.reference_kernel import element_forces, place
-from rftfit.model.profiles import TableProfile
 
 TABLE = TableProfile.published("poppy_LP")
 HEADER = "t_s,x_cm,z_cm,angle_deg\n"
@@ -24,47 +19,10 @@ def written(tmp_path, text):
     return file
 
 
-def test_a_turning_leg_is_a_path(tmp_path):
-    time = np.radians(THETA_DEG + 135) / 0.2
-    rows = "".join(f"{t:.12f},0,2,{a:.12f}\n" for t, a in zip(time, THETA_DEG, strict=True))
-    motion = read_path(written(tmp_path, "# a sweep\n" + HEADER + rows))
-    np.testing.assert_allclose(motion.poses[:, 5], 0.2, rtol=1e-8)
-    for leg in ("c_leg", "flat_leg"):
-        table, expected = predict(TABLE, model_leg(leg), motion), sweep(TABLE, model_leg(leg))
-        for name in ("force_z_N", "force_x_N", "moment_N_cm"):
-            np.testing.assert_allclose(table[name], getattr(expected, name), atol=1e-6)
-        assert (expected.moment_N_cm <= 1e-12).all()  # sand resists the motor
-
-
-def test_a_plate_pushed_down_and_pulled_up(tmp_path):
-    rows = "".join(f"{t},0,{-t if t <= 4 else t - 8},0\n" for t in range(9))
-    motion = read_path(written(tmp_path, HEADER + rows))
-    plate = polyline([(-1.905, 0), (1.905, 0)], 2.54)
-    table = predict(TABLE, plate, motion)
-    alpha_z, _ = reference.alpha_grid("poppy_LP")
-    area = 3.81 * 2.54
-    np.testing.assert_allclose(table["force_z_N"][:4], alpha_z[3, -1] * area * np.arange(4.0))
-    np.testing.assert_allclose(table["force_z_N"][5:8], alpha_z[3, 0] * area * np.array([3, 2, 1]))
-    assert table["force_z_N"][4] == 0  # it turns round: no velocity, no force
-    np.testing.assert_allclose(table["force_x_N"], 0, atol=1e-12)
-    tilted = motion.poses[3:4].copy()
-    tilted[:, 2] = np.radians(30)  # the angle of a plate along x is its beta
-    expected = TABLE.alpha(np.radians(30), np.pi / 2)[0] * 3 * area
-    np.testing.assert_allclose(forces_on(TABLE, plate, tilted).force_z_N, expected)
-
-
 def test_angles_may_wrap():
     angle = [170.0, 178.0, -174.0, -166.0]
     poses = path([0, 1, 2, 3], np.zeros(4), np.zeros(4), angle).poses
     np.testing.assert_allclose(poses[:, 5], np.radians(8))
-
-
-def test_uneven_times_keep_a_steady_velocity():
-    time = np.array([0.0, 0.1, 0.5, 0.6, 2.0])
-    poses = path(time, 3 * time, -2 * time, np.degrees(0.1 * time)).poses
-    np.testing.assert_allclose(poses[:, 3:], np.tile([3.0, -2.0, 0.1], (5, 1)))
-    with pytest.raises(ValueError, match="increase"):
-        path([0, 1, 1], np.zeros(3), np.zeros(3), np.zeros(3))
 
 
 @pytest.mark.parametrize(
@@ -99,17 +57,6 @@ def test_a_missing_cell_says_why():
     assert "missing" in forces_on(TABLE, plate, poses).reason
 
 
-def test_solid_body_feels_the_sand_ahead_only():
-    box = polyline([(-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1)], 2.0, elements=80)
-    poses = np.array([[0, -3.0, 0, 0, -1.0, 0]])
-    forces = forces_on(TABLE, box, poses)
-    forces_on_elements = element_forces(TABLE, place(box.body, box.width_cm, poses), box.solid)
-    np.testing.assert_array_equal(forces_on_elements[0, :, 0] != 0, box.body[:, 1] == -1)
-    alone = forces_on(TABLE, polyline([(-1, -1), (1, -1)], 2.0), poses)
-    assert forces.force_z_N[0] == pytest.approx(float(alone.force_z_N[0]), rel=1e-12)
-    np.testing.assert_allclose(force_draws(TABLE, box, poses).force_z_N, forces.force_z_N)
-
-
 def test_no_poses_and_wrong_ones():
     with pytest.raises(ValueError, match="shape"):
         forces_on(TABLE, model_leg("c_leg"), np.zeros((3, 5)))
@@ -124,26 +71,6 @@ def test_no_poses_and_wrong_ones():
             for component in (forces.force_z_N, forces.force_x_N, forces.moment_N_cm)
         }
         assert (shapes, forces.reason) == ({shape}, "")
-
-
-@pytest.mark.parametrize("most", [1, 2_000_000])
-def test_draws_have_the_forces_and_the_moment_of_a_single_profile(monkeypatch, most):
-    """However many poses are taken at once, and also if nothing is missing."""
-    monkeypatch.setattr("rftfit.forces.plane._MOST_AT_ONCE", most)
-    z, x = reference.alpha_grid("poppy_LP")
-    poses = np.tile([0.5, 1.0, 0.3, 0.4, -1.0, 0.2], (5, 1)) * np.linspace(0.5, 1, 5)[:, None]
-    leg = model_leg("c_leg")
-    drawn = force_draws(TableProfile(np.stack([z, 2 * z]), np.stack([x, 2 * x])), leg, poses)
-    expected = forces_on(TABLE, leg, poses)
-    for name in ("force_z_N", "force_x_N", "moment_N_cm"):
-        component = getattr(expected, name)
-        assert (component != 0).all()
-        np.testing.assert_allclose(getattr(drawn, name), [component, 2 * component], rtol=1e-9)
-    assert drawn.reason == expected.reason == ""
-    poses[2, 0] = np.nan
-    lost = force_draws(TABLE, leg, poses)
-    assert lost.reason == forces_on(TABLE, leg, poses).reason != ""
-    np.testing.assert_array_equal(np.isnan(lost.moment_N_cm), np.arange(5) == 2)
 
 
 def test_a_leg_that_stands_still_or_is_in_the_air_feels_nothing_in_any_draw():

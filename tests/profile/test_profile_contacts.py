@@ -10,18 +10,9 @@ import numpy as np
 import pandas as pd
 import pytest
 from numpy.testing import assert_allclose
-from scipy.stats import multivariate_normal
 
 import rftfit
-from rftfit.forces.body_error import (
-    COMMON,
-    LEAST_PER_MEDIUM,
-    ErrorCurve,
-    learn_from_curves,
-    pose_states,
-)
-from rftfit.forces.contacts import Contact, learn_body_error
-from rftfit.model.observations import ObservedSystem
+from rftfit import Contact, learn_body_error
 from rftfit.model.shapes import map_nodes
 
 LEG = rftfit.model_leg("c_leg", elements=12)
@@ -128,90 +119,9 @@ def test_poses_of_one_body_share_the_models_error_so_a_repeat_narrows_nothing():
     assert twice[2] - twice[1] == pytest.approx(alone[2] - alone[1], rel=0.1)
 
 
-def test_what_a_body_has_in_every_medium_is_learned_and_taken_off():
-    media = ("glass0.3mm_LP", "glass0.3mm_CP")
-    body = learn_body_error(
-        [
-            (turned(medium, factor=1.4, name=medium), rftfit.published_medium(medium))
-            for medium in media
-        ]
-    )
-    assert body.per_medium == LEAST_PER_MEDIUM
-    assert not body.stated
-    assert "glass0.3mm_LP" in body.words
-    plain, learned = (
-        vertical(rftfit.estimate_map(contacts=[turned(factor=factor, **given)]))
-        for factor, given in ((1.0, {}), (1.4, {"body_error": body}))
-    )
-    assert learned[0] == pytest.approx(plain[0], rel=0.15)
-    assert learned[2] - learned[1] < 0.8 * (plain[2] - plain[1])
-    force = 1.4 * rftfit.predict(SAND, LEG, MOTION)["force_z_N"]
-    with_body = rftfit.predict(SAND, LEG, MOTION, body_error=body)
-    without = rftfit.predict(SAND, LEG, MOTION)
-    off = [np.abs(table["force_z_N"] - force).max() for table in (with_body, without)]
-    assert off[0] < 0.5 * off[1]
-    assert (with_body["force_z_model_lo_N"] <= force + 1e-9).all()
-    assert (force <= with_body["force_z_model_hi_N"] + 1e-9).all()
-
-
 def test_from_one_medium_the_share_of_the_body_is_stated_and_from_none_refused():
     assert learn_body_error([(turned(), SAND)]).stated
     with pytest.raises(ValueError, match="at least one"):
         learn_body_error([])
     with pytest.raises(ValueError, match="one of them"):
         rftfit.predict(SAND, LEG, MOTION, model_error=0.1, body_error=rftfit.BodyError())
-
-
-def test_a_mesh_has_the_error_of_its_body_too():
-    foot = rftfit.Mesh.extrude(rftfit.polyline([(-1, 0), (1, 0)], 2, elements=1))
-    motion = rftfit.Motion3D([[0, 0, -1], [0, 0, -2], [0, 0, -3]], [0, 0, -1])
-    forces = rftfit.predict(SAND, foot, motion, model_error=0)
-    pressed = {name: 1.3 * forces[name] for name in ("force_x_N", "force_y_N", "force_z_N")}
-    body = learn_body_error([(Contact(foot, motion, pressed, errors=0.05), SAND)])
-    blended = rftfit.predict(SAND, foot, motion, body_error=body)
-    ratio = blended["force_z_N"] / forces["force_z_N"]
-    assert (ratio > 1.15).all()
-    assert (ratio < 1.3).all()
-
-
-def test_the_first_size_weighs_each_force_by_its_load():
-    nodes = map_nodes()
-    alpha = np.concatenate(SAND.alpha(nodes.beta, nodes.gamma))
-    table = rftfit.TableProfile(*alpha.reshape(2, -1), nodes.beta, nodes.gamma)
-    size_of_pose = np.linspace(1, 3, len(MOTION.poses))
-    forces = rftfit.predict(table, LEG, MOTION)
-    grown = {name: size_of_pose * forces[name].to_numpy() for name in ("force_z_N", "force_x_N")}
-    contact = Contact(LEG, MOTION, grown, errors=0.05)
-    system = ObservedSystem.of([contact], (nodes.beta, nodes.gamma), alpha, np.eye(1, alpha.size))
-    use = contact.touches
-    over_load = (contact.measured / size_of_pose)[:, use] / contact.load(table)[use]
-    size = (size_of_pose[use] * over_load**2).sum() / (over_load**2).sum()
-    assert system.first_size() == pytest.approx(size, rel=1e-6)
-    assert abs(size - size_of_pose[use].mean()) > 0.01
-
-
-def test_the_error_of_a_body_in_a_medium_is_the_most_likely_one():
-    """One pose in twelve media: measured errors scatter by the error in the medium and by that of the map."""
-    of_map, count = 0.3, 12
-    residuals = np.random.default_rng(3).normal(0, 0.5, count)
-    state = np.zeros((1, 5))
-    curves = [
-        ErrorCurve(f"m{number}", state, np.array([[residual]]), np.array([[[of_map**2]]]))
-        for number, residual in enumerate(residuals)
-    ]
-    learned = learn_from_curves(curves).per_medium
-
-    def likelihood(per_medium):
-        covariance = COMMON**2 + (per_medium**2 + of_map**2) * np.eye(count)
-        return multivariate_normal(np.zeros(count), covariance).logpdf(residuals)
-
-    assert likelihood(learned) > max(likelihood(0.9 * learned), likelihood(1.1 * learned))
-    assert 0.3 < learned < 1
-
-
-def test_the_way_of_a_turning_body_is_that_of_its_tip():
-    points_cm, velocity, rate = np.array([[-2.0, 0.0], [2.0, 0.0]]), 3.0, 0.5
-    states = pose_states(points_cm, np.array([[0.0, -1.0, 0.0, velocity, 0.0, rate]]))
-    way = states[0, 3:]
-    # half of the length, 4 cm, turns about the reference point
-    assert_allclose(way / way[0], [1, 0, rate * 2 / velocity], atol=0.005)

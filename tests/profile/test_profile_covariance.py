@@ -1,6 +1,5 @@
 """The covariance of alpha equals that of simulated runs for each error that runs have in common."""
 
-import io
 import math
 from typing import Any
 
@@ -8,14 +7,11 @@ import numpy as np
 import pandas as pd
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
-from result_tables import SE, alpha_frame, results_of
 
 from rftfit.campaign.config import ErrorSettings
 from rftfit.measure.alpha import alpha_table, column
 from rftfit.measure.errors import SurfaceError
-from rftfit.model.common_errors import COVARIANCE_INDEX, covariance_of, covariance_table
-from rftfit.reference import alpha_grid
-from rftfit.store import csv_bytes
+from rftfit.model.common_errors import COVARIANCE_INDEX, covariance_of
 
 NONE = ErrorSettings(
     surface_run_mm=0, surface_session_mm=0, angle_deg=0, turn_deg=0, tare_percent=0, bed_percent=0
@@ -125,28 +121,3 @@ def test_covariance_is_that_of_the_standard_errors():
     # one plate has one error
     left, right = (covariance.xs((beta, -90.0)) for beta in (-90.0, 90.0))
     assert_allclose(left, right, rtol=1e-12)
-
-
-def test_a_medium_gives_its_covariance(paper_config):
-    """Of a table with noise alone, each number for itself."""
-    medium, values = "poppy_LP", alpha_grid("poppy_LP")
-    covariance = results_of([alpha_frame(medium, values)], paper_config)[medium].covariance
-    assert_allclose(covariance.loc[(0.0, 90.0, "z"), (0.0, 90.0, "z")], SE**2)
-    apart = covariance.drop(index=[-90.0, 90.0]).drop(columns=[-90.0, 90.0])
-    assert_allclose(apart, SE**2 * np.eye(len(apart)), atol=1e-18)
-    # these are one plate
-    assert_allclose(covariance.loc[(-90.0, 90.0, "z"), (90.0, 90.0, "z")], SE**2)
-
-
-def test_the_file_is_the_matrix():
-    table = whole_table()
-    text = csv_bytes(covariance_table(table))
-    square = pd.read_csv(io.BytesIO(text), index_col=[0, 1, 2, 3])
-    assert square.index.names == ["medium", *COVARIANCE_INDEX]
-    places = [f"covariance_{c}_{b:g}_{g:g}_N2_per_cm6" for _, b, g, c in square.index]
-    assert list(square.columns) == places
-    assert_allclose(square, covariance_of(table), rtol=1e-5)
-    values = np.linalg.eigvalsh(square)
-    assert values.min() > -1e-6 * values.max()
-    nothing = table.assign(**{column(c, "_se"): np.nan for c in "zx"})
-    assert csv_bytes(covariance_table(nothing)) == b"medium,beta_deg,gamma_deg,component\n"

@@ -23,7 +23,6 @@ from rftfit.campaign.problems import CampaignError
 from rftfit.campaign.schema import all_keys
 from rftfit.errors import InputError
 from rftfit.model.draws import measured_profile
-from rftfit.model.profile_file import pushes_in_profile
 from rftfit.model.profile_schema import ProfileFile, main
 from rftfit.reference import MEDIA
 
@@ -109,44 +108,6 @@ def plane(step=7.5):
     """Directions all over the plane and beyond one period, degrees."""
     mesh = np.meshgrid(np.arange(-200, 200, step), np.arange(-400, 400, step + 0.1), indexing="ij")
     return np.stack([angles.ravel() for angles in mesh])
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_a_profile_comes_back(kind, sources, profiles, files, tmp_path):
-    wrote: Any = profiles[kind]
-    profile: Any = rftfit.read_profile(files / f"{kind}.json")
-    angles = np.radians(plane(9.3))
-    expected = np.array(wrote.alpha(*angles))
-    assert_allclose(profile.alpha(*angles), expected, rtol=0, atol=1e-8)
-    assert np.isnan(expected).any() == (kind in ("hole", "half", "scattered"))
-    assert (profile.name, profile.reason, profile.window) == (wrote.name, wrote.reason, (1.0, 8.0))
-    assert (profile.spread is None) == (wrote.spread is None) == (kind == "published")
-    if wrote.spread is not None:
-        many = np.array(wrote.spread.alpha(*angles))
-        assert_allclose(profile.spread.alpha(*angles), many, rtol=0, atol=1e-5)
-    assert_allclose(profile.pushed, sources[kind].pushed, rtol=1e-4, atol=1e-8)
-    # nothing of it is lost, and nothing added, when it is handed on once more
-    rftfit.write_profile(tmp_path / "again.json", profile)
-    reread = rftfit.read_profile(tmp_path / "again.json")
-    for name in ("alpha_z", "alpha_x", "pushed"):
-        assert_array_equal(getattr(reread, name), getattr(profile, name))
-
-
-def test_what_stands_in_it(sources, files, content):
-    assert content["medium"] == {"name": "sand", "title": "Sand", "notes": ""}
-    # 12 x 48 nodes, each direction once: all but 4 of them are pairs of mirror images
-    assert {len(column) for column in content["directions"].values()} == {290}
-    assert (content["origin"]["pushes"], content["origin"]["known_media"]) == (4, ", ".join(MEDIA))
-    stated = pushes_in_profile(files / "map.json")["alpha_z_se_N_per_cm3"][:3]
-    assert_allclose(stated, [0.02, 0.01, 0.03])
-    assert (files / "map.json").stat().st_size < 1_000_000
-    # of a table that is a grid its directions are what was pushed; its errors those of the draws
-    assert read(files / "measured.json")["pushes"] is None
-    assert sources["measured"].cells[2].shape != (6, 74)
-    assert rftfit.read_profile(files / "measured.json").pushed.shape == (6, 74)
-    assert len(read(files / "scattered.json")["pushes"]["beta_deg"]) == 40
-    se = rftfit.read_profile(files / "scattered.json").pushed[4:]
-    assert 0.005 < se.min() < se.max() < 0.015
 
 
 @pytest.mark.parametrize(("signs", "se"), [((1, 1, 0), 0.1), ((1, -1, 0), 0.0)])

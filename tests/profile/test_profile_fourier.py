@@ -5,16 +5,14 @@ Fits: least squares (`lsq`), and the transform of the even grid (`dft-index`).
 
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose, assert_array_equal
+from numpy.testing import assert_allclose
 from paper import BETA, GAMMA, by_hand
 
 from rftfit import reference
 from rftfit.model import fourier, symmetry
-from rftfit.model.scaling import generic, vertical_penetration
+from rftfit.model.scaling import vertical_penetration
 
 RANDOM = np.random.default_rng(2013)
-M = RANDOM.normal(0, 0.1, (20, 9))
-"""Twenty sets of nine coefficients."""
 TABLE_S2 = {medium: reference.coefficients(medium) for medium in reference.MEDIA}
 GENERIC = reference.coefficients("generic")
 
@@ -34,33 +32,6 @@ def test_a_missing_cell_is_told_by_its_image():
     image = places.index([-60, -90])
     assert (z[image], x[image]) == (alpha_of_cell[0], -alpha_of_cell[1])
     assert np.isnan([z[places.index([beta, 90])] for beta in (-30, 30)]).all()
-
-
-def test_each_direction_is_listed_once_and_on_the_side_that_was_measured():
-    """Of a direction and its mirror image the one with |gamma| up to 90 degrees, else the one that is there."""
-    measured = [(30, 60), (-30, 120), (-90, 45), (90, 45), (10, 150), (0, 90), (-40, -135)]
-    beta, gamma = np.radians(np.array(measured, dtype=float).T)
-    first, listed = symmetry.each_once(beta, gamma)
-    # (-30, 120) is (30, 60) seen from behind; plates at -90 and 90 degrees are one
-    assert [measured[cell] for cell in first] == [
-        (0, 90),
-        (30, 60),
-        (90, 45),
-        (-40, -135),
-        (10, 150),
-    ]
-    places = np.degrees([listed.beta, listed.gamma]).round(9).T.tolist()
-    assert places == [[0, 90], [30, 60], [-90, 45], [-40, -135], [10, 150]]
-    alpha_z, alpha_x = RANDOM.normal(size=(2, len(measured)))
-    z, x = listed.complete(alpha_z, alpha_x)
-    alpha_at = dict(zip(map(tuple, places), zip(z, x, strict=True), strict=True))
-    assert alpha_at[30, 60] == pytest.approx(
-        ((alpha_z[0] + alpha_z[1]) / 2, (alpha_x[0] - alpha_x[1]) / 2)
-    )
-    assert alpha_at[-90, 45] == pytest.approx((alpha_z[2:4].mean(), alpha_x[2:4].mean()))
-    # a push straight down on a level plate is its own mirror image: nothing acts to a side
-    assert alpha_at[0, 90] == pytest.approx((alpha_z[5], 0))
-    assert alpha_at[10, 150] == pytest.approx((alpha_z[4], alpha_x[4]))
 
 
 def test_grid_or_scattered():
@@ -92,48 +63,6 @@ def test_lines_of_a_grid():
     grid = symmetry.rectangle(*np.radians([beta, gamma]))
     assert grid is not None
     assert_allclose(np.degrees(grid.beta), [-90, -31, -30, -0.3, 0.3, 30, 31], atol=1e-9)
-
-
-def test_half_of_the_crossings_make_a_grid():
-    """With their mirror images, two directions have four crossings: of eight on one line of beta, of sixteen on two."""
-    rows, columns = np.radians([10.0, 20.0]), np.radians([20.0, 70.0])
-    whole = [(b, g) for b in rows for g in columns]
-    assert symmetry.rectangle(*np.array(whole).T) is not None
-    one_row = np.array([(rows[0], columns[0]), (rows[0], columns[1])]).T
-    grid = symmetry.rectangle(*one_row)
-    assert grid is not None
-    assert (grid.node >= 0).sum() == symmetry.LEAST_FILL * grid.node.size == 4
-    diagonal = np.array([whole[0], whole[3]]).T
-    assert symmetry.rectangle(*diagonal) is None
-
-
-def test_ends_and_wide_gaps_of_a_grid():
-    """No line at 90 degrees: a mean between its neighbours, unless they are too far apart."""
-    beta, gamma = (
-        a.ravel() for a in np.meshgrid(np.radians([-60, 0, 60]), np.radians([-90, -45, 45, 90]))
-    )
-    grid = symmetry.rectangle(beta, gamma)
-    assert grid is not None
-    values = grid.torus.complete(*fourier.evaluate(GENERIC, beta, gamma))[0]
-    rows, columns, closed = grid.closed(values)
-    assert_allclose(np.degrees(rows), [-90, -60, 0, 60, 90])
-    assert_allclose(closed[0], (closed[1] + closed[3]) / 2)
-    assert_array_equal(closed[0], closed[-1])
-    # between -45 and 45 degrees of gamma nothing was measured
-    assert np.degrees(columns).round(6).tolist() == [-180, -135, -90, -45, 0, 45, 90, 135, 180]
-    assert np.isnan(closed[:, 4]).all()
-    assert np.isnan(closed[:, 0]).all()
-    assert np.isfinite(closed[:, [1, 2, 3, 5, 6, 7]]).all()
-
-
-def test_lsq_of_many_tables_at_once_and_of_some_terms():
-    keep = np.array([1, 1, 0, 1, 1, 1, 1, 0, 1], dtype=bool)
-    expected = np.where(keep, M, 0)
-    tables = [fourier.evaluate(row, BETA, GAMMA) for row in expected]
-    alpha_z, alpha_x = (np.stack(component) for component in zip(*tables, strict=True))
-    fitted = fourier.fit_lsq(BETA, GAMMA, alpha_z, alpha_x, keep)
-    assert_allclose(fitted, expected, atol=1e-12)
-    assert (fitted[:, ~keep] == 0).all()
 
 
 @pytest.mark.parametrize("medium", ["poppy_LP", "glass3mm_CP"])
@@ -176,19 +105,6 @@ def test_dft_index_says_where_it_does_not_apply(bad):
         )
 
 
-def test_dft_index_needs_every_cell():
-    alpha = np.array(cells("poppy_LP"))
-    alpha[0, 29] = np.nan
-    assert np.isnan(fourier.fit_dft_index(BETA, GAMMA, *alpha)[:5]).all()
-
-
-def test_dft_index_gives_table_s2():
-    printed = np.array([fourier.as_array(TABLE_S2[medium]) for medium in reference.MEDIA])
-    fitted = [fourier.fit_dft_index(BETA, GAMMA, *cells(medium)) for medium in reference.MEDIA]
-    assert (printed != 0).sum() == 40
-    assert np.abs(printed - fitted)[printed != 0].max() <= 0.0013
-
-
 def as_printed(medium):
     """The transform, with the terms that Table S2 prints as zero left out."""
     keep = np.array([TABLE_S2[medium][term] != 0 for term in fourier.TERMS])
@@ -213,36 +129,11 @@ def test_table_s3_to_the_printed_digit(medium, fit, chi, chi_lsq):
     assert vertical / lsq == pytest.approx(chi_lsq, abs=0.0051)
 
 
-def test_generic_is_table_s2s_and_its_own_penetration_is_one():
-    m0 = generic(np.stack([as_printed(medium) for medium in reference.MEDIA]))
-    assert_allclose(m0, fourier.as_array(GENERIC), atol=0.003)
-    assert float(vertical_penetration(m0)) == pytest.approx(1, abs=1e-12)
-    alpha_z, alpha_x = fourier.evaluate(m0, 0.0, np.pi / 2)
-    assert float(alpha_z) == pytest.approx(1, abs=1e-12)
-    assert float(alpha_x) == pytest.approx(0, abs=1e-12)
-
-
-def test_generic_of_many_draws():
-    stack = np.abs(M.reshape(4, 5, 9)) + 0.1
-    assert_allclose(generic(stack)[2], generic(stack[2]))
-    scaled = generic(stack[0, :1])
-    assert_allclose(scaled, stack[0, 0] / stack[0, 0, :5].sum())
-
-
 def test_kept_terms():
     coefficients = np.array([-1.0, 0.04, -0.06, 0.05, 0.9, 0, 0.051, -0.049, 2])
     kept = fourier.kept_terms(coefficients, 0.05)
     assert kept.tolist() == [True, False, True, False, True, False, True, False, True]
     assert fourier.kept_terms(np.zeros(9), 0.05).tolist() == [True] + [False] * 8
-
-
-def test_coefficients_in_either_form():
-    assert fourier.as_array(dict(zip(fourier.TERMS, range(9), strict=True))).tolist() == [*range(9)]
-    assert fourier.as_array(range(9)).dtype == float
-    with pytest.raises(ValueError, match=r"no coefficient B01; wanted: A00"):
-        fourier.as_array({term: 0.0 for term in fourier.TERMS if term != "B01"})
-    with pytest.raises(ValueError, match=r"shape \(8,\)"):
-        fourier.as_array(np.zeros(8))
 
 
 def test_as_many_cells_as_terms_are_enough():

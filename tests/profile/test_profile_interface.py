@@ -10,17 +10,17 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from rftfit import reference
-from rftfit.conventions import mirror
-from rftfit.model import fourier
-from rftfit.model.packs import DEPTH_ONLY, FOURIER, TABLE
-from rftfit.model.profiles import (
+from rftfit import (
     DepthOnlyProfile,
     FourierProfile,
     Profile,
     TableProfile,
+    reference,
     scaled_generic,
 )
+from rftfit.conventions import mirror
+from rftfit.model import fourier
+from rftfit.model.packs import DEPTH_ONLY, FOURIER, TABLE
 
 BETA, GAMMA = np.radians(reference.BETA_DEG), np.radians(reference.GAMMA_DEG)
 RANDOM = np.random.default_rng(3)
@@ -61,28 +61,6 @@ def test_lives_on_the_torus_and_is_symmetric(profile, kind):
     assert_allclose(Profile.alpha(profile, *some), alpha[:, :200], atol=1e-12)
     assert np.isnan(profile.alpha([np.nan, 1.0], [1.0, np.nan])).all()
     assert profile.pack.kind == kind
-
-
-def test_shapes_broadcast():
-    stack = TableProfile(*RANDOM.normal(size=(2, 5, 7, 13)))
-    alpha_z, alpha_x = stack.alpha(BETA[:, None], GAMMA[None, :])
-    assert alpha_z.shape == alpha_x.shape == (5, 7, 13)
-    assert table().alpha(0.3, 0.4)[0].shape == ()
-    many = scaled_generic(np.array([0.1, 0.2]), M0)
-    assert many.alpha(BETA, 0.3)[1].shape == (2, 7)
-    for profile in (stack, many, DepthOnlyProfile.of(stack)):
-        with pytest.raises(ValueError, match="draws"):
-            _ = profile.pack
-
-
-@pytest.mark.parametrize("medium", reference.MEDIA)
-def test_table_meets_its_nodes(medium):
-    expected = np.array(reference.alpha_grid(medium))
-    alpha = np.array(table(medium).alpha(BETA[:, None], GAMMA[None, :]))
-    assert_allclose(alpha[..., 1:-1], expected[..., 1:-1], atol=1e-15)
-    # at gamma = +-90 degrees the mean of the mirror images
-    mean = (expected[0, :, -1] + expected[0, ::-1, -1]) / 2
-    assert_allclose(alpha[0, :, -1], mean, atol=1e-15)
 
 
 def test_table_is_bilinear_at_the_true_angles():
@@ -132,53 +110,6 @@ def test_missing_plate_at_90_degrees_is_the_one_at_minus_90():
     profile, whole = TableProfile(*alpha), table().alpha(ANY_BETA, ANY_GAMMA)
     assert profile.reason == ""
     assert_allclose(profile.alpha(ANY_BETA, ANY_GAMMA), whole, atol=1e-14)
-
-
-def test_table_from_data_frame():
-    rows = reference.load("table_s5").query("medium == 'poppy_LP'").assign(reason="")
-    profile = TableProfile.from_table(rows.sample(frac=1, random_state=1))
-    assert_array_equal(profile.alpha_z, table().alpha_z)
-    assert_array_equal(profile.alpha_x, table().alpha_x)
-    cell = (rows["beta_deg"] == 0) & (rows["gamma_deg"] == 0)
-    rows.loc[cell, ["alpha_z_N_per_cm3", "alpha_x_N_per_cm3"]] = np.nan
-    rows.loc[cell, "reason"] = "no run"
-    assert TableProfile.from_table(rows).reason.endswith("(0, 0): no run")
-    # an empty cell of a sheet
-    rows = rows.drop(columns="reason").astype({"alpha_z_N_per_cm3": object})
-    rows.loc[cell, "alpha_z_N_per_cm3"] = None
-    assert TableProfile.from_table(rows).reason.endswith("in degrees (0, 0)")
-
-
-@pytest.mark.parametrize(
-    ("beta_deg", "gamma_deg", "alpha_z", "alpha_x"),
-    [
-        (0, 90, 0.4, 0.0),
-        (0, -90, -0.02, 0.0),
-        (90, 0, 0.0, 0.08),
-        (90, 180, 0.0, -0.08),
-        (0, 0, 0.0, 0.0),  # sliding along itself: nothing goes down or up
-        (90, 90, 0.0, 0.0),
-        (60, 45, 0.2, 0.08 * math.sin(math.radians(60))),
-        (-60, 135, 0.2, -0.08 * math.sin(math.radians(60))),
-        (60, -135, -0.01, -0.08 * math.sin(math.radians(60))),
-    ],
-)
-def test_depth_only_opposes_each_component(beta_deg, gamma_deg, alpha_z, alpha_x):
-    profile = DepthOnlyProfile(np.array([0.4, -0.02, 0.08]))
-    alpha = profile.alpha(math.radians(beta_deg), math.radians(gamma_deg))
-    assert_allclose(alpha, (alpha_z, alpha_x), atol=1e-15)
-
-
-def test_generic_golden_values():
-    generic = scaled_generic(1.0, M0)
-    alpha = generic.alpha(np.radians([30, 0]), np.radians([45, 90]))
-    assert_allclose(alpha, [[0.734, 1.000], [0.294, 0.0]], atol=5e-4)
-    half = scaled_generic(0.5, M0).alpha(ANY_BETA, ANY_GAMMA)
-    assert_allclose(half, 0.5 * np.array(generic.alpha(ANY_BETA, ANY_GAMMA)), rtol=1e-14)
-    # whole numbers
-    assert scaled_generic(2, M0).alpha(0, np.pi / 2)[0] == pytest.approx(2, abs=2e-3)
-    assert FourierProfile(np.arange(9)).coefficients.dtype == float
-    assert DepthOnlyProfile(np.array([4, -1, 2])).values.dtype == float
 
 
 # rises of 5 on 12: 22.62 degrees, which a reason names by one decimal
@@ -262,10 +193,3 @@ def test_scattered_directions_without_a_number_give_none():
     assert alpha.shape == (2, 3, 2)
     assert np.isnan(alpha).all()
     assert " 35 deg " in nothing.reason
-
-
-def test_profiles_say_what_they_lack():
-    holed = np.where(np.arange(9) == 4, np.nan, M0)
-    profiles = FourierProfile(M0), FourierProfile(holed), FourierProfile(holed, reason="no runs")
-    expected = ["", "nine terms: a coefficient is missing", "no runs"]
-    assert [profile.reason for profile in profiles] == expected

@@ -6,10 +6,9 @@ import pytest
 from seeds import seeds
 
 import rftfit
-from rftfit.forces.planning import ZETA, Step, peaks, prior_map, push_rows
-from rftfit.model.profiles import TableProfile
-from rftfit.model.shapes import Nodes, Pushes, estimate, grid, published_shapes, usual_error
-from rftfit.reference import MEDIA
+from rftfit import TableProfile, published_shapes
+from rftfit.forces.planning import ZETA, peaks, prior_map
+from rftfit.model.shapes import Nodes, Pushes, estimate, grid, usual_error
 
 NODES = grid()
 BETA, GAMMA = np.degrees(NODES)
@@ -72,22 +71,6 @@ def test_what_is_promised_is_found(target):
     assert np.quantile(np.abs(np.log(ratios)), 0.9) < np.log(1.6)
 
 
-@pytest.mark.parametrize("medium", MEDIA)
-def test_planned_pushes_are_better_than_random_ones(medium):
-    shapes = published_shapes(without=[medium])
-    alpha = np.stack(TableProfile.published(medium).alpha(*NODES))
-
-    def error(places):
-        pushes = Pushes.of(BETA[places], GAMMA[places], alpha[:, places], 0.005)
-        return float(np.sqrt(np.mean((estimate(pushes, shapes, ON_LINES).alpha - alpha) ** 2)))
-
-    planned = error(places_of(rftfit.plan("map", prior_map(shapes), count=6), 6))
-    random = np.random.default_rng(3)
-    chance = [error([*random.choice(BETA.size, 6, replace=False)]) for _ in range(11)]
-    # of glass3mm_CP the six pushes are no better than chance: see docs/theory/map.md
-    assert planned < np.median(chance) * (1.15 if medium == "glass3mm_CP" else 1)
-
-
 def test_a_rig_that_measures_on_the_way_back():
     rig = rftfit.Rig(pairs=True)
     plan = rftfit.plan("map", rig=rig, count=4)
@@ -115,32 +98,6 @@ def test_what_a_rig_cannot_push_is_not_planned():
     assert rftfit.plan("map", current_map, half, count=1).steps[1].directions == ((12.5, 67.5),)
     with pytest.raises(rftfit.RftfitError, match="did you mean 'zeta'"):
         rftfit.plan("zeto")
-
-
-@pytest.mark.parametrize(
-    ("directions", "runs", "rows"),
-    [
-        ([(30.0, 45.0)], 1, [("intrusion", "30", "45", "")]),
-        ([(30.0, -45.0)], 1, [("extraction", "30", "-45", "")]),
-        # there and back: the row of the way back has the angles of the push
-        ([(30, 45), (-30, -45)], 2, [(way, "30", "45", "") for way in ("intrusion", "extraction")]),
-        # level: a run at each depth; of those without a depth the cell is blank
-        ([(0, 0)], 2, [("horizontal", "0", "0", depth) for depth in ("2.5", "5")]),
-        ([(0, 0)], 1, [("horizontal", "0", "0", "2.5")]),
-        ([(0, 0)], 4, [("horizontal", "0", "0", depth) for depth in ("2.5", "5", "", "")]),
-    ],
-)
-def test_rows_of_the_run_sheet_of_a_push(directions, runs, rows):
-    names = ("direction", "beta_deg", "gamma_deg", "depth_cm")
-    step = Step(tuple(directions), runs, np.zeros(1))
-    assert push_rows(step, [2.5, 5.0]) == [dict(zip(names, row, strict=True)) for row in rows]
-
-
-def test_errors_of_the_rig_are_a_limit():
-    """Pushes with more error promise less."""
-    rigs = [rftfit.Rig(error_percent=percent) for percent in (1, 5, 20)]
-    widths = [rftfit.plan("map", rig=rig, count=5).steps[5].typical for rig in rigs]
-    assert widths == sorted(set(widths))
 
 
 def test_peaks_of_bodies_are_planned_for():

@@ -13,26 +13,12 @@ from paper import few_draws
 from seeds import seeds
 
 import rftfit
+from rftfit import Shapes, TableProfile, find_peaks, published_shapes
 from rftfit.conventions import mirror
 from rftfit.forces.plane import force_draws
-from rftfit.forces.prediction import find_peaks
 from rftfit.model import shapes as module
-from rftfit.model.profiles import TableProfile
-from rftfit.model.rft3d import alpha_3drft
 from rftfit.model.scaling import vertical_penetration
-from rftfit.model.shapes import (
-    FRICTIONS,
-    NOT_ALIKE,
-    Nodes,
-    Pushes,
-    Shapes,
-    course_between_lines,
-    estimate,
-    grid,
-    map_nodes,
-    published_shapes,
-    usual_error,
-)
+from rftfit.model.shapes import NOT_ALIKE, Nodes, Pushes, estimate, grid, usual_error
 from rftfit.reference import MEDIA
 
 NODES = grid()
@@ -84,24 +70,6 @@ def test_covariance_has_the_symmetry_of_alpha():
     assert at_rest[0, 0] == pytest.approx(
         (variation.floor + variation.share * z.mean()) ** 2 + between
     )
-
-
-def test_slopes_are_those_of_the_mean_shape():
-    """To either side by hand; on a top, where they cancel, their size; where a plate turns over, as everywhere."""
-    beta, gamma = (np.array(angles_deg) for angles_deg in ([12.0, 0.0, 90.0], [80.0, 90.0, 10.0]))
-    shapes = published_shapes()
-    mean, slopes = shapes.slopes(beta, gamma)
-
-    def alpha(*steps):
-        return shapes.moments(*np.radians([beta + steps[0], gamma + steps[1]]))[0].reshape(2, -1)
-
-    assert_allclose(mean, alpha(0, 0))
-    for axis, step in enumerate(np.diag([5.0, 5.0])):
-        sides = np.stack([alpha(*step) - mean, mean - alpha(*-step)]) / 5
-        assert_allclose(np.abs(slopes[..., axis]), np.sqrt((sides**2).mean(axis=0)))
-        clear = np.abs(sides.sum(axis=0)) > 1e-6
-        assert (np.sign(slopes[..., axis]) == np.sign(sides.sum(axis=0)))[clear].all()
-    assert abs(slopes[0, 1, 0]) > 0.02
 
 
 def _dense(mean, covariance, pushes, size):
@@ -260,64 +228,6 @@ def test_every_direction_pushed_is_the_table_on_its_lines():
     assert estimated.draws[:, 0, COUNT:].std(axis=0).max() > 0.02
 
 
-def test_nodes_between_the_lines():
-    beta, gamma = (np.degrees(angles) for angles in map_nodes()[:2])
-    assert_allclose([beta[:COUNT], gamma[:COUNT]], [BETA, GAMMA])
-    assert {*np.unique(beta.round(6))} == {*range(-75, 91, 15)}
-    assert np.unique(gamma.round(6)).size == 25
-    assert beta.size == 12 * 25
-    # a line of 20 degrees in beta and one of 10 in gamma: first the lines of `grid`, then those between
-    lines, nodes = grid([20.0], [10.0]), map_nodes([20.0], [10.0])
-    assert lines[0].size == nodes.lines == 7 * 14
-    assert nodes.beta.size == 13 * 26
-    for line_angles, whole in zip(lines, nodes[:2], strict=True):
-        assert_allclose(whole[: 7 * 14], line_angles)
-    # together with their mirror images they are a whole grid
-    assert TableProfile(*np.zeros((2, 300)), *map_nodes()[:2]).beta.size == 13
-
-
-def test_the_course_is_that_of_3drft_and_nothing_on_the_lines():
-    assert_allclose(course_between_lines(*NODES), 0, atol=1e-12)
-    nodes = map_nodes()[:2]
-    for friction, course in zip(FRICTIONS, course_between_lines(*nodes), strict=True):
-        z, x = alpha_3drft(*NODES, friction)
-        lines = np.concatenate(TableProfile(z, x, *NODES).alpha(*nodes))
-        law = np.concatenate(alpha_3drft(*nodes, friction))
-        # a vertical plate that moves along itself has either face in front: no alpha_x on average
-        itself = np.concatenate([np.zeros(300), (nodes[0] > 1.57) & (np.abs(nodes[1]) > 1.57)])
-        assert_allclose(lines + course, np.where(itself, 0.0, law), atol=1e-9)
-    # a mean medium has all of it, scaled with its push straight down
-    shapes = published_shapes()
-    bilinear = [np.concatenate(profile.alpha(*nodes)) for profile in shapes.profiles.values()]
-    sizes = [
-        np.sqrt(np.mean(np.square(profile.alpha(*NODES)))) for profile in shapes.profiles.values()
-    ]
-    down = [profile.alpha(0, np.pi / 2)[0] for profile in shapes.profiles.values()]
-    course = course_between_lines(*nodes).mean(axis=0)
-    expected = [(b + d * course) / s for b, d, s in zip(bilinear, down, sizes, strict=True)]
-    assert_allclose(shapes.of_media(*nodes), expected, atol=1e-12)
-    # and a further one has none of it, or twice: 0.6 of a standard deviation
-    rows = shapes.prior(*nodes).between
-    assert_allclose(rows[-1], 0.6 * np.mean(shapes.levels) * course, atol=1e-12)
-
-
-def test_all_of_3drft_pushed_gives_its_course():
-    """A law that is not on the lines: the map of its 91 directions is nearer to it than the table of them."""
-    random = np.random.default_rng(3)
-    beta, gamma = random.uniform(-1.5, 1.5, 400), random.uniform(-3, 3, 400)
-    z, x = alpha_3drft(*NODES, 0.4)
-    estimated = estimate(Pushes.of(BETA, GAMMA, 0.3 * np.array([z, x]), 0.003))
-    law = 0.3 * np.stack(alpha_3drft(beta, gamma, 0.4))
-    of_map = np.stack(estimated.profile.alpha(beta, gamma)) - law
-    of_table = np.stack(TableProfile(0.3 * z, 0.3 * x, *NODES).alpha(beta, gamma)) - law
-    assert np.sqrt(np.mean(of_map**2)) < 0.85 * np.sqrt(np.mean(of_table**2))
-    spread = estimated.profile.spread
-    assert isinstance(spread, TableProfile)
-    draws = np.stack(spread.alpha(beta, gamma))
-    lo, hi = np.quantile(draws, [0.025, 0.975], axis=1)
-    assert np.mean((lo <= law) & (law <= hi)) > 0.85
-
-
 LEFT_OUT = [(medium, case) for case in ("material", "medium") for medium in MEDIA]
 
 
@@ -352,19 +262,6 @@ def test_media_that_were_left_out(medium, case):
         assert takes[:, :COUNT][:, ~estimated.measured[:COUNT]].all()
         # between the lines too, but beside pushes that give energy back
         assert takes[:, COUNT:].mean() > 0.98
-
-
-@pytest.mark.statistics
-@pytest.mark.parametrize("medium", seeds(MEDIA, MEDIA[:1]))
-def test_the_more_pushes_the_narrower(medium):
-    """On the whole: a medium that turns out rougher than was thought may widen its own interval."""
-    random = np.random.default_rng(11)
-    order = [*random.permutation(COUNT)]
-    widths = [
-        np.sqrt(np.mean(estimate(pushed(medium, order[:count], se=0.01)).draws.var(axis=0)))
-        for count in (2, 8, 24, 70)
-    ]
-    assert (np.diff(widths) < 0).all()
 
 
 def test_a_rougher_medium_widens_its_own_intervals():
@@ -402,13 +299,6 @@ def test_a_medium_that_does_not_belong_is_told_so():
             assert (estimated.belongs > NOT_ALIKE) == belongs, medium
     # one number tells the size only
     assert np.isnan(estimate(pushed("poppy_LP", FEW[:1])).belongs)
-
-
-def test_media_differ_in_their_share_of_horizontal_force():
-    """Of a sixth medium beside five: the standard deviation of log(rms x / rms z), times sqrt(1 + 1/5)."""
-    size = np.sqrt(np.mean([truth(medium) ** 2 for medium in MEDIA], axis=2))
-    expected = np.log(size[:, 1] / size[:, 0]).std(ddof=1) * np.sqrt(1.2)
-    assert published_shapes().horizontal_spread[0] == pytest.approx(expected)
 
 
 def test_the_push_that_does_not_fit_is_named():
@@ -449,21 +339,6 @@ def test_what_cannot_be_estimated_says_why(make, match):
         make()
 
 
-def test_repeated_pushes_are_one_with_their_weighted_mean():
-    # the second of the level plate and the mirror image of the third are the same directions
-    alpha = np.array([[0.30, 0.36, 0.20, 0.22], [np.nan, 0.0, 0.10, -0.16]])
-    se = np.array([[0.01, 0.02, 0.01, 0.01], [0.01, 0.01, 0.01, 0.03]])
-    several = Pushes.of([0, 0, 30, -30], [90, 90, 45, 135], alpha, se)
-    once = np.array([[0.8 * 0.30 + 0.2 * 0.36, 0.21], [0.0, 0.9 * 0.10 + 0.1 * 0.16]])
-    errors = np.array(
-        [[np.sqrt(1 / (1e4 + 2.5e3)), 0.01 / np.sqrt(2)], [0.01, np.sqrt(1 / (1e4 + 1e4 / 9))]]
-    )
-    of_several, of_once = estimate(several), estimate(Pushes.of([0, 30], [90, 45], once, errors))
-    assert_allclose(of_several.draws, of_once.draws, atol=1e-9)
-    assert (of_several.pushes, of_once.pushes) == (4, 2)
-    assert of_several.dof == of_once.dof
-
-
 def test_an_upright_plate_is_one_under_both_of_its_angles():
     """Pushed once as 90 and once as -90 deg, each with an error of 0.01: their mean, with 0.01 / sqrt(2)."""
     alpha = np.array([[0.30, 0.10, 0.14], [0.0, 0.20, 0.26]])
@@ -483,13 +358,6 @@ def test_errors_that_nobody_stated():
     assert_allclose(errors, [0.01, usual_error(np.array([0.3, 0.2]))[1], 0.02])
 
 
-def test_own_lines_become_nodes():
-    beta, gamma = grid([15, 30.2], [22.5])
-    assert {15.0} == {15.0, 30.2} & {*np.degrees(beta).round(6)}
-    assert 22.5 in np.degrees(gamma).round(6)
-    assert beta.size == 7 * 14
-
-
 def test_pushes_without_a_horizontal_component_can_belong():
     pushes = pushed("poppy_LP", FEW)
     pushes.alpha[1] = np.nan
@@ -499,45 +367,3 @@ def test_pushes_without_a_horizontal_component_can_belong():
     # and still they need not
     pushes.alpha[0] = 0.3
     assert estimate(pushes).belongs < NOT_ALIKE
-
-
-@pytest.mark.parametrize("count", [40, 130])
-@pytest.mark.parametrize("coupled", [False, True])
-def test_likelihood_is_that_of_a_normal_with_the_whole_covariance(count, coupled):
-    """Of few numbers in one piece; of many z and x apart, with the differences of known media as a correction."""
-    random = np.random.default_rng(count)
-    beta, gamma = random.uniform(-np.pi / 2, np.pi / 2, (2, count))
-    prior = published_shapes().prior(beta, gamma)
-    y = 0.3 * prior.mean + 0.02 * random.standard_normal(2 * count)
-    errors = np.diag(random.uniform(0.01, 0.05, 2 * count) ** 2)
-    if coupled:
-        shared = 0.01 * random.standard_normal(2 * count)
-        errors += np.outer(shared, shared)
-    likelihood = module._Likelihood(prior, np.arange(2 * count), 0.35, y, errors)
-    sizes, departures = np.array([0.2, 0.3, 0.5]), np.array([0.5, 1.0, 4.0])
-    found = likelihood.likelihood(sizes, departures)
-    expected = np.empty_like(found)
-    for row, departure in enumerate(departures):
-        for column, size in enumerate(sizes):
-            covariance = errors + size**2 * departure * prior.covariance(0.35)
-            off = y - size * prior.mean
-            solved = np.linalg.solve(covariance, off)
-            expected[row, column] = -0.5 * (np.linalg.slogdet(covariance)[1] + off @ solved)
-    np.testing.assert_allclose(found - found[0, 0], expected - expected[0, 0], rtol=0, atol=1e-6)
-    np.testing.assert_allclose(
-        likelihood.solved(off[None], np.full((1, 1), size**2 * departure))[0],
-        solved,
-        rtol=0,
-        atol=1e-8 * np.abs(solved).max(),
-    )
-    inverse = np.linalg.inv(errors + size**2 * prior.covariance(0.35))
-    off = y - size * prior.mean
-    assert likelihood.distance(size) == pytest.approx(off @ inverse @ off, rel=1e-8)
-    pushes = Pushes(beta, gamma, y.reshape(2, -1), errors)
-    farthest = likelihood.farthest(pushes, np.ones(2 * count, dtype=bool), size)
-    spread = 1 / np.diag(inverse)
-    alone = (inverse @ off) * spread
-    worst = np.argmax(np.abs(alone) / np.sqrt(spread))
-    assert farthest.measured == y[worst]
-    assert farthest.expected == pytest.approx(y[worst] - alone[worst], rel=1e-6)
-    assert farthest.error == pytest.approx(np.sqrt(spread[worst]), rel=1e-6)

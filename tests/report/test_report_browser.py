@@ -15,18 +15,16 @@ from chromium import Chromium, find
 from numpy.testing import assert_allclose
 from result_tables import FRAMES, HOLED, empty_grid_results, page_results, sand_results
 
+from rftfit import FourierProfile, ScaledMedium, estimate_map, find_peaks, plan, predict, rotation
 from rftfit.campaign.config import Leg
-from rftfit.forces.motion import THETA_DEG, rotation, rotation_poses
+from rftfit.forces.motion import THETA_DEG, rotation_poses
 from rftfit.forces.outlines import leg_outline
-from rftfit.forces.planning import plan
-from rftfit.forces.prediction import find_peaks, predict
 from rftfit.forces.reference_kernel import element_forces, place, pose_forces
 from rftfit.measure.alpha import column
 from rftfit.model.draws import interval
 from rftfit.model.fourier import evaluate
-from rftfit.model.profiles import FourierProfile
-from rftfit.model.scaling import ScaledMedium, published, scale_new_medium
-from rftfit.model.shapes import estimate_map, grid
+from rftfit.model.scaling import published, scale_new_medium
+from rftfit.model.shapes import grid
 from rftfit.page.live import live_profiles, scaling_references
 from rftfit.page.live import zeta as zeta_of_page
 from rftfit.page.page import page

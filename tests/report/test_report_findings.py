@@ -5,17 +5,14 @@ Findings: the sentences at the top of the page and its sections. Also tested: th
 
 import html
 import re
-from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
-from matplotlib.collections import QuadMesh
-from pages import words
 from result_tables import page_results, write
 
+from rftfit import Results
 from rftfit.figures.labels import explanation_of
-from rftfit.figures.maps import plot_estimated_maps
 from rftfit.figures.registry import greek
 from rftfit.figures.style import content, shrink_png
 from rftfit.measure.flags import attach_run, flag_table, remark
@@ -23,10 +20,7 @@ from rftfit.page.findings import findings
 from rftfit.page.outcome import doubt_of_map
 from rftfit.page.page import drawn_figures
 from rftfit.page.page import page as make_page
-from rftfit.results import Results
 from rftfit.workflow.validate import estimated_map_rows
-
-NUMBER = re.compile(r"(?<![\w.])[\u2212+]?\d+(?:\.\d+)?")
 
 
 def sentences(page):
@@ -35,12 +29,6 @@ def sentences(page):
     assert match is not None
     items = re.findall(r'<li>(.*?) <a href="#(\w+)".*?</li>', match[1], re.DOTALL)
     return [(html.unescape(re.sub(r"</?sub>", "", text)), section) for text, section in items]
-
-
-def numbers(text):
-    """Numbers of a sentence, without those of its directions and units."""
-    plain = re.sub(r"\(0, 90 deg\)|N/cm\u00b3|\d+(?:\.\d+)? mm glass", "", text)
-    return [float(number.replace("\u2212", "-")) for number in NUMBER.findall(plain)]
 
 
 @pytest.fixture(scope="module")
@@ -88,27 +76,6 @@ def test_the_first_screen_has_two_sentences_and_sections_the_rest(
     assert all(greek(finding.text).replace("_z", "z") in text for finding in later_findings)
 
 
-def test_errors_of_legs(results, sentences_of_section):
-    lift_errors = results.table("leg_errors.csv").query("component == 'z' and profile == 'table'")
-    lift_errors = lift_errors[
-        lift_errors["medium"].isin(results.laboratory) & lift_errors["peak_error_percent"].notna()
-    ]
-    size = lift_errors["peak_error_percent"].abs()
-    worst_of = size.groupby(lift_errors["leg"]).max()
-    (told,) = sentences_of_section["legs"]
-    _, why = (finding.text for finding in findings(results) if finding.section == "legs")
-    told_numbers = [number for number in numbers(told) if number != 33]
-    assert sorted(map(abs, told_numbers[:3])) == pytest.approx(sorted(worst_of), abs=0.5)
-    places = [told.index(phrase) for phrase in ("c-leg", "flat leg", "not within", "reversed")]
-    assert places == sorted(places)
-    assert told_numbers[3:] == pytest.approx([len(lift_errors), size.median(), size.max()], abs=0.5)
-    ends = lift_errors.loc[
-        size.idxmax(), ["peak_error_lo_percent", "peak_error_hi_percent"]
-    ].tolist()
-    assert numbers(why)[:2] == pytest.approx(ends, abs=0.5)
-    assert ("larger than the errors" in why) == (ends[0] * ends[1] > 0)
-
-
 def test_an_error_has_one_verdict():
     """By the interval of alpha and, where there is one, that with the model's own error."""
 
@@ -127,29 +94,6 @@ def test_an_error_has_one_verdict():
     assert len({verdicts[holds, model] for model in (unknown, holds, does_not)}) == 1
     assert len({verdicts[does_not, model] for model in (unknown, holds, does_not)}) == 3
     assert not any("chance" in verdict for verdict in verdicts.values())
-
-
-def test_softest_and_hardest_medium(results, sentences_of_section):
-    alpha_of_title: dict[str, tuple[Any, ...]] = {}
-    for medium in results:
-        table = medium.alpha
-        row = table[(table["beta_deg"] == 0) & (table["gamma_deg"] == 90)].iloc[0]
-        alpha_of_title[medium.title] = tuple(
-            row[f"alpha_z{end}_N_per_cm3"]
-            for end in ("", "_lo", "_hi", "_lo_next", "_hi_next")
-            if f"alpha_z{end}_N_per_cm3" in row
-        )
-    ordered = sorted(alpha_of_title, key=lambda title: alpha_of_title[title][0])
-    text = sentences_of_section["believed"][0]
-    start, text = text.split(". ", 1)
-    assert start == "2 checks passed"
-    expected = [
-        end
-        for title in (ordered[0], ordered[-1])
-        for end in alpha_of_title[title]
-        if end == end  # noqa: PLR0124
-    ]
-    assert numbers(text) == pytest.approx(expected, abs=0.0005)
 
 
 def test_what_must_be_known_stands_first_and_in_the_verdict(tmp_path):
@@ -222,25 +166,6 @@ def test_figures_are_previewed_with_captions_and_links(tmp_path):
     assert page.index('id="figure-first_map"') < page.index('id="believed"')
     assert page.index('id="figure-poppy_CP"') < page.index('<section id="maps"')
     assert page.index('id="figure-alpha_maps_poppy_LP"') > page.index('<section id="maps"')
-
-
-def test_estimated_map_of_a_sand_is_drawn_as_the_table_has_it(tmp_path):
-    results = page_results(tmp_path)
-    page = plot_estimated_maps(results)
-    assert sum("estimated" in text for text in words(page)) == 2
-    assert "Yuma sand" in words(page)
-    # laboratory media of this campaign have one row in the run sheet, but no map
-    assert len(page.axes) == 8
-    meshes = [mesh.get_array() for mesh in page.axes[0].findobj(QuadMesh)]
-    drawn = [
-        np.ma.filled(np.ma.asarray(values), np.nan).ravel()
-        for values in meshes
-        if values is not None
-    ]
-    largest = results.table("maps/yuma.csv")["alpha_z_N_per_cm3"].max()
-    assert np.nanmax(np.concatenate(drawn)) == pytest.approx(largest)
-    (ring,) = (line for line in page.axes[0].lines if line.get_marker() == "o")
-    assert tuple(np.ravel([ring.get_xdata(), ring.get_ydata()])) == (90.0, 0.0)
 
 
 def test_medium_without_a_map_says_why_on_the_page(tmp_path):

@@ -14,7 +14,15 @@ from numpy.testing import assert_allclose, assert_array_equal
 from pages import figure_faults, words
 from result_tables import memory, of_runs
 
-from rftfit import reference
+from rftfit import (
+    DepthOnlyProfile,
+    FourierProfile,
+    Profile,
+    TableProfile,
+    model_leg,
+    reference,
+    scaled_generic,
+)
 from rftfit.campaign.config import Leg
 from rftfit.compare.legs import measured_peak
 from rftfit.figures import leg_panels, style
@@ -30,15 +38,7 @@ from rftfit.figures.legs import (
 from rftfit.figures.sands import plot_penetration as draw_penetration
 from rftfit.figures.style import content
 from rftfit.forces.motion import THETA_DEG
-from rftfit.forces.outlines import model_leg
 from rftfit.model.fourier import as_array
-from rftfit.model.profiles import (
-    DepthOnlyProfile,
-    FourierProfile,
-    Profile,
-    TableProfile,
-    scaled_generic,
-)
 
 MEDIA = ["poppy_LP", "glass3mm_CP"]
 SANDS = ["yuma", "palms29"]

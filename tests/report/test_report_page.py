@@ -15,29 +15,16 @@ import pandas as pd
 import pytest
 from pages import untrue
 from paper import PROJECT
-from result_tables import (
-    HOLED,
-    NASTY,
-    SAND_ALPHA,
-    empty_grid_results,
-    page_results,
-    sand_results,
-    write,
-)
+from result_tables import NASTY, SAND_ALPHA, empty_grid_results, page_results, sand_results, write
 
 import rftfit
-from rftfit import reference
-from rftfit.campaign.config import Maps
-from rftfit.measure.alpha import column
-from rftfit.measure.flags import remark
+from rftfit import Results
 from rftfit.model.scaling import published
-from rftfit.page.live import live_data
 from rftfit.page.methods import constants, paragraphs, settings_digest
-from rftfit.page.outcome import most_serious_flag, outcome_of_runs, rows_by_reason
+from rftfit.page.outcome import outcome_of_runs
 from rftfit.page.page import page as make_page
-from rftfit.results import Results, open_results
+from rftfit.results import open_results
 
-GAP = remark("gap", seconds=1.51)
 VOID = {"meta", "link", "input", "br"}
 """Tags of HTML that have no end."""
 SECTIONS = [
@@ -131,47 +118,6 @@ def live(page):
     return data
 
 
-def test_summary_counts_runs_and_names_the_worst_flag(results, page, read):
-    outcome = outcome_of_runs(results)
-    assert outcome.used == {"": 1, "poppy_LP": 2, "yuma": 1}
-    dropped = [(run["run_id"], run["rows"], run["reasons"]) for run in outcome.dropped]
-    assert dropped == [("p2", 450, "saturated throughout")]
-    assert most_serious_flag(results, "poppy_LP") == (f"p2: {GAP}", 2)
-    assert most_serious_flag(results, HOLED) == ("2 of 91 cells have no alpha", 2)
-    assert most_serious_flag(results, "poppy_CP") == ("", 0)
-    rows = read.rows("summary")
-    (title,) = [name for name in rows if name.startswith("poppy seeds, loose")]
-    assert title.startswith("poppy seeds, loose|2 runs, 1 dropped")
-    data, model, *_ = rows[title]
-    assert data == "sound|2 flags"
-    assert '<a href="#notes-poppy_LP">2 flags</a>' in page
-    assert 'id="notes-poppy_LP"' in page
-    assert model.startswith(
-        "within 33 %|measured table: reversed c-leg, thrust +29\N{NO-BREAK SPACE}%"
-    )
-    sand = read.rows("summary")["Yuma sand|natural sand, 1 run"]
-    assert sand[:2] == ["sound", "not tested|no leg was measured"]
-    assert f"p2: {GAP} (2 flags in all)" in read.text["summary"]
-    lost = ["poppy seeds, loose", "plate", "450", "saturated throughout"]
-    assert read.rows("dropped")["p2"] == lost
-    rows = rows_by_reason(results)
-    assert sum(row["rows"] for row in rows) == results.table("ledger.csv")["rows"].sum()
-    assert [row[3] for row in read.tables["dropped"][1][1:]] == [str(row["rows"]) for row in rows]
-
-
-def test_own_media_are_known_shapes_where_the_config_says_so(tmp_path):
-    results = page_results(tmp_path)
-    table = results.table("alpha/poppy_LP.csv")
-    name = column("x")
-    write(results, "alpha/poppy_LP.csv", table.assign(**{name: 2 * table[name]}))
-    largest = {}
-    for use in (False, True):
-        push = live_data(with_config(results, maps=Maps(own_media=use)))["push"]
-        assert push["media"] == len(reference.MEDIA)
-        largest[use] = np.abs(np.array(push["map"]["x"])).max()
-    assert 1.05 < largest[True] / largest[False] < 1.5  # one of five has twice the alpha_x
-
-
 def test_text_of_the_user_is_escaped(tmp_path):
     page = make_page(page_results(tmp_path, nasty=True))
     assert NASTY not in page
@@ -181,22 +127,6 @@ def test_text_of_the_user_is_escaped(tmp_path):
     assert live(page)["media"][0]["title"] == NASTY
     for section in ("summary", "coefficients", "legs", "dropped", "reproduction"):
         assert NASTY in read.text[section]
-
-
-def test_reproduction_puts_first_what_is_not_the_same(read):
-    differing, everything = (table[1:] for table in read.tables["reproduction"])
-    assert [(row[0].partition("|")[0], *row[3].split("|")[:2]) for row in differing] == [
-        ("chi, mean", "differs", "measured"),
-        ("zeta", "paper inconsistent", "text"),
-    ]
-    assert [row[0] for row in everything] == ["chi, mean|text", "zeta|Table S2", "A00|Table S2"]
-    assert everything[2][1:3] == [
-        "0.051|\N{PLUS-MINUS SIGN} 0.002 (printed to 0.001)",
-        "0.0508|0.0507 to 0.0509",
-    ]
-    # a verdict counts for what it rests on
-    words = " ".join(read.text["reproduction"].split())
-    assert "measured: 1 differs; by construction: 1 same; text: 1 paper inconsistent." in words
 
 
 def test_methods_are_built_from_this_campaign(results, read):
@@ -222,26 +152,6 @@ def test_every_sentence_rests_on_records(make, tmp_path):
     assert untrue(results) == []
     # nothing that is lacking is put into a sentence
     assert not re.search(r"\b(None|nan)\b", " ".join(paragraphs(results, outcome_of_runs(results))))
-
-
-def test_a_term_that_is_not_kept_and_what_the_nine_miss(tmp_path):
-    results = page_results(tmp_path)
-    table = results.table("coefficients.csv")
-    off = (table["medium"] == "poppy_LP") & (table["coefficient"] == "B11")
-    value = float(table.loc[off, "value_N_per_cm3"].iloc[0])
-    of_z = table["coefficient"].isin(["A00", "A10", "B11", "B01", "Bm1"])
-    table["misfit_rms_N_per_cm3"] = np.where(of_z, 0.0234, 0.0078)
-    alpha = results["poppy_LP"].alpha.assign(spread="stated", alpha_z_se_N_per_cm3=0.01)
-    write(results, "coefficients.csv", table.assign(kept=~off))
-    write(results, "alpha/poppy_LP.csv", alpha)
-    text = make_page(Results(results.campaign))
-    assert live(text)["profiles"]["poppy_LP"]["fourier"]["values"][2] == 0
-    rows = PageParser(text).rows("coefficients")
-    assert rows["B11"][0].partition("|")[0] == f"[{value:.4f}]"
-    assert not any(cell.startswith("[") for cell in rows["B11"][1:])
-    assert set(rows["misfit of \u03b1z, rms"]) == {"0.0234"}
-    assert set(rows["misfit of \u03b1x, rms"]) == {"0.0078"}
-    assert "poppy seeds, loose: stated" in " ".join(text.split())
 
 
 def test_a_campaign_without_legs_has_no_place_for_them(tmp_path):

@@ -2,9 +2,8 @@
 
 import pytest
 
-from rftfit import reference
+from rftfit import DepthOnlyProfile, FourierProfile, Profile, TableProfile, reference
 from rftfit.model.fourier import as_array
-from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, Profile, TableProfile
 from rftfit.robot.config import paper_robot
 
 

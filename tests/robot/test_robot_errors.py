@@ -7,15 +7,7 @@ import pandas as pd
 import pytest
 
 from rftfit.compare.robot import COLUMNS, optima, optimum_interval, robot_claims
-from rftfit.robot.speeds import (
-    ERRORS,
-    count_within_alpha_error,
-    count_within_model_error,
-    measured_speeds,
-    published_speeds,
-    share_within,
-    speed_errors,
-)
+from rftfit.robot.speeds import measured_speeds, published_speeds, share_within, speed_errors
 from rftfit.robot.sweep import CALIBRATED_ON
 
 PLACES = list(CALIBRATED_ON.values())
@@ -57,39 +49,6 @@ def simulated(factor, profile="table"):
             "reason": "",
         }
     )
-
-
-def test_errors_by_hand():
-    measured = published_speeds("poppy_LP", PLACES)
-    runs = simulated(1.25)
-    runs.loc[0, "speed_cm_per_s"] = math.nan
-    runs.loc[0, "reason"] = "tipped"
-    errors = speed_errors(measured, runs.drop(index=1))
-    assert list(errors.columns) == ERRORS
-    assert len(errors) == 42
-    np.testing.assert_allclose(errors["error_percent"].iloc[2:], 25.0)
-    assert errors["reason"].iloc[0] == "tipped"
-    assert errors["reason_code"].iloc[1] == "not-simulated"
-    # one measured speed of three lies in what the errors of alpha leave open
-    ends = (f"simulated_from_alpha_{end}_cm_per_s" for end in ("lo", "hi"))
-    wide = errors.assign(
-        **{
-            name: errors["measured_cm_per_s"] + np.r_[x, np.full(39, np.nan)]
-            for name, x in zip(ends, ([-1, 1, -2], [1, 2, -1]), strict=True)
-        }
-    )
-    assert count_within_alpha_error(wide) == (1, 3)
-    ends = (f"simulated_model_{end}_cm_per_s" for end in ("lo", "hi"))
-    wide = errors.assign(
-        **{
-            name: errors["measured_cm_per_s"] + np.r_[x, np.full(39, np.nan)]
-            for name, x in zip(ends, ([-1, -1, -2], [1, 2, -1]), strict=True)
-        }
-    )
-    assert count_within_model_error(wide) == (2, 3)
-    # what has no speed is outside, not left out
-    assert share_within(errors, 20) == (0, 42)
-    assert share_within(errors, 35) == (40, 42)
 
 
 def test_a_condition_that_was_not_measured_is_not_counted():
@@ -165,79 +124,9 @@ def test_runs_that_are_not_steady_are_left_out():
     assert optima(table[table["curvature_times_R"] > 0.9]).empty
 
 
-def claims(factor, top=0.86, profile="table", speed=None):
-    errors = speed_errors(published_speeds("poppy_LP", PLACES), simulated(factor, profile))
-    runs = sweep(top)
-    items = robot_claims(errors, optima(runs, [5.0]), runs if speed is None else speed)
-    return pd.DataFrame(items).set_index("item")
-
-
-WITHIN = "speeds within {} %, % of conditions"
-BEST, AT_BEST = "best curvature R'/r at 5 Hz", "speed at the best curvature, 5 Hz, cm/s"
-FAR = "depth-only: largest error of speed, %"
-
-
-@pytest.mark.parametrize(
-    ("factor", "top", "profile", "item", "paper", "ours", "verdict", "why"),
-    [
-        (
-            1.1,
-            0.86,
-            "table",
-            "measured table: " + WITHIN.format(20),
-            90,
-            100,
-            "same",
-            "of 39 conditions",
-        ),
-        (1.1, 0.86, "table", "measured table: " + WITHIN.format(35), 100, 100, "same", ""),
-        (1.3, 0.86, "table", "measured table: " + WITHIN.format(20), 90, 0, "differs", ""),
-        (1.3, 0.86, "table", "measured table: " + WITHIN.format(35), 100, 100, "same", ""),
-        (1.5, 0.86, "table", "measured table: " + WITHIN.format(35), 100, 0, "differs", ""),
-        (
-            1.5,
-            0.86,
-            "generic",
-            "scaled generic: " + WITHIN.format(35),
-            "reasonable accuracy",
-            0,
-            "not judged",
-            "",
-        ),
-        (2.0, 0.86, "depth_only", FAR, 150, 100, "differs", "outside: "),
-        (2.5, 0.86, "depth_only", FAR, 150, 150, "same", ""),
-        (1.0, 0.84, "table", BEST, 0.86, 0.84, "same", "calibrated on this number"),
-        (1.0, 0.40, "table", BEST, 0.86, 0.40, "differs", ""),
-        (1.0, 0.84, "table", AT_BEST, 72.0, 70, "differs", ""),
-    ],
-)
-def test_claims_beside_the_papers(factor, top, profile, item, paper, ours, verdict, why):
-    claim = claims(factor, top, profile).loc[f"robot{',' if ':' in item else ':'} {item}"]
-    assert (claim["paper"], claim["verdict"]) == (paper, verdict)
-    assert claim["ours"] == pytest.approx(ours)
-    assert why in claim["why"]
-    assert claim["evidence"] == ("calibrated" if item in (BEST, AT_BEST) else "measured")
-
-
 def test_conditions_that_it_was_calibrated_on_do_not_count():
     measured, runs = published_speeds("poppy_LP", PLACES), simulated(1.1)
     calibrated = (measured["calibrated"] == "yes").to_numpy()
     runs.loc[calibrated, "speed_cm_per_s"] *= 2
     items = robot_claims(speed_errors(measured, runs), optima(sweep(0.86)), sweep(0.86))
     assert next(item.ours for item in items if "within 20 %" in item.item) == 100
-
-
-def test_turning_over_and_phases_are_counted():
-    runs = sweep(0.86)
-    runs["speed_cm_per_s"] += 0.3 * runs["phase_turns"]
-    deep = runs.assign(profile="depth_only")
-    deep.loc[deep["curvature_times_R"] > 0.9, "outcome"] = "tipped"
-    phases = "robot: change of speed by the starting phase, largest, cm/s"
-    over = "robot, depth-only: runs at R'/r of 0.8 and more that turn over"
-    table = claims(1.0, speed=pd.concat([runs, deep]))
-    assert table.loc[over, ["ours", "verdict"]].tolist() == [3 * len({0.92, 0.96, 1.0}), "same"]
-    assert table.loc[phases, ["ours", "verdict"]].tolist() == [pytest.approx(0.1), "same"]
-    table = claims(1.0, speed=pd.concat([sweep(0.86), sweep(0.86).assign(profile="depth_only")]))
-    assert table.loc[over, ["ours", "verdict"]].tolist() == [0, "differs"]
-    runs_of_phase = runs[runs["phase_turns"] == 0]
-    assert claims(1.0, speed=runs_of_phase).loc[phases, "verdict"] == "not judged"

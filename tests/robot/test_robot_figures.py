@@ -8,6 +8,7 @@ from numpy.testing import assert_allclose
 from pages import figure_faults
 from result_tables import memory
 
+from rftfit import TableProfile
 from rftfit.compare.robot import optima
 from rftfit.figures.animation import animation_frames
 from rftfit.figures.robot import (
@@ -18,10 +19,8 @@ from rftfit.figures.robot import (
     plot_robot_reaction,
     plot_robot_stance,
     plot_speed,
-    read_at,
 )
 from rftfit.figures.style import MARK, content
-from rftfit.model.profiles import TableProfile
 from rftfit.robot.config import paper_robot
 from rftfit.robot.motion import ElementSeries, stance_of, tail_of
 from rftfit.robot.run import simulate
@@ -71,24 +70,6 @@ def motion(every):
     return pd.concat([tail_of(run, 50) for run in every], ignore_index=True)
 
 
-def strides(speed=26.0):
-    """Mean strides of two trials of the c-leg, whose surge begins at different moments."""
-    stride = np.arange(50) / 50
-    parts = [
-        pd.DataFrame(
-            {
-                "run_id": name,
-                "curvature_times_R": 1.0,
-                "frequency_Hz": 1.96,
-                "stride": stride,
-                "velocity_x_cm_per_s": speed + 8 * np.cos(4 * np.pi * (stride - late)),
-            }
-        )
-        for name, late in (("a", 0.0), ("b", 0.2))
-    ]
-    return pd.concat(parts, ignore_index=True)
-
-
 def swept(runs, errors, best=None):
     """Results of a sweep."""
     tables = {"robot/speed.csv": runs, "robot/errors.csv": errors}
@@ -136,21 +117,6 @@ def test_speeds_are_those_of_the_tables():
         assert curve[0, 0] == 0
 
 
-def test_speed_against_curvature_is_read_off_speed_against_frequency():
-    frequencies, values = np.array([1.0, 2.0, 4.0]), np.array([10.0, 30.0, 50.0])
-    speeds_read = [read_at(frequencies, values, frequency_Hz) for frequency_Hz in (0.5, 1.25, 4.0)]
-    assert speeds_read == [5.0, 15.0, 50.0]
-    # between 2 and 4 Hz nothing is known, beyond 4 Hz neither
-    assert read_at(frequencies, values, 3.0) is read_at(frequencies, values, 5.0) is None
-    errors = compared()
-    axes = plot_profiles(swept(speeds(), errors), "robot").axes[1]
-    points = next(line for line in axes.lines if line.get_marker() == "s")
-    c_leg_errors = errors.query("profile == 'table' and curvature_times_R == 1.0")
-    expected = np.interp(2.0, c_leg_errors["frequency_Hz"], c_leg_errors["measured_cm_per_s"])
-    assert dict(xy(points).T.tolist())[1.0] == pytest.approx(expected)
-    assert len(xy(points).T) == 7
-
-
 def test_a_robot_upside_down_is_marked():
     runs = speeds()
     over = (runs["profile"] == "depth_only") & (runs["curvature_times_R"] == 1.0)
@@ -184,22 +150,6 @@ def test_a_sweep_without_a_steady_run_says_why():
     assert inside(figure) == []
     assert any("(30, 90)" in text.get_text() for text in figure.texts)
     assert inside(plot_speed(swept(runs, compared().iloc[:0]), "robot")) == []
-
-
-def test_motion_over_two_strides(motion):
-    figure = draw_motion(motion, strides())
-    assert inside(figure) == []
-    assert len(figure.axes) == 2 * 5
-    first = motion[motion["curvature_times_R"] == 1.0]
-    assert first["stride"].iloc[-1] == pytest.approx(2 - 1 / 50)
-    first_trial, second_trial, simulated = (xy(line)[1] for line in figure.axes[0].lines[:3])
-    assert_allclose(simulated, first["velocity_x_cm_per_s"])
-    # both trials are moved to the moment at which they surge as the simulated robot does
-    assert_allclose(first_trial, second_trial, atol=0.3)
-    assert np.corrcoef(first_trial, simulated)[0, 1] > 0.8
-    pitch = figure.axes[4].lines[0]  # two runs side by side: the third row
-    assert_allclose(xy(pitch)[1], first["pitch_deg"])
-    assert group_names(motion)[:3] == ["tripod_1", "tripod_2", "belly"]
 
 
 def test_forces_are_means_over_ten_milliseconds(motion):

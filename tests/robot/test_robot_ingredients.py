@@ -5,7 +5,7 @@ import pytest
 from ingredients import compared, ingredients, summary
 from numpy.testing import assert_allclose, assert_array_equal
 
-from rftfit.model.profiles import TableProfile
+from rftfit import TableProfile
 from rftfit.robot.config import paper_robot
 from rftfit.robot.speeds import published_speeds
 

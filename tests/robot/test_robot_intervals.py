@@ -6,28 +6,13 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from rftfit import reference
+from rftfit import FourierProfile, TableProfile, reference
 from rftfit.measure.flags import codes_of, remark
 from rftfit.model.fourier import as_array
-from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, TableProfile
 from rftfit.reference import alpha_grid
 from rftfit.robot.config import paper_robot
-from rftfit.robot.intervals import (
-    Width,
-    best_width,
-    coarser,
-    each_draw,
-    half_width_of_draws,
-    model_widths,
-    speed_widths,
-    speeds_of,
-    with_arc_scaled,
-    with_model_error,
-)
-from rftfit.robot.run import Condition
+from rftfit.robot.intervals import best_width, each_draw, half_width_of_draws, with_model_error
 
-FAST = [Condition(5.0, 0.8), Condition(4.0, 1.0)]
-"""Two conditions of a fast robot: frequency in Hz and curvature of the legs."""
 NINE = FourierProfile(as_array(reference.coefficients("poppy_LP")))
 """Nine terms of a published medium."""
 
@@ -50,31 +35,6 @@ def test_half_width_is_students():
     assert codes_of(half_width_of_draws(np.ones(3), math.nan, 0.95).why) == "no-speed"
 
 
-def test_draws_of_every_kind_of_profile():
-    noise = np.random.default_rng(1).normal(1, 0.02, (2, 3, 7, 13))
-    table = TableProfile(*(np.array(alpha_grid("poppy_LP"))[:, None] * noise))
-    beta, gamma = np.radians([-70.0, 10.0, 33.0]), np.radians([120.0, 90.0, -20.0])
-    for stack in (table, nine_draws(0.02, 3), DepthOnlyProfile.of(table)):
-        whole, draws = np.stack(stack.alpha(beta, gamma), axis=1), each_draw(stack, 2)
-        alpha = [np.stack(draw.alpha(beta, gamma)) for draw in draws]
-        assert_allclose(alpha, whole[:2], rtol=1e-12)
-        assert all(draw.pack is not None for draw in draws)
-
-
-def test_widths_grow_with_the_errors_of_alpha():
-    robot = paper_robot()
-    small, large = (
-        speed_widths(robot, NINE, each_draw(nine_draws(spread), 8), FAST, 0.95)[0]
-        for spread in (0.002, 0.004)
-    )
-    ratios = [
-        large_width.half / small_width.half
-        for small_width, large_width in zip(small, large, strict=True)
-    ]
-    assert ratios == pytest.approx([2, 2], rel=0.05)
-    assert all(0.001 < width.half < 2 for width in large)
-
-
 def test_the_error_of_the_model_is_one_factor_for_lift_and_one_for_thrust():
     bare = TableProfile(*alpha_grid("poppy_LP"))
     factors = []
@@ -92,61 +52,6 @@ def test_the_error_of_the_model_is_one_factor_for_lift_and_one_for_thrust():
     assert_allclose(normals @ normals.T / 4, np.eye(2), atol=1e-9)
     with pytest.raises(TypeError):
         with_model_error(NINE, 0.28)
-
-
-def test_the_error_of_the_model_widens_a_speed():
-    draws = each_draw(nine_draws(0.01), 8)
-    of_alpha, of_model = speed_widths(paper_robot(), NINE, draws, FAST, 0.95)
-    # it was measured by tables and maps, and is not that of nine terms
-    assert all(math.isfinite(width.half) for width in of_alpha)
-    assert all(math.isnan(width.half) for width in of_model)
-    assert {codes_of(width.why) for width in of_model} == {"model-error-unknown"}
-    noise = np.random.default_rng(1).normal(1, 0.01, (2, 8, 7, 13))
-    table = TableProfile(*alpha_grid("poppy_LP"))
-    stack = TableProfile(*(np.array(alpha_grid("poppy_LP"))[:, None] * noise))
-    of_alpha, of_model = speed_widths(paper_robot(), table, each_draw(stack, 8), FAST, 0.95)
-    for width, wider in zip(of_alpha, of_model, strict=True):
-        assert wider.half > 2 * width.half
-    # two errors of 3 and 4 are one of 5, and without an error of the model nothing is added
-    alone = [Width(3.0, 8)]
-    with_model = model_widths(alone, np.array([20.0]), [np.array([20 + 4 / 1.959964])] * 4, 0.95)
-    assert with_model[0].half == pytest.approx(5, rel=1e-6)
-    speeds = np.array([30.0, 20.0])
-    other_speeds = [speeds + 1, speeds - 1]
-    assert model_widths(of_alpha, speeds, [speeds] * 4, 0.95) == of_alpha
-    # neither is known where a run is not steady
-    lost = model_widths(alone, np.array([20.0]), [np.array([np.nan])], 0.95)[0]
-    assert math.isnan(lost.half)
-    assert codes_of(lost.why) == "no-speed"
-    unknown = [Width(math.nan, 8, width.why) for width in of_alpha]
-    assert all(
-        math.isnan(width.half) for width in model_widths(unknown, speeds, other_speeds, 0.95)
-    )
-
-
-def test_widths_hold_what_another_arc_does():
-    robot, draws = paper_robot(), each_draw(nine_draws(0.002, 2), 2)
-    exact, small, large = (
-        speed_widths(robot, NINE, draws, [Condition(5.0, 0.8)], 0.95, arc_percent=size)[0][0].half
-        for size in (0.0, 1.0, 2.0)
-    )
-    near = with_arc_scaled(Condition(5.0, 0.8), 1.01)
-    assert math.asin(near.curvature_times_R) == pytest.approx(1.01 * math.asin(0.8))
-    unmoved, moved = speeds_of(coarser(robot), [NINE], [Condition(5.0, 0.8), near])[0]
-    assert small == pytest.approx(math.hypot(exact, 1.96 * (moved - unmoved)), rel=1e-3)
-    assert exact < small < large
-    assert with_arc_scaled(Condition(5.0, 0.0), 1.01).curvature_times_R == 0
-    assert 0.99 < with_arc_scaled(Condition(5.0, 1.0), 1.01).curvature_times_R < 1
-
-
-def test_the_coarser_step_changes_no_width():
-    robot, draws = paper_robot(), each_draw(nine_draws(0.01, 4), 4)
-    fine = speeds_of(robot, [NINE, *draws], FAST)
-    coarse = speeds_of(coarser(robot), [NINE, *draws], FAST)
-    assert coarser(robot).numerics.step_s == pytest.approx(4 * robot.numerics.step_s)
-    shifts = [(speeds[1:] - speeds[0]) for speeds in (fine, coarse)]
-    spread = [np.sqrt((shift**2).mean(axis=0)) for shift in shifts]
-    assert_allclose(spread[1], spread[0], rtol=0.02)
 
 
 def test_no_interval_of_a_best_curvature_at_the_end():

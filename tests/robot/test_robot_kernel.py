@@ -10,9 +10,8 @@ from numpy.testing import assert_allclose
 from robotsteps import forces, net, plain_steps, step
 from seeds import seeds
 
-from rftfit import reference
+from rftfit import TableProfile, reference
 from rftfit.model import kernel, packs
-from rftfit.model.profiles import TableProfile
 from rftfit.robot.body import assemble
 from rftfit.robot.run import simulate
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from seeds import seeds
 
-from rftfit.forces.outlines import arc, polyline
+from rftfit import arc, polyline
 from rftfit.model.kernel import pose_forces
 from rftfit.robot.body import assemble
 from rftfit.robot.run import simulate, start_state

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from result_tables import bare_campaign, write_robot
 
+from rftfit import TableProfile
 from rftfit.errors import InputError
-from rftfit.model.profiles import TableProfile
 from rftfit.page.robot import robot_data, robot_tables
 from rftfit.robot.config import paper_robot
 from rftfit.robot.motion import CURVATURES, FRAMES, FREQUENCIES_HZ, frames_of

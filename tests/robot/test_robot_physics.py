@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 from robotsteps import step
 
-from rftfit.model.profiles import FourierProfile
+from rftfit import FourierProfile
 from rftfit.robot.body import NEWTON_IN_G_CM_PER_S2, assemble
 from rftfit.robot.config import Robot
 from rftfit.robot.run import simulate

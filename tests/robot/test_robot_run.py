@@ -7,8 +7,8 @@ import pytest
 from convergence import step_convergence
 from numpy.testing import assert_allclose, assert_array_equal
 
+from rftfit import FourierProfile
 from rftfit.measure.flags import codes_of
-from rftfit.model.profiles import FourierProfile
 from rftfit.robot.body import assemble
 from rftfit.robot.config import Numerics, Robot
 from rftfit.robot.motion import element_series

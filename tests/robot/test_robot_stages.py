@@ -3,7 +3,6 @@
 Track: the recorded path of a marker on the robot. What cannot be used is given a reason.
 """
 
-import json
 import shutil
 from pathlib import Path
 
@@ -13,24 +12,17 @@ import pytest
 import yaml
 from campaigns import planned_jobs, run_rules
 from numpy.testing import assert_allclose
-from result_tables import LABORATORY, alpha_frame, make_campaign
 
-import rftfit
 from rftfit import reference
 from rftfit.campaign.config import Config
-from rftfit.campaign.load import REENACTED, load_campaign
+from rftfit.campaign.load import load_campaign
 from rftfit.campaign.problems import CampaignError
-from rftfit.cli import simulate
 from rftfit.errors import InputError
 from rftfit.lab.tracks import TRIALS, plan_trials, track_files
-from rftfit.model.profiles import TableProfile
 from rftfit.results import open_results
-from rftfit.robot import PROFILES, sweep
-from rftfit.robot.run import Condition
 from rftfit.robot.speeds import speed_errors
-from rftfit.store import write_csv, write_text
-from rftfit.workflow import robot as stages
-from rftfit.workflow.robot import profiles_of, robot_measured, robot_profile, robot_runs
+from rftfit.store import write_text
+from rftfit.workflow.robot import robot_measured
 from rftfit.workflow.state import States, read_states
 
 PROJECT = Path(__file__).parents[2]
@@ -67,30 +59,6 @@ def measured(root):
     names = ("robot/tracks.csv", "robot/measured.csv", "ledger/robot.csv")
     trials, speeds, ledger = (results.table(name) for name in names)
     return trials, speeds, ledger
-
-
-def test_from_tracks_to_the_published_speeds(root):
-    trials, speeds, ledger = measured(root)
-    figure = reference.load("fig_4c").query("stride_frequency_Hz > 0.01")
-    assert (len(trials), len(speeds)) == (42 * TRIALS, 42)
-    assert set(trials["status"]) == {"used"}
-    order = speeds.sort_values(["curvature_times_R", "frequency_Hz"])
-    assert_allclose(order["speed_cm_per_s"], figure["speed_cm_per_s"], rtol=0.005)
-    assert_allclose(order["frequency_Hz"], figure["stride_frequency_Hz"], rtol=0.01)
-    assert (speeds["calibrated"] == "yes").sum() == 3
-    assert (order["speed_sd_cm_per_s"] > 0).all()
-    tracks = (root / "raw" / "paper" / "robot" / "tracks").iterdir()
-    lines = [line for path in tracks for line in path.read_text("utf-8").splitlines()]
-    assert ledger["rows"].sum() == sum(line[0].isdigit() for line in lines)
-
-
-def test_a_reenacted_track_has_no_mean_stride(root):
-    """The lab makes up how the robot surges within a stride: nobody measured it."""
-    for reenacted in (False, True):
-        if reenacted:
-            write_text(root / "raw" / "paper" / REENACTED, "made by rftfit reenact\n")
-        measured(root)
-        assert open_results(root).table("robot/strides.csv").empty == reenacted
 
 
 def test_same_seed_same_tracks(root):
@@ -187,95 +155,7 @@ def test_bad_sections_of_the_config(root, robot, code, key, value):
     assert value in str(problem)
 
 
-def test_an_own_robot_is_neither_calibrated_nor_compared_with_the_papers(root):
-    text = (PROJECT / "config" / "robot.yaml").read_text("utf-8")
-    edit(root, medium="poppy_LP", file="config/mine.yaml")
-    for old_text, compared in (("elements: 30", 42), ("mass_g: 150", 0)):
-        assert old_text in text
-        changed = text.replace(old_text, old_text.replace("0", "5"))
-        (root / "config" / "mine.yaml").write_text(changed, "utf-8")
-        speeds = measured(root)[1]
-        assert (len(speeds), {*speeds["calibrated"]} <= {"no"}) == (compared, True)
-
-
-# --- the sweep ---------------------------------------------------------------------------------------
-
-
-def with_alpha(root, values=None, **fourier):
-    """The campaign with an alpha table of its medium: the paper's, or another."""
-    if fourier:
-        path = root / "config" / "config.yaml"
-        data = yaml.safe_load(path.read_text("utf-8"))
-        data["fourier"] |= fourier
-        path.write_text(yaml.safe_dump(data), "utf-8")
-    table = alpha_frame("poppy_LP", values or reference.alpha_grid("poppy_LP"))
-    write_csv(table, root / "results" / "alpha" / "poppy_LP.csv")
-    return open_results(root)
-
-
 # --- profiles ------------------------------------------------------------------------------------------
-
-
-def test_profiles_from_the_tables(root):
-    results = with_alpha(root)
-    angles = np.radians([0.0, 30.0]), np.radians([90.0, 45.0])
-    table, fourier, generic, depth_only = (
-        robot_profile(results, kind).alpha(*angles)
-        for kind in ("table", "fourier", "generic", "depth_only")
-    )
-    assert_allclose(table, TableProfile.published("poppy_LP").alpha(*angles))
-    # of one medium alone, the generic profile is its own
-    assert_allclose(generic, fourier, rtol=1e-6)
-    assert depth_only[1][0] == pytest.approx(0)
-    with pytest.raises(
-        InputError, match="found 'tabel'; allowed: table, map, fourier, generic, dep"
-    ):
-        robot_profile(results, "tabel")
-
-
-def test_the_map_is_run_on_where_the_table_has_holes(root, monkeypatch):
-    assert "map" not in profiles_of(with_alpha(root))
-    results = with_alpha(root, holed(*WIDE))
-    assert profiles_of(results) == PROFILES
-    monkeypatch.setattr(sweep, "conditions_of", lambda *_, **__: [Condition(2.0, 1.0, 0.0)])
-    write_csv(robot_measured(results)[1], root / "results" / "robot" / "measured.csv")
-    lost, on_map = (robot_runs(results, f"runs_{name}", 1).iloc[0] for name in ("table", "map"))
-    assert np.isnan(lost["speed_cm_per_s"])
-    truth = rftfit.simulate(rftfit.published_medium("poppy_LP"), 2.0).speed_cm_per_s
-    assert on_map["speed_cm_per_s"] == pytest.approx(truth, rel=0.15)
-
-
-def test_its_pictures_are_of_the_profile_that_it_runs_on(root, monkeypatch):
-    for name in ("simulate", "tail_of", "stance_of"):
-        monkeypatch.setattr(stages, name, lambda *_, **__: pd.DataFrame({"n": [1]}))
-    monkeypatch.setattr(stages, "frames_of", lambda _, profile: {"reason": profile.reason})
-    motion, _, frames = stages.robot_motion(with_alpha(root, holed(*WIDE)))
-    assert set(motion["profile"]) == {"map"}
-    assert json.loads(frames) == {"reason": "", "medium": "poppy_LP", "profile": "map"}
-
-
-def holed(*cells):
-    """The published alpha without some cells."""
-    alpha = np.array(reference.alpha_grid("poppy_LP"))
-    alpha[:, *cells] = np.nan
-    return alpha[0], alpha[1]
-
-
-WIDE = slice(1, 6, 2), slice(4, 9)
-
-
-def test_a_missing_fit_is_a_reason_not_a_number(root):
-    lost = robot_profile(with_alpha(root, holed(2, 3), method="dft-index"), "generic")
-    assert np.isnan(lost.alpha(0, 1)[0])
-    assert "1 of 91 cells" in lost.reason
-
-
-def test_a_dropped_term_is_not_in_the_profile(root):
-    less, full = (
-        robot_profile(with_alpha(root, threshold=threshold), "fourier") for threshold in (0.9, 0.0)
-    )
-    assert len(set(less.parameters[0].ravel()) - {0.0}) < 9
-    assert less.alpha(0, np.pi / 2)[0] != pytest.approx(full.alpha(0, np.pi / 2)[0])
 
 
 def test_a_robot_that_moves_back():
@@ -289,12 +169,3 @@ def test_a_robot_that_moves_back():
     (row,) = speed_errors(measured.assign(trials=3), speed).to_dict("records")
     assert row["reason_code"] == "speed-not-positive"
     assert np.isnan(row["error_percent"])
-
-
-def test_a_sweep_on_a_medium_without_runs(tmp_path):
-    media = {"a": LABORATORY}
-    make_campaign(tmp_path / "none", media, {})
-    make_campaign(tmp_path / "other", media, {}, {"robot": {"medium": "b"}}, ["b"])
-    for name, match in (("none", "section robot"), ("other", "robot.medium: b ")):
-        with pytest.raises(InputError, match=match):
-            simulate.sweep(config=tmp_path / name / "config" / "config.yaml")

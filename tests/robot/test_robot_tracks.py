@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from rftfit import RftfitError
 from rftfit.campaign.problems import Place
-from rftfit.errors import RftfitError
 from rftfit.measure.flags import codes_of, remark
 from rftfit.robot import tracks
 from rftfit.robot.speeds import trial_row
@@ -75,17 +75,6 @@ def test_height_alone_tells_the_frequency_though_markers_are_lost():
     track.z_cm[lost] += 30.0
     track.x_cm[:] = 25.0 * track.time_s
     assert stride_frequency(track)[0] == pytest.approx(2.0, rel=0.01)
-
-
-def test_speeds_of_the_last_whole_strides():
-    """After half a stride of run-up, three strides of 1 s at 20, 25 and 30 cm/s: 25 with an s.d. of 5 cm/s."""
-    time = np.arange(351) / 100
-    x = np.interp(time, [0, 0.5, 1.5, 2.5, 3.5], [0, 5, 25, 50, 80])
-    stride_speed = mean_stride_speed(Track(time, x, 0 * time, time.size), 1.0)
-    assert stride_speed.stride_sd_cm_per_s == pytest.approx(5.0)
-    (flag,) = stride_speed.flags
-    assert flag.code == "speed-changes"
-    assert (flag.values["first"], flag.values["last"]) == pytest.approx((20, 30))
 
 
 def test_an_uneven_gait_is_doubted():

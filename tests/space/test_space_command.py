@@ -1,7 +1,5 @@
 """`rftfit predict --mesh` gives the library's forces on a moving mesh or names what is wrong."""
 
-import csv
-import json
 import re
 import sys
 
@@ -10,11 +8,9 @@ import pandas as pd
 import pytest
 
 import rftfit
+from rftfit import Mesh, Motion3D
 from rftfit.cli.main import main
 from rftfit.forces.fineness import fine_enough
-from rftfit.forces.mesh import Mesh, Motion3D
-from rftfit.forces.model_error import EPS_IN_SPACE, beyond_tested
-from rftfit.forces.prediction import predict_with_peaks
 
 from .test_space_mesh import BALL, stl
 
@@ -35,45 +31,6 @@ def command(tmp_path, monkeypatch, capfd):
 
 MESH = "--mesh ball.stl --unit mm --path path.csv"
 """Options of a ball that moves along a path."""
-
-
-def test_numbers_figure_and_json(command, tmp_path):
-    code, out, err = command(f"{MESH} --alpha 0.35 --json --figure ball.png")
-    [too_small] = beyond_tested(length_cm=4.0, fastest_cm_per_s=0.0, eps=EPS_IN_SPACE)
-    assert (code, too_small in err) == (0, True)
-    lines = (tmp_path / "forces.csv").read_text().splitlines()
-    rows = list(csv.DictReader(line for line in lines if line[0] != "#"))
-    motion = Motion3D.path(PATH[:, 0], PATH[:, 1:4], PATH[:, 4:])
-    mesh = Mesh.read("ball.stl", "mm")
-    push = {"beta_deg": [0], "gamma_deg": [90], "alpha_z_N_per_cm3": [0.35]}
-    medium = rftfit.estimate_map(pd.DataFrame(push)).profile
-    expected = rftfit.predict(medium, mesh, motion).drop(columns="reason")
-    assert list(rows[0]) == list(expected)
-    values = np.array([[float(cell) for cell in row.values()] for row in rows])
-    np.testing.assert_allclose(values, expected, rtol=1e-9, atol=1e-9)
-    peak = json.loads(out)["peaks"]["force_z"]
-    row = expected.iloc[int(expected["force_z_N"].to_numpy().argmax())]
-    expected_peak = (row["force_z_N"], row["force_z_lo_N"], row["force_z_hi_N"], row["t_s"])
-    assert (peak["force_z_N"], peak["lo"], peak["hi"], peak["t_s"]) == pytest.approx(expected_peak)
-    # the model errs otherwise in every pose: its interval is of the peaks of whole draws, not of this row
-    [predicted_peak] = [
-        predicted
-        for predicted in predict_with_peaks(medium, mesh, motion)[1]
-        if predicted.name == "force_z"
-    ]
-    assert (peak["model_lo"], peak["model_hi"]) == pytest.approx(
-        (predicted_peak.model_lo, predicted_peak.model_hi)
-    )
-    assert (
-        predicted_peak.model_lo
-        < predicted_peak.lo
-        < predicted_peak.value
-        < predicted_peak.hi
-        < predicted_peak.model_hi
-    )
-    assert (tmp_path / "ball.png").read_bytes()[:4] == b"\x89PNG"
-    code, out, _ = command(f"{MESH} --alpha 0.35")
-    assert (code, f" {expected['closure_N'].max():.3g} N " in out) == (0, True)
 
 
 def test_what_is_said_beside_the_numbers(command, tmp_path, monkeypatch):

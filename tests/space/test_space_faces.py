@@ -11,13 +11,11 @@ from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation
 
 import rftfit
+from rftfit import FourierProfile, Mesh, Motion3D
 from rftfit.forces import faces
 from rftfit.forces.faces import LAWS, face_alpha, submerged_parts
-from rftfit.forces.mesh import Mesh, Motion3D
-from rftfit.forces.plane import forces_on
 from rftfit.forces.space import CLOSURE, compiled_mesh_forces
 from rftfit.model import rft3d
-from rftfit.model.profiles import FourierProfile
 
 POPPY = rftfit.TableProfile.published("poppy_LP")
 UNIT = rftfit.rft3d_profile(0.87504, friction=0.4)  # xi = 1
@@ -133,26 +131,6 @@ def test_compiled_and_plain_agree(profile, law, friction):
         plain = faces.mesh_forces(PROFILES[profile], *body, law, friction)
         largest = abs(plain).max(initial=1, where=np.isfinite(plain))
         assert_allclose(compiled, plain, rtol=0, atol=1e-12 * largest)
-
-
-def test_a_turning_leg_differs_by_the_rule_within_a_strip():
-    flat = forces_on(POPPY, rftfit.model_leg("c_leg"), rftfit.rotation([-40.0]).poses)
-    forces = compiled_mesh_forces(POPPY, LEG, leg_at(-40))[0]
-    assert_allclose(
-        [forces[0], forces[2], forces[4]],
-        [flat.force_x_N[0], flat.force_z_N[0], flat.moment_N_cm[0]],
-        atol=0.02,
-    )
-
-
-def test_convergence_with_the_mesh():
-    exact = compiled_mesh_forces(POPPY, Mesh.sphere(2, 192), SINKING)[0, :3]
-    errors = [
-        np.linalg.norm(compiled_mesh_forces(POPPY, Mesh.sphere(2, n), SINKING)[0, :3] - exact)
-        for n in (12, 24, 48)
-    ]
-    assert errors[0] > 3 * errors[1] > 9 * errors[2]
-    assert errors[2] < 0.002 * np.linalg.norm(exact)
 
 
 angle = st.floats(-np.pi, np.pi)

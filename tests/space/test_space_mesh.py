@@ -5,10 +5,9 @@ import pytest
 from numpy.testing import assert_allclose
 
 import rftfit
+from rftfit import Mesh, Motion3D
 from rftfit.errors import InputError
-from rftfit.forces.fineness import fine_enough
-from rftfit.forces.mesh import Mesh, Motion3D
-from rftfit.forces.space import CLOSURE, compiled_mesh_forces
+from rftfit.forces.space import compiled_mesh_forces
 
 POPPY = rftfit.TableProfile.published("poppy_LP")
 BALL = Mesh.sphere(2, 8)
@@ -83,16 +82,6 @@ def test_files(tmp_path):
             Mesh.read(tmp_path / name, unit)
 
 
-def test_refined_is_the_same_body():
-    finer = BALL.refined(0.3)
-    edges = np.roll(finer.triangles, -1, axis=1) - finer.triangles
-    assert np.linalg.norm(edges, axis=-1).max() <= 0.3
-    assert_allclose(finer.area_cm2, BALL.area_cm2)
-    deep = Motion3D([0, 0, -9], [0, 0, -1])
-    forces, same = (compiled_mesh_forces(POPPY, body, deep)[:, :3] for body in (finer, BALL))
-    assert_allclose(forces, same, atol=1e-9)
-
-
 def test_wrong_motions():
     for wrong in (
         {"position_cm": [0, 0], "velocity_cm_per_s": [0, 0, 1]},
@@ -105,42 +94,3 @@ def test_wrong_motions():
         rftfit.predict(POPPY, BALL, rftfit.rotation())
     with pytest.raises(TypeError, match="plane"):
         rftfit.predict(POPPY, rftfit.model_leg("c_leg"), MOTION)
-
-
-def test_a_path_is_differentiated():
-    time = np.linspace(0, 1, 11)
-    turn = np.outer(time, [0, 90, 0])
-    path = Motion3D.path(time, np.outer(time, [1, 2, 3]), turn)
-    assert_allclose(path.frames[:, 3:9], np.tile([1, 2, 3, 0, np.pi / 2, 0], (11, 1)))
-
-
-def test_intervals_are_quantiles_of_the_draws():
-    ball = fine_enough(BALL, MOTION)
-    random = np.random.default_rng(0)
-    published_alpha = np.reshape(POPPY.cells[2:], (2, 1, 7, 13))
-    cells = published_alpha + 0.03 * random.standard_normal((2, 1000, 7, 13))
-    profile = rftfit.TableProfile(*cells.mean(axis=1), spread=rftfit.TableProfile(*cells))
-    table = rftfit.predict(profile, BALL, MOTION, confidence=0.9)
-    forces_by_draw = [
-        compiled_mesh_forces(rftfit.TableProfile(*cells[:, draw]), ball, MOTION)[0]
-        for draw in range(1000)
-    ]
-    ends = np.quantile(forces_by_draw, (0.05, 0.95), axis=0)
-    for k, name in ((0, "force_x_{}_N"), (2, "force_z_{}_N"), (4, "moment_y_{}_N_cm")):
-        bounds = [table[name.format(end)][0] for end in ("lo", "hi")]
-        assert_allclose(bounds, ends[:, k], rtol=0.01)
-    load = compiled_mesh_forces(profile, ball, MOTION)[0, 6]
-    largest = np.hypot(*profile.cells[2:]).max()
-    assert_allclose(table["closure_N"][0], CLOSURE * largest * load, rtol=1e-3)
-
-
-def test_one_push_gives_a_wider_interval_that_holds_the_map():
-    one_push = rftfit.scale(0.35093).profile
-    table = rftfit.predict(one_push, BALL, MOTION).iloc[0]
-    assert (
-        table["force_z_lo_N"]
-        < compiled_mesh_forces(POPPY, BALL, MOTION)[0, 2]
-        < table["force_z_hi_N"]
-    )
-    law = rftfit.predict(one_push, BALL, MOTION, law="3d-rft", friction=0.4).iloc[0]
-    assert np.isnan(law["closure_N"])

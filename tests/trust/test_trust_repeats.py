@@ -3,16 +3,11 @@
 import math
 
 import numpy as np
-import pandas as pd
 import pytest
-from coverage_levels import paper_config
 from seeds import seeds
 
-from rftfit.campaign.config import ErrorSettings
-from rftfit.compare.coefficients import sand_row
-from rftfit.measure.alpha import alpha_table, column
+from rftfit import TableProfile
 from rftfit.measure.errors import (
-    AS_PREPARED,
     LEAST_DOF,
     REPEATS,
     Part,
@@ -20,11 +15,6 @@ from rftfit.measure.errors import (
     combined_half_width,
     spread_of_beds,
 )
-from rftfit.measure.flags import Flags
-from rftfit.measure.slopes import GIVEN_DOF, student_quantile
-from rftfit.model.draws import interval, interval_of_sum, typical_dof
-from rftfit.model.profiles import TableProfile
-from rftfit.model.scaling import published
 
 SPREAD = 0.005
 """Standard deviation between runs, N/cm^3."""
@@ -219,62 +209,3 @@ def drawn_runs(truth, largest, scatter, heavy_tailed, random):
     rest = rest * random.normal(size=truth.shape)
     constant = math.hypot(everywhere, NOISE) * largest * random.normal(size=truth.shape)
     return truth * (1 + of_beds * bed) + rest + constant
-
-
-def test_what_repeats_show_goes_before_what_the_config_states():
-    equal_runs = [z_alone(np.array([0.3, 0.3]), np.full(2, 0.002))] * LEAST_DOF
-    spread_of_pairs = spread_of_beds(equal_runs, (0.005, 0.0))
-    assert (error_of_z(spread_of_pairs, 0.3).sd, spread_of_pairs.source) == (0, REPEATS)
-    assert spread_of_beds(equal_runs[1:], (0.0, 0.0)).source == AS_PREPARED
-    # a single run has the spread of others
-    spread = spread_of_beds(pairs(20, 3))
-    bed_error = error_of_z(spread, 0.2)
-    single = np.array([0.2]), np.ones(1), Part(0.001, 30.0)
-    assert bed_of_mean(*single, bed_error, spread.source) == (single[2], bed_error, REPEATS)
-    assert bed_error.dof < 25
-
-
-def fits():
-    """Alpha table of one push down, of 0.1 N/cm^3 with an error of 0.0002 N/cm^3."""
-    row: dict[str, object] = {"run_id": "a", "beta_deg": 0, "gamma_deg": 90, "reason": ""}
-    row |= {"depth_from_cm": 5.0, "depth_to_cm": 5.0}
-    for c in "zx":
-        row |= {column(c): 0.1, column(c, "_se"): 0.0002, f"alpha_{c}_dof": GIVEN_DOF}
-    errors = ErrorSettings(angle_deg=0, turn_deg=0, tare_percent=0, bed_N_per_cm3=0)
-    return alpha_table(pd.DataFrame([row]), "m", 0.95, 3, errors)
-
-
-def test_interval_of_a_sum_has_more_degrees_of_freedom():
-    random = np.random.default_rng(4)
-    wide = float(student_quantile(0.95, 6)) / 1.959964
-    terms = [wide * random.standard_normal((40000, 1)) for _ in range(5)]
-    lo, hi = interval_of_sum(terms, [6.0] * 5, 0.95)
-    half = math.sqrt(5) * float(student_quantile(0.95, 30))
-    assert (hi - lo)[0] / 2 == pytest.approx(half, rel=0.02)
-    # alone it is the Student interval that the draws were made for
-    np.testing.assert_allclose(interval_of_sum(terms[:1], [6.0], 0.95), interval(terms[0], 0.95))
-
-
-def test_typical_dof():
-    table = fits()
-    assert typical_dof(table, 0.95) == GIVEN_DOF
-    for c in "zx":
-        half = float(student_quantile(0.95, 8.0)) * table[column(c, "_se")]
-        table[column(c, "_lo")], table[column(c, "_hi")] = -half, half
-    assert typical_dof(table, 0.95) == pytest.approx(8.0)
-    assert math.isnan(typical_dof(table.iloc[:0], 0.95))
-
-
-def test_zeta_of_a_sand_knows_how_few_pushes_there_were():
-    """Two pushes that differ by 8 %: the interval of alpha is half of it, and zeta rests on it."""
-    half = float(student_quantile(0.95, 1)) * 0.036
-    row = {
-        "alpha_z_N_per_cm3": 0.936,
-        "alpha_z_se_N_per_cm3": 0.036,
-        "alpha_z_lo_N_per_cm3": 0.936 - half,
-        "alpha_z_hi_N_per_cm3": 0.936 + half,
-    }
-    row |= {name.replace("_z_", "_x_"): 0.0 for name in row}
-    place = {"medium": "dune", "beta_deg": 0.0, "gamma_deg": 90.0, "reason": ""}
-    row_of_sand = sand_row(pd.DataFrame([place | row]), published(), paper_config(200), Flags())
-    assert row_of_sand["zeta_hi"] > row_of_sand["zeta"] * (1 + half / 0.936)  # type: ignore[operator]

@@ -3,7 +3,6 @@
 Also tested: what the record holds, and `rftfit diff` of two folders of results.
 """
 
-import csv
 import hashlib
 import json
 import os
@@ -12,8 +11,8 @@ import re
 import pytest
 from campaigns import planned_jobs
 
+from rftfit import RftfitError
 from rftfit.cli.exit_codes import INPUT_NOT_VALID, NOT_AS_RECORDED
-from rftfit.errors import RftfitError
 from rftfit.workflow.job import do_job
 from rftfit.workflow.state import read_states
 
@@ -105,45 +104,6 @@ def test_the_record_holds_no_machine_and_no_time(checked):
         assert str(checked.root.parent) not in text
         dates = set(re.findall(r"\b(?:19|20)\d\d-\d\d-\d\d", text))
         assert dates == set(), name
-
-
-def test_the_data_package_describes_every_table(checked):
-    results = checked.root / "results"
-    package = json.loads((results / "datapackage.json").read_text(encoding="utf-8"))
-    described = {resource["path"]: resource for resource in package["resources"]}
-    tables = {path.relative_to(results).as_posix() for path in results.rglob("*.csv")}
-    assert described.keys() == tables
-    # the logs of this campaign are simulated, and nobody has stated whose its tables are
-    sources = [source["path"] for source in package["sources"]]
-    assert sources == ["manifest.sha256", "https://doi.org/10.1126/science.1229163"]
-    assert {"version", "licenses", "contributors"}.isdisjoint(package)
-    names = [resource["name"] for resource in package["resources"]]
-    assert len(set(names)) == len(names)
-    assert all(re.fullmatch(r"[a-z0-9._-]+", name) for name in names)
-    for path, resource in described.items():
-        file = results / path
-        assert resource["bytes"] == file.stat().st_size
-        assert resource["hash"] == f"sha256:{sha256(file)}"
-        assert wrong_cells(file, resource["schema"]) == [], path
-
-
-def wrong_cells(file, schema):
-    """Return the columns of a csv table that break its schema, as the standard defines the types."""
-    patterns = {
-        "integer": r"[+-]?\d+",
-        "number": r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?|NaN|-?INF",
-        "boolean": "True|False",
-        "string": r"[\s\S]*",
-    }
-    with file.open(encoding="utf-8", newline="") as handle:
-        header, *rows = csv.reader(handle)
-    assert [field["name"] for field in schema["fields"]] == header
-    missing = set(schema["missingValues"])
-    return [
-        field["name"]
-        for field, cells in zip(schema["fields"], zip(*rows, strict=True), strict=False)
-        if not all(re.fullmatch(patterns[field["type"]], cell) for cell in {*cells} - missing)
-    ]
 
 
 def test_a_chain_is_told(checked):

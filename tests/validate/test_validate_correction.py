@@ -83,15 +83,6 @@ def test_a_factor_is_worth_it_from_a_tenth_of_the_error_on(extra, worth):
     assert row["earns_its_place"] == worth
 
 
-@pytest.mark.parametrize("lost", ["force_z_N", "force_x_N"])
-def test_theta_without_a_predicted_force_are_left_out(lost):
-    measured, predicted = curves(dict.fromkeys(LEGS, 0.7), ONE), curves(ONE, ONE)
-    predicted.loc[predicted["theta_deg"] < 0, lost] = np.nan
-    table = fit_corrections(measured, predicted).set_index("model")
-    assert table.loc[BOTH, "factor_z"] == pytest.approx(0.7)
-    assert table.loc[BOTH, "rms_fit_N"] == pytest.approx(0, abs=1e-12)
-
-
 def test_noise_earns_nothing():
     table = result(curves(ONE, ONE, noise=0.3))
     assert not table["earns_its_place"].any()
@@ -114,22 +105,3 @@ def test_two_legs_cannot_be_cross_validated():
     assert table.loc[BOTH, "factor_z"] == pytest.approx(0.7)
     assert not table["earns_its_place"].any()
     assert set(table["reason"]) == {str(remark("few-legs", found=2))}
-
-
-def test_no_predicted_force_is_left_as_it_is():
-    """Where nothing is predicted along x, no factor can be had, and 1 changes nothing."""
-    measured, predicted = curves(dict.fromkeys(LEGS, 0.7), ONE), curves(ONE, ONE)
-    predicted["force_x_N"] = 0.0
-    table = fit_corrections(measured, predicted).set_index("model")
-    assert table.loc[BOTH, "factor_x"] == 1
-    assert table.loc[BOTH, "factor_z"] == pytest.approx(0.7)
-
-
-def test_a_sand_without_a_measured_leg_is_no_fault():
-    """A table without rows does not know which of its columns hold words."""
-    untyped = pd.DataFrame(columns=curves(ONE, ONE).columns)
-    typed = curves(ONE, ONE).iloc[:0]
-    columns = [*fit_corrections(curves(ONE, ONE), curves(ONE, ONE))]
-    for pair in ((untyped, typed), (typed, untyped), (untyped, curves(ONE, ONE)), (typed, typed)):
-        table = fit_corrections(*pair)
-        assert ([*table], len(table)) == (columns, 0)

@@ -12,26 +12,23 @@ import pandas as pd
 import pytest
 from coverage_levels import paper_config, sweep
 from paper import few_draws
-from result_tables import SE, alpha_frame, one_cell, results_of
+from result_tables import SE, alpha_frame, results_of
 from seeds import assert_share, seeds
 
+from rftfit import TableProfile, model_leg
 from rftfit.compare.legs import (
     FAR_OFF,
     NOT_TESTED,
     OFF,
-    PREDICTED_COLUMNS,
     WITHIN,
     judge,
     leg_errors,
     leg_prediction,
     predicted_curves,
-    worst_peak,
 )
 from rftfit.compare.published import FROM_LOGS, leg_claims
-from rftfit.forces.outlines import model_leg
 from rftfit.measure.flags import remark
 from rftfit.model.draws import measured_profile
-from rftfit.model.profiles import TableProfile
 from rftfit.reference import LEGS, MEDIA, alpha_grid, load
 
 
@@ -47,11 +44,6 @@ def alpha_of(medium, noise=None):
     error = np.zeros_like(true) if noise is None else noise.normal(0, SE, true.shape)
     error[:, 0] = error[:, -1]
     return alpha_frame(medium, true + error)
-
-
-def curves_of(table, config):
-    (medium,) = results_of([table], config)
-    return predicted_curves(medium)[0]
 
 
 @pytest.fixture(scope="module")
@@ -88,24 +80,6 @@ def curve(theta, z, x, **names):
         frame[f"force_{c}_lo_N"] = frame[f"force_{c}_N"] - 0.1
         frame[f"force_{c}_hi_N"] = frame[f"force_{c}_N"] + 0.1
     return frame.assign(reason="")
-
-
-def test_errors_by_hand():
-    theta = np.arange(-130.0, 131.0)
-    bell = np.exp(-((theta / 40) ** 2))
-    measured = curve(theta, 10 * bell, -4 * bell, medium="m", leg="c_leg")
-    ours = curve(theta, 12 * bell, -3 * bell, medium="m", leg="c_leg", profile="table")
-    table = leg_errors(measured, ours).set_index("component")
-    assert table.loc["z", "peak_error_percent"] == pytest.approx(20, abs=0.02)
-    assert table.loc["x", "peak_error_percent"] == pytest.approx(-25, abs=0.02)
-    assert table.loc["x", "peak_measured_N"] == pytest.approx(-4, abs=0.001)
-    assert table.loc["z", "peak_predicted_lo_N"] == pytest.approx(11.9)
-    assert table.loc["z", "peak_predicted_hi_N"] == pytest.approx(12.1)
-    rms = 2 * math.sqrt(np.mean(bell**2))
-    assert table.loc["z", "rms_error_N"] == pytest.approx(rms)
-    r2 = 1 - np.sum((2 * bell) ** 2) / np.sum((10 * (bell - bell.mean())) ** 2)
-    assert table.loc["z", "r2"] == pytest.approx(r2)
-    assert (table["reason"] == "").all()
 
 
 def test_what_cannot_be_compared_has_its_reason():
@@ -203,45 +177,3 @@ def test_the_papers_statements_are_met_or_named(config, predicted):
 def test_a_verdict_on_the_model_is_a_number_s(error, lo, hi, verdict):
     numbers = dict(zip(("", "model_lo_", "model_hi_"), (error, lo, hi), strict=True))
     assert judge({f"peak_error_{end}percent": x for end, x in numbers.items()}) == verdict
-
-
-def test_a_medium_is_as_its_worst_peak_and_the_peak_comes_late():
-    theta = np.arange(-130.0, 131.0)
-    shape = [np.cos(np.radians(theta - late)) for late in (0, 12)]
-    measured = curve(theta, shape[0], shape[0], medium="m", leg="c_leg")
-    predicted = curve(
-        theta, 1.2 * shape[1], 2.5 * shape[1], medium="m", leg="c_leg", profile="table"
-    )
-    table = leg_errors(measured, predicted)
-    worst = worst_peak(table, "m", "table")
-    assert worst is not None
-    assert (worst["component"], worst["verdict"]) == ("x", FAR_OFF)
-    assert list(table["verdict"]) == [WITHIN, FAR_OFF]
-    assert list(table["peak_late_deg"]) == pytest.approx([12, 12], abs=0.1)
-    assert worst_peak(table, "m", "map") is None
-
-
-def test_a_sand_has_its_map_and_a_generic_profile_of_the_published_media(config):
-    curves = curves_of(alpha_frame("yuma", one_cell(0.69)), config)
-    reasons = curves.groupby(["profile", "leg"])["reason_code"].unique()
-    assert len(reasons) == 2 * len(LEGS)
-    assert all(list(codes) == ["published-media"] for codes in reasons["generic"])
-    assert all(list(codes) == [""] for codes in reasons["map"])
-    # without a test there is no curve, and there are all columns
-    curves = curves_of(alpha_frame("yuma", one_cell(np.nan)), config)
-    assert curves.empty
-    assert list(curves.columns) == PREDICTED_COLUMNS
-
-
-def test_a_map_is_for_a_medium_that_lacks_directions(config):
-    """Cells that are too few for nine terms give no profile that needs them."""
-    table = alpha_of("poppy_LP")
-    cells = (table["beta_deg"] == 0) & ((table["gamma_deg"] > 0) | (table["gamma_deg"] == -90))
-    numbers = [name for name in table if str(name).startswith("alpha_")]
-    table.loc[~cells, numbers] = np.nan
-    curves = curves_of(table, config)
-    assert set(curves["profile"]) == {"table", "map", "depth_only"}
-    lacking = curves[curves["force_z_N"].isna()]
-    assert set(lacking["profile"]) == {"table"}
-    assert set(lacking["reason_code"]) == {"alpha-missing"}
-    assert lacking["reason"].str.startswith("measured table of poppy_LP: ").all()

@@ -17,7 +17,6 @@ from rftfit.compare.legs import (
     leg_errors,
     measured_peak,
 )
-from rftfit.measure.flags import REASON, Flags, attach_run, flag_table, remark
 
 THETA = np.arange(-135.0, 136.0)
 
@@ -78,21 +77,6 @@ def test_scatter_needs_twelve_blocks_of_three(length):
     theta = np.arange(float(length))
     peak = measured_peak(theta, parabola(5.0, length / 2, theta) + noise, "z")
     assert math.isnan(peak.se_N) == (length < 36)
-
-
-def test_error_of_the_peak_is_its_scatter():
-    """White and correlated readings: the stated error is the spread of many peaks."""
-    random = np.random.default_rng(11)
-    for taps in ([1.0], [0.6, 0.6, 0.6]):
-        errors, stated = [], []
-        for _ in range(400):
-            white = random.normal(0, 0.05, THETA.size + 2)
-            noise = np.convolve(white, taps, mode="valid")[: THETA.size]
-            peak = measured_peak(THETA, parabola(4.0, 10.0) + noise, "z")
-            errors.append(peak.force_N - 4)
-            stated.append(peak.se_N)
-        spread = math.sqrt(np.mean(np.square(errors)))
-        assert np.mean(stated) == pytest.approx(spread, rel=0.2)
 
 
 T = 2.0639
@@ -208,53 +192,3 @@ def test_a_leg_that_stops_early_has_a_peak_where_it_was_passed():
     numbers = ["peak_measured_N", "peak_predicted_N", "peak_error_percent"]
     assert errors.loc["x", numbers].isna().all()
     assert (errors["rms_error_N"] > 0).all()
-
-
-def test_scatter_of_the_readings_is_in_the_interval_of_a_peak_error():
-    noisy = wide(8.0) + np.random.default_rng(6).normal(0, 0.1, THETA.size)
-    row = leg_errors(*curves(noisy, wide(8.0))).iloc[0]
-    peak = measured_peak(THETA, noisy, "z")
-    relative_error = T * peak.se_N / peak.force_N
-    assert relative_error > 0.005
-    half = 100 * 8 / peak.force_N * math.hypot(0.1 / 8, relative_error)
-    assert error_of(row)[1] == pytest.approx(half, rel=1e-3)
-    assert row["rms_relative_to_peak"] == pytest.approx(row["rms_error_N"] / peak.force_N)
-
-
-def test_flags_of_the_logs_stand_behind_the_reason():
-    measured, predicted = curves(wide(10.0), wide(12.0))
-    flag = remark("no-tare")
-    measured = measured.assign(run_id="turn")
-    flags = {
-        m: Flags(flag_table(m, "tare", attach_run("turn", [flag]))) for m in measured["medium"]
-    }
-    compared = leg_errors(measured, predicted, flags=flags)
-    assert set(compared["reason_code"]) == {"no-tare"}
-    lost = predicted.assign(force_z_N=np.nan, reason="no run", reason_code="no-run")
-    table = leg_errors(measured, lost, flags=flags).set_index("component")
-    assert [table.loc["z", name] for name in REASON] == [f"no run; {flag}", "no-run no-tare"]
-    assert list(table["rms_error_N"].isna()) == [True, False]
-
-
-def test_what_a_peak_rests_on_is_told_of_the_measured_table_alone():
-    measured, by_table = curves(wide(10.0), wide(12.0))
-    predicted = pd.concat([by_table, by_table.assign(profile="fourier")])
-    behind = {("m", "c_leg", "z"): ("bed 90 %, noise 10 %", 12.5)}
-    table = leg_errors(measured, predicted, behind=behind).set_index(["profile", "component"])
-    names = ["peak_errors", "peak_on_flagged_percent"]
-    assert list(table.loc[("table", "z"), names]) == ["bed 90 %, noise 10 %", 12.5]
-    other_rows = table.drop(index=("table", "z"))
-    assert len(other_rows) == 3
-    assert (other_rows["peak_errors"] == "").all()
-    assert other_rows["peak_on_flagged_percent"].isna().all()
-
-
-def test_curves_are_compared_over_the_theta_that_both_have():
-    measured, predicted = curves(wide(10.0), wide(12.0))
-    cut_curve = predicted[predicted["theta_deg"] >= -120]
-    row = leg_errors(measured[measured["theta_deg"] <= 125], cut_curve).iloc[0]
-    assert (row["theta_from_deg"], row["theta_to_deg"]) == (-120, 125)
-    assert row["reason"] == ""
-    theta = np.arange(-120.0, 126.0)
-    rms = 2 * math.sqrt(np.mean((1 - (theta / 150) ** 2) ** 2))
-    assert row["rms_error_N"] == pytest.approx(rms)

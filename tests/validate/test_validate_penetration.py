@@ -105,37 +105,6 @@ def test_a_regime_that_the_config_does_not_state_has_no_row(paper_config):
     assert rows["down", "detected"]["alpha_z_N_per_cm3"] > 0
 
 
-def test_only_a_level_plate_straight_down_is_a_penetration_test(paper_config):
-    other_runs = (
-        push("tilted", beta_deg=30.0),
-        push("slanted", gamma_deg=45.0),
-        push("up", direction="extraction"),
-        push("rod", kind="rod"),
-    )
-    runs = (*other_runs, push())
-    strokes = {run.run_id: kneed(3.0) for run in runs if run.kind == "plate"}
-    assert {name for name, _ in fit_tests(paper_config, strokes, runs)} == {"down"}
-
-
-def test_a_test_without_a_stroke_stands_last_with_its_reason(paper_config):
-    runs = push("a"), push("b"), push("c")
-    rows = fit_tests(paper_config, {"b": kneed(3.0)}, runs, reasons={"a": "dust"})
-    assert list(rows) == [("b", "stated"), ("b", "detected"), ("a", "stated"), ("c", "stated")]
-    assert rows["a", "stated"]["reason"] == "dust"
-    assert rows["c", "stated"]["reason_code"] == "no-tared-stroke"
-    number = fit_tests(paper_config, {"b": kneed(3.0)}, runs, reasons={"a": "dust"}, numbers=True)
-    assert number["a", "stated"]["reason"] == "dust"
-    assert number["c", "stated"]["reason_code"] == "no-curve"
-
-
-def test_the_force_on_rod_and_mount_is_said_of_both_regimes(paper_config):
-    runs = push(tare_run=""), push("tared")
-    rows = fit_tests(paper_config, {"down": kneed(9.0), "tared": kneed(3.0)}, runs)
-    assert rows["down", "stated"]["reason_code"] == "no-tare"
-    assert rows["down", "detected"]["reason_code"] == "no-linear-end no-tare"
-    assert rows["tared", "stated"]["reason"] == rows["tared", "detected"]["reason"] == ""
-
-
 def test_the_bed_and_the_surface_are_in_the_interval_of_a_test(paper_config):
     """Beds 4 % apart, rods 3 %, a surface known to 0.1 mm and, of all runs, 0.2 mm; no noise."""
     alpha = alpha_frame("yuma", one_cell(0.5)).assign(

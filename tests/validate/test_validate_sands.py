@@ -4,14 +4,9 @@ Also tested: the errors of a single test by its bed and its rod.
 """
 
 import numpy as np
-import pandas as pd
 import pytest
 
-from rftfit.compare import sands
 from rftfit.compare.sands import bend_of, linear_end
-from rftfit.measure.alpha import bed_spread, column
-from rftfit.measure.errors import SurfaceError
-from rftfit.measure.flags import codes_of, reason_columns, remark
 from rftfit.reference import load
 
 
@@ -76,47 +71,3 @@ def test_published_sands():
     assert 1.2 <= ends["yuma"] <= 2.2
     assert ends["palms29"] >= 3
     assert ends["palms29_sieved"] >= 3
-
-
-def test_a_single_test_has_the_errors_of_its_bed_and_its_rod():
-    """As the alpha table has them; a wider one than the logs alone give, whatever the window."""
-    fit = {
-        "alpha_z_N_per_cm3": 0.7,
-        "alpha_z_se_N_per_cm3": 0.01,
-        "alpha_z_dof": 1e6,
-        "reason": "",
-        "lever_per_cm": 0.5,
-        "nonlinear_z_ratio": 0.02,
-    }
-    cell = {
-        "beta_deg": 0.0,
-        "gamma_deg": 90.0,
-        "alpha_z_N_per_cm3": 0.7,
-        "run_to_run_z_N_per_cm3": 0.028,
-        "alpha_z_rod_N_per_cm3": 0.021,
-    }
-    bed_and_rod = sands._of_any_window(pd.DataFrame([cell]))
-    assert bed_and_rod == pytest.approx(0.05)
-    bare = pd.DataFrame([cell]).drop(columns=column("z", "_rod"))
-    assert sands._of_any_window(bare) == pytest.approx(0.04)
-    words = (0.95, np.array([1.2, 1.3]), SurfaceError(run=0.1))
-    alone, whole = (sands._slope(fit, *words, error)[0] for error in (0.0, bed_and_rod))
-    half_alone, half = (float(str(row["alpha_z_hi_N_per_cm3"])) - 0.7 for row in (alone, whole))
-    assert half_alone == pytest.approx(1.96 * np.hypot(0.01, 0.1 * 0.5 * 0.7), rel=1e-3)
-    assert half == pytest.approx(np.hypot(half_alone, 1.96 * 0.05 * 0.7), rel=1e-3)
-    # nothing is known of a sand without a usable test
-    assert sands._of_any_window(pd.DataFrame([cell | {"gamma_deg": 45.0}])) == 0
-
-
-def test_a_fit_that_was_refused_has_its_reason_and_no_number():
-    fit = reason_columns([remark("few-points", found=1, wanted=30)])
-    row, reason = sands._slope(fit, 0.95, np.array([1.2, 1.3]), SurfaceError(), 0.0)
-    assert (row, codes_of(reason)) == ({}, "few-points")
-
-
-def test_a_medium_without_resistance_has_no_relative_spread():
-    numbers = {"beta_deg": 0.0, "gamma_deg": 90.0, column("z"): 0.0, column("x"): 0.0}
-    table = pd.DataFrame([numbers | {"run_to_run_z_N_per_cm3": 0.01, column("z", "_rod"): 0.01}])
-    assert bed_spread(table) == 0
-    assert sands._of_any_window(table) == 0
-    assert bed_spread(table.assign(**{column("z"): 0.5})) == pytest.approx(0.02)

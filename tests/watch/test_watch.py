@@ -9,11 +9,12 @@ import pytest
 from campaigns import MEDIUM, Bench, lay_out_home_rig, run_rules
 from seeds import seeds
 
+from rftfit import Results
 from rftfit.bench.medium import hold
 from rftfit.bench.watch import BARE, GROWING, MEASURED, REFUSED, WAITING, Watch
 from rftfit.campaign.problems import CampaignError
 from rftfit.measure.ingest import ingest_medium
-from rftfit.results import Results, open_results
+from rftfit.results import open_results
 from rftfit.workflow.validate import estimated_map_rows
 
 

@@ -9,8 +9,8 @@ from campaigns import Folder
 from pages import words
 
 import rftfit
+from rftfit import Results
 from rftfit.figures.registry import Declared, figures
-from rftfit.results import Results
 from rftfit.workflow.state import read_states
 
 pytestmark = pytest.mark.slow
