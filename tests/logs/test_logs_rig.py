@@ -9,7 +9,6 @@ import pytest
 from rftfit.errors import InputError
 from rftfit.logs.base import Log, LogError
 from rftfit.logs.registry import DIALECTS, claimants, dialect, read_head
-from rftfit.logs.rig import RigReader
 from rftfit.table.parse import CELLS, FINITE, NUMBER
 
 FORCE_HEADER = "time_s,arm_moving,F1_N,F2_N,F3_N"
@@ -21,7 +20,7 @@ FORCE = "# a comment\n" + "\n".join([FORCE_HEADER, *FORCE_ROWS]) + "\n"
 def read(folder, content):
     path = folder / "log.csv"
     path.write_bytes(content.encode() if isinstance(content, str) else content)
-    log = RigReader().load(path)
+    log = dialect("rig").load(path)
     kept_rows = next(iter(log.columns.values())).size
     assert kept_rows + sum(log.dropped.values()) == log.rows
     assert all(np.isfinite(values).all() for values in log.columns.values())
@@ -60,7 +59,7 @@ def test_no_row(tmp_path, content, code):
 def test_no_file(tmp_path):
     for path, code in ((tmp_path / "nowhere.csv", "missing"), (tmp_path, "unreadable")):
         with pytest.raises(LogError, match=path.name) as caught:
-            RigReader().load(path)
+            dialect("rig").load(path)
         assert (caught.value.code, caught.value.rows) == (code, 0)
 
 
@@ -104,7 +103,7 @@ def test_no_good_row_at_all(tmp_path):
         "arm_moving,time_s,F1_N,F2_N,F3_N",
         "time_s,arm_moving,F1_N,F2_N,F2_N",
         "time_s,arm_moving,F1_N,F2_N,F3_N,F4_N",
-        "time s,arm_moving,F1_N,F2_N,F3_N",
+        "time_furlong,arm_moving,F1_N,F2_N,F3_N",
         "0.00,0,1.5,-2.25,3",
     ],
 )
@@ -113,6 +112,12 @@ def test_other_header(tmp_path, header):
     assert (error.code, error.rows) == ("header", 3)
     for words in (header, FORCE_HEADER, MOTION_HEADER):
         assert words in str(error)
+
+
+def test_header_in_other_units(tmp_path):
+    log = read(tmp_path, "time_ms,x_cm,z (mm),angle [rad]\n1,2,3,4\n")
+    assert log.units == {"time": "ms", "x": "cm", "z": "mm", "angle": "rad"}
+    expect(log, ["1,2,3,4"])
 
 
 @pytest.mark.parametrize(("columns", "rows"), [({}, 3), ({"x": np.zeros(3)}, 2)])

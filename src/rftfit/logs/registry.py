@@ -18,7 +18,7 @@ from rftfit.logs.base import HEAD_BYTES, Log, LogError, Reader
 from rftfit.logs.delimited import DelimitedReader
 from rftfit.logs.instron import InstronReader
 from rftfit.logs.labview import LvmReader
-from rftfit.logs.rig import RigReader
+from rftfit.logs.presets import presets
 from rftfit.logs.rosbag import RosBagReader
 from rftfit.logs.rostopic import RostopicReader
 from rftfit.logs.tabular import ParquetReader, XlsxReader
@@ -29,7 +29,7 @@ GROUP = "rftfit.dialects"
 """Entry points under which other packages bring dialects."""
 
 _BUILTIN: tuple[Reader, ...] = (
-    RigReader(),
+    *presets(),
     AtiNetftReader(),
     AtiDaqReader(),
     RostopicReader(),
