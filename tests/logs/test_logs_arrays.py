@@ -6,10 +6,11 @@ from log_files import refused
 from numpy.testing import assert_array_equal
 from scipy.io import savemat
 
+from rftfit.logs import mat5
 from rftfit.logs.arrays import ArraysReader
 from rftfit.logs.base import LogError
 from rftfit.logs.quantities import guesses
-from rftfit.logs.registry import claimants, read_head
+from rftfit.logs.registry import claimants, load_each, read_head
 from rftfit.table.parse import FINITE
 
 h5py = pytest.importorskip("h5py")
@@ -21,7 +22,7 @@ FORCE = np.random.default_rng(5).normal(size=(N, 3)).round(4)
 Z = -10 * TIME
 
 
-def mat5(path):
+def mat_of_version_5(path):
     run = {"time": TIME, "F": FORCE, "name": "plate", "gain": 2.0}
     run["cells"] = np.array([1, "a"], object)
     savemat(path, {"run": run, "z_mm": Z[None]})
@@ -53,7 +54,7 @@ def npz(path):
         np.savez(file, **arrays)  # type: ignore[arg-type]
 
 
-MAKERS = {"a.mat": mat5, "b.mat": mat73, "c.h5": hdf5, "d.npz": npz}
+MAKERS = {"a.mat": mat_of_version_5, "b.mat": mat73, "c.h5": hdf5, "d.npz": npz}
 
 
 @pytest.mark.parametrize("name", MAKERS)
@@ -147,3 +148,24 @@ def test_cells_and_struct_arrays_of_matlab(tmp_path):
     savemat(tmp_path / "b.mat", {"c": np.full((1, 65), "me", dtype=object), "who": "me"})
     values = " c (", " 65 ", " 64)", "who (text)"
     refused(ArraysReader(), tmp_path / "b.mat", "header_only", *values)
+
+
+def test_files_that_several_readers_want(tmp_path, monkeypatch):
+    paths = [tmp_path / f"{number}.mat" for number in range(3)]
+    for number, path in enumerate(paths):
+        savemat(path, {"t": np.arange(9.0), "F": np.full(9, number), "z": np.arange(9.0) + number})
+    paths[1].write_bytes(paths[1].read_bytes()[:300])
+    reads = []
+    in_other_process = mat5.run_apart
+    monkeypatch.setattr(
+        mat5, "run_apart", lambda files, work: in_other_process(reads.extend(files) or files, work)
+    )
+    force, motion = ArraysReader().only({"t", "F"}), ArraysReader().only({"t", "z"})
+    logs = load_each([(reader, path) for path in paths for reader in (force, motion)])
+    assert reads == paths
+    assert [isinstance(log, LogError) for log in logs] == [False] * 2 + [True] * 2 + [False] * 2
+    for log, reader, path in ((logs[4], force, paths[2]), (logs[5], motion, paths[2])):
+        alone = reader.load(path)
+        assert log.columns.keys() == alone.columns.keys()
+        for name, values in alone.columns.items():
+            assert_array_equal(log.columns[name], values)
