@@ -1,14 +1,15 @@
 """Columns of MATLAB, HDF5 and NumPy files are read by their paths, and cut files are refused."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from log_files import refused
 from numpy.testing import assert_array_equal
 from scipy.io import savemat
 
-from rftfit.logs import mat5
 from rftfit.logs.arrays import ArraysReader
-from rftfit.logs.base import LogError
+from rftfit.logs.base import Log, LogError, run_apart
 from rftfit.logs.quantities import guesses
 from rftfit.logs.registry import claimants, load_each, read_head
 from rftfit.table.parse import FINITE
@@ -22,7 +23,7 @@ FORCE = np.random.default_rng(5).normal(size=(N, 3)).round(4)
 Z = -10 * TIME
 
 
-def mat_of_version_5(path):
+def mat5(path):
     run = {"time": TIME, "F": FORCE, "name": "plate", "gain": 2.0}
     run["cells"] = np.array([1, "a"], object)
     savemat(path, {"run": run, "z_mm": Z[None]})
@@ -54,7 +55,7 @@ def npz(path):
         np.savez(file, **arrays)  # type: ignore[arg-type]
 
 
-MAKERS = {"a.mat": mat_of_version_5, "b.mat": mat73, "c.h5": hdf5, "d.npz": npz}
+MAKERS = {"a.mat": mat5, "b.mat": mat73, "c.h5": hdf5, "d.npz": npz}
 
 
 @pytest.mark.parametrize("name", MAKERS)
@@ -155,17 +156,20 @@ def test_files_that_several_readers_want(tmp_path, monkeypatch):
     for number, path in enumerate(paths):
         savemat(path, {"t": np.arange(9.0), "F": np.full(9, number), "z": np.arange(9.0) + number})
     paths[1].write_bytes(paths[1].read_bytes()[:300])
-    reads = []
-    in_other_process = mat5.run_apart
-    monkeypatch.setattr(
-        mat5, "run_apart", lambda files, work: in_other_process(reads.extend(files) or files, work)
-    )
+    files_read: list[Path] = []
+
+    def noted(files, work):
+        files_read.extend(files)
+        return run_apart(files, work)
+
+    monkeypatch.setattr("rftfit.logs.mat5.run_apart", noted)
     force, motion = ArraysReader().only({"t", "F"}), ArraysReader().only({"t", "z"})
     logs = load_each([(reader, path) for path in paths for reader in (force, motion)])
-    assert reads == paths
+    assert files_read == paths
     assert [isinstance(log, LogError) for log in logs] == [False] * 2 + [True] * 2 + [False] * 2
-    for log, reader, path in ((logs[4], force, paths[2]), (logs[5], motion, paths[2])):
-        alone = reader.load(path)
+    for log, reader in ((logs[4], force), (logs[5], motion)):
+        assert isinstance(log, Log)
+        alone = reader.load(paths[2])
         assert log.columns.keys() == alone.columns.keys()
         for name, values in alone.columns.items():
             assert_array_equal(log.columns[name], values)
