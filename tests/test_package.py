@@ -180,7 +180,7 @@ def documented_lab_rooms():
 
 
 def room_of(path):
-    """First name below the package: rftfit/logs/rig.py is in logs, rftfit/results.py in results."""
+    """First name below the package: rftfit/logs/text.py is in logs, rftfit/results.py in results."""
     top_name = path.relative_to(PACKAGE).parts[0].removesuffix(".py")
     return "cli" if top_name == "__main__" else top_name
 

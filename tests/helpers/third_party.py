@@ -160,8 +160,9 @@ def campaign_around(
     (root / "raw").mkdir(parents=True)
     shutil.copyfile(path, root / "raw" / path.name)
     chosen = {**COLUMNS, **(columns or {})}
-    source: dict[str, Any] = {"text": text or TEXT}
-    source |= reads or {}
+    source: dict[str, Any] = dict(reads or {})
+    if "dialect" not in source:
+        source["text"] = text or TEXT
     time = {"time": chosen["time"]} if chosen["time"] else {}
     config = {
         "title": "One push at home",

@@ -1,5 +1,7 @@
 """Columns of MATLAB, HDF5 and NumPy files are read by their paths, and cut files are refused."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from log_files import refused
@@ -7,9 +9,9 @@ from numpy.testing import assert_array_equal
 from scipy.io import savemat
 
 from rftfit.logs.arrays import ArraysReader
-from rftfit.logs.base import LogError
+from rftfit.logs.base import Log, LogError, run_apart
 from rftfit.logs.quantities import guesses
-from rftfit.logs.registry import claimants, read_head
+from rftfit.logs.registry import claimants, load_each, read_head
 from rftfit.table.parse import FINITE
 
 h5py = pytest.importorskip("h5py")
@@ -147,3 +149,27 @@ def test_cells_and_struct_arrays_of_matlab(tmp_path):
     savemat(tmp_path / "b.mat", {"c": np.full((1, 65), "me", dtype=object), "who": "me"})
     values = " c (", " 65 ", " 64)", "who (text)"
     refused(ArraysReader(), tmp_path / "b.mat", "header_only", *values)
+
+
+def test_files_that_several_readers_want(tmp_path, monkeypatch):
+    paths = [tmp_path / f"{number}.mat" for number in range(3)]
+    for number, path in enumerate(paths):
+        savemat(path, {"t": np.arange(9.0), "F": np.full(9, number), "z": np.arange(9.0) + number})
+    paths[1].write_bytes(paths[1].read_bytes()[:300])
+    files_read: list[Path] = []
+
+    def noted(files, work):
+        files_read.extend(files)
+        return run_apart(files, work)
+
+    monkeypatch.setattr("rftfit.logs.mat5.run_apart", noted)
+    force, motion = ArraysReader().only({"t", "F"}), ArraysReader().only({"t", "z"})
+    logs = load_each([(reader, path) for path in paths for reader in (force, motion)])
+    assert files_read == paths
+    assert [isinstance(log, LogError) for log in logs] == [False] * 2 + [True] * 2 + [False] * 2
+    for log, reader in ((logs[4], force), (logs[5], motion)):
+        assert isinstance(log, Log)
+        alone = reader.load(paths[2])
+        assert log.columns.keys() == alone.columns.keys()
+        for name, values in alone.columns.items():
+            assert_array_equal(log.columns[name], values)

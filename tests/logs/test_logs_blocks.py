@@ -8,7 +8,7 @@ import pytest
 from log_files import TEXTS, netft
 
 from rftfit.logs.base import MOST_WORKERS, LogError, parallel_map
-from rftfit.logs.registry import dialect
+from rftfit.logs.registry import dialect, load_each
 
 NAMES = sorted(TEXTS)
 """Dialects of text."""
@@ -74,7 +74,7 @@ def test_long_rig_logs_are_refused_like_short_ones(tmp_path):
         (b"\n" * 5000, "empty", 0),
     ):
         path.write_bytes(content)
-        (error,) = dialect("rig").load_many([path])
+        (error,) = load_each([(dialect("rig"), path)])
         assert isinstance(error, LogError)
         assert (error.code, error.rows) == (code, rows)
         assert str(path) in str(error)

@@ -16,7 +16,7 @@ from numpy.testing import assert_array_equal
 from seeds import example_count
 
 from rftfit.logs.base import Log, LogError
-from rftfit.logs.registry import DIALECTS, dialect
+from rftfit.logs.registry import DIALECTS, dialect, load_each
 from rftfit.table.parse import CELLS, CUT, FINITE, NUMBER
 
 NAMES = sorted(TEXTS)
@@ -33,7 +33,7 @@ def place(tmp_path_factory):
 
 def read(reader, content, place):
     place.write_bytes(content)
-    log = reader.load_many([place])[0]
+    log = load_each([(reader, place)])[0]
     assert isinstance(log, Log) or str(place) in str(log)
     return log
 
@@ -165,7 +165,7 @@ def test_an_error_that_is_kept_holds_no_file_open(tmp_path):
     gc.collect()
     gc.disable()  # a file in a circle of references is closed by the collector only
     try:
-        (error,) = dialect("delimited").load_many([path])
+        (error,) = load_each([(dialect("delimited"), path)])
         files = [file for file in gc.get_objects() if isinstance(file, io.BufferedReader)]
         still_open = [file for file in files if file.name == str(path) and not file.closed]
     finally:

@@ -58,6 +58,7 @@ HEIGHTS = [
     ("Position (z)", "mm"),
     ("Desplazamiento", "mm"),
     ("z", "mm"),
+    ("data.z", "mm"),
 ]
 OTHERS = [
     ("Strain", "%"),

@@ -15,7 +15,15 @@ from log_files import refused
 from rftfit.errors import InputError
 from rftfit.logs import registry as plugins_module
 from rftfit.logs.base import LogError
-from rftfit.logs.registry import DIALECTS, claimants, dialect, dialects, faults, read_head
+from rftfit.logs.registry import (
+    DIALECTS,
+    claimants,
+    dialect,
+    dialects,
+    faults,
+    load_each,
+    read_head,
+)
 from rftfit.store import digests
 from rftfit.workflow.provenance import changes_between, present_provenance
 from rftfit.workflow.state import States, read_states
@@ -72,12 +80,12 @@ def test_the_example_of_the_documentation(install, tmp_path):
     assert log.size == len(log_text.splitlines()) - 2
     assert log.units == {"time": "s", "Fx": "N", "Fy": "N", "Fz": "N"}
     assert name in dialects()
-    assert dialect(name).load_many([path])[0].rows == log.rows
+    assert load_each([(dialect(name), path)])[0].rows == log.rows
     # cut anywhere, it behaves as the program's own readers do
     content = log_text.encode()
     for stop in range(len(content)):
         path.write_bytes(content[:stop])
-        cut_log = reader.load_many([path])[0]
+        cut_log = load_each([(reader, path)])[0]
         if not isinstance(cut_log, LogError):
             assert cut_log.size <= content[:stop].count(b"\n") - 2
 

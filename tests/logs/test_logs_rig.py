@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rftfit.logs.base import LogError
-from rftfit.logs.rig import RigReader
+from rftfit.logs.registry import dialect
 from rftfit.table.parse import CELLS, FINITE, NUMBER
 
 FORCE_HEADER = "time_s,arm_moving,F1_N,F2_N,F3_N"
@@ -17,7 +17,7 @@ FORCE = "# a comment\n" + "\n".join([FORCE_HEADER, *FORCE_ROWS]) + "\n"
 def read(folder, content):
     path = folder / "log.csv"
     path.write_bytes(content.encode() if isinstance(content, str) else content)
-    log = RigReader().load(path)
+    log = dialect("rig").load(path)
     kept_rows = next(iter(log.columns.values())).size
     assert kept_rows + sum(log.dropped.values()) == log.rows
     assert all(np.isfinite(values).all() for values in log.columns.values())
@@ -64,3 +64,9 @@ def test_bad_row(tmp_path, row, reason):
         log = read(tmp_path, body(FORCE_ROWS[0], row, *other_bad_rows, FORCE_ROWS[1]))
         assert log.dropped == Counter([reason, *(NUMBER for _ in other_bad_rows)])
         expect(log, FORCE_ROWS[:2])
+
+
+def test_header_in_other_units(tmp_path):
+    log = read(tmp_path, "time_ms,x_cm,z (mm),angle [rad]\n1,2,3,4\n")
+    assert log.units == {"time": "ms", "x": "cm", "z": "mm", "angle": "rad"}
+    expect(log, ["1,2,3,4"])

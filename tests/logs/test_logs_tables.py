@@ -17,7 +17,7 @@ from numpy.testing import assert_allclose
 import rftfit
 from rftfit.logs.base import NO_VALUE_AT_ALL, LogError
 from rftfit.logs.delimited import encoding_of
-from rftfit.logs.registry import dialect
+from rftfit.logs.registry import dialect, load_each
 from rftfit.table.parse import BLANK, NUMBER
 from rftfit.table.units import split_unit
 
@@ -70,7 +70,7 @@ def test_cut_and_damaged_binaries(table):
         for _ in range(luck.choice([1, 3, 20])):
             damaged[luck.randrange(len(content))] = luck.randrange(256)
         table.write_bytes(damaged)
-        (log,) = dialect(name).load_many([table])
+        (log,) = load_each([(dialect(name), table)])
         if isinstance(log, LogError):
             assert str(table) in str(log)
         else:
@@ -82,7 +82,7 @@ def test_missing_empty_and_folder(name, tmp_path):
     reader = TEXTS[name](1).reader if name in TEXTS else dialect(name)
     (tmp_path / "empty").write_bytes(b"")
     for path in (tmp_path / "nowhere", tmp_path / "empty", tmp_path):
-        (error,) = reader.load_many([path])
+        (error,) = load_each([(reader, path)])
         assert isinstance(error, LogError)
         assert str(path) in str(error)
 

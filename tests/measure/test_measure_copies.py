@@ -78,6 +78,22 @@ def test_a_hum_of_the_drive_in_short_runs_makes_no_copy():
     assert near_copies([["a", "b"]], tared(a=short["a"], b=copy)) == {"a": ("b",), "b": ("a",)}
 
 
+@pytest.mark.parametrize("digits", [2, 3, 4])
+def test_a_hum_far_above_the_noise_makes_no_copy(digits):
+    """Their noise correlates by 0.95, yet readings differ by far more than their last digits."""
+    chirp = np.sin(np.cumsum(np.linspace(0.6, 2.0, 130)))[:, None]
+    names = [f"{number:02}" for number in range(20)]
+    runs = {
+        name: (force(seed)[:130] + 0.5 * chirp).round(digits) for seed, name in enumerate(names)
+    }
+    assert near_copies([names], tared(**runs)) == {}
+    copy = {"copy": last_digit(runs["03"].round(2))}
+    assert near_copies([[*names, "copy"]], tared(**runs, **copy)) == {
+        "03": ("copy",),
+        "copy": ("03",),
+    }
+
+
 def test_a_jump_where_all_runs_begin_to_move_makes_no_copy():
     def jump(log):
         return log + np.where(np.arange(SIZE) < 50, 0.0, 3.0)[:, None]

@@ -12,6 +12,10 @@ pytestmark = needs(EDGES)
 
 GERMAN = {"time": "Zeit", "F3": "Kraft", "z": "Weg"}
 SEMICOLONS = {"delimiter": ";", "decimal": ","}
+ARRAYS = {"time": "time", "F3": "force", "z": "z"}
+COLUMNS_OF_ARRAY = {"time": "data.time", "F3": "data.Fz", "z": "data.z"}
+HALVED = {"F3": {"column": "force", "unit": "N", "factor": 0.5}}
+OF_ARRAYS = {"dialect": "arrays"}
 LOAD = {"F3": {"column": "Load", "unit": "lbf"}}
 OF_ROWS = [
     # file, arguments of campaign_around, code of the flag or reason, words in the reason of a refusal
@@ -49,6 +53,10 @@ OF_ROWS = [
         "",
     ),
     ("n24_newline_in_name.csv", {}, "", ""),
+    ("p02_valid_run.h5", {"reads": OF_ARRAYS, "columns": ARRAYS}, "", ""),
+    ("p04_gain.h5", {"reads": OF_ARRAYS, "columns": ARRAYS}, "", "gain"),
+    ("p04_gain.h5", {"reads": OF_ARRAYS, "columns": ARRAYS | HALVED}, "", ""),
+    ("p06_columns_attr.h5", {"reads": OF_ARRAYS, "columns": COLUMNS_OF_ARRAY}, "", ""),
 ]
 
 

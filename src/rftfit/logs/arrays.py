@@ -11,7 +11,7 @@ import zlib
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from copy import copy
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
@@ -96,11 +96,11 @@ class ArraysReader(base.Reader):
         omitted = [f"{name} ({what})" for name, what in contents.items() if isinstance(what, str)]
         return self._log(path, array_columns, omitted)
 
-    def load_many(self, paths: Sequence[Path]) -> list[base.Log | base.LogError]:
-        """Read many files; those of MATLAB in one other process."""
+    def from_files(self, mat5: Mat5Files) -> Self:
+        """Return a reader that takes MATLAB files from those that are read in one other process."""
         reader = copy(self)
-        reader._mat5 = Mat5Files(paths)
-        return super(ArraysReader, reader).load_many(paths)
+        reader._mat5 = mat5
+        return reader
 
     def _log(
         self, path: Path, array_columns: dict[str, ArrayColumn], omitted: list[str]

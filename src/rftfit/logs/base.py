@@ -263,18 +263,6 @@ class Reader:
         log = join_blocks(self.stream(path))
         return log.without_blank_columns() if self.keeps_blanks else log
 
-    def load_many(self, paths: Sequence[Path]) -> list[Log | LogError]:
-        """Read many files, in their order; an unusable one comes back as its error."""
-        logs: list[Log | LogError] = []
-        for path in paths:
-            try:
-                logs.append(self.load(path))
-            except LogError as error:
-                # its frames would hold the file open, and `logs` itself
-                error.__cause__ = error.__context__ = None
-                logs.append(error.with_traceback(None))
-        return logs
-
 
 _OPTIONS: dict[str, tuple[Any, str]] = {
     "rate_Hz": (int | float, "a number above 0, in Hz"),

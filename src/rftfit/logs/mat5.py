@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import groupby
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -54,8 +55,10 @@ class Mat5Files:
         # imported here, so that the other process has it
         import scipy.io.matlab  # noqa: F401
 
-        self._paths = list(paths)
-        self._contents = run_apart(self._paths, _load)
+        # one that is asked for twice in turn is read once
+        files = [path for path, _ in groupby(paths)]
+        self._contents = zip(files, run_apart(files, _load), strict=True)
+        self._last: tuple[Path | None, dict[str, Any] | Exception] = None, {}
 
     def read(self, path: Path) -> dict[str, Any]:
         """Read the variables of a file: arrays, structs as arrays of records, cells as arrays of objects, `NoArray`.
@@ -67,9 +70,9 @@ class Mat5Files:
         ValueError
             If the file does not hold what it states.
         """
-        content = next(self._contents)
-        while self._paths.pop(0) != path:
-            content = next(self._contents)
+        while self._last[0] != path:
+            self._last = next(self._contents)
+        content = self._last[1]
         if isinstance(content, Exception):
             raise content
         return content

@@ -149,8 +149,8 @@ def _of_vector(kind: str, stem: str, axis: str, numbers: Collection[int]) -> str
     return names[place] if (is_within_three or whole) and place < len(names) else ""
 
 
-def _by_words(name: str) -> str:
-    """Quantity that the words of a name say without an axis; empty: none."""
+def _by_words(name: str, unit: str) -> str:
+    """Quantity that the words of a name, and a unit of length beside x or z, say without an axis; empty: none."""
     parts = _words(name)
     if not parts or not _OTHERWISE.isdisjoint(word for section in parts for word in section):
         return ""
@@ -160,7 +160,8 @@ def _by_words(name: str) -> str:
     if leaf == ["f"]:
         return "F3"
     joined = re.fullmatch(r"([xz])(pos(?:ition)?)?", "".join(leaf))
-    if joined and (joined[2] or not before or before[-1] in _PLACE):
+    is_place = not before or before[-1] in _PLACE or unit in UNITS_OF["z"]
+    if joined and (joined[2] or is_place):
         return joined[1]
     if leaf[0] in ("x", "z") and len(leaf) == 2 and leaf[1] in _LENGTH:
         return leaf[0]
@@ -181,7 +182,7 @@ def guess(name: str, unit: str, numbers: Collection[int] = ()) -> str:
         return _AXES["F"][_AXIS_LETTERS.index(name.casefold())]
     if not quantity:
         kind, stem, axis = _vector(name)
-        quantity = _of_vector(kind, stem, axis, numbers) if kind else _by_words(name)
+        quantity = _of_vector(kind, stem, axis, numbers) if kind else _by_words(name, unit)
     # a mass is no force by its unit alone
     fitting_units = {*units_of(quantity)} - {*UNIT_OF_WEIGHT} if quantity else {}
     return "" if unit and fitting_units and unit not in fitting_units else quantity

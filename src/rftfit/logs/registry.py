@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from copy import copy
 from functools import cache
 from importlib.metadata import EntryPoint
@@ -18,7 +18,8 @@ from rftfit.logs.base import HEAD_BYTES, Log, LogError, Reader
 from rftfit.logs.delimited import DelimitedReader
 from rftfit.logs.instron import InstronReader
 from rftfit.logs.labview import LvmReader
-from rftfit.logs.rig import RigReader
+from rftfit.logs.mat5 import Mat5Files
+from rftfit.logs.presets import presets
 from rftfit.logs.rosbag import RosBagReader
 from rftfit.logs.rostopic import RostopicReader
 from rftfit.logs.tabular import ParquetReader, XlsxReader
@@ -29,7 +30,7 @@ GROUP = "rftfit.dialects"
 """Entry points under which other packages bring dialects."""
 
 _BUILTIN: tuple[Reader, ...] = (
-    RigReader(),
+    *presets(),
     AtiNetftReader(),
     AtiDaqReader(),
     RostopicReader(),
@@ -97,6 +98,26 @@ def read_head(path: Path) -> bytes:
 def claimants(head: bytes) -> list[Reader]:
     """Return every reader that knows a file by its first 64 kB; the first one reads it."""
     return [reader for reader in dialects().values() if reader.detect(head)]
+
+
+def load_each(requests: Sequence[tuple[Reader, Path]]) -> list[Log | LogError]:
+    """Read many files in their order, each by its reader; an unusable one comes back as its error.
+
+    MATLAB files are read in one other process, and once where two readers in turn want the same.
+    """
+    array_files = [path for reader, path in requests if isinstance(reader, ArraysReader)]
+    mat5 = Mat5Files(array_files) if array_files else None
+    logs: list[Log | LogError] = []
+    for reader, path in requests:
+        if mat5 is not None and isinstance(reader, ArraysReader):
+            reader = reader.from_files(mat5)  # noqa: PLW2901
+        try:
+            logs.append(reader.load(path))
+        except LogError as error:
+            # its frames would hold the file open, and `logs` itself
+            error.__cause__ = error.__context__ = None
+            logs.append(error.with_traceback(None))
+    return logs
 
 
 # --- Dialects of other packages: found by their entry points, and kept from breaking anything

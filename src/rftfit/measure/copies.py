@@ -92,6 +92,8 @@ _PART = 0.25
 _EQUAL, _EQUAL_STEPS = 0.1, 0.3
 """Share of a copy that has the other's readings, at least; and how close these are: to so much of the noise, and of the
 steps in which a log is written."""
+_LAST_DIGIT = 1.01
+"""A step, and what the arithmetic adds."""
 
 
 def _are_equal_in_part(first: FloatArray, second: FloatArray) -> bool:
@@ -104,13 +106,16 @@ def _are_equal_in_part(first: FloatArray, second: FloatArray) -> bool:
     later, earlier = first[max(-shift, 0) :], second[max(shift, 0) :]
     overlap = min(later.size, earlier.size)
     apart = np.abs(later[:overlap] - sign * earlier[:overlap])
-    steps = max(_step_of(first), _step_of(second))
-    return bool(np.quantile(apart, _PART) < _EQUAL * first.std() + _EQUAL_STEPS * steps)
+    step = max(_step_of(first), _step_of(second))
+    most = _EQUAL * first.std() + _EQUAL_STEPS * step
+    # of a copy the last digits may differ, however strong a hum is in both
+    return bool(np.quantile(apart, _PART) < min(most, _LAST_DIGIT * step))
 
 
 def _step_of(noise: FloatArray) -> float:
     """Smallest step between distinct values, N; what is far below the noise is that of the arithmetic."""
-    steps = np.diff(np.unique(noise))
+    # the lowest and the highest are where jumps are cut
+    steps = np.diff(np.unique(noise)[1:-1])
     return float(min(steps[steps > 1e-6 * noise.std()], default=0.0))
 
 

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
+from typing import NamedTuple
 
 from rftfit.campaign.config import AnyLog, Config
 from rftfit.campaign.load import Campaign
 from rftfit.campaign.sheet import Run
 from rftfit.logs.base import Log, LogError, Reader
-from rftfit.logs.registry import source_reader
+from rftfit.logs.registry import load_each, source_reader
 from rftfit.measure import log_columns, readings
 from rftfit.measure.flags import Remark, quoted
 from rftfit.measure.lab_frame import NEAR_FULL_RANGE, without_repeats
@@ -27,13 +29,11 @@ def read_logs(campaign: Campaign, runs: Sequence[Run]) -> Iterator[tuple[Run, Lo
     for start in range(0, len(runs), _AT_A_TIME):
         runs_together = runs[start : start + _AT_A_TIME]
         zeros |= _read_zeros(campaign, runs_together, zeros)
-        force_logs = _read(
-            campaign, runs_together, "force_log", [run.force_log for run in runs_together]
-        )
-        motion_logs = _read(
-            campaign, runs_together, "motion_log", [run.motion_log for run in runs_together]
-        )
-        for run, force_log, motion_log in zip(runs_together, force_logs, motion_logs, strict=True):
+        both = [
+            LogOfRun(run, key, getattr(run, key)) for run in runs_together for key in _KEYS_OF_LOGS
+        ]
+        logs = iter(_read(campaign, both))
+        for run, force_log, motion_log in zip(runs_together, logs, logs, strict=True):
             force = _usable(campaign, run, run.force_log, force_log, _force_rows)
             motion = _usable(campaign, run, run.motion_log, motion_log, _motion_rows)
             yield run, Logs(force, motion, zeros.get(_zero(run)))
@@ -89,6 +89,7 @@ def _motion_rows(campaign: Campaign, run: Run) -> RowTreatment:
 
 _AT_A_TIME = 32
 """Runs that are read together."""
+_KEYS_OF_LOGS: tuple[LogKey, LogKey] = ("force_log", "motion_log")
 
 
 @dataclass(frozen=True)
@@ -115,8 +116,9 @@ def _read_zeros(
     run_of_zero = {
         _zero(run): run for run in reversed(runs) if run.zero_log and _zero(run) not in zeros_read
     }
-    files = [run.zero_log for run in run_of_zero.values()]
-    logs = _read(campaign, [*run_of_zero.values()], "force_log", files)
+    logs = _read(
+        campaign, [LogOfRun(run, "force_log", run.zero_log) for run in run_of_zero.values()]
+    )
     return {
         key: _usable(campaign, run, run.zero_log, log, _force_rows)
         for (key, run), log in zip(run_of_zero.items(), logs, strict=True)
@@ -128,27 +130,32 @@ def _zero(run: Run) -> tuple[str, str, str]:
     return run.zero_log, run.force_where, run.force_columns
 
 
-def _read(
-    campaign: Campaign, runs: Sequence[Run], key: LogKey, files: Sequence[str]
-) -> list[Log | LongLog | LogError]:
-    """Read one log of each run, those that are written alike together; a long one is left to be read part by part."""
-    kind = key.removesuffix("_log")
-    indexes_by_form: dict[tuple[str, str], list[int]] = {}
-    for index, run in enumerate(runs):
-        form = getattr(run, f"{kind}_where"), getattr(run, f"{kind}_columns")
-        indexes_by_form.setdefault(form, []).append(index)
-    logs: dict[int, Log | LongLog | LogError] = {}
-    for indexes in indexes_by_form.values():
-        source = source_of(campaign.config, runs[indexes[0]], key)
-        reader = _reader(campaign, source, key)
-        paths = {index: campaign.raw / files[index] for index in indexes}
-        # a column that changes by a rate counts from the first row of the file
-        has_rate = any(chosen.rate is not None for chosen in source.columns.values())
-        is_long = {index: not has_rate and may_be_long(paths[index]) for index in indexes}
-        logs |= {index: LongLog(reader, paths[index]) for index in indexes if is_long[index]}
-        at_once = [index for index in indexes if not is_long[index]]
-        logs |= zip(at_once, reader.load_many([paths[index] for index in at_once]), strict=True)
-    return [logs[index] for index in range(len(runs))]
+class LogOfRun(NamedTuple):
+    """A log that is to be read: the run it is of, the section of the config that describes it, its file."""
+
+    run: Run
+    key: LogKey
+    file: str
+
+
+def _read(campaign: Campaign, logs: Sequence[LogOfRun]) -> list[Log | LongLog | LogError]:
+    """Read some logs in their order; a long one is left to be read part by part."""
+    reader_by_form: dict[tuple[str, str, str], tuple[Reader, bool]] = {}
+    read_or_long: list[tuple[Reader, Path] | LongLog] = []
+    for run, key, file in logs:
+        kind = key.removesuffix("_log")
+        form = key, getattr(run, f"{kind}_where"), getattr(run, f"{kind}_columns")
+        if form not in reader_by_form:
+            source = source_of(campaign.config, run, key)
+            # a column that changes by a rate counts from the first row of the file
+            has_rate = any(chosen.rate is not None for chosen in source.columns.values())
+            reader_by_form[form] = _reader(campaign, source, key), has_rate
+        reader, has_rate = reader_by_form[form]
+        path = campaign.raw / file
+        is_long = not has_rate and may_be_long(path)
+        read_or_long.append(LongLog(reader, path) if is_long else (reader, path))
+    at_once = iter(load_each([log for log in read_or_long if not isinstance(log, LongLog)]))
+    return [log if isinstance(log, LongLog) else next(at_once) for log in read_or_long]
 
 
 def _usable(
@@ -189,9 +196,9 @@ def readers(campaign: Campaign, run: Run | None = None) -> tuple[Reader, Reader]
     `run`: Whose row of the run sheet may name others.
     """
     config = campaign.config
-    keys: tuple[LogKey, LogKey] = ("force_log", "motion_log")
     force, motion = (
-        getattr(config, key) if run is None else source_of(config, run, key) for key in keys
+        getattr(config, key) if run is None else source_of(config, run, key)
+        for key in _KEYS_OF_LOGS
     )
     return _reader(campaign, force, "force_log"), _reader(campaign, motion, "motion_log")
 

@@ -1,0 +1,58 @@
+"""Dialects of text that are names and units alone, as ``presets.toml`` describes them."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from importlib.resources import files
+from typing import Any
+
+from rftfit.logs.quantities import names_and_units
+from rftfit.logs.text import ReadingPlan, TextReader
+from rftfit.table.parse import Layout
+from rftfit.table.text import Line, as_utf8, each_line
+
+
+class PresetReader(TextReader):
+    """Comma-separated text whose header row is one of those that its preset lists, in any units."""
+
+    def __init__(self, name: str, preset: Mapping[str, Any]) -> None:
+        self.name = name
+        self.description = preset["description"]
+        self.evidence = preset["evidence"]
+        self._comment: str = preset["comment"]
+        self._headers: Mapping[str, str] = preset["headers"]
+        self._names_allowed = {names_and_units(row.split(","))[0] for row in self._headers.values()}
+
+    def detect(self, head: bytes) -> bool:
+        """Tell from the first 64 kB of a file whether it is of this dialect."""
+        return not self.plan(as_utf8(head)).refusal
+
+    def plan(self, head: bytes) -> ReadingPlan:
+        """Read the header row: the first line that is neither blank nor a comment."""
+        comment_or_blank = ("", self._comment)
+        lines = (line for line in each_line(head) if line.text.strip()[:1] not in comment_or_blank)
+        line = next(lines, Line("", len(head), whole=False))
+        header = line.text.strip()
+        names, units = names_and_units(header.split(","))
+        refusal = "" if names in self._names_allowed else self._refusal(header)
+        layout = Layout(names, comment=self._comment)
+        stated = dict(zip(names, units, strict=True))
+        return ReadingPlan(layout, stated, line.stop, refusal=refusal)
+
+    def _refusal(self, header: str) -> str:
+        """Say what is wrong with a header row."""
+        if ";" in header or "\t" in header:
+            separators = "semicolons" if ";" in header else "tabs"
+            return (
+                f"the header row is separated by {separators}; this dialect wants commas between cells and "
+                "points in numbers: export the log again that way"
+            )
+        allowed = ", ".join(f"{row!r} for {log}" for log, row in self._headers.items())
+        return f"found the header {header[:120]!r}; allowed: {allowed}"
+
+
+def presets() -> list[PresetReader]:
+    """Make a reader of each preset."""
+    text = files("rftfit").joinpath("logs", "presets.toml").read_text(encoding="utf-8")
+    return [PresetReader(name, preset) for name, preset in tomllib.loads(text).items()]
