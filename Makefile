@@ -14,7 +14,7 @@ MOVED := $(shell [ -x $(BIN)/python ] && [ "$$(cat $(STAMP) 2>/dev/null)" = "$$(
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help env run sweep test golden pages timegate lint docs stranger gallery lock clean release mutants statistics matrix wheel coverage slow fuzz killed fulldisk samebytes cluster largelogs links reliability disturbed intervals curved laws shared axes pairs mixups sound compare readings contacts wheels mutations benchmark scale FORCE
+.PHONY: help env run sweep test golden pages timegate lint docs stranger gallery lock clean release mutants statistics matrix wheel coverage slow fuzz killed fulldisk samebytes cluster largelogs links accessible reliability disturbed intervals curved laws shared axes pairs mixups sound compare readings contacts wheels mutations benchmark scale FORCE
 
 #@ Every day
 help: ## show this list
@@ -139,6 +139,11 @@ cluster: env ## a Slurm cluster of this machine that loses a node gives the same
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --require-hashes \
 	  -r requirements/cluster.txt
 	@$(BIN)/python studies/cluster.py $(ARGS)
+
+accessible: env ## nothing on the page keeps readers out, by axe-core, 2 min
+	@[ -f .mutants/axe/made ] || { $(BIN)/python -m pip install --quiet --disable-pip-version-check \
+	  --no-deps --require-hashes --target .mutants/axe -r requirements/axe.txt && touch .mutants/axe/made; }
+	@$(BIN)/python studies/accessible.py $(ARGS)
 
 #@ Slow: are the numbers right? (ARGS="--count 5 --seed 7 --only WORD --rows FOLDER": studies/frame.py)
 reliability: env ## false alarms of the checks and mistakes that they find; rows that studies/rows lacks, an hour (ARGS="--check 0.05": a share again)
