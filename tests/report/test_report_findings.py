@@ -5,6 +5,7 @@ Findings: the sentences at the top of the page and its sections. Also tested: th
 
 import html
 import re
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,13 +15,15 @@ from matplotlib.collections import QuadMesh
 from pages import words
 from result_tables import page_results, write
 
-from rftfit.figures.labels import explanation_of
+from rftfit.campaign.config import ErrorSettings
+from rftfit.checks.declared import CHECKS
+from rftfit.figures.labels import NAMES_OF_ERRORS, errors_stated_as_zero, explanation_of
 from rftfit.figures.maps import plot_estimated_maps
 from rftfit.figures.registry import greek
 from rftfit.figures.style import content, shrink_png
 from rftfit.measure.flags import attach_run, flag_table, remark
 from rftfit.page.findings import findings
-from rftfit.page.outcome import doubt_of_map
+from rftfit.page.outcome import doubt_of_map, media_that_passed, summary_of_checks
 from rftfit.page.page import drawn_figures
 from rftfit.page.page import page as make_page
 from rftfit.results import Results
@@ -117,6 +120,8 @@ def test_an_error_has_one_verdict():
         return {f"peak_error_{end}_percent": percent for end, percent in ends}
 
     unknown, holds, does_not = (np.nan, np.nan), (-5.0, 9.0), (4.0, 9.0)
+    of_same_legs = explanation_of(row((4.0, 9.0), (-5.0, 9.0)), chosen_on_these_legs=True)
+    assert of_same_legs != explanation_of(row((4.0, 9.0), (-5.0, 9.0)))
     verdicts = {
         (alpha, model): explanation_of(row(alpha, model))
         for alpha in (unknown, holds, does_not)
@@ -142,7 +147,9 @@ def test_softest_and_hardest_medium(results, sentences_of_section):
     ordered = sorted(alpha_of_title, key=lambda title: alpha_of_title[title][0])
     text = sentences_of_section["believed"][0]
     start, text = text.split(". ", 1)
-    assert start == "2 checks passed"
+    # in one medium of several
+    assert "where they could be made" in start
+    assert numbers(start) == [2]
     expected = [
         end
         for title in (ordered[0], ordered[-1])
@@ -150,6 +157,51 @@ def test_softest_and_hardest_medium(results, sentences_of_section):
         if end == end  # noqa: PLR0124
     ]
     assert numbers(text) == pytest.approx(expected, abs=0.0005)
+
+
+def test_a_check_passed_only_where_it_was_made(tmp_path):
+    results = page_results(tmp_path)
+    media = list(results.media)
+    verdicts = {
+        "work": dict.fromkeys(media, "passed"),
+        "rods": dict.fromkeys(media, "not checked") | {media[0]: "passed"},
+        "size": dict.fromkeys(media, "not checked"),
+    }
+    for medium in media:
+        rows = [
+            {"medium": medium, "check": check, "verdict": verdict[medium], "sentence": ""}
+            for check, verdict in verdicts.items()
+        ]
+        write(results, f"checks/{medium}.csv", pd.DataFrame(rows))
+    results = Results(results.campaign)
+    assert media_that_passed(results) == {"work": {*media}, "rods": {media[0]}, "size": set()}
+    summary = summary_of_checks(results)
+    assert summary["passed"] == [CHECKS["work"].good]
+    (partly,) = summary["passed_partly"]
+    assert f"1 of {len(media)} " in partly
+    assert CHECKS["rods"].good in partly
+    assert all(results.titles[medium] in partly for medium in media[1:])
+    (unchecked,) = summary["unchecked"]
+    assert CHECKS["size"].good in unchecked
+    headline = findings(results)[0].text.split(". ", 1)[0]
+    assert numbers(headline) == [2, 1, 1]
+
+
+def test_errors_stated_as_zero_are_named(tmp_path):
+    """Those of the config that are 0 since it states them; none by default, none of a scatter of beds."""
+    results = page_results(tmp_path)
+
+    def with_errors(errors):
+        config = results.config.model_copy(update={"errors": errors})
+        return Results(replace(results.campaign, config=config))
+
+    assert errors_stated_as_zero(with_errors(ErrorSettings())) == []
+    results = with_errors(ErrorSettings(angle_deg=0, surface_run_mm=0, turn_deg=0.2, bed_percent=0))
+    assert errors_stated_as_zero(results) == ["surface_run_mm", "angle_deg"]
+    page = make_page(results)
+    for name in ("surface_run_mm", "angle_deg"):
+        assert page.count(NAMES_OF_ERRORS[name]) >= 2  # caption and methods
+    assert {*ErrorSettings.model_fields} == {*NAMES_OF_ERRORS, "bed_N_per_cm3", "bed_percent"}
 
 
 def test_what_must_be_known_stands_first_and_in_the_verdict(tmp_path):
