@@ -339,7 +339,7 @@ def _format_peaks(predicted: pd.DataFrame, measured: pd.DataFrame, peak_rows: pd
         for row in peak_rows[peak_rows["peak_predicted_N"].notna()].to_dict("records"):
             predicted_peak = float(row["peak_predicted_N"])
             for ends in ("peak_predicted_model_{}_N", "peak_predicted_{}_N"):
-                low, high = (float(row[ends.format(end)]) for end in ("lo", "hi"))
+                low, high = (float(row.get(ends.format(end), np.nan)) for end in ("lo", "hi"))
                 if not interval_text and np.isfinite(high - low):
                     interval_text = f"{_three_digits(low)} to {_three_digits(high)}"
         peaks.append(
