@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import rftfit
+from rftfit.forces.limits import reach_below_measured
 
 PLATE = rftfit.Outline(np.array([[0.0, 0.0, 1.0, 0.0, 1.0]]), width_cm=2.0)
 
@@ -67,3 +68,15 @@ def test_what_the_error_of_the_model_was_not_tested_on_is_told(length_cm, rate, 
     assert [(of, unit) for of, _, unit in told] == [(of, unit) for of, _, unit in sizes]
     found = [float(size) for _, size, _ in told]
     assert found == pytest.approx([size for _, size, _ in sizes], rel=0.02)
+
+
+def test_the_share_of_a_push_that_lies_below_the_measured_depths():
+    x, z = np.array(DOWN).T
+    motion = rftfit.path(np.arange(len(DOWN)), x, z, np.zeros(len(DOWN)))
+    profile = rftfit.published_medium("poppy_LP")
+    profile.window = (1, 4)
+    reach = reach_below_measured(profile, PLATE, motion)
+    # depths of 2, 4 and 6 cm, of which one is below 4 cm
+    assert reach == pytest.approx((6, 4, 6 / 12))
+    above = rftfit.path(np.arange(2), np.zeros(2), np.ones(2), np.zeros(2))
+    assert reach_below_measured(profile, PLATE, above) is None

@@ -5,6 +5,7 @@ Findings: the sentences at the top of the page and its sections. Also tested: th
 
 import html
 import re
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -12,15 +13,25 @@ import pytest
 from result_tables import page_results, write
 
 from rftfit import Results
-from rftfit.figures.labels import explanation_of
+from rftfit.campaign.config import ErrorSettings
+from rftfit.checks.declared import CHECKS
+from rftfit.figures.labels import NAMES_OF_ERRORS, errors_stated_as_zero, explanation_of
 from rftfit.figures.registry import greek
 from rftfit.figures.style import content, shrink_png
 from rftfit.measure.flags import attach_run, flag_table, remark
 from rftfit.page.findings import findings
-from rftfit.page.outcome import doubt_of_map
+from rftfit.page.outcome import doubt_of_map, media_that_passed, summary_of_checks
 from rftfit.page.page import drawn_figures
 from rftfit.page.page import page as make_page
 from rftfit.workflow.validate import estimated_map_rows
+
+NUMBER = re.compile(r"(?<![\w.])[\u2212+]?\d+(?:\.\d+)?")
+
+
+def numbers(text):
+    """Numbers of a sentence, without those of its directions and units."""
+    plain = re.sub(r"\(0, 90 deg\)|N/cm\u00b3|\d+(?:\.\d+)? mm glass", "", text)
+    return [float(number.replace("\u2212", "-")) for number in NUMBER.findall(plain)]
 
 
 def sentences(page):
@@ -84,6 +95,8 @@ def test_an_error_has_one_verdict():
         return {f"peak_error_{end}_percent": percent for end, percent in ends}
 
     unknown, holds, does_not = (np.nan, np.nan), (-5.0, 9.0), (4.0, 9.0)
+    of_same_legs = explanation_of(row((4.0, 9.0), (-5.0, 9.0)), chosen_on_these_legs=True)
+    assert of_same_legs != explanation_of(row((4.0, 9.0), (-5.0, 9.0)))
     verdicts = {
         (alpha, model): explanation_of(row(alpha, model))
         for alpha in (unknown, holds, does_not)
@@ -94,6 +107,51 @@ def test_an_error_has_one_verdict():
     assert len({verdicts[holds, model] for model in (unknown, holds, does_not)}) == 1
     assert len({verdicts[does_not, model] for model in (unknown, holds, does_not)}) == 3
     assert not any("chance" in verdict for verdict in verdicts.values())
+
+
+def test_a_check_passed_only_where_it_was_made(tmp_path):
+    results = page_results(tmp_path)
+    media = list(results.media)
+    verdicts = {
+        "work": dict.fromkeys(media, "passed"),
+        "rods": dict.fromkeys(media, "not checked") | {media[0]: "passed"},
+        "size": dict.fromkeys(media, "not checked"),
+    }
+    for medium in media:
+        rows = [
+            {"medium": medium, "check": check, "verdict": verdict[medium], "sentence": ""}
+            for check, verdict in verdicts.items()
+        ]
+        write(results, f"checks/{medium}.csv", pd.DataFrame(rows))
+    results = Results(results.campaign)
+    assert media_that_passed(results) == {"work": {*media}, "rods": {media[0]}, "size": set()}
+    summary = summary_of_checks(results)
+    assert summary["passed"] == [CHECKS["work"].good]
+    (partly,) = summary["passed_partly"]
+    assert f"1 of {len(media)} " in partly
+    assert CHECKS["rods"].good in partly
+    assert all(results.titles[medium] in partly for medium in media[1:])
+    (unchecked,) = summary["unchecked"]
+    assert CHECKS["size"].good in unchecked
+    headline = findings(results)[0].text.split(". ", 1)[0]
+    assert numbers(headline) == [2, 1, 1]
+
+
+def test_errors_stated_as_zero_are_named(tmp_path):
+    """Those of the config that are 0 since it states them; none by default, none of a scatter of beds."""
+    results = page_results(tmp_path)
+
+    def with_errors(errors):
+        config = results.config.model_copy(update={"errors": errors})
+        return Results(replace(results.campaign, config=config))
+
+    assert errors_stated_as_zero(with_errors(ErrorSettings())) == []
+    results = with_errors(ErrorSettings(angle_deg=0, surface_run_mm=0, turn_deg=0.2, bed_percent=0))
+    assert errors_stated_as_zero(results) == ["surface_run_mm", "angle_deg"]
+    page = make_page(results)
+    for name in ("surface_run_mm", "angle_deg"):
+        assert page.count(NAMES_OF_ERRORS[name]) >= 2  # caption and methods
+    assert {*ErrorSettings.model_fields} == {*NAMES_OF_ERRORS, "bed_N_per_cm3", "bed_percent"}
 
 
 def test_what_must_be_known_stands_first_and_in_the_verdict(tmp_path):

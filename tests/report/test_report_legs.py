@@ -342,3 +342,16 @@ def test_the_measured_peak_is_that_of_the_tables(draw):
     assert curve["force_z_N"].max() > peak + 0.1
     text = words(draw(results(measured=noisy)))
     assert any(f"peak $F_z$ (N): {peak:.2f}" in line for line in text)
+
+
+def test_the_interval_above_a_panel_is_that_of_the_peak_in_the_table():
+    def titles(**ends):
+        table = errors().assign(
+            peak_predicted_N=7.25, peak_predicted_lo_N=3.5, peak_predicted_hi_N=9.75, **ends
+        )
+        figure = plot_legs_by_medium(results(leg_errors=table))
+        return [axes.get_title(loc="left") for axes in figure.axes]
+
+    of_model = {"peak_predicted_model_lo_N": 1.25, "peak_predicted_model_hi_N": 12.5}
+    for ends, interval in (({}, "(3.50 to 9.75)"), (of_model, "(1.25 to 12.5)")):
+        assert any(f"7.25 {interval}" in title for title in titles(**ends))

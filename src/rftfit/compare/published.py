@@ -290,9 +290,19 @@ def _printed_zero(medium: str, term: str, row: pd.Series[float]) -> Item:
     )
 
 
+def sum_of_terms(printed: Mapping[str, float]) -> float:
+    """Sum of the terms that Table S2 prints for a medium, which should be its zeta."""
+    return float(sum(printed[term] for term in TERMS_Z))
+
+
+def is_zeta_of_terms(printed: Mapping[str, float]) -> bool:
+    """Whether the zeta that Table S2 prints for a medium is the sum of its terms, each rounded to 0.001."""
+    return abs(sum_of_terms(printed) - printed["zeta"]) <= 0.0025
+
+
 def _zeta(medium: str, printed: Mapping[str, float], rows_of_medium: pd.DataFrame) -> Item:
     """Zeta as printed, as the sum of the printed terms, and ours."""
-    total = float(sum(printed[term] for term in TERMS_Z))
+    total = sum_of_terms(printed)
     kept = rows_of_medium[rows_of_medium["kept"].astype(bool)]
     terms = kept.loc[[t for t in TERMS_Z if t in kept.index], "value_N_per_cm3"]
     item = compare_numbers(
@@ -305,7 +315,7 @@ def _zeta(medium: str, printed: Mapping[str, float], rows_of_medium: pd.DataFram
     )
     if item.verdict == NOT_MEASURED:
         return item
-    consistent = abs(total - printed["zeta"]) <= 0.0025
+    consistent = is_zeta_of_terms(printed)
     why = f"the printed terms add up to {total:.3f}"
     if consistent:
         return item._replace(why=why)

@@ -8,7 +8,7 @@ import numpy as np
 
 from rftfit.compare.legs import WITHIN_PERCENT
 from rftfit.figures import leg_panels, maps, style
-from rftfit.figures.labels import usable_media
+from rftfit.figures.labels import PROFILES, usable_media
 from rftfit.figures.plates import stress_runs
 from rftfit.figures.registry import figure, when
 from rftfit.figures.traces import by_run, draw_thin, stress_of
@@ -114,14 +114,22 @@ def _peaks(results: Results) -> pd.DataFrame:
     )
 
 
+def _peaks_caption(results: Results, _: str) -> str:
+    shown_profiles = {*_peaks(results)["profile"]}
+    shown = [name for profile, name in PROFILES.items() if profile in shown_profiles]
+    sources = ", or else by the ".join(shown) or PROFILES["table"]
+    return (
+        f"Peak forces on legs, predicted by the {sources}, against measured. Bars: interval of alpha. "
+        "Good: points on the line, inside the shade."
+    )
+
+
 @figure(
     "first_peaks",
     reads=("leg_errors.csv",),
     media=when(lambda c: c.with_legs("laboratory") + c.with_legs("natural_sand")),
     section="summary",
-    caption=(
-        "Peak forces on legs, predicted against measured. Bars: interval of alpha. Good: points on the line, inside the shade."
-    ),
+    caption=_peaks_caption,
     lacking=lambda results, _: (
         () if len(_peaks(results)) else ("no peak of a leg was measured and predicted",)
     ),

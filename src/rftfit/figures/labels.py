@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from rftfit.figures.style import format_number
-from rftfit.measure.alpha import column
+from rftfit.measure.alpha import cell_at, column
 from rftfit.measure.errors import (
     AS_PREPARED,
     ASSUMED,
@@ -19,6 +19,7 @@ from rftfit.measure.errors import (
 )
 from rftfit.measure.flags import codes_of
 from rftfit.measure.verdict_words import UNUSABLE
+from rftfit.model.profiles import EPS
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -72,6 +73,57 @@ def name_of_mean(cell: Mapping[Any, Any]) -> str:
     return "without scatter between beds" if cell["spread"] == AS_PREPARED else "mean of beds"
 
 
+def beds_of_intervals(results: Results, media: Iterable[str]) -> str:
+    """Say what the intervals of alpha, zeta and chi are of, and in which of the media they hold no scatter between beds."""
+    cells = {name: cell_at(results[name].alpha, 0.0, 90.0) for name in media}
+    without = [
+        results.titles[name]
+        for name, cell in cells.items()
+        if cell is not None and cell["spread"] == AS_PREPARED
+    ]
+    if len(without) == len(cells):
+        return name_of_mean({"spread": AS_PREPARED})
+    beds = f"of the {name_of_mean({'spread': ''})}"
+    if without:
+        return f"{beds}, in {', '.join(without)} {name_of_mean({'spread': AS_PREPARED})}"
+    return beds
+
+
+NAMES_OF_ERRORS = {
+    "surface_run_mm": "surface from run to run",
+    "surface_session_mm": "surface of all runs",
+    "angle_deg": "angles",
+    "turn_deg": "turn of the mount",
+    "tare_percent": "force on the rod",
+    "hip_cm": "height of the axle",
+    "arc_percent": "arc of the legs",
+}
+"""Words for the errors of section `errors` of the config, by key; `name_of_mean` has the scatter between beds."""
+
+
+def errors_stated_as_zero(results: Results) -> list[str]:
+    """Keys of `NAMES_OF_ERRORS` that the config states as 0, so that no interval holds them; none that is a default.
+
+    Nothing where alpha has no interval. A table of stress or alpha has no errors but those of the legs.
+    """
+    if results.joined("alpha/{medium}.csv")["alpha_z_se_N_per_cm3"].isna().all():
+        return []
+    errors = results.config.errors
+    of_legs = {"hip_cm", "arc_percent"} if results.config.legs else set()
+    of_runs = {*NAMES_OF_ERRORS} - {"hip_cm", "arc_percent"}
+    in_use = of_legs | (of_runs if results.config.table is None else set())
+    return [
+        key
+        for key in NAMES_OF_ERRORS
+        if key in in_use & errors.model_fields_set and getattr(errors, key) == 0
+    ]
+
+
+def names_of_zero_errors(results: Results) -> str:
+    """Name the errors that the config states as 0, with commas; empty where it states none."""
+    return ", ".join(NAMES_OF_ERRORS[key] for key in errors_stated_as_zero(results))
+
+
 _SCATTER_OF_BEDS = {
     REPEATS: "with the scatter of repeats",
     OF_CELL: "with the scatter of the repeats of this direction",
@@ -93,10 +145,15 @@ def scatter_of_beds(cell: Mapping[Any, Any], confidence: float) -> str:
     return _SCATTER_OF_BEDS[ASSUMED] if added_square >= assumed**2 else ""
 
 
-def explanation_of(row: Mapping[str, Any]) -> str:
+def is_chosen_on_these_legs(results: Results) -> bool:
+    """Whether the model's own error was chosen on the same forces on laboratory legs that this campaign compares."""
+    return results.model_error != EPS or results.campaign.reenacted
+
+
+def explanation_of(row: Mapping[str, Any], *, chosen_on_these_legs: bool = False) -> str:
     """Say whether the errors of alpha, or the model's own, explain an error of a peak; empty where its interval is unknown.
 
-    `row`: of ``results/leg_errors.csv``.
+    `row`: of ``results/leg_errors.csv``. `chosen_on_these_legs`: `is_chosen_on_these_legs`.
     """
 
     def includes_zero(ends: str) -> bool | None:
@@ -108,6 +165,10 @@ def explanation_of(row: Mapping[str, Any]) -> str:
         return "within the errors of alpha"
     if of_model:
         beyond_alpha = "larger than the errors of alpha explain; " if of_alpha is False else ""
+        if chosen_on_these_legs:
+            return (
+                f"{beyond_alpha}within the model's own error, which was chosen on these same legs"
+            )
         return f"{beyond_alpha}within the error of the model on other legs"
     if of_model is False:
         return "larger than the errors of alpha and of the model explain"

@@ -179,14 +179,14 @@ _DOTTED: dict[str, Any] = dict.fromkeys("zx", (0, (1, 1)))
 
 @figure(
     "legs_by_medium",
-    reads=("predicted.csv", "legs/{media}.csv"),
+    reads=("predicted.csv", "legs/{media}.csv", "leg_errors.csv"),
     settings=("fit",),
     media=when(lambda campaign: _legged(campaign)[1:]),
     paper="Fig. S5",
     section="Legs",
     caption=(
-        "Forces on the legs in the laboratory media, the peak lifts above each panel. "
-        "Good: lines, predicted, run through the dots."
+        "Forces on the legs in the laboratory media. Good: lines, predicted, run through the dots. Bands: the interval of the force at each "
+        "angle; above each panel, as in the table, that of the peak."
     ),
 )
 def plot_legs_by_medium(results: Results) -> Figure:
@@ -196,7 +196,7 @@ def plot_legs_by_medium(results: Results) -> Figure:
 
 @figure(
     "legs_depth_only",
-    reads=("predicted.csv", "legs/{media}.csv"),
+    reads=("predicted.csv", "legs/{media}.csv", "leg_errors.csv"),
     settings=("fit",),
     media=when(lambda campaign: _legged(campaign)[1:]),
     paper="Fig. S2",
@@ -213,7 +213,7 @@ def plot_legs_depth_only(results: Results) -> Figure:
 
 @figure(
     "legs_in_sands",
-    reads=("predicted.csv", "legs/{media}.csv"),
+    reads=("predicted.csv", "legs/{media}.csv", "leg_errors.csv"),
     settings=("fit",),
     media=when(lambda campaign: campaign.with_legs("natural_sand")),
     paper="Fig. S12",
@@ -236,6 +236,7 @@ def _draw_media(results: Results, media: Sequence[str], profile: str, beside: st
     predicted, measured = leg_panels.curves(results)
     predicted_beside = matching_rows(predicted, profile=beside)
     tables = matching_rows(predicted, profile=profile), measured
+    peaks = matching_rows(results.table("leg_errors.csv"), profile=profile, component="z")
     lines = _DOTTED if profile == "depth_only" else _LINES
     names = leg_panels.leg_order(table[table["medium"].isin(list(media))] for table in tables)
     page, panels = style.panels([4.0] * len(media), len(names))
@@ -253,7 +254,9 @@ def _draw_media(results: Results, media: Sequence[str], profile: str, beside: st
                 for table in (*tables, predicted_beside)
             ]
             _draw_leg(axes, tables_of_leg, lines)
-            axes.set_title(_peaks(*tables_of_leg[:2]), fontsize=5.5, loc="left", pad=2)
+            peak_rows = matching_rows(peaks, medium=medium, leg=leg)
+            title = _format_peaks(*tables_of_leg[:2], peak_rows)
+            axes.set_title(title, fontsize=5.5, loc="left", pad=2)
     shown = [table[table["medium"].isin(list(media))] for table in (*tables, predicted_beside)]
     style.legend(
         page, _component_entries(results, shown, lines, (profile, beside)), handlelength=2.4
@@ -282,12 +285,12 @@ def _component_entries(
             entries[f"{word}, by {PROFILE_TITLES[profiles[1]]}"] = line
     of_alpha = [style.COMPONENT_COLOURS[c] for c in "zx" if leg_panels.has_force(predicted, c)]
     if of_alpha:
-        name = f"{style.level(results)} interval of alpha"
+        name = f"{style.level(results)} interval of alpha at each angle"
         entries[name] = style.bands(of_alpha, leg_panels.ALPHA_BAND)
     of_model = [c for c in "zx" if leg_panels.has_model_error(predicted, c)]
     if of_model:
         edges = [style.line(style.COMPONENT_COLOURS[c], **leg_panels.MODEL_EDGE) for c in of_model]
-        entries["with the model's own error, as above the panels"] = tuple(edges)
+        entries["with the model's own error"] = tuple(edges)
     return entries
 
 
@@ -319,8 +322,12 @@ def _draw_leg(axes: Axes, tables: Sequence[pd.DataFrame], lines: Mapping[str, An
     leg_panels.force_range(axes, drawn_forces, notes)
 
 
-def _peaks(predicted: pd.DataFrame, measured: pd.DataFrame) -> str:
-    """Largest lift as measured, and predicted with its interval, which holds the model's own error where that is known."""
+def _format_peaks(predicted: pd.DataFrame, measured: pd.DataFrame, peak_rows: pd.DataFrame) -> str:
+    """Write the largest lift as measured and, with its interval, as predicted.
+
+    The interval is that of the peak, not of the force at its angle; it holds the model's own error where that is known.
+    `peak_rows`: of ``results/leg_errors.csv``, of this leg's lift; none where nothing was measured, and then no interval.
+    """
     peaks = []
     if leg_panels.has_force(measured, "z"):
         finite_rows = measured.loc[measured["force_z_N"].notna(), ["theta_deg", "force_z_N"]]
@@ -328,14 +335,16 @@ def _peaks(predicted: pd.DataFrame, measured: pd.DataFrame) -> str:
         highest = measured_peak(theta, force, "z")
         peaks.append(_three_digits(highest.force_N))
     if leg_panels.has_force(predicted, "z"):
-        row = predicted.iloc[int(np.nanargmax(predicted["force_z_N"].to_numpy(float)))]
-        peak_name, *end_names = leg_panels.force_column_names("z")
-        if leg_panels.has_model_error(predicted, "z"):
-            end_names = leg_panels.model_column_names("z")
-        low, high = (float(row[name]) for name in end_names)
-        ends = f"{_three_digits(low)} to {_three_digits(high)}" if np.isfinite(low) else ""
-        peak = _three_digits(float(row[peak_name]))
-        peaks.append(f"predicted {peak}{labels.in_brackets(ends)}")
+        predicted_peak, interval_text = float(predicted["force_z_N"].max()), ""
+        for row in peak_rows[peak_rows["peak_predicted_N"].notna()].to_dict("records"):
+            predicted_peak = float(row["peak_predicted_N"])
+            for ends in ("peak_predicted_model_{}_N", "peak_predicted_{}_N"):
+                low, high = (float(row.get(ends.format(end), np.nan)) for end in ("lo", "hi"))
+                if not interval_text and np.isfinite(high - low):
+                    interval_text = f"{_three_digits(low)} to {_three_digits(high)}"
+        peaks.append(
+            f"predicted {_three_digits(predicted_peak)}{labels.in_brackets(interval_text)}"
+        )
     return "peak $F_z$ (N): " + ", ".join(peaks) if peaks else ""
 
 

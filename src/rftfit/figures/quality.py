@@ -550,11 +550,12 @@ def _summary(table: pd.DataFrame) -> str:
     differences = (table[f"alpha_{c}_N_per_cm3"] - table[f"others_{c}_N_per_cm3"] for c in "zx")
     medians = [style.format_number(difference.abs().median(), 4) for difference in differences]
     largest = float(np.nanmax(np.abs(table[["alpha_z_N_per_cm3", "alpha_x_N_per_cm3"]])))
+    farthest = style.format_number(float(times.max()), 1)
     explained = style.format_number(float(table["seen_from_ratio"].median()) * largest, 3)
     return (
-        f"{len(table)} runs, {int(table['apart'].sum())} of {times.notna().sum()} apart: chance explains {explained} (median)\n"
-        f"the farthest: {style.format_number(float(times.max()), 1)} times the spread of such differences\n"
-        f"half of them within {medians[0]} (z) and {medians[1]} (x) {style.PER_CM3}"
+        f"{len(table)} runs, {int(table['apart'].sum())} of {times.notna().sum()} apart, the farthest by {farthest} times the spread\n"
+        f"chance explains differences up to {explained} {style.PER_CM3} (median of runs)\n"
+        f"half of the differences within {medians[0]} (z) and {medians[1]} (x) {style.PER_CM3}"
     )
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rftfit.figures import style
+from rftfit.figures import labels, style
 from rftfit.figures.registry import figure, when
 from rftfit.figures.traces import by_run, stress_of
 from rftfit.measure.flags import has
@@ -41,9 +41,9 @@ _OF_ALPHA = 0.25
     media=when(lambda campaign: campaign.of_role("natural_sand")),
     paper="Fig. S11",
     section="Natural sands",
-    caption=(
+    caption=lambda results, _: (
         "A flat plate pushed down into each natural sand, fitted through zero over the linear regime. "
-        "The intervals hold the scatter between beds too, where it is known. Good: the stress follows its line to the end of the window."
+        f"Intervals: {labels.beds_of_intervals(results, results.sands)}. Good: the stress follows its line to the end of the window."
     ),
     lacking=lambda results, _: (
         ()

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from rftfit.campaign.config import Config
-from rftfit.conventions import QUASI_STATIC_CM_PER_S
+from rftfit.conventions import QUASI_STATIC_CM_PER_S, FloatArray
 from rftfit.forces import model_error as errors
 from rftfit.forces.bodies import set_in_motion
 from rftfit.forces.mesh import Mesh, Motion3D
@@ -16,6 +17,34 @@ from rftfit.forces.outlines import Outline
 from rftfit.forces.plane import NOTICED
 from rftfit.model.known import profile_of
 from rftfit.model.profiles import EPS, KnownMedium
+
+
+class Reach(NamedTuple):
+    """How deep a body moves, and how far below the depths over which alpha was measured.
+
+    `deepest_cm`: Its deepest point. `measured_to_cm`: End of the depths over which alpha was measured. `share_below`: Share of
+    depth times area, summed over all poses, that lies below this end.
+    """
+
+    deepest_cm: float
+    measured_to_cm: float
+    share_below: float
+
+
+def reach_below_measured(
+    medium: KnownMedium | str | Path, outline: Outline | Mesh, motion: Motion | Motion3D
+) -> Reach | None:
+    """Compare the depths of a moving body with those over which alpha was measured; none where it stays above the medium."""
+    moving = set_in_motion(outline, motion)
+    load, depth, *_ = moving.wet_parts()
+    if not float(np.nansum(load)) > 0:
+        return None
+    return _reach(load, depth, profile_of(medium, moving.knows).window[1])
+
+
+def _reach(load: FloatArray, depth: FloatArray, measured_to_cm: float) -> Reach:
+    below = float(np.nansum(load[depth > measured_to_cm])) / float(np.nansum(load))
+    return Reach(float(depth[load > 0].max()), measured_to_cm, below)
 
 
 def beyond_measured(
@@ -63,10 +92,11 @@ def beyond_measured(
     def share(where: np.ndarray) -> float:
         return float(np.nansum(load[where])) / total
 
-    if (deeper := depth[load > 0].max()) > deepest:
+    reach = _reach(load, depth, deepest)
+    if reach.deepest_cm > deepest:
         warnings.append(
-            f"deeper than measured: down to {deeper:.1f} cm, alpha is from {deepest:.1f} cm at most "
-            f"({100 * share(depth > deepest):.0f} % of depth times area lies below)"
+            f"deeper than measured: down to {reach.deepest_cm:.1f} cm, alpha is from {deepest:.1f} cm at most "
+            f"({100 * reach.share_below:.0f} % of depth times area lies below)"
         )
     if (share_above := share(depth < shallowest)) > NOTICED:
         warnings.append(

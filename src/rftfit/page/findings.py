@@ -14,10 +14,9 @@ from rftfit.compare.legs import WITHIN_PERCENT
 from rftfit.figures import labels
 from rftfit.figures.style import format_number
 from rftfit.measure.alpha import cell_at, column
-from rftfit.measure.verdict_words import NOT_CHECKED, PASSED
 from rftfit.model.fourier import TERMS
 from rftfit.page.cells import Row, records
-from rftfit.page.outcome import verdict_of
+from rftfit.page.outcome import media_that_passed, verdict_of
 from rftfit.results import Results
 from rftfit.robot.speeds import share_within
 
@@ -114,17 +113,23 @@ _MOST_NAMED = 3
 
 
 def _count_checks(results: Results) -> str:
-    """Count the checks that passed, and name those that a medium failed and few that no medium allows."""
-    verdicts = results.checks.groupby("check", sort=False)["verdict"].agg(set)
-    names: dict[str, list[str]] = {"passed": [], "failed": [], "not possible here": []}
-    for check, verdicts_of_check in verdicts.items():
-        if verdicts_of_check == {NOT_CHECKED}:
-            word = "not possible here"
+    """Count the checks that all media passed and those that some did, and name the failed and few that no medium allows."""
+    passed_in = media_that_passed(results)
+    names: dict[str, list[str]] = {"failed": [], "not possible here": []}
+    passed, passed_partly = 0, 0
+    for check in results.checks["check"].unique():
+        if passed_in.get(check):
+            everywhere = {*results.media} <= passed_in[check]
+            passed += everywhere
+            passed_partly += not everywhere
         else:
-            word = "passed" if verdicts_of_check <= {PASSED, NOT_CHECKED} else "failed"
-        names[word].append(CHECKS[str(check)].title)
-    passed = len(names.pop("passed"))
-    text = f"{passed or 'no'} check{'s' * (passed != 1)} passed"
+            names["not possible here" if check in passed_in else "failed"].append(
+                CHECKS[check].title
+            )
+    count = passed + passed_partly
+    text = f"{count or 'no'} check{'s' * (count != 1)} passed"
+    if passed_partly:
+        text += f" where they could be made ({passed or 'none'} in all media)"
     for word, checks in names.items():
         is_named = word == "failed" or len(checks) <= _MOST_NAMED
         names_of_checks = f": {', '.join(checks)}" if is_named else ""
@@ -163,7 +168,9 @@ def _explanation(results: Results) -> Iterable[PageFinding]:
     profile, lift = _lifts_of_legs(results)
     if lift.empty or abs((worst := _worst(lift))["peak_error_percent"]) <= WITHIN_PERCENT:
         return
-    explanation = labels.explanation_of(worst)
+    explanation = labels.explanation_of(
+        worst, chosen_on_these_legs=labels.is_chosen_on_these_legs(results)
+    )
     if not explanation:
         return
     source = "" if profile == "table" else " of the map"

@@ -222,6 +222,13 @@ def _law(results: Results) -> str:
 
 
 def _spread(results: Results) -> str:
+    """What the intervals hold, and what they do not hold since the config states it as 0."""
+    zero_errors = labels.names_of_zero_errors(results)
+    left_out = f" The config states as 0, so that no interval holds, the errors of: {zero_errors}."
+    return _held_by_intervals(results) + left_out * bool(zero_errors)
+
+
+def _held_by_intervals(results: Results) -> str:
     """What the intervals hold, by the records of this campaign."""
     level = f"{100 * results.config.fit.confidence:g} % intervals of alpha"
     tables = results.joined("alpha/{medium}.csv")
@@ -272,7 +279,7 @@ _OF_ALPHA = {
     "session": "of the free surface and the clocks common to all runs",
     "angle": "of the angles",
     "turn": "of the turn of the mount",
-    "curvature": "of a stress that is no line",
+    "curvature": "of a stress that is no straight line",
 }
 
 
@@ -288,11 +295,11 @@ def _named_errors(cells_with_error: pd.DataFrame) -> str:
             continue
         share = float(cells_with_error[columns].div(level, axis=0).abs().max().max())
         if share >= 0.0005:  # a smaller part is not worth a word
-            error_texts.append(f"{words} ({100 * share:.1f} %)")
+            of_alpha = "" if error_texts else " of alpha_z(0, 90 deg) in any direction"
+            error_texts.append(f"{words} (at most {100 * share:.1f} %{of_alpha})")
     if not error_texts:
         return ""
-    size = "each the largest of all directions, over alpha_z at (0, 90 deg)"
-    return f", and hold the errors {', '.join(error_texts)}, {size}"
+    return f", and hold the error{'s' * (len(error_texts) > 1)} {list_in_words(error_texts)}"
 
 
 def _tare(results: Results, kind: str, table: pd.DataFrame, subtracted: str, nothing: str) -> str:
@@ -471,7 +478,11 @@ def _origin_of_error(results: Results) -> str:
     """Say which legs the model's own error was chosen on."""
     if results.model_error != EPS:
         return "as estimated from the legs of this campaign by tables of alpha"
-    same = ", which are the legs that are compared here" if results.campaign.reenacted else ""
+    same = (
+        ", which are the legs that are compared here"
+        if labels.is_chosen_on_these_legs(results)
+        else ""
+    )
     return f"chosen on the legs of ref. 1 by its measured tables{same}"
 
 

@@ -176,19 +176,42 @@ def worst_of_nine_terms(results: Results, medium: str) -> str:
     return f"{name_of('fourier')}: {name_of(worst['leg'])}, {force_name} {error_text}"
 
 
+def media_that_passed(results: Results) -> dict[str, set[str]]:
+    """Media that passed each check which failed in none, by check; no media where it could be made in none."""
+    return {
+        str(check): {*rows.loc[rows["verdict"] == PASSED, "medium"]}
+        for check, rows in results.checks.groupby("check", sort=False)
+        if rows["verdict"].isin([PASSED, NOT_CHECKED]).all()
+    }
+
+
 def summary_of_checks(results: Results) -> dict[str, Any]:
-    """Sum up the checks: failed ones by medium, those that all media passed, those that were not made."""
+    """Sum up the checks: failed ones by medium, those that all media passed or some, those that were not made."""
     table, titles = results.checks, results.campaign.titles
     failed = table[table["verdict"].isin([FAILED, ACCEPTED])]
-    passed = table[(table["verdict"] == PASSED) & ~table["check"].isin(failed["check"])]
-    good_of_media: dict[str, list[str]] = {}
-    for check, rows in table[table["verdict"] == NOT_CHECKED].groupby("check", sort=False):
+    passed_in = media_that_passed(results)
+    good_of_media: dict[tuple[int, str], list[str]] = {}
+    for check, checked_media in passed_in.items():
+        unchecked_media = [medium for medium in results.media if medium not in checked_media]
+        if checked_media and unchecked_media:
+            media = ", ".join(titles[medium] for medium in unchecked_media)
+            good_of_media.setdefault((len(checked_media), media), []).append(CHECKS[check].good)
+    passed_partly = [
+        f"Passed in {count} of {len(results.media)} media, not checked in {media}: {'; '.join(good)}."
+        for (count, media), good in sorted(good_of_media.items(), reverse=True)
+    ]
+    good_of_media = {}
+    not_checked = table[
+        (table["verdict"] == NOT_CHECKED)
+        & ~table["check"].isin([check for check, media in passed_in.items() if media])
+    ]
+    for check, rows in not_checked.groupby("check", sort=False):
         everywhere = len(rows) == len(results.media)
         media = "" if everywhere else ", ".join(titles[medium] for medium in rows["medium"])
-        good_of_media.setdefault(media, []).append(CHECKS[str(check)].good)
+        good_of_media.setdefault((0, media), []).append(CHECKS[str(check)].good)
     unchecked = [
         f"Not checked{media and f' in {media}'}: whether {'; '.join(good)}."
-        for media, good in sorted(good_of_media.items())
+        for (_, media), good in sorted(good_of_media.items())
     ]
     verdicts = {medium: verdict_of(results, medium) for medium in results.media}
     faults = [
@@ -200,7 +223,12 @@ def summary_of_checks(results: Results) -> dict[str, Any]:
             faults.append((medium, titles[medium], word, format_sentence(reason)))
     return {
         "failed": faults,
-        "passed": [CHECKS[check].good for check in dict.fromkeys(passed["check"])],
+        "passed": [
+            CHECKS[check].good
+            for check, checked_media in passed_in.items()
+            if {*results.media} <= checked_media
+        ],
+        "passed_partly": passed_partly,
         "unchecked": unchecked,
         "untold": list_untold(max(len(results[medium].fits) for medium in results.media)),
         # of what is not checked only an open scale has a sentence

@@ -17,11 +17,13 @@ from markupsafe import Markup, escape
 from rftfit.campaign.config import Leg, MediumSettings
 from rftfit.compare.legs import WITHIN_PERCENT
 from rftfit.errors import InputError
-from rftfit.figures.labels import name_of_mean, of_method
+from rftfit.figures import labels
+from rftfit.figures.labels import beds_of_intervals, names_of_zero_errors, of_method
 from rftfit.figures.registry import Declared, figures, greek
 from rftfit.figures.style import format_number, level, size_of_preview
-from rftfit.measure.alpha import cell_at
-from rftfit.measure.errors import AS_PREPARED
+from rftfit.forces.limits import Reach, reach_below_measured
+from rftfit.forces.motion import rotation
+from rftfit.forces.outlines import leg_outline
 from rftfit.measure.flags import describe_shared
 from rftfit.measure.verdict_words import SOUND
 from rftfit.model.fourier import METHODS
@@ -39,6 +41,7 @@ from rftfit.page.outcome import (
     outcome_of_runs,
     summary_of_checks,
     verdict_of,
+    verdicts_on_legs,
 )
 from rftfit.page.robot import robot_data, robot_facts, robot_tables
 from rftfit.results import Results
@@ -140,6 +143,12 @@ def context(results: Results) -> dict[str, Any]:
         "first_sentences": ON_FIRST_SCREEN,
         "legs_judged": results.table("leg_errors.csv")["peak_error_percent"].notna().any(),
         "names": names,
+        "origin_of_logs": _origin_of_logs(results),
+        "maps_judged": any(
+            profile == "map"
+            for medium in results.media
+            for profile, *_ in verdicts_on_legs(results, medium)
+        ),
         "reenacted": results.campaign.reenacted,
         "level": level(results),
         "intervals": any(medium.alpha["alpha_z_lo_N_per_cm3"].notna().any() for medium in results),
@@ -177,7 +186,8 @@ def context(results: Results) -> dict[str, Any]:
             if (words := describe_shared(medium.flags.shared(medium.fits)))
         ],
         "near": f"{WITHIN_PERCENT:g}",
-        "of_beds": _intervals_of_media(results),
+        "of_beds": beds_of_intervals(results, results.media),
+        "zero_errors": names_of_zero_errors(results),
         "alphas": tables.tabulate_alphas(results),
         "at_depths": tables.tabulate_at_depths(results),
         "spreads": tables.tabulate_spreads(results),
@@ -197,6 +207,7 @@ def context(results: Results) -> dict[str, Any]:
         "model_error": _model_error(results),
         "contacts": tables.tabulate_contacts(results),
         "sands": tables.tabulate_sands(results),
+        "sand_windows": _windows_of_sands(results),
         "corrections": tables.tabulate_corrections(results),
         "robot": robot_tables(results),
         "robot_is": robot_facts(results),
@@ -214,23 +225,87 @@ def context(results: Results) -> dict[str, Any]:
     }
 
 
+def _origin_of_logs(results: Results) -> str:
+    """Say which numbers of simulated logs are results of the paper, so that comparisons are with its measurements; else empty."""
+    if not results.campaign.reenacted:
+        return ""
+    runs = results.campaign.runs
+    figures_by_kind = {
+        "plate": {"Table S5": results.laboratory, "Fig. S11": results.sands},
+        "leg": {"Fig. S5": results.laboratory, "Fig. S12": results.sands},
+    }
+    sources = {
+        kind: [
+            source
+            for source, media in media_by_source.items()
+            if any(run.kind == kind and run.medium in media for run in runs)
+        ]
+        for kind, media_by_source in figures_by_kind.items()
+    }
+    sentences = []
+    if sources["plate"]:
+        sentences.append(f"Alpha returns what was put in ({list_in_words(sources['plate'])}).")
+    errors = ["legs"] * bool(sources["leg"])
+    compared = [*sources["leg"]]
+    if results.campaign.robot_medium and (
+        results.table("robot/measured.csv")["speed_cm_per_s"].notna().any()
+    ):
+        errors.append("the robot")
+        compared.append("Fig. 4C")
+    if errors:
+        sentences.append(
+            f"Errors of {list_in_words(errors)} compare predictions with what the paper measured ({list_in_words(compared)})."
+        )
+    return " ".join(sentences)
+
+
+def _windows_of_sands(results: Results) -> str:
+    """Say which alpha of a natural sand to quote, what the window changes, and how deep the legs reach below it."""
+    table = results.table("sands.csv").dropna(subset=["alpha_z_N_per_cm3"])
+    by_window = table.pivot_table(
+        index=["medium", "run_id"], columns="window", values="alpha_z_N_per_cm3"
+    )
+    sentences = []
+    if "stated" in by_window:
+        sentences.append("Quote alpha of the stated window, which all predictions use.")
+        if "detected" in by_window:
+            changes = (100 * (by_window["detected"] / by_window["stated"] - 1)).dropna()
+            ends = dict.fromkeys(map(labels.percent, (changes.min(), changes.max())))
+            if len(changes):
+                sentences.append(
+                    f"The detected one changes it by {' to '.join(ends)}: no interval holds the choice of the window."
+                )
+    elif len(by_window):
+        sentences.append("No window is stated: predictions use alpha of the whole push.")
+    depths = [
+        (results.titles[medium], reach)
+        for medium in dict.fromkeys(table["medium"])
+        if (reach := _deepest_reach(results, medium)) and reach.share_below > 0
+    ]
+    if depths:
+        known = list_in_words(
+            f"{reach.measured_to_cm:.1f} cm in {title} ({100 * reach.share_below:.0f} % of depth times area lies below)"
+            for title, reach in depths
+        )
+        deepest = max(reach.deepest_cm for _, reach in depths)
+        sentences.append(f"The legs reach {deepest:.1f} cm; alpha is known down to {known}.")
+    return " ".join(sentences)
+
+
+def _deepest_reach(results: Results, medium: str) -> Reach | None:
+    """How far the leg with the largest share of its load below the measured depths of a medium reaches; none without legs."""
+    profile = results[medium].profile("table", draws=False)
+    speed = results.config.arm.leg_speed_rad_per_s
+    reaches = (
+        reach_below_measured(profile, leg_outline(leg), rotation(None, leg.hip_height_cm, speed))
+        for leg in results.config.legs.values()
+    )
+    return max(filter(None, reaches), key=lambda reach: reach.share_below, default=None)
+
+
 def _compaction(medium: MediumSettings) -> str:
     """Name the compaction of a medium, as the config has it; empty where it has none."""
     return f"compaction {medium.compaction}" if medium.compaction else ""
-
-
-def _intervals_of_media(results: Results) -> str:
-    """Say what the intervals of alpha, zeta and chi are of, and in which media they hold no scatter between beds."""
-    cells = {medium.title: cell_at(medium.alpha, 0.0, 90.0) for medium in results}
-    without = [
-        title for title, cell in cells.items() if cell is not None and cell["spread"] == AS_PREPARED
-    ]
-    if len(without) == len(cells):
-        return name_of_mean({"spread": AS_PREPARED})
-    beds = name_of_mean({"spread": ""})
-    if without:
-        return f"of the {beds}, in {list_in_words(without)} {name_of_mean({'spread': AS_PREPARED})}"
-    return f"of the {beds}"
 
 
 def _model_error(results: Results) -> dict[str, str]:

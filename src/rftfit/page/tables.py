@@ -12,7 +12,15 @@ from markupsafe import Markup
 
 from rftfit.compare.legs import FAR_OFF, NOT_TESTED, OFF, WITHIN
 from rftfit.compare.lessons import summary_of_lessons
-from rftfit.compare.published import EVIDENCE, NOT_MEASURED, SAME, TEXT, VERDICTS
+from rftfit.compare.published import (
+    EVIDENCE,
+    NOT_MEASURED,
+    SAME,
+    TEXT,
+    VERDICTS,
+    is_zeta_of_terms,
+    sum_of_terms,
+)
 from rftfit.figures.labels import (
     PROFILES,
     format_interval,
@@ -30,6 +38,7 @@ from rftfit.measure.verdict_words import DOUBTFUL, NOT_CHECKED, NOTHING, SOUND
 from rftfit.model.fourier import TERMS
 from rftfit.model.scaling import AS_PRINTED, GENERIC, routines
 from rftfit.page.cells import Cell, Note, PageColumn, PageTable, Row, numbers, records, share, texts
+from rftfit.page.live import scaled_from_print
 from rftfit.page.outcome import (
     VERDICT_WORDS,
     Outcome,
@@ -113,7 +122,7 @@ def tabulate_media(results: Results, outcome: Outcome) -> PageTable:
 
         def cell(row: Row) -> Cell:
             of_method = numbers_of_method.cell(row)
-            return Cell(of_method.text, (*of_method.notes, row.get(f"{name}_of_paper", "")))
+            return Cell(of_method.text, (*of_method.notes, row.get(f"{name}_note", "")))
 
         symbol = ZETA if name == "zeta" else CHI
         return PageColumn(f"{symbol}, {results.config.fourier.method}", cell, "num")
@@ -218,7 +227,11 @@ def _numbers_of_media(results: Results) -> list[Row]:
         if medium.name in scaled.index:
             names = (f"{name}{end}" for name in ("zeta", "chi") for end in ("", "_lo", "_hi"))
             row |= {name: scaled.loc[medium.name, name] for name in names}
-        rows.append(row | _numbers_of_paper(results, medium) | {"medium": medium.name})
+        notes = _numbers_of_paper(results, medium)
+        if medium.name in results.sands and math.isfinite(row.get("chi", math.nan)):
+            is_published = medium.name in scaled_from_print(results)
+            notes["chi_note"] = f"from the {'published' if is_published else 'other'} media"
+        rows.append(row | notes | {"medium": medium.name})
     return rows
 
 
@@ -235,18 +248,20 @@ def _numbers_of_paper(results: Results, medium: Medium) -> dict[str, str]:
     penetration = results.table("penetration.csv")
     is_of_medium = (penetration["medium"] == medium.name) & (penetration["method"] == AS_PRINTED)
     of_transform = penetration[is_of_medium]
-    sentences = {}
-    for name, digits in (("zeta", 3), ("chi", 2)):
+    terms = coefficients(published_as)
+    sum_text = "" if is_zeta_of_terms(terms) else f"its terms add up to {sum_of_terms(terms):.3f}"
+    notes = {}
+    for name, digits, why in (("zeta", 3, sum_text), ("chi", 2, "")):
         transformed = of_transform[name].dropna()
         by_transform = (
-            f", by its transform here {format_number(float(transformed.iloc[0]), ALPHA_DIGITS)}"
+            f"; {AS_PRINTED}: {format_number(float(transformed.iloc[0]), ALPHA_DIGITS)}"
             if len(transformed)
             else ""
         )
-        sentences[f"{name}_of_paper"] = (
-            f"paper {format_number(printed[name], digits)}{by_transform}"
+        notes[f"{name}_note"] = (
+            f"paper {format_number(printed[name], digits)}{in_brackets(why)}{by_transform}"
         )
-    return sentences
+    return notes
 
 
 def tabulate_coefficients(results: Results, method: str) -> PageTable:
@@ -417,10 +432,10 @@ def tabulate_sands(results: Results) -> PageTable:
     columns = [
         _medium(results, "Sand"),
         texts("Run", "run_id"),
-        texts("Window", "window", note="reason"),
+        texts("Window", "window"),
         numbers("Linear to, cm", "linear_to_cm", 2),
         numbers(ALPHA_Z + f"(0, 90{DEGREE}), {PER_CM3}", *alpha),
-        numbers("Departure from a line", "nonlinear_z_ratio", show=share),
+        numbers("Departure from a line", "nonlinear_z_ratio", note="reason", show=share),
     ]
     rows = _without_repeated_reasons(results, "sands.csv")
     return PageTable("Penetration of natural sands", columns, rows)
