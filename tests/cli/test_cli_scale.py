@@ -62,3 +62,18 @@ def test_one_medium_of_its_own_is_not_enough(refusal, work_folder):
         "scale --profile generic --alpha 0.9 --results", folder
     )
     assert not (work_folder / "alpha.csv").exists()
+
+
+@pytest.mark.parametrize("alpha_x", [None, 0.3])
+def test_alpha_x_that_no_tilted_push_measured_is_named(rftfit, work_folder, alpha_x):
+    name, cell = ("", "") if alpha_x is None else (",alpha_x_N_per_cm3", f",{alpha_x}")
+    straight = "" if alpha_x is None else ",0"
+    (work_folder / "tilted.csv").write_text(
+        f"beta_deg,gamma_deg,alpha_z_N_per_cm3{name}\n0,90,0.9{straight}\n30,45,0.62{cell}\n"
+    )
+    facts = as_json(rftfit("scale --pushes tilted.csv --json"))
+    assert (facts["alpha_x_over_known"] is None) == (alpha_x is None)
+    printed = rftfit("scale --pushes tilted.csv --force").out
+    assert printed.count("alpha_x was not measured") == (alpha_x is None)
+    assert " nan" not in printed
+    assert f"{100 * facts['draws_not_passive']:.0f} % of all" in printed
