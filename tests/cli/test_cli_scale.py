@@ -1,5 +1,7 @@
 """Intervals of a scaled medium hold for a medium that was left out, and too few media are said."""
 
+import json
+
 import numpy as np
 import pytest
 from result_tables import LABORATORY, SAND, make_campaign, one_cell
@@ -71,7 +73,7 @@ def test_alpha_x_that_no_tilted_push_measured_is_named(rftfit, work_folder, alph
     (work_folder / "tilted.csv").write_text(
         f"beta_deg,gamma_deg,alpha_z_N_per_cm3{name}\n0,90,0.9{straight}\n30,45,0.62{cell}\n"
     )
-    facts = as_json(rftfit("scale --pushes tilted.csv --json"))
+    facts = json.loads(rftfit("scale --pushes tilted.csv --json").out)
     assert (facts["alpha_x_over_known"] is None) == (alpha_x is None)
     printed = rftfit("scale --pushes tilted.csv --force").out
     assert printed.count("alpha_x was not measured") == (alpha_x is None)

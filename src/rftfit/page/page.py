@@ -25,6 +25,7 @@ from rftfit.forces.limits import Reach, reach_below_measured
 from rftfit.forces.motion import rotation
 from rftfit.forces.outlines import leg_outline
 from rftfit.measure.flags import describe_shared
+from rftfit.measure.lab_frame import measured_channel
 from rftfit.measure.verdict_words import SOUND
 from rftfit.model.fourier import METHODS
 from rftfit.model.profiles import EPS
@@ -142,6 +143,8 @@ def context(results: Results) -> dict[str, Any]:
         "first": [picture for picture in page_pictures if picture.section == "summary"],
         "first_sentences": ON_FIRST_SCREEN,
         "legs_judged": results.table("leg_errors.csv")["peak_error_percent"].notna().any(),
+        "usual_model_error": f"{EPS:.0%}".replace("%", "\N{NO-BREAK SPACE}%"),
+        "lacks_x": config.table is None and measured_channel(config, "x") is None,
         "names": names,
         "origin_of_logs": _origin_of_logs(results),
         "maps_judged": any(
