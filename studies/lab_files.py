@@ -592,7 +592,7 @@ KINDS = {
     NO_FAULT: Kind((0,), 200),
     "dead": Kind((0.3, 0.6, 1), 50, _dead, "channels", {1: 48}),
     "turned": Kind((-7, -4, -2, 2, 4, 7), 25, turned, "symmetry", {7: 48}),
-    "step": Kind((-5, -3, -2, -1, 1, 2, 3, 5), 25, _step, "surface", {3: 45}),
+    "step": Kind((-5, -3, -2, -1, 1, 2, 3, 5), 25, _step, "surface", {3: 34, 5: 40}),
     "repeat": Kind((-40, -20, -10, 10, 20, 40), 25, one_off, "repeats", {40: 45}),
 }
 """Sizes: share of logs with a dead, noisy channel; turn of the mount, deg; step of the surface, mm; one of three repeats off, %."""
