@@ -255,7 +255,7 @@ def _draw_media(results: Results, media: Sequence[str], profile: str, beside: st
             ]
             _draw_leg(axes, tables_of_leg, lines)
             peak_rows = matching_rows(peaks, medium=medium, leg=leg)
-            title = _format_peaks(*tables_of_leg[:2], peak_rows)
+            title = _format_peaks(tables_of_leg[0], tables_of_leg[1], peak_rows)
             axes.set_title(title, fontsize=5.5, loc="left", pad=2)
     shown = [table[table["medium"].isin(list(media))] for table in (*tables, predicted_beside)]
     style.legend(

@@ -288,7 +288,7 @@ def _named_errors(cells_with_error: pd.DataFrame) -> str:
     is_down = (cells_with_error["beta_deg"] == 0) & (cells_with_error["gamma_deg"] == 90)
     down = cells_with_error[is_down].set_index("medium")["alpha_z_N_per_cm3"]
     level = cells_with_error["medium"].map(down)
-    error_texts = []
+    error_texts: list[str] = []
     for name, words in _OF_ALPHA.items():
         columns = [f"alpha_{c}_{name}_N_per_cm3" for c in "zx"]
         if not {*columns} <= {*cells_with_error}:

@@ -205,10 +205,10 @@ def summary_of_checks(results: Results) -> dict[str, Any]:
         (table["verdict"] == NOT_CHECKED)
         & ~table["check"].isin([check for check, media in passed_in.items() if media])
     ]
-    for check, rows in not_checked.groupby("check", sort=False):
+    for name, rows in not_checked.groupby("check", sort=False):
         everywhere = len(rows) == len(results.media)
         media = "" if everywhere else ", ".join(titles[medium] for medium in rows["medium"])
-        good_of_media.setdefault((0, media), []).append(CHECKS[str(check)].good)
+        good_of_media.setdefault((0, media), []).append(CHECKS[str(name)].good)
     unchecked = [
         f"Not checked{media and f' in {media}'}: whether {'; '.join(good)}."
         for (_, media), good in sorted(good_of_media.items())
