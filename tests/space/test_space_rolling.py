@@ -171,3 +171,18 @@ def test_wheels_of_a_ground_that_are_refused(paddles):
             rftfit.Ground(POPPY, [paddles], wheels=wheels)
     along_x = paddles.moved(turned_about_z(-90), np.zeros(3))
     assert rftfit.Ground(POPPY, [along_x], wheels={0: [1, 0, 0]}).rules == ("own-track",)
+
+
+@pytest.mark.parametrize(
+    ("lug_cm", "lugs", "rim_cm", "doubtful"), [(1, 12, None, 1), (1, 12, 8, 0), (0, 0, None, 0)]
+)
+def test_a_rim_that_was_not_given_of_a_wheel_with_lugs_is_doubted(lug_cm, lugs, rim_cm, doubtful):
+    mesh = rftfit.Mesh.wheel(8, 6, lug_cm, lugs)
+    motion = Motion3D.roll(mesh, 2, 0.2, rim_cm=rim_cm)
+    assert mesh.lowest_radius_cm == pytest.approx(8, rel=1e-3)
+    assert motion.rim.is_doubtful == doubtful
+    beyond = rftfit.beyond_measured(rftfit.published_medium("poppy_LP"), mesh, motion)
+    assert (
+        len([doubt for doubt in beyond if f"--rim {mesh.lowest_radius_cm:.4g}" in doubt])
+        == doubtful
+    )
