@@ -45,7 +45,7 @@ def draw_forces(answer: ForceAnswer) -> Figure:
     key = next(iter(motion.columns))
     quantity, unit = _KEYS[key]
     abscissa = forces[key].to_numpy()
-    bands = _choose_bands(answer)
+    bands = choose_bands(answer)
     for row, axis in enumerate("xyz"):
         axes = style.axes_cm(page, 1.6, 0.5 + 2.7 * row, 7.6, 2.4)
         _component(axes, forces, abscissa, axis, bands)
@@ -72,7 +72,7 @@ class Band(NamedTuple):
     opacity: float
 
 
-def _choose_bands(answer: ForceAnswer) -> list[Band]:
+def choose_bands(answer: ForceAnswer) -> list[Band]:
     """Choose the widest interval that is printed, and that of alpha; those without width are left out."""
     widest = ((answer.interval_of_bed, next_end_names), (answer.interval_of_model, model_end_names))
     bands = [Band(meaning, names, _WIDEST) for meaning, names in widest if meaning][:1]
