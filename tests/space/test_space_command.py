@@ -2,6 +2,7 @@
 
 import re
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -10,7 +11,10 @@ import pytest
 import rftfit
 from rftfit import Mesh, Motion3D
 from rftfit.cli.main import main
+from rftfit.figures.space import choose_bands
 from rftfit.forces.fineness import fine_enough
+from rftfit.forces.force_answer import answer_with_forces
+from rftfit.model.draws import next_end_names
 
 from .test_space_mesh import BALL, stl
 
@@ -173,3 +177,34 @@ def test_a_wheel_whose_axle_lies_elsewhere_is_refused():
     standing = Mesh(wheel.vertices_cm[:, [0, 2, 1]], wheel.faces[:, ::-1])
     with pytest.raises(ValueError, match="along y"):
         Motion3D.roll(standing, 2, 0.2)
+
+
+def test_the_figure_has_the_widest_interval_that_is_printed():
+    motion = Motion3D.press(BALL, 1.0, poses=5)
+    answer = answer_with_forces(rftfit.published_medium("poppy_LP"), BALL, motion)
+    [band] = choose_bands(answer)
+    assert (band.meaning, band.name_ends) == (answer.interval_of_bed, next_end_names)
+    assert not choose_bands(replace(answer, forces=predict_without_error(motion)))
+    sides = {side.peak: side.farthest for side in answer.other_sides}
+    assert "force_z" not in sides
+    for name, farthest in sides.items():
+        low, high = next_end_names(f"{name}_N_cm" if name.startswith("moment") else f"{name}_N")
+        extremes = answer.forces[low].min(), answer.forces[high].max()
+        assert farthest in extremes
+    assert ("force_x" in sides) == (0 in ends_of(answer, "force_x"))
+
+
+def ends_of(answer, name):
+    """Ends of the interval of the next bed of a peak; none where there is no such peak."""
+    return [
+        end
+        for peak in answer.peaks
+        if peak.name == name
+        for end in (peak.next_lo, peak.next_hi)
+        if peak.value
+    ]
+
+
+def predict_without_error(motion):
+    """Forces on the ball without an interval."""
+    return rftfit.predict(rftfit.published_medium("poppy_LP"), BALL, motion, model_error=0)

@@ -153,3 +153,18 @@ def test_facets_of_a_smooth_wheel_at_high_slip(slip):
         mean = compiled_mesh_forces(POPPY, wheel, Motion3D.roll(wheel, 2, slip)).mean(axis=0)
         means.append((mean[0], mean[2], mean[0] / mean[2]))
     assert_allclose(means[:2], [means[2]] * 2, rtol=0.01)
+
+
+@pytest.mark.parametrize(
+    ("lug_cm", "lugs", "rim_cm", "doubtful"), [(1, 12, None, 1), (1, 12, 8, 0), (0, 0, None, 0)]
+)
+def test_a_rim_that_was_not_given_of_a_wheel_with_lugs_is_doubted(lug_cm, lugs, rim_cm, doubtful):
+    mesh = rftfit.Mesh.wheel(8, 6, lug_cm, lugs)
+    motion = Motion3D.roll(mesh, 2, 0.2, rim_cm=rim_cm)
+    assert mesh.lowest_radius_cm == pytest.approx(8, rel=1e-3)
+    assert motion.rim.is_doubtful == doubtful
+    beyond = rftfit.beyond_measured(rftfit.published_medium("poppy_LP"), mesh, motion)
+    assert (
+        len([doubt for doubt in beyond if f"--rim {mesh.lowest_radius_cm:.4g}" in doubt])
+        == doubtful
+    )

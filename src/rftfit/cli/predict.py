@@ -224,8 +224,7 @@ def predict(
     if figure is not None:
         from rftfit.figures.space import draw_forces
 
-        drawn = draw_forces(answer.forces, source, shape, motion, answer.interval_of_alpha)
-        write_picture(figure, drawn, _DRAWN)
+        write_picture(figure, draw_forces(answer), _DRAWN)
     if not as_json:
         print_line(
             f"Force and moment in {len(answer.forces)} poses: {output}"

@@ -2,71 +2,113 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from rftfit.figures import style
 from rftfit.forces.faces import face_alpha, moving_faces
+from rftfit.forces.mesh import Mesh, Motion3D
+from rftfit.model.draws import end_names, model_end_names, next_end_names
 
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from rftfit.forces.mesh import Mesh, Motion3D
+    from rftfit.forces.force_answer import ForceAnswer
     from rftfit.model.profiles import Profile
 
 _COLOURS = dict(zip("xyz", ("vermillion", "bluish green", "blue"), strict=True))
 _MOST_DRAWN = 20_000
-_KEYS = {"t_s": "time (s)", "depth_cm": "depth (cm)", "wheel_turn_deg": "turn of the wheel (deg)"}
-"""Names of the first column of a motion, with units."""
+_KEYS = {
+    "t_s": ("time", "s"),
+    "depth_cm": ("depth", "cm"),
+    "wheel_turn_deg": ("turn of the wheel", "deg"),
+}
+"""Names and units of the first column of a motion."""
+
+_ALPHA, _WIDEST = 0.4, 0.18
+"""Opacities of the interval of alpha and of the widest one."""
 
 
 @style.styled()
-def draw_forces(
-    forces: pd.DataFrame, profile: Profile, mesh: Mesh, motion: Motion3D, level: str
-) -> Figure:
-    """Draw the table of `rftfit.predict` of a mesh over its first column, and the mesh at the largest force."""
+def draw_forces(answer: ForceAnswer) -> Figure:
+    """Draw the forces on a mesh over the first column of its motion with their intervals, and the mesh at the largest force."""
+    forces, mesh, motion = answer.forces, answer.body, answer.motion
+    assert isinstance(mesh, Mesh)
+    assert isinstance(motion, Motion3D)
     page = style.new_figure(style.DOUBLE_CM, 10.0)
     total = np.sqrt((forces[[f"force_{axis}_N" for axis in "xyz"]] ** 2).sum(axis=1, skipna=False))
     pose = 0 if total.isna().all() else int(total.idxmax())
     key = next(iter(motion.columns))
+    quantity, unit = _KEYS[key]
     abscissa = forces[key].to_numpy()
+    bands = choose_bands(answer)
     for row, axis in enumerate("xyz"):
         axes = style.axes_cm(page, 1.6, 0.5 + 2.7 * row, 7.6, 2.4)
-        _component(axes, forces, abscissa, axis)
+        _component(axes, forces, abscissa, axis, bands)
         axes.axvline(abscissa[pose], color=style.GREY, linewidth=0.4, linestyle=":")
-        style.name_below(axes, _KEYS.get(key, key), axis == "z")
+        style.name_below(axes, f"{quantity} ({unit})", axis == "z")
     entries = {"force": style.line("black")}
-    if level:
-        entries[level] = style.band(0.35)
-    if forces["closure_N"].notna().any():
+    entries |= {band.meaning: style.band(band.opacity) for band in bands}
+    if _has_closure(forces):
         entries["error of the law in space, worst case"] = style.line(
             "black", linestyle="--", linewidth=0.6
         )
     style.legend(page, entries, loc="lower left")
-    _body(page, profile, mesh, motion, pose)
-    pose_text = f"{mesh.name} at {key.partition('_')[0]} = {abscissa[pose]:.4g}"
+    _body(page, answer.profile, mesh, motion, pose)
+    pose_text = f"{mesh.name}: {quantity} {abscissa[pose]:.4g} {unit}"
     style.text_cm(page, 10.0, 0.5, style.plain(pose_text), va="top")
     return page
 
 
-def _component(axes: Axes, forces: pd.DataFrame, abscissa: np.ndarray, axis: str) -> None:
-    """One component of the force over time; interval shaded, error of the law dashed."""
-    colour, name = style.OKABE_ITO[_COLOURS[axis]], f"force_{axis}"
-    value, closure = forces[f"{name}_N"], forces["closure_N"]
-    if f"{name}_lo_N" in forces:
+class Band(NamedTuple):
+    """Interval that is drawn: what it holds, function that names its columns, opacity."""
+
+    meaning: str
+    name_ends: Callable[[str], tuple[str, str]]
+    opacity: float
+
+
+def choose_bands(answer: ForceAnswer) -> list[Band]:
+    """Choose the widest interval that is printed, and that of alpha; those without width are left out."""
+    widest = ((answer.interval_of_bed, next_end_names), (answer.interval_of_model, model_end_names))
+    bands = [Band(meaning, names, _WIDEST) for meaning, names in widest if meaning][:1]
+    bands.append(Band(answer.interval_of_alpha, end_names, _ALPHA))
+    return [band for band in bands if band.meaning and _has_width(answer.forces, band)]
+
+
+def _has_width(forces: pd.DataFrame, band: Band) -> bool:
+    ends = [band.name_ends(f"force_{axis}_N") for axis in "xyz"]
+    return any(
+        bool((forces[high] > forces[low]).any())
+        for low, high in ends
+        if low in forces and high in forces
+    )
+
+
+def _has_closure(forces: pd.DataFrame) -> bool:
+    """Tell whether the law in space has an error on this body: not where every face moves in its plane."""
+    return bool((forces["closure_N"] > 0).any())
+
+
+def _component(
+    axes: Axes, forces: pd.DataFrame, abscissa: np.ndarray, axis: str, bands: Sequence[Band]
+) -> None:
+    """Draw one component of the force; intervals shaded, error of the law dashed."""
+    colour, column = style.OKABE_ITO[_COLOURS[axis]], f"force_{axis}_N"
+    value = forces[column]
+    for band in bands:
+        low, high = band.name_ends(column)
         axes.fill_between(
-            abscissa,
-            forces[f"{name}_lo_N"],
-            forces[f"{name}_hi_N"],
-            color=colour,
-            alpha=0.35,
-            linewidth=0,
+            abscissa, forces[low], forces[high], color=colour, alpha=band.opacity, linewidth=0
         )
-    for sign in (-1, 1):
-        axes.plot(abscissa, value + sign * closure, "--", color=colour, linewidth=0.6)
+    if _has_closure(forces):
+        for sign in (-1, 1):
+            error = sign * forces["closure_N"]
+            axes.plot(abscissa, value + error, "--", color=colour, linewidth=0.6)
     axes.plot(abscissa, value, color=colour)
     style.zero_line(axes)
     style.ticks(axes.yaxis, 4)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import pandas as pd
 
@@ -19,7 +19,7 @@ from rftfit.forces.plane import PEAKS, QUANTITIES
 from rftfit.forces.prediction import predict_with_peaks
 from rftfit.forces.rolling import RULES, Rim, describe_friction
 from rftfit.forces.space import IN_SPACE, extremes_in_space
-from rftfit.model.draws import end_names
+from rftfit.model.draws import end_names, model_end_names, next_end_names
 from rftfit.model.profiles import Profile
 from rftfit.store.text import count
 from rftfit.store.text import table as format_table
@@ -196,6 +196,10 @@ class ForceAnswer:
             "peaks_complete": not self.peaks_not_stated,
             "peaks": peaks,
             "model_error_known": has_model_error(self.profile),
+            "other_sides": {
+                side.peak: {"value": side.value, "farthest": side.farthest}
+                for side in self.other_sides
+            },
         }
         if isinstance(self.body, Mesh):
             facts |= {
@@ -203,12 +207,39 @@ class ForceAnswer:
                 "triangles_given": self.body.triangles_given,
             }
         if self.rim is not None:
-            facts |= {"rim_cm": self.rim.radius_cm, "rim_from": self.rim.taken_from}
+            facts |= {
+                "rim_cm": self.rim.radius_cm,
+                "rim_from": self.rim.taken_from,
+                "rim_doubtful": self.rim.is_doubtful,
+            }
         if "friction" in facts:
             facts |= {"friction": self.friction}
         if self.rule is not None:
             facts |= {"rule": self.rule, "mean_of_turn": self.mean_of_turn}
         return facts
+
+    @property
+    def other_sides(self) -> list[OtherSide]:
+        """Forces on the other side of the peaks in space whose widest interval ends at 0, as that of one side must."""
+        if not self.in_space:
+            return []
+        sides = []
+        for peak in self.peaks:
+            is_cut = 0.0 in _widest_ends(peak)
+            sign = -1 if peak.value > 0 else 1
+            ends = [peak.quantity, *self._columns_of_widest(peak.quantity)]
+            sizes = sign * self.forces[ends]
+            value, farthest = sizes[peak.quantity].max(), sizes.max(axis=None)
+            if is_cut and farthest > SIGN_KNOWN * abs(peak.value):
+                unit = "N cm" if peak.quantity.endswith("cm") else "N"
+                at_most = sign * max(float(value), 0.0) + 0.0
+                sides.append(OtherSide(peak.name, at_most, sign * float(farthest), unit))
+        return sides
+
+    def _columns_of_widest(self, quantity: str) -> list[str]:
+        """Columns of the widest interval of a force by pose; empty where there is none."""
+        of_kinds = (names(quantity) for names in (next_end_names, model_end_names, end_names))
+        return next((list(names) for names in of_kinds if names[0] in self.forces), [])
 
     @property
     def _position_column(self) -> str:
@@ -218,6 +249,11 @@ class ForceAnswer:
         """Format sources, peaks and intervals for people."""
         lines = [f"{word.capitalize()}: {source}" for word, source in self.sources.items()]
         lines += ["", self._format_peaks(), *self._missing_intervals()]
+        lines += [
+            f"{_TITLES[side.peak]}: the sign is not known: on the other side {_cell(side.value)} at most, in the "
+            f"interval of a pose up to {_cell(side.farthest)} {side.unit}."
+            for side in self.other_sides
+        ]
         if self.peaks_not_stated:
             # the greatest of a curve with gaps need not be its peak, and must not pass for it
             titles = ", ".join(_TITLES[name] for name in self.peaks_not_stated)
@@ -355,6 +391,25 @@ def answer_with_forces(
         rule=rule,
         left_out=left_out,
     )
+
+
+class OtherSide(NamedTuple):
+    """Force or moment of the other sign than its peak: largest best value (0: none), and farthest end of an interval of a pose."""
+
+    peak: str
+    value: float
+    farthest: float
+    unit: str
+
+
+SIGN_KNOWN = 1e-6
+"""Part of a peak up to which the farthest end on the other side is rounding."""
+
+
+def _widest_ends(peak: Peak) -> tuple[float, float]:
+    """Interval of the next bed, with the model's error or of alpha: the first that is known."""
+    intervals = ((peak.next_lo, peak.next_hi), (peak.model_lo, peak.model_hi), (peak.lo, peak.hi))
+    return next((ends for ends in intervals if not math.isnan(ends[0])), (math.nan, math.nan))
 
 
 PEAK_TITLES = {

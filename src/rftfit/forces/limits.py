@@ -71,7 +71,7 @@ def beyond_measured(
     list of str
         A sentence for each limit that is left: deeper or shallower than the window, faster than
         quasi-static, near walls or bottom, sizes and speeds on which the model's own error was not
-        tested. The share is that of depth times area, summed over all poses.
+        tested; and a wheel with lugs that rolls without a given rim. The share is that of depth times area, summed over all poses.
 
     Examples
     --------
@@ -85,7 +85,8 @@ def beyond_measured(
     total = float(np.nansum(load))
     if not total > 0:
         return []
-    warnings = []
+    rim = motion.rim if isinstance(motion, Motion3D) else None
+    warnings = [] if rim is None else rim.list_doubts()
     profile = profile_of(medium, moving.knows)
     shallowest, deepest = profile.window
 

@@ -25,6 +25,7 @@ from rftfit.forces.rolling import (
     Rim,
     fills_hull,
     find_rim,
+    lowest_radius,
     measure_radius,
     rolling_rows,
 )
@@ -162,6 +163,11 @@ class Mesh:
     def is_convex(self) -> bool:
         """Whether a solid body fills its convex hull."""
         return fills_hull(self.vertices_cm, self.volume_cm3)
+
+    @cached_property
+    def lowest_radius_cm(self) -> float:
+        """Least radius of the outline of a wheel about y through (0, 0, 0), between its lugs."""
+        return lowest_radius(self.triangles)
 
     @property
     def volume_cm3(self) -> float:
@@ -644,7 +650,7 @@ class Motion3D:
         ValueError
             If the axle does not lie along y through the middle, or sinkage, slip or rim are impossible.
         """
-        found_rim = find_rim(mesh.vertices_cm, rim_cm)
+        found_rim = find_rim(mesh.vertices_cm, rim_cm, mesh.lowest_radius_cm)
         rim = found_rim.radius_cm
         if not 0 < sinkage_cm < 2 * rim:
             raise ValueError(

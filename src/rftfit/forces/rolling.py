@@ -77,14 +77,75 @@ def measure_radius(vertices_cm: FloatArray) -> float:
 
 
 class Rim(NamedTuple):
-    """Radius to which slip and sinkage of a wheel belong, cm, and where it was taken from: a key of `RIM_SOURCES`."""
+    """Radius to which slip and sinkage of a wheel belong, cm, and where it was taken from: a key of `RIM_SOURCES`.
+
+    `lowest_cm`: least radius of the outline of the mesh about its axle, cm; NaN where the rim was given.
+    """
 
     radius_cm: float
     taken_from: str
+    lowest_cm: float = np.nan
 
     def describe(self) -> str:
         """Say which radius it is."""
         return f"{self.radius_cm:.4g} cm, {RIM_SOURCES[self.taken_from]}"
+
+    @property
+    def is_doubtful(self) -> bool:
+        """Whether no rim was given of a wheel that is not round, as one with lugs."""
+        return self.lowest_cm < (1 - ROUND_WITHIN) * self.radius_cm
+
+    def list_doubts(self) -> list[str]:
+        """Say that slip and sinkage were taken to the tips of lugs, and what to give instead."""
+        if not self.is_doubtful:
+            return []
+        cure = f"--rim {self.lowest_cm:.4g} (in Python rim_cm={self.lowest_cm:.4g}) takes them to the rim between lugs"
+        least_cm = LEAST_RIM * self.radius_cm
+        if self.lowest_cm < least_cm:
+            cure = f"--rim (in Python rim_cm) takes them to another radius, of at least {least_cm:.4g} cm"
+        doubt = (
+            f"no rim was given, and the wheel is not round: the radius of its outline is {self.lowest_cm:.4g} to "
+            f"{self.radius_cm:.4g} cm. Slip and sinkage are to its farthest point; {cure}"
+        )
+        return [doubt]
+
+
+ROUND_WITHIN = 0.02
+"""Part of the radius by which the outline of a round wheel may come nearer to the axle: that of 16 facets does by 0.019."""
+
+_RAYS = 719
+"""Directions in which the radius of an outline is read. A prime number: no number of lugs repeats it."""
+
+
+def lowest_radius(corners_cm: FloatArray) -> float:
+    """Least radius of the outline about the axle, cm: of the farthest points of triangles (m, 3, 3) in each direction of x and z.
+
+    0 where a direction meets no triangle.
+    """
+    starts = corners_cm[..., ::2].reshape(-1, 2)
+    ends = np.roll(corners_cm, -1, axis=1)[..., ::2].reshape(-1, 2)
+    # an edge counts once, in the sense in which its angle grows
+    cross = starts[:, 0] * ends[:, 1] - starts[:, 1] * ends[:, 0]
+    counts = np.abs(cross) > 0
+    is_reversed = (cross < 0)[:, None]
+    starts, ends = (
+        np.where(is_reversed, ends, starts)[counts],
+        np.where(is_reversed, starts, ends)[counts],
+    )
+    step = 2 * np.pi / _RAYS
+    first = np.arctan2(starts[:, 1], starts[:, 0])
+    span = np.mod(np.arctan2(ends[:, 1], ends[:, 0]) - first, 2 * np.pi)
+    first_ray = np.ceil(first / step).astype(int)
+    rays_of_edge = np.floor((first + span) / step).astype(int) - first_ray + 1
+    edges = np.repeat(np.arange(len(starts)), rays_of_edge)
+    begins = np.repeat(np.cumsum(rays_of_edge) - rays_of_edge, rays_of_edge)
+    rays = np.repeat(first_ray, rays_of_edge) + np.arange(edges.size) - begins
+    along = ends[edges] - starts[edges]
+    outward = np.cos(rays * step) * along[:, 1] - np.sin(rays * step) * along[:, 0]
+    radius_on_ray = np.abs(cross[counts][edges]) / outward
+    farthest = np.zeros(_RAYS)
+    np.maximum.at(farthest, np.mod(rays, _RAYS), radius_on_ray)
+    return float(farthest.min())
 
 
 RIM_SOURCES = {
@@ -94,14 +155,14 @@ RIM_SOURCES = {
 """Sources of the radius of a rim in words, by name."""
 
 
-def find_rim(vertices_cm: FloatArray, rim_cm: float | None) -> Rim:
+def find_rim(vertices_cm: FloatArray, rim_cm: float | None, lowest_cm: float) -> Rim:
     """Take the rim that is given, or the farthest point of the wheel where none is.
 
-    Raises ValueError where the wheel has no such rim, or its axle lies elsewhere.
+    `lowest_cm`: `lowest_radius` of the wheel. Raises ValueError where the wheel has no such rim, or its axle lies elsewhere.
     """
     radius = measure_radius(vertices_cm)
     if rim_cm is None:
-        return Rim(radius, "farthest-point")
+        return Rim(radius, "farthest-point", lowest_cm)
     if not LEAST_RIM * radius <= rim_cm <= radius * (1 + 1e-9):
         raise ValueError(
             f"a rim of {LEAST_RIM * radius:.4g} to {radius:.4g} cm wanted, the farthest point of the mesh; found {rim_cm:g}"

@@ -328,7 +328,7 @@ def wheel(
         raise ValueError(f"the model's error must be 0 or a positive number, found {model_error:g}")
     roll = partial(Motion3D.roll, mesh, track=track, rim_cm=rim_cm)
     radius = measure_radius(mesh.vertices_cm)
-    found_rim = find_rim(mesh.vertices_cm, rim_cm)
+    found_rim = find_rim(mesh.vertices_cm, rim_cm, mesh.lowest_radius_cm)
     rim = found_rim.radius_cm
     # what is wrong with the mesh, its rim or its slips is told before any work
     motions = [
@@ -363,7 +363,7 @@ def wheel(
         confidence,
         *errors,
         _slip_range() if sinkages is None else None,
-        tuple(_notes(answer_table, given, profile, errors, rim)),
+        tuple(_notes(answer_table, given, profile, errors, found_rim)),
         isinstance(profile.spread, Profile),
         found_rim.taken_from,
         len(mesh.faces),
@@ -668,10 +668,10 @@ def _row(
 
 
 def _notes(
-    answer: pd.DataFrame, given: str, profile: Profile, errors: tuple[float, float], rim_cm: float
+    answer: pd.DataFrame, given: str, profile: Profile, errors: tuple[float, float], rim: Rim
 ) -> list[str]:
-    """Sentences on what the numbers say of medium and load."""
-    notes = []
+    """Sentences on what the numbers say of rim, medium and load."""
+    notes = [f"{doubt[0].upper()}{doubt[1:]}." for doubt in rim.list_doubts()]
     if given == "sinkage and load":
         alpha = float(answer["alpha_N_per_cm3"].iloc[0])
         needed = answer["alpha_of_load_N_per_cm3"].dropna()
@@ -687,8 +687,13 @@ def _notes(
             "Sinkage, drawbar and torque are of a bed that the wheel does not dig out; the intervals hold the digging."
         )
         if "sinkage_hi_cm" in answer:
-            to_axle = answer.loc[answer["sinkage_hi_cm"] > _AXLE * rim_cm, "slip"]
+            to_axle = answer.loc[answer["sinkage_hi_cm"] > _AXLE * rim.radius_cm, "slip"]
             notes += [f"Slip {slip:g}: it may dig itself in down to its axle." for slip in to_axle]
+    if given == "sinkage" and errors[0] > 0:
+        notes.append(
+            "The load has no interval with the model's own error: that was told from rigs whose load was given. "
+            "`rftfit predict --roll` gives one of forces, from legs."
+        )
     if not isinstance(profile.spread, Profile):
         notes.append("No error of alpha is known of this profile.")
     if np.isnan(errors[0]):
