@@ -108,3 +108,16 @@ def test_predict_names_the_rule_of_a_rolled_wheel(capfd):
     assert drawbars[2] != drawbars[0]
     assert main(["predict", *WHEEL, "--press", "1", "--no-track"]) == 2
     assert "--roll" in capfd.readouterr().err
+
+
+def test_a_predicted_load_has_no_error_of_the_model_and_says_so():
+    mesh = rftfit.Mesh.cylinder(radius_cm=5, width_cm=3, facets=24)
+    at_sinkage = rftfit.wheel(SAND, mesh, 0.2, sinkage_cm=1)
+    at_load = rftfit.wheel(SAND, mesh, 0.2, sinkage_cm=1, load_N=5)
+    for answer in (at_sinkage, at_load):
+        assert "drawbar_model_lo_N" in answer.table
+        assert "load_model_lo_N" not in answer.table
+    told = [
+        sum("rigs whose load was given" in note for note in a.notes) for a in (at_sinkage, at_load)
+    ]
+    assert told == [1, 0]

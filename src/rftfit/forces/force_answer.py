@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, NamedTuple
 
+import numpy as np
 import pandas as pd
 
 from rftfit.forces.body_error import BodyError
@@ -228,12 +229,12 @@ class ForceAnswer:
             is_cut = 0.0 in _widest_ends(peak)
             sign = -1 if peak.value > 0 else 1
             ends = [peak.quantity, *self._columns_of_widest(peak.quantity)]
-            sizes = sign * self.forces[ends]
-            value, farthest = sizes[peak.quantity].max(), sizes.max(axis=None)
+            sizes = sign * self.forces[ends].to_numpy(float)
+            value, farthest = float(np.nanmax(sizes[:, 0])), float(np.nanmax(sizes))
             if is_cut and farthest > SIGN_KNOWN * abs(peak.value):
                 unit = "N cm" if peak.quantity.endswith("cm") else "N"
-                at_most = sign * max(float(value), 0.0) + 0.0
-                sides.append(OtherSide(peak.name, at_most, sign * float(farthest), unit))
+                at_most = sign * max(value, 0.0) + 0.0
+                sides.append(OtherSide(peak.name, at_most, sign * farthest, unit))
         return sides
 
     def _columns_of_widest(self, quantity: str) -> list[str]:
