@@ -14,7 +14,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "tests" / "helpers"))
 import chromium
-from live_rig import LiveRig
+from live_bench import LiveRig
 from result_tables import page_results
 
 import rftfit.bench

@@ -162,6 +162,7 @@ def test_a_rim_that_was_not_given_of_a_wheel_with_lugs_is_doubted(lug_cm, lugs, 
     mesh = rftfit.Mesh.wheel(8, 6, lug_cm, lugs)
     motion = Motion3D.roll(mesh, 2, 0.2, rim_cm=rim_cm)
     assert mesh.lowest_radius_cm == pytest.approx(8, rel=1e-3)
+    assert motion.rim is not None
     assert motion.rim.is_doubtful == doubtful
     beyond = rftfit.beyond_measured(rftfit.published_medium("poppy_LP"), mesh, motion)
     assert (
