@@ -143,7 +143,7 @@ def context(results: Results) -> dict[str, Any]:
         "first": [picture for picture in page_pictures if picture.section == "summary"],
         "first_sentences": ON_FIRST_SCREEN,
         "legs_judged": results.table("leg_errors.csv")["peak_error_percent"].notna().any(),
-        "usual_model_error": f"{EPS:.0%}".replace("%", "\N{NO-BREAK SPACE}%"),
+        "usual_model_error": format_number(EPS, 2),
         "lacks_x": config.table is None and measured_channel(config, "x") is None,
         "names": names,
         "origin_of_logs": _origin_of_logs(results),
