@@ -19,10 +19,10 @@ from rftfit.forces.outlines import Outline
 Body = TypeVar("Body", bound=Outline | Mesh)
 
 EDGES_ACROSS_OUTLINE = 12
-"""Fewest elements along the longer side of an outline: peaks of boxes and plates that turn are then within 2 % of finer ones."""
+"""Fewest elements along the longer side of an outline: peaks of boxes and plates that turn are then within 2.5 % of finer ones."""
 
 EDGES_ACROSS_MESH = 5
-"""Fewest edges along the middle one of the three sides of a mesh, which turns about the longest one too: within 2 %, as above
+"""Fewest edges along the middle one of the three sides of a mesh, which turns about the longest one too: within 2.5 %, as above
 (`tests/space/test_space_fineness.py`).
 
 Errors of many faces cancel more than those of a line of elements.
