@@ -109,14 +109,13 @@ def errors_stated_as_zero(results: Results) -> list[str]:
     if results.joined("alpha/{medium}.csv")["alpha_z_se_N_per_cm3"].isna().all():
         return []
     errors = results.config.errors
-    of_legs = {"hip_cm", "arc_percent"} if results.config.legs else set()
-    of_runs = {*NAMES_OF_ERRORS} - {"hip_cm", "arc_percent"}
-    in_use = of_legs | (of_runs if results.config.table is None else set())
-    return [
-        key
-        for key in NAMES_OF_ERRORS
-        if key in in_use & errors.model_fields_set and getattr(errors, key) == 0
-    ]
+    of_legs = {"hip_cm", "arc_percent"}
+    stated = {key for key in errors.model_fields_set if getattr(errors, key) == 0}
+    if not results.config.legs:
+        stated -= of_legs
+    if results.config.table is not None:
+        stated &= of_legs
+    return [key for key in NAMES_OF_ERRORS if key in stated]
 
 
 def names_of_zero_errors(results: Results) -> str:

@@ -34,9 +34,19 @@ SWEEPS = ("robot", "robot_full")
 """Folders of the sweep of every run and of the full one (``rftfit sweep``)."""
 
 
+SIMULATED_ROBOT = "simulated robot"
+"""Stamp of figures that show the simulated robot alone."""
+
+
 def _simulated_beside_speeds(results: Results) -> str:
     """Say what is simulated in a figure that shows published or tracked speeds beside those of the simulated robot."""
-    return "simulated robot and tracks" if _has_tracks(results) else "simulated robot"
+    return "simulated robot and tracks" if _has_tracks(results) else SIMULATED_ROBOT
+
+
+def _simulated_beside_strides(results: Results) -> str:
+    """Say what is simulated in a figure of the robot's motion, beside which strides of its tracks are drawn where there are any."""
+    has_strides = len(results.table("robot/strides.csv")) > 0
+    return "simulated robot and tracks" if has_strides else SIMULATED_ROBOT
 
 
 def _has_tracks(results: Results) -> bool:
@@ -481,7 +491,7 @@ def _run_name(curvature: float, frequency: float) -> str:
     reads=("robot/stances.csv",),
     media=when(lambda campaign: campaign.robot_medium),
     section="Robot",
-    stamped=_simulated_beside_speeds,
+    stamped=lambda results: SIMULATED_ROBOT,  # noqa: ARG005
     paper="Fig. 4A",
     caption=(
         "One tripod of the simulated robot below its hips, with the force on every element. "
@@ -570,7 +580,7 @@ _MOTION: dict[str, Any] = {
     "reads": ("robot/motion.csv", "robot/strides.csv"),
     "media": when(lambda campaign: campaign.robot_medium),
     "section": "Robot",
-    "stamped": _simulated_beside_speeds,
+    "stamped": _simulated_beside_strides,
 }
 
 

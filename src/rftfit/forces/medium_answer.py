@@ -229,7 +229,7 @@ def _map_as_text(
         + f"\n\nN/cm^3; beta and gamma in degrees; {level}; "
         f"* measured.\n{zeta}\n{agree}\n"
         "Intervals are of draws that take energy in every direction, as any medium does; "
-        f"{100 * medium_map.not_passive:.0f} % of all gave energy back somewhere and were left out{_WHY_LEFT_OUT}."
+        f"{100 * medium_map.not_passive:.0f} % of all gave energy back somewhere and were left out: the fewer pushes, the more."
     )
 
 
@@ -243,7 +243,3 @@ def _describe_horizontal(medium_map: Map, as_what: str = "") -> str:
     if has_no_alpha_x(medium_map):
         return "alpha_x was not measured"
     return f"alpha_x is {medium_map.horizontal:.2g} times as strong beside alpha_z{as_what}"
-
-
-_WHY_LEFT_OUT = ", which is usual where pushes are few"
-"""Meaning of the share of draws that were left out: 0.83 to 0.91 with one to four pushes of docs/howto/field.md."""
