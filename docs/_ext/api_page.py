@@ -60,7 +60,7 @@ GROUPS = {
         "simulate",
     ),
     "Logs and tables": ("read_log", "fit_slope", "published_table"),
-    "Errors": ("RftfitError",),
+    "Errors and warnings": ("RftfitError", "LimitWarning"),
 }
 
 _SECTION = re.compile(r"^(\w[\w ]*)\n-+\n", re.MULTILINE)

@@ -20,6 +20,7 @@ __all__ = [
     "FourierProfile",
     "Ground",
     "KnownMedium",
+    "LimitWarning",
     "Map",
     "Medium",
     "Mesh",
@@ -73,7 +74,7 @@ _FOUND_IN = {
     "api": ("check", "fit_slope", "read_log", "run", "simulate"),
     "compare.contrast": ("Comparison",),
     "compare.media": ("compare_media",),
-    "errors": ("RftfitError",),
+    "errors": ("LimitWarning", "RftfitError"),
     "figures.wheel": ("draw_wheel",),
     "forces.body_error": ("BodyError",),
     "forces.contacts": ("Contact", "learn_body_error"),
@@ -113,7 +114,7 @@ if TYPE_CHECKING:
     from rftfit.api import check, fit_slope, read_log, run, simulate
     from rftfit.compare.contrast import Comparison
     from rftfit.compare.media import compare_media
-    from rftfit.errors import RftfitError
+    from rftfit.errors import LimitWarning, RftfitError
     from rftfit.figures.wheel import draw_wheel
     from rftfit.forces.body_error import BodyError
     from rftfit.forces.contacts import Contact, learn_body_error

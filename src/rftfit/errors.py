@@ -22,6 +22,17 @@ class RftfitError(Exception):
     exit_code = 1
 
 
+class LimitWarning(UserWarning):
+    """A prediction leaves what was measured or tested; the text is a sentence of `beyond_measured`.
+
+    Examples
+    --------
+    >>> import warnings
+    >>> import rftfit
+    >>> warnings.simplefilter("error", rftfit.LimitWarning)  # stop there # doctest: +SKIP
+    """
+
+
 class InputError(RftfitError):
     """Config, run sheet or log cannot be used; the message names file, place, found and allowed."""
 

@@ -208,3 +208,15 @@ def test_a_curve_is_told_with_its_size_and_sign(paper_config):
     for factor, told_of in ((0.97, False), (1.03, True)):
         mixed = factor * share * DOWN**2 / line + (1 - factor * share) * DOWN
         assert bool(fit_run(run(), stroke(DOWN, mixed), paper_config).flags) == told_of
+
+
+@pytest.mark.parametrize(
+    ("direction", "code"), [("intrusion", "not-linear"), ("extraction", "pull-not-linear")]
+)
+def test_a_pull_that_builds_its_force_up_names_the_key_that_leaves_its_start_out(
+    paper_config, direction, code
+):
+    depth = DOWN if direction == "intrusion" else DOWN[::-1]
+    built_up = 1 - np.exp(-np.abs(depth - depth[0]) / 2)
+    run_fit = fit_run(run(direction), stroke(depth, ALPHA_Z * depth * built_up), paper_config)
+    assert codes_of(run_fit.flags) == code

@@ -70,6 +70,34 @@ def test_what_the_error_of_the_model_was_not_tested_on_is_told(length_cm, rate, 
     assert found == pytest.approx([size for _, size, _ in sizes], rel=0.02)
 
 
+@pytest.mark.parametrize("ask", [rftfit.predict, rftfit.find_peaks])
+def test_a_prediction_warns_of_each_limit_at_the_line_that_asks_for_it(ask):
+    medium = rftfit.published_medium("poppy_LP")
+    body = rftfit.polyline([(0, 0), (0, -30)], 2.54, elements=30)
+    limits_left = rftfit.beyond_measured(medium, body)
+    assert limits_left
+    with pytest.warns(rftfit.LimitWarning) as told:
+        ask(medium, body)
+    assert [str(warning.message) for warning in told] == limits_left
+    assert {warning.filename for warning in told} == {__file__}
+
+
+def test_a_map_of_pushes_whose_depth_is_not_known_is_held_against_known_media():
+    deep = rftfit.path([0, 1], [0, 0], [-1.0, -15.0], [0, 0])
+    (limit,) = (
+        limit
+        for limit in rftfit.beyond_measured(rftfit.scale(0.5), PLATE, deep)
+        if limit.startswith("deeper")
+    )
+    assert "known media were measured to 9.0 cm" in limit
+    assert "not stated" in limit
+
+
+def test_a_prediction_within_all_limits_has_no_warning(recwarn):
+    rftfit.predict(rftfit.published_medium("poppy_LP"), rftfit.model_leg("c_leg"))
+    assert not recwarn.list
+
+
 def test_the_share_of_a_push_that_lies_below_the_measured_depths():
     x, z = np.array(DOWN).T
     motion = rftfit.path(np.arange(len(DOWN)), x, z, np.zeros(len(DOWN)))

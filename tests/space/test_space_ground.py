@@ -34,3 +34,30 @@ def test_refused():
     ground = rftfit.Ground(POPPY, [rftfit.Mesh.sphere(1)])
     with pytest.raises(InputError, match="too long"):
         ground.step([[0, 0, 1]], np.eye(3), [[0, 0, 0]], [[0, 0, 0]], 0.01)
+
+
+@pytest.mark.filterwarnings("error::rftfit.LimitWarning")
+def test_each_limit_is_told_once_when_a_body_in_the_medium_leaves_it():
+    ground = rftfit.Ground(POPPY, [rftfit.Mesh.sphere(2, 4)], delta_mm=0)
+    straight = np.eye(3), [[0, 0, 0]], 0.001
+
+    def move(height_cm, speed_cm_per_s):
+        rotation, rate, step = straight
+        ground.step([[0, 0, height_cm]], rotation, [[0, 0, -speed_cm_per_s]], rate, step)
+
+    move(5, 300)  # fast, but in the air
+    move(-6.9, 10)
+    with pytest.warns(rftfit.LimitWarning, match=r"deeper than measured: down to 9\.1 cm") as told:
+        move(-7.1, 10)
+    assert len(told) == 1
+    move(-8, 10)
+    with pytest.warns(rftfit.LimitWarning, match="faster than quasi-static: up to 300 cm/s"):
+        move(0, 300)
+
+
+def test_depths_of_pushes_that_do_not_say_theirs_are_held_against_those_of_known_media():
+    ground = rftfit.Ground(rftfit.scale(0.5), [rftfit.Mesh.sphere(2, 4)])
+    with pytest.warns(
+        rftfit.LimitWarning, match="how deep the pushes of this one went is not stated"
+    ):
+        ground.step([[0, 0, -8]], np.eye(3), [[0, 0, -10]], [[0, 0, 0]], 0.001)

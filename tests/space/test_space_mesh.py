@@ -1,5 +1,7 @@
 """A mesh that cannot be used is refused or mended with a note, and its forces have intervals."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -61,6 +63,31 @@ def test_mended_with_a_word_to_the_same_forces(words):
     assert len(mesh.notes) == 1
     forces, expected = (compiled_mesh_forces(POPPY, body, MOTION) for body in (mesh, BALL))
     assert_allclose(forces, expected, atol=1e-12)
+
+
+def box(size, middle):
+    corners = (np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)]) - 0.5) * size
+    sides = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+    faces = [[a, b, c] for a, *others in sides for b, c in pairwise(others)]
+    return corners + middle, np.array(faces)
+
+
+@pytest.mark.parametrize(
+    ("size", "middle", "crossing"),
+    [
+        ((1, 1, 4), (0, 0, 0), "2 of 2"),  # a cross, of which no corner lies inside
+        ((2, 2, 2), (1.9, 0.3, 0.2), "2 of 2"),
+        ((0.5, 0.5, 0.5), (0, 0, 0), "1 of 2"),
+        ((1, 1, 1), (2.6, 0, 0), ""),
+        ((1, 1, 1), (9, 0, 0), ""),
+    ],
+)
+def test_parts_that_reach_into_one_another_are_told(size, middle, crossing, recwarn):
+    (first, faces), (second, _) = box((4, 1, 1), (0, 0, 0)), box(size, middle)
+    Mesh(np.vstack([first, second]), np.vstack([faces, faces + 8]))
+    told = [str(warning.message) for warning in recwarn.list]
+    assert len(told) == bool(crossing)
+    assert not crossing or f"{crossing} closed parts reach into another one" in told[0]
 
 
 def test_files(tmp_path):

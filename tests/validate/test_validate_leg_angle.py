@@ -11,6 +11,7 @@ from result_tables import alpha_frame, results_of
 from rftfit.compare.leg_angle import (
     BETWEEN_CURVES_DEG,
     BETWEEN_LEGS_DEG,
+    BETWEEN_MEDIA_DEG,
     common_offset,
     offset_of_curve,
 )
@@ -53,20 +54,45 @@ def turned(curves, degrees):
 
 def offsets(measured, predicted):
     maps = dict(iter(predicted.groupby(["medium", "leg"])))
-    by_leg: dict[str, list[float]] = {}
-    for (medium, leg), curve in measured.groupby(["medium", "leg"]):
-        by_leg.setdefault(leg, []).append(offset_of_curve(curve, maps[medium, leg]))
-    return by_leg
+    curves = measured.groupby(["medium", "leg"])
+    return {place: offset_of_curve(curve, maps[place]) for place, curve in curves}
 
 
 def test_constants_are_not_smaller_than_what_published_curves_show(published, predicted):
-    by_leg = offsets(published, predicted)
-    assert {leg: len(curves) for leg, curves in by_leg.items()} == dict.fromkeys(LEGS, 5)
-    within = np.sqrt(np.mean([np.var(curves, ddof=1) for curves in by_leg.values()]))
-    assert within == pytest.approx(BETWEEN_CURVES_DEG, abs=0.3)
-    means = np.array([np.mean(curves) for curves in by_leg.values()])
-    assert 1.5 < means.std(ddof=1) <= BETWEEN_LEGS_DEG
-    assert not common_offset(by_leg).is_off
+    of_curves = offsets(published, predicted)
+    table = pd.DataFrame(
+        {leg: {medium: of_curves[medium, leg] for medium in MEDIA} for leg in LEGS}
+    )
+    assert table.shape == (5, len(LEGS))
+    of_legs = table.mean()
+    assert 1.5 < of_legs.std(ddof=1) <= BETWEEN_LEGS_DEG
+    of_media = (table - of_legs).mean(axis=1)
+    rest = (table - of_legs).sub(of_media, axis=0).to_numpy()
+    of_rest = np.sqrt((rest**2).sum() / (4 * (len(LEGS) - 1)))
+    assert of_rest == pytest.approx(BETWEEN_CURVES_DEG, abs=0.1)
+    # the mean over the legs of a medium holds a part of the rest
+    of_media_alone = np.sqrt(of_media.var(ddof=1) - of_rest**2 / len(LEGS))
+    assert of_media_alone == pytest.approx(BETWEEN_MEDIA_DEG, abs=0.1)
+
+
+def test_published_curves_of_one_medium_or_of_all_show_no_error_of_theta(published, predicted):
+    of_curves = offsets(published, predicted)
+    assert not common_offset(of_curves).is_off
+    for medium in MEDIA:
+        of_medium = {place: of_curves[place] for place in of_curves if place[0] == medium}
+        assert not common_offset(of_medium).is_off
+
+
+def test_legs_of_one_medium_tell_less_than_as_many_curves_of_several():
+    media = ["a", "b", "c"]
+    in_one = common_offset({("a", leg): 1.0 for leg in LEGS})
+    in_three = common_offset(dict.fromkeys(zip(media, LEGS, strict=True), 1.0))
+    half_widths = [common.hi_deg - common.offset_deg for common in (in_one, in_three)]
+    by_hand = [
+        1.96 * np.sqrt(variance)
+        for variance in (1.9**2 + (2.3**2 + 1.1**2) / 3, (1.9**2 + 2.3**2 + 1.1**2) / 3)
+    ]
+    np.testing.assert_allclose(half_widths, by_hand)
 
 
 @pytest.mark.parametrize("off_deg", [-OFF_DEG, OFF_DEG])
@@ -74,8 +100,8 @@ def test_logs_of_all_legs_with_another_zero_of_theta_are_told(published, predict
     """Three legs tell 5 degrees; the peaks of sound curves are off by up to 15 all the same."""
     before = offsets(published, predicted)
     after = offsets(turned(published, off_deg), predicted)
-    for leg, curves in before.items():
-        np.testing.assert_allclose(np.array(after[leg]) - curves, off_deg, atol=0.3)
+    for place, offset in before.items():
+        assert after[place] - offset == pytest.approx(off_deg, abs=0.3)
     assert not common_offset(before).is_off
     common = common_offset(after)
     assert common.is_off
@@ -98,5 +124,7 @@ def test_size_of_the_force_does_not_move_the_beginning(curve):
 def test_a_curve_that_begins_under_load_tells_nothing(curve, first_deg):
     begun = curve[curve["theta_deg"] >= first_deg]
     assert np.isnan(offset_of_curve(begun, curve))
-    assert np.isnan(common_offset({"c_leg": [offset_of_curve(begun, curve)]}).offset_deg)
+    assert np.isnan(
+        common_offset({("poppy_LP", "c_leg"): offset_of_curve(begun, curve)}).offset_deg
+    )
     assert not common_offset({}).is_off

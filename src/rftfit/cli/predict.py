@@ -198,7 +198,7 @@ def predict(
     if mesh is not None:
         _warn_of_time(source, shape, len(motion.frames))
     results = medium_options.results
-    folder = f", {results.as_posix()}" if results and medium_options.medium else ""
+    folder = f"; folder {results.as_posix()}" if results and medium_options.medium else ""
     answer = answer_with_forces(
         source,
         shape,

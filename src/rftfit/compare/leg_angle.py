@@ -8,7 +8,7 @@ and to the other for one that is curved back. So the first part of a curve tells
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,8 +27,9 @@ FEWEST = 5
 
 SMOOTH = 5
 
-BETWEEN_LEGS_DEG, BETWEEN_CURVES_DEG = 2.3, 2.2
-"""Standard deviations of an offset that is no error of theta, from one shape of leg to another and from one medium to another.
+BETWEEN_LEGS_DEG, BETWEEN_MEDIA_DEG, BETWEEN_CURVES_DEG = 2.3, 1.9, 1.1
+"""Standard deviations of an offset that is no error of theta: from one shape of leg to another, from one medium to another for
+all legs alike, and of what is left of single curves.
 
 As the fifteen published curves of laboratory media show them (``tests/validate/test_validate_leg_angle.py``).
 """
@@ -106,32 +107,28 @@ def _curve(table: pd.DataFrame) -> tuple[FloatArray, FloatArray]:
     return theta, np.stack(force)
 
 
-def common_offset(offsets_deg: Mapping[str, Sequence[float]]) -> AngleOffset:
-    """Combine the offsets of single curves, by leg: legs of one shape err alike, so each shape counts once.
+def common_offset(offsets_deg: Mapping[tuple[str, str], float]) -> AngleOffset:
+    """Combine the offsets of single curves by their errors: legs of one shape err alike, and so do all legs in one medium.
 
     Parameters
     ----------
-    offsets_deg : mapping of str to sequence of float
-        Of `offset_of_curve`, by leg, one a medium; NaN where a curve tells none.
+    offsets_deg : mapping of (medium, leg) to float
+        Of `offset_of_curve`; NaN where a curve tells none.
 
     Returns
     -------
     AngleOffset
     """
-    by_leg = [
-        np.array([offset for offset in curves if math.isfinite(offset)])
-        for curves in offsets_deg.values()
-    ]
-    offsets_of_legs = [curves for curves in by_leg if curves.size]
-    if not offsets_of_legs:
+    curves = {place: offset for place, offset in offsets_deg.items() if math.isfinite(offset)}
+    if not curves:
         return AngleOffset()
-    means = np.array([curves.mean() for curves in offsets_of_legs])
-    variances = np.array(
-        [BETWEEN_LEGS_DEG**2 + BETWEEN_CURVES_DEG**2 / curves.size for curves in offsets_of_legs]
+    media, legs = np.array([*curves]).T
+    covariance = (
+        BETWEEN_MEDIA_DEG**2 * (media[:, None] == media)
+        + BETWEEN_LEGS_DEG**2 * (legs[:, None] == legs)
+        + BETWEEN_CURVES_DEG**2 * np.eye(len(curves))
     )
-    weights = 1 / variances
-    offset = float(weights @ means / weights.sum())
-    half = QUANTILE / math.sqrt(float(weights.sum()))
-    return AngleOffset(
-        offset, offset - half, offset + half, sum(curves.size for curves in offsets_of_legs)
-    )
+    weights = np.linalg.solve(covariance, np.ones(len(curves)))
+    offset = float(weights @ [*curves.values()] / weights.sum())
+    half_width = QUANTILE / math.sqrt(float(weights.sum()))
+    return AngleOffset(offset, offset - half_width, offset + half_width, len(curves))

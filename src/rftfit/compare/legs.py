@@ -451,10 +451,7 @@ def _errors_of_theta(
         for place, curve in curves.items()
         if place in maps
     }
-    of_legs: dict[str, list[float]] = {}
-    for (_, leg), offset in offsets.items():
-        of_legs.setdefault(str(leg), []).append(offset)
-    common = common_offset(of_legs)
+    common = common_offset(offsets)
     places = zip(errors["medium"], errors["leg"], strict=True)
     return {
         "theta_offset_deg": [offsets.get(place, math.nan) for place in places],

@@ -161,17 +161,19 @@ def explanation_of(row: Mapping[str, Any], *, chosen_on_these_legs: bool = False
 
     of_alpha, of_model = includes_zero(""), includes_zero("_model")
     if of_alpha:
-        return "within the errors of alpha"
+        return "within the errors of alpha, axle and arc"
     if of_model:
-        beyond_alpha = "larger than the errors of alpha explain; " if of_alpha is False else ""
+        beyond_alpha = (
+            "larger than the errors of alpha, axle and arc explain; " if of_alpha is False else ""
+        )
         if chosen_on_these_legs:
             return (
                 f"{beyond_alpha}within the model's own error, which was chosen on these same legs"
             )
         return f"{beyond_alpha}within the error of the model on other legs"
     if of_model is False:
-        return "larger than the errors of alpha and of the model explain"
-    return "larger than the errors of alpha explain" if of_alpha is False else ""
+        return "larger than the errors of alpha, axle, arc and model explain"
+    return "larger than the errors of alpha, axle and arc explain" if of_alpha is False else ""
 
 
 def alpha_half_width(table: pd.DataFrame, component: str, suffix: str = "") -> pd.Series[float]:

@@ -554,7 +554,7 @@ def _summary(table: pd.DataFrame) -> str:
     explained = style.format_number(float(table["seen_from_ratio"].median()) * largest, 3)
     return (
         f"{len(table)} runs, {int(table['apart'].sum())} of {times.notna().sum()} apart, the farthest by {farthest} times the spread\n"
-        f"chance explains differences up to {explained} {style.PER_CM3} (median of runs)\n"
+        f"differences below {explained} {style.PER_CM3} are not told from chance (median of runs)\n"
         f"half of the differences within {medians[0]} (z) and {medians[1]} (x) {style.PER_CM3}"
     )
 

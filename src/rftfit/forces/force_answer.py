@@ -110,7 +110,9 @@ class ForceAnswer:
         of_alpha = self.interval_of_alpha and has_model_error(self.profile)
         if not (self.eps or self.body_error or of_alpha):
             return ""
-        return f"{self._percent} of the next bed ({100 * self.profile.bed_spread:.3g} % from bed to bed)"
+        percent = 100 * self.profile.bed_spread
+        held = "with the model's own error, " * bool(self.interval_of_model)
+        return f"{self._percent} of the next bed ({held}{percent:.3g} % from bed to bed)"
 
     @property
     def _percent(self) -> str:

@@ -16,14 +16,14 @@ from rftfit.forces.motion import Motion
 from rftfit.forces.outlines import Outline
 from rftfit.forces.plane import NOTICED
 from rftfit.model.known import profile_of
-from rftfit.model.profiles import EPS, KnownMedium
+from rftfit.model.profiles import EPS, PAPER_WINDOW, KnownMedium, Profile
 
 
 class Reach(NamedTuple):
     """How deep a body moves, and how far below the depths over which alpha was measured.
 
-    `deepest_cm`: Its deepest point. `measured_to_cm`: End of the depths over which alpha was measured. `share_below`: Share of
-    depth times area, summed over all poses, that lies below this end.
+    `deepest_cm`: Its deepest point. `measured_to_cm`: As of `depth_measured`. `share_below`: Share of depth times area, summed
+    over all poses, that lies below this depth.
     """
 
     deepest_cm: float
@@ -39,7 +39,28 @@ def reach_below_measured(
     load, depth, *_ = moving.wet_parts()
     if not float(np.nansum(load)) > 0:
         return None
-    return _reach(load, depth, profile_of(medium, moving.knows).window[1])
+    return _reach(load, depth, depth_measured(profile_of(medium, moving.knows))[0])
+
+
+def depth_measured(profile: Profile) -> tuple[float, str]:
+    """Depth to which alpha was measured, cm, and a clause about it; to which known media were where pushes do not say theirs."""
+    deepest_cm = profile.window[1]
+    if np.isfinite(deepest_cm):
+        return deepest_cm, f"alpha is from {deepest_cm:.1f} cm at most"
+    deepest_cm = PAPER_WINDOW[1]
+    return deepest_cm, (
+        f"known media were measured to {deepest_cm:.1f} cm, and how deep the pushes of this one went is not stated"
+    )
+
+
+def describe_depth(deepest_cm: float, clause: str) -> str:
+    """Say that a body goes deeper than alpha was measured; `clause`: of `depth_measured`."""
+    return f"deeper than measured: down to {deepest_cm:.1f} cm, {clause}"
+
+
+def describe_speed(fastest_cm_per_s: float) -> str:
+    """Say that a body moves faster than the model is for."""
+    return f"faster than quasi-static: up to {fastest_cm_per_s:.0f} cm/s"
 
 
 def _reach(load: FloatArray, depth: FloatArray, measured_to_cm: float) -> Reach:
@@ -88,7 +109,8 @@ def beyond_measured(
     rim = motion.rim if isinstance(motion, Motion3D) else None
     warnings = [] if rim is None else rim.list_doubts()
     profile = profile_of(medium, moving.knows)
-    shallowest, deepest = profile.window
+    shallowest = profile.window[0]
+    deepest, clause = depth_measured(profile)
 
     def share(where: np.ndarray) -> float:
         return float(np.nansum(load[where])) / total
@@ -96,8 +118,7 @@ def beyond_measured(
     reach = _reach(load, depth, deepest)
     if reach.deepest_cm > deepest:
         warnings.append(
-            f"deeper than measured: down to {reach.deepest_cm:.1f} cm, alpha is from {deepest:.1f} cm at most "
-            f"({100 * reach.share_below:.0f} % of depth times area lies below)"
+            f"{describe_depth(reach.deepest_cm, clause)} ({100 * reach.share_below:.0f} % of depth times area lies below)"
         )
     if (share_above := share(depth < shallowest)) > NOTICED:
         warnings.append(
@@ -107,7 +128,7 @@ def beyond_measured(
     if (fastest := float(speed[load > 0].max())) > QUASI_STATIC_CM_PER_S:
         share_above = share(speed > QUASI_STATIC_CM_PER_S)
         warnings.append(
-            f"faster than quasi-static: up to {fastest:.0f} cm/s ({100 * share_above:.0f} % of depth times area "
+            f"{describe_speed(fastest)} ({100 * share_above:.0f} % of depth times area "
             f"above {QUASI_STATIC_CM_PER_S:g} cm/s), where the inertia of the grains counts too"
         )
     if config is not None:

@@ -120,9 +120,15 @@ class Mesh:
         corners = distinct_corners[np.sort(first_rows)]
         if not sheet:
             _check_closed(vertices, corners)
-            if _turned_inside_out(vertices, corners):
+            part_of_face = _number_parts(len(vertices), corners)
+            if _turned_inside_out(vertices, corners, part_of_face):
                 corners = corners[:, ::-1]
                 notes.append("turned inside out: faces were wound clockwise seen from outside")
+            if crossing := _count_crossing_parts(vertices, corners, part_of_face):
+                notes.append(
+                    f"{crossing} of {part_of_face.max() + 1} closed parts reach into another one: faces that lie inside count "
+                    "as if they touched the medium; unite the parts"
+                )
         for note in notes:
             warnings.warn(f"{name}: {note}", stacklevel=2)
         self.vertices_cm, self.faces, self.name, self.sheet = vertices, corners, name, sheet
@@ -479,16 +485,61 @@ def _check_closed(vertices: FloatArray, faces: IntArray) -> None:
             )
 
 
-def _turned_inside_out(vertices: FloatArray, faces: IntArray) -> bool:
-    """Whether the volume is negative. Raises ValueError where that holds of some parts only."""
+def _number_parts(n_vertices: int, faces: IntArray) -> IntArray:
+    """Number the parts of a mesh that do not touch, from 0; one number a face."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
     ends = faces.ravel(), np.roll(faces, 1, axis=1).ravel()
-    links = coo_array((np.ones(faces.size), ends), (len(vertices), len(vertices)))
-    piece = connected_components(links)[1][faces[:, 0]]
+    links = coo_array((np.ones(faces.size), ends), (n_vertices, n_vertices))
+    part_of_vertex = connected_components(links)[1]
+    return np.asarray(np.unique(part_of_vertex[faces[:, 0]], return_inverse=True)[1]).ravel()
+
+
+def _count_crossing_parts(vertices: FloatArray, faces: IntArray, part_of_face: IntArray) -> int:
+    """Count closed parts of which an edge runs inside another part, at the points of `_ALONG_EDGES`."""
+    n_parts = int(part_of_face.max()) + 1
+    triangles = [vertices[faces[part_of_face == part]] for part in range(n_parts)]
+    lowest = [part.min(axis=(0, 1)) for part in triangles]
+    highest = [part.max(axis=(0, 1)) for part in triangles]
+    crossing = 0
+    for inner, inner_part in enumerate(triangles):
+        starts, ends = inner_part.reshape(-1, 3), np.roll(inner_part, -1, axis=1).reshape(-1, 3)
+        points = np.concatenate([starts + share * (ends - starts) for share in _ALONG_EDGES])
+        for outer, outer_part in enumerate(triangles):
+            within_box = ((points > lowest[outer]) & (points < highest[outer])).all(axis=1)
+            if outer == inner or not within_box.any():
+                continue
+            candidates = points[within_box]
+            candidates = candidates[:: -(-len(candidates) // _MOST_POINTS)]
+            if any(_winding(point, outer_part) > 0.5 for point in candidates):
+                crossing += 1
+                break
+    return crossing
+
+
+_ALONG_EDGES = np.arange(8) / 8
+_MOST_POINTS = 300
+"""Most points of a part that are looked up in another one, evenly chosen."""
+
+
+def _winding(point: FloatArray, triangles: FloatArray) -> float:
+    """Times a closed surface goes around a point: 1 inside, 0 outside.
+
+    By the solid angles of its triangles (m, 3, 3), van Oosterom and Strackee (1983).
+    """
+    a, b, c = np.moveaxis(triangles - point, 1, 0)
+    length_a, length_b, length_c = (np.linalg.norm(corner, axis=1) for corner in (a, b, c))
+    volume = (a * np.cross(b, c)).sum(axis=1)
+    across = length_a * length_b * length_c + (a * b).sum(axis=1) * length_c
+    across += (b * c).sum(axis=1) * length_a + (c * a).sum(axis=1) * length_b
+    return abs(float(np.arctan2(volume, across).sum())) / (2 * np.pi)
+
+
+def _turned_inside_out(vertices: FloatArray, faces: IntArray, part_of_face: IntArray) -> bool:
+    """Whether the volume is negative. Raises ValueError where that holds of some parts only."""
     signed = np.linalg.det(vertices[faces] - vertices.mean(axis=0)) / 6
-    volumes = np.bincount(piece, signed)[np.unique(piece)]
+    volumes = np.bincount(part_of_face, signed)
     if (np.abs(volumes) < _SAME * np.ptp(vertices, axis=0).max() ** 3).any():
         raise ValueError("the mesh encloses no volume (sheet=True takes a thin sheet)")
     if (volumes < 0).any() and (volumes > 0).any():

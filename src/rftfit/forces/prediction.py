@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterable, Iterator, Sequence
 from functools import cached_property
 from pathlib import Path
@@ -10,9 +11,11 @@ import numpy as np
 import pandas as pd
 
 from rftfit.conventions import FloatArray
+from rftfit.errors import LimitWarning
 from rftfit.forces import model_error as errors
 from rftfit.forces.bodies import set_in_motion
 from rftfit.forces.body_error import BodyError
+from rftfit.forces.limits import beyond_measured
 from rftfit.forces.mesh import Mesh, Motion3D
 from rftfit.forces.motion import Motion
 from rftfit.forces.moving import BodyInMotion, DrawnForces, ForcesByName, has_forces
@@ -95,6 +98,11 @@ def predict(
     ValueError
         If `model_error` is stated of a profile of which none is known.
 
+    Warns
+    -----
+    LimitWarning
+        For each sentence of `beyond_measured`.
+
     Examples
     --------
     >>> import rftfit
@@ -102,6 +110,7 @@ def predict(
     >>> round(float(forces["force_z_N"].max()), 1)
     8.9
     """
+    _warn_of_limits(medium, outline, motion)
     return predict_with_peaks(
         medium,
         outline,
@@ -157,6 +166,11 @@ def find_peaks(
         Only those that exist: no lift where nothing pushes up, and none that may lie in a pose without a number. Of a
         mesh: the largest value of each force and moment, of either sign.
 
+    Warns
+    -----
+    LimitWarning
+        For each sentence of `beyond_measured`.
+
     Examples
     --------
     >>> import rftfit
@@ -164,7 +178,16 @@ def find_peaks(
     >>> lift.name, round(lift.value, 1)
     ('lift', 27.8)
     """
+    _warn_of_limits(medium, outline, motion)
     return predict_with_peaks(medium, outline, motion, confidence, model_error=model_error)[1]
+
+
+def _warn_of_limits(
+    medium: KnownMedium | str | Path, outline: Outline | Mesh, motion: Motion | Motion3D | None
+) -> None:
+    """Warn of each limit that a prediction leaves, at the line that asks for it."""
+    for limit in beyond_measured(medium, outline, motion):
+        warnings.warn(limit, LimitWarning, stacklevel=3)
 
 
 class _ErrorOfModel:

@@ -380,7 +380,8 @@ def _fit_line(
     )
     # curvature that stays below the noise of one sample bends nothing that could be measured
     visible = config.transducer.precision_N / plate.area_cm2
-    flags = () if level else _linearity_flags(slope, float(depth.max()), visible)
+    pull_skip_cm = config.fit.extraction_skip_cm if run.direction == "extraction" else None
+    flags = () if level else _linearity_flags(slope, float(depth.max()), visible, pull_skip_cm)
     if run.direction == "intrusion" and (crust := find_crust(depth, stress[0, usable])) is not None:
         flags += (remark("crust", depth=crust.depth_cm, percent=100 * crust.excess),)
     return slope, flags
@@ -418,12 +419,21 @@ def _flag_negative_work(slope: slopes.Slope, gamma_deg: float) -> tuple[Remark, 
 _CURVED_RATIO = 0.10
 
 
-def _linearity_flags(slope: slopes.Slope, deepest: float, visible: float) -> tuple[Remark, ...]:
-    """Flag the components whose curvature is both significant and large enough to matter."""
+def _linearity_flags(
+    slope: slopes.Slope, deepest: float, visible: float, pull_skip_cm: float | None
+) -> tuple[Remark, ...]:
+    """Flag the components whose curvature is both significant and large enough to matter.
+
+    `pull_skip_cm`: way at the start of a pull that is left out; None of a push.
+    """
     is_curved = curved(slope.nonlinear_p, slope.nonlinear_ratio, slope.alpha, deepest, visible)
     percent = zip(COMPONENTS, 100 * slope.nonlinear_ratio, is_curved, strict=True)
+    if pull_skip_cm is None:
+        code, facts = "not-linear", {}
+    else:
+        code, facts = "pull-not-linear", {"skip": pull_skip_cm}
     return tuple(
-        remark("not-linear", component=c, percent=percent_off)
+        remark(code, component=c, percent=percent_off, **facts)
         for c, percent_off, bad in percent
         if bad
     )

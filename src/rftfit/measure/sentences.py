@@ -46,6 +46,12 @@ FLAGS = {
         severity=3,
         weak=True,
     ),
+    "pull-not-linear": Flag(
+        "alpha_{component} of this pull not linear ({percent:+.0f} % at the end of the window): if the force builds up over more "
+        "way than fit.extraction_skip_cm leaves out, {skip:g} cm, make that longer",
+        severity=3,
+        weak=True,
+    ),
     "crust": Flag(
         "stress peaks at {depth:.1f} cm, {percent:.0f} % above the line through the deeper part, and falls: a crust"
     ),
@@ -182,7 +188,8 @@ SENTENCES = {
     "few-rigid": "{found} readings are too few; {wanted} at least",
     "no-contact": "the force rises by {newtons:.2f} N only, with a noise of {noise:g} N: no contact",
     "few-in-contact": "{found} readings in contact are too few; {wanted} at least",
-    "short-zero-log": "the zero log has {found} readings; at least {wanted} are needed",
+    "short-zero-log": "the zero log has {found} readings; at least {wanted} are needed: log some seconds without load, or state under `zero` in "
+    "the config what the channels read without load",
     "too-slow": "the arm never moved straight for {least:g} cm below the surface, at half of arm.speed_cm_per_s "
     "({stated:g} cm/s) or faster; its speed there was {fastest:.3g} cm/s at most",
     "noisy-position": "the position has {noise_mm:.2g} mm of noise, which hides a way back of {hidden:.2g} cm: the strokes "
@@ -370,7 +377,7 @@ SENTENCES = {
     "cure-crosstalk": "look at the calibration matrix of the transducer",
     "least-gain": "a force that changes by {least:.0%} from one run on",
     "least-turn": "a mount turned by {least:.1f} deg in all runs",
-    "single-runs": "each direction was pushed once, so runs are compared with the shape of known media alone",
+    "single-runs": "no push was made twice, in one direction to one depth, so runs are compared with the shape of known media alone",
     "pulls-open": "these directions do not tell whether beta of pulls has the right sign",
     "repeat-twice": "push directions twice",
     "repeat-more": "push directions more often",

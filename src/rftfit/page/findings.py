@@ -275,9 +275,9 @@ def _theta(results: Results) -> Iterable[PageFinding]:
             return
         size_word = "larger" if lo > 0 else "smaller"
         yield PageFinding(
-            f"Forces on the legs begin at a {size_word} theta than the legs reach the surface: theta of the logs is off by "
-            f"{format_number(row['theta_error_deg'], 1)} degrees{labels.in_brackets(labels.format_interval(lo, hi, 1))}, and the "
-            "errors of the model on legs contain that.",
+            f"Forces on the legs begin at a {size_word} theta than the legs reach the surface, by "
+            f"{format_number(row['theta_error_deg'], 1)} degrees{labels.in_brackets(labels.format_interval(lo, hi, 1))}, more than "
+            "sound published curves explain: look at the zero of theta; the errors of the model on legs contain that.",
             "legs",
         )
 

@@ -400,6 +400,13 @@ _SOURCES = {
 }
 
 
+def _source(results: Results, profile: str) -> str:
+    """Name the alpha behind a prediction; the generic profile of one medium alone is no generic one."""
+    if profile == "generic" and len(results.laboratory) == 1 and not results.sands:
+        return "zeta times the coefficients of the only medium, which is its own nine-term fit"
+    return _SOURCES[profile]
+
+
 def _trial(results: Results) -> str:
     """How forces on legs were measured and predicted; empty where they were not."""
     config, measured = results.config, results.joined("legs/{medium}.csv")
@@ -433,7 +440,7 @@ def _trial(results: Results) -> str:
     if sources:
         sentences.append(
             f"Forces on {legs_text} were predicted by summing alpha |z| dA over {ELEMENTS} elements a leg, as far as they "
-            f"are below the surface, with {list_in_words(f'{_SOURCES[name]} ({media})' for name, media in sources.items())}."
+            f"are below the surface, with {list_in_words(f'{_source(results, name)} ({media})' for name, media in sources.items())}."
         )
         if predicted["force_z_lo_N"].notna().any():
             sentences.append(
@@ -477,7 +484,7 @@ def _map(results: Results, walk: str) -> str:
 def _origin_of_error(results: Results) -> str:
     """Say which legs the model's own error was chosen on."""
     if results.model_error != EPS:
-        return "as estimated from the legs of this campaign by tables of alpha"
+        return "as estimated by tables of alpha from the same legs that are compared, which is no test of it"
     same = (
         ", which are the legs that are compared here"
         if labels.is_chosen_on_these_legs(results)
@@ -578,7 +585,7 @@ def _robot(results: Results) -> str:
     runs = len(speed.drop_duplicates(["curvature_times_R", "frequency_Hz"]))
     text = (
         f"A legged robot in {results.campaign.titles[medium]} was simulated as a rigid body in the plane (ref. 1) in {runs} "
-        f"combinations of leg curvature and stride frequency, with {list_in_words(_SOURCES[name] for name in speed['profile'].unique())}."
+        f"combinations of leg curvature and stride frequency, with {list_in_words(_source(results, name) for name in speed['profile'].unique())}."
     )
     conditions = measured[measured["speed_cm_per_s"].notna()]
     if len(conditions):
@@ -620,6 +627,6 @@ def _peaks(results: Results, profile: str) -> str:
     if peak.empty:
         return ""
     return (
-        f"With {_SOURCES[profile]} the largest error of peak lift is {format_number(peak.max(), 0)} % among {len(peak)} "
+        f"With {_source(results, profile)} the largest error of peak lift is {format_number(peak.max(), 0)} % among {len(peak)} "
         f"{'pair' if len(peak) == 1 else 'pairs'} of leg and medium (median {format_number(peak.median(), 0)} %)."
     )

@@ -173,7 +173,8 @@ def worst_of_nine_terms(results: Results, medium: str) -> str:
         return ""
     force_name = "lift" if worst["component"] == "z" else "thrust"
     error_text = percent(worst["peak_error_percent"])
-    return f"{name_of('fourier')}: {name_of(worst['leg'])}, {force_name} {error_text}"
+    method = results.config.fourier.method
+    return f"{name_of('fourier')} ({method}): {name_of(worst['leg'])}, {force_name} {error_text}"
 
 
 def media_that_passed(results: Results) -> dict[str, set[str]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -9,8 +10,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from rftfit.conventions import FloatArray
-from rftfit.errors import InputError
+from rftfit.conventions import QUASI_STATIC_CM_PER_S, FloatArray
+from rftfit.errors import InputError, LimitWarning
+from rftfit.forces.limits import depth_measured, describe_depth, describe_speed
 from rftfit.forces.mesh import Mesh
 from rftfit.forces.rolling import (
     NO_RULE,
@@ -22,7 +24,7 @@ from rftfit.forces.rolling import (
 )
 from rftfit.forces.space import face_rows, law_of
 from rftfit.model.known import profile_of
-from rftfit.model.profiles import KnownMedium
+from rftfit.model.profiles import KnownMedium, Profile
 
 MOST_TAU_DT_S2 = 2e-6
 """Above this product of `tau_s` and the time step a resting robot creeps or shakes."""
@@ -70,6 +72,12 @@ class Ground:
     InputError
         If there is no body, the law is unknown, or a wheel is not round about its axle.
 
+    Warns
+    -----
+    LimitWarning
+        Once each, at the step that first moves a body in the medium deeper than alpha was measured, or faster than
+        quasi-static (50 cm/s).
+
     Examples
     --------
     >>> import numpy as np
@@ -108,7 +116,9 @@ class Ground:
         self._faces = np.concatenate(faces)
         self._shifts = np.zeros((len(self._faces), 3))
         self._delta_cm, self._tau_s = delta_mm / 10, tau_s
-        self._law = law_of(profile_of(medium), law)
+        profile = profile_of(medium)
+        self._limits = _Limits(profile, shapes)
+        self._law = law_of(profile, law)
         self._friction = -1.0 if friction is None else float(friction)
         self._kernel: Any = face_forces
         axles = wheels if isinstance(wheels, Mapping) else dict.fromkeys(wheels, ALONG_Y)
@@ -186,6 +196,8 @@ class Ground:
             self._shifts,
             self.forces,
         )
+        for limit in self._limits.list_new(self.frames, self.forces):
+            warnings.warn(limit, LimitWarning, stacklevel=2)
         return self.forces[:, :6].copy()
 
     def _follow_wheels(self, time_step_s: float) -> None:
@@ -204,6 +216,44 @@ class Ground:
             travel[:, :2] = ahead * (speed / np.where(length > 0, length, 1.0))[:, None]
             track *= np.minimum(length / self._delta_cm, 1.0)
         self._rolling[self._wheels] = rolling_rows(travel, rate, self._radii, track)
+
+
+class _Limits:
+    """What bodies have not yet left of the depths over which alpha was measured and of the speeds that the model is for."""
+
+    def __init__(self, profile: Profile, shapes: Sequence[Sequence[Mesh]]) -> None:
+        self.corners_cm = [
+            np.concatenate([mesh.vertices_cm for mesh in meshes]) for meshes in shapes
+        ]
+        self.radii_cm = np.array(
+            [np.linalg.norm(corners, axis=1).max() for corners in self.corners_cm]
+        )
+        self.most_cm, self.clause = depth_measured(profile)
+        self.most_cm_per_s = QUASI_STATIC_CM_PER_S
+
+    def list_new(self, frames: FloatArray, forces: FloatArray) -> list[str]:
+        """Sentences on the limits that are left for the first time."""
+        # how deep and fast any point of a body may be, whatever way it is turned
+        depths = self.radii_cm - frames[:, 2]
+        rates = np.sqrt((frames[:, 6:9] ** 2).sum(axis=1))
+        speeds = np.sqrt((frames[:, 3:6] ** 2).sum(axis=1)) + rates * self.radii_cm
+        may_leave = (depths > self.most_cm) | (speeds > self.most_cm_per_s)
+        if not may_leave.any():
+            return []
+        limits = []
+        for body in np.flatnonzero(may_leave & forces[:, :3].any(axis=1)):
+            frame = frames[body]
+            arms = self.corners_cm[body] @ frame[9:].reshape(3, 3).T
+            depth = -(frame[2] + arms[:, 2])
+            speed = np.linalg.norm(frame[3:6] + np.cross(frame[6:9], arms), axis=1)
+            deepest, fastest = float(depth.max()), float(speed[depth > 0].max(initial=0.0))
+            if deepest > self.most_cm:
+                self.most_cm = np.inf
+                limits.append(describe_depth(deepest, self.clause))
+            if fastest > self.most_cm_per_s:
+                self.most_cm_per_s = np.inf
+                limits.append(describe_speed(fastest))
+        return limits
 
 
 ALONG_Y = (0.0, 1.0, 0.0)
