@@ -217,6 +217,6 @@ def test_a_pull_that_builds_its_force_up_names_the_key_that_leaves_its_start_out
     paper_config, direction, code
 ):
     depth = DOWN if direction == "intrusion" else DOWN[::-1]
-    built_up = 1 - np.exp(-np.abs(depth - depth[0]) / 2)
+    built_up = 1 - np.exp(-np.abs(depth - depth[0]) / 5)
     run_fit = fit_run(run(direction), stroke(depth, ALPHA_Z * depth * built_up), paper_config)
     assert codes_of(run_fit.flags) == code
