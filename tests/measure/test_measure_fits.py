@@ -213,10 +213,9 @@ def test_a_curve_is_told_with_its_size_and_sign(paper_config):
 @pytest.mark.parametrize(
     ("direction", "code"), [("intrusion", "not-linear"), ("extraction", "pull-not-linear")]
 )
-def test_a_pull_that_builds_its_force_up_names_the_key_that_leaves_its_start_out(
+def test_a_bent_curve_of_a_pull_has_a_flag_of_its_own_which_names_its_start(
     paper_config, direction, code
 ):
     depth = DOWN if direction == "intrusion" else DOWN[::-1]
-    built_up = 1 - np.exp(-np.abs(depth - depth[0]) / 5)
-    run_fit = fit_run(run(direction), stroke(depth, ALPHA_Z * depth * built_up), paper_config)
-    assert codes_of(run_fit.flags) == code
+    bent = fit_run(run(direction), stroke(depth, ALPHA_Z * depth**1.5), paper_config)
+    assert codes_of(bent.flags) == code
