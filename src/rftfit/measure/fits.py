@@ -428,15 +428,15 @@ def _linearity_flags(
     """
     is_curved = curved(slope.nonlinear_p, slope.nonlinear_ratio, slope.alpha, deepest, visible)
     percent = zip(COMPONENTS, 100 * slope.nonlinear_ratio, is_curved, strict=True)
-    if pull_skip_cm is None:
-        code, facts = "not-linear", {}
-    else:
-        code, facts = "pull-not-linear", {"skip": pull_skip_cm}
-    return tuple(
-        remark(code, component=c, percent=percent_off, **facts)
-        for c, percent_off, bad in percent
-        if bad
-    )
+    flags = []
+    for c, percent_off, is_bent in percent:
+        if is_bent and pull_skip_cm is None:
+            flags.append(remark("not-linear", component=c, percent=percent_off))
+        elif is_bent:
+            flags.append(
+                remark("pull-not-linear", component=c, percent=percent_off, skip=pull_skip_cm)
+            )
+    return tuple(flags)
 
 
 def curved(
