@@ -241,7 +241,7 @@ class WheelAnswer:
             for column in QUANTITIES.values():
                 cells.append(_cell(record[column]))
                 cells += [
-                    f"{_cell(record[_end(column, f'{end}lo')])} to {_cell(record[_end(column, f'{end}hi')])}"
+                    _range(record[_end(column, f"{end}lo")], record[_end(column, f"{end}hi")])
                     for end in ("", "model_")
                     if _end(column, f"{end}lo") in self.table
                 ]
@@ -688,7 +688,10 @@ def _notes(
         )
         if "sinkage_hi_cm" in answer:
             to_axle = answer.loc[answer["sinkage_hi_cm"] > _AXLE * rim.radius_cm, "slip"]
-            notes += [f"Slip {slip:g}: it may dig itself in down to its axle." for slip in to_axle]
+            notes += [
+                f"Slip {slip:g}: it may dig itself in down to its axle, where the calculation ends: its sinkage has no upper limit."
+                for slip in to_axle
+            ]
     if given == "sinkage" and errors[0] > 0:
         notes.append(
             "The load has no interval with the model's own error: that was told from rigs whose load was given. "
@@ -706,6 +709,11 @@ def _notes(
 
 def _cell(number: float) -> str:
     return "" if np.isnan(number) else f"{number + 0.0:.3g}"
+
+
+def _range(low: float, high: float) -> str:
+    """Format an interval; empty where it is not known."""
+    return "" if np.isnan(low) else f"{_cell(low)} to {_cell(high)}"
 
 
 _MEASURED = Schema(

@@ -209,7 +209,8 @@ SENTENCES = {
     "no-force-in-stroke": "the force log has no sample during the stroke; do the two logs belong to one run?",
     "no-zero": "no zero: the intruder is never at rest in air for half a second, its reference point at least "
     "{least:.1f} cm above the surface (half its height and fit.air_clearance_cm); begin the run higher; where the "
-    "zero is known otherwise, name a zero_log in the run sheet, or state it under `zero` in the config",
+    "zero is known otherwise, name a zero_log in the run sheet (zero.log_age_min in the config: how old it may be), or "
+    "state the zero under `zero` in the config",
     "no-push-to-match": "clock.method estimate: found a run in direction {direction} along gamma {gamma:g} deg; "
     "allowed: intrusion straight down, where the force grows with depth. Others need a sync line or one clock; a "
     "difference that is known is stated as offset of the column time, with clock.method same_clock",
