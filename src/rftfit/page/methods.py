@@ -58,7 +58,8 @@ doi:10.1038/s41586-020-2649-2
 P. Virtanen et al., SciPy 1.0: fundamental algorithms for scientific computing in Python, \
 Nature Methods 17, 261-272 (2020), doi:10.1038/s41592-019-0686-2
 S. Agarwal, D. I. Goldman, K. Kamrin, Mechanistic framework for reduced-order models in soft materials: application to \
-three-dimensional granular intrusion, Proc. Natl. Acad. Sci. USA 120, e2214017120 (2023)
+three-dimensional granular intrusion, Proc. Natl. Acad. Sci. USA 120, e2214017120 (2023), \
+doi:10.1073/pnas.2214017120
 """
     cited = {int(number) for number in re.findall(r"ref\. (\d)", " ".join(paragraphs))}
     numbered_lines = enumerate(text.strip().split("\n"), 1)

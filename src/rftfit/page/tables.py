@@ -390,7 +390,7 @@ def tabulate_leg_errors(results: Results) -> PageTable:
         numbers("Peak measured, N", "peak_measured_N", 2, note="reason"),
         numbers("Peak predicted, N", *predicted, ends_of_model="peak_predicted_model_{}_N"),
         numbers("Error of peak", "peak_error_percent", show=percent),
-        numbers(f"Peak late, {DEGREE}", "peak_late_deg", 1),
+        numbers(f"Predicted peak later by, {DEGREE}", "peak_late_deg", 1),
         numbers("RMS error, N", "rms_error_N", 2),
         numbers("RMS over peak", "rms_relative_to_peak", show=lambda x: share(x).lstrip("+")),
         numbers("R\N{SUPERSCRIPT TWO}", "r2", 2),
