@@ -104,6 +104,17 @@ def test_deeper_than_alpha_was_measured(depths_cm, limits):
     assert len(rftfit.beyond_measured(POPPY, leg, down(depths_cm))) == limits
 
 
+@pytest.mark.parametrize("ask", [rftfit.predict, rftfit.find_peaks])
+def test_a_prediction_warns_of_each_limit_at_the_line_that_asks_for_it(ask):
+    body = rftfit.polyline([(0, 0), (0, -30)], 2.54, elements=30)
+    limits_left = rftfit.beyond_measured(POPPY, body)
+    assert limits_left
+    with pytest.warns(rftfit.LimitWarning) as told:
+        ask(POPPY, body)
+    assert [str(warning.message) for warning in told] == limits_left
+    assert {warning.filename for warning in told} == {__file__}
+
+
 @pytest.mark.parametrize(
     ("mesh", "area"),
     [

@@ -70,18 +70,6 @@ def test_what_the_error_of_the_model_was_not_tested_on_is_told(length_cm, rate, 
     assert found == pytest.approx([size for _, size, _ in sizes], rel=0.02)
 
 
-@pytest.mark.parametrize("ask", [rftfit.predict, rftfit.find_peaks])
-def test_a_prediction_warns_of_each_limit_at_the_line_that_asks_for_it(ask):
-    medium = rftfit.published_medium("poppy_LP")
-    body = rftfit.polyline([(0, 0), (0, -30)], 2.54, elements=30)
-    limits_left = rftfit.beyond_measured(medium, body)
-    assert limits_left
-    with pytest.warns(rftfit.LimitWarning) as told:
-        ask(medium, body)
-    assert [str(warning.message) for warning in told] == limits_left
-    assert {warning.filename for warning in told} == {__file__}
-
-
 def test_a_map_of_pushes_whose_depth_is_not_known_is_held_against_known_media():
     deep = rftfit.path([0, 1], [0, 0], [-1.0, -15.0], [0, 0])
     (limit,) = (

@@ -106,7 +106,8 @@ def paddle_wheel():
     vertices = np.concatenate([part.vertices_cm for part in parts])
     starts = np.cumsum([0, *(len(part.vertices_cm) for part in parts)])
     faces = [part.faces + start for part, start in zip(parts, starts, strict=False)]
-    return rftfit.Mesh(vertices, np.concatenate(faces), "paddles")
+    with pytest.warns(UserWarning, match="9 of 9 closed parts reach into another one"):
+        return rftfit.Mesh(vertices, np.concatenate(faces), "paddles")
 
 
 def roll_down(slope_deg, seconds, speed=0.0, **options):
