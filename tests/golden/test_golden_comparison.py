@@ -78,6 +78,15 @@ def test_tables_of_the_robot_have_another_tolerance(relative):
     assert bool(changed(name, before, after)) == (relative > OF_ROBOT)
 
 
+@pytest.mark.parametrize("change", [0.5 * OF_ROBOT, 2 * OF_ROBOT])
+def test_a_spread_of_strides_is_compared_by_the_size_of_the_speed(change):
+    before, after = (
+        pd.DataFrame({"condition": ["c"], "speed_cm_per_s": [30.0], "speed_sd_cm_per_s": [spread]})
+        for spread in (0.01, 0.01 + 30.0 * change)
+    )
+    assert bool(changed("results/robot/runs_map.csv", before, after)) == (change > OF_ROBOT)
+
+
 @pytest.mark.parametrize("row", [0, 1, 2, 3 * MOST_ROWS - 1])
 def test_a_change_of_any_row_of_a_long_table_is_noticed(row):
     after = predicted()

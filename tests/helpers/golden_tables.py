@@ -277,9 +277,13 @@ def _summary(cells: np.ndarray, *, has_digest: bool = True) -> tuple[str, str, s
     return str(finite.size), f"{finite.mean():.{DIGITS}g}", f"{np.abs(finite).max():.{DIGITS}g}"
 
 
+def _is_of_robot(name: str) -> bool:
+    return name.startswith("results/robot/") or "walk/" in name
+
+
 def tolerance_of(name: str, *, is_here: bool) -> float:
     """Return the tolerance of a table, relative to the largest of a column."""
-    if name.startswith("results/robot/") or "walk/" in name:
+    if _is_of_robot(name):
         return OF_ROBOT
     if is_here:
         return HERE
@@ -330,12 +334,24 @@ def _compare_columns(
     for column in expected.columns.intersection(actual.columns):
         before, after = expected[column], actual[column]
         if _holds_numbers(described, column):
-            rows, largest = _changes([*before[~is_count]], [*after[~is_count]], tolerance)
+            cells = expected.loc[~is_count, _column_of_size(name, column, expected)]
+            rows, largest = _changes(
+                [*before[~is_count]], [*after[~is_count]], tolerance, _largest(cells)
+            )
             rows += int((before[is_count] != after[is_count]).sum())
         else:
             rows, largest = int((before != after).sum()), math.nan
         if rows:
             yield Difference(name, column, rows, largest)
+
+
+def _column_of_size(name: str, column: str, table: pd.DataFrame) -> str:
+    """Name the column whose largest number differences are compared with: of a spread of the robot, what it is the spread of.
+
+    Strides of a steady robot differ by what its contact makes of the last digits, which are those of the machine.
+    """
+    spread_of = column.replace("_sd_", "_")
+    return spread_of if _is_of_robot(name) and spread_of in table else column
 
 
 def _compare_objects(
@@ -356,17 +372,23 @@ def _compare_objects(
             remark = f"{before['count']} values became {after['count']}"
             yield Difference(name, path, 1, remark=remark)
             continue
-        rows, largest = _changes(cells_before, cells_after, tolerance)
+        rows, largest = _changes(cells_before, cells_after, tolerance, _largest(cells_before))
         if rows:
             yield Difference(name, path, rows, largest)
 
 
-def _changes(expected: list[str], actual: list[str], tolerance: float) -> tuple[int, float]:
-    """Count the cells that differ; the largest difference relative to the largest number, NaN of text."""
+def _largest(cells: Iterable[str]) -> float:
+    """Return the largest size of the cells that are numbers."""
+    sizes = [abs(number) for cell in cells if (number := _number(cell)) is not None]
+    return max(sizes, default=0.0)
+
+
+def _changes(
+    expected: list[str], actual: list[str], tolerance: float, size: float
+) -> tuple[int, float]:
+    """Count the cells that differ; the largest difference relative to a size, NaN of text."""
     if expected == actual:
         return 0, math.nan
-    sizes = [abs(number) for cell in expected if (number := _number(cell)) is not None]
-    size = max(sizes, default=0.0)
     rows, largest = 0, math.nan
     for before, after in zip(expected, actual, strict=True):
         change = 0.0 if before == after else _distance(before, after, size)
