@@ -336,7 +336,7 @@ def _compare_columns(
         if _holds_numbers(described, column):
             cells = expected.loc[~is_count, _column_of_size(name, column, expected)]
             rows, largest = _changes(
-                [*before[~is_count]], [*after[~is_count]], tolerance, _largest(cells)
+                [*before[~is_count]], [*after[~is_count]], tolerance, _largest_of(cells)
             )
             rows += int((before[is_count] != after[is_count]).sum())
         else:
@@ -372,12 +372,12 @@ def _compare_objects(
             remark = f"{before['count']} values became {after['count']}"
             yield Difference(name, path, 1, remark=remark)
             continue
-        rows, largest = _changes(cells_before, cells_after, tolerance, _largest(cells_before))
+        rows, largest = _changes(cells_before, cells_after, tolerance, _largest_of(cells_before))
         if rows:
             yield Difference(name, path, rows, largest)
 
 
-def _largest(cells: Iterable[str]) -> float:
+def _largest_of(cells: Iterable[str]) -> float:
     """Return the largest size of the cells that are numbers."""
     sizes = [abs(number) for cell in cells if (number := _number(cell)) is not None]
     return max(sizes, default=0.0)
