@@ -168,7 +168,7 @@ contacts: env ## what forces on legs tell of a medium, and of the same leg elsew
 	@$(BIN)/python studies/contacts.py --rows results/contacts $(ARGS)
 
 mutations: env ## check announces what run drops, on 200 campaigns with mistakes in sheet, config and logs, 10 min
-	@$(BIN)/python studies/mistaken.py $(ARGS)
+	@$(BIN)/python studies/mistaken.py measured $(ARGS)
 
 #@ Slow: how fast is it?
 benchmark: env ## the speeds that docs/performance.md states, 10 min

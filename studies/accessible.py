@@ -7,7 +7,6 @@ make accessible ARGS="results/report.html"  others
 from __future__ import annotations
 
 import json
-import shutil
 import sys
 import tempfile
 from pathlib import Path
@@ -15,7 +14,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "tests" / "helpers"))
 import chromium
-from campaigns import Bench, make_campaign
+from campaigns import lay_bench, make_campaign
 from result_tables import page_results
 
 import rftfit.bench
@@ -30,14 +29,12 @@ ASK = """axe.run(document, {resultTypes: ["violations"]}).then((told) => JSON.st
 def live_page(root):
     """What a browser shows of a watch after two pushes."""
     recorded = make_campaign(root / "recorded", ("poppy_LP",), plates_only=True).root
-    shutil.copytree(recorded / "config", root / "bench" / "config")
-    (root / "bench" / "raw" / "paper").mkdir(parents=True)
-    bench = Bench(root / "bench", recorded)
+    bench = lay_bench(root / "bench", recorded)
     watch = bench.watch()
     bench.push(*bench.plates[:2])
     bench.settle(watch)
-    frame = Path(rftfit.bench.__file__).with_name("page.html").read_text(encoding="utf-8")
-    return frame.replace('<main id="main">', f'<main id="main">{page_of(watch, "")}')
+    shell = Path(rftfit.bench.__file__).with_name("page.html").read_text(encoding="utf-8")
+    return shell.replace('<main id="main">', f'<main id="main">{page_of(watch, "")}')
 
 
 def main(pages):

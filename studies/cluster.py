@@ -14,10 +14,8 @@ import tempfile
 import time
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "helpers"))
-
+import frame
 from campaigns import Folder, make_campaign
-from paper import PROJECT
 from slurmhost import CannotRun, SlurmHost, prepare
 
 MEDIA = ("poppy_LP", "yuma")
@@ -31,7 +29,7 @@ PATIENCE_S = 3600
 
 def site_profile(folder):
     """Write the project's profile with this site's lines, as a user would."""
-    text = (PROJECT / "profiles" / "slurm" / "config.yaml").read_text(encoding="utf-8")
+    text = (frame.PROJECT / "profiles" / "slurm" / "config.yaml").read_text(encoding="utf-8")
     assert ONE_CORE[0] in text
     folder.mkdir()
     (folder / "config.yaml").write_text(text.replace(*ONE_CORE) + SITE, encoding="utf-8")

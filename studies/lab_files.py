@@ -438,6 +438,14 @@ MIXUPS = {
     "wet x 1.5 in scattered 10 %": Mixup(
         partial(transform_runs, matrix_of=scattered(0.1, 1.5)), ("repeats",)
     ),
+    **{
+        f"{name} in all runs": Mixup(of_cell(np.array(matrix)), ("axes-others", "work-axes"))
+        for name, matrix in (
+            ("z reversed", [[1.0, 0.0], [0.0, -1.0]]),
+            ("x reversed", [[-1.0, 0.0], [0.0, 1.0]]),
+            ("x and z exchanged", [[0.0, 1.0], [1.0, 0.0]]),
+        )
+    },
     "8 % of z in the channel of x": Mixup(
         of_cell(crosstalk(z_in_x=0.08)), SHARED, cause="crosstalk", size=0.08
     ),

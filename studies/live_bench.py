@@ -8,7 +8,6 @@ the other four media. The way `watch` is the planned one from end to end: logs o
 
 from __future__ import annotations
 
-import shutil
 import sys
 from itertools import product
 from pathlib import Path
@@ -18,7 +17,7 @@ from typing import TYPE_CHECKING
 import frame
 import numpy as np
 import pandas as pd
-from campaigns import Bench
+from campaigns import lay_bench
 from frame import Part, Row, Tables, Unit
 from paper import enact, paper_values
 
@@ -98,11 +97,9 @@ def watch_pushes(medium: str, goal: str, _way: str, repeat: int) -> tuple[int, f
     values = paper_values("robot")
     values["media"] = {medium: values["media"][medium]}
     with TemporaryDirectory() as folder:
-        recorded, root = Path(folder) / "recorded", Path(folder) / "bench"
+        recorded = Path(folder) / "recorded"
         enact(recorded, values, BEDS, seed=2013 + repeat, legs=False)
-        shutil.copytree(recorded / "config", root / "config")
-        (root / "raw" / "paper").mkdir(parents=True)
-        bench = Bench(root, recorded)
+        bench = lay_bench(Path(folder) / "bench", recorded)
         bench.write_sheet()
         watch = Watch(bench.config, target=target_of(goal))
         runs: dict[tuple[float, float], list[str]] = {}
