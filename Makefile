@@ -14,7 +14,7 @@ MOVED := $(shell [ -x $(BIN)/python ] && [ "$$(cat $(STAMP) 2>/dev/null)" = "$$(
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help env run sweep test golden pages timegate lint docs stranger gallery lock clean release mutants statistics matrix wheel coverage slow fuzz killed fulldisk samebytes cluster largelogs links accessible reliability disturbed intervals curved laws shared axes pairs mixups sound compare readings contacts wheels mutations benchmark scale FORCE
+.PHONY: help env run sweep test golden pages timegate lint docs stranger gallery lock clean release mutants statistics matrix wheel coverage slow fuzz killed fulldisk samebytes cluster largelogs accessible reliability disturbed intervals pairs mixups sound compare contacts mutations benchmark scale FORCE
 
 #@ Every day
 help: ## show this list
@@ -120,19 +120,16 @@ fuzz: env ## no random or damaged bytes crash a reader, or add a row to a text, 
 	@$(BIN)/python studies/fuzz_logs.py $(ARGS)
 
 killed: env ## a run that is killed at twenty random moments goes on to the same bytes, half an hour
-	@$(BIN)/python studies/killed.py $(ARGS)
+	@$(BIN)/python studies/damage.py killed $(ARGS)
 
 fulldisk: env ## a disk that is too small or read-only gives a clear error, and the run goes on to the same bytes, 10 min
-	@$(BIN)/python studies/full_disk.py $(ARGS)
+	@$(BIN)/python studies/damage.py fulldisk $(ARGS)
 
-largelogs: env ## bags, workbooks and arrays of a hundred times what a log holds are refused before they are read; 1 GB through run, 8 min (ARGS="--run 200": 200 MB alone)
-	@$(BIN)/python studies/large_logs.py $(ARGS)
-
-links: env ## a link in the place of any file that a command writes leads to no byte of raw logs and config, 20 min
-	@$(BIN)/python studies/planted_links.py $(ARGS)
+largelogs: env ## a log of 1 GB through run takes less memory than was said before, 5 min (ARGS="--count 200": 200 MB)
+	@$(BIN)/python studies/damage.py longlog $(ARGS)
 
 samebytes: env ## cores, locale, time zone and folder change no byte of the results, 5 min
-	@$(BIN)/python studies/same_bytes.py $(ARGS)
+	@$(BIN)/python studies/damage.py samebytes $(ARGS)
 
 cluster: env ## a Slurm cluster of this machine that loses a node gives the same bytes, 10 min (root; Debian)
 	@[ "$$(id -u)" = 0 ] || { echo "make cluster needs root: Slurm's daemons start jobs." >&2; exit 1; }
@@ -155,18 +152,6 @@ disturbed: env ## intervals hold under the disturbances of a real lab, 5 min (AR
 intervals: env ## 95 % intervals hold the truth in 2,000 campaigns, an hour and a half
 	@$(BIN)/python benchmarks/intervals.py $(or $(ARGS),2000)
 
-shared: env ## what many runs share: false alarms, power and coverage of the joint model, 20 min
-	@$(BIN)/python studies/slopes.py sound own faults power slips $(ARGS)
-
-curved: env ## intervals of alpha at stated depths and of exponents hold where stress is curved, 10 min
-	@$(BIN)/python studies/depth_laws.py curved $(ARGS)
-
-laws: env ## by which law stress grows with depth is told of natural sands, of one push and of thirty, 2 min
-	@$(BIN)/python studies/depth_laws.py laws $(ARGS)
-
-axes: env ## right and wrong axes are told in media that made none of the known shapes, a minute
-	@$(BIN)/python studies/slopes.py axes $(ARGS)
-
 pairs: env ## two runs of a direction tell a wrong one, and sound campaigns pass, a minute
 	@$(BIN)/python studies/slopes.py pairs $(ARGS)
 
@@ -179,17 +164,11 @@ sound: env ## false alarms of all checks together in sound campaigns of ten desi
 compare: env ## two sessions of a medium are called alike, and 8 % of size and 10 % of shape are told, a minute
 	@$(BIN)/python studies/compare_media.py $(ARGS)
 
-contacts: env ## what forces on legs and wheels tell of a medium, and of the same body elsewhere, 10 min
+contacts: env ## what forces on legs tell of a medium, and of the same leg elsewhere, 10 min
 	@$(BIN)/python studies/contacts.py --rows results/contacts $(ARGS)
 
-wheels: env ## what `rftfit wheel` says of wheels measured in five laboratories (needs ../shared/data), 5 min (ARGS=--quick: 10 s)
-	@$(BIN)/python studies/wheels.py $(ARGS)
-
-readings: env ## readings that stand alone are found, and what sand does is left in, a few seconds (ARGS=500: pushes)
-	@$(BIN)/python studies/lone_readings.py $(ARGS)
-
 mutations: env ## check announces what run drops, on 200 campaigns with mistakes in sheet, config and logs, 10 min
-	@$(BIN)/python studies/mistaken.py $(ARGS)
+	@$(BIN)/python studies/mistaken.py measured $(ARGS)
 
 #@ Slow: how fast is it?
 benchmark: env ## the speeds that docs/performance.md states, 10 min

@@ -14,7 +14,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "tests" / "helpers"))
 import chromium
-from live_bench import LiveRig
+from campaigns import lay_bench, make_campaign
 from result_tables import page_results
 
 import rftfit.bench
@@ -28,10 +28,13 @@ ASK = """axe.run(document, {resultTypes: ["violations"]}).then((told) => JSON.st
 
 def live_page(root):
     """What a browser shows of a watch after two pushes."""
-    rig = LiveRig(root, "poppy_LP", 2013)
-    rig.push(rig.plates[:2])
-    frame = Path(rftfit.bench.__file__).with_name("page.html").read_text(encoding="utf-8")
-    return frame.replace('<main id="main">', f'<main id="main">{page_of(rig.watch, "")}')
+    recorded = make_campaign(root / "recorded", ("poppy_LP",), plates_only=True).root
+    bench = lay_bench(root / "bench", recorded)
+    watch = bench.watch()
+    bench.push(*bench.plates[:2])
+    bench.settle(watch)
+    shell = Path(rftfit.bench.__file__).with_name("page.html").read_text(encoding="utf-8")
+    return shell.replace('<main id="main">', f'<main id="main">{page_of(watch, "")}')
 
 
 def main(pages):

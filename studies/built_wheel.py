@@ -15,9 +15,7 @@ import tempfile
 import time
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT / "tests" / "helpers"))
-
+import frame
 from campaigns import FEW, Folder, make_campaign
 from pages import Reader, blocks_of, fate
 
@@ -49,14 +47,14 @@ def build(place: Path) -> Path:
         "--directory",
         str(place),
     ]
-    subprocess.run(command, cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
+    subprocess.run(command, cwd=frame.PROJECT, check=True, stdout=subprocess.DEVNULL)
     (wheel,) = place.glob("*.whl")
     return wheel
 
 
 def install(wheel: Path, place: Path, python: str) -> tuple[Path, str]:
     """Install it with the locked versions into a new environment; the folder of its commands, and what was installed."""
-    lock = (ROOT / "requirements" / "lock.txt").read_text(encoding="utf-8")
+    lock = (frame.PROJECT / "requirements" / "lock.txt").read_text(encoding="utf-8")
     constraints = place / "constraints.txt"
     entries = re.findall(r"^([\w.-]+==[^\\\n]+?) *\\?$", lock, flags=re.MULTILINE)
     constraints.write_text("\n".join(entries) + "\n", encoding="utf-8")

@@ -1,6 +1,6 @@
 """Find the hips and the belly that the paper does not give, from five of its figures and no more.
 
-``python studies/calibrate.py`` prints the search and the values that stand in
+``python studies/calibrate.py`` prints the best layouts, the first of which stands in
 ``config/robot.yaml``. The targets: the best curvature and its speed at 5 Hz, as the paper's text
 says them, and the measured speeds of three named conditions of Fig. 4C. Every other measured speed
 is left for judging. The search is a fixed grid, so that it always finds the same.
@@ -8,21 +8,22 @@ is left for judging. The search is a fixed grid, so that it always finds the sam
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass, fields
+import sys
 from itertools import product
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
+import frame
 import numpy as np
+import pandas as pd
+from frame import Part, Row, Tables
 
+from rftfit import published_medium, published_table
 from rftfit.robot.config import Robot, paper_robot
 from rftfit.robot.run import Condition
 from rftfit.robot.sweep import BEST_AT_HZ, BEST_CURVATURES, CALIBRATED_ON, best_curvature, run_all
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    import pandas as pd
+    from collections.abc import Sequence
 
     from rftfit.model.profiles import Profile
 
@@ -33,8 +34,7 @@ SPEED_TOLERANCE, CURVATURE_TOLERANCE = 0.1, 0.04
 """What counts as one unit of misfit: a tenth of a speed, one step of the paper's sweep."""
 
 
-@dataclass(frozen=True)
-class Layout:
+class Layout(NamedTuple):
     """The three lengths that are searched for.
 
     `hip_spacing_cm`: From the middle hips to those in front and behind.
@@ -52,22 +52,6 @@ GRID: dict[str, tuple[float, ...]] = {
     "hip_height_cm": (0.0, 0.25, 0.5, 0.75, 1.0),
     "belly_z_cm": (-2.0, -1.5, -1.0, -0.5),
 }
-
-
-@dataclass(frozen=True)
-class Fit:
-    """How near one layout comes.
-
-    `misfit`: Root mean square of the five misfits; infinite where a run is not steady.
-    `best_curvature`, `best_speed_cm_per_s`: At 5 Hz.
-    `speeds_cm_per_s`: In the order of `CALIBRATED_ON`.
-    """
-
-    layout: Layout
-    misfit: float
-    best_curvature: float
-    best_speed_cm_per_s: float
-    speeds_cm_per_s: tuple[float, ...]
 
 
 def laid_out(robot: Robot, layout: Layout) -> Robot:
@@ -94,43 +78,26 @@ def measured(fig_4c: pd.DataFrame) -> tuple[float, ...]:
     return tuple(float(speeds.loc[place]) for place in CALIBRATED_ON.values())
 
 
-def fit(
-    robot: Robot,
-    profile: Profile,
-    layout: Layout,
-    speeds: Sequence[float],
-    threads: int | None = None,
-) -> Fit:
-    """Run the targets with one layout, and compare with `speeds`, which were measured."""
+def grade_robot(robot: Robot, profile: Profile, speeds: Sequence[float]) -> dict[str, float]:
+    """Run the targets with a robot, and compare with `speeds`, which were measured.
+
+    `misfit`: root mean square of the five misfits; infinite where a run is not steady.
+    """
     conditions = [
         Condition(frequency, curvature) for curvature, frequency in CALIBRATED_ON.values()
     ]
     conditions += [Condition(BEST_AT_HZ, curvature) for curvature in BEST_CURVATURES]
-    runs = run_all(laid_out(robot, layout), profile, conditions, threads)
-    simulated_speeds = np.array([run.speed_cm_per_s for run in runs])
-    speeds_at_targets = simulated_speeds[: len(CALIBRATED_ON)]
-    best, fastest = best_curvature(
-        np.array(BEST_CURVATURES), simulated_speeds[len(CALIBRATED_ON) :]
-    )
+    runs = run_all(robot, profile, conditions)
+    simulated = np.array([run.speed_cm_per_s for run in runs])
+    at_targets, by_curvature = np.split(simulated, [len(CALIBRATED_ON)])
+    best, fastest = best_curvature(np.array(BEST_CURVATURES), by_curvature)
     misses = [(best - BEST_CURVATURE) / CURVATURE_TOLERANCE]
     misses += [(fastest / BEST_SPEED_CM_PER_S - 1) / SPEED_TOLERANCE]
-    misses += ((speeds_at_targets / np.array(speeds) - 1) / SPEED_TOLERANCE).tolist()
-    misfit = math.sqrt(sum(miss**2 for miss in misses) / len(misses))
-    return Fit(
-        layout,
-        misfit if math.isfinite(misfit) else math.inf,
-        best,
-        fastest,
-        tuple(speeds_at_targets.tolist()),
-    )
-
-
-def search(
-    robot: Robot, profile: Profile, speeds: Sequence[float], threads: int | None = None
-) -> Iterator[Fit]:
-    """Try every layout of the grid."""
-    for values in product(*GRID.values()):
-        yield fit(robot, profile, Layout(*values), speeds, threads)
+    misses += ((at_targets / np.array(speeds) - 1) / SPEED_TOLERANCE).tolist()
+    misfit = float(np.sqrt(np.mean(np.square(misses))))
+    row = {"misfit": misfit if np.isfinite(misfit) else np.inf}
+    row |= {"best_curvature": best, "best_speed_cm_per_s": fastest}
+    return row | dict(zip(CALIBRATED_ON, at_targets.tolist(), strict=True))
 
 
 def layout_of(robot: Robot) -> Layout:
@@ -140,36 +107,22 @@ def layout_of(robot: Robot) -> Layout:
     return Layout(max(hip.x_cm for hip in hips), round(hips[0].z_cm - belly, 9), belly)
 
 
-def main() -> None:
-    """Print every fit, the best one last."""
-    from rftfit.model.profiles import TableProfile
-    from rftfit.reference import load
+def grade_layout(*lengths: float) -> list[Row]:
+    """How near one layout comes to the targets on loosely packed poppy seeds."""
+    layout = Layout(*lengths)
+    robot = laid_out(paper_robot(), layout)
+    speeds = measured(published_table("fig_4c"))
+    return [layout._asdict() | grade_robot(robot, published_medium("poppy_LP"), speeds)]
 
-    def say(candidate: Fit) -> None:
-        lengths = "  ".join(
-            f"{getattr(candidate.layout, field.name):6.2f}" for field in fields(Layout)
-        )
-        speeds = "  ".join(f"{speed:6.2f}" for speed in candidate.speeds_cm_per_s)
-        print(
-            f"{lengths}  {candidate.misfit:7.3f}  {candidate.best_curvature:5.3f}  "
-            f"{candidate.best_speed_cm_per_s:6.2f}  {speeds}",
-            flush=True,
-        )
 
-    speeds = measured(load("fig_4c"))
-    print(
-        f"targets: best R'/r {BEST_CURVATURE:g} and {BEST_SPEED_CM_PER_S:g} cm/s at "
-        f"{BEST_AT_HZ:g} Hz; {', '.join(f'{n} {s:g} cm/s' for n, s in zip(CALIBRATED_ON, speeds, strict=True))}\n"
-        f"{', '.join(GRID)}, misfit, best R'/r, best speed, speeds (cm/s)"
-    )
-    fits = []
-    for candidate in search(paper_robot(), TableProfile.published("poppy_LP"), speeds):
-        say(candidate)
-        fits.append(candidate)
-    print("best:")
-    for candidate in sorted(fits, key=lambda candidate: candidate.misfit)[:5]:
-        say(candidate)
+def report(rows: pd.DataFrame) -> Tables:
+    """The best five layouts."""
+    speeds = ", ".join(f"{speed:g}" for speed in measured(published_table("fig_4c")))
+    title = f"Best; targets: {BEST_CURVATURE:g}, {BEST_SPEED_CM_PER_S:g}, {speeds} cm/s"
+    return [(title, rows.nsmallest(5, "misfit").drop(columns="unit"))]
 
+
+PARTS = {"layouts": Part([*product(*GRID.values())], grade_layout, report)}
 
 if __name__ == "__main__":
-    main()
+    sys.exit(frame.run_study(__doc__, PARTS, processes=1))

@@ -1,13 +1,11 @@
 """Compare one campaign on this machine, on a Slurm cluster, and on one that loses a node: the same bytes.
 
-``make cluster``: needs root, and Debian's packages slurm-wlm and munge, which it installs where they
-are missing. Controller and two nodes of one core run on this machine, in a temporary folder, and are
+``make cluster``: needs root, and Debian's packages slurm-wlm and munge. Controller and two nodes of one core run on this machine, in a temporary folder, and are
 stopped at the end, whatever happens; /etc/slurm/slurm.conf is then as it was.
 """
 
 from __future__ import annotations
 
-import argparse
 import shutil
 import signal
 import subprocess
@@ -16,10 +14,8 @@ import tempfile
 import time
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "helpers"))
-
+import frame
 from campaigns import Folder, make_campaign
-from paper import PROJECT
 from slurmhost import CannotRun, SlurmHost, prepare
 
 MEDIA = ("poppy_LP", "yuma")
@@ -33,7 +29,7 @@ PATIENCE_S = 3600
 
 def site_profile(folder):
     """Write the project's profile with this site's lines, as a user would."""
-    text = (PROJECT / "profiles" / "slurm" / "config.yaml").read_text(encoding="utf-8")
+    text = (frame.PROJECT / "profiles" / "slurm" / "config.yaml").read_text(encoding="utf-8")
     assert ONE_CORE[0] in text
     folder.mkdir()
     (folder / "config.yaml").write_text(text.replace(*ONE_CORE) + SITE, encoding="utf-8")
@@ -91,10 +87,6 @@ def differences(reference, copy):
 
 def main():
     """Run the comparison; exit status 1 where bytes differ."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--sweep", action="store_true", help="the robot's full sweep too")
-    parser.add_argument("--keep", type=Path, help="work in this new folder and keep it")
-    chosen = parser.parse_args()
 
     def interrupt(*_):
         raise KeyboardInterrupt
@@ -104,7 +96,7 @@ def main():
     try:
         prepare()
         with tempfile.TemporaryDirectory(prefix="rftfit-cluster-") as folder:
-            is_same = compare(chosen.keep or Path(folder), sweep=chosen.sweep)
+            is_same = compare(Path(folder))
     except CannotRun as error:
         sys.exit(f"no cluster here: {error}")
     except KeyboardInterrupt:
@@ -112,50 +104,34 @@ def main():
     sys.exit(0 if is_same else 1)
 
 
-def compare(root, *, sweep):
+def compare(root):
     """Run everything and print a row for each; True where all bytes are the same."""
-    root.mkdir(exist_ok=True)
     local_campaign = make_campaign(root / "campaign", MEDIA)
     copies = {name: Folder(root / name) for name in ("cluster", "lossy")}
     for copy in copies.values():
         shutil.copytree(local_campaign.root, copy.root)
     profile = site_profile(root / "site")
     same = True
-    print(f"{'what':52s} {'jobs':>5s} {'wall, s':>8s}  same bytes", flush=True)
-
-    def row(what, jobs, since, against):
-        nonlocal same
-        differing = differences(local_campaign, against) if against else []
-        verdict = (
-            ""
-            if against is None
-            else "NO"
-            if differing
-            else f"yes, {len(local_campaign.digests())} files"
+    began, log = time.monotonic(), root / "local.log"
+    finish(rftfit(local_campaign, log, "run", "--cores", "2"), log)
+    print(f"this machine, 2 cores: {time.monotonic() - began:.0f} s", flush=True)
+    for name, copy in copies.items():
+        with SlurmHost(root / f"slurm-{name}").running() as host:
+            began, log = time.monotonic(), root / f"{name}.log"
+            child = rftfit(copy, log, "run", "--cluster", str(profile))
+            hit = lose_a_node(host, child, 2) if name == "lossy" else []
+            finish(child, log)
+            jobs = len(host.jobs("-t", "all"))
+        differing = differences(local_campaign, copy)
+        lost = f", node lost under job {' '.join(hit)}" if hit else ""
+        print(
+            f"cluster, {jobs} jobs{lost}: {time.monotonic() - began:.0f} s; of "
+            f"{len(local_campaign.digests())} files differ: {', '.join(differing) or 'none'}",
+            flush=True,
         )
-        same &= not differing
-        print(f"{what:52s} {jobs:>5s} {time.monotonic() - since:8.1f}  {verdict}", flush=True)
-        for name in differing:
-            print(f"    differs: {name}")
-
-    steps = [("run", "whole workflow", 2), *[("sweep", "robot's full sweep", 3)] * sweep]
-    for command, what, after in steps:
-        began = time.monotonic()
-        log = root / f"{command}-local.log"
-        finish(rftfit(local_campaign, log, command, "--cores", "2"), log)
-        row(f"{what}, this machine, 2 cores", "", began, None)
-        for name, copy in copies.items():
-            lossy = name == "lossy"
-            with SlurmHost(root / f"slurm-{command}-{name}").running() as host:
-                began, log = time.monotonic(), root / f"{command}-{name}.log"
-                child = rftfit(copy, log, command, "--cluster", str(profile))
-                hit = lose_a_node(host, child, after) if lossy else []
-                finish(child, log)
-                label = f"{what}, cluster" + f", node lost under job {' '.join(hit)}" * lossy
-                row(label, str(len(host.jobs("-t", "all"))), began, copy)
-                if lossy and not hit:
-                    print("    no node was lost: the run was over before")
-                    same = False
+        if name == "lossy" and not hit:
+            print("no node was lost: the run was over before")
+        same &= not differing and bool(hit) == (name == "lossy")
     return same
 
 

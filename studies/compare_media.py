@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import sys
 from dataclasses import dataclass
-from itertools import combinations
 from typing import TYPE_CHECKING
 
 import frame
@@ -31,8 +30,8 @@ SURFACE_CM, NOISE = 0.05, 0.003
 DEPTHS_CM = (3.0, 7.0)
 """Depths that runs reach, by direction: the deeper, the less the surface matters."""
 
-SIZE, SHAPE = 0.08, 0.10
-"""Differences of size and of shape (rms) that the study makes."""
+SIZE, SHAPE, LEVEL = 0.08, 0.10, 0.05
+"""Differences of size and of shape (rms) that the study makes; p below which they are told."""
 
 DESIGNS = (
     (20, 3, 0.05, 0.03),
@@ -114,12 +113,8 @@ def compare_pair(
     ratio: float = 1.0,
     shape: float = 0.0,
     beds: Beds | None = None,
-    of_b: tuple[int, Beds] | None = None,
 ) -> Comparison:
-    """Compare two sessions of one published medium; B is `ratio` times as strong and of another `shape`.
-
-    `of_b`: Repeats and beds of B, where they are not those of A.
-    """
+    """Compare two sessions of one published medium; B is `ratio` times as strong and of another `shape`."""
     rng = np.random.default_rng(seed)
     count, repeats = design
     published_alpha = published(str(rng.choice(reference.MEDIA)))
@@ -127,38 +122,36 @@ def compare_pair(
     depth = rng.uniform(*DEPTHS_CM, count)
     truth_b = other_shape(truth, shape, rng) if shape else truth.copy()
     truth_b = np.vstack([truth_b[:2], ratio * truth_b[2:]])
-    of_a = repeats, beds or Beds()
     runs_a, runs_b = (
-        RunSet(name, runs_of(alpha, depth, often, rng, scatter), SURFACE_CM)
-        for name, alpha, (often, scatter) in (("A", truth, of_a), ("B", truth_b, of_b or of_a))
+        RunSet(name, runs_of(alpha, depth, repeats, rng, beds or Beds()), SURFACE_CM)
+        for name, alpha in (("A", truth), ("B", truth_b))
     )
     return compare_run_sets(runs_a, runs_b)
 
 
 def grade(pairs: int, design: tuple[int, int], beds: Beds | None = None) -> dict[str, float]:
     """Shares, in percent, of pairs by what the comparison says of them."""
-    same_pairs = [compare_pair(seed, design, beds=beds) for seed in range(pairs)]
-    larger = [compare_pair(seed, design, 1 + SIZE, beds=beds) for seed in range(pairs)]
-    formed = [compare_pair(seed, design, 1.0, SHAPE, beds=beds) for seed in range(pairs)]
-    covered = [(comparison.ratio_lo <= 1 <= comparison.ratio_hi) for comparison in same_pairs]
-    covered_larger = [
-        (comparison.ratio_lo <= 1 + SIZE <= comparison.ratio_hi) for comparison in larger
+
+    def compare_pairs(ratio: float, shape: float = 0.0) -> list[Comparison]:
+        return [compare_pair(seed, design, ratio, shape, beds) for seed in range(pairs)]
+
+    same_pairs, larger = compare_pairs(1), compare_pairs(1 + SIZE)
+    formed = compare_pairs(1, SHAPE)
+    covered = [
+        pair.ratio_lo <= ratio <= pair.ratio_hi
+        for ratio, of_ratio in ((1, same_pairs), (1 + SIZE, larger))
+        for pair in of_ratio
     ]
-    holds = [
-        comparison.shape_lo_percent <= 100 * SHAPE <= comparison.shape_hi_percent
-        for comparison in formed
-    ]
+    holds = (pair.shape_lo_percent <= 100 * SHAPE <= pair.shape_hi_percent for pair in formed)
     return {
-        "size, false": percent(comparison.size_p < 0.05 for comparison in same_pairs),
-        "shape, false": percent(comparison.shape_p < 0.05 for comparison in same_pairs),
-        "ratio covered": percent([*covered, *covered_larger]),
-        "8 % of size": percent(comparison.size_p < 0.05 for comparison in larger),
-        "10 % of shape": percent(comparison.shape_p < 0.05 for comparison in formed),
+        "size, false": percent(pair.size_p < LEVEL for pair in same_pairs),
+        "shape, false": percent(pair.shape_p < LEVEL for pair in same_pairs),
+        "ratio covered": percent(covered),
+        "8 % of size": percent(pair.size_p < LEVEL for pair in larger),
+        "10 % of shape": percent(pair.shape_p < LEVEL for pair in formed),
         "shape covered": percent(holds),
-        "least ratio": float(np.median([comparison.least_ratio for comparison in same_pairs])),
-        "least shape": float(
-            np.median([comparison.least_shape_percent for comparison in same_pairs])
-        ),
+        "least ratio": float(np.median([pair.least_ratio for pair in same_pairs])),
+        "least shape": float(np.median([pair.least_shape_percent for pair in same_pairs])),
     }
 
 
@@ -168,80 +161,21 @@ def grade_design(count: int, repeats: int, bed: float, patches: float, pairs: in
     return [design | grade(pairs, (count, repeats), Beds(bed, patches))]
 
 
-def grade_unequal(often: int, pairs: int) -> list[Row]:
-    """Shares, in percent, of pairs of one medium whose B scatters three times as much and has fewer repeats."""
-    of_b = often, Beds(0.10, 0.06)
-    same_pairs = [
-        compare_pair(seed, (20, 3), beds=Beds(0.03, 0.02), of_b=of_b) for seed in range(pairs)
-    ]
-    return [
-        {
-            "repeats of B": often,
-            "size, false": percent(pair.size_p < 0.05 for pair in same_pairs),
-            "shape, false": percent(pair.shape_p < 0.05 for pair in same_pairs),
-            "ratio covered": percent(pair.ratio_lo <= 1 <= pair.ratio_hi for pair in same_pairs),
-        }
-    ]
-
-
 def percent(true: object) -> float:
     """Share of what is true."""
     return 100 * float(np.mean(list(true)))  # type: ignore[call-overload]
 
 
-def compare_published(repeats: int = 3, seed: int = 0) -> pd.DataFrame:
-    """Compare each pair of published media, 20 directions each."""
-    rng = np.random.default_rng(seed)
-    places = rng.permutation(published(reference.MEDIA[0]).shape[1])[:20]
-    depth = rng.uniform(*DEPTHS_CM, places.size)
-    sets = {
-        medium: RunSet(
-            medium, runs_of(published(medium)[:, places], depth, repeats, rng, Beds()), SURFACE_CM
-        )
-        for medium in reference.MEDIA
-    }
-    rows = []
-    for a, b in combinations(sets, 2):
-        comparison = compare_run_sets(sets[a], sets[b])
-        rows.append(
-            (
-                a,
-                b,
-                comparison.ratio,
-                comparison.size_p,
-                comparison.shape_percent,
-                comparison.shape_p,
-            )
-        )
-    return pd.DataFrame(rows, columns=["a", "b", "ratio", "size_p", "shape_percent", "shape_p"])
-
-
-def grade_published(repeats: int, seed: int) -> list[Row]:
-    """Comparison of each pair of published media."""
-    table = compare_published(repeats, seed)
-    return [{str(name): value for name, value in row.items()} for row in table.to_dict("records")]
-
-
 def report(rows: pd.DataFrame) -> Tables:
     """The rows as they are."""
-    return [
-        ("Pairs of sessions of one published medium; shares in percent", rows.drop(columns="unit"))
-    ]
+    title = "Pairs of sessions of one published medium; shares in percent"
+    return [(title, rows.drop(columns="unit"))]
 
 
 PARTS = {
     "designs": Part(
         lambda count, _seed: [(*design, count) for design in DESIGNS], grade_design, report, 100
-    ),
-    "unequal": Part(
-        lambda count, _seed: [(often, count) for often in (1, 2, 3)], grade_unequal, report, 100
-    ),
-    "published": Part(
-        lambda count, seed: [(count, seed)],
-        grade_published,
-        lambda rows: [("Pairs of published media, 20 directions", rows.drop(columns="unit"))],
-        3,
-    ),
+    )
 }
 
 if __name__ == "__main__":

@@ -16,7 +16,7 @@ from rftfit.forces.faces import moving_faces
 from rftfit.forces.reference_kernel import angles, place, submerged
 from rftfit.model import rft3d
 from rftfit.model.profiles import TableProfile
-from rftfit.reference import BETA_DEG, GAMMA_DEG
+from rftfit.reference import BETA_DEG, GAMMA_DEG, MEDIA
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     Stress = Callable[[FloatArray, FloatArray], FloatArray]
     Alpha = Callable[[FloatArray, FloatArray], FloatArray]
 
+MATERIALS = {name: tuple(other for other in MEDIA if other[:5] == name[:5]) for name in MEDIA}
+"""Published media of the material of each."""
 SIZE = 0.4
 """alpha_z(0, 90 deg) of the laws, N/cm^3."""
 
@@ -90,8 +92,8 @@ def alpha_of_table(table: TableProfile, beta: FloatArray, gamma: FloatArray) -> 
     return np.stack(table.alpha(beta, gamma))
 
 
-def exact_laws(materials: dict[str, tuple[str, ...]]) -> dict[str, Law]:
-    """Media by name; `materials`: published media of the material of each."""
+def exact_laws() -> dict[str, Law]:
+    """Media by name."""
     laws = {}
     # with a friction of 1 a medium lies farther from the known ones than their frictions allow
     families: dict[str, tuple[Callable[..., FloatArray], tuple[float, ...]]] = {
@@ -106,7 +108,7 @@ def exact_laws(materials: dict[str, tuple[str, ...]]) -> dict[str, Law]:
     for medium in ("poppy_LP", "glass0.3mm_CP"):
         name = f"bilinear {medium}"
         alpha = partial(alpha_of_table, warped_table(medium))
-        laws[name] = Law(name, alpha, None, materials[medium])
+        laws[name] = Law(name, alpha, None, MATERIALS[medium])
     return laws
 
 

@@ -1,4 +1,4 @@
-"""Scores of predicted forces, and the error of a force model that is learned from measured forces."""
+"""Scores of predicted forces and of alpha, and the error of a force model that is learned from measured forces."""
 
 from __future__ import annotations
 
@@ -6,19 +6,65 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rftfit.forces.reference_kernel import angles, place, submerged
+from rftfit.compare.legs import extreme, measured_peak
+from rftfit.model.draws import interval
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rftfit.conventions import FloatArray
-    from rftfit.forces.outlines import Outline
-    from rftfit.model.profiles import Profile
+    import numpy.typing as npt
+    from frame import Row
 
+    from rftfit.conventions import FloatArray
+
+CONFIDENCE = 0.95
 LENGTH_DEG = 30.0
 """Correlation length of the model's error over the turn of a leg."""
-LEAST_LOAD = 0.2
-"""Load of a pose counts at least as this share of the largest load of the motion."""
+
+
+def score_curve(
+    theta_deg: FloatArray,
+    draws: FloatArray,
+    mean: FloatArray,
+    measured: FloatArray,
+    loaded: npt.NDArray[np.bool_],
+    component: str,
+) -> Row:
+    """Scores of the draws (m, p) of force z or x on a leg in the poses with load, percent of the measured peak.
+
+    Draws without scatter have their number for an interval.
+    """
+    top = measured_peak(theta_deg, measured, component).force_N
+    highest = extreme(mean, component)
+    sign = np.sign(mean[highest])
+    lo, hi = interval(draws, CONFIDENCE)
+    peak_lo, peak_hi = interval(moved_peaks(sign * draws, sign * mean), CONFIDENCE)
+    percent = 100 / abs(top)
+    return {
+        "peak_percent": percent * abs(mean[highest]) - 100,
+        "rms": percent * np.sqrt(np.mean((mean - measured)[loaded] ** 2)),
+        "rms_all": percent * np.sqrt(np.mean((mean - measured) ** 2)),
+        "inside": percent_inside(lo[loaded], hi[loaded], measured[loaded]),
+        "peak_in": float(peak_lo <= sign * top <= peak_hi),
+        "crps": percent * crps(draws, measured)[loaded].mean(),
+        "score": percent * interval_score(lo[loaded], hi[loaded], measured[loaded]),
+        "width": percent * np.mean((hi - lo)[loaded]),
+    }
+
+
+def score_alpha(draws: FloatArray, truth: FloatArray, mean: FloatArray, largest: float) -> Row:
+    """Scores of draws (m, ...) of alpha, percent of the largest of the medium; the strongest quarter of the numbers apart."""
+    lo, hi = interval(draws, CONFIDENCE)
+    percent = 100 / largest
+    strong = np.abs(truth) >= np.quantile(np.abs(truth), 0.75)
+    return {
+        "inside": percent_inside(lo, hi, truth),
+        "inside_strong": percent_inside(lo[strong], hi[strong], truth[strong]),
+        "score": percent * interval_score(lo, hi, truth),
+        "rms": percent * np.sqrt(np.mean((mean - truth) ** 2)),
+        "width": percent * np.mean(hi - lo),
+        "half": percent * np.sqrt(np.mean((hi - lo) ** 2)) / 2,
+    }
 
 
 def percent_inside(lo: FloatArray, hi: FloatArray, measured: FloatArray) -> float:
@@ -82,29 +128,6 @@ def learn_error(
 
     best = minimize_scalar(loss, bounds=(np.log(1e-3), np.log(10.0)), method="bounded")
     return float(np.exp(best.x))
-
-
-def loads_of(profile: Profile, outline: Outline, poses: FloatArray) -> FloatArray:
-    """Sum over elements of |alpha| |z| dA, both components, and at least a share of its largest: (draws, poses).
-
-    It is the load without the cancellation that makes a net force small; 0 where no element is in the medium.
-    """
-    elements = place(outline.body, outline.width_cm, poses)
-    depth_area, _ = submerged(elements, outline.solid)
-    beta, gamma = angles(elements)
-    pose, element = np.nonzero(depth_area > 0)
-    alpha = profile.alpha(beta[pose, element], gamma[pose, element])
-    sums = []
-    for component in alpha:
-        weighted = np.abs(np.atleast_2d(component)) * depth_area[pose, element]
-        # elements of a pose stand together
-        starts = np.searchsorted(pose, np.arange(len(poses)))
-        total = np.concatenate([np.zeros((len(weighted), 1)), np.cumsum(weighted, axis=1)], axis=1)
-        ends = np.append(starts[1:], pose.size)
-        sums.append(total[:, ends] - total[:, starts])
-    plain = np.hypot(*sums)
-    least = LEAST_LOAD * plain.max(axis=1, keepdims=True)
-    return np.where((depth_area > 0).any(axis=1), np.hypot(plain, least), 0.0)
 
 
 def smooth_errors(angle_deg: FloatArray, shape: tuple[int, ...], seed: int) -> FloatArray:

@@ -114,8 +114,9 @@ def differing_units(part: Part, units: Sequence[Unit], file: Path, share: float)
     for unit in chosen:
         name = unit_name(unit)
         rows = _grade_unit((part.grade, unit))
-        of_unit = kept_rows[kept_rows["unit"] == name].reset_index(drop=True)
-        if not of_unit[rows.columns].astype(str).equals(rows.astype(str)):
+        of_unit = kept_rows.loc[kept_rows["unit"] == name, rows.columns].reset_index(drop=True)
+        # a column of whole numbers may be kept as one of fractions
+        if len(of_unit) != len(rows) or not (of_unit.fillna("") == rows.fillna("")).all(axis=None):
             names.append(name)
             print(f"kept:\n{of_unit.to_string()}\ngraded now:\n{rows.to_string()}")
     print(f"{len(chosen)} units graded again, {len(names)} differ")

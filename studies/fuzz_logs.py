@@ -11,8 +11,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "helpers"))
-
+import frame  # noqa: F401 (finds the helpers of the tests)
 from log_files import (
     BINARIES,
     MANY_WITHOUT_BYTES,

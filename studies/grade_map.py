@@ -19,24 +19,26 @@ from typing import TYPE_CHECKING
 import frame
 import numpy as np
 import pandas as pd
-from force_scores import interval_score, percent_inside
+from exact_laws import MATERIALS
+from force_scores import score_alpha
 from frame import Part, Row, Tables, Unit
-from shapes import BETA_DEG, GAMMA_DEG, MATERIALS, NODES, planned, truth
-from slices import slice_3drft
 
 import rftfit
 from rftfit import Map, Shapes
 from rftfit.conventions import FloatArray, mirror
 from rftfit.errors import InputError
-from rftfit.model.draws import interval
+from rftfit.forces.planning import prior_map
 from rftfit.model.fourier import evaluate, fit_lsq
 from rftfit.model.profiles import TableProfile
-from rftfit.model.shapes import NOT_ALIKE, Pushes, estimate, published_shapes, usual_error
+from rftfit.model.rft3d import alpha_3drft
+from rftfit.model.shapes import NOT_ALIKE, Pushes, estimate, grid, published_shapes, usual_error
 from rftfit.reference import MEDIA
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+NODES = grid()
+BETA_DEG, GAMMA_DEG = np.degrees(NODES)
 COUNTS = (1, 2, 4, 6, 8, 12, 20, 30)
 FRICTIONS = ("0.2", "0.4", "0.8")
 FOREIGN = ("isotropic", "depth only", "alpha_x doubled")
@@ -93,10 +95,7 @@ def roughened(alpha: FloatArray, share: float, random: np.random.Generator) -> F
 def medium(group: str, name: str, random: np.random.Generator) -> tuple[FloatArray, Shapes]:
     """Alpha of a medium at the nodes, shape (2, n), and what is known before it is pushed."""
     if name in FRICTIONS:
-        law = partial(slice_3drft, float(name), 0.4, "")
-        z, x = np.array(
-            [law(*angles_deg) for angles_deg in zip(BETA_DEG, GAMMA_DEG, strict=True)]
-        ).T
+        z, x = 0.4 * np.stack(alpha_3drft(*NODES, float(name)))
         # its symmetry, which the law breaks where a sheet moves along itself
         return np.stack(TableProfile(z, x, *NODES).alpha(*NODES)), published_shapes()
     if group == "foreign":
@@ -117,19 +116,25 @@ def medium(group: str, name: str, random: np.random.Generator) -> tuple[FloatArr
     return alpha, published_shapes(without=(name,) if group == "medium out" else MATERIALS[name])
 
 
-def scores_of_alpha(medium_map: Map, alpha: FloatArray, places: list[int]) -> Row:
-    """Alpha where it was not pushed and has freedom, % of its largest."""
+def truth(medium: str) -> FloatArray:
+    """Table S5 of a medium at the nodes, shape (2, n)."""
+    return np.stack(TableProfile.published(medium).alpha(*NODES))
+
+
+def planned(shapes: Shapes, count: int) -> list[int]:
+    """Nodes of a plan for the whole map that starts from nothing."""
+    directions = list(zip(BETA_DEG.round(3), GAMMA_DEG.round(3), strict=True))
+    steps = rftfit.plan("map", prior_map(shapes), count=count).steps[1:]
+    return [directions.index((round(b, 3), round(g, 3))) for s in steps for b, g in s.directions]
+
+
+def scores_elsewhere(medium_map: Map, alpha: FloatArray, places: list[int]) -> Row:
+    """Scores of alpha where it was not pushed and has freedom."""
     direction = _SAME + 1000 * GAMMA_DEG
     free = _FREE & ~np.isin(direction, direction[places])
-    largest = np.abs(alpha).max() / 100
-    mean = medium_map.alpha[:, : _SAME.size][free]
-    lo, hi = interval(medium_map.draws[..., : _SAME.size][:, free], 0.95)
-    return {
-        "coverage": percent_inside(lo, hi, alpha[free]),
-        "score": interval_score(lo, hi, alpha[free]) / largest,
-        "rms": np.sqrt(np.mean((mean - alpha[free]) ** 2)) / largest,
-        "half": np.sqrt(np.mean((hi - lo) ** 2)) / 2 / largest,
-    }
+    lines = slice(_SAME.size)
+    drawn = medium_map.draws[..., lines][:, free]
+    return score_alpha(drawn, alpha[free], medium_map.alpha[:, lines][free], np.abs(alpha).max())
 
 
 def grade_set(group: str, name: str, number: int) -> list[Row]:
@@ -157,7 +162,7 @@ def grade_set(group: str, name: str, number: int) -> list[Row]:
                     row[column] = 100 * off / np.abs(alpha).max()
             elif group != "foreign":
                 row["not_passive"] = 100 * medium_map.not_passive
-                row |= scores_of_alpha(medium_map, alpha, places)
+                row |= scores_elsewhere(medium_map, alpha, places)
         except (ValueError, InputError) as problem:
             row["refused"] = type(problem).__name__
         rows.append(row)
@@ -166,7 +171,7 @@ def grade_set(group: str, name: str, number: int) -> list[Row]:
 
 def report_lines(rows: pd.DataFrame) -> Tables:
     """Tables by group of media and number of pushes."""
-    cover = rows.pivot_table("coverage", ["group", "name"], "count", sort=False)
+    cover = rows.pivot_table("inside", ["group", "name"], "count", sort=False)
     cover = pd.concat([cover, cover.agg(["mean", "min"])])
     cover.insert(0, "medium", [" ".join(map(str, np.atleast_1d(key))) for key in cover.index])
     tables = [("Coverage of alpha, %", cover)]

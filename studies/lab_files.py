@@ -13,10 +13,10 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterable
-from contextlib import nullcontext
 from functools import lru_cache, partial
 from itertools import product
 from typing import Any, NamedTuple
+from unittest import mock
 
 import frame
 import numpy as np
@@ -44,13 +44,14 @@ from mistakes import (
     turned,
 )
 from paper import sizes_of
-from slices import SLICES, lab_in
 
 from rftfit.campaign.config import Config
 from rftfit.errors import InputError
+from rftfit.lab import truth
 from rftfit.lab.enact import run_logs
 from rftfit.lab.plan import PlannedRun, parse_directions
 from rftfit.measure.verdict_words import FAILED, NOT_CHECKED, SOUND
+from rftfit.model.rft3d import alpha_3drft
 from rftfit.reference import MEDIA
 
 Luck = np.random.Generator
@@ -59,10 +60,22 @@ OF_BED = ("surface=0.5", "surface-session=0.5", "patches=3", "pink=0.05")
 """Errors of a lab without a fault, but for what differs from bed to bed; bias, drift and noise are in every campaign."""
 
 
+SLICES = {"3D-RFT, friction 0.2": (0.2, 0.35), "3D-RFT, friction 0.8": (0.8, 0.7875)}
+"""Friction and alpha_z(0, 90 deg), N/cm^3, of media that nobody tuned on."""
+
+
 def enact_in(bed: str, other: str, *settings: Any) -> Written:
     """Re-enact a campaign in a published medium, or in a slice of 3D-RFT in the place of another one."""
-    with lab_in(SLICES[bed]) if bed in SLICES else nullcontext():
+    if bed not in SLICES:
         return enacted(bed if bed in MEDIA else other, *settings)
+    friction, size = SLICES[bed]
+
+    def slice_3drft(_: str, beta_deg: float, gamma_deg: float) -> tuple[float, float]:
+        z, x = alpha_3drft(np.radians(beta_deg), np.radians(gamma_deg), friction)
+        return size * float(z), size * float(x)
+
+    with mock.patch.object(truth, "table_s5", slice_3drft):
+        return enacted(other, *settings)
 
 
 # --- Sound campaigns
@@ -425,6 +438,14 @@ MIXUPS = {
     "wet x 1.5 in scattered 10 %": Mixup(
         partial(transform_runs, matrix_of=scattered(0.1, 1.5)), ("repeats",)
     ),
+    **{
+        f"{name} in all runs": Mixup(of_cell(np.array(matrix)), ("axes-others", "work-axes"))
+        for name, matrix in (
+            ("z reversed", [[1.0, 0.0], [0.0, -1.0]]),
+            ("x reversed", [[-1.0, 0.0], [0.0, 1.0]]),
+            ("x and z exchanged", [[0.0, 1.0], [1.0, 0.0]]),
+        )
+    },
     "8 % of z in the channel of x": Mixup(
         of_cell(crosstalk(z_in_x=0.08)), SHARED, cause="crosstalk", size=0.08
     ),

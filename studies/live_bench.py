@@ -1,112 +1,43 @@
-"""What `rftfit watch` is worth at a bench: pushes that a stated accuracy takes, and pushes after which a mistake is told.
+"""What `rftfit watch` is worth at a bench: pushes that a stated accuracy takes.
 
-    python studies/live_bench.py pushes --rows FOLDER    20 repeats of each goal, medium and way
-    python studies/live_bench.py faults                  5 random orders of each fault
+    python studies/live_bench.py --rows FOLDER    20 repeats of each goal, medium and way
 
-`pushes`: a push is the published alpha of a medium with the usual error of a prepared bed; the shape that is known beforehand
-is that of the other four media. The way `watch` is the planned one from end to end: logs of a re-enacted rig, `rftfit watch`,
-and its next push. `faults`: a re-enacted campaign (beds 5 % apart) is put into a folder push by push, in random orders; from
-push 12 on a channel is dead or the mount is turned, or push 12 alone has a wrong row.
+A push is the published alpha of a medium with the usual error of a prepared bed; the shape that is known beforehand is that of
+the other four media. The way `watch` is the planned one from end to end: logs of a re-enacted rig, `rftfit watch`, and its next push.
 """
 
 from __future__ import annotations
 
-import random
 import sys
-import tempfile
-from dataclasses import replace
 from itertools import product
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 import frame
 import numpy as np
 import pandas as pd
-import yaml
+from campaigns import lay_bench
 from frame import Part, Row, Tables, Unit
-from paper import disturbed_logs
+from paper import enact, paper_values
 
-from rftfit.bench.events import Event
-from rftfit.bench.watch import MEASURED, READ, Watch
-from rftfit.campaign.config import Config
+from rftfit.bench.watch import Watch
 from rftfit.forces.outlines import model_leg
 from rftfit.forces.planning import Rig, Target, peaks, plan
-from rftfit.lab.enact import prepare
-from rftfit.lab.write import sheet_text
 from rftfit.model.profiles import TableProfile
 from rftfit.model.shapes import Map, Pushes, estimate, published_shapes, usual_error
-from rftfit.reference import BETA_DEG, GAMMA_DEG
+from rftfit.reference import BETA_DEG, GAMMA_DEG, MEDIA
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Iterator
 
-    from paper import Sizes
-
-    from rftfit.lab.plan import PlannedRun
-
-# --- A re-enacted rig that makes one push after the other, and the watch that looks at its files
-
-CONFIG = frame.PROJECT / "config" / "config.yaml"
 BEDS = {"spread-percent": 5.0}
 """Prepared beds differ by so much."""
-
-
-class LiveRig:
-    """The paper's plates in one medium, in the folder `root`; `plates` are all runs that it can make."""
-
-    def __init__(self, root: Path, medium: str, seed: int, target: Target | str = "map") -> None:
-        values = yaml.safe_load(CONFIG.read_text(encoding="utf-8"))
-        values["media"] = {medium: values["media"][medium]}
-        del values["robot"]
-        self.config, self.seed, self.medium = Config(**values), seed, medium
-        runs = prepare(self.config, media=[medium], legs=False).runs
-        self.rods = {run.run_id: run for run in runs if run.kind == "rod"}
-        self.plates = [run for run in runs if run.kind == "plate"]
-        self._rows: list[PlannedRun] = []
-        self._raw, self._now = root / "raw" / "paper", 0.0
-        (self._raw / medium).mkdir(parents=True)
-        self._write_sheet()
-        file = root / "config" / "config.yaml"
-        file.parent.mkdir()
-        file.write_text(yaml.safe_dump(values), encoding="utf-8")
-        self.watch = Watch(file, target=target)
-
-    def _write_sheet(self) -> None:
-        (self._raw / "runs.csv").write_text(sheet_text(self._rows, {}), encoding="utf-8")
-
-    def logs(self, run: PlannedRun, sizes: Sizes = BEDS) -> tuple[bytes, bytes]:
-        """Force log and motion log of a run, with disturbances of some sizes."""
-        logs = disturbed_logs(run, self.config, self.seed, sizes)
-        return logs[run.force_log] or b"", logs[run.motion_log] or b""
-
-    def record(self, logs: Mapping[PlannedRun, tuple[bytes, bytes]]) -> list[Event]:
-        """Write rows and logs of some runs; what the watch says of them."""
-        for run, contents in logs.items():
-            for name, content in zip((run.force_log, run.motion_log), contents, strict=True):
-                (self._raw / name).write_bytes(content)
-        self._rows += logs
-        self._write_sheet()
-        events: list[Event] = []
-        for _ in range(8):  # config and sheet first, then logs that are looked at every fourth time
-            self._now += 0.5
-            events += self.watch.step(self._now)
-        return events
-
-    def push(self, plates: Sequence[PlannedRun]) -> list[Event]:
-        """Make plate runs, each with its rod-only run."""
-        runs = [run for plate in plates for run in (self.rods[plate.tare_run], plate)]
-        return self.record({run: self.logs(run) for run in runs})
-
-
-# --- Pushes to a stated accuracy
-
-
-MEDIA = ("poppy_LP", "poppy_CP", "glass0.3mm_LP", "glass0.3mm_CP", "glass3mm_CP")
 WAYS = ("planned", "random", "paper", "watch")
 GOALS = {"lift": 10.0, "map": 5.0}
 """Half width of the interval at which to stop, percent."""
 MOST = 40
-"""Most pushes of a loop, and of an order with a fault."""
+"""Most pushes of a loop."""
 
 
 def target_of(goal: str) -> Target | str:
@@ -163,27 +94,38 @@ def choose_pushes(medium: str, goal: str, way: str, repeat: int) -> tuple[int, f
 
 def watch_pushes(medium: str, goal: str, _way: str, repeat: int) -> tuple[int, float, float]:
     """The same by a watch of a re-enacted rig, which is asked for the next push."""
-    with tempfile.TemporaryDirectory() as folder:
-        rig = LiveRig(Path(folder), medium, 2013 + repeat, target_of(goal))
-        of_direction: dict[tuple[float, float], list[PlannedRun]] = {}
-        for run in rig.plates:
-            beta, gamma = float(run.beta_deg or 0), float(run.gamma_deg or 0)
-            # a pull back along a path is the push of the mirror image
-            if run.direction == "extraction":
-                beta, gamma = (beta if beta == 90 else -beta), -gamma
-            of_direction.setdefault((round(beta), round(gamma)), []).append(run)
+    values = paper_values("robot")
+    values["media"] = {medium: values["media"][medium]}
+    with TemporaryDirectory() as folder:
+        recorded = Path(folder) / "recorded"
+        enact(recorded, values, BEDS, seed=2013 + repeat, legs=False)
+        bench = lay_bench(Path(folder) / "bench", recorded)
+        bench.write_sheet()
+        watch = Watch(bench.config, target=target_of(goal))
+        runs: dict[tuple[float, float], list[str]] = {}
+        for run_id in bench.plates:
+            runs.setdefault(direction_of(bench.every[run_id]), []).append(run_id)
         direction, count = (0.0, 90.0), 0
         while True:
-            rig.push(of_direction[round(direction[0]), round(direction[1])])
-            state, count = rig.watch.media[medium], count + 1
+            bench.push(*runs[round(direction[0]), round(direction[1])])
+            bench.settle(watch)
+            state, count = watch.media[medium], count + 1
+            assert state.plan is not None
             if state.width <= GOALS[goal] or count == MOST:
                 break
-            assert state.plan is not None
             direction = state.plan.steps[1].directions[0]
         assert state.map is not None
-        assert state.plan is not None
-        truth, half_width = TableProfile.published(medium), state.plan.steps[0].half_width
-        return count, state.width, share_held(goal, state.map, truth, rig.watch.target, half_width)
+        half_width = state.plan.steps[0].half_width
+        truth = TableProfile.published(medium)
+        return count, state.width, share_held(goal, state.map, truth, watch.target, half_width)
+
+
+def direction_of(row: dict[str, str]) -> tuple[float, float]:
+    """Direction of a row of the run sheet; a pull back along a path is the push of the mirror image."""
+    beta, gamma = float(row["beta_deg"]), float(row["gamma_deg"])
+    if row["direction"] == "extraction":
+        beta, gamma = (beta if beta == 90 else -beta), -gamma
+    return round(beta), round(gamma)
 
 
 def share_held(
@@ -218,122 +160,12 @@ def report_pushes(rows: pd.DataFrame) -> Tables:
     return [(f"Pushes until the goal; {MOST + 1}: not reached", table.reset_index())]
 
 
-# --- Pushes until a mistake is told
-
-
-AT = 12
-TURNS = {f"mount turned by {angle}° from here on": {"turn": float(angle)} for angle in (5, 10, 20)}
-CONTROL = ", each fourth push straight down"
-TURNS |= {name + CONTROL: sizes for name, sizes in TURNS.items()}
-DEAD = "channel of the horizontal force dead from here on"
-DIRECTION = "this push filed under another direction of motion"
-MEDIUM = "this push made in another medium (0.3 mm glass spheres, close)"
-
-
-def with_column(content: bytes, column: str, value: str) -> bytes:
-    """A log with one value in the whole of a column."""
-    lines = content.decode().splitlines()
-    head = next(place for place, line in enumerate(lines) if line.startswith("time_s"))
-    index = next(i for i, name in enumerate(lines[head].split(",")) if name.startswith(column))
-    rows = [line.split(",") for line in lines[head + 1 :]]
-    text = [",".join([*row[:index], value, *row[index + 1 :]]) for row in rows]
-    return ("\n".join([*lines[: head + 1], *text]) + "\n").encode()
-
-
-def logs_of(
-    rig: LiveRig, kind: str, run: PlannedRun, later_runs: Iterable[PlannedRun]
-) -> tuple[bytes, bytes]:
-    """Force log and motion log of a run, with what goes wrong."""
-    if kind == DIRECTION:
-        other = next(
-            later
-            for later in later_runs
-            if later.kind == run.kind and later.gamma_deg != run.gamma_deg
-        )
-        return rig.logs(other)
-    if kind == MEDIUM:
-        return rig.logs(replace(run, published="glass0.3mm_CP"))
-    force, motion = rig.logs(run, BEDS | TURNS.get(kind, {}))
-    return with_column(force, "F2", "0.00000") if kind == DEAD else force, motion
-
-
-def findings_of(events: Iterable[Event]) -> set[str]:
-    """What the watch says to be wrong."""
-    findings = set()
-    for event in events:
-        if event.kind == "medium":
-            findings |= {f"check `{check['check']}`" for check in event.facts["checks"]}
-        if event.kind == "push":
-            findings |= {f"flag `{flag['code']}`" for flag in event.facts["flags"]}
-            findings |= set() if event.facts["state"] in (MEASURED, READ) else {"run refused"}
-    return findings
-
-
-def with_control(rig: LiveRig, plates: list[PlannedRun]) -> list[PlannedRun]:
-    """Each fourth push is one straight down with the level plate, of a bed of its own."""
-    down = next(plate for plate in rig.plates if plate.beta_deg == 0 and plate.gamma_deg == 90)
-    rod = rig.rods[down.tare_run]
-    for index in range(3, MOST, 4):
-        control = replace(down, run_id=f"{down.run_id}_{index}", tare_run=f"{rod.run_id}_{index}")
-        rig.rods[control.tare_run] = replace(rod, run_id=control.tare_run)
-        plates = [*plates[:index], control, *plates[index:]]
-    return plates
-
-
-def grade_fault(kind: str, seed: int) -> list[Row]:
-    """First check or flag that was not there before push 12, and the further pushes after which it comes."""
-    before = set[str]()
-    with tempfile.TemporaryDirectory() as folder:
-        rig = LiveRig(Path(folder), "poppy_LP", 2013 + seed)
-        plates = random.Random(seed).sample(rig.plates, len(rig.plates))
-        if kind.endswith(CONTROL):
-            plates = with_control(rig, plates)
-        for number, plate in enumerate(plates[:MOST], start=1):
-            is_bad = number == AT or (number > AT and kind not in (DIRECTION, MEDIUM))
-            later_runs = [
-                later_run
-                for later_plate in plates[MOST:]
-                for later_run in (later_plate, rig.rods[later_plate.tare_run])
-            ]
-            logs = {
-                run: logs_of(rig, kind, run, later_runs) if is_bad else rig.logs(run)
-                for run in (rig.rods[plate.tare_run], plate)
-            }
-            findings = findings_of(rig.record(logs))
-            if number < AT:
-                before |= findings
-            elif findings - before:
-                first = ", ".join(sorted(findings - before))
-                return [{"fault": kind, "first": first, "further": number - AT}]
-    return [{"fault": kind, "first": "", "further": np.nan}]
-
-
-def report_faults(rows: pd.DataFrame) -> Tables:
-    """Orders in which each fault is told, by what, and after how many further pushes."""
-    table = rows.groupby("fault", sort=False).agg(
-        orders=("further", "size"),
-        told=("further", "count"),
-        first=("first", lambda names: "; ".join(dict.fromkeys(names.dropna()))),
-        median=("further", "median"),
-        largest=("further", "max"),
-    )
-    return [(f"At push {AT}; further pushes", table.reset_index())]
-
-
 def list_pushes(count: int, _seed: int) -> list[Unit]:
     """Repeats of each goal, medium and way."""
     return [*product(range(count), GOALS, MEDIA, WAYS)]
 
 
-def list_orders(count: int, _seed: int) -> list[Unit]:
-    """Random orders of each fault."""
-    return [*product((DEAD, *TURNS, DIRECTION, MEDIUM), range(count))]
-
-
-PARTS = {
-    "pushes": Part(list_pushes, grade_pushes, report_pushes, 20),
-    "faults": Part(list_orders, grade_fault, report_faults, 5),
-}
+PARTS = {"pushes": Part(list_pushes, grade_pushes, report_pushes, 20)}
 
 if __name__ == "__main__":
     sys.exit(frame.run_study(__doc__, PARTS))

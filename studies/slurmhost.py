@@ -25,8 +25,8 @@ class CannotRun(Exception):
     """A cluster cannot be made of this machine; the message says why."""
 
 
-def prepare(say=print):
-    """See that this machine can be a cluster; install what is missing.
+def prepare():
+    """See that this machine can be a cluster.
 
     Raises
     ------
@@ -36,27 +36,10 @@ def prepare(say=print):
         raise CannotRun("it needs Linux and root: Slurm's daemons start jobs as other users")
     if not Path("/sys/fs/cgroup").is_mount() and not any(Path("/sys/fs/cgroup").iterdir()):
         raise CannotRun("/sys/fs/cgroup is not mounted, and slurmd needs it")
-    running = [p.info["name"] for p in psutil.process_iter(["name"])]
-    if "slurmctld" in running or "slurmd" in running:
+    if {"slurmctld", "slurmd"} & {p.info["name"] for p in psutil.process_iter(["name"])}:
         raise CannotRun("Slurm is running here already; it will not be disturbed")
     if any(shutil.which(name) is None for name in PROGRAMS):
-        if shutil.which("apt-get") is None:
-            raise CannotRun("Slurm and munge are not installed, and there is no apt-get to do it")
-        if callable(say):
-            say("apt-get install slurm-wlm munge ...")
-        for words in (
-            ("update",),
-            ("install", "-y", "--no-install-recommends", "slurm-wlm", "munge"),
-        ):
-            done = subprocess.run(
-                ["apt-get", "-q", *words],
-                capture_output=True,
-                text=True,
-                check=False,
-                env={**os.environ, "DEBIAN_FRONTEND": "noninteractive"},
-            )
-        if done.returncode:
-            raise CannotRun(f"apt-get install slurm-wlm munge failed:\n{done.stderr[-800:]}")
+        raise CannotRun("Slurm or munge is not installed: apt-get install slurm-wlm munge")
 
 
 class SlurmHost:

@@ -61,29 +61,13 @@ Shaded, the interval; dashed, the error of the law in space. Colour is the stres
 
 From [a wheel, or any body in space](howto/space.md): `rftfit predict --mesh wheel.stl --unit mm --path path.csv --alpha 0.35 --figure wheel.png`.
 
-### 96 wheel runs
-
-![predicted over measured forces and sinkage of 96 runs](images/space_wheel.webp)
-
-Forces on a wheel in sand and its sinkage, by the measured law and by 3D-RFT; open points at high slip. Good: points on the line.
-
-From [the same page](howto/space.md): `python studies/side_slip.py wheel.png`.
-
-### Measured wheels
-
-![drawbar over load over slip of seven measured wheels](images/space_rigs.webp)
-
-Drawbar over load of wheels of five laboratories at their load and sinkage. Good: points inside the shade; the line of KLS-1 is above all points, with lugs and without.
-
-From [a wheel at its load](howto/wheel.md): `python studies/wheels.py --figure rigs.png`.
-
 ### A rover in MuJoCo
 
 ![a rover with four wheels in sand](images/space_rover.webp)
 
 Any MuJoCo model on a measured medium. Good: at rest it does not creep.
 
-From [a robot in MuJoCo](howto/mujoco.md): `rftfit.mujoco.attach(model, data, medium)`. `python docs/_ext/space_pictures.py` draws all three.
+From [a robot in MuJoCo](howto/mujoco.md): `rftfit.mujoco.attach(model, data, medium)`. `python docs/_ext/space_pictures.py` draws both.
 
 ## A leg that was measured elsewhere
 

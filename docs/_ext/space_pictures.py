@@ -6,7 +6,6 @@ The rover needs a graphics driver that MuJoCo can use without a screen (``MUJOCO
 from __future__ import annotations
 
 import os
-import subprocess
 import sys
 import tempfile
 from io import BytesIO
@@ -58,15 +57,12 @@ def rover(folder: Path) -> Image.Image:
 
 
 def main() -> None:
-    """Write all three."""
+    """Write both."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         picture = follow("space", folder / "space").folder / "wheel.png"
         save(Image.open(picture), "space_path", 1000)
         save(rover(follow("mujoco", folder / "mujoco").folder), "space_rover", 800)
-        script = ROOT / "studies" / "side_slip.py"
-        subprocess.run([sys.executable, script, folder / "runs.png"], check=True)
-        save(Image.open(folder / "runs.png"), "space_wheel", 900)
         os.chdir(ROOT)
 
 

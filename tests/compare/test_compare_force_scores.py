@@ -11,12 +11,11 @@ import pytest
 from exact_laws import SIZE, alpha_by_stress, exact_laws, forces_in_plane, forces_in_space
 from force_scores import crps, interval_score, learn_error
 from scipy.spatial.transform import Rotation
-from shapes import MATERIALS
 
 import rftfit
 from rftfit.conventions import mirror
 
-LAWS = exact_laws(MATERIALS)
+LAWS = exact_laws()
 """Media whose alpha is known without error, by name."""
 
 

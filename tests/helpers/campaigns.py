@@ -8,6 +8,7 @@ import hashlib
 import io
 import math
 import os
+import shutil
 import subprocess
 import sys
 from dataclasses import dataclass, field
@@ -656,6 +657,13 @@ def lay_out_home_rig(folder, monkeypatch, **changes):
 
 DIRECTIONS = ((0.0, 90.0), (30.0, 45.0), (-30.0, 45.0), (60.0, 90.0), (30.0, -45.0), (0.0, 0.0))
 MEDIUM = "poppy_LP"
+
+
+def lay_bench(root, recorded):
+    """A campaign before its first run, for which everything is recorded: no log is there."""
+    shutil.copytree(recorded / "config", root / "config")
+    (root / "raw" / "paper").mkdir(parents=True)
+    return Bench(root, recorded)
 
 
 class Bench:

@@ -2,20 +2,22 @@
 
 import gzip
 import io
+import sqlite3
 import struct
 import subprocess
 import sys
 import zipfile
 import zlib
 from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
 import yaml
 from campaigns import make_campaign, run_rules
-from large_logs import ROW, archive, bag_with_blob, hdf5, small_bag, workbook
 from log_files import ROS1_TYPE, refused, wrench, write_ros1, write_ros2
 
 from rftfit.campaign.load import load_campaign
@@ -210,6 +212,7 @@ BOMBS: dict[str, tuple[str, Callable[[Path], object], str]] = {
 LOAD = """
 import sys
 from pathlib import Path
+from typing import Any
 from rftfit.logs.base import LogError
 from rftfit.logs.registry import dialect
 try:
@@ -257,24 +260,51 @@ def test_a_note_far_beside_a_table_is_no_harm(tmp_path):
 # --- Limits that are asked before reading
 
 
+def small_bag(folder):
+    """Bag of ROS 2 with 20 wrenches."""
+    return write_ros2(folder, [wrench(index) for index in range(20)], "SQLITE3")
+
+
+def bag_with_blob(folder, megabytes):
+    """Bag of ROS 2 of which one message is large."""
+    path = small_bag(folder)
+    with closing(sqlite3.connect(path)) as connection, connection:
+        sizes = (megabytes * 10**6,)
+        connection.execute("UPDATE messages SET data = zeroblob(?) WHERE id = 7", sizes)
+    return path
+
+
+def npz_of(path, count):
+    arrays: dict[str, Any] = {f"channel_{index}": np.arange(5.0) for index in range(count)}
+    np.savez(path, **arrays)
+
+
+def h5_of(path, count):
+    with h5py.File(path, "w") as file:
+        for index in range(count):
+            file[f"channel_{index}"] = np.arange(5.0)
+
+
 def test_a_sheet_of_more_rows_than_one_has_is_refused_before_a_row_is_read(tmp_path, monkeypatch):
     monkeypatch.setattr(tabular, "MOST_ROWS", 900)
     monkeypatch.setattr(tabular, "_LEAST_TO_COUNT", 900)
     monkeypatch.setattr(tabular.XlsxReader, "_plan", lambda *_: pytest.fail("a row was read"))
-    refused(dialect("xlsx"), workbook(1000, ROW)(tmp_path / "a"), "too_large", "row 900")
+    pd.DataFrame({"time_s": range(1000), "F1_N": 1}).to_excel(tmp_path / "a.xlsx", index=False)
+    refused(dialect("xlsx"), tmp_path / "a.xlsx", "too_large", "row 900")
 
 
-@pytest.mark.parametrize("kind", ["npz", "h5"])
-def test_a_file_of_more_arrays_than_a_log_has(tmp_path, kind):
-    make = {"npz": archive, "h5": hdf5}[kind]
-    refused(dialect("arrays"), make(2001)(tmp_path / "a"), "too_large", "2000 arrays")
-    assert len(dialect("arrays").load(make(200)(tmp_path / "b")).columns) == 200
+@pytest.mark.parametrize(("name", "make"), [("a.npz", npz_of), ("a.h5", h5_of)])
+def test_a_file_of_more_arrays_than_a_log_has(tmp_path, name, make):
+    make(tmp_path / name, 2001)
+    refused(dialect("arrays"), tmp_path / name, "too_large", "2000 arrays")
+    make(tmp_path / name, 200)
+    assert len(dialect("arrays").load(tmp_path / name).columns) == 200
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the peak of memory is read from /proc")
 def test_a_message_of_a_bag_is_asked_for_its_size_before_it_is_read(tmp_path):
     pytest.importorskip("rosbags")
-    path = bag_with_blob(400)(tmp_path / "bag")
+    path = bag_with_blob(tmp_path / "bag", 400)
     command = [sys.executable, "-c", LOAD, "ros-bag", str(path)]
     process = subprocess.run(command, capture_output=True, text=True, check=True)
     error_code, megabytes, _ = process.stdout.split(maxsplit=2)

@@ -10,7 +10,6 @@ from rftfit.measure.depths import curved_law
 
 @pytest.mark.statistics
 def test_intervals_hold_the_force_at_stated_depths():
-    """`make curved` is the same with 400 campaigns and other powers."""
     coverage = forces_held("poppy_LP", seeds(10, 4), 5, {"power": 1.3})
     assert list(coverage["cells"]) == [156, 132, 108]
     assert coverage["inside"].between(*seeds((0.92, 0.98), (0.88, 1))).all()

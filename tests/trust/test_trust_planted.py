@@ -1,7 +1,4 @@
-"""No link in the place of a file that the program writes, symbolic or hard, leads to a byte of raw logs or config.
-
-``make links`` does the same with real runs, at every place and with every command.
-"""
+"""No link in the place of a file that the program writes, symbolic or hard, leads to a byte of raw logs or config."""
 
 from __future__ import annotations
 

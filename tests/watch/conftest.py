@@ -1,9 +1,7 @@
 """A campaign whose files are put into its folder one by one."""
 
-import shutil
-
 import pytest
-from campaigns import DIRECTIONS, Bench, make_campaign
+from campaigns import DIRECTIONS, lay_bench, make_campaign
 from paper import few_draws
 
 
@@ -23,7 +21,4 @@ def recorded(tmp_path_factory):
 @pytest.fixture
 def bench(recorded, tmp_path):
     """The campaign before its first run: no log is there."""
-    root = tmp_path / "campaign"
-    shutil.copytree(recorded / "config", root / "config")
-    (root / "raw" / "paper").mkdir(parents=True)
-    return Bench(root, recorded)
+    return lay_bench(tmp_path / "campaign", recorded)

@@ -37,7 +37,7 @@ _CAUSES = {
     "generic": "nine terms lift a belly that slides level, where the measured table has next to no lift",
     "depth_only": "without the direction of stress they push like c-legs (as the model legs do)",
 }
-"""Of the generic profile by exchanging its ingredients (`studies/ingredients.py`); of depth-only as on
+"""Of the generic profile by exchanging its ingredients, 2026-11-24 (git history: `studies/ingredients.py`); of depth-only as on
 the model legs, whose reversed c-leg it lifts like a c-leg."""
 
 _SPEED = Tolerance(1, "printed to 1 cm/s")

@@ -22,7 +22,8 @@ from rftfit.forces.model_error import LENGTH_BODIES, LENGTH_DEG, SEED, longest
 IntArray = npt.NDArray[np.intp]
 
 COMMON = 0.33
-"""Standard deviation of c over the load. Of the legs of Fig. S5; the few media of one body cannot tell it."""
+"""Standard deviation of c over the load; the few media of one body cannot tell it. Chosen on the legs of Fig. S5, 2026-11-28: by
+their likelihood on the other legs c has 0.13 to 0.20 and o 0.11 to 0.15 (git history: `studies/contacts.py constants`)."""
 
 PER_MEDIUM = 0.17
 """Standard deviation of o over the load where the body was measured in one medium: of the legs of Fig. S5."""

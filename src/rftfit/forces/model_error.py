@@ -40,7 +40,7 @@ LEAST_LOAD = 0.2
 
 EPS_IN_SPACE = 0.39
 """Relative error of a solid body in space, by direction (`directed_errors`). Legs of Fig. S5 have it where their error is taken
-by direction; the smooth wheel of `examples/wheels` grades it (studies/wheels.py)."""
+by direction; the wheels of `examples/wheels` grade it."""
 
 SPACE_OVER_PLANE = EPS_IN_SPACE / EPS
 """Error of a solid in space over that of an outline: faces bear less in one direction than in all."""

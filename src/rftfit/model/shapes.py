@@ -103,7 +103,7 @@ class Variation(NamedTuple):
 
 @cache
 def _chosen() -> Variation:
-    """The variation that ``studies/shapes.py`` chose on Table S5."""
+    """The variation that was chosen on Table S5."""
     text = files("rftfit.reference").joinpath("shapes.toml").read_text(encoding="utf-8")
     return Variation(**tomllib.loads(text))
 
