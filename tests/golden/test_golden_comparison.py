@@ -78,6 +78,23 @@ def test_tables_of_the_robot_have_another_tolerance(relative):
     assert bool(changed(name, before, after)) == (relative > OF_ROBOT)
 
 
+@pytest.mark.parametrize(
+    ("column", "after", "is_told"),
+    [
+        ("speed_cm_per_s", 30.3, False),
+        ("speed_cm_per_s", 33.0, True),
+        ("strides", 9, False),
+        ("strides", 5, True),
+    ],
+)
+def test_on_another_machine_the_robot_may_need_another_stride(column, after, is_told):
+    row = {"condition": ["c"], "speed_cm_per_s": [30.0], "strides": [8]}
+    before, changed_row = pd.DataFrame(row), pd.DataFrame(row | {column: [after]})
+    name = "results/robot/runs_map.csv"
+    assert changed(name, before, changed_row)
+    assert bool(changed(name, before, changed_row, is_here=False)) == is_told
+
+
 @pytest.mark.parametrize("change", [0.5 * OF_ROBOT, 2 * OF_ROBOT])
 def test_a_spread_of_strides_is_compared_by_the_size_of_the_speed(change):
     before, after = (
