@@ -165,8 +165,14 @@ def grouped(command: Callable[..., None]) -> Callable[..., None]:
             continue
         hints_of_group = get_type_hints(groups[name], include_extras=True)
         for option in fields(groups[name]):
-            facts = {"default": option.default, "annotation": hints_of_group[option.name]}
-            parameters.append(inspect.Parameter(option.name, given.KEYWORD_ONLY, **facts))
+            parameters.append(
+                inspect.Parameter(
+                    option.name,
+                    given.KEYWORD_ONLY,
+                    default=option.default,
+                    annotation=hints_of_group[option.name],
+                )
+            )
 
     @wraps(command)
     def run(**words: Any) -> None:

@@ -198,14 +198,24 @@ _NAME: Look = {"textcoords": "offset points", "weight": "bold", "annotation_clip
 
 def name_row(left_axes: Axes, name: str) -> None:
     """Write what a row of panels shows, left of the label of its first one."""
-    place: Look = {"xycoords": left_axes.yaxis.label, "rotation": 90, "ha": "right", "va": "center"}
-    left_axes.annotate(name, (0, 0.5), (-3, 0), fontsize=6.5, **place, **_NAME)
+    left_axes.annotate(
+        name,
+        (0, 0.5),
+        (-3, 0),
+        fontsize=6.5,
+        xycoords=left_axes.yaxis.label,
+        rotation=90,
+        ha="right",
+        va="center",
+        **_NAME,
+    )
 
 
 def name_column(top_axes: Axes, name: str, title_lines: int = 1) -> None:
     """Write what a column of panels shows, above the small title of its first one."""
-    place: Look = {"xycoords": "axes fraction", "va": "bottom"}
-    top_axes.annotate(name, (0, 1), (0, 4 + 7 * title_lines), **place, **_NAME)
+    top_axes.annotate(
+        name, (0, 1), (0, 4 + 7 * title_lines), xycoords="axes fraction", va="bottom", **_NAME
+    )
 
 
 def axes_cm(
@@ -326,13 +336,15 @@ def mark(figures: Any, sentences: Sequence[str]) -> None:
     for page in _pages(figures):
         across = int(15 * page.get_size_inches()[0])  # letters of 7 pt
         lines = [line for sentence in sentences for line in textwrap.wrap(plain(sentence), across)]
-        text_style = {
-            "va": "bottom",
-            "ha": "center",
-            "fontsize": 7,
-            "color": OKABE_ITO["vermillion"],
-        }
-        page.text(0.5, _ABOVE, "\n".join(lines), **text_style)
+        page.text(
+            0.5,
+            _ABOVE,
+            "\n".join(lines),
+            va="bottom",
+            ha="center",
+            fontsize=7,
+            color=OKABE_ITO["vermillion"],
+        )
 
 
 def stamp(figures: Any, word: str) -> None:

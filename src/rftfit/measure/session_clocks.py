@@ -175,8 +175,14 @@ class SessionClocks:
         fitted = clock.fit_at(float(time[0] + time[-1]) / 2)
         assert fitted.se_s is not None
         if fitted.se_s > max_se_s:
-            facts = {"seconds": fitted.se_s, "most": max_se_s, "offset": fitted.offset_s}
-            raise Refused("session-uncertain", session=session, pushes=clock.pushes, **facts)
+            raise Refused(
+                "session-uncertain",
+                session=session,
+                pushes=clock.pushes,
+                seconds=fitted.se_s,
+                most=max_se_s,
+                offset=fitted.offset_s,
+            )
         return fitted
 
 

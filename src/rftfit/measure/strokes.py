@@ -256,13 +256,14 @@ def _stretches_along_path(
         fastest = motion.fastest_below()
         raise Refused("too-slow", least=SHORTEST_CM, stated=arm.speed_cm_per_s, fastest=fastest)
     if not along:
-        stated = {"direction": run.direction, "gamma": run.gamma_deg, "way": run.motion_gamma_deg}
         raise Refused(
             "other-direction",
             seen=", ".join(f"{angle_deg:.1f}" for _, angle_deg in seen),
             seen_deg=max(seen)[1],
             tolerance=arm.angle_tolerance_deg,
-            **stated,
+            direction=run.direction,
+            gamma=run.gamma_deg,
+            way=run.motion_gamma_deg,
         )
     return along
 

@@ -208,8 +208,14 @@ def _check_growth(surface: Surface, window_cm: float, noise: float) -> None:
     if growth <= 0:
         raise Refused("no-growth", depth=depth)
     if rise < _RISE_TO_NOISE * noise:
-        limits = {"times": _RISE_TO_NOISE, "noise": noise, "window": window_cm}
-        raise Refused("faint-growth", depth=depth, newtons=rise, **limits)
+        raise Refused(
+            "faint-growth",
+            depth=depth,
+            newtons=rise,
+            times=_RISE_TO_NOISE,
+            noise=noise,
+            window=window_cm,
+        )
     if growth < _T * se:
         raise Refused("uncertain-growth", depth=depth, growth=growth, se=se, times=_T)
     air = surface.depth < depth
