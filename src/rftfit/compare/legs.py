@@ -38,6 +38,7 @@ from rftfit.model.draws import (
     next_end_names,
 )
 from rftfit.model.profiles import Profile, TableProfile
+from rftfit.outputs.dictionary import columns_of
 from rftfit.results import Medium
 
 PREDICTED_COLUMNS = [
@@ -71,42 +72,7 @@ TOO_HIGH_PERCENT, TOO_LOW_PERCENT = 100.0, -50.0
 WITHIN, OFF, FAR_OFF, NOT_TESTED = "within", "off", "far-off", "not-tested"
 """Verdicts on the model, the mildest first."""
 
-NUMBERS = (
-    "peak_measured_N",
-    "peak_predicted_N",
-    "peak_predicted_lo_N",
-    "peak_predicted_hi_N",
-    "peak_predicted_model_lo_N",
-    "peak_predicted_model_hi_N",
-    "peak_error_percent",
-    "peak_error_lo_percent",
-    "peak_error_hi_percent",
-    "peak_error_model_lo_percent",
-    "peak_error_model_hi_percent",
-    "peak_late_deg",
-    "rms_error_N",
-    "rms_relative_to_peak",
-    "r2",
-    "theta_from_deg",
-    "theta_to_deg",
-    "model_error",
-    "model_error_of_legs",
-)
-COLUMNS = [
-    "medium",
-    "leg",
-    "profile",
-    "component",
-    "verdict",
-    *NUMBERS,
-    "theta_offset_deg",
-    "theta_error_deg",
-    "theta_error_lo_deg",
-    "theta_error_hi_deg",
-    "peak_errors",
-    "peak_on_flagged_percent",
-    *REASON,
-]
+COLUMNS = columns_of("leg_errors.csv")
 FULL_RANGE_DEG = 240.0
 """The published curves span 250 to 260 degrees: a shorter one stopped early."""
 

@@ -19,9 +19,10 @@ import pandas as pd
 
 from rftfit.conventions import FloatArray
 from rftfit.forces.model_error import has_model_error
-from rftfit.measure.flags import REASON, Remark, reason_cells, remark
+from rftfit.measure.flags import Remark, reason_cells, remark
 from rftfit.measure.slopes import GIVEN_DOF, student_quantile
 from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, Profile, TableProfile
+from rftfit.outputs.dictionary import columns_of
 from rftfit.robot.config import Robot
 from rftfit.robot.run import Condition
 from rftfit.robot.sweep import BEST_AT_HZ, BEST_CURVATURES, optimum, run_all
@@ -38,16 +39,7 @@ MODEL_POINTS = 4
 COARSER = 4
 """How many times longer the time step of the draws is."""
 
-WIDTH_COLUMNS = [
-    "medium",
-    "profile",
-    "quantity",
-    "curvature_times_R",
-    "frequency_Hz",
-    "half_width",
-    "draws",
-    *REASON,
-]
+WIDTH_COLUMNS = columns_of("robot/intervals.csv")
 """Columns of the table of half widths; quantity `SPEED`, `SPEED_MODEL` (cm/s) or `BEST` (R'/r)."""
 
 SPEED, SPEED_MODEL, BEST = "speed", "speed with the model's own error", "best curvature"
