@@ -36,6 +36,7 @@ from rftfit.model.draws import (
     errors_known,
     model_end_names,
     next_end_names,
+    widen,
 )
 from rftfit.model.profiles import Profile, TableProfile
 from rftfit.outputs.dictionary import columns_of
@@ -129,7 +130,7 @@ def leg_prediction(
         for lo, hi in (end_names(name), model_end_names(name), next_end_names(name)):
             if lo in forces:
                 lower, upper = forces[lo].to_numpy(float), forces[hi].to_numpy(float)
-                forces[lo], forces[hi] = _wider(best[c], lower, upper, shape[c])
+                forces[lo], forces[hi] = widen(best[c], (lower, upper), shape[c])
     if not np.isfinite([*best.values()]).all():
         return forces, {}
     peaks: dict[str, PeakEnds] = {}
@@ -138,8 +139,8 @@ def leg_prediction(
         name = "lift" if c == "z" else "thrust" if force[row] > 0 else "drag"
         for top in (peak for peak in tops if peak.name == name):
             half = shape[c][row]
-            of_alpha = _wider(top.value, top.lo, top.hi, half)
-            of_model = _wider(top.value, top.model_lo, top.model_hi, half)
+            of_alpha = widen(top.value, (top.lo, top.hi), half)
+            of_model = widen(top.value, (top.model_lo, top.model_hi), half)
             peaks[c] = top.value, _as_floats(of_alpha), _as_floats(of_model)
     return forces, peaks
 
@@ -179,11 +180,6 @@ def error_of_legs(media: Sequence[Medium]) -> float:
 
 def _as_floats(ends: tuple[Any, Any]) -> Ends:
     return float(ends[0]), float(ends[1])
-
-
-def _wider(value: Any, lo: Any, hi: Any, half: Any) -> tuple[Any, Any]:
-    """An interval with one more independent error of this half width."""
-    return value - np.hypot(value - lo, half), value + np.hypot(hi - value, half)
 
 
 def _turned(leg: Leg, arm: Arm, hip_cm: float = 0.0) -> Motion:

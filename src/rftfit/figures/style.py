@@ -382,39 +382,6 @@ PREVIEW, SHEET = 125 / 300, 60 / 300
 """Size of a preview beside the png: 900 pixels for a figure of two columns; of a sheet a thumbnail."""
 
 
-_UNREAD_IN_PDF = {"GSUB", "GPOS", "GDEF", "kern"}
-_UNREAD_WITH_GLYPH_NUMBERS = {"cmap", "post", "name", "OS/2"}
-"""Tables that tell letters by code or name: since 3.11 matplotlib asks for glyphs by their number in the font."""
-
-
-@contextlib.contextmanager
-def _lean_fonts() -> Iterator[None]:
-    """Leave tables that no reader of a pdf uses out of its fonts: decoding them takes 0.1 s a file."""
-    import matplotlib as mpl
-    from fontTools import subset  # type: ignore[import-untyped]
-
-    usual = subset.load_font
-    by_number = mpl.__version_info__ >= (3, 11)
-    unread = _UNREAD_IN_PDF | (_UNREAD_WITH_GLYPH_NUMBERS if by_number else set())
-
-    def lean(*arguments: Any, **keywords: Any) -> Any:
-        font = usual(*arguments, **keywords)
-        for table in unread & {*font.keys()}:
-            del font[table]
-        return font
-
-    subset.load_font = lean
-    # it warns of the dates in the fonts, which nobody asks for, in the middle of what a command prints
-    logger = logging.getLogger("fontTools")
-    level = logger.level
-    logger.setLevel(logging.ERROR)
-    try:
-        yield
-    finally:
-        subset.load_font = usual
-        logger.setLevel(level)
-
-
 def _place_panels(figure: Figure) -> None:
     """Let matplotlib place the panels, once for all formats: each layout would cost time."""
     if engine := figure.get_layout_engine():
@@ -453,8 +420,10 @@ def content(figure: Figure, ending: str, about: str = "") -> bytes:
     )
     metadata = _METADATA[ending] | ({_REMARK[ending]: about} if about else {})
     buffer = BytesIO()
+    # it warns of the dates in the fonts, which nobody asks for, in the middle of what a command prints
+    logging.getLogger("fontTools").setLevel(logging.ERROR)
     # some settings (letters, hatches, salt of the ids) are looked up while writing
-    with styled(), _lean_fonts():
+    with styled():
         _place_panels(figure)
         figure.savefig(
             buffer,

@@ -17,11 +17,9 @@ and C the differences of its frictions and the course itself: a further medium m
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property, partial
-from importlib.resources import files
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -43,7 +41,7 @@ from rftfit.measure.errors import (
     half_width_of_bed,
     scatter_of_runs,
 )
-from rftfit.model.draws import DRAWS, draws_of, errors_known, interval
+from rftfit.model.draws import DRAWS, draws_of, errors_known, interval, widen
 from rftfit.model.fourier import fit_lsq, kept_terms
 from rftfit.model.observations import Observation, ObservedRows, ObservedSystem
 from rftfit.model.profiles import EPS, KnownMedium, Profile, TableProfile
@@ -51,6 +49,7 @@ from rftfit.model.rft3d import alpha_3drft
 from rftfit.model.scaling import PAPER_RULE, check_level, check_test, vertical_penetration
 from rftfit.model.symmetry import rectangle
 from rftfit.reference import BETA_DEG, GAMMA_DEG, MEDIA
+from rftfit.store.chosen import read_toml
 
 Angles = tuple[FloatArray, FloatArray]
 
@@ -101,11 +100,9 @@ class Variation(NamedTuple):
     course_share: float
 
 
-@cache
 def _chosen() -> Variation:
     """The variation that ``studies/shapes.py`` chose on Table S5."""
-    text = files("rftfit.reference").joinpath("shapes.toml").read_text(encoding="utf-8")
-    return Variation(**tomllib.loads(text))
+    return Variation(**read_toml("reference", "shapes.toml"))
 
 
 @dataclass(frozen=True)
@@ -1265,14 +1262,7 @@ class _Batch(NamedTuple):
 
     def of(self, chosen: npt.NDArray[np.intp]) -> _Batch:
         """Some of the draws."""
-        return _Batch(
-            self.share_index[chosen],
-            self.s[chosen],
-            self.wide[chosen],
-            self.normals[chosen],
-            self.pull[chosen],
-            self.noise[chosen],
-        )
+        return _Batch(*(values[chosen] for values in self))
 
 
 def _takes_energy(
@@ -1800,13 +1790,8 @@ class Map(KnownMedium):
         # what is 0 by symmetry is so to the last digit
         lo, hi = np.round(interval(self.draws, self.confidence), 12) + 0.0
         bed = half_width_of_bed(self.bed_spread, self.confidence) * np.abs(self.alpha)
-        values = {
-            "": self.alpha,
-            "_lo": lo,
-            "_hi": hi,
-            "_lo_next": self.alpha - np.hypot(self.alpha - lo, bed),
-            "_hi_next": self.alpha + np.hypot(hi - self.alpha, bed),
-        }
+        lo_next, hi_next = widen(self.alpha, (lo, hi), bed)
+        values = {"": self.alpha, "_lo": lo, "_hi": hi, "_lo_next": lo_next, "_hi_next": hi_next}
         for place, component in enumerate("zx"):
             for quantity, of_nodes in values.items():
                 columns[column(component, quantity)] = of_nodes[place, order]

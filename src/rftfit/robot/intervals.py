@@ -73,7 +73,8 @@ def half_widths(widths: pd.DataFrame | None, quantity: str) -> dict[Any, float]:
 def each_draw(stack: Profile, count: int) -> list[Profile]:
     """Split the first draws off a stack: profiles with a leading axis of draws."""
     if isinstance(stack, TableProfile):
-        return [_cells(stack, place) for place in range(min(count, len(stack.alpha_z)))]
+        alphas = zip(stack.alpha_z[:count], stack.alpha_x[:count], strict=True)
+        return [_with_alpha(stack, alpha_z, alpha_x) for alpha_z, alpha_x in alphas]
     if isinstance(stack, FourierProfile):
         return [FourierProfile(values) for values in stack.coefficients[:count]]
     if isinstance(stack, DepthOnlyProfile):
@@ -97,19 +98,16 @@ def with_model_error(profile: Profile, eps: float) -> list[Profile]:
 def _scaled(profile: Profile, lift: float, thrust: float) -> Profile:
     """A profile whose alpha_z and alpha_x are larger by a factor each."""
     if isinstance(profile, TableProfile):
-        taken = copy(profile)
-        taken.__dict__.pop("pack", None)
-        taken.alpha_z, taken.alpha_x = lift * profile.alpha_z, thrust * profile.alpha_x
-        return taken
+        return _with_alpha(profile, lift * profile.alpha_z, thrust * profile.alpha_x)
     raise TypeError(f"no model's error of a {type(profile).__name__}")
 
 
-def _cells(stack: TableProfile, place: int) -> TableProfile:
-    # as it is: a new one would symmetrise and extend again what has been extended already
-    taken = copy(stack)
-    taken.__dict__.pop("pack", None)
-    taken.alpha_z, taken.alpha_x = stack.alpha_z[place], stack.alpha_x[place]
-    return taken
+def _with_alpha(table: TableProfile, alpha_z: FloatArray, alpha_x: FloatArray) -> TableProfile:
+    """Take a table with other numbers at its nodes: a new one would symmetrise and extend again what is extended already."""
+    changed = copy(table)
+    changed.__dict__.pop("pack", None)
+    changed.alpha_z, changed.alpha_x = alpha_z, alpha_x
+    return changed
 
 
 def coarser(robot: Robot) -> Robot:
