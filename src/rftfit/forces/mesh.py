@@ -456,7 +456,7 @@ def _merge_vertices(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, 
 def area_vectors(triangles: FloatArray) -> FloatArray:
     """Normal times area of triangles (..., 3, 3)."""
     a, b, c = np.moveaxis(triangles, -2, 0)
-    return np.asarray(np.cross(b - a, c - a) / 2)
+    return np.cross(b - a, c - a) / 2
 
 
 def _check_closed(vertices: FloatArray, faces: IntArray) -> None:

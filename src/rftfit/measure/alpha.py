@@ -180,7 +180,7 @@ def _variance_without(runs: list[Row], errors: Sequence[str]) -> FloatArray:
     for error in errors:
         variance -= _array_of(runs, error) ** 2
     clock = np.array([[_moved_by_clock(run, c) for run in runs] for c in COMPONENTS])
-    return np.maximum(variance - clock**2, 0.0)
+    return np.asarray(np.maximum(variance - clock**2, 0.0))
 
 
 def _array_of(runs: list[Row], quantity: str) -> FloatArray:
@@ -424,7 +424,7 @@ def _of_session(surface: float, clocks: float) -> Part:
 def _noise_variance(cell: _Cell, c: str) -> FloatArray:
     """Variance of the noise of each run, (N/cm^3)^2: its standard error without start-up, tare, curvature and session."""
     variance = _variance_without(cell.runs, ("_startup", "_tare", "_curvature"))
-    return variance["zx".index(c)]
+    return np.asarray(variance["zx".index(c)])
 
 
 def _noise_of_next(cell: _Cell, c: str, *, scatter: bool) -> Part:

@@ -165,4 +165,4 @@ def _products(profile: _Profile, others: list[_Profile]) -> FloatArray | None:
 
 def _without_line(values: FloatArray, depth: FloatArray) -> FloatArray:
     """Take off the line through zero that fits best."""
-    return np.asarray(values - values @ depth / (depth @ depth) * depth)
+    return values - values @ depth / (depth @ depth) * depth

@@ -308,7 +308,7 @@ def _share_of_tare(tare_stress: FloatArray, depth: FloatArray, scatter: FloatArr
     share = np.divide(
         np.nan_to_num(of_tare), scatter, out=np.zeros(scatter.size), where=scatter > 0
     )
-    return np.asarray(np.minimum(share, 1.0))
+    return np.minimum(share, 1.0)
 
 
 def fit_few(depth: FloatArray, stress: FloatArray) -> Slope:

@@ -76,7 +76,7 @@ def turn_and_cap(
         1, friction * np.abs(across) / np.maximum(np.sqrt(_dot(along, along)), _NONE)
     )
     share = np.where(_dot(along, velocity) > _NONE, -share, share)
-    return np.asarray(share[..., None] * along - np.abs(across)[..., None] * normal)
+    return share[..., None] * along - np.abs(across)[..., None] * normal
 
 
 def rft3d_profile(alpha: float, friction: float, step_deg: float = 1.0) -> TableProfile:

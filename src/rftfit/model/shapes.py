@@ -166,7 +166,7 @@ class Shapes:
     def levels(self) -> FloatArray:
         """alpha_z(0, 90 deg) of each known medium over its size, shape (media,)."""
         down = [profile.alpha(0.0, np.pi / 2)[0] for profile in self.profiles.values()]
-        return np.asarray(np.array(down, dtype=float) / self._sizes)
+        return np.array(down, dtype=float) / self._sizes
 
     @cached_property
     def _sizes(self) -> FloatArray:
@@ -184,7 +184,7 @@ class Shapes:
         """Alpha of each known medium over its size, with a course between the lines of its table."""
         tables = [np.concatenate(profile.alpha(beta, gamma)) for profile in self.profiles.values()]
         bilinear = np.stack(tables) / self._sizes[:, None]
-        return np.asarray(bilinear + self.levels[:, None] * course)
+        return bilinear + self.levels[:, None] * course
 
     @cached_property
     def _mean_on_grid(self) -> FloatArray:
@@ -455,7 +455,7 @@ def _law_less_its_lines(friction: float, beta: FloatArray, gamma: FloatArray) ->
     law = np.concatenate(
         [(law_here[0] + law_at_mirror[0]) / 2, (law_here[1] - law_at_mirror[1]) / 2]
     )
-    return np.asarray(law - np.concatenate(_law_on_lines(friction).alpha(beta, gamma)))
+    return law - np.concatenate(_law_on_lines(friction).alpha(beta, gamma))
 
 
 @cache
@@ -1262,7 +1262,7 @@ class _Batch(NamedTuple):
 
     def of(self, chosen: npt.NDArray[np.intp]) -> _Batch:
         """Some of the draws."""
-        return _Batch(*(values[chosen] for values in self))
+        return _Batch._make(values[chosen] for values in self)
 
 
 def _takes_energy(
@@ -1528,8 +1528,8 @@ def whitening(errors: FloatArray) -> FloatArray:
     """Matrix that makes errors independent and 1; of independent ones its diagonal alone, shape (n,)."""
     variance = np.diag(errors)
     if np.count_nonzero(errors) == np.count_nonzero(variance):
-        return np.asarray(1 / np.sqrt(variance))
-    return np.asarray(np.linalg.inv(np.linalg.cholesky(errors)))
+        return 1 / np.sqrt(variance)
+    return np.linalg.inv(np.linalg.cholesky(errors))
 
 
 class PushResidual(NamedTuple):
