@@ -83,6 +83,7 @@ ConfigFile = Annotated[Path, typer.Option(help=_CONFIG_HELP)]
 CampaignConfig = Annotated[Path, typer.Option(help=_CONFIG_HELP, callback=_need_campaign)]
 """Configuration of a campaign that must be there."""
 
+Cores = Annotated[int | None, typer.Option(min=1, help="Jobs at once; default: all cores.")]
 Cluster = Annotated[
     str | None,
     typer.Option(

@@ -228,7 +228,7 @@ class JointModel:
         self.prior_mean, self.prior_rows = _prior_beside(
             self.without, self.directions.tobytes(), count
         )
-        places = np.concatenate([np.arange(count), 5 * count + np.arange(count)])
+        places = _places_of_directions(count)
         self._take_prior(self.prior_mean[places], self.prior_rows[places])
 
     def _place_moved(self, runs: RunSlopes) -> None:
@@ -313,9 +313,7 @@ class JointModel:
         residual = self.runs.alpha.ravel() - self._mean(self.theta)
         sums = gaussian.sum_by_direction(gaussian.solve(residual))[:, 0]
         departure = math.exp(self.theta[1]) * (self.prior_rows @ sums)
-        count = self.directions.shape[1]
-        places = np.concatenate([np.arange(count), 5 * count + np.arange(count)])
-        departure[places] += self.local * sums
+        departure[_places_of_directions(self.directions.shape[1])] += self.local * sums
         self._set_expected(
             math.exp(self.theta[0]) * self.prior_mean + math.exp(2 * self.theta[0]) * departure
         )
@@ -664,8 +662,12 @@ def _prior_beside(
     betas = np.concatenate([beta, beta + step, beta - step, beta, beta])
     gammas = np.concatenate([gamma, gamma, gamma, gamma + step, gamma - step])
     mean, covariance = prior_of_media(betas, gammas, _RUNS.rough_share, without)
-    places = np.concatenate([np.arange(count), 5 * count + np.arange(count)])
-    return mean, covariance[:, places]
+    return mean, covariance[:, _places_of_directions(count)]
+
+
+def _places_of_directions(count: int) -> npt.NDArray[np.intp]:
+    """Places of the directions themselves, z then x, in what `_prior_beside` returns."""
+    return np.concatenate([np.arange(count), 5 * count + np.arange(count)])
 
 
 def _local_variance(mean: FloatArray, runs: npt.NDArray[np.intp]) -> FloatArray:

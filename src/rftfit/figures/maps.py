@@ -12,6 +12,7 @@ from rftfit import conventions
 from rftfit.figures import labels, style
 from rftfit.figures.plates import stress_runs
 from rftfit.figures.registry import figure, greek, when
+from rftfit.measure.alpha import directions
 from rftfit.model.fourier import TERMS, evaluate
 from rftfit.model.profiles import DepthOnlyProfile, TableProfile
 from rftfit.model.symmetry import WIDEST_DEG
@@ -330,7 +331,6 @@ def _draw_models(
     missing = False
     for row, (medium, model) in enumerate(models.items()):
         surfaces, table = model(*middles()), results[medium].alpha
-        angles = [np.radians(table[f"{angle}_deg"].to_numpy(float)) for angle in ("beta", "gamma")]
         is_last_row = row == len(models) - 1
         for index, c in enumerate("zx"):
             axes = empty_map(page, row, 2 * index, (index == 0, is_last_row))
@@ -338,7 +338,7 @@ def _draw_models(
             add_signs(axes, c, _FINE, _FINE, surfaces[index])
             name = f"alpha_{c}_N_per_cm3"
             axes = empty_map(page, row, 2 * index + 1, (False, is_last_row))
-            residual = table[name] - model(angles[0], angles[1])[index]
+            residual = table[name] - model(*directions(table))[index]
             add_bar(page, axes, add_table(axes, table, residual, signed=True))
             missing |= has_holes(table, name)
     add_legend(page, missing)

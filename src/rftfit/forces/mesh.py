@@ -16,7 +16,7 @@ from rftfit.campaign.problems import choose
 from rftfit.campaign.rows import TableColumn
 from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
-from rftfit.forces.motion import SCHEMA, read_times
+from rftfit.forces.motion import SCHEMA, as_increasing, read_times
 from rftfit.forces.outlines import Outline
 from rftfit.forces.rolling import (
     NO_RULE,
@@ -712,9 +712,7 @@ class Motion3D:
         """
         from scipy.spatial.transform import Rotation
 
-        time = np.asarray(time_s, dtype=float)
-        if time.size < 2 or not (np.diff(time) > 0).all():
-            raise ValueError("a path needs at least two times, and time must increase")
+        time = as_increasing(time_s)
         position, turn = (np.asarray(series, dtype=float) for series in (position_cm, turn_deg))
         turned = Rotation.from_rotvec(np.radians(turn))
         steps = np.cumsum((turned[1:] * turned[:-1].inv()).as_rotvec(), axis=0)
