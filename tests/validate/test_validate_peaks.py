@@ -169,8 +169,9 @@ def test_a_prediction_without_number_or_reason_says_so():
     measured, predicted = curves(wide(10.0), wide(12.0))
     lonely = leg_errors(measured.assign(leg="flat_leg"), predicted)
     assert set(lonely["reason_code"]) == {"not-measured"}
-    columns = describe_file("results/leg_errors.csv").columns
-    numbers = [name for column in columns if column.kind == "number" for name in column.names]
+    output = describe_file("results/leg_errors.csv")
+    assert output is not None
+    numbers = [name for one in output.columns if one.kind == "number" for name in one.names]
     assert (lonely[numbers].dtypes == float).all()
     assert list(leg_errors(measured, predicted.iloc[:0]).columns) == COLUMNS
 
