@@ -108,8 +108,9 @@ def stuck(config: Config, logs: Logs) -> list[Cause]:
         limit = 0.99 * config.transducer.range_N[int(name[1]) - 1]
         for value, runs in _ends([row for _, row in logs], name, limit).items():
             of_channel: dict[str, Any] = {"channel": name, "newtons": value}
-            counts: dict[str, Any] = {"axis": axis, "count": len(runs), "size": len(logs)}
-            cause = remark("cause-clipped", **of_channel, **counts)
+            cause = remark(
+                "cause-clipped", **of_channel, axis=axis, count=len(runs), size=len(logs)
+            )
             causes.append((cause, flags_on(runs, "channel-clipped", **of_channel)))
     return causes
 

@@ -15,6 +15,7 @@ from rftfit.campaign.config import CheckName, Config, MediumSettings
 from rftfit.campaign.sheet import Run
 from rftfit.measure.flags import Flags, Remark, remark
 from rftfit.measure.verdict_words import FAILED, NOT_CHECKED, PASSED
+from rftfit.outputs.dictionary import columns_of
 
 CheckFunction = TypeVar("CheckFunction", bound="Callable[[MediumMeasurements], Check]")
 
@@ -80,7 +81,7 @@ SOUND_ALPHA: tuple[CheckName, ...] = (*SOUND_LOGS, "work")
 WAITS = "waits"
 _WAITING = Words("not before the check {first} passes")
 
-COLUMNS = ["medium", "check", "verdict", "effect", "code", "found", "allowed", "sentence"]
+COLUMNS = columns_of("checks/{medium}.csv")
 
 
 @dataclass(frozen=True, eq=False)

@@ -116,9 +116,13 @@ def check_crust(flags: Flags, pushes: pd.DataFrame) -> Check | None:
     ]
     if not excess or 2 * len(excess) < len(pushes):
         return None
-    values: dict[str, Any] = {"count": len(excess), "size": len(pushes)}
     return Check.judge(
-        "linearity", False, code="law-crust", above=float(np.median(excess)), **values
+        "linearity",
+        False,
+        code="law-crust",
+        above=float(np.median(excess)),
+        count=len(excess),
+        size=len(pushes),
     )
 
 

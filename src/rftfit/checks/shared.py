@@ -141,8 +141,14 @@ def check_shared(measured: MediumMeasurements) -> Check:
             if row["group"] != "all":
                 flags += flags_on(row["run_ids"].split(), "shared-cause", cause=str(text))
         cures = [remark(f"cure-{row['kind']}") for row in told_causes]
-        values = {"causes": format_remarks(words), "cures": format_remarks(dict.fromkeys(cures))}
-        return Check.judge("shared", False, flags, code="shared-told", **values)
+        return Check.judge(
+            "shared",
+            False,
+            flags,
+            code="shared-told",
+            causes=format_remarks(words),
+            cures=format_remarks(dict.fromkeys(cures)),
+        )
     least_remarks = [
         _describe_least(kind, group, causes)
         for kind, group in (("gain", "from-run"), ("turn", "all"))

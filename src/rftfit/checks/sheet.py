@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 from rftfit.campaign.sheet import FEWEST_SHIFTED, Run, find_shift
 from rftfit.checks.channels import causes_in_readings
@@ -83,14 +82,17 @@ def check_sheet(measured: MediumMeasurements) -> Check:
             ):
                 return Check.skip("sheet", "sheet-readings")
             run_ids = likeliest["run_ids"].split()
-            values: dict[str, Any] = {
-                "count": len(run_ids),
-                "power": likeliest["log_bayes_factor"] / math.log(10),
-                "where": _describe_shift(likeliest["rows"]),
-                "rows": describe_rows(run_ids, measured.sheet),
-            }
             code = "sheet-rows" if likeliest["mistake"] == ROWS else "sheet-beta"
-            return Check.judge("sheet", False, flags_on(run_ids, "other-row"), code=code, **values)
+            return Check.judge(
+                "sheet",
+                False,
+                flags_on(run_ids, "other-row"),
+                code=code,
+                count=len(run_ids),
+                power=likeliest["log_bayes_factor"] / math.log(10),
+                where=_describe_shift(likeliest["rows"]),
+                rows=describe_rows(run_ids, measured.sheet),
+            )
     run_count = len(measured.tables["peers"])
     if run_count < FEWEST_SHIFTED:
         return Check.skip("sheet", "sheet-few")

@@ -83,6 +83,7 @@ ConfigFile = Annotated[Path, typer.Option(help=_CONFIG_HELP)]
 CampaignConfig = Annotated[Path, typer.Option(help=_CONFIG_HELP, callback=_need_campaign)]
 """Configuration of a campaign that must be there."""
 
+Cores = Annotated[int | None, typer.Option(min=1, help="Jobs at once; default: all cores.")]
 Cluster = Annotated[
     str | None,
     typer.Option(
@@ -165,8 +166,14 @@ def grouped(command: Callable[..., None]) -> Callable[..., None]:
             continue
         hints_of_group = get_type_hints(groups[name], include_extras=True)
         for option in fields(groups[name]):
-            facts = {"default": option.default, "annotation": hints_of_group[option.name]}
-            parameters.append(inspect.Parameter(option.name, given.KEYWORD_ONLY, **facts))
+            parameters.append(
+                inspect.Parameter(
+                    option.name,
+                    given.KEYWORD_ONLY,
+                    default=option.default,
+                    annotation=hints_of_group[option.name],
+                )
+            )
 
     @wraps(command)
     def run(**words: Any) -> None:

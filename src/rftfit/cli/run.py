@@ -43,9 +43,7 @@ def run(
         ),
     ] = None,
     config: options.CampaignConfig = options.CONFIG,
-    cores: Annotated[
-        int | None, typer.Option(min=1, help="Jobs at once; default: all cores.")
-    ] = None,
+    cores: options.Cores = None,
     cluster: options.Cluster = None,
     dry_run: Annotated[
         bool, typer.Option("--dry-run", "-n", help="Say what would be done, and do nothing.")

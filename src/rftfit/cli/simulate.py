@@ -131,9 +131,7 @@ SWEEP_FIGURES = ("speed", "profiles", "curvature")
 
 def sweep(
     config: options.CampaignConfig = options.CONFIG,
-    cores: Annotated[
-        int | None, typer.Option(min=1, help="Jobs at once; default: all cores.")
-    ] = None,
+    cores: options.Cores = None,
     cluster: options.Cluster = None,
 ) -> None:
     """Run the robot over the paper's 51 curvatures, 26 frequencies and 3 starting phases.

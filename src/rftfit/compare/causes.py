@@ -29,28 +29,13 @@ from rftfit.compare.misplaced import find_misplaced
 from rftfit.directions import TOLERANCE_DEG
 from rftfit.measure.alpha import column
 from rftfit.measure.verdict_words import FEWEST_RUNS, NO_RUNS
+from rftfit.outputs.dictionary import columns_of
 
 TOLD, NOT_SEEN, NOT_CHECKED = "told", "not seen", "not checked"
 MIXED_UP, TOO_WIDE = "mixed-up", "too-wide"
 """Why a cause cannot be checked, beside `NO_RUNS`: its runs are those of other directions; only an unlikely size would be seen."""
 
-CAUSE_COLUMNS = [
-    "medium",
-    "kind",
-    "group",
-    "place",
-    "verdict",
-    "n_runs",
-    "run_ids",
-    "size",
-    "size_lo",
-    "size_hi",
-    "unit",
-    "times_error",
-    "least_seen",
-    "reason",
-    "inseparable",
-]
+CAUSE_COLUMNS = columns_of("causes/{medium}.csv")
 AXES_COLUMNS = ["medium", "axes", "log_bayes_factor"]
 _NORMAL_95 = 1.959963984540054
 _WIDER_GAIN, _WIDER_OTHER = 1.2, 1.5

@@ -12,23 +12,10 @@ from rftfit.measure.flags import REASON, Flags, quoted, reason_columns, reason_o
 from rftfit.model import scaling
 from rftfit.model.draws import interval
 from rftfit.model.fourier import TERMS, TERMS_Z, evaluate
+from rftfit.outputs.dictionary import columns_of
 from rftfit.reference import MEDIA, coefficients
 
-COEFFICIENT_COLUMNS = [
-    "method",
-    "medium",
-    "coefficient",
-    "value_N_per_cm3",
-    "se",
-    "lo",
-    "hi",
-    "relative_to_A00",
-    "kept",
-    "published",
-    "misfit_rms_N_per_cm3",
-    "without_flagged",
-    *REASON,
-]
+COEFFICIENT_COLUMNS = columns_of("coefficients.csv")
 PENETRATION_COLUMNS = [
     "method",
     "medium",

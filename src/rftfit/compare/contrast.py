@@ -605,7 +605,7 @@ def _block(side: _Means, scatter: RunScatter) -> FloatArray:
     """Covariance of the means of one medium by what their runs do not share, shape (n, 2, 2)."""
     size = side.repeats.size
     spread = scatter.covariance(side.mean.T, size, size.max()) / side.n[:, None, None]
-    return np.asarray(spread + side.noise_variance[:, :, None] * np.eye(2))
+    return spread + side.noise_variance[:, :, None] * np.eye(2)
 
 
 class _Contrast:
@@ -651,7 +651,7 @@ class _Contrast:
     def covariance(self, ratio: float) -> FloatArray:
         """Covariance of the contrast by all errors."""
         common = self._common(ratio)
-        return np.asarray(self._of_runs(ratio) + common @ common.T)
+        return self._of_runs(ratio) + common @ common.T
 
     def squares(self, ratio: float) -> float:
         """Weighted squares of the contrast: chi squared where the shapes are the same."""
@@ -693,7 +693,7 @@ class _Contrast:
     def mean(self, ratio: float) -> FloatArray:
         """Alpha that both have, in the size of A, shape (n, 2)."""
         weight = (self.a.n / (self.a.n + self.b.n))[:, None]
-        return np.asarray(weight * self.a.mean + (1 - weight) * self.b.mean / ratio)
+        return weight * self.a.mean + (1 - weight) * self.b.mean / ratio
 
     def test_size(self, ratio: float) -> _SizeTest:
         """Error of the ratio: runs by their repeats and by the contrast itself, and the shared errors."""

@@ -160,12 +160,12 @@ class Scan(NamedTuple):
     @property
     def beyond(self) -> FloatArray:
         """How many errors each size is beyond what is tolerated."""
-        return np.asarray(np.maximum(np.abs(self.size) - self.tolerated, 0) / self.error)
+        return np.maximum(np.abs(self.size) - self.tolerated, 0) / self.error
 
     @property
     def least_seen(self) -> FloatArray:
         """Least size that is told with a probability of 80 %."""
-        return np.asarray(self.tolerated + (self.limit + _POWER) * self.error)
+        return self.tolerated + (self.limit + _POWER) * self.error
 
 
 @dataclass(eq=False)
@@ -228,7 +228,7 @@ class JointModel:
         self.prior_mean, self.prior_rows = _prior_beside(
             self.without, self.directions.tobytes(), count
         )
-        places = np.concatenate([np.arange(count), 5 * count + np.arange(count)])
+        places = _places_of_directions(count)
         self._take_prior(self.prior_mean[places], self.prior_rows[places])
 
     def _place_moved(self, runs: RunSlopes) -> None:
@@ -277,7 +277,7 @@ class JointModel:
     def _mean(self, theta: FloatArray) -> FloatArray:
         """Prior mean of the runs, shape (2 n,)."""
         of_runs = self.mean.reshape(2, -1)[:, self.cell]
-        return np.asarray(math.exp(theta[0]) * of_runs.ravel())
+        return math.exp(theta[0]) * of_runs.ravel()
 
     def cost(self, theta: FloatArray) -> float:
         """Negative log likelihood with what is known of lambda and of the scatter beforehand; infinite far off all sense."""
@@ -313,9 +313,7 @@ class JointModel:
         residual = self.runs.alpha.ravel() - self._mean(self.theta)
         sums = gaussian.sum_by_direction(gaussian.solve(residual))[:, 0]
         departure = math.exp(self.theta[1]) * (self.prior_rows @ sums)
-        count = self.directions.shape[1]
-        places = np.concatenate([np.arange(count), 5 * count + np.arange(count)])
-        departure[places] += self.local * sums
+        departure[_places_of_directions(self.directions.shape[1])] += self.local * sums
         self._set_expected(
             math.exp(self.theta[0]) * self.prior_mean + math.exp(2 * self.theta[0]) * departure
         )
@@ -463,7 +461,7 @@ class JointModel:
         theta[1] = math.log(1e-4)
         mean = self._mean(theta)
         _, information = self._gaussian(theta).score(mean, mean, effects)
-        return np.asarray(1 / np.sqrt(np.maximum(np.diag(information), 1e-12)))
+        return 1 / np.sqrt(np.maximum(np.diag(information), 1e-12))
 
     def _profile(self, cause: Cause, size: float, se: float) -> tuple[float, float, JointModel]:
         """Best size of a cause, how many errors it is beyond what is tolerated, and the model without it.
@@ -644,7 +642,7 @@ def _minimise(
 def expected_alpha(beta_deg: FloatArray, gamma_deg: FloatArray) -> FloatArray:
     """Alpha of the known shape, z and x, shape (2, n), of a medium of size 1."""
     mean, _ = prior_of_media(beta_deg, gamma_deg, _RUNS.rough_share)
-    return np.asarray(mean.reshape(2, -1))
+    return mean.reshape(2, -1)
 
 
 def prior_of_media(
@@ -664,8 +662,12 @@ def _prior_beside(
     betas = np.concatenate([beta, beta + step, beta - step, beta, beta])
     gammas = np.concatenate([gamma, gamma, gamma, gamma + step, gamma - step])
     mean, covariance = prior_of_media(betas, gammas, _RUNS.rough_share, without)
-    places = np.concatenate([np.arange(count), 5 * count + np.arange(count)])
-    return mean, covariance[:, places]
+    return mean, covariance[:, _places_of_directions(count)]
+
+
+def _places_of_directions(count: int) -> npt.NDArray[np.intp]:
+    """Places of the directions themselves, z then x, in what `_prior_beside` returns."""
+    return np.concatenate([np.arange(count), 5 * count + np.arange(count)])
 
 
 def _local_variance(mean: FloatArray, runs: npt.NDArray[np.intp]) -> FloatArray:

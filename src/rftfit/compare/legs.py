@@ -36,8 +36,10 @@ from rftfit.model.draws import (
     errors_known,
     model_end_names,
     next_end_names,
+    widen,
 )
 from rftfit.model.profiles import Profile, TableProfile
+from rftfit.outputs.dictionary import columns_of
 from rftfit.results import Medium
 
 PREDICTED_COLUMNS = [
@@ -71,42 +73,7 @@ TOO_HIGH_PERCENT, TOO_LOW_PERCENT = 100.0, -50.0
 WITHIN, OFF, FAR_OFF, NOT_TESTED = "within", "off", "far-off", "not-tested"
 """Verdicts on the model, the mildest first."""
 
-NUMBERS = (
-    "peak_measured_N",
-    "peak_predicted_N",
-    "peak_predicted_lo_N",
-    "peak_predicted_hi_N",
-    "peak_predicted_model_lo_N",
-    "peak_predicted_model_hi_N",
-    "peak_error_percent",
-    "peak_error_lo_percent",
-    "peak_error_hi_percent",
-    "peak_error_model_lo_percent",
-    "peak_error_model_hi_percent",
-    "peak_late_deg",
-    "rms_error_N",
-    "rms_relative_to_peak",
-    "r2",
-    "theta_from_deg",
-    "theta_to_deg",
-    "model_error",
-    "model_error_of_legs",
-)
-COLUMNS = [
-    "medium",
-    "leg",
-    "profile",
-    "component",
-    "verdict",
-    *NUMBERS,
-    "theta_offset_deg",
-    "theta_error_deg",
-    "theta_error_lo_deg",
-    "theta_error_hi_deg",
-    "peak_errors",
-    "peak_on_flagged_percent",
-    *REASON,
-]
+COLUMNS = columns_of("leg_errors.csv")
 FULL_RANGE_DEG = 240.0
 """The published curves span 250 to 260 degrees: a shorter one stopped early."""
 
@@ -163,7 +130,7 @@ def leg_prediction(
         for lo, hi in (end_names(name), model_end_names(name), next_end_names(name)):
             if lo in forces:
                 lower, upper = forces[lo].to_numpy(float), forces[hi].to_numpy(float)
-                forces[lo], forces[hi] = _wider(best[c], lower, upper, shape[c])
+                forces[lo], forces[hi] = widen(best[c], (lower, upper), shape[c])
     if not np.isfinite([*best.values()]).all():
         return forces, {}
     peaks: dict[str, PeakEnds] = {}
@@ -172,8 +139,8 @@ def leg_prediction(
         name = "lift" if c == "z" else "thrust" if force[row] > 0 else "drag"
         for top in (peak for peak in tops if peak.name == name):
             half = shape[c][row]
-            of_alpha = _wider(top.value, top.lo, top.hi, half)
-            of_model = _wider(top.value, top.model_lo, top.model_hi, half)
+            of_alpha = widen(top.value, (top.lo, top.hi), half)
+            of_model = widen(top.value, (top.model_lo, top.model_hi), half)
             peaks[c] = top.value, _as_floats(of_alpha), _as_floats(of_model)
     return forces, peaks
 
@@ -213,11 +180,6 @@ def error_of_legs(media: Sequence[Medium]) -> float:
 
 def _as_floats(ends: tuple[Any, Any]) -> Ends:
     return float(ends[0]), float(ends[1])
-
-
-def _wider(value: Any, lo: Any, hi: Any, half: Any) -> tuple[Any, Any]:
-    """An interval with one more independent error of this half width."""
-    return value - np.hypot(value - lo, half), value + np.hypot(hi - value, half)
 
 
 def _turned(leg: Leg, arm: Arm, hip_cm: float = 0.0) -> Motion:

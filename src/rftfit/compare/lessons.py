@@ -16,8 +16,9 @@ from rftfit.forces.body_error import BodyError, ErrorCurve, learn_from_curves
 from rftfit.forces.contacts import Contact, error_curve
 from rftfit.forces.motion import Motion
 from rftfit.forces.prediction import predict_with_peaks
-from rftfit.measure.flags import REASON, Remark, quoted, reason_columns
+from rftfit.measure.flags import Remark, quoted, reason_columns
 from rftfit.model.profiles import Profile
+from rftfit.outputs.dictionary import columns_of
 
 if TYPE_CHECKING:
     from rftfit.results import Results
@@ -26,16 +27,7 @@ PLATES, OTHER_LEG, ELSEWHERE = "plates", "other-leg", "same-leg-elsewhere"
 LESSONS = (PLATES, OTHER_LEG, ELSEWHERE)
 """What the prediction of a leg was learned from, beside the plates of its medium."""
 
-NUMBERS = (
-    "peak_measured_N",
-    "peak_predicted_N",
-    "peak_predicted_model_lo_N",
-    "peak_predicted_model_hi_N",
-    "peak_error_percent",
-    "rms_relative_to_peak",
-    "inside_percent",
-)
-COLUMNS = ["medium", "leg", "component", "lesson", "learned_from", *NUMBERS, *REASON]
+COLUMNS = columns_of("contacts.csv")
 
 _MOST_POSES = 60
 """Poses of a curve that are used: neighbours tell the same."""

@@ -17,7 +17,7 @@ import pandas as pd
 
 from rftfit.conventions import FloatArray
 from rftfit.directions import TOLERANCE_DEG, number_directions, same_direction
-from rftfit.measure.alpha import column
+from rftfit.measure.alpha import column, directions
 from rftfit.measure.errors import USUAL_BED_SPREAD
 from rftfit.measure.repeats import unit_vectors
 from rftfit.measure.verdict_words import MAP, PAIR, REPEATS
@@ -107,9 +107,7 @@ def compare_runs(
         "apart": apart,
         "seen_from_ratio": seen / largest,
     }
-    smallest = _smallest_published(
-        *(np.radians(runs[f"{name}_deg"].to_numpy(float)) for name in ("beta", "gamma"))
-    )
+    smallest = _smallest_published(*directions(runs))
     for place, c in enumerate("zx"):
         rows |= {f"known_{c}_ratio": smallest[place]}
         rows |= {f"alpha_{c}_N_per_cm3": alpha[place], f"others_{c}_N_per_cm3": others_alpha[place]}
@@ -302,7 +300,7 @@ def _compare_with_map(
     runs: pd.DataFrame, alpha: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Alpha of each run by a map of all others; distance; whether it is an outlier; smallest distance detected."""
-    beta, gamma = (np.radians(runs[f"{name}_deg"].to_numpy(float)) for name in ("beta", "gamma"))
+    beta, gamma = directions(runs)
     se = np.stack([runs[column(c, "_se")].to_numpy(float) for c in "zx"])
     largest = float(np.nanmax(np.abs(alpha)))
     far = np.zeros(beta.size, dtype=bool)

@@ -20,8 +20,9 @@ from rftfit.compare.published import (
     stated,
 )
 from rftfit.conventions import FloatArray
-from rftfit.measure.flags import REASON, reason_cells, remark
+from rftfit.measure.flags import reason_cells, remark
 from rftfit.model.draws import DRAWS
+from rftfit.outputs.dictionary import columns_of
 from rftfit.robot.intervals import BEST, half_widths
 from rftfit.robot.speeds import share_within
 from rftfit.robot.sweep import best_curvature
@@ -176,22 +177,7 @@ def _best(row: dict[Any, Any]) -> list[Item]:
     ]
 
 
-COLUMNS = [
-    "medium",
-    "profile",
-    "frequency_Hz",
-    "best_curvature_times_R",
-    "best_curvature_from_alpha_lo",
-    "best_curvature_from_alpha_hi",
-    "reading_lo",
-    "reading_hi",
-    "speed_cm_per_s",
-    "fastest_curvature_times_R",
-    "fastest_speed_cm_per_s",
-    "curvatures",
-    "calibrated",
-    *REASON,
-]
+COLUMNS = columns_of("robot/optimum.csv")
 """Columns of the table of optima: from_alpha is what the errors of alpha alone leave open, the
 reading is the range within which the points of the sweep leave the top."""
 

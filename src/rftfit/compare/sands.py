@@ -13,36 +13,14 @@ from rftfit.conventions import FloatArray
 from rftfit.measure.alpha import bed_spread, cell_at, column
 from rftfit.measure.errors import Part, SurfaceError, combined_half_width, errors_of
 from rftfit.measure.fits import Row, fit_medium
-from rftfit.measure.flags import REASON, Remark, quoted, reason_columns, reason_of, remark
+from rftfit.measure.flags import Remark, quoted, reason_columns, reason_of, remark
 from rftfit.measure.samples import split_runs
 from rftfit.measure.slopes import GIVEN_DOF, student_quantile, zero_intercept
 from rftfit.model.scaling import scale_new_medium
+from rftfit.outputs.dictionary import columns_of
 
-SAND_COLUMNS = [
-    "medium",
-    "run_id",
-    "window",
-    "linear_to_cm",
-    "alpha_z_N_per_cm3",
-    "alpha_z_lo_N_per_cm3",
-    "alpha_z_hi_N_per_cm3",
-    "nonlinear_z_ratio",
-    "zeta",
-    "zeta_lo",
-    "zeta_hi",
-    *REASON,
-]
-CORRECTION_COLUMNS = [
-    "medium",
-    "model",
-    "factor_z",
-    "factor_x",
-    "rms_fit_N",
-    "rms_cv_N",
-    "gain_cv_percent",
-    "earns_its_place",
-    *REASON,
-]
+SAND_COLUMNS = columns_of("sands.csv")
+CORRECTION_COLUMNS = columns_of("sand_correction.csv")
 
 BEND = 0.10
 """Largest bend of a regime that is called linear: see `bend_of`."""

@@ -119,9 +119,9 @@ def gif_bytes(shots: Sequence[Picture], frame_s: float) -> bytes:
 
     # one palette for all, so that colours do not flicker
     palette_image = Image.fromarray(np.concatenate(shots[:: max(1, len(shots) // 4)])).quantize(64)
-    quantize_options: dict[str, Any] = {"palette": palette_image, "dither": Image.Dither.NONE}
     first_frame, *later_frames = (
-        Image.fromarray(shot).quantize(**quantize_options) for shot in shots
+        Image.fromarray(shot).quantize(palette=palette_image, dither=Image.Dither.NONE)
+        for shot in shots
     )
     buffer, duration = io.BytesIO(), max(20, 10 * round(100 * frame_s))
     first_frame.save(

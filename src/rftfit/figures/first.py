@@ -180,9 +180,10 @@ def plot_first_peaks(results: Results) -> Figure:
             if leg in legs_with_peak
         ]
         if shown:
-            point = {"linestyle": "", "markersize": 4}
             entries[name] = tuple(
-                style.line(shade, marker=marker, markerfacecolor=fill or shade, **point)
+                style.line(
+                    shade, marker=marker, markerfacecolor=fill or shade, linestyle="", markersize=4
+                )
                 for shade, marker in shown
             )
     entries[f"within {WITHIN_PERCENT:g} %"] = style.patch(facecolor=style.WINDOW)
@@ -213,11 +214,6 @@ def plot_first_lines(results: Results) -> Figure:
     page, axes = _panel(f"residual of the vertical stress, {style.medium_label(results, medium)}")
     table = results[medium].fits.set_index("run_id")
     fits = table.loc[table["direction"] != "horizontal", "alpha_z_N_per_cm3"].dropna()
-    line_style: dict[str, Any] = {
-        "color": style.COMPONENT_COLOURS["z"],
-        "linewidth": 0.6,
-        "alpha": 0.6,
-    }
     fitted = {}
     for run, trace in by_run(stress_of(results, medium)).items():
         inside = trace["in_window"] > 0
@@ -229,7 +225,14 @@ def plot_first_lines(results: Results) -> Figure:
         max((float(np.nanmax(np.abs(stress))) for _, stress in fitted.values()), default=0.0) or 1.0
     )
     for run, (depth, stress) in fitted.items():
-        draw_thin(axes, depth, 100 * (stress - fits[run] * depth) / largest, **line_style)
+        draw_thin(
+            axes,
+            depth,
+            100 * (stress - fits[run] * depth) / largest,
+            color=style.COMPONENT_COLOURS["z"],
+            linewidth=0.6,
+            alpha=0.6,
+        )
     style.zero_line(axes)
     axes.set(xlabel="depth (cm)", ylabel="residual (% of the largest stress)")
     return page

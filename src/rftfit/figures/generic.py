@@ -9,6 +9,7 @@ import numpy as np
 from rftfit.figures import labels, maps, style
 from rftfit.figures.maps import kept_coefficients, middles, why_no_fit
 from rftfit.figures.registry import figure, when
+from rftfit.measure.alpha import directions
 from rftfit.model.fourier import evaluate
 from rftfit.model.scaling import GENERIC
 
@@ -158,8 +159,7 @@ def _draw_collapse(
     ends: list[float] = []
     for medium, zeta in zetas.items():
         rows = results[medium].alpha
-        angles = (np.radians(rows[f"{name}_deg"].to_numpy(float)) for name in ("beta", "gamma"))
-        model = evaluate(generic, *angles)["zx".index(c)]
+        model = evaluate(generic, *directions(rows))["zx".index(c)]
         columns = [f"alpha_{c}_{end}N_per_cm3" for end in ("", "lo_", "hi_")]
         value, low, high = rows[columns].to_numpy(float).T / zeta
         colour, marker = looks[medium]

@@ -176,11 +176,16 @@ def _draw_models(axes: Axes, predicted: pd.DataFrame, measured: pd.DataFrame, c:
 _LINES: dict[str, Any] = {"z": "-", "x": (0, (4, 1.2))}
 _DOTTED: dict[str, Any] = dict.fromkeys("zx", (0, (1, 1)))
 
+_CURVES: dict[str, Any] = {
+    "reads": ("predicted.csv", "legs/{media}.csv", "leg_errors.csv"),
+    "settings": ("fit",),
+}
+"""What figures of one row a medium are drawn from."""
+
 
 @figure(
     "legs_by_medium",
-    reads=("predicted.csv", "legs/{media}.csv", "leg_errors.csv"),
-    settings=("fit",),
+    **_CURVES,
     media=when(lambda campaign: _legged(campaign)[1:]),
     paper="Fig. S5",
     section="Legs",
@@ -196,8 +201,7 @@ def plot_legs_by_medium(results: Results) -> Figure:
 
 @figure(
     "legs_depth_only",
-    reads=("predicted.csv", "legs/{media}.csv", "leg_errors.csv"),
-    settings=("fit",),
+    **_CURVES,
     media=when(lambda campaign: _legged(campaign)[1:]),
     paper="Fig. S2",
     section="Legs",
@@ -213,8 +217,7 @@ def plot_legs_depth_only(results: Results) -> Figure:
 
 @figure(
     "legs_in_sands",
-    reads=("predicted.csv", "legs/{media}.csv", "leg_errors.csv"),
-    settings=("fit",),
+    **_CURVES,
     media=when(lambda campaign: campaign.with_legs("natural_sand")),
     paper="Fig. S12",
     section="Natural sands",

@@ -12,6 +12,7 @@ from rftfit import conventions
 from rftfit.figures import labels, style
 from rftfit.figures.plates import stress_runs
 from rftfit.figures.registry import figure, greek, when
+from rftfit.measure.alpha import directions
 from rftfit.model.fourier import TERMS, evaluate
 from rftfit.model.profiles import DepthOnlyProfile, TableProfile
 from rftfit.model.symmetry import WIDEST_DEG
@@ -173,8 +174,15 @@ _PUSHED = 4
 def add_pushes(axes: Axes, alpha: pd.DataFrame) -> None:
     """Mark the directions of an alpha table that were pushed."""
     pushed = alpha.dropna(subset=["alpha_z_N_per_cm3"])
-    marker_style: style.Look = {"markersize": _PUSHED, "markerfacecolor": "white", "color": "black"}
-    axes.plot(pushed["gamma_deg"], pushed["beta_deg"], "o", zorder=3, **marker_style)
+    axes.plot(
+        pushed["gamma_deg"],
+        pushed["beta_deg"],
+        "o",
+        zorder=3,
+        markersize=_PUSHED,
+        markerfacecolor="white",
+        color="black",
+    )
 
 
 def _draw_maps(
@@ -240,8 +248,16 @@ def _add_plates(axes: Axes) -> None:
     no_head: style.Look = dict.fromkeys(("headwidth", "headlength", "headaxislength"), 0)
     axes.quiver(gamma, beta, *plate, pivot="mid", width=0.016, **no_head, **quiver_style)
     moved = np.stack(conventions.direction(g)) * 1.6 * size
-    head: style.Look = {"headwidth": 7, "headlength": 7, "headaxislength": 6}
-    axes.quiver(gamma, beta, *moved, width=0.006, **head, **quiver_style)
+    axes.quiver(
+        gamma,
+        beta,
+        *moved,
+        width=0.006,
+        headwidth=7,
+        headlength=7,
+        headaxislength=6,
+        **quiver_style,
+    )
 
 
 def has_holes(table: pd.DataFrame, column: str) -> bool:
@@ -315,7 +331,6 @@ def _draw_models(
     missing = False
     for row, (medium, model) in enumerate(models.items()):
         surfaces, table = model(*middles()), results[medium].alpha
-        angles = [np.radians(table[f"{angle}_deg"].to_numpy(float)) for angle in ("beta", "gamma")]
         is_last_row = row == len(models) - 1
         for index, c in enumerate("zx"):
             axes = empty_map(page, row, 2 * index, (index == 0, is_last_row))
@@ -323,7 +338,7 @@ def _draw_models(
             add_signs(axes, c, _FINE, _FINE, surfaces[index])
             name = f"alpha_{c}_N_per_cm3"
             axes = empty_map(page, row, 2 * index + 1, (False, is_last_row))
-            residual = table[name] - model(angles[0], angles[1])[index]
+            residual = table[name] - model(*directions(table))[index]
             add_bar(page, axes, add_table(axes, table, residual, signed=True))
             missing |= has_holes(table, name)
     add_legend(page, missing)
@@ -573,8 +588,14 @@ def add_signs(
     # below this it is zero to rounding, which must not be shaded
     tolerance, highest = 1e-9 * float(np.abs(finite).max()), float(push.max())
     if highest > tolerance:
-        hatch_style: dict[str, Any] = {"levels": [tolerance, highest * 1.01], "hatches": [_SHADING]}
-        axes.contourf(gamma_deg, beta_deg, push, colors="none", **hatch_style)
+        axes.contourf(
+            gamma_deg,
+            beta_deg,
+            push,
+            colors="none",
+            levels=[tolerance, highest * 1.01],
+            hatches=[_SHADING],
+        )
     if finite.min() < 0 < finite.max():
         masked_alpha = np.ma.masked_invalid(alpha)
         axes.contour(
@@ -602,16 +623,32 @@ def add_bar(figure: Figure, axes: Axes, mappable: ScalarMappable, component: str
         bar.solids.remove()
     lowest, highest = place.get_ylim()
     strip, extent = np.linspace(lowest, highest, 256)[:, None], (*place.get_xlim(), lowest, highest)
-    limits: style.Look = {"vmin": lowest, "vmax": highest}
-    place.imshow(strip, mappable.get_cmap(), extent=extent, origin="lower", aspect="auto", **limits)
+    place.imshow(
+        strip,
+        mappable.get_cmap(),
+        extent=extent,
+        origin="lower",
+        aspect="auto",
+        vmin=lowest,
+        vmax=highest,
+    )
     bar.locator = MaxNLocator(5)
     bar.update_ticks()
     bar.outline.set_linewidth(0.4)
     place.tick_params(labelsize=5.5, pad=1)
-    text_style: dict[str, Any] = {"ha": "center", "fontsize": 5, "color": "white", "weight": "bold"}
     ends = (0.985, "top"), (0.015, "bottom")
     for arrow, (y, alignment) in zip(_WAYS.get(component, ""), ends, strict=False):
-        place.text(0.5, y, arrow, transform=place.transAxes, va=alignment, **text_style)
+        place.text(
+            0.5,
+            y,
+            arrow,
+            transform=place.transAxes,
+            va=alignment,
+            ha="center",
+            fontsize=5,
+            color="white",
+            weight="bold",
+        )
 
 
 def add_legend(figure: Figure, missing: bool, more: Mapping[str, Any] | None = None) -> None:
@@ -624,12 +661,13 @@ def add_legend(figure: Figure, missing: bool, more: Mapping[str, Any] | None = N
         for artist in axes.collections
         if isinstance(artist, ContourSet)
     ]
-    shading = {"facecolor": "white", "edgecolor": "#222222", "hatch": _SHADING * 2}
     entries: dict[str, Any] = {}
     if any(not contour.filled for contour in contours):
         entries["zero contour (interpolated)"] = style.line("black", linewidth=0.9)
     if any(contour.filled for contour in contours):
-        entries["does not oppose the motion"] = style.patch(linewidth=0.3, **shading)
+        entries["does not oppose the motion"] = style.patch(
+            linewidth=0.3, facecolor="white", edgecolor="#222222", hatch=_SHADING * 2
+        )
     if missing:
         entries["no usable run"] = style.patch(linewidth=0.3, **_MISSING)
     style.legend(figure, entries | dict(more or {}), borderaxespad=0.3, columnspacing=2.0)

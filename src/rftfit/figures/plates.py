@@ -321,11 +321,19 @@ def _draw_medium(
             inside = trace["in_window"] > 0
             for chosen, strength in ((~inside, 0.3), (inside, 0.9)):
                 stress = np.where(chosen, trace[f"stress_{c}_N_per_cm2"], np.nan)
-                line_style = {"color": colour, "linewidth": 0.6, "alpha": strength}
-                draw_thin(axes, trace["depth_cm"], stress, 300, **line_style)
+                draw_thin(
+                    axes,
+                    trace["depth_cm"],
+                    stress,
+                    300,
+                    color=colour,
+                    linewidth=0.6,
+                    alpha=strength,
+                )
     end = np.nanmax(ends) if np.isfinite(ends).any() else 1.0
-    band_style: dict[str, Any] = {"alpha": _OF_ALPHA, "linewidth": 0}
-    axes.fill_between([0, end], [0, low * end], [0, high * end], color=colour, **band_style)
+    axes.fill_between(
+        [0, end], [0, low * end], [0, high * end], color=colour, alpha=_OF_ALPHA, linewidth=0
+    )
     axes.plot([0, end], [0, alpha * end], color="black", linestyle=_FIT, linewidth=0.6)
     if not flat:
         axes.plot(end, alpha * end, marker, zorder=4, **point)
@@ -333,9 +341,16 @@ def _draw_medium(
 
 def _finish(axes: Axes, media_without_run: list[str], any_drawn: bool) -> None:
     if media_without_run:
-        text_style: dict[str, Any] = {"va": "top", "fontsize": _NOTE_PT, "color": style.MARK}
         text = "\n".join(["no usable run:", *media_without_run])
-        axes.text(0.03, 0.97, text, transform=axes.transAxes, **text_style)
+        axes.text(
+            0.03,
+            0.97,
+            text,
+            transform=axes.transAxes,
+            va="top",
+            fontsize=_NOTE_PT,
+            color=style.MARK,
+        )
     if not any_drawn:
         axes.set(xticks=[], yticks=[])
         return

@@ -256,8 +256,14 @@ def _draw_forces(axes: Axes, column: PanelColumn) -> None:
     )
     for trace, colours, dashes in looks:
         for c in "zx" if trace else "":
-            line_style: style.Look = {"color": colours[c], "linestyle": dashes, "linewidth": 0.6}
-            draw_thin(axes, trace["time_s"], trace[f"force_{c}_N"], **line_style)
+            draw_thin(
+                axes,
+                trace["time_s"],
+                trace[f"force_{c}_N"],
+                color=colours[c],
+                linestyle=dashes,
+                linewidth=0.6,
+            )
     time = column.run["time_s"]
     axes.set_xlim(np.nanmin(time), np.nanmax(time))
     style.ticks(axes.xaxis, 5, integer=True)
@@ -366,12 +372,24 @@ def plot_tare(results: Results, medium: str) -> Figure:
         axes.axvspan(low, high, color=style.WINDOW, linewidth=0, label="valid range")
     style.zero_line(axes)
     for c, name in (("z", "vertical"), ("x", "horizontal")):
-        line_style: style.Look = {"color": style.COMPONENT_COLOURS[c], "label": f"{name} $F_{c}$"}
-        axes.plot(depth, samples_of_run[f"tare_{c}_N"].to_numpy(float), linewidth=0.7, **line_style)
+        axes.plot(
+            depth,
+            samples_of_run[f"tare_{c}_N"].to_numpy(float),
+            linewidth=0.7,
+            color=style.COMPONENT_COLOURS[c],
+            label=f"{name} $F_{c}$",
+        )
     axes.set(xlabel="depth (cm)", ylabel="force on rod and mount (N)")
     if not valid.any():
-        text_style: dict[str, Any] = {"ha": "center", "va": "center", "transform": axes.transAxes}
-        axes.text(0.5, 0.5, "valid nowhere", color=style.MARK, **text_style)
+        axes.text(
+            0.5,
+            0.5,
+            "valid nowhere",
+            color=style.MARK,
+            ha="center",
+            va="center",
+            transform=axes.transAxes,
+        )
     title = style.plain(f"{results[medium].title}: tare {deepest['tare_run']}")
     page.suptitle(title, x=0.01, ha="left", fontsize=7)
     handles, names = axes.get_legend_handles_labels()

@@ -365,8 +365,9 @@ class Sheet:
                 left, top = self.corner(*place)
                 self.frame(left, top, "#dddddd")
                 middle = left + (self.width - _GAP) / 2, top - (self.height - _GAP) / 2
-                text_style: style.Look = {"color": "#888888", "ha": "center", "va": "center"}
-                self.axes.text(*middle, "not measured", fontsize=5.5, **text_style)
+                self.axes.text(
+                    *middle, "not measured", fontsize=5.5, color="#888888", ha="center", va="center"
+                )
 
     def finish(self, title: str, notes: str) -> Figure:
         """Draw everything that was collected; `notes` stand below the title."""
@@ -406,14 +407,16 @@ class Sheet:
         if style.MARK in self.frames:
             frame = style.patch(facecolor="none", edgecolor=style.MARK, linewidth=1.4)
             entries["flagged or without alpha"] = frame
-        legend_options = {
-            "loc": "lower left",
-            "fontsize": 7.5,
-            "borderaxespad": 0,
-            "columnspacing": 1.3,
-        }
         place = LEFT / self.paper[0], 0.12 / self.paper[1]
-        style.legend(self.figure, entries, bbox_to_anchor=place, **legend_options)
+        style.legend(
+            self.figure,
+            entries,
+            bbox_to_anchor=place,
+            loc="lower left",
+            fontsize=7.5,
+            borderaxespad=0,
+            columnspacing=1.3,
+        )
         level = f" (horizontal runs: path from 0 to {self.reach[1]:g} cm)" * (self.reach[1] > 0)
         text = (
             f"Across each panel: depth from 0 to {self.reach[0]:g} cm{level}. Up: stress, from the panel's bottom to its top as written in "
@@ -526,12 +529,14 @@ def _side_by_side(axes: Axes, table: pd.DataFrame, runs_apart: pd.DataFrame, c: 
     for number, (x, y, run) in enumerate(points, 1):
         axes.plot(x, y, "o", markersize=4, color=style.MARK)
         if number <= _NAMED and _component_apart(run) == c:
-            text_style: style.Look = {
-                "textcoords": "offset points",
-                "fontsize": 5.5,
-                "color": style.MARK,
-            }
-            axes.annotate(f"{number}", (x, y), (3, 2), **text_style)
+            axes.annotate(
+                f"{number}",
+                (x, y),
+                (3, 2),
+                textcoords="offset points",
+                fontsize=5.5,
+                color=style.MARK,
+            )
     limit = 1.15 * float(np.nanmax(np.abs([*differences.values()]), initial=1e-4))
     axes.set_ylim(-limit, limit)
     axes.margins(x=0.08)

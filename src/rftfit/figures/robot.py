@@ -243,14 +243,18 @@ def _frequency_panel(
                 continue
             point_xy = points["frequency_Hz"], points["measured_cm_per_s"]
             bars = points["measured_sd_cm_per_s"].fillna(0)
-            marker_style: style.Look = {
-                "color": colour,
-                "markersize": 3.4,
-                "markerfacecolor": fill,
-                "zorder": 3,
-            }
-            marker_style |= {"markeredgewidth": 0.7, "elinewidth": 0.6, "capsize": 1.2}
-            axes.errorbar(*point_xy, yerr=bars, fmt=marker, **marker_style)
+            axes.errorbar(
+                *point_xy,
+                yerr=bars,
+                fmt=marker,
+                color=colour,
+                markersize=3.4,
+                markerfacecolor=fill,
+                zorder=3,
+                markeredgewidth=0.7,
+                elinewidth=0.6,
+                capsize=1.2,
+            )
     ringed = _drawn_over_time(errors)
     axes.plot(ringed["frequency_Hz"], ringed["measured_cm_per_s"], color="black", **_RING)
     axes.set_xlim(0, 5.15)
@@ -333,9 +337,15 @@ def _curvature_panel(axes: Axes, speed: pd.DataFrame, errors: pd.DataFrame) -> N
         tipped_at_hz = tipped[np.isclose(tipped["frequency_Hz"], hz)]
         _mark_tipped(axes, tipped_at_hz, "curvature_times_R", colour)
         # hollow: speeds of two frequencies can be alike
-        marker_style: dict[str, Any] = {"color": colour, "markersize": 4, "zorder": 3}
-        marker_style |= {"markerfacecolor": "none", "markeredgewidth": 0.9}
-        axes.plot(*_speeds_at(measured, hz).T, marker, **marker_style)
+        axes.plot(
+            *_speeds_at(measured, hz).T,
+            marker,
+            color=colour,
+            markersize=4,
+            zorder=3,
+            markerfacecolor="none",
+            markeredgewidth=0.9,
+        )
         line = line[np.isfinite(line[:, 1])]
         if len(line):
             axes.text(1.08, line[-1, 1], f"{hz:g} Hz", va="center", fontsize=6, color=colour)
@@ -459,14 +469,19 @@ def plot_curvature(results: Results, sweep: str) -> Figure:
         (best_curvature - best["reading_lo"]).clip(lower=0),
         (best["reading_hi"] - best_curvature).clip(lower=0),
     )
-    marker_style: style.Look = {
-        "color": "white",
-        "markersize": 3,
-        "linewidth": 0.8,
-        "elinewidth": 0.8,
-    }
-    marker_style |= {"capsize": 1.5, "markeredgecolor": "black", "markeredgewidth": 0.4}
-    map_axes.errorbar(best_curvature, frequencies, xerr=sides, fmt="o-", **marker_style)
+    map_axes.errorbar(
+        best_curvature,
+        frequencies,
+        xerr=sides,
+        fmt="o-",
+        color="white",
+        markersize=3,
+        linewidth=0.8,
+        elinewidth=0.8,
+        capsize=1.5,
+        markeredgecolor="black",
+        markeredgewidth=0.4,
+    )
     map_axes.set(xlim=(-1.04, 1.04), xlabel=CURVATURE_LABEL, ylabel=FREQUENCY_LABEL)
     map_axes.set_title("simulated; white: fastest curvature", loc="left", fontsize=6.5)
     page.colorbar(image, ax=map_axes, aspect=20, pad=0.02, label=SPEED_LABEL)
@@ -521,18 +536,29 @@ def plot_robot_stance(results: Results) -> Figure:
         parts = {"body": ~legs, "other tripod": legs & ~standing, "standing tripod": standing}
         for name, rows in parts.items():
             ends = elements.loc[rows, ["x1_cm", "z1_cm", "x2_cm", "z2_cm"]].to_numpy(float)
-            line_style: style.Look = {
-                "colors": _STANCE[name],
-                "linewidths": 1.7,
-                "capstyle": "round",
-            }
-            axes.add_collection(LineCollection(list(ends.reshape(-1, 2, 2)), **line_style))
+            axes.add_collection(
+                LineCollection(
+                    list(ends.reshape(-1, 2, 2)),
+                    colors=_STANCE[name],
+                    linewidths=1.7,
+                    capstyle="round",
+                )
+            )
         foot = elements.loc[standing, ["at_x_cm", "at_z_cm"]].to_numpy(float)
         push = elements.loc[standing, ["force_x_N", "force_z_N"]].to_numpy(float)
         is_loaded = np.hypot(*push.T) > 0.01 * strongest
-        arrows: style.Look = {"angles": "xy", "scale_units": "xy", "scale": 1, "width": 0.0022}
-        arrows |= {"headwidth": 4, "headlength": 5, "color": style.OKABE_ITO["vermillion"]}
-        axes.quiver(*foot[is_loaded].T, *(scale * push[is_loaded]).T, zorder=3, **arrows)
+        axes.quiver(
+            *foot[is_loaded].T,
+            *(scale * push[is_loaded]).T,
+            zorder=3,
+            angles="xy",
+            scale_units="xy",
+            scale=1,
+            width=0.0022,
+            headwidth=4,
+            headlength=5,
+            color=style.OKABE_ITO["vermillion"],
+        )
         axes.set_title(_run_name(*run), loc="left", fontsize=7.5)
         axes.plot([-12, -10], [-4.9, -4.9], color="black", linewidth=1)
         axes.text(-11, -4.7, "2 cm", ha="center", va="bottom", fontsize=6)

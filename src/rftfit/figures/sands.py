@@ -121,8 +121,9 @@ def _draw_panel(axes: Axes, runs: Sequence[Trace], tests: Sequence[Mapping[str, 
             continue
         drawn_fits.add(name)
         end = window if np.isfinite(window) else max_depth
-        band = {"color": colour, "alpha": _OF_ALPHA, "linewidth": 0}
-        axes.fill_between([0, end], [0, low * end], [0, high * end], **band)
+        axes.fill_between(
+            [0, end], [0, low * end], [0, high * end], color=colour, alpha=_OF_ALPHA, linewidth=0
+        )
         for ends_of, width in (([0, end], 1.1), ([end, max_depth], 0.5)):
             along = alpha * np.array(ends_of)
             axes.plot(ends_of, along, color=colour, linestyle=dashes, linewidth=width)

@@ -198,14 +198,24 @@ _NAME: Look = {"textcoords": "offset points", "weight": "bold", "annotation_clip
 
 def name_row(left_axes: Axes, name: str) -> None:
     """Write what a row of panels shows, left of the label of its first one."""
-    place: Look = {"xycoords": left_axes.yaxis.label, "rotation": 90, "ha": "right", "va": "center"}
-    left_axes.annotate(name, (0, 0.5), (-3, 0), fontsize=6.5, **place, **_NAME)
+    left_axes.annotate(
+        name,
+        (0, 0.5),
+        (-3, 0),
+        fontsize=6.5,
+        xycoords=left_axes.yaxis.label,
+        rotation=90,
+        ha="right",
+        va="center",
+        **_NAME,
+    )
 
 
 def name_column(top_axes: Axes, name: str, title_lines: int = 1) -> None:
     """Write what a column of panels shows, above the small title of its first one."""
-    place: Look = {"xycoords": "axes fraction", "va": "bottom"}
-    top_axes.annotate(name, (0, 1), (0, 4 + 7 * title_lines), **place, **_NAME)
+    top_axes.annotate(
+        name, (0, 1), (0, 4 + 7 * title_lines), xycoords="axes fraction", va="bottom", **_NAME
+    )
 
 
 def axes_cm(
@@ -326,13 +336,15 @@ def mark(figures: Any, sentences: Sequence[str]) -> None:
     for page in _pages(figures):
         across = int(15 * page.get_size_inches()[0])  # letters of 7 pt
         lines = [line for sentence in sentences for line in textwrap.wrap(plain(sentence), across)]
-        text_style = {
-            "va": "bottom",
-            "ha": "center",
-            "fontsize": 7,
-            "color": OKABE_ITO["vermillion"],
-        }
-        page.text(0.5, _ABOVE, "\n".join(lines), **text_style)
+        page.text(
+            0.5,
+            _ABOVE,
+            "\n".join(lines),
+            va="bottom",
+            ha="center",
+            fontsize=7,
+            color=OKABE_ITO["vermillion"],
+        )
 
 
 def stamp(figures: Any, word: str) -> None:
@@ -368,39 +380,6 @@ PAPER = ("pdf",)
 
 PREVIEW, SHEET = 125 / 300, 60 / 300
 """Size of a preview beside the png: 900 pixels for a figure of two columns; of a sheet a thumbnail."""
-
-
-_UNREAD_IN_PDF = {"GSUB", "GPOS", "GDEF", "kern"}
-_UNREAD_WITH_GLYPH_NUMBERS = {"cmap", "post", "name", "OS/2"}
-"""Tables that tell letters by code or name: since 3.11 matplotlib asks for glyphs by their number in the font."""
-
-
-@contextlib.contextmanager
-def _lean_fonts() -> Iterator[None]:
-    """Leave tables that no reader of a pdf uses out of its fonts: decoding them takes 0.1 s a file."""
-    import matplotlib as mpl
-    from fontTools import subset  # type: ignore[import-untyped]
-
-    usual = subset.load_font
-    by_number = mpl.__version_info__ >= (3, 11)
-    unread = _UNREAD_IN_PDF | (_UNREAD_WITH_GLYPH_NUMBERS if by_number else set())
-
-    def lean(*arguments: Any, **keywords: Any) -> Any:
-        font = usual(*arguments, **keywords)
-        for table in unread & {*font.keys()}:
-            del font[table]
-        return font
-
-    subset.load_font = lean
-    # it warns of the dates in the fonts, which nobody asks for, in the middle of what a command prints
-    logger = logging.getLogger("fontTools")
-    level = logger.level
-    logger.setLevel(logging.ERROR)
-    try:
-        yield
-    finally:
-        subset.load_font = usual
-        logger.setLevel(level)
 
 
 def _place_panels(figure: Figure) -> None:
@@ -441,8 +420,10 @@ def content(figure: Figure, ending: str, about: str = "") -> bytes:
     )
     metadata = _METADATA[ending] | ({_REMARK[ending]: about} if about else {})
     buffer = BytesIO()
+    # it warns of the dates in the fonts, which nobody asks for, in the middle of what a command prints
+    logging.getLogger("fontTools").setLevel(logging.ERROR)
     # some settings (letters, hatches, salt of the ids) are looked up while writing
-    with styled(), _lean_fonts():
+    with styled():
         _place_panels(figure)
         figure.savefig(
             buffer,

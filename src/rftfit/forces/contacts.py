@@ -159,7 +159,7 @@ class Contact:
     def touches(self) -> npt.NDArray[np.bool_]:
         """Whether a part of the body that leads is in the medium, shape (p,)."""
         profile = TableProfile(np.ones((7, 13)), np.ones((7, 13)))
-        return np.asarray(self.load(profile) > 0)
+        return self.load(profile) > 0
 
     def load(self, profile: Profile) -> FloatArray:
         """Load without cancellation H in each pose, N, shape (p,)."""

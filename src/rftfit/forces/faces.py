@@ -57,7 +57,7 @@ def face_alpha(
     else:
         stress = np.multiply.outer(rft3d.level_of(profile), rft3d.law(normal, velocity))
     if friction is None:
-        return np.asarray(stress)
+        return stress
     return rft3d.turn_and_cap(stress, normal, velocity, friction)
 
 

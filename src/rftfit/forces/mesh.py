@@ -16,7 +16,7 @@ from rftfit.campaign.problems import choose
 from rftfit.campaign.rows import TableColumn
 from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
-from rftfit.forces.motion import SCHEMA, read_times
+from rftfit.forces.motion import SCHEMA, as_increasing, read_times
 from rftfit.forces.outlines import Outline
 from rftfit.forces.rolling import (
     NO_RULE,
@@ -462,7 +462,7 @@ def _merge_vertices(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, 
 def area_vectors(triangles: FloatArray) -> FloatArray:
     """Normal times area of triangles (..., 3, 3)."""
     a, b, c = np.moveaxis(triangles, -2, 0)
-    return np.asarray(np.cross(b - a, c - a) / 2)
+    return np.cross(b - a, c - a) / 2
 
 
 def _check_closed(vertices: FloatArray, faces: IntArray) -> None:
@@ -763,9 +763,7 @@ class Motion3D:
         """
         from scipy.spatial.transform import Rotation
 
-        time = np.asarray(time_s, dtype=float)
-        if time.size < 2 or not (np.diff(time) > 0).all():
-            raise ValueError("a path needs at least two times, and time must increase")
+        time = as_increasing(time_s)
         position, turn = (np.asarray(series, dtype=float) for series in (position_cm, turn_deg))
         turned = Rotation.from_rotvec(np.radians(turn))
         steps = np.cumsum((turned[1:] * turned[:-1].inv()).as_rotvec(), axis=0)

@@ -26,8 +26,8 @@ import numpy as np
 import numpy.typing as npt
 
 from rftfit.conventions import FloatArray
-from rftfit.forces import reference_kernel
 from rftfit.forces.mesh import Mesh
+from rftfit.forces.reference_kernel import WetElements
 from rftfit.model.profiles import EPS, Profile, TableProfile
 
 if TYPE_CHECKING:
@@ -184,20 +184,17 @@ def outline_load(
 
 
 def _bears(outline: Outline, poses: FloatArray) -> FloatArray:
-    elements = reference_kernel.place(outline.body, outline.width_cm, poses)
-    load, _ = reference_kernel.submerged(elements, outline.solid)
-    return np.asarray((load > 0).any(axis=-1), dtype=float)
+    return np.asarray((WetElements.of(outline, poses).load > 0).any(axis=-1), dtype=float)
 
 
 def _outline_load(
     profile: Profile, outline: Outline, poses: FloatArray, with_centre: bool
 ) -> tuple[FloatArray, FloatArray]:
     """G (draws, p) and the centre of the load from the reference point, x and z (draws, p, 2)."""
-    elements = reference_kernel.place(outline.body, outline.width_cm, poses)
-    load, centre = reference_kernel.submerged(elements, outline.solid)
-    load = np.nan_to_num(load)
-    beta, gamma = (np.where(load == 0, 0.0, angle) for angle in reference_kernel.angles(elements))
-    arm = np.nan_to_num(centre - poses[:, None, :2])
+    wet = WetElements.of(outline, poses)
+    wet = wet._replace(load=np.nan_to_num(wet.load))
+    load, (beta, gamma) = wet.load, wet.angles
+    arm = np.nan_to_num(wet.arm)
     # seven digits of a load are enough: (p, elements, draws), so that the sums run over whole rows
     force_z, force_x = (
         np.abs(alpha).reshape(*load.shape, -1) * load[..., None].astype(np.float32)

@@ -141,15 +141,21 @@ def path(
     >>> import rftfit
     >>> down = rftfit.path([0, 1, 2], [0, 0, 0], [0, -1, -2], [0, 0, 0])
     """
-    time = np.asarray(time_s, dtype=float)
-    if time.size < 2 or not (np.diff(time) > 0).all():
-        raise ValueError("a path needs at least two times, and time must increase")
+    time = as_increasing(time_s)
     x, z, angle = (np.asarray(series, dtype=float) for series in (x_cm, z_cm, angle_deg))
     place = np.stack([x, z, np.unwrap(np.radians(angle))], axis=-1)
     poses = np.concatenate([place, np.gradient(place, time, axis=0)], axis=-1)
     x, z, angle = poses[:, 0], poses[:, 1], np.degrees(poses[:, 2])
     columns = {"t_s": time, "x_cm": x, "z_cm": z, "angle_deg": angle}
     return Motion(f"a path of {time.size} poses", poses, columns)
+
+
+def as_increasing(time_s: npt.ArrayLike) -> FloatArray:
+    """Take the times of a path, s; raises ValueError where they are fewer than two, or do not increase."""
+    time = np.asarray(time_s, dtype=float)
+    if time.size < 2 or not (np.diff(time) > 0).all():
+        raise ValueError("a path needs at least two times, and time must increase")
+    return time
 
 
 def read_path(file: Path) -> Motion:

@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rftfit.conventions import FloatArray
-from rftfit.model.draws import interval
+from rftfit.model.draws import interval, widen
 
 Ends = dict[str, tuple[FloatArray, FloatArray]]
 """Lower and upper end of an interval of each quantity, by pose."""
@@ -259,12 +259,6 @@ def of_next_bed(value: Any, ends: tuple[Any, Any], bed: float) -> tuple[Any, Any
     A bed is looser or denser as a whole, independently of what is not known of the mean: distances add in squares.
     """
     return widen(value, ends, bed * value)
-
-
-def widen(value: Any, ends: tuple[Any, Any], half: Any) -> tuple[Any, Any]:
-    """Interval with a further error, independent of the others, whose half width is given."""
-    below, above = (np.hypot(end - value, half) for end in ends)
-    return value - below, value + above
 
 
 def unknown_peaks(

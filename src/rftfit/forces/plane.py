@@ -15,6 +15,7 @@ from rftfit.forces.motion import Motion
 from rftfit.forces.moving import BestForces, BodyInMotion, DrawnForces, ForcesByName
 from rftfit.forces.outlines import Outline
 from rftfit.forces.peaks import STEEP, STEEP_DEG, STEEPEST, Ends, Peak, PeakTarget, withhold
+from rftfit.forces.reference_kernel import WetElements
 from rftfit.model.compiling import is_worth_compiling
 from rftfit.model.profiles import Profile, TableProfile, weighted_sum
 
@@ -88,12 +89,9 @@ def force_draws(
 def _weights(
     profile: Profile, outline: Outline, poses: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    elements = reference_kernel.place(outline.body, outline.width_cm, poses)
-    load, centre = reference_kernel.submerged(elements, outline.solid)
-    arm = centre - poses[:, None, :2]
-    scaled = load * np.stack([np.ones_like(load), arm[..., 0], arm[..., 1]])
-    beta, gamma = (np.where(load == 0, 0.0, angle) for angle in reference_kernel.angles(elements))
-    basis_z, basis_x = profile.basis(beta, gamma)
+    wet = WetElements.of(outline, poses)
+    scaled = wet.load * np.stack([np.ones_like(wet.load), wet.arm[..., 0], wet.arm[..., 1]])
+    basis_z, basis_x = profile.basis(*wet.angles)
     by_pose = scaled.transpose(1, 0, 2)
     weights_z = (by_pose @ basis_z).transpose(1, 0, 2)
     if basis_x is basis_z:
@@ -172,8 +170,7 @@ class OutlineInMotion(BodyInMotion):
         return load.between(0, len(self.poses)).size
 
     def wet_parts(self) -> list[FloatArray]:
-        elements = reference_kernel.place(self.outline.body, self.outline.width_cm, self.poses)
-        load, centre = reference_kernel.submerged(elements, self.outline.solid)
+        elements, load, centre, _ = WetElements.of(self.outline, self.poses)
         speed = np.hypot(elements[..., 6], elements[..., 7])
         return [load, -centre[..., 1], speed, centre[..., 0]]
 
@@ -202,15 +199,10 @@ class OutlineInMotion(BodyInMotion):
 
     def bounds(self, profile: Profile) -> Ends:
         """Sums over elements with a number, and the most that the others may add: each the largest alpha that is known."""
-        outline, poses = self.outline, self.poses
-        elements = reference_kernel.place(outline.body, outline.width_cm, poses)
-        load, centre = reference_kernel.submerged(elements, outline.solid)
-        arm = centre - poses[:, None, :2]
-        beta, gamma = (
-            np.where(load == 0, 0.0, angle) for angle in reference_kernel.angles(elements)
-        )
+        wet = WetElements.of(self.outline, self.poses)
+        load, arm = wet.load, wet.arm
         largest = [float(np.nanmax(np.abs(values), initial=0.0)) for values in profile.parameters]
-        alpha = profile.alpha(beta, gamma)
+        alpha = profile.alpha(*wet.angles)
         z, x = (np.where(load == 0, 0.0, load * values) for values in alpha)
         most_z, most_x = (
             np.where(np.isnan(force), load * most, 0.0)
@@ -230,22 +222,17 @@ class OutlineInMotion(BodyInMotion):
 
         There alpha may have an edge that no push shows, on which the elements of a body err alike.
         """
-        outline, motion = self.outline, self.motion
+        motion = self.motion
         has_interval = isinstance(profile, TableProfile) and np.isfinite(peak.lo)
         if not (has_interval and peak.quantity in ("force_z_N", "force_x_N") and peak.value):
             return peak
         assert isinstance(profile, TableProfile)
         pose = int(np.argmin(np.abs(motion.columns[motion.key] - peak.position)))
-        elements = reference_kernel.place(
-            outline.body, outline.width_cm, motion.poses[pose : pose + 1]
-        )
-        load = reference_kernel.submerged(elements, outline.solid)[0]
-        beta, gamma = (
-            np.where(load == 0, 0.0, angle) for angle in reference_kernel.angles(elements)
-        )
+        wet = WetElements.of(self.outline, motion.poses[pose : pose + 1])
+        beta, gamma = wet.angles
         component = ("force_z_N", "force_x_N").index(peak.quantity)
         turned = np.radians(STEEP_DEG) * np.array([-1.0, 0.0, 1.0])[:, None]
-        forces = load * profile.alpha(beta + turned, gamma)[component]
+        forces = wet.load * profile.alpha(beta + turned, gamma)[component]
         steepness = abs(float(np.diff(forces[::2].sum(axis=-1))[0])) / 2 / abs(peak.value)
         peak = replace(peak, steepness=steepness)
         if steepness <= STEEPEST:

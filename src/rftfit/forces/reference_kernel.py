@@ -7,9 +7,12 @@ pictures. Elements are arrays (..., 8): centre x, z (cm), unit tangent x, z, hal
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from rftfit.conventions import FloatArray, intrusion_angle, wrap_beta
+from rftfit.forces.outlines import Outline
 from rftfit.model.profiles import Profile
 
 
@@ -49,6 +52,35 @@ def angles(elements: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Attack and intrusion angle (rad) of each element; gamma is NaN without velocity."""
     beta = wrap_beta(np.arctan2(-elements[..., 3], elements[..., 2]))
     return beta, intrusion_angle(elements[..., 6], elements[..., 7])
+
+
+class WetElements(NamedTuple):
+    """Elements of an outline in its poses (p, n, 8), depth times area of each that is wet (cm^3), and its centre x, z (cm).
+
+    `reference`: x, z of the reference point, cm, shape (p, 1, 2).
+    """
+
+    elements: FloatArray
+    load: FloatArray
+    centre: FloatArray
+    reference: FloatArray
+
+    @classmethod
+    def of(cls, outline: Outline, poses: FloatArray) -> WetElements:
+        """Place an outline in poses (p, 6), and find what lies below the surface."""
+        elements = place(outline.body, outline.width_cm, poses)
+        return cls(elements, *submerged(elements, outline.solid), poses[:, None, :2])
+
+    @property
+    def arm(self) -> FloatArray:
+        """Centre from the reference point, x, z (cm)."""
+        return self.centre - self.reference
+
+    @property
+    def angles(self) -> tuple[FloatArray, FloatArray]:
+        """Attack and intrusion angle (rad) of each element; 0 of those that bear nothing."""
+        beta, gamma = (np.where(self.load == 0, 0.0, angle) for angle in angles(self.elements))
+        return beta, gamma
 
 
 def element_forces(profile: Profile, elements: FloatArray, solid: bool = False) -> FloatArray:

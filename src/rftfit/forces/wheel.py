@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, field
-from functools import cache, partial
-from importlib.resources import files
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -22,13 +20,13 @@ from rftfit.forces.faces import as_table
 from rftfit.forces.fineness import fine_enough
 from rftfit.forces.mesh import Mesh, Motion3D, describe_triangles
 from rftfit.forces.model_error import has_model_error
-from rftfit.forces.peaks import widen
 from rftfit.forces.rolling import RULES, Rim, describe_friction, find_rim, measure_radius
 from rftfit.forces.space import compiled_mesh_forces, mesh_draws
 from rftfit.measure.errors import half_width_of_bed
-from rftfit.model.draws import interval
+from rftfit.model.draws import interval, widen
 from rftfit.model.known import profile_of
 from rftfit.model.profiles import KnownMedium, Profile, TableProfile
+from rftfit.store.chosen import read_toml
 from rftfit.store.text import table as format_table
 
 POSES = 73
@@ -63,11 +61,9 @@ QUANTITIES = {
 """Columns of an answer by what they hold."""
 
 
-@cache
 def wheel_numbers() -> Mapping[str, Any]:
     """Errors of the model on wheels, and the range of slip sinkage, told from measured rigs (``wheels.toml``)."""
-    text = files("rftfit.reference").joinpath("wheels.toml").read_text(encoding="utf-8")
-    return tomllib.loads(text)
+    return read_toml("reference", "wheels.toml")
 
 
 class _Turn(NamedTuple):

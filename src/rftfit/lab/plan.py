@@ -13,6 +13,9 @@ from rftfit import reference
 from rftfit.campaign.config import AnyPlate, Config, Direction, Intruder, Leg, MediumSettings, Plate
 from rftfit.campaign.problems import choose
 from rftfit.errors import InputError
+from rftfit.store.chosen import chosen
+
+_CHOSEN = chosen("lab", "plan")
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -26,13 +29,6 @@ AIR = "air"
 """Folder of the legs turned in air, which serve every medium."""
 
 LEG_OF_CURVATURE = {1.0: "c_leg", 0.0: "flat_leg", -1.0: "reversed_c_leg"}
-
-_APART_DEG = 6
-_ROOM_FOR = 250
-"""Directions that random draws place so far apart; of more the distance shrinks with the root of their number."""
-_MOST_SCATTERED = 500
-_DAY_STARTS_S = 28800.0
-_RUN_EVERY_S = 150.0
 
 
 @dataclass(frozen=True)
@@ -170,7 +166,7 @@ def parse_directions(text: str, seed: int) -> list[tuple[float, float]]:
     if (
         text.startswith("scattered:")
         and text[10:].isdecimal()
-        and 1 <= int(text[10:]) <= _MOST_SCATTERED
+        and 1 <= int(text[10:]) <= _CHOSEN.most_scattered
     ):
         return _scattered(int(text[10:]), seed)
     try:
@@ -189,7 +185,7 @@ def parse_directions(text: str, seed: int) -> list[tuple[float, float]]:
         raise InputError(
             f"--grid: found {text!r}; allowed: angles from -90 to 90 degrees as lists "
             "'-30,0,30 x -45,0,45,90', as pairs '0:90,30:45', or 'scattered:40' "
-            f"(1 to {_MOST_SCATTERED})"
+            f"(1 to {_CHOSEN.most_scattered})"
         )
     return list(dict.fromkeys((90.0 if b == -90 else b + 0.0, g + 0.0) for b, g in directions))
 
@@ -198,7 +194,7 @@ def _scattered(count: int, seed: int) -> list[tuple[float, float]]:
     random = np.random.default_rng(seed)
     directions = np.zeros((count, 2))
     directions[0] = 0.0, 90.0
-    apart_deg = _APART_DEG * min(1.0, math.sqrt(_ROOM_FOR / count))
+    apart_deg = _CHOSEN.apart_deg * min(1.0, math.sqrt(_CHOSEN.room_for / count))
     drawn = 1
     while drawn < count:
         # shallower paths leave no window between surface, walls and bottom
@@ -276,7 +272,10 @@ def plan_runs(
     air = [replace(in_air, run_id=f"{AIR}_{name}", intruder=name, leg=leg) for name, leg in legs]
     # one day of work a medium: the clock depends on the place in it, not on the other media
     placed = (numbered_run for group in (*groups, air) for numbered_run in enumerate(group))
-    runs = [replace(run, clock_s=_DAY_STARTS_S + _RUN_EVERY_S * place) for place, run in placed]
+    runs = [
+        replace(run, clock_s=_CHOSEN.day_starts_s + _CHOSEN.run_every_s * place)
+        for place, run in placed
+    ]
     return sorted(runs, key=lambda run: run.run_id)
 
 
@@ -286,10 +285,6 @@ CLEARANCE_CM = 6.0
 RAMP_S = 0.05
 SAND_DEPTH_CM = 6.0
 THETA_END_DEG = 135.0
-_AIR_CM = 1.6
-_LEAST_WINDOW_CM = 0.5
-_LEAST_TO_BOTTOM_CM = 4.0
-_REST_AIR_S, _REST_S, _PAUSE_S = 2.0, 1.0, 2.0
 
 Place = tuple[float, float, float]
 """x (cm), z (cm), angle (deg)."""
@@ -354,7 +349,7 @@ def _stroke(run: PlannedRun, config: Config) -> tuple[tuple[float, float], tuple
     half_span = math.floor(10 * (box.length_cm / 2 - CLEARANCE_CM - diagonal)) / 10
     deepest = math.floor(10 * (box.depth_cm - CLEARANCE_CM - plate.thickness_cm / 2)) / 10
     _, half_z = half_extents(plate, run.beta_deg or 0.0)
-    deepest = min(deepest, box.depth_cm - _LEAST_TO_BOTTOM_CM - half_z)
+    deepest = min(deepest, box.depth_cm - _CHOSEN.least_to_bottom_cm - half_z)
     if run.natural:
         deepest = SAND_DEPTH_CM
     if run.direction == "horizontal":
@@ -370,14 +365,14 @@ def _stroke(run: PlannedRun, config: Config) -> tuple[tuple[float, float], tuple
 def _check_room(run: PlannedRun, config: Config) -> None:
     if run.direction == "horizontal":
         right, left = _stroke(run, config)
-        enough = right[0] - left[0] > config.fit.horizontal_skip_cm + _LEAST_WINDOW_CM
+        enough = right[0] - left[0] > config.fit.horizontal_skip_cm + _CHOSEN.least_window_cm
     else:
         shallow, deep = submerged_depths(run, config)
-        enough = deep - shallow >= _LEAST_WINDOW_CM
+        enough = deep - shallow >= _CHOSEN.least_window_cm
     if not enough:
         raise InputError(
             f"{run.run_id}: container and plate of the config leave no fit window of "
-            f"{_LEAST_WINDOW_CM} cm that keeps {CLEARANCE_CM:g} cm from walls and bottom"
+            f"{_CHOSEN.least_window_cm} cm that keeps {CLEARANCE_CM:g} cm from walls and bottom"
         )
 
 
@@ -411,18 +406,21 @@ def _segments(run: PlannedRun, config: Config, raised: bool) -> tuple[Segment, .
     if isinstance(intruder, Leg):
         first, last = ((0.0, intruder.hip_height_cm, s * THETA_END_DEG) for s in (-1, 1))
         turn = _move("stroke", first, last, config.arm.leg_speed_rad_per_s)
-        rest = Segment("rest", last, last, _REST_S)
-        return Segment("rest", first, first, _REST_AIR_S), turn, rest
+        rest = Segment("rest", last, last, _CHOSEN.rest_s)
+        return Segment("rest", first, first, _CHOSEN.rest_air_s), turn, rest
     _check_room(run, config)
     beta, speed = run.beta_deg or 0.0, config.arm.speed_cm_per_s
     (x0, z0), (x1, z1) = _stroke(run, config)
     _, half_z = half_extents(intruder, beta)
-    top = half_z + _AIR_CM
+    top = half_z + _CHOSEN.air_cm
     lift = top - z1 if raised else 0.0
     air = (x0, top + lift, beta)
     begin, end = (x0, z0 + lift, beta), (x1, z1 + lift, beta)
-    in_air, below = Segment("rest", air, air, _REST_AIR_S), Segment("rest", end, end, _REST_S)
-    pause = Segment("pause", begin, begin, _PAUSE_S)
+    in_air, below = (
+        Segment("rest", air, air, _CHOSEN.rest_air_s),
+        Segment("rest", end, end, _CHOSEN.rest_s),
+    )
+    pause = Segment("pause", begin, begin, _CHOSEN.pause_s)
     if run.direction == "extraction":
         up, away = _move("stroke", end, begin, speed), _move("lift", begin, air, speed)
         return below, up, pause, away, in_air

@@ -31,16 +31,14 @@ from rftfit.lab.truth import (
     published_alpha,
     rod_law,
 )
+from rftfit.store.chosen import chosen
+
+_CHOSEN = chosen("lab", "rig")
 
 FORCE_HZ, MOTION_HZ = 100, 50
 STEP_N = 1 / 160
 DAYLIGHT_SAVING = frozenset({"glass3mm_CP"})
 """Published media whose arm controller was left an hour behind when the clocks changed."""
-
-_CORRELATION = 0.7
-_DRIFT_PPM = 30.0
-_POSITION_SD_MM, _ANGLE_SD_DEG = 0.003, 0.02
-_ROD_WEIGHT_N, _PLATE_WEIGHT_N, _LEG_WEIGHT_N = 2.4, 0.17, 1.1
 
 
 @dataclass(frozen=True)
@@ -183,8 +181,8 @@ def ideal(
     )
     if run.leg:
         force_z, force_x = cable(run, motion.angle_deg)
-        return Ideal(motion, granular, rod, (force_z - _LEG_WEIGHT_N, force_x))
-    weight = _ROD_WEIGHT_N + (_PLATE_WEIGHT_N if run.kind == "plate" else 0.0)
+        return Ideal(motion, granular, rod, (force_z - _CHOSEN.leg_weight_n, force_x))
+    weight = _CHOSEN.rod_weight_n + (_CHOSEN.plate_weight_n if run.kind == "plate" else 0.0)
     return Ideal(motion, granular, rod, (nothing - weight, nothing))
 
 
@@ -210,8 +208,8 @@ def to_channels(
 
 def _noise(random: np.random.Generator, count: int, deviation: float) -> FloatArray:
     """Noise (n, 3) with the correlation of a first-order process from sample to sample."""
-    memory = _CORRELATION ** np.arange(40)
-    white = random.normal(0, deviation * math.sqrt(1 - _CORRELATION**2), (count + 39, 3))
+    memory = _CHOSEN.correlation ** np.arange(40)
+    white = random.normal(0, deviation * math.sqrt(1 - _CHOSEN.correlation**2), (count + 39, 3))
     columns = [np.convolve(white[:, axis], memory, mode="valid") for axis in range(3)]
     return np.column_stack(columns)
 
@@ -258,7 +256,7 @@ def record(
     noise_N = lab.noise_N(stroke, motion.elapsed_s.size)
     channels = _channels(true, drawn, noise_N, config.transducer)
     # the motion log: same run, other clock
-    rate = 1 + _DRIFT_PPM * 1e-6
+    rate = 1 + _CHOSEN.drift_ppm * 1e-6
     begin = drawn.start_s + drawn.motion_offset_s
     ticks = int((duration(parts) - drawn.motion_phase_s) * MOTION_HZ)
     clock = np.round(begin + drawn.motion_phase_s, 3) + np.arange(ticks) / MOTION_HZ
@@ -273,9 +271,9 @@ def record(
         channels_N=channels,
         stroke=in_stroke[motion.segment],
         motion_time_s=clock,
-        x_mm=config.arm.middle_x_mm + 10 * arm.x_cm + _POSITION_SD_MM * wobble[0],
-        z_mm=config.arm.surface_z_mm + 10 * arm.z_cm + _POSITION_SD_MM * wobble[1],
-        angle_deg=arm.angle_deg + _ANGLE_SD_DEG * wobble[2],
+        x_mm=config.arm.middle_x_mm + 10 * arm.x_cm + _CHOSEN.position_sd_mm * wobble[0],
+        z_mm=config.arm.surface_z_mm + 10 * arm.z_cm + _CHOSEN.position_sd_mm * wobble[1],
+        angle_deg=arm.angle_deg + _CHOSEN.angle_sd_deg * wobble[2],
         in_air=in_air[motion.segment],
         motion_stroke=in_stroke[arm.segment],
         motion_ahead_s=clock - (drawn.start_s + (clock - begin) / rate),
@@ -321,8 +319,6 @@ FAULTS: dict[str, tuple[str, str]] = {
 
 The run is one of the first medium; where that has no such run, it is its first plate run.
 """
-
-_ROWS = 60
 
 
 @dataclass(frozen=True)
@@ -392,7 +388,7 @@ def damage_recording(names: Sequence[str], whole: Recording, transducer: Transdu
     middle = int(first + last) // 2
     channels = whole.channels_N.copy()
     rows = np.arange(len(channels))
-    block = slice(middle, middle + _ROWS)
+    block = slice(middle, middle + _CHOSEN.rows)
     if "saturated" in names:
         column = int(transducer.axes.z[2]) - 1
         sign = -1 if transducer.axes.z[0] == "-" else 1

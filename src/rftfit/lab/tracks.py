@@ -16,6 +16,9 @@ from rftfit.campaign.config import Config
 from rftfit.campaign.load import Campaign
 from rftfit.lab.plan import FloatArray
 from rftfit.lab.write import fixed
+from rftfit.store.chosen import chosen
+
+_CHOSEN = chosen("lab", "tracks")
 
 MEDIUM = "poppy_LP"
 """Published name of the medium that the paper's robot ran on."""
@@ -23,10 +26,6 @@ MEDIUM = "poppy_LP"
 TRIALS = 3
 FRAMES_HZ = 60.0
 
-_STRIDES, _SHORTEST_S = 5.3, 3.0
-_SPEED_SPREAD, _FREQUENCY_SPREAD = 0.03, 0.003
-_MARKER_SD_CM = 0.02
-_BOB_CM, _UNEVEN_CM, _SURGE = 0.25, 0.03, 0.15
 _COLUMNS = ("run_id", "condition", "medium", "curvature_times_R", "frequency_Hz", "track", "note")
 
 
@@ -53,9 +52,9 @@ def plan_trials(config: Config, seed: int) -> list[RobotTrial]:
         sign = "m" if curvature < 0 else "p"
         condition = f"k{sign}{abs(100 * curvature):03.0f}_{number}"
         rng = _random(seed, condition)
-        off = rng.normal(0, _SPEED_SPREAD, TRIALS)
+        off = rng.normal(0, _CHOSEN.speed_spread, TRIALS)
         trial_speeds = speed * (1 + off - off.mean())
-        jitter = rng.normal(0, _FREQUENCY_SPREAD, TRIALS)
+        jitter = rng.normal(0, _CHOSEN.frequency_spread, TRIALS)
         trial_frequencies = frequency * (1 + jitter - jitter.mean())
         head = condition, robot.medium, curvature
         for letter, hz, cm_per_s in zip(
@@ -69,13 +68,18 @@ def plan_trials(config: Config, seed: int) -> list[RobotTrial]:
 def track(trial: RobotTrial, seed: int) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Record time, x and z of a marker on the running robot: it bobs twice a stride, and surges."""
     rng = _random(seed, trial.run_id)
-    duration = max(_STRIDES / trial.frequency_Hz, _SHORTEST_S)
+    duration = max(_CHOSEN.strides / trial.frequency_Hz, _CHOSEN.shortest_s)
     time = np.arange(int(duration * FRAMES_HZ) + 1) / FRAMES_HZ
     turn = 2 * math.pi * trial.frequency_Hz * time + rng.uniform(0, 2 * math.pi)
-    surge = _SURGE * trial.speed_cm_per_s / (4 * math.pi * trial.frequency_Hz)
+    surge = _CHOSEN.surge * trial.speed_cm_per_s / (4 * math.pi * trial.frequency_Hz)
     x = trial.speed_cm_per_s * time + surge * np.sin(2 * turn)
-    z = 2.5 + _BOB_CM * np.cos(2 * turn + 0.4) + _UNEVEN_CM * np.cos(turn) - 0.02 * time
-    noise = rng.normal(0, _MARKER_SD_CM, (2, time.size))
+    z = (
+        2.5
+        + _CHOSEN.bob_cm * np.cos(2 * turn + 0.4)
+        + _CHOSEN.uneven_cm * np.cos(turn)
+        - 0.02 * time
+    )
+    noise = rng.normal(0, _CHOSEN.marker_sd_cm, (2, time.size))
     return time, x + noise[0], z + noise[1]
 
 

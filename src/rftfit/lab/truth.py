@@ -19,6 +19,9 @@ from rftfit.lab.plan import (
     half_extents,
     plate_of,
 )
+from rftfit.store.chosen import chosen
+
+_CHOSEN = chosen("lab", "truth")
 
 Forces = tuple[FloatArray, FloatArray]
 """Force (z, x) on the intruder in N, z up, x toward +x."""
@@ -34,9 +37,6 @@ BUILD_UP = 0.02
 
 START_UP_CM = 0.4
 """Decay length of the start-up of a horizontal run."""
-
-_RELEASE_CM = 0.6
-_KEPT, _RELAX_S = 0.9, 0.6
 
 
 def force_over_run(
@@ -58,7 +58,7 @@ def force_over_run(
             if level and segment.phase == "stroke":
                 grown, released = (
                     1 - np.exp(-travel / START_UP_CM),
-                    _grow_to_one(travel, _RELEASE_CM),
+                    _grow_to_one(travel, _CHOSEN.release_cm),
                 )
             places = (
                 motion.x_cm[in_segment],
@@ -71,8 +71,10 @@ def force_over_run(
             last = np.array(law(segment, x, z, angle))[:, 0]
         else:
             age = motion.elapsed_s[in_segment] - began
-            force[:, in_segment] = last[:, None] * (_KEPT + (1 - _KEPT) * np.exp(-age / _RELAX_S))
-            last = _KEPT * last
+            force[:, in_segment] = last[:, None] * (
+                _CHOSEN.kept + (1 - _CHOSEN.kept) * np.exp(-age / _CHOSEN.relax_s)
+            )
+            last = _CHOSEN.kept * last
         began += segment.duration_s
     return force[0], force[1]
 
@@ -80,10 +82,6 @@ def force_over_run(
 def _grow_to_one(travel: FloatArray, length: float) -> FloatArray:
     """Grow smoothly from 0 to exactly 1 over `length`."""
     return 1 - np.clip(1 - travel / length, 0.0, 1.0) ** 2
-
-
-_ROUNDING_DEG = 0.01
-_STICK_SLIP, _STICK_SLIP_CM = 0.015, 0.37
 
 
 def table_s5(medium: str, beta_deg: float, gamma_deg: float) -> tuple[float, float]:
@@ -103,7 +101,7 @@ def table_s5(medium: str, beta_deg: float, gamma_deg: float) -> tuple[float, flo
 def _between(lines: FloatArray, angle: float) -> tuple[int, float]:
     """Line below an angle, and the share of the way to the next; on a line where that is meant."""
     nearest = int(np.abs(lines - angle).argmin())
-    snapped_angle = lines[nearest] if abs(lines[nearest] - angle) < _ROUNDING_DEG else angle
+    snapped_angle = lines[nearest] if abs(lines[nearest] - angle) < _CHOSEN.rounding_deg else angle
     line = int(np.clip(np.searchsorted(lines, snapped_angle, side="right") - 1, 0, lines.size - 2))
     return line, float((snapped_angle - lines[line]) / (lines[line + 1] - lines[line]))
 
@@ -165,7 +163,9 @@ def plate_law(run: PlannedRun, config: Config, alpha: Alpha = published_alpha) -
         load = plate.area_cm2 * submerged_depth(-z_cm, half_z)
         if run.direction == "horizontal" and segment.phase == "stroke":
             # the published value IS the mean over the steady part, so no wall factor here
-            load = load * (1 + _STICK_SLIP * np.sin(2 * np.pi * x_cm / _STICK_SLIP_CM))
+            load = load * (
+                1 + _CHOSEN.stick_slip * np.sin(2 * np.pi * x_cm / _CHOSEN.stick_slip_cm)
+            )
         else:
             load = load * near_walls(config, x_cm, -z_cm, beta)
         return alpha_z * load, alpha_x * load
@@ -183,9 +183,6 @@ def granular_law(run: PlannedRun, config: Config, alpha: Alpha = published_alpha
     if run.kind != "plate":
         return None
     return sand_law(run, config) if run.natural else plate_law(run, config, alpha)
-
-
-_TAPER_DEG = 3.0
 
 
 @cache
@@ -231,15 +228,11 @@ def leg_law(run: PlannedRun) -> Law:
 
     def law(_segment: Segment, _x: FloatArray, _z: FloatArray, angle_deg: FloatArray) -> Forces:
         outside = np.maximum(theta[0] - angle_deg, angle_deg - theta[-1])
-        fade = np.clip(1 - outside / _TAPER_DEG, 0.0, 1.0)
+        fade = np.clip(1 - outside / _CHOSEN.taper_deg, 0.0, 1.0)
         force_z, force_x = (fade * np.interp(angle_deg, theta, curve) for curve in published)
         return force_z, force_x
 
     return law
-
-
-_ALPHA_OF_STRENGTH_ONE = 0.35
-_MOUNT_FROM_CM = 3.0
 
 
 def strength(run: PlannedRun) -> float:
@@ -248,7 +241,7 @@ def strength(run: PlannedRun) -> float:
         alpha = float(sand_stress(run.published, np.array([2.0]))[0]) / 2.0
     else:
         alpha, _ = table_s5(run.published, 0.0, 90.0)
-    return alpha / _ALPHA_OF_STRENGTH_ONE
+    return alpha / float(_CHOSEN.alpha_of_strength_one)
 
 
 def rod_law(run: PlannedRun) -> Law:
@@ -264,7 +257,7 @@ def rod_law(run: PlannedRun) -> Law:
     def law(segment: Segment, _x: FloatArray, z_cm: FloatArray, _angle: FloatArray) -> Forces:
         vx, vz = np.subtract(segment.end[:2], segment.start[:2]) / segment.distance
         depth = np.maximum(-z_cm, 0.0)
-        mount = np.maximum(depth - _MOUNT_FROM_CM, 0.0)
+        mount = np.maximum(depth - _CHOSEN.mount_from_cm, 0.0)
         load = size * (0.007 * depth**2 + 0.009 * mount**2) * (1 + 0.06 * math.sin(beta) ** 2)
         if vz > 0:
             load = 0.55 * load

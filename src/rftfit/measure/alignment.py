@@ -15,6 +15,9 @@ from rftfit.measure.clocks import HOUR_S, ClockFit
 from rftfit.measure.flags import Refused
 from rftfit.measure.lab_frame import new_readings
 from rftfit.measure.slopes import weighted_sum_variance
+from rftfit.store.chosen import chosen
+
+_CHOSEN = chosen("measure", "alignment")
 
 
 def smooth_basis(depth: FloatArray, knots: int, span: FloatArray | None = None) -> FloatArray:
@@ -44,26 +47,15 @@ def contact_basis(depth: FloatArray, surface: float, deepest: float, knots: int)
     return np.column_stack([np.ones(depth.size), depth_below[:, None] * inner])
 
 
-_FIRST_SHARE = 0.02
-
-
 def contact_depth(depth: FloatArray, force: FloatArray) -> float:
     """Depth of the last reading at which the force is below a fiftieth of its rise.
 
     Readings in the order of time, the largest force last.
     """
     start = float(np.median(force[: max(8, force.size // 50)]))
-    below = np.flatnonzero(force < start + _FIRST_SHARE * (force[-1] - start))
+    below = np.flatnonzero(force < start + _CHOSEN.first_share * (force[-1] - start))
     last_row = int(below[-1]) if below.size else 0
     return float(depth[last_row])
-
-
-_KNOTS = 8
-_READINGS = 300
-_LAGS = 1500
-_FINEST_S = 0.05
-_BARRIER = 2.0
-_RIVAL = 2.0
 
 
 @dataclass(frozen=True)
@@ -84,7 +76,7 @@ class LagProfile:
 
     def ends(self) -> list[float]:
         """First and last lag, s, about as good as the best: a weak force leaves them far apart."""
-        good = self.lag[self.unexplained <= _AS_GOOD * self.unexplained[self.best]]
+        good = self.lag[self.unexplained <= _CHOSEN.as_good * self.unexplained[self.best]]
         return [float(good[0]), float(good[-1])]
 
     def rivals(self) -> list[float]:
@@ -95,7 +87,7 @@ class LagProfile:
         rival_lags: list[float] = []
         while len(rival_lags) < 3:
             second = int(np.argmin(misfits))
-            if not misfits[second] < _RIVAL * lowest + 1e-3:
+            if not misfits[second] < _CHOSEN.rival * lowest + 1e-3:
                 break
             rival_lags.append(float(self.lag[second]))
             misfits[self._valley(second)] = np.inf
@@ -103,7 +95,7 @@ class LagProfile:
 
     def _valley(self, index: int) -> slice:
         """Lags around a place up to the nearest clearly worse ones."""
-        high = self.unexplained > _BARRIER * self.unexplained[index] + 1e-4
+        high = self.unexplained > _CHOSEN.barrier * self.unexplained[index] + 1e-4
         left, right = np.flatnonzero(high[:index]), np.flatnonzero(high[index:])
         return slice(
             int(left[-1]) if left.size else 0, index + int(right[0]) if right.size else high.size
@@ -119,7 +111,7 @@ def search_lags(
 ) -> LagProfile:
     """Try every lag at which the logs overlap by half of the shorter, counted from some `starts`, s."""
     lag = _lags(time, motion_time, starts)
-    block_size = -(-time.size // _READINGS)
+    block_size = -(-time.size // _CHOSEN.readings)
     count = time.size // block_size
     # means of neighbours: the search needs no more readings than the function has bends
     time = time[: count * block_size].reshape(count, block_size).mean(axis=1)
@@ -135,7 +127,7 @@ def search_lags(
         depth_now = np.maximum(depth_now, contact - 0.1 * (depth_now.max() - contact))
         if np.ptp(depth_now) <= 0:
             continue
-        basis = smooth_basis(depth_now, _KNOTS)
+        basis = smooth_basis(depth_now, _CHOSEN.knots)
         # a trace of ridge, as not every basis function is visited at every lag
         normal = basis.T @ basis + 1e-9 * np.eye(basis.shape[1])
         moment = basis.T @ force
@@ -148,7 +140,7 @@ def _lags(time: FloatArray, motion_time: FloatArray, starts: Sequence[float]) ->
     half_length = min(np.ptp(time), np.ptp(motion_time)) / 2
     first_lag = motion_time[0] - time[-1] + half_length
     last_lag = motion_time[-1] - time[0] - half_length
-    step = max(_FINEST_S, (last_lag - first_lag) / _LAGS)
+    step = max(_CHOSEN.finest_s, (last_lag - first_lag) / _CHOSEN.lags)
     # counted from the given offsets, so that an offset of exactly some hours is among them
     nearest_start = min(starts, key=lambda start: abs(start - (first_lag + last_lag) / 2))
     low, high = (
@@ -163,12 +155,6 @@ def _lags(time: FloatArray, motion_time: FloatArray, starts: Sequence[float]) ->
 KNOTS = (7, 10, 14)
 """Three stiffnesses of the force-depth function; the middle one counts, the others show its bias."""
 
-_MIN_READINGS = 40
-_MOST_READINGS = 600
-_RISE_TO_NOISE, _RISE_TO_SLOW_NOISE = 12.0, 18.0
-_EXPLAINED = 0.9
-_STEP_S, _STEP_CM = 0.04, 0.02
-_AS_GOOD = 1.2
 BUILD_UP_S = 0.02
 """A force needs some travel to build up and relaxes at rest, so that it lags the depth by as much."""
 
@@ -221,13 +207,13 @@ def estimate_clocks(
     `max_se_s` is none.
     """
     time, pushed = _readings(force_time, force)
-    if motion_time.size < _MIN_READINGS or np.ptp(depth) <= 0:
+    if motion_time.size < _CHOSEN.min_readings or np.ptp(depth) <= 0:
         raise Refused("no-motion-in-depth", rows=motion_time.size)
     origins, hours = _starts(time, motion_time)
     profile = search_lags(time, pushed, motion_time, depth, origins)
-    if profile.unexplained[profile.best] > 1 - _EXPLAINED:
+    if profile.unexplained[profile.best] > 1 - _CHOSEN.explained:
         share = 100 * (1 - profile.unexplained[profile.best])
-        raise Refused("force-not-depth", percent=share, least=100 * _EXPLAINED)
+        raise Refused("force-not-depth", percent=share, least=100 * _CHOSEN.explained)
     # a clear push has its best lag at both ends of the good ones too
     starts = dict.fromkeys([float(profile.lag[profile.best]), *profile.ends(), *profile.rivals()])
     refine = partial(_refine, time, pushed, motion_time, depth, max_drift)
@@ -241,7 +227,7 @@ def estimate_clocks(
         raise Refused("clocks-uncertain", seconds=se, most=max_se_s)
     residual = pushed - chosen.fitted
     rise, noise = float(np.ptp(chosen.fitted)), float(residual.std())
-    if rise < _RISE_TO_SLOW_NOISE * noise:
+    if rise < _CHOSEN.rise_to_slow_noise * noise:
         raise Refused("no-rise", newtons=rise, noise=noise)
     whole_hours = round(chosen.offset / HOUR_S) if hours else 0
     return Alignment(
@@ -268,7 +254,7 @@ def _decide(candidates: list[_Refined], force: FloatArray) -> _Refined:
     best = candidates[int(np.argmin(misfit))]
     for fit, size in zip(candidates, misfit, strict=True):
         is_apart = abs(fit.offset - best.offset) > max(0.2, 4 * math.sqrt(best.offset_variance))
-        if is_apart and size < _AS_GOOD * min(misfit):
+        if is_apart and size < _CHOSEN.as_good * min(misfit):
             first, second = sorted((fit.offset, best.offset))
             raise Refused("two-offsets", first=first, second=second)
     return best
@@ -278,19 +264,19 @@ def _readings(time: FloatArray, force: FloatArray) -> tuple[FloatArray, FloatArr
     """Take the push: everything up to the largest force, held values once."""
     fresh = new_readings(force[None])
     time, force = time[fresh], force[fresh]
-    if time.size < _MIN_READINGS:
-        raise Refused("few-readings", found=time.size, wanted=_MIN_READINGS)
+    if time.size < _CHOSEN.min_readings:
+        raise Refused("few-readings", found=time.size, wanted=_CHOSEN.min_readings)
     noise = float(np.median(np.abs(np.diff(force)))) / 0.954 + 1e-12
     start = float(np.median(force[: max(8, force.size // 50)]))
     peak = int(np.argmax(force))
-    if force[peak] - start < _RISE_TO_NOISE * noise:
+    if force[peak] - start < _CHOSEN.rise_to_noise * noise:
         fall = start - float(force.min())
-        if fall >= _RISE_TO_NOISE * noise:
+        if fall >= _CHOSEN.rise_to_noise * noise:
             raise Refused("force-falls", newtons=fall)
         raise Refused("no-rise", newtons=force[peak] - start, noise=noise)
-    if peak + 1 < _MIN_READINGS:
-        raise Refused("begins-in-push", found=peak + 1, wanted=_MIN_READINGS)
-    block_size = -(-(peak + 1) // _MOST_READINGS)
+    if peak + 1 < _CHOSEN.min_readings:
+        raise Refused("begins-in-push", found=peak + 1, wanted=_CHOSEN.min_readings)
+    block_size = -(-(peak + 1) // _CHOSEN.most_readings)
     # of a fast transducer means of neighbours: the motion log is no faster than that
     push = slice((peak + 1) % block_size, peak + 1)
     time, force = (
@@ -329,7 +315,7 @@ def _refine(
     for _ in range(12):
         on_motion = time + offset + drift * (time - reference)
         depth_now, ahead, behind = np.interp(
-            on_motion + np.array([[0.0], [_STEP_S], [-_STEP_S]]), motion_time, depth
+            on_motion + np.array([[0.0], [_CHOSEN.step_s], [-_CHOSEN.step_s]]), motion_time, depth
         )
         deepest = float(depth_now.max())
         surface = min(surface, deepest - 0.05)
@@ -343,11 +329,12 @@ def _refine(
         weights = np.linalg.lstsq(basis, force, rcond=None)[0]
         fitted = basis @ weights
         residual = force - fitted
-        slope = (smooth(ahead) - smooth(behind)) @ weights / (2 * _STEP_S)
+        slope = (smooth(ahead) - smooth(behind)) @ weights / (2 * _CHOSEN.step_s)
         lift = (
-            smooth(depth_now, surface + _STEP_CM) - smooth(depth_now, surface - _STEP_CM)
+            smooth(depth_now, surface + _CHOSEN.step_cm)
+            - smooth(depth_now, surface - _CHOSEN.step_cm)
         ) @ weights
-        raised = lift / (2 * _STEP_CM)
+        raised = lift / (2 * _CHOSEN.step_cm)
         power = float(slope @ slope)
         if power <= 0:
             raise Refused("force-constant")

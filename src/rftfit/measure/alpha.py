@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -169,12 +169,18 @@ def _repeats(cells: list[list[Row]]) -> list[tuple[FloatArray, FloatArray]]:
 
 def _variance_between(runs: list[Row]) -> FloatArray:
     """Variance by which errors that the logs show let runs of one direction differ, (N/cm^3)^2, shape (2, runs)."""
-    clock = np.array([[_moved_by_clock(run, c) for run in runs] for c in COMPONENTS])
     shares_tare = len({run.get("tare_run", "") for run in runs}) < len(runs)
-    tare, curvature = (_array_of(runs, quantity) for quantity in ("_tare", "_curvature"))
     # a tare and a clock that they share and a curvature that they have alike do not make them differ
-    variance = _array_of(runs, "_se") ** 2 - shares_tare * tare**2 - curvature**2 - clock**2
-    return np.asarray(np.maximum(variance, 0.0))
+    return _variance_without(runs, ("_tare", "_curvature") if shares_tare else ("_curvature",))
+
+
+def _variance_without(runs: list[Row], errors: Sequence[str]) -> FloatArray:
+    """Variance of each run without some of its errors and that of its clock, (N/cm^3)^2, shape (2, runs)."""
+    variance = _array_of(runs, "_se") ** 2
+    for error in errors:
+        variance -= _array_of(runs, error) ** 2
+    clock = np.array([[_moved_by_clock(run, c) for run in runs] for c in COMPONENTS])
+    return np.asarray(np.maximum(variance - clock**2, 0.0))
 
 
 def _array_of(runs: list[Row], quantity: str) -> FloatArray:
@@ -417,12 +423,8 @@ def _of_session(surface: float, clocks: float) -> Part:
 
 def _noise_variance(cell: _Cell, c: str) -> FloatArray:
     """Variance of the noise of each run, (N/cm^3)^2: its standard error without start-up, tare, curvature and session."""
-    startup, tare, curvature = (
-        cell.of(column(c, f"_{name}")) for name in ("startup", "tare", "curvature")
-    )
-    clock = np.array([_moved_by_clock(run, c) for run in cell.runs])
-    noise_variance = cell.of(column(c, "_se")) ** 2 - startup**2 - tare**2 - curvature**2 - clock**2
-    return np.asarray(np.maximum(noise_variance, 0))
+    variance = _variance_without(cell.runs, ("_startup", "_tare", "_curvature"))
+    return np.asarray(variance["zx".index(c)])
 
 
 def _noise_of_next(cell: _Cell, c: str, *, scatter: bool) -> Part:

@@ -63,9 +63,7 @@ def moving_spans(time: FloatArray, speed: FloatArray, threshold: float) -> Float
     less than 0.1 s are jitter and left out, and so are rests: an arm that changes its direction
     without a pause does not stop.
     """
-    moving = np.concatenate([[False], speed > threshold, [False]])
-    change = np.flatnonzero(moving[1:] != moving[:-1])
-    first, last = change[::2], change[1::2] - 1
+    first, last = _moving_rows(speed, threshold)
     starts = _crossing(time, speed, threshold, first - 1, first)
     ends = _crossing(time, speed, threshold, last, last + 1)
     rests = starts[1:] - ends[:-1] > _JITTER_S
@@ -77,10 +75,16 @@ def moving_spans(time: FloatArray, speed: FloatArray, threshold: float) -> Float
 
 def flickers(time: FloatArray, speed: FloatArray, threshold: float) -> bool:
     """Whether most stretches of motion are so short that they are the noise of an encoder."""
+    first, last = _moving_rows(speed, threshold)
+    short = time[last] - time[first] < _JITTER_S
+    return bool(short.size and short.mean() > 0.5)
+
+
+def _moving_rows(speed: FloatArray, threshold: float) -> tuple[np.ndarray, np.ndarray]:
+    """First and last row of every stretch in which the arm is faster than a threshold."""
     moving = np.concatenate([[False], speed > threshold, [False]])
     change = np.flatnonzero(moving[1:] != moving[:-1])
-    short = time[change[1::2] - 1] - time[change[::2]] < _JITTER_S
-    return bool(short.size and short.mean() > 0.5)
+    return change[::2], change[1::2] - 1
 
 
 def whole_spans(spans: FloatArray, first: float, last: float) -> FloatArray:

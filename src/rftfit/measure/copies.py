@@ -14,13 +14,9 @@ from rftfit.conventions import FloatArray
 from rftfit.directions import number_rows
 from rftfit.measure.flags import REASON, Remark, reason_cells, remark
 from rftfit.measure.samples import split_runs
+from rftfit.store.chosen import chosen
 
-_LEAST, _SHORTEST, _ALONE = 0.3, 100, 2.0
-"""Of the correlation of noise: independent repeats reach 0.01 +- 0.05; in so many samples; and so many times
-what it is at any other shift, which a hum that all runs have in common is not."""
-_JUMP = 5.0
-_NEAR, _SHIFTS = 3, 3
-"""Samples to each side that belong to a shift; a copy with rows cut out in two places has three shifts."""
+_CHOSEN = chosen("measure", "copies")
 
 
 def copies_of(
@@ -76,24 +72,16 @@ def near_copies(groups: Sequence[Sequence[str]], tared: pd.DataFrame) -> dict[st
     copies: dict[str, list[str]] = {}
     for group in groups:
         noise = {name: _noise(force[rows_by_run[name]]) for name in group if name in rows_by_run}
-        names = [name for name in noise if noise[name].size >= _SHORTEST]
+        names = [name for name in noise if noise[name].size >= _CHOSEN.shortest]
         shapes = [noise[name] / noise[name].std() for name in names]
         for pair in _pairs_with_same_noise(shapes):
             first, second = (names[index] for index in pair)
             # noise of another size is no copy of the readings
-            same_size = abs(math.log(noise[first].std() / noise[second].std())) < _SAME_SIZE
+            same_size = abs(math.log(noise[first].std() / noise[second].std())) < _CHOSEN.same_size
             if same_size and _are_equal_in_part(noise[first], noise[second]):
                 copies.setdefault(first, []).append(second)
                 copies.setdefault(second, []).append(first)
     return {name: tuple(run_ids) for name, run_ids in copies.items()}
-
-
-_PART = 0.25
-_EQUAL, _EQUAL_STEPS = 0.1, 0.3
-"""Share of a copy that has the other's readings, at least; and how close these are: to so much of the noise, and of the
-steps in which a log is written."""
-_LAST_DIGIT = 1.01
-"""A step, and what the arithmetic adds."""
 
 
 def _are_equal_in_part(first: FloatArray, second: FloatArray) -> bool:
@@ -107,9 +95,9 @@ def _are_equal_in_part(first: FloatArray, second: FloatArray) -> bool:
     overlap = min(later.size, earlier.size)
     apart = np.abs(later[:overlap] - sign * earlier[:overlap])
     step = max(_step_of(first), _step_of(second))
-    most = _EQUAL * first.std() + _EQUAL_STEPS * step
+    most = _CHOSEN.equal * first.std() + _CHOSEN.equal_steps * step
     # of a copy the last digits may differ, however strong a hum is in both
-    return bool(np.quantile(apart, _PART) < min(most, _LAST_DIGIT * step))
+    return bool(np.quantile(apart, _CHOSEN.part) < min(most, _CHOSEN.last_digit * step))
 
 
 def _step_of(noise: FloatArray) -> float:
@@ -125,7 +113,7 @@ def _noise(force: FloatArray) -> FloatArray:
     if not steps.size:
         return np.zeros(0)
     # a jump, as where the motion begins, is alike in all repeats and would outweigh the noise
-    step_limit = _JUMP * np.median(np.abs(steps), axis=0)
+    step_limit = _CHOSEN.jump * np.median(np.abs(steps), axis=0)
     steps = np.clip(steps, -step_limit, step_limit)
     channel = steps[:, steps.std(axis=0).argmax()]
     return channel if channel.std() > 0 else np.zeros(0)
@@ -145,17 +133,18 @@ def _pairs_with_same_noise(noise: Sequence[FloatArray]) -> Iterator[tuple[int, i
             shorter = np.minimum(sizes[block], sizes[first_index])
             match = np.abs(np.fft.irfft(spectra[block] * conjugate, size))
             best = match.max(axis=1)
-            high = np.flatnonzero(best > shorter * np.maximum(_LEAST, 8 / np.sqrt(shorter)))
+            high = np.flatnonzero(best > shorter * np.maximum(_CHOSEN.least, 8 / np.sqrt(shorter)))
             remaining_match = match[high]
-            for _ in range(_SHIFTS):
-                peak_shifts = remaining_match.argmax(axis=1)[:, None] + np.arange(-_NEAR, _NEAR + 1)
+            for _ in range(_CHOSEN.shifts):
+                peak_shifts = remaining_match.argmax(axis=1)[:, None] + np.arange(
+                    -_CHOSEN.near, _CHOSEN.near + 1
+                )
                 np.put_along_axis(remaining_match, peak_shifts % size, 0, axis=1)
-            alone = best[high] > _ALONE * remaining_match.max(axis=1)
+            alone = best[high] > _CHOSEN.alone * remaining_match.max(axis=1)
             yield from ((first_index, start + int(index)) for index in high[alone])
 
 
 _BLOCK = 32
-_SAME_SIZE = 0.1
 
 
 def counted_once(

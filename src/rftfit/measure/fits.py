@@ -336,8 +336,7 @@ def _main_cause(why: np.ndarray, x: FloatArray, widest: float) -> tuple[Remark, 
     share = {"count": counts.max(), "size": why.size, "why": remark(main.code)}
     if main is not RowStatus.WALL:
         return (remark("most-samples", **share),)
-    ends = {"first": x[0], "last": x[-1], "low": -widest, "high": widest}
-    return (remark("most-beyond-wall", **share, **ends),)
+    return (remark("most-beyond-wall", **share, first=x[0], last=x[-1], low=-widest, high=widest),)
 
 
 # --- The slope of a run, and its flags

@@ -57,7 +57,7 @@ def sensor_to_lab(transducer: Transducer) -> FloatArray:
     about_y = np.array(
         [[math.cos(turn), 0.0, math.sin(turn)], [-math.sin(turn), 0.0, math.cos(turn)]]
     )
-    return np.asarray(about_y @ mount)
+    return about_y @ mount
 
 
 def measured_channel(config: Config, axis: str) -> str | None:

@@ -20,8 +20,10 @@ from rftfit.measure.slopes import (
     level_path,
     weighted_sum_variance,
 )
+from rftfit.store.chosen import chosen
 
-_STEPS, _SMALL, _LEAST_P, _MOST_P = 8, 1e-6, 0.2, 3.0
+_CHOSEN = chosen("measure", "laws")
+
 _ONE_DEPTH = 1e-10
 """Share of the logarithm of depth, in squares, that rounding leaves where all depths are one."""
 
@@ -118,7 +120,7 @@ def power_fit(depth: FloatArray, stress: FloatArray, at_cm: float) -> Fitted:
     above = np.maximum(depth, 1e-6)
     log, p, fits = np.log(above / at_cm), 1.0, True
     shape, bent, _ = rows = np.stack([log, log, stress])
-    for steps_left in range(_STEPS, -1, -1):
+    for steps_left in range(_CHOSEN.steps, -1, -1):
         np.multiply(np.exp(p * log, out=shape), log, out=bent)
         (square, across, with_shape), (_, of_log, with_log) = (rows[:2] @ rows.T).tolist()
         alone = of_log - across**2 / square if square > 0 else 0.0
@@ -129,10 +131,10 @@ def power_fit(depth: FloatArray, stress: FloatArray, at_cm: float) -> Fitted:
         bent_share = (with_log - size * across) / alone
         # a component that is not felt has no exponent
         step = bent_share / size if size else 0.0
-        if not fits or abs(step) < _SMALL or not steps_left:
+        if not fits or abs(step) < _CHOSEN.small or not steps_left:
             break
         p += min(max(step, -0.5), 0.5)
-        if not _LEAST_P < p < _MOST_P or (steps_left == 1 and abs(step) >= 0.1):
+        if not _CHOSEN.least_p < p < _CHOSEN.most_p or (steps_left == 1 and abs(step) >= 0.1):
             fits, p = False, 1.0
     gain = (of_log * shape - across * bent) / (square * alone * at_cm)
     alpha = float(gain @ stress)
@@ -146,11 +148,6 @@ def power_fit(depth: FloatArray, stress: FloatArray, at_cm: float) -> Fitted:
         float(gain @ (p * size * shape / above)) / (alpha or 1.0),
         exponent_gain,
     )
-
-
-CRUST_DROP, CRUST_DEPTH, CRUST_SMOOTH = 0.1, 0.5, 30
-"""A crust that breaks: least drop of stress, relative to that at the end; share of the window that its peak lies in; samples
-of a window over those of a running mean."""
 
 
 @dataclass(frozen=True)
@@ -168,22 +165,22 @@ def find_crust(depth: FloatArray, stress: FloatArray) -> Crust | None:
 
     `depth`, `stress`: shape (n,), cm and N/cm^2 of a push, in the order of recording.
     """
-    width = max(depth.size // CRUST_SMOOTH, 3)
-    if depth.size < 3 * CRUST_SMOOTH or not depth[-1] > depth[0]:
+    width = max(depth.size // _CHOSEN.crust_smooth, 3)
+    if depth.size < 3 * _CHOSEN.crust_smooth or not depth[-1] > depth[0]:
         return None
     sense = 1.0 if stress[-1] >= 0 else -1.0
     smooth = np.convolve(sense * stress, np.full(width, 1 / width), mode="valid")
     below = depth[width // 2 :][: smooth.size]
     drop = np.maximum.accumulate(smooth) - smooth
-    upper = drop[below <= depth[-1] * CRUST_DEPTH * 1.5]
+    upper = drop[below <= depth[-1] * _CHOSEN.crust_depth * 1.5]
     if not upper.size:
         return None
     bottom = int(upper.argmax())
     peak = int(smooth[: bottom + 1].argmax())
     deeper_stress = smooth[bottom:]
     falls_again = float((np.maximum.accumulate(deeper_stress) - deeper_stress).max())
-    is_deep = below[peak] > CRUST_DEPTH * depth[-1]
-    if is_deep or drop[bottom] < CRUST_DROP * smooth[-1] or falls_again > drop[bottom] / 2:
+    is_deep = below[peak] > _CHOSEN.crust_depth * depth[-1]
+    if is_deep or drop[bottom] < _CHOSEN.crust_drop * smooth[-1] or falls_again > drop[bottom] / 2:
         return None
     slope = float(deeper_stress @ below[bottom:] / (below[bottom:] @ below[bottom:]))
     return Crust(float(below[peak]), float(smooth[peak] / (slope * below[peak]) - 1))

@@ -58,7 +58,8 @@ def leg_curves(
             )
         if measured_channel(campaign.config, "x") is None:
             curve[["force_x_N", "zero_se_x_N"]] = math.nan
-        curve_keys = {"medium": medium, "leg": run.intruder, "run_id": run.run_id}
-        curves.append(curve.assign(**curve_keys, **mark_columns()))
+        curves.append(
+            curve.assign(medium=medium, leg=run.intruder, run_id=run.run_id, **mark_columns())
+        )
     empty_table = pd.DataFrame(columns=LEG_COLUMNS)
     return (pd.concat(curves, ignore_index=True) if curves else empty_table)[LEG_COLUMNS], ledger

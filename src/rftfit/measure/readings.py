@@ -32,14 +32,11 @@ from rftfit.measure.flags import (
     ON_ARRIVAL,
     SET_BACK,
 )
+from rftfit.store.chosen import chosen
 from rftfit.table.units import TIME_TO_S
 
-_FEWEST_LEVELS = 8
-_AT_REST = 5.0
-"""A position that stays for so many usual holds is that of an arm at rest."""
-_REGULAR = 0.1
-"""Of a step: positions of a sensor with steps of its own are whole steps apart, those of a moving arm are not."""
-_USUAL = 1.5
+_CHOSEN = chosen("measure", "readings")
+
 AWAY_S = 1.0
 """Readings that are away from the others for longer may be right."""
 
@@ -183,15 +180,17 @@ def find_holds(position: FloatArray) -> Holds:
         return each_is_new
     starts, lengths = _runs(position)
     level = position[starts]
-    if level.size < _FEWEST_LEVELS or 2 * np.count_nonzero(lengths > 1) < lengths.size:
+    if level.size < _CHOSEN.fewest_levels or 2 * np.count_nonzero(lengths > 1) < lengths.size:
         return each_is_new
     moving = lengths[1:-1]
-    usual = float(np.median(moving[moving <= _AT_REST * np.median(moving)]))
+    usual = float(np.median(moving[moving <= _CHOSEN.at_rest * np.median(moving)]))
     steps = np.abs(np.diff(level))
     step = float(np.median(steps))
     in_steps = (level - level[level.size // 2]) / step
     departure = np.abs(in_steps - np.round(in_steps))
-    return Holds(round(usual), step, is_regular=bool(np.mean(departure > _REGULAR) < _REGULAR))
+    return Holds(
+        round(usual), step, is_regular=bool(np.mean(departure > _CHOSEN.regular) < _CHOSEN.regular)
+    )
 
 
 def without_holds(log: Log) -> Log:
@@ -207,7 +206,7 @@ def without_holds(log: Log) -> Log:
     since = np.arange(position.size) - np.repeat(starts, lengths)
     length = np.repeat(lengths, lengths)
     # an arm that rested began to move within the last hold; its rest is read as often as its way
-    at_rest = (length > _USUAL * holds.rows) & (since <= length - holds.rows)
+    at_rest = (length > _CHOSEN.usual * holds.rows) & (since <= length - holds.rows)
     return log.take((since == 0) | (at_rest & (since % holds.rows == 0)), HELD)
 
 
@@ -256,12 +255,6 @@ def clean(log: Log) -> Log:
     return log.take(forward, BACKWARDS)
 
 
-_FEWEST_PACKETS = 10
-_SAME_LENGTH = 0.9
-"""Share of the packets that have the usual number of rows, at least."""
-_TIMES_ERROR = 3.0
-
-
 def _with_even_stamps(log: Log) -> Log:
     """Spread the times of rows that were stamped on arrival, a packet at once, evenly over each packet, and note it.
 
@@ -278,8 +271,8 @@ def _with_even_stamps(log: Log) -> Log:
         return log
     ends = np.flatnonzero(steps > usual_step)
     lengths = np.diff(ends)
-    rows = int(np.median(lengths)) if ends.size > _FEWEST_PACKETS else 0
-    if rows < 2 or np.mean(lengths == rows) < _SAME_LENGTH:
+    rows = int(np.median(lengths)) if ends.size > _CHOSEN.fewest_packets else 0
+    if rows < 2 or np.mean(lengths == rows) < _CHOSEN.same_length:
         return log
     starts = np.concatenate([[0], ends + 1])
     arrivals = time[starts]
@@ -314,7 +307,7 @@ def _changes_within(readings: Sequence[FloatArray], starts: npt.NDArray[np.intp]
         if error < best_error:
             even_slope = 1 - 1 / float(np.median(lengths))
             best_error = error
-            is_even = abs(slope - even_slope) < even_slope / 2 - _TIMES_ERROR * error
+            is_even = abs(slope - even_slope) < even_slope / 2 - _CHOSEN.times_error * error
     return is_even
 
 

@@ -11,15 +11,9 @@ from rftfit.conventions import FloatArray
 from rftfit.directions import number_rows
 from rftfit.measure.ledger import RowStatus
 from rftfit.measure.samples import split_runs
+from rftfit.store.chosen import chosen
 
-_STEP_CM = 0.6
-"""Length of the steps of depth in which forces are averaged."""
-
-_FEWEST_STEPS, _FEWEST_SAMPLES, _FEWEST_DIRECTIONS = 4, 5, 8
-
-_ACROSS, _ZERO_N = 0.002, 0.03
-"""Scatter of the force across, relative to the force on the plate, and in N: they weigh the runs. An uneven bed changes the size
-of the force on a plate and hardly its direction (`make mixups`, 2026-11-29: with 0.01 a fifth fewer other rods are told)."""
+_CHOSEN = chosen("measure", "rods")
 
 
 class TareShare(NamedTuple):
@@ -89,7 +83,7 @@ def _estimate(profiles: list[_Profile]) -> TareShare | None:
             others = [tare for name, tare in tares.items() if name != profile.tare_run]
             if others and (products := _products(profile, others)) is not None:
                 sums[profile.direction] = sums.get(profile.direction, np.zeros(3)) + products
-    if len(sums) < _FEWEST_DIRECTIONS:
+    if len(sums) < _CHOSEN.fewest_directions:
         return None
     left, of_tare, of_course = np.stack([*sums.values()], axis=1)
     if not of_tare.sum() > 0:
@@ -119,7 +113,7 @@ def _profiles(fits: pd.DataFrame, tared: pd.DataFrame, windows: pd.DataFrame) ->
         depth, *forces = samples[:, rows][:, is_good[rows]]
         if not depth.size:
             continue
-        step = np.maximum((depth / _STEP_CM).astype(int), 0)
+        step = np.maximum((depth / _CHOSEN.step_cm).astype(int), 0)
         counts = np.bincount(step)
         depth_means, *force_means = (
             np.bincount(step, values) / np.maximum(counts, 1) for values in (depth, *forces)
@@ -133,7 +127,7 @@ def _profiles(fits: pd.DataFrame, tared: pd.DataFrame, windows: pd.DataFrame) ->
                 depth=depth_means,
                 force=means[:2],
                 tare=means[2:],
-                is_there=counts >= _FEWEST_SAMPLES,
+                is_there=counts >= _CHOSEN.fewest_samples,
             )
         )
     return profiles
@@ -145,7 +139,7 @@ def _products(profile: _Profile, others: list[_Profile]) -> FloatArray | None:
     is_common = profile.is_there[:size] & np.all(
         [other.is_there[:size] for other in others], axis=0
     )
-    if is_common.sum() < _FEWEST_STEPS:
+    if is_common.sum() < _CHOSEN.fewest_steps:
         return None
     depth = profile.depth[:size][is_common]
     course = np.mean([other.tare[:, :size][:, is_common] for other in others], axis=0)
@@ -158,11 +152,11 @@ def _products(profile: _Profile, others: list[_Profile]) -> FloatArray | None:
     bend_of_course, bend_of_force, bend_of_tare = (
         _without_line(across @ values, depth) for values in (course, force, tare)
     )
-    variance = (_ACROSS * strength * depth.max()) ** 2 + _ZERO_N**2
+    variance = (_CHOSEN.across * strength * depth.max()) ** 2 + _CHOSEN.zero_n**2
     bends = np.stack([bend_of_force, bend_of_tare, bend_of_course])
     return np.asarray(bends @ bend_of_course / variance)
 
 
 def _without_line(values: FloatArray, depth: FloatArray) -> FloatArray:
     """Take off the line through zero that fits best."""
-    return np.asarray(values - values @ depth / (depth @ depth) * depth)
+    return values - values @ depth / (depth @ depth) * depth

@@ -21,6 +21,9 @@ from rftfit.measure.clocks import ClockFit, align, moving_spans, whole_spans
 from rftfit.measure.flags import REASON, Refused, Remark, quoted, reason_columns, remark
 from rftfit.measure.read import read_logs
 from rftfit.measure.strokes import IntruderPath
+from rftfit.store.chosen import chosen
+
+_CHOSEN = chosen("measure", "session_clocks")
 
 Push = dict[Any, Any]
 """A row of `align_medium`: one push straight down, aligned by itself, or why not."""
@@ -175,8 +178,14 @@ class SessionClocks:
         fitted = clock.fit_at(float(time[0] + time[-1]) / 2)
         assert fitted.se_s is not None
         if fitted.se_s > max_se_s:
-            facts = {"seconds": fitted.se_s, "most": max_se_s, "offset": fitted.offset_s}
-            raise Refused("session-uncertain", session=session, pushes=clock.pushes, **facts)
+            raise Refused(
+                "session-uncertain",
+                session=session,
+                pushes=clock.pushes,
+                seconds=fitted.se_s,
+                most=max_se_s,
+                offset=fitted.offset_s,
+            )
         return fitted
 
 
@@ -234,16 +243,12 @@ def _clock_of_push(row: Push) -> ClockFit:
     )
 
 
-_SIGMAS = 4.0
-"""A push farther from the common line than so many of its standard errors contradicts it."""
-
-
 def find_session_clock(pushes: list[Push], settings: ClockSettings) -> SessionClock:
     """Fit one offset and drift to pushes of one session, rows of `align_medium`, of which some may have no offset.
 
     Weighted least squares with `settings.max_drift` as the standard deviation of the drift before anything is known.
     Pushes that differ by more than their errors widen the error of the clock (R. T. Birge, Phys. Rev. 40, 207, 1932);
-    beyond `_SIGMAS` of these there is no common clock.
+    beyond `sigmas` of these there is no common clock.
     """
     aligned = [row for row in pushes if _is_aligned(row)]
     if not aligned:
@@ -255,7 +260,7 @@ def find_session_clock(pushes: list[Push], settings: ClockSettings) -> SessionCl
         for name in ("offset_s", "reference_s", "se_s", "drift", "drift_se")
     )
     # of its standard error the lag of the force is no scatter
-    variance = np.maximum(se**2 - BUILD_UP_S**2, _LEAST_SE_S**2)
+    variance = np.maximum(se**2 - BUILD_UP_S**2, _CHOSEN.least_se_s**2)
     base, reference = float(np.median(offset)), float(np.average(time, weights=1 / variance))
     design = np.stack([np.ones(time.size), time - reference])
     # what a push says of the drift without the prior that its alignment had: the prior counts once
@@ -270,8 +275,8 @@ def find_session_clock(pushes: list[Push], settings: ClockSettings) -> SessionCl
     covariance = np.linalg.inv(normal)
     fitted = covariance @ moment
     residual = offset - base - fitted @ design
-    is_outlier = np.abs(residual) > _SIGMAS * np.sqrt(variance + BUILD_UP_S**2)
-    if is_outlier.any() or abs(fitted[1]) > _SIGMAS * settings.max_drift:
+    is_outlier = np.abs(residual) > _CHOSEN.sigmas * np.sqrt(variance + BUILD_UP_S**2)
+    if is_outlier.any() or abs(fitted[1]) > _CHOSEN.sigmas * settings.max_drift:
         return SessionClock(pushes=len(aligned), contradiction=_describe_groups(aligned))
     freedom = max(len(aligned) - 2, 1)
     covariance = covariance * max(1.0, float((residual**2 / variance).sum()) / freedom)
@@ -283,28 +288,25 @@ def find_session_clock(pushes: list[Push], settings: ClockSettings) -> SessionCl
     )
 
 
-_LEAST_SE_S = 1e-3
-_MOST_GROUPS, _MOST_NAMES = 4, 3
-
-
 def _describe_groups(pushes: list[Push]) -> str:
     """Offsets of pushes in the order of the force log's time, those that agree in one group with the names of its runs."""
     ordered = sorted(pushes, key=lambda row: (row["reference_s"], str(row["run_id"])))
     groups: list[list[Push]] = []
     for row in ordered:
         gap_s = abs(row["offset_s"] - groups[-1][-1]["offset_s"]) if groups else math.inf
-        if gap_s > _SIGMAS * math.hypot(row["se_s"], groups[-1][-1]["se_s"] if groups else 0.0):
+        error_s = math.hypot(row["se_s"], groups[-1][-1]["se_s"] if groups else 0.0)
+        if gap_s > _CHOSEN.sigmas * error_s:
             groups.append([])
         groups[-1].append(row)
     texts = []
-    for group in groups[:_MOST_GROUPS]:
-        names = ", ".join(str(row["run_id"]) for row in group[:_MOST_NAMES])
-        count_left = len(group) - _MOST_NAMES
+    for group in groups[: _CHOSEN.most_groups]:
+        names = ", ".join(str(row["run_id"]) for row in group[: _CHOSEN.most_names])
+        count_left = len(group) - _CHOSEN.most_names
         offset = float(np.median([row["offset_s"] for row in group]))
         texts.append(
             f"{offset:+.3f} s in {names}{f' and {count_left} more' if count_left > 0 else ''}"
         )
-    n_unlisted = len(groups) - _MOST_GROUPS
+    n_unlisted = len(groups) - _CHOSEN.most_groups
     return "; ".join(texts) + (f"; {n_unlisted} more" if n_unlisted > 0 else "")
 
 

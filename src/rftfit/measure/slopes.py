@@ -10,10 +10,11 @@ import numpy as np
 import numpy.typing as npt
 
 from rftfit.conventions import FloatArray
+from rftfit.store.chosen import chosen
+
+_CHOSEN = chosen("measure", "slopes")
 
 COSINES = 12
-ORDER = 5
-_MAX_SUM = 0.998
 
 
 CURVED_P = 0.01
@@ -44,7 +45,7 @@ def weighted_sum_variance(
         raise ValueError(
             f"{n} samples are too few to estimate their autocorrelation; at least {FEWEST}"
         )
-    memory = _autoregression(residual, min(ORDER, n // 8))
+    memory = _autoregression(residual, min(_CHOSEN.order, n // 8))
     order = memory.shape[1]
     white = residual[:, order:].copy()
     for lag in range(1, order + 1):
@@ -94,7 +95,9 @@ def _autoregression(residual: FloatArray, order: int) -> FloatArray:
     memory = np.asarray(np.linalg.solve(rho[:, apart], rho[:, 1:, None])[..., 0], dtype=float)
     total = memory.sum(axis=1)
     # biased low by (1 + 3 rho) / n, as is the sample autocorrelation (Kendall 1954)
-    raised = np.minimum(total + (1 + 3 * np.clip(total, 0, 1)) / n, min(_MAX_SUM, 1 - 1.6 / n))
+    raised = np.minimum(
+        total + (1 + 3 * np.clip(total, 0, 1)) / n, min(_CHOSEN.max_sum, 1 - 1.6 / n)
+    )
     memory[:, 0] += raised - total
     return memory
 
@@ -123,9 +126,6 @@ def combine_dof(variances: FloatArray, dofs: FloatArray) -> FloatArray:
 GIVEN_DOF = 1e6
 """Degrees of freedom of a variance that is given, not estimated."""
 
-_LEAST = 8
-_SLOWEST = 0.5
-
 
 def startup_bias(
     path: FloatArray, stress: FloatArray, steady: npt.NDArray[np.bool_], skip_cm: float
@@ -144,19 +144,16 @@ def startup_bias(
     in_second = is_finite & (path >= third) & (path < 2 * third)
     in_last = is_finite & (path >= 2 * third) & (path < skip_cm)
     nothing = np.zeros(stress.shape[0])
-    if min(np.count_nonzero(bins) for bins in (in_second, in_last, steady)) < _LEAST:
+    if min(np.count_nonzero(bins) for bins in (in_second, in_last, steady)) < _CHOSEN.least:
         return nothing
     length = float(np.ptp(path[steady]))
     mean = stress[:, steady].mean(axis=1)
     early, late = (stress[:, bins].mean(axis=1) - mean for bins in (in_second, in_last))
     # noise must not pass for a start-up that never ends
-    share = np.clip(np.divide(late, early, out=nothing, where=early != 0), 0, _SLOWEST)
+    share = np.clip(np.divide(late, early, out=nothing, where=early != 0), 0, _CHOSEN.slowest)
     return np.asarray(late * share / (1 - share) * third / length)
 
 
-_NEAR = 0.1
-"""Of the largest depth: below it noise outweighs the bed's own unevenness."""
-_LEVEL = 0.005
 _NO_BEND = 1e-12
 """Share of depth squared that rounding leaves of its part orthogonal to depth."""
 
@@ -308,7 +305,7 @@ def _share_of_tare(tare_stress: FloatArray, depth: FloatArray, scatter: FloatArr
     share = np.divide(
         np.nan_to_num(of_tare), scatter, out=np.zeros(scatter.size), where=scatter > 0
     )
-    return np.asarray(np.minimum(share, 1.0))
+    return np.minimum(share, 1.0)
 
 
 def fit_few(depth: FloatArray, stress: FloatArray) -> Slope:
@@ -388,7 +385,7 @@ def stress_onset(depth: FloatArray, stress: FloatArray) -> FloatArray:
     nothing = np.full(len(stress), np.nan)
     if depth.size < 3 or level_path(depth):
         return nothing
-    weight = 1 / (depth**2 + (_NEAR * np.abs(depth).max()) ** 2)
+    weight = 1 / (depth**2 + (_CHOSEN.near * np.abs(depth).max()) ** 2)
     weight /= weight.sum()
     centred, middle = depth - weight @ depth, stress @ weight
     slope = stress @ (weight * centred) / (weight @ centred**2)
@@ -416,7 +413,7 @@ def _offset(
 
 def level_path(depth: FloatArray) -> bool:
     """Tell a horizontal run: what its depth varies by is the noise of the arm's log."""
-    return float(depth.std()) <= _LEVEL * float(np.abs(depth).max())
+    return bool(depth.std() <= _CHOSEN.level * np.abs(depth).max())
 
 
 def _curvature(

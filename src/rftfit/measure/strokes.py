@@ -17,25 +17,15 @@ from rftfit.conventions import FloatArray, direction, intrusion_angle
 from rftfit.directions import SAME_DEPTH_CM
 from rftfit.measure.clocks import flickers, moving_spans
 from rftfit.measure.flags import Refused
+from rftfit.store.chosen import chosen
+
+_CHOSEN = chosen("measure", "strokes")
 
 UNDERGROUND_CM = 0.3
 SHORTEST_CM = 0.1
 BOTTOM_CM = 0.02
-_CONTACT_CM = 0.1
-"""A log that begins no deeper begins when the intruder touches the surface."""
-_TURN_CM = 0.05
-"""A way back that is shorter is the arm putting itself right."""
-_TIMES_NOISE, _TIMES_RESOLUTION = 8.0, 1.5
-"""A way back, or aside, that is no more than noise or the flicker between two steps of the sensor."""
 _MOST_HIDDEN_CM = 2 * SHORTEST_CM
 """Where noise hides a longer way back, nobody knows how many strokes there are."""
-_TIMES_HEADING = 4.0
-"""A direction that differs by fewer standard errors from the one of the sheet may be it."""
-_CORNER_CM, _CORNER_DEG = 0.1, 10.0
-_FEWEST_AT_REST = 3
-"""With fewer positions in it nobody saw that the arm rested: its clock may have been set forward."""
-_LEAST_TURN_DEG = 10.0
-_LONGEST_STEP_S = 0.5
 _MOST_NAMED = 6
 
 
@@ -74,7 +64,7 @@ class IntruderPath:
                 np.hypot(x, z) / arm.speed_cm_per_s, np.abs(angle) / arm.leg_speed_rad_per_s
             )
             time, speed = self.time[index], relative / step
-            is_last = 4 * steps * usual_step_s > _LONGEST_STEP_S or 2 * steps > most_steps
+            is_last = 4 * steps * usual_step_s > _CHOSEN.longest_step_s or 2 * steps > most_steps
             if is_last or not flickers(time, speed, 0.5):
                 return self._joined(moving_spans(time, speed, 0.5), arm, 2 * steps * usual_step_s)
             steps *= 2
@@ -86,7 +76,9 @@ class IntruderPath:
         travel_s = np.maximum(np.hypot(x, z) / arm.speed_cm_per_s, angle / arm.leg_speed_rad_per_s)
         gap_s = np.diff(ends)[1::2]
         first, last = np.searchsorted(self.time, np.stack([ends[1:-1:2], ends[2::2]]))
-        is_rest = (gap_s > least_s) & (travel_s < 0.5 * gap_s) & (last - first >= _FEWEST_AT_REST)
+        is_rest = (
+            (gap_s > least_s) & (travel_s < 0.5 * gap_s) & (last - first >= _CHOSEN.fewest_at_rest)
+        )
         is_kept = np.concatenate([[True], np.repeat(is_rest, 2), [True]]) if ends.size else ends > 0
         return np.asarray(ends[is_kept].reshape(-1, 2))
 
@@ -106,17 +98,17 @@ class IntruderPath:
         """Way that may be the flicker of a sensor between two steps, cm."""
         steps = np.abs(np.concatenate([np.diff(self.x), np.diff(self.z)]))
         resolution = float(steps[steps > 0].min(initial=np.inf))
-        return _TIMES_RESOLUTION * resolution if math.isfinite(resolution) else 0.0
+        return _CHOSEN.times_resolution * resolution if math.isfinite(resolution) else 0.0
 
     def averaged(self, arm: Arm) -> AveragedPath:
         """Average the noise over neighbouring readings until it hides no turn, at most over about as much way as it hides."""
         noise_cm = self.noise_cm
         count = 1
-        if _TIMES_NOISE * noise_cm > _TURN_CM:
+        if _CHOSEN.times_noise * noise_cm > _CHOSEN.turn_cm:
             step_cm = arm.speed_cm_per_s * float(np.median(np.diff(self.time)))
-            enough_readings = (_TIMES_NOISE * noise_cm / _TURN_CM) ** 2
+            enough_readings = (_CHOSEN.times_noise * noise_cm / _CHOSEN.turn_cm) ** 2
             # over `most_readings` the arm goes twice as far as their mean may be off
-            most_readings = (_TIMES_NOISE * noise_cm / (2 * step_cm)) ** (2 / 3)
+            most_readings = (_CHOSEN.times_noise * noise_cm / (2 * step_cm)) ** (2 / 3)
             count = max(int(min(enough_readings, most_readings, self.time.size / 4)), 1)
         if count == 1:
             return AveragedPath(self, noise_cm)
@@ -175,7 +167,7 @@ def find_stroke(motion: IntruderPath, spans: FloatArray, run: Run, arm: Arm) -> 
     if arm.drive != "steady" and run.direction == "intrusion" and run.gamma_deg == 90:
         return _chosen(_uneven_pushes(motion), run, "cm")
     mean, noise_cm = motion.averaged(arm)
-    if (hidden := _TIMES_NOISE * noise_cm) > _MOST_HIDDEN_CM:
+    if (hidden := _CHOSEN.times_noise * noise_cm) > _MOST_HIDDEN_CM:
         noise_mm = 10 * motion.noise_cm
         raise Refused("noisy-position", noise_mm=noise_mm, hidden=hidden, most=_MOST_HIDDEN_CM)
     if (lowest := float(mean.z.min())) > -UNDERGROUND_CM:
@@ -233,7 +225,7 @@ def _stretches_along_path(
     )
     tolerance = math.radians(arm.angle_tolerance_deg)
     mean, noise_cm = motion.averaged(arm)
-    least_turn_cm = max(_TIMES_NOISE * noise_cm, motion.flicker_cm)
+    least_turn_cm = max(_CHOSEN.times_noise * noise_cm, motion.flicker_cm)
     along: list[_StrokeSpan] = []
     seen: list[tuple[float, float]] = []
     stretches = [
@@ -249,20 +241,21 @@ def _stretches_along_path(
             continue
         along_x, along_z = mean.heading(start, end)
         seen.append((length, math.degrees(float(intrusion_angle(along_x, along_z)))))
-        allowed = max(tolerance, _TIMES_HEADING * motion.heading_se(start, end, length))
+        allowed = max(tolerance, _CHOSEN.times_heading * motion.heading_se(start, end, length))
         if along_x * wanted_x + along_z * wanted_z >= math.cos(allowed):
             along.append((length, float(start), float(end)))
     if not seen:
         fastest = motion.fastest_below()
         raise Refused("too-slow", least=SHORTEST_CM, stated=arm.speed_cm_per_s, fastest=fastest)
     if not along:
-        stated = {"direction": run.direction, "gamma": run.gamma_deg, "way": run.motion_gamma_deg}
         raise Refused(
             "other-direction",
             seen=", ".join(f"{angle_deg:.1f}" for _, angle_deg in seen),
             seen_deg=max(seen)[1],
             tolerance=arm.angle_tolerance_deg,
-            **stated,
+            direction=run.direction,
+            gamma=run.gamma_deg,
+            way=run.motion_gamma_deg,
         )
     return along
 
@@ -282,9 +275,9 @@ def _straight(
     )
     if x.size < 3:
         return [(start, end)]
-    turns = _reversals(x - x.mean(), z - z.mean(), max(_TURN_CM, least_cm))
+    turns = _reversals(x - x.mean(), z - z.mean(), max(_CHOSEN.turn_cm, least_cm))
     turn_times = [float(time[turn]) for turn in turns]
-    if not turn_times and (corner := _corner(x, z, max(_CORNER_CM, least_cm))) is not None:
+    if not turn_times and (corner := _corner(x, z, max(_CHOSEN.corner_cm, least_cm))) is not None:
         turn_times = [float(time[corner])]
     if not turn_times:
         return [(start, end)]
@@ -329,7 +322,7 @@ def _corner(x: FloatArray, z: FloatArray, least_cm: float) -> int | None:
     if distance_cm[corner] < least_cm or min(lengths) < SHORTEST_CM:
         return None
     cosine = float(before @ after) / (lengths[0] * lengths[1])
-    return None if cosine > math.cos(math.radians(_CORNER_DEG)) else corner
+    return None if cosine > math.cos(math.radians(_CHOSEN.corner_deg)) else corner
 
 
 def _part_below_surface(motion: IntruderPath, start: float, end: float) -> tuple[float, float]:
@@ -356,13 +349,13 @@ def _part_below_surface(motion: IntruderPath, start: float, end: float) -> tuple
 def _uneven_pushes(motion: IntruderPath) -> list[_StrokeSpan]:
     """Pushes of an arm that is not driven steadily: from the surface straight down to the bottom."""
     z = motion.z
-    if (lowest := float(z.min())) > -5 * BOTTOM_CM or z.max() < -_CONTACT_CM:
+    if (lowest := float(z.min())) > -5 * BOTTOM_CM or z.max() < -_CHOSEN.contact_cm:
         raise Refused("surface-not-crossed", highest=z.max(), lowest=lowest)
     # every time below the surface that goes as deep as a stroke, and the deepest
     start_rows = np.flatnonzero((z <= 0) & np.append(True, z[:-1] > 0))
     lows = np.minimum.reduceat(z, start_rows)
     is_deep = lows <= max(lowest, -UNDERGROUND_CM)
-    begins_at_contact = bool(z[0] >= -_CONTACT_CM)
+    begins_at_contact = bool(z[0] >= -_CHOSEN.contact_cm)
     if start_rows[0] == 0 and lows[0] == lowest and not begins_at_contact:
         raise Refused("begins-below")
     pushes = []
@@ -391,8 +384,8 @@ def _check_plate(motion: IntruderPath, start: float, end: float, run: Run, arm: 
 def _rotations(motion: IntruderPath, spans: FloatArray) -> list[_StrokeSpan]:
     """Turns of a leg toward positive theta."""
     turns = np.degrees(np.diff(motion.pose_at(spans)[2])).ravel().tolist()
-    if not turns or max(turns, key=abs) < 0 or max(turns) < _LEAST_TURN_DEG:
+    if not turns or max(turns, key=abs) < 0 or max(turns) < _CHOSEN.least_turn_deg:
         turns_text = ", ".join(f"{turn:+.0f}" for turn in turns) or "nothing"
-        raise Refused("no-rotation", seen=turns_text, least=_LEAST_TURN_DEG)
+        raise Refused("no-rotation", seen=turns_text, least=_CHOSEN.least_turn_deg)
     strokes = [(turn, *span) for turn, span in zip(turns, spans.tolist(), strict=True)]
-    return [stroke for stroke in strokes if stroke[0] >= _LEAST_TURN_DEG]
+    return [stroke for stroke in strokes if stroke[0] >= _CHOSEN.least_turn_deg]

@@ -19,6 +19,9 @@ from rftfit.measure.read import read_logs
 from rftfit.measure.session_clocks import find_clock
 from rftfit.measure.slopes import student_quantile, weighted_sum_variance
 from rftfit.measure.strokes import IntruderPath
+from rftfit.store.chosen import chosen
+
+_CHOSEN = chosen("measure", "surface")
 
 
 @dataclass(frozen=True)
@@ -46,12 +49,6 @@ class Surface:
         return self.depth_cm - half_interval, self.depth_cm + half_interval
 
 
-_NEAR_SURFACE_CM = 0.3
-_FLAT_DEG = 3.0
-_MOVING = 0.1
-"""Of the largest speed near the surface: what is slower is a pause."""
-
-
 def place_surface(
     config: Config,
     run: Run,
@@ -69,18 +66,18 @@ def place_surface(
     if config.surface.method == "given" or run.surface_z_mm is not None:
         return path, None
     plate = config.intruders[run.intruder]
-    flat = run.kind == "plate" and abs(run.beta_deg) <= _FLAT_DEG
+    flat = run.kind == "plate" and abs(run.beta_deg) <= _CHOSEN.flat_deg
     if run.direction != "intrusion" or plate.shape == "leg" or not flat:
-        raise Refused("surface-not-stated", most=_FLAT_DEG)
+        raise Refused("surface-not-stated", most=_CHOSEN.flat_deg)
     time, depth, lift = _in_motion_log(path, time, lift)
     window, noise = config.surface.window_cm, config.transducer.precision_N
     toe = plate.thickness_cm / 2
     surface = find_surface(depth, lift, window, noise, 0.0, toe)
     if clock_se_s > 0:
-        is_near = np.abs(depth - surface.depth_cm) < _NEAR_SURFACE_CM
+        is_near = np.abs(depth - surface.depth_cm) < _CHOSEN.near_cm
         speeds = np.abs(np.gradient(depth, time))[is_near]
         # a pause at the surface is no slow motion
-        speed = float(speeds[speeds >= _MOVING * speeds.max(initial=0)].mean())
+        speed = float(speeds[speeds >= _CHOSEN.moving * speeds.max(initial=0)].mean())
         surface = find_surface(depth, lift, window, noise, speed * clock_se_s, toe)
     if surface.se_cm > config.surface.max_se_cm:
         raise Refused("surface-uncertain", se=surface.se_cm, most=config.surface.max_se_cm)
@@ -97,14 +94,6 @@ def _in_motion_log(
 
 WINDOWS = (0.7, 1.0, 1.4)
 """Windows that are tried, relative to the one asked for; the middle one counts."""
-
-_MIN_AIR = 8
-_MIN_BELOW = 12
-_RISE_TO_NOISE = 10.0
-_T = 5.0
-_PASSES = 5
-_LARGEST_AIR = 0.15
-_GRID = 120
 
 
 def find_surface(
@@ -129,14 +118,16 @@ def find_surface(
     onset, noise = _onset(depth, force, noise_N)
     windows = [share * window_cm for share in WINDOWS]
     fits = [_fit(depth, force, onset, window) for window in windows]
-    for _ in range(_PASSES if toe_cm > 0 else 0):
+    for _ in range(_CHOSEN.passes if toe_cm > 0 else 0):
         fits = [
             fit and _fit(depth, force, onset, window, fit.depth_cm, toe_cm)
             for window, fit in zip(windows, fits, strict=True)
         ]
     best = fits[1]
     if best is None:
-        raise Refused("few-near-surface", below=_MIN_BELOW, window=window_cm, above=_MIN_AIR)
+        raise Refused(
+            "few-near-surface", below=_CHOSEN.min_below, window=window_cm, above=_CHOSEN.min_air
+        )
     _check_growth(best, window_cm, noise)
     depths_cm = [fit.depth_cm for fit in fits if fit is not None]
     spread = float(np.var(depths_cm, ddof=1)) if len(depths_cm) > 1 else 0.0
@@ -145,16 +136,16 @@ def find_surface(
 
 def _onset(depth: FloatArray, force: FloatArray, noise_N: float) -> tuple[float, float]:
     """Depth from which on the force stays above its noise in air, and that noise."""
-    if depth.size < _MIN_AIR + _MIN_BELOW:
+    if depth.size < _CHOSEN.min_air + _CHOSEN.min_below:
         raise Refused("few-on-the-way-down", found=depth.size)
-    begin = force[: max(_MIN_AIR, depth.size // 10)]
+    begin = force[: max(_CHOSEN.min_air, depth.size // 10)]
     air = float(np.median(begin))
     trend = np.polyval(np.polyfit(np.arange(begin.size), begin, 1), np.arange(begin.size))
     noise = max(noise_N, 1.483 * float(np.median(np.abs(begin - trend))))
-    if force[-1] - air < _RISE_TO_NOISE * noise:
+    if force[-1] - air < _CHOSEN.rise_to_noise * noise:
         raise Refused("no-ground", newtons=force[-1] - air, noise=noise)
     quiet = np.flatnonzero(force < air + 4 * noise)
-    if quiet.size < _MIN_AIR:
+    if quiet.size < _CHOSEN.min_air:
         raise Refused("not-in-air")
     return float(depth[quiet[-1]]), noise
 
@@ -172,10 +163,13 @@ def _fit(
     if toe > 0:
         near_onset &= np.abs(depth - previous_depth) > toe
     d, f = depth[near_onset], force[near_onset]
-    if np.count_nonzero(d < onset) < _MIN_AIR or np.count_nonzero(d > onset) < _MIN_BELOW:
+    if (
+        np.count_nonzero(d < onset) < _CHOSEN.min_air
+        or np.count_nonzero(d > onset) < _CHOSEN.min_below
+    ):
         return None
     # from well above the onset to a little below: there the force is above its noise already
-    trial_depths = np.linspace(onset - 0.6 * window, onset + 0.1 * window + toe, _GRID)
+    trial_depths = np.linspace(onset - 0.6 * window, onset + 0.1 * window + toe, _CHOSEN.trials)
     best = trial_depths[np.argmin(_misfits(d, f, trial_depths))]
     step = float(trial_depths[1] - trial_depths[0])
     fine_depths = np.linspace(best - step, best + step, 41)
@@ -207,18 +201,24 @@ def _check_growth(surface: Surface, window_cm: float, noise: float) -> None:
     rise = float(surface.fitted.max() - surface.air_N)
     if growth <= 0:
         raise Refused("no-growth", depth=depth)
-    if rise < _RISE_TO_NOISE * noise:
-        limits = {"times": _RISE_TO_NOISE, "noise": noise, "window": window_cm}
-        raise Refused("faint-growth", depth=depth, newtons=rise, **limits)
-    if growth < _T * se:
-        raise Refused("uncertain-growth", depth=depth, growth=growth, se=se, times=_T)
+    if rise < _CHOSEN.rise_to_noise * noise:
+        raise Refused(
+            "faint-growth",
+            depth=depth,
+            newtons=rise,
+            times=_CHOSEN.rise_to_noise,
+            noise=noise,
+            window=window_cm,
+        )
+    if growth < _CHOSEN.sure * se:
+        raise Refused("uncertain-growth", depth=depth, growth=growth, se=se, times=_CHOSEN.sure)
     air = surface.depth < depth
-    if np.count_nonzero(air) < _MIN_AIR:
+    if np.count_nonzero(air) < _CHOSEN.min_air:
         raise Refused("not-in-air")
     above = surface.depth[air] - surface.depth[air].mean()
     # at one depth, as at rest, the force shows no growth
     in_air = float(above @ surface.force[air]) / float(above @ above) if np.ptp(above) > 0 else 0.0
-    if in_air > _LARGEST_AIR * growth:
+    if in_air > _CHOSEN.largest_air * growth:
         raise Refused("grows-in-air", depth=depth, above=in_air, below=growth)
 
 
@@ -234,11 +234,6 @@ def _misfits(depth: FloatArray, force: FloatArray, trial_depths: FloatArray) -> 
     residual = force - (design @ terms)[..., 0]
     # a force that falls below the surface is no surface
     return np.where(terms[:, 1, 0] > 0, (residual**2).sum(axis=1), math.inf)
-
-
-_LEVELS = 20
-_MIN_READINGS = 30
-_CONTACT_TO_NOISE = 20.0
 
 
 @dataclass(frozen=True)
@@ -262,20 +257,20 @@ def compliance_of(depth: FloatArray, force: FloatArray, noise_N: float) -> Compl
     `depth`, cm, grows downward from any zero, in the order of recording; `force`: lift, N; `noise_N`:
     standard deviation of one reading.
     """
-    if force.size < _MIN_READINGS:
-        raise Refused("few-rigid", found=force.size, wanted=_MIN_READINGS)
+    if force.size < _CHOSEN.min_readings:
+        raise Refused("few-rigid", found=force.size, wanted=_CHOSEN.min_readings)
     lift = force - float(np.median(force[: max(8, force.size // 20)]))
     peak = int(np.argmax(lift))
     depth, lift = depth[: peak + 1], lift[: peak + 1]
-    if lift[-1] < _CONTACT_TO_NOISE * noise_N:
+    if lift[-1] < _CHOSEN.contact_to_noise * noise_N:
         raise Refused("no-contact", newtons=lift[-1], noise=noise_N)
     free = np.flatnonzero(lift < 5 * noise_N)
     touching = slice(int(free[-1]) + 1, None) if free.size else slice(0, None)
     depth, lift = depth[touching], lift[touching]
-    if lift.size < _MIN_READINGS:
-        raise Refused("few-in-contact", found=lift.size, wanted=_MIN_READINGS)
-    edges = np.linspace(0, lift[-1], _LEVELS + 1)
-    bin_of_reading = np.clip(np.digitize(lift, edges) - 1, 0, _LEVELS - 1)
+    if lift.size < _CHOSEN.min_readings:
+        raise Refused("few-in-contact", found=lift.size, wanted=_CHOSEN.min_readings)
+    edges = np.linspace(0, lift[-1], _CHOSEN.levels + 1)
+    bin_of_reading = np.clip(np.digitize(lift, edges) - 1, 0, _CHOSEN.levels - 1)
     filled = np.unique(bin_of_reading)
     levels = np.array([lift[bin_of_reading == bin_number].mean() for bin_number in filled])
     means = np.array([depth[bin_of_reading == bin_number].mean() for bin_number in filled])

@@ -56,7 +56,7 @@ class PressureSinkage:
 
     def pressure_Pa(self, sinkage_m: FloatArray, width_m: float) -> FloatArray:
         """Pressure at these depths under a plate of this width, of the shape of `sinkage_m`."""
-        return np.asarray((self.k_c / width_m + self.k_phi) * sinkage_m**self.n)
+        return (self.k_c / width_m + self.k_phi) * sinkage_m**self.n
 
     @property
     def doubt(self) -> str:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 import zlib
 from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -216,22 +218,23 @@ def _between_draws(ordered: FloatArray, share: float) -> FloatArray:
     return np.asarray(low + gap * fraction if fraction < 0.5 else high - gap * (1 - fraction))
 
 
-def end_names(quantity: str) -> tuple[str, str]:
-    """Names of the columns of an interval: ``force_z_N`` to ``force_z_lo_N``, ``force_z_hi_N``."""
+def widen(value: Any, ends: tuple[Any, Any], half: Any) -> tuple[Any, Any]:
+    """Interval with a further error, independent of the others, whose half width is given."""
+    below, above = (np.hypot(end - value, half) for end in ends)
+    return value - below, value + above
+
+
+def end_names(quantity: str, of: str = "") -> tuple[str, str]:
+    """Names of the columns of an interval: ``force_z_N`` to ``force_z_lo_N``, ``force_z_hi_N``; `of`: before the ends."""
     what, unit = quantity.rsplit("_N", maxsplit=1)
-    return f"{what}_lo_N{unit}", f"{what}_hi_N{unit}"
+    return f"{what}_{of}lo_N{unit}", f"{what}_{of}hi_N{unit}"
 
 
-def next_end_names(quantity: str) -> tuple[str, str]:
-    """Names of the columns of the interval of the next bed: ``force_z_next_lo_N`` and ``force_z_next_hi_N``."""
-    what, unit = quantity.rsplit("_N", maxsplit=1)
-    return f"{what}_next_lo_N{unit}", f"{what}_next_hi_N{unit}"
+next_end_names = partial(end_names, of="next_")
+"""Names of the columns of the interval of the next bed: ``force_z_next_lo_N`` and ``force_z_next_hi_N``."""
 
-
-def model_end_names(quantity: str) -> tuple[str, str]:
-    """Names of the columns of the interval with the model's own error: ``force_z_model_lo_N`` and ``force_z_model_hi_N``."""
-    what, unit = quantity.rsplit("_N", maxsplit=1)
-    return f"{what}_model_lo_N{unit}", f"{what}_model_hi_N{unit}"
+model_end_names = partial(end_names, of="model_")
+"""Names of the columns of the interval with the model's own error: ``force_z_model_lo_N`` and ``force_z_model_hi_N``."""
 
 
 def beside_name(quantity: str) -> str:

@@ -44,10 +44,9 @@ _FAR_RAD = 64.0
 """Largest angle of which whole turns are taken without a remainder of a division, which is slow."""
 # a quarter turn in two parts; of the first, 33 bits long, a multiple up to `_FAR_RAD` is exact
 _QUARTER_HIGH, _QUARTER_LOW = 0x1921FB544 / 2.0**32, 6.077100506506192e-11
-_S3, _S5, _S7, _S9 = -1 / 6, 1 / 120, -1 / 5040, 1 / 362880
-_S11, _S13, _S15 = -1 / 39916800, 1 / 6227020800, -1 / 1307674368000
-_C4, _C6, _C8, _C10 = 1 / 24, -1 / 720, 1 / 40320, -1 / 3628800
-_C12, _C14, _C16 = 1 / 479001600, -1 / 87178291200, 1 / 20922789888000
+# terms of the power series of sine and cosine
+_S3, _S5, _S7, _S9, _S11, _S13, _S15 = ((-1) ** k / math.factorial(2 * k + 1) for k in range(1, 8))
+_C4, _C6, _C8, _C10, _C12, _C14, _C16 = ((-1) ** k / math.factorial(2 * k) for k in range(2, 9))
 _OPTIONS = {"error_model": "numpy", "fastmath": {"reassoc", "contract", "arcp", "nsz"}}
 
 

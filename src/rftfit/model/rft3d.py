@@ -12,18 +12,10 @@ import numpy.typing as npt
 
 from rftfit.conventions import FloatArray
 from rftfit.model.profiles import Profile, TableProfile
+from rftfit.store.chosen import read_toml
 
-COEFFICIENTS = np.array([
-    [0.00212, -0.02320, -0.20890, -0.43083, -0.00259, 0.48872, -0.00415, 0.07204, -0.02750, -0.08772,
-     0.01992, -0.45961, 0.40799, -0.10107, -0.06576, 0.05664, -0.09269, 0.01892, 0.01033, 0.15120],
-    [-0.06796, -0.10941, 0.04725, -0.06914, -0.05835, -0.65880, -0.11985, -0.25739, -0.26834, 0.02692,
-     -0.00736, 0.63758, 0.08997, 0.21069, 0.04748, 0.20406, 0.18589, 0.04934, 0.13527, -0.33207],
-    [-0.02634, -0.03436, 0.45256, 0.00835, 0.02553, -1.31290, -0.05532, 0.06790, -0.16404, 0.02287,
-     0.02927, 0.95406, -0.00131, -0.11028, 0.01487, -0.02730, 0.10911, -0.04097, 0.07881, -0.27519],
-])  # fmt: skip
-_FACTORS = ((), (0,), (1,), (2,), (0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0), (0, 0, 0), (1, 1, 1),
-            (2, 2, 2), (0, 1, 1), (1, 0, 0), (1, 2, 2), (2, 1, 1), (2, 0, 0), (0, 2, 2), (0, 1, 2))  # fmt: skip
-"""Which of v.g, m.g and m.v stand in each of the 20 terms."""
+_TERMS = read_toml("reference", "rft3d.toml")
+COEFFICIENTS = np.array([_TERMS["along_m"], _TERMS["along_v"], _TERMS["down"]])
 
 _NONE = 1e-9
 """A part of a unit vector below this is none: rounding does not choose a side."""
@@ -36,7 +28,7 @@ def law(normal: FloatArray, velocity: FloatArray) -> FloatArray:
     """
     m = normal * _sign(-normal[..., -1], _dot(normal, velocity))[..., None]
     x = np.stack([-velocity[..., -1], -m[..., -1], _dot(m, velocity)])
-    terms = np.stack([x[[*factors]].prod(axis=0) for factors in _FACTORS])
+    terms = np.stack([x[[*factors]].prod(axis=0) for factors in _TERMS["factors"]])
     along_m, along_v, down = np.tensordot(COEFFICIENTS, terms, axes=1)[..., None]
     gravity = np.zeros(m.shape[-1])
     gravity[-1] = -1
@@ -76,7 +68,7 @@ def turn_and_cap(
         1, friction * np.abs(across) / np.maximum(np.sqrt(_dot(along, along)), _NONE)
     )
     share = np.where(_dot(along, velocity) > _NONE, -share, share)
-    return np.asarray(share[..., None] * along - np.abs(across)[..., None] * normal)
+    return share[..., None] * along - np.abs(across)[..., None] * normal
 
 
 def rft3d_profile(alpha: float, friction: float, step_deg: float = 1.0) -> TableProfile:

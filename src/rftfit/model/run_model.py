@@ -120,7 +120,7 @@ class RunGaussian:
         for row, column in np.ndindex(2, 2):
             sums = np.bincount(self.direction, self.precision[:, row, column], minlength=count)
             gathered[row, places, column, places] = sums
-        return np.asarray(np.eye(2 * count) + self.shared @ gathered.reshape(2 * count, -1))
+        return np.eye(2 * count) + self.shared @ gathered.reshape(2 * count, -1)
 
     def sum_by_direction(self, columns: FloatArray) -> FloatArray:
         """Sums over the runs of each direction, shape (2 m, k), of columns of shape (2 n, k)."""

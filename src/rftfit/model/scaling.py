@@ -19,7 +19,14 @@ from rftfit.measure.flags import Remark, format_remarks, quoted, remark
 from rftfit.measure.slopes import student_quantile
 from rftfit.measure.verdict_words import is_usable
 from rftfit.model import fourier
-from rftfit.model.draws import draws_of, errors_behind, errors_known, interval_of_sum, typical_dof
+from rftfit.model.draws import (
+    draws_of,
+    errors_behind,
+    errors_known,
+    interval_of_sum,
+    typical_dof,
+    widen,
+)
 from rftfit.model.profiles import (
     FourierProfile,
     KnownMedium,
@@ -95,8 +102,7 @@ class Scaled:
         shape = student_quantile(self.confidence, media - 1) * spread * self.zeta
         value = self.zeta * generic
         ends = np.stack([self.zeta_lo * generic, self.zeta_hi * generic])
-        below, above = value - ends.min(axis=0), ends.max(axis=0) - value
-        return value, value - np.hypot(below, shape), value + np.hypot(above, shape)
+        return value, *widen(value, (ends.min(axis=0), ends.max(axis=0)), shape)
 
 
 def scale_new_medium(

@@ -17,11 +17,9 @@ and C the differences of its frictions and the course itself: a further medium m
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property, partial
-from importlib.resources import files
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -43,7 +41,7 @@ from rftfit.measure.errors import (
     half_width_of_bed,
     scatter_of_runs,
 )
-from rftfit.model.draws import DRAWS, draws_of, errors_known, interval
+from rftfit.model.draws import DRAWS, draws_of, errors_known, interval, widen
 from rftfit.model.fourier import fit_lsq, kept_terms
 from rftfit.model.observations import Observation, ObservedRows, ObservedSystem
 from rftfit.model.profiles import EPS, KnownMedium, Profile, TableProfile
@@ -51,20 +49,15 @@ from rftfit.model.rft3d import alpha_3drft
 from rftfit.model.scaling import PAPER_RULE, check_level, check_test, vertical_penetration
 from rftfit.model.symmetry import rectangle
 from rftfit.reference import BETA_DEG, GAMMA_DEG, MEDIA
+from rftfit.store.chosen import chosen, read_toml
+
+_CHOSEN = chosen("model", "shapes")
 
 Angles = tuple[FloatArray, FloatArray]
 
 SEED = 2013
 """Seed of the draws of a map behind its intervals."""
 
-FEWEST_DRAWS = 100
-"""With fewer of them there is no map."""
-
-_MOST_COMPLETED = 10
-"""Completions of a draw between the lines, to find one that takes energy there; the last one stays."""
-
-_MOST_DRAWN = 120
-"""So many times the wanted draws are made at most to find enough in which the medium takes energy."""
 
 NOT_ALIKE = 0.03
 """A medium whose pushes lie so far from the shape by chance less often than this does not belong."""
@@ -101,11 +94,9 @@ class Variation(NamedTuple):
     course_share: float
 
 
-@cache
 def _chosen() -> Variation:
     """The variation that was chosen on Table S5."""
-    text = files("rftfit.reference").joinpath("shapes.toml").read_text(encoding="utf-8")
-    return Variation(**tomllib.loads(text))
+    return Variation(**read_toml("reference", "shapes.toml"))
 
 
 @dataclass(frozen=True)
@@ -150,7 +141,7 @@ class Shapes:
         z, x = np.split(self.of_media(*_GRID), 2, axis=1)
         log_ratios = np.log(np.sqrt((x**2).mean(axis=1) / (z**2).mean(axis=1)))
         prior = self.prior(*_GRID)
-        free = np.diag(prior.covariance(0.0)) > _ZERO_VARIANCE
+        free = np.diag(prior.covariance(0.0)) > _CHOSEN.zero_variance
         exact = 1e-6 * np.abs(prior.mean).max() * np.eye(int(free.sum()))
         mean = prior.mean
         likelihood = _Likelihood(prior, np.flatnonzero(free), 0.0, mean[free], exact**2)
@@ -169,7 +160,7 @@ class Shapes:
     def levels(self) -> FloatArray:
         """alpha_z(0, 90 deg) of each known medium over its size, shape (media,)."""
         down = [profile.alpha(0.0, np.pi / 2)[0] for profile in self.profiles.values()]
-        return np.asarray(np.array(down, dtype=float) / self._sizes)
+        return np.array(down, dtype=float) / self._sizes
 
     @cached_property
     def _sizes(self) -> FloatArray:
@@ -187,7 +178,7 @@ class Shapes:
         """Alpha of each known medium over its size, with a course between the lines of its table."""
         tables = [np.concatenate(profile.alpha(beta, gamma)) for profile in self.profiles.values()]
         bilinear = np.stack(tables) / self._sizes[:, None]
-        return np.asarray(bilinear + self.levels[:, None] * course)
+        return bilinear + self.levels[:, None] * course
 
     @cached_property
     def _mean_on_grid(self) -> FloatArray:
@@ -242,11 +233,11 @@ class Shapes:
         target_effort = float(mean_effort(prior.mean.reshape(1, 2, -1), _GRID)[0])
         half = variation.departure_dof / 2
         efforts = []
-        for rough_share in np.linspace(0, variation.most_own, _N_ROUGH_SHARES):
-            wide = (half + 1) / random.gamma(half, size=(_TILT_DRAWS, 1))
-            normals = random.standard_normal((_TILT_DRAWS, prior.mean.size))
+        for rough_share in np.linspace(0, variation.most_own, _CHOSEN.rough_shares):
+            wide = (half + 1) / random.gamma(half, size=(_CHOSEN.tilt_draws, 1))
+            normals = random.standard_normal((_CHOSEN.tilt_draws, prior.mean.size))
             drawn = prior.mean + np.sqrt(wide) * (normals @ _rows(prior.covariance(rough_share)))
-            media = drawn.reshape(_TILT_DRAWS, 2, -1)
+            media = drawn.reshape(_CHOSEN.tilt_draws, 2, -1)
             largest = np.abs(media).max(axis=(1, 2))
             takes = _takes_energy(media, _GRID[1], largest, np.zeros(_GRID[0].size, dtype=bool))
             efforts.append(mean_effort(media[takes], _GRID))
@@ -257,7 +248,7 @@ class Shapes:
             weights = np.exp(-exponent * (effort - effort.min()))
             return float(weights @ effort / weights.sum()) - target_effort
 
-        low, high = 0.0, _MOST_TILT
+        low, high = 0.0, _CHOSEN.most_tilt
         if excess(low) <= 0:
             return 0.0
         for _ in range(30):
@@ -458,7 +449,7 @@ def _law_less_its_lines(friction: float, beta: FloatArray, gamma: FloatArray) ->
     law = np.concatenate(
         [(law_here[0] + law_at_mirror[0]) / 2, (law_here[1] - law_at_mirror[1]) / 2]
     )
-    return np.asarray(law - np.concatenate(_law_on_lines(friction).alpha(beta, gamma)))
+    return law - np.concatenate(_law_on_lines(friction).alpha(beta, gamma))
 
 
 @cache
@@ -809,20 +800,14 @@ def merged(pushes: Pushes) -> Pushes:
     )
 
 
-_MOST_NODES = 400
-"""Nodes on the lines of a medium's own grid and the published one that a map has at most."""
-
-_MOST_FINE_NODES = 800
-
-
 def nodes_of(table: pd.DataFrame) -> Nodes:
     """Nodes of a medium's map, with the lines of its own grid where it has one."""
     lines_deg = tuple(table[name].unique() for name in ("beta_deg", "gamma_deg"))
     coarse = grid(*lines_deg)
-    if rectangle(*directions(table)) is None or coarse[0].size > _MOST_NODES:
+    if rectangle(*directions(table)) is None or coarse[0].size > _CHOSEN.most_nodes:
         return map_nodes()
     fine = map_nodes(*lines_deg)
-    return fine if fine.beta.size <= _MOST_FINE_NODES else Nodes(*coarse, coarse[0].size)
+    return fine if fine.beta.size <= _CHOSEN.most_fine_nodes else Nodes(*coarse, coarse[0].size)
 
 
 def estimate(
@@ -860,7 +845,7 @@ def estimate(
     used = (
         np.isfinite(y)
         & np.isfinite(np.diag(errors))
-        & (np.diag(prior.smooth)[seen] > _ZERO_VARIANCE)
+        & (np.diag(prior.smooth)[seen] > _CHOSEN.zero_variance)
     )
     if not (used.any() or contacts):
         raise ValueError("no push has a number that tells of the medium")
@@ -958,7 +943,7 @@ def _with_contacts(
             "the contacts meet no resistance: look at the signs of the forces and at the angles"
         )
     place = int(places.min())
-    for _ in range(_SIZE_STEPS):
+    for _ in range(_CHOSEN.size_steps):
         rows = system.rows(size_now)
         count, added = len(given.y), len(rows.values)
         errors = np.zeros((count + added,) * 2)
@@ -971,7 +956,7 @@ def _with_contacts(
             errors,
         )
         before, size_now = size_now, _likelihood_of(both).expected(size)
-        if abs(size_now - before) < _SAME_SIZE * before:
+        if abs(size_now - before) < _CHOSEN.same_size * before:
             break
     return both
 
@@ -1002,22 +987,7 @@ def _on_published_grid(nodes: Angles) -> npt.NDArray[np.bool_]:
 TILT_SHARE = 1.0
 """Share of the full tilt: decided on natural sands and on exact laws (docs/theory/map.md)."""
 
-_TILT_DRAWS = 2000
-_MOST_TILT = 100.0
 
-_ZERO_VARIANCE = 1e-9
-"""A variance below this is none, of a shape whose size is 1."""
-
-_SIZES = 32
-_WIDEST = 30.0
-_HIDDEN_BELOW_SE = 10.0
-"""Sizes below so many standard errors of the best push are hidden by it."""
-_N_ROUGH_SHARES = 5
-"""Values of w; the first is 0."""
-_NUMBERS_AT_ONCE = 500_000
-"""Numbers of pushes, over all draws, that are corrected at a time: 4 MB, of which there are a dozen copies."""
-_SIZE_STEPS, _SAME_SIZE = 6, 1e-3
-"""Most steps in which the size of a medium and the errors of its contacts are found, and the change that ends them."""
 _DEPARTURES = np.exp(0.28 * np.arange(-4, 12))
 """Values of lambda: beyond them lies 0.1 % of what is known of it beforehand."""
 
@@ -1068,7 +1038,7 @@ class _Posterior:
     ) -> None:
         self.prior, self.seen, self.y = prior, seen, y
         self._first_node = int(seen.max()) + 1
-        self.rough_shares = np.linspace(0, variation.most_own, _N_ROUGH_SHARES)
+        self.rough_shares = np.linspace(0, variation.most_own, _CHOSEN.rough_shares)
         rounded = _rounded(errors, y)
         self._noise = (
             np.sqrt(np.diag(rounded))
@@ -1081,7 +1051,9 @@ class _Posterior:
         self._made: dict[int, tuple[npt.NDArray[np.float32], FloatArray]] = {}
         half = variation.departure_dof / 2
         before = -half * np.log(_DEPARTURES) - (half + 1) / _DEPARTURES
-        ends = np.where(np.isin(np.arange(_N_ROUGH_SHARES), (0, _N_ROUGH_SHARES - 1)), 0.5, 1.0)
+        ends = np.where(
+            np.isin(np.arange(_CHOSEN.rough_shares), (0, _CHOSEN.rough_shares - 1)), 0.5, 1.0
+        )
         beforehand = np.log(ends)[:, None, None] + before[:, None]
         self.sizes, self.weights = _weighed(self.given, _DEPARTURES, beforehand, size)
 
@@ -1111,7 +1083,7 @@ class _Posterior:
         `coarse`: how many of the nodes, the first, are of the published grid. A draw that gives energy back there is left
         out; of the others each is kept with the probability exp(-tilt T), T its mean work over alpha_z(0, 90 deg)
         there, less the least T of the first draws. Between the lines a draw is made until it takes energy, at most
-        `_MOST_COMPLETED` times.
+        `most_completed` times.
         """
         random = np.random.default_rng(SEED)
         some = nodes[0][:coarse], nodes[1][:coarse]
@@ -1120,7 +1092,7 @@ class _Posterior:
         draws_kept: list[FloatArray] = []
         tried = passive = completed = 0
         least = np.nan
-        while tried < _MOST_DRAWN and completed < DRAWS:
+        while tried < _CHOSEN.most_drawn and completed < DRAWS:
             batch = self._begin(place_count, random)
             draws = self._nodes(batch, slice(place_count - 2 * coarse, place_count))
             # of the medium itself: the error of a push is not of its shape
@@ -1141,7 +1113,7 @@ class _Posterior:
             completed += len(alpha)
             draws_kept.append(alpha)
         share = 1 - passive / (tried * DRAWS)
-        if completed < FEWEST_DRAWS:
+        if completed < _CHOSEN.fewest_draws:
             raise ValueError(
                 f"in {share:.1%} of the draws the medium would push the plate along where it was not pushed: check the "
                 "signs of alpha and the angles"
@@ -1177,7 +1149,7 @@ class _Posterior:
             # a root is triangular: the first places need the first normal numbers only
             root = self._root_and_towards(place)[0][: self.seen[-1] + 1, self.seen]
             of_share = np.flatnonzero(share_index == place)
-            blocks = -(-of_share.size * self.y.size // _NUMBERS_AT_ONCE)
+            blocks = -(-of_share.size * self.y.size // _CHOSEN.numbers_at_once)
             for block in np.array_split(of_share, blocks):
                 shape = self.prior.mean[self.seen] + np.sqrt(wide[block]) * (
                     normals[block, : len(root)] @ root
@@ -1207,7 +1179,7 @@ class _Posterior:
         expected = self._nodes(batch, between)
         alpha = np.empty((len(draws), 2, nodes[0].size))
         unfinished = np.arange(len(draws))
-        for _ in range(_MOST_COMPLETED):
+        for _ in range(_CHOSEN.most_completed):
             if not unfinished.size:
                 break
             normals = random.standard_normal((unfinished.size, size - place_count), np.float32)
@@ -1265,14 +1237,7 @@ class _Batch(NamedTuple):
 
     def of(self, chosen: npt.NDArray[np.intp]) -> _Batch:
         """Some of the draws."""
-        return _Batch(
-            self.share_index[chosen],
-            self.s[chosen],
-            self.wide[chosen],
-            self.normals[chosen],
-            self.pull[chosen],
-            self.noise[chosen],
-        )
+        return _Batch._make(values[chosen] for values in self)
 
 
 def _takes_energy(
@@ -1298,9 +1263,9 @@ def mean_effort(alpha: FloatArray, nodes: Angles) -> FloatArray:
 def _rows(covariance: FloatArray) -> FloatArray:
     """Rows whose products are a covariance, whose diagonal it lifts; what has no variance is exactly 0."""
     variance = np.diag(covariance).copy()
-    covariance[np.diag_indices(variance.size)] += _ZERO_VARIANCE * variance.max()
+    covariance[np.diag_indices(variance.size)] += _CHOSEN.zero_variance * variance.max()
     rows = np.linalg.cholesky(covariance).T
-    rows[:, variance <= _ZERO_VARIANCE] = 0.0
+    rows[:, variance <= _CHOSEN.zero_variance] = 0.0
     return np.asarray(rows)
 
 
@@ -1316,15 +1281,17 @@ def _weighed(
     themselves: a push where a medium has no force would fit the weakest one best.
     """
     middle = likelihoods[0].first if fixed_size is None else fixed_size
-    low, high = np.log(middle / _WIDEST), np.log(middle * _WIDEST)
+    low, high = np.log(middle / _CHOSEN.widest), np.log(middle * _CHOSEN.widest)
     for _ in range(3):  # to where the likelihood is
         sizes = (
-            np.exp(np.linspace(low, high, _SIZES)) if fixed_size is None else np.array([fixed_size])
+            np.exp(np.linspace(low, high, _CHOSEN.sizes))
+            if fixed_size is None
+            else np.array([fixed_size])
         )
         logarithm = beforehand + np.stack(
             [likelihood.likelihood(sizes, departures) for likelihood in likelihoods]
         )
-        logarithm += np.log(sizes / (sizes + _HIDDEN_BELOW_SE * likelihoods[0].least_error))
+        logarithm += np.log(sizes / (sizes + _CHOSEN.hidden_below_se * likelihoods[0].least_error))
         weights = np.exp(logarithm - logarithm.max())
         likely = np.flatnonzero(weights.max(axis=(0, 1)) > 1e-6)
         low = np.log(sizes[max(likely[0] - 1, 0)])
@@ -1357,7 +1324,7 @@ class _Likelihood:
         self.least_error = float(np.sqrt(np.maximum(variance_without_bed, 0.0).min()))
         whiten = whitening(errors)
         parts = _independent(measured.smooth, errors)
-        if y.size <= _FEW_NUMBERS or len(parts) == 1:
+        if y.size <= _CHOSEN.few_numbers or len(parts) == 1:
             parts = [np.arange(y.size)]
             rests = [prior.covariance(rough_share)[np.ix_(seen, seen)]]
             between = measured.between[:0]
@@ -1499,10 +1466,6 @@ class _Likelihood:
         )
 
 
-_FEW_NUMBERS = 200
-"""Of so many numbers the decomposition takes less time than the correction by B."""
-
-
 class _Part(NamedTuple):
     """Numbers that are independent of all others but for B: their places, eigenvalues of S and its whitened axes."""
 
@@ -1538,8 +1501,8 @@ def whitening(errors: FloatArray) -> FloatArray:
     """Matrix that makes errors independent and 1; of independent ones its diagonal alone, shape (n,)."""
     variance = np.diag(errors)
     if np.count_nonzero(errors) == np.count_nonzero(variance):
-        return np.asarray(1 / np.sqrt(variance))
-    return np.asarray(np.linalg.inv(np.linalg.cholesky(errors)))
+        return 1 / np.sqrt(variance)
+    return np.linalg.inv(np.linalg.cholesky(errors))
 
 
 class PushResidual(NamedTuple):
@@ -1800,13 +1763,8 @@ class Map(KnownMedium):
         # what is 0 by symmetry is so to the last digit
         lo, hi = np.round(interval(self.draws, self.confidence), 12) + 0.0
         bed = half_width_of_bed(self.bed_spread, self.confidence) * np.abs(self.alpha)
-        values = {
-            "": self.alpha,
-            "_lo": lo,
-            "_hi": hi,
-            "_lo_next": self.alpha - np.hypot(self.alpha - lo, bed),
-            "_hi_next": self.alpha + np.hypot(hi - self.alpha, bed),
-        }
+        lo_next, hi_next = widen(self.alpha, (lo, hi), bed)
+        values = {"": self.alpha, "_lo": lo, "_hi": hi, "_lo_next": lo_next, "_hi_next": hi_next}
         for place, component in enumerate("zx"):
             for quantity, of_nodes in values.items():
                 columns[column(component, quantity)] = of_nodes[place, order]

@@ -1,7 +1,7 @@
 """The dictionary of outputs: the toml files beside this module, read and checked.
 
-Nothing in the chain reads it, so that a better wording makes no result out of date. The documentation
-is generated from it, and tests hold it against the files of real runs, in both directions.
+Tables are read and made with the columns that it states. The documentation is generated from it, and tests hold it
+against the files of real runs, in both directions.
 """
 
 from __future__ import annotations
@@ -164,6 +164,13 @@ def describe_file(path: str) -> Output | None:
     """Find what is known of a file; where several entries fit, the one that leaves least open."""
     fitting = [output for output in outputs() if output.matches(path)]
     return max(fitting, key=lambda output: len(_ANY.sub("", output.file)), default=None)
+
+
+def columns_of(name: str) -> list[str]:
+    """List the columns of a table of the results, in its order; `name`: path below ``results/``."""
+    output = describe_file(f"results/{name}")
+    assert output is not None
+    return [column for entry in output.columns for column in entry.names]
 
 
 def column_of(output: Output, name: str) -> OutputColumn | None:

@@ -102,8 +102,9 @@ def page(results: Results) -> str:
     from jinja2 import Environment, StrictUndefined
 
     style, script = _read_file("page.css"), _script()
-    blocks: Any = {"trim_blocks": True, "lstrip_blocks": True}
-    environment = Environment(autoescape=True, undefined=StrictUndefined, **blocks)
+    environment = Environment(
+        autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
     environment.filters["quantities"] = quantities
     template = environment.from_string(_read_file("page.html"))
     data = live_data(results)
@@ -111,9 +112,10 @@ def page(results: Results) -> str:
         f"default-src 'none'; script-src '{_hash(script)}'; style-src '{_hash(style)}'; "
         "img-src data:; base-uri 'none'; form-action 'none'"
     )
-    parts = {"style": style, "script": script, "policy": policy}
     numbers = as_json(data | {"robot": robot_data(results)})
-    return template.render(context(results), push=data["push"], data=numbers, **parts)
+    return template.render(
+        context(results), push=data["push"], data=numbers, style=style, script=script, policy=policy
+    )
 
 
 def context(results: Results) -> dict[str, Any]:

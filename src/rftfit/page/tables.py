@@ -364,6 +364,11 @@ def tabulate_scaling(results: Results) -> tuple[PageTable, PageTable]:
     ), other_scaling
 
 
+_RMS_OVER_PEAK = numbers(
+    "RMS over peak", "rms_relative_to_peak", show=lambda x: share(x).lstrip("+")
+)
+
+
 def tabulate_leg_errors(results: Results) -> PageTable:
     """Peak and shape errors of every leg, medium and profile."""
     order: dict[str, Sequence[str]] = {
@@ -392,7 +397,7 @@ def tabulate_leg_errors(results: Results) -> PageTable:
         numbers("Error of peak", "peak_error_percent", show=percent),
         numbers(f"Predicted peak later by, {DEGREE}", "peak_late_deg", 1),
         numbers("RMS error, N", "rms_error_N", 2),
-        numbers("RMS over peak", "rms_relative_to_peak", show=lambda x: share(x).lstrip("+")),
+        _RMS_OVER_PEAK,
         numbers("R\N{SUPERSCRIPT TWO}", "r2", 2),
     ]
     return PageTable("Leg errors", columns, sorted(rows, key=place), tall=True)
@@ -420,7 +425,7 @@ def tabulate_contacts(results: Results) -> PageTable:
         texts("Tested on legs in", "tested_on"),
         numbers("Curves", "curves", 0),
         numbers("Error of peak, median, %", "peak_error_percent", 0),
-        numbers("RMS over peak", "rms_relative_to_peak", show=lambda x: share(x).lstrip("+")),
+        _RMS_OVER_PEAK,
         numbers("Poses inside, %", "inside_percent", 0),
     ]
     return PageTable("Learned from, tested on", columns, rows)

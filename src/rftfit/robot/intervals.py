@@ -19,9 +19,10 @@ import pandas as pd
 
 from rftfit.conventions import FloatArray
 from rftfit.forces.model_error import has_model_error
-from rftfit.measure.flags import REASON, Remark, reason_cells, remark
+from rftfit.measure.flags import Remark, reason_cells, remark
 from rftfit.measure.slopes import GIVEN_DOF, student_quantile
 from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, Profile, TableProfile
+from rftfit.outputs.dictionary import columns_of
 from rftfit.robot.config import Robot
 from rftfit.robot.run import Condition
 from rftfit.robot.sweep import BEST_AT_HZ, BEST_CURVATURES, optimum, run_all
@@ -38,16 +39,7 @@ MODEL_POINTS = 4
 COARSER = 4
 """How many times longer the time step of the draws is."""
 
-WIDTH_COLUMNS = [
-    "medium",
-    "profile",
-    "quantity",
-    "curvature_times_R",
-    "frequency_Hz",
-    "half_width",
-    "draws",
-    *REASON,
-]
+WIDTH_COLUMNS = columns_of("robot/intervals.csv")
 """Columns of the table of half widths; quantity `SPEED`, `SPEED_MODEL` (cm/s) or `BEST` (R'/r)."""
 
 SPEED, SPEED_MODEL, BEST = "speed", "speed with the model's own error", "best curvature"
@@ -81,7 +73,8 @@ def half_widths(widths: pd.DataFrame | None, quantity: str) -> dict[Any, float]:
 def each_draw(stack: Profile, count: int) -> list[Profile]:
     """Split the first draws off a stack: profiles with a leading axis of draws."""
     if isinstance(stack, TableProfile):
-        return [_cells(stack, place) for place in range(min(count, len(stack.alpha_z)))]
+        alphas = zip(stack.alpha_z[:count], stack.alpha_x[:count], strict=True)
+        return [_with_alpha(stack, alpha_z, alpha_x) for alpha_z, alpha_x in alphas]
     if isinstance(stack, FourierProfile):
         return [FourierProfile(values) for values in stack.coefficients[:count]]
     if isinstance(stack, DepthOnlyProfile):
@@ -105,19 +98,16 @@ def with_model_error(profile: Profile, eps: float) -> list[Profile]:
 def _scaled(profile: Profile, lift: float, thrust: float) -> Profile:
     """A profile whose alpha_z and alpha_x are larger by a factor each."""
     if isinstance(profile, TableProfile):
-        taken = copy(profile)
-        taken.__dict__.pop("pack", None)
-        taken.alpha_z, taken.alpha_x = lift * profile.alpha_z, thrust * profile.alpha_x
-        return taken
+        return _with_alpha(profile, lift * profile.alpha_z, thrust * profile.alpha_x)
     raise TypeError(f"no model's error of a {type(profile).__name__}")
 
 
-def _cells(stack: TableProfile, place: int) -> TableProfile:
-    # as it is: a new one would symmetrise and extend again what has been extended already
-    taken = copy(stack)
-    taken.__dict__.pop("pack", None)
-    taken.alpha_z, taken.alpha_x = stack.alpha_z[place], stack.alpha_x[place]
-    return taken
+def _with_alpha(table: TableProfile, alpha_z: FloatArray, alpha_x: FloatArray) -> TableProfile:
+    """Take a table with other numbers at its nodes: a new one would symmetrise and extend again what is extended already."""
+    changed = copy(table)
+    changed.__dict__.pop("pack", None)
+    changed.alpha_z, changed.alpha_x = alpha_z, alpha_x
+    return changed
 
 
 def coarser(robot: Robot) -> Robot:

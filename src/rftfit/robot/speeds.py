@@ -11,72 +11,20 @@ import numpy as np
 import pandas as pd
 
 from rftfit.errors import RftfitError
-from rftfit.measure.flags import (
-    REASON,
-    Remark,
-    attach_run,
-    reason_cells,
-    reason_columns,
-    reason_of,
-    remark,
-)
+from rftfit.measure.flags import Remark, attach_run, reason_cells, reason_columns, reason_of, remark
 from rftfit.measure.ledger import DROPPED, USED
+from rftfit.outputs.dictionary import columns_of
 from rftfit.reference import running_speeds
 from rftfit.robot import tracks
 from rftfit.robot.intervals import SPEED, SPEED_MODEL, half_widths
 
-TRIALS = [
-    "run_id",
-    "condition",
-    "medium",
-    "curvature_times_R",
-    "frequency_Hz",
-    "frequency_from",
-    "speed_cm_per_s",
-    "stride_sd_cm_per_s",
-    "strides",
-    "rows",
-    "rows_used",
-    "status",
-    *REASON,
-]
+TRIALS = columns_of("robot/tracks.csv")
 """Columns of the table of trials."""
 
-MEASURED = [
-    "condition",
-    "medium",
-    "curvature_times_R",
-    "frequency_Hz",
-    "frequency_sd_Hz",
-    "speed_cm_per_s",
-    "speed_sd_cm_per_s",
-    "trials",
-    "calibrated",
-    "source",
-    *REASON,
-]
+MEASURED = columns_of("robot/measured.csv")
 """Columns of the table of measured speeds."""
 
-ERRORS = [
-    "medium",
-    "profile",
-    "condition",
-    "curvature_times_R",
-    "frequency_Hz",
-    "measured_cm_per_s",
-    "measured_sd_cm_per_s",
-    "trials",
-    "simulated_cm_per_s",
-    "simulated_from_alpha_lo_cm_per_s",
-    "simulated_from_alpha_hi_cm_per_s",
-    "simulated_model_lo_cm_per_s",
-    "simulated_model_hi_cm_per_s",
-    "phases_lowest_cm_per_s",
-    "phases_highest_cm_per_s",
-    "error_percent",
-    "calibrated",
-    *REASON,
-]
+ERRORS = columns_of("robot/errors.csv")
 """Columns of the table of errors: from_alpha is what the errors of alpha and of the arc alone leave open,
 model is the interval with the model's own error too, lowest and highest those of the starting phases."""
 

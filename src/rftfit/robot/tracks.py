@@ -20,7 +20,10 @@ from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
 from rftfit.measure.flags import Remark, remark
 from rftfit.robot.config import read_robot
+from rftfit.store.chosen import chosen
 from rftfit.store.text import count
+
+_CHOSEN = chosen("robot", "tracks")
 
 # --- The robot's run sheet: which marker track is a trial of which condition.
 
@@ -178,20 +181,9 @@ def read_track(path: Path) -> Track:
 # --- Stride frequency and mean speed of a trial, from its marker track.
 
 
-FEWEST_STRIDES = 3
-LONGEST_GAP_STRIDES = 0.25
-HARMONICS = 4
 STRIDE_SAMPLES = 50
 TRIPODS = 2
 """Groups of legs that take turns: so often the body bobs in a stride."""
-
-_FEWEST_ROWS = 30
-_FINER = 8
-_GAP_STEPS = 3.0
-_OUTLIER_SD = 5.0
-_LEAST_SHARE = 0.2
-_UNEVEN_SHARE = 0.25
-_DRIFT_SHARE = 0.15
 
 
 @dataclass(frozen=True)
@@ -219,8 +211,8 @@ def mean_stride_speed(
     The speed is the slope of x against time, fitted together with four harmonics of the stride, so
     that it does not matter at which moments of a stride the track begins and ends.
     """
-    if len(track.time_s) < _FEWEST_ROWS:
-        shortage = f"{len(track.time_s)} usable rows; a track has at least {_FEWEST_ROWS}"
+    if len(track.time_s) < _CHOSEN.fewest_rows:
+        shortage = f"{len(track.time_s)} usable rows; a track has at least {_CHOSEN.fewest_rows}"
         raise TrackError("few-rows", shortage)
     flags: list[Remark] = []
     source = "sheet"
@@ -229,9 +221,9 @@ def mean_stride_speed(
         source, flags = "track", [doubt] if doubt else []
     time, x = track.time_s, track.x_cm
     strides = float(time[-1] * frequency_Hz)
-    if strides < FEWEST_STRIDES - 1e-6:
+    if strides < _CHOSEN.fewest_strides - 1e-6:
         shortage = f"{strides:.3g} strides of {frequency_Hz:.3g} Hz in {time[-1]:.3g} s"
-        least = f"at least {FEWEST_STRIDES} are needed for a mean speed"
+        least = f"at least {_CHOSEN.fewest_strides} are needed for a mean speed"
         raise TrackError("few-strides", f"{shortage}; {least}")
     flags += _gaps(track, frequency_Hz)
     velocity = _mean_stride(time, x, frequency_Hz)
@@ -242,7 +234,7 @@ def mean_stride_speed(
     speeds = np.diff(np.interp(ends, time, x)) * frequency_Hz
     half = whole_strides // 2
     first, last = float(speeds[:half].mean()), float(speeds[-half:].mean())
-    if abs(last - first) > _DRIFT_SHARE * max(abs(speed), 1.0):
+    if abs(last - first) > _CHOSEN.drift_share * max(abs(speed), 1.0):
         flags.append(remark("speed-changes", first=first, last=last))
     return StrideSpeed(
         speed,
@@ -266,7 +258,7 @@ def stride_frequency(track: Track, tripods: int = TRIPODS) -> tuple[float, Remar
     time = track.time_s
     duration, step = time[-1], float(np.median(np.diff(time)))
     even = np.arange(0, duration + step / 2, step)
-    size = _FINER * even.size
+    size = _CHOSEN.finer * even.size
     grid = np.fft.rfftfreq(size, step)
     # at least two bobs in all; at most what the frame rate can show
     seen = (grid >= 2 / duration) & (grid <= 0.45 / step)
@@ -282,12 +274,12 @@ def stride_frequency(track: Track, tripods: int = TRIPODS) -> tuple[float, Remar
         power = np.abs(np.fft.rfft(smooth, size))[seen] ** 2
         share = 2 * power / (even.size * (smooth @ smooth))
         top = int(np.argmax(share))
-        if share[top] < _LEAST_SHARE:
+        if share[top] < _CHOSEN.least_share:
             continue
         bob = _refine(time, steady, float(grid[top]), 1 / (10 * duration))
         twice = int(np.argmin(np.abs(grid - 2 * bob)))
         doubt = None
-        if tripods > 1 and grid[-1] > 2 * bob and share[twice] > _UNEVEN_SHARE * share[top]:
+        if tripods > 1 and grid[-1] > 2 * bob and share[twice] > _CHOSEN.uneven_share * share[top]:
             stride = bob / tripods
             doubt = remark("stride-doubled", name=name, bob=bob, twice=2 * bob, stride=stride)
         return bob / tripods, doubt
@@ -300,7 +292,7 @@ def _detrended(time: FloatArray, values: FloatArray) -> FloatArray:
     scaled = time / time[-1]
     residuals = values - np.polyval(np.polyfit(scaled, values, 2), scaled)
     middle = float(np.median(residuals))
-    limit = _OUTLIER_SD * 1.4826 * float(np.median(np.abs(residuals - middle)))
+    limit = _CHOSEN.outlier_sd * 1.4826 * float(np.median(np.abs(residuals - middle)))
     clipped: FloatArray = (
         np.clip(residuals, middle - limit, middle + limit) if limit > 0 else residuals
     )
@@ -328,10 +320,10 @@ def _waves(time: FloatArray, frequency: float, count: int) -> FloatArray:
 
 def _mean_stride(time: FloatArray, x: FloatArray, frequency: float) -> FloatArray:
     """Velocity over the mean stride: the slope of x, and its harmonics."""
-    parts = np.column_stack([time, _waves(time, frequency, HARMONICS)])
+    parts = np.column_stack([time, _waves(time, frequency, _CHOSEN.harmonics)])
     slope, _, *waves = np.linalg.lstsq(parts, x, rcond=None)[0]
     cos, sin = np.split(np.array(waves), 2)
-    order = np.arange(1, HARMONICS + 1)
+    order = np.arange(1, _CHOSEN.harmonics + 1)
     turn = 2 * np.pi * np.outer(np.arange(STRIDE_SAMPLES) / STRIDE_SAMPLES, order)
     rates = 2 * np.pi * frequency * order
     return np.asarray(slope + (np.cos(turn) * sin - np.sin(turn) * cos) @ rates)
@@ -339,16 +331,16 @@ def _mean_stride(time: FloatArray, x: FloatArray, frequency: float) -> FloatArra
 
 def _gaps(track: Track, frequency: float) -> list[Remark]:
     steps = np.diff(track.time_s)
-    gaps = steps[steps > _GAP_STEPS * np.median(steps)]
+    gaps = steps[steps > _CHOSEN.gap_steps * np.median(steps)]
     if not gaps.size:
         return []
     longest = float(gaps.max())
     text = f"{gaps.size} gap{'s' if gaps.size > 1 else ''}"
     flag = remark("track-gaps", gaps=text, seconds=longest)
-    if longest * frequency > LONGEST_GAP_STRIDES:
+    if longest * frequency > _CHOSEN.longest_gap_strides:
         description = f"{flag}, {longest * frequency:.2g} of a stride"
         raise TrackError(
-            "track-gaps", f"{description}; allowed: up to {LONGEST_GAP_STRIDES:g} of one"
+            "track-gaps", f"{description}; allowed: up to {_CHOSEN.longest_gap_strides:g} of one"
         )
     return [flag]
 

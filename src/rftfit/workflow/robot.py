@@ -14,6 +14,7 @@ from rftfit.errors import InputError
 from rftfit.measure.flags import Remark, flag_table, reason_cells
 from rftfit.measure.ledger import COLUMNS as LEDGER_COLUMNS
 from rftfit.model.profiles import Profile
+from rftfit.outputs.dictionary import columns_of
 from rftfit.results import Results
 from rftfit.robot import PROFILES, sweep, tracks
 from rftfit.robot.config import Robot, paper_robot, read_robot
@@ -47,7 +48,7 @@ def trials_of(campaign: Campaign) -> list[tracks.Trial]:
     return trials
 
 
-MEAN_STRIDE = ["run_id", "curvature_times_R", "frequency_Hz", "stride", "velocity_x_cm_per_s"]
+MEAN_STRIDE = columns_of("robot/strides.csv")
 """Columns of the table of mean strides."""
 
 
