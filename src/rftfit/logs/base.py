@@ -401,7 +401,6 @@ def run_apart(
         `LogError` of a file at which a signal ended the process, as after more than `_MOST_CPU_S` seconds.
     """
     left = deque(paths)
-    is_one_by_one = False
     while left:
         if not hasattr(os, "fork"):
             yield _result_of(work, left.popleft())
@@ -410,7 +409,7 @@ def run_apart(
         child = os.fork()
         if child == 0:
             try:
-                _send_results(write_end, left, work, is_one_by_one=is_one_by_one)
+                _send_results(write_end, left, work)
             finally:
                 os._exit(0)
         os.close(write_end)
@@ -423,22 +422,15 @@ def run_apart(
                 result = _next_result(results)
         finally:
             _, status = os.waitpid(child, 0)
+        path = left.popleft()
         if result:
-            left.popleft()
             yield result[0]
-        elif not is_one_by_one:
-            is_one_by_one = True  # to see which file it was
-        else:
-            cause = f"status {status}"
-            if os.WIFSIGNALED(status):
-                cause = signal.Signals(os.WTERMSIG(status)).name
-            text = f"{left.popleft()}: damaged: it ends the library that reads it ({cause})"
-            yield LogError("damaged", text)
-            is_one_by_one = False
-
-
-_BYTES_AT_ONCE = 1 << 18
-"""Size of results that are handed over together: handing over a small one takes as long as reading it."""
+            continue
+        cause = f"status {status}"
+        if os.WIFSIGNALED(status):
+            cause = signal.Signals(os.WTERMSIG(status)).name
+        text = f"{path}: damaged: it ends the library that reads it ({cause})"
+        yield LogError("damaged", text)
 
 
 def _next_result(results: BinaryIO) -> list[Any]:
@@ -449,22 +441,19 @@ def _next_result(results: BinaryIO) -> list[Any]:
         return []
 
 
-def _send_results(
-    write_end: int, paths: Iterable[Path], work: Callable[[Path], object], *, is_one_by_one: bool
-) -> None:
+def _send_results(write_end: int, paths: Iterable[Path], work: Callable[[Path], object]) -> None:
     """Do the work of the process of its own, some seconds for each file."""
     import resource
 
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    # arrays larger than the buffer are not copied into it
-    with os.fdopen(write_end, "wb", buffering=_BYTES_AT_ONCE) as results:
+    with os.fdopen(write_end, "wb") as results:
         for path in paths:
             used = resource.getrusage(resource.RUSAGE_SELF)
             most = int(used.ru_utime + used.ru_stime) + 1 + _MOST_CPU_S
             resource.setrlimit(resource.RLIMIT_CPU, (most, resource.RLIM_INFINITY))
             pickle.dump(_result_of(work, path), results, pickle.HIGHEST_PROTOCOL)
-            if is_one_by_one:
-                results.flush()
+            # so that the first result that lacks is that of the file which ended the process
+            results.flush()
 
 
 def _result_of(work: Callable[[Path], Result], path: Path) -> Result | Exception:
