@@ -26,7 +26,7 @@ from rftfit.campaign.config import QUANTITIES
 from rftfit.campaign.problems import escaped
 from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
-from rftfit.table.parse import BLANK, FINITE, add_counts, filled_columns, finite_rows
+from rftfit.table.parse import BLANK, FINITE, add_counts, finite_rows
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -137,7 +137,7 @@ class Log:
         if blank and not keeps_blanks:
             whole_rows = ~np.logical_or.reduce([*blank.values()])
             return self.take(whole_rows, BLANK).finite()
-        keep, bad = finite_rows(filled_columns(self.columns, blank))
+        keep, bad = finite_rows(self.columns, blank)
         return replace(self, not_finite=add_counts(self.not_finite, bad)).take(keep, FINITE)
 
     def without_blank_columns(self) -> Log:
@@ -291,20 +291,17 @@ def join_blocks(blocks: Iterable[Log]) -> Log:
     names = list(first.columns)
     # the blocks of a column are freed as soon as it is joined
     joined = parallel_map(lambda name: np.concatenate([p.columns.pop(name) for p in parts]), names)
-    return Log(
-        first.path,
-        dict(zip(names, joined, strict=True)),
-        first.units,
-        sum(block.rows for block in parts),
-        add_counts(*(block.dropped for block in parts)),
-        add_counts(*(block.missing for block in parts)),
-        tuple(dict.fromkeys(note for block in parts for note in block.notes)),
-        add_counts(*(block.not_finite for block in parts)),
-        first.unread,
-        first.places,
-        {name: np.concatenate([part.labels[name] for part in parts]) for name in first.labels},
-        first.unapplied,
-        first.stretches,
+    return replace(
+        first,
+        columns=dict(zip(names, joined, strict=True)),
+        rows=sum(block.rows for block in parts),
+        dropped=add_counts(*(block.dropped for block in parts)),
+        missing=add_counts(*(block.missing for block in parts)),
+        notes=tuple(dict.fromkeys(note for block in parts for note in block.notes)),
+        not_finite=add_counts(*(block.not_finite for block in parts)),
+        labels={
+            name: np.concatenate([part.labels[name] for part in parts]) for name in first.labels
+        },
     )
 
 
