@@ -333,7 +333,7 @@ def rewritten(body: bytes, rewrites: Iterable[tuple[re.Pattern[bytes], bytes]]) 
 
 def _parse(layout: Layout, body: bytes) -> list[ParsedRows]:
     """Parse a block; in parts where it has a bad line."""
-    if b"\xe2" in body or b"\xef" in body:
+    if not body.isascii():
         body = MINUS.sub(b"-", body)
     if not layout.regrouped:
         fast = _fast(layout, body)
