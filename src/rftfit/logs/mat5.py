@@ -32,10 +32,10 @@ _MOST_MEMORY = 2 * MOST_UNPACKED
 """Bytes that reading one file may take: its content, and a copy of it while it is unpacked."""
 
 
-_MOST_EXPANSION = 1032 * 8
+MOST_EXPANSION = 1032 * 8
 """Bytes of content for a byte of file: deflate unpacks one to 1032 at most, and a double may be stored in one."""
 
-_MOST_OVERHEAD = 64 << 20
+MOST_OVERHEAD = 64 << 20
 """Bytes that the library itself may take."""
 
 
@@ -82,7 +82,7 @@ def _load(path: Path) -> dict[str, Any]:
     from scipy.io import loadmat, whosmat
 
     refuse_large_file(path)
-    most_bytes = _MOST_EXPANSION * path.stat().st_size + _MOST_OVERHEAD
+    most_bytes = MOST_EXPANSION * path.stat().st_size + MOST_OVERHEAD
     try:
         with limited_memory(min(most_bytes, _MOST_MEMORY)):
             variables = loadmat(path, chars_as_strings=False)
