@@ -8,6 +8,7 @@ import warnings
 import zipfile
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from copy import copy
+from itertools import groupby
 from pathlib import Path
 from typing import Any, NamedTuple, Self
 
@@ -16,7 +17,7 @@ import numpy as np
 from rftfit.conventions import FloatArray
 from rftfit.logs import base
 from rftfit.logs.beside import heed_labels, may_be_labels
-from rftfit.logs.mat5 import MOST_EXPANSION, MOST_OVERHEAD, Mat5Files, NoArray
+from rftfit.logs.mat5 import MOST_EXPANSION, MOST_OVERHEAD, NoArray, load_mat5
 from rftfit.logs.quantities import names_and_units
 from rftfit.table.stamps import ns_to_s
 from rftfit.table.units import unit_word, units_like
@@ -56,6 +57,45 @@ NamedColumns = Iterator[tuple[str, ArrayColumn | str]]
 """Columns by name; of what is none, what it is."""
 
 
+class FilesApart:
+    """Files of MATLAB and HDF5 that are read one after another, in a process of their own.
+
+    `paths`: Of all that will be asked for, in this order; files of other kinds among them are left out.
+    """
+
+    def __init__(self, paths: Sequence[Path]) -> None:
+        # one that is asked for twice in turn is read once
+        files = [path for path, _ in groupby(paths)]
+        self._contents = zip(files, base.run_apart(files, _load_apart), strict=True)
+        self._last: tuple[Path | None, list[tuple[str, ArrayColumn | str]] | Exception] = None, []
+
+    def read(self, path: Path) -> list[tuple[str, ArrayColumn | str]]:
+        """Read the columns of a file.
+
+        Raises
+        ------
+        LogError
+            If a content takes more than `MOST_UNPACKED` bytes, or ends the process that reads it.
+        ValueError
+            If the file does not hold what it states.
+        """
+        while self._last[0] != path:
+            self._last = next(self._contents)
+        content = self._last[1]
+        if isinstance(content, Exception):
+            raise content
+        return content
+
+
+def _load_apart(path: Path) -> list[tuple[str, ArrayColumn | str]]:
+    with path.open("rb") as file:
+        head = file.read(16)
+    if head.startswith(_MAT5):
+        variables = load_mat5(path).items()
+        return [column for name, value in variables for column in _of_array(name, value)]
+    return _load_hdf5(path) if head.startswith((_HDF5, _MAT7)) else []
+
+
 class ArraysReader(base.Reader):
     """Every array of numbers is a column, every column of a table too; `rate_Hz` in place of a time."""
 
@@ -63,7 +103,7 @@ class ArraysReader(base.Reader):
     description = "arrays of MATLAB (.mat), HDF5 (.h5) or NumPy (.npy, .npz), by their paths"
     takes = ("rate_Hz",)
     evidence = "the first bytes of a MATLAB, HDF5 or NumPy file"
-    _mat5: Mat5Files | None = None
+    _files: FilesApart | None = None
 
     def detect(self, head: bytes) -> bool:
         """Tell from the first 64 kB of a file whether it is of this dialect."""
@@ -78,18 +118,18 @@ class ArraysReader(base.Reader):
             base.refuse_large_file(path)
             with path.open("rb") as file:
                 head = file.read(16)
-            mat5 = self._mat5 or Mat5Files([path])
-            contents = dict(_few(path, _columns(path, head, mat5)))
+            files = self._files or FilesApart([path])
+            contents = dict(_few(path, _columns(path, head, files)))
         array_columns = {
             name: column for name, column in contents.items() if not isinstance(column, str)
         }
         omitted = [f"{name} ({what})" for name, what in contents.items() if isinstance(what, str)]
         return self._log(path, array_columns, omitted)
 
-    def from_files(self, mat5: Mat5Files) -> Self:
-        """Return a reader that takes MATLAB files from those that are read in one other process."""
+    def from_files(self, files: FilesApart) -> Self:
+        """Return a reader that takes files from those that are read in one other process."""
         reader = copy(self)
-        reader._mat5 = mat5
+        reader._files = files
         return reader
 
     def _log(
@@ -178,10 +218,12 @@ def _is_often(rows: np.ndarray) -> bool:
     return bool(np.count_nonzero(rows) * _OFTEN >= rows.size > 0 and not rows.all())
 
 
-def _columns(path: Path, head: bytes, mat5: Mat5Files) -> NamedColumns:
+def _columns(path: Path, head: bytes, files: FilesApart) -> NamedColumns:
     if head.startswith(_MAT5):
-        for name, value in mat5.read(path).items():
-            yield from _of_array(name, value)
+        # imported here, so that the other process has it
+        import scipy.io.matlab  # noqa: F401
+
+        yield from files.read(path)
     elif head.startswith(_NPY):
         with path.open("rb") as file:
             base.check_unpacked(path, _unpacked(*_npy_header(file)))
@@ -206,19 +248,11 @@ def _columns(path: Path, head: bytes, mat5: Mat5Files) -> NamedColumns:
                     array = np.lib.format.read_array(member, allow_pickle=False)
                 yield from _of_array(column, array)
     elif head.startswith((_HDF5, _MAT7)):
-        yield from _of_hdf5(path)
+        with base.needed_package(path, "HDF5 files and .mat of version 7.3", "h5py", "hdf5"):
+            import h5py  # noqa: F401
+        yield from files.read(path)
     else:
         raise base.LogError("header", f"{path}: neither a MATLAB (5 or 7.3), HDF5 nor NumPy file")
-
-
-def _of_hdf5(path: Path) -> NamedColumns:
-    with base.needed_package(path, "HDF5 files and .mat of version 7.3", "h5py", "hdf5"):
-        # imported here, so that the other process has it
-        import h5py  # noqa: F401
-    (content,) = base.run_apart([path], _load_hdf5)
-    if isinstance(content, Exception):
-        raise content
-    yield from content
 
 
 def _load_hdf5(path: Path) -> list[tuple[str, ArrayColumn | str]]:
@@ -227,15 +261,17 @@ def _load_hdf5(path: Path) -> list[tuple[str, ArrayColumn | str]]:
 
     with base.limited_memory(_OF_NAMES):
         file = h5py.File(path, "r")
-        tables = [*_tables_of_hdf5(path, file)]
-    stated = sum(_unpacked(dataset.shape, dataset.dtype) for _, dataset, _ in tables)
-    most_bytes = min(_MOST_COPIES * stated, MOST_EXPANSION * path.stat().st_size)
-    with file, base.limited_memory(most_bytes + MOST_OVERHEAD):
-        return [
-            column
-            for name, dataset, attributes in tables
-            for column in _of_dataset(name, dataset, attributes)
-        ]
+    with file:
+        with base.limited_memory(_OF_NAMES):
+            tables = [*_tables_of_hdf5(path, file)]
+        stated = sum(_unpacked(dataset.shape, dataset.dtype) for _, dataset, _ in tables)
+        most_bytes = min(_MOST_COPIES * stated, MOST_EXPANSION * path.stat().st_size)
+        with base.limited_memory(most_bytes + MOST_OVERHEAD):
+            return [
+                column
+                for name, dataset, attributes in tables
+                for column in _of_dataset(name, dataset, attributes)
+            ]
 
 
 _MOST_COPIES = 4
