@@ -162,7 +162,7 @@ def test_files_that_several_readers_want(tmp_path, monkeypatch):
         files_read.extend(files)
         return run_apart(files, work)
 
-    monkeypatch.setattr("rftfit.logs.mat5.run_apart", noted)
+    monkeypatch.setattr("rftfit.logs.base.run_apart", noted)
     force, motion = ArraysReader().only({"t", "F"}), ArraysReader().only({"t", "z"})
     logs = load_each([(reader, path) for path in paths for reader in (force, motion)])
     assert files_read == paths

@@ -7,16 +7,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import get_args
 
-from rftfit.campaign.config import ForceQuantity, Unit
+from rftfit.campaign.config import ForceQuantity
 from rftfit.campaign.rows import Schema, read_sheets
 from rftfit.errors import InputError
 from rftfit.table.numbers import number_of
+from rftfit.table.units import FORCE_TO_N, TORQUE_TO_N_M
 
 _LOADS = tuple(name for name in get_args(ForceQuantity) if name[0] in "FT")
-_UNITS = {
-    "F": [unit for unit in get_args(Unit) if unit.endswith(("N", "f"))],
-    "T": [unit for unit in get_args(Unit) if unit.startswith("N ")],
-}
+_UNITS = {"F": FORCE_TO_N, "T": TORQUE_TO_N_M}
 _SCHEMA = Schema("calibration", (), file="calibration")
 
 

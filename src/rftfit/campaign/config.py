@@ -18,6 +18,7 @@ from pydantic import (
 
 from rftfit.campaign.files import DEVICE, is_device
 from rftfit.directions import TOLERANCE_DEG, same_direction
+from rftfit.table.units import ANGLE_TO_DEG, FORCE_TO_N, LENGTH_TO_CM, TIME_TO_S, TORQUE_TO_N_M
 
 LARGEST = 1e6
 """Largest number of most settings: no length in cm, force in N or time in s of a laboratory is larger."""
@@ -243,20 +244,17 @@ Unit = Literal[
     "kg",
     "g",
 ]
-_LENGTHS = ("um", "mm", "cm", "m", "in")
-UNITS_OF: dict[str, tuple[str, ...]] = {
-    "time": ("s", "ms", "us", "ns", "min", "h", "d"),
-    "F": ("N", "mN", "cN", "daN", "kN", "lbf", "klbf", "kgf", "gf", "kg", "g"),
-    "T": ("N m", "N mm"),
-    "x": _LENGTHS,
-    "z": _LENGTHS,
-    "along": _LENGTHS,
-    "angle": ("deg", "rad"),
-}
-"""Units of a quantity, by its name or the first letter of its name."""
-
 UNIT_OF_WEIGHT = {"kg": "kgf", "g": "gf"}
 """Units of mass that stand for the weight of that mass where a force is meant."""
+
+UNITS_OF: dict[str, tuple[str, ...]] = {
+    "time": (*TIME_TO_S,),
+    "F": (*FORCE_TO_N, *UNIT_OF_WEIGHT),
+    "T": (*TORQUE_TO_N_M,),
+    **dict.fromkeys(("x", "z", "along"), (*LENGTH_TO_CM,)),
+    "angle": (*ANGLE_TO_DEG,),
+}
+"""Units of a quantity, by its name or the first letter of its name."""
 
 
 def units_of(quantity: str) -> tuple[str, ...]:

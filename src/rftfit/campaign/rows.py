@@ -419,11 +419,7 @@ def read_table_columns(
                 allowed = "this put right first: the rows below were not looked at"
                 raise schema.refusal("many-problems", allowed, row=table.last)
     except CampaignError as error:
-        return (
-            TableRows(TableRows.of([], schema, texts).columns, texts),
-            {},
-            [*problems, *error.problems],
-        )
+        return TableRows.of([], schema, texts), {}, [*problems, *error.problems]
     if table.last <= table.header_row:
         problems += schema.no_rows
     columns = {name: values[:filled] for name, values in columns.items()}

@@ -213,8 +213,6 @@ def _check_cell(draft: DraftRow, vocabulary: Vocabulary) -> None:
         return
     if draft.text["kind"] != "plate" or draft.yes("excluded"):
         return
-    # numpy takes its time to import
-
     cell = (beta, gamma)
     if draft.text["direction"] == "extraction":
         cell = file_extraction(beta, gamma)[:2]

@@ -8,7 +8,7 @@ one of their sides.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -57,19 +57,26 @@ def find_spikes(
     ndarray of bool
         Shape (n,).
     """
-    alone = np.zeros(values.size, dtype=bool)
-    left = np.arange(values.size)
-    # where many readings are bad, some are found only when others are out of the way
-    while (spikes := _find_once(values[left], most_rows, times, ends_in_push)).any():
-        alone[left[spikes]] = True
-        left = left[~spikes]
-    return alone
+    return _find_again(lambda left: _find_once(left, most_rows, times, ends_in_push), values)
+
+
+def _find_again(find_once: Callable[[FloatArray], Mask], values: FloatArray) -> Mask:
+    """Mark what is found in readings, shape (..., n), and in those that are left, until nothing is.
+
+    Where many readings are bad, some are found only when others are out of the way.
+    """
+    marked = np.zeros(values.shape[-1], dtype=bool)
+    left = np.arange(marked.size)
+    while (is_bad := find_once(values[..., left])).any():
+        marked[left[is_bad]] = True
+        left = left[~is_bad]
+    return marked
 
 
 def _find_once(values: FloatArray, most_rows: int, times: float, ends_in_push: bool) -> Mask:
     """Mark readings far from the level on both sides of them; equal readings in a row count as one."""
     nothing = np.zeros(values.size, dtype=bool)
-    starts = np.flatnonzero(np.concatenate([[True], values[1:] != values[:-1]]))
+    starts = _starts(values[1:] != values[:-1])
     level = values[starts]
     if level.size < 2 * _SIDE + 1:
         return nothing
@@ -94,6 +101,11 @@ def _find_once(values: FloatArray, most_rows: int, times: float, ends_in_push: b
         ):
             spikes[place] = True
     return np.repeat(spikes, lengths)
+
+
+def _starts(changes: Mask) -> np.ndarray:
+    """Places at which stretches of equal readings start; `changes`: whether each differs from the one before, but for the first."""
+    return np.flatnonzero(np.concatenate([[True], changes]))
 
 
 def _may_come_back(level: FloatArray, jumps: np.ndarray, ends: np.ndarray, most_rows: int) -> bool:
@@ -249,12 +261,18 @@ def _usual_steps(step: FloatArray) -> FloatArray:
     blocks = step[: count * size].reshape(count, size)
     quarter = size // 4
     lower = np.partition(blocks, quarter, axis=1)[:, quarter]
-    near = lower.copy()
-    np.maximum(near[1:], lower[:-1], out=near[1:])
-    np.maximum(near[:-1], lower[1:], out=near[:-1])
+    near = _largest_near(lower)
     usual = np.full(step.size + 1, near[-1])
     usual[: count * size] = np.repeat(near, size)
     return usual
+
+
+def _largest_near(values: FloatArray) -> FloatArray:
+    """Largest of each value and its two neighbours, shape (n,)."""
+    largest = values.copy()
+    np.maximum(largest[1:], values[:-1], out=largest[1:])
+    np.maximum(largest[:-1], values[1:], out=largest[:-1])
+    return largest
 
 
 # --- Readings that are repeated until a jump makes up for it
@@ -295,7 +313,7 @@ def find_held(values: FloatArray, times: float = TIMES_USUAL_STEP) -> Mask:
     steps = np.abs(change[~repeats])
     if steps.size < 2 * _SIDE or jumps.max() <= _TIMES_MEAN_STEP * steps.mean():
         return held
-    starts = np.flatnonzero(np.concatenate([[True], ~repeats]))
+    starts = _starts(~repeats)
     lengths = np.diff(np.append(starts, values.size))
     level = values[starts]
     long = np.flatnonzero(lengths[:-1] >= _FEWEST_HELD)
@@ -417,9 +435,7 @@ _TIMES_MEAN_CHANGE = 8.0
 def _usual_departures(away: FloatArray, size: int, count: int) -> FloatArray:
     """Median of the departures from the trend near each reading, the largest of three blocks, shape (n,)."""
     usual = np.median(away[: count * size].reshape(count, size), axis=1)
-    near = usual.copy()
-    np.maximum(near[1:], usual[:-1], out=near[1:])
-    np.maximum(near[:-1], usual[1:], out=near[:-1])
+    near = _largest_near(usual)
     # where most readings repeat the one before there is no usual departure: any change would be one
     least = float(np.quantile(away, _USUAL_SHARE)) / _TIMES_USUAL_CHANGE
     return np.maximum(near, least)[np.minimum(np.arange(away.size) // size, count - 1)]
@@ -565,21 +581,14 @@ def find_lone_positions(*axes: FloatArray) -> Mask:
     ndarray of bool
         Shape (n,).
     """
-    path = np.stack(axes)
-    alone = np.zeros(path.shape[1], dtype=bool)
-    left = np.arange(path.shape[1])
-    # beside a lone position others are seen only when it is out of the way
-    while (lone := _find_lone_once(path[:, left])).any():
-        alone[left[lone]] = True
-        left = left[~lone]
-    return alone
+    return _find_again(_find_lone_once, np.stack(axes))
 
 
 def _find_lone_once(path: FloatArray) -> Mask:
     """Mark the positions, shape (axes, n), farthest aside; equal positions in a row count as one."""
     nothing = np.zeros(path.shape[1], dtype=bool)
     moves = (path[:, 1:] != path[:, :-1]).any(axis=0)
-    starts = np.flatnonzero(np.concatenate([[True], moves]))
+    starts = _starts(moves)
     if starts.size < _FEWEST_POSITIONS:
         return nothing
     lengths = np.diff(np.append(starts, path.shape[1]))

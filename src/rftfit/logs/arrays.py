@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-import mmap
 import re
 import warnings
 import zipfile
-import zlib
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from copy import copy
+from itertools import groupby
 from pathlib import Path
 from typing import Any, NamedTuple, Self
 
@@ -18,7 +17,7 @@ import numpy as np
 from rftfit.conventions import FloatArray
 from rftfit.logs import base
 from rftfit.logs.beside import heed_labels, may_be_labels
-from rftfit.logs.mat5 import Mat5Files, NoArray
+from rftfit.logs.mat5 import MOST_EXPANSION, MOST_OVERHEAD, NoArray, load_mat5
 from rftfit.logs.quantities import names_and_units
 from rftfit.table.stamps import ns_to_s
 from rftfit.table.units import unit_word, units_like
@@ -27,9 +26,6 @@ MOST_ARRAYS = 2000
 """Arrays of a file: each is opened, and takes as long as many rows of one."""
 MOST_COLUMNS = 64
 """A table with more columns than this is a picture or a field, no log."""
-
-MOST_MADE_UP = 32 << 20
-"""Bytes of a dataset that its file need not hold."""
 
 _OF_NAMES = 128 << 20
 """Bytes that names, shapes and texts of a file may take."""
@@ -41,11 +37,6 @@ _HDF5, _NPY, _NPZ, _MAT5, _MAT7 = (
     b"MATLAB 5.0",
     b"MATLAB 7.3",
 )
-
-_HEAP = b"GCOL\x01\0\0\0"
-"""Begin of a heap in which HDF5 keeps texts of any length."""
-_DEFLATE, _CHECKSUMS = 1, 64
-"""Number of a filter of HDF5; the bytes by which checksums make a block larger."""
 
 
 class ArrayColumn(NamedTuple):
@@ -66,6 +57,45 @@ NamedColumns = Iterator[tuple[str, ArrayColumn | str]]
 """Columns by name; of what is none, what it is."""
 
 
+class FilesApart:
+    """Files of MATLAB and HDF5 that are read one after another, in a process of their own.
+
+    `paths`: Of all that will be asked for, in this order; files of other kinds among them are left out.
+    """
+
+    def __init__(self, paths: Sequence[Path]) -> None:
+        # one that is asked for twice in turn is read once
+        files = [path for path, _ in groupby(paths)]
+        self._contents = zip(files, base.run_apart(files, _load_apart), strict=True)
+        self._last: tuple[Path | None, list[tuple[str, ArrayColumn | str]] | Exception] = None, []
+
+    def read(self, path: Path) -> list[tuple[str, ArrayColumn | str]]:
+        """Read the columns of a file.
+
+        Raises
+        ------
+        LogError
+            If a content takes more than `MOST_UNPACKED` bytes, or ends the process that reads it.
+        ValueError
+            If the file does not hold what it states.
+        """
+        while self._last[0] != path:
+            self._last = next(self._contents)
+        content = self._last[1]
+        if isinstance(content, Exception):
+            raise content
+        return content
+
+
+def _load_apart(path: Path) -> list[tuple[str, ArrayColumn | str]]:
+    with path.open("rb") as file:
+        head = file.read(16)
+    if head.startswith(_MAT5):
+        variables = load_mat5(path).items()
+        return [column for name, value in variables for column in _of_array(name, value)]
+    return _load_hdf5(path) if head.startswith((_HDF5, _MAT7)) else []
+
+
 class ArraysReader(base.Reader):
     """Every array of numbers is a column, every column of a table too; `rate_Hz` in place of a time."""
 
@@ -73,7 +103,7 @@ class ArraysReader(base.Reader):
     description = "arrays of MATLAB (.mat), HDF5 (.h5) or NumPy (.npy, .npz), by their paths"
     takes = ("rate_Hz",)
     evidence = "the first bytes of a MATLAB, HDF5 or NumPy file"
-    _mat5: Mat5Files | None = None
+    _files: FilesApart | None = None
 
     def detect(self, head: bytes) -> bool:
         """Tell from the first 64 kB of a file whether it is of this dialect."""
@@ -88,18 +118,18 @@ class ArraysReader(base.Reader):
             base.refuse_large_file(path)
             with path.open("rb") as file:
                 head = file.read(16)
-            mat5 = self._mat5 or Mat5Files([path])
-            contents = dict(_few(path, _columns(path, head, mat5)))
+            files = self._files or FilesApart([path])
+            contents = dict(_few(path, _columns(path, head, files)))
         array_columns = {
             name: column for name, column in contents.items() if not isinstance(column, str)
         }
         omitted = [f"{name} ({what})" for name, what in contents.items() if isinstance(what, str)]
         return self._log(path, array_columns, omitted)
 
-    def from_files(self, mat5: Mat5Files) -> Self:
-        """Return a reader that takes MATLAB files from those that are read in one other process."""
+    def from_files(self, files: FilesApart) -> Self:
+        """Return a reader that takes files from those that are read in one other process."""
         reader = copy(self)
-        reader._mat5 = mat5
+        reader._files = files
         return reader
 
     def _log(
@@ -188,10 +218,12 @@ def _is_often(rows: np.ndarray) -> bool:
     return bool(np.count_nonzero(rows) * _OFTEN >= rows.size > 0 and not rows.all())
 
 
-def _columns(path: Path, head: bytes, mat5: Mat5Files) -> NamedColumns:
+def _columns(path: Path, head: bytes, files: FilesApart) -> NamedColumns:
     if head.startswith(_MAT5):
-        for name, value in mat5.read(path).items():
-            yield from _of_array(name, value)
+        # imported here, so that the other process has it
+        import scipy.io.matlab  # noqa: F401
+
+        yield from files.read(path)
     elif head.startswith(_NPY):
         with path.open("rb") as file:
             base.check_unpacked(path, _unpacked(*_npy_header(file)))
@@ -216,31 +248,34 @@ def _columns(path: Path, head: bytes, mat5: Mat5Files) -> NamedColumns:
                     array = np.lib.format.read_array(member, allow_pickle=False)
                 yield from _of_array(column, array)
     elif head.startswith((_HDF5, _MAT7)):
-        yield from _of_hdf5(path)
+        with base.needed_package(path, "HDF5 files and .mat of version 7.3", "h5py", "hdf5"):
+            import h5py  # noqa: F401
+        yield from files.read(path)
     else:
         raise base.LogError("header", f"{path}: neither a MATLAB (5 or 7.3), HDF5 nor NumPy file")
 
 
-def _of_hdf5(path: Path) -> NamedColumns:
-    with base.needed_package(path, "HDF5 files and .mat of version 7.3", "h5py", "hdf5"):
-        import h5py
-    _check_heaps(path)
+def _load_hdf5(path: Path) -> list[tuple[str, ArrayColumn | str]]:
+    """Read the columns of a file; the library takes as much memory and time as a damaged one states."""
+    import h5py
 
-    def list_tables(_: Path) -> None:
-        with base.limited_memory(_OF_NAMES), h5py.File(path, "r") as file:
-            list(_tables_of_hdf5(path, file))
-
-    (content,) = base.run_apart([path], list_tables)
-    if isinstance(content, base.LogError):
-        raise content
-    # the library takes as much memory as a damaged file states of its names and texts
     with base.limited_memory(_OF_NAMES):
         file = h5py.File(path, "r")
     with file:
         with base.limited_memory(_OF_NAMES):
-            read = [*_tables_of_hdf5(path, file)]
-        for name, dataset, attributes in read:
-            yield from _of_dataset(name, dataset, attributes)
+            tables = [*_tables_of_hdf5(path, file)]
+        stated = sum(_unpacked(dataset.shape, dataset.dtype) for _, dataset, _ in tables)
+        most_bytes = min(_MOST_COPIES * stated, MOST_EXPANSION * path.stat().st_size)
+        with base.limited_memory(most_bytes + MOST_OVERHEAD):
+            return [
+                column
+                for name, dataset, attributes in tables
+                for column in _of_dataset(name, dataset, attributes)
+            ]
+
+
+_MOST_COPIES = 4
+"""Arrays as large as those of a file that its attributes may take to be applied."""
 
 
 def _tables_of_hdf5(path: Path, file: Any) -> Iterator[tuple[str, Any, dict[str, Any]]]:
@@ -273,8 +308,8 @@ def _tables_of_hdf5(path: Path, file: Any) -> Iterator[tuple[str, Any, dict[str,
     ]
     base.check_unpacked(path, sum(_unpacked(dataset.shape, dataset.dtype) for _, dataset in read))
     for name, dataset in read:
-        _check_stored(path, dataset)
-        _check_chunks(path, dataset)
+        # the library unpacks a block as a whole
+        base.check_unpacked(path, math.prod(dataset.chunks or (0,)) * dataset.dtype.itemsize)
         yield name.replace("/", "."), dataset, _attributes_of(dataset)
 
 
@@ -495,29 +530,6 @@ def _number_of(value: Any) -> float | None:
     return float(numbers[0]) if is_number else None
 
 
-def _check_heaps(path: Path) -> None:
-    """Refuse a file whose heaps of texts are damaged: the library may walk through them for ever.
-
-    A heap: its mark, 12 bytes with its size, then objects: 8 bytes, the size of the object, its bytes up to a multiple of 8.
-    """
-    with path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content:
-        place = content.find(_HEAP)
-        while place >= 0:
-            size = int.from_bytes(content[place + 8 : place + 16], "little")
-            end, inside = place + size, place + 16
-            while inside < end - 16 and end <= len(content):
-                number = int.from_bytes(content[inside : inside + 2], "little")
-                length = int.from_bytes(content[inside + 8 : inside + 16], "little")
-                # what is free is an object without number, and ends the heap
-                inside += length if number == 0 else 16 + length + -length % 8
-                if inside > end or (number == 0 and inside != end):
-                    end = len(content) + 1
-            if end > len(content):
-                text = f"a heap of texts at byte {place} does not hold what it states"
-                raise base.LogError("damaged", f"{path}: {text}")
-            place = content.find(_HEAP, place + 16)
-
-
 def _foreign_sources(dataset: Any, names_in_file: Collection[str]) -> list[str]:
     """Name what a dataset takes its values from, but for the datasets of its file, `names_in_file`."""
     sources = [name for name, _, _ in dataset.external or ()]
@@ -561,34 +573,6 @@ def _npy_header(file: Any) -> tuple[tuple[int, ...], np.dtype[Any]]:
     header = read.read_array_header_1_0 if first_version else read.read_array_header_2_0
     shape, _, dtype = header(file)
     return shape, dtype
-
-
-def _check_stored(path: Path, dataset: Any) -> None:
-    """Refuse a dataset of which hardly anything is in the file: the library makes up the rest."""
-    stated = math.prod(dataset.shape) * dataset.dtype.itemsize
-    stored = dataset.id.get_storage_size()
-    if dataset.chunks:
-        stored = dataset.id.get_num_chunks() * math.prod(dataset.chunks) * dataset.dtype.itemsize
-    if stated - stored > MOST_MADE_UP and not dataset.is_virtual:
-        text = f"{dataset.name!r} has {stated} bytes, and {stored} of them are in the file"
-        raise base.LogError("damaged", f"{path}: {text}")
-
-
-def _check_chunks(path: Path, dataset: Any) -> None:
-    """Refuse a dataset with a block that unpacks to more than a block holds: the library unpacks it all."""
-    block = math.prod(dataset.chunks or (0,)) * dataset.dtype.itemsize
-    base.check_unpacked(path, block)
-    plan = dataset.id.get_create_plist()
-    filters = [plan.get_filter(number)[0] for number in range(plan.get_nfilters())]
-    for number in range(dataset.id.get_num_chunks() if _DEFLATE in filters else 0):
-        place = dataset.id.get_chunk_info(number).chunk_offset
-        left_out, content = dataset.id.read_direct_chunk(place)
-        if left_out >> filters.index(_DEFLATE) & 1:
-            continue
-        unpacked = zlib.decompressobj().decompress(content, block + _CHECKSUMS + 1)
-        if len(unpacked) > block + _CHECKSUMS or filters.count(_DEFLATE) > 1:
-            text = f"a block of {dataset.name!r} unpacks to more than its size, {block} bytes"
-            raise base.LogError("damaged", f"{path}: {text}")
 
 
 def _of_array(path: str, value: Any, unit: str = "") -> NamedColumns:

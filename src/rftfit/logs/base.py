@@ -26,7 +26,7 @@ from rftfit.campaign.config import QUANTITIES
 from rftfit.campaign.problems import escaped
 from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
-from rftfit.table.parse import BLANK, FINITE, add_counts, filled_columns, finite_rows
+from rftfit.table.parse import BLANK, FINITE, add_counts, finite_rows
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -137,7 +137,7 @@ class Log:
         if blank and not keeps_blanks:
             whole_rows = ~np.logical_or.reduce([*blank.values()])
             return self.take(whole_rows, BLANK).finite()
-        keep, bad = finite_rows(filled_columns(self.columns, blank))
+        keep, bad = finite_rows(self.columns, blank)
         return replace(self, not_finite=add_counts(self.not_finite, bad)).take(keep, FINITE)
 
     def without_blank_columns(self) -> Log:
@@ -291,20 +291,17 @@ def join_blocks(blocks: Iterable[Log]) -> Log:
     names = list(first.columns)
     # the blocks of a column are freed as soon as it is joined
     joined = parallel_map(lambda name: np.concatenate([p.columns.pop(name) for p in parts]), names)
-    return Log(
-        first.path,
-        dict(zip(names, joined, strict=True)),
-        first.units,
-        sum(block.rows for block in parts),
-        add_counts(*(block.dropped for block in parts)),
-        add_counts(*(block.missing for block in parts)),
-        tuple(dict.fromkeys(note for block in parts for note in block.notes)),
-        add_counts(*(block.not_finite for block in parts)),
-        first.unread,
-        first.places,
-        {name: np.concatenate([part.labels[name] for part in parts]) for name in first.labels},
-        first.unapplied,
-        first.stretches,
+    return replace(
+        first,
+        columns=dict(zip(names, joined, strict=True)),
+        rows=sum(block.rows for block in parts),
+        dropped=add_counts(*(block.dropped for block in parts)),
+        missing=add_counts(*(block.missing for block in parts)),
+        notes=tuple(dict.fromkeys(note for block in parts for note in block.notes)),
+        not_finite=add_counts(*(block.not_finite for block in parts)),
+        labels={
+            name: np.concatenate([part.labels[name] for part in parts]) for name in first.labels
+        },
     )
 
 
@@ -401,7 +398,6 @@ def run_apart(
         `LogError` of a file at which a signal ended the process, as after more than `_MOST_CPU_S` seconds.
     """
     left = deque(paths)
-    is_one_by_one = False
     while left:
         if not hasattr(os, "fork"):
             yield _result_of(work, left.popleft())
@@ -410,7 +406,7 @@ def run_apart(
         child = os.fork()
         if child == 0:
             try:
-                _send_results(write_end, left, work, is_one_by_one=is_one_by_one)
+                _send_results(write_end, left, work)
             finally:
                 os._exit(0)
         os.close(write_end)
@@ -423,22 +419,15 @@ def run_apart(
                 result = _next_result(results)
         finally:
             _, status = os.waitpid(child, 0)
+        path = left.popleft()
         if result:
-            left.popleft()
             yield result[0]
-        elif not is_one_by_one:
-            is_one_by_one = True  # to see which file it was
-        else:
-            cause = f"status {status}"
-            if os.WIFSIGNALED(status):
-                cause = signal.Signals(os.WTERMSIG(status)).name
-            text = f"{left.popleft()}: damaged: it ends the library that reads it ({cause})"
-            yield LogError("damaged", text)
-            is_one_by_one = False
-
-
-_BYTES_AT_ONCE = 1 << 18
-"""Size of results that are handed over together: handing over a small one takes as long as reading it."""
+            continue
+        cause = f"status {status}"
+        if os.WIFSIGNALED(status):
+            cause = signal.Signals(os.WTERMSIG(status)).name
+        text = f"{path}: damaged: it ends the library that reads it ({cause})"
+        yield LogError("damaged", text)
 
 
 def _next_result(results: BinaryIO) -> list[Any]:
@@ -449,22 +438,19 @@ def _next_result(results: BinaryIO) -> list[Any]:
         return []
 
 
-def _send_results(
-    write_end: int, paths: Iterable[Path], work: Callable[[Path], object], *, is_one_by_one: bool
-) -> None:
+def _send_results(write_end: int, paths: Iterable[Path], work: Callable[[Path], object]) -> None:
     """Do the work of the process of its own, some seconds for each file."""
     import resource
 
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    # arrays larger than the buffer are not copied into it
-    with os.fdopen(write_end, "wb", buffering=_BYTES_AT_ONCE) as results:
+    with os.fdopen(write_end, "wb") as results:
         for path in paths:
             used = resource.getrusage(resource.RUSAGE_SELF)
             most = int(used.ru_utime + used.ru_stime) + 1 + _MOST_CPU_S
             resource.setrlimit(resource.RLIMIT_CPU, (most, resource.RLIM_INFINITY))
             pickle.dump(_result_of(work, path), results, pickle.HIGHEST_PROTOCOL)
-            if is_one_by_one:
-                results.flush()
+            # so that the first result that lacks is that of the file which ended the process
+            results.flush()
 
 
 def _result_of(work: Callable[[Path], Result], path: Path) -> Result | Exception:

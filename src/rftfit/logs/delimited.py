@@ -281,30 +281,24 @@ _ARROW = re.compile(rb"^(\d\d?:\d\d:\d\d(?:\.\d+)?) -> ", re.MULTILINE)
 _LABELLED = re.compile(r"\s*([^\W\d][\w .()/\[\]-]{0,40}?)\s*[:=]\s*([-+.\d].*)")
 
 
-_SPACED_LABEL = re.compile(r"([A-Za-z_]\w*)[ \t]*[:=][ \t]+(?=[-+.\d])")
+_SPACED_LABEL = re.compile(rb"([A-Za-z_]\w*)[ \t]*[:=][ \t]+(?=[-+.\d])")
 
 
 def printed_marks(lines: Sequence[str], delimiter: str) -> Printed:
     """Find the stamps of a serial monitor and the labels of a serial plotter, in most of some lines."""
     rewrites: list[tuple[re.Pattern[bytes], bytes]] = []
-    filled = [line for line in lines if line.strip()]
-    if sum('="' in line for line in filled) * 2 > len(filled):
-        rewrites.append(_EXCEL_TEXT)
-        filled = [rewritten(line.encode(), (_EXCEL_TEXT,)).decode() for line in filled]
-    arrow = sum(bool(_ARROW.match(line.encode())) for line in filled) * 2 > len(filled)
-    if arrow:
-        rewrites.append((_ARROW, rb"\1" + delimiter.encode()))
-        filled = [rewritten(line.encode(), tuple(rewrites)).decode() for line in filled]
-    if delimiter == " " and sum(bool(_SPACED_LABEL.search(line)) for line in filled) * 2 > len(
-        filled
-    ):
-        joined = (re.compile(_SPACED_LABEL.pattern.encode()), rb"\1:")
-        rewrites.append(joined)
-        filled = [rewritten(line.encode(), (joined,)).decode() for line in filled]
+    filled = [line.encode() for line in lines if line.strip()]
+    # a label and its number are one cell where blanks part cells
+    joined = [(_SPACED_LABEL, rb"\1:")] if delimiter == " " else []
+    for rewrite in (_EXCEL_TEXT, (_ARROW, rb"\1" + delimiter.encode()), *joined):
+        if sum(bool(rewrite[0].search(line)) for line in filled) * 2 > len(filled):
+            rewrites.append(rewrite)
+            filled = [rewritten(line, [rewrite]) for line in filled]
+    arrow = any(pattern is _ARROW for pattern, _ in rewrites)
     labels = [
         tuple(match[1] if (match := _LABELLED.fullmatch(cell)) else "" for cell in cells)
         for line in filled
-        if (cells := cells_of(line, delimiter))
+        if (cells := cells_of(line.decode(), delimiter))
     ]
     usual = max(set(labels), key=labels.count, default=())
     if not any(usual) or not labels.count(usual) > max(1, len(labels) / 2):
@@ -515,15 +509,17 @@ def guess_text_settings(head: bytes) -> dict[str, Any] | None:
     _, text = max(scored_formats, key=lambda scored: scored[0])
     # the config counts lines of the file
     text["skip_lines"] = numbers[text["skip_lines"]]
-    proposed = {key: value for key, value in text.items() if _DEFAULTS.get(key) != value}
     try:
-        DelimitedReader(TextFormat.model_validate(proposed)).plan(head)
+        DelimitedReader(TextFormat.model_validate(_without_defaults(text))).plan(head)
     except ValueError:
         # what looks like names does not fit the rows: columns go by number
         text["skip_lines"] += text["names"] + text["units"]
         text |= {"names": False, "units": False}
-        proposed = {key: value for key, value in text.items() if _DEFAULTS.get(key) != value}
-    return proposed
+    return _without_defaults(text)
+
+
+def _without_defaults(text: dict[str, Any]) -> dict[str, Any]:
+    return {key: value for key, value in text.items() if _DEFAULTS.get(key) != value}
 
 
 def _try(

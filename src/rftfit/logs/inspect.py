@@ -25,7 +25,7 @@ from rftfit.logs.delimited import (
     guess_text_settings,
     read_first_lines,
 )
-from rftfit.logs.quantities import DOWNWARD, MEANING, epoch_unit, guesses
+from rftfit.logs.quantities import DOWNWARD, MEANING, PER_SECOND, epoch_unit, guesses
 from rftfit.logs.registry import claimants, dialect, dialects, faults, read_head
 from rftfit.logs.rostopic import ECHO, is_echo
 from rftfit.table.parse import add_counts
@@ -566,8 +566,9 @@ def _unit_of_clock(clock: TimeColumn | None) -> str:
     """Unit in which a time without one has a usual rate: whole milliseconds or microseconds of a board."""
     if clock is None or not clock.step >= 1 or clock.step % 1:
         return ""
-    scales = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
-    return next((unit for unit, scale in scales.items() if scale / clock.step > _SLOWEST_HZ), "")
+    return next(
+        (unit for unit, scale in PER_SECOND.items() if scale / clock.step > _SLOWEST_HZ), ""
+    )
 
 
 def scalar(value: object) -> str:

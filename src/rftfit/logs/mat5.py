@@ -6,20 +6,12 @@ The library believes the sizes that a file states, and a damaged file may end th
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from itertools import groupby
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from rftfit.logs.base import (
-    MOST_UNPACKED,
-    check_unpacked,
-    limited_memory,
-    refuse_large_file,
-    run_apart,
-)
+from rftfit.logs.base import MOST_UNPACKED, check_unpacked, limited_memory, refuse_large_file
 
 _NO_ARRAYS = {
     "MatlabObject": "an object",
@@ -32,10 +24,10 @@ _MOST_MEMORY = 2 * MOST_UNPACKED
 """Bytes that reading one file may take: its content, and a copy of it while it is unpacked."""
 
 
-_MOST_EXPANSION = 1032 * 8
+MOST_EXPANSION = 1032 * 8
 """Bytes of content for a byte of file: deflate unpacks one to 1032 at most, and a double may be stored in one."""
 
-_MOST_OVERHEAD = 64 << 20
+MOST_OVERHEAD = 64 << 20
 """Bytes that the library itself may take."""
 
 
@@ -45,44 +37,12 @@ class NoArray(NamedTuple):
     what: str
 
 
-class Mat5Files:
-    """MATLAB files that are read one after another, in a process of their own.
-
-    `paths`: Of all that will be asked for, in this order; files of other kinds among them are left out.
-    """
-
-    def __init__(self, paths: Sequence[Path]) -> None:
-        # imported here, so that the other process has it
-        import scipy.io.matlab  # noqa: F401
-
-        # one that is asked for twice in turn is read once
-        files = [path for path, _ in groupby(paths)]
-        self._contents = zip(files, run_apart(files, _load), strict=True)
-        self._last: tuple[Path | None, dict[str, Any] | Exception] = None, {}
-
-    def read(self, path: Path) -> dict[str, Any]:
-        """Read the variables of a file: arrays, structs as arrays of records, cells as arrays of objects, `NoArray`.
-
-        Raises
-        ------
-        LogError
-            If a content takes more than `MOST_UNPACKED` bytes, or ends the process that reads it.
-        ValueError
-            If the file does not hold what it states.
-        """
-        while self._last[0] != path:
-            self._last = next(self._contents)
-        content = self._last[1]
-        if isinstance(content, Exception):
-            raise content
-        return content
-
-
-def _load(path: Path) -> dict[str, Any]:
+def load_mat5(path: Path) -> dict[str, Any]:
+    """Read the variables of a file: arrays, structs as arrays of records, cells as arrays of objects, `NoArray`."""
     from scipy.io import loadmat, whosmat
 
     refuse_large_file(path)
-    most_bytes = _MOST_EXPANSION * path.stat().st_size + _MOST_OVERHEAD
+    most_bytes = MOST_EXPANSION * path.stat().st_size + MOST_OVERHEAD
     try:
         with limited_memory(min(most_bytes, _MOST_MEMORY)):
             variables = loadmat(path, chars_as_strings=False)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping
+from functools import lru_cache
 from importlib.resources import files
 from typing import Any
 
@@ -34,11 +35,9 @@ class PresetReader(TextReader):
         lines = (line for line in each_line(head) if line.text.strip()[:1] not in comment_or_blank)
         line = next(lines, Line("", len(head), whole=False))
         header = line.text.strip()
-        names, units = names_and_units(header.split(","))
-        refusal = "" if names in self._names_allowed else self._refusal(header)
-        layout = Layout(names, comment=self._comment)
-        stated = dict(zip(names, units, strict=True))
-        return ReadingPlan(layout, stated, line.stop, refusal=refusal)
+        layout, units = _layout_of(header, self._comment)
+        refusal = "" if layout.names in self._names_allowed else self._refusal(header)
+        return ReadingPlan(layout, units, line.stop, refusal=refusal)
 
     def _refusal(self, header: str) -> str:
         """Say what is wrong with a header row."""
@@ -50,6 +49,13 @@ class PresetReader(TextReader):
             )
         allowed = ", ".join(f"{row!r} for {log}" for log, row in self._headers.items())
         return f"found the header {header[:120]!r}; allowed: {allowed}"
+
+
+@lru_cache
+def _layout_of(header: str, comment: str) -> tuple[Layout, Mapping[str, str]]:
+    """Layout and units that a header row states: the logs of a campaign have few of them."""
+    names, units = names_and_units(header.split(","))
+    return Layout(names, comment=comment), dict(zip(names, units, strict=True))
 
 
 def presets() -> list[PresetReader]:

@@ -261,10 +261,13 @@ def _grows(values: FloatArray) -> bool:
     return bool(values.size > 1 and (np.diff(values) > 0).all())
 
 
+PER_SECOND = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
+"""Units in which computers count time, and how many of each a second has."""
+
+
 def epoch_unit(value: float) -> str:
     """Unit in which a number is a time between 2001 and 2065, counted from 1970; empty: in none."""
-    scales = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
-    return next((unit for unit, scale in scales.items() if 1e9 < value / scale < 3e9), "")
+    return next((unit for unit, scale in PER_SECOND.items() if 1e9 < value / scale < 3e9), "")
 
 
 def names_and_units(

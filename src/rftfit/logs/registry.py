@@ -12,13 +12,12 @@ from typing import Any, NamedTuple, Self
 from rftfit.campaign.config import AnyLog
 from rftfit.campaign.problems import unknown_word
 from rftfit.errors import InputError
-from rftfit.logs.arrays import ArraysReader
+from rftfit.logs.arrays import ArraysReader, FilesApart
 from rftfit.logs.ati import AtiDaqReader, AtiNetftReader
 from rftfit.logs.base import HEAD_BYTES, Log, LogError, Reader
 from rftfit.logs.delimited import DelimitedReader
 from rftfit.logs.instron import InstronReader
 from rftfit.logs.labview import LvmReader
-from rftfit.logs.mat5 import Mat5Files
 from rftfit.logs.presets import presets
 from rftfit.logs.rosbag import RosBagReader
 from rftfit.logs.rostopic import RostopicReader
@@ -103,14 +102,14 @@ def claimants(head: bytes) -> list[Reader]:
 def load_each(requests: Sequence[tuple[Reader, Path]]) -> list[Log | LogError]:
     """Read many files in their order, each by its reader; an unusable one comes back as its error.
 
-    MATLAB files are read in one other process, and once where two readers in turn want the same.
+    Files of MATLAB and HDF5 are read in one other process, and once where two readers in turn want the same.
     """
     array_files = [path for reader, path in requests if isinstance(reader, ArraysReader)]
-    mat5 = Mat5Files(array_files) if array_files else None
+    files = FilesApart(array_files) if array_files else None
     logs: list[Log | LogError] = []
     for reader, path in requests:
-        if mat5 is not None and isinstance(reader, ArraysReader):
-            reader = reader.from_files(mat5)  # noqa: PLW2901
+        if files is not None and isinstance(reader, ArraysReader):
+            reader = reader.from_files(files)  # noqa: PLW2901
         try:
             logs.append(reader.load(path))
         except LogError as error:

@@ -438,11 +438,10 @@ class ParquetReader(LabelledReader):
         names, _ = names_and_units(file.schema_arrow.names)
         fields = {}
         for field, name in zip(file.schema_arrow, names, strict=True):
-            kind = field.type.value_type if types.is_dictionary(field.type) else field.type
-            is_text = types.is_string(kind) or types.is_large_string(kind)
+            kind = _type_of(field)
             if field.name in chosen or name in self.where:
                 continue
-            if is_text or (
+            if _is_of_texts(kind) or (
                 (types.is_integer(kind) or types.is_boolean(kind)) and _is_few(file, field)
             ):
                 fields[field.name] = name
@@ -477,15 +476,13 @@ def _fields(file: Any) -> tuple[dict[str, _Field], dict[str, str]]:
         metadata = field.metadata or {}
         stated = metadata.get(b"unit") or metadata.get(b"units") or b""
         field_unit = unit or unit_word(stated.decode("utf-8", "replace"))
-        kind = field.type
-        if types.is_dictionary(kind):
-            kind = kind.value_type
+        kind = _type_of(field)
         if types.is_timestamp(kind) or types.is_duration(kind) or types.is_time(kind):
             fields[field.name] = _Field([name], "s", _seconds)
-        elif any(is_kind(kind) for is_kind in _number_types()):
+        elif _is_of_numbers(kind):
             fields[field.name] = _Field([name], field_unit, _numbers)
         elif types.is_fixed_size_list(kind) or types.is_list(kind) or types.is_large_list(kind):
-            if not any(is_kind(kind.value_type) for is_kind in _number_types()):
+            if not _is_of_numbers(kind.value_type):
                 unread[name] = f"lists of {kind.value_type}"
                 continue
             head = _first_rows(file) if head is None else head
@@ -498,16 +495,14 @@ def _fields(file: Any) -> tuple[dict[str, _Field], dict[str, str]]:
                 unread[name] = f"lists of {width} numbers a row, {most}"
         elif types.is_struct(kind):
             inside = [
-                place
-                for place, inner_field in enumerate(kind)
-                if any(is_kind(inner_field.type) for is_kind in _number_types())
+                place for place, inner_field in enumerate(kind) if _is_of_numbers(inner_field.type)
             ]
             if inside:
                 parts = [f"{name}.{kind[place].name}" for place in inside]
                 fields[field.name] = _Field(parts, field_unit, partial(_struct_numbers, inside))
             else:
                 unread[name] = f"values of the type {kind}"
-        elif types.is_string(kind) or types.is_large_string(kind):
+        elif _is_of_texts(kind):
             head = _first_rows(file) if head is None else head
             cells = [cell for cell in head[field.name].to_pylist() if cell is not None]
             seen = looked_at([[cell, "0"] for cell in cells], ["text", "number"])
@@ -522,10 +517,24 @@ def _fields(file: Any) -> tuple[dict[str, _Field], dict[str, str]]:
     return fields, unread
 
 
-def _number_types() -> tuple[Callable[[Any], bool], ...]:
+def _type_of(field: Any) -> Any:
+    """Type of the values of a column, also where each distinct one is stored once."""
     from pyarrow import types
 
-    return (types.is_integer, types.is_floating, types.is_boolean, types.is_decimal)
+    return field.type.value_type if types.is_dictionary(field.type) else field.type
+
+
+def _is_of_numbers(kind: Any) -> bool:
+    from pyarrow import types
+
+    tests = (types.is_integer, types.is_floating, types.is_boolean, types.is_decimal)
+    return any(is_kind(kind) for is_kind in tests)
+
+
+def _is_of_texts(kind: Any) -> bool:
+    from pyarrow import types
+
+    return bool(types.is_string(kind) or types.is_large_string(kind))
 
 
 def _first_rows(file: Any) -> dict[str, Any]:

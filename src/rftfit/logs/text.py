@@ -7,9 +7,10 @@ import gzip
 import re
 import zlib
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from itertools import chain
 from pathlib import Path
 from typing import BinaryIO, NamedTuple, cast
@@ -215,9 +216,9 @@ class TableReader(LabelledReader):
     def narrow(self, path: Path, plan: ReadingPlan) -> ReadingPlan:
         """Leave out the columns that nobody asked for."""
         self.check_asked(path, plan.unread, plan.layout.names)
-        names_to_read = {*self.choose_columns(plan.layout.names), *plan.keep}
+        names_to_read = plan.keep.union(self.choose_columns(plan.layout.names))
         return replace(
-            plan, layout=narrowed(plan.layout, names_to_read, plan.labels - {*self.where})
+            plan, layout=narrowed(plan.layout, names_to_read, plan.labels.difference(self.where))
         )
 
     def logs_of(self, path: Path, plan: ReadingPlan, blocks: Iterable[Block]) -> Iterator[base.Log]:
@@ -280,7 +281,8 @@ def _refuse_changed_header(path: Path, plan: ReadingPlan, rows: ParsedRows, firs
             )
 
 
-def narrowed(layout: Layout, names_to_read: set[str], labels: Collection[str] = ()) -> Layout:
+@lru_cache
+def narrowed(layout: Layout, names_to_read: frozenset[str], labels: frozenset[str]) -> Layout:
     """Skip all other columns but `labels`, if any of these hold something that can be read."""
 
     def kind_of(name: str, kind: Kind) -> Kind:

@@ -35,27 +35,24 @@ def add_counts(*counts: Mapping[str, int]) -> dict[str, int]:
     return dict(total)
 
 
-def finite_rows(columns: Mapping[str, np.ndarray]) -> tuple[np.ndarray, dict[str, int]]:
-    """Tell in which rows all numbers are finite, and how many are not in each column where one is not."""
+def finite_rows(
+    columns: Mapping[str, np.ndarray], blank: Mapping[str, np.ndarray]
+) -> tuple[np.ndarray, dict[str, int]]:
+    """Tell in which rows all numbers are finite, and how many are not in each column where one is not.
+
+    `blank`: Column to the rows in which it has no value, and NaN here: what else is NaN is NaN in the file.
+    """
     keep = np.ones(next(iter(columns.values())).size, dtype=bool)
     bad = {}
     for name, values in columns.items():
         if values.dtype == float:
             finite = np.isfinite(values)
+            if name in blank:
+                finite |= blank[name]
             if lost := int(finite.size - np.count_nonzero(finite)):
                 bad[name] = lost
                 keep &= finite
     return keep, bad
-
-
-def filled_columns(
-    columns: Mapping[str, np.ndarray], blank: Mapping[str, np.ndarray]
-) -> dict[str, np.ndarray]:
-    """Put a 0 into the blank cells, so that what is NaN here is NaN in the file."""
-    return {
-        name: np.where(blank[name], 0.0, values) if name in blank else values
-        for name, values in columns.items()
-    }
 
 
 OTHER_SOURCE = "of another source (`where` in the config)"
@@ -240,7 +237,7 @@ def parse(
         rows = replace(rows, rows=rows.rows + n_other_rows, dropped=dropped)
     if rows.blank and not keep_blanks:
         rows = rows.take(~np.logical_or.reduce([*rows.blank.values()]), BLANK)
-    keep, bad = finite_rows(filled_columns(rows.columns, rows.blank))
+    keep, bad = finite_rows(rows.columns, rows.blank)
     return replace(rows, not_finite=bad).take(keep, FINITE)
 
 
@@ -274,7 +271,7 @@ def _of_one_source(layout: Layout, body: bytes) -> tuple[bytes, int]:
 
 
 def _decoded_cell(cell: str) -> str:
-    return cell if cell.isascii() else decoded(cell.encode("latin-1"))
+    return decoded(cell.encode("latin-1"))
 
 
 _PARTS = re.compile(
@@ -336,7 +333,7 @@ def rewritten(body: bytes, rewrites: Iterable[tuple[re.Pattern[bytes], bytes]]) 
 
 def _parse(layout: Layout, body: bytes) -> list[ParsedRows]:
     """Parse a block; in parts where it has a bad line."""
-    if b"\xe2" in body or b"\xef" in body:
+    if not body.isascii():
         body = MINUS.sub(b"-", body)
     if not layout.regrouped:
         fast = _fast(layout, body)

@@ -54,6 +54,7 @@ _MONTH = r"(?P<month>[A-Za-zä]{3,10})\.?"
 _DAY_FIRST = re.compile(rf"(?P<day>\d\d?)\.?[-/. ]{_MONTH}[-/. ,]+(?P<year>\d{{4}}|\d\d)(?=[T ])")
 _MONTH_FIRST = re.compile(rf"{_MONTH}[- ](?P<day>\d\d?)(?:, ?|[- ])(?P<year>\d{{4}})(?=[T ])")
 _YEAR_FIRST = re.compile(rf"(?P<year>\d{{4}})[-/. ]{_MONTH}[-/. ](?P<day>\d\d?)(?=[T ])")
+_NAMED_MONTHS = (_DAY_FIRST, _MONTH_FIRST, _YEAR_FIRST)
 _CLOCK = re.compile(r"(\d\d?:[0-5]\d:[0-5]\d(?:[.,:]\d{1,9})?|[0-5]?\d:[0-5]\d[.,]\d{1,9})" + _HALF)
 _COLON_BEFORE_PART = re.compile(r"(\d\d?:[0-5]\d:[0-5]\d):(\d{1,9})")
 """A clock time whose part of a second stands behind a colon."""
@@ -70,7 +71,7 @@ def is_stamp(text: str) -> bool:
 
 def _named_month(text: str) -> re.Match[str] | None:
     """Find a date at the beginning of a text in which the month has its name."""
-    for pattern in (_DAY_FIRST, _MONTH_FIRST, _YEAR_FIRST):
+    for pattern in _NAMED_MONTHS:
         date = pattern.match(text)
         if date and date["month"][:3].casefold() in _MONTHS:
             return date
@@ -138,6 +139,7 @@ def seconds_of(text: str, order: str = "") -> float:
             hour,
             int(date["minute"]),
             int(date["second"] or 0),
+            tzinfo=dt.UTC,
         )
     except ValueError:
         return np.nan
@@ -145,18 +147,7 @@ def seconds_of(text: str, order: str = "") -> float:
     if zone[0] in "+-":
         digits = zone[1:].replace(":", "").ljust(4, "0")
         away = (int(digits[:2]) * 3600 + int(digits[2:]) * 60) * (-1.0 if zone[0] == "-" else 1.0)
-    return of_moment(moment) - away + float(f"0.{date['part'] or 0}")
-
-
-def of_moment(value: Any) -> float:
-    """Seconds of a date, a time of day or a length of time, as spreadsheets keep them; else NaN."""
-    if isinstance(value, dt.datetime):
-        return ((value if value.tzinfo else value.replace(tzinfo=dt.UTC)) - _EPOCH).total_seconds()
-    if isinstance(value, dt.time):
-        return value.hour * 3600 + value.minute * 60 + value.second + value.microsecond / 1e6
-    if isinstance(value, dt.timedelta):
-        return value.total_seconds()
-    return np.nan
+    return (moment - _EPOCH).total_seconds() - away + float(f"0.{date['part'] or 0}")
 
 
 def seconds_of_column(cells: Any, order: str = "") -> FloatArray | None:
@@ -200,7 +191,7 @@ def _with_month_numbers(cells: Any) -> Any:
     import pyarrow.compute as pc
 
     first = cells[0].as_py()
-    for pattern in (_DAY_FIRST, _MONTH_FIRST, _YEAR_FIRST):
+    for pattern in _NAMED_MONTHS:
         if not pattern.match(first):
             continue
         places = {pattern.groupindex[name]: name for name in ("day", "month", "year")}
