@@ -26,13 +26,6 @@ def test_init(rftfit, tmp_path):
     assert f'cd "{folder}"' in output.out
 
 
-def test_init_overwrites_nothing(refusal, tmp_path):
-    (tmp_path / "README.md").write_text("mine")
-    assert "README.md" in refusal("init", tmp_path)
-    assert (tmp_path / "README.md").read_text() == "mine"
-    assert len(list(tmp_path.iterdir())) == 1
-
-
 def test_init_where_nothing_can_be_written(rftfit, tmp_path):
     (tmp_path / "file").write_text("")
     assert "cannot write" in rftfit("init", tmp_path / "file" / "below", code=3).err

@@ -3,13 +3,11 @@
 Also tested: which last row counts as whole in a log that was cut.
 """
 
-import re
 from importlib import import_module
 from typing import Any
 
 import numpy as np
 import pytest
-from log_files import TEXTS
 from numpy.testing import assert_allclose
 from third_party import REPORTED, UNITS, inspected, needs, proposal, read_by
 
@@ -33,21 +31,6 @@ def read_force(path, **section):
     source = ForceLog.model_validate(section)
     reader = source_reader(source, "rig", "force_log").only(columns_asked(source))
     return map_columns(reader.load(path), source, UNITS, "force_log")
-
-
-def test_options_are_refused_in_the_words_of_the_config(rftfit, refusal, tmp_path):
-    path = table(tmp_path / "log.csv", "Time (s),Force (N),z (mm)")
-    for option, message in (
-        ("names=maybe", "text: names: found 'maybe'; allowed: a valid boolean"),
-        ("delimiter=x", "text: delimiter: found 'x'; allowed: ',', ';', 'tab', 'blank' or 'bar'"),
-        ("rate_Hz=-1", "text: rate_Hz: found -1; allowed: greater than 0"),
-        ("skip_line=1", "found 'skip_line'"),
-    ):
-        error = refusal("inspect", path, "--option", option)
-        assert message in error
-        assert "pydantic" not in error
-    output = rftfit("inspect", path, "--option names=false --option skip_lines=1")
-    assert "column 1" in output.out
 
 
 @pytest.mark.parametrize("column", [2, "Force"])
@@ -123,15 +106,6 @@ def test_the_unit_of_a_bare_time_is_that_of_a_usual_rate(step, unit, tmp_path):
     rows = [f"{n * step:g},{n}.5,{n}.25" for n in range(40)]
     path = table(tmp_path / "log.csv", "time,Force (N),z (mm)", rows)
     assert proposal(path)["force_log"]["columns"]["time"] == {"column": "time", "unit": unit}
-
-
-def test_a_binary_file_is_no_table(refusal, tmp_path):
-    path = tmp_path / "log.pnt"
-    noise = np.random.default_rng(1).integers(1, 256, 5000, dtype=np.uint8).tobytes()
-    path.write_bytes(b"\n".join([noise, b"1;2", b"3;4", b"5;6", noise]))
-    err = refusal("inspect", path)
-    assert "It looks like: binary" in err
-    assert "delimiter" not in err.partition("It looks like")[2]
 
 
 @pytest.mark.parametrize(
@@ -297,15 +271,6 @@ def test_a_last_time_is_as_long_as_those_before(tmp_path):
     for last_row, size in (("1.5,2026-02-03 10:00:50.250", 51), ("1.5,2026-02-03 10:00:50.2", 50)):
         path.write_bytes(whole_text + last_row.encode())
         assert api.read_log(path).size == size
-
-
-def test_every_dialect_reads_what_is_proposed_for_it(tmp_path):
-    for name, make_log in TEXTS.items():
-        path = tmp_path / f"{re.sub(r'[^a-z]', '', name)}.txt"
-        path.write_bytes(make_log(60).content)
-        proposed = {key: section for key, section in proposal(path).items() if key.endswith("_log")}
-        for log in read_by(path, proposed).values():
-            assert log.size == 60
 
 
 @pytest.mark.parametrize("ending", ["csv", "npz", "txt"])

@@ -29,6 +29,7 @@ def printed(medium):
     return rows[rows["medium"] == medium]
 
 
+pytestmark = pytest.mark.statistics
 law = settings(max_examples=example_count(80), derandomize=True, deadline=None)
 slow_law = settings(max_examples=example_count(8), derandomize=True, deadline=None)
 angles = st.floats(-1.5, 1.5)
