@@ -4,7 +4,8 @@
 """
 
 import pytest
-from log_files import TEXTS, fuzz
+from fuzz_logs import fuzz
+from log_files import TEXTS
 from seeds import seeds
 
 INPUTS = seeds(150, 50)

@@ -9,7 +9,7 @@ import pytest
 from campaigns import Folder
 from hypothesis import given, note, settings
 from hypothesis import strategies as st
-from mistakes import MEASURED, compare, mutated
+from mistaken import MEASURED, compare, mutated
 from seeds import seeds
 
 
