@@ -221,56 +221,44 @@ def test_fields_of_a_table_have_the_units_of_a_list(tmp_path):
         assert api.read_log(path).units == {"log.t": "s", "log.F": "N"}
 
 
+ROWS_OF_DECIMALS = [f"{n / 100:.2f},{n / 2:.1f},{10 - n / 4:.2f}" for n in range(60)]
+ROWS_OF_COUNTS = [f"{n / 100:.2f},{1000 + n}" for n in range(60)]
+ROWS_WITHOUT_ZEROS = [f"{n / 100:.2f},{n / 4:g}" for n in range(60)]
+ROWS_OF_DATES = [f"{n}.5,2026-02-03 10:00:{n:02}.250" for n in range(50)]
+
+
 @pytest.mark.parametrize(
-    ("last_line", "size"),
+    ("header", "rows", "last_line", "is_whole"),
     [
-        ("0.60,30.0,-5.00", 61),
-        ("0.60,30.0,-5.0", 60),
-        ("0.60,30.0,-", 60),
-        ("0.60,30.0,", 60),
-        ("0.60,30.0", 60),
-        ("0.60,30.0,-5.00e", 60),
+        ("Time (s),Force (N),z (mm)", ROWS_OF_DECIMALS, "0.60,30.0,-5.00", True),
+        ("Time (s),Force (N),z (mm)", ROWS_OF_DECIMALS, "0.60,30.0,-5.0", False),
+        ("Time (s),Force (N),z (mm)", ROWS_OF_DECIMALS, "0.60,30.0,-", False),
+        ("Time (s),Force (N),z (mm)", ROWS_OF_DECIMALS, "0.60,30.0,", False),
+        ("Time (s),Force (N),z (mm)", ROWS_OF_DECIMALS, "0.60,30.0", False),
+        ("Time (s),Force (N),z (mm)", ROWS_OF_DECIMALS, "0.60,30.0,-5.00e", False),
+        # a whole number is as near as those before
+        ("Time (s),counts", ROWS_OF_COUNTS, "0.60,1060", True),
+        ("Time (s),counts", ROWS_OF_COUNTS, "0.60,1059", True),
+        ("Time (s),counts", ROWS_OF_COUNTS, "0.60,106", False),
+        ("Time (s),counts", ROWS_OF_COUNTS, "0.60,9060", False),
+        # without trailing zeros what a cut took away is less than what lies between two rows
+        ("Time (s),Force (N)", ROWS_WITHOUT_ZEROS, "0.60,14.5", True),
+        ("Time (s),Force (N)", ROWS_WITHOUT_ZEROS, "0.60,15", True),
+        ("Time (s),Force (N)", ROWS_WITHOUT_ZEROS, "0.60,15.", False),
+        ("Time (s),Force (N)", ROWS_WITHOUT_ZEROS, "0.60,1", False),
+        # a time is as long as those before
+        ("Force (N),when", ROWS_OF_DATES, "1.5,2026-02-03 10:00:50.250", True),
+        ("Force (N),when", ROWS_OF_DATES, "1.5,2026-02-03 10:00:50.2", False),
     ],
 )
-def test_a_last_line_without_an_end_counts_where_it_is_whole(last_line, size, tmp_path):
-    path = table(
-        tmp_path / "log.csv",
-        "Time (s),Force (N),z (mm)",
-        [f"{n / 100:.2f},{n / 2:.1f},{10 - n / 4:.2f}" for n in range(60)],
-    )
+def test_a_last_line_without_an_end_counts_where_it_is_whole(
+    header, rows, last_line, is_whole, tmp_path
+):
+    path = table(tmp_path / "log.csv", header, rows)
     path.write_bytes(path.read_bytes() + last_line.encode())
     log = api.read_log(path)
-    assert (log.rows, log.size) == (61, size)
-    assert ("cut in mid-row" in log.dropped) == (size == 60)
-
-
-@pytest.mark.parametrize(
-    ("last_cell", "size"), [("1060", 61), ("1059", 61), ("106", 60), ("9060", 60)]
-)
-def test_a_last_whole_number_is_as_near_as_those_before(last_cell, size, tmp_path):
-    path = table(
-        tmp_path / "log.csv", "Time (s),counts", [f"{n / 100:.2f},{1000 + n}" for n in range(60)]
-    )
-    path.write_bytes(path.read_bytes() + f"0.60,{last_cell}".encode())
-    assert api.read_log(path).size == size
-
-
-@pytest.mark.parametrize(("last_cell", "size"), [("14.5", 61), ("15", 61), ("15.", 60), ("1", 60)])
-def test_a_last_number_without_trailing_zeros_is_near_those_before(last_cell, size, tmp_path):
-    """What a cut took away is then less than what lies between two rows."""
-    rows = [f"{n / 100:.2f},{n / 4:g}" for n in range(60)]
-    path = table(tmp_path / "log.csv", "Time (s),Force (N)", rows)
-    path.write_bytes(path.read_bytes() + f"0.60,{last_cell}".encode())
-    assert api.read_log(path).size == size
-
-
-def test_a_last_time_is_as_long_as_those_before(tmp_path):
-    rows = [f"{n}.5,2026-02-03 10:00:{n:02}.250" for n in range(50)]
-    path = table(tmp_path / "log.csv", "Force (N),when", rows)
-    whole_text = path.read_bytes()
-    for last_row, size in (("1.5,2026-02-03 10:00:50.250", 51), ("1.5,2026-02-03 10:00:50.2", 50)):
-        path.write_bytes(whole_text + last_row.encode())
-        assert api.read_log(path).size == size
+    assert (log.rows, log.size) == (len(rows) + 1, len(rows) + is_whole)
+    assert ("cut in mid-row" in log.dropped) != is_whole
 
 
 @pytest.mark.parametrize("ending", ["csv", "npz", "txt"])

@@ -786,61 +786,39 @@ def test_rods_run_by_run(way, tare, which):
 
 
 @pytest.mark.parametrize(
-    ("trend", "verdict", "which"),
+    ("what", "values", "verdict", "which"),
     [
         # of 10 N: 1.5 % of the force is 0.15 N, of a single run 15 %
-        ([0.16] * 9, "failed", range(9)),
-        ([-0.16] * 9, "failed", range(9)),
-        ([0.14] * 9, "passed", []),
-        ([0.0] * 8 + [1.6], "failed", [8]),
-        ([0.0] * 8 + [1.4], "passed", []),
+        ("trend", [0.16] * 9, "failed", range(9)),
+        ("trend", [-0.16] * 9, "failed", range(9)),
+        ("trend", [0.14] * 9, "passed", []),
+        ("trend", [0.0] * 8 + [1.6], "failed", [8]),
+        ("trend", [0.0] * 8 + [1.4], "passed", []),
         # most runs have two rests, and no trend
-        ([0.16, 0.16] + [math.nan] * 7, "not checked", []),
+        ("trend", [0.16, 0.16] + [math.nan] * 7, "not checked", []),
         # a median within 3.7 of its standard errors
-        ([0.16, -0.5, 0.9, -0.2, 0.5, 0.16, -0.4, 0.7, 0.1], "passed", []),
+        ("trend", [0.16, -0.5, 0.9, -0.2, 0.5, 0.16, -0.4, 0.7, 0.1], "passed", []),
         # so few alike by chance: 5 of its standard errors, where Student's t of five runs allows 10
-        ([0.22, 0.30, 0.16, 0.12, 0.26] + [math.nan] * 4, "passed", []),
-    ],
-)
-@pytest.mark.parametrize("axis", "zx")
-def test_drift(trend, verdict, which, axis):
-    sheet = sheet_of("p" * 9)
-    runs = pd.DataFrame({"run_id": [*sheet], **dict.fromkeys(ZERO_NAMES, math.nan)})
-    runs = runs.assign(zero_trend_z_N=0.0, zero_trend_x_N=0.0).assign(
-        **{f"zero_trend_{axis}_N": trend}
-    )
-    check = check_drift(
-        measured(sheet, runs=runs, tares=pd.DataFrame({"run_id": [*sheet], "force_rms_N": 10.0}))
-    )
-    assert check.verdict == verdict
-    assert [flag.run_id for flag in check.flags] == [f"r{n + 2}" for n in which]
-
-
-@pytest.mark.parametrize("axis", "zx")
-@pytest.mark.parametrize(
-    ("changes", "verdict", "which"),
-    [
-        # of a force of 10 N
-        ([0.6] * 9, "failed", range(9)),
-        ([0.4] * 9, "passed", []),
+        ("trend", [0.22, 0.30, 0.16, 0.12, 0.26] + [math.nan] * 4, "passed", []),
+        # another zero after the stroke
+        ("change", [0.6] * 9, "failed", range(9)),
+        ("change", [0.4] * 9, "passed", []),
         # to either side
-        ([0.6, -0.6] * 4 + [0.6], "failed", range(9)),
-        ([0.6] * 3 + [0.1] * 6, "passed", []),
-        ([0.6] * 2 + [math.nan] * 7, "not checked", []),
+        ("change", [0.6, -0.6] * 4 + [0.6], "failed", range(9)),
+        ("change", [0.6] * 3 + [0.1] * 6, "passed", []),
+        ("change", [0.6] * 2 + [math.nan] * 7, "not checked", []),
     ],
 )
-def test_a_zero_that_is_another_after_the_stroke(changes, verdict, which, axis):
+@pytest.mark.parametrize("axis", "zx")
+def test_drift(what, values, verdict, which, axis):
     sheet = sheet_of("p" * 9)
     runs = pd.DataFrame({"run_id": [*sheet], **dict.fromkeys(ZERO_NAMES, math.nan)})
-    runs = runs.assign(zero_change_z_N=0.0, zero_change_x_N=0.0).assign(
-        **{f"zero_change_{axis}_N": changes}
-    )
-    check = check_drift(
-        measured(sheet, runs=runs, tares=pd.DataFrame({"run_id": [*sheet], "force_rms_N": 10.0}))
-    )
+    zeros = {f"zero_{what}_{c}_N": values if c == axis else 0.0 for c in "zx"}
+    tares = pd.DataFrame({"run_id": [*sheet], "force_rms_N": 10.0})
+    check = check_drift(measured(sheet, runs=runs.assign(**zeros), tares=tares))
     assert check.verdict == verdict
     assert [flag.run_id for flag in check.flags] == [f"r{n + 2}" for n in which]
-    if verdict == "failed":
+    if what == "change" and verdict == "failed":
         assert (check.code, check.values["axis"]) == ("drift-between", axis)
 
 
