@@ -270,6 +270,7 @@ def test_media_that_were_left_out(medium, case):
         assert takes[:, COUNT:].mean() > 0.98
 
 
+@few_draws()
 def test_a_rougher_medium_widens_its_own_intervals():
     """The same directions with the same errors, of a medium of the known shape and of one far from it."""
     places = [*np.random.default_rng(5).permutation(COUNT)[:24]]
@@ -307,6 +308,7 @@ def test_a_medium_that_does_not_belong_is_told_so():
     assert np.isnan(estimate(pushed("poppy_LP", FEW[:1])).belongs)
 
 
+@few_draws()
 def test_the_push_that_does_not_fit_is_named():
     pushes = pushed("poppy_LP", FEW)
     pushes.alpha[0, 3] += 0.2
@@ -330,6 +332,7 @@ HOLED = np.where(np.arange(91) == 29, np.nan, 0.3).reshape(7, 13)
 POPPY = TableProfile.published("poppy_LP")
 
 
+@few_draws()
 @pytest.mark.parametrize(
     ("make", "match"),
     [
@@ -345,6 +348,7 @@ def test_what_cannot_be_estimated_says_why(make, match):
         make()
 
 
+@few_draws()
 def test_an_upright_plate_is_one_under_both_of_its_angles():
     """Pushed once as 90 and once as -90 deg, each with an error of 0.01: their mean, with 0.01 / sqrt(2)."""
     alpha = np.array([[0.30, 0.10, 0.14], [0.0, 0.20, 0.26]])
@@ -364,6 +368,7 @@ def test_errors_that_nobody_stated():
     assert_allclose(errors, [0.01, usual_error(np.array([0.3, 0.2]))[1], 0.02])
 
 
+@few_draws()
 def test_pushes_without_a_horizontal_component_can_belong():
     pushes = pushed("poppy_LP", FEW)
     pushes.alpha[1] = np.nan
