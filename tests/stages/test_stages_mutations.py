@@ -9,7 +9,8 @@ import pytest
 from campaigns import Folder
 from hypothesis import given, note, settings
 from hypothesis import strategies as st
-from mistaken import MEASURED, compare, mutated
+from mistaken import mutated
+from mistakes import MEASURED, compare
 from seeds import seeds
 
 
