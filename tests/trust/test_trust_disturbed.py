@@ -25,7 +25,7 @@ from rftfit.campaign.load import load_campaign
 from rftfit.measure.alpha import column
 from rftfit.workflow.stages import FIGURE_RULES, STAGES
 
-MEDIUM, SEED, CAMPAIGNS = "poppy_CP", 11, seeds(8, 2)
+MEDIUM, SEED, CAMPAIGNS = "poppy_CP", 11, seeds(8, 3)
 SOME = FEW[1::2]
 """Directions of the runs."""
 COMMON = ("lag=0.3", "turn=5", "power=1.25", "tare-bed=150")
