@@ -10,7 +10,6 @@ import numpy as np
 import pandas as pd
 import pytest
 from numpy.testing import assert_allclose
-from paper import few_draws
 
 import rftfit
 from rftfit import Contact, learn_body_error
@@ -21,12 +20,6 @@ MOTION = rftfit.rotation(np.arange(-90.0, 91, 15))
 SAND = rftfit.published_medium("poppy_LP")
 ONE_PUSH = pd.DataFrame({"beta_deg": [0], "gamma_deg": [90], "alpha_z_N_per_cm3": [0.3]})
 """Straight down."""
-
-
-@pytest.fixture(autouse=True)
-def _few_draws():
-    with few_draws():
-        yield
 
 
 def turned(medium="poppy_LP", motion=MOTION, factor=1.0, **options):
