@@ -4,9 +4,11 @@ import ast
 import doctest
 import importlib
 import inspect
+import json
 import re
 import subprocess
 import sys
+from typing import Any
 
 import pytest
 from result_tables import LABORATORY, SAND, make_campaign, one_cell
@@ -84,6 +86,32 @@ def test_every_example_runs(name):
     for test in examples:
         runner.run(test)
     assert runner.summarize().failed == 0
+
+
+def test_run_returns_what_it_did_and_prints_nothing(results, monkeypatch, capfd):
+    events: Any = (
+        *(
+            {"event": "job_info", "jobid": number, "rule_name": rule, "wildcards": {"m": "sand"}}
+            for number, rule in enumerate(("tare", "slopes"))
+        ),
+        {"skipped": 0},
+        {"event": "job_finished", "job_id": 0},
+        {"event": "job_finished", "job_id": 1},
+    )
+    called = []
+
+    def listen(words, _, on_line, **__):
+        called.extend(words)
+        for event in events:
+            on_line(json.dumps({"snakemake": "", **event}))
+        return 0
+
+    monkeypatch.setattr("rftfit.workflow.run.listen", listen)
+    report = rftfit.run(results.root / "results", ["results/coefficients.csv"], cores=3)
+    assert (report.made, report.skipped, report.failed) == (["slopes sand"], ["tare sand"], {})
+    assert called[0] == "results/coefficients.csv"
+    assert called[called.index("--cores") + 1] == "3"
+    assert capfd.readouterr() == ("", "")
 
 
 def test_the_robot_of_a_file(tmp_path):

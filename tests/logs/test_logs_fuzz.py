@@ -4,8 +4,7 @@
 """
 
 import pytest
-from fuzz_logs import fuzz
-from log_files import TEXTS
+from log_files import TEXTS, fuzz
 from seeds import seeds
 
 INPUTS = seeds(150, 50)

@@ -88,6 +88,52 @@ def test_an_entry_that_is_not_drawn_or_has_a_double_is_found(handle, fault):
     assert any(fault in text for text in faults_of_legend)
 
 
+@style.styled()
+def two_lines(looks, beside=False):
+    """Two straight lines, in one axes or in two side by side, with a legend."""
+    figure = style.new_figure(16, 7)
+    left, right = (style.axes_cm(figure, x, 1, 5, 3) for x in (1, 9))
+    for axes, look, rise in zip((left, right if beside else left), looks, (0.5, 0.9), strict=True):
+        axes.plot([0, 1], [0, rise], look.get("linestyle", "-"), color=look["colour"])
+    for axes in (left, right):
+        axes.set(xlabel="depth (cm)", ylabel="force (N)", xlim=(0, 1.1), ylim=(0, 1.1))
+    style.legend(figure, {name: style.line(**look) for name, look in zip("ab", looks, strict=True)})
+    return figure
+
+
+BLUE, RED = ({"colour": style.OKABE_ITO[name]} for name in ("blue", "vermillion"))
+
+
+@pytest.mark.parametrize(
+    ("looks", "beside", "faults_found"),
+    [
+        ((BLUE, RED), False, 1),
+        ((BLUE, RED), True, 0),
+        ((BLUE, RED | {"linestyle": "--"}), False, 0),
+        (tuple({"colour": style.COMPONENT_COLOURS[c]} for c in "zx"), False, 0),
+        (tuple({"colour": style.PALE_COLOURS[c]} for c in "zx"), False, 0),
+    ],
+)
+def test_lines_of_one_axes_that_a_grey_print_makes_alike_are_found(looks, beside, faults_found):
+    told = figure_faults(two_lines(looks, beside))
+    assert len(told) == faults_found
+    assert all("grey" in fault for fault in told)
+
+
+@pytest.mark.parametrize(
+    ("titles", "faults_found"),
+    [
+        ({"xlabel": ""}, 1),
+        ({"xlabel": "depth"}, 1),
+        ({"xlabel": "depth (far)", "ylabel": ""}, 2),
+        ({"xlabel": "share (%)"}, 0),
+        ({"ylabel": r"half width (10$^{-3}$ N/cm$^3$)"}, 0),
+    ],
+)
+def test_an_axis_without_a_title_or_a_unit_is_found(titles, faults_found):
+    assert len(figure_faults(plain_figure(GOOD_ENTRIES, **titles))) == faults_found
+
+
 @pytest.mark.parametrize(
     ("draw", "side"),
     [

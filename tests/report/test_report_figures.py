@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from importlib import import_module
 from tempfile import TemporaryDirectory
 from types import SimpleNamespace
 from typing import Any
@@ -20,6 +21,7 @@ from rftfit import reference
 from rftfit.campaign.config import Figures, Fit, Fourier
 from rftfit.errors import InputError, OutputError
 from rftfit.figures import style
+from rftfit.figures.first import plot_first_map
 from rftfit.figures.generic import plot_generic_profile
 from rftfit.figures.legs import plot_forces_over_zeta
 from rftfit.figures.maps import (
@@ -29,10 +31,10 @@ from rftfit.figures.maps import (
     plot_depth_only_maps,
     plot_fit_maps,
 )
-from rftfit.figures.plates import plot_stress_of_runs, stress_runs
+from rftfit.figures.plates import nearest_cells, plot_stress_of_runs, stress_runs
 from rftfit.figures.protocol import plot_tare
 from rftfit.figures.registry import figures
-from rftfit.figures.style import save
+from rftfit.figures.style import save, save_pages
 from rftfit.model.fourier import TERMS, evaluate
 from rftfit.model.scaling import GENERIC
 
@@ -117,6 +119,13 @@ def test_maps_show_media_and_missing_cells():
     nothing = chain.alpha_table("poppy_LP")
     nothing[[name for name in nothing.columns if name.startswith("alpha_")]] = np.nan
     assert hatched(maps_of(nothing)) == 4 * 91
+
+
+def test_the_first_map_names_its_medium_and_where_it_is_from(monkeypatch):
+    results = memory({"alpha/{medium}.csv": every_alpha()})
+    monkeypatch.setattr(results, "marks", {})
+    named = "poppy seeds, loose: measured"
+    assert any(text.startswith(named) for text in words(plot_first_map(results)))
 
 
 def test_a_surface_fills_the_plane_of_directions():
@@ -314,11 +323,53 @@ def test_braces_in_the_title_of_a_medium_are_text():
     assert " in sand {wet}, made from" in caption
 
 
+def test_every_figure_of_the_demonstration_has_a_file_of_its_own():
+    campaign = memory({}, [*reference.MEDIA, *reference.SANDS]).campaign
+    files = [figure.file(medium) for figure in figures() for medium in figure.media(campaign)]
+    assert len(files) == len(set(files)) > 30
+    assert {
+        "figures/alpha_maps",
+        "figures/alpha_maps_poppy_LP",
+        "quality/yuma",
+        "figures/robot_full_speed",
+        "figures/legs_in_sands",
+    } <= set(files)
+    for figure in figures():
+        module, _, name = figure.run.partition(":")
+        assert callable(getattr(import_module(module), name))
+
+
+def test_a_sand_alone_has_no_figure_of_laboratory_media():
+    campaign = memory({}, ["yuma"]).campaign
+    files = {figure.file(medium) for figure in figures() for medium in figure.media(campaign)}
+    names = (
+        "first_map",
+        "first_peaks",
+        "stress_of_runs",
+        "estimated_maps",
+        "legs_in_sands",
+        "peak_errors",
+        "penetration",
+    )
+    assert files == {"quality/yuma", *(f"figures/{name}" for name in names)}
+
+
 @pytest.mark.parametrize("ending", style.PRINTED)
 def test_a_remark_stands_in_every_format(ending):
     figure = style.missing("nothing")
     assert b"a remark" in style.content(figure, ending, "a remark")
     assert b"a remark" not in style.content(figure, ending)
+
+
+def test_pages_are_written_beside_one_another(tmp_path):
+    figure = style.missing("nothing")
+    names = save_pages([figure, figure], tmp_path, "results/quality/glass0.3mm_LP")
+    stems = ("glass0.3mm_LP", "glass0.3mm_LP_page2")
+    assert names == [
+        f"results/quality/{stem}.{ending}" for stem in stems for ending in style.SCREEN
+    ]
+    assert all((tmp_path / name).is_file() for name in names)
+    assert save_pages(figure, tmp_path, "a", endings=style.PAPER) == ["a.pdf"]
 
 
 def test_numbers_are_written_with_a_true_minus():
@@ -338,6 +389,16 @@ def test_declarations_load_no_matplotlib():
     )
     with TemporaryDirectory() as folder:
         subprocess.run([sys.executable, "-c", script, f"{folder}/x"], check=True)
+
+
+def test_linearity_is_drawn_in_directions_of_the_campaign():
+    directions = [(-50.0, 20.0), (-5.0, 80.0), (35.0, 50.0), (70.0, -60.0)]
+    table = pd.DataFrame(directions, columns=["beta_deg", "gamma_deg"])
+    nearest = nearest_cells(table)
+    assert set(nearest) <= set(directions)
+    assert len(set(nearest)) == len(nearest)
+    assert nearest[0] == (-5.0, 80.0)
+    assert nearest_cells(table[:1]) == directions[:1]
 
 
 @pytest.fixture(scope="module")

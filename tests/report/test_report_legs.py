@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 from coverage_levels import sweep
 from matplotlib.figure import Figure
+from matplotlib.text import Annotation
 from numpy.testing import assert_allclose, assert_array_equal
 from pages import figure_faults, words
 from result_tables import memory, of_runs
@@ -24,7 +25,7 @@ from rftfit import (
 )
 from rftfit.campaign.config import Leg
 from rftfit.compare.legs import measured_peak
-from rftfit.figures import leg_panels
+from rftfit.figures import leg_panels, style
 from rftfit.figures.leg_panels import leg_line
 from rftfit.figures.legs import (
     plot_forces_over_zeta,
@@ -318,6 +319,18 @@ def test_the_sketch_puts_axle_and_tip_where_the_design_says(paper_config):
         assert_allclose(line[0], [0, 2], atol=0.02)
         tip = [7.62 * np.sin(np.radians(60)), 2 - 7.62 * np.cos(np.radians(60))]
         assert_allclose(line[-1], tip, atol=0.03)
+
+
+def test_the_sketch_has_a_scale_and_names_its_axes(paper_config):
+    """Three arrows: x, z and the turn of the leg; the bar is 2 cm long."""
+    axes = style.new_figure(6, 6).add_subplot()
+    leg_panels.add_sketch(axes, paper_config.intruders["c_leg"])
+    assert {"$x$", "$z$", r"$\theta$", "2 cm"} <= {text.get_text() for text in axes.texts}
+    arrows = [text for text in axes.texts if isinstance(text, Annotation) and text.arrow_patch]
+    assert len(arrows) == 3
+    bar = axes.lines[-1]
+    assert np.ptp(bar.get_xdata()) == pytest.approx(2)
+    assert bar.get_color() == "black"
 
 
 @pytest.mark.parametrize("draw", [plot_legs_by_medium, plot_legs_depth_only])

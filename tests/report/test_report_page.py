@@ -27,6 +27,23 @@ from rftfit.results import open_results
 
 VOID = {"meta", "link", "input", "br"}
 """Tags of HTML that have no end."""
+SECTIONS = [
+    "summary",
+    "believed",
+    "maps",
+    "coefficients",
+    "scaling",
+    "viewer",
+    "calculator",
+    "legs",
+    "sands",
+    "robot",
+    "reproduction",
+    "dropped",
+    "methods",
+    "provenance",
+]
+"""Sections of the page in their order."""
 
 
 class PageParser(HTMLParser):
@@ -198,6 +215,26 @@ def test_page_is_well_formed_small_and_needs_no_network(results, page, read):
     policy = next(g["content"] for t, g in read.tags if t == "meta" and "http-equiv" in g)
     assert policy.startswith("default-src 'none'")
     assert "unsafe" not in policy
+
+
+def test_sections_controls_and_tables_are_whole(page, read):
+    assert [attributes["id"] for tag, attributes in read.tags if tag == "section"] == SECTIONS
+    links = [attributes["href"] for tag, attributes in read.tags if tag == "a"][
+        1 : len(SECTIONS) + 1
+    ]
+    assert links == [f"#{name}" for name in SECTIONS]
+    labelled = {attributes["aria-labelledby"] for tag, attributes in read.tags if tag == "section"}
+    assert labelled <= {attributes.get("id") for tag, attributes in read.tags if tag == "h2"}
+    controls = re.findall(r"<(?:select|input)\b", page.split("<script", maxsplit=1)[0])
+    inside = re.findall(r"<label\b.*?</label>", page, re.DOTALL)
+    assert len(controls) == len(inside) == 15
+    assert all(re.search(r"<(?:select|input)\b", label) for label in inside)
+    widths = [{len(row) for row in table} for tables in read.tables.values() for table in tables]
+    assert [len(lengths) for lengths in widths] == [1] * 24
+    shares, best, conditions = (table[1:] for table in read.tables["robot"])
+    assert shares[0][1] == "42 of 42|predicted: 39 of 39"
+    assert [row[2] for row in best] == ["0.40", "0.40"]
+    assert len(conditions) == 42
 
 
 def test_the_documentation_lists_the_constants_of_the_code(small_made):

@@ -54,6 +54,27 @@ def drawn(monkeypatch, *columns):
     return protocol.plot_protocol(memory({}, fit=Fit(confidence=0.9)), "poppy_LP")
 
 
+def test_protocol_has_a_column_for_each_kind_with_units(monkeypatch):
+    kinds = ["intrusion", "extraction", "horizontal", "rotation"]
+    figure = drawn(monkeypatch, *(column(kind) for kind in kinds))
+    text = words(figure)
+    assert len(figure.axes) == 12
+    assert "poppy seeds, loose" in text
+    assert {f"{letter}  {kind}" for letter, kind in zip("ABCD", kinds, strict=True)} <= set(text)
+    for label in (
+        "position (cm)",
+        "force on intruder (N)",
+        r"stress (N/cm$^2$)",
+        "depth (cm)",
+        r"$\theta$ (degrees)",
+        "force, tare taken off (N)",
+        "distance travelled (cm)",
+    ):
+        assert label in text
+    assert any("peak $F_z$ = 5.00 N at $\\theta$ = \u221240\u00b0" in line for line in text)
+    assert any("peak $F_x$ = \u22122.00 N at $\\theta$ = 9\u00b0" in line for line in text)
+
+
 def test_protocol_draws_slopes_of_depth_and_means_of_horizontal_runs(monkeypatch):
     figure = drawn(monkeypatch, column("intrusion"), column("horizontal"))
     slanted, flat = figure.axes[4:6]  # the last row

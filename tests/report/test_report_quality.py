@@ -11,13 +11,14 @@ from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgba
 from numpy.testing import assert_allclose, assert_array_equal
 from pages import words
-from result_tables import of_runs
+from result_tables import memory, of_runs
 
+from rftfit.compare.peers import compare_runs
 from rftfit.figures import style
 from rftfit.figures.labels import alpha_half_width
 from rftfit.figures.maps import along_motion, edges, pivot, refine
-from rftfit.figures.quality import draw_quality, plot_quality, runs_on_pages
-from rftfit.figures.traces import stress_of, thin
+from rftfit.figures.quality import draw_quality, plot_quality, plot_runs_side_by_side, runs_on_pages
+from rftfit.figures.traces import panel_limits, round_up_125, stress_of, thin
 from rftfit.measure.flags import Flags, attach_run, flag_table, remark
 
 
@@ -31,6 +32,20 @@ def marked(figure):
     frames = [c for c in figure.axes[0].collections if isinstance(c, PolyCollection)]
     red = [c for c in frames if np.array_equal(c.get_edgecolor(), [to_rgba(style.MARK)])]
     return sum(len(c.get_paths()) for c in red)
+
+
+def test_without_a_tare_only_runs_with_a_fault_of_their_own_are_red(medium):
+    traces, fits = medium[0], medium[1].copy()
+    bare, cut = remark("no-tare"), remark("motion-log-cut")
+    flags = [*attach_run(fits.loc[50, "run_id"], [cut])]
+    flags += [flag for run_id in fits["run_id"] for flag in attach_run(run_id, [bare])]
+    of_medium = Flags(flag_table("poppy_LP", "tare", flags))
+    (figure,) = draw_quality(traces, fits, of_medium, "poppy seeds, loose")
+    text = words(figure)
+    assert any(line.endswith(": 105 plate runs, 1 marked") for line in text)
+    assert marked(figure) == 1
+    assert str(cut) in " ".join(" ".join(text).split())
+    assert sum(str(bare) in line for line in text) == 1
 
 
 def test_a_sheet_has_every_run_and_marks_the_bad_ones(medium):
@@ -126,6 +141,16 @@ def test_thinning_keeps_spikes_ends_and_gaps():
     assert np.diff(line[:, 0]).max() <= 10
 
 
+def test_panel_scales_are_round_and_hold_the_trace():
+    assert [round_up_125(value) for value in (0.9, 1.0, 1.1, 2.5, 7.0, 0.03)] == pytest.approx(
+        [1, 1, 2, 5, 10, 0.05]
+    )
+    trace = {"stress_z_N_per_cm2": np.array([0.0, 1.7, np.nan]), "depth_cm": np.array([90.0])}
+    assert panel_limits(trace) == (-0.4, 2.0)
+    assert panel_limits({"stress_x_N_per_cm2": np.array([-0.7, 0.4])}) == (-1.0, 0.5)
+    assert panel_limits({"stress_x_N_per_cm2": np.full(3, np.nan)}) == pytest.approx((-0.01, 0.05))
+
+
 def test_grids_of_the_alpha_table():
     table = chain.alpha_table("poppy_LP")
     beta, gamma, values = pivot(table.sample(frac=1, random_state=2), "alpha_z_N_per_cm3")
@@ -152,3 +177,48 @@ def test_alpha_that_pushes_along_the_motion_is_positive():
     # straight up, an upward push helps; straight down it opposes; sideways motion is toward -x
     assert_array_equal(along_motion("z", gamma, alpha), [[1, 0, -1]])
     assert_array_equal(along_motion("x", gamma, alpha), [[0, -1, 0]])
+
+
+def repeats(count, wrong, per_direction):
+    """Runs beside their repeats, `per_direction` of them; the first of each of some directions is half as strong."""
+    luck = np.random.default_rng(1)
+    direction = np.arange(count) // per_direction
+    table = pd.DataFrame(
+        {"run_id": [f"run${number}" for number in range(count)], "gamma_deg": 90.0}
+    )
+    table["beta_deg"] = direction * 2.0 - 80
+    for c, alpha in (("z", 0.3), ("x", 0.1 + 0.0 * direction)):
+        off = 1 + 0.03 * luck.standard_normal(count)
+        off[: wrong * per_direction : per_direction] = 0.5
+        table[f"alpha_{c}_N_per_cm3"], table[f"alpha_{c}_se_N_per_cm3"] = alpha * off, 0.001
+    return compare_runs(table.assign(depth_from_cm=np.nan), "poppy_LP")
+
+
+@pytest.mark.parametrize(
+    ("count", "wrong", "per_direction", "sentence"),
+    [
+        (5, 0, 5, "5 runs, 0 of 5 apart"),
+        (90, 2, 3, "90 runs, 2 of 90 apart"),
+        (1000, 8, 20, "1000 runs, 8 of 1000 apart"),
+        (5, 0, 1, "5 runs: too few to estimate how much runs differ"),
+    ],
+)
+def test_runs_side_by_side(count, wrong, per_direction, sentence):
+    table = repeats(count, wrong, per_direction)
+    results = memory({"peers/{medium}.csv": table}, ["poppy_LP"])
+    page = plot_runs_side_by_side(results)
+    points, red = [], []
+    for axes in page.axes:
+        dots = [line for line in axes.lines if line.get_marker() == "o"]
+        marked_ones = [line for line in dots if line.get_color() == style.MARK]
+        points.append(sum(np.size(line.get_xdata()) for line in dots) - len(marked_ones))
+        red.append(len(marked_ones))
+    assert (points, red) == ([count] * 2, [wrong] * 2)
+    text = "\n".join(words(page))
+    assert sentence in text
+    # the farthest are named, and their numbers stand once, where they differ most
+    far = table[table["apart"]].sort_values("times_spread", ascending=False)["run_id"]
+    for number, name in enumerate(far[:6], 1):
+        assert f"{number}  {style.plain(name)}: $\\alpha_z$ " in text
+        assert words(page).count(f"{number}") == 1
+    assert ("and 2 more" in text) == (wrong == 8)

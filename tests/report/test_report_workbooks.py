@@ -144,5 +144,13 @@ def test_coefficient_workbook_holds_values_intervals_and_what_was_published(resu
             same(numbers(printed[2])[:, place], [printed_terms[term] for term in (*TERMS, "zeta")])
 
 
+def test_campaign_without_coefficients(tmp_path):
+    results = bare_campaign(tmp_path, ("yuma",))
+    write(results, "alpha/yuma.csv", chain.alpha_table("poppy_LP"))
+    alpha, coefficients = (load_workbook(io.BytesIO(content)) for content in workbooks(results))
+    assert alpha.sheetnames == ["About", "yuma"]
+    assert coefficients.sheetnames == ["About"]
+
+
 def test_workbooks_are_the_same_bytes_in_any_folder(results, tmp_path):
     assert workbooks(campaign(tmp_path / "an other, \u00e9")) == workbooks(results)

@@ -48,6 +48,13 @@ def test_any_robot(tmp_path):
         assert 2.9 < assemble(robot, curvature).reach_cm < 3.1
 
 
+@pytest.mark.parametrize("mass", ["0", "-150", ".nan", ".inf", '"150"', "heavy", "[1]", "true"])
+def test_bad_mass(tmp_path, mass):
+    (problem,) = wrong(tmp_path, GOOD.replace("mass_g: 100", f"mass_g: {mass}"))
+    assert (problem.place.line, problem.place.key) == (3, "body.mass_g")
+    assert problem.code in ("config.wrong-type", "config.out-of-range")
+
+
 def test_all_problems_at_once(tmp_path):
     text = GOOD.replace("inertia_g_cm2: 500", "inertia: 500")
     text = text.replace("width_cm: 0.8", "width_cm: -1").replace("{x_cm: 3,", "{x_cm: 30,")

@@ -3,16 +3,26 @@
 import numpy as np
 import pandas as pd
 import pytest
+from matplotlib.colors import to_rgb
 from numpy.testing import assert_allclose
 from pages import figure_faults
 from result_tables import memory
 
 from rftfit import TableProfile
 from rftfit.compare.robot import optima
-from rftfit.figures.robot import plot_curvature, plot_profiles, plot_robot_stance, plot_speed
-from rftfit.figures.style import content
+from rftfit.figures.animation import animation_frames
+from rftfit.figures.robot import (
+    draw_motion,
+    group_names,
+    plot_curvature,
+    plot_profiles,
+    plot_robot_reaction,
+    plot_robot_stance,
+    plot_speed,
+)
+from rftfit.figures.style import MARK, content
 from rftfit.robot.config import paper_robot
-from rftfit.robot.motion import stance_of, tail_of
+from rftfit.robot.motion import ElementSeries, stance_of, tail_of
 from rftfit.robot.run import simulate
 from rftfit.robot.speeds import published_speeds, speed_errors
 from rftfit.robot.sweep import CALIBRATED_ON, MOTION
@@ -142,6 +152,31 @@ def test_a_sweep_without_a_steady_run_says_why():
     assert inside(plot_speed(swept(runs, compared().iloc[:0]), "robot")) == []
 
 
+def test_forces_are_means_over_ten_milliseconds(motion):
+    first = motion[motion["curvature_times_R"] == 1.0].reset_index(drop=True)
+    fine = first.assign(time_s=np.arange(len(first)) / 1000, force_z_belly_N=0.0)
+    fine.loc[50, "force_z_belly_N"] = 11.0
+    axes = draw_motion(fine).axes[3]
+    belly = xy(axes.lines[group_names(fine).index("belly")])[1]
+    assert_allclose(belly[45:56], 1.0)
+    assert belly.sum() == pytest.approx(11)
+
+
+def test_reaction_of_both_tripods(motion):
+    figure = plot_robot_reaction(memory({"robot/motion.csv": motion}))
+    assert inside(figure) == []
+    assert len(figure.axes) == 2 * 2
+    legend = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert legend == ["tripod 1", "tripod 2"]
+    assert [line.get_linestyle() for line in figure.axes[0].lines][:2] == ["-", "--"]
+    # they take turns
+    first = motion[motion["curvature_times_R"] == 1.0]
+    first_tripod, second_tripod = (first[f"force_z_tripod_{n}_N"].to_numpy(float) for n in (1, 2))
+    assert_allclose(
+        np.roll(first_tripod, 25)[25:75], second_tripod[25:75], atol=0.02 * first_tripod.max()
+    )
+
+
 def test_stance_shows_the_forces_of_one_tripod(every):
     robot, profile = paper_robot(), TableProfile.published("poppy_LP")
     table = pd.concat([stance_of(robot, profile, run, 50) for run in every])
@@ -158,3 +193,17 @@ def test_stance_shows_the_forces_of_one_tripod(every):
     assert 0 < len(np.asarray(arrows.get_offsets())) <= len(elements)
     above = elements[elements["at_z_cm"] >= 0]
     assert not above[["force_z_N", "force_x_N"]].any(axis=None)
+
+
+def test_arrows_of_an_animation_begin_at_the_loaded_elements():
+    """Two elements 16 cm apart, each under the largest force, whose arrow is 4 cm; 50.8 pixels are 2.58 cm."""
+    x = np.array([[[-8.0, 8.0]]])
+    ends = np.stack([x - 0.5, x + 0.5], axis=-1)
+    level = np.full_like(x, -2.0)
+    series = ElementSeries(ends, np.full_like(ends, -2.0), 0 * x, np.ones_like(x), x, level)
+    (picture,) = animation_frames({"tripod_0": series}, np.zeros(1), np.zeros(1), "")
+    red = np.abs(picture - 255 * np.array(to_rgb(MARK))).max(axis=-1) < 40
+    columns, rows = (np.flatnonzero(red.any(axis=axis)) for axis in (0, 1))
+    pixels_per_cm = 5.5 / 11 * 100 / 2.54
+    assert np.diff(columns).max() == pytest.approx(16 * pixels_per_cm, abs=3)
+    assert np.ptp(rows) == pytest.approx(4 * pixels_per_cm, abs=3)

@@ -94,7 +94,7 @@ GAITS = (2.0, -1.0), (5.0, 1.0), (1.0, 0.0), (3.5, 1.0), (5.0, -1.0)
 
 
 @pytest.mark.statistics
-@pytest.mark.parametrize(("frequency", "curvature"), seeds(GAITS, GAITS[:1]))
+@pytest.mark.parametrize(("frequency", "curvature"), seeds(GAITS, GAITS[:2]))
 def test_mean_speed_agrees(robot, table, frequency, curvature):
     ours = simulate(robot, table, frequency, curvature)
     assert ours.outcome == "steady"

@@ -1,5 +1,7 @@
 """The robot's part of the report page shows the numbers of its tables and pictures of its run."""
 
+import json
+
 import numpy as np
 import pytest
 from result_tables import bare_campaign, write_robot
@@ -37,6 +39,17 @@ def test_tables_say_what_the_errors_say(results):
     assert all(row[-2].endswith("|+100 %") for row in conditions)
     assert [float(row[0].replace("\N{MINUS SIGN}", "-")) for row in conditions[::41]] == [-1, 1]
     assert [row[1:4] for row in cells(tables["best"])] == [["5.0", "0.40", "74.8"]] * 2
+
+
+def test_numbers_for_the_script(results):
+    data = robot_data(results)
+    assert data is not None
+    json.dumps(data, allow_nan=False)
+    curvatures = [curve["curvature"] for curve in data["curves"]["table"]]
+    assert curvatures == [-1, -0.92, -0.6, 0, 0.6, 0.92, 1]
+    assert data["curves"]["table"][0] == {"curvature": -1.0, "f": [1.0, 5.0], "v": [6.0, 30.0]}
+    assert sum(data["measured"]["calibrated"]) == 3
+    assert len(data["measured"]["frequency_Hz"]) == 42
 
 
 def test_nothing_without_a_robot_and_damaged_pictures_are_named(tmp_path):

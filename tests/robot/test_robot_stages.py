@@ -11,12 +11,14 @@ import pandas as pd
 import pytest
 import yaml
 from campaigns import planned_jobs, run_rules
+from numpy.testing import assert_allclose
 
+from rftfit import reference
 from rftfit.campaign.config import Config
 from rftfit.campaign.load import load_campaign
 from rftfit.campaign.problems import CampaignError
 from rftfit.errors import InputError
-from rftfit.lab.tracks import TRIALS, track_files
+from rftfit.lab.tracks import TRIALS, plan_trials, track_files
 from rftfit.results import open_results
 from rftfit.robot.speeds import speed_errors
 from rftfit.store import write_text
@@ -57,6 +59,18 @@ def measured(root):
     names = ("robot/tracks.csv", "robot/measured.csv", "ledger/robot.csv")
     trials, speeds, ledger = (results.table(name) for name in names)
     return trials, speeds, ledger
+
+
+def test_same_seed_same_tracks(root):
+    config = load_campaign(root / "config" / "config.yaml").config
+    assert track_files(config, 1) == track_files(config, 1)
+    trials = plan_trials(config, 1)
+    assert len({trial.run_id for trial in trials}) == 42 * TRIALS
+    # the trials of a condition are scattered about its published speed
+    speeds = pd.DataFrame(trials).groupby("condition")["speed_cm_per_s"].agg(["mean", "std"])
+    figure = reference.load("fig_4c").query("stride_frequency_Hz > 0.01")
+    assert_allclose(sorted(speeds["mean"]), sorted(figure["speed_cm_per_s"]))
+    assert (speeds["std"] > 0).all()
 
 
 def test_bad_tracks_are_refused_and_accounted_for(root):

@@ -9,8 +9,7 @@ import pytest
 from campaigns import Folder
 from hypothesis import given, note, settings
 from hypothesis import strategies as st
-from mistaken import mutated
-from mistakes import MEASURED, compare
+from mistakes import MEASURED, compare, mutated
 from seeds import seeds
 
 
