@@ -26,7 +26,7 @@ from rftfit.logs.registry import dialect
 
 h5py = pytest.importorskip("h5py")
 
-HUGE, MOST_MB = 250_000_000, 150
+HUGE, MOST_MB = 250_000_000, 100
 """Numbers that a small file claims to hold, and the memory that reading may take beside that of its process."""
 ZEROS = bytes(1 << 22)
 
