@@ -9,23 +9,17 @@ from typing import Any
 
 import pandas as pd
 import pytest
-import yaml
-from campaigns import RigRoom, planned_jobs
-from pages import check_results, columns_in, undescribed, unit_of, wrong_kind
+from campaigns import planned_jobs
+from pages import unit_of
 
-from rftfit.campaign.config import Config
-from rftfit.campaign.load import load_campaign
-from rftfit.cli.main import main
 from rftfit.lab.plan import plan_runs
 from rftfit.lab.write import sheet_text
-from rftfit.measure.ingest import ingest_medium
 from rftfit.outputs.dictionary import KINDS, column_of, describe_file, outputs
 from rftfit.store import write_csv
 from rftfit.workflow.stages import RULES
 
 ROOT = Path(__file__).parents[1]
 TABLES = [output for output in outputs() if output.columns]
-MEDIUM = "poppy_LP"
 
 
 # --- the dictionary itself ------------------------------------------------------------------------
@@ -93,73 +87,7 @@ def test_every_stage_and_result_is_described(tmp_path, paper_config):
 # --- against tables -------------------------------------------------------------------------------
 
 
-def test_columns_of_found_clocks_and_surface(tmp_path):
-    text = (ROOT / "config" / "config.yaml").read_text("utf-8")
-    values: dict[str, Any] = yaml.safe_load(text)
-    values |= {"clock": {"method": "estimate"}, "surface": {"method": "find"}}
-    del values["robot"]
-    Config.model_validate(values)
-    room = RigRoom(tmp_path, config=yaml.safe_dump(values)).add(f"{MEDIUM}_bp00_g90_in")
-    # the run sheet names logs that are not there: a refused run has all columns too
-    room.logs = dict.fromkeys(room.logs)
-    _, runs, _ = ingest_medium(load_campaign(room.write()), MEDIUM)
-    output = describe_file(f"results/runs/{MEDIUM}.csv")
-    assert output is not None
-    assert undescribed(output, runs.columns) == []
-    extra = {name for column in output.columns if column.when for name in column.names}
-    assert extra <= set(runs.columns)
-
-
-def test_tables_of_commands(tmp_path, capsys, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    for name, text in {
-        "dig.csv": "t_s,x_cm,z_cm,angle_deg\n0,0,6,0\n1,0,3,0\n2,-1,2,10\n",
-        "scoop.csv": "x_cm,z_cm\n0,0\n0,-4\n1,-5\n",
-        "fly.csv": "t_s,x_cm,y_cm,z_cm,turn_x_deg,turn_y_deg,turn_z_deg\n0,0,0,0,0,0,0\n1,0,0,-3,9,0,0\n",
-        "body.obj": "v 0 0 0\nv 2 0 0\nv 0 2 0\nv 0 0 2\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n",
-    }.items():
-        Path(name).write_text(text, "utf-8")
-    for command, words, file_name in (
-        ("scale", "--alpha 0.9", "a.csv"),
-        ("predict", "--leg c_leg --alpha 0.9", "b.csv"),
-        ("predict", f"--outline scoop.csv --width 5 --path dig.csv --medium {MEDIUM}", "c.csv"),
-        ("simulate", f"--frequency 4 --curvature 1 --medium {MEDIUM} --no-animation", "walk"),
-        ("predict --mesh", "body.obj --unit cm --path fly.csv --alpha 0.9", "d.csv"),
-    ):
-        assert main([*command.split(), *words.split(), "--output", file_name]) == 0, (
-            capsys.readouterr()
-        )
-        (output,) = (output for output in outputs() if output.stage == f"rftfit {command}")
-        names, table = columns_in(
-            Path(file_name) if "." in file_name else Path(file_name, "motion.csv")
-        )
-        assert undescribed(output, names) == []
-        assert table is not None
-        assert wrong_kind(output, table) == []
-        required_names = {
-            name for column in output.columns if not column.when for name in column.names
-        }
-        assert {name for name in required_names if "<" not in name} <= set(names)
-
-
 # --- the check itself -----------------------------------------------------------------------------
-
-
-def test_a_column_or_file_too_many_or_too_few_is_seen(small_made, tmp_path):
-    results = tmp_path / "results"
-    table = small_made.table(f"fits/{MEDIUM}.csv")
-    changed = table.drop(columns="alpha_x_dof").assign(alpha_y_N=1.0, n_points=0.5)
-    write_csv(changed, results / "fits" / f"{MEDIUM}.csv")
-    (results / "new.csv").write_text("a\n1\n", "utf-8")
-    problems = "\n".join(check_results(results))
-    for words in (
-        "alpha_x_dof is in the dictionary only",
-        "alpha_y_N is not in the dictionary",
-        "n_points is called count, found",
-        "results/new.csv is not in the dictionary",
-        "results/alpha/<medium>.csv is in the dictionary, but no such file was made",
-    ):
-        assert words in problems
 
 
 def test_the_closest_entry_describes():

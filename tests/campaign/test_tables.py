@@ -45,15 +45,6 @@ def written(path, *lines):
     return path
 
 
-def test_long_table_of_alpha(tmp_path):
-    path = written(tmp_path / "a.csv", f"{HEAD},se_z,se_x,n", "0,90,0.35,0,0.01,0.02,3")
-    (push,), problems = read(path)
-    assert not problems
-    assert (push.run.beta_deg, push.run.gamma_deg, push.run.medium) == (0, 90, "sand")
-    assert push.columns["se_x"][0] == 0.02
-    assert push.columns["n"][0] == 3
-
-
 def test_names_and_units_of_a_file(tmp_path):
     path = written(tmp_path / "a.csv", "b,g,kz,kx", f"{math.pi / 6},{-math.pi / 4},200000,-1e5")
     table = TableSettings(
@@ -538,26 +529,6 @@ def test_pushes_for_a_map_leave_out_what_is_excluded(tmp_path):
     with pytest.raises(CampaignError) as error:
         pushes_in(path)
     assert places(error.value.problems) == [("unknown-medium", 3, "medium")]
-
-
-@pytest.mark.parametrize(
-    "header",
-    [
-        "beta_deg,gamma_deg,depth_mm,stress_z_kPa,stress_x_kPa",
-        "beta,gamma,Sinkage (mm),Pressure [kPa],tau (kPa)",
-        "beta_deg,gamma_deg,Depth / mm,sigma_z_kN/m2,sigma_x_kN/m2",
-    ],
-)
-def test_headers_that_state_units_need_no_config(header, tmp_path):
-    path = tmp_path / "table.csv"
-    rows = [f"30,45,{depth},{depth * 2},{depth}" for depth in (10, 20, 40)]
-    path.write_text("\n".join([header, *rows, ""]), "utf-8")
-    read = read_pushes(path, "table.csv", TableSettings(holds="stress"), (), "table.csv")
-    assert read.problems == []
-    (push,) = read.pushes
-    assert_allclose(push.columns["depth_cm"], [1, 2, 4])
-    assert_allclose(push.columns["stress_z_N_per_cm2"], [2, 4, 8])
-    assert_allclose(push.columns["stress_x_N_per_cm2"], [1, 2, 4])
 
 
 def test_a_header_without_its_unit_is_told_with_lines_to_paste(tmp_path):

@@ -1,12 +1,10 @@
 """`rftfit init` makes a campaign and overwrites nothing, and `rftfit check` lists all problems."""
 
-import csv
 import json
 import re
 from pathlib import Path
 
 import pytest
-import yaml
 
 from rftfit.campaign.load import check_campaign
 from rftfit.campaign.problems import in_lines
@@ -26,13 +24,6 @@ def test_init(rftfit, tmp_path):
     assert f'cd "{folder}"' in output.out
 
 
-def test_init_overwrites_nothing(refusal, tmp_path):
-    (tmp_path / "README.md").write_text("mine")
-    assert "README.md" in refusal("init", tmp_path)
-    assert (tmp_path / "README.md").read_text() == "mine"
-    assert len(list(tmp_path.iterdir())) == 1
-
-
 def test_init_where_nothing_can_be_written(rftfit, tmp_path):
     (tmp_path / "file").write_text("")
     assert "cannot write" in rftfit("init", tmp_path / "file" / "below", code=3).err
@@ -48,28 +39,6 @@ def test_check(rftfit, campaign):
     size = sum(path.stat().st_size for path in (campaign / "raw").rglob("*_*.csv"))
     assert f"8 runs, 16 logs, {size / 1e6:.1f} MB" in output.out
     assert output.out.endswith("0 errors, 0 warnings.\n")
-
-
-def test_check_counts_a_file_of_force_and_motion_once(rftfit, campaign):
-    config = campaign / "config" / "config.yaml"
-    values = yaml.safe_load(config.read_text("utf-8"))
-    config.write_text(yaml.safe_dump(values | {"clock": {"method": "same_clock"}}), "utf-8")
-    sheet = campaign / "raw/paper/runs.csv"
-    with sheet.open(encoding="utf-8", newline="") as handle:
-        rows = list(csv.DictReader(handle))
-    plate = next(row for row in rows if row["kind"] == "plate")
-    plate["motion_log"] = plate["force_log"]
-    with sheet.open("w", encoding="utf-8", newline="") as handle:
-        writer = csv.DictWriter(handle, list(rows[0]))
-        writer.writeheader()
-        writer.writerows(rows)
-    output = rftfit("check")
-    row = next(line for line in output.out.splitlines() if line.startswith("  yuma "))
-    assert row.split()[6:8] == ["9", "0"]
-    assert "8 runs, 15 logs" in output.out
-    (campaign / "raw/paper" / plate["force_log"]).unlink()
-    row = next(line for line in rftfit("check").out.splitlines() if line.startswith("  yuma "))
-    assert row.split()[6:8] == ["8", "1"]
 
 
 def test_check_from_another_folder(rftfit, campaign, monkeypatch, tmp_path):

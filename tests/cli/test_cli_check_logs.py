@@ -105,17 +105,6 @@ def test_a_log_that_is_too_large_is_left_to_the_run(folder, monkeypatch):
     assert "12 runs with a log of more than 0.001 MB, not opened" in output
 
 
-def test_a_strict_run_ends_with_three_where_a_medium_has_no_number(folder):
-    target = f"results/alpha/{MEDIUM}.csv"
-    folder.run_here("checks")
-    assert folder.rftfit("run", "--strict", target).returncode == 0
-    change(folder, "surface_z_mm: 150.0", "surface_z_mm: 20.0")
-    process = folder.rftfit("run", "--strict", target)
-    assert process.returncode == 3
-    assert f"No alpha at all: {MEDIUM}" in process.stderr
-    assert folder.rftfit("run", target).returncode == 0
-
-
 def test_an_unknown_dialect_is_told_before_any_job(folder):
     text = folder.config.read_text("utf-8")
     folder.config.write_text(f"{text}\nforce_log: {{dialect: ricg}}\n", "utf-8")

@@ -56,20 +56,6 @@ def labs(work_folder):
     return work_folder
 
 
-def test_words_that_mean_nothing(rftfit, labs, monkeypatch):
-    def refused(words):
-        return rftfit("compare", words, code=2).err
-
-    assert "allowed: one lab:poppy_LP, one lab:poppy_CP" in refused("'one lab' other")
-    assert "found 'sand', but the current folder is no campaign" in refused("sand other")
-    assert "found 'sand'; allowed: poppy_LP (in other)" in refused("other:sand other")
-    assert "A and B share" in refused("other other:poppy_LP")
-    assert "found 'sunday'; allowed: friday, monday" in refused("other@sunday other@monday")
-    assert "after '@'" in refused("other@ other@monday")
-    monkeypatch.chdir(labs / "other")
-    assert "found 'sand'; allowed: poppy_LP (or FOLDER:MEDIUM" in refused("sand poppy_LP")
-
-
 def test_maps_where_no_direction_is_common(rftfit, refusal, labs):
     make(labs / "third", MEDIA[:1], range(3, 70, 7))
     text = rftfit("compare other third --figure c.svg").out

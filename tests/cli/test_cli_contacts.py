@@ -47,15 +47,6 @@ def test_what_tells_nothing_is_a_word_and_no_number(rftfit, work_folder, text, o
     assert not (work_folder / "alpha.csv").exists()
 
 
-def test_inspect_leads_a_leg_log_to_the_penetrometer(rftfit, work_folder):
-    curve().to_csv(work_folder / "turn.csv", index=False)
-    assert "rftfit scale --contacts turn.csv --leg NAME\n" in rftfit("inspect turn.csv").out
-    curve().rename(columns={"force_z_N": "Fz (N)"}).to_csv(work_folder / "other.csv", index=False)
-    assert "theta_deg, force_z_N" in rftfit("inspect other.csv").out
-    (work_folder / "plate.csv").write_text("t,Fz,z\n" + "".join(f"{t},1,2\n" for t in range(9)))
-    assert "--contacts" not in rftfit("inspect plate.csv").out
-
-
 def test_options_of_a_body_need_a_file(refusal):
     assert "--contacts" in refusal("scale --alpha 0.3 --leg c_leg")
 

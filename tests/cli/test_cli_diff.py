@@ -87,47 +87,6 @@ def write(folder, runs, tables=None):
     return folder
 
 
-@pytest.mark.parametrize(
-    ("file", "quantity", "new_value", "half_widths"),
-    [
-        (COEFFICIENTS, "value_N_per_cm3", 0.25, 1.0),
-        # A00 is 0.25: the half width 0.05 is 0.2 of it
-        (COEFFICIENTS, "relative_to_A00", 1.0, 1.0),
-        (COEFFICIENTS, "misfit_rms_N_per_cm3", 3.0, np.nan),
-        (ERRORS, "peak_predicted_N", 6.0, 1.0),
-        (ERRORS, "peak_error_percent", 12.0, 0.5),
-        (SCALING, "zeta", 0.3, 1.0),
-        (SCALING, "zeta_lo", 0.1, None),
-    ],
-)
-def test_a_change_is_counted_in_half_widths_of_its_own_interval(
-    tmp_path, file, quantity, new_value, half_widths
-):
-    changed = {file: TABLES[file].assign(**{quantity: new_value})}
-    changes = compare_folders(
-        write(tmp_path / "a", RUNS), write(tmp_path / "b", RUNS, changed)
-    ).numbers
-    assert [change.quantity for change in changes] == ([] if half_widths is None else [quantity])
-    for change in changes:
-        assert change.half_widths == pytest.approx(half_widths, nan_ok=True)
-
-
-def test_zeta_and_alpha_straight_down_come_first(tmp_path):
-    changed = {
-        COEFFICIENTS: TABLES[COEFFICIENTS].assign(value_N_per_cm3=0.9),
-        ALPHA: alpha_frame("sand", one_cell(0.501)),
-        SCALING: TABLES[SCALING].assign(zeta=0.41),
-    }
-    changes = compare_folders(
-        write(tmp_path / "a", RUNS), write(tmp_path / "b", RUNS, changed)
-    ).numbers
-    assert [change.quantity for change in changes[:3]] == [
-        "alpha_z_N_per_cm3",
-        "zeta",
-        "value_N_per_cm3",
-    ]
-
-
 def job_done_again(folder):
     """As `rftfit run` of a single result leaves it: another table, its own record, the old record of all."""
     TABLES[SCALING].assign(zeta=0.41).to_csv(folder / SCALING, index=False)

@@ -17,10 +17,6 @@ from rftfit.store import write_csv
 
 from .conftest import MEASURED
 
-PUSHES = "beta_deg,gamma_deg,alpha_z_N_per_cm3,alpha_x_N_per_cm3\n0,90,0.35,0\n60,45,0.2,0.1\n"
-"""A csv of two pushes."""
-
-
 pytestmark = pytest.mark.usefixtures("work_folder")
 
 
@@ -59,19 +55,6 @@ def test_scale_and_plan_go_on_from_the_pushes_behind_a_profile(rftfit, work_fold
         ]
         assert plans[0] == plans[1]
     assert not read_output(work_folder / "a.csv").equals(read_output(work_folder / "c.csv"))
-
-
-def test_pushes_of_a_profile_that_do_not_belong_together(rftfit, refusal, work_folder):
-    (work_folder / "field.csv").write_text(PUSHES, "utf-8")
-    rftfit("export --pushes field.csv --output p.json")
-    profile = content(work_folder / "p.json")
-    profile["pushes"]["se_x"].pop()
-    (work_folder / "p.json").write_text(json.dumps(profile), "utf-8")
-    err = refusal("scale --profile-file p.json")
-    assert "pushes.se_x" in err
-    assert "2 entries, as beta_deg has" in err
-    err = refusal("scale --profile-file p.json --alpha 0.3")
-    assert {"--alpha", "--pushes"} <= set(err.split())
 
 
 def test_marks_are_handed_on(rftfit, work_folder, results):

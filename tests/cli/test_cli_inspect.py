@@ -1,6 +1,5 @@
 """`rftfit inspect` counts the rows, gaps and damage of a log, or says why a file is not a log."""
 
-import os
 from pathlib import Path
 
 import numpy as np
@@ -31,45 +30,10 @@ def test_a_sync_line_that_never_changes(tmp_path):
     assert not any("a change of arm_moving" in need for need in needs)
 
 
-@pytest.mark.parametrize(
-    ("content", "text"),
-    [
-        (b"a,b\n1,2\n", "found the header 'a,b'"),
-        (b"time_s;arm_moving;F1_N\n0;1;2\n", "separated by semicolons"),
-        (b"\x89PNG\r\n\x1a\n\x00\x01", "It looks like: binary"),
-    ],
-)
-def test_unknown_files(refusal, tmp_path, content, text):
-    path = tmp_path / "log.csv"
-    path.write_bytes(content)
-    err = refusal("inspect", path)
-    assert "\ntried: rig, " in err
-    assert text in err
-
-
-def test_an_empty_file(rftfit, refusal, tmp_path):
-    (tmp_path / "log.csv").write_bytes(b"")
-    assert "the file is empty\n" in refusal("inspect", tmp_path / "log.csv")
-    header = force_log(tmp_path / "a.csv", [])
-    assert "a header and no data\n" in refusal("inspect", header)
-    rftfit("inspect", tmp_path / "b.csv", code=2)
-    assert "this is a folder" in refusal("inspect", tmp_path)
-
-
 def test_no_usable_row(rftfit, tmp_path):
     output = rftfit("inspect", force_log(tmp_path / "a.csv", ["x,x,x,x,x", "y,y,y,y,y"]))
     assert "rows: 2, of which 0 " in output.out
     assert "at least two usable rows" in output.out
-
-
-def test_plot(rftfit, campaign):
-    output = rftfit("inspect", FORCE, "--plot 'log é.png'")
-    assert (campaign / "log é.png").read_bytes().startswith(b"\x89PNG")
-    assert "Drawing: log é.png" in output.out
-    output = rftfit("inspect", FORCE, "--plot", FORCE, code=2)
-    assert f"--plot: found '{FORCE}'; allowed: " in output.err
-    rftfit("inspect", FORCE, "--plot log.webp", code=2)
-    rftfit("inspect", FORCE, "--plot", f"{FORCE}/below.png", code=3)
 
 
 @pytest.mark.parametrize("ending", ["png", "pdf", "svg"])
@@ -97,9 +61,3 @@ def test_panels_have_no_line_over_a_gap():
     x, y = np.asarray(panels[1].lines[0].get_data())
     np.testing.assert_array_equal(x, [0, 1, 2, 3, np.nan, 30, 31])
     np.testing.assert_array_equal(y, [1, 2, 3, 4, np.nan, 31, 32])
-
-
-@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes with a name on this system")
-def test_inspecting_a_pipe(refusal, work_folder):
-    os.mkfifo(work_folder / "pipe")
-    assert f"{work_folder / 'pipe'}: " in refusal("inspect", work_folder / "pipe")

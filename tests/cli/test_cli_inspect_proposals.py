@@ -3,13 +3,11 @@
 Also tested: which last row counts as whole in a log that was cut.
 """
 
-import re
 from importlib import import_module
 from typing import Any
 
 import numpy as np
 import pytest
-from log_files import TEXTS
 from numpy.testing import assert_allclose
 from third_party import REPORTED, UNITS, inspected, needs, proposal, read_by
 
@@ -33,21 +31,6 @@ def read_force(path, **section):
     source = ForceLog.model_validate(section)
     reader = source_reader(source, "rig", "force_log").only(columns_asked(source))
     return map_columns(reader.load(path), source, UNITS, "force_log")
-
-
-def test_options_are_refused_in_the_words_of_the_config(rftfit, refusal, tmp_path):
-    path = table(tmp_path / "log.csv", "Time (s),Force (N),z (mm)")
-    for option, message in (
-        ("names=maybe", "text: names: found 'maybe'; allowed: a valid boolean"),
-        ("delimiter=x", "text: delimiter: found 'x'; allowed: ',', ';', 'tab', 'blank' or 'bar'"),
-        ("rate_Hz=-1", "text: rate_Hz: found -1; allowed: greater than 0"),
-        ("skip_line=1", "found 'skip_line'"),
-    ):
-        error = refusal("inspect", path, "--option", option)
-        assert message in error
-        assert "pydantic" not in error
-    output = rftfit("inspect", path, "--option names=false --option skip_lines=1")
-    assert "column 1" in output.out
 
 
 @pytest.mark.parametrize("column", [2, "Force"])
@@ -123,15 +106,6 @@ def test_the_unit_of_a_bare_time_is_that_of_a_usual_rate(step, unit, tmp_path):
     rows = [f"{n * step:g},{n}.5,{n}.25" for n in range(40)]
     path = table(tmp_path / "log.csv", "time,Force (N),z (mm)", rows)
     assert proposal(path)["force_log"]["columns"]["time"] == {"column": "time", "unit": unit}
-
-
-def test_a_binary_file_is_no_table(refusal, tmp_path):
-    path = tmp_path / "log.pnt"
-    noise = np.random.default_rng(1).integers(1, 256, 5000, dtype=np.uint8).tobytes()
-    path.write_bytes(b"\n".join([noise, b"1;2", b"3;4", b"5;6", noise]))
-    err = refusal("inspect", path)
-    assert "It looks like: binary" in err
-    assert "delimiter" not in err.partition("It looks like")[2]
 
 
 @pytest.mark.parametrize(
@@ -247,65 +221,44 @@ def test_fields_of_a_table_have_the_units_of_a_list(tmp_path):
         assert api.read_log(path).units == {"log.t": "s", "log.F": "N"}
 
 
+ROWS_OF_DECIMALS = [f"{n / 100:.2f},{n / 2:.1f},{10 - n / 4:.2f}" for n in range(60)]
+ROWS_OF_COUNTS = [f"{n / 100:.2f},{1000 + n}" for n in range(60)]
+ROWS_WITHOUT_ZEROS = [f"{n / 100:.2f},{n / 4:g}" for n in range(60)]
+ROWS_OF_DATES = [f"{n}.5,2026-02-03 10:00:{n:02}.250" for n in range(50)]
+
+
 @pytest.mark.parametrize(
-    ("last_line", "size"),
+    ("header", "rows", "last_line", "is_whole"),
     [
-        ("0.60,30.0,-5.00", 61),
-        ("0.60,30.0,-5.0", 60),
-        ("0.60,30.0,-", 60),
-        ("0.60,30.0,", 60),
-        ("0.60,30.0", 60),
-        ("0.60,30.0,-5.00e", 60),
+        ("Time (s),Force (N),z (mm)", ROWS_OF_DECIMALS, "0.60,30.0,-5.00", True),
+        ("Time (s),Force (N),z (mm)", ROWS_OF_DECIMALS, "0.60,30.0,-5.0", False),
+        ("Time (s),Force (N),z (mm)", ROWS_OF_DECIMALS, "0.60,30.0,-", False),
+        ("Time (s),Force (N),z (mm)", ROWS_OF_DECIMALS, "0.60,30.0,", False),
+        ("Time (s),Force (N),z (mm)", ROWS_OF_DECIMALS, "0.60,30.0", False),
+        ("Time (s),Force (N),z (mm)", ROWS_OF_DECIMALS, "0.60,30.0,-5.00e", False),
+        # a whole number is as near as those before
+        ("Time (s),counts", ROWS_OF_COUNTS, "0.60,1060", True),
+        ("Time (s),counts", ROWS_OF_COUNTS, "0.60,1059", True),
+        ("Time (s),counts", ROWS_OF_COUNTS, "0.60,106", False),
+        ("Time (s),counts", ROWS_OF_COUNTS, "0.60,9060", False),
+        # without trailing zeros what a cut took away is less than what lies between two rows
+        ("Time (s),Force (N)", ROWS_WITHOUT_ZEROS, "0.60,14.5", True),
+        ("Time (s),Force (N)", ROWS_WITHOUT_ZEROS, "0.60,15", True),
+        ("Time (s),Force (N)", ROWS_WITHOUT_ZEROS, "0.60,15.", False),
+        ("Time (s),Force (N)", ROWS_WITHOUT_ZEROS, "0.60,1", False),
+        # a time is as long as those before
+        ("Force (N),when", ROWS_OF_DATES, "1.5,2026-02-03 10:00:50.250", True),
+        ("Force (N),when", ROWS_OF_DATES, "1.5,2026-02-03 10:00:50.2", False),
     ],
 )
-def test_a_last_line_without_an_end_counts_where_it_is_whole(last_line, size, tmp_path):
-    path = table(
-        tmp_path / "log.csv",
-        "Time (s),Force (N),z (mm)",
-        [f"{n / 100:.2f},{n / 2:.1f},{10 - n / 4:.2f}" for n in range(60)],
-    )
+def test_a_last_line_without_an_end_counts_where_it_is_whole(
+    header, rows, last_line, is_whole, tmp_path
+):
+    path = table(tmp_path / "log.csv", header, rows)
     path.write_bytes(path.read_bytes() + last_line.encode())
     log = api.read_log(path)
-    assert (log.rows, log.size) == (61, size)
-    assert ("cut in mid-row" in log.dropped) == (size == 60)
-
-
-@pytest.mark.parametrize(
-    ("last_cell", "size"), [("1060", 61), ("1059", 61), ("106", 60), ("9060", 60)]
-)
-def test_a_last_whole_number_is_as_near_as_those_before(last_cell, size, tmp_path):
-    path = table(
-        tmp_path / "log.csv", "Time (s),counts", [f"{n / 100:.2f},{1000 + n}" for n in range(60)]
-    )
-    path.write_bytes(path.read_bytes() + f"0.60,{last_cell}".encode())
-    assert api.read_log(path).size == size
-
-
-@pytest.mark.parametrize(("last_cell", "size"), [("14.5", 61), ("15", 61), ("15.", 60), ("1", 60)])
-def test_a_last_number_without_trailing_zeros_is_near_those_before(last_cell, size, tmp_path):
-    """What a cut took away is then less than what lies between two rows."""
-    rows = [f"{n / 100:.2f},{n / 4:g}" for n in range(60)]
-    path = table(tmp_path / "log.csv", "Time (s),Force (N)", rows)
-    path.write_bytes(path.read_bytes() + f"0.60,{last_cell}".encode())
-    assert api.read_log(path).size == size
-
-
-def test_a_last_time_is_as_long_as_those_before(tmp_path):
-    rows = [f"{n}.5,2026-02-03 10:00:{n:02}.250" for n in range(50)]
-    path = table(tmp_path / "log.csv", "Force (N),when", rows)
-    whole_text = path.read_bytes()
-    for last_row, size in (("1.5,2026-02-03 10:00:50.250", 51), ("1.5,2026-02-03 10:00:50.2", 50)):
-        path.write_bytes(whole_text + last_row.encode())
-        assert api.read_log(path).size == size
-
-
-def test_every_dialect_reads_what_is_proposed_for_it(tmp_path):
-    for name, make_log in TEXTS.items():
-        path = tmp_path / f"{re.sub(r'[^a-z]', '', name)}.txt"
-        path.write_bytes(make_log(60).content)
-        proposed = {key: section for key, section in proposal(path).items() if key.endswith("_log")}
-        for log in read_by(path, proposed).values():
-            assert log.size == 60
+    assert (log.rows, log.size) == (len(rows) + 1, len(rows) + is_whole)
+    assert ("cut in mid-row" in log.dropped) != is_whole
 
 
 @pytest.mark.parametrize("ending", ["csv", "npz", "txt"])

@@ -20,10 +20,6 @@ HEAVY = ("pandas", "matplotlib", "snakemake", "pyarrow", "pydantic", "scipy.stat
 """Libraries that take long to load."""
 
 
-def test_version(rftfit):
-    assert rftfit("--version").out == f"rftfit {package.__version__}\n"
-
-
 @pytest.mark.parametrize("words", ["", "--help", "-h"])
 def test_help_lists_commands_and_exit_codes(rftfit, words):
     output = rftfit(words)
@@ -37,13 +33,6 @@ def test_help_of_each_command_has_an_example(rftfit, name):
     assert f"Example: rftfit {name} " in said
     assert "<bool>" not in said
     assert "]...]..." not in said
-
-
-@pytest.mark.parametrize("words", ["chekc", "check --strickt", "inspect", "init"])
-def test_usage_errors(rftfit, words):
-    output = rftfit(words, code=exit_codes.INPUT_NOT_VALID)
-    assert "Usage: rftfit" in output.err
-    assert "Error: " in output.err
 
 
 def fail_with(monkeypatch, error):
@@ -126,29 +115,6 @@ def test_a_crash_that_can_be_written_nowhere(monkeypatch, tmp_path):
     text = crash_message(ZeroDivisionError("no sand"), ["check"])
     assert text.startswith("Unexpected error: ZeroDivisionError: no sand")
     assert "The full report could not be written anywhere." in text
-
-
-@pytest.mark.parametrize(
-    ("words", "file"),
-    [
-        ("scale --alpha 0.9", "alpha.csv"),
-        ("predict --leg c_leg --medium poppy_LP", "forces.csv"),
-        ("plan --count 1", "plan.csv"),
-        ("export --medium poppy_LP", "profile.json"),
-    ],
-)
-def test_files_of_others_are_left(rftfit, refusal, work_folder, words, file):
-    output_path = work_folder / file
-    output_path.write_text("mine")
-    assert "was not written by rftfit" in refusal(words)
-    assert output_path.read_text() == "mine"
-    rftfit(words, "--force")
-    written_bytes = output_path.read_bytes()
-    # its own file it overwrites unasked, and the same numbers are the same bytes
-    rftfit(words)
-    assert output_path.read_bytes() == written_bytes
-    for nowhere in (work_folder, work_folder / file / "below.csv"):
-        rftfit(words, "--output", nowhere, code=3)
 
 
 def test_simulating_into_a_file(rftfit, work_folder):

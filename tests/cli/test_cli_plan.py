@@ -1,7 +1,6 @@
 """`rftfit plan` and `rftfit scale --pushes` give the library's numbers or name wrong input."""
 
 import csv
-import json
 
 import pytest
 from result_tables import LABORATORY, SAND, make_campaign, one_cell
@@ -20,16 +19,6 @@ def work_folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "pushes.csv").write_text(PUSHES, "utf-8")
     return tmp_path
-
-
-def test_scale_warns_of_a_medium_that_does_not_belong(rftfit, work_folder):
-    wrong = PUSHES.replace("0.30,0.10", "0.30,0.60").replace("0.08,0.17", "0.08,0.70")
-    (work_folder / "wrong.csv").write_text(wrong, "utf-8")
-    output = rftfit("scale --pushes wrong.csv --json")
-    assert "does not belong" in output.err
-    content = json.loads(output.out)
-    assert content["probability_if_it_belongs"] < 0.03
-    assert content["pushes"] == 3
 
 
 def test_rows_of_a_plan_are_rows_of_a_run_sheet(rftfit, work_folder):

@@ -80,15 +80,6 @@ def test_if_missing(rftfit, campaign):
     assert contents(raw) == files_before
 
 
-@pytest.mark.parametrize(
-    "words", ["--fault gapp", "--fault gap:none", "--media yumma", "--seed -1"]
-)
-def test_a_misspelled_word_costs_nothing(rftfit, campaign, words):
-    files_before = contents(campaign)
-    rftfit(QUICK, words, code=2)
-    assert contents(campaign) == files_before
-
-
 def refused(refusal, campaign, text):
     files_before = contents(campaign)
     assert text in refusal(QUICK)

@@ -7,12 +7,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from mistakes import GRIDS
 from seeds import seeds
 
 from rftfit import reference
 from rftfit.compare.peers import COLUMNS, compare_runs, may_switch, outlier_differences
-from rftfit.lab.plan import parse_directions
 from rftfit.lab.truth import table_s5
 from rftfit.measure.alpha import column
 from rftfit.measure.errors import spread_of_beds
@@ -59,18 +57,6 @@ def test_a_cell_in_another_unit_stands_apart_from_the_map(medium):
     assert off_z == pytest.approx(3.45 * true[2], rel=0.3)
     assert peers.loc[place, "off_z_ratio"] == pytest.approx(off_z / (4.45 * true[2]), rel=0.5)
     assert math.isfinite(off_x)
-
-
-@pytest.mark.parametrize("medium", reference.MEDIA)
-def test_one_of_24_directions_in_another_unit_does_not_hide_itself(medium):
-    """It pulls the map at its neighbours, which must not tell how far is far; it stood apart in none of these."""
-    cells = parse_directions(GRIDS["no-vertical"], 5)
-    rows: list[tuple[float, ...]] = [(*cell, *table_s5(medium, *cell)) for cell in cells]
-    place = next(n for n, row in enumerate(rows) if row[:2] == (20, 75))
-    assert not compare_runs(fits(rows), medium)["apart"].any()
-    rows[place] = (*rows[place][:2], *(value / 4.45 for value in rows[place][2:]))
-    peers = compare_runs(fits(rows), medium)
-    assert peers.loc[peers["apart"], "run_id"].tolist() == [f"r{place}"]
 
 
 @pytest.mark.statistics
@@ -151,22 +137,6 @@ def test_a_component_that_nobody_measured_hides_no_outlier(x, of_x):
 def test_several_outliers_of_one_direction(values, which):
     peers = compare_runs(fits([(0.0, 90.0, value, 0.0) for value in values]), "m")
     assert peers.loc[peers["apart"], "run_id"].tolist() == which
-
-
-@pytest.mark.parametrize("factor", [0.6, 1.4])
-def test_one_of_60_runs_is_off_by_two_fifths(factor):
-    """Beds differ by 5 %, of both components alike; by a tenth they may differ too."""
-    luck = np.random.default_rng(4)
-    beds = luck.normal(1, 0.05, 60)
-    for off, which in ((factor, ["r31"]), (1 + (factor - 1) / 4, [])):
-        beds[31] = off
-        cells = [cell for cell in published("poppy_LP")[:20] for _ in range(3)]
-        rows = [
-            (*cell[:2], *(bed * value for value in cell[2:]))
-            for cell, bed in zip(cells, beds, strict=True)
-        ]
-        peers = compare_runs(fits(rows), "m")
-        assert peers.loc[peers["apart"], "run_id"].tolist() == which
 
 
 def test_too_few_runs_say_nothing():

@@ -241,3 +241,14 @@ def test_a_steep_peak_of_few_pushes_has_no_interval_of_alpha():
         rftfit.estimate_map(rows), rftfit.model_leg("reversed_c_leg")
     )[0]
     assert (all_directions.withheld, np.isfinite(all_directions.lo)) == ("", True)
+
+
+@pytest.mark.parametrize("tilt_deg", [0.0, 30.0, -40.0])
+def test_steepness_is_what_five_degrees_of_tilt_make_of_the_force(tilt_deg):
+    """Of a flat foot straight down: half the difference of alpha_z on either side, relative to alpha_z."""
+    profile = rftfit.estimate_map(one_push(ALPHA)).profile
+    half_x, half_z = 4 * np.cos(np.radians(tilt_deg)), 4 * np.sin(np.radians(tilt_deg))
+    foot = rftfit.polyline([(-half_x, half_z), (half_x, -half_z)], 5.0)
+    lift = next(peak for peak in rftfit.find_peaks(profile, foot, DOWN) if peak.name == "lift")
+    less, alpha_z, more = profile.alpha(np.radians(tilt_deg + np.array([-5, 0, 5])), np.pi / 2)[0]
+    assert lift.steepness == pytest.approx(abs(more - less) / 2 / alpha_z, rel=1e-6)

@@ -19,6 +19,7 @@ from unittest.mock import patch
 
 import pandas as pd
 import yaml
+from makers import run_command
 from matplotlib.axis import Axis
 from pages import blocks_of, figure_faults, untrue, words
 from paper import NOTHING, PROJECT, enact, few_draws, paper_values, write_yaml
@@ -38,7 +39,6 @@ from rftfit.campaign.load import check_campaign, load_campaign
 from rftfit.campaign.new_campaign import init_campaign
 from rftfit.campaign.presence import root_of
 from rftfit.campaign.sheet import Run
-from rftfit.cli.main import main
 from rftfit.figures import style
 from rftfit.lab.enact import run_logs
 from rftfit.lab.plan import PlannedRun, plan_runs
@@ -526,16 +526,7 @@ class Folder:
 
     def rftfit(self, *words):
         """Run a command in this process, from the campaign's folder."""
-        out, error, before = io.StringIO(), io.StringIO(), Path.cwd()
-        os.chdir(self.root)
-        try:
-            with contextlib.redirect_stdout(out), contextlib.redirect_stderr(error):
-                code = main([*words])
-        finally:
-            os.chdir(before)
-        completed = subprocess.CompletedProcess(words, code, out.getvalue(), error.getvalue())
-        assert "Traceback" not in completed.stdout + completed.stderr
-        return completed
+        return run_command(self.root, *map(str, words))
 
     @property
     def config(self):

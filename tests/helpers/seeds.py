@@ -17,8 +17,8 @@ def seeds(every, reduced):
 
 
 def example_count(every):
-    """Examples of a Hypothesis test: all of them, or a quarter."""
-    return seeds(every, every // 4)
+    """Examples of a Hypothesis test: all of them, or a tenth, but two at least."""
+    return seeds(every, max(every // 10, 2))
 
 
 def assert_share(inside, least, most, scatter=0.0):

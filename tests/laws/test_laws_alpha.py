@@ -14,12 +14,16 @@ from seeds import example_count
 import rftfit
 
 MEDIA = ("poppy_LP", "poppy_CP", "glass0.3mm_LP", "glass0.3mm_CP", "glass3mm_CP")
+SCATTERED = np.random.default_rng(1).uniform(-np.pi / 2, np.pi / 2, (2, 60))
+"""Directions on no grid, beta and gamma in rad."""
+POPPY = rftfit.published_medium("poppy_LP")
 PROFILES = {
     "table": rftfit.published_medium("poppy_CP"),
     "fourier": rftfit.published_medium("glass0.3mm_LP", "fourier"),
     "generic": rftfit.published_medium("glass3mm_CP", "generic"),
     "depth_only": rftfit.published_medium("poppy_LP", "depth_only"),
     "in space": rftfit.rft3d_profile(0.9, 0.4, step_deg=15),
+    "scattered": rftfit.TableProfile(*POPPY.alpha(*SCATTERED), *SCATTERED),
 }
 
 
@@ -29,6 +33,7 @@ def printed(medium):
     return rows[rows["medium"] == medium]
 
 
+pytestmark = pytest.mark.statistics
 law = settings(max_examples=example_count(80), derandomize=True, deadline=None)
 slow_law = settings(max_examples=example_count(8), derandomize=True, deadline=None)
 angles = st.floats(-1.5, 1.5)

@@ -15,6 +15,7 @@ import rftfit
 POPPY = rftfit.published_medium("poppy_LP")
 TERMS: Any = rftfit.published_medium("poppy_CP", "fourier")
 PLANE = ["force_z_N", "force_x_N", "moment_N_cm"]
+pytestmark = pytest.mark.statistics
 law = settings(max_examples=example_count(60), derandomize=True, deadline=None)
 slow_law = settings(max_examples=example_count(16), derandomize=True, deadline=None)
 factors = st.floats(0.1, 10)

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from seeds import seeds
 
 import rftfit
 from rftfit.logs.base import Log
@@ -136,10 +137,11 @@ def make_header(luck):
     return header
 
 
+@pytest.mark.statistics
 def test_no_wrong_quantity_is_proposed(tmp_path):
     luck = random.Random(20)
     wrong, right_count, quantity_count = [], 0, 0
-    for _ in range(300):
+    for _ in range(seeds(300, 80)):
         header = make_header(luck)
         unit_style = (
             luck.choice(["brackets", "row"]) if any(unit for _, unit, _ in header) else "none"

@@ -15,6 +15,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from log_files import refused
 from numpy.testing import assert_allclose, assert_array_equal
+from seeds import example_count
 from third_party import CMU_SAND, LOGS, needs
 
 from rftfit.logs import blocks, rosbag
@@ -214,8 +215,11 @@ def short_bag():
 
 
 @needs_ur3
+@pytest.mark.statistics
 @settings(
-    max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+    max_examples=example_count(60),
+    deadline=None,
+    suppress_health_check=[HealthCheck.function_scoped_fixture],
 )
 @given(share=st.floats(0, 1))
 def test_cut_anywhere(tmp_path, share):

@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 from log_files import refused
 from numpy.testing import assert_allclose
 
-from rftfit.logs.inspect import recognised, refusal
+from rftfit.logs.inspect import refusal
 from rftfit.logs.registry import dialect, read_head
 from rftfit.table.parse import NO_TIME
 from rftfit.table.stamps import is_stamp, seconds_of, seconds_of_column
@@ -101,15 +101,6 @@ def test_dates_of_a_spreadsheet(tmp_path):
     assert "'settings'" in log.notes[0]
     log = dialect("xlsx").with_options({"sheet": "Sheet"}).load(tmp_path / "a.xlsx")
     assert [note.split()[0] for note in log.notes] == ["Date", "Clock"]
-
-
-def test_a_column_of_words_is_named(tmp_path):
-    path = tmp_path / "a.csv"
-    path.write_text("t (s),remark,Fz (N)\n" + "".join(f"{k},still,{k}.5\n" for k in range(9)))
-    reader = recognised(path)[0]
-    ((column, reason),) = reader.load(path).unread.items()
-    assert (column, reason.split()[0]) == ("remark", "'still'")
-    refused(reader.only(["t", "remark"]), path, "columns", "'remark': 'still'")
 
 
 def test_a_cell_far_below_all_rows(tmp_path):

@@ -11,7 +11,7 @@ import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-from log_files import TEXTS, instron, refused
+from log_files import instron, refused
 from numpy.testing import assert_allclose
 
 import rftfit
@@ -75,16 +75,6 @@ def test_cut_and_damaged_binaries(table):
             assert str(table) in str(log)
         else:
             assert log.size + sum(log.dropped.values()) == log.rows <= 50
-
-
-@pytest.mark.parametrize("name", [*TEXTS, "xlsx", "parquet"])
-def test_missing_empty_and_folder(name, tmp_path):
-    reader = TEXTS[name](1).reader if name in TEXTS else dialect(name)
-    (tmp_path / "empty").write_bytes(b"")
-    for path in (tmp_path / "nowhere", tmp_path / "empty", tmp_path):
-        (error,) = load_each([(reader, path)])
-        assert isinstance(error, LogError)
-        assert str(path) in str(error)
 
 
 def test_only_some_columns(tmp_path):

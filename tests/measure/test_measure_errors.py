@@ -14,6 +14,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize
+from seeds import seeds
 
 from rftfit.campaign.config import ErrorSettings
 from rftfit.measure.alpha import alpha_table, column
@@ -142,7 +143,8 @@ ERRORS = dict.fromkeys(
 """Errors that may be stated, and their sizes."""
 
 
-@settings(deadline=None, max_examples=40)
+@pytest.mark.statistics
+@settings(deadline=None, max_examples=seeds(40, 12))
 @given(
     start=st.fixed_dictionaries(ERRORS),
     name=st.sampled_from([*ERRORS]),

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from mistakes import Written, enacted, judged, of_logs, plates, some
+from mistakes import Written, enacted, judged
 
 from rftfit import TableProfile
 from rftfit.campaign.problems import CampaignError
@@ -169,33 +169,11 @@ def shifted(written, columns):
     return Written(written.config, rows, dict(written.logs))
 
 
-def test_shifted_logs_are_told_by_their_motion(campaign):
-    checks = judged(shifted(campaign, ("force_log", "motion_log"))).checks.set_index("check")
-    assert checks.loc["sheet", "code"] == "sheet-logs"
-    assert checks.loc["sheet", "effect"] == "unusable"
-    # nothing else is said of alpha in wrong rows
-    assert set(checks.loc[checks["verdict"] == "failed"].index) == {"sheet"}
-
-
 def test_a_shifted_column_of_beta_is_told_before_anything_is_measured(campaign):
     with pytest.raises(CampaignError) as caught:
         judged(shifted(campaign, ("beta_deg",)))
     problems = {problem.code: problem for problem in caught.value.problems}
     assert problems["sheet.column-shifted"].place.column == "beta_deg"
-
-
-def test_exchanged_cables_are_a_fault_of_the_channels(campaign):
-    written = Written(campaign.config, campaign.rows, dict(campaign.logs))
-
-    def exchange(log):
-        log[[3, 4]] = log[[4, 3]]
-
-    exchanged = of_logs(written, some(plates(written), 0.4, np.random.default_rng(3)), exchange)
-    judgement = judged(written)
-    checks = judgement.checks.set_index("check")
-    assert checks.loc["channels", "verdict"] == "failed"
-    assert "other-axes" in judgement.flags
-    assert len(exchanged) > 3
 
 
 # --- rods

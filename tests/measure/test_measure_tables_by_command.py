@@ -20,8 +20,7 @@ def alpha_of(root, option, rows, **settings):
     config = folder.root / "config" / "config.yaml"
     with config.open("a", encoding="utf-8") as stream:
         stream.write(yaml.safe_dump(settings) if settings else "")
-    completed = folder.rftfit("run", "results/alpha/sand.csv")
-    assert completed.returncode == 0, completed.stdout + completed.stderr
+    folder.run_here("checks")
     alpha = pd.read_csv(folder.root / "results" / "alpha" / "sand.csv")
     return alpha.set_index(["beta_deg", "gamma_deg"])
 

@@ -10,17 +10,9 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from rftfit import (
-    DepthOnlyProfile,
-    FourierProfile,
-    Profile,
-    TableProfile,
-    reference,
-    scaled_generic,
-)
+from rftfit import Profile, TableProfile, reference
 from rftfit.conventions import mirror
 from rftfit.model import fourier
-from rftfit.model.packs import DEPTH_ONLY, FOURIER, TABLE
 
 BETA, GAMMA = np.radians(reference.BETA_DEG), np.radians(reference.GAMMA_DEG)
 RANDOM = np.random.default_rng(3)
@@ -36,31 +28,6 @@ def scattered():
     """Pushes in 60 directions that lie on no grid."""
     beta, gamma = np.random.default_rng(1).uniform(-np.pi / 2, np.pi / 2, (2, 60))
     return TableProfile(*table().alpha(beta, gamma), beta, gamma, name="scattered")
-
-
-@pytest.mark.parametrize(
-    ("profile", "kind"),
-    [
-        (table(), TABLE),
-        (FourierProfile(M0), FOURIER),
-        (DepthOnlyProfile.of(table()), DEPTH_ONLY),
-        (scaled_generic(0.25, M0), FOURIER),
-        (scattered(), TABLE),
-    ],
-)
-def test_lives_on_the_torus_and_is_symmetric(profile, kind):
-    alpha = np.array(profile.alpha(ANY_BETA, ANY_GAMMA))
-    assert np.isfinite(alpha).all()
-    assert np.abs(alpha).max() > 0.1
-    for turns in ((1, 0), (-3, 0), (0, 1), (2, -2)):
-        again = profile.alpha(ANY_BETA + turns[0] * np.pi, ANY_GAMMA + turns[1] * 2 * np.pi)
-        assert_allclose(again, alpha, atol=1e-12)
-    image_z, image_x = profile.alpha(*mirror(ANY_BETA, ANY_GAMMA))
-    assert_allclose([image_z, -image_x], alpha, atol=1e-12)
-    some = ANY_BETA[:200], ANY_GAMMA[:200]
-    assert_allclose(Profile.alpha(profile, *some), alpha[:, :200], atol=1e-12)
-    assert np.isnan(profile.alpha([np.nan, 1.0], [1.0, np.nan])).all()
-    assert profile.pack.kind == kind
 
 
 def test_table_is_bilinear_at_the_true_angles():

@@ -56,16 +56,6 @@ def test_the_whole_plane_against_the_law_written_out(friction):
             assert_allclose(alpha[:, row, column], expected, atol=1e-9)
 
 
-@pytest.mark.parametrize("friction", [0.2, 0.4, 0.8])
-def test_symmetry_and_energy(friction):
-    random = np.random.default_rng(2013)
-    beta, gamma = random.uniform(-np.pi, np.pi, (2, 2000))
-    z, x = alpha_3drft(beta, gamma, friction)
-    for image, sign in (((-beta, np.pi - gamma), -1), ((beta + np.pi, gamma), 1)):
-        assert_allclose(alpha_3drft(*image, friction), (z, sign * x), atol=1e-12)
-    assert (x * np.cos(gamma) + z * np.sin(gamma)).min() > 0
-
-
 @pytest.mark.parametrize(("step", "most"), [(1, 0.015), (5, 0.3)])
 @pytest.mark.parametrize("leg", ["c_leg", "reversed_c_leg"])
 def test_forces_on_legs_are_those_of_the_law(step, most, leg):

@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation
+from seeds import seeds
 
 import rftfit
 from rftfit import FourierProfile, Mesh, Motion3D
@@ -134,13 +135,14 @@ def test_compiled_and_plain_agree(profile, law, friction):
 
 
 angle = st.floats(-np.pi, np.pi)
-PROPERTY = settings(max_examples=60, deadline=None)
+PROPERTY = settings(max_examples=seeds(60, 15), deadline=None)
 
 
 def vector(tilt, turn):
     return np.array([np.sin(tilt) * np.cos(turn), np.sin(tilt) * np.sin(turn), np.cos(tilt)])
 
 
+@pytest.mark.statistics
 @PROPERTY
 @given(tilt=angle, turn=angle, first_azimuth=angle, second_azimuth=angle)
 def test_the_law_is_continuous_at_level_faces_and_vertical_motion(

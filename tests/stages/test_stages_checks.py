@@ -7,29 +7,12 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-import pandas as pd
 import pytest
 from campaigns import FEW, Folder
-from mistakes import (
-    CHANNELS,
-    POUND_N,
-    clipped,
-    copied,
-    dead,
-    enacted,
-    judged,
-    late,
-    of_logs,
-    stated,
-    surface,
-    swapped,
-)
+from mistakes import POUND_N, copied, enacted, judged, late, of_logs, stated, swapped
 
 from rftfit.checks.declared import CHECKS
-from rftfit.checks.surface import judge_linearity
-from rftfit.measure.fits import RunFit, _other_laws
 from rftfit.measure.flags import remark
-from rftfit.measure.laws import other_laws
 
 MEDIUM = "poppy_CP"
 LUCK = np.random.default_rng(1)
@@ -67,19 +50,6 @@ def size(*expected):
     return {f"media.{MEDIUM}.expected_alpha": [*expected]}
 
 
-def cause(code, channel, axis):
-    """What is said of a channel in some of 28 logs."""
-    return str(remark(f"cause-{code}", channel=channel, axis=axis, count=r"\d+", size=r"\d+"))
-
-
-def frozen(lab, _):
-    def freeze(log):
-        half = log.shape[1] // 2
-        log[CHANNELS["z"], half:] = log[CHANNELS["z"], half]
-
-    of_logs(lab, lab.rows, freeze)
-
-
 def all_in_pounds(lab, _):
     def convert(log):
         log[2:] /= POUND_N
@@ -100,14 +70,9 @@ def test_a_campaign_without_a_mistake_fails_no_check(lab):
     ("settings", "mistake", "check", "code", "named"),
     [
         (axes(x="-F3", z="-F2"), None, "work", "work-axes", f"{remark('axes-exchanged')} .*axes.$"),
-        (axes(x="+F1", y="-F2"), None, "channels", "channels", " y .* F2, .* F1, .*axes"),
-        ({}, partial(dead, axis="x", noise_N=0), "channels", "channels", cause("constant", "F2", "x")),
-        ({}, frozen, "channels", "channels", cause("frozen", "F3", "z")),
-        ({}, partial(clipped, newtons=20), "channels", "channels", r"F3.* -20 N in"),
         ({}, partial(swapped, count=None), "rods", "rods-stronger", "tare_run"),
         ({"transducer.turn_deg": -4.0}, None, "symmetry", "symmetry", r" \+(7\.\d+|8(\.\d+)?) deg"),
         (size(0.4, 0.8), all_in_pounds, "size", "size", r" 0\.12.* unit "),
-        ({}, partial(surface, mm=-3), "surface", "surface-off", "surface_z_mm"),
         ({}, partial(late, seconds=0.3), "surface", "surface-late", r" late .* 0\.3 s "),
     ],
 )  # fmt: skip
@@ -122,24 +87,6 @@ def test_a_mistake_is_named_with_what_mends_it(lab, settings, mistake, check, co
     assert re.search(named, outcome["sentence"]), outcome["sentence"]
     assert alpha["checks"].str.contains(CHECKS[check].fault_of(code)).all()
     assert alpha["checks"].str.startswith(effect).all()
-
-
-def test_stress_that_is_no_line():
-    """Curvature moves the found surface too; where the strokes tell the two apart, it is named."""
-    noise = np.random.default_rng(1)
-    depth = np.linspace(2, 8, 600)
-    for power, verdict in ((1.2, "failed"), (1.0, "passed")):
-        pushes = []
-        for _ in range(5):
-            stress = (depth - (0.3 if power == 1 else 0)) ** power + noise.normal(0, 0.05, 600)
-            fit = RunFit(0, 90, 2, 8, laws=other_laws(depth, stress[None], 8), line=np.ones(1))
-            _, exponent, exponent_se, _, misfit = _other_laws(fit, 0.05)
-            pushes.append((exponent[0], exponent_se[0], misfit[0]))
-        names = ["exponent_z", "exponent_z_se", "power_misfit_z_ratio"]
-        table = pd.DataFrame(pushes, columns=names).assign(
-            beta_deg=0.0, gamma_deg=[90.0, 80, 70, 60, 50], depth_from_cm=2.0, depth_to_cm=8.0
-        )
-        assert judge_linearity(table, 0.05).verdict == verdict
 
 
 def test_an_accepted_medium_is_used_and_says_why(lab):

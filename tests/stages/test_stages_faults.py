@@ -7,15 +7,11 @@ import math
 
 import pandas as pd
 import pytest
-from campaigns import RigRoom, paper, planned, row_of_run
-from log_files import told
+from campaigns import planned, row_of_run
+from makers import golden_campaigns
 
 from rftfit import RftfitError, reference
-from rftfit.campaign.load import load_campaign
-from rftfit.campaign.problems import CampaignError
-from rftfit.lab.enact import reenact
 from rftfit.lab.rig import FAULTS
-from rftfit.measure.flags import attach_run
 from rftfit.measure.ledger import check_ledger
 
 RUN = "poppy_LP_bp30_g45_in"
@@ -31,40 +27,12 @@ LEG = "poppy_LP_c_leg"
 FORCE, MOTION = f"poppy_LP/{RUN}_force.csv", f"poppy_LP/{RUN}_motion.csv"
 ROD = f"{RUN}_rod"
 
-REFUSED = {
-    "missing_log": "missing",
-    "empty": "empty",
-    "header_only": "header-only",
-    "wrong_delimiter": "header",
-    "wrong_unit": "other-unit",
-    "never_touches": "surface-not-reached",
-    "flipped_beta": "other-angle",
-    "missing_tare": "tare-missing tare-unusable missing",
-    "saturated": "window-saturated",
-}
-"""Faults after which the run has no number, and the code of the reason."""
-FLAGGED: dict[str, tuple[str, dict[str, float]]] = {
-    "gap": ("gap", {"seconds": 1.51}),
-    "truncated": ("cut-rows force-log-short", {"count": 1, "seconds": 5.21}),
-    "duplicated_rows": ("duplicated-rows", {"count": 60}),
-    "time_reversed": ("time-backwards gap", {"count": 59, "seconds": 0.6}),
-    "nan_cells": ("not-finite", {"count": 30}),
-}
-"""Faults after which the run is flagged, with the codes and values of the flags."""
+OF_TARES = ("duplicated_rows", "empty", "gap", "nan_cells", "saturated", "truncated")
+"""Faults that a rod has here; those of plates are in golden campaigns."""
+OF_LEGS = (*OF_TARES, "flipped_beta", "missing_tare")
 
 
-def broken(room, fault, run=RUN, beside=OTHER):
-    changed = planned()[run].tare_run if fault == "missing_tare" else run
-    room.add(run, beside, **{changed: (fault,)})
-    results = room.chain()
-    results.check_ledger(room.counted)
-    # what lies beside it is as if nothing had happened
-    assert results.fit(beside)["reason"] == ""
-    assert results.fit(beside)["alpha_z_N_per_cm3"] == pytest.approx(0.3505, abs=0.005)
-    return results
-
-
-LARGE = {RUN: (4, 9), PULL: (2, 3), LEVEL: (4, 6)}
+LARGE = {RUN: (4, 9), PULL: (2, 3)}
 """Place of a run's cell in the published table."""
 
 
@@ -85,56 +53,14 @@ def no_number(row):
     )
 
 
-def test_every_fault_is_tested_here():
-    assert REFUSED.keys() | FLAGGED.keys() | {"wrong_medium_tare"} == set(FAULTS)
+def test_every_fault_of_a_plate_is_in_a_golden_campaign():
+    """But for another delimiter, which is a log of `tests/logs/data`."""
+    labs = [campaign.settings.get("lab", {}) for campaign in golden_campaigns()]
+    named = {fault.partition(":")[0] for lab in labs for fault in lab.get("faults", [])}
+    assert named == {*FAULTS} - {"wrong_delimiter"}
 
 
-@pytest.mark.parametrize("fault", REFUSED)
-def test_fault_that_forbids_a_number(room, fault):
-    results = broken(room, fault)
-    fit = results.fit(RUN)
-    assert fit["reason_code"] == REFUSED[fault]
-    assert no_number(fit)
-    assert fit["n_points"] == 0
-    cell = results.cell(30, 45)
-    assert (cell["reason"], cell["reason_code"]) == (f"{RUN}: {fit['reason']}", REFUSED[fault])
-    assert no_number(cell)
-    assert cell["n_runs"] == 0
-    # the rows say the same as the table
-    assert any(reason.endswith(REFUSED[fault]) for _, reason in results.fates(FORCE))
-    used = sum(n for (fate, _), n in results.fates(FORCE).items() if fate == "used")
-    refused_at_once = fault not in ("missing_tare", "saturated")
-    assert (used == 0) == refused_at_once
-    assert (results.run(RUN)["status"] == "refused") == refused_at_once
-
-
-@pytest.mark.parametrize("fault", FLAGGED)
-def test_fault_that_is_flagged(room, fault):
-    results = broken(room, fault)
-    fit = results.fit(RUN)
-    codes, numbers = FLAGGED[fault]
-    assert (fit["reason_code"], results.codes(RUN)) == ("", codes.split())
-    flags = results.flags.of_run(RUN)
-    values = {name: value for flag in flags for name, value in flag.values.items()}
-    assert {name: values[name] for name in numbers} == pytest.approx(numbers, abs=0.005)
-    assert results.flags.of_cell(results.cell(30, 45)) == attach_run(RUN, flags)
-    is_right(fit)
-
-
-@pytest.mark.parametrize("fault", sorted((REFUSED.keys() | FLAGGED.keys()) - {"never_touches"}))
-@pytest.mark.parametrize("run", [LEVEL])
-def test_no_row_is_lost_and_no_number_is_silent(room, fault, run):
-    results = broken(room, fault, run)
-    fit = results.fit(run)
-    assert fit["reason"] or results.codes(run)
-    assert no_number(fit) == bool(fit["reason"])
-    if not fit["reason"]:
-        is_right(fit)
-
-
-@pytest.mark.parametrize(
-    "fault", sorted((REFUSED.keys() | FLAGGED.keys()) - {"never_touches", "missing_tare"})
-)
+@pytest.mark.parametrize("fault", OF_TARES)
 @pytest.mark.parametrize("run", [PULL])
 def test_fault_in_the_tare(room, fault, run):
     """A tare that is short or has a hole gives no number; one that is whole gives the right one."""
@@ -158,7 +84,7 @@ def test_fault_in_the_tare(room, fault, run):
         assert results.fates(f"poppy_LP/{run}_force.csv")["dropped", "untared"] > 50
 
 
-@pytest.mark.parametrize("fault", sorted((REFUSED.keys() | FLAGGED.keys()) - {"never_touches"}))
+@pytest.mark.parametrize("fault", OF_LEGS)
 @pytest.mark.parametrize("target", [LEG, "air_c_leg"])
 def test_fault_of_a_leg(room, fault, target):
     room.add(LEG, **{target: (fault,)})
@@ -185,19 +111,6 @@ def test_fault_of_a_leg(room, fault, target):
     if fault in ("gap", "saturated"):
         # no bin is bridged
         assert both["theta_deg"].diff().max() > 5
-
-
-def test_tare_of_another_medium_is_stopped_before_anything_is_read(tmp_path):
-    (tmp_path / "config").mkdir()
-    config = tmp_path / "config" / "config.yaml"
-    config.write_text(RigRoom(tmp_path).config, encoding="utf-8")
-    raw = tmp_path / "raw" / "paper"
-    media = ["yuma", "palms29"]
-    reenact(paper(), raw, raw / "runs.csv", media=media, faults=["wrong_medium_tare"])
-    with pytest.raises(CampaignError) as caught:
-        load_campaign(config)
-    (other_medium,) = (p for p in caught.value.problems if p.code == "sheet.tare-medium")
-    assert told([other_medium]) == ["sheet.tare-medium 10 tare_run 'palms29_bp00_g90_in_rod'"]
 
 
 def without_rows(text):

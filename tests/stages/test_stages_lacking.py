@@ -6,10 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from campaigns import run_rules
-from pages import words
 
-from rftfit.figures.plates import plot_stress_of_runs
-from rftfit.figures.registry import figures
 from rftfit.results import open_results
 from rftfit.store import read_csv, write_csv
 
@@ -35,24 +32,6 @@ def test_a_penetration_test_that_gave_nothing(room, cells, code):
     assert (row["medium"], row["run_id"]) == ("yuma", TEST)
     assert np.isnan(row["zeta"])
     assert row["reason_code"] == code
-
-
-def test_a_medium_of_legs_alone_has_a_quality_sheet_that_says_so(room):
-    results = measure(room.add("poppy_LP_c_leg"), "quality")
-    assert results.has("quality/poppy_LP.png")
-    (sheet,) = (figure for figure in figures() if figure.folder == "quality")
-    drawn = sheet.draw(results, "poppy_LP")
-    pages = drawn if isinstance(drawn, list) else [drawn]
-    assert "no plate run to draw" in " ".join(" ".join(words(page)) for page in pages)
-
-
-def test_a_stress_figure_without_a_run_names_the_reasons(room):
-    run = "poppy_LP_bp00_g90_in"
-    room.add(run).set(run, excluded="yes", reason="dust")
-    figure = plot_stress_of_runs(measure(room))
-    words = " ".join(" ".join(text.get_text() for text in figure.texts).split())
-    assert run in words
-    assert "dust" in words
 
 
 def test_a_table_without_rows_joins_as_numbers(tmp_path):

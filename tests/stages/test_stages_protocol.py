@@ -6,7 +6,7 @@ import pytest
 from result_tables import Memory
 
 from rftfit.campaign.load import load_campaign
-from rftfit.figures.protocol import columns_of, plot_protocol
+from rftfit.figures.protocol import columns_of
 from rftfit.measure.fits import fit_medium
 
 RUNS = (
@@ -58,19 +58,3 @@ def test_one_run_of_each_kind(small):
     # the tare of an intrusion is small beside its force
     pushed = columns_by_kind["intrusion"]
     assert abs(pushed.tare["force_z_N"]).max() < 0.1 * pushed.run["force_z_N"].max()
-
-
-def test_a_run_that_gave_no_slope_is_not_shown(small):
-    small.set("poppy_LP_bp30_g45_in", excluded="yes", reason="dust")
-    small.set("poppy_LP_c_leg", excluded="yes", reason="dust")
-    columns_by_kind = columns(small)
-    assert columns_by_kind["intrusion"].fit["run_id"] == "poppy_LP_bp00_g90_in"
-    assert columns_by_kind["rotation"].about.startswith("flat leg")
-
-
-def test_without_any_run_the_figure_says_so(small):
-    for run in RUNS:
-        small.set(run, excluded="yes", reason="dust")
-    results = results_of(small)
-    (text,) = plot_protocol(results, "poppy_LP").texts
-    assert text.get_text().startswith(f"{results.titles['poppy_LP']}: ")

@@ -26,7 +26,7 @@ from rftfit.measure.errors import AS_PREPARED
 
 pytestmark = pytest.mark.statistics
 
-CAMPAIGNS, SEED = seeds(8, 3), 7
+CAMPAIGNS, SEED = seeds(8, 2), 7
 ROBOTS = seeds(3, 1)
 """Campaigns with the speed of the robot, under two conditions each: it is slow."""
 
