@@ -106,6 +106,24 @@ def test_the_record_holds_no_machine_and_no_time(checked):
         assert dates == set(), name
 
 
+def test_a_chain_is_told(checked):
+    process = checked.rftfit("verify", "results/coefficients.csv")
+    assert process.returncode == 0
+    for phrase in (
+        "ingest of poppy_LP, yuma",
+        "slopes of poppy_LP, yuma",
+        "fourier",
+        "scaling",
+        "134 logs: air/air_c_leg_force.csv",
+        "67 rows of the run sheet",
+        "depends on: ",
+    ):
+        assert phrase in process.stdout
+    text_of_alpha = checked.rftfit("verify", "results/alpha/yuma.csv").stdout
+    assert "poppy_LP_" not in text_of_alpha
+    assert "scaling" not in text_of_alpha
+
+
 def change_row(root):
     sheet = root / "raw" / "paper" / "runs.csv"
     header, *rows = sheet.read_text(encoding="utf-8").splitlines()
@@ -248,6 +266,13 @@ def test_edits_and_damage_are_made_again(checked):
     assert {path: sha256(path) for path in digests_before} == digests_before
     assert checked.rftfit("verify").returncode == 0
     assert "Nothing to do" in checked.rftfit("run").stdout
+
+
+@pytest.mark.parametrize("word", ["results/coeficients.csv", "raw", "../elsewhere.csv"])
+def test_what_is_not_recorded_is_no_result(checked, word):
+    process = checked.rftfit("verify", word)
+    assert process.returncode == INPUT_NOT_VALID
+    assert f"{word}: " in process.stderr
 
 
 @pytest.mark.parametrize("text", [None, "", "{}", "[]", '{"format": 1}', '{"format": 99}'])

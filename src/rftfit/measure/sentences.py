@@ -27,20 +27,20 @@ FLAGS = {
     # of a run
     "gives-back": Flag(
         "the medium would push the plate along: check the signs in transducer.axes, the direction and the angles of this run",
-        severity=14,
+        severity=15,
     ),
-    "stroke-saturated": Flag("transducer saturated in {count} samples of the stroke", severity=13),
-    "motion-log-cut": Flag("the motion log begins or ends within the stroke", severity=12),
-    "force-log-short": Flag("force log lacks {seconds:.2f} s of the stroke", severity=11),
-    "cut-rows": Flag(_LOST_ROWS, severity=10),
-    "gap": Flag("gap of {seconds:.2f} s in the force log during the stroke", severity=9),
+    "stroke-saturated": Flag("transducer saturated in {count} samples of the stroke", severity=14),
+    "motion-log-cut": Flag("the motion log begins or ends within the stroke", severity=13),
+    "force-log-short": Flag("force log lacks {seconds:.2f} s of the stroke", severity=12),
+    "cut-rows": Flag(_LOST_ROWS, severity=11),
+    "gap": Flag("gap of {seconds:.2f} s in the force log during the stroke", severity=10),
     "gaps": Flag(
         "{count} gaps in the force log during the stroke, {seconds:.2f} s in all, the longest of {longest:.2f} s",
-        severity=8,
+        severity=9,
     ),
-    "time-backwards": Flag(_LOST_ROWS, severity=7),
-    "not-finite": Flag(_LOST_ROWS, severity=6),
-    "duplicated-rows": Flag(_LOST_ROWS, severity=5),
+    "time-backwards": Flag(_LOST_ROWS, severity=8),
+    "not-finite": Flag(_LOST_ROWS, severity=7),
+    "duplicated-rows": Flag(_LOST_ROWS, severity=6),
     "not-linear": Flag(
         "alpha_{component} not linear ({percent:+.0f} % at the end of the window)",
         severity=3,
@@ -49,7 +49,7 @@ FLAGS = {
     "pull-not-linear": Flag(
         "alpha_{component} of this pull not linear ({percent:+.0f} % at the end of the window): if the force builds up over more "
         "way than fit.extraction_skip_cm leaves out, {skip:g} cm, make that longer",
-        severity=3,
+        severity=4,
         weak=True,
     ),
     "crust": Flag(
@@ -128,9 +128,9 @@ FLAGS = {
     "surface-differs": Flag("stress begins {gap:+.1f} mm off from that of the other runs"),
     "lag-differs": Flag("the force log is {gap:+.2f} s off from those of the other runs"),
     "apart": Flag("differs from the {beside} by {times:.1f} times the spread of such differences"),
-    "shared-cause": Flag("shares with other runs: {cause}", severity=15),
+    "shared-cause": Flag("shares with other runs: {cause}", severity=16),
     # of a cell
-    "few-depths": Flag("{found} of {wanted} depths", severity=4, weak=True),
+    "few-depths": Flag("{found} of {wanted} depths", severity=5, weak=True),
     "pooled-plates": Flag(
         "repeats are of different plates: {plates} (alpha may depend on the size)", severity=2
     ),
