@@ -335,15 +335,17 @@ def check(rules: Sequence[str], measure: Measurement) -> int:
             file=sys.stderr,
         )
         return 1
-    factor_of, slower = slower_twice(measure, table)
-    print("\n".join(format_factors(factor_of)))
     stored_machine = table[0].machine
     if stored_machine != machine():
+        factor_of = factors(measure([stored.rule for stored in table]), table)
+        print("\n".join(format_factors(factor_of)))
         print(
             f"NOT CHECKED: the stored times are those of {stored_machine}; this is {machine()}. "
-            "The factors above are for information."
+            "The factors above are for information, measured once."
         )
         return 0
+    factor_of, slower = slower_twice(measure, table)
+    print("\n".join(format_factors(factor_of)))
     if slower:
         print(
             f"Slower in two measurements: {', '.join(slower)}. Where this is worth it, write the table "
