@@ -498,21 +498,24 @@ def _number_parts(n_vertices: int, faces: IntArray) -> IntArray:
 
 def _count_crossing_parts(vertices: FloatArray, faces: IntArray, part_of_face: IntArray) -> int:
     """Count closed parts of which an edge runs inside another part, at the points of `_ALONG_EDGES`."""
-    n_parts = int(part_of_face.max()) + 1
-    triangles = [vertices[faces[part_of_face == part]] for part in range(n_parts)]
-    lowest = [part.min(axis=(0, 1)) for part in triangles]
-    highest = [part.max(axis=(0, 1)) for part in triangles]
+    order = np.argsort(part_of_face, kind="stable")
+    ends = np.cumsum(np.bincount(part_of_face))
+    triangles = np.split(vertices[faces[order]], ends[:-1])
+    lowest = np.array([part.min(axis=(0, 1)) for part in triangles])
+    highest = np.array([part.max(axis=(0, 1)) for part in triangles])
     crossing = 0
     for inner, inner_part in enumerate(triangles):
-        starts, ends = inner_part.reshape(-1, 3), np.roll(inner_part, -1, axis=1).reshape(-1, 3)
-        points = np.concatenate([starts + share * (ends - starts) for share in _ALONG_EDGES])
-        for outer, outer_part in enumerate(triangles):
-            within_box = ((points > lowest[outer]) & (points < highest[outer])).all(axis=1)
-            if outer == inner or not within_box.any():
-                continue
-            candidates = points[within_box]
-            candidates = candidates[:: -(-len(candidates) // _MOST_POINTS)]
-            if any(_winding(point, outer_part) > 0.5 for point in candidates):
+        meets = ((lowest < highest[inner]) & (highest > lowest[inner])).all(axis=1)
+        meets[inner] = False
+        if not meets.any():
+            continue
+        corners, next_corners = inner_part, np.roll(inner_part, -1, axis=1)
+        along_edges = [corners + share * (next_corners - corners) for share in _ALONG_EDGES]
+        points = np.concatenate(along_edges).reshape(-1, 3)
+        for outer in np.flatnonzero(meets):
+            candidates = points[((points > lowest[outer]) & (points < highest[outer])).all(axis=1)]
+            candidates = candidates[:: max(1, -(-len(candidates) // _MOST_POINTS))]
+            if any(_winding(point, triangles[outer]) > 0.5 for point in candidates):
                 crossing += 1
                 break
     return crossing
