@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import os
+
+# before numpy is imported: a command's matrices are small, and threads that wait for one another cost several times
+# the processor time where other programs run
+os.environ["OPENBLAS_NUM_THREADS"] = "1"
+
 import contextlib
 import errno
 import io
-import os
 import platform
 import sys
 import tempfile
