@@ -124,3 +124,11 @@ def test_simulating_into_a_file(rftfit, work_folder):
         code=3,
     )
     assert "out: " in output.err
+
+
+def test_a_command_asks_for_one_thread_before_numpy_is_imported():
+    script = "import os, sys, rftfit.cli.main; print(os.environ['OPENBLAS_NUM_THREADS'], 'numpy' in sys.modules)"
+    command = [sys.executable, "-c", script]
+    environment = os.environ | {"OPENBLAS_NUM_THREADS": "4"}
+    run = subprocess.run(command, check=True, capture_output=True, text=True, env=environment)
+    assert run.stdout.split() == ["1", "False"]

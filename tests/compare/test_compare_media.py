@@ -14,6 +14,7 @@ import pytest
 from compare_media import Beds, compare_pair, grade, published, runs_of
 from seeds import seeds
 
+import rftfit
 from rftfit.compare.contrast import NoCommonDirection, RunSet, compare_run_sets
 from rftfit.compare.media import with_label
 from rftfit.errors import InputError
@@ -223,3 +224,18 @@ def test_a_label_chooses_runs():
     assert with_label(fits, labels, "monday")["run_id"].tolist() == ["a"]
     with pytest.raises(InputError, match="found 'sunday'; allowed: friday, monday"):
         with_label(fits, labels, "sunday")
+
+
+def test_a_published_medium_is_compared_by_its_map(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    table = rftfit.published_table("table_s5")
+    pushes = table[table["medium"] == "poppy_LP"].copy()
+    pushes[ALPHA] *= 2
+    sand = rftfit.estimate_map(pushes)
+    comparison = rftfit.compare_media("published:poppy_LP", sand)
+    assert comparison.ratio == pytest.approx(2, rel=0.03)
+    assert comparison.ratio_lo < 2 < comparison.ratio_hi
+    with pytest.raises(InputError, match="did you mean 'poppy_LP'"):
+        rftfit.compare_media("published:popy_LP", sand)
+    with pytest.raises(InputError, match="published:MEDIUM"):
+        rftfit.compare_media("poppy_LP", sand)

@@ -1,10 +1,12 @@
 """A prediction outside of what was measured or tested has a warning that names the limit."""
 
 import re
+import warnings
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import rftfit
@@ -96,3 +98,65 @@ def test_the_share_of_a_push_that_lies_below_the_measured_depths():
     assert reach == pytest.approx((6, 4, 6 / 12))
     above = rftfit.path(np.arange(2), np.zeros(2), np.ones(2), np.zeros(2))
     assert reach_below_measured(profile, PLATE, above) is None
+
+
+ONE_PUSH = {"beta_deg": [0.0], "gamma_deg": [90.0], "alpha_z_N_per_cm3": [0.5]}
+
+
+@pytest.mark.parametrize(
+    ("depths", "window"),
+    [
+        ({}, (0.0, np.inf)),
+        ({"depth_to_cm": [4.0]}, (0.0, 4.0)),
+        ({"depth_from_cm": [1.5], "depth_to_cm": [4.0]}, (1.5, 4.0)),
+        ({"depth_from_cm": [np.nan], "depth_to_cm": [np.nan]}, (0.0, np.inf)),
+    ],
+)
+def test_pushes_state_how_deep_they_went(depths, window):
+    sand = rftfit.estimate_map(pd.DataFrame(ONE_PUSH | depths))
+    assert sand.profile.window == window
+    motion = rftfit.path([0, 1, 2], [0, 0, 0], [-3, -5, -6], [0, 0, 0])
+    deeper = [told for told in rftfit.beyond_measured(sand, PLATE, motion) if "deeper" in told]
+    assert len(deeper) == (window[1] < 6)
+
+
+def corner(rows_before_it):
+    """Path of a plate down to 3 cm and then along -x, with the last pose so many seconds before the corner, and after it."""
+    times = np.array([0, 1, *(2 - rows_before_it), 2, *(2 + rows_before_it[::-1]), 3, 4])
+    down, along = np.minimum(times, 2), np.maximum(times - 2, 0)
+    return times, -along, -1 - down
+
+
+@pytest.mark.parametrize("solid", [False, True])
+def test_a_corner_that_hides_a_force_is_told_with_its_size(solid):
+    sand = rftfit.published_medium("poppy_LP")
+    body = rftfit.Mesh.cylinder(radius_cm=1.5, width_cm=2, facets=24) if solid else PLATE
+
+    def motion_and_lift(rows):
+        times, x, z = corner(np.array(rows))
+        zeros = np.zeros_like(times)
+        if solid:
+            turns = np.stack([zeros] * 3, axis=-1)
+            motion = rftfit.Motion3D.path(times, np.stack([x, zeros, z], axis=-1), turns)
+        else:
+            motion = rftfit.path(times, x, z, zeros)
+        told = [text for text in rftfit.beyond_measured(sand, body, motion) if "corner" in text]
+        peaks = rftfit.find_peaks(sand, body, motion, model_error=0)
+        [lift] = [peak.value for peak in peaks if peak.quantity == "force_z_N"][:1]
+        return told, lift
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", rftfit.LimitWarning)
+        [text], lift = motion_and_lift([])
+        nothing, true_lift = motion_and_lift([1e-3])
+    assert not nothing
+    assert "force z" in text
+    hidden = float(re.findall(r"it is (\S+) N larger", text)[0])
+    assert lift + hidden == pytest.approx(true_lift, rel=0.01)
+
+
+def test_a_smooth_path_has_no_corner():
+    angle = np.linspace(0, np.pi / 2, 40)
+    motion = rftfit.path(angle, -5 * (1 - np.cos(angle)), -1 - 4 * np.sin(angle), np.zeros(40))
+    told = rftfit.beyond_measured(rftfit.published_medium("poppy_LP"), PLATE, motion)
+    assert not [text for text in told if "corner" in text]

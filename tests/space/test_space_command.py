@@ -208,3 +208,22 @@ def ends_of(answer, name):
 def predict_without_error(motion):
     """Forces on the ball without an interval."""
     return rftfit.predict(rftfit.published_medium("poppy_LP"), BALL, motion, model_error=0)
+
+
+def test_what_symmetry_makes_zero_has_an_interval_of_both_signs():
+    motion = Motion3D.press(BALL, 1.0, poses=5)
+    answer = answer_with_forces(rftfit.published_medium("poppy_LP"), BALL, motion)
+    summary = answer.summary()
+    quantities = {peak.quantity for peak in answer.peaks}
+    for name in ("force_x", "force_y"):
+        column = f"{name}_N"
+        low, high = (answer.forces[end].to_numpy() for end in next_end_names(column))
+        if column not in quantities:
+            assert answer.farthest_of_zeros[name] == max(-low.min(), high.max())
+            continue
+        [row] = [line.split() for line in summary.splitlines() if name.replace("_", " ") in line][
+            :1
+        ]
+        shown = [float(cell) for cell in row if re.fullmatch(r"-?[0-9.e-]+", cell)][-3:-1]
+        assert shown[0] < 0 < shown[1]
+    assert "(0, 0, 0) of the mesh" in summary

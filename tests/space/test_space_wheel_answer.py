@@ -1,6 +1,7 @@
 """`rftfit.wheel` and ``rftfit wheel`` answer for a wheel at a load or at a sinkage."""
 
 import json
+import warnings
 
 import numpy as np
 import pytest
@@ -121,3 +122,26 @@ def test_a_predicted_load_has_no_error_of_the_model_and_says_so():
         sum("rigs whose load was given" in note for note in a.notes) for a in (at_sinkage, at_load)
     ]
     assert told == [1, 0]
+
+
+@pytest.mark.parametrize(
+    ("radius_cm", "load_N", "sinkage_cm", "expected"),
+    [
+        (12.0, 40.0, 1.0, []),
+        (12.0, 400.0, 1.0, ["a load of 400 N"]),
+        (60.0, 40.0, 1.0, ["a rim of 60 cm"]),
+        (3.0, 2.0, 0.5, ["a rim of 3 cm", "a load of 2 N"]),
+        (12.0, 40.0, 11.0, ["deeper than measured: down to 11.0 cm"]),
+    ],
+)
+def test_a_wheel_unlike_the_measured_ones_is_told(radius_cm, load_N, sinkage_cm, expected):
+    smooth = rftfit.Mesh.cylinder(radius_cm=radius_cm, width_cm=6, facets=24)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        answer = rftfit.wheel(
+            rftfit.published_medium("poppy_LP"), smooth, 0.2, sinkage_cm=sinkage_cm, load_N=load_N
+        )
+    told = [str(warning.message) for warning in caught]
+    assert [warning.category for warning in caught] == [rftfit.LimitWarning] * len(expected)
+    assert all(words in text for words, text in zip(expected, told, strict=True))
+    assert all(any(text[1:] in note for note in answer.notes) for text in told)

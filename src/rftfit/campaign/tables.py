@@ -101,6 +101,17 @@ ALPHA = Schema(
         TableColumn(
             "n", "number", "number of runs behind it", needed=False, low=1, also=("n_runs",)
         ),
+        *(
+            TableColumn(
+                f"depth_{end}_cm",
+                "number",
+                f"{extreme} depth behind it",
+                needed=False,
+                low=0,
+                unit="cm",
+            )
+            for end, extreme in (("from", "least"), ("to", "largest"))
+        ),
         *_OF_RUN,
     ),
     others="warned",
@@ -161,6 +172,8 @@ _NUMBERS = (
     "se_z",
     "se_x",
     "n",
+    "depth_from_cm",
+    "depth_to_cm",
 )
 
 _TURN, _MOST_TURNS = 0.02, 6

@@ -21,7 +21,7 @@ def compare(
         typer.Argument(
             metavar="A",
             help="Medium of the campaign in this folder, FOLDER:MEDIUM, FOLDER with one medium, or one of these with "
-            "@LABEL for a session; or a profile file of rftfit export.",
+            "@LABEL for a session; or a profile file of rftfit export, or published:MEDIUM.",
         ),
     ],
     second: Annotated[str, typer.Argument(metavar="B", help="The same.")],

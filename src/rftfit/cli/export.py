@@ -165,10 +165,11 @@ def _of_campaign(folder: Path, name: str, kind: str | None) -> tuple[KnownMedium
 
 def _published(name: str, kind: str | None) -> tuple[KnownMedium, dict[str, Any]]:
     from rftfit.model.profiles import PAPER_WINDOW
+    from rftfit.model.shapes import published_map
     from rftfit.reference import MEDIA
 
     choose("--medium", name, MEDIA, "published media; --results DIR for those of a campaign")
     facts = {"name": name, "window": PAPER_WINDOW}
     if kind != "map":
         return rftfit.published_medium(name), facts
-    return options.published_map(name), facts
+    return published_map(name), facts

@@ -146,7 +146,7 @@ PushesFile = Annotated[
     Path | None,
     file(
         "Any number of pushes: a table with beta_deg, gamma_deg, alpha_z_N_per_cm3 and, where measured, "
-        "alpha_x_N_per_cm3, se_z, se_x."
+        "alpha_x_N_per_cm3, se_z, se_x, depth_from_cm, depth_to_cm."
     ),
 ]
 MethodName = Annotated[
@@ -353,6 +353,8 @@ class MediumOptions:
             hint = "published media; --results DIR for those of a campaign, --alpha for one penetration test"
             name = choose("--medium", self.medium, MEDIA, hint)
             if self.kind == "map":
+                from rftfit.model.shapes import published_map
+
                 return published_map(name).profile
             return rftfit.published_medium(name, self.kind or "table")
         campaign = rftfit.open(self.results)
@@ -496,13 +498,6 @@ def map_of(
         return rftfit.estimate_map(pushes, shapes, confidence, name=called, contacts=contacts)
     except ValueError as error:
         raise InputError(f"{name}: {error}") from error
-
-
-def published_map(medium: str) -> Map:
-    """Map of a published medium from all its directions, the known media without itself."""
-    rows = rftfit.published_table("table_s5")
-    shapes = rftfit.published_shapes([medium])
-    return rftfit.estimate_map(rows[rows["medium"] == medium], shapes, name=medium)
 
 
 def scaled_from(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -18,7 +19,7 @@ from rftfit.cli.output import (
     write_csv,
     write_picture,
 )
-from rftfit.errors import CollectedErrors, InputError
+from rftfit.errors import CollectedErrors, InputError, LimitWarning
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -150,19 +151,22 @@ def wheel(
     check_picture(figure, _DRAWN, force)
     assert shape is not None
     try:
-        answer = rftfit.wheel(
-            source,
-            shape,
-            numbers["--slip"],
-            sinkage_cm=_one_or_all(numbers.get("--sinkage")),
-            load_N=_one_or_all(numbers.get("--load")),
-            friction=friction,
-            track=not no_track,
-            rim_cm=rim,
-            confidence=confidence,
-            model_error=model_error,
-            left_out=left_out,
-        )
+        with warnings.catch_warnings():
+            # printed among the notes
+            warnings.simplefilter("ignore", LimitWarning)
+            answer = rftfit.wheel(
+                source,
+                shape,
+                numbers["--slip"],
+                sinkage_cm=_one_or_all(numbers.get("--sinkage")),
+                load_N=_one_or_all(numbers.get("--load")),
+                friction=friction,
+                track=not no_track,
+                rim_cm=rim,
+                confidence=confidence,
+                model_error=model_error,
+                left_out=left_out,
+            )
     except ValueError as error:
         raise InputError(str(error)) from error
     files = {"table": str(output)} | ({"figure": str(figure)} if figure else {})

@@ -279,9 +279,9 @@ _WITHOUT_REPEATS = {
     (True, True): _ANSWERS[True, True].replace("{shapes})", "{shapes})" + _ONLY_IF + ",", 1),
 }
 _SIZE_ALONE = {
-    False: "No difference of size between {a} and {b} by their maps: ratio {ratio} ({interval}); without a common direction "
+    False: "No difference of size between {a} and {b} by their maps: ratio {ratio} ({interval}); without runs in common directions "
     "their shapes cannot be compared.",
-    True: "{b} is {ratio} times as strong as {a} by their maps ({interval}); without a common direction their shapes "
+    True: "{b} is {ratio} times as strong as {a} by their maps ({interval}); without runs in common directions their shapes "
     "cannot be compared.",
 }
 

@@ -20,7 +20,7 @@ from rftfit.measure.errors import errors_of
 from rftfit.measure.flags import format_remarks
 from rftfit.model.known import profile_of
 from rftfit.model.profiles import KnownMedium, Profile
-from rftfit.model.shapes import Map
+from rftfit.model.shapes import Map, published_map
 from rftfit.results import Medium, Results, open_results
 
 
@@ -36,8 +36,8 @@ def compare_media(
     ----------
     a, b : Medium, Map, TableProfile, str or Path
         A medium of the campaign in the current folder, ``FOLDER:MEDIUM`` of another one, ``FOLDER`` if it has one
-        medium, or one of these with ``@LABEL``: its runs with this label in the column `session` of the run sheet. Or
-        what carries draws of alpha: what `scale`, `estimate_map` or `read_profile` return, or the path of a profile
+        medium, or one of these with ``@LABEL``: its runs with this label in the column `session` of the run sheet;
+        ``published:MEDIUM``. Or what carries draws of alpha: what `scale`, `estimate_map` or `read_profile` return, or the path of a profile
         file.
     confidence : float, optional
         Level of the intervals.
@@ -138,10 +138,14 @@ def with_label(fits: pd.DataFrame, labels: pd.Series[str], label: str) -> pd.Dat
     return fits[of_runs == label]
 
 
+PUBLISHED = "published:"
+"""Begin of a word that means a published medium."""
+
+
 def _is_without_runs(source: KnownMedium | str | Path) -> bool:
     """Tell whether a medium is known by something else than runs of a campaign."""
     if isinstance(source, str | Path):
-        return Path(source).is_file()
+        return Path(source).is_file() or str(source).startswith(PUBLISHED)
     return not isinstance(source, Medium)
 
 
@@ -149,6 +153,11 @@ def _find_drawn(
     source: KnownMedium | str | Path, opened: dict[Path, Results]
 ) -> tuple[str, Profile]:
     """Name and profile of a medium that is compared by draws of its alpha."""
+    if isinstance(source, str) and source.startswith(PUBLISHED) and not Path(source).is_file():
+        medium = choose(
+            "medium", source.removeprefix(PUBLISHED), reference.MEDIA, "published media"
+        )
+        return source, published_map(medium).profile
     if _is_without_runs(source):
         profile = profile_of(source)
         name = str(source) if isinstance(source, str | Path) else profile.name
@@ -193,8 +202,8 @@ def _find_medium(place: str, opened: dict[Path, Results]) -> Medium:
         raise InputError(f"{place}: {len(results.media)} media; allowed: {listed}")
     if current is None:
         raise InputError(
-            f"found '{place}', but the current folder is no campaign; allowed: FOLDER:MEDIUM, or FOLDER of a campaign "
-            "with one medium"
+            f"found '{place}', but the current folder is no campaign; allowed: FOLDER:MEDIUM, FOLDER of a campaign "
+            f"with one medium, a profile file with errors (rftfit export), or {PUBLISHED}MEDIUM"
         )
     return current[choose("medium", place, current.media, "or FOLDER:MEDIUM of another campaign")]
 
@@ -243,7 +252,10 @@ def _sizes_of_draws(name: str, profile: Profile) -> FloatArray:
 
     Raises `InputError` for a profile that has no draws, or no number in one of these directions.
     """
-    allowed = "allowed: a medium of a campaign, what rftfit.scale or estimate_map return, or a profile file with errors"
+    allowed = (
+        f"allowed: a medium of a campaign, what rftfit.scale or estimate_map return, {PUBLISHED}MEDIUM, or a profile file with "
+        "errors (rftfit export --profile map)"
+    )
     if not isinstance(profile.spread, Profile):
         cause = (
             "its tables state no errors"

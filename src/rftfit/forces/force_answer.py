@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -234,10 +234,23 @@ class ForceAnswer:
             sizes = sign * self.forces[ends].to_numpy(float)
             value, farthest = float(np.nanmax(sizes[:, 0])), float(np.nanmax(sizes))
             if is_cut and farthest > SIGN_KNOWN * abs(peak.value):
-                unit = "N cm" if peak.quantity.endswith("cm") else "N"
                 at_most = sign * max(value, 0.0) + 0.0
-                sides.append(OtherSide(peak.name, at_most, sign * farthest, unit))
+                sides.append(OtherSide(peak.name, at_most, sign * farthest))
         return sides
+
+    @property
+    def farthest_of_zeros(self) -> dict[str, float]:
+        """Farthest end of an interval of a pose, by the name of a peak that is 0 in space, as symmetry makes it."""
+        if not self.in_space or self.poses_unknown:
+            return {}
+        peaks = {peak.quantity for peak in self.peaks}
+        ends = {name: self._columns_of_widest(name) for name in self.quantities}
+        farthest = {
+            name.partition("_N")[0]: float(np.nanmax(np.abs(self.forces[columns].to_numpy(float))))
+            for name, columns in ends.items()
+            if columns and name not in peaks
+        }
+        return {name: size for name, size in farthest.items() if size > 0}
 
     def _columns_of_widest(self, quantity: str) -> list[str]:
         """Columns of the widest interval of a force by pose; empty where there is none."""
@@ -252,11 +265,17 @@ class ForceAnswer:
         """Format sources, peaks and intervals for people."""
         lines = [f"{word.capitalize()}: {source}" for word, source in self.sources.items()]
         lines += ["", self._format_peaks(), *self._missing_intervals()]
+        if self.other_sides:
+            titles = ", ".join(_TITLES[side.peak] for side in self.other_sides)
+            lines.append(
+                f"{titles}: the sign is not known; the widest interval is that of both signs, pose by pose."
+            )
         lines += [
-            f"{_TITLES[side.peak]}: the sign is not known: on the other side {_cell(side.value)} at most, in the "
-            f"interval of a pose up to {_cell(side.farthest)} {side.unit}."
-            for side in self.other_sides
+            f"{_TITLES[name]}: 0, in the interval of a pose up to {_cell(farthest)} {_unit_of(name)} either way."
+            for name, farthest in self.farthest_of_zeros.items()
         ]
+        if self.in_space:
+            lines.append("Moments are about the point (0, 0, 0) of the mesh.")
         if self.peaks_not_stated:
             # the greatest of a curve with gaps need not be its peak, and must not pass for it
             titles = ", ".join(_TITLES[name] for name in self.peaks_not_stated)
@@ -288,14 +307,16 @@ class ForceAnswer:
         }
         ends_shown = {ends: meaning for ends, meaning in intervals.items() if meaning}
         columns = ["value", *(end for ends in ends_shown for end in ends)]
+        sides = {side.peak: side for side in self.other_sides}
+        peaks_shown = [_with_both_signs(peak, sides.get(peak.name)) for peak in self.peaks]
         rows = [
             [
                 _TITLES[peak.name],
                 *(_cell(getattr(peak, column)) for column in columns),
-                "N cm" if peak.quantity.endswith("cm") else "N",
+                _unit_of(peak.quantity),
                 f"{peak.position:g}",
             ]
-            for peak in self.peaks
+            for peak in peaks_shown
         ]
         if not rows:
             return "  no force in these poses that can be stated"
@@ -402,17 +423,37 @@ class OtherSide(NamedTuple):
     peak: str
     value: float
     farthest: float
-    unit: str
 
 
 SIGN_KNOWN = 1e-6
 """Part of a peak up to which the farthest end on the other side is rounding."""
 
 
+_ENDS_WIDEST_FIRST = (("next_lo", "next_hi"), ("model_lo", "model_hi"), ("lo", "hi"))
+"""Ends of the intervals of a peak: of the next bed, with the model's error, of alpha."""
+
+
 def _widest_ends(peak: Peak) -> tuple[float, float]:
     """Interval of the next bed, with the model's error or of alpha: the first that is known."""
-    intervals = ((peak.next_lo, peak.next_hi), (peak.model_lo, peak.model_hi), (peak.lo, peak.hi))
+    intervals = [(getattr(peak, lo), getattr(peak, hi)) for lo, hi in _ENDS_WIDEST_FIRST]
     return next((ends for ends in intervals if not math.isnan(ends[0])), (math.nan, math.nan))
+
+
+def _with_both_signs(peak: Peak, side: OtherSide | None) -> Peak:
+    """Let an interval with the model's error or of the next bed that is cut at 0 reach to the farthest end of the other sign."""
+    if side is None:
+        return peak
+    reach: dict[str, Any] = {}
+    for lo, hi in _ENDS_WIDEST_FIRST[:2]:
+        if getattr(peak, lo) == 0 > side.farthest:
+            reach[lo] = side.farthest
+        if getattr(peak, hi) == 0 < side.farthest:
+            reach[hi] = side.farthest
+    return replace(peak, **reach)
+
+
+def _unit_of(quantity: str) -> str:
+    return "N cm" if quantity.startswith("moment") else "N"
 
 
 PEAK_TITLES = {

@@ -11,8 +11,9 @@ from rftfit.campaign.config import Config
 from rftfit.conventions import QUASI_STATIC_CM_PER_S, FloatArray
 from rftfit.forces import model_error as errors
 from rftfit.forces.bodies import set_in_motion
+from rftfit.forces.corners import describe_corners
 from rftfit.forces.mesh import Mesh, Motion3D
-from rftfit.forces.motion import Motion
+from rftfit.forces.motion import Motion, rotation
 from rftfit.forces.outlines import Outline
 from rftfit.forces.plane import NOTICED
 from rftfit.model.known import profile_of
@@ -92,7 +93,8 @@ def beyond_measured(
     list of str
         A sentence for each limit that is left: deeper or shallower than the window, faster than
         quasi-static, near walls or bottom, sizes and speeds on which the model's own error was not
-        tested; and a wheel with lugs that rolls without a given rim. The share is that of depth times area, summed over all poses.
+        tested; a wheel with lugs that rolls without a given rim; and a corner of a path that hides the largest force. The
+        share is that of depth times area, summed over all poses.
 
     Examples
     --------
@@ -101,6 +103,7 @@ def beyond_measured(
     >>> rftfit.beyond_measured(rftfit.published_medium("poppy_LP"), leg)
     []
     """
+    motion = rotation() if motion is None else motion
     moving = set_in_motion(outline, motion)
     load, depth, speed, *level = moving.wet_parts()
     total = float(np.nansum(load))
@@ -109,6 +112,7 @@ def beyond_measured(
     rim = motion.rim if isinstance(motion, Motion3D) else None
     warnings = [] if rim is None else rim.list_doubts()
     profile = profile_of(medium, moving.knows)
+    warnings += describe_corners(profile, outline, motion)
     shallowest = profile.window[0]
     deepest, clause = depth_measured(profile)
 

@@ -16,7 +16,7 @@ from rftfit.campaign.problems import choose
 from rftfit.campaign.rows import TableColumn
 from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
-from rftfit.forces.motion import SCHEMA, as_increasing, read_times
+from rftfit.forces.motion import SCHEMA, as_increasing, rates_of_steps, read_times
 from rftfit.forces.outlines import Outline
 from rftfit.forces.rolling import (
     NO_RULE,
@@ -577,6 +577,8 @@ class Motion3D:
         ``own-track`` where faces of a rolling wheel behind its axle that face back do not count, else ``none``.
     rim : Rim or None
         Radius to which slip and sinkage of a rolling wheel belong, and where it was taken from; None of another motion.
+    rates_of_steps : numpy.ndarray, shape (2, p, 6), or None
+        Velocities and rates of a path over the step before each pose and over the one after it; None of another motion.
 
     Raises
     ------
@@ -622,6 +624,7 @@ class Motion3D:
         self.rolling = np.zeros((poses, len(NO_WHEEL)))
         self.rule = NO_RULE
         self.rim: Rim | None = None
+        self.rates_of_steps: FloatArray | None = None
         self.columns = {f"{axis}_cm": self.frames[:, k] for k, axis in enumerate("xyz")}
         turned = self.frames[np.isfinite(self.frames).all(axis=1), 9:].reshape(-1, 3, 3)
         square = turned @ turned.swapaxes(1, 2)
@@ -630,6 +633,13 @@ class Motion3D:
 
     def __repr__(self) -> str:
         return f"<Motion3D {self.name}: {len(self.frames)} poses>"
+
+    def at_rates(self, rates: FloatArray) -> Motion3D:
+        """Return the same poses of a path at other velocities and rates, shape (p, 6)."""
+        rotation = self.frames[:, 9:].reshape(-1, 3, 3)
+        motion = Motion3D(self.frames[:, :3], rates[:, :3], rates[:, 3:], rotation, self.name)
+        motion.columns = self.columns
+        return motion
 
     @classmethod
     def press(cls, mesh: Mesh, depth_cm: float, poses: int = 50) -> Motion3D:
@@ -743,7 +753,7 @@ class Motion3D:
         turn_deg: ArrayLike,
         name: str = "a path in space",
     ) -> Motion3D:
-        """Move along a path; velocities and rates are differences between neighbouring times.
+        """Move along a path; velocity and rate of a pose are the means over the steps before and after it.
 
         Parameters
         ----------
@@ -773,6 +783,7 @@ class Motion3D:
         angle = np.concatenate([np.zeros((1, 3)), steps])
         velocity, rate = (np.gradient(series, time, axis=0) for series in (position, angle))
         motion = cls(position, velocity, rate, turned.as_matrix(), name)
+        motion.rates_of_steps = rates_of_steps(np.hstack([position, angle]), time)
         numbers = (time, *position.T, *turn.T)
         motion.columns = dict(zip([column.name for column in PATH.columns], numbers, strict=True))
         return motion

@@ -27,6 +27,8 @@ class Motion:
         rates (per s).
     columns : dict of str to numpy.ndarray, shape (p,)
         ``theta_deg``, or ``t_s, x_cm, z_cm, angle_deg``; the first one tells the poses apart.
+    rates_of_steps : numpy.ndarray, shape (2, p, 3), optional
+        Rates of a path over the step before each pose and over the one after it: `rates_of_steps`.
 
     Examples
     --------
@@ -38,11 +40,16 @@ class Motion:
     name: str
     poses: FloatArray
     columns: dict[str, FloatArray]
+    rates_of_steps: FloatArray | None = None
 
     @property
     def key(self) -> str:
         """Name of the column that tells the poses apart: ``theta_deg`` or ``t_s``."""
         return next(iter(self.columns))
+
+    def at_rates(self, rates: FloatArray) -> Motion:
+        """Return the same poses at other rates, shape (p, 3)."""
+        return replace(self, poses=np.concatenate([self.poses[:, :3], rates], axis=-1))
 
 
 # --- A leg that turns about a fixed axle above the surface: the paper's rotation trials.
@@ -115,7 +122,7 @@ _MOST_SHOWN = 20
 def path(
     time_s: npt.ArrayLike, x_cm: npt.ArrayLike, z_cm: npt.ArrayLike, angle_deg: npt.ArrayLike
 ) -> Motion:
-    """Move a body along any path; velocities are differences between neighbouring times.
+    """Move a body along any path; the velocity of a pose is the mean over the steps before and after it.
 
     Parameters
     ----------
@@ -147,7 +154,19 @@ def path(
     poses = np.concatenate([place, np.gradient(place, time, axis=0)], axis=-1)
     x, z, angle = poses[:, 0], poses[:, 1], np.degrees(poses[:, 2])
     columns = {"t_s": time, "x_cm": x, "z_cm": z, "angle_deg": angle}
-    return Motion(f"a path of {time.size} poses", poses, columns)
+    name = f"a path of {time.size} poses"
+    return Motion(name, poses, columns, rates_of_steps(place, time))
+
+
+def rates_of_steps(place: FloatArray, time_s: FloatArray) -> FloatArray:
+    """Rates of a path over the step before each pose and over the one after it, shape (2, p, k); `place`: shape (p, k).
+
+    The ends of the path have one step, which stands for both.
+    """
+    steps = np.diff(place, axis=0) / np.diff(time_s)[:, None]
+    before = np.concatenate([steps[:1], steps])
+    after = np.concatenate([steps, steps[-1:]])
+    return np.stack([before, after])
 
 
 def as_increasing(time_s: npt.ArrayLike) -> FloatArray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, field
@@ -16,8 +17,10 @@ import pandas as pd
 from rftfit.campaign.problems import CampaignError, Place, Problem, choose
 from rftfit.campaign.rows import Schema, TableColumn, read_rows
 from rftfit.conventions import FloatArray
+from rftfit.errors import LimitWarning
 from rftfit.forces.faces import as_table
 from rftfit.forces.fineness import fine_enough
+from rftfit.forces.limits import depth_measured, describe_depth
 from rftfit.forces.mesh import Mesh, Motion3D, describe_triangles
 from rftfit.forces.model_error import has_model_error
 from rftfit.forces.rolling import RULES, Rim, describe_friction, find_rim, measure_radius
@@ -307,6 +310,11 @@ def wheel(
     ValueError
         If neither sinkage nor load is given, a number is impossible, or the mesh is no wheel about y.
 
+    Warns
+    -----
+    LimitWarning
+        Where the wheel, its load or its depth leaves what was measured; the sentences are among the `notes`, too.
+
     Examples
     --------
     >>> import rftfit
@@ -348,6 +356,10 @@ def wheel(
         name for name, numbers in (("sinkage", sinkages), ("load", loads)) if numbers is not None
     )
     answer_table = pd.DataFrame(rows)
+    limits = _limits(answer_table, profile, mesh, errors, found_rim, radius)
+    for limit in limits:
+        warnings.warn(limit, LimitWarning, stacklevel=2)
+    sentences = [f"{limit[0].upper()}{limit[1:]}." for limit in limits]
     return WheelAnswer(
         answer_table[[name for name in answer_table if name != "reason"] + ["reason"]],
         motions[0].rule,
@@ -359,7 +371,7 @@ def wheel(
         confidence,
         *errors,
         _slip_range() if sinkages is None else None,
-        tuple(_notes(answer_table, given, profile, errors, found_rim)),
+        (*_notes(answer_table, given, profile, errors, found_rim), *sentences),
         isinstance(profile.spread, Profile),
         found_rim.taken_from,
         len(mesh.faces),
@@ -603,7 +615,7 @@ def _model_errors(
         return np.nan, np.nan
     if model_error is not None:
         return float(model_error), float(model_error)
-    shape = "smooth" if mesh.is_convex else "lugged"
+    shape = _shape_of(mesh)
     case = "plain" if friction is None else "friction"
     rigs = [
         rig
@@ -611,6 +623,50 @@ def _model_errors(
         if rig["shape"] == shape and rig["laboratory"] != left_out
     ]
     return _joined_error(rigs, case, "drawbar"), _joined_error(rigs, case, "torque")
+
+
+def _limits(
+    answer: pd.DataFrame,
+    profile: Profile,
+    mesh: Mesh,
+    errors: tuple[float, float],
+    rim: Rim,
+    radius_cm: float,
+) -> list[str]:
+    """Where a wheel leaves the depths over which alpha was measured, or the rigs that told the model's own error."""
+    limits = []
+    deepest_cm = float(answer["sinkage_cm"].max()) + radius_cm - rim.radius_cm
+    measured_to_cm, clause = depth_measured(profile)
+    if deepest_cm > measured_to_cm:
+        limits.append(describe_depth(deepest_cm, clause))
+    if not errors[0] > 0:
+        return limits
+    rigs = [rig for rig in wheel_numbers()["rig"] if rig["shape"] == _shape_of(mesh)]
+    loads = answer["load_N"].dropna()
+    tried = (
+        ("radius_cm", "a rim of {:.3g} cm", [rim.radius_cm]),
+        ("load_N", "a load of {:.3g} N", [loads.min(), loads.max()] if len(loads) else []),
+    )
+    for name, phrase, numbers in tried:
+        of_rigs = [float(rig[name]) for rig in rigs]
+        least, most = min(of_rigs), max(of_rigs)
+        outside = [
+            number for number in numbers if not least / NEAR_RIGS <= number <= NEAR_RIGS * most
+        ]
+        limits += [
+            f"the model's own error on wheels was never tested at {phrase.format(number)}: it is from {least:.3g} to {most:.3g}"
+            for number in dict.fromkeys(outside)
+        ]
+    return limits
+
+
+NEAR_RIGS = 1.05
+"""Factor within which a wheel is as large, or as heavily loaded, as a measured one: as of legs (`beyond_tested`)."""
+
+
+def _shape_of(mesh: Mesh) -> str:
+    """Shape of a wheel among those of measured rigs."""
+    return "smooth" if mesh.is_convex else "lugged"
 
 
 def laboratories() -> tuple[str, ...]:

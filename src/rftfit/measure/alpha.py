@@ -542,10 +542,12 @@ def with_flagged(alpha: pd.DataFrame, flags: Flags) -> pd.DataFrame:
 
 def window_of(table: pd.DataFrame) -> tuple[float, float]:
     """Least and greatest depth behind an alpha table, cm; any where it does not say."""
-    windows = table.reindex(columns=["depth_from_cm", "depth_to_cm"]).to_numpy(float)
-    if not np.isfinite(windows).any():
-        return 0.0, math.inf
-    return float(np.nanmin(windows[:, 0])), float(np.nanmax(windows[:, 1]))
+    ends = table.reindex(columns=["depth_from_cm", "depth_to_cm"])
+    least, greatest = ends.min().iloc[0], ends.max().iloc[1]
+    return (
+        0.0 if math.isnan(least) else float(least),
+        math.inf if math.isnan(greatest) else float(greatest),
+    )
 
 
 def rows_at(

@@ -93,6 +93,8 @@ def fit_alpha_table(
             "n_points": 0,
             "note": "",
             N_REPEATS: 1,
+            "depth_from_cm": numbers["depth_from_cm"],
+            "depth_to_cm": numbers["depth_to_cm"],
             **reason_columns(excluded),
             "lever_per_cm": 0.0,  # the error of the surface is in what the table states
             "clock_cm": 0.0,

@@ -32,7 +32,7 @@ from rftfit.campaign.tables import ALPHA
 from rftfit.conventions import FloatArray, mirror, wrap_beta
 from rftfit.directions import TOLERANCE_DEG, same_direction
 from rftfit.errors import InputError
-from rftfit.measure.alpha import alpha_columns, column, directions, flagged
+from rftfit.measure.alpha import alpha_columns, column, directions, flagged, window_of
 from rftfit.measure.errors import (
     USUAL_BED_SPREAD,
     Part,
@@ -44,11 +44,11 @@ from rftfit.measure.errors import (
 from rftfit.model.draws import DRAWS, draws_of, errors_known, interval, widen
 from rftfit.model.fourier import fit_lsq, kept_terms
 from rftfit.model.observations import Observation, ObservedRows, ObservedSystem
-from rftfit.model.profiles import EPS, KnownMedium, Profile, TableProfile
+from rftfit.model.profiles import ANY_DEPTH, EPS, KnownMedium, Profile, TableProfile
 from rftfit.model.rft3d import alpha_3drft
 from rftfit.model.scaling import PAPER_RULE, check_level, check_test, vertical_penetration
 from rftfit.model.symmetry import rectangle
-from rftfit.reference import BETA_DEG, GAMMA_DEG, MEDIA
+from rftfit.reference import BETA_DEG, GAMMA_DEG, MEDIA, load
 from rftfit.store.chosen import chosen, read_toml
 
 _CHOSEN = chosen("model", "shapes")
@@ -376,6 +376,13 @@ def published_shapes(without: Iterable[str] = ()) -> Shapes:
     return _published_shapes(frozenset(without))
 
 
+def published_map(medium: str) -> Map:
+    """Map of a published medium from all its directions, the known media without itself."""
+    table = load("table_s5")
+    pushes = table[table["medium"] == medium]
+    return estimate_map(pushes, published_shapes([medium]), name=medium)
+
+
 @cache
 def _published_shapes(left_out: frozenset[str]) -> Shapes:
     return Shapes({name: TableProfile.published(name) for name in MEDIA if name not in left_out})
@@ -572,7 +579,8 @@ def estimate_map(
         One row a push: ``beta_deg, gamma_deg``, ``alpha_z_N_per_cm3`` and, where it was measured,
         ``alpha_x_N_per_cm3``; their standard errors ``se_z``, ``se_x``: where there is none it is taken for
         5 % of alpha and 1 % of the largest. Pushes of one direction that differ by more have the error that their own
-        scatter shows, and the next bed differs as much. The columns have any name that ``rftfit scale --pushes`` takes.
+        scatter shows, and the next bed differs as much. ``depth_from_cm, depth_to_cm``: least and largest depth behind alpha;
+        predictions that go deeper have a warning. The columns have any name that ``rftfit scale --pushes`` takes.
     shapes : Shapes, optional
         What is known beforehand; default: the five published media.
     confidence : float, optional
@@ -612,7 +620,9 @@ def estimate_map(
         name=name,
         contacts=contacts,
     )
-    return replace(medium_map, bed_spread=bed_spread_of_repeats(measured, confidence))
+    window = ANY_DEPTH if pushes is None else window_of(pushes)
+    spread = bed_spread_of_repeats(measured, confidence)
+    return replace(medium_map, bed_spread=spread, window=window)
 
 
 def scale(
@@ -1582,6 +1592,8 @@ class Map(KnownMedium):
         As of its `Profile`.
     contacts : int
         Bodies with measured forces behind it.
+    window : tuple of float
+        Least and largest depth behind its pushes, cm; any where they do not state it.
 
     Examples
     --------
@@ -1612,6 +1624,7 @@ class Map(KnownMedium):
     bed_spread: float = USUAL_BED_SPREAD
     model_error: float = EPS
     contacts: int = 0
+    window: tuple[float, float] = ANY_DEPTH
 
     @cached_property
     def alpha(self) -> FloatArray:
@@ -1681,7 +1694,7 @@ class Map(KnownMedium):
         profile = TableProfile(self.alpha[0], self.alpha[1], self.beta, self.gamma, name)
         profile.spread = TableProfile(self.draws[:, 0], self.draws[:, 1], self.beta, self.gamma)
         profile.bed_spread, profile.model_error = self.bed_spread, self.model_error
-        profile.pushed = self.pushed
+        profile.pushed, profile.window = self.pushed, self.window
         profile.form = "map"
         return profile
 
