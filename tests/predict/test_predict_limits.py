@@ -135,6 +135,7 @@ def test_a_corner_that_hides_a_force_is_told_with_its_size(solid):
     def motion_and_lift(rows):
         times, x, z = corner(np.array(rows))
         zeros = np.zeros_like(times)
+        motion: rftfit.Motion | rftfit.Motion3D
         if solid:
             turns = np.stack([zeros] * 3, axis=-1)
             motion = rftfit.Motion3D.path(times, np.stack([x, zeros, z], axis=-1), turns)
