@@ -176,6 +176,21 @@ def test_predict_without_the_error_of_the_model(folder):
     assert not [name for name in table_of(folder / "forces.csv") if "_lo" in name]
 
 
+def plate_down(folder, beta_deg, gamma_deg):
+    """Shares of the force in directions near one push, on a level plate that goes straight down."""
+    (folder / "plate.csv").write_text("x_cm,z_cm\n-2,0\n2,0\n")
+    (folder / "down.csv").write_text("t_s,x_cm,z_cm,angle_deg\n0,0,-1,0\n1,0,-3,0\n")
+    rows = f"{beta_deg},{gamma_deg},0.5,0\n"
+    (folder / "push.csv").write_text(f"beta_deg,gamma_deg,alpha_z,alpha_x\n{rows}")
+    words = "predict --outline plate.csv --width 3 --path down.csv --pushes push.csv"
+    return json_of(*words.split(), folder=folder)["shares_near_pushes"]
+
+
+@pytest.mark.parametrize(("beta_deg", "gamma_deg", "share"), [(10, 80, 1), (0, 60, 0), (30, 90, 0)])
+def test_the_share_of_a_force_near_pushes(beta_deg, gamma_deg, share, folder):
+    assert plate_down(folder, beta_deg, gamma_deg)["lift"] == share
+
+
 # --- export
 
 

@@ -10,18 +10,19 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
+from rftfit.forces.bodies import set_in_motion
 from rftfit.forces.body_error import BodyError
 from rftfit.forces.mesh import Mesh, Motion3D, describe_triangles
 from rftfit.forces.model_error import eps_of, has_model_error
 from rftfit.forces.motion import Motion
 from rftfit.forces.outlines import Outline
 from rftfit.forces.peaks import STEEP, STEEP_DEG, Peak, describe_beside, unknown_peaks
-from rftfit.forces.plane import PEAKS, QUANTITIES
+from rftfit.forces.plane import PEAKS, QUANTITIES, OutlineInMotion
 from rftfit.forces.prediction import predict_with_peaks
 from rftfit.forces.rolling import RULES, Rim, describe_friction
 from rftfit.forces.space import IN_SPACE, extremes_in_space
 from rftfit.model.draws import end_names, model_end_names, next_end_names
-from rftfit.model.profiles import Profile
+from rftfit.model.profiles import FAR_DEG, Profile, TableProfile
 from rftfit.store.text import count
 from rftfit.store.text import table as format_table
 
@@ -199,6 +200,7 @@ class ForceAnswer:
             "peaks_complete": not self.peaks_not_stated,
             "peaks": peaks,
             "model_error_known": has_model_error(self.profile),
+            "shares_near_pushes": self.shares_near_pushes,
             "other_sides": {
                 side.peak: {"value": side.value, "farthest": side.farthest}
                 for side in self.other_sides
@@ -239,6 +241,23 @@ class ForceAnswer:
         return sides
 
     @property
+    def shares_near_pushes(self) -> dict[str, float]:
+        """Share of each peak force of an outline in directions near a push, by its name, of a map of pushes."""
+        if (
+            self.in_space
+            or self.profile.form != "map"
+            or not isinstance(self.profile, TableProfile)
+        ):
+            return {}
+        moving = set_in_motion(self.body, self.motion)
+        assert isinstance(moving, OutlineInMotion)
+        return {
+            peak.name: moving.share_near_pushes(peak, self.profile)
+            for peak in self.peaks
+            if peak.quantity in moving.forces
+        }
+
+    @property
     def farthest_of_zeros(self) -> dict[str, float]:
         """Farthest end of an interval of a pose, by the name of a peak that is 0 in space, as symmetry makes it."""
         if not self.in_space or self.poses_unknown:
@@ -274,6 +293,15 @@ class ForceAnswer:
             f"{_TITLES[name]}: 0, in the interval of a pose up to {_cell(farthest)} {_unit_of(name)} either way."
             for name, farthest in self.farthest_of_zeros.items()
         ]
+        if self.shares_near_pushes:
+            shares = ", ".join(
+                f"{_TITLES[name].partition(' (')[0]} {100 * share:.0f} %"
+                for name, share in self.shares_near_pushes.items()
+            )
+            lines.append(
+                f"Share of the force in directions within {FAR_DEG:g} degrees of a push: {shares}; the rest is by the shape of "
+                "known media."
+            )
         if self.in_space:
             lines.append("Moments are about the point (0, 0, 0) of the mesh.")
         if self.peaks_not_stated:

@@ -222,26 +222,31 @@ class OutlineInMotion(BodyInMotion):
 
         There alpha may have an edge that no push shows, on which the elements of a body err alike.
         """
-        motion = self.motion
         has_interval = isinstance(profile, TableProfile) and np.isfinite(peak.lo)
-        if not (has_interval and peak.quantity in ("force_z_N", "force_x_N") and peak.value):
+        if not (has_interval and peak.quantity in self.forces and peak.value):
             return peak
         assert isinstance(profile, TableProfile)
-        pose = int(np.argmin(np.abs(motion.columns[motion.key] - peak.position)))
-        wet = WetElements.of(self.outline, motion.poses[pose : pose + 1])
+        wet = self._wet_elements_at(peak)
         beta, gamma = wet.angles
-        component = ("force_z_N", "force_x_N").index(peak.quantity)
         turned = np.radians(STEEP_DEG) * np.array([-1.0, 0.0, 1.0])[:, None]
-        forces = wet.load * profile.alpha(beta + turned, gamma)[component]
+        forces = wet.load * profile.alpha(beta + turned, gamma)[self.forces.index(peak.quantity)]
         steepness = abs(float(np.diff(forces[::2].sum(axis=-1))[0])) / 2 / abs(peak.value)
         peak = replace(peak, steepness=steepness)
-        if steepness <= STEEPEST:
-            return peak
-        size = np.abs(forces[1])
-        far = profile.far_from_pushes(beta[0], gamma[0])
-        if size[far].sum() <= NOTICED * size.sum():
+        if steepness <= STEEPEST or self.share_near_pushes(peak, profile) >= 1 - NOTICED:
             return peak
         return withhold(peak, STEEP)
+
+    def share_near_pushes(self, peak: Peak, profile: TableProfile) -> float:
+        """Return the share of the elements' forces at a peak that act in directions near a push (`FAR_DEG`)."""
+        wet = self._wet_elements_at(peak)
+        beta, gamma = wet.angles
+        sizes = np.abs(wet.load * profile.alpha(beta, gamma)[self.forces.index(peak.quantity)])[0]
+        return float(sizes[~profile.far_from_pushes(beta[0], gamma[0])].sum() / sizes.sum())
+
+    def _wet_elements_at(self, peak: Peak) -> WetElements:
+        places = self.motion.columns[self.motion.key]
+        pose = int(np.argmin(np.abs(places - peak.position)))
+        return WetElements.of(self.outline, self.motion.poses[pose : pose + 1])
 
 
 NOTICED = 0.1
