@@ -1,7 +1,7 @@
 """No rule of the workflow has become slower: ``make timegate``.
 
     make timegate                  measure a small campaign, and compare with benchmarks/time_gate.csv
-    make timegate ARGS=--rewrite   write that table anew: for a change that is worth its time
+    make timegate ARGS=--rewrite   write the rows of this processor anew: for a change that is worth its time
     make timegate ARGS="--scatter 10"   measure ten times, and print how much each rule scatters
 
 Measured is processor time (user and system, of a job's process and its children) in units of a loop of
@@ -24,7 +24,7 @@ import tempfile
 import time
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass, replace
 from functools import partial
 from importlib import import_module
 from pathlib import Path
@@ -193,7 +193,7 @@ class Stored:
 
 
 def read_table(path: Path = TABLE) -> list[Stored]:
-    """Read the stored ratios; empty where there is no table yet."""
+    """Read the stored ratios of all processors; empty where there is no table yet."""
     if not path.exists():
         return []
     with path.open(encoding="utf-8", newline="") as handle:
@@ -212,15 +212,25 @@ def read_table(path: Path = TABLE) -> list[Stored]:
     ]
 
 
+def rows_of(machine_name: str, table: Sequence[Stored]) -> list[Stored]:
+    """Rows of one processor."""
+    return [stored for stored in table if stored.machine == machine_name]
+
+
 def write_table(ratios: Mapping[str, float], path: Path = TABLE) -> None:
-    """Write ratios, and which of them are too short to be judged alone."""
+    """Write ratios of this processor, and which of them are too short to be judged alone; rows of others stay."""
     date = dt.datetime.now(dt.UTC).date().isoformat()
     origin = date, __version__, commit(), machine()
+    rows = [
+        Stored(rule, SHORT if ratio < SHORTEST else rule, ratio, *origin)
+        for rule, ratio in ratios.items()
+    ]
+    others = [stored for stored in read_table(path) if stored.machine != machine()]
     with path.open("w", encoding="utf-8", newline="") as handle:
         writer = csv.writer(handle, lineterminator="\n")
         writer.writerow(COLUMNS)
-        for rule, ratio in ratios.items():
-            writer.writerow((rule, SHORT if ratio < SHORTEST else rule, f"{ratio:.2f}", *origin))
+        for row in [*others, *rows]:
+            writer.writerow(astuple(replace(row, ratio=round(row.ratio, 2))))
 
 
 def commit() -> str:
@@ -304,7 +314,7 @@ def rewrite(campaign: Campaign) -> None:
     """Write the table from the median of some measurements; print which factors it changes."""
     turns = [campaign.lowest(campaign.rules) for _ in range(TURNS)]
     ratios = {rule: statistics.median(turn[rule] for turn in turns) for rule in campaign.rules}
-    for stored in read_table():
+    for stored in rows_of(machine(), read_table()):
         if stored.rule in ratios:
             print(f"{stored.rule:20} {stored.ratio:7.2f} -> {ratios[stored.rule]:7.2f}")
     write_table(ratios)
@@ -327,7 +337,11 @@ def print_scatter(campaign: Campaign, repeats: int) -> None:
 
 def check(rules: Sequence[str], measure: Measurement) -> int:
     """Compare with the table; 0 where no rule is slower than its limit, or where it was not checked."""
-    table = read_table()
+    all_rows = read_table()
+    table = rows_of(machine(), all_rows)
+    is_stored = bool(table)
+    stored_machines = sorted({stored.machine for stored in all_rows})
+    table = table or rows_of(stored_machines[0], all_rows)
     if names := unmatched(rules, table):
         print(
             f"{TABLE.relative_to(HERE)} and the workflow do not have the same rules: {', '.join(names)}.\n"
@@ -335,13 +349,12 @@ def check(rules: Sequence[str], measure: Measurement) -> int:
             file=sys.stderr,
         )
         return 1
-    stored_machine = table[0].machine
-    if stored_machine != machine():
+    if not is_stored:
         factor_of = factors(measure([stored.rule for stored in table]), table)
         print("\n".join(format_factors(factor_of)))
         print(
-            f"NOT CHECKED: the stored times are those of {stored_machine}; this is {machine()}. "
-            "The factors above are for information, measured once."
+            f"NOT CHECKED: the stored times are those of {', '.join(stored_machines)}; this is {machine()}. The factors above, of "
+            f"{table[0].machine}, are for information, measured once. `make timegate ARGS=--rewrite` adds this processor."
         )
         return 0
     factor_of, slower = slower_twice(measure, table)

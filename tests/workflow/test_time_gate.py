@@ -91,6 +91,18 @@ def test_the_kept_table_has_every_rule_of_a_run():
     rules = {rule for rule in RULES if not rule.endswith("_pdf")} - on_demand | {
         *time_gate.COMMANDS
     }
-    assert {row.rule for row in table} == rules
     assert all(row.ratio > 0 for row in table)
-    assert len({row.machine for row in table}) == 1
+    for machine in {row.machine for row in table}:
+        assert sorted(row.rule for row in time_gate.rows_of(machine, table)) == sorted(rules)
+
+
+def test_a_table_written_anew_keeps_the_rows_of_other_processors(monkeypatch, tmp_path):
+    path = tmp_path / "times.csv"
+    for name, factor in (("a machine", 1.0), ("another machine", 2.0), ("a machine", 3.0)):
+        monkeypatch.setattr(time_gate, "machine", lambda name=name: name)
+        time_gate.write_table({rule: factor * ratio for rule, ratio in RATIOS.items()}, path)
+    table = time_gate.read_table(path)
+    for name, factor in (("a machine", 3.0), ("another machine", 2.0)):
+        rows = time_gate.rows_of(name, table)
+        assert {row.rule: row.ratio / factor for row in rows} == pytest.approx(RATIOS)
+    assert len(table) == 2 * len(RATIOS)
