@@ -242,6 +242,18 @@ def test_a_difference_that_would_not_be_seen_is_not_checked(least, verdict):
     assert (check.code == "repeats-blind") == (verdict == "not checked")
 
 
+@pytest.mark.parametrize(("off_z", "off_x", "component"), [(0.1, -0.4, "x"), (0.4, 0.1, "z")])
+def test_a_run_apart_is_told_by_the_component_that_is_farther_off(off_z, off_x, component):
+    peers = pd.DataFrame(
+        {"run_id": ["r2"], "times_spread": 8.1, "apart": True, "beside": "repeats"}
+    )
+    peers = peers.assign(seen_from_ratio=0.2, off_z_ratio=off_z, off_x_ratio=off_x)
+    for c, alpha in (("z", 0.35), ("x", -0.04)):
+        peers[f"alpha_{c}_N_per_cm3"], peers[f"others_{c}_N_per_cm3"] = alpha, alpha + 0.2
+    check = check_repeats(measured(sheet_of("p"), peers=peers))
+    assert f"r2: alpha_{component} {0.35 if component == 'z' else -0.04} beside" in check.sentence
+
+
 @pytest.mark.parametrize(
     ("scatter", "pairs", "code"),
     [
@@ -300,8 +312,9 @@ def test_how_much_harder_than_down_up_may_be():
         check = axes(few_cells(rows))["up_down"]
         assert (check.verdict, check.values) == (verdict, {"down": 0.2, "up": -0.2 - excess})
     assert check.code == "up_down"
-    assert axes(few_cells(rows[:1]))["up_down"].verdict == "not checked"
-    assert axes(few_cells(rows[1:]))["up_down"].verdict == "not checked"
+    for cell, lacking in ((rows[:1], "(0, -90)"), (rows[1:], "(0, 90)")):
+        check = axes(few_cells(cell))["up_down"]
+        assert (check.verdict, check.values) == ("not checked", {"cells": lacking})
 
 
 def test_a_cell_without_alpha_is_left_out_whole():

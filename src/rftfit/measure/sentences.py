@@ -334,7 +334,7 @@ SENTENCES = {
     "in-pulls": ", {pull} in pulls{interval}",
     "interval-starts": " ({low} to {high})",
     "surface-and-lag": ", by the surface {mm:.1f} mm, by a lag {s:.2f} s",
-    "alpha-beside": "{run}: {alpha:.3g} beside {others:.3g}",
+    "alpha-beside": "{run}: alpha_{component} {alpha:.3g} beside {others:.3g}",
     **{
         f"axes-{name}": words
         for name, words in {
