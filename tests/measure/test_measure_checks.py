@@ -1016,6 +1016,7 @@ def surface(tables, role=LABORATORY, **errors):
     config = SimpleNamespace(
         arm=SimpleNamespace(speed_cm_per_s=1.0),
         fit=SimpleNamespace(confidence=0.95),
+        grid=SimpleNamespace(angle_tolerance_deg=0.5),
         errors=SimpleNamespace(**{"surface_run_mm": None, "surface_session_mm": None} | errors),
     )
     medium_tables = measured(sheet_of("p" * 60), config, SimpleNamespace(role=role), **tables)
@@ -1071,6 +1072,34 @@ def test_runs_with_a_surface_or_a_lag_of_their_own(start, late, code, gap):
     for flag in surface_check.flags:
         if flag.code == code:
             assert flag.values["gap"] == pytest.approx(gap, rel=0.05)
+
+
+@pytest.mark.parametrize("seed", range(1, 6))
+@pytest.mark.parametrize(
+    ("gap", "gamma_deg", "code"),
+    [
+        (0.6, 71.57, "surface-of-path"),
+        (-0.6, 71.57, "surface-of-path"),
+        # too small, and none
+        (0.15, 71.57, "surface"),
+        (0.0, 90.0, "surface"),
+    ],
+)
+def test_an_angle_of_the_path_with_another_surface(gap, gamma_deg, code, seed):
+    """In random order, with starts that scatter by 1.5 mm: neither a stretch nor two heaps."""
+    luck = np.random.default_rng(seed)
+    (fits,) = strokes(luck.normal(0, 0.15, 48)).values()
+    fits["run_id"] = luck.permutation(fits["run_id"])
+    is_on_path = fits["gamma_deg"] == gamma_deg
+    fits.loc[is_on_path, "start_cm"] += gap
+    surface_check = surface({"fits": fits[fits["gamma_deg"] > 0]})[0]
+    assert surface_check.code == code
+    if code == "surface-of-path":
+        assert surface_check.values["gamma_deg"] == gamma_deg
+        assert surface_check.values["side"] == ("deeper" if gap > 0 else "higher")
+        flagged = {flag.run_id: flag.values["gap"] for flag in surface_check.flags}
+        assert {*flagged} == {*fits.loc[is_on_path, "run_id"]}
+        assert [*flagged.values()] == pytest.approx([10 * gap] * 8, rel=0.4)
 
 
 @pytest.mark.parametrize(

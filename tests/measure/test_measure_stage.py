@@ -19,7 +19,7 @@ CONFIG = {
             "F1": {"column": "Fx", "unit": "N"},
             "F2": {"constant": 0, "unit": "N"},
             "F3": {"column": "Fz", "unit": "N"},
-        }
+        },
     },
     "clock": {"method": "same_clock"},
     "transducer": {

@@ -392,7 +392,7 @@ SENTENCES = {
     "repeat-twice": "push directions twice",
     "repeat-more": "push directions more often",
     "untold-label": "an area or a gain that scattered runs share and no column of the run sheet names",
-    "untold-holder": "a plate holder that is a few degrees off, a share of the force along x in the channel along z, or a turn of "
+    "untold-holder": "a plate holder that is a few degrees off, a surface that is off at one tilt of the plate, a share of the force along x in the channel along z, or a turn of "
     "the mount and crosstalk that cancel",
     "untold-blocks": "a gain that comes and goes within {runs} runs, or a zero that drifts in strokes whose logs do not end in air",
     "untold-choice": "runs that were kept for their result, as the highest of several, or two runs of a direction that are off alike",
