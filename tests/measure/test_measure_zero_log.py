@@ -5,47 +5,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from makers import MadePush, TextLog, write_campaign
+from makers import MadePush, TextLog, config_of_push, row_of_push, write_campaign
 
 from rftfit.campaign.load import load_campaign
 from rftfit.measure.ingest import ingest_medium
 
 HOUR_S = 3600.0
 DRIFT_N_PER_MIN = 0.02
-CONFIG = {
-    "title": "a zero of its own",
-    "raw": "raw",
-    "run_sheet": "config/runs.csv",
-    "force_log": {
-        "text": {"delimiter": ";"},
-        "columns": {
-            "time": {"column": "clock", "unit": "s"},
-            "F1": {"column": "Fx", "unit": "N"},
-            "F2": {"constant": 0, "unit": "N"},
-            "F3": {"column": "Fz", "unit": "N"},
-        },
-    },
-    "motion_log": {
-        "text": {"delimiter": ";"},
-        "columns": {
-            "time": {"column": "clock", "unit": "s"},
-            **{c: {"column": c, "unit": "mm"} for c in "xz"},
-        },
-    },
-    "clock": {"method": "same_clock"},
-    "transducer": {
-        "name": "cell",
-        "range_N": [200, 200, 200],
-        "precision_N": 0.02,
-        "drift_N_per_min": DRIFT_N_PER_MIN,
-        "axes": {"x": "+F1", "y": "+F2", "z": "+F3"},
-    },
-    "arm": {"speed_cm_per_s": 1.0},
-    "container": {"length_cm": 60, "width_cm": 40, "depth_cm": 30},
-    "intruders": {"plate": {"shape": "plate", "length_cm": 5, "width_cm": 3, "thickness_cm": 0.4}},
-    "media": {"sand": {"title": "sand"}},
-    "fit": {"missing_tare": "none"},
-}
+CONFIG = config_of_push(
+    "clock", {c: {"column": c, "unit": "mm"} for c in "xz"}, drift_N_per_min=DRIFT_N_PER_MIN
+)
 
 
 def stamps(form):
@@ -67,14 +36,12 @@ def log(push, form, readings=slice(None)):
     del columns["time"]
     columns = {name: values[readings] for name, values in columns.items()}
     columns["clock"] = stamps(form)(columns["clock"])
-    return TextLog(columns, {}, delimiter=";").text()
+    return TextLog(columns, {}, delimiter=",").text()
 
 
 def measure(folder, zero_log, form, push_at_s):
     """Zero and flags of a run that has this zero log: its row in the table of runs, and flags by code."""
-    row = {"run_id": "p", "kind": "plate", "medium": "sand", "intruder": "plate"}
-    row |= {"direction": "intrusion", "beta_deg": 0, "gamma_deg": 90}
-    row |= {"force_log": "p.csv", "motion_log": "p.csv", "zero_log": "zero.csv"}
+    row = row_of_push(zero_log="zero.csv")
     logs = {"p.csv": log(MadePush(start_s=push_at_s, seed=2), form), "zero.csv": zero_log}
     config = write_campaign(Path(folder), CONFIG, rows=[row], logs=logs)
     _, runs, ledger = ingest_medium(load_campaign(config), "sand")
