@@ -189,6 +189,50 @@ class MadePush:
         )
 
 
+def config_of_push(time, motion, **transducer):
+    """Config of a campaign of pushes whose logs `MadePush.log` made, both in one file.
+
+    `time`: Column of the time. `motion`: Columns of the position. `transducer`: Further settings of the transducer.
+    """
+    force = {
+        "F1": {"column": "Fx", "unit": "N"},
+        "F2": {"constant": 0, "unit": "N"},
+        "F3": {"column": "Fz", "unit": "N"},
+    }
+
+    def log(columns):
+        times = {"time": {"column": time, "unit": "s"}}
+        return {"text": {"delimiter": ","}, "columns": times | columns}
+
+    return {
+        "title": "one cell, one stage",
+        "raw": "raw",
+        "run_sheet": "config/runs.csv",
+        "force_log": log(force),
+        "motion_log": log(motion),
+        "clock": {"method": "same_clock"},
+        "transducer": {
+            "name": "cell",
+            "range_N": [200, 200, 200],
+            "axes": {"x": "+F1", "y": "+F2", "z": "+F3"},
+            **transducer,
+        },
+        "container": {"length_cm": 60, "width_cm": 40, "depth_cm": 30},
+        "intruders": {
+            "plate": {"shape": "plate", "length_cm": 5, "width_cm": 3, "thickness_cm": 0.4}
+        },
+        "media": {"sand": {"title": "sand"}},
+        "fit": {"missing_tare": "none"},
+    }
+
+
+def row_of_push(gamma_deg=90, **cells):
+    """Row of the run sheet of the push p of a level plate, both of whose logs are in p.csv."""
+    row = {"run_id": "p", "kind": "plate", "medium": "sand", "intruder": "plate"}
+    row |= {"direction": "intrusion", "beta_deg": "0", "gamma_deg": str(gamma_deg)}
+    return row | {"force_log": "p.csv", "motion_log": "p.csv"} | cells
+
+
 NEWTONS = {"N": 1.0, "mN": 1e-3, "kN": 1e3, "gf": 9.80665e-3}
 CENTIMETRES = {"mm": 0.1, "cm": 1.0, "m": 100.0}
 

@@ -242,6 +242,18 @@ def test_a_difference_that_would_not_be_seen_is_not_checked(least, verdict):
     assert (check.code == "repeats-blind") == (verdict == "not checked")
 
 
+@pytest.mark.parametrize(("off_z", "off_x", "component"), [(0.1, -0.4, "x"), (0.4, 0.1, "z")])
+def test_a_run_apart_is_told_by_the_component_that_is_farther_off(off_z, off_x, component):
+    peers = pd.DataFrame(
+        {"run_id": ["r2"], "times_spread": 8.1, "apart": True, "beside": "repeats"}
+    )
+    peers = peers.assign(seen_from_ratio=0.2, off_z_ratio=off_z, off_x_ratio=off_x)
+    for c, alpha in (("z", 0.35), ("x", -0.04)):
+        peers[f"alpha_{c}_N_per_cm3"], peers[f"others_{c}_N_per_cm3"] = alpha, alpha + 0.2
+    check = check_repeats(measured(sheet_of("p"), peers=peers))
+    assert f"r2: alpha_{component} {0.35 if component == 'z' else -0.04} beside" in check.sentence
+
+
 @pytest.mark.parametrize(
     ("scatter", "pairs", "code"),
     [
@@ -300,8 +312,9 @@ def test_how_much_harder_than_down_up_may_be():
         check = axes(few_cells(rows))["up_down"]
         assert (check.verdict, check.values) == (verdict, {"down": 0.2, "up": -0.2 - excess})
     assert check.code == "up_down"
-    assert axes(few_cells(rows[:1]))["up_down"].verdict == "not checked"
-    assert axes(few_cells(rows[1:]))["up_down"].verdict == "not checked"
+    for cell, lacking in ((rows[:1], "(0, -90)"), (rows[1:], "(0, 90)")):
+        check = axes(few_cells(cell))["up_down"]
+        assert (check.verdict, check.values) == ("not checked", {"cells": lacking})
 
 
 def test_a_cell_without_alpha_is_left_out_whole():
@@ -1003,6 +1016,7 @@ def surface(tables, role=LABORATORY, **errors):
     config = SimpleNamespace(
         arm=SimpleNamespace(speed_cm_per_s=1.0),
         fit=SimpleNamespace(confidence=0.95),
+        grid=SimpleNamespace(angle_tolerance_deg=0.5),
         errors=SimpleNamespace(**{"surface_run_mm": None, "surface_session_mm": None} | errors),
     )
     medium_tables = measured(sheet_of("p" * 60), config, SimpleNamespace(role=role), **tables)
@@ -1058,6 +1072,34 @@ def test_runs_with_a_surface_or_a_lag_of_their_own(start, late, code, gap):
     for flag in surface_check.flags:
         if flag.code == code:
             assert flag.values["gap"] == pytest.approx(gap, rel=0.05)
+
+
+@pytest.mark.parametrize("seed", range(1, 6))
+@pytest.mark.parametrize(
+    ("gap", "gamma_deg", "code"),
+    [
+        (0.6, 71.57, "surface-of-path"),
+        (-0.6, 71.57, "surface-of-path"),
+        # too small, and none
+        (0.15, 71.57, "surface"),
+        (0.0, 90.0, "surface"),
+    ],
+)
+def test_an_angle_of_the_path_with_another_surface(gap, gamma_deg, code, seed):
+    """In random order, with starts that scatter by 1.5 mm: neither a stretch nor two heaps."""
+    luck = np.random.default_rng(seed)
+    (fits,) = strokes(luck.normal(0, 0.15, 48)).values()
+    fits["run_id"] = luck.permutation(fits["run_id"])
+    is_on_path = fits["gamma_deg"] == gamma_deg
+    fits.loc[is_on_path, "start_cm"] += gap
+    surface_check = surface({"fits": fits[fits["gamma_deg"] > 0]})[0]
+    assert surface_check.code == code
+    if code == "surface-of-path":
+        assert surface_check.values["gamma_deg"] == gamma_deg
+        assert surface_check.values["side"] == ("deeper" if gap > 0 else "higher")
+        flagged = {flag.run_id: flag.values["gap"] for flag in surface_check.flags}
+        assert {*flagged} == {*fits.loc[is_on_path, "run_id"]}
+        assert [*flagged.values()] == pytest.approx([10 * gap] * 8, rel=0.4)
 
 
 @pytest.mark.parametrize(

@@ -48,6 +48,15 @@ def test_without_a_tare_only_runs_with_a_fault_of_their_own_are_red(medium):
     assert sum(str(bare) in line for line in text) == 1
 
 
+def test_a_run_that_a_check_flags_is_red(medium):
+    traces, fits = medium
+    beside = remark("apart", beside="repeats", times=8.1)
+    flags = Flags(flag_table("poppy_LP", "checks", attach_run(fits["run_id"].iloc[50], [beside])))
+    (figure,) = draw_quality(traces, fits, flags, "poppy seeds, loose")
+    assert any(line.endswith(": 105 plate runs, 1 marked") for line in words(figure))
+    assert marked(figure) == 1
+
+
 def test_a_sheet_has_every_run_and_marks_the_bad_ones(medium):
     traces, fits = medium[0], medium[1].copy()
     fits.loc[20, [name for name in fits if name.startswith("alpha_")]] = np.nan

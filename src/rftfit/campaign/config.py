@@ -590,7 +590,8 @@ class ZeroSettings(Model):
     sd_N: NotNegative | None = None
     """standard error of a stated reading; enters the intervals, so stated needs it"""
     log_age_min: NotNegative = 10.0
-    """longest time between a zero_log and its run: the zero may have drifted by then, min"""
+    """longest time between a zero_log and its run, min: the zero may drift for so long. Where both logs state a date or a time
+    of day it drifts for the time between them, and a longer one is flagged"""
 
     @model_validator(mode="after")
     def _stated_has_an_error(self) -> ZeroSettings:

@@ -449,7 +449,10 @@ def _check_tares(drafts: list[DraftRow], vocabulary: Vocabulary) -> None:
     tares_in_use = {draft.text["tare_run"] for draft in drafts}
     for name, tare in by_id.items():
         if tare.text["kind"] in _TARE and name not in tares_in_use and not tare.yes("excluded"):
-            allowed = f"a tare that a run uses; no run uses {tare.text['kind']} {name}"
+            allowed = (
+                f"a tare that a run uses; no run uses {tare.text['kind']} {name}: name it under tare_run, of several for one angle "
+                "each in a part of the runs, or exclude it"
+            )
             tare.note("run_id", "tare-unused", name, allowed, severity="warning")
 
 

@@ -161,14 +161,19 @@ def check_symmetry(measured: MediumMeasurements) -> Check:
             "pulling a level plate up takes more than pushing it down ({found}): look whether intrusions and extractions "
             "are exchanged in the run sheet.",
         ),
-        "up_down-no-cell": Words("no alpha at (0, 90) or at (0, -90) deg"),
+        "up_down-no-cell": Words("no alpha at {cells} deg"),
     },
 )
 def check_up_down(measured: MediumMeasurements) -> Check:
     """Whether pushing a level plate down takes more than pulling it up."""
     cells = Cells.of(measured.tables["alpha"])
     if cells.push is None or cells.pull is None:
-        return Check.skip("up_down", "up_down-no-cell")
+        without_alpha = [
+            name
+            for name, place in (("(0, 90)", cells.push), ("(0, -90)", cells.pull))
+            if place is None
+        ]
+        return Check.skip("up_down", "up_down-no-cell", cells=" and ".join(without_alpha))
     (down, up), errors = (values[0, [cells.push, cells.pull]] for values in (cells.force, cells.se))
     exceeds = bool(abs(up) - down <= _CHOSEN.sigmas * math.hypot(*errors))
     return Check.judge("up_down", exceeds, down=down, up=up)

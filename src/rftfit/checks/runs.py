@@ -405,7 +405,8 @@ def _beside_others(row: dict[Any, Any]) -> Remark:
     """Alpha of a run beside that of the others, of the component that is farther off."""
     c = "zx"[abs(row["off_x_ratio"]) > abs(row["off_z_ratio"])]
     alphas_beside = row[f"others_{c}_N_per_cm3"]
-    return remark("alpha-beside", run=row["run_id"], alpha=row[column(c)], others=alphas_beside)
+    alpha = row[column(c)]
+    return remark("alpha-beside", run=row["run_id"], component=c, alpha=alpha, others=alphas_beside)
 
 
 @declare_check(

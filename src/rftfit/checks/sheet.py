@@ -1,4 +1,4 @@
-"""Whether the runs stand in the rows of the run sheet that state their angles, by their motion logs and by their alpha."""
+"""Whether a stretch of the run sheet is shifted against its logs, by the angles in motion logs and by alpha."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from rftfit.store.chosen import chosen
 _EVIDENCE: float = chosen("checks", "evidence").other_rows
 """Log of the Bayes factor from which alpha tells other rows."""
 
-_ALLOWED = "no rows nearby whose angles fit the runs better than their own"
+_ALLOWED = "no stretch of the run sheet that the angles of rows nearby fit better than its own"
 _CURE = "look whether a row is missing or there twice before the first of them, and whether cells of a column were shifted."
 
 
@@ -31,11 +31,12 @@ _CURE = "look whether a row is missing or there twice before the first of them, 
     "sheet",
     title="rows of the run sheet",
     effect=UNUSABLE,
-    good="runs stand in the rows of their angles",
+    good="no stretch of the run sheet is shifted against its logs",
     fault="runs stand in rows with the angles of others",
     outcomes={
         "sheet": Words(
-            "no angles of rows nearby fit the {size} runs better than their own", _ALLOWED
+            "no stretch of the {size} runs fits the angles of rows nearby better than its own",
+            _ALLOWED,
         ),
         "sheet-logs": Words(
             "the motion logs of {count} of {size} runs that are refused for their angles show those of the row {where} ({rows})",
@@ -59,7 +60,7 @@ _CURE = "look whether a row is missing or there twice before the first of them, 
     },
 )
 def check_sheet(measured: MediumMeasurements) -> Check:
-    """Whether the angles of rows nearby fit the runs better than those of their own rows."""
+    """Whether the angles of rows nearby fit a stretch of the runs better than those of their own rows."""
     if (by_logs := _find_shift_of_logs(measured)) is not None:
         shift, shifted_runs, refused_count = by_logs
         return Check.judge(

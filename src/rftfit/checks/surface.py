@@ -33,7 +33,7 @@ from rftfit.checks.law import (
 )
 from rftfit.checks.runs import SURE
 from rftfit.conventions import FloatArray
-from rftfit.directions import number_rows
+from rftfit.directions import number_directions, number_rows
 from rftfit.measure.flags import Remark, remark
 from rftfit.measure.laws import LEVELLED_CM, PATCHES, exponent_lever, ordinary_surface
 from rftfit.measure.levels import FEW_RUNS, Mask, median_of_runs, shifted_runs, two_clusters
@@ -60,7 +60,7 @@ _SURFACE_OTHER = "in {count} of {size} runs than in the others ({rows}): look at
     "surface",
     title="surface",
     effect=DOUBTFUL,
-    good="stress begins at the surface in all runs alike",
+    good="on paths of 45 degrees and steeper stress begins at the surface, at all angles of the path alike",
     fault="stress does not begin at the stated surface",
     after=SOUND_LOGS,
     outcomes={
@@ -81,6 +81,12 @@ _SURFACE_OTHER = "in {count} of {size} runs than in the others ({rows}): look at
             _SURFACE_ALLOWED,
             f"the force log is {{gap_s:.2g}} s {{side}} {_SURFACE_OTHER}the clocks of these runs.",
             _LATE_FAULT,
+        ),
+        "surface-of-path": Words(
+            _SURFACE_FOUND,
+            _SURFACE_ALLOWED,
+            "stress begins {gap_mm:.1f} mm {side} in the {count} pushes at gamma {gamma_deg:g} deg than in the {others} at other "
+            "angles of the path ({rows}): look at surface_z_mm of these runs, and where a slanted stage stands at the surface.",
         ),
         "surface-curved": Words(
             "stress looks curved, so where a line through it begins does not tell the surface"
@@ -206,7 +212,8 @@ def _surface_and_linearity(measured: MediumMeasurements) -> tuple[Check, Check]:
         starts = replace(starts, paths=paths)
     # few runs with patches in a row look like a step
     starts = replace(starts, error=np.hypot(starts.error, _error_of_start(steep_fits)))
-    apart = _two_levels(starts, [measured.sheet[run] for run in steep_fits["run_id"]], speed)
+    runs = [measured.sheet[run] for run in steep_fits["run_id"]]
+    apart = _two_levels(starts, runs, speed) or _one_path(starts, steep_fits, measured)
     if apart is not None:
         code, flags, values_apart = apart
         return Check.judge("surface", False, flags, code, **values, **values_apart), line
@@ -276,6 +283,14 @@ class Starts:
                     spread[side] = max(1.4826 * float(np.median(residual[side])), 0.3)
             weight = np.minimum(1.0, 1.5 * spread / np.maximum(residual, 1e-9))
         return coefficients, np.asarray(inverse), sigma
+
+    def size_of(self, term: npt.NDArray[Any]) -> tuple[float, float]:
+        """Coefficient of a term (n,) beside `paths`, and that in standard errors; 0 where `paths` hold it already."""
+        design = np.column_stack([self.paths, term])
+        if np.linalg.matrix_rank(design) == np.linalg.matrix_rank(self.paths):
+            return 0.0, 0.0
+        coefficients, covariance, _ = self.fit(term)
+        return float(coefficients[-1]), abs(coefficients[-1]) / math.sqrt(covariance[-1, -1])
 
 
 _CODES = {
@@ -365,6 +380,45 @@ def _two_levels(
         values |= {"side": "later" if gap > 0 else "earlier", "gap_s": abs(gap)}
     code = f"{kind}-differs"
     return code, flags_on(names, code, gap=gap), values
+
+
+def _one_path(
+    starts: Starts, fits: pd.DataFrame, measured: MediumMeasurements
+) -> tuple[str, list[Remark], dict[str, Any]] | None:
+    """Name the pushes of one angle of the path whose surface is not that of the others; None where all are alike.
+
+    A slanted stage that counts along its path has another reading at the surface at each angle. Returns what `_two_levels` does.
+    """
+    pushes, starts = fits[starts.pushes], starts[starts.pushes]
+    gamma_deg = pushes["gamma_deg"].to_numpy(float)
+    path = number_directions(
+        np.zeros_like(gamma_deg), gamma_deg, tolerance_deg=measured.config.grid.angle_tolerance_deg
+    )
+    lag = starts.paths[:, 1].copy()
+    starts = replace(starts, paths=np.where(np.arange(starts.paths.shape[1]) == 1, 0, starts.paths))
+    # a lag moves the paths apart, too, and goes before a surface that explains the starts no better
+    clearest = starts.size_of(lag)[1] * (1 + 1e-9)
+    gap_cm, of_path = 0.0, np.zeros(gamma_deg.size, dtype=bool)
+    # of two paths the one of fewer runs is named
+    for number in sorted(np.unique(path), key=lambda number: int(np.sum(path == number))):
+        is_on_path = path == number
+        if min(is_on_path.sum(), (~is_on_path).sum()) < FEW_RUNS:
+            continue
+        size_cm, times_error = starts.size_of(is_on_path)
+        if times_error > clearest:
+            clearest, gap_cm, of_path = times_error * (1 + 1e-9), size_cm, is_on_path
+    if clearest < _CHOSEN.step_sure or abs(gap_cm) < _CHOSEN.step_cm:
+        return None
+    names = pushes["run_id"][of_path].tolist()
+    values: dict[str, Any] = {
+        "gap_mm": 10 * abs(gap_cm),
+        "side": "deeper" if gap_cm > 0 else "higher",
+        "gamma_deg": float(np.median(gamma_deg[of_path])),
+        "count": of_path.sum(),
+        "others": (~of_path).sum(),
+        "rows": describe_rows(names, measured.sheet),
+    }
+    return "surface-of-path", flags_on(names, "surface-differs", gap=10 * gap_cm), values
 
 
 def _clear_step(stretch: Mask) -> float:

@@ -190,10 +190,11 @@ def alpha_text(row: Row, component: str) -> str:
 
 def problem_text(fit: Row, flags: Flags, shared: Collection[Remark] = ()) -> str:
     """Say what is wrong with a run, in few words; empty if nothing is but the `shared` flags."""
-    of_run = [flag for flag in flags.of_run(str(fit["run_id"])) if flag not in shared]
-    text = format_remarks([*reason_of(fit), *of_run])
+    run_id = str(fit["run_id"])
+    of_run = [flag for flag in flags.of_run(run_id) if flag not in shared]
+    text = format_remarks([*reason_of(fit), *of_run, *flags.of_run_beside_others(run_id)])
     # what nothing measured is not lacking
-    measured = "z" if str(fit["run_id"]) in flags.runs_with("no-force-x") else "zx"
+    measured = "z" if run_id in flags.runs_with("no-force-x") else "zx"
     if not text and not np.isfinite([fit[f"alpha_{c}_N_per_cm3"] for c in measured]).all():
         return "no alpha"
     return text

@@ -221,6 +221,10 @@ class Flags:
         """Flags of a run by its own logs."""
         return self._of_runs.get(run_id, [])
 
+    def of_run_beside_others(self, run_id: str) -> list[Remark]:
+        """Flags of a run by the checks."""
+        return self._of_checks.get(run_id, [])
+
     def of_cell(self, cell: Mapping[Any, Any], without: Collection[Remark] = ()) -> list[Remark]:
         """Flags of the runs of a cell of an alpha table, then its own; flags `without` are said elsewhere."""
         runs = [*cell["run_ids"].split(), *cell["lost_run_ids"].split()]
@@ -229,7 +233,7 @@ class Flags:
             of_run = [flag for flag in self.of_run(run_id) if flag not in without]
             flags += attach_run(run_id, of_run)
         for run_id in cell["run_ids"].split():
-            flags += attach_run(run_id, self._of_checks.get(run_id, []))
+            flags += attach_run(run_id, self.of_run_beside_others(run_id))
         return flags + self.of_cell_alone(cell)
 
     def of_cell_alone(self, cell: Mapping[Any, Any]) -> list[Remark]:

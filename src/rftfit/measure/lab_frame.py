@@ -167,6 +167,7 @@ def _noise(readings: FloatArray) -> float:
 
 MIN_SAMPLES = 50
 _FEWEST = 10
+_TENTHS = 10
 
 
 @dataclass(frozen=True)
@@ -239,8 +240,7 @@ def find_zero(
     (t0, rows_before), (t1, rows_after) = rests[0], rests[-1]
     mean_before, variance, dof = _mean(force[:, rows_before])
     if len(rests) == 1:
-        # any drift up to the largest is equally likely
-        unseen = (drift_N_per_min / 60 * abs(stroke_time - t0)) ** 2 / 3
+        unseen = _unseen_drift(drift_N_per_min, abs(stroke_time - t0) / 60)
         away = time[rows_before] - t0
         trend = force[:, rows_before] @ away / float(away @ away) * (stroke_time - t0)
         return Zero(mean_before[:, None], variance + unseen, dof, trend_N=(trend[0], trend[1]))
@@ -256,13 +256,30 @@ def find_zero(
 def zero_of_log(force: FloatArray, drift_N_per_min: float, age_min: float) -> Zero:
     """Take the zero of a run from another log, recorded without load.
 
-    `force`: shape (2, n), N. Since then the zero may have drifted, for `age_min` at most.
+    `force`: shape (2, n), N. Between that log and the stroke the zero may have drifted, for `age_min`.
     """
     if force.shape[1] < _FEWEST:
         raise Refused("short-zero-log", found=force.shape[1], wanted=_FEWEST)
     mean, variance, dof = _mean(force)
-    unseen = (drift_N_per_min * age_min) ** 2 / 3
-    return Zero(mean[:, None], variance + unseen, dof)
+    return Zero(mean[:, None], variance + _unseen_drift(drift_N_per_min, age_min), dof)
+
+
+def _unseen_drift(drift_N_per_min: float, minutes: float) -> float:
+    """Variance of a zero, N^2, that nothing showed for so long: any drift up to the largest is equally likely."""
+    return (drift_N_per_min * minutes) ** 2 / 3
+
+
+def change_within(force: FloatArray) -> tuple[float, float]:
+    """How far the component that moves most moves in a log without load, N, and that as a multiple of its noise.
+
+    `force`: shape (2, n), N. Means of tenths of the log are compared; the noise is that within a tenth.
+    """
+    count = max(1, min(_TENTHS, force.shape[1] // _FEWEST))
+    tenths = np.array_split(force, count, axis=1)
+    change = np.ptp([tenth.mean(axis=1) for tenth in tenths], axis=0)
+    noise = np.median([tenth.std(axis=1) for tenth in tenths], axis=0)
+    most = int(change.argmax())
+    return float(change[most]), float(change[most] / noise[most]) if noise[most] else math.inf
 
 
 def stated_zero(stated: ZeroSettings, transducer: Transducer) -> Zero:

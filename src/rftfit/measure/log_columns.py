@@ -17,6 +17,7 @@ from rftfit.campaign.sheet import LogKind, Run, read_assignments, read_log_colum
 from rftfit.conventions import FloatArray, direction
 from rftfit.logs.base import Log, LogError
 from rftfit.measure.flags import Refused
+from rftfit.table.stamps import CLOCK_TIME
 from rftfit.table.units import ANGLE_TO_DEG, FORCE_TO_N, LENGTH_TO_CM, TIME_TO_S, TORQUE_TO_N_M
 
 ANGLE_TO_RAD = {unit: math.radians(degrees) for unit, degrees in ANGLE_TO_DEG.items()}
@@ -143,6 +144,8 @@ def map_columns(log: Log, source: AnyLog, units: Mapping[str, str], key: str) ->
         except ValueError as error:
             problems.append(f"{key}.columns.{quantity}: {error}")
         stated = log.units.get(log.name_of(_name(chosen.column)), "") if chosen.column else ""
+        if quantity == "time":
+            notes = _notes_of_time(notes, log.name_of(_name(chosen.column)))
         if quantity[0] == "F":
             notes += [
                 f"{quantity}: {unit} is taken as {UNIT_OF_WEIGHT[unit]}, a weight"
@@ -157,6 +160,13 @@ def map_columns(log: Log, source: AnyLog, units: Mapping[str, str], key: str) ->
     if problems:
         raise LogError("columns", f"{log.path}: {'; '.join(problems)}", log.rows)
     return replace(log, columns=columns, units=units_of_columns, notes=tuple(map(str.strip, notes)))
+
+
+def _notes_of_time(notes: list[str], column: str) -> list[str]:
+    """Say of time what is said of its column: whether it is a clock time."""
+    is_clock_time = CLOCK_TIME.replace("time", column, 1) in notes
+    others = [note for note in notes if note != CLOCK_TIME]
+    return [*others, CLOCK_TIME] if is_clock_time else others
 
 
 def _unapplied(name: str, scaling: str) -> str:

@@ -27,35 +27,44 @@ FLAGS = {
     # of a run
     "gives-back": Flag(
         "the medium would push the plate along: check the signs in transducer.axes, the direction and the angles of this run",
-        severity=15,
+        severity=17,
     ),
-    "stroke-saturated": Flag("transducer saturated in {count} samples of the stroke", severity=14),
-    "motion-log-cut": Flag("the motion log begins or ends within the stroke", severity=13),
-    "force-log-short": Flag("force log lacks {seconds:.2f} s of the stroke", severity=12),
-    "cut-rows": Flag(_LOST_ROWS, severity=11),
-    "gap": Flag("gap of {seconds:.2f} s in the force log during the stroke", severity=10),
+    "stroke-saturated": Flag("transducer saturated in {count} samples of the stroke", severity=16),
+    "motion-log-cut": Flag("the motion log begins or ends within the stroke", severity=15),
+    "force-log-short": Flag("force log lacks {seconds:.2f} s of the stroke", severity=13),
+    "cut-rows": Flag(_LOST_ROWS, severity=12),
+    "gap": Flag("gap of {seconds:.2f} s in the force log during the stroke", severity=11),
     "gaps": Flag(
         "{count} gaps in the force log during the stroke, {seconds:.2f} s in all, the longest of {longest:.2f} s",
-        severity=9,
+        severity=10,
     ),
-    "time-backwards": Flag(_LOST_ROWS, severity=8),
-    "not-finite": Flag(_LOST_ROWS, severity=7),
-    "duplicated-rows": Flag(_LOST_ROWS, severity=6),
+    "time-backwards": Flag(_LOST_ROWS, severity=9),
+    "not-finite": Flag(_LOST_ROWS, severity=8),
+    "duplicated-rows": Flag(_LOST_ROWS, severity=7),
     "not-linear": Flag(
         "alpha_{component} not linear ({percent:+.0f} % at the end of the window)",
-        severity=3,
+        severity=4,
         weak=True,
     ),
     "pull-not-linear": Flag(
         "alpha_{component} of this pull not linear ({percent:+.0f} % at the end of the window): if the force builds up over more "
         "way than fit.extraction_skip_cm leaves out, {skip:g} cm, make that longer",
-        severity=4,
+        severity=5,
         weak=True,
     ),
     "crust": Flag(
         "stress peaks at {depth:.1f} cm, {percent:.0f} % above the line through the deeper part, and falls: a crust"
     ),
     "zero-drifted": Flag("zero drifted by {newtons:.2f} N", severity=1),
+    "zero-log-old": Flag(
+        "the zero log {file} is of {logged}, the stroke of {pushed}: {minutes:.0f} min between them, where zero.log_age_min allows "
+        "{most:g}; the interval holds the drift of that time",
+        severity=2,
+    ),
+    "zero-log-moves": Flag(
+        "the force in the zero log {file} moves by {newtons:.2g} N, {times:.0f} times its noise: is a push in it?",
+        severity=14,
+    ),
     "lone-readings": Flag(_LOST_ROWS),
     "readings-away": Flag(_LOST_STRETCHES),
     "held-readings": Flag(_LOST_STRETCHES),
@@ -128,11 +137,11 @@ FLAGS = {
     "surface-differs": Flag("stress begins {gap:+.1f} mm off from that of the other runs"),
     "lag-differs": Flag("the force log is {gap:+.2f} s off from those of the other runs"),
     "apart": Flag("differs from the {beside} by {times:.1f} times the spread of such differences"),
-    "shared-cause": Flag("shares with other runs: {cause}", severity=16),
+    "shared-cause": Flag("shares with other runs: {cause}", severity=18),
     # of a cell
-    "few-depths": Flag("{found} of {wanted} depths", severity=5, weak=True),
+    "few-depths": Flag("{found} of {wanted} depths", severity=6, weak=True),
     "pooled-plates": Flag(
-        "repeats are of different plates: {plates} (alpha may depend on the size)", severity=2
+        "repeats are of different plates: {plates} (alpha may depend on the size)", severity=3
     ),
     # of a marker track
     "track-gaps": Flag("{gaps}, the longest {seconds:.3g} s"),
@@ -325,7 +334,7 @@ SENTENCES = {
     "in-pulls": ", {pull} in pulls{interval}",
     "interval-starts": " ({low} to {high})",
     "surface-and-lag": ", by the surface {mm:.1f} mm, by a lag {s:.2f} s",
-    "alpha-beside": "{run}: {alpha:.3g} beside {others:.3g}",
+    "alpha-beside": "{run}: alpha_{component} {alpha:.3g} beside {others:.3g}",
     **{
         f"axes-{name}": words
         for name, words in {
@@ -383,7 +392,7 @@ SENTENCES = {
     "repeat-twice": "push directions twice",
     "repeat-more": "push directions more often",
     "untold-label": "an area or a gain that scattered runs share and no column of the run sheet names",
-    "untold-holder": "a plate holder that is a few degrees off, a share of the force along x in the channel along z, or a turn of "
+    "untold-holder": "a plate holder that is a few degrees off, a surface that is off at one tilt of the plate, a share of the force along x in the channel along z, or a turn of "
     "the mount and crosstalk that cancel",
     "untold-blocks": "a gain that comes and goes within {runs} runs, or a zero that drifts in strokes whose logs do not end in air",
     "untold-choice": "runs that were kept for their result, as the highest of several, or two runs of a direction that are off alike",

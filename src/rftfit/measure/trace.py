@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from datetime import UTC, datetime
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from rftfit.campaign.sheet import Run
 from rftfit.campaign.spikes import find_plateau, find_steps, may_step
 from rftfit.conventions import FloatArray
 from rftfit.logs.base import Log, LogError
+from rftfit.logs.quantities import epoch_unit
 from rftfit.measure import lab_frame
 from rftfit.measure.clocks import LONGEST_RAMP_S, ClockFit
 from rftfit.measure.flags import (
@@ -31,7 +33,9 @@ from rftfit.measure.samples import PHASES
 from rftfit.measure.session_clocks import SessionClocks, find_clock, flags_of_clock
 from rftfit.measure.strokes import IntruderPath, find_stroke
 from rftfit.measure.surface import Compliance, Surface, place_surface
+from rftfit.store.chosen import chosen
 from rftfit.table.parse import BLANK, OF_CELLS, OTHER_SOURCE
+from rftfit.table.stamps import CLOCK_TIME, PERIOD_S
 
 
 def trace_run(
@@ -75,7 +79,14 @@ def trace_run(
     if other_zero.any():
         why[at_rest & other_zero] = RowStatus.OTHER_ZERO
         at_rest = _rest_of_zero(readings.time, at_rest, in_air & ~in_stroke, other_zero)
-    zero = _zero(config, readings, at_rest, in_stroke, zero_log, float(clear_cm.min()))
+    middle_s = float(readings.time[in_stroke].mean())
+    of_zero_log: list[Remark] = []
+    if isinstance(zero_log, Log):
+        zero, of_zero_log = _zero_of_log(config, zero_log, force_log, middle_s)
+    else:
+        zero = _zero(config, readings, at_rest, middle_s, float(clear_cm.min()))
+    # no rest shows what moves the zero back and forth between it and the stroke
+    zero = replace(zero, variance=zero.variance + config.transducer.slow_noise_N**2)
     force = readings.force - zero.force
     if compliance is not None:
         travel, is_measured = compliance.travel_at(force[0])
@@ -94,6 +105,7 @@ def trace_run(
         *in_steps,
         *at_end,
         *steps,
+        *of_zero_log,
         *_lost_rows(force_log, motion_log, whole_lines=same_table(config, run)),
         *_doubts(config, run, readings, zero, in_stroke, max(end - time[-1], time[0] - start)),
     ]
@@ -206,22 +218,63 @@ def _zero(
     config: Config,
     readings: lab_frame.ForceReadings,
     at_rest: np.ndarray,
-    in_stroke: np.ndarray,
-    zero_log: Log | LogError | None,
+    middle_s: float,
     clear_cm: float,
 ) -> lab_frame.Zero:
-    """Zero of a run from its zero log, else as the config states it, else from its rest in air."""
+    """Zero of a run without a zero log: as the config states it, else from its rest in air."""
+    if config.zero.method == "stated":
+        return lab_frame.stated_zero(config.zero, config.transducer)
     drift = config.transducer.drift_N_per_min
-    if isinstance(zero_log, Log):
-        unloaded = lab_frame.force_in_lab_frame(zero_log, config.transducer).force
-        zero = lab_frame.zero_of_log(unloaded, drift, config.zero.log_age_min)
-    elif config.zero.method == "stated":
-        zero = lab_frame.stated_zero(config.zero, config.transducer)
+    return lab_frame.find_zero(readings.time, readings.force, at_rest, middle_s, drift, clear_cm)
+
+
+# --- The zero by another log, recorded without load
+
+
+def _zero_of_log(
+    config: Config, zero_log: Log, force_log: Log, stroke_s: float
+) -> tuple[lab_frame.Zero, list[Remark]]:
+    """Zero of a run from its zero log, and flags of what makes it doubtful: its age, or a force that moves."""
+    unloaded = lab_frame.force_in_lab_frame(zero_log, config.transducer)
+    age = _age_of_zero(zero_log, unloaded.time, force_log, stroke_s)
+    most_min, file = config.zero.log_age_min, zero_log.path.name
+    minutes = most_min if age is None else age.minutes
+    zero = lab_frame.zero_of_log(unloaded.force, config.transducer.drift_N_per_min, minutes)
+    flags = []
+    if age is not None and minutes > most_min:
+        flags.append(remark("zero-log-old", file=file, most=most_min, **age._asdict()))
+    change, times_noise = lab_frame.change_within(unloaded.force)
+    if change > config.transducer.max_drift_N and times_noise > chosen("measure", "zero").moves:
+        flags.append(remark("zero-log-moves", file=file, newtons=change, times=times_noise))
+    return zero, flags
+
+
+class _Age(NamedTuple):
+    """Time between a zero log and the stroke, and when both were."""
+
+    minutes: float
+    logged: str
+    pushed: str
+
+
+def _age_of_zero(
+    zero_log: Log, zero_time: FloatArray, force_log: Log, stroke_s: float
+) -> _Age | None:
+    """Age of the zero of a run, by the middle of both; None where not both logs state a date, or both a time of day."""
+    logged_s = float(zero_time.mean())
+    between_s = abs(stroke_s - logged_s)
+    if epoch_unit(logged_s) == epoch_unit(stroke_s) == "s":
+        form = "%Y-%m-%d %H:%M"
+    elif CLOCK_TIME in zero_log.notes and CLOCK_TIME in force_log.notes:
+        # one of them may be of the day after
+        form, day_s = "%H:%M", PERIOD_S[CLOCK_TIME]
+        between_s = min(between_s % day_s, -between_s % day_s)
     else:
-        middle = float(readings.time[in_stroke].mean())
-        zero = lab_frame.find_zero(readings.time, readings.force, at_rest, middle, drift, clear_cm)
-    # no rest shows what moves the zero back and forth between it and the stroke
-    return replace(zero, variance=zero.variance + config.transducer.slow_noise_N**2)
+        return None
+    logged, pushed = (
+        datetime.fromtimestamp(seconds, UTC).strftime(form) for seconds in (logged_s, stroke_s)
+    )
+    return _Age(between_s / 60, logged, pushed)
 
 
 # --- Steps and ends of channels
