@@ -232,6 +232,8 @@ def test_stress_figure_turns_extractions_and_draws_the_fit():
     assert text.count("depth (cm)") == 2
     assert "fit window" in text
     assert any(line.startswith("extraction, $\\beta$ = \u221230\u00b0") for line in text)
+    # the interval is that of the tables, which one log alone does not show
+    assert any("0.3500 \u00b1 0.0550 N/cm$^3$" in line for line in text)
     # lines of a panel: zero, then for z and x the samples and the fit
     lines = figure.axes[1].lines
     samples, fit = lines[3], lines[4]
