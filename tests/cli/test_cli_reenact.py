@@ -53,11 +53,10 @@ def test_an_empty_folder_gets_the_config_of_the_demonstration(tmp_path):
 
 def test_the_trials_of_the_robot_are_counted(tmp_path):
     written = run_command(tmp_path, "reenact", "--media", "poppy_LP", "--no-tare", "--no-legs")
-    runs, trials = re.search(
-        r"logs of (\d+) runs and (\d+) trials of the robot", written.stdout
-    ).groups()
+    told = re.search(r"logs of (\d+) runs and (\d+) trials of the robot", written.stdout)
+    assert told is not None
     sheet, tracks = (tmp_path / "raw/paper" / name for name in ("runs.csv", "robot/runs.csv"))
-    assert (int(runs), int(trials)) == tuple(
+    assert tuple(map(int, told.groups())) == tuple(
         len(path.read_text("utf-8").splitlines()) - 1 for path in (sheet, tracks)
     )
 

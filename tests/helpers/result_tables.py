@@ -366,7 +366,7 @@ def of_runs(traces, fits, **settings):
 def cells_of_runs(fits, wider=10):
     """Table of alpha of runs that are alone in their direction, with intervals wider than those of single logs."""
     cells = fits.assign(run_ids=fits["run_id"], n_runs=1)
-    for c in "zx":
+    for c in "zx" if "alpha_z_N_per_cm3" in fits else "":
         alpha = fits[f"alpha_{c}_N_per_cm3"]
         for end in ("lo", "hi"):
             name = f"alpha_{c}_{end}_N_per_cm3"

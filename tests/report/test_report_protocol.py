@@ -3,6 +3,9 @@
 Also tested: the figure of all media at a few angles (linearity).
 """
 
+from collections.abc import Hashable
+from typing import Any
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -53,7 +56,7 @@ def column(kind, tare=True):
     )
 
 
-MEAN_OF_3 = {
+MEAN_OF_3: dict[Hashable, Any] = {
     "n_runs": 3,
     **{f"alpha_{c}_{end}N_per_cm3": 0.3 + half for c in "zx" for end, half in ENDS.items()},
 }

@@ -140,9 +140,8 @@ def test_a_peak_that_is_too_steep_has_a_reason_instead_of_an_interval():
         peaks={("m", "reversed_c_leg", "map", c): peak for c, peak in peaks.items()},
     ).set_index("component")
     assert errors.loc["z", "reason"] == str(why)
-    assert math.isnan(errors.loc["z", "peak_predicted_lo_N"])
-    assert errors.loc["z", "peak_predicted_model_lo_N"] > 0 or not peaks["z"].of_model[0] > 0
-    assert errors.loc["x", "reason_code"] in ("", "steep-peak")
+    ends = errors[["peak_predicted_lo_N", "peak_predicted_model_lo_N"]].notna()
+    assert list(ends.loc["z"]) == [False, True]
 
 
 def wide(top_N):
