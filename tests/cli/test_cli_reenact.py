@@ -2,9 +2,11 @@
 
 import errno
 import os
+import re
 from pathlib import Path
 
 import pytest
+from makers import run_command
 
 from rftfit.errors import InputError, OutputError
 from rftfit.lab.marker import MARKER, clear, find_earlier
@@ -33,6 +35,30 @@ def test_what_is_written(campaign):
         size, name = line.split(" ", 1)
         listed[name] = size
     assert listed == {name: str(len(content)) for name, content in files.items()}
+
+
+def test_an_empty_folder_gets_the_config_of_the_demonstration(tmp_path):
+    (tmp_path / ".git").mkdir()
+    written = run_command(tmp_path, *QUICK.split())
+    assert written.returncode == 0, written.stderr
+    assert "folder was empty: config/config.yaml" in written.stdout
+    assert run_command(tmp_path, "check").returncode == 0
+    # what is there is never taken for empty, nor written over
+    (tmp_path / "config" / "config.yaml").unlink()
+    refused = run_command(tmp_path, *QUICK.split())
+    assert refused.returncode == 2
+    assert "rftfit init FOLDER, or rftfit reenact in an empty folder" in refused.stderr
+    assert not (tmp_path / "config" / "config.yaml").exists()
+
+
+def test_the_trials_of_the_robot_are_counted(tmp_path):
+    written = run_command(tmp_path, "reenact", "--media", "poppy_LP", "--no-tare", "--no-legs")
+    told = re.search(r"logs of (\d+) runs and (\d+) trials of the robot", written.stdout)
+    assert told is not None
+    sheet, tracks = (tmp_path / "raw/paper" / name for name in ("runs.csv", "robot/runs.csv"))
+    assert tuple(map(int, told.groups())) == tuple(
+        len(path.read_text("utf-8").splitlines()) - 1 for path in (sheet, tracks)
+    )
 
 
 def test_again_with_another_seed_and_medium(rftfit, campaign):

@@ -357,9 +357,24 @@ def of_runs(traces, fits, **settings):
         "tared/{medium}.parquet": tared,
         "windows/{medium}.parquet": windows,
         "fits/{medium}.csv": fits,
+        "alpha/{medium}.csv": cells_of_runs(fits),
         "flags/{medium}.csv": pd.DataFrame(columns=FLAG_COLUMNS),
     }
     return memory(tables, runs=runs, **settings)
+
+
+def cells_of_runs(fits, wider=10):
+    """Table of alpha of runs that are alone in their direction, with intervals wider than those of single logs."""
+    cells = fits.assign(run_ids=fits["run_id"], n_runs=1)
+    for c in "zx" if "alpha_z_N_per_cm3" in fits else "":
+        alpha = fits[f"alpha_{c}_N_per_cm3"]
+        for end in ("lo", "hi"):
+            name = f"alpha_{c}_{end}_N_per_cm3"
+            cells[name] = cells[f"alpha_{c}_{end}_next_N_per_cm3"] = alpha + wider * (
+                fits[name] - alpha
+            )
+        cells[f"alpha_{c}_se_N_per_cm3"] = abs(cells[name] - alpha) / 2
+    return cells
 
 
 # --- Campaigns whose results are made from the published tables, for the tests of the report page -----------------

@@ -197,8 +197,11 @@ def test_policy_stops_a_foreign_script(chromium, address):
 def test_keys_move_the_cell_of_a_map(browser):
     label = "document.querySelector('#map-pair svg').getAttribute('aria-label')"
     assert "β 0°, γ 90°: 0.35" in browser.evaluate(label)
+    readout = "document.querySelector('#map-readout').textContent"
+    assert "By symmetry αx is 0 here" in browser.evaluate(readout)
     browser.evaluate("document.querySelector('#map-pair svg').focus()")
     browser.press("ArrowUp")
+    assert "By symmetry" not in browser.evaluate(readout)
     browser.press("ArrowLeft", 2)
     assert "β 30°, γ 56.3°" in browser.evaluate(label)
     # no further than the edge
@@ -507,6 +510,10 @@ def test_first_paint_and_print(browser):
     )
     assert browser.evaluate(hidden)
     assert browser.evaluate("document.querySelector('.findings').offsetHeight") > 0
+    # small print stays in its column
+    assert browser.evaluate(
+        "[...document.querySelectorAll('#summary td small')].every((note) => note.scrollWidth <= note.parentElement.clientWidth)"
+    )
     browser.call("Emulation.setEmulatedMedia", media="")
 
 

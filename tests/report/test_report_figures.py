@@ -35,6 +35,7 @@ from rftfit.figures.plates import nearest_cells, plot_stress_of_runs, stress_run
 from rftfit.figures.protocol import plot_tare
 from rftfit.figures.registry import figures
 from rftfit.figures.style import save, save_pages
+from rftfit.measure.flags import attach_run, flag_table, remark
 from rftfit.model.fourier import TERMS, evaluate
 from rftfit.model.scaling import GENERIC
 
@@ -232,6 +233,8 @@ def test_stress_figure_turns_extractions_and_draws_the_fit():
     assert text.count("depth (cm)") == 2
     assert "fit window" in text
     assert any(line.startswith("extraction, $\\beta$ = \u221230\u00b0") for line in text)
+    # the interval is that of the tables, which one log alone does not show
+    assert any("0.3500 \u00b1 0.0550 N/cm$^3$" in line for line in text)
     # lines of a panel: zero, then for z and x the samples and the fit
     lines = figure.axes[1].lines
     samples, fit = lines[3], lines[4]
@@ -310,6 +313,23 @@ def test_tare_figure_shades_the_valid_range():
         tables = (t.assign(**{column: value}) if column in t else t for t in (tares, tared))
         lost = plot_tare(memory(dict(zip(names, tables, strict=True))), "poppy_LP")
         assert any(message in line for line in words(lost))
+
+
+def test_a_marked_run_has_its_reason_beside_the_picture():
+    traces, fits = two_runs()
+    results = of_runs(traces, fits.assign(medium="poppy_LP"))
+    sheet = declared("{medium}")
+    assert sheet.caption_of(results, "poppy_LP").endswith("3 runs, 0 marked")
+    bent = remark("not-linear", component="z", percent=11.0)
+    flags = flag_table("poppy_LP", "slopes", attach_run("down", [bent]))
+    results.tables["flags/{medium}.csv"] = flags
+    check = {"medium": "poppy_LP", "check": "linearity", "verdict": "not checked", "found": "few"}
+    results.tables["checks/{medium}.csv"] = pd.DataFrame([check])
+    results = chain.Memory(results.campaign, results.tables)
+    results.campaign.titles["poppy_LP"] = "poppy"
+    assert sheet.caption_of(results, "poppy_LP").endswith(f"1 marked: {bent}")
+    caption = declared("first_lines").caption_of(results)
+    assert f"down, {bent}; no check judges it (few)" in caption
 
 
 def declared(name):

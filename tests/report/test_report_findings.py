@@ -25,6 +25,7 @@ from rftfit.page.page import drawn_figures
 from rftfit.page.page import page as make_page
 from rftfit.workflow.validate import estimated_map_rows
 
+NO_BREAK = "\u00a0"
 NUMBER = re.compile(r"(?<![\w.])[\u2212+]?\d+(?:\.\d+)?")
 
 
@@ -107,6 +108,59 @@ def test_an_error_has_one_verdict():
     assert len({verdicts[holds, model] for model in (unknown, holds, does_not)}) == 1
     assert len({verdicts[does_not, model] for model in (unknown, holds, does_not)}) == 3
     assert not any("chance" in verdict for verdict in verdicts.values())
+
+
+def test_titles_with_commas_are_told_apart(tmp_path):
+    results = page_results(tmp_path)
+    for medium in ("poppy_LP", "poppy_CP"):
+        failed = {"medium": medium, "check": "work", "code": "work", "verdict": "failed"}
+        write(
+            results,
+            f"checks/{medium}.csv",
+            pd.DataFrame([failed | {"effect": "unusable", "sentence": "Z looks reversed."}]),
+        )
+    text = findings(Results(results.campaign))[0].text
+    assert "Poppy seeds, loose; and poppy seeds, close are unusable" in text
+
+
+def test_an_error_beside_the_limit_says_on_which_side_it_lies(results, tmp_path):
+    errors = results.table("leg_errors.csv")
+    errors.loc[errors["leg"] == "c_leg", "peak_error_percent"] = 33.148
+    results = page_results(tmp_path)
+    write(results, "leg_errors.csv", errors)
+    (text,) = [
+        found.text
+        for found in findings(Results(results.campaign))
+        if "Predicted with" in found.text
+    ]
+    assert re.search(r"not within 33 % on the .*c-leg \(worst \+33\.1 %\)", text)
+
+
+def test_intervals_in_brackets_are_named(results):
+    """Those of an error of a peak are no percentages of alpha."""
+    texts = [finding.text for finding in findings(results) if " to " in finding.text]
+    of_peaks = [text for text in texts if "peak lift is off" in text or "largest error" in text]
+    assert len(of_peaks) >= 2
+    for text in of_peaks:
+        assert "In brackets: its 95 % interval with the errors of alpha, axle and arc" in text
+        assert ("(model" in text or ", model" in text) == ('after "model"' in text)
+        assert not re.search(r"% of alpha", text)
+
+
+def test_a_peak_without_interval_of_alpha_has_its_reason(results, tmp_path):
+    errors = results.table("leg_errors.csv")
+    is_peak = (errors["medium"] == "yuma") & (errors["component"] == "z")
+    ends = [f"peak_{what}_{end}" for what in ("error", "predicted") for end in ("lo", "hi")]
+    ends = [f"{name}_{'percent' if 'error' in name else 'N'}" for name in ends]
+    errors.loc[is_peak, ends] = np.nan
+    why = remark("steep-peak", degrees=5, percent=30)
+    errors.loc[is_peak, ["reason", "reason_code"]] = [str(why), "steep-peak"]
+    results = page_results(tmp_path)
+    write(results, "leg_errors.csv", errors)
+    results = Results(results.campaign)
+    (text,) = [finding.text for finding in findings(results) if finding.section == "sands"][:1]
+    assert "None of alpha on the" in text
+    assert f"<small>{greek(str(why)).replace(' %', NO_BREAK + '%')}</small>" in make_page(results)
 
 
 def test_a_check_passed_only_where_it_was_made(tmp_path):

@@ -6,6 +6,7 @@ No browser is used here.
 import dataclasses
 import json
 import re
+from collections import Counter
 from functools import partial
 from html.parser import HTMLParser
 from typing import Any
@@ -135,6 +136,9 @@ def test_methods_are_built_from_this_campaign(results, read):
     assert "4 runs" in text
     assert " 6 cm" in text
     assert {*re.findall(r"ref\. (\d)", text)} == {*"123456"}
+    kinds = Counter({"plate": 3, "rod": 2, "robot": 9})
+    text_of_kinds = paragraphs(results, dataclasses.replace(outcome, used_by_kind=kinds))[0]
+    assert "(3 of a plate, 2 of rod and mount alone and 9 of the robot)" in text_of_kinds
     fit = results.config.fit.model_copy(update={"wall_clearance_cm": 4.5, "confidence": 0.9})
     text = " ".join(paragraphs(with_config(results, fit=fit), outcome))
     assert " 4.5 cm" in text

@@ -3,6 +3,9 @@
 Also tested: the figure of all media at a few angles (linearity).
 """
 
+from collections.abc import Hashable
+from typing import Any
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -27,6 +30,9 @@ def recording(kind):
     return {"time_s": time, "depth_cm": path, "x_cm": 4 - path, **force}
 
 
+ENDS = {"": 0.0, "lo_": -0.04, "hi_": 0.04}
+
+
 def column(kind, tare=True):
     trace, fit = chain.one_run("r", kind, 5.08, 0.35, 0.1, np.random.default_rng(2), 400)
     result = by_run(trace)["r"]
@@ -46,7 +52,15 @@ def column(kind, tare=True):
         {"pause": (-2.0, 0.0), "stroke": (0.0, 8.0)},
         result,
         {str(key): cell for key, cell in fit.items()},
+        MEAN_OF_3 if kind == "horizontal" else {},
     )
+
+
+MEAN_OF_3: dict[Hashable, Any] = {
+    "n_runs": 3,
+    **{f"alpha_{c}_{end}N_per_cm3": 0.3 + half for c in "zx" for end, half in ENDS.items()},
+}
+"""Row of a table of alpha with several runs in a direction."""
 
 
 def drawn(monkeypatch, *columns):
@@ -71,6 +85,7 @@ def test_protocol_has_a_column_for_each_kind_with_units(monkeypatch):
         "distance travelled (cm)",
     ):
         assert label in text
+    assert any("= 0.3000 \u00b1 0.0400 N/cm$^3$, mean of 3" in line for line in text)
     assert any("peak $F_z$ = 5.00 N at $\\theta$ = \u221240\u00b0" in line for line in text)
     assert any("peak $F_x$ = \u22122.00 N at $\\theta$ = 9\u00b0" in line for line in text)
 

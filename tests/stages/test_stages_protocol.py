@@ -34,6 +34,7 @@ def results_of(room):
         "tared/poppy_LP.parquet": results.tared,
         "windows/poppy_LP.parquet": windows,
         "fits/poppy_LP.csv": results.fits,
+        "alpha/poppy_LP.csv": results.alpha,
         "legs/poppy_LP.csv": results.curves,
     }
     return Memory(campaign, tables)

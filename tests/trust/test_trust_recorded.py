@@ -123,7 +123,8 @@ def test_findings_of_targets(states_now):
         "slopes/sand"
     }
     states_now.state = dict(STATE)
-    assert findings_of(states_now, "results/never.csv") == [("provenance", "new", "")]
+    # all that was made is as recorded: it stays
+    assert findings_of(states_now, "results/never.csv") == [("results/never.csv", "new", "")]
 
 
 def test_what_a_result_is_made_from_and_what_is_nobodys(states_now):
@@ -139,20 +140,35 @@ def test_what_a_result_is_made_from_and_what_is_nobodys(states_now):
     assert recorded.list_foreign_files() == ["results/mine.txt"]
 
 
-def test_a_job_that_is_not_as_recorded_loses_its_state_file(states_now):
+def test_the_state_file_of_a_job_that_is_not_as_recorded_is_emptied(states_now):
     states: Any = states_now
     edit(states_now)
     recorded = Recorded(states)
     recorded.make_outdated(recorded.findings_of())
-    has_state_file = {
-        name: (states_now.campaign.root / state_file(name)).is_file() for name in recorded.all
+    states_left = {
+        name: (states_now.campaign.root / state_file(name)).read_text("utf-8")
+        for name in recorded.all
     }
-    assert has_state_file == {
-        "tare/sand": False,
-        "slopes/sand": False,
-        "robot_full_speeds": True,
-        "provenance": True,
+    kept = json.dumps(STATE)
+    assert states_left == {
+        "tare/sand": "",
+        "slopes/sand": "",
+        "robot_full_speeds": kept,
+        "provenance": kept,
     }
+
+
+@pytest.mark.parametrize("happens", [None, edit, lose, forget, change])
+def test_a_run_of_a_part_forgets_no_job_that_it_does_not_need(states_now, happens):
+    states: Any = states_now
+    if happens:
+        happens(states_now)
+    before = Recorded(states)
+    before.make_outdated(before.findings_of(["results/never.csv"]))
+    after = Recorded(states)
+    assert [*after.all] == [*before.all]
+    assert after.findings_of() == before.findings_of()
+    assert after.list_foreign_files() == before.list_foreign_files()
 
 
 @pytest.mark.parametrize("happens", [None, edit, lose, forget])

@@ -152,7 +152,7 @@ def test_the_papers_statements_are_met_or_named(config, predicted):
     (over,) = (item for item in claims if "overpredicted" in item.item)
     assert over.ours == pytest.approx(25.5, abs=1)
     assert over.verdict == "differs"
-    assert "zeta = 0.889 alpha_z, ours: palms29 +3" in over.why
+    assert "our zeta = 0.889 alpha_z: palms29 +3" in over.why
     # what the logs hold, and what is predicted
     assert {item.item for item in claims if item.evidence == FROM_LOGS} == {
         "media whose measured peak lift falls from c-leg to flat to reversed",

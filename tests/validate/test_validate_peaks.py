@@ -8,8 +8,17 @@ import math
 import numpy as np
 import pandas as pd
 import pytest
+from paper import paper_config
 
-from rftfit.compare.legs import COLUMNS, _error_interval, extreme, leg_errors, measured_peak
+import rftfit
+from rftfit.compare.legs import (
+    COLUMNS,
+    _error_interval,
+    extreme,
+    leg_errors,
+    leg_prediction,
+    measured_peak,
+)
 from rftfit.outputs.dictionary import describe_file
 
 THETA = np.arange(-135.0, 136.0)
@@ -115,6 +124,24 @@ def curves(measured, predicted):
     forces = ({"force_z_N": values, "force_x_N": values} for values in (measured, predicted))
     ours, theirs = (pd.DataFrame(names | force) for force in forces)
     return ours, theirs.assign(profile="table", **ends)
+
+
+def test_a_peak_that_is_too_steep_has_a_reason_instead_of_an_interval():
+    profile, config = rftfit.scale(0.35).profile, paper_config()
+    leg = config.legs["reversed_c_leg"]
+    curve, peaks = leg_prediction(profile, leg, config)
+    (why,) = peaks["z"].withheld
+    assert why.code == "steep-peak"
+    names = {"medium": "m", "leg": "reversed_c_leg"}
+    measured = curve[["theta_deg", "force_z_N", "force_x_N"]].assign(**names)
+    errors = leg_errors(
+        measured,
+        curve.assign(profile="map", **names),
+        peaks={("m", "reversed_c_leg", "map", c): peak for c, peak in peaks.items()},
+    ).set_index("component")
+    assert errors.loc["z", "reason"] == str(why)
+    ends = errors[["peak_predicted_lo_N", "peak_predicted_model_lo_N"]].notna()
+    assert list(ends.loc["z"]) == [False, True]
 
 
 def wide(top_N):

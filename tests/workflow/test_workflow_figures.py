@@ -97,3 +97,40 @@ def test_figures_for_a_paper_are_drawn_on_demand(small_made, tmp_path):
     (folder.root / path).write_bytes(b"")
     later = folder.rftfit("run")
     assert re.search(r"1 file; rftfit run --print", later.stdout)
+
+
+def test_a_run_of_a_part_keeps_the_records_of_the_campaign(small_made, tmp_path):
+    folder = Folder(tmp_path / "copy")
+    shutil.copytree(small_made.root, folder.root)
+    assert folder.rftfit("run").returncode == 0
+    records = folder.digests()
+    as_recorded = folder.rftfit("verify").stdout
+    printed = "results/figures/linearity.pdf"
+    misspelled = folder.rftfit("run", "results/figures/linearty.png")
+    assert misspelled.returncode == 4
+    for target in (printed, "results/figures/linearity.png", "results/coefficients.csv"):
+        (folder.root / target).unlink(missing_ok=True)
+        made = folder.rftfit("run", target)
+        assert made.returncode == 0, made.stderr
+        assert "Not made by this campaign" not in made.stdout
+        verified = folder.rftfit("verify")
+        assert (verified.returncode, verified.stdout) == (0, as_recorded)
+    now = folder.digests()
+    assert {name for name in now if now[name] != records.get(name)} == {
+        "figures/linearity.pdf",
+        "records/figure_pdf/linearity.json",
+        "state/figure_pdf/linearity.json",
+    }
+    assert folder.rftfit("verify", printed).returncode == 0
+    # what no target needs stays recorded, and is told to be old
+    text = folder.config.read_text("utf-8")
+    folder.config.write_text(text.replace("title: ", "title: A ", 1), "utf-8")
+    (folder.root / printed).unlink()
+    for arguments in (("--dry-run", "results/figures/penetration.pdf"), (printed,)):
+        made = folder.rftfit("run", *arguments)
+        assert made.returncode == 0, made.stderr
+        assert "Not made by this campaign" not in made.stdout
+        assert "never finished" not in folder.rftfit("verify").stdout
+    assert re.search(r"Not up to date.*rftfit run makes", made.stdout)
+    assert folder.rftfit("run").returncode == 0
+    assert folder.rftfit("verify").returncode == 0

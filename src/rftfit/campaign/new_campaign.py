@@ -18,6 +18,7 @@ from rftfit.campaign.tables import TableRead, read_pushes
 from rftfit.errors import InputError
 from rftfit.reference import MEDIA, SANDS
 from rftfit.store import copy_file, write_text
+from rftfit.store.environment import shipped
 from rftfit.store.links import refuse_links, refuse_target_by_link
 
 _UNREADABLE = (".not-text", ".web-page", ".not-a-workbook", ".too-large", ".unreadable")
@@ -37,6 +38,13 @@ def init_campaign(folder: Path) -> list[Path]:
         "config/config.yaml": _template("config.yaml"),
     }
     return _write(folder, texts, {})
+
+
+def init_demonstration(folder: Path) -> list[Path]:
+    """Write the configuration of the demonstration into a folder and list its files."""
+    shipped_files = ("config/robot.yaml", "config/robot.schema.json", "config/config.yaml")
+    texts = {"config/README.md": reference_markdown(), "config/config.schema.json": json_schema()}
+    return _write(folder, texts, {name: shipped(name) for name in shipped_files})
 
 
 def _write(folder: Path, texts: Mapping[str, str], copied: Mapping[str, Path]) -> list[Path]:

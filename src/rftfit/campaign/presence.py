@@ -40,7 +40,7 @@ def miss_campaign(config_path: Path) -> Problem | None:
     folders = join_words([os.path.relpath(path, working_folder) for path in near], 3)
     allowed = (
         f"the file does not exist, so this is no campaign; go to the folder of one{folders and f' ({folders})'}, "
-        "or make a new one: rftfit init FOLDER"
+        "or make a new one: rftfit init FOLDER, or rftfit reenact in an empty folder (the demonstration)"
     )
     return Problem("config.missing", Place(config_path.as_posix()), None, allowed)
 

@@ -31,7 +31,7 @@ from rftfit.version import __version__
 # one paragraph per code: the help joins the lines of a paragraph
 _EPILOG = "\n\n".join(
     [
-        "Example: rftfit reenact && rftfit run",
+        "Example: mkdir demo && cd demo && rftfit reenact && rftfit run",
         "Exit codes:",
         *(f"{code}: {meaning}" for code, meaning in MEANINGS.items()),
     ]
@@ -108,8 +108,8 @@ def _top(
 ) -> None:
     """Force-transducer logs to resistive-force models of granular media, with honest intervals.
 
-    New here? `rftfit reenact` writes a demonstration campaign, `rftfit run` makes everything out of
-    it. For a campaign of your own: `rftfit init`, `rftfit check`, `rftfit run`.
+    New here? In an empty folder, `rftfit reenact` writes a demonstration campaign, `rftfit run` makes
+    everything out of it. For a campaign of your own: `rftfit init DIR`, `rftfit check`, `rftfit run`.
     """
 
 

@@ -65,7 +65,7 @@ def file(meaning: str) -> Any:
 CONFIG = Path("config/config.yaml")
 
 
-def _need_campaign(config: Path) -> Path:
+def need_campaign(config: Path) -> Path:
     """Refuse a configuration that is not there, before anything is imported that reads a campaign."""
     if (no_campaign := miss_campaign(config)) is not None:
         raise CampaignError([no_campaign])
@@ -80,7 +80,7 @@ def look_for_campaign(folder: Path | None) -> None:
 
 _CONFIG_HELP = "The campaign's configuration."
 ConfigFile = Annotated[Path, typer.Option(help=_CONFIG_HELP)]
-CampaignConfig = Annotated[Path, typer.Option(help=_CONFIG_HELP, callback=_need_campaign)]
+CampaignConfig = Annotated[Path, typer.Option(help=_CONFIG_HELP, callback=need_campaign)]
 """Configuration of a campaign that must be there."""
 
 Cores = Annotated[int | None, typer.Option(min=1, help="Jobs at once; default: all cores.")]

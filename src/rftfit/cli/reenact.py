@@ -81,8 +81,9 @@ def reenact(
 ) -> None:
     """Write the logs that the paper's lab would have recorded, and their run sheet.
 
-    They go into the raw folder and the run sheet that the config names. A folder that holds logs of
-    another origin is refused; those of an earlier re-enactment are cleared first.
+    They go into the raw folder and the run sheet that the config names; an empty folder gets the config of
+    the demonstration first. A folder that holds logs of another origin is refused; those of an earlier
+    re-enactment are cleared first.
     """
     if list_faults:
         from rftfit.lab.rig import FAULTS
@@ -91,6 +92,7 @@ def reenact(
         print_line(table(["fault", "run of the first medium", "what it does"], rows, indent=""))
         return
     from rftfit.campaign.load import read_layout
+    from rftfit.campaign.new_campaign import init_demonstration
     from rftfit.lab.enact import copy_config, prepare
     from rftfit.lab.marker import MARKER, clear, find_earlier
     from rftfit.lab.plan import media_of, parse_directions
@@ -98,6 +100,10 @@ def reenact(
     from rftfit.lab.tracks import lacks_tracks
     from rftfit.store.links import refuse_links
 
+    if config == options.CONFIG and _is_empty(Path()):
+        init_demonstration(Path())
+        print_line(f"This folder was empty: {config} of the demonstration is written.")
+    options.need_campaign(config)
     if live is not None:
         config = copy_config(config, live)
     places = read_layout(config)
@@ -146,6 +152,8 @@ def reenact(
             print_line(text)
         return
     runs = count(sum(run.cycles for run in campaign.runs), "run")
+    if trials := campaign.trials:
+        runs += f" and {count(trials, 'trial')} of the robot"
     print_line(f"Writing the logs of {runs} into {_from_root(places, places.raw)} ...")
     began = time.perf_counter()
     sizes = campaign.write(places.raw, places.sheet)
@@ -157,6 +165,11 @@ def reenact(
         print_line(f"  fault {planted_fault}")
     print_line(PLAINLY)
     print_line(f"{_from_root(places, places.raw / MARKER)} says the same.")
+
+
+def _is_empty(folder: Path) -> bool:
+    """Whether a folder has nothing in it but hidden files."""
+    return all(path.name.startswith(".") for path in folder.iterdir())
 
 
 def _from_root(places: Campaign, path: Path) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -16,6 +16,7 @@ from rftfit.conventions import FloatArray
 from rftfit.forces.model_error import has_model_error, larger_model_error, outline_load
 from rftfit.forces.motion import Motion, rotation
 from rftfit.forces.outlines import arc_of, leg_outline
+from rftfit.forces.peaks import OTHER_FORM, STEEP, STEEP_DEG, Peak
 from rftfit.forces.plane import force_draws, forces_on
 from rftfit.forces.prediction import predict_with_peaks
 from rftfit.measure.alpha import alpha_columns, directions, flagged
@@ -93,8 +94,18 @@ WITH_MODEL_ERROR = ("table", "map")
 
 Ends = tuple[float, float]
 
-PeakEnds = tuple[float, Ends, Ends]
-"""A predicted peak, N: its value, interval of alpha, and interval with the model's own error."""
+
+class PeakEnds(NamedTuple):
+    """A predicted peak, N: its value, interval of alpha, interval with the model's own error.
+
+    `withheld`: Why there is no interval of alpha although its errors are known.
+    """
+
+    value: float
+    of_alpha: Ends
+    of_model: Ends
+    withheld: tuple[Remark, ...] = ()
+
 
 Peaks = dict[tuple[str, str, str, str], PeakEnds]
 """By medium, leg, profile and component."""
@@ -141,7 +152,9 @@ def leg_prediction(
             half = shape[c][row]
             of_alpha = widen(top.value, (top.lo, top.hi), half)
             of_model = widen(top.value, (top.model_lo, top.model_hi), half)
-            peaks[c] = top.value, _as_floats(of_alpha), _as_floats(of_model)
+            peaks[c] = PeakEnds(
+                top.value, _as_floats(of_alpha), _as_floats(of_model), _why_withheld(top)
+            )
     return forces, peaks
 
 
@@ -176,6 +189,13 @@ def error_of_legs(media: Sequence[Medium]) -> float:
     relative_squares = np.concatenate([np.zeros(0), *squares])
     relative_squares = relative_squares[np.isfinite(relative_squares)]
     return float(np.sqrt(relative_squares.mean())) if relative_squares.size else math.nan
+
+
+def _why_withheld(peak: Peak) -> tuple[Remark, ...]:
+    """Say why a peak has no interval of alpha although its errors are known; nothing where it has one."""
+    if peak.withheld == STEEP:
+        return (remark("steep-peak", percent=100 * peak.steepness, degrees=STEEP_DEG),)
+    return (remark("other-form", beside=peak.beside),) if peak.withheld == OTHER_FORM else ()
 
 
 def _as_floats(ends: tuple[Any, Any]) -> Ends:
@@ -465,6 +485,8 @@ def _compare(
             return row, [remark("short-at-peak", **ends)]
         why = [remark("short-curve", **ends)]
         drawn = None  # its peak may lie where nothing was measured
+    elif drawn is not None:
+        why = [*drawn.withheld]
     return row | _peak_errors(both, component, rms, spread, confidence, drawn), why
 
 
@@ -491,7 +513,7 @@ def _peak_errors(
     smooth = measured_peak(theta, ours, component)
     shape = (smooth.force_N / best - 1) * peak if best else 0.0
     if drawn is not None:
-        best, ends, model_ends = drawn
+        best, ends, model_ends, _ = drawn
     error = math.hypot(measured.se_N, zero, spread * peak, shape)
     lo, hi = _error_interval(best, ends, peak, error, confidence)
     model_lo, model_hi = _error_interval(best, model_ends, peak, error, confidence)

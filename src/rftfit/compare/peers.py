@@ -42,6 +42,9 @@ COLUMNS = [
 ]
 _CHOSEN = chosen("compare", "peers")
 
+APART_FROM = {REPEATS: _CHOSEN.apart[0][0], PAIR: _CHOSEN.pair_second, MAP: _CHOSEN.times_map}
+"""Least times of the spread at which a run can stand apart, by what it is compared with."""
+
 
 def compare_runs(
     fits: pd.DataFrame, medium: str, tolerance_deg: float = TOLERANCE_DEG

@@ -649,8 +649,8 @@ def _sands(lift: pd.DataFrame, scaled: pd.DataFrame) -> list[Item]:
         by_text = 100 * ((1 + c_leg / 100) * TEXTS_ZETA / ratio.reindex(c_leg.index) - 1)
         farthest = float(by_text.iloc[int((by_text - 35).abs().argmax())])
         note = (
-            f"zeta = {TEXTS_ZETA} alpha_z, of the text: {_listed(by_text)}; "
-            f"zeta = {ratio.mean():.3g} alpha_z, ours: {_listed(c_leg)}"
+            f"ours is the sand that is farthest from 35 % by zeta = {TEXTS_ZETA} alpha_z, of the text: {_listed(by_text)}; "
+            f"by our zeta = {ratio.mean():.3g} alpha_z: {_listed(c_leg)}"
         )
         items += name_sources(
             c_leg.index,

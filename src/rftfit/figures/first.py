@@ -12,6 +12,7 @@ from rftfit.figures.labels import PROFILES, usable_media
 from rftfit.figures.plates import stress_runs
 from rftfit.figures.registry import figure, when
 from rftfit.figures.traces import by_run, draw_thin, stress_of
+from rftfit.measure.verdict_words import NOT_CHECKED
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -191,6 +192,20 @@ def plot_first_peaks(results: Results) -> Figure:
     return page
 
 
+def _lines_caption(results: Results, _: str) -> str:
+    medium = _lined(results)
+    caption = (
+        "Stress minus alpha times depth, of every run. Good: noise about zero, without a bend."
+    )
+    bent = results[medium].flags.runs_with("not-linear")
+    checks = results.checks
+    is_linearity = (checks["medium"] == medium) & (checks["check"] == "linearity")
+    for found in checks.loc[is_linearity & (checks["verdict"] == NOT_CHECKED), "found"]:
+        for run_id, flag in [*bent.items()][:1]:
+            return f"{caption} Bent: {run_id}, {flag}; no check judges it ({found})."
+    return caption
+
+
 @figure(
     "first_lines",
     reads=("tared/{media}.parquet", "windows/{media}.parquet", "fits/{media}.csv"),
@@ -203,7 +218,7 @@ def plot_first_peaks(results: Results) -> Figure:
         )
     ),
     section="summary",
-    caption="Stress minus alpha times depth, of every run. Good: noise about zero, without a bend.",
+    caption=_lines_caption,
     lacking=lambda results, _: (
         () if _lined(results) else ("no run has a line to compare its stress with",)
     ),

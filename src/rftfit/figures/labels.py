@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from rftfit.compare.legs import WITHIN_PERCENT
 from rftfit.figures.style import format_number
 from rftfit.measure.alpha import cell_at, column
 from rftfit.measure.errors import (
@@ -50,7 +51,10 @@ def percent(value: float | None) -> str:
     """Write a percentage with its sign."""
     if value is None or not math.isfinite(value):
         return "no value"
-    text = format_number(value, 0 if abs(value) >= 10 else 1)
+    digits = 0 if abs(value) >= 10 else 1
+    if float(format_number(abs(value), 0)) == WITHIN_PERCENT != abs(value):
+        digits = 1  # on which side of the limit it lies
+    text = format_number(value, digits)
     return f"+{text} %" if value > 0 and float(text) > 0 else f"{text} %"
 
 

@@ -494,7 +494,7 @@ def _without_peaks(results: Results, _: str) -> Sequence[str]:
     section="Legs",
     caption=(
         "Error of the predicted peak lift. Shaded: what the paper states, 10 % (c-leg, four media) and 33 % (all). "
-        "Good: points inside the shades."
+        "No bar: no interval of alpha, for a reason in leg_errors.csv. Good: points inside the shades."
     ),
     lacking=_without_peaks,
 )

@@ -13,6 +13,7 @@ from rftfit.figures.registry import figure, when
 from rftfit.figures.traces import (
     alpha_with_interval,
     by_run,
+    cell_of_run,
     describe_alpha,
     draw_thin,
     measures_x,
@@ -80,14 +81,19 @@ def _reach(legs: Iterable[Leg]) -> float:
 
 @figure(
     "stress_of_runs",
-    reads=("tared/{media}.parquet", "windows/{media}.parquet", "fits/{media}.csv"),
+    reads=(
+        "tared/{media}.parquet",
+        "windows/{media}.parquet",
+        "fits/{media}.csv",
+        "alpha/{media}.csv",
+    ),
     settings=("intruders", "figures"),
     media=when(lambda campaign: campaign.media_with_samples() and stress_runs(campaign)),
     paper="Fig. 2B",
     section="Measurement",
     caption=(
-        "Stress against depth of single runs, and alpha (+- half of this run's interval, without scatter between beds) times "
-        "depth. Good: the stress is straight over the shaded depths, which were fitted."
+        "Stress against depth of single runs, and alpha as in the tables (+-: half of its interval). "
+        "Good: the stress is straight over the shaded depths, which were fitted."
     ),
 )
 def plot_stress_of_runs(results: Results) -> Figure:
@@ -114,7 +120,8 @@ def plot_stress_of_runs(results: Results) -> Figure:
         _draw_run(axes, samples[run], fit)
         beta, gamma = (style.degrees(float(fit[f"{name}_deg"])) for name in ("beta", "gamma"))
         head = [f"{fit['direction']}, $\\beta$ = {beta}, $\\gamma$ = {gamma}"]
-        head += [describe_alpha(fit, c, samples[run]) for c in "zx"]
+        cell = cell_of_run(results[campaign.by_id[run].medium].alpha, run)
+        head += [describe_alpha(fit, c, samples[run], cell) for c in "zx"]
         axes.set_title("\n".join(head), loc="left", fontsize=6, pad=4)
         axes.set_xlim(0, None)
         if deepest:

@@ -15,6 +15,7 @@ from rftfit.figures.registry import figure
 from rftfit.figures.traces import (
     alpha_with_interval,
     by_run,
+    cell_of_run,
     describe_alpha,
     draw_thin,
     measures_x,
@@ -62,6 +63,7 @@ class PanelColumn:
     `phases`: First and last time of ``pause`` and ``stroke``, s.
     `result`: Of a plate the tared stress as filed, of a leg the force against ``theta_deg``.
     `fit`: Row of the fit table; empty for a leg.
+    `cell`: Row of the table of alpha that the run is part of; empty for a leg.
     """
 
     kind: str
@@ -71,6 +73,7 @@ class PanelColumn:
     phases: dict[str, tuple[float, float]]
     result: Trace
     fit: Row
+    cell: Row
 
 
 def columns_of(results: Results, medium: str) -> list[PanelColumn]:
@@ -89,7 +92,10 @@ def columns_of(results: Results, medium: str) -> list[PanelColumn]:
         leg_curve = curves[curves["run_id"] == run.run_id]
         result = stress.get(run.run_id, {name: leg_curve[name].to_numpy(float) for name in _CURVE})
         fit = next(iter(fits[fits["run_id"] == run.run_id].to_dict("records")), {})
-        columns.append(PanelColumn(run.direction, _about(run), trace, tare, phases, result, fit))
+        cell = cell_of_run(results[medium].alpha, run.run_id)
+        columns.append(
+            PanelColumn(run.direction, _about(run), trace, tare, phases, result, fit, cell)
+        )
     return columns
 
 
@@ -168,14 +174,15 @@ def _about(run: Run) -> str:
         "tared/{medium}.parquet",
         "windows/{medium}.parquet",
         "fits/{medium}.csv",
+        "alpha/{medium}.csv",
         "legs/{medium}.csv",
     ),
     settings=("intruders",),
     media=lambda campaign: campaign.media_with_logs("laboratory")[:1],
     section="Measurement",
     caption=(
-        "How a force becomes a slope in {medium}, one run of each kind in a column: position, force, result (+- half of this run's interval). "
-        "Good: the dashed force is small, and stress is straight over the shaded window."
+        "How a force becomes a slope in {medium}, one run of each kind in a column: position, force, result (+-: half of "
+        "the interval of alpha in the tables). Good: the dashed force is small, and stress is straight over the shaded window."
     ),
 )
 def plot_protocol(results: Results, medium: str) -> Figure:
@@ -292,7 +299,7 @@ def _draw_plate(axes: Axes, column: PanelColumn) -> str:
             ends = np.array([begin if flat else 0.0, end])
             shape = scale * np.ones(2) if flat else ends
             axes.plot(ends, alpha * shape, "-" if c == "z" else "--", color="black")
-        notes.append(describe_alpha(column.fit, c, trace))
+        notes.append(describe_alpha(column.fit, c, trace, column.cell))
     axes.set_xlim(0, None)
     axes.set_xlabel("distance travelled (cm)" if flat else "depth (cm)")
     style.ticks(axes.xaxis, 5, integer=True)

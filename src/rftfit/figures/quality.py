@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rftfit.compare.peers import APART_FROM
 from rftfit.directions import number_depths
 from rftfit.figures import style
 from rftfit.figures.registry import figure, when
@@ -41,9 +42,23 @@ if TYPE_CHECKING:
 
 def _count(fits: pd.DataFrame, flags: Flags, title: str, noun: str = "run") -> str:
     """Say how many plate runs a medium has, and how many of them need a look."""
+    return (
+        f"{title}: {len(fits)} {noun}{'s' * (len(fits) != 1)}, {len(_problems(fits, flags))} marked"
+    )
+
+
+def _problems(fits: pd.DataFrame, flags: Flags) -> list[str]:
+    """What is wrong with each run that needs a look."""
     shared = flags.shared(fits)
-    marked = sum(bool(problem_text(fit, flags, shared)) for fit in fits.to_dict("records"))
-    return f"{title}: {len(fits)} {noun}{'s' * (len(fits) != 1)}, {marked} marked"
+    problems = (problem_text(fit, flags, shared) for fit in fits.to_dict("records"))
+    return [problem for problem in problems if problem]
+
+
+def _caption(results: Results, medium: str) -> str:
+    """Count the runs of a medium and those that are marked, and why these are, where it is for one reason."""
+    fits, flags, title = results[medium].fits, results[medium].flags, results[medium].title
+    reasons = {*_problems(fits, flags)}
+    return _count(fits, flags, title) + (f": {reasons.pop()}" if len(reasons) == 1 else "")
 
 
 @figure(
@@ -58,9 +73,7 @@ def _count(fits: pd.DataFrame, flags: Flags, title: str, noun: str = "run") -> s
     media=lambda campaign: campaign.media_with_samples(),
     folder="quality",
     section="Measurement",
-    caption=lambda results, medium: _count(
-        results[medium].fits, results[medium].flags, results[medium].title
-    ),
+    caption=_caption,
     lacking=lambda results, medium: (
         () if len(results[medium].fits) else (f"{results.titles[medium]}: no plate run to draw",)
     ),
@@ -557,8 +570,10 @@ def _summary(table: pd.DataFrame) -> str:
     largest = float(np.nanmax(np.abs(table[["alpha_z_N_per_cm3", "alpha_x_N_per_cm3"]])))
     farthest = style.format_number(float(times.max()), 1)
     explained = style.format_number(float(table["seen_from_ratio"].median()) * largest, 3)
+    limit = min(APART_FROM[beside] for beside in table.loc[times.notna(), "beside"])
     return (
-        f"{len(table)} runs, {int(table['apart'].sum())} of {times.notna().sum()} apart, the farthest by {farthest} times the spread\n"
+        f"{len(table)} runs, {int(table['apart'].sum())} of {times.notna().sum()} apart, the farthest by {farthest} times the spread "
+        f"(limit: {limit:g})\n"
         f"differences below {explained} {style.PER_CM3} are not told from chance (median of runs)\n"
         f"half of the differences within {medians[0]} (z) and {medians[1]} (x) {style.PER_CM3}"
     )

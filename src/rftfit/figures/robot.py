@@ -398,7 +398,7 @@ def _speed_entries(
     if len(_drawn_over_time(errors)):
         entries["motion drawn over time"] = style.line("black", **_RING | {"markersize": 6})
     if errors[_OPEN_ENDS].notna().all(axis=1).any():
-        entries["left open by the errors of alpha"] = style.line(_OPEN_COLOUR, **_OPEN)
+        entries["left open by the errors of alpha and arc"] = style.line(_OPEN_COLOUR, **_OPEN)
     tipped = speeds.loc[speeds["outcome"] == "tipped", "curvature_times_R"].to_numpy(float)
     tipped_colours = [c for k, (c, _) in looks.items() if np.isclose(tipped, k).any()]
     if tipped_colours:

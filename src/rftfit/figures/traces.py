@@ -169,23 +169,26 @@ def measures_x(trace: Trace) -> bool:
     return not trace or bool(np.isfinite(trace["stress_x_N_per_cm2"]).any())
 
 
-def describe_alpha(row: Row, component: str, trace: Trace) -> str:
-    """Write alpha with its symbol, or why it is no number that a sensor gave; `trace`: samples of the run."""
+def cell_of_run(alpha: pd.DataFrame, run_id: str) -> Row:
+    """Row of a table of alpha that a run is part of; empty where it is part of none."""
+    is_part = [run_id in str(names).split() for names in alpha["run_ids"]]
+    return next(iter(alpha[is_part].to_dict("records")), {})
+
+
+def describe_alpha(row: Row, component: str, trace: Trace, cell: Row) -> str:
+    """Write alpha of a run with its symbol and interval as the tables have them, or why it is no number that a sensor gave.
+
+    `row`: of the fits. `trace`: samples of the run. `cell`: `cell_of_run`; its interval holds more than one log shows.
+    """
     symbol = rf"$\alpha_{component}$"
+    value, low, high = alpha_with_interval(cell or row, component)
     if component == "x" and not measures_x(trace):
-        is_known = np.isfinite(alpha_with_interval(row, component)[0])
-        return f"{symbol} = 0 by symmetry" if is_known else f"{symbol} not measured"
-    return f"{symbol} = {alpha_text(row, component)} {PER_CM3}"
-
-
-def alpha_text(row: Row, component: str) -> str:
-    """Write alpha with the half width of its interval."""
-    value, low, high = alpha_with_interval(row, component)
-    half_width = (high - low) / 2
-    margin = (
-        f" \N{PLUS-MINUS SIGN} {format_number(half_width, 4)}" if np.isfinite(half_width) else ""
-    )
-    return format_number(value, 4) + margin
+        return f"{symbol} = 0 by symmetry" if np.isfinite(value) else f"{symbol} not measured"
+    text = f"{symbol} = {format_number(value, 4)}"
+    if cell and np.isfinite(high - low):
+        text += f" \N{PLUS-MINUS SIGN} {format_number((high - low) / 2, 4)}"
+    runs = cell["n_runs"] if cell else 1
+    return f"{text} {PER_CM3}" + (f", mean of {runs:.0f}" if runs > 1 else "")
 
 
 def problem_text(fit: Row, flags: Flags, shared: Collection[Remark] = ()) -> str:

@@ -28,7 +28,7 @@ from rftfit.lab.rig import (
     record,
     resolve,
 )
-from rftfit.lab.tracks import track_files
+from rftfit.lab.tracks import plan_trials, track_files
 from rftfit.lab.write import force_log_columns, log_header, motion_columns, sheet_text
 from rftfit.store import open_growing, write_bytes, write_text
 from rftfit.store.links import refuse_links, refuse_target_by_link
@@ -51,12 +51,18 @@ class Reenactment:
     lab: Lab
     made_by: str
 
+    @property
+    def trials(self) -> int:
+        """Number of trials of the robot, whose tracks are written too."""
+        robot = self.config.robot
+        has_robot = robot is not None and robot.medium in self.media
+        return len(plan_trials(self.config, self.seed)) if has_robot else 0
+
     def write(self, raw: Path, sheet: Path) -> list[int]:
         """Write logs, run sheet and marker; return the bytes of each file but the marker."""
-        raw, config = raw.resolve(), self.config
+        raw = raw.resolve()
         paths = set[str]().union(*(run.logs for run in self.runs))
-        robot = config.robot
-        tracks = track_files(config, self.seed) if robot and robot.medium in self.media else {}
+        tracks = track_files(self.config, self.seed) if self.trials else {}
         files = [*(raw / name for name in (*paths, *tracks)), sheet]
         write_marker(raw, files, self.made_by, complete=False)
         n_bytes = []

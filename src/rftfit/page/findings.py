@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -60,7 +61,11 @@ def _measured(results: Results) -> Iterable[PageFinding]:
         media_by_verdict.setdefault(verdict, []).append(titles[name])
     sentences = [_count_checks(results)]
     for verdict, names in media_by_verdict.items():
-        sentences.append(verdict.on(list_in_words(names), len(names) > 1))
+        # the table says which
+        subject = f"{len(names)} of {len(verdicts)} media"
+        if len(names) <= _MOST_MEDIA:
+            subject = list_in_words(names)
+        sentences.append(verdict.on(subject, len(names) > 1))
     confidence = results.config.fit.confidence
     alpha_cells = []
     for name in labels.usable_media(results, results.media):
@@ -68,12 +73,13 @@ def _measured(results: Results) -> Iterable[PageFinding]:
         if cell is not None and math.isfinite(cell["alpha_z_N_per_cm3"]):
             alpha_cells.append((float(cell["alpha_z_N_per_cm3"]), name, cell))
     alpha_cells.sort(key=lambda alpha_cell: alpha_cell[0])
-    sizes = [
-        f"{format_number(alpha, 4)} N/cm^3{labels.in_brackets(_mean_and_next_bed(cell.to_dict(), confidence))} in {titles[name]}"
-        for alpha, name, cell in (
-            alpha_cells if len(alpha_cells) < 3 else [alpha_cells[0], alpha_cells[-1]]
+    sizes = []
+    for alpha, name, cell in alpha_cells[:: max(len(alpha_cells) - 1, 1)]:
+        # of several media the table has the intervals
+        intervals = _mean_and_next_bed(cell.to_dict(), confidence) if len(alpha_cells) == 1 else ""
+        sizes.append(
+            f"{format_number(alpha, 4)} N/cm^3{labels.in_brackets(intervals)} in {titles[name]}"
         )
-    ]
     if sizes:
         ends = f"{'between ' * (len(sizes) > 1)}{' and '.join(sizes)}"
         sentences.append(f"Straight down, stress per depth alpha_z is {ends}")
@@ -175,8 +181,10 @@ def _explanation(results: Results) -> Iterable[PageFinding]:
         return
     source = "" if profile == "table" else " of the map"
     ends = _two_intervals(worst, "peak_error_{}_percent", 0, " %")
+    error = labels.percent(worst["peak_error_percent"]) + labels.in_brackets(ends)
     yield PageFinding(
-        f"The largest error{source} ({labels.name_of(worst['leg'])}) is {explanation}: its intervals are {ends}.",
+        f"The largest error{source}, {error} on the {labels.name_of(worst['leg'])}, is {explanation}."
+        f"{_name_intervals(results, [ends])}",
         "legs",
     )
 
@@ -188,23 +196,24 @@ def _pushes(results: Results) -> Iterable[PageFinding]:
     for name in labels.usable_media(results, results.media)[:_MOST_MEDIA]:
         medium = results[name]
         rows_of_medium = predicted[(predicted["medium"] == name) & (predicted["profile"] == "map")]
-        lifts = []
+        lifts, intervals = [], []
         for leg, rows_of_leg in (
             [] if len(medium.legs) else rows_of_medium.groupby("leg", sort=False)
         ):
             rows_with_force = rows_of_leg[rows_of_leg["force_z_N"].notna()]
             if len(rows_with_force):
                 top = max(records(rows_with_force), key=lambda row: float(row["force_z_N"]))
-                ends = labels.in_brackets(_two_intervals(top, "force_z_{}_N", 1))
-                lifts.append(
-                    f"{format_number(top['force_z_N'], 1)} N{ends} on the {labels.name_of(str(leg))}"
-                )
+                ends = _two_intervals(top, "force_z_{}_N", 1)
+                lift_text = f"{format_number(top['force_z_N'], 1)} N{labels.in_brackets(ends)}"
+                lifts.append(f"{lift_text} on the {labels.name_of(str(leg))}")
+                intervals.append(ends)
         if lifts:
             direction_count = int(medium.alpha["alpha_z_N_per_cm3"].notna().sum())
             single |= direction_count == 1
             pushes = "one push" if direction_count == 1 else f"{direction_count} directions"
             yield PageFinding(
-                f"From {pushes} in {results.titles[name]}, the map predicts a peak lift of {list_in_words(lifts)}.",
+                f"From {pushes} in {results.titles[name]}, the map predicts a peak lift of {list_in_words(lifts)}."
+                f"{_name_intervals(results, intervals)}",
                 "viewer",
             )
     if single:
@@ -223,28 +232,47 @@ def _sands(results: Results) -> Iterable[PageFinding]:
         "generic": "Predicted by the paper's routine, generic alpha scaled to the push straight down",
     }
     for profile, start in starts.items():
-        lifts = []
+        lifts, intervals, steep = [], [], []
         lift = _lifts(results, media, profile)
         for leg, errors_of_leg in lift.groupby("leg", sort=False):
             worst = _worst(errors_of_leg)
-            ends = labels.in_brackets(_two_intervals(worst, "peak_error_{}_percent", 0, " %"))
-            error_text = labels.percent(worst["peak_error_percent"])
-            lifts.append(f"{error_text}{ends} on the {labels.name_of(str(leg))}")
+            ends = _two_intervals(worst, "peak_error_{}_percent", 0, " %")
+            error_text = labels.percent(worst["peak_error_percent"]) + labels.in_brackets(ends)
+            lifts.append(f"{error_text} on the {labels.name_of(str(leg))}")
+            intervals.append(ends)
+            steep += [labels.name_of(str(leg))] * (worst["reason_code"] == "steep-peak")
         if lifts:
+            named = _name_intervals(results, intervals)
+            if steep:
+                named += (
+                    f" None of alpha on the {list_in_words(steep)}, whose peak changes so fast with the attack angle that "
+                    "the pushes do not tell it."
+                )
             yield PageFinding(
-                f"{start}, the peak lift is off by at most {list_in_words(lifts)}.", "sands"
+                f"{start}, the peak lift is off by at most {list_in_words(lifts)}.{named}", "sands"
             )
 
 
 def _two_intervals(row: Mapping[str, Any], ends: str, digits: int, unit: str = "") -> str:
-    """Interval of alpha and interval with the model's own error, each by name; `ends`: their columns, braces for the end."""
-    interval_names = {"": "of alpha", "model_": "with the model's own error"}
+    """Interval of alpha and, by its name, that with the model's own error; `ends`: their columns, braces for the end."""
     interval_texts = []
-    for kind, words in interval_names.items():
+    for kind in ("", "model_"):
         low, high = (row[ends.format(kind + end)] for end in ("lo", "hi"))
         if span := labels.format_interval(low, high, digits):
-            interval_texts.append(f"{span}{unit} {words}")
+            interval_texts.append(f"{kind.replace('_', ' ')}{span}{unit}")
     return ", ".join(interval_texts)
+
+
+def _name_intervals(results: Results, intervals: Iterable[str]) -> str:
+    """Sentence that says what texts of `_two_intervals` in brackets are; empty where there is none."""
+    texts = [text for text in intervals if text]
+    parts = []
+    if any(not text.startswith("model") for text in texts):
+        parts.append("with the errors of alpha, axle and arc")
+    if any("model" in text for text in texts):
+        parts.append('after "model" with the model\'s own error too')
+    level = f"{100 * results.config.fit.confidence:g} % interval"
+    return f" In brackets: its {level} {', '.join(parts)}." if parts else ""
 
 
 def _simulated(results: Results) -> Iterable[PageFinding]:
@@ -367,7 +395,18 @@ def _worst(errors: pd.DataFrame) -> Row:
     return max(records(errors), key=lambda row: abs(row["peak_error_percent"]))
 
 
+def _without_brackets(text: str) -> str:
+    """Text without what stands in brackets, nested ones included."""
+    while (shorter := re.sub(r"\([^()]*\)", "", text)) != text:
+        text = shorter
+    return text
+
+
 def list_in_words(parts: Iterable[str]) -> str:
-    """A list in words."""
+    """A list in words, with semicolons where a part has a comma."""
     *leading_parts, last_part = parts
-    return f"{', '.join(leading_parts)} and {last_part}" if leading_parts else last_part
+    if not leading_parts:
+        return last_part
+    if any(", " in _without_brackets(part) for part in (*leading_parts, last_part)):
+        return f"{'; '.join(leading_parts)}; and {last_part}"
+    return f"{', '.join(leading_parts)} and {last_part}"

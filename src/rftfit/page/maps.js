@@ -188,7 +188,11 @@ function startMaps(data) {
     const rows = all.map(([name, { z, x }]) => [names[name], valueCell(z, 4), valueCell(x, 4)]);
     const title = `β = ${sayAngle(beta)}, γ = ${sayAngle(gamma)}, N/cm\u00b3`;
     const note = new Map(all).get(profile.value)?.note || all[0][1].note;
-    byId("map-readout").replaceChildren(html("p", {}, html("strong", {}, title)), tableOf(head, rows), html("p", {}, note));
+    const symmetric = Math.abs(Math.abs(gamma) - 90) < SAME_DIRECTION && Math.min(Math.abs(beta), 90 - Math.abs(beta)) < SAME_DIRECTION;
+    const measuredX = all[0][1].x;
+    const aside = symmetric && !measuredX.unmeasured && measuredX.value
+      ? ["By symmetry ", ...quantity("α", "x"), " is 0 here: what was measured instead shows errors, as of mount or axes, which its interval need not hold. "] : [];
+    byId("map-readout").replaceChildren(html("p", {}, html("strong", {}, title)), tableOf(head, rows), html("p", {}, ...aside, note));
   });
   const update = () => {
     const all = readers();

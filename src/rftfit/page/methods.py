@@ -80,7 +80,10 @@ def _measurement(results: Results, outcome: Outcome) -> str:
     dropped, excluded = outcome.count_lost(excluded=False), outcome.count_lost(excluded=True)
     lost = [f"{excluded} excluded"] * (excluded > 0) + [f"{dropped} dropped"] * (dropped > 0)
     lost_text = f" and {' and '.join(lost)}" if lost else ""
-    runs_sentence = f"{outcome.runs_used} {'run was' if outcome.runs_used == 1 else 'runs were'} used{lost_text}."
+    runs_sentence = (
+        f"{outcome.runs_used} {'run was' if outcome.runs_used == 1 else 'runs were'} used"
+        f"{labels.in_brackets(_kinds(outcome))}{lost_text}."
+    )
     if config.table is not None and config.table.holds == "alpha":
         return (
             f"The stress per depth alpha(beta, gamma) (ref. 1) of {media} was taken from a table, "
@@ -108,6 +111,26 @@ def _measurement(results: Results, outcome: Outcome) -> str:
     if results.joined("alpha/{medium}.csv")["alpha_z_N_per_cm3"].isna().all():
         return experiment  # nothing was subtracted from, or fitted to, runs that gave no number
     return f"{experiment} {tare} {slope} {_spread(results)}"
+
+
+_KINDS = {
+    "plate": "of a plate",
+    "rod": "of rod and mount alone",
+    "leg": "of a leg",
+    "leg_air": "of a leg in air",
+    "robot": "of the robot",
+}
+"""Words for kinds of runs, in their order."""
+
+
+def _kinds(outcome: Outcome) -> str:
+    """Count the runs that were used by their kind; empty where all are of one kind."""
+    counts = [
+        f"{outcome.used_by_kind[kind]} {words}"
+        for kind, words in _KINDS.items()
+        if outcome.used_by_kind[kind]
+    ]
+    return list_in_words(counts) if len(counts) > 1 else ""
 
 
 def _directions(results: Results) -> str:
@@ -297,7 +320,8 @@ def _named_errors(cells_with_error: pd.DataFrame) -> str:
         share = float(cells_with_error[columns].div(level, axis=0).abs().max().max())
         if share >= 0.0005:  # a smaller part is not worth a word
             of_alpha = "" if error_texts else " of alpha_z(0, 90 deg) in any direction"
-            error_texts.append(f"{words} (at most {100 * share:.1f} %{of_alpha})")
+            size = "" if error_texts else "standard error "
+            error_texts.append(f"{words} ({size}at most {100 * share:.1f} %{of_alpha})")
     if not error_texts:
         return ""
     return f", and hold the error{'s' * (len(error_texts) > 1)} {list_in_words(error_texts)}"

@@ -44,11 +44,13 @@ class Outcome:
     """What became of the runs of a campaign.
 
     `used`: Number of runs that gave a result, by medium; those in air, which serve all, under ``""``.
+    `used_by_kind`: The same by kind of run.
     `dropped`: The others: ``run_id, medium, kind, rows`` of its logs, all ``reasons``, and whether it was ``excluded`` on
         purpose.
     """
 
     used: Counter[str]
+    used_by_kind: Counter[str]
     dropped: list[dict[str, Any]]
 
     @property
@@ -71,11 +73,12 @@ def outcome_of_runs(results: Results) -> Outcome:
     """Tell runs that gave a slope, a leg curve, a tare or a speed from those that gave nothing."""
     ledger = results.table("ledger.csv")
     good_runs = runs_with_result(ledger)
-    outcome = Outcome(Counter(), [])
+    outcome = Outcome(Counter(), Counter(), [])
     for run_id, rows in ledger.groupby("run_id", sort=True):
         medium, kind = str(rows["medium"].iloc[0]), str(rows["kind"].iloc[0])
         if run_id in good_runs:
             outcome.used[medium] += 1
+            outcome.used_by_kind[kind] += 1
             continue
         lost = rows[rows["fate"] == DROPPED]
         special = lost[~lost["reason_code"].isin(_EXPECTED)]

@@ -321,6 +321,7 @@ def _model_error(results: Results) -> dict[str, str]:
     return {
         "used": format_number(results.model_error, 2),
         "of_legs": format_number(of_legs, 2) if isfinite(of_legs) else "",
+        "same_legs": "yes" if results.campaign.reenacted else "",
         "usual": format_number(EPS, 2),
     }
 

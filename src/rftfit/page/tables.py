@@ -91,7 +91,8 @@ def tabulate_media(results: Results, outcome: Outcome) -> PageTable:
     def data_verdict(row: Row) -> Cell:
         word, reason = verdict_of(results, row["medium"])
         count = most_serious_flag(results, row["medium"])[1]
-        flags = f"{count} flag{'s' * (count != 1)}" if count and word == SOUND else ""
+        is_faultless = word in (SOUND, NOT_CHECKED)
+        flags = f"{count} flag{'s' * (count != 1)}" if count and is_faultless else ""
         link_by_word = {SOUND: "", NOTHING: "#dropped", NOT_CHECKED: "#believed"}
         link = link_by_word.get(word, f"#checks-{row['medium']}")
         css_class = {SOUND: "same", DOUBTFUL: "doubtful", NOT_CHECKED: "faint"}.get(word, "differs")
@@ -381,11 +382,15 @@ def tabulate_leg_errors(results: Results) -> PageTable:
     def place(row: Row) -> list[int]:
         return [[*names, row[name]].index(row[name]) for name, names in order.items()]
 
-    rows = [
-        row | {"peak_errors": in_words and f"variance: {in_words}"}
-        for row in _without_repeated_reasons(results, "leg_errors.csv")
-        for in_words in [errors_in_words(row["peak_errors"])]
-    ]
+    rows = []
+    for row in _without_repeated_reasons(results, "leg_errors.csv"):
+        in_words = errors_in_words(row["peak_errors"])
+        about_peak = {"peak_errors": in_words and f"variance: {in_words}"}
+        if row["reason_code"] == "steep-peak":
+            about_peak = {"peak_errors": row["reason"], "reason": ""}
+        elif row["reason_code"] == "other-form":
+            about_peak["reason"] = ""  # said of all nine terms above the table
+        rows.append(row | about_peak)
     predicted = "peak_predicted_N", 2, "peak_predicted_{}_N", "peak_errors"
     columns = [
         _medium(results),
@@ -443,6 +448,11 @@ def tabulate_sands(results: Results) -> PageTable:
         numbers("Departure from a line", "nonlinear_z_ratio", note="reason", show=share),
     ]
     rows = _without_repeated_reasons(results, "sands.csv")
+    for row in rows:
+        cell = cell_at(results[row["medium"]].alpha, 0, 90)
+        # the same push over the same window: one interval, not two that differ by their degrees of freedom
+        if cell is not None and row["window"] == "stated" and cell["run_ids"] == row["run_id"]:
+            row |= {name: cell[name] for name in (column("z", "_lo"), column("z", "_hi"))}
     return PageTable("Penetration of natural sands", columns, rows)
 
 

@@ -212,7 +212,8 @@ class Recorded:
         findings = [
             finding for name in self.all if name in needed for finding in self.findings(name)
         ]
-        return findings or [OutdatedResult(LAST, "new")] * (None in ends)
+        never_made = [name for name, end in zip(targets or [LAST], ends, strict=True) if not end]
+        return findings or [OutdatedResult(name, "new") for name in never_made]
 
     def list_foreign_files(self) -> list[str]:
         """Files below ``results/`` that no job of this campaign wrote: of before, or a user's own."""
@@ -248,10 +249,13 @@ class Recorded:
     def make_outdated(self, findings: Iterable[OutdatedResult]) -> None:
         """Let Snakemake plan the jobs that are not as recorded, whatever the times of files say.
 
-        Their state files go, to be written anew, and their results get a time before all others.
+        Their state files are emptied, to be written anew, and their results get a time before all others. No state file
+        goes: by these files the campaign knows its jobs, and those that no target needs stay as recorded.
         """
         for name in {finding.job for finding in findings}:
-            (self.root / STATES / f"{name}.json").unlink(missing_ok=True)
+            state = self.root / STATES / f"{name}.json"
+            if state.is_file():
+                write_text(state, "")
             record = self.all.get(name)
             for path in record.writes if record else ():
                 set_time(self.root / path, LONG_AGO_S)

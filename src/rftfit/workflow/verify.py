@@ -51,7 +51,7 @@ class Verified:
     @cached_property
     def differ(self) -> list[str]:
         """Paths of those that are not as recorded."""
-        return [path for path in self.paths if self.now.maker[path].name in self.now.stale]
+        return [path for path in self.paths if not self.now.is_current(path)]
 
     @property
     def is_as_recorded(self) -> bool:
@@ -71,8 +71,9 @@ class Verified:
         results = count(len(self.paths), "result")
         if self.why or self.differ:
             lines += first_of(self.why, most)
+            with_names = " with their names" if self.asked else ""
             lines.append(
-                f"{len(self.differ)} of {results} not as recorded; `rftfit run` makes "
+                f"{len(self.differ)} of {results} not as recorded; `rftfit run`{with_names} makes "
                 f"them again. (Recorded in {RECORD} and results/records.)"
             )
         else:
@@ -97,7 +98,8 @@ def verify_results(now: Recorded, results: Sequence[Path]) -> Verified:
     recorded, data = read_provenance(now.root / FOLDER)
     changes = changes_between(recorded, present_provenance(now.states))
     verified = Verified(now, (), changes, recorded.versions, data.get("commit", ""))
-    asked = _find_asked(results, now.root, verified.recorded_paths)
+    # by its name also one of a part of the campaign, as a figure for a paper
+    asked = _find_asked(results, now.root, [*now.maker])
     return replace(verified, asked=asked)
 
 
@@ -149,7 +151,7 @@ def _find_asked(words: Sequence[Path], root: Path, recorded_paths: list[str]) ->
 def _chain(now: Recorded, name: str, most: int | None) -> list[str]:
     """Say what a result was made from, job by job."""
     jobs = now.results(now.maker[name])
-    state = "not as recorded" if now.maker[name].name in now.stale else "as recorded"
+    state = "as recorded" if now.is_current(name) else "not as recorded"
     lines = [f"{name}: {state}", f"  sha256 {now.maker[name].writes[name]}", "  made by:"]
     rules: dict[str, list[str]] = {}
     for job in reversed(jobs.values()):
@@ -169,7 +171,7 @@ def _chain(now: Recorded, name: str, most: int | None) -> list[str]:
         f"  {count(len(runs), 'row')} of the run sheet: {join_words(sorted(runs), most)}",
         f"  depends on: {', '.join(depends)}",
     ]
-    findings_of_chain = [finding for job in jobs for finding in now.stale.get(job, [])]
+    findings_of_chain = [finding for job in jobs for finding in now.findings(job)]
     return lines + [f"  {_format_finding(finding)}" for finding in findings_of_chain[:most]]
 
 
