@@ -83,6 +83,7 @@ class Log:
     `labels`: What further columns, of words or of whole numbers, say of each row, as text; shape (n,).
     `unapplied`: Column to the scaling that the file states and that its numbers do not have.
     `stretches`: Reason for which rows were left out, to the first and the last time of each stretch of them.
+    `clock_times`: Columns of times of day without a date, in s from midnight.
     """
 
     path: Path
@@ -98,6 +99,7 @@ class Log:
     labels: Mapping[str, np.ndarray] = field(default_factory=dict)
     unapplied: Mapping[str, str] = field(default_factory=dict)
     stretches: Mapping[str, tuple[tuple[float, float], ...]] = field(default_factory=dict)
+    clock_times: frozenset[str] = frozenset()
 
     def __post_init__(self) -> None:
         kept = {values.size for values in self.columns.values()}

@@ -18,7 +18,15 @@ from rftfit.logs.sources import places_of
 from rftfit.logs.text import ReadingPlan, TableReader, TextReader
 from rftfit.table.numbers import IN_THOUSANDS, NO_VALUE, PLAIN_NUMBER, plain_number
 from rftfit.table.parse import Kind, Layout, is_meant, rewritten
-from rftfit.table.stamps import ORDERS, PERIOD_S, RestartingClock, date_order, is_stamp, note_of
+from rftfit.table.stamps import (
+    ORDERS,
+    PERIOD_S,
+    RestartingClock,
+    date_order,
+    is_clock_time,
+    is_stamp,
+    note_of,
+)
 from rftfit.table.text import (
     Line,
     cells_of,
@@ -162,9 +170,12 @@ def plan_columns(
     seen = looked_at(rows, names, layout.decimal, layout.dates, further)
     notes = [f"time is the row number / {rate:g} Hz (the config)"] if rate else []
     clocks: dict[str, RestartingClock] = {}
+    clock_times: set[str] = set()
     for name, stamp in seen.stamps.items():
         note = note_of(stamp, seen.dates)
         notes += [note.replace("time", name, 1)] if note else []
+        if is_clock_time(stamp):
+            clock_times.add(name)
         if note in PERIOD_S:
             clocks[name] = RestartingClock(PERIOD_S[note])
     stated = dict(zip(names, units, strict=True)) | dict.fromkeys(seen.stamps, "s")
@@ -194,6 +205,7 @@ def plan_columns(
         unread=seen.unread,
         labels=_labels(reader, names, seen.kinds, rows),
         header=(names, tuple(units)),
+        clock_times=frozenset(clock_times),
     )
 
 

@@ -22,7 +22,7 @@ from rftfit.logs.sources import places_of
 from rftfit.logs.text import Block, ReadingPlan, TableReader
 from rftfit.table.numbers import COMMA, MAY_BE_THOUSANDS, NO_VALUE, plain_number
 from rftfit.table.parse import OTHER_SOURCE, Layout, is_meant, numbers_among_words
-from rftfit.table.stamps import CLOCK_TIME, PERIOD_S, RestartingClock, ns_to_s, seconds_of
+from rftfit.table.stamps import DAY_S, RestartingClock, ns_to_s, seconds_of
 from rftfit.table.units import is_units_row, unit_word
 from rftfit.table.workbook import (
     ERROR_VALUES,
@@ -381,7 +381,7 @@ class ParquetReader(LabelledReader):
             units = {name: c.unit for c in chosen.values() for name in c.names}
             at_a_time = max(1, _NUMBERS_AT_A_TIME // count)
             clocks = {
-                field.name: RestartingClock(PERIOD_S[CLOCK_TIME])
+                field.name: RestartingClock(DAY_S)
                 for field in file.schema_arrow
                 if field.name in chosen and is_time(field.type)
             }
@@ -417,6 +417,7 @@ class ParquetReader(LabelledReader):
                         )
                         for field, name in label_fields.items()
                     },
+                    clock_times=frozenset(n for field in clocks for n in chosen[field].names),
                 )
                 blank = {name: rows for name, rows in blank.items() if name in log.columns}
                 meant = np.ones(batch.num_rows, dtype=bool)

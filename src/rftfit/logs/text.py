@@ -194,6 +194,7 @@ class ReadingPlan:
     `unread`: Columns without numbers in the first rows, and why they are not read.
     `labels`: Columns of words or of few whole numbers, which may tell rows apart where nobody asks for them.
     `header`: Names and units as the header gives them, to be compared with one that stands further below.
+    `clock_times`: Columns of times of day without a date.
     """
 
     layout: Layout
@@ -208,6 +209,7 @@ class ReadingPlan:
     unread: Mapping[str, str] = field(default_factory=dict)
     labels: frozenset[str] = frozenset()
     header: tuple[tuple[str, ...], tuple[str, ...]] = ((), ())
+    clock_times: frozenset[str] = frozenset()
 
 
 class TableReader(LabelledReader):
@@ -329,4 +331,5 @@ def _log(path: Path, plan: ReadingPlan, rows: ParsedRows, first: int) -> base.Lo
         plan.unread,
         plan.layout.names,
         {name: good.columns[name] for name in labels},
+        clock_times=plan.clock_times,
     )

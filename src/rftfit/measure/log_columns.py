@@ -17,7 +17,6 @@ from rftfit.campaign.sheet import LogKind, Run, read_assignments, read_log_colum
 from rftfit.conventions import FloatArray, direction
 from rftfit.logs.base import Log, LogError
 from rftfit.measure.flags import Refused
-from rftfit.table.stamps import CLOCK_TIME
 from rftfit.table.units import ANGLE_TO_DEG, FORCE_TO_N, LENGTH_TO_CM, TIME_TO_S, TORQUE_TO_N_M
 
 ANGLE_TO_RAD = {unit: math.radians(degrees) for unit, degrees in ANGLE_TO_DEG.items()}
@@ -144,8 +143,6 @@ def map_columns(log: Log, source: AnyLog, units: Mapping[str, str], key: str) ->
         except ValueError as error:
             problems.append(f"{key}.columns.{quantity}: {error}")
         stated = log.units.get(log.name_of(_name(chosen.column)), "") if chosen.column else ""
-        if quantity == "time":
-            notes = _notes_of_time(notes, log.name_of(_name(chosen.column)))
         if quantity[0] == "F":
             notes += [
                 f"{quantity}: {unit} is taken as {UNIT_OF_WEIGHT[unit]}, a weight"
@@ -159,14 +156,18 @@ def map_columns(log: Log, source: AnyLog, units: Mapping[str, str], key: str) ->
             notes.append(f"{quantity} is {chosen.constant:g} {chosen.unit or ''} by the config")
     if problems:
         raise LogError("columns", f"{log.path}: {'; '.join(problems)}", log.rows)
-    return replace(log, columns=columns, units=units_of_columns, notes=tuple(map(str.strip, notes)))
-
-
-def _notes_of_time(notes: list[str], column: str) -> list[str]:
-    """Say of time what is said of its column: whether it is a clock time."""
-    is_clock_time = CLOCK_TIME.replace("time", column, 1) in notes
-    others = [note for note in notes if note != CLOCK_TIME]
-    return [*others, CLOCK_TIME] if is_clock_time else others
+    return replace(
+        log,
+        columns=columns,
+        units=units_of_columns,
+        notes=tuple(map(str.strip, notes)),
+        clock_times=frozenset(
+            quantity
+            for quantity, chosen in source.columns.items()
+            if log.name_of(_name(chosen.column)) in log.clock_times
+        )
+        | (log.clock_times & {*columns} - {*source.columns}),
+    )
 
 
 def _unapplied(name: str, scaling: str) -> str:

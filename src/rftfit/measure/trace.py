@@ -35,7 +35,7 @@ from rftfit.measure.strokes import IntruderPath, find_stroke
 from rftfit.measure.surface import Compliance, Surface, place_surface
 from rftfit.store.chosen import chosen
 from rftfit.table.parse import BLANK, OF_CELLS, OTHER_SOURCE
-from rftfit.table.stamps import CLOCK_TIME, PERIOD_S
+from rftfit.table.stamps import DAY_S
 
 
 def trace_run(
@@ -265,10 +265,10 @@ def _age_of_zero(
     between_s = abs(stroke_s - logged_s)
     if epoch_unit(logged_s) == epoch_unit(stroke_s) == "s":
         form = "%Y-%m-%d %H:%M"
-    elif CLOCK_TIME in zero_log.notes and CLOCK_TIME in force_log.notes:
+    elif "time" in zero_log.clock_times & force_log.clock_times:
         # one of them may be of the day after
-        form, day_s = "%H:%M", PERIOD_S[CLOCK_TIME]
-        between_s = min(between_s % day_s, -between_s % day_s)
+        form = "%H:%M"
+        between_s = min(between_s % DAY_S, -between_s % DAY_S)
     else:
         return None
     logged, pushed = (

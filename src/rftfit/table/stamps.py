@@ -14,7 +14,8 @@ from rftfit.conventions import FloatArray
 NO_ZONE = "time has no time zone, taken as UTC"
 CLOCK_TIME = "time is a clock time, in s from midnight; a day is added where it passes midnight"
 MINUTES = "time is minutes and seconds, in s; an hour is added where it passes the full hour"
-PERIOD_S = {CLOCK_TIME: 86400.0, MINUTES: 3600.0}
+DAY_S = 86400.0
+PERIOD_S = {CLOCK_TIME: DAY_S, MINUTES: 3600.0}
 """After how long a clock without a date begins anew, by its note."""
 
 ORDERS = {"year first": "ymd", "day first": "dmy", "month first": "mdy"}
@@ -103,10 +104,15 @@ def date_order(texts: Iterable[str]) -> str:
     return "mdy" if any(int(date["d1"]) > 12 or date["half"] for date in dates) else ""
 
 
+def is_clock_time(text: str) -> bool:
+    """Tell a time of day without a date, such as 12:00:00.01, from other text."""
+    return bool(_CLOCK.fullmatch(text)) and text.count(":") >= 2
+
+
 def note_of(text: str, order: str) -> str:
     """Say what a column of such times is counted from; empty where the file leaves no doubt."""
     if _CLOCK.fullmatch(text):
-        return CLOCK_TIME if text.count(":") >= 2 else MINUTES
+        return CLOCK_TIME if is_clock_time(text) else MINUTES
     date = _DATE.fullmatch(_with_month_number(text))
     note = NO_ZONE if date and not date["zone"] else ""
     return note if order == "ymd" else f"{note}; dates: {_SAID[order]}".removeprefix("; ")
