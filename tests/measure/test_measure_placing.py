@@ -127,7 +127,7 @@ def test_runs_with_one_fault_are_one_group_whatever_they_are_called(folder):
     (logs,) = open_logs(campaign(folder))
     (problem,) = logs.problems
     assert problem.code == "logs.refused"
-    assert re.fullmatch(r"sand, 2 of 2 .* a \(row 2\)", problem.place.file)
+    assert re.fullmatch(r"sand, 2 of 2 .*: a \(row 2\), in \(row 3\)", problem.place.file)
 
 
 def test_estimate_needs_a_push_and_a_line_is_needed_without(folder):

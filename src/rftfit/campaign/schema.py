@@ -254,8 +254,8 @@ _NOTES = """\
   the program files it under (-beta, -gamma) itself.
 - A tare is a run of the same medium, intruder, direction, beta, gamma and depth without the plate
   (`rod`), or of the same leg in air (`leg_air`). A plate held at -90 and at 90 degrees is the same.
-- Where one tare serves several runs, each of them has `tare_shared` set to yes. A rod run with a blank
-  `beta_deg` serves plates at every beta without that.
+- Where one tare serves several runs, each of them has `tare_shared` set to yes, unless it is
+  a rod run with a blank `beta_deg`, which serves plates at every beta.
 - Rows of kind rod may name one log, each for plates at another angle: they are one run, under the
   run_id of the first of these rows, and are counted once.
 - A run without a tare, or whose log is missing, is kept in the ledger and has no result.

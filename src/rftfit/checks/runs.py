@@ -305,7 +305,7 @@ _BESIDE = {"pair": "other run of its direction"}
             "{count} of {size} runs {differ} from the others, the most by {most_spreads:.1f} times the spread",
             "no run differs; a difference below {median:.0%} of the largest alpha (median; at most {most:.0%}) is not "
             "detected",
-            "{found} ({values} N/cm^3; {rows}): look at the medium, the unit, the angles and the logs of these runs. They "
+            "{found} ({values} N/cm^3; {rows}): look at the medium, the unit, the angles and the logs of these runs{next}. They "
             "are used; exclude what is a mistake.",
         ),
         "repeats-single": Words(
@@ -349,6 +349,7 @@ def check_repeats(measured: MediumMeasurements) -> Check:
         cure = remark("repeat-twice" if are_single else "repeat-more")
         return Check.skip("repeats", "repeats-blind", median=seen_from.median(), cure=cure)
     code = "repeats-single" if apart.empty and are_single else "repeats"
+    others = repeated_runs[~repeated_runs["apart"].to_numpy(bool)].nlargest(1, "times_spread")
     of_runs = zip(apart["run_id"].astype(str), apart["beside"], apart["times_spread"], strict=True)
     return Check.judge(
         "repeats",
@@ -366,6 +367,14 @@ def check_repeats(measured: MediumMeasurements) -> Check:
         most=seen_from.max(),
         values=format_remarks(map(_beside_others, largest_rows)),
         rows=describe_rows(apart["run_id"], measured.sheet),
+        next="".join(
+            str(
+                remark(
+                    "next-apart", run=run, rows=describe_rows([run], measured.sheet), times=times
+                )
+            )
+            for run, times in zip(others["run_id"], others["times_spread"], strict=True)
+        ),
     )
 
 

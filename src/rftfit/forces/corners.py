@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from rftfit.campaign.problems import join_words
 from rftfit.conventions import FloatArray
 from rftfit.forces.bodies import set_in_motion
 from rftfit.forces.mesh import Mesh, Motion3D
@@ -17,7 +18,7 @@ from rftfit.model.profiles import Profile
 def describe_corners(
     profile: Profile, body: Outline | Mesh, motion: Motion | Motion3D
 ) -> list[str]:
-    """Name the force that a corner of a path hides most: by the step before or after a pose it is larger than in any pose."""
+    """Name the forces whose largest values a corner of a path changes: by the steps beside the poses they are others."""
     if motion.rates_of_steps is None:
         return []
     moving = set_in_motion(body, motion)
@@ -26,25 +27,29 @@ def describe_corners(
         set_in_motion(body, motion.at_rates(rates)).best(profile).forces
         for rates in motion.rates_of_steps
     ]
-    hidden = []
+    poses: list[int] = []
+    changes: list[str] = []
     for target in moving.peak_targets(forces):
-        for step, of_step in zip(("before", "after"), forces_of_steps, strict=True):
-            size, pose = _largest(target, of_step)
-            excess = size - _largest(target, forces)[0]
-            share = excess / _largest_of_kind(target, forces)
-            hidden.append((share, excess, target.quantity, step, pose))
-    share, excess, quantity, step, pose = max(hidden)
-    if not share > SAME_SHARE:
-        return []
-    name, _, unit = quantity.partition("_N")
-    key, places = next(iter(motion.columns.items()))
-    return [
-        (
-            f"a corner of the path hides the largest {name.replace('_', ' ')}: a pose moves as the mean of the steps beside it, "
-            f"and by the step {step} the pose at {key} {places[pose]:g} it is {excess:.3g} N{unit.replace('_', ' ')} larger than in "
-            "any pose; put a pose shortly before and one shortly after that corner"
+        of_poses = _largest(target, forces)
+        of_steps = max(_largest(target, of_step) for of_step in forces_of_steps)
+        if abs(of_steps[0] - of_poses[0]) <= SAME_SHARE * _largest_of_kind(target, forces):
+            continue
+        poses.append(max(of_poses, of_steps)[1])
+        name, _, unit = target.quantity.replace("_", " ").partition(" N")
+        changes.append(
+            f"the largest {name} has {target.sign * of_poses[0]:.4g} N{unit} in the table and "
+            f"{target.sign * of_steps[0]:.4g} by the steps alone"
         )
-    ]
+    if not changes:
+        return []
+    key, places = next(iter(motion.columns.items()))
+    near = join_words(dict.fromkeys(f"{places[pose]:g}" for pose in poses))
+    listed = "; ".join(changes)
+    sentence = (
+        f"the path has a corner near {key} {near}, where a pose moves as the mean of the steps beside it: {listed}; quote the "
+        "larger, or round the corner off by a few poses"
+    )
+    return [sentence]
 
 
 def _largest_of_kind(target: PeakTarget, forces: ForcesByName) -> float:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -201,10 +201,7 @@ class ForceAnswer:
             "peaks": peaks,
             "model_error_known": has_model_error(self.profile),
             "shares_near_pushes": self.shares_near_pushes,
-            "other_sides": {
-                side.peak: {"value": side.value, "farthest": side.farthest}
-                for side in self.other_sides
-            },
+            "signs_unknown": self.signs_unknown,
         }
         if isinstance(self.body, Mesh):
             facts |= {
@@ -224,21 +221,12 @@ class ForceAnswer:
         return facts
 
     @property
-    def other_sides(self) -> list[OtherSide]:
-        """Forces on the other side of the peaks in space whose widest interval ends at 0, as that of one side must."""
+    def signs_unknown(self) -> list[str]:
+        """Names of the peaks in space whose widest interval holds 0: they may have the other sign."""
         if not self.in_space:
             return []
-        sides = []
-        for peak in self.peaks:
-            is_cut = 0.0 in _widest_ends(peak)
-            sign = -1 if peak.value > 0 else 1
-            ends = [peak.quantity, *self._columns_of_widest(peak.quantity)]
-            sizes = sign * self.forces[ends].to_numpy(float)
-            value, farthest = float(np.nanmax(sizes[:, 0])), float(np.nanmax(sizes))
-            if is_cut and farthest > SIGN_KNOWN * abs(peak.value):
-                at_most = sign * max(value, 0.0) + 0.0
-                sides.append(OtherSide(peak.name, at_most, sign * farthest))
-        return sides
+        ends = {peak.name: _widest_ends(peak) for peak in self.peaks}
+        return [name for name, (low, high) in ends.items() if low < 0 < high]
 
     @property
     def shares_near_pushes(self) -> dict[str, float]:
@@ -284,11 +272,9 @@ class ForceAnswer:
         """Format sources, peaks and intervals for people."""
         lines = [f"{word.capitalize()}: {source}" for word, source in self.sources.items()]
         lines += ["", self._format_peaks(), *self._missing_intervals()]
-        if self.other_sides:
-            titles = ", ".join(_TITLES[side.peak] for side in self.other_sides)
-            lines.append(
-                f"{titles}: the sign is not known; the widest interval is that of both signs, pose by pose."
-            )
+        if self.signs_unknown:
+            titles = ", ".join(_TITLES[name] for name in self.signs_unknown)
+            lines.append(f"{titles}: the sign is not known.")
         lines += [
             f"{_TITLES[name]}: 0, in the interval of a pose up to {_cell(farthest)} {_unit_of(name)} either way."
             for name, farthest in self.farthest_of_zeros.items()
@@ -319,7 +305,7 @@ class ForceAnswer:
                 f"\nMean over the turn: drawbar (toward +x) {means['drawbar_N']:.4g} N, load (up) {means['load_N']:.4g} N, "
                 f"torque of the drive {means['torque_N_cm']:.4g} N cm."
             )
-        if self.in_space:
+        if self.in_space and self.forces["closure_N"].max() > 0:
             lines.append(
                 f"\nNot in the intervals: the law in space may err by up to {self.forces['closure_N'].max():.3g} N "
                 "(closure_N), in the worst case."
@@ -335,8 +321,6 @@ class ForceAnswer:
         }
         ends_shown = {ends: meaning for ends, meaning in intervals.items() if meaning}
         columns = ["value", *(end for ends in ends_shown for end in ends)]
-        sides = {side.peak: side for side in self.other_sides}
-        peaks_shown = [_with_both_signs(peak, sides.get(peak.name)) for peak in self.peaks]
         rows = [
             [
                 _TITLES[peak.name],
@@ -344,7 +328,7 @@ class ForceAnswer:
                 _unit_of(peak.quantity),
                 f"{peak.position:g}",
             ]
-            for peak in peaks_shown
+            for peak in self.peaks
         ]
         if not rows:
             return "  no force in these poses that can be stated"
@@ -353,6 +337,10 @@ class ForceAnswer:
             f"{', '.join(ends).replace('_', ' ')}: {meaning}"
             for ends, meaning in ends_shown.items()
         ]
+        if ends_shown:
+            sentences.append(
+                "All are of the largest value along the motion; the table of poses has those of each pose"
+            )
         if not self.interval_of_alpha:
             sentences.insert(0, "No interval of alpha: the errors of this profile are not known")
         peaks = format_table([*head, "unit", self._position_column], rows)
@@ -445,39 +433,10 @@ def answer_with_forces(
     )
 
 
-class OtherSide(NamedTuple):
-    """Force or moment of the other sign than its peak: largest best value (0: none), and farthest end of an interval of a pose."""
-
-    peak: str
-    value: float
-    farthest: float
-
-
-SIGN_KNOWN = 1e-6
-"""Part of a peak up to which the farthest end on the other side is rounding."""
-
-
-_ENDS_WIDEST_FIRST = (("next_lo", "next_hi"), ("model_lo", "model_hi"), ("lo", "hi"))
-"""Ends of the intervals of a peak: of the next bed, with the model's error, of alpha."""
-
-
 def _widest_ends(peak: Peak) -> tuple[float, float]:
     """Interval of the next bed, with the model's error or of alpha: the first that is known."""
-    intervals = [(getattr(peak, lo), getattr(peak, hi)) for lo, hi in _ENDS_WIDEST_FIRST]
+    intervals = ((peak.next_lo, peak.next_hi), (peak.model_lo, peak.model_hi), (peak.lo, peak.hi))
     return next((ends for ends in intervals if not math.isnan(ends[0])), (math.nan, math.nan))
-
-
-def _with_both_signs(peak: Peak, side: OtherSide | None) -> Peak:
-    """Let an interval with the model's error or of the next bed that is cut at 0 reach to the farthest end of the other sign."""
-    if side is None:
-        return peak
-    reach: dict[str, Any] = {}
-    for lo, hi in _ENDS_WIDEST_FIRST[:2]:
-        if getattr(peak, lo) == 0 > side.farthest:
-            reach[lo] = side.farthest
-        if getattr(peak, hi) == 0 < side.farthest:
-            reach[hi] = side.farthest
-    return replace(peak, **reach)
 
 
 def _unit_of(quantity: str) -> str:

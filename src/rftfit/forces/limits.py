@@ -61,7 +61,7 @@ def describe_depth(deepest_cm: float, clause: str) -> str:
 
 def describe_speed(fastest_cm_per_s: float) -> str:
     """Say that a body moves faster than the model is for."""
-    return f"faster than quasi-static: up to {fastest_cm_per_s:.0f} cm/s"
+    return f"faster than quasi-static: up to {fastest_cm_per_s:.3g} cm/s"
 
 
 def _reach(load: FloatArray, depth: FloatArray, measured_to_cm: float) -> Reach:

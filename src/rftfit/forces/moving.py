@@ -135,8 +135,10 @@ class BodyInMotion(ABC):
         return columns
 
     @abstractmethod
-    def finish_peak(self, peak: Peak, profile: Profile, best: ForcesByName) -> Peak:
-        """Peak as it is stated of such a body."""
+    def finish_peak(
+        self, peak: Peak, profile: Profile, best: ForcesByName, columns: Mapping[str, FloatArray]
+    ) -> Peak:
+        """Peak as it is stated of such a body; `columns`: of the table of the prediction."""
 
     def force_draws(self, stack: Profile) -> FloatArray:
         """Forces by each of a stack of draws, N, shape (draws, axes, p)."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -217,7 +217,9 @@ class OutlineInMotion(BodyInMotion):
             for name, (alpha_bounds, most) in zip(QUANTITIES, parts, strict=True)
         }
 
-    def finish_peak(self, peak: Peak, profile: Profile, best: ForcesByName) -> Peak:
+    def finish_peak(
+        self, peak: Peak, profile: Profile, best: ForcesByName, columns: Mapping[str, FloatArray]
+    ) -> Peak:
         """Withhold the interval of alpha of a peak that changes fast with the attack angle, between pushes.
 
         There alpha may have an edge that no push shows, on which the elements of a body err alike.

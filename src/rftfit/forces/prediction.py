@@ -372,5 +372,5 @@ class _Prediction:
         if forces_beside is not None:
             peaks = hold_beside(peaks, self.targets, forces_beside)
         return table, [
-            self.moving.finish_peak(peak, self.profile, self.best.forces) for peak in peaks
+            self.moving.finish_peak(peak, self.profile, self.best.forces, columns) for peak in peaks
         ]

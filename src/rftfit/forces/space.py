@@ -17,6 +17,7 @@ from rftfit.forces.mesh import IntArray, Mesh, Motion3D, area_vectors
 from rftfit.forces.moving import BestForces, BodyInMotion, DrawnForces, ForcesByName, has_forces
 from rftfit.forces.peaks import Ends, Peak, PeakTarget
 from rftfit.model import rft3d
+from rftfit.model.draws import end_names, model_end_names, next_end_names
 from rftfit.model.packs import Pack
 from rftfit.model.profiles import Profile, TableProfile
 
@@ -229,12 +230,26 @@ class MeshInMotion(BodyInMotion):
         finished["closure_N"] = closure * _largest_alpha(profile) * (best.leaving + 0.0)
         return finished
 
-    def finish_peak(self, peak: Peak, profile: Profile, best: ForcesByName) -> Peak:
-        """Set to 0 what is rounding of the sum over faces."""
+    def finish_peak(
+        self, peak: Peak, profile: Profile, best: ForcesByName, columns: Mapping[str, FloatArray]
+    ) -> Peak:
+        """Set to 0 what is rounding of the sum over faces; an interval that ends at 0 reaches to where that of a pose does."""
         least = _least_of(peak.quantity, best)
         ends = ("value", "lo", "hi", "model_lo", "model_hi", "next_lo", "next_hi")
         zeros: dict[str, Any] = {end: 0.0 for end in ends if abs(getattr(peak, end)) < least}
-        return replace(peak, **zeros)
+        peak = replace(peak, **zeros)
+        beyond_zero: dict[str, Any] = {}
+        for kind, names in (
+            ("", end_names),
+            ("model_", model_end_names),
+            ("next_", next_end_names),
+        ):
+            for end, name, farthest in zip(
+                ("lo", "hi"), names(peak.quantity), (np.nanmin, np.nanmax), strict=True
+            ):
+                if getattr(peak, kind + end) == 0 and name in columns:
+                    beyond_zero[kind + end] = float(farthest(columns[name], initial=0.0)) + 0.0
+        return replace(peak, **beyond_zero)
 
 
 def _largest_alpha(profile: Profile) -> float:

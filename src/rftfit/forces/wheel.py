@@ -198,7 +198,7 @@ class WheelAnswer:
         list of str
         """
         percent = f"{100 * self.confidence:g} % interval"
-        of_alpha = f"lo, hi: {percent} of {self.interval_of}"
+        of_alpha = f"lo, hi: {percent} of {self.interval_of}, of the mean over beds"
         if self.slip_sinkage is not None:
             low, high = self.slip_sinkage
             of_alpha += f" (alpha {low:g} to {high:g} of itself)"
@@ -214,7 +214,7 @@ class WheelAnswer:
             lines.append(of_alpha)
         if "drawbar_model_lo_N" in self.table:
             lines.append(
-                f"model lo, hi: {percent} with the model's own error on wheels (drawbar {self.model_error:g} of the load, "
+                f"model lo, hi: {percent} with the model's own error on wheels, of the mean over beds (drawbar {self.model_error:g} of the load, "
                 f"torque {self.torque_error:g} of load times radius, from measured rigs)"
             )
         return lines
@@ -635,10 +635,12 @@ def _limits(
 ) -> list[str]:
     """Where a wheel leaves the depths over which alpha was measured, or the rigs that told the model's own error."""
     limits = []
-    deepest_cm = float(answer["sinkage_cm"].max()) + radius_cm - rim.radius_cm
+    lug_cm = radius_cm - rim.radius_cm
+    deepest_cm = float(answer["sinkage_cm"].max()) + lug_cm
     measured_to_cm, clause = depth_measured(profile)
     if deepest_cm > measured_to_cm:
-        limits.append(describe_depth(deepest_cm, clause))
+        below_rim = f" (lugs of {lug_cm:.2g} cm below the rim)" if lug_cm > 0 else ""
+        limits.append(describe_depth(deepest_cm, clause + below_rim))
     if not errors[0] > 0:
         return limits
     rigs = [rig for rig in wheel_numbers()["rig"] if rig["shape"] == _shape_of(mesh)]

@@ -445,7 +445,11 @@ def looked_at(
             first_stamps[name], dates = stamps[0], order
             continue
         kinds.append("skip")
-        why = "day or month first? `dates` says it" if timed else "no number and no time"
+        why = (
+            "day or month first? the config says it (`text: {dates: month first}` of this log)"
+            if timed
+            else "no number and no time"
+        )
         if filled:
             unread[name] = f"{filled[0]!r} ({why})"
     if any(kind == "number" and place not in mixed for place, kind in enumerate(kinds)):

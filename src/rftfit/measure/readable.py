@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
 from rftfit.campaign.load import Campaign
-from rftfit.campaign.problems import Place, Problem, Severity
+from rftfit.campaign.problems import Place, Problem, Severity, join_words
 from rftfit.campaign.sheet import Run
 from rftfit.measure.fits import fit_medium
 from rftfit.measure.flags import Remark, reason_of
@@ -151,7 +151,6 @@ def _sizes(campaign: Campaign, run: Run) -> list[int | None]:
 
 
 def _place(medium: str, members: list[Run], n_runs: int, fate: str) -> Place:
-    first_run = members[0]
     count = f"{len(members)} of {n_runs} runs" if len(members) > 1 else "1 run"
-    example_words = ", for example " if len(members) > 1 else ": "
-    return Place(f"{medium}, {count} {fate}{example_words}{first_run.run_id} (row {first_run.row})")
+    named = join_words([f"{run.run_id} (row {run.row})" for run in members])
+    return Place(f"{medium}, {count} {fate}: {named}")

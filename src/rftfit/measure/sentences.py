@@ -337,6 +337,7 @@ SENTENCES = {
     "in-pulls": ", {pull} in pulls{interval}",
     "interval-starts": " ({low} to {high})",
     "surface-and-lag": ", by the surface {mm:.1f} mm, by a lag {s:.2f} s",
+    "next-apart": "; where rows were exchanged a second run is off: next is {run} ({rows}), by {times:.1f} times the spread",
     "alpha-beside": "{run}: alpha_{component} {alpha:.3g} beside {others:.3g}",
     **{
         f"axes-{name}": words
@@ -394,7 +395,7 @@ SENTENCES = {
     "pulls-open": "these directions do not tell whether beta of pulls has the right sign",
     "repeat-twice": "push directions twice",
     "repeat-more": "push directions more often",
-    "untold-label": "an area or a gain that scattered runs share and no column of the run sheet names",
+    "untold-label": "an area or a gain that is wrong in all runs, in a few, or in scattered ones that no column of the run sheet names",
     "untold-holder": "a plate holder that is a few degrees off, a surface that is off at one tilt of the plate, a share of the force along x in the channel along z, or a turn of "
     "the mount and crosstalk that cancel",
     "untold-blocks": "a gain that comes and goes within {runs} runs, or a zero that drifts in strokes whose logs do not end in air",
