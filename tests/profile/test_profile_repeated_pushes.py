@@ -5,11 +5,17 @@ import json
 import numpy as np
 import pandas as pd
 import pytest
-from makers import run_command
+from makers import MadePush, config_of_push, row_of_push, run_command, write_campaign
 from scipy.stats import binom
 from seeds import seeds
 
 import rftfit
+
+EXACT_RIG = config_of_push("time", {c: {"column": c, "unit": "mm"} for c in "xz"}) | {
+    "errors": dict.fromkeys(("surface_run_mm", "surface_session_mm", "angle_deg", "turn_deg"), 0),
+    "fit": {"missing_tare": "flag"},
+}
+"""A campaign whose pushes differ by their beds alone."""
 
 
 def map_of(*alpha, **errors):
@@ -66,3 +72,25 @@ def test_the_papers_routine_takes_their_mean(order, tmp_path):
     printed = json.loads(run_command(tmp_path, "scale", "--pushes", "pushes.csv", "--json").stdout)
     expected = rftfit.scale_by_paper(0.51)
     assert printed["zeta_of_the_papers_routine"]["value"] == pytest.approx(expected.zeta)
+
+
+@pytest.mark.parametrize("alpha", [(0.84, 0.95, 0.90), (0.5, 0.51, 0.49), (0.5, 0.52)])
+def test_a_table_of_pushes_has_the_interval_of_a_campaign(alpha, tmp_path):
+    """What `rftfit run` makes of logs of the same pushes, to the errors that only a campaign knows."""
+    pushes = {
+        f"p{number}": MadePush(alpha_z=value, noise_N=0.01, seed=number)
+        for number, value in enumerate(alpha)
+    }
+    logs = {f"{name}.csv": push.log().text() for name, push in pushes.items()}
+    rows = [
+        row_of_push(run_id=name, force_log=f"{name}.csv", motion_log=f"{name}.csv")
+        for name in pushes
+    ]
+    write_campaign(tmp_path, EXACT_RIG, rows=rows, logs=logs)
+    result = "results/alpha/sand.csv"
+    assert run_command(tmp_path, "run", result).returncode == 0
+    [row] = pd.read_csv(tmp_path / result).to_dict("records")
+    mean, error = straight_down(map_of(*alpha))
+    assert row["alpha_z_N_per_cm3"] == pytest.approx(mean, rel=2e-3)
+    half = (row["alpha_z_hi_N_per_cm3"] - row["alpha_z_lo_N_per_cm3"]) / 2
+    assert 1.96 * error == pytest.approx(half, rel=0.05)

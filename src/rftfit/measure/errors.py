@@ -202,19 +202,14 @@ def bed_of_mean(
 ) -> tuple[Part, Part, str]:
     """Error of a mean of runs by how their beds differ: noise, bed, and where that is known from.
 
-    Where the spread is not known, the scatter of these runs (`shown_by_runs`: where they are repeats of one another)
-    counts if it is larger than what is assumed and than their `noise`, which is then in it. `alpha`,
+    Where the spread is not known, or from few repeats, the scatter of these runs (`shown_by_runs`: where they are repeats of one
+    another) counts if it is larger than what is assumed and than their `noise`, which is then in it. `alpha`,
     `share` (n,): of the runs, N/cm^3, and their shares in the mean. `bed_error`: of one bed, known from `source`.
     """
     n = alpha.size
     expected = Part(bed_error.sd * math.sqrt(float(share @ share)), bed_error.dof)
     # a table may state no errors: then none is made up of rows that stand in it twice
-    if (
-        source in (REPEATS, STATED, FEW_REPEATS)
-        or n < 2
-        or not shown_by_runs
-        or math.isnan(noise.sd)
-    ):
+    if source in (REPEATS, STATED) or n < 2 or not shown_by_runs or math.isnan(noise.sd):
         return noise, expected, source
     between = math.sqrt(float(alpha.var(ddof=1)) / n)
     if between <= math.hypot(noise.sd, expected.sd):

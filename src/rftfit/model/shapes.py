@@ -36,10 +36,12 @@ from rftfit.measure.alpha import alpha_columns, column, directions, flagged, win
 from rftfit.measure.errors import (
     USUAL_BED_SPREAD,
     Part,
+    bed_of_mean,
     bed_of_next,
     combined_half_width,
     half_width_of_bed,
     scatter_of_runs,
+    spread_of_beds,
 )
 from rftfit.model.draws import DRAWS, draws_of, errors_known, interval, widen
 from rftfit.model.fourier import fit_lsq, kept_terms
@@ -737,12 +739,29 @@ def _repeats_of(pushes: Pushes) -> Iterator[_Repeats]:
 
 
 def with_scatter_of_repeats(pushes: Pushes, confidence: float) -> Pushes:
-    """Give pushes of one direction that differ by more than their independent errors explain the error that they show.
+    """Give pushes of one direction the error that their scatter shows, as the runs of a campaign have it.
 
-    Few pushes tell it poorly, so that it is the normal error whose interval is as wide as Student's.
+    Pushes of which no error is stated have that of `spread_of_beds`; others have the one that they show where they differ by more
+    than their errors explain. Few pushes tell it poorly, so that it is the normal error whose interval is as wide as Student's.
     """
     variance = np.diag(pushes.covariance).copy()
+    usual_variance = usual_error(pushes.alpha).ravel() ** 2
+    spread = spread_of_beds(
+        [
+            (signs * pushes.alpha[:, same_pushes], np.zeros_like(signs))
+            for same_pushes, signs in _by_direction(pushes)
+        ]
+    )
     for places, alpha in _repeats_of(pushes):
+        if (variance[places] == usual_variance[places]).all():
+            component, first = divmod(int(places[0]), pushes.beta.size)
+            mean_alpha = pushes.alpha[:, first].copy()
+            mean_alpha[component] = alpha.mean()
+            of_one_bed = spread.error_at(mean_alpha, component)
+            share = np.full(alpha.size, 1 / alpha.size)
+            bed = bed_of_mean(alpha, share, Part(0.0), of_one_bed, spread.source)[1]
+            variance[places] = alpha.size * _normal_error(bed, confidence) ** 2
+            continue
         shown = scatter_of_runs(alpha)
         if shown.sd**2 / alpha.size > 1 / np.sum(1 / np.maximum(variance[places], 1e-300)):
             variance[places] = _normal_error(shown, confidence) ** 2
