@@ -199,7 +199,8 @@ def _map_as_text(
                 value, lo, hi = (
                     float(columns[column(component, end)][nearest]) for end in ("", "_lo", "_hi")
                 )
-                mark = "*" if columns["source"][nearest] == "measured" else ""
+                is_measured = columns["source"][nearest] == "measured" and hi > lo
+                mark = "*" * is_measured
                 ends = f"{lo:.3f} to {hi:.3f}" if hi > lo else "by symmetry"
                 # + 0.0 so that nothing is called -0
                 cells.append(f"{round(value, 3) + 0.0:.3f} ({ends}){mark}")
@@ -226,8 +227,8 @@ def _map_as_text(
     return (
         f"From {description}\n\n"
         + "\n\n".join(blocks)
-        + f"\n\nN/cm^3; beta and gamma in degrees; {level}; "
-        f"* measured.\n{zeta}\n{agree}\n"
+        + f"\n\nN/cm^3; beta and gamma in degrees; {level}, of the mean over beds (a further bed differs by "
+        f"{100 * medium_map.bed_spread:.3g} %, one standard deviation); * measured.\n{zeta}\n{agree}\n"
         "Intervals are of draws that take energy in every direction, as any medium does; "
         f"{100 * medium_map.not_passive:.0f} % of all gave energy back somewhere and were left out: the fewer pushes, the more."
     )
