@@ -10,7 +10,7 @@ from typing import Any
 
 from markupsafe import Markup
 
-from rftfit.compare.legs import FAR_OFF, NOT_TESTED, OFF, WITHIN
+from rftfit.compare.legs import FAR_OFF, NOT_TESTED, OFF, STEEP_PEAK, WITHIN
 from rftfit.compare.lessons import summary_of_lessons
 from rftfit.compare.published import (
     EVIDENCE,
@@ -386,7 +386,7 @@ def tabulate_leg_errors(results: Results) -> PageTable:
     for row in _without_repeated_reasons(results, "leg_errors.csv"):
         in_words = errors_in_words(row["peak_errors"])
         about_peak = {"peak_errors": in_words and f"variance: {in_words}"}
-        if row["reason_code"] == "steep-peak":
+        if row["reason_code"] == STEEP_PEAK:
             about_peak = {"peak_errors": row["reason"], "reason": ""}
         elif row["reason_code"] == "other-form":
             about_peak["reason"] = ""  # said of all nine terms above the table
