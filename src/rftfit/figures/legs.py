@@ -375,6 +375,10 @@ def _three_digits(value: float) -> str:
 _DASHES: Any = "-", (0, (5, 1.2)), (0, (1, 0.9)), (0, (5, 1, 1, 1)), (0, (2.5, 1))
 
 
+_GENERIC_PT = 1.6
+"""Width of the line of the generic prediction."""
+
+
 def _without_zeta(results: Results, _: str) -> Sequence[str]:
     """Say why no medium has a zeta by the configured method."""
     reasons = why_no_fit(results, labels.of_method(results, "penetration.csv"), "zeta")
@@ -418,12 +422,18 @@ def plot_forces_over_zeta(results: Results) -> Figure:
     predicted = matching_rows(predicted, profile="generic")
     names = leg_panels.leg_order((predicted, measured))
     page, panels = style.panels((5.3, 5.3), len(names))
+    widest_pt = 0.0
     for leg, column in zip(names, panels.T, strict=True):
         column[0].set_title(leg_panels.leg_title(leg), weight="bold")
         for component, axes in zip("zx", column, strict=True):
             leg_panels.theta_axes(axes, name=component == "x")
             generic = _generic(matching_rows(predicted, leg=leg), component, zetas)
             _draw_scaled(axes, results, generic, matching_rows(measured, leg=leg), component, zetas)
+            if generic:
+                low, high = axes.get_ylim()
+                height_pt = axes.get_window_extent().height * 72 / page.dpi
+                widths_pt = (generic[3] - generic[2]) / (high - low) * height_pt
+                widest_pt = max(widest_pt, float(np.nanmax(widths_pt, initial=0.0)))
     for component, axes in zip("zx", panels[:, 0], strict=True):
         axes.set_ylabel(rf"$F_{component}$ / $\zeta$ (N)")
     looks = style.medium_looks(zetas)
@@ -431,8 +441,11 @@ def plot_forces_over_zeta(results: Results) -> Figure:
     for i, (medium, zeta) in enumerate(zetas.items()):
         title = rf"{style.medium_label(results, medium)} ($\zeta$ = {style.format_number(zeta)})"
         entries[title] = style.line(looks[medium][0], linestyle=_DASHES[i % len(_DASHES)])
-    entries["generic prediction"] = style.line("black", linewidth=1.6)
-    entries[f"{style.level(results)} interval of it"] = style.patch(facecolor="#bdbdbd")
+    entries["generic prediction"] = style.line("black", linewidth=_GENERIC_PT)
+    name = f"{style.level(results)} interval of it"
+    if widest_pt < 2 * _GENERIC_PT:
+        name += ", hardly wider than its line"
+    entries[name] = style.patch(facecolor="#bdbdbd")
     style.legend(page, entries, handlelength=2.6)
     return page
 
@@ -462,7 +475,7 @@ def _draw_scaled(
     if generic:
         theta, force, low, high = generic
         axes.fill_between(theta, low, high, color="#bdbdbd", linewidth=0)
-        axes.plot(theta, force, color="black", linewidth=1.6)
+        axes.plot(theta, force, color="black", linewidth=_GENERIC_PT)
         drawn_forces += [force, low, high]
     looks = style.medium_looks(zetas)
     for i, (medium, zeta) in enumerate(zetas.items()):

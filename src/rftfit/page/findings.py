@@ -160,7 +160,7 @@ def _legs(results: Results) -> Iterable[PageFinding]:
         ]
         sizes = lift["peak_error_percent"].abs()
         middle, largest = (format_number(size, 0) for size in (sizes.median(), sizes.max()))
-        errors = f" Errors of {len(lift)} peak lifts: median {middle} %, largest {largest} %."
+        errors = f" Errors of these {len(lift)} peak lifts: median {middle} %, largest {largest} %."
         source = "the measured alpha" if profile == "table" else "the map"
         yield PageFinding(
             f"Predicted with {source}, the peak lift is {', '.join(parts)}."
