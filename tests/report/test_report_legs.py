@@ -366,3 +366,16 @@ def test_no_band_of_alpha_is_drawn_around_a_peak_whose_interval_is_withheld():
         # of F_z and F_x, one panel a leg
         assert [len(axes.collections) for axes in figure.axes[:3]] == [bands, 2, 2]
         assert any("none where that of the peak is withheld" in t for t in words(figure)) is named
+
+
+def test_pieces_of_an_unknown_interval_are_not_drawn_as_a_narrow_one():
+    table = predicted()
+    is_large = table["force_z_N"].abs() > 0.1 * table["force_z_N"].abs().max()
+    ends = [f"force_{c}_{end}_N" for c in "zx" for end in ("lo", "hi")]
+    table.loc[is_large, ends] = np.nan
+    figure = plot_forces_over_zeta(results(predicted=table))
+    (bands,) = figure.axes[0].collections
+    assert not np.isfinite(np.concatenate([p.vertices for p in bands.get_paths()] or [[]])).any()
+    assert "95 % interval of it" in words(drawn("forces_over_zeta"))
+    every = table.assign(**dict.fromkeys(ends, np.nan))
+    assert "95 % interval of it" not in words(plot_forces_over_zeta(results(predicted=every)))

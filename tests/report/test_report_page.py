@@ -291,5 +291,5 @@ def test_a_window_that_moves_alpha_out_of_its_interval_is_told_beside_it(
     ]
     write(results, "sands.csv", pd.DataFrame(rows))
     (row,) = PageParser(make_page(Results(results.campaign))).tables["summary"][0][1:]
-    told = f"{detected * SAND_ALPHA:.4f} down to 6.0 cm, as detected: no interval holds"
+    told = f"by the detected window {detected * SAND_ALPHA:.4f} down to 6.0 cm: no interval holds"
     assert (told in "".join(row)) is is_told

@@ -375,10 +375,6 @@ def _three_digits(value: float) -> str:
 _DASHES: Any = "-", (0, (5, 1.2)), (0, (1, 0.9)), (0, (5, 1, 1, 1)), (0, (2.5, 1))
 
 
-_GENERIC_PT = 1.6
-"""Width of the line of the generic prediction."""
-
-
 def _without_zeta(results: Results, _: str) -> Sequence[str]:
     """Say why no medium has a zeta by the configured method."""
     reasons = why_no_fit(results, labels.of_method(results, "penetration.csv"), "zeta")
@@ -422,18 +418,14 @@ def plot_forces_over_zeta(results: Results) -> Figure:
     predicted = matching_rows(predicted, profile="generic")
     names = leg_panels.leg_order((predicted, measured))
     page, panels = style.panels((5.3, 5.3), len(names))
-    widest_pt = 0.0
+    has_interval = False
     for leg, column in zip(names, panels.T, strict=True):
         column[0].set_title(leg_panels.leg_title(leg), weight="bold")
         for component, axes in zip("zx", column, strict=True):
             leg_panels.theta_axes(axes, name=component == "x")
             generic = _generic(matching_rows(predicted, leg=leg), component, zetas)
             _draw_scaled(axes, results, generic, matching_rows(measured, leg=leg), component, zetas)
-            if generic:
-                low, high = axes.get_ylim()
-                height_pt = axes.get_window_extent().height * 72 / page.dpi
-                widths_pt = (generic[3] - generic[2]) / (high - low) * height_pt
-                widest_pt = max(widest_pt, float(np.nanmax(widths_pt, initial=0.0)))
+            has_interval |= bool(generic and np.isfinite(generic[2]).any())
     for component, axes in zip("zx", panels[:, 0], strict=True):
         axes.set_ylabel(rf"$F_{component}$ / $\zeta$ (N)")
     looks = style.medium_looks(zetas)
@@ -441,17 +433,18 @@ def plot_forces_over_zeta(results: Results) -> Figure:
     for i, (medium, zeta) in enumerate(zetas.items()):
         title = rf"{style.medium_label(results, medium)} ($\zeta$ = {style.format_number(zeta)})"
         entries[title] = style.line(looks[medium][0], linestyle=_DASHES[i % len(_DASHES)])
-    entries["generic prediction"] = style.line("black", linewidth=_GENERIC_PT)
-    name = f"{style.level(results)} interval of it"
-    if widest_pt < 2 * _GENERIC_PT:
-        name += ", hardly wider than its line"
-    entries[name] = style.patch(facecolor="#bdbdbd")
+    entries["generic prediction"] = style.line("black", linewidth=1.6)
+    if has_interval:
+        entries[f"{style.level(results)} interval of it"] = style.patch(facecolor="#bdbdbd")
     style.legend(page, entries, handlelength=2.6)
     return page
 
 
 def _generic(predicted: pd.DataFrame, c: str, zetas: Mapping[str, float]) -> list[FloatArray]:
-    """Theta, and the scaled prediction over zeta with the ends of the widest interval; or nothing."""
+    """Theta, and the scaled prediction over zeta with the ends of the widest interval; or nothing.
+
+    An interval that is not known where the force is largest is left out: pieces of it elsewhere look like a narrow one.
+    """
     names = leg_panels.force_column_names(c)
     scaled = predicted[names].div(predicted["medium"].map(dict(zetas)), axis="index")
     scaled = scaled[scaled[names[0]].notna()].join(predicted["theta_deg"])
@@ -459,7 +452,10 @@ def _generic(predicted: pd.DataFrame, c: str, zetas: Mapping[str, float]) -> lis
         return []
     by_theta = scaled.groupby("theta_deg", sort=True)[names].agg(["mean", "min", "max"])
     ends = zip(names, ("mean", "min", "max"), strict=True)
-    return [by_theta.index.to_numpy(float), *(by_theta[end].to_numpy(float) for end in ends)]
+    force, low, high = (by_theta[end].to_numpy(float) for end in ends)
+    if not np.isfinite((high - low)[np.abs(force).argmax()]):
+        low, high = np.full((2, len(force)), np.nan)
+    return [by_theta.index.to_numpy(float), force, low, high]
 
 
 def _draw_scaled(
@@ -475,7 +471,7 @@ def _draw_scaled(
     if generic:
         theta, force, low, high = generic
         axes.fill_between(theta, low, high, color="#bdbdbd", linewidth=0)
-        axes.plot(theta, force, color="black", linewidth=_GENERIC_PT)
+        axes.plot(theta, force, color="black", linewidth=1.6)
         drawn_forces += [force, low, high]
     looks = style.medium_looks(zetas)
     for i, (medium, zeta) in enumerate(zetas.items()):

@@ -253,11 +253,8 @@ def _other_window(results: Results, cell: Row) -> str:
     low, high = (float(cell.get(column("z", end), math.nan)) for end in ("_lo", "_hi"))
     if not math.isfinite(alpha) or not (alpha < low or alpha > high):
         return ""
-    stated_to_cm = windows.loc["stated"].to_numpy(float)[1]
-    return (
-        f"down to {stated_to_cm:.1f} cm, as stated; {format_number(alpha, ALPHA_DIGITS)} down to {to_cm:.1f} cm, as detected: "
-        "no interval holds this choice"
-    )
+    detected = f"{format_number(alpha, ALPHA_DIGITS)} down to {to_cm:.1f} cm"
+    return f"by the detected window {detected}: no interval holds this choice"
 
 
 def _numbers_of_paper(results: Results, medium: Medium) -> dict[str, str]:
