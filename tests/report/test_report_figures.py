@@ -232,7 +232,7 @@ def test_stress_figure_turns_extractions_and_draws_the_fit():
     assert "stress (N/cm$^2$)" in text
     assert text.count("depth (cm)") == 2
     assert "fit window" in text
-    assert any(line.startswith("extraction, $\\beta$ = \u221230\u00b0") for line in text)
+    assert any("up\nextraction, $\\beta$ = \u221230\u00b0" in line for line in text)
     # the interval is that of the tables, which one log alone does not show
     assert any("0.3500 \u00b1 0.0550 N/cm$^3$" in line for line in text)
     # lines of a panel: zero, then for z and x the samples and the fit
@@ -283,7 +283,7 @@ def test_which_runs_the_stress_figure_shows():
     other_traces = traces[traces["run_id"] != "down"]
     results = of_runs(traces, fits)
     results.tables |= of_runs(other_traces, fits[fits["run_id"] != "down"]).tables
-    assert any(line.startswith("extraction") for line in words(plot_stress_of_runs(results)))
+    assert any("up\nextraction" in line for line in words(plot_stress_of_runs(results)))
 
 
 def test_tare_figure_shades_the_valid_range():

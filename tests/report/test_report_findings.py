@@ -239,7 +239,7 @@ def test_what_must_be_known_stands_first_and_in_the_verdict(tmp_path):
         "Poppy seeds, close is unusable: the medium seems to give energy to the plates"
     )
     # what is unusable is in no sentence on what was found
-    assert "Errors of 10 peak lifts" in second[0]
+    assert "Errors of these 10 peak lifts" in second[0]
     assert media_of_nine_terms(Results(results.campaign)) == every - 1
     for text in (
         '<a href="#checks-poppy_CP">unusable</a>',

@@ -24,7 +24,7 @@ from rftfit import (
     scaled_generic,
 )
 from rftfit.campaign.config import Leg
-from rftfit.compare.legs import measured_peak
+from rftfit.compare.legs import STEEP_PEAK, measured_peak
 from rftfit.figures import leg_panels, style
 from rftfit.figures.leg_panels import leg_line
 from rftfit.figures.legs import (
@@ -166,6 +166,7 @@ def errors():
                 "profile": profile,
                 "component": "z",
                 "reason": "",
+                "reason_code": "",
                 "peak_measured_N": measured_curve["force_z_N"].max(),
                 **ends,
             }
@@ -355,3 +356,26 @@ def test_the_interval_above_a_panel_is_that_of_the_peak_in_the_table():
     of_model = {"peak_predicted_model_lo_N": 1.25, "peak_predicted_model_hi_N": 12.5}
     for ends, interval in (({}, "(3.50 to 9.75)"), (of_model, "(1.25 to 12.5)")):
         assert any(f"7.25 {interval}" in title for title in titles(**ends))
+
+
+def test_no_band_of_alpha_is_drawn_around_a_peak_whose_interval_is_withheld():
+    steep = errors()
+    steep.loc[(steep["medium"] == MEDIA[0]) & (steep["leg"] == "c_leg"), "reason_code"] = STEEP_PEAK
+    for table, bands, named in ((errors(), 2, False), (steep, 1, True)):
+        figure = plot_legs_by_medium(results(leg_errors=table))
+        # of F_z and F_x, one panel a leg
+        assert [len(axes.collections) for axes in figure.axes[:3]] == [bands, 2, 2]
+        assert any("none where that of the peak is withheld" in t for t in words(figure)) is named
+
+
+def test_pieces_of_an_unknown_interval_are_not_drawn_as_a_narrow_one():
+    table = predicted()
+    is_large = table["force_z_N"].abs() > 0.1 * table["force_z_N"].abs().max()
+    ends = [f"force_{c}_{end}_N" for c in "zx" for end in ("lo", "hi")]
+    table.loc[is_large, ends] = np.nan
+    figure = plot_forces_over_zeta(results(predicted=table))
+    (bands,) = figure.axes[0].collections
+    assert not np.isfinite(np.concatenate([p.vertices for p in bands.get_paths()] or [[]])).any()
+    assert "95 % interval of it" in words(drawn("forces_over_zeta"))
+    every = table.assign(**dict.fromkeys(ends, np.nan))
+    assert "95 % interval of it" not in words(plot_forces_over_zeta(results(predicted=every)))

@@ -20,6 +20,7 @@ from result_tables import NASTY, SAND_ALPHA, empty_grid_results, page_results, s
 
 import rftfit
 from rftfit import Results
+from rftfit.campaign.config import FlatOutline
 from rftfit.model.scaling import published
 from rftfit.page.methods import constants, paragraphs, settings_digest
 from rftfit.page.outcome import outcome_of_runs
@@ -143,6 +144,21 @@ def test_methods_are_built_from_this_campaign(results, read):
     text = " ".join(paragraphs(with_config(results, fit=fit), outcome))
     assert " 4.5 cm" in text
     assert "90 %" in text
+    assert "in a container of 24 x 22 cm^2" in text
+    assert "cm from walls" in text
+    intruders = {
+        name: FlatOutline(shape="flat", area_cm2=20, length_cm=5, thickness_cm=0.4)
+        if intruder.shape == "plate"
+        else intruder
+        for name, intruder in results.config.intruders.items()
+    }
+    box = results.config.container.model_copy(update={"length_cm": 1000, "width_cm": 1000})
+    changed = with_config(results, intruders=intruders, container=box)
+    text = " ".join(paragraphs(changed, outcome))
+    assert "(20 cm^2, 5 cm in the plane of the motion, 0.4 cm thick)" in text
+    assert "in open ground" in text
+    assert "1000" not in text
+    assert "walls" not in text
     for fact in (np.__version__, settings_digest(results.config)):
         assert fact in read.text["provenance"]
 
@@ -252,3 +268,28 @@ def test_the_documentation_lists_the_constants_of_the_code(small_made):
     # this campaign estimates the model's own error from its legs
     values_of_code[0] = f"{rftfit.published_medium('poppy_LP').model_error:g}"
     assert documented[:7] == values_of_code
+
+
+@pytest.mark.parametrize(("detected", "is_told"), [(1.01, False), (1.2, True), (0.8, True)])
+def test_a_window_that_moves_alpha_out_of_its_interval_is_told_beside_it(
+    detected, is_told, tmp_path
+):
+    results = sand_results(tmp_path)
+    ends = {"alpha_z_lo_N_per_cm3": 0.95 * SAND_ALPHA, "alpha_z_hi_N_per_cm3": 1.05 * SAND_ALPHA}
+    write(results, "alpha/yuma.csv", results["yuma"].alpha.assign(**ends, run_ids="y1 y2"))
+    rows = [
+        {
+            "medium": "yuma",
+            "run_id": run_id,
+            "window": window,
+            "linear_to_cm": to_cm,
+            "alpha_z_N_per_cm3": share * factor * SAND_ALPHA,
+        }
+        for window, share, to_cm in (("stated", 1.0, 3.0), ("detected", detected, 6.0))
+        for run_id, factor in (("y1", 0.9), ("y2", 1.1), ("other", 7.0))
+        if run_id != "other" or window == "stated"
+    ]
+    write(results, "sands.csv", pd.DataFrame(rows))
+    (row,) = PageParser(make_page(Results(results.campaign))).tables["summary"][0][1:]
+    told = f"by the detected window {detected * SAND_ALPHA:.4f} down to 6.0 cm: no interval holds"
+    assert (told in "".join(row)) is is_told

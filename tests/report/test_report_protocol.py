@@ -85,7 +85,9 @@ def test_protocol_has_a_column_for_each_kind_with_units(monkeypatch):
         "distance travelled (cm)",
     ):
         assert label in text
-    assert any("= 0.3000 \u00b1 0.0400 N/cm$^3$, mean of 3" in line for line in text)
+    # the line that is drawn is of this run, the interval of the mean
+    of_run, of_mean = "= 0.3500 N/cm$^3$", "mean of 3 runs: 0.3000 \u00b1 0.0400 N/cm$^3$"
+    assert any(f"{of_run}\n{of_mean}" in line for line in text)
     assert any("peak $F_z$ = 5.00 N at $\\theta$ = \u221240\u00b0" in line for line in text)
     assert any("peak $F_x$ = \u22122.00 N at $\\theta$ = 9\u00b0" in line for line in text)
 

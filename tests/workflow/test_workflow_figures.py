@@ -104,7 +104,7 @@ def test_a_run_of_a_part_keeps_the_records_of_the_campaign(small_made, tmp_path)
     shutil.copytree(small_made.root, folder.root)
     assert folder.rftfit("run").returncode == 0
     records = folder.digests()
-    as_recorded = folder.rftfit("verify").stdout
+    results = int(folder.rftfit("verify").stdout.split()[0])
     printed = "results/figures/linearity.pdf"
     misspelled = folder.rftfit("run", "results/figures/linearty.png")
     assert misspelled.returncode == 4
@@ -114,7 +114,9 @@ def test_a_run_of_a_part_keeps_the_records_of_the_campaign(small_made, tmp_path)
         assert made.returncode == 0, made.stderr
         assert "Not made by this campaign" not in made.stdout
         verified = folder.rftfit("verify")
-        assert (verified.returncode, verified.stdout) == (0, as_recorded)
+        # the figure for a paper is compared too
+        assert verified.stdout.startswith(f"{results + 1} results: all as recorded"), verified
+        assert verified.returncode == 0
     now = folder.digests()
     assert {name for name in now if now[name] != records.get(name)} == {
         "figures/linearity.pdf",
@@ -122,6 +124,16 @@ def test_a_run_of_a_part_keeps_the_records_of_the_campaign(small_made, tmp_path)
         "state/figure_pdf/linearity.json",
     }
     assert folder.rftfit("verify", printed).returncode == 0
+    content = (folder.root / printed).read_bytes()
+    (folder.root / printed).write_bytes(content + b" ")
+    edited = folder.rftfit("verify")
+    assert edited.returncode == 5
+    assert f"result {printed}: edited or damaged" in edited.stdout
+    assert f"1 of {results + 1} results not as recorded; `rftfit run` with their" in edited.stdout
+    # one that was deleted goes to no paper
+    (folder.root / printed).unlink()
+    assert folder.rftfit("verify").stdout.startswith(f"{results} results: all as recorded")
+    (folder.root / printed).write_bytes(content)
     # what no target needs stays recorded, and is told to be old
     text = folder.config.read_text("utf-8")
     folder.config.write_text(text.replace("title: ", "title: A ", 1), "utf-8")

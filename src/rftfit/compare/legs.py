@@ -74,6 +74,9 @@ TOO_HIGH_PERCENT, TOO_LOW_PERCENT = 100.0, -50.0
 WITHIN, OFF, FAR_OFF, NOT_TESTED = "within", "off", "far-off", "not-tested"
 """Verdicts on the model, the mildest first."""
 
+STEEP_PEAK = "steep-peak"
+"""Code of a peak whose interval of alpha is withheld, since alpha is too steep where it lies."""
+
 COLUMNS = columns_of("leg_errors.csv")
 FULL_RANGE_DEG = 240.0
 """The published curves span 250 to 260 degrees: a shorter one stopped early."""
@@ -194,7 +197,7 @@ def error_of_legs(media: Sequence[Medium]) -> float:
 def _why_withheld(peak: Peak) -> tuple[Remark, ...]:
     """Say why a peak has no interval of alpha although its errors are known; nothing where it has one."""
     if peak.withheld == STEEP:
-        return (remark("steep-peak", percent=100 * peak.steepness, degrees=STEEP_DEG),)
+        return (remark(STEEP_PEAK, percent=100 * peak.steepness, degrees=STEEP_DEG),)
     return (remark("other-form", beside=peak.beside),) if peak.withheld == OTHER_FORM else ()
 
 

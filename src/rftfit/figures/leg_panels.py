@@ -180,11 +180,19 @@ def why_missing(rows: pd.DataFrame) -> str:
 
 
 def add_predicted(
-    axes: Axes, rows: pd.DataFrame, component: str, colour: str, line: Any = "-", *, model: str = ""
+    axes: Axes,
+    rows: pd.DataFrame,
+    component: str,
+    colour: str,
+    line: Any = "-",
+    *,
+    model: str = "",
+    of_alpha: bool = True,
 ) -> None:
     """Draw a predicted curve of one medium, leg and profile with its interval of alpha.
 
     `model`: ``band`` or ``edges`` draw also the interval with the model's own error, as a paler band or its ends.
+    `of_alpha`: Whether the interval of alpha is known, and drawn.
     """
     if model and has_model_error(rows, component):
         theta, low, high = with_gaps(rows, *model_column_names(component))
@@ -194,7 +202,8 @@ def add_predicted(
             for end in (low, high):
                 axes.plot(theta, end, color=colour, **MODEL_EDGE)
     theta, force, low, high = with_gaps(rows, *force_column_names(component))
-    axes.fill_between(theta, low, high, color=colour, alpha=ALPHA_BAND, linewidth=0)
+    if of_alpha:
+        axes.fill_between(theta, low, high, color=colour, alpha=ALPHA_BAND, linewidth=0)
     axes.plot(theta, force, color=colour, linestyle=line, linewidth=0.9)
 
 

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rftfit.compare.legs import measured_peak
+from rftfit.compare.legs import STEEP_PEAK, measured_peak
 from rftfit.figures import labels, leg_panels, style
 from rftfit.figures.leg_panels import PROFILE_LOOKS, PROFILE_TITLES, matching_rows
 from rftfit.figures.maps import why_no_fit
 from rftfit.figures.registry import figure, when
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Collection, Mapping, Sequence
 
     import pandas as pd
     from matplotlib.axes import Axes
@@ -222,7 +222,7 @@ def plot_legs_depth_only(results: Results) -> Figure:
     paper="Fig. S12",
     section="Natural sands",
     caption=(
-        "Forces on the legs in the natural sands, predicted from few pushes into each. Good: lines run through the dots. "
+        "Forces on the legs in the natural sands, predicted from the pushes into each. Good: lines run through the dots. "
         "Dotted: the paper's scaling routine."
     ),
 )
@@ -239,10 +239,11 @@ def _draw_media(results: Results, media: Sequence[str], profile: str, beside: st
     predicted, measured = leg_panels.curves(results)
     predicted_beside = matching_rows(predicted, profile=beside)
     tables = matching_rows(predicted, profile=profile), measured
-    peaks = matching_rows(results.table("leg_errors.csv"), profile=profile, component="z")
+    peaks = matching_rows(results.table("leg_errors.csv"), profile=profile)
     lines = _DOTTED if profile == "depth_only" else _LINES
     names = leg_panels.leg_order(table[table["medium"].isin(list(media))] for table in tables)
     page, panels = style.panels([4.0] * len(media), len(names))
+    any_withheld = False
     for leg, axes in zip(names, panels[0], strict=True):
         style.name_column(axes, leg_panels.leg_title(leg))
     for medium, row in zip(media, panels, strict=True):
@@ -256,14 +257,17 @@ def _draw_media(results: Results, media: Sequence[str], profile: str, beside: st
                 matching_rows(table, medium=medium, leg=leg)
                 for table in (*tables, predicted_beside)
             ]
-            _draw_leg(axes, tables_of_leg, lines)
             peak_rows = matching_rows(peaks, medium=medium, leg=leg)
-            title = _format_peaks(tables_of_leg[0], tables_of_leg[1], peak_rows)
+            # a withheld interval of the peak is withheld along the curve
+            withheld = {*peak_rows.loc[peak_rows["reason_code"] == STEEP_PEAK, "component"]}
+            _draw_leg(axes, tables_of_leg, lines, withheld)
+            any_withheld |= bool(withheld)
+            lift_rows = matching_rows(peak_rows, component="z")
+            title = _format_peaks(tables_of_leg[0], tables_of_leg[1], lift_rows)
             axes.set_title(title, fontsize=5.5, loc="left", pad=2)
     shown = [table[table["medium"].isin(list(media))] for table in (*tables, predicted_beside)]
-    style.legend(
-        page, _component_entries(results, shown, lines, (profile, beside)), handlelength=2.4
-    )
+    entries = _component_entries(results, shown, lines, (profile, beside), any_withheld)
+    style.legend(page, entries, handlelength=2.4)
     return page
 
 
@@ -272,6 +276,7 @@ def _component_entries(
     tables: Sequence[pd.DataFrame],
     lines: Mapping[str, Any],
     profiles: tuple[str, str],
+    any_withheld: bool,
 ) -> dict[str, Any]:
     """Entries of the legend beside curves of two components, of those that are drawn; `tables`: as of `_draw_leg`."""
     predicted, measured, beside = tables
@@ -289,6 +294,7 @@ def _component_entries(
     of_alpha = [style.COMPONENT_COLOURS[c] for c in "zx" if leg_panels.has_force(predicted, c)]
     if of_alpha:
         name = f"{style.level(results)} interval of alpha at each angle"
+        name += "; none where that of the peak is withheld" * any_withheld
         entries[name] = style.bands(of_alpha, leg_panels.ALPHA_BAND)
     of_model = [c for c in "zx" if leg_panels.has_model_error(predicted, c)]
     if of_model:
@@ -297,8 +303,13 @@ def _component_entries(
     return entries
 
 
-def _draw_leg(axes: Axes, tables: Sequence[pd.DataFrame], lines: Mapping[str, Any]) -> None:
-    """Draw what is predicted, measured, and predicted by the profile beside."""
+def _draw_leg(
+    axes: Axes, tables: Sequence[pd.DataFrame], lines: Mapping[str, Any], withheld: Collection[str]
+) -> None:
+    """Draw what is predicted, measured, and predicted by the profile beside.
+
+    `withheld`: Components whose interval of alpha is not known.
+    """
     predicted, measured, beside = tables
     drawn_forces, notes = [], []
     for table, lack in ((measured, "not measured"), (predicted, "no prediction")):
@@ -316,7 +327,8 @@ def _draw_leg(axes: Axes, tables: Sequence[pd.DataFrame], lines: Mapping[str, An
     for c in "zx":
         if leg_panels.has_force(predicted, c):
             colour = style.COMPONENT_COLOURS[c]
-            leg_panels.add_predicted(axes, predicted, c, colour, lines[c], model="edges")
+            shown_ends: dict[str, Any] = {"model": "edges", "of_alpha": c not in withheld}
+            leg_panels.add_predicted(axes, predicted, c, colour, lines[c], **shown_ends)
             drawn_forces.append(leg_panels.drawn_values(predicted, c, model=True))
         if leg_panels.has_force(beside, c):
             theta, force = leg_panels.with_gaps(beside, f"force_{c}_N")
@@ -406,12 +418,14 @@ def plot_forces_over_zeta(results: Results) -> Figure:
     predicted = matching_rows(predicted, profile="generic")
     names = leg_panels.leg_order((predicted, measured))
     page, panels = style.panels((5.3, 5.3), len(names))
+    has_interval = False
     for leg, column in zip(names, panels.T, strict=True):
         column[0].set_title(leg_panels.leg_title(leg), weight="bold")
         for component, axes in zip("zx", column, strict=True):
             leg_panels.theta_axes(axes, name=component == "x")
             generic = _generic(matching_rows(predicted, leg=leg), component, zetas)
             _draw_scaled(axes, results, generic, matching_rows(measured, leg=leg), component, zetas)
+            has_interval |= bool(generic and np.isfinite(generic[2]).any())
     for component, axes in zip("zx", panels[:, 0], strict=True):
         axes.set_ylabel(rf"$F_{component}$ / $\zeta$ (N)")
     looks = style.medium_looks(zetas)
@@ -420,13 +434,17 @@ def plot_forces_over_zeta(results: Results) -> Figure:
         title = rf"{style.medium_label(results, medium)} ($\zeta$ = {style.format_number(zeta)})"
         entries[title] = style.line(looks[medium][0], linestyle=_DASHES[i % len(_DASHES)])
     entries["generic prediction"] = style.line("black", linewidth=1.6)
-    entries[f"{style.level(results)} interval of it"] = style.patch(facecolor="#bdbdbd")
+    if has_interval:
+        entries[f"{style.level(results)} interval of it"] = style.patch(facecolor="#bdbdbd")
     style.legend(page, entries, handlelength=2.6)
     return page
 
 
 def _generic(predicted: pd.DataFrame, c: str, zetas: Mapping[str, float]) -> list[FloatArray]:
-    """Theta, and the scaled prediction over zeta with the ends of the widest interval; or nothing."""
+    """Theta, and the scaled prediction over zeta with the ends of the widest interval; or nothing.
+
+    An interval that is not known where the force is largest is left out: pieces of it elsewhere look like a narrow one.
+    """
     names = leg_panels.force_column_names(c)
     scaled = predicted[names].div(predicted["medium"].map(dict(zetas)), axis="index")
     scaled = scaled[scaled[names[0]].notna()].join(predicted["theta_deg"])
@@ -434,7 +452,10 @@ def _generic(predicted: pd.DataFrame, c: str, zetas: Mapping[str, float]) -> lis
         return []
     by_theta = scaled.groupby("theta_deg", sort=True)[names].agg(["mean", "min", "max"])
     ends = zip(names, ("mean", "min", "max"), strict=True)
-    return [by_theta.index.to_numpy(float), *(by_theta[end].to_numpy(float) for end in ends)]
+    force, low, high = (by_theta[end].to_numpy(float) for end in ends)
+    if not np.isfinite((high - low)[np.abs(force).argmax()]):
+        low, high = np.full((2, len(force)), np.nan)
+    return [by_theta.index.to_numpy(float), force, low, high]
 
 
 def _draw_scaled(

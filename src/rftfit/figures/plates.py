@@ -92,7 +92,7 @@ def _reach(legs: Iterable[Leg]) -> float:
     paper="Fig. 2B",
     section="Measurement",
     caption=(
-        "Stress against depth of single runs, and alpha as in the tables (+-: half of its interval). "
+        "Stress against depth of single runs, each with its own line, and alpha as in the tables (+-: half of its interval). "
         "Good: the stress is straight over the shaded depths, which were fitted."
     ),
 )
@@ -119,7 +119,7 @@ def plot_stress_of_runs(results: Results) -> Figure:
         fit = fits[run]
         _draw_run(axes, samples[run], fit)
         beta, gamma = (style.degrees(float(fit[f"{name}_deg"])) for name in ("beta", "gamma"))
-        head = [f"{fit['direction']}, $\\beta$ = {beta}, $\\gamma$ = {gamma}"]
+        head = [style.plain(run), f"{fit['direction']}, $\\beta$ = {beta}, $\\gamma$ = {gamma}"]
         cell = cell_of_run(results[campaign.by_id[run].medium].alpha, run)
         head += [describe_alpha(fit, c, samples[run], cell) for c in "zx"]
         axes.set_title("\n".join(head), loc="left", fontsize=6, pad=4)

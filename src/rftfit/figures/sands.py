@@ -43,7 +43,7 @@ _OF_ALPHA = 0.25
     section="Natural sands",
     caption=lambda results, _: (
         "A flat plate pushed down into each natural sand, fitted through zero over the linear regime. "
-        f"Intervals: {labels.beds_of_intervals(results, results.sands)}. Good: the stress follows its line to the end of the window."
+        f"Intervals, by each push alone: {labels.beds_of_intervals(results, results.sands)}. Good: the stress follows its line to the end of the window."
     ),
     lacking=lambda results, _: (
         ()

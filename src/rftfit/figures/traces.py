@@ -179,16 +179,20 @@ def describe_alpha(row: Row, component: str, trace: Trace, cell: Row) -> str:
     """Write alpha of a run with its symbol and interval as the tables have them, or why it is no number that a sensor gave.
 
     `row`: of the fits. `trace`: samples of the run. `cell`: `cell_of_run`; its interval holds more than one log shows.
+    Of several runs in a direction alpha of this one, whose line is drawn, stands above their mean, which has the interval.
     """
     symbol = rf"$\alpha_{component}$"
+    runs = int(cell["n_runs"]) if cell else 1
     value, low, high = alpha_with_interval(cell or row, component)
     if component == "x" and not measures_x(trace):
         return f"{symbol} = 0 by symmetry" if np.isfinite(value) else f"{symbol} not measured"
-    text = f"{symbol} = {format_number(value, 4)}"
+    text = format_number(value, 4)
     if cell and np.isfinite(high - low):
         text += f" \N{PLUS-MINUS SIGN} {format_number((high - low) / 2, 4)}"
-    runs = cell["n_runs"] if cell else 1
-    return f"{text} {PER_CM3}" + (f", mean of {runs:.0f}" if runs > 1 else "")
+    if runs == 1:
+        return f"{symbol} = {text} {PER_CM3}"
+    of_run = format_number(alpha_with_interval(row, component)[0], 4)
+    return f"{symbol} = {of_run} {PER_CM3}\nmean of {runs} runs: {text} {PER_CM3}"
 
 
 def problem_text(fit: Row, flags: Flags, shared: Collection[Remark] = ()) -> str:

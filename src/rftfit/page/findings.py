@@ -11,7 +11,7 @@ import pandas as pd
 
 from rftfit.checks.declared import CHECKS
 from rftfit.checks.verdict import Verdict
-from rftfit.compare.legs import WITHIN_PERCENT
+from rftfit.compare.legs import STEEP_PEAK, WITHIN_PERCENT
 from rftfit.figures import labels
 from rftfit.figures.style import format_number
 from rftfit.measure.alpha import cell_at, column
@@ -160,7 +160,7 @@ def _legs(results: Results) -> Iterable[PageFinding]:
         ]
         sizes = lift["peak_error_percent"].abs()
         middle, largest = (format_number(size, 0) for size in (sizes.median(), sizes.max()))
-        errors = f" Errors of {len(lift)} peak lifts: median {middle} %, largest {largest} %."
+        errors = f" Errors of these {len(lift)} peak lifts: median {middle} %, largest {largest} %."
         source = "the measured alpha" if profile == "table" else "the map"
         yield PageFinding(
             f"Predicted with {source}, the peak lift is {', '.join(parts)}."
@@ -240,7 +240,7 @@ def _sands(results: Results) -> Iterable[PageFinding]:
             error_text = labels.percent(worst["peak_error_percent"]) + labels.in_brackets(ends)
             lifts.append(f"{error_text} on the {labels.name_of(str(leg))}")
             intervals.append(ends)
-            steep += [labels.name_of(str(leg))] * (worst["reason_code"] == "steep-peak")
+            steep += [labels.name_of(str(leg))] * (worst["reason_code"] == STEEP_PEAK)
         if lifts:
             named = _name_intervals(results, intervals)
             if steep:

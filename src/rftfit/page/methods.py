@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import pandas as pd
 
-from rftfit.campaign.config import Config, Disc, Leg, Plate
+from rftfit.campaign.config import Config, Container, Disc, FlatOutline, Leg, Plate
 from rftfit.figures import labels
 from rftfit.figures.style import format_number
 from rftfit.forces.limits import beyond_measured
@@ -103,14 +103,27 @@ def _measurement(results: Results, outcome: Outcome) -> str:
     tare = _tare(results, "plate", fits, subtracted, nothing)
     box, arm = config.container, config.arm
     stated = arm.drive == "steady" and "speed_cm_per_s" in arm.model_fields_set
+    ground = (
+        "in open ground"
+        if _is_open(box)
+        else f"in a container of {box.length_cm:g} x {box.width_cm:g} cm^2 and {box.depth_cm:g} cm depth"
+    )
     experiment = (
-        f"Stresses on {_plates(results)} were {_origin(results)} in {media} in a container of {box.length_cm:g} x "
-        f"{box.width_cm:g} cm^2 and {box.depth_cm:g} cm depth"
+        f"Stresses on {_plates(results)} were {_origin(results)} in {media} {ground}"
         f"{f', at {arm.speed_cm_per_s:g} cm/s' if stated else ''}. {runs_sentence}{_directions(results)}"
     )
     if results.joined("alpha/{medium}.csv")["alpha_z_N_per_cm3"].isna().all():
         return experiment  # nothing was subtracted from, or fitted to, runs that gave no number
     return f"{experiment} {tare} {slope} {_spread(results)}"
+
+
+OPEN_CM = 500.0
+"""Least length and width of what is no box of a laboratory: so a config states that there are no walls, cm."""
+
+
+def _is_open(box: Container) -> bool:
+    """Whether the config states ground without walls."""
+    return min(box.length_cm, box.width_cm) >= OPEN_CM
 
 
 _KINDS = {
@@ -145,9 +158,10 @@ def _directions(results: Results) -> str:
         return ""
     how_many, how_often = _range(set(counts)), _range(repeats)
     each = " in each medium" if len(counts) > 1 else ""
+    of_each = " in each direction" if set(counts) != {1} else ""
     return (
         f" Alpha was measured in {how_many} direction{'s' * (set(counts) != {1})} (beta, gamma){each}, with "
-        f"{how_often} run{'s' * (repeats != {1})} in each direction."
+        f"{how_often} run{'s' * (repeats != {1})}{of_each}."
     )
 
 
@@ -173,6 +187,11 @@ def _plates(results: Results) -> str:
             size = f"{intruder.length_cm:g} x {intruder.width_cm:g} cm^2, {intruder.thickness_cm:g} cm thick"
         elif isinstance(intruder, Disc):
             size = f"a disc of {intruder.diameter_cm:g} cm, {intruder.thickness_cm:g} cm thick"
+        elif isinstance(intruder, FlatOutline):
+            size = (
+                f"{intruder.area_cm2:g} cm^2, {intruder.length_cm:g} cm in the plane of the motion, "
+                f"{intruder.thickness_cm:g} cm thick"
+            )
         sizes += [size] if name in used_plates else []
     return f"{'a flat plate' if len(sizes) == 1 else 'flat plates'} ({'; '.join(sizes)})"
 
@@ -191,8 +210,10 @@ def _window(results: Results, fits: pd.DataFrame) -> str:
         else:
             phrases = [f"over depths {stated}" if stated else "over the depths"]
             phrases += [] if lower_limit else ["at which the plate was wholly submerged"]
-            clear = f"further than {fit.wall_clearance_cm:g} cm from walls"
-            phrases.append(f"and {clear}" if upper_limit else f"and {clear} and bottom")
+            limits = ["walls"] * (not _is_open(config.container)) + ["bottom"] * (not upper_limit)
+            if limits:
+                clear = f"further than {fit.wall_clearance_cm:g} cm from"
+                phrases.append(f"and {clear} {' and '.join(limits)}")
             parts.append(" ".join(phrases))
     fitted = set(fits["medium"]) if len(fits) else ()
     ends = {
@@ -285,7 +306,8 @@ def _held_by_intervals(results: Results) -> str:
             else others_phrase
         )
         return f"{opening}, and hold the scatter of the runs of a direction that was repeated{others_phrase}."
-    size = format_number(cells_with_error["run_to_run_z_N_per_cm3"].median(), 4)
+    spreads = cells_with_error["run_to_run_z_N_per_cm3"]
+    size = f"{format_number(spreads.median(), 4)} N/cm^3" + " (median)" * (len(spreads) > 1)
     treatment = "pooled from repeats, where there are enough"
     if FEW_REPEATS in kinds:
         treatment = f"an assumed {assumed}, moderated by few repeats"
@@ -293,9 +315,7 @@ def _held_by_intervals(results: Results) -> str:
         treatment = (
             "as stated" if kinds == {STATED} else f"assumed to be {assumed}, for want of repeats"
         )
-    return (
-        f"{opening}, and the spread from run to run ({treatment}; median of alpha_z {size} N/cm^3)."
-    )
+    return f"{opening}, and the spread from run to run ({treatment}; its standard deviation in alpha_z is {size})."
 
 
 _OF_ALPHA = {

@@ -278,7 +278,8 @@ def _windows_of_sands(results: Results) -> str:
             ends = dict.fromkeys(map(labels.percent, (changes.min(), changes.max())))
             if len(changes):
                 sentences.append(
-                    f"The detected one changes it by {' to '.join(ends)}: no interval holds the choice of the window."
+                    f"The detected one changes it by {' to '.join(ends)}: no interval holds the choice of the window. Where no "
+                    "end of the linear regime was found, it is the whole push, linear or not."
                 )
     elif len(by_window):
         sentences.append("No window is stated: predictions use alpha of the whole push.")

@@ -10,7 +10,7 @@ from typing import Any
 
 from markupsafe import Markup
 
-from rftfit.compare.legs import FAR_OFF, NOT_TESTED, OFF, WITHIN
+from rftfit.compare.legs import FAR_OFF, NOT_TESTED, OFF, STEEP_PEAK, WITHIN
 from rftfit.compare.lessons import summary_of_lessons
 from rftfit.compare.published import (
     EVIDENCE,
@@ -21,6 +21,7 @@ from rftfit.compare.published import (
     is_zeta_of_terms,
     sum_of_terms,
 )
+from rftfit.compare.sands import MODELS, WORTH
 from rftfit.figures.labels import (
     PROFILES,
     format_interval,
@@ -84,6 +85,9 @@ def tabulate_media(results: Results, outcome: Outcome) -> PageTable:
         for word in words_of_lost.values():
             if count := lost[row["medium"], word]:
                 words.append(f"{count} {word}")
+        # beside pushes a sand has their rods and legs
+        if row["medium"] in results.sands and 0 < row["pushes"] < runs_used:
+            words.append(f"{row['pushes']} push{'es' * (row['pushes'] != 1)}")
         if row["directions"] > 1:
             words.append(f"{row['directions']} directions")
         return Cell(results.campaign.titles[row["medium"]], (", ".join(words),))
@@ -136,6 +140,7 @@ def tabulate_media(results: Results, outcome: Outcome) -> PageTable:
             column("z"),
             ALPHA_DIGITS,
             ends=column("z", "_{}"),
+            note="other_window",
         ),
         PageColumn(f"next bed, {PER_CM3}", next_bed, "num"),
         scale_number("zeta"),
@@ -222,9 +227,10 @@ def _numbers_of_media(results: Results) -> list[Row]:
     rows: list[Row] = []
     for medium in results:
         cells = medium.alpha[medium.alpha[column("z")].notna()]
-        row: dict[str, Any] = {"directions": len(cells)}
+        row: dict[str, Any] = {"directions": len(cells), "pushes": int(cells["n_runs"].sum())}
         push = cell_at(medium.alpha, 0, 90)
         row |= {} if push is None else {str(name): value for name, value in push.items()}
+        row["other_window"] = _other_window(results, row) if medium.name in results.sands else ""
         if medium.name in scaled.index:
             names = (f"{name}{end}" for name in ("zeta", "chi") for end in ("", "_lo", "_hi"))
             row |= {name: scaled.loc[medium.name, name] for name in names}
@@ -234,6 +240,21 @@ def _numbers_of_media(results: Results) -> list[Row]:
             notes["chi_note"] = f"from the {'published' if is_published else 'other'} media"
         rows.append(row | notes | {"medium": medium.name})
     return rows
+
+
+def _other_window(results: Results, cell: Row) -> str:
+    """Write alpha over the detected window of the same pushes where it leaves the interval over the stated one."""
+    table = results.table("sands.csv")
+    is_of_cell = table["run_id"].isin(str(cell.get("run_ids", "")).split())
+    windows = table[is_of_cell].groupby("window")[["alpha_z_N_per_cm3", "linear_to_cm"]].mean()
+    if not {"stated", "detected"} <= {*windows.index}:
+        return ""
+    alpha, to_cm = map(float, windows.loc["detected"].to_numpy(float))
+    low, high = (float(cell.get(column("z", end), math.nan)) for end in ("_lo", "_hi"))
+    if not math.isfinite(alpha) or not (alpha < low or alpha > high):
+        return ""
+    detected = f"{format_number(alpha, ALPHA_DIGITS)} down to {to_cm:.1f} cm"
+    return f"by the detected window {detected}: no interval holds this choice"
 
 
 def _numbers_of_paper(results: Results, medium: Medium) -> dict[str, str]:
@@ -386,7 +407,7 @@ def tabulate_leg_errors(results: Results) -> PageTable:
     for row in _without_repeated_reasons(results, "leg_errors.csv"):
         in_words = errors_in_words(row["peak_errors"])
         about_peak = {"peak_errors": in_words and f"variance: {in_words}"}
-        if row["reason_code"] == "steep-peak":
+        if row["reason_code"] == STEEP_PEAK:
             about_peak = {"peak_errors": row["reason"], "reason": ""}
         elif row["reason_code"] == "other-form":
             about_peak["reason"] = ""  # said of all nine terms above the table
@@ -443,7 +464,7 @@ def tabulate_sands(results: Results) -> PageTable:
         _medium(results, "Sand"),
         texts("Run", "run_id"),
         texts("Window", "window"),
-        numbers("Linear to, cm", "linear_to_cm", 2),
+        numbers("Fitted to, cm", "linear_to_cm", 2),
         numbers(ALPHA_Z + f"(0, 90{DEGREE}), {PER_CM3}", *alpha),
         numbers("Departure from a line", "nonlinear_z_ratio", note="reason", show=share),
     ]
@@ -473,6 +494,12 @@ def _without_repeated_reasons(results: Results, name: str) -> list[dict[str, Any
 
 def tabulate_corrections(results: Results) -> PageTable:
     """Factors on the predicted forces in natural sands, and whether they help on a leg left out."""
+
+    def earns(row: Row) -> str:
+        if row["model"] == MODELS[0]:
+            return ""
+        return "yes" if row["earns_its_place"] else "no"
+
     columns = [
         _medium(results, "Sand"),
         texts("Correction", "model"),
@@ -481,9 +508,12 @@ def tabulate_corrections(results: Results) -> PageTable:
         numbers("RMS error, fitted, N", "rms_fit_N", 2),
         numbers("RMS error, cross-validated, N", "rms_cv_N", 2),
         numbers("Gain", "gain_cv_percent", show=percent),
-        texts("Earns its place", lambda row: "yes" if row["earns_its_place"] else "no", "reason"),
+        texts(f"Gains {100 * WORTH:g} % or more", earns, "reason"),
     ]
     return PageTable("Corrections", columns, records(results.table("sand_correction.csv")))
+
+
+_MEDIA_CODES = re.compile(rf"\b(?:{'|'.join(map(re.escape, MEDIA))})\b")
 
 
 def tabulate_reproduction(results: Results) -> tuple[dict[str, str], PageTable, PageTable]:
@@ -491,22 +521,31 @@ def tabulate_reproduction(results: Results) -> tuple[dict[str, str], PageTable, 
 
     What was not measured is left out, and all of it where that is the most of what the data could meet.
     """
+    titles = {
+        medium.settings.published_as or medium.name: medium.title.replace(",", "")
+        for medium in results
+    }
+
+    def with_titles(text: Any) -> Any:
+        """Write media by their titles; a comma parts the entries of a list."""
+        return _MEDIA_CODES.sub(lambda code: titles.get(code[0], code[0]), str(text))
 
     def item(row: Row) -> Cell:
-        return Cell(row["item"], (row["where"],))
+        return Cell(with_titles(row["item"]), (row["where"],))
 
     def paper(row: Row) -> Cell:
         within, reason = _significant(row["tolerance"]), in_brackets(row["tolerance_reason"])
         note = f"\N{PLUS-MINUS SIGN} {within}{reason}" if within else ""
-        return Cell(_significant(row["paper"]), (note,))
+        return Cell(with_titles(_significant(row["paper"])), (note,))
 
     def ours(row: Row) -> Cell:
         ends = _significant(row["lo"]), _significant(row["hi"])
-        return Cell(_significant(row["ours"]), (" to ".join(ends) if all(ends) else "",))
+        interval_text = " to ".join(ends) if all(ends) else ""
+        return Cell(with_titles(_significant(row["ours"])), (interval_text,))
 
     def verdict(row: Row) -> Cell:
         css_classes = "verdict " + row["verdict"].replace(" ", "-")
-        return Cell(row["verdict"], (row["evidence"], row["why"]), css_classes)
+        return Cell(row["verdict"], (row["evidence"], with_titles(row["why"])), css_classes)
 
     columns = [
         PageColumn("Item", item),

@@ -171,6 +171,16 @@ class Recorded:
                 waiting += [self.maker[path] for path in record.reads if path in self.maker]
         return records
 
+    @cached_property
+    def beside(self) -> dict[str, Record]:
+        """Records of other jobs that made a result which is still there, as a figure for a paper, by path."""
+        of_whole_run = self.results()
+        return {
+            path: record
+            for path, record in self.maker.items()
+            if record.name not in of_whole_run and (self.root / path).is_file()
+        }
+
     def digests(self, paths: Iterable[str]) -> dict[str, str]:
         """SHA-256 of results as they are now; empty for one that is not there."""
         paths = [*paths]

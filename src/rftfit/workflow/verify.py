@@ -40,8 +40,9 @@ class Verified:
 
     @cached_property
     def recorded_paths(self) -> list[str]:
-        """Paths of all results that are recorded."""
-        return [path for record in self.now.results().values() for path in record.writes]
+        """Paths of all results that are recorded: of a whole run, and of what was asked for by name."""
+        of_whole_run = [path for record in self.now.results().values() for path in record.writes]
+        return [*of_whole_run, *self.now.beside]
 
     @property
     def paths(self) -> Sequence[str]:
@@ -56,7 +57,7 @@ class Verified:
     @property
     def is_as_recorded(self) -> bool:
         """Whether there are results, and all of them are as recorded."""
-        return bool(self.recorded_paths) and not self.differ
+        return bool(self.now.results()) and not self.differ
 
     @cached_property
     def why(self) -> list[str]:
@@ -71,7 +72,8 @@ class Verified:
         results = count(len(self.paths), "result")
         if self.why or self.differ:
             lines += first_of(self.why, most)
-            with_names = " with their names" if self.asked else ""
+            by_name = self.asked or any(path in self.now.beside for path in self.differ)
+            with_names = " with their names" if by_name else ""
             lines.append(
                 f"{len(self.differ)} of {results} not as recorded; `rftfit run`{with_names} makes "
                 f"them again. (Recorded in {RECORD} and results/records.)"
@@ -105,7 +107,9 @@ def verify_results(now: Recorded, results: Sequence[Path]) -> Verified:
 
 def list_reasons(now: Recorded) -> list[str]:
     """Say why results are out of date, each reason once; of a campaign without results, why it has none."""
-    jobs = now.stale.values() if now.results() else [now.findings_of()]
+    jobs = [*now.stale.values()] if now.results() else [now.findings_of()]
+    beside = dict.fromkeys(record.name for record in now.beside.values())
+    jobs += [now.findings(name) for name in beside if name in now.outdated]
     return list(
         dict.fromkeys(_format_finding(finding) for findings in jobs for finding in findings)
     )
