@@ -13,7 +13,7 @@ import pandas as pd
 
 from rftfit.campaign.config import Leg
 from rftfit.conventions import FloatArray
-from rftfit.directions import beta_apart
+from rftfit.directions import beta_apart, same_direction
 from rftfit.figures.labels import PROFILES, name_of, usable_media
 from rftfit.figures.maps import cells_of_map, kept_coefficients, lies_on_grid
 from rftfit.forces.motion import THETA_DEG, rotation
@@ -81,21 +81,57 @@ def live_profiles(results: Results, medium: str) -> dict[str, Profile]:
 
 
 def zeta(results: Results, medium: str) -> float:
-    """Scaling factor of a medium by the configured method; NaN where it has none."""
-    return zeta_with_ends(results, medium)[0]
+    """Scaling factor of the fit of a medium by the configured method; NaN where it has none."""
+    return fitted_scale(results, medium)["zeta"][0]
 
 
-def zeta_with_ends(results: Results, medium: str) -> tuple[float, float, float]:
-    """Scaling factor of a medium by the configured method, with its interval; NaN where it has none."""
+Scale = Mapping[str, tuple[float, float, float]]
+"""``zeta`` and ``chi`` of a medium with their intervals; NaN where there is none."""
+
+
+def fitted_scale(results: Results, medium: str) -> Scale:
+    """Return zeta and chi of the fit to the measured directions by the configured method."""
     method = results.config.fourier.method
     table = results.table("penetration.csv")
     is_of_medium = table["method"].isin([method, *scaling.routines(method)]) & (
         table["medium"] == medium
     )
-    if not is_of_medium.any():
-        return math.nan, math.nan, math.nan
-    value, lo, hi = table.loc[is_of_medium, ["zeta", "zeta_lo", "zeta_hi"]].iloc[0].astype(float)
-    return float(value), float(lo), float(hi)
+    rows = table[is_of_medium].head(1)
+    scale = {}
+    for name in ("zeta", "chi"):
+        ends = (rows[f"{name}{end}"].astype(float) for end in ("", "_lo", "_hi"))
+        value, lo, hi = (float(column.iloc[0]) if len(column) else math.nan for column in ends)
+        scale[name] = value, lo, hi
+    return scale
+
+
+def scale_in_all_directions(results: Results, medium: str) -> Scale:
+    """Return zeta and chi of a medium as they stand beside those of the paper, which are of all directions.
+
+    They are those of the fit, or where directions of the published grid lack a push those of the map.
+    """
+    fitted = fitted_scale(results, medium)
+    if lacks_directions(results, medium) and results.config.fourier.method == "lsq":
+        medium_map = results[medium].map()
+        return {"zeta": medium_map.zeta, "chi": medium_map.chi}
+    return fitted
+
+
+def lacks_directions(results: Results, medium: str) -> bool:
+    """Whether nine terms were fitted to pushes that leave directions of the published grid to the map."""
+    if medium not in results.laboratory or not math.isfinite(zeta(results, medium)):
+        return False
+    # in a map a push counts for its mirror image too
+    nodes = results.map_table(medium)
+    measured = nodes[nodes["source"] == "measured"]
+    beta, gamma = np.meshgrid(BETA_DEG, GAMMA_DEG)
+    is_pushed = same_direction(
+        beta.reshape(-1, 1),
+        gamma.reshape(-1, 1),
+        measured["beta_deg"].to_numpy(float),
+        measured["gamma_deg"].to_numpy(float),
+    )
+    return not bool(is_pushed.any(axis=1).all())
 
 
 def scaled_from_print(results: Results) -> list[str]:
@@ -186,7 +222,8 @@ def live_data(results: Results) -> dict[str, Any]:
             for medium, rows in predicted.groupby("medium")
         },
         "zeta": {
-            medium: as_lists(np.array(zeta_with_ends(results, medium))) for medium in results.media
+            medium: as_lists(np.array(scale_in_all_directions(results, medium)["zeta"]))
+            for medium in results.media
         },
         "push": _unit_push(results),
         "references": [
