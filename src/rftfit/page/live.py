@@ -110,11 +110,16 @@ def scale_in_all_directions(results: Results, medium: str) -> Scale:
 
     They are those of the fit, or where directions of the published grid lack a push those of the map.
     """
-    fitted = fitted_scale(results, medium)
-    if lacks_directions(results, medium) and results.config.fourier.method == "lsq":
+    if has_scale_of_map(results, medium):
         medium_map = results[medium].map()
         return {"zeta": medium_map.zeta, "chi": medium_map.chi}
-    return fitted
+    return fitted_scale(results, medium)
+
+
+def has_scale_of_map(results: Results, medium: str) -> bool:
+    """Whether zeta and chi are those of the map, whose nine terms are fitted by least squares."""
+    is_least_squares = results.config.fourier.method == "lsq"
+    return is_least_squares and lacks_directions(results, medium) and not results.map_reason(medium)
 
 
 def lacks_directions(results: Results, medium: str) -> bool:

@@ -40,6 +40,7 @@ from rftfit.model.scaling import AS_PRINTED, GENERIC, routines
 from rftfit.page.cells import Cell, Note, PageColumn, PageTable, Row, numbers, records, share, texts
 from rftfit.page.live import (
     fitted_scale,
+    has_scale_of_map,
     lacks_directions,
     scale_in_all_directions,
     scaled_from_print,
@@ -248,7 +249,7 @@ def _numbers_of_pushes(
     of_pushes = {}
     for name, (value, *_) in fitted_scale(results, medium).items():
         words = f"of the {directions} pushed directions alone, not comparable with the paper's"
-        if results.config.fourier.method == "lsq":
+        if has_scale_of_map(results, medium):
             number = format_number(value, ALPHA_DIGITS)
             words = f"of the map, all directions; of the {directions} pushed alone {number}"
         key = f"{name}_note"
