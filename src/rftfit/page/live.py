@@ -227,7 +227,9 @@ def live_data(results: Results) -> dict[str, Any]:
             for medium, rows in predicted.groupby("medium")
         },
         "zeta": {
-            medium: as_lists(np.array(scale_in_all_directions(results, medium)["zeta"]))
+            medium: as_lists(
+                np.array(scale_in_all_directions(results, medium)["zeta"]), CURVE_DIGITS
+            )
             for medium in results.media
         },
         "push": _unit_push(results),
