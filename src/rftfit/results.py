@@ -547,7 +547,7 @@ class Medium(KnownMedium):
     def zeta(self) -> float:
         """Scaling factor of the nine terms fitted to the pushed directions; NaN where there is none.
 
-        By the method of the configuration. Where directions of the published grid lack a push it is not comparable
+        By the method of the configuration. Where the pushes leave parts of the published grid out it is not comparable
         with those of the paper; that of the map (`rftfit.Map.zeta`) is.
         """
         if self.name in self.results.laboratory:

@@ -13,7 +13,7 @@ import pandas as pd
 
 from rftfit.campaign.config import Leg
 from rftfit.conventions import FloatArray
-from rftfit.directions import beta_apart, same_direction
+from rftfit.directions import TOLERANCE_DEG, beta_apart
 from rftfit.figures.labels import PROFILES, name_of, usable_media
 from rftfit.figures.maps import cells_of_map, kept_coefficients, lies_on_grid
 from rftfit.forces.motion import THETA_DEG, rotation
@@ -28,6 +28,7 @@ from rftfit.measure.slopes import student_quantile
 from rftfit.model import scaling
 from rftfit.model.fourier import TERMS
 from rftfit.model.profiles import (
+    FAR_DEG,
     DepthOnlyProfile,
     FourierProfile,
     Profile,
@@ -123,20 +124,14 @@ def has_scale_of_map(results: Results, medium: str) -> bool:
 
 
 def lacks_directions(results: Results, medium: str) -> bool:
-    """Whether nine terms were fitted to pushes that leave directions of the published grid to the map."""
+    """Whether nine terms were fitted to pushes that leave directions of the published grid far from every push."""
     if medium not in results.laboratory or not math.isfinite(zeta(results, medium)):
         return False
-    # in a map a push counts for its mirror image too
-    nodes = results.map_table(medium)
-    measured = nodes[nodes["source"] == "measured"]
-    beta, gamma = np.meshgrid(BETA_DEG, GAMMA_DEG)
-    is_pushed = same_direction(
-        beta.reshape(-1, 1),
-        gamma.reshape(-1, 1),
-        measured["beta_deg"].to_numpy(float),
-        measured["gamma_deg"].to_numpy(float),
-    )
-    return not bool(is_pushed.any(axis=1).all())
+    table = TableProfile.from_table(results[medium].alpha)
+    beta, gamma = np.radians(np.meshgrid(BETA_DEG, GAMMA_DEG))
+    # a single lost direction is no farther from those beside it than that and the tolerance of angles
+    is_far = table.far_from_pushes(beta.ravel(), gamma.ravel(), FAR_DEG + TOLERANCE_DEG)
+    return bool(is_far.any())
 
 
 def scaled_from_print(results: Results) -> list[str]:
