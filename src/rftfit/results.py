@@ -545,7 +545,11 @@ class Medium(KnownMedium):
 
     @property
     def zeta(self) -> float:
-        """Scaling factor by the method of the configuration; NaN where there is none."""
+        """Scaling factor of the nine terms fitted to the pushed directions; NaN where there is none.
+
+        By the method of the configuration. Where the pushes leave parts of the published grid out it is not comparable
+        with those of the paper; that of the map (`rftfit.Map.zeta`) is.
+        """
         if self.name in self.results.laboratory:
             return self.results.fits()[self.name].zeta
         try:
@@ -555,7 +559,7 @@ class Medium(KnownMedium):
 
     @property
     def chi(self) -> float:
-        """Measured over fitted alpha_z(0, 90 deg); of a natural sand the mean of its reference."""
+        """Measured over fitted alpha_z(0, 90 deg), of the fit of `zeta`; of a natural sand the mean of its reference."""
         if self.name in self.results.laboratory:
             fit = self.results.fits()[self.name]
             return fit.alpha_z / fit.zeta

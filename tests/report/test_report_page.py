@@ -9,22 +9,36 @@ import re
 from collections import Counter
 from functools import partial
 from html.parser import HTMLParser
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
 from pages import untrue
-from paper import PROJECT
-from result_tables import NASTY, SAND_ALPHA, empty_grid_results, page_results, sand_results, write
+from paper import PROJECT, paper_values
+from result_tables import (
+    NASTY,
+    SAND_ALPHA,
+    alpha_frame,
+    empty_grid_results,
+    page_results,
+    results_of,
+    sand_results,
+    write,
+)
 
 import rftfit
 from rftfit import Results
-from rftfit.campaign.config import FlatOutline
-from rftfit.model.scaling import published
+from rftfit.campaign.config import Config, FlatOutline
+from rftfit.compare.coefficients import penetration_row
+from rftfit.model.fourier import fit_lsq
+from rftfit.model.scaling import fit_terms, published, vertical_penetration
 from rftfit.page.methods import constants, paragraphs, settings_digest
 from rftfit.page.outcome import outcome_of_runs
 from rftfit.page.page import page as make_page
+from rftfit.page.tables import tabulate_media
+from rftfit.reference import BETA_DEG, GAMMA_DEG
 from rftfit.results import open_results
 
 VOID = {"meta", "link", "input", "br"}
@@ -293,3 +307,57 @@ def test_a_window_that_moves_alpha_out_of_its_interval_is_told_beside_it(
     (row,) = PageParser(make_page(Results(results.campaign))).tables["summary"][0][1:]
     told = f"by the detected window {detected * SAND_ALPHA:.4f} down to 6.0 cm: no interval holds"
     assert (told in "".join(row)) is is_told
+
+
+TWELVE = [(0, 90), (-30, 90), (30, 90), (60, 90), (-60, 45), (-30, 45)]
+TWELVE += [(0, 45), (30, 45), (60, 45), (30, 34), (60, 0), (90, 0)]
+"""Directions of a rig that pushes downward and level, deg."""
+
+
+def sand_of_no_nine_terms(beta, gamma):
+    """Return alpha of a published medium, bent by factors that it does not share with any other."""
+    alpha_z, alpha_x = rftfit.published_medium("glass0.3mm_LP").alpha(beta, gamma)
+    across = np.sin(2 * beta) * np.cos(gamma)
+    bent_z = 1 + 0.07 * np.cos(2 * beta) + 0.05 * across - 0.03 * np.cos(2 * gamma)
+    bent_x = 1 - 0.06 * np.cos(2 * beta) + 0.06 * across + 0.03 * np.cos(2 * gamma)
+    return 1.35 * alpha_z * bent_z, 1.35 * alpha_x * bent_x
+
+
+def scaled_media_of_page(directions):
+    """Return the page's zeta and chi of that sand, of which some directions were pushed, and the truth of all."""
+    beta, gamma = np.radians(np.meshgrid(BETA_DEG, GAMMA_DEG, indexing="ij"))
+    values = sand_of_no_nine_terms(beta, gamma)
+    zeta = vertical_penetration(fit_lsq(beta.ravel(), gamma.ravel(), *(v.ravel() for v in values)))
+    table = alpha_frame("sand", values)
+    places = zip(table["beta_deg"], table["gamma_deg"].round(), strict=True)
+    table = table[[directions is None or place in directions for place in places]]
+    table = table.reset_index(drop=True)
+    values = paper_values() | {"media": {"sand": {"title": "sand"}}, "robot": None}
+    config = Config.model_validate(values)
+    results = results_of([table], config)
+    rows = [penetration_row(fit_terms(table, config, "lsq"))]
+    map_table = results["sand"].map().table().assign(reason="")
+    results._tables |= {"penetration.csv": pd.DataFrame(rows), "maps/sand.csv": map_table}
+    outcome: Any = SimpleNamespace(dropped=())
+    (row,) = tabulate_media(results, outcome).rows
+    true_alpha = float(sand_of_no_nine_terms(0.0, np.pi / 2)[0])
+    return row, rows[0], float(zeta), true_alpha / float(zeta)
+
+
+def test_zeta_beside_the_papers_is_of_all_directions_though_twelve_were_pushed():
+    row, fit, zeta, chi = scaled_media_of_page(TWELVE)
+    assert row["zeta_lo"] < zeta < row["zeta_hi"]
+    assert row["chi_lo"] < chi < row["chi_hi"]
+    # nine terms of the pushed directions are far from both, and the cell says so
+    assert fit["zeta_lo"] > zeta
+    assert fit["chi_hi"] < chi
+    assert f"of the map; 12 pushed alone: {fit['zeta']:.4f}" in row["zeta_note"]
+
+
+def test_zeta_of_a_whole_grid_is_that_of_its_nine_terms():
+    row, fit, zeta, chi = scaled_media_of_page(None)
+    for name, truth in (("zeta", zeta), ("chi", chi)):
+        for end in ("", "_lo", "_hi"):
+            assert row[f"{name}{end}"] == fit[f"{name}{end}"]
+        assert row[name] == pytest.approx(truth, rel=1e-3)
+        assert "map" not in row.get(f"{name}_note", "")

@@ -454,8 +454,10 @@ class TableProfile(Profile):
         rows = np.concatenate([np.degrees([beta[number], gamma[number]]), mean, se])
         return rows[:, np.isfinite(mean).any(axis=0)]
 
-    def far_from_pushes(self, beta: FloatArray, gamma: FloatArray) -> npt.NDArray[np.bool_]:
-        """Tell which directions (n,), rad, lie farther from every push, and its mirror image, than `FAR_DEG`."""
+    def far_from_pushes(
+        self, beta: FloatArray, gamma: FloatArray, far_deg: float | None = None
+    ) -> npt.NDArray[np.bool_]:
+        """Tell which directions (n,), rad, lie farther from every push, and its mirror image, than `far_deg` (`FAR_DEG`)."""
         beta_deg, gamma_deg = self.pushed[:2]
         if not beta_deg.size:
             return np.ones(beta.shape, dtype=bool)
@@ -470,7 +472,7 @@ class TableProfile(Profile):
                 (wrap_beta, wrap_gamma), (beta, gamma), pushed, strict=True
             )
         ]
-        return np.asarray(np.hypot(*apart).min(axis=1) > FAR_DEG)
+        return np.asarray(np.hypot(*apart).min(axis=1) > (far_deg or FAR_DEG))
 
     @property
     def parameters(self) -> tuple[FloatArray, FloatArray]:

@@ -1745,9 +1745,22 @@ class Map(KnownMedium):
     @property
     def zeta(self) -> tuple[float, float, float]:
         """Scaling factor of the nine terms fitted to the map (least squares), with its interval."""
-        best, many = (
-            vertical_penetration(self.coefficients(alpha)) for alpha in (self.alpha, self.draws)
+        return self._with_ends(
+            *(vertical_penetration(self.coefficients(alpha)) for alpha in (self.alpha, self.draws))
         )
+
+    @property
+    def chi(self) -> tuple[float, float, float]:
+        """Ratio of alpha_z(0, 90 deg) of the map to `zeta`, with its interval."""
+        straight_down = int(np.argmin(np.hypot(self.beta, self.gamma - np.pi / 2)))
+        return self._with_ends(
+            *(
+                alpha[..., 0, straight_down] / vertical_penetration(self.coefficients(alpha))
+                for alpha in (self.alpha, self.draws)
+            )
+        )
+
+    def _with_ends(self, best: FloatArray, many: FloatArray) -> tuple[float, float, float]:
         lo, hi = interval(many, self.confidence)
         return float(best), float(lo), float(hi)
 

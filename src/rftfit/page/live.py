@@ -13,7 +13,7 @@ import pandas as pd
 
 from rftfit.campaign.config import Leg
 from rftfit.conventions import FloatArray
-from rftfit.directions import beta_apart
+from rftfit.directions import TOLERANCE_DEG, beta_apart
 from rftfit.figures.labels import PROFILES, name_of, usable_media
 from rftfit.figures.maps import cells_of_map, kept_coefficients, lies_on_grid
 from rftfit.forces.motion import THETA_DEG, rotation
@@ -28,6 +28,7 @@ from rftfit.measure.slopes import student_quantile
 from rftfit.model import scaling
 from rftfit.model.fourier import TERMS
 from rftfit.model.profiles import (
+    FAR_DEG,
     DepthOnlyProfile,
     FourierProfile,
     Profile,
@@ -81,21 +82,56 @@ def live_profiles(results: Results, medium: str) -> dict[str, Profile]:
 
 
 def zeta(results: Results, medium: str) -> float:
-    """Scaling factor of a medium by the configured method; NaN where it has none."""
-    return zeta_with_ends(results, medium)[0]
+    """Scaling factor of the fit of a medium by the configured method; NaN where it has none."""
+    return fitted_scale(results, medium)["zeta"][0]
 
 
-def zeta_with_ends(results: Results, medium: str) -> tuple[float, float, float]:
-    """Scaling factor of a medium by the configured method, with its interval; NaN where it has none."""
+Scale = Mapping[str, tuple[float, float, float]]
+"""``zeta`` and ``chi`` of a medium with their intervals; NaN where there is none."""
+
+
+def fitted_scale(results: Results, medium: str) -> Scale:
+    """Return zeta and chi of the fit to the measured directions by the configured method."""
     method = results.config.fourier.method
     table = results.table("penetration.csv")
     is_of_medium = table["method"].isin([method, *scaling.routines(method)]) & (
         table["medium"] == medium
     )
-    if not is_of_medium.any():
-        return math.nan, math.nan, math.nan
-    value, lo, hi = table.loc[is_of_medium, ["zeta", "zeta_lo", "zeta_hi"]].iloc[0].astype(float)
-    return float(value), float(lo), float(hi)
+    rows = table[is_of_medium].head(1)
+    scale = {}
+    for name in ("zeta", "chi"):
+        ends = (rows[f"{name}{end}"].astype(float) for end in ("", "_lo", "_hi"))
+        value, lo, hi = (float(column.iloc[0]) if len(column) else math.nan for column in ends)
+        scale[name] = value, lo, hi
+    return scale
+
+
+def scale_in_all_directions(results: Results, medium: str) -> Scale:
+    """Return zeta and chi of a medium as they stand beside those of the paper, which are of all directions.
+
+    They are those of the fit, or where directions of the published grid lack a push those of the map.
+    """
+    if has_scale_of_map(results, medium):
+        medium_map = results[medium].map()
+        return {"zeta": medium_map.zeta, "chi": medium_map.chi}
+    return fitted_scale(results, medium)
+
+
+def has_scale_of_map(results: Results, medium: str) -> bool:
+    """Whether zeta and chi are those of the map, whose nine terms are fitted by least squares."""
+    is_least_squares = results.config.fourier.method == "lsq"
+    return is_least_squares and lacks_directions(results, medium) and not results.map_reason(medium)
+
+
+def lacks_directions(results: Results, medium: str) -> bool:
+    """Whether nine terms were fitted to pushes that leave directions of the published grid far from every push."""
+    if medium not in results.laboratory or not math.isfinite(zeta(results, medium)):
+        return False
+    table = TableProfile.from_table(results[medium].alpha)
+    beta, gamma = np.radians(np.meshgrid(BETA_DEG, GAMMA_DEG))
+    # a single lost direction is no farther from those beside it than that and the tolerance of angles
+    is_far = table.far_from_pushes(beta.ravel(), gamma.ravel(), FAR_DEG + TOLERANCE_DEG)
+    return bool(is_far.any())
 
 
 def scaled_from_print(results: Results) -> list[str]:
@@ -186,7 +222,10 @@ def live_data(results: Results) -> dict[str, Any]:
             for medium, rows in predicted.groupby("medium")
         },
         "zeta": {
-            medium: as_lists(np.array(zeta_with_ends(results, medium))) for medium in results.media
+            medium: as_lists(
+                np.array(scale_in_all_directions(results, medium)["zeta"]), CURVE_DIGITS
+            )
+            for medium in results.media
         },
         "push": _unit_push(results),
         "references": [

@@ -32,7 +32,7 @@ from rftfit.model.profiles import EPS
 from rftfit.model.scaling import published
 from rftfit.page import tables
 from rftfit.page.findings import ON_FIRST_SCREEN, findings, list_in_words
-from rftfit.page.live import as_json, live_data, scaled_from_print
+from rftfit.page.live import as_json, lacks_directions, live_data, scaled_from_print
 from rftfit.page.methods import cited_references, constants, paragraphs, settings_digest
 from rftfit.page.outcome import (
     Outcome,
@@ -203,6 +203,9 @@ def context(results: Results) -> dict[str, Any]:
         "nine_terms": bool(of_method(results, "coefficients.csv")["value_N_per_cm3"].notna().any()),
         "dropped_terms": not of_method(results, "coefficients.csv")["kept"].all(),
         "zeta_errors": scaling,
+        "lack_directions": [
+            medium.title for medium in results if lacks_directions(results, medium.name)
+        ],
         "chi_of": {name: f"{published(name).chi.mean():.2f}" for name in METHODS},
         "other_scaling": other_scaling,
         "from_print": [

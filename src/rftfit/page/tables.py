@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from markupsafe import Markup
@@ -39,7 +39,13 @@ from rftfit.measure.verdict_words import DOUBTFUL, NOT_CHECKED, NOTHING, SOUND
 from rftfit.model.fourier import TERMS
 from rftfit.model.scaling import AS_PRINTED, GENERIC, routines
 from rftfit.page.cells import Cell, Note, PageColumn, PageTable, Row, numbers, records, share, texts
-from rftfit.page.live import scaled_from_print
+from rftfit.page.live import (
+    fitted_scale,
+    has_scale_of_map,
+    lacks_directions,
+    scale_in_all_directions,
+    scaled_from_print,
+)
 from rftfit.page.outcome import (
     VERDICT_WORDS,
     Outcome,
@@ -220,10 +226,6 @@ def tabulate_at_depths(results: Results) -> PageTable:
 
 def _numbers_of_media(results: Results) -> list[Row]:
     """What was measured of each medium, and the numbers that came out by the configured method."""
-    penetration = results.table("penetration.csv")
-    method = results.config.fourier.method
-    scaled = penetration[penetration["method"].isin([method, *routines(method)])]
-    scaled = scaled.drop_duplicates("medium").set_index("medium")
     rows: list[Row] = []
     for medium in results:
         cells = medium.alpha[medium.alpha[column("z")].notna()]
@@ -231,10 +233,14 @@ def _numbers_of_media(results: Results) -> list[Row]:
         push = cell_at(medium.alpha, 0, 90)
         row |= {} if push is None else {str(name): value for name, value in push.items()}
         row["other_window"] = _other_window(results, row) if medium.name in results.sands else ""
-        if medium.name in scaled.index:
-            names = (f"{name}{end}" for name in ("zeta", "chi") for end in ("", "_lo", "_hi"))
-            row |= {name: scaled.loc[medium.name, name] for name in names}
+        for name, with_ends in scale_in_all_directions(results, medium.name).items():
+            row |= {
+                f"{name}{end}": number
+                for end, number in zip(("", "_lo", "_hi"), with_ends, strict=True)
+            }
         notes = _numbers_of_paper(results, medium)
+        if lacks_directions(results, medium.name):
+            notes = _numbers_of_pushes(results, medium.name, len(cells), notes)
         if medium.name in results.sands and math.isfinite(row.get("chi", math.nan)):
             is_published = medium.name in scaled_from_print(results)
             notes["chi_note"] = f"from the {'published' if is_published else 'other'} media"
@@ -255,6 +261,21 @@ def _other_window(results: Results, cell: Row) -> str:
         return ""
     detected = f"{format_number(alpha, ALPHA_DIGITS)} down to {to_cm:.1f} cm"
     return f"by the detected window {detected}: no interval holds this choice"
+
+
+def _numbers_of_pushes(
+    results: Results, medium: str, directions: int, notes: Mapping[str, str]
+) -> dict[str, str]:
+    """Say which directions zeta and chi of a medium are of that was not pushed in all; before the `notes` that they have."""
+    of_pushes = {}
+    for name, (value, *_) in fitted_scale(results, medium).items():
+        words = f"of the {directions} pushed directions alone, not comparable with the paper's"
+        if has_scale_of_map(results, medium):
+            number = format_number(value, ALPHA_DIGITS)
+            words = f"of the map; {directions} pushed alone: {number}"
+        key = f"{name}_note"
+        of_pushes[key] = "; ".join(filter(None, (words, notes.get(key, ""))))
+    return of_pushes
 
 
 def _numbers_of_paper(results: Results, medium: Medium) -> dict[str, str]:
