@@ -10,7 +10,7 @@ from rftfit.compare.legs import WITHIN_PERCENT
 from rftfit.figures import leg_panels, maps, style
 from rftfit.figures.labels import PROFILES, usable_media
 from rftfit.figures.plates import stress_runs
-from rftfit.figures.registry import figure, when
+from rftfit.figures.registry import figure, greek, when
 from rftfit.figures.traces import by_run, draw_thin, stress_of
 from rftfit.measure.verdict_words import NOT_CHECKED
 
@@ -194,7 +194,7 @@ def plot_first_peaks(results: Results) -> Figure:
 
 def _lines_caption(results: Results, _: str) -> str:
     medium = _lined(results)
-    caption = (
+    caption = greek(
         "Stress minus alpha times depth, of every run. Good: noise about zero, without a bend."
     )
     bent = results[medium].flags.runs_with("not-linear")

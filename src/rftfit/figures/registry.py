@@ -115,7 +115,7 @@ _SIGNS = (
     (r"cm\^3", "cm\u00b3"),
     (r"cm\^2", "cm\u00b2"),
     (r"(?<=\d) deg\b", "\u00b0"),
-    (r"\+- ", "\u00b1 "),
+    (r"\+-(?=[ :])", "\u00b1"),
     (r"(?<=[\dm]) x (?=\d)", " \u00d7 "),
 )
 _QUANTITY = re.compile(rf"\b({'|'.join(_GREEK)})(?![a-z])")
