@@ -335,13 +335,22 @@ def print_scatter(campaign: Campaign, repeats: int) -> None:
         print(f"| {rule} | {median:.2f} | {max(ratios) / median:.3f} | {deviation:.3f} |")
 
 
+def why_not_checked(table: Sequence[Stored]) -> str:
+    """Say why nothing can be compared here; empty where this processor has stored times."""
+    if not hasattr(os, "fork"):
+        return "processor time by rule needs a system that can fork a process."
+    if rows_of(machine(), table):
+        return ""
+    stored_machines = ", ".join(sorted({stored.machine for stored in table}))
+    return (
+        f"the stored times are those of {stored_machines}; this is {machine()}, and a ratio to the loop does not carry over from one "
+        "processor to another. `make timegate ARGS=--rewrite` adds this one."
+    )
+
+
 def check(rules: Sequence[str], measure: Measurement) -> int:
-    """Compare with the table; 0 where no rule is slower than its limit, or where it was not checked."""
-    all_rows = read_table()
-    table = rows_of(machine(), all_rows)
-    is_stored = bool(table)
-    stored_machines = sorted({stored.machine for stored in all_rows})
-    table = table or rows_of(stored_machines[0], all_rows)
+    """Compare with the stored times of this processor; 0 where no rule is slower than its limit."""
+    table = rows_of(machine(), read_table())
     if names := unmatched(rules, table):
         print(
             f"{TABLE.relative_to(HERE)} and the workflow do not have the same rules: {', '.join(names)}.\n"
@@ -349,14 +358,6 @@ def check(rules: Sequence[str], measure: Measurement) -> int:
             file=sys.stderr,
         )
         return 1
-    if not is_stored:
-        factor_of = factors(measure([stored.rule for stored in table]), table)
-        print("\n".join(format_factors(factor_of)))
-        print(
-            f"NOT CHECKED: the stored times are those of {', '.join(stored_machines)}; this is {machine()}. The factors above, of "
-            f"{table[0].machine}, are for information, measured once. `make timegate ARGS=--rewrite` adds this processor."
-        )
-        return 0
     factor_of, slower = slower_twice(measure, table)
     print("\n".join(format_factors(factor_of)))
     if slower:
@@ -380,8 +381,9 @@ def main() -> int:
     parser.add_argument("--rewrite", action="store_true", help="write the table anew")
     parser.add_argument("--scatter", type=int, metavar="TIMES", help="print the scatter")
     chosen = parser.parse_args()
-    if not hasattr(os, "fork"):
-        print("NOT CHECKED: processor time by rule needs a system that can fork a process.")
+    is_compared = not (chosen.rewrite or chosen.scatter)
+    if is_compared and (why := why_not_checked(read_table())):
+        print(f"NOT CHECKED: {why}")
         return 0
     with tempfile.TemporaryDirectory() as folder:
         campaign = Campaign(Path(folder))

@@ -74,7 +74,10 @@ def test_the_papers_routine_takes_their_mean(order, tmp_path):
     assert printed["zeta_of_the_papers_routine"]["value"] == pytest.approx(expected.zeta)
 
 
-@pytest.mark.parametrize("alpha", [(0.84, 0.95, 0.90), (0.5, 0.51, 0.49), (0.5, 0.52)])
+@pytest.mark.statistics
+@pytest.mark.parametrize(
+    "alpha", seeds([(0.84, 0.95, 0.90), (0.5, 0.51, 0.49), (0.5, 0.52)], [(0.84, 0.95, 0.90)])
+)
 def test_a_table_of_pushes_has_the_interval_of_a_campaign(alpha, tmp_path):
     """What `rftfit run` makes of logs of the same pushes, to the errors that only a campaign knows."""
     pushes = {

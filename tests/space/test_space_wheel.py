@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from numpy.testing import assert_allclose
+from seeds import seeds
 
 import rftfit
 from rftfit.reference import MEDIA
@@ -67,7 +68,8 @@ def rms(errors):
     return np.sqrt(np.nanmean(errors**2, axis=0))
 
 
-@pytest.mark.parametrize("case", EXPECTED)
+@pytest.mark.statistics
+@pytest.mark.parametrize("case", seeds([*EXPECTED], [*EXPECTED][:2]))
 def test_errors_of_forces_and_sinkage(case):
     mesh = rftfit.Mesh.cylinder(RADIUS_CM, width_cm=6)
     predicted = predict(mesh, RUNS.sinkage_mm / 10, *case)
