@@ -153,8 +153,8 @@ def test_a_peak_without_interval_of_alpha_has_its_reason(results, tmp_path):
     ends = [f"peak_{what}_{end}" for what in ("error", "predicted") for end in ("lo", "hi")]
     ends = [f"{name}_{'percent' if 'error' in name else 'N'}" for name in ends]
     errors.loc[is_peak, ends] = np.nan
-    why = remark("steep-peak", degrees=5, percent=30)
-    errors.loc[is_peak, ["reason", "reason_code"]] = [str(why), "steep-peak"]
+    why = remark("steep", degrees=5, percent=30)
+    errors.loc[is_peak, ["reason", "reason_code"]] = [str(why), "steep"]
     results = page_results(tmp_path)
     write(results, "leg_errors.csv", errors)
     results = Results(results.campaign)

@@ -24,7 +24,7 @@ from rftfit import (
     scaled_generic,
 )
 from rftfit.campaign.config import Leg
-from rftfit.compare.legs import STEEP_PEAK, measured_peak
+from rftfit.compare.legs import measured_peak
 from rftfit.figures import leg_panels, style
 from rftfit.figures.leg_panels import leg_line
 from rftfit.figures.legs import (
@@ -38,6 +38,7 @@ from rftfit.figures.legs import (
 from rftfit.figures.sands import plot_penetration as draw_penetration
 from rftfit.figures.style import content
 from rftfit.forces.motion import THETA_DEG
+from rftfit.forces.peaks import STEEP
 from rftfit.model.fourier import as_array
 
 MEDIA = ["poppy_LP", "glass3mm_CP"]
@@ -360,7 +361,9 @@ def test_the_interval_above_a_panel_is_that_of_the_peak_in_the_table():
 
 def test_no_band_of_alpha_is_drawn_around_a_peak_whose_interval_is_withheld():
     steep = errors()
-    steep.loc[(steep["medium"] == MEDIA[0]) & (steep["leg"] == "c_leg"), "reason_code"] = STEEP_PEAK
+    steep.loc[(steep["medium"] == MEDIA[0]) & (steep["leg"] == "c_leg"), "reason_code"] = (
+        f"{STEEP} accepted"
+    )
     for table, bands, named in ((errors(), 2, False), (steep, 1, True)):
         figure = plot_legs_by_medium(results(leg_errors=table))
         # of F_z and F_x, one panel a leg

@@ -131,7 +131,7 @@ def test_a_peak_that_is_too_steep_has_a_reason_instead_of_an_interval():
     leg = config.legs["reversed_c_leg"]
     curve, peaks = leg_prediction(profile, leg, config)
     (why,) = peaks["z"].withheld
-    assert why.code == "steep-peak"
+    assert why.code == "steep"
     names = {"medium": "m", "leg": "reversed_c_leg"}
     measured = curve[["theta_deg", "force_z_N", "force_x_N"]].assign(**names)
     errors = leg_errors(

@@ -74,9 +74,6 @@ TOO_HIGH_PERCENT, TOO_LOW_PERCENT = 100.0, -50.0
 WITHIN, OFF, FAR_OFF, NOT_TESTED = "within", "off", "far-off", "not-tested"
 """Verdicts on the model, the mildest first."""
 
-STEEP_PEAK = "steep-peak"
-"""Code of a peak whose interval of alpha is withheld, since alpha is too steep where it lies."""
-
 COLUMNS = columns_of("leg_errors.csv")
 FULL_RANGE_DEG = 240.0
 """The published curves span 250 to 260 degrees: a shorter one stopped early."""
@@ -196,9 +193,11 @@ def error_of_legs(media: Sequence[Medium]) -> float:
 
 def _why_withheld(peak: Peak) -> tuple[Remark, ...]:
     """Say why a peak has no interval of alpha although its errors are known; nothing where it has one."""
-    if peak.withheld == STEEP:
-        return (remark(STEEP_PEAK, percent=100 * peak.steepness, degrees=STEEP_DEG),)
-    return (remark("other-form", beside=peak.beside),) if peak.withheld == OTHER_FORM else ()
+    values: dict[str, dict[str, Any]] = {
+        STEEP: {"percent": 100 * peak.steepness, "degrees": STEEP_DEG},
+        OTHER_FORM: {"beside": peak.beside},
+    }
+    return (remark(peak.withheld, **values[peak.withheld]),) if peak.withheld else ()
 
 
 def _as_floats(ends: tuple[Any, Any]) -> Ends:

@@ -145,8 +145,14 @@ PUBLISHED = "published:"
 def _is_without_runs(source: KnownMedium | str | Path) -> bool:
     """Tell whether a medium is known by something else than runs of a campaign."""
     if isinstance(source, str | Path):
-        return Path(source).is_file() or str(source).startswith(PUBLISHED)
+        return Path(source).is_file() or _is_published(source)
     return not isinstance(source, Medium)
+
+
+def _is_published(source: KnownMedium | str | Path) -> bool:
+    """Tell whether a word means a published medium, and no file of this name."""
+    is_word = isinstance(source, str | Path) and str(source).startswith(PUBLISHED)
+    return is_word and not Path(str(source)).is_file()
 
 
 def _find_drawn(

@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rftfit.compare.legs import STEEP_PEAK, measured_peak
+from rftfit.compare.legs import measured_peak
 from rftfit.figures import labels, leg_panels, style
 from rftfit.figures.leg_panels import PROFILE_LOOKS, PROFILE_TITLES, matching_rows
 from rftfit.figures.maps import why_no_fit
 from rftfit.figures.registry import figure, when
+from rftfit.forces.peaks import STEEP
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping, Sequence
@@ -259,7 +260,9 @@ def _draw_media(results: Results, media: Sequence[str], profile: str, beside: st
             ]
             peak_rows = matching_rows(peaks, medium=medium, leg=leg)
             # a withheld interval of the peak is withheld along the curve
-            withheld = {*peak_rows.loc[peak_rows["reason_code"] == STEEP_PEAK, "component"]}
+            codes = peak_rows["reason_code"].str.split()
+            is_steep = [STEEP in codes_of_peak for codes_of_peak in codes]
+            withheld = {*peak_rows.loc[is_steep, "component"]}
             _draw_leg(axes, tables_of_leg, lines, withheld)
             any_withheld |= bool(withheld)
             lift_rows = matching_rows(peak_rows, component="z")

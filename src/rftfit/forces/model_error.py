@@ -363,6 +363,15 @@ def directed_errors(
     return np.concatenate([force, np.cross(load.centre, force)], axis=-1)
 
 
+NEAR = 1.05
+"""Factor up to which a size counts as one that was tested."""
+
+
+def is_tested(size: float, least: float, most: float) -> bool:
+    """Whether a size, speed or load is within those on which the model's own error was tested."""
+    return least / NEAR <= size <= NEAR * most
+
+
 def beyond_tested(length_cm: float, fastest_cm_per_s: float, eps: float = EPS) -> list[str]:
     """Say where a body leaves the sizes and speeds on which `EPS` was chosen and tested.
 
@@ -382,12 +391,12 @@ def beyond_tested(length_cm: float, fastest_cm_per_s: float, eps: float = EPS) -
     """
     low, high = TESTED_LENGTH_CM
     limits = []
-    if not 0.95 * low <= length_cm <= 1.05 * high:
+    if not is_tested(length_cm, low, high):
         limits.append(
             f"the model's own error ({eps:g}) was never tested on a body of {length_cm:.3g} cm: it is from legs and a wheel "
             f"of {low:.3g} to {high:.3g} cm"
         )
-    if fastest_cm_per_s > 1.05 * TESTED_SPEED_CM_PER_S:
+    if not is_tested(fastest_cm_per_s, 0.0, TESTED_SPEED_CM_PER_S):
         limits.append(
             f"the model's own error ({eps:g}) was never tested at {fastest_cm_per_s:.3g} cm/s: it is from bodies of at most "
             f"{TESTED_SPEED_CM_PER_S:.2g} cm/s"

@@ -22,7 +22,7 @@ from rftfit.forces.faces import as_table
 from rftfit.forces.fineness import fine_enough
 from rftfit.forces.limits import depth_measured, describe_depth
 from rftfit.forces.mesh import Mesh, Motion3D, describe_triangles
-from rftfit.forces.model_error import has_model_error
+from rftfit.forces.model_error import has_model_error, is_tested
 from rftfit.forces.rolling import RULES, Rim, describe_friction, find_rim, measure_radius
 from rftfit.forces.space import compiled_mesh_forces, mesh_draws
 from rftfit.measure.errors import half_width_of_bed
@@ -652,18 +652,12 @@ def _limits(
     for name, phrase, numbers in tried:
         of_rigs = [float(rig[name]) for rig in rigs]
         least, most = min(of_rigs), max(of_rigs)
-        outside = [
-            number for number in numbers if not least / NEAR_RIGS <= number <= NEAR_RIGS * most
-        ]
+        outside = [number for number in numbers if not is_tested(number, least, most)]
         limits += [
             f"the model's own error on wheels was never tested at {phrase.format(number)}: it is from {least:.3g} to {most:.3g}"
             for number in dict.fromkeys(outside)
         ]
     return limits
-
-
-NEAR_RIGS = 1.05
-"""Factor within which a wheel is as large, or as heavily loaded, as a measured one: as of legs (`beyond_tested`)."""
 
 
 def _shape_of(mesh: Mesh) -> str:

@@ -284,7 +284,7 @@ SENTENCES = {
     "short-curve": "the measured curve has only theta {first:g} to {last:g} deg",
     "short-at-peak": "the measured curve has only theta {first:g} to {last:g} deg, which may leave out its peak",
     # why a peak has no interval of alpha
-    "steep-peak": "no interval of alpha: {degrees:g} degrees of the attack angle change the peak by {percent:.0f} %, and pushes around do not tell where alpha is so steep",
+    "steep": "no interval of alpha: {degrees:g} degrees of the attack angle change the peak by {percent:.0f} %, and pushes around do not tell where alpha is so steep",
     "other-form": "no interval of alpha: it does not reach the peak by the table or map of the same medium, {beside:.3g} N",
     # why a robot's track, run or interval has no speed
     "no-number": "no number for {column}",

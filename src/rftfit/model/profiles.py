@@ -246,6 +246,10 @@ class Profile(KnownMedium):
         return alpha_z.reshape(beta.shape), alpha_x.reshape(beta.shape)
 
 
+FAR_DEG = 18.0
+"""Half the diagonal of the largest cell of the published grid: no direction is farther from the pushes of a whole one."""
+
+
 class TableProfile(Profile):
     """Alpha interpolated from a measured table, completed by symmetry.
 
@@ -455,9 +459,9 @@ class TableProfile(Profile):
         return rows[:, np.isfinite(mean).any(axis=0)]
 
     def far_from_pushes(
-        self, beta: FloatArray, gamma: FloatArray, far_deg: float | None = None
+        self, beta: FloatArray, gamma: FloatArray, far_deg: float = FAR_DEG
     ) -> npt.NDArray[np.bool_]:
-        """Tell which directions (n,), rad, lie farther from every push, and its mirror image, than `far_deg` (`FAR_DEG`)."""
+        """Tell which directions (n,), rad, lie farther from every push, and its mirror image, than `far_deg`."""
         beta_deg, gamma_deg = self.pushed[:2]
         if not beta_deg.size:
             return np.ones(beta.shape, dtype=bool)
@@ -472,7 +476,7 @@ class TableProfile(Profile):
                 (wrap_beta, wrap_gamma), (beta, gamma), pushed, strict=True
             )
         ]
-        return np.asarray(np.hypot(*apart).min(axis=1) > (far_deg or FAR_DEG))
+        return np.asarray(np.hypot(*apart).min(axis=1) > far_deg)
 
     @property
     def parameters(self) -> tuple[FloatArray, FloatArray]:
@@ -542,9 +546,6 @@ def _place(beta_deg: float, gamma_deg: float) -> tuple[float, float]:
     """Name of a cell: its angles rounded, so that those of a file and of a grid agree."""
     return round(float(beta_deg), 1) + 0.0, round(float(gamma_deg), 1) + 0.0
 
-
-FAR_DEG = 18.0
-"""Half the diagonal of the largest cell of the published grid: no direction is farther from the pushes of a whole one."""
 
 REACH_DEG = 35.0
 """Farther from every push, in beta and gamma together, scattered directions say nothing."""

@@ -744,6 +744,9 @@ def with_scatter_of_repeats(pushes: Pushes, confidence: float) -> Pushes:
     Pushes of which no error is stated have that of `spread_of_beds`; others have the one that they show where they differ by more
     than their errors explain. Few pushes tell it poorly, so that it is the normal error whose interval is as wide as Student's.
     """
+    repeats = [*_repeats_of(pushes)]
+    if not repeats:
+        return pushes
     variance = np.diag(pushes.covariance).copy()
     usual_variance = usual_error(pushes.alpha).ravel() ** 2
     spread = spread_of_beds(
@@ -752,7 +755,7 @@ def with_scatter_of_repeats(pushes: Pushes, confidence: float) -> Pushes:
             for same_pushes, signs in _by_direction(pushes)
         ]
     )
-    for places, alpha in _repeats_of(pushes):
+    for places, alpha in repeats:
         if (variance[places] == usual_variance[places]).all():
             component, first = divmod(int(places[0]), pushes.beta.size)
             mean_alpha = pushes.alpha[:, first].copy()

@@ -11,9 +11,10 @@ import pandas as pd
 
 from rftfit.checks.declared import CHECKS
 from rftfit.checks.verdict import Verdict
-from rftfit.compare.legs import STEEP_PEAK, WITHIN_PERCENT
+from rftfit.compare.legs import WITHIN_PERCENT
 from rftfit.figures import labels
 from rftfit.figures.style import format_number
+from rftfit.forces.peaks import STEEP
 from rftfit.measure.alpha import cell_at, column
 from rftfit.model.fourier import TERMS
 from rftfit.page.cells import Row, records
@@ -240,7 +241,7 @@ def _sands(results: Results) -> Iterable[PageFinding]:
             error_text = labels.percent(worst["peak_error_percent"]) + labels.in_brackets(ends)
             lifts.append(f"{error_text} on the {labels.name_of(str(leg))}")
             intervals.append(ends)
-            steep += [labels.name_of(str(leg))] * (worst["reason_code"] == STEEP_PEAK)
+            steep += [labels.name_of(str(leg))] * (STEEP in worst["reason_code"].split())
         if lifts:
             named = _name_intervals(results, intervals)
             if steep:

@@ -10,7 +10,7 @@ from typing import Any
 
 from markupsafe import Markup
 
-from rftfit.compare.legs import FAR_OFF, NOT_TESTED, OFF, STEEP_PEAK, WITHIN
+from rftfit.compare.legs import FAR_OFF, NOT_TESTED, OFF, WITHIN
 from rftfit.compare.lessons import summary_of_lessons
 from rftfit.compare.published import (
     EVIDENCE,
@@ -32,6 +32,7 @@ from rftfit.figures.labels import (
 )
 from rftfit.figures.maps import lies_on_grid, pivot
 from rftfit.figures.style import degrees, format_number
+from rftfit.forces.peaks import OTHER_FORM, STEEP
 from rftfit.measure.alpha import cell_at, column
 from rftfit.measure.depths import curved_law
 from rftfit.measure.flags import codes_of
@@ -428,9 +429,10 @@ def tabulate_leg_errors(results: Results) -> PageTable:
     for row in _without_repeated_reasons(results, "leg_errors.csv"):
         in_words = errors_in_words(row["peak_errors"])
         about_peak = {"peak_errors": in_words and f"variance: {in_words}"}
-        if row["reason_code"] == STEEP_PEAK:
+        codes = row["reason_code"].split()
+        if STEEP in codes:
             about_peak = {"peak_errors": row["reason"], "reason": ""}
-        elif row["reason_code"] == "other-form":
+        elif codes == [OTHER_FORM]:
             about_peak["reason"] = ""  # said of all nine terms above the table
         rows.append(row | about_peak)
     predicted = "peak_predicted_N", 2, "peak_predicted_{}_N", "peak_errors"
