@@ -8,8 +8,10 @@ import os
 # the processor time where other programs run
 os.environ["OPENBLAS_NUM_THREADS"] = "1"
 
+import atexit
 import contextlib
 import errno
+import gc
 import io
 import platform
 import sys
@@ -20,6 +22,9 @@ from pathlib import Path
 from rftfit.cli import exit_codes
 from rftfit.errors import RftfitError
 from rftfit.version import __version__
+
+# a tenth of a short command would be the interpreter's last look through modules for garbage
+atexit.register(gc.freeze)
 
 # --- What a user sees of an error that the program did not expect: two lines and a file to send.
 

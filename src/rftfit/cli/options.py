@@ -20,13 +20,12 @@ from rftfit.cli.output import warn
 from rftfit.errors import InputError
 
 if TYPE_CHECKING:
-    import pandas as pd
-
     from rftfit.forces.body_error import BodyError
     from rftfit.forces.contacts import Contact
     from rftfit.forces.mesh import Mesh
     from rftfit.forces.motion import Motion
     from rftfit.forces.outlines import Outline
+    from rftfit.measure.alpha import Columns
     from rftfit.model.profiles import Profile
     from rftfit.model.scaling import Reference, ScaledMedium
     from rftfit.model.shapes import Map, Shapes
@@ -364,7 +363,7 @@ class MediumOptions:
             return medium.profile(self.kind, self.method)
         return medium.as_profile(whole)
 
-    def given_pushes(self, se: float | None = None) -> tuple[str, pd.DataFrame]:
+    def given_pushes(self, se: float | None = None) -> tuple[str, Columns]:
         """Pushes of --alpha or --pushes, and what they are called; without an error of its own a push has the usual one."""
         from rftfit.model.shapes import describe_push, one_push
 
@@ -445,8 +444,6 @@ class ContactOptions:
 
     def read(self, body: BodyOptions) -> list[Contact]:
         """The contacts of the file; none without a file."""
-        from rftfit.forces.contact_file import read_contacts
-
         words = [
             *body.named,
             *(["--mesh"] if self.mesh is not None else []),
@@ -460,6 +457,8 @@ class ContactOptions:
             return []
         if body.path is not None:
             raise InputError("found --path with --contacts; the file has the poses")
+        from rftfit.forces.contact_file import read_contacts
+
         if self.mesh is not None:
             if body.named or self.unit is None:
                 raise InputError("--mesh needs --unit mm, cm, m or in, and stands alone")
@@ -487,7 +486,7 @@ def shapes_in(folder: Path | None) -> Shapes:
 
 def map_of(
     name: str,
-    pushes: pd.DataFrame | None,
+    pushes: Columns | None,
     shapes: Shapes | None = None,
     confidence: float = 0.95,
     contacts: Sequence[Contact] = (),
@@ -501,7 +500,7 @@ def map_of(
 
 
 def scaled_from(
-    name: str, pushes: pd.DataFrame, reference: Reference, confidence: float
+    name: str, pushes: Columns, reference: Reference, confidence: float
 ) -> ScaledMedium:
     """The paper's scaling routine on the push straight down among some pushes."""
     from rftfit.model.shapes import push_straight_down
@@ -641,7 +640,7 @@ class PushOptions:
         """Both files, as far as they are given."""
         return self.pushes, self.profile_file
 
-    def read(self) -> tuple[str, pd.DataFrame]:
+    def read(self) -> tuple[str, Columns]:
         """Names of the files, and the pushes; what is doubtful in them is printed."""
         from rftfit.model.profile_file import collect_pushes
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+import io
 import json
 import math
 import stat
@@ -17,8 +19,10 @@ from rftfit.version import __version__
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    import pandas as pd
+    import numpy.typing as npt
     from matplotlib.figure import Figure
+
+    from rftfit.measure.alpha import Columns
 
 
 class Answer(Protocol):
@@ -55,17 +59,30 @@ def print_answer(answer: Answer, as_json: bool, **files: str) -> None:
     print_line(json_text(answer.as_dict() | files) if as_json else answer.summary())
 
 
-def write_csv(
-    path: Path, columns: pd.DataFrame, mark: str, notes: Iterable[str], digits: int
-) -> None:
+def write_csv(path: Path, columns: Columns, mark: str, notes: Iterable[str], digits: int) -> None:
     """Write a table below its mark and notes on what it was made from; an empty cell is NaN, and no zero has a sign."""
     from rftfit.store import write_text
 
-    numbers = columns.select_dtypes("number") + 0.0
-    rows = columns.assign(**numbers).to_csv(
-        index=False, float_format=f"%.{digits}g", lineterminator="\n"
-    )
-    write_text(path, comments(mark, notes) + rows)
+    content = io.StringIO(comments(mark, notes))
+    content.seek(0, io.SEEK_END)
+    writer = csv.writer(content, lineterminator="\n")
+    writer.writerow(columns)
+    writer.writerows(zip(*(_cells(columns[name], digits) for name in columns), strict=True))
+    write_text(path, content.getvalue())
+
+
+def _cells(column: npt.ArrayLike, digits: int) -> list[object]:
+    """Cells of a csv of a column of numbers or of words."""
+    import numpy as np
+
+    values = np.asarray(column)
+    is_number = values.dtype.kind in "iuf"
+    cells: list[object] = []
+    for value in values.tolist():
+        is_empty = value is None or (isinstance(value, float) and math.isnan(value))
+        cell = f"{value + 0.0:.{digits}g}" if is_number else value
+        cells.append("" if is_empty else cell)
+    return cells
 
 
 def json_text(content: Any, indent: int | None = 2) -> str:

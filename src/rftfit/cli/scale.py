@@ -9,6 +9,7 @@ import typer
 
 from rftfit.campaign.problems import choose
 from rftfit.cli import options
+from rftfit.cli.late import load_late
 from rftfit.cli.output import check_target, print_answer, print_line, warn, write_csv
 from rftfit.errors import InputError
 
@@ -59,6 +60,7 @@ def scale(
     alpha(beta, gamma) as csv.
     """
     options.look_for_campaign(results)
+    load_late("pandas")
     from rftfit.forces.medium_answer import answer_of_contacts, answer_of_pushes, answer_of_test
     from rftfit.model.shapes import describe_push, one_push
 
@@ -107,6 +109,6 @@ def scale(
         warn(f"warning: {answer.doubt}")
     # after the numbers are out: a folder that cannot be written must not hide them
     notes = [answer.description, f"_lo and _hi: {answer.level}"]
-    write_csv(output, answer.table(), MARK, notes, digits=6)
+    write_csv(output, answer.written(), MARK, notes, digits=6)
     if not as_json:
         print_line(f"Alpha {answer.where}: {output}")

@@ -5,19 +5,21 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pandas as pd
+import numpy.typing as npt
 
-from rftfit.forces.contacts import Contact
-from rftfit.measure.alpha import column
+from rftfit.measure.alpha import Columns, column
 from rftfit.model.draws import interval
 from rftfit.model.fourier import TERMS
 from rftfit.model.profiles import Profile
 from rftfit.model.scaling import Reference, ScaledMedium, scale_by_paper
 from rftfit.model.shapes import NOT_ALIKE, Map, push_straight_down
 from rftfit.store.text import table
+
+if TYPE_CHECKING:
+    from rftfit.forces.contacts import Contact
 
 _SHOWN_BETA, _SHOWN_GAMMA = (-60, -30, 0, 30, 60, 90), (-90, -45, 0, 45, 90)
 
@@ -31,7 +33,7 @@ class MediumAnswer:
 
     text: str
     facts: dict[str, Any]
-    columns: Mapping[str, Iterable[object]]
+    columns: Mapping[str, npt.NDArray[Any]]
     description: str
     level: str
     where: str
@@ -45,12 +47,16 @@ class MediumAnswer:
         """Return the facts for scripts."""
         return self.facts
 
-    def table(self) -> pd.DataFrame:
-        """Alpha by direction as it is written: angles to 0.01 degrees, numbers to 1e-6 N/cm^3."""
-        written = pd.DataFrame(self.columns).round(6)
-        angles = [str(name) for name in written.columns[:2]]
-        written[angles] = written[angles].map("{:.2f}".format)
-        return written
+    def written(self) -> dict[str, Any]:
+        """Columns of alpha by direction as they are written: angles to 0.01 degrees, numbers to 1e-6 N/cm^3."""
+        beta_deg, gamma_deg, *others = self.columns
+        columns: dict[str, Any] = {
+            name: [f"{angle:.2f}" for angle in self.columns[name]] for name in (beta_deg, gamma_deg)
+        }
+        for name in others:
+            column = self.columns[name]
+            columns[name] = column.round(6) if column.dtype.kind == "f" else column
+        return columns
 
 
 def answer_of_test(scaled: ScaledMedium) -> MediumAnswer:
@@ -91,7 +97,7 @@ def answer_of_test(scaled: ScaledMedium) -> MediumAnswer:
 
 
 def answer_of_pushes(
-    name: str, medium_map: Map, pushes: pd.DataFrame | None, reference: Reference
+    name: str, medium_map: Map, pushes: Columns | None, reference: Reference
 ) -> MediumAnswer:
     """The map of any number of pushes, beside the paper's routine."""
     confidence = medium_map.confidence
@@ -121,7 +127,7 @@ def answer_of_pushes(
 
 
 def answer_of_contacts(
-    answer: MediumAnswer, alone: Map, contacts: Sequence[Contact], pushes: pd.DataFrame | None
+    answer: MediumAnswer, alone: Map, contacts: Sequence[Contact], pushes: Columns | None
 ) -> MediumAnswer:
     """Put alpha_z(0, 90 deg) by the contacts alone in front, beside that of a plate where there is one.
 

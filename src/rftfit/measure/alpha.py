@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -494,15 +494,20 @@ def _add_bed(
     return source
 
 
-def directions(table: pd.DataFrame) -> tuple[FloatArray, FloatArray]:
+Columns: TypeAlias = "pd.DataFrame | Mapping[Any, npt.ArrayLike]"
+"""An alpha table, or its columns by name."""
+
+
+def directions(table: Columns) -> tuple[FloatArray, FloatArray]:
     """Beta and gamma of the cells of an alpha table, rad, shape (n,)."""
-    beta, gamma = (np.radians(table[f"{name}_deg"].to_numpy(float)) for name in ("beta", "gamma"))
+    beta, gamma = (np.radians(np.asarray(table[f"{a}_deg"], float)) for a in ("beta", "gamma"))
     return beta, gamma
 
 
-def alpha_columns(table: pd.DataFrame) -> tuple[FloatArray, FloatArray]:
+def alpha_columns(table: Columns) -> tuple[FloatArray, FloatArray]:
     """alpha_z and alpha_x of the cells of an alpha table, N/cm^3, shape (n,)."""
-    return table[column("z")].to_numpy(float), table[column("x")].to_numpy(float)
+    alpha_z, alpha_x = (np.asarray(table[column(c)], float) for c in COMPONENTS)
+    return alpha_z, alpha_x
 
 
 def flagged(table: pd.DataFrame) -> npt.NDArray[np.bool_]:
@@ -540,10 +545,13 @@ def with_flagged(alpha: pd.DataFrame, flags: Flags) -> pd.DataFrame:
     return alpha.assign(flagged=np.array(weak, dtype=bool))
 
 
-def window_of(table: pd.DataFrame) -> tuple[float, float]:
+def window_of(table: Columns) -> tuple[float, float]:
     """Least and greatest depth behind an alpha table, cm; any where it does not say."""
-    ends = table.reindex(columns=["depth_from_cm", "depth_to_cm"])
-    least, greatest = ends.min().iloc[0], ends.max().iloc[1]
+    depths_from, depths_to = (
+        np.asarray(table.get(name, []), float) for name in ("depth_from_cm", "depth_to_cm")
+    )
+    least = np.fmin.reduce(depths_from, initial=math.nan)
+    greatest = np.fmax.reduce(depths_to, initial=math.nan)
     return (
         0.0 if math.isnan(least) else float(least),
         math.inf if math.isnan(greatest) else float(greatest),
@@ -551,11 +559,11 @@ def window_of(table: pd.DataFrame) -> tuple[float, float]:
 
 
 def rows_at(
-    table: pd.DataFrame, beta_deg: npt.ArrayLike, gamma_deg: npt.ArrayLike
+    table: Columns, beta_deg: npt.ArrayLike, gamma_deg: npt.ArrayLike
 ) -> npt.NDArray[np.intp]:
     """Row of an alpha table that is nearest to each direction, shape (k,); -1: none is near."""
     directions = np.broadcast_arrays(np.atleast_1d(beta_deg), np.atleast_1d(gamma_deg))
-    beta, gamma = (table[name].to_numpy(float) for name in ("beta_deg", "gamma_deg"))
+    beta, gamma = (np.asarray(table[name], float) for name in ("beta_deg", "gamma_deg"))
     if not beta.size:
         return np.full(directions[0].shape, -1)
     distance_deg = angle_apart(beta, gamma, directions[0][:, None], directions[1][:, None])

@@ -14,7 +14,7 @@ import pandas as pd
 
 from rftfit.campaign.config import Config
 from rftfit.conventions import FloatArray
-from rftfit.measure.alpha import alpha_columns, cell_at, column, directions, flagged
+from rftfit.measure.alpha import alpha_columns, cell_at, column, directions, flagged, rows_at
 from rftfit.measure.flags import Remark, format_remarks, quoted, remark
 from rftfit.measure.slopes import student_quantile
 from rftfit.measure.verdict_words import is_usable
@@ -35,7 +35,7 @@ from rftfit.model.profiles import (
     TableProfile,
     scaled_generic,
 )
-from rftfit.reference import BETA_DEG, GAMMA_DEG, MEDIA, coefficients, load
+from rftfit.reference import BETA_DEG, GAMMA_DEG, MEDIA, alpha_columns_of, coefficients, load
 
 GENERIC = "generic"
 
@@ -254,12 +254,13 @@ def published(method: str = "lsq") -> Reference:
 @cache
 def _by_least_squares() -> Reference:
     chi, fits = {}, {}
-    for medium, rows_of_medium in load("table_s5").groupby("medium", sort=False):
-        name, angles, alpha = str(medium), directions(rows_of_medium), alpha_columns(rows_of_medium)
+    for medium in MEDIA:
+        columns = alpha_columns_of(medium)
+        angles, alpha = directions(columns), alpha_columns(columns)
         keep = fourier.kept_terms(fourier.fit_lsq(*angles, *alpha), PAPER_RULE)
-        fits[name] = fourier.fit_lsq(*angles, *alpha, keep)
-        down = rows_of_medium.query("beta_deg == 0 and gamma_deg == 90")[column("z")].iloc[0]
-        chi[name] = float(down / vertical_penetration(fits[name]))
+        fits[medium] = fourier.fit_lsq(*angles, *alpha, keep)
+        down = alpha[0][rows_at(columns, 0, 90)[0]]
+        chi[medium] = float(down / vertical_penetration(fits[medium]))
     m0 = generic(np.stack(list(fits.values())))
     return reference_from(
         "published Table S5, method lsq",

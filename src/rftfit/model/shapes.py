@@ -32,7 +32,7 @@ from rftfit.campaign.tables import ALPHA
 from rftfit.conventions import FloatArray, mirror, wrap_beta
 from rftfit.directions import TOLERANCE_DEG, same_direction
 from rftfit.errors import InputError
-from rftfit.measure.alpha import alpha_columns, column, directions, flagged, window_of
+from rftfit.measure.alpha import Columns, alpha_columns, column, directions, flagged, window_of
 from rftfit.measure.errors import (
     USUAL_BED_SPREAD,
     Part,
@@ -514,7 +514,7 @@ def usual_error(
     return np.hypot(percent / 100 * alpha, least_percent / 100 * largest)
 
 
-def sorted_pushes(pushes: pd.DataFrame) -> Pushes:
+def sorted_pushes(pushes: Columns) -> Pushes:
     """Pushes of a table as `estimate_map` takes it; the order of its rows makes no difference."""
     angles_deg, alpha, se = _numbers_of(pushes)
     order = np.lexsort([alpha[1], alpha[0], angles_deg[1], angles_deg[0]])
@@ -522,21 +522,22 @@ def sorted_pushes(pushes: pd.DataFrame) -> Pushes:
     return Pushes.of(beta_deg, gamma_deg, alpha[:, order], se[:, order])
 
 
-def _numbers_of(pushes: pd.DataFrame) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _numbers_of(pushes: Columns) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Angles, deg, alpha and standard errors, N/cm^3, of a table of pushes, each of shape (2, n); NaN: not stated."""
-    nothing = np.full(len(pushes), np.nan)
-    pushes = pushes.rename(
-        columns={name: column.name for column in ALPHA.columns for name in column.also}
-    )
-    if missing := {"beta_deg", "gamma_deg", column("z")} - {*pushes}:
+    names = {name: column.name for column in ALPHA.columns for name in column.also}
+    columns = {names.get(str(name), str(name)): pushes[name] for name in pushes}
+    if len(columns) < len([*pushes]):
         raise InputError(
-            f"pushes: no column {', '.join(sorted(missing))}; found: {', '.join(map(str, pushes))}"
+            f"pushes: two columns have one meaning; found: {', '.join(map(str, pushes))}"
         )
+    if missing := {"beta_deg", "gamma_deg", column("z")} - {*columns}:
+        raise InputError(
+            f"pushes: no column {', '.join(sorted(missing))}; found: {', '.join(columns)}"
+        )
+    nothing = np.full(np.size(columns["beta_deg"]), np.nan)
 
     def numbers(*names: str) -> FloatArray:
-        return np.stack(
-            [pushes[name].to_numpy(float) if name in pushes else nothing for name in names]
-        )
+        return np.stack([np.atleast_1d(columns.get(name, nothing)).astype(float) for name in names])
 
     return (
         numbers("beta_deg", "gamma_deg"),
@@ -545,7 +546,7 @@ def _numbers_of(pushes: pd.DataFrame) -> tuple[FloatArray, FloatArray, FloatArra
     )
 
 
-def push_straight_down(pushes: pd.DataFrame, confidence: float) -> tuple[float, float] | None:
+def push_straight_down(pushes: Columns, confidence: float) -> tuple[float, float] | None:
     """Find alpha_z(0, 90 deg) among pushes, and its standard error, N/cm^3; None where no plate was pushed straight down.
 
     The error of one push is the stated one, and 0 where none is. Of several it is that of their mean, as the map takes it.
@@ -564,7 +565,7 @@ def push_straight_down(pushes: pd.DataFrame, confidence: float) -> tuple[float, 
 
 
 def estimate_map(
-    pushes: pd.DataFrame | None = None,
+    pushes: Columns | None = None,
     shapes: Shapes | None = None,
     confidence: float = 0.95,
     name: str = "",
@@ -577,7 +578,7 @@ def estimate_map(
 
     Parameters
     ----------
-    pushes : pandas.DataFrame, optional
+    pushes : pandas.DataFrame or dict of str to array_like, optional
         One row a push: ``beta_deg, gamma_deg``, ``alpha_z_N_per_cm3`` and, where it was measured,
         ``alpha_x_N_per_cm3``; their standard errors ``se_z``, ``se_x``: where there is none it is taken for
         5 % of alpha and 1 % of the largest. Pushes of one direction that differ by more have the error that their own
@@ -670,11 +671,10 @@ def scale(
     return estimate_map(one_push(alpha, se), shapes, confidence, name=describe_push(alpha, se))
 
 
-def one_push(alpha: float, se: float | None) -> pd.DataFrame:
-    """Table of pushes with one, straight down; an `se` that is not known has no number."""
-    row = {"beta_deg": 0.0, "gamma_deg": 90.0, "alpha_z_N_per_cm3": alpha}
-    errors = {"alpha_z_se_N_per_cm3": np.nan if se is None else se}
-    return pd.DataFrame([row | errors])
+def one_push(alpha: float, se: float | None) -> Columns:
+    """Columns of a table with one push, straight down; an `se` that is not known has no number."""
+    columns = {"beta_deg": [0.0], "gamma_deg": [90.0], column("z"): [alpha]}
+    return columns | {column("z", "_se"): [np.nan if se is None else se]}
 
 
 def describe_push(alpha: float, se: float | None) -> str:

@@ -12,7 +12,7 @@ from importlib.resources import files
 import numpy as np
 import pandas as pd
 
-from rftfit.store import read_csv
+from rftfit.store import read_cells, read_csv
 
 CITATION = (
     "Li, C., Zhang, T. and Goldman, D. I., A Terradynamics of Legged Locomotion on Granular "
@@ -49,10 +49,15 @@ NAMES = (
 )
 
 
+def _content(name: str) -> bytes:
+    """Return the lines of a table without those that name its source."""
+    lines = files(__name__).joinpath(f"{name}.csv").read_bytes().splitlines(keepends=True)
+    return b"".join(line for line in lines if not line.startswith(b"#"))
+
+
 @cache
 def _read(name: str) -> pd.DataFrame:
-    lines = files(__name__).joinpath(f"{name}.csv").read_bytes().splitlines(keepends=True)
-    return read_csv(b"".join(line for line in lines if not line.startswith(b"#")), lambda _: "")
+    return read_csv(_content(name), lambda _: "")
 
 
 def load(name: str) -> pd.DataFrame:
@@ -100,12 +105,20 @@ def alpha_grid(medium: str) -> tuple[np.ndarray, np.ndarray]:
 def _grid(medium: str) -> tuple[np.ndarray, np.ndarray]:
     if medium not in MEDIA:
         raise KeyError(f"Table S5 has no medium {medium!r}; it has {', '.join(MEDIA)}")
-    table = _read("table_s5")
-    rows = table[table["medium"] == medium].sort_values(["beta_deg", "gamma_deg"])
-    shape = (BETA_DEG.size, GAMMA_DEG.size)
-    alpha_z = rows["alpha_z_N_per_cm3"].to_numpy(float).reshape(shape)
-    alpha_x = rows["alpha_x_N_per_cm3"].to_numpy(float).reshape(shape)
+    columns = alpha_columns_of(medium)
+    order = np.lexsort([columns["gamma_deg"], columns["beta_deg"]])
+    alpha_z, alpha_x = (
+        columns[f"alpha_{component}_N_per_cm3"][order].reshape(BETA_DEG.size, GAMMA_DEG.size)
+        for component in "zx"
+    )
     return alpha_z, alpha_x
+
+
+def alpha_columns_of(medium: str) -> dict[str, np.ndarray]:
+    """Table S5 of one medium as printed, without pandas: angles and alpha by the name of their column, shape (91,)."""
+    (_, *names), *rows = read_cells(_content("table_s5"))
+    numbers = np.array([row[1:] for row in rows if row[0] == medium], float)
+    return dict(zip(names, numbers.T, strict=True))
 
 
 def coefficients(medium: str) -> dict[str, float]:
