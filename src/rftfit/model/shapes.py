@@ -796,6 +796,8 @@ def _normal_error(error: Part, confidence: float) -> float:
 def merged(pushes: Pushes) -> Pushes:
     """Each direction once: repeated pushes are one, weighted with their errors."""
     count = pushes.beta.size
+    if all(same_pushes.size == 1 for same_pushes, _ in _by_direction(pushes)):
+        return pushes
     is_known = np.isfinite(pushes.alpha.ravel()) & np.isfinite(np.diag(pushes.covariance))
     covariance = pushes.covariance
     if not is_known.all():
@@ -1098,7 +1100,7 @@ class _Posterior:
             covariance = self.prior.covariance(float(self.rough_shares[place]))
             towards = covariance[self.seen, self._first_node :]
             # seven digits of what is random are enough
-            self._made[place] = _rows(covariance).astype(np.float32), towards
+            self._made[place] = _rows(covariance).astype(np.float32, order="F"), towards
         return self._made[place]
 
     def draws(
@@ -1141,7 +1143,9 @@ class _Posterior:
                 least = float(effort.min()) if np.isnan(least) else least
                 chance = np.exp(-tilt * np.maximum(effort - least, 0.0))
                 chosen = chosen[random.random(chance.size) < chance]
-            alpha = self._between(batch.of(chosen), draws[chosen], nodes, pushed_nodes, random)
+            # of a thousand pushes the draws that are left out would be another 40 MB
+            batch, draws = batch.of(chosen), draws[chosen]
+            alpha = self._between(batch, draws, nodes, pushed_nodes, random)
             completed += len(alpha)
             draws_kept.append(alpha)
         share = 1 - passive / (tried * DRAWS)
@@ -1172,8 +1176,11 @@ class _Posterior:
         for place in shares_drawn:
             # before the arrays of the draws, which would add to the memory that it takes for a moment
             self._root_and_towards(place)
-        errors = random.standard_normal((DRAWS, self.y.size))
-        noise = errors * self._noise if self._noise.ndim == 1 else errors @ self._noise
+        noise = random.standard_normal((DRAWS, self.y.size))
+        if self._noise.ndim == 1:
+            noise *= self._noise
+        else:
+            noise = noise @ self._noise
         normals = random.standard_normal((DRAWS, place_count), np.float32)
         pull = np.empty((DRAWS, self.y.size))
         variance = s**2 * wide
@@ -1215,9 +1222,7 @@ class _Posterior:
             if not unfinished.size:
                 break
             normals = random.standard_normal((unfinished.size, size - place_count), np.float32)
-            completed = expected[unfinished] + self._left_open(
-                batch.of(unfinished), normals, between
-            )
+            completed = expected[unfinished] + self._left_open(batch, unfinished, normals, between)
             all_nodes = np.concatenate([draws[unfinished], completed], axis=-1)
             pushed_nodes.put(
                 all_nodes.reshape(unfinished.size, 2 * nodes[0].size),
@@ -1246,14 +1251,19 @@ class _Posterior:
         return alpha.reshape(len(alpha), 2, alpha.shape[1] // 2)
 
     def _left_open(
-        self, batch: _Batch, normals: npt.NDArray[np.float32], places: slice
+        self,
+        batch: _Batch,
+        unfinished: npt.NDArray[np.intp],
+        normals: npt.NDArray[np.float32],
+        places: slice,
     ) -> FloatArray:
         """Part of alpha in the last places of the prior that the numbers before them leave open, shape (draws, 2, n)."""
-        alpha = np.empty((len(batch.share_index), places.stop - places.start))
-        for place in np.unique(batch.share_index).tolist():
-            of_share, root = batch.share_index == place, self._root_and_towards(place)[0]
-            drawn = normals[of_share] @ root[places, places]
-            alpha[of_share] = batch.s[of_share] * np.sqrt(batch.wide[of_share]) * drawn
+        alpha = np.empty((unfinished.size, places.stop - places.start))
+        share_index = batch.share_index[unfinished]
+        spread = batch.s[unfinished] * np.sqrt(batch.wide[unfinished])
+        for place in np.unique(share_index).tolist():
+            of_share, root = share_index == place, self._root_and_towards(place)[0]
+            alpha[of_share] = spread[of_share] * (normals[of_share] @ root[places, places])
         return alpha.reshape(len(alpha), 2, alpha.shape[1] // 2)
 
 
@@ -1296,7 +1306,13 @@ def _rows(covariance: FloatArray) -> FloatArray:
     """Rows whose products are a covariance, whose diagonal it lifts; what has no variance is exactly 0."""
     variance = np.diag(covariance).copy()
     covariance[np.diag_indices(variance.size)] += _CHOSEN.zero_variance * variance.max()
-    rows = np.linalg.cholesky(covariance).T
+    if variance.size < _CHOSEN.many_numbers:
+        rows = np.linalg.cholesky(covariance).T
+    else:
+        # in the place of the covariance: numpy makes two copies, of a thousand pushes 54 MB each
+        from scipy.linalg import cholesky
+
+        rows = cholesky(covariance.T, lower=True, overwrite_a=True, check_finite=False).T
     rows[:, variance <= _CHOSEN.zero_variance] = 0.0
     return np.asarray(rows)
 
