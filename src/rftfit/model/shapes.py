@@ -215,12 +215,13 @@ class Shapes:
         between = np.concatenate([between, apart, variation.course_share * course[None]])
         amplitude = variation.floor + variation.share * np.abs(mean)
         level = variation.floor + variation.share * np.abs(self._mean_on_grid)
-        smooth = np.outer(amplitude, amplitude) * _alike(beta, gamma, partial(_smooth, variation))
+        smooth = _alike(beta, gamma, partial(_smooth, variation))
+        rough = _alike(beta, gamma, partial(_rough, variation))
         return _Prior(
             mean,
             between,
-            smooth,
-            np.mean(level**2) * _alike(beta, gamma, partial(_rough, variation)),
+            smooth.changed(lambda at, k: np.outer(amplitude[at], amplitude[at]) * k),
+            rough.changed(lambda _, r: np.mean(level**2) * r),
         )
 
     @property
@@ -268,23 +269,51 @@ SLOPE_STEP_DEG = 5.0
 """Range over which a slope of the mean shape is taken."""
 
 
+class _Blocks(NamedTuple):
+    """A symmetric matrix that is 0 but between the places of each block: the places, in their order, and the numbers.
+
+    K and R of a thousand pushes take 27 MB so, for z and x, and 54 MB each as a whole.
+    """
+
+    places: tuple[npt.NDArray[np.intp], ...]
+    squares: tuple[FloatArray, ...]
+
+    def changed(self, change: Callable[[npt.NDArray[np.intp], FloatArray], FloatArray]) -> _Blocks:
+        """The same with other numbers."""
+        return _Blocks(self.places, tuple(map(change, self.places, self.squares)))
+
+    def at(self, places: npt.NDArray[np.intp]) -> _Blocks:
+        """The same of some of its places, in another order."""
+        inside = [np.flatnonzero(np.isin(places, of_block)) for of_block in self.places]
+        squares = []
+        for of_block, square, here in zip(self.places, self.squares, inside, strict=True):
+            rows = np.searchsorted(of_block, places[here])
+            squares.append(square[np.ix_(rows, rows)])
+        return _Blocks(
+            *zip(*((p, s) for p, s in zip(inside, squares, strict=True) if p.size), strict=True)
+        )
+
+    def add_to(self, whole: FloatArray, factor: float = 1.0) -> None:
+        """Add it so many times to a whole matrix."""
+        for places, square in zip(*self, strict=True):
+            whole[np.ix_(places, places)] += factor * square
+
+
 class _Prior(NamedTuple):
     """Mean shape; rows whose products are C; K; R."""
 
     mean: FloatArray
     between: FloatArray
-    smooth: FloatArray
-    rough: FloatArray
+    smooth: _Blocks
+    rough: _Blocks
 
     def at(self, places: npt.NDArray[np.intp]) -> _Prior:
         """The same of some of its numbers."""
-        square: Any = np.ix_(places, places)
-        if places.size and np.array_equal(places, np.arange(places[0], places[0] + places.size)):
-            # neighbours: no copy, which of a thousand pushes is 64 MB
-            neighbours = slice(places[0], places[0] + places.size)
-            square = (neighbours, neighbours)
         return _Prior(
-            self.mean[places], self.between[:, places], self.smooth[square], self.rough[square]
+            self.mean[places],
+            self.between[:, places],
+            self.smooth.at(places),
+            self.rough.at(places),
         )
 
     def by_blocks(self, counts: Sequence[int]) -> _Prior:
@@ -304,21 +333,25 @@ class _Prior(NamedTuple):
         all_rows[np.ix_(is_new, nodes)] = rows.weights
         mean = all_rows @ self.mean
         mean[is_new] += rows.offset
-        smooth, rough = (all_rows @ square @ all_rows.T for square in (self.smooth, self.rough))
-        return _Prior(mean, self.between @ all_rows.T, smooth, rough)
+        everywhere = (np.arange(len(all_rows)),)
+        squares = []
+        for blocks in (self.smooth, self.rough):
+            whole = np.zeros((size, size))
+            blocks.add_to(whole)
+            squares.append(_Blocks(everywhere, (all_rows @ whole @ all_rows.T,)))
+        return _Prior(mean, self.between @ all_rows.T, *squares)
 
     def covariance(self, rough_share: float) -> FloatArray:
         """C + (1 - w) K + w R, `rough_share`: w."""
         covariance = self.between.T @ self.between
-        # of a thousand pushes each sum would be another 50 MB
-        covariance += (1 - rough_share) * self.smooth
-        covariance += rough_share * self.rough
+        self.smooth.add_to(covariance, 1 - rough_share)
+        self.rough.add_to(covariance, rough_share)
         return covariance
 
 
 def _alike(
     beta: FloatArray, gamma: FloatArray, kernel: Callable[[FloatArray, FloatArray], FloatArray]
-) -> FloatArray:
+) -> _Blocks:
     """Correlation of functions on the torus of (2 beta, gamma) that have the symmetry of alpha.
 
     Of alpha_z the part that is even under the mirror, with a variance of 1 everywhere; of alpha_x the
@@ -333,9 +366,9 @@ def _alike(
 
     direct, turned = between((beta, gamma)), between(mirror(beta, gamma))
     size = np.sqrt(1 + np.diag(turned))
-    nothing = np.zeros_like(direct)
     even = (direct + turned) / size / size[:, None]
-    return np.block([[even, nothing], [nothing, direct - turned]])
+    places = np.arange(2 * beta.size)
+    return _Blocks((places[: beta.size], places[beta.size :]), (even, direct - turned))
 
 
 def _smooth(variation: Variation, beta: FloatArray, gamma: FloatArray) -> FloatArray:
@@ -875,11 +908,14 @@ def estimate(
     ).by_blocks((count, coarse, nodes.beta.size - coarse))
     seen = np.arange(2 * count)
     y, errors = pushes.alpha.ravel(), pushes.covariance
+    smooth_variance = np.empty(prior.mean.size)
+    for places, square in zip(*prior.smooth, strict=True):
+        smooth_variance[places] = np.diag(square)
     # symmetry leaves some numbers no freedom: they tell nothing of the medium
     used = (
         np.isfinite(y)
         & np.isfinite(np.diag(errors))
-        & (np.diag(prior.smooth)[seen] > _CHOSEN.zero_variance)
+        & (smooth_variance[seen] > _CHOSEN.zero_variance)
     )
     if not (used.any() or contacts):
         raise ValueError("no push has a number that tells of the medium")
@@ -968,7 +1004,8 @@ def _with_contacts(
     """
     prior = given.prior
     # as rough as a medium may be: no combination that could tell of it is left out
-    covariance = prior.covariance(0.0) + prior.rough
+    covariance = prior.covariance(0.0)
+    prior.rough.add_to(covariance)
     rows_of_prior = root(covariance[np.ix_(places, places)])
     system = ObservedSystem.of(contacts, nodes, prior.mean[places], rows_of_prior)
     size_now = size or system.first_size()
@@ -1377,11 +1414,8 @@ class _Likelihood:
             rests = [prior.covariance(rough_share)[np.ix_(seen, seen)]]
             between = measured.between[:0]
         else:
-            squares = [np.ix_(places, places) for places in parts]
-            rests = [
-                (1 - rough_share) * measured.smooth[square] + rough_share * measured.rough[square]
-                for square in squares
-            ]
+            squares = zip(measured.smooth.squares, measured.rough.squares, strict=True)
+            rests = [(1 - rough_share) * k + rough_share * r for k, r in squares]
             between = measured.between
         self._parts = [
             _Part.of(places, rest, whiten) for places, rest in zip(parts, rests, strict=True)
@@ -1533,16 +1567,11 @@ class _Part(NamedTuple):
         return cls(places, np.maximum(values, 0.0), vectors.T @ own)
 
 
-def _independent(rest: FloatArray, errors: FloatArray) -> list[npt.NDArray[np.intp]]:
+def _independent(rest: _Blocks, errors: FloatArray) -> list[npt.NDArray[np.intp]]:
     """Places of numbers that neither S nor errors connect, in two parts; in one where everything is connected."""
-    everything = np.arange(len(rest))
-    first = (rest[0] != 0) | (errors[0] != 0)
-    if first.all():
-        return [everything]
-    across = np.ix_(first, ~first)
-    if rest[across].any() or errors[across].any():
-        return [everything]
-    return [everything[first], everything[~first]]
+    if len(rest.places) > 1 and not errors[np.ix_(*rest.places)].any():
+        return [*rest.places]
+    return [np.arange(len(errors))]
 
 
 def whitening(errors: FloatArray) -> FloatArray:
