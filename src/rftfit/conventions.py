@@ -13,6 +13,9 @@ import numpy.typing as npt
 
 FloatArray = npt.NDArray[np.float64]
 
+COMPONENTS = ("z", "x")
+"""Components of alpha and of force, in the order of arrays and columns."""
+
 QUASI_STATIC_CM_PER_S = 50.0
 """Up to about this speed granular forces hardly depend on it (Li et al. 2013, text)."""
 

@@ -107,6 +107,17 @@ def test_commands_load_nothing_heavy():
     assert [name for name in HEAVY if name in loaded] == []
 
 
+def test_one_push_is_scaled_without_a_library_of_tables(tmp_path):
+    script = (
+        "import sys; from rftfit.cli.main import main; main(['scale', '--alpha', '0.9']); "
+        "print('pandas.core' in sys.modules, 'numba' in sys.modules); "
+        "import pandas; print(pandas.DataFrame({'push': [1, 2]}).shape)"
+    )
+    command = [sys.executable, "-c", script]
+    run = subprocess.run(command, check=True, capture_output=True, text=True, cwd=tmp_path)
+    assert run.stdout.splitlines()[-2:] == ["False False", "(2, 1)"]
+
+
 def test_a_crash_that_can_be_written_nowhere(monkeypatch, tmp_path):
     nowhere = tmp_path / "file"
     nowhere.touch()

@@ -140,7 +140,7 @@ def test_media_take_energy_because_that_is_known_beforehand():
     )
     variation = shapes.variation
     values = []
-    roots = [module.root(covariance) for covariance in (prior.smooth, prior.rough)]
+    roots = [module.root(blocks.whole()) for blocks in (prior.smooth, prior.rough)]
     for _ in range(many // 4000):
         share = random.uniform(0, variation.most_own, (4000, 1))
         departure = 3.5 / random.gamma(2.5, size=(4000, 1))

@@ -24,3 +24,6 @@ def load_late(name: str) -> None:
         late = _LateModule(name)
         late.__spec__ = find_spec(name)
         sys.modules[name] = late
+        package, _, inside = name.rpartition(".")
+        if package:
+            setattr(sys.modules[package], inside, late)

@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
 from rftfit.campaign.config import ErrorSettings, Grid
-from rftfit.conventions import FloatArray
+from rftfit.conventions import COMPONENTS, FloatArray
 from rftfit.directions import (
     SAME_DEPTH_CM,
     TOLERANCE_DEG,
@@ -38,7 +38,6 @@ from rftfit.measure.errors import (
     scaled_slopes,
     spread_of_beds,
 )
-from rftfit.measure.fits import COMPONENTS, N_REPEATS, Row
 from rftfit.measure.flags import (
     MARKS,
     REASON,
@@ -53,6 +52,9 @@ from rftfit.measure.flags import (
 from rftfit.measure.laws import LINE_THROUGH_ZERO, DepthLaw
 from rftfit.measure.sentences import FLAGS
 from rftfit.measure.slopes import combine_dof
+
+if TYPE_CHECKING:
+    from rftfit.measure.fits import Row
 
 
 def alpha_table(
@@ -109,6 +111,10 @@ def alpha_table(
 
 QUANTITIES = ("", "_se", "_lo", "_hi", "_lo_next", "_hi_next")
 """Of a component: alpha, the mean of the medium, its standard error and interval, and where the next push will fall."""
+
+
+N_REPEATS = "n_repeats"
+"""Column of the fits of a table of alpha: how many runs a row is the mean of; a log is one run."""
 
 
 def column(component: str, quantity: str = "") -> str:

@@ -14,7 +14,7 @@ import pandas as pd
 from rftfit.campaign.config import AnyPlate, Config, Container, Fit
 from rftfit.campaign.load import Campaign
 from rftfit.campaign.sheet import Run
-from rftfit.conventions import FloatArray, file_extraction
+from rftfit.conventions import COMPONENTS, FloatArray, file_extraction
 from rftfit.measure import slopes
 from rftfit.measure.flags import REASON, Remark, reason_columns, reason_of, remark
 from rftfit.measure.lab_frame import half_extent, lacks_force_x
@@ -30,8 +30,6 @@ from rftfit.measure.laws import (
 )
 from rftfit.measure.ledger import DROPPED, USED, Ledger, RowStatus
 from rftfit.measure.samples import split_runs
-
-COMPONENTS = ("z", "x")
 
 Row = dict[Any, Any]
 """One row of a table."""
@@ -450,9 +448,6 @@ def curved(
 
 # --- Tables of the stage
 
-
-N_REPEATS = "n_repeats"
-"""Column of the fits of a table of alpha: how many runs a row is the mean of; a log is one run."""
 
 _OF_COMPONENT = (
     "alpha_{}_N_per_cm3",

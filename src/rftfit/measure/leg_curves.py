@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from rftfit.campaign.load import Campaign
-from rftfit.measure.fits import COMPONENTS
+from rftfit.conventions import COMPONENTS
 from rftfit.measure.flags import MARKS, mark_columns, remark
 from rftfit.measure.lab_frame import measured_channel
 from rftfit.measure.ledger import USED, Ledger, RowStatus

@@ -8,8 +8,8 @@ import numpy as np
 import pandas as pd
 
 from rftfit.campaign.load import Campaign
-from rftfit.measure.alpha import column
-from rftfit.measure.fits import FIT_COLUMNS, N_REPEATS, filed_under
+from rftfit.measure.alpha import N_REPEATS, column
+from rftfit.measure.fits import FIT_COLUMNS, filed_under
 from rftfit.measure.flags import NO_DATA, Remark, dropped_rows, reason_columns, remark
 from rftfit.measure.ingest import RUN_COLUMNS
 from rftfit.measure.lab_frame import is_symmetric, readings_digest

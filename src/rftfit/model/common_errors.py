@@ -8,9 +8,8 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from rftfit.conventions import FloatArray
+from rftfit.conventions import COMPONENTS, FloatArray
 from rftfit.measure.alpha import column
-from rftfit.measure.fits import COMPONENTS
 
 COVARIANCE_INDEX = ["beta_deg", "gamma_deg", "component"]
 """What names a number of an alpha table: a cell and a component, ``z`` or ``x``."""

@@ -12,10 +12,9 @@ import numpy as np
 import pandas as pd
 
 from rftfit.campaign.config import Config
-from rftfit.conventions import FloatArray
+from rftfit.conventions import COMPONENTS, FloatArray
 from rftfit.measure.alpha import column, directions
 from rftfit.measure.errors import SOURCES
-from rftfit.measure.fits import COMPONENTS
 from rftfit.model.common_errors import CommonError, common_errors, equivalent_rows, error_sizes
 from rftfit.model.profiles import TableProfile
 from rftfit.model.symmetry import torus

@@ -284,14 +284,20 @@ class _Blocks(NamedTuple):
 
     def at(self, places: npt.NDArray[np.intp]) -> _Blocks:
         """The same of some of its places, in another order."""
-        inside = [np.flatnonzero(np.isin(places, of_block)) for of_block in self.places]
-        squares = []
-        for of_block, square, here in zip(self.places, self.squares, inside, strict=True):
-            rows = np.searchsorted(of_block, places[here])
-            squares.append(square[np.ix_(rows, rows)])
-        return _Blocks(
-            *zip(*((p, s) for p, s in zip(inside, squares, strict=True) if p.size), strict=True)
-        )
+        places_here, squares = [], []
+        for of_block, square in zip(*self, strict=True):
+            here = np.flatnonzero(np.isin(places, of_block))
+            if here.size:
+                rows = np.searchsorted(of_block, places[here])
+                places_here.append(here)
+                squares.append(square[np.ix_(rows, rows)])
+        return _Blocks(tuple(places_here), tuple(squares))
+
+    def whole(self) -> FloatArray:
+        """The matrix as a whole."""
+        matrix = np.zeros((sum(places.size for places in self.places),) * 2)
+        self.add_to(matrix)
+        return matrix
 
     def add_to(self, whole: FloatArray, factor: float = 1.0) -> None:
         """Add it so many times to a whole matrix."""
@@ -334,12 +340,11 @@ class _Prior(NamedTuple):
         mean = all_rows @ self.mean
         mean[is_new] += rows.offset
         everywhere = (np.arange(len(all_rows)),)
-        squares = []
-        for blocks in (self.smooth, self.rough):
-            whole = np.zeros((size, size))
-            blocks.add_to(whole)
-            squares.append(_Blocks(everywhere, (all_rows @ whole @ all_rows.T,)))
-        return _Prior(mean, self.between @ all_rows.T, *squares)
+        smooth, rough = (
+            _Blocks(everywhere, (all_rows @ blocks.whole() @ all_rows.T,))
+            for blocks in (self.smooth, self.rough)
+        )
+        return _Prior(mean, self.between @ all_rows.T, smooth, rough)
 
     def covariance(self, rough_share: float) -> FloatArray:
         """C + (1 - w) K + w R, `rough_share`: w."""
@@ -942,10 +947,11 @@ def estimate(
             np.flatnonzero(used) >= pushes.beta.size, expected
         )
         farthest = plates.farthest(pushes, used, expected)
-    # NaN stays: without both components there is nothing to compare
+    # without both components there is nothing to compare
+    off = float("nan")
     if horizontal == 0:
         off = 1 / seen_error
-    else:
+    elif horizontal > 0:
         off = abs(np.log(horizontal)) / shapes.horizontal_error(seen_error)
     return Map(
         name,
