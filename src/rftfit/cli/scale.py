@@ -61,7 +61,7 @@ def scale(
     """
     options.look_for_campaign(results)
     # scipy.special takes all names that numpy has
-    for library in ("pandas", "numpy.f2py", "numpy.testing"):
+    for library in ("pandas", "numpy.f2py", "numpy.ma", "numpy.polynomial", "numpy.testing"):
         load_late(library)
     from rftfit.forces.medium_answer import answer_of_contacts, answer_of_pushes, answer_of_test
     from rftfit.model.shapes import describe_push, one_push

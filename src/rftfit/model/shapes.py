@@ -1423,7 +1423,7 @@ class _Likelihood:
         parts = _independent(measured.smooth, errors)
         if y.size <= _CHOSEN.few_numbers or len(parts) == 1:
             parts = [np.arange(y.size)]
-            rests = [prior.covariance(rough_share)[np.ix_(seen, seen)]]
+            rests = [measured.covariance(rough_share)]
             between = measured.between[:0]
         else:
             squares = zip(measured.smooth.squares, measured.rough.squares, strict=True)
