@@ -14,10 +14,11 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from rftfit import reference
 from rftfit.campaign.config import Config, TableSettings
+from rftfit.campaign.formats import STRESS
 from rftfit.campaign.load import check_campaign
 from rftfit.campaign.problems import CampaignError
 from rftfit.campaign.rows import read_table_columns
-from rftfit.campaign.tables import STRESS, pushes_in, read_pushes, rows_against_gamma
+from rftfit.campaign.tables import pushes_in, read_pushes, rows_against_gamma
 
 HEAD = "beta_deg,gamma_deg,alpha_z_N_per_cm3,alpha_x_N_per_cm3"
 """Header of a table of alpha."""

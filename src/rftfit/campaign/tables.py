@@ -14,9 +14,8 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from rftfit.campaign.columns import COLUMNS as SHEET_COLUMNS
-from rftfit.campaign.columns import LABELS
 from rftfit.campaign.config import UNIT_AREA, Grid, TableSettings
+from rftfit.campaign.formats import ALPHA, OTHER_SENSE, RUN_ID, STRESS
 from rftfit.campaign.problems import CampaignError, Place, Problem, join_words
 from rftfit.campaign.rows import (
     BAD,
@@ -24,7 +23,6 @@ from rftfit.campaign.rows import (
     HeaderCell,
     Line,
     Schema,
-    TableColumn,
     TableRows,
     read_sheets,
     read_table_columns,
@@ -38,115 +36,6 @@ from rftfit.table.units import ALPHA_TO_N_PER_CM3, folded_name, units_like
 
 FloatArray = npt.NDArray[np.float64]
 _Grid = tuple[str, list[Line]]
-
-_ANGLES = tuple(
-    TableColumn(f"{name}_deg", "number", meaning, unit="degrees", also=(name,))
-    for name, meaning in (
-        ("beta", "attack angle of the plate"),
-        ("gamma", "intrusion angle of its motion: 90 straight down, -90 straight up"),
-    )
-)
-_RUN_ID = TableColumn("run_id", "name", "rows of one push", needed=False)
-_OF_RUN = (
-    TableColumn("medium", "name", "key of the config's media", needed=False),
-    TableColumn("excluded", "flag", "yes leaves the run out", needed=False),
-    TableColumn(
-        "reason", "text", "why the run is left out; needed where excluded is yes", needed=False
-    ),
-    *(column for column in SHEET_COLUMNS if column.name in LABELS),
-)
-
-
-_WORDS = {
-    "depth": ("sinkage", "penetration", "tiefe", "einsinkung"),
-    "stress_z": (
-        *("sigma_z", "sigma_zz", "sigma", "pressure", "stress", "normal_stress"),
-        *("qc", "cone_resistance", "druck"),
-    ),
-    "stress_x": ("sigma_x", "sigma_xz", "tau", "shear_stress"),
-}
-"""Words of headers with a unit, such as ``Sinkage (mm)``, that say which column it is."""
-
-
-def _alpha(component: str) -> tuple[TableColumn, TableColumn]:
-    name, error = f"alpha_{component}", f"se_{component}"
-    return (
-        TableColumn(
-            f"{name}_N_per_cm3",
-            "number",
-            "stress per depth" + "; blank where no force along x was measured" * (component == "x"),
-            needed=component == "z",
-            unit="N/cm^3",
-            also=(name,),
-            words=("alpha",) if component == "z" else (),
-        ),
-        TableColumn(
-            error,
-            "number",
-            f"standard error of {name}",
-            needed=False,
-            low=0,
-            unit="N/cm^3",
-            also=(f"{name}_se_N_per_cm3", f"{error}_N_per_cm3"),
-        ),
-    )
-
-
-ALPHA = Schema(
-    "alpha-table",
-    (
-        *_ANGLES,
-        *_alpha("z"),
-        *_alpha("x"),
-        TableColumn(
-            "n", "number", "number of runs behind it", needed=False, low=1, also=("n_runs",)
-        ),
-        *(
-            TableColumn(
-                f"depth_{end}_cm",
-                "number",
-                f"{extreme} depth behind it",
-                needed=False,
-                low=0,
-                unit="cm",
-            )
-            for end, extreme in (("from", "least"), ("to", "largest"))
-        ),
-        *_OF_RUN,
-    ),
-    others="warned",
-)
-STRESS = Schema(
-    "stress-table",
-    (
-        *_ANGLES,
-        TableColumn(
-            "depth_cm",
-            "number",
-            "depth of the plate's centre, growing downward",
-            unit="cm",
-            also=("depth",),
-            words=_WORDS["depth"],
-        ),
-        *(
-            TableColumn(
-                f"stress_{c}_N_per_cm2",
-                "number",
-                "force of the medium over the plate's area"
-                + "; blank where no force along x was measured" * (c == "x"),
-                needed=c == "z",
-                unit="N/cm^2",
-                also=(f"stress_{c}",),
-                words=_WORDS[f"stress_{c}"],
-            )
-            for c in "zx"
-        ),
-        _RUN_ID,
-        *_OF_RUN,
-    ),
-    others="warned",
-)
-"""The formats of both tables; alpha and stress are positive upward and toward +x."""
 
 _UNIT_OF = {
     **dict.fromkeys(("beta_deg", "gamma_deg"), "angle_unit"),
@@ -162,7 +51,6 @@ LARGEST_RAD = 3.2
 LARGEST_ALPHA_N_PER_CM3 = 100.0
 """No sand and no soil that a plate is pushed into has more: the table is in another unit."""
 
-OTHER_SENSE = "with gamma > 0 depth grows, with gamma < 0 it shrinks"
 _NUMBERS = (
     "depth_cm",
     "stress_z_N_per_cm2",
@@ -237,7 +125,7 @@ def read_pushes(
                 text = f"{allowed}: table.columns of the config gives {ours} this name"
                 problems.append(Problem(f"{schema.area}.missing-column", place, theirs, text))
     else:
-        schema = replace(schema, columns=(*schema.columns, _RUN_ID))
+        schema = replace(schema, columns=(*schema.columns, RUN_ID))
         rows = TableRows.of(drafts, schema, {})
     media_named = [medium for medium in rows.texts["medium"] if medium not in ("", BAD)]
     titles = titles or {key: key for key in media_named or [key_of(path.stem) or "medium"]}

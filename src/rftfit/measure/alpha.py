@@ -11,7 +11,6 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from rftfit.campaign.config import ErrorSettings, Grid
 from rftfit.conventions import COMPONENTS, FloatArray
 from rftfit.directions import (
     SAME_DEPTH_CM,
@@ -54,6 +53,7 @@ from rftfit.measure.sentences import FLAGS
 from rftfit.measure.slopes import combine_dof
 
 if TYPE_CHECKING:
+    from rftfit.campaign.config import ErrorSettings, Grid
     from rftfit.measure.fits import Row
 
 
@@ -85,6 +85,8 @@ def alpha_table(
     `law`: Law of stress against depth of the fits, which goes through the means of a horizontal cell too. A cell whose window
     does not hold the depth of the law is NaN.
     """
+    from rftfit.campaign.config import ErrorSettings, Grid
+
     errors = errors or ErrorSettings(angle_deg=0, turn_deg=0, tare_percent=0, bed_percent=0)
     records = sorted(fits.to_dict("records"), key=lambda row: str(row["run_id"]))
     directions, runs_of_cells = _cells_of(records, grid or Grid())

@@ -11,12 +11,11 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from statistics import NormalDist
-from typing import Literal, get_args
+from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
 import pandas as pd
 
-from rftfit.campaign.config import Config, ErrorSettings
 from rftfit.conventions import FloatArray
 from rftfit.measure.repeats import (
     Repeats,
@@ -26,6 +25,9 @@ from rftfit.measure.repeats import (
     usual_scatter,
 )
 from rftfit.measure.slopes import GIVEN_DOF, student_quantile
+
+if TYPE_CHECKING:
+    from rftfit.campaign.config import Config, ErrorSettings
 
 Source = Literal[
     "noise", "startup", "surface", "angle", "bed", "curvature", "tare", "rod", "session", "turn"

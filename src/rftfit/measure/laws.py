@@ -6,11 +6,10 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Literal, NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 
-from rftfit.campaign.config import ErrorSettings
 from rftfit.conventions import FloatArray
 from rftfit.measure.slopes import (
     FEWEST,
@@ -21,6 +20,9 @@ from rftfit.measure.slopes import (
     weighted_sum_variance,
 )
 from rftfit.store.chosen import chosen
+
+if TYPE_CHECKING:
+    from rftfit.campaign.config import ErrorSettings
 
 _CHOSEN = chosen("measure", "laws")
 

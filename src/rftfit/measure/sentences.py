@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal, NamedTuple
 
-from rftfit.campaign.tables import OTHER_SENSE
+from rftfit.campaign.formats import OTHER_SENSE
 
 
 class Flag(NamedTuple):

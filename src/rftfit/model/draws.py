@@ -6,18 +6,20 @@ import math
 import zlib
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
 
-from rftfit.campaign.config import Config
 from rftfit.conventions import COMPONENTS, FloatArray
 from rftfit.measure.alpha import column, directions
 from rftfit.measure.errors import SOURCES
 from rftfit.model.common_errors import CommonError, common_errors, equivalent_rows, error_sizes
 from rftfit.model.profiles import TableProfile
 from rftfit.model.symmetry import torus
+
+if TYPE_CHECKING:
+    from rftfit.campaign.config import Config
 
 DRAWS = 1000
 """Draws behind an interval where the config states no number."""

@@ -6,13 +6,12 @@ import contextlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache, cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from rftfit.campaign.config import Config
 from rftfit.conventions import FloatArray
 from rftfit.measure.alpha import alpha_columns, cell_at, column, directions, flagged, rows_at
 from rftfit.measure.flags import Remark, format_remarks, quoted, remark
@@ -36,6 +35,9 @@ from rftfit.model.profiles import (
     scaled_generic,
 )
 from rftfit.reference import BETA_DEG, GAMMA_DEG, MEDIA, alpha_columns_of, coefficients, load
+
+if TYPE_CHECKING:
+    from rftfit.campaign.config import Config
 
 GENERIC = "generic"
 

@@ -21,14 +21,13 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property, partial
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from rftfit.campaign.config import Config
-from rftfit.campaign.tables import ALPHA
+from rftfit.campaign.formats import ALPHA
 from rftfit.conventions import FloatArray, mirror, wrap_beta
 from rftfit.directions import TOLERANCE_DEG, same_direction
 from rftfit.errors import InputError
@@ -52,6 +51,9 @@ from rftfit.model.scaling import PAPER_RULE, check_level, check_test, vertical_p
 from rftfit.model.symmetry import rectangle
 from rftfit.reference import BETA_DEG, GAMMA_DEG, MEDIA, load
 from rftfit.store.chosen import chosen, read_toml
+
+if TYPE_CHECKING:
+    from rftfit.campaign.config import Config
 
 _CHOSEN = chosen("model", "shapes")
 
@@ -1306,7 +1308,9 @@ class _Posterior:
         spread = batch.s[unfinished] * np.sqrt(batch.wide[unfinished])
         for place in np.unique(share_index).tolist():
             of_share, root = share_index == place, self._root_and_towards(place)[0]
-            alpha[of_share] = spread[of_share] * (normals[of_share] @ root[places, places])
+            # turned, as the root lies in memory: of few draws half the time
+            drawn = (root[places, places].T @ normals[of_share].T).T
+            alpha[of_share] = spread[of_share] * drawn
         return alpha.reshape(len(alpha), 2, alpha.shape[1] // 2)
 
 

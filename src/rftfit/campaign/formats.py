@@ -1,0 +1,118 @@
+"""The formats of tables of alpha and of stress against depth."""
+
+from __future__ import annotations
+
+from rftfit.campaign.columns import COLUMNS as SHEET_COLUMNS
+from rftfit.campaign.columns import LABELS
+from rftfit.campaign.rows import Schema, TableColumn
+
+OTHER_SENSE = "with gamma > 0 depth grows, with gamma < 0 it shrinks"
+
+_ANGLES = tuple(
+    TableColumn(f"{name}_deg", "number", meaning, unit="degrees", also=(name,))
+    for name, meaning in (
+        ("beta", "attack angle of the plate"),
+        ("gamma", "intrusion angle of its motion: 90 straight down, -90 straight up"),
+    )
+)
+RUN_ID = TableColumn("run_id", "name", "rows of one push", needed=False)
+_OF_RUN = (
+    TableColumn("medium", "name", "key of the config's media", needed=False),
+    TableColumn("excluded", "flag", "yes leaves the run out", needed=False),
+    TableColumn(
+        "reason", "text", "why the run is left out; needed where excluded is yes", needed=False
+    ),
+    *(column for column in SHEET_COLUMNS if column.name in LABELS),
+)
+
+
+_WORDS = {
+    "depth": ("sinkage", "penetration", "tiefe", "einsinkung"),
+    "stress_z": (
+        *("sigma_z", "sigma_zz", "sigma", "pressure", "stress", "normal_stress"),
+        *("qc", "cone_resistance", "druck"),
+    ),
+    "stress_x": ("sigma_x", "sigma_xz", "tau", "shear_stress"),
+}
+"""Words of headers with a unit, such as ``Sinkage (mm)``, that say which column it is."""
+
+
+def _alpha(component: str) -> tuple[TableColumn, TableColumn]:
+    name, error = f"alpha_{component}", f"se_{component}"
+    return (
+        TableColumn(
+            f"{name}_N_per_cm3",
+            "number",
+            "stress per depth" + "; blank where no force along x was measured" * (component == "x"),
+            needed=component == "z",
+            unit="N/cm^3",
+            also=(name,),
+            words=("alpha",) if component == "z" else (),
+        ),
+        TableColumn(
+            error,
+            "number",
+            f"standard error of {name}",
+            needed=False,
+            low=0,
+            unit="N/cm^3",
+            also=(f"{name}_se_N_per_cm3", f"{error}_N_per_cm3"),
+        ),
+    )
+
+
+ALPHA = Schema(
+    "alpha-table",
+    (
+        *_ANGLES,
+        *_alpha("z"),
+        *_alpha("x"),
+        TableColumn(
+            "n", "number", "number of runs behind it", needed=False, low=1, also=("n_runs",)
+        ),
+        *(
+            TableColumn(
+                f"depth_{end}_cm",
+                "number",
+                f"{extreme} depth behind it",
+                needed=False,
+                low=0,
+                unit="cm",
+            )
+            for end, extreme in (("from", "least"), ("to", "largest"))
+        ),
+        *_OF_RUN,
+    ),
+    others="warned",
+)
+STRESS = Schema(
+    "stress-table",
+    (
+        *_ANGLES,
+        TableColumn(
+            "depth_cm",
+            "number",
+            "depth of the plate's centre, growing downward",
+            unit="cm",
+            also=("depth",),
+            words=_WORDS["depth"],
+        ),
+        *(
+            TableColumn(
+                f"stress_{c}_N_per_cm2",
+                "number",
+                "force of the medium over the plate's area"
+                + "; blank where no force along x was measured" * (c == "x"),
+                needed=c == "z",
+                unit="N/cm^2",
+                also=(f"stress_{c}",),
+                words=_WORDS[f"stress_{c}"],
+            )
+            for c in "zx"
+        ),
+        RUN_ID,
+        *_OF_RUN,
+    ),
+    others="warned",
+)
+"""The formats of both tables; alpha and stress are positive upward and toward +x."""
