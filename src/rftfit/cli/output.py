@@ -63,12 +63,11 @@ def write_csv(path: Path, columns: Columns, mark: str, notes: Iterable[str], dig
     """Write a table below its mark and notes on what it was made from; an empty cell is NaN, and no zero has a sign."""
     from rftfit.store import write_text
 
-    content = io.StringIO(comments(mark, notes))
-    content.seek(0, io.SEEK_END)
-    writer = csv.writer(content, lineterminator="\n")
+    table = io.StringIO()
+    writer = csv.writer(table, lineterminator="\n")
     writer.writerow(columns)
     writer.writerows(zip(*(_cells(columns[name], digits) for name in columns), strict=True))
-    write_text(path, content.getvalue())
+    write_text(path, comments(mark, notes) + table.getvalue())
 
 
 def _cells(column: npt.ArrayLike, digits: int) -> list[object]:

@@ -836,10 +836,10 @@ def _normal_error(error: Part, confidence: float) -> float:
 def merged(pushes: Pushes) -> Pushes:
     """Each direction once: repeated pushes are one, weighted with their errors."""
     count = pushes.beta.size
-    if all(same_pushes.size == 1 for same_pushes, _ in _by_direction(pushes)):
-        return pushes
     is_known = np.isfinite(pushes.alpha.ravel()) & np.isfinite(np.diag(pushes.covariance))
     covariance = pushes.covariance
+    if is_known.all() and all(same.size == 1 for same, _ in _by_direction(pushes)):
+        return pushes
     if not is_known.all():
         covariance = np.where(np.outer(is_known, is_known), covariance, 0.0)
     least = (1e-9 * np.abs(np.where(is_known, pushes.alpha.ravel(), 0.0)).max(initial=1e-9)) ** 2
