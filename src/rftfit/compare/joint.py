@@ -25,7 +25,6 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from scipy.special import ndtri
 
 from rftfit.conventions import FloatArray
 from rftfit.directions import TOLERANCE_DEG, angles_of_directions, beta_apart, number_directions
@@ -426,6 +425,8 @@ class JointModel:
     def scan(self) -> Scan:
         """Score all candidates, and find the limit that the largest of sound scores hardly exceeds."""
         causes = self.causes()
+        from scipy.special import ndtri
+
         effects = np.column_stack([cause.effect for cause in causes])
         mean = self._mean(self.theta)
         residual = self.runs.alpha.ravel() - mean

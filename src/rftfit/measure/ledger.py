@@ -123,3 +123,14 @@ def check_ledger(
             f"the ledger does not add up in {len(wrong)} runs, first {name}: {counted[name]} rows "
             f"counted, {rows_read[name]} in the logs: {_FAULT}"
         )
+
+
+USED_AS = {"plate": "slope", "leg": "leg-curve", "rod": "tare", "leg_air": "tare"}
+USED_AS["robot"] = "mean-speed"
+"""What rows of each kind of run are used for, as the codes of the ledger."""
+
+
+def runs_with_result(ledger: pd.DataFrame) -> set[str]:
+    """Runs of a ledger that gave a slope, a leg curve, a tare or a speed."""
+    is_main_use = ledger["reason_code"] == ledger["kind"].map(USED_AS)
+    return {*ledger.loc[(ledger["fate"] == USED) & is_main_use & (ledger["rows"] > 0), "run_id"]}

@@ -7,15 +7,13 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
-import pandas as pd
-
 from rftfit.checks.declared import CHECKS
 from rftfit.checks.verdict import Verdict, verdict_on
 from rftfit.compare.joint import list_untold
 from rftfit.compare.legs import FAR_OFF, NOT_TESTED, OFF, WITHIN, WITHIN_PERCENT, worst_peak
 from rftfit.figures.labels import format_interval, in_brackets, name_of, percent
 from rftfit.measure.flags import Remark, attach_run, format_remarks, remark
-from rftfit.measure.ledger import DROPPED, USED, RowStatus
+from rftfit.measure.ledger import DROPPED, RowStatus, runs_with_result
 from rftfit.measure.sentences import FLAGS
 from rftfit.measure.verdict_words import ACCEPTED, DOUBTFUL, FAILED, NOT_CHECKED, PASSED, UNUSABLE
 from rftfit.model.shapes import NOT_ALIKE
@@ -29,10 +27,6 @@ VERDICT_WORDS = {
     NOT_TESTED: "not tested",
 }
 """Verdicts on the model on legs, for people."""
-
-USED_AS = {"plate": "slope", "leg": "leg-curve", "rod": "tare", "leg_air": "tare"}
-USED_AS["robot"] = "mean-speed"
-"""What rows of each kind of run are used for, as the codes of the ledger."""
 
 _STATUSES = {status.code for status in RowStatus}
 _EXPECTED = _STATUSES - {RowStatus.SATURATED.code, RowStatus.MOTION_GAP.code}
@@ -61,12 +55,6 @@ class Outcome:
     def count_lost(self, *, excluded: bool) -> int:
         """Count the runs without a result that the run sheet excludes, or those that it does not."""
         return sum(run["excluded"] == excluded for run in self.dropped)
-
-
-def runs_with_result(ledger: pd.DataFrame) -> set[str]:
-    """Runs of a ledger that gave a slope, a leg curve, a tare or a speed."""
-    is_main_use = ledger["reason_code"] == ledger["kind"].map(USED_AS)
-    return {*ledger.loc[(ledger["fate"] == USED) & is_main_use & (ledger["rows"] > 0), "run_id"]}
 
 
 def outcome_of_runs(results: Results) -> Outcome:

@@ -119,8 +119,7 @@ def _shown(root: Path, current: set[str], name: str) -> str:
 
 def ledger_line(path: Path) -> str:
     """Count the runs and rows that were used, excluded on purpose and dropped; empty where there is no ledger."""
-    from rftfit.measure.ledger import DROPPED, USED
-    from rftfit.page.outcome import runs_with_result
+    from rftfit.measure.ledger import DROPPED, USED, runs_with_result
     from rftfit.store import read_csv
 
     try:
