@@ -1,4 +1,7 @@
-"""Libraries that a command loads where something of them is used, whichever module imports them."""
+"""Libraries that a command loads where something of them is used, whichever module imports them.
+
+The loader of `importlib` for this loads a library at the next `import` of it already.
+"""
 
 from __future__ import annotations
 
