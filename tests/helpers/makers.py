@@ -19,6 +19,7 @@ from pathlib import Path
 
 import numpy as np
 import yaml
+from forked import snakemake_forked
 
 # --- The one maker of text logs: columns of numbers written as programs write them, then damaged ------------------
 
@@ -464,7 +465,11 @@ def run_command(folder, *words, expected_code=None):
     out, errors, before = io.StringIO(), io.StringIO(), Path.cwd()
     os.chdir(folder)
     try:
-        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(errors):
+        with (
+            snakemake_forked(),
+            contextlib.redirect_stdout(out),
+            contextlib.redirect_stderr(errors),
+        ):
             code = _command()([*words])
     finally:
         os.chdir(before)

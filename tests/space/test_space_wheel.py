@@ -18,7 +18,7 @@ from rftfit.reference import MEDIA
 RUNS = pd.read_csv(Path(__file__).parents[2] / "examples" / "wheels" / "smooth.csv")
 FORCES = ["force_x_N", "force_y_N", "force_z_N"]
 RADIUS_CM = 6.25
-DEPTHS_CM = np.arange(0.5, 12.1, 0.5)
+DEPTHS_CM = np.arange(0.5, 12.1, 1.0)
 PLATE, PAPERS_PLATE = 0.853, 1.26
 """alpha_z(0, 90 deg) of both plates in the sand, N/cm^3."""
 EXPECTED = {  # rms error of x, y, z, N: all runs, those with abs(slip) <= 0.51; of sinkage, mm
