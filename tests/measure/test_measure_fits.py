@@ -178,15 +178,18 @@ def test_a_force_with_the_wrong_sign_is_flagged(paper_config, gamma, direction, 
     samples = stroke(depth, path=np.linspace(0, 7, depth.size))
     turned = dataclasses.replace(samples, force=samples.force * np.array(signs)[:, None])
     assert codes_of(fit_run(run(direction, 0.0, gamma), turned, paper_config).flags) == code
+    in_check = fit_run(run(direction, 0.0, gamma), turned, paper_config, verdicts_only=True)
+    assert codes_of(in_check.flags) == code
     # within the noise it is no sign
     for size in (0.1, 10.0) if code else ():
         noise = size * np.abs(turned.force).max() * np.random.default_rng(3).normal(size=depth.size)
-        flags = fit_run(
-            run(direction, 0.0, gamma),
-            dataclasses.replace(turned, force=turned.force + noise),
-            paper_config,
-        ).flags
-        assert ("gives-back" in codes_of(flags)) == (size < 1)
+        noisy = dataclasses.replace(turned, force=turned.force + noise)
+        # as `run` fits it, and as `check` does
+        for verdicts_only in (False, True):
+            flags = fit_run(
+                run(direction, 0.0, gamma), noisy, paper_config, verdicts_only=verdicts_only
+            ).flags
+            assert ("gives-back" in codes_of(flags)) == (size < 1)
 
 
 def test_a_curve_is_told_with_its_size_and_sign(paper_config):

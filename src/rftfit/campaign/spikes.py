@@ -65,11 +65,12 @@ def _find_again(find_once: Callable[[FloatArray], Mask], values: FloatArray) -> 
 
     Where many readings are bad, some are found only when others are out of the way.
     """
-    marked = np.zeros(values.shape[-1], dtype=bool)
+    is_bad = marked = find_once(values)
     left = np.arange(marked.size)
-    while (is_bad := find_once(values[..., left])).any():
-        marked[left[is_bad]] = True
+    while is_bad.any():
         left = left[~is_bad]
+        is_bad = find_once(values[..., left])
+        marked[left[is_bad]] = True
     return marked
 
 
@@ -300,13 +301,15 @@ def find_held(values: FloatArray, times: float = TIMES_USUAL_STEP) -> Mask:
         Shape (n,): all readings of a hold but its first.
     """
     held = np.zeros(values.size, dtype=bool)
-    change = values[1:] - values[:-1]
-    repeats = change == 0
+    repeats = values[1:] == values[:-1]
     # most channels have no jump behind equal readings, and this is quick: a coarse sensor changes by its own step
+    if np.count_nonzero(repeats) < _FEWEST_HELD - 1:
+        return held
     ends_hold = repeats[2:-1] & repeats[1:-2] & repeats[:-3]
     if not ends_hold.any():
         return held
     ends_hold &= ~repeats[3:]
+    change = values[1:] - values[:-1]
     jumps = np.abs(change[3:][ends_hold])
     if not jumps.size:
         return held
@@ -581,7 +584,7 @@ def find_lone_positions(*axes: FloatArray) -> Mask:
     ndarray of bool
         Shape (n,).
     """
-    return _find_again(_find_lone_once, np.stack(axes))
+    return _find_again(_find_lone_once, np.array(axes))
 
 
 def _find_lone_once(path: FloatArray) -> Mask:

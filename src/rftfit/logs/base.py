@@ -144,8 +144,15 @@ class Log:
 
     def without_blank_columns(self) -> Log:
         """Return the log without the columns that have no value in any row; they are named as not read."""
-        blank = {name for name, values in self.columns.items() if np.isnan(values).all()}
-        if not self.size or not blank or blank == self.columns.keys():
+        if not self.size:
+            return self
+        blank = {
+            name
+            for name, values in self.columns.items()
+            # most columns begin with a number
+            if np.isnan(values[0]) and np.isnan(values).all()
+        }
+        if not blank or blank == self.columns.keys():
             return self
         return replace(
             self,
@@ -215,6 +222,8 @@ class Reader:
         self, path: Path, unread: Mapping[str, str], names: Collection[str] = ()
     ) -> None:
         """Refuse a file where a column that is asked for could not be read; `names`: all columns of the file."""
+        if not unread:
+            return
         asked = {by_number(name, names) for name in self.asked or ()}
         asked.difference_update({*QUANTITIES} - {"time"})
         if lost := [f"{name!r}: {why}" for name, why in unread.items() if name in asked]:
@@ -275,8 +284,10 @@ _OPTIONS: dict[str, tuple[Any, str]] = {
 
 def by_number(column: str, names: Collection[str]) -> str:
     """Return the name of ``column 3`` or ``3``, the third of the `names`; another name, or of no such place, as it is."""
+    if column in names:
+        return column
     number = _BY_NUMBER.fullmatch(column)
-    if not number or column in names or int(number[1]) > len(names):
+    if not number or int(number[1]) > len(names):
         return column
     return [*names][int(number[1]) - 1]
 

@@ -78,7 +78,8 @@ class DelimitedReader(TextReader):
         counted = (line for line in head_lines if _counts(line, text.comment))
         lines = [*islice(counted, KIND_LINES + _MOST_HEADER_ROWS)]
         printed = printed_marks([line.text for line in lines], delimiter)
-        lines = [line._replace(text=printed.plain(line.text)) for line in lines]
+        if printed.rewrites:
+            lines = [line._replace(text=printed.plain(line.text)) for line in lines]
         start = skipped[-1].stop if skipped else 0
         where = f"names below the first {text.skip_lines} lines (skip_lines)"
         header: list[list[str]] = []
@@ -213,8 +214,10 @@ def _labels(
     reader: TableReader, names: Sequence[str], kinds: Sequence[Kind], rows: Iterable[Sequence[str]]
 ) -> frozenset[str]:
     """Columns of words, and those of whole numbers that nobody asked for and of which the first rows show few."""
-    columns = zip(*_of_width(rows, len(names)), strict=True)
     asked = {by_number(name, names) for name in reader.asked or names}
+    if "skip" not in kinds and asked.issuperset(names):
+        return frozenset()
+    columns = zip(*_of_width(rows, len(names)), strict=True)
     return frozenset(
         name
         for name, kind, column in zip(names, kinds, columns, strict=False)
@@ -307,6 +310,8 @@ def printed_marks(lines: Sequence[str], delimiter: str) -> Printed:
             rewrites.append(rewrite)
             filled = [rewritten(line, [rewrite]) for line in filled]
     arrow = any(pattern is _ARROW for pattern, _ in rewrites)
+    if not any(b":" in line or b"=" in line for line in filled):
+        return Printed(arrow, (), tuple(rewrites))
     labels = [
         tuple(match[1] if (match := _LABELLED.fullmatch(cell)) else "" for cell in cells)
         for line in filled
@@ -399,7 +404,12 @@ def looked_at(
     """
     table = _of_width(rows, len(names))
     as_written = [*zip(*table, strict=True)] or [()] * len(names)
-    plain = _NUMBERS[decimal].fullmatch
+    number = _NUMBERS[decimal].fullmatch
+
+    def count_numbers(cells: Sequence[str]) -> int:
+        # most cells are plain as they are
+        return sum(bool(number(cell) or number(plain_number(cell))) for cell in cells)
+
     columns = [_without_thousands(column, decimal) for column in as_written]
     other_decimal = {
         place for place, column in enumerate(columns) if _has_other_decimal(column, decimal)
@@ -407,7 +417,7 @@ def looked_at(
     other_mark = "," if decimal == "." else "."
     for place in other_decimal:
         columns[place] = [cell.replace(other_mark, decimal) for cell in columns[place]]
-    numbers = [sum(bool(plain(plain_number(cell))) for cell in column) for column in columns]
+    numbers = [*map(count_numbers, columns)]
     without = {
         place
         for place, column in enumerate(columns)
@@ -417,7 +427,7 @@ def looked_at(
         below = [*zip(*_of_width(further(), len(names)), strict=True)]
         for place in without if below else ():
             columns[place] = (*columns[place], *below[place])
-            numbers[place] = sum(bool(plain(plain_number(cell))) for cell in below[place])
+            numbers[place] = count_numbers(below[place])
     kinds: list[Kind] = []
     first_stamps: dict[str, str] = {}
     unread: dict[str, str] = {}

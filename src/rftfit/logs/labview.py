@@ -7,6 +7,7 @@ import math
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +24,8 @@ from rftfit.table.units import unit_word
 MAGIC = "LabVIEW Measurement"
 OTHER_CHANNELS = "segment with other channels than the first"
 
+_MOST_LINES = 400
+"""Lines within which the header of a file ends."""
 _MANY = 10**9  # steps that differ at all do so after so many samples
 _END = "***End_of_Header***"
 _SEGMENT = re.compile(rb"(?m)^[ \t]*Channels[\t,;]")
@@ -46,7 +49,7 @@ class LvmReader(base.Reader):
         """Read a file in blocks of some megabytes."""
         text = TextFile(path)
         try:
-            file, start = _file_header(path, decode_first_lines(text.head))
+            file, start = _file_header(path, islice(each_line(text.head), _MOST_LINES))
             file.asked = self.asked
             rows = 0
 
@@ -96,12 +99,13 @@ class _File:
     notes: list[str] = field(default_factory=list)
 
 
-def _file_header(path: Path, lines: Sequence[Line]) -> tuple[_File, int]:
+def _file_header(path: Path, lines: Iterator[Line]) -> tuple[_File, int]:
     """Read the file header; the segments begin at the place that comes with it."""
     settings: dict[str, str] = {}
-    if not lines or not lines[0].text.startswith(MAGIC):
-        raise ValueError(f"found {lines[0].text[:40] if lines else ''!r}; allowed: {MAGIC!r} first")
-    for line in lines[1:]:
+    first_line = next(lines).text
+    if not first_line.startswith(MAGIC):
+        raise ValueError(f"found {first_line[:40]!r}; allowed: {MAGIC!r} first")
+    for line in lines:
         if line.text.startswith(_END):
             separator = _SEPARATORS.get(settings.get("Separator", "Tab").casefold(), "\t")
             decimal = settings.get("Decimal_Separator", ".")[:1]
@@ -177,13 +181,18 @@ class _Settings(dict[str, list[str]]):
 def _unfilled(file: _File, names: Sequence[str], first_rows: bytes) -> list[str]:
     """Columns in which the first rows hold nothing."""
     lines = (line.text.split(file.separator) for line in each_line(first_rows) if line.whole)
-    rows = [cells for cells in lines if len(cells) >= len(names) - 1]
-    places = range(len(names) if rows else 0)
-    return [
-        names[place]
-        for place in places
-        if not any("".join(cells[place : place + 1]).strip() for cells in rows)
-    ]
+    unfilled = [*names]
+    has_rows = False
+    for cells in lines:
+        if len(cells) < len(names) - 1:
+            continue
+        has_rows = True
+        filled = {name for name, cell in zip(names, cells, strict=False) if cell.strip()}
+        unfilled = [name for name in unfilled if name not in filled]
+        # in most files the first row has them all
+        if not unfilled:
+            break
+    return unfilled if has_rows else []
 
 
 def _segment(file: _File, header: bytes, first_rows: bytes) -> _Segment:

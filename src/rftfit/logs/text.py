@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import codecs
 import gzip
+import os
 import re
 import zlib
 from abc import ABC, abstractmethod
@@ -69,8 +70,9 @@ class TextFile:
                 carry = carry[:-1]
             stop = _behind_last_line(chunk, len(chunk) - chunk.endswith(b"\r"))
             if stop:
-                # one copy, however long the block
-                body = b"".join((carry, memoryview(chunk)[:stop]))
+                # one copy, however long the block, and none of a file that is one block
+                is_whole = not carry and stop == len(chunk)
+                body = chunk if is_whole else b"".join((carry, memoryview(chunk)[:stop]))
                 before = (before + body[-_BEFORE_BYTES:])[-_BEFORE_BYTES:]
                 yield Block(body, b"")
                 carry = chunk[stop:]
@@ -119,7 +121,8 @@ def _chunks(path: Path) -> Iterator[bytes]:
             while handle.read(BLOCK_BYTES):
                 base.check_unpacked(path, handle.tell())
             handle.seek(0)
-        chunk = handle.read(BLOCK_BYTES)
+        at_once = _bytes_at_once(handle)
+        chunk = handle.read(at_once)
         if len(chunk) == BLOCK_BYTES:
             base.refuse_large_file(path, MAX_BYTES)
         utf16 = utf16_of(chunk)
@@ -127,7 +130,16 @@ def _chunks(path: Path) -> Iterator[bytes]:
         chunk = without_byte_order_mark(chunk)
         while chunk:
             yield decoder.decode(chunk).encode() if decoder else chunk
-            chunk = handle.read(BLOCK_BYTES)
+            chunk = handle.read(at_once)
+
+
+def _bytes_at_once(handle: BinaryIO) -> int:
+    """Bytes to read at a time: room for a block costs more than reading a small file, so one is read in its own size."""
+    if isinstance(cast("object", handle), gzip.GzipFile):
+        return BLOCK_BYTES
+    size = os.fstat(handle.fileno()).st_size
+    # one more, so that the end is seen; a size of 0 says nothing
+    return min(size + 1, BLOCK_BYTES) if size else BLOCK_BYTES
 
 
 # --- Lines to columns: fast where a block is clean, line by line where it is not
@@ -309,7 +321,7 @@ def _log(path: Path, plan: ReadingPlan, rows: ParsedRows, first: int) -> base.Lo
         missing = {plan.packets.reason: plan.packets.missing - before}
     labels = [name for name, words in columns.items() if words.dtype == object]
     same = [name for name, values in columns.items() if values.dtype == bool]
-    good = replace(rows, columns=columns)
+    good = replace(rows, columns=columns) if plan.derive else rows
     for name in same:
         good = good.take(good.columns[name], plan.not_same)
     log_columns = {

@@ -69,7 +69,7 @@ def moving_spans(time: FloatArray, speed: FloatArray, threshold: float) -> Float
     rests = starts[1:] - ends[:-1] > _JITTER_S
     starts = starts[np.append(True, rests)[: starts.size]]
     ends = ends[np.append(rests, True)[: ends.size]]
-    spans: FloatArray = np.stack([starts, ends], axis=1)
+    spans: FloatArray = np.array([starts, ends]).T
     return np.asarray(spans[ends - starts > _JITTER_S])
 
 

@@ -50,8 +50,8 @@ def fit_medium(
     """Fit every plate run of a medium, from the tables of the ingest and tare stages.
 
     `linear_to_cm`, by run: end of the linear regime, if not the stated one. `only`: these runs. `law`: of stress against
-    depth; default: that of the config. `verdicts_only`: leave
-    out the numbers that no reason and no flag depends on. Returns a row per plate run of
+    depth; default: that of the config. `verdicts_only`: leave out the numbers that neither a reason nor the flag of
+    a force that gives back depends on. Returns a row per plate run of
     the sheet, also of those without alpha; for the rows of `tared`, the `RowStatus` by which they were
     fitted or not; the rows of the strokes handed on, and flags of the runs.
     """
@@ -110,7 +110,8 @@ def fit_run(
     """Fit alpha_z and alpha_x of one plate run in its window, or say why it must not give a number.
 
     `linear_to_cm`: End of the linear regime of a natural sand; default: as the config states it. `law`: of stress against
-    depth; default: that of the config. `verdicts_only`: leave out the numbers that no reason and no flag depends on.
+    depth; default: that of the config. `verdicts_only`: leave out the numbers that neither a reason nor the flag of a
+    force that gives back depends on.
     """
     law = law or DepthLaw(config.fit.law)
     plate = config.intruders[run.intruder]
@@ -130,9 +131,15 @@ def fit_run(
     usable = why == RowStatus.GOOD
     depth = stroke.depth[usable]
     stress, tare_stress = _stresses(stroke, plate, sign_x)
+    of_table = config.table is not None
     if verdicts_only:
         tare_stress = None
-    of_table = config.table is not None
+        # no error of a slope makes a flag where the slope itself makes none
+        is_plain_line = law.name == "through_zero" and not of_table
+        if is_plain_line and not _pulls(
+            slopes.zero_intercept(depth, stress[:, usable])[0], gamma_deg
+        ):
+            return RunFit(beta_deg, gamma_deg, why=why)
     # a level run has one depth: its cell has the law
     has_intercept = law.name == "free_intercept" and not slopes.level_path(depth)
     has_few_points = of_table and (depth.size < slopes.FEWEST or not run.gamma_deg)
@@ -407,10 +414,19 @@ LEAST_WORK, _SIGMAS = 0.005, 3.0
 
 def _flag_negative_work(slope: slopes.Slope, gamma_deg: float) -> tuple[Remark, ...]:
     """Flag a force that pulls the plate along its way, as a turned sign makes it."""
-    share = np.array([math.sin(math.radians(gamma_deg)), math.cos(math.radians(gamma_deg))])
-    noise = _SIGMAS * math.hypot(*(share * np.nan_to_num(slope.se)))
-    gives_back = float(share @ slope.alpha) < -max(LEAST_WORK, noise)
-    return (remark("gives-back"),) if gives_back else ()
+    noise = _SIGMAS * math.hypot(*(_along_path(gamma_deg) * np.nan_to_num(slope.se)))
+    return (remark("gives-back"),) if _pulls(slope.alpha, gamma_deg, noise) else ()
+
+
+def _pulls(alpha: FloatArray, gamma_deg: float, noise: float = 0.0) -> bool:
+    """Tell whether a slope, z and x, is against the way of the plate by more than `noise`, N/cm^3."""
+    return float(_along_path(gamma_deg) @ alpha) < -max(LEAST_WORK, noise)
+
+
+def _along_path(gamma_deg: float) -> FloatArray:
+    """Parts of alpha, z and x, that act against the plate on its way."""
+    gamma = math.radians(gamma_deg)
+    return np.array([math.sin(gamma), math.cos(gamma)])
 
 
 _CURVED_RATIO = 0.10

@@ -14,6 +14,7 @@ from rftfit.campaign.sheet import Run
 from rftfit.conventions import FloatArray
 from rftfit.logs.base import Log
 from rftfit.measure.flags import REPEATED, Refused
+from rftfit.measure.levels import median
 from rftfit.measure.log_columns import ANGLE_TO_RAD, factor
 from rftfit.measure.slopes import GIVEN_DOF, weighted_sum_variance
 from rftfit.measure.strokes import IntruderPath
@@ -85,7 +86,7 @@ def lacks_force_x(config: Config, run: Run) -> bool:
 def force_in_lab_frame(log: Log, transducer: Transducer) -> ForceReadings:
     """Turn a force log into the lab frame."""
     name, unit = log.path.name, transducer.force_unit
-    channels = np.stack([log.columns[channel] for channel in CHANNELS])
+    channels = np.array([log.columns[channel] for channel in CHANNELS])
     for index, channel in enumerate(CHANNELS):
         channels[index] *= factor(FORCE_TO_N, log.units[channel], unit, f"{name}: {channel}")
     time = log.columns["time"] * factor(TIME_TO_S, log.units["time"], "s", f"{name}: time")
@@ -132,8 +133,9 @@ def channel_facts(channels: FloatArray, in_stroke: np.ndarray) -> dict[str, obje
     """What each channel does in the stroke, its noise before and after it, and a digest of all readings."""
     moves = bool(np.ptp(channels, axis=1).any())
     facts: dict[str, object] = {"readings": readings_digest(channels) if moves else ""}
-    for name, readings in zip(CHANNELS, channels, strict=True):
-        values = readings[in_stroke]
+    inside = channels.compress(in_stroke, axis=1)
+    outside = channels.compress(~in_stroke, axis=1)
+    for name, values, at_rest in zip(CHANNELS, inside, outside, strict=True):
         changes = np.flatnonzero(values[1:] != values[:-1]) + 1
         starts = np.concatenate([[0], changes, [values.size]])
         lengths = starts[1:] - starts[:-1]
@@ -143,7 +145,7 @@ def channel_facts(channels: FloatArray, in_stroke: np.ndarray) -> dict[str, obje
             values.max(),
             values[starts[longest]],
             lengths[longest] / values.size,
-            _noise(readings[~in_stroke]),
+            _noise(at_rest),
         )
         facts |= {
             f"{name}_{fact}": value
@@ -291,7 +293,7 @@ def stated_zero(stated: ZeroSettings, transducer: Transducer) -> Zero:
 
 def fewest_for_zero(time: FloatArray) -> int:
     """Count the samples in half a second of a slow transducer; `MIN_SAMPLES` at 100 Hz and faster."""
-    step = float(np.median(np.diff(time))) if time.size > 1 else 0.0
+    step = median(np.diff(time)) if time.size > 1 else 0.0
     return max(_FEWEST, min(MIN_SAMPLES, round(0.5 / step))) if step > 0 else MIN_SAMPLES
 
 

@@ -10,7 +10,7 @@ from rftfit.campaign.load import Campaign
 from rftfit.campaign.problems import Place, Problem, Severity, join_words
 from rftfit.campaign.sheet import Run
 from rftfit.measure.fits import fit_medium
-from rftfit.measure.flags import Remark, reason_of
+from rftfit.measure.flags import REASON, Remark, reason_of
 from rftfit.measure.ingest import ingest_medium
 from rftfit.measure.session_clocks import SessionClocks, find_session_clocks
 from rftfit.measure.tables import ingest_table
@@ -120,7 +120,8 @@ def _measured(
             part_campaign, medium, status, tared, tares, verdicts_only=True
         )
         for table in (status, tares, fits):
-            reasons |= {row["run_id"]: reason_of(row) for row in table.to_dict("records")}
+            rows = table[["run_id", *REASON]].to_dict("records")
+            reasons |= {row["run_id"]: reason_of(row) for row in rows}
         flags |= dict.fromkeys(status["run_id"], ())
         gives_back = [flag for flag in book_of_fits.flags if flag.code == "gives-back"]
         for flag in (*book.flags, *gives_back):

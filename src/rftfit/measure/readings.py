@@ -79,11 +79,12 @@ def without_spikes(log: Log, quantities: Sequence[str], limits: Sequence[float] 
         limit = limit_of.get(quantity, math.inf)
         if quantity in log.columns:
             readings = log.columns[quantity]
-            spikes = _but_saturated(find_spikes(readings, most_rows), readings, limit)
-            is_held = find_held(readings)
-            _check_share(log, quantity, spikes)
-            alone |= spikes
-            held |= is_held
+            spikes = find_spikes(readings, most_rows)
+            if spikes.any():
+                spikes = _but_saturated(spikes, readings, limit)
+                _check_share(log, quantity, spikes)
+                alone |= spikes
+            held |= find_held(readings)
     if not (alone.any() or held.any()):
         return log
     lengths = np.zeros(log.size, dtype=int)
@@ -99,8 +100,6 @@ def without_spikes(log: Log, quantities: Sequence[str], limits: Sequence[float] 
 
 def _but_saturated(spikes: Mask, readings: FloatArray, limit: float) -> Mask:
     """Leave in the stretches of readings that stay at the end of the range, `limit` from zero."""
-    if not spikes.any():
-        return spikes
     is_saturated = np.abs(readings) >= limit
     for start, stop in _stretches(spikes):
         if stop - start > FEWEST_ROWS and is_saturated[start:stop].all():
@@ -130,8 +129,9 @@ def without_lone_positions(log: Log) -> Log:
     alone = np.zeros(log.size, dtype=bool)
     for quantities in (("x", "z"), ("angle",)):
         lone = find_lone_positions(*(log.columns[quantity] for quantity in quantities))
-        _check_share(log, " and ".join(quantities), lone)
-        alone |= lone
+        if lone.any():
+            _check_share(log, " and ".join(quantities), lone)
+            alone |= lone
     return log.take(~alone, LONE)
 
 
@@ -374,6 +374,7 @@ def gaps(time: FloatArray, longest_s: float) -> FloatArray:
     """
     steps = time[1:] - time[:-1]
     late = np.flatnonzero(steps > longest_s)
-    if late.size:
-        late = late[steps[late] > USUAL_STEPS * float(np.median(steps))]
+    if not late.size:
+        return np.empty((0, 2))
+    late = late[steps[late] > USUAL_STEPS * float(np.median(steps))]
     return np.stack([time[late], time[late + 1]], axis=1)

@@ -88,11 +88,11 @@ def _autoregression(residual: FloatArray, order: int) -> FloatArray:
         np.einsum("ij,ij->i", residual[:, lag:], residual[:, : n - lag]) for lag in range(order + 1)
     ]
     power: FloatArray = np.where(lags[0] > 0, lags[0], 1.0)
-    rho = np.stack(lags, axis=1) / power[:, None]
+    rho = np.array(lags).T / power[:, None]
     # a little more than 1, so that a series of zeros has a solution too
     rho[:, 0] = 1 + 1e-9
-    apart = np.abs(np.subtract.outer(np.arange(order), np.arange(order)))
-    memory = np.asarray(np.linalg.solve(rho[:, apart], rho[:, 1:, None])[..., 0], dtype=float)
+    of_pairs = rho[:, _lags_apart(order)]
+    memory = np.asarray(np.linalg.solve(of_pairs, rho[:, 1:, None])[..., 0], dtype=float)
     total = memory.sum(axis=1)
     # biased low by (1 + 3 rho) / n, as is the sample autocorrelation (Kendall 1954)
     raised = np.minimum(
@@ -100,6 +100,12 @@ def _autoregression(residual: FloatArray, order: int) -> FloatArray:
     )
     memory[:, 0] += raised - total
     return memory
+
+
+@lru_cache
+def _lags_apart(order: int) -> npt.NDArray[np.intp]:
+    """Lags between two samples of the last few, shape (order, order)."""
+    return np.abs(np.subtract.outer(np.arange(order), np.arange(order)))
 
 
 def _variance_ratios(weight: FloatArray, memory: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -17,6 +17,7 @@ from rftfit.conventions import FloatArray, direction, intrusion_angle
 from rftfit.directions import SAME_DEPTH_CM
 from rftfit.measure.clocks import flickers, moving_spans
 from rftfit.measure.flags import Refused
+from rftfit.measure.levels import median
 from rftfit.store.chosen import chosen
 
 _CHOSEN = chosen("measure", "strokes")
@@ -46,7 +47,7 @@ class IntruderPath:
         """Start and end, s, of every stretch in which the arm is faster than half its speed: (k, 2)."""
         if self.time.size < 3:
             return np.empty((0, 2))
-        usual_step_s = float(np.median(np.diff(self.time)))
+        usual_step_s = median(np.diff(self.time))
         mean, noise_cm = self.averaged(arm)
         index = np.arange(self.time.size)
         most_steps = (index.size - 1) // 2
@@ -91,7 +92,7 @@ class IntruderPath:
             for coordinate in (self.x, self.z)
         ]
         # of two channels the noisier one; of a normal number the median is 0.826 of its deviation
-        return float(np.median(np.abs(deviations), axis=1).max()) / 0.826
+        return max(median(np.abs(deviation)) for deviation in deviations) / 0.826
 
     @cached_property
     def flicker_cm(self) -> float:
@@ -105,7 +106,7 @@ class IntruderPath:
         noise_cm = self.noise_cm
         count = 1
         if _CHOSEN.times_noise * noise_cm > _CHOSEN.turn_cm:
-            step_cm = arm.speed_cm_per_s * float(np.median(np.diff(self.time)))
+            step_cm = arm.speed_cm_per_s * median(np.diff(self.time))
             enough_readings = (_CHOSEN.times_noise * noise_cm / _CHOSEN.turn_cm) ** 2
             # over `most_readings` the arm goes twice as far as their mean may be off
             most_readings = (_CHOSEN.times_noise * noise_cm / (2 * step_cm)) ** (2 / 3)
@@ -329,7 +330,7 @@ def _part_below_surface(motion: IntruderPath, start: float, end: float) -> tuple
     """Part of a stretch below the surface, of an arm that does not stop there: its times, s."""
     inside = motion.time[(motion.time > start) & (motion.time < end)]
     time = np.concatenate([[start], inside, [end]])
-    z = motion.pose_at(time)[1]
+    z = np.interp(time, motion.time, motion.z)
     above, below = np.flatnonzero(z > 0), np.flatnonzero(z <= 0)
     if not above.size or not below.size:
         return start, end
@@ -370,13 +371,13 @@ def _uneven_pushes(motion: IntruderPath) -> list[_StrokeSpan]:
 def _check_plate(motion: IntruderPath, start: float, end: float, run: Run, arm: Arm) -> None:
     """Refuse a plate at another angle, or a horizontal run at another depth, than the sheet says."""
     inside = (motion.time >= start) & (motion.time <= end)
-    beta = math.degrees(float(np.median(motion.angle[inside])))
+    beta = math.degrees(median(motion.angle[inside]))
     angle_error_deg = (beta - run.beta_deg + 90) % 180 - 90
     if math.isfinite(run.beta_deg) and abs(angle_error_deg) > arm.angle_tolerance_deg:
         tolerance = arm.angle_tolerance_deg
         raise Refused("other-angle", found=beta, stated=run.beta_deg, tolerance=tolerance)
     if run.direction == "horizontal":
-        depth = -float(np.median(motion.z[inside]))
+        depth = -median(motion.z[inside])
         if abs(depth - run.depth_cm) > SAME_DEPTH_CM:
             raise Refused("other-depth", found=depth, stated=run.depth_cm)
 

@@ -69,6 +69,9 @@ def cut_unit(cell: str) -> tuple[str, str]:
 
 def has_decimal_commas(cells: Iterable[str]) -> bool:
     """Tell whether the numbers of a table have decimal commas: none has a point, and not all commas may part thousands."""
+    cells = [*cells]
+    if not any("," in cell for cell in cells):
+        return False
     numbers = [plain for cell in cells if (plain := plain_number(cell))[-1:].isdigit()]
     commas = [number for number in numbers if COMMA.fullmatch(number)]
     may_be_thousands = all(map(MAY_BE_THOUSANDS.fullmatch, commas))

@@ -238,7 +238,7 @@ def parse(
     if rows.blank and not keep_blanks:
         rows = rows.take(~np.logical_or.reduce([*rows.blank.values()]), BLANK)
     keep, bad = finite_rows(rows.columns, rows.blank)
-    return replace(rows, not_finite=bad).take(keep, FINITE)
+    return replace(rows, not_finite=bad).take(keep, FINITE) if bad else rows
 
 
 def _without_voids(layout: Layout, rows: ParsedRows) -> ParsedRows:

@@ -21,8 +21,9 @@ def utf16_of(head: bytes) -> str:
     sample = head[:_LOOKED_AT]
     for high, encoding in enumerate(("utf-16-be", "utf-16-le")):
         # the high bytes of most letters are 0, the low ones never are
-        zeros, end = sample[high::2].count(0), any(e.encode(encoding) in sample for e in "\r\n")
-        if zeros * 4 > len(sample) and not sample[1 - high :: 2].count(0) and end:
+        if sample[high::2].count(0) * 4 <= len(sample) or sample[1 - high :: 2].count(0):
+            continue
+        if any(line_end.encode(encoding) in sample for line_end in "\r\n"):
             return encoding
     return ""
 
