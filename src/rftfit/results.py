@@ -7,7 +7,7 @@ from collections import OrderedDict
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from copy import copy
 from dataclasses import replace
-from functools import cached_property, partial
+from functools import cache, cached_property, partial
 from pathlib import Path
 from typing import Any, Self
 
@@ -734,7 +734,7 @@ class Medium(KnownMedium):
         if isinstance(profile, TableProfile):
             profile.model_error = self.results.model_error
         elif isinstance(profile, FourierProfile) and draws:
-            profile.beside = partial(self._table_or_map, draws=False)
+            profile.beside = cache(partial(self._table_or_map, draws=False))
         return profile
 
     def as_profile(self, is_enough: Callable[[Profile], bool] | None = None) -> Profile:

@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from seeds import seeds
 
 import rftfit
 from rftfit.cli.main import main
@@ -40,14 +41,18 @@ def worst_peak(coarse, fine, names):
     return max(end.abs().max() for end in ends) / largest
 
 
+TURNING_BOXES = [
+    ((10, 4, 3), (0, 1, 0), 0.5, -2),
+    ((12, 2, 1), (0, 0.6, 0.8), 0.5, -3),
+    ((10, 4, 3), (0, 1, 0), 0.0, -6),
+    ((6, 6, 6), (1, 0, 0), 0.3, -1),
+]
+"""Size, axis of turning, travel in a turn and height of the middle of boxes, cm."""
+
+
+@pytest.mark.statistics
 @pytest.mark.parametrize(
-    ("size", "axis", "travel", "height"),
-    [
-        ((10, 4, 3), (0, 1, 0), 0.5, -2),
-        ((10, 4, 3), (0, 1, 0), 0.0, -6),
-        ((6, 6, 6), (1, 0, 0), 0.3, -1),
-        ((12, 2, 1), (0, 0.6, 0.8), 0.5, -3),
-    ],
+    ("size", "axis", "travel", "height"), seeds(TURNING_BOXES, TURNING_BOXES[:2])
 )
 def test_a_box_of_12_triangles_has_the_peaks_of_a_fine_one(size, axis, travel, height):
     coarse_box, motion = box(*size), turning(axis, travel, height)
