@@ -243,7 +243,8 @@ def dated(rows):
         whole = re.sub(r"(?<=[T: ])\d(?=:|$)", lambda digit: digit[0].zfill(2), whole)
         time = dt.datetime.fromisoformat(whole + zone)
         time = time if time.tzinfo else time.replace(tzinfo=dt.UTC)
-        if len(parts) != 2:
+        # a comma behind the last cell adds none
+        if len(parts) < 2 or any(parts[2:]):
             raise ValueError(line)
         return [
             int(time.timestamp()) + float(f"0.{fraction_and_zone.removesuffix(zone)}"),
