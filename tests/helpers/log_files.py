@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import bz2
+import contextlib
 import csv
 import datetime as dt
 import io
@@ -114,7 +115,8 @@ def _blanks(line):
     parts = line.split()
     if len(parts) != 3:
         raise ValueError(line)
-    return [float(cell) for cell in parts]
+    # between blanks a comma is a decimal mark
+    return [float(cell.replace(",", ".")) for cell in parts]
 
 
 def _numbers(rows, columns, seed=1):
@@ -234,7 +236,15 @@ def dated(rows):
 
     def cells(line):
         parts = [cell.strip(' \t"') for cell in next(csv.reader([line]))]
-        whole, _, fraction_and_zone = parts[0].replace(",", ".").partition(".")
+        # a comma behind the last cell adds none
+        if len(parts) < 2 or any(parts[2:]):
+            raise ValueError(line)
+        # what is left of a file may have numbers for times
+        with contextlib.suppress(ValueError):
+            return [float(parts[0]), float(parts[1])]
+        # any mark between year, month and day is as clear
+        stamp = re.sub(r"^(\d+)[-./](\d+)[-./](\d+)", r"\1-\2-\3", parts[0].replace(",", "."))
+        whole, _, fraction_and_zone = stamp.partition(".")
         zone = fraction_and_zone.lstrip("0123456789")
         # a year of two digits, others of one, and more blanks are as clear
         whole = re.sub(r"(?<=\d)[T ] *(?=\d)", "T", whole)
@@ -243,9 +253,6 @@ def dated(rows):
         whole = re.sub(r"(?<=[T: ])\d(?=:|$)", lambda digit: digit[0].zfill(2), whole)
         time = dt.datetime.fromisoformat(whole + zone)
         time = time if time.tzinfo else time.replace(tzinfo=dt.UTC)
-        # a comma behind the last cell adds none
-        if len(parts) < 2 or any(parts[2:]):
-            raise ValueError(line)
         return [
             int(time.timestamp()) + float(f"0.{fraction_and_zone.removesuffix(zone)}"),
             float(parts[1]),
