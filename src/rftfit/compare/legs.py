@@ -12,7 +12,7 @@ import pandas as pd
 
 from rftfit.campaign.config import Arm, Config, Leg
 from rftfit.compare.leg_angle import common_offset, offset_of_curve
-from rftfit.conventions import FloatArray
+from rftfit.conventions import COMPONENTS, FloatArray
 from rftfit.forces.model_error import has_model_error, larger_model_error, outline_load
 from rftfit.forces.motion import Motion, rotation
 from rftfit.forces.outlines import arc_of, leg_outline
@@ -65,7 +65,6 @@ PREDICTED_COLUMNS = [
     "moment_N_cm",
     *REASON,
 ]
-COMPONENTS = ("z", "x")
 WITHIN_PERCENT = 33.0
 """What the paper states of the peaks of all its legs and media."""
 TOO_HIGH_PERCENT, TOO_LOW_PERCENT = 100.0, -50.0

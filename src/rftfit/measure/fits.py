@@ -14,7 +14,7 @@ import pandas as pd
 from rftfit.campaign.config import AnyPlate, Config, Container, Fit
 from rftfit.campaign.load import Campaign
 from rftfit.campaign.sheet import Run
-from rftfit.conventions import COMPONENTS, FloatArray, file_extraction
+from rftfit.conventions import COMPONENTS, FloatArray, direction, file_extraction
 from rftfit.measure import slopes
 from rftfit.measure.flags import REASON, Remark, reason_columns, reason_of, remark
 from rftfit.measure.lab_frame import half_extent, lacks_force_x
@@ -425,8 +425,8 @@ def _pulls(alpha: FloatArray, gamma_deg: float, noise: float = 0.0) -> bool:
 
 def _along_path(gamma_deg: float) -> FloatArray:
     """Parts of alpha, z and x, that act against the plate on its way."""
-    gamma = math.radians(gamma_deg)
-    return np.array([math.sin(gamma), math.cos(gamma)])
+    along_x, along_z = direction(math.radians(gamma_deg))
+    return -np.array([along_z, along_x])
 
 
 _CURVED_RATIO = 0.10
