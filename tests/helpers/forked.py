@@ -1,61 +1,73 @@
-"""Snakemake, forked from the process of the tests, which has imported what Snakemake and its jobs import.
+"""Snakemake and its jobs, forked from a process that has imported what they import.
 
 A whole run starts Python twice, for Snakemake and for the process that jobs are forked from
 (`rftfit.workflow.preload`), and their imports take as long as the jobs of a small campaign. Commands that
 `makers.run_command` runs have both as forks; tests of processes start theirs as a user does.
+
+The forkserver of `multiprocessing` makes the forks: it has one thread, as the process of the tests has not.
 """
 
 import contextlib
-import logging
+import json
 import multiprocessing
 import os
 import runpy
-import signal
+import socket
 import subprocess
 import sys
-import tempfile
-import warnings
 from functools import cache, partial
-from multiprocessing import util
+from multiprocessing import forkserver, util
 from unittest.mock import patch
 
 SNAKEMAKE = [sys.executable, "-P", "-m", "snakemake"]
 PRELOADED = "rftfit.workflow.preload"
-STANDARD = {"stdin": 0, "stdout": 1, "stderr": 2}
-"""Name and file descriptor of the standard streams."""
+STANDARD = (0, 1, 2)
+"""File descriptors of the standard streams."""
+ENVIRONMENT = dict(os.environ)
+LONGEST_MESSAGE = 100_000
+MOST_DESCRIPTORS = 16
 
 
 @contextlib.contextmanager
 def snakemake_forked():
-    """Let ``python -P -m snakemake`` be a fork of this process, where the system has forks."""
+    """Let ``python -P -m snakemake`` be a fork, where the system has forks."""
     if sys.platform != "linux":
         yield
         return
-    with tempfile.TemporaryDirectory() as scratch:
-        start = partial(_start, subprocess.Popen, scratch)
-        with patch.object(subprocess, "Popen", start):
-            yield
+    _start_server()
+    with patch.object(subprocess, "Popen", partial(_start, subprocess.Popen)):
+        yield
 
 
-def _start(start_program, scratch, words, *positional, **options):
+@cache
+def _start_server():
+    """Start the process that is forked, with the environment that this module was imported in.
+
+    Its folder is none of a test, since such a folder goes before the process ends.
+    """
+    forkserver.set_forkserver_preload(["snakemake.cli", PRELOADED])
+    with contextlib.chdir("/"), patch.dict(os.environ, ENVIRONMENT, clear=True):
+        forkserver.ensure_running()
+
+
+def _start(start_program, words, *positional, **options):
     if list(words[: len(SNAKEMAKE)]) != SNAKEMAKE:
         return start_program(words, *positional, **options)
-    return _Snakemake(words[len(SNAKEMAKE) :], scratch, options["cwd"], options["env"])
+    return _Snakemake(words[len(SNAKEMAKE) :], options["cwd"], options["env"])
 
 
 class _Snakemake:
     """What `subprocess.Popen` is of a process: as much of it as `rftfit run` uses."""
 
-    def __init__(self, words, scratch, folder, environment):
-        _import_snakemake()
-        reads, writes = os.pipe()
-        self._process = multiprocessing.get_context("fork").Process(
-            target=_run_snakemake, args=(words, writes, scratch, folder, environment)
+    def __init__(self, words, folder, environment):
+        reads, writes = multiprocessing.Pipe(duplex=False)
+        self._process = multiprocessing.get_context("forkserver").Process(
+            target=run_snakemake, args=(words, writes, folder, environment)
         )
         self._process.start()
-        os.close(writes)
+        writes.close()
         self.pid = self._process.pid
-        self.stdout = os.fdopen(reads, "rb")
+        self.stdout = os.fdopen(os.dup(reads.fileno()), "rb")
 
     def __enter__(self):
         return self
@@ -77,62 +89,71 @@ class _Snakemake:
         return self._process.exitcode
 
 
-@cache
-def _import_snakemake():
-    """Import it once in this process, with the warnings that Python has by itself."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        import snakemake.cli  # noqa: F401
-
-
-def _run_snakemake(words, writes, scratch, folder, environment):
-    """In the child: be the process that `rftfit run` starts."""
+def run_snakemake(words, writes, folder, environment):
+    """In the fork: be the process that `rftfit run` starts."""
     os.setsid()
-    os.dup2(writes, STANDARD["stdout"])
-    os.dup2(writes, STANDARD["stderr"])
+    for descriptor in STANDARD[1:]:
+        os.dup2(writes.fileno(), descriptor)
     os.chdir(folder)
     os.environ.clear()
     os.environ.update(environment)
-    tempfile.tempdir = scratch
-    _forget_tests()
-    with patch.object(util, "spawnv_passfds", partial(_fork_server, util.spawnv_passfds)):
+    begin = _fork_server_to_be()
+    start = partial(_begin_or_start, util.spawnv_passfds, begin)
+    with patch.object(util, "spawnv_passfds", start):
         sys.argv = ["snakemake", *words]
         runpy.run_module("snakemake", run_name="__main__", alter_sys=True)
 
 
-def _forget_tests():
-    """Take off what pytest and its plug-ins have put onto this process."""
-    sys.settrace(None)
-    logging.root.handlers.clear()
-    warnings.resetwarnings()
-    warnings.simplefilter("ignore")
-    signal.signal(signal.SIGINT, signal.default_int_handler)
-    signal.signal(signal.SIGTERM, signal.SIG_DFL)
-    for name, descriptor in STANDARD.items():
-        mode, buffering = ("r", -1) if name == "stdin" else ("w", 1)
-        stream = open(descriptor, mode, buffering, encoding="utf-8", closefd=False)  # noqa: SIM115
-        setattr(sys, name, stream)
+def _fork_server_to_be():
+    """Fork the process that jobs are forked from, before Snakemake has threads.
 
-
-def _fork_server(start_program, path, words, descriptors):
-    """Start the process that jobs are forked from as a fork, too; others as `multiprocessing` does."""
-    if PRELOADED not in words[-1]:
-        return start_program(path, words, descriptors)
+    Returns
+    -------
+    callable
+        Lets that process begin with the code and the file descriptors that `multiprocessing` gives it, and
+        returns its process id.
+    """
+    asks, is_asked = socket.socketpair()
     process_id = os.fork()
     if process_id == 0:
         try:
-            _serve_forks(words[-1], descriptors)
+            asks.close()
+            _serve_when_asked(is_asked)
         finally:
             os._exit(0)
-    return process_id
+    is_asked.close()
+
+    def begin(code, descriptors):
+        message = json.dumps({"code": code, "descriptors": descriptors}).encode()
+        socket.send_fds(asks, [message], descriptors)
+        return process_id
+
+    return begin
 
 
-def _serve_forks(code, descriptors):
-    """In the grandchild: be the process that `multiprocessing` starts."""
-    lowest = max(STANDARD.values()) + 1
-    for descriptor in sorted(descriptors):
+def _begin_or_start(start_program, begin, path, words, descriptors):
+    """Let the process that jobs are forked from begin; start others as `multiprocessing` does."""
+    if PRELOADED not in words[-1]:
+        return start_program(path, words, descriptors)
+    return begin(words[-1], [*map(int, descriptors)])
+
+
+def _serve_when_asked(is_asked):
+    """In the fork of the fork: be the process that `multiprocessing` starts, once Snakemake asks for it."""
+    message, received, *_ = socket.recv_fds(is_asked, LONGEST_MESSAGE, MOST_DESCRIPTORS)
+    if not message:
+        return
+    asked = json.loads(message)
+    # numbers that are free in both lists: the code names those that its file descriptors had
+    spare = max([*received, *asked["descriptors"]]) + 1
+    for number, descriptor in enumerate(received):
+        os.dup2(descriptor, spare + number)
+    for number, descriptor in enumerate(asked["descriptors"]):
+        os.dup2(spare + number, descriptor)
+    lowest = max(STANDARD) + 1
+    for descriptor in sorted(asked["descriptors"]):
         os.closerange(lowest, descriptor)
         lowest = descriptor + 1
     os.closerange(lowest, os.sysconf("SC_OPEN_MAX"))
-    sys.modules.pop(PRELOADED, None)  # what it does at its import is done anew
-    exec(code, {"__name__": "__main__"})  # noqa: S102 (code of `multiprocessing`)
+    sys.modules.pop(PRELOADED)  # what it does at its import is done anew
+    exec(asked["code"], {"__name__": "__main__"})  # noqa: S102 (code of `multiprocessing`)

@@ -11,7 +11,7 @@ from rftfit.figures import leg_panels, maps, style
 from rftfit.figures.labels import PROFILES, usable_media
 from rftfit.figures.plates import stress_runs
 from rftfit.figures.registry import figure, greek, when
-from rftfit.figures.traces import by_run, draw_thin, stress_of
+from rftfit.figures.traces import STRESS_SETTINGS, by_run, draw_thin, stress_of
 from rftfit.measure.verdict_words import NOT_CHECKED
 
 if TYPE_CHECKING:
@@ -209,7 +209,7 @@ def _lines_caption(results: Results, _: str) -> str:
 @figure(
     "first_lines",
     reads=("tared/{media}.parquet", "windows/{media}.parquet", "fits/{media}.csv"),
-    settings=("intruders", "fit", "figures"),
+    settings=(*STRESS_SETTINGS, "fit", "figures"),
     media=when(
         lambda c: (
             not c.with_legs("laboratory") + c.with_legs("natural_sand")

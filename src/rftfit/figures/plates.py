@@ -11,6 +11,7 @@ from rftfit.errors import InputError
 from rftfit.figures import style
 from rftfit.figures.registry import figure, when
 from rftfit.figures.traces import (
+    STRESS_SETTINGS,
     alpha_with_interval,
     by_run,
     cell_of_run,
@@ -87,7 +88,7 @@ def _reach(legs: Iterable[Leg]) -> float:
         "fits/{media}.csv",
         "alpha/{media}.csv",
     ),
-    settings=("intruders", "figures"),
+    settings=(*STRESS_SETTINGS, "figures"),
     media=when(lambda campaign: campaign.media_with_samples() and stress_runs(campaign)),
     paper="Fig. 2B",
     section="Measurement",
@@ -187,7 +188,7 @@ _NOTE_PT = 5.5
         "fits/{laboratory}.csv",
         "alpha/{laboratory}.csv",
     ),
-    settings=("intruders", "fit"),
+    settings=(*STRESS_SETTINGS, "fit"),
     media=when(lambda campaign: campaign.media_with_samples("laboratory")),
     section="Measurement",
     caption=(

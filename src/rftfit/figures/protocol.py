@@ -13,6 +13,7 @@ from rftfit.figures import leg_panels, style
 from rftfit.figures.plates import PUSH
 from rftfit.figures.registry import figure
 from rftfit.figures.traces import (
+    STRESS_SETTINGS,
     alpha_with_interval,
     by_run,
     cell_of_run,
@@ -177,7 +178,7 @@ def _about(run: Run) -> str:
         "alpha/{medium}.csv",
         "legs/{medium}.csv",
     ),
-    settings=("intruders",),
+    settings=STRESS_SETTINGS,
     media=lambda campaign: campaign.media_with_logs("laboratory")[:1],
     section="Measurement",
     caption=(

@@ -16,6 +16,7 @@ from rftfit.figures import style
 from rftfit.figures.registry import figure, when
 from rftfit.figures.traces import (
     DIRECTIONS,
+    STRESS_SETTINGS,
     by_run,
     measures_x,
     panel_limits,
@@ -69,7 +70,7 @@ def _caption(results: Results, medium: str) -> str:
         "fits/{medium}.csv",
         "flags/{medium}.csv",
     ),
-    settings=("intruders",),
+    settings=STRESS_SETTINGS,
     media=lambda campaign: campaign.media_with_samples(),
     folder="quality",
     section="Measurement",

@@ -9,7 +9,7 @@ import numpy as np
 
 from rftfit.figures import labels, style
 from rftfit.figures.registry import figure, when
-from rftfit.figures.traces import by_run, stress_of
+from rftfit.figures.traces import STRESS_SETTINGS, by_run, stress_of
 from rftfit.measure.flags import has
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ _OF_ALPHA = 0.25
 @figure(
     "penetration",
     reads=("tared/{sands}.parquet", "windows/{sands}.parquet", "fits/{sands}.csv", "sands.csv"),
-    settings=("fit", "intruders"),
+    settings=(*STRESS_SETTINGS, "fit"),
     media=when(lambda campaign: campaign.of_role("natural_sand")),
     paper="Fig. S11",
     section="Natural sands",

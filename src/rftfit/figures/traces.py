@@ -40,6 +40,10 @@ SAMPLES = (
 """Columns of `stress_samples` besides the run."""
 
 
+STRESS_SETTINGS = ("intruders", "force_log", "transducer")
+"""Sections of the configuration that `stress_of` reads."""
+
+
 def stress_samples(
     campaign: Campaign, tared: pd.DataFrame, windows: pd.DataFrame, fits: pd.DataFrame
 ) -> pd.DataFrame:
