@@ -5,6 +5,7 @@ from itertools import product
 
 import numpy as np
 import pytest
+import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
@@ -13,10 +14,12 @@ from seeds import seeds
 
 import rftfit
 from rftfit import FourierProfile, Mesh, Motion3D
-from rftfit.forces import faces
+from rftfit.forces import faces, reference_kernel
 from rftfit.forces.faces import LAWS, face_alpha, submerged_parts
+from rftfit.forces.plane import forces_on
 from rftfit.forces.space import CLOSURE, compiled_mesh_forces
 from rftfit.model import rft3d
+from rftfit.model.kernel import pose_forces
 
 POPPY = rftfit.TableProfile.published("poppy_LP")
 UNIT = rftfit.rft3d_profile(0.87504, friction=0.4)  # xi = 1
@@ -218,3 +221,65 @@ def test_the_closure_errs_as_stated_where_3d_rft_is_the_truth():
     ):
         assert np.sqrt((off[chosen] ** 2).mean()) == pytest.approx(rms, abs=0.001)
         assert np.linalg.norm(off[chosen], axis=-1).max() == pytest.approx(worst, abs=0.006)
+
+
+# --- Faces that move along themselves
+
+
+def block(*lengths_cm):
+    """A solid block about (0, 0, 0)."""
+    box = trimesh.creation.box(extents=lengths_cm)
+    return Mesh(np.asarray(box.vertices), np.asarray(box.faces), "block")
+
+
+def force_on(mesh, velocity, depth_cm=3.0, turned_deg=0.0):
+    """Force on a mesh in one pose, turned about y."""
+    turn = Rotation.from_euler("y", turned_deg, degrees=True).as_matrix()
+    motion = Motion3D([[0, 0, -depth_cm]], [velocity], [[0, 0, 0]], [turn])
+    return compiled_mesh_forces(POPPY, mesh, motion)[0, :6]
+
+
+@pytest.mark.parametrize("velocity", [(1, 0, 0), (0, 0, -1), (0.6, 0.8, 0)])
+def test_rounding_does_not_decide_which_faces_of_a_block_bear(velocity):
+    foot = block(9, 5, 1.5)
+    forces = force_on(foot, velocity)
+    for change in 1e-12 * np.vstack([np.eye(3), -np.eye(3)]):
+        assert_allclose(force_on(foot, np.array(velocity) + change), forces, atol=1e-6)
+    assert_allclose(force_on(foot, velocity, turned_deg=1e-9), forces, atol=1e-5)
+    one_pose = Motion3D([[0, 0, -3]], [velocity], [[0, 0, 0]], [np.eye(3)])
+    assert_allclose(faces.mesh_forces(POPPY, foot, one_pose)[0], forces, atol=1e-9)
+
+
+@pytest.mark.parametrize("velocity", [(1, 0, 0), (-1, 0, 1e-9), (1, 0, -0.1), (0, 0, -1)])
+@pytest.mark.parametrize("turned_deg", [0, 30, 90])
+def test_a_thin_block_is_a_plate(velocity, turned_deg):
+    """Whichever way it moves, along itself too: its two faces bear together what a sheet does."""
+    plate = Mesh.extrude(rftfit.polyline([(-2, 0), (2, 0)], 5, 40))
+    thin = force_on(block(4, 5, 1e-4), velocity, turned_deg=turned_deg)
+    of_plate = force_on(plate, velocity, turned_deg=turned_deg)
+    assert_allclose(thin[:3], of_plate[:3], atol=2e-3)
+
+
+def test_a_block_that_sinks_a_little_askew_bears_what_one_does_that_sinks_straight():
+    foot = block(9, 5, 1.5)
+    straight = force_on(foot, (0, 0, -1))
+    for turned_deg in (0.001, 0.01, 0.1):
+        assert_allclose(
+            force_on(foot, (0, 0, -1), turned_deg=turned_deg)[2], straight[2], rtol=0.01
+        )
+
+
+@pytest.mark.parametrize("velocity", [(1, 0), (0, -1), (1, -0.05)])
+def test_a_thin_skin_in_the_plane_is_a_line(velocity):
+    line = rftfit.polyline([(-2, 0), (2, 0)], 5, 40)
+    skin = rftfit.polyline([(-2, 0), (2, 0), (2, 1e-4), (-2, 1e-4), (-2, 0)], 5, 80)
+    pose = np.array([[0, -3, 0, *velocity, 0]])
+    for outline in (line, skin):
+        of_kernel = pose_forces(POPPY.pack, outline.body, outline.width_cm, outline.solid, pose)
+        of_numpy = reference_kernel.pose_forces(
+            POPPY, outline.body, outline.width_cm, outline.solid, pose
+        )
+        assert_allclose(of_kernel, of_numpy, atol=1e-12)
+    forces = [forces_on(POPPY, outline, pose) for outline in (line, skin)]
+    assert_allclose(forces[1].force_z_N, forces[0].force_z_N, atol=2e-3)
+    assert_allclose(forces[1].force_x_N, forces[0].force_x_N, atol=2e-3)

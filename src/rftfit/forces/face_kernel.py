@@ -20,6 +20,8 @@ IntArray = npt.NDArray[np.int64]
 
 # as in `rftfit.model.profiles` and `rftfit.model.rft3d`, which the cache does not watch
 _NEGLIGIBLE, _NONE = 1e-9, 1e-9
+# as in `rftfit.forces.leading`
+_ALONG_ITSELF = 1e-4
 _LEVEL = 1e-9
 """A face of a wheel that faces back by less, or lies less behind the axle (cm), does so by rounding."""
 
@@ -145,7 +147,7 @@ def face_forces(
 
     `pack`: of a table. `coefficients`: (3, 20) times xi: 3D-RFT; (0, 0): the measured law. `friction`: below 0
     for none. `faces`: as of `face_rows`. `ranges`: (p, 2). `frames`: (p, 18) as of `Motion3D.frames`.
-    `rolling`: (p, 5) as of `rftfit.forces.rolling`; zeros: no wheel.
+    `rolling`: (p, 4) as of `rftfit.forces.rolling`; zeros: no wheel.
     `elastic`: time since the last call (s), delta (cm), tau (s), and `shifts` the displacements u (m, 3), cm,
     changed in place; delta 0: the plain law. `sums`: force x, y, z (N), moment x, y, z about the reference
     point (N cm), and depth times area of the leading faces that leave their plane (cm^3). Where it has 19
@@ -159,7 +161,6 @@ def face_forces(
         f = frames[p]
         ahead_x, ahead_y, least_lead = rolling[p, 0], rolling[p, 1], rolling[p, 2]
         track = rolling[p, 3]
-        least_outward = rolling[p, 4]
         lost = 0.0
         for k in range(18):
             lost += 0.0 * f[k]
@@ -222,14 +223,18 @@ def face_forces(
             ahead = nx * ahead_x + ny * ahead_y
             if lead > 0:
                 outward += lead * ahead
-            if not outward > least_outward:
+            speed = math.sqrt(vx * vx + vy * vy + vz * vz)
+            lead_share = 1.0
+            if t[16] == 0:
+                lead_share = min(max(0.5 + outward / (2 * _ALONG_ITSELF * speed), 0.0), 1.0)
+            if not (lead_share > 0 and speed > 0):
                 lost += 0.0 * outward
                 continue
+            weight = weight * lead_share
             if track > 0 and ahead < -_LEVEL and ax * ahead_x + ay * ahead_y < -_LEVEL:
                 if track >= 1:
                     continue
                 weight = weight * (1 - track)
-            speed = math.sqrt(vx * vx + vy * vy + vz * vz)
             vx, vy, vz = vx / speed, vy / speed, vz / speed
             if coefficients.size > 0:
                 x, y, z = _rft3d(coefficients, nx, ny, nz, vx, vy, vz)

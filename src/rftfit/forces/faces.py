@@ -1,7 +1,7 @@
 """Stress on the faces of a body in space, from a map measured in the plane, or by 3D-RFT; in plain numpy.
 
 `rftfit.forces.face_kernel` is the compiled twin. x, y horizontal, z up; a face has its outward unit normal n
-and its unit velocity v, and counts only where n.v > 0. Force on it is alpha |z| A.
+and its unit velocity v, and counts where n.v > 0 (`rftfit.forces.leading`). Force on it is alpha |z| A.
 
 A plane has one vertical direction and one horizontal one, a face in space has two horizontal ones: that of
 its normal, e, and that of its motion, r. Read in the plane of e, the map is exact where v has no part
@@ -14,8 +14,9 @@ from __future__ import annotations
 import numpy as np
 
 from rftfit.conventions import FloatArray, wrap_beta
+from rftfit.forces.leading import share_of_face
 from rftfit.forces.mesh import IntArray, Mesh, Motion3D, area_vectors
-from rftfit.forces.rolling import NO_WHEEL, leads
+from rftfit.forces.rolling import NO_WHEEL, decides_leading, lies_in_track
 from rftfit.model import rft3d
 from rftfit.model.packs import NEGLIGIBLE
 from rftfit.model.profiles import Profile, TableProfile
@@ -142,8 +143,11 @@ def moving_faces(
     if mesh.sheet:
         areas, outward = areas * np.sign(outward)[:, None], np.abs(outward)
     area = np.linalg.norm(areas, axis=-1)
-    count = leads(outward, areas, arm, rolling)
-    counts = np.flatnonzero((share > 0) & count)
+    speed = np.linalg.norm(moves, axis=-1)
+    outward = decides_leading(outward, areas, rolling)
+    leading = speed > 0 if mesh.sheet else share_of_face(outward, area * speed)
+    share = share * leading * ~lies_in_track(areas, arm, rolling)
+    counts = np.flatnonzero(share > 0)
     load = -centre[:, 2] * share * area
     return counts, load[counts], areas[counts], moves[counts], arm[counts]
 

@@ -194,6 +194,9 @@ def _outline_load(
     wet = WetElements.of(outline, poses)
     wet = wet._replace(load=np.nan_to_num(wet.load))
     load, (beta, gamma) = wet.load, wet.angles
+    if not with_centre and isinstance(profile, TableProfile):
+        size = np.hypot(*profile.sums_of_sizes(load, beta, gamma))
+        return size, np.zeros((*size.shape, 0))
     arm = np.nan_to_num(wet.arm)
     # seven digits of a load are enough: (p, elements, draws), so that the sums run over whole rows
     force_z, force_x = (

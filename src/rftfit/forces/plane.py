@@ -91,12 +91,7 @@ def _weights(
 ) -> tuple[FloatArray, FloatArray]:
     wet = WetElements.of(outline, poses)
     scaled = wet.load * np.stack([np.ones_like(wet.load), wet.arm[..., 0], wet.arm[..., 1]])
-    basis_z, basis_x = profile.basis(*wet.angles)
-    by_pose = scaled.transpose(1, 0, 2)
-    weights_z = (by_pose @ basis_z).transpose(1, 0, 2)
-    if basis_x is basis_z:
-        return weights_z, weights_z
-    return weights_z, (by_pose @ basis_x).transpose(1, 0, 2)
+    return profile.weights_in_sums(scaled, *wet.angles)
 
 
 def _checked(poses: FloatArray) -> FloatArray:

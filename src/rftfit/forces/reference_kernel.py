@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rftfit.conventions import FloatArray, intrusion_angle, wrap_beta
+from rftfit.forces.leading import share_of_face
 from rftfit.forces.outlines import Outline
 from rftfit.model.profiles import Profile
 
@@ -31,8 +32,8 @@ def submerged(elements: FloatArray, solid: bool = False) -> tuple[FloatArray, Fl
     """Depth times area (cm^3) of what lies below the surface, and its centre x, z (cm).
 
     Of an element that crosses the surface the lower part counts, with its own area and centre, so
-    the load is continuous in height; it is 0 above the surface and without velocity. `solid`: count
-    only elements that move outward, to the right of their tangent.
+    the load is continuous in height; it is 0 above the surface and without velocity. `solid`: only
+    elements count that move outward, to the right of their tangent (`rftfit.forces.leading`).
     """
     x, z, tx, tz, half, area, vx, vz = np.moveaxis(elements, -1, 0)
     rise = half * np.abs(tz)
@@ -40,9 +41,10 @@ def submerged(elements: FloatArray, solid: bool = False) -> tuple[FloatArray, Fl
     crossing = (low > 0) & (high < 0)
     wet_share = np.where(crossing, low / np.where(crossing, 2 * rise, 1.0), 1.0)
     load = np.where(crossing, low / 2, -z) * wet_share * area
-    idle = (low <= 0) | (vx**2 + vz**2 == 0)
+    speed = np.hypot(vx, vz)
+    idle = (low <= 0) | (speed == 0)
     if solid:
-        idle |= vx * tz - vz * tx <= 0
+        load = load * share_of_face(vx * tz - vz * tx, speed)
     along = -np.where(tz > 0, 1.0, -1.0) * half * (1 - wet_share)
     centre = np.stack([x + along * tx, z + along * tz], axis=-1)
     return np.where(idle, 0.0, load), centre

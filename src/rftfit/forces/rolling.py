@@ -44,14 +44,11 @@ LEAST_TRAVEL = 0.5
 FILLED = 0.99
 """Least share of its convex hull that a convex wheel fills: lugged ones fill 0.73 to 0.90, a cylinder 1."""
 
-NO_WHEEL = np.zeros(5)
+NO_WHEEL = np.zeros(4)
 """Row of a body that is no wheel."""
 
 LEVEL = 1e-9
 """What faces back by less, lies less behind the axle (cm), or is less short of the least travel, does so by rounding."""
-
-_BY_ROUNDING = 1e-12
-"""Speed outward over that of the rim below which a face moves in its own plane, as the ends of a wheel do."""
 
 LEAST_RIM = 0.5
 """Least radius of a rim over that of the farthest point: lugs are no longer than the rim's radius."""
@@ -178,14 +175,18 @@ def fills_hull(vertices_cm: FloatArray, volume_cm3: float) -> bool:
 
 
 def rolling_rows(
-    velocity: FloatArray, rate: FloatArray, radius_cm: npt.ArrayLike, track: npt.ArrayLike
+    velocity: FloatArray,
+    rate: FloatArray,
+    radius_cm: npt.ArrayLike,
+    track: npt.ArrayLike,
+    begun: npt.ArrayLike = 1.0,
 ) -> FloatArray:
-    """Rows that the kernel takes of rolling wheels, shape (p, 5).
+    """Rows that the kernel takes of rolling wheels, shape (p, 4).
 
     Unit direction of travel x, y (of a wheel that turns in place: its heading), the speed by which the travel falls
     short of `LEAST_TRAVEL` of the rim's (cm/s), and the share of the track's rule: 1 where it holds, 0 where not, between
-    them for a wheel that has just begun to move; and the speed (cm/s) up to which a face moves outward by rounding
-    alone. `velocity`, `rate`: (p, 3).
+    them for a wheel that has just begun to move. `begun`: from 0 to 1 for such a wheel, whose direction of travel is not
+    yet certain. `velocity`, `rate`: (p, 3).
     """
     travel = np.linalg.norm(velocity[:, :2], axis=1)
     heading = np.stack([rate[:, 1], -rate[:, 0]], axis=1)
@@ -193,25 +194,25 @@ def rolling_rows(
     ahead = np.where(travel[:, None] > 0, velocity[:, :2], heading)
     length = np.linalg.norm(ahead, axis=1, keepdims=True)
     rim_speed = turn * np.asarray(radius_cm)
-    short_of = np.maximum(LEAST_TRAVEL * rim_speed - travel, 0.0)
+    short_of = np.maximum(LEAST_TRAVEL * rim_speed - travel, 0.0) * begun
     # a slip of 0.5 itself is not short of it by rounding
     short_of = np.where(short_of > LEVEL * rim_speed, short_of, 0.0)
-    outward = _BY_ROUNDING * np.hypot(rim_speed, travel)
     track = np.broadcast_to(np.asarray(track, dtype=float), travel.shape)
-    return np.column_stack([ahead / np.where(length > 0, length, 1.0), short_of, track, outward])
+    return np.column_stack([ahead / np.where(length > 0, length, 1.0), short_of, track])
 
 
-def leads(
-    outward: FloatArray, normal: FloatArray, arm: FloatArray, rolling: FloatArray
-) -> npt.NDArray[np.bool_]:
-    """Tell which faces count: those that lead and do not lie in the wheel's own track.
+def decides_leading(outward: FloatArray, normal: FloatArray, rolling: FloatArray) -> FloatArray:
+    """Speed along the normal that decides whether a face leads: of a wheel with a travel of at least `LEAST_TRAVEL`.
 
-    `outward`: velocity along the normal, (m,). `normal`, of any length, and `arm` from the axle: (m, 3). `rolling`: a
-    row of `rolling_rows`, (5,).
+    `outward`: velocity along the normal, (m,). `normal`, of any length: (m, 3). `rolling`: a row of `rolling_rows`, (4,).
     """
-    length = np.linalg.norm(normal, axis=-1)
+    return outward + rolling[2] * (normal[:, :2] @ rolling[:2])
+
+
+def lies_in_track(
+    normal: FloatArray, arm: FloatArray, rolling: FloatArray
+) -> npt.NDArray[np.bool_]:
+    """Tell which faces push into the wheel's own track; `normal`, of any length, and `arm` from the axle: (m, 3)."""
     ahead = normal[:, :2] @ rolling[:2]
-    outward = outward + rolling[2] * ahead
-    behind = arm[:, :2] @ rolling[:2] < -LEVEL
-    in_track = (rolling[3] >= 1) & (ahead < -LEVEL * length) & behind
-    return np.asarray((outward > rolling[4] * length) & ~in_track)
+    faces_back = ahead < -LEVEL * np.linalg.norm(normal, axis=-1)
+    return np.asarray((rolling[3] >= 1) & faces_back & (arm[:, :2] @ rolling[:2] < -LEVEL))

@@ -40,6 +40,8 @@ _X, _Z, _TX, _TZ, _HALF, _AREA, _BETA, _BOX, _AT_REST = range(0, 9 * LANES, LANE
 # tangent as above, velocity, depth times area of the submerged part, alpha
 _VX, _VZ, _LOAD, _ALPHA_Z, _ALPHA_X, _PLACED = range(4 * LANES, 10 * LANES, LANES)
 _TURN = 2 * math.pi
+# as in `rftfit.forces.leading`, which the cache does not watch
+_ALONG_ITSELF = 1e-4
 _FAR_RAD = 64.0
 """Largest angle of which whole turns are taken without a remainder of a division, which is slow."""
 # a quarter turn in two parts; of the first, 33 bits long, a multiple up to `_FAR_RAD` is exact
@@ -97,9 +99,11 @@ def _place(
         wet_share = 1.0 if submerged else low / (2 * rise)
         load = (low - rise if submerged else 0.5 * low) * wet_share * block[_AREA + i]
         load = 0.0 if low <= 0 else load
-        load = 0.0 if vx * vx + vz * vz == 0 else load
+        speed = np.sqrt(vx * vx + vz * vz)
+        load = 0.0 if speed == 0 else load
         if solid:  # what moves inward, to the left of its tangent, bears nothing
-            load = 0.0 if vx * tz - vz * tx <= 0 else load
+            outward = (vx * tz - vz * tx) / (2 * _ALONG_ITSELF * speed)
+            load = load * min(max(0.5 + outward, 0.0), 1.0) if speed > 0 else load
         along = 0.0 if submerged | (low <= 0) else half * (1 - wet_share)
         along = -along if tz > 0 else along
         w[_LOAD + i], w[_X + i], w[_Z + i] = load, x + along * tx, z + along * tz

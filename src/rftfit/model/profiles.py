@@ -200,6 +200,30 @@ class Profile(KnownMedium):
         basis_x : numpy.ndarray, shape (..., q)
         """
 
+    def weights_in_sums(
+        self, factors: FloatArray, beta: FloatArray, gamma: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Weights of `parameters` in sums of alpha times a factor over the last axis of directions.
+
+        Parameters
+        ----------
+        factors : numpy.ndarray, shape (k, p, n)
+            Of k sums for each of p poses of n elements.
+        beta, gamma : numpy.ndarray, shape (p, n)
+            rad.
+
+        Returns
+        -------
+        weights_z, weights_x : numpy.ndarray, shape (k, p, parameters)
+            One and the same array where both have the same basis.
+        """
+        basis_z, basis_x = self.basis(beta, gamma)
+        by_pose = factors.transpose(1, 0, 2)
+        weights_z = (by_pose @ basis_z).transpose(1, 0, 2)
+        if basis_x is basis_z:
+            return weights_z, weights_z
+        return weights_z, (by_pose @ basis_x).transpose(1, 0, 2)
+
     @abstractmethod
     def _packed(self) -> Pack:
         """`pack` of a profile that is no stack."""
@@ -509,6 +533,54 @@ class TableProfile(Profile):
             weights[points, row * self.gamma.size + col] += weight
         weights = weights.reshape(*beta.shape, -1)
         return weights, weights
+
+    def weights_in_sums(
+        self, factors: FloatArray, beta: FloatArray, gamma: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """As of any profile; an element reaches four nodes alone, whose weights are added up."""
+        poses, nodes = len(beta), self.beta.size * self.gamma.size
+        first_node = nodes * np.arange(poses)[:, None]
+        corners = [*self._corners(beta, gamma)]
+        places = np.stack([first_node + row * self.gamma.size + col for row, col, _ in corners])
+        shares = np.stack([weight for _, _, weight in corners])
+        weights = np.stack(
+            [
+                np.bincount(places.ravel(), (shares * factor).ravel(), minlength=poses * nodes)
+                for factor in factors
+            ]
+        ).reshape(len(factors), poses, nodes)
+        return weights, weights
+
+    def sums_of_sizes(
+        self, factors: FloatArray, beta: FloatArray, gamma: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Sums of the size of alpha times a factor over elements (p, n), by draw: z and x, shape (draws, p).
+
+        Where alpha is not known it counts as 0. Around most elements no node changes its sign from draw to draw:
+        their sum is linear in the nodes. Of the others seven digits are enough.
+        """
+        corners = [
+            (row * self.gamma.size + col, weight >= NEGLIGIBLE)
+            for row, col, weight in self._corners(beta, gamma)
+        ]
+        counted = np.sum([counts for _, counts in corners], axis=0)
+        sums = []
+        for values in map(np.atleast_2d, self.parameters):
+            sign = np.where((values >= 0).all(axis=0), 1.0, -1.0 * (values <= 0).all(axis=0))
+            signs = np.sum([counts * sign[places] for places, counts in corners], axis=0)
+            is_linear = np.abs(signs) == counted
+            signed_factors = np.where(is_linear, np.sign(signs) * factors, 0.0)
+            weights = self.weights_in_sums(signed_factors[None], beta, gamma)[0][0]
+            total = np.nan_to_num(values) @ weights.T
+            pose, element = np.nonzero((factors > 0) & ~is_linear)
+            if pose.size:
+                directions = beta[pose, element], gamma[pose, element]
+                alpha = self.sum_nodes(values.astype(np.float32).T.copy(), *directions)
+                sizes = np.abs(np.nan_to_num(alpha)) * factors[pose, element, None]
+                poses, starts = np.unique(pose, return_index=True)
+                total[:, poses] += np.add.reduceat(sizes, starts, axis=0).T
+            sums.append(total)
+        return sums[0], sums[1]
 
     def sum_nodes(
         self, values: npt.NDArray[np.float32], beta: FloatArray, gamma: FloatArray

@@ -38,10 +38,14 @@ class Torus(NamedTuple):
         return self._mean(alpha_z, np.ones_like(self.sign)), self._mean(alpha_x, self.sign)
 
     def _mean(self, alpha: FloatArray, sign: FloatArray) -> FloatArray:
-        values = np.where(self.cell >= 0, alpha[..., self.cell] * sign, np.nan)
-        is_finite = np.isfinite(values)
-        count = is_finite.sum(axis=-1)
-        total = np.where(is_finite, values, 0.0).sum(axis=-1)
+        total = np.zeros((*alpha.shape[:-1], len(self.cell)))
+        count = np.zeros(total.shape)
+        # few cells tell of a direction: a whole row of directions at a time
+        for cell, sign_of_cell in zip(self.cell.T, sign.T, strict=True):
+            values = alpha[..., cell] * sign_of_cell
+            is_finite = np.isfinite(values) & (cell >= 0)
+            np.add(total, values, out=total, where=is_finite)
+            count += is_finite
         return np.where(count > 0, total / np.maximum(count, 1), np.nan)
 
 
@@ -119,7 +123,8 @@ class Rectangle(NamedTuple):
         filled = np.where(self.node >= 0, alpha[..., self.node], np.nan)
         gamma, values = _close(self.gamma, filled, np.pi)
         beta, turned = _close(self.beta, np.swapaxes(values, -1, -2), np.pi / 2)
-        return beta, gamma, np.swapaxes(turned, -1, -2)
+        # in the order of memory that tables have, so that `TableProfile.parameters` takes no copy
+        return beta, gamma, np.ascontiguousarray(np.swapaxes(turned, -1, -2))
 
 
 def _close(nodes: FloatArray, values: FloatArray, half: float) -> tuple[FloatArray, FloatArray]:

@@ -203,7 +203,7 @@ class Ground:
     def _follow_wheels(self, time_step_s: float) -> None:
         """Follow the travel of each wheel with a slack of delta: a wheel leaves its rut as it begins to roll, not at rest."""
         travel, rate = self.frames[self._wheels, 3:6].copy(), self.frames[self._wheels, 6:9]
-        track = self._has_track.astype(float)
+        begun = np.ones(len(travel))
         if self._delta_cm > 0:
             level = travel[:, :2].copy()
             self._way_cm += level * time_step_s
@@ -214,8 +214,10 @@ class Ground:
             length = np.linalg.norm(ahead, axis=1)
             speed = np.linalg.norm(level, axis=1)
             travel[:, :2] = ahead * (speed / np.where(length > 0, length, 1.0))[:, None]
-            track *= np.minimum(length / self._delta_cm, 1.0)
-        self._rolling[self._wheels] = rolling_rows(travel, rate, self._radii, track)
+            begun = np.minimum(length / self._delta_cm, 1.0)
+        self._rolling[self._wheels] = rolling_rows(
+            travel, rate, self._radii, begun * self._has_track, begun
+        )
 
 
 class _Limits:

@@ -1,0 +1,22 @@
+"""Which faces of a solid body bear a load: those that lead, and half of those that move along themselves.
+
+The alpha of a plate holds the stress on both of its faces. Of a solid body the face in front bears it all and the face
+behind nothing. Where a body moves along two faces, as the sole and the top of a foot that is dragged level or the walls
+of a block that sinks, each bears half: the two together bear what a plate does, and no rounding of an angle decides.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rftfit.conventions import FloatArray
+
+ALONG_ITSELF = 1e-4
+"""Speed along the normal over the speed (0.006 deg) up to which a face moves along itself: no rig knows an angle better."""
+
+
+def share_of_face(outward: FloatArray, speed: FloatArray) -> FloatArray:
+    """Share of the load of a plate that a face of a solid body bears, from 0 to 1, by its speed along the normal and in all."""
+    moves = speed > 0
+    relative = np.divide(outward, 2 * ALONG_ITSELF * speed, where=moves, out=np.zeros_like(speed))
+    return np.where(moves, np.clip(0.5 + relative, 0.0, 1.0), 0.0)
