@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +15,8 @@ from rftfit.errors import InputError
 from rftfit.forces.body_error import BodyError, ErrorCurve, learn_from_curves
 from rftfit.forces.contacts import Contact, error_curve
 from rftfit.forces.motion import Motion
+from rftfit.forces.outlines import Outline
+from rftfit.forces.plane import forces_on
 from rftfit.forces.prediction import predict_with_peaks
 from rftfit.measure.flags import Remark, quoted, reason_columns
 from rftfit.model.profiles import Profile
@@ -41,6 +43,7 @@ def lesson_rows(results: Results, model_error: float | None = None) -> pd.DataFr
     """
     media = [results[name] for name in (*results.laboratory, *results.sands)]
     curves: dict[str, dict[str, Contact]] = {}
+    peaks: dict[tuple[str, str], dict[str, float]] = {}
     maps: dict[str, Profile] = {}
     confidence = results.config.fit.confidence
     rows: list[dict[str, Any]] = []
@@ -53,7 +56,7 @@ def lesson_rows(results: Results, model_error: float | None = None) -> pd.DataFr
                 rows += _untested_rows(medium.name, leg, quoted(error, "few-poses"))
                 continue
             if contact is not None:
-                curves[medium.name][leg] = _thinned(contact)
+                curves[medium.name][leg] = contact
         if not curves[medium.name]:
             continue
         try:
@@ -61,6 +64,11 @@ def lesson_rows(results: Results, model_error: float | None = None) -> pd.DataFr
         except InputError as error:
             for leg in curves[medium.name]:
                 rows += _untested_rows(medium.name, leg, quoted(error, "no-map"))
+            continue
+        for leg, contact in curves[medium.name].items():
+            # peaks are those of whole curves, as in `leg_errors.csv`
+            peaks[medium.name, leg] = _measured_peaks(contact)
+            curves[medium.name][leg] = _thinned(contact, _peak_poses(contact, maps[medium.name]))
     errors = {
         (name, leg): error_curve(curves[name][leg], maps[name])
         for name in results.laboratory
@@ -83,7 +91,10 @@ def lesson_rows(results: Results, model_error: float | None = None) -> pd.DataFr
             for lesson, learned_from, profile, body_error in lessons:
                 key = {"medium": medium.name, "leg": leg}
                 of_lesson = {"lesson": lesson, "learned_from": learned_from}
-                for scores in _scores(contact, profile, confidence, model_error, body_error):
+                peaks_of_leg = peaks[medium.name, leg]
+                for scores in _scores(
+                    contact, peaks_of_leg, profile, confidence, model_error, body_error
+                ):
                     rows.append(key | scores | of_lesson | reason_columns([]))
     return pd.DataFrame(rows, columns=COLUMNS)
 
@@ -115,11 +126,21 @@ def _from_elsewhere(
         yield ELSEWHERE, ", ".join(elsewhere), plates, learn_from_curves([*elsewhere.values()])
 
 
-def _thinned(contact: Contact) -> Contact:
+def _peak_poses(contact: Contact, profile: Profile) -> list[int]:
+    """Poses in which lift and horizontal force on the body are largest by a profile."""
+    assert isinstance(contact.motion, Motion)
+    assert isinstance(contact.body, Outline)
+    forces = forces_on(profile, contact.body, contact.motion.poses)
+    return [extreme(forces.force_z_N, "z"), extreme(forces.force_x_N, "x")]
+
+
+def _thinned(contact: Contact, kept: Sequence[int]) -> Contact:
+    """Take every so many poses of a contact, and those to be kept."""
     poses = len(contact.frames)
     if poses <= _MOST_POSES:
         return contact
-    places = np.unique(np.linspace(0, poses - 1, _MOST_POSES).round().astype(int))
+    even = np.linspace(0, poses - 1, _MOST_POSES).round().astype(int)
+    places = np.unique(np.append(even, kept))
     motion = contact.motion
     assert isinstance(motion, Motion)
     fewer = Motion(
@@ -131,14 +152,29 @@ def _thinned(contact: Contact) -> Contact:
     return replace(contact, motion=fewer, force=force)
 
 
+def _measured_peaks(contact: Contact) -> dict[str, float]:
+    """Size of the measured peak by component, N; NaN where too few poses have a force."""
+    assert isinstance(contact.motion, Motion)
+    theta = contact.motion.columns["theta_deg"]
+    peaks = {}
+    for c, force in zip("zx", contact.measured, strict=True):
+        finite = np.isfinite(force)
+        is_enough = finite.sum() >= _FEWEST
+        peaks[c] = (
+            abs(measured_peak(theta[finite], force[finite], c).force_N) if is_enough else math.nan
+        )
+    return peaks
+
+
 def _scores(
     contact: Contact,
+    peaks: Mapping[str, float],
     profile: Profile,
     confidence: float,
     model_error: float | None,
     body_error: BodyError | None,
 ) -> Iterator[dict[str, Any]]:
-    """Error of the peak, rms and share of the poses inside, by component."""
+    """Error of the peak, rms and share of the poses inside, by component; `peaks`: of `_measured_peaks`."""
     names = {"z": "force_z_N", "x": "force_x_N"}
     forces, _ = predict_with_peaks(
         profile,
@@ -149,14 +185,13 @@ def _scores(
         model_error=model_error if body_error is None else None,
         body_error=body_error,
     )
-    theta = contact.motion.columns["theta_deg"]
     for place, (c, name) in enumerate(names.items()):
         measured = contact.measured[place]
         predicted = forces[name].to_numpy(float)
         finite = np.isfinite(measured) & np.isfinite(predicted)
         if finite.sum() < _FEWEST:
             continue
-        top = abs(measured_peak(theta[finite], measured[finite], c).force_N)
+        top = peaks[c]
         lo, hi = (forces[f"force_{c}_model_{end}_N"].to_numpy(float) for end in ("lo", "hi"))
         highest = extreme(predicted, c)
         # an interval that reaches to the other side of zero has an end below zero
