@@ -225,6 +225,6 @@ def summary_of_lessons(table: pd.DataFrame) -> pd.DataFrame:
     return groups.agg(
         curves=("off", "size"),
         peak_error_percent=("off", "median"),
-        rms_relative_to_peak=("rms_relative_to_peak", "mean"),
+        rms_relative_to_peak=("rms_relative_to_peak", "median"),
         inside_percent=("inside_percent", "mean"),
     ).reset_index()

@@ -124,7 +124,8 @@ class ForceAnswer:
         """What was predicted from what, in words, by name."""
         body = self.body
         if isinstance(body, Mesh):
-            name, parts = "mesh", describe_triangles(len(body.faces), body.triangles_given)
+            triangles = describe_triangles(len(body.faces), body.triangles_given)
+            name, parts = "mesh", f"{triangles}, {body.describe_size()}"
         else:
             name, parts = "outline", f"{len(body.body)} elements"
         sources = {

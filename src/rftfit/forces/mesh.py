@@ -135,6 +135,11 @@ class Mesh:
         self.notes = tuple(notes)
         self.triangles_given = len(corners)
 
+    def describe_size(self) -> str:
+        """Say how long the body is along its own axes, of which z is up."""
+        x, y, z = np.ptp(self.vertices_cm, axis=0)
+        return f"{x:.4g} cm along its x, {y:.4g} along y, {z:.4g} along z (up)"
+
     def __repr__(self) -> str:
         x, y, z = np.ptp(self.vertices_cm, axis=0)
         kind = "sheet" if self.sheet else "Mesh"

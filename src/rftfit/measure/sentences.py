@@ -206,7 +206,7 @@ SENTENCES = {
     "several-strokes": "the log holds {count} strokes along this path, of {lengths} {unit}: say which one in the "
     "column stroke of the run sheet{cure}",
     "other-direction": "below the surface the arm moved along gamma = {seen} deg; the sheet's {direction} at gamma "
-    "{gamma:g} is along {way:.1f} deg; allowed: {tolerance:g} deg of difference (arm.angle_tolerance_deg)",
+    "{gamma:g} is along {way:.1f} deg; allowed: {tolerance:g} deg of difference (arm.angle_tolerance_deg){cure}",
     "no-such-stroke": "the sheet asks for stroke {wanted}; the log holds {found}",
     "surface-not-crossed": "the path from {highest:+.2f} to {lowest:+.2f} cm does not cross the surface",
     "begins-below": "the arm log begins below the surface",

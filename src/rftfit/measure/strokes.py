@@ -13,7 +13,7 @@ import numpy as np
 
 from rftfit.campaign.config import Arm
 from rftfit.campaign.sheet import Run
-from rftfit.conventions import FloatArray, direction, intrusion_angle
+from rftfit.conventions import FloatArray, direction, intrusion_angle, mirror, wrap_gamma
 from rftfit.directions import SAME_DEPTH_CM
 from rftfit.measure.clocks import flickers, moving_spans
 from rftfit.measure.flags import Refused
@@ -217,6 +217,13 @@ def _chosen(
     return strokes[(run.stroke or 1) - 1][1:]
 
 
+MIRROR = (
+    ". Seen from behind the rig it is that way: mirror what the logs of these runs say along x (x of the motion log, the channel of "
+    "the transducer, beta)"
+)
+"""Cure of a run that moved to the other side."""
+
+
 def _stretches_along_path(
     motion: IntruderPath, spans: FloatArray, run: Run, arm: Arm
 ) -> list[_StrokeSpan]:
@@ -249,8 +256,11 @@ def _stretches_along_path(
         fastest = motion.fastest_below()
         raise Refused("too-slow", least=SHORTEST_CM, stated=arm.speed_cm_per_s, fastest=fastest)
     if not along:
+        ways = mirror(np.zeros(len(seen)), np.radians([angle_deg for _, angle_deg in seen]))[1]
+        off = np.abs(wrap_gamma(ways - math.radians(run.motion_gamma_deg)))
         raise Refused(
             "other-direction",
+            cure=MIRROR * bool((off <= tolerance).any()),
             seen=", ".join(f"{angle_deg:.1f}" for _, angle_deg in seen),
             seen_deg=max(seen)[1],
             tolerance=arm.angle_tolerance_deg,

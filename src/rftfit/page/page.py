@@ -63,7 +63,7 @@ SCRIPTS = (
 """Parts of the script, in this order."""
 
 
-SECTIONS = {
+NAVIGATION = {
     "summary": "Summary",
     "believed": "Checks",
     "measurement": "Measurement",
@@ -80,7 +80,7 @@ SECTIONS = {
     "methods": "Methods",
     "provenance": "Provenance",
 }
-"""Sections by id, in their order."""
+"""Sections by id, in the order of the navigation; that of the page is the one of ``page.html``."""
 
 NARROW = 500
 """Width, pixels, up to which two figures stand beside one another."""
@@ -135,7 +135,7 @@ def context(results: Results) -> dict[str, Any]:
         "robot": bool(results.campaign.robot_medium),
         "reproduction": bool(reproduction.rows),
     }
-    names = {key: name for key, name in SECTIONS.items() if shown_sections.get(key, True)}
+    names = {key: name for key, name in NAVIGATION.items() if shown_sections.get(key, True)}
     return {
         "title": config.title,
         "measured": _measured(results, outcome),

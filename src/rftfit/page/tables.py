@@ -6,6 +6,7 @@ import math
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 from markupsafe import Markup
@@ -474,7 +475,7 @@ def tabulate_contacts(results: Results) -> PageTable:
         texts("Tested on legs in", "tested_on"),
         numbers("Curves", "curves", 0),
         numbers("Error of peak, median, %", "peak_error_percent", 0),
-        _RMS_OVER_PEAK,
+        replace(_RMS_OVER_PEAK, heading="RMS over peak, median"),
         numbers("Poses inside, %", "inside_percent", 0),
     ]
     return PageTable("Learned from, tested on", columns, rows)
