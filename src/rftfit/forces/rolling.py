@@ -206,7 +206,7 @@ def decides_leading(outward: FloatArray, normal: FloatArray, rolling: FloatArray
 
     `outward`: velocity along the normal, (m,). `normal`, of any length: (m, 3). `rolling`: a row of `rolling_rows`, (4,).
     """
-    return outward + rolling[2] * (normal[:, :2] @ rolling[:2])
+    return np.asarray(outward + rolling[2] * (normal[:, :2] @ rolling[:2]))
 
 
 def lies_in_track(

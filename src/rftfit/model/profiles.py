@@ -543,12 +543,11 @@ class TableProfile(Profile):
         corners = [*self._corners(beta, gamma)]
         places = np.stack([first_node + row * self.gamma.size + col for row, col, _ in corners])
         shares = np.stack([weight for _, _, weight in corners])
-        weights = np.stack(
-            [
-                np.bincount(places.ravel(), (shares * factor).ravel(), minlength=poses * nodes)
-                for factor in factors
-            ]
-        ).reshape(len(factors), poses, nodes)
+        of_nodes = np.empty((len(factors), poses * nodes))
+        for row, factor in enumerate(factors):
+            share_of_factor = (shares * factor).ravel()
+            of_nodes[row] = np.bincount(places.ravel(), share_of_factor, minlength=poses * nodes)
+        weights = of_nodes.reshape(len(factors), poses, nodes)
         return weights, weights
 
     def sums_of_sizes(
