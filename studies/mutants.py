@@ -35,8 +35,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+import false_columns
 from drawn_mutants import PACKAGE, ROOT, Mutant, draw_columns, draw_lines, rooms_of_package
-from false_columns import SEEN
 
 WORK = ROOT / ".mutants"
 TREE = WORK / "tree"
@@ -366,6 +366,13 @@ class Judge:
         return failed.read_text(encoding="utf-8") if failed.exists() else f"{ENDED}{exit_code}"
 
 
+def forget_program() -> None:
+    """Let the next import take the program of the copy: columns are drawn by that of the project, which stays imported."""
+    for name in [*sys.modules]:
+        if name.partition(".")[0] in (PACKAGE.name, Path(false_columns.__file__).stem):
+            del sys.modules[name]
+
+
 def run_tests(tests: list[str], nominal_s: float) -> int:
     """In the child: run tests of a copy; leave the name of the first that fails in a file."""
     import pytest
@@ -385,12 +392,13 @@ def run_tests(tests: list[str], nominal_s: float) -> int:
     scratch.mkdir()
     search_path = [str(TREE / "src"), str(TREE / "studies")]
     sys.path[:0] = search_path
+    forget_program()
     os.environ |= {
         "PYTHONPATH": os.pathsep.join(search_path),
         "NUMBA_CACHE_DIR": str(COMPILED),
         "HYPOTHESIS_STORAGE_DIRECTORY": str(scratch / "hypothesis"),
         "TMPDIR": str(scratch),
-        SEEN: str(SEEN_FALSE),
+        false_columns.SEEN: str(SEEN_FALSE),
     }
     log = os.open(TREE / "log.txt", os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
     os.dup2(log, 1)

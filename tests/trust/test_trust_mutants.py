@@ -1,9 +1,11 @@
 """Mutants change what a function does, one passage at a time, and false columns one column of one table."""
 
 import ast
+from types import SimpleNamespace
 
 import drawn_mutants
 import false_columns
+import mutants as judging
 import pandas as pd
 import pytest
 
@@ -71,3 +73,26 @@ def test_a_false_column_is_that_of_one_table():
     assert returned("2 * p") == pytest.approx(0.6)
     assert returned("-p") == pytest.approx(-0.3)
     assert returned("alpha_x_N_per_cm3") == pytest.approx(0.1)
+
+
+TESTS_OF_A_COPY = """
+import rftfit
+
+
+def test_copy():
+    assert rftfit.MADE_FOR_A_TEST
+"""
+
+
+def test_a_mutant_is_judged_by_tests_that_import_the_copy_in_which_it_is(monkeypatch, tmp_path):
+    """And not the program of the project, which draws columns before."""
+    package = tmp_path / "src" / "rftfit"
+    package.mkdir(parents=True)
+    (tmp_path / "test_copy.py").write_text(TESTS_OF_A_COPY, encoding="utf-8")
+    monkeypatch.setattr(judging, "TREE", tmp_path)
+    failures = {}
+    for value in ("True", "False"):
+        (package / "__init__.py").write_text(f"MADE_FOR_A_TEST = {value}\n", encoding="utf-8")
+        nobody = SimpleNamespace(untrusted=())
+        failures[value] = judging.Judge._first_failure(nobody, ["test_copy.py"], 5.0)
+    assert failures == {"True": "", "False": "test_copy.py::test_copy"}
