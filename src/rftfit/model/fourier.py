@@ -16,7 +16,8 @@ from rftfit.model.symmetry import WIDEST_DEG, Rectangle, rectangle, torus
 TERMS_Z = ("A00", "A10", "B11", "B01", "Bm1")
 TERMS_X = ("C11", "C01", "Cm1", "D10")
 TERMS = TERMS_Z + TERMS_X
-"""Order of the coefficients in every array and table (Table S2)."""
+"""Order of the coefficients in every array and table (Table S2). The compiled kernel (`rftfit.model.kernel`), the page
+(``kernel.js``) and the formulas of the workbook have each term too."""
 
 METHODS = ("lsq", "dft-index")
 
