@@ -19,6 +19,7 @@ from rftfit.campaign.load import Campaign, load_campaign
 from rftfit.campaign.presence import config_of
 from rftfit.campaign.problems import choose
 from rftfit.checks.medium import marks_of
+from rftfit.checks.verdict import Verdict, verdict_on
 from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
 from rftfit.forces.contacts import Contact
@@ -27,8 +28,9 @@ from rftfit.forces.motion import rotation
 from rftfit.forces.outlines import leg_outline
 from rftfit.measure.alpha import QUANTITIES, bed_spread, cell_at, column, window_of
 from rftfit.measure.errors import USUAL_BED_SPREAD
-from rftfit.measure.flags import Flags, Remark, format_remarks, remark, with_reasons
+from rftfit.measure.flags import Flags, Remark, remark, with_reasons
 from rftfit.measure.session_clocks import SessionClocks
+from rftfit.measure.verdict_words import DOUBTFUL, UNUSABLE
 from rftfit.model import scaling
 from rftfit.model.bekker import PressureSinkage, pressure_sinkage, width_of_plate
 from rftfit.model.common_errors import covariance_of
@@ -462,6 +464,18 @@ class Medium(KnownMedium):
         """Name for figures and tables; marked where the medium fails a check."""
         return self.results.titles[self.name]
 
+    @cached_property
+    def verdict(self) -> Verdict:
+        """Verdict on the data of the medium in a word, and why: by its checks, and by what its runs lack."""
+        checks = self.results.checks
+        return verdict_on(checks[checks["medium"] == self.name], self.fits, self.flags)
+
+    @property
+    def doubt(self) -> str:
+        """Verdict on the data where it is ``doubtful`` or ``unusable``; else, and before a run, empty."""
+        is_checked = self.results.has(f"checks/{self.name}.csv")
+        return str(self.verdict) if is_checked and self.verdict.word in (UNUSABLE, DOUBTFUL) else ""
+
     @property
     def alpha(self) -> pd.DataFrame:
         """Alpha over the angles with intervals, one row a cell, N/cm^3."""
@@ -785,7 +799,7 @@ class Medium(KnownMedium):
         facts = {
             "name": self.name,
             "title": self.results.campaign.titles[self.name],
-            "marks": format_remarks(self.results.marks.get(self.name, ())),
+            "marks": self.doubt,
             "window": window_of(self.alpha),
             "made_from": {f"{FOLDER}/{name}": sha256_of(self.results.path(name))},
         }

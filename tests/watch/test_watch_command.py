@@ -15,7 +15,6 @@ from rftfit.campaign.config import Config
 from rftfit.checks.verdict import Verdict
 from rftfit.lab.enact import prepare
 from rftfit.measure.verdict_words import DOUBTFUL
-from rftfit.page.outcome import verdict_of
 from rftfit.results import open_results
 from rftfit.workflow.closing import closing_lines
 from rftfit.workflow.records import Recorded
@@ -153,4 +152,4 @@ def test_watch_check_page_and_terminal_state_one_verdict(bench, has_tares):
     assert of_title in folder.table("findings.csv")["finding"][0]
     terminal = closing_lines(Recorded(read_states(folder.config)[0]))
     assert sum(of_title in line for line in terminal) == 1
-    assert verdict_of(open_results(bench.root), MEDIUM) == verdict
+    assert open_results(bench.root)[MEDIUM].verdict == verdict

@@ -107,7 +107,6 @@ _BEKKER_MARK = '{\n "format": "rftfit-bekker 1"'
 
 
 def _export_bekker(folder: Path, name: str, output: Path, force: bool) -> None:
-    from rftfit.measure.flags import format_remarks
     from rftfit.store import write_text
 
     check_target(output, _BEKKER_MARK, "law", force)
@@ -119,8 +118,8 @@ def _export_bekker(folder: Path, name: str, output: Path, force: bool) -> None:
     print_line(f"{law.summary()}\nWritten: {output}")
     if law.doubt:
         warn(f"warning: {law.doubt}")
-    if campaign.marks.get(name):
-        warn(f"warning: {name} is {format_remarks(campaign.marks[name])}")
+    if campaign[name].doubt:
+        warn(f"warning: {name} is {campaign[name].doubt}")
 
 
 def _of_pushes(

@@ -359,6 +359,8 @@ class MediumOptions:
         campaign = rftfit.open(self.results)
         choose("--medium", self.medium, campaign.media, f"in {self.results}")
         medium = campaign[self.medium]
+        if medium.doubt:
+            warn(f"warning: {self.medium} is {medium.doubt}")
         if self.kind:
             return medium.profile(self.kind, self.method)
         return medium.as_profile(whole)

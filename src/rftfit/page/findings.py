@@ -18,7 +18,7 @@ from rftfit.forces.peaks import STEEP
 from rftfit.measure.alpha import cell_at, column
 from rftfit.model.fourier import TERMS
 from rftfit.page.cells import Row, records
-from rftfit.page.outcome import media_that_passed, verdict_of
+from rftfit.page.outcome import media_that_passed
 from rftfit.results import Results
 from rftfit.robot.speeds import share_within
 
@@ -56,7 +56,7 @@ def findings(results: Results) -> list[PageFinding]:
 
 def _measured(results: Results) -> Iterable[PageFinding]:
     """How many checks passed, the verdict on each medium, and how hard the media are to a level plate pushed straight down."""
-    titles, verdicts = results.campaign.titles, {m: verdict_of(results, m) for m in results.media}
+    titles, verdicts = results.campaign.titles, {medium.name: medium.verdict for medium in results}
     media_by_verdict: dict[Verdict, list[str]] = {}
     for name, verdict in verdicts.items():
         media_by_verdict.setdefault(verdict, []).append(titles[name])

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from typing import Any
 
 from rftfit.checks.declared import CHECKS
-from rftfit.checks.verdict import Verdict, verdict_on
 from rftfit.compare.joint import list_untold
 from rftfit.compare.legs import FAR_OFF, NOT_TESTED, OFF, WITHIN, WITHIN_PERCENT, worst_peak
 from rftfit.figures.labels import format_interval, in_brackets, name_of, percent
@@ -127,17 +126,9 @@ def doubt_of_map(results: Results, medium: str) -> str:
     )
 
 
-def verdict_of(results: Results, medium: str) -> Verdict:
-    """Verdict on a medium of written results in one word, and why."""
-    checks = results.checks
-    return verdict_on(
-        checks[checks["medium"] == medium], results[medium].fits, results[medium].flags
-    )
-
-
 def verdicts_on_legs(results: Results, medium: str) -> list[tuple[str, str, str]]:
     """Verdict on the model on the legs of a medium by each profile that a user would take, and its worst peak."""
-    if verdict_of(results, medium)[0] == UNUSABLE:
+    if results[medium].verdict.word == UNUSABLE:
         return [("", NOT_TESTED, "the data are unusable")]
     errors, verdicts = results.table("leg_errors.csv"), []
     for profile in ("map", "generic") if medium in results.sands else ("table", "map"):
@@ -160,7 +151,7 @@ def verdicts_on_legs(results: Results, medium: str) -> list[tuple[str, str, str]
 def worst_of_nine_terms(results: Results, medium: str) -> str:
     """Name the worst peak by the nine terms, whose value zeta is, on the legs of a medium; empty where they predict none."""
     worst = worst_peak(results.table("leg_errors.csv"), medium, "fourier")
-    if not worst or verdict_of(results, medium)[0] == UNUSABLE:
+    if not worst or results[medium].verdict.word == UNUSABLE:
         return ""
     force_name = "lift" if worst["component"] == "z" else "thrust"
     error_text = percent(worst["peak_error_percent"])
@@ -205,7 +196,7 @@ def summary_of_checks(results: Results) -> dict[str, Any]:
         f"Not checked{media and f' in {media}'}: whether {'; '.join(good)}."
         for (_, media), good in sorted(good_of_media.items())
     ]
-    verdicts = {medium: verdict_of(results, medium) for medium in results.media}
+    verdicts = {medium.name: medium.verdict for medium in results}
     faults = [
         (row["medium"], titles[row["medium"]], row["effect"] or row["verdict"], row["sentence"])
         for row in records(failed)

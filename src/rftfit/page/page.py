@@ -41,7 +41,6 @@ from rftfit.page.outcome import (
     most_serious_flag,
     outcome_of_runs,
     summary_of_checks,
-    verdict_of,
     verdicts_on_legs,
 )
 from rftfit.page.robot import robot_data, robot_facts, robot_tables
@@ -177,7 +176,7 @@ def context(results: Results) -> dict[str, Any]:
         "doubts": [
             (medium.title, reason)
             for medium in results
-            for word, reason in [verdict_of(results, medium.name)]
+            for word, reason in [medium.verdict]
             if word == SOUND and reason
         ]
         + [

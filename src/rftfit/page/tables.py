@@ -53,7 +53,6 @@ from rftfit.page.outcome import (
     Outcome,
     most_serious_flag,
     rows_by_reason,
-    verdict_of,
     verdicts_on_legs,
     worst_of_nine_terms,
 )
@@ -101,7 +100,7 @@ def tabulate_media(results: Results, outcome: Outcome) -> PageTable:
         return Cell(results.campaign.titles[row["medium"]], (", ".join(words),))
 
     def data_verdict(row: Row) -> Cell:
-        word, reason = verdict_of(results, row["medium"])
+        word, reason = results[row["medium"]].verdict
         count = most_serious_flag(results, row["medium"])[1]
         is_faultless = word in (SOUND, NOT_CHECKED)
         flags = f"{count} flag{'s' * (count != 1)}" if count and is_faultless else ""
