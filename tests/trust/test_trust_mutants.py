@@ -2,6 +2,7 @@
 
 import ast
 from types import SimpleNamespace
+from typing import Any
 
 import drawn_mutants
 import false_columns
@@ -93,6 +94,6 @@ def test_a_mutant_is_judged_by_tests_that_import_the_copy_in_which_it_is(monkeyp
     failures = {}
     for value in ("True", "False"):
         (package / "__init__.py").write_text(f"MADE_FOR_A_TEST = {value}\n", encoding="utf-8")
-        nobody = SimpleNamespace(untrusted=())
+        nobody: Any = SimpleNamespace(untrusted=())
         failures[value] = judging.Judge._first_failure(nobody, ["test_copy.py"], 5.0)
     assert failures == {"True": "", "False": "test_copy.py::test_copy"}
