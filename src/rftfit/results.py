@@ -28,7 +28,7 @@ from rftfit.forces.motion import rotation
 from rftfit.forces.outlines import leg_outline
 from rftfit.measure.alpha import QUANTITIES, bed_spread, cell_at, column, window_of
 from rftfit.measure.errors import USUAL_BED_SPREAD
-from rftfit.measure.flags import Flags, Remark, remark, with_reasons
+from rftfit.measure.flags import Flags, Remark, format_remarks, remark, with_reasons
 from rftfit.measure.session_clocks import SessionClocks
 from rftfit.measure.verdict_words import DOUBTFUL, UNUSABLE
 from rftfit.model import scaling
@@ -467,14 +467,16 @@ class Medium(KnownMedium):
     @cached_property
     def verdict(self) -> Verdict:
         """Verdict on the data of the medium in a word, and why: by its checks, and by what its runs lack."""
-        checks = self.results.checks
-        return verdict_on(checks[checks["medium"] == self.name], self.fits, self.flags)
+        return verdict_on(self.results.table(f"checks/{self.name}.csv"), self.fits, self.flags)
 
     @property
     def doubt(self) -> str:
         """Verdict on the data where it is ``doubtful`` or ``unusable``; else, and before a run, empty."""
-        is_checked = self.results.has(f"checks/{self.name}.csv")
-        return str(self.verdict) if is_checked and self.verdict.word in (UNUSABLE, DOUBTFUL) else ""
+        needed = ("checks", "fits", "flags")
+        if not all(self.results.has(f"{table}/{self.name}.csv") for table in needed):
+            # of results whose tables of runs were not kept, by the checks alone
+            return format_remarks(self.results.marks.get(self.name, ()))
+        return str(self.verdict) if self.verdict.word in (UNUSABLE, DOUBTFUL) else ""
 
     @property
     def alpha(self) -> pd.DataFrame:

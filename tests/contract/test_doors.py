@@ -112,7 +112,9 @@ def test_attach(media, form):
     ground.step()
     # the lower side lies 1 mm deeper than the middle
     expected = (110.0 if form in OF_PUSH else 40 * 5 * 0.35093) * 5.1 / 5
-    assert ground.forces[0, 2] == pytest.approx(expected, rel=2e-3)
+    # and its walls, 2 mm high, bear a little as it sinks along them
+    walls = ground.forces[0, 2] / expected - 1
+    assert 0 < walls < 0.02
 
 
 @pytest.mark.parametrize("form", MEDIA)
