@@ -32,10 +32,23 @@ WAY = {
 PACKAGE = Path(rftfit.__file__).parent
 
 
+def measure_push(campaign):
+    """Alpha of the one push of a campaign."""
+    traces, runs, _ = ingest_medium(campaign, MEDIUM)
+    tared, tares, _ = tare_medium(campaign, MEDIUM, traces, runs)
+    fits, _, _ = fit_medium(campaign, MEDIUM, runs, tared, tares)
+    return alpha_table(fits, MEDIUM, confidence=0.95, depths=1)
+
+
 @pytest.fixture(scope="module")
 def files_entered(tmp_path_factory):
-    """Files of the package in which a function ran from the log of one push and its rod to alpha."""
-    campaign = load_campaign(RigRoom(tmp_path_factory.mktemp("way")).add(PUSH).write())
+    """Files of the package in which a function ran from the log of one push and its rod to alpha.
+
+    What a process reads once, as its constants, was read before, whichever tests ran in it.
+    """
+    room = RigRoom(tmp_path_factory.mktemp("way")).add(PUSH).write()
+    measure_push(load_campaign(room))
+    campaign = load_campaign(room)
     files = set()
 
     def note_file(frame, event, _):
@@ -45,10 +58,7 @@ def files_entered(tmp_path_factory):
     before = sys.getprofile()
     sys.setprofile(note_file)
     try:
-        traces, runs, _ = ingest_medium(campaign, MEDIUM)
-        tared, tares, _ = tare_medium(campaign, MEDIUM, traces, runs)
-        fits, _, _ = fit_medium(campaign, MEDIUM, runs, tared, tares)
-        alpha = alpha_table(fits, MEDIUM, confidence=0.95, depths=1)
+        alpha = measure_push(campaign)
     finally:
         sys.setprofile(before)
     # the way was gone to its end
