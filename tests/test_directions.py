@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 import rftfit
 from rftfit.directions import (
+    TOLERANCE_DEG,
     angles_of_directions,
     number_depths,
     number_directions,
@@ -22,9 +23,10 @@ from rftfit.directions import (
 ANGLES = st.lists(st.sampled_from([-90, -60, 0, 0.3, 0.5, 0.8, 30, 30.2, 89.8, 90]), min_size=1)
 
 
-def numbered(beta_deg, gamma_deg=None, **options):
+def numbered(beta_deg, gamma_deg=None, tolerance_deg=TOLERANCE_DEG, **options):
     gamma_deg = [45] * len(beta_deg) if gamma_deg is None else gamma_deg
-    return number_directions(*np.array([beta_deg, gamma_deg], dtype=float), **options).tolist()
+    angles_deg = np.array([beta_deg, gamma_deg], dtype=float)
+    return number_directions(*angles_deg, tolerance_deg, **options).tolist()
 
 
 @pytest.mark.parametrize(
@@ -72,7 +74,7 @@ def test_the_order_of_runs_parts_no_direction(beta_deg, luck):
 def test_a_direction_has_the_mean_angles_of_its_runs(beta_deg):
     beta_of_run = np.array(beta_deg, dtype=float)
     gamma_of_run = np.linspace(0, 0.4, beta_of_run.size)
-    number = number_directions(beta_of_run, gamma_of_run)
+    number = number_directions(beta_of_run, gamma_of_run, TOLERANCE_DEG)
     beta, gamma = angles_of_directions(number, beta_of_run, gamma_of_run)
     for direction in set(number.tolist()):
         is_member = number == direction
@@ -95,5 +97,5 @@ def test_rows_are_numbered_as_their_angles_are():
     table = pd.DataFrame(
         {"beta_deg": [0.0, 30.1, 30.0, 30.0], "gamma_deg": [90.0, 44.8, 45.0, 45.0]}
     )
-    assert number_rows(table).tolist() == [0, 2, 2, 2]
+    assert number_rows(table, TOLERANCE_DEG).tolist() == [0, 2, 2, 2]
     assert number_rows(table, tolerance_deg=0.1).tolist() == [0, 1, 2, 2]

@@ -60,8 +60,8 @@ def same_direction(
 def number_directions(
     beta_deg: FloatArray,
     gamma_deg: FloatArray,
+    tolerance_deg: float,
     depth_cm: npt.ArrayLike = math.nan,
-    tolerance_deg: float = TOLERANCE_DEG,
 ) -> npt.NDArray[np.intp]:
     """Number the direction, or with `depth_cm` the repeat, of each of n runs.
 
@@ -92,10 +92,10 @@ def number_directions(
     return _split_by_depth(number, np.where(is_level, depth_cm, math.nan))
 
 
-def number_rows(table: pd.DataFrame, tolerance_deg: float = TOLERANCE_DEG) -> npt.NDArray[np.intp]:
+def number_rows(table: pd.DataFrame, tolerance_deg: float) -> npt.NDArray[np.intp]:
     """Number the direction of each row of a table with ``beta_deg`` and ``gamma_deg``, as `number_directions`, shape (n,)."""
     beta_deg, gamma_deg = (table[name].to_numpy(float) for name in ("beta_deg", "gamma_deg"))
-    return number_directions(beta_deg, gamma_deg, tolerance_deg=tolerance_deg)
+    return number_directions(beta_deg, gamma_deg, tolerance_deg)
 
 
 def _split_by_depth(number: npt.NDArray[np.intp], depth_cm: FloatArray) -> npt.NDArray[np.intp]:

@@ -114,6 +114,16 @@ def test_what_is_wrong_alike_in_many_rows_is_one_line():
     assert in_lines(alike[:1]) == [str(alike[0])]
 
 
+def test_what_is_wrong_alike_in_many_columns_is_one_line():
+    unread = Problem("alpha.unknown-column", Place("a.csv", 1, "n_runs"), None, "not read")
+    named = replace(unread, place=replace(unread.place, column="alfa_z"), nearest="alpha_z")
+    other = replace(unread, place=replace(unread.place, column="flagged"))
+    assert in_lines([unread, named, other]) == [
+        "a.csv, columns n_runs, flagged, row 1: not read",
+        "a.csv, row 1, column alfa_z: not read; did you mean 'alpha_z'?",
+    ]
+
+
 def test_an_unknown_word_of_the_command_line():
     text = unknown_word("--medium", "popy_LP", ["poppy_LP", "poppy_CP"])
     assert text == (

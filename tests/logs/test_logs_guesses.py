@@ -182,3 +182,12 @@ def test_a_value_that_recurs_outside_of_all_others_is_proposed_as_missing(bad, p
     lines = [line.strip() for line in config_block(survey(blocks), "delimited")]
     missing = [line for line in lines if line.startswith("missing")]
     assert missing == [] if not proposed else missing[0].startswith(proposed)
+
+
+def test_columns_whose_unit_could_be_that_of_a_missing_quantity_are_named():
+    time = np.arange(100) / 10
+    columns = {"time": time, "F3": time, "cell left": 2 * time, "lamp": 3 * time}
+    units = {"time": "s", "F3": "N", "cell left": "mN", "lamp": "V"}
+    lines = config_block(survey([Log(Path("a"), columns, units, time.size)]), "delimited")
+    assert "    # F2: no column looks like it; with such a unit: cell left" in lines
+    assert "    # arm_moving: no column looks like it" not in "".join(lines)

@@ -5,6 +5,7 @@ import pytest
 from coverage_levels import forces_held
 from seeds import seeds
 
+from rftfit.directions import TOLERANCE_DEG
 from rftfit.measure.depths import curved_law
 
 
@@ -42,4 +43,4 @@ def test_the_check_of_linearity_decides_what_is_curved(verdict, code, law):
             "code": ["surface-off", code],
         }
     )
-    assert str(curved_law(fits, checks)) == law
+    assert str(curved_law(fits, checks, TOLERANCE_DEG)) == law

@@ -14,6 +14,7 @@ from rftfit.checks.declared import MediumMeasurements
 from rftfit.checks.sheet import check_sheet
 from rftfit.compare.joint import RunSlopes
 from rftfit.compare.misplaced import MISPLACED_COLUMNS, find_misplaced
+from rftfit.directions import TOLERANCE_DEG
 from rftfit.measure.ledger import RowStatus
 from rftfit.measure.rods import estimate_share_too_much
 from rftfit.reference import MEDIA
@@ -219,7 +220,7 @@ def samples_of(share, seed=4):
 @pytest.mark.parametrize("share", [-1.5, 0.0, 0.3, 0.6])
 def test_share_of_the_tares_that_is_too_much(share):
     """Whatever the law of depth: rods of 0.4, 1, 1.4 and 2.5 times the force."""
-    estimate = estimate_share_too_much(*samples_of(share))
+    estimate = estimate_share_too_much(*samples_of(share), TOLERANCE_DEG)
     assert estimate is not None
     assert estimate.share == pytest.approx(share, rel=0.15, abs=max(4 * estimate.se, 0.02))
     assert estimate.se < 0.1
@@ -227,9 +228,14 @@ def test_share_of_the_tares_that_is_too_much(share):
 
 def test_nothing_tells_the_rods_where_all_runs_share_one_or_go_straight_down():
     fits, tared, windows = samples_of(0.6)
-    assert estimate_share_too_much(fits.assign(tare_run="one"), tared, windows) is None
-    assert estimate_share_too_much(fits.assign(tare_run=""), tared, windows) is None
-    assert estimate_share_too_much(fits[fits["gamma_deg"] == 90], tared, windows) is None
+    assert (
+        estimate_share_too_much(fits.assign(tare_run="one"), tared, windows, TOLERANCE_DEG) is None
+    )
+    assert estimate_share_too_much(fits.assign(tare_run=""), tared, windows, TOLERANCE_DEG) is None
+    assert (
+        estimate_share_too_much(fits[fits["gamma_deg"] == 90], tared, windows, TOLERANCE_DEG)
+        is None
+    )
 
 
 def test_rods_of_measured_angles_are_those_of_typed_ones():
@@ -246,7 +252,8 @@ def test_rods_of_measured_angles_are_those_of_typed_ones():
     )
     windows_of_both = pd.concat([windows, windows], ignore_index=True)
     of_typed, of_measured = (
-        estimate_share_too_much(table, twice, windows_of_both) for table in (typed, measured)
+        estimate_share_too_much(table, twice, windows_of_both, TOLERANCE_DEG)
+        for table in (typed, measured)
     )
     assert of_typed is not None
     assert of_measured == pytest.approx(of_typed)

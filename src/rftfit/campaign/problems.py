@@ -71,12 +71,29 @@ class Problem:
 
 
 def in_lines(problems: Iterable[Problem]) -> list[str]:
-    """Write a problem a line; what is wrong alike in several rows of a file is one line."""
+    """Write a problem a line; what is wrong alike in several rows or columns of a file is one line."""
     rows_of: dict[Problem, list[int]] = {}
     for problem in problems:
         everywhere = replace(problem, place=replace(problem.place, row=None))
         rows_of.setdefault(everywhere, []).extend(filter(None, [problem.place.row]))
-    return [str(_at_rows(problem, sorted({*rows}))) for problem, rows in rows_of.items()]
+    columns_of: dict[tuple[Problem, tuple[int, ...]], list[str]] = {}
+    for problem, rows in rows_of.items():
+        place = problem.place
+        alike = replace(problem, place=replace(place, column=None)), tuple(sorted({*rows}))
+        columns_of.setdefault(alike, []).extend(filter(None, [place.column]))
+    return [
+        str(_at_rows(_at_columns(problem, columns), rows))
+        for (problem, rows), columns in columns_of.items()
+    ]
+
+
+def _at_columns(problem: Problem, columns: Sequence[str]) -> Problem:
+    """A problem of one column, of many as ``columns a, b``, or of none."""
+    place = problem.place
+    if len(columns) < 2:
+        return replace(problem, place=replace(place, column=columns[0] if columns else None))
+    names = join_words(map(shown, columns), most=None)
+    return replace(problem, place=replace(place, file=f"{place.file}, columns {names}"))
 
 
 def _at_rows(problem: Problem, rows: Sequence[int]) -> Problem:

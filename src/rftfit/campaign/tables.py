@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from rftfit.campaign.config import UNIT_AREA, Grid, TableSettings
+from rftfit.campaign.config import UNIT_AREA, TableSettings
 from rftfit.campaign.formats import ALPHA, OTHER_SENSE, RUN_ID, STRESS
 from rftfit.campaign.problems import CampaignError, Place, Problem, join_words
 from rftfit.campaign.rows import (
@@ -30,7 +30,7 @@ from rftfit.campaign.rows import (
 )
 from rftfit.campaign.sheet import Run, check_excluded
 from rftfit.campaign.spikes import FEWEST_ROWS, find_spikes
-from rftfit.directions import SAME_DEPTH_CM, number_depths
+from rftfit.directions import SAME_DEPTH_CM, TOLERANCE_DEG, number_depths
 from rftfit.table.numbers import number_of
 from rftfit.table.units import ALPHA_TO_N_PER_CM3, folded_name, units_like
 
@@ -100,12 +100,12 @@ def read_pushes(
     table: TableSettings,
     media: Iterable[str],
     within: str,
-    tolerance: float = 0.5,
+    tolerance_deg: float = TOLERANCE_DEG,
 ) -> TableRead:
     """Read the table of a campaign, long or, of alpha, in the blocks of Table S5.
 
     `file`: Its name for messages; `media`: those of the config, default: what the table names;
-    `within`: relative to the raw folder; `tolerance`, deg: angles so near to 90 are 90.
+    `within`: relative to the raw folder; `tolerance_deg`: angles so near to 90 are 90.
     """
     schema = _schema_of(table, file)
     problems: list[Problem] = []
@@ -132,7 +132,7 @@ def read_pushes(
     media_known = tuple(titles)
     checked = _Checked(rows, schema, problems)
     checked.no_data()
-    checked.measures({header.unit for header in headers.values()}, tolerance)
+    checked.measures({header.unit for header in headers.values()}, tolerance_deg)
     checked.media(media_known)
     pushes = checked.runs(media_known, within)
     ids = {push.run.run_id for push in pushes}
@@ -156,7 +156,7 @@ def pushes_in(path: Path) -> tuple[pd.DataFrame, list[Problem]]:
     schema = _schema_of(TableSettings(holds="alpha"), str(path))
     rows, headers, problems = read_table_columns(path, schema, str(path))
     checked = _Checked(rows, schema, problems)
-    checked.measures({header.unit for header in headers.values()}, Grid().angle_tolerance_deg)
+    checked.measures({header.unit for header in headers.values()}, TOLERANCE_DEG)
     medium = next((name for name in rows.texts["medium"] if name), "")
     checked.media((medium,))
     pushes = checked.runs((medium,), "")
@@ -259,8 +259,8 @@ class _Checked:
         draft = DraftRow(self.schema, int(columns["row"][row_indices[0]]), self.problems)
         draft.note("depth_cm", "no-data", None, allowed, severity="warning")
 
-    def measures(self, units: Collection[str], tolerance: float) -> None:
-        """Check angles, depths and the size of alpha; `tolerance`, deg: angles so near to 90 are 90.
+    def measures(self, units: Collection[str], tolerance_deg: float) -> None:
+        """Check angles, depths and the size of alpha; `tolerance_deg`: angles so near to 90 are 90.
 
         `units`: Of the columns in the file.
         """
@@ -275,7 +275,7 @@ class _Checked:
             self.problems.append(Problem(code, place, largest_text, allowed))
         for name in ("beta_deg", "gamma_deg"):
             values = columns[name]
-            upright = np.abs(np.abs(values) - 90) <= tolerance + 1e-6
+            upright = np.abs(np.abs(values) - 90) <= tolerance_deg + 1e-6
             allowed = "-90 to 90 deg"
             if name == "gamma_deg":
                 allowed += "; seen from behind, (beta, gamma) is (-beta, 180 deg - gamma) with the other sign of x"

@@ -53,7 +53,7 @@ _ALLOWED = "{least:+.2f} to {most:+.2f}"
 )
 def check_compression(measured: MediumMeasurements) -> Check:
     """Whether stress over depth bends the more, the larger the force is."""
-    trend = trend_of_both(measured.tables["fits"])
+    trend = trend_of_both(measured.tables["fits"], measured.config.grid.angle_tolerance_deg)
     if trend is None:
         return Check.skip("compression", "compression-few", fewest=_CHOSEN.fewest_directions)
     least, most = (
@@ -83,7 +83,7 @@ class Trend(NamedTuple):
     dof: float
 
 
-def trend_of_both(fits: pd.DataFrame) -> Trend | None:
+def trend_of_both(fits: pd.DataFrame, tolerance_deg: float) -> Trend | None:
     """Fit the change of the exponent of stress over depth up to the largest force; None where too few directions tell it.
 
     A channel that shows F (1 - e F / F_max) lets stress grow with an exponent that is smaller by about e in the direction of
@@ -99,7 +99,7 @@ def trend_of_both(fits: pd.DataFrame) -> Trend | None:
     force = force / largest
     exponent = np.stack([fits[f"exponent_{c}"].to_numpy(float) for c in "zx"])
     is_clear = np.isfinite(exponent) & (force > _CHOSEN.weakest)
-    number = number_rows(fits)
+    number = number_rows(fits, tolerance_deg)
     directions = [
         (is_clear[:, number == place], force[:, number == place], exponent[:, number == place])
         for place in np.unique(number[is_clear.any(axis=0)])

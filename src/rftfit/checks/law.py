@@ -71,19 +71,21 @@ LAW_OUTCOMES = {
 """Words of `linearity` where nothing but the law tells the surface, by code."""
 
 
-def check_law(pushes: pd.DataFrame, run_cm: float, session_cm: float) -> Check:
+def judge_law_alone(
+    pushes: pd.DataFrame, run_cm: float, session_cm: float, tolerance_deg: float
+) -> Check:
     """Whether stress of pushes is proportional to depth where nothing else tells the surface.
 
     Each direction counts once, repeats by their mean. `pushes`: of the table of fits, steep and clear. `run_cm`,
-    `session_cm`: standard deviations of the free surface, of a run and common to all.
+    `session_cm`: standard deviations of the free surface, of a run and common to all. `tolerance_deg`: of the campaign's grid.
     """
     pushes = pushes.dropna(subset=["exponent_z"])
     if pushes.empty:
         return Check.skip("linearity", "linearity-few")
-    power = exponent_of(pushes, session_cm)
+    power = exponent_of(pushes, session_cm, tolerance_deg)
     of_start = np.hypot(np.nan_to_num(pushes["offset_se_cm"].to_numpy(float)), run_cm)
-    start = combine_directions(pushes, "offset_cm", of_start, session_cm)
-    intercepts = pushes.groupby(number_rows(pushes))["intercept_z_N_per_cm2"].mean()
+    start = combine_directions(pushes, "offset_cm", of_start, session_cm, tolerance_deg)
+    intercept = median_over_directions(pushes, "intercept_z_N_per_cm2", tolerance_deg)
     is_power = float(np.nanmedian(pushes["power_misfit_z_ratio"])) < 1
     most_departure = TOLERATED + SURE * power.se
     most_start_cm = _CHOSEN.tolerated_start_cm + SURE * start.se
@@ -95,7 +97,7 @@ def check_law(pushes: pd.DataFrame, run_cm: float, session_cm: float) -> Check:
         "start_mm": 10 * abs(start.value),
         "side": "above" if start.value < 0 else "below",
         "start_most_mm": 10 * most_start_cm,
-        "intercept": float(intercepts.median()),
+        "intercept": intercept,
     }
     if is_power and abs(power.value - 1) > most_departure:
         return Check.judge("linearity", False, code="law-power", **values)
@@ -106,7 +108,7 @@ def check_law(pushes: pd.DataFrame, run_cm: float, session_cm: float) -> Check:
     return Check.judge("linearity", True, code="law-line", **values)
 
 
-def check_crust(flags: Flags, pushes: pd.DataFrame) -> Check | None:
+def judge_crust(flags: Flags, pushes: pd.DataFrame) -> Check | None:
     """Whether half of the pushes or more break a crust; None where not."""
     broken = flags.runs_with("crust")
     excess = [
@@ -126,8 +128,8 @@ def check_crust(flags: Flags, pushes: pd.DataFrame) -> Check | None:
     )
 
 
-def exponent_of(pushes: pd.DataFrame, session_cm: float) -> Estimate:
-    """Exponent of depth that the directions have in common; arguments of `check_law`."""
+def exponent_of(pushes: pd.DataFrame, session_cm: float, tolerance_deg: float) -> Estimate:
+    """Exponent of depth that the directions have in common; arguments of `judge_law_alone`."""
     pushes = pushes.dropna(subset=["exponent_z"])
     ends = zip(pushes["depth_from_cm"], pushes["depth_to_cm"], strict=True)
     levers = np.array(
@@ -137,21 +139,22 @@ def exponent_of(pushes: pd.DataFrame, session_cm: float) -> Estimate:
     # what all runs share comes after the mean; unevenness remains where noise is not known
     own_variance = pushes["exponent_z_se"].to_numpy(float) ** 2 - (levers * session_cm) ** 2
     scatter = np.sqrt(np.fmax(own_variance, PATCHES**2))
-    return combine_directions(pushes, "exponent_z", scatter, float(levers.mean()) * session_cm)
+    session = float(levers.mean()) * session_cm
+    return combine_directions(pushes, "exponent_z", scatter, session, tolerance_deg)
 
 
 def combine_directions(
-    pushes: pd.DataFrame, column: str, scatter: FloatArray, session: float
+    pushes: pd.DataFrame, column: str, scatter: FloatArray, session: float, tolerance_deg: float
 ) -> Estimate:
     """Median of a quantity over directions, with the scatter that is known and the one that they show.
 
     `scatter`: Standard deviation of each run. `session`: Of what all runs share.
     """
     runs = pd.DataFrame({"value": pushes[column].to_numpy(float), "variance": scatter**2})
-    directions = runs.groupby(number_rows(pushes))
+    directions = runs.groupby(number_rows(pushes, tolerance_deg))
     values = directions["value"].mean().to_numpy(float)
     weights = 1 / (directions["variance"].mean() / directions.size()).to_numpy(float)
-    middle = median_over_directions(pushes, column)
+    middle = median_over_directions(pushes, column, tolerance_deg)
     chi_square = float(weights @ (values - middle) ** 2)
     factor = (BEFOREHAND_DOF + chi_square) / (BEFOREHAND_DOF + values.size - 1)
     # the median of three numbers or more has a larger error than their mean

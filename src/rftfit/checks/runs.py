@@ -114,7 +114,9 @@ def check_rods(measured: MediumMeasurements) -> Check:
 def _judge_other_rods(measured: MediumMeasurements) -> Check | None:
     """Failure where rods bear another force alone than with plates; None where they do not, or nothing tells it."""
     tables = measured.tables
-    too_much = estimate_share_too_much(tables["fits"], tables["tared"], tables["windows"])
+    fits, tared, windows = (tables[name] for name in ("fits", "tared", "windows"))
+    tolerance_deg = measured.config.grid.angle_tolerance_deg
+    too_much = estimate_share_too_much(fits, tared, windows, tolerance_deg)
     if too_much is None:
         return None
     share, se, dof = too_much

@@ -27,9 +27,9 @@ from rftfit.checks.law import (
     LINE_POWERS,
     MOST_EXPONENT,
     TOLERATED,
-    check_crust,
-    check_law,
     exponent_of,
+    judge_crust,
+    judge_law_alone,
 )
 from rftfit.checks.runs import SURE
 from rftfit.conventions import FloatArray
@@ -162,10 +162,11 @@ def _surface_and_linearity(measured: MediumMeasurements) -> tuple[Check, Check]:
     if not unchecked and pushes.sum() < FEW_RUNS:
         unchecked = "few-pushes"
     run_cm, session_cm = ordinary_surface(measured.config.errors)
-    crust = check_crust(measured.flags, steep_fits[pushes])
+    tolerance_deg = measured.config.grid.angle_tolerance_deg
+    crust = judge_crust(measured.flags, steep_fits[pushes])
     if unchecked:
         # nothing else tells the surface
-        law = crust or check_law(steep_fits[pushes], run_cm, session_cm)
+        law = crust or judge_law_alone(steep_fits[pushes], run_cm, session_cm, tolerance_deg)
         return Check.skip("surface", unchecked), law
     sine = np.where(pushes, 1, -1) * np.abs(
         np.sin(np.radians(steep_fits["gamma_deg"].to_numpy(float)))
@@ -201,7 +202,7 @@ def _surface_and_linearity(measured: MediumMeasurements) -> tuple[Check, Check]:
         "most_mm": 10 * SURE * push_start_se,
         "by_cause": remark("surface-and-lag", mm=most_mm, s=most_late_s) if has_pulls else "",
     }
-    line = crust or judge_linearity(steep_fits[pushes], session_cm)
+    line = crust or judge_linearity(steep_fits[pushes], session_cm, tolerance_deg)
     if (
         line.verdict == FAILED
         or abs(float(steep_fits["exponent_z"][pushes].median()) - 1) > TOLERATED
@@ -430,16 +431,16 @@ def _clear_step(stretch: Mask) -> float:
     return step_sure + math.sqrt(-2 * math.log(stretch.mean())) - math.sqrt(2 * math.log(2))
 
 
-def judge_linearity(pushes: pd.DataFrame, session_cm: float) -> Check:
+def judge_linearity(pushes: pd.DataFrame, session_cm: float, tolerance_deg: float) -> Check:
     """Whether the stress of pushes grows in proportion to depth, or by another power of it.
 
-    `session_cm`: of `check_law`.
+    `session_cm`, `tolerance_deg`: of `judge_law_alone`.
     """
-    of_directions = pushes.groupby(number_rows(pushes))["power_misfit_z_ratio"]
+    of_directions = pushes.groupby(number_rows(pushes, tolerance_deg))["power_misfit_z_ratio"]
     misfit = of_directions.median().dropna().to_numpy(float)
     if len(pushes.dropna(subset=["exponent_z"])) < FEW_RUNS or not misfit.size:
         return Check.skip("linearity", "linearity-few")
-    power, se = exponent_of(pushes, session_cm)
+    power, se = exponent_of(pushes, session_cm, tolerance_deg)
     share = float(np.mean(misfit < 1))
     most_departure, clear_share = max(TOLERATED, SURE * se), _clear_share(misfit.size)
     values: dict[str, Any] = {

@@ -61,10 +61,11 @@ def init(
 
 def _say_next_of_table(folder: Path, shown: str, read: TableRead) -> None:
     from rftfit.campaign.load import check_campaign
+    from rftfit.campaign.problems import in_lines
 
     campaign, problems = check_campaign(folder / "config/config.yaml", read)
-    for problem in problems[:20]:
-        print_line(f"  {problem}")
+    for line in in_lines(problems)[:20]:
+        print_line(f"  {line}")
     if campaign is not None:
         print_line(campaign.summary())
         print_line()

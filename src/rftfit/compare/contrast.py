@@ -413,7 +413,7 @@ def _pair(a: RunSet, b: RunSet) -> tuple[_Means, _Means, FloatArray]:
     depths = [_number(runs, "depth_from_cm") for runs in usable]
     both, depth = np.concatenate(angles, axis=1), np.concatenate(depths)
     tolerance_deg = max(a.tolerance_deg, b.tolerance_deg)
-    number = number_directions(both[0], both[1], depth, tolerance_deg)
+    number = number_directions(both[0], both[1], tolerance_deg, depth)
     split = len(usable[0])
     common = np.intersect1d(number[:split], number[split:])
     if not common.size:

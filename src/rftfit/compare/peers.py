@@ -67,7 +67,7 @@ def compare_runs(
     beta_deg, gamma_deg, depth_cm = (
         runs[name].to_numpy(float) for name in ("beta_deg", "gamma_deg", "depth_from_cm")
     )
-    groups = number_directions(beta_deg, gamma_deg, depth_cm, tolerance_deg)
+    groups = number_directions(beta_deg, gamma_deg, tolerance_deg, depth_cm)
     compared_alpha = _without_side(alpha, gamma_deg, may_switch(runs))
     others_alpha, times, apart, seen = _compare_with_repeats(alpha, groups, compared_alpha)
     run_count = np.bincount(groups)[groups]

@@ -120,8 +120,8 @@ def _peaks_caption(results: Results, _: str) -> str:
     shown = [name for profile, name in PROFILES.items() if profile in shown_profiles]
     sources = ", or else by the ".join(shown) or PROFILES["table"]
     return (
-        f"Peak forces on legs, predicted by the {sources}, against measured. Bars: interval of alpha. "
-        "Good: points on the line, inside the shade."
+        f"Peak forces on legs, predicted by the {sources}, against measured. Bars: interval of alpha, axle "
+        "and arc. Good: points on the line, inside the shade."
     )
 
 

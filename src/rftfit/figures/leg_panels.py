@@ -44,6 +44,11 @@ def leg_title(leg: str) -> str:
     return labels.LEGS.get(leg, style.plain(leg))
 
 
+def name_of_interval(results: Results) -> str:
+    """Name the interval of a force on a leg of the campaign by the errors that it holds."""
+    return f"{style.level(results)} interval of alpha, axle and arc"
+
+
 def leg_order(tables: Iterable[pd.DataFrame]) -> list[str]:
     """Legs of the tables, the paper's three first; these where the tables have none."""
     legs = dict.fromkeys(str(leg) for table in tables for leg in table["leg"].unique())

@@ -109,9 +109,7 @@ def _model_entries(
     ]
     colours = [PROFILE_LOOKS[profile][0] for profile in shown]
     if colours:
-        entries[f"{style.level(results)} interval of alpha"] = style.bands(
-            colours, leg_panels.ALPHA_BAND
-        )
+        entries[leg_panels.name_of_interval(results)] = style.bands(colours, leg_panels.ALPHA_BAND)
     both_bands = _profile_with_both_bands(predicted)
     rows = matching_rows(predicted, profile=both_bands)
     if any(leg_panels.has_model_error(rows, c) for c in "zx"):
@@ -296,7 +294,7 @@ def _component_entries(
             entries[f"{word}, by {PROFILE_TITLES[profiles[1]]}"] = line
     of_alpha = [style.COMPONENT_COLOURS[c] for c in "zx" if leg_panels.has_force(predicted, c)]
     if of_alpha:
-        name = f"{style.level(results)} interval of alpha at each angle"
+        name = f"{leg_panels.name_of_interval(results)} at each angle"
         name += "; none where that of the peak is withheld" * any_withheld
         entries[name] = style.bands(of_alpha, leg_panels.ALPHA_BAND)
     of_model = [c for c in "zx" if leg_panels.has_model_error(predicted, c)]
@@ -563,7 +561,7 @@ def plot_peak_errors(results: Results) -> Figure:
         entries["interval goes below \N{MINUS SIGN}100 %"] = tuple(
             style.line(colour, **_GOES_ON) for colour in colours
         )
-    title = f"bars: {style.level(results)} interval of alpha; axes: logarithmic in predicted over measured"
+    title = f"bars: {leg_panels.name_of_interval(results)}; axes: logarithmic in predicted over measured"
     style.legend(page, entries, title=title)
     return page
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rftfit.campaign.problems import CampaignError
+from rftfit.campaign.problems import CampaignError, in_lines
 from rftfit.campaign.rows import DraftRow, Schema, TableColumn, read_rows
 from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
@@ -90,7 +90,7 @@ def read_contacts(
     rows, problems = read_rows(file, SCHEMA)
     if any(problem.severity == "error" for problem in problems):
         raise CampaignError(problems)
-    warnings = [str(problem) for problem in problems]
+    warnings = in_lines(problems)
     columns = {
         name: values
         for name in (column.name for column in SCHEMA.columns if column.form == "number")

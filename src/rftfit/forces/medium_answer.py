@@ -213,11 +213,13 @@ def _map_as_text(
             rows.append([f"{beta}", *cells])
         head = [f"alpha_{component}", *(f"gamma {gamma}" for gamma in _SHOWN_GAMMA)]
         blocks.append(table(head, rows))
-    zeta = "zeta {:.4f} ({:.4f} to {:.4f}) of nine terms fitted to the map".format(*medium_map.zeta)
+    zeta = "zeta {:.4f} ({:.4f} to {:.4f}) of this medium, by nine terms fitted to the map".format(
+        *medium_map.zeta
+    )
     if routine is not None:
         zeta += (
-            f"\nzeta {routine.zeta:.4f} ({routine.zeta_lo:.4f} to {routine.zeta_hi:.4f}) by the paper's "
-            f"routine from (0, 90) deg alone, with {routine.reference.name}"
+            f"\nzeta {routine.zeta:.4f} ({routine.zeta_lo:.4f} to {routine.zeta_hi:.4f}) to compare with the paper, "
+            f"by its routine from (0, 90) deg alone, with {routine.reference.name}"
         )
     # contacts tell of both components together
     contacts_alone = medium_map.contacts and has_no_alpha_x(medium_map)

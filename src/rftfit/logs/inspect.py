@@ -30,7 +30,7 @@ from rftfit.logs.registry import claimants, dialect, dialects, faults, read_head
 from rftfit.logs.rostopic import ECHO, is_echo
 from rftfit.table.parse import add_counts
 from rftfit.table.text import is_web_page
-from rftfit.table.units import TIME_TO_S
+from rftfit.table.units import TIME_TO_S, units_like
 
 GAP_STEPS = 5.0
 """A step longer than this many median steps is shown as a gap."""
@@ -524,7 +524,9 @@ def _line(log_survey: Survey, quantity: str, *, always: bool) -> list[str]:
     """Say which column a quantity is; nothing where its name tells, unless `always`."""
     column = log_survey.quantities.get(quantity)
     if column is None:
-        return [f"    # {quantity}: no column looks like it"]
+        candidates = _columns_with_unit_of(quantity, log_survey)
+        hint = f"; with such a unit: {', '.join(candidates)}" if candidates else ""
+        return [f"    # {quantity}: no column looks like it{hint}"]
     unit = log_survey.units.get(column, "")
     stated = bool(unit) or quantity == "arm_moving"
     usual = _USUAL_UNITS.get(quantity, "N")
@@ -553,6 +555,19 @@ def _line(log_survey: Survey, quantity: str, *, always: bool) -> list[str]:
     elif down:
         why = " # z points up: check"
     return [f"    {quantity}: {{column: {name}, unit: {unit}{down}}}{why}"]
+
+
+def _columns_with_unit_of(quantity: str, log_survey: Survey) -> list[str]:
+    """Columns that are no other quantity and whose stated unit could be that of this one."""
+    if quantity == "arm_moving":
+        return []
+    units = units_like(_USUAL_UNITS.get(quantity, "N"))
+    guessed = log_survey.quantities.values()
+    return [
+        column
+        for column, unit in log_survey.units.items()
+        if unit in units and column not in guessed
+    ]
 
 
 _CLOCKS_OF_BOARDS = {"millis": "ms", "micros": "us"}

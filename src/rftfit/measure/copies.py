@@ -20,21 +20,25 @@ _CHOSEN = chosen("measure", "copies")
 
 
 def copies_of(
-    sheet: Mapping[str, Run], runs: pd.DataFrame, fits: pd.DataFrame, tared: pd.DataFrame
+    sheet: Mapping[str, Run],
+    runs: pd.DataFrame,
+    fits: pd.DataFrame,
+    tared: pd.DataFrame,
+    tolerance_deg: float,
 ) -> dict[str, tuple[str, ...]]:
     """Runs of a medium that can be compared, each with those that have its readings, or its noise."""
     exact = same_readings(sheet, runs)
     of_table = any(run.intruder == UNIT_AREA for run in sheet.values())
-    noise_copies = {} if of_table else near_copies(_groups(fits), tared)
+    noise_copies = {} if of_table else near_copies(_groups(fits, tolerance_deg), tared)
     return {
         name: tuple(dict.fromkeys([*names, *noise_copies.get(name, ())]))
         for name, names in exact.items()
     }
 
 
-def _groups(fits: pd.DataFrame) -> list[list[str]]:
+def _groups(fits: pd.DataFrame, tolerance_deg: float) -> list[list[str]]:
     """Group the runs of one direction, and of one kind of motion."""
-    grouped = fits.groupby([number_rows(fits), fits["direction"]])["run_id"]
+    grouped = fits.groupby([number_rows(fits, tolerance_deg), fits["direction"]])["run_id"]
     return [list(run_ids) for _, run_ids in grouped if len(run_ids) > 1]
 
 
@@ -148,7 +152,7 @@ _BLOCK = 32
 
 
 def counted_once(
-    fits: pd.DataFrame, copies: Mapping[str, Sequence[str]]
+    fits: pd.DataFrame, copies: Mapping[str, Sequence[str]], tolerance_deg: float
 ) -> tuple[pd.DataFrame, dict[str, Remark]]:
     """Leave the number of one run of each set of copies of one direction; the others say whose copy they are.
 
@@ -156,7 +160,7 @@ def counted_once(
     """
     kept_run_ids: set[str] = set()
     left_out: dict[str, Remark] = {}
-    groups = {name: set(group) for group in _groups(fits) for name in group}
+    groups = {name: set(group) for group in _groups(fits, tolerance_deg) for name in group}
     measured = fits[["alpha_z_N_per_cm3", "alpha_x_N_per_cm3"]].notna().any(axis=1)
     for name in fits["run_id"][measured]:
         kept_copies = sorted(kept_run_ids & set(copies.get(name, ())) & groups.get(name, set()))

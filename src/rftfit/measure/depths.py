@@ -51,21 +51,22 @@ LAW_OF_CODE: dict[str, LawName] = {
 """Codes of the check `linearity` that name a law; a crust has none."""
 
 
-def median_over_directions(runs: pd.DataFrame, column: str) -> float:
+def median_over_directions(runs: pd.DataFrame, column: str, tolerance_deg: float) -> float:
     """Median over directions of the mean of their runs."""
-    return float(runs.groupby(number_rows(runs))[column].mean().median())
+    return float(runs.groupby(number_rows(runs, tolerance_deg))[column].mean().median())
 
 
-def curved_law(fits: pd.DataFrame, checks: pd.DataFrame) -> CurvedLaw | None:
-    """Law of a medium that fails the check `linearity`; None of others."""
+def curved_law(fits: pd.DataFrame, checks: pd.DataFrame, tolerance_deg: float) -> CurvedLaw | None:
+    """Law of a medium that fails the check `linearity`; None of others. `tolerance_deg`: of the campaign's grid."""
     linearity_rows = checks[
         (checks["check"] == "linearity") & checks["verdict"].isin((FAILED, ACCEPTED))
     ]
     law = LAW_OF_CODE.get(str(next(iter(linearity_rows["code"]), "")))
     if law is None:
         return None
-    power = median_over_directions(steep_pushes(fits), "exponent_z") if law == "power" else math.nan
-    return CurvedLaw(law, power)
+    if law != "power":
+        return CurvedLaw(law, math.nan)
+    return CurvedLaw(law, median_over_directions(steep_pushes(fits), "exponent_z", tolerance_deg))
 
 
 def offset_of_law(curved: CurvedLaw, fits: pd.DataFrame) -> FloatArray:
@@ -102,7 +103,7 @@ def alpha_at_depths(
     """
     parts = [tables["alpha"].iloc[:0].copy()]
     parts[0].insert(3, "depth_cm", 0.0)
-    curved = curved_law(tables["fits"], tables["checks"])
+    curved = curved_law(tables["fits"], tables["checks"], campaign.config.grid.angle_tolerance_deg)
     if curved is None:
         return parts[0]
     explained_cm = offset_of_law(curved, tables["fits"])

@@ -40,7 +40,7 @@ class _Profile(NamedTuple):
 
 
 def estimate_share_too_much(
-    fits: pd.DataFrame, tared: pd.DataFrame, windows: pd.DataFrame
+    fits: pd.DataFrame, tared: pd.DataFrame, windows: pd.DataFrame, tolerance_deg: float
 ) -> TareShare | None:
     """Estimate which share of the tares should not have been subtracted; None where the pushes do not tell it.
 
@@ -54,12 +54,14 @@ def estimate_share_too_much(
     ----------
     fits, tared, windows : DataFrame
         Tables of the stage `slopes` and samples of the stage `tare`.
+    tolerance_deg : float
+        Difference of each angle up to which directions are one, of the campaign's grid.
 
     Returns
     -------
     TareShare or None
     """
-    profiles = _profiles(fits, tared, windows)
+    profiles = _profiles(fits, tared, windows, tolerance_deg)
     first = _estimate(profiles)
     if first is None:
         return None
@@ -96,14 +98,16 @@ def _estimate(profiles: list[_Profile]) -> TareShare | None:
     return TareShare(-share, se, dof)
 
 
-def _profiles(fits: pd.DataFrame, tared: pd.DataFrame, windows: pd.DataFrame) -> list[_Profile]:
+def _profiles(
+    fits: pd.DataFrame, tared: pd.DataFrame, windows: pd.DataFrame, tolerance_deg: float
+) -> list[_Profile]:
     """Pushes and pulls that have a tare; straight down or up hardly a force of the rod acts across that on the plate."""
     is_good = windows["why"].to_numpy() == RowStatus.GOOD
     rows_of_run = split_runs(tared)
     names = ["depth_cm", "force_z_N", "force_x_N", "tare_z_N", "tare_x_N"]
     samples = tared[names].to_numpy(float).T
     steep = fits[fits["direction"].isin(["intrusion", "extraction"]) & (fits["tare_run"] != "")]
-    numbers = number_rows(steep), number_rows(steep.assign(beta_deg=0.0))
+    numbers = (number_rows(rows, tolerance_deg) for rows in (steep, steep.assign(beta_deg=0.0)))
     names_of_runs = zip(steep["run_id"], steep["tare_run"], strict=True)
     profiles = []
     for (run_id, tare_run), direction, path in zip(names_of_runs, *numbers, strict=True):

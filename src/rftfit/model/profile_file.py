@@ -17,7 +17,7 @@ import numpy as np
 import pandas as pd
 
 from rftfit.campaign.files import read_text
-from rftfit.campaign.problems import CampaignError, Place, Problem
+from rftfit.campaign.problems import CampaignError, Place, Problem, in_lines
 from rftfit.campaign.reading import ModelFile, check_model
 from rftfit.campaign.tables import pushes_in
 from rftfit.conventions import FloatArray
@@ -448,7 +448,7 @@ def collect_pushes(
     if pushes is not None:
         pushes_of_table, problems = pushes_in(pushes)
         tables.append(pushes_of_table)
-        warnings = [str(problem) for problem in problems]
+        warnings = in_lines(problems)
     if profile_file is not None:
         tables.append(pushes_in_profile(profile_file))
     names = [path.name for path in (pushes, profile_file) if path is not None]

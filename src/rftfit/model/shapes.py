@@ -592,7 +592,7 @@ def push_straight_down(pushes: Columns, confidence: float) -> tuple[float, float
     The error of one push is the stated one, and 0 where none is. Of several it is that of their mean, as the map takes it.
     """
     angles_deg, alpha, se = _numbers_of(pushes)
-    places, _ = _same_direction(0.0, math.pi / 2, *np.radians(angles_deg))
+    places, _ = _same_direction_or_mirror(0.0, math.pi / 2, *np.radians(angles_deg))
     places = places[np.isfinite(alpha[0, places])]
     if not places.size:
         return None
@@ -748,7 +748,7 @@ def _by_direction(pushes: Pushes) -> Iterator[tuple[npt.NDArray[np.intp], FloatA
     is_left = np.ones(pushes.beta.size, dtype=bool)
     for push in range(pushes.beta.size):
         if is_left[push]:
-            same_pushes, turned = _same_direction(
+            same_pushes, turned = _same_direction_or_mirror(
                 pushes.beta[push], pushes.gamma[push], pushes.beta, pushes.gamma
             )
             # within the tolerance of two directions a push counts for the first one alone
@@ -1081,7 +1081,7 @@ class _PushedNodes:
         # numbers of the pushes that tell of the medium, in their order
         place = np.cumsum(used) - 1
         for push, (beta, gamma) in enumerate(zip(pushes.beta, pushes.gamma, strict=True)):
-            nodes_pushed, turned = _same_direction(beta, gamma, *nodes)
+            nodes_pushed, turned = _same_direction_or_mirror(beta, gamma, *nodes)
             if not used[push]:  # without a vertical component it is no cell
                 continue
             self.measured[nodes_pushed] = True
@@ -1620,7 +1620,7 @@ def root(covariance: FloatArray) -> FloatArray:
     return np.asarray((vectors[:, keep] * np.sqrt(values[keep])).T)
 
 
-def _same_direction(
+def _same_direction_or_mirror(
     beta: float, gamma: float, betas: FloatArray, gammas: FloatArray
 ) -> tuple[npt.NDArray[np.intp], FloatArray]:
     """Nodes that are a direction or its mirror image, and the sign of alpha_x there."""

@@ -245,7 +245,11 @@ def _law(results: Results) -> str:
     curved = []
     for medium in results:
         steep = steep_pushes(medium.fits)
-        law = curved_law(medium.fits, results.table(f"checks/{medium.name}.csv"))
+        law = curved_law(
+            medium.fits,
+            results.table(f"checks/{medium.name}.csv"),
+            results.config.grid.angle_tolerance_deg,
+        )
         if law is None:
             continue
         if law.law != "power":

@@ -208,7 +208,11 @@ def tabulate_at_depths(results: Results) -> PageTable:
     """One row a medium whose stress is curved: alpha of a level plate straight down at depths in its window."""
     depths, rows = results.config.fit.depths_cm, []
     for medium in results:
-        law = curved_law(medium.fits, results.table(f"checks/{medium.name}.csv"))
+        law = curved_law(
+            medium.fits,
+            results.table(f"checks/{medium.name}.csv"),
+            results.config.grid.angle_tolerance_deg,
+        )
         row: dict[str, Any] = {"medium": medium.name, "law": str(law)}
         if law is None:
             continue

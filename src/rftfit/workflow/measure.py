@@ -63,7 +63,9 @@ def slopes(results: Results, medium: str) -> tuple[pd.DataFrame, ...]:
     else:
         fits, windows, book = fit_medium(results.campaign, medium, runs, tared, tares)
     sheet = {run.run_id: run for run in results.campaign.runs_of(medium)}
-    fits, left_out = counted_once(fits, copies_of(sheet, runs, fits, tared))
+    tolerance_deg = results.config.grid.angle_tolerance_deg
+    copies = copies_of(sheet, runs, fits, tared, tolerance_deg)
+    fits, left_out = counted_once(fits, copies, tolerance_deg)
     book.leave_out(left_out)
     return fits, windows, book.table(), flag_table(medium, "slopes", book.flags)
 
@@ -78,20 +80,20 @@ def checks(results: Results, medium: str) -> tuple[pd.DataFrame, ...]:
     tables = {name: results.table(f"{name}/{medium}.csv") for name in ("runs", "tares", "fits")}
     tables |= {name: results.table(f"{name}/{medium}.parquet") for name in ("tared", "windows")}
     sheet = {run.run_id: run for run in results.campaign.runs_of(medium)}
-    copies = copies_of(sheet, tables["runs"], tables["fits"], tables["tared"])
-    fits = tables["fits"]
-    peers = compare_runs(fits, medium, config.grid.angle_tolerance_deg)
+    tolerance_deg, fits = config.grid.angle_tolerance_deg, tables["fits"]
+    copies = copies_of(sheet, tables["runs"], fits, tables["tared"], tolerance_deg)
+    peers = compare_runs(fits, medium, tolerance_deg)
     errors, surface = errors_of(fits, config)
     level, depths = config.fit.confidence, results.campaign.count_level_depths(medium)
     grid, off = config.grid_of(medium), outlier_differences(peers)
 
     def cells(fits: pd.DataFrame, law: DepthLaw, surface: SurfaceError) -> pd.DataFrame:
         settings = level, depths, errors, grid, surface, law, off, published_shapes().slopes
-        return alpha_table(counted_once(fits, copies)[0], medium, *settings)
+        return alpha_table(counted_once(fits, copies, tolerance_deg)[0], medium, *settings)
 
     angle_deg = config.errors.angle_deg
     causes, axes, misplaced = compare_all_runs(
-        counted_once(fits, copies)[0], medium, sheet, angle_deg, config.grid.angle_tolerance_deg
+        counted_once(fits, copies, tolerance_deg)[0], medium, sheet, angle_deg, tolerance_deg
     )
     alpha_of_medium = cells(fits, DepthLaw(config.fit.law), surface)
     tables |= {"alpha": alpha_of_medium, "peers": peers, "causes": causes, "axes": axes}
