@@ -80,6 +80,17 @@ def test_repeats_that_agree_exactly_are_compared(ratio):
     assert (comparison.size_p < 0.05) == (ratio != 1)
 
 
+@pytest.mark.parametrize("factors", [(1, 4), (4, 1), (1, 1)])
+def test_sets_whose_runs_scatter_unlike_say_so(factors):
+    def scattered(side, factor):
+        directions = side.runs.groupby(["beta_deg", "gamma_deg"])[ALPHA]
+        means = directions.transform("mean")
+        return replace(side, runs=side.runs.assign(**means + factor * (side.runs[ALPHA] - means)))
+
+    notes = compare_run_sets(*map(scattered, sides(), factors)).notes
+    assert any(note.startswith("runs of A scatter by") for note in notes) == (factors != (1, 1))
+
+
 def test_b_against_a_is_the_inverse():
     a, b = sides(1.3)
     a_to_b, b_to_a = compare_run_sets(a, b), compare_run_sets(b, a)
@@ -235,6 +246,9 @@ def test_a_published_medium_is_compared_by_its_map(tmp_path, monkeypatch):
     comparison = rftfit.compare_media("published:poppy_LP", sand)
     assert comparison.ratio == pytest.approx(2, rel=0.03)
     assert comparison.ratio_lo < 2 < comparison.ratio_hi
+    # told in 4 of 5 cases at 5 %: 1.96 + 0.84 standard errors of the logarithm
+    se = math.log(comparison.ratio_hi / comparison.ratio_lo) / (2 * 1.95996)
+    assert math.log(comparison.least_ratio) == pytest.approx(2.80158 * se, rel=1e-4)
     with pytest.raises(InputError, match="did you mean 'poppy_LP'"):
         rftfit.compare_media("published:popy_LP", sand)
     with pytest.raises(InputError, match="published:MEDIUM"):

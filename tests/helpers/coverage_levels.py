@@ -62,7 +62,7 @@ from rftfit.robot.intervals import (
     speeds_of,
 )
 from rftfit.robot.run import Condition
-from rftfit.robot.sweep import optimum
+from rftfit.robot.sweep import best_of_runs, runs_about_best
 from rftfit.workflow import measure as measure_stages
 
 # --- Forces on a turning leg without intervals, for tests and benchmarks ------------------------------------------
@@ -610,13 +610,15 @@ BEST_IN = "poppy_LP"
 def true_speed(medium, condition):
     """Speed on the true table, at the time step that all simulated campaigns have."""
     truth = TableProfile.published(medium)
-    return float(speeds_of(coarser(paper_robot()), [truth], [condition], 1)[0, 0])
+    return float(speeds_of(coarser(paper_robot()), truth, (), [condition], 1)[0][0])
 
 
 @cache
 def true_best(medium):
     """Best curvature at 5 Hz on the true table."""
-    return optimum(coarser(paper_robot()), TableProfile.published(medium), 1)[0]
+    return best_of_runs(runs_about_best(coarser(paper_robot()), TableProfile.published(medium), 1))[
+        0
+    ]
 
 
 def robot_draws(table, config, count=SPEED_DRAWS):
@@ -629,7 +631,7 @@ def robot_draws(table, config, count=SPEED_DRAWS):
 def robot_inside(table, fit, config, conditions):
     """Speed of the paper's robot under some conditions, by the measured table."""
     profile, draws = robot_draws(table, config)
-    speed = speeds_of(coarser(paper_robot()), [profile], conditions, 1)[0]
+    speed, _ = speeds_of(coarser(paper_robot()), profile, (), conditions, 1)
     widths, _ = speed_widths(paper_robot(), profile, draws, conditions, LEVEL, 1)
     assert not any(width.why for width in widths), widths
     half = np.array([width.half for width in widths])
@@ -640,7 +642,7 @@ def robot_inside(table, fit, config, conditions):
 def best_inside(table, fit, config):
     """Best curvature of its legs at 5 Hz."""
     profile, draws = robot_draws(table, config, BEST_DRAWS)
-    curvature = np.array([optimum(coarser(paper_robot()), profile, 1)[0]])
+    curvature = np.array([best_of_runs(runs_about_best(coarser(paper_robot()), profile, 1))[0]])
     width = best_width(paper_robot(), profile, draws, LEVEL, 1)
     assert not width.why, width
     truth = np.array([true_best(fit.medium)])

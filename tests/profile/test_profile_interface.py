@@ -71,6 +71,21 @@ def test_missing_cell_is_nan_around_itself_with_a_reason():
     assert_array_equal(np.isnan(Profile.alpha(profile, beta, gamma)), np.isnan(interpolated))
 
 
+def test_nothing_is_said_in_a_wide_gap_of_a_grid_and_all_is_said_beside_it():
+    """The middle of the gap from -90 to 0 deg is not that of the circle."""
+    published = reference.load("table_s5")
+    rows = published[published["medium"] == "poppy_LP"]
+    rows = rows[rows["gamma_deg"].isin([-90, 0, 45, 90])]
+    table = TableProfile.from_table(rows)
+    alpha_z, _ = table.alpha(np.full(5, math.radians(30)), np.radians([-90, -80, -45, -10, 22.5]))
+    assert np.isnan(alpha_z).tolist() == [False, True, True, True, False]
+    level, oblique = (
+        rows.query(f"beta_deg == 30 and gamma_deg == {gamma}")["alpha_z_N_per_cm3"].item()
+        for gamma in (0, 45)
+    )
+    assert_allclose(alpha_z[4], (level + oblique) / 2)
+
+
 def test_missing_plate_at_90_degrees_is_the_one_at_minus_90():
     alpha = np.array(reference.alpha_grid("poppy_LP"))
     alpha[:, -1] = np.nan

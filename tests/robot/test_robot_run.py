@@ -33,6 +33,14 @@ def test_it_begins_touching_the_surface(robot, curvature, phase, drop):
     assert_allclose(lowest, drop, atol=1e-12)
 
 
+def test_a_run_that_starts_as_a_settled_one_ends_has_no_transient(robot, table):
+    from_rest = simulate(robot, table, 2.0, 1.0)
+    goes_on = simulate(robot, table, 2.0, 1.0, start=from_rest.end_state)
+    assert 3 * goes_on.strides == 2 * from_rest.strides
+    assert goes_on.speed_cm_per_s == pytest.approx(from_rest.speed_cm_per_s, rel=5e-3)
+    assert goes_on.stride_speeds_cm_per_s[0] > 1.2 * from_rest.stride_speeds_cm_per_s[0]
+
+
 def test_steady_run(robot, table):
     run = simulate(robot, table, 2.0, 1.0)
     assert (run.outcome, run.reason, run.warning) == ("steady", "", "")

@@ -3,7 +3,7 @@
 A speed is nearly linear in alpha and depends on dozens of its cells, so its error is close to normal:
 a few draws of alpha give its width, with Student's t for as many degrees of freedom. Speeds of the
 draws are compared with that of the profile itself at the same coarser time step, whose own error
-cancels.
+cancels. A run on a draw starts as that on the profile ends: it has no transient from rest.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, Profile, Tab
 from rftfit.outputs.dictionary import columns_of
 from rftfit.robot.config import Robot
 from rftfit.robot.run import Condition
-from rftfit.robot.sweep import BEST_AT_HZ, BEST_CURVATURES, optimum, run_all
+from rftfit.robot.sweep import BEST_AT_HZ, BEST_CURVATURES, best_of_runs, run_all, runs_about_best
 
 SPEED_DRAWS = 8
 """For speeds, in dozens of conditions: a half width is then known to a quarter of itself."""
@@ -119,14 +119,23 @@ def coarser(robot: Robot) -> Robot:
 
 def speeds_of(
     robot: Robot,
-    profiles: Sequence[Profile],
+    profile: Profile,
+    near_profiles: Sequence[Profile],
     conditions: Sequence[Condition],
     threads: int | None = None,
-) -> FloatArray:
-    """Speeds (profiles, conditions), cm/s; NaN where a run is not steady."""
-    runs = (run_all(robot, profile, conditions, threads) for profile in profiles)
-    rows = [[run.speed_cm_per_s for run in runs_of_profile] for runs_of_profile in runs]
-    return np.array(rows, dtype=float).reshape(len(profiles), len(conditions))
+) -> tuple[FloatArray, FloatArray]:
+    """Speeds on a profile (conditions,) and on some near it (profiles, conditions), cm/s; NaN where a run is not steady.
+
+    All start from the settled runs of the profile, so that what these have left of their transient cancels.
+    """
+    settled_runs = run_all(robot, profile, conditions, threads)
+    runs, *runs_near = (
+        run_all(robot, medium, conditions, threads, settled_runs)
+        for medium in (profile, *near_profiles)
+    )
+    speeds = [[run.speed_cm_per_s for run in runs_of_profile] for runs_of_profile in runs_near]
+    shape = len(near_profiles), len(conditions)
+    return np.array([run.speed_cm_per_s for run in runs]), np.array(speeds, float).reshape(shape)
 
 
 def half_width_of_draws(values: FloatArray, best_value: float, confidence: float) -> Width:
@@ -163,15 +172,15 @@ def speed_widths(
     is_known = has_model_error(profile)
     eps = profile.model_error if is_known else 0.0
     shifted = with_model_error(profile, eps) if eps else []
-    speeds, *speeds_of_draws = speeds_of(robot, [profile, *draws, *shifted], conditions, threads)
+    speeds, speeds_near = speeds_of(robot, profile, [*draws, *shifted], conditions, threads)
     moved = moved_by_arc(robot, profile, speeds, conditions, arc_percent, threads)
-    of_alpha = widths_of_draws(speeds, speeds_of_draws[: len(draws)], moved, confidence)
+    of_alpha = widths_of_draws(speeds, speeds_near[: len(draws)], moved, confidence)
     if not is_known:
         unknown = Width(math.nan, len(draws), (remark("model-error-unknown", form=profile.form),))
         return of_alpha, [unknown] * len(of_alpha)
     if not shifted:
         return of_alpha, of_alpha
-    return of_alpha, model_widths(of_alpha, speeds, speeds_of_draws[len(draws) :], confidence)
+    return of_alpha, model_widths(of_alpha, speeds, speeds_near[len(draws) :], confidence)
 
 
 def moved_by_arc(
@@ -186,17 +195,16 @@ def moved_by_arc(
     if not arc_percent:
         return np.zeros(len(conditions))
     longer = [with_arc_scaled(condition, 1 + arc_percent / 100) for condition in conditions]
-    return np.asarray(speeds_of(robot, [profile], longer, threads)[0] - speeds)
+    return np.asarray(speeds_of(robot, profile, (), longer, threads)[0] - speeds)
 
 
 def widths_of_draws(
-    speeds: FloatArray, drawn: Sequence[FloatArray], moved_by_arc: FloatArray, confidence: float
+    speeds: FloatArray, drawn: FloatArray, moved_by_arc: FloatArray, confidence: float
 ) -> list[Width]:
     """Half widths in each condition from speeds of the profile (conditions,), of its draws, and their change by the arc."""
-    columns = np.array(drawn, dtype=float).reshape(len(drawn), speeds.size).T
     widths = [
         half_width_of_draws(column, float(speed), confidence)
-        for column, speed in zip(columns, speeds, strict=True)
+        for column, speed in zip(drawn.T, speeds, strict=True)
     ]
     off = (float(student_quantile(confidence, GIVEN_DOF)) * moved_by_arc).tolist()
     arc = (remark("arc-lost"),)
@@ -207,13 +215,13 @@ def widths_of_draws(
 
 
 def model_widths(
-    of_alpha: Sequence[Width], speeds: FloatArray, shifted: Sequence[FloatArray], confidence: float
+    of_alpha: Sequence[Width], speeds: FloatArray, shifted: FloatArray, confidence: float
 ) -> list[Width]:
     """Half widths with the model's own error, which is independent of the errors `of_alpha`.
 
     `shifted`: speeds of the profiles of `with_model_error`, each (conditions,).
     """
-    of_model = np.sqrt(((np.array(shifted) - speeds) ** 2).mean(axis=0))
+    of_model = np.sqrt(((shifted - speeds) ** 2).mean(axis=0))
     halves = float(student_quantile(confidence, GIVEN_DOF)) * of_model
     return [
         Width(
@@ -246,11 +254,13 @@ def best_width(
     It is unknown where the fastest curvature is the first or the last that was tried.
     """
     longer = coarser(robot)
+    settled_runs = runs_about_best(longer, profile, threads)
     best, *best_of_draws = (
-        optimum(longer, profile_of_draw, threads)[0] for profile_of_draw in (profile, *draws)
+        best_of_runs(runs_about_best(longer, medium, threads, settled_runs))[0]
+        for medium in (profile, *draws)
     )
     if best in (BEST_CURVATURES[0], BEST_CURVATURES[-1]):
-        return Width(math.nan, len(best_of_draws), (remark("best-at-end"),))
+        return Width(math.nan, len(draws), (remark("best-at-end"),))
     return half_width_of_draws(np.array(best_of_draws), best, confidence)
 
 

@@ -104,13 +104,18 @@ def highest_point(parts: Parts, state: FloatArray) -> float:
     return float(state[1] + (z * c - x * s + half * np.abs(tz * c - tx * s)).max())
 
 
-def settled(ends: FloatArray, stretch: int, stride_s: float, numerics: Numerics) -> bool:
+FROM_REST, FROM_SETTLED = 3, 2
+"""Fewest stretches of a run that starts at rest, the first of which is a transient, and of one that starts as a settled one."""
+
+
+def settled(
+    ends: FloatArray, stretch: int, stride_s: float, numerics: Numerics, fewest: int = FROM_REST
+) -> bool:
     """Whether the last two stretches are alike: in speed, and at their ends in height and pitch.
 
-    The first stretch, with the transient, is never one of them. A stretch is so many strides; `ends` are
-    the states (n + 1, 6) between strides.
+    A stretch is so many strides; `ends` are the states (n + 1, 6) between strides, `fewest` is the least number of stretches.
     """
-    if len(ends) - 1 < 3 * stretch:
+    if len(ends) - 1 < fewest * stretch:
         return False
     before, middle, last = ends[-1 - 2 * stretch], ends[-1 - stretch], ends[-1]
     earlier_speed, later_speed = (
@@ -179,6 +184,7 @@ class RobotRun:
     `speed_cm_per_s`: Mean over the last strides, `averaged` in number; NaN unless steady.
     `speed_sd_cm_per_s`: Standard deviation between those strides; NaN for one stride or none.
     `why`: Why it is not steady, or that it is so without being regular; `reason` says it.
+    `end_state`: State (6,) after the last stride, as in `start_state`.
     `warning`: That the legs are faster than the model holds for; else empty.
     """
 
@@ -191,6 +197,7 @@ class RobotRun:
     strides: int
     averaged: int
     stride_speeds_cm_per_s: FloatArray = field(repr=False)
+    end_state: FloatArray = field(repr=False)
     series: Series | None = field(default=None, repr=False)
 
     @property
@@ -208,16 +215,21 @@ def simulate(
     *,
     samples_per_stride: int = 0,
     strides: int = 0,
+    start: FloatArray | None = None,
 ) -> RobotRun:
     """Let a robot run until its speed is steady, or is seen not to become so (`rftfit.simulate`).
 
     It starts at rest, level, its lowest point at the surface (``numerics.drop_cm`` above it).
     `strides`: Run just so many, whatever happens; by default as many as are needed.
+    `start`: State (6,) to start from, of a settled run of nearly the same robot in this condition.
     """
     condition = Condition(frequency_Hz, curvature_times_R, phase_turns)
     parts = assemble(robot, curvature_times_R)
     numerics = robot.numerics
     stepper = _Stepper(robot, profile, parts, condition, samples_per_stride)
+    if start is not None:
+        stepper.start_from(start)
+    fewest = FROM_REST if start is None else FROM_SETTLED
     stretch = max(1, math.ceil(numerics.stretch_s / stepper.stride_s - 1e-9))
     most = strides or stretch * numerics.most_stretches
     steady_run = None
@@ -229,7 +241,7 @@ def simulate(
         if (
             steady_run is None
             and is_stretch_end
-            and settled(ends, stretch, stepper.stride_s, numerics)
+            and settled(ends, stretch, stepper.stride_s, numerics, fewest)
         ):
             steady_run = Assessment("steady", averaged=stretch)
     speeds = np.diff(np.array(stepper.ends)[:, 0]) / stepper.stride_s
@@ -244,7 +256,8 @@ def simulate(
     warning = leg_speed_warning(parts, frequency_Hz)
     series = stepper.series() if samples_per_stride else None
     counts = len(speeds), steady_run.averaged
-    return RobotRun(condition, speed, sd, steady_run.outcome, why, warning, *counts, speeds, series)
+    numbers = *counts, speeds, stepper.state, series
+    return RobotRun(condition, speed, sd, steady_run.outcome, why, warning, *numbers)
 
 
 def leg_speed_warning(parts: Parts, frequency_Hz: float) -> str:
@@ -286,6 +299,10 @@ class _Stepper:
         self.ends = [self.state.copy()]
         self.samples: list[FloatArray] = []
         self.pieces = pieces if samples else 0
+
+    def start_from(self, state: FloatArray) -> None:
+        self.state = state.copy()
+        self.ends = [state.copy()]
 
     def stride(self) -> None:
         # the compiler is slow to import

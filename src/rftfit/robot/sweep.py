@@ -101,9 +101,19 @@ def conditions_of(measured: pd.DataFrame, *, full: bool) -> list[Condition]:
 
 
 def run_all(
-    robot: Robot, profile: Profile, conditions: Sequence[Condition], threads: int | None = None
+    robot: Robot,
+    profile: Profile,
+    conditions: Sequence[Condition],
+    threads: int | None = None,
+    settled_runs: Sequence[RobotRun] | None = None,
 ) -> list[RobotRun]:
-    """Run every condition, several at a time: the compiled stepper lets other threads run meanwhile."""
+    """Run every condition, several at a time: the compiled stepper lets other threads run meanwhile.
+
+    `settled_runs`: One of each condition in nearly the same medium; where it is steady, the run starts as it ends.
+    """
+    starts: list[FloatArray | None] = [None] * len(conditions)
+    if settled_runs is not None:
+        starts = [run.end_state if run.outcome == "steady" else None for run in settled_runs]
 
     def run(index: int) -> RobotRun:
         condition = conditions[index]
@@ -113,6 +123,7 @@ def run_all(
             condition.frequency_Hz,
             condition.curvature_times_R,
             condition.phase_turns,
+            start=starts[index],
         )
 
     # slow frequencies take longest: begin with them, so that no core idles at the end
@@ -195,10 +206,19 @@ def best_curvature(curvature: np.ndarray, speed: np.ndarray) -> tuple[float, flo
     return float(curvature[top]), float(speed[top])
 
 
-def optimum(robot: Robot, profile: Profile, threads: int | None = None) -> tuple[float, float]:
-    """Best curvature R'/r at 5 Hz, and its speed (cm/s)."""
+def runs_about_best(
+    robot: Robot,
+    profile: Profile,
+    threads: int | None = None,
+    settled_runs: Sequence[RobotRun] | None = None,
+) -> list[RobotRun]:
+    """Runs at 5 Hz with the curvatures among which the best is looked for; `settled_runs` as in `run_all`."""
     conditions = [Condition(BEST_AT_HZ, value) for value in BEST_CURVATURES]
-    runs = run_all(robot, profile, conditions, threads)
+    return run_all(robot, profile, conditions, threads, settled_runs)
+
+
+def best_of_runs(runs: Iterable[RobotRun]) -> tuple[float, float]:
+    """Best curvature R'/r of `runs_about_best`, and its speed (cm/s)."""
     speeds = np.array([run.speed_cm_per_s for run in runs])
     return best_curvature(np.array(BEST_CURVATURES), speeds)
 
