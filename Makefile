@@ -61,7 +61,7 @@ stranger: env ## the tests that look for ../shared/data, in a clone that has non
 pages: env ## follow every page of the documentation, command by command; the demonstration gives the paper's numbers; the report page in a browser
 	@$(BIN)/python -m pytest -n 2 -m page $(ARGS)
 
-timegate: env ## no rule of the workflow is slower than benchmarks/time_gate.csv, 2 min (ARGS=--rewrite: write that table anew)
+timegate: env ## no rule of the workflow is slower than benchmarks/time_gate.csv, 40 s (ARGS=--rewrite: write that table anew)
 	@$(BIN)/python benchmarks/time_gate.py $(ARGS)
 
 lint: env ## check style, types, the workflow and the shape of the project

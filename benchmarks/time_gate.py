@@ -48,9 +48,9 @@ COLUMNS = ("rule", "judged", "ratio", "date", "version", "commit", "machine")
 PRINTED, FAILED, FAILED_IN_ALL = 1.10, 1.25, 1.15
 """Factors over the stored ratio: from this one on a rule is named, fails, all rules together fail."""
 ALL, SHORT = "all rules", "short rules"
-SHORTEST = 10.0
+SHORTEST = 4.0
 """Ratio below which a rule is judged together with all others below it."""
-PASSES, TURNS = 3, 3
+PASSES, TURNS = 2, 3
 """Measurements of a rule, of which the lowest counts; turns of these for a new table, whose median is kept."""
 
 MEASURED_KEYS = {

@@ -616,9 +616,8 @@ def true_speed(medium, condition):
 @cache
 def true_best(medium):
     """Best curvature at 5 Hz on the true table."""
-    return best_of_runs(runs_about_best(coarser(paper_robot()), TableProfile.published(medium), 1))[
-        0
-    ]
+    truth = TableProfile.published(medium)
+    return best_of_runs(runs_about_best(coarser(paper_robot()), truth, 1))[0]
 
 
 def robot_draws(table, config, count=SPEED_DRAWS):

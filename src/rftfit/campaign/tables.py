@@ -30,7 +30,7 @@ from rftfit.campaign.rows import (
 )
 from rftfit.campaign.sheet import Run, check_excluded
 from rftfit.campaign.spikes import FEWEST_ROWS, find_spikes
-from rftfit.directions import SAME_DEPTH_CM, TOLERANCE_DEG, number_depths
+from rftfit.directions import SAME_DEPTH_CM, TOLERANCE_DEG, number_depths, same_direction
 from rftfit.table.numbers import number_of
 from rftfit.table.units import ALPHA_TO_N_PER_CM3, folded_name, units_like
 
@@ -275,7 +275,7 @@ class _Checked:
             self.problems.append(Problem(code, place, largest_text, allowed))
         for name in ("beta_deg", "gamma_deg"):
             values = columns[name]
-            upright = np.abs(np.abs(values) - 90) <= tolerance_deg + 1e-6
+            upright = same_direction(0.0, np.abs(values), 0.0, 90.0, tolerance_deg)
             allowed = "-90 to 90 deg"
             if name == "gamma_deg":
                 allowed += "; seen from behind, (beta, gamma) is (-beta, 180 deg - gamma) with the other sign of x"

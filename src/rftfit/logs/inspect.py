@@ -559,8 +559,6 @@ def _line(log_survey: Survey, quantity: str, *, always: bool) -> list[str]:
 
 def _columns_with_unit_of(quantity: str, log_survey: Survey) -> list[str]:
     """Columns that are no other quantity and whose stated unit could be that of this one."""
-    if quantity == "arm_moving":
-        return []
     units = units_like(_USUAL_UNITS.get(quantity, "N"))
     guessed = log_survey.quantities.values()
     return [

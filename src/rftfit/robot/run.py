@@ -226,9 +226,7 @@ def simulate(
     condition = Condition(frequency_Hz, curvature_times_R, phase_turns)
     parts = assemble(robot, curvature_times_R)
     numerics = robot.numerics
-    stepper = _Stepper(robot, profile, parts, condition, samples_per_stride)
-    if start is not None:
-        stepper.start_from(start)
+    stepper = _Stepper(robot, profile, parts, condition, samples_per_stride, start)
     fewest = FROM_REST if start is None else FROM_SETTLED
     stretch = max(1, math.ceil(numerics.stretch_s / stepper.stride_s - 1e-9))
     most = strides or stretch * numerics.most_stretches
@@ -284,7 +282,13 @@ class _Stepper:
     """Steps a robot stride by stride."""
 
     def __init__(
-        self, robot: Robot, profile: Profile, parts: Parts, condition: Condition, samples: int
+        self,
+        robot: Robot,
+        profile: Profile,
+        parts: Parts,
+        condition: Condition,
+        samples: int,
+        start: FloatArray | None,
     ) -> None:
         frequency = condition.frequency_Hz
         self.stride_s = 1 / abs(frequency) if frequency else STANDING_STRIDE_S
@@ -295,14 +299,12 @@ class _Stepper:
         self.rate = 2 * math.pi * frequency
         self.turn = 2 * math.pi * condition.phase_turns
         self.pack, self.parts = profile.pack, parts
-        self.state = start_state(robot, parts, condition.phase_turns)
+        if start is None:
+            start = start_state(robot, parts, condition.phase_turns)
+        self.state = start.copy()
         self.ends = [self.state.copy()]
         self.samples: list[FloatArray] = []
         self.pieces = pieces if samples else 0
-
-    def start_from(self, state: FloatArray) -> None:
-        self.state = state.copy()
-        self.ends = [state.copy()]
 
     def stride(self) -> None:
         # the compiler is slow to import
