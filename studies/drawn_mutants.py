@@ -86,6 +86,9 @@ class Mutant:
     """``noticed``, ``equivalent-looking`` or ``live``."""
     noticed_by: str = ""
     tests: int = 0
+    """Tests that were run, the final ones too."""
+    tests_of_line: int = 0
+    """Tests that run its statement; the slowest are left out where all take too long."""
 
     @property
     def identity(self) -> tuple[str, int, str, str]:
@@ -121,9 +124,8 @@ class Mutant:
         """Verdict and place."""
         source = (PACKAGE / self.module).read_text(encoding="utf-8")
         line = source.count("\n", 0, self.begin) + 1
-        return (
-            f"{self.verdict} src/rftfit/{self.module}:{line} {self.noticed_by}({self.tests} tests)"
-        )
+        place = f"{self.verdict} src/rftfit/{self.module}:{line} {self.noticed_by}"
+        return f"{place}({self.tests} tests, {self.tests_of_line} run the line)"
 
 
 def rooms_of_package() -> list[str]:

@@ -62,10 +62,13 @@ class Recorder:
         folder.mkdir(parents=True, exist_ok=True)
         self.folder = folder
         self.coverage = coverage.Coverage(
-            data_file=str(folder / f"lines-{os.getpid()}"),
+            data_file=str(folder / "lines"),
+            data_suffix=True,
             source_pkgs=["rftfit"],
             config_file=False,
         )
+        # a child that reads a file for its parent ends by `os._exit`: its lines count as well
+        self.coverage.set_option("run:patch", ["_exit"])
         self.tests: dict[str, dict[str, Any]] = {}
         self.fixture_seconds: dict[str, float] = {}
         self.context = ""

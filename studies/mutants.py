@@ -180,13 +180,15 @@ class Recording:
     def tests_of(self, mutant: Mutant) -> set[str]:
         """Tests that run a line of the mutant's statement, themselves or by a shared fixture.
 
-        Where none is recorded, as of compiled code, the tests that run a module which imports it.
+        Where none is recorded, as of compiled code, the tests that run a line of its module or of a module which
+        imports it.
         """
         contexts_by_line = self.contexts.get(mutant.module, {})
         contexts = {name for line in mutant.statement for name in contexts_by_line.get(line, ())}
         if not contexts:
-            importers = [self.contexts.get(name, {}) for name in modules_that_import(mutant.module)]
-            contexts = set().union(*(names for lines in importers for names in lines.values()))
+            modules = [mutant.module, *modules_that_import(mutant.module)]
+            recorded = [self.contexts.get(module, {}) for module in modules]
+            contexts = set().union(*(names for lines in recorded for names in lines.values()))
         return {
             test
             for test in self.seconds
@@ -268,7 +270,7 @@ def read_recording() -> Recording:
         for fixture, seconds in record["fixtures"].items():
             longest_s = max(seconds, recording.fixture_seconds.get(fixture, 0.0))
             recording.fixture_seconds[fixture] = longest_s
-    for path in sorted(LINES.glob("lines-*")):
+    for path in sorted(LINES.glob("lines.*")):
         lines = coverage.CoverageData(basename=str(path))
         lines.read()
         for file in lines.measured_files():
@@ -301,6 +303,7 @@ class Judge:
         """Run the tests that can notice a mutant, and write its verdict into it."""
         source = (PACKAGE / mutant.module).read_text(encoding="utf-8")
         mutant.tests, mutant.noticed_by = 0, ""
+        mutant.tests_of_line = len(self.recording.tests_of(mutant))
         SEEN_FALSE.unlink(missing_ok=True)
         for tests, seconds in self._rounds(mutant):
             mutant.tests += len(tests)

@@ -18,6 +18,10 @@ def test_workbooks_and_tables(tmp_path, monkeypatch):
     book, table = tmp_path / "log.xlsx", tmp_path / "log.parquet"
     pd.DataFrame([[1.0, 2.0], [3.0, 4.0]]).to_excel(book, index=False, header=False)
     refused(dialect("xlsx"), book, "header")
+    pd.DataFrame({"time_s": [0.0], "F1_N": [1.0]}).to_excel(tmp_path / "one.xlsx", index=False)
+    assert dialect("xlsx").load(tmp_path / "one.xlsx").rows == 1
+    pd.DataFrame(columns=["time_s", "F1_N"]).to_excel(tmp_path / "none.xlsx", index=False)
+    refused(dialect("xlsx"), tmp_path / "none.xlsx", "header_only")
     monkeypatch.setattr(base, "MOST_UNPACKED", 100)
     refused(dialect("xlsx"), book, "too_large", "allowed: 0 MB")
     pd.DataFrame({"name": ["a", "b"]}).to_parquet(table)

@@ -357,6 +357,14 @@ def test_a_block_that_unpacks_to_any_size_is_refused(tmp_path, monkeypatch, pack
         RosBagReader().load(path)
 
 
+def test_a_folder_with_a_record_of_any_size_is_refused(tmp_path, monkeypatch):
+    write_ros2(tmp_path / "bag", map(wrench, range(50)))
+    path = tmp_path / "bag" / "metadata.yaml"
+    assert RosBagReader().load(path).rows == 50
+    monkeypatch.setattr(rosbag, "MOST_OF_BLOCK", 100)
+    refused(RosBagReader(), path, "too_large")
+
+
 def test_what_a_library_raises_is_a_reason_on_one_line(tmp_path):
     """A definition that does not parse: its text is the stranger's, and stays inside one line."""
     definition = "float64[ x\nimport os\n\x1b[31m"

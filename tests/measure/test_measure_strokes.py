@@ -133,6 +133,17 @@ def test_a_stroke_begins_or_ends_at_the_surface(from_cm, to_cm, way, ends):
     np.testing.assert_allclose(stroke, ends, atol=0.13)
 
 
+def test_a_path_that_turns_down_without_a_pause_has_a_stroke_from_its_corner_on():
+    """20 cm aside in the sand, then 6 cm down; where the frame has its zero does not matter."""
+    time = np.arange(0, 28, 0.02)
+    for x_cm in (0.0, 40.0):
+        x = x_cm + np.interp(time, [1, 21], [0, 20])
+        z = np.interp(time, [21, 27], [-1.0, -7.0])
+        motion, arm = IntruderPath(time, x, z, 0 * z), Arm(speed_cm_per_s=1.0, position_unit="cm")
+        stroke = find_stroke(motion, motion.spans(arm), row(90), arm)
+        np.testing.assert_allclose(stroke, (21, 27), atol=0.1)
+
+
 def test_two_directions_in_one_log():
     down, slanted = Pushes(lengths_cm=(5.0,)).motion(), Pushes(45.0, (6.0,)).motion()
     parts = zip(vars(down).values(), vars(slanted).values(), strict=True)

@@ -54,6 +54,9 @@ def test_overrides():
         "GOOD",
         "TOO_DEEP",
     ]
+    # who states a greatest depth knows how near the bottom it may be
+    assert whys([8.9, 9.1], [0, 0], 0, Fit(max_depth_cm=9.0)) == ["GOOD", "TOO_DEEP"]
+    assert whys([8.9, 9.1], [0, 0], 0, Fit(submergence_cm=2.0)) == ["BOTTOM", "BOTTOM"]
     near = Fit(wall_clearance_cm=2.0)
     assert whys([12.67, 12.69], [0, 0], 0, near) == ["GOOD", "BOTTOM"]
     assert whys([4, 4], [8.09, 8.1], 0, near) == ["GOOD", "WALL"]

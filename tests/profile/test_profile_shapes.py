@@ -124,6 +124,28 @@ def test_draws_are_of_the_whole_posterior(monkeypatch):
         assert_allclose(wide[is_estimated], deviation[is_estimated], rtol=0.05)
 
 
+def test_two_decompositions_with_a_correction_have_the_likelihood_of_one_of_all_numbers(monkeypatch):
+    """Many numbers with independent errors are decomposed by component; known media differ by a few columns beside."""
+    prior = published_shapes().prior(*NODES)
+    seen = np.flatnonzero(np.diag(prior.covariance(0.0)) > 1e-9)
+    y = prior.mean[seen] * np.random.default_rng(6).normal(1.0, 0.1, seen.size)
+    errors = np.diag((0.02 + 0.05 * np.abs(y)) ** 2)
+    answers = []
+    for few_numbers in (0, seen.size):
+        monkeypatch.setattr(module._CHOSEN, "few_numbers", few_numbers)
+        likelihood = module._Likelihood(prior, seen, 0.2, y, errors)
+        answers.append(
+            [
+                likelihood.likelihood(np.array([0.5, 1.0, 2.0]), np.array([0.3, 1.0, 4.0, 9.0])),
+                likelihood.distance(1.3),
+                likelihood.solved(y[None], np.full((1, 1), 1.7)),
+                likelihood.horizontal(seen >= COUNT, 1.3),
+            ]
+        )
+    for by_parts, by_all in zip(*answers, strict=True):
+        assert_allclose(by_parts, by_all, rtol=1e-7)
+
+
 @pytest.mark.statistics
 def test_media_take_energy_because_that_is_known_beforehand():
     """Against media drawn from all that is known beforehand, weighted by how well they explain two pushes.

@@ -278,8 +278,8 @@ def read_rows(
 ) -> tuple[list[DraftRow], list[Problem]]:
     """Read a table; whether it is a workbook is seen from its content.
 
-    `file`: Its name in problems; default: its path. Returns every row, with its good cells, and all
-    problems.
+    `file`: Its name in problems; default: its path. Returns every row, with its good cells, and the problems; a lenient
+    schema leaves out those of single cells.
     """
     schema = replace(schema, file=str(path) if file is None else file)
     try:

@@ -129,14 +129,19 @@ def judge_crust(flags: Flags, pushes: pd.DataFrame) -> Check | None:
 
 
 def exponent_of(pushes: pd.DataFrame, session_cm: float, tolerance_deg: float) -> Estimate:
-    """Exponent of depth that the directions have in common; arguments of `judge_law_alone`."""
+    """Exponent of depth that the directions have in common.
+
+    `pushes`: One row a push, columns `exponent_z`, its error and its window. `session_cm`: Error of the surface that all
+    runs of the session share.
+    """
     pushes = pushes.dropna(subset=["exponent_z"])
     ends = zip(pushes["depth_from_cm"], pushes["depth_to_cm"], strict=True)
     levers = np.array(
         [exponent_lever(round(float(top), 2), round(float(end), 2)) for top, end in ends]
     )
     levers *= pushes["exponent_z"].to_numpy(float)
-    # what all runs share comes after the mean; unevenness remains where noise is not known
+    # the error of the session is common to all runs, so it is added after averaging; the scatter is never below that
+    # of an uneven bed
     own_variance = pushes["exponent_z_se"].to_numpy(float) ** 2 - (levers * session_cm) ** 2
     scatter = np.sqrt(np.fmax(own_variance, PATCHES**2))
     session = float(levers.mean()) * session_cm

@@ -493,7 +493,10 @@ def map_of(
     confidence: float = 0.95,
     contacts: Sequence[Contact] = (),
 ) -> Map:
-    """Map of pushes from a file of this name; what they lack is told with the name."""
+    """Estimate the map of pushes; an error names the file or the option that they come from.
+
+    `name`: ``pushes.csv``, after which the map is called without its ending, or ``--alpha 0.9`` and the like with an ``=``.
+    """
     called = Path(name).stem if "=" not in name else name
     try:
         return rftfit.estimate_map(pushes, shapes, confidence, name=called, contacts=contacts)

@@ -658,8 +658,8 @@ class _Contrast:
         off = self.difference(ratio)
         return float(off @ np.linalg.solve(self.covariance(ratio), off))
 
-    def freedom(self, ratio: float) -> float:
-        """Degrees of freedom of the scatter (Welch): few where most of it is of the medium with few repeats.
+    def degrees_of_freedom(self, ratio: float) -> float:
+        """Degrees of freedom of the scatter (Welch): few where most of the scatter is that of the medium with few repeats.
 
         Media of two laboratories may scatter differently, so repeats of one tell little of the other.
         """
@@ -708,8 +708,8 @@ class _Contrast:
         blocks = self._blocks[0] + self._blocks[1] / ratio**2
         off = ((self.b.mean / ratio - self.a.mean) * unit).sum(axis=1)
         squares = float((off**2 / np.einsum("ci,cij,cj->c", unit, blocks, unit)).sum())
-        dof = self.freedom(ratio) + off.size - 1
-        of_runs *= (self.freedom(ratio) + squares) / dof
+        dof = self.degrees_of_freedom(ratio) + off.size - 1
+        of_runs *= (self.degrees_of_freedom(ratio) + squares) / dof
         variance = of_runs + shared
         return _SizeTest(math.sqrt(variance), dof * (variance / of_runs) ** 2)
 
@@ -725,7 +725,7 @@ class _Contrast:
         return _ShapeTest(
             squares=self.squares(ratio),
             k=k,
-            dof=self.freedom(ratio),
+            dof=self.degrees_of_freedom(ratio),
             plain=float(off @ off) / alpha,
             plain_k=trace**2 / of_square,
             unit=of_square / trace,
@@ -738,7 +738,7 @@ class _Contrast:
         Intervals of alpha and of the ratio are of one direction; those of the differences hold all together. `p`: of no
         difference in this direction, times the number of directions.
         """
-        dof, n = self.freedom(ratio), self.a.n.size
+        dof, n = self.degrees_of_freedom(ratio), self.a.n.size
         alone = _student(1 - (1 - confidence) / 2, dof)
         together = _student(1 - (1 - confidence) / 2 / self.is_known.sum(), dof)
         covariance = np.zeros((2 * n, 2 * n))

@@ -438,7 +438,7 @@ class JointModel:
         usual = np.array([KINDS[cause.kind].tolerated for cause in causes])
         most = np.array([KINDS[cause.kind].most for cause in causes])
         families = np.array([_FAMILY.get(cause.group, "labels") for cause in causes])
-        sensible = (se < 50 * usual) & ((effects**2).sum(axis=0) > 0)
+        sensible = se < 50 * usual
         limit_of_one = -float(ndtri(_CHOSEN.nominal_rate / 2))
         limit = np.array(
             [limit_of_one if cause.of_media else _CHOSEN.limit_of_all for cause in causes]

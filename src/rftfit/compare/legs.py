@@ -300,7 +300,7 @@ def predicted_curves(
             parts.append(curve.assign(medium=medium.name, leg=name, profile=kind))
     if not parts:
         return pd.DataFrame(columns=PREDICTED_COLUMNS), {}
-    # no profile of a table without a number, or without errors, has an interval
+    # where the table lacks a number, or its errors, no profile made from it has an interval
     curves = pd.concat(parts, ignore_index=True).reindex(columns=PREDICTED_COLUMNS)
     curves["reason_code"] = np.where(curves["reason"] == "", "", "alpha-missing")
     if sand:

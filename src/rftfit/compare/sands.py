@@ -168,8 +168,8 @@ def fit_corrections(measured: pd.DataFrame, predicted: pd.DataFrame) -> pd.DataF
         predicted, on=["medium", "leg", "theta_deg"], suffixes=("_measured", "")
     ).dropna(subset=["force_z_N", "force_x_N"])
     rows = []
-    for medium, rows_of_medium in both.groupby("medium", sort=True):
-        legs = [_pair(leg) for _, leg in rows_of_medium.groupby("leg", sort=True)]
+    for medium, rows_of_medium in both.groupby("medium"):
+        legs = [_pair(leg) for _, leg in rows_of_medium.groupby("leg")]
         unchanged = _rms(legs, [np.ones(2)] * len(legs))
         for model in MODELS:
             factors = _fit(legs, model)

@@ -238,7 +238,10 @@ _FARTHEST = 1 << 62
 
 
 def _refuse_large_values(path: Path, database: Path, topic_name: str = "") -> None:
-    """Refuse a database of ROS 2 with large values beside its messages, or in those of a topic."""
+    """Refuse a database of ROS 2 that holds a larger value than any recorder writes.
+
+    Without a topic its other tables are looked through, with one the messages of this topic.
+    """
     import sqlite3  # of a library that few logs need
 
     uri = f"{database.absolute().as_uri()}?immutable=1"
@@ -247,9 +250,9 @@ def _refuse_large_values(path: Path, database: Path, topic_name: str = "") -> No
         connection.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, MOST_OF_MESSAGE)
         try:
             if not topic_name:
-                for table in _TABLES:
+                for query in _QUERIES:
                     with suppress(sqlite3.OperationalError):  # not in each version
-                        for _ in connection.execute(table):
+                        for _ in connection.execute(query):
                             pass
                 return
             largest, size = connection.execute(_SIZES, (topic_name,)).fetchone()
@@ -263,7 +266,7 @@ def _refuse_large_values(path: Path, database: Path, topic_name: str = "") -> No
         raise _too_many(path)
 
 
-_TABLES = ("SELECT * FROM schema", "SELECT * FROM topics", "SELECT * FROM message_definitions")
+_QUERIES = ("SELECT * FROM schema", "SELECT * FROM topics", "SELECT * FROM message_definitions")
 _SIZES = (
     "SELECT max(length(data)), total(length(data)) FROM messages "
     "WHERE topic_id IN (SELECT id FROM topics WHERE name = ?)"

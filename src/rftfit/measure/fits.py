@@ -243,8 +243,8 @@ def classify_samples(
 ) -> npt.NDArray[np.int8]:
     """`RowStatus` of each sample of a stroke: good where the plate is submerged, off walls, and past its start-up.
 
-    `linear_from_cm`, `linear_to_cm`: of a penetration test, good in its linear regime, to which walls are far. x = 0 is the
-    middle of the container.
+    `linear_from_cm`, `linear_to_cm`: linear regime of a penetration test, all of whose samples count; its walls are far away
+    and are not tested. x = 0 is the middle of the container.
     """
     beta, depth = math.radians(run.beta_deg), stroke.depth
     why = np.full(depth.size, RowStatus.GOOD, dtype=np.int8)

@@ -61,8 +61,8 @@ def fit_lsq(
 ) -> FloatArray:
     """Least squares at the true angles, each measured direction with one weight.
 
-    Cells at beta = -90 and 90 degrees are one direction, with their mean. A mirror image counts where it
-    is a cell too: the terms have its symmetry, so it would only double a weight.
+    Cells at beta = -90 and 90 degrees are one direction, with their mean. A mirror image that was measured is a
+    direction of its own; none is added by symmetry, which would count the same measurement twice.
 
     `beta`, `gamma`: shape (n,); rad, any directions. `alpha_z`, `alpha_x`: shape (..., n); N/cm^3, NaN
     where not measured, the same cells in every leading index. `keep`: Terms to fit; the others come

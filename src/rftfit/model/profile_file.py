@@ -130,7 +130,7 @@ def write_profile(
             "marks": marks or facts.get("marks", ""),
         },
         "force_errors": {"model_error": model_error, "bed_spread": table.bed_spread},
-        **_numbers_of(table, source.pushed),
+        **_list_directions(table, source.pushed),
         "origin": {
             "program": f"rftfit {__version__}",
             "profile": table.name,
@@ -160,8 +160,11 @@ def _origin(profile: Map | TableProfile) -> dict[str, Any]:
     }
 
 
-def _numbers_of(table: TableProfile, pushed: FloatArray) -> dict[str, Any]:
-    """Alpha of the nodes and its draws, each direction once; the pushes where they are not just these."""
+def _list_directions(table: TableProfile, pushed: FloatArray) -> dict[str, Any]:
+    """List alpha of a table and its draws, each direction once, and the pushes where the directions are not just these.
+
+    `pushed`: shape (6, n), rows as `TableProfile.pushed`. Returns the keys of a profile file that hold them.
+    """
     beta, gamma = (axis.ravel() for axis in np.meshgrid(table.beta, table.gamma, indexing="ij"))
     cells, listed = each_once(beta, gamma)
 
@@ -179,7 +182,7 @@ def _numbers_of(table: TableProfile, pushed: FloatArray) -> dict[str, Any]:
         draws = alpha_at_nodes(table.spread)
         if not np.isnan(draws).all():
             short = [_numbers(draw, _DIGITS_OF_DRAWS) for draw in draws.reshape(-1, cells.size)]
-            half = len(short) // 2
+            half = len(short) // 2  # first alpha_z of all draws, then alpha_x
             numbers["errors"] = dict(zip(_DRAWS, (short[:half], short[half:]), strict=True))
     return numbers
 

@@ -1172,7 +1172,7 @@ class _Posterior:
         tried = passive = completed = 0
         least = np.nan
         while tried < _CHOSEN.most_drawn and completed < DRAWS:
-            batch = self._begin(place_count, random)
+            batch = self._draw_sizes_and_pull(place_count, random)
             draws = self._nodes(batch, slice(place_count - 2 * coarse, place_count))
             # of the medium itself: the error of a push is not of its shape
             efforts = mean_effort(draws, some)
@@ -1207,11 +1207,11 @@ class _Posterior:
         flat += centre - flat.mean(axis=0)
         return drawn, share
 
-    def _begin(self, place_count: int, random: np.random.Generator) -> _Batch:
-        """Draws of size, departure and roughness, and of the shape as far as the first places of the prior need it.
+    def _draw_sizes_and_pull(self, place_count: int, random: np.random.Generator) -> _Batch:
+        """Draw size, departure and roughness, and the pull of the pushes on the shape, for all draws.
 
-        A medium and errors are drawn from what is known beforehand and corrected by what its pushes would
-        differ from those made (Matheron's rule).
+        Matheron's rule: a medium and errors are drawn from the prior, the pushes are calculated that they would give,
+        and the draw is corrected by the difference from the measured pushes (the pull).
         """
         where = (np.arange(DRAWS) + random.random()) / DRAWS
         chosen = np.searchsorted(np.cumsum(self.weights.ravel())[:-1], random.permutation(where))

@@ -61,7 +61,7 @@ S. Agarwal, D. I. Goldman, K. Kamrin, Mechanistic framework for reduced-order mo
 three-dimensional granular intrusion, Proc. Natl. Acad. Sci. USA 120, e2214017120 (2023), \
 doi:10.1073/pnas.2214017120
 """
-    cited = {int(number) for number in re.findall(r"ref\. (\d)", " ".join(paragraphs))}
+    cited = {int(number) for number in re.findall(r"ref\. (\d+)", " ".join(paragraphs))}
     numbered_lines = enumerate(text.strip().split("\n"), 1)
     return [(number, line) for number, line in numbered_lines if number in cited]
 

@@ -77,7 +77,7 @@ NO_FAULT = "no fault found"
 """Of a medium that fails nothing and lacks a check which it needs to be sound."""
 
 ALPHA_DIGITS = 4
-"""Digits after the point of alpha, zeta and chi, wherever they are printed."""
+"""Digits after the point of alpha, zeta and chi in the tables of the page."""
 
 
 def tabulate_media(results: Results, outcome: Outcome) -> PageTable:
