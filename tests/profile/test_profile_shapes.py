@@ -124,7 +124,9 @@ def test_draws_are_of_the_whole_posterior(monkeypatch):
         assert_allclose(wide[is_estimated], deviation[is_estimated], rtol=0.05)
 
 
-def test_two_decompositions_with_a_correction_have_the_likelihood_of_one_of_all_numbers(monkeypatch):
+def test_two_decompositions_with_a_correction_have_the_likelihood_of_one_of_all_numbers(
+    monkeypatch,
+):
     """Many numbers with independent errors are decomposed by component; known media differ by a few columns beside."""
     prior = published_shapes().prior(*NODES)
     seen = np.flatnonzero(np.diag(prior.covariance(0.0)) > 1e-9)

@@ -495,7 +495,7 @@ def map_of(
 ) -> Map:
     """Estimate the map of pushes; an error names the file or the option that they come from.
 
-    `name`: ``pushes.csv``, after which the map is called without its ending, or ``--alpha 0.9`` and the like with an ``=``.
+    `name`: A file, after which the map is called without its ending, or the description of one push, which has an ``=``.
     """
     called = Path(name).stem if "=" not in name else name
     try:
