@@ -319,3 +319,15 @@ def test_lock_file_has_hashes_and_no_addresses():
     problems = [entry for entry in entries if not re.match(r"[\w.-]+==\S+ .*--hash=sha256:", entry)]
     problems += re.findall(r".*(?:https?:|file:|--index-url|--extra-index|--find-links).*", text)
     assert not problems, "\n".join(problems)
+
+
+def test_places_that_the_architecture_names_exist():
+    named = re.findall(r"`([\w/]+\.(?:py|js|html|smk|yaml))(?:: (\w+))?`", ARCHITECTURE)
+    assert len([name for _, name in named if name]) > 20
+    missing = []
+    for path, name in named:
+        files = [base / path for base in (PACKAGE, *PACKAGE.glob("*/"), ROOT) if (base / path).is_file()]
+        defined = re.compile(rf"^\s*(?:def |class |)(?:{name})\b\s*[(:=]", re.MULTILINE)
+        if not any(not name or defined.search(file.read_text("utf-8")) for file in files):
+            missing.append((path, name))
+    assert not missing

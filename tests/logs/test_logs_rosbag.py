@@ -362,7 +362,9 @@ def test_a_folder_with_a_record_of_any_size_is_refused(tmp_path, monkeypatch):
     path = tmp_path / "bag" / "metadata.yaml"
     assert RosBagReader().load(path).rows == 50
     monkeypatch.setattr(rosbag, "MOST_OF_BLOCK", 100)
-    refused(RosBagReader(), path, "too_large")
+    with pytest.raises(LogError, match=r"bag\.mcap: .*larger") as caught:
+        RosBagReader().load(path)
+    assert caught.value.code == "too_large"
 
 
 def test_what_a_library_raises_is_a_reason_on_one_line(tmp_path):

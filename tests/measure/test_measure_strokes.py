@@ -133,15 +133,17 @@ def test_a_stroke_begins_or_ends_at_the_surface(from_cm, to_cm, way, ends):
     np.testing.assert_allclose(stroke, ends, atol=0.13)
 
 
-def test_a_path_that_turns_down_without_a_pause_has_a_stroke_from_its_corner_on():
-    """20 cm aside in the sand, then 6 cm down; where the frame has its zero does not matter."""
+@pytest.mark.parametrize("x_cm", [0.0, 40.0])
+@pytest.mark.parametrize("is_down_first", [True, False])
+def test_a_path_with_a_corner_and_no_pause_has_a_stroke_up_to_it_or_from_it_on(is_down_first, x_cm):
+    """6 cm down and 20 cm aside in the sand, in either order; where the frame has its zero does not matter."""
+    down_s, aside_s = ([1, 7], [7, 27]) if is_down_first else ([21, 27], [1, 21])
     time = np.arange(0, 28, 0.02)
-    for x_cm in (0.0, 40.0):
-        x = x_cm + np.interp(time, [1, 21], [0, 20])
-        z = np.interp(time, [21, 27], [-1.0, -7.0])
-        motion, arm = IntruderPath(time, x, z, 0 * z), Arm(speed_cm_per_s=1.0, position_unit="cm")
-        stroke = find_stroke(motion, motion.spans(arm), row(90), arm)
-        np.testing.assert_allclose(stroke, (21, 27), atol=0.1)
+    x = x_cm + np.interp(time, aside_s, [0, 20])
+    z = np.interp(time, down_s, [-1.0, -7.0])
+    motion, arm = IntruderPath(time, x, z, 0 * z), Arm(speed_cm_per_s=1.0, position_unit="cm")
+    stroke = find_stroke(motion, motion.spans(arm), row(90), arm)
+    np.testing.assert_allclose(stroke, down_s, atol=0.1)
 
 
 def test_two_directions_in_one_log():

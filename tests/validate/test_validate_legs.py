@@ -114,6 +114,7 @@ SUCTION = "reversed c-leg: media with downward force (below -0.2 N) while it lea
 SIEVED = "palms29: drop of measured c-leg peak lift by sieving, %"
 WITHIN_10 = "c-leg: media with peak lift and thrust within 10 % (measured table)"
 WITHIN_33 = "all legs and media: peaks of lift and thrust within 33 % (measured table), %"
+FARTHEST = "depth-only: reversed c-leg's predicted peak lift against the c-leg's, farthest, %"
 DEPTH_ONLY = "depth-only: largest overprediction of peak lift, %"
 
 
@@ -137,13 +138,13 @@ def test_the_papers_statements_are_met_or_named(config, predicted):
     verdicts = {
         f"{LOWER} (table)": "same",
         SIEVED: "same",
-        "depth-only: reversed c-leg's predicted peak lift against the c-leg's, farthest, %": "same",
+        FARTHEST: "same",
         # both components count, as the paper's sentence has them
         WITHIN_10: "differs",
         "scaled generic: largest error of the c-leg's peaks in laboratory media, %": "differs",
     }
     assert {name: items[name].verdict for name in verdicts} == verdicts
-    ours = {f"{LOWER} (nine terms)": 0, SUCTION: 8, WITHIN_10: 1, WITHIN_33: 80}
+    ours = {f"{LOWER} (nine terms)": 0, SUCTION: 8, WITHIN_10: 1, WITHIN_33: 80, FARTHEST: -16.622}
     assert {name: items[name].ours for name in ours} == pytest.approx(ours, rel=1e-3)
     assert 1300 < items[DEPTH_ONLY].ours < 1600
     shares = re.findall(r"\d+ of \d+", items[WITHIN_33].why)
