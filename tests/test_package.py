@@ -326,7 +326,9 @@ def test_places_that_the_architecture_names_exist():
     assert len([name for _, name in named if name]) > 20
     missing = []
     for path, name in named:
-        files = [base / path for base in (PACKAGE, *PACKAGE.glob("*/"), ROOT) if (base / path).is_file()]
+        files = [
+            base / path for base in (PACKAGE, *PACKAGE.glob("*/"), ROOT) if (base / path).is_file()
+        ]
         defined = re.compile(rf"^\s*(?:def |class |)(?:{name})\b\s*[(:=]", re.MULTILINE)
         if not any(not name or defined.search(file.read_text("utf-8")) for file in files):
             missing.append((path, name))

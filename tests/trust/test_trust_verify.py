@@ -198,6 +198,7 @@ def test_a_change_is_noticed(checked, kind):
     process = checked.rftfit("verify", f"results/{stale}")
     assert process.returncode == NOT_AS_RECORDED
     assert all(words in process.stdout for words in messages)
+    assert ("No result was edited" in process.stdout) == (not kind.endswith("result"))
     assert checked.rftfit("verify", f"results/{right}").returncode == 0
     if kind == "log":
         report = json.loads(checked.rftfit("verify", "--json").stdout)

@@ -59,7 +59,9 @@ def read_calibration(path: Path) -> Calibration:
         loads.append((name, unit, values))
     absent = [name for name in ("F1", "F2", "F3") if name not in (load for load, _, _ in loads)]
     if absent and not problems:
-        problems.append(f"no row for {', '.join(absent)}")
+        problems.append(
+            f"no row for {', '.join(absent)}: each of F1, F2 and F3 has one, a channel that nothing measures its unit and zeros"
+        )
     if problems:
         raise InputError("; ".join(problems))
     return Calibration(gauges, tuple(loads))

@@ -396,7 +396,9 @@ def _check_calibration(file: ModelFile[Config], calibration_file: str | None, lo
         try:
             read_calibration(Path(logs.base) / path)
         except InputError as error:
-            file.note(section, "calibration", calibration_file, str(error))
+            file.note(
+                section, "calibration", calibration_file, f"a table without faults; there: {error}"
+            )
 
 
 def _check_robot(

@@ -29,7 +29,7 @@ from rftfit.model.profiles import EPS
 from rftfit.model.scaling import GENERIC, published
 from rftfit.model.shapes import FRICTIONS, STEP_DEG, TILT_SHARE, published_shapes
 from rftfit.page.findings import list_in_words
-from rftfit.page.live import scaled_from_print
+from rftfit.page.live import has_scale_of_map, scaled_from_print
 from rftfit.page.outcome import Outcome
 from rftfit.results import Results
 from rftfit.store.digests import digest_of
@@ -109,7 +109,7 @@ def _measurement(results: Results, outcome: Outcome) -> str:
         else f"in a container of {box.length_cm:g} x {box.width_cm:g} cm^2 and {box.depth_cm:g} cm depth"
     )
     experiment = (
-        f"Stresses on {_plates(results)} were {_origin(results)} in {media} {ground}"
+        f"Stresses on {_plates(results)} were {_ORIGINS[results.campaign.reenacted]} in {media} {ground}"
         f"{f', at {arm.speed_cm_per_s:g} cm/s' if stated else ''}. {runs_sentence}{_directions(results)}"
     )
     if results.joined("alpha/{medium}.csv")["alpha_z_N_per_cm3"].isna().all():
@@ -160,7 +160,7 @@ def _directions(results: Results) -> str:
     each = " in each medium" if len(counts) > 1 else ""
     of_each = " in each direction" if set(counts) != {1} else ""
     return (
-        f" Alpha was measured in {how_many} direction{'s' * (set(counts) != {1})} (beta, gamma){each}, with "
+        f" Alpha was {_ORIGINS[results.campaign.reenacted]} in {how_many} direction{'s' * (set(counts) != {1})} (beta, gamma){each}, with "
         f"{how_often} run{'s' * (repeats != {1})}{of_each}."
     )
 
@@ -170,11 +170,8 @@ def _range(counts: set[int]) -> str:
     return str(least) if least == largest else f"{least} to {largest}"
 
 
-def _origin(results: Results) -> str:
-    """Where forces and speeds come from."""
-    if results.campaign.reenacted:
-        return "simulated from published results, not measured,"
-    return "measured"
+_ORIGINS = {False: "measured", True: "simulated from published results, not measured,"}
+"""Where forces and speeds come from, by whether the campaign is a re-enactment."""
 
 
 def _plates(results: Results) -> str:
@@ -388,6 +385,15 @@ def _model(results: Results) -> str:
         if coefficients["lo"].notna().any()
         else ""
     )
+    of_maps = [
+        results.titles[medium] for medium in results.laboratory if has_scale_of_map(results, medium)
+    ]
+    of_map = (
+        f" The pushes into {list_in_words(of_maps)} leave directions of the published grid out: there zeta is that of the map, "
+        "whose nine terms are fitted in all directions."
+        if of_maps
+        else ""
+    )
     fit_method = (
         "least squares at the true angles, one weight for each measured direction (repeats pooled, beta = "
         "-90 and 90 deg one direction, a mirror image only where it was measured too)"
@@ -397,7 +403,7 @@ def _model(results: Results) -> str:
     return (
         f"The measured alpha was fitted with the nine-term Fourier series of ref. 1 by {fit_method}; "
         f"terms above {fourier.threshold:g} A00 were kept. The scaling factor zeta of a "
-        f"medium is its fitted alpha_z(0, 90 deg) in N/cm^3{generic}.{intervals}"
+        f"medium is its fitted alpha_z(0, 90 deg) in N/cm^3{generic}.{of_map}{intervals}"
     ) + (f" {scaled}" if scaled else "")
 
 
@@ -476,7 +482,7 @@ def _trial(results: Results) -> str:
         nothing = "No force in air was recorded, so none was subtracted"
         tare = _tare(results, "leg", measured, subtracted, nothing)
         sentences.append(
-            f"Forces on {legs_text}, turned at {config.arm.leg_speed_rad_per_s:g} rad/s, were {_origin(results)} in "
+            f"Forces on {legs_text}, turned at {config.arm.leg_speed_rad_per_s:g} rad/s, were {_ORIGINS[results.campaign.reenacted]} in "
             f"{_media(results, measured['medium'])}. {tare}"
         )
         legs_text = "these legs"

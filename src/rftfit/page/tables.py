@@ -277,7 +277,7 @@ def _numbers_of_pushes(
         words = f"of the {directions} pushed directions alone, not comparable with the paper's"
         if has_scale_of_map(results, medium):
             number = format_number(value, ALPHA_DIGITS)
-            words = f"of the map; {directions} pushed alone: {number}"
+            words = f"of the map; of the {directions} pushed directions alone: {number}"
         key = f"{name}_note"
         of_pushes[key] = "; ".join(filter(None, (words, notes.get(key, ""))))
     return of_pushes

@@ -78,6 +78,12 @@ class Verified:
                 f"{len(self.differ)} of {results} not as recorded; `rftfit run`{with_names} makes "
                 f"them again. (Recorded in {RECORD} and results/records.)"
             )
+            if self.now.results() and not any(
+                finding.sort in _OF_RESULTS for finding in _findings(self.now)
+            ):
+                lines.append(
+                    "No result was edited, damaged or lost: what they are made from has changed."
+                )
         else:
             made_with = f"made with rftfit {self.versions.get('rftfit', '')}"
             made_with += f" at commit {self.commit}" if self.commit else ""
@@ -107,12 +113,19 @@ def verify_results(now: Recorded, results: Sequence[Path]) -> Verified:
 
 def list_reasons(now: Recorded) -> list[str]:
     """Say why results are out of date, each reason once; of a campaign without results, why it has none."""
+    return list(dict.fromkeys(map(_format_finding, _findings(now))))
+
+
+_OF_RESULTS = ("edited", "missing", "new")
+"""Sorts of findings on the files of results themselves."""
+
+
+def _findings(now: Recorded) -> list[OutdatedResult]:
+    """What is not as recorded of all jobs; of a campaign without results, what it lacks."""
     jobs = [*now.stale.values()] if now.results() else [now.findings_of()]
     beside = dict.fromkeys(record.name for record in now.beside.values())
     jobs += [now.findings(name) for name in beside if name in now.outdated]
-    return list(
-        dict.fromkeys(_format_finding(finding) for findings in jobs for finding in findings)
-    )
+    return [finding for findings in jobs for finding in findings]
 
 
 def _format_finding(finding: OutdatedResult) -> str:
