@@ -155,6 +155,7 @@ def context(results: Results) -> dict[str, Any]:
         ),
         "reenacted": results.campaign.reenacted,
         "level": level(results),
+        "has_published_media": any(medium.settings.published_as for medium in results),
         "intervals": any(medium.alpha["alpha_z_lo_N_per_cm3"].notna().any() for medium in results),
         "method": config.fourier.method,
         "media": (media_table := tables.tabulate_media(results, outcome)),

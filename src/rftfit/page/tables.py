@@ -302,12 +302,12 @@ def _numbers_of_paper(results: Results, medium: Medium) -> dict[str, str]:
     for name, digits, why in (("zeta", 3, sum_text), ("chi", 2, "")):
         transformed = of_transform[name].dropna()
         by_transform = (
-            f"; {AS_PRINTED}: {format_number(float(transformed.iloc[0]), ALPHA_DIGITS)}"
+            f"; by the transform of the paper {format_number(float(transformed.iloc[0]), ALPHA_DIGITS)}"
             if len(transformed)
             else ""
         )
         notes[f"{name}_note"] = (
-            f"paper {format_number(printed[name], digits)}{in_brackets(why)}{by_transform}"
+            f"the paper prints {format_number(printed[name], digits)}{in_brackets(why)}{by_transform}"
         )
     return notes
 
