@@ -34,8 +34,9 @@ def leg_curves(
 ) -> tuple[pd.DataFrame, Ledger]:
     """Average the tared force of every leg run of a medium over steps of theta.
 
-    `status` and `tared` are tables of the ingest and tare stages. The errors of the zero are the
-    same along a curve.
+    `status`, `tared`: Tables of the ingest and tare stages.
+    Returns a row for each run and step of theta, and the ledger of the used rows. The errors of the zero are the same
+    along a curve.
     """
     ledger = Ledger()
     rows_by_run = split_runs(tared)
