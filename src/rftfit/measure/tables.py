@@ -18,7 +18,7 @@ from rftfit.measure.samples import PHASES, samples_table
 from rftfit.measure.slopes import GIVEN_DOF, student_quantile
 
 _FEWEST_READINGS = 8
-"""Fewest different stresses of a run by which copies are found: fewer, with two or three digits, may agree by chance."""
+"""Fewest different stresses of a run by which copies are found: fewer, of two or three digits, may agree by chance."""
 
 
 def ingest_table(campaign: Campaign, medium: str) -> tuple[pd.DataFrame, pd.DataFrame, Ledger]:
