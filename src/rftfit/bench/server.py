@@ -23,6 +23,7 @@ HOST = "127.0.0.1"
 _BEAT_S = 10.0
 """Longest time without a message to a browser, s."""
 MOST_CONNECTIONS = 32
+"""Most connections open at a time, as each is an open file."""
 LONGEST_WAIT_S = 10.0
 """Longest time for the whole head of a request, and for which a browser may stop reading an answer, s."""
 _POLICY = (

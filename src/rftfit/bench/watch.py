@@ -45,6 +45,7 @@ MEASURED, WAITING, GROWING, BARE, REFUSED, EXCLUDED, READ = (
 """States of a run."""
 
 _PUSHES_PLANNED = 3
+"""Number of next pushes that are planned."""
 _MOST_UNNAMED = 20
 """Most files that are reported because no row names them."""
 

@@ -138,8 +138,8 @@ class _Direction(NamedTuple):
         )
         sides = np.array([0.5, -0.5])[has_runs]
         terms = np.stack([np.ones(sides.size), sides, mean_force], axis=1)
-        of_zero = np.diag((_CHOSEN.zero / mean_force) ** 2 / counts[has_runs])
-        covariance = of_zero + PATCHES**2 / is_clear.any(axis=0).sum()
+        zero_variance = np.diag((_CHOSEN.zero / mean_force) ** 2 / counts[has_runs])
+        covariance = zero_variance + PATCHES**2 / is_clear.any(axis=0).sum()
         return cls(mean_exponent, terms, np.linalg.inv(covariance))
 
 

@@ -169,6 +169,7 @@ def _judge_surface_and_linearity(measured: MediumMeasurements) -> tuple[Check, C
         # the surface cannot be checked, so the law is judged alone
         law = crust or judge_law_alone(steep_fits[pushes], run_cm, session_cm, tolerance_deg)
         return Check.skip("surface", unchecked), law
+    # vertical speed over the speed of the arm, downward: a lag moves starts in proportion to it
     sine = np.where(pushes, 1, -1) * np.abs(
         np.sin(np.radians(steep_fits["gamma_deg"].to_numpy(float)))
     )
@@ -189,6 +190,7 @@ def _judge_surface_and_linearity(measured: MediumMeasurements) -> tuple[Check, C
     covariance = wider**2 * covariance + np.diag(
         [session_cm**2, (_CHOSEN.ordinary_lag_s * speed) ** 2]
     )
+    # start of a push with the mean vertical speed, by surface and lag together
     mean = np.array([1.0, float(sine[pushes].mean())])
     push_start, push_start_se = offset_cm + mean[1] * lag_cm, math.sqrt(mean @ covariance @ mean)
     offset_se, lag_se = np.sqrt(np.diag(covariance))
@@ -464,6 +466,7 @@ def judge_linearity(pushes: pd.DataFrame, session_cm: float, tolerance_deg: floa
         "most": 1 + most_departure,
         "clear": clear_share,
     }
+    # another power must differ clearly from 1, and fit clearly more than half of the directions better than a line
     is_line = abs(power - 1) <= most_departure or share < clear_share
     if is_line and most_departure > MOST_EXPONENT:
         return Check.skip("linearity", "linearity-open", **values)

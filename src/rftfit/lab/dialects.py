@@ -34,12 +34,14 @@ def _format_rows(columns: Sequence[LogColumn]) -> str:
 
 
 def _encode_rig(columns: Sequence[LogColumn], head: Sequence[str]) -> bytes:
+    """Encode a csv of the paper's rig: comments, then names such as ``z_mm``, then rows."""
     names = (f"{column.name}_{column.unit}" if column.unit else column.name for column in columns)
     lines = [*(f"# {line}" for line in head), ",".join(names)]
     return ("\n".join(lines) + "\n" + _format_rows(columns)).encode()
 
 
 def _encode_instron(columns: Sequence[LogColumn], head: Sequence[str]) -> bytes:
+    """Encode a csv of an Instron machine: semicolons, decimal commas, a row of names and a row of units."""
     lines = [
         *head,
         ";".join(c.name for c in columns),
@@ -50,10 +52,12 @@ def _encode_instron(columns: Sequence[LogColumn], head: Sequence[str]) -> bytes:
 
 
 def _encode_delimited(columns: Sequence[LogColumn], head: Sequence[str]) -> bytes:  # noqa: ARG001
+    """Encode a plain csv with labels such as ``z [mm]``."""
     return (",".join(_format_labels(columns)) + "\n" + _format_rows(columns)).encode()
 
 
 def _encode_lvm(columns: Sequence[LogColumn], head: Sequence[str]) -> bytes:
+    """Encode a measurement file of LabVIEW; the first column is the time."""
     time, *channels = columns
     step = f"{np.median(np.diff(time.values)):.6f}"
 
@@ -83,6 +87,7 @@ def _encode_lvm(columns: Sequence[LogColumn], head: Sequence[str]) -> bytes:
 
 
 def _encode_xlsx(columns: Sequence[LogColumn], head: Sequence[str]) -> bytes:
+    """Encode a workbook with one sheet."""
     import xlsxwriter
 
     file = io.BytesIO()
@@ -98,6 +103,7 @@ def _encode_xlsx(columns: Sequence[LogColumn], head: Sequence[str]) -> bytes:
 
 
 def _encode_parquet(columns: Sequence[LogColumn], head: Sequence[str]) -> bytes:  # noqa: ARG001
+    """Encode a Parquet table."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -107,6 +113,7 @@ def _encode_parquet(columns: Sequence[LogColumn], head: Sequence[str]) -> bytes:
 
 
 def _encode_tdms(columns: Sequence[LogColumn], head: Sequence[str]) -> bytes:
+    """Encode a TDMS file of National Instruments; needs the optional package npTDMS."""
     try:
         from nptdms import ChannelObject, RootObject, TdmsWriter
     except ImportError:
@@ -125,6 +132,7 @@ def _encode_tdms(columns: Sequence[LogColumn], head: Sequence[str]) -> bytes:
 
 
 def _encode_arrays(columns: Sequence[LogColumn], head: Sequence[str]) -> bytes:  # noqa: ARG001
+    """Encode arrays of numpy, one a column, in an npz file."""
     buffer = io.BytesIO()
     np.savez(buffer, **_rounded_arrays(columns))
     return buffer.getvalue()

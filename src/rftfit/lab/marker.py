@@ -20,7 +20,9 @@ _LIST = "files (bytes, path from this folder):"
 _UNFINISHED = "-"
 """Stands for the size of a file that may not be complete."""
 _PART = re.compile(r"^\.(?P<stem>.+)\.\d+\.part(?P<suffix>\.\w+)?$")
+"""Name of the temporary file of a writer."""
 _MOST_SHOWN = 5
+"""Most files named in one message."""
 
 
 def write_marker(raw: Path, names: Iterable[Path], made_by: str, *, complete: bool) -> None:

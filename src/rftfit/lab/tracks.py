@@ -24,7 +24,9 @@ MEDIUM = "poppy_LP"
 """Published name of the medium that the paper's robot ran on."""
 
 TRIALS = 3
+"""Trials of each condition."""
 FRAMES_HZ = 60.0
+"""Frames per second of the camera."""
 
 _COLUMNS = ("run_id", "condition", "medium", "curvature_times_R", "frequency_Hz", "track", "note")
 

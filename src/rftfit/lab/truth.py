@@ -136,8 +136,8 @@ def submerged_depth(depth_cm: FloatArray, half_z_cm: float) -> FloatArray:
     This is the depth of its centre if the plate is wholly submerged, and 0 if it is wholly in air. Near the surface the
     bed can heave, so a partly submerged plate has a somewhat smaller value still.
     """
-    wet = np.clip((depth_cm + half_z_cm) / (2 * half_z_cm), 0.0, 1.0)
-    partly = half_z_cm * wet**2 * (1 - 0.25 * (1 - wet) ** 2)
+    share = np.clip((depth_cm + half_z_cm) / (2 * half_z_cm), 0.0, 1.0)
+    partly = half_z_cm * share**2 * (1 - 0.25 * (1 - share) ** 2)
     return np.where(depth_cm >= half_z_cm, depth_cm, partly)
 
 
@@ -260,8 +260,9 @@ def rod_law(run: PlannedRun) -> Law:
     def law(segment: Segment, _x: FloatArray, z_cm: FloatArray, _angle: FloatArray) -> Forces:
         vx, vz = np.subtract(segment.end[:2], segment.start[:2]) / segment.distance
         depth = np.maximum(-z_cm, 0.0)
-        mount = np.maximum(depth - _CHOSEN.mount_from_cm, 0.0)
-        load = size * (0.007 * depth**2 + 0.009 * mount**2) * (1 + 0.06 * math.sin(beta) ** 2)
+        mount_depth = np.maximum(depth - _CHOSEN.mount_from_cm, 0.0)
+        load = size * (0.007 * depth**2 + 0.009 * mount_depth**2)
+        load = load * (1 + 0.06 * math.sin(beta) ** 2)
         if vz > 0:
             load = 0.55 * load
         force_z = -vz * load + 0.04 * math.cos(beta) * load

@@ -344,32 +344,37 @@ def _refine_offset(
         weights = np.linalg.lstsq(basis, force, rcond=None)[0]
         fitted = basis @ weights
         residual = force - fitted
-        slope = (smooth(ahead) - smooth(behind)) @ weights / (2 * _CHOSEN.step_s)
-        lift = (
+        # derivatives of the fitted force by the offset (s) and by the depth of the surface (cm)
+        change_per_s = (smooth(ahead) - smooth(behind)) @ weights / (2 * _CHOSEN.step_s)
+        difference = (
             smooth(depth_now, surface + _CHOSEN.step_cm)
             - smooth(depth_now, surface - _CHOSEN.step_cm)
         ) @ weights
-        raised = lift / (2 * _CHOSEN.step_cm)
-        power = float(slope @ slope)
+        change_per_cm = difference / (2 * _CHOSEN.step_cm)
+        power = float(change_per_s @ change_per_s)
         if power <= 0:
             raise Refused("force-constant")
-        space, _ = np.linalg.qr(basis)
-        unshared_slope = slope - space @ (space.T @ slope)
-        moved = float(
-            (unshared_slope**2 @ time) / max(float(unshared_slope @ unshared_slope), 1e-300)
+        basis_columns, _ = np.linalg.qr(basis)
+        free_change_per_s = change_per_s - basis_columns @ (basis_columns.T @ change_per_s)
+        # time about which a drift does not change the offset: the mean, weighted by what shows the offset
+        new_reference = float(
+            (free_change_per_s**2 @ time)
+            / max(float(free_change_per_s @ free_change_per_s), 1e-300)
         )
-        offset += drift * (moved - reference)
-        reference = moved
-        jacobian = np.stack([slope, slope * (time - reference), raised])
-        jacobian -= (jacobian @ space) @ space.T
+        offset += drift * (new_reference - reference)
+        reference = new_reference
+        jacobian = np.stack([change_per_s, change_per_s * (time - reference), change_per_cm])
+        jacobian -= (jacobian @ basis_columns) @ basis_columns.T
         lever = jacobian[1]
         # a prior of standard deviation max_drift keeps the drift small unless the data show one
         variance = float(weighted_sum_variance(residual[None], lever)[0][0])
-        stiff = variance / max(float(lever @ lever), 1e-300) / np.array([1e3, max_drift, 1.0]) ** 2
-        normal = jacobian @ jacobian.T + np.diag(stiff + 1e-12 * power)
+        prior_weights = (
+            variance / max(float(lever @ lever), 1e-300) / np.array([1e3, max_drift, 1.0]) ** 2
+        )
+        normal = jacobian @ jacobian.T + np.diag(prior_weights + 1e-12 * power)
         pseudo_inverse = np.linalg.solve(normal, jacobian)
-        pull = np.array([0.0, stiff[1] * drift, 0.0])
-        step = pseudo_inverse @ residual - np.linalg.solve(normal, pull)
+        prior_pull = np.array([0.0, prior_weights[1] * drift, 0.0])
+        step = pseudo_inverse @ residual - np.linalg.solve(normal, prior_pull)
         step[[0, 2]] = np.clip(step[[0, 2]], -0.1, 0.1)
         offset, drift = offset + float(step[0]), drift + float(step[1])
         surface += float(step[2])
@@ -379,7 +384,7 @@ def _refine_offset(
     scatter *= _fitted_terms_factor(residual, pseudo_inverse[0], scatter, basis.shape[1] + 3)
     of_drift = float(weighted_sum_variance(residual[None], pseudo_inverse[1])[0][0])
     # the prior holds the drift near 0: the error of the offset by that is added
-    shrunk = np.linalg.solve(normal, [0.0, stiff[1] * max_drift, 0.0])
+    shrunk = np.linalg.solve(normal, [0.0, prior_weights[1] * max_drift, 0.0])
     return _Refined(
         offset,
         drift,

@@ -173,10 +173,10 @@ def _collect_repeats(cells: list[list[Row]]) -> list[tuple[FloatArray, FloatArra
             and run["run_id"] not in counted_run_ids
         ]
         counted_run_ids.update(str(run["run_id"]) for run in new_runs)
-        level = new_runs and new_runs[0]["gamma_deg"] == 0
+        is_level = new_runs and new_runs[0]["gamma_deg"] == 0
         runs_of_depths = (
             _split_by_depth(new_runs)
-            if level and math.isfinite(new_runs[0]["depth_from_cm"])
+            if is_level and math.isfinite(new_runs[0]["depth_from_cm"])
             else [new_runs]
         )
         for runs_at_depth in filter(None, runs_of_depths):
@@ -294,6 +294,7 @@ def _combine_runs(runs: list[Row], horizontal: bool, depths: int, law: DepthLaw)
     if used_runs and math.isfinite(law.at_cm) and not holds_depth:
         reasons.append(remark("outside-window", at=law.at_cm, top=top, deep=deep))
         used_runs = []
+    # by default alpha is the mean of the runs
     share = np.full(len(used_runs), 1 / max(len(used_runs), 1))
     if horizontal:
         depth = np.array([(run["depth_from_cm"] + run["depth_to_cm"]) / 2 for run in used_runs])
@@ -335,10 +336,10 @@ def _calculate_numbers(
     }
     beta, gamma = np.array(directions, dtype=float).reshape(-1, 2).T
     both_alpha = np.stack([alpha[c] for c in COMPONENTS])
-    elsewhere = scaled_slopes(shape, beta, gamma, both_alpha)
-    rise = {
+    shape_slopes = scaled_slopes(shape, beta, gamma, both_alpha)
+    alpha_per_deg = {
         c: np.hypot(*gradient(beta, gamma, alpha[c], slopes).T)
-        for c, slopes in zip(COMPONENTS, elsewhere, strict=True)
+        for c, slopes in zip(COMPONENTS, shape_slopes, strict=True)
     }
     rows: list[dict[str, float | str]] = []
     for i, cell in enumerate(cells):
@@ -354,42 +355,46 @@ def _calculate_numbers(
         change_per_rad = {"z": -mean_sign * alpha_x, "x": mean_sign * alpha["z"][i]}
         for component_index, c in enumerate(COMPONENTS):
             bed_error = spread.error_at(both_alpha[:, i], component_index)
-            of_mean = _errors_of_runs(cell, c, surface, bed_error)
+            errors_of_mean = _errors_of_runs(cell, c, surface, bed_error)
             # the mean of independent errors is smaller than each of them
             mean_factor = math.sqrt(float(cell.share @ cell.share))
-            angle = float(rise[c][i]) * errors.angle_deg
-            of_mean["angle"] = Part(angle * mean_factor)
+            angle = float(alpha_per_deg[c][i]) * errors.angle_deg
+            errors_of_mean["angle"] = Part(angle * mean_factor)
             lever = math.sqrt(float(np.mean(cell.values_of("lever_per_cm") ** 2)))
-            of_next: dict[Source, Part] = {
+            errors_of_next: dict[Source, Part] = {
                 "surface": Part(surface.run * abs(alpha[c][i]) * lever, surface.dof),
                 "angle": Part(angle),
             }
-            of_mean["turn"] = Part(change_per_rad[c] * math.radians(errors.turn_deg))
+            errors_of_mean["turn"] = Part(change_per_rad[c] * math.radians(errors.turn_deg))
             rod_slope = cell.weighted_sum(column(c, "_rod"))
-            of_mean["rod"] = Part(rod_slope * errors.tare_percent / 100)
+            errors_of_mean["rod"] = Part(rod_slope * errors.tare_percent / 100)
             source = _add_bed_errors(
-                of_mean, of_next, cell, c, bed_error, spread.source, confidence
+                errors_of_mean, errors_of_next, cell, c, bed_error, spread.source, confidence
             )
             outlier_offsets = [
                 outliers.get(str(run["run_id"]), (0.0, 0.0))["zx".index(c)] for run in cell.runs
             ]
             of_outliers = _outlier_errors(cell, c, np.array(outlier_offsets))
-            for parts, of_outlier in zip((of_mean, of_next), of_outliers, strict=True):
+            for parts, of_outlier in zip(
+                (errors_of_mean, errors_of_next), of_outliers, strict=True
+            ):
                 bed_errors = parts["bed"], of_outlier
                 parts["bed"] = max(
                     bed_errors, key=lambda error: combined_half_width([error], confidence)
                 )
-            half_of_mean = combined_half_width(of_mean.values(), confidence)
+            half_of_mean = combined_half_width(errors_of_mean.values(), confidence)
             # what all runs share is in the errors of the mean, and counts once
-            half_of_next = combined_half_width([*of_mean.values(), *of_next.values()], confidence)
-            se = math.sqrt(sum(error.sd**2 for error in of_mean.values()))
+            half_of_next = combined_half_width(
+                [*errors_of_mean.values(), *errors_of_next.values()], confidence
+            )
+            se = math.sqrt(sum(error.sd**2 for error in errors_of_mean.values()))
             ends = (
                 alpha[c][i] + width
                 for width in (-half_of_mean, half_of_mean, -half_of_next, half_of_next)
             )
             values = (alpha[c][i], se, *ends)
             row = {column(c, q): value for q, value in zip(QUANTITIES, values, strict=True)}
-            row |= {column(c, f"_{name}"): error.sd for name, error in of_mean.items()}
+            row |= {column(c, f"_{name}"): error.sd for name, error in errors_of_mean.items()}
             if spread.source != AS_PREPARED:
                 row[f"run_to_run_{c}_N_per_cm3"] = bed_error.sd
             known_from = OF_CELL if OF_CELL in (source, rows[-1]["spread"]) else source
@@ -501,11 +506,12 @@ def _nonlinearity_over_depths(
 
 
 _CLEAR_SIGMAS = 3.0
+"""Standard errors from which on a run clearly leaves the line through zero."""
 
 
 def _add_bed_errors(
-    of_mean: dict[Source, Part],
-    of_next: dict[Source, Part],
+    errors_of_mean: dict[Source, Part],
+    errors_of_next: dict[Source, Part],
     cell: _Cell,
     c: str,
     bed_error: Part,
@@ -517,21 +523,21 @@ def _add_bed_errors(
     Repeats differ also by their surfaces and angles. So where repeats show the error of the bed, the errors of
     surface and angle are subtracted from it: together the three are as wide as the wider of both.
     """
-    alpha, noise = cell.values_of(column(c)), of_mean["noise"]
-    of_mean["noise"], of_mean["bed"], source = bed_of_mean(
+    alpha, noise = cell.values_of(column(c)), errors_of_mean["noise"]
+    errors_of_mean["noise"], errors_of_mean["bed"], source = bed_of_mean(
         alpha, cell.share, noise, bed_error, known_from, shown_by_runs=not cell.level
     )
-    scatter = source == OF_CELL and of_mean["noise"] != noise
-    of_next["noise"] = _noise_of_next(cell, c, scatter=scatter)
+    scatter = source == OF_CELL and errors_of_mean["noise"] != noise
+    errors_of_next["noise"] = _noise_of_next(cell, c, scatter=scatter)
     if known_from == AS_PREPARED:
         # also where an interval does not include the scatter between beds, the next bed is another
         bed_error = Part(USUAL_BED_SPREAD * abs(float(cell.share @ alpha)))
-    of_next["bed"] = bed_of_next(alpha, bed_error, confidence, scatter=scatter)
+    errors_of_next["bed"] = bed_of_next(alpha, bed_error, confidence, scatter=scatter)
     if known_from == AS_PREPARED and not scatter and (_runs_behind(cell) > 1).all():
         # several runs stand behind each row, and what these differ by holds their beds
-        of_next["bed"] = Part(0.0)
+        errors_of_next["bed"] = Part(0.0)
     if source in (REPEATS, OF_CELL):
-        for parts in (of_mean, of_next):
+        for parts in (errors_of_mean, errors_of_next):
             half_square = combined_half_width([parts["bed"]], confidence) ** 2
             half_square -= combined_half_width([parts["surface"], parts["angle"]], confidence) ** 2
             unit = combined_half_width([Part(1.0, parts["bed"].dof)], confidence)

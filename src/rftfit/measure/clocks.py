@@ -14,6 +14,7 @@ HOUR_S = 3600.0
 LONGEST_RAMP_S = 0.1
 """Time in which the arm speeds up or slows down."""
 _JITTER_S = 0.1
+"""Longest motion or rest that counts as jitter."""
 
 
 @dataclass(frozen=True)

@@ -83,12 +83,13 @@ def combined_half_width(parts: Iterable[Part], confidence: float) -> float:
 
 @lru_cache(maxsize=512)
 def _quantile(confidence: float, dof: float) -> float:
+    """Half width of a two-sided interval of Student's t, in standard errors; cached, as many cells need the same ones."""
     return float(student_quantile(confidence, dof))
 
 
 @dataclass(frozen=True)
 class Spread:
-    """How alpha differs from one prepared bed to the next, beyond what the errors of the single runs explain.
+    """Differences of alpha between prepared beds, beyond those that errors of single runs explain.
 
     Attributes
     ----------
@@ -289,8 +290,7 @@ def surface_error(
     Such a line reaches zero stress at an `offset` (cm, shape (runs,), standard error `se`) from the surface that was
     used. The scatter of the offsets is the surface's error from run to run; their median is the error that all runs
     share. A stress that is not linear moves the offsets too: then the intervals include its effect on the line through
-    zero. Fewer than
-    `PRIOR_RUNS` runs are filled up with the prior.
+    zero. Fewer than `PRIOR_RUNS` runs are filled up with the prior.
 
     `is_given`: False where each run found its own surface, so that the error of the run already includes that of the
     surface.

@@ -133,7 +133,9 @@ def attach_run(run_id: str, remarks: Iterable[Remark]) -> list[Remark]:
 
 
 REASON = ("reason", "reason_code")
+"""Columns of the reason why a number is missing: words and codes."""
 MARKS = ("checks", "checks_code")
+"""Columns of the marks of a medium that fails checks: words and codes."""
 
 
 def reason_cells(reasons: Collection[Remark]) -> tuple[str, str]:

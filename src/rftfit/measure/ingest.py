@@ -237,6 +237,7 @@ _STATUS_OF_PHASE = np.array(
     [RowStatus.GOOD, RowStatus.APPROACH, RowStatus.PAUSE, RowStatus.GOOD, RowStatus.ELSEWHERE],
     dtype=np.int8,
 )
+"""Status of good rows by their phase, in the order of `PHASES`."""
 
 
 def _account_for_logs(

@@ -136,8 +136,7 @@ def channel_facts(channels: FloatArray, in_stroke: np.ndarray) -> dict[str, obje
     """Return facts of each channel, and a digest of all readings.
 
     Facts are the range and the longest constant stretch in the stroke, and the noise outside it. `channels`: N, shape
-    (3, n). `in_stroke`: shape (n,). The keys are columns of the table of runs: see
-    `CHANNEL_FACTS`.
+    (3, n). `in_stroke`: shape (n,). The keys are columns of the table of runs: see `CHANNEL_FACTS`.
     """
     moves = bool(np.ptp(channels, axis=1).any())
     facts: dict[str, object] = {"readings": readings_digest(channels) if moves else ""}
@@ -181,6 +180,7 @@ MIN_SAMPLES = 50
 _FEWEST_SAMPLES = 10
 """Fewest samples from which a mean is taken as a zero."""
 _TENTHS = 10
+"""Number of parts of a log without load whose means are compared."""
 
 
 @dataclass(frozen=True)

@@ -127,10 +127,12 @@ def power_fit(depth: FloatArray, stress: FloatArray, at_cm: float) -> Fitted:
     """
     above = np.maximum(depth, 1e-6)
     log, p, fits = np.log(above / at_cm), 1.0, True
+    # `shape` and `bent` are views of the first two rows, filled anew in each step
     shape, bent, _ = rows = np.stack([log, log, stress])
     for steps_left in range(_CHOSEN.steps, -1, -1):
         np.multiply(np.exp(p * log, out=shape), log, out=bent)
         (square, across, with_shape), (_, of_log, with_log) = (rows[:2] @ rows.T).tolist()
+        # part of `bent` that is orthogonal to `shape`
         alone = of_log - across**2 / square if square > 0 else 0.0
         if not alone > _ONE_DEPTH * of_log:
             nothing = np.full(depth.size, math.nan)

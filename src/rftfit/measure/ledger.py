@@ -45,6 +45,7 @@ class RowStatus(IntEnum):
 
 
 USED, DROPPED, LOST = "used", "dropped", "lost"
+"""Fates of rows; the instrument counted lost rows, but they are in no file."""
 COLUMNS = ["run_id", "medium", "kind", "file", "fate", *REASON, "rows"]
 _FAULT = "this is a fault of the program, please report it"
 

@@ -15,6 +15,7 @@ from rftfit.measure.ledger import USED, Ledger, RowStatus
 from rftfit.measure.samples import split_runs
 
 STEP_DEG = 1.0
+"""Step of theta over which the force is averaged."""
 LEG_COLUMNS = [
     "medium",
     "leg",

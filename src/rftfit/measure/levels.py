@@ -12,6 +12,7 @@ from rftfit.conventions import FloatArray
 Mask = npt.NDArray[np.bool_]
 
 FEW_RUNS = 3
+"""Fewest runs whose median has a standard error."""
 
 _DEVIATION_OF_MEAN = math.sqrt(math.pi / 2)
 """Standard deviation of normal numbers over their mean deviation from the median."""
@@ -81,6 +82,7 @@ def two_clusters(values: FloatArray) -> tuple[float, Mask] | None:
 
 
 _LEAST_SINGULAR_VALUE = 1e-9
+"""Singular value, relative to the largest, below which columns depend on each other."""
 _MOST_ENDS = 300
 """Largest number of places at which a stretch may begin or end, to limit the search."""
 
@@ -105,6 +107,7 @@ def shifted_runs(common: FloatArray, start: FloatArray, sigma: FloatArray) -> Ma
     basis = basis[:, sizes > _LEAST_SINGULAR_VALUE * sizes.max(initial=0.0)]
     scaled_residual = start / sigma
     scaled_residual = scaled_residual - basis @ (basis.T @ scaled_residual)
+    # sums over each stretch, as differences of cumulative sums
     sums = np.zeros((count + 1, 2 + basis.shape[1]))
     sums[1:] = np.cumsum(
         np.column_stack([scaled_residual, 1 / sigma, basis]) / sigma[:, None], axis=0

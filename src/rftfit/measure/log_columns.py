@@ -22,7 +22,9 @@ from rftfit.table.units import ANGLE_TO_DEG, FORCE_TO_N, LENGTH_TO_CM, TIME_TO_S
 ANGLE_TO_RAD = {unit: math.radians(degrees) for unit, degrees in ANGLE_TO_DEG.items()}
 _UNIT_FACTORS = dict.fromkeys(("x", "z", "along"), LENGTH_TO_CM)
 _UNIT_FACTORS |= {"time": TIME_TO_S, "F": FORCE_TO_N, "T": TORQUE_TO_N_M, "angle": ANGLE_TO_RAD}
+"""Factors of the units of a quantity, by its name or the first letter of that."""
 LogKey = Literal["force_log", "motion_log"]
+"""Section of the config about a log, and column of the run sheet with its file."""
 FORCE_QUANTITIES, MOTION_QUANTITIES = ("time", "F1", "F2", "F3"), ("time", "x", "z", "angle")
 
 
@@ -184,6 +186,7 @@ def _describe_unapplied_scaling(name: str, scaling: str) -> str:
 
 
 def _column_name(column: str | int | None) -> str:
+    """Name of a column that the config states by its name or by its number."""
     return f"column {column}" if isinstance(column, int) else str(column)
 
 
@@ -318,5 +321,6 @@ def check_complete(log: Log, run: Run, quantities: tuple[str, ...], kind: str) -
 
 
 def _missing_column_error(log: Log, lacking: list[str], kind: str) -> LogError:
+    """Make the error of a log without columns for some quantities; `kind`: ``force`` or ``motion``."""
     text = f"{log.path}: no column for {', '.join(lacking)}; name it under {kind}_log.columns"
     return LogError("columns", f"{text} (`rftfit inspect` shows the columns)", log.rows)

@@ -20,6 +20,7 @@ LARGEST_BYTES = 20_000_000
 """Size of the largest log that is read for this report, bytes."""
 
 _AT_A_TIME, _ROWS = 256, 500
+"""Runs measured at a time, and rows kept of each run of a table."""
 
 
 @dataclass

@@ -272,6 +272,7 @@ def _with_even_stamps(log: Log) -> Log:
     # packets need many short steps and some long ones; this quick test sorts out most logs
     if steps.max() < 1.5 * usual_step or not 0 <= 2 * np.median(steps) < usual_step:
         return log
+    # a long step ends a packet; most packets must have the same number of rows
     ends = np.flatnonzero(steps > usual_step)
     lengths = np.diff(ends)
     rows = int(np.median(lengths)) if ends.size > _CHOSEN.fewest_packets else 0
@@ -285,6 +286,7 @@ def _with_even_stamps(log: Log) -> Log:
     readings = [values for name, values in log.columns.items() if name != "time"]
     if np.median(in_packet) * 2 > usual_interval or not _changes_evenly(readings, starts):
         return log
+    # the stamp is the time of the last row of a packet; the rows before lie evenly back to the packet before
     lengths = np.diff(starts, append=time.size)
     step = np.minimum(np.append(usual_interval, interval) / lengths, usual_interval / rows)
     to_last = np.repeat(starts + lengths - 1, lengths) - np.arange(time.size)
@@ -326,15 +328,16 @@ def _without_hour_set_back(log: Log) -> Log:
     hour = HOUR_S / TIME_TO_S.get(log.units.get("time", ""), 1.0)
     if back.size != 1:
         return log
-    place = int(back[0])
-    hours = round(-float(steps[place]) / hour)
-    usual = float(np.median(steps))
-    if not hours or abs(steps[place] + hours * hour - usual) > USUAL_STEPS * usual:
+    row = int(back[0])
+    hours = round(-float(steps[row]) / hour)
+    usual_step = float(np.median(steps))
+    # without the whole hours the step must be a usual one
+    if not hours or abs(steps[row] + hours * hour - usual_step) > USUAL_STEPS * usual_step:
         return log
-    ahead = time.copy()
-    ahead[place + 1 :] += hours * hour
-    when = ((float(time[place]), float(ahead[place + 1])),)
-    columns = {**log.columns, "time": ahead}
+    corrected_time = time.copy()
+    corrected_time[row + 1 :] += hours * hour
+    when = ((float(time[row]), float(corrected_time[row + 1])),)
+    columns = {**log.columns, "time": corrected_time}
     return replace(log, columns=columns, stretches={**log.stretches, SET_BACK: when})
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 
 PHASES = ("air", "approach", "pause", "stroke", "other")
+"""Phases of a run: rest in air, way to the surface, rest at the surface, stroke, and all else."""
 SAMPLE_COLUMNS = (
     "time_s",
     "phase",

@@ -11,8 +11,8 @@ class Flag(NamedTuple):
     """Sentence of a flag, and how the page and the config treat it.
 
     `severity`: Larger for graver flags; the page names the gravest flag of a medium.
-    `shared`: If not empty, the page states the flag once for a medium instead of for each run and cell: always, or only where
-    all runs have it.
+    `shared`: If not empty, the page states the flag once for a medium instead of for each run and cell: always, or only
+    where all runs have it.
     `weak`: True if `fit.flagged` of the configuration may leave out a cell with this flag.
     """
 

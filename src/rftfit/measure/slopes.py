@@ -150,9 +150,8 @@ def startup_bias(
     """Estimate the effect of the start-up on the mean stress of a horizontal run, N/cm^2, shape (k,).
 
     The force of a horizontal run approaches its steady value gradually, so that a start-up remains after a fixed
-    length,
-    `skip_cm`, is left out. Let d2 and d3 be the differences of the means of the second and last third of that length
-    from the steady mean. An exponential with q = d3 / d2 then leaves d3 q / (1 - q) times a third of the skipped
+    length, `skip_cm`, is left out. Let d2 and d3 be the differences of the means of the second and last third of that
+    length from the steady mean. An exponential with q = d3 / d2 then leaves d3 q / (1 - q) times a third of the skipped
     length. The first third is not used, as the pause before affects it. 0 where a third or the steady part has too few
     samples. The mean is not corrected, as the published values are plain means; the interval is widened.
 

@@ -60,7 +60,7 @@ def trace_run(
     time = clock.motion_time(readings.time)
     moving = _mark_motion(time, spans)
     # near the ends of a motion the arm is slow, and a constant force is no end of the amplifier
-    readings, at_end = _mark_end_of_amplifier(
+    readings, amplifier_flags = _mark_end_of_amplifier(
         run, readings, _mark_motion(time, spans, -LONGEST_RAMP_S)
     )
     good = ~readings.saturated
@@ -78,14 +78,14 @@ def trace_run(
     in_air = z >= clear_cm
     why = _row_status(time, path, readings.saturated, config.clock.max_gap_s)
     at_rest = in_air & ~moving & ~in_stroke & (why == RowStatus.GOOD)
-    steps, other_zero = _find_steps(readings, in_stroke, in_air)
-    if other_zero.any():
-        why[at_rest & other_zero] = RowStatus.OTHER_ZERO
-        at_rest = _rest_of_zero(readings.time, at_rest, in_air & ~in_stroke, other_zero)
+    step_flags, has_other_zero = _find_steps(readings, in_stroke, in_air)
+    if has_other_zero.any():
+        why[at_rest & has_other_zero] = RowStatus.OTHER_ZERO
+        at_rest = _rest_of_zero(readings.time, at_rest, in_air & ~in_stroke, has_other_zero)
     middle_s = float(readings.time[in_stroke].mean())
-    of_zero_log: list[Remark] = []
+    zero_log_flags: list[Remark] = []
     if isinstance(zero_log, Log):
-        zero, of_zero_log = _zero_of_log(config, zero_log, force_log, middle_s)
+        zero, zero_log_flags = _zero_of_log(config, zero_log, force_log, middle_s)
     else:
         zero = _find_run_zero(config, readings, at_rest, middle_s, float(clear_cm.min()))
     # a slow noise of the zero between rest and stroke does not show in the rest
@@ -102,13 +102,13 @@ def trace_run(
     phase[~in_air & ~moving & (np.abs(z) < _PAUSE_CM)] = _PAUSE
     phase[moving & (time < start)] = _APPROACH
     phase[in_stroke] = _STROKE
-    hold_s, in_steps = _position_in_steps(path, start, end)
+    hold_s, hold_flags = _position_in_steps(path, start, end)
     flags = [
         *flags_of_clock(run, clocks),
-        *in_steps,
-        *at_end,
-        *steps,
-        *of_zero_log,
+        *hold_flags,
+        *amplifier_flags,
+        *step_flags,
+        *zero_log_flags,
         *_flag_lost_rows(force_log, motion_log, whole_lines=same_table(config, run)),
         *_flag_doubts(config, run, readings, zero, in_stroke, max(end - time[-1], time[0] - start)),
     ]
@@ -199,8 +199,8 @@ def _position_in_steps(path: IntruderPath, start: float, end: float) -> tuple[fl
         return 0.0, []
     hold_s = holds.rows * float(np.median(np.diff(path.time[inside])))
     step_mm = 10 * holds.step
-    in_steps = remark("position-in-steps", rows=holds.rows, step_mm=step_mm, off_mm=step_mm / 2)
-    return hold_s, [in_steps]
+    flag = remark("position-in-steps", rows=holds.rows, step_mm=step_mm, off_mm=step_mm / 2)
+    return hold_s, [flag]
 
 
 def _mark_motion(time: FloatArray, spans: FloatArray, ramp_s: float = LONGEST_RAMP_S) -> np.ndarray:
@@ -328,11 +328,11 @@ def _find_steps(
     A step in the stroke is a flag. After a step in air before the stroke the rows before it have another zero; after a
     step in air behind the stroke, the rows from it on.
     """
-    other_zero = np.zeros(readings.time.size, dtype=bool)
+    has_other_zero = np.zeros(readings.time.size, dtype=bool)
     flags: list[Remark] = []
     stepping_channels = may_step(readings.channels)
     if not stepping_channels.size:
-        return flags, other_zero
+        return flags, has_other_zero
     rows = rows_within(readings.time, AWAY_S)
     step_s = (readings.time[-1] - readings.time[0]) / (readings.time.size - 1)
     stroke_start = int(np.argmax(in_stroke))
@@ -352,21 +352,21 @@ def _find_steps(
                 if not readings.saturated[step.row - 1 : step.row + 1].any():
                     flags.append(remark("force-steps", **what))
             elif in_air[step.row - 1 : step.row + 1].all():
-                other_zero[before] = True
+                has_other_zero[before] = True
                 side = "before it" if before.start == 0 else "from it on"
                 count = before.indices(channel.size)
                 flags.append(remark("zero-steps", count=count[1] - count[0], side=side, **what))
-    return flags, other_zero
+    return flags, has_other_zero
 
 
 def _rest_of_zero(
-    time: FloatArray, at_rest: np.ndarray, in_air: np.ndarray, other_zero: np.ndarray
+    time: FloatArray, at_rest: np.ndarray, in_air: np.ndarray, has_other_zero: np.ndarray
 ) -> np.ndarray:
     """Return the rows that show the zero of the stroke: at rest, or also moving in air where the rest is too short."""
-    left = at_rest & ~other_zero
+    left = at_rest & ~has_other_zero
     if np.count_nonzero(left) >= lab_frame.fewest_for_zero(time):
         return np.asarray(left)
-    return np.asarray(in_air & ~other_zero)
+    return np.asarray(in_air & ~has_other_zero)
 
 
 # --- Flags of a trace: doubts that do not stop the run.
