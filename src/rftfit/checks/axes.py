@@ -125,7 +125,7 @@ _SYMMETRY_CAUSE = (
     },
 )
 def check_symmetry(measured: MediumMeasurements) -> Check:
-    """Check that opposite horizontal forces act on mirror images that are pushed straight down."""
+    """Check that opposite horizontal forces act on plates that are mirror images, on vertical paths."""
     if measured.flags.runs_with("no-force-x") or measured_channel(measured.config, "x") is None:
         return Check.skip("symmetry", "symmetry-no-x")
     cells = Cells.of(measured.tables["alpha"])

@@ -212,11 +212,14 @@ def compare_with_known(
     expected[1, unmeasured] = 0.0
     turn = math.radians(config.transducer.turn_deg)
     # force along the axes of the mount, that is, by channel
-    mount = np.array([[math.cos(turn), math.sin(turn)], [-math.sin(turn), math.cos(turn)]]) @ force
+    mount_force = (
+        np.array([[math.cos(turn), math.sin(turn)], [-math.sin(turn), math.cos(turn)]]) @ force
+    )
     strong = np.abs(expected) >= _CHOSEN.clear
-    is_comparable = strong & np.isfinite(mount)
+    is_comparable = strong & np.isfinite(mount_force)
+    # scale of measured over expected forces, by the channel in which it is larger: the other one may be dead
     size = max(
-        float(np.median(np.abs(mount[c, is_comparable[c]] / expected[c, is_comparable[c]])))
+        float(np.median(np.abs(mount_force[c, is_comparable[c]] / expected[c, is_comparable[c]])))
         if is_comparable[c].any()
         else 0.0
         for c in (0, 1)
@@ -227,7 +230,7 @@ def compare_with_known(
         name = measured_channel(config, axis)
         if not size > 0 or name is None:
             continue
-        faint = np.abs(mount[component]) < _CHOSEN.silent * size
+        faint = np.abs(mount_force[component]) < _CHOSEN.silent * size
         must_act = np.abs(expected[component]) >= _CHOSEN.must_feel
         silent = faint & must_act
         opposite = (np.sign(force[component]) != np.sign(expected[component])) & ~faint & must_act
@@ -250,7 +253,7 @@ def compare_with_known(
         ):
             code, bad, count, size_of = "reversed", opposite, n_reversed, n_strong
         elif gain := _find_other_gain(
-            noise, mount[component], expected[component], strong[component]
+            noise, mount_force[component], expected[component], strong[component]
         ):
             values["times"], bad = gain
             code, count, size_of = "gain", bad.sum(), bad.size

@@ -400,6 +400,7 @@ def _judge_spread(measured: MediumMeasurements) -> Check | None:
     if scatter is None:
         return None
     spread, dof = scatter.relative()[0], scatter.dof
+    # lower end of the interval of the spread, by the distribution of chi-square
     low = spread * math.sqrt(dof / float(chdtri(dof, 1 - _CHOSEN.sure_of_spread)))
     if spread <= _CHOSEN.wide or low <= _CHOSEN.usual_at_most:
         return None

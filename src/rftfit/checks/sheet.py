@@ -126,6 +126,7 @@ def _find_shift_of_logs(measured: MediumMeasurements) -> tuple[int, list[str], i
     seen_deg = refused[["seen_beta_deg", "seen_gamma_deg"]].to_numpy(float)
 
     def shows_angles_at(index: int, place: int) -> bool:
+        """Return True if the log of a refused run shows the angles of the plate run at a place in the sheet."""
         beta_deg, gamma_deg = seen_deg[index]
         return 0 <= place < len(plates) and _shows_angles(
             plates[place], beta_deg, gamma_deg, tolerance_deg

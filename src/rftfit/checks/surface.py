@@ -290,6 +290,7 @@ class Starts:
             for side in (all_runs, self.pushes, ~self.pushes):
                 if residual[side].size >= FEW_RUNS:
                     spread[side] = max(1.4826 * float(np.median(residual[side])), 0.3)
+            # weights of Huber: residuals beyond 1.5 standard deviations count less
             weight = np.minimum(1.0, 1.5 * spread / np.maximum(residual, 1e-9))
         return coefficients, np.asarray(inverse), sigma
 

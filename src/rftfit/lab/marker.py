@@ -100,6 +100,7 @@ def _list_files(raw: Path) -> list[Path]:
     """List all files below the raw folder, and links to folders."""
 
     def stop(error: OSError) -> None:
+        """Refuse a folder that cannot be read."""
         # a folder that cannot be read may hold original logs
         raise InputError(f"{error.filename}: cannot be looked into: {error.strerror}") from error
 

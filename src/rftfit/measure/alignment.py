@@ -338,6 +338,7 @@ def _refine_offset(
         def smooth(
             depth_cm: FloatArray, surface_cm: float = surface, deepest: float = deepest
         ) -> FloatArray:
+            """Return the basis of the force at some depths, with this step's surface or another one."""
             return contact_basis(depth_cm, surface_cm, deepest, knots)
 
         basis = smooth(depth_now)

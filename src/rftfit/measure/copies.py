@@ -56,6 +56,7 @@ def same_readings(sheet: Mapping[str, Run], runs: pd.DataFrame) -> dict[str, tup
             groups.setdefault(digest, []).append(name)
 
     def copies(first: Run, second: Run) -> bool:
+        """Return True if two runs with the same readings are copies."""
         is_stress_table = first.intruder == UNIT_AREA
         return first is not second and (is_stress_table or first.force_log != second.force_log)
 

@@ -20,7 +20,7 @@ from rftfit.measure.verdict_words import ACCEPTED, FAILED
 
 
 def steep_pushes(fits: pd.DataFrame) -> pd.DataFrame:
-    """Rows of the fits from which the check `linearity` estimates the exponent of depth: clear, steep pushes."""
+    """Select the rows of the fits from which the exponent of depth of a medium is estimated: clear, steep pushes."""
     alpha, se = fits[column("z")].abs(), fits[column("z", "_se")]
     steep = (fits["direction"] == "intrusion") & (fits["gamma_deg"].abs() >= 45)
     return fits[steep & (alpha > 3 * se) & fits["exponent_z"].notna()]

@@ -83,7 +83,7 @@ def combined_half_width(parts: Iterable[Part], confidence: float) -> float:
 
 @lru_cache(maxsize=512)
 def _quantile(confidence: float, dof: float) -> float:
-    """Half width of a two-sided interval of Student's t, in standard errors; cached, as many cells need the same ones."""
+    """Half width of a two-sided interval of Student's t, in standard errors; cached, as many cells need the same."""
     return float(student_quantile(confidence, dof))
 
 

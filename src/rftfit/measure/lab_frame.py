@@ -103,6 +103,7 @@ def path_in_lab_frame(log: Log, run: Run, arm: Arm) -> IntruderPath:
     """Turn a motion log into the lab frame; ``surface_z_mm`` of the run replaces that of the arm."""
 
     def column(quantity: str, table: dict[str, float], unit: str) -> FloatArray:
+        """Return the values of a quantity in cm, rad or s; the log must have it in `unit`."""
         column_label = f"{log.path.name}: {quantity}"
         return log.columns[quantity] * unit_factor(table, log.units[quantity], unit, column_label)
 

@@ -373,6 +373,7 @@ def _part_below_surface(motion: IntruderPath, start: float, end: float) -> tuple
         return start, end
 
     def crossing(above: int, below: int) -> float:
+        """Interpolate the time at which z is 0 between two rows, s."""
         share = z[above] / (z[above] - z[below])
         return float(time[above] + share * (time[below] - time[above]))
 
