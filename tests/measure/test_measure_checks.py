@@ -24,7 +24,7 @@ from rftfit import reference, rft3d_profile
 from rftfit.campaign.config import CheckName, ForceLog, Grid, MediumSettings
 from rftfit.checks import medium as checks
 from rftfit.checks.axes import Cells, check_symmetry, check_up_down, check_work
-from rftfit.checks.channels import against_known, check_channels
+from rftfit.checks.channels import check_channels, compare_with_known
 from rftfit.checks.declared import CHECKS, COLUMNS, Check, MediumMeasurements
 from rftfit.checks.runs import (
     check_drift,
@@ -851,7 +851,7 @@ def noise_of(fits):
 
 
 def causes_of(fits, facts=None, peers=None, explained=False, turn=0.0, columns=()):
-    """Causes that `against_known` finds in runs that are beside each other or have `peers`."""
+    """Causes that `compare_with_known` finds in runs that are beside each other or have `peers`."""
     config = SimpleNamespace(
         transducer=SimpleNamespace(axes=AXES, turn_deg=turn),
         grid=Grid(),
@@ -861,7 +861,7 @@ def causes_of(fits, facts=None, peers=None, explained=False, turn=0.0, columns=(
     facts = noise_of(fits) if facts is None else facts
     peers = compare_runs(fits, "m") if peers is None else peers
     medium_tables = measured(sheet_of("p" * len(fits)), config, runs=facts, fits=fits, peers=peers)
-    return against_known(medium_tables, set(), explained)
+    return compare_with_known(medium_tables, set(), explained)
 
 
 def channels_against(seen, explained=False, turn=0.0, columns=(), directions=12):

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from rftfit.checks.compression import TOLERATED, check_compression, trend_of_both
+from rftfit.checks.compression import TOLERATED, check_compression, fit_exponent_trend
 from rftfit.directions import TOLERANCE_DEG
 from rftfit.measure.alpha import column
 from rftfit.measure.verdict_words import FAILED, NOT_CHECKED, PASSED
@@ -71,8 +71,8 @@ def test_patches_that_both_channels_feel_hide_less_than_those_of_one():
         exponent_z=fits["exponent_z"] + patches, exponent_x=fits["exponent_x"] + patches
     )
     of_both, of_z = (
-        trend_of_both(common, TOLERANCE_DEG),
-        trend_of_both(common.assign(exponent_x=np.nan), TOLERANCE_DEG),
+        fit_exponent_trend(common, TOLERANCE_DEG),
+        fit_exponent_trend(common.assign(exponent_x=np.nan), TOLERANCE_DEG),
     )
     assert of_both is not None
     assert of_z is not None
@@ -80,7 +80,9 @@ def test_patches_that_both_channels_feel_hide_less_than_those_of_one():
 
 
 def test_repeats_make_the_trend_better_known():
-    once, four_times = (trend_of_both(pushes(repeats=repeats), TOLERANCE_DEG) for repeats in (1, 4))
+    once, four_times = (
+        fit_exponent_trend(pushes(repeats=repeats), TOLERANCE_DEG) for repeats in (1, 4)
+    )
     assert once is not None
     assert four_times is not None
     # what a medium may have of its own does not become smaller
@@ -93,7 +95,7 @@ def test_measured_angles_tell_what_typed_ones_do():
     measured = typed.assign(
         beta_deg=10 * typed["beta_deg"] + turns, gamma_deg=typed["gamma_deg"] - turns
     )
-    of_typed = trend_of_both(typed.assign(beta_deg=10 * typed["beta_deg"]), TOLERANCE_DEG)
-    of_measured = trend_of_both(measured, TOLERANCE_DEG)
+    of_typed = fit_exponent_trend(typed.assign(beta_deg=10 * typed["beta_deg"]), TOLERANCE_DEG)
+    of_measured = fit_exponent_trend(measured, TOLERANCE_DEG)
     assert of_typed is not None
     assert of_measured == pytest.approx(of_typed)

@@ -9,7 +9,7 @@ from campaigns import plate_run
 from rftfit.campaign.config import Arm, MotionLog
 from rftfit.logs.base import Log, LogError
 from rftfit.measure.lab_frame import is_symmetric, path_in_lab_frame
-from rftfit.measure.log_columns import completed, map_columns
+from rftfit.measure.log_columns import complete_motion_log, map_columns
 
 
 def test_a_rate_needs_a_time_of_the_log():
@@ -38,7 +38,7 @@ def test_the_surface_is_stated_in_readings_after_factor_and_offset():
     log = Log(Path("stage.csv"), readings, {"t": "s", "p": "mm"}, 3)
     units = {"time": "s", "x": "mm", "z": "mm", "angle": "deg"}
     run = plate_run("push", medium="sand")
-    counted = completed(map_columns(log, source, units, "motion_log"), run, units)
+    counted = complete_motion_log(map_columns(log, source, units, "motion_log"), run, units)
     path = path_in_lab_frame(counted, run, Arm(surface_z_mm=-60))
     np.testing.assert_allclose(path.z, [2.0, 0.0, -4.0])
 

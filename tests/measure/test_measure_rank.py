@@ -12,7 +12,7 @@ import pandas as pd
 import pytest
 
 import rftfit
-from rftfit.checks.channels import _other_gain
+from rftfit.checks.channels import _find_other_gain
 from rftfit.checks.runs import check_steadiness
 from rftfit.compare.sands import bend_of
 from rftfit.measure.alignment import search_lags
@@ -79,7 +79,7 @@ def surface_after_a_rest():
 
 def gain_without_force():
     noise = np.repeat([1.0, 5.0], 8)
-    return _other_gain(noise, np.zeros(16), np.ones(16), np.ones(16, dtype=bool))
+    return _find_other_gain(noise, np.zeros(16), np.ones(16), np.ones(16, dtype=bool))
 
 
 def unexplained_by_a_constant_force():

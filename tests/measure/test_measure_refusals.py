@@ -17,7 +17,7 @@ from rftfit.measure.alignment import estimate_clocks
 from rftfit.measure.flags import Refused, remark
 from rftfit.measure.lab_frame import ForceReadings, path_in_lab_frame
 from rftfit.measure.ledger import RowStatus
-from rftfit.measure.log_columns import completed
+from rftfit.measure.log_columns import complete_motion_log
 from rftfit.measure.session_clocks import find_clock
 from rftfit.measure.strokes import IntruderPath, find_stroke
 from rftfit.measure.surface import find_surface, place_surface
@@ -240,13 +240,14 @@ def test_x_is_counted_from_the_middle_of_the_container():
 
     np.testing.assert_allclose(path_in_lab_frame(log(), PUSH, arm).x, [1.0, -2.0])
     # a path straight down that nobody logged is at the middle
-    whole = completed(log("x"), PUSH, units, 40.0)
+    whole = complete_motion_log(log("x"), PUSH, units, 40.0)
     np.testing.assert_allclose(path_in_lab_frame(whole, PUSH, arm).x, 0.0)
     # the sheet knows beta of a plate, but no theta of a leg
-    np.testing.assert_array_equal(completed(log("angle"), PUSH, units).columns["angle"], 0.0)
+    beta = complete_motion_log(log("angle"), PUSH, units).columns["angle"]
+    np.testing.assert_array_equal(beta, 0.0)
     leg = replace(PUSH, kind="leg", direction="rotation", beta_deg=NAN, gamma_deg=NAN)
     with pytest.raises(LogError) as caught:
-        completed(log("angle"), leg, units)
+        complete_motion_log(log("angle"), leg, units)
     assert caught.value.code == "columns"
 
 

@@ -47,15 +47,15 @@ def test_factors_are_those_of_the_definitions():
 
 
 def test_log_and_config_have_to_agree():
-    assert log_columns.factor(units.LENGTH_TO_CM, "in", "in", "depth") == 2.54
+    assert log_columns.unit_factor(units.LENGTH_TO_CM, "in", "in", "depth") == 2.54
     for in_file, found in (("mm", "mm"), ("", "no unit")):
         with pytest.raises(Refused) as caught:
-            log_columns.factor(units.LENGTH_TO_CM, in_file, "in", "depth")
+            log_columns.unit_factor(units.LENGTH_TO_CM, in_file, "in", "depth")
         assert caught.value.remark == remark(
             "other-unit", quantity="depth", found=found, declared="in"
         )
     with pytest.raises(Refused) as caught:
-        log_columns.factor(units.TORQUE_TO_N_M, "lbf in", "lbf in", "torque")
+        log_columns.unit_factor(units.TORQUE_TO_N_M, "lbf in", "lbf in", "torque")
     assert caught.value.remark == remark(
         "unknown-unit", quantity="torque", found="lbf in", allowed="N m, N mm"
     )
@@ -118,8 +118,8 @@ def test_loads_are_sums_of_gauges():
     calibration = Calibration(
         ("time", "Fz"), (("F1", "mN", (0.0, 500.0)), ("T3", "N mm", (1.0, 0.0)))
     )
-    log = log_columns.loads(log_of("V"), calibration, {"F1": "N", "T3": "N m"})
+    log = log_columns.convert_gauges(log_of("V"), calibration, {"F1": "N", "T3": "N m"})
     np.testing.assert_allclose(log.columns["F1"], [0.5, 1, 2])
     np.testing.assert_allclose(log.columns["T3"], [0, 1e-3, 2e-3])
     with pytest.raises(LogError, match=r"column.*'G7'"):
-        log_columns.loads(log_of("V"), Calibration(("G7",), ()), {})
+        log_columns.convert_gauges(log_of("V"), Calibration(("G7",), ()), {})

@@ -1,4 +1,4 @@
-"""What a watch reports, one event at a time: for people and for programs."""
+"""Events that a watch reports one at a time, as text for people and as a dictionary for programs."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from typing import Any, NamedTuple
 
 
 class Event(NamedTuple):
-    """Something to report: ``page``, ``problem``, ``file``, ``push``, ``withdrawn`` or ``medium``, and its facts."""
+    """An event of a `kind`, ``page``, ``problem``, ``file``, ``push``, ``withdrawn`` or ``medium``, and its facts."""
 
     kind: str
     facts: Mapping[str, Any]
 
     def as_dict(self) -> dict[str, Any]:
-        """Give kind and facts."""
+        """Return kind and facts in one dictionary."""
         return {"event": self.kind, **self.facts}
 
     def summary(self) -> str:
-        """Tell an event to people; empty where it is not worth a line."""
+        """Format an event for people, with the time of day; empty for an event that needs no line."""
         kind, facts = self
         lines: list[str] = []
         if kind == "page":
@@ -31,6 +31,7 @@ class Event(NamedTuple):
             lines += [f"a row for it has {facts['row']}"] if facts["row"] else []
         elif kind == "withdrawn":
             lines = [f"{facts['run_id']}: withdrawn, {facts['why']}"]
+        # a push that was already there when the watch began needs no line: its medium has one
         elif kind == "push" and not facts["first"]:
             text = f"{facts['run_id']} (row {facts['row']}): {facts['state']}"
             for c in "zx":
@@ -42,8 +43,8 @@ class Event(NamedTuple):
                     if math.isfinite(alpha)
                     else ""
                 )
-            late = facts["seconds_since_change"]
-            text += f"; {late:.1f} s after its last change" if math.isfinite(late) else ""
+            delay_s = facts["seconds_since_change"]
+            text += f"; {delay_s:.1f} s after its last change" if math.isfinite(delay_s) else ""
             lines = [text, *(f"flag: {flag['text']}" for flag in facts["flags"]), facts["reason"]]
         elif kind == "medium":
             states = ", ".join(f"{number} {state}" for state, number in facts["states"].items())

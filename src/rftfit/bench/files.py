@@ -8,13 +8,15 @@ from pathlib import Path
 from typing import NamedTuple
 
 Stamp = tuple[int, int] | None
-"""Size and time of change of a file, ns; None where there is none."""
+"""Size of a file in bytes, and time of its last change in ns; None if there is no such file."""
 
 _TURNS = 4
-"""A file that no longer changes is checked every fourth time only: most files never change again."""
+"""Number of looks in which a file that no longer changes is checked once: most files never change again."""
 
 
 class _Seen(NamedTuple):
+    """Stamp of a file, the time since which it has not changed, s, and True if that is long enough."""
+
     stamp: Stamp
     since: float
     still: bool
@@ -30,7 +32,7 @@ def stamp_of(path: str) -> Stamp:
 
 
 class Files:
-    """Stamps of files, and since when they are what they are; still: for `wait_s`."""
+    """Stamps of files, each with the time since which it is unchanged; a file is still after `wait_s` seconds."""
 
     def __init__(self, wait_s: float) -> None:
         self.wait_s = wait_s
@@ -40,9 +42,9 @@ class Files:
         self._below: list[str] = []
 
     def below(self, base: str) -> list[str]:
-        """Files in a folder and below, hidden ones left out; listed again where a folder changed."""
+        """List the files in a folder and below, without hidden ones; the list is made anew if a folder changed."""
         same = all(stamp_of(path) == stamp for path, stamp in self._folders.items())
-        # a change within the tick of the disk's clock shows in no stamp
+        # two changes at the same tick of the disk's clock have one stamp, so list anew now and then
         if not same or base not in self._folders or not self._turn % _TURNS:
             self._folders, self._below = {}, []
             for folder, _, names in os.walk(base):
@@ -52,12 +54,15 @@ class Files:
         return self._below
 
     def check_changes(self, paths: Iterable[str], now: float) -> bool:
-        """Check the files that may have changed; True if one changed, stopped changing, appeared or disappeared."""
+        """Check some files; return True if one of them changed, became still, appeared or disappeared.
+
+        `now`: Time by a monotonic clock, s.
+        """
         self._turn += 1
         before, self.seen = self.seen, {}
-        for place, path in enumerate(paths):
+        for index, path in enumerate(paths):
             state = before.get(path)
-            if state is None or not state.still or not (place + self._turn) % _TURNS:
+            if state is None or not state.still or not (index + self._turn) % _TURNS:
                 stamp = stamp_of(path)
                 since = state.since if state and state.stamp == stamp else now
                 state = _Seen(stamp, since, now - since >= self.wait_s)
@@ -65,7 +70,7 @@ class Files:
         return before != self.seen
 
     def stamps(self, paths: Iterable[str]) -> tuple[Stamp, ...] | None:
-        """Stamps of some files; None where one of them still changes."""
+        """Return the stamps of some files; None if one of them still changes."""
         states = [self.seen.get(path, _Seen(None, 0, True)) for path in paths]
         return (
             tuple(state.stamp for state in states) if all(state.still for state in states) else None

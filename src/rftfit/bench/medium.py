@@ -1,4 +1,4 @@
-"""What is known of one medium: its measured runs, each kept until one of its files or rows changes."""
+"""Measured runs of one medium in a watch; each is kept until one of its files or rows changes."""
 
 from __future__ import annotations
 
@@ -24,16 +24,17 @@ from rftfit.model.shapes import Map
 from rftfit.results import Results
 from rftfit.workflow.measure import FLAGGING
 
-_CSV = {"runs": [*RUN_COLUMNS], "tares": TARE_COLUMNS, "fits": FIT_COLUMNS}
+_TABLE_COLUMNS = {"runs": [*RUN_COLUMNS], "tares": TARE_COLUMNS, "fits": FIT_COLUMNS}
 _AT_A_TIME = 256
-"""Runs measured at a time, so that the memory of many logs is not needed at once."""
+"""Runs measured at a time, to limit memory."""
 
 
 class MeasuredRun(NamedTuple):
-    """One run, measured: its row of each table of `_CSV` that has one, and the columns of its tared stroke.
+    """Results of one run.
 
-    `tared`: ``why`` is what the tare stage says of each sample, ``window`` what the fit says. `flags`: By the
-    stage that found them.
+    `rows`: Its row in each table of `_TABLE_COLUMNS` that has one.
+    `tared`: Columns of its tared stroke; ``why`` is the `RowStatus` by the tare stage, ``window`` that by the fit.
+    `flags`: Flags by the stage that found them.
     """
 
     rows: dict[str, Row]
@@ -42,22 +43,22 @@ class MeasuredRun(NamedTuple):
 
     @property
     def is_read(self) -> bool:
-        """Whether its logs could be used."""
+        """True if its logs could be used."""
         return bool(self.rows["runs"]["status"] == "read")
 
     @property
     def is_of_the_log(self) -> bool:
-        """Whether what it says is of the log, and not of a machine with too many open files."""
+        """False if its logs could not be read only because the machine had too many open files."""
         return not has(self.rows["runs"], NO_HANDLE.replace("_", "-"))
 
     @property
     def doubts(self) -> list[str]:
-        """What its flags say."""
+        """Sentences of its flags."""
         return [str(flag) for flags in self.flags.values() for flag in flags]
 
     @property
     def why(self) -> str:
-        """Why it gives no number; empty where it does."""
+        """Reason why it has no number; empty if it has one."""
         reasons = (
             reason_of(self.rows[name]) for name in ("fits", "runs", "tares") if name in self.rows
         )
@@ -68,10 +69,14 @@ class MeasuredRun(NamedTuple):
 class LiveMedium:
     """One medium at this moment.
 
-    `keys`: What each run was measured from. `alpha`, `checks`: as `rftfit run` writes them. `verdict`: None before the
-    first check. `map`: None where
-    no push tells of the medium yet. `width`: half width of the target's interval, percent; `before`: at the
-    push before. `last`: plate run that was measured last, at the time `measured_at`, `seconds` after its files changed.
+    `runs`: Measured runs by run_id.
+    `keys`: Inputs from which each run was measured (cells, stamps of files, tare, clocks), to see whether they changed.
+    `alpha`, `checks`: Tables as `rftfit run` writes them.
+    `verdict`: None before the first check.
+    `map`: None while no push has alpha.
+    `plan`: Next pushes; None if the target has no number in this medium.
+    `width`, `before`: Half width of the interval of the target, percent, now and before the last push.
+    `last`: Plate run that was measured last, at the time `measured_at`, `seconds` after its files changed.
     """
 
     name: str
@@ -96,7 +101,10 @@ def measure(
     moving: Collection[str],
     clocks: SessionClocks | None,
 ) -> Iterator[tuple[str, MeasuredRun]]:
-    """Measure some runs of a medium, some at a time; a tare that is `moving` is taken for missing."""
+    """Measure some runs of a medium, and yield each with its run_id; runs are measured in groups.
+
+    `moving`: Runs whose files still change; such a tare counts as missing.
+    """
     run_by_id, names = {run.run_id: run for run in campaign.runs_of(medium)}, [*run_ids]
     for first in range(0, len(names), _AT_A_TIME):
         batch = names[first : first + _AT_A_TIME]
@@ -104,7 +112,7 @@ def measure(
         batch_campaign = replace(
             campaign, runs=tuple(run_by_id[name] for name in run_by_id if name in chosen)
         )
-        # between the stages tables are as their files hold them, so that results are the same
+        # each table goes through the form of its csv file, so that numbers are those of `rftfit run`
         results = Results(batch_campaign)
         samples, status, book_of_ingest = ingest_medium(batch_campaign, medium, clocks)
         status = results.hold_as_csv(f"runs/{medium}.csv", status)
@@ -114,7 +122,7 @@ def measure(
             campaign, medium, status, tared, tares, only=batch
         )
         fits = results.hold_as_csv(f"fits/{medium}.csv", fits)
-        tables = zip(_CSV, (status, tares, fits), strict=True)
+        tables = zip(_TABLE_COLUMNS, (status, tares, fits), strict=True)
         rows = {
             name: {str(row["run_id"]): row for row in table.to_dict("records")}
             for name, table in tables
@@ -145,9 +153,9 @@ def measure(
 
 
 def hold(results: Results, medium: LiveMedium, runs: Collection[Run]) -> None:
-    """Give the measured runs to `results`, as if `rftfit run` had written their tables."""
+    """Put the tables of the measured runs into `results`, as if `rftfit run` had written them."""
     kept = {run.run_id: medium.runs[run.run_id] for run in runs}
-    for name, columns in _CSV.items():
+    for name, columns in _TABLE_COLUMNS.items():
         rows = [measured.rows[name] for measured in kept.values() if name in measured.rows]
         results.hold_as_csv(f"{name}/{medium.name}.csv", pd.DataFrame(rows, columns=columns))
     for stage in FLAGGING:

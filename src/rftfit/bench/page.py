@@ -1,4 +1,4 @@
-"""The live page: what a watch knows, as html that is sent to every browser that looks at it."""
+"""The live page: the state of a watch as html, which is sent to every browser that shows the page."""
 
 from __future__ import annotations
 
@@ -19,56 +19,58 @@ _HEAD = ("row", "run", "state", "beta", "gamma", "alpha_z", "alpha_x", "flags, o
 
 
 def page_of(watch: Watch, query: str) -> str:
-    """Everything below the heading of the page; `query` names the medium and the run looked at."""
+    """Format everything below the heading of the page as html; `query` names the medium and the run to show."""
     if not watch.media:
-        return "<p>No run of the run sheet has its logs yet.</p>" + _problems(watch)
+        return "<p>No run of the run sheet has its logs yet.</p>" + _format_problems(watch)
     asked = {key: values[-1] for key, values in parse_qs(query).items()}
     newest = max(watch.media.values(), key=lambda medium: medium.measured_at)
     medium = watch.media.get(asked.get("medium", ""), newest)
     run = asked["run"] if asked.get("run") in medium.runs else medium.last
     tabs = "".join(
-        _link(watch.campaign.titles[name], medium is tab_medium, medium=name)
+        _format_link(watch.campaign.titles[name], medium is tab_medium, medium=name)
         for name, tab_medium in watch.media.items()
     )
     parts = (
-        _problems(watch),
-        _push(watch, medium, run),
-        _map(watch, medium),
-        _runs(watch, medium, run),
+        _format_problems(watch),
+        _format_push(watch, medium, run),
+        _format_map(watch, medium),
+        _format_runs(watch, medium, run),
     )
     return f'<nav aria-label="Media">{tabs}</nav>{"".join(parts)}'
 
 
-def _link(words: str, is_here: bool, **query: str) -> str:
-    """A link to another view of the page; it keeps the focus when the page is sent anew."""
+def _format_link(words: str, is_here: bool, **query: str) -> str:
+    """Format a link to another view of the page; by its id it keeps the focus when the page is sent anew."""
     where, current_mark = escape(urlencode(query)), " aria-current=true" if is_here else ""
     return f'<a id="{where}" href="?{where}"{current_mark}>{escape(words)}</a>'
 
 
-def _items(words: Iterable[str], kind: str = "") -> str:
+def _format_items(words: Iterable[str], kind: str = "") -> str:
+    """Format texts as items of a list, empty ones left out; `kind`: class of their style."""
     return "".join(f'<li class="{kind}">{escape(text)}</li>' for text in words if text)
 
 
-def _problems(watch: Watch) -> str:
+def _format_problems(watch: Watch) -> str:
+    """Format problems of config and run sheet, and files that no row names; empty if there are none."""
     loose = (
         f"{facts['file']}: no row names it"
-        + (f"; a row for it has {_cells_in_words(facts['row'])}" if facts["row"] else "")
+        + (f"; a row for it has {_format_cells(facts['row'])}" if facts["row"] else "")
         for facts in watch.unnamed.values()
         if facts
     )
-    lines = _items(watch.problems, "bad") + _items(loose)
+    lines = _format_items(watch.problems, "bad") + _format_items(loose)
     return f"<h2>To be put right</h2><ul>{lines}</ul>" if lines else ""
 
 
-def _push(watch: Watch, medium: LiveMedium, name: str) -> str:
-    """The push that is looked at: its stress, its numbers, its flags, and repeats beside it."""
+def _format_push(watch: Watch, medium: LiveMedium, name: str) -> str:
+    """Format the shown push: a picture of its stress with its repeats, its numbers and its flags."""
     if not name or "fits" not in medium.runs[name].rows:
         return ""
     facts, run, measured = watch.facts(medium, name), watch.campaign.by_id[name], medium.runs[name]
     plate = watch.campaign.config.intruders[run.intruder]
     assert plate.shape != "leg"
     cells = {
-        key: _cell_of(candidate.rows["fits"])
+        key: _cell_of_fit(candidate.rows["fits"])
         for key, candidate in medium.runs.items()
         if "fits" in candidate.rows
     }
@@ -82,9 +84,9 @@ def _push(watch: Watch, medium: LiveMedium, name: str) -> str:
         for c in "zx"
         if np.isfinite(facts[column(c)])
     )
-    bad = _items([*(flag["text"] for flag in facts["flags"]), facts["reason"]], "bad")
-    late = np.isfinite(medium.seconds) and name == medium.last
-    soft = f"Shown after {medium.seconds:.1f} s." if late else ""
+    bad = _format_items([*(flag["text"] for flag in facts["flags"]), facts["reason"]], "bad")
+    has_delay = np.isfinite(medium.seconds) and name == medium.last
+    soft = f"Shown after {medium.seconds:.1f} s." if has_delay else ""
     soft += f" Repeats, dashed: {', '.join(same)}." if same else ""
     what = "Last push" if name == medium.last else "Push"
     return (
@@ -94,8 +96,8 @@ def _push(watch: Watch, medium: LiveMedium, name: str) -> str:
     )
 
 
-def _cells_in_words(row: Mapping[str, object]) -> str:
-    """Cells of a row of the run sheet, each with its column."""
+def _format_cells(row: Mapping[str, object]) -> str:
+    """Format the cells of a row of the run sheet, each after the name of its column."""
     cells = (
         f"{name} {cell:.4g}" if isinstance(cell, float) else f"{name} {cell}"
         for name, cell in row.items()
@@ -104,12 +106,13 @@ def _cells_in_words(row: Mapping[str, object]) -> str:
     return ", ".join(cells)
 
 
-def _cell_of(fit: dict[str, float]) -> tuple[object, ...]:
+def _cell_of_fit(fit: dict[str, float]) -> tuple[object, ...]:
+    """Direction of a row of the fits, by which repeats are found: beta and gamma in whole degrees, kind of motion."""
     return round(fit["beta_deg"]), round(fit["gamma_deg"]), fit["direction"]
 
 
-def _map(watch: Watch, medium: LiveMedium) -> str:
-    """How well the target is known, the verdict, the map with its interval, failed checks, and the next pushes."""
+def _format_map(watch: Watch, medium: LiveMedium) -> str:
+    """Format the target and its interval, failed checks, the verdict, the map, and the next pushes."""
     summary = watch.summary(medium)
     checks = (
         f"{check['check']}, {check['effect']}: {check['sentence']}" for check in summary["checks"]
@@ -121,7 +124,7 @@ def _map(watch: Watch, medium: LiveMedium) -> str:
         width = f"Half width of the interval: +-{medium.width:.2g} %".replace(
             "+-", "\N{PLUS-MINUS SIGN}"
         )
-    if abs(medium.before - medium.width) > 0:  # not where one is NaN
+    if abs(medium.before - medium.width) > 0:  # False if one is NaN
         change = "narrowed" if medium.width < medium.before else "widened"
         width += f"; the last push {change} it from {medium.before:.2g} %"
     if medium.map is not None:
@@ -135,13 +138,14 @@ def _map(watch: Watch, medium: LiveMedium) -> str:
         [",".join(row) for row in rows[:1]] + [",".join(row.values()) for row in rows]
     )
     return (
-        f"<h2>{escape(summary['target'])} of {escape(medium.name)}</h2><ul>{_items(checks, 'bad')}</ul>"
+        f"<h2>{escape(summary['target'])} of {escape(medium.name)}</h2><ul>{_format_items(checks, 'bad')}</ul>"
         f"<p>{escape(summary['verdict'])}</p><p>{untold}</p><p>{width}.</p><div class=maps>{pictures}</div><h2>Next pushes, as rows for the run sheet</h2>"
         f'<pre class="wide" tabindex="0" role="region" aria-label="Next pushes">{escape(sheet)}</pre>'
     )
 
 
-def _runs(watch: Watch, medium: LiveMedium, shown: str) -> str:
+def _format_runs(watch: Watch, medium: LiveMedium, shown: str) -> str:
+    """Format the table of runs, the last row of the run sheet first; `shown`: run that the page shows."""
     rows = []
     for name, row in sorted(
         watch.rows[medium.name].items(), key=lambda name_and_row: -name_and_row[1].run.row
@@ -153,7 +157,9 @@ def _runs(watch: Watch, medium: LiveMedium, shown: str) -> str:
             fit.get(key, np.nan) for key in ("beta_deg", "gamma_deg", column("z"), column("x"))
         )
         cells = [f"{value:.4g}" if np.isfinite(value) else "" for value in numbers]
-        link = _link(name, name == shown, medium=medium.name, run=name) if fit else escape(name)
+        link = (
+            _format_link(name, name == shown, medium=medium.name, run=name) if fit else escape(name)
+        )
         kind = ' class="bad"' if words or state == REFUSED else ""
         rows.append(
             f"<tr><td>{row.run.row}<td>{link}<td{kind}>{state}<td>{'<td>'.join(cells)}"

@@ -21,9 +21,11 @@ from rftfit.errors import InputError
 
 HOST = "127.0.0.1"
 _BEAT_S = 10.0
+"""Longest time without a message to a browser, s."""
 MOST_CONNECTIONS = 32
+"""Most connections open at a time, as each is an open file."""
 LONGEST_WAIT_S = 10.0
-"""Longest time that the whole head of a request may take, and that a browser may take nothing of an answer, s."""
+"""Longest time for the whole head of a request, and for which a browser may stop reading an answer, s."""
 _POLICY = (
     "default-src 'none'; script-src 'nonce-{0}'; style-src 'nonce-{0}'; connect-src 'self'; img-src data:; "
     "frame-ancestors 'none'; base-uri 'none'"
@@ -32,7 +34,10 @@ _POLICY = (
 
 @dataclass(eq=False)
 class Client:
-    """A browser that looks at the page with its own query; it is sent the newest content only."""
+    """A browser that shows the page with its own query; it receives only the newest content.
+
+    `content_ready`: Set while there is content to send. `is_new`: True until the first content is made.
+    """
 
     query: str
     content: str = ""
@@ -41,9 +46,9 @@ class Client:
 
 
 class LivePage(ThreadingHTTPServer):
-    """The page of one campaign at `address`, which is another one after each start.
+    """The page of one campaign at `address`, which has a new random token after each start.
 
-    A page that stays open after the end must not hand its token to whoever takes the port.
+    So the token of a page that stays open after the end is worthless for another program that takes the port.
     """
 
     daemon_threads = True
@@ -52,7 +57,7 @@ class LivePage(ThreadingHTTPServer):
     def __init__(self, port: int = 0) -> None:
         self.asked, self.clients, self.closed = Event(), list[Client](), False
         self._connections: dict[socket.socket, bool] = {}
-        """Open connections, the oldest first, and whether they have shown the token."""
+        """Open connections, the oldest first; True for those that have shown the token."""
         self._changing = Lock()
         try:
             super().__init__((HOST, port), _Handler)
@@ -65,10 +70,14 @@ class LivePage(ThreadingHTTPServer):
         Thread(target=self.serve_forever, daemon=True).start()
 
     def verify_request(self, request: Any, client_address: Any) -> bool:  # noqa: ARG002 (of the library)
-        """Admit a connection; each is an open file, so where there are too many, the oldest without the token ends."""
+        """Admit a connection. If there are too many, end the oldest one without the token, or refuse the new one."""
         with self._changing:
             if len(self._connections) >= MOST_CONNECTIONS:
-                strangers = (one for one, has_token in self._connections.items() if not has_token)
+                strangers = (
+                    connection
+                    for connection, has_token in self._connections.items()
+                    if not has_token
+                )
                 oldest_stranger = next(strangers, None)
                 if oldest_stranger is None:
                     return False
@@ -79,13 +88,13 @@ class LivePage(ThreadingHTTPServer):
         return True
 
     def keep(self, connection: socket.socket) -> None:
-        """Let a connection that has shown the token stay when connections are short."""
+        """Protect a connection that has shown the token from being ended when there are too many."""
         with self._changing:
             if connection in self._connections:
                 self._connections[connection] = True
 
     def process_request_thread(self, request: Any, client_address: Any) -> None:
-        """Answer in a thread of its own, and give the place back."""
+        """Answer a request in a thread, and afterwards forget its connection."""
         try:
             super().process_request_thread(request, client_address)
         finally:
@@ -93,19 +102,22 @@ class LivePage(ThreadingHTTPServer):
                 self._connections.pop(request, None)
 
     def handle_error(self, request: Any, client_address: Any) -> None:
-        """Print no traceback where a browser or a stranger ends a connection."""
+        """Print no traceback if the other side ends a connection."""
         if not isinstance(sys.exc_info()[1], OSError):
             super().handle_error(request, client_address)
 
     def show(self, content: Callable[[str], str], *, changed: bool) -> None:
-        """Send content by query to every browser, or to those alone that came meanwhile."""
+        """Send content to every browser, or without `changed` only to browsers that are new.
+
+        `content`: Function that makes the content for a query.
+        """
         self.asked.clear()
         for client in [client for client in self.clients if changed or client.is_new]:
             client.content, client.is_new = content(client.query), False
             client.content_ready.set()
 
     def close(self) -> None:
-        """End the server and what it still sends."""
+        """End the server and all connections to browsers."""
         self.closed = True
         self.shutdown()
         self.server_close()
@@ -114,18 +126,18 @@ class LivePage(ThreadingHTTPServer):
 
 
 class _HeadReader(io.RawIOBase):
-    """Reads a connection until a deadline, however often a byte comes."""
+    """Reads a connection until a deadline, which does not move when single bytes arrive."""
 
     def __init__(self, connection: socket.socket) -> None:
         self.connection = connection
         self.ends_at_s = 0.0
 
     def readable(self) -> bool:
-        """Tell that it can be read."""
+        """Return True, as the library requires."""
         return True
 
     def readinto(self, buffer: Any) -> int:
-        """Read what has come; TimeoutError after the deadline."""
+        """Read the bytes that have arrived; raise TimeoutError after the deadline."""
         left_s = self.ends_at_s - time.monotonic()
         if left_s <= 0:
             raise TimeoutError
@@ -134,23 +146,25 @@ class _HeadReader(io.RawIOBase):
 
 
 class _Handler(BaseHTTPRequestHandler):
+    """Answers the requests of one connection."""
+
     server: LivePage
     timeout = LONGEST_WAIT_S
     protocol_version = "HTTP/1.1"
 
     def setup(self) -> None:
-        """Read the connection with a limit for each whole head."""
+        """Read the connection through a reader that limits the time for the head of a request."""
         super().setup()
         self._head_reader = _HeadReader(self.connection)
         self.rfile = io.BufferedReader(self._head_reader)
 
     def handle_one_request(self) -> None:
-        """Answer one request, whose head has to come in time."""
+        """Answer one request, whose head must arrive in time."""
         self._head_reader.ends_at_s = time.monotonic() + self.timeout
         super().handle_one_request()
 
     def do_GET(self) -> None:
-        """Answer a request that names this host, comes from this page or from none, and has the token."""
+        """Answer a request that names this host, comes from this page or from no page, and has the token."""
         self.connection.settimeout(self.timeout)
         page_hosts = [f"{name}:{self.server.port}" for name in (HOST, "localhost")]
         _, token, page_and_query = [*self.path.split("/", 2), "", ""][:3]
@@ -176,6 +190,7 @@ class _Handler(BaseHTTPRequestHandler):
     def _head(
         self, status: int, size: int | None = 0, kind: str = "text/html", nonce: str = ""
     ) -> None:
+        """Send the head of an answer; `size`: bytes of its body, None if not known."""
         self.send_response(status)
         for key, value in {
             "Content-Type": f"{kind}; charset=utf-8",
@@ -191,7 +206,7 @@ class _Handler(BaseHTTPRequestHandler):
         self.end_headers()
 
     def _send_events(self, query: str) -> None:
-        """Send content whenever there is new one, and a sign of life in between."""
+        """Send content whenever it is new, and in between a sign that the connection is alive."""
         page, client = self.server, Client(query)
         self.close_connection = True
         self._head(200, None, "text/event-stream")
@@ -207,4 +222,4 @@ class _Handler(BaseHTTPRequestHandler):
         page.clients.remove(client)
 
     def log_message(self, format: str, *args: object) -> None:
-        """Say nothing in the terminal."""
+        """Write nothing to the terminal."""

@@ -1,4 +1,4 @@
-"""The watch: from files that are still to the verdict of each push, the map of its medium and the next push."""
+"""The watch: from files that no longer change to the result of each push, the map of its medium and the next push."""
 
 from __future__ import annotations
 
@@ -44,16 +44,22 @@ MEASURED, WAITING, GROWING, BARE, REFUSED, EXCLUDED, READ = (
 )
 """States of a run."""
 
-_NEXT = 3
+_PUSHES_PLANNED = 3
+"""Number of next pushes that are planned."""
 _MOST_UNNAMED = 20
-"""Files that no row names: so many are told."""
+"""Most files that are reported because no row names them."""
 
-_PASSING = ("sheet.log-missing", "sheet.tare-unused", "sheet.no-plate", "sheet.only-straight-down")
-"""Warnings of the run sheet that hold until the last run is made."""
+_TEMPORARY = (
+    "sheet.log-missing",
+    "sheet.tare-unused",
+    "sheet.no-plate",
+    "sheet.only-straight-down",
+)
+"""Codes of warnings about the run sheet that are usual until the last run is made, and not reported."""
 
 
 class _Row(NamedTuple):
-    """A run of the sheet, what counts of its row, and its files."""
+    """A run of the sheet, the cells of its row that matter for results, and its files."""
 
     run: Run
     cells: tuple[str, ...]
@@ -61,10 +67,14 @@ class _Row(NamedTuple):
 
 
 class Watch:
-    """A campaign that is watched; `step` is one look at its files.
+    """A campaign that is watched; each call of `step` looks once at its files.
 
-    `wait_s`: A file counts when it has not changed for so long. `target`: What the next pushes are to tell.
-    `rows`: Of the run sheet, by medium and run_id. `unnamed`: What is known of each file that no row names.
+    `wait_s`: Time after which a file without changes is read, s.
+    `target`: Quantity that the next pushes shall determine.
+    `media`: Results by medium.
+    `rows`: Rows of the run sheet by medium and run_id.
+    `problems`: Problems of config and run sheet by their text.
+    `unnamed`: Facts about each file that no row names, by path.
     """
 
     def __init__(self, config: Path, wait_s: float = 1.0, target: Target | str = "map") -> None:
@@ -81,35 +91,38 @@ class Watch:
         if campaign.numbers:
             raise InputError(f"{campaign.sheet}: a table has no logs, so there is none to wait for")
         self.campaign: Campaign = campaign
-        self._has_to_look_again = False
+        self._must_look_again = False
         self._aligned: dict[str, tuple[Any, pd.DataFrame]] = {}
 
     def step(self, now: float | None = None) -> Iterator[Event]:
-        """Look at all files once; tell what is new, the push's own verdict first, then map and plan."""
+        """Look at all files once; yield events for all that is new: first for pushes, then for media.
+
+        `now`: Time by a monotonic clock, s.
+        """
         below = self._files.below(self.campaign.raw.as_posix())
         now = time.monotonic() if now is None else now
         is_new = self._files.check_changes(dict.fromkeys([*self._settings(), *below]), now)
-        if not (is_new or self._has_to_look_again):
+        if not (is_new or self._must_look_again):
             return
-        self._has_to_look_again = False
+        self._must_look_again = False
         yield from self._reread()
-        self.rows = {name: self._rows_of(name, below) for name in self.campaign.media_with_runs}
+        self.rows = {name: self._make_rows(name, below) for name in self.campaign.media_with_runs}
         for medium in list(self.media.values()):
-            yield from self._withdraw(medium, self.rows.get(medium.name, ()))
+            yield from self._withdraw_runs(medium, self.rows.get(medium.name, ()))
         self.media = {name: self.media.get(name) or LiveMedium(name) for name in self.rows}
         before = {name: dict(medium.keys) for name, medium in self.media.items()}
         clocks = self._session_clocks()
         for medium in self.media.values():
-            yield from self._measure(medium, clocks)
+            yield from self._measure_runs(medium, clocks)
         changed = [name for name, medium in self.media.items() if medium.keys != before[name]]
         if changed:
-            yield from self._tell_media(changed)
-        yield from self._tell_unnamed(below)
+            yield from self._report_media(changed)
+        yield from self._report_unnamed(below)
 
     # --- config and run sheet
 
     def _settings(self) -> list[str]:
-        """Files that all runs depend on: config and run sheet first."""
+        """List the files on which all runs depend: config, run sheet, calibration, logs of the rigid contact."""
         config, raw = self.campaign.config, self.campaign.raw.as_posix()
         names, contact = [config.force_log.calibration], config.rigid_contact
         names += [contact.force_log, contact.motion_log] if contact else []
@@ -117,14 +130,14 @@ class Watch:
         return config_and_sheet + [f"{raw}/{name}" for name in names if name]
 
     def _reread(self) -> Iterator[Event]:
-        """Read config and run sheet again where they changed and are still."""
+        """Read config and run sheet again if they changed and are still; report new and solved problems."""
         stamps, before = self._files.stamps(self._settings()), self.campaign
         if stamps is None or stamps == self._read_from:
             return
         campaign, problems = check_campaign(self.config, good_rows=True)
         old_problems = self.problems
         self.problems = {
-            str(problem): problem for problem in problems if problem.code not in _PASSING
+            str(problem): problem for problem in problems if problem.code not in _TEMPORARY
         }
         for text, problem in (old_problems | self.problems).items():
             if (text in old_problems) != (text in self.problems):
@@ -137,10 +150,11 @@ class Watch:
         if campaign is not None:
             self.campaign = campaign
             if campaign.config != before.config or stamps[2:] != (self._read_from or stamps)[2:]:
-                self.media = {}  # nothing that was measured with other settings holds
+                self.media = {}  # results by other settings are not valid any more
         self._read_from = stamps
 
-    def _rows_of(self, medium: str, below: list[str]) -> dict[str, _Row]:
+    def _make_rows(self, medium: str, below: list[str]) -> dict[str, _Row]:
+        """Make the rows of a medium by run_id; `below`: files in the raw folder, among them those of bags."""
         rows, raw = {}, self.campaign.raw.as_posix()
         for run in self.campaign.runs_of(medium):
             names = (run.force_log, run.motion_log, run.zero_log)
@@ -153,7 +167,7 @@ class Watch:
     # --- runs
 
     def _session_clocks(self) -> SessionClocks | None:
-        """Clocks of the sessions by the pushes straight down whose files are still; None where they are not estimated."""
+        """Estimate the clocks of sessions from pushes straight down whose files are still; None without estimate."""
         settings = self.campaign.config.clock
         if settings.method != "estimate":
             return None
@@ -176,8 +190,11 @@ class Watch:
         self._aligned = aligned
         return SessionClocks.of_pushes([table for _, table in aligned.values()], settings)
 
-    def _measure(self, medium: LiveMedium, clocks: SessionClocks | None) -> Iterator[Event]:
-        """Measure the runs whose files are still and not those that were measured; tell each."""
+    def _measure_runs(self, medium: LiveMedium, clocks: SessionClocks | None) -> Iterator[Event]:
+        """Measure the runs whose files are still and whose inputs changed; yield an event for each.
+
+        The fact "first" of an event is True for runs that are there at the first look at a medium.
+        """
         rows, first = self.rows[medium.name], medium.alpha.empty
         stamps = {name: self._files.stamps(row.files) for name, row in rows.items()}
         plates = len({row.run.intruder for row in rows.values() if row.run.kind == "plate"})
@@ -185,6 +202,7 @@ class Watch:
         for name, row in rows.items():
             tare = rows.get(row.run.tare_run)
             tare_stamps = tare and stamps[tare.run.run_id]
+            # a leg needs its tare, and a run that was already measured keeps its result until the tare is still
             waits = tare and tare_stamps is None and (row.run.kind == "leg" or name in medium.runs)
             sessions = {sheet_row.run.session for sheet_row in (row, tare) if sheet_row}
             session_clocks = clocks and tuple(
@@ -203,28 +221,29 @@ class Watch:
         for name, measured in measure(self.campaign, medium.name, keys_to_measure, moving, clocks):
             read = [rows[key] for key in (name, rows[name].run.tare_run) if key in rows]
             if any(stamps[row.run.run_id] not in (None, _stamps_now(row)) for row in read):
-                continue  # written while it was read: it is measured when it is still
+                continue  # its files changed while they were read: a later step measures it
             if not measured.is_of_the_log:
-                self._has_to_look_again = True
+                self._must_look_again = True
                 continue
             previous = medium.runs.get(name)
             medium.runs[name], medium.keys[name] = measured, keys_to_measure[name]
             facts = self.facts(medium, name)
             if facts["state"] == WAITING and previous and previous.is_read:
-                yield _withdrawn(medium, name, "its log is gone")
+                yield _withdrawn_event(medium, name, "its log is gone")
                 continue
             if facts["kind"] == "plate" and facts["state"] != WAITING:
                 medium.last, medium.measured_at = name, time.time()
                 medium.seconds = np.nan if first else facts["seconds_since_change"]
             yield Event("push", facts | {"first": first})
 
-    def _withdraw(self, medium: LiveMedium, rows: Collection[str]) -> Iterator[Event]:
+    def _withdraw_runs(self, medium: LiveMedium, rows: Collection[str]) -> Iterator[Event]:
+        """Forget measured runs without a valid row, and yield an event for each."""
         for name in [name for name in medium.runs if name not in rows]:
             del medium.runs[name], medium.keys[name]
-            yield _withdrawn(medium, name, "no row without an error names it")
+            yield _withdrawn_event(medium, name, "no row without an error names it")
 
     def state(self, medium: str, name: str) -> str:
-        """State of a run by now."""
+        """Return the state of a run at this moment."""
         row, measured = self.rows[medium][name], self.media[medium].runs.get(name)
         stamps = self._files.stamps(row.files)
         if row.run.excluded:
@@ -234,13 +253,13 @@ class Watch:
         if None in stamps:
             return WAITING
         tare = row.run.tare_run
-        bare = tare in self.rows[medium] and self.state(medium, tare) in (WAITING, GROWING)
-        if measured.is_read and measured.why and bare:
+        lacks_tare = tare in self.rows[medium] and self.state(medium, tare) in (WAITING, GROWING)
+        if measured.is_read and measured.why and lacks_tare:
             return BARE
         return REFUSED if measured.why else MEASURED if row.run.kind == "plate" else READ
 
     def facts(self, medium: LiveMedium, name: str) -> dict[str, Any]:
-        """What is told of a run: its state, alpha with its interval, flags, or why there is no number."""
+        """Return the facts of an event about a run: state, alpha with its interval, flags, or why it has no number."""
         row, measured = self.rows[medium.name][name], medium.runs[name]
         run, fit = row.run, measured.rows.get("fits", {})
         numbers = [f"{angle}_deg" for angle in ("beta", "gamma")]
@@ -265,8 +284,8 @@ class Watch:
 
     # --- media
 
-    def _tell_media(self, changed: Collection[str]) -> Iterator[Event]:
-        """Check the media with new runs, then estimate their maps and plan the next pushes."""
+    def _report_media(self, changed: Collection[str]) -> Iterator[Event]:
+        """Check the media with new runs, estimate their maps, plan the next pushes; yield an event for each medium."""
         kept = {name for medium in self.media.values() for name in medium.runs}
         runs = [run for run in self.campaign.runs if run.run_id in kept]
         runs = [run for run in runs if run.kind != "leg" or run.tare_run in {"", *kept}]
@@ -282,11 +301,11 @@ class Watch:
             medium.alpha = results.hold_as_csv(f"alpha/{medium.name}.csv", medium.alpha)
         for name in view.media_with_runs:
             if name in changed or view.config.maps.own_media:
-                self._plan(results, self.media[name])
+                self._plan_pushes(results, self.media[name])
                 yield Event("medium", self.summary(self.media[name]))
 
-    def _plan(self, results: Results, medium: LiveMedium) -> None:
-        """Estimate the map of a medium, and choose the pushes that tell most of what it does not tell yet."""
+    def _plan_pushes(self, results: Results, medium: LiveMedium) -> None:
+        """Estimate the map of a medium, and choose the next pushes, which determine the target best."""
         config, planned = results.config, results.config.grid.planned
         nodes = map_nodes(*zip(*planned, strict=True)) if planned else None
         shapes = results.shapes(medium.name)
@@ -299,12 +318,12 @@ class Watch:
             medium.map, known_map = None, prior_map(shapes, nodes)
         rig = Rig(tuple(planned), depths=len(config.fit.horizontal_depths_cm))
         medium.before, medium.width, medium.plan = medium.width, np.nan, None
-        with suppress(ValueError):  # of a target that has no number in this medium
-            medium.plan = plan(self.target, known_map, rig, _NEXT, config.fit.confidence)
+        with suppress(ValueError):  # the target may have no number in this medium
+            medium.plan = plan(self.target, known_map, rig, _PUSHES_PLANNED, config.fit.confidence)
             medium.width = 100 * medium.plan.steps[0].typical
 
     def summary(self, medium: LiveMedium) -> dict[str, Any]:
-        """What is told of a medium: the verdict on its data, its failed checks, how well its target is known, the next pushes as rows."""
+        """Return the facts of an event about a medium: states of runs, verdict, failed checks, target, next pushes."""
         failed = medium.checks[medium.checks["verdict"] == FAILED]
         states = Counter(self.state(medium.name, name) for name in self.rows[medium.name])
         return {
@@ -319,7 +338,7 @@ class Watch:
         }
 
     def next_rows(self, medium: LiveMedium) -> list[dict[str, str]]:
-        """Rows of the run sheet for the next pushes, like that of the last one, its tare with them."""
+        """Make rows of the run sheet for the next pushes and their tares, in the form of the last plate run."""
         runs = [run for run in self.campaign.runs if run.medium == medium.name]
         plate_runs = [run for run in runs if run.kind == "plate"]
         depths, rows = self.campaign.config.fit.horizontal_depths_cm, []
@@ -341,10 +360,10 @@ class Watch:
 
     # --- files that no row names
 
-    def _tell_unnamed(self, below: list[str]) -> Iterator[Event]:
-        """Report the files that no row names, none of which is opened, and a row that would name each."""
+    def _report_unnamed(self, below: list[str]) -> Iterator[Event]:
+        """Report files that no row names, each with a row that would name it; these files are not opened."""
         if self._files.stamps(self._settings()) is None:
-            return  # a row for them may be in the sheet that is being written
+            return  # the run sheet is just being changed, and may soon name them
         raw, robot = self.campaign.raw.as_posix(), self.campaign.config.robot
         named_files = {
             file for rows in self.rows.values() for row in rows.values() for file in row.files
@@ -357,11 +376,11 @@ class Watch:
             if facts or not self._files.stamps([path]):
                 continue
             name = Path(path).relative_to(raw).as_posix()
-            self.unnamed[path] = {"file": name, "row": self._row_by_name(name)}
+            self.unnamed[path] = {"file": name, "row": self._guess_row(name)}
             yield Event("file", self.unnamed[path])
 
-    def _row_by_name(self, file: str) -> dict[str, str]:
-        """Cells of a row that would name a file, as rows of the sheet name theirs; empty where none is alike."""
+    def _guess_row(self, file: str) -> dict[str, str]:
+        """Guess the cells of a row that would name a file, by the logs in other rows; empty if none is similar."""
         for run in self.campaign.runs:
             for key in ("force_log", "motion_log"):
                 before, run_id, after = getattr(run, key).rpartition(run.run_id)
@@ -373,8 +392,10 @@ class Watch:
 
 
 def _stamps_now(row: _Row) -> tuple[Stamp, ...]:
+    """Read the stamps of the files of a row."""
     return tuple(map(stamp_of, row.files))
 
 
-def _withdrawn(medium: LiveMedium, name: str, why: str) -> Event:
+def _withdrawn_event(medium: LiveMedium, name: str, why: str) -> Event:
+    """Make the event of a run whose result is no longer valid."""
     return Event("withdrawn", {"medium": medium.name, "run_id": name, "why": why})

@@ -1,4 +1,4 @@
-"""Checks of a medium, each declared beside the function that does it; whoever imports one has all."""
+"""Checks of a medium, each declared beside the function that does it; importing this package declares all checks."""
 
 from importlib import import_module
 from pkgutil import iter_modules

@@ -1,4 +1,4 @@
-"""What an alpha table itself shows: whether the medium takes energy, axes and signs, the turn of the mount."""
+"""Checks of an alpha table alone: the medium takes energy, mirror images agree, down is harder than up."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from rftfit.checks.declared import (
     describe_rows,
     flags_on,
 )
-from rftfit.checks.shared import told_axes
+from rftfit.checks.shared import find_likelier_axes
 from rftfit.conventions import FloatArray
 from rftfit.measure.alpha import alpha_columns, column, rows_at
 from rftfit.measure.fits import LEAST_WORK
@@ -58,7 +58,10 @@ _WORK_FOUND = "{negative}; the worst has D = {worst:.3g} N/cm^3, which must exce
     },
 )
 def check_work(measured: MediumMeasurements) -> Check:
-    """Whether the medium takes energy in all cells but a few; where all runs tell other axes, these are named."""
+    """Check that the medium takes energy in all cells but a few.
+
+    If the runs together show that other axes are right, the message names these axes instead of single runs.
+    """
     alpha, sheet = measured.tables["alpha"], measured.sheet
     cells = Cells.of(alpha)
     if not (count := cells.gamma.size):
@@ -81,8 +84,8 @@ def check_work(measured: MediumMeasurements) -> Check:
         ),
         "where": "the columns of the table" if measured.config.table else "transducer.axes",
     }
-    if likelier_axes := told_axes(measured):
-        # the axes are those of all runs
+    if likelier_axes := find_likelier_axes(measured):
+        # other axes concern all runs, so no single run is flagged
         return Check.judge(
             "work", cells.takes_energy, code="work-axes", axes=likelier_axes, **values
         )
@@ -122,7 +125,7 @@ _SYMMETRY_CAUSE = (
     },
 )
 def check_symmetry(measured: MediumMeasurements) -> Check:
-    """Whether mirror images straight down feel opposite horizontal forces."""
+    """Check that opposite horizontal forces act on plates that are mirror images, on vertical paths."""
     if measured.flags.runs_with("no-force-x") or measured_channel(measured.config, "x") is None:
         return Check.skip("symmetry", "symmetry-no-x")
     cells = Cells.of(measured.tables["alpha"])
@@ -165,7 +168,7 @@ def check_symmetry(measured: MediumMeasurements) -> Check:
     },
 )
 def check_up_down(measured: MediumMeasurements) -> Check:
-    """Whether pushing a level plate down takes more than pulling it up."""
+    """Check that pushing a level plate down takes more force than pulling it up."""
     cells = Cells.of(measured.tables["alpha"])
     if cells.push is None or cells.pull is None:
         without_alpha = [
@@ -181,12 +184,14 @@ def check_up_down(measured: MediumMeasurements) -> Check:
 
 @dataclass(frozen=True)
 class Cells:
-    """Cells that have alpha; `force` and `se` are of shape (2, n), z and x, N/cm^3.
+    """Cells of an alpha table that have alpha.
 
-    `gamma`: rad. `side`: -1 where alpha_x was turned, as that of an extraction. `turn`: the part of `se`
-    that a turn of the mount beyond what is stated makes in x.
-    `push`, `pull`: Where the cells (0, 90) and (0, -90) deg are; None where they have no alpha.
-    `pairs`: shape (2, k); cells straight up or down that are mirror images of each other, or of themselves.
+    `gamma`: rad, shape (n,).
+    `side`: -1 where the sign of alpha_x was turned, as for an extraction; else 1.
+    `force`, `se`: Alpha and its standard error, z and x, N/cm^3, shape (2, n).
+    `turn`: Part of the error of alpha_x by an unknown turn of the mount, N/cm^3.
+    `push`, `pull`: Indices of the cells (0, 90) and (0, -90) deg; None where they have no alpha.
+    `pairs`: Indices of cells on vertical paths that are mirror images of each other, or of themselves, shape (2, k).
     """
 
     gamma: FloatArray
@@ -200,7 +205,7 @@ class Cells:
 
     @classmethod
     def of(cls, alpha: pd.DataFrame) -> Cells:
-        """Take the cells that have alpha out of an alpha table."""
+        """Select the cells of an alpha table that have alpha."""
         measured_cells = np.flatnonzero(np.isfinite(alpha_columns(alpha)).all(axis=0))
         table = alpha.iloc[measured_cells].reset_index(drop=True)
         force = np.stack(alpha_columns(table))
@@ -217,7 +222,7 @@ class Cells:
 
     @property
     def work(self) -> tuple[FloatArray, FloatArray]:
-        """D = alpha_x cos gamma + alpha_z sin gamma, and how far below 0 noise may bring it."""
+        """D = alpha_x cos gamma + alpha_z sin gamma, N/cm^3, and the distance below 0 that noise may cause."""
         share = np.stack([np.sin(self.gamma), np.cos(self.gamma)])
         se = np.sqrt(np.sum((share * self.se) ** 2, axis=0))
         sigmas = np.full(se.shape, _CHOSEN.sigmas)
@@ -233,36 +238,36 @@ class Cells:
 
     @property
     def takes_energy(self) -> bool:
-        """Whether the medium takes energy, as it must."""
+        """True if few cells give energy back, even fewer do so clearly, and the level push down is none of them."""
         work, work_noise = self.work
-        pulled = self.push is not None and work[self.push] < -work_noise[self.push]
+        push_is_negative = self.push is not None and work[self.push] < -work_noise[self.push]
         n_clear = int(np.count_nonzero(work < -_CHOSEN.clear * work_noise))
         return (
             self.n_negative_work < self.fewest_negative
             and n_clear <= self.most_clear
-            and not pulled
+            and not push_is_negative
         )
 
     @property
     def fewest_negative(self) -> int:
-        """So many cells that give energy back are no accident."""
+        """Number of cells that give energy back from which on this is no accident."""
         return int(min(_CHOSEN.fewest_cells, self.gamma.size))
 
     @property
     def most_clear(self) -> int:
-        """So many cells may clearly give energy back: in a small table two are a large share of it."""
+        """Largest number of cells that may clearly give energy back; in a small table only one may."""
         return int(max(1, self.gamma.size // _CHOSEN.cells_of_one_mistake))
 
     @property
     def _mirror_sums(self) -> tuple[npt.NDArray[np.intp], FloatArray, FloatArray, FloatArray]:
-        """Of each pair of mirror images: its first cell, the sums of z and x, and the variance of that of x."""
+        """First cell of each pair of mirror images, the pair's sums of z and of x, and the variance of the latter."""
         cell, mirror_cell = self.pairs
         z, x = (
             (values[cell] + values[mirror_cell])
             for values in (self.force[0] * self.side, self.force[1])
         )
         variance = np.maximum(self.se[1] ** 2 - self.turn**2, 0)
-        # a cell that is its own image is there twice
+        # a cell that is its own image is added to itself: twice the error, four times the variance
         error = np.where(
             cell == mirror_cell, 4 * variance[cell], variance[cell] + variance[mirror_cell]
         )
@@ -270,9 +275,10 @@ class Cells:
 
     @property
     def turn_rad(self) -> tuple[float, float]:
-        """How far the mount is turned beyond what is stated, and its standard error; NaN if not measured.
+        """Turn of the mount beyond the stated one and its standard error, rad; NaN if not measured.
 
-        Mirror images feel opposite horizontal forces: what their sum is, relative to the vertical forces.
+        Horizontal forces on mirror images are opposite, so their sum, relative to that of the vertical forces, shows
+        the turn.
         """
         _, z, x, error = self._mirror_sums
         weight = z / np.maximum(error + (_CHOSEN.alike * np.abs(z).max(initial=0)) ** 2, 1e-12)
@@ -283,7 +289,7 @@ class Cells:
 
     @property
     def mirror_images_agree(self) -> bool:
-        """Whether mirror images straight down feel opposite horizontal forces."""
+        """True if horizontal forces on mirror images are opposite: no clear turn of the mount, no pair far from it."""
         turn, se = self.turn_rad
         return not (
             abs(turn) > _CHOSEN.turn + _CHOSEN.sigmas * se or self.mirror_misfit[0] > _CHOSEN.unlike
@@ -291,7 +297,7 @@ class Cells:
 
     @property
     def mirror_misfit(self) -> tuple[float, int]:
-        """How far the worst pair is from what one turn of the mount makes of all, in errors, and its first cell."""
+        """Largest deviation of a pair from the common turn of the mount, in standard errors, and its first cell."""
         cell, z, x, error = self._mirror_sums
         if not cell.size or math.isnan(turn := self.turn_rad[0]):
             return 0.0, 0

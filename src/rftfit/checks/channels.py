@@ -1,4 +1,4 @@
-"""Whether each channel of the transducer measures what it should: in its readings, and against known media."""
+"""Check of each channel of the transducer, by its readings and by comparison with known media."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from rftfit.checks.declared import (
     flags_on,
 )
 from rftfit.checks.runs import check_drift, check_rods
-from rftfit.checks.shared import CLEAR, told_axes
+from rftfit.checks.shared import CLEAR, find_likelier_axes
 from rftfit.conventions import FloatArray
 from rftfit.directions import number_rows
 from rftfit.measure.flags import Remark, format_remarks, remark
@@ -33,7 +33,7 @@ _CHOSEN = chosen("checks", "channels")
 
 
 Cause = tuple[Remark, list[Remark]]
-"""What is wrong with a channel, and flags of the runs that show it."""
+"""Fault of a channel, and flags of the runs that show it."""
 
 
 @declare_check(
@@ -55,8 +55,8 @@ Cause = tuple[Remark, list[Remark]]
 def check_channels(measured: MediumMeasurements) -> Check:
     """Look for a channel that is constant, frozen, clipped, without force, exchanged or reversed."""
     logs, causes = causes_in_readings(measured)
-    causes = causes or axes_in_part(measured)
-    causes = causes or against_known(measured, *_already_explained(measured))
+    causes = causes or find_axes_of_part(measured)
+    causes = causes or compare_with_known(measured, *_already_explained(measured))
     if not logs and not causes:
         return Check.skip("channels", "channels-unread")
     flags = [flag for _, flags_of_cause in causes for flag in flags_of_cause]
@@ -67,46 +67,50 @@ def check_channels(measured: MediumMeasurements) -> Check:
 
 
 Logs = Sequence[tuple[Run, dict[Any, Any]]]
+"""Runs, each with its row of the table of runs."""
 
 
 def causes_in_readings(measured: MediumMeasurements) -> tuple[Logs, list[Cause]]:
-    """Logs of plates and legs, and what their readings alone show to be wrong with a channel, whatever alpha is."""
+    """Return the logs of plates and legs, and faults of channels that their readings show without alpha."""
     facts = measured.tables["runs"]
     read = facts[facts["status"].eq("read") & facts["F1_low_N"].notna()].to_dict("records")
     logs = [(measured.sheet[row["run_id"]], row) for row in read]
     logs = [(run, row) for run, row in logs if run.kind in ("plate", "leg")]
     # a frozen, clipped or exchanged channel also shows no force: report the more exact cause first
     config = measured.config
-    return logs, stuck(config, logs) or exchanged_channels(config.transducer, logs)
+    return logs, find_stuck_channels(config, logs) or find_exchanged_channels(
+        config.transducer, logs
+    )
 
 
 def _pushes(logs: Logs) -> Logs:
-    """Logs of intrusions, in which the force grows with depth; on a level path or in a pull it need not."""
+    """Select the logs in which the force must change: no horizontal runs and no pulls."""
     return [log for log in logs if log[0].direction not in ("horizontal", "extraction")]
 
 
-def stuck(config: Config, logs: Logs) -> list[Cause]:
-    """Channels along x and z that are frozen, or that stop below their range in several logs."""
+def find_stuck_channels(config: Config, logs: Logs) -> list[Cause]:
+    """Find channels along x and z that are frozen, or that stop below the end of their range, in several logs."""
     causes = []
     for axis in "xz":
         if (name := measured_channel(config, axis)) is None:
             continue
-        feels = [row for run, row in _pushes(logs) if axis == "z" or not is_symmetric(run)]
-        dead = [row for row in feels if row[f"{name}_held"] >= _CHOSEN.frozen]
-        if len(dead) >= min(_CHOSEN.fewest_logs, len(feels)) > 0:
+        # on a symmetric plate no force acts along x
+        with_force = [row for run, row in _pushes(logs) if axis == "z" or not is_symmetric(run)]
+        dead = [row for row in with_force if row[f"{name}_held"] >= _CHOSEN.frozen]
+        if len(dead) >= min(_CHOSEN.fewest_logs, len(with_force)) > 0:
             constant = all(row[f"{name}_low_N"] == row[f"{name}_high_N"] for row in dead)
             cause = remark(
                 "cause-constant" if constant else "cause-frozen",
                 channel=name,
                 axis=axis,
                 count=len(dead),
-                size=len(feels),
+                size=len(with_force),
             )
             runs = [row["run_id"] for row in dead]
             causes.append((cause, flags_on(runs, "channel-still", channel=name)))
             continue
         limit = 0.99 * config.transducer.range_N[int(name[1]) - 1]
-        for value, runs in _ends([row for _, row in logs], name, limit).items():
+        for value, runs in _find_clipping_ends([row for _, row in logs], name, limit).items():
             of_channel: dict[str, Any] = {"channel": name, "newtons": value}
             cause = remark(
                 "cause-clipped", **of_channel, axis=axis, count=len(runs), size=len(logs)
@@ -115,8 +119,10 @@ def stuck(config: Config, logs: Logs) -> list[Cause]:
     return causes
 
 
-def _ends(rows: Sequence[dict[Any, Any]], name: str, limit: float) -> dict[float, list[str]]:
-    """Readings below the range at which a channel stops in several logs, and these runs."""
+def _find_clipping_ends(
+    rows: Sequence[dict[Any, Any]], name: str, limit: float
+) -> dict[float, list[str]]:
+    """Find readings, N, at which the channel `name` stops in several logs, and the runs; `limit`: its range, N."""
     runs_at_limit: dict[float, list[str]] = {}
     for row in rows:
         low, high, held = (row[f"{name}_{fact}_N"] for fact in ("low", "high", "held"))
@@ -129,8 +135,8 @@ def _ends(rows: Sequence[dict[Any, Any]], name: str, limit: float) -> dict[float
     }
 
 
-def exchanged_channels(transducer: Transducer, logs: Logs) -> list[Cause]:
-    """Channels x and y exchanged: the force across the motion is larger than the force along it."""
+def find_exchanged_channels(transducer: Transducer, logs: Logs) -> list[Cause]:
+    """Find exchanged channels x and y: the force across the plane of motion (y) is larger than that in it (x)."""
     slanted = [row for run, row in _pushes(logs) if not is_symmetric(run)]
     y, x = transducer.axes.y[1:], transducer.axes.x[1:]
     sizes = [[row[f"{name}_high_N"] - row[f"{name}_low_N"] for name in (y, x)] for row in slanted]
@@ -142,11 +148,11 @@ def exchanged_channels(transducer: Transducer, logs: Logs) -> list[Cause]:
     return [(cause, [])] if ratio > _CHOSEN.exchanged else []
 
 
-def axes_in_part(measured: MediumMeasurements) -> list[Cause]:
-    """Other axes that the known shape tells of a part of the runs, as where two cables were exchanged."""
+def find_axes_of_part(measured: MediumMeasurements) -> list[Cause]:
+    """Find other axes that fit some runs better, by the shape of known media, as if two cables were exchanged."""
     likeliest = measured.tables["misplaced"].head(1).to_dict("records")
     names = [measured_channel(measured.config, axis) for axis in "xz"]
-    if not likeliest or None in names or told_axes(measured) is not None:
+    if not likeliest or None in names or find_likelier_axes(measured) is not None:
         return []
     (mistake,) = likeliest
     if mistake["mistake"] in (ROWS, BETA_ROWS) or mistake["log_bayes_factor"] < CLEAR:
@@ -165,19 +171,22 @@ def axes_in_part(measured: MediumMeasurements) -> list[Cause]:
 
 
 def _already_explained(measured: MediumMeasurements) -> tuple[set[str], bool]:
-    """Runs whose logs look like those of rods; whether other axes or a drift of all runs explain the rest."""
+    """Return runs whose logs look like those of rods, and True if other axes or a drift explain all other runs."""
     exchanged = {flag.run_id for flag in check_rods(measured).flags}
-    drifting = len(check_drift(measured).flags) == len(measured.tables["fits"])
-    return exchanged, drifting or told_axes(measured) is not None
+    all_drift = len(check_drift(measured).flags) == len(measured.tables["fits"])
+    return exchanged, all_drift or find_likelier_axes(measured) is not None
 
 
-def against_known(
+def compare_with_known(
     measured: MediumMeasurements, exchanged: set[str], explained: bool
 ) -> list[Cause]:
-    """Runs in which a channel shows none, the opposite, or a part of the force that every known medium gives.
+    """Find channels that show no force, the opposite force, or another gain than expected from known media.
 
-    A medium may differ from all known ones in a direction, and then in all runs of it: no force and a turned
-    sign are counted by direction.
+    A medium may differ from all known ones in a direction, and then in all runs of that direction. So directions
+    without force or with the opposite sign are counted, not runs.
+
+    `exchanged`: run_ids that are left out. `explained`: True if other axes or a drift explain missing and opposite
+    forces.
     """
     config, tables, sheet = measured.config, measured.tables, measured.sheet
     known_z_x = ["known_z_ratio", "known_x_ratio"]
@@ -196,17 +205,21 @@ def against_known(
             for c in "zx"
         ]
     )
-    # a channel that nobody measured adds nothing to the others, and misses nothing
+    # a component that was not measured counts as 0, and 0 is expected of it
     unmeasured = np.isnan(force[1]) & ~np.isnan(force[0])
     force[1, unmeasured] = 0.0
     expected = sides * table[known_z_x].to_numpy(float).T
     expected[1, unmeasured] = 0.0
     turn = math.radians(config.transducer.turn_deg)
-    mount = np.array([[math.cos(turn), math.sin(turn)], [-math.sin(turn), math.cos(turn)]]) @ force
+    # force along the axes of the mount, that is, by channel
+    mount_force = (
+        np.array([[math.cos(turn), math.sin(turn)], [-math.sin(turn), math.cos(turn)]]) @ force
+    )
     strong = np.abs(expected) >= _CHOSEN.clear
-    is_comparable = strong & np.isfinite(mount)
+    is_comparable = strong & np.isfinite(mount_force)
+    # scale of measured over expected forces, by the channel in which it is larger: the other one may be dead
     size = max(
-        float(np.median(np.abs(mount[c, is_comparable[c]] / expected[c, is_comparable[c]])))
+        float(np.median(np.abs(mount_force[c, is_comparable[c]] / expected[c, is_comparable[c]])))
         if is_comparable[c].any()
         else 0.0
         for c in (0, 1)
@@ -217,16 +230,16 @@ def against_known(
         name = measured_channel(config, axis)
         if not size > 0 or name is None:
             continue
-        faint = np.abs(mount[component]) < _CHOSEN.silent * size
-        must_feel = np.abs(expected[component]) >= _CHOSEN.must_feel
-        silent = faint & must_feel
-        opposite = (np.sign(force[component]) != np.sign(expected[component])) & ~faint & must_feel
-        n_must = _count(direction, must_feel)
-        # a dead channel beside repeats that feel the force is no alpha of 0
+        faint = np.abs(mount_force[component]) < _CHOSEN.silent * size
+        must_act = np.abs(expected[component]) >= _CHOSEN.must_feel
+        silent = faint & must_act
+        opposite = (np.sign(force[component]) != np.sign(expected[component])) & ~faint & must_act
+        n_must = _count_directions(direction, must_act)
+        # one silent run is enough for a direction: if alpha were 0 there, its repeats would be silent too
         n_silent = np.unique(direction[silent]).size
-        n_strong = _count(direction, strong[component])
+        n_strong = _count_directions(direction, strong[component])
         reversed_ = opposite & strong[component]
-        n_reversed = _count(direction, reversed_)
+        n_reversed = _count_directions(direction, reversed_)
         several = reversed_.sum() >= _CHOSEN.fewest_logs
         fewest = min(max(_CHOSEN.fewest_silent, math.ceil(_CHOSEN.faint * n_must)), n_must)
         values: dict[str, Any] = {"channel": name}
@@ -239,7 +252,9 @@ def against_known(
             and _CHOSEN.fewest_reversed <= n_reversed <= _CHOSEN.most_reversed * n_strong
         ):
             code, bad, count, size_of = "reversed", opposite, n_reversed, n_strong
-        elif gain := _other_gain(noise, mount[component], expected[component], strong[component]):
+        elif gain := _find_other_gain(
+            noise, mount_force[component], expected[component], strong[component]
+        ):
             values["times"], bad = gain
             code, count, size_of = "gain", bad.sum(), bad.size
         else:
@@ -258,15 +273,18 @@ def against_known(
     return causes
 
 
-def _count(direction: npt.NDArray[np.intp], is_shown: Mask) -> int:
-    """Number of directions in which most runs show something: each is one witness of what alpha is there."""
+def _count_directions(direction: npt.NDArray[np.intp], is_shown: Mask) -> int:
+    """Count the directions in which `is_shown` is True for most runs; `direction`: number of each run's direction."""
     return int((np.bincount(direction, is_shown) > 0.5 * np.bincount(direction)).sum())
 
 
-def _other_gain(
+def _find_other_gain(
     noise: FloatArray, force: FloatArray, expected: FloatArray, strong: Mask
 ) -> tuple[float, Mask] | None:
-    """Runs in which noise and force of a channel are both so many times those of the others."""
+    """Find runs with another gain: noise and force of a channel are both larger or smaller by the same factor.
+
+    Returns the factor, and True for these runs; None if there are none. `strong`: runs with a clear expected force.
+    """
     if not (noise > 0).all() or (clusters := two_clusters(np.log(noise))) is None:
         return None
     in_second = clusters[1]

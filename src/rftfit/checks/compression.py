@@ -1,4 +1,4 @@
-"""Whether a channel shows large forces as it shows small ones: an amplifier near its end compresses them."""
+"""Check that channels show large forces as they show small ones: an amplifier near its end compresses large forces."""
 
 from __future__ import annotations
 
@@ -52,8 +52,8 @@ _ALLOWED = "{least:+.2f} to {most:+.2f}"
     },
 )
 def check_compression(measured: MediumMeasurements) -> Check:
-    """Whether stress over depth bends the more, the larger the force is."""
-    trend = trend_of_both(measured.tables["fits"], measured.config.grid.angle_tolerance_deg)
+    """Check that the exponent of stress over depth does not change with the size of the force."""
+    trend = fit_exponent_trend(measured.tables["fits"], measured.config.grid.angle_tolerance_deg)
     if trend is None:
         return Check.skip("compression", "compression-few", fewest=_CHOSEN.fewest_directions)
     least, most = (
@@ -83,13 +83,14 @@ class Trend(NamedTuple):
     dof: float
 
 
-def trend_of_both(fits: pd.DataFrame, tolerance_deg: float) -> Trend | None:
-    """Fit the change of the exponent of stress over depth up to the largest force; None where too few directions tell it.
+def fit_exponent_trend(fits: pd.DataFrame, tolerance_deg: float) -> Trend | None:
+    """Fit the change of the exponent of stress over depth up to the largest force; None for too few directions.
 
-    A channel that shows F (1 - e F / F_max) lets stress grow with an exponent that is smaller by about e in the direction of
-    the largest force, and less in others. What a medium does is alike in all directions, or differs without regard to the
-    force. Patches of a bed change both components of a push alike, so most is told by the channel along z beside that along
-    x in the same run. Channels of one transducer have amplifiers of one make: a force of so many newtons is bent alike.
+    A channel that shows F (1 - e F / F_max) makes the exponent smaller by about e in the direction of the largest
+    force, and by less in others. The exponent of a medium is the same in all directions, or differs independently of
+    the force. Patches of a bed change both components of a push alike, so the difference between the channels along z
+    and x in the same run shows most. Channels of one transducer have the same amplifiers, so the change depends on the
+    force alone.
     """
     force = np.abs(np.stack([fits[column(c)].to_numpy(float) for c in "zx"]))
     force *= fits["depth_to_cm"].to_numpy(float)
@@ -101,8 +102,8 @@ def trend_of_both(fits: pd.DataFrame, tolerance_deg: float) -> Trend | None:
     is_clear = np.isfinite(exponent) & (force > _CHOSEN.weakest)
     number = number_rows(fits, tolerance_deg)
     directions = [
-        (is_clear[:, number == place], force[:, number == place], exponent[:, number == place])
-        for place in np.unique(number[is_clear.any(axis=0)])
+        (is_clear[:, number == first], force[:, number == first], exponent[:, number == first])
+        for first in np.unique(number[is_clear.any(axis=0)])
     ]
     if len(directions) < _CHOSEN.fewest_directions:
         return None
@@ -110,9 +111,11 @@ def trend_of_both(fits: pd.DataFrame, tolerance_deg: float) -> Trend | None:
 
 
 class _Direction(NamedTuple):
-    """Exponents of a direction's channels that have one, shape (k,), their terms (k, 3), and the precision of their errors (k, k).
+    """Exponents of the k channels (z, x, or both) of a direction.
 
-    Terms: one, half of the difference between z and x, and the force relative to the largest.
+    `exponent`: shape (k,).
+    `terms`: Terms of the model: 1; +1/2 for z and -1/2 for x; force relative to the largest. Shape (k, 3).
+    `precision`: Inverse of the covariance of the exponents, shape (k, k).
     """
 
     exponent: FloatArray
@@ -123,7 +126,10 @@ class _Direction(NamedTuple):
     def of_runs(
         cls, is_clear: npt.NDArray[np.bool_], force: FloatArray, exponent: FloatArray
     ) -> _Direction:
-        """Average the runs of a direction, arrays (2, n) of z and x: patches are common to both channels, errors of the zero are not."""
+        """Average the runs of a direction; arrays of z and x, shape (2, n).
+
+        Errors by patches of the bed are common to both channels, errors of the zero are not.
+        """
         counts = is_clear.sum(axis=1)
         has_runs = counts > 0
         mean_force, mean_exponent = (
@@ -132,15 +138,15 @@ class _Direction(NamedTuple):
         )
         sides = np.array([0.5, -0.5])[has_runs]
         terms = np.stack([np.ones(sides.size), sides, mean_force], axis=1)
-        of_zero = np.diag((_CHOSEN.zero / mean_force) ** 2 / counts[has_runs])
-        covariance = of_zero + PATCHES**2 / is_clear.any(axis=0).sum()
+        zero_variance = np.diag((_CHOSEN.zero / mean_force) ** 2 / counts[has_runs])
+        covariance = zero_variance + PATCHES**2 / is_clear.any(axis=0).sum()
         return cls(mean_exponent, terms, np.linalg.inv(covariance))
 
 
 def _fit_trend(directions: list[_Direction]) -> Trend:
-    """Fit the change with force by least squares, with the scatter that directions show beside the usual one.
+    """Fit the change with force by least squares; its error combines the usual scatter and that of the directions.
 
-    The exponents of z and x differ by 0 beforehand, with an error of `_CHOSEN.unlike`.
+    The prior difference of the exponents of z and x is 0, with the standard deviation `_CHOSEN.unlike`.
     """
     normal = np.diag([0.0, _CHOSEN.unlike**-2, 0.0])
     moment = np.zeros(3)

@@ -1,6 +1,6 @@
-"""Checks of a medium, declared once beside the functions that do them: order, verdicts, tables and page follow.
+"""Checks of a medium are declared here once: order, verdicts, tables and page follow from the declarations.
 
-``docs/theory/checks.md`` says what each check rests on and where its threshold is from.
+``docs/theory/checks.md`` describes the basis of each check and the source of its threshold.
 """
 
 from __future__ import annotations
@@ -32,9 +32,12 @@ def declare_check(name: CheckName, **facts: Any) -> Callable[[CheckFunction], Ch
 
 
 class Words(NamedTuple):
-    """What a check says: what it found, what is allowed, and where it fails the likely cause and the cure.
+    """Sentences of one outcome of a check, with places for its values.
 
-    `fault`: What the data do in this outcome, where the check's own `fault` does not say it.
+    `found`: What was found, or why nothing was checked.
+    `allowed`: What would pass.
+    `cause`: Likely cause of a failure, and the cure.
+    `fault`: Fault of the data in this outcome, if it is another than the `fault` of the check.
     """
 
     found: str
@@ -47,11 +50,14 @@ class Words(NamedTuple):
 class DeclaredCheck:
     """A check as its module declares it.
 
-    `check`: Function that does it. `title`: Its name for people. `effect`: On a medium that fails it. `good`, `fault`:
-    What good and what bad data do. `outcomes`: Words of each outcome, by code. `after`: Checks whose failure comes
-    first: a failure of this one would be another name of it. `needed`: Whether an error of 20 % or more in many runs
-    would pass without it, so that no medium is sound that lacks it. `quotes_found`: Whether a failure is told by what
-    was found, and not by `fault`.
+    `check`: Function that does the check.
+    `title`: Name for people.
+    `effect`: Verdict on a medium that fails, `UNUSABLE` or `DOUBTFUL`.
+    `good`, `fault`: Sentences about good and about bad data.
+    `outcomes`: Sentences of each outcome, by code.
+    `after`: Checks that must pass before: if one fails, a failure of this check would only repeat it.
+    `needed`: True if a medium is not sound without this check, as an error of 20 % or more in many runs would pass.
+    `quotes_found`: True if a failure is described by `Words.found`, not by `fault`.
     """
 
     check: Callable[[MediumMeasurements], Check]
@@ -65,20 +71,21 @@ class DeclaredCheck:
     quotes_found: bool = False
 
     def fault_of(self, code: str) -> str:
-        """What data do that fail with this outcome."""
+        """Sentence about the fault of data that fail with the outcome `code`."""
         return self.outcomes[code].fault or self.fault
 
 
 CHECKS: dict[str, DeclaredCheck] = {}
-"""Declared checks by name; complete, since `rftfit.checks` imports all modules that declare one."""
+"""Declared checks by name; complete, as `rftfit.checks` imports all modules that declare one."""
 
 SOUND_LOGS: tuple[CheckName, ...] = ("sheet", "channels", "rods", "drift")
-"""Checks without which no force is to be believed."""
+"""Checks that must pass before forces are trusted."""
 
 SOUND_ALPHA: tuple[CheckName, ...] = (*SOUND_LOGS, "work")
-"""Checks without which no alpha is to be believed."""
+"""Checks that must pass before alpha is trusted."""
 
 WAITS = "waits"
+"""Code of a check that was left out because a check before it failed."""
 _WAITING = Words("not before the check {first} passes")
 
 COLUMNS = columns_of("checks/{medium}.csv")
@@ -86,10 +93,13 @@ COLUMNS = columns_of("checks/{medium}.csv")
 
 @dataclass(frozen=True, eq=False)
 class MediumMeasurements:
-    """What checks read of one medium.
+    """All data of one medium that checks read.
 
-    `sheet`: Its runs by run_id. `tables`: ``runs``, ``tares``, ``fits``, ``peers``, ``causes``, ``axes``, ``alpha``,
-    ``tared`` and ``windows``. `copies`: Of `copies_of`. `flags`: Of the runs, by their own logs.
+    `sheet`: Runs by run_id.
+    `tables`: ``runs``, ``tares``, ``fits``, ``peers``, ``causes``, ``axes``, ``misplaced``, ``alpha``, ``tared`` and
+    ``windows``.
+    `copies`: run_ids of the copies of each run, of `copies_of`.
+    `flags`: Flags of the runs from their logs.
     """
 
     config: Config
@@ -104,8 +114,10 @@ class MediumMeasurements:
 class Check:
     """Outcome of one check of one medium.
 
-    `code`: Of its words in the declaration. `values`: Numbers, words and remarks that its words name. `flags`: Of single runs.
-    `why_accepted`: What the config says of a failure that it accepts.
+    `code`: Code of the outcome in the declaration of the check.
+    `values`: Numbers, words and remarks that its sentences name.
+    `flags`: Flags of single runs.
+    `why_accepted`: Reason that the config gives for accepting a failure.
     """
 
     check: CheckName
@@ -124,32 +136,32 @@ class Check:
         code: str = "",
         **values: Any,
     ) -> Check:
-        """Pass a medium, or fail it; default of `code`: the name of the check."""
+        """Make the outcome of a medium that passes or fails; default of `code`: the name of the check."""
         return cls(check, PASSED if passed else FAILED, code or check, values, tuple(flags))
 
     @classmethod
     def skip(cls, check: CheckName, code: str, **values: Any) -> Check:
-        """Leave a medium unchecked for a reason."""
+        """Make the outcome of a medium that is not checked, for the reason `code`."""
         return cls(check, NOT_CHECKED, code, values)
 
     @property
     def words(self) -> Words:
-        """Words of this outcome, without its values."""
+        """Sentences of this outcome, before its values are put in."""
         return _WAITING if self.code == WAITS else CHECKS[self.check].outcomes[self.code]
 
     @property
     def found(self) -> str:
-        """What was found, or why nothing was checked."""
+        """Sentence on what was found, or why nothing was checked."""
         return self.words.found.format(**self.values)
 
     @property
     def allowed(self) -> str:
-        """What would pass."""
+        """Sentence on what would pass."""
         return self.words.allowed.format(**self.values)
 
     @property
     def sentence(self) -> str:
-        """The likely cause of a failure and where to look, or what was not checked; empty where a medium passes."""
+        """Likely cause of a failure and its cure, or what was not checked; empty if the medium passes."""
         cause = self.words.cause
         if self.verdict == PASSED or not cause:
             return ""
@@ -160,7 +172,7 @@ class Check:
 
     @property
     def effect(self) -> str:
-        """What follows for the medium."""
+        """Verdict on the medium if the check failed, `UNUSABLE` or `DOUBTFUL`; else empty."""
         return CHECKS[self.check].effect if self.verdict == FAILED else ""
 
     def row(self, medium: str) -> dict[str, str]:
@@ -169,7 +181,7 @@ class Check:
 
 
 def flags_on(runs: Iterable[str], code: str, **values: Any) -> list[Remark]:
-    """One flag on each of some runs."""
+    """Make the same flag on each of some runs."""
     return [remark(code, run_id=run, **values) for run in runs]
 
 
@@ -178,7 +190,7 @@ MOST_NAMED = 6
 
 
 def describe_rows(runs: Iterable[str], sheet: Mapping[str, Run]) -> str:
-    """Rows of the run sheet of some runs, in few words: ``rows 2 to 34 and 40``; rods between them do not count."""
+    """Describe the rows of some runs in the run sheet: ``rows 2 to 34 and 40``; rods between them interrupt no span."""
     run_ids = set(runs)
     spans: list[list[int]] = []
     is_open = False

@@ -1,4 +1,4 @@
-"""By which law stress grows with depth: in proportion, by another power, or from an intercept."""
+"""Judge by which law stress grows with depth: in proportion, by another power, or from an intercept."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from rftfit.store.chosen import chosen
 _CHOSEN = chosen("checks", "law")
 
 TOLERATED: float = _CHOSEN.tolerated
-"""Difference of an exponent from 1 that makes no difference."""
+"""Largest difference of an exponent from 1 that is tolerated."""
 
 MOST_EXPONENT: float = _CHOSEN.most_departure
-"""Departure of the exponent from 1 beyond which nothing was checked where only larger ones would be told."""
+"""Largest difference of an exponent from 1 that may stay undetected; if errors hide more, nothing was checked."""
 
 BEFOREHAND_DOF: float = _CHOSEN.beforehand_dof
-"""Degrees of freedom for which the known errors count beside the scatter of directions."""
+"""Degrees of freedom of the known errors when they are combined with the scatter of directions."""
 
 
 class Estimate(NamedTuple):
@@ -68,16 +68,19 @@ LAW_OUTCOMES = {
         "{off:.0%} off within its window.",
     ),
 }
-"""Words of `linearity` where nothing but the law tells the surface, by code."""
+"""Sentences of the check `linearity` where the surface is not checked otherwise, by code."""
 
 
 def judge_law_alone(
     pushes: pd.DataFrame, run_cm: float, session_cm: float, tolerance_deg: float
 ) -> Check:
-    """Whether stress of pushes is proportional to depth where nothing else tells the surface.
+    """Judge whether stress of pushes is proportional to depth, where the surface cannot be checked.
 
-    Each direction counts once, repeats by their mean. `pushes`: of the table of fits, steep and clear. `run_cm`,
-    `session_cm`: standard deviations of the free surface, of a run and common to all. `tolerance_deg`: of the campaign's grid.
+    Each direction counts once, with the mean of its repeats.
+
+    `pushes`: Rows of the table of fits: steep pushes with a clear slope.
+    `run_cm`, `session_cm`: Standard deviations of the free surface, from run to run and common to all runs.
+    `tolerance_deg`: Tolerance of angles of the campaign's grid.
     """
     pushes = pushes.dropna(subset=["exponent_z"])
     if pushes.empty:
@@ -109,7 +112,7 @@ def judge_law_alone(
 
 
 def judge_crust(flags: Flags, pushes: pd.DataFrame) -> Check | None:
-    """Whether half of the pushes or more break a crust; None where not."""
+    """Fail the medium if half of the pushes or more break a crust; else return None."""
     broken = flags.runs_with("crust")
     excess = [
         float(dict(flag.values)["percent"]) / 100
@@ -129,10 +132,11 @@ def judge_crust(flags: Flags, pushes: pd.DataFrame) -> Check | None:
 
 
 def exponent_of(pushes: pd.DataFrame, session_cm: float, tolerance_deg: float) -> Estimate:
-    """Exponent of depth that the directions have in common.
+    """Estimate the exponent of depth that all directions share.
 
-    `pushes`: One row a push, columns `exponent_z`, its error and its window. `session_cm`: Error of the surface that all
-    runs of the session share.
+    `pushes`: Rows of the table of fits.
+    `session_cm`: Error of the surface that all runs of the session share.
+    `tolerance_deg`: Tolerance of angles of the campaign's grid.
     """
     pushes = pushes.dropna(subset=["exponent_z"])
     ends = zip(pushes["depth_from_cm"], pushes["depth_to_cm"], strict=True)
@@ -142,8 +146,8 @@ def exponent_of(pushes: pd.DataFrame, session_cm: float, tolerance_deg: float) -
     levers *= pushes["exponent_z"].to_numpy(float)
     # the error of the session is common to all runs, so it is added after averaging; the scatter is never below that
     # of an uneven bed
-    own_variance = pushes["exponent_z_se"].to_numpy(float) ** 2 - (levers * session_cm) ** 2
-    scatter = np.sqrt(np.fmax(own_variance, PATCHES**2))
+    run_variance = pushes["exponent_z_se"].to_numpy(float) ** 2 - (levers * session_cm) ** 2
+    scatter = np.sqrt(np.fmax(run_variance, PATCHES**2))
     session = float(levers.mean()) * session_cm
     return combine_directions(pushes, "exponent_z", scatter, session, tolerance_deg)
 
@@ -151,9 +155,10 @@ def exponent_of(pushes: pd.DataFrame, session_cm: float, tolerance_deg: float) -
 def combine_directions(
     pushes: pd.DataFrame, column: str, scatter: FloatArray, session: float, tolerance_deg: float
 ) -> Estimate:
-    """Median of a quantity over directions, with the scatter that is known and the one that they show.
+    """Estimate the median of a quantity over directions; its error combines known errors and the scatter of directions.
 
-    `scatter`: Standard deviation of each run. `session`: Of what all runs share.
+    `column`: Column of `pushes` with the quantity.
+    `scatter`: Known standard deviation of each run. `session`: Standard deviation that all runs share.
     """
     runs = pd.DataFrame({"value": pushes[column].to_numpy(float), "variance": scatter**2})
     directions = runs.groupby(number_rows(pushes, tolerance_deg))
@@ -168,9 +173,9 @@ def combine_directions(
 
 
 def largest_departure(pushes: pd.DataFrame) -> float:
-    """Largest difference of the better law from the line through zero within the windows, relative, over the directions.
+    """Largest relative difference of the better law from the line through zero in a window, median over pushes.
 
-    From a tenth of the window's end on, where stress is not yet noise.
+    Depths above a tenth of the end of the window do not count, as stress there is mostly noise.
     """
     departures = []
     for row in pushes.to_dict("records"):

@@ -1,4 +1,4 @@
-"""All checks of a medium: whether its numbers can be believed, and if not, why."""
+"""Do all checks of a medium, which decide whether its numbers are trusted."""
 
 from __future__ import annotations
 
@@ -23,7 +23,12 @@ def check_medium(
     copies: Mapping[str, Collection[str]],
     flags: Flags,
 ) -> list[Check]:
-    """Do every check on one medium; what the config accepts is not failed."""
+    """Do every check on one medium, and return the outcomes in the order of the config.
+
+    A failure becomes "not checked" if a check before it failed, and "accepted" if the config accepts it.
+
+    `tables`, `copies`, `flags`: See `MediumMeasurements`.
+    """
     settings = campaign.config.media[medium]
     sheet = {run.run_id: run for run in campaign.runs_of(medium)}
     measured = MediumMeasurements(campaign.config, settings, sheet, tables, copies, flags)
@@ -34,7 +39,7 @@ def check_medium(
             prior_check for prior_check in CHECKS[name].after if outcomes[prior_check].effect
         ]
         if failed_before and outcome.verdict != NOT_CHECKED:
-            # the flags of single runs stay
+            # flags of single runs are kept
             outcomes[name] = replace(
                 Check.skip(name, WAITS, first=failed_before[0]), flags=outcome.flags
             )
@@ -44,14 +49,14 @@ def check_medium(
 
 
 def sort_checks() -> list[CheckName]:
-    """Sort the names of all checks: each comes behind those that it waits for."""
-    # from the order of the config, so that the order of imports changes nothing
+    """Sort the names of all checks: each comes after those that it waits for."""
+    # start with the order of the config, so that the order of imports changes nothing
     waits_for = {name: CHECKS[name].after for name in get_args(CheckName)}
     return list(TopologicalSorter(waits_for).static_order())
 
 
 def faults_of(checks: pd.DataFrame) -> str:
-    """What failed checks, rows of the table, say of a medium, in words."""
+    """Describe the faults of a medium; `checks`: rows of failed checks in the table of checks."""
     rows = zip(checks["check"], checks["code"], checks["found"], strict=True)
     return " and ".join(
         found if CHECKS[check].quotes_found else CHECKS[check].fault_of(code)
@@ -60,14 +65,17 @@ def faults_of(checks: pd.DataFrame) -> str:
 
 
 def marks_of(checks: pd.DataFrame, media: Mapping[str, MediumSettings]) -> dict[str, list[Remark]]:
-    """What stands wherever a medium appears that fails a check, by medium; `checks`: the table."""
+    """Return the marks of each medium that fails a check, which are shown wherever the medium appears.
+
+    `checks`: Table of checks of all media.
+    """
     warnings = {}
     for medium, rows in checks.groupby("medium", sort=False):
         marks = []
         for effect in (UNUSABLE, DOUBTFUL):
             failed = rows[rows["effect"] == effect]
             marks += [remark(effect, faults=faults_of(failed))] if len(failed) else []
-        # by the config as it is now, which may be newer than the table
+        # the reason comes from the present config, which may be newer than the table
         accept: dict[Any, str] = media[str(medium)].accept
         for check, row in rows[rows["verdict"] == ACCEPTED].groupby("check", sort=False):
             why = accept.get(check, "")

@@ -1,4 +1,4 @@
-"""Checks of single runs, and of runs beside each other: rods, drift, steadiness, repeats, copies, size."""
+"""Checks of single runs, and of runs compared with each other: rods, drift, steadiness, repeats, copies, size."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from rftfit.store.chosen import chosen
 _CHOSEN = chosen("checks", "runs")
 
 SURE: float = _CHOSEN.sure
-"""Standard errors of one of several numbers that are looked at together."""
+"""Standard errors that a number must exceed to be a fault, where several numbers are tested together."""
 
 
 _OTHER_RODS_ALLOWED = "{most:.0%} of either sign"
@@ -80,7 +80,7 @@ _RODS_ALLOWED = "a ratio below {alone:g} in each run ({clear:g} where forces are
     },
 )
 def check_rods(measured: MediumMeasurements) -> Check:
-    """Whether rods alone feel less than plates on their rods do."""
+    """Check that the force on a rod alone is smaller than that on plate and rod, and that both have the same rods."""
     tares, sheet = measured.tables["tares"], measured.sheet
     plates = [run.run_id for run in sheet.values() if run.kind == "plate"]
     table = tares[(tares["tare_run"] != "") & tares["run_id"].isin(plates)]
@@ -89,7 +89,7 @@ def check_rods(measured: MediumMeasurements) -> Check:
     if not has_tare.any():
         return Check.skip("rods", "rods-no-tare")
     ratio = np.where(has_tare, tare / np.where(has_tare, force, 1), np.nan)
-    # forces of the weakest directions are little more than the noise of their zeros
+    # in the weakest directions forces hardly exceed the noise of their zeros, so a larger ratio is allowed
     clear = tare - force > _CHOSEN.rod_force * np.nanmedian(np.fmax(tare, force))
     wrong = (ratio == 1) | (ratio >= np.where(clear, _CHOSEN.rod_alone, _CHOSEN.rod_clear))
     stronger = table["run_id"][wrong]
@@ -112,7 +112,7 @@ def check_rods(measured: MediumMeasurements) -> Check:
 
 
 def _judge_other_rods(measured: MediumMeasurements) -> Check | None:
-    """Failure where rods bear another force alone than with plates; None where they do not, or nothing tells it."""
+    """Fail the medium if the force on rods alone is another than with plates; None if it is not, or cannot be told."""
     tables = measured.tables
     fits, tared, windows = (tables[name] for name in ("fits", "tared", "windows"))
     tolerance_deg = measured.config.grid.angle_tolerance_deg
@@ -169,7 +169,7 @@ _DRIFT_CAUSE = (
     },
 )
 def check_drift(measured: MediumMeasurements) -> Check:
-    """Whether the zero drifts already at rest in air before a stroke, or is another one after it."""
+    """Check that the zero neither drifts at rest in air before a stroke nor differs after it."""
     runs, tares = measured.tables["runs"], measured.tables["tares"]
     table = runs.merge(tares[["run_id", "force_rms_N"]], on="run_id")
     across_strokes = _judge_change_of_zero(table)
@@ -180,7 +180,10 @@ def check_drift(measured: MediumMeasurements) -> Check:
 
 
 def _judge_change_of_zero(table: pd.DataFrame) -> Check | None:
-    """Judge the zero after the strokes minus that before them; None where too few runs rest in air at both ends."""
+    """Judge the change of the zero over the strokes; None where too few runs rest in air at both ends.
+
+    `table`: Table of runs, with the rms of the force.
+    """
     change = table[["zero_change_z_N", "zero_change_x_N"]].to_numpy(float).T
     force = table["force_rms_N"].to_numpy(float)
     has_change = np.isfinite(change).all(axis=0) & (force > 0)
@@ -190,7 +193,7 @@ def _judge_change_of_zero(table: pd.DataFrame) -> Check | None:
     size = np.median(np.abs(change[:, has_change]), axis=1)
     worst = int(size.argmax())
     newtons = float(np.median(change[worst, has_change]))
-    # a drift to either side is as bad as one that all runs share
+    # the median size counts, as drifts to both sides are as bad as one to the same side; the sign is that of the median
     newtons = math.copysign(float(size[worst]), newtons)
     most_N = _CHOSEN.change_of_zero * typical
     values: dict[str, Any] = {"axis": "zx"[worst], "newtons": newtons, "size": has_change.sum()}
@@ -202,7 +205,7 @@ def _judge_change_of_zero(table: pd.DataFrame) -> Check | None:
 
 
 def _judge_trend_at_rest(measured: MediumMeasurements, table: pd.DataFrame) -> Check:
-    """Judge the trend of the zero before the strokes, of runs that rest in air at one end alone."""
+    """Judge the trend of the zero at rest before the strokes, for runs that rest in air at one end only."""
     trend = table[["zero_trend_z_N", "zero_trend_x_N"]].to_numpy(float).T
     force = table["force_rms_N"].to_numpy(float)
     has_trend = np.isfinite(trend).all(axis=0) & (force > 0)
@@ -216,7 +219,7 @@ def _judge_trend_at_rest(measured: MediumMeasurements, table: pd.DataFrame) -> C
     middle, se = np.array([median_of_runs(trends) for trends in trend]).T
     limit = student_limit(SURE, has_trend.sum() - 1) * se
     deviation = np.abs(trend - middle[:, None])
-    # where most runs drift alike it is all of them, else those that stand out
+    # a common drift is a fault of all runs; else only runs that clearly drift more than the others are
     common = (np.abs(middle) > limit) & (np.abs(middle) > _CHOSEN.drift * typical)
     spread = 1.4826 * np.median(deviation, axis=1)[:, None]
     alone = (deviation > MODES * spread) & (
@@ -256,7 +259,7 @@ def _judge_trend_at_rest(measured: MediumMeasurements, table: pd.DataFrame) -> C
     },
 )
 def check_steadiness(measured: MediumMeasurements) -> Check:
-    """Whether the stress of horizontal runs stays the same over the part that is averaged."""
+    """Check that the stress of horizontal runs is constant over the part that is averaged."""
     fits, tared = measured.tables["fits"], measured.tables["tared"]
     good = measured.tables["windows"]["why"].to_numpy() == RowStatus.GOOD
     rows_by_run = split_runs(tared)
@@ -279,19 +282,19 @@ def check_steadiness(measured: MediumMeasurements) -> Check:
     return Check.judge(
         "steadiness",
         abs(change) <= most_change,
-        change=_percent(change),
-        most=_percent(most_change),
+        change=_format_ratio(change),
+        most=_format_ratio(most_change),
         size=len(changes),
     )
 
 
-def _percent(ratio: float) -> str:
-    """A ratio in percent; one above 10, as of exchanged axes, as it is."""
+def _format_ratio(ratio: float) -> str:
+    """Format a ratio in percent; above 10, as after exchanged axes, as a plain number."""
     return f"{100 * ratio:.1f} %" if abs(ratio) <= 10 else f"{ratio:.3g}"
 
 
 _BESIDE = {"pair": "other run of its direction"}
-"""Words for what a run is compared with, where they are not those of the table."""
+"""Words in sentences for the comparison of a run, where they differ from those of the table."""
 
 
 @declare_check(
@@ -333,13 +336,13 @@ _BESIDE = {"pair": "other run of its direction"}
     },
 )
 def check_repeats(measured: MediumMeasurements) -> Check:
-    """Whether each run has the alpha that its repeats, or else all other runs, say it should have."""
+    """Check that alpha of each run agrees with its repeats, or else with the map of all other runs."""
     peers = measured.tables["peers"]
     repeated_runs = peers[np.isfinite(peers["times_spread"].to_numpy(float))]
     if repeated_runs.empty:
         return Check.skip("repeats", "repeats-few")
     apart = repeated_runs[repeated_runs["apart"].to_numpy(bool)]
-    # of two runs the one comes first that is farther from the map of all others
+    # of two runs that differ from each other, the one farther from the map of all others comes first
     off = np.hypot(apart["off_z_ratio"].fillna(0.0), apart["off_x_ratio"].fillna(0.0))
     ranked = apart.assign(off=off).sort_values(["times_spread", "off"], ascending=False)
     largest_rows = ranked.to_dict("records")[:MOST_NAMED]
@@ -367,7 +370,7 @@ def check_repeats(measured: MediumMeasurements) -> Check:
         most_spreads=repeated_runs["times_spread"].max(),
         median=seen_from.median(),
         most=seen_from.max(),
-        values=format_remarks(map(_beside_others, largest_rows)),
+        values=format_remarks(map(_describe_beside_others, largest_rows)),
         rows=describe_rows(apart["run_id"], measured.sheet),
         next="".join(
             str(
@@ -381,7 +384,7 @@ def check_repeats(measured: MediumMeasurements) -> Check:
 
 
 def _judge_spread(measured: MediumMeasurements) -> Check | None:
-    """Failure where repeats differ more than ordinary beds do, though none stands apart from the others."""
+    """Fail the medium if repeats scatter more than ordinary beds, though no run differs clearly; else return None."""
     from scipy.special import chdtri
 
     fits, names = measured.tables["fits"], [column(c) for c in "zx"]
@@ -397,6 +400,7 @@ def _judge_spread(measured: MediumMeasurements) -> Check | None:
     if scatter is None:
         return None
     spread, dof = scatter.relative()[0], scatter.dof
+    # lower end of the interval of the spread, by the distribution of chi-square
     low = spread * math.sqrt(dof / float(chdtri(dof, 1 - _CHOSEN.sure_of_spread)))
     if spread <= _CHOSEN.wide or low <= _CHOSEN.usual_at_most:
         return None
@@ -412,8 +416,11 @@ def _judge_spread(measured: MediumMeasurements) -> Check | None:
     )
 
 
-def _beside_others(row: dict[Any, Any]) -> Remark:
-    """Alpha of a run beside that of the others, of the component that is farther off."""
+def _describe_beside_others(row: dict[Any, Any]) -> Remark:
+    """Compare alpha of a run with that of the others, for the component that differs more.
+
+    `row`: Row of the table of peers.
+    """
     c = "zx"[abs(row["off_x_ratio"]) > abs(row["off_z_ratio"])]
     alphas_beside = row[f"others_{c}_N_per_cm3"]
     alpha = row[column(c)]
@@ -440,14 +447,14 @@ def _beside_others(row: dict[Any, Any]) -> Remark:
     },
 )
 def check_logs(measured: MediumMeasurements) -> Check:
-    """Whether two runs have the same readings, or the same noise, under two names."""
+    """Check that no two runs have the same readings, or the same noise, under two names."""
     sheet, copies = measured.sheet, measured.copies
     of_table = any(run.intruder == UNIT_AREA for run in sheet.values())
     if not copies:
         return Check.skip("same_logs", "same_logs-table" if of_table else "same_logs-few")
     record_kind = "run" if of_table else "log"
     where_to_look = "at these runs in the table" if of_table else "at force_log of these runs"
-    # a table may state the plate at 90 degrees, which is the one at -90, under both angles
+    # plates at 90 and -90 degrees are the same: a table may state them under both angles
     copied = []
     for name, run in sheet.items():
         copies_of_run = (sheet[copy_id] for copy_id in copies.get(name, ()))
@@ -495,7 +502,7 @@ _SIZE_ALLOWED = "{low:g} to {high:g} N/cm^3"
     },
 )
 def check_size(measured: MediumMeasurements) -> Check:
-    """Whether alpha_z(0, 90 deg) is as large as stated; without that, what no medium is found."""
+    """Check that alpha_z(0, 90 deg) is as large as the config states, or else as large as in any granular medium."""
     expected = measured.medium.expected_alpha
     cell = cell_at(measured.tables["alpha"], 0, 90)
     value = math.nan if cell is None else float(cell[column("z")])

@@ -1,4 +1,4 @@
-"""What all runs of a medium together show: errors that many of them share, and whether the axes are as given."""
+"""Checks of all runs of a medium together: errors that many runs share, and axes of the force."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ from rftfit.measure.verdict_words import DOUBTFUL, FEWEST_RUNS, NO_RUNS, PULLS, 
 from rftfit.store.chosen import chosen
 
 CLEAR: float = chosen("checks", "evidence").axes
-"""Log of the Bayes factor from which axes are told from one another."""
+"""Log of the Bayes factor above which one choice of axes is clearly better than another."""
 
 
-def told_axes(measured: MediumMeasurements) -> Remark | None:
-    """Other axes that explain alpha clearly better than the given ones; None where there are none."""
+def find_likelier_axes(measured: MediumMeasurements) -> Remark | None:
+    """Find other axes that explain alpha clearly better than the given ones; None where there are none."""
     axes = measured.tables["axes"]
     other_axes = axes[~axes["axes"].isin(["as-given", PULLS])].sort_values("log_bayes_factor")
     if other_axes.empty or not other_axes["log_bayes_factor"].iloc[-1] > CLEAR:
@@ -71,7 +71,7 @@ def told_axes(measured: MediumMeasurements) -> Remark | None:
     },
 )
 def check_axes(measured: MediumMeasurements) -> Check:
-    """Whether the shape of known media fits the given axes better than any others that a config can give by mistake."""
+    """Check that the given axes fit the shape of known media better than axes that a config may name by mistake."""
     axes = measured.tables["axes"]
     evidence = dict(zip(axes["axes"], axes["log_bayes_factor"].astype(float), strict=True))
     for_pulls = evidence.pop(PULLS, -math.inf)
@@ -79,7 +79,7 @@ def check_axes(measured: MediumMeasurements) -> Check:
     if not other_axes:
         return Check.skip("axes", "axes-no-runs")
     best = max(other_axes, key=lambda name: other_axes[name])
-    if likelier_axes := told_axes(measured):
+    if likelier_axes := find_likelier_axes(measured):
         power = other_axes[best] / math.log(10)
         where_to_look = "the columns of the table" if measured.config.table else "transducer.axes"
         return Check.judge(
@@ -127,11 +127,11 @@ def check_axes(measured: MediumMeasurements) -> Check:
     },
 )
 def check_shared(measured: MediumMeasurements) -> Check:
-    """Whether runs share another gain, another turn of the mount, or other angles than stated."""
+    """Check that no gain, turn of the mount or angle is off in many runs; `causes` is the table of such causes."""
     causes = measured.tables["causes"]
     is_told = causes["verdict"] == "told"
     if "symmetry" in measured.medium.accept:
-        # a turned mount is what the config accepts
+        # the config accepts a turned mount
         is_told &= ~((causes["group"] == "all") & causes["kind"].isin(["turn", "crosstalk"]))
     told_causes = causes[is_told].to_dict("records")
     if told_causes:
@@ -172,14 +172,17 @@ def check_shared(measured: MediumMeasurements) -> Check:
 
 
 def _describe_least(kind: str, group: str, causes: pd.DataFrame) -> Remark | None:
-    """Least size of a cause that would have been told; None where it was not checked."""
+    """Describe the least size at which a cause would have been seen; None where it was not checked."""
     rows = causes[(causes["kind"] == kind) & (causes["group"] == group)]
     rows = rows[rows["verdict"] == "not seen"]
     return None if rows.empty else remark(f"least-{kind}", least=float(rows["least_seen"].iloc[0]))
 
 
 def _describe_told(row: Mapping[Any, Any], measured: MediumMeasurements) -> Remark:
-    """What runs share, how large it is and where."""
+    """Describe a cause that runs share: kind, size, runs, and other causes that fit as well.
+
+    `row`: Row of the table of causes.
+    """
     size: dict[str, Any] = {
         name: float(row[f"size{end}"])
         for name, end in (("size", ""), ("low", "_lo"), ("high", "_hi"))
@@ -210,12 +213,12 @@ def _describe_told(row: Mapping[Any, Any], measured: MediumMeasurements) -> Rema
     rival_causes = [words.split() for words in str(row["inseparable"]).split("; ") if words]
     if not rival_causes:
         return told_cause
-    texts = dict.fromkeys(_describe_other(kind, group) for kind, group, *_ in rival_causes)
+    texts = dict.fromkeys(_describe_rival(kind, group) for kind, group, *_ in rival_causes)
     return remark("told-or", told=str(told_cause), others=", ".join(texts))
 
 
-def _describe_other(kind: str, group: str) -> str:
-    """Kind of another cause, and the runs that would share it."""
+def _describe_rival(kind: str, group: str) -> str:
+    """Describe another cause that fits as well: its kind, and the runs that would share it."""
     if group in ("trend", "all", "from-run", "window", "holder"):
         return str(remark(f"other-{group}", kind=str(remark(f"kind-{kind}"))))
     return str(remark("other-label", kind=str(remark(f"kind-{kind}")), column=group))

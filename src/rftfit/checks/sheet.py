@@ -1,4 +1,4 @@
-"""Whether a stretch of the run sheet is shifted against its logs, by the angles in motion logs and by alpha."""
+"""Check that no stretch of the run sheet is shifted against its logs, by the angles in motion logs and by alpha."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from rftfit.measure.verdict_words import BETA_ROWS, ROWS, UNUSABLE
 from rftfit.store.chosen import chosen
 
 _EVIDENCE: float = chosen("checks", "evidence").other_rows
-"""Log of the Bayes factor from which alpha tells other rows."""
+"""Log of the Bayes factor above which the angles of other rows clearly fit alpha better."""
 
 _ALLOWED = "no stretch of the run sheet that the angles of rows nearby fit better than its own"
 _CURE = "look whether a row is missing or there twice before the first of them, and whether cells of a column were shifted."
@@ -60,7 +60,7 @@ _CURE = "look whether a row is missing or there twice before the first of them, 
     },
 )
 def check_sheet(measured: MediumMeasurements) -> Check:
-    """Whether the angles of rows nearby fit a stretch of the runs better than those of their own rows."""
+    """Check that the angles of nearby rows do not fit a stretch of runs better than the angles of its rows."""
     if (by_logs := _find_shift_of_logs(measured)) is not None:
         shift, shifted_runs, refused_count = by_logs
         return Check.judge(
@@ -73,7 +73,7 @@ def check_sheet(measured: MediumMeasurements) -> Check:
             rows=describe_rows(shifted_runs, measured.sheet),
         )
     misplaced = measured.tables["misplaced"]
-    # of two mistakes the likelier one counts: with wrong axes the angles of other rows may fit better, too
+    # only the likeliest mistake counts: with wrong axes the angles of other rows may fit better, too
     for likeliest in misplaced.head(1).to_dict("records"):
         if likeliest["mistake"] in (ROWS, BETA_ROWS) and likeliest["log_bayes_factor"] > _EVIDENCE:
             if (
@@ -101,13 +101,17 @@ def check_sheet(measured: MediumMeasurements) -> Check:
 
 
 def _describe_shift(shift: int) -> str:
-    """Where the angles stand whose logs are `shift` rows below."""
+    """Describe in which row the angles of a log stand; `shift`: number of rows above it, negative for below."""
     side = "above" if shift > 0 else "below"
     return str(remark(f"row-{side}" if abs(shift) == 1 else f"rows-{side}", count=abs(shift)))
 
 
 def _find_shift_of_logs(measured: MediumMeasurements) -> tuple[int, list[str], int] | None:
-    """Find by how many rows the angles stand above the logs that show them, these runs, and how many are refused for angles."""
+    """Find a stretch of refused runs whose motion logs show the angles of other rows; None where there is none.
+
+    Returns the number of rows by which the angles stand above the logs that show them, the run_ids, and the number of
+    all runs that are refused for their angles.
+    """
     plates = sorted(
         (run for run in measured.sheet.values() if run.kind == "plate"), key=lambda run: run.row
     )
@@ -122,6 +126,7 @@ def _find_shift_of_logs(measured: MediumMeasurements) -> tuple[int, list[str], i
     seen_deg = refused[["seen_beta_deg", "seen_gamma_deg"]].to_numpy(float)
 
     def shows_angles_at(index: int, place: int) -> bool:
+        """Return True if the log of a refused run shows the angles of the plate run at a place in the sheet."""
         beta_deg, gamma_deg = seen_deg[index]
         return 0 <= place < len(plates) and _shows_angles(
             plates[place], beta_deg, gamma_deg, tolerance_deg
@@ -135,8 +140,8 @@ def _find_shift_of_logs(measured: MediumMeasurements) -> tuple[int, list[str], i
 
 
 def _shows_angles(run: Run, beta_deg: float, gamma_deg: float, tolerance_deg: float) -> bool:
-    """Whether a log that shows one of these angles may be that of a run; NaN: the log was not asked."""
+    """Return True if the angles that a log shows may be those of a run; NaN: this angle is not known."""
     beta_off_deg = abs(float(beta_apart(beta_deg, run.beta_deg)))
     gamma_off_deg = abs((gamma_deg - run.motion_gamma_deg + 180) % 360 - 180)
-    # NaN is larger than nothing
+    # a comparison with NaN is False, so an unknown angle fits
     return not (beta_off_deg > tolerance_deg or gamma_off_deg > tolerance_deg)

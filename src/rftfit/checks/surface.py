@@ -1,4 +1,4 @@
-"""Where stress begins, against the surface and the clocks, and whether it is proportional to depth."""
+"""Check where stress begins, which shows errors of surface and clocks, and that it is proportional to depth."""
 
 from __future__ import annotations
 
@@ -94,8 +94,8 @@ _SURFACE_OTHER = "in {count} of {size} runs than in the others ({rows}): look at
     },
 )
 def check_surface(measured: MediumMeasurements) -> Check:
-    """Whether stress begins at the surface, and in all runs alike."""
-    return _surface_and_linearity(measured)[0]
+    """Check that stress begins at the surface, and at the same depth in all runs."""
+    return _judge_surface_and_linearity(measured)[0]
 
 
 _LINE_FOUND = "stress of pushes grows as about depth^{power:.2f}; a power fits {share:.0%} of their directions better than a line"
@@ -133,16 +133,17 @@ _LINE_ALLOWED = (
     },
 )
 def check_linearity(measured: MediumMeasurements) -> Check:
-    """Whether stress is proportional to depth."""
-    return _surface_and_linearity(measured)[1]
+    """Check that stress is proportional to depth."""
+    return _judge_surface_and_linearity(measured)[1]
 
 
-@lru_cache(maxsize=1)  # two checks of one medium ask in turn
-def _surface_and_linearity(measured: MediumMeasurements) -> tuple[Check, Check]:
-    """Where stress begins, by lines with a free intercept, against the surface; and whether it is a line.
+@lru_cache(maxsize=1)  # the two checks of a medium call this one after the other
+def _judge_surface_and_linearity(measured: MediumMeasurements) -> tuple[Check, Check]:
+    """Judge where stress begins, by lines with a free intercept, and whether it is a line of depth.
 
-    What all paths share is an error of the surface; what grows with the speed of sinking, and has the
-    opposite sign in pulls, is a lag. A step along the sheet, or two clusters, are two surfaces or two lags.
+    A shift of the start that all paths share is an error of the surface. A shift in proportion to the vertical speed,
+    with the opposite sign in pulls, is a lag of the force log. A step along the run sheet, or two clusters of starts,
+    mean two surfaces or two lags.
     """
     fits, speed = measured.tables["fits"], measured.config.arm.speed_cm_per_s
     unchecked = ""
@@ -155,7 +156,7 @@ def _surface_and_linearity(measured: MediumMeasurements) -> tuple[Check, Check]:
         steep_fits[f"{name}_N_per_cm3"].to_numpy(float)
         for name in ("alpha_z", "alpha_z_se", "free_slope_z")
     )
-    # a line that is nearly flat meets zero anywhere
+    # a nearly flat line may reach zero at any depth
     clear = np.fmin(np.abs(alpha), np.abs(free_slope)) > _CHOSEN.clear_alpha * se
     steep_fits, alpha = steep_fits[clear], np.abs(alpha[clear])
     pushes = steep_fits["direction"].to_numpy() == "intrusion"
@@ -165,20 +166,21 @@ def _surface_and_linearity(measured: MediumMeasurements) -> tuple[Check, Check]:
     tolerance_deg = measured.config.grid.angle_tolerance_deg
     crust = judge_crust(measured.flags, steep_fits[pushes])
     if unchecked:
-        # nothing else tells the surface
+        # the surface cannot be checked, so the law is judged alone
         law = crust or judge_law_alone(steep_fits[pushes], run_cm, session_cm, tolerance_deg)
         return Check.skip("surface", unchecked), law
+    # vertical speed over the speed of the arm, downward: a lag moves starts in proportion to it
     sine = np.where(pushes, 1, -1) * np.abs(
         np.sin(np.radians(steep_fits["gamma_deg"].to_numpy(float)))
     )
-    # the zero of a tare, which moves weak pulls, is one error of all that share it
+    # runs that share a tare share the error of its zero, which matters in weak pulls
     shared = (
         steep_fits.groupby(["tare_run", "direction"])["run_id"].transform("size").to_numpy(float)
     )
     starts = Starts(
         np.stack([np.ones_like(sine), sine * (np.ptp(sine) > 0.2)], axis=1),
         steep_fits["start_cm"].to_numpy(float),
-        # the weaker a run, the farther a drift of its zero moves its start
+        # a drift of the zero moves the start of a weak run farther
         np.hypot(run_cm, LEVELLED_CM * np.median(alpha[pushes]) / alpha),
         pushes,
     )
@@ -188,6 +190,7 @@ def _surface_and_linearity(measured: MediumMeasurements) -> tuple[Check, Check]:
     covariance = wider**2 * covariance + np.diag(
         [session_cm**2, (_CHOSEN.ordinary_lag_s * speed) ** 2]
     )
+    # start of a push with the mean vertical speed, by surface and lag together
     mean = np.array([1.0, float(sine[pushes].mean())])
     push_start, push_start_se = offset_cm + mean[1] * lag_cm, math.sqrt(mean @ covariance @ mean)
     offset_se, lag_se = np.sqrt(np.diag(covariance))
@@ -197,8 +200,8 @@ def _surface_and_linearity(measured: MediumMeasurements) -> tuple[Check, Check]:
     has_pulls = np.ptp(sine) > 1
     confidence = measured.config.fit.confidence
     values: dict[str, Any] = {
-        "push": _begin(push_start),
-        "pull": _begin_of_pulls(starts.start[~pushes], confidence) if has_pulls else "",
+        "push": _describe_start(push_start),
+        "pull": _describe_start_of_pulls(starts.start[~pushes], confidence) if has_pulls else "",
         "most_mm": 10 * SURE * push_start_se,
         "by_cause": remark("surface-and-lag", mm=most_mm, s=most_late_s) if has_pulls else "",
     }
@@ -207,14 +210,14 @@ def _surface_and_linearity(measured: MediumMeasurements) -> tuple[Check, Check]:
         line.verdict == FAILED
         or abs(float(steep_fits["exponent_z"][pushes].median()) - 1) > TOLERATED
     ):
-        # a line through curved stress begins the deeper the deeper it ends
+        # a line through curved stress starts deeper if its window ends deeper
         deep = steep_fits["depth_to_cm"].to_numpy(float)
         paths = np.column_stack([starts.paths, deep - deep.mean()])
         starts = replace(starts, paths=paths)
-    # few runs with patches in a row look like a step
+    # consecutive runs with patches in their beds may look like a step, so the error includes patches
     starts = replace(starts, error=np.hypot(starts.error, _error_of_start(steep_fits)))
     runs = [measured.sheet[run] for run in steep_fits["run_id"]]
-    apart = _two_levels(starts, runs, speed) or _one_path(starts, steep_fits, measured)
+    apart = _find_two_levels(starts, runs, speed) or _find_path_apart(starts, steep_fits, measured)
     if apart is not None:
         code, flags, values_apart = apart
         return Check.judge("surface", False, flags, code, **values, **values_apart), line
@@ -222,7 +225,7 @@ def _surface_and_linearity(measured: MediumMeasurements) -> tuple[Check, Check]:
     values |= {"side": "late" if lag_cm > 0 else "early", "late_s": abs(lag_cm) / speed}
     surface = Check.judge("surface", not (is_late or is_off), code=code, **values)
     if is_off and _looks_curved(steep_fits[pushes]):
-        # a line through curved stress has a start that is no surface
+        # the start of a line through curved stress is not the surface
         if line.verdict != FAILED:
             values_of_both = {**line.values, "surface": surface.found}
             line = Check.judge("linearity", False, code="linearity-or-surface", **values_of_both)
@@ -231,10 +234,10 @@ def _surface_and_linearity(measured: MediumMeasurements) -> tuple[Check, Check]:
 
 
 def _error_of_start(fits: pd.DataFrame) -> FloatArray:
-    """Error of the depth at which a free line begins, cm, by the noise of the run and by patches of its bed.
+    """Standard error of the depth at which a line with a free intercept starts, cm, by noise and by patches of the bed.
 
-    Noise that leaves a standard error in the slope through zero moves the begin of a line the farther, the deeper and the
-    shorter its window. Patches move the exponent, and with it the begin.
+    The same noise moves the start of a line farther if its window is deeper or shorter. Patches change the exponent,
+    and with it the start.
     """
     top, end, alpha, se = (
         fits[name].to_numpy(float)
@@ -249,9 +252,11 @@ def _error_of_start(fits: pd.DataFrame) -> FloatArray:
 
 @dataclass(frozen=True)
 class Starts:
-    """Depths at which stress begins, `start` (n,), cm, each with its `error`, and what may move them.
+    """Depths at which stress begins in n runs, and the terms that may move them.
 
-    `paths` (n, k): what all starts have in common: the surface, a lag, and curvature if there is any.
+    `paths`: Terms that all starts have in common: the surface, a lag, and curvature if there is any, shape (n, k).
+    `start`, `error`: Depth and its standard error, cm, shape (n,).
+    `pushes`: True for pushes, False for pulls.
     """
 
     paths: FloatArray
@@ -265,10 +270,13 @@ class Starts:
     def fit(
         self, extra_terms: npt.NDArray[Any] | None = None, shared: FloatArray | float = 1.0
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Least squares in which a run that lies far off counts less: what is found, covariance, standard deviations.
+        """Fit the terms by robust least squares; return coefficients, covariance, and the error of each start, cm.
 
-        Errors are known but for a factor, which the scatter tells, of pushes and of pulls each its own;
-        `shared` runs have one error in common. `extra_terms` (n,) is fitted beside `paths`.
+        Runs far off get less weight. The errors are multiplied by a factor from the scatter, one for pushes and one for
+        pulls.
+
+        `extra_terms`: Another term besides `paths`, shape (n,).
+        `shared`: Number of runs that share the error of a run.
         """
         design = self.paths if extra_terms is None else np.column_stack([self.paths, extra_terms])
         all_runs = np.ones(self.start.size, dtype=bool)
@@ -282,11 +290,15 @@ class Starts:
             for side in (all_runs, self.pushes, ~self.pushes):
                 if residual[side].size >= FEW_RUNS:
                     spread[side] = max(1.4826 * float(np.median(residual[side])), 0.3)
+            # weights of Huber: residuals beyond 1.5 standard deviations count less
             weight = np.minimum(1.0, 1.5 * spread / np.maximum(residual, 1e-9))
         return coefficients, np.asarray(inverse), sigma
 
     def size_of(self, term: npt.NDArray[Any]) -> tuple[float, float]:
-        """Coefficient of a term (n,) beside `paths`, and that in standard errors; 0 where `paths` hold it already."""
+        """Fit a term (n,) besides `paths`; return its coefficient, cm, and this in standard errors.
+
+        Both are 0 if the term depends linearly on `paths`.
+        """
         design = np.column_stack([self.paths, term])
         if np.linalg.matrix_rank(design) == np.linalg.matrix_rank(self.paths):
             return 0.0, 0.0
@@ -300,40 +312,43 @@ _CODES = {
     (False, True): "surface-off",
     (True, True): "surface-late-off",
 }
-"""Code of the check, by whether the force log is late and whether the surface is off."""
+"""Code of the check, by two facts: the force log is late, the surface is off."""
 
 
-def _begin(depth_cm: float) -> Remark:
-    """Depth at which stress begins, in words."""
+def _describe_start(depth_cm: float) -> Remark:
+    """Describe the depth at which stress begins."""
     code = "starts-below" if depth_cm >= 0 else "starts-above"
     return remark(code, mm=10 * abs(depth_cm))
 
 
-def _begin_of_pulls(start_cm: FloatArray, confidence: float) -> Remark:
-    """Depth at which stress begins in pulls, in words: their median, and its interval of three or more.
+def _describe_start_of_pulls(start_cm: FloatArray, confidence: float) -> Remark:
+    """Describe the depth at which stress begins in pulls: their median, and its interval for three runs or more.
 
-    What the fit says of them is drawn towards the pushes, and confounded with the order of the runs.
+    The result of the fit is not used, as pushes and the order of the runs influence it.
     """
     middle, se = median_of_runs(start_cm)
     if math.isnan(middle):
-        return remark("in-pulls", pull=_begin(float(np.median(start_cm))), interval="")
+        return remark("in-pulls", pull=_describe_start(float(np.median(start_cm))), interval="")
     half_interval = float(student_quantile(confidence, start_cm.size - 1.0)) * se
     ends = remark(
-        "interval-starts", low=_begin(middle - half_interval), high=_begin(middle + half_interval)
+        "interval-starts",
+        low=_describe_start(middle - half_interval),
+        high=_describe_start(middle + half_interval),
     )
-    return remark("in-pulls", pull=_begin(middle), interval=ends)
+    return remark("in-pulls", pull=_describe_start(middle), interval=ends)
 
 
-def _two_levels(
+def _find_two_levels(
     starts: Starts, runs: Sequence[Run], speed: float
 ) -> tuple[str, list[Remark], dict[str, Any]] | None:
-    """Name the runs whose surface or whose lag is not that of the others; None where all are alike.
+    """Find runs whose surface or lag differs from that of the others; None where all are alike.
 
-    Returns the code of the check, flags of these runs, and values of its words.
+    `speed`: Speed of the arm, cm/s.
+    Returns the code of the outcome, flags of these runs, and values of its sentences.
     """
     order = np.argsort([run.row for run in runs], kind="stable")
     starts = starts[order]
-    # pulls are too weak to find it by
+    # the two levels are found by pushes alone, as pulls are too weak
     push_starts = starts[starts.pushes]
     coefficients, _, sigma = push_starts.fit()
     clusters = two_clusters(push_starts.start - push_starts.paths @ coefficients)
@@ -347,7 +362,7 @@ def _two_levels(
     if stretch.any() and abs(coefficients[-1]) > clear * _clear_step(stretch) * math.sqrt(
         covariance[-1, -1]
     ):
-        # a pull is as the push before it
+        # a pull is on the level of the push before it
         on_second_level = stretch[np.maximum(np.cumsum(starts.pushes) - 1, 0)]
     elif clusters is None:
         return None
@@ -383,12 +398,13 @@ def _two_levels(
     return code, flags_on(names, code, gap=gap), values
 
 
-def _one_path(
+def _find_path_apart(
     starts: Starts, fits: pd.DataFrame, measured: MediumMeasurements
 ) -> tuple[str, list[Remark], dict[str, Any]] | None:
-    """Name the pushes of one angle of the path whose surface is not that of the others; None where all are alike.
+    """Find pushes at one angle of the path whose surface differs from that of the others; None where all are alike.
 
-    A slanted stage that counts along its path has another reading at the surface at each angle. Returns what `_two_levels` does.
+    A slanted stage that counts along its path has another reading at the surface at each angle. Returns the code of the
+    outcome, flags of these runs, and values of its sentences.
     """
     pushes, starts = fits[starts.pushes], starts[starts.pushes]
     gamma_deg = pushes["gamma_deg"].to_numpy(float)
@@ -397,10 +413,10 @@ def _one_path(
     )
     lag = starts.paths[:, 1].copy()
     starts = replace(starts, paths=np.where(np.arange(starts.paths.shape[1]) == 1, 0, starts.paths))
-    # a lag moves the paths apart, too, and goes before a surface that explains the starts no better
+    # a lag also makes the paths differ: a surface of one path must explain the starts better than a lag
     clearest = starts.size_of(lag)[1] * (1 + 1e-9)
     gap_cm, of_path = 0.0, np.zeros(gamma_deg.size, dtype=bool)
-    # of two paths the one of fewer runs is named
+    # paths with fewer runs come first, so that of two paths this one is named
     for number in sorted(np.unique(path), key=lambda number: int(np.sum(path == number))):
         is_on_path = path == number
         if min(is_on_path.sum(), (~is_on_path).sum()) < FEW_RUNS:
@@ -423,18 +439,19 @@ def _one_path(
 
 
 def _clear_step(stretch: Mask) -> float:
-    """Standard errors from which a stretch stands apart: there are more short stretches than long ones.
+    """Standard errors from which on a stretch of runs differs: more for short stretches, as there are more of them.
 
-    The penalty is that of Duembgen & Spokoiny (Ann. Stat. 29, 124, 2001), counted from one half.
+    The penalty is that of Duembgen & Spokoiny (Ann. Stat. 29, 124, 2001); it is 0 for half of the runs.
     """
     step_sure = float(_CHOSEN.step_sure)
     return step_sure + math.sqrt(-2 * math.log(stretch.mean())) - math.sqrt(2 * math.log(2))
 
 
 def judge_linearity(pushes: pd.DataFrame, session_cm: float, tolerance_deg: float) -> Check:
-    """Whether the stress of pushes grows in proportion to depth, or by another power of it.
+    """Judge whether stress of pushes grows in proportion to depth, or by another power of depth.
 
-    `session_cm`, `tolerance_deg`: of `judge_law_alone`.
+    `session_cm`: Standard deviation of the free surface that all runs share.
+    `tolerance_deg`: Tolerance of angles of the campaign's grid.
     """
     of_directions = pushes.groupby(number_rows(pushes, tolerance_deg))["power_misfit_z_ratio"]
     misfit = of_directions.median().dropna().to_numpy(float)
@@ -450,6 +467,7 @@ def judge_linearity(pushes: pd.DataFrame, session_cm: float, tolerance_deg: floa
         "most": 1 + most_departure,
         "clear": clear_share,
     }
+    # another power must differ clearly from 1, and fit clearly more than half of the directions better than a line
     is_line = abs(power - 1) <= most_departure or share < clear_share
     if is_line and most_departure > MOST_EXPONENT:
         return Check.skip("linearity", "linearity-open", **values)
@@ -457,11 +475,11 @@ def judge_linearity(pushes: pd.DataFrame, session_cm: float, tolerance_deg: floa
 
 
 def _looks_curved(pushes: pd.DataFrame) -> bool:
-    """Whether a line fits too few of the pushes better than a power does."""
+    """Return True unless a line fits clearly more than half of the pushes better than a power does."""
     misfit = pushes["power_misfit_z_ratio"].dropna().to_numpy(float)
     return bool(misfit.size) and float(np.mean(misfit > 1)) < _clear_share(misfit.size)
 
 
 def _clear_share(runs: int) -> float:
-    """Share of runs that must agree with one of two models: two standard errors above a half."""
+    """Share of runs that must prefer one of two models: two standard errors above a half, at most 0.95."""
     return min(0.5 + 1 / math.sqrt(max(runs, 1)), 0.95)

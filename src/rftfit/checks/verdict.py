@@ -1,4 +1,4 @@
-"""The verdict on the data of a medium by its checks: one word and why, in the same words wherever it stands."""
+"""The verdict on the data of a medium by its checks: one word and a reason, the same wherever it is shown."""
 
 from __future__ import annotations
 
@@ -21,11 +21,14 @@ from rftfit.measure.verdict_words import (
 )
 
 _OPEN_QUESTIONS = {"repeats-single": "single-runs", "axes-pulls-open": "pulls-open"}
-"""Codes of checks that pass and leave something open, and the words for it."""
+"""Codes of checks that pass but leave a question open, each with the code of that question."""
 
 
 class Verdict(NamedTuple):
-    """One of `UNUSABLE`, `DOUBTFUL`, `NOTHING`, `NOT_CHECKED`, `SOUND`, and why; of sound data: what is open."""
+    """Verdict on a medium: `UNUSABLE`, `DOUBTFUL`, `NOTHING`, `NOT_CHECKED` or `SOUND`, and its reason.
+
+    The reason of sound data names open questions.
+    """
 
     word: str
     reason: str
@@ -36,9 +39,9 @@ class Verdict(NamedTuple):
         return f"{self.word}{', but ' if self.word == SOUND else ': '}{self.reason}"
 
     def on(self, media: str, are_several: bool = False) -> str:
-        """State the verdict on a medium, or on several with the same one, without a full stop."""
+        """Format the verdict on a medium, or on several media with the same verdict, without a full stop."""
         if self.word == NOT_CHECKED:
-            # what was checked is without a fault: that is not the same as sound, and not nothing
+            # say that some checks passed, which is less than sound but more than nothing
             verb = "show" if are_several else "shows"
             return f"{media} {verb} no fault, but not all was checked ({self.reason})"
         verbs = ("has", "have") if self.word == NOTHING else ("is", "are")
@@ -46,14 +49,14 @@ class Verdict(NamedTuple):
 
 
 def verdict_on(checks: pd.DataFrame, fits: pd.DataFrame, flags: Flags) -> Verdict:
-    """Judge a medium by its checks and by what its runs lack: the page, the terminal, `check` and `watch` ask this function.
+    """Judge a medium by its checks and by what its runs lack; page, terminal, `check` and `watch` use this function.
 
     Parameters
     ----------
     checks, fits : DataFrame
-        Its rows of the table of checks, and the slopes of its runs.
+        Rows of the medium in the table of checks, and the table of fits of its runs.
     flags : Flags
-        Those of its runs and cells.
+        Flags of its runs and cells.
 
     Returns
     -------
@@ -76,7 +79,7 @@ def verdict_on(checks: pd.DataFrame, fits: pd.DataFrame, flags: Flags) -> Verdic
         runs = f"in {giving} of {len(used_runs)} runs"
         return Verdict(DOUBTFUL, f"{runs} {CHECKS['work'].fault}")
     unchecked = checks[checks["verdict"] == NOT_CHECKED].set_index("check")["found"]
-    # of two needed ones the later waits for the earlier, and says more
+    # a later check waits for the earlier ones, so the last needed check gives the reason
     for check in reversed(unchecked.index):
         if CHECKS[str(check)].needed:
             return Verdict(NOT_CHECKED, str(unchecked[check]))

@@ -1,5 +1,5 @@
-"""The re-enacted lab: logs the way the real lab would have recorded them, from published results.
+"""The re-enacted lab: logs as the real lab would have recorded them, computed from published results.
 
-Shares no force code with the analysis. `enact.reenact` writes a campaign, `rig.FAULTS` lists what can
-be broken in it on purpose; `rig.Lab` is what another lab derives from.
+The lab shares no force code with the analysis. `enact.reenact` writes a campaign, `rig.FAULTS` lists faults that can be
+put into it on purpose; other labs derive from `rig.Lab`.
 """

@@ -1,4 +1,8 @@
-"""Recordings as the log files of the programs that other labs record with."""
+"""Write recordings as log files in the formats of programs that other labs use.
+
+Each function ``_encode_...`` returns the bytes of a file in one dialect, from columns and from lines of text for its
+head.
+"""
 
 from __future__ import annotations
 
@@ -13,41 +17,47 @@ from rftfit.errors import InputError
 from rftfit.lab.write import LogColumn, fixed
 
 
-def _labels(columns: Sequence[LogColumn]) -> list[str]:
+def _format_labels(columns: Sequence[LogColumn]) -> list[str]:
+    """Format the name of each column with its unit: ``z [mm]``."""
     return [f"{column.name} [{column.unit}]" if column.unit else column.name for column in columns]
 
 
-def _numbers(columns: Sequence[LogColumn]) -> dict[str, Any]:
-    """Arrays as a binary file holds them, rounded as in text, by label."""
+def _rounded_arrays(columns: Sequence[LogColumn]) -> dict[str, Any]:
+    """Values of each column by its label, rounded as in a text file."""
     arrays = [np.round(column.values, column.decimals) for column in columns]
-    return dict(zip(_labels(columns), arrays, strict=True))
+    return dict(zip(_format_labels(columns), arrays, strict=True))
 
 
-def _rows(columns: Sequence[LogColumn]) -> str:
+def _format_rows(columns: Sequence[LogColumn]) -> str:
+    """Format the values of columns as lines of comma-separated numbers."""
     return fixed([c.values for c in columns], [c.decimals for c in columns])
 
 
-def _rig(columns: Sequence[LogColumn], head: Sequence[str]) -> bytes:
+def _encode_rig(columns: Sequence[LogColumn], head: Sequence[str]) -> bytes:
+    """Encode a csv of the paper's rig: comments, then names such as ``z_mm``, then rows."""
     names = (f"{column.name}_{column.unit}" if column.unit else column.name for column in columns)
     lines = [*(f"# {line}" for line in head), ",".join(names)]
-    return ("\n".join(lines) + "\n" + _rows(columns)).encode()
+    return ("\n".join(lines) + "\n" + _format_rows(columns)).encode()
 
 
-def _instron(columns: Sequence[LogColumn], head: Sequence[str]) -> bytes:
+def _encode_instron(columns: Sequence[LogColumn], head: Sequence[str]) -> bytes:
+    """Encode a csv of an Instron machine: semicolons, decimal commas, a row of names and a row of units."""
     lines = [
         *head,
         ";".join(c.name for c in columns),
         ";".join(f"({c.unit or '-'})" for c in columns),
     ]
-    rows = _rows(columns).replace(",", ";").replace(".", ",")
+    rows = _format_rows(columns).replace(",", ";").replace(".", ",")
     return ("\n".join(lines) + "\n" + rows).encode()
 
 
-def _delimited(columns: Sequence[LogColumn], head: Sequence[str]) -> bytes:  # noqa: ARG001
-    return (",".join(_labels(columns)) + "\n" + _rows(columns)).encode()
+def _encode_delimited(columns: Sequence[LogColumn], head: Sequence[str]) -> bytes:  # noqa: ARG001
+    """Encode a plain csv with labels such as ``z [mm]``."""
+    return (",".join(_format_labels(columns)) + "\n" + _format_rows(columns)).encode()
 
 
-def _lvm(columns: Sequence[LogColumn], head: Sequence[str]) -> bytes:
+def _encode_lvm(columns: Sequence[LogColumn], head: Sequence[str]) -> bytes:
+    """Encode a measurement file of LabVIEW; the first column is the time."""
     time, *channels = columns
     step = f"{np.median(np.diff(time.values)):.6f}"
 
@@ -73,10 +83,11 @@ def _lvm(columns: Sequence[LogColumn], head: Sequence[str]) -> bytes:
         "***End_of_Header***",
         row("X_Value", [c.name for c in channels]),
     ]
-    return ("\n".join(lines) + "\n" + _rows(columns).replace(",", "\t")).encode()
+    return ("\n".join(lines) + "\n" + _format_rows(columns).replace(",", "\t")).encode()
 
 
-def _xlsx(columns: Sequence[LogColumn], head: Sequence[str]) -> bytes:
+def _encode_xlsx(columns: Sequence[LogColumn], head: Sequence[str]) -> bytes:
+    """Encode a workbook with one sheet."""
     import xlsxwriter
 
     file = io.BytesIO()
@@ -85,22 +96,24 @@ def _xlsx(columns: Sequence[LogColumn], head: Sequence[str]) -> bytes:
 
         book.set_properties({"created": datetime(2013, 3, 22, tzinfo=UTC), "comments": head[0]})
         sheet = book.add_worksheet("log")
-        sheet.write_row(0, 0, _labels(columns))
-        for place, values in enumerate(_numbers(columns).values()):
+        sheet.write_row(0, 0, _format_labels(columns))
+        for place, values in enumerate(_rounded_arrays(columns).values()):
             sheet.write_column(1, place, values.tolist())
     return file.getvalue()
 
 
-def _parquet(columns: Sequence[LogColumn], head: Sequence[str]) -> bytes:  # noqa: ARG001
+def _encode_parquet(columns: Sequence[LogColumn], head: Sequence[str]) -> bytes:  # noqa: ARG001
+    """Encode a Parquet table."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 
     file = io.BytesIO()
-    pq.write_table(pa.table(_numbers(columns)), file)
+    pq.write_table(pa.table(_rounded_arrays(columns)), file)
     return file.getvalue()
 
 
-def _tdms(columns: Sequence[LogColumn], head: Sequence[str]) -> bytes:
+def _encode_tdms(columns: Sequence[LogColumn], head: Sequence[str]) -> bytes:
+    """Encode a TDMS file of National Instruments; needs the optional package npTDMS."""
     try:
         from nptdms import ChannelObject, RootObject, TdmsWriter
     except ImportError:
@@ -118,34 +131,35 @@ def _tdms(columns: Sequence[LogColumn], head: Sequence[str]) -> bytes:
     return file.getvalue()
 
 
-def _arrays(columns: Sequence[LogColumn], head: Sequence[str]) -> bytes:  # noqa: ARG001
+def _encode_arrays(columns: Sequence[LogColumn], head: Sequence[str]) -> bytes:  # noqa: ARG001
+    """Encode arrays of numpy, one a column, in an npz file."""
     buffer = io.BytesIO()
-    np.savez(buffer, **_numbers(columns))
+    np.savez(buffer, **_rounded_arrays(columns))
     return buffer.getvalue()
 
 
 class Writer(NamedTuple):
-    """Ending of a file's name, and what makes its content of columns and of lines for its head."""
+    """Ending of the names of files in a dialect, and the function that makes their bytes from columns and head."""
 
     suffix: str
     content: Callable[[Sequence[LogColumn], Sequence[str]], bytes]
 
 
 WRITERS = {
-    "rig": Writer(".csv", _rig),
-    "instron": Writer(".csv", _instron),
-    "delimited": Writer(".csv", _delimited),
-    "lvm": Writer(".lvm", _lvm),
-    "xlsx": Writer(".xlsx", _xlsx),
-    "parquet": Writer(".parquet", _parquet),
-    "tdms": Writer(".tdms", _tdms),
-    "arrays": Writer(".npz", _arrays),
+    "rig": Writer(".csv", _encode_rig),
+    "instron": Writer(".csv", _encode_instron),
+    "delimited": Writer(".csv", _encode_delimited),
+    "lvm": Writer(".lvm", _encode_lvm),
+    "xlsx": Writer(".xlsx", _encode_xlsx),
+    "parquet": Writer(".parquet", _encode_parquet),
+    "tdms": Writer(".tdms", _encode_tdms),
+    "arrays": Writer(".npz", _encode_arrays),
 }
-"""Dialects that can be written: those in which a column may bear the name of its quantity."""
+"""Dialects that can be written: those in which a column may have the name of its quantity."""
 
 
 def dialect_of(config: Config) -> str:
-    """Return the dialect that the config would read force and motion logs by, if it can be written."""
+    """Return the dialect in which the config would read force and motion logs; refuse one that cannot be written."""
     dialect_names = {
         "delimited" if source.text is not None else source.dialect or config.dialect
         for source in (config.force_log, config.motion_log)

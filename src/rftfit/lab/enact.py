@@ -37,9 +37,12 @@ from rftfit.version import __version__
 
 @dataclass(frozen=True)
 class Reenactment:
-    """Logs that are to be written, all words of the user understood.
+    """A planned campaign, whose logs are still to be written.
 
-    `media`: In the order of the config. `made_by`: Version and options, for the marker.
+    `media`: Media in the order of the config.
+    `runs`: All runs. `faults`: Faults in some of them.
+    `lab`: Lab whose forces and noise the logs have.
+    `made_by`: Version and options, for the marker file.
     """
 
     config: Config
@@ -53,13 +56,13 @@ class Reenactment:
 
     @property
     def trials(self) -> int:
-        """Number of trials of the robot, whose tracks are written too."""
+        """Number of trials of the robot, whose tracks are written too; 0 without a robot in these media."""
         robot = self.config.robot
         has_robot = robot is not None and robot.medium in self.media
         return len(plan_trials(self.config, self.seed)) if has_robot else 0
 
     def write(self, raw: Path, sheet: Path) -> list[int]:
-        """Write logs, run sheet and marker; return the bytes of each file but the marker."""
+        """Write logs, run sheet and marker; return the number of bytes of each file except the marker."""
         raw = raw.resolve()
         paths = set[str]().union(*(run.logs for run in self.runs))
         tracks = track_files(self.config, self.seed) if self.trials else {}
@@ -73,7 +76,7 @@ class Reenactment:
                     continue
                 write_bytes(raw / name, content)
                 n_bytes.append(len(content))
-        # last, so that a sheet never names logs that were not written
+        # sheets are written last, so that they never name logs that were not written
         texts = {raw / name: text for name, text in tracks.items()}
         texts[sheet] = self.sheet(self.runs)
         for path, text in texts.items():
@@ -83,7 +86,7 @@ class Reenactment:
         return n_bytes
 
     def logs(self, run: PlannedRun, *extra_faults: str) -> dict[str, bytes | None]:
-        """Logs of a run as `run_logs` makes them, with its faults and `extra_faults`."""
+        """Make the logs of a run (see `run_logs`), with its planned faults and with `extra_faults`."""
         faults = (
             *(fault.name for fault in self.faults if fault.changed == run.run_id),
             *extra_faults,
@@ -91,18 +94,21 @@ class Reenactment:
         return run_logs(run, self.config, self.seed, faults, self.protocol, self.lab)
 
     def sheet(self, runs: Iterable[PlannedRun]) -> str:
-        """Text of the run sheet with some runs."""
+        """Make the text of the run sheet with some runs."""
         tares = {fault.run_id: fault.other_tare for fault in self.faults if fault.other_tare}
         return sheet_text(runs, tares)
 
     def live(self, raw: Path, sheet: Path, pace_s: float, bad_share: float) -> Iterator[str]:
-        """Write the campaign run by run, as a rig does: its row, then its logs, which grow and are still.
+        """Write the campaign run by run, as a rig does: first the row of a run, then its logs, which grow in parts.
 
-        A share of the plate runs is bad. Yields what was recorded, in words.
+        Yields a sentence for each run.
+
+        `pace_s`: Time for each run, s; the logs grow for half of it.
+        `bad_share`: Share of the plate runs that get a fault at random.
         """
         random, raw = np.random.default_rng(self.seed), raw.resolve()
         tares = {run.tare_run for run in self.runs}
-        # a tare before the first run that names it
+        # a tare is recorded before the first run that names it
         plates = "plate", "leg"
         order = sorted(self.runs, key=lambda run: (run.tare_run or run.run_id, run.kind in plates))
         robot = self.config.robot
@@ -130,8 +136,9 @@ class Reenactment:
 
 
 _LIVE_FAULTS = ("saturated", "gap", "nan_cells", "truncated", "never_touches")
+"""Faults that `Reenactment.live` puts into runs at random."""
 _PARTS = 5
-"""A log that is recorded grows in so many parts."""
+"""Number of parts in which a log grows."""
 
 
 def prepare(
@@ -150,10 +157,14 @@ def prepare(
 
     The granular force in them is the published measurement: Table S5 times depth times area for plates,
     Figs. S5 and S12 for legs, Fig. S11 for sand penetration. The same seed gives the same bytes, run by
-    run, whatever `media` and order.
+    run, independent of `media` and of the order of runs.
 
-    `directions`: (beta, gamma) of the plates, deg; default: of the paper. `faults`: As on the command
-    line. `lab`: Whose forces and noise the logs have.
+    `media`: Media to re-enact; default: all published ones of the config.
+    `directions`: (beta, gamma) of the plates, deg; default: those of the config's grid, or else of the paper.
+    `faults`: ``NAME`` or ``NAME:run_id``, as on the command line.
+    `protocol`: Way of recording, see `PROTOCOLS`.
+    `tare`, `legs`: False leaves out tare runs, or legs.
+    `lab`: Lab whose forces and noise the logs have.
     """
     chosen = media_of(config.media, media)
     is_included = {"plate": True, "rod": tare, "leg": legs, "leg_air": tare and legs}
@@ -183,7 +194,7 @@ def prepare(
 
 
 def reenact(config: Config, raw: Path, sheet: Path, **options: Any) -> list[int]:
-    """Prepare and write a re-enactment: `options` of `prepare`."""
+    """Prepare and write a re-enactment; `options`: those of `prepare`."""
     return prepare(config, **options).write(raw, sheet)
 
 
@@ -195,10 +206,11 @@ def run_logs(
     protocol: str = PAPER,
     lab: Lab = AS_PUBLISHED,
 ) -> dict[str, bytes | None]:
-    """Make the logs of a run: content by path relative to raw, None where a fault takes it away."""
+    """Make the logs of a run: bytes by path relative to raw, None for a file that a fault removes."""
     raised, pause = "never_touches" in faults, protocol != "no-pause"
 
     def recorded(cycle: int) -> tuple[Recording, Recording | None]:
+        """Record one stroke of the run, and the log without load before it if the protocol has one."""
         stroke = LabStroke(run, config, seed, cycle)
         return as_recorded(record(stroke, raised, pause, lab), protocol)
 
@@ -230,7 +242,7 @@ def run_logs(
 
 
 def copy_config(config: Path, live: Path) -> Path:
-    """Copy the config into a folder that has none, and return its path there."""
+    """Copy the config into the folder `live` if it has none, and return its path there."""
     refuse_target_by_link(live)
     refuse_links(live, ["config/config.yaml"])
     live_config = live / "config" / "config.yaml"

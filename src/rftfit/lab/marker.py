@@ -1,4 +1,4 @@
-"""The file that tells re-enacted logs from original ones, which are never overwritten."""
+"""The marker file lists re-enacted logs, so that original logs are never overwritten."""
 
 from __future__ import annotations
 
@@ -18,14 +18,17 @@ MARKER = REENACTED
 
 _LIST = "files (bytes, path from this folder):"
 _UNFINISHED = "-"
+"""Stands for the size of a file that may not be complete."""
 _PART = re.compile(r"^\.(?P<stem>.+)\.\d+\.part(?P<suffix>\.\w+)?$")
+"""Name of the temporary file of a writer."""
 _MOST_SHOWN = 5
+"""Most files named in one message."""
 
 
 def write_marker(raw: Path, names: Iterable[Path], made_by: str, *, complete: bool) -> None:
-    """Say in the raw folder what its logs are, and which files, the run sheet too, are re-enacted.
+    """Write the marker into the raw folder: what its logs are, and which files are re-enacted, the run sheet too.
 
-    `complete`: False before the first log is written: the sizes are not known then.
+    `complete`: False before the first log is written, when the sizes of files are not yet known.
     """
     lines = []
     for path in sorted(set(names)):
@@ -49,14 +52,14 @@ def find_earlier(raw: Path, sheet: Path) -> list[Path]:
     if raw.exists() and not raw.is_dir():
         raise InputError(f"{raw}: this is no folder, so no logs can be written into it")
     marker = raw / MARKER
-    earlier_files = {path for path in _walk(raw) if path not in (marker, raw / "README.md")}
+    earlier_files = {path for path in _list_files(raw) if path not in (marker, raw / "README.md")}
     earlier_files.discard(sheet)
-    if sheet.is_file() and not _only_a_header(sheet):
+    if sheet.is_file() and not _has_only_header(sheet):
         earlier_files.add(sheet)
     if not marker.is_file():
         if earlier_files:
             raise InputError(
-                f"{raw}: {_are(earlier_files, raw)} not from rftfit reenact (no {MARKER} says so), so "
+                f"{raw}: {_format_names_with_verb(earlier_files, raw)} not from rftfit reenact (no {MARKER} says so), so "
                 "nothing was written. Original logs are never overwritten: name another folder as "
                 "`raw` and another `run_sheet` in the config, or move these files away"
             )
@@ -65,10 +68,10 @@ def find_earlier(raw: Path, sheet: Path) -> list[Path]:
     foreign = {path for path in earlier_files if not _is_ours(path, sizes)}
     if foreign:
         raise InputError(
-            f"{raw}: {_are(foreign, raw)} not as rftfit reenact wrote them (see {MARKER}), so "
+            f"{raw}: {_format_names_with_verb(foreign, raw)} not as rftfit reenact wrote them (see {MARKER}), so "
             "nothing was written; move these files away, then call rftfit reenact again"
         )
-    # the sheet first: while it is there, so are all the logs that it names
+    # the sheet is first, so that it is removed before the logs that it names
     return sorted(earlier_files, key=lambda path: (path != sheet, path))
 
 
@@ -77,7 +80,7 @@ def clear(files: Sequence[Path]) -> None:
     for path in files:
         remove(path)
     for folder in {path.parent for path in files}:
-        # it refuses a folder that holds anything
+        # rmdir fails for a folder that is not empty
         with contextlib.suppress(OSError):
             folder.rmdir()
 
@@ -93,20 +96,24 @@ def remove(path: Path) -> None:
         ) from error
 
 
-def _walk(raw: Path) -> list[Path]:
+def _list_files(raw: Path) -> list[Path]:
+    """List all files below the raw folder, and links to folders."""
+
     def stop(error: OSError) -> None:
-        # a folder that cannot be looked into may hold anything
+        """Refuse a folder that cannot be read."""
+        # a folder that cannot be read may hold original logs
         raise InputError(f"{error.filename}: cannot be looked into: {error.strerror}") from error
 
     paths = []
     for folder, folders, names in os.walk(raw, onerror=stop if raw.is_dir() else None):
         paths += [Path(folder) / name for name in names]
-        # a link to a folder elsewhere is somebody's too: logs must not be written through it
+        # a link to another folder counts as a foreign file: logs must not be written through it
         paths += [Path(folder) / name for name in folders if (Path(folder) / name).is_symlink()]
     return paths
 
 
 def _read_marker(marker: Path, raw: Path, sheet: Path) -> dict[Path, int | None]:
+    """Read the files of a marker and their sizes in bytes, None for a file that may not be complete."""
     try:
         head, list_heading, listing = marker.read_text(encoding="utf-8").partition(f"{_LIST}\n")
     except (OSError, ValueError) as error:
@@ -132,15 +139,16 @@ def _read_marker(marker: Path, raw: Path, sheet: Path) -> dict[Path, int | None]
 
 
 def _is_ours(path: Path, sizes: dict[Path, int | None]) -> bool:
+    """Return True for a file of the marker with its size there, or for a part of such a file."""
     part_match = _PART.match(path.name)
     if part_match:
-        # left by a writer that was killed
+        # a writer that was killed leaves such a part
         return path.with_name(f"{part_match['stem']}{part_match['suffix'] or ''}") in sizes
     return path in sizes and not path.is_symlink() and sizes[path] in (None, path.stat().st_size)
 
 
-def _only_a_header(sheet: Path) -> bool:
-    """Tell whether a run sheet is still as `rftfit init` made it."""
+def _has_only_header(sheet: Path) -> bool:
+    """Return True if a run sheet has no rows below its header, as `rftfit init` made it."""
     try:
         lines = sheet.read_text(encoding="utf-8-sig").splitlines()
     except (OSError, ValueError):
@@ -148,7 +156,7 @@ def _only_a_header(sheet: Path) -> bool:
     return sum(1 for line in lines if line.strip()) <= 1
 
 
-def _are(paths: set[Path], raw: Path) -> str:
-    """Write the names of files with their verb."""
+def _format_names_with_verb(paths: set[Path], raw: Path) -> str:
+    """Format the names of some files, followed by ``is`` or ``are``."""
     names = sorted(Path(os.path.relpath(path, raw)).as_posix() for path in paths)
     return f"{join_words(names, _MOST_SHOWN)} {'is' if len(names) == 1 else 'are'}"

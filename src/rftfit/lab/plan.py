@@ -1,4 +1,4 @@
-"""Which runs the re-enacted lab makes, and where its arm goes."""
+"""Plan the runs of the re-enacted lab and the motion of its arm."""
 
 from __future__ import annotations
 
@@ -20,28 +20,30 @@ _CHOSEN = chosen("lab", "plan")
 FloatArray = npt.NDArray[np.float64]
 
 BETAS_DEG = (-60, -30, 0, 30, 60, 90)
-"""The physically different plates: -90 and 90 degrees are one and the same."""
+"""Angles of the paper's plates; a plate at -90 degrees is the same as one at 90."""
 
 TANGENTS = (1 / 3, 2 / 3, 1.0, 3 / 2, 3.0, np.inf)
 """tan gamma of the paths on the way down."""
 
 AIR = "air"
-"""Folder of the legs turned in air, which serve every medium."""
+"""Folder of the logs of legs turned in air, which are the tares of every medium."""
 
 LEG_OF_CURVATURE = {1.0: "c_leg", 0.0: "flat_leg", -1.0: "reversed_c_leg"}
+"""Published name of a leg by its curvature R/r."""
 
 
 @dataclass(frozen=True)
 class PlannedRun:
-    """One run of the campaign; what the run sheet has too is as there, None where blank.
+    """One run of the campaign; fields with the name of a column of the run sheet hold its cell, None if blank.
 
     `published`: Name of its medium in the published tables; empty in air.
     `leg`: Name in `reference.LEGS`; empty for plate and rod.
-    `natural`: Whether the medium is a natural sand.
-    `one_file`: Whether force and motion are in one file.
-    `own_zero`: Whether a log without load is recorded before it.
-    `cycles`: Strokes in its log, a row of the run sheet each.
+    `natural`: True if the medium is a natural sand.
     `clock_s`: Earliest start on the force log's clock, s since midnight.
+    `one_file`: True if force and motion are in one file.
+    `own_zero`: True if a log without load is recorded before the run.
+    `cycles`: Number of strokes in its log, each with a row of the run sheet.
+    `suffix`: Ending of the names of its files.
     """
 
     run_id: str
@@ -121,27 +123,27 @@ def media_of(media: Mapping[str, MediumSettings], asked: Sequence[str] | None = 
     return [name for name in published_media if asked is None or name in asked]
 
 
-def _digits(angle: float) -> str:
-    """An angle in the name of a run: whole degrees, also of the paper's own, or tenths."""
-    paper = any(abs(angle - math.degrees(math.atan(tangent))) < 0.01 for tangent in TANGENTS)
-    return f"{angle:02.0f}" if paper or abs(angle - round(angle)) < 0.05 else f"{angle:04.1f}"
+def _format_angle(angle: float) -> str:
+    """Format an angle for the name of a run: whole degrees if it is whole or one of the paper, else tenths."""
+    is_papers = any(abs(angle - math.degrees(math.atan(tangent))) < 0.01 for tangent in TANGENTS)
+    return f"{angle:02.0f}" if is_papers or abs(angle - round(angle)) < 0.05 else f"{angle:04.1f}"
 
 
-def _with_rod(run: PlannedRun) -> Iterator[PlannedRun]:
-    """Name a plate run and yield it with the run of rod and mount alone along the same path."""
+def _name_with_rod(run: PlannedRun) -> Iterator[PlannedRun]:
+    """Name a plate run; yield this run, and its tare: a run of rod and mount alone along the same path."""
     ending = "in" if run.direction == "intrusion" else "ex"
     if run.depth_cm is not None:
         ending = f"h{100 * run.depth_cm:03.0f}"
     beta, gamma = run.beta_deg or 0.0, run.gamma_deg or 0.0
     sign = "m" if beta < 0 else "p"
-    run_id = f"{run.medium}_b{sign}{_digits(abs(beta))}_g{_digits(gamma)}_{ending}"
+    run_id = f"{run.medium}_b{sign}{_format_angle(abs(beta))}_g{_format_angle(gamma)}_{ending}"
     yield replace(run, run_id=run_id, tare_run=f"{run_id}_rod")
     note = "re-enacted: rod and mount alone"
     yield replace(run, run_id=f"{run_id}_rod", kind="rod", note=note)
 
 
 def paper_directions() -> list[tuple[float, float]]:
-    """Cells (beta, gamma) of the paper, deg, in the order of its runs: both ways along each path, then level."""
+    """List the cells (beta, gamma) of the paper, deg, for each beta: push and pull along each path, then level."""
     gammas = [float(np.degrees(np.arctan(tangent))) for tangent in TANGENTS]
     cells = []
     for beta in map(float, BETAS_DEG):
@@ -152,23 +154,23 @@ def paper_directions() -> list[tuple[float, float]]:
 
 
 def _mirrored(beta: float) -> float:
-    """Attack angle of a plate seen from behind; -90 and 90 degrees are one plate."""
+    """Angle beta of a plate seen from the other side, deg; 90 stays 90, as -90 and 90 degrees are the same plate."""
     return beta if beta == 90 else -beta + 0.0
 
 
 def parse_directions(text: str, seed: int) -> list[tuple[float, float]]:
     """Read directions (beta, gamma), deg, as the command line writes them.
 
-    ``-30,0,30 x -45,0,45,90``: every beta with every gamma; ``0:90,30:45``: pairs; ``scattered:40``:
-    so many, whole degrees, no two nearer than 6 degrees (of more than 250 than what leaves room for them), straight down
-    with a level plate among them.
+    ``-30,0,30 x -45,0,45,90``: every beta with every gamma. ``0:90,30:45``: pairs. ``scattered:40``: 40 random
+    directions in whole degrees, the first of them straight down with a level plate; no two are nearer than 6 degrees,
+    or than a smaller distance if there are more than 250.
     """
     if (
         text.startswith("scattered:")
         and text[10:].isdecimal()
         and 1 <= int(text[10:]) <= _CHOSEN.most_scattered
     ):
-        return _scattered(int(text[10:]), seed)
+        return _scatter_directions(int(text[10:]), seed)
     try:
         if "x" in text:
             beta, gamma = (
@@ -190,7 +192,8 @@ def parse_directions(text: str, seed: int) -> list[tuple[float, float]]:
     return list(dict.fromkeys((90.0 if b == -90 else b + 0.0, g + 0.0) for b, g in directions))
 
 
-def _scattered(count: int, seed: int) -> list[tuple[float, float]]:
+def _scatter_directions(count: int, seed: int) -> list[tuple[float, float]]:
+    """Draw random directions (beta, gamma), deg, one after the other; draws too near to earlier ones are rejected."""
     random = np.random.default_rng(seed)
     directions = np.zeros((count, 2))
     directions[0] = 0.0, 90.0
@@ -207,34 +210,36 @@ def _scattered(count: int, seed: int) -> list[tuple[float, float]]:
     return [(float(beta), float(gamma)) for beta, gamma in directions]
 
 
-def _laboratory(
+def _plan_laboratory_runs(
     config: Config, first: PlannedRun, directions: Sequence[Direction]
 ) -> Iterator[PlannedRun]:
+    """Plan the plate runs in a laboratory medium, with their tares; `first`: a run with the facts that all share."""
     for beta, gamma in directions:
-        # a pull back along a path is filed as its mirror image
-        held = beta if gamma >= 0 else _mirrored(beta)
-        run = replace(first, beta_deg=held, gamma_deg=abs(gamma))
+        # the cell of a pull is the mirror image of the plate that is pulled back along the path
+        beta_of_plate = beta if gamma >= 0 else _mirrored(beta)
+        run = replace(first, beta_deg=beta_of_plate, gamma_deg=abs(gamma))
         if gamma == 0:
             for depth in config.fit.horizontal_depths_cm:
                 level = replace(run, direction="horizontal", depth_cm=float(depth))
-                yield from _with_rod(level)
+                yield from _name_with_rod(level)
         else:
-            way = "intrusion" if gamma > 0 else "extraction"
-            yield from _with_rod(replace(run, direction=way))
+            direction = "intrusion" if gamma > 0 else "extraction"
+            yield from _name_with_rod(replace(run, direction=direction))
 
 
-def _of_medium(
+def _plan_medium(
     config: Config, medium: str, directions: Sequence[Direction]
 ) -> Iterator[PlannedRun]:
+    """Plan the plate and leg runs of a medium; in a natural sand one push straight down and the legs."""
     published = config.media[medium].published_as or ""
     natural = config.media[medium].role == "natural_sand"
     plate, _ = plate_of(config.intruders)
     first = PlannedRun("", "plate", medium, published, plate, "", note="re-enacted from Table S5")
     if natural:
         push = replace(first, direction="intrusion", beta_deg=0.0, gamma_deg=90.0, natural=True)
-        yield from _with_rod(replace(push, note="re-enacted from Fig. S11"))
+        yield from _name_with_rod(replace(push, note="re-enacted from Fig. S11"))
     else:
-        yield from _laboratory(config, first, directions)
+        yield from _plan_laboratory_runs(config, first, directions)
     for name, leg in legs_of(config.legs).items():
         yield PlannedRun(
             f"{medium}_{name}",
@@ -256,35 +261,41 @@ def plan_runs(
     media: Sequence[str] | None = None,
     directions: Sequence[Direction] | None = None,
 ) -> list[PlannedRun]:
-    """List every run of the campaign, sorted by run_id, or those of some media and of the legs in air.
+    """List the runs of the campaign, sorted by run_id, with the legs in air.
 
-    A run is the same whatever other media are asked for. `directions`: cells (beta, gamma) of the
-    plates in a laboratory medium, deg; by default those of the config's grid, or else of the paper.
+    A run does not depend on which other media are planned.
+
+    `media`: Media to plan; default: all published ones.
+    `directions`: Cells (beta, gamma) of the plates in a laboratory medium, deg; default: those of the config's grid, or
+    else of the paper.
     """
     chosen = media_of(config.media, media)
     if directions is None:
         # -90 and 90 degrees are one plate
         planned = [(90.0 if beta == -90 else beta, gamma) for beta, gamma in config.grid.planned]
         directions = list(dict.fromkeys(planned)) or paper_directions()
-    groups = [list(_of_medium(config, name, directions)) for name in chosen]
+    groups = [list(_plan_medium(config, name, directions)) for name in chosen]
     in_air = PlannedRun("", "leg_air", "", "", "", "rotation", note="re-enacted: turned in air")
     legs = legs_of(config.legs).items() if chosen else ()
     air = [replace(in_air, run_id=f"{AIR}_{name}", intruder=name, leg=leg) for name, leg in legs]
-    # one day of work a medium: the clock depends on the place in it, not on the other media
-    placed = (numbered_run for group in (*groups, air) for numbered_run in enumerate(group))
+    # each medium takes a day of its own, so that the clock of a run does not depend on the other media
+    numbered_runs = (numbered_run for group in (*groups, air) for numbered_run in enumerate(group))
     runs = [
-        replace(run, clock_s=_CHOSEN.day_starts_s + _CHOSEN.run_every_s * place)
-        for place, run in placed
+        replace(run, clock_s=_CHOSEN.day_starts_s + _CHOSEN.run_every_s * number)
+        for number, run in numbered_runs
     ]
     return sorted(runs, key=lambda run: run.run_id)
 
 
 CLEARANCE_CM = 6.0
-"""Nearer to walls and bottom than this, the force departs from depth times area (paper)."""
+"""Distance from walls and bottom below which the force is no longer in proportion to depth times area (paper)."""
 
 RAMP_S = 0.05
+"""Time in which the arm speeds up or slows down."""
 SAND_DEPTH_CM = 6.0
+"""Depth of the pushes into natural sands."""
 THETA_END_DEG = 135.0
+"""Angle theta at which a leg ends its turn; it begins at the opposite angle."""
 
 Place = tuple[float, float, float]
 """x (cm), z (cm), angle (deg)."""
@@ -294,7 +305,8 @@ Place = tuple[float, float, float]
 class Segment:
     """One rest, one straight move, or one turn of a leg, with ramps of `RAMP_S`.
 
-    `distance`, `speed`: cm and cm/s, of a leg rad and rad/s; 0 at rest.
+    `phase`: ``rest``, ``approach``, ``pause``, ``stroke`` or ``lift``.
+    `distance`, `speed`: cm and cm/s, for a leg rad and rad/s; 0 at rest.
     """
 
     phase: str
@@ -306,7 +318,7 @@ class Segment:
 
     @property
     def moving(self) -> bool:
-        """Whether the arm moves."""
+        """True if the arm moves."""
         return self.distance > 0
 
 
@@ -314,8 +326,9 @@ class Segment:
 class ArmMotion:
     """Place of the intruder's reference point in the lab frame; every array has shape (n,).
 
-    `angle_deg`: beta of a plate, theta of a leg. `travel`: Since the start of the sample's own
-    segment: cm, of a leg rad. `segment`: Its number in the run, from 0.
+    `angle_deg`: Beta of a plate, theta of a leg.
+    `travel`: Distance since the start of the segment in which the sample lies, cm, for a leg rad.
+    `segment`: Number of that segment in the run, from 0.
     """
 
     elapsed_s: FloatArray
@@ -328,21 +341,21 @@ class ArmMotion:
 
 
 def half_extents(plate: AnyPlate, beta_deg: float) -> tuple[float, float]:
-    """Half the size of a tilted plate along x and along z, thickness included."""
+    """Half the size of a tilted plate along x and along z, cm, thickness included."""
     c, s = abs(math.cos(math.radians(beta_deg))), abs(math.sin(math.radians(beta_deg)))
     length, thickness = plate.length_cm / 2, plate.thickness_cm / 2
     return length * c + thickness * s, length * s + thickness * c
 
 
 def submerged_depths(run: PlannedRun, config: Config) -> tuple[float, float]:
-    """Depths between which the plate of a sloping run is wholly submerged and clear of the bottom."""
+    """Depths, cm, between which the plate of a push or pull is wholly submerged and clear of the bottom."""
     _, half_z = half_extents(plate_of(config.intruders)[1], run.beta_deg or 0.0)
-    _, (_, z_end) = _stroke(run, config)
+    _, (_, z_end) = _path_ends(run, config)
     return half_z, min(-z_end, config.container.depth_cm - CLEARANCE_CM - half_z)
 
 
-def _stroke(run: PlannedRun, config: Config) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Upper and lower end of the path, or right and left end of a horizontal one."""
+def _path_ends(run: PlannedRun, config: Config) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Upper and lower end (x, z) of the path of a plate run, cm; for a horizontal run its right and left end."""
     box, (_, plate) = config.container, plate_of(config.intruders)
     diagonal = math.hypot(plate.length_cm, plate.thickness_cm) / 2
     # whole millimetres, and the same path for every beta
@@ -363,8 +376,9 @@ def _stroke(run: PlannedRun, config: Config) -> tuple[tuple[float, float], tuple
 
 
 def _check_room(run: PlannedRun, config: Config) -> None:
+    """Refuse a run whose path has no fit window that keeps away from walls and bottom."""
     if run.direction == "horizontal":
-        right, left = _stroke(run, config)
+        right, left = _path_ends(run, config)
         enough = right[0] - left[0] > config.fit.horizontal_skip_cm + _CHOSEN.least_window_cm
     else:
         shallow, deep = submerged_depths(run, config)
@@ -376,7 +390,8 @@ def _check_room(run: PlannedRun, config: Config) -> None:
         )
 
 
-def _move(phase: str, start: Place, end: Place, speed: float) -> Segment:
+def _make_move(phase: str, start: Place, end: Place, speed: float) -> Segment:
+    """Make a straight move, or a turn if the place does not change; `speed`: cm/s, or rad/s for a turn."""
     distance = math.hypot(end[0] - start[0], end[1] - start[1])
     distance = distance or math.radians(abs(end[2] - start[2]))
     return Segment(phase, start, end, distance / speed + RAMP_S, distance, speed)
@@ -385,32 +400,36 @@ def _move(phase: str, start: Place, end: Place, speed: float) -> Segment:
 def segments(
     run: PlannedRun, config: Config, raised: bool = False, pause: bool = True
 ) -> tuple[Segment, ...]:
-    """Rests and moves of a run; `raised` lifts the whole path into the air; `pause`: at the surface."""
-    parts = _segments(run, config, raised)
+    """Make the rests and moves of a run.
+
+    `raised`: Lift the whole path into the air. `pause`: Pause at the surface.
+    """
+    parts = _segments_with_pause(run, config, raised)
     if pause or not any(segment.phase == "pause" for segment in parts):
         return parts
     without_pause = [segment for segment in parts if segment.phase != "pause"]
     first = next(i for i, segment in enumerate(without_pause) if segment.moving)
     first_move, second_move = without_pause[first : first + 2]
-    # straight down or up: one move through the surface
+    # on a vertical path without a pause the arm makes one move through the surface
     if first_move.start[0] == second_move.end[0]:
         speed = max(first_move.speed, second_move.speed)
         without_pause[first : first + 2] = [
-            _move("stroke", first_move.start, second_move.end, speed)
+            _make_move("stroke", first_move.start, second_move.end, speed)
         ]
     return tuple(without_pause)
 
 
-def _segments(run: PlannedRun, config: Config, raised: bool) -> tuple[Segment, ...]:
+def _segments_with_pause(run: PlannedRun, config: Config, raised: bool) -> tuple[Segment, ...]:
+    """Make the rests and moves of a run, with the pause at the surface."""
     intruder = config.intruders[run.intruder]
     if isinstance(intruder, Leg):
         first, last = ((0.0, intruder.hip_height_cm, s * THETA_END_DEG) for s in (-1, 1))
-        turn = _move("stroke", first, last, config.arm.leg_speed_rad_per_s)
+        turn = _make_move("stroke", first, last, config.arm.leg_speed_rad_per_s)
         rest = Segment("rest", last, last, _CHOSEN.rest_s)
         return Segment("rest", first, first, _CHOSEN.rest_air_s), turn, rest
     _check_room(run, config)
     beta, speed = run.beta_deg or 0.0, config.arm.speed_cm_per_s
-    (x0, z0), (x1, z1) = _stroke(run, config)
+    (x0, z0), (x1, z1) = _path_ends(run, config)
     _, half_z = half_extents(intruder, beta)
     top = half_z + _CHOSEN.air_cm
     lift = top - z1 if raised else 0.0
@@ -422,19 +441,22 @@ def _segments(run: PlannedRun, config: Config, raised: bool) -> tuple[Segment, .
     )
     pause = Segment("pause", begin, begin, _CHOSEN.pause_s)
     if run.direction == "extraction":
-        up, away = _move("stroke", end, begin, speed), _move("lift", begin, air, speed)
+        up, away = _make_move("stroke", end, begin, speed), _make_move("lift", begin, air, speed)
         return below, up, pause, away, in_air
-    approach, down = _move("approach", air, begin, speed), _move("stroke", begin, end, speed)
+    approach, down = (
+        _make_move("approach", air, begin, speed),
+        _make_move("stroke", begin, end, speed),
+    )
     return in_air, approach, pause, down, below
 
 
 def duration(parts: tuple[Segment, ...]) -> float:
-    """Duration of a run in s."""
+    """Duration of a run of these segments, s."""
     return sum(segment.duration_s for segment in parts)
 
 
 def _travelled(segment: Segment, time_s: FloatArray) -> FloatArray:
-    """Distance since the segment's start: trapezoidal speed with ramps of `RAMP_S`."""
+    """Distance since the start of a segment, at times since its start: trapezoidal speed with ramps of `RAMP_S`."""
     if not segment.moving:
         return np.zeros_like(time_s)
     gain = segment.speed / RAMP_S
@@ -445,7 +467,7 @@ def _travelled(segment: Segment, time_s: FloatArray) -> FloatArray:
 
 
 def motion_at(parts: tuple[Segment, ...], elapsed_s: FloatArray) -> ArmMotion:
-    """Position of the intruder's reference point at times since the start; it stays where it ends."""
+    """Position of the intruder's reference point at times since the start of the run; it stays where it ends."""
     ends = np.cumsum([segment.duration_s for segment in parts])
     clipped = np.clip(elapsed_s, 0.0, ends[-1])
     index = np.minimum(np.searchsorted(ends, clipped, side="right"), len(parts) - 1)

@@ -1,4 +1,4 @@
-"""Other ways of recording a run than the paper's: what remains of its two logs, and in which files."""
+"""Protocols: other ways of recording a run than the paper's, with other parts of its logs or other files."""
 
 from __future__ import annotations
 
@@ -22,12 +22,13 @@ PROTOCOLS = {
     "cyclic": "three strokes in one file, each into a bed prepared anew (column stroke)",
     "constant-speed": "nothing but a push straight down at known speed, and no position",
 }
-"""Name and what is recorded."""
+"""Protocols by name, each with what it records."""
 
 _SET_TO_ZERO = ("stroke-only", "constant-speed")
 """Protocols whose transducer was set to zero before."""
 
 _CYCLES, _BETWEEN_S = 3, 5.0
+"""Strokes in a log of the protocol ``cyclic``, and the time between two of them, s."""
 
 
 def check_protocol(protocol: str, config: Config, runs: Sequence[PlannedRun]) -> None:
@@ -59,13 +60,13 @@ def check_protocol(protocol: str, config: Config, runs: Sequence[PlannedRun]) ->
 
 
 def as_recorded(recording: Recording, protocol: str) -> tuple[Recording, Recording | None]:
-    """What a protocol records of a run, and its log without load where that is one of its own."""
+    """Return the part of a recording that a protocol keeps, and the log without load, if the protocol has one."""
     if protocol in (PAPER, "no-pause"):
         return recording, None
     # one logger, one clock
     aligned = replace(recording, motion_time_s=recording.motion_time_s - recording.motion_ahead_s)
     if protocol in ("one-file", "cyclic"):
-        return _on_force_clock(aligned), None
+        return _move_to_force_clock(aligned), None
     unloaded = aligned.rows(aligned.in_air, np.zeros_like(aligned.motion_stroke))
     if protocol in _SET_TO_ZERO:
         zero = aligned.channels_N[aligned.in_air].mean(axis=0)
@@ -74,7 +75,8 @@ def as_recorded(recording: Recording, protocol: str) -> tuple[Recording, Recordi
     return stroke, unloaded if protocol == "separate-zero" else None
 
 
-def _on_force_clock(recording: Recording) -> Recording:
+def _move_to_force_clock(recording: Recording) -> Recording:
+    """Interpolate the motion at the times of the force samples, so that both fit into one file."""
     force_time_s, names = recording.force_time_s, ("x_mm", "z_mm", "angle_deg")
     moved = {
         name: np.interp(force_time_s, recording.motion_time_s, getattr(recording, name))
@@ -84,19 +86,19 @@ def _on_force_clock(recording: Recording) -> Recording:
 
 
 def in_one_log(cycles: Sequence[Recording]) -> Recording:
-    """Put the recordings of several strokes one behind the other; force and motion have one clock."""
+    """Join the recordings of several strokes, one after the other; force and motion have one clock."""
     first = cycles[0]
-    late = [0.0]
+    shifts_s = [0.0]
     for cycle in cycles[:-1]:
-        late.append(late[-1] + float(np.ptp(cycle.force_time_s)) + _BETWEEN_S)
+        shifts_s.append(shifts_s[-1] + float(np.ptp(cycle.force_time_s)) + _BETWEEN_S)
     parts = {name: [getattr(cycle, name) for cycle in cycles] for name in vars(first)}
     for name in ("force_time_s", "motion_time_s"):
-        parts[name] = [time + shift for time, shift in zip(parts[name], late, strict=True)]
+        parts[name] = [time + shift for time, shift in zip(parts[name], shifts_s, strict=True)]
     return Recording(**{name: np.concatenate(arrays) for name, arrays in parts.items()})
 
 
 def with_files(runs: Sequence[PlannedRun], protocol: str) -> list[PlannedRun]:
-    """Runs with the files that a protocol writes."""
+    """Set in each run which files a protocol writes, and how many strokes a log has."""
     one_file = protocol in ("one-file", "cyclic", "constant-speed")
     own_zero, cyclic = protocol == "separate-zero", protocol == "cyclic"
     kinds = ("plate", "rod") if cyclic else ()

@@ -1,4 +1,4 @@
-"""What the rig adds to the granular force, what its loggers see, and faults by name."""
+"""The rig: it adds weights, drift and noise to the granular force, records two logs, and may have faults."""
 
 from __future__ import annotations
 
@@ -36,18 +36,22 @@ from rftfit.store.chosen import chosen
 _CHOSEN = chosen("lab", "rig")
 
 FORCE_HZ, MOTION_HZ = 100, 50
+"""Samples per second of the two logs."""
 STEP_N = 1 / 160
+"""Resolution of the transducer."""
 DAYLIGHT_SAVING = frozenset({"glass3mm_CP"})
 """Published media whose arm controller was left an hour behind when the clocks changed."""
 
 
 @dataclass(frozen=True)
 class Nuisance:
-    """What differs from run to run for no reason of physics.
+    """Random properties of a run that have no physical cause in the medium.
 
-    `start_s`: On the force log's clock, s since midnight; the motion log's shows `motion_offset_s` more.
-    `motion_phase_s`, `force_phase_s`: First sample after the start: two samplers, each its own.
-    `bias_N`: Of the channels F1, F2, F3. `drift_N_per_min`: Along x, y, z of the lab.
+    `start_s`: Start of the run on the clock of the force log, s since midnight.
+    `motion_offset_s`: Time of the motion log's clock minus that of the force log's clock.
+    `motion_phase_s`, `force_phase_s`: Time from the start to the first sample of each log.
+    `bias_N`: Readings of the channels F1, F2, F3 without load.
+    `drift_N_per_min`: Drift along x, y, z of the lab.
     `side_N`: Steady force along y of the lab.
     """
 
@@ -62,9 +66,10 @@ class Nuisance:
 
 @dataclass(frozen=True)
 class Ideal:
-    """Noise-free forces (z, x) at the samples of the force log, N, lab frame, each of shape (n,).
+    """Noise-free forces (z, x) at the n samples of the force log, N, in the lab frame.
 
-    Of the medium on the intruder, of the medium on rod and mount, of weights and a leg's cable.
+    `granular`: Force of the medium on the intruder. `rod`: Force of the medium on rod and mount.
+    `steady`: Weights, and the force of a leg's cable.
     """
 
     motion: ArmMotion
@@ -77,11 +82,14 @@ class Ideal:
 class Recording:
     """The two logs of a run as numbers: n force samples and m motion samples, times since midnight.
 
-    `arm_moving`: shape (n,); 1 while the arm moves, else 0. `channels_N`: shape (n, 3); F1, F2, F3.
-    `x_mm`, `z_mm`, `angle_deg`: shape (m,); Reference point of the intruder in arm coordinates; beta
-        of a plate, theta of a leg.
-    `stroke`, `in_air` (n,), `motion_stroke` (m,): Samples in the stroke, at rest in air; not in the logs.
-    `motion_ahead_s`: shape (m,); What the arm controller's clock is ahead of the force log's.
+    `arm_moving`: 1 while the arm moves, else 0, shape (n,).
+    `channels_N`: F1, F2, F3, shape (n, 3).
+    `x_mm`, `z_mm`: Reference point of the intruder in arm coordinates, shape (m,).
+    `angle_deg`: Beta of a plate, theta of a leg, shape (m,).
+    `motion_ahead_s`: Time of the arm controller's clock minus that of the force log's clock, shape (m,); not in the
+    logs.
+    `stroke`, `in_air`: True for force samples in the stroke, or at rest in air, shape (n,); not in the logs.
+    `motion_stroke`: True for motion samples in the stroke, shape (m,); not in the logs.
     """
 
     force_time_s: FloatArray
@@ -97,14 +105,17 @@ class Recording:
     motion_ahead_s: FloatArray
 
     def rows(self, force: npt.ArrayLike, motion: npt.ArrayLike | slice = slice(None)) -> Recording:
-        """Take rows of the force log and of the motion log, by place or by mask."""
+        """Select rows of the force log and of the motion log, by indices or by a mask."""
         of_force = ("force_time_s", "arm_moving", "channels_N", "stroke", "in_air")
         parts = {n: v[force if n in of_force else motion] for n, v in vars(self).items()}
         return Recording(**parts)
 
 
 def random_numbers(seed: int, run_id: str, purpose: int) -> np.random.Generator:
-    """Random numbers of one run: the same whatever runs are written, where and in what order."""
+    """Make the random numbers of one run, which do not depend on other runs or on their order.
+
+    `purpose`: Number of what they are drawn for; different purposes have independent numbers.
+    """
     digest = np.frombuffer(hashlib.sha256(run_id.encode()).digest(), dtype="<u4")
     return np.random.default_rng([seed, purpose, *(int(word) for word in digest)])
 
@@ -113,7 +124,7 @@ def random_numbers(seed: int, run_id: str, purpose: int) -> np.random.Generator:
 class LabStroke:
     """One stroke of a run.
 
-    `cycle`: Of several strokes in one log, which; each goes into a bed prepared anew.
+    `cycle`: Number of the stroke, from 0, if one log has several; each goes into a bed prepared anew.
     """
 
     run: PlannedRun
@@ -122,17 +133,17 @@ class LabStroke:
     cycle: int = 0
 
     def random(self, purpose: int) -> np.random.Generator:
-        """Random numbers for a purpose, from 0 to 9."""
+        """Make the random numbers for a purpose, a number from 0 to 9."""
         return random_numbers(self.seed, self.run.run_id, purpose + 10 * self.cycle)
 
 
 def nuisance(run: PlannedRun, seed: int) -> Nuisance:
     """Draw bias, drift and clocks of a run."""
     random = random_numbers(seed, run.run_id, 0)
-    late = 3600.0 if run.published in DAYLIGHT_SAVING else 0.0
+    behind_s = 3600.0 if run.published in DAYLIGHT_SAVING else 0.0
     return Nuisance(
         start_s=round(run.clock_s + random.uniform(0, 60), 3),
-        motion_offset_s=random.uniform(-0.4, 0.4) - late,
+        motion_offset_s=random.uniform(-0.4, 0.4) - behind_s,
         motion_phase_s=random.uniform(0, 0.1),
         bias_N=np.clip(random.normal(0, 1.5, 3), -4, 4),
         drift_N_per_min=random.uniform(-0.02, 0.02, 3),
@@ -142,7 +153,7 @@ def nuisance(run: PlannedRun, seed: int) -> Nuisance:
 
 
 def cable(run: PlannedRun, angle_deg: FloatArray) -> Forces:
-    """Force of a leg's cable and gears against theta, the same in air and in a medium, N."""
+    """Force (z, x) of a leg's cable and gears at angles theta, N, the same in air and in a medium."""
     theta = np.radians(angle_deg)
     size = {"c_leg": 1.0, "flat_leg": 0.8}.get(run.leg, 1.15)
     force_z = size * (0.15 * np.sin(theta + 0.4) + 0.06 * np.sin(2 * theta))
@@ -151,11 +162,11 @@ def cable(run: PlannedRun, angle_deg: FloatArray) -> Forces:
 
 
 Laws = tuple[Law | None, Law | None]
-"""Of the medium on the intruder, and on rod and mount; None where the medium does not touch them."""
+"""Laws of the force of the medium on the intruder, and on rod and mount; None where the medium does not touch them."""
 
 
 def published_laws(run: PlannedRun, config: Config, alpha: Alpha = published_alpha) -> Laws:
-    """Laws of a run in the published bed; `alpha` as of `granular_law`."""
+    """Return the laws of a run in the published bed; `alpha`: stress per depth of plates in a laboratory medium."""
     return granular_law(run, config, alpha), None if run.leg else rod_law(run)
 
 
@@ -166,9 +177,11 @@ def ideal(
     phase_s: float = 0.0,
     laws: Laws | None = None,
 ) -> Ideal:
-    """Noise-free forces of a run at the force log's sample times, the first `phase_s` after the start.
+    """Calculate the noise-free forces of a run at the sample times of the force log.
 
-    `laws`: Of the bed; default: the published ones.
+    `parts`: Rests and moves of the run; default: those of `segments`.
+    `phase_s`: Time from the start of the run to the first sample.
+    `laws`: Laws of the force; default: the published ones.
     """
     parts = parts or segments(run, config)
     count = int((duration(parts) - phase_s) * FORCE_HZ) + 1
@@ -191,7 +204,8 @@ def to_channels(
 ) -> FloatArray:
     """Turn a force in the lab frame into the channels F1, F2, F3, shape (n, 3).
 
-    The inverse of ``force_x = sx cos t + sz sin t``, ``force_z = -sx sin t + sz cos t`` (s: of the mount).
+    This is the inverse of ``force_x = sx cos t + sz sin t``, ``force_z = -sx sin t + sz cos t``, where s is the force
+    along the axes of the mount and t is the turn of the mount.
     """
     turn = math.radians(transducer.turn_deg)
     mount = {
@@ -206,8 +220,8 @@ def to_channels(
     return channels
 
 
-def _noise(random: np.random.Generator, count: int, deviation: float) -> FloatArray:
-    """Noise (n, 3) with the correlation of a first-order process from sample to sample."""
+def _draw_noise(random: np.random.Generator, count: int, deviation: float) -> FloatArray:
+    """Draw noise, shape (count, 3), with the standard deviation `deviation`, correlated by a first-order process."""
     memory = _CHOSEN.correlation ** np.arange(40)
     white = random.normal(0, deviation * math.sqrt(1 - _CHOSEN.correlation**2), (count + 39, 3))
     columns = [np.convolve(white[:, axis], memory, mode="valid") for axis in range(3)]
@@ -217,24 +231,26 @@ def _noise(random: np.random.Generator, count: int, deviation: float) -> FloatAr
 class Lab:
     """The lab of the published measurements: its beds, and the noise of its sensor.
 
-    `rftfit.lab.enact.prepare` takes another lab, derived from this one; the tests have some with the
-    errors of a real lab. Purposes 0 to 2 of `LabStroke.random` are taken.
+    `rftfit.lab.enact.prepare` accepts another lab that is derived from this one; the tests have labs with the errors of
+    a real lab. Purposes 0 to 2 of `LabStroke.random` are already used.
     """
 
     def forces(self, stroke: LabStroke, parts: tuple[Segment, ...], phase_s: float) -> Ideal:
-        """Noise-free forces of a stroke; `parts` and `phase_s` as of `ideal`."""
+        """Calculate the noise-free forces of a stroke; `parts`, `phase_s`: see `ideal`."""
         return ideal(stroke.run, stroke.config, parts, phase_s)
 
     def noise_N(self, stroke: LabStroke, count: int) -> FloatArray:
-        """Noise of F1, F2 and F3, shape (count, 3)."""
-        return _noise(stroke.random(1), count, stroke.config.transducer.precision_N)
+        """Draw the noise of F1, F2 and F3, N, shape (count, 3)."""
+        return _draw_noise(stroke.random(1), count, stroke.config.transducer.precision_N)
 
 
 AS_PUBLISHED = Lab()
 
 
-def _channels(true: Ideal, drawn: Nuisance, noise_N: FloatArray, sensor: Transducer) -> FloatArray:
-    """Readings of F1, F2, F3, shape (n, 3), N: forces, drift, bias and noise, in steps of the sensor."""
+def _make_channels(
+    true: Ideal, drawn: Nuisance, noise_N: FloatArray, sensor: Transducer
+) -> FloatArray:
+    """Add forces, drift, bias and noise to the readings of F1, F2, F3, N, shape (n, 3), in steps of the sensor."""
     drift = drawn.drift_N_per_min * (np.arange(len(noise_N)) / FORCE_HZ / 60)[:, None]
     force = np.array(true.granular) + np.array(true.rod) + np.array(true.steady)
     force_z, force_x = force + drift[:, [2, 0]].T
@@ -247,15 +263,15 @@ def _channels(true: Ideal, drawn: Nuisance, noise_N: FloatArray, sensor: Transdu
 def record(
     stroke: LabStroke, raised: bool = False, pause: bool = True, lab: Lab = AS_PUBLISHED
 ) -> Recording:
-    """Record a stroke the way the rig does. `raised`, `pause`: As of `segments`."""
+    """Record a stroke as the rig does; `raised`, `pause`: see `segments`."""
     config = stroke.config
     drawn = nuisance(stroke.run, stroke.seed)
     parts = segments(stroke.run, config, raised, pause)
     true = lab.forces(stroke, parts, drawn.force_phase_s)
     motion = true.motion
     noise_N = lab.noise_N(stroke, motion.elapsed_s.size)
-    channels = _channels(true, drawn, noise_N, config.transducer)
-    # the motion log: same run, other clock
+    channels = _make_channels(true, drawn, noise_N, config.transducer)
+    # the motion log has another clock
     rate = 1 + _CHOSEN.drift_ppm * 1e-6
     begin = drawn.start_s + drawn.motion_offset_s
     ticks = int((duration(parts) - drawn.motion_phase_s) * MOTION_HZ)
@@ -263,7 +279,7 @@ def record(
     arm = motion_at(parts, (clock - begin) / rate)
     wobble = stroke.random(2).normal(0, 1, (3, ticks))
     in_stroke = np.array([segment.phase == "stroke" for segment in parts])
-    # a leg rests in air at both ends, a plate where it is above the surface
+    # a rest above the surface is a rest in air: both rests of a leg, one of a plate
     in_air = np.array([segment.phase == "rest" and segment.start[1] > 0 for segment in parts])
     return Recording(
         force_time_s=drawn.start_s + drawn.force_phase_s + np.arange(len(channels)) / FORCE_HZ,
@@ -315,18 +331,20 @@ FAULTS: dict[str, tuple[str, str]] = {
         "the motion log shows -beta instead of beta (beta not 0 or 90 degrees)",
     ),
 }
-"""By name: the run that gets it where none is named, and what it does.
+"""Faults by name: run that gets the fault if the user names none, and what the fault does.
 
-The run is one of the first medium; where that has no such run, it is its first plate run.
+The run is given without its medium, which is the first one; if that has no such run, its first plate run gets the
+fault.
 """
 
 
 @dataclass(frozen=True)
 class Fault:
-    """A fault of `FAULTS`, and the run it was asked for.
+    """A fault of `FAULTS` in a run.
 
-    `changed`: The run whose files or sheet row it changes: the tare's for ``missing_tare``.
-    `other_tare`: The tare_run that the sheet names instead of the right one; empty for other faults.
+    `run_id`: Run for which the user asked it.
+    `changed`: Run whose files or row the fault changes: for ``missing_tare`` that of the tare.
+    `other_tare`: Wrong tare_run in the run sheet; empty for all other faults.
     """
 
     name: str
@@ -339,7 +357,8 @@ class Fault:
         return f"{self.name}: {where}: {FAULTS[self.name][1]}"
 
 
-def _other_tare(run: PlannedRun, runs: Mapping[str, PlannedRun]) -> str:
+def _find_other_tare(run: PlannedRun, runs: Mapping[str, PlannedRun]) -> str:
+    """Find the tare of the same plate run in another medium."""
     ending = run.tare_run.removeprefix(run.medium)
     for other_run in runs.values():
         if (
@@ -355,9 +374,9 @@ def _other_tare(run: PlannedRun, runs: Mapping[str, PlannedRun]) -> str:
 
 
 def resolve(asked: Sequence[str], runs: Mapping[str, PlannedRun], first_medium: str) -> list[Fault]:
-    """Find the run of each fault asked for as ``NAME`` or ``NAME:run_id``.
+    """Find the run of each fault in `asked`, which is written ``NAME`` or ``NAME:run_id``.
 
-    `runs`: All runs by run_id. `first_medium`: Where faults without a run go.
+    `runs`: All runs by run_id. `first_medium`: Medium of faults without a run.
     """
     faults = []
     for text in asked:
@@ -377,13 +396,13 @@ def resolve(asked: Sequence[str], runs: Mapping[str, PlannedRun], first_medium: 
         if name == "never_touches" and run.leg:
             raise InputError(f"fault never_touches: {run_id} is a leg; name a plate or rod run")
         changed = (run.tare_run or run_id) if name == "missing_tare" else run_id
-        other_tare = _other_tare(run, runs) if name == "wrong_medium_tare" else ""
+        other_tare = _find_other_tare(run, runs) if name == "wrong_medium_tare" else ""
         faults.append(Fault(name, run_id, changed, other_tare))
     return faults
 
 
 def damage_recording(names: Sequence[str], whole: Recording, transducer: Transducer) -> Recording:
-    """Apply those faults of a run that change what was recorded."""
+    """Apply the faults of a run that change its recording; other faults in `names` do nothing here."""
     first, last = np.flatnonzero(whole.stroke)[[0, -1]]
     middle = int(first + last) // 2
     channels = whole.channels_N.copy()
@@ -406,7 +425,7 @@ def damage_recording(names: Sequence[str], whole: Recording, transducer: Transdu
 
 
 def damage_bytes(names: Sequence[str], content: bytes, dialect: str) -> bytes | None:
-    """Apply those faults of a run that change the force log's file; None where it is missing."""
+    """Apply the faults of a run that change the bytes of its force log; None if a fault removes the file."""
     if "missing_log" in names or "missing_tare" in names:
         return None
     if "empty" in names:

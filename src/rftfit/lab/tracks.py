@@ -24,14 +24,20 @@ MEDIUM = "poppy_LP"
 """Published name of the medium that the paper's robot ran on."""
 
 TRIALS = 3
+"""Trials of each condition."""
 FRAMES_HZ = 60.0
+"""Frames per second of the camera."""
 
 _COLUMNS = ("run_id", "condition", "medium", "curvature_times_R", "frequency_Hz", "track", "note")
 
 
 @dataclass(frozen=True)
 class RobotTrial:
-    """One trial of the robot, its track relative to the sheet; a condition's mean speed is published."""
+    """One trial of the robot.
+
+    `condition`: Name of the condition, whose trials have the published speed as their mean.
+    `track`: Path of its track relative to the sheet of tracks.
+    """
 
     run_id: str
     condition: str
@@ -43,7 +49,7 @@ class RobotTrial:
 
 
 def plan_trials(config: Config, seed: int) -> list[RobotTrial]:
-    """List the trials in which the robot moved; none without a sheet of tracks on the published medium."""
+    """List the trials of the robot; none unless the config has a sheet of tracks and the published medium."""
     robot = config.robot
     if robot is None or robot.runs is None or config.media[robot.medium].published_as != MEDIUM:
         return []
@@ -51,9 +57,9 @@ def plan_trials(config: Config, seed: int) -> list[RobotTrial]:
     for curvature, number, frequency, speed in reference.running_speeds():
         sign = "m" if curvature < 0 else "p"
         condition = f"k{sign}{abs(100 * curvature):03.0f}_{number}"
-        rng = _random(seed, condition)
-        off = rng.normal(0, _CHOSEN.speed_spread, TRIALS)
-        trial_speeds = speed * (1 + off - off.mean())
+        rng = _make_random(seed, condition)
+        speed_jitter = rng.normal(0, _CHOSEN.speed_spread, TRIALS)
+        trial_speeds = speed * (1 + speed_jitter - speed_jitter.mean())
         jitter = rng.normal(0, _CHOSEN.frequency_spread, TRIALS)
         trial_frequencies = frequency * (1 + jitter - jitter.mean())
         head = condition, robot.medium, curvature
@@ -66,8 +72,8 @@ def plan_trials(config: Config, seed: int) -> list[RobotTrial]:
 
 
 def track(trial: RobotTrial, seed: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Record time, x and z of a marker on the running robot: it bobs twice a stride, and surges."""
-    rng = _random(seed, trial.run_id)
+    """Make time (s), x and z (cm) of a marker on the running robot, which bobs twice a stride, and surges."""
+    rng = _make_random(seed, trial.run_id)
     duration = max(_CHOSEN.strides / trial.frequency_Hz, _CHOSEN.shortest_s)
     time = np.arange(int(duration * FRAMES_HZ) + 1) / FRAMES_HZ
     turn = 2 * math.pi * trial.frequency_Hz * time + rng.uniform(0, 2 * math.pi)
@@ -84,7 +90,7 @@ def track(trial: RobotTrial, seed: int) -> tuple[FloatArray, FloatArray, FloatAr
 
 
 def track_files(config: Config, seed: int) -> dict[str, str]:
-    """Make the tracks and, last, their sheet: text by path relative to raw; none without trials."""
+    """Make the texts of the tracks and, last, of their sheet, by path relative to raw; empty without trials."""
     trials = plan_trials(config, seed)
     if not trials or config.robot is None or config.robot.runs is None:
         return {}
@@ -104,13 +110,14 @@ def track_files(config: Config, seed: int) -> dict[str, str]:
     return files | {config.robot.runs: buffer.getvalue()}
 
 
-def _random(seed: int, name: str) -> np.random.Generator:
+def _make_random(seed: int, name: str) -> np.random.Generator:
+    """Make random numbers that depend on the seed and a name alone."""
     digest = hashlib.sha256(f"{seed} {name}".encode()).digest()
     return np.random.default_rng(int.from_bytes(digest[:8], "little"))
 
 
 def lacks_tracks(places: Campaign) -> bool:
-    """Whether the medium of the robot was re-enacted before the robot itself could be."""
+    """Return True if logs of the robot's medium exist but no tracks: older versions wrote none."""
     robot = places.config.robot
     if robot is None or robot.runs is None or not (places.raw / robot.medium).is_dir():
         return False

@@ -1,4 +1,4 @@
-"""The granular force inside the logs: the published measurements, and nothing else."""
+"""The granular force in the logs, from the published measurements alone."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ from rftfit.store.chosen import chosen
 _CHOSEN = chosen("lab", "truth")
 
 Forces = tuple[FloatArray, FloatArray]
-"""Force (z, x) on the intruder in N, z up, x toward +x."""
+"""Force on the intruder, N: z (upward) and x (toward +x)."""
 
 Law = Callable[[Segment, FloatArray, FloatArray, FloatArray], Forces]
-"""Fully developed force at places (x cm, z cm, angle deg) of one segment, arrays of shape (n,)."""
+"""Function of a segment and of n places in it (x cm, z cm, angle deg) that returns the fully developed force."""
 
 Alpha = Callable[[PlannedRun, str], tuple[float, float]]
-"""Stress per depth (z, x), N/cm^3, of a plate run in its phase approach, stroke or lift."""
+"""Function of a plate run and its phase (approach, stroke or lift) that returns stress per depth (z, x), N/cm^3."""
 
 BUILD_UP = 0.02
-"""Travel (cm; rad for a leg) within which a force is fully developed: within the speed ramp."""
+"""Travel (cm; rad for a leg) after which a force is fully developed; it ends within the speed ramp."""
 
 START_UP_CM = 0.4
 """Decay length of the start-up of a horizontal run."""
@@ -42,10 +42,10 @@ START_UP_CM = 0.4
 def force_over_run(
     law: Law, parts: tuple[Segment, ...], motion: ArmMotion, level: bool = False
 ) -> Forces:
-    """Force over a whole run: the law while moving, the last force (relaxing a little) at rest.
+    """Calculate the force over a whole run: by the law while moving; at rest the last force, which relaxes a little.
 
-    A medium that was prepared around a resting intruder exerts no force before the first move. The force
-    of a `level` stroke starts up over `START_UP_CM`.
+    A medium that was prepared around a resting intruder exerts no force before the first move. The force of a
+    horizontal stroke (`level`) builds up over `START_UP_CM`.
     """
     force = np.zeros((2, motion.elapsed_s.size))
     last = np.zeros(2)
@@ -80,26 +80,26 @@ def force_over_run(
 
 
 def _grow_to_one(travel: FloatArray, length: float) -> FloatArray:
-    """Grow smoothly from 0 to exactly 1 over `length`."""
+    """Factor that grows smoothly from 0 to exactly 1 over `length`."""
     return 1 - np.clip(1 - travel / length, 0.0, 1.0) ** 2
 
 
 def table_s5(medium: str, beta_deg: float, gamma_deg: float) -> tuple[float, float]:
-    """Table S5, between its cells interpolated: alpha_z and alpha_x, N/cm^3.
-
-    `beta_deg`, `gamma_deg`: From -90 to 90.
-    """
+    """Interpolate alpha_z and alpha_x, N/cm^3, in Table S5; `beta_deg`, `gamma_deg`: from -90 to 90."""
     (row, u), (column, v) = (
-        _between(reference.BETA_DEG, beta_deg),
-        _between(reference.GAMMA_DEG, gamma_deg),
+        _find_interval(reference.BETA_DEG, beta_deg),
+        _find_interval(reference.GAMMA_DEG, gamma_deg),
     )
     cells = (grid[row : row + 2, column : column + 2] for grid in reference.alpha_grid(medium))
     z, x = (float(np.array([1 - u, u]) @ corners @ [1 - v, v]) for corners in cells)
     return z, x
 
 
-def _between(lines: FloatArray, angle: float) -> tuple[int, float]:
-    """Line below an angle, and the share of the way to the next; on a line where that is meant."""
+def _find_interval(lines: FloatArray, angle: float) -> tuple[int, float]:
+    """Return the index of the table's line below an angle, and the angle's fraction of the interval to the next line.
+
+    An angle that differs from a line only by rounding counts as this line.
+    """
     nearest = int(np.abs(lines - angle).argmin())
     snapped_angle = lines[nearest] if abs(lines[nearest] - angle) < _CHOSEN.rounding_deg else angle
     line = int(np.clip(np.searchsorted(lines, snapped_angle, side="right") - 1, 0, lines.size - 2))
@@ -107,7 +107,7 @@ def _between(lines: FloatArray, angle: float) -> tuple[int, float]:
 
 
 def pull_alpha(medium: str, beta_deg: float, path_gamma_deg: float) -> tuple[float, float]:
-    """Stress per depth on a plate that is pulled back along a path.
+    """Stress per depth (z, x), N/cm^3, on a plate that is pulled back along a path.
 
     The plate keeps its tangent (cos beta, -sin beta) and moves along (cos gamma, sin gamma), gamma
     being the path's angle on the way down. Seen in a mirror (x into -x) the tangent is that of
@@ -119,7 +119,7 @@ def pull_alpha(medium: str, beta_deg: float, path_gamma_deg: float) -> tuple[flo
 
 
 def published_alpha(run: PlannedRun, phase: str) -> tuple[float, float]:
-    """Return the published stress per depth of a plate run: an `Alpha`."""
+    """Return the published stress per depth (z, x) of a plate run in a phase, N/cm^3; this is an `Alpha`."""
     beta, gamma = run.beta_deg or 0.0, run.gamma_deg or 0.0
     if phase == "approach":
         return table_s5(run.published, beta, 90.0)
@@ -131,20 +131,20 @@ def published_alpha(run: PlannedRun, phase: str) -> tuple[float, float]:
 
 
 def submerged_depth(depth_cm: FloatArray, half_z_cm: float) -> FloatArray:
-    """Mean depth of the submerged part of a plate times its share of the plate, cm.
+    """Mean depth of the submerged part of a plate, times the submerged share, cm.
 
-    That is the depth of its centre where it is wholly submerged, 0 where it is wholly in air. Where
-    it is partly submerged the bed is free to heave, so the force is somewhat smaller still.
+    This is the depth of its centre if the plate is wholly submerged, and 0 if it is wholly in air. Near the surface the
+    bed can heave, so a partly submerged plate has a somewhat smaller value still.
     """
-    wet = np.clip((depth_cm + half_z_cm) / (2 * half_z_cm), 0.0, 1.0)
-    partly = half_z_cm * wet**2 * (1 - 0.25 * (1 - wet) ** 2)
+    share = np.clip((depth_cm + half_z_cm) / (2 * half_z_cm), 0.0, 1.0)
+    partly = half_z_cm * share**2 * (1 - 0.25 * (1 - share) ** 2)
     return np.where(depth_cm >= half_z_cm, depth_cm, partly)
 
 
 def near_walls(
     config: Config, x_cm: FloatArray, depth_cm: FloatArray, beta_deg: float
 ) -> FloatArray:
-    """Factor by which walls and bottom within 6 cm of the plate, centred there, raise the force."""
+    """Factor by which walls and bottom raise the force on a plate with its centre there, if nearer than 6 cm."""
     half_x, half_z = half_extents(plate_of(config.intruders)[1], beta_deg)
     box, factor = config.container, np.ones_like(depth_cm)
     for clearance in (box.depth_cm - depth_cm - half_z, box.length_cm / 2 - np.abs(x_cm) - half_x):
@@ -153,7 +153,7 @@ def near_walls(
 
 
 def plate_law(run: PlannedRun, config: Config, alpha: Alpha = published_alpha) -> Law:
-    """Force on the plate of a laboratory run: alpha times depth times area."""
+    """Return the law of a plate in a laboratory medium: alpha times depth times area."""
     plate: Plate = plate_of(config.intruders)[1]
     beta = run.beta_deg or 0.0
     _, half_z = half_extents(plate, beta)
@@ -162,7 +162,7 @@ def plate_law(run: PlannedRun, config: Config, alpha: Alpha = published_alpha) -
         alpha_z, alpha_x = alpha(run, segment.phase)
         load = plate.area_cm2 * submerged_depth(-z_cm, half_z)
         if run.direction == "horizontal" and segment.phase == "stroke":
-            # the published value IS the mean over the steady part, so no wall factor here
+            # the published alpha is already the mean over the steady part, so walls are not added
             load = load * (
                 1 + _CHOSEN.stick_slip * np.sin(2 * np.pi * x_cm / _CHOSEN.stick_slip_cm)
             )
@@ -174,9 +174,10 @@ def plate_law(run: PlannedRun, config: Config, alpha: Alpha = published_alpha) -
 
 
 def granular_law(run: PlannedRun, config: Config, alpha: Alpha = published_alpha) -> Law | None:
-    """Force of the medium on the intruder of any run; None where there is no intruder in a medium.
+    """Return the law of the force of the medium on the intruder; None if no intruder is in a medium.
 
-    `alpha`: Of plates in a laboratory medium; the forces on legs and in natural sands are published curves.
+    `alpha`: Stress per depth of plates in a laboratory medium; forces on legs and in natural sands are published
+    curves.
     """
     if run.kind == "leg":
         return leg_law(run)
@@ -186,7 +187,8 @@ def granular_law(run: PlannedRun, config: Config, alpha: Alpha = published_alpha
 
 
 @cache
-def _penetration(sand: str) -> tuple[FloatArray, FloatArray]:
+def _load_penetration(sand: str) -> tuple[FloatArray, FloatArray]:
+    """Load depth (cm) and stress (N/cm^2) of the published push into a natural sand."""
     table = reference.load("fig_s11")
     rows = table[table["medium"] == sand].sort_values("depth_cm")
     return rows["depth_cm"].to_numpy(float), rows["stress_z_N_per_cm2"].to_numpy(float)
@@ -194,11 +196,11 @@ def _penetration(sand: str) -> tuple[FloatArray, FloatArray]:
 
 def sand_stress(sand: str, depth_cm: FloatArray) -> FloatArray:
     """Vertical stress on a level plate pushed into a natural sand (Fig. S11, 0 to 6 cm), N/cm^2."""
-    return np.interp(depth_cm, *_penetration(sand))
+    return np.interp(depth_cm, *_load_penetration(sand))
 
 
 def sand_law(run: PlannedRun, config: Config) -> Law:
-    """Force on the level plate of a penetration test: Fig. S11 times area."""
+    """Return the law of the level plate of a penetration test: stress of Fig. S11 times area."""
     plate = plate_of(config.intruders)[1]
     _, half_z = half_extents(plate, run.beta_deg or 0.0)
 
@@ -211,7 +213,8 @@ def sand_law(run: PlannedRun, config: Config) -> Law:
 
 
 @cache
-def _rotation(name: str, medium: str, leg: str) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _load_rotation(name: str, medium: str, leg: str) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Load theta (deg) and force z, x (N) of a leg from the published figure `name`."""
     table = reference.load(name)
     rows = table[(table["medium"] == medium) & (table["leg"] == leg)].sort_values("theta_deg")
     theta, force_z, force_x = rows[["theta_deg", "force_z_N", "force_x_N"]].to_numpy(float).T
@@ -219,12 +222,12 @@ def _rotation(name: str, medium: str, leg: str) -> tuple[FloatArray, FloatArray,
 
 
 def leg_law(run: PlannedRun) -> Law:
-    """Force on a leg turned in a medium (Fig. S5, natural sands Fig. S12) against theta.
+    """Return the law of a leg that is turned in a medium: force over theta of Fig. S5, in natural sands of Fig. S12.
 
-    Outside the published range the end value fades to 0 within 3 degrees.
+    Outside the published range the last value decreases to 0 within 3 degrees.
     """
     figure = "fig_s12" if run.natural else "fig_s5"
-    theta, *published = _rotation(figure, run.published, run.leg)
+    theta, *published = _load_rotation(figure, run.published, run.leg)
 
     def law(_segment: Segment, _x: FloatArray, _z: FloatArray, angle_deg: FloatArray) -> Forces:
         outside = np.maximum(theta[0] - angle_deg, angle_deg - theta[-1])
@@ -236,7 +239,7 @@ def leg_law(run: PlannedRun) -> Law:
 
 
 def strength(run: PlannedRun) -> float:
-    """Strength of a medium relative to loose poppy seeds: its vertical alpha of a level plate."""
+    """Strength of a medium relative to loose poppy seeds, by alpha_z of a level plate pushed straight down."""
     if run.natural:
         alpha = float(sand_stress(run.published, np.array([2.0]))[0]) / 2.0
     else:
@@ -245,11 +248,11 @@ def strength(run: PlannedRun) -> float:
 
 
 def rod_law(run: PlannedRun) -> Law:
-    """Force of the medium on rod and mount, the same in a plate run and in its rod-only run.
+    """Return the law of the force on rod and mount, which is the same in a plate run and in its tare run.
 
-    The force on a thin rod grows with the square of the depth; from 3 cm on the mount is in the medium
-    too. The force opposes the motion. It is larger in a level move than in a steep one, smaller in a
-    pull than in a push, and a tilted mount is pushed a little sideways.
+    The force on a thin rod grows with the square of the depth; deeper than 3 cm the mount is in the medium too. The
+    force opposes the motion. It is larger in a level move than in a steep one, and smaller in a pull than in a push; a
+    tilted mount is pushed a little sideways.
     """
     size = strength(run)
     beta = math.radians(run.beta_deg or 0.0)
@@ -257,8 +260,9 @@ def rod_law(run: PlannedRun) -> Law:
     def law(segment: Segment, _x: FloatArray, z_cm: FloatArray, _angle: FloatArray) -> Forces:
         vx, vz = np.subtract(segment.end[:2], segment.start[:2]) / segment.distance
         depth = np.maximum(-z_cm, 0.0)
-        mount = np.maximum(depth - _CHOSEN.mount_from_cm, 0.0)
-        load = size * (0.007 * depth**2 + 0.009 * mount**2) * (1 + 0.06 * math.sin(beta) ** 2)
+        mount_depth = np.maximum(depth - _CHOSEN.mount_from_cm, 0.0)
+        load = size * (0.007 * depth**2 + 0.009 * mount_depth**2)
+        load = load * (1 + 0.06 * math.sin(beta) ** 2)
         if vz > 0:
             load = 0.55 * load
         force_z = -vz * load + 0.04 * math.cos(beta) * load

@@ -1,4 +1,4 @@
-"""Recordings as the text of log files, and the run sheet."""
+"""Turn recordings into columns and lines of log files, and runs into the run sheet."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from rftfit.lab.rig import Recording
 
 _FORCE_UNITS = {"N": (1.0, 5), "mN": (1e-3, 2), "kN": (1e3, 8), "lbf": (4.4482216152605, 5)}
 _LENGTH_UNITS = {"mm": (1.0, 2), "cm": (10.0, 3), "m": (1000.0, 5), "in": (25.4, 4)}
-"""Size in newtons or millimetres, and decimals that are written."""
+"""Size of each unit in newtons or millimetres, and the number of decimals that are written."""
 
 SHEET_COLUMNS = tuple(column.name for column in COLUMNS)
 
 
 def fixed(columns: list[FloatArray], decimals: list[int]) -> str:
-    """Format columns of equal length as lines of comma-separated numbers, never minus zero."""
-    # + 0.0 turns the -0.0 that rounding makes into 0.0
+    """Format columns of equal length as lines of comma-separated numbers; zero has no minus sign."""
+    # + 0.0 turns -0.0, which rounding may make, into 0.0
     pairs = zip(columns, decimals, strict=True)
     table = np.column_stack([np.round(*pair) for pair in pairs]) + 0.0
     row = ",".join(f"%.{places}f" for places in decimals) + "\n"
@@ -31,7 +31,7 @@ def fixed(columns: list[FloatArray], decimals: list[int]) -> str:
 
 
 class LogColumn(NamedTuple):
-    """One column of a log: quantity, its unit, values, and how many decimals are written."""
+    """One column of a log: its quantity and unit, values, and number of decimals that are written."""
 
     name: str
     unit: str
@@ -40,7 +40,7 @@ class LogColumn(NamedTuple):
 
 
 def force_log_columns(recording: Recording, unit: str) -> list[LogColumn]:
-    """Columns of a force log in N, mN, kN or lbf."""
+    """Make the columns of a force log in a `unit`: N, mN, kN or lbf."""
     size, places = _FORCE_UNITS[unit]
     channels = enumerate(recording.channels_N.T / size, start=1)
     return [
@@ -51,7 +51,7 @@ def force_log_columns(recording: Recording, unit: str) -> list[LogColumn]:
 
 
 def motion_columns(recording: Recording, unit: str) -> list[LogColumn]:
-    """Columns of a motion log in mm, cm, m or in."""
+    """Make the columns of a motion log in a `unit`: mm, cm, m or in."""
     size, places = _LENGTH_UNITS[unit]
     return [
         LogColumn("time", "s", recording.motion_time_s, 3),
@@ -62,18 +62,19 @@ def motion_columns(recording: Recording, unit: str) -> list[LogColumn]:
 
 
 def log_header(run: PlannedRun, kind: str, rate: str) -> list[str]:
-    """Lines that say what a log is."""
+    """Make the lines at the head of a log that describe it; `rate`: samples per second, and clock."""
     return [f"{kind} of run {run.run_id}, re-enacted from published measurements", rate]
 
 
-def _number(value: float | None) -> str:
+def _format_number(value: float | None) -> str:
+    """Format a number without trailing zeros; empty for None."""
     return "" if value is None else f"{value:.4f}".rstrip("0").rstrip(".")
 
 
 def sheet_text(runs: Iterable[PlannedRun], tares: Mapping[str, str]) -> str:
-    """Text of the run sheet (csv), one row for each run in the given order.
+    """Make the text of the run sheet (csv): a row for each stroke of each run, in the given order.
 
-    `tares`: run_id to the tare_run to be written instead of the run's own.
+    `tares`: Wrong tare_run to be written, by run_id.
     """
     buffer = io.StringIO()
     runs = list(runs)
@@ -85,7 +86,10 @@ def sheet_text(runs: Iterable[PlannedRun], tares: Mapping[str, str]) -> str:
     sheet.writeheader()
     for run in runs:
         row = {name: getattr(run, name, "") for name in columns}
-        row |= {name: _number(getattr(run, name)) for name in ("beta_deg", "gamma_deg", "depth_cm")}
+        row |= {
+            name: _format_number(getattr(run, name))
+            for name in ("beta_deg", "gamma_deg", "depth_cm")
+        }
         row["tare_run"] = tares.get(run.run_id, run.tare_run)
         row["tare_shared"] = "yes" if run.tare_shared else ""
         if used["stroke"]:

@@ -23,7 +23,7 @@ _CHOSEN = chosen("measure", "alignment")
 def smooth_basis(depth: FloatArray, knots: int, span: FloatArray | None = None) -> FloatArray:
     """Cubic B-splines on even knots (at least 2) at each depth (n,): shape (n, knots + 2).
 
-    `span`: Depths whose range the knots cover, by default `depth`; others count as its ends.
+    `span`: Depths whose range the knots cover, by default `depth`. A depth beyond the range counts as its nearest end.
     """
     abscissa = depth if span is None else span
     low, high = float(abscissa.min()), float(abscissa.max())
@@ -48,9 +48,9 @@ def contact_basis(depth: FloatArray, surface: float, deepest: float, knots: int)
 
 
 def contact_depth(depth: FloatArray, force: FloatArray) -> float:
-    """Depth of the last reading at which the force is below a fiftieth of its rise.
+    """Depth of the last reading at which the force has made less than a small share of its rise.
 
-    Readings in the order of time, the largest force last.
+    `depth`, `force`: Readings in the order of time, the largest force last.
     """
     start = float(np.median(force[: max(8, force.size // 50)]))
     below = np.flatnonzero(force < start + _CHOSEN.first_share * (force[-1] - start))
@@ -60,7 +60,7 @@ def contact_depth(depth: FloatArray, force: FloatArray) -> float:
 
 @dataclass(frozen=True)
 class LagProfile:
-    """How much of the force no smooth function of depth explains, over lags; arrays of shape (m,).
+    """Share of the force that no smooth function of depth explains, for each lag; arrays of shape (m,).
 
     `lag`: Motion clock minus force clock, s, increasing.
     `unexplained`: Share of the force's variance, 0 to 1.
@@ -71,11 +71,11 @@ class LagProfile:
 
     @property
     def best(self) -> int:
-        """Place of the smallest unexplained share."""
+        """Index of the smallest unexplained share."""
         return int(np.argmin(self.unexplained))
 
     def ends(self) -> list[float]:
-        """First and last lag, s, about as good as the best: a weak force leaves them far apart."""
+        """First and last lag, s, that explain about as much as the best lag; a weak force leaves them far apart."""
         good = self.lag[self.unexplained <= _CHOSEN.as_good * self.unexplained[self.best]]
         return [float(good[0]), float(good[-1])]
 
@@ -94,7 +94,7 @@ class LagProfile:
         return rival_lags
 
     def _valley(self, index: int) -> slice:
-        """Lags around a place up to the nearest clearly worse ones."""
+        """Lags around an index, up to the nearest clearly worse lags on both sides."""
         high = self.unexplained > _CHOSEN.barrier * self.unexplained[index] + 1e-4
         left, right = np.flatnonzero(high[:index]), np.flatnonzero(high[index:])
         return slice(
@@ -109,8 +109,11 @@ def search_lags(
     depth: FloatArray,
     starts: Sequence[float],
 ) -> LagProfile:
-    """Try every lag at which the logs overlap by half of the shorter, counted from some `starts`, s."""
-    lag = _lags(time, motion_time, starts)
+    """Try every lag at which the logs overlap by at least half of the shorter log.
+
+    `time` (force clock) and `motion_time`: s. `starts`: Offsets, s; the steps of the lags are counted from one of them.
+    """
+    lag = _make_lags(time, motion_time, starts)
     block_size = -(-time.size // _CHOSEN.readings)
     count = time.size // block_size
     # means of neighbours: the search needs no more readings than the function has bends
@@ -136,7 +139,8 @@ def search_lags(
     return LagProfile(lag, share)
 
 
-def _lags(time: FloatArray, motion_time: FloatArray, starts: Sequence[float]) -> FloatArray:
+def _make_lags(time: FloatArray, motion_time: FloatArray, starts: Sequence[float]) -> FloatArray:
+    """Evenly spaced lags, s, at which the logs overlap by at least half of the shorter log."""
     half_length = min(np.ptp(time), np.ptp(motion_time)) / 2
     first_lag = motion_time[0] - time[-1] + half_length
     last_lag = motion_time[-1] - time[0] - half_length
@@ -153,20 +157,22 @@ def _lags(time: FloatArray, motion_time: FloatArray, starts: Sequence[float]) ->
 
 
 KNOTS = (7, 10, 14)
-"""Three stiffnesses of the force-depth function; the middle one counts, the others show its bias."""
+"""Numbers of knots of the force-depth function: the middle number counts, the others show its bias."""
 
 BUILD_UP_S = 0.02
-"""A force needs some travel to build up and relaxes at rest, so that it lags the depth by as much."""
+"""Standard error of the offset by the lag of the force: it needs some travel to build up, and relaxes at rest."""
 
 
 @dataclass(frozen=True)
 class Alignment:
-    """Offset and drift as estimated, with what they were estimated from.
+    """Estimated offset and drift of two clocks, with the readings behind them.
 
-    `clock` has no whole hours where the clocks have unrelated zeros. `explained`: share of the force's
-    variance that one smooth function of depth explains; `profile`: what it leaves over all lags tried.
-    `time` (force clock, s), `force` (N), `depth` then (cm), `fitted` (N): the n readings used. `candidates` (2, k): offsets
-    (s) that the fit came to from each of the low lags, and the share that it leaves there; the lowest counts.
+    `clock`: Offset and drift; its whole hours are 0 where the clocks have unrelated zeros.
+    `explained`: Share of the force's variance that one smooth function of depth explains.
+    `profile`: Share that is not explained, for all lags that were tried.
+    `time` (force clock, s), `force` (N), `depth` at that time (cm), `fitted` (N): The n readings used.
+    `candidates`: Offsets (s) at which the fit ended from each of k starts, and the share not explained there, shape (2,
+    k); the offset with the smallest share counts.
     """
 
     clock: ClockFit
@@ -200,27 +206,28 @@ def estimate_clocks(
     max_drift: float,
     max_se_s: float,
 ) -> Alignment:
-    """Estimate how the clocks of a force and a motion log lie, from one push into the medium.
+    """Estimate offset and drift between the clocks of a force and a motion log, from one push into the medium.
 
-    `force` (N) is lift with any constant in it, `depth` (cm) grows downward from any zero. `max_drift`:
-    standard deviation of the relative difference of two clocks' rates; an offset less certain than
-    `max_se_s` is none.
+    `force`: Lift plus any constant, N.
+    `depth`: Depth, growing downward from any zero, cm.
+    `max_drift`: Standard deviation of the relative difference of two clocks' rates.
+    `max_se_s`: Largest standard error of the offset, s; a less certain offset is refused.
     """
-    time, pushed = _readings(force_time, force)
+    time, pushed = _cut_to_push(force_time, force)
     if motion_time.size < _CHOSEN.min_readings or np.ptp(depth) <= 0:
         raise Refused("no-motion-in-depth", rows=motion_time.size)
-    origins, hours = _starts(time, motion_time)
+    origins, are_hours = _find_starts(time, motion_time)
     profile = search_lags(time, pushed, motion_time, depth, origins)
     if profile.unexplained[profile.best] > 1 - _CHOSEN.explained:
         share = 100 * (1 - profile.unexplained[profile.best])
         raise Refused("force-not-depth", percent=share, least=100 * _CHOSEN.explained)
-    # a clear push has its best lag at both ends of the good ones too
+    # in a clear push these starts are the same lag
     starts = dict.fromkeys([float(profile.lag[profile.best]), *profile.ends(), *profile.rivals()])
-    refine = partial(_refine, time, pushed, motion_time, depth, max_drift)
+    refine = partial(_refine_offset, time, pushed, motion_time, depth, max_drift)
     candidates = [refine(start, KNOTS[1]) for start in starts]
-    chosen = _decide(candidates, pushed)
+    chosen = _choose_best_fit(candidates, pushed)
     fits = [chosen if knots == KNOTS[1] else refine(chosen.offset, knots) for knots in KNOTS]
-    # the right stiffness is unknown: the spread of the results with each is part of the error
+    # the right number of knots is unknown: how the offsets differ with it is part of the error
     spread = float(np.var([fit.offset for fit in fits], ddof=1))
     se = math.sqrt(chosen.offset_variance + spread + BUILD_UP_S**2)
     if not se <= max_se_s:
@@ -229,7 +236,7 @@ def estimate_clocks(
     rise, noise = float(np.ptp(chosen.fitted)), float(residual.std())
     if rise < _CHOSEN.rise_to_slow_noise * noise:
         raise Refused("no-rise", newtons=rise, noise=noise)
-    whole_hours = round(chosen.offset / HOUR_S) if hours else 0
+    whole_hours = round(chosen.offset / HOUR_S) if are_hours else 0
     return Alignment(
         ClockFit(chosen.offset, chosen.drift, chosen.reference, 0.0, 0, se, whole_hours),
         math.sqrt(chosen.drift_variance),
@@ -248,8 +255,8 @@ def estimate_clocks(
     )
 
 
-def _decide(candidates: list[_Refined], force: FloatArray) -> _Refined:
-    """Take the best of several fits, unless another one elsewhere is about as good."""
+def _choose_best_fit(candidates: list[_Refined], force: FloatArray) -> _Refined:
+    """Return the fit with the smallest misfit; refuse if a fit at another offset is about as good."""
     misfit = [float(((force - fit.fitted) ** 2).sum()) for fit in candidates]
     best = candidates[int(np.argmin(misfit))]
     for fit, size in zip(candidates, misfit, strict=True):
@@ -260,8 +267,8 @@ def _decide(candidates: list[_Refined], force: FloatArray) -> _Refined:
     return best
 
 
-def _readings(time: FloatArray, force: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Take the push: everything up to the largest force, held values once."""
+def _cut_to_push(time: FloatArray, force: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return time and force of the push, which ends at the largest force; a value that the log repeats counts once."""
     fresh = new_readings(force[None])
     time, force = time[fresh], force[fresh]
     if time.size < _CHOSEN.min_readings:
@@ -277,7 +284,7 @@ def _readings(time: FloatArray, force: FloatArray) -> tuple[FloatArray, FloatArr
     if peak + 1 < _CHOSEN.min_readings:
         raise Refused("begins-in-push", found=peak + 1, wanted=_CHOSEN.min_readings)
     block_size = -(-(peak + 1) // _CHOSEN.most_readings)
-    # of a fast transducer means of neighbours: the motion log is no faster than that
+    # readings of a fast transducer are averaged: the motion log is no faster than these means
     push = slice((peak + 1) % block_size, peak + 1)
     time, force = (
         readings[push].reshape(-1, block_size).mean(axis=1) for readings in (time, force)
@@ -285,8 +292,12 @@ def _readings(time: FloatArray, force: FloatArray) -> tuple[FloatArray, FloatArr
     return time, force
 
 
-def _starts(time: FloatArray, motion_time: FloatArray) -> tuple[list[float], bool]:
-    """Offsets from which lags are counted: hours that make the logs overlap, or their starts; which."""
+def _find_starts(time: FloatArray, motion_time: FloatArray) -> tuple[list[float], bool]:
+    """Return offsets, s, from which lags are counted, and True if they are whole hours.
+
+    Whole hours count if they make the logs overlap. Else the clocks have unrelated zeros, and the logs are taken to
+    start together.
+    """
     length, motion_length = float(np.ptp(time)), float(np.ptp(motion_time))
     shortest = min(length, motion_length)
     between = (motion_time[0] + motion_time[-1] - time[0] - time[-1]) / 2
@@ -300,7 +311,7 @@ def _starts(time: FloatArray, motion_time: FloatArray) -> tuple[list[float], boo
     return overlap or [float(motion_time[0] - time[0])], bool(overlap)
 
 
-def _refine(
+def _refine_offset(
     time: FloatArray,
     force: FloatArray,
     motion_time: FloatArray,
@@ -309,7 +320,11 @@ def _refine(
     offset: float,
     knots: int,
 ) -> _Refined:
-    """Gauss and Newton on offset, drift and surface; the smooth function is projected out."""
+    """Refine an offset by least squares (Gauss-Newton) of offset, drift and surface.
+
+    The force is a smooth function of depth with `knots` knots, whose weights are fitted in each step and projected out
+    of the derivatives.
+    """
     drift, reference = 0.0, float(time.mean())
     surface = contact_depth(np.interp(time + offset, motion_time, depth), force)
     for _ in range(12):
@@ -323,48 +338,54 @@ def _refine(
         def smooth(
             depth_cm: FloatArray, surface_cm: float = surface, deepest: float = deepest
         ) -> FloatArray:
+            """Return the basis of the force at some depths, with this step's surface or another one."""
             return contact_basis(depth_cm, surface_cm, deepest, knots)
 
         basis = smooth(depth_now)
         weights = np.linalg.lstsq(basis, force, rcond=None)[0]
         fitted = basis @ weights
         residual = force - fitted
-        slope = (smooth(ahead) - smooth(behind)) @ weights / (2 * _CHOSEN.step_s)
-        lift = (
+        # derivatives of the fitted force by the offset (s) and by the depth of the surface (cm)
+        change_per_s = (smooth(ahead) - smooth(behind)) @ weights / (2 * _CHOSEN.step_s)
+        difference = (
             smooth(depth_now, surface + _CHOSEN.step_cm)
             - smooth(depth_now, surface - _CHOSEN.step_cm)
         ) @ weights
-        raised = lift / (2 * _CHOSEN.step_cm)
-        power = float(slope @ slope)
+        change_per_cm = difference / (2 * _CHOSEN.step_cm)
+        power = float(change_per_s @ change_per_s)
         if power <= 0:
             raise Refused("force-constant")
-        space, _ = np.linalg.qr(basis)
-        unshared_slope = slope - space @ (space.T @ slope)
-        moved = float(
-            (unshared_slope**2 @ time) / max(float(unshared_slope @ unshared_slope), 1e-300)
+        basis_columns, _ = np.linalg.qr(basis)
+        free_change_per_s = change_per_s - basis_columns @ (basis_columns.T @ change_per_s)
+        # time about which a drift does not change the offset: the mean, weighted by what shows the offset
+        new_reference = float(
+            (free_change_per_s**2 @ time)
+            / max(float(free_change_per_s @ free_change_per_s), 1e-300)
         )
-        offset += drift * (moved - reference)
-        reference = moved
-        jacobian = np.stack([slope, slope * (time - reference), raised])
-        jacobian -= (jacobian @ space) @ space.T
+        offset += drift * (new_reference - reference)
+        reference = new_reference
+        jacobian = np.stack([change_per_s, change_per_s * (time - reference), change_per_cm])
+        jacobian -= (jacobian @ basis_columns) @ basis_columns.T
         lever = jacobian[1]
         # a prior of standard deviation max_drift keeps the drift small unless the data show one
         variance = float(weighted_sum_variance(residual[None], lever)[0][0])
-        stiff = variance / max(float(lever @ lever), 1e-300) / np.array([1e3, max_drift, 1.0]) ** 2
-        normal = jacobian @ jacobian.T + np.diag(stiff + 1e-12 * power)
+        prior_weights = (
+            variance / max(float(lever @ lever), 1e-300) / np.array([1e3, max_drift, 1.0]) ** 2
+        )
+        normal = jacobian @ jacobian.T + np.diag(prior_weights + 1e-12 * power)
         pseudo_inverse = np.linalg.solve(normal, jacobian)
-        pull = np.array([0.0, stiff[1] * drift, 0.0])
-        step = pseudo_inverse @ residual - np.linalg.solve(normal, pull)
+        prior_pull = np.array([0.0, prior_weights[1] * drift, 0.0])
+        step = pseudo_inverse @ residual - np.linalg.solve(normal, prior_pull)
         step[[0, 2]] = np.clip(step[[0, 2]], -0.1, 0.1)
         offset, drift = offset + float(step[0]), drift + float(step[1])
         surface += float(step[2])
         if abs(step[0]) < 1e-4 and abs(step[2]) < 1e-3:
             break
     scatter = float(weighted_sum_variance(residual[None], pseudo_inverse[0])[0][0])
-    scatter *= _loss(residual, pseudo_inverse[0], scatter, basis.shape[1] + 3)
+    scatter *= _fitted_terms_factor(residual, pseudo_inverse[0], scatter, basis.shape[1] + 3)
     of_drift = float(weighted_sum_variance(residual[None], pseudo_inverse[1])[0][0])
-    # what the prior of the drift holds fixed is uncertain all the same
-    shrunk = np.linalg.solve(normal, [0.0, stiff[1] * max_drift, 0.0])
+    # the prior holds the drift near 0: the error of the offset by that is added
+    shrunk = np.linalg.solve(normal, [0.0, prior_weights[1] * max_drift, 0.0])
     return _Refined(
         offset,
         drift,
@@ -376,8 +397,13 @@ def _refine(
     )
 
 
-def _loss(residual: FloatArray, weight: FloatArray, variance: float, terms: int) -> float:
-    """Factor for what the fitted terms took out of the scatter, autocorrelation allowed for."""
+def _fitted_terms_factor(
+    residual: FloatArray, weight: FloatArray, variance: float, terms: int
+) -> float:
+    """Factor by which a variance grows because `terms` terms were fitted to the residuals.
+
+    Autocorrelated residuals count as fewer independent ones.
+    """
     white = float(residual.var()) * float(weight @ weight)
     independent = residual.size * min(white / max(variance, 1e-300), 1.0)
     return max(1.0, independent / max(independent - terms, independent / 3))

@@ -14,15 +14,20 @@ HOUR_S = 3600.0
 LONGEST_RAMP_S = 0.1
 """Time in which the arm speeds up or slows down."""
 _JITTER_S = 0.1
+"""Longest motion or rest that counts as jitter."""
 
 
 @dataclass(frozen=True)
 class ClockFit:
     """Motion time = force time + offset + drift x (force time - reference).
 
-    `residual_s`: root mean square of the `edges` about the fit. `se_s` and `hours` (whole hours in the
-    offset) are there where the force alone gave the offset (`measure.alignment`). `shared_se_s`: how much of the
-    standard error all runs have in common.
+    An edge is a time at which the arm starts or stops.
+
+    `residual_s`: Root mean square of the edges about the fit.
+    `edges`: Number of edges; 0 for logs on one clock.
+    `se_s`, `hours`: Standard error of the offset and whole hours in it, where the force alone gave the offset
+    (`measure.alignment`); else None.
+    `shared_se_s`: Standard error that all runs have in common.
     """
 
     offset_s: float
@@ -35,13 +40,13 @@ class ClockFit:
     shared_se_s: float = 0.0
 
     def offset_se(self, step_s: float) -> float:
-        """Standard error of the offset, s, by the step of the sync line; 0 for logs on one clock."""
+        """Standard error of the offset, s; 0 for logs on one clock. `step_s`: time between samples of the sync line."""
         if self.se_s is not None:
             return self.se_s
         if self.edges == 0:
             return 0.0
-        # an arm that moves for whole samples has all its edges at one place between two samples:
-        # what the residual does not show of a step's spread, the edges have in common
+        # an arm that moves for a whole number of samples has all its edges at the same time after a
+        # sample: the residuals do not show this error, which has the variance step^2 / 12
         apart = self.residual_s**2 * self.edges / max(self.edges - 2, 1)
         common = max(step_s**2 / 12 - apart, 0.0)
         return math.sqrt(common + apart / self.edges)
@@ -64,8 +69,8 @@ def moving_spans(time: FloatArray, speed: FloatArray, threshold: float) -> Float
     without a pause does not stop.
     """
     first, last = _moving_rows(speed, threshold)
-    starts = _crossing(time, speed, threshold, first - 1, first)
-    ends = _crossing(time, speed, threshold, last, last + 1)
+    starts = _interpolate_crossing(time, speed, threshold, first - 1, first)
+    ends = _interpolate_crossing(time, speed, threshold, last, last + 1)
     rests = starts[1:] - ends[:-1] > _JITTER_S
     starts = starts[np.append(True, rests)[: starts.size]]
     ends = ends[np.append(rests, True)[: ends.size]]
@@ -73,26 +78,26 @@ def moving_spans(time: FloatArray, speed: FloatArray, threshold: float) -> Float
     return np.asarray(spans[ends - starts > _JITTER_S])
 
 
-def flickers(time: FloatArray, speed: FloatArray, threshold: float) -> bool:
-    """Whether most stretches of motion are so short that they are the noise of an encoder."""
+def is_encoder_noise(time: FloatArray, speed: FloatArray, threshold: float) -> bool:
+    """Return True if most stretches of motion are so short that they are the noise of an encoder."""
     first, last = _moving_rows(speed, threshold)
     short = time[last] - time[first] < _JITTER_S
     return bool(short.size and short.mean() > 0.5)
 
 
 def _moving_rows(speed: FloatArray, threshold: float) -> tuple[np.ndarray, np.ndarray]:
-    """First and last row of every stretch in which the arm is faster than a threshold."""
+    """Index of the first and of the last row of every stretch in which the arm is faster than a threshold."""
     moving = np.concatenate([[False], speed > threshold, [False]])
     change = np.flatnonzero(moving[1:] != moving[:-1])
     return change[::2], change[1::2] - 1
 
 
 def whole_spans(spans: FloatArray, first: float, last: float) -> FloatArray:
-    """Leave out stretches whose start or end lies outside a log, `first` to `last`, s."""
+    """Leave out stretches whose start or end lies outside a log, which goes from `first` to `last`, s."""
     return spans[(spans[:, 0] > first) & (spans[:, 1] < last)]
 
 
-def _crossing(
+def _interpolate_crossing(
     time: FloatArray, speed: FloatArray, threshold: float, before: np.ndarray, after: np.ndarray
 ) -> FloatArray:
     """Time between two neighbouring samples at which the speed passes the threshold."""
@@ -105,11 +110,11 @@ def _crossing(
 
 
 def align(force_spans: FloatArray, motion_spans: FloatArray, max_residual_s: float) -> ClockFit:
-    """Find offset and drift between two clocks from the spans (k, 2) in which the arm moved.
+    """Find offset and drift between two clocks from the spans (k, 2) in which the arm moved, s.
 
-    The two ends of a ramp are seen at slightly different speeds by the two logs; because each
-    stretch has a start and an end, that cancels in the offset. A log that was cut short may lack
-    stretches at either end: the shift at which both agree is found.
+    The two logs see a start or an end at slightly different speeds of the arm; because each stretch has a start and an
+    end, this cancels in the offset. A log that was cut short may lack stretches at either end: every shift of the
+    shorter list along the longer one is tried, and only one may fit.
     """
     short, long = sorted((force_spans, motion_spans), key=len)
     if len(short) == 0:
@@ -118,7 +123,7 @@ def align(force_spans: FloatArray, motion_spans: FloatArray, max_residual_s: flo
     for shift in range(len(long) - len(short) + 1):
         window = long[shift : shift + len(short)]
         pair = (short, window) if short is force_spans else (window, short)
-        fits.append(_fit(pair[0].ravel(), pair[1].ravel()))
+        fits.append(_fit_edges(pair[0].ravel(), pair[1].ravel()))
     fits.sort(key=lambda fit: fit.residual_s)
     if fits[0].residual_s > max_residual_s:
         raise Refused("clocks-disagree", seconds=fits[0].residual_s, most=max_residual_s)
@@ -127,7 +132,8 @@ def align(force_spans: FloatArray, motion_spans: FloatArray, max_residual_s: flo
     return fits[0]
 
 
-def _fit(force_edges: FloatArray, motion_edges: FloatArray) -> ClockFit:
+def _fit_edges(force_edges: FloatArray, motion_edges: FloatArray) -> ClockFit:
+    """Fit offset and drift to the times (k,) of the same edges on both clocks, s: starts and ends in turn."""
     difference = motion_edges - force_edges
     offset = float(difference.mean())
     reference = float(force_edges.mean())
@@ -138,7 +144,7 @@ def _fit(force_edges: FloatArray, motion_edges: FloatArray) -> ClockFit:
     if np.ptp(force_edges) > 600:
         drift = float(lever @ difference / (lever @ lever))
     residual = difference - offset - drift * lever
-    # both ends of a ramp are seen half a ramp apart, one early and one late: that is no disagreement
+    # the ramp moves starts and ends apart by the same time in opposite directions: that is no disagreement
     edge_pairs = residual.reshape(-1, 2)
     ramp = float((edge_pairs[:, 0] - edge_pairs[:, 1]).mean()) / 2
     residual = (edge_pairs - [ramp, -ramp]).ravel() if abs(ramp) < LONGEST_RAMP_S else residual

@@ -1,4 +1,4 @@
-"""Copies of a log that were filed as repeats: same noise, whatever was cut, rounded or moved in them."""
+"""Find copies of a log that were filed as repeats: their noise is the same, even if they were cut, rounded or moved."""
 
 from __future__ import annotations
 
@@ -26,27 +26,29 @@ def copies_of(
     tared: pd.DataFrame,
     tolerance_deg: float,
 ) -> dict[str, tuple[str, ...]]:
-    """Runs of a medium that can be compared, each with those that have its readings, or its noise."""
+    """Return the run_ids of the copies of each run that can be compared: runs with the same readings or noise."""
     exact = same_readings(sheet, runs)
-    of_table = any(run.intruder == UNIT_AREA for run in sheet.values())
-    noise_copies = {} if of_table else near_copies(_groups(fits, tolerance_deg), tared)
+    is_stress_table = any(run.intruder == UNIT_AREA for run in sheet.values())
+    noise_copies = (
+        {} if is_stress_table else near_copies(_group_by_direction(fits, tolerance_deg), tared)
+    )
     return {
         name: tuple(dict.fromkeys([*names, *noise_copies.get(name, ())]))
         for name, names in exact.items()
     }
 
 
-def _groups(fits: pd.DataFrame, tolerance_deg: float) -> list[list[str]]:
-    """Group the runs of one direction, and of one kind of motion."""
+def _group_by_direction(fits: pd.DataFrame, tolerance_deg: float) -> list[list[str]]:
+    """Return the run_ids of each direction and kind of motion that has at least two runs."""
     grouped = fits.groupby([number_rows(fits, tolerance_deg), fits["direction"]])["run_id"]
     return [list(run_ids) for _, run_ids in grouped if len(run_ids) > 1]
 
 
 def same_readings(sheet: Mapping[str, Run], runs: pd.DataFrame) -> dict[str, tuple[str, ...]]:
-    """Runs of a medium whose readings can be compared, each with those that have the same ones.
+    """Return for each run whose readings can be compared the run_ids of those with the same readings.
 
-    Neither strokes of one log are copies nor rods: a tare that serves several runs is no repeat. The
-    runs of a table are all in one file.
+    Several strokes of one log are no copies of each other, and neither are rods: a tare may serve several runs. But
+    runs of a table of stress are all in one file, and may be copies.
     """
     groups: dict[str, list[str]] = {}
     for name, digest in zip(runs["run_id"], runs["readings"], strict=True):
@@ -54,8 +56,9 @@ def same_readings(sheet: Mapping[str, Run], runs: pd.DataFrame) -> dict[str, tup
             groups.setdefault(digest, []).append(name)
 
     def copies(first: Run, second: Run) -> bool:
-        of_table = first.intruder == UNIT_AREA
-        return first is not second and (of_table or first.force_log != second.force_log)
+        """Return True if two runs with the same readings are copies."""
+        is_stress_table = first.intruder == UNIT_AREA
+        return first is not second and (is_stress_table or first.force_log != second.force_log)
 
     return {
         name: tuple(run_id for run_id in group if copies(sheet[name], sheet[run_id]))
@@ -65,31 +68,37 @@ def same_readings(sheet: Mapping[str, Run], runs: pd.DataFrame) -> dict[str, tup
 
 
 def near_copies(groups: Sequence[Sequence[str]], tared: pd.DataFrame) -> dict[str, tuple[str, ...]]:
-    """Runs of one direction whose noise is that of another one, with these.
+    """Return the runs that have the noise of another run of their direction, with the run_ids of these others.
 
-    `groups`: run_ids by direction. What is smooth in a stroke is alike in all repeats; the second difference
-    from sample to sample leaves what is noise.
+    `groups`: run_ids of each direction. All repeats have the same smooth stroke; second differences from sample to
+    sample remove it and leave the noise.
     """
     rows_by_run = split_runs(tared)
     force = tared[["force_z_N", "force_x_N"]].to_numpy(float)
     force = force + np.nan_to_num(tared[["tare_z_N", "tare_x_N"]].to_numpy(float))
     copies: dict[str, list[str]] = {}
     for group in groups:
-        noise = {name: _noise(force[rows_by_run[name]]) for name in group if name in rows_by_run}
+        noise = {
+            name: _noise_of_force(force[rows_by_run[name]]) for name in group if name in rows_by_run
+        }
         names = [name for name in noise if noise[name].size >= _CHOSEN.shortest]
         shapes = [noise[name] / noise[name].std() for name in names]
-        for pair in _pairs_with_same_noise(shapes):
+        for pair in _find_pairs_with_same_noise(shapes):
             first, second = (names[index] for index in pair)
             # noise of another size is no copy of the readings
             same_size = abs(math.log(noise[first].std() / noise[second].std())) < _CHOSEN.same_size
-            if same_size and _are_equal_in_part(noise[first], noise[second]):
+            if same_size and _hold_equal_readings(noise[first], noise[second]):
                 copies.setdefault(first, []).append(second)
                 copies.setdefault(second, []).append(first)
     return {name: tuple(run_ids) for name, run_ids in copies.items()}
 
 
-def _are_equal_in_part(first: FloatArray, second: FloatArray) -> bool:
-    """Tell whether readings are equal where two noises fit best; a hum of the drive is alike and not equal."""
+def _hold_equal_readings(first: FloatArray, second: FloatArray) -> bool:
+    """Return True if many readings are equal at the shift where two noises fit best.
+
+    A hum of the drive is similar in all runs, but its readings are not equal.
+    """
+    # a power of two, for a fast transform
     size = 1 << (first.size + second.size).bit_length()
     match = np.fft.irfft(np.fft.rfft(second, size) * np.conj(np.fft.rfft(first, size)), size)
     shift = int(np.abs(match).argmax())
@@ -98,33 +107,40 @@ def _are_equal_in_part(first: FloatArray, second: FloatArray) -> bool:
     later, earlier = first[max(-shift, 0) :], second[max(shift, 0) :]
     overlap = min(later.size, earlier.size)
     apart = np.abs(later[:overlap] - sign * earlier[:overlap])
-    step = max(_step_of(first), _step_of(second))
+    step = max(_smallest_step(first), _smallest_step(second))
     most = _CHOSEN.equal * first.std() + _CHOSEN.equal_steps * step
-    # of a copy the last digits may differ, however strong a hum is in both
+    # readings of a copy may differ in their last digit, but by no more, even if a strong hum allows more
     return bool(np.quantile(apart, _CHOSEN.part) < min(most, _CHOSEN.last_digit * step))
 
 
-def _step_of(noise: FloatArray) -> float:
-    """Smallest step between distinct values, N; what is far below the noise is that of the arithmetic."""
-    # the lowest and the highest are where jumps are cut
+def _smallest_step(noise: FloatArray) -> float:
+    """Smallest step between distinct values, N; steps far below the noise come from rounding in the arithmetic."""
+    # the lowest and the highest value are limits at which jumps are cut
     steps = np.diff(np.unique(noise)[1:-1])
     return float(min(steps[steps > 1e-6 * noise.std()], default=0.0))
 
 
-def _noise(force: FloatArray) -> FloatArray:
-    """Second differences of the more restless component, N; none where they are all alike."""
+def _noise_of_force(force: FloatArray) -> FloatArray:
+    """Second differences of the component of force that varies more, N; empty if all are equal.
+
+    `force`: z and x, N, shape (n, 2).
+    """
     steps = np.diff(force[np.isfinite(force).all(axis=1)], 2, axis=0)
     if not steps.size:
         return np.zeros(0)
-    # a jump, as where the motion begins, is alike in all repeats and would outweigh the noise
+    # a jump, for example at the start of the motion, is the same in all repeats and would outweigh the noise
     step_limit = _CHOSEN.jump * np.median(np.abs(steps), axis=0)
     steps = np.clip(steps, -step_limit, step_limit)
     channel = steps[:, steps.std(axis=0).argmax()]
     return channel if channel.std() > 0 else np.zeros(0)
 
 
-def _pairs_with_same_noise(noise: Sequence[FloatArray]) -> Iterator[tuple[int, int]]:
-    """Pairs of noises that are one, shifted by some samples."""
+def _find_pairs_with_same_noise(noise: Sequence[FloatArray]) -> Iterator[tuple[int, int]]:
+    """Yield the indices of two noises that are the same but for a shift by some samples.
+
+    The noises have standard deviation 1. Their cross-correlation must have a high peak that stands alone: a hum has
+    many.
+    """
     sizes = np.array([series.size for series in noise], dtype=int)
     size = 1 << (2 * int(sizes.max(initial=1))).bit_length()
     padded = np.zeros((len(noise), size), np.float32)
@@ -149,18 +165,21 @@ def _pairs_with_same_noise(noise: Sequence[FloatArray]) -> Iterator[tuple[int, i
 
 
 _BLOCK = 32
+"""Number of noises compared at once, to limit memory."""
 
 
 def counted_once(
     fits: pd.DataFrame, copies: Mapping[str, Sequence[str]], tolerance_deg: float
 ) -> tuple[pd.DataFrame, dict[str, Remark]]:
-    """Leave the number of one run of each set of copies of one direction; the others say whose copy they are.
+    """Keep the numbers of one run of each set of copies in one direction; set those of the others to NaN.
 
-    Returns the fits, and why each run without its number is left out.
+    Returns the fits, and the reason of each run that is left out, by run_id.
     """
     kept_run_ids: set[str] = set()
     left_out: dict[str, Remark] = {}
-    groups = {name: set(group) for group in _groups(fits, tolerance_deg) for name in group}
+    groups = {
+        name: set(group) for group in _group_by_direction(fits, tolerance_deg) for name in group
+    }
     measured = fits[["alpha_z_N_per_cm3", "alpha_x_N_per_cm3"]].notna().any(axis=1)
     for name in fits["run_id"][measured]:
         kept_copies = sorted(kept_run_ids & set(copies.get(name, ())) & groups.get(name, set()))

@@ -1,4 +1,4 @@
-"""Alpha of stated depths, where stress is no line through zero: by its own law, with its own interval."""
+"""Alpha at stated depths, for a medium whose stress is no line through zero of depth."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from rftfit.measure.verdict_words import ACCEPTED, FAILED
 
 
 def steep_pushes(fits: pd.DataFrame) -> pd.DataFrame:
-    """Runs by which the check `linearity` tells an exponent of depth."""
+    """Select the rows of the fits from which the exponent of depth of a medium is estimated: clear, steep pushes."""
     alpha, se = fits[column("z")].abs(), fits[column("z", "_se")]
     steep = (fits["direction"] == "intrusion") & (fits["gamma_deg"].abs() >= 45)
     return fits[steep & (alpha > 3 * se) & fits["exponent_z"].notna()]
@@ -30,9 +30,9 @@ LawName = Literal["free_intercept", "power"]
 
 
 class CurvedLaw(NamedTuple):
-    """Law by which stress of a medium grows with depth where that is no line through zero.
+    """Law by which stress of a medium grows with depth, if not a line through zero.
 
-    `power`: exponent of depth, median over directions; NaN of a line with an intercept.
+    `power`: Exponent of depth, median over directions; NaN for a line with an intercept.
     """
 
     law: LawName
@@ -57,7 +57,10 @@ def median_over_directions(runs: pd.DataFrame, column: str, tolerance_deg: float
 
 
 def curved_law(fits: pd.DataFrame, checks: pd.DataFrame, tolerance_deg: float) -> CurvedLaw | None:
-    """Law of a medium that fails the check `linearity`; None of others. `tolerance_deg`: of the campaign's grid."""
+    """Law of a medium that fails the check `linearity`; None for other media.
+
+    `tolerance_deg`: Tolerance of angles of the campaign's grid.
+    """
     linearity_rows = checks[
         (checks["check"] == "linearity") & checks["verdict"].isin((FAILED, ACCEPTED))
     ]
@@ -70,15 +73,16 @@ def curved_law(fits: pd.DataFrame, checks: pd.DataFrame, tolerance_deg: float) -
 
 
 def offset_of_law(curved: CurvedLaw, fits: pd.DataFrame) -> FloatArray:
-    """Depth of no stress of a line with a free intercept because stress follows a law of depth, cm, shape (runs,).
+    """Depth at which the straight line fitted to a run reaches zero stress because stress is curved, cm.
 
-    By least squares of depth^p over the window of each run, evenly sampled; where the law is a line with an intercept, the
-    median of the depths that the lines of the runs have.
+    Shape (runs,). For a power law this is the zero of the straight line through depth^p over the window of the run,
+    evenly sampled. For a line with an intercept it is the median of the zeros of all runs.
     """
     if curved.law == "free_intercept":
         return np.full(len(fits), float(fits["offset_cm"].median()))
     top, end = (fits[f"depth_{side}_cm"].to_numpy(float) for side in ("from", "to"))
     with np.errstate(invalid="ignore", divide="ignore"):
+        # means over the window of depth, depth^2, depth^p and depth^(p + 1)
         powers = 1, 2, curved.power, curved.power + 1
         depth, square, stress, product = (
             (end ** (power + 1) - top ** (power + 1)) / (power + 1) / (end - top)
@@ -94,12 +98,13 @@ def alpha_at_depths(
     tables: Mapping[str, pd.DataFrame],
     cells: Callable[[pd.DataFrame, DepthLaw, SurfaceError], pd.DataFrame],
 ) -> pd.DataFrame:
-    """Stress over depth of every cell at `fit.depths_cm` by the law that was told; no rows where stress is a line.
+    """Stress over depth of every cell at each of `fit.depths_cm`, by the curved law of the medium.
 
-    An offset that the law explains is no error of the surface.
+    Without a curved law the table has no rows. The part of the runs' offsets that the law explains is not counted
+    as an error of the surface.
 
-    `tables`: ``runs``, ``tares``, ``fits``, ``tared``, ``checks`` and ``alpha`` of the medium; `cells`: makes
-    a table of alpha from fits, by a law at a depth, with an error of the surface.
+    `tables`: ``runs``, ``tares``, ``fits``, ``tared``, ``checks`` and ``alpha`` of the medium.
+    `cells`: Function that makes a table of alpha from fits, their law at a depth, and the error of the surface.
     """
     parts = [tables["alpha"].iloc[:0].copy()]
     parts[0].insert(3, "depth_cm", 0.0)

@@ -1,7 +1,7 @@
 """Errors of alpha by name: of one log, from run to run, and common to many runs.
 
-What a log shows of itself (noise, zero, clocks, start-up) is the business of `rftfit.measure.slopes`.
-Here are the errors that no single log shows: the free surface, the angles, the bed, the tare.
+`rftfit.measure.slopes` estimates the errors that a log itself shows: noise, zero, clocks, start-up.
+This module adds the errors that no single log shows: the free surface, the angles, the bed, the tare.
 """
 
 from __future__ import annotations
@@ -34,37 +34,44 @@ Source = Literal[
 ]
 """Names of the errors, as in the columns of an alpha table.
 
-noise: of the run's own log, with its zero and clocks; startup: what the start-up of a horizontal run
-left; surface, angle: of a run; bed: from one prepared bed to the next; curvature: of a run whose
-stress is no line; tare: noise and zero of the tares, common to the runs that share one; rod: of the bed that rods alone
-are pushed into, common to all runs of a medium; session: of the surface
-and of estimated clocks, common to all runs of a medium; turn: of the mount, likewise.
+noise: noise of the run's log, with its zero and clocks
+startup: remaining effect of the start-up of a horizontal run
+surface, angle: error of the free surface and of the plate's angle in one run
+bed: difference from one prepared bed to the next
+curvature: stress that is no line of depth
+tare: noise and zero of the tares, common to the runs that share a tare
+rod: bed into which rods alone are pushed, common to all runs of a medium
+session: surface and estimated clocks, common to all runs of a medium
+turn: turn of the mount, common to all runs of a medium
 """
 
 SOURCES: tuple[str, ...] = get_args(Source)
 
 LEAST_DOF = 5
-"""With fewer repeats than this, their spread is not used for the runs of other cells."""
+"""Fewest degrees of freedom with which the spread of repeats alone is used for all cells."""
 
 AS_PREPARED, REPEATS = "scatter between beds not included", "repeats"
 STATED, ASSUMED = "stated", "assumed"
 FEW_REPEATS = "few repeats"
-"""Source of a spread that is assumed, moderated by the repeats of all cells."""
+"""Source of a spread that combines an assumed spread with the few repeats of all cells."""
 
 OF_CELL = "repeats of the cell"
-"""Source of a spread that only the scatter of the few runs of this cell shows."""
+"""Source of a spread that is the scatter of the few runs of this cell."""
 
 
 @dataclass(frozen=True)
 class Part:
-    """One error of a number: its standard deviation, with the sign of a common cause, and its dof."""
+    """One error of a number: its standard deviation, and the degrees of freedom of that.
+
+    `sd` may be negative: errors with a common cause in several numbers have signs relative to each other.
+    """
 
     sd: float
     dof: float = GIVEN_DOF
 
 
 def combined_half_width(parts: Iterable[Part], confidence: float) -> float:
-    """Half width of an interval from independent errors of different degrees of freedom.
+    """Half width of an interval of a confidence (0 to 1) from independent errors of different degrees of freedom.
 
     Half widths, each with its own quantile, add in quadrature: never narrower for a larger error,
     and covering at least as often as stated (Banerjee, Sankhya 22, 357, 1960).
@@ -76,24 +83,26 @@ def combined_half_width(parts: Iterable[Part], confidence: float) -> float:
 
 @lru_cache(maxsize=512)
 def _quantile(confidence: float, dof: float) -> float:
+    """Half width of a two-sided interval of Student's t, in standard errors; cached, as many cells need the same."""
     return float(student_quantile(confidence, dof))
 
 
 @dataclass(frozen=True)
 class Spread:
-    """How alpha differs from one prepared bed to the next, beyond what the errors of the single runs explain.
+    """Differences of alpha between prepared beds, beyond those that errors of single runs explain.
 
     Attributes
     ----------
     constant, relative : float
-        Standard deviations of each component, N/cm^3 and relative to it, where they are stated or assumed.
+        Standard deviations of each component, in N/cm^3 and relative to the component, where they are stated or
+        assumed.
     scatter : RunScatter or None
-        How repeats scatter, where they tell it.
+        Scatter of repeats, where there are any.
     largest : float
-        Largest force of the medium, N/cm^3.
+        Largest alpha (length of z and x) of the medium, N/cm^3.
     source : str
-        `REPEATS` of the run sheet, `STATED` in the config, `FEW_REPEATS`, `ASSUMED`: none of these, or `AS_PREPARED`: stated
-        to be none.
+        `REPEATS` of the run sheet; `STATED` in the config; `FEW_REPEATS`; `ASSUMED` without any of these; or
+        `AS_PREPARED`, where the config states that no spread is included.
     """
 
     constant: float = 0.0
@@ -103,7 +112,10 @@ class Spread:
     source: str = AS_PREPARED
 
     def error_at(self, alpha: FloatArray, component: int) -> Part:
-        """Error of a component, N/cm^3, of a bed whose alpha is `alpha`, shape (2,); x counts as 0 where it is NaN."""
+        """Error of a component by the bed, N/cm^3, where the medium has `alpha`, shape (2,): z and x.
+
+        `component`: 0 for z, 1 for x. An unknown other component counts as 0.
+        """
         if math.isnan(alpha[component]):
             return Part(math.nan)
         if self.scatter is None:
@@ -113,38 +125,41 @@ class Spread:
 
 
 _VAGUE_DOF = 2.0
-"""Of a spread at an alpha that no repeat is near: it is a fit with an error, no sample variance, and
-below so many degrees of freedom quantiles grow without limit while the coverage stays the same."""
+"""Fewest degrees of freedom of a spread at an alpha that no repeat is near. There the spread is a fitted value, no
+sample variance: with fewer degrees of freedom quantiles grow without limit while the coverage stays the same."""
 
 USUAL_BED_SPREAD = 0.05
-"""Relative standard deviation of the force from one bed to the next where nothing is known: beds poured or tapped by hand."""
+"""Relative standard deviation of the force between beds poured or tapped by hand, assumed where nothing is known."""
 
 
 def half_width_of_bed(spread: float, confidence: float) -> float:
-    """Half the interval of a bed, relative, from the standard deviation between beds."""
+    """Half width of the interval of a bed, relative, from the relative standard deviation between beds."""
     return NormalDist().inv_cdf(0.5 + confidence / 2) * spread
 
 
 USUAL_BEDS = Spread(relative=USUAL_BED_SPREAD, source=ASSUMED)
 
 _USUAL_ACROSS = 0.015
-"""Relative standard deviation across the force that goes with `USUAL_BED_SPREAD`."""
+"""Standard deviation at right angles to the force, relative to the force, that goes with `USUAL_BED_SPREAD`."""
 
 ASSUMED_DOF = 2.0
-"""Degrees of freedom that the assumed spread counts for: with them about 92 % or more of the cells are covered in beds that
-differ by 3 to 8 %, Student's t with 3 degrees of freedom among them (``tests/trust/test_trust_repeats.py``)."""
+"""Degrees of freedom that the assumed spread counts for: with them about 92 % or more of the cells are covered in beds
+that differ by 3 to 8 %, Student's t with 3 degrees of freedom among them (``tests/trust/test_trust_repeats.py``)."""
 
 Group = tuple["FloatArray", "FloatArray"]
-"""alpha and standard error, N/cm^3, of the runs of one cell (and depth): z and x, shape (2, runs); NaN where not measured."""
+"""alpha and its standard error, N/cm^3, of the runs of one cell and depth; z and x, shape (2, runs), NaN if unknown."""
 
 
 def spread_of_beds(groups: Sequence[Group], stated: tuple[float, float] | None = None) -> Spread:
-    """Find how beds differ from repeats, else from what is stated (N/cm^3, and relative), else from few repeats, else assume it.
+    """Estimate how alpha differs between beds, from the first of these that there is.
 
-    Repeats alone count if they have `LEAST_DOF` degrees of freedom. Fewer moderate an assumed scatter, whose prior is inverse
-    chi-square, as in G. K. Smyth, Stat. Appl. Genet. Mol. Biol. 3, 3 (2004).
+    1. Repeats with at least `LEAST_DOF` degrees of freedom.
+    2. `stated`: standard deviations of the config, N/cm^3 and relative.
+    3. Fewer repeats, combined with an assumed scatter whose prior is inverse chi-square, as in G. K. Smyth, Stat. Appl.
+       Genet. Mol. Biol. 3, 3 (2004).
+    4. The assumed spread alone.
     """
-    # a table may state no errors
+    # a table may state no errors: repeats without errors do not count
     repeated = [
         (alpha, se)
         for alpha, se in groups
@@ -161,7 +176,7 @@ def spread_of_beds(groups: Sequence[Group], stated: tuple[float, float] | None =
             return USUAL_BEDS
     means = (np.nan_to_num(alpha.mean(axis=1)) for alpha, _ in groups)
     largest = max(float(np.hypot(*mean)) for mean in means)
-    repeats = _repeats_of(repeated, largest)
+    repeats = _make_repeats(repeated, largest)
     if dof < LEAST_DOF:
         usual = usual_scatter(USUAL_BED_SPREAD, _USUAL_ACROSS)
         scatter, source = scatter_of_repeats(repeats, usual, ASSUMED_DOF), FEW_REPEATS
@@ -170,12 +185,12 @@ def spread_of_beds(groups: Sequence[Group], stated: tuple[float, float] | None =
     return Spread(scatter=scatter, largest=largest, source=source)
 
 
-def _repeats_of(groups: Sequence[Group], largest: float) -> Repeats:
-    """Squares of the runs of each cell about their mean."""
+def _make_repeats(groups: Sequence[Group], largest: float) -> Repeats:
+    """Make the `Repeats` of some cells; `largest`: largest alpha of the medium, N/cm^3."""
     squares, sizes, x_known = [], [], []
     for alpha, se in groups:
         is_known = np.isfinite(alpha).all(axis=1).reshape(2, 1)
-        # a component that one of the runs lacks tells nothing
+        # a component that one of the runs lacks counts as 0
         known_alpha = np.where(is_known, alpha, 0.0)
         squares.append(along_and_across(known_alpha, np.where(is_known, se**2, 0.0)))
         sizes.append(float(np.hypot(*known_alpha.mean(axis=1))))
@@ -202,15 +217,19 @@ def bed_of_mean(
     *,
     shown_by_runs: bool = True,
 ) -> tuple[Part, Part, str]:
-    """Error of a mean of runs by how their beds differ: noise, bed, and where that is known from.
+    """Return the errors of a mean of runs by noise and by beds, and where the error by beds is known from.
 
-    Where the spread is not known, or from few repeats, the scatter of these runs (`shown_by_runs`: where they are repeats of one
-    another) counts if it is larger than what is assumed and than their `noise`, which is then in it. `alpha`,
-    `share` (n,): of the runs, N/cm^3, and their shares in the mean. `bed_error`: of one bed, known from `source`.
+    Where the spread is assumed or comes from few repeats, the scatter of these runs counts instead, if it is larger
+    than the assumed spread and the noise together. This scatter includes the noise, which is then returned as 0.
+
+    `alpha`, `share`: alpha of the n runs, N/cm^3, and their shares in the mean, shape (n,).
+    `noise`: Error of the mean by the noise of the logs.
+    `bed_error`: Error of a single bed, known from `source`.
+    `shown_by_runs`: False where the runs are no repeats of one another.
     """
     n = alpha.size
     expected = Part(bed_error.sd * math.sqrt(float(share @ share)), bed_error.dof)
-    # a table may state no errors: then none is made up of rows that stand in it twice
+    # a table may state no errors: then rows that stand in it twice do not make one
     if source in (REPEATS, STATED) or n < 2 or not shown_by_runs or math.isnan(noise.sd):
         return noise, expected, source
     between = math.sqrt(float(alpha.var(ddof=1)) / n)
@@ -220,18 +239,19 @@ def bed_of_mean(
 
 
 def scatter_of_runs(alpha: FloatArray) -> Part:
-    """Error of one run by the scatter of the few runs of a cell, `alpha` (n,), N/cm^3.
+    """Error of one run, from the scatter of the few runs of a cell: `alpha` (n,), N/cm^3.
 
-    Two runs have one degree of freedom, and an interval of 12.7 standard errors. What is known of the beds of other
-    laboratories counts for `ASSUMED_DOF`: so many degrees of freedom the scatter has at least, and its size is its own.
+    Two runs have one degree of freedom, which makes an interval of 12.7 standard errors. Since beds of other
+    laboratories are known, the scatter has at least `ASSUMED_DOF` degrees of freedom; its size comes from these runs
+    alone.
     """
     return Part(float(alpha.std(ddof=1)), max(alpha.size - 1.0, ASSUMED_DOF))
 
 
 def bed_of_next(alpha: FloatArray, bed_error: Part, confidence: float, *, scatter: bool) -> Part:
-    """Error of one further prepared bed, where that of a bed is `bed_error`.
+    """Error of one further run by its bed: `bed_error`, or with `scatter` that of the runs, if that is larger.
 
-    `alpha` (n,): of the runs of the cell; `scatter`: whether what they show counts if it is larger, as in `bed_of_mean`.
+    `alpha`: Alpha of the runs of the cell, N/cm^3, shape (n,).
     """
     if not scatter:
         return bed_error
@@ -243,15 +263,19 @@ def bed_of_next(alpha: FloatArray, bed_error: Part, confidence: float, *, scatte
 
 
 PRIOR_CM, PRIOR_RUNS = 0.1, 5
-"""A bed that is levelled by hand: 1 mm, as good as known from `PRIOR_RUNS` runs."""
+"""Prior of the free surface of a bed levelled by hand: its standard deviation, and the number of runs it counts as."""
 
 _CLEAR_CM = 0.1
-"""An offset with a larger error than this says nothing of the surface."""
+"""Largest standard error of an offset from which the surface is estimated."""
 
 
 @dataclass(frozen=True)
 class SurfaceError:
-    """Standard deviations of the free surface, cm: from run to run, with `dof`, and common to a medium's runs."""
+    """Standard deviations of the free surface, cm.
+
+    `run`: From run to run, with `dof` degrees of freedom.
+    `session`: Common to all runs of a medium.
+    """
 
     run: float = 0.0
     session: float = 0.0
@@ -261,13 +285,15 @@ class SurfaceError:
 def surface_error(
     offset: FloatArray, se: FloatArray, errors: ErrorSettings, *, is_given: bool = True
 ) -> SurfaceError:
-    """Tell how far the free surface may be off, as stated, or else from lines with a free intercept.
+    """Estimate how far the free surface may be off, from the config or else from lines with a free intercept.
 
-    Such a line meets zero stress at an `offset` (cm, by run) from the surface that was used. The scatter
-    of the offsets is the surface's error from run to run, their median the error that all runs share; a
-    stress that is not linear moves them too, and then the intervals hold what that does to the line
-    through zero. Fewer than `PRIOR_RUNS` runs are filled up with the prior. Without `is_given` the surface
-    was found in each run, whose error has it already.
+    Such a line reaches zero stress at an `offset` (cm, shape (runs,), standard error `se`) from the surface that was
+    used. The scatter of the offsets is the surface's error from run to run; their median is the error that all runs
+    share. A stress that is not linear moves the offsets too: then the intervals include its effect on the line through
+    zero. Fewer than `PRIOR_RUNS` runs are filled up with the prior.
+
+    `is_given`: False where each run found its own surface, so that the error of the run already includes that of the
+    surface.
     """
     clear = np.isfinite(offset) & (se <= _CLEAR_CM)
     offset, noise = offset[clear], se[clear] ** 2
@@ -275,7 +301,7 @@ def surface_error(
     run, session, dof = 0.0, 0.0, GIVEN_DOF
     if is_given and n >= PRIOR_RUNS:
         median = float(np.median(offset))
-        # as a robust standard deviation: some directions are curved for reasons of their own
+        # a robust standard deviation, as stress of some directions is curved
         scatter = 1.4826 * float(np.median(np.abs(offset - median)))
         run = math.sqrt(max(scatter**2 - float(np.median(noise)), 0.0))
         common = math.pi / 2 * max(scatter**2, float(np.median(noise))) / n
@@ -295,12 +321,13 @@ def surface_error(
 def errors_of(
     fits: pd.DataFrame, config: Config, explained_cm: FloatArray | float = 0.0
 ) -> tuple[ErrorSettings, SurfaceError]:
-    """Errors that no log shows, for the runs of one medium (`fit_medium`).
+    """Return the errors that no log shows, for the runs of one medium: those of the config, and that of the surface.
 
-    `explained_cm`: shape (runs,); Part of the offsets of the runs that no error of the surface has caused, cm.
+    `fits`: Table of `fit_medium`.
+    `explained_cm`: Part of the runs' offsets that has another cause than the surface, cm, shape (runs,).
     """
     if config.table is not None:
-        # its depths and angles are what it says, and so are its errors
+        # depths, angles and errors of a table are those that it states
         no_errors = {"angle_deg": 0, "turn_deg": 0, "tare_percent": 0}
         if config.errors.bed is None:
             no_errors["bed_percent"] = 0
@@ -312,19 +339,21 @@ def errors_of(
 
 
 NEAR_DEG = 45.0
-"""Directions within this are neighbours."""
+"""Largest distance of neighbouring directions."""
 
-_ACROSS = 0.01
-"""Neighbours that leave one line by less, in squares, tell nothing of what lies across it."""
+_LEAST_ACROSS = 0.01
+"""Smallest spread of neighbours across the line on which most of them lie, relative to that along it, both squared:
+below it they show no slope across the line."""
 
 Slopes = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
-"""Beta and gamma, (n,), degrees, to a known shape of z and x, (2, n), and its change per degree, (2, n, 2)."""
+"""Function of beta and gamma, degrees, shape (n,), that returns the z and x of a known profile, shape (2, n), and their
+changes per degree of beta and gamma, shape (2, n, 2)."""
 
 
 def scaled_slopes(
     shape: Slopes | None, beta_deg: FloatArray, gamma_deg: FloatArray, alpha: FloatArray
 ) -> FloatArray:
-    """Slopes of a known shape, scaled to a medium's `alpha` (2, n), N/cm^3 per degree, (2, n, 2); 0 without one."""
+    """Slopes of a known shape, scaled to `alpha` (2, n), N/cm^3 per degree, shape (2, n, 2); 0 without a shape."""
     measured = np.isfinite(alpha)
     if shape is None or not measured.any():
         return np.zeros((*alpha.shape, 2))
@@ -341,8 +370,8 @@ def gradient(
 ) -> FloatArray:
     """Change of a quantity with beta and gamma, per degree, from neighbours: shape (n, 2).
 
-    Least squares of the differences to all neighbours, nearer ones with more weight; along a way in
-    which there is none, that of `elsewhere`, (n, 2).
+    Least squares of the differences to all neighbours, nearer ones with more weight. In a direction in which there is
+    no neighbour, the slope is that of `elsewhere`, shape (n, 2).
     """
     step = np.stack(
         [(beta_deg - beta_deg[:, None] + 90) % 180 - 90, gamma_deg - gamma_deg[:, None]]
@@ -353,14 +382,14 @@ def gradient(
     rise = np.where(is_near, values - values[:, None], 0.0)
     square = np.einsum("nm,inm,jnm->nij", weight, step, step)
     target = np.einsum("nm,inm,nm->ni", weight, step, rise)
-    inverse = np.linalg.pinv(square, rcond=_ACROSS, hermitian=True)
+    inverse = np.linalg.pinv(square, rcond=_LEAST_ACROSS, hermitian=True)
     elsewhere = np.broadcast_to(elsewhere, target.shape)
     residual = target - np.einsum("nij,nj->ni", square, elsewhere)
     return np.asarray(elsewhere + np.einsum("nij,nj->ni", inverse, residual))
 
 
 def shares(parts: Mapping[str, float | FloatArray]) -> str:
-    """Variance of each error relative to that of all, in words: ``surface 52 %, bed 31 %, noise 2 %``."""
+    """Format the share of each error in the variance, the largest first: ``surface 52 %, bed 31 %, noise 2 %``."""
     total = sum(float(sd) ** 2 for sd in parts.values())
     if not total > 0:
         return ""

@@ -49,11 +49,14 @@ def fit_medium(
 ) -> tuple[pd.DataFrame, pd.DataFrame, Ledger]:
     """Fit every plate run of a medium, from the tables of the ingest and tare stages.
 
-    `linear_to_cm`, by run: end of the linear regime, if not the stated one. `only`: these runs. `law`: of stress against
-    depth; default: that of the config. `verdicts_only`: leave out the numbers that neither a reason nor the flag of
-    a force that gives back depends on. Returns a row per plate run of
-    the sheet, also of those without alpha; for the rows of `tared`, the `RowStatus` by which they were
-    fitted or not; the rows of the strokes handed on, and flags of the runs.
+    `status`, `tared`, `tares`: Tables of the runs, of their samples, and of the tares.
+    `linear_to_cm`: End of the linear regime by run_id, where it is not the one that the config states.
+    `only`: run_ids to be fitted; default: all.
+    `law`: Law of stress against depth; default: that of the config.
+    `verdicts_only`: Calculate only what decides on reasons and on the flag of a force that pulls the plate.
+
+    Returns a row for each plate run of the sheet, also of those without alpha; the `RowStatus` of each row of `tared`,
+    by which it was fitted or not; and the ledger with the rows of the strokes and the flags of the runs.
     """
     ledger = Ledger()
     rows_by_run = split_runs(tared)
@@ -77,12 +80,12 @@ def fit_medium(
             reason = reason_of(facts_of_run) or no_tare.get(run.run_id, ())
             fit, clock_cm = RunFit(*filed_under(run)[:2], reason=reason), 0.0
         else:
-            # a tare that is not read has no facts
+            # a tare that was not read has no row in `status`
             run_and_tare_facts = [
                 facts[name] for name in (run.run_id, run.tare_run) if name in facts
             ]
             samples = {name: values[stroke_rows] for name, values in columns.items()}
-            stroke = _stroke(
+            stroke = _make_stroke(
                 samples, force[:, stroke_rows], rods[:, stroke_rows], run_and_tare_facts
             )
             line_end_cm = (linear_to_cm or {}).get(run.run_id)
@@ -91,9 +94,9 @@ def fit_medium(
             )
             clock_cm = stroke.clock_cm
             why[stroke_rows] = fit.why
-            _account(ledger, run, stroke, fit)
+            _account_for_samples(ledger, run, stroke, fit)
             ledger.flag(run, *fit.flags)
-        rows.append(_row(run, fit, clock_cm, campaign.config, facts_of_run["note"]))
+        rows.append(_make_row(run, fit, clock_cm, campaign.config, facts_of_run["note"]))
     windows = pd.DataFrame({"run_id": tared["run_id"], "why": why})
     return pd.DataFrame(rows, columns=FIT_COLUMNS), windows, ledger
 
@@ -107,42 +110,43 @@ def fit_run(
     law: DepthLaw | None = None,
     verdicts_only: bool = False,
 ) -> RunFit:
-    """Fit alpha_z and alpha_x of one plate run in its window, or say why it must not give a number.
+    """Fit alpha_z and alpha_x of one plate run in its window, or return the reason why it has no number.
 
-    `linear_to_cm`: End of the linear regime of a natural sand; default: as the config states it. `law`: of stress against
-    depth; default: that of the config. `verdicts_only`: leave out the numbers that neither a reason nor the flag of a
-    force that gives back depends on.
+    `linear_to_cm`: End of the linear regime of a natural sand; default: as the config states it.
+    `law`: Law of stress against depth; default: that of the config.
+    `verdicts_only`: Calculate only what decides on reasons and on the flag of a force that pulls the plate.
     """
     law = law or DepthLaw(config.fit.law)
     plate = config.intruders[run.intruder]
     assert plate.shape != "leg"
     beta_deg, gamma_deg, sign_x = filed_under(run)
-    line_end_cm = _end_of_line(run, config, linear_to_cm)
-    # the upper edge of a tilted plate; a level one counts from its face, as in the paper, and a table from where it says
+    line_end_cm = _end_of_linear_regime(run, config, linear_to_cm)
+    # depth of the centre at which the upper edge of a tilted plate enters the bed; a level plate counts
+    # from its face, as in the paper, and a table from the depths that it states
     edge_cm = (
         0.0 if config.table else plate.length_cm / 2 * abs(math.sin(math.radians(run.beta_deg)))
     )
-    inside = classify_samples(
+    window_status = classify_samples(
         run, stroke, plate, config.container, config.fit, line_end_cm, edge_cm
     )
-    why = np.where(stroke.why == RowStatus.GOOD, inside, stroke.why)
-    if reason := _why_no_slope(run, stroke, inside, why, plate, config, law):
+    why = np.where(stroke.why == RowStatus.GOOD, window_status, stroke.why)
+    if reason := _why_no_slope(run, stroke, window_status, why, plate, config, law):
         return RunFit(beta_deg, gamma_deg, why=why, reason=reason)
     usable = why == RowStatus.GOOD
     depth = stroke.depth[usable]
     stress, tare_stress = _stresses(stroke, plate, sign_x)
-    of_table = config.table is not None
+    is_stress_table = config.table is not None
     if verdicts_only:
         tare_stress = None
-        # no error of a slope makes a flag where the slope itself makes none
-        is_plain_line = law.name == "through_zero" and not of_table
-        if is_plain_line and not _pulls(
+        # the flag needs a slope that pulls; where the slope does not pull, its error need not be known
+        is_plain_line = law.name == "through_zero" and not is_stress_table
+        if is_plain_line and not _pulls_plate(
             slopes.zero_intercept(depth, stress[:, usable])[0], gamma_deg
         ):
             return RunFit(beta_deg, gamma_deg, why=why)
-    # a level run has one depth: its cell has the law
+    # a level run has one depth: the law is fitted to its cell
     has_intercept = law.name == "free_intercept" and not slopes.level_path(depth)
-    has_few_points = of_table and (depth.size < slopes.FEWEST or not run.gamma_deg)
+    has_few_points = is_stress_table and (depth.size < slopes.FEWEST or not run.gamma_deg)
     if has_few_points:
         fit_few = slopes.fit_few_free if has_intercept else slopes.fit_few
         slope, flags = fit_few(depth, stress[:, usable]), tuple[Remark, ...]()
@@ -156,7 +160,7 @@ def fit_run(
         law_fits = law.fit(depth, stress[:, usable])
         slope = replace_slope(slope, law_fits)
         residual = np.stack([fit_of_law.residual for fit_of_law in law_fits])
-    if of_table:
+    if is_stress_table:
         slope, exact = _mark_exact(slope, depth, residual, stress[:, usable], run)
         flags += exact
     if not lacks_force_x(config, run):
@@ -176,10 +180,14 @@ def fit_run(
 class Stroke:
     """A tared stroke; arrays of shape (n,), in the order of recording.
 
-    `depth`, `x`, `path` (length travelled) in cm; `force`, `tare` (2, n): granular force and what was
-    subtracted, z, x, N, NaN where the tare is not known. `zero_variance` (N^2), `zero_dof` (2, 2): of run
-    and tare (rows), for z and x. `depth_sd`, cm: standard error, from the clocks, that all depths share; `clock_cm`: its
-    part that all runs of a session have in common, below 0 where the plate rises.
+    `depth`, `x`, `path`: Depth, position and length travelled, cm.
+    `force`, `tare`: Granular force and the force of the rod that was subtracted, z and x, N, shape (2, n); NaN where
+    the tare is not known.
+    `why`: `RowStatus` of each sample.
+    `zero_variance` (N^2), `zero_dof`: Variance of the zero and its degrees of freedom, for run and tare (rows), z and x
+    (columns).
+    `depth_sd`: Standard error that all depths of the run share, from clocks and surface, cm.
+    `clock_cm`: Part of that which all runs of a session share, cm; negative where the plate rises.
     """
 
     depth: FloatArray
@@ -196,12 +204,14 @@ class Stroke:
 
 @dataclass(frozen=True)
 class RunFit:
-    """What one plate run says about the cell of the alpha table that it is filed under.
+    """Result of one plate run for the cell (beta, gamma) of the alpha table to which it belongs.
 
-    `depth_from_cm`, `depth_to_cm`: as fitted; NaN if there is no fit, and then `reason` says why.
-    `slope`: z, x, the sign of x already that of the cell; `line`, `rod` (N/cm^3): slopes of the line through
-    zero, beside which stand other `laws`, and of the tare that was subtracted. `why` (n,): `RowStatus`, GOOD
-    where a sample was fitted, or would have been.
+    `depth_from_cm`, `depth_to_cm`: Fitted window; NaN if there is no fit, and then `reason` says why.
+    `slope`: Slopes of stress over depth, z and x; the sign of x is that of the cell.
+    `laws`: Fits of other laws.
+    `line`: Slopes of the line through zero, with which the other laws are compared, N/cm^3, shape (2,).
+    `rod`: Slopes of the tare that was subtracted, N/cm^3, shape (2,).
+    `why`: `RowStatus` of each sample, shape (n,); GOOD where it was fitted, or would have been but for `reason`.
     """
 
     beta_deg: float
@@ -218,7 +228,10 @@ class RunFit:
 
 
 def filed_under(run: Run) -> tuple[float, float, float]:
-    """Cell (beta, gamma), deg, of a run, and the sign of its alpha_x; an extraction turns all three."""
+    """Return the cell (beta, gamma) of a run, degrees, and the factor 1 or -1 of its alpha_x.
+
+    Only the cell of an extraction may differ from the angles of the run sheet: see `file_extraction`.
+    """
     if run.direction == "extraction":
         return file_extraction(run.beta_deg, run.gamma_deg)
     return run.beta_deg, run.gamma_deg, 1.0
@@ -228,7 +241,10 @@ def filed_under(run: Run) -> tuple[float, float, float]:
 
 
 def farthest_x(plate: AnyPlate, beta: float, container: Container, fit: Fit) -> float:
-    """How far from the middle of the container the plate's centre may be, off both walls, cm."""
+    """Largest distance of the plate's centre from the middle of the container, cm, for clearance from both walls.
+
+    `beta`: Angle of the plate, rad.
+    """
     return container.length_cm / 2 - fit.wall_clearance_cm - half_extent(plate, beta)[0]
 
 
@@ -241,14 +257,15 @@ def classify_samples(
     linear_to_cm: float | None,
     linear_from_cm: float = 0.0,
 ) -> npt.NDArray[np.int8]:
-    """`RowStatus` of each sample of a stroke: good where the plate is submerged, off walls, and past its start-up.
+    """Return the `RowStatus` of each sample: good where the plate is submerged, off walls, and past its start-up.
 
-    `linear_from_cm`, `linear_to_cm`: linear regime of a penetration test, all of whose samples count; its walls are far away
-    and are not tested. x = 0 is the middle of the container.
+    `box`: The container; x = 0 is its middle.
+    `linear_from_cm`, `linear_to_cm`: Linear regime of a penetration test or a table. All samples in it count, and
+    distances from walls are not tested, as these are far away. None: no such test.
     """
     beta, depth = math.radians(run.beta_deg), stroke.depth
     why = np.full(depth.size, RowStatus.GOOD, dtype=np.int8)
-    # the outermost reason is tested last, so that it wins
+    # a later line overwrites an earlier one: of several reasons the last one counts
     if linear_to_cm is not None:
         why[depth > linear_to_cm] = RowStatus.NONLINEAR
         why[depth < linear_from_cm] = RowStatus.ABOVE
@@ -271,8 +288,8 @@ def classify_samples(
     return why
 
 
-def _end_of_line(run: Run, config: Config, linear_to_cm: float | None) -> float | None:
-    """Depth to which stress is a line, cm, of a natural sand or a table; None of others."""
+def _end_of_linear_regime(run: Run, config: Config, linear_to_cm: float | None) -> float | None:
+    """Depth to which stress of a natural sand or a table is a line, cm; None for other media."""
     medium = config.media[run.medium]
     if config.table is None and medium.role != "natural_sand":
         return None
@@ -282,23 +299,27 @@ def _end_of_line(run: Run, config: Config, linear_to_cm: float | None) -> float 
 def _why_no_slope(
     run: Run,
     stroke: Stroke,
-    inside: npt.NDArray[np.int8],
+    window_status: npt.NDArray[np.int8],
     why: np.ndarray,
     plate: AnyPlate,
     config: Config,
     law: DepthLaw,
 ) -> tuple[Remark, ...]:
-    """Why the samples of a stroke must not give a slope; empty if they may. `inside`: of `classify_samples`."""
-    of_table = config.table is not None
-    lost = np.bincount(stroke.why[inside == RowStatus.GOOD], minlength=len(RowStatus))
+    """Return the reasons why the samples of a stroke must not give a slope; empty if they may.
+
+    `window_status`: Status by the window alone, from `classify_samples`.
+    `why`: Status by the window and by all earlier stages.
+    """
+    is_stress_table = config.table is not None
+    lost = np.bincount(stroke.why[window_status == RowStatus.GOOD], minlength=len(RowStatus))
     if saturated := lost[RowStatus.SATURATED]:
         return (remark("window-saturated", count=saturated),)
-    # a step or two at the ends is the difference of two logs' starts, not a tare that is short
+    # a few samples without tare at the ends only mean that the two logs start at different depths
     if (untared := lost[RowStatus.UNTARED]) > 0.02 * lost.sum() + 2:
         return (remark("tare-short", count=untared),)
     depth = stroke.depth[why == RowStatus.GOOD]
-    # rows of a table are depths that somebody chose, samples of a log are not
-    fewest = 1 if of_table else max(config.fit.min_points, slopes.FEWEST)
+    # somebody chose the depths of a table, so a single row counts; a log needs several samples
+    fewest = 1 if is_stress_table else max(config.fit.min_points, slopes.FEWEST)
     lacking = None
     is_level = run.direction == "horizontal"
     if depth.size < fewest:
@@ -307,7 +328,7 @@ def _why_no_slope(
         lacking = remark("few-points", found=1, wanted=2)
     elif not depth.any():
         return (remark("zero-depths"),)
-    elif not is_level and not of_table:
+    elif not is_level and not is_stress_table:
         lacking = too_short(depth, plate, config.fit)
     if lacking is None:
         return ()
@@ -316,15 +337,15 @@ def _why_no_slope(
 
 
 SHORTEST_WINDOW = 0.1
-"""Depth that a window must cover at least, relative to the length of the plate."""
+"""Least depth that a window must cover, relative to the length of the plate."""
 
 
 def too_short(depth: FloatArray, plate: AnyPlate, fit: Fit) -> Remark | None:
-    """Whether a window covers too little depth to give a slope; None where it covers enough."""
+    """Return a remark if a window covers too little depth to give a slope; None if it covers enough."""
     stated = fit.min_depth_cm
     least_cm = SHORTEST_WINDOW * plate.length_cm if stated is None else stated
     covered = float(np.ptp(depth))
-    # a sample's way may lack at either end
+    # the first and last sample may lie slightly inside the window
     if covered >= 0.999 * least_cm:
         return None
     least_source = "a tenth of the plate's length" if stated is None else "fit.min_depth_cm"
@@ -332,7 +353,10 @@ def too_short(depth: FloatArray, plate: AnyPlate, fit: Fit) -> Remark | None:
 
 
 def _main_cause(why: np.ndarray, x: FloatArray, widest: float) -> tuple[Remark, ...]:
-    """Why most samples of a stroke lie outside of its window, to end a reason; `widest`: of `farthest_x`."""
+    """Return the main reason why samples of a stroke do not count, to be added to another reason.
+
+    `x`: Positions, cm. `widest`: Largest allowed distance from the middle, cm, from `farthest_x`.
+    """
     counts = np.bincount(why)
     counts[RowStatus.GOOD] = 0
     if not counts.any():
@@ -350,7 +374,7 @@ def _main_cause(why: np.ndarray, x: FloatArray, widest: float) -> tuple[Remark, 
 def _stresses(
     stroke: Stroke, plate: AnyPlate, sign_x: float
 ) -> tuple[FloatArray, FloatArray | None]:
-    """Stress z, x of the granular force and of the tare, N/cm^2, with the sign of x of the cell; (2, n) each."""
+    """Stress of granular force and tare, z and x, N/cm^2, shape (2, n) each; x is multiplied by `sign_x`."""
     stress = stroke.force / plate.area_cm2
     stress[1] *= sign_x
     if stroke.tare is None:
@@ -367,7 +391,7 @@ def _fit_line(
     plate: AnyPlate,
     config: Config,
 ) -> tuple[slopes.Slope, tuple[Remark, ...]]:
-    """Slope of stress over depth through zero, and flags of a curve or a crust."""
+    """Fit the slope of stress over depth through zero; flag a curve or a crust."""
     level = run.direction == "horizontal"
     depth = stroke.depth[usable]
     startup = None
@@ -382,7 +406,7 @@ def _fit_line(
         startup,
         None if tare_stress is None else tare_stress[:, usable],
     )
-    # curvature that stays below the noise of one sample bends nothing that could be measured
+    # a curvature below the resolution of the transducer does not count
     visible = config.transducer.precision_N / plate.area_cm2
     pull_skip_cm = config.fit.extraction_skip_cm if run.direction == "extraction" else None
     flags = () if level else _linearity_flags(slope, float(depth.max()), visible, pull_skip_cm)
@@ -391,16 +415,17 @@ def _fit_line(
     return slope, flags
 
 
-_EXACT = 1e-6
-"""Of the largest stress: no transducer is that fine, and tables are printed with six digits."""
+_EXACT_RESIDUAL = 1e-6
+"""Largest residual of calculated stress, relative to the largest stress: no transducer is that fine, and tables are
+printed with six digits."""
 
 
 def _mark_exact(
     slope: slopes.Slope, depth: FloatArray, residual: FloatArray, stress: FloatArray, run: Run
 ) -> tuple[slopes.Slope, tuple[Remark, ...]]:
-    """Take the error off a slope whose stress was calculated: no scatter is known."""
+    """Set the error of a slope to NaN where stress lies exactly on the law: it was calculated and has no scatter."""
     largest_residual = np.abs(residual).max(axis=1)
-    exact = (largest_residual <= _EXACT * np.abs(stress).max(axis=1)) & (depth.size > 1)
+    exact = (largest_residual <= _EXACT_RESIDUAL * np.abs(stress).max(axis=1)) & (depth.size > 1)
     # a plate that is level or upright has no horizontal stress on a vertical path
     exact[1] &= slope.alpha[1] != 0 or bool(run.beta_deg % 90 or run.gamma_deg % 180 != 90)
     if not exact.any():
@@ -409,27 +434,28 @@ def _mark_exact(
 
 
 LEAST_WORK, _SIGMAS = 0.005, 3.0
-"""D = alpha_x cos gamma + alpha_z sin gamma may be so far below 0: N/cm^3, and standard errors."""
+"""Limits, in N/cm^3 and in standard errors, to which D = alpha_x cos gamma + alpha_z sin gamma may lie below 0."""
 
 
 def _flag_negative_work(slope: slopes.Slope, gamma_deg: float) -> tuple[Remark, ...]:
-    """Flag a force that pulls the plate along its way, as a turned sign makes it."""
-    noise = _SIGMAS * math.hypot(*(_along_path(gamma_deg) * np.nan_to_num(slope.se)))
-    return (remark("gives-back"),) if _pulls(slope.alpha, gamma_deg, noise) else ()
+    """Flag a force that pulls the plate along its path: this happens if the sign of a channel is wrong."""
+    noise = _SIGMAS * math.hypot(*(_resistance_direction(gamma_deg) * np.nan_to_num(slope.se)))
+    return (remark("gives-back"),) if _pulls_plate(slope.alpha, gamma_deg, noise) else ()
 
 
-def _pulls(alpha: FloatArray, gamma_deg: float, noise: float = 0.0) -> bool:
-    """Tell whether a slope, z and x, is against the way of the plate by more than `noise`, N/cm^3."""
-    return float(_along_path(gamma_deg) @ alpha) < -max(LEAST_WORK, noise)
+def _pulls_plate(alpha: FloatArray, gamma_deg: float, noise: float = 0.0) -> bool:
+    """Return True if alpha (z and x) pulls the plate along its path by more than `noise` and `LEAST_WORK`, N/cm^3."""
+    return float(_resistance_direction(gamma_deg) @ alpha) < -max(LEAST_WORK, noise)
 
 
-def _along_path(gamma_deg: float) -> FloatArray:
-    """Parts of alpha, z and x, that act against the plate on its way."""
+def _resistance_direction(gamma_deg: float) -> FloatArray:
+    """Factors of alpha_z and alpha_x in the force that resists the motion, shape (2,)."""
     along_x, along_z = direction(math.radians(gamma_deg))
     return -np.array([along_z, along_x])
 
 
 _CURVED_RATIO = 0.10
+"""Least curvature that is flagged, relative to the stress of the line."""
 
 
 def _linearity_flags(
@@ -437,7 +463,9 @@ def _linearity_flags(
 ) -> tuple[Remark, ...]:
     """Flag the components whose curvature is both significant and large enough to matter.
 
-    `pull_skip_cm`: way at the start of a pull that is left out; None of a push.
+    `deepest`: Depth of the end of the window, cm.
+    `visible`: Least stress that counts, N/cm^2.
+    `pull_skip_cm`: Path at the start of a pull that is left out; None for a push.
     """
     is_curved = curved(slope.nonlinear_p, slope.nonlinear_ratio, slope.alpha, deepest, visible)
     percent = zip(COMPONENTS, 100 * slope.nonlinear_ratio, is_curved, strict=True)
@@ -455,7 +483,11 @@ def _linearity_flags(
 def curved(
     p: FloatArray, ratio: FloatArray, alpha: FloatArray, deepest: FloatArray | float, visible: float
 ) -> npt.NDArray[np.bool_]:
-    """Tell curvature that is significant, large enough to matter, and more than `visible`, N/cm^2."""
+    """Return True where a curvature is significant, large enough to matter, and more than `visible`, N/cm^2.
+
+    `p`: Probability of such a curvature by chance. `ratio`: Curvature relative to the stress of the line.
+    `deepest`: Depth of the end of the window, cm.
+    """
     size = np.abs(ratio)
     return (
         (p < slopes.CURVED_P) & (size > _CURVED_RATIO) & (size * np.abs(alpha) * deepest > visible)
@@ -465,7 +497,7 @@ def curved(
 # --- Tables of the stage
 
 
-_OF_COMPONENT = (
+_COMPONENT_COLUMNS = (
     "alpha_{}_N_per_cm3",
     "alpha_{}_se_N_per_cm3",
     "alpha_{}_lo_N_per_cm3",
@@ -502,21 +534,21 @@ FIT_COLUMNS = [
     "offset_cm",
     "offset_se_cm",
     "start_cm",
-    *(name.format(c) for c in COMPONENTS for name in _OF_COMPONENT),
+    *(name.format(c) for c in COMPONENTS for name in _COMPONENT_COLUMNS),
     "note",
     *REASON,
 ]
 
 
-def _stroke(
+def _make_stroke(
     samples: dict[str, np.ndarray], force: FloatArray, rods: FloatArray, facts: list[Row]
 ) -> Stroke:
-    """Put together what the fit of one run needs, of its samples and the facts of run and tare."""
+    """Make the `Stroke` of one run; `rods`: force of the rod, N, shape (2, n); `facts`: rows of run and tare."""
     depth, run = samples["depth_cm"], facts[0]
-    # depth changes in a stroke at this speed; an error of the clocks shifts it by speed x error
+    # an error of the clocks shifts the depth by speed x error
     speed = float(np.ptp(depth)) / (depth.size * float(run["sample_step_s"]))
     common_s = float(np.nan_to_num(run["clock_shared_se_s"]))
-    # so does an error of the surface, where that was found in the run; that of a given one is no run's own
+    # a surface that was found in this run shifts all its depths too; the error of a given surface is not of one run
     surface_se_cm = float(np.nan_to_num(run["surface_se_mm"])) / 10
     return Stroke(
         depth,
@@ -532,8 +564,8 @@ def _stroke(
     )
 
 
-def _account(ledger: Ledger, run: Run, stroke: Stroke, fit: RunFit) -> None:
-    """Put the rows of a stroke into the ledger, but for those that an earlier stage dropped."""
+def _account_for_samples(ledger: Ledger, run: Run, stroke: Stroke, fit: RunFit) -> None:
+    """Enter the samples of a stroke into the ledger, except those that an earlier stage dropped."""
     handed_on = fit.why[stroke.why == RowStatus.GOOD]
     ledger.add_rows(run, handed_on[handed_on != RowStatus.GOOD], "")
     good = int(np.count_nonzero(handed_on == RowStatus.GOOD))
@@ -544,7 +576,7 @@ def _account(ledger: Ledger, run: Run, stroke: Stroke, fit: RunFit) -> None:
         ledger.add(run, run.force_log, USED, good, remark("slope"))
 
 
-def _row(run: Run, fit: RunFit, clock_cm: float, config: Config, note: str) -> Row:
+def _make_row(run: Run, fit: RunFit, clock_cm: float, config: Config, note: str) -> Row:
     """Row of a run in the table of fits."""
     row: Row = {
         "run_id": run.run_id,
@@ -580,23 +612,29 @@ def _row(run: Run, fit: RunFit, clock_cm: float, config: Config, note: str) -> R
         fit.rod,
         slope.intercept,
         slope.free_slope,
-        *_other_laws(fit, math.hypot(*ordinary_surface(config.errors))),
+        *_compare_laws(fit, math.hypot(*ordinary_surface(config.errors))),
         slope.nonlinear_p,
         slope.nonlinear_ratio,
     )
     for i, component in enumerate(COMPONENTS):
-        names = [name.format(component) for name in _OF_COMPONENT]
+        names = [name.format(component) for name in _COMPONENT_COLUMNS]
         row |= {name: value[i] for name, value in zip(names, values, strict=True)}
     if lacks_force_x(config, run):
-        row |= dict.fromkeys([name.format("x") for name in _OF_COMPONENT], math.nan)
+        row |= dict.fromkeys([name.format("x") for name in _COMPONENT_COLUMNS], math.nan)
     return row
 
 
-def _other_laws(fit: RunFit, surface_cm: float) -> tuple[FloatArray, ...]:
-    """Stress by a line with a free intercept, exponent and its error, and stress by a power: percent of the line's.
+def _compare_laws(fit: RunFit, surface_cm: float) -> tuple[FloatArray, ...]:
+    """Compare other laws of depth with the line through zero; return five arrays of shape (2,), z and x.
 
-    Stress is that at the end of the window. Last the misfit of the power relative to that of the line with a free
-    intercept. `surface_cm`: Standard deviation of the free surface, of a run and of what all share.
+    1. Stress at the end of the window by the line with a free intercept: difference from the line through zero,
+    percent.
+    2. Exponent of the power.
+    3. Standard error of the exponent.
+    4. Stress at the end of the window by the power: difference from the line through zero, percent.
+    5. Sum of squared residuals of the power, relative to that of the line with a free intercept.
+
+    `surface_cm`: Standard deviation of the free surface, cm.
     """
     if fit.laws is None:
         return (np.full(2, np.nan),) * 5
@@ -605,7 +643,7 @@ def _other_laws(fit: RunFit, surface_cm: float) -> tuple[FloatArray, ...]:
         100 * (np.array([fit_of_law.alpha for fit_of_law in fit.laws[law]]) / line - 1)
         for law in laws
     )
-    # a component that is not felt goes with any power
+    # a component without stress fits any power
     exponent = np.where(fit.line == 0, np.nan, [power.exponent for power in fit.laws["power"]])
     line_squares, power_squares = (
         np.array([fit_of_law.residual @ fit_of_law.residual for fit_of_law in fit.laws[law]])

@@ -1,4 +1,4 @@
-"""Flags, reasons and uses of rows: a code with its numbers, until a table is written or a line printed."""
+"""Remarks: flags, reasons and uses of rows. Each is a code with numbers, and becomes a sentence when it is written."""
 
 from __future__ import annotations
 
@@ -50,9 +50,10 @@ _ROW_CODES = {
 class Remark:
     """A flag, a reason, a use of rows or a mark of a medium.
 
-    `values`: numbers, words and further remarks that the sentence names. `run_id`: the run that a remark on
-    several is about; `cell`: beta and gamma, deg, of the cell that a flag is about. `words`: the sentence, where
-    it was made elsewhere, as that of an error or of a table.
+    `values`: Numbers, words and further remarks that stand in the sentence.
+    `run_id`: Run that the remark is about, where remarks on several runs stand together.
+    `words`: The sentence, if it does not follow from the code: the text of an error, or the cell of a table.
+    `cell`: Beta and gamma of the cell that a flag is about, degrees.
     """
 
     code: str
@@ -62,12 +63,12 @@ class Remark:
     cell: tuple[float, float] | None = None
 
     def __str__(self) -> str:
-        """The sentence, without the run that it is about."""
+        """Return the sentence, without the name of the run."""
         return self.words or SENTENCES[self.code].format(**self.values)
 
     @property
     def codes(self) -> tuple[str, ...]:
-        """Its code, then those of the remarks that it names."""
+        """Code of this remark, then the codes of the remarks in its values."""
         inner = (value for value in self.values.values() if isinstance(value, Remark))
         return (*self.code.split(), *(code for flag in inner for code in flag.codes))
 
@@ -83,33 +84,34 @@ class Refused(ValueError):
 def remark(
     code: str, cell: tuple[float, float] | None = None, /, run_id: str = "", **values: Any
 ) -> Remark:
-    """Make a remark; its numbers are kept as a table keeps them."""
+    """Make a remark; its numbers are rounded to six digits, as in a table."""
     if code not in SENTENCES:
         raise KeyError(code)
-    plain_values = {name: _plain(value) for name, value in values.items()}
+    plain_values = {name: _plain_value(value) for name, value in values.items()}
     return Remark(code, plain_values, run_id, cell=cell)
 
 
-def _plain(value: Any) -> Any:
+def _plain_value(value: Any) -> Any:
+    """Return a number without its numpy type, with six digits; other values unchanged."""
     if isinstance(value, np.generic):
         value = value.item()
     return float(f"{value:.6g}") if isinstance(value, float) else value
 
 
 def quoted(error: Exception, code: str = "refused") -> Remark:
-    """The remark of an error, by its code if it has one."""
+    """Make the remark of an error; `code` is used if the error has none."""
     if isinstance(error, Refused):
         return error.remark
     return Remark(getattr(error, "code", code).replace("_", "-"), words=str(error))
 
 
 def dropped_rows(reason: str) -> Remark:
-    """The remark of a reason for which a reader of logs leaves out rows."""
+    """Make the remark of a reason for which a reader of logs leaves out rows."""
     return Remark(_ROW_CODES.get(reason, "damaged-rows"), words=reason)
 
 
 def format_remarks(remarks: Iterable[Remark]) -> str:
-    """Say some remarks; those on one run stand together behind its name."""
+    """Format some remarks as one line; those on one run stand together behind its name."""
     parts: list[str] = []
     for run, group in groupby(remarks, key=lambda flag: flag.run_id):
         sentences = [str(flag) for flag in group]
@@ -118,12 +120,12 @@ def format_remarks(remarks: Iterable[Remark]) -> str:
 
 
 def codes_of(remarks: Iterable[Remark]) -> str:
-    """The codes of some remarks as a table has them, each once."""
+    """Join the codes of some remarks for a cell of a table, each code once."""
     return " ".join(dict.fromkeys(code for flag in remarks for code in flag.codes))
 
 
 def attach_run(run_id: str, remarks: Iterable[Remark]) -> list[Remark]:
-    """Say of some remarks which run they are about."""
+    """Return the remarks with the run that they are about."""
     return [replace(flag, run_id=run_id) for flag in remarks]
 
 
@@ -131,26 +133,28 @@ def attach_run(run_id: str, remarks: Iterable[Remark]) -> list[Remark]:
 
 
 REASON = ("reason", "reason_code")
+"""Columns of the reason why a number is missing: words and codes."""
 MARKS = ("checks", "checks_code")
+"""Columns of the marks of a medium that fails checks: words and codes."""
 
 
 def reason_cells(reasons: Collection[Remark]) -> tuple[str, str]:
-    """Cells of a reason, or of the marks of a medium: words and codes."""
+    """Format reasons, or marks of a medium, as two cells of a table: words and codes."""
     return format_remarks(reasons), codes_of(reasons)
 
 
 def reason_columns(reasons: Collection[Remark]) -> dict[str, str]:
-    """Columns of a reason."""
+    """Format reasons as the columns `REASON` of a row."""
     return dict(zip(REASON, reason_cells(reasons), strict=True))
 
 
 def mark_columns(marks: Collection[Remark] = ()) -> dict[str, str]:
-    """Columns of the marks of a medium."""
+    """Format the marks of a medium as the columns `MARKS` of a row."""
     return dict(zip(MARKS, reason_cells(marks), strict=True))
 
 
 def reason_of(row: Mapping[Any, Any]) -> tuple[Remark, ...]:
-    """Read the reason of a row of a table, as words."""
+    """Read the reason of a row of a table as one remark that holds its words; empty if there is none."""
     words = row.get("reason")
     if not (words and isinstance(words, str)):
         return ()
@@ -166,7 +170,7 @@ def with_reasons(table: pd.DataFrame, added: Iterable[Iterable[Remark]]) -> pd.D
 
 
 def has(row: Mapping[Any, Any], code: str, name: str = "reason_code") -> bool:
-    """Whether the codes in a row of a table name this one."""
+    """Return True if the column `name` of a row of a table, a list of codes, holds `code`."""
     return code in str(row.get(name, "")).split()
 
 
@@ -175,11 +179,11 @@ def has(row: Mapping[Any, Any], code: str, name: str = "reason_code") -> bool:
 
 FLAG_COLUMNS = ["medium", "run_id", "beta_deg", "gamma_deg", "stage", "code", "values", "words"]
 OF_CHECKS = "checks"
-"""Stage whose flags come from beside other runs; those of earlier stages come from a run's own logs."""
+"""Stage whose flags come from a comparison with other runs; flags of earlier stages come from the logs of the run."""
 
 
 def flag_table(medium: str, stage: str, flags: Iterable[Remark]) -> pd.DataFrame:
-    """Table of flags of one stage, each once: columns `FLAG_COLUMNS`."""
+    """Make the table of the flags of one stage, each flag once: columns `FLAG_COLUMNS`."""
     rows = [
         (
             medium,
@@ -201,7 +205,7 @@ class Flags:
     Parameters
     ----------
     tables : DataFrame
-        Of `flag_table`, in the order of the stages.
+        Tables of `flag_table`, in the order of the stages.
     """
 
     def __init__(self, *tables: pd.DataFrame) -> None:
@@ -218,15 +222,15 @@ class Flags:
                 self._of_cells.setdefault(cell, []).append(flag)
 
     def of_run(self, run_id: str) -> list[Remark]:
-        """Flags of a run by its own logs."""
+        """Flags of a run that come from its logs."""
         return self._of_runs.get(run_id, [])
 
     def of_run_beside_others(self, run_id: str) -> list[Remark]:
-        """Flags of a run by the checks."""
+        """Flags of a run that come from the checks, which compare it with other runs."""
         return self._of_checks.get(run_id, [])
 
     def of_cell(self, cell: Mapping[Any, Any], without: Collection[Remark] = ()) -> list[Remark]:
-        """Flags of the runs of a cell of an alpha table, then its own; flags `without` are said elsewhere."""
+        """Flags of the runs of a cell of an alpha table, then those of the cell; leaves out the flags `without`."""
         runs = [*cell["run_ids"].split(), *cell["lost_run_ids"].split()]
         flags: list[Remark] = []
         for run_id in sorted(runs):
@@ -237,11 +241,11 @@ class Flags:
         return flags + self.of_cell_alone(cell)
 
     def of_cell_alone(self, cell: Mapping[Any, Any]) -> list[Remark]:
-        """Flags of a cell that are about none of its runs."""
+        """Flags of a cell that concern no single run."""
         return self._of_cells.get((float(cell["beta_deg"]), float(cell["gamma_deg"])), [])
 
     def runs_with(self, code: str) -> dict[str, Remark]:
-        """Runs that have a flag by their own logs, each with it, in the order of the table."""
+        """Runs that have the flag `code` from their logs, each with this flag, in the order of the table."""
         return {
             run_id: flag
             for run_id, flags in self._of_runs.items()
@@ -250,12 +254,12 @@ class Flags:
         }
 
     def runs_beside_others(self, code: str) -> list[str]:
-        """Runs that a check gave a flag."""
+        """Runs that have the flag `code` from a check."""
         of_checks = self._of_checks.items()
         return [run_id for run_id, flags in of_checks if any(flag.code == code for flag in flags)]
 
     def shared(self, fits: pd.DataFrame) -> tuple[Remark, ...]:
-        """Flags that come from how a medium was measured, to be said once; `fits`: its plate runs."""
+        """Flags of how a medium was measured, which are reported once for all runs; `fits`: its plate runs."""
         rows = zip(map(str, fits["run_id"]), fits["reason"], strict=True)
         # a run that was never read has no flag of this sort
         of_runs = [
@@ -271,7 +275,7 @@ class Flags:
 
 
 def describe_shared(shared: Collection[Remark]) -> list[str]:
-    """Say what `Flags.shared` holds, for all runs together."""
+    """Describe the flags of `Flags.shared`, each in one sentence for all runs together."""
     sentences = [
         f"all runs: {flag}" for flag in shared if FLAGS[flag.code].shared == "if all runs have it"
     ]

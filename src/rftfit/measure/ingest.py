@@ -1,4 +1,4 @@
-"""The logs of a medium as traces in the lab frame, and every row of every log accounted for."""
+"""Read the logs of a medium as traces in the lab frame, and account for every row of every log."""
 
 from __future__ import annotations
 
@@ -35,11 +35,13 @@ from rftfit.measure.trace import HELD_SE, Trace, trace_run
 def ingest_medium(
     campaign: Campaign, medium: str, clocks: SessionClocks | None = None
 ) -> tuple[pd.DataFrame, pd.DataFrame, Ledger]:
-    """Read all logs of a medium, keeping what is wrong with the bad ones.
+    """Read all logs of a medium; a run that cannot be used stays in the table with its reason.
 
-    `clocks`: Of the sessions, where they are estimated; default: as the pushes of this campaign show them. Returns a
-    row per force sample; a row per run: status, reason, clock and zero; the rows of all logs but
-    the good ones of the strokes, and flags of the runs.
+    `clocks`: Clocks of the sessions, where they are estimated; default: estimate them from the pushes of this campaign.
+
+    Returns a table with a row for each force sample; a table with a row for each run (status, reason, clock and zero);
+    and a ledger with the flags of the runs and the rows of all logs, except the good rows of the strokes, which later
+    stages use.
     """
     traces, rows, ledger = ingest_traces(campaign, medium, clocks)
     return samples_of(traces), pd.DataFrame(rows, columns=list(RUN_COLUMNS)), ledger
@@ -48,7 +50,7 @@ def ingest_medium(
 def ingest_traces(
     campaign: Campaign, medium: str, clocks: SessionClocks | None = None
 ) -> tuple[list[Trace], list[dict[str, object]], Ledger]:
-    """As `ingest_medium`, with the traces and what their surfaces were estimated from."""
+    """Read all logs of a medium; return traces, rows of the table of runs, and the ledger of `ingest_medium`."""
     clocks = find_session_clocks(campaign) if clocks is None else clocks
     ledger = Ledger()
     traces: list[Trace] = []
@@ -65,7 +67,7 @@ def ingest_traces(
         outcome = _ingest_run(config, run, logs, ledger, compliance, clocks)
         if isinstance(outcome, Trace):
             traces.append(outcome)
-            rows.append(_run_row(outcome, config.arm.surface_z_mm, clocks))
+            rows.append(_make_run_row(outcome, config.arm.surface_z_mm, clocks))
             ledger.flag(run, *outcome.flags)
         else:
             refused = {"run_id": run.run_id, "kind": run.kind, "status": "refused"}
@@ -81,14 +83,14 @@ def _ingest_run(
     compliance: Compliance | InputError | None,
     clocks: SessionClocks | None,
 ) -> Trace | list[Remark]:
-    """Align the two logs of a run and turn them into the lab frame, or say why not.
+    """Align the two logs of a run and turn them into the lab frame, or return the reasons why not.
 
-    Rows that go no further are put into the ledger here; the good ones of the stroke are left to
-    the stages that use them. `compliance` says how far the machine yields under load, or why that is
-    not known.
+    Enters the rows into the ledger, except the good rows of the stroke, which later stages use.
+
+    `compliance`: Yield of the machine under load, or the error why it is not known; None if the config asks for none.
     """
     force, motion = logs.force, logs.motion
-    # a line that holds force and motion is counted once, by what became of its force
+    # a line that holds force and motion is counted once, by the use of its force
     counted_once = same_table(config, run) and force.rows == motion.rows
     reasons = [remark("excluded", why=run.reason)] if run.excluded else logs.problems
     if not reasons and isinstance(compliance, InputError):
@@ -103,11 +105,11 @@ def _ingest_run(
         except ValueError as error:
             reasons = [quoted(error)]
         else:
-            _account(ledger, run, read, None if counted_once else motion, trace)
+            _account_for_logs(ledger, run, read, None if counted_once else motion, trace)
             return trace
-    _account_refused(ledger, run, run.force_log, force, reasons)
+    _account_for_refused_log(ledger, run, run.force_log, force, reasons)
     if not counted_once:
-        _account_refused(ledger, run, run.motion_log, motion, reasons)
+        _account_for_refused_log(ledger, run, run.motion_log, motion, reasons)
     return reasons
 
 
@@ -147,11 +149,12 @@ RUN_COLUMNS: dict[str, object] = {
         math.nan,
     ),
 }
-"""Columns of the table of runs, and what stands where nothing is known."""
+"""Columns of the table of runs, and their values where nothing is known."""
 
 
 def _angles_seen(reasons: Sequence[Remark]) -> dict[str, object]:
-    """Angle of the plate or of the path that a log shows, where it is not the one of its row."""
+    """Angles of plate and path that a log shows, degrees, where they differ from the run sheet; as columns of a row."""
+    # code of the reason: column of the table, value of the remark
     names = {
         "other-angle": ("seen_beta_deg", "found"),
         "other-direction": ("seen_gamma_deg", "seen_deg"),
@@ -163,9 +166,10 @@ def _angles_seen(reasons: Sequence[Remark]) -> dict[str, object]:
     }
 
 
-def _run_row(
+def _make_run_row(
     trace: Trace, given_surface_z_mm: float, clocks: SessionClocks | None
 ) -> dict[str, object]:
+    """Make the row of a run that was read; `clocks`: None where the clocks are not estimated."""
     clock, zero = trace.clock, trace.zero
     row: dict[str, object] = {
         "run_id": trace.run.run_id,
@@ -189,7 +193,7 @@ def _run_row(
     if clocks is not None:
         hours, push = clock.whole_hours, clocks.pushes.get(trace.run.run_id, {})
         session = clocks.of_session(trace.run.session)
-        # in a table of six digits hours would hide the rest
+        # whole hours stand in a column apart, as a table keeps six digits only
         row |= {
             "clock_hours": hours,
             "clock_rest_s": clock.offset_s - HOUR_S * hours,
@@ -233,13 +237,19 @@ _STATUS_OF_PHASE = np.array(
     [RowStatus.GOOD, RowStatus.APPROACH, RowStatus.PAUSE, RowStatus.GOOD, RowStatus.ELSEWHERE],
     dtype=np.int8,
 )
+"""Status of good rows by their phase, in the order of `PHASES`."""
 
 
-def _account(ledger: Ledger, run: Run, force: Log, motion: Log | None, trace: Trace) -> None:
-    """Put everything but the stroke's own rows into the ledger; no motion log: of one table."""
-    _account_left_out(ledger, run, run.force_log, force)
+def _account_for_logs(
+    ledger: Ledger, run: Run, force: Log, motion: Log | None, trace: Trace
+) -> None:
+    """Enter all rows of the logs into the ledger, except the good rows of the stroke.
+
+    `motion`: None where force and motion are the same rows of one table.
+    """
+    _account_for_left_out_rows(ledger, run, run.force_log, force)
     if motion is not None:
-        _account_left_out(ledger, run, run.motion_log, motion)
+        _account_for_left_out_rows(ledger, run, run.motion_log, motion)
         ledger.add(run, run.motion_log, USED, motion.size, remark("path"), *trace.note)
     good = trace.why == RowStatus.GOOD
     outside = np.where(good, _STATUS_OF_PHASE[trace.phase], trace.why)
@@ -247,24 +257,25 @@ def _account(ledger: Ledger, run: Run, force: Log, motion: Log | None, trace: Tr
     ledger.add_rows(run, outside[~handed_on], "zero")
 
 
-def _account_left_out(ledger: Ledger, run: Run, file: str, log: Log) -> None:
-    """Put damaged lines into the ledger, and what the instrument counted and the file lacks."""
+def _account_for_left_out_rows(ledger: Ledger, run: Run, file: str, log: Log) -> None:
+    """Enter damaged rows into the ledger, and lost ones: rows that the instrument counted but the file lacks."""
     for fate, counts in ((DROPPED, log.dropped), (LOST, log.missing)):
         for reason, rows in counts.items():
             ledger.add(run, file, fate, rows, dropped_rows(reason))
 
 
-def _account_refused(
+def _account_for_refused_log(
     ledger: Ledger, run: Run, file: str, log: Log | LogError, reasons: Sequence[Remark]
 ) -> None:
+    """Enter all rows of a log of a refused run into the ledger as dropped."""
     rows = log.rows if isinstance(log, LogError) else log.size
     ledger.add(run, file, DROPPED, rows, *reasons)
     if isinstance(log, Log):
-        _account_left_out(ledger, run, file, log)
+        _account_for_left_out_rows(ledger, run, file, log)
 
 
 def account_unassigned_air_runs(campaign: Campaign) -> Ledger:
-    """Account for in-air runs that no leg names: they belong to no medium and no stage reads them."""
+    """Enter the rows of in-air runs that no leg names as tare: they belong to no medium and no stage reads them."""
     ledger = Ledger()
     for run in campaign.unassigned_air_runs:
         counts = []

@@ -1,4 +1,4 @@
-"""The two logs of a run in the lab frame: force (z, x) in N and its zero, path of the intruder in cm and rad."""
+"""Turn the two logs of a run into the lab frame: force (z, x) in N and its zero; path of the intruder in cm and rad."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from rftfit.conventions import FloatArray
 from rftfit.logs.base import Log
 from rftfit.measure.flags import REPEATED, Refused
 from rftfit.measure.levels import median
-from rftfit.measure.log_columns import ANGLE_TO_RAD, factor
+from rftfit.measure.log_columns import ANGLE_TO_RAD, unit_factor
 from rftfit.measure.slopes import GIVEN_DOF, weighted_sum_variance
 from rftfit.measure.strokes import IntruderPath
 from rftfit.table.units import FORCE_TO_N, LENGTH_TO_CM, TIME_TO_S
@@ -25,17 +25,20 @@ CHANNEL_FACTS = ("low_N", "high_N", "held_N", "held", "noise_N")
 """Columns of each channel in the table of runs."""
 
 NEAR_FULL_RANGE = 0.995
-"""Part of the range from which on a reading is saturated."""
+"""Fraction of the range of the transducer at which a reading counts as saturated."""
 _FEWEST_QUIET = 50
+"""Fewest second differences from which the noise of a channel is estimated."""
 
 
 @dataclass(frozen=True)
 class ForceReadings:
     """A force log in the lab frame, its zero not yet removed; arrays of shape (n,).
 
-    `time` (s) is on the force log's clock, `force` (2, n) holds z, x in N, `channels` (3, n) what the
-    sensor reads on F1 to F3 in N; `arm_moving` is the sync line, if the log has one, and `saturated`
-    where a channel is at the end of its range.
+    `time`: On the clock of the force log, s.
+    `force`: z and x, N, shape (2, n).
+    `arm_moving`: The sync line; None if the log has none.
+    `saturated`: True where a channel is at the end of its range.
+    `channels`: Readings of F1 to F3, N, shape (3, n).
     """
 
     time: FloatArray
@@ -62,24 +65,24 @@ def sensor_to_lab(transducer: Transducer) -> FloatArray:
 
 
 def measured_channel(config: Config, axis: str) -> str | None:
-    """Channel of the transducer along an axis; None where the config states a constant in its place."""
+    """Channel of the transducer along an `axis` of its mount, x, y or z; None if the config states a constant."""
     name: Any = getattr(config.transducer.axes, axis)[1:]
     stated = config.force_log.columns.get(name)
     return None if stated is not None and stated.constant is not None else name
 
 
 def is_symmetric(run: Run) -> bool:
-    """Whether no horizontal force acts on a run by symmetry: a level or upright plate, up or down."""
+    """Return True if symmetry excludes a horizontal force: a level or upright plate on a vertical path."""
     return run.kind == "plate" and run.beta_deg % 90 == 0 and abs(run.gamma_deg) == 90
 
 
 def measures_force_x(config: Config, run: Run) -> bool:
-    """Whether the force along x of a run was measured: its table has it, and the config states no constant for its channel."""
+    """Return True if the force along x was measured: the run has it, and its channel is no stated constant."""
     return not run.lacks_force_x and measured_channel(config, "x") is not None
 
 
 def lacks_force_x(config: Config, run: Run) -> bool:
-    """Whether the force along x of a run is unknown: nothing measured it, and symmetry does not make it 0."""
+    """Return True if the force along x is unknown: it was not measured, and symmetry does not make it 0."""
     return not measures_force_x(config, run) and not is_symmetric(run)
 
 
@@ -88,8 +91,8 @@ def force_in_lab_frame(log: Log, transducer: Transducer) -> ForceReadings:
     name, unit = log.path.name, transducer.force_unit
     channels = np.array([log.columns[channel] for channel in CHANNELS])
     for index, channel in enumerate(CHANNELS):
-        channels[index] *= factor(FORCE_TO_N, log.units[channel], unit, f"{name}: {channel}")
-    time = log.columns["time"] * factor(TIME_TO_S, log.units["time"], "s", f"{name}: time")
+        channels[index] *= unit_factor(FORCE_TO_N, log.units[channel], unit, f"{name}: {channel}")
+    time = log.columns["time"] * unit_factor(TIME_TO_S, log.units["time"], "s", f"{name}: time")
     limits = np.array(transducer.range_N)[:, None]
     saturated = np.asarray((np.abs(channels) >= NEAR_FULL_RANGE * limits).any(axis=0))
     force = (sensor_to_lab(transducer) @ channels)[::-1]
@@ -97,11 +100,12 @@ def force_in_lab_frame(log: Log, transducer: Transducer) -> ForceReadings:
 
 
 def path_in_lab_frame(log: Log, run: Run, arm: Arm) -> IntruderPath:
-    """Turn a motion log into the lab frame; a run's own ``surface_z_mm`` goes before the arm's."""
+    """Turn a motion log into the lab frame; ``surface_z_mm`` of the run replaces that of the arm."""
 
     def column(quantity: str, table: dict[str, float], unit: str) -> FloatArray:
+        """Return the values of a quantity in cm, rad or s; the log must have it in `unit`."""
         column_label = f"{log.path.name}: {quantity}"
-        return log.columns[quantity] * factor(table, log.units[quantity], unit, column_label)
+        return log.columns[quantity] * unit_factor(table, log.units[quantity], unit, column_label)
 
     surface_mm = arm.surface_z_mm if run.surface_z_mm is None else run.surface_z_mm
     x, z = (column(quantity, LENGTH_TO_CM, arm.position_unit) for quantity in ("x", "z"))
@@ -111,26 +115,30 @@ def path_in_lab_frame(log: Log, run: Run, arm: Arm) -> IntruderPath:
 
 
 def without_repeats(log: Log, transducer: Transducer) -> Log:
-    """Leave out the rows in which a slow transducer says the same again, if the config asks for it."""
+    """Leave out the rows that only repeat a reading of a slow transducer, if the config asks for it."""
     if transducer.repeats == "keep":
         return log
     return log.take(new_readings(np.stack([log.columns[name] for name in CHANNELS])), REPEATED)
 
 
 def new_readings(channels: FloatArray) -> np.ndarray:
-    """Tell readings from rows in which a transducer slower than its logger repeats all k channels."""
+    """Return True for rows with a new reading, shape (n,): not all `channels`, shape (k, n), repeat the row before."""
     fresh = np.ones(channels.shape[1], dtype=bool)
     fresh[1:] = (channels[:, 1:] != channels[:, :-1]).any(axis=0)
     return fresh
 
 
 def readings_digest(readings: FloatArray) -> str:
-    """Return what is equal in copies of a run, and in nothing else."""
+    """Return a digest that is equal for copies of a run, and for nothing else."""
     return hashlib.sha256(readings.tobytes()).hexdigest()[:16]
 
 
 def channel_facts(channels: FloatArray, in_stroke: np.ndarray) -> dict[str, object]:
-    """What each channel does in the stroke, its noise before and after it, and a digest of all readings."""
+    """Return facts of each channel, and a digest of all readings.
+
+    Facts are the range and the longest constant stretch in the stroke, and the noise outside it. `channels`: N, shape
+    (3, n). `in_stroke`: shape (n,). The keys are columns of the table of runs: see `CHANNEL_FACTS`.
+    """
     moves = bool(np.ptp(channels, axis=1).any())
     facts: dict[str, object] = {"readings": readings_digest(channels) if moves else ""}
     inside = channels.compress(in_stroke, axis=1)
@@ -145,7 +153,7 @@ def channel_facts(channels: FloatArray, in_stroke: np.ndarray) -> dict[str, obje
             values.max(),
             values[starts[longest]],
             lengths[longest] / values.size,
-            _noise(at_rest),
+            _noise_at_rest(at_rest),
         )
         facts |= {
             f"{name}_{fact}": value
@@ -154,12 +162,13 @@ def channel_facts(channels: FloatArray, in_stroke: np.ndarray) -> dict[str, obje
     return facts
 
 
-def _noise(readings: FloatArray) -> float:
-    """Standard deviation of readings from sample to sample, by second differences, jumps left out."""
+def _noise_at_rest(readings: FloatArray) -> float:
+    """Standard deviation of readings from sample to sample, from their second differences without the largest tenth."""
     steps = np.sort(np.abs(np.diff(readings, 2)))
     if steps.size < _FEWEST_QUIET:
         return math.nan
-    # of a normal number the smaller nine tenths have 0.789 of the root mean square of all
+    # the smaller nine tenths of normal numbers have 0.789 times the root mean square of all;
+    # the variance of a second difference is six times that of a reading
     inner = steps[: round(0.9 * steps.size)]
     return float(np.sqrt(np.mean(inner**2))) / (0.789 * math.sqrt(6))
 
@@ -168,18 +177,22 @@ def _noise(readings: FloatArray) -> float:
 
 
 MIN_SAMPLES = 50
-_FEWEST = 10
+"""Samples in air that always suffice for a zero."""
+_FEWEST_SAMPLES = 10
+"""Fewest samples from which a mean is taken as a zero."""
 _TENTHS = 10
+"""Number of parts of a log without load whose means are compared."""
 
 
 @dataclass(frozen=True)
 class Zero:
     """Zero of the forces (z, x) of one run, to be subtracted.
 
-    `force`, N: (2, n), a straight line in time between two stretches in air; else constant, (2, 1).
-    `variance` (2,) of its error, N^2, allows for autocorrelation. `change_N` (2,): from the first stretch to the
-    last; NaN if there is but one. `trend_N` (2,): what a straight line through the only stretch
-    would add until the stroke; NaN if there are two or if it is not known.
+    `force`: N; a straight line in time between two stretches in air, shape (2, n), or else a constant, shape (2, 1).
+    `variance`: Variance of the error of the zero, N^2, shape (2,); allows for autocorrelation.
+    `change_N`: Change from the first stretch in air to the last; NaN if there is only one.
+    `trend_N`: Change until the stroke by a straight line through the only stretch; NaN if there are two, or if not
+    known.
     """
 
     force: FloatArray
@@ -190,7 +203,7 @@ class Zero:
 
     @property
     def drift_N(self) -> float:
-        """Largest change between the two stretches; NaN if there is but one."""
+        """Largest change of a component between the two stretches; NaN if there is only one stretch."""
         return float(np.abs(self.change_N).max())
 
 
@@ -202,9 +215,9 @@ def half_extent(plate: AnyPlate, beta: float) -> tuple[float, float]:
 
 
 def height_needed(intruder: AnyPlate | Leg, angle: FloatArray, clearance: float) -> FloatArray:
-    """Height of the reference point, cm, at which the whole intruder is clear of the surface.
+    """Height of the reference point, cm, shape (n,), at which the whole intruder is `clearance` above the surface.
 
-    A leg counts as the circle around its chord, which every model leg lies within; `angle` (n,) in rad.
+    A leg counts as the circle whose diameter is its chord: every model leg lies within it. `angle`: rad, shape (n,).
     """
     if isinstance(intruder, Leg):
         half_length = intruder.max_length_cm / 2
@@ -222,12 +235,16 @@ def find_zero(
     drift_N_per_min: float,
     least_cm: float = 0.0,
 ) -> Zero:
-    """Estimate the zero from the samples `at_rest` in air, at least `least_cm` above the surface.
+    """Estimate the zero from the samples in air, with rests before and after the stroke if both exist.
 
-    Refused if there are fewer of them than half a second holds, at most `MIN_SAMPLES`. `force` (2, n): z, x,
-    N; `time` and `stroke_time`, the middle of the stroke, in s. Where the intruder is in air at one end
-    of the run only, the zero may have moved by `drift_N_per_min` until the stroke, and nothing in the
-    log would show it.
+    Refused if no stretch in air has the samples of half a second (`fewest_for_zero`). Where the intruder is in air at
+    one end of the run only, the zero may drift until the stroke without a trace in the log: its variance includes this.
+
+    `force`: z and x, N, shape (2, n).
+    `at_rest`: True for the samples that count, shape (n,).
+    `stroke_time`: Middle of the stroke, s.
+    `drift_N_per_min`: Largest drift of the zero.
+    `least_cm`: Height above the surface that the samples in air have, for the message alone.
     """
     rest_rows = np.flatnonzero(at_rest)
     fewest = fewest_for_zero(time)
@@ -237,46 +254,48 @@ def find_zero(
         raise Refused("no-zero", least=least_cm)
     rests = [(float(time[rows].mean()), rows) for rows in row_groups]
     if rests[0][0] > stroke_time or rests[-1][0] < stroke_time:
-        # a rest cut in two by a gap is one rest still: it shows nothing of the drift to the stroke
+        # all rests lie on one side of the stroke: they do not show the drift until the stroke
         rests = [max(rests, key=lambda rest_in_air: rest_in_air[1].size)]
     (t0, rows_before), (t1, rows_after) = rests[0], rests[-1]
-    mean_before, variance, dof = _mean(force[:, rows_before])
+    mean_before, variance, dof = _mean_with_variance(force[:, rows_before])
     if len(rests) == 1:
         unseen = _unseen_drift(drift_N_per_min, abs(stroke_time - t0) / 60)
         away = time[rows_before] - t0
         trend = force[:, rows_before] @ away / float(away @ away) * (stroke_time - t0)
         return Zero(mean_before[:, None], variance + unseen, dof, trend_N=(trend[0], trend[1]))
-    mean_after, last_variance, last_dof = _mean(force[:, rows_after])
+    mean_after, last_variance, last_dof = _mean_with_variance(force[:, rows_after])
     share = np.clip((time - t0) / (t1 - t0), 0, 1)
     line = mean_before[:, None] * (1 - share) + mean_after[:, None] * share
-    # the larger of the two: an upper bound for any mix of the two means
+    # the larger variance is an upper bound for any mix of the two means
     variance = np.maximum(variance, last_variance)
     change = mean_after - mean_before
     return Zero(line, variance, min(dof, last_dof), (float(change[0]), float(change[1])))
 
 
 def zero_of_log(force: FloatArray, drift_N_per_min: float, age_min: float) -> Zero:
-    """Take the zero of a run from another log, recorded without load.
+    """Estimate the zero of a run from another log, recorded without load.
 
-    `force`: shape (2, n), N. Between that log and the stroke the zero may have drifted, for `age_min`.
+    `force`: Forces of that log, N, shape (2, n).
+    `age_min`: Time between that log and the stroke, in which the zero may have drifted, minutes.
     """
-    if force.shape[1] < _FEWEST:
-        raise Refused("short-zero-log", found=force.shape[1], wanted=_FEWEST)
-    mean, variance, dof = _mean(force)
+    if force.shape[1] < _FEWEST_SAMPLES:
+        raise Refused("short-zero-log", found=force.shape[1], wanted=_FEWEST_SAMPLES)
+    mean, variance, dof = _mean_with_variance(force)
     return Zero(mean[:, None], variance + _unseen_drift(drift_N_per_min, age_min), dof)
 
 
 def _unseen_drift(drift_N_per_min: float, minutes: float) -> float:
-    """Variance of a zero, N^2, that nothing showed for so long: any drift up to the largest is equally likely."""
+    """Variance of a zero, N^2, that was not seen for some minutes: any drift up to the largest is equally likely."""
     return (drift_N_per_min * minutes) ** 2 / 3
 
 
 def change_within(force: FloatArray) -> tuple[float, float]:
-    """How far the component that moves most moves in a log without load, N, and that as a multiple of its noise.
+    """Return the change of the zero within a log without load, N, and this change divided by the noise.
 
-    `force`: shape (2, n), N. Means of tenths of the log are compared; the noise is that within a tenth.
+    The change is the range of the means of ten parts of the log, for the component with the larger range; the noise is
+    the standard deviation within a part. `force`: N, shape (2, n).
     """
-    count = max(1, min(_TENTHS, force.shape[1] // _FEWEST))
+    count = max(1, min(_TENTHS, force.shape[1] // _FEWEST_SAMPLES))
     tenths = np.array_split(force, count, axis=1)
     change = np.ptp([tenth.mean(axis=1) for tenth in tenths], axis=0)
     noise = np.median([tenth.std(axis=1) for tenth in tenths], axis=0)
@@ -285,19 +304,20 @@ def change_within(force: FloatArray) -> tuple[float, float]:
 
 
 def stated_zero(stated: ZeroSettings, transducer: Transducer) -> Zero:
-    """The zero that the config states, the same in every run."""
+    """Return the zero that the config states, the same in every run."""
     force = (sensor_to_lab(transducer) @ np.array(stated.readings_N))[::-1]
     variance = np.full(2, (stated.sd_N or 0.0) ** 2)
     return Zero(force[:, None], variance, GIVEN_DOF)
 
 
 def fewest_for_zero(time: FloatArray) -> int:
-    """Count the samples in half a second of a slow transducer; `MIN_SAMPLES` at 100 Hz and faster."""
+    """Fewest samples of a stretch in air: those of half a second, at least 10 and at most `MIN_SAMPLES`."""
     step = median(np.diff(time)) if time.size > 1 else 0.0
-    return max(_FEWEST, min(MIN_SAMPLES, round(0.5 / step))) if step > 0 else MIN_SAMPLES
+    return max(_FEWEST_SAMPLES, min(MIN_SAMPLES, round(0.5 / step))) if step > 0 else MIN_SAMPLES
 
 
-def _mean(force: FloatArray) -> tuple[FloatArray, FloatArray, float]:
+def _mean_with_variance(force: FloatArray) -> tuple[FloatArray, FloatArray, float]:
+    """Return mean, its variance (allows for autocorrelation) and degrees of freedom; `force`: shape (2, n)."""
     mean = force.mean(axis=1)
     count = force.shape[1]
     variance, dof = weighted_sum_variance(force - mean[:, None], np.ones(count))

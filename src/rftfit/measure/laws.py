@@ -27,28 +27,29 @@ if TYPE_CHECKING:
 _CHOSEN = chosen("measure", "laws")
 
 _ONE_DEPTH = 1e-10
-"""Share of the logarithm of depth, in squares, that rounding leaves where all depths are one."""
+"""Smallest part of the squared basis that remains for the exponent: with a single depth only rounding errors remain."""
 
 
 class DepthLaw(NamedTuple):
-    """Law by which stress grows with depth, and the depth at which alpha is its stress over depth, cm.
+    """Law by which stress grows with depth.
 
-    Without a depth alpha is the slope, which a power of depth does not have.
+    `at_cm`: Depth at which alpha is stress over depth, cm. With an infinite depth alpha is the slope of a line; a power
+    of depth has no such slope.
     """
 
     name: Literal["through_zero", "free_intercept", "power"] = "through_zero"
     at_cm: float = math.inf
 
     def fit(self, depth: FloatArray, stress: FloatArray) -> list[Fitted]:
-        """Fit each component of stress, N/cm^2, shape (k, n), at depths in cm, shape (n,); not through zero."""
+        """Fit each component of stress, N/cm^2, shape (k, n), at depths in cm, shape (n,); not for ``through_zero``."""
         if self.name == "power":
             return [power_fit(depth, component, self.at_cm) for component in stress]
         return intercept_fits(depth, stress, self.at_cm)
 
     def shares(self, depth: FloatArray, stress: FloatArray) -> FloatArray:
-        """Share of the stress over depth at each depth in alpha of them all, shape (n,).
+        """Weights of the runs of a horizontal cell, shape (n,): alpha is the sum of weight times stress over depth.
 
-        `depth`, `stress`: shape (n,); Of level runs, cm and N/cm^2, at two depths or more.
+        `depth`, `stress`: cm and N/cm^2, shape (n,), at two depths or more.
         """
         if self.name == "through_zero":
             return depth**2 / max(float(depth @ depth), 1e-9)
@@ -62,10 +63,13 @@ LINE_THROUGH_ZERO = DepthLaw()
 class Fitted:
     """A law with two parameters, fitted to one component of stress.
 
-    `alpha`: Stress over depth where the laws are compared, N/cm^3. `gain`: shape (n,); Its change for
-    a change of the stress of each sample, 1/cm. `design`: shape (2, n); What each parameter does. `residual`:
-    shape (n,); Residuals, N/cm^2. `exponent`: Of depth; NaN where no power fits. `exponent_gain`: shape (n,); Its
-    change for a change of each stress, cm^2/N.
+    `alpha`: Stress over depth at the depth where the laws are compared, N/cm^3.
+    `gain`: Derivatives of `alpha` by the stress of each sample, 1/cm, shape (n,).
+    `design`: Derivatives of the stress by each parameter, shape (2, n).
+    `residual`: Residuals, N/cm^2, shape (n,).
+    `exponent`: Exponent of depth; NaN where no power fits.
+    `lever`: Relative change of `alpha` for depths that are 1 cm off, 1/cm.
+    `exponent_gain`: Derivatives of `exponent` by the stress of each sample, cm^2/N, shape (n,).
     """
 
     alpha: float
@@ -73,12 +77,12 @@ class Fitted:
     design: FloatArray
     residual: FloatArray
     exponent: float = 1.0
-    lever: float = 0.0  # a line's own intercept has found the surface
+    lever: float = 0.0  # a free intercept absorbs a surface that is off
     exponent_gain: FloatArray | None = None
 
     @property
     def exponent_se(self) -> float:
-        """Standard error of the exponent by the scatter of the samples; NaN where there is none."""
+        """Standard error of the exponent from the scatter of samples; NaN where no power fits or samples are few."""
         if self.exponent_gain is None or self.residual.size < FEWEST or math.isnan(self.exponent):
             return math.nan
         variance, _ = weighted_sum_variance(self.residual[None], self.exponent_gain, self.design)
@@ -86,13 +90,13 @@ class Fitted:
 
 
 Laws = dict[str, list[Fitted]]
-"""By law, then by component."""
+"""Fits by the name of the law, then one a component."""
 
 
 def other_laws(depth: FloatArray, stress: FloatArray, at_cm: float) -> Laws | None:
     """Fit a line with a free intercept and a power of depth; None along a level path.
 
-    `depth`: shape (n,), cm. `stress`: shape (k, n), N/cm^2. `at_cm`: Where the laws are compared.
+    `depth`: cm, shape (n,). `stress`: N/cm^2, shape (k, n). `at_cm`: Depth at which the laws are compared.
     """
     if level_path(depth):
         return None
@@ -103,7 +107,7 @@ def other_laws(depth: FloatArray, stress: FloatArray, at_cm: float) -> Laws | No
 
 
 def intercept_fits(depth: FloatArray, stress: FloatArray, at_cm: float) -> list[Fitted]:
-    """Fit lines with a free intercept: stress over depth at a depth, and at an infinite one the slope."""
+    """Fit lines with a free intercept. Alpha is stress over depth at `at_cm`; if that is infinite, the slope."""
     intercept, slope = free_intercept(depth, stress)
     line, centred = np.stack([np.ones_like(depth), depth]), depth - depth.mean()
     gain_of_slope = centred / (centred @ centred)
@@ -115,23 +119,27 @@ def intercept_fits(depth: FloatArray, stress: FloatArray, at_cm: float) -> list[
 
 
 def power_fit(depth: FloatArray, stress: FloatArray, at_cm: float) -> Fitted:
-    """Fit stress = alpha at (depth / at)^p by Gauss and Newton; where no power fits, by its tangent at p = 1.
+    """Fit stress = alpha at (depth / at)^p by least squares (Gauss-Newton).
 
-    One depth tells no power: alpha, gain and exponent are NaN.
+    `depth` and `stress`: cm and N/cm^2, shape (n,). Each step is linear in two functions of depth: the power (`shape`),
+    and its derivative by the exponent p (`bent`). Where no power fits, alpha comes from these functions at p = 1, and
+    the exponent is NaN. If all depths are equal, alpha, gain and exponent are NaN.
     """
     above = np.maximum(depth, 1e-6)
     log, p, fits = np.log(above / at_cm), 1.0, True
+    # `shape` and `bent` are views of the first two rows, filled anew in each step
     shape, bent, _ = rows = np.stack([log, log, stress])
     for steps_left in range(_CHOSEN.steps, -1, -1):
         np.multiply(np.exp(p * log, out=shape), log, out=bent)
         (square, across, with_shape), (_, of_log, with_log) = (rows[:2] @ rows.T).tolist()
+        # part of `bent` that is orthogonal to `shape`
         alone = of_log - across**2 / square if square > 0 else 0.0
         if not alone > _ONE_DEPTH * of_log:
             nothing = np.full(depth.size, math.nan)
             return Fitted(math.nan, nothing, rows[:2], nothing, math.nan, math.nan)
         size = with_shape / square
         bent_share = (with_log - size * across) / alone
-        # a component that is not felt has no exponent
+        # a component without stress has no exponent
         step = bent_share / size if size else 0.0
         if not fits or abs(step) < _CHOSEN.small or not steps_left:
             break
@@ -154,18 +162,18 @@ def power_fit(depth: FloatArray, stress: FloatArray, at_cm: float) -> Fitted:
 
 @dataclass(frozen=True)
 class Crust:
-    """A peak of stress near the surface: its depth, cm, and how far it lies above the line through the deeper part, relative."""
+    """Peak of stress near the surface: its depth, cm, and its relative excess over the line through the deeper part."""
 
     depth_cm: float
     excess: float
 
 
 def find_crust(depth: FloatArray, stress: FloatArray) -> Crust | None:
-    """Find a peak from which stress falls once and then grows to the end; None where there is none.
+    """Find a peak near the surface, after which stress falls once and then grows to the end; None where there is none.
 
-    Stick-slip and stones, from which it falls again and again by about as much, are no crust.
+    With stick-slip or stones stress falls repeatedly by similar amounts: this is no crust.
 
-    `depth`, `stress`: shape (n,), cm and N/cm^2 of a push, in the order of recording.
+    `depth`, `stress`: Samples of a push in the order of recording, cm and N/cm^2, shape (n,).
     """
     width = max(depth.size // _CHOSEN.crust_smooth, 3)
     if depth.size < 3 * _CHOSEN.crust_smooth or not depth[-1] > depth[0]:
@@ -189,14 +197,18 @@ def find_crust(depth: FloatArray, stress: FloatArray) -> Crust | None:
 
 
 PATCHES = 0.04
-"""Standard deviation of an exponent by patches of 3 % and 2 cm in a bed: 0.04 to 0.06 in windows of 3 to 8 cm."""
+"""Standard deviation of an exponent by denser and looser patches in a bed (3 %, 2 cm wide): 0.04 to 0.06 in windows
+of 3 to 8 cm."""
 
 LEVELLED_CM = 0.05
-"""Standard deviation of the free surface of a bed that is levelled by a blade."""
+"""Standard deviation of the free surface of a bed that is levelled by a blade, cm."""
 
 
 def ordinary_surface(errors: ErrorSettings) -> tuple[float, float]:
-    """Standard deviations of the free surface from run to run and common to all runs, cm: as levelled, or more as stated."""
+    """Standard deviations of the free surface from run to run and common to all runs, cm.
+
+    Each is `LEVELLED_CM`, or the stated one if that is larger.
+    """
     stated_mm = errors.surface_run_mm or 0.0, errors.surface_session_mm or 0.0
     run_cm, session_cm = (max(LEVELLED_CM, size_mm / 10) for size_mm in stated_mm)
     return run_cm, session_cm
@@ -204,7 +216,7 @@ def ordinary_surface(errors: ErrorSettings) -> tuple[float, float]:
 
 @lru_cache(maxsize=512)
 def exponent_lever(top_cm: float, end_cm: float) -> float:
-    """Change of the exponent in a window for a surface that lies lower by 1 cm, 1/cm."""
+    """Size of the change of the exponent fitted in a window if the surface is 1 cm off, 1/cm."""
     depth = np.linspace(max(top_cm, 0.005 * end_cm), end_cm, 60)
     small = 0.02 * end_cm
     lower, higher = (
@@ -214,15 +226,16 @@ def exponent_lever(top_cm: float, end_cm: float) -> float:
 
 
 def replace_slope(slope: Slope, law_fits: Sequence[Fitted]) -> Slope:
-    """Put another law's stress over depth, or its slope, in the place of the slope through zero, with its error."""
+    """Replace alpha and its errors in a slope by those of another law; `law_fits`: one fit a component."""
     noise, dof = np.array(
         [weighted_sum_variance(fit.residual[None], fit.gain, fit.design) for fit in law_fits],
         dtype=object,
     ).T
     scatter = np.array([float(variance[0]) for variance in noise])
-    moved = np.array([float(fit.gain.sum()) for fit in law_fits])
-    shift = slope.shift * moved**2
-    tare = np.sqrt(slope.tare_share * scatter + slope.shift_of_tare * moved**2)
+    # change of alpha if all stresses are off by 1, as by an error of the zero
+    change_by_zero = np.array([float(fit.gain.sum()) for fit in law_fits])
+    shift = slope.shift * change_by_zero**2
+    tare = np.sqrt(slope.tare_share * scatter + slope.shift_of_tare * change_by_zero**2)
     alpha = np.array([fit.alpha for fit in law_fits])
     return replace(
         slope,

@@ -1,4 +1,4 @@
-"""Which rows of a log are not used, and the ledger that accounts for every row and keeps doubts about runs."""
+"""The ledger: it accounts for every row of every log, used or not, and keeps the flags of runs."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from rftfit.measure.flags import REASON, Remark, attach_run, reason_cells, remar
 
 
 class RowStatus(IntEnum):
-    """Why a row must not be used; small enough to be kept for every sample."""
+    """Reason why a row must not be used, as a small number that is kept for every sample."""
 
     GOOD = 0
     MOTION_GAP = 1
@@ -40,11 +40,12 @@ class RowStatus(IntEnum):
 
     @property
     def code(self) -> str:
-        """Its code in the ledger."""
+        """Code of this status in the ledger."""
         return self.name.lower().replace("_", "-")
 
 
 USED, DROPPED, LOST = "used", "dropped", "lost"
+"""Fates of rows; the instrument counted lost rows, but they are in no file."""
 COLUMNS = ["run_id", "medium", "kind", "file", "fate", *REASON, "rows"]
 _FAULT = "this is a fault of the program, please report it"
 
@@ -59,15 +60,18 @@ class Ledger:
     flags: list[Remark] = field(default_factory=list)
 
     def add(self, run: Run, file: str, fate: str, rows: int, *reason: Remark) -> None:
-        """Count `rows` lines of one file, 0 of a missing one; `LOST`: the instrument alone counted them."""
+        """Count `rows` lines of one file, 0 for a missing file.
+
+        `fate`: `USED`, `DROPPED`, or `LOST` for rows that the instrument counted but the file lacks.
+        """
         self.counts[run.run_id, run.medium, run.kind, file, fate, reason] += int(rows)
 
     def flag(self, run: Run, *flags: Remark) -> None:
-        """Note doubts about a run that do not stop it."""
+        """Keep flags of a run: doubts that do not make it useless."""
         self.flags += attach_run(run.run_id, flags)
 
     def add_rows(self, run: Run, why: np.ndarray, used_as: str) -> None:
-        """Count the rows of a force log by the `RowStatus` of each; `used_as` codes the use of good rows."""
+        """Count the rows of a force log by their `RowStatus`; `used_as` is the code of the use of good rows."""
         for number, count in enumerate(np.bincount(why)):
             if count:
                 status = RowStatus(number)
@@ -75,7 +79,7 @@ class Ledger:
                 self.add(run, run.force_log, fate, count, remark(code))
 
     def leave_out(self, runs: Mapping[str, Remark]) -> None:
-        """Count the used rows of some runs as dropped, each for its reason."""
+        """Count the used rows of some runs as dropped; `runs`: run_ids, each with its reason."""
         for key in [key for key in self.counts if key[0] in runs and key[4] == USED]:
             rows = self.counts.pop(key)
             self.counts[*key[:4], DROPPED, (runs[key[0]],)] += rows
@@ -87,7 +91,7 @@ class Ledger:
 
 
 def join(parts: Sequence[pd.DataFrame]) -> pd.DataFrame:
-    """Join ledgers; a run in air that serves several media is read for each but counted once."""
+    """Join ledgers; a run in air that serves several media is read for each medium but counted once."""
     book = pd.concat(
         [book_of_stage.fillna({"medium": ""}) for book_of_stage in parts], ignore_index=True
     )
@@ -104,8 +108,9 @@ def check_ledger(
 ) -> None:
     """Compare the ledger with the run sheet, and with the number of rows in each log that was read.
 
-    `runs`: Table of the ingest stage. `same_table`: Runs with force and motion in one table, where
-    lines that hold both are counted once. `expected`: Runs that must be in the ledger.
+    `runs`: Table of the ingest stage.
+    `same_table`: Runs with force and motion in the same lines of one table, which are counted once.
+    `expected`: Runs that must be in the ledger.
     """
     absent = sorted(set(expected) - set(book["run_id"]))
     if absent:
@@ -127,10 +132,10 @@ def check_ledger(
 
 USED_AS = {"plate": "slope", "leg": "leg-curve", "rod": "tare", "leg_air": "tare"}
 USED_AS["robot"] = "mean-speed"
-"""What rows of each kind of run are used for, as the codes of the ledger."""
+"""Main use of the rows of each kind of run, as a code of the ledger."""
 
 
 def runs_with_result(ledger: pd.DataFrame) -> set[str]:
-    """Runs of a ledger that gave a slope, a leg curve, a tare or a speed."""
+    """Return the runs of a ledger with used rows, in a slope, a leg curve, a tare or a speed."""
     is_main_use = ledger["reason_code"] == ledger["kind"].map(USED_AS)
     return {*ledger.loc[(ledger["fate"] == USED) & is_main_use & (ledger["rows"] > 0), "run_id"]}

@@ -15,6 +15,7 @@ from rftfit.measure.ledger import USED, Ledger, RowStatus
 from rftfit.measure.samples import split_runs
 
 STEP_DEG = 1.0
+"""Step of theta over which the force is averaged."""
 LEG_COLUMNS = [
     "medium",
     "leg",
@@ -34,8 +35,9 @@ def leg_curves(
 ) -> tuple[pd.DataFrame, Ledger]:
     """Average the tared force of every leg run of a medium over steps of theta.
 
-    `status` and `tared` are tables of the ingest and tare stages. The errors of the zero are the
-    same along a curve.
+    `status`, `tared`: Tables of the ingest and tare stages.
+    Returns a row for each run and step of theta, and the ledger of the used rows. The errors of the zero are the same
+    along a curve.
     """
     ledger = Ledger()
     rows_by_run = split_runs(tared)

@@ -1,4 +1,4 @@
-"""Runs at one level or at two: median of runs, clusters of values, and consecutive runs with a shifted level."""
+"""Levels of a number in many runs: its median, two clusters of values, and consecutive runs with a shifted level."""
 
 from __future__ import annotations
 
@@ -12,16 +12,17 @@ from rftfit.conventions import FloatArray
 Mask = npt.NDArray[np.bool_]
 
 FEW_RUNS = 3
+"""Fewest runs whose median has a standard error."""
 
 _DEVIATION_OF_MEAN = math.sqrt(math.pi / 2)
 """Standard deviation of normal numbers over their mean deviation from the median."""
 
 MODES, _LEAST_SPREAD, _CLUSTER = 8.0, 0.03, 0.2
-"""Two clusters: least difference in spreads; least spread, cm or ratio; least share of the runs."""
+"""Limits of two clusters: least difference over spread; least spread, cm or ratio; least share of the runs."""
 
 
 def median(values: FloatArray) -> float:
-    """Median of finite values, shape (n,), as numpy's, NaN of none; without its checks, which take longer than a log's median."""
+    """Median of finite values, shape (n,); NaN of none. Without the checks that take `numpy.median` most time."""
     if not values.size:
         return math.nan
     half = values.size // 2
@@ -32,10 +33,11 @@ def median(values: FloatArray) -> float:
 
 
 def median_of_runs(values: FloatArray) -> tuple[float, float]:
-    """Median of some runs and its standard error, from their scatter; NaN for fewer than three.
+    """Return the median of some runs and its standard error, from their scatter; NaN for fewer than three.
 
-    In few runs the median deviation is small by chance: of nine, it is exceeded 50 times as often as Student's t says. The
-    mean deviation follows Student's t.
+    The scatter is the mean deviation, with which the ratio of error to standard error follows Student's t. The median
+    deviation of few runs is often too small by chance: of nine runs, limits are exceeded 50 times as often as Student's
+    t says.
     """
     if values.size < FEW_RUNS:
         return math.nan, math.nan
@@ -45,16 +47,18 @@ def median_of_runs(values: FloatArray) -> tuple[float, float]:
     return middle, 1.2533 * scatter / math.sqrt(values.size)
 
 
-def _fewest(count: int) -> int:
+def _fewest_in_cluster(count: int) -> int:
+    """Fewest runs of a cluster among `count` runs."""
     return max(FEW_RUNS + 1, math.ceil(_CLUSTER * count))
 
 
 def two_clusters(values: FloatArray) -> tuple[float, Mask] | None:
     """Split values into two clusters and mark one of them; None where there is only one cluster.
 
-    Marked is the smaller cluster or, of two equal ones, the one farther from 0; also returns how clear the split is.
+    Returns how clear the split is (at least 1), and True for the values of the smaller cluster; of two equally large
+    clusters, for that farther from 0.
     """
-    count, fewest = values.size, _fewest(values.size)
+    count, fewest = values.size, _fewest_in_cluster(values.size)
     best: tuple[float, Mask] = (1.0, np.zeros(count, dtype=bool))
     least_deviation = math.inf
     ranks = np.empty(count, dtype=int)
@@ -77,14 +81,20 @@ def two_clusters(values: FloatArray) -> tuple[float, Mask] | None:
     return clear, above if mark_above else ~above
 
 
-_RANK = 1e-9
+_LEAST_SINGULAR_VALUE = 1e-9
+"""Singular value, relative to the largest, below which columns depend on each other."""
 _MOST_ENDS = 300
-"""A stretch begins or ends at so many places at most."""
+"""Largest number of places at which a stretch may begin or end, to limit the search."""
 
 
 def shifted_runs(common: FloatArray, start: FloatArray, sigma: FloatArray) -> Mask:
-    """Find the consecutive runs whose common shift of `start` is the most significant, in standard errors."""
-    count, fewest = start.size, _fewest(start.size)
+    """Find the consecutive runs whose common shift of `start` is most significant, and mark them, shape (runs,).
+
+    `common`: Columns of effects that all runs share and that are fitted beside the shift, shape (runs, k).
+    `start`: Values of the runs, with standard errors `sigma`, shape (runs,).
+    If the shifted runs are more than half, the others are marked.
+    """
+    count, fewest = start.size, _fewest_in_cluster(start.size)
     ends = np.unique(np.linspace(0, count, min(count, _MOST_ENDS) + 1).astype(int))
     first, last = (ends[k] for k in np.triu_indices(ends.size, 1))
     fits = (last - first >= fewest) & (count - (last - first) >= fewest)
@@ -93,10 +103,11 @@ def shifted_runs(common: FloatArray, start: FloatArray, sigma: FloatArray) -> Ma
         return in_stretch
     first, last = first[fits], last[fits]
     basis, sizes, _ = np.linalg.svd(common / sigma[:, None], full_matrices=False)
-    # what they have in common twice, or not at all, takes no freedom
-    basis = basis[:, sizes > _RANK * sizes.max(initial=0.0)]
+    # columns that depend on each other take one degree of freedom
+    basis = basis[:, sizes > _LEAST_SINGULAR_VALUE * sizes.max(initial=0.0)]
     scaled_residual = start / sigma
     scaled_residual = scaled_residual - basis @ (basis.T @ scaled_residual)
+    # sums over each stretch, as differences of cumulative sums
     sums = np.zeros((count + 1, 2 + basis.shape[1]))
     sums[1:] = np.cumsum(
         np.column_stack([scaled_residual, 1 / sigma, basis]) / sigma[:, None], axis=0
@@ -105,5 +116,4 @@ def shifted_runs(common: FloatArray, start: FloatArray, sigma: FloatArray) -> Ma
     free = np.maximum(power - np.sum(np.square(shared), axis=0), 1e-9)
     best = int(np.argmax(np.abs(along) / np.sqrt(free)))
     in_stretch[first[best] : last[best]] = True
-    # the smaller part is the other one
     return in_stretch if 2 * in_stretch.sum() <= count else ~in_stretch

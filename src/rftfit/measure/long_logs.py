@@ -1,4 +1,4 @@
-"""Logs of more rows than a fit can use: read part by part, and kept as means of neighbouring readings."""
+"""Read logs with more rows than a fit can use: part by part, and as means of neighbouring readings."""
 
 from __future__ import annotations
 
@@ -16,34 +16,35 @@ from rftfit.measure.flags import AVERAGED
 from rftfit.table.parse import add_counts
 
 MOST_ROWS = 1 << 20
-"""Rows of a log up to which each reading is kept; of a longer one so many means are kept, or up to half as many."""
+"""Most rows of a log of which each reading is kept; of a longer log at most this number of means, and at least half."""
 LEAST_BYTES = 8 * MOST_ROWS
-"""Size of the smallest text of so many rows: four cells of one digit, and what parts them."""
+"""Size of the smallest text with `MOST_ROWS` rows: four cells of one digit, and the separators between them."""
 
-# Of a stage that reads logs or samples: `make largelogs` measures that it takes no more.
+# memory of a stage that reads logs or samples; `make largelogs` measures that it needs no more
 _START_MB = 350
 _PART_MB = 400
 _ROW_BYTES = 300
 _ROW_BYTES_IN_FILE = 20
-"""Fewest bytes of a row in a usual log; where rows are longer, the need comes out too large."""
+"""Fewest bytes of a row in a usual log; where rows are longer, the estimate of memory is too large."""
 
 Treat = Callable[[Log], Log]
 
 
 @dataclass(frozen=True)
 class LongLog:
-    """A log that may have more than `MOST_ROWS` rows, by its size; nothing of it is read yet."""
+    """A log that may have more than `MOST_ROWS` rows by the size of its file, which is not read yet."""
 
     reader: Reader
     path: Path
 
 
 class RowTreatment(NamedTuple):
-    """What is done with the rows of a log.
+    """Three steps by which the rows of a log are treated.
 
-    `convert`: Turns columns of the file into quantities, row by row. `clean`: Leaves out rows by what is beside them.
-    `renew`: Leaves the rows that are new readings, of which means may be taken. `limits`: Size of each quantity from
-    which on it is saturated.
+    `convert`: Turns columns of the file into quantities, row by row.
+    `clean`: Leaves out rows that neighbouring rows show to be wrong.
+    `renew`: Leaves out rows that repeat a reading, before means are taken.
+    `limits`: Size of each quantity at which it is saturated.
     """
 
     convert: Treat
@@ -53,15 +54,16 @@ class RowTreatment(NamedTuple):
 
 
 def may_be_long(path: Path) -> bool:
-    """Whether a file is so large that it is read part by part."""
-    return _size(path) > LEAST_BYTES
+    """Return True if a file is so large that it must be read part by part."""
+    return _file_size(path) > LEAST_BYTES
 
 
 @dataclass(frozen=True)
 class MemoryNeed:
-    """What the stages that read some logs, or the samples of them, need.
+    """Memory that a stage needs to read some logs, or their samples.
 
-    `megabytes`: Of memory, at most. `long_logs`: Files that may have more than `MOST_ROWS` rows, and their size in bytes.
+    `megabytes`: Largest need of memory.
+    `long_logs`: Files that may have more than `MOST_ROWS` rows, with their sizes in bytes.
     """
 
     megabytes: int
@@ -69,15 +71,16 @@ class MemoryNeed:
 
 
 def memory_need(raw: Path, names: Iterable[str]) -> MemoryNeed:
-    """Tell from the sizes of some logs, by their names below the folder `raw`, how much memory they need."""
-    sizes = {name: size for name in names if (size := _size(raw / name))}
+    """Estimate how much memory some logs need, from their sizes; `names`: files below the folder `raw`."""
+    sizes = {name: size for name in names if (size := _file_size(raw / name))}
     long_logs = {name: size for name, size in sizes.items() if size > LEAST_BYTES}
     rows = sum(min(MOST_ROWS, size / _ROW_BYTES_IN_FILE) for size in sizes.values())
     part_MB = _PART_MB if long_logs else 0
     return MemoryNeed(math.ceil(_START_MB + part_MB + rows * _ROW_BYTES / 1e6), long_logs)
 
 
-def _size(path: Path) -> int:
+def _file_size(path: Path) -> int:
+    """Size of a file in bytes; 0 if it cannot be read."""
     try:
         return path.stat().st_size
     except OSError:
@@ -85,33 +88,33 @@ def _size(path: Path) -> int:
 
 
 def read_long_log(log: LongLog, treatment: RowTreatment) -> Log:
-    """Read a log, keeping at most `MOST_ROWS` rows: those of the file, or means of 2, 4, 8, ... neighbours.
+    """Read a log, keeping at most `MOST_ROWS` rows: the rows of the file, or means of 2, 4, 8, ... neighbours.
 
     Parameters
     ----------
     log : LongLog
-        What is to be read.
+        The log to be read.
     treatment : RowTreatment
-        Rows are cleaned in parts of about `MOST_ROWS`, and the means once more, so that what lies at the edge of two
-        parts is seen.
+        Steps by which rows are treated. Parts of about `MOST_ROWS` rows are cleaned, and then the means once more, to
+        find wrong rows at the edge between two parts.
 
     Returns
     -------
     Log
-        With the rows that went into means counted under `AVERAGED`. A file of fewer than `MOST_ROWS` rows gives what
-        it gives when it is read as a whole.
+        The log, with the rows that went into means counted under `AVERAGED`. A file of fewer than `MOST_ROWS` rows
+        gives the same log as when it is read as a whole.
 
     Raises
     ------
     LogError
-        With the data lines of the whole file, if it cannot be used.
+        If the log cannot be used; its `rows` are the data lines of the whole file.
     """
     means: list[Log] = []
     count = 1
-    parts = _parts(log)
+    parts = _read_parts(log)
     for part in parts:
         if not means and part.rows < MOST_ROWS:
-            # the part is the file
+            # the first part is already the whole file
             return treatment.clean(treatment.convert(part))
         try:
             converted = treatment.convert(part)
@@ -126,10 +129,10 @@ def read_long_log(log: LongLog, treatment: RowTreatment) -> Log:
         while sum(mean.size for mean in means) > MOST_ROWS:
             count *= 2
             means = [average(mean, 2, treatment.limits) for mean in means]
-    return treatment.clean(_join(means))
+    return treatment.clean(_join_means(means))
 
 
-def _parts(log: LongLog) -> Iterator[Log]:
+def _read_parts(log: LongLog) -> Iterator[Log]:
     """Yield the log in parts of `MOST_ROWS` rows, or a little more; the last may be shorter."""
     blocks: list[Log] = []
     rows = 0
@@ -149,9 +152,9 @@ def _parts(log: LongLog) -> Iterator[Log]:
 
 
 def average(log: Log, count: int, limits: Mapping[str, float]) -> Log:
-    """Put the mean in place of each `count` rows, the last of which may be fewer.
+    """Replace every `count` rows by their mean; the last mean may be of fewer rows.
 
-    `limits`: Size of each quantity from which on it is saturated: of such readings the largest stands for all.
+    `limits`: Size of each quantity at which it is saturated: a saturated reading replaces the mean of its rows.
     """
     if count == 1 or log.size < 2:
         return log
@@ -161,19 +164,21 @@ def average(log: Log, count: int, limits: Mapping[str, float]) -> Log:
     for name, readings in log.columns.items():
         columns[name] = np.add.reduceat(readings, starts) / lengths
         if name in limits:
-            columns[name] = _with_saturated(columns[name], readings, starts, limits[name])
+            columns[name] = _keep_saturated(columns[name], readings, starts, limits[name])
     dropped = add_counts(log.dropped, {AVERAGED: log.size - starts.size})
     return replace(log, columns=columns, dropped=dropped, labels={})
 
 
-def _with_saturated(
+def _keep_saturated(
     means: FloatArray, readings: FloatArray, starts: np.ndarray, limit: float
 ) -> FloatArray:
+    """Replace the means of rows that hold a saturated reading by that reading."""
     highest, lowest = (np.maximum.reduceat(readings, starts), np.minimum.reduceat(readings, starts))
     return np.where(highest >= limit, highest, np.where(lowest <= -limit, lowest, means))
 
 
-def _join(parts: list[Log]) -> Log:
+def _join_means(parts: list[Log]) -> Log:
+    """Join parts of a log, with their notes of when rows were left out."""
     stretches: dict[str, tuple[tuple[float, float], ...]] = {}
     for part in parts:
         for reason, when in part.stretches.items():

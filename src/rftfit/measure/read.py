@@ -1,4 +1,4 @@
-"""Read the two logs of each run of a campaign: quantities in the units of the program, rows that count, a time that grows."""
+"""Read the two logs of each run of a campaign: quantities in the units of the program, without bad rows."""
 
 from __future__ import annotations
 
@@ -21,22 +21,20 @@ from rftfit.measure.long_logs import LongLog, RowTreatment, may_be_long, read_lo
 
 
 def read_logs(campaign: Campaign, runs: Sequence[Run]) -> Iterator[tuple[Run, Logs]]:
-    """Read the logs of many runs, in their order; whatever is wrong with them is told, not raised.
+    """Read the logs of many runs, in their order; an unusable log is returned as its error, not raised.
 
-    Some runs are read at a time, which is faster than one by one and keeps memory flat.
+    Runs are read in groups of `_AT_A_TIME`: this is faster than one by one and limits memory.
     """
     zeros: dict[tuple[str, ...], Log | LogError] = {}
     for start in range(0, len(runs), _AT_A_TIME):
         runs_together = runs[start : start + _AT_A_TIME]
         zeros |= _read_zeros(campaign, runs_together, zeros)
-        both = [
-            LogOfRun(run, key, getattr(run, key)) for run in runs_together for key in _KEYS_OF_LOGS
-        ]
-        logs = iter(_read(campaign, both))
+        both = [LogOfRun(run, key, getattr(run, key)) for run in runs_together for key in _LOG_KEYS]
+        logs = iter(_load_logs(campaign, both))
         for run, force_log, motion_log in zip(runs_together, logs, logs, strict=True):
-            force = _usable(campaign, run, run.force_log, force_log, _force_rows)
-            motion = _usable(campaign, run, run.motion_log, motion_log, _motion_rows)
-            yield run, Logs(force, motion, zeros.get(_zero(run)))
+            force = _treat_log(campaign, run, run.force_log, force_log, _force_rows)
+            motion = _treat_log(campaign, run, run.motion_log, motion_log, _motion_rows)
+            yield run, Logs(force, motion, zeros.get(_zero_key(run)))
 
 
 def _force_of_columns(campaign: Campaign, run: Run, log: Log) -> Log:
@@ -46,7 +44,7 @@ def _force_of_columns(campaign: Campaign, run: Run, log: Log) -> Log:
         log_columns.chain_units(campaign.config),
     )
     log = readings.without_missing(log, campaign.config.force_log.missing)
-    log = log_columns.loads(log, campaign.calibration, units)
+    log = log_columns.convert_gauges(log, campaign.calibration, units)
     log = log_columns.map_columns(log, source, units, "force_log")
     return log_columns.check_complete(log, run, log_columns.FORCE_QUANTITIES, "force")
 
@@ -58,12 +56,12 @@ def _motion_of_columns(campaign: Campaign, run: Run, log: Log) -> Log:
     log = readings.without_missing(log, config.motion_log.missing)
     log = log_columns.map_columns(log, source, units, "motion_log")
     if not {"z", "along"}.isdisjoint(log.columns):
-        log = log_columns.completed(log, run, units, config.arm.middle_x_mm / 10)
+        log = log_columns.complete_motion_log(log, run, units, config.arm.middle_x_mm / 10)
     return log_columns.check_complete(log, run, log_columns.MOTION_QUANTITIES, "motion")
 
 
 def _force_rows(campaign: Campaign, run: Run) -> RowTreatment:
-    """What is done with the rows of a force log: time grows, and no reading stands alone."""
+    """Treatment of the rows of a force log: afterwards time increases, and no reading stands alone."""
     transducer = campaign.config.transducer
     channels = log_columns.FORCE_QUANTITIES[1:]
     limits = [NEAR_FULL_RANGE * limit for limit in transducer.range_N]
@@ -76,7 +74,7 @@ def _force_rows(campaign: Campaign, run: Run) -> RowTreatment:
 
 
 def _motion_rows(campaign: Campaign, run: Run) -> RowTreatment:
-    """What is done with the rows of a motion log: time grows, and no position stands alone or is held."""
+    """Treatment of the rows of a motion log: afterwards time increases, and no position stands alone or is held."""
     return RowTreatment(
         convert=partial(_motion_of_columns, campaign, run),
         clean=lambda log: readings.without_holds(
@@ -89,12 +87,12 @@ def _motion_rows(campaign: Campaign, run: Run) -> RowTreatment:
 
 _AT_A_TIME = 32
 """Runs that are read together."""
-_KEYS_OF_LOGS: tuple[LogKey, LogKey] = ("force_log", "motion_log")
+_LOG_KEYS: tuple[LogKey, LogKey] = ("force_log", "motion_log")
 
 
 @dataclass(frozen=True)
 class Logs:
-    """Force and motion log of one run, and its log without load; an unusable one is its error."""
+    """Force and motion log of one run, and its zero log (recorded without load); an unusable log is its error."""
 
     force: Log | LogError
     motion: Log | LogError
@@ -102,44 +100,46 @@ class Logs:
 
     @property
     def problems(self) -> list[Remark]:
-        """What is wrong with unusable logs."""
+        """Errors of the unusable logs."""
         logs = (self.force, self.motion, self.zero)
-        # one file that holds both says it once
+        # a file that holds both logs has the same error twice
         return list(dict.fromkeys(quoted(log) for log in logs if isinstance(log, LogError)))
 
 
 def _read_zeros(
     campaign: Campaign, runs: Sequence[Run], zeros_read: Mapping[tuple[str, ...], Log | LogError]
 ) -> dict[tuple[str, ...], Log | LogError]:
-    """Read the logs without load that some runs name and nobody has read yet, each once."""
-    # of several runs with one zero log the first
+    """Read the zero logs of some runs, each once, without those in `zeros_read`."""
+    # reversed, so that the first of several runs with the same zero log counts
     run_of_zero = {
-        _zero(run): run for run in reversed(runs) if run.zero_log and _zero(run) not in zeros_read
+        _zero_key(run): run
+        for run in reversed(runs)
+        if run.zero_log and _zero_key(run) not in zeros_read
     }
-    logs = _read(
+    logs = _load_logs(
         campaign, [LogOfRun(run, "force_log", run.zero_log) for run in run_of_zero.values()]
     )
     return {
-        key: _usable(campaign, run, run.zero_log, log, _force_rows)
+        key: _treat_log(campaign, run, run.zero_log, log, _force_rows)
         for (key, run), log in zip(run_of_zero.items(), logs, strict=True)
     }
 
 
-def _zero(run: Run) -> tuple[str, str, str]:
-    """The zero log of a run, and which of its rows and columns are the run's."""
+def _zero_key(run: Run) -> tuple[str, str, str]:
+    """Key of the zero log of a run: its file, and the rows and columns of it that the run uses."""
     return run.zero_log, run.force_where, run.force_columns
 
 
 class LogOfRun(NamedTuple):
-    """A log that is to be read: the run it is of, the section of the config that describes it, its file."""
+    """A log to be read: its run, the section of the config that describes it, its file."""
 
     run: Run
     key: LogKey
     file: str
 
 
-def _read(campaign: Campaign, logs: Sequence[LogOfRun]) -> list[Log | LongLog | LogError]:
-    """Read some logs in their order; a long one is left to be read part by part."""
+def _load_logs(campaign: Campaign, logs: Sequence[LogOfRun]) -> list[Log | LongLog | LogError]:
+    """Read some logs in their order; a long log is returned unread, to be read part by part later."""
     reader_by_form: dict[tuple[str, str, str], tuple[Reader, bool]] = {}
     read_or_long: list[tuple[Reader, Path] | LongLog] = []
     for run, key, file in logs:
@@ -147,9 +147,9 @@ def _read(campaign: Campaign, logs: Sequence[LogOfRun]) -> list[Log | LongLog | 
         form = key, getattr(run, f"{kind}_where"), getattr(run, f"{kind}_columns")
         if form not in reader_by_form:
             source = source_of(campaign.config, run, key)
-            # a column that changes by a rate counts from the first row of the file
+            # a column that changes at a stated rate counts from the first row of the file, so that file is read as a whole
             has_rate = any(chosen.rate is not None for chosen in source.columns.values())
-            reader_by_form[form] = _reader(campaign, source, key), has_rate
+            reader_by_form[form] = _make_reader(campaign, source, key), has_rate
         reader, has_rate = reader_by_form[form]
         path = campaign.raw / file
         is_long = not has_rate and may_be_long(path)
@@ -158,14 +158,14 @@ def _read(campaign: Campaign, logs: Sequence[LogOfRun]) -> list[Log | LongLog | 
     return [log if isinstance(log, LongLog) else next(at_once) for log in read_or_long]
 
 
-def _usable(
+def _treat_log(
     campaign: Campaign,
     run: Run,
     file: str,
     log: Log | LongLog | LogError,
     treatment_of: Callable[[Campaign, Run], RowTreatment],
 ) -> Log | LogError:
-    """Turn a log into what the chain takes, or say why it cannot be used, by the name in the run sheet."""
+    """Convert and clean a log, or return the error why not; its message names `file` as the run sheet does."""
     treatment = treatment_of(campaign, run)
     try:
         if isinstance(log, LogError):
@@ -174,13 +174,13 @@ def _usable(
             return read_long_log(log, treatment)
         return treatment.clean(treatment.convert(log))
     except LogError as error:
-        # the folder of the raw data is the reader's business, not the ledger's
+        # the ledger names files without the folder of the raw data
         text = str(error).replace(str(campaign.raw / file), file)
         return LogError(error.code, text, error.rows)
 
 
 def same_table(config: Config, run: Run) -> bool:
-    """Tell whether force and motion of a run are the same rows of one table: a line may hold both."""
+    """Return True if force and motion of a run are read from the same rows of one file."""
 
     def table(key: LogKey) -> tuple[object, ...]:
         source = source_of(config, run, key)
@@ -191,19 +191,19 @@ def same_table(config: Config, run: Run) -> bool:
 
 
 def readers(campaign: Campaign, run: Run | None = None) -> tuple[Reader, Reader]:
-    """Return the readers of force and of motion logs, of the columns only that the config names.
+    """Return the readers of force and motion logs, which read only the columns that the config names.
 
-    `run`: Whose row of the run sheet may name others.
+    `run`: Run whose row of the run sheet may replace columns of the config.
     """
     config = campaign.config
     force, motion = (
-        getattr(config, key) if run is None else source_of(config, run, key)
-        for key in _KEYS_OF_LOGS
+        getattr(config, key) if run is None else source_of(config, run, key) for key in _LOG_KEYS
     )
-    return _reader(campaign, force, "force_log"), _reader(campaign, motion, "motion_log")
+    return _make_reader(campaign, force, "force_log"), _make_reader(campaign, motion, "motion_log")
 
 
-def _reader(campaign: Campaign, source: AnyLog, key: LogKey) -> Reader:
+def _make_reader(campaign: Campaign, source: AnyLog, key: LogKey) -> Reader:
+    """Make the reader of a log; it reads all columns if the config names none."""
     calibration = campaign.calibration
     gauges = calibration.gauges if calibration is not None else ()
     reader = source_reader(source, campaign.config.dialect, key)

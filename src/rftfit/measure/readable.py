@@ -1,4 +1,4 @@
-"""What would become of the logs of a campaign, before it is run."""
+"""Measure the logs of a campaign before it is run, to report runs that it would drop or doubt."""
 
 from __future__ import annotations
 
@@ -17,16 +17,19 @@ from rftfit.measure.tables import ingest_table
 from rftfit.measure.tare import TARE_KINDS, tare_medium
 
 LARGEST_BYTES = 20_000_000
-"""Larger logs are left to the run itself."""
+"""Size of the largest log that is read for this report, bytes."""
 
 _AT_A_TIME, _ROWS = 256, 500
+"""Runs measured at a time, and rows kept of each run of a table."""
 
 
 @dataclass
 class Opened:
-    """What was found in the logs of some runs: a problem for each sort of reason, with how many runs it holds for.
+    """Result of reading the logs of some runs.
 
-    `runs`: whose logs were read; `passed_over`: with a log that is too large.
+    `problems`: One for each sort of reason, with the runs that have it.
+    `runs`: Number of runs whose logs were read.
+    `passed_over`: Number of runs with a log that is too large.
     """
 
     problems: list[Problem] = field(default_factory=list)
@@ -35,11 +38,11 @@ class Opened:
 
 
 def open_logs(campaign: Campaign) -> list[Opened]:
-    """Measure each medium as the run does, and say which runs it would drop, or doubt, and why."""
+    """Measure each medium as `rftfit run` does, and report which runs it would drop or doubt, and why."""
     form = campaign.config.table
     if form is not None and form.holds == "alpha":
         return []
-    sizes = {run.run_id: _sizes(campaign, run) for run in campaign.runs}
+    sizes = {run.run_id: _log_sizes(campaign, run) for run in campaign.runs}
     large = {
         name
         for name, sizes_of_logs in sizes.items()
@@ -57,25 +60,25 @@ def open_logs(campaign: Campaign) -> list[Opened]:
 def _open_medium(
     campaign: Campaign, medium: str, large: set[str], absent: set[str], clocks: SessionClocks | None
 ) -> Opened:
-    """Measure one medium; `large` and `absent`: runs with a log that is too large, or missing.
+    """Measure one medium. A problem is an error if it leaves no plate and no leg of the medium, else a warning.
 
-    Where no plate and no leg of a medium would be left, that is an error, else a warning.
+    `large`, `absent`: run_ids with a log that is too large, or missing.
     """
     preview = Opened()
     form = campaign.config.table
     all_runs = campaign.runs_of(medium)
     runs = [run for run in all_runs if form or not {run.run_id, run.tare_run} & large]
     preview.passed_over = len(all_runs) - len(runs)
-    reasons, flags = _measured(_thin(campaign) if form else campaign, medium, runs, clocks)
+    reasons, flags = _measure_runs(_thin_out(campaign) if form else campaign, medium, runs, clocks)
     if form:
-        # a part of the rows may give no alpha where all give one, not the other way round
+        # some rows may give no alpha where all rows give one, so refused runs are measured again with all
         refused_runs = [run for run in runs if reasons[run.run_id]]
-        reasons |= _measured(campaign, medium, refused_runs, clocks)[0]
-        flags = {  # of all else the table's own reader has warned
+        reasons |= _measure_runs(campaign, medium, refused_runs, clocks)[0]
+        flags = {  # the reader of the table has already warned of all other flags
             run: tuple(flag for flag in flags_of_run if flag.code == "gives-back")
             for run, flags_of_run in flags.items()
         }
-    # the sheet has reported the others
+    # excluded and absent runs are already reported with the run sheet
     opened = [run for run in runs if not run.excluded and run.run_id not in absent]
     preview.runs = len(opened)
     refused: dict[str, dict[Run, Remark]] = defaultdict(dict)
@@ -93,7 +96,7 @@ def _open_medium(
         (doubted, "flagged", "flagged"),
     ):
         for members in members_by_code.values():
-            place = _place(medium, list(members), len(opened), f"would be {fate}")
+            place = _make_place(medium, list(members), len(opened), f"would be {fate}")
             text = str(next(iter(members.values())))
             preview.problems.append(Problem(f"logs.{code}", place, None, text, severity=severity))
         severity = "warning"
@@ -103,13 +106,13 @@ def _open_medium(
 _Remarks = dict[str, tuple[Remark, ...]]
 
 
-def _measured(
+def _measure_runs(
     campaign: Campaign, medium: str, runs: list[Run], clocks: SessionClocks | None
 ) -> tuple[_Remarks, _Remarks]:
-    """Reasons and flags of some runs, by run_id."""
+    """Measure some runs; return their reasons and their flags, by run_id."""
     reasons: _Remarks = {}
     flags: _Remarks = {}
-    for portion in _portions(runs):
+    for portion in _split_runs(runs):
         part_campaign = replace(campaign, runs=portion)
         if campaign.numbers:
             samples, status, book = ingest_table(part_campaign, medium)
@@ -129,8 +132,8 @@ def _measured(
     return reasons, flags
 
 
-def _thin(campaign: Campaign) -> Campaign:
-    """The campaign of a table with some hundred rows of each run."""
+def _thin_out(campaign: Campaign) -> Campaign:
+    """Return the campaign of a table with at most about `_ROWS` rows of each run."""
     numbers = {
         name: {column: values[:: 1 + values.size // _ROWS] for column, values in columns.items()}
         for name, columns in campaign.numbers.items()
@@ -138,8 +141,8 @@ def _thin(campaign: Campaign) -> Campaign:
     return replace(campaign, numbers=numbers)
 
 
-def _portions(runs: list[Run]) -> Iterator[tuple[Run, ...]]:
-    """Part runs so that memory stays flat; a tare is in each portion that subtracts it."""
+def _split_runs(runs: list[Run]) -> Iterator[tuple[Run, ...]]:
+    """Split runs into portions, to limit memory; a tare is in each portion that subtracts it."""
     tares = {run.run_id: run for run in runs if run.kind in TARE_KINDS}
     for start in range(0, len(runs), _AT_A_TIME):
         portion = runs[start : start + _AT_A_TIME]
@@ -147,11 +150,13 @@ def _portions(runs: list[Run]) -> Iterator[tuple[Run, ...]]:
         yield tuple(dict.fromkeys([*portion, *tare_runs]))
 
 
-def _sizes(campaign: Campaign, run: Run) -> list[int | None]:
+def _log_sizes(campaign: Campaign, run: Run) -> list[int | None]:
+    """Sizes of the logs of a run, bytes; None for a missing file."""
     return [campaign.size_of(log) for log in (run.force_log, run.motion_log, run.zero_log) if log]
 
 
-def _place(medium: str, members: list[Run], n_runs: int, fate: str) -> Place:
+def _make_place(medium: str, members: list[Run], n_runs: int, fate: str) -> Place:
+    """Make the place of a problem, which names the runs that have it."""
     count = f"{len(members)} of {n_runs} runs" if len(members) > 1 else "1 run"
     named = join_words([f"{run.run_id} (row {run.row})" for run in members])
     return Place(f"{medium}, {count} {fate}: {named}")

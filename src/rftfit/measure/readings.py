@@ -1,4 +1,4 @@
-"""Which rows of a log count: those that mean no data, run backwards, stand alone, are away or repeat what was before do not."""
+"""Leave out rows of a log: no data, time backwards, readings that stand alone, stay away or repeat the one before."""
 
 from __future__ import annotations
 
@@ -38,11 +38,11 @@ from rftfit.table.units import TIME_TO_S
 _CHOSEN = chosen("measure", "readings")
 
 AWAY_S = 1.0
-"""Readings that are away from the others for longer may be right."""
+"""Longest time for which readings away from the others count as wrong, s; readings that stay longer may be right."""
 
 
 def rows_within(time: FloatArray, seconds: float) -> int:
-    """Count the rows of an increasing time, shape (n,), s, within so many seconds, on average."""
+    """Mean number of rows in some `seconds`, at least `FEWEST_ROWS`; `time`: increasing, in the same unit."""
     duration = float(time[-1] - time[0]) if time.size > 1 else 0.0
     return (
         max(FEWEST_ROWS, round(seconds * (time.size - 1) / duration)) if duration else FEWEST_ROWS
@@ -57,9 +57,9 @@ def without_spikes(log: Log, quantities: Sequence[str], limits: Sequence[float] 
     log : Log
         In the order of time.
     quantities : sequence of str
-        Columns that are looked at; one that the log lacks is no fault.
+        Columns that are searched; a column that the log lacks is passed over.
     limits : sequence of float, optional
-        Size of each at which its range ends: readings that stay there are saturated, and are told as such.
+        Size of each quantity at which its range ends: readings that stay there are kept, as they are saturated.
 
     Returns
     -------
@@ -81,42 +81,44 @@ def without_spikes(log: Log, quantities: Sequence[str], limits: Sequence[float] 
             readings = log.columns[quantity]
             spikes = find_spikes(readings, most_rows)
             if spikes.any():
-                spikes = _but_saturated(spikes, readings, limit)
+                spikes = _keep_saturated(spikes, readings, limit)
                 _check_share(log, quantity, spikes)
                 alone |= spikes
             held |= find_held(readings)
     if not (alone.any() or held.any()):
         return log
     lengths = np.zeros(log.size, dtype=int)
-    for start, stop in _stretches(alone):
+    for start, stop in _find_stretches(alone):
         lengths[start:stop] = stop - start
     away = alone & (lengths > FEWEST_ROWS)
-    log = _without(log, away, AWAY)
+    log = _leave_out(log, away, AWAY)
     left = ~away
     log = log.take(~alone[left], LONE)
     left &= ~alone
-    return _without(log, held[left], HELD_READING)
+    return _leave_out(log, held[left], HELD_READING)
 
 
-def _but_saturated(spikes: Mask, readings: FloatArray, limit: float) -> Mask:
-    """Leave in the stretches of readings that stay at the end of the range, `limit` from zero."""
+def _keep_saturated(spikes: Mask, readings: FloatArray, limit: float) -> Mask:
+    """Unmark the stretches of spikes that stay at the end of the range: these readings are saturated."""
     is_saturated = np.abs(readings) >= limit
-    for start, stop in _stretches(spikes):
+    for start, stop in _find_stretches(spikes):
         if stop - start > FEWEST_ROWS and is_saturated[start:stop].all():
             spikes[start:stop] = False
     return spikes
 
 
-def _without(log: Log, is_bad: Mask, reason: str) -> Log:
-    """Leave out rows, and note when they were read."""
+def _leave_out(log: Log, is_bad: Mask, reason: str) -> Log:
+    """Leave out bad rows, and note the times of their stretches under `reason`."""
     time = log.columns["time"]
-    when = tuple((float(time[start]), float(time[stop - 1])) for start, stop in _stretches(is_bad))
+    when = tuple(
+        (float(time[start]), float(time[stop - 1])) for start, stop in _find_stretches(is_bad)
+    )
     log = log.take(~is_bad, reason)
     return replace(log, stretches={**log.stretches, reason: when}) if when else log
 
 
-def _stretches(is_bad: Mask) -> list[tuple[int, int]]:
-    """First row and the one behind the last of each stretch of rows."""
+def _find_stretches(is_bad: Mask) -> list[tuple[int, int]]:
+    """Return the first row of each stretch of bad rows, and the row after its last one."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], is_bad, [0]])))
     return [*zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)]
 
@@ -136,7 +138,7 @@ def without_lone_positions(log: Log) -> Log:
 
 
 def _check_share(log: Log, quantity: str, alone: Mask) -> None:
-    """Refuse a log in which nobody knows which readings of a quantity are the good ones."""
+    """Refuse a log in which so many readings stand alone that the good ones are not known."""
     if np.count_nonzero(alone) > MOST_SHARE * alone.size:
         text = (
             f"{log.path}: {alone.sum()} of {alone.size} readings of {quantity} stand alone, far from "
@@ -156,14 +158,15 @@ def without_missing(log: Log, missing: Sequence[float]) -> Log:
     return log.take(~absent, NO_DATA)
 
 
-# --- Positions that are written again and again until a slower program reads the arm anew.
+# --- Held positions: written again and again until a slower program reads the arm anew.
 
 
 class Holds(NamedTuple):
-    """How long positions stay the same while the arm moves.
+    """Held positions: rows that repeat a position while the arm moves.
 
-    `rows`: Usual number of equal positions in a row, 1 where each is new. `step`: Usual change from one to the next.
-    `is_regular`: Whether all positions are whole steps apart, as those of a coarse sensor, too, would be.
+    `rows`: Usual number of equal positions in sequence; 1 where each position is new.
+    `step`: Usual change from one position to the next different one.
+    `is_regular`: True if all positions are whole steps apart, which a coarse sensor could cause too.
     """
 
     rows: int
@@ -172,13 +175,13 @@ class Holds(NamedTuple):
 
 
 def find_holds(position: FloatArray) -> Holds:
-    """Judge the positions of one axis in the order of time, shape (n,)."""
+    """Find how positions of one axis are held; `position`: in the order of time, shape (n,)."""
     each_is_new = Holds(1, 0.0, is_regular=True)
     repeats = np.count_nonzero(position[1:] == position[:-1])
     if 3 * repeats < position.size:
-        # most positions are there once, however the repeats lie
+        # most positions occur once, wherever the repeats are
         return each_is_new
-    starts, lengths = _runs(position)
+    starts, lengths = _equal_stretches(position)
     level = position[starts]
     if level.size < _CHOSEN.fewest_levels or 2 * np.count_nonzero(lengths > 1) < lengths.size:
         return each_is_new
@@ -196,22 +199,22 @@ def find_holds(position: FloatArray) -> Holds:
 def without_holds(log: Log) -> Log:
     """Leave out the rows that repeat the position of an arm that moves, and count them.
 
-    Only where positions are no whole steps apart: else they may be those of a coarse sensor, and each row counts.
+    If positions are whole steps apart, nothing is left out: a coarse sensor makes them too, and then each row counts.
     """
     position = moving_axis(log)
     holds = find_holds(position)
     if holds.rows < 2 or holds.is_regular:
         return log
-    starts, lengths = _runs(position)
+    starts, lengths = _equal_stretches(position)
     since = np.arange(position.size) - np.repeat(starts, lengths)
     length = np.repeat(lengths, lengths)
-    # an arm that rested began to move within the last hold; its rest is read as often as its way
+    # a rest is a long stretch, in which one row of each hold counts; the arm starts during its last hold
     at_rest = (length > _CHOSEN.usual * holds.rows) & (since <= length - holds.rows)
     return log.take((since == 0) | (at_rest & (since % holds.rows == 0)), HELD)
 
 
 def moving_axis(log: Log) -> FloatArray:
-    """Position along the axis that moves most; the angle of a leg whose axle stays where it is."""
+    """Position along the axis, x or z, with the larger range; the angle if neither moves (a leg on a fixed axle)."""
     x, z, angle = (log.columns[name] for name in ("x", "z", "angle"))
     ranges = [np.ptp(x), np.ptp(z)]
     if not max(ranges) > 0:
@@ -219,8 +222,8 @@ def moving_axis(log: Log) -> FloatArray:
     return x if ranges[0] > ranges[1] else z
 
 
-def _runs(position: FloatArray) -> tuple[np.ndarray, np.ndarray]:
-    """First places and lengths of equal positions in a row."""
+def _equal_stretches(position: FloatArray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the first row and the length of each stretch of equal positions."""
     starts = np.flatnonzero(np.concatenate([[True], position[1:] != position[:-1]]))
     return starts, np.diff(np.append(starts, position.size))
 
@@ -249,26 +252,27 @@ def clean(log: Log) -> Log:
         return log
     latest = np.concatenate([[-np.inf], np.maximum.accumulate(time)[:-1]])
     forward = time > latest
-    if np.count_nonzero(forward) * 2 <= forward.size or _starts_again(forward):
+    if np.count_nonzero(forward) * 2 <= forward.size or _has_second_recording(forward):
         text = f"{log.path}: time does not increase in {np.count_nonzero(~forward)} of {time.size} rows"
         raise LogError("time", f"{text}; {_why_time_stands(time)}", log.rows)
     return log.take(forward, BACKWARDS)
 
 
 def _with_even_stamps(log: Log) -> Log:
-    """Spread the times of rows that were stamped on arrival, a packet at once, evenly over each packet, and note it.
+    """Spread the times of rows evenly over each packet, if a packet of rows was stamped when it arrived, and note it.
 
-    A logger that takes several readings at once and then waits has such stamps too: of these, readings change from
-    packet to packet and not within one.
+    A logger that takes several readings at once and then waits has similar stamps, which are kept: its readings change
+    from packet to packet, but not within one.
     """
     time = log.columns["time"]
     steps = time[1:] - time[:-1]
     if not steps.size:
         return log
     usual_step = (time[-1] - time[0]) / steps.size
-    # where half of the steps are short another one is long, and most logs have none
+    # packets need many short steps and some long ones; this quick test sorts out most logs
     if steps.max() < 1.5 * usual_step or not 0 <= 2 * np.median(steps) < usual_step:
         return log
+    # a long step ends a packet; most packets must have the same number of rows
     ends = np.flatnonzero(steps > usual_step)
     lengths = np.diff(ends)
     rows = int(np.median(lengths)) if ends.size > _CHOSEN.fewest_packets else 0
@@ -280,8 +284,9 @@ def _with_even_stamps(log: Log) -> Log:
     usual_interval = float(np.median(interval))
     in_packet = time[ends] - time[starts[:-1]]
     readings = [values for name, values in log.columns.items() if name != "time"]
-    if np.median(in_packet) * 2 > usual_interval or not _changes_within(readings, starts):
+    if np.median(in_packet) * 2 > usual_interval or not _changes_evenly(readings, starts):
         return log
+    # the stamp is the time of the last row of a packet; the rows before lie evenly back to the packet before
     lengths = np.diff(starts, append=time.size)
     step = np.minimum(np.append(usual_interval, interval) / lengths, usual_interval / rows)
     to_last = np.repeat(starts + lengths - 1, lengths) - np.arange(time.size)
@@ -291,8 +296,12 @@ def _with_even_stamps(log: Log) -> Log:
     return replace(log, columns=columns, stretches={**log.stretches, ON_ARRIVAL: when})
 
 
-def _changes_within(readings: Sequence[FloatArray], starts: npt.NDArray[np.intp]) -> bool:
-    """Tell whether a reading changes within packets as from packet to packet, in the column that tells best."""
+def _changes_evenly(readings: Sequence[FloatArray], starts: npt.NDArray[np.intp]) -> bool:
+    """Return True if readings change as fast within packets as from packet to packet.
+
+    The column with the smallest error decides.
+    `starts`: First row of each packet.
+    """
     best_error, is_even = math.inf, False
     for values in readings:
         lengths = np.diff(starts, append=values.size)
@@ -312,27 +321,28 @@ def _changes_within(readings: Sequence[FloatArray], starts: npt.NDArray[np.intp]
 
 
 def _without_hour_set_back(log: Log) -> Log:
-    """Go on with the time of a clock that was set back once by whole hours, as at the end of summer, and note it."""
+    """Undo one step back of the time by whole hours, as at the end of daylight saving time, and note it."""
     time = log.columns["time"]
     steps = np.diff(time)
     back = np.flatnonzero(steps < 0)
     hour = HOUR_S / TIME_TO_S.get(log.units.get("time", ""), 1.0)
     if back.size != 1:
         return log
-    place = int(back[0])
-    hours = round(-float(steps[place]) / hour)
-    usual = float(np.median(steps))
-    if not hours or abs(steps[place] + hours * hour - usual) > USUAL_STEPS * usual:
+    row = int(back[0])
+    hours = round(-float(steps[row]) / hour)
+    usual_step = float(np.median(steps))
+    # without the whole hours the step must be a usual one
+    if not hours or abs(steps[row] + hours * hour - usual_step) > USUAL_STEPS * usual_step:
         return log
-    ahead = time.copy()
-    ahead[place + 1 :] += hours * hour
-    when = ((float(time[place]), float(ahead[place + 1])),)
-    columns = {**log.columns, "time": ahead}
+    corrected_time = time.copy()
+    corrected_time[row + 1 :] += hours * hour
+    when = ((float(time[row]), float(corrected_time[row + 1])),)
+    columns = {**log.columns, "time": corrected_time}
     return replace(log, columns=columns, stretches={**log.stretches, SET_BACK: when})
 
 
 def _why_time_stands(time: FloatArray) -> str:
-    """Say what a time that does not grow probably is, and the cure."""
+    """Describe the probable cause of a time that does not increase, and the cure."""
     steps = np.diff(time)
     n_backward = np.count_nonzero(steps < 0)
     if n_backward * 10 > np.count_nonzero(steps == 0):
@@ -353,24 +363,25 @@ def _why_time_stands(time: FloatArray) -> str:
 
 
 _LONGEST_BACK = 0.1
+"""Largest share of the rows that may lie behind an earlier time without being another recording."""
 
 
-def _starts_again(forward: npt.NDArray[np.bool_]) -> bool:
-    """Whether time goes back and runs on from there over a tenth of the rows: another recording stands below."""
+def _has_second_recording(forward: npt.NDArray[np.bool_]) -> bool:
+    """Return True if time goes back and runs on from there for many rows: another recording follows in the file."""
     edges = np.flatnonzero(np.diff(np.concatenate([[1], forward, [1]])))
     lengths = np.diff(edges)[::2]
     return bool(lengths.max(initial=0) > max(_LONGEST_BACK * forward.size, 20))
 
 
 USUAL_STEPS = 1.5
-"""A step longer than so many usual ones has lost a reading."""
+"""Number of usual steps above which a step of time is a gap, in which a reading was lost."""
 
 
 def gaps(time: FloatArray, longest_s: float) -> FloatArray:
-    """Start and end of every step of an increasing time that is too long: (k, 2), s.
+    """Return start and end of every gap in an increasing time, s, shape (k, 2).
 
-    That is longer than `longest_s` and than the steps of this log: a log of ten readings a second
-    has no gap because 0.1 s is not exactly 0.1 s.
+    A gap is a step longer than `longest_s` and clearly longer than the usual step of this log: rounded times of a log
+    of ten readings a second make no gaps.
     """
     steps = time[1:] - time[:-1]
     late = np.flatnonzero(steps > longest_s)

@@ -1,9 +1,9 @@
-"""How repeats scatter: one estimate for the errors of alpha and for the comparison of media.
+"""Scatter of repeats: one estimate for the errors of alpha and for the comparison of media.
 
-The force of a run differs from that of its direction along itself, as a bed is looser or denser as a whole, and across, as
-grains differ from patch to patch. Both standard deviations are in proportion to the force, with a floor in weak directions:
-variance along = s^2 (|alpha|^2 + f^2 |alpha|_max^2) / (1 + f^2), and across likewise. Few repeats tell s and hardly f, so all
-`FLOORS` are kept, each with the likelihood that the repeats give it.
+The force of a run differs from the mean of its direction along that mean, as a bed is looser or denser as a whole, and
+across it (at right angles), as grains differ from patch to patch. Both standard deviations are in proportion to the
+force, with a floor f for weak directions: variance along = s^2 (|alpha|^2 + f^2 |alpha|_max^2) / (1 + f^2), and the
+same across. Few repeats determine s but hardly f, so all `FLOORS` are kept, each weighted by its likelihood.
 """
 
 from __future__ import annotations
@@ -19,34 +19,35 @@ import numpy.typing as npt
 from rftfit.conventions import FloatArray
 
 FLOORS = np.array([0.0, 0.05, 0.1, 0.2, 0.4, 1.0, 3.0])
-"""Shares f of the largest force that weak directions scatter with; the last one is nearly the same scatter everywhere."""
+"""Floors f, as fractions of the largest force. With the last one the scatter is nearly the same in all directions."""
 
 USUAL_FLOORS = np.array([0.15, 0.3, 0.4, 0.12, 0.03, 0.0, 0.0])
 """Probability of each floor before any repeat is seen."""
 
 _SCATTERS = np.exp(np.linspace(math.log(1e-4), math.log(3.0), 500))
-"""Relative scatters s at the largest force whose likelihood is compared; the least one counts as none."""
+"""Values of s, the relative scatter at the largest force, whose likelihoods are compared; the smallest counts as 0."""
 
 _NO_VARIANCE = 1e-30
+"""Least variance in a likelihood, as repeats may be equal, (N/cm^3)^2."""
 
 
 class Repeats(NamedTuple):
-    """Directions with their runs, each array of shape (directions,).
+    """Repeats of each direction; all arrays have shape (directions,).
 
     Attributes
     ----------
     dof : ndarray
-        Runs less one.
+        Number of runs minus one.
     along, across : ndarray
-        Squares of the runs about their mean, along the mean force and across, summed, (N/cm^3)^2.
+        Sum of squares of the runs about their mean, along the mean force and across, (N/cm^3)^2.
     across_known : ndarray of bool
-        Whether all runs have both components.
+        True if all runs have both components.
     noise_along, noise_across : ndarray
-        Variance of a single run that its log shows, (N/cm^3)^2.
+        Variance of a single run by the errors that its log shows, (N/cm^3)^2.
     size : ndarray
-        Size of the force, N/cm^3.
+        Size of the mean force, N/cm^3.
     largest : ndarray
-        The largest force of the medium, N/cm^3.
+        Largest force of the medium, N/cm^3.
     """
 
     dof: FloatArray
@@ -60,14 +61,14 @@ class Repeats(NamedTuple):
 
 
 def joined(repeats: Iterable[Repeats]) -> Repeats:
-    """Directions of several media together."""
+    """Join the directions of several media."""
     return Repeats(*(np.concatenate(arrays) for arrays in zip(*repeats, strict=True)))
 
 
 def along_and_across(alpha: FloatArray, variance: FloatArray) -> tuple[float, float, float, float]:
-    """Squares of runs about their mean, summed, along the mean and across, and the mean variances of their logs likewise.
+    """Return the sums of squares of runs about their mean, along the mean force and across, and the mean variances.
 
-    `alpha`, `variance`: of the runs, z and x, shape (2, runs).
+    `alpha`, `variance`: Alpha and the variance that the log shows, z and x, shape (2, runs).
     """
     mean = alpha.mean(axis=1)
     units = unit_vectors(mean)
@@ -77,7 +78,7 @@ def along_and_across(alpha: FloatArray, variance: FloatArray) -> tuple[float, fl
 
 
 def unit_vectors(force: FloatArray) -> FloatArray:
-    """Unit vectors along a force, shape (2, ...), and across it: shape (2, 2, ...); along z where there is no force."""
+    """Unit vectors along a force, shape (2, ...), and across it: shape (2, 2, ...). Along z without a force."""
     size = np.hypot(*force)
     along = np.where(size > 0, force, np.array([1.0, 0.0]).reshape(2, *[1] * size.ndim))
     along = along / np.where(size > 0, size, 1.0)
@@ -86,16 +87,16 @@ def unit_vectors(force: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True)
 class RunScatter:
-    """Scatter of single runs about the alpha of their direction, for each of `FLOORS`.
+    """Scatter of single runs about the alpha of their direction, for each floor in `FLOORS`.
 
     Attributes
     ----------
     along, across : ndarray, shape (floors,)
-        Standard deviations along the force and across, relative to the force, at the largest one.
+        Relative standard deviations along the force and across, for the largest force.
     weight : ndarray, shape (floors,)
         Probability of each floor.
     dof : float
-        Degrees of freedom of the repeats that show it, and of what was known beforehand.
+        Degrees of freedom of the repeats and of the prior together.
     """
 
     along: FloatArray
@@ -104,12 +105,12 @@ class RunScatter:
     dof: float
 
     def relative(self) -> tuple[float, float]:
-        """Standard deviations along and across the largest force, relative to it."""
+        """Relative standard deviations along and across the largest force, averaged over the floors."""
         along, across = (math.sqrt(self.weight @ s**2) for s in (self.along, self.across))
         return along, across
 
     def covariance(self, alpha: FloatArray, size: FloatArray, largest: float) -> FloatArray:
-        """Covariance of single runs, shape (n, 2, 2), of forces along `alpha`, shape (2, n), of this `size`, shape (n,)."""
+        """Covariance of single runs, shape (n, 2, 2), for forces along `alpha`, shape (2, n), of `size`, shape (n,)."""
         level = level_of_floors(size, largest)
         covariance = np.zeros((size.size, 2, 2))
         for unit, s in zip(unit_vectors(alpha), (self.along, self.across), strict=True):
@@ -117,9 +118,10 @@ class RunScatter:
         return covariance
 
     def variance_at(self, alpha: FloatArray, component: int, largest: float) -> tuple[float, float]:
-        """Variance of a component of single runs where alpha is `alpha`, shape (2,), and its degrees of freedom.
+        """Return the variance of a component of single runs, and its degrees of freedom.
 
-        The degrees of freedom hold what the repeats leave open of both scatters and of the floor.
+        `alpha`: Alpha of the direction, N/cm^3, shape (2,). `component`: 0 for z, 1 for x. The degrees of freedom
+        account for the errors of both scatters and for the unknown floor.
         """
         shares = unit_vectors(alpha)[:, component] ** 2
         level = level_of_floors(np.hypot(*alpha)[None], largest)[:, 0]
@@ -134,13 +136,16 @@ class RunScatter:
 
 
 def level_of_floors(size: FloatArray, largest: FloatArray | float) -> FloatArray:
-    """Square of the size of forces (n,) with each floor, relative to that at the largest force: shape (floors, n)."""
+    """Factor of s^2 in the relative variance of forces of `size` (n,), for each floor: shape (floors, n).
+
+    This is the squared size with the floor, divided by its value at the largest force.
+    """
     squares = size**2 + (FLOORS[:, None] * largest) ** 2
     return np.asarray(squares / (1 + FLOORS[:, None] ** 2))
 
 
 def usual_scatter(along: float, across: float) -> RunScatter:
-    """Scatter that is assumed before any repeat is seen, relative to the largest force."""
+    """Make the scatter that is assumed before any repeat is seen, relative to the largest force."""
     by_floor = np.ones(FLOORS.size)
     return RunScatter(along * by_floor, across * by_floor, USUAL_FLOORS, 0.0)
 
@@ -148,14 +153,14 @@ def usual_scatter(along: float, across: float) -> RunScatter:
 def scatter_of_repeats(
     repeats: Repeats, prior: RunScatter | None = None, prior_dof: float = 0.0
 ) -> RunScatter:
-    """Find the most likely scatter of single runs about the mean of their direction, beyond what their logs show.
+    """Find the most likely scatter of single runs about the mean of their direction, besides the errors of their logs.
 
     Parameters
     ----------
     repeats : Repeats
         All directions of one medium or more.
     prior : RunScatter, optional
-        What is known beforehand, worth `prior_dof` degrees of freedom.
+        Scatter that is assumed before, which counts as `prior_dof` degrees of freedom.
 
     Returns
     -------
@@ -165,11 +170,11 @@ def scatter_of_repeats(
     level = level_of_floors(repeats.size, repeats.largest)
     likelihood = np.zeros(FLOORS.size)
     scatters = np.zeros((2, FLOORS.size))
-    ways = (
+    components = (
         (repeats.along, repeats.noise_along, repeats.dof),
         (repeats.across, repeats.noise_across, repeats.dof * repeats.across_known),
     )
-    for way, (squares, noise_variance, dof) in enumerate(ways):
+    for component, (squares, noise_variance, dof) in enumerate(components):
         has_repeats = dof > 0
         for floor in range(FLOORS.size):
             variance = (
@@ -179,10 +184,10 @@ def scatter_of_repeats(
             terms = dof[has_repeats] * np.log(variance) + squares[has_repeats] / variance
             likelihoods = -0.5 * terms.sum(axis=1)
             if prior is not None:
-                usual = (prior.along, prior.across)[way][floor]
+                usual = (prior.along, prior.across)[component][floor]
                 ratio = usual / _SCATTERS
                 likelihoods += prior_dof * (np.log(ratio) - 0.5 * ratio**2)
-            scatters[way, floor], most = _maximum(likelihoods)
+            scatters[component, floor], most = _find_maximum(likelihoods)
             likelihood[floor] += most
     weight = np.exp(likelihood - likelihood.max())
     if prior is not None:
@@ -192,8 +197,8 @@ def scatter_of_repeats(
     )
 
 
-def _maximum(likelihoods: FloatArray) -> tuple[float, float]:
-    """Scatter of the largest likelihood, by a parabola through its neighbours, and that likelihood."""
+def _find_maximum(likelihoods: FloatArray) -> tuple[float, float]:
+    """Return the scatter with the largest likelihood, interpolated by a parabola, and that likelihood."""
     place = int(likelihoods.argmax())
     if place == 0:
         return 0.0, float(likelihoods[0])

@@ -1,4 +1,4 @@
-"""Whether the rods of the rod runs are those of the plate runs, by how the force across that on the plate grows with depth."""
+"""Test whether rod runs and plate runs have the same rods, by the force at right angles to that on the plate."""
 
 from __future__ import annotations
 
@@ -17,7 +17,10 @@ _CHOSEN = chosen("measure", "rods")
 
 
 class TareShare(NamedTuple):
-    """Share of the subtracted tares that was too much: 0.6 of a rod that bears 2.5 times the right one; standard error, and its dof."""
+    """Share of the subtracted tares that was too much, its standard error and the degrees of freedom of that.
+
+    The share is 0.6 for a rod whose force is 2.5 times that of the right rod.
+    """
 
     share: float
     se: float
@@ -25,9 +28,11 @@ class TareShare(NamedTuple):
 
 
 class _Profile(NamedTuple):
-    """Push or pull by steps of depth: mean depth (k,), granular force and tare (2, k), and where samples are, with the tare's name.
+    """Means of a push or pull in k steps of depth.
 
-    `direction`, `path`: Numbers of its direction and of the directions of any plate along its path.
+    `direction`: Number of the direction (beta and gamma). `path`: Number of the path (gamma alone).
+    `depth`: cm, shape (k,). `force`, `tare`: Granular force and subtracted tare, N, shape (2, k).
+    `is_there`: True for steps with enough samples, shape (k,).
     """
 
     direction: int
@@ -42,13 +47,13 @@ class _Profile(NamedTuple):
 def estimate_share_too_much(
     fits: pd.DataFrame, tared: pd.DataFrame, windows: pd.DataFrame, tolerance_deg: float
 ) -> TareShare | None:
-    """Estimate which share of the tares should not have been subtracted; None where the pushes do not tell it.
+    """Estimate which share of the tares should not have been subtracted; None where the pushes do not show it.
 
-    The force on a plate keeps its direction at all depths, by whatever law it grows, and however the bed is packed along
-    the path. The force on a rod grows otherwise, as more and more of the rod is in the bed. So where a tare is too large, a
-    part of the rod's own course is left across the force on the plate. The course is taken from other rods on the same
-    path: the noise of the run's own tare is in its granular force, too. Pulls tell most, since the force on a pulled plate
-    is weak beside that on its rod.
+    The force on a plate keeps its direction at all depths, whatever the law of depth and the packing of the bed. The
+    force on a rod grows by another law, as more and more of the rod is in the bed: its curve over depth bends. So where
+    a tare is too large, some of this bend is left in the force at right angles to that on the plate. The expected bend
+    is taken from other rods on the same path, because the noise of the tare of the run is also in its granular force.
+    Pulls show most, since the force on a pulled plate is weak compared with that on its rod.
 
     Parameters
     ----------
@@ -61,20 +66,20 @@ def estimate_share_too_much(
     -------
     TareShare or None
     """
-    profiles = _profiles(fits, tared, windows, tolerance_deg)
-    first = _estimate(profiles)
+    profiles = _make_profiles(fits, tared, windows, tolerance_deg)
+    first = _estimate_once(profiles)
     if first is None:
         return None
-    # what is left of the rods turns the force a little, so that the plate's own bend is no longer along it
-    mended = [
+    # a wrong tare turns the force a little, and with it the direction across: correct it and estimate again
+    corrected = [
         profile._replace(force=profile.force + first.share * profile.tare) for profile in profiles
     ]
-    second = _estimate(mended)
+    second = _estimate_once(corrected)
     return None if second is None else second._replace(share=first.share + second.share)
 
 
-def _estimate(profiles: list[_Profile]) -> TareShare | None:
-    """Estimate the share by the force across the force that is left on the plate; None where the profiles do not tell it."""
+def _estimate_once(profiles: list[_Profile]) -> TareShare | None:
+    """Estimate the share from the granular force as it is; None where the profiles do not show it."""
     by_path: dict[int, list[_Profile]] = {}
     for profile in profiles:
         by_path.setdefault(profile.path, []).append(profile)
@@ -83,7 +88,7 @@ def _estimate(profiles: list[_Profile]) -> TareShare | None:
         tares = {profile.tare_run: profile for profile in profiles_of_path}
         for profile in profiles_of_path:
             others = [tare for name, tare in tares.items() if name != profile.tare_run]
-            if others and (products := _products(profile, others)) is not None:
+            if others and (products := _bend_products(profile, others)) is not None:
                 sums[profile.direction] = sums.get(profile.direction, np.zeros(3)) + products
     if len(sums) < _CHOSEN.fewest_directions:
         return None
@@ -91,17 +96,17 @@ def _estimate(profiles: list[_Profile]) -> TareShare | None:
     if not of_tare.sum() > 0:
         return None
     share = float(left.sum() / of_tare.sum())
-    # repeats share a tare, so each direction is one witness, with a variance in proportion to that of the course
+    # repeats share a tare, so each direction counts as one measurement; its variance is in proportion to `of_course`
     dof = left.size - 1
     scatter = float(((left - share * of_tare) ** 2 / of_course).sum()) / dof
     se = float(np.sqrt(scatter * of_course.sum()) / of_tare.sum())
     return TareShare(-share, se, dof)
 
 
-def _profiles(
+def _make_profiles(
     fits: pd.DataFrame, tared: pd.DataFrame, windows: pd.DataFrame, tolerance_deg: float
 ) -> list[_Profile]:
-    """Pushes and pulls that have a tare; straight down or up hardly a force of the rod acts across that on the plate."""
+    """Make the profiles of all pushes and pulls that have a tare."""
     is_good = windows["why"].to_numpy() == RowStatus.GOOD
     rows_of_run = split_runs(tared)
     names = ["depth_cm", "force_z_N", "force_x_N", "tare_z_N", "tare_x_N"]
@@ -137,8 +142,12 @@ def _profiles(
     return profiles
 
 
-def _products(profile: _Profile, others: list[_Profile]) -> FloatArray | None:
-    """Products of the course of other rods with the force across, the tare and itself, weighed; None where too few steps are common."""
+def _bend_products(profile: _Profile, others: list[_Profile]) -> FloatArray | None:
+    """Return weighted products of the bend of other rods with those of force, tare and itself, shape (3,).
+
+    A bend is the component across the force on the plate without its line through zero of depth. None where too few
+    steps of depth are common.
+    """
     size = min(profile.depth.size, *(other.depth.size for other in others))
     is_common = profile.is_there[:size] & np.all(
         [other.is_there[:size] for other in others], axis=0
@@ -162,5 +171,5 @@ def _products(profile: _Profile, others: list[_Profile]) -> FloatArray | None:
 
 
 def _without_line(values: FloatArray, depth: FloatArray) -> FloatArray:
-    """Take off the line through zero that fits best."""
+    """Subtract the line through zero of depth that fits best."""
     return values - values @ depth / (depth @ depth) * depth

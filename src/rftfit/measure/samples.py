@@ -1,4 +1,4 @@
-"""Tables of samples, of one run below the other, and the stroke of each run in them."""
+"""Long tables of samples of all runs, and the stroke of each run in them."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 
 PHASES = ("air", "approach", "pause", "stroke", "other")
+"""Phases of a run: rest in air, way to the surface, rest at the surface, stroke, and all else."""
 SAMPLE_COLUMNS = (
     "time_s",
     "phase",
@@ -18,11 +19,11 @@ SAMPLE_COLUMNS = (
     "force_x_N",
     "why",
 )
-"""Columns of the table of samples, beside the run."""
+"""Columns of the table of samples, besides `run_id`."""
 
 
 def samples_table(runs: Mapping[str, Sequence[np.ndarray]]) -> pd.DataFrame:
-    """Put the columns of some runs, in the order of `SAMPLE_COLUMNS`, into one long table."""
+    """Make the long table of samples; `runs`: columns of each run in the order of `SAMPLE_COLUMNS`, by run_id."""
     parts = {name: dict(zip(SAMPLE_COLUMNS, run, strict=True)) for name, run in runs.items()}
     samples = join_runs(parts, SAMPLE_COLUMNS)
     codes = samples["phase"].to_numpy(int)
@@ -33,7 +34,7 @@ def samples_table(runs: Mapping[str, Sequence[np.ndarray]]) -> pd.DataFrame:
 def join_runs(
     parts: Mapping[str, Mapping[str, np.ndarray]], columns: Sequence[str]
 ) -> pd.DataFrame:
-    """Put columns of several runs into one long table; names are categories, which keeps it small."""
+    """Join columns of several runs into one long table; run_ids are categories, which keeps it small."""
     sizes = [columns_of_run[columns[0]].size for columns_of_run in parts.values()]
     codes = np.repeat(np.arange(len(parts)), sizes)
     table_columns: dict[str, object] = {
@@ -42,7 +43,7 @@ def join_runs(
     for name in columns:
         arrays = [columns_of_run[name] for columns_of_run in parts.values()]
         table_columns[name] = np.concatenate(arrays) if arrays else np.empty(0)
-    return pd.DataFrame(table_columns, copy=False)  # these arrays are nobody else's
+    return pd.DataFrame(table_columns, copy=False)  # nothing else uses these arrays
 
 
 def split_runs(table: pd.DataFrame) -> dict[str, slice]:
@@ -59,11 +60,11 @@ def split_runs(table: pd.DataFrame) -> dict[str, slice]:
 
 
 StrokeColumns = dict[str, np.ndarray]
-"""Samples of one run's stroke, in the order of recording: columns by name, of shape (n,)."""
+"""Samples of the stroke of one run, in the order of recording: arrays of shape (n,) by column."""
 
 
 def strokes(samples: pd.DataFrame) -> dict[str, StrokeColumns]:
-    """Take the stroke of every run out of the samples of the ingest stage, with the length travelled since its start."""
+    """Return the samples of each run's stroke, by run_id, with the length travelled since its start, `path_cm`."""
     in_stroke = (samples["phase"] == "stroke").to_numpy()
     columns = {name: samples[name].to_numpy()[in_stroke] for name in SAMPLE_COLUMNS[2:]}
     columns_of_runs = {}

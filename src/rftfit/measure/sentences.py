@@ -8,11 +8,12 @@ from rftfit.campaign.formats import OTHER_SENSE
 
 
 class Flag(NamedTuple):
-    """What a flag says, how grave it is, and where it is said.
+    """Sentence of a flag, and how the page and the config treat it.
 
-    `severity`: The larger, the graver; of a medium's flags the page names the gravest. `shared`: Whether the page
-    says it once of a medium, always or where all of its runs have it, and not of each run and cell. `weak`: Whether
-    `fit.flagged` of the configuration can leave out the cell.
+    `severity`: Larger for graver flags; the page names the gravest flag of a medium.
+    `shared`: If not empty, the page states the flag once for a medium instead of for each run and cell: always, or only
+    where all runs have it.
+    `weak`: True if `fit.flagged` of the configuration may leave out a cell with this flag.
     """
 
     sentence: str
@@ -437,4 +438,4 @@ SENTENCES = {
     "other-zero": "at rest, but before or after the zero stepped",
     "too-shallow": f"{_OUTSIDE}above fit.submergence_cm of the config",
 }
-"""The one sentence of each code; readers of logs and tracks raise errors with code and sentence of their own."""
+"""Sentence of each code. Readers of logs and tracks raise errors with further codes and sentences."""

@@ -26,20 +26,24 @@ from rftfit.store.chosen import chosen
 _CHOSEN = chosen("measure", "session_clocks")
 
 Push = dict[Any, Any]
-"""A row of `align_medium`: one push straight down, aligned by itself, or why not."""
+"""Row of `align_medium`: clock of one push straight down from its logs alone, or the reason why it has none."""
 
 
 def align_medium(campaign: Campaign, medium: str) -> pd.DataFrame:
-    """Align the logs of each push straight down of a medium by itself: a row a push, `CLOCK_COLUMNS`."""
+    """Align the clocks of each push straight down of a medium from its logs alone: a row a push, `CLOCK_COLUMNS`."""
     rows = []
     for run, alignment in align_pushes(campaign, medium):
-        row = _facts(alignment) if isinstance(alignment, Alignment) else _refused(alignment)
+        row = (
+            _clock_cells(alignment)
+            if isinstance(alignment, Alignment)
+            else _refused_cells(alignment)
+        )
         rows.append({"run_id": run.run_id, "medium": medium, "session": run.session} | row)
     return pd.DataFrame(rows, columns=CLOCK_COLUMNS)
 
 
 def align_pushes(campaign: Campaign, medium: str) -> Iterator[tuple[Run, Alignment | Remark]]:
-    """Align the clocks of each push straight down of a medium by its force, or say why they cannot be."""
+    """Align the clocks of each push straight down of a medium by its force, or yield the reason why not."""
     runs = [run for run in campaign.runs_of(medium) if goes_straight_down(run) and not run.excluded]
     for run, logs in read_logs(campaign, runs):
         if not isinstance(logs.force, Log) or not isinstance(logs.motion, Log):
@@ -55,7 +59,7 @@ def align_pushes(campaign: Campaign, medium: str) -> Iterator[tuple[Run, Alignme
 
 
 def goes_straight_down(run: Run) -> bool:
-    """Whether the force of a run grows with depth alone, so that it can show how the clocks lie."""
+    """Return True for a push straight down: its force depends on depth alone, and can show the offset of the clocks."""
     return run.direction == "intrusion" and run.gamma_deg == 90
 
 
@@ -76,11 +80,12 @@ def align_push(
     )
 
 
-_FACTS = ("offset_s", "reference_s", "se_s", "drift", "drift_se", "offset_hours", "explained")
-CLOCK_COLUMNS = ["run_id", "medium", "session", *_FACTS, *REASON]
+_CLOCK_FACTS = ("offset_s", "reference_s", "se_s", "drift", "drift_se", "offset_hours", "explained")
+CLOCK_COLUMNS = ["run_id", "medium", "session", *_CLOCK_FACTS, *REASON]
 
 
-def _facts(alignment: Alignment) -> Push:
+def _clock_cells(alignment: Alignment) -> Push:
+    """Cells of a push whose clocks are aligned."""
     clock = alignment.clock
     values = (
         clock.offset_s,
@@ -91,11 +96,12 @@ def _facts(alignment: Alignment) -> Push:
         float(clock.whole_hours),
         alignment.explained,
     )
-    return {**dict(zip(_FACTS, values, strict=True)), **reason_columns(())}
+    return {**dict(zip(_CLOCK_FACTS, values, strict=True)), **reason_columns(())}
 
 
-def _refused(why: Remark) -> Push:
-    return {**dict.fromkeys(_FACTS, math.nan), **reason_columns([why])}
+def _refused_cells(why: Remark) -> Push:
+    """Cells of a push whose clocks could not be aligned."""
+    return {**dict.fromkeys(_CLOCK_FACTS, math.nan), **reason_columns([why])}
 
 
 # --- the clocks of a session
@@ -103,11 +109,13 @@ def _refused(why: Remark) -> Push:
 
 @dataclass(frozen=True)
 class SessionClock:
-    """Motion time less force time of a session: offset + drift x (force time - reference), s.
+    """Clock of a session: motion time minus force time is offset + drift x (force time - reference), s.
 
-    `covariance` (2, 2): of offset, s, and drift. `pushes`: how many it was found from. `contradiction`: what the
-    pushes say, each or group by group, where no one offset and drift holds for all; empty where one does. `why`: why
-    the first push has no offset, where none has.
+    `covariance`: Covariance of offset (s) and drift, shape (2, 2).
+    `hours`: Whole hours in the offset.
+    `pushes`: Number of pushes from which the clock was found; 0: no clock.
+    `contradiction`: Description of the offsets of the pushes, if no common offset and drift fits them; else empty.
+    `why`: Reason why the first push has no offset, if no push has one.
     """
 
     offset_s: float = math.nan
@@ -125,10 +133,10 @@ class SessionClock:
         return math.sqrt(self.covariance[1][1])
 
     def fit_at(self, time_s: float) -> ClockFit:
-        """Clock at a time of the force log, s; its error is common to all runs of the session."""
+        """Clock of a run at a time of the force log, s; its error is common to all runs of the session."""
         design = np.array([1.0, time_s - self.reference_s])
         variance = float(design @ np.array(self.covariance) @ design)
-        # a force that lags the depth does so in all pushes: their number does not lessen that error
+        # the force lags the depth in all pushes alike: more pushes do not make this error smaller
         se_s = math.sqrt(variance + BUILD_UP_S**2)
         offset_s = self.offset_s + self.drift * (time_s - self.reference_s)
         return ClockFit(offset_s, self.drift, time_s, 0.0, 0, se_s, self.hours, shared_se_s=se_s)
@@ -138,8 +146,8 @@ class SessionClock:
 class SessionClocks:
     """Clocks of the sessions of a campaign.
 
-    `sessions`: By label; blank: all runs without one. `pushes`: rows of `align_medium`, by run_id, of those that
-    could be aligned by themselves.
+    `sessions`: Clocks by the label of the session; a blank label for all runs without a session.
+    `pushes`: Rows of `align_medium` with an offset, by run_id.
     """
 
     sessions: Mapping[str, SessionClock]
@@ -158,13 +166,13 @@ class SessionClocks:
         return cls(sessions, {str(row["run_id"]): row for row in rows if _is_aligned(row)})
 
     def of_session(self, label: str) -> SessionClock:
-        """Clock of a session; of one without a push straight down, one without an offset."""
+        """Clock of a session; without an offset if the session has no push straight down."""
         return self.sessions.get(label, SessionClock())
 
     def of_run(self, run: Run, time: FloatArray, max_se_s: float) -> ClockFit:
-        """Clock of a run whose force log has these times, (n,), s.
+        """Clock of a run: that of its session, or of the run alone if the pushes of the session contradict one another.
 
-        Where the pushes of its session contradict one another, that of the run by itself.
+        `time`: Times of its force log, s, shape (n,). `max_se_s`: Largest standard error of the offset, s.
         """
         clock, session = self.of_session(run.session), _name_of_session(run)
         if not clock.pushes:
@@ -190,7 +198,7 @@ class SessionClocks:
 
 
 def find_session_clocks(campaign: Campaign) -> SessionClocks | None:
-    """Read the pushes straight down of all media for the clocks of their sessions; None where nothing is estimated."""
+    """Estimate the clocks of all sessions from the pushes straight down; None if the config asks for no estimate."""
     if campaign.config.clock.method != "estimate":
         return None
     tables = (align_medium(campaign, medium) for medium in campaign.media_with_runs)
@@ -205,9 +213,10 @@ def find_clock(
     spans: FloatArray,
     clocks: SessionClocks | None,
 ) -> ClockFit:
-    """Bring the clocks of force and motion log of a run together in the way the config asks for.
+    """Find the clock of a run by the method of the config: one clock, an estimate from the force, or a sync line.
 
-    `spans`: Of `path`. `clocks`: Of the sessions, where the offset is estimated; None: from this run alone.
+    `spans`: Stretches of motion of `path`, s, shape (k, 2).
+    `clocks`: Clocks of the sessions, for an estimate; None: estimate the clock from this run alone.
     """
     if settings.method == "same_clock":
         return ClockFit(0.0, 0.0, 0.0, 0.0, 0)
@@ -226,11 +235,12 @@ def find_clock(
 
 
 def _is_aligned(row: Push) -> bool:
+    """Return True if a push has an offset."""
     return math.isfinite(row["offset_s"])
 
 
 def _clock_of_push(row: Push) -> ClockFit:
-    """Clock of a push by itself; only the lag of the force is common to all."""
+    """Clock of a push from its logs alone; only the error by the lag of the force is common to all runs."""
     return ClockFit(
         row["offset_s"],
         row["drift"],
@@ -244,11 +254,13 @@ def _clock_of_push(row: Push) -> ClockFit:
 
 
 def find_session_clock(pushes: list[Push], settings: ClockSettings) -> SessionClock:
-    """Fit one offset and drift to pushes of one session, rows of `align_medium`, of which some may have no offset.
+    """Fit one offset and drift to the pushes of one session.
 
-    Weighted least squares with `settings.max_drift` as the standard deviation of the drift before anything is known.
-    Pushes that differ by more than their errors widen the error of the clock (R. T. Birge, Phys. Rev. 40, 207, 1932);
-    beyond `sigmas` of these there is no common clock.
+    Weighted least squares; the prior of the drift has the standard deviation `settings.max_drift`. Pushes that differ
+    by more than their errors widen the error of the clock (R. T. Birge, Phys. Rev. 40, 207, 1932). If a push differs by
+    more than `sigmas` standard errors, there is no common clock.
+
+    `pushes`: Rows of `align_medium`; some may have no offset.
     """
     aligned = [row for row in pushes if _is_aligned(row)]
     if not aligned:
@@ -259,11 +271,11 @@ def find_session_clock(pushes: list[Push], settings: ClockSettings) -> SessionCl
         np.array([row[name] for row in aligned], dtype=float)
         for name in ("offset_s", "reference_s", "se_s", "drift", "drift_se")
     )
-    # of its standard error the lag of the force is no scatter
+    # the lag of the force is common to all pushes, so it is no part of their scatter
     variance = np.maximum(se**2 - BUILD_UP_S**2, _CHOSEN.least_se_s**2)
     base, reference = float(np.median(offset)), float(np.average(time, weights=1 / variance))
     design = np.stack([np.ones(time.size), time - reference])
-    # what a push says of the drift without the prior that its alignment had: the prior counts once
+    # the alignment of each push already used the prior: remove it there, so that it counts only once
     prior = 1 / settings.max_drift**2
     weight = 1 / np.maximum(drift_se, 1e-12) ** 2
     drift_weight = np.maximum(weight - prior, 0.0)
@@ -289,7 +301,7 @@ def find_session_clock(pushes: list[Push], settings: ClockSettings) -> SessionCl
 
 
 def _describe_groups(pushes: list[Push]) -> str:
-    """Offsets of pushes in the order of the force log's time, those that agree in one group with the names of its runs."""
+    """Describe the offsets of pushes in the order of time; consecutive pushes that agree are one group."""
     ordered = sorted(pushes, key=lambda row: (row["reference_s"], str(row["run_id"])))
     groups: list[list[Push]] = []
     for row in ordered:
@@ -311,11 +323,12 @@ def _describe_groups(pushes: list[Push]) -> str:
 
 
 def flags_of_clock(run: Run, clocks: SessionClocks | None) -> tuple[Remark, ...]:
-    """Doubt about a run that has a clock of its own since its session has none."""
+    """Flag a run that is aligned by its own logs because the pushes of its session contradict one another."""
     if clocks is None or not (contradiction := clocks.of_session(run.session).contradiction):
         return ()
     return (remark("clock-by-itself", session=_name_of_session(run), pushes=contradiction),)
 
 
 def _name_of_session(run: Run) -> str:
+    """Name of the session of a run, for a sentence."""
     return f"session {run.session}" if run.session else "the runs without a session"

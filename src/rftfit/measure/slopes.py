@@ -1,4 +1,4 @@
-"""Zero-intercept slope of stress against depth (Eq. 1), with an interval that can be believed."""
+"""Zero-intercept slope of stress against depth (Eq. 1), with an interval that allows for autocorrelated samples."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from rftfit.store.chosen import chosen
 _CHOSEN = chosen("measure", "slopes")
 
 COSINES = 12
-
+"""Most slow modes from which the variance of the noise is estimated."""
 
 CURVED_P = 0.01
-"""Curvature with less probability than this is no noise."""
+"""Probability by chance below which a curvature counts as real."""
 
 FEWEST = 8
-"""Samples from which their autocorrelation can be told."""
+"""Fewest samples from which an autocorrelation is estimated."""
 
 
 @lru_cache(maxsize=512)
-def _cosines(n: int, count: int) -> FloatArray:
+def _cosine_modes(n: int, count: int) -> FloatArray:
     """First `count` cosine modes over `n` samples, orthonormal, shape (count, n)."""
     order = np.arange(1, count + 1)
     return np.asarray(np.sqrt(2 / n) * np.cos(np.pi * np.outer(order, np.arange(n) + 0.5) / n))
@@ -34,18 +34,20 @@ def _cosines(n: int, count: int) -> FloatArray:
 def weighted_sum_variance(
     residual: FloatArray, weight: FloatArray, fitted: FloatArray | None = None
 ) -> tuple[FloatArray, float]:
-    """Variance of sum(weight x error), and its degrees of freedom, from residuals (k, n) of a linear fit.
+    """Return the variance of sum(weight x error) and its degrees of freedom, from residuals of a linear fit.
 
-    The residuals may be autocorrelated, at equal steps: an autoregression whitens them, and the level of
-    the white rest is read off its slow modes. `fitted` (p, n): what was fitted, linearly independent; by
-    default the weight alone. NaN where too few weights differ from 0 to tell.
+    The residuals may be autocorrelated, at equal steps: an autoregression whitens them, and the variance of the white
+    residuals is estimated from their slow modes. NaN where too few weights differ from 0.
+
+    `residual`: k series, shape (k, n), so that the variance has shape (k,). `weight`: shape (n,).
+    `fitted`: Functions that were fitted, linearly independent, shape (p, n); default: the weight alone.
     """
     n = weight.size
     if n < FEWEST:
         raise ValueError(
             f"{n} samples are too few to estimate their autocorrelation; at least {FEWEST}"
         )
-    memory = _autoregression(residual, min(_CHOSEN.order, n // 8))
+    memory = _fit_autoregression(residual, min(_CHOSEN.order, n // 8))
     order = memory.shape[1]
     white = residual[:, order:].copy()
     for lag in range(1, order + 1):
@@ -55,34 +57,39 @@ def weighted_sum_variance(
     count = min(COSINES, inner.size // 4, int(np.count_nonzero(inner)) - len(fitted))
     if count < 1:
         return np.full(len(residual), np.nan), 1.0
-    level = _level(white, inner, fitted, count)
+    level = _white_variance(white, inner, fitted, count)
     growth, gain = _variance_ratios(weight, memory)
     effective = n / growth
-    # one parameter was fitted, at the cost of one of the effectively independent samples
+    # the fit of one parameter costs one effectively independent sample
     loss = effective / np.maximum(effective - 1, 0.5)
     return level * gain * growth * (weight @ weight) * loss, float(count)
 
 
-def _level(white: FloatArray, weight: FloatArray, fitted: FloatArray, count: int) -> FloatArray:
-    """Variance of white residuals as their slow, weighted modes show it, shape (k,)."""
-    modes = weight * _cosines(weight.size, count)
-    basis = _orthonormal(fitted[:, -weight.size :])
-    shadow = modes @ basis
-    overlap = modes @ modes.T - shadow @ shadow.T
-    sums = white @ modes.T - (white @ basis) @ shadow.T
+def _white_variance(
+    white: FloatArray, weight: FloatArray, fitted: FloatArray, count: int
+) -> FloatArray:
+    """Variance of white residuals (k, n), from `count` slow modes times the weight, shape (k,).
+
+    The part of the modes in the space of the fitted functions is projected out.
+    """
+    modes = weight * _cosine_modes(weight.size, count)
+    basis = _orthonormal_columns(fitted[:, -weight.size :])
+    fitted_part = modes @ basis
+    overlap = modes @ modes.T - fitted_part @ fitted_part.T
+    sums = white @ modes.T - (white @ basis) @ fitted_part.T
     return np.asarray(np.einsum("ij,ji->i", sums, np.linalg.solve(overlap, sums.T)) / count)
 
 
-def _orthonormal(rows: FloatArray) -> FloatArray:
-    """Orthonormal columns that span the same as some rows."""
+def _orthonormal_columns(rows: FloatArray) -> FloatArray:
+    """Orthonormal columns that span the same space as some rows."""
     if len(rows) == 1:
-        # by hand: the general way costs more than all the rest of `_level`
+        # the general way takes longer than all the rest of `_white_variance`
         return np.asarray(rows.T / np.sqrt(rows[0] @ rows[0]))
     return np.linalg.qr(rows.T)[0]
 
 
-def _autoregression(residual: FloatArray, order: int) -> FloatArray:
-    """Coefficients of an autoregression of each series by Yule and Walker, shape (k, order)."""
+def _fit_autoregression(residual: FloatArray, order: int) -> FloatArray:
+    """Coefficients of an autoregression of each series by the Yule-Walker equations, shape (k, order)."""
     n = residual.shape[1]
     lags = [
         np.einsum("ij,ij->i", residual[:, lag:], residual[:, : n - lag]) for lag in range(order + 1)
@@ -91,10 +98,10 @@ def _autoregression(residual: FloatArray, order: int) -> FloatArray:
     rho = np.array(lags).T / power[:, None]
     # a little more than 1, so that a series of zeros has a solution too
     rho[:, 0] = 1 + 1e-9
-    of_pairs = rho[:, _lags_apart(order)]
-    memory = np.asarray(np.linalg.solve(of_pairs, rho[:, 1:, None])[..., 0], dtype=float)
+    matrix = rho[:, _lags_apart(order)]
+    memory = np.asarray(np.linalg.solve(matrix, rho[:, 1:, None])[..., 0], dtype=float)
     total = memory.sum(axis=1)
-    # biased low by (1 + 3 rho) / n, as is the sample autocorrelation (Kendall 1954)
+    # corrects the bias of a sample autocorrelation, which is too low by (1 + 3 rho) / n (Kendall 1954)
     raised = np.minimum(
         total + (1 + 3 * np.clip(total, 0, 1)) / n, min(_CHOSEN.max_sum, 1 - 1.6 / n)
     )
@@ -104,13 +111,17 @@ def _autoregression(residual: FloatArray, order: int) -> FloatArray:
 
 @lru_cache
 def _lags_apart(order: int) -> npt.NDArray[np.intp]:
-    """Lags between two samples of the last few, shape (order, order)."""
+    """Distance between the indices of two samples, shape (order, order)."""
     return np.abs(np.subtract.outer(np.arange(order), np.arange(order)))
 
 
 def _variance_ratios(weight: FloatArray, memory: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Variance of the weighted sum over that for independent errors; that of errors over white."""
-    # twice as long as the weights, so that the ends do not meet
+    """Return two ratios for autocorrelated errors with the coefficients `memory`, shape (k,) each.
+
+    1. Variance of the weighted sum, relative to that for independent errors of the same variance.
+    2. Variance of the errors, relative to that of their white residuals.
+    """
+    # twice as long as the weights, as a Fourier transform is periodic
     size = 1 << (2 * weight.size - 1).bit_length()
     filters = np.concatenate([np.ones((len(memory), 1)), -memory], axis=1)
     power = 1 / np.abs(np.fft.rfft(filters, size)) ** 2
@@ -122,7 +133,7 @@ def _variance_ratios(weight: FloatArray, memory: FloatArray) -> tuple[FloatArray
 
 
 def combine_dof(variances: FloatArray, dofs: FloatArray) -> FloatArray:
-    """Degrees of freedom of a sum, along axis 0, of variance estimates (Welch and Satterthwaite)."""
+    """Degrees of freedom of the sum of variance estimates along axis 0 (Welch and Satterthwaite)."""
     total = variances.sum(axis=0)
     parts = (variances**2 / dofs).sum(axis=0)
     safe = np.where(parts > 0, parts, 1.0)
@@ -136,14 +147,16 @@ GIVEN_DOF = 1e6
 def startup_bias(
     path: FloatArray, stress: FloatArray, steady: npt.NDArray[np.bool_], skip_cm: float
 ) -> FloatArray:
-    """Estimate the mean over the steady part less the steady value, N/cm^2, shape (k,).
+    """Estimate the effect of the start-up on the mean stress of a horizontal run, N/cm^2, shape (k,).
 
-    The force of a horizontal run approaches its steady value gradually, so that leaving out a fixed
-    length, `skip_cm`, never leaves out all of it. How far the second and the last third of that length lie
-    from the steady mean shows how fast it dies away, and so what remains: with d2 and d3 and q = d3 / d2,
-    an exponential leaves d3 q / (1 - q) times a third of the skipped length; 0 where fewer than 8 samples
-    in either third tell nothing. The first third also knows what the pause before has left, and is not
-    used. The mean is not corrected (the published values are plain means); the interval is widened.
+    The force of a horizontal run approaches its steady value gradually, so that a start-up remains after a fixed
+    length, `skip_cm`, is left out. Let d2 and d3 be the differences of the means of the second and last third of that
+    length from the steady mean. An exponential with q = d3 / d2 then leaves d3 q / (1 - q) times a third of the skipped
+    length. The first third is not used, as the pause before affects it. 0 where a third or the steady part has too few
+    samples. The mean is not corrected, as the published values are plain means; the interval is widened.
+
+    `path`: Length travelled, cm, shape (n,). `stress`: N/cm^2, shape (k, n). `steady`: True for the samples that are
+    fitted.
     """
     third = skip_cm / 3
     is_finite = np.isfinite(stress).all(axis=0)
@@ -155,34 +168,41 @@ def startup_bias(
     length = float(np.ptp(path[steady]))
     mean = stress[:, steady].mean(axis=1)
     early, late = (stress[:, bins].mean(axis=1) - mean for bins in (in_second, in_last))
-    # noise must not pass for a start-up that never ends
+    # limited, so that noise does not make a start-up that hardly decays
     share = np.clip(np.divide(late, early, out=nothing, where=early != 0), 0, _CHOSEN.slowest)
     return np.asarray(late * share / (1 - share) * third / length)
 
 
 _NO_BEND = 1e-12
-"""Share of depth squared that rounding leaves of its part orthogonal to depth."""
+"""Smallest part of depth squared orthogonal to depth, relative to the whole, both squared; below it is rounding."""
 
 
 @dataclass(frozen=True)
 class Slope:
     """Slopes of k stress components against one depth; all arrays of shape (k,).
 
-    `alpha`: sum(sigma z) / sum(z^2), N/cm^3; `se` allows for autocorrelation and for the error of the
-    zero, `ols_se` takes samples for independent.
-    `intercept`, `free_slope`: of the line with a free intercept, N/cm^2 and N/cm^3; `offset`, `offset_se`:
-    depth at which it has no stress, cm; `start`: of `stress_onset`. These and the nonlinearity are NaN in a
-    horizontal run.
-    `nonlinear_p`: probability that a straight line through zero shows this much curvature by noise;
-    `nonlinear_ratio`: how far a parabola through zero leaves it at the end of the window, relative
-    to the stress there.
-    `startup`, `tare`, `curvature`: standard errors contained in `se`, N/cm^3: what a start-up left in the
-    window moves alpha by; the tare, common to all runs that share it; a curvature that is no noise: by how
-    much a parabola leaves the line at the end, less (in squares) what noise shows once in a hundred times,
-    as the limit of an even distribution.
-    `lever`: relative change of alpha for a surface that lies lower by 1 cm than was taken, 1/cm.
-    `shift`, `shift_of_tare`: variance of what moves all samples alike, and of the tare's part, (N/cm^2)^2.
-    `tare_share`: of the variance that the scatter of the samples causes, how much is the tare's.
+    `alpha`: sum(sigma z) / sum(z^2), N/cm^3.
+    `se`, `dof`: Standard error of alpha, which allows for autocorrelation and for the error of the zero, and its
+    degrees of freedom.
+    `ols_se`: Standard error of alpha if the samples were independent.
+    `intercept`, `free_slope`: Line with a free intercept, N/cm^2 and N/cm^3.
+    `offset`, `offset_se`: Depth at which that line has no stress, and its standard error, cm.
+    `start`: Depth at which stress begins, cm, of `stress_onset`.
+    `nonlinear_p`: Probability that noise shows this much curvature of a line through zero.
+    `nonlinear_ratio`: Distance of a parabola through zero from the line at the end of the window, relative to the
+    stress there.
+    `points`: Number of samples.
+    `startup`, `tare`, `curvature`: Standard errors contained in `se`, N/cm^3. `startup`: effect of a start-up in the
+    window.
+    `tare`: error of the tare, common to all runs that share it. `curvature`: distance of the parabola from the line,
+    less (in squares) the distance that noise exceeds once in a hundred times; taken as the limit of a uniform
+    distribution.
+    `lever`: Relative change of alpha for a surface that lies 1 cm lower than assumed, 1/cm.
+    `shift`, `shift_of_tare`: Variance of errors that are the same in all samples, and the part of it by the tare,
+    (N/cm^2)^2.
+    `tare_share`: Fraction of the variance by the scatter of samples that comes from the tare.
+
+    From `intercept` to `nonlinear_ratio` all are NaN in a horizontal run.
     """
 
     alpha: FloatArray
@@ -212,14 +232,17 @@ class Slope:
 
 
 def student_quantile(confidence: float, dof: FloatArray | float) -> FloatArray:
-    """Half width of a two-sided Student interval in standard errors."""
+    """Half width of a two-sided interval of Student's t, in standard errors; `confidence`: 0 to 1."""
     from scipy.special import stdtrit  # scipy.stats takes ten times as long to import
 
     return np.asarray(stdtrit(np.asarray(dof, dtype=float), 0.5 + confidence / 2))
 
 
 def student_limit(sigmas: float, dof: float) -> float:
-    """Student's t at the level of so many standard errors of a normal number: few runs hardly tell their own scatter."""
+    """Student's t that is exceeded as often as a normal number exceeds `sigmas` standard deviations.
+
+    It is larger than `sigmas`, as the scatter of few runs is not well known.
+    """
     from scipy.special import ndtr, stdtrit
 
     return -float(stdtrit(dof, ndtr(-sigmas)))
@@ -245,31 +268,36 @@ def fit_slope(
     startup: FloatArray | None = None,
     tare_stress: FloatArray | None = None,
 ) -> Slope:
-    """Fit the zero-intercept slope with its honest standard error and quality figures.
+    """Fit the zero-intercept slope, with a standard error that includes errors common to all samples.
 
-    `depth` (n,): |z| in the order of recording, cm; at least 8 samples, not all at zero; `stress` (k, n):
-    tared, N/cm^2. `zero_variance`, `zero_dof` (m, k): of the stress zero of the run and of its tare,
-    (N/cm^2)^2: an error of the zero is the same in all samples, so their scatter does not show it; so is
-    that of the depth, `depth_sd`, cm (of the clocks). `startup` (k,): of `startup_bias`, N/cm^2.
-    `tare_stress` (k, n): what was subtracted, N/cm^2; its scatter is common to all runs that share the tare.
+    An error of the zero or of the clocks is the same in all samples, so that their scatter does not show it.
+
+    `depth`: |z| in the order of recording, cm, shape (n,); at least 8 samples, not all at zero.
+    `stress`: Tared stress, N/cm^2, shape (k, n).
+    `zero_variance`, `zero_dof`: Variance of the zero of the run (row 0) and of its tare (row 1), (N/cm^2)^2, and its
+    degrees of freedom, shape (m, k).
+    `depth_sd`: Standard error of all depths, cm.
+    `startup`: Effect of the start-up on the mean stress, of `startup_bias`, N/cm^2, shape (k,).
+    `tare_stress`: Tare that was subtracted, N/cm^2, shape (k, n); its scatter is common to all runs that share the
+    tare.
     """
     alpha, ols_se = zero_intercept(depth, stress)
     power = float(depth @ depth)
     residual = stress - alpha[:, None] * depth
     lever = float(depth.sum()) / power
-    # what shifts the stress of all samples alike: errors of the clocks, and of the zeros
+    # variances of errors that shift the stress of all samples alike: of the depth, and of the zeros
     shift = np.vstack([(alpha * depth_sd) ** 2, zero_variance])
     given_dof = np.full(alpha.size, GIVEN_DOF)
     shift_dof = np.vstack([given_dof, zero_dof])
-    p_value, ratio, excess, residual_after, noise = _curvature(
+    p_value, ratio, excess, residual_after, noise = _test_curvature(
         depth, alpha, residual, shift, shift_dof
     )
-    # a curvature that is no noise must not pass for noise with a long memory
+    # residuals of a curved stress would look like noise with a long memory: subtract a real curvature
     bent = p_value < CURVED_P
     scatter, count = weighted_sum_variance(np.where(bent[:, None], residual_after, residual), depth)
     curvature = excess / math.sqrt(3)
-    moved = np.zeros(alpha.size) if startup is None else startup * lever
-    parts = np.vstack([scatter / power**2, shift * lever**2, moved**2, curvature**2])
+    startup_error = np.zeros(alpha.size) if startup is None else startup * lever
+    parts = np.vstack([scatter / power**2, shift * lever**2, startup_error**2, curvature**2])
     dofs = np.vstack([np.full(alpha.size, count), shift_dof, given_dof, given_dof])
     se = np.sqrt(parts.sum(axis=0))
     intercept, free_slope = free_intercept(depth, stress)
@@ -277,7 +305,7 @@ def fit_slope(
     if tare_stress is not None:
         tare_share = _share_of_tare(tare_stress, depth, scatter)
     tare = tare_share * scatter / power**2 + zero_variance[1:].sum(axis=0) * lever**2
-    offset, offset_se = _offset(depth, intercept, free_slope, noise, shift.sum(axis=0))
+    offset, offset_se = _zero_stress_depth(depth, intercept, free_slope, noise, shift.sum(axis=0))
     return Slope(
         alpha=alpha,
         se=se,
@@ -288,7 +316,7 @@ def fit_slope(
         nonlinear_p=p_value,
         nonlinear_ratio=ratio,
         points=depth.size,
-        startup=moved,
+        startup=startup_error,
         tare=np.sqrt(tare),
         curvature=curvature,
         lever=lever,
@@ -302,10 +330,10 @@ def fit_slope(
 
 
 def _share_of_tare(tare_stress: FloatArray, depth: FloatArray, scatter: FloatArray) -> FloatArray:
-    """How much of the scatter of a tared run is that of its tare, from what a parabola leaves of the tare."""
+    """Fraction of the scatter of a tared run that comes from its tare, shape (k,): its residuals about a parabola."""
     position = np.linspace(-1.0, 1.0, depth.size)
     smooth = np.stack([np.ones(depth.size), position, position**2])
-    basis = _orthonormal(smooth)
+    basis = _orthonormal_columns(smooth)
     residual = tare_stress - (tare_stress @ basis) @ basis.T
     of_tare, _ = weighted_sum_variance(residual, depth, smooth)
     share = np.divide(
@@ -315,9 +343,9 @@ def _share_of_tare(tare_stress: FloatArray, depth: FloatArray, scatter: FloatArr
 
 
 def fit_few(depth: FloatArray, stress: FloatArray) -> Slope:
-    """Zero-intercept slope of a few independent depths, with the textbook error; of one depth none.
+    """Fit the zero-intercept slope of a few independent depths; the error is NaN for a single depth.
 
-    `depth`: shape (n,), cm. `stress`: shape (k, n), N/cm^2.
+    `depth`: cm, shape (n,). `stress`: N/cm^2, shape (k, n).
     """
     unknown = np.full((2, len(stress)), np.nan)
     if depth.size < 2:
@@ -352,9 +380,9 @@ def fit_few(depth: FloatArray, stress: FloatArray) -> Slope:
 
 
 def fit_few_free(depth: FloatArray, stress: FloatArray) -> Slope:
-    """Slope of a few independent depths with a free intercept; of two depths without an error.
+    """Fit a line with a free intercept to a few independent depths; the error is NaN for two depths.
 
-    `depth`, `stress`: As of `fit_few`.
+    `depth`: cm, shape (n,). `stress`: N/cm^2, shape (k, n).
     """
     intercept, slope = free_intercept(depth, stress)
     dof = depth.size - 2
@@ -377,7 +405,7 @@ def fit_few_free(depth: FloatArray, stress: FloatArray) -> Slope:
 
 
 def free_intercept(depth: FloatArray, stress: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Intercept and slope of each line with a free intercept; NaN along a level path."""
+    """Return intercept and slope of a line with a free intercept, for each stress; NaN along a level path."""
     if level_path(depth):
         nothing = np.full(len(stress), np.nan)
         return nothing, nothing
@@ -387,7 +415,10 @@ def free_intercept(depth: FloatArray, stress: FloatArray) -> tuple[FloatArray, F
 
 
 def stress_onset(depth: FloatArray, stress: FloatArray) -> FloatArray:
-    """Depth at which each stress begins, cm: of a line whose weight falls with depth, as a bed is uneven by so many percent."""
+    """Depth at which each stress begins, cm, shape (k,): zero of a line fitted with more weight near the surface.
+
+    A bed is uneven in proportion to its stress, so deeper samples have larger errors and less weight.
+    """
     nothing = np.full(len(stress), np.nan)
     if depth.size < 3 or level_path(depth):
         return nothing
@@ -398,16 +429,17 @@ def stress_onset(depth: FloatArray, stress: FloatArray) -> FloatArray:
     return np.asarray(np.divide(-middle, slope, out=nothing, where=slope != 0) + weight @ depth)
 
 
-def _offset(
+def _zero_stress_depth(
     depth: FloatArray,
     intercept: FloatArray,
     slope: FloatArray,
     noise: FloatArray,
     shift: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
-    """Depth of no stress by the line with a free intercept, and its standard error, cm.
+    """Return the depth at which the line with a free intercept has no stress, and its standard error, cm.
 
-    `noise`, `shift` (k,), (N/cm^2)^2: as of `_curvature`, and of what moves all samples alike.
+    `noise`: Variance of the noise, of `_test_curvature`, (N/cm^2)^2, shape (k,).
+    `shift`: Variance of errors that are the same in all samples, (N/cm^2)^2, shape (k,).
     """
     if np.isnan(slope).all():
         return intercept, intercept  # NaN
@@ -418,11 +450,11 @@ def _offset(
 
 
 def level_path(depth: FloatArray) -> bool:
-    """Tell a horizontal run: what its depth varies by is the noise of the arm's log."""
+    """Return True for a horizontal run, whose depth varies only by the noise of the motion log."""
     return bool(depth.std() <= _CHOSEN.level * np.abs(depth).max())
 
 
-def _curvature(
+def _test_curvature(
     depth: FloatArray,
     alpha: FloatArray,
     residual: FloatArray,
@@ -431,10 +463,15 @@ def _curvature(
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
     """Test a term in depth squared, made orthogonal to the line through zero.
 
-    A stress that is off by the same everywhere bends the line through zero too, so the variances of
-    such shifts belong into the test. Returns its probability, the deviation at the end of the window
-    relative to the stress there, how much of it is beyond noise, N/cm^3, the residuals without the term,
-    and the variance of a slowly weighted sum of the noise over that of its weights.
+    An equal shift of all stresses looks like curvature of a line through zero, so the test includes the variances of
+    such shifts.
+
+    The results are
+    1. the probability of this curvature by chance,
+    2. the distance of the parabola from the line at the end of the window, relative to the stress there,
+    3. the part of that distance beyond noise, N/cm^3,
+    4. the residuals without the term,
+    5. the variance of the noise at low frequencies, (N/cm^2)^2.
     """
     from scipy.special import stdtr, stdtrit
 
@@ -456,8 +493,8 @@ def _curvature(
     deepest = int(np.argmax(depth))
     end_stress = alpha * depth[deepest]
     reference = np.where(end_stress == 0, 1.0, np.abs(end_stress))
-    # less what noise shows once in a hundred times: grows from nothing, so that a larger error of the
-    # zero, which explains more of it, never makes the whole smaller
+    # the part that noise does not explain, in squares: it grows from 0, so that a larger error of the
+    # zero, which explains more, never makes the whole error smaller
     by_noise = stdtrit(dof, 1 - CURVED_P / 2) * error
     excess = np.sqrt(np.maximum(size**2 - by_noise**2, 0.0)) * np.abs(
         bend[deepest] / depth[deepest]

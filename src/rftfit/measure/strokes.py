@@ -1,4 +1,4 @@
-"""What the arm did: stretches of motion and the stroke among them."""
+"""Find the stretches in which the arm moves, and the stroke among them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from rftfit.campaign.config import Arm
 from rftfit.campaign.sheet import Run
 from rftfit.conventions import FloatArray, direction, intrusion_angle, mirror, wrap_gamma
 from rftfit.directions import SAME_DEPTH_CM
-from rftfit.measure.clocks import flickers, moving_spans
+from rftfit.measure.clocks import is_encoder_noise, moving_spans
 from rftfit.measure.flags import Refused
 from rftfit.measure.levels import median
 from rftfit.store.chosen import chosen
@@ -23,19 +23,24 @@ from rftfit.store.chosen import chosen
 _CHOSEN = chosen("measure", "strokes")
 
 UNDERGROUND_CM = 0.3
+"""Depth that a stroke must reach."""
 SHORTEST_CM = 0.1
+"""Length of the shortest stroke."""
 BOTTOM_CM = 0.02
+"""Height above the lowest point within which a push has reached its bottom."""
 _MOST_HIDDEN_CM = 2 * SHORTEST_CM
-"""Where noise hides a longer way back, nobody knows how many strokes there are."""
+"""Largest noise of the position: a motion back that noise hides could be the end of a stroke."""
 _MOST_NAMED = 6
+"""Most lengths of strokes named in one message."""
 
 
 @dataclass(frozen=True)
 class IntruderPath:
     """Path of the intruder on the motion log's clock; arrays of shape (n,).
 
-    `time` (s) increases; `x`, `z` (cm) of the reference point in the lab frame; `angle` (rad): beta of a
-    plate or theta of a leg.
+    `time`: Increasing, s.
+    `x`, `z`: Reference point of the intruder in the lab frame, cm.
+    `angle`: Beta of a plate or theta of a leg, rad.
     """
 
     time: FloatArray
@@ -51,7 +56,7 @@ class IntruderPath:
         mean, noise_cm = self.averaged(arm)
         index = np.arange(self.time.size)
         most_steps = (index.size - 1) // 2
-        # over so many samples that noise makes no tenth of the speed
+        # speed is taken over a time in which noise makes less than a tenth of it
         least_s = math.sqrt(2) * noise_cm / (0.1 * arm.speed_cm_per_s)
         steps = min(max(math.ceil(least_s / (2 * usual_step_s)), 1), most_steps)
         while True:
@@ -66,12 +71,17 @@ class IntruderPath:
             )
             time, speed = self.time[index], relative / step
             is_last = 4 * steps * usual_step_s > _CHOSEN.longest_step_s or 2 * steps > most_steps
-            if is_last or not flickers(time, speed, 0.5):
-                return self._joined(moving_spans(time, speed, 0.5), arm, 2 * steps * usual_step_s)
+            if is_last or not is_encoder_noise(time, speed, 0.5):
+                return self._join_spans(
+                    moving_spans(time, speed, 0.5), arm, 2 * steps * usual_step_s
+                )
             steps *= 2
 
-    def _joined(self, spans: FloatArray, arm: Arm, least_s: float) -> FloatArray:
-        """Join stretches where the arm went on between them, or no rest of `least_s` could be seen."""
+    def _join_spans(self, spans: FloatArray, arm: Arm, least_s: float) -> FloatArray:
+        """Join neighbouring stretches without a clear rest between them.
+
+        In a rest the arm travels little, and it lasts longer than `least_s`, over which speeds are measured.
+        """
         ends = spans.ravel()
         x, z, angle = (np.abs(np.diff(coordinate)[1::2]) for coordinate in self.pose_at(ends))
         travel_s = np.maximum(np.hypot(x, z) / arm.speed_cm_per_s, angle / arm.leg_speed_rad_per_s)
@@ -85,30 +95,34 @@ class IntruderPath:
 
     @cached_property
     def noise_cm(self) -> float:
-        """Standard deviation of a position, cm: how far the middle one of three is off a steady motion."""
+        """Standard deviation of a position, cm, from the deviations from the line between its neighbours."""
         share = (self.time[1:-1] - self.time[:-2]) / (self.time[2:] - self.time[:-2])
         deviations = [
             coordinate[1:-1] - coordinate[:-2] - share * (coordinate[2:] - coordinate[:-2])
             for coordinate in (self.x, self.z)
         ]
-        # of two channels the noisier one; of a normal number the median is 0.826 of its deviation
+        # the noisier axis counts. The median size of such a deviation is 0.826 standard deviations of a position:
+        # 0.6745 times the square root of 1.5
         return max(median(np.abs(deviation)) for deviation in deviations) / 0.826
 
     @cached_property
     def flicker_cm(self) -> float:
-        """Way that may be the flicker of a sensor between two steps, cm."""
+        """Distance that a position may flicker because of the resolution of the sensor, cm."""
         steps = np.abs(np.concatenate([np.diff(self.x), np.diff(self.z)]))
         resolution = float(steps[steps > 0].min(initial=np.inf))
         return _CHOSEN.times_resolution * resolution if math.isfinite(resolution) else 0.0
 
     def averaged(self, arm: Arm) -> AveragedPath:
-        """Average the noise over neighbouring readings until it hides no turn, at most over about as much way as it hides."""
+        """Average positions over neighbouring readings, so that their noise hides no turn of the path.
+
+        The average extends over a distance of at most about the size of the noise, as it also smooths turns.
+        """
         noise_cm = self.noise_cm
         count = 1
         if _CHOSEN.times_noise * noise_cm > _CHOSEN.turn_cm:
             step_cm = arm.speed_cm_per_s * median(np.diff(self.time))
             enough_readings = (_CHOSEN.times_noise * noise_cm / _CHOSEN.turn_cm) ** 2
-            # over `most_readings` the arm goes twice as far as their mean may be off
+            # over `most_readings` the arm moves twice as far as the remaining noise
             most_readings = (_CHOSEN.times_noise * noise_cm / (2 * step_cm)) ** (2 / 3)
             count = max(int(min(enough_readings, most_readings, self.time.size / 4)), 1)
         if count == 1:
@@ -117,12 +131,15 @@ class IntruderPath:
         return AveragedPath(mean, noise_cm / math.sqrt(count))
 
     def heading_se(self, start: float, end: float, length_cm: float) -> float:
-        """Standard error of `heading`, rad: of the difference of two means of a half of the readings, half a way apart."""
+        """Standard error of `heading`, rad, of a stretch from `start` to `end`, s, with the length `length_cm`.
+
+        The heading is the direction between the means of two halves of the readings, half the length apart.
+        """
         readings = max(int(np.count_nonzero((self.time >= start) & (self.time <= end))), 1)
         return 4 * self.noise_cm / (length_cm * math.sqrt(readings))
 
     def heading(self, start: float, end: float) -> tuple[float, float]:
-        """Direction (x, z) of a straight stretch, from the middle of its first to that of its second half."""
+        """Unit vector (x, z) of the direction of a straight stretch, between the mean positions of its two halves."""
         halves = np.linspace([start, (start + end) / 2], [(start + end) / 2, end], 101)
         x, z, _ = self.pose_at(halves)
         (x,), (z,) = np.diff(x.mean(axis=0)), np.diff(z.mean(axis=0))
@@ -130,7 +147,7 @@ class IntruderPath:
         return x / length, z / length
 
     def fastest_below(self) -> float:
-        """Largest speed below the surface, cm/s, over a tenth of the samples there at least."""
+        """Speed, cm/s, that a tenth of the samples below the surface exceed; 0 if there are fewer than three."""
         below = self.z < 0
         if np.count_nonzero(below) < 3:
             return 0.0
@@ -162,11 +179,11 @@ def _moving_mean(values: FloatArray, count: int) -> FloatArray:
 
 
 def find_stroke(motion: IntruderPath, spans: FloatArray, run: Run, arm: Arm) -> tuple[float, float]:
-    """Find start and end of a run's stroke, s, in the spans of its motion, or refuse it."""
+    """Find start and end of the stroke of a run, s, or refuse it; `spans`: stretches of motion, s, shape (k, 2)."""
     if run.kind in ("leg", "leg_air"):
-        return _chosen(_rotations(motion, spans), run, "deg")
+        return _select_stroke(_find_rotations(motion, spans), run, "deg")
     if arm.drive != "steady" and run.direction == "intrusion" and run.gamma_deg == 90:
-        return _chosen(_uneven_pushes(motion), run, "cm")
+        return _select_stroke(_find_uneven_pushes(motion), run, "cm")
     mean, noise_cm = motion.averaged(arm)
     if (hidden := _CHOSEN.times_noise * noise_cm) > _MOST_HIDDEN_CM:
         noise_mm = 10 * motion.noise_cm
@@ -176,7 +193,7 @@ def find_stroke(motion: IntruderPath, spans: FloatArray, run: Run, arm: Arm) -> 
         code = "upside-down" if upside_down else "surface-not-reached"
         raise Refused(code, lowest=lowest, least=-UNDERGROUND_CM)
     strokes = _stretches_along_path(motion, spans, run, arm)
-    start, end = _chosen(strokes, run, "cm", _cure_of_several(strokes, motion, run))
+    start, end = _select_stroke(strokes, run, "cm", _cure_of_several(strokes, motion, run))
     _check_plate(motion, start, end, run, arm)
     return start, end
 
@@ -186,22 +203,22 @@ _StrokeSpan = tuple[float, float, float]
 
 
 def _cure_of_several(strokes: Sequence[_StrokeSpan], motion: IntruderPath, run: Run) -> str:
-    """Name the drive where all strokes are one push straight down at a speed that varies; empty where they are not."""
+    """Return a hint for the message if all strokes may be one push at a varying speed; else an empty text."""
     if len(strokes) < 2 or run.direction != "intrusion" or run.gamma_deg != 90:
         return ""
     try:
-        is_one = len(_uneven_pushes(motion)) == 1
+        is_one = len(_find_uneven_pushes(motion)) == 1
     except Refused:
         return ""
     return "; if it is one push at a speed that varies: arm.drive: uneven" if is_one else ""
 
 
-def _chosen(
+def _select_stroke(
     strokes: Sequence[_StrokeSpan], run: Run, unit: str, cure: str = ""
 ) -> tuple[float, float]:
-    """The stroke that the sheet names, in the order of time; where it names none, the only one.
+    """Return start and end of the stroke whose number the run sheet names, or of the only stroke.
 
-    `cure`: Of several, beside the number of the stroke.
+    `cure`: Hint that ends the message if there are several strokes and the sheet names none.
     """
     if run.stroke is None and len(strokes) > 1:
         lengths = [f"{length:.1f}" for length, _, _ in strokes]
@@ -227,7 +244,7 @@ MIRROR = (
 def _stretches_along_path(
     motion: IntruderPath, spans: FloatArray, run: Run, arm: Arm
 ) -> list[_StrokeSpan]:
-    """Straight stretches below the surface along the path that the sheet names."""
+    """Find straight stretches below the surface along the path that the run sheet names; refuse if there are none."""
     wanted_x, wanted_z = (
         float(component) for component in direction(math.radians(run.motion_gamma_deg))
     )
@@ -239,7 +256,7 @@ def _stretches_along_path(
     stretches = [
         stretch
         for first, last in spans
-        for stretch in _straight(mean, float(first), float(last), least_turn_cm)
+        for stretch in _split_at_turns(mean, float(first), float(last), least_turn_cm)
     ]
     for first, last in stretches:
         start, end = _part_below_surface(mean, first, last)
@@ -271,10 +288,10 @@ def _stretches_along_path(
     return along
 
 
-def _straight(
+def _split_at_turns(
     motion: IntruderPath, start: float, end: float, least_cm: float
 ) -> list[tuple[float, float]]:
-    """Part a stretch where it turns back, or aside, by more than `least_cm`: an arm may do so without a pause."""
+    """Split a stretch at its turns, back or aside, by more than `least_cm`: an arm may turn without a pause."""
     start_row, end_row = (
         np.searchsorted(motion.time, start),
         np.searchsorted(motion.time, end, "right"),
@@ -286,18 +303,28 @@ def _straight(
     )
     if x.size < 3:
         return [(start, end)]
-    turns = _reversals(x - x.mean(), z - z.mean(), max(_CHOSEN.turn_cm, least_cm))
+    turns = _find_reversals(x - x.mean(), z - z.mean(), max(_CHOSEN.turn_cm, least_cm))
     turn_times = [float(time[turn]) for turn in turns]
-    if not turn_times and (corner := _corner(x, z, max(_CHOSEN.corner_cm, least_cm))) is not None:
+    if (
+        not turn_times
+        and (corner := _find_corner(x, z, max(_CHOSEN.corner_cm, least_cm))) is not None
+    ):
         turn_times = [float(time[corner])]
     if not turn_times:
         return [(start, end)]
     ends = pairwise([start, *turn_times, end])
-    return [stretch for begin, stop in ends for stretch in _straight(motion, begin, stop, least_cm)]
+    return [
+        stretch
+        for begin, stop in ends
+        for stretch in _split_at_turns(motion, begin, stop, least_cm)
+    ]
 
 
-def _reversals(x: FloatArray, z: FloatArray, least_cm: float) -> list[int]:
-    """Where a path about its middle turns back along its own main direction by more than `least_cm`."""
+def _find_reversals(x: FloatArray, z: FloatArray, least_cm: float) -> list[int]:
+    """Return the rows at which a path turns back along its main direction by more than `least_cm`.
+
+    `x`, `z`: Positions relative to their means, cm, shape (n,).
+    """
     main = math.atan2(2 * float(x @ z), float(x @ x - z @ z)) / 2
     along_cm = x * math.cos(main) + z * math.sin(main)
     backward_cm = [
@@ -322,8 +349,8 @@ def _reversals(x: FloatArray, z: FloatArray, least_cm: float) -> list[int]:
     return turns
 
 
-def _corner(x: FloatArray, z: FloatArray, least_cm: float) -> int | None:
-    """Where a path is farthest from its chord, if it has a corner there, more than `least_cm` aside."""
+def _find_corner(x: FloatArray, z: FloatArray, least_cm: float) -> int | None:
+    """Return the row farthest from the chord of a path, if it is a corner more than `least_cm` from the chord."""
     dx, dz = x[-1] - x[0], z[-1] - z[0]
     distance_cm = np.abs(dx * (z - z[0]) - dz * (x - x[0])) / max(math.hypot(dx, dz), SHORTEST_CM)
     corner = int(distance_cm.argmax())
@@ -337,7 +364,7 @@ def _corner(x: FloatArray, z: FloatArray, least_cm: float) -> int | None:
 
 
 def _part_below_surface(motion: IntruderPath, start: float, end: float) -> tuple[float, float]:
-    """Part of a stretch below the surface, of an arm that does not stop there: its times, s."""
+    """Cut a stretch at the surface, if the arm crosses it without a stop; return start and end of the rest, s."""
     inside = motion.time[(motion.time > start) & (motion.time < end)]
     time = np.concatenate([[start], inside, [end]])
     z = np.interp(time, motion.time, motion.z)
@@ -346,10 +373,11 @@ def _part_below_surface(motion: IntruderPath, start: float, end: float) -> tuple
         return start, end
 
     def crossing(above: int, below: int) -> float:
+        """Interpolate the time at which z is 0 between two rows, s."""
         share = z[above] / (z[above] - z[below])
         return float(time[above] + share * (time[below] - time[above]))
 
-    # a little above the surface is where strokes begin that pause there
+    # a stretch that begins or ends only slightly above the surface has a pause there, and is kept whole
     if z[0] > UNDERGROUND_CM and z[-1] < 0:
         start = crossing(above[-1], above[-1] + 1)
     elif z[-1] > UNDERGROUND_CM and z[0] < 0:
@@ -357,12 +385,12 @@ def _part_below_surface(motion: IntruderPath, start: float, end: float) -> tuple
     return start, end
 
 
-def _uneven_pushes(motion: IntruderPath) -> list[_StrokeSpan]:
-    """Pushes of an arm that is not driven steadily: from the surface straight down to the bottom."""
+def _find_uneven_pushes(motion: IntruderPath) -> list[_StrokeSpan]:
+    """Find the pushes of an arm that is not driven steadily: from the surface straight down to the bottom."""
     z = motion.z
     if (lowest := float(z.min())) > -5 * BOTTOM_CM or z.max() < -_CHOSEN.contact_cm:
         raise Refused("surface-not-crossed", highest=z.max(), lowest=lowest)
-    # every time below the surface that goes as deep as a stroke, and the deepest
+    # every stay below the surface that is as deep as a stroke, or else the deepest one
     start_rows = np.flatnonzero((z <= 0) & np.append(True, z[:-1] > 0))
     lows = np.minimum.reduceat(z, start_rows)
     is_deep = lows <= max(lowest, -UNDERGROUND_CM)
@@ -379,7 +407,7 @@ def _uneven_pushes(motion: IntruderPath) -> list[_StrokeSpan]:
 
 
 def _check_plate(motion: IntruderPath, start: float, end: float, run: Run, arm: Arm) -> None:
-    """Refuse a plate at another angle, or a horizontal run at another depth, than the sheet says."""
+    """Refuse a plate at another angle, or a horizontal run at another depth, than the run sheet states."""
     inside = (motion.time >= start) & (motion.time <= end)
     beta = math.degrees(median(motion.angle[inside]))
     angle_error_deg = (beta - run.beta_deg + 90) % 180 - 90
@@ -392,8 +420,8 @@ def _check_plate(motion: IntruderPath, start: float, end: float, run: Run, arm: 
             raise Refused("other-depth", found=depth, stated=run.depth_cm)
 
 
-def _rotations(motion: IntruderPath, spans: FloatArray) -> list[_StrokeSpan]:
-    """Turns of a leg toward positive theta."""
+def _find_rotations(motion: IntruderPath, spans: FloatArray) -> list[_StrokeSpan]:
+    """Find the turns of a leg toward positive theta."""
     turns = np.degrees(np.diff(motion.pose_at(spans)[2])).ravel().tolist()
     if not turns or max(turns, key=abs) < 0 or max(turns) < _CHOSEN.least_turn_deg:
         turns_text = ", ".join(f"{turn:+.0f}" for turn in turns) or "nothing"

@@ -1,4 +1,4 @@
-"""The free surface found from force and depth, and how far the machine yields under load."""
+"""Find the free surface from force and depth, and the compliance of the machine under load."""
 
 from __future__ import annotations
 
@@ -26,11 +26,13 @@ _CHOSEN = chosen("measure", "surface")
 
 @dataclass(frozen=True)
 class Surface:
-    """The free surface as found: its depth on the axis that was given, to be subtracted from it.
+    """The free surface as found from the force.
 
-    `growth_N_per_cm`, `growth_se`: slope of the force just below, and its standard error; `air_N`: the
-    force in air, next to it. `depth` (cm), `force`, `fitted` (N): the n readings of the window and the
-    model's force.
+    `depth_cm`, `se_cm`, `dof`: Depth of the surface on the given axis of depth, from which it must be subtracted; its
+    standard error and degrees of freedom.
+    `growth_N_per_cm`, `growth_se`: Slope of the force just below the surface, and its standard error.
+    `air_N`: Force in air just above the surface.
+    `depth` (cm), `force`, `fitted` (N): The n readings of the window, and the force of the model.
     """
 
     depth_cm: float
@@ -57,11 +59,13 @@ def place_surface(
     lift: FloatArray,
     clock_se_s: float,
 ) -> tuple[IntruderPath, Surface | None]:
-    """Count z from the free surface that the force shows, where the config asks for that.
+    """Count z from the free surface that the force shows, where the config asks for this.
 
-    `time` (s, on the motion log's clock) and `lift` (N, zero not yet removed) are of the force log;
-    `clock_se_s` moves the surface by as far as the arm went in it. The surface as found is counted from
-    the zero that `path` had.
+    Returns the path with the new z, and the surface on the old axis of `path`; the path unchanged and None where the
+    surface is given.
+
+    `time`, `lift`: Times (s, on the motion log's clock) and lift (N, zero not yet removed) of the force log.
+    `clock_se_s`: Standard error of the clock, s; the error of the surface includes the travel of the arm in this time.
     """
     if config.surface.method == "given" or run.surface_z_mm is not None:
         return path, None
@@ -87,13 +91,13 @@ def place_surface(
 def _in_motion_log(
     path: IntruderPath, time: FloatArray, lift: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Time, depth and lift of the force readings that were made while the motion was logged."""
+    """Return time, depth and lift of the force readings that were made while the motion was logged."""
     inside = (time >= path.time[0]) & (time <= path.time[-1])
     return time[inside], -path.pose_at(time[inside])[1], lift[inside]
 
 
 WINDOWS = (0.7, 1.0, 1.4)
-"""Windows that are tried, relative to the one asked for; the middle one counts."""
+"""Windows that are tried, relative to that of the config; the middle one counts, the others show its bias."""
 
 
 def find_surface(
@@ -104,23 +108,25 @@ def find_surface(
     depth_sd: float = 0.0,
     toe_cm: float = 0.0,
 ) -> Surface:
-    """Find the free surface on the way down: where the force leaves zero and grows from there.
+    """Find the free surface on the way down: the depth from which the force grows.
 
-    `depth` (cm, growing downward from any zero) and `force` (lift, N, with any constant) are in the order
-    of recording. Readings `window_cm` above and below the surface are used, but for those within `toe_cm`
-    of it, half the thickness of the plate: partly in air it has not yet the force of its depth. `noise_N`
-    is stated for the transducer; noise in air counts where it is larger. `depth_sd`, cm: standard error
-    of the depth there, from the clocks.
+    `depth`, `force`: Depth, growing downward from any zero, cm, and lift plus any constant, N, in the order of
+    recording.
+    `window_cm`: Readings so far above and below the surface are used.
+    `noise_N`: Noise that is stated for the transducer; the noise in air counts if it is larger.
+    `depth_sd`: Standard error of the depth at the surface, from the clocks, cm.
+    `toe_cm`: Half the thickness of the plate. Readings within it of the surface are not used: a plate that is partly in
+    air does not yet have the force of its depth.
     """
     is_deeper = depth >= np.maximum.accumulate(depth) - 0.02
     before_peak = np.arange(depth.size) <= int(np.argmax(force))
     depth, force = depth[is_deeper & before_peak], force[is_deeper & before_peak]
-    onset, noise = _onset(depth, force, noise_N)
+    onset, noise = _find_onset(depth, force, noise_N)
     windows = [share * window_cm for share in WINDOWS]
-    fits = [_fit(depth, force, onset, window) for window in windows]
+    fits = [_fit_change_point(depth, force, onset, window) for window in windows]
     for _ in range(_CHOSEN.passes if toe_cm > 0 else 0):
         fits = [
-            fit and _fit(depth, force, onset, window, fit.depth_cm, toe_cm)
+            fit and _fit_change_point(depth, force, onset, window, fit.depth_cm, toe_cm)
             for window, fit in zip(windows, fits, strict=True)
         ]
     best = fits[1]
@@ -134,8 +140,8 @@ def find_surface(
     return replace(best, se_cm=math.sqrt(best.se_cm**2 + spread + depth_sd**2))
 
 
-def _onset(depth: FloatArray, force: FloatArray, noise_N: float) -> tuple[float, float]:
-    """Depth from which on the force stays above its noise in air, and that noise."""
+def _find_onset(depth: FloatArray, force: FloatArray, noise_N: float) -> tuple[float, float]:
+    """Return the depth below which the force stays above its noise in air, cm, and that noise, N."""
     if depth.size < _CHOSEN.min_air + _CHOSEN.min_below:
         raise Refused("few-on-the-way-down", found=depth.size)
     begin = force[: max(_CHOSEN.min_air, depth.size // 10)]
@@ -150,7 +156,7 @@ def _onset(depth: FloatArray, force: FloatArray, noise_N: float) -> tuple[float,
     return float(depth[quiet[-1]]), noise
 
 
-def _fit(
+def _fit_change_point(
     depth: FloatArray,
     force: FloatArray,
     onset: float,
@@ -158,7 +164,11 @@ def _fit(
     previous_depth: float = 0.0,
     toe: float = 0.0,
 ) -> Surface | None:
-    """Fit the change point to the readings of one window, but for those within `toe` of `previous_depth`."""
+    """Fit the depth at which the force begins to grow to the readings of one window; None where these are too few.
+
+    Readings within `toe` of `previous_depth` are not used. The force is a constant above the surface and a parabola
+    below.
+    """
     near_onset = (depth > onset - window) & (depth < onset + window)
     if toe > 0:
         near_onset &= np.abs(depth - previous_depth) > toe
@@ -168,13 +178,13 @@ def _fit(
         or np.count_nonzero(d > onset) < _CHOSEN.min_below
     ):
         return None
-    # from well above the onset to a little below: there the force is above its noise already
+    # the surface lies above the onset, where the force is already above its noise
     trial_depths = np.linspace(onset - 0.6 * window, onset + 0.1 * window + toe, _CHOSEN.trials)
     best = trial_depths[np.argmin(_misfits(d, f, trial_depths))]
     step = float(trial_depths[1] - trial_depths[0])
     fine_depths = np.linspace(best - step, best + step, 41)
     surface_depth = float(fine_depths[np.argmin(_misfits(d, f, fine_depths))])
-    design = _design(d, surface_depth)
+    design = _design_matrix(d, surface_depth)
     terms = np.linalg.lstsq(design, f, rcond=None)[0]
     fitted = design @ terms
     gradient = np.where(d > surface_depth, -(terms[1] + 2 * terms[2] * (d - surface_depth)), 0.0)
@@ -196,7 +206,7 @@ def _fit(
 
 
 def _check_growth(surface: Surface, window_cm: float, noise: float) -> None:
-    """Refuse a growth that is small, uncertain, or that begins in air already."""
+    """Refuse a growth of the force that is small or uncertain, or that already begins in air."""
     growth, se, depth = surface.growth_N_per_cm, surface.growth_se, surface.depth_cm
     rise = float(surface.fitted.max() - surface.air_N)
     if growth <= 0:
@@ -222,40 +232,42 @@ def _check_growth(surface: Surface, window_cm: float, noise: float) -> None:
         raise Refused("grows-in-air", depth=depth, above=in_air, below=growth)
 
 
-def _design(depth: FloatArray, surface_depth: float | FloatArray) -> FloatArray:
+def _design_matrix(depth: FloatArray, surface_depth: float | FloatArray) -> FloatArray:
+    """Terms of the force: constant, depth below the surface, and its square; on a new last axis."""
     depth_below = np.maximum(depth - surface_depth, 0.0)
     return np.stack([np.ones_like(depth_below), depth_below, depth_below**2], axis=-1)
 
 
 def _misfits(depth: FloatArray, force: FloatArray, trial_depths: FloatArray) -> FloatArray:
-    design = _design(depth, trial_depths[:, None])
-    turned = design.transpose(0, 2, 1)
-    terms = np.linalg.solve(turned @ design + 1e-12 * np.eye(3), turned @ force[:, None])
+    """Sum of squared residuals for each trial depth of the surface; infinite where the force falls below it."""
+    design = _design_matrix(depth, trial_depths[:, None])
+    transposed = design.transpose(0, 2, 1)
+    terms = np.linalg.solve(transposed @ design + 1e-12 * np.eye(3), transposed @ force[:, None])
     residual = force - (design @ terms)[..., 0]
-    # a force that falls below the surface is no surface
     return np.where(terms[:, 1, 0] > 0, (residual**2).sum(axis=1), math.inf)
 
 
 @dataclass(frozen=True)
 class Compliance:
-    """Deflection of the machine under load, as a curve over the lift; it never extrapolates.
+    """Deflection of the machine under load, as a curve over the lift; known up to the largest measured lift.
 
-    `force` (N) increases from 0; `travel` (cm) is 0 at no force and never falls.
+    `force`: Lift, increasing from 0, N. `travel`: Deflection, 0 without force and never decreasing, cm.
     """
 
     force: FloatArray
     travel: FloatArray
 
     def travel_at(self, force: FloatArray) -> tuple[FloatArray, np.ndarray]:
-        """Travel, cm, at some lift (a pull is none), and whether it is known: up to the largest lift."""
+        """Return the travel at some lifts, cm (0 in a pull), and True where it is known: up to the largest lift."""
         return np.interp(force, self.force, self.travel), force <= self.force[-1]
 
 
 def compliance_of(depth: FloatArray, force: FloatArray, noise_N: float) -> Compliance:
-    """Find the compliance of the machine from a push against something rigid, beginning out of contact.
+    """Find the compliance of the machine from a push against something rigid, which begins out of contact.
 
-    `depth`, cm, grows downward from any zero, in the order of recording; `force`: lift, N; `noise_N`:
-    standard deviation of one reading.
+    `depth`: Depth, growing downward from any zero, in the order of recording, cm.
+    `force`: Lift, N.
+    `noise_N`: Standard deviation of a single reading.
     """
     if force.size < _CHOSEN.min_readings:
         raise Refused("few-rigid", found=force.size, wanted=_CHOSEN.min_readings)
@@ -274,13 +286,13 @@ def compliance_of(depth: FloatArray, force: FloatArray, noise_N: float) -> Compl
     filled = np.unique(bin_of_reading)
     levels = np.array([lift[bin_of_reading == bin_number].mean() for bin_number in filled])
     means = np.array([depth[bin_of_reading == bin_number].mean() for bin_number in filled])
-    # contact begins where the first two levels point to; from there the travel never falls
+    # the line through the first two levels gives the depth of contact; the travel never decreases
     slope = (means[1] - means[0]) / (levels[1] - levels[0]) if levels.size > 1 else 0.0
     start = means[0] - max(slope, 0.0) * levels[0]
     travel = np.maximum.accumulate(np.maximum(means - start, 0.0))
     lift_left = lift[-1] - levels[-1]
     if lift_left > 0 and levels.size > 1:
-        # from the middle of the last level to its end, as steep as between the last two
+        # extend the curve from the mean of the last level to the largest lift, with the last slope
         steep = (travel[-1] - travel[-2]) / (levels[-1] - levels[-2])
         levels, travel = (
             np.append(levels, lift[-1]),
@@ -292,7 +304,7 @@ def compliance_of(depth: FloatArray, force: FloatArray, noise_N: float) -> Compl
 def find_compliance(campaign: Campaign, template_run: Run) -> Compliance:
     """Find the compliance of the machine from the push against something rigid that the config names.
 
-    `template_run`: Any run of the campaign: what its logs look like, the rigid push's do too.
+    `template_run`: Any run of the campaign; the logs of the rigid push are read as those of this run.
     """
     config = campaign.config
     contact = config.rigid_contact

@@ -1,4 +1,4 @@
-"""A campaign that is a table of stress or alpha: its rows as samples and fits of the chain."""
+"""Campaigns that are a table of stress or alpha instead of logs: make the tables of samples and fits from its rows."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from rftfit.measure.samples import PHASES, samples_table
 from rftfit.measure.slopes import GIVEN_DOF, student_quantile
 
 _FEWEST_READINGS = 8
-"""Different stresses of a run by which a copy is known: fewer, with two or three digits, may be equal by chance."""
+"""Fewest different stresses of a run by which copies are found: fewer, of two or three digits, may agree by chance."""
 
 
 def ingest_table(campaign: Campaign, medium: str) -> tuple[pd.DataFrame, pd.DataFrame, Ledger]:
-    """As `rftfit.measure.ingest.ingest_medium`: of stress a sample for each row, of alpha none."""
+    """Make the tables of `measure.ingest.ingest_medium` from a table: a sample a row of stress, none for alpha."""
     parts: dict[str, tuple[np.ndarray, ...]] = {}
     ledger = Ledger()
     exact_columns = {
@@ -75,7 +75,7 @@ def ingest_table(campaign: Campaign, medium: str) -> tuple[pd.DataFrame, pd.Data
 def fit_alpha_table(
     campaign: Campaign, medium: str, tared: pd.DataFrame
 ) -> tuple[pd.DataFrame, pd.DataFrame, Ledger]:
-    """As `rftfit.measure.fits.fit_medium`, of slopes that the table gives."""
+    """Make the tables of `measure.fits.fit_medium` from the slopes of a table of alpha."""
     ledger, level = Ledger(), campaign.config.fit.confidence
     rows = []
     for run in campaign.runs_of(medium):
@@ -96,7 +96,7 @@ def fit_alpha_table(
             "depth_from_cm": numbers["depth_from_cm"],
             "depth_to_cm": numbers["depth_to_cm"],
             **reason_columns(excluded),
-            "lever_per_cm": 0.0,  # the error of the surface is in what the table states
+            "lever_per_cm": 0.0,  # the errors that the table states include that of the surface
             "clock_cm": 0.0,
         }
         rows.append(row)

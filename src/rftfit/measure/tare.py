@@ -45,9 +45,9 @@ def tare_medium(
 ) -> tuple[pd.DataFrame, pd.DataFrame, Ledger]:
     """Subtract the tares of one medium, from the traces and the table of runs of the ingest stage.
 
-    Returns the granular force and tare of every sample of a stroke; the tare of every plate or leg
-    run, its valid range or why there is none, and tares that are none; the rows of the tare
-    runs and of runs without a tare, and flags of the runs.
+    Returns the table of samples with granular force and tare; the table of tares, with a row for each plate or leg run
+    (range of its tare, or the reason why it has none) and for each unusable tare; and a ledger with the rows of the
+    tare runs and of runs without a tare, and the flags of the runs.
     """
     ledger = Ledger()
     runs = {run.run_id: run for run in campaign.runs_of(medium)}
@@ -61,7 +61,7 @@ def tare_medium(
     may_lack_tare = campaign.numbers or campaign.config.fit.missing_tare != "refuse"
     tared_strokes: dict[str, StrokeColumns] = {}
     rows = [
-        _row(runs[name], "", None, None, [tare])
+        _make_row(runs[name], "", None, None, [tare])
         for name, tare in tares.items()
         if isinstance(tare, Remark)
     ]
@@ -69,7 +69,7 @@ def tare_medium(
         run = runs[name]
         tare = tares.get(run.tare_run)
         if isinstance(tare, Tare):
-            tared = _tared(run, stroke, tare, ledger)
+            tared = _subtract_tare(run, stroke, tare, ledger)
         elif may_lack_tare and not run.tare_run:
             nothing = np.zeros(stroke["why"].size)
             tared = stroke | {"tare_z_N": nothing, "tare_x_N": nothing}
@@ -78,7 +78,7 @@ def tare_medium(
             reason = remark("tare-missing", why=why)
             good = int(np.count_nonzero(stroke["why"] == RowStatus.GOOD))
             ledger.add(run, run.force_log, DROPPED, good, reason)
-            rows.append(_row(run, run.tare_run, None, None, [reason]))
+            rows.append(_make_row(run, run.tare_run, None, None, [reason]))
             continue
         tared_strokes[name] = tared
         if campaign.holds_tare(run):
@@ -86,7 +86,7 @@ def tare_medium(
         if lacks_force_x(campaign.config, run):
             ledger.flag(run, remark("no-force-x"))
         reasons = _why_no_curve(tared["why"]) if run.kind == "leg" else ()
-        rows.append(_row(run, run.tare_run, tare, tared, reasons))
+        rows.append(_make_row(run, run.tare_run, tare, tared, reasons))
     return (
         join_runs(tared_strokes, _TARED_COLUMNS),
         pd.DataFrame(rows, columns=TARE_COLUMNS),
@@ -94,27 +94,29 @@ def tare_medium(
     )
 
 
-def _row(
+def _make_row(
     run: Run,
     tare_run: str,
     tare: Tare | Remark | None,
     tared: StrokeColumns | None,
     reasons: Sequence[Remark],
 ) -> tuple[object, ...]:
-    """Row of a run in the table of tares; `tared`: None where there is no granular force."""
+    """Make the row of a run in the table of tares; `tared`: its tared stroke, None if there is none."""
     valid_range = (np.nan, np.nan)
     if isinstance(tare, Tare):
         valid_range = (tare.position[0], tare.position[-1])
-    sizes = (np.nan, np.nan) if tared is None else _sizes(tared)
+    sizes = (np.nan, np.nan) if tared is None else _rms_forces(tared)
     return (run.run_id, tare_run, abscissa_of(run), *valid_range, *sizes, *reason_cells(reasons))
 
 
 @dataclass(frozen=True)
 class Tare:
-    """Force z, x (2, n), N, to be subtracted at equal position; it never extrapolates.
+    """Force (z, x) to be subtracted at equal position; known only in the measured range.
 
-    `abscissa`: what equal position means, ``depth_cm``, ``path_cm`` (horizontal runs) or ``angle_deg``;
-    `position` (n,) increases, in its unit. A step wider than `longest_step` is a hole, not to be bridged.
+    `abscissa`: Column that holds the position: ``depth_cm``, ``path_cm`` (horizontal runs) or ``angle_deg``.
+    `position`: Increasing, in the unit of that column, shape (n,).
+    `force`: N, shape (2, n).
+    `longest_step`: Longest step of position over which the force is interpolated; a longer one is a hole.
     """
 
     abscissa: str
@@ -127,19 +129,19 @@ class Tare:
         """Make a tare from at least two samples of a stroke, in any order."""
         order = np.argsort(position, kind="stable")
         position = position[order]
-        # ten ordinary steps: wider than any jitter, narrower than any hole worth the name
+        # ten ordinary steps: more than any jitter, less than a real hole
         typical = (position[-1] - position[0]) / (position.size - 1)
         return cls(abscissa, position, force[:, order], 10 * float(typical))
 
     def covers(self, position: FloatArray) -> np.ndarray:
-        """Tell at which positions the tare is known: not outside its range, not in holes of its log."""
+        """Return True for positions at which the tare is known: inside its range and not in a hole of its log."""
         inside = (position >= self.position[0]) & (position <= self.position[-1])
         next_index = np.clip(np.searchsorted(self.position, position), 1, self.position.size - 1)
         step = self.position[next_index] - self.position[next_index - 1]
         return np.asarray(inside & (step <= self.longest_step))
 
     def force_at(self, position: FloatArray) -> FloatArray:
-        """Force z, x of the tare, N, linear between its samples, NaN where not known: shape (2, m)."""
+        """Force (z, x) of the tare at m positions, N, shape (2, m): linear between samples, NaN where not known."""
         force = np.stack(
             [np.interp(position, self.position, component) for component in self.force]
         )
@@ -147,14 +149,14 @@ class Tare:
 
 
 def abscissa_of(run: Run) -> str:
-    """Position at which a tare is subtracted: theta of legs, path of horizontal strokes, else depth."""
+    """Column of the position at which a tare is subtracted: theta for legs, path for horizontal runs, else depth."""
     if run.direction == "rotation":
         return "angle_deg"
     return "path_cm" if run.direction == "horizontal" else "depth_cm"
 
 
-def _sizes(stroke: StrokeColumns) -> tuple[float, float]:
-    """Root mean square of the force before the tare was subtracted, and of the tare, N."""
+def _rms_forces(stroke: StrokeColumns) -> tuple[float, float]:
+    """Return the root mean square of the force before the tare was subtracted, and of the tare, N."""
     good = stroke["why"] == RowStatus.GOOD
     if not good.any():
         return np.nan, np.nan
@@ -163,12 +165,12 @@ def _sizes(stroke: StrokeColumns) -> tuple[float, float]:
 
 
 def _stack_components(stroke: StrokeColumns, quantity: str) -> FloatArray:
-    """Force z and x, or those of the tare, N, shape (2, n)."""
+    """Stack z and x of a `quantity`, ``force`` or ``tare``, N, shape (2, n)."""
     return np.stack([stroke[f"{quantity}_{c}_N"] for c in "zx"])
 
 
 def _tare_of(run: Run, stroke: StrokeColumns, ledger: Ledger) -> Tare | Remark:
-    """Make a tare of a run, or say why it is none."""
+    """Make the tare of a tare run, or return the reason why it cannot be used; enter its rows into the ledger."""
     good = stroke["why"] == RowStatus.GOOD
     abscissa, good_samples = abscissa_of(run), int(np.count_nonzero(good))
     if good_samples < 2:
@@ -182,7 +184,7 @@ def _tare_of(run: Run, stroke: StrokeColumns, ledger: Ledger) -> Tare | Remark:
 
 
 def _why_no_curve(why: np.ndarray) -> tuple[Remark, ...]:
-    """Why the tared stroke of a leg has no sample to use; empty if it has."""
+    """Return the reason why the tared stroke of a leg has no usable sample; empty if it has some."""
     counts = np.bincount(why, minlength=1)
     if counts[RowStatus.GOOD]:
         return ()
@@ -190,7 +192,11 @@ def _why_no_curve(why: np.ndarray) -> tuple[Remark, ...]:
 
 
 def _why_no_tare(run: Run, tare: Remark | None, refused: tuple[Remark, ...]) -> Remark:
-    """Why a run has no tare; `tare`: why the one that it names is none, if it has a stroke."""
+    """Return the reason why a run has no tare.
+
+    `tare`: Reason why the tare that the run names cannot be made from its stroke; None without a stroke.
+    `refused`: Reasons why the tare run was refused.
+    """
     if not run.tare_run:
         return remark("tare-not-named")
     if tare is not None:
@@ -199,8 +205,8 @@ def _why_no_tare(run: Run, tare: Remark | None, refused: tuple[Remark, ...]) -> 
     return remark("tare-unusable", tare=run.tare_run, why=why)
 
 
-def _tared(run: Run, stroke: StrokeColumns, tare: Tare, ledger: Ledger) -> StrokeColumns:
-    """Granular force of a stroke; rows the tare does not cover are marked and counted."""
+def _subtract_tare(run: Run, stroke: StrokeColumns, tare: Tare, ledger: Ledger) -> StrokeColumns:
+    """Subtract the tare from a stroke; rows that the tare does not cover are marked, and entered into the ledger."""
     z, x = tare.force_at(stroke[tare.abscissa])
     untared = (stroke["why"] == RowStatus.GOOD) & np.isnan(z)
     why = np.where(untared, np.int8(RowStatus.UNTARED), stroke["why"])

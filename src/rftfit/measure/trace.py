@@ -1,4 +1,4 @@
-"""One run in the lab frame: one clock for both logs, depth below the surface, phases of the run, zero removed."""
+"""Make the trace of one run: lab frame, one clock for both logs, depth below the surface, phases, zero removed."""
 
 from __future__ import annotations
 
@@ -47,19 +47,22 @@ def trace_run(
     compliance: Compliance | None,
     clocks: SessionClocks | None,
 ) -> Trace:
-    """Turn the logs of a run into its trace; raises `Refused` or ValueError where that cannot be done.
+    """Turn the logs of a run into its trace; raise `Refused` or ValueError if this is not possible.
 
-    `zero_log`: Recorded without load, if the run has one. `compliance`: How far the machine yields under load.
-    `clocks`: Of the sessions, where they are estimated.
+    `zero_log`: Log recorded without load, if the run has one.
+    `compliance`: Yield of the machine under load; None: it does not yield.
+    `clocks`: Clocks of the sessions, where they are estimated.
     """
     readings = lab_frame.force_in_lab_frame(force_log, config.transducer)
     path = lab_frame.path_in_lab_frame(motion_log, run, config.arm)
     spans = path.spans(config.arm)
     clock = find_clock(config.clock, run, readings, path, spans, clocks)
     time = clock.motion_time(readings.time)
-    moving = _within(time, spans)
-    # while the arm slows down a force stops growing by itself
-    readings, at_end = _up_to_end_of_amplifier(run, readings, _within(time, spans, -LONGEST_RAMP_S))
+    moving = _mark_motion(time, spans)
+    # near the ends of a motion the arm is slow, and a constant force is no end of the amplifier
+    readings, amplifier_flags = _mark_end_of_amplifier(
+        run, readings, _mark_motion(time, spans, -LONGEST_RAMP_S)
+    )
     good = ~readings.saturated
     path, surface = place_surface(
         config, run, path, time[good], readings.force[0, good], clock.se_s or 0.0
@@ -75,39 +78,39 @@ def trace_run(
     in_air = z >= clear_cm
     why = _row_status(time, path, readings.saturated, config.clock.max_gap_s)
     at_rest = in_air & ~moving & ~in_stroke & (why == RowStatus.GOOD)
-    steps, other_zero = _find_steps(readings, in_stroke, in_air)
-    if other_zero.any():
-        why[at_rest & other_zero] = RowStatus.OTHER_ZERO
-        at_rest = _rest_of_zero(readings.time, at_rest, in_air & ~in_stroke, other_zero)
+    step_flags, has_other_zero = _find_steps(readings, in_stroke, in_air)
+    if has_other_zero.any():
+        why[at_rest & has_other_zero] = RowStatus.OTHER_ZERO
+        at_rest = _rest_of_zero(readings.time, at_rest, in_air & ~in_stroke, has_other_zero)
     middle_s = float(readings.time[in_stroke].mean())
-    of_zero_log: list[Remark] = []
+    zero_log_flags: list[Remark] = []
     if isinstance(zero_log, Log):
-        zero, of_zero_log = _zero_of_log(config, zero_log, force_log, middle_s)
+        zero, zero_log_flags = _zero_of_log(config, zero_log, force_log, middle_s)
     else:
-        zero = _zero(config, readings, at_rest, middle_s, float(clear_cm.min()))
-    # no rest shows what moves the zero back and forth between it and the stroke
+        zero = _find_run_zero(config, readings, at_rest, middle_s, float(clear_cm.min()))
+    # a slow noise of the zero between rest and stroke does not show in the rest
     zero = replace(zero, variance=zero.variance + config.transducer.slow_noise_N**2)
     force = readings.force - zero.force
     if compliance is not None:
         travel, is_measured = compliance.travel_at(force[0])
         z = z + travel
         why[~is_measured & (why == RowStatus.GOOD)] = RowStatus.YIELDED
-    # a log whose zero is known otherwise holds nothing but the stroke, and no rest in air
+    # a log whose zero is known from elsewhere need not hold a rest in air
     rests_in_air = config.zero.method == "air" and zero_log is None
     phase = np.full(time.size, _OTHER)
     phase[in_air & ~moving & rests_in_air] = _AIR
     phase[~in_air & ~moving & (np.abs(z) < _PAUSE_CM)] = _PAUSE
     phase[moving & (time < start)] = _APPROACH
     phase[in_stroke] = _STROKE
-    hold_s, in_steps = _position_in_steps(path, start, end)
+    hold_s, hold_flags = _position_in_steps(path, start, end)
     flags = [
         *flags_of_clock(run, clocks),
-        *in_steps,
-        *at_end,
-        *steps,
-        *of_zero_log,
-        *_lost_rows(force_log, motion_log, whole_lines=same_table(config, run)),
-        *_doubts(config, run, readings, zero, in_stroke, max(end - time[-1], time[0] - start)),
+        *hold_flags,
+        *amplifier_flags,
+        *step_flags,
+        *zero_log_flags,
+        *_flag_lost_rows(force_log, motion_log, whole_lines=same_table(config, run)),
+        *_flag_doubts(config, run, readings, zero, in_stroke, max(end - time[-1], time[0] - start)),
     ]
     # a log that begins in air should also end after the stroke
     if rests_in_air and (start <= path.time[1] or end >= path.time[-2]):
@@ -135,11 +138,17 @@ def trace_run(
 class Trace:
     """One run in the lab frame, on the force log's clock; arrays of shape (n,).
 
-    `time` in s; `x`, `z` of the intruder's reference point in cm; `angle` (beta or theta) in rad;
-    `force` (2, n) as z, x in N, its `zero` removed. `phase` is an index into `PHASES`, `why` a `RowStatus`,
-    `rows` the data lines of force and motion log. `flags` do not stop the run; `surface` is there where it was
-    looked for; `channels`: of `channel_facts`. `hold_s`: how long a position stays in the log while the arm moves, 0
-    where that moves no depth.
+    `time`: s.
+    `phase`: Index into `PHASES`.
+    `x`, `z`: Reference point of the intruder, cm.
+    `angle`: Beta or theta, rad.
+    `force`: z and x, N, shape (2, n), with `zero` removed.
+    `why`: `RowStatus` of each sample.
+    `flags`: Doubts that do not stop the run.
+    `rows`: Numbers of data lines of force and motion log.
+    `surface`: Free surface, if it was found from the force.
+    `channels`: Facts of the channels, of `channel_facts`.
+    `hold_s`: Time for which the log repeats a position while the arm moves, s; 0 where its steps are small.
     """
 
     run: Run
@@ -160,7 +169,7 @@ class Trace:
 
     @property
     def note(self) -> tuple[Remark, ...]:
-        """What was put right and touches no number, but should be known."""
+        """Corrections that change no number but should be known: whole hours between the clocks."""
         hours = self.clock.whole_hours
         return (remark("clock-hours", hours=hours),) if hours else ()
 
@@ -172,15 +181,16 @@ class Trace:
 
 _AIR, _APPROACH, _PAUSE, _STROKE, _OTHER = range(len(PHASES))
 _PAUSE_CM = 0.2
-
+"""Largest distance from the surface at which a rest counts as a pause at the surface."""
 
 HELD_SE = 0.25
-"""Of the time that a position is held: the error of the clock where it may be held, or that of a coarse sensor."""
+"""Standard error of the clock, relative to the time for which a position is repeated, held or by a coarse sensor."""
 _LEAST_STEP_CM = 0.03
+"""Smallest step between held positions that counts."""
 
 
 def _position_in_steps(path: IntruderPath, start: float, end: float) -> tuple[float, list[Remark]]:
-    """How long a position stays while the arm moves, s, and its flag; 0 and none where steps are small."""
+    """Return the time for which a position is repeated while the arm moves, s, and its flag; 0 if steps are small."""
     inside = (path.time >= start) & (path.time <= end)
     parts = [coordinate[inside] for coordinate in (path.x, path.z)]
     position = max(parts, key=lambda coordinate: np.ptp(coordinate) if coordinate.size else 0.0)
@@ -189,12 +199,12 @@ def _position_in_steps(path: IntruderPath, start: float, end: float) -> tuple[fl
         return 0.0, []
     hold_s = holds.rows * float(np.median(np.diff(path.time[inside])))
     step_mm = 10 * holds.step
-    in_steps = remark("position-in-steps", rows=holds.rows, step_mm=step_mm, off_mm=step_mm / 2)
-    return hold_s, [in_steps]
+    flag = remark("position-in-steps", rows=holds.rows, step_mm=step_mm, off_mm=step_mm / 2)
+    return hold_s, [flag]
 
 
-def _within(time: FloatArray, spans: FloatArray, ramp_s: float = LONGEST_RAMP_S) -> np.ndarray:
-    """Tell which samples lie in a stretch of motion, and so long before and after it."""
+def _mark_motion(time: FloatArray, spans: FloatArray, ramp_s: float = LONGEST_RAMP_S) -> np.ndarray:
+    """Return True for samples in a stretch of motion, made longer by `ramp_s` at both ends (shorter if negative)."""
     moving = np.zeros(time.size, dtype=bool)
     starts = np.searchsorted(time, spans[:, 0] - ramp_s, side="right")
     for begin, stop in zip(starts, np.searchsorted(time, spans[:, 1] + ramp_s), strict=True):
@@ -205,7 +215,7 @@ def _within(time: FloatArray, spans: FloatArray, ramp_s: float = LONGEST_RAMP_S)
 def _row_status(
     time: FloatArray, path: IntruderPath, saturated: np.ndarray, max_gap_s: float
 ) -> np.ndarray:
-    """`RowStatus` of each force sample, by what the two logs themselves show."""
+    """Return the `RowStatus` of each force sample, by gaps of the motion log and saturation."""
     why = np.full(time.size, RowStatus.GOOD, dtype=np.int8)
     for start, end in gaps(path.time, max_gap_s):
         why[(time > start) & (time < end)] = RowStatus.MOTION_GAP
@@ -214,14 +224,14 @@ def _row_status(
     return why
 
 
-def _zero(
+def _find_run_zero(
     config: Config,
     readings: lab_frame.ForceReadings,
     at_rest: np.ndarray,
     middle_s: float,
     clear_cm: float,
 ) -> lab_frame.Zero:
-    """Zero of a run without a zero log: as the config states it, else from its rest in air."""
+    """Find the zero of a run without a zero log: stated by the config, or from the rest in air."""
     if config.zero.method == "stated":
         return lab_frame.stated_zero(config.zero, config.transducer)
     drift = config.transducer.drift_N_per_min
@@ -234,7 +244,7 @@ def _zero(
 def _zero_of_log(
     config: Config, zero_log: Log, force_log: Log, stroke_s: float
 ) -> tuple[lab_frame.Zero, list[Remark]]:
-    """Zero of a run from its zero log, and flags of what makes it doubtful: its age, or a force that moves."""
+    """Return the zero of a run from its zero log, and flags if that log is old or its force changes."""
     unloaded = lab_frame.force_in_lab_frame(zero_log, config.transducer)
     age = _age_of_zero(zero_log, unloaded.time, force_log, stroke_s)
     most_min, file = config.zero.log_age_min, zero_log.path.name
@@ -250,7 +260,7 @@ def _zero_of_log(
 
 
 class _Age(NamedTuple):
-    """Time between a zero log and the stroke, and when both were."""
+    """Time between a zero log and the stroke, and the times of both as text."""
 
     minutes: float
     logged: str
@@ -260,13 +270,13 @@ class _Age(NamedTuple):
 def _age_of_zero(
     zero_log: Log, zero_time: FloatArray, force_log: Log, stroke_s: float
 ) -> _Age | None:
-    """Age of the zero of a run, by the middle of both; None where not both logs state a date, or both a time of day."""
+    """Age of the zero of a run, between the middles of both logs; None unless both state dates or times of day."""
     logged_s = float(zero_time.mean())
     between_s = abs(stroke_s - logged_s)
     if epoch_unit(logged_s) == epoch_unit(stroke_s) == "s":
         form = "%Y-%m-%d %H:%M"
     elif "time" in zero_log.clock_times & force_log.clock_times:
-        # one of them may be of the day after
+        # midnight may lie between the two
         form = "%H:%M"
         between_s = min(between_s % DAY_S, -between_s % DAY_S)
     else:
@@ -280,12 +290,12 @@ def _age_of_zero(
 # --- Steps and ends of channels
 
 
-def _up_to_end_of_amplifier(
+def _mark_end_of_amplifier(
     run: Run, readings: lab_frame.ForceReadings, moving: np.ndarray
 ) -> tuple[lab_frame.ForceReadings, list[Remark]]:
-    """Count readings of a push at the end of amplifier or logger as saturated, and flag them."""
+    """Mark readings of a push that stay constant at the end of amplifier or logger as saturated, and flag them."""
     if run.direction != "intrusion" or run.kind not in ("plate", "leg"):
-        # on a level path, in a pull and in air a force may stay as it is
+        # on a level path, in a pull and in air a force may stay constant
         return readings, []
     saturated = readings.saturated.copy()
     flags = []
@@ -313,12 +323,16 @@ def _up_to_end_of_amplifier(
 def _find_steps(
     readings: lab_frame.ForceReadings, in_stroke: np.ndarray, in_air: np.ndarray
 ) -> tuple[list[Remark], np.ndarray]:
-    """Flags of steps of the force that stay, and the rows of the force log whose zero is not that of the stroke."""
-    other_zero = np.zeros(readings.time.size, dtype=bool)
+    """Flag lasting steps of the force, and mark the rows of the force log whose zero is not that of the stroke.
+
+    A step in the stroke is a flag. After a step in air before the stroke the rows before it have another zero; after a
+    step in air behind the stroke, the rows from it on.
+    """
+    has_other_zero = np.zeros(readings.time.size, dtype=bool)
     flags: list[Remark] = []
     stepping_channels = may_step(readings.channels)
     if not stepping_channels.size:
-        return flags, other_zero
+        return flags, has_other_zero
     rows = rows_within(readings.time, AWAY_S)
     step_s = (readings.time[-1] - readings.time[0]) / (readings.time.size - 1)
     stroke_start = int(np.argmax(in_stroke))
@@ -338,37 +352,37 @@ def _find_steps(
                 if not readings.saturated[step.row - 1 : step.row + 1].any():
                     flags.append(remark("force-steps", **what))
             elif in_air[step.row - 1 : step.row + 1].all():
-                other_zero[before] = True
+                has_other_zero[before] = True
                 side = "before it" if before.start == 0 else "from it on"
                 count = before.indices(channel.size)
                 flags.append(remark("zero-steps", count=count[1] - count[0], side=side, **what))
-    return flags, other_zero
+    return flags, has_other_zero
 
 
 def _rest_of_zero(
-    time: FloatArray, at_rest: np.ndarray, in_air: np.ndarray, other_zero: np.ndarray
+    time: FloatArray, at_rest: np.ndarray, in_air: np.ndarray, has_other_zero: np.ndarray
 ) -> np.ndarray:
-    """Rows that show the zero of the stroke: at rest, or on the way through the air where rest is too short."""
-    left = at_rest & ~other_zero
+    """Return the rows that show the zero of the stroke: at rest, or also moving in air where the rest is too short."""
+    left = at_rest & ~has_other_zero
     if np.count_nonzero(left) >= lab_frame.fewest_for_zero(time):
         return np.asarray(left)
-    return np.asarray(in_air & ~other_zero)
+    return np.asarray(in_air & ~has_other_zero)
 
 
 # --- Flags of a trace: doubts that do not stop the run.
 
 
-_CHOSEN = (REPEATED, BLANK, OTHER_SOURCE)
-"""Rows that hold no reading, or none that the config asks for: that they are left out is no doubt."""
+_NO_LOSS = (REPEATED, BLANK, OTHER_SOURCE)
+"""Reasons to leave out rows that are no loss: such rows hold no new reading, or none that the config asks for."""
 
 
-def _lost_rows(force: Log, motion: Log, *, whole_lines: bool) -> list[Remark]:
-    """Rows that were lost from each log, and why; `whole_lines`: lines of one table hold force and motion."""
+def _flag_lost_rows(force: Log, motion: Log, *, whole_lines: bool) -> list[Remark]:
+    """Flag the rows that were lost from each log; `whole_lines`: a line of the file holds both force and motion."""
     lost = [
         {
             reason: count
             for reason, count in (*log.dropped.items(), *log.missing.items())
-            if reason not in _CHOSEN
+            if reason not in _NO_LOSS
         }
         for log in (force, motion)
     ]
@@ -378,7 +392,7 @@ def _lost_rows(force: Log, motion: Log, *, whole_lines: bool) -> list[Remark]:
         lost, lost[::-1], (force, motion), parts, strict=True
     ):
         for reason, count in lost_of_log.items():
-            # of one table a line, unlike a cell, is lost to both logs
+            # a lost line of one table is lost to both logs, so it is named once; a lost cell is not
             of_both = whole_lines and reason not in OF_CELLS and lost_beside.get(reason) == count
             file = log.path.name + ("" if of_both else suffix)
             when = log.stretches.get(reason)
@@ -396,6 +410,7 @@ def _lost_rows(force: Log, motion: Log, *, whole_lines: bool) -> list[Remark]:
 
 
 def _gaps(stroke_time: FloatArray, max_gap_s: float) -> Iterator[Remark]:
+    """Flag gaps in the times of the stroke, s."""
     missed = np.diff(gaps(stroke_time, max_gap_s), axis=1)
     if missed.size == 1:
         yield remark("gap", seconds=missed[0, 0])
@@ -404,19 +419,21 @@ def _gaps(stroke_time: FloatArray, max_gap_s: float) -> Iterator[Remark]:
 
 
 _MOST_LISTED = 3
+"""Most stretches named in one message."""
 
 
 def format_stretches(stretches: Sequence[tuple[float, float]]) -> str:
-    """Say when some stretches of a log were, s."""
+    """Format start and end of some stretches of a log, s."""
     listed = [f"{start:.2f} to {stop:.2f} s" for start, stop in stretches[:_MOST_LISTED]]
     remainder = len(stretches) - _MOST_LISTED
     return ", ".join(listed) + (f" and {remainder} stretches more" if remainder > 0 else "")
 
 
 _MOST_REPEATED = 1 / 3
+"""Share of repeated readings in a stroke from which on it is flagged."""
 
 
-def _doubts(
+def _flag_doubts(
     config: Config,
     run: Run,
     readings: lab_frame.ForceReadings,
@@ -424,7 +441,10 @@ def _doubts(
     stroke: np.ndarray,
     lost_s: float,
 ) -> Iterator[Remark]:
-    """Doubts about the readings of the `stroke`, of which the force log lacks so many seconds."""
+    """Flag doubts about the readings of a stroke.
+
+    `stroke`: True for the samples of the stroke. `lost_s`: Time of the stroke that the force log lacks, s.
+    """
     yield from _gaps(readings.time[stroke], config.clock.max_gap_s)
     if lost_s > config.clock.max_gap_s:
         yield remark("force-log-short", seconds=lost_s)

@@ -1,4 +1,4 @@
-"""Words of verdicts on a medium, for modules that read tables of checks and do none."""
+"""Words of verdicts on a medium, for modules that read tables of checks but do no checks."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ UNUSABLE, DOUBTFUL = "unusable", "doubtful"
 SOUND, NOTHING = "sound", "no result"
 
 REPEATS, PAIR, MAP = "repeats", "pair", "map"
-"""Comparison of a run with two or more runs of its direction, with the other one of two, or with the map of all others."""
+"""Comparisons of a run: with two or more runs of its direction, with a single one, or with the map of all others."""
 
 FEWEST_RUNS = 8
-"""With fewer runs that have both components of alpha, nothing is said of what many runs share."""
+"""Fewest runs with both components of alpha from which causes shared by many runs are judged."""
 
 NO_RUNS = "no-runs"
-"""Reason of the table of causes: fewer than `FEWEST_RUNS`."""
+"""Reason in the table of causes: fewer runs than `FEWEST_RUNS`."""
 
 PULLS = "beta-of-pulls"
-"""Hypothesis of the table of axes: beta of pulls has the other sign."""
+"""Hypothesis in the table of axes: beta of pulls has the other sign."""
 
 ROWS, BETA_ROWS = "rows", "beta-rows"
-"""Mistakes of the table of misplaced runs: all angles, or beta alone, stand in other rows than their logs."""
+"""Mistakes in the table of misplaced runs: all angles, or beta alone, stand in other rows than their logs."""
 
 
 def is_usable(alpha: pd.DataFrame) -> bool:
-    """Whether a medium may enter what is made from several media."""
+    """Return True if a medium may be used in results of several media: it is not marked unusable."""
     return not any(UNUSABLE in str(codes).split() for codes in alpha.get("checks_code", ()))
