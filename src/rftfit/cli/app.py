@@ -116,7 +116,7 @@ def _top(
 
 @cache
 def make_command() -> Any:
-    """Make the command line of all commands; the help shows a word for the value of each option, and none for a switch."""
+    """Make the command line; its help shows a word for the value of each option, and none for a switch."""
     group: Any = typer.main.get_command(app)
     for parameter in group.params:
         parameter.metavar = ""

@@ -1,4 +1,4 @@
-"""``rftfit check``: lists everything that is wrong with config, run sheet and logs, or else what the campaign contains."""
+"""``rftfit check``: lists everything that is wrong with a campaign, or else what it contains."""
 
 from __future__ import annotations
 

@@ -23,7 +23,8 @@ from rftfit.cli import exit_codes
 from rftfit.errors import RftfitError
 from rftfit.version import __version__
 
-# at the end the interpreter would search all modules for garbage: a tenth of the time of a short command
+# at the end the interpreter would search all modules for garbage: a tenth of the time of a short
+# command
 atexit.register(gc.freeze)
 
 # --- What a user sees of an error that the program did not expect: two lines and a file to send.
@@ -37,7 +38,7 @@ _LONGEST = 300
 
 
 def crash_message(error: BaseException, words: list[str]) -> str:
-    """Write the report of an unexpected error to a file, and return a message with the error in one line and the file's path."""
+    """Write the report of an unexpected error to a file; returns a message with the error and the file's path."""
     text = " ".join(str(error).split()) or "no further text"
     text = text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
     message = f"Unexpected error: {type(error).__name__}: {text}\n"
@@ -55,7 +56,7 @@ def crash_message(error: BaseException, words: list[str]) -> str:
 
 
 def quoted_traceback(error: BaseException) -> str:
-    """Format the traceback of an error and of its causes; their texts are quoted, because a stranger may have written them."""
+    """Format the traceback of an error and its causes; texts are quoted, because strangers may have written them."""
     cause = error.__cause__ or (None if error.__suppress_context__ else error.__context__)
     earlier = f"{quoted_traceback(cause)}\n" if cause else ""
     calls = "".join(traceback.format_tb(error.__traceback__))
@@ -158,7 +159,8 @@ def _invoke(words: list[str]) -> int:
     except typer.Abort:
         raise KeyboardInterrupt from None
     except Exception as error:
-        # a usage error: known by its methods, as its class is in another package from version to version of typer
+        # a usage error: known by its methods, as its class is in another package from version to
+        # version of typer
         if not (hasattr(error, "format_message") and hasattr(error, "show")):
             raise
         error.show()

@@ -241,7 +241,7 @@ def check_test(alpha: float | None, se: float) -> None:
 
 
 def reference_in(folder: Path | None, method: str | None) -> Reference:
-    """Return the reference media of the scaling routine: the published five, or those of a campaign, which must have some."""
+    """Return the reference media of the scaling routine: the published five, or those of a campaign."""
     if folder is None:
         from rftfit.model.fourier import METHODS
         from rftfit.model.scaling import published
@@ -343,7 +343,8 @@ class MediumOptions:
     ) -> Profile:
         """Find the profile; call `check` before.
 
-        `whole`: function that tells whether a table has a number in every direction of the body; default: in all directions.
+        `whole`: function that tells whether a table has a number in every direction of the body; default: in all
+        directions.
         """
         from rftfit.reference import MEDIA
 
@@ -490,7 +491,7 @@ OF_PUSHES = ("map", "generic")
 
 
 def shapes_in(folder: Path | None) -> Shapes:
-    """Return the known media whose shape a new medium is assumed to have: the published five, with those of a campaign if any."""
+    """Return the known media for the shape of a new medium: the published five, with those of a campaign if any."""
     return rftfit.published_shapes() if folder is None else rftfit.open(folder).shapes()
 
 

@@ -49,7 +49,7 @@ def warn(text: str) -> None:
 
 
 def format_comments(mark: str, notes: Iterable[str]) -> str:
-    """Format the lines above a table that a command writes; each note is one line, even with a line break in a file name."""
+    """Format the lines above a table of a command; a note stays one line even with a line break in a file name."""
     first_line = f"{mark} (rftfit {__version__})\n"
     return first_line + "".join(f"# {' '.join(note.split())}\n" for note in notes if note)
 
@@ -115,7 +115,8 @@ def check_target(
 ) -> None:
     """Refuse to overwrite a file that is read, or one without the command's own `mark`, unless the user said `force`.
 
-    A table begins with its mark; a picture has the mark somewhere in its metadata. `what`: name of the content, for messages.
+    A table begins with its mark; a picture has the mark somewhere in its metadata. `what`: name of the content, for
+    messages.
     """
     refuse_target_by_link(path)
     if path.is_dir():

@@ -236,7 +236,7 @@ def predict(
 
 
 def _find_left_out(medium_options: options.MediumOptions, source: Profile) -> str:
-    """Name the error that the intervals of a named medium leave out by the form of its profile; empty where there is none."""
+    """Name the error that intervals leave out by the form of the profile of a named medium; empty if none."""
     if not medium_options.medium:
         return ""
     form = medium_options.kind or ("table" if source.form == "table" else "")

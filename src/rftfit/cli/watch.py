@@ -74,7 +74,8 @@ def watch(
         while True:
             for event in watched.step():
                 tell(event)
-                # pushes before the first alpha of a medium may be many: the page shows them together, below
+                # pushes before the first alpha of a medium may be many: the page shows them
+                # together, below
                 if page and not event.facts.get("first"):
                     page.show(partial(page_of, watched), changed=True)
             if page:

@@ -76,7 +76,8 @@ def _evidence_for_pulls(
 ) -> dict[str, float]:
     """Find the evidence that beta of pulls has the other sign; empty where no pull has a beta that could be reversed.
 
-    Pulls are weak beside pushes, so the departure of a medium from the shape is taken in proportion to alpha of each direction.
+    Pulls are weak beside pushes, so the departure of a medium from the shape is taken in proportion to alpha of each
+    direction.
     """
     is_pull = (gamma_deg < -1) & (np.abs(beta_apart(2 * beta_deg, 0.0)) > TOLERANCE_DEG)
     if not is_pull.any():

@@ -1,4 +1,4 @@
-"""Tables from the joint model of a medium: causes that its runs share, likely axes, and runs in wrong rows of the sheet."""
+"""Tables from the joint model of a medium: shared causes, likely axes, and runs in wrong rows of the sheet."""
 
 from __future__ import annotations
 
@@ -35,14 +35,15 @@ TOLD, NOT_SEEN, NOT_CHECKED = "told", "not seen", "not checked"
 """Verdicts on a cause."""
 
 MIXED_UP, TOO_WIDE = "mixed-up", "too-wide"
-"""Reasons why a cause cannot be checked, beside `NO_RUNS`: its runs have other directions than the rest; only an unlikely size
-would be seen."""
+"""Reasons why a cause cannot be checked, beside `NO_RUNS`: its runs have other directions than the rest; only an
+unlikely size would be seen."""
 
 CAUSE_COLUMNS = columns_of("causes/{medium}.csv")
 AXES_COLUMNS = ["medium", "axes", "log_bayes_factor"]
 _NORMAL_95 = 1.959963984540054
 _WIDER_GAIN, _WIDER_OTHER = 1.2, 1.5
-"""Factors on the standard error of a told cause, a gain and any other: its place and kind are chosen by the data, too."""
+"""Factors on the standard error of a told cause, a gain and any other: its place and kind are chosen by the data,
+too."""
 
 
 def compare_all_runs(
@@ -149,14 +150,14 @@ def change_with_interval(told_cause: Found) -> tuple[float, float, float]:
 
 
 def _size_without_fault(cause: Cause) -> float:
-    """Return the size that a cause of all runs may have without a fault, by the medium or an ordinary mount; 0 for other causes."""
+    """Return the size that a cause of all runs may have without a fault, by the medium or the mount; 0 for others."""
     if cause.of_media:
         return _NORMAL_95 * cause.of_media
     return cause.tolerated if cause.group == ALL else 0.0
 
 
 def _rows_of_scan(scan: Scan, told: Iterable[Found]) -> list[dict[str, Any]]:
-    """Make a row for each kind and group that was not told: for steps, windows and holders the median over their places."""
+    """Make a row for each kind and group that was not told; steps, windows and holders have a median over places."""
     told_kinds = {(told_cause.cause.kind, told_cause.cause.group) for told_cause in told}
     places: dict[tuple[str, str, str], list[int]] = {}
     for number, cause in enumerate(scan.causes):
@@ -203,7 +204,10 @@ def _unchecked_row(kind: str, reason: str) -> dict[str, Any]:
 
 
 def _as_change(cause: Cause, size: float) -> float:
-    """State a gain as the ratio of its runs to the others less 1, for a trend of the last run to the first; other sizes as they are."""
+    """State a gain as a ratio less 1: of its runs to the others, or of a trend's last run to the first.
+
+    Other sizes are returned as they are.
+    """
     if cause.kind not in ("gain", "gain-x"):
         return float(size)
     # the share of a cause is 1/2 in its runs and -1/2 in the others

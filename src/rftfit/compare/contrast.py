@@ -1,9 +1,9 @@
 """Test whether alpha of two sets of runs differs in size or in shape, by single runs in common directions.
 
-A run is y = s T (1 + bed) + patches + error of the run, with T the alpha of its direction and s the size of its set. The
-contrast of a direction is the mean of B, divided by the ratio of sizes, minus the mean of A. The ratio of sizes is the one
-that makes the weighted squares of all contrasts least; the squares that remain show a difference of shape. Weights come from
-the scatter of repeats, in proportion to alpha with a floor, so that weak directions do not dominate.
+A run is y = s T (1 + bed) + patches + error of the run, with T the alpha of its direction and s the size of its set.
+The contrast of a direction is the mean of B, divided by the ratio of sizes, minus the mean of A. The ratio of sizes is
+the one that makes the weighted squares of all contrasts least; the squares that remain show a difference of shape.
+Weights come from the scatter of repeats, in proportion to alpha with a floor, so that weak directions do not dominate.
 """
 
 from __future__ import annotations
@@ -37,17 +37,19 @@ from rftfit.store.text import count, table
 _CHOSEN = chosen("compare", "contrast")
 
 PRIOR_ALONG = math.hypot(USUAL_BED_SPREAD, _CHOSEN.prior_across)
-"""Scatter along the force that is assumed without any repeat, relative to alpha: of beds as a whole and of their patches."""
+"""Scatter along the force that is assumed without any repeat, relative to alpha: of beds as a whole and of their
+patches."""
 
 
 @dataclass(frozen=True)
 class RunSet:
     """Plate runs of one medium, and the errors that all of them share.
 
-    `runs`: rows of ``results/fits/<medium>.csv``. Standard deviations of errors that all runs share: `surface_cm` of the
-    height of the free surface, `turn_deg` of the angle of the mount, `rod_percent` of the bed that rods were pushed into.
-    `campaign`, `medium`: runs of one campaign share the mount and the tares, those of one medium of it the bed of the rods,
-    too. `tolerance_deg`: difference of each angle up to which runs are of one direction; the larger of two sets counts.
+    `runs`: rows of ``results/fits/<medium>.csv``. Standard deviations of errors that all runs share: `surface_cm` of
+    the height of the free surface, `turn_deg` of the angle of the mount, `rod_percent` of the bed that rods were pushed
+    into. `campaign`, `medium`: runs of one campaign share the mount and the tares, those of one medium of it the bed of
+    the rods, too. `tolerance_deg`: difference of each angle up to which runs are of one direction; the larger of two
+    sets counts.
     """
 
     name: str
@@ -381,7 +383,7 @@ def _describe_limits(
 
 
 def _relative_square(repeats: Repeats, scatter: RunScatter) -> float:
-    """Return the mean square by which repeats differ along their force, with noise of the logs, over the force; 0 without any."""
+    """Return the mean square, over the force, by which repeats differ along it, with noise; 0 without repeats."""
     level = scatter.weight @ level_of_floors(repeats.size, repeats.largest)
     dof = float(repeats.dof.sum())
     return float((repeats.along / level).sum()) / dof if dof else 0.0
@@ -395,8 +397,8 @@ class _Means:
     """Mean of the runs of each common direction, z and x, shape (n, 2), with what its error needs.
 
     `n`: number of runs. `noise_variance`: variance of the mean by the noise of the logs. `repeats`: squares of the runs
-    about their mean, and the size of the force (see `_pool_sizes`). `common`: changes of the means by one standard deviation
-    of an error that many runs share, by the name of the error.
+    about their mean, and the size of the force (see `_pool_sizes`). `common`: changes of the means by one standard
+    deviation of an error that many runs share, by the name of the error.
     """
 
     mean: FloatArray
@@ -496,7 +498,8 @@ def _average_runs(
     startup, tare, curvature = (_error(runs, name) for name in ("startup", "tare", "curvature"))
     lever = np.nan_to_num(_number(runs, "lever_per_cm"))[:, None]
     clock = alpha * lever * np.nan_to_num(_number(runs, "clock_cm"))[:, None]
-    # variance of single runs: the curvature is alike in runs over the same depths, tare and clock are shared and counted below
+    # variance of single runs: the curvature is alike in runs over the same depths, tare and clock
+    # are shared and counted below
     run_variance = _error(runs, "se") ** 2 - startup**2 - tare**2 - curvature**2 - clock**2
     run_variance = np.maximum(run_variance, 0.0)
     unit = unit_vectors(mean.T)
@@ -563,12 +566,12 @@ class _SizeTest:
 
 @dataclass(frozen=True)
 class _ShapeTest:
-    """Squares of the contrast, weighted and plain, for the test whether the shapes differ and for the size of the difference.
+    """Squares of the contrast: weighted to test whether the shapes differ, plain to state by how much.
 
-    `squares`: weighted squares, which show best whether the shapes differ. `k`: their number. `dof`: degrees of freedom of
-    the scatter. `plain`: mean square without weights, relative to that of alpha, which states by how much the shapes differ;
-    by chance alone it is about `unit` times chi squared with `plain_k` degrees of freedom. `least_unit`: least plain mean
-    square that makes the weighted squares 1.
+    `squares`: weighted squares, which show best whether the shapes differ. `k`: their number. `dof`: degrees of freedom
+    of the scatter. `plain`: mean square without weights, relative to that of alpha, which states by how much the shapes
+    differ; by chance alone it is about `unit` times chi squared with `plain_k` degrees of freedom. `least_unit`: least
+    plain mean square that makes the weighted squares 1.
     """
 
     squares: float
@@ -580,7 +583,7 @@ class _ShapeTest:
     least_unit: float
 
     def interval(self, confidence: float) -> tuple[float, float]:
-        """Return the interval of the root mean square difference; it lies above 0 where the weighted squares show a difference."""
+        """Return the interval of the rms difference; it lies above 0 where the weighted squares show a difference."""
         outside = (1 - confidence) / 2
         low, high = self.rms(1 - outside), self.rms(outside)
         shown = _find_argument(
@@ -591,7 +594,7 @@ class _ShapeTest:
         return max(low, math.sqrt(shown * self.least_unit)) if shown else 0.0, high
 
     def rms(self, chance: float) -> float:
-        """Return the root mean square difference with which a mean square of at most this size has a probability of `chance`."""
+        """Return the rms difference with which a mean square of at most `plain` has a probability of `chance`."""
         from scipy.special import fdtri
 
         squares = self.plain / self.unit
@@ -677,7 +680,7 @@ class _Contrast:
         return float(off @ np.linalg.solve(self.covariance(ratio), off))
 
     def degrees_of_freedom(self, ratio: float) -> float:
-        """Return the degrees of freedom of the scatter (Welch): few where most of it is that of a medium with few repeats.
+        """Return the degrees of freedom of the scatter (Welch): few where most of it is of a medium with few repeats.
 
         Media of two laboratories may scatter differently, so repeats of one say little about the other.
         """
@@ -714,13 +717,14 @@ class _Contrast:
         return weight * self.a.mean + (1 - weight) * self.b.mean / ratio
 
     def test_size(self, ratio: float) -> _SizeTest:
-        """Find the error of the ratio: of single runs, by their repeats and by the contrast itself, and of the shared errors."""
+        """Find the error of the ratio: by the scatter of runs, which repeats and contrast show, and shared errors."""
         alpha = self._stack_known(self.mean(ratio))
         weight = np.linalg.solve(self.covariance(ratio), alpha)
         weight /= weight @ alpha
         of_runs = float(weight @ self._covariance_of_runs(ratio) @ weight)
         shared = float(((weight @ self._shared_changes(ratio)) ** 2).sum())
-        # the contrast along the force shows the scatter as well, so that a difference of shape widens the interval
+        # the contrast along the force shows the scatter as well, so that a difference of shape
+        # widens the interval
         unit = self.mean(ratio)
         unit = unit / np.maximum(np.hypot(*unit.T), 1e-30)[:, None]
         blocks = self._blocks[0] + self._blocks[1] / ratio**2
@@ -838,7 +842,7 @@ def _noncentral_f(squares: float, k: float, dof: float, noncentrality: float) ->
 
 
 def _find_argument(falling: Callable[[float], float], chance: float, first: float = 1.0) -> float:
-    """Find the number, 0 or more, at which a falling function is `chance`; 0 where the function is below it at 0 already."""
+    """Find the number at which a falling function is `chance`; 0 where the function is below it at 0 already."""
     from scipy.optimize import brentq
 
     if falling(0.0) <= chance:

@@ -5,10 +5,10 @@ The alpha of a run is that of its direction, plus a part in proportion to it by 
     y_i = T_c(E(beta_i, gamma_i)) + bed_i E_i + rest_i,    E = s (m + d)
 
 E has the prior of the map (`rftfit.model.shapes`), with more freedom where media differ: x beside z, pulls and level
-runs beside pushes. T_c is the change that a cause makes in the runs that share it: another gain from one run on, a mount
-that turned, plates that are not at their stated angle. Candidates are ranked by their scores. The best few are decided by
-the likelihood of the exact transformation against that of a size that is tolerated. The limit is the quantile of the
-largest of all scores, so one rate of false alarms holds for all causes together.
+runs beside pushes. T_c is the change that a cause makes in the runs that share it: another gain from one run on, a
+mount that turned, plates that are not at their stated angle. Candidates are ranked by their scores. The best few are
+decided by the likelihood of the exact transformation against that of a size that is tolerated. The limit is the
+quantile of the largest of all scores, so one rate of false alarms holds for all causes together.
 
 `docs/theory/checks.md` has the numbers: false alarms, power, and the errors that no data can show.
 """
@@ -44,8 +44,8 @@ ALL, HOLDER, FROM_RUN, WINDOW, TREND = "all", "holder", "from-run", "window", "t
 class Kind(NamedTuple):
     """A kind of cause.
 
-    `tolerated`: size up to which it is no fault. `most`: a cause counts as checked where its least size that is seen is below
-    this.
+    `tolerated`: size up to which it is no fault. `most`: a cause counts as checked where its least size that is seen is
+    below this.
     """
 
     tolerated: float
@@ -74,9 +74,9 @@ class RunSlopes:
     """Slopes of n runs.
 
     `beta_deg`, `gamma_deg`: shape (n,). `alpha`, `se`: shape (2, n), z and x, N/cm^3. `mirrored`: whether the sign of
-    alpha_x was turned, as for an extraction. `order`: place of each run in the campaign. `labels`: the label of each run, or
-    an empty one, by name of the column of the run sheet. `tolerance_deg`: difference of each angle up to which runs are of
-    one direction.
+    alpha_x was turned, as for an extraction. `order`: place of each run in the campaign. `labels`: the label of each
+    run, or an empty one, by name of the column of the run sheet. `tolerance_deg`: difference of each angle up to which
+    runs are of one direction.
     """
 
     beta_deg: FloatArray
@@ -102,9 +102,9 @@ class RunSlopes:
 class Cause(NamedTuple):
     """An error that some runs may share.
 
-    `group`: name of a column of the run sheet, or one of `ALL`, `HOLDER`, `FROM_RUN`, `WINDOW`, `TREND`. `place`: which runs
-    of the group, by label, angle or numbers. `kind`: one of `KINDS`. `share`: part of the cause that each run has, shape (n,).
-    `effect`: change of alpha by a cause of size 1, shape (2 n,).
+    `group`: name of a column of the run sheet, or one of `ALL`, `HOLDER`, `FROM_RUN`, `WINDOW`, `TREND`. `place`: which
+    runs of the group, by label, angle or numbers. `kind`: one of `KINDS`. `share`: part of the cause that each run has,
+    shape (n,). `effect`: change of alpha by a cause of size 1, shape (2 n,).
     """
 
     group: str
@@ -115,7 +115,7 @@ class Cause(NamedTuple):
 
     @property
     def of_media(self) -> float:
-        """Standard deviation of this cause over sound media and ordinary mounts, alike in all runs; 0 if it has none."""
+        """Standard deviation of a cause of all runs over sound media and ordinary mounts; 0 if it has none."""
         return float(_CHOSEN.of_media.get(self.kind, 0.0)) if self.group == ALL else 0.0
 
     @property
@@ -125,7 +125,7 @@ class Cause(NamedTuple):
 
 
 class Found(NamedTuple):
-    """A cause that was found: its size, the standard error of the size, and by how many errors it exceeds the tolerated size.
+    """A cause that was found, with its size, the error of the size, and the errors beyond the tolerated size.
 
     `inseparable`: other causes that explain the runs about as well.
     """
@@ -140,9 +140,9 @@ class Found(NamedTuple):
 class Scan(NamedTuple):
     """Scores of all k candidates.
 
-    `size`, `se`: size and its standard error. `checked`: whether the runs can show the cause. `mixed_up`: whether they cannot
-    because its runs have other directions than the rest. `limit`: errors from which the cause is told; causes by order share
-    one, causes by label another, and each cause of all runs has its own.
+    `size`, `se`: size and its standard error. `checked`: whether the runs can show the cause. `mixed_up`: whether they
+    cannot because its runs have other directions than the rest. `limit`: errors from which the cause is told; causes by
+    order share one, causes by label another, and each cause of all runs has its own.
     """
 
     causes: list[Cause]
@@ -195,7 +195,8 @@ class JointModel:
         self.jacobian = 0.0
         self.transform: FloatArray | None = None
         angles_deg = self.runs.beta_deg, self.runs.gamma_deg
-        # numbered only here: putting a cause right moves directions, but runs of two directions stay apart
+        # numbered only here: putting a cause right moves directions, but runs of two directions
+        # stay apart
         self.number = number_directions(*angles_deg, tolerance_deg=self.runs.tolerance_deg)
         beta_deg, gamma_deg = angles_of_directions(self.number, *angles_deg)
         off_deg = angles_deg[0] - beta_deg, angles_deg[1] - gamma_deg
@@ -259,7 +260,8 @@ class JointModel:
     def _set_expected(self, full: FloatArray, cells: FloatArray | None = None) -> None:
         """Set alpha of the directions and its slopes over the angles, per degree, for each run.
 
-        `full`: alpha at directions and beside, as `_prior_beside`. `cells`: alpha of the directions, in place of that in `full`.
+        `full`: alpha at directions and beside, as `_prior_beside`. `cells`: alpha of the directions, in place of that
+        in `full`.
         """
         blocks = full.reshape(2, 5, -1)
         self.expected = (blocks[:, 0] if cells is None else cells)[:, self.cell]
@@ -271,7 +273,8 @@ class JointModel:
     def _scatter(self, theta: FloatArray, weight: FloatArray | None = None) -> FloatArray:
         """Return the covariance of alpha of each run about that of its direction, shape (n, 2, 2).
 
-        `theta`: logarithms of the size, of the factor on the variance of the departure, of the spread of beds and of the rest.
+        `theta`: logarithms of the size, of the factor on the variance of the departure, of the spread of beds and of
+        the rest.
         """
         scatter_of_runs = Scatter(math.exp(theta[2]), math.exp(theta[3]), _RUNS.weak, _RUNS.floor)
         scatter = scatter_of_runs.covariance(self.expected, self.runs.se)
@@ -293,7 +296,7 @@ class JointModel:
         return math.exp(theta[0]) * of_runs.ravel()
 
     def cost(self, theta: FloatArray) -> float:
-        """Return the negative logarithm of likelihood times prior of `theta`; infinite where no covariance can be made."""
+        """Return the negative logarithm of likelihood times prior of `theta`; infinite without a covariance."""
         residual = self.runs.alpha.ravel() - self._mean(theta)
         try:
             gaussian = self._gaussian(theta)
@@ -333,7 +336,7 @@ class JointModel:
         self.update_weights()
 
     def update_weights(self) -> None:
-        """Set the weight of each run by its distance from alpha by all others (Student's t): a far run counts little."""
+        """Set the weight of each run by its distance from alpha by all others (Student's t): far runs count little."""
         gaussian = self._gaussian(self.theta)
         residual = self.runs.alpha.ravel() - self._mean(self.theta)
         predicted, covariance = gaussian.leave_out(residual.reshape(2, -1))
@@ -479,9 +482,10 @@ class JointModel:
         return 1 / np.sqrt(np.maximum(np.diag(information), 1e-12))
 
     def _profile(self, cause: Cause, size: float, se: float) -> tuple[float, float, JointModel]:
-        """Find the best size of a cause, by how many errors it exceeds the tolerated one, and the model without the cause.
+        """Find the best size of a cause, the errors by which it exceeds the tolerated size, and the model without it.
 
-        The scatter is fitted both with the best and with the tolerated size, so a cause cannot win by making errors small.
+        The scatter is fitted both with the best and with the tolerated size, so a cause cannot win by making errors
+        small.
         """
         tolerated = cause.tolerated
         step = np.array([0.1, 0.3, 0.3, 0.3, max(0.5 * abs(size), se)])
@@ -512,7 +516,7 @@ class JointModel:
         return model
 
     def _error_of(self, cause: Cause) -> float:
-        """Return the standard error of a cause, in the model from which it was removed; NaN where it is no candidate."""
+        """Return the standard error of a cause in the model from which it was removed; NaN where it is not found."""
         scan = self.scan()
         for candidate, se in zip(scan.causes, scan.se, strict=True):
             if candidate[:3] == cause[:3]:
@@ -591,8 +595,8 @@ def _inseparable_from(told: _Trial, tried: list[_Trial], scan: Scan) -> tuple[Ca
 class _Trial(NamedTuple):
     """A candidate that the exact transformation decides.
 
-    `times`: errors beyond the tolerated size, `limit`: their limit. `by_runs`: the same by errors without the spread over
-    sound media. `model`: the model without the cause.
+    `times`: errors beyond the tolerated size, `limit`: their limit. `by_runs`: the same by errors without the spread
+    over sound media. `model`: the model without the cause.
     """
 
     cause: Cause
@@ -665,7 +669,7 @@ def expected_alpha(beta_deg: FloatArray, gamma_deg: FloatArray) -> FloatArray:
 def prior_of_media(
     beta_deg: FloatArray, gamma_deg: FloatArray, rough_share: float, without: tuple[str, ...] = ()
 ) -> tuple[FloatArray, FloatArray]:
-    """Return mean and covariance of alpha for a medium of size 1, free where media differ: such differences are no fault."""
+    """Return mean and covariance of alpha for a medium of size 1, free in what differs between sound media."""
     return prior_at(beta_deg, gamma_deg, rough_share, _FREEDOM, without)
 
 
@@ -673,9 +677,10 @@ def prior_of_media(
 def _prior_beside(
     without: tuple[str, ...], directions: bytes, count: int
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the prior mean at directions and a step beside in beta and gamma, (10 n,), and its covariance with the directions.
+    """Return the prior mean at directions and a step beside in beta and gamma, shape (10 n,).
 
-    `directions`: bytes of beta and gamma, degrees, shape (2, n), because the cache needs a key.
+    Returned with its covariance with the directions, (10 n, 2 n). `directions`: bytes of beta and gamma, degrees, shape
+    (2, n), because the cache needs a key.
     """
     beta, gamma = np.frombuffer(directions).reshape(2, count)
     step = _RUNS.difference_deg

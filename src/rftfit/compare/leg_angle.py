@@ -1,8 +1,9 @@
 """Error of angle theta that all legs share, from the angles at which their forces begin.
 
-A leg touches the surface at an angle that only its outline and the height of its axle decide. The force after that depends
-on the model, which misplaces peaks by up to 15 degrees, to one side for a leg that is curved forward and to the other for one
-that is curved back. So the first part of a curve is compared, and not the angle of its peak.
+A leg touches the surface at an angle that only its outline and the height of its axle decide. The prediction of the
+force after that depends on the model, which misplaces peaks by up to 15 degrees, to one side for a leg that is curved
+forward and to the other for one that is curved back. So the first part of a curve is compared, and not the angle of its
+peak.
 """
 
 from __future__ import annotations

@@ -167,8 +167,9 @@ def leg_prediction(
 def error_of_legs(media: Sequence[Medium]) -> float:
     """Return the model's own error on the measured legs of laboratory media; NaN where none was measured.
 
-    The error is measured less predicted force over the load without cancellation, root mean square over poses with load,
-    by the measured table, or by the map where the table has holes. It includes errors of alpha and of the readings.
+    The error is measured less predicted force over the load without cancellation, root mean square over poses with
+    load, by the measured table, or by the map where the table has holes. It includes errors of alpha and of the
+    readings.
     """
     squares = []
     for medium in media:
@@ -338,7 +339,7 @@ def extreme(force: FloatArray, component: str) -> int:
 
 
 def measured_peak(theta_deg: FloatArray, force_N: FloatArray, component: str) -> MeasuredPeak:
-    """Fit a parabola around the highest reading and take its highest point: the reading itself is too high by its noise.
+    """Fit a parabola around the highest reading and take its highest point: the reading is too high by its noise.
 
     Readings are in order, one a degree. Where fewer than 6 lie around the highest one, this is the peak.
     """
@@ -380,7 +381,8 @@ def _long_run_variance(force: FloatArray) -> float:
         return math.nan
     means = np.convolve(force, np.full(_BLOCK, 1 / _BLOCK), mode="valid")
     third = np.concatenate([np.diff(means[start::_BLOCK], 3) for start in range(_BLOCK)])
-    # 1.4826 turns a median into a standard deviation; the squares of the weights 1, 3, 3, 1 add up to 20
+    # 1.4826 turns a median into a standard deviation; the squares of the weights 1, 3, 3, 1 add up
+    # to 20
     return _BLOCK * (1.4826 * float(np.median(np.abs(third)))) ** 2 / 20
 
 
@@ -436,7 +438,7 @@ def leg_errors(
 def _errors_of_theta(
     errors: pd.DataFrame, curves: Mapping[Any, pd.DataFrame], predicted: pd.DataFrame
 ) -> dict[str, Any]:
-    """Return the columns on the angle theta: its offset in each curve, by the beginning of the curve, and its error in all."""
+    """Return the columns on theta: its offset in each curve, by the beginning of the curve, and its common error."""
     maps = dict(iter(predicted[predicted["profile"] == "map"].groupby(["medium", "leg"])))
     offsets = {
         place: offset_of_curve(curve, maps[place])
@@ -515,7 +517,7 @@ def _peak_errors(
     confidence: float,
     drawn: PeakEnds | None,
 ) -> dict[str, float]:
-    """Return the columns of `leg_errors` on the peak; parameters as in `_compare_component`, and the `rms` error of the curve, N."""
+    """Return the columns of `leg_errors` on the peak; see `_compare_component`. `rms`: error of the curve, N."""
     theta, ours, truth = _curves(both, component)
     row, measured = extreme(ours, component), measured_peak(theta, truth, component)
     peak, best = measured.force_N, float(ours[row])
@@ -527,7 +529,8 @@ def _peak_errors(
     zero = (
         float(both[f"zero_se_{component}_N"].iloc[row]) if f"zero_se_{component}_N" in both else 0
     )
-    # the prediction has no noise: what the parabola changes there is an error of the measured peak, too
+    # the prediction has no noise: what the parabola changes there is an error of the measured peak,
+    # too
     smooth = measured_peak(theta, ours, component)
     shape = (smooth.force_N / best - 1) * peak if best else 0.0
     if drawn is not None:

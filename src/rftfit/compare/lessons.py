@@ -38,8 +38,8 @@ _MOST_POSES = 60
 def lesson_rows(results: Results, model_error: float | None = None) -> pd.DataFrame:
     """Predict each measured leg in each medium by the map of its plates, with another leg, and with the same leg elsewhere.
 
-    Another leg is one of ``maps.use_legs``. Returns one row for each medium, leg, component and lesson. A prediction never
-    uses the tested leg in the same medium. `model_error`: for plates and another leg; default: that of `results`.
+    Another leg is one of ``maps.use_legs``. Returns one row for each medium, leg, component and lesson. A prediction
+    never uses the tested leg in the same medium. `model_error`: for plates and another leg; default: that of `results`.
     """
     media = [results[name] for name in (*results.laboratory, *results.sands)]
     curves: dict[str, dict[str, Contact]] = {}
@@ -122,7 +122,7 @@ def _lessons_of_plates(
 def _lessons_elsewhere(
     errors: Mapping[tuple[str, str], ErrorCurve], medium: str, plates: Profile, leg: str
 ) -> Iterator[Lesson]:
-    """Yield the lesson of the same leg in other media, if there are any; `errors`: those of the model, by medium and leg."""
+    """Yield the lesson of the same leg in other media, if any; `errors`: those of the model, by medium and leg."""
     elsewhere = {
         name: curve for (name, of_leg), curve in errors.items() if of_leg == leg and name != medium
     }

@@ -37,8 +37,8 @@ def compare_media(
     a, b : Medium, Map, TableProfile, str or Path
         A medium of the campaign in the current folder, ``FOLDER:MEDIUM`` of another one, ``FOLDER`` if it has one
         medium, or one of these with ``@LABEL``: its runs with this label in the column `session` of the run sheet;
-        ``published:MEDIUM``. Or an object with draws of alpha, which `scale`, `estimate_map` or `read_profile` return, or the
-        path of a profile file.
+        ``published:MEDIUM``. Or an object with draws of alpha, which `scale`, `estimate_map` or `read_profile` return,
+        or the path of a profile file.
     confidence : float, optional
         Level of the intervals.
 
@@ -116,7 +116,8 @@ class _Side:
 
     def make_run_set(self) -> RunSet:
         """Return the runs with the errors that all of them share."""
-        # errors of all runs of the medium: they show the surface better than those of a session alone
+        # errors of all runs of the medium: they show the surface better than those of a session
+        # alone
         errors, surface = errors_of(self.medium.fits, self.medium.results.config)
         return RunSet(
             self.name,
@@ -237,7 +238,8 @@ def _compare_sizes(sides: Sequence[tuple[str, Profile]], confidence: float, why:
     from scipy.special import ndtr, ndtri
 
     sizes = [_sizes_of_draws(name, profile) for name, profile in sides]
-    # the draws of both come from the same random numbers: differences draw by draw would not be independent
+    # the draws of both come from the same random numbers: differences draw by draw would not be
+    # independent
     error = math.hypot(*(float(size.std(ddof=1)) for size in sizes))
     middle = float(sizes[1].mean() - sizes[0].mean())
     half = float(ndtri(0.5 + confidence / 2)) * error

@@ -1,8 +1,8 @@
 """Evidence that runs stand in wrong rows of the run sheet, or with wrong axes in a part of the runs, by the known shape.
 
-For each run alone, the shape of known media is fitted to its alpha at the stated angles, at those of a row nearby, and with
-other axes. The error of a run includes the departure of its medium from the shape, and a run that fits nothing counts little
-(Student). `make mixups` shows how often such mistakes are told.
+For each run alone, the shape of known media is fitted to its alpha at the stated angles, at those of a row nearby, and
+with other axes. The error of a run includes the departure of its medium from the shape, and a run that fits nothing
+counts little (Student). `make mixups` shows how often such mistakes are told.
 """
 
 from __future__ import annotations
@@ -54,9 +54,9 @@ def find_misplaced(
     Returns
     -------
     DataFrame
-        A row for each mistake that explains three runs or more. `rows`: By how many rows of plates the angles stand above
-        their logs. `log_bayes_factor`: Of the mistake against the sheet as it is. `run_ids`: Runs that the mistake explains
-        better.
+        A row for each mistake that explains three runs or more. `rows`: By how many rows of plates the angles stand
+        above their logs. `log_bayes_factor`: Of the mistake against the sheet as it is. `run_ids`: Runs that the
+        mistake explains better.
     """
     rows = []
     if runs.size:
@@ -90,7 +90,7 @@ class _Explained(NamedTuple):
 
 
 def _explain_scattered(ratio: FloatArray) -> _Explained:
-    """Find the evidence that some of the runs have a mistake, in the share that fits best; `ratio`: of `_log_ratios`, (n,)."""
+    """Find the evidence that a share of the runs, the one that fits best, has a mistake; `ratio`: of `_log_ratios`."""
     evidence, best_share = 0.0, 0.0
     for share in _CHOSEN.shares:
         of_share = float(np.logaddexp(math.log1p(-share), math.log(share) + ratio).sum())
@@ -120,7 +120,7 @@ def _explain_stretch(ratio: FloatArray, direction_of_run: npt.NDArray[np.intp]) 
 def _log_ratios(
     runs: RunSlopes, run_ids: list[str], sheet: Mapping[str, Run], without: tuple[str, ...]
 ) -> dict[tuple[str, int], FloatArray]:
-    """Calculate the log likelihood ratio of each run with each mistake, by its name and the rows between angles and logs.
+    """Calculate the log likelihood ratio of each run with each mistake, by name and rows between angles and logs.
 
     The ratio is 0 where a mistake changes nothing.
     """
@@ -186,7 +186,7 @@ def _angles_of_rows(
 def _shape_at(
     beta_deg: FloatArray, gamma_deg: FloatArray, without: tuple[str, ...]
 ) -> tuple[FloatArray, FloatArray]:
-    """Return mean (2, n) and covariance (n, 2, 2) of alpha at n directions, each direction alone, for a medium of size 1."""
+    """Return mean (2, n) and covariance (n, 2, 2) of alpha for a medium of size 1, each direction alone."""
     directions, place = np.unique(np.stack([beta_deg, gamma_deg]), axis=1, return_inverse=True)
     means, covariances = [], []
     for first in range(0, directions.shape[1], _AT_ONCE):

@@ -1,9 +1,9 @@
 """Comparison of each run with alpha in its direction by the other runs of its medium.
 
-Three or more runs of one direction are compared with one another, in units of how repeats of this medium
-differ; two runs are compared with how all pairs differ. A single run is compared with alpha in its direction by a map of
-all other runs with the shape that granular media share (`rftfit.model.shapes`). In a medium that is rougher than the
-known ones single runs differ more in every direction, so the unit is the spread of these differences in this medium.
+Three or more runs of one direction are compared with one another, in units of how repeats of this medium differ; two
+runs are compared with how all pairs differ. A single run is compared with alpha in its direction by a map of all other
+runs with the shape that granular media share (`rftfit.model.shapes`). In a medium that is rougher than the known ones
+single runs differ more in every direction, so the unit is the spread of these differences in this medium.
 """
 
 from __future__ import annotations
@@ -118,9 +118,9 @@ def compare_runs(
 
 
 def _smallest_published(beta: FloatArray, gamma: FloatArray) -> FloatArray:
-    """Return the smallest alpha of all published media, relative to their alpha_z(0, 90 deg), with its sign: shape (2, n).
+    """Return the smallest alpha of all published media, with its sign, shape (2, n).
 
-    0 where the signs differ.
+    It is relative to their alpha_z(0, 90 deg), and 0 where the signs differ.
     """
     shapes = published_shapes()
     level = shapes.of_media(np.zeros(1), np.full(1, math.pi / 2))[:, :1]
@@ -139,8 +139,8 @@ def outlier_differences(peers: pd.DataFrame) -> dict[str, tuple[float, float]]:
 def may_switch(runs: pd.DataFrame) -> npt.NDArray[np.bool_]:
     """Tell for which runs a small error of an angle decides to which side of the plate the grains flow.
 
-    These are plates that move along themselves or along their normal: 3D-RFT (Agarwal et al., PNAS 120, e2214017120, 2023)
-    has two values of one size there. A level plate that moves straight down or up has one value by symmetry.
+    These are plates that move along themselves or along their normal: 3D-RFT (Agarwal et al., PNAS 120, e2214017120,
+    2023) has two values of one size there. A level plate that moves straight down or up has one value by symmetry.
     """
     beta, gamma = (runs[f"{name}_deg"].to_numpy(float) for name in ("beta", "gamma"))
     from_plate = np.abs((beta + gamma + 45) % 90 - 45)
@@ -167,8 +167,8 @@ def _compare_with_repeats(
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Compare runs with the others of their direction, where it has three or more.
 
-    Returns the median of the other runs, (2, n); the distance of each run from it in units; whether the run is an outlier;
-    the smallest distance that is detected, N/cm^3. `compared_alpha`: alpha whose distances count, (2, n).
+    Returns the median of the other runs, (2, n); the distance of each run from it in units; whether the run is an
+    outlier; the smallest distance that is detected, N/cm^3. `compared_alpha`: alpha whose distances count, (2, n).
     """
     # a component that nobody measured makes no difference
     filled_alpha, compared_alpha = (
@@ -203,7 +203,8 @@ def _compare_with_repeats(
     )
     far = np.zeros(groups.size, dtype=bool)
     for members in large_groups:
-        # a wrong run moves the median of the others, which then seem wrong: only the farthest is left out at a time
+        # a wrong run moves the median of the others, which then seem wrong: only the farthest is
+        # left out at a time
         remaining = members
         while 2 * (members.size - remaining.size + 1) < members.size:
             distances = compare_group(remaining)[1]
@@ -272,11 +273,11 @@ def _compare_pairs(
 
 
 def _unit_of_pairs(differences: FloatArray, usual: FloatArray) -> FloatArray:
-    """Estimate the standard deviation of the difference of each pair from all other pairs: along and across, shape (2, k).
+    """Estimate the standard deviation of the difference of each pair by all other pairs, along and across, (2, k).
 
-    A wrong pair does not show how pairs differ, so it is left out of its own unit. The squares of the others are capped at
-    `_CAP` standard deviations: their mean is as safe from a few wrong pairs as a median, with half the error. `usual`: spread
-    of single runs, shape (2, 1), which counts as a few more pairs.
+    A wrong pair does not show how pairs differ, so it is left out of its own unit. The squares of the others are capped
+    at `_CAP` standard deviations: their mean is as safe from a few wrong pairs as a median, with half the error.
+    `usual`: spread of single runs, shape (2, 1), which counts as a few more pairs.
     """
     count = differences.shape[1]
     other_pairs = count - 1
@@ -345,7 +346,7 @@ def _compare_with_map(
 def _predict_from_others(
     beta: FloatArray, gamma: FloatArray, used_alpha: FloatArray, alpha: FloatArray, se: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Predict alpha of each run, and its error, from the runs with `used_alpha` except the run itself: N/cm^3, shape (2, n)."""
+    """Predict alpha of each run and its error, (2, n), N/cm^3, by all others that have a number in `used_alpha`."""
     count = beta.size
     mean, prior = published_shapes().moments(beta, gamma)
     used = np.flatnonzero(np.isfinite(used_alpha.ravel()))
@@ -361,7 +362,8 @@ def _predict_from_others(
     off = inverse @ (values - size * mean[used])
     predicted, error = np.full((2, 2 * count), math.nan)
     for run in range(count):
-        # both components of a run are left out together; a block of the inverse does this without a new inverse
+        # both components of a run are left out together; a block of the inverse does this without a
+        # new inverse
         components = np.flatnonzero(used % count == run)
         if components.size:
             block = np.linalg.inv(inverse[np.ix_(components, components)])

@@ -20,7 +20,8 @@ NOISE = 0.02
 """Standard error of a run's slope, relative to the largest: of a usual log."""
 
 NEEDED_CAUSES = {("gain", FROM_RUN): "repeat-first", ("turn", ALL): "push-mirror-image"}
-"""Kind and group of the errors that a campaign must be able to show, and code of the remark on what makes it able to."""
+"""Kind and group of the errors that a campaign must be able to show, and code of the remark on what makes it able
+to."""
 
 LARGE = {"gain": 0.2, "turn": 5.0}
 """Sizes that must not stay unseen, a share and degrees: where only larger ones would be told, the cure is named too."""

@@ -247,7 +247,7 @@ def compare_coefficients(values: pd.DataFrame, published: Mapping[str, str]) -> 
 
 
 def _compare_uneven_steps(values: pd.DataFrame) -> list[Item]:
-    """Compare how the transform, which takes steps of gamma as even and needs mirror images, changes the two large terms."""
+    """Compare the two large terms by the transform, which takes gamma as even, with those by least squares."""
     large_terms = values[values["coefficient"].isin(["A00", "B01"]) & (values["medium"] != GENERIC)]
     large_terms = large_terms.assign(of=large_terms["medium"] + " " + large_terms["coefficient"])
     both = large_terms.pivot_table(index="of", columns="method", values="value_N_per_cm3")
@@ -415,8 +415,8 @@ def leg_claims(
 ) -> list[Item]:
     """Compare the paper's statements on leg forces with this campaign, as far as its media can meet them.
 
-    `errors`: table of `compare.legs.leg_errors`. `measured`: curves of all legs. `scaled`: table of vertical penetration.
-    `natural_sands`: names of media.
+    `errors`: table of `compare.legs.leg_errors`. `measured`: curves of all legs. `scaled`: table of vertical
+    penetration. `natural_sands`: names of media.
     """
     compared = errors[errors["peak_error_percent"].notna()]
     both = {str(name): errors_of_profile for name, errors_of_profile in compared.groupby("profile")}

@@ -38,8 +38,9 @@ _CAUSES = {
     "generic": "nine terms lift a belly that slides level, where the measured table has next to no lift",
     "depth_only": "without the direction of stress they push like c-legs (as the model legs do)",
 }
-"""Causes of speeds that are too high, by profile. The one of the generic profile was found by exchanging its ingredients,
-2026-11-24 (git history: `studies/ingredients.py`); depth-only lifts the reversed c-leg of the model legs like a c-leg, too."""
+"""Causes of speeds that are too high, by profile. The one of the generic profile was found by exchanging its
+ingredients, 2026-11-24 (git history: `studies/ingredients.py`); depth-only lifts the reversed c-leg of the model legs
+like a c-leg, too."""
 
 _SPEED = Tolerance(1, "printed to 1 cm/s")
 _CURVATURE = Tolerance(0.04, "one step of the paper's sweep")

@@ -31,7 +31,7 @@ STEP_CM = 0.05
 
 
 def bend_of(depth: FloatArray, stress: FloatArray) -> float:
-    """Return the bend of a curve through zero: how far a fitted parabola leaves the fitted line at the end, over the line.
+    """Return the bend of a curve through zero: distance of a fitted parabola from the line at its end, over the line.
 
     Positive where the curve steepens; NaN where there are not two depths.
     """
@@ -66,9 +66,9 @@ def penetration_rows(
 ) -> list[dict[str, object]]:
     """Slope and zeta of every penetration test of a natural sand over its linear regime.
 
-    A test has a row for the detected regime, and one for the stated regime where the config states one. A test without a tared
-    stroke has one row with the reason. `tables`: ``runs``, ``tares``, ``fits``, ``alpha`` and ``tared`` of the sand.
-    `chi`: those of the reference media.
+    A test has a row for the detected regime, and one for the stated regime where the config states one. A test without
+    a tared stroke has one row with the reason. `tables`: ``runs``, ``tares``, ``fits``, ``alpha`` and ``tared`` of the
+    sand. `chi`: those of the reference media.
     """
     config, tared = campaign.config, tables["tared"]
     facts = {str(row["run_id"]): row for row in tables["runs"].to_dict("records")}

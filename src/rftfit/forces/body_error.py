@@ -1,8 +1,8 @@
 """What the force model gets wrong on one body, learned where the body was measured in media whose map is known.
 
-Measured less predicted force, over the load without cancellation, is nearly the same in every medium. This error is taken
-as c + o: c belongs to the body, o to the body in this medium. Both are Gaussian processes (Matern 3/2) over the states of
-the body: how it is turned, how deep it is and which way it moves.
+Measured less predicted force, over the load without cancellation, is nearly the same in every medium. This error is
+taken as c + o: c belongs to the body, o to the body in this medium. Both are Gaussian processes (Matern 3/2) over the
+states of the body: how it is turned, how deep it is and which way it moves.
 """
 
 from __future__ import annotations
@@ -22,8 +22,9 @@ from rftfit.forces.model_error import LENGTH_BODIES, LENGTH_DEG, SEED, longest
 IntArray = npt.NDArray[np.intp]
 
 COMMON = 0.33
-"""Standard deviation of c over the load; too few media were measured with one body to estimate it. Chosen on the legs of Fig. S5, 2026-11-28: by
-their likelihood on the other legs c has 0.13 to 0.20 and o 0.11 to 0.15 (git history: `studies/contacts.py constants`)."""
+"""Standard deviation of c over the load; too few media were measured with one body to estimate it. Chosen on the legs
+of Fig. S5, 2026-11-28: by their likelihood on the other legs c has 0.13 to 0.20 and o 0.11 to 0.15 (git history:
+`studies/contacts.py constants`)."""
 
 PER_MEDIUM = 0.17
 """Standard deviation of o over the load where the body was measured in one medium: that of the legs of Fig. S5."""
@@ -32,7 +33,8 @@ _BODIES = 3
 """Number of bodies from which the size of c was chosen."""
 
 UNKNOWN = round(math.hypot(COMMON * math.sqrt(1 + 1 / _BODIES), PER_MEDIUM), 2)
-"""Standard deviation of the error of a body that was measured nowhere: c for one more body than those of `_BODIES`, and o."""
+"""Standard deviation of the error of a body that was measured nowhere: c for one more body than those of `_BODIES`, and
+o."""
 
 _MOST_PATH = 300
 """Poses of a motion in which the error is calculated."""
@@ -61,7 +63,7 @@ def _states(
     velocity: FloatArray,
     rate: FloatArray,
 ) -> FloatArray:
-    """State in each pose: how the body is turned, its height, and the direction in which it moves; in lengths of the error."""
+    """State in each pose: turn, height and direction of motion of the body, in lengths of the error."""
     length = longest(points_cm)
     moves = np.concatenate([velocity, rate * length / 2], axis=1)
     speed = np.linalg.norm(moves, axis=1, keepdims=True)
@@ -82,8 +84,8 @@ def correlation(states: FloatArray, others: FloatArray) -> FloatArray:
 class MeasuredErrors(NamedTuple):
     """Errors of a body over the load in states (m, f).
 
-    `by_component`: numbers of the states with a measured error, Cholesky root of the errors' covariance, and the inverse of
-    this root times the errors.
+    `by_component`: numbers of the states with a measured error, Cholesky root of the errors' covariance, and the
+    inverse of this root times the errors.
     """
 
     states: FloatArray
@@ -97,8 +99,8 @@ class BodyError:
     Parameters
     ----------
     common, per_medium : float
-        Standard deviations over the load: of the part of the error that is the same in every medium, and of the part that is
-        another one in each. Default: nothing was learned, and the whole error is another one in each medium.
+        Standard deviations over the load: of the part of the error that is the same in every medium, and of the part
+        that is another one in each. Default: nothing was learned, and the whole error is another one in each medium.
     media : tuple of str
         Media in which the body was measured.
     stated : bool
@@ -122,7 +124,8 @@ class BodyError:
     def evaluate(self, states: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return mean and covariance of the error over the load in some states (p, f), by component.
 
-        Shapes (components, p) and (components, p, p). Without a measurement of the body there are three equal components.
+        Shapes (components, p) and (components, p, p). Without a measurement of the body there are three equal
+        components.
         """
         of_medium = self.per_medium**2 * correlation(states, states)
         if self.measured is None:

@@ -72,8 +72,8 @@ def read_contacts(
     Parameters
     ----------
     file : Path
-        csv, tsv or xlsx with columns of `SCHEMA`. A leg that turns about its axle has ``theta_deg``; a body on a path ``t_s, x_cm,
-        z_cm, angle_deg``; a mesh ``t_s, x_cm, y_cm, z_cm, turn_x_deg, turn_y_deg, turn_z_deg``.
+        csv, tsv or xlsx with columns of `SCHEMA`. A leg that turns about its axle has ``theta_deg``; a body on a path
+        ``t_s, x_cm, z_cm, angle_deg``; a mesh ``t_s, x_cm, y_cm, z_cm, turn_x_deg, turn_y_deg, turn_z_deg``.
     body : Outline or Mesh
     hip_cm : float, optional
         Height of the axle where the file has no ``hip_cm``; default 2.
@@ -88,7 +88,8 @@ def read_contacts(
     Raises
     ------
     InputError
-        With every cell that is wrong, or with the column that is missing, or where a contact says nothing about the medium.
+        With every cell that is wrong, or with the column that is missing, or where a contact says nothing about the
+        medium.
     """
     rows, problems = read_rows(file, SCHEMA)
     if any(problem.severity == "error" for problem in problems):

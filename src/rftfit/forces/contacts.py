@@ -1,7 +1,8 @@
 """Measured forces on bodies: a turning leg, a rolling wheel, a foot that presses.
 
-The forces are observations of a map (`rftfit.model.observations` has their rows in its linear system), or show the errors
-of the model on a body. These are smooth over the states of the body: a state that comes again has the same error.
+The forces are observations of a map (`rftfit.model.observations` has their rows in its linear system), or show the
+errors of the model on a body. These are smooth over the states of the body: a state that comes again has the same
+error.
 """
 
 from __future__ import annotations
@@ -43,7 +44,8 @@ class Contact:
         Poses of the body: a `Motion` for an outline, a `Motion3D` for a mesh.
     force : mapping of str to array_like, shape (p,), or pandas.DataFrame
         Measured forces of the medium on the body, N: ``force_z_N``, ``force_x_N``, of a mesh also ``force_y_N``. A
-        direction that was not measured is left out; a pose that was not measured is NaN. A table of `predict` has this form.
+        direction that was not measured is left out; a pose that was not measured is NaN. A table of `predict` has this
+        form.
     errors : float or mapping of str to array_like
         Standard error of a reading, N, which contains the scatter from bed to bed.
     body_error : BodyError, optional
@@ -201,8 +203,8 @@ def learn_body_error(measurements: Sequence[tuple[Contact, KnownMedium | str | P
     Parameters
     ----------
     measurements : sequence of (Contact, medium)
-        At least one pair: forces on the same body, named after the medium, and the medium as `predict` takes it, best its
-        map from plates.
+        At least one pair: forces on the same body, named after the medium, and the medium as `predict` takes it, best
+        its map from plates.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Corners of a path: a pose there moves as the mean of two steps, and its force may be far from the force in either step."""
+"""Corners of a path: a pose there moves as the mean of two steps, and its force may be far from that in either."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def describe_corners(
 
 
 def _largest_of_kind(target: PeakTarget, forces: ForcesByName) -> float:
-    """Largest of all forces where the peak is a force, or of all moments where it is a moment; infinite where all are 0."""
+    """Largest of all forces where the peak is a force, else of all moments; infinite where all are 0."""
     kind = target.quantity.partition("_")[0]
     sizes = [np.abs(numbers) for name, numbers in forces.items() if name.startswith(kind)]
     return float(np.nanmax(sizes, initial=0.0)) or np.inf

@@ -146,14 +146,14 @@ def face_forces(
     """Sum the forces on bodies, each the faces of one range in one frame, and write them to `sums` (p, 7 or 19).
 
     `pack`: `TableProfile.pack`. `coefficients`: shape (3, 20), times xi, for 3D-RFT; shape (0, 0) for the measured law.
-    `friction`: below 0 for none. `faces`: `face_rows`, (m, 17). `ranges`: first face and the one behind the last, (p, 2).
-    `frames`: `Motion3D.frames`, (p, 18). `rolling`: `rftfit.forces.rolling.rolling_rows`, (p, 4); zeros: no wheel.
-    `elastic`: time since the last call (s), delta (cm), tau (s), and `shifts` the displacements u (m, 3), cm,
-    changed in place; delta 0: the plain law. `sums`: force x, y, z (N), moment x, y, z about the reference
-    point (N cm), and depth times area of the leading faces that leave their plane (cm^3). Where it has 19
-    columns, also what faces bear without cancellation: the sums of the sizes of the vertical parts, of the horizontal
-    parts and of the whole forces (N); of the whole sizes times the arm x, y, z (N cm); and by direction the sum of
-    f f^T / |f| over forces f: xx, yy, zz, xy, xz, yz (N).
+    `friction`: below 0 for none. `faces`: `face_rows`, (m, 17). `ranges`: first face and the one behind the last, (p,
+    2). `frames`: `Motion3D.frames`, (p, 18). `rolling`: `rftfit.forces.rolling.rolling_rows`, (p, 4); zeros: no wheel.
+    `elastic`: time since the last call (s), delta (cm), tau (s), and `shifts` the displacements u (m, 3), cm, changed
+    in place; delta 0: the plain law. `sums`: force x, y, z (N), moment x, y, z about the reference point (N cm), and
+    depth times area of the leading faces that leave their plane (cm^3). Where it has 19 columns, also what faces bear
+    without cancellation: the sums of the sizes of the vertical parts, of the horizontal parts and of the whole forces
+    (N); of the whole sizes times the arm x, y, z (N cm); and by direction the sum of f f^T / |f| over forces f: xx, yy,
+    zz, xy, xz, yz (N).
     """
     passed, delta, tau = elastic
     bare = sums.shape[1] > 7

@@ -64,7 +64,7 @@ def face_alpha(
 
 
 def _measured_stress(profile: Profile, normal: FloatArray, velocity: FloatArray) -> FloatArray:
-    """Stress over depth by the measured law; `e`, `r`: see the head of this module, `aside`, `t`: both turned by 90 degrees."""
+    """Stress over depth by the measured law (head of this module); `aside` and `t` are e and r turned by 90 degrees."""
     tilt, e = _split_horizontal(normal)
     speed, r = _split_horizontal(velocity)
     aside, t = (np.stack([-h[..., 1], h[..., 0]], axis=-1) for h in (e, r))

@@ -31,8 +31,9 @@ from rftfit.store.text import table as format_table
 class ForceAnswer:
     """Forces on a body along its motion, with what they were predicted from: made by `answer_with_forces`.
 
-    `origin`: name of the profile and its folder, as it is printed. `model_error`: the argument of `predict`. `rule`: a key of
-    `RULES` for a rolling wheel, None for any other motion. `left_out`: errors that the intervals of this form of alpha leave out.
+    `origin`: name of the profile and its folder, as it is printed. `model_error`: the argument of `predict`. `rule`: a
+    key of `RULES` for a rolling wheel, None for any other motion. `left_out`: errors that the intervals of this form of
+    alpha leave out.
     """
 
     forces: pd.DataFrame = field(repr=False)
@@ -60,7 +61,7 @@ class ForceAnswer:
 
     @cached_property
     def beside(self) -> Profile | None:
-        """Profile of the same medium by its table or map, to compare with one of nine terms; None for other profiles."""
+        """For a profile of nine terms that of the same medium by its table or map, to compare with; else None."""
         return None if self.profile.beside is None else self.profile.beside()
 
     @property
@@ -181,7 +182,7 @@ class ForceAnswer:
         return {"drawbar_N": drawbar, "load_N": load, "torque_N_cm": -moment}
 
     def as_dict(self) -> dict[str, Any]:
-        """Return everything but the curves, as ``rftfit predict --json`` prints it; a peak that does not exist is None."""
+        """Return everything but the curves, as ``rftfit predict --json`` prints it; None for a peak that is missing."""
         peaks: dict[str, dict[str, float | str] | None] = dict.fromkeys(
             PEAK_TITLES_IN_SPACE if self.in_space else PEAK_TITLES
         )
@@ -231,7 +232,7 @@ class ForceAnswer:
 
     @property
     def shares_near_pushes(self) -> dict[str, float]:
-        """Share of each peak force of an outline that acts in directions near a push, by name of the peak; empty but for a map."""
+        """Share of each peak force of an outline in directions near a push, by name of the peak; of a map alone."""
         if (
             self.in_space
             or self.profile.form != "map"
@@ -248,7 +249,7 @@ class ForceAnswer:
 
     @property
     def farthest_of_zeros(self) -> dict[str, float]:
-        """Farthest end from 0 of the intervals of all poses, for each force and moment in space that symmetry makes 0, by name."""
+        """Farthest end of the intervals of all poses, for each force and moment in space that symmetry makes 0."""
         if not self.in_space or self.poses_unknown:
             return {}
         has_peak = {peak.quantity for peak in self.peaks}
@@ -372,7 +373,7 @@ class ForceAnswer:
         return lines
 
     def list_doubts(self, cure: str = "") -> list[str]:
-        """List sentences on poses without a number or an interval; `cure`: words on how to get numbers there, or empty."""
+        """List sentences on poses without a number or an interval; `cure`: words on how to get numbers there."""
         poses = len(self.forces)
         doubts = []
         if self.poses_unknown:
@@ -435,7 +436,7 @@ def answer_with_forces(
 
 
 def _widest_ends(peak: Peak) -> tuple[float, float]:
-    """Return the interval of the next bed, else that with the model's error, else that of alpha: the first that is known."""
+    """Return the interval of the next bed, else that with the model's error, else that of alpha."""
     intervals = ((peak.next_lo, peak.next_hi), (peak.model_lo, peak.model_hi), (peak.lo, peak.hi))
     return next((ends for ends in intervals if not math.isnan(ends[0])), (math.nan, math.nan))
 

@@ -3,8 +3,9 @@
 The alpha of a plate holds the stress on both of its faces. Of a solid body the face in front bears it all and the face
 behind nothing. Where a body moves along two faces, as the sole and the top of a foot that is dragged level or the walls
 of a block that sinks, each bears half: the two together bear what a plate does, and no rounding of an angle decides.
-The rim of a wheel that is pushed along its axle moves along itself: its measured side forces are predicted with an error
-of 4.2 N by this rule, and of 5.6 N without such faces (`tests/space/test_space_wheel.py`; 96 runs at seven slip angles).
+The rim of a wheel that is pushed along its axle moves along itself: its measured side forces are predicted with an
+error of 4.2 N by this rule, and of 5.6 N without such faces (`tests/space/test_space_wheel.py`; 96 runs at seven slip
+angles).
 """
 
 from __future__ import annotations

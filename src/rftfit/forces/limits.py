@@ -23,8 +23,9 @@ from rftfit.model.profiles import EPS, PAPER_WINDOW, KnownMedium, Profile
 class Reach(NamedTuple):
     """How deep a body moves, and how far below the depths over which alpha was measured.
 
-    `deepest_cm`: Depth of the body's deepest point. `measured_to_cm`: Depth to which alpha was measured (`depth_measured`).
-    `share_below`: Share of depth times area, summed over all poses, that lies below `measured_to_cm`.
+    `deepest_cm`: Depth of the body's deepest point. `measured_to_cm`: Depth to which alpha was measured
+    (`depth_measured`). `share_below`: Share of depth times area, summed over all poses, that lies below
+    `measured_to_cm`.
     """
 
     deepest_cm: float
@@ -35,7 +36,7 @@ class Reach(NamedTuple):
 def reach_below_measured(
     medium: KnownMedium | str | Path, outline: Outline | Mesh, motion: Motion | Motion3D
 ) -> Reach | None:
-    """Compare the depths of a moving body with those over which alpha was measured; None where the body stays above the medium."""
+    """Compare the depths of a body with those over which alpha was measured; None where it stays above the medium."""
     moving = set_in_motion(outline, motion)
     load, depth, *_ = moving.wet_parts()
     if not float(np.nansum(load)) > 0:

@@ -29,8 +29,8 @@ class MediumAnswer:
     """Answer on one medium.
 
     `text`: for people. `facts`: for scripts. `columns`: alpha by direction. `description`: from what it was estimated.
-    `level`: of the intervals, in words. `where`: in which directions alpha is known. `doubt`: sentence on why the medium may
-    not be like the known ones, or empty.
+    `level`: of the intervals, in words. `where`: in which directions alpha is known. `doubt`: sentence on why the
+    medium may not be like the known ones, or empty.
     """
 
     text: str
@@ -257,7 +257,7 @@ def has_no_alpha_x(medium_map: Map) -> bool:
 
 
 def _describe_horizontal(medium_map: Map, compared_with: str = "") -> str:
-    """Say how strong alpha_x is beside alpha_z, or that no push measured it; `compared_with`: words for what it is compared with."""
+    """Say how strong alpha_x is beside alpha_z, or that no push measured it; `compared_with`: words at the end."""
     if has_no_alpha_x(medium_map):
         return "alpha_x was not measured"
     return f"alpha_x is {medium_map.horizontal:.2g} times as strong beside alpha_z{compared_with}"

@@ -420,7 +420,8 @@ class Mesh:
         hubs = np.array([[0, -width_cm / 2, 0], [0, width_cm / 2, 0]])
         nodes = np.arange(radius.size)
         next_nodes = np.roll(nodes, -1)
-        # two triangles for each edge of each section of the tread, then the two ends around their hubs
+        # two triangles for each edge of each section of the tread, then the two ends around their
+        # hubs
         faces = []
         for first in nodes.size * np.arange(sections):
             a, b = first + nodes, first + next_nodes
@@ -440,7 +441,7 @@ def describe_triangles(count: int, given: int) -> str:
 
 
 def _revolve(profile: FloatArray, longitudes: int) -> tuple[FloatArray, IntArray]:
-    """Revolve a line of points (r, z) about the z axis; it begins and ends on the axis and runs upward. Vertices and faces."""
+    """Revolve points (r, z), from the lower end of the z axis to the upper one, about it: vertices and faces."""
     angle = 2 * np.pi * np.arange(longitudes) / longitudes
     r, z = profile.T[..., None]
     vertices = np.stack([r * np.cos(angle), r * np.sin(angle), z + 0 * angle], axis=-1)
@@ -552,7 +553,7 @@ def _winding(point: FloatArray, triangles: FloatArray) -> float:
 
 
 def _turned_inside_out(vertices: FloatArray, faces: IntArray, part_of_face: IntArray) -> bool:
-    """Tell whether all parts have a negative volume. Raises ValueError where some parts alone have, or a part has none."""
+    """Tell whether all parts have a negative volume. Raises ValueError where only some have, or a part has none."""
     signed = np.linalg.det(vertices[faces] - vertices.mean(axis=0)) / 6
     volumes = np.bincount(part_of_face, signed)
     if (np.abs(volumes) < _SAME * np.ptp(vertices, axis=0).max() ** 3).any():

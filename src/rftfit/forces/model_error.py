@@ -39,8 +39,8 @@ LEAST_LOAD = 0.2
 """Share of the largest G that H has at least. Chosen on the legs of Fig. S5."""
 
 EPS_IN_SPACE = 0.39
-"""Relative error of a solid body in space, by direction (`directed_errors`). Chosen on the legs of Fig. S5, with their error
-taken by direction; tested on the wheels of `examples/wheels`."""
+"""Relative error of a solid body in space, by direction (`directed_errors`). Chosen on the legs of Fig. S5, with their
+error taken by direction; tested on the wheels of `examples/wheels`."""
 
 SPACE_OVER_PLANE = EPS_IN_SPACE / EPS
 """Error of a solid in space over that of an outline: faces bear less in one direction than in all."""
@@ -80,9 +80,9 @@ def eps_of(
 ) -> float:
     """Return the relative error of the model: `model_error`, or where that is None the error of the profile.
 
-    The errors of a solid body in space differ by direction: there the error of the profile counts `SPACE_OVER_PLANE` times.
-    A profile on which no error was measured has 0, and ValueError is raised where another one is asked for: the error of
-    nine terms is one of alpha, and no share of the load contains it (docs/theory/forces.md).
+    The errors of a solid body in space differ by direction: there the error of the profile counts `SPACE_OVER_PLANE`
+    times. A profile on which no error was measured has 0, and ValueError is raised where another one is asked for: the
+    error of nine terms is one of alpha, and no share of the load contains it (docs/theory/forces.md).
     """
     if model_error is not None and not (math.isfinite(model_error) and model_error >= 0):
         raise ValueError(f"the model's error must be 0 or a positive number, found {model_error:g}")
@@ -116,9 +116,9 @@ def larger_model_error(of_legs: float) -> float:
 class Load:
     """Load without cancellation and its centre, in some poses of a motion, by draw.
 
-    `places`: numbers of these poses, shape (k,). `size`: H, N, shape (draws, k). `centre`: from the reference
-    point, cm, shape (draws, k, axes), without axes where no moment is wanted. `loaded`: 1 for each of all poses that has
-    any load, else 0, shape (p,).
+    `places`: numbers of these poses, shape (k,). `size`: H, N, shape (draws, k). `centre`: from the reference point,
+    cm, shape (draws, k, axes), without axes where no moment is wanted. `loaded`: 1 for each of all poses that has any
+    load, else 0, shape (p,).
     """
 
     places: npt.NDArray[np.intp]
@@ -127,7 +127,7 @@ class Load:
     loaded: FloatArray
 
     def between(self, start: int, stop: int) -> Load:
-        """Interpolate the load to all poses from `start` to `stop`, linearly between those in which it was calculated."""
+        """Interpolate the load linearly to all poses from `start` to `stop`."""
         places = np.arange(start, stop)
         right = np.clip(np.searchsorted(self.places, places, side="right"), 1, self.places.size - 1)
         if self.places.size == 1:
@@ -199,7 +199,7 @@ def _bears_load(outline: Outline, poses: FloatArray) -> FloatArray:
 def _load_and_centre(
     profile: Profile, outline: Outline, poses: FloatArray, with_centre: bool
 ) -> tuple[FloatArray, FloatArray]:
-    """Calculate G (draws, p), and the vector from the reference point to the centre of the load, x and z (draws, p, 2)."""
+    """Calculate G (draws, p), and the centre of the load from the reference point, x and z (draws, p, 2)."""
     wet = WetElements.of(outline, poses)
     wet = wet._replace(load=np.nan_to_num(wet.load))
     load, (beta, gamma) = wet.load, wet.angles
@@ -207,7 +207,8 @@ def _load_and_centre(
         size = np.hypot(*profile.sums_of_sizes(load, beta, gamma))
         return size, np.zeros((*size.shape, 0))
     arm = np.nan_to_num(wet.arm)
-    # seven digits of a load are enough; shape (p, elements, draws), so that the sums run over whole rows
+    # seven digits of a load are enough; shape (p, elements, draws), so that the sums run over whole
+    # rows
     force_z, force_x = (
         np.abs(alpha).reshape(*load.shape, -1) * load[..., None].astype(np.float32)
         for alpha in _alpha_of_draws(profile, beta.ravel(), gamma.ravel())
@@ -254,8 +255,8 @@ def longest(points_cm: FloatArray) -> float:
 def progress(turned_rad: FloatArray, moved_cm: FloatArray, length_cm: float) -> FloatArray:
     """Add up how far each pose lies along the motion, in lengths of g, shape (p,).
 
-    `turned_rad`, `moved_cm`: between neighbouring poses, shape (p - 1,). A turn of `LENGTH_DEG` counts as much as a way of
-    `LENGTH_BODIES` lengths of the body.
+    `turned_rad`, `moved_cm`: between neighbouring poses, shape (p - 1,). A turn of `LENGTH_DEG` counts as much as a way
+    of `LENGTH_BODIES` lengths of the body.
     """
     turns = np.abs(turned_rad) / math.radians(LENGTH_DEG)
     ways = moved_cm / (LENGTH_BODIES * length_cm)
@@ -345,7 +346,7 @@ def _draw_next(
 
 
 def plane_errors(load: Load, paths: FloatArray, eps: float) -> tuple[FloatArray, ...]:
-    """Errors of force z and force x, N, and, where the load has a centre, of the moment, N cm, each of shape (draws, p)."""
+    """Errors of force z, force x (N) and, where the load has a centre, the moment (N cm), each of shape (draws, p)."""
     size = eps * load.size
     error_z, error_x = size * paths[:, 0], size * paths[:, 1]
     if not load.centre.shape[-1]:

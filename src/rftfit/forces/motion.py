@@ -160,9 +160,9 @@ def path(
 
 
 def rates_of_steps(place: FloatArray, time_s: FloatArray) -> FloatArray:
-    """Rates of a path over the step before each pose and over the step after it, shape (2, p, k); `place`: shape (p, k).
+    """Rates of a path over the step before each pose and over the step after it, shape (2, p, k).
 
-    The first and the last pose have one step alone, which stands for both.
+    `place`: shape (p, k). The first and the last pose have one step alone, which stands for both.
     """
     steps = np.diff(place, axis=0) / np.diff(time_s)[:, None]
     before = np.concatenate([steps[:1], steps])
@@ -171,7 +171,7 @@ def rates_of_steps(place: FloatArray, time_s: FloatArray) -> FloatArray:
 
 
 def as_increasing(time_s: npt.ArrayLike) -> FloatArray:
-    """Return the times of a path, s, as an array; raises ValueError where there are fewer than two or they do not increase."""
+    """Return the times of a path, s; raises ValueError where there are fewer than two or they do not increase."""
     time = np.asarray(time_s, dtype=float)
     if time.size < 2 or not (np.diff(time) > 0).all():
         raise ValueError("a path needs at least two times, and time must increase")

@@ -21,8 +21,8 @@ ForcesByName = dict[str, FloatArray]
 class BestForces(NamedTuple):
     """Forces by one profile, shape (p,).
 
-    `reason`: why some pose has no number; empty where every pose has one. `leaving`: of a mesh, depth times area of the faces
-    that move out of the plane of their normal and the vertical, cm^3, shape (p,).
+    `reason`: why some pose has no number; empty where every pose has one. `leaving`: of a mesh, depth times area of the
+    faces that move out of the plane of their normal and the vertical, cm^3, shape (p,).
     """
 
     forces: ForcesByName
@@ -93,7 +93,7 @@ class BodyInMotion(ABC):
 
     @abstractmethod
     def wet_parts(self) -> list[FloatArray]:
-        """Return arrays over the elements or faces of all poses: depth times area (cm^3), depth (cm), speed (cm/s), x (cm).
+        """Return depth times area (cm^3), depth (cm), speed (cm/s) and x (cm) of the elements or faces of all poses.
 
         A mesh has y (cm), too.
         """

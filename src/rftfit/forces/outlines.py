@@ -93,7 +93,7 @@ class Outline:
         return np.concatenate([centre - half * tangent, centre + half * tangent])
 
     def refined(self, longest_cm: float) -> Outline:
-        """Halve elements until none is longer: the same straight pieces, each of whose points moves more nearly as its middle.
+        """Halve elements until none is longer: the same outline, whose elements move more nearly as their middles.
 
         Parameters
         ----------
@@ -314,7 +314,7 @@ def read_outline(path: Path, width_cm: float, elements: int = ELEMENTS) -> Outli
 
 
 def _find_problems(points: FloatArray, rows: list[int], file: str) -> list[Problem]:
-    """List problems of the shape: too few or too many points, repeated points, crossing lines; `rows`: of the points."""
+    """List problems of the shape: too few or many points, repeated points, crossing lines; `rows`: of the points."""
     count = len(points)
     if count < 2:
         text = f"{count} point; an outline has at least two"

@@ -82,7 +82,8 @@ class Peak:
 
 
 OTHER_FORM = "other-form"
-"""Code of a peak by nine terms whose interval of alpha does not contain the peak by the table of the same medium, or its map."""
+"""Code of a peak by nine terms whose interval of alpha does not contain the peak by the table of the same medium, or
+its map."""
 
 STEEP = "steep"
 """Code of a peak whose force changes with the attack angle faster than the interval of alpha between pushes allows."""
@@ -122,7 +123,7 @@ def set_beside(
 
 
 def keep_true_intervals(ends: Ends, beside: Mapping[str, FloatArray]) -> Ends:
-    """Keep intervals of alpha where they contain the force by the table of the same medium, or its map; NaN in other poses."""
+    """Keep intervals of alpha where they contain the force by the table or map of the same medium; else NaN."""
     kept = {}
     for name, (lo, hi) in ends.items():
         holds = (lo <= beside[name]) & (beside[name] <= hi)
@@ -131,7 +132,7 @@ def keep_true_intervals(ends: Ends, beside: Mapping[str, FloatArray]) -> Ends:
 
 
 def describe_beside(peak: Peak, form: str, form_beside: str) -> str:
-    """Say how far a peak by nine terms lies from the same peak by the table or the map; empty where there is no such peak."""
+    """Say how far a peak by nine terms lies from the same peak by the table or the map; empty without one."""
     if math.isnan(peak.beside):
         return ""
     unit = "N cm" if peak.quantity.endswith("cm") else "N"
@@ -151,8 +152,8 @@ SAME_SHARE = 0.05
 class DrawStatistics:
     """Intervals by pose, and the peaks of every draw, collected over the parts of a motion.
 
-    `quantities`: names of those that get an interval. `extremes`: peaks that are collected, where their quantity is one of
-    these, over the poses that have a best value.
+    `quantities`: names of those that get an interval. `extremes`: peaks that are collected, where their quantity is one
+    of these, over the poses that have a best value.
     """
 
     def __init__(
@@ -164,7 +165,7 @@ class DrawStatistics:
         self._tops: dict[str, FloatArray] = {}
 
     def add(self, draws: Mapping[str, FloatArray], is_finite: npt.NDArray[np.bool_]) -> None:
-        """Add draws of the quantities in the next p poses, shape (draws, p); `is_finite`: where a pose has a best value."""
+        """Add draws of the quantities in the next p poses, shape (draws, p); `is_finite`: poses with a best value."""
         for name, parts in self._parts.items():
             parts.append(np.stack(interval(draws[name], self.confidence)))
         if not is_finite.any():
@@ -263,8 +264,8 @@ def pick_peaks(
 def interval_of_next_bed(value: Any, ends: tuple[Any, Any], bed: float) -> tuple[Any, Any]:
     """Return the interval of the force in the next bed, from the interval `ends` of the mean over beds.
 
-    `bed`: half width of the interval of a bed, relative. A bed is looser or denser as a whole, independently of the error
-    of the mean: the distances of the ends add in squares.
+    `bed`: half width of the interval of a bed, relative. A bed is looser or denser as a whole, independently of the
+    error of the mean: the distances of the ends add in squares.
     """
     return widen(value, ends, bed * value)
 

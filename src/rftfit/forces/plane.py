@@ -63,8 +63,9 @@ def force_draws(
 ) -> Forces:
     """Integrate the forces over an outline in each pose, by each of a stack of draws of alpha.
 
-    `with_moment`: False saves time, and the moment is NaN. Every profile is linear in its parameters: the geometry gives the weight of each parameter in
-    each pose once, all draws are then one matrix product. Returns arrays of shape (draws, ..., p).
+    `with_moment`: False saves time, and the moment is NaN. Every profile is linear in its parameters: the geometry
+    gives the weight of each parameter in each pose once, all draws are then one matrix product. Returns arrays of shape
+    (draws, ..., p).
     """
     poses = _check_poses(poses)
     values_z, values_x = profile.parameters
@@ -85,7 +86,8 @@ def force_draws(
         moment = weighted_sum(values_x, weights_x[2]) - weighted_sum(values_z, weights_z[1])
     else:
         moment = np.broadcast_to(np.nan, force_z.shape)
-    # a force may have a number without a position x, the moment has none: it shows all that is missing
+    # a force may have a number without a position x, the moment has none: it shows all that is
+    # missing
     shows_gaps = moment if with_moment else force_z + force_x
     reason = "" if np.isfinite(shows_gaps).all() else _describe_gap(profile)
     return Forces(force_z, force_x, moment, reason)
@@ -204,7 +206,7 @@ class OutlineInMotion(BodyInMotion):
         return [*PEAKS]
 
     def bounds(self, profile: Profile) -> Ends:
-        """Sum, by pose, the elements that have a number, and the most that the others may add: each with the largest known alpha."""
+        """Sum, by pose, elements with a number, and the most that the others may add: by the largest known alpha."""
         wet = WetElements.of(self.outline, self.poses)
         load, arm = wet.load, wet.arm
         largest = [float(np.nanmax(np.abs(values), initial=0.0)) for values in profile.parameters]

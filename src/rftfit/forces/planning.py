@@ -49,8 +49,8 @@ Numbers = Callable[[FloatArray, Map], FloatArray]
 class Target:
     """Numbers that are to be known well, which follow from alpha at the nodes of a map.
 
-    `parts`: names of the numbers. `linear`: whether the numbers are linear in alpha. `relative`: whether the half width of
-    each is divided by the number itself; if not, `numbers` has scaled them already.
+    `parts`: names of the numbers. `linear`: whether the numbers are linear in alpha. `relative`: whether the half width
+    of each is divided by the number itself; if not, `numbers` has scaled them already.
     """
 
     name: str
@@ -90,12 +90,13 @@ class Rig:
 
 
 def prior_map(shapes: Shapes | None = None, nodes: Nodes | None = None) -> Map:
-    """Return the map of a medium that belongs to the known ones and was not pushed yet: size 1, with an error of 100 %."""
+    """Return the map of a medium that belongs to the known ones and was not pushed: size 1, error 100 %."""
     shapes, nodes = shapes or published_shapes(), nodes or map_nodes()
     mean, covariance = shapes.moments(nodes.beta, nodes.gamma)
     rows = np.vstack([mean, root(covariance)])
     normals = np.random.default_rng(SEED).standard_normal((DRAWS, len(rows)))
-    # draws with a mean of exactly 0 and a covariance of exactly 1, so that a plan does not depend on chance
+    # draws with a mean of exactly 0 and a covariance of exactly 1, so that a plan does not depend
+    # on chance
     even = np.linalg.qr(normals - normals.mean(axis=0))[0] * np.sqrt(DRAWS - 1)
     draws = mean + even @ rows
     return Map(
@@ -160,7 +161,8 @@ class Step:
     """One more push of a plan, with the `runs` that it takes.
 
     `directions`: (beta, gamma) in degrees, one, or two where the way back is measured too. `half_width`: relative half
-    width of the interval of each part of the target after this step. `turn`: name of a body that is turned instead of a push.
+    width of the interval of each part of the target after this step. `turn`: name of a body that is turned instead of a
+    push.
     """
 
     directions: tuple[tuple[float, float], ...]
@@ -226,7 +228,7 @@ class Plan:
         return table.assign(turn=turns) if any(turns) else table
 
     def summary(self) -> str:
-        """Format the pushes in their order, with the half width after each, and the number that is enough for round ones."""
+        """Format the pushes in their order, the half width after each, and how many are enough for a round one."""
         rows = []
         for push in self.table().to_dict("records"):
             where = ["now", "", ""]
@@ -266,7 +268,7 @@ _ROUND_PERCENTS = (30, 20, 15, 10, 5)
 
 
 def push_rows(step: Step, depths_cm: Sequence[float]) -> list[dict[str, str]]:
-    """Return the cells of the run sheet for the runs of a push: direction, angles and, for a horizontal push, depths."""
+    """Return the cells of the run sheet for the runs of a push: direction, angles and, if horizontal, depths."""
     beta, gamma = step.directions[0]
     ways = [("intrusion", "")] if gamma > 0 else [("extraction", "")]
     if gamma == 0:
@@ -301,8 +303,8 @@ def plan(
         Pushes to plan.
     confidence : float, optional
     turns : sequence of (Outline, Motion), optional
-        Bodies whose forces can be measured along a motion, each once and for one run. They are compared with the pushes, with
-        the model's own error on a body that was never measured.
+        Bodies whose forces can be measured along a motion, each once and for one run. They are compared with the
+        pushes, with the model's own error on a body that was never measured.
 
     Returns
     -------
@@ -384,7 +386,7 @@ def _log_gain(across: FloatArray, seen: FloatArray, covariance: FloatArray, size
 
 
 def turn_rows(medium_map: Map, body: Outline, motion: Motion) -> tuple[FloatArray, FloatArray]:
-    """Return k combinations of the forces on a body that measure alpha at the nodes: weights (k, 2 n) and errors (k,)."""
+    """Return k combinations of forces on a body that measure alpha at the nodes: weights (k, 2 n), errors (k,)."""
     best = medium_map.alpha
     profile = TableProfile(best[0], best[1], medium_map.beta, medium_map.gamma)
     net = forces_on(profile, body, motion.poses)
@@ -459,7 +461,7 @@ def _list_choices(
 def reachable(
     medium_map: Map, beta_deg: Sequence[float], gamma_deg: Sequence[float]
 ) -> tuple[tuple[float, float], ...]:
-    """Return the directions on the lines of a map (degrees) with these angles of plate and path; an empty list allows any."""
+    """Return the directions on the lines of a map (degrees) with these angles; an empty list allows any."""
     angles = np.degrees([medium_map.beta, medium_map.gamma])[:, : medium_map.lines].round(4)
     near = np.ones(angles.shape[1], dtype=bool)
     for angles_of_map, angles_asked in zip(angles, (beta_deg, gamma_deg), strict=True):

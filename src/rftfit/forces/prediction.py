@@ -246,8 +246,8 @@ def _add_errors(forces: ForcesByName, of_error: ForcesByName) -> ForcesByName:
 class _Prediction:
     """Forces on a body by a profile, with intervals of alpha (`alpha_ends`) and with the model's error (`model_ends`).
 
-    `alpha`, `model`: statistics of the draws of these intervals; None where an interval is not from draws. `targets`: peaks
-    that are looked for.
+    `alpha`, `model`: statistics of the draws of these intervals; None where an interval is not from draws. `targets`:
+    peaks that are looked for.
     """
 
     def __init__(
@@ -323,7 +323,7 @@ class _Prediction:
         return self.error.with_mean(self.moving.best_with_load(self.profile), self.draws)
 
     def _best_in_parts(self) -> Iterator[DrawnForces]:
-        """Split the best forces, as the only draw of alpha, into parts of as many poses as the draws of the error have."""
+        """Split the best forces, as the only draw of alpha, into parts as long as those of draws of the error."""
         step = self.moving.poses_at_once(self.draws)
         for start in range(0, len(self.moving.poses), step):
             yield self._best_as_draw.between(start, start + step)

@@ -1,7 +1,7 @@
 """The kernel in plain numpy, to check the compiled one.
 
-Draws and pictures use it too, for where elements are and what they bear: there speed does not matter. Elements are arrays (..., 8): centre x, z (cm), unit tangent x, z, half-length (cm), area
-(cm^2), velocity x, z (cm/s).
+Draws and pictures use it too, for where elements are and what they bear: there speed does not matter. Elements are
+arrays (..., 8): centre x, z (cm), unit tangent x, z, half-length (cm), area (cm^2), velocity x, z (cm/s).
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from rftfit.model.profiles import Profile
 
 
 def place(body: FloatArray, width_cm: float, poses: FloatArray) -> FloatArray:
-    """Place the elements of an outline, shape (n, 5), in each pose (p, 6), as `kernel.pose_forces` does: shape (p, n, 8)."""
+    """Place the elements of an outline (n, 5) in each pose (p, 6), as `kernel.pose_forces` does: shape (p, n, 8)."""
     x0, z0, angle, vx0, vz0, rate = (poses[:, index, None] for index in range(6))
     cos_a, sin_a = np.cos(angle), np.sin(angle)
     x, z = body[:, 0] * cos_a + body[:, 1] * sin_a, body[:, 1] * cos_a - body[:, 0] * sin_a
@@ -58,8 +58,8 @@ def angles(elements: FloatArray) -> tuple[FloatArray, FloatArray]:
 class WetElements(NamedTuple):
     """Elements of an outline in its poses, and what of them lies below the surface.
 
-    `elements`: shape (p, n, 8). `load`: depth times wet area, cm^3, shape (p, n). `centre`: x, z of the wet part, cm, shape
-    (p, n, 2). `reference`: x, z of the reference point, cm, shape (p, 1, 2).
+    `elements`: shape (p, n, 8). `load`: depth times wet area, cm^3, shape (p, n). `centre`: x, z of the wet part, cm,
+    shape (p, n, 2). `reference`: x, z of the reference point, cm, shape (p, 1, 2).
     """
 
     elements: FloatArray

@@ -108,7 +108,8 @@ class Rim(NamedTuple):
 
 
 ROUND_WITHIN = 0.02
-"""Part of the radius by which the outline of a round wheel may come nearer to the axle: 16 facets come nearer by 0.019."""
+"""Part of the radius by which the outline of a round wheel may come nearer to the axle: 16 facets come nearer by
+0.019."""
 
 _RAYS = 719
 """Directions in which the radius of an outline is read. A prime number: no number of lugs repeats it."""
@@ -117,8 +118,8 @@ _RAYS = 719
 def lowest_radius(corners_cm: FloatArray) -> float:
     """Find the least radius of the outline about the axle, cm.
 
-    The outline has in each direction of x and z the farthest point of the triangles (m, 3, 3); where a direction meets no
-    triangle, the radius is 0.
+    The outline has in each direction of x and z the farthest point of the triangles (m, 3, 3); where a direction meets
+    no triangle, the radius is 0.
     """
     starts = corners_cm[..., ::2].reshape(-1, 2)
     ends = np.roll(corners_cm, -1, axis=1)[..., ::2].reshape(-1, 2)
@@ -185,9 +186,9 @@ def rolling_rows(
     """Describe rolling wheels to the kernel, a row for each pose, shape (p, 4).
 
     Columns: unit direction of travel x, y (for a wheel that turns in place its heading); the speed by which the travel
-    falls short of `LEAST_TRAVEL` of the rim speed (cm/s); and the share to which the track's rule holds: 1 or 0, between
-    them for a wheel that has just begun to move. `begun`: from 0 to 1 for such a wheel, whose direction of travel is not
-    yet certain. `velocity`, `rate`: (p, 3).
+    falls short of `LEAST_TRAVEL` of the rim speed (cm/s); and the share to which the track's rule holds: 1 or 0,
+    between them for a wheel that has just begun to move. `begun`: from 0 to 1 for such a wheel, whose direction of
+    travel is not yet certain. `velocity`, `rate`: (p, 3).
     """
     travel = np.linalg.norm(velocity[:, :2], axis=1)
     heading = np.stack([rate[:, 1], -rate[:, 0]], axis=1)

@@ -59,8 +59,8 @@ def compiled_mesh_forces(
 ) -> FloatArray:
     """Sum over the faces in each pose, shape (p, 19), the columns of `face_kernel.face_forces`.
 
-    Force (N), moment about the reference point (N cm), depth times area that leaves its plane (cm^3), then what faces bear
-    without cancellation.
+    Force (N), moment about the reference point (N cm), depth times area that leaves its plane (cm^3), then what faces
+    bear without cancellation.
     """
     faces = face_rows(mesh)
     ranges = np.tile(np.array([0, len(faces)]), (len(motion.frames), 1))
@@ -205,7 +205,7 @@ class MeshInMotion(BodyInMotion):
         return extremes_in_space(best)
 
     def bounds(self, profile: Profile) -> Ends:
-        """Return, by pose, the most that a force may be: every face with the largest known alpha. No part of it has a number."""
+        """Return 0, and by pose the most that a force may be: every face with the largest known alpha."""
         largest = _largest_alpha(profile)
         force, moment = np.zeros((2, len(self.poses)))
         for pose, (frame, rolling) in enumerate(zip(self.poses, self.motion.rolling, strict=True)):
@@ -310,7 +310,7 @@ def _load_of(draws: FloatArray) -> errors.Load:
 
 
 def _loads_by_direction(draws: FloatArray) -> FloatArray:
-    """Read the sum of f f^T / |f| over the forces f of faces, (draws, p, 3, 3), N, from sums over faces, (draws, p, 19)."""
+    """Read the sum of f f^T / |f| over forces f of faces, (draws, p, 3, 3), N, from sums (draws, p, 19)."""
     xx, yy, zz, xy, xz, yz = np.moveaxis(np.nan_to_num(draws[..., 13:]), -1, 0)
     rows = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
     return np.moveaxis(np.array(rows), (0, 1), (-2, -1))

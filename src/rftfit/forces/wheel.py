@@ -48,7 +48,8 @@ _SHALLOWEST = 1e-3
 """Least sinkage that is tried, over the radius of the rim."""
 
 _SOLVED, _BRACKETED = 1e-6, 1e-2
-"""Greatest errors, over the radius of the rim, of a sinkage that is solved, and of the least and greatest one for draws."""
+"""Greatest errors, over the radius of the rim, of a sinkage that is solved, and of the least and greatest one for
+draws."""
 
 _AXLE = 0.99
 """Sinkage over the radius of the rim from which a wheel is at its axle, the deepest that is tried."""
@@ -125,7 +126,8 @@ class WheelAnswer:
     rim_from : str
         ``given`` or ``farthest-point``: where the radius of the rim was taken from.
     triangles, triangles_given : int
-        Number of triangles on which forces were predicted, and number in the mesh as it was given: a coarse mesh is refined.
+        Number of triangles on which forces were predicted, and number in the mesh as it was given: a coarse mesh is
+        refined.
 
     Examples
     --------
@@ -288,8 +290,8 @@ def wheel(
     sinkage_cm : float or array_like, shape (s,), optional
         Depth of the lowest point of the rim. Without it the sinkage is solved from the load.
     load_N : float or array_like, shape (s,), optional
-        Load that the wheel carries. With a sinkage: the medium is taken as strong as it must be to carry the load there.
-        Without a load it is predicted.
+        Load that the wheel carries. With a sinkage: the medium is taken as strong as it must be to carry the load
+        there. Without a load it is predicted.
     friction : float, optional
         Friction as in `predict`; default: off. 0.4 was tried on measured rigs.
     track : bool, optional
@@ -418,7 +420,7 @@ def _one_a_slip(name: str, numbers: npt.ArrayLike | None, slips: FloatArray) -> 
 
 
 def has_number(table: Profile, mesh: Mesh, friction: float | None) -> bool:
-    """Tell whether a table has a number in every direction of a wheel that rolls with its axle at the surface, at any slip."""
+    """Tell whether a table has a number in every direction of a wheel that is sunk to its axle, at any slip."""
     radius = measure_radius(mesh.vertices_cm)
     motions = [Motion3D.roll(mesh, radius, slip, POSES, track=False) for slip in _TRIED_SLIPS]
     return all(
@@ -450,9 +452,10 @@ class _Wheel:
         return _Turn.of(self._forces(self.roll(sinkage_cm, slip, POSES)))
 
     def turns_of_draws(self, slip: float, sinkages_cm: Sequence[float]) -> _Turn:
-        """Return the means by each draw at each sinkage, shape (draws, sinkages); a medium without draws counts as one draw.
+        """Return the means by each draw at each sinkage, (draws, sinkages); a medium without draws counts as one.
 
-        The difference of a draw from the medium itself is calculated in a few poses, and added to the mean over all poses.
+        The difference of a draw from the medium itself is calculated in a few poses, and added to the mean over all
+        poses.
         """
         turns = [self.turn(slip, sinkage) for sinkage in sinkages_cm]
         exact = _Turn(*(np.array(force) for force in zip(*turns, strict=True)))
@@ -595,8 +598,8 @@ def _slip_range() -> tuple[float, float]:
 def _carry_load(turns: _Turn, depths: FloatArray, load_N: float) -> dict[str, FloatArray]:
     """Find sinkage, drawbar and torque of each draw under a load, each draw with another factor of slip sinkage.
 
-    The logarithms of the factors are spread evenly over their range. A draw that does not carry the load has the deepest of
-    `depths`, cm.
+    The logarithms of the factors are spread evenly over their range. A draw that does not carry the load has the
+    deepest of `depths`, cm.
     """
     count = len(turns.load) if len(turns.load) > 1 else _DRAWS
     rows = np.arange(count) % len(turns.load)
@@ -622,7 +625,7 @@ def _model_errors(
     model_error: float | None,
     left_out: str | None,
 ) -> tuple[float, float]:
-    """Return the errors of the drawbar over the load, and of the torque over load times radius; NaN where none is known."""
+    """Return the errors of drawbar over load, and of torque over load times radius; NaN where none is known."""
     if not has_model_error(profile):
         if model_error:
             raise ValueError(
@@ -649,7 +652,7 @@ def _list_limits(
     rim: Rim,
     radius_cm: float,
 ) -> list[str]:
-    """List where a wheel leaves the depths over which alpha was measured, or the rigs on which the model's error was found."""
+    """List where a wheel leaves the depths of measured alpha, or the rigs on which the model's error was found."""
     limits = []
     lug_cm = radius_cm - rim.radius_cm
     deepest_cm = float(answer["sinkage_cm"].max()) + lug_cm
