@@ -37,6 +37,7 @@ def published_body_error(leg: str, without: Iterable[str] = ()) -> BodyError:
 
 @cache
 def _published_body_error(leg: str, without: frozenset[str]) -> BodyError:
+    """Learn as `published_body_error`; the cache needs a frozenset."""
     curves, alpha = load("fig_s5"), load("table_s5")
     measurements = []
     for medium in MEDIA:

@@ -88,7 +88,7 @@ class Comparison:
     repeats : float
         Degrees of freedom of the repeats behind the scatter.
     assumed : bool
-        Whether the scatter of one medium, or of both, is assumed, as it has no repeats.
+        True where the scatter of one medium, or of both, is assumed, because it has no repeats.
     scatter_along, scatter_across : float
         Scatter of single runs along and across the force, relative to alpha.
     explained_by : float

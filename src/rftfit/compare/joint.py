@@ -481,7 +481,7 @@ class JointModel:
         _, information = self._gaussian(theta).score(mean, mean, effects)
         return 1 / np.sqrt(np.maximum(np.diag(information), 1e-12))
 
-    def _profile(self, cause: Cause, size: float, se: float) -> tuple[float, float, JointModel]:
+    def _fit_cause(self, cause: Cause, size: float, se: float) -> tuple[float, float, JointModel]:
         """Find the best size of a cause, the errors by which it exceeds the tolerated size, and the model without it.
 
         The scatter is fitted both with the best and with the tolerated size, so a cause cannot win by making errors
@@ -491,23 +491,24 @@ class JointModel:
         step = np.array([0.1, 0.3, 0.3, 0.3, max(0.5 * abs(size), se)])
 
         def cost(values: FloatArray) -> float:
+            # `model` of the moment: it is replaced below by one with other weights
             return model.put_right(cause, values[4]).cost(values[:4])
 
         model = self
         values = _minimise(cost, np.append(self.theta, size), step, 70, 0.01)
-        right = self.put_right(cause, values[4])
-        right.theta = values[:4]
-        right.update_weights()
-        model = self._with_weight(right.weight)
+        without = self.put_right(cause, values[4])
+        without.theta = values[:4]
+        without.update_weights()
+        model = self._with_weight(without.weight)
         values = _minimise(cost, values, 0.4 * step, 70, 0.01)
         best, size = cost(values), float(values[4])
-        edge = math.copysign(min(abs(size), tolerated), size)
-        beside = model.put_right(cause, edge)
-        theta = _minimise(beside.cost, self.theta, step[:4], 70)
-        times = math.sqrt(max(2 * (beside.cost(theta) - best), 0.0))
-        right = model.put_right(cause, size)
-        right.theta = values[:4]
-        return size, times, right
+        tolerated_size = math.copysign(min(abs(size), tolerated), size)
+        tolerated_model = model.put_right(cause, tolerated_size)
+        theta = _minimise(tolerated_model.cost, self.theta, step[:4], 70)
+        times = math.sqrt(max(2 * (tolerated_model.cost(theta) - best), 0.0))
+        without = model.put_right(cause, size)
+        without.theta = values[:4]
+        return size, times, without
 
     def _with_weight(self, weight: FloatArray) -> JointModel:
         """Return the model with other weights of the runs."""
@@ -551,11 +552,11 @@ def find_causes(model: JointModel) -> tuple[list[Found], Scan]:
             break
         # which cause it is depends on the runs alone, not on the spread over sound media
         trial = max(clear, key=lambda trial: trial.by_runs - trial.limit)
-        right = trial.model
-        right._locate_runs(right.runs)
-        right.update()
-        right.fit(2, 50, 0.4)
-        se = right._error_of(trial.cause)
+        without = trial.model
+        without._locate_runs(without.runs)
+        without.update()
+        without.fit(2, 50, 0.4)
+        se = without._error_of(trial.cause)
         error = math.hypot(se, trial.cause.of_media)
         least_seen = trial.cause.tolerated + (trial.limit + _POWER) * error
         if not least_seen < KINDS[trial.cause.kind].most:
@@ -563,7 +564,7 @@ def find_causes(model: JointModel) -> tuple[list[Found], Scan]:
         told.append(
             Found(trial.cause, trial.size, se, trial.times, _inseparable_from(trial, tried, scan))
         )
-        model, scan = right, right.scan()
+        model, scan = without, without.scan()
     return told, scan
 
 
@@ -626,7 +627,7 @@ def _try_candidates(model: JointModel, scan: Scan) -> list[_Trial]:
             break
         if (cause.kind, cause.group) in tried:
             continue
-        size, times, right = model._profile(cause, scan.size[number], scan.se[number])
+        size, times, right = model._fit_cause(cause, scan.size[number], scan.se[number])
         times = times if abs(size) > cause.tolerated else 0.0
         by_runs = times / _CHOSEN.wider.get(cause.kind, 1.0)
         # the error by the runs is size / by_runs; the spread over sound media is added in squares

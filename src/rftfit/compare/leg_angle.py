@@ -53,7 +53,7 @@ class AngleOffset:
 
     @property
     def is_off(self) -> bool:
-        """Whether the interval leaves out 0."""
+        """True where 0 lies outside of the interval."""
         return self.lo_deg > 0 or self.hi_deg < 0
 
 

@@ -559,7 +559,7 @@ def _peak_errors(
 def judge(numbers: Mapping[str, float]) -> str:
     """Judge the model by the size of the error of one peak; `numbers`: columns of `leg_errors`.
 
-    Whether chance explains the error is another question, which its interval answers.
+    The interval of the error tells whether chance explains it.
     """
     error = numbers.get("peak_error_percent", math.nan)
     if not math.isfinite(error):

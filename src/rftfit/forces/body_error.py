@@ -1,4 +1,4 @@
-"""What the force model gets wrong on one body, learned where the body was measured in media whose map is known.
+"""Errors of the force model on one body, learned where the body was measured in media whose map is known.
 
 Measured less predicted force, over the load without cancellation, is nearly the same in every medium. This error is
 taken as c + o: c belongs to the body, o to the body in this medium. Both are Gaussian processes (Matern 3/2) over the
@@ -104,7 +104,7 @@ class BodyError:
     media : tuple of str
         Media in which the body was measured.
     stated : bool
-        Whether `per_medium` is stated, as for a body that was measured in one medium, and not learned.
+        True where `per_medium` is stated, as for a body that was measured in one medium, and not learned.
     measured : MeasuredErrors, optional
         Errors that were measured. None: nothing is known but the size of the error.
 
@@ -162,7 +162,7 @@ class BodyError:
 
     @cached_property
     def words(self) -> str:
-        """What is known of the error, for people."""
+        """Sentence on what was learned of the error."""
         if not self.media:
             return f"error of the model {self.per_medium:g} of the load, stated: the body was not measured before"
         how = "stated, as the body was measured in one medium" if self.stated else "learned"

@@ -160,7 +160,7 @@ class Contact:
 
     @cached_property
     def touches(self) -> npt.NDArray[np.bool_]:
-        """Whether a part of the body that leads is in the medium, shape (p,)."""
+        """True for each pose in which a part of the body that leads is in the medium, shape (p,)."""
         # with alpha 1 in all directions a pose has a load wherever a part of the body can bear one
         profile = TableProfile(np.ones((7, 13)), np.ones((7, 13)))
         return self.load(profile) > 0

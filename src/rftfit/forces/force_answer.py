@@ -51,7 +51,7 @@ class ForceAnswer:
 
     @property
     def in_space(self) -> bool:
-        """Whether the body is a mesh."""
+        """True for a mesh."""
         return isinstance(self.body, Mesh)
 
     @property
@@ -315,6 +315,7 @@ class ForceAnswer:
         return "\n".join(lines)
 
     def _format_peaks(self) -> str:
+        """Format the table of the peaks, and sentences on its intervals."""
         of_mean = ", of the mean over beds"
         intervals = {
             ("lo", "hi"): self.interval_of_alpha and self.interval_of_alpha + of_mean,
@@ -387,9 +388,9 @@ class ForceAnswer:
         ends = [
             (name, end) for name in self.quantities for end in end_names(name) if end in self.forces
         ]
-        lost = [self.forces[end].isna() & self.forces[name].notna() for name, end in ends]
+        missing = [self.forces[end].isna() & self.forces[name].notna() for name, end in ends]
         # where a table stands beside nine terms, the head of the file says why intervals are empty
-        if self.beside is None and (without := sum(map(any, zip(*lost, strict=True)))):
+        if self.beside is None and (without := sum(map(any, zip(*missing, strict=True)))):
             doubts.append(
                 f"no interval in {without} of {poses} poses: no error of alpha is known there"
             )

@@ -1,4 +1,4 @@
-"""Which faces of a solid body bear a load: those that lead, and half of those that move along themselves.
+"""Loads of the faces of a solid body: faces that lead bear the whole, those that move along themselves a half.
 
 The alpha of a plate holds the stress on both of its faces. Of a solid body the face in front bears it all and the face
 behind nothing. Where a body moves along two faces, as the sole and the top of a foot that is dragged level or the walls

@@ -174,7 +174,7 @@ class Mesh:
 
     @cached_property
     def is_convex(self) -> bool:
-        """Whether a solid body fills its convex hull."""
+        """True for a solid body that fills its convex hull."""
         return fills_hull(self.vertices_cm, self.volume_cm3)
 
     @cached_property
@@ -712,8 +712,8 @@ class Motion3D:
         poses : int, optional
             Number of poses, in equal steps of the turn.
         track : bool, optional
-            Whether a wheel that is not convex leaves a rut: behind its axle faces that face back do not count. A sheet
-            leaves none.
+            True where a wheel that is not convex leaves a rut, so that behind its axle faces that face back do not
+            count. A sheet leaves none.
         rim_cm : float, optional
             Radius of the rim, to which sinkage and slip belong. Default: to the farthest vertex, over the lugs.
 

@@ -165,8 +165,8 @@ def outline_load(
     `profile`: a single one, or a stack of draws. `with_centre`: False saves time where no moment is wanted.
     """
     count = len(poses)
-    most = int(np.clip(_LOAD_ELEMENTS // max(len(outline.body), 1), 25, _LOAD_POSES))
-    step = max(1, math.ceil(count / most))
+    most_poses = int(np.clip(_LOAD_ELEMENTS // max(len(outline.body), 1), 25, _LOAD_POSES))
+    step = max(1, math.ceil(count / most_poses))
     places = (
         np.unique(np.append(np.arange(0, count, step), count - 1)) if count else np.zeros(0, int)
     )

@@ -69,7 +69,7 @@ class Rig:
     directions : tuple of (float, float), optional
         (beta, gamma) that the rig can push, degrees; default: the published grid.
     pairs : bool, optional
-        Whether the plate is pulled back along its path and measured on the way too: (beta, gamma)
+        True where the plate is pulled back along its path and measured on this way, too: (beta, gamma)
         and (-beta, -gamma) come together.
     depths : int, optional
         Runs that a horizontal direction takes.
@@ -137,6 +137,7 @@ def peaks(outlines: Sequence[Outline], motion: Motion | None = None) -> Target:
     poses = (rotation() if motion is None else motion).poses
 
     def numbers(alpha: FloatArray, medium_map: Map) -> FloatArray:
+        """Forces by `alpha` in the poses where those by the map's own alpha are largest."""
         best = TableProfile(
             medium_map.alpha[0], medium_map.alpha[1], medium_map.beta, medium_map.gamma
         )
@@ -339,6 +340,7 @@ def plan(
         moved = (above - below) / 2
     flat = rows.reshape(len(rows), -1)
     joint = np.hstack([flat, moved / scale])
+    # of alpha at all nodes, in the first `size` rows, and of the target behind them
     covariance, size = joint.T @ joint, flat.shape[1]
     if not np.isfinite(covariance).all():
         raise ValueError(f"{target.name} has no number in this medium")
@@ -368,6 +370,7 @@ def plan(
         if turn:
             turns_left.pop(turn)
             runs, directions = 1, ()
+        # what is left when the chosen push, or turn, is known
         covariance = covariance - across @ np.linalg.solve(seen, across.T)
         variance_left = np.maximum(np.diag(covariance)[size:], 0.0)
         steps.append(Step(directions, runs, quantile * np.sqrt(variance_left), turn))

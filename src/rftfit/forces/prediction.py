@@ -199,7 +199,7 @@ class _ErrorOfModel:
 
     @property
     def is_stated(self) -> bool:
-        """Whether an error of the model is known, or asked for, that is not 0."""
+        """True where an error of the model other than 0 is known, or asked for."""
         return self.body_error is not None or self.eps > 0
 
     def paths(self, draws: int) -> Iterator[FloatArray]:

@@ -89,7 +89,7 @@ class Rim(NamedTuple):
 
     @property
     def is_doubtful(self) -> bool:
-        """Whether no rim was given for a wheel that is not round, such as one with lugs."""
+        """True where no rim was given for a wheel that is not round, such as one with lugs."""
         return self.lowest_cm < (1 - ROUND_WITHIN) * self.radius_cm
 
     def list_doubts(self) -> list[str]:

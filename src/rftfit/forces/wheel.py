@@ -104,9 +104,9 @@ class WheelAnswer:
     rule : str
         ``own-track`` where faces in the wheel's own track do not count, else ``none``.
     friction : float or None
-        As given; None: off.
+        Friction as given; None: off.
     given : str
-        What was given beside the slip: ``sinkage``, ``load`` or ``sinkage and load``.
+        Numbers that were given beside the slip: ``sinkage``, ``load`` or ``sinkage and load``.
     mesh, medium : str
         Names of mesh and medium.
     rim_cm : float
@@ -120,9 +120,9 @@ class WheelAnswer:
     slip_sinkage : tuple of float or None
         Least and greatest factor of alpha by slip sinkage, where the sinkage is solved.
     notes : tuple of str
-        What the numbers say of the medium and the load.
+        Sentences on the medium, the load and the limits of the prediction.
     has_alpha_error : bool
-        Whether an error of alpha is known of the medium, which the intervals then contain.
+        True where an error of alpha is known of the medium; the intervals then contain it.
     rim_from : str
         ``given`` or ``farthest-point``: where the radius of the rim was taken from.
     triangles, triangles_given : int
@@ -295,7 +295,7 @@ def wheel(
     friction : float, optional
         Friction as in `predict`; default: off. 0.4 was tried on measured rigs.
     track : bool, optional
-        Whether a wheel that is not convex leaves a rut, see `Motion3D.roll`.
+        True where a wheel that is not convex leaves a rut, see `Motion3D.roll`.
     rim_cm : float, optional
         Radius to which sinkage and slip belong. Default: to the farthest point of the mesh, over the lugs.
     confidence : float, optional
