@@ -132,9 +132,9 @@ def make_command() -> Any:
                 and parameter.metavar is None
                 and parameter.name in hints
             ):
-                kind = str(hints[parameter.name])
-                words = {"bool": "", "float": "NUMBER", "int": "NUMBER", "Path": "PATH"}
+                annotation = str(hints[parameter.name])
+                words_by_type = {"bool": "", "float": "NUMBER", "int": "NUMBER", "Path": "PATH"}
                 parameter.metavar = next(
-                    (words[type_name] for type_name in words if type_name in kind), "NAME"
+                    (word for name, word in words_by_type.items() if name in annotation), "NAME"
                 )
     return group

@@ -302,15 +302,11 @@ class MediumOptions:
                 "with --results DIR of a campaign), --alpha N/cm^3 (one penetration test), --pushes FILE (a table of "
                 "pushes) and --profile-file FILE (written by rftfit export)"
             )
-        other_sources = {
-            "--profile": self.profile,
-            "--results": self.results,
-            "--method": self.method,
-        }
-        others_given = [name for name, value in other_sources.items() if value is not None]
-        if self.profile_file is not None and others_given:
+        choices = {"--profile": self.profile, "--results": self.results, "--method": self.method}
+        choices_given = [name for name, value in choices.items() if value is not None]
+        if self.profile_file is not None and choices_given:
             raise InputError(
-                f"found {others_given[0]} with --profile-file; allowed: that file alone"
+                f"found {choices_given[0]} with --profile-file; allowed: that file alone"
             )
         of_pushes = self.alpha is not None or self.pushes is not None
         if self.profile is not None:

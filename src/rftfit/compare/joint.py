@@ -390,6 +390,7 @@ class JointModel:
             add(group, place, "gain-x", share, share * alpha * along_x)
             if group != TREND:
                 add(group, place, "beta-offset", share, share * side * self.by_beta)
+        # paths that are neither level nor vertical, and plates that are not upright
         slanted = (np.abs(runs.gamma_deg) > 1) & (np.abs(np.abs(runs.gamma_deg) - 90) > 1)
         tilted = np.where(np.abs(runs.beta_deg) < 89, 1.0, 0.0)
         add(ALL, "", "turn", every, turned)
@@ -397,6 +398,7 @@ class JointModel:
         add(ALL, "", "beta-scale", tilted, runs.beta_deg * tilted * self.by_beta)
         add(ALL, "", "beta-offset", every, side * self.by_beta)
         add(ALL, "", "gamma-offset", np.where(slanted, 1.0, 0.0), slanted * side * self.by_gamma)
+        # a holder of one angle holds plates at plus and at minus this angle
         sizes = np.abs(runs.beta_deg)
         for angle in np.unique(np.round(np.abs(self.directions[0]))):
             share = np.where(np.abs(sizes - angle) < 0.6, np.sign(runs.beta_deg), 0.0)

@@ -254,6 +254,7 @@ def _compare_pairs(
     unit = np.sqrt(unit**2 + 2 * weak**2)
     of_pair = (differences / unit).max(axis=0)
     ranked = np.sort(of_pair)[::-1]
+    # the clearest pair has to pass a higher limit where it is the only clear one
     limit = _CHOSEN.pair_largest
     if ranked.size > 1 and ranked[1] > _CHOSEN.pair_second:
         limit = _CHOSEN.pair_second
@@ -325,19 +326,21 @@ def _compare_with_map(
 
     predicted, times, error = predict_from(~far)
     while True:
+        # the farthest run that is no outlier yet is tried next
         farthest = int(np.where(far, 0, times.max(axis=0)).argmax())
         remaining = ~far & (np.arange(beta.size) != farthest)
         if remaining.sum() < max(_CHOSEN.fewest, 2 * far.sum()):
             break
         # a wrong run distorts the map near itself, so the limit is estimated without this run
-        without, apart, its_error = predict_from(remaining)
-        unit = max(float(np.quantile(apart[:, remaining], _CHOSEN.tail)), 0.1)
-        off = np.nan_to_num(np.abs(alpha - without)[:, farthest]).max()
-        if apart[:, farthest].max() < _CHOSEN.times_map * unit or off < _CHOSEN.least_map * largest:
+        new_predicted, new_times, new_error = predict_from(remaining)
+        unit = max(float(np.quantile(new_times[:, remaining], _CHOSEN.tail)), 0.1)
+        off = np.nan_to_num(np.abs(alpha - new_predicted)[:, farthest]).max()
+        is_usual = new_times[:, farthest].max() < _CHOSEN.times_map * unit
+        if is_usual or off < _CHOSEN.least_map * largest:
             seen = np.fmax(_CHOSEN.least_map * largest, np.fmax(*error) * _CHOSEN.times_map * unit)
             return predicted, times.max(axis=0) / unit, far, seen
         far[farthest] = True
-        predicted, times, error = without, apart, its_error
+        predicted, times, error = new_predicted, new_times, new_error
     # too few runs, or too many outliers, to estimate a limit
     unknown = np.full(beta.size, math.nan)
     return predicted, unknown, np.zeros(beta.size, dtype=bool), unknown

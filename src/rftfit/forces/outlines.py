@@ -317,28 +317,28 @@ def _find_problems(points: FloatArray, rows: list[int], file: str) -> list[Probl
     """List problems of the shape: too few or many points, repeated points, crossing lines; `rows`: of the points."""
     count = len(points)
     if count < 2:
-        text = f"{count} point; an outline has at least two"
-        return [Problem("outline.too-short", Place(file, rows[0]), None, text)]
+        fault = f"{count} point; an outline has at least two"
+        return [Problem("outline.too-short", Place(file, rows[0]), None, fault)]
     if count > MAX_POINTS:
-        text = f"{count} points; at most {MAX_POINTS} are read"
-        return [Problem("outline.too-long", Place(file, rows[MAX_POINTS]), None, text)]
+        fault = f"{count} points; at most {MAX_POINTS} are read"
+        return [Problem("outline.too-long", Place(file, rows[MAX_POINTS]), None, fault)]
     closed = count > 3 and bool((points[0] == points[-1]).all())
     problems = []
     seen: dict[tuple[float, float], int] = {}
     for index, (x, z) in enumerate((points[:-1] if closed else points).tolist()):
         first_index = seen.setdefault((x, z), index)
         if first_index != index:
-            text = f"every point once; this is the point of row {rows[first_index]} again"
+            fault = f"every point once; this is the point of row {rows[first_index]} again"
             place = Place(file, rows[index])
-            problems.append(Problem("outline.repeated", place, f"{x:g}, {z:g}", text))
+            problems.append(Problem("outline.repeated", place, f"{x:g}, {z:g}", fault))
     if problems:
         return problems
     for first_piece, second_piece in crossing_pieces(points):
-        text = (
+        fault = (
             f"the outline crosses or touches itself: the line from row {rows[first_piece]} to "
             f"{rows[first_piece + 1]} meets the one from row {rows[second_piece]} to {rows[second_piece + 1]}"
         )
-        problems.append(Problem("outline.crossing", Place(file, rows[second_piece]), None, text))
+        problems.append(Problem("outline.crossing", Place(file, rows[second_piece]), None, fault))
     return problems
 
 

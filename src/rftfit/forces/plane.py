@@ -213,8 +213,8 @@ class OutlineInMotion(BodyInMotion):
         alpha = profile.alpha(*wet.angles)
         z, x = (np.where(load == 0, 0.0, load * values) for values in alpha)
         most_z, most_x = (
-            np.where(np.isnan(force), load * most, 0.0)
-            for force, most in zip((z, x), largest, strict=True)
+            np.where(np.isnan(force), load * largest_alpha, 0.0)
+            for force, largest_alpha in zip((z, x), largest, strict=True)
         )
         z, x = np.nan_to_num(z), np.nan_to_num(x)
         moment = arm[..., 1] * x - arm[..., 0] * z
