@@ -80,6 +80,7 @@ def offset_of_curve(measured: pd.DataFrame, predicted: pd.DataFrame) -> float:
     first_part = np.arange(theta.size) <= np.argmax(size > FIRST_PART * size.max())
     if not loaded.size or np.count_nonzero(first_part) < FEWEST:
         return math.nan
+    # the curve begins under load, or so late that its beginning is not seen
     if theta[0] > theta_predicted[loaded[0]] - FEWEST:
         return math.nan
     offsets = np.arange(-FARTHEST_DEG, FARTHEST_DEG + STEP_DEG / 2, STEP_DEG)

@@ -170,6 +170,7 @@ def _motion_of_contact(
         return path(*(columns[name] for name in _PATH))
     theta = columns["theta_deg"]
     way = np.sign(theta[-1] - theta[0])
+    # how far theta lies behind the farthest angle so far
     back = np.maximum.accumulate(way * theta) - way * theta
     if way and float(back.max()) > _TURNS_BACK_DEG:
         raise ValueError(

@@ -516,6 +516,7 @@ def _count_crossing_parts(vertices: FloatArray, faces: IntArray, part_of_face: I
     highest = np.array([part.max(axis=(0, 1)) for part in triangles])
     crossing = 0
     for inner, inner_part in enumerate(triangles):
+        # only parts whose boxes overlap can cross
         meets = ((lowest < highest[inner]) & (highest > lowest[inner])).all(axis=1)
         meets[inner] = False
         if not meets.any():

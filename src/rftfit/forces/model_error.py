@@ -369,11 +369,11 @@ def directed_errors(
     `by_direction`: S (draws, p, 3, 3), the sum of f f^T / |f| over the forces f of faces. The errors are eps R g with
     R R = S S + (0.2 of the largest G)^2: they turn with the body.
     """
-    squares, axes = np.linalg.eigh(by_direction)
+    loads, axes = np.linalg.eigh(by_direction)
     # H^2 is G^2 and the square of the floor: 0.2 of the largest G
     largest = np.nanmax(load.size, axis=-1, keepdims=True, initial=0.0)
     floor = LEAST_LOAD / math.hypot(1.0, LEAST_LOAD) * largest * load.loaded
-    sizes = np.hypot(squares, floor[..., None])
+    sizes = np.hypot(loads, floor[..., None])
     along = np.einsum("dpij,dpi->dpj", axes, paths.transpose(0, 2, 1), optimize=True)
     force = eps * np.einsum("dpij,dpj->dpi", axes, sizes * along, optimize=True)
     return np.concatenate([force, np.cross(load.centre, force)], axis=-1)

@@ -331,14 +331,14 @@ class _Prediction:
     def _ends_of_further_medium(self, medium: ScaledMedium) -> Ends:
         """Intervals of the forces in one further medium, scaled from the reference media."""
         reference = medium.reference
-        unit = self.moving.best(FourierProfile(reference.m0)).forces
+        by_m0 = self.moving.best(FourierProfile(reference.m0)).forces
         tables = [self.moving.best(table).forces for table in reference.tables]
         parts = [*self.moving.draw(FourierProfile(reference.scaled), with_load=False)]
         ends: Ends = {}
         for name in self.moving.wanted:
             by_terms = np.concatenate([part.forces[name] for part in parts], axis=-1)
             of_media, measured = medium.of_media(by_terms, [forces[name] for forces in tables])
-            ends[name] = medium.with_interval(unit[name], of_media, measured=measured)[1:]
+            ends[name] = medium.with_interval(by_m0[name], of_media, measured=measured)[1:]
         return ends
 
     def table_and_peaks(self) -> tuple[pd.DataFrame, list[Peak]]:
