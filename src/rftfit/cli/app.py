@@ -85,13 +85,14 @@ _EXAMPLES: tuple[tuple[Callable[..., None], str], ...] = (
     (simulate, "simulate --frequency 2 --curvature 1 --medium poppy_LP"),
     (sweep, "sweep --cores 2"),
 )
-"""Every command, in the order of the help, with an example of its words, the first being its name."""
+"""Every command, in the order of the help, with the words of an example; the first word is its name."""
 
 for _command, _words in _EXAMPLES:
     app.command(_words.split()[0], epilog=f"Example: rftfit {_words}")(_command)
 
 
 def _show_version(is_asked: bool) -> None:
+    """Print the version and stop, where --version is given."""
     if is_asked:
         print_line(f"rftfit {__version__}")
         raise typer.Exit
@@ -115,7 +116,7 @@ def _top(
 
 @cache
 def make_command() -> Any:
-    """All commands; each option shows a word for its value, a switch none."""
+    """Make the command line; its help shows a word for the value of each option, and none for a switch."""
     group: Any = typer.main.get_command(app)
     for parameter in group.params:
         parameter.metavar = ""
@@ -131,9 +132,9 @@ def make_command() -> Any:
                 and parameter.metavar is None
                 and parameter.name in hints
             ):
-                kind = str(hints[parameter.name])
-                words = {"bool": "", "float": "NUMBER", "int": "NUMBER", "Path": "PATH"}
+                annotation = str(hints[parameter.name])
+                words_by_type = {"bool": "", "float": "NUMBER", "int": "NUMBER", "Path": "PATH"}
                 parameter.metavar = next(
-                    (words[type_name] for type_name in words if type_name in kind), "NAME"
+                    (word for name, word in words_by_type.items() if name in annotation), "NAME"
                 )
     return group

@@ -1,4 +1,4 @@
-"""``rftfit check``: everything that is wrong with config and run sheet, or what the campaign holds."""
+"""``rftfit check``: lists everything that is wrong with a campaign, or else what it contains."""
 
 from __future__ import annotations
 

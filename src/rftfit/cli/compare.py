@@ -1,4 +1,4 @@
-"""``rftfit compare``: whether two media, sessions or folders of results are different."""
+"""``rftfit compare``: tells whether two media, sessions or folders of results differ."""
 
 from __future__ import annotations
 
@@ -12,7 +12,10 @@ from rftfit.cli import options
 from rftfit.cli.output import check_picture, json_text, print_line, write_picture
 
 _DRAWN = "drawn by rftfit compare"
+"""Mark in a figure: only figures with it are overwritten unasked."""
+
 _MOST = 5
+"""Most directions that are listed without --all."""
 
 
 def compare(

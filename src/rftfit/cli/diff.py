@@ -1,4 +1,4 @@
-"""``rftfit diff``: which numbers of two folders of results are different, and because of what."""
+"""``rftfit diff``: tells which numbers of two folders of results differ, and what may be the cause."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from rftfit.cli import options
 from rftfit.cli.output import json_text, print_line
 
 _MOST = 10
+"""Most numbers that are listed without --all."""
 
 
 def diff(

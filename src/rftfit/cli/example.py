@@ -51,10 +51,11 @@ def example(
     if name is None:
         raise InputError("found no NAME; allowed: one of rftfit example --list")
     chosen_example = find_example(name)
-    _run(chosen_example, folder or Path(chosen_example.name), origin, as_json)
+    _run_and_print(chosen_example, folder or Path(chosen_example.name), origin, as_json)
 
 
 def _list_examples(as_json: bool) -> None:
+    """Print all examples."""
     from rftfit.suite.declared import find_example, list_examples
 
     examples = [find_example(name) for name in list_examples()]
@@ -75,12 +76,13 @@ def _list_examples(as_json: bool) -> None:
     print_line(table(["name", "what", "domain", "data", "licence of the data"], rows, indent=""))
 
 
-def _run(example: Example, folder: Path, origin: str | None, as_json: bool) -> None:
+def _run_and_print(example: Example, folder: Path, origin: str | None, as_json: bool) -> None:
+    """Run an example in a folder and print its verdicts."""
     from rftfit.suite.page import describe_verdicts
     from rftfit.suite.run import run_example
     from rftfit.suite.verdicts import count_verdicts
 
-    # what commands print would mix with JSON
+    # with JSON, lines of the commands that are run go to standard error
     say = warn if as_json else print_line
     verdicts = run_example(example, folder, origin, say, is_quiet=as_json)
     if as_json:

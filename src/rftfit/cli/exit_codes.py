@@ -1,4 +1,4 @@
-"""What the exit codes of ``rftfit`` mean; the help text and the documentation are made from them."""
+"""Exit codes of ``rftfit`` and their meanings; the help text and the documentation are made from them."""
 
 from rftfit.errors import InputError, OutputError, RftfitError, WorkflowError
 
@@ -21,4 +21,4 @@ MEANINGS = {
     INTERRUPTED: "stopped by Ctrl-C",
     PIPE_CLOSED: "whoever read the output stopped reading",
 }
-"""Exit code to its meaning, in words."""
+"""Meanings in words, by exit code."""

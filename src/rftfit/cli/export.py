@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from rftfit.model.profiles import KnownMedium
 
 KINDS = ("table", "map")
-"""Profiles that are directions with a number each."""
+"""Profiles with a number in each direction, which a file can hold."""
 
 
 def export(
@@ -91,11 +91,11 @@ def export(
         source, facts = rftfit.read_profile(profile_file), _facts_of_file(profile_file)
     elif medium is None:
         options.check_test(alpha, se or 0.0)
-        source, facts = _of_pushes(medium_options, se)
+        source, facts = _source_of_pushes(medium_options, se)
     elif results is not None:
-        source, facts = _of_campaign(results, medium, profile)
+        source, facts = _source_in_campaign(results, medium, profile)
     else:
-        source, facts = _published(medium, profile)
+        source, facts = _published_source(medium, profile)
     facts |= {name: text for name, text in (("title", title), ("notes", notes)) if text}
     rftfit.write_profile(output, source, **facts)
     print_line(describe_profile(output))
@@ -104,9 +104,11 @@ def export(
 
 
 _BEKKER_MARK = '{\n "format": "rftfit-bekker 1"'
+"""Beginning of such a file: only files with it are overwritten unasked."""
 
 
 def _export_bekker(folder: Path, name: str, output: Path, force: bool) -> None:
+    """Write Bekker's law of a medium of a campaign, and print it."""
     from rftfit.store import write_text
 
     check_target(output, _BEKKER_MARK, "law", force)
@@ -122,9 +124,10 @@ def _export_bekker(folder: Path, name: str, output: Path, force: bool) -> None:
         warn(f"warning: {name} is {campaign[name].doubt}")
 
 
-def _of_pushes(
+def _source_of_pushes(
     medium_options: options.MediumOptions, se: float | None
 ) -> tuple[KnownMedium, dict[str, Any]]:
+    """Estimate the map from pushes; returned with what `rftfit.write_profile` writes about it."""
     from rftfit.store.digests import sha256_of
 
     estimated, path = medium_options.make_map(se), medium_options.pushes
@@ -133,7 +136,7 @@ def _of_pushes(
 
 
 def _facts_of_file(path: Path) -> dict[str, Any]:
-    """Take what a profile file says of its medium."""
+    """Read what a profile file states about its medium."""
     from rftfit.model.profile_file import read_content
     from rftfit.store.digests import sha256_of
 
@@ -147,7 +150,10 @@ def _facts_of_file(path: Path) -> dict[str, Any]:
     }
 
 
-def _of_campaign(folder: Path, name: str, kind: str | None) -> tuple[KnownMedium, dict[str, Any]]:
+def _source_in_campaign(
+    folder: Path, name: str, kind: str | None
+) -> tuple[KnownMedium, dict[str, Any]]:
+    """Find a medium of a campaign; returned with what `rftfit.write_profile` writes about it."""
     from rftfit.store.digests import sha256_of
     from rftfit.workflow.provenance import RECORD, SUMS
 
@@ -162,7 +168,8 @@ def _of_campaign(folder: Path, name: str, kind: str | None) -> tuple[KnownMedium
     return source, facts
 
 
-def _published(name: str, kind: str | None) -> tuple[KnownMedium, dict[str, Any]]:
+def _published_source(name: str, kind: str | None) -> tuple[KnownMedium, dict[str, Any]]:
+    """Find a published medium; returned with what `rftfit.write_profile` writes about it."""
     from rftfit.model.profiles import PAPER_WINDOW
     from rftfit.model.shapes import published_map
     from rftfit.reference import MEDIA

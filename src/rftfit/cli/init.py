@@ -44,11 +44,11 @@ def init(
     for path in sorted(written):
         print_line(f"  {path.relative_to(folder).as_posix()}")
     print_line()
-    # as it can be pasted into a shell, also with blanks
+    # quoted where it has blanks, so that it can be pasted into a shell
     shown = f'"{folder}"' if " " in str(folder) else str(folder)
     if table:
         print_line(f"read as: {read.units}\n" if read.units else "")
-        _say_next_of_table(folder, shown, read)
+        _print_next_steps(folder, shown, read)
         return
     print_line("Next:")
     print_line(
@@ -59,7 +59,8 @@ def init(
     print_line(f"  3. cd {shown}, then rftfit check until all is well, then rftfit run")
 
 
-def _say_next_of_table(folder: Path, shown: str, read: TableRead) -> None:
+def _print_next_steps(folder: Path, shown: str, read: TableRead) -> None:
+    """Print what to do next in a campaign that was made from a table; `shown`: its folder as a shell reads it."""
     from rftfit.campaign.load import check_campaign
     from rftfit.campaign.problems import in_lines
 

@@ -1,4 +1,4 @@
-"""``rftfit inspect``: what a log is, before any run sheet names it."""
+"""``rftfit inspect``: describes a log before any run sheet names it."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from rftfit.cli.output import check_picture, print_answer, print_line, write_pic
 from rftfit.errors import InputError
 
 _DRAWN = "drawn by rftfit inspect"
+"""Mark in a figure: only figures with it are overwritten unasked."""
 
 
 def inspect_log(
@@ -54,6 +55,7 @@ def inspect_log(
 
 
 def _read_option(pair: str) -> tuple[str, str | float]:
+    """Read KEY=VALUE; the value is true or false, a number, or a word."""
     key, equals, value = pair.partition("=")
     if not equals:
         raise InputError(f"--option: found {pair!r}; allowed: KEY=VALUE")

@@ -1,6 +1,6 @@
-"""Libraries that a command loads where something of them is used, whichever module imports them.
+"""Libraries that are loaded at the first use of a name of theirs, although modules import them at the top.
 
-The loader of `importlib` for this loads a library at the next `import` of it already.
+`importlib.util.LazyLoader` does not serve: it loads a library as soon as another module imports it.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Any
 
 
 class _LateModule(ModuleType):
-    """Stands for a library until an attribute of it is wanted."""
+    """Stands for a library until one of its names is used."""
 
     def __getattr__(self, name: str) -> Any:
         if sys.modules.get(self.__name__) is self:
@@ -22,7 +22,7 @@ class _LateModule(ModuleType):
 
 
 def load_late(name: str) -> None:
-    """Let `import NAME` return at once; for a command that mostly ends without this library."""
+    """Let `import NAME` return without loading the library; for a command that mostly ends without it."""
     if name not in sys.modules:
         late = _LateModule(name)
         late.__spec__ = find_spec(name)

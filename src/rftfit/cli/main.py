@@ -1,4 +1,4 @@
-"""The entry point of ``rftfit``: where errors become messages and exit codes."""
+"""The entry point of ``rftfit``: turns errors into messages and exit codes."""
 
 from __future__ import annotations
 
@@ -23,20 +23,22 @@ from rftfit.cli import exit_codes
 from rftfit.errors import RftfitError
 from rftfit.version import __version__
 
-# a tenth of a short command would be the interpreter's last look through modules for garbage
+# at the end the interpreter would search all modules for garbage: a tenth of the time of a short
+# command
 atexit.register(gc.freeze)
 
 # --- What a user sees of an error that the program did not expect: two lines and a file to send.
 
 
 CRASH_FILE = "rftfit-crash-"
-"""Begin of the name of a report; the rest is drawn, so that nobody else has put a link there."""
+"""Beginning of the name of a report; the rest is random, so that nobody else can have put a link there."""
 
 _LONGEST = 300
+"""Most characters of an error that are printed."""
 
 
 def crash_message(error: BaseException, words: list[str]) -> str:
-    """Write the traceback of an unexpected error to a file; the error in one line, and where it is."""
+    """Write the report of an unexpected error to a file; returns a message with the error and the file's path."""
     text = " ".join(str(error).split()) or "no further text"
     text = text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
     message = f"Unexpected error: {type(error).__name__}: {text}\n"
@@ -44,7 +46,7 @@ def crash_message(error: BaseException, words: list[str]) -> str:
         f"rftfit {__version__}, Python {platform.python_version()}, {platform.platform()}\n"
         f"command: rftfit {' '.join(words)}\n\n{quoted_traceback(error)}"
     )
-    path = _write(report)
+    path = _write_crash_report(report)
     if path is None:
         return f"{message}The full report could not be written anywhere."
     return (
@@ -54,14 +56,14 @@ def crash_message(error: BaseException, words: list[str]) -> str:
 
 
 def quoted_traceback(error: BaseException) -> str:
-    """Traceback of an error and of those behind it, whose texts, which may be a stranger's, are quoted."""
-    behind = error.__cause__ or (None if error.__suppress_context__ else error.__context__)
-    earlier = f"{quoted_traceback(behind)}\n" if behind else ""
+    """Format the traceback of an error and its causes; texts are quoted, because strangers may have written them."""
+    cause = error.__cause__ or (None if error.__suppress_context__ else error.__context__)
+    earlier = f"{quoted_traceback(cause)}\n" if cause else ""
     calls = "".join(traceback.format_tb(error.__traceback__))
     return f"{earlier}Traceback (most recent call last):\n{calls}{type(error).__name__}: {str(error)!r}\n"
 
 
-def _write(text: str) -> Path | None:
+def _write_crash_report(text: str) -> Path | None:
     """Write the report into the user's own cache, or where that cannot be written, a temporary folder.
 
     Never into the current folder, which somebody else may have filled.
@@ -69,7 +71,7 @@ def _write(text: str) -> Path | None:
     # seldom needed
     from rftfit.store.files import write_report
 
-    for find_folder in (_own_cache, lambda: Path(tempfile.gettempdir())):
+    for find_folder in (_user_cache, lambda: Path(tempfile.gettempdir())):
         try:
             return write_report(find_folder(), CRASH_FILE, text)
         except (OSError, ValueError):
@@ -77,16 +79,16 @@ def _write(text: str) -> Path | None:
     return None
 
 
-def _own_cache() -> Path:
-    """Folder of the user's cache for this program."""
+def _user_cache() -> Path:
+    """Return the folder of the user's cache for this program."""
     import pooch  # slow to import, and seldom needed
 
     return Path(pooch.os_cache("rftfit")) / "crashes"
 
 
 def quiet_standard_output() -> None:
-    """Let the interpreter's last flush go nowhere, after the reader of a pipe has gone."""
-    # where standard output is no file, nothing is flushed at the end either
+    """Direct standard output to the null device: the interpreter flushes it once more at its end, which would fail."""
+    # standard output that is no file has no number and is not flushed at the end
     with contextlib.suppress(OSError, ValueError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
@@ -95,7 +97,7 @@ def quiet_standard_output() -> None:
 
 
 _REFUSALS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS)
-"""Of a disk, when something is to be written; results themselves are written by `rftfit.store`."""
+"""Errors of a disk that refuses to be written to; errors of results are raised by `rftfit.store`."""
 
 
 STOPPED = "Stopped. Files are written whole or not at all; to go on, give the same command again."
@@ -112,37 +114,38 @@ def main(argv: list[str] | None = None) -> int:
         code = _invoke(words or ["--help"])
         sys.stdout.flush()
     except RftfitError as error:
-        return _say_why(f"rftfit: {error}", error.exit_code)
+        return _report_error(f"rftfit: {error}", error.exit_code)
     except KeyboardInterrupt as error:
-        return _say_why(str(error) or STOPPED, exit_codes.INTERRUPTED)
+        return _report_error(str(error) or STOPPED, exit_codes.INTERRUPTED)
     except BrokenPipeError:
         quiet_standard_output()
         return exit_codes.PIPE_CLOSED
     except OSError as error:
         if error.errno not in _REFUSALS:
-            return _say_why(crash_message(error, words), exit_codes.UNEXPECTED)
+            return _report_error(crash_message(error, words), exit_codes.UNEXPECTED)
         quiet_standard_output()
         place = error.filename or "standard output"
-        return _say_why(
+        return _report_error(
             f"rftfit: {place}: cannot write: {error.strerror}; free some space or write elsewhere, "
             "then run again",
             exit_codes.OUTPUT_NOT_WRITTEN,
         )
     except Exception as error:  # noqa: BLE001
-        return _say_why(crash_message(error, words), exit_codes.UNEXPECTED)
+        return _report_error(crash_message(error, words), exit_codes.UNEXPECTED)
     return code
 
 
-def _say_why(message: str, code: int) -> int:
-    # nothing is left to be done where standard error cannot be written either
+def _report_error(message: str, code: int) -> int:
+    """Print a message to standard error, and return the exit code."""
+    # where standard error cannot be written either, the exit code alone is left
     with contextlib.suppress(OSError):
         sys.stderr.write(f"{message}\n")
     return code
 
 
 def _invoke(words: list[str]) -> int:
-    """Run one command; a word it does not understand is shown with how it is to be used."""
-    # here, so that a damaged installation too ends in a message
+    """Run one command and return its exit code; a wrong option is shown with the command's usage."""
+    # imported here, so that a damaged installation ends in a message, too
     import typer
 
     from rftfit.cli.app import make_command
@@ -156,7 +159,8 @@ def _invoke(words: list[str]) -> int:
     except typer.Abort:
         raise KeyboardInterrupt from None
     except Exception as error:
-        # a usage error; its class has changed its home between versions of typer
+        # a usage error: known by its methods, as its class is in another package from version to
+        # version of typer
         if not (hasattr(error, "format_message") and hasattr(error, "show")):
             raise
         error.show()

@@ -1,4 +1,4 @@
-"""Options that several commands share, each spelled once."""
+"""Options that several commands share, each declared once."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 
 def parse_option_number(text: str) -> float:
-    """Read a number of the command line; a decimal comma is named as what it is."""
+    """Read a number of the command line; the message on a decimal comma proposes a point."""
     try:
         return float(text)
     except ValueError:
@@ -62,17 +62,18 @@ def file(meaning: str) -> Any:
 
 
 CONFIG = Path("config/config.yaml")
+"""Default of --config."""
 
 
 def need_campaign(config: Path) -> Path:
-    """Refuse a configuration that is not there, before anything is imported that reads a campaign."""
+    """Refuse a configuration that does not exist, before the modules that read a campaign are imported."""
     if (no_campaign := miss_campaign(config)) is not None:
         raise CampaignError([no_campaign])
     return config
 
 
 def look_for_campaign(folder: Path | None) -> None:
-    """Refuse the folder of --results where no campaign is, before anything is imported that reads one."""
+    """Refuse a folder of --results without a campaign, before the modules that read one are imported."""
     if folder is not None:
         config_of(folder)
 
@@ -155,7 +156,7 @@ MethodName = Annotated[
 
 
 def grouped(command: Callable[..., None]) -> Callable[..., None]:
-    """Give a command an option for each field of those of its parameters that are dataclasses."""
+    """Replace each parameter of a command that is a dataclass by options for the fields of the dataclass."""
     hints = get_type_hints(command, include_extras=True)
     groups: dict[str, Any] = {name: hint for name, hint in hints.items() if is_dataclass(hint)}
     parameters: list[inspect.Parameter] = []
@@ -175,18 +176,21 @@ def grouped(command: Callable[..., None]) -> Callable[..., None]:
             )
 
     @wraps(command)
-    def run(**words: Any) -> None:
+    def run(**values: Any) -> None:
         for name, group in groups.items():
-            words[name] = group(**{option.name: words.pop(option.name) for option in fields(group)})
-        command(**words)
+            values[name] = group(
+                **{option.name: values.pop(option.name) for option in fields(group)}
+            )
+        command(**values)
 
+    # typer reads the options from these two
     run.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
     run.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
     return run
 
 
 def check_confidence(confidence: float) -> None:
-    """Refuse a level that cannot be."""
+    """Refuse a level of intervals that is impossible."""
     if not 0.5 < confidence < 1:
         raise InputError(
             f"--confidence: found {confidence:g}; allowed: above 0.5 and below 1, such as 0.95"
@@ -194,7 +198,7 @@ def check_confidence(confidence: float) -> None:
 
 
 def read_mesh(file: Path, unit: str, sheet: bool = False) -> Mesh:
-    """Read a mesh; what was mended in it is printed."""
+    """Read a mesh, and print what was mended in it."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         mesh = rftfit.Mesh.read(file, unit, sheet)
@@ -207,22 +211,23 @@ _MOST_FRICTION = 2.0
 
 
 def check_friction(friction: float | None) -> None:
-    """Refuse a friction that cannot be."""
+    """Refuse a friction that is impossible."""
     if friction is not None and not 0 <= friction <= _MOST_FRICTION:
         raise InputError(f"--friction: found {friction:g}; allowed: 0 to {_MOST_FRICTION:g}")
 
 
 def check_model_error(model_error: float | None) -> None:
-    """Refuse an error of the model that cannot be."""
+    """Refuse an error of the model that is impossible."""
     if model_error is not None and not 0 <= model_error < math.inf:
         raise InputError(f"--model-error: found {model_error:g}; allowed: 0 or a positive number")
 
 
 _PLAUSIBLE_N_PER_CM3 = (0.05, 5.0)
+"""Range of alpha_z(0, 90 deg) of dry granular media."""
 
 
 def check_test(alpha: float | None, se: float) -> None:
-    """Refuse a penetration test that cannot be; warn of one in another unit, as it seems."""
+    """Refuse a penetration test that is impossible; warn of one that seems to be in another unit."""
     if alpha is not None and not (math.isfinite(alpha) and alpha > 0):
         raise InputError(f"--alpha: found {alpha:g}; allowed: a positive number, in N/cm^3")
     if not (math.isfinite(se) and se >= 0):
@@ -236,7 +241,7 @@ def check_test(alpha: float | None, se: float) -> None:
 
 
 def reference_in(folder: Path | None, method: str | None) -> Reference:
-    """Reference media: the published five, or those of a campaign, which must be its own."""
+    """Return the reference media of the scaling routine: the published five, or those of a campaign."""
     if folder is None:
         from rftfit.model.fourier import METHODS
         from rftfit.model.scaling import published
@@ -254,7 +259,7 @@ def reference_in(folder: Path | None, method: str | None) -> Reference:
 
 @dataclass(frozen=True)
 class MediumOptions:
-    """What is known of a medium: published, of a campaign, one penetration test, some pushes, or a file."""
+    """Options that state a medium: published, of a campaign, one penetration test, some pushes, or a file."""
 
     medium: MediumName = None
     profile: Annotated[
@@ -287,7 +292,7 @@ class MediumOptions:
     ] = None
 
     def check(self, se: float | None = None) -> None:
-        """Refuse words that do not go together; `se`: error of the test."""
+        """Refuse options that do not go together; `se`: standard error of --alpha."""
         given: dict[str, object] = {"--medium": self.medium, "--alpha": self.alpha}
         given |= {"--pushes": self.pushes, "--profile-file": self.profile_file}
         sources_given = [option for option, value in given.items() if value is not None]
@@ -297,15 +302,11 @@ class MediumOptions:
                 "with --results DIR of a campaign), --alpha N/cm^3 (one penetration test), --pushes FILE (a table of "
                 "pushes) and --profile-file FILE (written by rftfit export)"
             )
-        other_sources = {
-            "--profile": self.profile,
-            "--results": self.results,
-            "--method": self.method,
-        }
-        others_given = [name for name, value in other_sources.items() if value is not None]
-        if self.profile_file is not None and others_given:
+        choices = {"--profile": self.profile, "--results": self.results, "--method": self.method}
+        choices_given = [name for name, value in choices.items() if value is not None]
+        if self.profile_file is not None and choices_given:
             raise InputError(
-                f"found {others_given[0]} with --profile-file; allowed: that file alone"
+                f"found {choices_given[0]} with --profile-file; allowed: that file alone"
             )
         of_pushes = self.alpha is not None or self.pushes is not None
         if self.profile is not None:
@@ -329,16 +330,17 @@ class MediumOptions:
 
     @property
     def kind(self) -> str:
-        """Profile that was asked for; of a medium "" where the body decides."""
+        """Name of the profile; empty where the body decides between the table and the map of a medium."""
         of_pushes = self.alpha is not None or self.pushes is not None
         return self.profile or ("map" if of_pushes else "")
 
     def find(
         self, se: float | None = None, whole: Callable[[Profile], bool] | None = None
     ) -> Profile:
-        """The profile, in words that `check` has seen.
+        """Find the profile; call `check` before.
 
-        `whole`: whether a table has a number in every direction of the body; default: in all directions.
+        `whole`: function that tells whether a table has a number in every direction of the body; default: in all
+        directions.
         """
         from rftfit.reference import MEDIA
 
@@ -346,7 +348,7 @@ class MediumOptions:
         if self.profile_file is not None:
             return rftfit.read_profile(self.profile_file)
         if self.alpha is not None or self.pushes is not None:
-            return self._of_pushes(se)
+            return self._profile_of_pushes(se)
         assert self.medium is not None
         if self.results is None:
             hint = "published media; --results DIR for those of a campaign, --alpha for one penetration test"
@@ -366,7 +368,7 @@ class MediumOptions:
         return medium.as_profile(whole)
 
     def given_pushes(self, se: float | None = None) -> tuple[str, Columns]:
-        """Pushes of --alpha or --pushes, and what they are called; without an error of its own a push has the usual one."""
+        """Return name and pushes of --pushes or --alpha; without `se` the one push of --alpha has the usual error."""
         from rftfit.model.shapes import describe_push, one_push
 
         if self.pushes is not None:
@@ -374,16 +376,17 @@ class MediumOptions:
         return describe_push(self.alpha or 0.0, se), one_push(self.alpha or 0.0, se)
 
     def make_map(self, se: float | None = None, confidence: float = 0.95) -> Map:
-        """Map of --alpha or --pushes."""
+        """Estimate the map from --alpha or --pushes."""
         name, pushes = self.given_pushes(se)
-        return map_of(name, pushes, shapes_in(self.results), confidence)
+        return estimate_map_of(name, pushes, shapes_in(self.results), confidence)
 
-    def _of_pushes(self, se: float | None) -> Profile:
+    def _profile_of_pushes(self, se: float | None) -> Profile:
+        """Estimate the map or the generic profile from --alpha or --pushes."""
         if self.kind == "map":
             return self.make_map(se).profile
         name, pushes = self.given_pushes(se)
         reference = reference_in(self.results, self.method)
-        profile = scaled_from(name, pushes, reference, 0.95).profile
+        profile = scale_from_pushes(name, pushes, reference, 0.95).profile
         profile.beside = lambda: self.make_map(se).profile
         return profile
 
@@ -408,7 +411,7 @@ class MeasuredLeg:
 
 
 def find_measured_leg(source: str, body: BodyOptions) -> MeasuredLeg:
-    """The leg of --leg as it was measured where --body-of says."""
+    """Find the leg of --leg, with what was learned on it from the legs that --body-of names."""
     from rftfit.compare.bodies import PUBLISHED, campaign_body_error, published_body_error
     from rftfit.forces.outlines import leg_outline
 
@@ -426,7 +429,7 @@ def find_measured_leg(source: str, body: BodyOptions) -> MeasuredLeg:
 
 @dataclass(frozen=True)
 class ContactOptions:
-    """Measured forces on a body of one's own as the penetrometer."""
+    """Options of measured forces on a body that serves as penetrometer."""
 
     contacts: Annotated[
         Path | None,
@@ -445,8 +448,8 @@ class ContactOptions:
     body_of: BodyOf = None
 
     def read(self, body: BodyOptions) -> list[Contact]:
-        """The contacts of the file; none without a file."""
-        words = [
+        """Read the contacts of the file; none without a file."""
+        options_given = [
             *body.named,
             *(["--mesh"] if self.mesh is not None else []),
             *(["--hip"] if body.hip is not None else []),
@@ -454,8 +457,10 @@ class ContactOptions:
             *(["--body-of"] if self.body_of is not None else []),
         ]
         if self.contacts is None:
-            if words:
-                raise InputError(f"found {words[0]} without --contacts FILE, to which it belongs")
+            if options_given:
+                raise InputError(
+                    f"found {options_given[0]} without --contacts FILE, to which it belongs"
+                )
             return []
         if body.path is not None:
             raise InputError("found --path with --contacts; the file has the poses")
@@ -478,36 +483,36 @@ class ContactOptions:
 
 
 OF_PUSHES = ("map", "generic")
-"""Profiles that pushes alone give."""
+"""Profiles that can be estimated from pushes alone."""
 
 
 def shapes_in(folder: Path | None) -> Shapes:
-    """Known media whose shape a medium is taken to have: the published five, with those of a campaign where it says so."""
+    """Return the known media for the shape of a new medium: the published five, with those of a campaign if any."""
     return rftfit.published_shapes() if folder is None else rftfit.open(folder).shapes()
 
 
-def map_of(
+def estimate_map_of(
     name: str,
     pushes: Columns | None,
     shapes: Shapes | None = None,
     confidence: float = 0.95,
     contacts: Sequence[Contact] = (),
 ) -> Map:
-    """Estimate the map of pushes; an error names the file or the option that they come from.
+    """Estimate the map from pushes or contacts; an error names their file or option.
 
-    `name`: A file, after which the map is called without its ending, or the description of one push, which has an ``=``.
+    `name`: a file, whose name without ending is that of the map, or the description of one push, which has an ``=``.
     """
-    called = Path(name).stem if "=" not in name else name
+    name_of_map = Path(name).stem if "=" not in name else name
     try:
-        return rftfit.estimate_map(pushes, shapes, confidence, name=called, contacts=contacts)
+        return rftfit.estimate_map(pushes, shapes, confidence, name=name_of_map, contacts=contacts)
     except ValueError as error:
         raise InputError(f"{name}: {error}") from error
 
 
-def scaled_from(
+def scale_from_pushes(
     name: str, pushes: Columns, reference: Reference, confidence: float
 ) -> ScaledMedium:
-    """The paper's scaling routine on the push straight down among some pushes."""
+    """Scale from the push straight down among some pushes, by the paper's routine."""
     from rftfit.model.shapes import push_straight_down
 
     down = push_straight_down(pushes, confidence)
@@ -520,12 +525,15 @@ def scaled_from(
 
 _MOST_ELEMENTS = 10_000
 _WIDTH_CM = 2.54
+"""Width of the model legs."""
+
 _MOST_CM = 1000.0
+"""Greatest length that is taken."""
 
 
 @dataclass(frozen=True)
 class BodyOptions:
-    """A leg or any outline in the plane, and how it moves."""
+    """Options of a leg or any outline in the plane, and of its motion."""
 
     leg: Annotated[
         str | None, typer.Option(help="Model leg: c_leg, flat_leg or reversed_c_leg.")
@@ -566,12 +574,12 @@ class BodyOptions:
 
     @property
     def named(self) -> list[str]:
-        """Options that name an outline."""
+        """Options given that name an outline."""
         given = {"--leg": self.leg, "--curvature": self.curvature, "--outline": self.outline}
         return [option for option, value in given.items() if value is not None]
 
     def make_outline(self) -> Outline:
-        """The outline: a model leg, one of a curvature R/r, or a csv of points."""
+        """Make the outline: a model leg, a leg of a curvature R/r, or a csv of points."""
         from rftfit.forces.outlines import CURVATURES, arc, model_leg, read_outline
 
         if len(self.named) != 1:
@@ -610,7 +618,7 @@ class BodyOptions:
         return read_outline(self.outline, self.width, self.elements)
 
     def make_motion(self) -> Motion:
-        """The motion: a rotation about an axle, or a free path."""
+        """Make the motion: a rotation about an axle, or a path from a file."""
         from rftfit.forces.motion import HIP_HEIGHT_CM, read_path
 
         if self.path is None:
@@ -629,7 +637,7 @@ class BodyOptions:
 
 @dataclass(frozen=True)
 class PushOptions:
-    """Pushes that were made: a table, those behind a profile file, or both."""
+    """Options of pushes that were made: a table, those behind a profile file, or both."""
 
     pushes: PushesFile = None
     profile_file: Annotated[
@@ -642,11 +650,11 @@ class PushOptions:
 
     @property
     def files(self) -> tuple[Path | None, ...]:
-        """Both files, as far as they are given."""
+        """Both files; None where one is not given."""
         return self.pushes, self.profile_file
 
     def read(self) -> tuple[str, Columns]:
-        """Names of the files, and the pushes; what is doubtful in them is printed."""
+        """Read the pushes, returned with the names of the files; warnings are printed."""
         from rftfit.model.profile_file import collect_pushes
 
         name, pushes, warnings = collect_pushes(*self.files)

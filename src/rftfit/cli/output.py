@@ -1,4 +1,4 @@
-"""Lines, tables and files as commands show or write them."""
+"""Output of commands: lines, tables and files."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ if TYPE_CHECKING:
 
 
 class Answer(Protocol):
-    """What a command found, in words and as plain numbers, words and lists."""
+    """Result of a command, for people and for scripts."""
 
     def summary(self) -> str:
-        """Format it for people."""
+        """Format the result for people."""
 
     def as_dict(self) -> dict[str, Any]:
-        """Give it as a script reads it."""
+        """Return the result as plain numbers, words and lists."""
 
 
 # --- Lines, tables and sizes as they are shown in a terminal or written into a pipe.
@@ -48,10 +48,10 @@ def warn(text: str) -> None:
     typer.echo(text, err=True)
 
 
-def comments(mark: str, notes: Iterable[str]) -> str:
-    """The lines above a table that a command writes; a note is one line, whatever a file name holds."""
-    first = f"{mark} (rftfit {__version__})\n"
-    return first + "".join(f"# {' '.join(note.split())}\n" for note in notes if note)
+def format_comments(mark: str, notes: Iterable[str]) -> str:
+    """Format the lines above a table of a command; a note stays one line even with a line break in a file name."""
+    first_line = f"{mark} (rftfit {__version__})\n"
+    return first_line + "".join(f"# {' '.join(note.split())}\n" for note in notes if note)
 
 
 def print_answer(answer: Answer, as_json: bool, **files: str) -> None:
@@ -60,18 +60,18 @@ def print_answer(answer: Answer, as_json: bool, **files: str) -> None:
 
 
 def write_csv(path: Path, columns: Columns, mark: str, notes: Iterable[str], digits: int) -> None:
-    """Write a table below its mark and notes on what it was made from; an empty cell is NaN, and no zero has a sign."""
+    """Write a table below its mark and notes on its origin; NaN is an empty cell, and -0 is written as 0."""
     from rftfit.store import write_text
 
     table = io.StringIO()
     writer = csv.writer(table, lineterminator="\n")
     writer.writerow(columns)
     writer.writerows(zip(*(_cells(columns[name], digits) for name in columns), strict=True))
-    write_text(path, comments(mark, notes) + table.getvalue())
+    write_text(path, format_comments(mark, notes) + table.getvalue())
 
 
 def _cells(column: npt.ArrayLike, digits: int) -> list[object]:
-    """Cells of a csv of a column of numbers or of words."""
+    """Format a column of numbers or words as cells of a csv."""
     import numpy as np
 
     values = np.asarray(column)
@@ -85,21 +85,22 @@ def _cells(column: npt.ArrayLike, digits: int) -> list[object]:
 
 
 def json_text(content: Any, indent: int | None = 2) -> str:
-    """Write JSON; a number that is not known is null, a path its text."""
-    return json.dumps(_known(content), indent=indent, allow_nan=False)
+    """Format JSON; NaN and infinity are null, a path is its text."""
+    return json.dumps(_make_json_safe(content), indent=indent, allow_nan=False)
 
 
-def _known(content: Any) -> Any:
+def _make_json_safe(content: Any) -> Any:
+    """Replace what JSON does not know: NaN and infinity by None, paths by texts."""
     if isinstance(content, dict):
-        return {str(key): _known(value) for key, value in content.items()}
+        return {str(key): _make_json_safe(value) for key, value in content.items()}
     if isinstance(content, (list, tuple)):
-        return [_known(value) for value in content]
+        return [_make_json_safe(value) for value in content]
     if isinstance(content, float) and not math.isfinite(content):
         return None
     return content.as_posix() if isinstance(content, Path) else content
 
 
-# --- A file that a command is asked to write: never over one of somebody else's.
+# --- Files that a command is asked to write: it never overwrites files that others made.
 
 
 def check_target(
@@ -112,9 +113,10 @@ def check_target(
     option: str = "--output",
     picture: bool = False,
 ) -> None:
-    """Refuse to write over what is read, or what is there without the command's own `mark`.
+    """Refuse to overwrite a file that is read, or one without the command's own `mark`, unless the user said `force`.
 
-    A table begins with its mark; a picture has it somewhere among what it says of itself.
+    A table begins with its mark; a picture has the mark somewhere in its metadata. `what`: name of the content, for
+    messages.
     """
     refuse_target_by_link(path)
     if path.is_dir():
@@ -143,7 +145,7 @@ def check_target(
 
 
 def check_picture(path: Path | None, mark: str, force: bool, option: str = "--figure") -> None:
-    """Refuse a picture's file as `check_target` does, and other endings than those of figures in print."""
+    """Refuse the file of a picture as `check_target` does, or if its ending is no format of figures."""
     if path is None:
         return
     from rftfit.figures.style import PRINTED
@@ -155,7 +157,7 @@ def check_picture(path: Path | None, mark: str, force: bool, option: str = "--fi
 
 
 def _ending(path: Path) -> str:
-    """Return the ending of a file's name, in small letters and without its point."""
+    """Return the ending of a file's name, in lower case and without the dot."""
     return path.suffix.lower().removeprefix(".")
 
 

@@ -1,4 +1,4 @@
-"""``rftfit plan``: which pushes to make next."""
+"""``rftfit plan``: chooses which pushes to make next."""
 
 from __future__ import annotations
 
@@ -19,14 +19,16 @@ if TYPE_CHECKING:
     from rftfit.model.shapes import Map
 
 _DRAWN = "drawn by rftfit plan"
+"""Mark in a figure: only figures with it are overwritten unasked."""
 
 TARGETS = ("map", "zeta", "legs", "robot")
 _MOST = 60
+"""Most pushes of a plan."""
 
 
 @dataclass(frozen=True)
 class RigOptions:
-    """What the rig can do."""
+    """Options on the pushes that the rig can make, and their cost and error."""
 
     beta: Annotated[
         str | None,
@@ -107,9 +109,9 @@ def plan(
     turns = [
         (rftfit.model_leg(choose("--turn", leg, LEGS)), rftfit.rotation()) for leg in turn or ()
     ]
-    aim = wanted(target, body)
-    betas, gammas = _angles("--beta", rig.beta), _angles("--gamma", rig.gamma)
-    before = _known(push_options, results, medium, (betas, gammas), confidence)
+    aim = find_target(target, body)
+    betas, gammas = _read_angles("--beta", rig.beta), _read_angles("--gamma", rig.gamma)
+    before = _estimate_known_map(push_options, results, medium, (betas, gammas), confidence)
     limits = rftfit.Rig(reachable(before, betas, gammas), rig.pairs, rig.depths, rig.error_percent)
     try:
         plan_made = rftfit.plan(aim, before, limits, number, confidence, turns)
@@ -125,8 +127,8 @@ def plan(
         print_line(f"Rows for a run sheet: {output}" + (f"; figure: {figure}" if figure else ""))
 
 
-def wanted(target: str | None, body: options.BodyOptions) -> Target | str:
-    """What is to be known, by the options of the command line."""
+def find_target(target: str | None, body: options.BodyOptions) -> Target | str:
+    """Find the target of a plan, or its name, from the options of the command line."""
     from rftfit.forces.outlines import CURVATURES
     from rftfit.forces.planning import peaks
 
@@ -149,8 +151,8 @@ def wanted(target: str | None, body: options.BodyOptions) -> Target | str:
     return target or "map"
 
 
-def _angles(option: str, text: str | None) -> tuple[float, ...]:
-    """Angles of a list on the command line, degrees."""
+def _read_angles(option: str, text: str | None) -> tuple[float, ...]:
+    """Read a list of angles, degrees; none where the option is not there."""
     if text is None:
         return ()
     angles = tuple(options.parse_numbers(option, text))
@@ -159,14 +161,14 @@ def _angles(option: str, text: str | None) -> tuple[float, ...]:
     return angles
 
 
-def _known(
+def _estimate_known_map(
     pushes: options.PushOptions,
     results: Path | None,
     medium: str | None,
     angles: tuple[tuple[float, ...], tuple[float, ...]],
     confidence: float,
 ) -> Map:
-    """What was measured already, as a map whose lines are those that the rig can push."""
+    """Estimate the map of what was measured already; `angles`: of plate and path that the rig can have, degrees."""
     from rftfit.forces.planning import prior_map
     from rftfit.model.shapes import estimate, map_nodes, pushes_of, sorted_pushes
 

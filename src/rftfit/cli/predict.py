@@ -29,16 +29,19 @@ if TYPE_CHECKING:
     from rftfit.model.profiles import Profile
 
 MARK = "# forces written by rftfit predict"
-"""How the first line of such a file begins: only these are overwritten unasked."""
+"""Beginning of the first line of a table of this command: only tables with it are overwritten unasked."""
 
 _DRAWN = "drawn by rftfit predict"
+"""Mark in a figure: only figures with it are overwritten unasked."""
+
 _LEFT_OUT = {
     "table": "how alpha runs between the directions of the table",
     "fourier": "what nine terms miss of alpha",
 }
-"""What the errors of alpha do not say of a force, by profile."""
+"""Error of a force that the errors of alpha do not contain, by profile."""
 
 _TRIANGLE_S = 5e-8
+"""Time for one triangle in one pose by one draw."""
 
 
 @dataclass(frozen=True)
@@ -233,7 +236,7 @@ def predict(
 
 
 def _find_left_out(medium_options: options.MediumOptions, source: Profile) -> str:
-    """Name the error that the intervals of this form of a named medium do not hold."""
+    """Name the error that intervals leave out by the form of the profile of a named medium; empty if none."""
     if not medium_options.medium:
         return ""
     form = medium_options.kind or ("table" if source.form == "table" else "")
@@ -243,7 +246,7 @@ def _find_left_out(medium_options: options.MediumOptions, source: Profile) -> st
 def _beside_measured_leg(
     medium_options: options.MediumOptions, model_error: float | None
 ) -> options.MediumOptions:
-    """Take a medium by its map, beside which the error on a measured leg was learned."""
+    """Choose the map of a medium, because the error on a measured leg was learned beside maps."""
     if model_error is not None:
         raise InputError("found --model-error and --body-of; allowed: one of them")
     if medium_options.profile not in (None, "map"):
@@ -263,7 +266,7 @@ def _has_all_directions(
 
 
 def _check_error_of(profile: Profile, model_error: float | None) -> None:
-    """Refuse an error of the model for a profile of which none is known."""
+    """Refuse an error of the model for a profile on which none was measured."""
     from rftfit.forces.model_error import eps_of
 
     try:

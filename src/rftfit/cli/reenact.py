@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from rftfit.campaign.load import Campaign
 
 
-PLAINLY = (
+NOT_RECORDED = (
     "These logs are simulated from published results: they are not original recordings, and what\n"
     "is computed from them shows how well the program works, not how sand behaves."
 )
@@ -107,7 +107,7 @@ def reenact(
     if live is not None:
         config = copy_config(config, live)
     places = read_layout(config)
-    # the sheet is written last and cleared first, so where it is, the logs are
+    # the sheet is written last and cleared first: where it is there, the logs are there, too
     if if_missing and places.sheet.is_file() and not lacks_tracks(places):
         print_line(
             f"The run sheet {_from_root(places, places.sheet)} is there already: nothing to do."
@@ -119,7 +119,7 @@ def reenact(
             "which is what rftfit reenact writes"
         )
     refuse_links(places.root, [places.config.raw, places.config.run_sheet])
-    # a misspelled word must not cost the logs that are there: everything is checked before
+    # everything is checked before earlier logs are cleared: a misspelled word must not cost them
     if not media_of(places.config.media, media or None):
         raise InputError(
             "config, key media: no medium here names published measurements to simulate "
@@ -148,8 +148,8 @@ def reenact(
     if earlier:
         print_line(f"{count(len(earlier), 'file')} of the earlier simulation cleared.")
     if live is not None:
-        for text in campaign.live(places.raw, places.sheet, pace, bad):
-            print_line(text)
+        for line in campaign.live(places.raw, places.sheet, pace, bad):
+            print_line(line)
         return
     runs = count(sum(run.cycles for run in campaign.runs), "run")
     if trials := campaign.trials:
@@ -163,14 +163,15 @@ def reenact(
     )
     for planted_fault in campaign.faults:
         print_line(f"  fault {planted_fault}")
-    print_line(PLAINLY)
+    print_line(NOT_RECORDED)
     print_line(f"{_from_root(places, places.raw / MARKER)} says the same.")
 
 
 def _is_empty(folder: Path) -> bool:
-    """Whether a folder has nothing in it but hidden files."""
+    """Tell whether a folder has nothing in it but hidden files."""
     return all(path.name.startswith(".") for path in folder.iterdir())
 
 
 def _from_root(places: Campaign, path: Path) -> str:
+    """Format a path from the campaign's folder on."""
     return path.relative_to(places.root).as_posix()

@@ -32,6 +32,7 @@ _RESERVED = (
     "-R",
     "--logger",
 )
+"""Options of Snakemake that `rftfit run` sets itself."""
 
 
 def run(
@@ -75,7 +76,7 @@ def run(
     """
     from rftfit.workflow.run import Workflow
 
-    targets, extra = _split(words or [])
+    targets, extra = _split_words(words or [])
     workflow = Workflow(config, targets, extra, cores, cluster, snakefile, results_at, say=warn)
     if printed:
         workflow.add_printed()
@@ -112,8 +113,8 @@ def run(
         raise typer.Exit(OutputError.exit_code)
 
 
-def _split(words: list[str]) -> tuple[list[str], list[str]]:
-    """Targets, and from the first word with a dash on what is Snakemake's."""
+def _split_words(words: list[str]) -> tuple[list[str], list[str]]:
+    """Split words into targets and, from the first word with a dash on, options of Snakemake."""
     first = next((i for i, word in enumerate(words) if word.startswith("-")), len(words))
     for word in words[first:]:
         if word.partition("=")[0] in _RESERVED:
@@ -129,12 +130,12 @@ def shown_jobs() -> Iterator[Callable[[Progress, Job | None], None]]:
     """Show jobs as they finish: a bar in a terminal, one line for each in a pipe or file."""
     if not sys.stdout.isatty():
 
-        def line(progress: Progress, finished: Job | None) -> None:
+        def print_job(progress: Progress, finished: Job | None) -> None:
             if finished is not None:
                 width = len(str(progress.total))
                 print_line(f"[{progress.done:{width}d}/{progress.total}] {finished}")
 
-        yield line
+        yield print_job
         return
     from rich.progress import (
         BarColumn,
@@ -155,11 +156,11 @@ def shown_jobs() -> Iterator[Callable[[Progress, Job | None], None]]:
     with Bars(*columns) as bars:
         task = bars.add_task("finding what has to be done", total=None)
 
-        def bar(progress: Progress, finished: Job | None) -> None:
+        def move_bar(progress: Progress, finished: Job | None) -> None:
             if finished is not None:
                 failed = f", {len(progress.failed)} failed" if progress.failed else ""
                 bars.update(task, description=f"{finished}{failed}")
             if progress.total:
                 bars.update(task, total=progress.total, completed=progress.done)
 
-        yield bar
+        yield move_bar

@@ -14,7 +14,7 @@ from rftfit.cli.output import check_target, print_answer, print_line, warn, writ
 from rftfit.errors import InputError
 
 MARK = "# alpha table written by rftfit scale"
-"""How the first line of such a file begins: only these are overwritten unasked."""
+"""Beginning of the first line of an alpha table of this command: only tables with it are overwritten unasked."""
 
 
 @options.grouped
@@ -60,7 +60,7 @@ def scale(
     alpha(beta, gamma) as csv.
     """
     options.look_for_campaign(results)
-    # scipy.special takes all names that numpy has
+    # scipy.special copies every name of numpy, and would so load these parts of it
     for library in ("pandas", "numpy.f2py", "numpy.ma", "numpy.polynomial", "numpy.testing"):
         load_late(library)
     from rftfit.forces.medium_answer import answer_of_contacts, answer_of_pushes, answer_of_test
@@ -95,16 +95,16 @@ def scale(
     else:
         name, pushes = push_options.read()
     if profile == "generic" and pushes is not None:
-        scaled = options.scaled_from(name, pushes, reference, confidence)
+        scaled = options.scale_from_pushes(name, pushes, reference, confidence)
         answer = answer_of_test(scaled)
     else:
         shapes = options.shapes_in(results)
-        estimated = options.map_of(name, pushes, shapes, confidence, contacts)
+        estimated = options.estimate_map_of(name, pushes, shapes, confidence, contacts)
         answer = answer_of_pushes(name, estimated, pushes, reference)
         if contacts:
             alone = estimated
             if pushes is not None:
-                alone = options.map_of(str(file), None, shapes, confidence, contacts)
+                alone = options.estimate_map_of(str(file), None, shapes, confidence, contacts)
             answer = answer_of_contacts(answer, alone, contacts, pushes)
     print_answer(answer, as_json, alpha_table=str(output))
     if answer.doubt:

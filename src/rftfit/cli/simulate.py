@@ -21,10 +21,11 @@ if TYPE_CHECKING:
 
 MOTION = "motion.csv"
 MARK = "# motion written by rftfit simulate"
-"""How the first line of a table of motion begins: only these are overwritten unasked."""
+"""Beginning of the first line of a table of motion: only tables with it are overwritten unasked."""
 
 FIGURE = "motion.png"
 OTHERS = (FIGURE, "animation.gif", "animation.mp4")
+"""Files beside the table of motion."""
 
 
 def check_folder(folder: Path, force: bool) -> None:
@@ -35,7 +36,7 @@ def check_folder(folder: Path, force: bool) -> None:
     for name in OTHERS:
         refuse_target_by_link(folder / name)
     existing = [name for name in OTHERS if (folder / name).exists()]
-    # beside a table of our own they are our own
+    # beside a table of motion by this command, they are by this command, too
     if existing and not force and not (folder / MOTION).exists():
         raise InputError(
             f"{folder}: {', '.join(existing)} would be overwritten and no {MOTION} of rftfit simulate "
@@ -44,7 +45,7 @@ def check_folder(folder: Path, force: bool) -> None:
 
 
 def write_animation(folder: Path, shots: Sequence[Picture], seconds: float) -> list[Path]:
-    """Write pictures, each shown for so long, as gif, and as mp4 where ffmpeg is at hand; list the files."""
+    """Write pictures, each shown for some seconds, as gif, and as mp4 where ffmpeg is installed; return the files."""
     from rftfit.figures.animation import gif_bytes, mp4_bytes
     from rftfit.store import write_bytes
 
@@ -112,7 +113,7 @@ def simulate(
     # after the numbers are out: a folder that cannot be written must not hide them
     assert run.series is not None
     write_csv(output / MOTION, run.series.table(), MARK, answer.notes, digits=9)
-    # one format: three would take longer than the run
+    # in one format: to draw three would take longer than the run
     write_picture(output / FIGURE, draw_motion(answer.tail))
     if not as_json:
         print_line(f"Motion and forces: {files['motion']}\nFigure: {files['figure']}")
@@ -127,6 +128,7 @@ def simulate(
 
 SWEEP = tuple(f"results/robot_full/{name}.csv" for name in ("speed", "optimum", "errors"))
 SWEEP_FIGURES = ("speed", "profiles", "curvature")
+"""Tables and figures of the whole sweep."""
 
 
 def sweep(

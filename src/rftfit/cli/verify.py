@@ -1,4 +1,4 @@
-"""``rftfit verify``: what results were made from, and whether it is still the same."""
+"""``rftfit verify``: tells what results were made from, and whether logs, settings and code are still the same."""
 
 from __future__ import annotations
 
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from rftfit.workflow.verify import Verified
 
 _MOST = 5
+"""Most entries of each list without --all."""
 
 
 def verify(

@@ -1,4 +1,4 @@
-"""``rftfit watch``: measure while the campaign is recorded, and say which push to make next."""
+"""``rftfit watch``: measures while the campaign is recorded, and says which push to make next."""
 
 from __future__ import annotations
 
@@ -11,9 +11,10 @@ import typer
 
 from rftfit.cli import options
 from rftfit.cli.output import json_text, print_line
-from rftfit.cli.plan import TARGETS, wanted
+from rftfit.cli.plan import TARGETS, find_target
 
 _POLL_S = 0.5
+"""Time between two looks at the files."""
 
 
 def watch(
@@ -58,9 +59,9 @@ def watch(
     from rftfit.bench.server import LivePage
     from rftfit.bench.watch import Watch
 
-    watched = Watch(config, wait, wanted(target, options.BodyOptions()))
+    watched = Watch(config, wait, find_target(target, options.BodyOptions()))
     page = None if no_page else LivePage(port)
-    asked = page.asked if page else Signal()
+    page_is_asked = page.asked if page else Signal()
 
     def tell(event: Event) -> None:
         sentence = json_text(event.as_dict(), indent=None) if as_json else event.summary()
@@ -73,6 +74,8 @@ def watch(
         while True:
             for event in watched.step():
                 tell(event)
+                # pushes before the first alpha of a medium may be many: the page shows them
+                # together, below
                 if page and not event.facts.get("first"):
                     page.show(partial(page_of, watched), changed=True)
             if page:
@@ -80,4 +83,4 @@ def watch(
             media = watched.media.values()
             if stop is not None and media and all(medium.width <= stop for medium in media):
                 return
-            asked.wait(_POLL_S)
+            page_is_asked.wait(_POLL_S)

@@ -28,9 +28,10 @@ if TYPE_CHECKING:
     from rftfit.model.profiles import Profile
 
 MARK = "# wheel written by rftfit wheel"
-"""How the first line of such a file begins: only these are overwritten unasked."""
+"""Beginning of the first line of a table of this command: only tables with it are overwritten unasked."""
 
 _DRAWN = "drawn by rftfit wheel"
+"""Mark in a figure: only figures with it are overwritten unasked."""
 
 _WITHOUT_LUGS = (0.0, 0.0, 0.5)
 """Height, number and thickness of lugs (cm) where the drawing states none."""
@@ -152,7 +153,7 @@ def wheel(
     assert shape is not None
     try:
         with warnings.catch_warnings():
-            # printed among the notes
+            # the answer has these sentences among its notes, which are printed
             warnings.simplefilter("ignore", LimitWarning)
             answer = rftfit.wheel(
                 source,
@@ -212,4 +213,5 @@ def _has_numbers(shape: Mesh | None, friction: float | None, table: Profile) -> 
 
 
 def _one_or_all(numbers: list[float] | None) -> Any:
+    """Return a single number as such: it is for all slips."""
     return numbers[0] if numbers is not None and len(numbers) == 1 else numbers

@@ -1,7 +1,7 @@
-"""Evidence for each set of axes that a configuration can give by mistake, by the shape that known media share.
+"""Evidence for each set of axes that a configuration can state by mistake, by the shape that known media share.
 
 A plate that is pushed down is pushed up by the grains, and so on in every direction: the shape of known media fits the
-right axes and no others. `docs/theory/checks.md` has how often the axes of simulated campaigns are told.
+right axes and no others. `docs/theory/checks.md` states how often the axes of simulated campaigns are told.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ AXES = {
     "exchanged-x-reversed": ((0, 1), (-1, 0)),
     "exchanged-both-reversed": ((0, -1), (-1, 0)),
 }
-"""Axes that a configuration can give by mistake: what to do with (z, x) to put them right."""
+"""Axes that a configuration can state by mistake, each with the matrix that turns its (z, x) into the right ones."""
 
 _CHOSEN = chosen("compare", "axes")
 
@@ -74,9 +74,10 @@ def axes_evidence(runs: RunSlopes, without: tuple[str, ...] = ()) -> dict[str, f
 def _evidence_for_pulls(
     beta_deg: FloatArray, gamma_deg: FloatArray, alpha: FloatArray, without: tuple[str, ...]
 ) -> dict[str, float]:
-    """Evidence for beta of pulls with the other sign; empty where no pull has a beta that could be reversed.
+    """Find the evidence that beta of pulls has the other sign; empty where no pull has a beta that could be reversed.
 
-    Pulls are weak beside pushes, so what a medium has of its own is taken in proportion to alpha of each direction.
+    Pulls are weak beside pushes, so the departure of a medium from the shape is taken in proportion to alpha of each
+    direction.
     """
     is_pull = (gamma_deg < -1) & (np.abs(beta_apart(2 * beta_deg, 0.0)) > TOLERANCE_DEG)
     if not is_pull.any():
@@ -86,15 +87,16 @@ def _evidence_for_pulls(
         np.hypot(_CHOSEN.of_direction * level, _CHOSEN.least_of_direction * level.max()), 2
     )
     reversed_beta_deg = np.where(is_pull, -beta_deg, beta_deg)
-    of_signs = []
+    evidence_of_signs = []
     for signed_beta_deg in (beta_deg, reversed_beta_deg):
         log_evidence = -math.inf
         for rough_share in _CHOSEN.rough_shares:
             moments = prior_of_media(signed_beta_deg, gamma_deg, rough_share, without)
             total = _KnownShape(*moments, error).log_evidence(alpha.ravel())
             log_evidence = float(np.logaddexp(log_evidence, total))
-        of_signs.append(log_evidence)
-    return {PULLS: of_signs[1] - of_signs[0]}
+        evidence_of_signs.append(log_evidence)
+    as_stated, reversed_sign = evidence_of_signs
+    return {PULLS: reversed_sign - as_stated}
 
 
 class _KnownShape:

@@ -1,4 +1,4 @@
-"""What the model gets wrong on a body, from the legs of a campaign or of the paper."""
+"""Errors of the model on a leg, learned from measured legs of a campaign or of the paper."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ if TYPE_CHECKING:
     from rftfit.results import Results
 
 PUBLISHED = "published"
-"""Word for the legs of Fig. S5 instead of a folder of results."""
+"""Word of a command for the legs of Fig. S5, in place of a folder of results."""
 
 READING_PERCENT = 2.0
-"""Error of a force on a published leg, of the largest of its curve: what is read from the drawing."""
+"""Standard error of a force that is read from the drawing of a published leg, % of the largest of its curve."""
 
 
 def published_body_error(leg: str, without: Iterable[str] = ()) -> BodyError:
-    """What the model gets wrong on a published leg, from Fig. S5 and the maps of Table S5.
+    """Learn what the model gets wrong on a published leg, from Fig. S5 and the maps of Table S5.
 
-    `without`: media that are left out, of the legs and of the shapes behind the maps.
+    `without`: media whose legs are left out, and whose shapes the maps do not use.
     """
     choose("leg", leg, LEGS)
     return _published_body_error(leg, frozenset(without))
@@ -37,6 +37,7 @@ def published_body_error(leg: str, without: Iterable[str] = ()) -> BodyError:
 
 @cache
 def _published_body_error(leg: str, without: frozenset[str]) -> BodyError:
+    """Learn as `published_body_error`; the cache needs a frozenset."""
     curves, alpha = load("fig_s5"), load("table_s5")
     measurements = []
     for medium in MEDIA:
@@ -55,9 +56,9 @@ def _published_body_error(leg: str, without: frozenset[str]) -> BodyError:
 
 
 def campaign_body_error(results: Results, leg: str, without: Iterable[str] = ()) -> BodyError:
-    """What the model gets wrong on a leg of a campaign, from its measured curves and the maps of its media.
+    """Learn what the model gets wrong on a leg of a campaign, from its measured curves and the maps of its media.
 
-    `without`: media that are left out. Raises InputError where no medium is left.
+    `without`: names of media that are left out. Raises InputError where no medium is left.
     """
     choose("leg", leg, tuple(results.config.legs), f"in {results.root}")
     measurements: list[tuple[Contact, Profile]] = []

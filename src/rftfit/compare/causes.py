@@ -1,4 +1,4 @@
-"""Tables of what the joint model says of a medium: what its runs share, and whether its axes are as given."""
+"""Tables from the joint model of a medium: shared causes, likely axes, and runs in wrong rows of the sheet."""
 
 from __future__ import annotations
 
@@ -32,14 +32,18 @@ from rftfit.measure.verdict_words import FEWEST_RUNS, NO_RUNS
 from rftfit.outputs.dictionary import columns_of
 
 TOLD, NOT_SEEN, NOT_CHECKED = "told", "not seen", "not checked"
+"""Verdicts on a cause."""
+
 MIXED_UP, TOO_WIDE = "mixed-up", "too-wide"
-"""Why a cause cannot be checked, beside `NO_RUNS`: its runs are those of other directions; only an unlikely size would be seen."""
+"""Reasons why a cause cannot be checked, beside `NO_RUNS`: its runs have other directions than the rest; only an
+unlikely size would be seen."""
 
 CAUSE_COLUMNS = columns_of("causes/{medium}.csv")
 AXES_COLUMNS = ["medium", "axes", "log_bayes_factor"]
 _NORMAL_95 = 1.959963984540054
 _WIDER_GAIN, _WIDER_OTHER = 1.2, 1.5
-"""Errors of causes that are told scatter so many times as much as stated, since place and kind are chosen by the data too."""
+"""Factors on the standard error of a told cause, a gain and any other: its place and kind are chosen by the data,
+too."""
 
 
 def compare_all_runs(
@@ -49,14 +53,14 @@ def compare_all_runs(
     angle_deg: float,
     tolerance_deg: float = TOLERANCE_DEG,
 ) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
-    """Look for what the runs of a medium share, for other axes, and for runs in wrong rows of the sheet.
+    """Look for causes that the runs of a medium share, for other axes, and for runs in wrong rows of the sheet.
 
     Returns tables of the columns `CAUSE_COLUMNS`, `AXES_COLUMNS` and `MISPLACED_COLUMNS`.
 
     `angle_deg`: Standard deviation of the angles of a run. `tolerance_deg`: Difference of each angle up to which runs are of
     one direction.
     """
-    runs, run_ids = _run_slopes(fits, sheet, tolerance_deg)
+    runs, run_ids = _select_runs(fits, sheet, tolerance_deg)
     if runs.size < FEWEST_RUNS or not np.any(runs.alpha):
         rows = [_unchecked_row(kind, NO_RUNS) for kind in KINDS]
         causes = pd.DataFrame(rows, columns=CAUSE_COLUMNS).assign(medium=medium)
@@ -75,7 +79,7 @@ def compare_all_runs(
 
 
 def rows_of_model(model: JointModel) -> pd.DataFrame:
-    """What a model without a fit would see: rows of `CAUSE_COLUMNS`, or those of too few runs."""
+    """Return rows of `CAUSE_COLUMNS` on the causes that a model could see; the model is not fitted."""
     if model.runs.size < FEWEST_RUNS:
         return pd.DataFrame(
             [_unchecked_row(kind, NO_RUNS) for kind in KINDS], columns=CAUSE_COLUMNS
@@ -83,10 +87,10 @@ def rows_of_model(model: JointModel) -> pd.DataFrame:
     return pd.DataFrame(_rows_of_scan(model.scan(), []), columns=CAUSE_COLUMNS)
 
 
-def _run_slopes(
+def _select_runs(
     fits: pd.DataFrame, sheet: Mapping[str, Run], tolerance_deg: float
 ) -> tuple[RunSlopes, list[str]]:
-    """Runs that have both slopes, in the order of the run sheet."""
+    """Select the runs that have both slopes, in the order of the run sheet; returned with their names."""
     names = [column(c) for c in "zx"]
     is_measured = np.isfinite(fits[names].to_numpy(float)).all(axis=1)
     good = fits[is_measured & fits["run_id"].isin([*sheet]).to_numpy(bool)]
@@ -112,8 +116,9 @@ def _run_slopes(
 
 
 def _told_row(told_cause: Found, run_ids: list[str]) -> dict[str, Any]:
+    """Make the row of a cause that is told."""
     cause = told_cause.cause
-    size, size_lo, size_hi = describe_change(told_cause)
+    size, size_lo, size_hi = change_with_interval(told_cause)
     shared_by = [run_id for run_id, share in zip(run_ids, cause.share, strict=True) if share > 0]
     inseparable = [
         f"{rival.kind} {rival.group} {rival.place}".strip() for rival in told_cause.inseparable
@@ -136,23 +141,23 @@ def _told_row(told_cause: Found, run_ids: list[str]) -> dict[str, Any]:
     }
 
 
-def describe_change(told_cause: Found) -> tuple[float, float, float]:
-    """Size of a cause as people state it, and its 95 % interval."""
+def change_with_interval(told_cause: Found) -> tuple[float, float, float]:
+    """Return the size of a cause as people state it (`_as_change`), and its 95 % interval."""
     wider = _WIDER_GAIN if told_cause.cause.kind == "gain" else _WIDER_OTHER
-    half = math.hypot(_NORMAL_95 * wider * told_cause.se, _own_of_medium(told_cause.cause))
+    half = math.hypot(_NORMAL_95 * wider * told_cause.se, _size_without_fault(told_cause.cause))
     low, high = (_as_change(told_cause.cause, told_cause.size + sign * half) for sign in (-1, 1))
     return _as_change(told_cause.cause, told_cause.size), low, high
 
 
-def _own_of_medium(cause: Cause) -> float:
-    """Size of a cause of all runs that a medium and an ordinary mount may have of themselves: nothing tells it from more."""
+def _size_without_fault(cause: Cause) -> float:
+    """Return the size that a cause of all runs may have without a fault, by the medium or the mount; 0 for others."""
     if cause.of_media:
         return _NORMAL_95 * cause.of_media
     return cause.tolerated if cause.group == ALL else 0.0
 
 
 def _rows_of_scan(scan: Scan, told: Iterable[Found]) -> list[dict[str, Any]]:
-    """A row of each kind and group that was not told; of steps, windows and holders, the median of their places."""
+    """Make a row for each kind and group that was not told; steps, windows and holders have a median over places."""
     told_kinds = {(told_cause.cause.kind, told_cause.cause.group) for told_cause in told}
     places: dict[tuple[str, str, str], list[int]] = {}
     for number, cause in enumerate(scan.causes):
@@ -162,13 +167,13 @@ def _rows_of_scan(scan: Scan, told: Iterable[Found]) -> list[dict[str, Any]]:
     rows = []
     for (kind, group, place), numbers in places.items():
         checked = scan.checked[numbers]
-        # at most places it can be checked, or it counts as not checked
+        # checked where it can be at half of its places or more
         verdict = NOT_SEEN if 2 * checked.sum() >= len(numbers) else NOT_CHECKED
         shown = [number for number in numbers if scan.checked[number]] or numbers
         if verdict == NOT_CHECKED:
             shown = numbers
         least = float(np.median(scan.least_seen[shown]))
-        alone = scan.causes[numbers[0]]
+        first = scan.causes[numbers[0]]
         reason = ""
         if verdict == NOT_CHECKED:
             reason = MIXED_UP if 2 * scan.mixed_up[numbers].sum() >= len(numbers) else TOO_WIDE
@@ -176,21 +181,22 @@ def _rows_of_scan(scan: Scan, told: Iterable[Found]) -> list[dict[str, Any]]:
             "group": group,
             "place": place,
             "verdict": verdict,
-            "n_runs": int(np.count_nonzero(alone.share > 0)) if len(numbers) == 1 else 0,
-            "least_seen": _as_change(alone, least),
+            "n_runs": int(np.count_nonzero(first.share > 0)) if len(numbers) == 1 else 0,
+            "least_seen": _as_change(first, least),
         }
         if len(numbers) == 1:
             size = scan.size[numbers[0]]
-            half = math.hypot(_NORMAL_95 * scan.se[numbers[0]], _own_of_medium(alone))
-            row["size"] = _as_change(alone, size)
+            half = math.hypot(_NORMAL_95 * scan.se[numbers[0]], _size_without_fault(first))
+            row["size"] = _as_change(first, size)
             row["size_lo"], row["size_hi"] = (
-                _as_change(alone, size + sign * half) for sign in (-1, 1)
+                _as_change(first, size + sign * half) for sign in (-1, 1)
             )
         rows.append(row)
     return rows
 
 
 def _unchecked_row(kind: str, reason: str) -> dict[str, Any]:
+    """Make a row without numbers, for a cause of all runs that was not checked."""
     numbers = dict.fromkeys(("size", "size_lo", "size_hi", "times_error", "least_seen"), math.nan)
     texts = {"group": ALL, "place": "", "run_ids": "", "inseparable": ""}
     verdict = {"kind": kind, "verdict": NOT_CHECKED, "n_runs": 0, "reason": reason}
@@ -198,7 +204,10 @@ def _unchecked_row(kind: str, reason: str) -> dict[str, Any]:
 
 
 def _as_change(cause: Cause, size: float) -> float:
-    """A gain of runs as the ratio to the other runs less 1; of a trend, of the last run to the first."""
+    """State a gain as a ratio less 1: of its runs to the others, or of a trend's last run to the first.
+
+    Other sizes are returned as they are.
+    """
     if cause.kind not in ("gain", "gain-x"):
         return float(size)
     # the share of a cause is 1/2 in its runs and -1/2 in the others

@@ -32,7 +32,7 @@ PENETRATION_COLUMNS = [
 
 
 def coefficient_rows(fit: scaling.MediumFit) -> pd.DataFrame:
-    """One row per coefficient of one fit.
+    """Make a row for each coefficient of one fit.
 
     A dropped term shows its value in the full fit and ``kept`` False; where it is used, it counts
     as 0.
@@ -60,7 +60,7 @@ def coefficient_rows(fit: scaling.MediumFit) -> pd.DataFrame:
 
 
 def _misfit(fit: scaling.MediumFit) -> tuple[float, float]:
-    """Root mean square of table minus fit, z and x: what no interval of a coefficient contains."""
+    """Root mean square of table minus fit, z and x, which no interval of a coefficient contains; NaN without a fit."""
     if fit.reason:
         return np.nan, np.nan
     pairs = zip(alpha_columns(fit.table), evaluate(fit.used, *directions(fit.table)), strict=True)
@@ -69,7 +69,7 @@ def _misfit(fit: scaling.MediumFit) -> tuple[float, float]:
 
 
 def generic_rows(group: list[scaling.MediumFit]) -> pd.DataFrame:
-    """Rows of M0, the mean of the scaled coefficients of several media fitted by one method."""
+    """Make the rows of M0, the mean of the scaled coefficients of several media fitted by one method."""
     method, config = group[0].method, group[0].config
     m0 = scaling.generic(np.stack([fit.used for fit in group]))
     draws = scaling.generic(np.stack([fit.draws for fit in group], axis=1))
@@ -96,7 +96,7 @@ def generic_rows(group: list[scaling.MediumFit]) -> pd.DataFrame:
 
 
 def penetration_row(fit: scaling.MediumFit) -> dict[str, object]:
-    """Vertical penetration of a medium as measured and as fitted, chi and zeta (as Table S3)."""
+    """Make the row of vertical penetration of a medium: as measured and as fitted, chi and zeta (as in Table S3)."""
     row: dict[str, object] = {"method": fit.method, "medium": fit.medium}
     for name, unit, value, draws in (
         ("alpha_z_measured", "_N_per_cm3", fit.alpha_z, fit.alpha_z_draws),
@@ -120,7 +120,7 @@ def penetration_row(fit: scaling.MediumFit) -> dict[str, object]:
 def sand_row(
     table: pd.DataFrame, reference: scaling.Reference, config: Config, flags: Flags
 ) -> dict[str, object]:
-    """Zeta of a natural sand by the scaling routine, from its alpha table and flags."""
+    """Make the row of a natural sand: zeta by the scaling routine, from its alpha table and flags."""
     method = scaling.routine(config.fourier.method, printed=reference.printed)
     row: dict[str, object] = {"method": method, "medium": table["medium"].iloc[0]}
     cell = cell_at(table, 0, 90)

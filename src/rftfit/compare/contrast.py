@@ -1,9 +1,9 @@
-"""Whether alpha of two sets of runs differs in size or in shape, from single runs in common directions.
+"""Test whether alpha of two sets of runs differs in size or in shape, by single runs in common directions.
 
-A run is y = s T (1 + bed) + patches + own error, with T the alpha of its direction and s its set's size. The contrast of a
-direction is the mean of B over the ratio of sizes minus the mean of A. The ratio makes the weighted squares of all contrasts
-least, and what is left tells a difference of shape. Weights come from the scatter of repeats, in proportion to alpha with a
-floor, so that weak directions do not dominate.
+A run is y = s T (1 + bed) + patches + error of the run, with T the alpha of its direction and s the size of its set.
+The contrast of a direction is the mean of B, divided by the ratio of sizes, minus the mean of A. The ratio of sizes is
+the one that makes the weighted squares of all contrasts least; the squares that remain show a difference of shape.
+Weights come from the scatter of repeats, in proportion to alpha with a floor, so that weak directions do not dominate.
 """
 
 from __future__ import annotations
@@ -37,17 +37,19 @@ from rftfit.store.text import count, table
 _CHOSEN = chosen("compare", "contrast")
 
 PRIOR_ALONG = math.hypot(USUAL_BED_SPREAD, _CHOSEN.prior_across)
-"""Scatter along the force before any repeat is seen, relative to alpha: of beds as a whole and of their patches."""
+"""Scatter along the force that is assumed without any repeat, relative to alpha: of beds as a whole and of their
+patches."""
 
 
 @dataclass(frozen=True)
 class RunSet:
     """Plate runs of one medium, and the errors that all of them share.
 
-    `runs`: as ``results/fits/<medium>.csv``. `surface_cm`: standard deviation of the free surface, common to all
-    runs. `turn_deg`: of the mount. `rod_percent`: of the bed that rods were pushed into. `campaign`, `medium`: runs of the
-    same campaign share the mount and the tares; those of the same medium of it the bed of the rods, too.
-    `tolerance_deg`: difference of each angle up to which runs are of one direction; the larger of two sets counts.
+    `runs`: rows of ``results/fits/<medium>.csv``. Standard deviations of errors that all runs share: `surface_cm` of
+    the height of the free surface, `turn_deg` of the angle of the mount, `rod_percent` of the bed that rods were pushed
+    into. `campaign`, `medium`: runs of one campaign share the mount and the tares, those of one medium of it the bed of
+    the rods, too. `tolerance_deg`: difference of each angle up to which runs are of one direction; the larger of two
+    sets counts.
     """
 
     name: str
@@ -78,7 +80,7 @@ class Comparison:
     shape_p : float
         p value of "same shape".
     least_ratio, least_shape_percent : float
-        Differences that this design detects with a probability of 80 % (on the level 0.05).
+        Least differences that these runs detect with a probability of 80 % (on the level 0.05).
     directions : pandas.DataFrame
         The common directions, those that differ most first.
     runs_a, runs_b : int
@@ -86,13 +88,13 @@ class Comparison:
     repeats : float
         Degrees of freedom of the repeats behind the scatter.
     assumed : bool
-        Whether the scatter of one medium, or of both, is assumed, as it has no repeats.
+        True where the scatter of one medium, or of both, is assumed, because it has no repeats.
     scatter_along, scatter_across : float
         Scatter of single runs along and across the force, relative to alpha.
     explained_by : float
         Scatter along the force that would explain the whole difference of shape.
     notes : tuple of str
-        What a reader of the numbers must know.
+        Sentences on the limits of the comparison.
     confidence : float
         Level of the intervals.
 
@@ -165,12 +167,12 @@ class Comparison:
         return alpha_b / alpha_a
 
     def as_dict(self) -> dict[str, Any]:
-        """Give everything as plain numbers, words and lists, as ``rftfit compare --json`` prints it.
+        """Return everything as plain numbers, words and lists, as ``rftfit compare --json`` prints it.
 
         Returns
         -------
         dict of str to object
-            The fields, ``sentence``, and ``directions`` as a dict of each row.
+            The fields, ``sentence``, and ``directions`` as a dict for each row.
         """
         directions = self.directions.to_dict("records")
         return vars(self) | {"sentence": self.sentence, "directions": directions}
@@ -224,7 +226,7 @@ class Comparison:
         return "\n".join(lines)
 
     def _list_directions(self, most: int | None) -> str:
-        """List the directions that differ most."""
+        """Format the table of the directions that differ most."""
         head = ["beta", "gamma", "depth", "B/ratio - A: alpha_z"]
         head += ["interval", "alpha_x", "interval", "p"]
         rows = []
@@ -244,7 +246,7 @@ class Comparison:
 
 
 def _cell(number: float, number_format: str) -> str:
-    """Format a number; one that is not known is empty."""
+    """Format a number; NaN is empty."""
     return "" if math.isnan(number) else format(number, number_format)
 
 
@@ -295,34 +297,35 @@ def compare_run_sets(a: RunSet, b: RunSet, confidence: float = 0.95) -> Comparis
 
     Raises `NoCommonDirection`, or `InputError` if the forces are opposite.
     """
-    means_a, means_b, angles = _pair(a, b)
-    means_a, means_b = _with_pooled_sizes(means_a, means_b)
+    means_a, means_b, angles = _average_common_directions(a, b)
+    means_a, means_b = _pool_sizes(means_a, means_b)
     scatter, by_side = _fit_scatters((means_a, means_b))
     repeats_of_sides = [float(side.repeats.dof.sum()) for side in (means_a, means_b)]
     are_enough = sum(repeats_of_sides) >= LEAST_DOF
-    shown = (
+    # what is stated is by the repeats alone, where there are enough
+    stated = (
         scatter_of_repeats(joined([means_a.repeats, means_b.repeats])) if are_enough else scatter
     )
-    scatter_along, scatter_across = shown.relative()
+    scatter_along, scatter_across = stated.relative()
     contrast = _Contrast((means_a, means_b), by_side)
     ratio = contrast.find_ratio()
     size = contrast.test_size(ratio)
     shape = contrast.test_shape(ratio)
-    half = _student(1 - (1 - confidence) / 2, size.dof) * size.se
+    half_width = _student(1 - (1 - confidence) / 2, size.dof) * size.se
     low, high = shape.interval(confidence)
-    seen = (_student(1 - _CHOSEN.level / 2, size.dof) + _student(_CHOSEN.power, size.dof)) * size.se
+    quantiles = _student(1 - _CHOSEN.level / 2, size.dof) + _student(_CHOSEN.power, size.dof)
     return Comparison(
         a=a.name,
         b=b.name,
         ratio=ratio,
-        ratio_lo=ratio * math.exp(-half),
-        ratio_hi=ratio * math.exp(half),
+        ratio_lo=ratio * math.exp(-half_width),
+        ratio_hi=ratio * math.exp(half_width),
         size_p=_student_p(math.log(ratio) / size.se, size.dof),
         shape_percent=100 * max(shape.rms(0.5), low),
         shape_lo_percent=100 * low,
         shape_hi_percent=100 * high,
-        shape_p=_f_p(shape.squares / shape.k, shape.k, shape.dof),
-        least_ratio=math.exp(seen),
+        shape_p=_f_test_p(shape.squares / shape.k, shape.k, shape.dof),
+        least_ratio=math.exp(quantiles * size.se),
         least_shape_percent=100 * shape.least_rms(),
         directions=contrast.table(ratio, angles, confidence),
         runs_a=int(means_a.n.sum()),
@@ -331,18 +334,18 @@ def compare_run_sets(a: RunSet, b: RunSet, confidence: float = 0.95) -> Comparis
         scatter_along=scatter_along,
         scatter_across=scatter_across,
         explained_by=scatter.relative()[0] * math.sqrt(max(shape.squares / shape.k, 1.0)),
-        notes=tuple(_notes((a, b), (means_a, means_b), by_side)),
+        notes=tuple(_describe_limits((a, b), (means_a, means_b), by_side)),
         assumed=not all(repeats_of_sides),
         confidence=confidence,
     )
 
 
-def _notes(
+def _describe_limits(
     sides: tuple[RunSet, RunSet],
     means: tuple[_Means, _Means],
     scatters: tuple[RunScatter, RunScatter],
 ) -> Iterator[str]:
-    """Yield what limits the comparison."""
+    """Yield sentences on what limits the comparison."""
     a, b = sides
     dof = [float(side.repeats.dof.sum()) for side in means]
     if not any(dof):
@@ -361,8 +364,8 @@ def _notes(
     ]
     if min(dof) >= _CHOSEN.prior_dof and min(squares) > 0:
         p = 2 * min(
-            _f_p(squares[1] / squares[0], dof[1], dof[0]),
-            _f_p(squares[0] / squares[1], dof[0], dof[1]),
+            _f_test_p(squares[1] / squares[0], dof[1], dof[0]),
+            _f_test_p(squares[0] / squares[1], dof[0], dof[1]),
         )
         if p < _CHOSEN.level / 5:
             yield (
@@ -380,7 +383,7 @@ def _notes(
 
 
 def _relative_square(repeats: Repeats, scatter: RunScatter) -> float:
-    """Mean square by which repeats differ along their force, noise of their logs included, relative to it; 0 without any."""
+    """Return the mean square, over the force, by which repeats differ along it, with noise; 0 without repeats."""
     level = scatter.weight @ level_of_floors(repeats.size, repeats.largest)
     dof = float(repeats.dof.sum())
     return float((repeats.along / level).sum()) / dof if dof else 0.0
@@ -393,8 +396,9 @@ def _relative_square(repeats: Repeats, scatter: RunScatter) -> float:
 class _Means:
     """Mean of the runs of each common direction, z and x, shape (n, 2), with what its error needs.
 
-    `noise_variance`: of the mean that the runs' logs show. `repeats`: squares of the runs about their mean, and the size of
-    the force, as `_with_pooled_sizes` has it. `common`: changes of the means by one standard deviation of an error that many runs share, by its name.
+    `n`: number of runs. `noise_variance`: variance of the mean by the noise of the logs. `repeats`: squares of the runs
+    about their mean, and the size of the force (see `_pool_sizes`). `common`: changes of the means by one standard
+    deviation of an error that many runs share, by the name of the error.
     """
 
     mean: FloatArray
@@ -404,8 +408,11 @@ class _Means:
     common: Mapping[tuple[str, ...], FloatArray]
 
 
-def _pair(a: RunSet, b: RunSet) -> tuple[_Means, _Means, FloatArray]:
-    """Means of both media in their common directions, and these: beta, gamma, depth of level runs; shape (3, n)."""
+def _average_common_directions(a: RunSet, b: RunSet) -> tuple[_Means, _Means, FloatArray]:
+    """Average the runs of both media in their common directions.
+
+    Returned with the directions: beta, gamma, and depth of level runs, shape (3, n).
+    """
     usable = [side.runs[np.isfinite(_number(side.runs, column("z")))] for side in (a, b)]
     angles = [
         np.stack([_number(runs, f"{name}_deg") for name in ("beta", "gamma")]) for runs in usable
@@ -426,17 +433,17 @@ def _pair(a: RunSet, b: RunSet) -> tuple[_Means, _Means, FloatArray]:
     x_known = np.array([np.isfinite(x[number == cell]).all() for cell in common])
     numbers_of_sides = number[:split], number[split:]
     means = [
-        _mean_of(side, runs, numbers, common, x_known)
+        _average_runs(side, runs, numbers, common, x_known)
         for side, runs, numbers in zip((a, b), usable, numbers_of_sides, strict=True)
     ]
     depth_cm = np.where(both[1, common] == 0, depth[common], math.nan)
     return means[0], means[1], np.vstack([both[:, common], depth_cm])
 
 
-def _with_pooled_sizes(a: _Means, b: _Means) -> tuple[_Means, _Means]:
-    """Sizes of the force by the runs of both, in the size of each.
+def _pool_sizes(a: _Means, b: _Means) -> tuple[_Means, _Means]:
+    """Replace the size of the force in each direction by that of the runs of both media, times the size of the medium.
 
-    A direction whose runs are weak by chance would else have a small scatter and too much weight.
+    Otherwise a direction whose runs are weak by chance would have a small scatter and too much weight.
     """
     lengths = [max(math.sqrt(float((side.mean**2).sum())), 1e-30) for side in (a, b)]
     sizes = [np.hypot(*side.mean.T) / length for side, length in zip((a, b), lengths, strict=True)]
@@ -445,12 +452,13 @@ def _with_pooled_sizes(a: _Means, b: _Means) -> tuple[_Means, _Means]:
 
 
 def _with_sizes(side: _Means, size: FloatArray) -> _Means:
+    """Return the means with other sizes of the force, shape (n,)."""
     largest = np.full(size.size, size.max())
     return replace(side, repeats=side.repeats._replace(size=size, largest=largest))
 
 
 def _describe_directions(angles: FloatArray) -> str:
-    """List the first directions of a medium."""
+    """Write the first directions of a medium; `angles`: beta and gamma, shape (2, runs)."""
     directions = sorted(
         {(round(float(beta), 1), round(float(gamma), 1)) for beta, gamma in angles.T}
     )
@@ -459,23 +467,28 @@ def _describe_directions(angles: FloatArray) -> str:
 
 
 def _number(runs: pd.DataFrame, name: str) -> FloatArray:
-    """Column of the runs; NaN where it is absent."""
+    """Return a column of the runs as numbers; NaN where the column is absent."""
     return pd.to_numeric(runs.get(name, pd.Series(math.nan, runs.index))).to_numpy(float)
 
 
 def _error(runs: pd.DataFrame, quantity: str) -> FloatArray:
-    """An error of alpha of the runs, z and x, shape (runs, 2); 0 where it is not stated."""
+    """Return an error of alpha of the runs, z and x, shape (runs, 2); 0 where it is not stated."""
     parts = [_number(runs, column(c, f"_{quantity}")) for c in "zx"]
     return np.nan_to_num(np.stack(parts, axis=1))
 
 
-def _mean_of(
+def _average_runs(
     side: RunSet,
     runs: pd.DataFrame,
     number: npt.NDArray[np.intp],
     common: npt.NDArray[np.intp],
     x_known: npt.NDArray[np.bool_],
 ) -> _Means:
+    """Average the runs of one medium in each common direction, and collect the errors of the means.
+
+    `number`: direction of each run. `common`: numbers of the common directions. `x_known`: where alpha_x counts.
+    """
+    # weight of each run in the mean of each direction, shape (n, runs)
     share = (number == common[:, None]).astype(float)
     n = share.sum(axis=1)
     share /= n[:, None]
@@ -485,14 +498,16 @@ def _mean_of(
     startup, tare, curvature = (_error(runs, name) for name in ("startup", "tare", "curvature"))
     lever = np.nan_to_num(_number(runs, "lever_per_cm"))[:, None]
     clock = alpha * lever * np.nan_to_num(_number(runs, "clock_cm"))[:, None]
-    # the curvature is alike in runs over the same depths; tare and clock are shared and counted below
+    # variance of single runs: the curvature is alike in runs over the same depths, tare and clock
+    # are shared and counted below
     run_variance = _error(runs, "se") ** 2 - startup**2 - tare**2 - curvature**2 - clock**2
     run_variance = np.maximum(run_variance, 0.0)
     unit = unit_vectors(mean.T)
     off = alpha[None] - mean[:, None]
-    inside = share > 0
+    is_of_direction = share > 0
     along, across = (
-        np.where(inside, np.einsum("crk,kc->cr", off, way) ** 2, 0.0).sum(axis=1) for way in unit
+        np.where(is_of_direction, np.einsum("crk,kc->cr", off, way) ** 2, 0.0).sum(axis=1)
+        for way in unit
     )
     noise_along, noise_across = np.einsum("wkc,ck->wc", unit**2, share @ run_variance)
     size = np.hypot(*mean.T)
@@ -527,9 +542,9 @@ def _mean_of(
 
 
 def _fit_scatters(sides: tuple[_Means, _Means]) -> tuple[RunScatter, tuple[RunScatter, RunScatter]]:
-    """Scatter of the runs of both media together, and of each.
+    """Estimate the scatter of the runs of both media together, and of each medium.
 
-    That of one medium has the one of both as its prior: a medium without repeats has the other's.
+    The scatter of both together is the prior for each medium: one without repeats has the scatter of the other.
     """
     repeats = joined(side.repeats for side in sides)
     usual = usual_scatter(PRIOR_ALONG, _CHOSEN.prior_across)
@@ -543,7 +558,7 @@ def _fit_scatters(sides: tuple[_Means, _Means]) -> tuple[RunScatter, tuple[RunSc
 
 @dataclass(frozen=True)
 class _SizeTest:
-    """Standard error of the logarithm of the ratio, and its degrees of freedom."""
+    """Standard error of the logarithm of the ratio of sizes, and its degrees of freedom."""
 
     se: float
     dof: float
@@ -551,11 +566,12 @@ class _SizeTest:
 
 @dataclass(frozen=True)
 class _ShapeTest:
-    """Weighted squares of the contrast and their number `k`; degrees of freedom of the scatter.
+    """Squares of the contrast: weighted to test whether the shapes differ, plain to state by how much.
 
-    The weights tell best whether the shapes differ. By how much is a plain mean square, relative to that of alpha: `plain`;
-    by chance it is `unit` times chi squared with `plain_k` degrees of freedom, about. `least_unit`: the least mean square for
-    a unit of weighted squares.
+    `squares`: weighted squares, which show best whether the shapes differ. `k`: their number. `dof`: degrees of freedom
+    of the scatter. `plain`: mean square without weights, relative to that of alpha, which states by how much the shapes
+    differ; by chance alone it is about `unit` times chi squared with `plain_k` degrees of freedom. `least_unit`: least
+    plain mean square that makes the weighted squares 1.
     """
 
     squares: float
@@ -567,10 +583,10 @@ class _ShapeTest:
     least_unit: float
 
     def interval(self, confidence: float) -> tuple[float, float]:
-        """Interval of the root mean square difference; above 0 just where the weighted squares show a difference."""
+        """Return the interval of the rms difference; it lies above 0 where the weighted squares show a difference."""
         outside = (1 - confidence) / 2
         low, high = self.rms(1 - outside), self.rms(outside)
-        shown = _invert(
+        shown = _find_argument(
             lambda size: _noncentral_f(self.squares, self.k, self.dof, size),
             confidence,
             self.squares,
@@ -578,38 +594,41 @@ class _ShapeTest:
         return max(low, math.sqrt(shown * self.least_unit)) if shown else 0.0, high
 
     def rms(self, chance: float) -> float:
-        """Root mean square difference at which so large a mean square, or a smaller one, has this chance."""
+        """Return the rms difference with which a mean square of at most `plain` has a probability of `chance`."""
         from scipy.special import fdtri
 
         squares = self.plain / self.unit
         if chance < 0.5:
-            # contrasts that are small by luck do not bound the difference better than usual ones
+            # contrasts that are small by chance do not bound the difference better than usual ones
             squares = max(squares, self.plain_k * float(fdtri(self.plain_k, self.dof, 0.5)))
-        size = _invert(
+        size = _find_argument(
             lambda size: _noncentral_f(squares, self.plain_k, self.dof, size), chance, squares
         )
         return math.sqrt(size * self.unit)
 
     def least_rms(self) -> float:
-        """Least difference that is detected with the chosen probability."""
+        """Return the least root mean square difference that is detected with the chosen probability."""
         from scipy.special import fdtri
 
         limit = float(fdtri(self.k, self.dof, 1 - _CHOSEN.level)) * self.k
-        least = _invert(
+        least = _find_argument(
             lambda size: _noncentral_f(limit, self.k, self.dof, size), 1 - _CHOSEN.power
         )
         return math.sqrt(least * self.unit * self.plain_k / self.k)
 
 
-def _block(side: _Means, scatter: RunScatter) -> FloatArray:
-    """Covariance of the means of one medium by what their runs do not share, shape (n, 2, 2)."""
+def _covariance_of_means(side: _Means, scatter: RunScatter) -> FloatArray:
+    """Return the covariance of the means of one medium by errors that runs do not share, shape (n, 2, 2)."""
     size = side.repeats.size
     spread = scatter.covariance(side.mean.T, size, size.max()) / side.n[:, None, None]
     return spread + side.noise_variance[:, :, None] * np.eye(2)
 
 
 class _Contrast:
-    """Alpha of B over the ratio of sizes minus alpha of A, with its covariance."""
+    """Contrast of two media with its covariance; `ratio`: size of B over size of A.
+
+    Its k + 1 components are those of z in all directions, then those of x where both media have it.
+    """
 
     def __init__(
         self, means: tuple[_Means, _Means], scatters: tuple[RunScatter, RunScatter]
@@ -618,19 +637,19 @@ class _Contrast:
         self.is_known = np.concatenate(
             [np.ones(self.a.n.size, dtype=bool), self.a.repeats.across_known]
         )
-        self._blocks = [_block(*pair) for pair in zip(means, scatters, strict=True)]
+        self._blocks = [_covariance_of_means(*pair) for pair in zip(means, scatters, strict=True)]
         self._dof = [scatter.dof for scatter in scatters]
 
-    def _flat(self, values: FloatArray) -> FloatArray:
-        """Components that both media have: those of z, then those of x; from shape (n, 2)."""
+    def _stack_known(self, values: FloatArray) -> FloatArray:
+        """Arrange numbers of shape (n, 2) as the components that both media have, shape (k + 1,)."""
         return np.asarray(values.T.ravel()[self.is_known])
 
     def difference(self, ratio: float) -> FloatArray:
-        """Contrast, shape (k + 1,)."""
-        return self._flat(self.b.mean / ratio - self.a.mean)
+        """Return alpha of B over the ratio minus alpha of A, shape (k + 1,)."""
+        return self._stack_known(self.b.mean / ratio - self.a.mean)
 
-    def _of_runs(self, ratio: float) -> FloatArray:
-        """Covariance of the contrast by what runs do not share."""
+    def _covariance_of_runs(self, ratio: float) -> FloatArray:
+        """Return the covariance of the contrast by errors that runs do not share."""
         blocks = self._blocks[0] + self._blocks[1] / ratio**2
         n = len(blocks)
         whole = np.zeros((2, n, 2, n))
@@ -638,39 +657,41 @@ class _Contrast:
         whole[:, diagonal, :, diagonal] = blocks
         return np.asarray(whole.reshape(2 * n, 2 * n)[np.ix_(self.is_known, self.is_known)])
 
-    def _common(self, ratio: float) -> FloatArray:
-        """Changes of the contrast by shared errors, shape (k + 1, errors)."""
+    def _shared_changes(self, ratio: float) -> FloatArray:
+        """Return the change of the contrast by one standard deviation of each shared error, shape (k + 1, errors)."""
         nothing = np.zeros_like(self.a.mean)
         names = dict.fromkeys([*self.a.common, *self.b.common])
         moved = [
-            self._flat(self.b.common.get(name, nothing) / ratio - self.a.common.get(name, nothing))
+            self._stack_known(
+                self.b.common.get(name, nothing) / ratio - self.a.common.get(name, nothing)
+            )
             for name in names
         ]
         return np.stack(moved, axis=1) if moved else np.zeros((int(self.is_known.sum()), 0))
 
     def covariance(self, ratio: float) -> FloatArray:
-        """Covariance of the contrast by all errors."""
-        common = self._common(ratio)
-        return self._of_runs(ratio) + common @ common.T
+        """Return the covariance of the contrast by all errors."""
+        common = self._shared_changes(ratio)
+        return self._covariance_of_runs(ratio) + common @ common.T
 
     def squares(self, ratio: float) -> float:
-        """Weighted squares of the contrast: chi squared where the shapes are the same."""
+        """Return the weighted squares of the contrast: chi squared where the shapes are the same."""
         off = self.difference(ratio)
         return float(off @ np.linalg.solve(self.covariance(ratio), off))
 
     def degrees_of_freedom(self, ratio: float) -> float:
-        """Degrees of freedom of the scatter (Welch): few where most of the scatter is that of the medium with few repeats.
+        """Return the degrees of freedom of the scatter (Welch): few where most of it is of a medium with few repeats.
 
-        Media of two laboratories may scatter differently, so repeats of one tell little of the other.
+        Media of two laboratories may scatter differently, so repeats of one say little about the other.
         """
         of_a, of_b = (np.trace(block, axis1=1, axis2=2) for block in self._blocks)
         share = float((of_b / (ratio**2 * of_a + of_b)).mean())
         welch = 1 / ((1 - share) ** 2 / self._dof[0] + share**2 / self._dof[1])
-        # both have the same prior, which counts once
+        # both media have the same prior, which counts once
         return float(min(welch, sum(self._dof) - _CHOSEN.prior_dof))
 
     def find_ratio(self) -> float:
-        """Ratio of sizes with the least weighted squares; A against B gives its inverse."""
+        """Find the ratio of sizes with the least weighted squares; exchanging A and B inverts it."""
         from scipy.optimize import minimize_scalar
 
         product = float((self.a.mean * self.b.mean).sum())
@@ -691,18 +712,19 @@ class _Contrast:
         return math.exp(float(optimum.x))
 
     def mean(self, ratio: float) -> FloatArray:
-        """Alpha that both have, in the size of A, shape (n, 2)."""
+        """Return the mean alpha of both media, in the size of A, shape (n, 2)."""
         weight = (self.a.n / (self.a.n + self.b.n))[:, None]
         return weight * self.a.mean + (1 - weight) * self.b.mean / ratio
 
     def test_size(self, ratio: float) -> _SizeTest:
-        """Error of the ratio: runs by their repeats and by the contrast itself, and the shared errors."""
-        towards = self._flat(self.mean(ratio))
-        weight = np.linalg.solve(self.covariance(ratio), towards)
-        weight /= weight @ towards
-        of_runs = float(weight @ self._of_runs(ratio) @ weight)
-        shared = float(((weight @ self._common(ratio)) ** 2).sum())
-        # what is left along the force shows the scatter as well, and a difference of shape widens the interval
+        """Find the error of the ratio: by the scatter of runs, which repeats and contrast show, and shared errors."""
+        alpha = self._stack_known(self.mean(ratio))
+        weight = np.linalg.solve(self.covariance(ratio), alpha)
+        weight /= weight @ alpha
+        of_runs = float(weight @ self._covariance_of_runs(ratio) @ weight)
+        shared = float(((weight @ self._shared_changes(ratio)) ** 2).sum())
+        # the contrast along the force shows the scatter as well, so that a difference of shape
+        # widens the interval
         unit = self.mean(ratio)
         unit = unit / np.maximum(np.hypot(*unit.T), 1e-30)[:, None]
         blocks = self._blocks[0] + self._blocks[1] / ratio**2
@@ -714,9 +736,9 @@ class _Contrast:
         return _SizeTest(math.sqrt(variance), dof * (variance / of_runs) ** 2)
 
     def test_shape(self, ratio: float) -> _ShapeTest:
-        """Squares of the contrast, which are larger than by chance where the shapes differ."""
+        """Find the squares of the contrast, which are larger than by chance where the shapes differ."""
         k = max(float(self.is_known.sum()) - 1, 1.0)
-        mean = self._flat(self.mean(ratio))
+        mean = self._stack_known(self.mean(ratio))
         alpha = float(mean @ mean)
         without_size = np.eye(mean.size) - np.outer(mean, mean) / alpha
         off = without_size @ self.difference(ratio)
@@ -733,14 +755,14 @@ class _Contrast:
         )
 
     def table(self, ratio: float, angles: FloatArray, confidence: float) -> pd.DataFrame:
-        """Each direction with both alphas, the difference, and the ratio of B to A along the force.
+        """Make a row for each direction: alpha of both media, the difference, and the ratio of B to A along the force.
 
-        Intervals of alpha and of the ratio are of one direction; those of the differences hold all together. `p`: of no
-        difference in this direction, times the number of directions.
+        Intervals of alpha and of the ratio hold for one direction; those of the differences hold for all together. `p`:
+        p value of "no difference in this direction", times the number of directions.
         """
         dof, n = self.degrees_of_freedom(ratio), self.a.n.size
-        alone = _student(1 - (1 - confidence) / 2, dof)
-        together = _student(1 - (1 - confidence) / 2 / self.is_known.sum(), dof)
+        for_one = _student(1 - (1 - confidence) / 2, dof)
+        for_all = _student(1 - (1 - confidence) / 2 / self.is_known.sum(), dof)
         covariance = np.zeros((2 * n, 2 * n))
         covariance[np.ix_(self.is_known, self.is_known)] = self.covariance(ratio)
         covariance = covariance.reshape(2, n, 2, n)[:, np.arange(n), :, np.arange(n)]
@@ -757,7 +779,7 @@ class _Contrast:
         for name, side, block in sides:
             for place, c in enumerate("zx"):
                 value = side.mean[:, place] + place * x_missing
-                half = alone * np.sqrt(block[:, place, place])
+                half = for_one * np.sqrt(block[:, place, place])
                 columns |= {
                     f"alpha_{c}_{name}_N_per_cm3": value,
                     f"alpha_{c}_{name}_lo_N_per_cm3": value - half,
@@ -765,7 +787,7 @@ class _Contrast:
                 }
         for place, c in enumerate("zx"):
             value = off[:, place] + place * x_missing
-            half = together * np.sqrt(covariance[:, place, place])
+            half = for_all * np.sqrt(covariance[:, place, place])
             columns |= {
                 f"difference_{c}_N_per_cm3": value,
                 f"difference_{c}_lo_N_per_cm3": value - half,
@@ -775,14 +797,14 @@ class _Contrast:
         length = np.maximum(np.hypot(*mean.T), 1e-30)
         unit = mean / length[:, None]
         by_direction = ratio * (1 + (off * unit).sum(axis=1) / length)
-        half = alone * ratio * np.sqrt(np.einsum("ci,cij,cj->c", unit, covariance, unit)) / length
-        clear = half < ratio
+        half = for_one * ratio * np.sqrt(np.einsum("ci,cij,cj->c", unit, covariance, unit)) / length
+        is_known = half < ratio
         for end, value in (("", by_direction), ("_lo", by_direction - half)):
-            columns[f"ratio{end}"] = np.where(clear, value, math.nan)
-        columns["ratio_hi"] = np.where(clear, by_direction + half, math.nan)
+            columns[f"ratio{end}"] = np.where(is_known, value, math.nan)
+        columns["ratio_hi"] = np.where(is_known, by_direction + half, math.nan)
         squares = np.einsum("ci,cij,cj->c", off, np.linalg.pinv(covariance), off)
         count = 1.0 + self.a.repeats.across_known
-        chances = [_f_p(s / k, k, dof) for s, k in zip(squares, count, strict=True)]
+        chances = [_f_test_p(s / k, k, dof) for s, k in zip(squares, count, strict=True)]
         columns["p"] = np.minimum(np.array(chances) * n, 1.0)
         order = np.argsort(-squares / count, kind="stable")
         return pd.DataFrame(columns).iloc[order].reset_index(drop=True)
@@ -792,32 +814,35 @@ class _Contrast:
 
 
 def _student(chance: float, dof: float) -> float:
+    """Quantile of Student's t."""
     from scipy.special import stdtrit
 
     return float(stdtrit(dof, chance))
 
 
 def _student_p(times: float, dof: float) -> float:
+    """Two-sided p value of a number of `times` its standard error."""
     from scipy.special import stdtr
 
     return float(2 * stdtr(dof, -abs(times)))
 
 
-def _f_p(ratio: float, k: float, dof: float) -> float:
+def _f_test_p(ratio: float, k: float, dof: float) -> float:
+    """Return the p value of a ratio of mean squares with `k` and `dof` degrees of freedom."""
     from scipy.special import fdtrc
 
     return float(fdtrc(k, dof, ratio))
 
 
 def _noncentral_f(squares: float, k: float, dof: float, noncentrality: float) -> float:
-    """Probability of weighted squares up to this."""
+    """Probability that k weighted squares add up to at most `squares` where they have this noncentrality."""
     from scipy.special import ncfdtr
 
     return float(ncfdtr(k, dof, noncentrality, squares / k))
 
 
-def _invert(falling: Callable[[float], float], chance: float, first: float = 1.0) -> float:
-    """Where a falling function of a number that is not below 0 has a value; 0 where it is below it already."""
+def _find_argument(falling: Callable[[float], float], chance: float, first: float = 1.0) -> float:
+    """Find the number at which a falling function is `chance`; 0 where the function is below it at 0 already."""
     from scipy.optimize import brentq
 
     if falling(0.0) <= chance:

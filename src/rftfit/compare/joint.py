@@ -1,16 +1,16 @@
-"""One joint model of all plate runs of a medium: what several runs share and should not.
+"""One joint model of all plate runs of a medium: finds errors that several runs share.
 
-The alpha of a run is that of its direction, times what its bed does, plus a rest:
+The alpha of a run is that of its direction, plus a part in proportion to it by its bed, plus a rest:
 
     y_i = T_c(E(beta_i, gamma_i)) + bed_i E_i + rest_i,    E = s (m + d)
 
-E has the prior of the map (`rftfit.model.shapes`), with freedom for what media differ in: x beside z, pulls and level
-runs beside pushes. T_c is what a cause does to the runs that share it: another gain from one run on, a mount that
-turned, plates that are not at their stated angle. Candidates are ranked by their scores, and the best few are decided
-by the likelihood of the exact transformation beside one of a size that is tolerated. The limit is the quantile of the
-largest of all scores, so one rate of false alarms holds for all causes together.
+E has the prior of the map (`rftfit.model.shapes`), with more freedom where media differ: x beside z, pulls and level
+runs beside pushes. T_c is the change that a cause makes in the runs that share it: another gain from one run on, a
+mount that turned, plates that are not at their stated angle. Candidates are ranked by their scores. The best few are
+decided by the likelihood of the exact transformation against that of a size that is tolerated. The limit is the
+quantile of the largest of all scores, so one rate of false alarms holds for all causes together.
 
-`docs/theory/checks.md` has the numbers: false alarms, power, and what no data can tell.
+`docs/theory/checks.md` has the numbers: false alarms, power, and the errors that no data can show.
 """
 
 from __future__ import annotations
@@ -35,14 +35,18 @@ from rftfit.model.run_model import Freedom, RunGaussian, Scatter, outer, prior_a
 from rftfit.store.chosen import chosen
 
 FALSE_ALARMS = 0.01
-"""Rate at which a sound campaign is said to have some shared cause."""
+"""Share of sound campaigns in which some shared cause is told."""
 
 ALL, HOLDER, FROM_RUN, WINDOW, TREND = "all", "holder", "from-run", "window", "trend"
 """Groups of runs that may share a cause, besides the labels of the run sheet."""
 
 
 class Kind(NamedTuple):
-    """A kind of cause: sizes that are tolerated, and the largest least size with which it counts as checked."""
+    """A kind of cause.
+
+    `tolerated`: size up to which it is no fault. `most`: a cause counts as checked where its least size that is seen is
+    below this.
+    """
 
     tolerated: float
     most: float
@@ -57,21 +61,21 @@ _POWER = 0.84
 """Standard normal quantile of 80 %."""
 
 _FAMILY = {ALL: ALL, HOLDER: "order", FROM_RUN: "order", WINDOW: "order", TREND: "order"}
-"""Causes that share a limit; all others are labels of the run sheet."""
+"""Family of a group of runs: the causes of a family share a limit. All other groups are labels of the run sheet."""
 
 _FREEDOM = Freedom(*_RUNS.freedom)
 
 _ANGLE_DIGITS = 6
-"""Decimals of an angle, deg, in which runs of one direction agree after they were moved together."""
+"""Decimals of an angle, deg, to which runs of one direction agree after all were moved by the same angle."""
 
 
 @dataclass(frozen=True, eq=False)
 class RunSlopes:
     """Slopes of n runs.
 
-    `beta_deg`, `gamma_deg`: shape (n,). `alpha`, `se`: shape (2, n), z and x, N/cm^3. `mirrored`: whether alpha_x of a
-    run was turned, as that of an extraction. `order`: place of each run in the campaign. `labels`: by the name of a
-    column of the run sheet what it says of each run; empty: nothing. `tolerance_deg`: difference of each angle up to which
+    `beta_deg`, `gamma_deg`: shape (n,). `alpha`, `se`: shape (2, n), z and x, N/cm^3. `mirrored`: whether the sign of
+    alpha_x was turned, as for an extraction. `order`: place of each run in the campaign. `labels`: the label of each
+    run, or an empty one, by name of the column of the run sheet. `tolerance_deg`: difference of each angle up to which
     runs are of one direction.
     """
 
@@ -91,16 +95,16 @@ class RunSlopes:
 
     @property
     def side(self) -> FloatArray:
-        """-1 where alpha_x was turned."""
+        """-1 where the sign of alpha_x was turned, else 1."""
         return np.where(self.mirrored, -1.0, 1.0)
 
 
 class Cause(NamedTuple):
-    """What runs may share.
+    """An error that some runs may share.
 
-    `group`: Name of the column of the sheet or one of `ALL`, `HOLDER`, `FROM_RUN`, `WINDOW`, `TREND`; `place`: its
-    label, angle or runs. `kind`: One of `KINDS`. `share`: Shape (n,), how much of the cause each run has. `effect`: Shape (2 n,),
-    change of alpha by a cause of size 1.
+    `group`: name of a column of the run sheet, or one of `ALL`, `HOLDER`, `FROM_RUN`, `WINDOW`, `TREND`. `place`: which
+    runs of the group, by label, angle or numbers. `kind`: one of `KINDS`. `share`: part of the cause that each run has,
+    shape (n,). `effect`: change of alpha by a cause of size 1, shape (2 n,).
     """
 
     group: str
@@ -111,19 +115,19 @@ class Cause(NamedTuple):
 
     @property
     def of_media(self) -> float:
-        """Standard deviation that sound media and ordinary mounts have of themselves, alike in all runs."""
+        """Standard deviation of a cause of all runs over sound media and ordinary mounts; 0 if it has none."""
         return float(_CHOSEN.of_media.get(self.kind, 0.0)) if self.group == ALL else 0.0
 
     @property
     def tolerated(self) -> float:
-        """Size that is no fault; 0 where what media have of themselves belongs to the error."""
+        """Size that is no fault; 0 where `of_media` is a part of the error instead."""
         return 0.0 if self.of_media else KINDS[self.kind].tolerated
 
 
 class Found(NamedTuple):
-    """A cause with its size, the standard error of that, and how many errors it is beyond what is tolerated.
+    """A cause that was found, with its size, the error of the size, and the errors beyond the tolerated size.
 
-    `inseparable`: Other causes that explain the runs about as well.
+    `inseparable`: other causes that explain the runs about as well.
     """
 
     cause: Cause
@@ -134,9 +138,11 @@ class Found(NamedTuple):
 
 
 class Scan(NamedTuple):
-    """Scores of all candidates, shape (k,): size, its standard error, whether checked, why not, and limit in errors.
+    """Scores of all k candidates.
 
-    Causes by order and label have one limit; causes of all runs, which are few, have their own.
+    `size`, `se`: size and its standard error. `checked`: whether the runs can show the cause. `mixed_up`: whether they
+    cannot because its runs have other directions than the rest. `limit`: errors from which the cause is told; causes by
+    order share one, causes by label another, and each cause of all runs has its own.
     """
 
     causes: list[Cause]
@@ -153,23 +159,23 @@ class Scan(NamedTuple):
 
     @property
     def error(self) -> FloatArray:
-        """Standard error of each size as one of a fault: with what sound media have of themselves."""
+        """Standard error of the size of each fault, which includes the spread over sound media (`Cause.of_media`)."""
         return np.hypot(self.se, [cause.of_media for cause in self.causes])
 
     @property
     def beyond(self) -> FloatArray:
-        """How many errors each size is beyond what is tolerated."""
+        """Number of errors by which each size exceeds the tolerated one."""
         return np.maximum(np.abs(self.size) - self.tolerated, 0) / self.error
 
     @property
     def least_seen(self) -> FloatArray:
-        """Least size that is told with a probability of 80 %."""
+        """Least size of each candidate that is told with a probability of 80 %."""
         return self.tolerated + (self.limit + _POWER) * self.error
 
 
 @dataclass(eq=False)
 class JointModel:
-    """Joint model of all runs, with the causes that were put right so far.
+    """Joint model of all runs, in which the causes told so far are put right.
 
     Attributes
     ----------
@@ -189,12 +195,13 @@ class JointModel:
         self.jacobian = 0.0
         self.transform: FloatArray | None = None
         angles_deg = self.runs.beta_deg, self.runs.gamma_deg
-        # numbered once: a cause that is put right moves directions and joins none
+        # numbered only here: putting a cause right moves directions, but runs of two directions
+        # stay apart
         self.number = number_directions(*angles_deg, tolerance_deg=self.runs.tolerance_deg)
         beta_deg, gamma_deg = angles_of_directions(self.number, *angles_deg)
         off_deg = angles_deg[0] - beta_deg, angles_deg[1] - gamma_deg
         self.runs = replace(self.runs, beta_deg=beta_deg, gamma_deg=gamma_deg)
-        self._place(self.runs)
+        self._locate_runs(self.runs)
         count = self.directions.shape[1]
         mean = self.mean.reshape(2, count)[:, self.cell]
         size = float((mean * self.runs.alpha).sum() / (mean**2).sum())
@@ -214,42 +221,48 @@ class JointModel:
             2, count
         )
         self._set_expected(math.exp(self.theta[0]) * self.prior_mean, start)
-        # alpha as it would be at the angles of the direction
+        # alpha of each run is moved from its own angles to those of its direction
         moved = self.by_beta * off_deg[0] + self.by_gamma * off_deg[1]
         self.runs = replace(self.runs, alpha=self.runs.alpha - moved)
 
     # --- the prior
 
-    def _place(self, runs: RunSlopes) -> None:
-        """Sort runs into directions, and take the prior there and, for slopes over the angles, a few degrees beside."""
+    def _locate_runs(self, runs: RunSlopes) -> None:
+        """Sort runs into directions, and set the prior there and, for slopes over the angles, a few degrees beside."""
         self._sort_into_directions(runs)
         count = self.directions.shape[1]
         self.prior_mean, self.prior_rows = _prior_beside(
             self.without, self.directions.tobytes(), count
         )
         places = _places_of_directions(count)
-        self._take_prior(self.prior_mean[places], self.prior_rows[places])
+        self._set_prior(self.prior_mean[places], self.prior_rows[places])
 
-    def _place_moved(self, runs: RunSlopes) -> None:
-        """Sort runs whose angles were put right into directions, and take the prior there; slopes stay as they are."""
+    def _locate_moved_runs(self, runs: RunSlopes) -> None:
+        """Sort runs whose angles were put right into directions, and set the prior there; slopes stay as they are."""
         self._sort_into_directions(runs)
         beta_deg, gamma_deg = self.directions
-        self._take_prior(*prior_of_media(beta_deg, gamma_deg, _RUNS.rough_share, self.without))
+        self._set_prior(*prior_of_media(beta_deg, gamma_deg, _RUNS.rough_share, self.without))
 
     def _sort_into_directions(self, runs: RunSlopes) -> None:
+        """Set `directions`, angles in degrees (2, m), and `cell`, the direction of each run."""
         angles_deg = np.round([beta_apart(runs.beta_deg, 0.0), runs.gamma_deg], _ANGLE_DIGITS)
         directions, cell = np.unique(
             np.stack([*angles_deg, self.number]), axis=1, return_inverse=True
         )
         self.directions, self.cell = np.ascontiguousarray(directions[:2]), cell.ravel()
 
-    def _take_prior(self, mean: FloatArray, covariance: FloatArray) -> None:
+    def _set_prior(self, mean: FloatArray, covariance: FloatArray) -> None:
+        """Set the prior of alpha in the directions, for a medium of size 1."""
         self.mean = mean
         self.prior = covariance + 1e-8 * np.eye(mean.size)
         self.local = _local_variance(self.mean, np.bincount(self.cell))
 
     def _set_expected(self, full: FloatArray, cells: FloatArray | None = None) -> None:
-        """Take alpha of the directions and its slopes over the angles, per degree."""
+        """Set alpha of the directions and its slopes over the angles, per degree, for each run.
+
+        `full`: alpha at directions and beside, as `_prior_beside`. `cells`: alpha of the directions, in place of that
+        in `full`.
+        """
         blocks = full.reshape(2, 5, -1)
         self.expected = (blocks[:, 0] if cells is None else cells)[:, self.cell]
         self.by_beta = ((blocks[:, 1] - blocks[:, 2]) / (2 * _RUNS.difference_deg))[:, self.cell]
@@ -258,7 +271,11 @@ class JointModel:
     # --- the likelihood
 
     def _scatter(self, theta: FloatArray, weight: FloatArray | None = None) -> FloatArray:
-        """Covariance of the two slopes of each run around alpha of its direction, shape (n, 2, 2)."""
+        """Return the covariance of alpha of each run about that of its direction, shape (n, 2, 2).
+
+        `theta`: logarithms of the size, of the factor on the variance of the departure, of the spread of beds and of
+        the rest.
+        """
         scatter_of_runs = Scatter(math.exp(theta[2]), math.exp(theta[3]), _RUNS.weak, _RUNS.floor)
         scatter = scatter_of_runs.covariance(self.expected, self.runs.se)
         for error_deg, slopes in zip(self.angles_deg, (self.by_beta, self.by_gamma), strict=True):
@@ -269,34 +286,34 @@ class JointModel:
         return scatter
 
     def _gaussian(self, theta: FloatArray) -> RunGaussian:
-        """Runs about the prior mean."""
+        """Return the distribution of the runs about the prior mean."""
         relative = math.exp(theta[1]) * self.prior + np.diag(self.local)
         return RunGaussian(self._scatter(theta), self.cell, math.exp(2 * theta[0]) * relative)
 
     def _mean(self, theta: FloatArray) -> FloatArray:
-        """Prior mean of the runs, shape (2 n,)."""
+        """Return the prior mean of the runs, shape (2 n,)."""
         of_runs = self.mean.reshape(2, -1)[:, self.cell]
         return math.exp(theta[0]) * of_runs.ravel()
 
     def cost(self, theta: FloatArray) -> float:
-        """Negative log likelihood with what is known of lambda and of the scatter beforehand; infinite far off all sense."""
+        """Return the negative logarithm of likelihood times prior of `theta`; infinite without a covariance."""
         residual = self.runs.alpha.ravel() - self._mean(theta)
         try:
             gaussian = self._gaussian(theta)
             quadratic, log_det = residual @ gaussian.solve(residual), gaussian.log_det
         except np.linalg.LinAlgError:
-            # runs that fit no shape at all, as by angles in rad, let the search stray
+            # where runs fit no shape at all, as with angles in rad, the search may stray so far
             return math.inf
         half = _RUNS.departure_dof / 2
-        beforehand = half * theta[1] + (half + 1) * math.exp(-theta[1])
+        of_prior = half * theta[1] + (half + 1) * math.exp(-theta[1])
         for value, middle in ((theta[2], USUAL_BED_SPREAD), (theta[3], _RUNS.rest)):
-            beforehand += 0.5 * ((value - math.log(middle)) / _RUNS.log_sd) ** 2
-        return float(0.5 * (quadratic + log_det) + beforehand + self.jacobian)
+            of_prior += 0.5 * ((value - math.log(middle)) / _RUNS.log_sd) ** 2
+        return float(0.5 * (quadratic + log_det) + of_prior + self.jacobian)
 
     # --- the fit
 
     def fit(self, rounds: int = 3, evaluations: int = 90, step: float = 1.0) -> JointModel:
-        """Find size, departure and scatter; weights of runs and alpha of the directions follow."""
+        """Find size, departure and scatter, in `theta`, and from them weights of runs and alpha of the directions."""
         first = step * np.array([0.1, 0.5, 0.3, 0.3])
         for turn in range(rounds):
             if turn:
@@ -307,7 +324,7 @@ class JointModel:
         return self
 
     def update(self) -> None:
-        """Take alpha of the directions by the data, and weights by how far each run is from all others."""
+        """Set alpha of the directions by the data, and weights by the distance of each run from all others."""
         gaussian = self._gaussian(self.theta)
         residual = self.runs.alpha.ravel() - self._mean(self.theta)
         sums = gaussian.sum_by_direction(gaussian.solve(residual))[:, 0]
@@ -319,7 +336,7 @@ class JointModel:
         self.update_weights()
 
     def update_weights(self) -> None:
-        """Take weights by how far each run is from all others."""
+        """Set the weight of each run by its distance from alpha by all others (Student's t): far runs count little."""
         gaussian = self._gaussian(self.theta)
         residual = self.runs.alpha.ravel() - self._mean(self.theta)
         predicted, covariance = gaussian.leave_out(residual.reshape(2, -1))
@@ -331,7 +348,7 @@ class JointModel:
     # --- causes
 
     def _shares(self) -> Iterator[tuple[str, str, FloatArray]]:
-        """Groups of runs by the order and by the labels of the sheet: group, place, and share of each run."""
+        """Yield groups of runs by the order and by the labels of the sheet: group, place, and share of each run."""
         size = self.runs.size
         rank = np.argsort(np.argsort(self.runs.order, kind="stable"), kind="stable")
         yield TREND, "", rank / (size - 1) - 0.5
@@ -340,7 +357,7 @@ class JointModel:
             steps = np.linspace(edge, size - edge, min(_CHOSEN.most_steps, size - 2 * edge + 1))
             for step in np.unique(steps.astype(int)):
                 yield FROM_RUN, str(step + 1), (rank >= step) - 0.5
-            # windows that begin or end with the campaign are steps
+            # windows that begin or end with the campaign are steps: they are left out
             ends = np.unique(np.linspace(0, size, _CHOSEN.window_parts + 1)[1:-1].astype(int))
             for first, end in combinations(ends, 2):
                 if end - first >= edge:
@@ -348,14 +365,14 @@ class JointModel:
                     yield WINDOW, f"{first + 1}-{end}", is_inside - 0.5
         for column, labels in self.runs.labels.items():
             names, counts = np.unique(labels, return_counts=True)
-            # of two labels the second says what the first does
+            # two labels divide the runs in one way: one of them is enough
             first = 1 if names.size == 2 else 0
             for label, count in zip(names[first:], counts[first:], strict=True):
                 if label and _CHOSEN.fewest_of_label <= count <= size - _CHOSEN.fewest_of_label:
                     yield column, str(label), (labels == label) - 0.5
 
     def causes(self) -> list[Cause]:
-        """All candidates."""
+        """List all candidates."""
         alpha, side, runs = self.expected, self.runs.side, self.runs
         turned = math.radians(1) * side * np.stack([alpha[1], -alpha[0]])
         along_x = np.array([[0.0], [1.0]])
@@ -373,6 +390,7 @@ class JointModel:
             add(group, place, "gain-x", share, share * alpha * along_x)
             if group != TREND:
                 add(group, place, "beta-offset", share, share * side * self.by_beta)
+        # paths that are neither level nor vertical, and plates that are not upright
         slanted = (np.abs(runs.gamma_deg) > 1) & (np.abs(np.abs(runs.gamma_deg) - 90) > 1)
         tilted = np.where(np.abs(runs.beta_deg) < 89, 1.0, 0.0)
         add(ALL, "", "turn", every, turned)
@@ -380,6 +398,7 @@ class JointModel:
         add(ALL, "", "beta-scale", tilted, runs.beta_deg * tilted * self.by_beta)
         add(ALL, "", "beta-offset", every, side * self.by_beta)
         add(ALL, "", "gamma-offset", np.where(slanted, 1.0, 0.0), slanted * side * self.by_gamma)
+        # a holder of one angle holds plates at plus and at minus this angle
         sizes = np.abs(runs.beta_deg)
         for angle in np.unique(np.round(np.abs(self.directions[0]))):
             share = np.where(np.abs(sizes - angle) < 0.6, np.sign(runs.beta_deg), 0.0)
@@ -388,7 +407,7 @@ class JointModel:
         return candidates
 
     def put_right(self, cause: Cause, size: float) -> JointModel:
-        """Model of the runs as they would be without a cause."""
+        """Return the model of the runs as they would be without a cause of this size."""
         runs, share, side = self.runs, cause.share, self.runs.side
         beta, gamma, alpha = runs.beta_deg, runs.gamma_deg, runs.alpha
         transform = np.tile(np.eye(2), (runs.size, 1, 1))
@@ -419,11 +438,11 @@ class JointModel:
         model.jacobian = self.jacobian + log_jacobian
         model.transform = transform if self.transform is None else transform @ self.transform
         if beta is not runs.beta_deg or gamma is not runs.gamma_deg:
-            model._place_moved(model.runs)
+            model._locate_moved_runs(model.runs)
         return model
 
     def scan(self) -> Scan:
-        """Score all candidates, and find the limit that the largest of sound scores hardly exceeds."""
+        """Score all candidates, and find the limit that the largest score of sound runs hardly exceeds."""
         causes = self.causes()
         from scipy.special import ndtri
 
@@ -435,69 +454,72 @@ class JointModel:
         size = scores / precision
         wider = np.array([_CHOSEN.wider.get(cause.kind, 1.0) for cause in causes])
         se = wider / np.sqrt(precision)
-        usual = np.array([KINDS[cause.kind].tolerated for cause in causes])
+        tolerated = np.array([KINDS[cause.kind].tolerated for cause in causes])
         most = np.array([KINDS[cause.kind].most for cause in causes])
         families = np.array([_FAMILY.get(cause.group, "labels") for cause in causes])
-        sensible = se < 50 * usual
+        is_seen = se < 50 * tolerated
         limit_of_one = -float(ndtri(_CHOSEN.nominal_rate / 2))
         limit = np.array(
             [limit_of_one if cause.of_media else _CHOSEN.limit_of_all for cause in causes]
         )
         dof = max(self.runs.size - self.directions.shape[1], self.runs.size / 2, 8.0)
         for family in ("order", "labels"):
-            members = sensible & (families == family)
+            members = is_seen & (families == family)
             if members.any():
                 root = np.sqrt(precision[members])
                 correlation = information[np.ix_(members, members)] / np.outer(root, root)
-                normal_limit = _limit(correlation, _CHOSEN.nominal_rate)
+                normal_limit = _limit_of_largest(correlation, _CHOSEN.nominal_rate)
                 limit[families == family] = student_limit(normal_limit, dof)
         grouped = np.array([cause.group not in (ALL, HOLDER) for cause in causes])
         mixed_up = grouped & (se > _CHOSEN.mixed_up * self._error_beside_known_shape(effects))
-        scan = Scan(causes, size, se, sensible & ~mixed_up, mixed_up, limit)
+        scan = Scan(causes, size, se, is_seen & ~mixed_up, mixed_up, limit)
         return scan._replace(checked=scan.checked & (scan.least_seen < most))
 
     def _error_beside_known_shape(self, effects: FloatArray) -> FloatArray:
-        """Standard errors that the causes would have if the shape were known exactly."""
+        """Return the standard errors that the causes would have if the shape were known exactly."""
         theta = self.theta.copy()
         theta[1] = math.log(1e-4)
         mean = self._mean(theta)
         _, information = self._gaussian(theta).score(mean, mean, effects)
         return 1 / np.sqrt(np.maximum(np.diag(information), 1e-12))
 
-    def _profile(self, cause: Cause, size: float, se: float) -> tuple[float, float, JointModel]:
-        """Best size of a cause, how many errors it is beyond what is tolerated, and the model without it.
+    def _fit_cause(self, cause: Cause, size: float, se: float) -> tuple[float, float, JointModel]:
+        """Find the best size of a cause, the errors by which it exceeds the tolerated size, and the model without it.
 
-        Scatter is fitted anew with the cause and with the tolerated size, so a cause cannot win by making errors small.
+        The scatter is fitted both with the best and with the tolerated size, so a cause cannot win by making errors
+        small.
         """
         tolerated = cause.tolerated
         step = np.array([0.1, 0.3, 0.3, 0.3, max(0.5 * abs(size), se)])
 
         def cost(values: FloatArray) -> float:
+            # `model` of the moment: it is replaced below by one with other weights
             return model.put_right(cause, values[4]).cost(values[:4])
 
         model = self
         values = _minimise(cost, np.append(self.theta, size), step, 70, 0.01)
-        right = self.put_right(cause, values[4])
-        right.theta = values[:4]
-        right.update_weights()
-        model = self._weighted(right.weight)
+        without = self.put_right(cause, values[4])
+        without.theta = values[:4]
+        without.update_weights()
+        model = self._with_weight(without.weight)
         values = _minimise(cost, values, 0.4 * step, 70, 0.01)
         best, size = cost(values), float(values[4])
-        edge = math.copysign(min(abs(size), tolerated), size)
-        beside = model.put_right(cause, edge)
-        theta = _minimise(beside.cost, self.theta, step[:4], 70)
-        times = math.sqrt(max(2 * (beside.cost(theta) - best), 0.0))
-        right = model.put_right(cause, size)
-        right.theta = values[:4]
-        return size, times, right
+        tolerated_size = math.copysign(min(abs(size), tolerated), size)
+        tolerated_model = model.put_right(cause, tolerated_size)
+        theta = _minimise(tolerated_model.cost, self.theta, step[:4], 70)
+        times = math.sqrt(max(2 * (tolerated_model.cost(theta) - best), 0.0))
+        without = model.put_right(cause, size)
+        without.theta = values[:4]
+        return size, times, without
 
-    def _weighted(self, weight: FloatArray) -> JointModel:
+    def _with_weight(self, weight: FloatArray) -> JointModel:
+        """Return the model with other weights of the runs."""
         model = copy(self)
         model.weight = weight
         return model
 
     def _error_of(self, cause: Cause) -> float:
-        """Standard error of a cause in a model from which it was removed."""
+        """Return the standard error of a cause in the model from which it was removed; NaN where it is not found."""
         scan = self.scan()
         for candidate, se in zip(scan.causes, scan.se, strict=True):
             if candidate[:3] == cause[:3]:
@@ -506,12 +528,12 @@ class JointModel:
 
 
 def least_step(size: int) -> int:
-    """Fewest runs, of so many, on either side of a step and in a window of the order."""
+    """Return the fewest of `size` runs on either side of a step, and in a window of the order."""
     return max(int(_CHOSEN.step_runs), int(_CHOSEN.step_share * size))
 
 
 def list_untold(runs: int) -> list[str]:
-    """List what no check can tell of a campaign, whatever its data are; `runs`: of the medium with most of them."""
+    """List the errors that no check can show in a campaign, whatever its data are; `runs`: most runs of any medium."""
     return [
         str(remark("untold-label")),
         str(remark("untold-holder")),
@@ -521,7 +543,7 @@ def list_untold(runs: int) -> list[str]:
 
 
 def find_causes(model: JointModel) -> tuple[list[Found], Scan]:
-    """Find what runs share, the clearest first, and the scores of what is left when that is put right."""
+    """Find the causes that runs share, the clearest first, and the scores of all causes after these are put right."""
     model.fit()
     scan = model.scan()
     told: list[Found] = []
@@ -530,13 +552,13 @@ def find_causes(model: JointModel) -> tuple[list[Found], Scan]:
         clear = [trial for trial in tried if trial.times >= trial.limit]
         if not clear:
             break
-        # the runs tell one cause from another, not what media have of themselves
+        # which cause it is depends on the runs alone, not on the spread over sound media
         trial = max(clear, key=lambda trial: trial.by_runs - trial.limit)
-        right = trial.model
-        right._place(right.runs)
-        right.update()
-        right.fit(2, 50, 0.4)
-        se = right._error_of(trial.cause)
+        without = trial.model
+        without._locate_runs(without.runs)
+        without.update()
+        without.fit(2, 50, 0.4)
+        se = without._error_of(trial.cause)
         error = math.hypot(se, trial.cause.of_media)
         least_seen = trial.cause.tolerated + (trial.limit + _POWER) * error
         if not least_seen < KINDS[trial.cause.kind].most:
@@ -544,15 +566,15 @@ def find_causes(model: JointModel) -> tuple[list[Found], Scan]:
         told.append(
             Found(trial.cause, trial.size, se, trial.times, _inseparable_from(trial, tried, scan))
         )
-        model, scan = right, right.scan()
+        model, scan = without, without.scan()
     return told, scan
 
 
 def _inseparable_from(told: _Trial, tried: list[_Trial], scan: Scan) -> tuple[Cause, ...]:
-    """Other causes that explain the runs about as well as one that is told.
+    """Find the other causes that explain the runs about as well as one that is told.
 
-    Causes of all runs are told by the known shape alone, from which each medium departs in its own way. So
-    of these also the ones with a score near that of the cause count, though a medium might have their size.
+    Causes of all runs are seen by the known shape alone, from which each medium departs in its own way. So
+    for such a cause others with a score near its own count, too, though a sound medium might have their size.
     """
     inseparable = {
         trial.cause[:3]: trial.cause
@@ -574,9 +596,10 @@ def _inseparable_from(told: _Trial, tried: list[_Trial], scan: Scan) -> tuple[Ca
 
 
 class _Trial(NamedTuple):
-    """A candidate decided by the exact transformation: errors beyond what is tolerated, their limit, and the model without it.
+    """A candidate that the exact transformation decides.
 
-    `by_runs`: Errors by the runs alone, without what media have of themselves.
+    `times`: errors beyond the tolerated size, `limit`: their limit. `by_runs`: the same by errors without the spread
+    over sound media. `model`: the model without the cause.
     """
 
     cause: Cause
@@ -588,7 +611,7 @@ class _Trial(NamedTuple):
 
 
 def _try_candidates(model: JointModel, scan: Scan) -> list[_Trial]:
-    """Decide the candidates with the largest scores, one of a kind and group."""
+    """Decide the candidates with the largest scores, one for each kind and group."""
     scores = np.where(scan.checked, np.abs(scan.size) / scan.se, 0.0)
     beyond = scan.beyond
     by_shape = np.array([cause.group == ALL and not cause.of_media for cause in scan.causes])
@@ -600,24 +623,24 @@ def _try_candidates(model: JointModel, scan: Scan) -> list[_Trial]:
     worth &= scan.checked & (beyond > 0)
     worth &= scores > scores.max() - _CHOSEN.far_behind
     tried: dict[tuple[str, str], _Trial] = {}
-    for place in np.argsort(-np.where(worth, scores, 0.0)):
-        cause = scan.causes[place]
-        if not worth[place] or len(tried) >= _CHOSEN.most_tried:
+    for number in np.argsort(-np.where(worth, scores, 0.0)):
+        cause = scan.causes[number]
+        if not worth[number] or len(tried) >= _CHOSEN.most_tried:
             break
         if (cause.kind, cause.group) in tried:
             continue
-        size, times, right = model._profile(cause, scan.size[place], scan.se[place])
+        size, times, right = model._fit_cause(cause, scan.size[number], scan.se[number])
         times = times if abs(size) > cause.tolerated else 0.0
         by_runs = times / _CHOSEN.wider.get(cause.kind, 1.0)
-        # the error by the runs is size / by_runs; what media have of themselves comes to it
+        # the error by the runs is size / by_runs; the spread over sound media is added in squares
         times = by_runs / math.hypot(1.0, cause.of_media * by_runs / (abs(size) or 1.0))
-        trial = _Trial(cause, size, times, by_runs, float(scan.limit[place]), right)
+        trial = _Trial(cause, size, times, by_runs, float(scan.limit[number]), right)
         tried[cause.kind, cause.group] = trial
     return list(tried.values())
 
 
-def _limit(correlation: FloatArray, rate: float) -> float:
-    """Quantile of the largest of standard normal scores of this correlation."""
+def _limit_of_largest(correlation: FloatArray, rate: float) -> float:
+    """Return the size that the largest of standard normal scores with this correlation exceeds at a rate."""
     values, vectors = np.linalg.eigh((correlation + correlation.T) / 2)
     rows = (vectors * np.sqrt(np.maximum(values, 0)))[:, values > 1e-6]
     rows /= np.sqrt((rows**2).sum(axis=1))[:, None]
@@ -632,7 +655,7 @@ def _minimise(
     most: int,
     tolerance: float = 0.02,
 ) -> FloatArray:
-    """Nelder-Mead with a given first simplex and so many evaluations at most."""
+    """Minimise a cost by Nelder-Mead; `step`: size of the first simplex, `most`: most evaluations."""
     from scipy.optimize import minimize
 
     simplex = np.vstack([start, start + np.diag(step)])
@@ -641,7 +664,7 @@ def _minimise(
 
 
 def expected_alpha(beta_deg: FloatArray, gamma_deg: FloatArray) -> FloatArray:
-    """Alpha of the known shape, z and x, shape (2, n), of a medium of size 1."""
+    """Return alpha of the known shape, z and x, shape (2, n), for a medium of size 1."""
     mean, _ = prior_of_media(beta_deg, gamma_deg, _RUNS.rough_share)
     return mean.reshape(2, -1)
 
@@ -649,7 +672,7 @@ def expected_alpha(beta_deg: FloatArray, gamma_deg: FloatArray) -> FloatArray:
 def prior_of_media(
     beta_deg: FloatArray, gamma_deg: FloatArray, rough_share: float, without: tuple[str, ...] = ()
 ) -> tuple[FloatArray, FloatArray]:
-    """Mean and covariance of a medium of size 1, with freedom in what media differ in: of that no fault may be made."""
+    """Return mean and covariance of alpha for a medium of size 1, free in what differs between sound media."""
     return prior_at(beta_deg, gamma_deg, rough_share, _FREEDOM, without)
 
 
@@ -657,7 +680,11 @@ def prior_of_media(
 def _prior_beside(
     without: tuple[str, ...], directions: bytes, count: int
 ) -> tuple[FloatArray, FloatArray]:
-    """Prior mean at directions and 5 degrees beside in beta and gamma, shape (10 n,), and its covariance with the directions."""
+    """Return the prior mean at directions and a step beside in beta and gamma, shape (10 n,).
+
+    Returned with its covariance with the directions, (10 n, 2 n). `directions`: bytes of beta and gamma, degrees, shape
+    (2, n), because the cache needs a key.
+    """
     beta, gamma = np.frombuffer(directions).reshape(2, count)
     step = _RUNS.difference_deg
     betas = np.concatenate([beta, beta + step, beta - step, beta, beta])
@@ -667,14 +694,15 @@ def _prior_beside(
 
 
 def _places_of_directions(count: int) -> npt.NDArray[np.intp]:
-    """Places of the directions themselves, z then x, in what `_prior_beside` returns."""
+    """Return the places of the directions, z then x, in the mean of `_prior_beside`."""
     return np.concatenate([np.arange(count), 5 * count + np.arange(count)])
 
 
 def _local_variance(mean: FloatArray, runs: npt.NDArray[np.intp]) -> FloatArray:
-    """Variance of what the repeats of a direction share, shape (2 n,), of a medium of size 1 with this mean.
+    """Return the variance of the departure that the repeats of a direction share, shape (2 n,), for a medium of size 1.
 
-    `runs`: Of each direction, shape (n,). One run shares nothing: what its direction has of its own is in its scatter.
+    `mean`: of its alpha, (2 n,). `runs`: number in each direction, (n,). A single run shares none: the departure of its
+    direction is a part of its scatter.
     """
     level = np.hypot(*mean.reshape(2, -1))
     variance = (_RUNS.local * level) ** 2 + (_RUNS.local_floor * level.max()) ** 2

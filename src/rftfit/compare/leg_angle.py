@@ -1,8 +1,9 @@
-"""Error of angle theta that all legs share, from where their forces begin.
+"""Error of angle theta that all legs share, from the angles at which their forces begin.
 
-A leg touches the surface at an angle that its outline and the height of its axle alone decide. What the force does after
-that is the model's affair, and there the model is off by up to 15 degrees, to one side for a leg that is curved forward
-and to the other for one that is curved back. So the first part of a curve tells the angle, and the place of its peak does not.
+A leg touches the surface at an angle that only its outline and the height of its axle decide. The prediction of the
+force after that depends on the model, which misplaces peaks by up to 15 degrees, to one side for a leg that is curved
+forward and to the other for one that is curved back. So the first part of a curve is compared, and not the angle of its
+peak.
 """
 
 from __future__ import annotations
@@ -17,21 +18,22 @@ import pandas as pd
 from rftfit.conventions import FloatArray
 
 FIRST_PART = 0.2
-"""Of the largest force: up to there a curve tells where it begins."""
+"""Share of the largest force at which the first part of a curve ends."""
 
 FARTHEST_DEG, STEP_DEG = 15.0, 0.1
 """Offsets that are tried."""
 
 FEWEST = 5
-"""Readings of the first part without which a curve tells nothing."""
+"""Fewest readings in the first part of a curve that is compared."""
 
 SMOOTH = 5
+"""Readings over which the size of the force is averaged."""
 
 BETWEEN_LEGS_DEG, BETWEEN_MEDIA_DEG, BETWEEN_CURVES_DEG = 2.3, 1.9, 1.1
 """Standard deviations of an offset that is no error of theta: from one shape of leg to another, from one medium to another for
-all legs alike, and of what is left of single curves.
+all legs alike, and the rest of single curves.
 
-As the fifteen published curves of laboratory media show them (``tests/validate/test_validate_leg_angle.py``).
+Chosen as the fifteen published curves of laboratory media show them (``tests/validate/test_validate_leg_angle.py``).
 """
 
 QUANTILE = 1.96
@@ -41,7 +43,7 @@ QUANTILE = 1.96
 class AngleOffset:
     """How far angle theta of the logs lies above the angle of the legs, degrees, with its interval of 95 %.
 
-    `curves`: how many tell it. All NaN where none does.
+    `curves`: number of curves with an offset. The numbers are NaN where there is none.
     """
 
     offset_deg: float = math.nan
@@ -51,7 +53,7 @@ class AngleOffset:
 
     @property
     def is_off(self) -> bool:
-        """Whether the interval leaves out 0."""
+        """True where 0 lies outside of the interval."""
         return self.lo_deg > 0 or self.hi_deg < 0
 
 
@@ -78,6 +80,7 @@ def offset_of_curve(measured: pd.DataFrame, predicted: pd.DataFrame) -> float:
     first_part = np.arange(theta.size) <= np.argmax(size > FIRST_PART * size.max())
     if not loaded.size or np.count_nonzero(first_part) < FEWEST:
         return math.nan
+    # the curve begins under load, or so late that its beginning is not seen
     if theta[0] > theta_predicted[loaded[0]] - FEWEST:
         return math.nan
     offsets = np.arange(-FARTHEST_DEG, FARTHEST_DEG + STEP_DEG / 2, STEP_DEG)
@@ -91,7 +94,7 @@ def offset_of_curve(measured: pd.DataFrame, predicted: pd.DataFrame) -> float:
     measured_force = force[:, None, first_part]
     power = (moved**2).sum(axis=(0, 2))
     fitted = (moved * measured_force).sum(axis=(0, 2))
-    # of the best gain, which cannot turn the force around
+    # squares that are explained with the gain that fits best and does not turn the force around
     explained = np.where(
         (power > 0) & (fitted > 0), fitted**2 / np.where(power > 0, power, 1.0), 0.0
     )
@@ -101,25 +104,25 @@ def offset_of_curve(measured: pd.DataFrame, predicted: pd.DataFrame) -> float:
 
 
 def _curve(table: pd.DataFrame) -> tuple[FloatArray, FloatArray]:
-    """Theta, deg, (n,), and force z and x, N, (2, n), of the rows with numbers."""
+    """Return theta, deg, (n,), and force z and x, N, (2, n), of the rows that have all numbers, by increasing theta."""
     names = ["theta_deg", "force_z_N", "force_x_N"]
     theta, *force = table[names].dropna().sort_values("theta_deg").to_numpy(float).T
     return theta, np.stack(force)
 
 
 def common_offset(offsets_deg: Mapping[tuple[str, str], float]) -> AngleOffset:
-    """Combine the offsets of single curves by their errors: legs of one shape err alike, and so do all legs in one medium.
+    """Combine the offsets of single curves. Legs of one shape share an error, and so do all legs in one medium.
 
     Parameters
     ----------
     offsets_deg : mapping of (medium, leg) to float
-        Of `offset_of_curve`; NaN where a curve tells none.
+        Offset of each curve by `offset_of_curve`, which may be NaN.
 
     Returns
     -------
     AngleOffset
     """
-    curves = {place: offset for place, offset in offsets_deg.items() if math.isfinite(offset)}
+    curves = {curve: offset for curve, offset in offsets_deg.items() if math.isfinite(offset)}
     if not curves:
         return AngleOffset()
     media, legs = np.array([*curves]).T

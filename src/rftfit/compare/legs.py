@@ -66,30 +66,35 @@ PREDICTED_COLUMNS = [
     *REASON,
 ]
 WITHIN_PERCENT = 33.0
-"""What the paper states of the peaks of all its legs and media."""
+"""Largest error of a peak that is within: the paper states it for all its legs and media."""
 TOO_HIGH_PERCENT, TOO_LOW_PERCENT = 100.0, -50.0
-"""A factor of two: no usual margin of safety covers it."""
+"""Errors of a peak beyond which it is far off, a factor of two: no usual margin of safety covers it."""
 
 WITHIN, OFF, FAR_OFF, NOT_TESTED = "within", "off", "far-off", "not-tested"
 """Verdicts on the model, the mildest first."""
 
 COLUMNS = columns_of("leg_errors.csv")
 FULL_RANGE_DEG = 240.0
-"""The published curves span 250 to 260 degrees: a shorter one stopped early."""
+"""Least span of a whole curve: the published ones span 250 to 260 degrees, a shorter one stopped early."""
 
 _ZERO_DOF = 24
-"""Of the zeros of a leg's run and of its tare, twelve each (`rftfit.measure.slopes.COSINES`)."""
+"""Degrees of freedom of the zeros of a leg's run and of its tare, twelve each (`rftfit.measure.slopes.COSINES`)."""
 
 HALF_WIDTH_DEG = 5.0
-"""Of the parabola: the published curves are one within 0.5 % of their peaks."""
+"""Half width of the parabola at a peak: the published curves are parabolas to 0.5 % of their peaks there."""
 
 _SMOOTH = 7
+"""Readings over which a curve is averaged to find its peak."""
+
 _BLOCK = 3
-_LEAST = 6
+"""Readings in a mean whose differences show the scatter."""
+
+_FEWEST_READINGS = 6
+"""Fewest readings under a parabola; twice as many means show the scatter."""
 
 
 WITH_MODEL_ERROR = ("table", "map")
-"""Profiles whose intervals hold the model's own error: it was measured by them."""
+"""Profiles whose intervals contain the model's own error, which was measured by them."""
 
 Ends = tuple[float, float]
 
@@ -97,7 +102,7 @@ Ends = tuple[float, float]
 class PeakEnds(NamedTuple):
     """A predicted peak, N: its value, interval of alpha, interval with the model's own error.
 
-    `withheld`: Why there is no interval of alpha although its errors are known.
+    `withheld`: why there is no interval of alpha although the errors of alpha are known.
     """
 
     value: float
@@ -107,20 +112,20 @@ class PeakEnds(NamedTuple):
 
 
 Peaks = dict[tuple[str, str, str, str], PeakEnds]
-"""By medium, leg, profile and component."""
+"""Predicted peaks by medium, leg, profile and component."""
 
 
 def leg_prediction(
     profile: Profile, leg: Leg, config: Config, model_error: float | None = None
 ) -> tuple[pd.DataFrame, dict[str, PeakEnds]]:
-    """Force on a turning leg against theta, one row per degree, with the intervals of the profile.
+    """Predict the force on a turning leg against theta, one row per degree, with the intervals of the profile.
 
-    What the leg's own shape may be off by is in the intervals, where the profile has any. Returns also
-    the peak by component, where the profile has draws: the top of the curve and its interval.
+    The intervals include the error of the leg's shape. Returned with the peak of each component, where the profile has
+    draws: the top of the curve and its interval.
     """
-    motion = _turned(leg, config.arm)
+    motion = _rotation_of_leg(leg, config.arm)
     level = config.fit.confidence
-    # of the moment nothing is measured
+    # moments are not measured
     names = {"z": "force_z_N", "x": "force_x_N"}
     forces, tops = predict_with_peaks(
         profile,
@@ -130,13 +135,15 @@ def leg_prediction(
         quantities=[*names.values()],
         model_error=model_error if has_model_error(profile) else None,
     )
-    wide = float(student_quantile(level, GIVEN_DOF))
+    quantile = float(student_quantile(level, GIVEN_DOF))
     best = {c: forces[name].to_numpy(float) for c, name in names.items()}
     moved = shape_errors(profile, leg, config, best)
     # a leg that is moved a little may reach cells that are missing
     shape = {}
     for c, name in names.items():
-        shape[c] = wide * np.sqrt(sum(np.nan_to_num(change[c]) ** 2 for change in moved.values()))
+        shape[c] = quantile * np.sqrt(
+            sum(np.nan_to_num(change[c]) ** 2 for change in moved.values())
+        )
         for lo, hi in (end_names(name), model_end_names(name), next_end_names(name)):
             if lo in forces:
                 lower, upper = forces[lo].to_numpy(float), forces[hi].to_numpy(float)
@@ -158,11 +165,11 @@ def leg_prediction(
 
 
 def error_of_legs(media: Sequence[Medium]) -> float:
-    """The model's own error as the measured legs of laboratory media show it; NaN where none was measured.
+    """Return the model's own error on the measured legs of laboratory media; NaN where none was measured.
 
-    Root mean square over poses with load of measured less predicted force over the load without
-    cancellation, by the measured table, by the map where that has holes. Errors of alpha and of the readings are
-    in it.
+    The error is measured less predicted force over the load without cancellation, root mean square over poses with
+    load, by the measured table, or by the map where the table has holes. It includes errors of alpha and of the
+    readings.
     """
     squares = []
     for medium in media:
@@ -192,35 +199,36 @@ def error_of_legs(media: Sequence[Medium]) -> float:
 
 def _why_withheld(peak: Peak) -> tuple[Remark, ...]:
     """Say why a peak has no interval of alpha although its errors are known; nothing where it has one."""
-    values: dict[str, dict[str, Any]] = {
+    numbers: dict[str, dict[str, Any]] = {
         STEEP: {"percent": 100 * peak.steepness, "degrees": STEEP_DEG},
         OTHER_FORM: {"beside": peak.beside},
     }
-    return (remark(peak.withheld, **values[peak.withheld]),) if peak.withheld else ()
+    return (remark(peak.withheld, **numbers[peak.withheld]),) if peak.withheld else ()
 
 
 def _as_floats(ends: tuple[Any, Any]) -> Ends:
     return float(ends[0]), float(ends[1])
 
 
-def _turned(leg: Leg, arm: Arm, hip_cm: float = 0.0) -> Motion:
+def _rotation_of_leg(leg: Leg, arm: Arm, hip_cm: float = 0.0) -> Motion:
+    """Return the rotation of a leg, with its hip `hip_cm` above the stated height."""
     return rotation(None, leg.hip_height_cm + hip_cm, arm.leg_speed_rad_per_s)
 
 
 def shape_errors(
     profile: Profile, leg: Leg, config: Config, best: Mapping[str, FloatArray]
 ) -> dict[str, dict[str, FloatArray]]:
-    """Change of the force against theta, N, by one standard deviation of hip height and arc.
+    """Calculate the change of the force against theta, N, by one standard deviation of hip height and of arc.
 
-    `best`: By component, the force on the leg as stated. The surface that the axle stands above is as
-    well known as that of the plates, where that is stated.
+    `best`: force on the leg as stated, by component. The error of the height includes that of the surface, which is the
+    same as for plates.
     """
     errors, arc = config.errors, arc_of(leg)
     surface = (errors.surface_run_mm or 0.0, errors.surface_session_mm or 0.0)
     hip_cm = math.hypot(errors.hip_cm, *(error_mm / 10 for error_mm in surface))
-    plain, motion = leg_outline(leg), _turned(leg, config.arm)
+    plain, motion = leg_outline(leg), _rotation_of_leg(leg, config.arm)
     longer = leg_outline(leg, arc_deg=arc * (1 + errors.arc_percent / 100)) if arc else plain
-    moved = {"hip": (plain, _turned(leg, config.arm, hip_cm)), "arc": (longer, motion)}
+    moved = {"hip": (plain, _rotation_of_leg(leg, config.arm, hip_cm)), "arc": (longer, motion)}
     moved_forces = {
         name: forces_on(profile, body, way.poses) for name, (body, way) in moved.items()
     }
@@ -231,9 +239,9 @@ def shape_errors(
 
 
 def errors_of_peaks(medium: Medium) -> dict[tuple[str, str], tuple[str, float]]:
-    """What a leg's peak by the measured table rests on, by leg and component.
+    """Split the peak of each leg by the measured table, by leg and component.
 
-    Share of each error in its variance, and part of it, percent, that comes from flagged cells.
+    Returns the share of each error in the variance of the peak, and the part of the peak, percent, from flagged cells.
     """
     config, table = medium.results.config, medium.alpha
     if medium.name not in medium.results.laboratory or not errors_known(table):
@@ -241,15 +249,15 @@ def errors_of_peaks(medium: Medium) -> dict[tuple[str, str], tuple[str, float]]:
     profile = medium.profile("table", draws=False)
     alpha = np.where(flagged(table), 0.0, alpha_columns(table))
     sound = TableProfile(alpha[0], alpha[1], *directions(table))
-    shown, rests = {}, {}
+    legs, flagged_percent = {}, {}
     for name, leg in config.legs.items():
-        motion = _turned(leg, config.arm)
+        motion = _rotation_of_leg(leg, config.arm)
         best = forces_on(profile, leg_outline(leg), motion.poses)
         forces = {"z": best.force_z_N, "x": best.force_x_N}
         if not np.isfinite(forces["z"]).all():
             continue
         peak_rows = {c: extreme(force, c) for c, force in forces.items()}
-        shown[name] = (
+        legs[name] = (
             leg_outline(leg),
             motion.poses,
             peak_rows,
@@ -257,33 +265,36 @@ def errors_of_peaks(medium: Medium) -> dict[tuple[str, str], tuple[str, float]]:
         )
         without = forces_on(sound, leg_outline(leg), motion.poses)
         for c, sound_force in (("z", without.force_z_N), ("x", without.force_x_N)):
-            rests[name, c] = 100 * (1 - float(sound_force[peak_rows[c]] / forces[c][peak_rows[c]]))
+            flagged_percent[name, c] = 100 * (
+                1 - float(sound_force[peak_rows[c]] / forces[c][peak_rows[c]])
+            )
 
     def peaks(alpha: tuple[FloatArray, FloatArray]) -> FloatArray:
+        """Forces of all legs in the poses of their peaks, by each of many alpha, shape (peaks, many)."""
         many = TableProfile(*alpha, *directions(table))
         drawn = []
-        for outline, poses, peak_rows, _ in shown.values():
+        for outline, poses, peak_rows, _ in legs.values():
             forces = force_draws(many, outline, poses[[peak_rows["z"], peak_rows["x"]]])
             drawn += [forces.force_z_N[:, 0], forces.force_x_N[:, 1]]
         return np.stack(drawn)
 
-    behind = errors_behind(table, config, peaks) if shown else {}
+    behind = errors_behind(table, config, peaks) if legs else {}
     peak_errors = {}
-    for place, (name, c) in enumerate((name, c) for name in shown for c in COMPONENTS):
-        _, _, peak_rows, moved = shown[name]
+    for place, (name, c) in enumerate((name, c) for name in legs for c in COMPONENTS):
+        _, _, peak_rows, moved = legs[name]
         parts = {source: float(sd[place]) for source, sd in behind.items()}
         parts |= {source: float(change[c][peak_rows[c]]) for source, change in moved.items()}
-        peak_errors[name, c] = (shares(parts), rests[name, c])
+        peak_errors[name, c] = (shares(parts), flagged_percent[name, c])
     return peak_errors
 
 
 def predicted_curves(
     medium: Medium, model_error: float | None = None
 ) -> tuple[pd.DataFrame, Peaks]:
-    """Predict the force on all legs in one medium by every profile that it has, and its peaks.
+    """Predict the force on all legs in one medium by every profile of the medium, and the peaks.
 
-    A natural sand has the map and the generic one, and none where its penetration test gives no number,
-    which the penetration table says. A medium without a nine-term fit has no profile that needs one.
+    A natural sand has the map and the generic profile, and none where its penetration test has no number;
+    the penetration table says why. A medium without a nine-term fit has no profile that needs one.
     """
     config, sand = medium.results.config, medium.name in medium.results.sands
     parts = []
@@ -304,17 +315,17 @@ def predicted_curves(
     curves = pd.concat(parts, ignore_index=True).reindex(columns=PREDICTED_COLUMNS)
     curves["reason_code"] = np.where(curves["reason"] == "", "", "alpha-missing")
     if sand:
-        alone = (curves["reason_code"] == "") & (curves["profile"] == "generic")
-        note = medium.results.reference().remarks
-        curves = with_reasons(curves, (note * is_noted for is_noted in alone))
+        is_noted = (curves["reason_code"] == "") & (curves["profile"] == "generic")
+        remarks = medium.results.reference().remarks
+        curves = with_reasons(curves, (remarks if noted else () for noted in is_noted))
     return curves, peaks
 
 
 @dataclass(frozen=True)
 class MeasuredPeak:
-    """Peak of a curve of force against theta, with what the scatter of the readings leaves uncertain.
+    """Peak of a curve of force against theta, with its standard error by the scatter of the readings.
 
-    `se_N` is NaN where the curve is too short to show its scatter; an error of the zero is not in it.
+    `se_N` is NaN where the curve is too short to show its scatter; the error of the zero is not included.
     """
 
     force_N: float
@@ -323,14 +334,14 @@ class MeasuredPeak:
 
 
 def extreme(force: FloatArray, component: str) -> int:
-    """Place of the largest lift (component ``z``), or horizontal force (``x``) of either sign."""
+    """Find the pose of the largest lift (component ``z``), or horizontal force (``x``) of either sign."""
     return int(np.argmax(force if component == "z" else np.abs(force)))
 
 
 def measured_peak(theta_deg: FloatArray, force_N: FloatArray, component: str) -> MeasuredPeak:
-    """Fit a parabola around the highest reading and take its highest point: the reading is too high.
+    """Fit a parabola around the highest reading and take its highest point: the reading is too high by its noise.
 
-    One reading a degree, in order. Where fewer than 6 lie around the highest, it is the peak itself.
+    Readings are in order, one a degree. Where fewer than 6 lie around the highest one, this is the peak.
     """
     row = extreme(force_N, component)
     if force_N.size >= 2 * _SMOOTH:
@@ -339,10 +350,10 @@ def measured_peak(theta_deg: FloatArray, force_N: FloatArray, component: str) ->
         row = extreme(smooth, component) + _SMOOTH // 2
     fine = np.linspace(-HALF_WIDTH_DEG, HALF_WIDTH_DEG, 101)
     for _ in range(2):
-        # once more around the peak of the first parabola where that lies near its end
+        # a second time, around the peak of the first parabola, where this peak lies near its end
         centre = theta_deg[row]
         near = np.abs(theta_deg - centre) <= HALF_WIDTH_DEG
-        if np.count_nonzero(near) < _LEAST:
+        if np.count_nonzero(near) < _FEWEST_READINGS:
             return MeasuredPeak(float(force_N[row]), math.nan, float(centre))
         offset = theta_deg[near] - centre
         design = np.vander(offset, 3)
@@ -360,17 +371,18 @@ def measured_peak(theta_deg: FloatArray, force_N: FloatArray, component: str) ->
 
 
 def _long_run_variance(force: FloatArray) -> float:
-    """Variance of readings, with that of their neighbours' correlation, from third differences.
+    """Estimate the variance of readings, including the correlation of neighbours, from third differences of means.
 
-    Means of three readings hardly know of one another, a leg's curve is smooth over four of them,
-    and the median passes over the corners that it has.
+    Means of three readings are hardly correlated, a leg's curve is smooth over four of them, and the median ignores
+    the corners of the curve.
     """
     count = force.size // _BLOCK
-    if count < 2 * _LEAST:
+    if count < 2 * _FEWEST_READINGS:
         return math.nan
     means = np.convolve(force, np.full(_BLOCK, 1 / _BLOCK), mode="valid")
     third = np.concatenate([np.diff(means[start::_BLOCK], 3) for start in range(_BLOCK)])
-    # 1.4826 makes a standard deviation of a median, 1 + 9 + 9 + 1 = 20
+    # 1.4826 turns a median into a standard deviation; the squares of the weights 1, 3, 3, 1 add up
+    # to 20
     return _BLOCK * (1.4826 * float(np.median(np.abs(third)))) ** 2 / 20
 
 
@@ -386,12 +398,11 @@ def leg_errors(
 ) -> pd.DataFrame:
     """Compare every predicted curve with its measured one, over the theta that both have.
 
-    A predicted curve without a measured one has a reason instead of numbers, and one that stopped
-    early near its highest point has no peak. The interval of the peak error has the errors of alpha,
-    of the leg's readings, of their zero and of the parabola through its peak, and the spread of its
-    bed: a leg is measured in one bed. `bed_spread` is by medium, `behind` of `errors_of_peaks`, by
-    medium, leg and component, `peaks` of `predicted_curves`, `error_by_legs` of `error_of_legs`, `flags` by
-    medium.
+    A predicted curve without a measured one has a reason instead of numbers, and a curve that stopped
+    early near its highest point has no peak. The interval of the peak error includes the errors of alpha,
+    of the leg's readings, of their zero and of the parabola through its peak, and the spread of
+    beds, because a leg is measured in one bed. `bed_spread`, `flags`: by medium. `behind`: from `errors_of_peaks`, by
+    medium, leg and component. `peaks`: from `predicted_curves`. `error_by_legs`: from `error_of_legs`.
     """
     errors_of_model = {
         "model_error": larger_model_error(error_by_legs),
@@ -410,16 +421,16 @@ def leg_errors(
         )
         spread = (bed_spread or {}).get(str(medium), 0.0)
         for component in COMPONENTS:
-            drawn = (peaks or {}).get((str(medium), str(leg), str(profile), component))
-            numbers, why = _compare(both, component, spread, confidence, drawn)
+            drawn_peak = (peaks or {}).get((str(medium), str(leg), str(profile), component))
+            numbers, why = _compare_component(both, component, spread, confidence, drawn_peak)
             reason = reason_columns([*why, *flags_of_legs.get((medium, leg), ())])
             name = {"medium": medium, "leg": leg, "profile": profile, "component": component}
             name["verdict"] = judge(numbers)
-            flagged = (behind or {}).get((str(medium), str(leg), component)) or ("", math.nan)
-            flagged = flagged if profile == "table" else ("", math.nan)
-            rests = dict(zip(("peak_errors", "peak_on_flagged_percent"), flagged, strict=True))
+            parts = (behind or {}).get((str(medium), str(leg), component)) or ("", math.nan)
+            parts = parts if profile == "table" else ("", math.nan)
+            of_peak = dict(zip(("peak_errors", "peak_on_flagged_percent"), parts, strict=True))
             of_model = errors_of_model if profile in WITH_MODEL_ERROR else {}
-            rows.append(name | numbers | of_model | rests | reason)
+            rows.append(name | numbers | of_model | of_peak | reason)
     table = pd.DataFrame(rows, columns=COLUMNS)
     return table.assign(**_errors_of_theta(table, curves, predicted))
 
@@ -427,7 +438,7 @@ def leg_errors(
 def _errors_of_theta(
     errors: pd.DataFrame, curves: Mapping[Any, pd.DataFrame], predicted: pd.DataFrame
 ) -> dict[str, Any]:
-    """Columns of what the beginnings of the curves say of theta: offset of each curve, and error common to all."""
+    """Return the columns on theta: its offset in each curve, by the beginning of the curve, and its common error."""
     maps = dict(iter(predicted[predicted["profile"] == "map"].groupby(["medium", "leg"])))
     offsets = {
         place: offset_of_curve(curve, maps[place])
@@ -445,7 +456,7 @@ def _errors_of_theta(
 
 
 def _flags_of_leg(curve: pd.DataFrame, flags: Mapping[str, Flags] | None) -> Iterable[Remark]:
-    """Flags of the runs of a measured curve that stand behind each comparison with it."""
+    """Collect the flags of the runs of a measured curve that every comparison with this curve repeats."""
     if flags is None:
         return ()
     of_medium = flags[str(curve["medium"].iloc[0])]
@@ -454,16 +465,21 @@ def _flags_of_leg(curve: pd.DataFrame, flags: Mapping[str, Flags] | None) -> Ite
 
 
 _OF_CURVE = ("no-tare", "no-force-x")
+"""Codes of flags that are repeated with each comparison of a curve."""
 
 
-def _compare(
+def _compare_component(
     both: pd.DataFrame | None,
     component: str,
     spread: float,
     confidence: float,
     drawn: PeakEnds | None,
 ) -> tuple[dict[str, float], list[Remark]]:
-    """Errors of one component of a predicted curve, whose rows stand beside those measured, and remarks."""
+    """Compare one component of a predicted curve with the measured one; returns columns of `leg_errors` and remarks.
+
+    `both`: predicted and measured rows of the same theta, None without a measured curve. `spread`: of beds, relative.
+    `drawn`: peak of the whole predicted curve by its draws.
+    """
     if both is None:
         return {}, [remark("not-measured")]
     if both.empty:
@@ -482,7 +498,9 @@ def _compare(
     row |= {"rms_error_N": rms, "r2": 1 - float(off @ off) / scatter if scatter else math.nan}
     if np.ptp(theta) < FULL_RANGE_DEG:
         ends = {"first": theta.min(), "last": theta.max()}
-        if _at_an_end(theta, ours, component) or _at_an_end(theta, truth, component):
+        if _is_highest_at_end(theta, ours, component) or _is_highest_at_end(
+            theta, truth, component
+        ):
             return row, [remark("short-at-peak", **ends)]
         why = [remark("short-curve", **ends)]
         drawn = None  # its peak may lie where nothing was measured
@@ -499,6 +517,7 @@ def _peak_errors(
     confidence: float,
     drawn: PeakEnds | None,
 ) -> dict[str, float]:
+    """Return the columns of `leg_errors` on the peak; see `_compare_component`. `rms`: error of the curve, N."""
     theta, ours, truth = _curves(both, component)
     row, measured = extreme(ours, component), measured_peak(theta, truth, component)
     peak, best = measured.force_N, float(ours[row])
@@ -510,7 +529,8 @@ def _peak_errors(
     zero = (
         float(both[f"zero_se_{component}_N"].iloc[row]) if f"zero_se_{component}_N" in both else 0
     )
-    # what a parabola does to the prediction, which has no noise, it does to the measured peak
+    # the prediction has no noise: what the parabola changes there is an error of the measured peak,
+    # too
     smooth = measured_peak(theta, ours, component)
     shape = (smooth.force_N / best - 1) * peak if best else 0.0
     if drawn is not None:
@@ -537,9 +557,9 @@ def _peak_errors(
 
 
 def judge(numbers: Mapping[str, float]) -> str:
-    """Verdict on the model by one peak, of `leg_errors`: how large its error is.
+    """Judge the model by the size of the error of one peak; `numbers`: columns of `leg_errors`.
 
-    Whether chance explains it is another question, which its interval answers.
+    The interval of the error tells whether chance explains it.
     """
     error = numbers.get("peak_error_percent", math.nan)
     if not math.isfinite(error):
@@ -551,7 +571,7 @@ def judge(numbers: Mapping[str, float]) -> str:
 
 
 def worst_peak(errors: pd.DataFrame, medium: str, profile: str) -> dict[Any, Any] | None:
-    """Row of `leg_errors` on which the verdict on a profile rests: None where no leg was measured."""
+    """Find the row of `leg_errors` that decides the verdict on a profile; None where no leg was measured."""
     errors_of_profile = errors[(errors["medium"] == medium) & (errors["profile"] == profile)]
     rows = errors_of_profile[errors_of_profile["verdict"] != NOT_TESTED].to_dict("records")
     order = (WITHIN, OFF, FAR_OFF)
@@ -560,13 +580,13 @@ def worst_peak(errors: pd.DataFrame, medium: str, profile: str) -> dict[Any, Any
 
 
 def _curves(both: pd.DataFrame, component: str) -> list[FloatArray]:
-    """Theta, deg, with predicted and measured force, N."""
+    """Return theta, deg, with predicted and measured force, N."""
     names = ("theta_deg", f"force_{component}_N", f"force_{component}_N_measured")
     return [both[name].to_numpy(float) for name in names]
 
 
-def _at_an_end(theta: FloatArray, force: FloatArray, component: str) -> bool:
-    """Tell whether a part of a curve is highest where it ends: the whole curve may be higher."""
+def _is_highest_at_end(theta: FloatArray, force: FloatArray, component: str) -> bool:
+    """Tell whether a curve that stopped early is highest near an end, so that the whole curve may be higher."""
     top = theta[extreme(force, component)]
     return bool(min(top - theta.min(), theta.max() - top) <= HALF_WIDTH_DEG)
 
@@ -574,7 +594,10 @@ def _at_an_end(theta: FloatArray, force: FloatArray, component: str) -> bool:
 def _error_interval(
     predicted: float, ends: Sequence[float], peak: float, error: float, confidence: float
 ) -> tuple[float, float]:
-    """Interval of 100 (predicted / peak - 1), from the errors of both as independent ones."""
+    """Return the interval of 100 (predicted / peak - 1), where the errors of both are independent.
+
+    `ends`: interval of `predicted`, N. `error`: standard error of the measured `peak`, N.
+    """
     if not peak or not predicted:
         return math.nan, math.nan
     ratio = predicted / peak

@@ -1,4 +1,4 @@
-"""What measured legs teach: each leg and each medium predicted from plates, from another leg, and from the same leg elsewhere."""
+"""Tests of predictions on measured legs: by plates alone, with another leg, and with the same leg in other media."""
 
 from __future__ import annotations
 
@@ -27,19 +27,19 @@ if TYPE_CHECKING:
 
 PLATES, OTHER_LEG, ELSEWHERE = "plates", "other-leg", "same-leg-elsewhere"
 LESSONS = (PLATES, OTHER_LEG, ELSEWHERE)
-"""What the prediction of a leg was learned from, beside the plates of its medium."""
+"""Lessons: sources of the prediction of a leg, beside the plates of its medium."""
 
 COLUMNS = columns_of("contacts.csv")
 
 _MOST_POSES = 60
-"""Poses of a curve that are used: neighbours tell the same."""
+"""Most poses of a curve that are used: neighbours say the same."""
 
 
 def lesson_rows(results: Results, model_error: float | None = None) -> pd.DataFrame:
     """Predict each measured leg in each medium by the map of its plates, with another leg, and with the same leg elsewhere.
 
-    Another leg is one of ``maps.use_legs``. Returns one row a medium, leg, component and lesson. The leg that is tested
-    is never in what was learned in its medium. `model_error`: of plates and of another leg; default: that of `results`.
+    Another leg is one of ``maps.use_legs``. Returns one row for each medium, leg, component and lesson. A prediction
+    never uses the tested leg in the same medium. `model_error`: for plates and another leg; default: that of `results`.
     """
     media = [results[name] for name in (*results.laboratory, *results.sands)]
     curves: dict[str, dict[str, Contact]] = {}
@@ -66,9 +66,9 @@ def lesson_rows(results: Results, model_error: float | None = None) -> pd.DataFr
                 rows += _untested_rows(medium.name, leg, quoted(error, "no-map"))
             continue
         for leg, contact in curves[medium.name].items():
-            # peaks are those of whole curves, as in `leg_errors.csv`
+            # before poses are left out: the peaks of whole curves, as in `leg_errors.csv`
             peaks[medium.name, leg] = _measured_peaks(contact)
-            curves[medium.name][leg] = _thinned(contact, _peak_poses(contact, maps[medium.name]))
+            curves[medium.name][leg] = _thin_out(contact, _peak_poses(contact, maps[medium.name]))
     errors = {
         (name, leg): error_curve(curves[name][leg], maps[name])
         for name in results.laboratory
@@ -85,14 +85,14 @@ def lesson_rows(results: Results, model_error: float | None = None) -> pd.DataFr
         }
         for leg, contact in curves[medium.name].items():
             lessons = [
-                *_from_plates(maps[medium.name], of_legs, leg),
-                *_from_elsewhere(errors, medium.name, maps[medium.name], leg),
+                *_lessons_of_plates(maps[medium.name], of_legs, leg),
+                *_lessons_elsewhere(errors, medium.name, maps[medium.name], leg),
             ]
             for lesson, learned_from, profile, body_error in lessons:
                 key = {"medium": medium.name, "leg": leg}
                 of_lesson = {"lesson": lesson, "learned_from": learned_from}
                 peaks_of_leg = peaks[medium.name, leg]
-                for scores in _scores(
+                for scores in _score_prediction(
                     contact, peaks_of_leg, profile, confidence, model_error, body_error
                 ):
                     rows.append(key | scores | of_lesson | reason_columns([]))
@@ -100,25 +100,29 @@ def lesson_rows(results: Results, model_error: float | None = None) -> pd.DataFr
 
 
 def _untested_rows(medium: str, leg: str, why: Remark) -> list[dict[str, Any]]:
-    """Rows of a leg that nothing predicts, with the reason."""
+    """Make the rows of a leg that cannot be predicted, with the reason."""
     row = {"medium": medium, "leg": leg, "lesson": PLATES} | reason_columns([why])
     return [row | {"component": c} for c in "zx"]
 
 
 Lesson = tuple[str, str, Profile, BodyError | None]
+"""Name, the leg or media that were learned from, profile, and error of the model on the leg."""
 
 
-def _from_plates(plates: Profile, of_legs: Mapping[str, Profile], leg: str) -> Iterator[Lesson]:
+def _lessons_of_plates(
+    plates: Profile, of_legs: Mapping[str, Profile], leg: str
+) -> Iterator[Lesson]:
+    """Yield the lessons of plates alone and of each other leg; `of_legs`: profile learned with a leg, by its name."""
     yield PLATES, "", plates, None
     for teacher, profile in of_legs.items():
         if teacher != leg:
             yield OTHER_LEG, teacher, profile, None
 
 
-def _from_elsewhere(
+def _lessons_elsewhere(
     errors: Mapping[tuple[str, str], ErrorCurve], medium: str, plates: Profile, leg: str
 ) -> Iterator[Lesson]:
-    """`errors`: of the model by medium and leg."""
+    """Yield the lesson of the same leg in other media, if any; `errors`: those of the model, by medium and leg."""
     elsewhere = {
         name: curve for (name, of_leg), curve in errors.items() if of_leg == leg and name != medium
     }
@@ -127,15 +131,15 @@ def _from_elsewhere(
 
 
 def _peak_poses(contact: Contact, profile: Profile) -> list[int]:
-    """Poses in which lift and horizontal force on the body are largest by a profile."""
+    """Find the poses in which lift and horizontal force on the body are largest by a profile."""
     assert isinstance(contact.motion, Motion)
     assert isinstance(contact.body, Outline)
     forces = forces_on(profile, contact.body, contact.motion.poses)
     return [extreme(forces.force_z_N, "z"), extreme(forces.force_x_N, "x")]
 
 
-def _thinned(contact: Contact, kept: Sequence[int]) -> Contact:
-    """Take every so many poses of a contact, and those to be kept."""
+def _thin_out(contact: Contact, kept: Sequence[int]) -> Contact:
+    """Keep about `_MOST_POSES` poses of a contact, evenly chosen, and the poses `kept`."""
     poses = len(contact.frames)
     if poses <= _MOST_POSES:
         return contact
@@ -153,7 +157,7 @@ def _thinned(contact: Contact, kept: Sequence[int]) -> Contact:
 
 
 def _measured_peaks(contact: Contact) -> dict[str, float]:
-    """Size of the measured peak by component, N; NaN where too few poses have a force."""
+    """Find the size of the measured peak of each component, N; NaN where too few poses have a force."""
     assert isinstance(contact.motion, Motion)
     theta = contact.motion.columns["theta_deg"]
     peaks = {}
@@ -166,7 +170,7 @@ def _measured_peaks(contact: Contact) -> dict[str, float]:
     return peaks
 
 
-def _scores(
+def _score_prediction(
     contact: Contact,
     peaks: Mapping[str, float],
     profile: Profile,
@@ -174,7 +178,10 @@ def _scores(
     model_error: float | None,
     body_error: BodyError | None,
 ) -> Iterator[dict[str, Any]]:
-    """Error of the peak, rms and share of the poses inside, by component; `peaks`: of `_measured_peaks`."""
+    """Yield, for each component, the error of the peak, the rms error and the share of poses inside the interval.
+
+    `peaks`: from `_measured_peaks`.
+    """
     names = {"z": "force_z_N", "x": "force_x_N"}
     forces, _ = predict_with_peaks(
         profile,
@@ -185,8 +192,8 @@ def _scores(
         model_error=model_error if body_error is None else None,
         body_error=body_error,
     )
-    for place, (c, name) in enumerate(names.items()):
-        measured = contact.measured[place]
+    for row, (c, name) in enumerate(names.items()):
+        measured = contact.measured[row]
         predicted = forces[name].to_numpy(float)
         finite = np.isfinite(measured) & np.isfinite(predicted)
         if finite.sum() < _FEWEST:
@@ -194,7 +201,7 @@ def _scores(
         top = peaks[c]
         lo, hi = (forces[f"force_{c}_model_{end}_N"].to_numpy(float) for end in ("lo", "hi"))
         highest = extreme(predicted, c)
-        # an interval that reaches to the other side of zero has an end below zero
+        # sizes: an end of the interval with the other sign than the peak is negative
         side = math.copysign(1.0, predicted[highest])
         least, most = sorted((side * lo[highest], side * hi[highest]))
         loaded = finite & contact.touches
@@ -214,11 +221,11 @@ def _scores(
 
 
 _FEWEST = 8
-"""Poses that a curve has at least."""
+"""Fewest poses of a curve that is tested."""
 
 
 def summary_of_lessons(table: pd.DataFrame) -> pd.DataFrame:
-    """One row a lesson: curves, error of the peak, rms, poses inside; of media and of sands together."""
+    """Summarize each lesson in a row: curves, error of the peak, rms, poses inside; media and sands together."""
     tested = table.dropna(subset=["peak_error_percent"])
     tested = tested.assign(off=tested["peak_error_percent"].abs())
     groups = tested.groupby("lesson", sort=False)

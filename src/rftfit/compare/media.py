@@ -1,4 +1,4 @@
-"""Two media, sessions or campaigns beside each other: which runs are meant, and whether they differ."""
+"""Comparison of two media, sessions or campaigns: finds the runs that words mean, and tests whether they differ."""
 
 from __future__ import annotations
 
@@ -37,8 +37,8 @@ def compare_media(
     a, b : Medium, Map, TableProfile, str or Path
         A medium of the campaign in the current folder, ``FOLDER:MEDIUM`` of another one, ``FOLDER`` if it has one
         medium, or one of these with ``@LABEL``: its runs with this label in the column `session` of the run sheet;
-        ``published:MEDIUM``. Or what carries draws of alpha: what `scale`, `estimate_map` or `read_profile` return, or the path of a profile
-        file.
+        ``published:MEDIUM``. Or an object with draws of alpha, which `scale`, `estimate_map` or `read_profile` return,
+        or the path of a profile file.
     confidence : float, optional
         Level of the intervals.
 
@@ -53,7 +53,7 @@ def compare_media(
     InputError
         If there is no such medium, both are the same runs, their forces are opposite, or one has neither runs nor draws.
     TypeError
-        If one is no medium.
+        If A or B is no medium.
 
     Examples
     --------
@@ -93,7 +93,7 @@ def compare_media(
 
 @dataclass(frozen=True)
 class _Side:
-    """A medium, or its runs of one session; `label`: of the session, empty for all runs."""
+    """A medium, or its runs of one session; `label`: name of the session, empty for all runs."""
 
     name: str
     medium: Medium
@@ -115,8 +115,9 @@ class _Side:
         return with_label(fits, labels, self.label)
 
     def make_run_set(self) -> RunSet:
-        """Runs with the errors that all of them share."""
-        # the surface of all runs of a medium is better known than that of a session
+        """Return the runs with the errors that all of them share."""
+        # errors of all runs of the medium: they show the surface better than those of a session
+        # alone
         errors, surface = errors_of(self.medium.fits, self.medium.results.config)
         return RunSet(
             self.name,
@@ -131,7 +132,7 @@ class _Side:
 
 
 def with_label(fits: pd.DataFrame, labels: pd.Series[str], label: str) -> pd.DataFrame:
-    """Runs with a label; `labels`: by run_id."""
+    """Select the fits of runs with a label; `labels`: label of each run, by run_id."""
     of_runs = fits["run_id"].map(labels).fillna("")
     stated = sorted({*of_runs} - {""})
     choose("session", label, stated, "labels of these runs in the column session of the run sheet")
@@ -139,18 +140,18 @@ def with_label(fits: pd.DataFrame, labels: pd.Series[str], label: str) -> pd.Dat
 
 
 PUBLISHED = "published:"
-"""Begin of a word that means a published medium."""
+"""Beginning of a word that means a published medium."""
 
 
 def _is_without_runs(source: KnownMedium | str | Path) -> bool:
-    """Tell whether a medium is known by something else than runs of a campaign."""
+    """Tell whether a medium is stated otherwise than by runs of a campaign."""
     if isinstance(source, str | Path):
         return Path(source).is_file() or _is_published(source)
     return not isinstance(source, Medium)
 
 
 def _is_published(source: KnownMedium | str | Path) -> bool:
-    """Tell whether a word means a published medium, and no file of this name."""
+    """Tell whether a word means a published medium; a file of this name comes first."""
     is_word = isinstance(source, str | Path) and str(source).startswith(PUBLISHED)
     return is_word and not Path(str(source)).is_file()
 
@@ -158,7 +159,7 @@ def _is_published(source: KnownMedium | str | Path) -> bool:
 def _find_drawn(
     source: KnownMedium | str | Path, opened: dict[Path, Results]
 ) -> tuple[str, Profile]:
-    """Name and profile of a medium that is compared by draws of its alpha."""
+    """Find name and profile of a medium that is compared by draws of its alpha."""
     if isinstance(source, str) and source.startswith(PUBLISHED) and not Path(source).is_file():
         medium = choose(
             "medium", source.removeprefix(PUBLISHED), reference.MEDIA, "published media"
@@ -183,16 +184,17 @@ def _find_side(source: KnownMedium | str | Path, opened: dict[Path, Results]) ->
     """Find the medium, and the session, that a word means."""
     if isinstance(source, Medium):
         return _Side(source.name, source)
-    text = str(source)
-    place, at_sign, label = text, "", ""
-    if not Path(text).is_dir() and "@" in text:
-        place, at_sign, label = text.rpartition("@")
+    word = str(source)
+    place, at_sign, label = word, "", ""
+    if not Path(word).is_dir() and "@" in word:
+        place, at_sign, label = word.rpartition("@")
     if at_sign and not label:
-        raise InputError(f"found '{text}'; allowed: a label of the run sheet after '@'")
-    return _Side(text, _find_medium(place, opened), label)
+        raise InputError(f"found '{word}'; allowed: a label of the run sheet after '@'")
+    return _Side(word, _find_medium(place, opened), label)
 
 
 def _find_medium(place: str, opened: dict[Path, Results]) -> Medium:
+    """Find the medium that a word without '@' means: MEDIUM of the current folder, FOLDER:MEDIUM or FOLDER."""
     current = _open_current(opened)
     if current is not None and place in current.media:
         return current[place]
@@ -215,7 +217,7 @@ def _find_medium(place: str, opened: dict[Path, Results]) -> Medium:
 
 
 def _open(folder: Path, opened: dict[Path, Results]) -> Results:
-    """Open a campaign once."""
+    """Open a campaign, or return it where it was opened before."""
     config = config_of(folder).resolve()
     if config not in opened:
         opened[config] = open_results(folder)
@@ -236,7 +238,8 @@ def _compare_sizes(sides: Sequence[tuple[str, Profile]], confidence: float, why:
     from scipy.special import ndtr, ndtri
 
     sizes = [_sizes_of_draws(name, profile) for name, profile in sides]
-    # the draws of both begin with the same random numbers, so they are not subtracted one by one
+    # the draws of both come from the same random numbers: differences draw by draw would not be
+    # independent
     error = math.hypot(*(float(size.std(ddof=1)) for size in sizes))
     middle = float(sizes[1].mean() - sizes[0].mean())
     half = float(ndtri(0.5 + confidence / 2)) * error
@@ -254,7 +257,7 @@ def _compare_sizes(sides: Sequence[tuple[str, Profile]], confidence: float, why:
 
 
 def _sizes_of_draws(name: str, profile: Profile) -> FloatArray:
-    """Logarithm of the root mean square of alpha over the published directions, by draw.
+    """Return the logarithm of the root mean square of alpha over the published directions, by draw.
 
     Raises `InputError` for a profile that has no draws, or no number in one of these directions.
     """

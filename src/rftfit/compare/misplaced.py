@@ -1,8 +1,8 @@
 """Evidence that runs stand in wrong rows of the run sheet, or with wrong axes in a part of the runs, by the known shape.
 
-Each run is asked alone whether the shape of known media fits its alpha better at the angles of a row nearby, or with other
-axes, than as stated. What a medium has of its own is in the error of a run, and a run that fits nothing counts little
-(Student). `make mixups` has how often such mistakes are told.
+For each run alone, the shape of known media is fitted to its alpha at the stated angles, at those of a row nearby, and
+with other axes. The error of a run includes the departure of its medium from the shape, and a run that fits nothing
+counts little (Student). `make mixups` shows how often such mistakes are told.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def find_misplaced(
     Parameters
     ----------
     runs : RunSlopes
-        In the order of the run sheet.
+        Runs in the order of the run sheet.
     run_ids : list of str
         Names of these runs.
     sheet : mapping of str to Run
@@ -54,16 +54,23 @@ def find_misplaced(
     Returns
     -------
     DataFrame
-        A row of each mistake that explains three runs or more. `rows`: By how many rows of plates the angles stand above
-        their logs. `log_bayes_factor`: Beside the sheet as it is. `run_ids`: Runs that it explains better.
+        A row for each mistake that explains three runs or more. `rows`: By how many rows of plates the angles stand
+        above their logs. `log_bayes_factor`: Of the mistake against the sheet as it is. `run_ids`: Runs that the
+        mistake explains better.
     """
     rows = []
     if runs.size:
-        number = number_directions(runs.beta_deg, runs.gamma_deg, tolerance_deg=runs.tolerance_deg)
+        direction_of_run = number_directions(
+            runs.beta_deg, runs.gamma_deg, tolerance_deg=runs.tolerance_deg
+        )
         mistakes = _log_ratios(runs, run_ids, sheet, without)
         for (mistake, shift), ratio in mistakes.items():
-            explained = _explain_stretch(ratio, number) if shift else _explain_scattered(ratio)
-            are_several = np.unique(number[explained.runs]).size >= _CHOSEN.fewest_directions
+            explained = (
+                _explain_stretch(ratio, direction_of_run) if shift else _explain_scattered(ratio)
+            )
+            are_several = (
+                np.unique(direction_of_run[explained.runs]).size >= _CHOSEN.fewest_directions
+            )
             if explained.runs.sum() >= _CHOSEN.fewest_runs and are_several:
                 names = [
                     name for name, is_one in zip(run_ids, explained.runs, strict=True) if is_one
@@ -76,14 +83,14 @@ def find_misplaced(
 
 
 class _Explained(NamedTuple):
-    """Logarithm of a Bayes factor, and the runs that a mistake explains better, shape (n,)."""
+    """Logarithm of the Bayes factor of a mistake, and whether it explains each run better, shape (n,)."""
 
     evidence: float
     runs: npt.NDArray[np.bool_]
 
 
 def _explain_scattered(ratio: FloatArray) -> _Explained:
-    """Evidence that any of the runs, in a share that fits best, have a mistake; `ratio` (n,): Log likelihood ratio of each."""
+    """Find the evidence that a share of the runs, the one that fits best, has a mistake; `ratio`: of `_log_ratios`."""
     evidence, best_share = 0.0, 0.0
     for share in _CHOSEN.shares:
         of_share = float(np.logaddexp(math.log1p(-share), math.log(share) + ratio).sum())
@@ -94,13 +101,13 @@ def _explain_scattered(ratio: FloatArray) -> _Explained:
     return _Explained(evidence, ratio > math.log(1 / best_share - 1))
 
 
-def _explain_stretch(ratio: FloatArray, number: npt.NDArray[np.intp]) -> _Explained:
-    """Evidence that a stretch of the sheet has a mistake: all of it, from a row on, or between two rows.
+def _explain_stretch(ratio: FloatArray, direction_of_run: npt.NDArray[np.intp]) -> _Explained:
+    """Find the evidence that a stretch of the sheet has a mistake: all of it, from a row on, or between two rows.
 
-    Repeats have what their direction has of its own in common, and count as one run.
+    Repeats share how their direction departs from the known shape, and together count as one run.
     """
-    changed_of_direction = np.bincount(number, ratio != 0)
-    weighted = ratio / np.maximum(changed_of_direction, 1)[number]
+    changed_of_direction = np.bincount(direction_of_run, ratio != 0)
+    weighted = ratio / np.maximum(changed_of_direction, 1)[direction_of_run]
     sums = np.concatenate([[0.0], np.cumsum(weighted)])
     lowest = np.minimum.accumulate(sums)
     end = int((sums - lowest).argmax())
@@ -113,9 +120,9 @@ def _explain_stretch(ratio: FloatArray, number: npt.NDArray[np.intp]) -> _Explai
 def _log_ratios(
     runs: RunSlopes, run_ids: list[str], sheet: Mapping[str, Run], without: tuple[str, ...]
 ) -> dict[tuple[str, int], FloatArray]:
-    """Log likelihood ratio of each run with each mistake, by its name and the rows between angles and logs.
+    """Calculate the log likelihood ratio of each run with each mistake, by name and rows between angles and logs.
 
-    It is 0 where a mistake changes nothing.
+    The ratio is 0 where a mistake changes nothing.
     """
     as_stated = runs.beta_deg, runs.gamma_deg
     angles_deg = _angles_of_rows(runs, run_ids, sheet)
@@ -130,40 +137,43 @@ def _log_ratios(
     # neither another row nor other axes change how large alpha of all runs is
     size = float(level.sum() / np.hypot(*means[:, :count]).sum())
 
-    def log_density(place: int, turned_alpha: FloatArray) -> FloatArray:
-        """Log density of each run at one set of angles; a constant is left out."""
-        of_place = slice(place * count, (place + 1) * count)
-        side = np.where(all_angles_deg[1, of_place] < 0, -1.0, 1.0)
-        off = np.stack([turned_alpha[0], side * turned_alpha[1]]) - size * means[:, of_place]
-        covariance = size**2 * covariances[of_place] + error[:, None, None] ** 2 * np.eye(2)
+    def log_density(angle_set: int, turned_alpha: FloatArray) -> FloatArray:
+        """Log density of each run at one set of angles, up to a constant."""
+        of_set = slice(angle_set * count, (angle_set + 1) * count)
+        side = np.where(all_angles_deg[1, of_set] < 0, -1.0, 1.0)
+        off = np.stack([turned_alpha[0], side * turned_alpha[1]]) - size * means[:, of_set]
+        covariance = size**2 * covariances[of_set] + error[:, None, None] ** 2 * np.eye(2)
         distance = np.einsum("in,nij,jn->n", off, np.linalg.inv(covariance), off)
         dof = _CHOSEN.t_dof
         log_det = np.log(np.linalg.det(covariance))
         return np.asarray(-0.5 * ((dof + 2) * np.log1p(distance / dof) + log_det))
 
-    sound = log_density(0, alpha)
+    as_in_sheet = log_density(0, alpha)
     ratios = {
-        (name, 0): log_density(0, np.array(matrix) @ alpha) - sound
+        (name, 0): log_density(0, np.array(matrix) @ alpha) - as_in_sheet
         for name, matrix in AXES.items()
         if name != "as-given"
     }
-    for place, (mistake, angles) in enumerate(angles_deg.items(), 1):
+    for angle_set, (mistake, angles) in enumerate(angles_deg.items(), 1):
         differs = np.abs(np.subtract(angles, as_stated)).max(axis=0) > runs.tolerance_deg
-        ratios[mistake] = np.where(differs, log_density(place, alpha) - sound, 0.0)
+        ratios[mistake] = np.where(differs, log_density(angle_set, alpha) - as_in_sheet, 0.0)
     return ratios
 
 
 def _angles_of_rows(
     runs: RunSlopes, run_ids: list[str], sheet: Mapping[str, Run]
 ) -> dict[tuple[str, int], tuple[FloatArray, FloatArray]]:
-    """Angles of rows nearby, or beta of theirs alone, for each run, degrees; its own where there is no such row."""
+    """Return the angles (degrees) of each run by each mistake: those of a row nearby, or beta of this row alone.
+
+    A run keeps its stated angles where there is no such row.
+    """
     plates = sorted((run for run in sheet.values() if run.kind == "plate"), key=lambda run: run.row)
-    place_of_run = {run.run_id: place for place, run in enumerate(plates)}
-    places = np.array([place_of_run[run_id] for run_id in run_ids])
+    row_of_run = {run.run_id: row for row, run in enumerate(plates)}
+    rows = np.array([row_of_run[run_id] for run_id in run_ids])
     stated_deg = np.array([filed_under(run)[:2] for run in plates]).T
     angles_deg = {}
     for shift in (1, -1):
-        away = places - shift
+        away = rows - shift
         is_there = (away >= 0) & (away < len(plates))
         beta_deg, gamma_deg = np.where(
             is_there, stated_deg[:, away * is_there], (runs.beta_deg, runs.gamma_deg)
@@ -176,7 +186,7 @@ def _angles_of_rows(
 def _shape_at(
     beta_deg: FloatArray, gamma_deg: FloatArray, without: tuple[str, ...]
 ) -> tuple[FloatArray, FloatArray]:
-    """Mean (2, n) and covariance (n, 2, 2) of alpha of a medium of size 1 at n directions, each alone."""
+    """Return mean (2, n) and covariance (n, 2, 2) of alpha for a medium of size 1, each direction alone."""
     directions, place = np.unique(np.stack([beta_deg, gamma_deg]), axis=1, return_inverse=True)
     means, covariances = [], []
     for first in range(0, directions.shape[1], _AT_ONCE):

@@ -1,9 +1,9 @@
-"""Comparison of each run with the alpha that the other runs of its medium give for its direction.
+"""Comparison of each run with alpha in its direction by the other runs of its medium.
 
-Three runs of one direction or more are compared with one another, in units of how repeats of this medium
-differ; two are compared with how all pairs differ. A single run is compared with what all other runs and the shape
-that granular media share (`rftfit.model.shapes`) say of its direction. A medium that is rougher than the known ones
-differs more in every direction, so the unit is the spread of these differences in this medium.
+Three or more runs of one direction are compared with one another, in units of how repeats of this medium differ; two
+runs are compared with how all pairs differ. A single run is compared with alpha in its direction by a map of all other
+runs with the shape that granular media share (`rftfit.model.shapes`). In a medium that is rougher than the known ones
+single runs differ more in every direction, so the unit is the spread of these differences in this medium.
 """
 
 from __future__ import annotations
@@ -43,21 +43,21 @@ COLUMNS = [
 _CHOSEN = chosen("compare", "peers")
 
 APART_FROM = {REPEATS: _CHOSEN.apart[0][0], PAIR: _CHOSEN.pair_second, MAP: _CHOSEN.times_map}
-"""Least times of the spread at which a run can stand apart, by what it is compared with."""
+"""Least difference, in units of the spread, at which a run can stand apart, by what it is compared with."""
 
 
 def compare_runs(
     fits: pd.DataFrame, medium: str, tolerance_deg: float = TOLERANCE_DEG
 ) -> pd.DataFrame:
-    """Compare each run that has alpha with the others of its medium; a row a run.
+    """Compare each run that has alpha with the others of its medium; returns a row for each run.
 
     `tolerance_deg`: Difference of each angle up to which runs are repeats.
 
     `off_z_ratio`, `off_x_ratio`: difference from the others, relative to the largest alpha of the medium.
-    `known_z_ratio`, `known_x_ratio`: the least that all published media feel in this direction, relative to
+    `known_z_ratio`, `known_x_ratio`: least alpha of all published media in this direction, relative to
     their alpha_z at (0, 90) deg, with its sign; 0 where they differ in sign. `times_spread`: the larger
-    difference in units of the spread of such differences. `apart`: whether that is more than chance
-    explains; a difference below `seen_from_ratio`, relative to the largest alpha, never is.
+    difference in units of the spread of such differences. `apart`: whether the difference is more than chance
+    explains; one below `seen_from_ratio`, relative to the largest alpha, never is.
     """
     names = [column(c) for c in "zx"]
     runs = fits[np.isfinite(fits[names].to_numpy(float)).any(axis=1)].reset_index(drop=True)
@@ -68,7 +68,7 @@ def compare_runs(
         runs[name].to_numpy(float) for name in ("beta_deg", "gamma_deg", "depth_from_cm")
     )
     groups = number_directions(beta_deg, gamma_deg, tolerance_deg, depth_cm)
-    compared_alpha = _without_side(alpha, gamma_deg, may_switch(runs))
+    compared_alpha = _turn_to_one_side(alpha, gamma_deg, may_switch(runs))
     others_alpha, times, apart, seen = _compare_with_repeats(alpha, groups, compared_alpha)
     run_count = np.bincount(groups)[groups]
     single = run_count < 3
@@ -94,7 +94,7 @@ def compare_runs(
         )
         # both differ from one another: the map says from which side, where there is one
         others_alpha = np.where(is_by_pair & np.isnan(others_alpha), of_pair.other, others_alpha)
-    # of a medium without any force nothing is relative
+    # without any force there is nothing to be relative to
     largest = float(np.nanmax(np.abs(alpha))) or math.nan
     off = (alpha - others_alpha) / largest
     rows = {
@@ -118,7 +118,10 @@ def compare_runs(
 
 
 def _smallest_published(beta: FloatArray, gamma: FloatArray) -> FloatArray:
-    """Smallest alpha of all published media, with its sign, shape (2, n); 0 where the signs differ."""
+    """Return the smallest alpha of all published media, with its sign, shape (2, n).
+
+    It is relative to their alpha_z(0, 90 deg), and 0 where the signs differ.
+    """
     shapes = published_shapes()
     level = shapes.of_media(np.zeros(1), np.full(1, math.pi / 2))[:, :1]
     ratios = np.stack(np.split(shapes.of_media(beta, gamma), 2, axis=1)) / level
@@ -127,17 +130,17 @@ def _smallest_published(beta: FloatArray, gamma: FloatArray) -> FloatArray:
 
 
 def outlier_differences(peers: pd.DataFrame) -> dict[str, tuple[float, float]]:
-    """Alpha of each outlier minus the alpha that the other runs give, z and x, N/cm^3."""
+    """Return alpha of each outlier minus alpha by the other runs, z and x, N/cm^3, by run_id."""
     rows = peers[peers["apart"].astype(bool)]
     z, x = (rows[column(c)] - rows[f"others_{c}_N_per_cm3"] for c in "zx")
     return dict(zip(rows["run_id"].astype(str), zip(z, x, strict=True), strict=True))
 
 
 def may_switch(runs: pd.DataFrame) -> npt.NDArray[np.bool_]:
-    """Whether a small error of an angle decides to which side of the plate the grains flow.
+    """Tell for which runs a small error of an angle decides to which side of the plate the grains flow.
 
-    So it is where a plate moves along itself or along its normal: 3D-RFT (Agarwal et al., PNAS 120, e2214017120, 2023)
-    has two values there, of one size. Straight down and up a level plate has one by symmetry.
+    These are plates that move along themselves or along their normal: 3D-RFT (Agarwal et al., PNAS 120, e2214017120,
+    2023) has two values of one size there. A level plate that moves straight down or up has one value by symmetry.
     """
     beta, gamma = (runs[f"{name}_deg"].to_numpy(float) for name in ("beta", "gamma"))
     from_plate = np.abs((beta + gamma + 45) % 90 - 45)
@@ -145,12 +148,12 @@ def may_switch(runs: pd.DataFrame) -> npt.NDArray[np.bool_]:
     return np.asarray((from_plate <= _CHOSEN.switches_within_deg) & ~is_level)
 
 
-def _without_side(
+def _turn_to_one_side(
     alpha: FloatArray, gamma_deg: FloatArray, switches: npt.NDArray[np.bool_]
 ) -> FloatArray:
-    """Turn the force across the motion to one side where grains may flow to either, shape (2, n), z and x.
+    """Turn the force across the motion to one and the same side where grains may flow to either; shape (2, n), z and x.
 
-    The force along the motion stays: on whichever side grains flow, they resist.
+    The force along the motion stays: grains resist on either side.
     """
     gamma = np.radians(gamma_deg)
     along = np.stack([-np.sin(gamma), -np.cos(gamma)])
@@ -162,9 +165,10 @@ def _without_side(
 def _compare_with_repeats(
     alpha: FloatArray, groups: npt.NDArray[np.intp], compared_alpha: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Median of the other runs of a direction; distance of each run; whether it is an outlier; smallest distance detected.
+    """Compare runs with the others of their direction, where it has three or more.
 
-    `compared_alpha`: Alpha whose distances count, shape (2, n).
+    Returns the median of the other runs, (2, n); the distance of each run from it in units; whether the run is an
+    outlier; the smallest distance that is detected, N/cm^3. `compared_alpha`: alpha whose distances count, (2, n).
     """
     # a component that nobody measured makes no difference
     filled_alpha, compared_alpha = (
@@ -174,14 +178,14 @@ def _compare_with_repeats(
     weakest = _CHOSEN.least_repeats * np.nanmax(np.abs(filled_alpha))
 
     def compare_group(members: npt.NDArray[np.intp]) -> tuple[FloatArray, FloatArray, float]:
-        """Median of the others, the difference from it relative to the size of alpha, and that size."""
+        """Return the median of the others, the difference from it relative to the size of alpha, and this size."""
         median, compared_median = (
             np.stack([np.median(of_runs[:, members[members != run]], axis=1) for run in members], 1)
             for of_runs in (filled_alpha, compared_alpha)
         )
-        # beds differ by so many percent of both components; the weakest directions by more
+        # beds differ by a percentage of both components together; the weakest directions by more
         sizes = np.hypot(*filled_alpha[:, members])
-        # the median of all runs: beside a wrong run the median of the others is no size of a right one
+        # by the median of all runs: the others of a right run may have a wrong one among them
         level = math.hypot(float(np.median(sizes)), weakest)
         distance = np.hypot(*(compared_alpha[:, members] - compared_median))
         return median, distance / level, level
@@ -199,7 +203,8 @@ def _compare_with_repeats(
     )
     far = np.zeros(groups.size, dtype=bool)
     for members in large_groups:
-        # where runs are wrong, the others differ from their median too: the farthest goes first
+        # a wrong run moves the median of the others, which then seem wrong: only the farthest is
+        # left out at a time
         remaining = members
         while 2 * (members.size - remaining.size + 1) < members.size:
             distances = compare_group(remaining)[1]
@@ -215,11 +220,11 @@ def _compare_with_repeats(
     return others_alpha, np.nan_to_num(off / unit), far, seen
 
 
-class _OfPairs(NamedTuple):
-    """Comparison of the two runs of a direction, NaN and False of all other runs: shape (2, n) and (n,).
+class _PairComparison(NamedTuple):
+    """Comparison of the two runs of a direction; NaN and False for all other runs.
 
-    `other`: Alpha of the other run. `times`: Difference in standard errors. `apart`: Whether chance does not explain it.
-    `seen`: Least difference that would stand apart, N/cm^3.
+    `other`: alpha of the other run, shape (2, n). `times`: difference in standard errors, (n,). `apart`: whether the
+    difference is more than chance explains. `seen`: least difference that would stand apart, N/cm^3.
     """
 
     other: FloatArray
@@ -230,25 +235,26 @@ class _OfPairs(NamedTuple):
 
 def _compare_pairs(
     compared_alpha: FloatArray, groups: npt.NDArray[np.intp], is_of_pair: npt.NDArray[np.bool_]
-) -> _OfPairs:
-    """Judge the two runs of each direction by how all such pairs differ: which of the two is wrong they do not tell."""
+) -> _PairComparison:
+    """Judge the two runs of each direction by how all such pairs differ; which of the two is wrong stays open."""
     filled_alpha = np.nan_to_num(compared_alpha)
     runs = np.flatnonzero(is_of_pair)
     first, second = runs[np.argsort(groups[runs], kind="stable")].reshape(-1, 2).T
     sizes = (np.hypot(*filled_alpha[:, first]) + np.hypot(*filled_alpha[:, second])) / 2
     level = np.hypot(sizes, _CHOSEN.least_repeats * np.hypot(*filled_alpha).max())
-    # a component that one of them lacks makes no difference
+    # a component that one of the two runs lacks makes no difference
     apart_by = np.nan_to_num(compared_alpha[:, first] - compared_alpha[:, second]) / level
     # beds differ along the force more than across it
     along_and_across = unit_vectors(filled_alpha[:, first] + filled_alpha[:, second])
     differences = np.abs((along_and_across * apart_by).sum(axis=1))
     usual = np.array([[USUAL_BED_SPREAD], [_CHOSEN.pair_across]])
     unit = _unit_of_pairs(differences, usual)
-    # of the weakest directions noise and small errors of an angle are a larger part
+    # noise and small errors of an angle are a larger part of alpha in the weakest directions
     weak = _CHOSEN.pair_floor * np.hypot(*filled_alpha).max() / level
     unit = np.sqrt(unit**2 + 2 * weak**2)
     of_pair = (differences / unit).max(axis=0)
     ranked = np.sort(of_pair)[::-1]
+    # the clearest pair has to pass a higher limit where it is the only clear one
     limit = _CHOSEN.pair_largest
     if ranked.size > 1 and ranked[1] > _CHOSEN.pair_second:
         limit = _CHOSEN.pair_second
@@ -264,15 +270,15 @@ def _compare_pairs(
         times[runs_of_pairs] = of_pair
         apart[runs_of_pairs] = is_apart
         seen[runs_of_pairs] = level * seen_from
-    return _OfPairs(other, times, apart, seen)
+    return _PairComparison(other, times, apart, seen)
 
 
 def _unit_of_pairs(differences: FloatArray, usual: FloatArray) -> FloatArray:
-    """Standard deviation of the difference of each pair, shape (2, k), along and across, by all other pairs.
+    """Estimate the standard deviation of the difference of each pair by all other pairs, along and across, (2, k).
 
-    A wrong pair is no witness of how pairs differ, and a mean of squares that are capped at `_CAP` standard deviations bears
-    a few others, as a median does, with half the error. `usual`: Spread of single runs, shape (2, 1), that counts for a few
-    more pairs.
+    A wrong pair does not show how pairs differ, so it is left out of its own unit. The squares of the others are capped
+    at `_CAP` standard deviations: their mean is as safe from a few wrong pairs as a median, with half the error.
+    `usual`: spread of single runs, shape (2, 1), which counts as a few more pairs.
     """
     count = differences.shape[1]
     other_pairs = count - 1
@@ -302,13 +308,17 @@ steps in which the scale is found."""
 def _compare_with_map(
     runs: pd.DataFrame, alpha: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Alpha of each run by a map of all others; distance; whether it is an outlier; smallest distance detected."""
+    """Compare each run with alpha by a map of all others.
+
+    Returns the same as `_compare_with_repeats`; a distance is NaN where too few runs are left to find outliers.
+    """
     beta, gamma = directions(runs)
     se = np.stack([runs[column(c, "_se")].to_numpy(float) for c in "zx"])
     largest = float(np.nanmax(np.abs(alpha)))
     far = np.zeros(beta.size, dtype=bool)
 
     def predict_from(is_used: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Alpha of each run by the used ones but itself, its difference in errors, and the error."""
         predicted, error = _predict_from_others(
             beta, gamma, np.where(is_used, alpha, math.nan), alpha, se
         )
@@ -316,19 +326,21 @@ def _compare_with_map(
 
     predicted, times, error = predict_from(~far)
     while True:
+        # the farthest run that is no outlier yet is tried next
         farthest = int(np.where(far, 0, times.max(axis=0)).argmax())
         remaining = ~far & (np.arange(beta.size) != farthest)
         if remaining.sum() < max(_CHOSEN.fewest, 2 * far.sum()):
             break
         # a wrong run distorts the map near itself, so the limit is estimated without this run
-        without, apart, its_error = predict_from(remaining)
-        unit = max(float(np.quantile(apart[:, remaining], _CHOSEN.tail)), 0.1)
-        off = np.nan_to_num(np.abs(alpha - without)[:, farthest]).max()
-        if apart[:, farthest].max() < _CHOSEN.times_map * unit or off < _CHOSEN.least_map * largest:
+        new_predicted, new_times, new_error = predict_from(remaining)
+        unit = max(float(np.quantile(new_times[:, remaining], _CHOSEN.tail)), 0.1)
+        off = np.nan_to_num(np.abs(alpha - new_predicted)[:, farthest]).max()
+        is_usual = new_times[:, farthest].max() < _CHOSEN.times_map * unit
+        if is_usual or off < _CHOSEN.least_map * largest:
             seen = np.fmax(_CHOSEN.least_map * largest, np.fmax(*error) * _CHOSEN.times_map * unit)
             return predicted, times.max(axis=0) / unit, far, seen
         far[farthest] = True
-        predicted, times, error = without, apart, its_error
+        predicted, times, error = new_predicted, new_times, new_error
     # too few runs, or too many outliers, to estimate a limit
     unknown = np.full(beta.size, math.nan)
     return predicted, unknown, np.zeros(beta.size, dtype=bool), unknown
@@ -337,7 +349,7 @@ def _compare_with_map(
 def _predict_from_others(
     beta: FloatArray, gamma: FloatArray, used_alpha: FloatArray, alpha: FloatArray, se: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """What the runs of `used_alpha` but itself say of each run: alpha, N/cm^3, and its error, shape (2, n)."""
+    """Predict alpha of each run and its error, (2, n), N/cm^3, by all others that have a number in `used_alpha`."""
     count = beta.size
     mean, prior = published_shapes().moments(beta, gamma)
     used = np.flatnonzero(np.isfinite(used_alpha.ravel()))
@@ -353,7 +365,8 @@ def _predict_from_others(
     off = inverse @ (values - size * mean[used])
     predicted, error = np.full((2, 2 * count), math.nan)
     for run in range(count):
-        # both components of a run are left out together
+        # both components of a run are left out together; a block of the inverse does this without a
+        # new inverse
         components = np.flatnonzero(used % count == run)
         if components.size:
             block = np.linalg.inv(inverse[np.ix_(components, components)])

@@ -1,4 +1,4 @@
-"""What a plan of runs can tell, before it is measured, of errors that many runs share."""
+"""Errors shared by many runs that a plan of runs can show, before it is measured."""
 
 from __future__ import annotations
 
@@ -20,14 +20,15 @@ NOISE = 0.02
 """Standard error of a run's slope, relative to the largest: of a usual log."""
 
 NEEDED_CAUSES = {("gain", FROM_RUN): "repeat-first", ("turn", ALL): "push-mirror-image"}
-"""Kind and group of the errors that a campaign must be able to tell, and what makes it able to."""
+"""Kind and group of the errors that a campaign must be able to show, and code of the remark on what makes it able
+to."""
 
 LARGE = {"gain": 0.2, "turn": 5.0}
-"""Sizes that must not pass, a share and degrees: where only larger ones would be told, the cure is named too."""
+"""Sizes that must not stay unseen, a share and degrees: where only larger ones would be told, the cure is named too."""
 
 
 class PlanPower(NamedTuple):
-    """Whether the runs of a medium, as planned, can tell an error that many of them share.
+    """Least error shared by many runs that the planned runs of a medium show.
 
     `least_seen`: least size that is told with a probability of 80 %, a share or degrees; NaN where it cannot be told.
     """
@@ -39,7 +40,7 @@ class PlanPower(NamedTuple):
 
     @property
     def sentence(self) -> str:
-        """What is told, and where that is not enough the cure."""
+        """Sentence on the least error that is told, with the cure where this is not small enough."""
         cure = str(remark(NEEDED_CAUSES[self.kind, self.group]))
         if not np.isfinite(self.least_seen):
             return format_remarks([remark(f"plan-lacks-{self.kind}", cure=cure)])
@@ -50,10 +51,10 @@ class PlanPower(NamedTuple):
 
 
 def rate_plan(campaign: Campaign) -> list[PlanPower]:
-    """Rate the plate runs of each medium of which no log is there yet, by `NEEDED_CAUSES`.
+    """Rate the plate runs of each medium that have no log yet, by `NEEDED_CAUSES`.
 
-    The joint model is asked what it would see in a medium of the published shape, with noise of `NOISE` and beds of the
-    assumed spread, so the runs alone decide: their directions, repeats, order and labels.
+    The joint model finds what it would see in a medium of the published shape, with noise of `NOISE` and beds of the
+    assumed spread. So the runs alone decide: their directions, repeats, order and labels.
     """
     ratings = []
     for medium in campaign.media_with_runs:
@@ -62,14 +63,14 @@ def rate_plan(campaign: Campaign) -> list[PlanPower]:
             continue
         causes = scan_plan(planned)
         for kind, group in NEEDED_CAUSES:
-            seen = causes[(causes["kind"] == kind) & (causes["group"] == group)]
-            least = seen.loc[seen["verdict"] == "not seen", "least_seen"]
+            rows = causes[(causes["kind"] == kind) & (causes["group"] == group)]
+            least = rows.loc[rows["verdict"] == "not seen", "least_seen"]
             ratings.append(PlanPower(medium, kind, group, float(least.min())))
     return ratings
 
 
 def scan_plan(planned: Sequence[Run]) -> pd.DataFrame:
-    """Rows of causes, as `rftfit.compare.causes` has them, with the least size that these runs would tell."""
+    """Return rows of `CAUSE_COLUMNS` with the least size of each cause that these runs would show."""
     filed = [filed_under(run) for run in planned]
     beta_deg, gamma_deg, side = np.array(filed, dtype=float).T
     alpha = expected_alpha(beta_deg, gamma_deg)

@@ -17,19 +17,19 @@ from rftfit.reference import MEDIA, coefficients, load
 SAME, DIFFERS, INCONSISTENT, UNJUDGED = "same", "differs", "paper inconsistent", "not judged"
 NOT_MEASURED = "not measured"
 VERDICTS = (DIFFERS, INCONSISTENT, UNJUDGED, SAME, NOT_MEASURED)
-"""In the order of the table."""
+"""Verdicts on an item, in the order of the table."""
 
 BY_CONSTRUCTION, MEASURED, CALIBRATED, TEXT = "by construction", "measured", "calibrated", "text"
 EVIDENCE = (MEASURED, CALIBRATED, BY_CONSTRUCTION, TEXT)
-"""What a verdict rests on: a measurement that may come out otherwise, a model that was fitted to the number,
-logs that were made from it, or what the paper says of itself."""
+"""Evidence of a verdict: a measurement that may come out otherwise, a model that was fitted to the number, logs that
+were made from the number, or the paper's own text."""
 
 FROM_LOGS = "logs"
-"""Of a number that the logs hold: `BY_CONSTRUCTION` where they are re-enacted, else `MEASURED`."""
+"""Evidence of a number that the logs contain: `BY_CONSTRUCTION` where they are re-enacted, else `MEASURED`."""
 
 
 class Tolerance(NamedTuple):
-    """How far ours may lie from the paper's number, and why so far."""
+    """Most that our number may differ from the paper's, and the reason."""
 
     value: float
     reason: str
@@ -45,8 +45,8 @@ class Item(NamedTuple):
 
     `item`: what is compared, with its unit; `where`: table, figure or text of the paper; `paper`: as
     printed; `lo`, `hi`: our 95 % interval, NaN if there is none; `tolerance`, `tolerance_reason`: see
-    `Tolerance`, NaN where nothing is judged by a number; `verdict`, `evidence`: of `VERDICTS`, `EVIDENCE`;
-    `media`: whose numbers are in it.
+    `Tolerance`, NaN where nothing is judged by a number; `verdict`: one of `VERDICTS`; `evidence`: one of
+    `EVIDENCE`, or `FROM_LOGS`; `media`: those whose numbers are in our number.
     """
 
     item: str
@@ -64,11 +64,11 @@ class Item(NamedTuple):
 
 
 ITEM_COLUMNS = list(Item._fields[:-1])
-"""Of the table; whose doubts a row carries (`media`) is in its reason."""
+"""Columns of the table: all fields but `media`, whose doubts are written into the reason of a row."""
 
 
 def name_sources(media: Iterable[Any], items: Iterable[Item]) -> list[Item]:
-    """Say whose numbers are in some items."""
+    """Enter the media whose numbers are in some items."""
     names = tuple(dict.fromkeys(map(str, media)))
     return [item._replace(media=names) for item in items]
 
@@ -85,7 +85,7 @@ def compare_numbers(
 ) -> Item:
     """Compare two numbers: the same within a tolerance, or within our own interval.
 
-    `note` is put behind the reason.
+    `note`: words after the reason.
     """
     lo, hi = interval
     if not math.isfinite(ours):
@@ -110,14 +110,16 @@ def stated(
     why: str,
     tolerance: Tolerance = _NONE,
 ) -> Item:
-    """Put a statement beside ours; its verdict, or whether it is the same, is known already."""
+    """Make the item of a statement whose verdict, or whether ours is the same, is known already."""
     if isinstance(verdict, bool):
         verdict = SAME if verdict else DIFFERS
     return Item(item, where, paper, ours, math.nan, math.nan, *tolerance, verdict, evidence, why)
 
 
-def _counted(item: str, where: str, met: pd.Series[bool], evidence: str, why: str) -> list[Item]:
-    """Put beside ours what the paper says of every medium; `met`: by medium, where it holds here."""
+def _compare_count(
+    item: str, where: str, met: pd.Series[bool], evidence: str, why: str
+) -> list[Item]:
+    """Compare a statement of the paper on every medium; `met`: by medium, whether the statement holds here."""
     if not len(met):
         return []
     n_met = int(met.sum())
@@ -126,12 +128,13 @@ def _counted(item: str, where: str, met: pd.Series[bool], evidence: str, why: st
     )
 
 
-def _listed(values: pd.Series[float], form: str = "+.0f", unit: str = " %") -> str:
+def _format_numbers(values: pd.Series[float], form: str = "+.0f", unit: str = " %") -> str:
+    """Format numbers with their names; `form`: format specification."""
     return ", ".join(f"{name} {value:{form}}{unit}" for name, value in values.items())
 
 
 def discrepancies() -> list[Item]:
-    """Statements of the paper that contradict its own tables and equations; nothing can settle them."""
+    """List the statements of the paper that contradict its own tables and equations; no measurement can settle them."""
     return [
         stated(row["item"], row["where"], row["paper"], row["ours"], INCONSISTENT, TEXT, row["why"])
         for row in load("discrepancies").to_dict("records")
@@ -155,7 +158,7 @@ _RECIPE = "by the transform inferred from the paper's own numbers, with the term
 def compare_alpha(tables: Mapping[str, pd.DataFrame], published: Mapping[str, str]) -> list[Item]:
     """Compare alpha tables by medium with Table S5: share within its repeatability, and worst point.
 
-    `published`: Medium to its key in the published tables.
+    `published`: key in the published tables by medium.
     """
     items, up_and_down = [], {}
     for medium, table in tables.items():
@@ -163,9 +166,9 @@ def compare_alpha(tables: Mapping[str, pd.DataFrame], published: Mapping[str, st
         if key not in MEDIA:
             continue
         paper = load("table_s5").query("medium == @key")
-        place = rows_at(table, paper["beta_deg"], paper["gamma_deg"])
+        rows = rows_at(table, paper["beta_deg"], paper["gamma_deg"])
         names = [column("z"), column("x")]
-        ours = np.where(place[:, None] < 0, np.nan, table[names].to_numpy(float)[place])
+        ours = np.where(rows[:, None] < 0, np.nan, table[names].to_numpy(float)[rows])
         off = np.abs(ours - paper[names].to_numpy(float))
         differences = off[np.isfinite(off)]
         share = 100 * float(np.mean(differences <= REPEATABILITY)) if differences.size else np.nan
@@ -199,7 +202,7 @@ def compare_alpha(tables: Mapping[str, pd.DataFrame], published: Mapping[str, st
     both = pd.DataFrame(up_and_down, index=["down", "up"]).T.dropna()
     pairs = (f"{m} {down:.3f} and {up:.3f}" for m, down, up in both.itertuples())
     why = f"down and up: {', '.join(pairs)}"
-    return items + _counted(
+    return items + _compare_count(
         "media with alpha_z(0, 90 deg) of the way down above |alpha_z(0, -90 deg)| of the way up",
         "text, Fig. 2",
         both["down"] > both["up"],
@@ -234,17 +237,17 @@ def compare_coefficients(values: pd.DataFrame, published: Mapping[str, str]) -> 
                 _RECIPE,
             )
             if printed[term] != 0
-            else _printed_zero(medium, term, row)
+            else _compare_printed_zero(medium, term, row)
             for term, row in ((term, rows_of_medium.loc[term]) for term in TERMS)
         ]
         if medium != "generic":
-            medium_items.append(_zeta(medium, printed, rows_of_medium))
+            medium_items.append(_compare_zeta(medium, printed, rows_of_medium))
         items += name_sources(ours["medium"] if medium == GENERIC else [medium], medium_items)
-    return items + _uneven_steps(values)
+    return items + _compare_uneven_steps(values)
 
 
-def _uneven_steps(values: pd.DataFrame) -> list[Item]:
-    """What the transform, with steps of gamma taken for even and mirror images, makes of the two large terms."""
+def _compare_uneven_steps(values: pd.DataFrame) -> list[Item]:
+    """Compare the two large terms by the transform, which takes gamma as even, with those by least squares."""
     large_terms = values[values["coefficient"].isin(["A00", "B01"]) & (values["medium"] != GENERIC)]
     large_terms = large_terms.assign(of=large_terms["medium"] + " " + large_terms["coefficient"])
     both = large_terms.pivot_table(index="of", columns="method", values="value_N_per_cm3")
@@ -252,7 +255,7 @@ def _uneven_steps(values: pd.DataFrame) -> list[Item]:
         return []
     change = 100 * (both["lsq"] / both["dft-index"] - 1)
     item = "uneven steps and mirror images: largest change of A00 and B01 by least squares at the true angles, %"
-    why = _listed(change)
+    why = _format_numbers(change)
     return name_sources(
         large_terms["medium"],
         [
@@ -269,8 +272,8 @@ def _uneven_steps(values: pd.DataFrame) -> list[Item]:
     )
 
 
-def _printed_zero(medium: str, term: str, row: pd.Series[float]) -> Item:
-    """Entry that the paper prints as zero, though its stated rule may keep the term."""
+def _compare_printed_zero(medium: str, term: str, row: pd.Series[float]) -> Item:
+    """Compare a term that the paper prints as zero, though its stated rule may keep it."""
     relative = float(row["relative_to_A00"])
     if not math.isfinite(relative):
         return compare_numbers(
@@ -291,17 +294,17 @@ def _printed_zero(medium: str, term: str, row: pd.Series[float]) -> Item:
 
 
 def sum_of_terms(printed: Mapping[str, float]) -> float:
-    """Sum of the terms that Table S2 prints for a medium, which should be its zeta."""
+    """Add up the terms that Table S2 prints for a medium; the sum should be its zeta."""
     return float(sum(printed[term] for term in TERMS_Z))
 
 
 def is_zeta_of_terms(printed: Mapping[str, float]) -> bool:
-    """Whether the zeta that Table S2 prints for a medium is the sum of its terms, each rounded to 0.001."""
+    """Tell whether the zeta that Table S2 prints for a medium is the sum of its terms, each rounded to 0.001."""
     return abs(sum_of_terms(printed) - printed["zeta"]) <= 0.0025
 
 
-def _zeta(medium: str, printed: Mapping[str, float], rows_of_medium: pd.DataFrame) -> Item:
-    """Zeta as printed, as the sum of the printed terms, and ours."""
+def _compare_zeta(medium: str, printed: Mapping[str, float], rows_of_medium: pd.DataFrame) -> Item:
+    """Compare zeta with the printed one, which may not be the sum of the printed terms."""
     total = sum_of_terms(printed)
     kept = rows_of_medium[rows_of_medium["kept"].astype(bool)]
     terms = kept.loc[[t for t in TERMS_Z if t in kept.index], "value_N_per_cm3"]
@@ -354,11 +357,12 @@ def compare_penetration(table: pd.DataFrame, published: Mapping[str, str]) -> li
                 ],
             )
     if set(MEDIA) <= set(published.values()):
-        items += name_sources(ours["medium"], _mean_chi(table, printed))
+        items += name_sources(ours["medium"], _compare_mean_chi(table, printed))
     return items
 
 
-def _mean_chi(table: pd.DataFrame, printed: pd.Series[float]) -> list[Item]:
+def _compare_mean_chi(table: pd.DataFrame, printed: pd.Series[float]) -> list[Item]:
+    """Compare the mean of chi over the media; `printed`: Table S3."""
     row = printed.xs("chi", level="quantity").to_numpy(float)
     items = [
         stated(
@@ -411,7 +415,8 @@ def leg_claims(
 ) -> list[Item]:
     """Compare the paper's statements on leg forces with this campaign, as far as its media can meet them.
 
-    `errors`: Of `compare.legs.leg_errors`. `scaled`: The table of vertical penetration. `natural_sands`: Names of media.
+    `errors`: table of `compare.legs.leg_errors`. `measured`: curves of all legs. `scaled`: table of vertical
+    penetration. `natural_sands`: names of media.
     """
     compared = errors[errors["peak_error_percent"].notna()]
     both = {str(name): errors_of_profile for name, errors_of_profile in compared.groupby("profile")}
@@ -421,26 +426,28 @@ def leg_claims(
     }
     items: list[Item] = []
     if "table" in lift:
-        items += _within(both["table"])
-        items += _measured_order(lift["table"])
-        items += _order(lift["table"], "table")
+        items += _compare_close_peaks(both["table"])
+        items += _compare_measured_order(lift["table"])
+        items += _compare_predicted_order(lift["table"], "table")
     if "fourier" in lift:
-        items += _order(lift["fourier"], "nine terms")
+        items += _compare_predicted_order(lift["fourier"], "nine terms")
     if "depth_only" in lift:
-        items += _depth_only(lift["depth_only"])
-    items += _suction(measured)
+        items += _compare_depth_only(lift["depth_only"])
+    items += _compare_suction(measured)
     if "generic" in lift:
         # few pushes of a laboratory medium give no table, and it is no sand for that
         in_sand = both["generic"]["medium"].isin(natural_sands)
-        items += _generic(both["generic"][~in_sand])
+        items += _compare_generic(both["generic"][~in_sand])
         sands = lift["generic"][lift["generic"]["medium"].isin(natural_sands)]
         rows = scaled.drop_duplicates("medium", keep="last").set_index("medium")
-        items += _sands(sands, rows.loc[[m for m in sands["medium"].unique() if m in rows.index]])
+        items += _compare_sands(
+            sands, rows.loc[[m for m in sands["medium"].unique() if m in rows.index]]
+        )
     return items
 
 
-def _within(table: pd.DataFrame) -> list[Item]:
-    """Both components, as the paper's sentences have them."""
+def _compare_close_peaks(table: pd.DataFrame) -> list[Item]:
+    """Compare the shares of peaks within 10 and 33 %, with lift and thrust together, as the paper states them."""
     off = table.pivot_table(
         index=["leg", "medium"], columns="component", values="peak_error_percent"
     )
@@ -449,7 +456,7 @@ def _within(table: pd.DataFrame) -> list[Item]:
     if C_LEG in off.index:
         is_close = (off.loc[[C_LEG]].abs() <= 10).all(axis=1)
         listed = "; ".join(
-            f"{name}: {_listed(peak_errors[C_LEG])}" for name, peak_errors in parts.items()
+            f"{name}: {_format_numbers(peak_errors[C_LEG])}" for name, peak_errors in parts.items()
         )
         items.append(
             stated(
@@ -469,7 +476,7 @@ def _within(table: pd.DataFrame) -> list[Item]:
     )
     every = table["peak_error_percent"].abs()
     share = 100 * float((every <= 33).mean())
-    why = f"{counts}; worst {_named(table.iloc[int(every.argmax())])}"
+    why = f"{counts}; worst {_describe_peak(table.iloc[int(every.argmax())])}"
     return name_sources(
         table["medium"],
         [
@@ -504,23 +511,25 @@ def _verdict_on_count(met: pd.Series[bool], paper: int) -> str:
 
 
 def _count_of_media(count: int) -> str:
-    """Begin of a reason where fewer media were measured than the paper's number is of; else empty."""
+    """Write the beginning of a reason where fewer media were measured here than in the paper; else empty."""
     if count >= len(MEDIA):
         return ""
     return f"{count} {'medium' if count == 1 else 'media'} here, {len(MEDIA)} in the paper; "
 
 
-def _named(row: pd.Series[float]) -> str:
+def _describe_peak(row: pd.Series[float]) -> str:
+    """Name the medium and leg of a peak, with its error."""
     return f"{row['medium']} {row['leg']} {row['peak_error_percent']:+.0f} %"
 
 
 def _peaks(lift: pd.DataFrame, of: str, legs: tuple[str, ...]) -> pd.DataFrame:
-    """Peaks by medium and leg, of media that have these legs."""
+    """Return ``measured`` or ``predicted`` peaks by medium and leg, for media that have all these legs."""
     peaks = lift.pivot_table(index="medium", columns="leg", values=f"peak_{of}_N")
     return peaks.reindex(columns=list(legs)).dropna()
 
 
-def _measured_order(lift: pd.DataFrame) -> list[Item]:
+def _compare_measured_order(lift: pd.DataFrame) -> list[Item]:
+    """Compare the order of the measured peak lifts of the three legs."""
     peaks = _peaks(lift, "measured", (C_LEG, FLAT, REVERSED))
     listed = "; ".join(
         f"{medium} {row[C_LEG]:.1f}, {row[FLAT]:.1f}, {row[REVERSED]:.1f} N"
@@ -528,10 +537,11 @@ def _measured_order(lift: pd.DataFrame) -> list[Item]:
     )
     falls = (peaks[C_LEG] > peaks[FLAT]) & (peaks[FLAT] > peaks[REVERSED])
     name = "media whose measured peak lift falls from c-leg to flat to reversed"
-    return _counted(name, "Fig. 3, Fig. S5", falls, FROM_LOGS, listed)
+    return _compare_count(name, "Fig. 3, Fig. S5", falls, FROM_LOGS, listed)
 
 
-def _order(lift: pd.DataFrame, profile: str) -> list[Item]:
+def _compare_predicted_order(lift: pd.DataFrame, profile: str) -> list[Item]:
+    """Compare the order of the predicted peak lifts of reversed c-leg and flat leg."""
     peaks = _peaks(lift, "predicted", (FLAT, REVERSED))
     below = peaks[REVERSED] < peaks[FLAT]
     wrong = [
@@ -539,10 +549,11 @@ def _order(lift: pd.DataFrame, profile: str) -> list[Item]:
     ]
     name = f"media with the reversed c-leg's predicted peak lift below the flat leg's ({profile})"
     why = "; ".join(wrong) or "as in experiment"
-    return _counted(name, "Fig. 3, Fig. S5 (measured: all)", below, MEASURED, why)
+    return _compare_count(name, "Fig. 3, Fig. S5 (measured: all)", below, MEASURED, why)
 
 
-def _depth_only(lift: pd.DataFrame) -> list[Item]:
+def _compare_depth_only(lift: pd.DataFrame) -> list[Item]:
+    """Compare the peak lifts by depth alone: the largest excess, and reversed c-leg against c-leg."""
     worst = lift.iloc[int(np.argmax(lift["peak_error_percent"].to_numpy(float)))]
     ends = float(worst["peak_error_lo_percent"]), float(worst["peak_error_hi_percent"])
     largest = compare_numbers(
@@ -553,12 +564,12 @@ def _depth_only(lift: pd.DataFrame) -> list[Item]:
         _ROUNDED,
         MEASURED,
         ends,
-        _named(worst),
+        _describe_peak(worst),
     )
     fewer = _count_of_media(lift["medium"].nunique())
     if fewer and largest.verdict == DIFFERS and float(worst["peak_error_percent"]) < 1400:
         # the largest of fewer media may be smaller
-        largest = largest._replace(verdict=UNJUDGED, why=f"{fewer}{_named(worst)}")
+        largest = largest._replace(verdict=UNJUDGED, why=f"{fewer}{_describe_peak(worst)}")
     items = name_sources([worst["medium"]], [largest])
     peaks = _peaks(lift, "predicted", (C_LEG, REVERSED))
     if len(peaks):
@@ -574,7 +585,7 @@ def _depth_only(lift: pd.DataFrame) -> list[Item]:
                     most,
                     abs(most) <= _SIMILAR.value,
                     MEASURED,
-                    _listed(off),
+                    _format_numbers(off),
                     _SIMILAR,
                 )
             ],
@@ -582,21 +593,22 @@ def _depth_only(lift: pd.DataFrame) -> list[Item]:
     return items
 
 
-def _suction(measured: pd.DataFrame) -> list[Item]:
+def _compare_suction(measured: pd.DataFrame) -> list[Item]:
+    """Compare whether the medium pulls the reversed c-leg down while it leaves."""
     readings = measured[(measured["leg"] == REVERSED) & (measured["theta_deg"] > 0)]
     least = readings.groupby("medium")["force_z_N"].min().dropna()
-    # four standard deviations of a degree's mean
-    return _counted(
+    # 0.2 N: four standard deviations of the mean over a degree
+    return _compare_count(
         "reversed c-leg: media with downward force (below -0.2 N) while it leaves",
         "text, Fig. 3",
         least < -0.2,
         FROM_LOGS,
-        f"least measured lift: {_listed(least, '+.2f', ' N')}",
+        f"least measured lift: {_format_numbers(least, '+.2f', ' N')}",
     )
 
 
-def _generic(laboratory: pd.DataFrame) -> list[Item]:
-    """The scaled generic profile on the c-leg in the laboratory media."""
+def _compare_generic(laboratory: pd.DataFrame) -> list[Item]:
+    """Compare the errors of the scaled generic profile on the c-leg in the laboratory media."""
     c_leg = laboratory[laboratory["leg"] == C_LEG]
     if c_leg.empty:
         return []
@@ -614,17 +626,17 @@ def _generic(laboratory: pd.DataFrame) -> list[Item]:
                 most,
                 most <= 20 + _AT_MOST.value if is_of_several else UNJUDGED,
                 MEASURED,
-                _listed(off)
+                _format_numbers(off)
                 if is_of_several
-                else f"one medium has no generic profile but its own fit; {_listed(off)}",
+                else f"one medium has no generic profile but its own fit; {_format_numbers(off)}",
                 _AT_MOST,
             )
         ],
     )
 
 
-def _sands(lift: pd.DataFrame, scaled: pd.DataFrame) -> list[Item]:
-    """Natural sands: forces by the scaled generic profile, and what sieving does."""
+def _compare_sands(lift: pd.DataFrame, scaled: pd.DataFrame) -> list[Item]:
+    """Compare forces on legs in natural sands by the scaled generic profile, and the effect of sieving."""
     if lift.empty or scaled.empty:
         return []
     ratio = scaled["zeta"] / scaled["alpha_z_measured_N_per_cm3"]
@@ -645,12 +657,12 @@ def _sands(lift: pd.DataFrame, scaled: pd.DataFrame) -> list[Item]:
     )
     c_leg = lift[lift["leg"] == C_LEG].set_index("medium")["peak_error_percent"].astype(float)
     if len(c_leg):
-        # a force is proportional to zeta
+        # forces are proportional to zeta: with the zeta of the paper's text they are others
         by_text = 100 * ((1 + c_leg / 100) * TEXTS_ZETA / ratio.reindex(c_leg.index) - 1)
         farthest = float(by_text.iloc[int((by_text - 35).abs().argmax())])
         note = (
-            f"ours is the sand that is farthest from 35 % by zeta = {TEXTS_ZETA} alpha_z, of the text: {_listed(by_text)}; "
-            f"by our zeta = {ratio.mean():.3g} alpha_z: {_listed(c_leg)}"
+            f"ours is the sand that is farthest from 35 % by zeta = {TEXTS_ZETA} alpha_z, of the text: {_format_numbers(by_text)}; "
+            f"by our zeta = {ratio.mean():.3g} alpha_z: {_format_numbers(c_leg)}"
         )
         items += name_sources(
             c_leg.index,
@@ -670,8 +682,8 @@ def _sands(lift: pd.DataFrame, scaled: pd.DataFrame) -> list[Item]:
     far = far.pivot_table(index="medium", columns="leg", values="far")
     far = far.reindex(columns=[C_LEG, FLAT, REVERSED]).dropna()
     if len(far):
-        listed = "; ".join(f"{m}: {_listed(row, '.0f')}" for m, row in far.iterrows())
-        items += _counted(
+        listed = "; ".join(f"{m}: {_format_numbers(row, '.0f')}" for m, row in far.iterrows())
+        items += _compare_count(
             "natural sands where the flat leg's peak lift is predicted best and the reversed c-leg's worst",
             "text, Fig. S12",
             (far.idxmin(axis=1) == FLAT) & (far.idxmax(axis=1) == REVERSED),
@@ -682,6 +694,7 @@ def _sands(lift: pd.DataFrame, scaled: pd.DataFrame) -> list[Item]:
 
 
 def _compare_sieved(lift: pd.DataFrame, alpha: pd.Series[float]) -> list[Item]:
+    """Compare how much sieving a sand reduces alpha_z(0, 90 deg), `alpha`, and the measured peak lift."""
     items = []
     peaks = lift.pivot_table(index="medium", columns="leg", values="peak_measured_N")
     for medium in peaks.index:
@@ -713,7 +726,7 @@ def _compare_sieved(lift: pd.DataFrame, alpha: pd.Series[float]) -> list[Item]:
                         float(by_leg[C_LEG]),
                         _DIGIT,
                         FROM_LOGS,
-                        note=_listed(by_leg, ".0f"),
+                        note=_format_numbers(by_leg, ".0f"),
                     )
                 ],
             )

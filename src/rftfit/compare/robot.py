@@ -1,4 +1,4 @@
-"""The robot beside the paper: claims, and the leg curvature that runs fastest."""
+"""The robot beside the paper: its statements, and the leg curvature that runs fastest."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from rftfit.robot.speeds import share_within
 from rftfit.robot.sweep import best_curvature
 
 PAPER_SHARES = {20: 90.0, 35: 100.0}
-"""Share of the measured speeds, %, that the paper's simulation meets within so many per cent."""
+"""Share of the measured speeds, %, that the paper's simulation meets, by the percentage within which it meets them."""
 
 BEST_HZ, BEST_CURVATURE, BEST_SPEED_CM_PER_S = 5.0, 0.86, 72.0
 
@@ -38,8 +38,9 @@ _CAUSES = {
     "generic": "nine terms lift a belly that slides level, where the measured table has next to no lift",
     "depth_only": "without the direction of stress they push like c-legs (as the model legs do)",
 }
-"""Of the generic profile by exchanging its ingredients, 2026-11-24 (git history: `studies/ingredients.py`); of depth-only as on
-the model legs, whose reversed c-leg it lifts like a c-leg."""
+"""Causes of speeds that are too high, by profile. The one of the generic profile was found by exchanging its
+ingredients, 2026-11-24 (git history: `studies/ingredients.py`); depth-only lifts the reversed c-leg of the model legs
+like a c-leg, too."""
 
 _SPEED = Tolerance(1, "printed to 1 cm/s")
 _CURVATURE = Tolerance(0.04, "one step of the paper's sweep")
@@ -47,20 +48,21 @@ _SHARE = Tolerance(0, "at least the share that is stated")
 _UP_TO = Tolerance(5, "printed to 10 %")
 _PHASE = Tolerance(1, "cm/s: what is stated")
 _NEAR_ONE = 0.8
+"""Least R'/r that counts as near that of a c-leg."""
 
 
 def robot_claims(errors: pd.DataFrame, optimum: pd.DataFrame, speed: pd.DataFrame) -> list[Item]:
-    """Compare the paper's statements on the robot with this campaign, as far as it can meet them."""
+    """Compare the paper's statements on the robot with this campaign, as far as its runs allow."""
     items: list[Item] = []
     for profile, errors_of_profile in errors.groupby("profile", sort=False):
-        items += _shares(errors_of_profile, str(profile))
+        items += _compare_shares(errors_of_profile, str(profile))
     best = optimum[np.isclose(optimum["frequency_Hz"], BEST_HZ) & (optimum["profile"] == "table")]
     for row in best.to_dict("records"):
-        items += _best(row)
+        items += _compare_best(row)
     return (
         items
-        + _overturned(speed)
-        + _phases(speed)
+        + _compare_overturning(speed)
+        + _compare_phases(speed)
         + [
             stated(
                 "robot: seconds of computing for one of motion",
@@ -75,8 +77,8 @@ def robot_claims(errors: pd.DataFrame, optimum: pd.DataFrame, speed: pd.DataFram
     )
 
 
-def _overturned(speed: pd.DataFrame) -> list[Item]:
-    """Whether the robot turns over near the c-leg where forces know depth only."""
+def _compare_overturning(speed: pd.DataFrame) -> list[Item]:
+    """Compare whether the robot turns over near the c-leg where forces depend on depth only."""
     near = speed[(speed["profile"] == "depth_only") & (speed["curvature_times_R"] >= _NEAR_ONE)]
     if near.empty:
         return []
@@ -94,8 +96,8 @@ def _overturned(speed: pd.DataFrame) -> list[Item]:
     ]
 
 
-def _phases(speed: pd.DataFrame) -> list[Item]:
-    """How much the starting phase changes a steady speed."""
+def _compare_phases(speed: pd.DataFrame) -> list[Item]:
+    """Compare how much the starting phase changes a steady speed."""
     steady_runs = speed[(speed["profile"] == "table") & (speed["outcome"] == "steady")]
     grouped = steady_runs.groupby(["curvature_times_R", "frequency_Hz"])["speed_cm_per_s"]
     spread = (grouped.max() - grouped.min())[grouped.size() > 1]
@@ -108,8 +110,8 @@ def _phases(speed: pd.DataFrame) -> list[Item]:
     return [stated(item, "text", says, most, most < _PHASE.value, TEXT, why, _PHASE)]
 
 
-def _shares(errors: pd.DataFrame, profile: str) -> list[Item]:
-    """Shares of speeds within the stated errors: the paper has them for the measured table alone."""
+def _compare_shares(errors: pd.DataFrame, profile: str) -> list[Item]:
+    """Compare the shares of speeds within some errors, which the paper states for the measured table alone."""
     items = []
     predicted = errors[errors["calibrated"] == "no"]
     title = _TITLES.get(profile, profile)
@@ -123,7 +125,7 @@ def _shares(errors: pd.DataFrame, profile: str) -> list[Item]:
             within_all, total_all = share_within(errors, percent)
             why += f"; {within_all} of all {total_all}"
         if within < total:
-            why += f"; {_outside(predicted, percent, profile)}"
+            why += f"; {_describe_outside(predicted, percent, profile)}"
         name = f"robot, {title}: speeds within {percent} %, % of conditions"
         if profile == "table":
             items.append(stated(name, _WHERE, paper, ours, ours >= paper, MEASURED, why, _SHARE))
@@ -141,7 +143,7 @@ def _shares(errors: pd.DataFrame, profile: str) -> list[Item]:
     return items
 
 
-def _outside(errors: pd.DataFrame, percent: float, profile: str) -> str:
+def _describe_outside(errors: pd.DataFrame, percent: float, profile: str) -> str:
     """Name the worst conditions, and what most of them have in common."""
     off = errors["error_percent"].to_numpy(float)
     rows = errors[~(np.abs(off) <= percent) & np.isfinite(errors["measured_cm_per_s"])]
@@ -161,7 +163,8 @@ def _outside(errors: pd.DataFrame, percent: float, profile: str) -> str:
     return f"outside: {', '.join(worst)}{count_text}{cause}"
 
 
-def _best(row: dict[Any, Any]) -> list[Item]:
+def _compare_best(row: dict[Any, Any]) -> list[Item]:
+    """Compare the best curvature and its speed; `row`: of `optima`."""
     where = "text, Fig. 4D"
     calibrated = row["calibrated"] == "yes"
     note = "the robot was calibrated on this number" if calibrated else ""
@@ -178,11 +181,12 @@ def _best(row: dict[Any, Any]) -> list[Item]:
 
 
 COLUMNS = columns_of("robot/optimum.csv")
-"""Columns of the table of optima: from_alpha is what the errors of alpha alone leave open, the
-reading is the range within which the points of the sweep leave the top."""
+"""Columns of the table of optima: from_alpha is the interval by the errors of alpha alone, the
+reading is the range that the points of the sweep leave for the top."""
 
 FEWEST_CURVATURES = 5
 WINDOW = 0.2
+"""Largest distance of R'/r from the fastest one, of points that the parabola is fitted to."""
 _SEED = 2013
 
 
@@ -196,12 +200,12 @@ def optima(
 
     The best curvature is the top of the parabola through the points within 0.2 of the fastest one
     (`rftfit.robot.sweep.best_curvature`). Its interval is that of the errors of alpha, by `widths`
-    (`rftfit.robot.intervals`, known at 5 Hz), else empty. Apart from it stands the range of reading:
+    (`rftfit.robot.intervals`, known at 5 Hz), else empty. The range of reading has columns of its own:
     a bootstrap draws starting phases anew at every curvature, and the points' distances from the parabola
-    are given random signs. The model is deterministic, so this is no error of measurement but how
-    well a top can be read off a curve that is known at some points and starting phases only; it is
+    are multiplied by random signs. The model is deterministic, so this range is no error of measurement: it
+    states how well a top can be read off a curve that is known at some points and starting phases only. It is
     never narrower than half a step of the curvatures to either side. Where the top is a grid point
-    itself, it reaches to the neighbouring points. `calibrated`: frequencies (Hz) whose optimum, on the
+    itself, the range reaches to the neighbouring points. `calibrated`: frequencies (Hz) whose optimum, on the
     profile ``table``, the robot was calibrated on.
     """
     half = half_widths(widths, BEST)
@@ -211,16 +215,19 @@ def optima(
             runs = whole[whole["frequency_Hz"] == frequency]
             if runs["curvature_times_R"].nunique() < FEWEST_CURVATURES or frequency == 0:
                 continue
-            near = any(abs(frequency - calibrated_hz) < 1e-6 for calibrated_hz in calibrated)
-            fitted = "yes" if near and profile == "table" else "no"
-            wide = half.get((profile, frequency), math.nan)
-            rows.append((medium, profile, frequency, *_optimum(runs, confidence, fitted, wide)))
+            is_near = any(abs(frequency - calibrated_hz) < 1e-6 for calibrated_hz in calibrated)
+            fitted_cell = "yes" if is_near and profile == "table" else "no"
+            width = half.get((profile, frequency), math.nan)
+            rows.append(
+                (medium, profile, frequency, *_optimum_cells(runs, confidence, fitted_cell, width))
+            )
     return pd.DataFrame(rows, columns=COLUMNS)
 
 
-def _optimum(
+def _optimum_cells(
     runs: pd.DataFrame, confidence: float, calibrated: str, half: float
 ) -> tuple[object, ...]:
+    """Cells of a row of optima after its frequency; `half`: half width of the interval of the best curvature."""
     steady = runs[runs["outcome"] == "steady"].astype({"speed_cm_per_s": float})
     groups = dict(iter(steady.groupby("curvature_times_R")["speed_cm_per_s"]))
     lost = runs["curvature_times_R"].nunique() - len(groups)
@@ -241,16 +248,16 @@ def _optimum(
 def optimum_interval(
     curvature: FloatArray, speeds: list[FloatArray], best: float, confidence: float = 0.95
 ) -> tuple[float, float]:
-    """Range within which the `best` curvature is read (see `optima`).
+    """Find the range of reading of the `best` curvature (see `optima`).
 
-    `curvature`: shape (n,); In order. `speeds`: Of the starting phases, at each curvature.
+    `curvature`: increasing, shape (n,). `speeds`: at each curvature, those of the starting phases.
     """
     mean = np.array([values.mean() for values in speeds])
     top = int(np.argmax(mean))
     near = np.flatnonzero(np.abs(curvature - curvature[top]) <= WINDOW + 1e-9)
-    beside = curvature[max(top - 1, 0)], curvature[min(top + 1, len(curvature) - 1)]
+    neighbours = curvature[max(top - 1, 0)], curvature[min(top + 1, len(curvature) - 1)]
     if near.size < 4 or best == curvature[top]:
-        return float(min(beside[0], best)), float(max(beside[1], best))
+        return float(min(neighbours[0], best)), float(max(neighbours[1], best))
     rng = np.random.default_rng(_SEED)
     phases = [speeds[point] for point in near]
     # shape (points, draws)
@@ -264,13 +271,13 @@ def optimum_interval(
     design = np.vander(x, 3)
     solve = np.linalg.pinv(design)
     off = mean[near] - design @ (solve @ mean[near])
-    # residuals of a fit with three parameters are smaller than what they stand for
+    # residuals of a fit with three parameters are smaller than the errors that they stand for
     off *= math.sqrt(near.size / (near.size - 3))
     draws += off[:, None] * rng.choice([-1.0, 1.0], draws.shape)
     square, slope, _ = solve @ draws
     has_top, highest = square < 0, x[mean[near].argmax()]
-    place = np.where(has_top, -slope / (2 * np.where(has_top, square, 1.0)), highest)
-    place = np.clip(place, x[0], x[-1]) + curvature[top]
-    lo, hi = np.quantile(place, [(1 - confidence) / 2, (1 + confidence) / 2])
+    tops = np.where(has_top, -slope / (2 * np.where(has_top, square, 1.0)), highest)
+    tops = np.clip(tops, x[0], x[-1]) + curvature[top]
+    lo, hi = np.quantile(tops, [(1 - confidence) / 2, (1 + confidence) / 2])
     half = float(np.median(np.diff(curvature[near]))) / 2
     return float(min(lo, best - half)), float(max(hi, best + half))

@@ -1,4 +1,4 @@
-"""Natural sands: the linear regime, corrections on trial."""
+"""Natural sands: the linear regime of penetration tests, and corrections of the generic profile on trial."""
 
 from __future__ import annotations
 
@@ -27,12 +27,13 @@ BEND = 0.10
 
 SHALLOWEST_CM = 1.0
 STEP_CM = 0.05
+"""Depth of the first regime that is tried, and step by which it grows."""
 
 
 def bend_of(depth: FloatArray, stress: FloatArray) -> float:
-    """Bend of a curve through zero: how far a parabola leaves the line at the end, relative to it.
+    """Return the bend of a curve through zero: distance of a fitted parabola from the line at its end, over the line.
 
-    Positive where the curve steepens; NaN where one depth shows none.
+    Positive where the curve steepens; NaN where there are not two depths.
     """
     if depth.size < 2 or not np.ptp(depth) > 0:
         return float("nan")
@@ -65,9 +66,9 @@ def penetration_rows(
 ) -> list[dict[str, object]]:
     """Slope and zeta of every penetration test of a natural sand over its linear regime.
 
-    A row a test for the detected regime and one for the stated, where the config states one; one with the
-    reason for a test that has no tared stroke. `tables`: ``runs``, ``tares``, ``fits``, ``alpha`` and ``tared`` of the
-    sand. `chi`: Of the reference media.
+    A test has a row for the detected regime, and one for the stated regime where the config states one. A test without
+    a tared stroke has one row with the reason. `tables`: ``runs``, ``tares``, ``fits``, ``alpha`` and ``tared`` of the
+    sand. `chi`: those of the reference media.
     """
     config, tared = campaign.config, tables["tared"]
     facts = {str(row["run_id"]): row for row in tables["runs"].to_dict("records")}
@@ -89,14 +90,14 @@ def penetration_rows(
     if stated := config.media[medium].linear_to_cm:
         windows = {"stated": (dict.fromkeys(ends, stated), tables["fits"])} | windows
     fits = {key: table.set_index("run_id").to_dict("index") for key, (_, table) in windows.items()}
-    surface, bed_and_rod = errors_of(tables["fits"], config)[1], _of_any_window(tables["alpha"])
+    surface, bed_and_rod = errors_of(tables["fits"], config)[1], _bed_and_rod_error(tables["alpha"])
     rows: list[dict[str, object]] = []
     lost: list[dict[str, object]] = []
     for run in tests:
         place: dict[str, object] = {"medium": medium, "run_id": run.run_id}
         if run.run_id not in ends:
-            none = "no-curve" if campaign.numbers else "no-tared-stroke"
-            why = reason_of(facts[run.run_id]) or [remark(none, tare=run.tare_run)]
+            code = "no-curve" if campaign.numbers else "no-tared-stroke"
+            why = reason_of(facts[run.run_id]) or [remark(code, tare=run.tare_run)]
             lost.append({**place, "window": next(iter(windows)), **reason_columns(why)})
             continue
         for window, (to_cm, _) in windows.items():
@@ -104,7 +105,9 @@ def penetration_rows(
             slope: dict[str, float] = {}
             reason: tuple[Remark, ...] = (remark("no-linear-regime"),)
             if end > 0:
-                slope, reason = _slope(fit, config.fit.confidence, chi, surface, bed_and_rod)
+                slope, reason = _slope_and_zeta(
+                    fit, config.fit.confidence, chi, surface, bed_and_rod
+                )
             if (
                 window == "detected"
                 and end > np.nanmax(depth[samples_of_run[run.run_id]]) - STEP_CM
@@ -117,8 +120,8 @@ def penetration_rows(
     return rows + lost
 
 
-def _of_any_window(alpha: pd.DataFrame) -> float:
-    """Error of a single test by its bed and by that of its rod, relative, whatever its window."""
+def _bed_and_rod_error(alpha: pd.DataFrame) -> float:
+    """Return the relative error of a single test by its bed and by the bed of its rod, which no window changes."""
     cell = cell_at(alpha, 0, 90)
     if cell is None:
         return 0.0
@@ -126,12 +129,12 @@ def _of_any_window(alpha: pd.DataFrame) -> float:
     return math.hypot(bed_spread(alpha), rod if math.isfinite(rod) else 0.0)
 
 
-def _slope(
+def _slope_and_zeta(
     fit: Row, confidence: float, chi: FloatArray, surface: SurfaceError, bed_and_rod: float
 ) -> tuple[dict[str, float], tuple[Remark, ...]]:
-    """Slope over one linear regime with the errors of a single test, and zeta from it, or why not.
+    """Return the slope over one linear regime with the errors of a single test, and zeta from it, or why there is none.
 
-    `fit`: Row of the table of fits. `bed_and_rod`: Of `_of_any_window`.
+    `fit`: row of the table of fits. `bed_and_rod`: from `_bed_and_rod_error`.
     """
     if why := reason_of(fit):
         return {}, why
@@ -153,7 +156,7 @@ def _slope(
 
 MODELS = ("none", "one factor", "factors for z and x")
 WORTH = 0.10
-"""A model is worth its factors if its error is at least this much smaller in cross-validation."""
+"""Least part by which factors must reduce the error in cross-validation to be worth using."""
 
 
 def fit_corrections(measured: pd.DataFrame, predicted: pd.DataFrame) -> pd.DataFrame:
@@ -169,13 +172,13 @@ def fit_corrections(measured: pd.DataFrame, predicted: pd.DataFrame) -> pd.DataF
     ).dropna(subset=["force_z_N", "force_x_N"])
     rows = []
     for medium, rows_of_medium in both.groupby("medium"):
-        legs = [_pair(leg) for _, leg in rows_of_medium.groupby("leg")]
+        legs = [_forces_of_leg(leg) for _, leg in rows_of_medium.groupby("leg")]
         unchanged = _rms(legs, [np.ones(2)] * len(legs))
         for model in MODELS:
-            factors = _fit(legs, model)
+            factors = _fit_factors(legs, model)
             crossed = math.nan
             if len(legs) >= 3:
-                held_out = [_fit(legs[:i] + legs[i + 1 :], model) for i in range(len(legs))]
+                held_out = [_fit_factors(legs[:i] + legs[i + 1 :], model) for i in range(len(legs))]
                 crossed = _rms(legs, held_out)
             gain = 1 - crossed / unchanged if unchanged else math.nan
             worth = bool(model != "none" and gain >= WORTH)
@@ -188,14 +191,14 @@ def fit_corrections(measured: pd.DataFrame, predicted: pd.DataFrame) -> pd.DataF
     return pd.DataFrame(rows, columns=CORRECTION_COLUMNS)
 
 
-def _pair(leg: pd.DataFrame) -> tuple[FloatArray, FloatArray]:
-    """Measured and predicted force of one leg, each of shape (2, n), z and x."""
+def _forces_of_leg(leg: pd.DataFrame) -> tuple[FloatArray, FloatArray]:
+    """Return measured and predicted force of one leg, each of shape (2, n), z and x."""
     true = leg[["force_z_N_measured", "force_x_N_measured"]].to_numpy(float).T
     return true, leg[["force_z_N", "force_x_N"]].to_numpy(float).T
 
 
-def _fit(legs: list[tuple[FloatArray, FloatArray]], model: str) -> FloatArray:
-    """Least-squares factors of z and x."""
+def _fit_factors(legs: list[tuple[FloatArray, FloatArray]], model: str) -> FloatArray:
+    """Fit factors of the predicted forces z and x by least squares."""
     if model == "none":
         return np.ones(2)
     across = np.sum([(true * ours).sum(axis=1) for true, ours in legs], axis=0)
@@ -206,7 +209,7 @@ def _fit(legs: list[tuple[FloatArray, FloatArray]], model: str) -> FloatArray:
 
 
 def _rms(legs: list[tuple[FloatArray, FloatArray]], factors: list[FloatArray]) -> float:
-    """Root mean square over all legs, both components, each leg with its own factors."""
+    """Root mean square of factor times predicted less measured force, over all legs and both components."""
     squares = [
         ((factor[:, None] * ours - true) ** 2).ravel()
         for (true, ours), factor in zip(legs, factors, strict=True)

@@ -22,8 +22,8 @@ def set_in_motion(
 ) -> BodyInMotion:
     """Return an outline with its `Motion` (default: the rotation of the paper's trials) or a mesh with its `Motion3D`.
 
-    A body that turns is cut as finely as its forces need (`fine_enough`). `law`, `friction`: of a mesh; `quantities`: that get
-    an interval, of an outline. Raises TypeError where body and motion do not go together.
+    A body that turns is cut as finely as its forces need (`fine_enough`). `law`, `friction`: for a mesh alone.
+    `quantities`: those of an outline that get an interval. Raises TypeError where body and motion do not go together.
     """
     if isinstance(body, Mesh):
         if not isinstance(motion, Motion3D):

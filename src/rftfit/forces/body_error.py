@@ -1,8 +1,8 @@
-"""What the force model gets wrong on one body, learned where the body was measured in media whose map is known.
+"""Errors of the force model on one body, learned where the body was measured in media whose map is known.
 
-Measured less predicted force, over the load without cancellation, is nearly the same in every medium. It is taken
-as c + o: c belongs to the body, o to the body in this medium. Both are Gaussian processes (Matern 3/2) over the states of
-the body: how it is turned, how deep it is and which way it moves.
+Measured less predicted force, over the load without cancellation, is nearly the same in every medium. This error is
+taken as c + o: c belongs to the body, o to the body in this medium. Both are Gaussian processes (Matern 3/2) over the
+states of the body: how it is turned, how deep it is and which way it moves.
 """
 
 from __future__ import annotations
@@ -22,22 +22,25 @@ from rftfit.forces.model_error import LENGTH_BODIES, LENGTH_DEG, SEED, longest
 IntArray = npt.NDArray[np.intp]
 
 COMMON = 0.33
-"""Standard deviation of c over the load; the few media of one body cannot tell it. Chosen on the legs of Fig. S5, 2026-11-28: by
-their likelihood on the other legs c has 0.13 to 0.20 and o 0.11 to 0.15 (git history: `studies/contacts.py constants`)."""
+"""Standard deviation of c over the load; too few media were measured with one body to estimate it. Chosen on the legs
+of Fig. S5, 2026-11-28: by their likelihood on the other legs c has 0.13 to 0.20 and o 0.11 to 0.15 (git history:
+`studies/contacts.py constants`)."""
 
 PER_MEDIUM = 0.17
-"""Standard deviation of o over the load where the body was measured in one medium: of the legs of Fig. S5."""
+"""Standard deviation of o over the load where the body was measured in one medium: that of the legs of Fig. S5."""
 
 _BODIES = 3
-"""Bodies that told the size of c."""
+"""Number of bodies from which the size of c was chosen."""
 
 UNKNOWN = round(math.hypot(COMMON * math.sqrt(1 + 1 / _BODIES), PER_MEDIUM), 2)
-"""Standard deviation of the error of a body that was measured nowhere: both parts, c of one more body than told it."""
+"""Standard deviation of the error of a body that was measured nowhere: c for one more body than those of `_BODIES`, and
+o."""
 
 _MOST_PATH = 300
 """Poses of a motion in which the error is calculated."""
 
 JITTER = 1e-8
+"""Variance that is added to a covariance, so that it has a Cholesky root."""
 
 
 def pose_states(points_cm: FloatArray, poses: FloatArray) -> FloatArray:
@@ -60,6 +63,7 @@ def _states(
     velocity: FloatArray,
     rate: FloatArray,
 ) -> FloatArray:
+    """State in each pose: turn, height and direction of motion of the body, in lengths of the error."""
     length = longest(points_cm)
     moves = np.concatenate([velocity, rate * length / 2], axis=1)
     speed = np.linalg.norm(moves, axis=1, keepdims=True)
@@ -80,7 +84,8 @@ def correlation(states: FloatArray, others: FloatArray) -> FloatArray:
 class MeasuredErrors(NamedTuple):
     """Errors of a body over the load in states (m, f).
 
-    `by_component`: numbers of the states, Cholesky root of their covariance, and what it makes of the errors.
+    `by_component`: numbers of the states with a measured error, Cholesky root of the errors' covariance, and the
+    inverse of this root times the errors.
     """
 
     states: FloatArray
@@ -94,14 +99,14 @@ class BodyError:
     Parameters
     ----------
     common, per_medium : float
-        Standard deviation over the load of what the body has in every medium, and of what it has in one.
-        Default: nothing was learned, the whole error is that of one medium.
+        Standard deviations over the load: of the part of the error that is the same in every medium, and of the part
+        that is another one in each. Default: nothing was learned, and the whole error is another one in each medium.
     media : tuple of str
-        Where the body was measured.
+        Media in which the body was measured.
     stated : bool
-        Whether `per_medium` is stated, as for a body that was measured in one medium, and not learned.
+        True where `per_medium` is stated, as for a body that was measured in one medium, and not learned.
     measured : MeasuredErrors, optional
-        Errors that were measured; none: nothing is known but their size.
+        Errors that were measured. None: nothing is known but the size of the error.
 
     Examples
     --------
@@ -117,18 +122,19 @@ class BodyError:
     measured: MeasuredErrors | None = field(default=None, repr=False)
 
     def evaluate(self, states: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Mean and covariance of the error over the load in some states (p, f), by component.
+        """Return mean and covariance of the error over the load in some states (p, f), by component.
 
-        Shapes (components, p) and (components, p, p); without a measurement of the body that of any component.
+        Shapes (components, p) and (components, p, p). Without a measurement of the body there are three equal
+        components.
         """
         of_medium = self.per_medium**2 * correlation(states, states)
         if self.measured is None:
             return np.zeros((3, len(states))), np.broadcast_to(of_medium, (3, *of_medium.shape))
         means, covariances = [], []
-        for places, root, values in self.measured.by_component:
+        for places, root, whitened in self.measured.by_component:
             across = self.common**2 * correlation(states, self.measured.states[places])
             solved = np.linalg.solve(root, across.T)
-            means.append(solved.T @ values)
+            means.append(solved.T @ whitened)
             left = self.common**2 * correlation(states, states) - solved.T @ solved
             covariances.append(left + of_medium)
         return np.stack(means), np.stack(covariances)
@@ -136,7 +142,7 @@ class BodyError:
     def paths(
         self, states: FloatArray, components: int, draws: int
     ) -> tuple[FloatArray, FloatArray]:
-        """Mean of the error over the load (components, p) and draws about it (draws, components, p)."""
+        """Return the mean of the error over the load (components, p) and draws of the error (draws, components, p)."""
         count = len(states)
         places = np.unique(np.linspace(0, count - 1, min(count, _MOST_PATH)).round().astype(int))
         mean, covariance = self.evaluate(states[places])
@@ -156,7 +162,7 @@ class BodyError:
 
     @cached_property
     def words(self) -> str:
-        """What is known of the error, for people."""
+        """Sentence on what was learned of the error."""
         if not self.media:
             return f"error of the model {self.per_medium:g} of the load, stated: the body was not measured before"
         how = "stated, as the body was measured in one medium" if self.stated else "learned"
@@ -167,10 +173,10 @@ class BodyError:
 
 
 LEAST_PER_MEDIUM = 0.15
-"""Of o at least: from three media or fewer of one material it is estimated too small."""
+"""Least standard deviation of o: from three media or fewer of one material it is estimated too small."""
 
 _SIZES = np.exp(np.linspace(np.log(0.03), np.log(1.2), 24))
-"""Standard deviations that are tried."""
+"""Standard deviations of o that are tried."""
 
 
 @dataclass(frozen=True)
@@ -184,7 +190,7 @@ class ErrorCurve:
 
 
 def learn_from_curves(curves: Sequence[ErrorCurve]) -> BodyError:
-    """Learn what the model gets wrong on a body from its errors in some media: `learn_body_error`."""
+    """Learn what the model gets wrong on a body from its errors in some media, as `learn_body_error` returns it."""
     if not curves:
         raise ValueError("a body's error is learned from at least one measurement")
     states = np.concatenate([curve.states for curve in curves])
@@ -208,22 +214,23 @@ def learn_from_curves(curves: Sequence[ErrorCurve]) -> BodyError:
         )
     common, stated = COMMON, len(curves) == 1
     per_medium = PER_MEDIUM if stated else max(_most_likely(systems, common), LEAST_PER_MEDIUM)
-    seen = []
+    by_component = []
     for places, values, alike_of_body, alike_in_medium, noise in systems:
         covariance = common**2 * alike_of_body + per_medium**2 * alike_in_medium + noise
         root = np.linalg.cholesky(covariance + JITTER * np.eye(len(covariance)))
-        seen.append((places, root, np.linalg.solve(root, values)))
+        by_component.append((places, root, np.linalg.solve(root, values)))
     media = tuple(dict.fromkeys(curve.label for curve in curves))
-    return BodyError(common, per_medium, media, stated, MeasuredErrors(states, tuple(seen)))
+    return BodyError(common, per_medium, media, stated, MeasuredErrors(states, tuple(by_component)))
 
 
 def _most_likely(
     systems: Sequence[tuple[IntArray, FloatArray, FloatArray, FloatArray, FloatArray]],
     common: float,
 ) -> float:
-    """Standard deviation of o with the greatest likelihood."""
+    """Find the standard deviation of o with the greatest likelihood, among `_SIZES`."""
 
     def loss(per_medium: float) -> float:
+        """Twice the negative logarithm of the likelihood, but for a constant."""
         total = 0.0
         for _, values, alike, in_medium, noise in systems:
             covariance = common**2 * alike + per_medium**2 * in_medium + noise

@@ -1,7 +1,8 @@
-"""Measured forces on bodies: a turning leg, a rolling wheel, a foot that presses; observations of a map, errors of the model.
+"""Measured forces on bodies: a turning leg, a rolling wheel, a foot that presses.
 
-Their rows in the linear system of a map: `rftfit.model.observations`. The errors of the model on a body are smooth over
-the states of the body: a state that comes again has the same error.
+The forces are observations of a map (`rftfit.model.observations` has their rows in its linear system), or show the
+errors of the model on a body. These are smooth over the states of the body: a state that comes again has the same
+error.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 FEWEST_POSES = 2
-"""With fewer poses a force cannot be told from an offset of the sensor."""
+"""Fewest poses with a force in a contact: one force alone cannot be told from an offset of the sensor."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,17 +41,18 @@ class Contact:
     ----------
     body : Outline or Mesh
     motion : Motion or Motion3D
-        Its poses: of an outline a `Motion`, of a mesh a `Motion3D`.
+        Poses of the body: a `Motion` for an outline, a `Motion3D` for a mesh.
     force : mapping of str to array_like, shape (p,), or pandas.DataFrame
         Measured forces of the medium on the body, N: ``force_z_N``, ``force_x_N``, of a mesh also ``force_y_N``. A
-        direction that was not measured is left out; a pose that was not is NaN. A table of `predict` has this form.
+        direction that was not measured is left out; a pose that was not measured is NaN. A table of `predict` has this
+        form.
     errors : float or mapping of str to array_like
-        Standard error of a reading, N, as large as it is from bed to bed.
+        Standard error of a reading, N, which contains the scatter from bed to bed.
     body_error : BodyError, optional
         What the model gets wrong on this body, learned where it was measured before (`learn_body_error`). Default:
-        nothing is known of it but its size, 0.42 of the load.
+        nothing is known of that error but its size, 0.42 of the load.
     name : str, optional
-        For people; default: that of the body.
+        Name for people; default: the name of the body.
 
     Raises
     ------
@@ -119,7 +121,7 @@ class Contact:
 
     @property
     def frames(self) -> FloatArray:
-        """Poses, shape (p, 6), or frames in space, shape (p, 18)."""
+        """Poses of an outline, shape (p, 6), or frames of a mesh, shape (p, 18)."""
         return self.moving.poses
 
     @cached_property
@@ -137,8 +139,9 @@ class Contact:
     def _by_component(
         self, given: Mapping[str, npt.ArrayLike] | pd.DataFrame, what: str
     ) -> FloatArray:
+        """Arrange forces or errors by component and pose, shape (components, p); NaN where none is given."""
         rows = np.full((len(self.components), len(self.frames)), np.nan)
-        for place, name in enumerate(self.components):
+        for component, name in enumerate(self.components):
             if name not in given:
                 continue
             values = np.asarray(given[name], dtype=float)
@@ -147,7 +150,7 @@ class Contact:
                     f"{self.label}: {what} {name}: one number for each of {len(self.frames)} poses expected, "
                     f"found shape {values.shape}"
                 )
-            rows[place] = values
+            rows[component] = values
         return rows
 
     @cached_property
@@ -157,7 +160,8 @@ class Contact:
 
     @cached_property
     def touches(self) -> npt.NDArray[np.bool_]:
-        """Whether a part of the body that leads is in the medium, shape (p,)."""
+        """True for each pose in which a part of the body that leads is in the medium, shape (p,)."""
+        # with alpha 1 in all directions a pose has a load wherever a part of the body can bear one
         profile = TableProfile(np.ones((7, 13)), np.ones((7, 13)))
         return self.load(profile) > 0
 
@@ -166,11 +170,14 @@ class Contact:
         return np.asarray(self.moving.load_size(profile)[0])
 
     def force_draws(self, profile: Profile) -> FloatArray:
-        """Force by Eq. 2 of each of a stack of draws, N, shape (draws, components, p)."""
+        """Forces by Eq. 2 for each of a stack of draws, N, shape (draws, components, p)."""
         return self.moving.force_draws(profile)
 
     def weights(self, beta: FloatArray, gamma: FloatArray) -> FloatArray:
-        """Weights of alpha at the nodes of a map, z then x, shape (components, p, 2 n): Eq. 2 of this body."""
+        """Weights of alpha at the n nodes of a map in each force, z then x, shape (components, p, 2 n).
+
+        Eq. 2 is linear in alpha: the weight of a node is the force where alpha is 1 there and 0 at all others.
+        """
         unit = np.eye(beta.size)
         if not isinstance(self.body, Mesh):
             # alpha_z makes the vertical force alone, alpha_x the horizontal one
@@ -187,7 +194,7 @@ class Contact:
 
 
 MOST_STATES = 45
-"""Poses of a measured curve that are used: neighbours tell the same."""
+"""Most poses of a measured curve that are used: neighbours say the same."""
 
 
 def learn_body_error(measurements: Sequence[tuple[Contact, KnownMedium | str | Path]]) -> BodyError:
@@ -196,8 +203,8 @@ def learn_body_error(measurements: Sequence[tuple[Contact, KnownMedium | str | P
     Parameters
     ----------
     measurements : sequence of (Contact, medium)
-        Forces on the same body, named after the medium, and the medium as `predict` takes it, best its map from plates: at
-        least one.
+        At least one pair: forces on the same body, named after the medium, and the medium as `predict` takes it, best
+        its map from plates.
 
     Returns
     -------
@@ -224,22 +231,26 @@ def learn_body_error(measurements: Sequence[tuple[Contact, KnownMedium | str | P
 
 
 def error_curve(contact: Contact, profile: Profile) -> ErrorCurve:
-    """Measured forces less those by the map of the medium, over the load; `ValueError` if a pose has no number."""
-    where = np.flatnonzero(contact.touches & np.isfinite(contact.measured).any(axis=0))
-    if where.size > MOST_STATES:
-        where = where[np.linspace(0, where.size - 1, MOST_STATES).round().astype(int)]
-    load = contact.load(profile)[where]
-    best = contact.force_draws(profile)[0][:, where]
+    """Subtract the forces by the map of the medium from the measured ones, over the load.
+
+    Raises ValueError where a pose has no number.
+    """
+    poses = np.flatnonzero(contact.touches & np.isfinite(contact.measured).any(axis=0))
+    if poses.size > MOST_STATES:
+        poses = poses[np.linspace(0, poses.size - 1, MOST_STATES).round().astype(int)]
+    load = contact.load(profile)[poses]
+    best = contact.force_draws(profile)[0][:, poses]
     if not np.isfinite(best).all():
         raise ValueError(f"{contact.label}: {profile.reason or 'no number'}")
-    residuals = (contact.measured[:, where] - best) / load
-    noise = []
+    residuals = (contact.measured[:, poses] - best) / load
+    covariances = []
     spread = profile.spread
-    drawn = contact.force_draws(spread)[..., where] if isinstance(spread, Profile) else None
+    drawn = contact.force_draws(spread)[..., poses] if isinstance(spread, Profile) else None
     for component in range(len(best)):
-        reading = np.diag(np.nan_to_num(contact.reading_errors[component, where] / load) ** 2)
+        reading_errors = np.nan_to_num(contact.reading_errors[component, poses] / load)
+        covariance = np.diag(reading_errors**2)
         if drawn is not None:
-            off = (drawn[:, component] - drawn[:, component].mean(axis=0)) / load
-            reading = reading + off.T @ off / (len(off) - 1)
-        noise.append(reading)
-    return ErrorCurve(contact.label, contact.states[where], residuals, np.stack(noise))
+            about_mean = (drawn[:, component] - drawn[:, component].mean(axis=0)) / load
+            covariance = covariance + about_mean.T @ about_mean / (len(about_mean) - 1)
+        covariances.append(covariance)
+    return ErrorCurve(contact.label, contact.states[poses], residuals, np.stack(covariances))

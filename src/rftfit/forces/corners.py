@@ -1,4 +1,4 @@
-"""Corners of a path: a pose there moves as the mean of two steps, and its force may be far from that of either."""
+"""Corners of a path: a pose there moves as the mean of two steps, and its force may be far from that in either."""
 
 from __future__ import annotations
 
@@ -18,7 +18,11 @@ from rftfit.model.profiles import Profile
 def describe_corners(
     profile: Profile, body: Outline | Mesh, motion: Motion | Motion3D
 ) -> list[str]:
-    """Name the forces whose largest values a corner of a path changes: by the steps beside the poses they are others."""
+    """Say which largest forces a corner of a path changes; no sentence where there are none.
+
+    Each pose moves as the mean of the steps before and after it. The forces are calculated again with the velocity of
+    either step, and a peak that differs by more than `SAME_SHARE` is named.
+    """
     if motion.rates_of_steps is None:
         return []
     moving = set_in_motion(body, motion)
@@ -53,13 +57,13 @@ def describe_corners(
 
 
 def _largest_of_kind(target: PeakTarget, forces: ForcesByName) -> float:
-    """Largest force or moment of all poses, of what a peak is one of."""
+    """Largest of all forces where the peak is a force, else of all moments; infinite where all are 0."""
     kind = target.quantity.partition("_")[0]
     sizes = [np.abs(numbers) for name, numbers in forces.items() if name.startswith(kind)]
     return float(np.nanmax(sizes, initial=0.0)) or np.inf
 
 
 def _largest(target: PeakTarget, forces: ForcesByName) -> tuple[float, int]:
-    """Largest force of the sign of a peak, and its pose."""
+    """Largest force of the sign that the peak has, and the number of its pose."""
     sizes: FloatArray = np.nan_to_num(target.sign * forces[target.quantity])
     return float(sizes.max(initial=0.0)), int(sizes.argmax())

@@ -23,15 +23,15 @@ _NEGLIGIBLE, _NONE = 1e-9, 1e-9
 # as in `rftfit.forces.leading`
 _ALONG_ITSELF = 1e-4
 _LEVEL = 1e-9
-"""A face of a wheel that faces back by less, or lies less behind the axle (cm), does so by rounding."""
+"""Most that rounding makes a face of a wheel face back, or lie behind the axle (cm)."""
 
 _ASIDE = 1e-9
-"""A face whose unit velocity leaves the plane of its normal and the vertical by less stays in it."""
+"""Part of its unit velocity up to which a face stays in the plane of its normal and the vertical."""
 
 
 @_step
 def _find(angle: float, nodes: FloatArray, bins: IntArray) -> tuple[int, float]:
-    """Find the node below an angle, and where between it and the next."""
+    """Find the node below an angle, and the place of the angle between this node and the next, from 0 to 1."""
     place = (angle - nodes[0]) * (bins.size / (nodes[-1] - nodes[0]))
     node = bins[int(min(max(place, 0.0), bins.size - 1.0))]
     if node + 2 < nodes.size and angle >= nodes[node + 1]:
@@ -41,7 +41,7 @@ def _find(angle: float, nodes: FloatArray, bins: IntArray) -> tuple[int, float]:
 
 @_step
 def _read(pack: Pack, row: int, u: float, gamma: float) -> tuple[float, float]:
-    """Alpha z and x between the nodes of the map."""
+    """Interpolate alpha z and x between the nodes of the map; `row`, `u`: from `_find`, for beta."""
     column, v = _find(gamma, pack.gamma, pack.gamma_bins)
     corner = pack.cells[row, column]
     a, b, c, d = (1 - u) * (1 - v), (1 - u) * v, u * (1 - v), u * v
@@ -61,7 +61,7 @@ def _read(pack: Pack, row: int, u: float, gamma: float) -> tuple[float, float]:
 def _measured(
     pack: Pack, across: float, nx: float, ny: float, nz: float, vx: float, vy: float, vz: float
 ) -> tuple[float, float, float]:
-    """Stress over depth by the measured map; `across` is alpha_x(0, 0)."""
+    """Stress over depth by the measured map, as `faces.face_alpha`; `across` is alpha_x(0, 0)."""
     tilt, speed = math.sqrt(nx * nx + ny * ny), math.sqrt(vx * vx + vy * vy)
     ex, ey = (nx / tilt, ny / tilt) if tilt > 0 else (1.0, 0.0)
     rx, ry = (vx / speed, vy / speed) if speed > 0 else (1.0, 0.0)
@@ -96,7 +96,7 @@ def _measured(
 def _rft3d(
     c: FloatArray, nx: float, ny: float, nz: float, vx: float, vy: float, vz: float
 ) -> tuple[float, float, float]:
-    """Stress over depth by 3D-RFT; `c`: xi times the coefficients (3, 20), terms in the order of `rft3d`."""
+    """Stress over depth by 3D-RFT; `c`: xi times the coefficients (3, 20), with the terms in the order of `rft3d`."""
     forward = nx * vx + ny * vy + nz * vz
     if (-nz if abs(nz) > _NONE else forward) < -_NONE:
         nx, ny, nz, forward = -nx, -ny, -nz, -forward
@@ -143,17 +143,17 @@ def face_forces(
     shifts: FloatArray,
     sums: FloatArray,
 ) -> None:
-    """Forces on bodies, each the faces of one range in one frame, written to `sums` (p, 7 or 19).
+    """Sum the forces on bodies, each the faces of one range in one frame, and write them to `sums` (p, 7 or 19).
 
-    `pack`: of a table. `coefficients`: (3, 20) times xi: 3D-RFT; (0, 0): the measured law. `friction`: below 0
-    for none. `faces`: as of `face_rows`. `ranges`: (p, 2). `frames`: (p, 18) as of `Motion3D.frames`.
-    `rolling`: (p, 4) as of `rftfit.forces.rolling`; zeros: no wheel.
-    `elastic`: time since the last call (s), delta (cm), tau (s), and `shifts` the displacements u (m, 3), cm,
-    changed in place; delta 0: the plain law. `sums`: force x, y, z (N), moment x, y, z about the reference
-    point (N cm), and depth times area of the leading faces that leave their plane (cm^3). Where it has 19
-    columns, also what faces bear without cancellation: sum of the vertical parts, of the horizontal
-    ones and of the whole forces (N), of the latter times the arm x, y, z (N cm), and by direction the sum of
-    f f^T / |f| over forces f: xx, yy, zz, xy, xz, yz (N).
+    `pack`: `TableProfile.pack`. `coefficients`: shape (3, 20), times xi, for 3D-RFT; shape (0, 0) for the measured law.
+    `friction`: below 0 for none. `faces`: `face_rows`, (m, 17). `ranges`: first face and the one behind the last, (p,
+    2). `frames`: `Motion3D.frames`, (p, 18). `rolling`: `rftfit.forces.rolling.rolling_rows`, (p, 4); zeros: no wheel.
+    `elastic`: time since the last call (s), delta (cm), tau (s), and `shifts` the displacements u (m, 3), cm, changed
+    in place; delta 0: the plain law. `sums`: force x, y, z (N), moment x, y, z about the reference point (N cm), and
+    depth times area of the leading faces that leave their plane (cm^3). Where it has 19 columns, also what faces bear
+    without cancellation: the sums of the sizes of the vertical parts, of the horizontal parts and of the whole forces
+    (N); of the whole sizes times the arm x, y, z (N cm); and by direction the sum of f f^T / |f| over forces f: xx, yy,
+    zz, xy, xz, yz (N).
     """
     passed, delta, tau = elastic
     bare = sums.shape[1] > 7
@@ -161,6 +161,7 @@ def face_forces(
         f = frames[p]
         ahead_x, ahead_y, least_lead = rolling[p, 0], rolling[p, 1], rolling[p, 2]
         track = rolling[p, 3]
+        # NaN where a number of the frame is missing, else 0
         lost = 0.0
         for k in range(18):
             lost += 0.0 * f[k]
@@ -178,7 +179,7 @@ def face_forces(
                     shifts[i, 0], shifts[i, 1], shifts[i, 2] = 0.0, 0.0, 0.0
                 continue
             mid_x, mid_y, mid_z, share = t[9], t[10], t[11], 1.0
-            if below < 3:  # the corner alone on its side of the surface, and what is cut off there
+            if below < 3:  # as `faces.submerged_parts`: a is the corner that is alone on its side
                 corner_below = below == 1
                 a = 0 if (z1 < 0) == corner_below else (3 if (z2 < 0) == corner_below else 6)
                 b, c = (a + 3) % 9, (a + 6) % 9

@@ -31,8 +31,9 @@ from rftfit.store.text import table as format_table
 class ForceAnswer:
     """Forces on a body along its motion, with what they were predicted from: made by `answer_with_forces`.
 
-    `origin`: profile and folder, as it is printed. `model_error`: as given. `rule`: which faces of a rolling wheel count;
-    None of any other motion. `left_out`: what the intervals of this form of alpha do not hold.
+    `origin`: name of the profile and its folder, as it is printed. `model_error`: the argument of `predict`. `rule`: a
+    key of `RULES` for a rolling wheel, None for any other motion. `left_out`: errors that the intervals of this form of
+    alpha leave out.
     """
 
     forces: pd.DataFrame = field(repr=False)
@@ -50,7 +51,7 @@ class ForceAnswer:
 
     @property
     def in_space(self) -> bool:
-        """Whether the body is a mesh."""
+        """True for a mesh."""
         return isinstance(self.body, Mesh)
 
     @property
@@ -60,12 +61,12 @@ class ForceAnswer:
 
     @cached_property
     def beside(self) -> Profile | None:
-        """Table or map of the same medium, beside nine terms."""
+        """For a profile of nine terms that of the same medium by its table or map, to compare with; else None."""
         return None if self.profile.beside is None else self.profile.beside()
 
     @property
     def eps(self) -> float:
-        """Relative error of the model that the intervals hold; 0: none."""
+        """Relative error of the model that the intervals contain; 0: none."""
         return eps_of(self.model_error, self.profile, self.body)
 
     @property
@@ -108,12 +109,12 @@ class ForceAnswer:
     @property
     def interval_of_bed(self) -> str:
         """Name of the interval of the next bed; empty where there is none."""
-        of_alpha = self.interval_of_alpha and has_model_error(self.profile)
-        if not (self.eps or self.body_error or of_alpha):
+        alpha_is_enough = self.interval_of_alpha and has_model_error(self.profile)
+        if not (self.eps or self.body_error or alpha_is_enough):
             return ""
         percent = 100 * self.profile.bed_spread
-        held = "with the model's own error, " * bool(self.interval_of_model)
-        return f"{self._percent} of the next bed ({held}{percent:.3g} % from bed to bed)"
+        also = "with the model's own error, " if self.interval_of_model else ""
+        return f"{self._percent} of the next bed ({also}{percent:.3g} % from bed to bed)"
 
     @property
     def _percent(self) -> str:
@@ -121,7 +122,7 @@ class ForceAnswer:
 
     @property
     def sources(self) -> dict[str, str]:
-        """What was predicted from what, in words, by name."""
+        """Body, motion, profile and options of the prediction, in words, by name."""
         body = self.body
         if isinstance(body, Mesh):
             triangles = describe_triangles(len(body.faces), body.triangles_given)
@@ -152,7 +153,7 @@ class ForceAnswer:
 
     @property
     def notes(self) -> list[str]:
-        """What stands above a table of the forces, a sentence each; an empty one has nothing to say."""
+        """Lines for the head of a table of the forces; the last one is empty where every pose has a number."""
         ends = {
             "": self.interval_of_alpha,
             "_model": self.interval_of_model,
@@ -181,7 +182,7 @@ class ForceAnswer:
         return {"drawbar_N": drawbar, "load_N": load, "torque_N_cm": -moment}
 
     def as_dict(self) -> dict[str, Any]:
-        """Give everything but the curves, as ``rftfit predict --json`` prints it; a peak that is not there is None."""
+        """Return everything but the curves, as ``rftfit predict --json`` prints it; None for a peak that is missing."""
         peaks: dict[str, dict[str, float | str] | None] = dict.fromkeys(
             PEAK_TITLES_IN_SPACE if self.in_space else PEAK_TITLES
         )
@@ -231,7 +232,7 @@ class ForceAnswer:
 
     @property
     def shares_near_pushes(self) -> dict[str, float]:
-        """Share of each peak force of an outline in directions near a push, by its name, of a map of pushes."""
+        """Share of each peak force of an outline in directions near a push, by name of the peak; of a map alone."""
         if (
             self.in_space
             or self.profile.form != "map"
@@ -248,22 +249,22 @@ class ForceAnswer:
 
     @property
     def farthest_of_zeros(self) -> dict[str, float]:
-        """Farthest end of an interval of a pose, by the name of a peak that is 0 in space, as symmetry makes it."""
+        """Farthest end of the intervals of all poses, for each force and moment in space that symmetry makes 0."""
         if not self.in_space or self.poses_unknown:
             return {}
-        peaks = {peak.quantity for peak in self.peaks}
+        has_peak = {peak.quantity for peak in self.peaks}
         ends = {name: self._columns_of_widest(name) for name in self.quantities}
         farthest = {
             name.partition("_N")[0]: float(np.nanmax(np.abs(self.forces[columns].to_numpy(float))))
             for name, columns in ends.items()
-            if columns and name not in peaks
+            if columns and name not in has_peak
         }
         return {name: size for name, size in farthest.items() if size > 0}
 
     def _columns_of_widest(self, quantity: str) -> list[str]:
         """Columns of the widest interval of a force by pose; empty where there is none."""
-        of_kinds = (names(quantity) for names in (next_end_names, model_end_names, end_names))
-        return next((list(names) for names in of_kinds if names[0] in self.forces), [])
+        widest_first = (names(quantity) for names in (next_end_names, model_end_names, end_names))
+        return next((list(ends) for ends in widest_first if ends[0] in self.forces), [])
 
     @property
     def _position_column(self) -> str:
@@ -272,12 +273,12 @@ class ForceAnswer:
     def summary(self) -> str:
         """Format sources, peaks and intervals for people."""
         lines = [f"{word.capitalize()}: {source}" for word, source in self.sources.items()]
-        lines += ["", self._format_peaks(), *self._missing_intervals()]
+        lines += ["", self._format_peaks(), *self._list_missing_intervals()]
         if self.signs_unknown:
             titles = ", ".join(_TITLES[name] for name in self.signs_unknown)
             lines.append(f"{titles}: the sign is not known.")
         lines += [
-            f"{_TITLES[name]}: 0, in the interval of a pose up to {_cell(farthest)} {_unit_of(name)} either way."
+            f"{_TITLES[name]}: 0, in the interval of a pose up to {_format_number(farthest)} {_unit_of(name)} either way."
             for name, farthest in self.farthest_of_zeros.items()
         ]
         if self.shares_near_pushes:
@@ -314,6 +315,7 @@ class ForceAnswer:
         return "\n".join(lines)
 
     def _format_peaks(self) -> str:
+        """Format the table of the peaks, and sentences on its intervals."""
         of_mean = ", of the mean over beds"
         intervals = {
             ("lo", "hi"): self.interval_of_alpha and self.interval_of_alpha + of_mean,
@@ -325,7 +327,7 @@ class ForceAnswer:
         rows = [
             [
                 _TITLES[peak.name],
-                *(_cell(getattr(peak, column)) for column in columns),
+                *(_format_number(getattr(peak, column)) for column in columns),
                 _unit_of(peak.quantity),
                 f"{peak.position:g}",
             ]
@@ -347,8 +349,8 @@ class ForceAnswer:
         peaks = format_table([*head, "unit", self._position_column], rows)
         return f"{peaks}\n\n" + ".\n".join(sentences) + "."
 
-    def _missing_intervals(self) -> list[str]:
-        """Say what stands in the place of intervals that are not there, and why."""
+    def _list_missing_intervals(self) -> list[str]:
+        """List sentences that say which intervals are missing, and why."""
         lines = []
         if not has_model_error(self.profile):
             lines.append(
@@ -372,7 +374,7 @@ class ForceAnswer:
         return lines
 
     def list_doubts(self, cure: str = "") -> list[str]:
-        """Say which poses have no number or no interval; `cure`: what gives numbers there, if something does."""
+        """List sentences on poses without a number or an interval; `cure`: words on how to get numbers there."""
         poses = len(self.forces)
         doubts = []
         if self.poses_unknown:
@@ -386,9 +388,9 @@ class ForceAnswer:
         ends = [
             (name, end) for name in self.quantities for end in end_names(name) if end in self.forces
         ]
-        lost = [self.forces[end].isna() & self.forces[name].notna() for name, end in ends]
-        # beside the table of the same medium the head of the file says it
-        if self.beside is None and (without := sum(map(any, zip(*lost, strict=True)))):
+        missing = [self.forces[end].isna() & self.forces[name].notna() for name, end in ends]
+        # where a table stands beside nine terms, the head of the file says why intervals are empty
+        if self.beside is None and (without := sum(map(any, zip(*missing, strict=True)))):
             doubts.append(
                 f"no interval in {without} of {poses} poses: no error of alpha is known there"
             )
@@ -408,7 +410,7 @@ def answer_with_forces(
     rule: str | None = None,
     left_out: str = "",
 ) -> ForceAnswer:
-    """Predict forces and keep what they were predicted from; parameters as of `predict` and `ForceAnswer`."""
+    """Predict forces and keep what they were predicted from; for parameters see `predict` and `ForceAnswer`."""
     forces, peaks = predict_with_peaks(
         profile,
         body,
@@ -435,7 +437,7 @@ def answer_with_forces(
 
 
 def _widest_ends(peak: Peak) -> tuple[float, float]:
-    """Interval of the next bed, with the model's error or of alpha: the first that is known."""
+    """Return the interval of the next bed, else that with the model's error, else that of alpha."""
     intervals = ((peak.next_lo, peak.next_hi), (peak.model_lo, peak.model_hi), (peak.lo, peak.hi))
     return next((ends for ends in intervals if not math.isnan(ends[0])), (math.nan, math.nan))
 
@@ -464,10 +466,12 @@ PEAK_TITLES_IN_SPACE = {
 _TITLES = PEAK_TITLES | PEAK_TITLES_IN_SPACE
 
 _FACTS_OF_PEAK = ("lo", "hi", "model_lo", "model_hi", "next_lo", "next_hi", "beside", "withheld")
+"""Fields of a peak that `ForceAnswer.as_dict` returns."""
 
 _LONGEST_REASON = 300
+"""Most characters of a reason that are printed."""
 
 
-def _cell(number: float) -> str:
-    """Format a number; one that is not known is empty, and nothing is called -0."""
+def _format_number(number: float) -> str:
+    """Format a number; NaN is empty, and -0 is written as 0."""
     return "" if math.isnan(number) else f"{number + 0.0:.4g}"

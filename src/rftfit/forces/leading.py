@@ -1,10 +1,11 @@
-"""Which faces of a solid body bear a load: those that lead, and half of those that move along themselves.
+"""Loads of the faces of a solid body: faces that lead bear the whole, those that move along themselves a half.
 
 The alpha of a plate holds the stress on both of its faces. Of a solid body the face in front bears it all and the face
 behind nothing. Where a body moves along two faces, as the sole and the top of a foot that is dragged level or the walls
-of a block that sinks, each bears half: the two together bear what a plate does, and no rounding of an angle decides. Measured wheels that are
-pushed along their axle, whose rims move along themselves, have side forces that are predicted so with an error of 4.2 N, and without
-these faces of 5.6 N (`tests/space/test_space_wheel.py`; 96 runs at seven slip angles).
+of a block that sinks, each bears half: the two together bear what a plate does, and no rounding of an angle decides.
+The rim of a wheel that is pushed along its axle moves along itself: its measured side forces are predicted with an
+error of 4.2 N by this rule, and of 5.6 N without such faces (`tests/space/test_space_wheel.py`; 96 runs at seven slip
+angles).
 """
 
 from __future__ import annotations
@@ -18,7 +19,10 @@ ALONG_ITSELF = 1e-4
 
 
 def share_of_face(outward: FloatArray, speed: FloatArray) -> FloatArray:
-    """Share of the load of a plate that a face of a solid body bears, from 0 to 1, by its speed along the normal and in all."""
+    """Share of the load of a plate that a face of a solid body bears, from 0 to 1.
+
+    `outward`: speed of the face along its outward normal. `speed`: its whole speed.
+    """
     moves = speed > 0
     relative = np.divide(outward, 2 * ALONG_ITSELF * speed, where=moves, out=np.zeros_like(speed))
     return np.where(moves, np.clip(0.5 + relative, 0.0, 1.0), 0.0)

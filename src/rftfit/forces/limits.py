@@ -1,4 +1,4 @@
-"""Where a prediction leaves what was measured, or what the force model is for."""
+"""Limits of a prediction: what was measured, and what the force model is for."""
 
 from __future__ import annotations
 
@@ -23,8 +23,9 @@ from rftfit.model.profiles import EPS, PAPER_WINDOW, KnownMedium, Profile
 class Reach(NamedTuple):
     """How deep a body moves, and how far below the depths over which alpha was measured.
 
-    `deepest_cm`: Its deepest point. `measured_to_cm`: As of `depth_measured`. `share_below`: Share of depth times area, summed
-    over all poses, that lies below this depth.
+    `deepest_cm`: Depth of the body's deepest point. `measured_to_cm`: Depth to which alpha was measured
+    (`depth_measured`). `share_below`: Share of depth times area, summed over all poses, that lies below
+    `measured_to_cm`.
     """
 
     deepest_cm: float
@@ -35,7 +36,7 @@ class Reach(NamedTuple):
 def reach_below_measured(
     medium: KnownMedium | str | Path, outline: Outline | Mesh, motion: Motion | Motion3D
 ) -> Reach | None:
-    """Compare the depths of a moving body with those over which alpha was measured; none where it stays above the medium."""
+    """Compare the depths of a body with those over which alpha was measured; None where it stays above the medium."""
     moving = set_in_motion(outline, motion)
     load, depth, *_ = moving.wet_parts()
     if not float(np.nansum(load)) > 0:
@@ -44,7 +45,10 @@ def reach_below_measured(
 
 
 def depth_measured(profile: Profile) -> tuple[float, str]:
-    """Depth to which alpha was measured, cm, and a clause about it; to which known media were where pushes do not say theirs."""
+    """Return the depth to which alpha was measured, cm, and a clause on it for a sentence.
+
+    Where the pushes do not state their depth, that of the known media stands for it (`PAPER_WINDOW`).
+    """
     deepest_cm = profile.window[1]
     if np.isfinite(deepest_cm):
         return deepest_cm, f"alpha is from {deepest_cm:.1f} cm at most"
@@ -55,7 +59,7 @@ def depth_measured(profile: Profile) -> tuple[float, str]:
 
 
 def describe_depth(deepest_cm: float, clause: str) -> str:
-    """Say that a body goes deeper than alpha was measured; `clause`: of `depth_measured`."""
+    """Say that a body goes deeper than alpha was measured; `clause`: from `depth_measured`."""
     return f"deeper than measured: down to {deepest_cm:.1f} cm, {clause}"
 
 
@@ -75,17 +79,17 @@ def beyond_measured(
     motion: Motion | Motion3D | None = None,
     config: Config | None = None,
 ) -> list[str]:
-    """Where a prediction leaves what was measured, or what the model is for.
+    """List where a prediction leaves what was measured, or what the model is for.
 
     Parameters
     ----------
     medium : Map, Profile, Medium, ScaledMedium, str or Path
-        As of `predict`; the `window` of its profile says over which depths alpha was measured.
+        Medium, as `predict` takes it; the `window` of its profile says over which depths alpha was measured.
     outline : Outline or Mesh
     motion : Motion or Motion3D, optional
         Default: the rotation of the paper's trials.
     config : Config, optional
-        Its container, in whose middle the motion is taken to be, and `fit.wall_clearance_cm`.
+        States the container, in whose middle the motion is taken to be, and `fit.wall_clearance_cm`.
         Default: a bed without walls.
 
     Returns
@@ -105,7 +109,7 @@ def beyond_measured(
     """
     motion = rotation() if motion is None else motion
     moving = set_in_motion(outline, motion)
-    load, depth, speed, *level = moving.wet_parts()
+    load, depth, speed, *horizontal = moving.wet_parts()
     total = float(np.nansum(load))
     if not total > 0:
         return []
@@ -124,28 +128,29 @@ def beyond_measured(
         warnings.append(
             f"{describe_depth(reach.deepest_cm, clause)} ({100 * reach.share_below:.0f} % of depth times area lies below)"
         )
-    if (share_above := share(depth < shallowest)) > NOTICED:
+    if (share_shallow := share(depth < shallowest)) > NOTICED:
         warnings.append(
-            f"nearer to the surface than measured: {100 * share_above:.0f} % of depth times area lies above "
+            f"nearer to the surface than measured: {100 * share_shallow:.0f} % of depth times area lies above "
             f"{shallowest:.1f} cm"
         )
     if (fastest := float(speed[load > 0].max())) > QUASI_STATIC_CM_PER_S:
-        share_above = share(speed > QUASI_STATIC_CM_PER_S)
+        share_fast = share(speed > QUASI_STATIC_CM_PER_S)
         warnings.append(
-            f"{describe_speed(fastest)} ({100 * share_above:.0f} % of depth times area "
+            f"{describe_speed(fastest)} ({100 * share_fast:.0f} % of depth times area "
             f"above {QUASI_STATIC_CM_PER_S:g} cm/s), where the inertia of the grains counts too"
         )
     if config is not None:
         box, clear = config.container, config.fit.wall_clearance_cm
         near = depth > box.depth_cm - clear
-        for place_cm, size in zip(level, (box.length_cm, box.width_cm), strict=False):
-            wet = place_cm[load > 0]
-            near |= np.abs(place_cm - (wet.max() + wet.min()) / 2) > size / 2 - clear
+        # an outline has x alone
+        for position_cm, size in zip(horizontal, (box.length_cm, box.width_cm), strict=False):
+            wet = position_cm[load > 0]
+            near |= np.abs(position_cm - (wet.max() + wet.min()) / 2) > size / 2 - clear
         if isinstance(outline, Outline):
             near |= outline.width_cm > box.width_cm - 2 * clear
-        if (share_above := float(np.nansum(load[near])) / total) > NOTICED:
+        if (share_near := share(near)) > NOTICED:
             warnings.append(
-                f"near the container: {100 * share_above:.0f} % of depth times area lies within {clear:g} cm of "
+                f"near the container: {100 * share_near:.0f} % of depth times area lies within {clear:g} cm of "
                 "its walls or bottom, even in its middle; alpha was measured farther from them"
             )
     if not errors.has_model_error(profile):

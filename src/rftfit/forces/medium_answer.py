@@ -1,4 +1,4 @@
-"""What is known of a medium from one penetration test or a few pushes: as text, as facts and as a table."""
+"""Answers on a medium from one penetration test or a few pushes: as text, as facts and as a table."""
 
 from __future__ import annotations
 
@@ -26,9 +26,11 @@ _SHOWN_BETA, _SHOWN_GAMMA = (-60, -30, 0, 30, 60, 90), (-90, -45, 0, 45, 90)
 
 @dataclass(frozen=True)
 class MediumAnswer:
-    """`text` for people, `facts` for scripts, `columns` of alpha by direction, `description` of how it was made, at which `level`.
+    """Answer on one medium.
 
-    `where` alpha is known, and a `doubt` about the medium, if there is one.
+    `text`: for people. `facts`: for scripts. `columns`: alpha by direction. `description`: from what it was estimated.
+    `level`: of the intervals, in words. `where`: in which directions alpha is known. `doubt`: sentence on why the
+    medium may not be like the known ones, or empty.
     """
 
     text: str
@@ -48,7 +50,7 @@ class MediumAnswer:
         return self.facts
 
     def written(self) -> dict[str, Any]:
-        """Columns of alpha by direction as they are written: angles to 0.01 degrees, numbers to 1e-6 N/cm^3."""
+        """Round the columns of alpha by direction for a file: angles to 0.01 degrees, numbers to 1e-6 N/cm^3."""
         beta_deg, gamma_deg, *others = self.columns
         columns: dict[str, Any] = {
             name: [f"{angle:.2f}" for angle in self.columns[name]] for name in (beta_deg, gamma_deg)
@@ -60,23 +62,23 @@ class MediumAnswer:
 
 
 def answer_of_test(scaled: ScaledMedium) -> MediumAnswer:
-    """One penetration test by the paper's routine."""
+    """Answer from one penetration test, scaled by the paper's routine."""
     alpha, se, confidence = scaled.alpha_z, scaled.alpha_z_se, scaled.confidence
     reference = scaled.reference
     terms = dict(zip(TERMS, zip(*scaled.coefficients_with_interval(), strict=True), strict=True))
-    numbers = {name: _with_limits(scaled, name) for name in ("zeta", "chi")}
+    factors = {name: _value_and_ends(scaled, name) for name in ("zeta", "chi")}
     rows = [
         [name, *(f"{round(value, 4) + 0.0:.4f}" for value in values)]
-        for name, values in (numbers | terms).items()
+        for name, values in (factors | terms).items()
     ]
     description = f"alpha_z(0, 90 deg) = {alpha:g} N/cm^3 (se {se:g}), scaled from {reference.name}"
-    test = " and the error of the test" if se else ""
+    error_of_test = " and the error of the test" if se else ""
     text = (
         f"From {description}\n\n"
         f"{table(['', 'value', 'lo', 'hi'], rows)}\n\n"
         "zeta and chi without unit, coefficients in N/cm^3.\n"
         f"lo, hi: {100 * confidence:g} % interval for a new medium like these, from the scatter "
-        f"between\n{', '.join(reference.media)}{test}.\n"
+        f"between\n{', '.join(reference.media)}{error_of_test}.\n"
         "Measured alpha departs from nine terms: at (0, 90 deg) it lies above by the factor chi. The intervals\n"
         "of alpha and of forces contain what nine terms miss, those of the coefficients do not. chi and the\n"
         "coefficients belong to one fit: least squares by default, the paper's own transform, with its zeta of\n"
@@ -88,8 +90,8 @@ def answer_of_test(scaled: ScaledMedium) -> MediumAnswer:
         "confidence": confidence,
         "scaled_from": reference.name,
         "media": list(reference.media),
-        **{name: _with_ends(values) for name, values in numbers.items()},
-        "coefficients_N_per_cm3": {term: _with_ends(values) for term, values in terms.items()},
+        **{name: _name_ends(values) for name, values in factors.items()},
+        "coefficients_N_per_cm3": {term: _name_ends(values) for term, values in terms.items()},
     }
     level = f"{100 * confidence:g} % interval for a new medium like these"
     where = "on the published grid of 7 x 13 angles"
@@ -99,7 +101,7 @@ def answer_of_test(scaled: ScaledMedium) -> MediumAnswer:
 def answer_of_pushes(
     name: str, medium_map: Map, pushes: Columns | None, reference: Reference
 ) -> MediumAnswer:
-    """The map of any number of pushes, beside the paper's routine."""
+    """Answer from the map of any number of pushes; zeta by the paper's routine too where a push goes straight down."""
     confidence = medium_map.confidence
     down = None if pushes is None else push_straight_down(pushes, confidence)
     routine = None
@@ -111,25 +113,31 @@ def answer_of_pushes(
         "pushes": medium_map.pushes,
         "known_media": medium_map.known_media.split(", "),
         "confidence": confidence,
-        "zeta": _with_ends(medium_map.zeta),
-        "zeta_of_the_papers_routine": routine and _with_ends(_with_limits(routine, "zeta")),
+        "zeta": _name_ends(medium_map.zeta),
+        "zeta_of_the_papers_routine": routine and _name_ends(_value_and_ends(routine, "zeta")),
         "chi_squared": medium_map.distance,
         "degrees_of_freedom": medium_map.dof,
         "probability_if_it_belongs": medium_map.belongs if medium_map.dof > 0 else None,
         "draws_not_passive": medium_map.not_passive,
         "alpha_x_over_known": None if has_no_alpha_x(medium_map) else medium_map.horizontal,
     }
-    text = _map_as_text(medium_map, routine, description, level)
+    text = _format_map(medium_map, routine, description, level)
     where = f"in {medium_map.beta.size} directions"
     return MediumAnswer(
-        text, facts, medium_map.columns(), f"from {description}", level, where, _doubt(medium_map)
+        text,
+        facts,
+        medium_map.columns(),
+        f"from {description}",
+        level,
+        where,
+        _describe_doubt(medium_map),
     )
 
 
 def answer_of_contacts(
     answer: MediumAnswer, alone: Map, contacts: Sequence[Contact], pushes: Columns | None
 ) -> MediumAnswer:
-    """Put alpha_z(0, 90 deg) by the contacts alone in front, beside that of a plate where there is one.
+    """Put alpha_z(0, 90 deg) by the contacts alone in front of an answer, with that of a plate where one was pushed.
 
     `alone`: map of the contacts without a push.
     """
@@ -138,7 +146,7 @@ def answer_of_contacts(
     value, lo, hi = vertical
     plate = None if pushes is None else push_straight_down(pushes, alone.confidence)
     beside = ""
-    facts: dict[str, Any] = {"contacts": len(contacts), "alpha_z_of_contacts": _with_ends(vertical)}
+    facts: dict[str, Any] = {"contacts": len(contacts), "alpha_z_of_contacts": _name_ends(vertical)}
     if plate is not None:
         of_plate, _ = plate
         facts |= {"alpha_z_of_plate": of_plate, "contacts_over_plate": value / of_plate}
@@ -153,7 +161,7 @@ def answer_of_contacts(
 
 
 def vertical_alpha(medium_map: Map) -> tuple[float, float, float]:
-    """alpha_z(0, 90 deg) of a map with its interval, N/cm^3."""
+    """Return alpha_z(0, 90 deg) of a map and the ends of its interval, N/cm^3."""
     profile = medium_map.profile
     assert isinstance(profile.spread, Profile)
     value = float(profile.alpha(0.0, math.pi / 2)[0])
@@ -161,16 +169,18 @@ def vertical_alpha(medium_map: Map) -> tuple[float, float, float]:
     return value, float(lo), float(hi)
 
 
-def _with_limits(medium: ScaledMedium, name: str) -> tuple[float, ...]:
+def _value_and_ends(medium: ScaledMedium, name: str) -> tuple[float, ...]:
+    """Read a number of a scaled medium and the ends of its interval."""
     return tuple(float(getattr(medium, name + end)) for end in ("", "_lo", "_hi"))
 
 
-def _with_ends(numbers: Iterable[float]) -> dict[str, float]:
+def _name_ends(numbers: Iterable[float]) -> dict[str, float]:
+    """Name a number and the ends of its interval for scripts."""
     return dict(zip(("value", "lo", "hi"), map(float, numbers), strict=True))
 
 
-def _doubt(medium_map: Map) -> str:
-    """Why a medium does not belong to the known ones; empty where it does."""
+def _describe_doubt(medium_map: Map) -> str:
+    """Say why a medium does not belong to the known ones; empty where it does."""
     worst = medium_map.farthest
     if medium_map.contacts and not worst and medium_map.belongs < NOT_ALIKE:
         return (
@@ -190,12 +200,11 @@ def _doubt(medium_map: Map) -> str:
     )
 
 
-def _map_as_text(
-    medium_map: Map, routine: ScaledMedium | None, description: str, level: str
-) -> str:
+def _format_map(medium_map: Map, routine: ScaledMedium | None, description: str, level: str) -> str:
+    """Format a map for people: tables of alpha at some angles, zeta, and its agreement with the known media."""
     columns = medium_map.columns()
     beta_deg, gamma_deg = columns["beta_deg"], columns["gamma_deg"]
-    blocks = []
+    tables = []
     for component in "zx":
         rows = []
         for beta in _SHOWN_BETA:
@@ -206,13 +215,13 @@ def _map_as_text(
                     float(columns[column(component, end)][nearest]) for end in ("", "_lo", "_hi")
                 )
                 is_measured = columns["source"][nearest] == "measured" and hi > lo
-                mark = "*" * is_measured
+                mark = "*" if is_measured else ""
                 ends = f"{lo:.3f} to {hi:.3f}" if hi > lo else "by symmetry"
                 # + 0.0 so that nothing is called -0
                 cells.append(f"{round(value, 3) + 0.0:.3f} ({ends}){mark}")
             rows.append([f"{beta}", *cells])
         head = [f"alpha_{component}", *(f"gamma {gamma}" for gamma in _SHOWN_GAMMA)]
-        blocks.append(table(head, rows))
+        tables.append(table(head, rows))
     zeta = "zeta {:.4f} ({:.4f} to {:.4f}) of this medium, by nine terms fitted to the map".format(
         *medium_map.zeta
     )
@@ -221,7 +230,7 @@ def _map_as_text(
             f"\nzeta {routine.zeta:.4f} ({routine.zeta_lo:.4f} to {routine.zeta_hi:.4f}) to compare with the paper, "
             f"by its routine from (0, 90) deg alone, with {routine.reference.name}"
         )
-    # contacts tell of both components together
+    # contacts measure both components together
     contacts_alone = medium_map.contacts and has_no_alpha_x(medium_map)
     strength = "" if contacts_alone else f", {_describe_horizontal(medium_map)}"
     if medium_map.dof > 0:
@@ -234,7 +243,7 @@ def _map_as_text(
         agree = "One number tells how strong the medium is, not whether it has the shape of the known media."
     return (
         f"From {description}\n\n"
-        + "\n\n".join(blocks)
+        + "\n\n".join(tables)
         + f"\n\nN/cm^3; beta and gamma in degrees; {level}, of the mean over beds (a further bed differs by "
         f"{100 * medium_map.bed_spread:.3g} %, one standard deviation); * measured.\n{zeta}\n{agree}\n"
         "Intervals are of draws that take energy in every direction, as any medium does; "
@@ -243,12 +252,12 @@ def _map_as_text(
 
 
 def has_no_alpha_x(medium_map: Map) -> bool:
-    """Tell whether no push told how strong alpha_x is beside alpha_z."""
+    """Tell whether no push measured how strong alpha_x is beside alpha_z."""
     return math.isnan(medium_map.horizontal)
 
 
-def _describe_horizontal(medium_map: Map, as_what: str = "") -> str:
-    """Write how strong alpha_x is beside alpha_z, or that no push measured it."""
+def _describe_horizontal(medium_map: Map, compared_with: str = "") -> str:
+    """Say how strong alpha_x is beside alpha_z, or that no push measured it; `compared_with`: words at the end."""
     if has_no_alpha_x(medium_map):
         return "alpha_x was not measured"
-    return f"alpha_x is {medium_map.horizontal:.2g} times as strong beside alpha_z{as_what}"
+    return f"alpha_x is {medium_map.horizontal:.2g} times as strong beside alpha_z{compared_with}"

@@ -35,8 +35,10 @@ IntArray = NDArray[np.int64]
 
 UNITS_CM = {unit: LENGTH_TO_CM[unit] for unit in ("mm", "cm", "m", "in")}
 FORMATS = (".stl", ".obj", ".ply")
+"""Endings of files that are read."""
+
 SIZES_CM = (0.2, 100.0)
-"""Least and greatest length of a body from a file: outside of them its unit is probably another."""
+"""Least and greatest length of a body from a file: a body outside of them was probably read in a wrong unit."""
 
 PATH = replace(
     SCHEMA,
@@ -59,7 +61,7 @@ _RIM_FACETS, _FLANK_CM, _SECTION_CM = 96, 0.4, 0.8
 """Facets around the rim of a wheel with lugs, and longest edges of a lug's flank and across its width."""
 
 _SAME = 1e-7
-"""Vertices that are nearer, as a part of the mesh's size, are one: an STL file repeats them in each triangle."""
+"""Distance over the mesh's size below which two vertices are one: an STL file repeats them in each triangle."""
 
 
 class Mesh:
@@ -77,7 +79,7 @@ class Mesh:
         Numbers of the three vertices of each triangle, counterclockwise seen from outside.
     name : str, optional
     sheet : bool, optional
-        True for a thin sheet, which feels the medium on either face and need not be closed.
+        True for a thin sheet, on which the medium acts from either side and which need not be closed.
 
     Raises
     ------
@@ -136,7 +138,7 @@ class Mesh:
         self.triangles_given = len(corners)
 
     def describe_size(self) -> str:
-        """Say how long the body is along its own axes, of which z is up."""
+        """Say how long the body is along x, y and z of the mesh; z is up."""
         x, y, z = np.ptp(self.vertices_cm, axis=0)
         return f"{x:.4g} cm along its x, {y:.4g} along y, {z:.4g} along z (up)"
 
@@ -172,7 +174,7 @@ class Mesh:
 
     @cached_property
     def is_convex(self) -> bool:
-        """Whether a solid body fills its convex hull."""
+        """True for a solid body that fills its convex hull."""
         return fills_hull(self.vertices_cm, self.volume_cm3)
 
     @cached_property
@@ -197,10 +199,10 @@ class Mesh:
         -------
         Mesh
         """
-        return self._with(self.vertices_cm @ np.transpose(rotation) + by_cm, self.faces)
+        return self._with_faces(self.vertices_cm @ np.transpose(rotation) + by_cm, self.faces)
 
     def refined(self, longest_cm: float) -> Mesh:
-        """Halve triangles with a longer edge: the same body, whose forces are nearer to those of the law.
+        """Halve triangles until no edge is longer: the same body, whose forces are nearer to those of the law.
 
         `predict` and `wheel` do so by themselves where a coarse mesh turns (`rftfit.forces.fineness`); `Ground` by
         its `triangle_cm`.
@@ -208,7 +210,7 @@ class Mesh:
         Parameters
         ----------
         longest_cm : float
-            Of the edges.
+            Greatest length of an edge.
 
         Returns
         -------
@@ -220,15 +222,15 @@ class Mesh:
             short = lengths.max(axis=1) <= longest_cm
             short_enough.append(too_long[short])
             too_long, lengths = too_long[~short], lengths[~short]
-            # from the longest edge on
+            # a to b is the longest edge
             order = (lengths.argmax(axis=1)[:, None] + np.arange(3)) % 3
             a, b, c = np.moveaxis(np.take_along_axis(too_long, order[..., None], axis=1), 1, 0)
             middle = (a + b) / 2
             too_long = np.concatenate([np.stack([a, middle, c], 1), np.stack([middle, b, c], 1)])
         corners = np.concatenate(short_enough).reshape(-1, 3)
-        return self._with(corners, np.arange(len(corners)).reshape(-1, 3))
+        return self._with_faces(corners, np.arange(len(corners)).reshape(-1, 3))
 
-    def _with(self, vertices: FloatArray, faces: IntArray) -> Mesh:
+    def _with_faces(self, vertices: FloatArray, faces: IntArray) -> Mesh:
         changed_mesh = copy(self)
         changed_mesh.vertices_cm, changed_mesh.faces = vertices, faces
         return changed_mesh
@@ -241,9 +243,9 @@ class Mesh:
         ----------
         file : str or Path
         unit : str
-            Of the file's coordinates, which do not say it: ``mm``, ``cm``, ``m`` or ``in``.
+            Unit of the coordinates, which the file does not state: ``mm``, ``cm``, ``m`` or ``in``.
         sheet : bool, optional
-            As of `Mesh`.
+            True for a thin sheet, see `Mesh`.
 
         Returns
         -------
@@ -281,12 +283,12 @@ class Mesh:
 
     @classmethod
     def extrude(cls, outline: Outline) -> Mesh:
-        """Make a sheet of an outline in the plane: two triangles an element, as wide as the outline in y.
+        """Make a sheet from an outline in the plane: two triangles for each element, as wide in y as the outline.
 
         Parameters
         ----------
         outline : Outline
-            A thin one: `model_leg`, `arc`, `polyline`.
+            A thin outline: `model_leg`, `arc`, `polyline`.
 
         Returns
         -------
@@ -309,13 +311,13 @@ class Mesh:
         )
         side = np.array([0.0, outline.width_cm / 2, 0.0])
         corners = np.concatenate([ends - side, ends + side], axis=1).reshape(-1, 3)
-        four = 4 * np.arange(len(x))[:, None]
-        faces = np.concatenate([four + np.array(half) for half in ([0, 1, 3], [0, 3, 2])])
+        first_corner = 4 * np.arange(len(x))[:, None]
+        faces = np.concatenate([first_corner + np.array(half) for half in ([0, 1, 3], [0, 3, 2])])
         return cls(corners, faces, outline.name, sheet=True)
 
     @classmethod
     def sphere(cls, radius_cm: float, facets: int = 32) -> Mesh:
-        """Sphere of `facets` latitudes and twice as many longitudes, vertices on it.
+        """Make a sphere of `facets` latitudes and twice as many longitudes, with its vertices on the sphere.
 
         Parameters
         ----------
@@ -333,13 +335,13 @@ class Mesh:
 
     @classmethod
     def cylinder(cls, radius_cm: float, width_cm: float, facets: int = 96) -> Mesh:
-        """Cylinder or wheel about the y axis, in the middle of its width at y = 0.
+        """Make a cylinder or wheel about the y axis, with y = 0 in the middle of its width.
 
         Parameters
         ----------
         radius_cm, width_cm : float
         facets : int, optional
-            Around the axis; across the width and on the two ends triangles are as large.
+            Number around the axis; across the width and on the two ends triangles are as large.
 
         Returns
         -------
@@ -363,18 +365,18 @@ class Mesh:
         lugs: int = 0,
         thickness_cm: float = 0.5,
     ) -> Mesh:
-        """Wheel about the y axis with straight lugs, as a drawing states it; without lugs a cylinder.
+        """Make a wheel about the y axis with straight lugs from the numbers of a drawing; without lugs a cylinder.
 
         Parameters
         ----------
         radius_cm, width_cm : float
-            Of the rim.
+            Radius and width of the rim.
         lug_cm : float, optional
             Height of a lug over the rim.
         lugs : int, optional
-            Their number, evenly spaced.
+            Number of lugs, evenly spaced.
         thickness_cm : float, optional
-            Of a lug, along the rim.
+            Thickness of a lug, along the rim.
 
         Returns
         -------
@@ -416,14 +418,16 @@ class Mesh:
         x, z = radius * np.sin(angle), radius * np.cos(angle)
         vertices = [np.stack([x, np.full_like(x, y), z], axis=1) for y in across]
         hubs = np.array([[0, -width_cm / 2, 0], [0, width_cm / 2, 0]])
-        here = np.arange(radius.size)
-        following = np.roll(here, -1)
+        nodes = np.arange(radius.size)
+        next_nodes = np.roll(nodes, -1)
+        # two triangles for each edge of each section of the tread, then the two ends around their
+        # hubs
         faces = []
-        for first in here.size * np.arange(sections):
-            a, b = first + here, first + following
-            faces += [[a, b, b + here.size], [a, b + here.size, a + here.size]]
-        hub, last = here.size * (sections + 1) + 0 * here, here.size * sections
-        faces += [[hub, following, here], [hub + 1, last + here, last + following]]
+        for first in nodes.size * np.arange(sections):
+            a, b = first + nodes, first + next_nodes
+            faces += [[a, b, b + nodes.size], [a, b + nodes.size, a + nodes.size]]
+        hub, last = nodes.size * (sections + 1) + 0 * nodes, nodes.size * sections
+        faces += [[hub, next_nodes, nodes], [hub + 1, last + nodes, last + next_nodes]]
         return cls(
             np.concatenate([*vertices, hubs]),
             np.concatenate([np.stack(corners, axis=1) for corners in faces]),
@@ -432,20 +436,21 @@ class Mesh:
 
 
 def describe_triangles(count: int, given: int) -> str:
-    """Say how many triangles a mesh has, and of how many they were made."""
+    """Say how many triangles a mesh has, and from how many they were made by refining."""
     return f"{count} triangles" + (f", made of {given}" if count > given else "")
 
 
 def _revolve(profile: FloatArray, longitudes: int) -> tuple[FloatArray, IntArray]:
-    """Turn a line of points (r, z), from one end of the z axis up to the other, about it."""
+    """Revolve points (r, z), from the lower end of the z axis to the upper one, about it: vertices and faces."""
     angle = 2 * np.pi * np.arange(longitudes) / longitudes
     r, z = profile.T[..., None]
     vertices = np.stack([r * np.cos(angle), r * np.sin(angle), z + 0 * angle], axis=-1)
     j, i = np.meshgrid(np.arange(len(profile) - 1), np.arange(longitudes), indexing="ij")
     right = (i + 1) % longitudes
     left_node, right_node = j * longitudes + i, j * longitudes + right
-    three, four = right_node + longitudes, left_node + longitudes
-    faces = np.stack([left_node, right_node, three, left_node, three, four], axis=-1).reshape(-1, 3)
+    right_above, left_above = right_node + longitudes, left_node + longitudes
+    corners = [left_node, right_node, right_above, left_node, right_above, left_above]
+    faces = np.stack(corners, axis=-1).reshape(-1, 3)
     on_axis = np.repeat(profile[:, 0] == 0, longitudes)  # all points of such a row are one
     number = np.arange(on_axis.size)
     faces = np.where(on_axis, number - number % longitudes, number)[faces]
@@ -453,6 +458,7 @@ def _revolve(profile: FloatArray, longitudes: int) -> tuple[FloatArray, IntArray
 
 
 def _merge_vertices(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray]:
+    """Make one of vertices nearer than `_SAME`, and leave out those of no face."""
     used = np.unique(faces)
     size = np.ptp(vertices[used], axis=0).max()
     if not size > 0:
@@ -465,20 +471,20 @@ def _merge_vertices(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, 
 
 
 def area_vectors(triangles: FloatArray) -> FloatArray:
-    """Normal times area of triangles (..., 3, 3)."""
+    """Return the normal times the area of triangles (..., 3, 3)."""
     a, b, c = np.moveaxis(triangles, -2, 0)
     return np.cross(b - a, c - a) / 2
 
 
 def _check_closed(vertices: FloatArray, faces: IntArray) -> None:
-    """Each edge belongs to two faces, which run through it in opposite directions."""
+    """Raise ValueError unless each edge belongs to two faces that run through it in opposite directions."""
     edges = np.stack([faces, np.roll(faces, -1, axis=1)], axis=-1).reshape(-1, 2)
     forward = np.where(edges[:, 0] < edges[:, 1], 1, -1)
-    edges, of, count = np.unique(
+    edges, edge_of_side, count = np.unique(
         np.sort(edges, axis=1), axis=0, return_inverse=True, return_counts=True
     )
-    direction = np.bincount(of.ravel(), forward)
-    for wrong, text in (
+    direction = np.bincount(edge_of_side.ravel(), forward)
+    for wrong, fault in (
         (count == 1, "belong to one face only: the mesh is open (sheet=True takes a thin sheet)"),
         (count > 2, "belong to more than two faces: walls inside, or bodies that touch"),
         (direction != 0, "are run through twice in the same direction: some faces are turned over"),
@@ -486,12 +492,12 @@ def _check_closed(vertices: FloatArray, faces: IntArray) -> None:
         if wrong.any():
             position = ", ".join(f"{x:.4g}" for x in vertices[edges[wrong][0]].mean(axis=0))
             raise ValueError(
-                f"{wrong.sum()} of {len(edges)} edges {text}; the first at ({position}) cm"
+                f"{wrong.sum()} of {len(edges)} edges {fault}; the first at ({position}) cm"
             )
 
 
 def _number_parts(n_vertices: int, faces: IntArray) -> IntArray:
-    """Number the parts of a mesh that do not touch, from 0; one number a face."""
+    """Number the parts of a mesh that do not touch, from 0; returns the number of each face's part, shape (m,)."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
@@ -510,6 +516,7 @@ def _count_crossing_parts(vertices: FloatArray, faces: IntArray, part_of_face: I
     highest = np.array([part.max(axis=(0, 1)) for part in triangles])
     crossing = 0
     for inner, inner_part in enumerate(triangles):
+        # only parts whose boxes overlap can cross
         meets = ((lowest < highest[inner]) & (highest > lowest[inner])).all(axis=1)
         meets[inner] = False
         if not meets.any():
@@ -527,12 +534,14 @@ def _count_crossing_parts(vertices: FloatArray, faces: IntArray, part_of_face: I
 
 
 _ALONG_EDGES = np.arange(8) / 8
+"""Places of the points on an edge, over its length."""
+
 _MOST_POINTS = 300
-"""Most points of a part that are looked up in another one, evenly chosen."""
+"""Most points of a part that are tested for lying inside another one, evenly chosen."""
 
 
 def _winding(point: FloatArray, triangles: FloatArray) -> float:
-    """Times a closed surface goes around a point: 1 inside, 0 outside.
+    """Count how often a closed surface goes around a point: 1 inside, 0 outside.
 
     By the solid angles of its triangles (m, 3, 3), van Oosterom and Strackee (1983).
     """
@@ -545,7 +554,7 @@ def _winding(point: FloatArray, triangles: FloatArray) -> float:
 
 
 def _turned_inside_out(vertices: FloatArray, faces: IntArray, part_of_face: IntArray) -> bool:
-    """Whether the volume is negative. Raises ValueError where that holds of some parts only."""
+    """Tell whether all parts have a negative volume. Raises ValueError where only some have, or a part has none."""
     signed = np.linalg.det(vertices[faces] - vertices.mean(axis=0)) / 6
     volumes = np.bincount(part_of_face, signed)
     if (np.abs(volumes) < _SAME * np.ptp(vertices, axis=0).max() ** 3).any():
@@ -564,11 +573,11 @@ class Motion3D:
     Parameters
     ----------
     position_cm, velocity_cm_per_s : array_like, shape (p, 3) or (3,)
-        Of the reference point; z = 0 is the free surface.
+        Position and velocity of the reference point; z = 0 is the free surface.
     rate_rad_per_s : array_like, shape (p, 3) or (3,), optional
         Angular velocity about the axes of the world: positive about y turns z toward x. Default 0.
     rotation : array_like, shape (p, 3, 3) or (3, 3), or scipy.spatial.transform.Rotation, optional
-        From the mesh to the world. Default: not turned.
+        Rotation from the mesh to the world. Default: not turned.
     name : str, optional
 
     Attributes
@@ -648,15 +657,15 @@ class Motion3D:
 
     @classmethod
     def press(cls, mesh: Mesh, depth_cm: float, poses: int = 50) -> Motion3D:
-        """Press a mesh straight down, not turned, from the surface until its lowest point is so deep.
+        """Press a mesh straight down, without turning it, from the surface until its lowest point is at a depth.
 
         Parameters
         ----------
         mesh : Mesh
         depth_cm : float
-            Of the lowest point at the end.
+            Depth of the lowest point at the end.
         poses : int, optional
-            Equal steps.
+            Number of poses, in equal steps of depth.
 
         Returns
         -------
@@ -690,7 +699,7 @@ class Motion3D:
         track: bool = True,
         rim_cm: float | None = None,
     ) -> Motion3D:
-        """Roll a wheel toward +x for one turn, so deep and with this slip.
+        """Roll a wheel toward +x for one turn, at a sinkage and with a slip.
 
         Parameters
         ----------
@@ -702,10 +711,10 @@ class Motion3D:
             1 less travel over rim speed where the rim is faster (it drives: 0 to 1), rim speed over travel less 1
             where it is slower (it brakes: -1 to 0; -1 is a locked wheel).
         poses : int, optional
-            Equal steps of a turn.
+            Number of poses, in equal steps of the turn.
         track : bool, optional
-            Whether a wheel that is not convex leaves a rut: behind its axle faces that face back do not count. A sheet
-            leaves none.
+            True where a wheel that is not convex leaves a rut, so that behind its axle faces that face back do not
+            count. A sheet leaves none.
         rim_cm : float, optional
             Radius of the rim, to which sinkage and slip belong. Default: to the farthest vertex, over the lugs.
 
@@ -763,7 +772,7 @@ class Motion3D:
         Parameters
         ----------
         time_s : array_like, shape (p,)
-            Increasing, at least two.
+            Increasing times, at least two.
         position_cm : array_like, shape (p, 3)
         turn_deg : array_like, shape (p, 3)
             Vector of rotation: along the axis, as long as the angle. Less than half a turn from one time to

@@ -39,8 +39,8 @@ LEAST_LOAD = 0.2
 """Share of the largest G that H has at least. Chosen on the legs of Fig. S5."""
 
 EPS_IN_SPACE = 0.39
-"""Relative error of a solid body in space, by direction (`directed_errors`). Legs of Fig. S5 have it where their error is taken
-by direction; the wheels of `examples/wheels` grade it."""
+"""Relative error of a solid body in space, by direction (`directed_errors`). Chosen on the legs of Fig. S5, with their
+error taken by direction; tested on the wheels of `examples/wheels`."""
 
 SPACE_OVER_PLANE = EPS_IN_SPACE / EPS
 """Error of a solid in space over that of an outline: faces bear less in one direction than in all."""
@@ -66,25 +66,29 @@ _LOAD_POSES = 60
 """Poses in which the load is calculated; between them it is interpolated."""
 
 _LOAD_ELEMENTS = 6000
+"""Elements, in all poses together, of which the load is calculated, or poses that are placed at once."""
+
 _MOST_AT_ONCE = 2_000_000
+"""Most numbers of an array that is held at once: elements times draws times poses."""
+
 _DIRECTIONS = 60
+"""Directions of a half circle in which the length of a body is measured."""
 
 
 def eps_of(
     model_error: float | None, profile: Profile, body: Outline | Mesh | None = None
 ) -> float:
-    """Relative error of the model that was asked for: None is that of the profile, 0 is none.
+    """Return the relative error of the model: `model_error`, or where that is None the error of the profile.
 
-    Of a solid body in space, whose errors differ by direction, the profile's own is taken `SPACE_OVER_PLANE` times.
-
-    A profile on which it was not measured has none: the error of nine terms is one of alpha, and no share of the load
-    holds it (docs/theory/forces.md).
+    The errors of a solid body in space differ by direction: there the error of the profile counts `SPACE_OVER_PLANE`
+    times. A profile on which no error was measured has 0, and ValueError is raised where another one is asked for: the
+    error of nine terms is one of alpha, and no share of the load contains it (docs/theory/forces.md).
     """
     if model_error is not None and not (math.isfinite(model_error) and model_error >= 0):
         raise ValueError(f"the model's error must be 0 or a positive number, found {model_error:g}")
     if has_model_error(profile):
-        usual = profile.model_error * (SPACE_OVER_PLANE if is_in_space(body) else 1.0)
-        return usual if model_error is None else float(model_error)
+        default = profile.model_error * (SPACE_OVER_PLANE if is_in_space(body) else 1.0)
+        return default if model_error is None else float(model_error)
     if model_error:
         raise ValueError(
             f"found a model's error of {model_error:g} with {profile.name}; allowed: 0: the model's own error was measured "
@@ -94,17 +98,17 @@ def eps_of(
 
 
 def is_in_space(body: Outline | Mesh | None) -> bool:
-    """Tell whether a body is a solid in space; a sheet errs as an outline."""
+    """Tell whether a body is a solid in space; a sheet has the errors of an outline."""
     return isinstance(body, Mesh) and not body.sheet
 
 
 def has_model_error(profile: Profile) -> bool:
-    """Tell whether the model's own error is known of a profile."""
+    """Tell whether the model's own error was measured on profiles of this form."""
     return not math.isnan(profile.model_error)
 
 
 def larger_model_error(of_legs: float) -> float:
-    """The model's own error in a campaign: that of its legs, where it is larger than the usual one."""
+    """Return the model's own error in a campaign: that of its legs where this is larger than `EPS`."""
     return max(EPS, of_legs) if math.isfinite(of_legs) else EPS
 
 
@@ -112,8 +116,9 @@ def larger_model_error(of_legs: float) -> float:
 class Load:
     """Load without cancellation and its centre, in some poses of a motion, by draw.
 
-    `places`: numbers of these poses, shape (k,). `size`: H, N, shape (draws, k). `centre`: from the reference
-    point, cm, shape (draws, k, axes), without axes where no moment is wanted. `loaded`: 1 where a pose has any load, else 0, shape (p,).
+    `places`: numbers of these poses, shape (k,). `size`: H, N, shape (draws, k). `centre`: from the reference point,
+    cm, shape (draws, k, axes), without axes where no moment is wanted. `loaded`: 1 for each of all poses that has any
+    load, else 0, shape (p,).
     """
 
     places: npt.NDArray[np.intp]
@@ -122,7 +127,7 @@ class Load:
     loaded: FloatArray
 
     def between(self, start: int, stop: int) -> Load:
-        """The same in every pose of a part of the motion, linear between the poses that were calculated."""
+        """Interpolate the load linearly to all poses from `start` to `stop`."""
         places = np.arange(start, stop)
         right = np.clip(np.searchsorted(self.places, places, side="right"), 1, self.places.size - 1)
         if self.places.size == 1:
@@ -140,14 +145,14 @@ class Load:
         return Load(places, size, linear(self.centre), self.loaded[start:stop])
 
     def at(self, chosen: slice) -> Load:
-        """The same in some of the poses that were calculated."""
+        """Return the load in some of the poses in which it was calculated."""
         return Load(
             self.places[chosen], self.size[:, chosen], self.centre[:, chosen], self.loaded[chosen]
         )
 
 
 def size_of(load: FloatArray) -> FloatArray:
-    """H of the load G by draw and pose, shape (draws, p)."""
+    """Return H, shape (draws, p), for the load G: see the head of this module."""
     largest = np.nanmax(load, axis=-1, keepdims=True, initial=0.0)
     return np.asarray(np.hypot(load, LEAST_LOAD * largest))
 
@@ -155,10 +160,13 @@ def size_of(load: FloatArray) -> FloatArray:
 def outline_load(
     profile: Profile, outline: Outline, poses: FloatArray, *, with_centre: bool = True
 ) -> Load:
-    """Load on an outline; `profile`: one, or a stack of draws. `with_centre`: as moments need it."""
+    """Calculate the load on an outline, in about `_LOAD_POSES` of its poses.
+
+    `profile`: a single one, or a stack of draws. `with_centre`: False saves time where no moment is wanted.
+    """
     count = len(poses)
-    most = int(np.clip(_LOAD_ELEMENTS // max(len(outline.body), 1), 25, _LOAD_POSES))
-    step = max(1, math.ceil(count / most))
+    most_poses = int(np.clip(_LOAD_ELEMENTS // max(len(outline.body), 1), 25, _LOAD_POSES))
+    step = max(1, math.ceil(count / most_poses))
     places = (
         np.unique(np.append(np.arange(0, count, step), count - 1)) if count else np.zeros(0, int)
     )
@@ -167,12 +175,12 @@ def outline_load(
     sizes, centres = [], []
     for start in range(0, places.size, chunk):
         some_poses = poses[places[start : start + chunk]]
-        size, centre = _outline_load(profile, outline, some_poses, with_centre)
+        size, centre = _load_and_centre(profile, outline, some_poses, with_centre)
         sizes.append(size)
         centres.append(centre)
     loaded = np.concatenate(
         [
-            _bears(outline, poses[start : start + _LOAD_ELEMENTS])
+            _bears_load(outline, poses[start : start + _LOAD_ELEMENTS])
             for start in range(0, count, _LOAD_ELEMENTS)
         ]
         or [np.zeros(0)]
@@ -183,14 +191,15 @@ def outline_load(
     return Load(places, size, np.concatenate(centres, axis=1), loaded)
 
 
-def _bears(outline: Outline, poses: FloatArray) -> FloatArray:
+def _bears_load(outline: Outline, poses: FloatArray) -> FloatArray:
+    """Return 1 for each pose in which an element bears a load, else 0."""
     return np.asarray((WetElements.of(outline, poses).load > 0).any(axis=-1), dtype=float)
 
 
-def _outline_load(
+def _load_and_centre(
     profile: Profile, outline: Outline, poses: FloatArray, with_centre: bool
 ) -> tuple[FloatArray, FloatArray]:
-    """G (draws, p) and the centre of the load from the reference point, x and z (draws, p, 2)."""
+    """Calculate G (draws, p), and the centre of the load from the reference point, x and z (draws, p, 2)."""
     wet = WetElements.of(outline, poses)
     wet = wet._replace(load=np.nan_to_num(wet.load))
     load, (beta, gamma) = wet.load, wet.angles
@@ -198,7 +207,8 @@ def _outline_load(
         size = np.hypot(*profile.sums_of_sizes(load, beta, gamma))
         return size, np.zeros((*size.shape, 0))
     arm = np.nan_to_num(wet.arm)
-    # seven digits of a load are enough: (p, elements, draws), so that the sums run over whole rows
+    # seven digits of a load are enough; shape (p, elements, draws), so that the sums run over whole
+    # rows
     force_z, force_x = (
         np.abs(alpha).reshape(*load.shape, -1) * load[..., None].astype(np.float32)
         for alpha in _alpha_of_draws(profile, beta.ravel(), gamma.ravel())
@@ -243,9 +253,10 @@ def longest(points_cm: FloatArray) -> float:
 
 
 def progress(turned_rad: FloatArray, moved_cm: FloatArray, length_cm: float) -> FloatArray:
-    """Place of each pose on the motion, in lengths of g, from turns and ways between poses, shape (p - 1,).
+    """Add up how far each pose lies along the motion, in lengths of g, shape (p,).
 
-    A turn of `LENGTH_DEG` counts as much as a way of `LENGTH_BODIES` lengths of the body.
+    `turned_rad`, `moved_cm`: between neighbouring poses, shape (p - 1,). A turn of `LENGTH_DEG` counts as much as a way
+    of `LENGTH_BODIES` lengths of the body.
     """
     turns = np.abs(turned_rad) / math.radians(LENGTH_DEG)
     ways = moved_cm / (LENGTH_BODIES * length_cm)
@@ -253,14 +264,14 @@ def progress(turned_rad: FloatArray, moved_cm: FloatArray, length_cm: float) -> 
 
 
 def outline_progress(outline: Outline, poses: FloatArray) -> FloatArray:
-    """`progress` of the poses (p, 6) of an outline."""
+    """Calculate `progress` for the poses (p, 6) of an outline."""
     steps = np.diff(poses[:, :3], axis=0)
     moved = np.hypot(steps[:, 0], steps[:, 1])
     return progress(steps[:, 2], moved, longest(outline.points_cm))[: len(poses)]
 
 
 def frames_progress(points_cm: FloatArray, frames: FloatArray) -> FloatArray:
-    """`progress` of the poses (p, 18) of a body in space."""
+    """Calculate `progress` for the poses (p, 18) of a body in space."""
     turns = frames[:, 9:].reshape(-1, 3, 3)
     trace = np.einsum("pij,pij->p", turns[1:], turns[:-1])
     turned = np.arccos(np.clip((trace - 1) / 2, -1, 1))
@@ -269,28 +280,30 @@ def frames_progress(points_cm: FloatArray, frames: FloatArray) -> FloatArray:
 
 
 def error_paths(progress: FloatArray, draws: int, axes: int, step: int) -> Iterator[FloatArray]:
-    """Draws of g over the motion, of `step` poses after another: shape (draws, axes, poses).
+    """Draw g over the motion, `step` poses at a time: arrays of shape (draws, axes, poses).
 
-    Matern 3/2 is a Markov process of its value and its rate, so any number of poses takes one pass. Each
-    draw has its negative beside it: the draws of every pose lie evenly about 0.
+    Matern 3/2 is a Markov process of its value and its rate, so any number of poses takes one pass. With each
+    draw its negative is used: the draws of every pose lie evenly about 0.
     """
     if 0 < progress.size <= step:
-        # the legs of a campaign turn alike
-        yield _short_paths(np.asarray(progress, dtype=float).tobytes(), draws, axes)
+        # kept for the next call: the legs of a campaign turn alike
+        yield _kept_paths(np.asarray(progress, dtype=float).tobytes(), draws, axes)
         return
     yield from _make_paths(progress, draws, axes, step)
 
 
 @lru_cache(maxsize=4)
-def _short_paths(progress: bytes, draws: int, axes: int) -> FloatArray:
-    places = np.frombuffer(progress)
-    paths = [*_make_paths(places, draws, axes, max(places.size, 1))]
-    all_paths = paths[0] if paths else np.zeros((draws, axes, 0))
-    all_paths.setflags(write=False)
-    return all_paths
+def _kept_paths(progress_bytes: bytes, draws: int, axes: int) -> FloatArray:
+    """Draw g over a motion of one part; bytes, because the cache needs a key."""
+    progress = np.frombuffer(progress_bytes)
+    parts = [*_make_paths(progress, draws, axes, max(progress.size, 1))]
+    paths = parts[0] if parts else np.zeros((draws, axes, 0))
+    paths.setflags(write=False)
+    return paths
 
 
 def _make_paths(progress: FloatArray, draws: int, axes: int, step: int) -> Iterator[FloatArray]:
+    """Draw g as `error_paths`, without the cache."""
     random = np.random.default_rng(SEED)
     # scipy takes longer to import than all of this
     normal = NormalDist()
@@ -303,7 +316,7 @@ def _make_paths(progress: FloatArray, draws: int, axes: int, step: int) -> Itera
         block = np.empty((stop - start, half, axes))
         for pose in range(start, stop):
             if pose and (gap := gaps[pose - 1]) > 0:
-                value, rate = _next(value, rate, float(gap), random)
+                value, rate = _draw_next(value, rate, float(gap), random)
             block[pose - start] = value
         antithetic = np.concatenate([block, -block], axis=1)[:, :draws]
         # ranks choose normal scores: quantiles of every pose are those of a normal, without the noise of few draws
@@ -312,13 +325,13 @@ def _make_paths(progress: FloatArray, draws: int, axes: int, step: int) -> Itera
         yield even.transpose(1, 2, 0)
 
 
-def _next(
+def _draw_next(
     value: FloatArray, rate: FloatArray, gap: float, random: np.random.Generator
 ) -> tuple[FloatArray, FloatArray]:
-    """Value and rate (in units of its own standard deviation) one gap farther."""
+    """Draw value and rate of g one gap farther; the rate is in units of its standard deviation."""
     fade = math.exp(-gap)
     a, b, c = fade * (1 + gap), fade * gap, fade * (1 - gap)
-    # covariance of what is new: 1 less that of what is left of the old
+    # the variances stay 1: what fades of the old value and rate is drawn anew, with this covariance
     new_value = max(1 - a * a - b * b, 0.0)
     across = b * (a - c)
     new_rate = max(1 - b * b - c * c, 0.0)
@@ -333,7 +346,7 @@ def _next(
 
 
 def plane_errors(load: Load, paths: FloatArray, eps: float) -> tuple[FloatArray, ...]:
-    """Errors of force z and force x, N, and with a centre of the moment, N cm, shape (draws, p)."""
+    """Errors of force z, force x (N) and, where the load has a centre, the moment (N cm), each of shape (draws, p)."""
     size = eps * load.size
     error_z, error_x = size * paths[:, 0], size * paths[:, 1]
     if not load.centre.shape[-1]:
@@ -351,27 +364,27 @@ def space_errors(load: Load, paths: FloatArray, eps: float) -> FloatArray:
 def directed_errors(
     load: Load, by_direction: FloatArray, paths: FloatArray, eps: float
 ) -> FloatArray:
-    """Errors as of `space_errors`, each as large as what the faces bear in its direction.
+    """Errors of the forces and moments of `space_errors`, in each direction as large as what the faces bear in it.
 
     `by_direction`: S (draws, p, 3, 3), the sum of f f^T / |f| over the forces f of faces. The errors are eps R g with
     R R = S S + (0.2 of the largest G)^2: they turn with the body.
     """
-    squares, axes = np.linalg.eigh(by_direction)
+    loads, axes = np.linalg.eigh(by_direction)
     # H^2 is G^2 and the square of the floor: 0.2 of the largest G
     largest = np.nanmax(load.size, axis=-1, keepdims=True, initial=0.0)
     floor = LEAST_LOAD / math.hypot(1.0, LEAST_LOAD) * largest * load.loaded
-    sizes = np.hypot(squares, floor[..., None])
+    sizes = np.hypot(loads, floor[..., None])
     along = np.einsum("dpij,dpi->dpj", axes, paths.transpose(0, 2, 1), optimize=True)
     force = eps * np.einsum("dpij,dpj->dpi", axes, sizes * along, optimize=True)
     return np.concatenate([force, np.cross(load.centre, force)], axis=-1)
 
 
 NEAR = 1.05
-"""Factor up to which a size counts as one that was tested."""
+"""Factor by which a size may lie outside of the tested ones and still count as tested."""
 
 
 def is_tested(size: float, least: float, most: float) -> bool:
-    """Whether a size, speed or load is within those on which the model's own error was tested."""
+    """Tell whether a size, speed or load lies within the range on which the model's own error was tested."""
     return least / NEAR <= size <= NEAR * most
 
 
@@ -385,12 +398,12 @@ def beyond_tested(length_cm: float, fastest_cm_per_s: float, eps: float = EPS) -
     fastest_cm_per_s : float
         Greatest speed of a point below the surface.
     eps : float, optional
-        The error that is used.
+        Relative error of the model that is used.
 
     Returns
     -------
     list of str
-        A sentence for each.
+        A sentence for each limit that is left.
     """
     low, high = TESTED_LENGTH_CM
     limits = []

@@ -67,7 +67,7 @@ def rotation_poses(
     hip_height_cm: float = HIP_HEIGHT_CM,
     rate_rad_per_s: float = RATE_RAD_PER_S,
 ) -> FloatArray:
-    """Poses (p, 6) of a leg on a fixed axle at x = 0; theta (rad) is that of `rotation`."""
+    """Poses (p, 6) of a leg on a fixed axle at x = 0; `theta` as in `rotation`, but in rad."""
     theta = np.asarray(theta, dtype=float)
     poses = np.zeros((theta.size, 6))
     poses[:, 1], poses[:, 2], poses[:, 5] = hip_height_cm, theta, rate_rad_per_s
@@ -84,7 +84,7 @@ def rotation(
     Parameters
     ----------
     theta_deg : array_like, shape (p,), optional
-        From straight down to the direction from axle to tip: the tip lies at 2R (-sin theta, -cos
+        Angle from straight down to the direction from axle to tip: the tip lies at 2R (-sin theta, -cos
         theta), so negative theta is in front (+x). Default: -135 to 135 deg by 1.
     hip_height_cm : float, optional
         Height of the axle above the free surface.
@@ -117,6 +117,7 @@ _COLUMNS = (
 )
 SCHEMA = Schema("path", _COLUMNS, comments=True, others="ignored", most_rows=2_000_000)
 _MOST_SHOWN = 20
+"""Most problems of a file that are reported."""
 
 
 def path(
@@ -127,11 +128,11 @@ def path(
     Parameters
     ----------
     time_s : array_like, shape (p,)
-        Increasing, at least two.
+        Increasing times, at least two.
     x_cm, z_cm : array_like, shape (p,)
         Reference point; z = 0 is the free surface, up is positive.
     angle_deg : array_like, shape (p,)
-        From z toward x: beta of a plate along x, theta of a leg. A step of more than half a turn is
+        Angle from z toward x: beta of a plate along x, theta of a leg. A step of more than half a turn is
         taken for the shorter way round.
 
     Returns
@@ -159,9 +160,9 @@ def path(
 
 
 def rates_of_steps(place: FloatArray, time_s: FloatArray) -> FloatArray:
-    """Rates of a path over the step before each pose and over the one after it, shape (2, p, k); `place`: shape (p, k).
+    """Rates of a path over the step before each pose and over the step after it, shape (2, p, k).
 
-    The ends of the path have one step, which stands for both.
+    `place`: shape (p, k). The first and the last pose have one step alone, which stands for both.
     """
     steps = np.diff(place, axis=0) / np.diff(time_s)[:, None]
     before = np.concatenate([steps[:1], steps])
@@ -170,7 +171,7 @@ def rates_of_steps(place: FloatArray, time_s: FloatArray) -> FloatArray:
 
 
 def as_increasing(time_s: npt.ArrayLike) -> FloatArray:
-    """Take the times of a path, s; raises ValueError where they are fewer than two, or do not increase."""
+    """Return the times of a path, s; raises ValueError where there are fewer than two or they do not increase."""
     time = np.asarray(time_s, dtype=float)
     if time.size < 2 or not (np.diff(time) > 0).all():
         raise ValueError("a path needs at least two times, and time must increase")
@@ -183,7 +184,7 @@ def read_path(file: Path) -> Motion:
 
 
 def read_times(file: Path, schema: Schema) -> FloatArray:
-    """Read a table whose first column is an increasing time, at least two rows: shape (columns, rows)."""
+    """Read a table of at least two rows whose first column is an increasing time: shape (columns, rows)."""
     rows, problems = read_rows(file, schema)
     if not problems and len(rows) < 2:
         text = f"{len(rows)} row; a velocity needs at least two"

@@ -1,4 +1,4 @@
-"""A body that moves through a medium: what a prediction asks of it, in the plane and in space alike."""
+"""Bodies that move through a medium: the methods that a prediction needs, in the plane and in space alike."""
 
 from __future__ import annotations
 
@@ -15,13 +15,14 @@ from rftfit.forces.peaks import Ends, Peak, PeakTarget
 from rftfit.model.profiles import Profile
 
 ForcesByName = dict[str, FloatArray]
-"""Forces, N, and moments, N cm, by the name of their column; shape (draws, p), of a single profile (p,)."""
+"""Forces, N, and moments, N cm, by the name of their column; shape (draws, p), or (p,) for a single profile."""
 
 
 class BestForces(NamedTuple):
-    """Forces by one profile, shape (p,), and why there is no number in some pose; empty where each has one.
+    """Forces by one profile, shape (p,).
 
-    `leaving`: depth times area of faces that leaves their plane, cm^3, of a mesh.
+    `reason`: why some pose has no number; empty where every pose has one. `leaving`: of a mesh, depth times area of the
+    faces that move out of the plane of their normal and the vertical, cm^3, shape (p,).
     """
 
     forces: ForcesByName
@@ -30,7 +31,7 @@ class BestForces(NamedTuple):
 
 
 class DrawnForces(NamedTuple):
-    """Forces on a body by draw in poses from `start` on, and the load behind them.
+    """Forces on a body by draw, in some poses of its motion from number `start` on, and the load in these poses.
 
     `by_direction`: sum of f f^T / |f| over the forces f of faces, shape (draws, p, 3, 3), N, of a body in space.
     """
@@ -42,11 +43,11 @@ class DrawnForces(NamedTuple):
 
     @property
     def stop(self) -> int:
-        """The first pose behind these."""
+        """Number of the first pose after these."""
         return self.start + int(next(iter(self.forces.values())).shape[-1])
 
     def between(self, start: int, stop: int) -> DrawnForces:
-        """Take the poses from `start` to `stop` of the whole motion."""
+        """Return the forces in the poses from `start` to `stop`; these forces must be those of the whole motion."""
         chosen = slice(start, stop)
         load, by_direction = self.load, self.by_direction
         return DrawnForces(
@@ -60,8 +61,8 @@ class DrawnForces(NamedTuple):
 class BodyInMotion(ABC):
     """A body and its motion of p poses.
 
-    `quantities`: names of its forces and moments; `wanted`: those that get an interval. `forces`: the
-    forces among them, each with an error of its own in the force model.
+    `quantities`: names of its forces and moments; `wanted`: those that get an interval; `forces`: those that are
+    forces, on each of which the force model errs independently.
     """
 
     quantities: tuple[str, ...]
@@ -72,19 +73,19 @@ class BodyInMotion(ABC):
 
     @abstractmethod
     def best(self, profile: Profile) -> BestForces:
-        """Forces by one profile."""
+        """Integrate the forces by one profile."""
 
     @abstractmethod
     def best_with_load(self, profile: Profile) -> DrawnForces:
-        """Forces by a profile as the only draw, with their load."""
+        """Integrate the forces by one profile, with their load: in the form of a single draw."""
 
     @abstractmethod
     def draw(self, stack: Profile, *, with_load: bool) -> Iterator[DrawnForces]:
-        """Forces by each of a stack of draws, some poses after another."""
+        """Integrate the forces by each of a stack of draws, a part of the poses at a time."""
 
     @abstractmethod
     def poses_at_once(self, draws: int) -> int:
-        """Poses whose draws are held in memory together."""
+        """Return for how many poses draws are held in memory together."""
 
     @abstractmethod
     def load_size(self, stack: Profile) -> FloatArray:
@@ -92,7 +93,10 @@ class BodyInMotion(ABC):
 
     @abstractmethod
     def wet_parts(self) -> list[FloatArray]:
-        """Parts of the body in all poses: depth times area (cm^3), depth (cm), speed (cm/s), then where they are (cm)."""
+        """Return depth times area (cm^3), depth (cm), speed (cm/s) and x (cm) of the elements or faces of all poses.
+
+        A mesh has y (cm), too.
+        """
 
     @property
     @abstractmethod
@@ -107,7 +111,7 @@ class BodyInMotion(ABC):
     @property
     @abstractmethod
     def progress(self) -> FloatArray:
-        """Place of each pose on the motion, in lengths of the model's error, shape (p,)."""
+        """How far each pose lies along the motion, in lengths of the model's error, shape (p,)."""
 
     @abstractmethod
     def model_errors(self, drawn: DrawnForces, paths: FloatArray, eps: float) -> ForcesByName:
@@ -119,11 +123,11 @@ class BodyInMotion(ABC):
 
     @abstractmethod
     def peak_targets(self, best: ForcesByName) -> list[PeakTarget]:
-        """Peaks that are looked for."""
+        """List the peaks that are looked for."""
 
     @abstractmethod
     def bounds(self, profile: Profile) -> Ends:
-        """By pose, the part of each force that has a number, and the most that the rest may add."""
+        """Return, by pose, the part of each force that has a number, and the most that the rest may add."""
 
     def finish_columns(
         self,
@@ -131,17 +135,17 @@ class BodyInMotion(ABC):
         profile: Profile,  # noqa: ARG002 (of a mesh)
         best: BestForces,  # noqa: ARG002 (of a mesh)
     ) -> dict[str, FloatArray]:
-        """Columns of the table of a prediction, with those that only such a body has."""
+        """Return the columns of the table of a prediction, with those that only this form of body has."""
         return columns
 
     @abstractmethod
     def finish_peak(
         self, peak: Peak, profile: Profile, best: ForcesByName, columns: Mapping[str, FloatArray]
     ) -> Peak:
-        """Peak as it is stated of such a body; `columns`: of the table of the prediction."""
+        """Correct a peak for this form of body; `columns`: those of the table of the prediction."""
 
     def force_draws(self, stack: Profile) -> FloatArray:
-        """Forces by each of a stack of draws, N, shape (draws, axes, p)."""
+        """Integrate the forces by each of a stack of draws, N, in all poses: shape (draws, axes, p)."""
         parts = [
             np.stack([drawn.forces[name] for name in self.forces], axis=1)
             for drawn in self.draw(stack, with_load=False)
@@ -154,5 +158,5 @@ class BodyInMotion(ABC):
 
 
 def has_forces(forces: ForcesByName) -> npt.NDArray[np.bool_]:
-    """Poses in which every force has a number, shape (p,)."""
+    """Tell in which poses every force has a number, shape (p,)."""
     return np.asarray(np.isfinite(np.stack(list(forces.values()))).all(axis=0))

@@ -24,8 +24,8 @@ at 30 elements comes from the measured table, which has no jump but bends at its
 is six degrees an element, so that at every sixth degree of theta all bends in beta (30 degrees
 apart) lie in the middle of an element. The lift is then off by 0.02 to 0.07 N on either curved leg:
 up to 0.4 % of the c-leg's peak and, its peak being five times smaller, 2 % of the reversed c-leg's.
-Gauss points, as many, leave more than half of it; 120 elements leave less than 0.1 % in all five
-media. The nine terms, without bends, are within 0.1 % at 30.
+As many Gauss points leave more than half of this error; 120 elements leave less than 0.1 % in all five
+media. The nine terms have no bends and are within 0.1 % at 30.
 """
 
 CURVATURES = {"c_leg": 1.0, "flat_leg": 0.0, "reversed_c_leg": -1.0}
@@ -44,11 +44,11 @@ class Outline:
     body : numpy.ndarray, shape (n, 5)
         Centre x, z (cm), unit tangent x, z, half-length (cm) of each element.
     width_cm : float
-        Across the plane.
+        Width across the plane.
     name : str, optional
     solid : bool, optional
-        True for the skin of a solid body, running counterclockwise: then only elements that move
-        outward, into the medium, feel it. False for a thin plate, which feels it on either face.
+        True for the skin of a solid body, running counterclockwise: then the medium acts only on elements
+        that move outward, into it. False for a thin plate, on which the medium acts from either side.
 
     Raises
     ------
@@ -93,12 +93,12 @@ class Outline:
         return np.concatenate([centre - half * tangent, centre + half * tangent])
 
     def refined(self, longest_cm: float) -> Outline:
-        """Halve elements that are longer: the same straight pieces, each point of which moves more nearly as its middle.
+        """Halve elements until none is longer: the same outline, whose elements move more nearly as their middles.
 
         Parameters
         ----------
         longest_cm : float
-            Of the elements.
+            Greatest length of an element.
 
         Returns
         -------
@@ -121,18 +121,18 @@ def arc(
     elements: int = ELEMENTS,
     name: str = "arc",
 ) -> Outline:
-    """Arc of any curvature through the axle (0, 0) and the tip (0, -2R): a leg at theta = 0.
+    """Make an arc of any curvature through the axle (0, 0) and the tip (0, -2R): a leg at theta = 0.
 
     Parameters
     ----------
     curvature_times_R : float
-        R/r from -1 to 1: 1 the c-leg, a half circle bulging toward -x, the way a leg sweeps as
-        theta grows (its convex side leads); 0 straight; -1 its mirror image.
+        R/r from -1 to 1. 1 is the c-leg, a half circle that bulges toward -x, the way a leg sweeps as
+        theta grows, so that its convex side leads; 0 is straight; -1 is the mirror image of the c-leg.
     max_length_cm : float, optional
         2R, from axle to tip.
     width_cm : float, optional
     elements : int, optional
-        Of equal length.
+        Number of elements, which are equally long.
     name : str, optional
 
     Returns
@@ -160,14 +160,14 @@ def arc(
 def _bent(
     phi: float, max_length_cm: float, width_cm: float, elements: int, name: str, lead_cm: float = 0
 ) -> Outline:
-    """Arc that spans 2 `phi` (rad, positive for a c-leg), or its face `lead_cm` ahead of the middle line.
+    """Make an arc that spans 2 `phi` (rad, positive for a c-leg), or its face `lead_cm` ahead of the middle line.
 
-    The maximal length is that from axle to tip, and the diameter where the arc is more than half a circle.
+    `max_length_cm`: from axle to tip, or the diameter of the circle where the arc is more than half of it.
     """
     bend = float(np.sin(phi))
     chord = max_length_cm * (abs(bend) if abs(phi) > np.pi / 2 else 1)
     along = (np.arange(elements) + 0.5) / elements
-    psi = phi * (1 - 2 * along)
+    psi = phi * (1 - 2 * along)  # tangent from straight down
     # a straight leg is the limit: sin(k phi) / sin(phi) -> k
     above = np.sin(phi * along) / bend if bend else along
     x = -chord * np.sin(phi * (1 - along)) * above - lead_cm * np.cos(psi)
@@ -178,7 +178,7 @@ def _bent(
 
 
 def model_leg(name: str, elements: int = ELEMENTS) -> Outline:
-    """One of the paper's three model legs (2R = 7.62 cm, width 2.54 cm).
+    """Return one of the paper's three model legs (2R = 7.62 cm, width 2.54 cm).
 
     Parameters
     ----------
@@ -206,7 +206,7 @@ def model_leg(name: str, elements: int = ELEMENTS) -> Outline:
 
 
 def arc_of(leg: Leg) -> float:
-    """Angle that a leg's arc spans, deg: 180 of the c-legs, 0 of the flat leg."""
+    """Return the angle that a leg's arc spans, deg: 180 for the c-legs, 0 for the flat leg."""
     return float(2 * np.degrees(np.arcsin(abs(leg.curvature_times_R))))
 
 
@@ -218,9 +218,9 @@ def leg_outline(
     arc_deg: float | None = None,
     lead_cm: float = 0.0,
 ) -> Outline:
-    """Outline of a leg of the campaign's configuration.
+    """Make the outline of a leg of the campaign's configuration.
 
-    `arc_deg`: Another angle that its arc spans, with the same maximal length; a straight leg has none.
+    `arc_deg`: Another angle for its arc to span, with the same maximal length; without effect on a straight leg.
     `lead_cm`: How far the face lies ahead of the middle line, on the side that the leg sweeps toward.
     """
     phi = float(np.arcsin(leg.curvature_times_R))
@@ -232,17 +232,17 @@ def leg_outline(
 def polyline(
     points: npt.ArrayLike, width_cm: float, elements: int = ELEMENTS, name: str = "outline"
 ) -> Outline:
-    """Outline along straight lines from point to point.
+    """Make an outline along straight lines from point to point.
 
-    Where the last point is the first again, it is the skin of a solid body (`Outline.solid`).
+    Where the last point repeats the first, the outline is the skin of a solid body (`Outline.solid`).
 
     Parameters
     ----------
     points : array_like, shape (m, 2)
-        x, z, cm. See `rftfit.forces.outlines` for the check of a user's points.
+        x, z, cm. Points of a file are checked by `rftfit.forces.outlines.read_outline`.
     width_cm : float
     elements : int, optional
-        About how many; every straight piece has at least one.
+        About how many elements; every straight piece has at least one.
     name : str, optional
 
     Returns
@@ -294,54 +294,56 @@ _COLUMNS = (
 SCHEMA = Schema("outline", _COLUMNS, rows="points", comments=True, others="ignored")
 MAX_POINTS = 5000
 _MOST_SHOWN = 20
+"""Most problems of a file that are reported."""
 
 
 def read_outline(path: Path, width_cm: float, elements: int = ELEMENTS) -> Outline:
     """Read an outline from a table with the columns ``x_cm``, ``z_cm``, points in order.
 
     The reference point, about which the outline turns, is (0, 0) of the file. Where the last row
-    repeats the first, the outline is the skin of a solid body. It is named after the file.
+    repeats the first, the outline is the skin of a solid body. The outline is named after the file.
     """
     rows, problems = read_rows(path, SCHEMA)
     if not problems:
-        # a fault of the shape means nothing while a row is missing from it
+        # the shape is checked only where all its rows could be read
         points = np.array([[row.number["x_cm"], row.number["z_cm"]] for row in rows])
-        problems = _faults(points, [row.row for row in rows], str(path))
+        problems = _find_problems(points, [row.row for row in rows], str(path))
     if problems:
         raise CampaignError(problems[:_MOST_SHOWN])
     return polyline(points, width_cm, elements, path.stem)
 
 
-def _faults(points: FloatArray, rows: list[int], file: str) -> list[Problem]:
+def _find_problems(points: FloatArray, rows: list[int], file: str) -> list[Problem]:
+    """List problems of the shape: too few or many points, repeated points, crossing lines; `rows`: of the points."""
     count = len(points)
     if count < 2:
-        text = f"{count} point; an outline has at least two"
-        return [Problem("outline.too-short", Place(file, rows[0]), None, text)]
+        fault = f"{count} point; an outline has at least two"
+        return [Problem("outline.too-short", Place(file, rows[0]), None, fault)]
     if count > MAX_POINTS:
-        text = f"{count} points; at most {MAX_POINTS} are read"
-        return [Problem("outline.too-long", Place(file, rows[MAX_POINTS]), None, text)]
+        fault = f"{count} points; at most {MAX_POINTS} are read"
+        return [Problem("outline.too-long", Place(file, rows[MAX_POINTS]), None, fault)]
     closed = count > 3 and bool((points[0] == points[-1]).all())
     problems = []
     seen: dict[tuple[float, float], int] = {}
     for index, (x, z) in enumerate((points[:-1] if closed else points).tolist()):
         first_index = seen.setdefault((x, z), index)
         if first_index != index:
-            text = f"every point once; this is the point of row {rows[first_index]} again"
+            fault = f"every point once; this is the point of row {rows[first_index]} again"
             place = Place(file, rows[index])
-            problems.append(Problem("outline.repeated", place, f"{x:g}, {z:g}", text))
+            problems.append(Problem("outline.repeated", place, f"{x:g}, {z:g}", fault))
     if problems:
         return problems
     for first_piece, second_piece in crossing_pieces(points):
-        text = (
+        fault = (
             f"the outline crosses or touches itself: the line from row {rows[first_piece]} to "
             f"{rows[first_piece + 1]} meets the one from row {rows[second_piece]} to {rows[second_piece + 1]}"
         )
-        problems.append(Problem("outline.crossing", Place(file, rows[second_piece]), None, text))
+        problems.append(Problem("outline.crossing", Place(file, rows[second_piece]), None, fault))
     return problems
 
 
 def crossing_pieces(points: FloatArray) -> list[tuple[int, int]]:
-    """Pairs i < j of straight pieces that meet where they should not; piece i runs from point i to i + 1."""
+    """Find pairs i < j of straight pieces that meet where they should not; piece i runs from point i to i + 1."""
     start, end = points[:-1], points[1:]
     closed = bool((points[0] == points[-1]).all())
     last = len(start) - 1
@@ -358,10 +360,12 @@ def crossing_pieces(points: FloatArray) -> list[tuple[int, int]]:
 
 
 def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Cross product of vectors in the plane."""
     return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
 
 
 def _turns_back(a: FloatArray, b: FloatArray, c: FloatArray) -> bool:
+    """Tell whether the line from a to b goes back on itself to c."""
     into, out = b - a, c - b
     size = float(np.hypot(*into) * np.hypot(*out))
     return bool(abs(_cross(into, out)) <= 1e-12 * size and into @ out < 0)
@@ -372,7 +376,7 @@ def _meet(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> np.ndar
     along = b - a
     side_c, side_d = _cross(along, c - a), _cross(along, d - a)
     side_a, side_b = _cross(d - c, a - c), _cross(d - c, b - c)
-    # lines that lie in one line have all sides 0: then their boxes decide
+    # pieces of one and the same straight line have all sides 0: then their boxes decide
     apart = (side_c * side_d > 0) | (side_a * side_b > 0)
     low, high = np.minimum(a, b), np.maximum(a, b)
     boxes = ((np.maximum(c, d) >= low) & (np.minimum(c, d) <= high)).all(axis=-1)

@@ -1,8 +1,8 @@
-"""Peaks of predicted forces, and intervals by pose and of peaks from draws of a whole motion.
+"""Peaks of predicted forces, and intervals of poses and of peaks from draws of a whole motion.
 
-One definition everywhere: the value of a peak is the top of the best curve. The largest value of a draw, which
-has its noise in every pose, lies above it on average; the interval is that of the draws' own peaks, moved by this
-difference, so that value and interval are of the same thing.
+The value of a peak is everywhere the top of the best curve. A draw has noise in every pose, so that its largest value
+lies above the top of the best curve on average. The interval is that of the peaks of the draws, moved by this
+difference, so that value and interval are of the same quantity.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from rftfit.conventions import FloatArray
 from rftfit.model.draws import interval, widen
 
 Ends = dict[str, tuple[FloatArray, FloatArray]]
-"""Lower and upper end of an interval of each quantity, by pose."""
+"""Lower and upper end of an interval in each pose, by name of the quantity."""
 
 
 class PeakTarget(NamedTuple):
-    """A peak that is looked for: the largest value of a quantity, or with sign -1 the least."""
+    """A peak that is looked for: the largest value of a quantity where `sign` is 1, the least where it is -1."""
 
     name: str
     quantity: str
@@ -49,9 +49,9 @@ class Peak:
     model_lo, model_hi : float
         Interval with the model's own error too.
     next_lo, next_hi : float
-        That of the next bed.
+        Interval of the next bed.
     beside : float
-        The same peak by the table of the same medium, or its map, of a profile by nine terms.
+        For a profile of nine terms: the same peak by the table of the same medium, or its map.
     withheld : str
         Why there is no interval of alpha although its errors are known. ``other-form``: the peak `beside` lies outside of
         it; ``steep``: the force changes with the attack angle faster than pushes around can tell.
@@ -82,10 +82,11 @@ class Peak:
 
 
 OTHER_FORM = "other-form"
-"""The table of the same medium, or its map, gives a peak outside of the interval of alpha of nine terms."""
+"""Code of a peak by nine terms whose interval of alpha does not contain the peak by the table of the same medium, or
+its map."""
 
 STEEP = "steep"
-"""The force changes with the attack angle faster than the interval of alpha between pushes allows."""
+"""Code of a peak whose force changes with the attack angle faster than the interval of alpha between pushes allows."""
 
 STEEP_DEG, STEEPEST = 5.0, 0.15
 """Change of the attack angle, and the relative change of a peak with it above which its interval of alpha is withheld.
@@ -94,19 +95,22 @@ lie inside, at 20 % only 74 % of the lifts of the reversed c-leg."""
 
 
 def withhold(peak: Peak, code: str) -> Peak:
-    """Take the interval of alpha off a peak, and what follows from it alone."""
+    """Remove the interval of alpha from a peak, and that of the next bed where it follows from this one alone."""
     withheld = replace(peak, lo=math.nan, hi=math.nan, withheld=code)
     if math.isnan(peak.model_lo):
         return replace(withheld, next_lo=math.nan, next_hi=math.nan)
     return withheld
 
 
-def hold_beside(
+def set_beside(
     peaks: Iterable[Peak], extremes: Iterable[PeakTarget], beside: Mapping[str, FloatArray]
 ) -> list[Peak]:
-    """Put the same peaks of the curves `beside` to peaks by nine terms; where they lie outside, the interval is withheld."""
+    """Set `Peak.beside` of peaks by nine terms, from the curves `beside` by the table or map of the same medium.
+
+    Where it lies outside of the interval of alpha, this interval is withheld.
+    """
     targets = {extreme.name: extreme for extreme in extremes}
-    held = []
+    compared = []
     for peak in peaks:
         sign = targets[peak.name].sign
         values = sign * beside[peak.quantity]
@@ -114,12 +118,12 @@ def hold_beside(
         with_beside = replace(peak, beside=top)
         if math.isfinite(peak.lo) and not peak.lo <= top <= peak.hi:
             with_beside = withhold(with_beside, OTHER_FORM)
-        held.append(with_beside)
-    return held
+        compared.append(with_beside)
+    return compared
 
 
-def only_true(ends: Ends, beside: Mapping[str, FloatArray]) -> Ends:
-    """Keep intervals of alpha in the poses in which they hold the force by the table of the same medium, or its map."""
+def keep_true_intervals(ends: Ends, beside: Mapping[str, FloatArray]) -> Ends:
+    """Keep intervals of alpha where they contain the force by the table or map of the same medium; else NaN."""
     kept = {}
     for name, (lo, hi) in ends.items():
         holds = (lo <= beside[name]) & (beside[name] <= hi)
@@ -128,7 +132,7 @@ def only_true(ends: Ends, beside: Mapping[str, FloatArray]) -> Ends:
 
 
 def describe_beside(peak: Peak, form: str, form_beside: str) -> str:
-    """Write how far a peak by nine terms lies from the same one by the table or the map; empty where none is beside it."""
+    """Say how far a peak by nine terms lies from the same peak by the table or the map; empty without one."""
     if math.isnan(peak.beside):
         return ""
     unit = "N cm" if peak.quantity.endswith("cm") else "N"
@@ -142,13 +146,14 @@ def describe_beside(peak: Peak, form: str, form_beside: str) -> str:
 
 
 SAME_SHARE = 0.05
-"""Peaks that differ by less are nearly the same: as much as one bed from the next."""
+"""Relative difference up to which two peaks are nearly the same: one bed differs from the next by as much."""
 
 
 class DrawStatistics:
     """Intervals by pose, and the peaks of every draw, collected over the parts of a motion.
 
-    `quantities` get an interval; `extremes` are collected of these quantities, over the poses that have a best value.
+    `quantities`: names of those that get an interval. `extremes`: peaks that are collected, where their quantity is one
+    of these, over the poses that have a best value.
     """
 
     def __init__(
@@ -160,14 +165,14 @@ class DrawStatistics:
         self._tops: dict[str, FloatArray] = {}
 
     def add(self, draws: Mapping[str, FloatArray], is_finite: npt.NDArray[np.bool_]) -> None:
-        """Add draws of the quantities in the next poses, shape (draws, p); `is_finite`: which poses have a best value."""
+        """Add draws of the quantities in the next p poses, shape (draws, p); `is_finite`: poses with a best value."""
         for name, parts in self._parts.items():
             parts.append(np.stack(interval(draws[name], self.confidence)))
         if not is_finite.any():
             return
         for name, quantity, sign in self._extremes:
-            of_known = draws[quantity] if is_finite.all() else draws[quantity][:, is_finite]
-            top = of_known.max(axis=1) if sign > 0 else -of_known.min(axis=1)
+            values = draws[quantity] if is_finite.all() else draws[quantity][:, is_finite]
+            top = values.max(axis=1) if sign > 0 else -values.min(axis=1)
             self._tops[name] = np.maximum(self._tops[name], top) if name in self._tops else top
 
     @property
@@ -179,10 +184,11 @@ class DrawStatistics:
         return {name: (lo, hi) for name, (lo, hi) in intervals.items()}
 
     def peak_ends(self, extreme: PeakTarget, value: float) -> tuple[float, float] | None:
-        """Interval of a peak whose best value is `value`; None where a draw has no number in some pose."""
+        """Return the interval of a peak whose best value is `value`; None where a draw has no number in some pose."""
         tops = self._tops.get(extreme.name)
         if tops is None or not np.isfinite(tops).all():
             return None
+        # the mean of the draws' tops lies above the best value: see the head of this module
         moved = extreme.sign * value + tops - tops.mean()
         lo, hi = np.maximum(interval(moved, self.confidence), 0.0)
         lo, hi = sorted((extreme.sign * float(lo) + 0.0, extreme.sign * float(hi) + 0.0))
@@ -196,7 +202,7 @@ _ROUNDING = 1e-9
 def pick_peaks(
     best: Mapping[str, FloatArray],
     extremes: Iterable[PeakTarget],
-    places: FloatArray,
+    positions: FloatArray,
     bounds: Mapping[str, tuple[FloatArray, FloatArray]],
     *,
     alpha: DrawStatistics | None,
@@ -205,11 +211,12 @@ def pick_peaks(
     of_model: Ends,
     bed: float,
 ) -> list[Peak]:
-    """Peaks of the best curves.
+    """Find the peaks of the best curves.
 
-    `places`: what tells the poses apart. `bounds`: by pose, the part of a force that has a number and the most that
-    the rest may add: where both are more than the peak, the peak may be there and none is stated. `of_alpha`, `of_model`: intervals by pose, for
-    peaks without draws. `bed`: half width of the interval of a bed, relative; NaN where the next bed has none.
+    `positions`: theta or time of each pose. `bounds`: by pose, the part of a force that has a number and the most that
+    the rest may add: where their sum is more than the peak, the peak may be there and none is stated. `of_alpha`,
+    `of_model`: intervals by pose, for peaks without draws. `bed`: half width of the interval of a bed, relative; NaN
+    where the next bed has none.
     """
     peaks = []
     largest = max((float(np.nanmax(np.abs(v), initial=0.0)) for v in best.values()), default=0.0)
@@ -220,43 +227,45 @@ def pick_peaks(
             continue
         row = int(np.nanargmax(values))
         if not is_finite.all():
-            alpha_bounds, most = bounds[extreme.quantity]
-            if not ((extreme.sign * alpha_bounds + most)[~is_finite] <= values[row]).all():
+            number, most = bounds[extreme.quantity]
+            if not ((extreme.sign * number + most)[~is_finite] <= values[row]).all():
                 continue
         value = float(best[extreme.quantity][row])
         ends = []
         for spread, by_pose in ((alpha, of_alpha), (model, of_model)):
-            of_draws = None if spread is None else spread.peak_ends(extreme, value)
-            if of_draws is None and extreme.quantity in by_pose:
+            ends_of_peak = None if spread is None else spread.peak_ends(extreme, value)
+            if ends_of_peak is None and extreme.quantity in by_pose:
+                # a peak of one sign has no interval beyond 0
                 lo, hi = (
                     np.maximum(extreme.sign * end[row], 0.0) for end in by_pose[extreme.quantity]
                 )
-                # the greatest force of one sign is none of the other one
                 lo, hi = sorted(float(extreme.sign * end) + 0.0 for end in (lo, hi))
-                of_draws = lo, hi
-            ends.append(of_draws or (math.nan, math.nan))
+                ends_of_peak = lo, hi
+            ends.append(ends_of_peak or (math.nan, math.nan))
         widest = ends[1] if math.isfinite(ends[1][0]) else ends[0]
-        of_bed = extreme.sign * np.array(of_next_bed(value, widest, bed))
-        # the greatest force of one sign is none of the other one
+        of_bed = extreme.sign * np.array(interval_of_next_bed(value, widest, bed))
         lo, hi = sorted(extreme.sign * np.maximum(of_bed, 0.0) + 0.0)
-        model_and_bed_ends = *ends[1], float(lo), float(hi)
+        position = float(positions[row])
         peaks.append(
             Peak(
                 extreme.name,
                 extreme.quantity,
                 value,
                 *ends[0],
-                float(places[row]),
-                *model_and_bed_ends,
+                position,
+                *ends[1],
+                float(lo),
+                float(hi),
             )
         )
     return peaks
 
 
-def of_next_bed(value: Any, ends: tuple[Any, Any], bed: float) -> tuple[Any, Any]:
-    """Interval of the force in the next bed, from that of the mean over beds; `bed`: half width, relative.
+def interval_of_next_bed(value: Any, ends: tuple[Any, Any], bed: float) -> tuple[Any, Any]:
+    """Return the interval of the force in the next bed, from the interval `ends` of the mean over beds.
 
-    A bed is looser or denser as a whole, independently of what is not known of the mean: distances add in squares.
+    `bed`: half width of the interval of a bed, relative. A bed is looser or denser as a whole, independently of the
+    error of the mean: the distances of the ends add in squares.
     """
     return widen(value, ends, bed * value)
 
@@ -264,7 +273,7 @@ def of_next_bed(value: Any, ends: tuple[Any, Any], bed: float) -> tuple[Any, Any
 def unknown_peaks(
     best: Mapping[str, FloatArray], extremes: Iterable[PeakTarget], peaks: Iterable[Peak]
 ) -> list[str]:
-    """Names of peaks that may lie in a pose without a number, and are therefore not stated."""
+    """Return the names of peaks that may lie in a pose without a number, and are therefore not stated."""
     present_names = {peak.name for peak in peaks}
     return [
         extreme.name
@@ -273,12 +282,12 @@ def unknown_peaks(
     ]
 
 
-def joined(
+def join_intervals(
     value: FloatArray,
     first_ends: tuple[FloatArray, FloatArray],
     second_ends: tuple[FloatArray, FloatArray],
 ) -> tuple[FloatArray, FloatArray]:
-    """Interval with two independent errors: the distances of their ends add in squares."""
+    """Return the interval of two independent errors: the distances of their ends from the value add in squares."""
     below = np.hypot(value - first_ends[0], value - second_ends[0])
     above = np.hypot(first_ends[1] - value, second_ends[1] - value)
     return value - below, value + above

@@ -20,15 +20,16 @@ from rftfit.model.compiling import is_worth_compiling
 from rftfit.model.profiles import Profile, TableProfile, weighted_sum
 
 _MOST_AT_ONCE = 2_000_000
+"""Most numbers of an array that is held at once."""
 
 
 @dataclass(frozen=True)
 class Forces:
     """Net force and moment on an outline by pose, shape (..., p); leading axes are draws.
 
-    Forces are up and toward +x positive; the moment is about the reference point (a leg's axle), positive
-    from z toward x: in the sense of the angle, so that moment times its rate is power. `reason`: why
-    there is NaN; empty if there is none.
+    Forces are positive up and toward +x. The moment is about the reference point (a leg's axle), positive
+    from z toward x: in the sense of the angle, so that moment times the angle's rate is power. `reason`: why
+    some numbers are NaN; empty where none is.
     """
 
     force_z_N: FloatArray
@@ -42,8 +43,8 @@ class Forces:
 
 
 def forces_on(profile: Profile, outline: Outline, poses: FloatArray) -> Forces:
-    """Integrate the forces over an outline in each pose (Eq. 2); `poses` (p, 6) as of a `Motion`."""
-    poses = _checked(poses)
+    """Integrate the forces over an outline in each pose (Eq. 2); `poses`: those of a `Motion`, shape (p, 6)."""
+    poses = _check_poses(poses)
     body, width_cm, solid = outline.body, outline.width_cm, outline.solid
     if is_worth_compiling(len(poses) * len(body)):
         from rftfit.model.kernel import pose_forces
@@ -52,56 +53,68 @@ def forces_on(profile: Profile, outline: Outline, poses: FloatArray) -> Forces:
     else:
         net = reference_kernel.pose_forces(profile, body, width_cm, solid, poses)
     force_z, force_x, moment = net.T.copy()
-    return Forces(force_z, force_x, moment, "" if np.isfinite(net).all() else _why(profile))
+    return Forces(
+        force_z, force_x, moment, "" if np.isfinite(net).all() else _describe_gap(profile)
+    )
 
 
 def force_draws(
     profile: Profile, outline: Outline, poses: FloatArray, *, with_moment: bool = True
 ) -> Forces:
-    """Carry a stack of draws through the integral; without its moment, which is then NaN, in less time.
+    """Integrate the forces over an outline in each pose, by each of a stack of draws of alpha.
 
-    Every profile is linear in its parameters: the geometry gives the weight of each parameter in
-    each pose once, all draws are then one matrix product. Returns arrays of shape (draws, ..., p).
+    `with_moment`: False saves time, and the moment is NaN. Every profile is linear in its parameters: the geometry
+    gives the weight of each parameter in each pose once, all draws are then one matrix product. Returns arrays of shape
+    (draws, ..., p).
     """
-    poses = _checked(poses)
+    poses = _check_poses(poses)
     values_z, values_x = profile.parameters
     per_pose = max(1, len(outline.body) * max(values_z.shape[-1], values_x.shape[-1]))
     step = max(1, _MOST_AT_ONCE // per_pose)
-    # of force, of force times its arm in x, in z: shape (3, p, parameters)
-    parts = [
+    weights_of_parts = [
         _weights(profile, outline, poses[start : start + step])
         for start in range(0, len(poses), step)
     ]
-    if not parts:
+    if not weights_of_parts:
         nothing = np.zeros((*values_z.shape[:-1], 0))
         return Forces(nothing, nothing, nothing)
-    weights_z, weights_x = (np.concatenate(weights, axis=1) for weights in zip(*parts, strict=True))
+    weights_z, weights_x = (
+        np.concatenate(weights, axis=1) for weights in zip(*weights_of_parts, strict=True)
+    )
     force_z, force_x = weighted_sum(values_z, weights_z[0]), weighted_sum(values_x, weights_x[0])
     if with_moment:
         moment = weighted_sum(values_x, weights_x[2]) - weighted_sum(values_z, weights_z[1])
     else:
         moment = np.broadcast_to(np.nan, force_z.shape)
-    # a missing position is missing in the moment alone
-    last = moment if with_moment else force_z + force_x
-    return Forces(force_z, force_x, moment, "" if np.isfinite(last).all() else _why(profile))
+    # a force may have a number without a position x, the moment has none: it shows all that is
+    # missing
+    shows_gaps = moment if with_moment else force_z + force_x
+    reason = "" if np.isfinite(shows_gaps).all() else _describe_gap(profile)
+    return Forces(force_z, force_x, moment, reason)
 
 
 def _weights(
     profile: Profile, outline: Outline, poses: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
+    """Weights of the parameters of alpha_z and of alpha_x, each of shape (3, p, parameters).
+
+    The first row makes the force, the second the force times its arm in x, the third that times its arm in z.
+    """
     wet = WetElements.of(outline, poses)
     scaled = wet.load * np.stack([np.ones_like(wet.load), wet.arm[..., 0], wet.arm[..., 1]])
     return profile.weights_in_sums(scaled, *wet.angles)
 
 
-def _checked(poses: FloatArray) -> FloatArray:
+def _check_poses(poses: FloatArray) -> FloatArray:
+    """Return poses as one block of numbers; raises ValueError where their shape is not (p, 6)."""
     poses = np.ascontiguousarray(poses, dtype=float)
     if poses.ndim != 2 or poses.shape[1] != 6:
         raise ValueError(f"poses of shape (p, 6) wanted, found {poses.shape}")
     return poses
 
 
-def _why(profile: Profile) -> str:
+def _describe_gap(profile: Profile) -> str:
+    """Say why a force has no number."""
     return profile.reason or "a position, angle or velocity is missing"
 
 
@@ -119,7 +132,7 @@ PEAKS = (
 
 
 class OutlineInMotion(BodyInMotion):
-    """An outline that moves in the plane; `wanted`: quantities that get an interval."""
+    """An outline that moves in the plane; `wanted`: names of the quantities that get an interval."""
 
     quantities = QUANTITIES
     forces = QUANTITIES[:2]
@@ -135,9 +148,9 @@ class OutlineInMotion(BodyInMotion):
         return BestForces(forces.by_name(), forces.reason)
 
     def best_with_load(self, profile: Profile) -> DrawnForces:
-        alone = {name: values[None] for name, values in self.best(profile).forces.items()}
+        forces = {name: values[None] for name, values in self.best(profile).forces.items()}
         load = outline_load(profile, self.outline, self.poses)
-        return DrawnForces(0, alone, load.between(0, len(self.poses)))
+        return DrawnForces(0, forces, load.between(0, len(self.poses)))
 
     def draw(self, stack: Profile, *, with_load: bool) -> Iterator[DrawnForces]:
         has_moment = "moment_N_cm" in self.wanted
@@ -193,31 +206,31 @@ class OutlineInMotion(BodyInMotion):
         return [*PEAKS]
 
     def bounds(self, profile: Profile) -> Ends:
-        """Sums over elements with a number, and the most that the others may add: each the largest alpha that is known."""
+        """Sum, by pose, elements with a number, and the most that the others may add: by the largest known alpha."""
         wet = WetElements.of(self.outline, self.poses)
         load, arm = wet.load, wet.arm
         largest = [float(np.nanmax(np.abs(values), initial=0.0)) for values in profile.parameters]
         alpha = profile.alpha(*wet.angles)
         z, x = (np.where(load == 0, 0.0, load * values) for values in alpha)
         most_z, most_x = (
-            np.where(np.isnan(force), load * most, 0.0)
-            for force, most in zip((z, x), largest, strict=True)
+            np.where(np.isnan(force), load * largest_alpha, 0.0)
+            for force, largest_alpha in zip((z, x), largest, strict=True)
         )
         z, x = np.nan_to_num(z), np.nan_to_num(x)
         moment = arm[..., 1] * x - arm[..., 0] * z
         most_moment = np.abs(arm[..., 1]) * most_x + np.abs(arm[..., 0]) * most_z
         parts = (z, most_z), (x, most_x), (moment, most_moment)
         return {
-            name: (alpha_bounds.sum(axis=-1), most.sum(axis=-1))
-            for name, (alpha_bounds, most) in zip(QUANTITIES, parts, strict=True)
+            name: (numbers.sum(axis=-1), most.sum(axis=-1))
+            for name, (numbers, most) in zip(QUANTITIES, parts, strict=True)
         }
 
     def finish_peak(
         self, peak: Peak, profile: Profile, best: ForcesByName, columns: Mapping[str, FloatArray]
     ) -> Peak:
-        """Withhold the interval of alpha of a peak that changes fast with the attack angle, between pushes.
+        """Withhold the interval of alpha of a peak that lies between pushes and changes fast with the attack angle.
 
-        There alpha may have an edge that no push shows, on which the elements of a body err alike.
+        Alpha may there have an edge that no push shows, and all elements on that edge err alike.
         """
         has_interval = isinstance(profile, TableProfile) and np.isfinite(peak.lo)
         if not (has_interval and peak.quantity in self.forces and peak.value):
@@ -227,7 +240,8 @@ class OutlineInMotion(BodyInMotion):
         beta, gamma = wet.angles
         turned = np.radians(STEEP_DEG) * np.array([-1.0, 0.0, 1.0])[:, None]
         forces = wet.load * profile.alpha(beta + turned, gamma)[self.forces.index(peak.quantity)]
-        steepness = abs(float(np.diff(forces[::2].sum(axis=-1))[0])) / 2 / abs(peak.value)
+        less, _, more = forces.sum(axis=-1)
+        steepness = abs(float(more - less)) / 2 / abs(peak.value)
         peak = replace(peak, steepness=steepness)
         if steepness <= STEEPEST or self.share_near_pushes(peak, profile) >= 1 - NOTICED:
             return peak
@@ -241,10 +255,10 @@ class OutlineInMotion(BodyInMotion):
         return float(sizes[~profile.far_from_pushes(beta[0], gamma[0])].sum() / sizes.sum())
 
     def _wet_elements_at(self, peak: Peak) -> WetElements:
-        places = self.motion.columns[self.motion.key]
-        pose = int(np.argmin(np.abs(places - peak.position)))
+        positions = self.motion.columns[self.motion.key]
+        pose = int(np.argmin(np.abs(positions - peak.position)))
         return WetElements.of(self.outline, self.motion.poses[pose : pose + 1])
 
 
 NOTICED = 0.1
-"""Part of the force on a body that is worth a word."""
+"""Share of the force on a body above which it is said that this share lies outside of what was measured."""

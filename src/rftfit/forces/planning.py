@@ -1,4 +1,4 @@
-"""Which pushes to make next: those that narrow the interval of a target most, for each run that they cost.
+"""Plans of the next pushes: those that narrow the interval of a target most, for each run that they cost.
 
 Forces are weights times alpha, so how far a push narrows them is known before it is made: the joint
 covariance of target and alpha at all nodes, conditioned on one push after the other.
@@ -42,13 +42,15 @@ from rftfit.model.shapes import (
 from rftfit.store.text import table as format_table
 
 Numbers = Callable[[FloatArray, Map], FloatArray]
+"""Function of alpha (..., 2, n), and the map at whose nodes it is, that returns the numbers of a target (..., t)."""
 
 
 @dataclass(frozen=True)
 class Target:
-    """What is to be known well: numbers (..., t) that follow from alpha (..., 2, n) at the nodes of a map.
+    """Numbers that are to be known well, which follow from alpha at the nodes of a map.
 
-    `parts` names them; `linear`: in alpha; `relative`: each to itself, else they have their scale already.
+    `parts`: names of the numbers. `linear`: whether the numbers are linear in alpha. `relative`: whether the half width
+    of each is divided by the number itself; if not, `numbers` has scaled them already.
     """
 
     name: str
@@ -60,19 +62,19 @@ class Target:
 
 @dataclass(frozen=True)
 class Rig:
-    """What pushes cost and how well they are known.
+    """Cost and error of the pushes of a rig.
 
     Parameters
     ----------
     directions : tuple of (float, float), optional
         (beta, gamma) that the rig can push, degrees; default: the published grid.
     pairs : bool, optional
-        Whether the plate is pulled back along its path and measured on the way too: (beta, gamma)
+        True where the plate is pulled back along its path and measured on this way, too: (beta, gamma)
         and (-beta, -gamma) come together.
     depths : int, optional
         Runs that a horizontal direction takes.
     error_percent, least_percent : float, optional
-        Standard error of one push: of its own alpha, and of the largest.
+        Standard error of one push: part of its own alpha, and least part of the largest alpha.
 
     Examples
     --------
@@ -88,12 +90,13 @@ class Rig:
 
 
 def prior_map(shapes: Shapes | None = None, nodes: Nodes | None = None) -> Map:
-    """Map of a medium that belongs to the known ones and was not pushed yet: size 1, its error 100 %."""
+    """Return the map of a medium that belongs to the known ones and was not pushed: size 1, error 100 %."""
     shapes, nodes = shapes or published_shapes(), nodes or map_nodes()
     mean, covariance = shapes.moments(nodes.beta, nodes.gamma)
     rows = np.vstack([mean, root(covariance)])
     normals = np.random.default_rng(SEED).standard_normal((DRAWS, len(rows)))
-    # their mean is 0 and their covariance 1 to the last digit, so that a plan hangs on no chance
+    # draws with a mean of exactly 0 and a covariance of exactly 1, so that a plan does not depend
+    # on chance
     even = np.linalg.qr(normals - normals.mean(axis=0))[0] * np.sqrt(DRAWS - 1)
     draws = mean + even @ rows
     return Map(
@@ -112,35 +115,40 @@ def prior_map(shapes: Shapes | None = None, nodes: Nodes | None = None) -> Map:
     )
 
 
-def _alpha(alpha: FloatArray, medium_map: Map) -> FloatArray:
-    # on the lines on which a push can be planned: what a map has between them is no other target
+def _alpha_over_largest(alpha: FloatArray, medium_map: Map) -> FloatArray:
+    """Numbers of the target `map`."""
+    # only on the lines on which a push can be planned: alpha between them follows from these
     on_lines = alpha[..., : medium_map.lines]
     flat = on_lines.reshape(*alpha.shape[:-2], -1)
     return np.asarray(flat / np.abs(medium_map.alpha).max())
 
 
 def _zeta(alpha: FloatArray, medium_map: Map) -> FloatArray:
+    """Numbers of the target `zeta`."""
     return vertical_penetration(medium_map.coefficients(alpha))[..., None]
 
 
-WHOLE_MAP = Target("map", ("alpha over its largest",), _alpha, relative=False)
+WHOLE_MAP = Target("map", ("alpha over its largest",), _alpha_over_largest, relative=False)
 ZETA = Target("zeta", ("zeta",), _zeta)
 
 
 def peaks(outlines: Sequence[Outline], motion: Motion | None = None) -> Target:
-    """Largest lift and largest horizontal force on each outline along a motion."""
+    """Make a target of the largest lift and the largest horizontal force on each outline along a motion."""
     poses = (rotation() if motion is None else motion).poses
 
     def numbers(alpha: FloatArray, medium_map: Map) -> FloatArray:
+        """Forces by `alpha` in the poses where those by the map's own alpha are largest."""
         best = TableProfile(
             medium_map.alpha[0], medium_map.alpha[1], medium_map.beta, medium_map.gamma
         )
-        many = TableProfile(alpha[..., 0, :], alpha[..., 1, :], medium_map.beta, medium_map.gamma)
+        changed = TableProfile(
+            alpha[..., 0, :], alpha[..., 1, :], medium_map.beta, medium_map.gamma
+        )
         peak_forces = []
         for outline in outlines:
             force = forces_on(best, outline, poses)
             peak_poses = [int(np.argmax(force.force_z_N)), int(np.argmax(np.abs(force.force_x_N)))]
-            forces = force_draws(many, outline, poses[peak_poses])
+            forces = force_draws(changed, outline, poses[peak_poses])
             peak_forces += [forces.force_z_N[..., 0], forces.force_x_N[..., 1]]
         return np.stack(peak_forces, axis=-1)
 
@@ -153,8 +161,9 @@ def peaks(outlines: Sequence[Outline], motion: Motion | None = None) -> Target:
 class Step:
     """One more push of a plan, with the `runs` that it takes.
 
-    `directions`: (beta, gamma) in degrees, one, or two where the way back is measured too. `half_width`: of
-    the interval of each part of the target after it, relative. `turn`: body whose turn it is instead of a push.
+    `directions`: (beta, gamma) in degrees, one, or two where the way back is measured too. `half_width`: relative half
+    width of the interval of each part of the target after this step. `turn`: name of a body that is turned instead of a
+    push.
     """
 
     directions: tuple[tuple[float, float], ...]
@@ -175,11 +184,11 @@ class Plan:
     Parameters
     ----------
     target : str
-        What is to be known.
+        Name of the target, which is to be known well.
     parts : tuple of str
-        The numbers that it has.
+        Names of its numbers.
     steps : tuple of Step
-        The first has no push: it is what is known now.
+        The first has no push: its half widths are those of now.
     confidence : float
     made_already : int, optional
         Pushes that were made before.
@@ -199,14 +208,14 @@ class Plan:
     made_already: int = 0
 
     def table(self) -> pd.DataFrame:
-        """The pushes and what is known after each.
+        """Return the pushes, and the half width after each, as a table.
 
         Returns
         -------
         pandas.DataFrame
             ``push`` (0: now), ``beta_deg, gamma_deg``, ``way_back`` (whether the plate is also measured
             on its way back), ``runs`` (so far), ``half_width_percent`` of the target's interval, root
-            mean square over its parts; where turns of bodies were weighed too ``turn``, the body.
+            mean square over its parts; where turns of bodies were offered too ``turn``, the body.
         """
         rows, runs = [], 0
         for number, step in enumerate(self.steps):
@@ -220,7 +229,7 @@ class Plan:
         return table.assign(turn=turns) if any(turns) else table
 
     def summary(self) -> str:
-        """Format the pushes in their order, with the half width after each, and how many are enough."""
+        """Format the pushes in their order, the half width after each, and how many are enough for a round one."""
         rows = []
         for push in self.table().to_dict("records"):
             where = ["now", "", ""]
@@ -246,7 +255,7 @@ class Plan:
         )
 
     def as_dict(self) -> dict[str, Any]:
-        """Give target and pushes as plain numbers, words and lists; angles of no direction are NaN."""
+        """Return target and pushes as plain numbers, words and lists; a row without a direction has NaN for angles."""
         return {
             "target": self.target,
             "parts": list(self.parts),
@@ -256,11 +265,11 @@ class Plan:
 
 
 _ROUND_PERCENTS = (30, 20, 15, 10, 5)
-"""Half widths, %, of which the least that a plan reaches is named with the pushes that it takes."""
+"""Round half widths, %: a summary states how many pushes are enough for the least of these that a plan reaches."""
 
 
 def push_rows(step: Step, depths_cm: Sequence[float]) -> list[dict[str, str]]:
-    """What the run sheet says of the runs of a push: direction, angles and, of a horizontal one, depths."""
+    """Return the cells of the run sheet for the runs of a push: direction, angles and, if horizontal, depths."""
     beta, gamma = step.directions[0]
     ways = [("intrusion", "")] if gamma > 0 else [("extraction", "")]
     if gamma == 0:
@@ -288,16 +297,15 @@ def plan(
         ``map`` (default): alpha in every direction; ``zeta``; or bodies, whose peak forces in the
         paper's rotation are to be known.
     current_map : Map, optional
-        What was measured (`estimate_map`); default: nothing yet.
+        Map of what was measured (`estimate_map`); default: nothing was measured yet.
     rig : Rig, optional
-        What pushes cost and how well they are known; its directions are nodes of `current_map`,
-        of any angle where there is none yet.
+        Cost and error of pushes. Its directions are nodes of `current_map`; without a map they may have any angle.
     count : int, optional
         Pushes to plan.
     confidence : float, optional
     turns : sequence of (Outline, Motion), optional
-        Bodies whose forces can be measured along a motion, each once and for one run: weighed beside the pushes, with the
-        model's own error on a body that was never measured.
+        Bodies whose forces can be measured along a motion, each once and for one run. They are compared with the
+        pushes, with the model's own error on a body that was never measured.
 
     Returns
     -------
@@ -316,36 +324,38 @@ def plan(
     >>> len(rftfit.plan("zeta", count=2).steps)
     3
     """
-    rig, target = rig or Rig(), _target(target)
+    rig, target = rig or Rig(), _find_target(target)
     current_map = current_map or prior_map(
         nodes=map_nodes(*zip(*rig.directions, strict=True)) if rig.directions else None
     )
     value = np.atleast_1d(target.numbers(current_map.alpha, current_map))
     scale = np.abs(value) if target.relative else np.ones_like(value)
+    # sum of the products of these rows: the covariance of alpha
     rows = current_map.factor
     if target.linear:
         moved = target.numbers(rows, current_map)
-    else:  # how it moves with the largest parts of the error
-        rows = _largest(rows)
+    else:  # half its change when alpha moves either way along the largest parts of its error
+        rows = _largest_axes(rows)
         above, below = (target.numbers(current_map.alpha + s * rows, current_map) for s in (1, -1))
         moved = (above - below) / 2
     flat = rows.reshape(len(rows), -1)
     joint = np.hstack([flat, moved / scale])
+    # of alpha at all nodes, in the first `size` rows, and of the target behind them
     covariance, size = joint.T @ joint, flat.shape[1]
     if not np.isfinite(covariance).all():
         raise ValueError(f"{target.name} has no number in this medium")
     quantile = float(student_quantile(confidence, GIVEN_DOF))
     noise = usual_error(current_map.alpha.ravel(), rig.error_percent, rig.least_percent) ** 2
-    # without an error of its own a push that is repeated would leave no inverse
+    # a push without an error that is repeated would make a matrix without an inverse
     noise = np.maximum(noise, _EXACT * max(float(np.diag(covariance)[:size].max()), _NONE))
-    choices = _choices(current_map, rig)
+    choices = _list_choices(current_map, rig)
     turns_left = {body.name: turn_rows(current_map, body, motion) for body, motion in turns}
     steps = [Step((), 0, quantile * np.sqrt(np.diag(covariance)[size:]))]
     for _ in range(count):
         gains = []
         for places, runs, _ in choices:
             seen = covariance[np.ix_(places, places)] + np.diag(noise[places])
-            gains.append(_gain(covariance[size:, places], seen, covariance, size) / runs)
+            gains.append(_log_gain(covariance[size:, places], seen, covariance, size) / runs)
         best = int(np.argmax(np.round(gains, 9)))
         places, runs, directions = choices[best]
         across = covariance[:, places]
@@ -354,54 +364,61 @@ def plan(
         for name, (weights, errors) in turns_left.items():
             across_turn = covariance[:, :size] @ weights.T
             seen_turn = weights @ across_turn[:size] + np.diag(errors**2)
-            gain_of_turn = _gain(across_turn[size:], seen_turn, covariance, size)
+            gain_of_turn = _log_gain(across_turn[size:], seen_turn, covariance, size)
             if gain_of_turn > gain:
                 turn, gain, across, seen = name, gain_of_turn, across_turn, seen_turn
         if turn:
             turns_left.pop(turn)
             runs, directions = 1, ()
+        # what is left when the chosen push, or turn, is known
         covariance = covariance - across @ np.linalg.solve(seen, across.T)
         variance_left = np.maximum(np.diag(covariance)[size:], 0.0)
         steps.append(Step(directions, runs, quantile * np.sqrt(variance_left), turn))
     return Plan(target.name, target.parts, tuple(steps), confidence, current_map.pushes)
 
 
-def _gain(across: FloatArray, seen: FloatArray, covariance: FloatArray, size: int) -> float:
-    """Logarithm by which a measurement narrows the variance of the target, which stands in the rows from `size` on."""
+def _log_gain(across: FloatArray, seen: FloatArray, covariance: FloatArray, size: int) -> float:
+    """Return the logarithm of the factor by which a measurement narrows the variance of the target.
+
+    `across`: covariance of target and measurement. `seen`: covariance of the measurement. The target has the rows of
+    `covariance` from `size` on.
+    """
     less = float(np.sum(across * np.linalg.solve(seen, across.T).T))
     before = max(np.diag(covariance)[size:].sum(), _NONE)
     return -math.log(max(1 - less / before, 1e-12))
 
 
 def turn_rows(medium_map: Map, body: Outline, motion: Motion) -> tuple[FloatArray, FloatArray]:
-    """Combinations of the forces on a body that tell of alpha at the nodes: weights (k, 2 n) and errors (k,)."""
+    """Return k combinations of forces on a body that measure alpha at the nodes: weights (k, 2 n), errors (k,)."""
     best = medium_map.alpha
     profile = TableProfile(best[0], best[1], medium_map.beta, medium_map.gamma)
     net = forces_on(profile, body, motion.poses)
     forces = {"force_z_N": net.force_z_N, "force_x_N": net.force_x_N}
     largest = max(float(np.abs(force).max()) for force in forces.values())
     contact = Contact(body, motion, forces, max(USUAL_PERCENT / 100 * largest, _NONE))
-    rows_of_error = _largest(medium_map.factor).reshape(-1, best.size)
+    rows_of_error = _largest_axes(medium_map.factor).reshape(-1, best.size)
     nodes = medium_map.beta, medium_map.gamma
     rows = ObservedSystem.of([contact], nodes, best.ravel(), rows_of_error).rows(1.0)
     return rows.weights, rows.errors
 
 
 _EXACT, _NONE = 1e-10, 1e-30
-"""Least variance of a push, relative to the largest of the map; a variance that is none."""
+"""Least variance of a push, relative to the largest of the map; a positive number that stands for 0."""
 
 _PARTS = 16
-"""Of the error of alpha, largest first, along which a target that is not linear is tried."""
+"""Number of the largest parts of the error of alpha along which a target that is not linear is tried."""
 
 
-def _largest(factor: FloatArray) -> FloatArray:
+def _largest_axes(factor: FloatArray) -> FloatArray:
+    """Replace the rows of a factor of the covariance by its `_PARTS` largest principal axes."""
     flat = factor.reshape(len(factor), -1)
     _, sizes, axes = np.linalg.svd(flat, full_matrices=False)
     largest: FloatArray = sizes[:_PARTS, None] * axes[:_PARTS]
     return largest.reshape(-1, *factor.shape[1:])
 
 
-def _target(target: Target | Outline | Sequence[Outline] | str) -> Target:
+def _find_target(target: Target | Outline | Sequence[Outline] | str) -> Target:
+    """Return the target of a name or of bodies."""
     if isinstance(target, Target):
         return target
     if isinstance(target, str):
@@ -410,10 +427,10 @@ def _target(target: Target | Outline | Sequence[Outline] | str) -> Target:
     return peaks([target] if isinstance(target, Outline) else target)
 
 
-def _choices(
+def _list_choices(
     medium_map: Map, rig: Rig
 ) -> list[tuple[list[int], int, tuple[tuple[float, float], ...]]]:
-    """Places of both components of each push that the rig can make, its runs and its directions."""
+    """List the pushes that the rig can make: numbers of alpha_z and alpha_x in the map's alpha, runs, directions."""
     count = medium_map.beta.size
     nodes_deg = np.column_stack([np.degrees(medium_map.beta), np.degrees(medium_map.gamma)])
     nodes = {
@@ -433,10 +450,10 @@ def _choices(
             (90.0 if round(b, 3) == -90 else round(b, 3) + 0.0, round(g, 3) + 0.0) for b, g in ways
         ]
         if lost := [key for key in keys if key not in nodes]:
-            odd_beta, odd_gamma = lost[0]
+            lost_beta, lost_gamma = lost[0]
             raise ValueError(
                 f"(beta, gamma) = {lost[0]} degrees is no node of the map; it is one of "
-                f"estimate_map(..., beta_deg=[{odd_beta:g}], gamma_deg=[{odd_gamma:g}])"
+                f"estimate_map(..., beta_deg=[{lost_beta:g}], gamma_deg=[{lost_gamma:g}])"
             )
         places = [nodes[key] for key in keys]
         runs = len(ways) * (rig.depths if gamma == 0 else 1)
@@ -447,7 +464,7 @@ def _choices(
 def reachable(
     medium_map: Map, beta_deg: Sequence[float], gamma_deg: Sequence[float]
 ) -> tuple[tuple[float, float], ...]:
-    """Directions on the lines of a map (degrees) with these angles of plate and path; where none is named, with any."""
+    """Return the directions on the lines of a map (degrees) with these angles; an empty list allows any."""
     angles = np.degrees([medium_map.beta, medium_map.gamma])[:, : medium_map.lines].round(4)
     near = np.ones(angles.shape[1], dtype=bool)
     for angles_of_map, angles_asked in zip(angles, (beta_deg, gamma_deg), strict=True):
@@ -466,7 +483,7 @@ _DEPTHS_CM = Fit().horizontal_depths_cm
 
 
 def run_sheet_rows(plan: Plan) -> str:
-    """Rows of a run sheet; medium, intruder and logs are left to be filled in."""
+    """Format a plan as rows of a run sheet; medium, intruder and logs are left to be filled in."""
     lines = [SHEET_COLUMNS]
     for number, step in enumerate(plan.steps[1:], start=1):
         if step.turn:

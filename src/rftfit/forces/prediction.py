@@ -24,11 +24,11 @@ from rftfit.forces.peaks import (
     DrawStatistics,
     Ends,
     Peak,
-    hold_beside,
-    joined,
-    of_next_bed,
-    only_true,
+    interval_of_next_bed,
+    join_intervals,
+    keep_true_intervals,
     pick_peaks,
+    set_beside,
 )
 from rftfit.forces.plane import QUANTITIES
 from rftfit.measure.errors import half_width_of_bed
@@ -50,7 +50,7 @@ def predict(
     model_error: float | None = None,
     body_error: BodyError | None = None,
 ) -> pd.DataFrame:
-    """Force and moment on a body that moves through a medium, with intervals.
+    """Predict force and moment on a body that moves through a medium, with intervals.
 
     Parameters
     ----------
@@ -60,23 +60,23 @@ def predict(
     outline : Outline or Mesh
         The body: `model_leg`, `arc`, `polyline` in the plane, a `Mesh` in space.
     motion : Motion or Motion3D, optional
-        `rotation` (default: that of the paper's trials) or `path`; of a mesh a `Motion3D`.
+        `rotation` (default: that of the paper's trials) or `path`; for a mesh a `Motion3D`.
     confidence : float, optional
         Level of the intervals, which are pointwise: each pose for itself.
     quantities : sequence of str, optional
-        Which of ``force_z_N``, ``force_x_N``, ``moment_N_cm`` get an interval; default all. Of an outline.
+        For an outline: those of ``force_z_N``, ``force_x_N``, ``moment_N_cm`` that get an interval; default all.
     law : str, optional
-        Of a mesh: ``measured``, the whole map, or ``3d-rft``, which takes its alpha_z(0, 90 deg) alone.
+        For a mesh: ``measured``, by the whole map, or ``3d-rft``, by its alpha_z(0, 90 deg) alone.
     friction : float, optional
-        Of a mesh: stress along a face is at most this times the stress across it, and no face is pulled or
-        driven. Default: as the law gives it; the surface of the measured plates is in their map.
+        For a mesh: stress along a face is at most this times the stress across it, and no face is pulled or
+        driven. Default: as the law states it; the surface of the measured plates is in their map.
     model_error : float, optional
         Relative error of the model itself, beside that of alpha (`rftfit.forces.model_error`). Default: that of
         the profile, `EPS` of measured legs or more, of tables and maps (of a solid in space, by direction,
         `SPACE_OVER_PLANE` times that); of another profile none is known. 0: none.
     body_error : BodyError, optional
         What the model gets wrong on this body, learned in other media (`learn_body_error`): force and interval are
-        blended with it by their errors. It takes the place of `model_error`.
+        blended with it by their errors. It replaces `model_error`.
 
     Returns
     -------
@@ -136,7 +136,7 @@ def predict_with_peaks(
     model_error: float | None = None,
     body_error: BodyError | None = None,
 ) -> tuple[pd.DataFrame, list[Peak]]:
-    """Table of `predict` and peaks of `find_peaks`, from one pass through all draws."""
+    """Predict the table of `predict` and the peaks of `find_peaks`, from one pass through all draws."""
     if body_error is not None and model_error is not None:
         raise ValueError("found model_error and body_error; allowed: one of them")
     moving = set_in_motion(outline, motion, law, friction, quantities)
@@ -158,7 +158,7 @@ def find_peaks(
     Parameters
     ----------
     medium, outline, motion, confidence, model_error
-        As of `predict`.
+        See `predict`.
 
     Returns
     -------
@@ -185,7 +185,7 @@ def find_peaks(
 def _warn_of_limits(
     medium: KnownMedium | str | Path, outline: Outline | Mesh, motion: Motion | Motion3D | None
 ) -> None:
-    """Warn of each limit that a prediction leaves, at the line that asks for it."""
+    """Warn of each limit that a prediction leaves; the warning names the line that called the public function."""
     for limit in beyond_measured(medium, outline, motion):
         warnings.warn(limit, LimitWarning, stacklevel=3)
 
@@ -199,23 +199,23 @@ class _ErrorOfModel:
 
     @property
     def is_stated(self) -> bool:
-        """Whether an error of the model is known, or asked for, that is not 0."""
+        """True where an error of the model other than 0 is known, or asked for."""
         return self.body_error is not None or self.eps > 0
 
     def paths(self, draws: int) -> Iterator[FloatArray]:
-        """Draws of the error over the load, as many poses after another as `BodyInMotion.poses_at_once`."""
+        """Draw the error over the load, `BodyInMotion.poses_at_once` poses at a time: shape (draws, axes, poses)."""
         step = self.moving.poses_at_once(draws)
         if self.body_error is None:
             axes = len(self.moving.forces)
             yield from errors.error_paths(self.moving.progress, draws, axes, step)
             return
-        mean, drawn = self._of_body(draws)
+        mean, drawn = self._draw_body_error(draws)
         about_mean = drawn - mean
         for start in range(0, len(self.moving.poses), step):
             yield about_mean[..., start : start + step]
 
-    def _of_body(self, draws: int) -> tuple[FloatArray, FloatArray]:
-        """Mean of the error of a body over the load, shape (1, axes, p), and draws of it, (draws, axes, p)."""
+    def _draw_body_error(self, draws: int) -> tuple[FloatArray, FloatArray]:
+        """Mean of the body's error over the load, shape (1, axes, p), and draws of the error, (draws, axes, p)."""
         assert self.body_error is not None
         if self._paths_of_body is None:
             axes = len(self.moving.forces)
@@ -224,28 +224,30 @@ class _ErrorOfModel:
         return self._paths_of_body
 
     def with_mean(self, drawn: DrawnForces, draws: int) -> DrawnForces:
-        """Forces with the mean error of a body that was measured before."""
+        """Add the mean error to forces on a body that was measured before; others are returned as they are."""
         if self.body_error is None:
             return drawn
-        mean = self._of_body(draws)[0]
+        mean = self._draw_body_error(draws)[0]
         of_mean = self.moving.body_errors(drawn, mean[..., drawn.start : drawn.stop])
-        return drawn._replace(forces=_sum(drawn.forces, of_mean))
+        return drawn._replace(forces=_add_errors(drawn.forces, of_mean))
 
     def with_draws(self, drawn: DrawnForces, paths: FloatArray) -> ForcesByName:
-        """Forces with draws of the error."""
+        """Add draws of the error, from `paths`, to forces."""
         if self.body_error is None:
-            return _sum(drawn.forces, self.moving.model_errors(drawn, paths, self.eps))
-        return _sum(drawn.forces, self.moving.body_errors(drawn, paths))
+            return _add_errors(drawn.forces, self.moving.model_errors(drawn, paths, self.eps))
+        return _add_errors(drawn.forces, self.moving.body_errors(drawn, paths))
 
 
-def _sum(forces: ForcesByName, of_error: ForcesByName) -> ForcesByName:
+def _add_errors(forces: ForcesByName, of_error: ForcesByName) -> ForcesByName:
+    """Add errors to the forces of the same name; forces without one are left out."""
     return {name: forces[name] + error for name, error in of_error.items()}
 
 
 class _Prediction:
     """Forces on a body by a profile, with intervals of alpha (`alpha_ends`) and with the model's error (`model_ends`).
 
-    `alpha`, `model`: draws behind them; none where an interval is not from draws. `targets`: peaks that are looked for.
+    `alpha`, `model`: statistics of the draws of these intervals; None where an interval is not from draws. `targets`:
+    peaks that are looked for.
     """
 
     def __init__(
@@ -257,6 +259,7 @@ class _Prediction:
         if isinstance(profile.spread, Profile):
             self.draws = len(profile.spread.parameters[0])
         if error.body_error is not None:
+            # the mean error of a body that was measured before moves the best forces, too
             forces = {name: values[0] for name, values in self._best_as_draw.forces.items()}
             self.best = self.best._replace(forces=forces)
         self.has_forces = has_forces(self.best.forces)
@@ -265,9 +268,9 @@ class _Prediction:
         self.model: DrawStatistics | None = None
         self.alpha_ends: Ends = {}
         self.model_ends: Ends = {}
-        self._spread()
+        self._find_intervals()
 
-    def _spread(self) -> None:
+    def _find_intervals(self) -> None:
         """Find the intervals, from one pass through all draws."""
         spread = self.profile.spread
         if isinstance(spread, Profile):
@@ -287,7 +290,9 @@ class _Prediction:
         self.model_ends = self.model.ends
         if self.alpha_ends:
             self.model_ends = {
-                name: joined(self.best.forces[name], self.alpha_ends[name], self.model_ends[name])
+                name: join_intervals(
+                    self.best.forces[name], self.alpha_ends[name], self.model_ends[name]
+                )
                 for name in self.model_ends
             }
             self.model = None
@@ -298,7 +303,10 @@ class _Prediction:
     def _add_draws(
         self, parts: Iterable[DrawnForces], alpha: DrawStatistics | None
     ) -> DrawStatistics | None:
-        """Add draws of alpha, and return these with the model's error; None where that is not known."""
+        """Add draws to the statistics `alpha`, and return statistics of the same draws with the model's error added.
+
+        None where no error of the model is known or asked for.
+        """
         model = self._statistics() if self.error.is_stated else None
         paths = self.error.paths(self.draws) if self.error.is_stated else iter(())
         for drawn in parts:
@@ -315,22 +323,22 @@ class _Prediction:
         return self.error.with_mean(self.moving.best_with_load(self.profile), self.draws)
 
     def _best_in_parts(self) -> Iterator[DrawnForces]:
-        """The best forces as the only draw of alpha, in as many poses as draws of the error are made together."""
+        """Split the best forces, as the only draw of alpha, into parts as long as those of draws of the error."""
         step = self.moving.poses_at_once(self.draws)
         for start in range(0, len(self.moving.poses), step):
             yield self._best_as_draw.between(start, start + step)
 
     def _ends_of_further_medium(self, medium: ScaledMedium) -> Ends:
-        """Interval for one further medium, scaled from the reference media."""
+        """Intervals of the forces in one further medium, scaled from the reference media."""
         reference = medium.reference
-        unit = self.moving.best(FourierProfile(reference.m0)).forces
+        by_m0 = self.moving.best(FourierProfile(reference.m0)).forces
         tables = [self.moving.best(table).forces for table in reference.tables]
         parts = [*self.moving.draw(FourierProfile(reference.scaled), with_load=False)]
         ends: Ends = {}
         for name in self.moving.wanted:
             by_terms = np.concatenate([part.forces[name] for part in parts], axis=-1)
             of_media, measured = medium.of_media(by_terms, [forces[name] for forces in tables])
-            ends[name] = medium.with_interval(unit[name], of_media, measured=measured)[1:]
+            ends[name] = medium.with_interval(by_m0[name], of_media, measured=measured)[1:]
         return ends
 
     def table_and_peaks(self) -> tuple[pd.DataFrame, list[Peak]]:
@@ -339,7 +347,7 @@ class _Prediction:
         forces_beside: ForcesByName | None = None
         if self.profile.beside is not None:
             forces_beside = self.moving.best(self.profile.beside()).forces
-            alpha_ends = only_true(alpha_ends, forces_beside)
+            alpha_ends = keep_true_intervals(alpha_ends, forces_beside)
         has_model_error = errors.has_model_error(self.profile)
         bed_half_width = half_width_of_bed(self.profile.bed_spread, self.confidence)
         columns: dict[str, FloatArray] = dict(self.moving.columns)
@@ -352,7 +360,7 @@ class _Prediction:
             if name in model_ends:
                 columns |= dict(zip(model_end_names(name), model_ends[name], strict=True))
             if name in model_ends or (name in alpha_ends and has_model_error):
-                of_bed = of_next_bed(
+                of_bed = interval_of_next_bed(
                     values, model_ends.get(name) or alpha_ends[name], bed_half_width
                 )
                 columns |= dict(zip(next_end_names(name), of_bed, strict=True))
@@ -370,7 +378,7 @@ class _Prediction:
             bed=bed_half_width if model_ends or has_model_error else np.nan,
         )
         if forces_beside is not None:
-            peaks = hold_beside(peaks, self.targets, forces_beside)
+            peaks = set_beside(peaks, self.targets, forces_beside)
         return table, [
             self.moving.finish_peak(peak, self.profile, self.best.forces, columns) for peak in peaks
         ]

@@ -1,8 +1,7 @@
 """The kernel in plain numpy, to check the compiled one.
 
-Also the integration that needs no speed: where elements are and what they bear, for draws and
-pictures. Elements are arrays (..., 8): centre x, z (cm), unit tangent x, z, half-length (cm), area
-(cm^2), velocity x, z (cm/s).
+Draws and pictures use it too, for where elements are and what they bear: there speed does not matter. Elements are
+arrays (..., 8): centre x, z (cm), unit tangent x, z, half-length (cm), area (cm^2), velocity x, z (cm/s).
 """
 
 from __future__ import annotations
@@ -18,7 +17,7 @@ from rftfit.model.profiles import Profile
 
 
 def place(body: FloatArray, width_cm: float, poses: FloatArray) -> FloatArray:
-    """Elements (p, n, 8) of an outline (n, 5) in each pose (p, 6), as `kernel.pose_forces` has them."""
+    """Place the elements of an outline (n, 5) in each pose (p, 6), as `kernel.pose_forces` does: shape (p, n, 8)."""
     x0, z0, angle, vx0, vz0, rate = (poses[:, index, None] for index in range(6))
     cos_a, sin_a = np.cos(angle), np.sin(angle)
     x, z = body[:, 0] * cos_a + body[:, 1] * sin_a, body[:, 1] * cos_a - body[:, 0] * sin_a
@@ -31,9 +30,9 @@ def place(body: FloatArray, width_cm: float, poses: FloatArray) -> FloatArray:
 def submerged(elements: FloatArray, solid: bool = False) -> tuple[FloatArray, FloatArray]:
     """Depth times area (cm^3) of what lies below the surface, and its centre x, z (cm).
 
-    Of an element that crosses the surface the lower part counts, with its own area and centre, so
-    the load is continuous in height; it is 0 above the surface and without velocity. `solid`: only
-    elements count that move outward, to the right of their tangent (`rftfit.forces.leading`).
+    An element that crosses the surface counts with its lower part, that part's area and centre, so that
+    the load is continuous in height. The load is 0 above the surface and without velocity. `solid`: only
+    elements that move outward, to the right of their tangent, count (`rftfit.forces.leading`).
     """
     x, z, tx, tz, half, area, vx, vz = np.moveaxis(elements, -1, 0)
     rise = half * np.abs(tz)
@@ -57,9 +56,10 @@ def angles(elements: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 class WetElements(NamedTuple):
-    """Elements of an outline in its poses (p, n, 8), depth times area of each that is wet (cm^3), and its centre x, z (cm).
+    """Elements of an outline in its poses, and what of them lies below the surface.
 
-    `reference`: x, z of the reference point, cm, shape (p, 1, 2).
+    `elements`: shape (p, n, 8). `load`: depth times wet area, cm^3, shape (p, n). `centre`: x, z of the wet part, cm,
+    shape (p, n, 2). `reference`: x, z of the reference point, cm, shape (p, 1, 2).
     """
 
     elements: FloatArray
@@ -75,12 +75,12 @@ class WetElements(NamedTuple):
 
     @property
     def arm(self) -> FloatArray:
-        """Centre from the reference point, x, z (cm)."""
+        """Vector from the reference point to the centre of each wet part, x, z (cm)."""
         return self.centre - self.reference
 
     @property
     def angles(self) -> tuple[FloatArray, FloatArray]:
-        """Attack and intrusion angle (rad) of each element; 0 of those that bear nothing."""
+        """Attack and intrusion angle (rad) of each element; 0 where an element bears nothing."""
         beta, gamma = (np.where(self.load == 0, 0.0, angle) for angle in angles(self.elements))
         return beta, gamma
 
@@ -95,7 +95,7 @@ def element_forces(profile: Profile, elements: FloatArray, solid: bool = False) 
 
 
 def net(forces: FloatArray, x0: FloatArray, z0: FloatArray) -> FloatArray:
-    """Force z, x (N) and moment about (x0, z0) (N cm) of elements (..., n, 4). Returns (..., 3)."""
+    """Sum `element_forces`, shape (..., n, 4): force z, x (N) and moment about (x0, z0) (N cm), shape (..., 3)."""
     force_z, force_x, x, z = np.moveaxis(forces, -1, 0)
     moment = (z - z0[..., None]) * force_x - (x - x0[..., None]) * force_z
     return np.stack([force_z.sum(-1), force_x.sum(-1), moment.sum(-1)], axis=-1)

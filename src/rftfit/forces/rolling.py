@@ -1,12 +1,12 @@
-"""Rules for rolling wheels: no force from the own track, and facets that stand for a round rim.
+"""Rules for rolling wheels: no force from the wheel's own track, and facets that stand for a round rim.
 
 A rolling wheel leaves a rut. Behind the axle what faces back would push into that rut, not into the bed at its depth: on
 a wheel that is not convex such faces do not count (`TRACK_RULE`; the rear contact angle 0 of Wong and Reece 1967,
 doi:10.1016/0022-4898(67)90105-X). On a convex wheel no point of the surface behind the axle pushes back.
 
-Of a flat facet that stands for a round rim, one half moves outward by rotation alone. That half counts, though no part
-of the rim does so, once the travel is slow beside the rim. Whether a face leads is therefore decided with a travel of
-at least `LEAST_TRAVEL` of the rim speed; below a slip of 0.5 nothing changes.
+Rotation alone moves one half of a flat facet outward, but no part of the round rim that the facet stands for. Where the
+travel is slow beside the rim, that half would lead and bear a load. Whether a face leads is therefore decided with a
+travel of at least `LEAST_TRAVEL` of the rim speed; below a slip of 0.5 nothing changes.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ TRACK_RULE = "own-track"
 """Name of the rule: behind the axle, faces that face back do not count."""
 
 NO_RULE = "none"
-"""Name where no face is left out."""
+"""Name of the rule that leaves no face out."""
 
 RULES = {
     TRACK_RULE: "behind the axle, faces that face back push into the wheel's own track and do not count",
@@ -32,23 +32,23 @@ RULES = {
 
 
 def describe_friction(friction: float | None) -> str:
-    """Say how the surface of a body is taken."""
+    """Say which friction the surface of a body has."""
     if friction is None:
         return "none stated: as that of the measured plates"
     return f"{friction:g}, of the stress along a face over that across it"
 
 
 LEAST_TRAVEL = 0.5
-"""Least travel over rim speed with which it is decided whether a face of a wheel leads: that of a slip of 0.5."""
+"""Least travel, over the rim speed, for the decision whether a face of a wheel leads: that of a slip of 0.5."""
 
 FILLED = 0.99
 """Least share of its convex hull that a convex wheel fills: lugged ones fill 0.73 to 0.90, a cylinder 1."""
 
 NO_WHEEL = np.zeros(4)
-"""Row of a body that is no wheel."""
+"""Row of `rolling_rows` for a body that is no wheel."""
 
 LEVEL = 1e-9
-"""What faces back by less, lies less behind the axle (cm), or is less short of the least travel, does so by rounding."""
+"""Most that rounding makes a face face back, lie behind the axle (cm), or a travel fall short of the least one."""
 
 LEAST_RIM = 0.5
 """Least radius of a rim over that of the farthest point: lugs are no longer than the rim's radius."""
@@ -89,7 +89,7 @@ class Rim(NamedTuple):
 
     @property
     def is_doubtful(self) -> bool:
-        """Whether no rim was given of a wheel that is not round, as one with lugs."""
+        """True where no rim was given for a wheel that is not round, such as one with lugs."""
         return self.lowest_cm < (1 - ROUND_WITHIN) * self.radius_cm
 
     def list_doubts(self) -> list[str]:
@@ -108,16 +108,18 @@ class Rim(NamedTuple):
 
 
 ROUND_WITHIN = 0.02
-"""Part of the radius by which the outline of a round wheel may come nearer to the axle: that of 16 facets does by 0.019."""
+"""Part of the radius by which the outline of a round wheel may come nearer to the axle: 16 facets come nearer by
+0.019."""
 
 _RAYS = 719
 """Directions in which the radius of an outline is read. A prime number: no number of lugs repeats it."""
 
 
 def lowest_radius(corners_cm: FloatArray) -> float:
-    """Least radius of the outline about the axle, cm: of the farthest points of triangles (m, 3, 3) in each direction of x and z.
+    """Find the least radius of the outline about the axle, cm.
 
-    0 where a direction meets no triangle.
+    The outline has in each direction of x and z the farthest point of the triangles (m, 3, 3); where a direction meets
+    no triangle, the radius is 0.
     """
     starts = corners_cm[..., ::2].reshape(-1, 2)
     ends = np.roll(corners_cm, -1, axis=1)[..., ::2].reshape(-1, 2)
@@ -153,7 +155,7 @@ RIM_SOURCES = {
 
 
 def find_rim(vertices_cm: FloatArray, rim_cm: float | None, lowest_cm: float) -> Rim:
-    """Take the rim that is given, or the farthest point of the wheel where none is.
+    """Return the rim that is given, or a rim through the farthest point of the wheel where none is given.
 
     `lowest_cm`: `lowest_radius` of the wheel. Raises ValueError where the wheel has no such rim, or its axle lies elsewhere.
     """
@@ -181,12 +183,12 @@ def rolling_rows(
     track: npt.ArrayLike,
     begun: npt.ArrayLike = 1.0,
 ) -> FloatArray:
-    """Rows that the kernel takes of rolling wheels, shape (p, 4).
+    """Describe rolling wheels to the kernel, a row for each pose, shape (p, 4).
 
-    Unit direction of travel x, y (of a wheel that turns in place: its heading), the speed by which the travel falls
-    short of `LEAST_TRAVEL` of the rim's (cm/s), and the share of the track's rule: 1 where it holds, 0 where not, between
-    them for a wheel that has just begun to move. `begun`: from 0 to 1 for such a wheel, whose direction of travel is not
-    yet certain. `velocity`, `rate`: (p, 3).
+    Columns: unit direction of travel x, y (for a wheel that turns in place its heading); the speed by which the travel
+    falls short of `LEAST_TRAVEL` of the rim speed (cm/s); and the share to which the track's rule holds: 1 or 0,
+    between them for a wheel that has just begun to move. `begun`: from 0 to 1 for such a wheel, whose direction of
+    travel is not yet certain. `velocity`, `rate`: (p, 3).
     """
     travel = np.linalg.norm(velocity[:, :2], axis=1)
     heading = np.stack([rate[:, 1], -rate[:, 0]], axis=1)
@@ -201,10 +203,11 @@ def rolling_rows(
     return np.column_stack([ahead / np.where(length > 0, length, 1.0), short_of, track])
 
 
-def decides_leading(outward: FloatArray, normal: FloatArray, rolling: FloatArray) -> FloatArray:
-    """Speed along the normal that decides whether a face leads: of a wheel with a travel of at least `LEAST_TRAVEL`.
+def leading_speed(outward: FloatArray, normal: FloatArray, rolling: FloatArray) -> FloatArray:
+    """Return the speed along the normal that decides whether a face leads: with a travel of at least `LEAST_TRAVEL`.
 
-    `outward`: velocity along the normal, (m,). `normal`, of any length: (m, 3). `rolling`: a row of `rolling_rows`, (4,).
+    `outward`: speed along the normal as the face moves, (m,). `normal`, of any length: (m, 3). `rolling`: a row of
+    `rolling_rows`.
     """
     return np.asarray(outward + rolling[2] * (normal[:, :2] @ rolling[:2]))
 

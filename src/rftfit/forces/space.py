@@ -1,4 +1,4 @@
-"""Forces on a mesh in space, and beside them what no measurement in the plane contains."""
+"""Forces on a mesh in space, and the error of the law in space, which no measurement in the plane contains."""
 
 from __future__ import annotations
 
@@ -24,14 +24,15 @@ from rftfit.model.profiles import Profile, TableProfile
 IN_SPACE = (*(f"force_{axis}_N" for axis in "xyz"), *(f"moment_{axis}_N_cm" for axis in "xyz"))
 
 CLOSURE = 0.044
-"""Error of the measured law on a face that leaves its plane, rms of a component over the largest alpha, where
-3D-RFT is the truth, over random leading faces."""
+"""Error of the measured law on a face that moves out of the plane of its normal and the vertical: root mean square of a
+component over the largest alpha, on random leading faces, where 3D-RFT is the truth."""
 
 NO_ELASTICITY = (0.0, 0.0, 0.0)
+"""Argument `elastic` of `face_kernel.face_forces` for the plain law."""
 
 
 def face_rows(mesh: Mesh) -> FloatArray:
-    """What the compiled kernel needs of faces: corners, centroid, unit normal, area, 1 for a sheet: (m, 17)."""
+    """Describe the faces to the compiled kernel: corners, centroid, unit normal, area, 1 for a sheet; shape (m, 17)."""
     triangles = mesh.triangles
     normals = area_vectors(triangles)
     area = np.linalg.norm(normals, axis=-1)[:, None]
@@ -41,7 +42,7 @@ def face_rows(mesh: Mesh) -> FloatArray:
 
 
 def law_of(profile: Profile, law: str) -> tuple[Pack, float, FloatArray]:
-    """First arguments of `face_kernel.face_forces`: map, alpha_x(0, 0), and the coefficients of 3D-RFT."""
+    """Return the first arguments of `face_kernel.face_forces`: map, alpha_x(0, 0), and the coefficients of 3D-RFT."""
     choose("law", law, LAWS)
     if law == "measured":
         return as_table(profile).pack, float(profile.alpha(0.0, 0.0)[1]), np.zeros((0, 0))
@@ -56,22 +57,24 @@ def compiled_mesh_forces(
     law: str = "measured",
     friction: float | None = None,
 ) -> FloatArray:
-    """Force (N), moment about the reference point (N cm), and depth times area that leaves its plane: (p, 7).
+    """Sum over the faces in each pose, shape (p, 19), the columns of `face_kernel.face_forces`.
 
-    Then what faces bear without cancellation, as of `face_kernel.face_forces`: (p, 19).
+    Force (N), moment about the reference point (N cm), depth times area that leaves its plane (cm^3), then what faces
+    bear without cancellation.
     """
     faces = face_rows(mesh)
     ranges = np.tile(np.array([0, len(faces)]), (len(motion.frames), 1))
-    return _forces(law_of(profile, law), faces, ranges, motion, friction)
+    return _sum_compiled(law_of(profile, law), faces, ranges, motion, friction)
 
 
-def _forces(
+def _sum_compiled(
     law: tuple[Pack, float, FloatArray],
     faces: FloatArray,
     ranges: IntArray,
     motion: Motion3D,
     friction: float | None,
 ) -> FloatArray:
+    """Call the compiled kernel for poses of one motion; `ranges`: of `faces`, those of each pose."""
     from rftfit.forces.face_kernel import face_forces
 
     frames = motion.frames
@@ -86,7 +89,7 @@ def _forces(
 def mesh_draws(
     draws: Profile, mesh: Mesh, motion: Motion3D, law: str, friction: float | None
 ) -> FloatArray:
-    """`compiled_mesh_forces` for each of a stack of draws: (draws, p, 19)."""
+    """Return `compiled_mesh_forces` for each of a stack of draws, shape (draws, p, 19)."""
     stack = as_table(draws)
     faces, ranges = _wet_faces(mesh, motion)
     shape = (-1, *stack.alpha_z.shape[-2:])
@@ -96,20 +99,20 @@ def mesh_draws(
     )
     return np.stack(
         [
-            _forces(law_of(profile_of_draw, law), faces, ranges, motion, friction)
+            _sum_compiled(law_of(profile_of_draw, law), faces, ranges, motion, friction)
             for profile_of_draw in profiles
         ]
     )
 
 
 _MOST_WET = 2_000_000
-"""Most faces in all poses that are sorted out before many draws: 270 MB."""
+"""Most faces in all poses of which the wet ones are sorted out: 270 MB."""
 
 
 def _wet_faces(mesh: Mesh, motion: Motion3D) -> tuple[FloatArray, IntArray]:
-    """Rows of the faces that reach below the surface, pose after pose, and the range of each pose.
+    """Return `face_rows` of the faces that reach below the surface, pose after pose, and the range of each pose.
 
-    Most of a rolling wheel is dry, and need not be looked at again for each draw.
+    Most of a rolling wheel is dry, and need not be tested again for each draw.
     """
     faces, frames = face_rows(mesh), motion.frames
     if len(faces) * len(frames) > _MOST_WET or not np.isfinite(frames).all():
@@ -126,7 +129,7 @@ _AT_SURFACE_CM = 1e-6
 
 
 class MeshInMotion(BodyInMotion):
-    """A mesh that moves in space, by a law of its faces and a limit of their friction."""
+    """A mesh that moves in space; `law` and `friction` as in `predict`."""
 
     quantities = wanted = IN_SPACE
     forces = IN_SPACE[:3]
@@ -145,7 +148,7 @@ class MeshInMotion(BodyInMotion):
 
     def best(self, profile: Profile) -> BestForces:
         sums = self._sum_faces(profile)
-        forces = _named(sums)
+        forces = _by_name(sums)
         why = profile.reason or "a position, rotation or velocity is missing"
         return BestForces(forces, "" if has_forces(forces).all() else why, leaving=sums[:, 6])
 
@@ -154,12 +157,12 @@ class MeshInMotion(BodyInMotion):
 
     def draw(self, stack: Profile, *, with_load: bool) -> Iterator[DrawnForces]:
         sums = self._draw_sums(stack)
-        yield self._with_load(sums) if with_load else DrawnForces(0, _named(sums))
+        yield self._with_load(sums) if with_load else DrawnForces(0, _by_name(sums))
 
     def _with_load(self, sums: FloatArray) -> DrawnForces:
-        """Forces and load of sums over faces by draw, shape (draws, p, 19)."""
+        """Split sums over faces, shape (draws, p, 19), into forces and load."""
         by_direction = None if self.mesh.sheet else _loads_by_direction(sums)
-        return DrawnForces(0, _named(sums), _load_of(sums), by_direction)
+        return DrawnForces(0, _by_name(sums), _load_of(sums), by_direction)
 
     def poses_at_once(self, draws: int) -> int:
         return max(1, len(self.poses))
@@ -190,19 +193,19 @@ class MeshInMotion(BodyInMotion):
     def model_errors(self, drawn: DrawnForces, paths: FloatArray, eps: float) -> ForcesByName:
         assert drawn.load is not None
         if self.mesh.sheet:  # as an outline, on which the error was found
-            return _named(errors.space_errors(drawn.load, paths, eps))
+            return _by_name(errors.space_errors(drawn.load, paths, eps))
         assert drawn.by_direction is not None
-        return _named(errors.directed_errors(drawn.load, drawn.by_direction, paths, eps))
+        return _by_name(errors.directed_errors(drawn.load, drawn.by_direction, paths, eps))
 
     def body_errors(self, drawn: DrawnForces, paths: FloatArray) -> ForcesByName:
         assert drawn.load is not None
-        return _named(errors.space_errors(drawn.load, paths, 1.0))
+        return _by_name(errors.space_errors(drawn.load, paths, 1.0))
 
     def peak_targets(self, best: ForcesByName) -> list[PeakTarget]:
         return extremes_in_space(best)
 
     def bounds(self, profile: Profile) -> Ends:
-        """The most that a force may be in each pose: every face with the largest alpha that is known."""
+        """Return 0, and by pose the most that a force may be: every face with the largest known alpha."""
         largest = _largest_alpha(profile)
         force, moment = np.zeros((2, len(self.poses)))
         for pose, (frame, rolling) in enumerate(zip(self.poses, self.motion.rolling, strict=True)):
@@ -220,7 +223,7 @@ class MeshInMotion(BodyInMotion):
     def finish_columns(
         self, columns: dict[str, FloatArray], profile: Profile, best: BestForces
     ) -> dict[str, FloatArray]:
-        """Set to 0 what symmetry cancels, which is rounding of the sum, and add ``closure_N``."""
+        """Set forces that symmetry cancels, and that are rounding of the sum, to 0, and add ``closure_N``."""
         finished = {
             name: _without_rounding(values, name, best.forces) for name, values in columns.items()
         }
@@ -233,8 +236,11 @@ class MeshInMotion(BodyInMotion):
     def finish_peak(
         self, peak: Peak, profile: Profile, best: ForcesByName, columns: Mapping[str, FloatArray]
     ) -> Peak:
-        """Set to 0 what is rounding of the sum over faces; an interval that ends at 0 reaches to where that of a pose does."""
-        least = _least_of(peak.quantity, best)
+        """Set numbers of a peak that are rounding of the sum over faces to 0.
+
+        Then an end of an interval that is 0 is moved to the farthest end of this interval in any pose.
+        """
+        least = _least_size(peak.quantity, best)
         ends = ("value", "lo", "hi", "model_lo", "model_hi", "next_lo", "next_hi")
         zeros: dict[str, Any] = {end: 0.0 for end in ends if abs(getattr(peak, end)) < least}
         peak = replace(peak, **zeros)
@@ -253,16 +259,17 @@ class MeshInMotion(BodyInMotion):
 
 
 def _largest_alpha(profile: Profile) -> float:
+    """Largest size of alpha over all directions, N/cm^3."""
     table = as_table(profile)
     return float(np.fmax.reduce(np.hypot(table.alpha_z, table.alpha_x), axis=None))
 
 
 _ROUNDING = 1e-9
-"""What is below this part of the largest force, or moment, is rounding."""
+"""Part of the largest force, or moment, below which a number is rounding."""
 
 
-def _least_of(name: str, best: Mapping[str, FloatArray]) -> float:
-    """Return the least size that counts of a force or a moment; 0 for what is neither."""
+def _least_size(name: str, best: Mapping[str, FloatArray]) -> float:
+    """Return the size below which a force or a moment is rounding; 0 for another column."""
     kind = name.partition("_")[0]
     sizes = [np.abs(values) for quantity, values in best.items() if quantity.startswith(kind)]
     if kind not in ("force", "moment") or not sizes:
@@ -271,26 +278,29 @@ def _least_of(name: str, best: Mapping[str, FloatArray]) -> float:
 
 
 def _without_rounding(values: FloatArray, name: str, best: Mapping[str, FloatArray]) -> FloatArray:
-    return np.where(np.abs(values) < _least_of(name, best), 0.0, values)
+    return np.where(np.abs(values) < _least_size(name, best), 0.0, values)
 
 
-def _named(forces: FloatArray) -> dict[str, FloatArray]:
+def _by_name(forces: FloatArray) -> dict[str, FloatArray]:
+    """Split the first columns of sums over faces by the names of `IN_SPACE`."""
     return {name: forces[..., k] for k, name in enumerate(IN_SPACE)}
 
 
 def extremes_in_space(best: Mapping[str, FloatArray]) -> list[PeakTarget]:
-    """The largest value of each force and moment, of the sign that it has."""
-    return [PeakTarget(name.partition("_N")[0], name, _sign(best[name])) for name in IN_SPACE]
+    """List the peaks in space: the largest size of each force and moment, with its sign."""
+    return [
+        PeakTarget(name.partition("_N")[0], name, _sign_of_largest(best[name])) for name in IN_SPACE
+    ]
 
 
-def _sign(values: FloatArray) -> int:
-    """Sign of the largest of some values."""
+def _sign_of_largest(values: FloatArray) -> int:
+    """Return the sign of the value that is largest in size."""
     sizes = np.nan_to_num(np.abs(values))
     return -1 if sizes.size and values[sizes.argmax()] < 0 else 1
 
 
 def _load_of(draws: FloatArray) -> errors.Load:
-    """Load without cancellation of each draw (draws, p, 19)."""
+    """Read the load without cancellation from sums over faces, shape (draws, p, 19)."""
     bare = np.nan_to_num(draws[..., 7:13])
     total_load = bare[..., 2]
     centre = bare[..., 3:] / np.where(total_load > 0, total_load, 1.0)[..., None]
@@ -300,7 +310,7 @@ def _load_of(draws: FloatArray) -> errors.Load:
 
 
 def _loads_by_direction(draws: FloatArray) -> FloatArray:
-    """Sum of f f^T / |f| over the forces f of faces, of each draw (draws, p, 19): (draws, p, 3, 3), N."""
+    """Read the sum of f f^T / |f| over forces f of faces, (draws, p, 3, 3), N, from sums (draws, p, 19)."""
     xx, yy, zz, xy, xz, yz = np.moveaxis(np.nan_to_num(draws[..., 13:]), -1, 0)
     rows = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
     return np.moveaxis(np.array(rows), (0, 1), (-2, -1))

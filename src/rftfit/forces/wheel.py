@@ -33,7 +33,7 @@ from rftfit.store.chosen import read_toml
 from rftfit.store.text import table as format_table
 
 POSES = 73
-"""Poses of a turn of the mean. A prime number: no number of lugs repeats its phases."""
+"""Poses of a turn by the mean of the medium. A prime number: no number of lugs repeats its phases."""
 
 _POSES_OF_DRAWS = 13
 """Poses of a turn in which draws of the medium differ from its mean."""
@@ -48,12 +48,14 @@ _SHALLOWEST = 1e-3
 """Least sinkage that is tried, over the radius of the rim."""
 
 _SOLVED, _BRACKETED = 1e-6, 1e-2
-"""Errors over the radius of the rim of a sinkage that is solved, and of the ends between which draws are read."""
+"""Greatest errors, over the radius of the rim, of a sinkage that is solved, and of the least and greatest one for
+draws."""
 
 _AXLE = 0.99
 """Sinkage over the radius of the rim from which a wheel is at its axle, the deepest that is tried."""
 
 _SEED = 73
+"""Seed of the order in which draws have their factors of slip sinkage."""
 
 QUANTITIES = {
     "load": "load_N",
@@ -61,11 +63,11 @@ QUANTITIES = {
     "drawbar": "drawbar_N",
     "torque": "torque_N_cm",
 }
-"""Columns of an answer by what they hold."""
+"""Columns of an answer by name of the quantity."""
 
 
 def wheel_numbers() -> Mapping[str, Any]:
-    """Errors of the model on wheels, and the range of slip sinkage, told from measured rigs (``wheels.toml``)."""
+    """Read the model's errors on wheels, and the range of slip sinkage, found on measured rigs (``wheels.toml``)."""
     return read_toml("reference", "wheels.toml")
 
 
@@ -78,13 +80,13 @@ class _Turn(NamedTuple):
 
     @classmethod
     def of(cls, forces: FloatArray) -> _Turn:
-        """Take the mean over the poses of forces (..., p, 13)."""
+        """Take the mean over the poses of `compiled_mesh_forces`, shape (..., p, 19)."""
         mean = forces.mean(axis=-2)
         # the medium turns the wheel back: the drive gives the opposite moment
         return cls(mean[..., 0], mean[..., 2], -mean[..., 4])
 
     def times(self, factor: npt.ArrayLike) -> _Turn:
-        """The same in a medium so many times as strong: forces grow with alpha."""
+        """Return the means in a medium `factor` times as strong: forces grow with alpha."""
         return _Turn(*(np.asarray(force * np.asarray(factor)) for force in self))
 
 
@@ -100,31 +102,32 @@ class WheelAnswer:
         the model's own error on wheels; ``alpha_N_per_cm3``, alpha_z(0, 90 deg) of the medium, and
         ``alpha_of_load_N_per_cm3``, that which carries the load at the sinkage; ``reason``, why there is no number.
     rule : str
-        ``own-track`` or ``none``: which faces do not count.
+        ``own-track`` where faces in the wheel's own track do not count, else ``none``.
     friction : float or None
-        None: off.
+        Friction as given; None: off.
     given : str
-        What was given beside the slip: ``sinkage``, ``load`` or ``sinkage and load``.
+        Numbers that were given beside the slip: ``sinkage``, ``load`` or ``sinkage and load``.
     mesh, medium : str
-        Their names.
+        Names of mesh and medium.
     rim_cm : float
         Radius to which slip and sinkage belong.
     confidence : float
         Level of the intervals.
     model_error : float
-        Root mean square error of the drawbar over the load, told from measured rigs; NaN where none is known.
+        Root mean square error of the drawbar over the load, on measured rigs; NaN where none is known.
     torque_error : float
-        The same of the torque over load times radius.
+        Root mean square error of the torque over load times radius, on measured rigs; NaN where none is known.
     slip_sinkage : tuple of float or None
-        Range of alpha over its own value, where the sinkage is solved.
+        Least and greatest factor of alpha by slip sinkage, where the sinkage is solved.
     notes : tuple of str
-        What the numbers say of the medium and the load.
+        Sentences on the medium, the load and the limits of the prediction.
     has_alpha_error : bool
-        Whether an error of alpha is known of the medium, which the intervals then hold.
+        True where an error of alpha is known of the medium; the intervals then contain it.
     rim_from : str
         ``given`` or ``farthest-point``: where the radius of the rim was taken from.
     triangles, triangles_given : int
-        Triangles of which forces were predicted, and of the mesh as it was given: a coarse one is cut more finely.
+        Number of triangles on which forces were predicted, and number in the mesh as it was given: a coarse mesh is
+        refined.
 
     Examples
     --------
@@ -154,7 +157,7 @@ class WheelAnswer:
 
     @property
     def interval_of(self) -> str:
-        """What the intervals without the model's own error hold.
+        """Name the errors in the intervals without the model's own error.
 
         Returns
         -------
@@ -191,7 +194,7 @@ class WheelAnswer:
 
     @property
     def lines(self) -> list[str]:
-        """What was predicted from what, and what the intervals hold, a sentence each.
+        """Lines on mesh, medium, options and the meaning of the intervals.
 
         Returns
         -------
@@ -232,28 +235,30 @@ class WheelAnswer:
             head += [
                 name
                 for name, end in (("lo to hi", ""), ("model lo to hi", "model_"))
-                if _end(column, f"{end}lo") in self.table
+                if _end_name(column, f"{end}lo") in self.table
             ]
         rows = []
         for record in self.table.to_dict("records"):
             cells = [f"{record['slip']:g}"]
             for column in QUANTITIES.values():
-                cells.append(_cell(record[column]))
+                cells.append(_format_number(record[column]))
                 cells += [
-                    _range(record[_end(column, f"{end}lo")], record[_end(column, f"{end}hi")])
+                    _format_interval(
+                        record[_end_name(column, f"{end}lo")], record[_end_name(column, f"{end}hi")]
+                    )
                     for end in ("", "model_")
-                    if _end(column, f"{end}lo") in self.table
+                    if _end_name(column, f"{end}lo") in self.table
                 ]
             rows.append(cells)
         return "\n".join([*self.lines, "", format_table(head, rows), "", *self.notes]).rstrip()
 
     def as_dict(self) -> dict[str, Any]:
-        """Give everything as plain numbers, words and lists, as ``rftfit wheel --json`` prints it.
+        """Return everything as plain numbers, words and lists, as ``rftfit wheel --json`` prints it.
 
         Returns
         -------
         dict of str to object
-            `facts`, and ``rows``: a dict of each row of the table.
+            `facts`, and ``rows``: a dict for each row of the table.
         """
         return self.facts | {"rows": self.table.to_dict("records")}
 
@@ -272,25 +277,25 @@ def wheel(
     model_error: float | None = None,
     left_out: str | None = None,
 ) -> WheelAnswer:
-    """Drawbar, torque and sinkage of a wheel that rolls straight ahead under a load, or at a sinkage.
+    """Predict drawbar, torque and sinkage of a wheel that rolls straight ahead under a load, or at a sinkage.
 
     Parameters
     ----------
     medium : Map, Profile, Medium, ScaledMedium, str or Path
-        As of `predict`.
+        Medium, as `predict` takes it.
     mesh : Mesh
         The axle lies along y through (0, 0, 0).
     slip : float or array_like, shape (s,)
-        As of `Motion3D.roll`; one row each.
+        Slip as `Motion3D.roll` defines it; each has a row in the answer.
     sinkage_cm : float or array_like, shape (s,), optional
         Depth of the lowest point of the rim. Without it the sinkage is solved from the load.
     load_N : float or array_like, shape (s,), optional
-        What the wheel carries. With a sinkage: the medium is taken as strong as it must be to carry the load there. Without
-        it the load is predicted.
+        Load that the wheel carries. With a sinkage: the medium is taken as strong as it must be to carry the load
+        there. Without a load it is predicted.
     friction : float, optional
-        As of `predict`; default: off. 0.4 was tried on measured rigs.
+        Friction as in `predict`; default: off. 0.4 was tried on measured rigs.
     track : bool, optional
-        Whether a wheel that is not convex leaves a rut, as of `Motion3D.roll`.
+        True where a wheel that is not convex leaves a rut, see `Motion3D.roll`.
     rim_cm : float, optional
         Radius to which sinkage and slip belong. Default: to the farthest point of the mesh, over the lugs.
     confidence : float, optional
@@ -299,7 +304,7 @@ def wheel(
         Error of the model on wheels: of the drawbar over the load and of the torque over load times radius. Default: as on
         measured rigs, for smooth and for lugged wheels, with and without friction. 0: none.
     left_out : str, optional
-        Laboratory whose rigs have no part in that default: for a wheel that is one of them.
+        Laboratory whose rigs are left out of that default: for a wheel that is one of these rigs.
 
     Returns
     -------
@@ -313,7 +318,7 @@ def wheel(
     Warns
     -----
     LimitWarning
-        Where the wheel, its load or its depth leaves what was measured; the sentences are among the `notes`, too.
+        Where the wheel, its load or its depth leaves what was measured; the `notes` contain these sentences, too.
 
     Examples
     --------
@@ -334,29 +339,29 @@ def wheel(
     radius = measure_radius(mesh.vertices_cm)
     found_rim = find_rim(mesh.vertices_cm, rim_cm, mesh.lowest_radius_cm)
     rim = found_rim.radius_cm
-    # what is wrong with the mesh, its rim or its slips is told before any work
+    # a fault of the mesh, its rim or its slips is raised here, before any work
     motions = [
-        roll(rim / 2 if sinkages is None else float(sinkages[place]), float(slip_of_row), POSES)
-        for place, slip_of_row in enumerate(slips)
+        roll(rim / 2 if sinkages is None else float(sinkages[index]), float(slip_of_row), POSES)
+        for index, slip_of_row in enumerate(slips)
     ]
     mesh = fine_enough(mesh, motions[0])
     profile = profile_of(medium, partial(has_number, mesh=mesh, friction=friction))
     rolling = _Wheel(profile, mesh, roll, friction, rim)
     errors = _model_errors(profile, mesh, friction, model_error, left_out)
     rows = []
-    for place, slip_of_row in enumerate(slips):
+    for index, slip_of_row in enumerate(slips):
         if sinkages is None:
             assert loads is not None
-            solved = _solve_sinkage(rolling, float(slip_of_row), float(loads[place]))
+            solved = _solve_sinkage(rolling, float(slip_of_row), float(loads[index]))
         else:
-            load = None if loads is None else float(loads[place])
-            solved = _at_sinkage(rolling, float(slip_of_row), float(sinkages[place]), load)
-        rows.append(_row(solved, float(slip_of_row), rolling, confidence, errors, radius))
+            load = None if loads is None else float(loads[index])
+            solved = _predict_at_sinkage(rolling, float(slip_of_row), float(sinkages[index]), load)
+        rows.append(_make_row(solved, float(slip_of_row), rolling, confidence, errors, radius))
     given = " and ".join(
         name for name, numbers in (("sinkage", sinkages), ("load", loads)) if numbers is not None
     )
     answer_table = pd.DataFrame(rows)
-    limits = _limits(answer_table, profile, mesh, errors, found_rim, radius)
+    limits = _list_limits(answer_table, profile, mesh, errors, found_rim, radius)
     for limit in limits:
         warnings.warn(limit, LimitWarning, stacklevel=2)
     sentences = [f"{limit[0].upper()}{limit[1:]}." for limit in limits]
@@ -371,7 +376,7 @@ def wheel(
         confidence,
         *errors,
         _slip_range() if sinkages is None else None,
-        (*_notes(answer_table, given, profile, errors, found_rim), *sentences),
+        (*_list_notes(answer_table, given, profile, errors, found_rim), *sentences),
         isinstance(profile.spread, Profile),
         found_rim.taken_from,
         len(mesh.faces),
@@ -386,7 +391,7 @@ def _check_numbers(
     friction: float | None,
     confidence: float,
 ) -> tuple[FloatArray, FloatArray | None, FloatArray | None]:
-    """Slips, sinkages and loads of all rows."""
+    """Return slips, sinkages and loads of all rows; raises ValueError where a number is impossible."""
     if sinkage_cm is None and load_N is None:
         raise ValueError("found neither sinkage nor load; allowed: one of them or both")
     slips = np.atleast_1d(np.asarray(slip, dtype=float))
@@ -401,7 +406,7 @@ def _check_numbers(
 
 
 def _one_a_slip(name: str, numbers: npt.ArrayLike | None, slips: FloatArray) -> FloatArray | None:
-    """Take one positive number, or one for each slip."""
+    """Return a positive number for each slip, where one is given for all or one for each."""
     if numbers is None:
         return None
     of_slips = np.asarray(numbers, dtype=float)
@@ -415,7 +420,7 @@ def _one_a_slip(name: str, numbers: npt.ArrayLike | None, slips: FloatArray) -> 
 
 
 def has_number(table: Profile, mesh: Mesh, friction: float | None) -> bool:
-    """Tell whether a table has a number in every direction of a wheel that rolls down to its axle, with little slip and much."""
+    """Tell whether a table has a number in every direction of a wheel that is sunk to its axle, at any slip."""
     radius = measure_radius(mesh.vertices_cm)
     motions = [Motion3D.roll(mesh, radius, slip, POSES, track=False) for slip in _TRIED_SLIPS]
     return all(
@@ -425,11 +430,14 @@ def has_number(table: Profile, mesh: Mesh, friction: float | None) -> bool:
 
 
 _TRIED_SLIPS = (-0.5, 0.05, 0.9)
-"""Slips whose faces move in all directions that a wheel has."""
+"""Slips at which the faces of a wheel move in all directions that any slip gives them."""
 
 
 class _Wheel:
-    """A wheel in a medium: means over a turn by slip and sinkage, of the medium itself and of its draws."""
+    """A wheel in a medium: means over a turn at a slip and a sinkage, by the medium itself and by its draws.
+
+    `roll`: function of sinkage, slip and number of poses that makes the motion. `alpha`: alpha_z(0, 90 deg).
+    """
 
     def __init__(
         self, profile: Profile, mesh: Mesh, roll: Any, friction: float | None, rim_cm: float
@@ -440,13 +448,14 @@ class _Wheel:
         self.alpha = float(profile.alpha(0.0, np.pi / 2)[0])
 
     def turn(self, slip: float, sinkage_cm: float) -> _Turn:
-        """Means of the medium itself."""
+        """Return the means by the medium itself."""
         return _Turn.of(self._forces(self.roll(sinkage_cm, slip, POSES)))
 
     def turns_of_draws(self, slip: float, sinkages_cm: Sequence[float]) -> _Turn:
-        """Means of each draw at each sinkage (draws, sinkages); of a medium without draws there is one.
+        """Return the means by each draw at each sinkage, (draws, sinkages); a medium without draws counts as one.
 
-        Draws differ from the medium's mean in a few poses, which are added to the mean of all poses.
+        The difference of a draw from the medium itself is calculated in a few poses, and added to the mean over all
+        poses.
         """
         turns = [self.turn(slip, sinkage) for sinkage in sinkages_cm]
         exact = _Turn(*(np.array(force) for force in zip(*turns, strict=True)))
@@ -468,7 +477,7 @@ class _Wheel:
 
 
 def _join(motions: Sequence[Motion3D]) -> Motion3D:
-    """Join poses, one motion after another, so that one pass through the draws serves all."""
+    """Join the poses of motions, one after another, so that one pass through the draws serves all motions."""
     joined = copy(motions[0])
     joined.frames = np.concatenate([motion.frames for motion in motions])
     joined.rolling = np.concatenate([motion.rolling for motion in motions])
@@ -476,7 +485,7 @@ def _join(motions: Sequence[Motion3D]) -> Motion3D:
 
 
 def _some_draws(profile: Profile) -> TableProfile | None:
-    """Draws of a profile, evenly chosen where there are many."""
+    """Choose at most `_DRAWS` draws of a profile, evenly; None where it has none."""
     if not isinstance(profile.spread, Profile):
         return None
     stack = as_table(profile.spread)
@@ -487,7 +496,10 @@ def _some_draws(profile: Profile) -> TableProfile | None:
 
 
 class _Solved(NamedTuple):
-    """What one slip gives: best numbers, and those of the draws (draws,) or None."""
+    """Numbers at one slip, by column: best ones, and those of the draws, shape (draws,), or None.
+
+    `factor`: how many times as strong as it is the medium is taken. `reason`: why a number is missing, else empty.
+    """
 
     best: dict[str, float]
     draws: dict[str, FloatArray] | None
@@ -495,7 +507,8 @@ class _Solved(NamedTuple):
     reason: str
 
 
-def _numbers(turn: _Turn, sinkage: npt.ArrayLike) -> dict[str, Any]:
+def _name_columns(turn: _Turn, sinkage: npt.ArrayLike) -> dict[str, Any]:
+    """Name the means over a turn and the sinkage by their columns."""
     return {
         "load_N": turn.load,
         "sinkage_cm": np.asarray(sinkage),
@@ -504,8 +517,10 @@ def _numbers(turn: _Turn, sinkage: npt.ArrayLike) -> dict[str, Any]:
     }
 
 
-def _at_sinkage(rolling: _Wheel, slip: float, sinkage_cm: float, load_N: float | None) -> _Solved:
-    """Forces at a sinkage; with a load in a medium that carries it there."""
+def _predict_at_sinkage(
+    rolling: _Wheel, slip: float, sinkage_cm: float, load_N: float | None
+) -> _Solved:
+    """Predict the forces at a sinkage; with a load, in a medium as strong as it must be to carry the load there."""
     turn = rolling.turn(slip, sinkage_cm)
     of_draws = None
     if rolling.draws is not None:
@@ -520,10 +535,10 @@ def _at_sinkage(rolling: _Wheel, slip: float, sinkage_cm: float, load_N: float |
             lifted = of_draws.load > 0
             of_draws = _Turn(*(force[lifted] for force in of_draws))
             of_draws = of_draws.times(load_N / of_draws.load)
-    best = {name: float(number) for name, number in _numbers(turn, sinkage_cm).items()}
+    best = {name: float(number) for name, number in _name_columns(turn, sinkage_cm).items()}
     draws = None
     if of_draws is not None:
-        draws = _numbers(of_draws, sinkage_cm)
+        draws = _name_columns(of_draws, sinkage_cm)
         given = ["sinkage_cm"] if load_N is None else ["sinkage_cm", "load_N"]
         draws = {name: numbers for name, numbers in draws.items() if name not in given}
     reason = "" if np.isfinite(list(best.values())).all() else rolling.profile.reason
@@ -531,17 +546,18 @@ def _at_sinkage(rolling: _Wheel, slip: float, sinkage_cm: float, load_N: float |
 
 
 def _not_carried(load_N: float, sinkage_cm: float, reason: str) -> _Solved:
+    """Make the numbers of a slip at which the wheel does not carry its load: forces are NaN, with a reason."""
     best = {"load_N": load_N, "sinkage_cm": sinkage_cm}
     best |= dict.fromkeys(("drawbar_N", "torque_N_cm"), np.nan)
     return _Solved(best, None, np.nan, reason)
 
 
 def _solve_sinkage(rolling: _Wheel, slip: float, load_N: float) -> _Solved:
-    """Sinkage at which the wheel carries its load, with the spread of the medium and of slip sinkage."""
+    """Find the sinkage at which the wheel carries its load, with the spread of the medium and of slip sinkage."""
     shallowest, deepest = _SHALLOWEST * rolling.rim_cm, rolling.rim_cm
 
     def depth_that_carries(factor: float, error: float) -> float:
-        """Depth by bisection, at most to the axle, in a medium so many times as strong."""
+        """Find the depth by bisection, at most to the axle, in a medium `factor` times as strong."""
         low, high = shallowest, deepest
         if not factor * float(rolling.turn(slip, deepest).load) > load_N:
             return deepest
@@ -557,30 +573,33 @@ def _solve_sinkage(rolling: _Wheel, slip: float, load_N: float) -> _Solved:
     turn = rolling.turn(slip, sinkage)
     if sinkage >= deepest:
         most = float(turn.load)
-        what = (
+        reason = (
             rolling.profile.reason
             if np.isnan(most)
             else f"down to its axle the wheel carries {most:.3g} N"
         )
-        return _not_carried(load_N, np.nan, what)
-    best = {name: float(number) for name, number in _numbers(turn, sinkage).items()}
+        return _not_carried(load_N, np.nan, reason)
+    best = {name: float(number) for name, number in _name_columns(turn, sinkage).items()}
     best["load_N"] = load_N
     least, most_alpha = _slip_range()
+    # the doubled range leaves room for draws that are stronger or weaker than the medium itself
     ends = [depth_that_carries(factor, _BRACKETED) for factor in (2 * most_alpha, least / 2)]
     depths = np.geomspace(max(ends[0], shallowest), ends[1], _SINKAGES_OF_DRAWS)
     of_draws = rolling.turns_of_draws(slip, depths.tolist())
-    return _Solved(best, _carry(of_draws, depths, load_N), 1.0, "")
+    return _Solved(best, _carry_load(of_draws, depths, load_N), 1.0, "")
 
 
 def _slip_range() -> tuple[float, float]:
+    """Least and greatest factor of alpha by slip sinkage."""
     slip_sinkage = wheel_numbers()["slip_sinkage"]
     return float(slip_sinkage["least"]), float(slip_sinkage["most"])
 
 
-def _carry(turns: _Turn, depths: FloatArray, load_N: float) -> dict[str, FloatArray]:
-    """Sinkage, drawbar and torque of draws under a load, each with a factor of slip sinkage of its own.
+def _carry_load(turns: _Turn, depths: FloatArray, load_N: float) -> dict[str, FloatArray]:
+    """Find sinkage, drawbar and torque of each draw under a load, each draw with another factor of slip sinkage.
 
-    The factors lie evenly in their logarithm over their range; a draw that does not carry the load is at the deepest.
+    The logarithms of the factors are spread evenly over their range. A draw that does not carry the load has the
+    deepest of `depths`, cm.
     """
     count = len(turns.load) if len(turns.load) > 1 else _DRAWS
     rows = np.arange(count) % len(turns.load)
@@ -606,7 +625,7 @@ def _model_errors(
     model_error: float | None,
     left_out: str | None,
 ) -> tuple[float, float]:
-    """Errors of drawbar and torque, over the load and over load times radius; NaN where none is known."""
+    """Return the errors of drawbar over load, and of torque over load times radius; NaN where none is known."""
     if not has_model_error(profile):
         if model_error:
             raise ValueError(
@@ -625,7 +644,7 @@ def _model_errors(
     return _joined_error(rigs, case, "drawbar"), _joined_error(rigs, case, "torque")
 
 
-def _limits(
+def _list_limits(
     answer: pd.DataFrame,
     profile: Profile,
     mesh: Mesh,
@@ -633,7 +652,7 @@ def _limits(
     rim: Rim,
     radius_cm: float,
 ) -> list[str]:
-    """Where a wheel leaves the depths over which alpha was measured, or the rigs that told the model's own error."""
+    """List where a wheel leaves the depths of measured alpha, or the rigs on which the model's error was found."""
     limits = []
     lug_cm = radius_cm - rim.radius_cm
     deepest_cm = float(answer["sinkage_cm"].max()) + lug_cm
@@ -661,17 +680,17 @@ def _limits(
 
 
 def _shape_of(mesh: Mesh) -> str:
-    """Shape of a wheel among those of measured rigs."""
+    """Name the shape of a wheel as the table of measured rigs does."""
     return "smooth" if mesh.is_convex else "lugged"
 
 
 def laboratories() -> tuple[str, ...]:
-    """Laboratories whose rigs told the model's own error on wheels."""
+    """Name the laboratories on whose rigs the model's own error on wheels was found."""
     return tuple(dict.fromkeys(str(rig["laboratory"]) for rig in wheel_numbers()["rig"]))
 
 
 def _joined_error(rigs: Sequence[Mapping[str, Any]], case: str, quantity: str) -> float:
-    """Root mean square over the runs of rigs that measured a quantity; NaN where none did."""
+    """Take the root mean square over the runs of all rigs that measured a quantity; NaN where none did."""
     weighted = [(rig["runs"], rig[case][quantity] ** 2) for rig in rigs if quantity in rig[case]]
     if not weighted:
         return np.nan
@@ -679,13 +698,13 @@ def _joined_error(rigs: Sequence[Mapping[str, Any]], case: str, quantity: str) -
     return round(float(np.sqrt(runs @ squares / runs.sum())), 3)
 
 
-def _end(column: str, end: str) -> str:
-    """Name of an end of an interval: drawbar_N, lo: drawbar_lo_N."""
+def _end_name(column: str, end: str) -> str:
+    """Name the column of an interval's end: drawbar_N and lo make drawbar_lo_N."""
     quantity, _, unit = column.partition("_")
     return f"{quantity}_{end}_{unit}"
 
 
-def _row(
+def _make_row(
     solved: _Solved,
     slip: float,
     rolling: _Wheel,
@@ -693,7 +712,7 @@ def _row(
     errors: tuple[float, float],
     radius: float,
 ) -> dict[str, Any]:
-    """One row of the table."""
+    """Make one row of the answer's table; `radius`: of the farthest point, cm."""
     row: dict[str, Any] = {"slip": slip}
     load = solved.best["load_N"]
     sizes = {"drawbar_N": errors[0] * load, "torque_N_cm": errors[1] * load * radius}
@@ -704,10 +723,10 @@ def _row(
         if solved.draws is not None and column in solved.draws:
             low, high = interval(solved.draws[column], confidence)
             ends = min(float(low), best), max(float(high), best)
-            row |= dict(zip((_end(column, end) for end in ("lo", "hi")), ends, strict=True))
+            row |= dict(zip((_end_name(column, end) for end in ("lo", "hi")), ends, strict=True))
         if sizes.get(column, np.nan) > 0:
             with_model = widen(best, ends, half_width_of_bed(sizes[column], confidence))
-            names = [_end(column, f"model_{end}") for end in ("lo", "hi")]
+            names = [_end_name(column, f"model_{end}") for end in ("lo", "hi")]
             row |= dict(zip(names, with_model, strict=True))
     row["alpha_N_per_cm3"] = rolling.alpha
     row["alpha_of_load_N_per_cm3"] = rolling.alpha * solved.factor
@@ -715,10 +734,10 @@ def _row(
     return row
 
 
-def _notes(
+def _list_notes(
     answer: pd.DataFrame, given: str, profile: Profile, errors: tuple[float, float], rim: Rim
 ) -> list[str]:
-    """Sentences on what the numbers say of rim, medium and load."""
+    """List sentences on rim, medium and load that the numbers ask for."""
     notes = [f"{doubt[0].upper()}{doubt[1:]}." for doubt in rim.list_doubts()]
     if given == "sinkage and load":
         alpha = float(answer["alpha_N_per_cm3"].iloc[0])
@@ -755,13 +774,14 @@ def _notes(
     return notes
 
 
-def _cell(number: float) -> str:
+def _format_number(number: float) -> str:
+    """Format a number; NaN is empty."""
     return "" if np.isnan(number) else f"{number + 0.0:.3g}"
 
 
-def _range(low: float, high: float) -> str:
-    """Format an interval; empty where it is not known."""
-    return "" if np.isnan(low) else f"{_cell(low)} to {_cell(high)}"
+def _format_interval(low: float, high: float) -> str:
+    """Format an interval; NaN is empty."""
+    return "" if np.isnan(low) else f"{_format_number(low)} to {_format_number(high)}"
 
 
 _MEASURED = Schema(
@@ -784,7 +804,7 @@ _MEASURED = Schema(
 
 
 def read_measured_runs(file: Path) -> pd.DataFrame:
-    """Read measured points of a wheel: ``slip`` and any of ``drawbar_N``, ``torque_N_cm``, ``sinkage_cm``, ``load_N``.
+    """Read measured runs of a wheel: ``slip`` and any of ``drawbar_N``, ``torque_N_cm``, ``sinkage_cm``, ``load_N``.
 
     Raises CampaignError with every cell that is wrong.
     """
