@@ -303,7 +303,8 @@ class TextFormat(Model):
 
     @field_validator("encoding")
     @classmethod
-    def _known(cls, name: str) -> str:
+    def _encoding_exists(cls, name: str) -> str:
+        """Refuse an encoding that Python does not have."""
         try:
             codecs.lookup(name or "utf-8")
         except LookupError:
@@ -323,6 +324,7 @@ class SecondColumn(Model):
 
     @model_validator(mode="after")
     def _names_a_column(self) -> SecondColumn:
+        """Refuse an entry without a column."""
         if self.column is None:
             raise ValueError("needs a column: the one whose values are added")
         return self
@@ -367,6 +369,7 @@ class ColumnEntry(Model):
 
     @model_validator(mode="after")
     def _one_of_both(self) -> ColumnEntry:
+        """Refuse an entry with both a column and a constant, or neither; a rate without a constant; a factor of 0."""
         if (self.column is None) == (self.constant is None):
             raise ValueError("needs either a column or a constant")
         if self.rate is not None and self.constant is None:
@@ -436,6 +439,7 @@ class Source(Model, Generic[Q]):
     @field_validator("columns")
     @classmethod
     def _units_fit(cls, columns: dict[Q, ColumnEntry]) -> dict[Q, ColumnEntry]:
+        """Refuse units that the quantity cannot have."""
         wrong = []
         for quantity, entry in columns.items():
             units = {"unit": entry.unit, "plus.unit": entry.plus and entry.plus.unit}
@@ -450,6 +454,7 @@ class Source(Model, Generic[Q]):
 
     @model_validator(mode="after")
     def _text_is_delimited(self) -> Source[Q]:
+        """Refuse `text` with another dialect than ``delimited``, and this dialect without `text`."""
         if self.text is not None and self.dialect not in (None, "delimited"):
             raise ValueError(f"`text` goes with the dialect delimited, found {self.dialect}")
         if self.text is None and self.dialect == "delimited":
@@ -512,6 +517,7 @@ class Axes(Model):
 
     @model_validator(mode="after")
     def _each_channel_once(self) -> Axes:
+        """Refuse a channel that lies along two axes."""
         used = [self.x[1:], self.y[1:], self.z[1:]]
         if len(set(used)) < 3:
             raise ValueError(f"each of F1, F2, F3 must be used once, found {', '.join(used)}")
@@ -596,6 +602,7 @@ class ZeroSettings(Model):
 
     @model_validator(mode="after")
     def _stated_has_an_error(self) -> ZeroSettings:
+        """Refuse a stated reading without its standard error."""
         if self.method == "stated" and self.sd_N is None:
             raise ValueError("method stated needs sd_N: how far the zero may be off, N")
         return self
@@ -674,6 +681,7 @@ class Grid(Model):
 
     @model_validator(mode="after")
     def _both_or_none(self) -> Grid:
+        """Refuse a grid with only one of its two angles."""
         if bool(self.beta_deg) != bool(self.gamma_deg):
             raise ValueError("needs both beta_deg and gamma_deg, or neither: cells are their pairs")
         return self
@@ -1031,6 +1039,7 @@ class MediumSettings(Model):
     @field_validator("expected_alpha")
     @classmethod
     def _in_order(cls, ends: tuple[float, float] | None) -> tuple[float, float] | None:
+        """Refuse a range whose ends are equal or exchanged."""
         if ends is not None and ends[0] >= ends[1]:
             raise ValueError(
                 f"the first must be below the second, found {ends[0]:g} and {ends[1]:g}"
@@ -1113,6 +1122,7 @@ class Config(Model):
     @model_validator(mode="before")
     @classmethod
     def _table_needs_no_rig(cls, data: Any) -> Any:
+        """Add the keys that a campaign that is a table need not state."""
         if isinstance(data, dict) and data.get("table") is not None:
             area = {"shape": "flat", "area_cm2": 1.0, "length_cm": 1.0, "thickness_cm": 1.0}
             intruder_table = data.get("intruders", {})
@@ -1143,6 +1153,7 @@ class Config(Model):
     def _robot_on_known_medium(
         cls, robot: RobotRuns | None, info: ValidationInfo
     ) -> RobotRuns | None:
+        """Refuse a robot on a medium that is not measured over the grid."""
         media = info.data.get("media")
         if robot is not None and media is not None:
             grid = [name for name, medium in media.items() if medium.role == "laboratory"]
@@ -1156,6 +1167,7 @@ class Config(Model):
     @field_validator("maps")
     @classmethod
     def _teachers_are_legs(cls, maps: Maps, info: ValidationInfo) -> Maps:
+        """Refuse a name in `maps.use_legs` that is no leg."""
         intruders = info.data.get("intruders")
         if intruders is not None:
             legs = [name for name, intruder in intruders.items() if isinstance(intruder, Leg)]
@@ -1168,6 +1180,7 @@ class Config(Model):
     @field_validator("intruders", "media")
     @classmethod
     def _names_differ(cls, section: dict[str, T]) -> dict[str, T]:
+        """Refuse names that cannot be names of different files."""
         # names become file names, and some disks ignore case
         names: dict[str, str] = {}
         for name in section:

@@ -49,6 +49,7 @@ def read_bytes(path: Path, file: str, area: str, limit: int, cure: str = "") -> 
     """
 
     def refusal(code: str, text: str) -> CampaignError:
+        """Make the error; `code`: last part of the code of the problem."""
         return CampaignError([Problem(f"{area}.{code}", Place(file), None, text)])
 
     try:

@@ -396,6 +396,7 @@ def read_table_columns(
     filled = 0
 
     def join(block_columns: dict[str, npt.NDArray[Any]]) -> None:
+        """Copy the columns of a block behind those of the blocks before."""
         nonlocal filled
         begin, filled = filled, filled + block_columns["row"].size
         for name, values in block_columns.items():
@@ -805,6 +806,7 @@ def _read_csv(text: str, schema: Schema, suffix: str) -> _Table:
     head = next((line for line in io.StringIO(text) if line.strip()), "")
 
     def known_names(delimiter: str) -> int:
+        """Count the names of columns in the first line, split at a delimiter."""
         cells = (cell.strip().strip('"').strip() for cell in head.split(delimiter))
         return sum(_column_of(cell, schema)[1] is not None for cell in cells)
 
@@ -845,6 +847,7 @@ def _read_workbook(data: bytes, schema: Schema) -> _Table:
         has_formulas, merged_ranges = _check_archive(data, schema)
 
         def first_sheet(*, formulas: bool = False) -> tuple[Any, Iterator[tuple[Any, ...]]]:
+            """Open the first sheet, with the formulas of its cells or their results, and its rows."""
             file = io.BytesIO(data)
             sheet = opened.enter_context(open_workbook(file, formulas=formulas)).worksheets[0]
             return sheet, opened.enter_context(rows_of(sheet, MAX_COLUMNS))

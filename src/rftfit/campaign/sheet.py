@@ -273,7 +273,7 @@ def _check_depth(draft: DraftRow, vocabulary: Vocabulary) -> None:
 
 
 def check_excluded(draft: DraftRow) -> None:
-    """Note an excluded run without a reason, and a reason of a run that is used."""
+    """Refuse an excluded run without a reason, and warn of a reason for a run that is used."""
     if "excluded" in draft.bad or "reason" in draft.bad:
         return
     excluded, reason = draft.yes("excluded"), draft.text["reason"]

@@ -108,7 +108,7 @@ class ArraysReader(base.Reader):
     _files: FilesApart | None = None
 
     def detect(self, head: bytes) -> bool:
-        """Tell from the first 64 kB of a file whether it is of this dialect."""
+        """Return whether a file is in this dialect, judged by its first 64 kB."""
         numpy_archive = head.startswith(_NPZ) and b".npy" in head[:400]
         return head.startswith((_HDF5, _NPY, _MAT5, _MAT7)) or numpy_archive
 
@@ -208,6 +208,7 @@ def _limit_columns(path: Path, columns: NamedColumns) -> NamedColumns:
 
 
 def _refuse_many(path: Path, count: int) -> None:
+    """Refuse a file with more arrays than a log may have."""
     if count > MOST_ARRAYS:
         text = f"more than {MOST_ARRAYS} arrays, which no log of a run has"
         raise base.LogError("too_large", f"{path}: {text}: save those of one run")

@@ -28,7 +28,7 @@ class AtiDaqReader(TextReader):
     evidence = "its first line, which says what the line of settings holds"
 
     def detect(self, head: bytes) -> bool:
-        """Tell from the first 64 kB of a file whether it is of this dialect."""
+        """Return whether a file is in this dialect, judged by its first 64 kB."""
         lines = decode_first_lines(text_head(head), 1)
         return bool(lines) and lines[0].text.strip(' "').casefold().startswith(_LABEL)
 
@@ -68,7 +68,7 @@ class AtiNetftReader(TextReader):
     evidence = "its preamble (RDT Sample Rate) and the row of names that begins with Status (hex)"
 
     def detect(self, head: bytes) -> bool:
-        """Tell from the first 64 kB of a file whether it is of this dialect."""
+        """Return whether a file is in this dialect, judged by its first 64 kB."""
         return any(
             line.text.startswith(_HEADER) for line in decode_first_lines(text_head(head), 40)
         )

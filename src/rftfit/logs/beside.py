@@ -231,4 +231,5 @@ def _changes(
 
 
 def _quantity(name: str) -> str:
+    """Return the quantity that a name alone suggests; empty: none."""
     return guess(name, "")

@@ -114,6 +114,7 @@ class DelimitedReader(TextReader):
         )
 
         def further() -> Iterator[list[str]]:
+            """Yield the cells of the rows below the first ones."""
             for line in each_line(head[lines[-1].stop :] if lines else b"", text.encoding):
                 if line.whole and _is_content(line, text.comment):
                     yield printed.plain(line.text).split(delimiter)
@@ -187,6 +188,7 @@ def plan_columns(
     stated = dict(zip(names, units, strict=True)) | dict.fromkeys(seen.stamps, "s")
 
     def derive(columns: dict[str, np.ndarray], index: np.ndarray) -> dict[str, np.ndarray]:
+        """Make clock times continuous, and add the time where the config states the rate."""
         for name in clocks.keys() & columns:
             columns[name] = clocks[name].follow(columns[name])
         return {**columns, "time": index / rate} if rate else columns
@@ -358,6 +360,7 @@ def _is_content(line: Line, comment: str) -> bool:
 
 
 def _cells(line: Line, delimiter: str) -> list[str]:
+    """Return the cells of a line, split at each delimiter where its quotes do not match."""
     return cells_of(line.text, delimiter) or line.text.split(delimiter)
 
 
@@ -379,6 +382,7 @@ def _row_width(rows: Sequence[list[str]], most: int, least: int) -> int:
 
 
 def _most_frequent(widths: Sequence[int]) -> int:
+    """Return the most frequent number of cells, the larger one of several."""
     return max(set(widths), key=lambda number: (widths.count(number), number))
 
 
@@ -419,6 +423,7 @@ def judge_columns(
     number = _NUMBERS[decimal].fullmatch
 
     def count_numbers(cells: Sequence[str]) -> int:
+        """Count the cells that are numbers in any spelling."""
         # the first test is enough for most cells, and faster
         return sum(bool(number(cell) or number(plain_number(cell))) for cell in cells)
 
@@ -561,6 +566,7 @@ def guess_text_settings(head: bytes) -> dict[str, Any] | None:
 
 
 def _without_defaults(text: dict[str, Any]) -> dict[str, Any]:
+    """Return the keys of `text` without those that have their default."""
     return {key: value for key, value in text.items() if _DEFAULTS.get(key) != value}
 
 

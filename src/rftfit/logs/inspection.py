@@ -184,4 +184,5 @@ def _clock_lines(clock: TimeColumn | None, unit: str) -> list[str]:
 
 
 def _format_number(number: float) -> str:
+    """Format a number with six digits; "-" where it is not finite."""
     return f"{number:.6g}" if math.isfinite(number) else "-"

@@ -21,7 +21,7 @@ class InstronReader(TextReader):
     evidence = "a row of units in brackets below the row of names"
 
     def detect(self, head: bytes) -> bool:
-        """Tell from the first 64 kB of a file whether it is of this dialect."""
+        """Return whether a file is in this dialect, judged by its first 64 kB."""
         return _find_header(decode_first_lines(text_head(head), 60)) is not None
 
     def plan(self, head: bytes) -> ReadingPlan:

@@ -43,7 +43,7 @@ class LvmReader(base.Reader):
     evidence = f"its first line, {MAGIC}"
 
     def detect(self, head: bytes) -> bool:
-        """Tell from the first 64 kB of a file whether it is of this dialect."""
+        """Return whether a file is in this dialect, judged by its first 64 kB."""
         return text_head(head[:256]).startswith(MAGIC.encode())
 
     def stream(self, path: Path) -> Iterator[base.Log]:

@@ -26,7 +26,7 @@ class PresetReader(TextReader):
         self._names_allowed = {names_and_units(row.split(","))[0] for row in self._headers.values()}
 
     def detect(self, head: bytes) -> bool:
-        """Tell from the first 64 kB of a file whether it is of this dialect."""
+        """Return whether a file is in this dialect, judged by its first 64 kB."""
         return not self.plan(as_utf8(head)).refusal
 
     def plan(self, head: bytes) -> ReadingPlan:

@@ -36,6 +36,7 @@ _FORCES = {*UNITS_OF["F"]} - {*UNIT_OF_WEIGHT}
 
 
 def _word_set(words: str) -> frozenset[str]:
+    """Return the words of a text."""
     return frozenset(words.split())
 
 
@@ -311,4 +312,5 @@ _MASSES = frozenset(UNIT_OF_WEIGHT)
 
 
 def _is_force(name: str) -> bool:
+    """Return whether the name of a column says that it holds a force."""
     return guess(name, "N")[:1] == "F"

@@ -103,7 +103,7 @@ def claimants(head: bytes) -> list[Reader]:
 
 
 def load_each(requests: Sequence[tuple[Reader, Path]]) -> list[Log | LogError]:
-    """Read many files in their order, each by its reader; an unusable one comes back as its error.
+    """Read many files, each by its reader; return a log, or the error that refuses it, in the order of the requests.
 
     Files of MATLAB and HDF5 are read in a child process; a file that two requests in turn name is read once.
     """

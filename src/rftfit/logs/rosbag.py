@@ -80,7 +80,7 @@ class RosBagReader(Reader):
     )
 
     def detect(self, head: bytes) -> bool:
-        """Tell from the first 64 kB of a file whether it is of this dialect."""
+        """Return whether a file is in this dialect, judged by its first 64 kB."""
         if head.startswith(SQLITE):
             return b"serialization_format" in head
         return head.startswith((ROS1, MCAP, FOLDER))
@@ -287,11 +287,13 @@ _SIZES = (
 
 
 def _too_large(path: Path, most: int) -> LogError:
+    """Make the error for a part of a bag with more than `most` bytes."""
     text = f"a message or another part of the bag is larger than {most >> 20} MB, which none of a force or a position is"
     return LogError("too_large", f"{path}: {text}: record the topic of the transducer alone")
 
 
 def _too_many(path: Path) -> LogError:
+    """Make the error for too many bytes of messages on a topic."""
     text = f"more than {MOST_OF_MESSAGES >> 20} MB of messages on the topic; cut the bag into runs"
     return LogError("too_large", f"{path}: {text}")
 

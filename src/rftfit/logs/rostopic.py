@@ -43,7 +43,7 @@ class RostopicReader(TextReader):
     evidence = "its first column %time and the names that begin with field."
 
     def detect(self, head: bytes) -> bool:
-        """Tell from the first 64 kB of a file whether it is of this dialect."""
+        """Return whether a file is in this dialect, judged by its first 64 kB."""
         return text_head(head[:256]).startswith(b"%time,field.")
 
     def plan(self, head: bytes) -> ReadingPlan:
@@ -75,6 +75,7 @@ class RostopicReader(TextReader):
         clock = STAMP if stamped else RECEIVED
 
         def derive(columns: dict[str, np.ndarray], index: np.ndarray) -> dict[str, np.ndarray]:
+            """Count lost messages, and convert the times to s."""
             if packets is not None:
                 # a row with a damaged number was received all the same: it is not counted as lost
                 is_counted = np.isfinite(columns[COUNT])

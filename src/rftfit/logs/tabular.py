@@ -80,7 +80,7 @@ class XlsxReader(TableReader):
     takes = ("sheet",)
 
     def detect(self, head: bytes) -> bool:
-        """Tell from the first 64 kB of a file whether it is of this dialect."""
+        """Return whether a file is in this dialect, judged by its first 64 kB."""
         marks = (b"[Content_Types].xml", b"xl/", b"_rels/.rels")
         return head.startswith(WORKBOOK) and any(mark in head for mark in marks)
 
@@ -102,14 +102,14 @@ class XlsxReader(TableReader):
                 sheet, notes = _choose_sheet(path, workbook, self.options.get("sheet", ""))
                 with rows_of(sheet) as rows:
                     limited_rows = _without_wide(path, islice(rows, MOST_ROWS))
-                    plan, lines = self._plan_table(path, sheet.title, limited_rows)
+                    plan, lines = self._plan(path, sheet.title, limited_rows)
                     plan = replace(plan, notes=(*notes, *plan.notes))
                     yield from self.logs_of(path, plan, lines)
                     # for a stray row far below, the library returns all the blank rows above
                     if next(rows, None) is not None:
                         raise _below_last_row(path)
 
-    def _plan_table(
+    def _plan(
         self, path: Path, title: str, rows: Iterator[tuple[Any, ...]]
     ) -> tuple[ReadingPlan, Iterator[Block]]:
         """Plan how to read the table of a sheet; also yield its rows as lines of text."""
@@ -255,6 +255,7 @@ def _refuse_many_rows(path: Path, file: BinaryIO) -> None:
 
 
 def _below_last_row(path: Path) -> LogError:
+    """Make the error for a sheet with more than `MOST_ROWS` rows."""
     text = f"found a cell below row {MOST_ROWS}, the last one that a sheet can have"
     return LogError("too_large", f"{path}: {text}: save the workbook anew", MOST_ROWS)
 
@@ -550,6 +551,7 @@ def _type_of(field: Any) -> Any:
 
 
 def _is_of_numbers(kind: Any) -> bool:
+    """Return whether a type of Arrow holds numbers, or true and false."""
     from pyarrow import types
 
     tests = (types.is_integer, types.is_floating, types.is_boolean, types.is_decimal)
@@ -557,6 +559,7 @@ def _is_of_numbers(kind: Any) -> bool:
 
 
 def _is_of_texts(kind: Any) -> bool:
+    """Return whether a type of Arrow holds texts."""
     from pyarrow import types
 
     return bool(types.is_string(kind) or types.is_large_string(kind))

@@ -132,14 +132,17 @@ def _announced_values(content: Any, channels: list[Any]) -> int:
 
 
 def _is_time(channel: Any) -> bool:
+    """Return whether the name of a channel says that it holds times."""
     return channel.name.strip().casefold() in _TIME_NAMES
 
 
 def _unit(channel: Any) -> str:
+    """Return the unit of a channel; empty where it states none."""
     return unit_word(str(channel.properties.get("unit_string", "")))
 
 
 def _epoch_s(stamps: np.ndarray) -> FloatArray:
+    """Convert times of numpy (datetime64) to s since 1970."""
     return np.asarray(stamps.astype("datetime64[ns]").astype(np.int64) / 1e9, dtype=float)
 
 

@@ -196,7 +196,7 @@ _REGROUPED = (
 
 @dataclass(frozen=True)
 class ReadingPlan:
-    """How to read one file, as its header states.
+    """Plan for reading one file, made from its header.
 
     `units`: Column of the log to its unit, where the file states one.
     `start`: Place in the head where the rows begin, bytes.

@@ -63,6 +63,7 @@ def is_meant(labels: Sequence[object], allowed: Sequence[str]) -> npt.NDArray[np
     numbers = {number for word in allowed if (number := _number_or_none(word)) is not None}
 
     def meant(label: object) -> bool:
+        """Return whether a label is allowed."""
         text = str(label).strip()
         return text in words or (bool(numbers) and _number_or_none(text) in numbers)
 

@@ -228,6 +228,7 @@ def _as_iso(cells: Any, order: str) -> tuple[Any, np.ndarray]:
     import pyarrow.compute as pc
 
     def matches(pattern: str) -> np.ndarray:
+        """Return 1 for each cell in which a pattern is found, else 0."""
         return np.asarray(pc.match_substring_regex(cells, pattern)).astype(int)
 
     year, month, day = (order.index(letter) + 1 for letter in "ymd")
