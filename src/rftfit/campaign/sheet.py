@@ -319,17 +319,18 @@ def _check_files(drafts: list[DraftRow], vocabulary: Vocabulary) -> None:
     config = vocabulary.config
     method = "same_clock" if config is None else config.clock.method
     tolerance = ANGLE_TOLERANCE_DEG if config is None else config.arm.angle_tolerance_deg
+    # rows, with the column of the log, by the file that they name; and by file, stroke, rows and columns
     uses: defaultdict[object, list[tuple[DraftRow, str]]] = defaultdict(list)
     for draft in drafts:
         for column in _LOGS:
             name, path = column.name, draft.text[column.name]
             if not path:
                 continue
-            # `alike`: uses of the log by rows with the same stroke, and the same rows and columns of it
             selected = _rows_and_columns(draft, name)
             uses_of_file = uses[folded(path)]
             alike = uses[path, draft.number.get("stroke"), selected]
             for earlier_row, use in [*uses_of_file[:1], *alike]:
+                # force and motion of one run in one file
                 same_row = earlier_row is draft and earlier_row.text[use] == path
                 if same_row and method != "same_clock":
                     draft.note(name, "one-file", path, same_file_needs_one_clock(method))

@@ -78,8 +78,8 @@ class TablePush:
     """Rows of the table that belong to one run, in their order.
 
     `columns`: Name to values, shape (n,), in cm and N: depth and stress, or alpha, error and number of runs; stress
-    has also ``other_sense``: whether depth changes in the sense opposite to gamma; and ``alone``: whether depth or stress
-    is far from the rows before and after.
+    has also ``other_sense``: whether depth changes opposite to gamma; and ``alone``: whether depth or stress is
+    far from the rows before and after.
     """
 
     run: Run
@@ -330,6 +330,7 @@ class _CheckedRows:
         columns, texts = self.rows.columns, self.rows.texts
         if columns["bad"].any():
             columns = {name: values[~columns["bad"]] for name, values in columns.items()}
+        # `order` puts the rows of a run together; `first`: first row of each run in this order
         order: Any = slice(None)
         first = np.arange(columns["row"].size)
         if "depth_cm" in columns:
@@ -341,10 +342,9 @@ class _CheckedRows:
             # the rows of a run mostly stand together, so only the first row of each stretch is compared
             changes = [values[1:] != values[:-1] for values in keys]
             first = np.flatnonzero(np.append(run.size > 0, np.any(changes, axis=0)))
-            heads = pd.DataFrame(
-                {column_number: values[first] for column_number, values in enumerate(keys)}
-            )
+            heads = pd.DataFrame({place: values[first] for place, values in enumerate(keys)})
             group = heads.groupby([*heads], sort=False).ngroup().to_numpy()
+            # some run has several stretches: sort the rows by run
             if np.unique(group).size < group.size:
                 rows = np.repeat(group, np.diff(first, append=run.size))
                 order = np.argsort(rows, kind="stable")
@@ -375,6 +375,7 @@ class _CheckedRows:
             )
             without_data = int(np.count_nonzero(~has_data))
             pushes.append(replace(push, run=replace(push.run, rows_without_data=without_data)))
+        # the same problem of several runs is told once
         for code in dict.fromkeys(problem.code for problem in notes):
             first_problem, *others = (problem for problem in notes if problem.code == code)
             count_words = f"; this is the first of {1 + len(others)} runs" if others else ""
@@ -606,31 +607,28 @@ def _rows_of_blocks(
         components = _find_components(rows)
         for number, cells in rows:
             texts = [cell.strip() for cell in cells] + [""] * (width - len(cells))
-            head, rest = (
-                texts[0],
-                {i: _finite_number(text) for i, text in enumerate(texts) if i > 0},
-            )
+            first_cell = texts[0]
+            numbers = {i: _finite_number(text) for i, text in enumerate(texts) if i > 0}
+            has_numbers = any(value is not None for value in numbers.values())
             if (lone := key_of("".join(texts))) in media:
                 medium, component, gammas = lone, "", {}
             elif number in components:
                 component, gammas = components[number], {}
                 column = columns[f"alpha_{component}_N_per_cm3"]
-                unit, place = column.unit_in(head), Place(schema.file, number)
-                problems += _other_unit(column.name, head, unit, table, place, schema.area)
+                unit, place = column.unit_in(first_cell), Place(schema.file, number)
+                problems += _other_unit(column.name, first_cell, unit, table, place, schema.area)
                 scale = column.units[unit or column.default]
-            elif (
-                head
-                and _finite_number(head) is None
-                and not any(v is not None for v in rest.values())
-            ):
+            elif first_cell and _finite_number(first_cell) is None and not has_numbers:
+                # a line of words ends a block
                 component, gammas = "", {}
-            if component and not gammas and _finite_number(head) is None:
-                gammas = {i: value for i, value in rest.items() if value is not None}
+            if component and not gammas and _finite_number(first_cell) is None:
+                # the row of gammas: column to gamma
+                gammas = {i: value for i, value in numbers.items() if value is not None}
                 gammas = gammas if len(gammas) > 1 else {}
-            elif component and gammas and (beta := _finite_number(head)) is not None:
+            elif component and gammas and (beta := _finite_number(first_cell)) is not None:
                 name = f"alpha_{component}_N_per_cm3"
                 for i, gamma in gammas.items():
-                    key, text, value = (medium, beta, gamma), texts[i], rest[i]
+                    key, text, value = (medium, beta, gamma), texts[i], numbers[i]
                     draft = draft_of_direction.setdefault(key, DraftRow(schema, number, problems))
                     if name in draft.number:
                         allowed = f"each direction once; row {draft.row} has it"

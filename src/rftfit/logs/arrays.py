@@ -159,8 +159,10 @@ class ArraysReader(base.Reader):
             notes.append(f"no arrays of numbers, left out: {', '.join(omitted)}")
         columns_to_read = self.choose_columns(columns)
         sizes = {name: values.size for name, values in columns.items() if name in columns_to_read}
+        # the most frequent length, and of several the largest
         size = max(sizes.values(), key=lambda n: (list(sizes.values()).count(n), n), default=0)
         omitted = [f"{name} ({n})" for name, n in sizes.items() if n != size]
+        # columns that the config names must not be left out
         if omitted and set(columns_to_read) != set(columns):
             same = ", ".join(name for name, n in sizes.items() if n == size)
             raise base.LogError(

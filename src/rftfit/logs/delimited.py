@@ -83,6 +83,7 @@ class DelimitedReader(TextReader):
         counted = (line for line in head_lines if _is_content(line, text.comment))
         lines = [*islice(counted, KIND_LINES + _MOST_HEADER_ROWS)]
         printed = printed_marks([line.text for line in lines], delimiter)
+        # from here on lines have only cells and delimiters
         if printed.rewrites:
             lines = [line._replace(text=printed.plain(line.text)) for line in lines]
         start = skipped[-1].stop if skipped else 0
@@ -106,9 +107,8 @@ class DelimitedReader(TextReader):
         rows = [_cells(line, delimiter) for line in lines if line.whole]
         rows = self._rows_of_source(rows)[:KIND_LINES]
         name_cells, below = without_mark(name_cells, rows), without_mark(below, rows)
-        width = _row_width(
-            rows, len(name_cells), len(name_cells) - bool(name_cells and not name_cells[-1].strip())
-        )
+        ends_blank = bool(name_cells and not name_cells[-1].strip())
+        width = _row_width(rows, len(name_cells), len(name_cells) - ends_blank)
         names, units = names_and_units(
             [*name_cells, *[""] * (width - len(name_cells))][:width], below
         )
@@ -453,6 +453,7 @@ def judge_columns(
         filled = [cell for cell in column if cell not in NO_VALUE]
         stamps = list(filter(is_stamp, filled))
         timed = len(stamps) * 2 > len(filled)
+        # numbers: most cells are, or some are and the others are words; mixed: blanks have to be allowed
         if not column or numbers[place] * 2 > len(filled) or (numbers[place] and not timed):
             kinds.append("number")
             if not column:

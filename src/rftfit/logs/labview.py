@@ -220,20 +220,20 @@ def _read_segment(file: _File, header: bytes, first_rows: bytes) -> _Segment:
     x_names = [n for n, cell in zip(names, cells, strict=True) if cell.startswith("X_Value")]
     if file.x_columns == "no":
         x_names = []  # the column is there, and empty
+    # channel to its place in the lists of the header, and its X column, which is the last one before it
+    channels: dict[str, tuple[int, str]] = {}
     x = next(iter(x_names), "")
-    channels: dict[str, tuple[int, str]] = {}  # place in the lists of the header, X column
     for name, cell in zip(names, cells, strict=True):
         if name in x_names:
             x = name
         elif cell != "Comment" and not cell.startswith("X_Value"):
             channels[name] = len(channels), x
-            # as LabVIEW states it, and only then as somebody typed it into the name
+            # the unit that LabVIEW states goes before a unit in the name, which a user has typed
             units[name] = unit_word(next(stated, "")) or units[name]
     asked = file.asked or frozenset(channels)
     if asked.difference(names, QUANTITIES) or not asked.intersection(channels):
-        asked = frozenset(
-            channels
-        )  # with all channels, the caller can name those that the file has
+        # with all channels, the caller can name those that the file has
+        asked = frozenset(channels)
     unfilled = set(_blank_columns(file, names, first_rows)).intersection(channels)
     if unfilled and file.asked is None:
         asked = asked.difference(unfilled) or asked
@@ -301,6 +301,7 @@ def _log_of_rows(file: _File, segment: _Segment, rows: ParsedRows) -> base.Log:
     """Make a log of parsed rows; rows of a segment with other channels than the first are dropped and counted."""
     first = file.first
     assert first is not None
+    # rows are counted from the start of the segment, of which blocks before had some
     begin, segment.rows = segment.rows, segment.rows + rows.rows
     shape = (first.layout, first.units, first.timed)
     if (segment.layout, segment.units, segment.timed) != shape:
