@@ -241,8 +241,10 @@ def _path_of_error(location: tuple[str | int, ...], data: Any) -> KeyPath:
         if step == "[key]":
             continue
         if isinstance(data, dict) and not tagged and data.get(TAG) == step:
+            # not a key but the tag of the section, by which pydantic names its model
             tagged = True
             continue
+        # a step into a value names one of its types
         if not isinstance(data, dict | list):
             break
         path, tagged = (*path, step), False

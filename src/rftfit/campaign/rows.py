@@ -862,15 +862,15 @@ def _read_workbook(data: bytes, schema: Schema) -> _Table:
             if row > schema.most_rows:
                 raise _too_many_rows(schema)
             texts = [text_of(value) for value in values]
-            for row_index, (value, source) in enumerate(zip_longest(values, formulas)):
+            for column_index, (value, source) in enumerate(zip_longest(values, formulas)):
                 if bad := _bad_cell(value, source):
-                    table.bad[row, row_index] = bad
-                    texts[row_index] = texts[row_index] or bad[1]
-            for row_index, first in merged.get(row, {}).items() if any(texts) else ():
-                if first == (row, row_index):
-                    firsts[first] = texts[row_index] if row_index < len(texts) else ""
+                    table.bad[row, column_index] = bad
+                    texts[column_index] = texts[column_index] or bad[1]
+            for column_index, first in merged.get(row, {}).items() if any(texts) else ():
+                if first == (row, column_index):
+                    firsts[first] = texts[column_index] if column_index < len(texts) else ""
                 elif firsts.get(first):
-                    table.bad[row, row_index] = ("merged-cell", firsts[first])
+                    table.bad[row, column_index] = ("merged-cell", firsts[first])
             table.add(row, texts)
     return table
 

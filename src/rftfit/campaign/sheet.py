@@ -409,21 +409,22 @@ def merge_rods(runs: list[Run]) -> list[Run]:
     The merged run has the run_id of the first row, and no angle where the rows have different ones. In runs that name
     another of these rows as tare, this run replaces it.
     """
-    first: dict[tuple[object, ...], Run] = {}
-    names: dict[str, str] = {}
+    first_rows: dict[tuple[object, ...], Run] = {}
+    # run_id of a rod, to that of the first row with the same log
+    merged_ids: dict[str, str] = {}
     angles: defaultdict[str, set[float]] = defaultdict(set)
     for run in runs:
         if run.kind == "rod":
             # as text, since NaN differs from itself
             key = tuple(str(getattr(run, name)) for name in _MUST_AGREE)
-            names[run.run_id] = first.setdefault(key, run).run_id
-            angles[names[run.run_id]].add(run.beta_deg)
+            merged_ids[run.run_id] = first_rows.setdefault(key, run).run_id
+            angles[merged_ids[run.run_id]].add(run.beta_deg)
     merged = []
     for run in runs:
-        if names.get(run.run_id, run.run_id) != run.run_id:
+        if merged_ids.get(run.run_id, run.run_id) != run.run_id:
             continue
         several = len(angles[run.run_id]) > 1
-        tare_run = names.get(run.tare_run, run.tare_run)
+        tare_run = merged_ids.get(run.tare_run, run.tare_run)
         changed = several or tare_run != run.tare_run
         beta_deg = math.nan if several else run.beta_deg
         merged.append(replace(run, beta_deg=beta_deg, tare_run=tare_run) if changed else run)

@@ -250,7 +250,7 @@ def _is_end_alone(
     """Return whether the first or last level is a spike: far from the levels beside it, which are close together.
 
     A force may rise or fall at once where a log begins or ends, but not to a value far outside all other readings.
-    `ends_in_push`: As of `find_spikes`.
+    `far`: Least distance of each level that counts as far. `ends_in_push`: As in `find_spikes`.
     """
     ordered = level if at_start else level[::-1]
     beside = ordered[1 : 1 + _SIDE]

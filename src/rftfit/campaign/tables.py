@@ -669,6 +669,7 @@ def _media_of_blocks(grids: list[_Grid]) -> dict[str, str]:
     for sheet, rows in grids:
         if not _find_components(rows):
             continue
+        # media are named by lines with a single cell, or by the sheets
         alone = [row[0] for _, row in rows if len([c for c in row if c.strip()]) == 1]
         names = [
             cell

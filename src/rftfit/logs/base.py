@@ -228,6 +228,7 @@ class Reader:
         if not unread:
             return
         asked = {by_number(name, names) for name in self.asked or ()}
+        # all quantities are asked for, even where the file lacks them; only the time is always needed
         asked.difference_update({*QUANTITIES} - {"time"})
         if lost := [f"{name!r}: {why}" for name, why in unread.items() if name in asked]:
             raise LogError("columns", f"{path}: found no numbers in the column {'; '.join(lost)}")

@@ -140,7 +140,7 @@ def _survey_lines(survey: Survey) -> list[str]:
         ends = map(_format_number, (c.lowest, c.highest, c.resolution))
         rows.append([c.name, c.quantity, c.unit or "-", *ends])
     rows += [[name, "not read", "-", "-", "-", "-"] for name in survey.unread]
-    whole = survey.rows + sum(survey.missing.values())
+    expected_rows = survey.rows + sum(survey.missing.values())
     return [
         table(header, rows),
         "",
@@ -153,7 +153,7 @@ def _survey_lines(survey: Survey) -> list[str]:
             if c.values < survey.used
         ),
         *(
-            f"  {number} ({number / whole:.1%} of all) missing: {reason}"
+            f"  {number} ({number / expected_rows:.1%} of all) missing: {reason}"
             for reason, number in survey.missing.items()
         ),
         *_clock_lines(survey.clock, survey.time_unit or "s"),

@@ -54,12 +54,12 @@ class LvmReader(base.Reader):
             file.asked = self.asked
             rows = 0
 
-            def parsed(segment_block: tuple[_Segment, Block]) -> tuple[_Segment, ParsedRows]:
+            def parse_block(segment_block: tuple[_Segment, Block]) -> tuple[_Segment, ParsedRows]:
                 segment, block = segment_block
                 return segment, parse(segment.layout, *block, keep_blanks=self.keeps_blanks)
 
             for segment, segment_rows in base.parallel_map(
-                parsed, _blocks_of_segments(file, text, start)
+                parse_block, _blocks_of_segments(file, text, start)
             ):
                 log = _log_of_rows(file, segment, segment_rows)
                 rows += log.rows

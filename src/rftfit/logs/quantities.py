@@ -122,10 +122,11 @@ def _parse_vector(name: str) -> tuple[str, str, str]:
     if not axis_match or not _EXCLUDED.isdisjoint(words):
         return "", "", ""
     stem = [*words[:-1], *filter(None, [axis_match[1]])]
-    if stem[-1:] == ["column"]:  # of a table, as files of arrays name it
+    if stem[-1:] == ["column"]:  # "force column 2" of a file of arrays
         stem.pop()
     kinds = [word for word in stem if word not in _SKIPPED_WORDS][-1:]
-    if kinds in (["t"], ["m"]) and axis_match[2].isdigit():  # times, temperatures, masses
+    # T1 may be a time or temperature, M1 a mass
+    if kinds in (["t"], ["m"]) and axis_match[2].isdigit():
         return "", "", ""
     return _VECTOR_KINDS.get(kinds[0], "") if kinds else "", " ".join(stem), axis_match[2]
 
@@ -140,15 +141,17 @@ def _vector_quantity(kind: str, stem: str, axis: str, numbers: Collection[int]) 
     if not axis.isdigit():
         return names["xyz".index(axis)]
     start, number, number_set = 0 if 0 in numbers else 1, int(axis), set(numbers)
+    # also an incomplete vector, such as channels 1 and 3 of a transducer
     is_within_three = kind != "place" and start == 1 and 1 in number_set and number_set <= {1, 2, 3}
     whole = number_set == set(range(start, start + 3))
     if kind == "place":
-        # numbered positions are axes only in a pose: else they number the joints
+        # numbered positions are axes only in a pose (x, y, z and 3 or 4 numbers of the turn): else they number joints
         whole = "pose" in stem and number_set in (
             {*range(start, start + 6)},
             {*range(start, start + 7)},
         )
     elif kind == "F" and number_set == set(range(start, start + 6)):
+        # six numbers are three forces, then three torques
         names, whole = (*names, *_AXES["T"]), True
     place = number - start
     return names[place] if (is_within_three or whole) and place < len(names) else ""
@@ -204,9 +207,8 @@ def guesses(log: Log) -> dict[str, str]:
     column_by_quantity: dict[str, str] = {}
     numbers: dict[str, set[int]] = {}
     names_in_file = {name: _name_in_file(name, log.columns) for name in log.columns}
-    are_specimens = (
-        False  # Force 1, Travel 1, Force 2, Travel 2: the numbers count specimens, not axes
-    )
+    # Force 1, Travel 1, Force 2, Travel 2: the numbers count specimens, not axes
+    are_specimens = False
     for name in names_in_file.values():
         kind, stem, axis = _parse_vector(name)
         if axis.isdigit():

@@ -262,9 +262,8 @@ def _refuse_large_values(path: Path, database: Path, topic_name: str = "") -> No
         try:
             if not topic_name:
                 for query in _QUERIES:
-                    with suppress(
-                        sqlite3.OperationalError
-                    ):  # not each version has all three tables
+                    # not each version of the format has all three tables
+                    with suppress(sqlite3.OperationalError):
                         for _ in connection.execute(query):
                             pass
                 return

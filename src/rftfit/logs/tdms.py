@@ -58,6 +58,7 @@ class TdmsReader(base.Reader):
                 lengths[-1],
             )
         size = lengths[0]
+        # a file that breaks off has lost a row at least
         rows = max(lengths[-1], _announced_values(content, channels), size + 1 if incomplete else 0)
         columns: dict[str, FloatArray] = {}
         units: dict[str, str] = {}

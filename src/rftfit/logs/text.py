@@ -241,17 +241,17 @@ class TableReader(LabelledReader):
 
     def logs_of(self, path: Path, plan: ReadingPlan, blocks: Iterable[Block]) -> Iterator[base.Log]:
         """Parse the rows of a table, block by block, each to a log."""
-        first = 0
+        rows_before = 0
 
-        def parsed(block: Block) -> ParsedRows:
+        def parse_block(block: Block) -> ParsedRows:
             return parse(plan.layout, *block, keep_blanks=self.keeps_blanks)
 
-        for rows in base.parallel_map(parsed, blocks):
-            _refuse_changed_header(path, plan, rows, first)
+        for rows in base.parallel_map(parse_block, blocks):
+            _refuse_changed_header(path, plan, rows, rows_before)
             if rows.rows:
-                yield _log_of_rows(path, plan, rows, first)
-            first += rows.rows
-        if first == 0:
+                yield _log_of_rows(path, plan, rows, rows_before)
+            rows_before += rows.rows
+        if rows_before == 0:
             raise base.LogError("header_only", f"{path}: a header and no data")
 
 
@@ -288,17 +288,21 @@ class TextReader(TableReader, ABC):
         yield from self.logs_of(path, plan, blocks)
 
 
-def _refuse_changed_header(path: Path, plan: ReadingPlan, rows: ParsedRows, first: int) -> None:
+def _refuse_changed_header(
+    path: Path, plan: ReadingPlan, rows: ParsedRows, rows_before: int
+) -> None:
     """Refuse a file with a repeated header that gives a column to be read another name or unit.
 
-    `first`: Number of data lines of the file above the block.
+    `rows_before`: Number of data lines of the file above the block.
     """
     (names, units), layout = plan.header, plan.layout
     wanted = [place for place in layout.places_to_read if layout.kinds[place] != "label"]
     for line, cells in rows.word_lines if names else ():
         if changes := changed_header(cells, names, units, wanted):
             raise base.LogError(
-                "header_changes", HeaderChange(first + line + 1, changes).sentence(path), rows.rows
+                "header_changes",
+                HeaderChange(rows_before + line + 1, changes).sentence(path),
+                rows.rows,
             )
 
 
@@ -317,15 +321,15 @@ def narrowed(layout: Layout, names_to_read: frozenset[str], labels: frozenset[st
     return replace(layout, kinds=kinds)
 
 
-def _log_of_rows(path: Path, plan: ReadingPlan, rows: ParsedRows, first: int) -> base.Log:
-    """Make a log of a block; `first`: number of data lines of the file above the block."""
-    before = plan.packets.missing if plan.packets else 0
+def _log_of_rows(path: Path, plan: ReadingPlan, rows: ParsedRows, rows_before: int) -> base.Log:
+    """Make a log of a block; `rows_before`: number of data lines of the file above the block."""
+    missing_before = plan.packets.missing if plan.packets else 0
     columns = rows.columns
     if plan.derive:
-        columns = plan.derive(columns, rows.index + first if first else rows.index)
+        columns = plan.derive(columns, rows.index + rows_before if rows_before else rows.index)
     missing = {}
-    if plan.packets and plan.packets.missing > before:
-        missing = {plan.packets.reason: plan.packets.missing - before}
+    if plan.packets and plan.packets.missing > missing_before:
+        missing = {plan.packets.reason: plan.packets.missing - missing_before}
     labels = [name for name, words in columns.items() if words.dtype == object]
     same = [name for name, values in columns.items() if values.dtype == bool]
     good = replace(rows, columns=columns) if plan.derive else rows

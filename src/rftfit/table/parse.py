@@ -291,36 +291,38 @@ def _is_complete_line(layout: Layout, before: bytes, last_line: bytes) -> bool:
     cells = cells_of(last_line.decode("latin-1"), layout.delimiter, quote=layout.quote)
     if cells is None or len(cells) != len(layout.names):
         return False
-    last, text = len(cells) - 1, cells[-1].strip()
+    last, last_cell = len(cells) - 1, cells[-1].strip()
     kind = layout.kinds[last]
     if kind == "skip" or (layout.quote and last_line.rstrip().endswith(b'"')):
         return True
+    # the first of the lines before may itself be cut, as `before` has a fixed number of bytes
     rows = (
         cells_of(line.decode("latin-1"), layout.delimiter, quote=layout.quote) or []
         for line in before.splitlines()[1:]
     )
     column = [row[last].strip() for row in rows if len(row) == len(cells)]
     if kind not in ("number", "integer"):
-        return text in column or (kind == "stamp" and {*map(len, column)} == {len(text)})
+        return last_cell in column or (kind == "stamp" and {*map(len, column)} == {len(last_cell)})
     numbers = [number for cell in column if cell and (number := _NUMBER_PARTS.fullmatch(cell))]
-    number = _NUMBER_PARTS.fullmatch(text)
-    if len(numbers) < _FEWEST_BEFORE or number is None or not text:
+    number = _NUMBER_PARTS.fullmatch(last_cell)
+    if len(numbers) < _FEWEST_BEFORE or number is None or not last_cell:
         return False
     exponents = {len(match["exponent"] or "") for match in numbers}
     if exponents != {len(number["exponent"] or "")}:
         return False
     decimals = [len(match["decimals"] or "") for match in numbers]
     digits_behind = len(number["decimals"] or "")
+    # a fixed format: always as many decimals, or an exponent
     if max(decimals) == min(decimals) > 0 or exponents != {0}:
         return digits_behind >= max(decimals)
-    if digits_behind < min(decimals) or not text[-1].isdigit():
+    if digits_behind < min(decimals) or not last_cell[-1].isdigit():
         return False
     if max(decimals) == 0 and len(number["digits"]) < max(
         len(match["digits"]) for match in numbers[-_FEWEST_BEFORE:]
     ):
         return False
     values = np.array([float(match[0].replace(",", ".")) for match in numbers])
-    step = abs(float(text.replace(",", ".")) - values[-1])
+    step = abs(float(last_cell.replace(",", ".")) - values[-1])
     return bool(step <= np.abs(np.diff(values)).max())
 
 

@@ -213,6 +213,7 @@ def _with_month_numbers(cells: Any) -> Any:
             month = _MONTHS.get(word[:3].casefold())
             if month is None:
                 raise ValueError(word)
+            # group 4 is the T or blank behind the date
             pattern_of_month = plain.replace("([A-Za-zä]{3,10})", f"({word})")
             cells = pc.replace_substring_regex(
                 cells, f"^{pattern_of_month}", rf"\{year}-{month:02}-\{day}\4"
