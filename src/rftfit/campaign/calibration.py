@@ -1,4 +1,4 @@
-"""The calibration matrix of a transducer: what loads its gauges' readings stand for."""
+"""Reads the calibration matrix of a transducer, which makes forces and torques of the readings of its gauges."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ _SCHEMA = Schema("calibration", (), file="calibration")
 
 @dataclass(frozen=True)
 class Calibration:
-    """Loads as sums of gauges.
+    """Loads (forces and torques) as weighted sums of gauges.
 
-    `gauges`: Columns of the log. `loads`: Quantity, its unit, and what is multiplied onto each gauge.
+    `gauges`: Columns of the log. `loads`: Quantity, its unit, and the factor of each gauge.
     """
 
     gauges: tuple[str, ...]
@@ -30,7 +30,7 @@ class Calibration:
 
 
 def read_calibration(path: Path) -> Calibration:
-    """Read a csv of the columns ``load``, ``unit``, and one for each gauge; tell all that is wrong."""
+    """Read a csv of the columns ``load``, ``unit``, and one for each gauge; raises InputError with all problems."""
     _, lines = next(read_sheets(path, _SCHEMA))
     header, *rows = [cells for _, cells in lines] or [[]]
     gauges = tuple(header[2:])

@@ -1,4 +1,4 @@
-"""The columns of the run sheet: the one definition that reader, documentation and template use."""
+"""Columns of the run sheet: the one definition for the reader, the documentation and the template."""
 
 from __future__ import annotations
 
@@ -15,16 +15,17 @@ DIRECTIONS = {
     "leg": ("rotation",),
     "leg_air": ("rotation",),
 }
-"""The directions that each kind of run can have."""
+"""Kind of run, to the directions that it can have."""
 
 _DIRECTION_WORDS = ("intrusion", "extraction", "horizontal", "rotation")
 
 
 @dataclass(frozen=True)
 class SheetColumn(TableColumn):
-    """A column of the run sheet, used by some kinds of run and, if `direction` is set, by one only.
+    """A column of the run sheet.
 
-    `section`: The section of the configuration whose keys are the words of a choice. `may_be_blank`: Kinds of run for
+    `kinds`: Kinds of run that use the column. `direction`: Only direction of motion whose runs use the column; empty:
+    all. `section`: Section of the configuration whose keys are the words of a choice. `may_be_blank`: Kinds of run for
     which a needed cell may be blank.
     """
 
@@ -40,17 +41,17 @@ class SheetColumn(TableColumn):
 
     @property
     def allowed(self) -> str:
-        """What a cell may hold, in words."""
+        """Words on what a cell may hold."""
         if self.section:
             return f"a key of `{self.section}` in the config"
         return super().allowed
 
     def is_needed_in(self, cells: Mapping[str, str]) -> bool:
-        """Whether the cell of a row must be filled."""
+        """Return whether the cell of a row must be filled; `cells`: cells of the row by name of column."""
         return self.needed and cells.get("kind", "") not in self.may_be_blank
 
     def unused(self, cells: Mapping[str, str]) -> str | None:
-        """Why a run does not use this column; None while its kind or direction is itself wrong."""
+        """Return why a run does not use this column; empty: it does; None: kind or direction is wrong."""
         if self.kinds is KINDS and not self.direction:
             return ""
         kind, direction = cells.get("kind", ""), cells.get("direction", "")
@@ -181,7 +182,7 @@ COLUMNS = (
 )
 
 OF_SOURCES = ("force_where", "motion_where", "force_columns", "motion_columns")
-"""Columns that say which rows and columns of its logs are those of a run."""
+"""Columns that say which rows and columns of its logs belong to a run."""
 
 LABELS = ("session", "operator", "plate", "rod")
-"""Columns whose labels runs share, and with them perhaps an error."""
+"""Columns of labels: runs with the same label may share an error."""

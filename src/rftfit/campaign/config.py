@@ -1,4 +1,4 @@
-"""The models behind ``config/config.yaml``: one source for validation, schema and documentation."""
+"""Models of ``config/config.yaml``: the one source of its validation, schema and documentation."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ from rftfit.table.units import ANGLE_TO_DEG, FORCE_TO_N, LENGTH_TO_CM, TIME_TO_S
 LARGEST = 1e6
 """Largest number of most settings: no length in cm, force in N or time in s of a laboratory is larger."""
 LARGEST_OF_FILES = 1e20
-"""Largest number that is applied to the values of a file, which may be counts, or nanoseconds since 1970."""
+"""Largest factor or offset for the values of a file, which may be counts, or nanoseconds since 1970."""
 LARGEST_PARAMETER = 1e3
-"""Largest stated alpha, N/cm^3: that of dense sand is below 10."""
+"""Largest stated alpha, N/cm^3: alpha of dense sand is below 10."""
 
 Number = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
 Positive = Annotated[float, Field(gt=0, le=LARGEST)]
@@ -41,8 +41,8 @@ Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]*$", max_length=
 class Model(BaseModel):
     """A section of the configuration: unknown keys are errors, values never change."""
 
-    # strict: "24" in quotes or `yes` is no number, and the user should hear of it.
-    # deferred: a command that reads no config builds no validator, one that does builds that of the whole file alone
+    # strict: "24" in quotes and `yes` are no numbers, and the user is told.
+    # deferred: building validators is slow; a command builds only those that it needs
     model_config = ConfigDict(
         extra="forbid", frozen=True, strict=True, allow_inf_nan=False, defer_build=True
     )
@@ -214,7 +214,7 @@ Intruder = Annotated[Plate | Disc | FlatOutline | Leg, Field(discriminator="shap
 ForceQuantity = Literal["time", "arm_moving", "F1", "F2", "F3", "T1", "T2", "T3"]
 MotionQuantity = Literal["time", "x", "z", "angle", "along"]
 QUANTITIES = ("time", "arm_moving", "F1", "F2", "F3", "T1", "T2", "T3", "x", "z", "angle")
-"""What a column of a log can be; T1 to T3 are read and not used by the chain."""
+"""Quantities that a column of a log can hold; torques T1 to T3 are read, and no result uses them."""
 Unit = Literal[
     "N",
     "mN",
@@ -245,7 +245,7 @@ Unit = Literal[
     "g",
 ]
 UNIT_OF_WEIGHT = {"kg": "kgf", "g": "gf"}
-"""Units of mass that stand for the weight of that mass where a force is meant."""
+"""Unit of mass, to the unit of force that it means in a column of forces: the weight of the mass."""
 
 UNITS_OF: dict[str, tuple[str, ...]] = {
     "time": (*TIME_TO_S,),
@@ -254,11 +254,11 @@ UNITS_OF: dict[str, tuple[str, ...]] = {
     **dict.fromkeys(("x", "z", "along"), (*LENGTH_TO_CM,)),
     "angle": (*ANGLE_TO_DEG,),
 }
-"""Units of a quantity, by its name or the first letter of its name."""
+"""Quantity, by its name or the first letter of its name, to its units."""
 
 
 def units_of(quantity: str) -> tuple[str, ...]:
-    """List the units of a quantity of a log; none of the line that tells whether the arm moves."""
+    """Return the units of a quantity of a log; empty for `arm_moving`, which has none."""
     return UNITS_OF.get(quantity, UNITS_OF.get(quantity[0], ()))
 
 
@@ -303,7 +303,8 @@ class TextFormat(Model):
 
     @field_validator("encoding")
     @classmethod
-    def _known(cls, name: str) -> str:
+    def _encoding_exists(cls, name: str) -> str:
+        """Refuse an encoding that Python does not have."""
         try:
             codecs.lookup(name or "utf-8")
         except LookupError:
@@ -323,6 +324,7 @@ class SecondColumn(Model):
 
     @model_validator(mode="after")
     def _names_a_column(self) -> SecondColumn:
+        """Refuse an entry without a column."""
         if self.column is None:
             raise ValueError("needs a column: the one whose values are added")
         return self
@@ -367,6 +369,7 @@ class ColumnEntry(Model):
 
     @model_validator(mode="after")
     def _one_of_both(self) -> ColumnEntry:
+        """Refuse an entry with both a column and a constant, or neither; a rate without a constant; a factor of 0."""
         if (self.column is None) == (self.constant is None):
             raise ValueError("needs either a column or a constant")
         if self.rate is not None and self.constant is None:
@@ -376,14 +379,15 @@ class ColumnEntry(Model):
         return self
 
 
-def _short(value: Any) -> Any:
-    """Turn a bare name or number into a column."""
+def _full_column_entry(value: Any) -> Any:
+    """Return the section of a column for a bare name or number, as in ``F3: Kraft``; a section comes back unchanged."""
     plain = isinstance(value, str | int) and not isinstance(value, bool)
     return {"column": value} if plain else value
 
 
 Chosen = Annotated[
-    ColumnEntry, BeforeValidator(_short, json_schema_input_type=ColumnEntry | str | ColumnNumber)
+    ColumnEntry,
+    BeforeValidator(_full_column_entry, json_schema_input_type=ColumnEntry | str | ColumnNumber),
 ]
 
 
@@ -423,7 +427,7 @@ class Source(Model, Generic[Q]):
 
     @property
     def where_words(self) -> dict[str, tuple[str, ...]]:
-        """Words that are allowed in each column of `where`."""
+        """Column of `where` to the words that its cells may hold."""
         words_by_column = {
             name: word if isinstance(word, list) else [word] for name, word in self.where.items()
         }
@@ -435,6 +439,7 @@ class Source(Model, Generic[Q]):
     @field_validator("columns")
     @classmethod
     def _units_fit(cls, columns: dict[Q, ColumnEntry]) -> dict[Q, ColumnEntry]:
+        """Refuse units that the quantity cannot have."""
         wrong = []
         for quantity, entry in columns.items():
             units = {"unit": entry.unit, "plus.unit": entry.plus and entry.plus.unit}
@@ -449,6 +454,7 @@ class Source(Model, Generic[Q]):
 
     @model_validator(mode="after")
     def _text_is_delimited(self) -> Source[Q]:
+        """Refuse `text` with another dialect than ``delimited``, and this dialect without `text`."""
         if self.text is not None and self.dialect not in (None, "delimited"):
             raise ValueError(f"`text` goes with the dialect delimited, found {self.dialect}")
         if self.text is None and self.dialect == "delimited":
@@ -490,7 +496,7 @@ ForceUnit = Literal["N", "mN", "cN", "daN", "kN", "lbf", "klbf", "kgf", "gf"]
 
 
 def _weight_unit(unit: Any) -> Any:
-    """Turn a unit of mass into that of its weight."""
+    """Return the unit of weight for a unit of mass; any other unit comes back unchanged."""
     return UNIT_OF_WEIGHT.get(unit, unit) if isinstance(unit, str) else unit
 
 
@@ -511,6 +517,7 @@ class Axes(Model):
 
     @model_validator(mode="after")
     def _each_channel_once(self) -> Axes:
+        """Refuse a channel that lies along two axes."""
         used = [self.x[1:], self.y[1:], self.z[1:]]
         if len(set(used)) < 3:
             raise ValueError(f"each of F1, F2, F3 must be used once, found {', '.join(used)}")
@@ -595,6 +602,7 @@ class ZeroSettings(Model):
 
     @model_validator(mode="after")
     def _stated_has_an_error(self) -> ZeroSettings:
+        """Refuse a stated reading without its standard error."""
         if self.method == "stated" and self.sd_N is None:
             raise ValueError("method stated needs sd_N: how far the zero may be off, N")
         return self
@@ -673,19 +681,20 @@ class Grid(Model):
 
     @model_validator(mode="after")
     def _both_or_none(self) -> Grid:
+        """Refuse a grid with only one of its two angles."""
         if bool(self.beta_deg) != bool(self.gamma_deg):
             raise ValueError("needs both beta_deg and gamma_deg, or neither: cells are their pairs")
         return self
 
     @property
     def planned(self) -> tuple[Direction, ...]:
-        """The planned cells, by beta, then gamma; none where the run sheet alone says."""
+        """Planned directions (beta, gamma), sorted; empty where the run sheet alone decides."""
         return tuple(
             (beta, gamma) for beta in sorted(self.beta_deg) for gamma in sorted(self.gamma_deg)
         )
 
     def same(self, first: Direction, second: Direction) -> bool:
-        """Whether two directions are one cell; plates at -90 and 90 degrees are one and the same."""
+        """Return whether two directions are one cell; a plate at -90 degrees is the same as at 90."""
         return bool(same_direction(*first, *second, self.angle_tolerance_deg))
 
 
@@ -823,7 +832,7 @@ class ErrorSettings(Model):
 
     @property
     def bed(self) -> tuple[float, float] | None:
-        """Stated spread of beds: a part in N/cm^3 and one relative to alpha."""
+        """Stated scatter between beds: a part in N/cm^3, and a part relative to alpha; None where none is stated."""
         if self.bed_N_per_cm3 is None and self.bed_percent is None:
             return None
         return self.bed_N_per_cm3 or 0.0, (self.bed_percent or 0.0) / 100
@@ -885,10 +894,10 @@ _NOT_OF_TABLES: dict[str, Any] = {
     },
     "container": dict.fromkeys(("length_cm", "width_cm", "depth_cm"), LARGEST),
 }
-"""Keys that a campaign with logs must give and a table makes needless."""
+"""Values, without effect, of keys that only a campaign with logs needs."""
 
 UNIT_AREA = "unit_area"
-"""Intruder of a table: its stress is the force on 1 cm^2."""
+"""Intruder of a campaign that is a table: a plate of 1 cm^2, so that its force is the stress of the table."""
 
 
 class Fourier(Model):
@@ -1030,6 +1039,7 @@ class MediumSettings(Model):
     @field_validator("expected_alpha")
     @classmethod
     def _in_order(cls, ends: tuple[float, float] | None) -> tuple[float, float] | None:
+        """Refuse a range whose ends are equal or exchanged."""
         if ends is not None and ends[0] >= ends[1]:
             raise ValueError(
                 f"the first must be below the second, found {ends[0]:g} and {ends[1]:g}"
@@ -1112,10 +1122,11 @@ class Config(Model):
     @model_validator(mode="before")
     @classmethod
     def _table_needs_no_rig(cls, data: Any) -> Any:
+        """Add the keys that a campaign that is a table need not state."""
         if isinstance(data, dict) and data.get("table") is not None:
             area = {"shape": "flat", "area_cm2": 1.0, "length_cm": 1.0, "thickness_cm": 1.0}
             intruder_table = data.get("intruders", {})
-            # legs are welcome, to predict forces on them
+            # other intruders may be legs, whose forces are predicted
             intruders = (
                 {**intruder_table, UNIT_AREA: area}
                 if isinstance(intruder_table, dict)
@@ -1132,7 +1143,7 @@ class Config(Model):
         }
 
     def grid_of(self, medium: str) -> Grid:
-        """Directions of one medium: a natural sand has none planned, but the same tolerance."""
+        """Return the planned directions of a medium: none for a natural sand, with the same tolerance."""
         if self.media[medium].role == "laboratory":
             return self.grid
         return Grid(angle_tolerance_deg=self.grid.angle_tolerance_deg)
@@ -1142,6 +1153,7 @@ class Config(Model):
     def _robot_on_known_medium(
         cls, robot: RobotRuns | None, info: ValidationInfo
     ) -> RobotRuns | None:
+        """Refuse a robot on a medium that is not measured over the grid."""
         media = info.data.get("media")
         if robot is not None and media is not None:
             grid = [name for name, medium in media.items() if medium.role == "laboratory"]
@@ -1155,6 +1167,7 @@ class Config(Model):
     @field_validator("maps")
     @classmethod
     def _teachers_are_legs(cls, maps: Maps, info: ValidationInfo) -> Maps:
+        """Refuse a name in `maps.use_legs` that is no leg."""
         intruders = info.data.get("intruders")
         if intruders is not None:
             legs = [name for name, intruder in intruders.items() if isinstance(intruder, Leg)]
@@ -1167,7 +1180,8 @@ class Config(Model):
     @field_validator("intruders", "media")
     @classmethod
     def _names_differ(cls, section: dict[str, T]) -> dict[str, T]:
-        # names become file names, and not every disk tells case apart
+        """Refuse names that cannot be names of different files."""
+        # names become file names, and some disks ignore case
         names: dict[str, str] = {}
         for name in section:
             twin = names.setdefault(name.casefold(), name)

@@ -1,4 +1,4 @@
-"""Files that a user names: read with limits of size and kind, their paths kept inside a folder."""
+"""Reads files that a user names, within limits of size and kind, and keeps their paths inside a folder."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from rftfit.campaign.problems import CampaignError, Place, Problem, did_you_mean
 Status = Literal["file", "folder", "other", "missing", "outside", "refused"]
 
 DEVICE = "a name that is no device of Windows, where it could not be a file"
-"""What is allowed instead of a name that `is_device`."""
+"""Words on what is allowed, for a name that `is_device`."""
 
 BAG = "metadata.yaml"
-"""File that says which files of its folder are one recording (rosbag2)."""
+"""File that lists which files of its folder are one recording (rosbag2)."""
 
 _DEVICES = frozenset(
     ["con", "prn", "aux", "nul", "conin$", "conout$"]
@@ -29,8 +29,11 @@ _DEVICES = frozenset(
         for number in "0123456789\N{SUPERSCRIPT ONE}\N{SUPERSCRIPT TWO}\N{SUPERSCRIPT THREE}"
     ]
 )
+"""Names of devices of Windows."""
 _NEAREST_SEARCHES = 20
+"""Most missing files of a campaign for which a similar name is searched."""
 _MOST_NAMES = 2000
+"""Most files of a folder among which a similar name is searched."""
 
 
 def read_text(path: Path, file: str, area: str, limit: int) -> str:
@@ -39,14 +42,19 @@ def read_text(path: Path, file: str, area: str, limit: int) -> str:
 
 
 def read_bytes(path: Path, file: str, area: str, limit: int, cure: str = "") -> bytes:
-    """Read a regular file of at most `limit` bytes; `area` is the first part of a problem's code."""
+    """Read a regular file of at most `limit` bytes; raises CampaignError.
+
+    `file`: Name of the file for the user. `area`: First part of the code of a problem. `cure`: Advice for a file that
+    is too large.
+    """
 
     def refusal(code: str, text: str) -> CampaignError:
+        """Make the error; `code`: last part of the code of the problem."""
         return CampaignError([Problem(f"{area}.{code}", Place(file), None, text)])
 
     try:
         state = path.stat()
-        # a pipe or device would be read for ever
+        # reading a pipe or device would never end
         if not stat.S_ISREG(state.st_mode):
             raise refusal("not-a-file", "this is a folder or device, not a file")
         if state.st_size > limit:
@@ -79,21 +87,21 @@ def decode(data: bytes, file: str, area: str) -> str:
 
 
 def is_device(name: str) -> bool:
-    """Whether Windows takes a name, whatever its ending, for a device and not a file."""
+    """Return whether a name, with any ending, means a device and not a file under Windows."""
     return name.partition(".")[0].rstrip(" ").casefold() in _DEVICES
 
 
 def folded(path: str) -> str:
-    """Drop what some disks do not tell apart: case, and accents written in one or two signs."""
+    """Return a path in the form in which some disks compare paths: without case, accents as one character."""
     return unicodedata.normalize("NFC", unicodedata.normalize("NFC", path).casefold())
 
 
 _TURNS_TEXT = frozenset("\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069")
-"""Signs that turn the order of the letters after them, so that a text reads otherwise than it is written."""
+"""Signs that reverse the direction of the letters behind them, so that a text can mislead its reader."""
 
 
 def unshowable(text: str) -> str:
-    """Find the first sign that no page and no drawing shows as it is; empty if there is none."""
+    """Return the first character that a page or figure cannot show as it is; empty if there is none."""
     if text.isprintable():
         return ""
     signs = (
@@ -106,7 +114,11 @@ def unshowable(text: str) -> str:
 
 
 class BadPath(Exception):
-    """A path that is refused as it is written; `code` is the last part of a problem's code."""
+    """A path that is refused because of its spelling.
+
+    `code`: Last part of the code of a problem. `allowed`: Words on what is allowed. `nearest`: The path as it was
+    probably meant.
+    """
 
     def __init__(self, code: str, allowed: str, nearest: str | None = None) -> None:
         super().__init__(allowed)
@@ -114,7 +126,7 @@ class BadPath(Exception):
 
 
 def inside(path: str, folder: str) -> bool:
-    """Whether a path is that of a folder or of what lies in it."""
+    """Return whether a path is a folder, or lies in this folder."""
     return path == folder or path.startswith(folder.rstrip("/\\") + os.sep)
 
 
@@ -134,7 +146,7 @@ def plain_path(text: str) -> str:
 
 
 class Entry(NamedTuple):
-    """What a path leads to: where it cannot be used, `code`, `why` and `nearest` say more."""
+    """A path and its `status`; for a path that cannot be used also `code`, `why`, and the `nearest` file."""
 
     path: str
     status: Status
@@ -144,9 +156,9 @@ class Entry(NamedTuple):
 
 
 class Folder:
-    """A folder and what lies inside it, with the look-ups remembered.
+    """A folder in which the files of a user are looked up; results of slow look-ups are kept.
 
-    `elsewhere`: Folders that links may lead to.
+    `base`: Its path. `elsewhere`: Further folders to which links may lead.
     """
 
     def __init__(self, base: Path | str, elsewhere: Sequence[str] = ()) -> None:
@@ -157,7 +169,7 @@ class Folder:
         self._searches = 0
 
     def look_up(self, written: str) -> Entry:
-        """Judge a path as it is written, and say what lies there."""
+        """Return the entry of a path as the user has written it."""
         try:
             path = plain_path(written)
         except BadPath as bad:
@@ -168,9 +180,9 @@ class Folder:
         return Entry(path, status, nearest=self.nearest(path) if status == "missing" else None)
 
     def status(self, path: str) -> Status:
-        """Say what lies at a path from `plain_path`; ``outside`` if links lead out of the folder."""
+        """Return what lies at a path from `plain_path`; ``outside`` if a link leads out of the folder."""
         head, _, name = path.rpartition("/")
-        # one resolution per folder, not per file: a campaign has thousands of logs in a few folders
+        # links are resolved once for each folder: a campaign has thousands of logs in a few folders
         if head not in self._parents:
             self._parents[head] = os.path.realpath(f"{self.base}/{head}") if head else self.base
         full = f"{self._parents[head]}/{name}"
@@ -190,27 +202,28 @@ class Folder:
         return "folder" if stat.S_ISDIR(mode) else "other"
 
     def _reaches(self, real: str) -> bool:
-        """Whether a path without links lies where look-ups may lead."""
+        """Return whether a path without links lies in the folder, or in one to which links may lead."""
         if inside(real, self.base):
             return True
         return any(inside(real, folder) for folder in self.elsewhere)
 
     def nearest(self, path: str) -> str | None:
-        """Find the file beside a missing one that was probably meant.
+        """Return the file beside a missing one that was probably meant, or None.
 
-        None too after many searches: a folder with nothing in it needs one message, not hints.
+        Also None after many searches: where all files are missing, hints do not help.
         """
         self._searches += 1
         if self._searches > _NEAREST_SEARCHES:
             return None
         head, _, name = path.rpartition("/")
         if head not in self._names:
-            self._names[head] = self._list(head)
-        # a link that leads nowhere stands there under its own name
+            self._names[head] = self._list_names(head)
+        # a link that leads nowhere is listed under the name that is missing
         nearest_name = did_you_mean(name, [other for other in self._names[head] if other != name])
         return None if nearest_name is None else f"{head}/{nearest_name}" if head else nearest_name
 
-    def _list(self, head: str) -> tuple[str, ...]:
+    def _list_names(self, head: str) -> tuple[str, ...]:
+        """Return the names in a folder; none where they are too many."""
         try:
             names = sorted(os.listdir(f"{self.base}/{head}"))  # noqa: PTH208
         except (OSError, ValueError):
@@ -219,7 +232,10 @@ class Folder:
 
 
 def campaign_folder(root: Path, raw: str) -> Folder:
-    """The folder of a campaign, whose raw folder may be a link to another place: it is only read."""
+    """Return the folder of a campaign; its raw folder, which is only read, may be a link to another place.
+
+    `raw`: Path of the raw folder as the config has it.
+    """
     folder = Folder(root)
     try:
         parts = plain_path(raw).split("/")

@@ -1,4 +1,4 @@
-"""The formats of tables of alpha and of stress against depth."""
+"""Formats of tables of alpha, and of tables of stress against depth."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _ANGLES = tuple(
     )
 )
 RUN_ID = TableColumn("run_id", "name", "rows of one push", needed=False)
-_OF_RUN = (
+_COLUMNS_OF_RUN = (
     TableColumn("medium", "name", "key of the config's media", needed=False),
     TableColumn("excluded", "flag", "yes leaves the run out", needed=False),
     TableColumn(
@@ -34,10 +34,11 @@ _WORDS = {
     ),
     "stress_x": ("sigma_x", "sigma_xz", "tau", "shear_stress"),
 }
-"""Words of headers with a unit, such as ``Sinkage (mm)``, that say which column it is."""
+"""Column to words that name it in headers with a unit, such as ``Sinkage (mm)``."""
 
 
-def _alpha(component: str) -> tuple[TableColumn, TableColumn]:
+def _alpha_columns(component: str) -> tuple[TableColumn, TableColumn]:
+    """Return the columns of alpha and of its standard error; `component`: x or z."""
     name, error = f"alpha_{component}", f"se_{component}"
     return (
         TableColumn(
@@ -65,8 +66,8 @@ ALPHA = Schema(
     "alpha-table",
     (
         *_ANGLES,
-        *_alpha("z"),
-        *_alpha("x"),
+        *_alpha_columns("z"),
+        *_alpha_columns("x"),
         TableColumn(
             "n", "number", "number of runs behind it", needed=False, low=1, also=("n_runs",)
         ),
@@ -81,7 +82,7 @@ ALPHA = Schema(
             )
             for end, extreme in (("from", "least"), ("to", "largest"))
         ),
-        *_OF_RUN,
+        *_COLUMNS_OF_RUN,
     ),
     others="warned",
 )
@@ -111,8 +112,8 @@ STRESS = Schema(
             for c in "zx"
         ),
         RUN_ID,
-        *_OF_RUN,
+        *_COLUMNS_OF_RUN,
     ),
     others="warned",
 )
-"""The formats of both tables; alpha and stress are positive upward and toward +x."""
+"""`ALPHA` and `STRESS` are the formats of both tables; alpha and stress are positive upward and toward +x."""

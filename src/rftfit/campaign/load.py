@@ -1,4 +1,4 @@
-"""The campaign: configuration and run sheet together, and where their files lie."""
+"""The campaign: configuration and run sheet together, and the paths of their files."""
 
 from __future__ import annotations
 
@@ -38,8 +38,9 @@ _SHAPES = (*PLATE_SHAPES, "leg")
 class Campaign:
     """A checked campaign; its runs are in the order of the sheet.
 
-    `numbers`: By run_id, of a campaign that is a table: its columns (n,), as `TablePush` has them.
-    `read_from`: SHA-256 of config and run sheet before they were read, by path from `root`.
+    `raw`, `sheet`: Paths of the raw folder and the run sheet. `numbers`: For a campaign that is a table, run_id to
+    its columns, each of shape (n,), as in `TablePush`; else empty. `read_from`: SHA-256 of config and run sheet before
+    they were read, by path from `root`.
     """
 
     root: Path
@@ -52,7 +53,7 @@ class Campaign:
 
     @property
     def is_as_read(self) -> bool:
-        """Whether config and run sheet are still those that were read."""
+        """Whether config and run sheet have not changed since they were read."""
         return digests_of_files(self.root, self.read_from) == self.read_from
 
     @cached_property
@@ -73,7 +74,7 @@ class Campaign:
 
     @cached_property
     def digests(self) -> dict[str, str]:
-        """Digest of the rows of each run, by run_id, of a campaign that is a table."""
+        """For a campaign that is a table, run_id to the digest of the rows of the run; else empty."""
         return {name: digest_of_numbers(columns) for name, columns in self.numbers.items()}
 
     def summary(self) -> str:
@@ -84,7 +85,7 @@ class Campaign:
             runs = [run for run in self.runs if run.medium == medium]
             if not runs:
                 continue
-            # one file may hold force and motion of a run; two runs never share one
+            # a set, as one file may hold force and motion of a run
             names = {name for run in runs for name in (run.force_log, run.motion_log)}
             size_of_log = {name: self.size_of(name) for name in names}
             sizes_known = [size for size in size_of_log.values() if size is not None]
@@ -102,7 +103,10 @@ class Campaign:
         return f"{self.config.title}: {runs_and_logs}, {megabytes(total)}\n{table(header, rows)}"
 
     def count_level_depths(self, medium: str) -> int:
-        """Count the depths at which a level plate is to be pushed: those stated, else those that the sheet plans for this medium."""
+        """Count the depths at which a plate is to be pushed horizontally in a medium.
+
+        The config states them, or else the horizontal runs of the sheet have them, at least two.
+        """
         fit = self.config.fit
         planned_cm = [
             run.depth_cm
@@ -116,9 +120,9 @@ class Campaign:
         return max(2, len(set(number_depths(known_cm).tolist())))
 
     def runs_of(self, medium: str) -> tuple[Run, ...]:
-        """List the plates, rods and legs of one medium, and the in-air runs that its legs name.
+        """Return all runs of a medium, also excluded ones, and the in-air runs that its legs name as tare.
 
-        Excluded ones too, sorted by run_id so that the order of the sheet does not matter.
+        Sorted by run_id, so that the order of the sheet does not matter.
         """
         if medium not in self.config.media:
             raise KeyError(medium)
@@ -130,14 +134,14 @@ class Campaign:
         return tuple(runs_of_medium[name] for name in sorted(runs_of_medium))
 
     def size_of(self, log: str) -> int | None:
-        """Bytes of a log; None where there is none."""
+        """Return the bytes of a log; None where the file does not exist."""
         try:
             return (self.raw / log).stat().st_size
         except OSError:
             return None
 
     def holds_tare(self, run: Run) -> bool:
-        """Whether the force on rod and mount, or on a leg in air, is still in the numbers of a run."""
+        """Return whether the forces of a run still include the force on rod and mount, or on a leg in air."""
         rodless = bool(self.numbers) or self.config.fit.missing_tare == "none"
         return not run.tare_run and not rodless
 
@@ -148,34 +152,34 @@ class Campaign:
         return tuple(medium for medium in self.config.media if medium in used)
 
     def plates_to_measure(self, medium: str) -> list[Run]:
-        """Plate runs of a medium of which no log is there yet; none where one is."""
+        """Return the plate runs of a medium before its first log exists; empty once there is a log."""
         runs = [run for run in self.runs if run.medium == medium and run.kind == "plate"]
         planned = [run for run in runs if not run.excluded]
         logs = {name for run in planned for name in (run.force_log, run.motion_log)}
         return [] if any(self.size_of(name) is not None for name in logs) else planned
 
     def of_role(self, role: str = "") -> tuple[str, ...]:
-        """Media with runs that play a role, ``laboratory`` or ``natural_sand``; default: any."""
+        """Return the media with runs that have a role, ``laboratory`` or ``natural_sand``; default: any role."""
         media = self.config.media
         return tuple(name for name in self.media_with_runs if role in ("", media[name].role))
 
     def media_with_logs(self, role: str = "") -> tuple[str, ...]:
-        """Media whose runs were recorded: none of a campaign that is a table."""
+        """Return the media of a role whose runs have logs; empty for a campaign that is a table."""
         return () if self.numbers else self.of_role(role)
 
     def media_with_samples(self, role: str = "") -> tuple[str, ...]:
-        """Media with stress against depth: none of a campaign that is a table of alpha."""
+        """Return the media of a role with stress against depth; empty for a campaign that is a table of alpha."""
         table = self.config.table
         return () if table is not None and table.holds == "alpha" else self.of_role(role)
 
     def with_legs(self, role: str) -> tuple[str, ...]:
-        """Media of a role in which legs were turned."""
+        """Return the media of a role in which legs were turned."""
         legged = {run.medium for run in self.runs if run.kind == "leg"}
         return tuple(name for name in self.of_role(role) if name in legged)
 
     @cached_property
     def robot_medium(self) -> str:
-        """Medium that the campaign's robot runs on; empty where there is none or no run on it."""
+        """Medium on which the robot of the campaign runs; empty without a robot, or where the medium has no runs."""
         medium = self.config.robot.medium if self.config.robot else ""
         return medium if medium in self.of_role("laboratory") else ""
 
@@ -186,14 +190,14 @@ class Campaign:
 
     @cached_property
     def unassigned_air_runs(self) -> tuple[Run, ...]:
-        """The in-air runs that no leg names, so that they belong to no medium, by run_id."""
+        """In-air runs that no leg names as tare, so that they belong to no medium; sorted by run_id."""
         air_runs_of_legs = {run.tare_run for run in self.runs if run.kind == "leg"}
         loose = [run for run in self.runs if not run.medium and run.run_id not in air_runs_of_legs]
         return tuple(sorted(loose, key=lambda run: run.run_id))
 
 
 def load_campaign(config_path: Path) -> Campaign:
-    """Read a campaign that must be right."""
+    """Read a campaign; raises CampaignError if it has any error."""
     campaign, problems = check_campaign(config_path)
     if campaign is None:
         raise CampaignError(problems)
@@ -205,16 +209,16 @@ def check_campaign(
 ) -> tuple[Campaign | None, list[Problem]]:
     """Read a campaign and find everything that is wrong with it.
 
-    `table`: What is in the campaign's table, where it was read before. `good_rows`: Errors of rows leave out
-    these rows, and those of runs that name them as tare. Returns None for the campaign when there is any other error, and all problems: of the configuration in
-    the order of its lines, then of the run sheet in the order of its rows.
+    `table`: Content of the table of the campaign, if it was read before. `good_rows`: Leave out rows with errors, and
+    runs that name them as tare, instead of refusing the campaign. Returns the campaign, or None where an error is left,
+    and all problems: of the configuration in the order of its lines, then of the run sheet in the order of its rows.
     """
     if (no_campaign := miss_campaign(config_path)) is not None:
         return None, [no_campaign]
     folder, root = Path(config_path).absolute().parent, root_of(config_path)
     in_config = folder.name == "config" and root != folder
     name = f"config/{Path(config_path).name}" if in_config else Path(config_path).name
-    was = digests_of_files(root, [os.path.relpath(Path(config_path).absolute(), root)])
+    digests = digests_of_files(root, [os.path.relpath(Path(config_path).absolute(), root)])
     file = read_model(Path(config_path), Config, name)
     if file.data is None:
         return None, file.problems
@@ -223,36 +227,39 @@ def check_campaign(
     raw = _locate(file, within, "raw")
     sheet = _locate(file, within, "run_sheet")
     logs = Folder(root / raw) if raw else None
-    was |= digests_of_files(root, [sheet] if sheet and not table else [])
+    digests |= digests_of_files(root, [sheet] if sheet and not table else [])
     if file.model is not None and logs is not None:
         _check_rigid_contact(file, file.model.rigid_contact, file.model.clock.method, logs)
         _check_calibration(file, file.model.force_log.calibration, logs)
     runs: list[Run] = []
-    of_sheet: list[Problem] = []
+    sheet_problems: list[Problem] = []
     pushes: list[TablePush] = []
     if sheet and file.model is not None and file.model.table is not None:
-        pushes, of_sheet, *_ = table or _read_table(file.model, root, raw, sheet)
+        pushes, sheet_problems, *_ = table or _read_table(file.model, root, raw, sheet)
         runs = [push.run for push in pushes]
     elif sheet and not (isinstance(file.data, dict) and file.data.get("table")):
-        runs, of_sheet = read_sheet(root / sheet, sheet, _vocabulary(file), logs)
+        runs, sheet_problems = read_sheet(root / sheet, sheet, _vocabulary(file), logs)
     if file.model is not None:
         if logs is not None:
             _check_robot(file, file.model.robot, within, logs, runs)
-        of_sheet += _only_straight_down(file.model.media, sheet, runs)
-        of_sheet += _labels_alike(sheet, runs)
+        sheet_problems += _warn_of_missing_profile(file.model.media, sheet, runs)
+        sheet_problems += _warn_of_alike_labels(sheet, runs)
     if good_rows:
-        runs, lost = _with_tare(sheet, runs)
-        of_sheet += lost
-    problems = sorted(file.problems, key=lambda problem: problem.place.line or 0) + of_sheet
-    counts = file.problems if good_rows else problems
-    if file.model is None or any(problem.severity == "error" for problem in counts):
+        runs, tare_problems = _drop_untared(sheet, runs)
+        sheet_problems += tare_problems
+    problems = sorted(file.problems, key=lambda problem: problem.place.line or 0)
+    problems += sheet_problems
+    decisive = file.problems if good_rows else problems
+    if file.model is None or any(problem.severity == "error" for problem in decisive):
         return None, problems
     numbers = {push.run.run_id: push.columns for push in pushes}
-    return Campaign(root, root / raw, root / sheet, file.model, tuple(runs), numbers, was), problems
+    return Campaign(
+        root, root / raw, root / sheet, file.model, tuple(runs), numbers, digests
+    ), problems
 
 
-def _with_tare(sheet: str, runs: list[Run]) -> tuple[list[Run], list[Problem]]:
-    """Runs whose tare is a run too, or that name none, and a problem for each of the others."""
+def _drop_untared(sheet: str, runs: list[Run]) -> tuple[list[Run], list[Problem]]:
+    """Return the runs whose tare is one of the runs, or that name none, and a problem for each other run."""
     names = {run.run_id for run in runs} | {""}
     allowed = "a run whose own row has no error"
     lost = [
@@ -263,8 +270,8 @@ def _with_tare(sheet: str, runs: list[Run]) -> tuple[list[Run], list[Problem]]:
     return [run for run in runs if run.tare_run in names], lost
 
 
-def _labels_alike(sheet: str, runs: list[Run]) -> list[Problem]:
-    """Point out labels that differ in capitals, spaces or marks alone: they count as two."""
+def _warn_of_alike_labels(sheet: str, runs: list[Run]) -> list[Problem]:
+    """Return a warning for each label that differs from another one in capitals, spaces or marks alone."""
     problems: dict[tuple[str, str], Problem] = {}
     for column in LABELS:
         first_rows: dict[str, tuple[str, int]] = {}
@@ -280,10 +287,10 @@ def _labels_alike(sheet: str, runs: list[Run]) -> list[Problem]:
     return [*problems.values()]
 
 
-def _only_straight_down(
+def _warn_of_missing_profile(
     media: Mapping[str, MediumSettings], sheet: str, runs: list[Run]
 ) -> list[Problem]:
-    """Point out media from which no profile can come, and the role in which one push gives one."""
+    """Return a warning for each medium whose runs give no profile: only legs, or only level plates straight down."""
     problems = []
     for name, medium in media.items():
         pushes = [run for run in runs if run.medium == name and run.kind == "plate"]
@@ -310,7 +317,7 @@ def _only_straight_down(
 def _read_table(
     config: Config, root: Path, raw: str, sheet: str
 ) -> tuple[list[TablePush], list[Problem]]:
-    """Read the table that stands in place of run sheet and logs."""
+    """Read the table that replaces run sheet and logs; return its runs and problems."""
     assert config.table is not None
     if not inside(sheet, raw):
         allowed = (
@@ -323,7 +330,7 @@ def _read_table(
 
 
 def read_layout(config_path: Path) -> Campaign:
-    """Read a campaign without its runs: raw folder and sheet may not exist yet."""
+    """Read a campaign without its runs: raw folder and run sheet need not exist yet."""
     root = root_of(config_path)
     file = read_model(config_path, Config, config_path.as_posix())
     within = Folder(root)
@@ -335,32 +342,35 @@ def read_layout(config_path: Path) -> Campaign:
 
 
 def _locate(file: ModelFile[Config], root: Folder, key: str, *, exists: bool = True) -> str:
-    """Path that one key gives, relative to the campaign's folder; empty if it cannot be used."""
+    """Return the path in a key of the config, relative to the folder of the campaign; empty if it cannot be used.
+
+    `key`: ``raw`` or ``run_sheet``. `exists`: Whether the path has to exist.
+    """
     written = file.data.get(key) if isinstance(file.data, dict) else None
     if not isinstance(written, str):
         return ""
     entry = root.look_up(written)
-    code, allowed = _fault(root, key, entry, exists=exists)
+    code, allowed = _path_fault(root, key, entry, exists=exists)
     if code:
         file.note((key,), code, written, allowed, entry.nearest)
     return "" if code and code != "in-results" else entry.path
 
 
-def _fault(root: Folder, key: str, entry: Entry, *, exists: bool) -> tuple[str, str]:
-    """Why raw folder or run sheet cannot be where a key says: code and text; empty if they can."""
+def _path_fault(root: Folder, key: str, entry: Entry, *, exists: bool) -> tuple[str, str]:
+    """Return code and text of the problem with the path of raw folder or run sheet; empty texts without one."""
     if entry.code:
         what = "a folder" if key == "raw" else "a file"
         return entry.code, f"the path of {what} inside the campaign's folder; {entry.why}"
     if key == "raw" and entry.path == ".":
         why = "so that results never lie among the logs"
         return "raw-is-root", f"a folder below the campaign's own, {why}"
-    # a sheet that is missing or no file is said by its reader, in the sheet's own name
+    # for a sheet that is missing or no file, its reader makes the problem
     if key == "raw" and exists and entry.status != "folder":
         return "raw-missing", "a folder that exists, relative to the folder of the campaign"
     place, results = (os.path.realpath(f"{root.base}/{path}") for path in (entry.path, RESULTS))
     if not inside(place, results) and not (key == "raw" and inside(results, place)):
         return "", ""
-    # the program would overwrite it, or write among the logs
+    # there the program would overwrite the sheet, or write among the logs
     text = f"a place outside of {RESULTS}/, which the program writes and anybody may delete"
     if not inside(entry.path, RESULTS):
         text += f"; a link brings the two together: {RESULTS} is {results}"
@@ -370,7 +380,7 @@ def _fault(root: Folder, key: str, entry: Entry, *, exists: bool) -> tuple[str, 
 def _check_rigid_contact(
     file: ModelFile[Config], contact: RigidContact | None, clock: str, logs: Folder
 ) -> None:
-    """Check the two logs of the push against something rigid as those of a run are."""
+    """Check that the two logs of the push against something rigid can be used, as the sheet does for those of a run."""
     if contact is None:
         return
     paths = [
@@ -389,6 +399,7 @@ def _check_rigid_contact(
 
 
 def _check_calibration(file: ModelFile[Config], calibration_file: str | None, logs: Folder) -> None:
+    """Check that the calibration file exists and can be read."""
     if calibration_file is None:
         return
     section = ("force_log", "calibration")
@@ -404,8 +415,8 @@ def _check_calibration(file: ModelFile[Config], calibration_file: str | None, lo
 def _check_robot(
     file: ModelFile[Config], robot: RobotRuns | None, root: Folder, logs: Folder, runs: list[Run]
 ) -> None:
-    """Look for the files that the robot's section names."""
-    # a campaign without runs on its medium (a part of a re-enactment) has no robot either
+    """Check that the files that the section `robot` names exist."""
+    # without runs in its medium, as in a part of a re-enactment, the robot is not used
     if robot is None or not any(run.medium == robot.medium for run in runs):
         return
     if robot.file is not None:
@@ -417,7 +428,7 @@ def _check_robot(
 def _need_file(
     file: ModelFile[Config], key: KeyPath, written: str, folder: Folder, name: str, code: str
 ) -> str:
-    """Path of a file that must be there; empty where it cannot be used."""
+    """Return the path of a file that must exist; empty, and a problem at the key, where it cannot be used."""
     entry = folder.look_up(written)
     if entry.status == "file":
         return entry.path
@@ -428,21 +439,23 @@ def _need_file(
 
 
 def _vocabulary(file: ModelFile[Config]) -> Vocabulary:
-    """Words of the configuration; from the plain data where it has errors, so far as they are clear."""
+    """Return the words of the configuration that the sheet may use; where it has errors, from its plain data."""
     config = file.model
     if config is not None:
         shapes = {name: item.shape for name, item in config.intruders.items()}
         return Vocabulary(tuple(config.media), shapes, config)
     media, intruders = (_section(file.data, key) for key in ("media", "intruders"))
-    of_each: dict[str, str] = {name: _shape(item) for name, item in intruders.items()}
-    return Vocabulary(tuple(media) or None, of_each or None)
+    shapes_found: dict[str, str] = {name: _shape(item) for name, item in intruders.items()}
+    return Vocabulary(tuple(media) or None, shapes_found or None)
 
 
 def _section(data: Any, key: str) -> dict[str, Any]:
+    """Return a section of the plain data; empty where it is none."""
     section = data.get(key) if isinstance(data, dict) else None
     return section if isinstance(section, dict) else {}
 
 
 def _shape(item: Any) -> str:
+    """Return the shape of an intruder in the plain data; empty where it is unknown."""
     shape = item.get("shape") if isinstance(item, dict) else None
     return shape if shape in _SHAPES else ""

@@ -1,4 +1,4 @@
-"""A new campaign: files from the template, and of a table what it says of its media."""
+"""Writes the files of a new campaign: from the template, or from a table of stress or alpha."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from rftfit.store.environment import shipped
 from rftfit.store.links import refuse_links, refuse_target_by_link
 
 _UNREADABLE = (".not-text", ".web-page", ".not-a-workbook", ".too-large", ".unreadable")
-"""Ends of codes of problems with a file of which nothing can be read."""
+"""Ends of the codes of problems with a file that cannot be read at all."""
 
 
 def init_campaign(folder: Path) -> list[Path]:
@@ -37,23 +37,26 @@ def init_campaign(folder: Path) -> list[Path]:
         "config/runs.csv": header + "\n",
         "config/config.yaml": _template("config.yaml"),
     }
-    return _write(folder, texts, {})
+    return _write_files(folder, texts, {})
 
 
 def init_demonstration(folder: Path) -> list[Path]:
     """Write the configuration of the demonstration into a folder and list its files."""
     shipped_files = ("config/robot.yaml", "config/robot.schema.json", "config/config.yaml")
     texts = {"config/README.md": reference_markdown(), "config/config.schema.json": json_schema()}
-    return _write(folder, texts, {name: shipped(name) for name in shipped_files})
+    return _write_files(folder, texts, {name: shipped(name) for name in shipped_files})
 
 
-def _write(folder: Path, texts: Mapping[str, str], copied: Mapping[str, Path]) -> list[Path]:
-    """Copy and write files by name into a folder and list them; nothing that is there is overwritten."""
+def _write_files(folder: Path, texts: Mapping[str, str], copied: Mapping[str, Path]) -> list[Path]:
+    """Copy and write files into a folder, by name, and list them; refuse to overwrite a file.
+
+    `texts`: Name to content. `copied`: Name to the file to be copied.
+    """
     names = [*copied, *texts]
     refuse_target_by_link(folder)
     if os.path.lexists(folder) and not folder.is_dir():
         raise InputError(f"{folder}: this is not a folder; name a new one or one that exists")
-    # lexists: a link that leads nowhere is there too
+    # lexists is also True for a link that leads nowhere
     existing = [name for name in names if os.path.lexists(folder / name)]
     if existing:
         raise InputError(
@@ -69,13 +72,17 @@ def _write(folder: Path, texts: Mapping[str, str], copied: Mapping[str, Path]) -
 
 
 def _template(name: str) -> str:
+    """Return the text of a file of the template."""
     return files("rftfit.campaign").joinpath("template", name).read_text(encoding="utf-8")
 
 
 def init_from_table(
     folder: Path, table: Path, holds: Literal["stress", "alpha"]
 ) -> tuple[list[Path], TableRead]:
-    """Write a campaign whose data are a table of stress or alpha, copied into its raw folder."""
+    """Write a campaign whose data are a table of stress or alpha, which is copied into its raw folder.
+
+    Returns the files, and the content of the table.
+    """
     if not table.is_file():
         raise InputError(f"{table}: there is no such file; allowed: a table as csv, tsv or xlsx")
     name = "".join(c if c.isascii() and (c.isalnum() or c in "._-") else "_" for c in table.name)
@@ -86,18 +93,18 @@ def init_from_table(
     cells: dict[str, set[tuple[float, float]]] = {key: set() for key in read.media}
     for push in read.pushes:
         cells[push.run.medium].add((push.run.beta_deg, push.run.gamma_deg))
-    media = "\n".join(_medium(key, title, cells[key]) for key, title in read.media.items())
+    media = "\n".join(_medium_line(key, title, cells[key]) for key, title in read.media.items())
     config = _template("table.yaml").replace("@FILE@", f"raw/{name}").replace("@HOLDS@", holds)
     texts = {
         "config/README.md": reference_markdown(),
         "config/config.schema.json": json_schema(),
         "config/config.yaml": config.replace("@MEDIA@", media),
     }
-    return _write(folder, texts, {f"raw/{name}": table}), read
+    return _write_files(folder, texts, {f"raw/{name}": table}), read
 
 
-def _medium(key: str, title: str, cells: set[tuple[float, float]]) -> str:
-    """One line of the config: what the table says of a medium."""
+def _medium_line(key: str, title: str, cells: set[tuple[float, float]]) -> str:
+    """Return the line of config for a medium of a table; `cells`: its directions (beta, gamma)."""
     facts = [f"title: {json.dumps(title)}"]
     if cells == {(0.0, 90.0)}:
         facts.append("role: natural_sand")

@@ -1,4 +1,4 @@
-"""Whether there is a campaign at all: asked before anything is imported that reads one."""
+"""Finds the files of a campaign, or says that there is none, without slow imports."""
 
 from __future__ import annotations
 
@@ -11,26 +11,26 @@ from rftfit.errors import InputError
 from rftfit.store.links import RESULTS
 
 CONFIG = "config/config.yaml"
-"""Configuration of a campaign, from its folder."""
+"""Path of the configuration of a campaign, relative to its folder."""
 
 _CONFIGS = (CONFIG, "config.yaml")
 
 
 def root_of(config_path: Path) -> Path:
-    """Folder of a campaign: that of its config, or the one above where that is named ``config``."""
+    """Return the folder of a campaign: the folder of its config, or the one above if that is named ``config``."""
     folder = Path(config_path).absolute().parent
     return (folder.parent if folder.name == "config" else folder).resolve()
 
 
 def miss_campaign(config_path: Path) -> Problem | None:
-    """Problem of a configuration that is not there: where a campaign is, or how one is made; None where it is."""
+    """Return the problem that a configuration is missing, with campaigns nearby; None where the file exists."""
     config_path = Path(config_path)
     try:
         config_path.stat()
     except FileNotFoundError:
         pass
     except (OSError, ValueError):
-        return None  # what cannot be opened is for its reader to say
+        return None  # a file that cannot be opened: its reader will say why
     else:
         return None
     working_folder = Path.cwd()
@@ -46,7 +46,7 @@ def miss_campaign(config_path: Path) -> Problem | None:
 
 
 def config_of(folder: str | Path) -> Path:
-    """Find the configuration of a campaign; `folder`: the campaign's, its results', or the file itself.
+    """Find the configuration of a campaign; `folder`: its folder, the folder of its results, or the file itself.
 
     Raises InputError where there is none.
     """

@@ -1,4 +1,4 @@
-"""What is wrong with the user's input: a problem is an object until it is printed, and printed here."""
+"""Problems of the user's input, as objects, and the one place where they become text."""
 
 from __future__ import annotations
 
@@ -13,7 +13,9 @@ from rftfit.errors import InputError
 
 Severity = Literal["error", "warning"]
 _LONGEST_SHOWN = 80
+"""Most characters of a user's text in a message."""
 _LONGEST_COMPARED = 64
+"""Most characters of a word for which a similar word is searched."""
 _SEPARATORS = str.maketrans("- ", "__")
 
 
@@ -71,24 +73,24 @@ class Problem:
 
 
 def in_lines(problems: Iterable[Problem]) -> list[str]:
-    """Write a problem a line; what is wrong alike in several rows or columns of a file is one line."""
-    rows_of: dict[Problem, list[int]] = {}
+    """Format each problem as a line; the same problem in several rows or columns of a file becomes one line."""
+    rows_by_problem: dict[Problem, list[int]] = {}
     for problem in problems:
         everywhere = replace(problem, place=replace(problem.place, row=None))
-        rows_of.setdefault(everywhere, []).extend(filter(None, [problem.place.row]))
-    columns_of: dict[tuple[Problem, tuple[int, ...]], list[str]] = {}
-    for problem, rows in rows_of.items():
+        rows_by_problem.setdefault(everywhere, []).extend(filter(None, [problem.place.row]))
+    columns_by_problem: dict[tuple[Problem, tuple[int, ...]], list[str]] = {}
+    for problem, rows in rows_by_problem.items():
         place = problem.place
         alike = replace(problem, place=replace(place, column=None)), tuple(sorted({*rows}))
-        columns_of.setdefault(alike, []).extend(filter(None, [place.column]))
+        columns_by_problem.setdefault(alike, []).extend(filter(None, [place.column]))
     return [
         str(_at_rows(_at_columns(problem, columns), rows))
-        for (problem, rows), columns in columns_of.items()
+        for (problem, rows), columns in columns_by_problem.items()
     ]
 
 
 def _at_columns(problem: Problem, columns: Sequence[str]) -> Problem:
-    """A problem of one column, of many as ``columns a, b``, or of none."""
+    """Return the problem with the columns in its place: one, several as ``columns a, b``, or none."""
     place = problem.place
     if len(columns) < 2:
         return replace(problem, place=replace(place, column=columns[0] if columns else None))
@@ -97,11 +99,12 @@ def _at_columns(problem: Problem, columns: Sequence[str]) -> Problem:
 
 
 def _at_rows(problem: Problem, rows: Sequence[int]) -> Problem:
-    """A problem at one row, or at many as ``rows 2 to 5, 9``."""
+    """Return the problem with the rows in its place: one, or several as ``rows 2 to 5, 9``."""
     place = problem.place
     if len(rows) < 2:
         return replace(problem, place=replace(place, row=rows[0] if rows else None))
     ranges: list[str] = []
+    # in a range, row less its place in the list stays the same
     for _, members in groupby(enumerate(rows), lambda counted: counted[1] - counted[0]):
         together = [row for _, row in members]
         is_range = len(together) > 2
@@ -110,7 +113,7 @@ def _at_rows(problem: Problem, rows: Sequence[int]) -> Problem:
 
 
 class CampaignError(InputError):
-    """Files of a user cannot be used; the text is every problem, a line each, errors first."""
+    """Files of a user cannot be used; the text has a line for each problem, errors first."""
 
     def __init__(self, problems: Sequence[Problem]) -> None:
         self.problems = tuple(problems)
@@ -119,52 +122,57 @@ class CampaignError(InputError):
     def __str__(self) -> str:
         lines: list[str] = []
         for severity in ("error", "warning"):
-            of_this = [problem for problem in self.problems if problem.severity == severity]
-            if of_this:
-                plural = "" if len(of_this) == 1 else "s"
-                lines += [f"{len(of_this)} {severity}{plural}:", *in_lines(of_this)]
+            problems = [problem for problem in self.problems if problem.severity == severity]
+            if problems:
+                plural = "" if len(problems) == 1 else "s"
+                lines += [f"{len(problems)} {severity}{plural}:", *in_lines(problems)]
         return "\n".join(lines)
 
 
 def unknown_word(what: str, word: str, allowed: Iterable[str]) -> str:
-    """Say that a word, which stands at `what`, is not allowed, and which one was probably meant."""
+    """Return the sentence that a word is not allowed, with the word that was probably meant.
+
+    `what`: Sort of word, or its place.
+    """
     words = tuple(allowed)
     place, nearest = Place(what), did_you_mean(word, words)
     return str(Problem("word.unknown", place, word, join_words(words) or "none", nearest))
 
 
 def did_you_mean(word: str, choices: Iterable[str]) -> str | None:
-    """Find the choice that was probably meant; case, blanks and hyphens count for little."""
+    """Return the choice that was probably meant, or None; case, blanks and hyphens do not matter."""
     return _nearest(word[:_LONGEST_COMPARED], tuple(choices))
 
 
 @lru_cache(maxsize=1024)
 def _nearest(word: str, choices: tuple[str, ...]) -> str | None:
+    """Return the most similar choice, or None; cached, as tables repeat a misspelling."""
     plain = {_plain(choice): choice for choice in reversed(choices)}
     close_words = difflib.get_close_matches(_plain(word), plain, n=1, cutoff=0.6)
     return plain[close_words[0]] if close_words else None
 
 
 def _plain(word: str) -> str:
+    """Return a word in small letters, with underscores for blanks and hyphens."""
     return word.strip().casefold().translate(_SEPARATORS)
 
 
 def join_words(words: Iterable[str], most: int | None = 12) -> str:
-    """Write words as ``a, b, c``, the first `most` of them; None: all."""
+    """Format words as ``a, b, c``: at most the first `most`, and the number of the others; None: all."""
     words = list(words)
     rest = 0 if most is None else len(words) - most
     return ", ".join(words[:most]) + (f" and {rest} more" if rest > 0 else "")
 
 
 def shown(text: str) -> str:
-    """Make text fit to be shown: long text cut, control characters escaped."""
+    """Return a user's text as a message can show it: cut if it is long, control characters escaped."""
     if len(text) > _LONGEST_SHOWN:
         text = text[: _LONGEST_SHOWN - 3] + "..."
     return escaped(text)
 
 
 def escaped(text: str) -> str:
-    """Write control characters of a text as escapes."""
+    """Return a text with its control characters as escapes, which a terminal would obey."""
     escapes = {
         character: character.encode("unicode_escape").decode("ascii") for character in {*text}
     }
@@ -174,7 +182,7 @@ def escaped(text: str) -> str:
 
 
 def choose(what: str, word: str, allowed: Sequence[str], hint: str = "") -> str:
-    """Check a word against the allowed ones and return it; `hint` is said after the allowed words."""
+    """Return a word if it is allowed, else raise InputError; `hint` follows the allowed words in the message."""
     if word not in allowed:
         raise InputError(unknown_word(what, word, allowed) + (hint and f" ({hint})"))
     return word

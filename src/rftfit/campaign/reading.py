@@ -1,4 +1,4 @@
-"""The reader of models: strict YAML with the line of every key, checked; all problems at once."""
+"""Reads a YAML file and checks it against a model; all problems at once, each with the line of its key."""
 
 from __future__ import annotations
 
@@ -20,10 +20,12 @@ from rftfit.table.numbers import COMMA
 
 MAX_BYTES = 1_000_000
 MAX_DEPTH = 16
+"""Most levels of sections within sections."""
 MAX_NODES = 20_000
+"""Most keys, values and list entries."""
 _TOO_LARGE = f"more than {MAX_DEPTH} levels and {MAX_NODES} entries"
 _NESTING = "maximum nesting depth"
-"""Words of PyYAML's own limit, since 6.0.4: its scanner reads ahead of the parser below."""
+"""Words in the error of PyYAML's limit of depth (since 6.0.4), which may come before `MAX_DEPTH` is reached."""
 
 _LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _INTEGER = re.compile(r"[-+]?[0-9]{1,18}")
@@ -41,11 +43,12 @@ M = TypeVar("M", bound=BaseModel)
 
 @dataclass
 class ModelFile(Generic[M]):
-    """A file as read.
+    """A YAML file as read.
 
-    `model`: None when there is any problem.
-    `data`: What is written in it, good or not; None when the file is no YAML.
-    `lines`: Line of every key and list entry.
+    `name`: Name of the file for the user.
+    `model`: The checked content; None where there is any problem.
+    `data`: The content as written, right or wrong; None where the file is no YAML.
+    `lines`: Path of a key or list entry to its line.
     """
 
     name: str
@@ -55,7 +58,7 @@ class ModelFile(Generic[M]):
     problems: list[Problem] = field(default_factory=list)
 
     def place(self, path: KeyPath) -> Place:
-        """Place of a key, at the line of the nearest section around it; lists count from 1."""
+        """Return the place of a key; a key without a line has the line of its section; list entries count from 1."""
         around = path
         while around and around not in self.lines:
             around = around[:-1]
@@ -70,14 +73,14 @@ class ModelFile(Generic[M]):
         allowed: str,
         nearest: str | None = None,
     ) -> None:
-        """Note what is wrong at a key."""
+        """Add a problem at a key; the arguments as in `Problem`, but `code` without ``config.``."""
         self.problems.append(
             Problem(f"config.{code}", self.place(path), value_found, allowed, nearest)
         )
 
 
 def read_model(path: Path, model: type[M], name: str = "") -> ModelFile[M]:
-    """Read a YAML file, in messages called by `name` or else its path, and check it against a model."""
+    """Read a YAML file and check it against a model; `name`: its name for the user, default: its path."""
     file = ModelFile[M](name or str(path))
     try:
         text = read_text(path, file.name, "config", MAX_BYTES)
@@ -100,19 +103,20 @@ def check_model(file: ModelFile[M], model: type[M]) -> None:
     try:
         checked = model.model_validate(file.data)
     except ValidationError as error:
-        # a value that may be of several types has an error for each: the last is the nearest
+        # a value that may have several types has an error for each type: the last is the most specific
         details = {
-            _path(detail["loc"], file.data): detail for detail in error.errors(include_url=False)
+            _path_of_error(detail["loc"], file.data): detail
+            for detail in error.errors(include_url=False)
         }
         for location, detail in details.items():
-            _translate(detail, location, model, file)
+            _add_problem(detail, location, model, file)
     else:
         file.model = None if file.problems else checked
     file.problems.sort(key=lambda problem: problem.place.line or 0)
 
 
 def parse_yaml(text: str, file: ModelFile[Any]) -> None:
-    """Fill in data and lines; syntax errors, refused features and keys given twice are problems."""
+    """Set data and lines of a file from its text; add problems for wrong syntax, refused features and repeated keys."""
     try:
         _refuse_features(text, file)
         file.data = _plain_data(yaml.compose(text, Loader=_LOADER), (), file)
@@ -148,11 +152,12 @@ _OPENED = (
     yaml.FlowMappingStartToken,
     yaml.FlowSequenceStartToken,
 )
+"""Tokens that begin a section or list, and below those that end one."""
 _CLOSED = (yaml.BlockEndToken, yaml.FlowMappingEndToken, yaml.FlowSequenceEndToken)
 
 
 def _refuse_features(text: str, file: ModelFile[Any]) -> None:
-    """Refuse what a file may not use, and too much of it, before any of it is built."""
+    """Refuse forbidden features of YAML, and files with too many levels or entries, before data are built."""
     depth = entries = 0
     tokens: Iterator[Any] = yaml.scan(text, Loader=_LOADER)
     for token in tokens:
@@ -167,11 +172,11 @@ def _refuse_features(text: str, file: ModelFile[Any]) -> None:
 
 
 def _plain_data(node: Any, path: KeyPath, file: ModelFile[Any]) -> Any:
-    """Plain data of a node; notes the line of each key and entry."""
+    """Return the plain data of a node of YAML at a path, and store the line of each key and entry."""
     if node is None:
         return None
     if isinstance(node, yaml.MappingNode):
-        return _mapping(node, path, file)
+        return _section_data(node, path, file)
     if isinstance(node, yaml.SequenceNode):
         items = [(item, (*path, place)) for place, item in enumerate(node.value)]
         file.lines |= {item_path: item.start_mark.line + 1 for item, item_path in items}
@@ -179,15 +184,16 @@ def _plain_data(node: Any, path: KeyPath, file: ModelFile[Any]) -> Any:
     if sign := unshowable(node.value):
         text = "text without control characters, also when they are written as escapes"
         raise _refusal(node, file, "control", text, escaped(sign))
-    return node.value if node.style else _scalar(node.value)
+    return node.value if node.style else _scalar_value(node.value)
 
 
-def _mapping(node: yaml.MappingNode, path: KeyPath, file: ModelFile[Any]) -> dict[str, Any]:
+def _section_data(node: yaml.MappingNode, path: KeyPath, file: ModelFile[Any]) -> dict[str, Any]:
+    """Return the plain data of a section; a repeated key is a problem, and its first value counts."""
     data: dict[str, Any] = {}
     for key_node, value_node in node.value:
         if not isinstance(key_node, yaml.ScalarNode):
             raise _refusal(key_node, file, "not-yaml", "a key must be a single word")
-        # a key is a name, whatever it looks like: a medium may be called 2013 or no
+        # a key is always a text, not a number or yes/no: a medium may be called 2013 or no
         key, key_path = key_node.value, (*path, key_node.value)
         _plain_data(key_node, key_path, file)
         line = key_node.start_mark.line + 1
@@ -204,15 +210,18 @@ def _mapping(node: yaml.MappingNode, path: KeyPath, file: ModelFile[Any]) -> dic
 def _refusal(
     node: Any, file: ModelFile[Any], code: str, allowed: str, value_found: str | None = None
 ) -> CampaignError:
+    """Make the error that refuses a file because of a node or token."""
     place = _place_of(node.start_mark, file)
     return CampaignError([Problem(f"config.{code}", place, value_found, allowed)])
 
 
 def _place_of(mark: Any, file: ModelFile[Any]) -> Place:
+    """Return line and column of a mark of PyYAML, from 1."""
     return Place(file.name, line=mark.line + 1, column=str(mark.column + 1))
 
 
-def _scalar(text: str) -> Any:
+def _scalar_value(text: str) -> Any:
+    """Return the value of a text without quotes: null, true or false, a number, or the text itself."""
     if text in _CONSTANTS:
         return _CONSTANTS[text]
     if _INTEGER.fullmatch(text):
@@ -224,16 +233,18 @@ def _scalar(text: str) -> Any:
     return text
 
 
-def _path(location: tuple[str | int, ...], data: Any) -> KeyPath:
-    """Path in the file of an error's location, without what pydantic adds for keys and unions."""
+def _path_of_error(location: tuple[str | int, ...], data: Any) -> KeyPath:
+    """Return the path in the file for a location of pydantic, without the steps that it adds for keys and unions."""
     path: KeyPath = ()
     tagged = False
     for step in location:
         if step == "[key]":
             continue
         if isinstance(data, dict) and not tagged and data.get(TAG) == step:
+            # not a key but the tag of the section, by which pydantic names its model
             tagged = True
             continue
+        # a step into a value names one of its types
         if not isinstance(data, dict | list):
             break
         path, tagged = (*path, step), False
@@ -244,12 +255,12 @@ def _path(location: tuple[str | int, ...], data: Any) -> KeyPath:
     return path
 
 
-def _translate(detail: Any, path: KeyPath, model: type[BaseModel], file: ModelFile[Any]) -> None:
-    """Note one error of a model, in the user's terms."""
+def _add_problem(detail: Any, path: KeyPath, model: type[BaseModel], file: ModelFile[Any]) -> None:
+    """Add the problem for one error of pydantic (`detail`) at a path, in words for the user."""
     sort: str = detail["type"]
     value = detail["input"]
     if sort == "missing" and path and isinstance(path[-1], int):
-        # a list that is too short: speak of the list
+        # an entry is missing: the problem is that of the list, which is too short
         sort, path = "tuple_type", path[:-1]
     around = file.data
     for step in path[:-1]:
@@ -261,12 +272,14 @@ def _translate(detail: Any, path: KeyPath, model: type[BaseModel], file: ModelFi
     if sort == "extra_forbidden":
         file.note(path, "unknown-key", name, f"one of {', '.join(keys)}", did_you_mean(name, keys))
     elif sort == "missing":
-        text = f"this key is missing; it is needed: {_described(key)}"
+        text = f"this key is missing; it is needed: {_describe_key(key)}"
         file.note(path, "missing-key", None, text)
     elif sort in ("union_tag_not_found", "union_tag_invalid"):
         tags, tag_value = tags_of(model, path), value.get(TAG)
         nearest = did_you_mean(tag_value, tags) if isinstance(tag_value, str) else None
-        file.note((*path, TAG), TAG, _words(tag_value), f"one of {', '.join(tags)}", nearest)
+        file.note(
+            (*path, TAG), TAG, _describe_value(tag_value), f"one of {', '.join(tags)}", nearest
+        )
     elif "[key]" in detail["loc"] and sort == "literal_error":
         words = re.findall(r"'([^']*)'", detail["ctx"]["expected"])
         text = f"one of {', '.join(words)}"
@@ -278,32 +291,38 @@ def _translate(detail: Any, path: KeyPath, model: type[BaseModel], file: ModelFi
         file.note(path, "inconsistent", None, text)
     elif sort == "literal_error":
         words = re.findall(r"'([^']*)'", detail["ctx"]["expected"])
-        text = _described(key) if key else f"one of {', '.join(words)}"
+        text = _describe_key(key) if key else f"one of {', '.join(words)}"
         if name == "unit" and "columns" in path[:-1]:
-            # a unit of this quantity, not of any
+            # only the units of this quantity
             words = [*units_of(str(path[path.index("columns") + 1]))]
             text = f"one of {', '.join(words)}"
-        file.note(path, "unknown-word", _words(value), text, did_you_mean(str(value), words))
+        file.note(
+            path, "unknown-word", _describe_value(value), text, did_you_mean(str(value), words)
+        )
     else:
         code = "wrong-type" if _TYPE_ERRORS.match(sort) else "out-of-range"
         if key is None and path and isinstance(path[-1], int):
-            # an entry of a list, or of a list of lists: the list's own words
+            # for an entry of a list, or of a list of lists, describe the list
             names = path
             while isinstance(names[-1], int):
                 names = names[:-1]
             key = next((k for k in keys_at(model, names[:-1]) if k.name == names[-1]), None)
         message = str(detail["msg"]).lower()
         section = "a section with keys of its own" if "dictionary" in message else message
-        text = (_described(key) if key else section) + _quotes(sort, value)
+        text = (_describe_key(key) if key else section) + _describe_quotes(sort, value)
         comma = isinstance(value, str) and COMMA.fullmatch(value)
-        file.note(path, code, _words(value), text, value.replace(",", ".") if comma else None)
+        file.note(
+            path, code, _describe_value(value), text, value.replace(",", ".") if comma else None
+        )
 
 
-def _described(key: Key | None) -> str:
+def _describe_key(key: Key | None) -> str:
+    """Return the words on what a key allows and means."""
     return f"{key.allowed} ({key.description})" if key else "a value"
 
 
-def _quotes(sort: str, value: Any) -> str:
+def _describe_quotes(sort: str, value: Any) -> str:
+    """Return the advice to add or remove quotes, where that is the cure; `sort`: type of pydantic's error."""
     if sort == "string_type" and isinstance(value, int | float):
         return "; put it in quotes"
     if sort in ("float_type", "int_type") and re.fullmatch(r"[-+]?[0-9]+(\.[0-9]*)?", str(value)):
@@ -311,7 +330,8 @@ def _quotes(sort: str, value: Any) -> str:
     return ""
 
 
-def _words(value: Any) -> str:
+def _describe_value(value: Any) -> str:
+    """Return the words for a wrong value in a message."""
     if isinstance(value, dict):
         return "a section"
     if isinstance(value, list):

@@ -1,4 +1,4 @@
-"""The reader of rows: tables that a user makes by hand, as csv, tsv or xlsx, checked cell by cell."""
+"""Reads tables that a user makes (csv, tsv or xlsx), and checks them cell by cell against a schema."""
 
 from __future__ import annotations
 
@@ -43,28 +43,33 @@ from rftfit.table.workbook import (
 )
 
 MAX_BYTES = 50_000_000
+"""Most bytes of a table that is read by rows."""
 MAX_TEXT = 500_000_000
-"""Of a csv that is read by columns."""
+"""Most bytes of a csv that is read by columns."""
 
 MAX_UNPACKED = 40_000_000
+"""Most bytes of a workbook when unpacked."""
 MAX_TAGS = 3_000_000
-"""Some four a cell of a workbook: enough for 45,000 runs, and read in seconds whatever they are."""
+"""Most XML tags of a workbook, about four for each cell: enough for 45,000 runs, and any are read in seconds."""
 
 _HEAD, _BLOCK = 1 << 12, 1 << 21
+"""Bytes of the first block of a csv, which holds the header, and of the further ones."""
 _MOST_NOTED = 100
-"""Problems after which no more of a table is read by columns."""
+"""Number of problems at which reading by columns stops."""
 
 _MOST_MERGED = 1000
-"""Ranges of merged cells, and rows of each, that are looked at."""
+"""Most ranges of merged cells, and most rows of each, that are searched."""
 MAX_COLUMNS = 64
+"""Most columns of a sheet that are read."""
 BAD = "?"
-"""Text of a bad cell."""
+"""Text in place of a bad cell."""
 
 YES = ("yes", "true", "1")
 NO = ("no", "false", "0")
 
 _NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9._-]{0,99}")
 _OLD_WORKBOOK = b"\xd0\xcf\x11\xe0"
+# code of a problem, to the words on what is allowed
 _BAD_CELLS = {
     "formula": "a value; this formula was never calculated: open the workbook in a spreadsheet and "
     "save it, or type the value",
@@ -86,15 +91,16 @@ Line = tuple[int, list[str]]
 class TableColumn:
     """One column of a table.
 
-    `needed`: Whether its cells must be filled, and the column be there.
-    `choices`: The words of a choice; None where they are not known, and nothing is said of a cell.
+    `meaning`: Words for the user.
+    `needed`: Whether the table must have the column, and each of its cells a value.
+    `choices`: Words that a cell may hold; None where they are not known, so that no cell is a problem.
     `low`, `high`: Inclusive range of a number; `above`: exclusive lower limit.
-    `unit`: Of a number. A header may state another of the same dimension, as in ``x_mm`` or ``x (mm)``.
-    `default`: Unit of a column under one of its names without a unit; empty: `unit`.
-    `also`: Other names that the header may give it.
-    `words`: Further names, of a header that states the unit beside it.
-    `hint`: Added to what is allowed.
-    `period`: Numbers so far apart are the same thing: of the angle of a plate, which has two faces, 180.
+    `unit`: Unit of a number. A header may state another one of the same dimension, as in ``x_mm`` or ``x (mm)``.
+    `default`: Unit of the column where its header states none; empty: `unit`.
+    `also`: Other names of the column in a header.
+    `words`: Further names, only for a header that states the unit.
+    `hint`: Words added to what is allowed.
+    `period`: Numbers that differ by this mean the same: 180 for the angle of a plate, which has two faces; 0: none.
     """
 
     name: str
@@ -114,22 +120,22 @@ class TableColumn:
 
     @cached_property
     def units(self) -> Mapping[str, float]:
-        """Units that a header or a cell may state, and what each is in `unit`."""
+        """Unit that a header or a cell may state, to its factor in `unit`."""
         return units_like(self.unit)
 
     @cached_property
     def stems(self) -> frozenset[str]:
-        """Names beside which a header states the unit, as `folded_name` spells them."""
-        of_name = (name for name, unit in cut_header(self.name) if unit_among(unit, self.units))
-        return frozenset([*of_name, *self.words])
+        """Names without a unit, in the spelling of `folded_name`, for headers that state the unit beside the name."""
+        stems = (name for name, unit in cut_header(self.name) if unit_among(unit, self.units))
+        return frozenset([*stems, *self.words])
 
     def unit_in(self, header: str) -> str:
-        """Unit that a header states behind a name; empty: none."""
+        """Return the unit that a header states behind a name; empty: none."""
         units = (unit_among(unit, self.units) for _, unit in cut_header(header))
         return next(filter(None, units), "")
 
     def is_needed_in(self, _: Mapping[str, str]) -> bool:
-        """Whether the cell of a row with these cells must be filled."""
+        """Return whether the cell of a row must be filled; a derived class may decide by the cells of the row."""
         return self.needed
 
     @property
@@ -139,7 +145,7 @@ class TableColumn:
 
     @property
     def allowed(self) -> str:
-        """What a cell may hold, in words."""
+        """Words on what a cell may hold."""
         text = {
             "name": "letters A-Z a-z, digits, and . _ -",
             "choice": ", ".join(self.choices or ()),
@@ -157,7 +163,7 @@ class TableColumn:
         return f"{text}{'; ' if self.hint else ''}{self.hint}"
 
     def holds(self, value: float) -> bool:
-        """Whether a number is in the range."""
+        """Return whether a number is in the range."""
         return (
             (self.low is None or value >= self.low)
             and (self.high is None or value <= self.high)
@@ -165,22 +171,22 @@ class TableColumn:
         )
 
     def unused(self, cells: Mapping[str, str]) -> str | None:  # noqa: ARG002
-        """Why a row does not use this column: empty if it does, None if nobody can say."""
+        """Return why a row does not use this column: empty if it does, None if that is unknown."""
         return ""
 
 
 @dataclass(frozen=True)
 class Schema:
-    """What a table holds.
+    """Format of a table.
 
     `area`: First part of the codes of problems.
-    `rows`: What its rows are, for messages.
+    `rows`: Noun for its rows in messages.
     `comments`: Whether lines that start with ``#`` are left out.
-    `others`: Whether a column that is not in `columns` is an error, is warned about, or left alone.
+    `others`: Whether a column that is not in `columns` is an error, a warning, or ignored.
     `lenient`: Whether a bad cell is only marked in its row, without a problem.
-    `missing`: By column the numbers that mean no data, as the file has them: a row with one has none.
-    `decimal`: Mark of its numbers.
-    `file`: The table's name in problems.
+    `missing`: Column to the numbers that mean no data, in the unit of the file: a row with one of them has no data.
+    `decimal`: Decimal mark of its numbers.
+    `file`: Name of the table in problems.
     """
 
     area: str
@@ -197,13 +203,13 @@ class Schema:
     def refusal(
         self, code: str, allowed: str, value_found: str | None = None, row: int | None = None
     ) -> CampaignError:
-        """Say why nothing of the table can be read."""
+        """Make the error for a table that cannot be read at all."""
         place = Place(self.file, row)
         return CampaignError([Problem(f"{self.area}.{code}", place, value_found, allowed)])
 
     @property
     def no_rows(self) -> tuple[Problem, ...]:
-        """What is wrong with a header alone."""
+        """Problem of a table with a header and no row."""
         allowed = f"no {self.rows} yet: below the header, one row for each is needed"
         return self.refusal("empty", allowed).problems
 
@@ -212,11 +218,12 @@ class Schema:
 class DraftRow:
     """A row while it is being checked.
 
-    `text`: Good cells as text; blank and bad ones are empty.
-    `number`: Good cells of number columns.
-    `bad`: Columns whose cell has an error, or that a needed cell is missing from.
-    `problems`: Those of the whole table, to which this row adds its own.
-    `no_data`: Whether a number means no data; it is 0 here.
+    `row`: Number of the row as in a spreadsheet.
+    `text`: Column to its cell as text; blank and bad cells are empty.
+    `number`: Column to the number of a good cell, in the unit of the schema.
+    `bad`: Columns whose cell has an error, or is blank though needed.
+    `problems`: Problems of the whole table, to which this row adds its problems.
+    `no_data`: Whether a cell has a number that means no data; `number` has 0 there.
     """
 
     schema: Schema
@@ -236,22 +243,23 @@ class DraftRow:
         nearest: str | None = None,
         severity: Severity = "error",
     ) -> None:
-        """Note a problem of one cell, whose column counts as bad if it is an error."""
+        """Add a problem of one cell; the arguments as in `Problem`. An error makes the column bad in this row."""
         if severity == "error":
             self.bad.add(column)
         code, place = f"{self.schema.area}.{code}", Place(self.schema.file, self.row, column)
         self.problems.append(Problem(code, place, value_found, allowed, nearest, severity))
 
     def yes(self, column: str) -> bool:
-        """Whether a flag is set; false also where the cell is blank or bad."""
+        """Return whether a flag is set; False also where the cell is blank or bad."""
         return self.text.get(column) == "yes"
 
     def check_file(
         self, column: TableColumn, folder: files.Folder, lost: str, above: str = ""
     ) -> None:
-        """Look for the file that a cell names, in a folder or in its part `above`.
+        """Check that the file that a cell names exists.
 
-        `lost`: What happens to the row where the file is missing; empty: nothing worth a warning.
+        `folder`, `above`: Folder of the files, and folder within it that the cell leaves out. `lost`: Words on what
+        happens to the row where the file is missing; empty: no warning.
         """
         name = self.text[column.name]
         if not name:
@@ -276,10 +284,10 @@ class DraftRow:
 def read_rows(
     path: Path, schema: Schema, file: str | None = None
 ) -> tuple[list[DraftRow], list[Problem]]:
-    """Read a table; whether it is a workbook is seen from its content.
+    """Read a table, a workbook or text, as its content shows.
 
-    `file`: Its name in problems; default: its path. Returns every row, with its good cells, and the problems; a lenient
-    schema leaves out those of single cells.
+    `file`: Its name in problems; default: its path. Returns every row, with its good cells, and all problems; for a
+    lenient schema without those of single cells.
     """
     schema = replace(schema, file=str(path) if file is None else file)
     try:
@@ -290,13 +298,14 @@ def read_rows(
     if not table.rows:
         problems += schema.no_rows
     noted = deque[Problem](maxlen=0) if schema.lenient else problems
-    return _drafts(table, places, schema, noted), problems
+    return _check_rows(table, places, schema, noted), problems
 
 
 class HeaderCell(NamedTuple):
-    """Where a column stands, the name that the file gives it, its unit, and what that is in the unit of the schema.
+    """Header of a column in the file.
 
-    `is_stated`: Whether the header states the unit.
+    `place`: Column in the file, from 0. `name`: Its name there. `unit`: Unit in the file. `scale`: Factor of this unit
+    in the unit of the schema. `is_stated`: Whether the header states the unit.
     """
 
     place: int
@@ -309,12 +318,13 @@ class HeaderCell(NamedTuple):
 _Headers = dict[str, HeaderCell]
 
 
-def _drafts(
+def _check_rows(
     table: _Table, places: _Headers, schema: Schema, problems: MutableSequence[Problem]
 ) -> list[DraftRow]:
+    """Check the rows of a table cell by cell; `places`: column of the schema to its header in the file."""
     schema = replace(schema, decimal=table.decimal)
     columns = [(column, places.get(column.name)) for column in schema.columns]
-    # a program may write an index below no name
+    # in a table of another program a column without a name may be an index: "-" stands for its name
     header = table.header if schema.others == "refused" else ["-"] * len(table.header)
     drafts: list[DraftRow] = []
     for number, cells in table.rows:
@@ -336,10 +346,10 @@ def _drafts(
 
 @dataclass
 class TableRows:
-    """Rows of a table by columns, shape (n,): ``row``, ``bad``, ``no_data``, numbers, NaN where there is none, and texts.
+    """Rows of a table as columns, shape (n,): ``row``, ``bad``, ``no_data``, and the columns of the schema.
 
-    `texts`: Of a column of texts all that it holds, where `columns` have the place of each row's; a bad
-    cell counts as `BAD`.
+    `columns`: Name to values; a missing number is NaN; a text is a whole number, its code. `texts`: Column of texts to
+    its different texts, each with its code; a bad cell has the text `BAD`.
     """
 
     columns: dict[str, npt.NDArray[Any]]
@@ -349,7 +359,7 @@ class TableRows:
     def of(
         cls, drafts: Sequence[DraftRow], schema: Schema, texts: dict[str, dict[str, int]]
     ) -> TableRows:
-        """Put checked rows into columns."""
+        """Make columns of checked rows."""
         columns: dict[str, npt.NDArray[Any]]
         columns = {"row": np.array([draft.row for draft in drafts], dtype=np.int64)}
         columns["bad"] = np.array([bool(draft.bad) for draft in drafts], dtype=bool)
@@ -363,21 +373,21 @@ class TableRows:
                 cells_of_column = (
                     BAD if name in draft.bad else draft.text.get(name, "") for draft in drafts
                 )
-                columns[name] = _places(cells_of_column, texts.setdefault(name, {}))
+                columns[name] = _code_texts(cells_of_column, texts.setdefault(name, {}))
         return cls(columns, texts)
 
 
-def _places(texts: Iterable[str], among: dict[str, int]) -> npt.NDArray[np.int32]:
-    """Place of each text among those of its column, to which new ones are added."""
-    return np.array([among.setdefault(text, len(among)) for text in texts], dtype=np.int32)
+def _code_texts(texts: Iterable[str], codes: dict[str, int]) -> npt.NDArray[np.int32]:
+    """Return the code of each text, shape (n,); a new text is added to `codes` with the next number."""
+    return np.array([codes.setdefault(text, len(codes)) for text in texts], dtype=np.int32)
 
 
 def read_table_columns(
     path: Path, schema: Schema, file: str
 ) -> tuple[TableRows, dict[str, HeaderCell], list[Problem]]:
-    """Read a table of any length by columns, and what is around a bad cell as `read_rows` does.
+    """Read a table of any length by columns, block by block; a block with a bad cell is checked cell by cell.
 
-    Returns its rows, the header of each column, and all problems: where they are many, of the first rows.
+    Returns its rows, the header of each column, and all problems; after many problems only those of the first rows.
     """
     schema = replace(schema, file=file)
     problems: list[Problem] = []
@@ -386,10 +396,12 @@ def read_table_columns(
     filled = 0
 
     def join(block_columns: dict[str, npt.NDArray[Any]]) -> None:
+        """Copy the columns of a block behind those of the blocks before."""
         nonlocal filled
         begin, filled = filled, filled + block_columns["row"].size
         for name, values in block_columns.items():
-            np.add(values, 0, out=columns[name][begin:filled], casting="unsafe")  # no minus zero
+            # adding 0 makes 0 of -0
+            np.add(values, 0, out=columns[name][begin:filled], casting="unsafe")
 
     try:
         data = _long_text(path, schema)
@@ -404,15 +416,15 @@ def read_table_columns(
         places, problems = _find_columns(table, schema)
         most = len(table.rows) + data.count(b"\n", position) + 1
         columns = {name: np.empty(most, values.dtype) for name, values in columns.items()}
-        join(TableRows.of(_drafts(table, places, schema, problems), schema, texts).columns)
+        join(TableRows.of(_check_rows(table, places, schema, problems), schema, texts).columns)
         while position < len(data):
             block = data[position : (position := _next_row_start(data, position, _BLOCK))]
             block_columns = _read_valid_rows(block, table, places, schema, texts)
             if block_columns is None:
                 table.rows = []
-                _take(table, block.decode(), schema)
+                _add_rows(table, block.decode(), schema)
                 block_columns = TableRows.of(
-                    _drafts(table, places, schema, problems), schema, texts
+                    _check_rows(table, places, schema, problems), schema, texts
                 ).columns
             join(block_columns)
             if position < len(data) and len(problems) > _MOST_NOTED:
@@ -429,7 +441,10 @@ def read_table_columns(
 def _read_valid_rows(
     block: bytes, table: _Table, places: _Headers, schema: Schema, texts: dict[str, dict[str, int]]
 ) -> dict[str, npt.NDArray[Any]] | None:
-    """Read rows in which every cell is valid; None where one is not."""
+    """Read a block of rows as columns, fast; None where a cell is not valid.
+
+    `texts`: As in `TableRows`; new texts are added.
+    """
     kinds: list[Kind] = ["skip"] * len(table.header)
     for column in schema.columns:
         if column.name in places:
@@ -448,7 +463,9 @@ def _read_valid_rows(
         name, number = column.name, column.form == "number"
         codes_of_texts = texts.setdefault(name, {}) if not number else {}
         if name not in places:
-            columns[name] = np.full(size, math.nan if number else _places([""], codes_of_texts)[0])
+            columns[name] = np.full(
+                size, math.nan if number else _code_texts([""], codes_of_texts)[0]
+            )
             continue
         header_cell = places[name]
         values = cells.column(str(header_cell.place)).combine_chunks()
@@ -470,12 +487,12 @@ def _read_valid_rows(
             distinct.append(draft.text[name])
         if draft.bad:
             return None
-        columns[name] = _places(distinct, codes_of_texts)[values.indices.to_numpy()]
+        columns[name] = _code_texts(distinct, codes_of_texts)[values.indices.to_numpy()]
     table.last += size
     return columns
 
 
-# --- one cell
+# --- One cell
 
 
 def _read_cell(
@@ -485,6 +502,11 @@ def _read_cell(
     bad: tuple[str, str] | None,
     scale: float,
 ) -> None:
+    """Read the cell of a column into a row, or add its problem.
+
+    `cells`: Cells of the row. `bad`: Code and text of a cell of a workbook that is no value. `scale`: Factor of the
+    unit of the header in the unit of the schema.
+    """
     name = column.name
     cell = cells.get(name, "")
     unused = column.unused(cells)
@@ -493,12 +515,12 @@ def _read_cell(
     elif not cell:
         if column.is_needed_in(cells) and not unused:
             draft.bad.add(name)
-            # a column that is missing altogether is one problem of the header, not one of each row
+            # a missing column is one problem of the header, not a problem of each row
             if unused is not None and (name in cells or not column.header_needed):
                 allowed = f"this cell must not be blank; allowed: {column.allowed}"
                 draft.note(name, "required", None, allowed)
     elif unused:
-        # where kind or direction are themselves wrong, a cell is given the benefit of the doubt
+        # only where `unused` is a reason: where it is None, kind or direction are wrong, and no warning is sure
         draft.note(name, "ignored", cell, f"nothing: {unused}", severity="warning")
     elif column.form == "number":
         _read_number(draft, column, cell, scale)
@@ -507,7 +529,8 @@ def _read_cell(
 
 
 def _read_number(draft: DraftRow, column: TableColumn, cell: str, scale: float) -> None:
-    if math.isnan(scale):  # the unit is not known: a problem of the header
+    """Read a number, perhaps with a unit, which then replaces the unit of the header."""
+    if math.isnan(scale):  # the unit is unknown, which is a problem of the header
         draft.bad.add(column.name)
         return
     code, nearest, hint = "", None, ""
@@ -536,12 +559,13 @@ def _read_number(draft: DraftRow, column: TableColumn, cell: str, scale: float) 
 
 
 def same_angle(value: float, period: float, low: float) -> tuple[str, str]:
-    """Return the number of the range that is the same angle, and why it is."""
+    """Return the same angle of a plate in the range from `low`, and the words on why it is the same."""
     same = f"{(value - low) % period + low:g}"
     return same, f"; a plate has two faces: {value:g} is the plate at {same}"
 
 
 def _read_name(draft: DraftRow, column: TableColumn, cell: str) -> None:
+    """Read a name that can be part of the name of a file."""
     if files.is_device(cell):
         draft.note(column.name, "reserved-name", cell, files.DEVICE)
     elif _NAME.fullmatch(cell):
@@ -552,6 +576,7 @@ def _read_name(draft: DraftRow, column: TableColumn, cell: str) -> None:
 
 
 def _read_choice(draft: DraftRow, column: TableColumn, cell: str) -> None:
+    """Read one of the words of the column; where they are not known, the cell is bad without a problem."""
     words = column.choices
     if words is None:
         draft.bad.add(column.name)
@@ -563,6 +588,7 @@ def _read_choice(draft: DraftRow, column: TableColumn, cell: str) -> None:
 
 
 def _read_path(draft: DraftRow, column: TableColumn, cell: str) -> None:
+    """Read a relative path."""
     try:
         draft.text[column.name] = files.plain_path(cell)
     except files.BadPath as bad:
@@ -570,6 +596,7 @@ def _read_path(draft: DraftRow, column: TableColumn, cell: str) -> None:
 
 
 def _read_flag(draft: DraftRow, column: TableColumn, cell: str) -> None:
+    """Read yes or no; a flag that is not set becomes empty."""
     word = cell.casefold()
     if word in YES or word in NO:
         draft.text[column.name] = "yes" if word in YES else ""
@@ -579,6 +606,7 @@ def _read_flag(draft: DraftRow, column: TableColumn, cell: str) -> None:
 
 
 def _read_text(draft: DraftRow, column: TableColumn, cell: str) -> None:
+    """Read any text without control characters."""
     if sign := files.unshowable(cell):
         allowed = "text without control characters: it is printed in tables and figures"
         draft.note(column.name, "control", sign, allowed)
@@ -590,12 +618,16 @@ _READERS = {"name": _read_name, "choice": _read_choice, "path": _read_path, "fla
 _READERS["text"] = _read_text
 
 
-# --- the header
+# --- The header
 
 
 @dataclass
 class _Table:
-    """Header and rows as text, without blank rows; `_bad_cell` of those that are, by row and position."""
+    """Header and rows as text, without blank rows.
+
+    `rows`: Number of each row, and its cells. `bad`: Row and place of a bad cell, to its code and text. `last`: Number
+    of the last row that was read.
+    """
 
     header: list[str] = field(default_factory=list)
     rows: list[Line] = field(default_factory=list)
@@ -606,7 +638,7 @@ class _Table:
     decimal: str = "."
 
     def add(self, row: int, cells: list[str]) -> None:
-        """Take in one row; the first that is not blank is the header."""
+        """Add a row; the first one that is not blank is the header."""
         self.last = row
         if not any(cells):
             return
@@ -617,7 +649,7 @@ class _Table:
 
 
 def _find_columns(table: _Table, schema: Schema) -> tuple[_Headers, list[Problem]]:
-    """Position of each column, what its unit is in that of the schema, and what is wrong with it."""
+    """Find the columns of the schema in the header; return column to its header, and the problems."""
     places: _Headers = {}
     problems: list[Problem] = []
     note = DraftRow(schema, table.header_row, problems).note
@@ -654,7 +686,7 @@ def _find_columns(table: _Table, schema: Schema) -> tuple[_Headers, list[Problem
         raise schema.refusal("header-below", allowed, header, table.header_row)
     missing = [column for column in schema.columns if column.name not in places]
     for name in () if schema.others == "ignored" else unknown:
-        # first among those that are not there yet, so that two misspellings get two answers
+        # first among the columns that are missing, so that two misspellings get different answers
         nearest = did_you_mean(name, [column.name for column in missing])
         nearest = nearest or did_you_mean(name, names)
         if schema.others == "warned":
@@ -673,13 +705,16 @@ def _find_columns(table: _Table, schema: Schema) -> tuple[_Headers, list[Problem
 
 
 def _header_below(table: _Table, schema: Schema) -> int:
-    """Row in which the names of the columns stand, below a title; 0: none has two of them."""
+    """Return the row, below a title, that has at least two names of columns; 0: there is none."""
     names = {column.name for column in schema.columns}
     return next((row for row, cells in table.rows if len(names & set(cells)) > 1), 0)
 
 
 def _column_of(header: str, schema: Schema) -> tuple[TableColumn | None, str | None]:
-    """Column that a header names, and the unit that it states; empty: none, None: none of the column's."""
+    """Return the column that a header names, and the unit that it states.
+
+    Unit empty: the header states none; None: one that the column cannot have. Column None: no column has that name.
+    """
     for column in schema.columns:
         if header == column.name:
             return column, ""
@@ -698,7 +733,7 @@ def _column_of(header: str, schema: Schema) -> tuple[TableColumn | None, str | N
 def _check_cells_without_header(
     draft: DraftRow, header: Sequence[str], cells: Sequence[str]
 ) -> None:
-    """Note filled cells that stand under no header."""
+    """Add a problem for each filled cell below a blank header."""
     for index, cell in enumerate(cells):
         if cell and (index >= len(header) or not header[index]):
             allowed = (
@@ -708,10 +743,11 @@ def _check_cells_without_header(
             draft.note(f"number {index + 1}", "no-header", cell, allowed)
 
 
-# --- text and workbooks
+# --- Text and workbooks
 
 
 def _read_table(path: Path, schema: Schema) -> _Table:
+    """Read header and rows of a workbook or a text as text."""
     data = files.read_bytes(path, schema.file, schema.area, MAX_BYTES)
     suffix = path.suffix.lower()
     if data.startswith(WORKBOOK):
@@ -722,11 +758,11 @@ def _read_table(path: Path, schema: Schema) -> _Table:
     if suffix in (".xlsx", ".xlsm") and data.strip():
         allowed = "a workbook, as the name says; this file is none: save it again as .xlsx or .csv"
         raise schema.refusal("not-a-workbook", allowed)
-    return _read_csv(_text_of(data, schema), schema, suffix)
+    return _read_csv(_decode_table(data, schema), schema, suffix)
 
 
-def _text_of(data: bytes, schema: Schema) -> str:
-    """Decode a table that is no workbook; all line ends become line feeds."""
+def _decode_table(data: bytes, schema: Schema) -> str:
+    """Decode a text table; all line ends become line feeds."""
     if data and not text_head(data if utf16_of(data) else data.replace(b"\0", b"")):
         allowed = "csv or tsv as text, or xlsx; this file is none of them: save it again from a spreadsheet"
         raise schema.refusal("not-text", allowed)
@@ -737,22 +773,23 @@ def _text_of(data: bytes, schema: Schema) -> str:
 
 
 def _too_many_rows(schema: Schema) -> CampaignError:
+    """Make the error for a table with too many rows."""
     allowed = f"at most {schema.most_rows} rows are read; delete empty rows below the last"
     return schema.refusal("too-many-rows", allowed, row=schema.most_rows)
 
 
 def _long_text(path: Path, schema: Schema) -> bytes:
-    """UTF-8 of a csv that is read by columns, its line ends line feeds; nothing of a workbook."""
+    """Return a text table in UTF-8 with line feeds as line ends; empty for a workbook, which is read by rows."""
     cure = "leave out columns that are not needed, keep every tenth row, or part the table by media"
     data = files.read_bytes(path, schema.file, schema.area, MAX_TEXT, cure)
     if path.suffix.lower() in (".xlsx", ".xlsm") or data.startswith((WORKBOOK, _OLD_WORKBOOK)):
         return b""
     plain = data.isascii() and b"\r" not in data
-    return data if plain else _text_of(data, schema).encode()
+    return data if plain else _decode_table(data, schema).encode()
 
 
 def _next_row_start(text: bytes, begin: int, size: int) -> int:
-    """Position of the first row after `size` more bytes; a line end inside quotes does not end a row."""
+    """Return the place of the first row that starts `size` or more bytes after `begin`; quotes may hold line ends."""
     stop = text.find(b"\n", begin + size) + 1 or len(text)
     quotes = text.count(b'"', begin, stop)
     while quotes % 2 and stop < len(text):
@@ -762,24 +799,26 @@ def _next_row_start(text: bytes, begin: int, size: int) -> int:
 
 
 def _read_csv(text: str, schema: Schema, suffix: str) -> _Table:
+    """Read header and rows of a text; delimiter and decimal mark are found by the names and numbers in it."""
     if schema.comments:
         text = re.sub(r"(?m)^[ \t]*#.*$", "", text)
     names = [name for column in schema.columns for name in (column.name, *column.also)]
     head = next((line for line in io.StringIO(text) if line.strip()), "")
 
     def known_names(delimiter: str) -> int:
+        """Count the names of columns in the first line, split at a delimiter."""
         cells = (cell.strip().strip('"').strip() for cell in head.split(delimiter))
         return sum(_column_of(cell, schema)[1] is not None for cell in cells)
 
-    # at a draw the commonest one, then that of the file's name
+    # of delimiters with as many known names, the most frequent; then by the ending of the file's name
     order = ["\t", ",", ";"] if suffix in (".tsv", ".tab") else [",", ";", "\t"]
     table = _Table(
         delimiter=max(order, key=lambda candidate: (known_names(candidate), head.count(candidate)))
     )
-    _take(table, text, schema, schema.most_rows)
+    _add_rows(table, text, schema, schema.most_rows)
     if has_decimal_commas(cell for _, cells in table.rows for cell in cells):
         table.decimal = ","
-    # one long cell that names several columns: cut by something else
+    # a single long cell with several names: the cells are separated by something else
     several = min(3, len(names))
     if len(table.header) == 1 and sum(name in table.header[0] for name in names) >= several > 1:
         allowed = "cells separated by comma, semicolon, tab"
@@ -787,8 +826,8 @@ def _read_csv(text: str, schema: Schema, suffix: str) -> _Table:
     return table
 
 
-def _take(table: _Table, text: str, schema: Schema, most: float = math.inf) -> None:
-    """Take the rows of a text into a table, `most` of them."""
+def _add_rows(table: _Table, text: str, schema: Schema, most: float = math.inf) -> None:
+    """Add the rows of a text to a table; raises CampaignError for more than `most` rows."""
     try:
         records = records_of(io.StringIO(text), table.delimiter)
         for row, cells in enumerate(records, start=table.last + 1):
@@ -801,13 +840,14 @@ def _take(table: _Table, text: str, schema: Schema, most: float = math.inf) -> N
 
 
 def _read_workbook(data: bytes, schema: Schema) -> _Table:
-    """Read the first sheet: numbers as the shortest text that means them, true and false as words."""
+    """Read header and rows of the first sheet as text; bad cells are noted in the table, without a problem yet."""
     table = _Table()
     with contextlib.ExitStack() as opened:
         opened.enter_context(_workbook_errors(schema))
         has_formulas, merged_ranges = _check_archive(data, schema)
 
         def first_sheet(*, formulas: bool = False) -> tuple[Any, Iterator[tuple[Any, ...]]]:
+            """Open the first sheet, with the formulas of its cells or their results, and its rows."""
             file = io.BytesIO(data)
             sheet = opened.enter_context(open_workbook(file, formulas=formulas)).worksheets[0]
             return sheet, opened.enter_context(rows_of(sheet, MAX_COLUMNS))
@@ -822,29 +862,29 @@ def _read_workbook(data: bytes, schema: Schema) -> _Table:
             if row > schema.most_rows:
                 raise _too_many_rows(schema)
             texts = [text_of(value) for value in values]
-            for row_index, (value, source) in enumerate(zip_longest(values, formulas)):
+            for column_index, (value, source) in enumerate(zip_longest(values, formulas)):
                 if bad := _bad_cell(value, source):
-                    table.bad[row, row_index] = bad
-                    texts[row_index] = texts[row_index] or bad[1]
-            for row_index, first in merged.get(row, {}).items() if any(texts) else ():
-                if first == (row, row_index):
-                    firsts[first] = texts[row_index] if row_index < len(texts) else ""
+                    table.bad[row, column_index] = bad
+                    texts[column_index] = texts[column_index] or bad[1]
+            for column_index, first in merged.get(row, {}).items() if any(texts) else ():
+                if first == (row, column_index):
+                    firsts[first] = texts[column_index] if column_index < len(texts) else ""
                 elif firsts.get(first):
-                    table.bad[row, row_index] = ("merged-cell", firsts[first])
+                    table.bad[row, column_index] = ("merged-cell", firsts[first])
             table.add(row, texts)
     return table
 
 
 def read_sheets(path: Path, schema: Schema) -> Iterator[tuple[str, list[Line]]]:
-    """Read every sheet of a table of any layout: its name, and its rows that are not blank, by number, as text.
+    """Yield name, and number and cells of each row that is not blank, of every sheet of a table in any layout.
 
     Raises CampaignError if the file cannot be read.
     """
     data = files.read_bytes(path, schema.file, schema.area, MAX_BYTES)
     if not data.startswith(WORKBOOK):
-        text = _text_of(data, schema)
+        text = _decode_table(data, schema)
         table = _Table(delimiter=max(",;\t", key=text.count))
-        _take(table, text, schema, schema.most_rows)
+        _add_rows(table, text, schema, schema.most_rows)
         header = [(table.header_row, table.header)] if table.header else []
         yield path.stem, [*header, *table.rows]
         return
@@ -865,7 +905,7 @@ def _workbook_errors(schema: Schema) -> Iterator[None]:
         yield
     except CampaignError:
         raise
-    # from KeyError to zlib.error
+    # the library raises anything from KeyError to zlib.error
     except Exception as error:
         why = str(error) or type(error).__name__
         allowed = f"this workbook cannot be read ({why}); save it again as .xlsx or .csv"
@@ -875,7 +915,10 @@ def _workbook_errors(schema: Schema) -> Iterator[None]:
 def _check_archive(
     data: bytes, schema: Schema
 ) -> tuple[bool, dict[str, list[tuple[bytes, bytes, bytes, bytes]]]]:
-    """Refuse what no spreadsheet writes, before it is parsed; tell whether there are formulas, and the merged ranges of each sheet."""
+    """Refuse an archive that no spreadsheet writes, before it is parsed.
+
+    Returns whether there are formulas, and the merged ranges of each sheet: left, top, right, bottom.
+    """
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         unpacked = sum(info.file_size for info in archive.infolist())
         if unpacked > MAX_UNPACKED:
@@ -893,14 +936,14 @@ def _check_archive(
         )
     sheets = {name: content for name, content in parts.items() if name.startswith("xl/worksheets/")}
     has_formulas = any(b"<f>" in content or b"<f " in content for content in sheets.values())
-    # the library's quick reader passes over them
+    # merged ranges are found here, as the read-only mode of the library ignores them
     return has_formulas, {name: _MERGED.findall(content) for name, content in sheets.items()}
 
 
 def _merged_cells(
     ranges: Sequence[tuple[bytes, bytes, bytes, bytes]],
 ) -> dict[int, dict[int, tuple[int, int]]]:
-    """By row and position the cells that are merged: which one has their value."""
+    """Return row to place to the merged cell that has the value: its row and place."""
     spans_of_rows: dict[int, dict[int, tuple[int, int]]] = {}
     for left, top, right, bottom in ranges[:_MOST_MERGED]:
         first, last = place_of_column(left.decode()), place_of_column(right.decode())
@@ -911,7 +954,7 @@ def _merged_cells(
 
 
 def _bad_cell(value: Any, source: Any) -> tuple[str, str] | None:
-    """Code and text of a cell that is not what it looks like; `source` is its formula, if any."""
+    """Return code and text of a cell that holds no value typed by the user, else None; `source`: its formula."""
     if value is None and source is not None:
         return "formula", str(getattr(source, "text", source))
     if is_moment(value):

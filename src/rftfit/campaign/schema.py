@@ -1,4 +1,4 @@
-"""Every key of a model in words: for messages, the JSON schema and the generated reference page."""
+"""Describes each key of a model in words: for messages, the JSON schema and the generated reference page."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ from rftfit.store import write_text
 
 KeyPath = tuple[str | int, ...]
 TAG = "shape"
-"""The key that says which of several models a section is."""
+"""Key that says which of several models a section has."""
 
 NAME, NUMBER = "<name>", "<number>"
-"""Stand for a name that the user chooses, and for the entries of a list, in the path of a key."""
+"""Steps in the path of a key that stand for a name that the user chooses, and for an entry of a list."""
 
 _UNITS = (
     ("_N_per_min", "N/min"),
@@ -50,9 +50,9 @@ _TYPES["boolean"] = "true or false"
 class Key:
     """One key of a model, described in words.
 
-    `path` has `NAME` and `NUMBER` where the user chooses; `tag` is the kind of section that has
-    this key; `default` is ``required`` where there is none. `description`: One sentence, for messages
-    and tables; `more`: what the reference adds, an example among it.
+    `path`: Its steps are `NAME` or `NUMBER` where the user chooses. `tag`: Kind of section that has the key; empty:
+    all kinds. `default`: ``required`` where there is none. `description`: One sentence, for messages and tables.
+    `more`: What the reference page adds, with an example.
     """
 
     path: tuple[str, ...]
@@ -66,11 +66,11 @@ class Key:
 
     @property
     def name(self) -> str:
-        """The last part of its path."""
+        """Last step of its path."""
         return self.path[-1]
 
     def fits(self, path: KeyPath) -> bool:
-        """Whether a path, as met in a file, leads to this key."""
+        """Return whether a path in a file leads to this key."""
         return len(path) == len(self.path) and all(
             pattern in (name, NUMBER if isinstance(name, int) else NAME)
             for pattern, name in zip(self.path, path, strict=True)
@@ -79,7 +79,10 @@ class Key:
 
 @cache
 def schema(model: type[BaseModel] = Config) -> dict[str, Any]:
-    """JSON schema of a model, not to be changed; the text below a key in its class describes it."""
+    """Return the JSON schema of a model, in which the text below a key in its class describes the key.
+
+    The result is cached: callers must not change it.
+    """
     page = model.model_json_schema()
     module = sys.modules[model.__module__]
     for name, section in {model.__name__: page, **page.get("$defs", {})}.items():
@@ -92,7 +95,10 @@ def schema(model: type[BaseModel] = Config) -> dict[str, Any]:
 
 @cache
 def _texts(module: str) -> dict[str, dict[str, str]]:
-    """The text below each key of a module's models, by class; pydantic would read it at every start."""
+    """Return class to key to the text below the key, for the models of a module.
+
+    pydantic can read these texts, too, but would do so at every start of the program.
+    """
     classes = ast.parse(inspect.getsource(sys.modules[module])).body
     return {
         cls.name: {
@@ -107,90 +113,96 @@ def _texts(module: str) -> dict[str, dict[str, str]]:
 
 @cache
 def all_keys(model: type[BaseModel] = Config) -> tuple[Key, ...]:
-    """Every key of a model, in its order."""
-    return tuple(_walk(schema(model), (), schema(model).get("$defs", {})))
+    """Return every key of a model, in the order of the model."""
+    return tuple(_walk_keys(schema(model), (), schema(model).get("$defs", {})))
 
 
 def keys_at(model: type[BaseModel], parent: KeyPath, tag: str = "") -> list[Key]:
-    """Keys that a section can have; `tag` says which sort of section it is, where that is known."""
+    """Return the keys that a section can have; `tag`: sort of the section; empty: unknown, so all."""
     keys = [key for key in all_keys(model) if key.fits((*parent, key.name))]
     return [key for key in keys if not (tag and key.tag and key.tag != tag)]
 
 
 def tags_of(model: type[BaseModel], section: KeyPath) -> list[str]:
-    """Words that the tag of a section can be."""
+    """Return the words that the tag of a section can be."""
     return list(dict.fromkeys(key.tag for key in keys_at(model, section)))
 
 
-def _walk(
+def _walk_keys(
     node: dict[str, Any], path: tuple[str, ...], defs: dict[str, Any], tag: str = ""
 ) -> Iterator[Key]:
+    """Yield each key below a node of the schema, whose path is `path`; `defs`: named parts of the schema."""
     for name, field in node.get("properties", {}).items():
-        target = _follow(field, defs)
+        target = _resolve(field, defs)
         key_path = (*path, name)
         yield Key(
             key_path,
             tag,
-            _type(target),
+            _describe_type(target),
             next((unit for end, unit in _UNITS if name.endswith(end)), ""),
-            "required" if name in node.get("required", ()) else _default(field),
-            _allowed(target),
+            "required" if name in node.get("required", ()) else _describe_default(field),
+            _describe_allowed(target),
             *_short_and_more(field.get("description", "")),
         )
-        yield from _walk(target, key_path, defs)
+        yield from _walk_keys(target, key_path, defs)
         if "items" in target:
-            yield from _walk(_follow(target["items"], defs), (*key_path, NUMBER), defs)
-        # a section whose names the user chooses
+            yield from _walk_keys(_resolve(target["items"], defs), (*key_path, NUMBER), defs)
+        # a section in which the user chooses the names
         patterns = target.get("patternProperties", {}).values()
         inner = target.get("additionalProperties") or next(iter(patterns), None)
         if isinstance(inner, dict):
             for variant in inner.get("oneOf", [inner]):
-                section = _follow(variant, defs)
+                section = _resolve(variant, defs)
                 word = section.get("properties", {}).get(TAG, {}).get("const", "")
-                yield from _walk(section, (*key_path, NAME), defs, word)
+                yield from _walk_keys(section, (*key_path, NAME), defs, word)
 
 
 def _short_and_more(text: str) -> tuple[str, str]:
+    """Return the first paragraph of a text, and all others, each on one line."""
     short, _, details = text.partition("\n\n")
     return " ".join(short.split()), " ".join(details.split())
 
 
-def _follow(node: dict[str, Any], defs: dict[str, Any]) -> dict[str, Any]:
+def _resolve(node: dict[str, Any], defs: dict[str, Any]) -> dict[str, Any]:
+    """Return the node to which a node refers; of several types the first one that is not null."""
     if "$ref" in node:
         target: dict[str, Any] = defs[node["$ref"].rsplit("/", 1)[1]]
         return target
-    # X | None: the X; X | Y: the first
     for option in node.get("anyOf", ()):
         if option.get("type") != "null":
             nullable = any(option.get("type") == "null" for option in node["anyOf"])
-            return {**_follow(option, defs), "nullable": nullable}
+            return {**_resolve(option, defs), "nullable": nullable}
     return node
 
 
-def _type(node: dict[str, Any]) -> str:
+def _describe_type(node: dict[str, Any]) -> str:
+    """Return the words for the type of a node, such as "list of 3 numbers"."""
     if node.get("type") == "array":
         items = _items(node)
         count = f"{len(items)} " if "prefixItems" in node else ""
-        return f"list of {count}{_several(items[0])}"
+        return f"list of {count}{_describe_types(items[0])}"
     return _TYPES.get(node.get("type", ""), "section")
 
 
 def _items(node: dict[str, Any]) -> list[dict[str, Any]]:
-    """Entries of a list, one for each place or one for all; X where they are X or nothing."""
+    """Return the nodes of the entries of a list: one for each place, or a single one for all; null is left out."""
     items = node.get("prefixItems") or [node["items"]]
     return [
-        _follow(item_schema, {}) if "anyOf" in item_schema else item_schema for item_schema in items
+        _resolve(item_schema, {}) if "anyOf" in item_schema else item_schema
+        for item_schema in items
     ]
 
 
-def _several(node: dict[str, Any]) -> str:
-    kind = _type(node)
+def _describe_types(node: dict[str, Any]) -> str:
+    """Return the words for the type of a node in the plural."""
+    kind = _describe_type(node)
     return f"lists{kind[4:]}" if kind.startswith("list") else f"{kind}s"
 
 
-def _default(field: dict[str, Any]) -> str:
+def _describe_default(field: dict[str, Any]) -> str:
+    """Return the words for the default of a key."""
     value = field.get("default")
-    # a section is made when it is needed, so it is no value here
+    # the keys of a section have defaults of their own
     if "$ref" in field or isinstance(value, dict):
         return "see below"
     if value in (None, ""):
@@ -198,7 +210,8 @@ def _default(field: dict[str, Any]) -> str:
     return ", ".join(f"{number:g}" for number in value) if isinstance(value, list) else str(value)
 
 
-def _allowed(node: dict[str, Any]) -> str:
+def _describe_allowed(node: dict[str, Any]) -> str:
+    """Return the words on what a value may be."""
     if "const" in node:
         return str(node["const"])
     if "enum" in node:
@@ -206,10 +219,10 @@ def _allowed(node: dict[str, Any]) -> str:
     if "pattern" in node:
         return _PATTERNS[node["pattern"]]
     if node.get("type") == "array":
-        items, what = _items(node), _several(_items(node)[0])
+        items, what = _items(node), _describe_types(_items(node)[0])
         count = f"{len(items)} {what}" if "prefixItems" in node else f"one or more {what}"
-        return f"{count} in [ ], each {_allowed(items[0])}"
-    kind = _type(node)
+        return f"{count} in [ ], each {_describe_allowed(items[0])}"
+    kind = _describe_type(node)
     text = kind if kind in ("text", "true or false") else f"a {kind}"
     text += " with keys of its own" if kind == "section" else ""
     limits = [f"{words} {node[name]:.12g}" for name, words in _LIMITS.items() if name in node]
@@ -264,33 +277,35 @@ _NOTES = """\
 
 
 def json_schema(model: type[BaseModel] = Config) -> str:
-    """JSON schema of a model's file, for editors that check while one types; always the same bytes."""
+    """Return the JSON schema of the file of a model, for editors that check while one types; always the same bytes."""
     page = {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema(model)}
     return json.dumps(page, indent=2, ensure_ascii=False, sort_keys=True) + "\n"
 
 
 def reference_markdown() -> str:
-    """Describe every key of the configuration and every column of the run sheet, as they are checked."""
+    """Return the reference page, with each key of the configuration and each column of the run sheet."""
     head = ("key", "type", "unit", "default", "allowed", "meaning")
-    keys = _table(head, [_key_row(key) for key in all_keys()])
+    keys = _format_table(head, [_key_row(key) for key in all_keys()])
     head = ("column", "needed for", "used by", "unit", "allowed", "meaning")
-    columns = _table(head, [_column_row(column) for column in COLUMNS])
+    columns = _format_table(head, [_column_row(column) for column in COLUMNS])
     directions = "".join(
         f"- `{kind}` runs: {', '.join(directions_of_kind)}\n"
         for kind, directions_of_kind in DIRECTIONS.items()
     )
-    # the two kinds of logs have the same keys: said once
+    # the two kinds of logs have the same keys: details are printed once
     first = {key.more: ".".join(key.path) for key in reversed(all_keys()) if key.more}
     details = "".join(f"`{path}`: {details}\n\n" for details, path in reversed(first.items()))
     return f"{_INTRO}\n{keys}\n### In more words\n\n{details}{_SHEET}\n{columns}\nDirections:\n\n{directions}\nRules:\n\n{_NOTES}"
 
 
 def _key_row(key: Key) -> tuple[str, ...]:
+    """Return the row of a key in the table of keys."""
     path = f"`{'.'.join(key.path)}`" + (f" ({key.tag})" if key.tag else "")
     return path, key.type, key.unit, key.default, key.allowed, key.description
 
 
 def _column_row(column: SheetColumn) -> tuple[str, ...]:
+    """Return the row of a column in the table of columns."""
     used = "all" if column.kinds == KINDS else ", ".join(column.kinds)
     used += f"; {column.direction} only" if column.direction else ""
     needed = used if column.needed else "may be blank"
@@ -301,7 +316,8 @@ def _column_row(column: SheetColumn) -> tuple[str, ...]:
     return f"`{column.name}`", needed, used, column.unit, column.allowed, column.meaning
 
 
-def _table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
+def _format_table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
+    """Format a table in Markdown."""
     lines = [head, tuple("---" for _ in head), *rows]
     return "".join(f"| {' | '.join(line)} |\n" for line in lines)
 

@@ -1,4 +1,4 @@
-"""The run sheet: what must hold in each row, between a run and its tare, and between all rows."""
+"""Reads the run sheet and checks each row, each run with its tare, and all rows together."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from rftfit.conventions import file_extraction
 
 SCHEMA = Schema("sheet", COLUMNS, rows="runs")
 DEPTH_TOLERANCE_CM = 0.005
-"""Depths closer than this are the same depth: sheets are written to a hundredth of a centimetre."""
+"""Depths of a sheet closer than this are the same: sheets are written to a hundredth of a centimetre."""
 
 ANGLE_TOLERANCE_DEG = 0.05
 """Angles closer than this are the same in a sheet, where 18.43 and 18.435 both stand for atan 1/3."""
@@ -27,9 +27,11 @@ _SHAPES = {"plate": PLATE_SHAPES, "rod": PLATE_SHAPES, "leg": ("leg",), "leg_air
 _LOGS = tuple(column for column in COLUMNS if column.form == "path" and column.needed)
 _ZERO_LOG = next(column for column in COLUMNS if column.name == "zero_log")
 _ORDER = {column.name: index for index, column in enumerate(COLUMNS)}
+# kind of run, to the kind of its tare; and this kind, to its words
 _TARE_OF = {"plate": "rod", "leg": "leg_air"}
-_TARE = {"rod": "a rod run", "leg_air": "a leg_air run"}
+_WORDS_OF_TARE = {"rod": "a rod run", "leg_air": "a leg_air run"}
 _SEARCHES = 20
+"""Most unknown tares for which a similar run_id is searched."""
 _WITHOUT_TARE = {
     "refuse": "as NaN, with that as its reason",
     "flag": "with the force on rod and mount in it, flagged",
@@ -43,19 +45,19 @@ class Run:
     `medium`: Key of the configuration's ``media``; empty for ``leg_air``.
     `intruder`: Key of the configuration's ``intruders``.
     `beta_deg`, `gamma_deg`: Angle of the plate, and of the path on the way down; NaN for legs.
-    `depth_cm`: Of a horizontal run; NaN for all others.
-    `force_log`, `motion_log`: Relative to the raw folder, with ``/`` and without ``.`` or ``..``.
+    `depth_cm`: Depth of a horizontal run; NaN for all others.
+    `force_log`, `motion_log`: Paths relative to the raw folder, with ``/`` and without ``.`` or ``..``.
     `tare_run`: run_id of the run to subtract; empty if there is none.
     `tare_shared`: Whether that tare is meant to serve several runs.
-    `surface_z_mm`: Arm z of the free surface; None means the configuration's.
+    `surface_z_mm`: Arm z of the free surface; None: as the configuration states.
     `zero_log`: Force log without load that gives the zero; empty: the run's own rest in air.
-    `stroke`: Which stroke along the path, from 1; None: the only one.
+    `stroke`: Number of the stroke along the path, from 1; None: the only one.
     `force_where`, `motion_where`, `force_columns`, `motion_columns`: Rows and columns of the logs that
-        are those of the run, as the sheet writes them; empty: as the configuration says.
+        belong to the run, as the sheet writes them; empty: as the configuration states.
     `session`, `operator`, `plate`, `rod`: Labels that runs share; empty: not stated.
-    `lacks_force_x`: Of a table that has no stress along x; no column of a run sheet.
-    `rows_without_data`: Of a table, left out since they hold a value of `table.missing`; no column either.
-    `row`: As a spreadsheet numbers it; the header is row 1.
+    `lacks_force_x`: Whether the run is from a table without stress along x; no column of a run sheet.
+    `rows_without_data`: Number of rows of a table left out for a value of `table.missing`; no column of a sheet either.
+    `row`: Row as a spreadsheet numbers it; the header is row 1.
     """
 
     run_id: str
@@ -95,14 +97,15 @@ class Run:
 
 
 def _motion_gamma_deg(direction: str, gamma_deg: float) -> float:
+    """Return the angle gamma of the motion of a run with this direction and stated gamma."""
     return gamma_deg - 180 if direction == "extraction" and gamma_deg > 0 else gamma_deg
 
 
 @dataclass(frozen=True)
 class Vocabulary:
-    """What the configuration says about a sheet; None where the configuration itself is unclear.
+    """Words of the configuration that a sheet may use; None where errors of the configuration hide them.
 
-    `shapes`: Shape of each intruder. `config`: The whole of it, if it has no error.
+    `shapes`: Intruder to its shape. `config`: The whole configuration, if it has no error.
     """
 
     media: tuple[str, ...] | None = None
@@ -111,7 +114,7 @@ class Vocabulary:
 
     @property
     def schema(self) -> Schema:
-        """The columns of the sheet, with the words that this configuration knows."""
+        """Format of the sheet, with the media and intruders of this configuration as choices."""
         shapes = None if self.shapes is None else tuple(self.shapes)
         words = {"media": self.media, "intruders": shapes}
         columns = tuple(
@@ -126,8 +129,8 @@ def read_sheet(
 ) -> tuple[list[Run], list[Problem]]:
     """Read and check a run sheet.
 
-    `logs`: The raw folder; None if it is not known, and log files are not looked for. Returns the
-    rows without an error, in the order of the sheet, and all problems, in the order of the rows.
+    `file`: Name of the sheet for the user. `logs`: The raw folder; None if it is not known: log files are not checked
+    then. Returns the rows without an error, in the order of the sheet, and all problems, in the order of the rows.
     """
     drafts, problems = read_rows(path, vocabulary.schema, file)
     for draft in drafts:
@@ -149,10 +152,11 @@ def read_sheet(
     problems.sort(
         key=lambda problem: (problem.place.row or 0, _ORDER.get(problem.place.column or "", -1))
     )
-    return merge_rods([_run(draft) for draft in drafts if not draft.bad]), problems
+    return merge_rods([_make_run(draft) for draft in drafts if not draft.bad]), problems
 
 
-def _run(draft: DraftRow) -> Run:
+def _make_run(draft: DraftRow) -> Run:
+    """Make a run of a row without errors."""
     values: dict[str, Any] = {**draft.text, "row": draft.row}
     for column in COLUMNS:
         if column.form == "number":
@@ -165,10 +169,11 @@ def _run(draft: DraftRow) -> Run:
     return Run(**values)
 
 
-# --- within one row
+# --- Checks within one row
 
 
 def _check_direction(draft: DraftRow) -> None:
+    """Refuse a direction that the kind of run cannot have."""
     kind, direction = draft.text["kind"], draft.text["direction"]
     if kind and direction and direction not in DIRECTIONS[kind]:
         allowed = f"{' or '.join(DIRECTIONS[kind])} for a {kind} run"
@@ -176,6 +181,7 @@ def _check_direction(draft: DraftRow) -> None:
 
 
 def _check_intruder(draft: DraftRow, vocabulary: Vocabulary) -> None:
+    """Refuse an intruder whose shape does not fit the kind of run."""
     kind, intruder, shapes = draft.text["kind"], draft.text["intruder"], vocabulary.shapes
     if not kind or not intruder or shapes is None:
         return
@@ -188,6 +194,7 @@ def _check_intruder(draft: DraftRow, vocabulary: Vocabulary) -> None:
 
 
 def _check_gamma(draft: DraftRow) -> None:
+    """Refuse an angle of the path that contradicts the direction."""
     gamma, direction = draft.number.get("gamma_deg"), draft.text["direction"]
     if gamma is None:
         return
@@ -228,12 +235,14 @@ def _check_cell(draft: DraftRow, vocabulary: Vocabulary) -> None:
 
 
 def _check_stroke(draft: DraftRow) -> None:
+    """Refuse a stroke that is no whole number."""
     stroke = draft.number.get("stroke")
     if stroke is not None and stroke != int(stroke):
         draft.note("stroke", "not-whole", draft.text["stroke"], "a whole number, from 1")
 
 
 def _check_sources(draft: DraftRow) -> None:
+    """Refuse rows and columns of the logs that are not written as assignments."""
     kinds: tuple[LogKind, ...] = ("force", "motion")
     for kind in kinds:
         where, columns = f"{kind}_where", f"{kind}_columns"
@@ -249,8 +258,9 @@ def _check_sources(draft: DraftRow) -> None:
 
 
 def _check_depth(draft: DraftRow, vocabulary: Vocabulary) -> None:
+    """Warn of a horizontal run at a depth that the config does not list."""
     depth, config = draft.number.get("depth_cm"), vocabulary.config
-    # the default is the paper's rig
+    # the default lists the depths of the paper, which need not hold here
     if depth is None or config is None or "horizontal_depths_cm" not in config.fit.model_fields_set:
         return
     planned_depths = config.fit.horizontal_depths_cm
@@ -263,7 +273,7 @@ def _check_depth(draft: DraftRow, vocabulary: Vocabulary) -> None:
 
 
 def check_excluded(draft: DraftRow) -> None:
-    """Note an excluded run without a reason, and a reason of a run that is used."""
+    """Refuse an excluded run without a reason, and warn of a reason for a run that is used."""
     if "excluded" in draft.bad or "reason" in draft.bad:
         return
     excluded, reason = draft.yes("excluded"), draft.text["reason"]
@@ -275,10 +285,11 @@ def check_excluded(draft: DraftRow) -> None:
         draft.note("reason", "reason-without-excluded", reason, allowed, severity="warning")
 
 
-# --- between rows
+# --- Checks between rows
 
 
 def _check_ids(drafts: list[DraftRow]) -> None:
+    """Refuse a run_id that an earlier row has, also one that differs only in case."""
     first: dict[str, DraftRow] = {}
     for draft in drafts:
         name = draft.text["run_id"]
@@ -296,7 +307,7 @@ def _check_ids(drafts: list[DraftRow]) -> None:
 
 
 def same_file_needs_one_clock(method: str) -> str:
-    """Say what is allowed where one file holds force and motion, but not on one clock."""
+    """Return the words on what is allowed where one file is both logs of a run, and `method` is not same_clock."""
     return (
         "a file of its own; or, where this one holds force and motion, clock.method same_clock in "
         f"the config, found {method}"
@@ -304,26 +315,28 @@ def same_file_needs_one_clock(method: str) -> str:
 
 
 def _check_files(drafts: list[DraftRow], vocabulary: Vocabulary) -> None:
+    """Refuse a log that two rows name, unless they are different strokes, rows or columns of it, or one rod."""
     config = vocabulary.config
     method = "same_clock" if config is None else config.clock.method
     tolerance = ANGLE_TOLERANCE_DEG if config is None else config.arm.angle_tolerance_deg
+    # rows, with the column of the log, by the file that they name; and by file, stroke, rows and columns
     uses: defaultdict[object, list[tuple[DraftRow, str]]] = defaultdict(list)
     for draft in drafts:
         for column in _LOGS:
             name, path = column.name, draft.text[column.name]
             if not path:
                 continue
-            # of the strokes of one log those with the same number, of the same rows and columns
-            selected = _selected(draft, name)
+            selected = _rows_and_columns(draft, name)
             uses_of_file = uses[folded(path)]
             alike = uses[path, draft.number.get("stroke"), selected]
             for earlier_row, use in [*uses_of_file[:1], *alike]:
+                # force and motion of one run in one file
                 same_row = earlier_row is draft and earlier_row.text[use] == path
                 if same_row and method != "same_clock":
                     draft.note(name, "one-file", path, same_file_needs_one_clock(method))
                 elif earlier_row.text[use] == path and (
                     same_row
-                    or _selected(earlier_row, use) != selected
+                    or _rows_and_columns(earlier_row, use) != selected
                     or _are_different_strokes(draft, earlier_row, tolerance)
                     or (_are_rods(draft, earlier_row) and not _differences(draft, earlier_row))
                 ):
@@ -344,14 +357,17 @@ def _check_files(drafts: list[DraftRow], vocabulary: Vocabulary) -> None:
             alike.append((draft, name))
 
 
-def _selected(draft: DraftRow, log: str) -> tuple[str, str]:
-    """What a row says of the rows and columns of one of its logs."""
+def _rows_and_columns(draft: DraftRow, log: str) -> tuple[str, str]:
+    """Return the rows and columns of a log that belong to a run, as its row states them."""
     kind = log.removesuffix("_log")
     return draft.text[f"{kind}_where"], draft.text[f"{kind}_columns"]
 
 
 def _are_different_strokes(first_row: DraftRow, second_row: DraftRow, tolerance_deg: float) -> bool:
-    """Whether two rows name different strokes of one log: of a push and its pull back, 1 and 1."""
+    """Return whether two rows name different strokes of one log.
+
+    Strokes count for each direction of motion: a push and its pull back may both be number 1.
+    """
     first, second = first_row.number.get("stroke"), second_row.number.get("stroke")
     if first is None or second is None or first != second:
         return None not in (first, second)
@@ -359,52 +375,56 @@ def _are_different_strokes(first_row: DraftRow, second_row: DraftRow, tolerance_
         (row.text["direction"], row.number.get("gamma_deg", 0)) for row in (first_row, second_row)
     )
     way, back = (_motion_gamma_deg(*fact) for fact in facts)
-    # within the arm's tolerance both would be found along either way
+    # ways closer than twice the tolerance of the arm could not be told apart
     return abs((way - back + 180) % 360 - 180) > 2 * tolerance_deg
 
 
-_OF_ROW = ("run_id", "intruder", "beta_deg", "tare_run", "tare_shared", "reason", "note")
-"""What rows of kind rod that name one log need not agree in; nor labels of others than the session."""
-_OF_ROD_LOG = tuple(
-    column.name for column in COLUMNS if column.name not in (*_OF_ROW, "operator", "plate", "rod")
+_MAY_DIFFER = ("run_id", "intruder", "beta_deg", "tare_run", "tare_shared", "reason", "note")
+"""Columns in which rows of kind rod that name one log may differ."""
+_MUST_AGREE = tuple(
+    column.name
+    for column in COLUMNS
+    if column.name not in (*_MAY_DIFFER, "operator", "plate", "rod")
 )
 
 
 def _are_rods(first_row: DraftRow, second_row: DraftRow) -> bool:
+    """Return whether both rows are of kind rod."""
     return first_row.text["kind"] == second_row.text["kind"] == "rod"
 
 
 def _differences(first_row: DraftRow, second_row: DraftRow) -> list[str]:
-    """Columns in which two rows of kind rod are not one run of one rod."""
+    """Return the columns in which two rows of kind rod differ so that they cannot be one run."""
     return [
         name
-        for name in _OF_ROD_LOG
+        for name in _MUST_AGREE
         if first_row.number.get(name) != second_row.number.get(name)
         or (name not in first_row.number and first_row.text[name] != second_row.text[name])
     ]
 
 
 def merge_rods(runs: list[Run]) -> list[Run]:
-    """Make one run of the rows of kind rod that name one log, each for plates at another angle.
+    """Merge rows of kind rod that name one log, each for plates at another angle, into one run.
 
-    It has the run_id of the first row, and no angle where the rows differ in it; runs that name another of the rows
-    as their tare name this one.
+    The merged run has the run_id of the first row, and no angle where the rows have different ones. In runs that name
+    another of these rows as tare, this run replaces it.
     """
-    first: dict[tuple[object, ...], Run] = {}
-    names: dict[str, str] = {}
+    first_rows: dict[tuple[object, ...], Run] = {}
+    # run_id of a rod, to that of the first row with the same log
+    merged_ids: dict[str, str] = {}
     angles: defaultdict[str, set[float]] = defaultdict(set)
     for run in runs:
         if run.kind == "rod":
-            # NaN differs from itself
-            key = tuple(str(getattr(run, name)) for name in _OF_ROD_LOG)
-            names[run.run_id] = first.setdefault(key, run).run_id
-            angles[names[run.run_id]].add(run.beta_deg)
+            # as text, since NaN differs from itself
+            key = tuple(str(getattr(run, name)) for name in _MUST_AGREE)
+            merged_ids[run.run_id] = first_rows.setdefault(key, run).run_id
+            angles[merged_ids[run.run_id]].add(run.beta_deg)
     merged = []
     for run in runs:
-        if names.get(run.run_id, run.run_id) != run.run_id:
+        if merged_ids.get(run.run_id, run.run_id) != run.run_id:
             continue
         several = len(angles[run.run_id]) > 1
-        tare_run = names.get(run.tare_run, run.tare_run)
+        tare_run = merged_ids.get(run.tare_run, run.tare_run)
         changed = several or tare_run != run.tare_run
         beta_deg = math.nan if several else run.beta_deg
         merged.append(replace(run, beta_deg=beta_deg, tare_run=tare_run) if changed else run)
@@ -412,14 +432,15 @@ def merge_rods(runs: list[Run]) -> list[Run]:
 
 
 def _check_tares(drafts: list[DraftRow], vocabulary: Vocabulary) -> None:
+    """Check each run with its tare; warn of runs without a tare, and of tares without a run."""
     by_id: dict[str, DraftRow] = {}
     for draft in drafts:
         by_id.setdefault(draft.text["run_id"], draft)
     by_id.pop("", None)
     missing_tare = vocabulary.config.fit.missing_tare if vocabulary.config else "refuse"
-    ids_of: defaultdict[str, list[str]] = defaultdict(list)
+    ids_by_kind: defaultdict[str, list[str]] = defaultdict(list)
     for name in sorted(by_id):
-        ids_of[by_id[name].text["kind"]].append(name)
+        ids_by_kind[by_id[name].text["kind"]].append(name)
     users: defaultdict[str, list[DraftRow]] = defaultdict(list)
     untared: list[tuple[DraftRow, str]] = []
     searches = 0
@@ -427,28 +448,33 @@ def _check_tares(drafts: list[DraftRow], vocabulary: Vocabulary) -> None:
         kind, name = draft.text["kind"], draft.text["tare_run"]
         if kind not in _TARE_OF or "tare_run" in draft.bad:
             continue
-        tare_kind = _TARE[_TARE_OF[kind]]
+        tare_kind = _WORDS_OF_TARE[_TARE_OF[kind]]
         if name in by_id:
             if not draft.yes("excluded") and by_id[name].text["kind"] == _TARE_OF[kind]:
                 users[name].append(draft)
             _check_match(draft, by_id[name])
         elif name:
-            # a search looks at every id, so not for each of thousands of rows
+            # a search compares all ids, which takes too long for each of thousands of rows
             searches += 1
-            nearest = did_you_mean(name, ids_of[_TARE_OF[kind]]) if searches <= _SEARCHES else None
+            ids = ids_by_kind[_TARE_OF[kind]]
+            nearest = did_you_mean(name, ids) if searches <= _SEARCHES else None
             allowed = f"the run_id of {tare_kind} in this sheet"
             draft.note("tare_run", "tare-unknown", name, allowed, nearest)
         elif not draft.yes("excluded") and missing_tare in _WITHOUT_TARE:
             untared.append((draft, tare_kind))
-    _tell_shifted_column(drafts, by_id)
+    _report_shifted_column(drafts, by_id)
     _warn_without_tare(untared, missing_tare, alone=not any(users.values()))
     for name, several in users.items():
-        # without an angle a rod says itself that it is the tare of several plates
+        # a rod with a blank angle is meant for several plates, and needs no `tare_shared`
         if by_id[name].text["kind"] != "rod" or by_id[name].text["beta_deg"]:
             _check_shared(name, several)
     tares_in_use = {draft.text["tare_run"] for draft in drafts}
     for name, tare in by_id.items():
-        if tare.text["kind"] in _TARE and name not in tares_in_use and not tare.yes("excluded"):
+        if (
+            tare.text["kind"] in _WORDS_OF_TARE
+            and name not in tares_in_use
+            and not tare.yes("excluded")
+        ):
             allowed = (
                 f"a tare that a run uses; no run uses {tare.text['kind']} {name}: name it under tare_run, of several for one angle "
                 "each in a part of the runs, or exclude it"
@@ -457,15 +483,18 @@ def _check_tares(drafts: list[DraftRow], vocabulary: Vocabulary) -> None:
 
 
 _MOST_ROWS = 5
-"""So many rows a message names."""
+"""Most rows named in one message."""
 
 
 def _warn_without_tare(
     untared: list[tuple[DraftRow, str]], missing_tare: str, *, alone: bool
 ) -> None:
-    """Warn of runs without a tare; of many at once, and where no run has one and the config allows it."""
-    all_of_them = alone and missing_tare == "flag" and len(untared) > 1
-    if all_of_them or len(untared) > _MOST_ROWS:
+    """Warn of each run without a tare.
+
+    One warning for all, if they are many, or if no run has a tare (`alone`) and the config allows that.
+    """
+    is_one_warning = alone and missing_tare == "flag" and len(untared) > 1
+    if is_one_warning or len(untared) > _MOST_ROWS:
         rows = ", ".join(str(draft.row) for draft, _ in untared[:_MOST_ROWS])
         which = (
             f"any of {len(untared)} runs" if alone else f"{len(untared)} runs (rows {rows}, ...)"
@@ -480,6 +509,7 @@ def _warn_without_tare(
 
 
 def _check_shared(name: str, several: list[DraftRow]) -> None:
+    """Refuse a tare `name` that several runs use, where one of them does not state that it is shared."""
     if len(several) < 2:
         return
     rows = ", ".join(str(draft.row) for draft in several[:_MOST_ROWS])
@@ -494,20 +524,20 @@ def _check_shared(name: str, several: list[DraftRow]) -> None:
 
 
 def _check_match(draft: DraftRow, tare: DraftRow) -> None:
-    """Compare a run with its tare, one message for each difference."""
+    """Compare a run with its tare; add a problem for each difference."""
     kind, name = draft.text["kind"], draft.text["tare_run"]
     where = f"{name} (row {tare.row})"
     if not tare.text["kind"]:
         return
     if tare.text["kind"] != _TARE_OF[kind]:
-        allowed = f"{_TARE[_TARE_OF[kind]]} for a {kind} run; {where} is a {tare.text['kind']} run"
+        allowed = f"{_WORDS_OF_TARE[_TARE_OF[kind]]} for a {kind} run; {where} is a {tare.text['kind']} run"
         draft.note("tare_run", "tare-kind", name, allowed)
         return
     for column in ("medium", "intruder", "direction", "beta_deg", "gamma_deg", "depth_cm"):
         cell_of_run, cell_of_tare = draft.text[column], tare.text[column]
         if not cell_of_run or not cell_of_tare or column in draft.bad or column in tare.bad:
             continue
-        if not _same(column, draft, tare):
+        if not _agree_in(column, draft, tare):
             allowed = (
                 f"the tare must match: {column} is {cell_of_run} here and {cell_of_tare} in {where}"
             )
@@ -518,19 +548,23 @@ def _check_match(draft: DraftRow, tare: DraftRow) -> None:
 
 
 MOST_SHIFTED_ROWS = 2
-"""Most rows by which cells of a sheet are looked for above or below their own row."""
+"""Most rows by which the cells of a column may be shifted up or down to be recognised."""
 
 FEWEST_SHIFTED, SHARE_SHIFTED = 3, 0.8
-"""Fewest rows that a shift must explain, and their least share of all rows that contradict their logs or tares."""
+"""Fewest rows that a shift must explain, and least share of all contradicted rows.
+
+A row is contradicted if it does not fit its log or tare.
+"""
 
 
 def find_shift(
     places: Sequence[int], fits: Callable[[int, int], bool]
 ) -> tuple[int, list[int]] | None:
-    """Find by how many rows the cells of contradicted rows stand away from them, and which of these that explains.
+    """Find the number of rows by which a column is shifted, and the contradicted rows that this shift explains.
 
-    `places`: Of the contradicted rows among all. `fits`: Whether the cells at a place are those of a contradicted row, by its
-    index in `places`. None where no shift explains most of them.
+    `places`: Places of the contradicted rows among all rows. `fits`: Function of an index in `places` and a place:
+    whether the cells at that place fit the contradicted row. Returns the shift (positive: cells stand above their row)
+    and indices in `places`; None where no shift explains most of them.
     """
     explained = {
         shift: [index for index, place in enumerate(places) if fits(index, place - shift)]
@@ -543,22 +577,22 @@ def find_shift(
 
 
 def shifts_of_rows() -> list[int]:
-    """Numbers of rows by which cells may stand above their own row (positive) or below it, the likeliest first."""
+    """Return the shifts to try: rows by which cells stand above their row (positive) or below it, likeliest first."""
     return [sign * count for count in range(1, MOST_SHIFTED_ROWS + 1) for sign in (1, -1)]
 
 
-def _tell_shifted_column(drafts: list[DraftRow], by_id: Mapping[str, DraftRow]) -> None:
-    """Say that beta of plates stands rows away from theirs, where that explains most that contradict their tares."""
+def _report_shifted_column(drafts: list[DraftRow], by_id: Mapping[str, DraftRow]) -> None:
+    """Add a problem if a shift of the column of beta explains most plate runs that contradict their tares."""
     plates = [draft for draft in drafts if draft.text["kind"] == "plate"]
     tares = [by_id.get(draft.text["tare_run"]) for draft in plates]
 
     def agrees(place: int, tare: DraftRow) -> bool:
-        """Whether beta of a row of plates is there and that of a tare."""
+        """Return whether the plate run at a place has the beta of a tare."""
         if not 0 <= place < len(plates):
             return False
         row = plates[place]
-        is_there = row.text["beta_deg"] and tare.text["beta_deg"]
-        return bool(is_there and _same("beta_deg", row, tare))
+        both_stated = row.text["beta_deg"] and tare.text["beta_deg"]
+        return bool(both_stated and _agree_in("beta_deg", row, tare))
 
     contradictions = {
         place: tare
@@ -581,17 +615,18 @@ def _tell_shifted_column(drafts: list[DraftRow], by_id: Mapping[str, DraftRow]) 
     plates[next(iter(contradictions))].note("beta_deg", "column-shifted", None, allowed)
 
 
-def _same(column: str, draft: DraftRow, tare: DraftRow) -> bool:
+def _agree_in(column: str, draft: DraftRow, tare: DraftRow) -> bool:
+    """Return whether a run and its tare agree in a column."""
     if column not in draft.number:
         return draft.text[column] == tare.text[column]
     difference = abs(draft.number[column] - tare.number[column])
     if column == "beta_deg":
-        # -90 and 90 are one and the same plate
+        # a plate at -90 degrees is the same as at 90
         difference = min(difference, 180 - difference)
     return difference <= (DEPTH_TOLERANCE_CM if column == "depth_cm" else ANGLE_TOLERANCE_DEG)
 
 
-# --- Which rows and columns of a log are those of the run
+# --- Rows and columns of a log that belong to a run
 
 
 LogKind = Literal["force", "motion"]
@@ -600,7 +635,7 @@ _QUANTITIES = {"force": get_args(ForceQuantity), "motion": get_args(MotionQuanti
 
 
 def read_assignments(text: str) -> dict[str, str]:
-    """Read ``name=value; name=value``; raises ValueError if it is written in another way."""
+    """Read ``name=value; name=value`` into a dictionary; raises ValueError for another form, or a name given twice."""
     assignments: dict[str, str] = {}
     for item in filter(str.strip, text.split(";")):
         name, equals, value = (cell.strip() for cell in item.partition("="))
@@ -613,7 +648,7 @@ def read_assignments(text: str) -> dict[str, str]:
 
 
 def read_log_columns(text: str, log: LogKind) -> dict[str, str]:
-    """Read the columns of a log, quantity by quantity; raises ValueError for an unknown quantity."""
+    """Read ``quantity=column; quantity=column`` into a dictionary; raises ValueError, also for an unknown quantity."""
     columns = read_assignments(text)
     for quantity in columns:
         if quantity not in _QUANTITIES[log]:

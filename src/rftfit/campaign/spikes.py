@@ -1,8 +1,8 @@
-"""Readings that are none: alone, away and back within a second, held, at the end of an amplifier; and steps that stay.
+"""Finds false readings: spikes, held readings, the end of an amplifier, lone positions of an arm; and steps that stay.
 
-A loose contact, a lost packet or a code for "no data" gives readings that are entered and left by a jump. A true step
-stays on the other side, and a force that slips falls from a peak that it has risen to: both are close to the readings on
-one of their sides.
+A loose contact, a lost packet or a code for "no data" gives readings with a jump before and a jump back behind them. A
+true step stays on the other side, and a force that slips falls from a peak to which it has risen: such readings are
+close to the readings on one of their sides.
 """
 
 from __future__ import annotations
@@ -19,17 +19,17 @@ from rftfit.conventions import FloatArray
 Mask = npt.NDArray[np.bool_]
 
 TIMES_USUAL_STEP = 20.0
-"""A reading is far from others by so many times a small step near it, or more: by 9 standard deviations of noise."""
+"""A reading is far from others at this many times a small step near it: 9 standard deviations of noise."""
 FEWEST_ROWS = 3
-"""Rows that readings may be away for in the slowest log."""
+"""Most rows in a row that may be a spike, in the slowest log."""
 MOST_SHARE = 0.25
-"""With a larger share of such readings, nobody knows which readings are the good ones."""
+"""Largest share of spikes: with more of them, the good readings cannot be told from the bad ones."""
 _SIDE = 5
 """Readings on each side whose median is the level there."""
 _FEWEST = 2
-"""Readings that there are on each side of those that are judged by both sides."""
+"""Fewest readings on each side of a group that is judged by both sides."""
 _BLOCK = 50
-"""Readings that one usual step is taken from."""
+"""Readings in a block, from which a usual step is computed."""
 
 
 def find_spikes(
@@ -39,31 +39,32 @@ def find_spikes(
     *,
     ends_in_push: bool = False,
 ) -> Mask:
-    """Mark the readings of one channel that stand alone, or that are away from the others for some rows.
+    """Mark the spikes of one channel: readings far from those before and behind them, alone or for some rows.
 
     Parameters
     ----------
     values : ndarray
         Readings in the order of time, shape (n,), finite.
     most_rows : int, optional
-        Rows that readings may be away for; those that stay away longer may be right.
+        Most rows of a spike; readings that stay away longer may be right.
     times : float, optional
-        Small steps by which a reading that stands alone is farther off, at least.
+        Least distance of a spike from the readings beside it, in small steps near it.
     ends_in_push : bool, optional
-        Whether the first and the last reading are of a steady push, as in a table of stress, and no step.
+        Whether the first and the last reading are from a steady push, as in a table of stress: then a reading far
+        away at an end is a spike, and no true step.
 
     Returns
     -------
     ndarray of bool
-        Shape (n,).
+        True for a spike, shape (n,).
     """
-    return _find_again(lambda left: _find_once(left, most_rows, times, ends_in_push), values)
+    return _find_repeatedly(lambda left: _find_once(left, most_rows, times, ends_in_push), values)
 
 
-def _find_again(find_once: Callable[[FloatArray], Mask], values: FloatArray) -> Mask:
-    """Mark what is found in readings, shape (..., n), and in those that are left, until nothing is.
+def _find_repeatedly(find_once: Callable[[FloatArray], Mask], values: FloatArray) -> Mask:
+    """Mark the bad readings among `values`, shape (..., n): search again without those found, until no more are found.
 
-    Where many readings are bad, some are found only when others are out of the way.
+    Where many readings are bad, some are found only after others have been removed.
     """
     is_bad = marked = find_once(values)
     left = np.arange(marked.size)
@@ -75,22 +76,22 @@ def _find_again(find_once: Callable[[FloatArray], Mask], values: FloatArray) -> 
 
 
 def _find_once(values: FloatArray, most_rows: int, times: float, ends_in_push: bool) -> Mask:
-    """Mark readings far from the level on both sides of them; equal readings in a row count as one."""
+    """Mark readings far from the level on both sides; equal readings in a row count as one, a level."""
     nothing = np.zeros(values.size, dtype=bool)
-    starts = _starts(values[1:] != values[:-1])
+    starts = _starts_of_levels(values[1:] != values[:-1])
     level = values[starts]
     if level.size < 2 * _SIDE + 1:
         return nothing
     step = np.abs(level[1:] - level[:-1])
     far = times * _usual_steps(step)
-    # most logs hold no jump at all: whatever is away is entered and left by one of about its size
+    # a fast way out, as most logs have no jump: a spike has a jump of about its size at both ends
     jumps = np.flatnonzero(step > np.minimum(far[1:], far[:-1]) / 2)
     if not jumps.size:
         return nothing
     ends = np.append(starts, values.size)
     spikes = np.zeros(level.size, dtype=bool)
     if _may_come_back(level, jumps, ends, most_rows):
-        pairs = [*_pairs(values, level, jumps, far, ends, most_rows)]
+        pairs = [*_candidate_groups(values, level, jumps, far, ends, most_rows)]
         for first, stop in _choose_groups(pairs, level, ends):
             spikes[first:stop] = True
     lengths = np.diff(ends)
@@ -104,19 +105,22 @@ def _find_once(values: FloatArray, most_rows: int, times: float, ends_in_push: b
     return np.repeat(spikes, lengths)
 
 
-def _starts(changes: Mask) -> np.ndarray:
-    """Places at which stretches of equal readings start; `changes`: whether each differs from the one before, but for the first."""
+def _starts_of_levels(changes: Mask) -> np.ndarray:
+    """Return the places at which stretches of equal readings start.
+
+    `changes`: Whether each reading from the second on differs from the one before, shape (n - 1,).
+    """
     return np.flatnonzero(np.concatenate([[True], changes]))
 
 
 def _may_come_back(level: FloatArray, jumps: np.ndarray, ends: np.ndarray, most_rows: int) -> bool:
-    """Look for a jump, and one the other way soon after it: most logs have none, and this is quick."""
+    """Return whether a jump is soon followed by one the other way: a fast test, which most logs do not pass."""
     grows = level[jumps + 1] > level[jumps]
     turns = np.flatnonzero(grows[1:] != grows[:-1])
     return bool((ends[jumps[turns + 1] + 1] - ends[jumps[turns] + 1] <= most_rows).any())
 
 
-def _pairs(
+def _candidate_groups(
     values: FloatArray,
     level: FloatArray,
     jumps: np.ndarray,
@@ -124,12 +128,12 @@ def _pairs(
     ends: np.ndarray,
     most_rows: int,
 ) -> Iterator[tuple[int, int]]:
-    """Yield first and stop of levels between two jumps that lie far from the levels on both sides.
+    """Yield groups of levels between two jumps that are far from the levels on both sides: first level, and stop.
 
-    `jumps`: Last level before each jump. `far`: How far each level is to be off. `ends`: First row of each level, and the
-    number of rows.
+    `level`: Values of the levels. `jumps`: Last level before each jump. `far`: Least distance of each level that counts
+    as far. `ends`: First row of each level, and the number of rows.
     """
-    # beside a reading near an end those that there are, as in a mirror
+    # near an end of the log the levels that are missing are replaced by their mirror image
     sides = np.arange(_SIDE)
     last = level.size - 1
     before = np.median(level[np.abs(jumps[:, None] - sides)], axis=1)
@@ -151,15 +155,15 @@ def _pairs(
             least_far = min(least_far, float(far[seen:stop].min()))
             seen = stop
             if lowest <= before[index] <= highest:
-                # and so it stays, however many levels are added
+                # some level is not outside, which further levels cannot change
                 break
-            # between the two levels lies what was read while the force changed from one to the other
+            # readings between the two levels may be right: the force was changing from one to the other
             low, high = sorted((before[index], after[later]))
-            off = max(lowest - high, low - highest)
-            if off > least_far and (
-                (stop == first + 1 and _turns(level, first))
+            distance = max(lowest - high, low - highest)
+            if distance > least_far and (
+                (stop == first + 1 and _is_peak(level, first))
                 or (
-                    off > least
+                    distance > least
                     and _is_sharp(level, (place, first), before[index])
                     and _is_sharp(level, (stop, stop - 1), after[later])
                 )
@@ -171,10 +175,11 @@ def _pairs(
 def _choose_groups(
     pairs: Sequence[tuple[int, int]], level: FloatArray, ends: np.ndarray
 ) -> Iterator[tuple[int, int]]:
-    """Yield groups of bad readings: what lies between two of them is away from them as well, as they are from it.
+    """Yield the groups that are spikes, where candidates touch: good readings between two spikes look like one, too.
 
-    Of groups that touch one another the shortest are chosen first; or those in the order of time, or against it, where without
-    them the readings go there and back by less than half as much. `pairs`: First and stop of each group, in the order of time. `ends`: First row of each level.
+    Among candidates that touch, the shortest are chosen first. They are chosen in the order of time, or against it, if
+    the readings left then go there and back by less than half as much. `pairs`: First level and stop of each
+    candidate, in the order of time. `ends`: First row of each level.
     """
     for chain in _chains(pairs):
         start, stop = max(chain[0][0] - _BLOCK, 0), max(stop for _, stop in chain) + _BLOCK
@@ -193,7 +198,7 @@ def _choose_groups(
 
 
 def _chains(pairs: Sequence[tuple[int, int]]) -> Iterator[list[tuple[int, int]]]:
-    """Part groups, in the order of time, into those of which each touches one before it."""
+    """Split groups, in the order of time, into chains: each group of a chain touches an earlier one of it."""
     chain: list[tuple[int, int]] = []
     for pair in pairs:
         if chain and pair[0] > max(stop for _, stop in chain):
@@ -205,24 +210,25 @@ def _chains(pairs: Sequence[tuple[int, int]]) -> Iterator[list[tuple[int, int]]]
 
 
 def _without_touching(pairs: Iterable[tuple[int, int]]) -> list[tuple[int, int]]:
-    """Take the first of some groups, and each further one that touches none that is taken."""
-    taken: list[tuple[int, int]] = []
+    """Return the first group, and each further one that touches none of those chosen before it."""
+    chosen: list[tuple[int, int]] = []
     for first, stop in pairs:
-        if all(stop < start or first > end for start, end in taken):
-            taken.append((first, stop))
-    return taken
+        if all(stop < start or first > end for start, end in chosen):
+            chosen.append((first, stop))
+    return chosen
 
 
-def _turns(level: FloatArray, index: int) -> bool:
-    """Tell whether a level is left by a jump the other way than it is entered: on the side of a bump it is not."""
+def _is_peak(level: FloatArray, index: int) -> bool:
+    """Return whether the steps before and behind a level have opposite signs; on the side of a bump they have not."""
     entered = level[index] - level[index - 1]
     return bool(entered * (level[index + 1] - level[index]) < 0)
 
 
 def _is_sharp(level: FloatArray, edge: tuple[int, int], beside: float) -> bool:
-    """Tell whether one jump leads from the level beside a group into it: a bump of the force begins and ends with steps.
+    """Return whether a single jump leads from the level beside a group into the group.
 
-    `edge`: Last level outside, first one inside.
+    A bump of the force begins and ends with several steps. `edge`: Last level outside the group, first level inside.
+    `beside`: Median of the levels beside the group.
     """
     outside, inside = edge
     jump = abs(float(level[inside] - level[outside]))
@@ -230,22 +236,26 @@ def _is_sharp(level: FloatArray, edge: tuple[int, int], beside: float) -> bool:
 
 
 _LEAST_OF_RANGE = 0.05
-"""Part of the range from the first to the last tenth of the readings by which several are off: a coarse bit may flicker."""
+"""Least distance of a group of several levels, as a part of the range between the 10 % and 90 % quantiles.
+
+A last bit that flickers is smaller.
+"""
 _MOST_OF_JUMP = 0.25
-"""Part of the jump by which the last level outside of a group is off from those before it, at most."""
+"""Largest departure of the last level outside a group from the levels beside it, as a part of the jump."""
 
 
 def _is_end_alone(
     level: FloatArray, far: FloatArray, *, at_start: bool, ends_in_push: bool
 ) -> bool:
-    """Tell whether the first or the last level is far from those beside it, which are close to one another.
+    """Return whether the first or last level is a spike: far from the levels beside it, which are close together.
 
-    A force may rise or fall at once where a log begins or ends; outside of all other readings it does not.
+    A force may rise or fall at once where a log begins or ends, but not to a value far outside all other readings.
+    `far`: Least distance of each level that counts as far. `ends_in_push`: As in `find_spikes`.
     """
     ordered = level if at_start else level[::-1]
     beside = ordered[1 : 1 + _SIDE]
-    off = abs(float(ordered[0] - np.median(beside)))
-    if off <= max(float(far[0 if at_start else -1]), float(np.ptp(beside))):
+    distance = abs(float(ordered[0] - np.median(beside)))
+    if distance <= max(float(far[0 if at_start else -1]), float(np.ptp(beside))):
         return False
     others = ordered[1:]
     outside = max(float(others.min() - ordered[0]), float(ordered[0] - others.max()))
@@ -253,9 +263,10 @@ def _is_end_alone(
 
 
 def _usual_steps(step: FloatArray) -> FloatArray:
-    """Lower quartile of the steps near each reading, the largest of three blocks, shape (n + 1,).
+    """Return the usual step near each of n + 1 readings, from the n steps between them.
 
-    Steps to and from bad readings are large: a quarter of such readings makes half of the steps.
+    It is the lower quartile of the steps of a block, and of three neighbouring blocks the largest. A quartile, since
+    steps to and from bad readings are large: a quarter of bad readings makes half of the steps large.
     """
     size = min(_BLOCK, step.size)
     count = step.size // size
@@ -269,31 +280,33 @@ def _usual_steps(step: FloatArray) -> FloatArray:
 
 
 def _largest_near(values: FloatArray) -> FloatArray:
-    """Largest of each value and its two neighbours, shape (n,)."""
+    """Return the largest of each value and its two neighbours, shape (n,)."""
     largest = values.copy()
     np.maximum(largest[1:], values[:-1], out=largest[1:])
     np.maximum(largest[:-1], values[1:], out=largest[:-1])
     return largest
 
 
-# --- Readings that are repeated until a jump makes up for it
+# --- Readings that are repeated until a jump to the true value
 
 
 _TIMES_USUAL_HOLD = 5.0
-"""Equal readings in a row are held where they are so many times as many as elsewhere."""
+"""Equal readings are held if they are this many times more in a row than usual."""
 _FEWEST_HELD = 4
+"""Fewest equal readings in a row that are held."""
 _TIMES_MEAN_STEP = 2.0
+"""Fast test: a jump behind a hold is larger than this many mean steps."""
 
 
 def find_held(values: FloatArray, times: float = TIMES_USUAL_STEP) -> Mask:
-    """Mark readings that repeat the one before until a jump, as a driver sends its last value when a new one lacks.
+    """Mark held readings: equal readings until a jump, as a driver repeats its last value where a new one is missing.
 
     Parameters
     ----------
     values : ndarray
         Readings in the order of time, shape (n,), finite.
     times : float, optional
-        Twice the small steps that the jump at the end of a hold has, at least.
+        Twice the least jump at the end of a hold, in small steps near it.
 
     Returns
     -------
@@ -302,7 +315,7 @@ def find_held(values: FloatArray, times: float = TIMES_USUAL_STEP) -> Mask:
     """
     held = np.zeros(values.size, dtype=bool)
     repeats = values[1:] == values[:-1]
-    # most channels have no jump behind equal readings, and this is quick: a coarse sensor changes by its own step
+    # a fast way out, as most channels have no jump behind equal readings: a coarse sensor changes by one bit
     if np.count_nonzero(repeats) < _FEWEST_HELD - 1:
         return held
     ends_hold = repeats[2:-1] & repeats[1:-2] & repeats[:-3]
@@ -316,52 +329,54 @@ def find_held(values: FloatArray, times: float = TIMES_USUAL_STEP) -> Mask:
     steps = np.abs(change[~repeats])
     if steps.size < 2 * _SIDE or jumps.max() <= _TIMES_MEAN_STEP * steps.mean():
         return held
-    starts = _starts(~repeats)
+    starts = _starts_of_levels(~repeats)
     lengths = np.diff(np.append(starts, values.size))
     level = values[starts]
     long = np.flatnonzero(lengths[:-1] >= _FEWEST_HELD)
-    # as does one that is slower than its logger
+    # a channel that is slower than its logger repeats each reading
     usual = float(np.quantile(lengths, _USUAL_SHARE))
     far = times * _usual_steps(steps) / 2
     for place in long[lengths[long] >= _TIMES_USUAL_HOLD * usual]:
         jump = abs(level[place + 1] - level[place])
-        entered = abs(level[place] - level[max(place - 1, 0)])
-        if jump > far[place] and entered < jump / 2:
+        jump_before = abs(level[place] - level[max(place - 1, 0)])
+        if jump > far[place] and jump_before < jump / 2:
             held[starts[place] + 1 : starts[place + 1]] = True
     return held
 
 
 _USUAL_SHARE = 0.9
+"""Quantile that counts as usual."""
 
 
 # --- Steps that stay
 
 
 class LastingStep(NamedTuple):
-    """A jump from the reading before `row` to that in it, which stays; `size` in the unit of the readings."""
+    """A jump that stays, between the readings in `row` and the row before; `size`: in the unit of the readings."""
 
     row: int
     size: float
 
 
 _TIMES_USUAL_CHANGE = 10.0
-"""A step is so many times as large as a usual departure from the trend near it, or more."""
+"""Least size of a step, in usual departures from the trend near it."""
 _STAYING = 0.6, 1.6
-"""Least and largest part of a jump that is left between the trends before and after it, of one that stays."""
+"""Least and largest distance between the trends before and after a step, as a part of the jump."""
 _FEWEST_FOR_TREND = 5
+"""Fewest readings that show a trend."""
 _MOST_JUMPS = 200
-"""Jumps beyond which they are what the readings usually do."""
+"""Most jumps of a log: with more of them, jumps are its usual behaviour, and none is a step."""
 
 
 def find_steps(values: FloatArray, rows: int) -> list[LastingStep]:
-    """Find jumps after which readings go on beside their trend of before.
+    """Find the jumps after which readings continue at a distance from the trend before.
 
     Parameters
     ----------
     values : ndarray
         Readings in the order of time, shape (n,), finite.
     rows : int
-        Rows before and after a jump that show the trend, as of a second.
+        Rows before and after a jump that show the trend: those of a second.
 
     Returns
     -------
@@ -376,7 +391,7 @@ def find_steps(values: FloatArray, rows: int) -> list[LastingStep]:
     trend = np.median(change[: count * size].reshape(count, size), axis=1)
     away = np.abs(change - trend[np.minimum(np.arange(change.size) // size, count - 1)])
     far = _TIMES_USUAL_CHANGE * _usual_departures(away, size, count)
-    # what grows over several readings is no step
+    # a change over several readings is no step: the changes beside a jump must be small
     padded = np.concatenate([[0.0, 0.0], away, [0.0, 0.0]])
     beside = np.maximum.reduce([padded[:-4], padded[1:-3], padded[3:-1], padded[4:]])
     jumps = np.flatnonzero((away > far) & (beside <= _MOST_OF_JUMP * away))
@@ -397,9 +412,10 @@ def find_steps(values: FloatArray, rows: int) -> list[LastingStep]:
 
 
 def _is_slip(change: FloatArray, jumps: np.ndarray, jump: int, rows: int) -> bool:
-    """Tell a jump that is one of many the same way from a step: between slips a force grows back, again and again.
+    """Return whether a jump is a slip of the force: one of many jumps in the same direction.
 
-    A zero that changes, or a cable that loosens and comes back, does so seldom or in both directions.
+    Between slips the force grows back. A zero that changes, or a loose cable, jumps seldom, or in both directions.
+    `change`: Changes from reading to reading. `jumps`: Places of all large changes. `rows`: Rows in a second.
     """
     near = jumps[np.abs(jumps - jump) <= _SECONDS_AROUND * rows]
     parts = change[near] / change[jump]
@@ -409,14 +425,18 @@ def _is_slip(change: FloatArray, jumps: np.ndarray, jump: int, rows: int) -> boo
 
 
 _SECONDS_AROUND = 4
-"""Seconds before and after a jump in which others like it make it one of many: of slips of 2 Hz these are 15."""
+"""Seconds before and after a jump in which similar jumps are counted: 15 for slips of 2 Hz."""
 _COMPARABLE = 1 / 3
-"""Part of a jump that another one has, at least, which is like it."""
+"""Least size of a similar jump, as a part of the jump."""
 _FEWEST_SLIPS = 3
+"""Fewest similar jumps in the same direction beside a slip."""
 
 
 def may_step(channels: FloatArray) -> np.ndarray:
-    """Numbers of the channels, shape (k, n), of which one change is far from the others near it: few, and found quickly."""
+    """Return the numbers of the `channels`, shape (k, n), that may have a step: a fast test, which few channels pass.
+
+    One change is far from the others near it.
+    """
     change = channels[:, 1:] - channels[:, :-1]
     size = min(_BLOCK, change.shape[1])
     if size < 2 * _FEWEST_FOR_TREND:
@@ -432,42 +452,50 @@ def may_step(channels: FloatArray) -> np.ndarray:
 
 
 _TIMES_MEAN_CHANGE = 8.0
-"""A step is so many times the mean departure in its block, itself among them: 9.5 standard deviations of noise are 9.6 times."""
+"""Least size of a step, in mean departures of its block, its own among them: 9.5 standard deviations are 9.6."""
 
 
 def _usual_departures(away: FloatArray, size: int, count: int) -> FloatArray:
-    """Median of the departures from the trend near each reading, the largest of three blocks, shape (n,)."""
+    """Return the usual departure from the trend near each change, shape (n,).
+
+    It is the median in a block, and of three neighbouring blocks the largest. `away`: Departures, shape (n,). `size`,
+    `count`: Changes in a block, and number of blocks.
+    """
     usual = np.median(away[: count * size].reshape(count, size), axis=1)
     near = _largest_near(usual)
-    # where most readings repeat the one before there is no usual departure: any change would be one
+    # where most readings repeat the one before, the median is 0, and any change would be a step
     least = float(np.quantile(away, _USUAL_SHARE)) / _TIMES_USUAL_CHANGE
     return np.maximum(near, least)[np.minimum(np.arange(away.size) // size, count - 1)]
 
 
 def _start_of_line(values: FloatArray, beyond: float = 0.0) -> float:
-    """Value of the straight line through some readings at the first of them, or so many rows before it."""
-    return float(values.mean()) - _growth(values) * ((values.size - 1) / 2 + beyond)
+    """Return the value of the straight line through some readings at the first one, or `beyond` rows before it."""
+    return float(values.mean()) - _slope_by_row(values) * ((values.size - 1) / 2 + beyond)
 
 
 # --- The end of an amplifier
 
 
 _FEWEST_AT_END = 10
+"""Fewest readings at the end of an amplifier."""
 _MOST_FOR_NOISE = 300
+"""Most readings for a first, fast estimate of the noise."""
 _TIMES_NOISE_AT_END = 7.0
-"""Readings at the end of an amplifier lie within so many standard deviations of noise below the highest."""
+"""Range of the readings at the end of an amplifier below the highest one, in standard deviations of noise."""
 _LEAST_LOST = 12.0
-"""Standard deviations of noise by which readings would have grown meanwhile, at least."""
+"""Least growth that is lost at the end of an amplifier, in standard deviations of noise."""
 _MOST_SWAY = 1.5
-"""At an end readings depart from their mean by so many times the noise that their second differences show, at most."""
+"""Largest standard deviation of the readings at an end, in units of the noise that their second differences show."""
 _MOST_GROWTH, _LEAST_GROWTH = 0.2, 0.6
-"""Part of the growth before that is left, at most; part of the usual growth just before, at least."""
+"""Largest growth at the end, as a part of the growth just before; least growth just before, as a part of the usual."""
 _MOST_BEFORE = 50
+"""Most readings just before the end that show the growth there."""
 _MOST_APART = 2
+"""Most rows from one reading at the end to the next."""
 
 
 def find_plateau(values: FloatArray) -> Mask:
-    """Mark the readings at the highest level of a channel, where it stops growing at once and shows noise alone.
+    """Mark the readings at the end of an amplifier: the highest level, where growth stops at once and noise is left.
 
     Parameters
     ----------
@@ -482,8 +510,8 @@ def find_plateau(values: FloatArray) -> Mask:
     nothing = np.zeros(values.size, dtype=bool)
     if values.size < 2 * _FEWEST_AT_END:
         return nothing
-    # most channels have few readings there, and this is quick
-    noise = _noise_of(values[:: 1 + values.size // _MOST_FOR_NOISE])
+    # a fast way out, as most channels have few readings near the highest
+    noise = _estimate_noise(values[:: 1 + values.size // _MOST_FOR_NOISE])
     highest = float(values.max())
     near = np.count_nonzero(values >= highest - _TIMES_NOISE_AT_END * noise)
     if near < _FEWEST_AT_END or highest < 2 * _TIMES_NOISE_AT_END * noise:
@@ -491,19 +519,19 @@ def find_plateau(values: FloatArray) -> Mask:
     first, last = _longest_at_top(values, noise)
     if last + 1 - first < _FEWEST_AT_END:
         return nothing
-    # what is cut off at the end shows less noise than what is below it
-    noise = max(_noise_of(values), _noise_of(values[:first]))
+    # an amplifier cuts part of the noise at its end: readings below show the whole noise
+    noise = max(_estimate_noise(values), _estimate_noise(values[:first]))
     first, last = _longest_at_top(values, noise)
     length = last + 1 - first
-    # nor does it cut the readings that noise holds below it at first
+    # before the end: readings that are below it by more than their noise
     below = np.flatnonzero(values[:first] < highest - _TIMES_NOISE_AT_END / 2 * noise)
     before = values[below[-min(max(length, _FEWEST_AT_END), _MOST_BEFORE) :]]
     if before.size < _FEWEST_AT_END:
         return nothing
-    growth_before = _growth(before)
+    growth_before = _slope_by_row(before)
     if growth_before <= 0:
         return nothing
-    # the first rows are those in which the end is reached
+    # in the first rows readings still grow to the end: they are left out
     entered = math.ceil(_TIMES_NOISE_AT_END * noise / growth_before)
     inside = values[first + entered : last]
     if inside.size < _FEWEST_AT_END:
@@ -511,8 +539,8 @@ def find_plateau(values: FloatArray) -> Mask:
     white = float(np.diff(inside, n=2).std()) / math.sqrt(6)
     if np.ptp(inside) > 0 and float(inside.std()) > _MOST_SWAY * white:
         return nothing
-    growth = _growth(inside)
-    # a curve that bends to its highest point has grown less and less before it
+    growth = _slope_by_row(inside)
+    # the growth of a curve that bends to its highest point becomes smaller before it
     quarter = int(np.argmax(values >= values[first] / 4))
     usual_growth = float(values[first] - values[quarter]) / max(first - quarter, 1)
     if growth_before * inside.size < _LEAST_LOST * noise or not (
@@ -523,8 +551,11 @@ def find_plateau(values: FloatArray) -> Mask:
     return nothing
 
 
-def _noise_of(values: FloatArray) -> float:
-    """Standard deviation of the noise of readings by their second differences; not below a quarter of their least step."""
+def _estimate_noise(values: FloatArray) -> float:
+    """Return the standard deviation of the noise of readings, by the median of their second differences.
+
+    Where this is 0, as for a coarse sensor, a quarter of the least step.
+    """
     steps = np.diff(values)
     second = np.abs(np.diff(steps))
     if second.size < _FEWEST_AT_END:
@@ -537,7 +568,7 @@ def _noise_of(values: FloatArray) -> float:
 
 
 def _longest_at_top(values: FloatArray, noise: float) -> tuple[int, int]:
-    """First and last of the longest stretch of readings within the noise of the highest."""
+    """Return first and last place of the longest stretch of readings within the noise of the highest one."""
     near = np.flatnonzero(values >= values.max() - _TIMES_NOISE_AT_END * noise)
     breaks = np.flatnonzero(np.diff(near) > _MOST_APART)
     firsts = near[np.append(0, breaks + 1)]
@@ -546,8 +577,8 @@ def _longest_at_top(values: FloatArray, noise: float) -> tuple[int, int]:
     return int(firsts[longest]), int(lasts[longest])
 
 
-def _growth(values: FloatArray) -> float:
-    """Slope of the straight line through some readings, for each row."""
+def _slope_by_row(values: FloatArray) -> float:
+    """Return the slope of the straight line through some readings, shape (n,), by row."""
     place = np.arange(values.size) - (values.size - 1) / 2
     return float(place @ values) / float(place @ place)
 
@@ -556,23 +587,28 @@ def _growth(values: FloatArray) -> float:
 
 
 TIMES_USUAL_WAY = 2.0
-"""A lone position is farther aside by so many ways from one reading to the next, or more: an arm that turns back is by one."""
+"""Least distance aside of a lone position, in usual ways from one reading to the next; an arm that turns has 1."""
 _TIMES_NOISE = 7.0
-"""A lone position is farther aside by so many standard deviations of one coordinate, or more."""
+"""Least distance aside of a lone position, in standard deviations of the noise of a coordinate."""
 _LEAST_PART = 0.005
-"""Part of the whole way below which a position is off by no more than what a coarse sensor flickers by."""
+"""Least distance aside of a lone position, as a part of the whole way: a coarse sensor flickers by less."""
 _FEWEST_POSITIONS = 7
+"""Fewest different positions of a log that can be judged."""
 _MOST_OF_NEIGHBOUR = 0.25
-"""The position beside a lone one is aside by half as much, the next one not at all."""
+"""Largest distance of the third position, as a part of that of the second, where the first one is lone.
+
+The position beside a lone one is aside by half as much as the lone one, the next one not at all.
+"""
 _QUARTILE, _UPPER_FIFTH = 0.319 * math.sqrt(1.5), 1.282 * math.sqrt(1.5)
-"""Lower quartile and 80 % quantile of how far a position is aside, in standard deviations of normal noise."""
+"""25 % and 80 % quantile of the distance aside, in standard deviations of normal noise of a coordinate."""
 
 
 def find_lone_positions(*axes: FloatArray) -> Mask:
-    """Mark the positions that an arm cannot have been at between its positions just before and just after.
+    """Mark lone positions: those where an arm cannot have been between its positions just before and just after.
 
-    A force may jump, an arm keeps its speed: it is near the middle of its neighbours, and outside of them only where it
-    turns back, by its usual way from one reading to the next. An axis that does not move needs another one that does.
+    A force may jump, but an arm keeps its speed: each position is near the middle of its neighbours. It is outside of
+    them only where the arm turns back, by a usual way from one reading to the next. An axis that rests can be judged
+    only together with one that moves.
 
     Parameters
     ----------
@@ -582,24 +618,24 @@ def find_lone_positions(*axes: FloatArray) -> Mask:
     Returns
     -------
     ndarray of bool
-        Shape (n,).
+        True for a lone position, shape (n,).
     """
-    return _find_again(_find_lone_once, np.array(axes))
+    return _find_repeatedly(_find_lone_once, np.array(axes))
 
 
 def _find_lone_once(path: FloatArray) -> Mask:
-    """Mark the positions, shape (axes, n), farthest aside; equal positions in a row count as one."""
+    """Mark the positions farthest aside, in a path of shape (axes, n); equal positions in a row count as one."""
     nothing = np.zeros(path.shape[1], dtype=bool)
     moves = (path[:, 1:] != path[:, :-1]).any(axis=0)
-    starts = _starts(moves)
+    starts = _starts_of_levels(moves)
     if starts.size < _FEWEST_POSITIONS:
         return nothing
     lengths = np.diff(np.append(starts, path.shape[1]))
-    level = path.take(starts, axis=1)  # in rows, as all that follows goes along them
+    level = path.take(starts, axis=1)  # contiguous along the rows, which is fast below
     aside = level[:, 1:-1] - (level[:, :-2] + level[:, 2:]) / 2
     inner = np.sqrt((aside**2).sum(axis=0))
     least = _LEAST_PART * float(np.ptp(level, axis=1).max())
-    if 2 * inner.max() <= least:  # twice: so far may an end be aside
+    if 2 * inner.max() <= least:  # twice, as an end may be that far aside (`_end_aside`)
         return nothing
     off = np.concatenate([[_end_aside(inner)], inner, [_end_aside(inner[::-1])]])
     size = np.abs(aside)
@@ -609,12 +645,12 @@ def _find_lone_once(path: FloatArray) -> Mask:
     places = np.flatnonzero((off > far) & (off >= neighbour) & (lengths <= FEWEST_ROWS))
     if not places.size:
         return nothing
-    # the ways to and from the position itself are left out, and one of four others may be that of another lone position
+    # usual way: the second smallest of the two ways before and the two behind, without those of the position itself
     way = np.sqrt((np.diff(level) ** 2).sum(axis=0))
     last = way.size - 1
     beside = np.abs(places[:, None] + np.array([-3, -2, 1, 2]))
     usual = np.sort(way[last - np.abs(last - beside)], axis=1)[:, 1]
-    # a position between its neighbours was read while the arm moved from one to the other, at whatever speed
+    # a position between its neighbours may be right, at any speed of the arm
     before = level[:, np.abs(places - 1)]
     after = level[:, last + 1 - np.abs(last - places)]
     above = level[:, places] - np.maximum(before, after)
@@ -624,7 +660,7 @@ def _find_lone_once(path: FloatArray) -> Mask:
     places = places[far_aside]
     if not places.size:
         return nothing
-    # without those beside lone positions most tell the noise; where a log was interpolated, half of them are aside by nothing
+    # noise again, without the positions beside lone ones; 80 %, since half are 0 aside in an interpolated log
     good = np.ones(starts.size + 2, dtype=bool)
     good[np.concatenate([places, places + 1, places + 2])] = False
     kept = size[:, good[2:-2]]
@@ -636,10 +672,13 @@ def _find_lone_once(path: FloatArray) -> Mask:
 
 
 _LEAST_OUTSIDE = 0.5
-"""Part of the way aside by which a lone position is outside of its neighbours, at least."""
+"""Least distance of a lone position outside its neighbours, as a part of its distance aside."""
 
 
 def _end_aside(inner: FloatArray) -> float:
-    """How far the first position is off the line through the next two, if it is not the second that is aside."""
+    """Return how far the first position is off the line through the next two; 0 if the second one is aside.
+
+    `inner`: Distances aside of the second position and of those behind it.
+    """
     second, third = inner[:2]
     return 2 * float(second) if third < _MOST_OF_NEIGHBOUR * second else 0.0

@@ -1,4 +1,4 @@
-"""Campaigns without logs: a table of stress against depth, or a finished table of alpha."""
+"""Reads campaigns without logs: a table of stress against depth, or a finished table of alpha."""
 
 from __future__ import annotations
 
@@ -37,19 +37,19 @@ from rftfit.table.units import ALPHA_TO_N_PER_CM3, folded_name, units_like
 FloatArray = npt.NDArray[np.float64]
 _Grid = tuple[str, list[Line]]
 
-_UNIT_OF = {
+_UNIT_KEYS = {
     **dict.fromkeys(("beta_deg", "gamma_deg"), "angle_unit"),
     "depth_cm": "depth_unit",
     **dict.fromkeys(("stress_z_N_per_cm2", "stress_x_N_per_cm2"), "stress_unit"),
     **dict.fromkeys(("alpha_z_N_per_cm3", "alpha_x_N_per_cm3", "se_z", "se_x"), "alpha_unit"),
 }
-"""Key of `table` that states the unit of a column."""
+"""Column, to the key of `table` in the config that states its unit."""
 
 LARGEST_RAD = 3.2
-"""Several angles, none of them larger, are no degrees."""
+"""Largest angle in rad: several angles, none of which is larger, are probably no degrees."""
 
 LARGEST_ALPHA_N_PER_CM3 = 100.0
-"""No sand and no soil that a plate is pushed into has more: the table is in another unit."""
+"""Largest alpha of any sand or soil into which a plate is pushed: a larger median is in another unit."""
 
 _NUMBERS = (
     "depth_cm",
@@ -64,21 +64,22 @@ _NUMBERS = (
     "depth_to_cm",
 )
 
-_TURN, _MOST_TURNS = 0.02, 6
-"""Of the depth that a run covers: what is less is noise, and no turn; more turns are not looked for."""
+_LEAST_TURN, _MOST_TURNS = 0.02, 6
+"""Least change of depth that is a turn and no noise, as a part of the range of depth; most turns that are found."""
 
 _REPEATS = 20
+"""Most times that each depth of a run may be repeated to look like so many pushes."""
 _TIMES_STEP_OF_DEPTH = 8.0
-"""Depth grows more steadily than a force."""
+"""As `TIMES_USUAL_STEP`, but for depth, which grows more steadily than a force."""
 
 
 @dataclass(frozen=True)
 class TablePush:
     """Rows of the table that belong to one run, in their order.
 
-    `columns` (n,): Depth and stress, or alpha, error and number of runs, by name; cm, N; of stress also
-    ``other_sense``: whether the depth changes against the sense of gamma, and ``alone``: whether depth or stress is
-    far from those of the rows before and after.
+    `columns`: Name to values, shape (n,), in cm and N: depth and stress, or alpha, error and number of runs; stress
+    has also ``other_sense``: whether depth changes opposite to gamma; and ``alone``: whether depth or stress is
+    far from the rows before and after.
     """
 
     run: Run
@@ -86,7 +87,7 @@ class TablePush:
 
 
 class TableRead(NamedTuple):
-    """What a table holds: its runs, by run_id, what is wrong with it, titles of media by key, units of columns, in words."""
+    """Content of a table: its runs, sorted by run_id; problems; media, key to title; units of columns, in words."""
 
     pushes: list[TablePush]
     problems: list[Problem]
@@ -102,20 +103,20 @@ def read_pushes(
     within: str,
     tolerance_deg: float = TOLERANCE_DEG,
 ) -> TableRead:
-    """Read the table of a campaign, long or, of alpha, in the blocks of Table S5.
+    """Read the table of a campaign: a row for each depth or direction; or, for alpha, in blocks as in Table S5.
 
-    `file`: Its name for messages; `media`: those of the config, default: what the table names;
-    `within`: relative to the raw folder; `tolerance_deg`: angles so near to 90 are 90.
+    `file`: Name of the table for messages. `media`: Keys of the media of the config; empty: those that the table names.
+    `within`: Path relative to the raw folder. `tolerance_deg`: Angles this close to 90 are 90.
     """
     schema = _schema_of(table, file)
     problems: list[Problem] = []
     headers: dict[str, HeaderCell] = {}
-    grids = _grids(path, schema) if table.holds == "alpha" else []
-    titles = {key: key for key in media} or _media_of(grids)
-    drafts = _blocks(grids, schema, table, tuple(titles), problems)
+    grids = _read_grids(path, schema) if table.holds == "alpha" else []
+    titles = {key: key for key in media} or _media_of_blocks(grids)
+    drafts = _rows_of_blocks(grids, schema, table, tuple(titles), problems)
     if drafts is None:
         rows, headers, problems = read_table_columns(path, schema, file)
-        _say_what_to_paste(problems, schema)
+        _add_lines_of_config(problems, schema)
         for ours, header in headers.items():
             place, stated = Place(file, column=header.name), header.unit * header.is_stated
             problems += _other_unit(ours, header.name, stated, table, place, schema.area)
@@ -130,36 +131,36 @@ def read_pushes(
     media_named = [medium for medium in rows.texts["medium"] if medium not in ("", BAD)]
     titles = titles or {key: key for key in media_named or [key_of(path.stem) or "medium"]}
     media_known = tuple(titles)
-    checked = _Checked(rows, schema, problems)
-    checked.no_data()
-    checked.measures({header.unit for header in headers.values()}, tolerance_deg)
-    checked.media(media_known)
-    pushes = checked.runs(media_known, within)
+    checked = _CheckedRows(rows, schema, problems)
+    checked.warn_of_no_data()
+    checked.check_numbers({header.unit for header in headers.values()}, tolerance_deg)
+    checked.number_media(media_known)
+    pushes = checked.group_runs(media_known, within)
     ids = {push.run.run_id for push in pushes}
-    if len(ids) < len(pushes):  # one name in two media
+    if len(ids) < len(pushes):  # runs of two media have one name
         runs = (replace(push.run, run_id=f"{push.run.medium}_{push.run.run_id}") for push in pushes)
         pushes = [replace(push, run=run) for push, run in zip(pushes, runs, strict=True)]
     problems.sort(key=lambda problem: problem.place.row or 0)
     read_as = [
-        f"{header.name} in {header.unit}" for name, header in headers.items() if name in _UNIT_OF
+        f"{header.name} in {header.unit}" for name, header in headers.items() if name in _UNIT_KEYS
     ]
     pushes = sorted(pushes, key=lambda push: push.run.run_id)
     return TableRead(pushes, problems, titles, ", ".join(read_as))
 
 
 def pushes_in(path: Path) -> tuple[pd.DataFrame, list[Problem]]:
-    """Read a table of alpha of one medium, as `rftfit.estimate_map` takes it, and what to be warned of.
+    """Read a table of alpha of one medium; return it in the form for `rftfit.estimate_map`, and warnings.
 
-    alpha_x may be missing: a penetrometer measures the force along its way only. Raises CampaignError
-    with everything that is wrong.
+    alpha_x may be missing: a penetrometer measures only the force along its path. Raises CampaignError
+    with all problems if there is an error.
     """
     schema = _schema_of(TableSettings(holds="alpha"), str(path))
     rows, headers, problems = read_table_columns(path, schema, str(path))
-    checked = _Checked(rows, schema, problems)
-    checked.measures({header.unit for header in headers.values()}, TOLERANCE_DEG)
+    checked = _CheckedRows(rows, schema, problems)
+    checked.check_numbers({header.unit for header in headers.values()}, TOLERANCE_DEG)
     medium = next((name for name in rows.texts["medium"] if name), "")
-    checked.media((medium,))
-    pushes = checked.runs((medium,), "")
+    checked.number_media((medium,))
+    pushes = checked.group_runs((medium,), "")
     if any(problem.severity == "error" for problem in problems):
         raise CampaignError(problems)
     names = {"se_z": "alpha_z_se_N_per_cm3", "se_x": "alpha_x_se_N_per_cm3"}
@@ -173,14 +174,14 @@ def pushes_in(path: Path) -> tuple[pd.DataFrame, list[Problem]]:
 
 
 def _schema_of(table: TableSettings, file: str) -> Schema:
-    """Format of a table with the names and units that the config gives."""
+    """Return the format of a table, with the names and units of columns that the config states."""
     schema = STRESS if table.holds == "stress" else ALPHA
-    given = {str(ours): (theirs,) for ours, theirs in table.columns.items()}
+    names_in_file = {str(ours): (theirs,) for ours, theirs in table.columns.items()}
     columns = [
         replace(
             column,
-            also=(*column.also, *given.get(column.name, ())),
-            default=str(getattr(table, key)) if (key := _UNIT_OF.get(column.name)) else "",
+            also=(*column.also, *names_in_file.get(column.name, ())),
+            default=str(getattr(table, key)) if (key := _UNIT_KEYS.get(column.name)) else "",
         )
         for column in schema.columns
     ]
@@ -188,21 +189,24 @@ def _schema_of(table: TableSettings, file: str) -> Schema:
     return replace(schema, columns=tuple(columns), missing=missing, file=file)
 
 
-def _say_what_to_paste(problems: list[Problem], schema: Schema) -> None:
-    """Add to the problem of a missing column the lines of config that read one without a unit as it."""
+def _add_lines_of_config(problems: list[Problem], schema: Schema) -> None:
+    """Add lines of config to the problem of a missing column, if the file has it under a name without a unit.
+
+    With these lines the program can read the column.
+    """
     unread = [
         problem.place.column or ""
         for problem in problems
         if problem.code.endswith(".unknown-column")
     ]
-    columns = {column.name: column for column in schema.columns if column.name in _UNIT_OF}
+    columns = {column.name: column for column in schema.columns if column.name in _UNIT_KEYS}
     for place, problem in enumerate(problems):
         column = columns.get(problem.place.column or "")
         if not problem.code.endswith(".missing-column") or column is None:
             continue
         header = next((header for header in unread if folded_name(header) in column.stems), None)
         if header is not None:
-            key = _UNIT_OF[column.name]
+            key = _UNIT_KEYS[column.name]
             lines = f'table: {{columns: {{{column.name}: "{header}"}}, {key}: ...}}'
             allowed = (
                 f"{problem.allowed}, or in the config, one of {', '.join(column.units)}: {lines}"
@@ -213,8 +217,11 @@ def _say_what_to_paste(problems: list[Problem], schema: Schema) -> None:
 def _other_unit(
     ours: str, header: str, stated: str, table: TableSettings, place: Place, area: str
 ) -> list[Problem]:
-    """Whether a header states another unit than the config."""
-    key = _UNIT_OF.get(ours, "")
+    """Return the problem of a header that states another unit than the config, in a list; empty without one.
+
+    `ours`, `header`: Name of the column here and in the file. `stated`: Unit in the header; empty: none.
+    """
+    key = _UNIT_KEYS.get(ours, "")
     if not stated or key not in table.model_fields_set:
         return []
     in_config = str(getattr(table, key))
@@ -225,8 +232,8 @@ def _other_unit(
 
 
 @dataclass
-class _Checked:
-    """Rows of a table as they are checked: one problem says what is wrong with any number of them."""
+class _CheckedRows:
+    """Rows of a table while they are checked: any number of rows with the same fault make one problem."""
 
     rows: TableRows
     schema: Schema
@@ -240,7 +247,10 @@ class _Checked:
         value_found: str | None,
         allowed: str,
     ) -> None:
-        """Note rows that cannot be used, at the first of them; `{}` of `value_found` is its value."""
+        """Mark the rows `wrong`, bool of shape (n,), as bad, and add one problem at the first of them.
+
+        `value_found`: Text with `{}` for the value of the first row. `code`, `allowed`: As in `Problem`.
+        """
         columns, row_indices = self.rows.columns, wrong.nonzero()[0]
         if not row_indices.size:
             return
@@ -250,8 +260,8 @@ class _Checked:
         note = DraftRow(self.schema, int(columns["row"][row_indices[0]]), self.problems).note
         note(column, code, value_found, allowed)
 
-    def no_data(self) -> None:
-        """Tell of the rows with a number that the config names as no data; the checks see zeros there."""
+    def warn_of_no_data(self) -> None:
+        """Warn of the rows with a number that means no data, in whose place the checks see 0."""
         columns = self.rows.columns
         if not (row_indices := np.flatnonzero(columns["no_data"])).size:
             return
@@ -259,10 +269,10 @@ class _Checked:
         draft = DraftRow(self.schema, int(columns["row"][row_indices[0]]), self.problems)
         draft.note("depth_cm", "no-data", None, allowed, severity="warning")
 
-    def measures(self, units: Collection[str], tolerance_deg: float) -> None:
-        """Check angles, depths and the size of alpha; `tolerance_deg`: angles so near to 90 are 90.
+    def check_numbers(self, units: Collection[str], tolerance_deg: float) -> None:
+        """Check angles, depths and the size of alpha.
 
-        `units`: Of the columns in the file.
+        `units`: Units of the columns in the file. `tolerance_deg`: Angles this close to 90 become 90.
         """
         columns = self.rows.columns
         angles = [columns["beta_deg"], columns["gamma_deg"]]
@@ -301,8 +311,8 @@ class _Checked:
         if "n" in columns:
             self.note(columns["n"] % 1 > 0, "n", "not-whole", "{:g}", "a whole number of runs")
 
-    def media(self, media: tuple[str, ...]) -> None:
-        """Turn names of media into their places in the config; of a single one it may be left out."""
+    def number_media(self, media: tuple[str, ...]) -> None:
+        """Replace names of media by their places in `media`; with a single medium the name may be blank."""
         codes, places = self.rows.columns["medium"], []
         for name, code in self.rows.texts["medium"].items():
             medium = name or (media[0] if len(media) == 1 else "")
@@ -312,11 +322,15 @@ class _Checked:
             places.append(media.index(medium) if medium in media else -1)
         self.rows.columns["medium"] = np.array(places, dtype=np.int32)[codes]
 
-    def runs(self, media: tuple[str, ...], file: str) -> list[TablePush]:
-        """Part rows by run: of alpha each is one, of stress those of one run_id or of one direction."""
+    def group_runs(self, media: tuple[str, ...], file: str) -> list[TablePush]:
+        """Group the rows into runs: each row of alpha, or the rows of stress with one run_id or one direction.
+
+        `file`: Path of the table in the raw folder.
+        """
         columns, texts = self.rows.columns, self.rows.texts
         if columns["bad"].any():
             columns = {name: values[~columns["bad"]] for name, values in columns.items()}
+        # `order` puts the rows of a run together; `first`: first row of each run in this order
         order: Any = slice(None)
         first = np.arange(columns["row"].size)
         if "depth_cm" in columns:
@@ -325,13 +339,12 @@ class _Checked:
             if unnamed >= 0:
                 angles = (columns[f"{angle}_deg"] for angle in ("beta", "gamma"))
                 keys += [np.where(run == unnamed, angle.round(4), 0.0) for angle in angles]
-            # most often the rows of a run stand together: the first of each stretch tells which it is
+            # the rows of a run mostly stand together, so only the first row of each stretch is compared
             changes = [values[1:] != values[:-1] for values in keys]
             first = np.flatnonzero(np.append(run.size > 0, np.any(changes, axis=0)))
-            heads = pd.DataFrame(
-                {column_number: values[first] for column_number, values in enumerate(keys)}
-            )
+            heads = pd.DataFrame({place: values[first] for place, values in enumerate(keys)})
             group = heads.groupby([*heads], sort=False).ngroup().to_numpy()
+            # some run has several stretches: sort the rows by run
             if np.unique(group).size < group.size:
                 rows = np.repeat(group, np.diff(first, append=run.size))
                 order = np.argsort(rows, kind="stable")
@@ -341,18 +354,18 @@ class _Checked:
         notes: list[Problem] = []
         pushes = []
         for start, stop in pairwise([*first.tolist(), columns["row"].size]):
-            of_run = {name: values[start:stop] for name, values in columns.items()}
-            has_data = ~of_run.pop("no_data", np.zeros(stop - start, dtype=bool))
-            columns_of_run = {name: values[has_data] for name, values in of_run.items()}
+            all_rows = {name: values[start:stop] for name, values in columns.items()}
+            has_data = ~all_rows.pop("no_data", np.zeros(stop - start, dtype=bool))
+            columns_of_run = {name: values[has_data] for name, values in all_rows.items()}
             if not has_data.any():
-                draft = DraftRow(self.schema, int(of_run["row"][0]), notes)
+                draft = DraftRow(self.schema, int(all_rows["row"][0]), notes)
                 allowed = "one row or more with data in each run; this one is left out"
                 draft.note("depth_cm", "run-without-data", None, allowed, severity="warning")
                 continue
             words_of_run = {
                 name: words[name][columns_of_run[name][0]] for name in words if name != "medium"
             }
-            push = _push(
+            push = _make_push(
                 columns_of_run,
                 words_of_run,
                 media[columns_of_run["medium"][0]],
@@ -362,14 +375,16 @@ class _Checked:
             )
             without_data = int(np.count_nonzero(~has_data))
             pushes.append(replace(push, run=replace(push.run, rows_without_data=without_data)))
-        for code in dict.fromkeys(medium_key.code for medium_key in notes):
-            first_of, *notes_left = (medium_key for medium_key in notes if medium_key.code == code)
-            count_words = f"; this is the first of {1 + len(notes_left)} runs" if notes_left else ""
-            self.problems.append(replace(first_of, allowed=first_of.allowed + count_words))
+        # the same problem of several runs is told once
+        for code in dict.fromkeys(problem.code for problem in notes):
+            first_problem, *others = (problem for problem in notes if problem.code == code)
+            count_words = f"; this is the first of {1 + len(others)} runs" if others else ""
+            allowed = first_problem.allowed + count_words
+            self.problems.append(replace(first_problem, allowed=allowed))
         return pushes
 
 
-def _push(
+def _make_push(
     columns_of_run: dict[str, npt.NDArray[Any]],
     words_of_run: dict[str, str],
     medium: str,
@@ -377,19 +392,21 @@ def _push(
     problems: list[Problem],
     file: str,
 ) -> TablePush:
-    """Make a run of its rows, and note what is wrong with them; `words_of_run`: texts of the first."""
+    """Make a run of its rows, and add its problems.
+
+    `columns_of_run`: Columns of the rows with data. `words_of_run`: Texts of the first row.
+    """
     beta, gamma = (float(columns_of_run[f"{angle}_deg"][0]) for angle in ("beta", "gamma"))
     row, level = int(columns_of_run["row"][0]), math.nan
     lacks_force_x = False
-    given = words_of_run.get("run_id", f"row{row:05d}")
-    name = given or _of_direction(beta, gamma)
+    stated_name = words_of_run.get("run_id", f"row{row:05d}")
+    name = stated_name or _name_of_direction(beta, gamma)
     draft = DraftRow(schema, row, problems, words_of_run)
     check_excluded(draft)
     for column in ("beta_deg", "gamma_deg", "excluded"):
-        # of a run without a name, the angles differ in the last digits only
-        differs = abs(columns_of_run[column] - columns_of_run[column][0]) > (
-            1e-6 if given else 1e-3
-        )
+        # rows without a run_id were grouped by rounded angles, which may differ in the last digits
+        most_difference = 1e-6 if stated_name else 1e-3
+        differs = abs(columns_of_run[column] - columns_of_run[column][0]) > most_difference
         if differs.any():
             draft.row = int(columns_of_run["row"][differs][0])
             allowed = f"as in row {row}: all rows of the run {name} have one direction, and are excluded or not"
@@ -403,7 +420,7 @@ def _push(
         columns["other_sense"], again = _rows_against_gamma(depth, gamma, columns["alone"])
         if not draft.yes("excluded"):
             _note_depths(
-                draft, columns_of_run | columns, columns["other_sense"], again, name, given
+                draft, columns_of_run | columns, columns["other_sense"], again, name, stated_name
             )
     direction = "extraction" if gamma < 0 else "intrusion" if math.isnan(level) else "horizontal"
     run = Run(
@@ -434,7 +451,7 @@ def _push(
 
 
 def _stress_x(columns: Mapping[str, npt.NDArray[Any]], draft: DraftRow) -> tuple[FloatArray, bool]:
-    """Stress along x, 0 of a run that has none, and whether it has none; one that has it in some rows is refused."""
+    """Return stress along x (0 for a run without) and whether the run has none; refuse one with it in some rows."""
     size = columns["depth_cm"].size
     stress = columns.get("stress_x_N_per_cm2", np.full(size, math.nan))
     blank = np.isnan(stress)
@@ -443,12 +460,12 @@ def _stress_x(columns: Mapping[str, npt.NDArray[Any]], draft: DraftRow) -> tuple
             f"a number in all rows of a run, or in none; {np.count_nonzero(blank)} rows are blank"
         )
         draft.note("stress_x_N_per_cm2", "blank", None, allowed)
-    # who has no such channel may have filled the column with zeros
+    # a column of zeros may have been filled in for a channel that was not measured
     return np.nan_to_num(stress), bool(blank.any() or not stress.any())
 
 
 def _rows_alone(columns: Mapping[str, npt.NDArray[Any]]) -> npt.NDArray[np.bool_]:
-    """Rows (n,) whose depth or stress stands alone, far from the rows before and after them."""
+    """Return which rows have a depth or stress far from the rows before and after, bool of shape (n,)."""
     stress = [columns[f"stress_{c}_N_per_cm2"] for c in "zx"]
     most_rows = max(FEWEST_ROWS, int(_MOST_AWAY * stress[0].size))
     alone = [find_spikes(columns["depth_cm"], times=_TIMES_STEP_OF_DEPTH)]
@@ -457,13 +474,13 @@ def _rows_alone(columns: Mapping[str, npt.NDArray[Any]]) -> npt.NDArray[np.bool_
 
 
 _MOST_AWAY = 0.2
-"""Share of the rows of a push in which stress may be away from that before and after, in a row."""
+"""Most rows of a spike of stress, as a share of the rows of the push."""
 
 
 def _rows_against_gamma(
     depth: FloatArray, gamma: float, alone: npt.NDArray[np.bool_]
 ) -> tuple[npt.NDArray[np.bool_], int]:
-    """As `rows_against_gamma`, of the rows that do not stand alone."""
+    """Apply `rows_against_gamma` to the rows that do not stand alone."""
     kept = np.flatnonzero(~alone)
     against = np.zeros(depth.size, dtype=bool)
     against[kept], again = rows_against_gamma(depth[kept], gamma)
@@ -476,12 +493,16 @@ def _note_depths(
     differs: npt.NDArray[np.bool_],
     again: int,
     name: str,
-    given: str,
+    stated_name: str,
 ) -> None:
-    """Note problems that the depths of a run show: several pushes in one run, or rows that are left out."""
+    """Add the problems that the depths of a run show: several pushes in one run, or rows that are left out.
+
+    `differs`: Rows in which depth changes in the sense opposite to gamma. `again`: Row where a second push starts;
+    0: none. `stated_name`: Name of the run in the table; empty: none.
+    """
     depth = columns_of_run["depth_cm"]
     ask = "give each push a run_id of its own"
-    if not given:
+    if not stated_name:
         ask = "which column identifies the runs? Its name is run_id, or is given as run_id in table.columns of the config"
     if (alone := np.flatnonzero(columns_of_run["alone"])).size:
         draft.row = int(columns_of_run["row"][alone[0]])
@@ -502,9 +523,10 @@ def _note_depths(
 
 
 def rows_against_gamma(depth: FloatArray, gamma: float) -> tuple[npt.NDArray[np.bool_], int]:
-    """Rows (n,) in which depth changes opposite to gamma, deg; and the row where a second push starts, or 0.
+    """Return where depth changes opposite to gamma (deg), bool of shape (n,), and the row where a second push starts.
 
-    A run whose depth changes in one sense only is taken as it stands: tables are sorted by depth.
+    Row 0: there is none. A run whose depth changes in one sense only has no wrong row, whatever its gamma,
+    since tables may be sorted by depth.
     """
     wrong = np.zeros(depth.size, dtype=bool)
     if gamma == 0:
@@ -514,22 +536,23 @@ def rows_against_gamma(depth: FloatArray, gamma: float) -> tuple[npt.NDArray[np.
         twice = np.setdiff1d(np.arange(starts.size), first)
         return wrong, int(starts[twice[0]]) if twice.size else 0
     turns, sense = _reversals(depth, gamma)
-    right = 0
+    right_ways = 0
     for place, (start, stop) in enumerate(pairwise([0, *turns, depth.size - 1]) if turns else ()):
         is_right = sense * (-1) ** place * gamma > 0
-        right += is_right
-        if stop == start + 1 or (is_right and right > 1):  # a jump back, or the same way once more
+        right_ways += is_right
+        # a second push starts after a jump back within one row, or with a second way in the sense of gamma
+        if stop == start + 1 or (is_right and right_ways > 1):
             return wrong, stop if stop == start + 1 else start
         wrong[start + (place > 0) : stop + 1] = not is_right
     return wrong, 0
 
 
 def _reversals(depth: FloatArray, gamma: float) -> tuple[list[int], int]:
-    """Rows where the change of depth reverses by more than noise (the first of many), and the sign at the start.
+    """Return the rows where depth turns by more than noise, at most some, and the sign of its change at the start.
 
-    A pause there is left to the sense that is not that of gamma.
+    Rows of a pause at a turn count to the way against the sense of gamma.
     """
-    least = _TURN * float(depth.max() - depth.min())
+    least = _LEAST_TURN * float(depth.max() - depth.min())
     ways = (depth, -depth)
     grown, shrunk = (int(np.argmax(way - np.minimum.accumulate(way) > least)) for way in ways)
     begins = sense = 1 if grown and (grown < shrunk or not shrunk) else -1
@@ -546,66 +569,71 @@ def _reversals(depth: FloatArray, gamma: float) -> tuple[list[int], int]:
     return turns[1:], begins
 
 
-def _of_direction(beta: float, gamma: float) -> str:
+def _name_of_direction(beta: float, gamma: float) -> str:
+    """Return the name of a run without one, by its direction: ``b30_gm45`` for (30, -45)."""
     return f"b{beta:g}_g{gamma:g}".replace("-", "m")
 
 
-# --- the layout of Table S5: a block for each component, rows by beta, columns by gamma
+# --- The layout of Table S5: a block for each component, rows by beta, columns by gamma
 
 _COMPONENT = re.compile(
     r"\W*(?:measured\s+)?(?:alpha|\N{GREEK SMALL LETTER ALPHA})\W*_?\W*([zx])\b[^a-z]{0,4}.{0,24}",
     re.IGNORECASE,
 )
-"""Head of a block, for example ``alpha_z (N/cm^3)``."""
+"""Head of a block, for example ``alpha_z (N/cm^3)``; its group is the component."""
 
 
-def _blocks(
+def _rows_of_blocks(
     grids: list[_Grid],
     schema: Schema,
     table: TableSettings,
     media: tuple[str, ...],
     problems: list[Problem],
 ) -> list[DraftRow] | None:
-    """Rows of a table in blocks; None where the file is a long table.
+    """Return the rows, one for each direction, of a table in blocks; None where the file has no blocks.
 
-    A block has a head that names alpha_z or alpha_x, in the corner or above it, gamma along its first
-    row and beta down its first column. A sheet of a workbook, or a line with the key of a medium alone,
-    says whose blocks follow.
+    A block has a head that names alpha_z or alpha_x, in its corner or above it; gamma along its first
+    row; and beta down its first column. The name of a sheet, or a line with nothing but the key of a medium,
+    says of which medium the blocks below are.
     """
     draft_of_direction: dict[tuple[str, float, float], DraftRow] = {}
     columns = {column.name: column for column in schema.columns}
     to_deg = columns["beta_deg"].units[columns["beta_deg"].default]
     for sheet, rows in grids:
-        medium = next((draft_row for draft_row in media if draft_row == key_of(sheet)), "")
+        medium = next((key for key in media if key == key_of(sheet)), "")
         component, scale = "", 1.0
         gammas: dict[int, float] = {}
         width = max((len(cells) for _, cells in rows), default=0)
-        components = _components(rows)
+        components = _find_components(rows)
         for number, cells in rows:
             texts = [cell.strip() for cell in cells] + [""] * (width - len(cells))
-            head, rest = texts[0], {i: _float(text) for i, text in enumerate(texts) if i > 0}
+            first_cell = texts[0]
+            numbers = {i: _finite_number(text) for i, text in enumerate(texts) if i > 0}
+            has_numbers = any(value is not None for value in numbers.values())
             if (lone := key_of("".join(texts))) in media:
                 medium, component, gammas = lone, "", {}
             elif number in components:
                 component, gammas = components[number], {}
                 column = columns[f"alpha_{component}_N_per_cm3"]
-                unit, place = column.unit_in(head), Place(schema.file, number)
-                problems += _other_unit(column.name, head, unit, table, place, schema.area)
+                unit, place = column.unit_in(first_cell), Place(schema.file, number)
+                problems += _other_unit(column.name, first_cell, unit, table, place, schema.area)
                 scale = column.units[unit or column.default]
-            elif head and _float(head) is None and not any(v is not None for v in rest.values()):
+            elif first_cell and _finite_number(first_cell) is None and not has_numbers:
+                # a line of words ends a block
                 component, gammas = "", {}
-            if component and not gammas and _float(head) is None:
-                gammas = {i: value for i, value in rest.items() if value is not None}
+            if component and not gammas and _finite_number(first_cell) is None:
+                # the row of gammas: column to gamma
+                gammas = {i: value for i, value in numbers.items() if value is not None}
                 gammas = gammas if len(gammas) > 1 else {}
-            elif component and gammas and (beta := _float(head)) is not None:
+            elif component and gammas and (beta := _finite_number(first_cell)) is not None:
                 name = f"alpha_{component}_N_per_cm3"
                 for i, gamma in gammas.items():
-                    key, text, value = (medium, beta, gamma), texts[i], rest[i]
+                    key, text, value = (medium, beta, gamma), texts[i], numbers[i]
                     draft = draft_of_direction.setdefault(key, DraftRow(schema, number, problems))
                     if name in draft.number:
                         allowed = f"each direction once; row {draft.row} has it"
                         DraftRow(schema, number, problems).note(name, "twice", text, allowed)
-                    draft.text |= {"medium": medium, "run_id": _of_direction(beta, gamma)}
+                    draft.text |= {"medium": medium, "run_id": _name_of_direction(beta, gamma)}
                     draft.number |= {"beta_deg": beta * to_deg, "gamma_deg": gamma * to_deg}
                     if value is not None:
                         is_missing = value in table.missing
@@ -631,18 +659,23 @@ def _blocks(
 
 
 def key_of(name: str) -> str:
-    """A key of the config from the name of a sheet, a file or a medium."""
+    """Return a key for the config, made of the name of a sheet, a file or a medium."""
     return re.sub(r"[^A-Za-z0-9._-]+", "_", name.strip()).strip("_.-")[:64]
 
 
-def _media_of(grids: list[_Grid]) -> dict[str, str]:
-    """Titles by key of the media whose blocks a table holds, in its order; none of a long table."""
+def _media_of_blocks(grids: list[_Grid]) -> dict[str, str]:
+    """Return key to title of the media in a table of blocks, in its order; empty for a table without blocks."""
     titles: dict[str, str] = {}
     for sheet, rows in grids:
-        if not _components(rows):
+        if not _find_components(rows):
             continue
+        # media are named by lines with a single cell, or by the sheets
         alone = [row[0] for _, row in rows if len([c for c in row if c.strip()]) == 1]
-        names = [cell for cell in alone if not _COMPONENT.fullmatch(cell) and _float(cell) is None]
+        names = [
+            cell
+            for cell in alone
+            if not _COMPONENT.fullmatch(cell) and _finite_number(cell) is None
+        ]
         if len(grids) > 1 or not names:
             names = [sheet]
         titles |= {key_of(name): name.strip() for name in names}
@@ -650,8 +683,8 @@ def _media_of(grids: list[_Grid]) -> dict[str, str]:
     return titles
 
 
-def _components(rows: list[Line]) -> dict[int, str]:
-    """Component that each head of a block in a sheet names, by its row; of two blocks without, z and x."""
+def _find_components(rows: list[Line]) -> dict[int, str]:
+    """Return row to component, x or z, of each head of a block in a sheet; two blocks without heads are z and x."""
     heads = {number: row[0].strip() for number, row in rows}
     component_of_row = {
         number: component[1].lower()
@@ -663,19 +696,20 @@ def _components(rows: list[Line]) -> dict[int, str]:
         for number, row in rows
         if not row[0].strip()
         and len(row) > 2
-        and all(_float(cell) is not None for cell in row[1:] if cell.strip())
+        and all(_finite_number(cell) is not None for cell in row[1:] if cell.strip())
     ]
     return component_of_row or (dict(zip(corners, "zx", strict=True)) if len(corners) == 2 else {})
 
 
-def _grids(path: Path, schema: Schema) -> list[_Grid]:
-    """Name of each sheet of a table, and its rows that are not blank; nothing of what cannot be read."""
+def _read_grids(path: Path, schema: Schema) -> list[_Grid]:
+    """Return name and filled rows of each sheet of a table; empty where it cannot be read."""
     try:
         return list(read_sheets(path, schema))
     except CampaignError:
-        return []  # the reader of long tables says why
+        return []  # `read_table_columns`, called next, makes the problem
 
 
-def _float(text: str) -> float | None:
+def _finite_number(text: str) -> float | None:
+    """Return a cell as a number; None where it is none."""
     value = number_of(text)
     return value if math.isfinite(value) else None

@@ -23,12 +23,12 @@ from rftfit.table.stamps import ns_to_s
 from rftfit.table.units import unit_word, units_like
 
 MOST_ARRAYS = 2000
-"""Arrays of a file: each is opened, and takes as long as many rows of one."""
+"""Most arrays of a file: each is opened, which takes as long as reading many rows of one."""
 MOST_COLUMNS = 64
-"""A table with more columns than this is a picture or a field, no log."""
+"""Most columns of a table: one with more is a picture or a field, and no log."""
 
-_OF_NAMES = 128 << 20
-"""Bytes that names, shapes and texts of a file may take."""
+_MOST_NAME_BYTES = 128 << 20
+"""Most memory for the names, shapes and attributes of a file, bytes."""
 
 _HDF5, _NPY, _NPZ, _MAT5, _MAT7 = (
     b"\x89HDF\r\n\x1a\n",
@@ -40,10 +40,11 @@ _HDF5, _NPY, _NPZ, _MAT5, _MAT7 = (
 
 
 class ArrayColumn(NamedTuple):
-    """Values, of shape (n,), the unit that the file states, and what its attributes made of the values.
+    """Values of a column, shape (n,), and what the attributes of the file say about them.
 
-    `blank`: Whether the file says which values stand for none; they are NaN. `unapplied`: Scaling that the file
-    states in words of its own, and that was not applied.
+    `unit`: As the file states it. `note`: Sentence on how the attributes were applied. `blank`: Whether some values
+    are NaN because the file says that the stored number stands for no value. `unapplied`: Scaling that the file
+    states under a name that is no convention, and that was not applied.
     """
 
     values: np.ndarray
@@ -54,17 +55,17 @@ class ArrayColumn(NamedTuple):
 
 
 NamedColumns = Iterator[tuple[str, ArrayColumn | str]]
-"""Columns by name; of what is none, what it is."""
+"""Name and column; for an array that is no column, name and a few words on what the array is."""
 
 
 class FilesApart:
-    """Files of MATLAB and HDF5 that are read one after another, in a process of their own.
+    """Files of MATLAB and HDF5 that are read one after another in a child process, which a damaged file may end.
 
-    `paths`: Of all that will be asked for, in this order; files of other kinds among them are left out.
+    `paths`: All files that will be asked for, in this order; a file of another kind has no columns here.
     """
 
     def __init__(self, paths: Sequence[Path]) -> None:
-        # one that is asked for twice in turn is read once
+        # a file that is asked for twice in turn is read once
         files = [path for path, _ in groupby(paths)]
         self._contents = zip(files, base.run_apart(files, _load_apart), strict=True)
         self._last: tuple[Path | None, list[tuple[str, ArrayColumn | str]] | Exception] = None, []
@@ -75,7 +76,7 @@ class FilesApart:
         Raises
         ------
         LogError
-            If a content takes more than `MOST_UNPACKED` bytes, or ends the process that reads it.
+            If the content takes more than `MOST_UNPACKED` bytes, or ends the process that reads it.
         ValueError
             If the file does not hold what it states.
         """
@@ -88,16 +89,17 @@ class FilesApart:
 
 
 def _load_apart(path: Path) -> list[tuple[str, ArrayColumn | str]]:
+    """Read the columns of a MATLAB or HDF5 file, in the child process; none for a file of another kind."""
     with path.open("rb") as file:
         head = file.read(16)
     if head.startswith(_MAT5):
         variables = load_mat5(path).items()
-        return [column for name, value in variables for column in _of_array(name, value)]
+        return [column for name, value in variables for column in _columns_of_array(name, value)]
     return _load_hdf5(path) if head.startswith((_HDF5, _MAT7)) else []
 
 
 class ArraysReader(base.Reader):
-    """Every array of numbers is a column, every column of a table too; `rate_Hz` in place of a time."""
+    """Each array of numbers is a column, and so is each column of a table; `rate_Hz` replaces a column of times."""
 
     name = "arrays"
     description = "arrays of MATLAB (.mat), HDF5 (.h5) or NumPy (.npy, .npz), by their paths"
@@ -106,20 +108,20 @@ class ArraysReader(base.Reader):
     _files: FilesApart | None = None
 
     def detect(self, head: bytes) -> bool:
-        """Tell from the first 64 kB of a file whether it is of this dialect."""
+        """Return whether a file is in this dialect, judged by its first 64 kB."""
         numpy_archive = head.startswith(_NPZ) and b".npy" in head[:400]
         return head.startswith((_HDF5, _NPY, _MAT5, _MAT7)) or numpy_archive
 
     def load(self, path: Path) -> base.Log:
-        """Read the arrays that are asked for; without being asked, those of the most frequent length."""
+        """Read the arrays that are asked for, or, where none is, those of the most frequent length."""
         with base.library_errors(path, "damaged, or no file of arrays"), warnings.catch_warnings():
-            # of old versions of a format, which do not matter here
+            # scipy and numpy warn of old versions of a format
             warnings.simplefilter("ignore")
             base.refuse_large_file(path)
             with path.open("rb") as file:
                 head = file.read(16)
             files = self._files or FilesApart([path])
-            contents = dict(_few(path, _columns(path, head, files)))
+            contents = dict(_limit_columns(path, _read_columns(path, head, files)))
         array_columns = {
             name: column for name, column in contents.items() if not isinstance(column, str)
         }
@@ -127,7 +129,7 @@ class ArraysReader(base.Reader):
         return self._log(path, array_columns, omitted)
 
     def from_files(self, files: FilesApart) -> Self:
-        """Return a reader that takes files from those that are read in one other process."""
+        """Return a reader that reads through `files`, so that one child process reads them all."""
         reader = copy(self)
         reader._files = files
         return reader
@@ -135,12 +137,13 @@ class ArraysReader(base.Reader):
     def _log(
         self, path: Path, array_columns: dict[str, ArrayColumn], omitted: list[str]
     ) -> base.Log:
-        names, in_names = names_and_units(array_columns)
+        """Make a log of the columns of one length; `omitted`: contents of the file that are no columns."""
+        names, units_in_names = names_and_units(array_columns)
         columns, units = {}, {}
         unapplied: dict[str, str] = {}
         notes = []
         stated_blank = set()
-        for name, unit, column in zip(names, in_names, array_columns.values(), strict=True):
+        for name, unit, column in zip(names, units_in_names, array_columns.values(), strict=True):
             columns[name], units[name] = column.values, column.unit or unit
             notes += [column.note] if column.note else []
             if column.blank:
@@ -156,8 +159,10 @@ class ArraysReader(base.Reader):
             notes.append(f"no arrays of numbers, left out: {', '.join(omitted)}")
         columns_to_read = self.choose_columns(columns)
         sizes = {name: values.size for name, values in columns.items() if name in columns_to_read}
+        # the most frequent length, and of several the largest
         size = max(sizes.values(), key=lambda n: (list(sizes.values()).count(n), n), default=0)
         omitted = [f"{name} ({n})" for name, n in sizes.items() if n != size]
+        # columns that the config names must not be left out
         if omitted and set(columns_to_read) != set(columns):
             same = ", ".join(name for name, n in sizes.items() if n == size)
             raise base.LogError(
@@ -190,45 +195,48 @@ class ArraysReader(base.Reader):
         blank = {
             name: rows
             for name, values in kept.items()
-            if _is_often(rows := np.isnan(values)) or name in stated_blank
+            if _has_blanks(rows := np.isnan(values)) or name in stated_blank
         }
         log = log.without_blanks(blank, keeps_blanks=self.keeps_blanks)
         log = heed_labels(log, self)
         return log.without_blank_columns() if self.keeps_blanks and blank else log
 
 
-def _few(path: Path, columns: NamedColumns) -> NamedColumns:
-    """Hand columns on, up to the most that a log may have."""
+def _limit_columns(path: Path, columns: NamedColumns) -> NamedColumns:
+    """Yield the `columns`; refuse the file where there are more than a log may have."""
     for count, column in enumerate(columns, start=1):
         _refuse_many(path, count)
         yield column
 
 
 def _refuse_many(path: Path, count: int) -> None:
+    """Refuse a file with more arrays than a log may have."""
     if count > MOST_ARRAYS:
         text = f"more than {MOST_ARRAYS} arrays, which no log of a run has"
         raise base.LogError("too_large", f"{path}: {text}: save those of one run")
 
 
-_OFTEN = 10
-"""A column with NaN in one of so many rows is one with rows that have no value; a rarer NaN is damage."""
+_BLANK_BY_SHARE = 10
+"""NaN in at least one of this many rows means that rows have no value; a rarer NaN is damage."""
 
 
-def _is_often(rows: np.ndarray) -> bool:
-    return bool(np.count_nonzero(rows) * _OFTEN >= rows.size > 0 and not rows.all())
+def _has_blanks(is_nan: np.ndarray) -> bool:
+    """Return whether the NaN of a column, shape (n,), are so many that they stand for no value."""
+    return bool(np.count_nonzero(is_nan) * _BLANK_BY_SHARE >= is_nan.size > 0 and not is_nan.all())
 
 
-def _columns(path: Path, head: bytes, files: FilesApart) -> NamedColumns:
+def _read_columns(path: Path, head: bytes, files: FilesApart) -> NamedColumns:
+    """Yield the columns of a file of any kind; `head`: its first bytes, which say of which kind."""
     if head.startswith(_MAT5):
-        # imported here, so that the other process has it
+        # imported before the fork, so that no child has to
         import scipy.io.matlab  # noqa: F401
 
         yield from files.read(path)
     elif head.startswith(_NPY):
         with path.open("rb") as file:
-            base.check_unpacked(path, _unpacked(*_npy_header(file)))
+            base.check_unpacked(path, _unpacked_bytes(*_npy_header(file)))
             file.seek(0)
-            yield from _of_array("", np.load(file, allow_pickle=False))
+            yield from _columns_of_array("", np.load(file, allow_pickle=False))
     elif head.startswith(_NPZ):
         with zipfile.ZipFile(path) as archive:
             names = [name for name in archive.namelist() if name.endswith(".npy")]
@@ -237,16 +245,16 @@ def _columns(path: Path, head: bytes, files: FilesApart) -> NamedColumns:
             for name in names:
                 with archive.open(name) as member:
                     headers[name] = _npy_header(member)
-            base.check_unpacked(path, sum(_unpacked(*header) for header in headers.values()))
+            base.check_unpacked(path, sum(_unpacked_bytes(*header) for header in headers.values()))
             for name, (_, dtype) in headers.items():
                 column = name.removesuffix(".npy")
                 if dtype.hasobject:
                     yield column, "objects of Python, which may run any program"
                     continue
-                # as many numbers as its header says, whatever the archive holds
+                # reads as many numbers as the header states, even if the archive holds more
                 with archive.open(name) as member:
                     array = np.lib.format.read_array(member, allow_pickle=False)
-                yield from _of_array(column, array)
+                yield from _columns_of_array(column, array)
     elif head.startswith((_HDF5, _MAT7)):
         with base.needed_package(path, "HDF5 files and .mat of version 7.3", "h5py", "hdf5"):
             import h5py  # noqa: F401
@@ -256,36 +264,36 @@ def _columns(path: Path, head: bytes, files: FilesApart) -> NamedColumns:
 
 
 def _load_hdf5(path: Path) -> list[tuple[str, ArrayColumn | str]]:
-    """Read the columns of a file; the library takes as much memory and time as a damaged one states."""
+    """Read the columns of a file, within limits of memory: the library allocates whatever a damaged file states."""
     import h5py
 
-    with base.limited_memory(_OF_NAMES):
+    with base.limited_memory(_MOST_NAME_BYTES):
         file = h5py.File(path, "r")
     with file:
-        with base.limited_memory(_OF_NAMES):
+        with base.limited_memory(_MOST_NAME_BYTES):
             tables = [*_tables_of_hdf5(path, file)]
-        stated = sum(_unpacked(dataset.shape, dataset.dtype) for _, dataset, _ in tables)
+        stated = sum(_unpacked_bytes(dataset.shape, dataset.dtype) for _, dataset, _ in tables)
         most_bytes = min(_MOST_COPIES * stated, MOST_EXPANSION * path.stat().st_size)
         with base.limited_memory(most_bytes + MOST_OVERHEAD):
             return [
                 column
                 for name, dataset, attributes in tables
-                for column in _of_dataset(name, dataset, attributes)
+                for column in _columns_of_dataset(name, dataset, attributes)
             ]
 
 
 _MOST_COPIES = 4
-"""Arrays as large as those of a file that its attributes may take to be applied."""
+"""Copies of all arrays that may be in memory while the attributes are applied."""
 
 
 def _tables_of_hdf5(path: Path, file: Any) -> Iterator[tuple[str, Any, dict[str, Any]]]:
-    """Name, dataset and attributes of what may be columns, once it is certain that all can be read."""
+    """Yield name, dataset and attributes of each dataset that may be columns; refuse a file too large to be read."""
     import h5py
 
     datasets: dict[str, Any] = {}
 
     def visit(name: str, node: Any) -> bool | None:
-        # no link to another file is followed
+        # h5py follows no link to another file here
         if isinstance(node, h5py.Dataset):
             datasets[name] = node
         return len(datasets) > MOST_ARRAYS or None
@@ -300,15 +308,17 @@ def _tables_of_hdf5(path: Path, file: Any) -> Iterator[tuple[str, Any, dict[str,
                 "allowed: values in the log itself (external storage and virtual datasets: "
                 "h5repack -l CONTI OLD NEW)",
             )
-    # MATLAB keeps what its references lead to in a group of its own
+    # the group #refs# of MATLAB holds the targets of references, which are no columns
     read = [
         (name, dataset)
         for name, dataset in datasets.items()
         if not name.startswith("#") and _is_table(dataset)
     ]
-    base.check_unpacked(path, sum(_unpacked(dataset.shape, dataset.dtype) for _, dataset in read))
+    base.check_unpacked(
+        path, sum(_unpacked_bytes(dataset.shape, dataset.dtype) for _, dataset in read)
+    )
     for name, dataset in read:
-        # the library unpacks a block as a whole
+        # the library unpacks each chunk of a dataset as a whole
         base.check_unpacked(path, math.prod(dataset.chunks or (0,)) * dataset.dtype.itemsize)
         yield name.replace("/", "."), dataset, _attributes_of(dataset)
 
@@ -324,7 +334,7 @@ _UNSIGNED = "_Unsigned"
 
 
 def _attributes_of(dataset: Any) -> dict[str, Any]:
-    """Attributes of a dataset that may say what its values are: numbers, and units; the library stumbles over damaged texts."""
+    """Return the attributes that may say what the values are; other texts stay unread, as damaged ones raise errors."""
     kinds = {name: dataset.attrs.get_id(name).dtype.kind for name in dataset.attrs}
     return {
         name: dataset.attrs[name]
@@ -335,30 +345,31 @@ def _attributes_of(dataset: Any) -> dict[str, Any]:
     }
 
 
-_OF_LIBRARIES = re.compile(r"MATLAB_|_Netcdf4|[A-Z_\d]+$|valid_|actual_range|unit|grid_")
-"""Attributes by which libraries and conventions say something else than what a value is."""
+_NO_MEANING = re.compile(r"MATLAB_|_Netcdf4|[A-Z_\d]+$|valid_|actual_range|unit|grid_")
+"""Names of attributes of libraries and conventions that do not change what a value means."""
 _SCALING = re.compile(
     r"gain|scal|skal|echelle|factor|fakt|slope|coeff|koeff|calib|kalib|etalonn|sensitiv|empfindl|sensib|multipl|conver|umrechn|lsb|"
     r"verst(ae|ä)rk|amplif|offset|bias|versatz|nullpunkt|(newton|n|mm|cm|m|volt|v|unit)s?_?per_",
     re.IGNORECASE,
 )
-"""Names of attributes that say how values follow from stored numbers, in words of a lab."""
+"""Names, in the words of a lab, of attributes that say how values follow from stored numbers."""
 _CHANGES_NOTHING = {True: 0.0, False: 1.0}
-"""Number by which nothing is changed, of what is added and of what is multiplied."""
+"""Number that changes nothing: 0 where it is added (True), 1 where it multiplies (False)."""
 _ADDED = re.compile(r"offset|bias|versatz|nullpunkt", re.IGNORECASE)
 
 
 def _is_scaling(name: str, number: float) -> bool:
+    """Return whether an attribute, by its name and number, states a scaling that would change the values."""
     is_added = _ADDED.search(name) is not None
     return _SCALING.search(name) is not None and number != _CHANGES_NOTHING[is_added]
 
 
-def _of_dataset(name: str, dataset: Any, attributes: dict[str, Any]) -> NamedColumns:
-    """Yield the columns of a dataset as its attributes say: unpacked, and without values that stand for none."""
+def _columns_of_dataset(name: str, dataset: Any, attributes: dict[str, Any]) -> NamedColumns:
+    """Yield the columns of a dataset as its attributes say: scaled, and NaN where a number stands for no value."""
     stored = dataset[()]
     if stored.dtype.names:
         units = _units_of_fields(attributes, stored.dtype.names)
-        for column, content in _of_array(name, stored):
+        for column, content in _columns_of_array(name, stored):
             field = column.removeprefix(f"{name}.").partition(" column ")[0]
             unit = units.get(field, "")
             yield column, content if isinstance(content, str) else ArrayColumn(content.values, unit)
@@ -377,7 +388,7 @@ def _of_dataset(name: str, dataset: Any, attributes: dict[str, Any]) -> NamedCol
     unknown = {
         key: number
         for key, value in attributes.items()
-        if not _OF_LIBRARIES.match(key)
+        if not _NO_MEANING.match(key)
         and key not in (*_PACKING, *_NO_VALUE, *_VALID, _UNSIGNED)
         and (number := _number_of(value)) is not None
     }
@@ -392,7 +403,7 @@ def _of_dataset(name: str, dataset: Any, attributes: dict[str, Any]) -> NamedCol
     blank = False
     if stored.dtype.kind == "i" and _text_of(attributes.get(_UNSIGNED, "")).casefold() == "true":
         stored = stored.view(stored.dtype.str.replace("i", "u"))
-    is_invalid = _outside(stored, attributes)
+    is_invalid = _outside_valid(stored, attributes)
     if missing or packing or is_invalid.any():
         values = stored.astype(float)
         if is_invalid.any():
@@ -417,7 +428,7 @@ def _of_dataset(name: str, dataset: Any, attributes: dict[str, Any]) -> NamedCol
         what = ", ".join(f"{key} {number:g}" for key, number in unknown.items())
         notes.append(f"attributes that are not applied: {what}")
     note = f"{name}: {'; '.join(notes)}" if notes else ""
-    for column, values in listed_columns(_of_array(name, stored, unit), name, listed):
+    for column, values in listed_columns(_columns_of_array(name, stored, unit), name, listed):
         yield (
             column,
             values
@@ -427,11 +438,11 @@ def _of_dataset(name: str, dataset: Any, attributes: dict[str, Any]) -> NamedCol
 
 
 _LISTS_OF_NAMES = ("columns", "column_names", "names", "channels", "labels", "fields")
-"""Attributes in which programs list what the columns of a table are."""
+"""Attributes in which programs list the names of the columns of a table."""
 
 
 def _names_of_columns(attributes: Mapping[str, Any], shape: Sequence[int]) -> list[tuple[str, str]]:
-    """Name and unit of each column of a table, as lists in its attributes state them; empty where they do not."""
+    """Return name and unit of each column of a table, from lists in its attributes; empty where there are none."""
     width = min((length for length in shape if length > 1), default=0)
     if len(shape) < 2 or not width:
         return []
@@ -451,7 +462,7 @@ def _names_of_columns(attributes: Mapping[str, Any], shape: Sequence[int]) -> li
 def listed_columns(
     columns: NamedColumns, table: str, listed: Sequence[tuple[str, str]]
 ) -> NamedColumns:
-    """Give the columns of a table the names and units that a list states."""
+    """Rename the columns of a table, and set their units, by a list of names and units."""
     for number, (column, values) in enumerate(columns):
         if isinstance(values, str) or number >= len(listed):
             yield column, values
@@ -460,8 +471,8 @@ def listed_columns(
         yield f"{table}.{name}".strip("."), values._replace(unit=unit or values.unit)
 
 
-def _outside(stored: np.ndarray, attributes: Mapping[str, Any]) -> np.ndarray:
-    """Mark the stored numbers that lie outside the range that netCDF calls valid."""
+def _outside_valid(stored: np.ndarray, attributes: Mapping[str, Any]) -> np.ndarray:
+    """Return where stored numbers lie outside the range that the attributes call valid: bool, shape as `stored`."""
     low, high = -math.inf, math.inf
     valid_range = np.ravel(attributes.get("valid_range", ()))
     if valid_range.size == 2 and valid_range.dtype.kind in "biuf":
@@ -473,19 +484,23 @@ def _outside(stored: np.ndarray, attributes: Mapping[str, Any]) -> np.ndarray:
     return np.asarray((stored < low) | (stored > high))
 
 
-_SI = ("N", "N m", "m", "s", "rad")
+_SI_UNITS = ("N", "N m", "m", "s", "rad")
+"""SI units of the quantities that a log may have."""
 _DIMENSIONS: dict[tuple[float, ...], str] = {
     (1, 1, -2, 0, 0, 0, 0): "N",
     (2, 1, -2, 0, 0, 0, 0): "N m",
     (1, 0, 0, 0, 0, 0, 0): "m",
     (0, 0, 1, 0, 0, 0, 0): "s",
 }
-"""Powers of length, mass, time and so on, as `unitDimension` of openPMD states them, to the unit."""
+"""Powers of length, mass, time and so on, as `unitDimension` of openPMD states them, to the SI unit."""
 
 
 def _unit_of_si(attributes: Any, unit: str, scale: float) -> tuple[str, bool]:
-    """Return the unit of the values, and whether `unitSI` is to be applied: a stated unit may say the same."""
-    in_si = {word: (si, factor) for si in _SI for word, factor in units_like(si).items()}
+    """Return the unit of the values, and whether to multiply by `unitSI` (`scale`).
+
+    Not where the stated unit has the same factor: a stored number in mm with `unitSI` 0.001 is already in mm.
+    """
+    in_si = {word: (si, factor) for si in _SI_UNITS for word, factor in units_like(si).items()}
     stated, factor = in_si.get(unit, ("", math.nan))
     if math.isclose(factor, scale, rel_tol=1e-6):
         return unit, False
@@ -494,9 +509,10 @@ def _unit_of_si(attributes: Any, unit: str, scale: float) -> tuple[str, bool]:
 
 
 def _units_of_fields(attributes: Any, fields: Sequence[str]) -> dict[str, str]:
-    """Unit of each field of a table of records: of a list of as many, or of an attribute of its own.
+    """Return the unit of each field of a table of records: field to unit.
 
-    One unit for all fields is that of none: time and force have not the same.
+    The units are in a list with a unit for each field, or in one attribute for each field. A single unit for several
+    fields is not used: time and force cannot both have it.
     """
     for key in ("units", "unit"):
         stated = attributes.get(key)
@@ -520,21 +536,26 @@ def _units_of_fields(attributes: Any, fields: Sequence[str]) -> dict[str, str]:
 
 
 def _text_of(value: Any) -> str:
+    """Return an attribute as text; an array of one element counts as this element."""
     value = value.item() if isinstance(value, np.ndarray) and value.size == 1 else value
     return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
 
 
 def _number_of(value: Any) -> float | None:
+    """Return an attribute as a number; None where it is no single finite number."""
     numbers = np.ravel(value)
     is_number = numbers.size == 1 and numbers.dtype.kind in "biuf" and np.isfinite(numbers[0])
     return float(numbers[0]) if is_number else None
 
 
 def _foreign_sources(dataset: Any, names_in_file: Collection[str]) -> list[str]:
-    """Name what a dataset takes its values from, but for the datasets of its file, `names_in_file`."""
+    """Return the names of the sources outside its file from which a dataset has its values.
+
+    `names_in_file`: Names of the datasets of the file itself.
+    """
     sources = [name for name, _, _ in dataset.external or ()]
     for source in dataset.virtual_sources() if dataset.is_virtual else ():
-        # of its own file too, a path may go through a link to another one
+        # also a path within the file may go through a link to another file
         if source.file_name != ".":
             sources.append(source.file_name)
         elif source.dset_name.strip("/") not in names_in_file:
@@ -543,6 +564,7 @@ def _foreign_sources(dataset: Any, names_in_file: Collection[str]) -> list[str]:
 
 
 def _is_table(dataset: Any) -> bool:
+    """Return whether a dataset has numbers or records in one column, or in at most `MOST_COLUMNS` columns."""
     shape = dataset.shape or ()  # None of a dataset without values
     wide = [length for length in shape if length > 1]
     is_narrow = len(wide) < 2 or (len(wide) == 2 and min(wide) <= MOST_COLUMNS)
@@ -550,42 +572,47 @@ def _is_table(dataset: Any) -> bool:
     return bool(shape) and is_narrow and is_numeric
 
 
-# --- What arrays take in memory, by what the file says of them, before they are read
+# --- Memory that arrays will take, computed from shapes and types before they are read
 
 
-def _unpacked(shape: Iterable[int], dtype: np.dtype[Any]) -> int:
-    """Bytes of an array, as it is read and as numbers of eight bytes, whichever are more."""
-    return math.prod(map(int, shape)) * max(dtype.itemsize, 8 * _numbers(dtype))
+def _unpacked_bytes(shape: Iterable[int], dtype: np.dtype[Any]) -> int:
+    """Return the bytes of an array in memory: as stored, or as numbers of eight bytes if these are more."""
+    return math.prod(map(int, shape)) * max(dtype.itemsize, 8 * _count_numbers(dtype))
 
 
-def _numbers(dtype: np.dtype[Any]) -> int:
-    """Numbers in one element: those of its fields."""
+def _count_numbers(dtype: np.dtype[Any]) -> int:
+    """Return how many numbers one element has: a record has those of all its fields."""
     if dtype.subdtype:
         inner, shape = dtype.subdtype
-        return math.prod(shape) * _numbers(inner)
-    return sum(_numbers(dtype[name]) for name in dtype.names) if dtype.names else 1
+        return math.prod(shape) * _count_numbers(inner)
+    return sum(_count_numbers(dtype[name]) for name in dtype.names) if dtype.names else 1
 
 
 def _npy_header(file: Any) -> tuple[tuple[int, ...], np.dtype[Any]]:
-    """Shape and type that an array of NumPy states."""
-    first_version = np.lib.format.read_magic(file) == (1, 0)
-    read = np.lib.format
-    header = read.read_array_header_1_0 if first_version else read.read_array_header_2_0
-    shape, _, dtype = header(file)
+    """Read shape and type from the header of an .npy file."""
+    npy = np.lib.format
+    first_version = npy.read_magic(file) == (1, 0)
+    read_header = npy.read_array_header_1_0 if first_version else npy.read_array_header_2_0
+    shape, _, dtype = read_header(file)
     return shape, dtype
 
 
-def _of_array(path: str, value: Any, unit: str = "") -> NamedColumns:
-    """Yield the columns of an array: itself, its fields, the columns of a table."""
+def _columns_of_array(path: str, value: Any, unit: str = "") -> NamedColumns:
+    """Yield the columns of an array: the array itself if it has one dimension, its fields, or the columns of a table.
+
+    `path`: Name of the array in the file. `unit`: Its unit as the file states it.
+    """
     if isinstance(value, NoArray):
         yield path, value.what
         return
     array = np.asanyarray(value)
     if array.dtype == object:
-        yield from _of_cells(path, f"{path}{{#}}", array, unit)
+        yield from _columns_of_cells(path, f"{path}{{#}}", array, unit)
         return
     for name in array.dtype.names or ():
-        yield from _of_cells(f"{path}.{name}".strip("."), f"{path}(#).{name}", array[name], unit)
+        yield from _columns_of_cells(
+            f"{path}.{name}".strip("."), f"{path}(#).{name}", array[name], unit
+        )
     if array.dtype.kind in "SU":
         yield path, "text"
     if array.dtype.kind not in "biufM" or array.size < 2:
@@ -597,15 +624,18 @@ def _of_array(path: str, value: Any, unit: str = "") -> NamedColumns:
         yield path or "column 1", ArrayColumn(array.ravel(), unit)
     elif len(shape) == 2 and min(shape) <= MOST_COLUMNS:
         table: FloatArray = array.reshape(shape)
-        # samples are more than columns: MATLAB and HDF5 lay a table differently
+        # a log has more samples than columns; MATLAB and HDF5 transpose each other's tables
         for number, values in enumerate(table if shape[0] < shape[1] else table.T, start=1):
             yield f"{path} column {number}".strip(), ArrayColumn(values, unit)
 
 
-def _of_cells(path: str, cell_path: str, array: np.ndarray, unit: str) -> NamedColumns:
-    """Yield the columns of a cell array, or of a field of a struct array; `cell_path`: path of one, # its number."""
+def _columns_of_cells(path: str, cell_path: str, array: np.ndarray, unit: str) -> NamedColumns:
+    """Yield the columns of a cell array, or of a field of a struct array.
+
+    `cell_path`: Name of one cell, where # stands for the number of the cell.
+    """
     if array.dtype != object or array.size == 1:
-        yield from _of_array(path, array if array.dtype != object else array.flat[0], unit)
+        yield from _columns_of_array(path, array if array.dtype != object else array.flat[0], unit)
         return
     if any(isinstance(cell, NoArray) for cell in array.flat):
         yield path, "cells with objects"
@@ -617,4 +647,4 @@ def _of_cells(path: str, cell_path: str, array: np.ndarray, unit: str) -> NamedC
         yield path, f"a list of {len(cells)} cells, more than {MOST_COLUMNS}"
     else:
         for number, cell in enumerate(cells, start=1):
-            yield from _of_array(cell_path.replace("#", str(number)), cell, unit)
+            yield from _columns_of_array(cell_path.replace("#", str(number)), cell, unit)

@@ -20,7 +20,7 @@ _LABEL = "first line indicates sampling freq"
 
 
 class AtiDaqReader(TextReader):
-    """A label, the names, one line of settings of which the first is the rate, then numbers."""
+    """Three lines of header (a label, the names, the settings, first of which is the rate), then numbers."""
 
     name = "ati-daq"
     description = "ATI transducer through NI DAQ, text; time is the row over the sampling frequency"
@@ -28,12 +28,12 @@ class AtiDaqReader(TextReader):
     evidence = "its first line, which says what the line of settings holds"
 
     def detect(self, head: bytes) -> bool:
-        """Tell from the first 64 kB of a file whether it is of this dialect."""
+        """Return whether a file is in this dialect, judged by its first 64 kB."""
         lines = decode_first_lines(text_head(head), 1)
         return bool(lines) and lines[0].text.strip(' "').casefold().startswith(_LABEL)
 
     def plan(self, head: bytes) -> ReadingPlan:
-        """Read names and settings."""
+        """Read the names and the rate from the three lines of header."""
         lines = decode_first_lines(head, 3)
         if len(lines) < 3 or not lines[2].whole:
             raise ValueError("the file ends within its three lines of header: cut short?")
@@ -68,7 +68,7 @@ class AtiNetftReader(TextReader):
     evidence = "its preamble (RDT Sample Rate) and the row of names that begins with Status (hex)"
 
     def detect(self, head: bytes) -> bool:
-        """Tell from the first 64 kB of a file whether it is of this dialect."""
+        """Return whether a file is in this dialect, judged by its first 64 kB."""
         return any(
             line.text.startswith(_HEADER) for line in decode_first_lines(text_head(head), 40)
         )
@@ -88,7 +88,7 @@ class AtiNetftReader(TextReader):
             raise ValueError(f"no column {SEQUENCE!r}, found {', '.join(names)}: it gives the time")
         rate = self.rate or number_or_zero(settings.get("rdt sample rate", ""))
         if rate <= 0:
-            raise _no_rate(settings, has_data=bool(head[line.stop :].strip()))
+            raise _rate_refusal(settings, has_data=bool(head[line.stop :].strip()))
         packets = PacketCount(LOST)
 
         def derive(columns: dict[str, np.ndarray], index: np.ndarray) -> dict[str, np.ndarray]:
@@ -113,12 +113,14 @@ class AtiNetftReader(TextReader):
 
 
 def _kind(name: str) -> Kind:
+    """Return how a column is parsed: a status must be the same in all rows; the RDT Sequence replaces times."""
     if name.startswith("Status"):
         return "same"
     return "skip" if name.startswith("Time") else "number"
 
 
-def _no_rate(settings: Mapping[str, str], *, has_data: bool) -> LogError:
+def _rate_refusal(settings: Mapping[str, str], *, has_data: bool) -> LogError:
+    """Make the error for a preamble without a sample rate."""
     rate = settings.get("rdt sample rate") or "nothing"
     unit = settings.get("force units") or "nothing"
     text = (

@@ -1,4 +1,4 @@
-"""What every reader returns, what a reader is, and what several of them need."""
+"""`Log`, which every reader returns; `Reader`, the base of all readers; and helpers that several readers share."""
 
 from __future__ import annotations
 
@@ -33,30 +33,32 @@ Result = TypeVar("Result")
 
 
 NO_VALUE_AT_ALL = "no value in any row"
-"""Why a column is not read."""
+"""Reason for a column that is not read."""
 
 MOST_WORKERS = 4
-"""Beyond this, reading the file is what takes the time."""
+"""Most threads that parse at once; with more of them, the time goes into reading the file from the disk."""
 
 HEAD_BYTES = 65536
-"""How much of a file a reader sees when it is asked whether it knows it."""
+"""First bytes of a file, from which a reader decides whether the file is in its dialect."""
 
 NO_HANDLE = "no_handle"
-"""Code of an error that is none of the log: this process or machine has too many open files."""
+"""Code of an error that is no fault of the log: this process or machine has too many open files."""
 
 _LONGEST_REASON = 300
+"""Most characters that a message quotes of an error that a library raises."""
+
 MOST_UNPACKED = 1 << 30
-"""Bytes that a log may have when it is unpacked; a number has eight, however few the file gives it."""
+"""Most bytes of a log in memory, where each number takes eight bytes, however few the file uses for it."""
 
 
 class LogError(InputError):
     """A log that cannot be used at all; the text says what was found and what is allowed.
 
-    `code`: Short stable name of the cause. `rows`: Data lines in the file, for the ledger.
+    `code`: Short stable name of the cause. `rows`: Number of data lines in the file, for the ledger.
     """
 
     def __init__(self, code: str, text: str, rows: int = 0) -> None:
-        # it may quote names that a stranger has put into the file
+        # the text may quote names that a stranger has put into the file
         super().__init__(escaped(text))
         self.code = code
         self.rows = rows
@@ -71,19 +73,19 @@ class Log:
 
     `columns`: Name without unit (``time``, ``F1``, ``x``...; for foreign logs the file's own names)
         to values, all of shape (n,), in file order.
-    `units`: Of each column, as the file states it; empty where it does not.
-    `rows`: Data lines in the file.
-    `dropped`: Reason to number of lines left out; with n they add up to `rows`.
+    `units`: Column to its unit as the file states it; an empty text where the file states none.
+    `rows`: Number of data lines in the file.
+    `dropped`: Reason to number of lines left out; these numbers and n add up to `rows`.
     `missing`: Reason to number of samples that the instrument counted and the file lacks (lost
-        packets); they are no lines of the file and not part of `rows`.
-    `notes`: How the numbers came about: where the time is from, for example.
-    `not_finite`: Column to the number of lines that it had NaN or an infinite number in.
+        packets); such samples have no line in the file and are not part of `rows`.
+    `notes`: Sentences on how the numbers were made: where the time is from, for example.
+    `not_finite`: Column to the number of its lines with NaN or an infinite number.
     `unread`: Column of the file that holds no numbers, to its first cell and why it was not read.
-    `places`: All columns of the file in its order, those that were not read too; empty: as `columns`.
-    `labels`: What further columns, of words or of whole numbers, say of each row, as text; shape (n,).
-    `unapplied`: Column to the scaling that the file states and that its numbers do not have.
-    `stretches`: Reason for which rows were left out, to the first and the last time of each stretch of them.
-    `clock_times`: Columns of times of day without a date, in s from midnight.
+    `places`: Names of all columns in the order of the file, also those that were not read; empty: as `columns`.
+    `labels`: Further columns, of words or of whole numbers, which may say where a row is from: texts, shape (n,).
+    `unapplied`: Column to a scaling that the file states and that was not applied to its numbers.
+    `stretches`: Reason for which rows were left out, to the first and last time of each stretch of such rows.
+    `clock_times`: Columns that hold a time of day without a date, in s from midnight.
     """
 
     path: Path
@@ -112,7 +114,7 @@ class Log:
         return int(next(iter(self.columns.values())).size)
 
     def name_of(self, column: str) -> str:
-        """Return the name of the column that ``column 3`` is, where no column has that name itself."""
+        """Return the name of the third column for ``column 3``; any other name comes back unchanged."""
         return (
             column if column in self.columns else by_number(column, self.places or (*self.columns,))
         )
@@ -132,9 +134,10 @@ class Log:
         return self.without_blanks({}, keeps_blanks=True)
 
     def without_blanks(self, blank: Mapping[str, np.ndarray], *, keeps_blanks: bool) -> Log:
-        """Return the same, and without the rows with `blank` cells unless `keeps_blanks`.
+        """Return the log without rows of NaN or infinite numbers, and without rows with a blank cell.
 
-        `blank`: Column to the rows in which the file has no value, and this log NaN.
+        `blank`: Column to an array of shape (n,), True where the file has no value and this log has NaN.
+        `keeps_blanks`: Whether a row with a blank cell stays, with its NaN.
         """
         if blank and not keeps_blanks:
             whole_rows = ~np.logical_or.reduce([*blank.values()])
@@ -149,7 +152,7 @@ class Log:
         blank = {
             name
             for name, values in self.columns.items()
-            # most columns begin with a number
+            # the first value alone rules out most columns, which is fast
             if np.isnan(values[0]) and np.isnan(values).all()
         }
         if not blank or blank == self.columns.keys():
@@ -165,15 +168,15 @@ class Log:
 class Reader:
     """Base of a dialect: give it a `name`, a `description`, `marks` or a `detect`, and `load` or `stream`.
 
-    `name`: Under which the registry knows it.
+    `name`: Name of the dialect in the registry and the config.
     `description`: One line on which program writes such files.
-    `evidence`: By what it is recognised, to complete "recognised by ...".
+    `evidence`: What identifies a file of the dialect, to complete "recognised by ...".
     `marks`: First bytes of its files, for the default of `detect`.
-    `takes`: Names of its options, and `options`: the values that the config gives them.
+    `takes`: Names of its options, and `options`: the values that the config sets.
     `asked`: Columns to be read, where a reader can choose; None: all.
-    `where`: Words that rows hold in some columns, by column; other rows are of other sources. `selects`: Whether
-        the dialect can tell them apart.
-    `keeps_blanks`: Whether rows with a cell that has no value are handed on, with NaN there.
+    `where`: Column to the words that its cells hold in the rows to be read; other rows are of other sources.
+    `selects`: Whether the dialect can tell the rows of several sources apart.
+    `keeps_blanks`: Whether rows with a cell that has no value are returned, with NaN there.
     """
 
     name = ""
@@ -188,7 +191,7 @@ class Reader:
     selects = False
 
     def of_source(self, where: Mapping[str, tuple[str, ...]]) -> Self:
-        """Return a reader of the rows in which some columns hold one of some words.
+        """Return a reader of the rows that `where` chooses: column to the words that its cells may hold.
 
         Raises ValueError if the dialect has no rows of several sources.
         """
@@ -199,9 +202,9 @@ class Reader:
         return reader
 
     def only(self, columns: Collection[str], *, keeps_blanks: bool = False) -> Self:
-        """Return a reader of some columns only: damage to the others, or their clocks, cost nothing.
+        """Return a reader of these `columns` alone, so that damage or another clock in other columns does no harm.
 
-        A row with a blank cell in one of them is left out, unless `keeps_blanks`.
+        A row with a blank cell in one of the `columns` is left out, unless `keeps_blanks`.
         """
         reader = copy(self)
         reader.asked = frozenset(columns)
@@ -209,9 +212,9 @@ class Reader:
         return reader
 
     def choose_columns(self, names: Collection[str]) -> Collection[str]:
-        """Return the columns to be read: all where one that is asked for is not among the `names`.
+        """Return the columns to be read: those asked for, or all `names` where one asked for is not among them.
 
-        Whoever asked finds out then which columns there are.
+        With all columns, the caller can name in its message the columns that the file has.
         """
         if self.asked is None:
             return names
@@ -221,10 +224,11 @@ class Reader:
     def check_asked(
         self, path: Path, unread: Mapping[str, str], names: Collection[str] = ()
     ) -> None:
-        """Refuse a file where a column that is asked for could not be read; `names`: all columns of the file."""
+        """Refuse a file in which a column that is asked for is `unread`: column to the reason; `names`: all columns."""
         if not unread:
             return
         asked = {by_number(name, names) for name in self.asked or ()}
+        # all quantities are asked for, even where the file lacks them; only the time is always needed
         asked.difference_update({*QUANTITIES} - {"time"})
         if lost := [f"{name!r}: {why}" for name, why in unread.items() if name in asked]:
             raise LogError("columns", f"{path}: found no numbers in the column {'; '.join(lost)}")
@@ -234,7 +238,7 @@ class Reader:
         return self.description
 
     def detect(self, head: bytes) -> bool:
-        """Tell from the first 64 kB of a file, or all of a shorter one, whether it is of this dialect."""
+        """Return whether a file is in this dialect, judged by its first 64 kB, or by all of a shorter file."""
         return head.startswith(self.marks)
 
     def with_options(self, options: Mapping[str, object]) -> Self:
@@ -259,7 +263,7 @@ class Reader:
 
     @property
     def rate(self) -> float | None:
-        """Rate of the rows, Hz, where the config states it."""
+        """Rows a second, Hz, as the config states it; None where it does not."""
         return self.options.get("rate_Hz")
 
     def stream(self, path: Path) -> Iterator[Log]:
@@ -279,11 +283,11 @@ _OPTIONS: dict[str, tuple[Any, str]] = {
     "rate_Hz": (int | float, "a number above 0, in Hz"),
     "sheet": (str | int | float, "a name, a pattern or a number from 1"),
 }
-"""Of options that are more than a text: the types, and what is allowed."""
+"""Option that is more than a text, to its types and what is allowed; all other options are texts."""
 
 
 def by_number(column: str, names: Collection[str]) -> str:
-    """Return the name of ``column 3`` or ``3``, the third of the `names`; another name, or of no such place, as it is."""
+    """Return the third of the `names` for ``column 3`` or ``3``; a name or too large a number comes back unchanged."""
     if column in names:
         return column
     number = _BY_NUMBER.fullmatch(column)
@@ -296,7 +300,7 @@ _BY_NUMBER = re.compile(r"(?:column )?([1-9]\d*)")
 
 
 def join_blocks(blocks: Iterable[Log]) -> Log:
-    """Put the blocks of one file together; there is at least one."""
+    """Join the blocks of one file, at least one, to one log; the blocks lose their columns."""
     parts = list(blocks)
     first = parts[0]
     if len(parts) == 1:
@@ -319,10 +323,10 @@ def join_blocks(blocks: Iterable[Log]) -> Log:
 
 
 def parallel_map(work: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[Result]:
-    """Yield the results in the order of the items, several being worked on at a time.
+    """Yield `work` of each item in the order of the items, computed by several threads.
 
-    Memory stays bounded: no more items are taken than there are workers, and one besides. `work`
-    has to release the interpreter's lock to gain from this; a single item needs no thread.
+    Memory stays bounded: at most one item more than there are threads is held at a time. Threads are faster only
+    where `work` releases the interpreter's lock; a single item is worked on without a thread.
     """
     items = iter(items)
     first = list(islice(items, 2))
@@ -346,7 +350,7 @@ def parallel_map(work: Callable[[Item], Result], items: Iterable[Item]) -> Itera
 
 @contextmanager
 def needed_package(path: Path, what: str, package: str, extra: str) -> Iterator[None]:
-    """Say which package reads a file, where it is not installed."""
+    """Turn an ImportError into a `LogError` that says how to install the package that reads `what`."""
     try:
         yield
     except ImportError:
@@ -356,7 +360,7 @@ def needed_package(path: Path, what: str, package: str, extra: str) -> Iterator[
 
 @contextmanager
 def library_errors(path: Path, what: str) -> Iterator[None]:
-    """Turn whatever a library raises on a file into a `LogError`: `what` is said of one that is damaged."""
+    """Turn whatever a library raises on a file into a `LogError`; `what`: the words for a damaged file."""
     try:
         yield
     except (LogError, GeneratorExit):
@@ -364,46 +368,51 @@ def library_errors(path: Path, what: str) -> Iterator[None]:
     except FileNotFoundError:
         raise LogError("missing", f"{path}: log missing") from None
     except Exception as error:
-        if isinstance(error, OSError) and error.errno in _OF_THE_SYSTEM:
-            raise refusal_of_the_system(path, error) from error
+        if isinstance(error, OSError) and error.errno in _SYSTEM_ERRNOS:
+            raise system_refusal(path, error) from error
         raise LogError("damaged", f"{path}: {what}: {on_one_line(error)}") from error
 
 
-_OF_THE_SYSTEM = (errno.EMFILE, errno.ENFILE, errno.EACCES, errno.EPERM, errno.EISDIR, errno.EIO)
-"""What is said of a file before anything of it is read, or of the disk below it."""
+_SYSTEM_ERRNOS = (errno.EMFILE, errno.ENFILE, errno.EACCES, errno.EPERM, errno.EISDIR, errno.EIO)
+"""Errors of the operating system that do not come from the content of a file: no access, no handle, a bad disk."""
 
 
-def refusal_of_the_system(path: Path, error: OSError) -> LogError:
-    """What the file system says; too many open files are no verdict on a log."""
+def system_refusal(path: Path, error: OSError) -> LogError:
+    """Make the error for a file that the operating system does not let us read.
+
+    Too many open files get a code of their own, since they are no fault of the log.
+    """
     code = NO_HANDLE if error.errno in (errno.EMFILE, errno.ENFILE) else "unreadable"
     return LogError(code, f"{path}: cannot be read: {error.strerror}")
 
 
 def on_one_line(error: Exception) -> str:
-    """Text of an error that may quote a stranger's file, without what a terminal or a reader of lines acts on."""
+    """Return the text of an error on one line, escaped: it may quote control characters from a stranger's file."""
     return escaped(" ".join(str(error).split())[:_LONGEST_REASON]) or type(error).__name__
 
 
 @contextmanager
 def file_errors(path: Path) -> Iterator[None]:
-    """Turn what the file system says into a `LogError`."""
+    """Turn errors of the file system into a `LogError`."""
     try:
         yield
     except FileNotFoundError:
         raise LogError("missing", f"{path}: log missing") from None
     except OSError as error:
-        raise refusal_of_the_system(path, error) from error
+        raise system_refusal(path, error) from error
 
 
 _MOST_CPU_S = 10
+"""Most processor time for one file in the child process, s."""
 
 
 def run_apart(
     paths: Sequence[Path], work: Callable[[Path], Result]
 ) -> Iterator[Result | Exception]:
-    """Yield what `work` returns or raises for each file, from a process of its own: a damaged file may end it.
+    """Yield what `work` returns or raises for each file; a child process does the work.
 
-    Results have to be such as pickle takes. Where processes cannot be forked this process does the work.
+    A damaged file may make a C library crash, which then ends the child alone; the next file gets a new child.
+    Results must be picklable. Where processes cannot be forked, this process does the work.
 
     Yields
     ------
@@ -425,7 +434,7 @@ def run_apart(
         os.close(write_end)
         try:
             with os.fdopen(read_end, "rb") as results:
-                # whoever takes the last result may never ask for more
+                # the last result is read below, after which the child is waited for: a caller may stop after it
                 while len(left) > 1 and (result := _next_result(results)):
                     left.popleft()
                     yield result[0]
@@ -444,7 +453,7 @@ def run_apart(
 
 
 def _next_result(results: BinaryIO) -> list[Any]:
-    """Receive a result, in a list; an empty one where the sender has ended."""
+    """Receive a result as a list of one item; an empty list where the child process has ended."""
     try:
         return [pickle.load(results)]  # noqa: S301  # of this program
     except (EOFError, pickle.UnpicklingError):
@@ -452,7 +461,7 @@ def _next_result(results: BinaryIO) -> list[Any]:
 
 
 def _send_results(write_end: int, paths: Iterable[Path], work: Callable[[Path], object]) -> None:
-    """Do the work of the process of its own, some seconds for each file."""
+    """Do the `work` in the child process, `_MOST_CPU_S` of processor time for each file, and send the results."""
     import resource
 
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
@@ -462,11 +471,12 @@ def _send_results(write_end: int, paths: Iterable[Path], work: Callable[[Path], 
             most = int(used.ru_utime + used.ru_stime) + 1 + _MOST_CPU_S
             resource.setrlimit(resource.RLIMIT_CPU, (most, resource.RLIM_INFINITY))
             pickle.dump(_result_of(work, path), results, pickle.HIGHEST_PROTOCOL)
-            # so that the first result that lacks is that of the file which ended the process
+            # at once, so that the first result that never comes is that of the file which ended the process
             results.flush()
 
 
 def _result_of(work: Callable[[Path], Result], path: Path) -> Result | Exception:
+    """Return what `work` returns, or its error; errors of libraries become ValueErrors, which can be pickled."""
     try:
         return work(path)
     except LogError as error:
@@ -475,21 +485,22 @@ def _result_of(work: Callable[[Path], Result], path: Path) -> Result | Exception
         return ValueError(on_one_line(error))
 
 
-_LIMITING = Lock()
+_MEMORY_LIMIT_LOCK = Lock()
+"""Held while the memory limit of this process is changed: threads would restore the limits of each other."""
 
 
 @contextmanager
 def limited_memory(extra_bytes: int) -> Iterator[None]:
-    """Let this process take at most `extra_bytes` more, where it runs on Linux.
+    """Limit this process to `extra_bytes` more memory than it has now; only on Linux.
 
-    For libraries that take as much memory as a damaged file states. Not for long: all threads are limited.
+    Some libraries allocate as much memory as a damaged file states. Use it briefly: all threads are limited.
     """
     if sys.platform != "linux":
         yield
         return
     import resource
 
-    with _LIMITING:
+    with _MEMORY_LIMIT_LOCK:
         pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
         limit = pages * resource.getpagesize() + extra_bytes
         before = resource.getrlimit(resource.RLIMIT_AS)
@@ -503,13 +514,13 @@ def limited_memory(extra_bytes: int) -> Iterator[None]:
 
 
 def refuse_large_file(path: Path, most: int = 2 << 30) -> None:
-    """Refuse a file of more than `most` bytes; the default is what can be read as a whole."""
+    """Refuse a file of more than `most` bytes; the default is for files that are read as a whole."""
     if path.stat().st_size > most:
         raise LogError("too_large", f"{path}: larger than {most >> 20} MB; split it")
 
 
 def check_unpacked(path: Path, size: float) -> None:
-    """Refuse a log whose content takes more than `MOST_UNPACKED` bytes: a small file can unpack to any size."""
+    """Refuse a log whose content of `size` bytes is more than `MOST_UNPACKED`: a small file can unpack to any size."""
     if size > MOST_UNPACKED:
         size_text = (
             f"{size / 1e6:.0f} MB or more when unpacked; allowed: {MOST_UNPACKED / 1e6:.0f} MB"
@@ -529,8 +540,8 @@ def number_or_zero(text: str) -> float:
 class PacketCount:
     """Sequence numbers of an instrument's packets, made continuous over a wrap at 2^32.
 
-    `reason`: Under which the missing packets are counted. `missing`: Numbers passed over so far
-    that no line of the file can have had.
+    `reason`: Key of the missing packets in `Log.missing`. `missing`: Number of packets lost so far: sequence numbers
+    that were skipped and that no unreadable line of the file can have had.
     """
 
     def __init__(self, reason: str) -> None:
@@ -542,10 +553,10 @@ class PacketCount:
         self._highest = 0.0
 
     def follow(self, numbers: FloatArray, lines: np.ndarray) -> FloatArray:
-        """Return the numbers of the next packets, counted from the first of the file, which is 0.
+        """Return the numbers of the next packets, counted from the first packet of the file, which has number 0.
 
-        `lines`: Of each packet, its place among the data lines of the file: an unreadable line in
-        between had a number of its own.
+        `numbers`, `lines`: Sequence number of each packet, and its place among the data lines of the file, shape (n,):
+        an unreadable line in between had a packet, too, which is not lost.
         """
         if numbers.size == 0:
             return numbers
@@ -559,7 +570,7 @@ class PacketCount:
         highest = np.maximum.accumulate(np.concatenate([[self._highest], count]))
         unread = np.diff(lines, prepend=self._line) - 1
         passed = np.maximum(np.diff(highest) - 1 - unread, 0)
-        # a late packet was counted as missing when it was passed over
+        # a late packet was counted as missing when a higher number came before it
         late = int(np.count_nonzero(steps < 0))
         self.missing = max(self.missing + int(passed.sum()) - late, 0)
         self._last, self._count = float(numbers[-1]), float(count[-1])
@@ -575,7 +586,7 @@ SAME_S = 1e-6
 
 
 class MixedClocksError(LogError):
-    """A log whose channels have clocks of their own; `groups`: the channels that share one."""
+    """A log with more than one clock; `groups`: the names of the channels that share a clock, one group a clock."""
 
     def __init__(
         self, path: Path, clocks_text: str, groups: Sequence[Sequence[str]], rows: int = 0
@@ -591,16 +602,16 @@ class MixedClocksError(LogError):
 
 
 class ChannelClock(NamedTuple):
-    """When the samples of a channel were taken, s; the start is NaN where the file does not say."""
+    """Time of the first sample of a channel, and step between samples, s; `start`: NaN where the file states none."""
 
     start: float
     step: float
 
     def same(self, other_clock: ChannelClock, samples: int) -> bool:
-        """Tell whether so many samples of two channels were taken at the same times."""
+        """Return whether the first `samples` samples of two channels were taken at the same times."""
         unknown = math.isnan(self.start) and math.isnan(other_clock.start)
-        apart = 0.0 if unknown else abs(self.start - other_clock.start)
-        return apart + samples * abs(self.step - other_clock.step) <= SAME_S
+        start_difference = 0.0 if unknown else abs(self.start - other_clock.start)
+        return start_difference + samples * abs(self.step - other_clock.step) <= SAME_S
 
 
 def common_clock(
@@ -611,7 +622,11 @@ def common_clock(
     other_channels: Iterable[str] = (),
     rows: int = 0,
 ) -> ChannelClock:
-    """Return the clock that all channels share, or refuse the log; `other_channels` are looked at elsewhere."""
+    """Return the clock that all channels share, or refuse the log.
+
+    `other_channels`: Channels whose clock is not among `clocks`; a refused log names them as one more group.
+    """
+    # first channel with a clock, to all channels with the same clock
     by_first: dict[str, list[str]] = {}
     for name, clock in clocks.items():
         same = (first for first in by_first if clocks[first].same(clock, samples))

@@ -1,4 +1,4 @@
-"""What stands beside the numbers of a log: labels of rows, units in cells, a header that stands there again."""
+"""Texts among the numbers of a log: labels of rows, units in the cells of a column, and a repeated header."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from rftfit.table.units import CHAIN_UNITS, is_units_row, unit_word
 
 
 class LabelledReader(Reader):
-    """Base of the readers of tables: what further columns say of the rows is heeded."""
+    """Base of the readers of tables: further columns may say in which unit a row is, and from which source."""
 
     def load(self, path: Path) -> Log:
         """Read a file as a whole; raises `LogError` if it cannot be used at all."""
@@ -31,14 +31,14 @@ def heed_labels(log: Log, reader: Reader) -> Log:
     Parameters
     ----------
     log : Log
-        With what further columns say of its rows.
+        The log with its `labels`.
     reader : Reader
-        Knows the columns that were asked for, and the sources that the config chose.
+        Its `asked` are the columns asked for, its `where` the sources that the config chose.
 
     Returns
     -------
     Log
-        With the units that its rows state.
+        The log with the units that its rows state.
 
     Raises
     ------
@@ -57,11 +57,14 @@ def heed_labels(log: Log, reader: Reader) -> Log:
 
 
 _MOST_LABELS = 1000
-"""Distinct whole numbers of a column that may be the names of something."""
+"""Most distinct whole numbers of a column that may be labels, such as numbers of sensors."""
 
 
 def _labels_of(log: Log, reader: Reader) -> dict[str, Sequence[str]]:
-    """Columns that may tell rows apart: words, and whole numbers that nobody asked for."""
+    """Return the columns that may say where a row is from: words, and whole numbers that are not asked for.
+
+    Column to the text of each row.
+    """
     labels: dict[str, Sequence[str]] = {
         name: words.tolist() for name, words in log.labels.items() if name not in reader.where
     }
@@ -77,10 +80,10 @@ def _labels_of(log: Log, reader: Reader) -> dict[str, Sequence[str]]:
 
 
 def may_be_labels(values: FloatArray) -> bool:
-    """Tell whether the numbers of a column, shape (n,), are whole and few, as those that name something are."""
-    # most columns of readings show in a few rows that they are none
-    first = values[:_LOOKED_AT]
-    if (first[first == first] % 1).any():  # noqa: PLR0124
+    """Return whether the numbers of a column, shape (n,), are whole and few, so that they may be labels."""
+    # a fast answer first: most columns of readings have a fraction in their first rows
+    first = values[:_FIRST_ROWS]
+    if (first[first == first] % 1).any():  # noqa: PLR0124  # without NaN
         return False
     finite = values[np.isfinite(values)]
     if not finite.size or finite.min() == finite.max() or (finite % 1).any():
@@ -88,11 +91,14 @@ def may_be_labels(values: FloatArray) -> bool:
     return np.unique(finite).size <= min(_MOST_LABELS, finite.size // 2)
 
 
-_LOOKED_AT = 16
+_FIRST_ROWS = 16
 
 
 def _readings_of(log: Log, reader: Reader, labels: Collection[str]) -> list[str]:
-    """Columns of readings: those asked for, those that their names tell, or all but labels and times."""
+    """Return the columns of readings: those asked for, else those with the name of a quantity, else all.
+
+    Labels and times are never readings.
+    """
     quantities = guesses(log)
     time = quantities.get("time", "")
     asked = {log.name_of(name) for name in reader.asked or ()}
@@ -106,7 +112,7 @@ def _readings_of(log: Log, reader: Reader, labels: Collection[str]) -> list[str]
 
 
 def _with_units_of_rows(log: Log, labels: Mapping[str, Sequence[str]]) -> Log:
-    """Give a column the unit that stands beside it in each row, and refuse units that change."""
+    """Set the unit of a column from the unit that a column of words states in each row; refuse a unit that changes."""
     units = dict(log.units)
     unread = dict(log.unread)
     for name in log.labels:
@@ -121,7 +127,7 @@ def _with_units_of_rows(log: Log, labels: Mapping[str, Sequence[str]]) -> Log:
                 f"`where: {{{name}: {words[0]}}}` in the config takes the rows of one"
             )
             raise LogError("unit_changes", text, log.rows)
-        column = _column_of_unit(log, name, stated[0])
+        column = _column_with_unit(log, name, stated[0])
         if units.get(column, stated[0]) not in ("", stated[0]):
             text = (
                 f"{log.path}: the header says that {column} is in {units[column]}, the column {name} beside it {words[0]!r}; "
@@ -134,29 +140,32 @@ def _with_units_of_rows(log: Log, labels: Mapping[str, Sequence[str]]) -> Log:
     return replace(log, units=units, unread=unread)
 
 
-def _column_of_unit(log: Log, name: str, unit: str) -> str:
-    """Column beside which a column of units stands: the nearest one whose name allows the unit."""
-    at = log.places.index(name)
+def _column_with_unit(log: Log, name: str, unit: str) -> str:
+    """Return the column to which a column of units, `name`, belongs: the nearest column whose name fits the unit."""
+    unit_place = log.places.index(name)
     candidates = [
-        (place > at, abs(place - at), column)
+        (place > unit_place, abs(place - unit_place), column)
         for place, column in enumerate(log.places)
         if column not in log.labels and guess(column, unit) == guess(column, "")
     ]
-    # a unit follows its number, and goes before it only where nothing else does
+    # a unit stands behind its number; a column behind the unit is used only where there is none before
     return min(candidates, default=(False, 0, ""))[2]
 
 
-# --- A header that stands there again
+# --- A header that is repeated within the table
 
 
 class HeaderChange(NamedTuple):
-    """A line in the table that names its columns otherwise than the header does; `line`: data line, from 1."""
+    """A line within the table that gives other names or units than the header.
+
+    `line`: Number of the data line, from 1. `changes`: A phrase for each change.
+    """
 
     line: int
     changes: list[str]
 
     def sentence(self, path: Path) -> str:
-        """Say what changes, and the cure."""
+        """Return the sentence for the user: what changes, and the cure."""
         return (
             f"{path}: the header stands again in data line {self.line} and says something else: {'; '.join(self.changes)}; "
             "allowed: the same columns and units in the whole log: cut the file there"
@@ -164,27 +173,27 @@ class HeaderChange(NamedTuple):
 
 
 _FEWEST_NAMES = 2
-"""Cells that are names of quantities in a line that is a header, at least."""
+"""Fewest cells with the name of a quantity that make a line of words a header."""
 
 
 def changed_header(
     cells: Sequence[str], names: Sequence[str], units: Sequence[str], wanted: Collection[int]
 ) -> list[str]:
-    """Compare a line of words in a table with its header.
+    """Compare a line of words within a table with the header of the table.
 
     Parameters
     ----------
     cells : sequence of str
-        Of the line.
+        Cells of the line.
     names, units : sequence of str
-        Of the header, for each column.
+        Name and unit of each column in the header.
     wanted : collection of int
-        Places of the columns that are read.
+        Places of the columns that are read, from 0.
 
     Returns
     -------
     list of str
-        What a wanted column is called there; empty where that is the same, or where the line is no header.
+        A phrase for each wanted column with another name or unit; empty if there is none, or the line is no header.
     """
     if len(cells) < len(names):
         return []
@@ -207,6 +216,7 @@ def _changes(
     units: Sequence[str],
     wanted: Collection[int],
 ) -> Iterator[str]:
+    """Yield a phrase for each wanted column whose name or unit (`stated_...`) differs from the header."""
     for place in sorted(wanted):
         name, unit, again, unit_again = (
             row[place] for row in (names, units, stated_names, stated_units)
@@ -221,4 +231,5 @@ def _changes(
 
 
 def _quantity(name: str) -> str:
+    """Return the quantity that a name alone suggests; empty: none."""
     return guess(name, "")

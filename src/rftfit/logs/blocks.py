@@ -10,24 +10,24 @@ from typing import Any, Self
 from rftfit.logs.base import MOST_UNPACKED
 
 MOST_OF_BLOCK = 64 << 20
-"""Bytes of a block when unpacked; recorders write blocks of 1 to 5 MB."""
-
+"""Most bytes of a block when unpacked; recorders write blocks of 1 to 5 MB."""
 
 _STEP = 1 << 20
+"""Bytes that are unpacked at a time."""
 
 
 def unpack_bz2(packed: bytes) -> bytes:
     """Unpack a block of a ROS 1 bag."""
     from bz2 import BZ2Decompressor
 
-    return _limited(BZ2Decompressor(), packed)
+    return _unpack_limited(BZ2Decompressor(), packed)
 
 
 def unpack_lz4(packed: bytes) -> bytes:
     """Unpack a block of a ROS 1 bag or of an MCAP file."""
     from lz4.frame import LZ4FrameDecompressor  # type: ignore[import-untyped]
 
-    return _limited(LZ4FrameDecompressor(), packed)
+    return _unpack_limited(LZ4FrameDecompressor(), packed)
 
 
 def unpack_zstd(packed: bytes) -> bytes:
@@ -36,18 +36,19 @@ def unpack_zstd(packed: bytes) -> bytes:
         from compression import zstd
     else:
         from backports import zstd
-    return _limited(zstd.ZstdDecompressor(), packed)
+    return _unpack_limited(zstd.ZstdDecompressor(), packed)
 
 
-def _limited(decompressor: Any, packed: bytes) -> bytes:
-    # part by part: the library takes several times of what it gives at once
+def _unpack_limited(decompressor: Any, packed: bytes) -> bytes:
+    """Unpack a block, and refuse one with more than `MOST_OF_BLOCK` bytes."""
+    # part by part: the library needs several times the memory of what it returns in one call
     parts = [bytes(decompressor.decompress(packed, max_length=_STEP))]
     size = len(parts[0])
     while parts[-1] and not decompressor.eof:
         parts.append(bytes(decompressor.decompress(b"", max_length=_STEP)))
         size += len(parts[-1])
         if size > MOST_OF_BLOCK:
-            parts.clear()  # the error's frames hold them
+            parts.clear()  # else the traceback of the error would keep them in memory
             raise ValueError(
                 f"a block of {len(packed)} bytes unpacks to more than {MOST_OF_BLOCK >> 20} MB"
             )
@@ -70,7 +71,7 @@ class LimitedFile:
         self.file.close()
 
     def read(self, size: int = -1) -> bytes:
-        """Read some bytes."""
+        """Read at most `size` bytes, or all that are left; raises ValueError beyond the limit."""
         content = bytes(self.file.read(size))
         self.unpacked += len(content)
         if self.unpacked > MOST_UNPACKED:
@@ -80,7 +81,7 @@ class LimitedFile:
 
 @cache
 def limit_blocks() -> None:
-    """Let the library of bags unpack with the limit, for good."""
+    """Replace the functions by which the library rosbags unpacks, once and for the whole process."""
     from rosbags.rosbag1 import reader as ros1
     from rosbags.rosbag2 import reader as ros2
     from rosbags.rosbag2 import storage_mcap as mcap

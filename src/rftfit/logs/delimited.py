@@ -1,4 +1,4 @@
-"""Any delimited text, described in a few lines of the config, and what an unknown text looks like."""
+"""Reads any delimited text by a description in the config, and guesses this description for an unknown text."""
 
 from __future__ import annotations
 
@@ -39,11 +39,12 @@ from rftfit.table.text import (
 from rftfit.table.units import is_units_row
 
 DELIMITER_WORDS = {"\t": "tab", " ": "blank", "|": "bar"}
-"""How the config names them."""
+"""Delimiter to its name in the config."""
 
 _DELIMITERS = {word: character for character, word in DELIMITER_WORDS.items()}
 _SPACED = r"\d{1,3}([ '\u2019\u00a0\u202f\u2009]\d{3})+"
-"""Thousands by blanks or apostrophes; by the other mark they need the decimal one, too."""
+"""Pattern of a number with blanks or apostrophes between thousands."""
+# the other mark stands between thousands only where the decimal mark follows: 1,000 may be a decimal number
 _NUMBERS = {
     point: re.compile(
         rf"[+-]?(\d+[{point}]?\d*|\d{{1,3}}([{group}]\d{{3}})+[{point}]\d*|{_SPACED}([{point}]\d*)?|[{point}]\d+)"
@@ -51,13 +52,17 @@ _NUMBERS = {
     )
     for point, group in (".,", ",.")
 }
+"""Decimal mark to the pattern of a number."""
 _HEAD_LINES = 200
+"""Lines of an unknown text from which its format is guessed."""
 KIND_LINES = 40
+"""First rows of a table that show what its columns hold."""
 _DEFAULTS = {"decimal": ".", "skip_lines": 0, "names": True, "units": False}
+"""Values of the keys of `text` in the config where it does not state them."""
 
 
 class DelimitedReader(TextReader):
-    """Text as the section `text` of the config describes it; it claims no file by itself."""
+    """Text as the section `text` of the config describes it; it reads a file only where the config says so."""
 
     name = "delimited"
     description = "any delimited text, described by `text` in the config"
@@ -68,16 +73,17 @@ class DelimitedReader(TextReader):
         self._format = text
 
     def plan(self, head: bytes) -> ReadingPlan:
-        """Find the header rows where the description says they are."""
+        """Find the header rows where the config says they are, and the kind of each column in the rows below."""
         text = self._format
         if text is None:
             raise ValueError("the dialect delimited needs `text` in the config: the format")
         delimiter = _DELIMITERS.get(text.delimiter, text.delimiter)
         head_lines = each_line(head, text.encoding)
         skipped = list(islice(head_lines, text.skip_lines))
-        counted = (line for line in head_lines if _counts(line, text.comment))
+        counted = (line for line in head_lines if _is_content(line, text.comment))
         lines = [*islice(counted, KIND_LINES + _MOST_HEADER_ROWS)]
         printed = printed_marks([line.text for line in lines], delimiter)
+        # from here on lines have only cells and delimiters
         if printed.rewrites:
             lines = [line._replace(text=printed.plain(line.text)) for line in lines]
         start = skipped[-1].stop if skipped else 0
@@ -101,16 +107,16 @@ class DelimitedReader(TextReader):
         rows = [_cells(line, delimiter) for line in lines if line.whole]
         rows = self._rows_of_source(rows)[:KIND_LINES]
         name_cells, below = without_mark(name_cells, rows), without_mark(below, rows)
-        width = _width(
-            rows, len(name_cells), len(name_cells) - bool(name_cells and not name_cells[-1].strip())
-        )
+        ends_blank = bool(name_cells and not name_cells[-1].strip())
+        width = _row_width(rows, len(name_cells), len(name_cells) - ends_blank)
         names, units = names_and_units(
             [*name_cells, *[""] * (width - len(name_cells))][:width], below
         )
 
         def further() -> Iterator[list[str]]:
+            """Yield the cells of the rows below the first ones."""
             for line in each_line(head[lines[-1].stop :] if lines else b"", text.encoding):
-                if line.whole and _counts(line, text.comment):
+                if line.whole and _is_content(line, text.comment):
                     yield printed.plain(line.text).split(delimiter)
 
         layout = Layout(
@@ -127,7 +133,7 @@ class DelimitedReader(TextReader):
         return replace(plan, start=start)
 
     def _rows_of_source(self, rows: list[list[str]]) -> list[list[str]]:
-        """Rows of the source that the config names by the number of a column: other sources may have other cells."""
+        """Return the rows that `where` chooses by the number of a column; other rows may have other cells."""
         for name, words in self.where.items():
             if (number := re.fullmatch(r"column ([1-9]\d*)", name)) is None:
                 continue
@@ -145,30 +151,30 @@ def plan_columns(
     rate: float | None = None,
     further: Callable[[], Iterable[Sequence[str]]] = tuple,
 ) -> ReadingPlan:
-    """Find out what the columns of a table hold.
+    """Plan how to read the columns of a table, by its first rows.
 
     Parameters
     ----------
     reader : TableReader
-        Knows the columns that were asked for, and the sources that the config chose.
+        Its `asked` are the columns asked for, its `where` the sources that the config chose.
     layout : Layout
-        Names of the columns, and how the cells of a line are told apart.
+        Names of the columns, and how a line is split into cells.
     units : sequence of str
-        Of the columns, as the header states them.
+        Unit of each column, as the header states it.
     rows : sequence
         Cells of the first rows.
     rate : float, optional
-        Rows a second, where these give the time.
+        Rows a second, Hz, where the time is the number of the row over this rate.
     further : callable, optional
-        Gives the rows below, see `looked_at`.
+        Returns the cells of the rows below; called only if the first rows leave a column unclear.
 
     Returns
     -------
     ReadingPlan
-        Without the place where the rows begin.
+        The plan; its `start`, where the rows begin in the file, is left 0.
     """
     names = layout.names
-    seen = looked_at(rows, names, layout.decimal, layout.dates, further)
+    seen = judge_columns(rows, names, layout.decimal, layout.dates, further)
     notes = [f"time is the row number / {rate:g} Hz (the config)"] if rate else []
     clocks: dict[str, RestartingClock] = {}
     clock_times: set[str] = set()
@@ -182,6 +188,7 @@ def plan_columns(
     stated = dict(zip(names, units, strict=True)) | dict.fromkeys(seen.stamps, "s")
 
     def derive(columns: dict[str, np.ndarray], index: np.ndarray) -> dict[str, np.ndarray]:
+        """Make clock times continuous, and add the time where the config states the rate."""
         for name in clocks.keys() & columns:
             columns[name] = clocks[name].follow(columns[name])
         return {**columns, "time": index / rate} if rate else columns
@@ -204,20 +211,23 @@ def plan_columns(
         derive if rate or clocks else None,
         notes=tuple(notes),
         unread=seen.unread,
-        labels=_labels(reader, names, seen.kinds, rows),
+        labels=_label_columns(reader, names, seen.kinds, rows),
         header=(names, tuple(units)),
         clock_times=frozenset(clock_times),
     )
 
 
-def _labels(
+def _label_columns(
     reader: TableReader, names: Sequence[str], kinds: Sequence[Kind], rows: Iterable[Sequence[str]]
 ) -> frozenset[str]:
-    """Columns of words, and those of whole numbers that nobody asked for and of which the first rows show few."""
+    """Return the names of the columns that may say where a row is from.
+
+    They hold words, or few different whole numbers that are not asked for.
+    """
     asked = {by_number(name, names) for name in reader.asked or names}
     if "skip" not in kinds and asked.issuperset(names):
         return frozenset()
-    columns = zip(*_of_width(rows, len(names)), strict=True)
+    columns = zip(*_rows_of_width(rows, len(names)), strict=True)
     return frozenset(
         name
         for name, kind, column in zip(names, kinds, columns, strict=False)
@@ -226,6 +236,7 @@ def _labels(
 
 
 def _are_labels(cells: Sequence[str]) -> bool:
+    """Return whether the cells of a column are whole numbers or blank, each twice on average or more often."""
     words = {*cells}
     return len(words) * 2 <= len(cells) and all(map(_WHOLE.fullmatch, words))
 
@@ -237,7 +248,7 @@ _GEF_COLUMN = re.compile(r"#COLUMNINFO\s*=\s*(\d+)\s*,\s*([^,]*),\s*([^,]*)", re
 
 
 def _columns_of_gef(lines: Sequence[Line]) -> tuple[list[str], list[str]]:
-    """Names and units of the columns that the header of a penetration test (GEF) numbers."""
+    """Return names and units of the columns from the header of a penetration test (GEF); empty for other files."""
     stated = {int(c[1]): c for line in lines if (c := _GEF_COLUMN.match(line.text.strip()))}
     if sorted(stated) != list(range(1, len(stated) + 1)):
         return [], []
@@ -249,13 +260,13 @@ _GEF_VOID = re.compile(r"#COLUMNVOID\s*=\s*\d+\s*,\s*([-+.\d]+)", re.IGNORECASE)
 
 
 def _voids_of_gef(lines: Sequence[Line]) -> tuple[float, ...]:
-    """Numbers that mean no data, as the header of a penetration test (GEF) states them."""
+    """Return the numbers that mean no data, from the header of a penetration test (GEF)."""
     stated = [match[1] for line in lines if (match := _GEF_VOID.match(line.text.strip()))]
     return tuple({float(number) for number in stated if PLAIN_NUMBER.fullmatch(number)})
 
 
 _MOST_HEADER_ROWS = 6
-"""Rows of names, of units, and of whatever else a program writes between them and the numbers."""
+"""Most rows of a header: names, units, and whatever else a program writes above the numbers."""
 
 
 def _further_header_rows(rows: Sequence[list[str]]) -> int:
@@ -269,16 +280,16 @@ def _further_header_rows(rows: Sequence[list[str]]) -> int:
 
 
 def is_value(cell: str) -> bool:
-    """Tell a number in any spelling, and a time, from other cells."""
+    """Return whether a cell is a number in any spelling, or a time."""
     plain = plain_number(cell.strip())
     return is_stamp(plain) or any(number.fullmatch(plain) for number in _NUMBERS.values())
 
 
 class Printed(NamedTuple):
-    """What a monitor of a serial port, and who prints to it, put before the numbers of each line.
+    """Texts before the numbers of each line, printed by a monitor of a serial port or by the board.
 
-    `arrow`: The Arduino monitor's ``12:03:36.100 -> ``. `labels`: Those of ``force:1.2``, a name for
-    each cell. `rewrites`: What to put in place of what, so that cells are left.
+    `arrow`: Whether each line begins with the Arduino monitor's ``12:03:36.100 -> ``. `labels`: A name for each
+    cell, as in ``force:1.2``; empty without. `rewrites`: Patterns and replacements that leave only the cells.
     """
 
     arrow: bool
@@ -286,7 +297,7 @@ class Printed(NamedTuple):
     rewrites: tuple[tuple[re.Pattern[bytes], bytes], ...]
 
     def plain(self, line: str) -> str:
-        """Return a line of cells."""
+        """Return a line without these texts: only cells and delimiters."""
         return rewritten(line.encode(), self.rewrites).decode() if self.rewrites else line
 
 
@@ -300,10 +311,10 @@ _SPACED_LABEL = re.compile(rb"([A-Za-z_]\w*)[ \t]*[:=][ \t]+(?=[-+.\d])")
 
 
 def printed_marks(lines: Sequence[str], delimiter: str) -> Printed:
-    """Find the stamps of a serial monitor and the labels of a serial plotter, in most of some lines."""
+    """Find the stamps of a serial monitor and the labels of a serial plotter, which stand in most of the lines."""
     rewrites: list[tuple[re.Pattern[bytes], bytes]] = []
     filled = [line.encode() for line in lines if line.strip()]
-    # a label and its number are one cell where blanks part cells
+    # where blanks separate cells, a label and its number must become one cell: "force: 1.2" -> "force:1.2"
     joined = [(_SPACED_LABEL, rb"\1:")] if delimiter == " " else []
     for rewrite in (_EXCEL_TEXT, (_ARROW, rb"\1" + delimiter.encode()), *joined):
         if sum(bool(rewrite[0].search(line)) for line in filled) * 2 > len(filled):
@@ -328,11 +339,11 @@ def printed_marks(lines: Sequence[str], delimiter: str) -> Printed:
 
 
 _MOST_BREAKS = 20
-"""Lines that one row of names takes where its names hold line breaks."""
+"""Most lines of one row of names whose names hold line breaks."""
 
 
 def _without_breaks(lines: list[Line]) -> Line:
-    """Take the first line off, with those that follow where a quote opens in it and closes in a later one."""
+    """Remove the first line from `lines` and return it, joined with the next ones up to the end of an open quote."""
     for count in range(1, min(_MOST_BREAKS, len(lines)) + 1):
         text = " ".join(line.text.strip() for line in lines[:count])
         if text.count('"') % 2 == 0:
@@ -342,17 +353,22 @@ def _without_breaks(lines: list[Line]) -> Line:
     return lines.pop(0)
 
 
-def _counts(line: Line, comment: str) -> bool:
+def _is_content(line: Line, comment: str) -> bool:
+    """Return whether a line is neither blank nor a comment."""
     text = line.text.strip()
     return bool(text) and not (comment and text.startswith(comment))
 
 
 def _cells(line: Line, delimiter: str) -> list[str]:
+    """Return the cells of a line, split at each delimiter where its quotes do not match."""
     return cells_of(line.text, delimiter) or line.text.split(delimiter)
 
 
-def _width(rows: Sequence[list[str]], most: int, least: int) -> int:
-    """Cells of a row: as many as there are names, but for a delimiter at the end of either."""
+def _row_width(rows: Sequence[list[str]], most: int, least: int) -> int:
+    """Return the number of cells of a row: the number of names, but for a delimiter at the end of the names or rows.
+
+    `most`: Number of names. `least`: Number of names without a blank one at the end.
+    """
     if not rows:
         return max(most, 1)
     widths = [len(cells) for cells in rows]
@@ -366,20 +382,20 @@ def _width(rows: Sequence[list[str]], most: int, least: int) -> int:
 
 
 def _most_frequent(widths: Sequence[int]) -> int:
+    """Return the most frequent number of cells, the larger one of several."""
     return max(set(widths), key=lambda number: (widths.count(number), number))
 
 
-_OFTEN = 10
-"""A column with NaN in one of so many of the first rows is one with rows that have no value."""
+_BLANK_BY_SHARE = 10
+"""NaN in at least one of this many of the first rows means that rows of the column have no value."""
 
 
-class Seen(NamedTuple):
-    """What the first rows show of the columns.
+class ColumnKinds(NamedTuple):
+    """Kind of each column, as the first rows show it.
 
-    `stamps`: Columns of times as text, and the first of them. `dates`: Their order. `unread`: Columns
-    that hold neither numbers nor times, with their first cell and why they are not read. `mixed`: Places
-    of columns of numbers in which words or no values at all were seen. `other_decimal`: Of those whose
-    numbers have the other decimal mark.
+    `stamps`: Column of times as text, to its first time. `dates`: Order of day, month and year. `unread`: Column that
+    holds neither numbers nor times, to its first cell and why it is not read. `mixed`: Places of columns of numbers
+    in which words or no values were found. `other_decimal`: Places of columns with the other decimal mark.
     """
 
     kinds: tuple[Kind, ...]
@@ -390,24 +406,25 @@ class Seen(NamedTuple):
     other_decimal: frozenset[int] = frozenset()
 
 
-def looked_at(
+def judge_columns(
     rows: Iterable[Sequence[str]],
     names: Sequence[str],
     decimal: str = ".",
     dates: str = "",
     further: Callable[[], Iterable[Sequence[str]]] = tuple,
-) -> Seen:
-    """Tell which columns hold numbers, or times as text, by their cells that have a value.
+) -> ColumnKinds:
+    """Find out which columns hold numbers, or times as text, by their cells that have a value.
 
-    A column with words is one of numbers if any cell is a number: its words are no values. `further`
-    gives the rows below, which are looked at for the columns without a number in the first ones.
+    A column of words and numbers is one of numbers, if any cell is a number: its words are no values. `further`
+    returns the rows below, which are searched for numbers if a column has none in the first `rows`.
     """
-    table = _of_width(rows, len(names))
+    table = _rows_of_width(rows, len(names))
     as_written = [*zip(*table, strict=True)] or [()] * len(names)
     number = _NUMBERS[decimal].fullmatch
 
     def count_numbers(cells: Sequence[str]) -> int:
-        # most cells are plain as they are
+        """Count the cells that are numbers in any spelling."""
+        # the first test is enough for most cells, and faster
         return sum(bool(number(cell) or number(plain_number(cell))) for cell in cells)
 
     columns = [_without_thousands(column, decimal) for column in as_written]
@@ -418,14 +435,14 @@ def looked_at(
     for place in other_decimal:
         columns[place] = [cell.replace(other_mark, decimal) for cell in columns[place]]
     numbers = [*map(count_numbers, columns)]
-    without = {
+    unclear = {
         place
         for place, column in enumerate(columns)
         if not numbers[place] and not any(map(is_stamp, column))
     }
-    if without and len(without) < len(names):
-        below = [*zip(*_of_width(further(), len(names)), strict=True)]
-        for place in without if below else ():
+    if unclear and len(unclear) < len(names):
+        below = [*zip(*_rows_of_width(further(), len(names)), strict=True)]
+        for place in unclear if below else ():
             columns[place] = (*columns[place], *below[place])
             numbers[place] = count_numbers(below[place])
     kinds: list[Kind] = []
@@ -436,16 +453,17 @@ def looked_at(
         filled = [cell for cell in column if cell not in NO_VALUE]
         stamps = list(filter(is_stamp, filled))
         timed = len(stamps) * 2 > len(filled)
+        # numbers: most cells are, or some are and the others are words; mixed: blanks have to be allowed
         if not column or numbers[place] * 2 > len(filled) or (numbers[place] and not timed):
             kinds.append("number")
             if not column:
                 continue
-            without_number = sum(cell.casefold() == "nan" for cell in filled)
-            if numbers[place] * 2 <= len(filled) or without_number * _OFTEN >= len(column):
+            nan_count = sum(cell.casefold() == "nan" for cell in filled)
+            if numbers[place] * 2 <= len(filled) or nan_count * _BLANK_BY_SHARE >= len(column):
                 mixed.add(place)
             continue
         if not filled and not name.startswith("column "):
-            # they may begin below
+            # a column with a name and no value yet: its values may begin below
             kinds.append("number")
             mixed.add(place)
             continue
@@ -464,15 +482,18 @@ def looked_at(
             unread[name] = f"{filled[0]!r} ({why})"
     if any(kind == "number" and place not in mixed for place, kind in enumerate(kinds)):
         mixed |= other_decimal
-        return Seen(
+        return ColumnKinds(
             tuple(kinds), first_stamps, dates, unread, frozenset(mixed), frozenset(other_decimal)
         )
-    # where no column holds numbers, none is left out: each row then says what is wrong with it
-    return Seen(tuple[Kind, ...](["number"] * len(names)), {}, "", {})
+    # where no column holds numbers, all are read as numbers: each row is then counted with its reason
+    return ColumnKinds(tuple[Kind, ...](["number"] * len(names)), {}, "", {})
 
 
 def _without_thousands(column: Sequence[str], decimal: str) -> Sequence[str]:
-    """Cells of a column without the marks between thousands, where these stand nowhere else: 10.204 beside a decimal comma."""
+    """Return the cells of a column without marks between thousands: 10204 for 10.204 where the decimal mark is a comma.
+
+    Unchanged where any such mark cannot stand between thousands.
+    """
     mark = "." if decimal == "," else ","
     marked = [cell for cell in column if mark in cell]
     if not marked or not all(map(IN_THOUSANDS[mark].fullmatch, marked)):
@@ -481,7 +502,7 @@ def _without_thousands(column: Sequence[str], decimal: str) -> Sequence[str]:
 
 
 def _has_other_decimal(column: Sequence[str], decimal: str) -> bool:
-    """Tell a column of numbers that have the other decimal mark, and no mark that may part thousands."""
+    """Return whether most cells of a column are numbers with the other decimal mark, which cannot mark thousands."""
     mark = "," if decimal == "." else "."
     marked = [plain_number(cell) for cell in column if mark in cell]
     are_numbers = [cell for cell in marked if _NUMBERS[mark].fullmatch(cell)]
@@ -493,17 +514,17 @@ def _has_other_decimal(column: Sequence[str], decimal: str) -> bool:
     )
 
 
-def _of_width(rows: Iterable[Sequence[str]], width: int) -> list[list[str]]:
-    """Cells without the blanks around them, of the rows that have one for each column."""
+def _rows_of_width(rows: Iterable[Sequence[str]], width: int) -> list[list[str]]:
+    """Return the stripped cells of the rows that have `width` cells."""
     return [[cell.strip() for cell in cells] for cells in rows if len(cells) == width]
 
 
 _MARK = re.compile(r"\s*(#+|%+|//+)\s*")
-"""What stands before a line of comment: `#` of gnuplot, NumPy and LAMMPS, `%` of MATLAB and TeX."""
+"""Mark before a comment: `#` of gnuplot, NumPy and LAMMPS, `%` of MATLAB and TeX."""
 
 
 def without_mark(names: list[str], rows: Sequence[Sequence[str]]) -> list[str]:
-    """Take the mark of a comment off a row of names; a column may be called ``#`` all the same."""
+    """Return a row of names without the mark of a comment; a ``#`` that is the name of a column stays."""
     mark = _MARK.match(names[0]) if names else None
     if mark is None:
         return names
@@ -514,44 +535,46 @@ def without_mark(names: list[str], rows: Sequence[Sequence[str]]) -> list[str]:
     return names if not widths or _most_frequent(widths) >= len(names) else names[1:]
 
 
-# --- What an unknown text looks like
+# --- The format of an unknown text
 
 
 def guess_text_settings(head: bytes) -> dict[str, Any] | None:
-    """Find out how a text file seems to be written: the keys of `text` in the config, but for defaults.
+    """Guess the format of a text file: the keys of `text` in the config that differ from the defaults.
 
-    None where no way of reading gives at least two rows of at least two cells, of which at least half
-    are numbers.
+    None where no format gives at least two rows of at least two cells, at least half of which are numbers.
     """
     physical = [line for line in decode_first_lines(text_head(head), _HEAD_LINES) if line.whole]
-    left, lines, numbers = list(physical), [], []
+    left, lines, line_numbers = list(physical), [], []
     while left:
-        numbers.append(len(physical) - len(left))
+        line_numbers.append(len(physical) - len(left))
         lines.append(_without_breaks(left))
     marks = [(d, m) for d in (",", ";", "\t", "|", " ") for m in (".", ",") if d != m]
-    scored_formats = [scored for mark in marks if (scored := _try(lines, *mark)) is not None]
+    scored_formats = [
+        scored for mark in marks if (scored := _score_format(lines, *mark)) is not None
+    ]
     if not scored_formats:
         return None
     _, text = max(scored_formats, key=lambda scored: scored[0])
-    # the config counts lines of the file
-    text["skip_lines"] = numbers[text["skip_lines"]]
+    # the config counts lines of the file, where a row of names may have several
+    text["skip_lines"] = line_numbers[text["skip_lines"]]
     try:
         DelimitedReader(TextFormat.model_validate(_without_defaults(text))).plan(head)
     except ValueError:
-        # what looks like names does not fit the rows: columns go by number
+        # the supposed names do not fit the rows: columns are named by number
         text["skip_lines"] += text["names"] + text["units"]
         text |= {"names": False, "units": False}
     return _without_defaults(text)
 
 
 def _without_defaults(text: dict[str, Any]) -> dict[str, Any]:
+    """Return the keys of `text` without those that have their default."""
     return {key: value for key, value in text.items() if _DEFAULTS.get(key) != value}
 
 
-def _try(
+def _score_format(
     lines: Sequence[Line], delimiter: str, decimal: str
 ) -> tuple[float, dict[str, Any]] | None:
-    """Read the lines in one way; the score tells how well that goes."""
+    """Read the lines with a delimiter and a decimal mark; return a score (high is good) and the keys of `text`."""
     printed = printed_marks([line.text for line in lines], delimiter)
     table = [cells_of(printed.plain(line.text), delimiter) or [] for line in lines]
     shares = [_share_of_numbers(cells, decimal) for cells in table]
@@ -569,7 +592,7 @@ def _try(
     if width < 2 or len(rows) < 2:
         return None
     above = [without_mark(cells, [[""] * width]) for cells in table[:first]]
-    # labels of the cells are their names, whatever stands above
+    # labels within the cells are the names, whatever stands above
     names_at, units = (None, False) if printed.labels else _header_above(above, width, decimal)
     names = names_at is not None
     text = {
@@ -580,17 +603,21 @@ def _try(
         "units": units and names,
     }
     score = sum(shares[place] for place in rows) / (len(table) - first) + 0.01 * min(width, 20)
-    # names parted by blanks may stand above rows parted by tabs
+    # decides between delimiters, as names between blanks may stand above rows between tabs
     score += 0.005 * (names_at is not None and len(above[names_at]) == width)
     return score, text
 
 
-_SHORT = 4
+_SHORTER_BY = 4
 """A run of rows that is shorter than the longest one by this factor is another table, above the data."""
 
 
 def _first_of_data(good: Sequence[int], lines: int) -> int:
-    """Where the data begin: settings in the header may look like a row, and results like a short table."""
+    """Return the line, from 0, where the data begin.
+
+    Settings in the header may look like a row, and results like a short table: a short run of rows is skipped.
+    `good`: Lines that look like rows. `lines`: Number of lines.
+    """
     runs: list[list[int]] = []
     for place in good:
         if runs and place == runs[-1][-1] + 1:
@@ -598,12 +625,12 @@ def _first_of_data(good: Sequence[int], lines: int) -> int:
         else:
             runs.append([place])
     longest = max(map(len, runs))
-    long = (run for run in runs if len(run) * _SHORT >= longest and len(run) > 1)
+    long = (run for run in runs if len(run) * _SHORTER_BY >= longest and len(run) > 1)
     return next((run[0] for run in long), good[-1] if good[-1] == lines - 1 else good[0])
 
 
 def _header_above(above: Sequence[list[str]], width: int, decimal: str) -> tuple[int | None, bool]:
-    """Line of the names above the data of so many columns, if there are names, and whether units follow."""
+    """Return the line of the names above data of `width` columns, or None, and whether a row of units follows."""
     filled = [place for place in range(len(above)) if any(cell.strip() for cell in above[place])]
     if not filled:
         return None, False
@@ -611,15 +638,15 @@ def _header_above(above: Sequence[list[str]], width: int, decimal: str) -> tuple
     # a units row, perhaps with rows of words below it: the types of AGS4, the sampling of TOA5
     for place in (p for p in filled[::-1][:3] if p > last - 3):
         if place and place - 1 in filled and is_units_row(above[place], width):
-            is_header = _is_names(above[place - 1], width, decimal)
+            is_header = _are_names(above[place - 1], width, decimal)
             return (place - 1, True) if is_header else (None, False)
-        if len(above[place]) != width or not _is_names(above[place], width, decimal):
+        if len(above[place]) != width or not _are_names(above[place], width, decimal):
             break
-    return (last, False) if _is_names(above[last], width, decimal) else (None, False)
+    return (last, False) if _are_names(above[last], width, decimal) else (None, False)
 
 
 def _share_of_numbers(cells: Sequence[str], decimal: str) -> float:
-    """Share of the cells that are numbers or times; of a row with blank cells that of the others."""
+    """Return the share of the cells that are numbers or times; 1 where only blank cells are neither."""
     plain = [plain_number(cell.strip()) for cell in cells]
     if len(plain) > 1 and not plain[-1]:  # a delimiter at the end of a line
         plain.pop()
@@ -630,7 +657,8 @@ def _share_of_numbers(cells: Sequence[str], decimal: str) -> float:
     return numbers / len(plain) if len(cells) > 1 else 0.0
 
 
-def _is_names(cells: Sequence[str], width: int, decimal: str) -> bool:
+def _are_names(cells: Sequence[str], width: int, decimal: str) -> bool:
+    """Return whether cells may be the names of `width` columns: about as many, and less than half are numbers."""
     filled = [cell for cell in cells if cell.strip()]
     return (
         bool(filled)
@@ -640,7 +668,7 @@ def _is_names(cells: Sequence[str], width: int, decimal: str) -> bool:
 
 
 def encoding_of(head: bytes) -> str:
-    """Name the encoding of a file, for people; ``binary`` for what is no text."""
+    """Return the name of the encoding of a file, for people; ``binary`` for a file that is no text."""
     if utf16_of(head):
         return "UTF-16"
     if head and not text_head(head):

@@ -1,4 +1,4 @@
-"""What a log is before any run sheet names it, and the config lines that it needs."""
+"""Surveys a log that no run sheet names yet: its columns, clock and quantities, and the config lines for it."""
 
 from __future__ import annotations
 
@@ -36,10 +36,14 @@ GAP_STEPS = 5.0
 """A step longer than this many median steps is shown as a gap."""
 
 _MOST_GAPS = 10_000
+"""Most gaps of a log that are kept."""
 
 
 class ColumnExtreme(NamedTuple):
-    """Lowest or highest value of a column, how often it occurs, and the value next to it; NaN where there is none."""
+    """Lowest or highest value of a column: the value, how often it occurs, and the next value inwards.
+
+    `inner`: NaN where the column has one distinct value.
+    """
 
     value: float
     times: int
@@ -47,11 +51,11 @@ class ColumnExtreme(NamedTuple):
 
     @classmethod
     def of(cls, distinct: FloatArray, times: np.ndarray) -> ColumnExtreme:
-        """First of the distinct values, in the order from the end of the column inwards."""
+        """Make the extreme of the distinct values, sorted from this extreme inwards; `times`: count of each value."""
         return cls(float(distinct[0]), int(times[0]), float([*distinct[:2], np.nan][1]))
 
     def merged(self, other_extreme: ColumnExtreme, sign: float) -> ColumnExtreme:
-        """That of both parts of a column; `sign`: -1 of the lowest, 1 of the highest."""
+        """Return the extreme of two parts of a column; `sign`: -1 for the lowest value, 1 for the highest."""
         ends = sorted({self.value, other_extreme.value}, key=lambda value: -sign * value)
         times = sum(extreme.times for extreme in (self, other_extreme) if extreme.value == ends[0])
         inner = [*ends[1:], self.inner, other_extreme.inner]
@@ -63,8 +67,8 @@ class ColumnExtreme(NamedTuple):
 class ColumnSummary:
     """One column of a log; the numbers are NaN if there is no usable row.
 
-    `resolution`: Smallest step between two distinct values; NaN if there are not two.
-    `values`: How many rows have a number in this column. `ends`: Its lowest and highest value.
+    `quantity`: Meaning of the guessed quantity, or "-". `resolution`: Smallest step between two distinct values; NaN
+    if there are not two. `values`: Number of rows with a number in this column. `ends`: Its lowest and highest value.
     """
 
     name: str
@@ -78,10 +82,10 @@ class ColumnSummary:
 
     @property
     def codes(self) -> list[float]:
-        """Values that seem to mean that there is no data: the same one several times, far outside of all others."""
+        """Values that seem to mean "no data": the lowest or highest one, if it is repeated and far from all others."""
         codes = []
         for end, opposite_end in zip(self.ends, self.ends[::-1], strict=True):
-            # the other end may be a code, too: what lies inside of it is the range of the others
+            # the opposite end may be a code, too: the smaller span leaves it out
             span = min(abs(end.inner - opposite_end.value), abs(end.inner - opposite_end.inner))
             if end.times > 1 and abs(end.value - end.inner) > max(span, self.resolution):
                 codes.append(end.value)
@@ -90,13 +94,13 @@ class ColumnSummary:
 
 @dataclass
 class TimeColumn:
-    """The time column of a log, in its own unit, as it comes in blocks.
+    """Steps, gaps and range of the time column of a log, in the unit of the column, added up block by block.
 
-    `step`, `jitter`: Median step between rows that go forward, and the median departure from it, of
+    `step`, `jitter`: Median step between rows that go forward, and the median departure from it, in
     the first block; NaN if it has fewer than two rows. `gaps`: Start and length of the first ten
-    thousand steps longer than `GAP_STEPS` median steps. `repeated`, `backwards`: Rows whose time is
-    that of the row before, or earlier. `first`, `last`: The earliest and the latest row; not finite
-    without one.
+    thousand steps longer than `GAP_STEPS` median steps. `repeated`, `backwards`: Number of rows whose time
+    equals the time of the row before, or is earlier. `first`, `last`: Earliest and latest time; infinite without rows.
+    `_before`: Last time of the block before.
     """
 
     step: float = float("nan")
@@ -110,7 +114,7 @@ class TimeColumn:
 
     @property
     def duration(self) -> float:
-        """From the earliest to the latest row."""
+        """Time from the earliest to the latest row."""
         return max(self.last - self.first, 0.0)
 
     @property
@@ -119,7 +123,7 @@ class TimeColumn:
         return 1 / self.step if self.step > 0 else float("nan")
 
     def add(self, time: FloatArray) -> None:
-        """Go on with the next rows."""
+        """Add the times of the next rows, shape (n,)."""
         if time.size == 0:
             return
         if self._before is not None:
@@ -140,16 +144,16 @@ class TimeColumn:
 
 
 _FEWEST_STAMPS = 100
-"""The rate that stamps give is off by up to one in so many."""
+"""Fewest distinct stamps from which a rate is computed: the rate is wrong by up to one part in this number."""
 
 
 @dataclass(frozen=True)
 class Survey:
-    """Everything that one pass over a log tells.
+    """Facts on a log from one pass over its blocks.
 
-    `units`: By column. `clock`: None where no column is the time. `quantities`: Guessed: quantity
-    to column. `rows`, `used`: Data lines, and those that can be read. `moving`: Number of values,
-    at most two, that the sync line takes; 0 where there is none. `not_finite`, `unread`: As of a log.
+    `units`: Column to unit. `clock`: None where no column is the time. `quantities`: Guessed quantity
+    to column. `rows`, `used`: Number of data lines, and of those that can be read. `moving`: Number of different
+    values of the sync line, at most two; 0 where there is no sync line. `not_finite`, `unread`: as in `Log`.
     """
 
     path: Path
@@ -168,7 +172,7 @@ class Survey:
 
     @property
     def time_unit(self) -> str:
-        """As the file states it, or as times since 1970 show it; else empty."""
+        """Unit that the file states for the time, or that its numbers suggest; else empty."""
         stated = self.units.get(self.quantities.get("time", ""), "")
         if stated or self.clock is None:
             return stated
@@ -176,7 +180,7 @@ class Survey:
 
     @property
     def rate_of_coarse_time(self) -> float | None:
-        """Rows a second, Hz, where stamps are so coarse that most rows share one; 0: too few stamps tell."""
+        """Rows a second, Hz, where most rows share a stamp; 0 with too few stamps for a rate; None for a fine clock."""
         clock = self.clock
         if clock is None or not clock.repeated * 2 >= self.used > 1:
             return None
@@ -186,7 +190,7 @@ class Survey:
 
 
 def survey(blocks: Iterable[Log]) -> Survey:
-    """Look at a log, block by block, so that memory stays bounded; there is at least one block."""
+    """Survey a log block by block, so that memory stays bounded; there is at least one block."""
     clock = TimeColumn()
     first: Log | None = None
     columns: list[ColumnSummary] = []
@@ -194,21 +198,21 @@ def survey(blocks: Iterable[Log]) -> Survey:
     dropped: dict[str, int] = {}
     missing: dict[str, int] = {}
     not_finite: dict[str, int] = {}
-    lines: set[float] = set()
+    sync_values: set[float] = set()
     for log in blocks:
         if first is None:
             first, quantities = log, guesses(log)
-            meant = {column: MEANING[quantity] for quantity, column in quantities.items()}
-        of_block = [_summary(log, name, meant.get(name, "-")) for name in log.columns]
+            meanings = {column: MEANING[quantity] for quantity, column in quantities.items()}
+        of_block = [_summarise_column(log, name, meanings.get(name, "-")) for name in log.columns]
         columns = (
-            [_merged(*pair) for pair in zip(columns, of_block, strict=True)]
+            [_merge_summaries(*pair) for pair in zip(columns, of_block, strict=True)]
             if columns
             else of_block
         )
         if "time" in quantities:
             clock.add(finite_values(log.columns[quantities["time"]]))
-        if "arm_moving" in quantities and len(lines) < 2:
-            lines.update(finite_values(np.unique(log.columns[quantities["arm_moving"]]))[:2])
+        if "arm_moving" in quantities and len(sync_values) < 2:
+            sync_values.update(finite_values(np.unique(log.columns[quantities["arm_moving"]]))[:2])
         rows, used = rows + log.rows, used + log.size
         dropped, missing = add_counts(dropped, log.dropped), add_counts(missing, log.missing)
         not_finite = add_counts(not_finite, log.not_finite)
@@ -224,14 +228,14 @@ def survey(blocks: Iterable[Log]) -> Survey:
         dropped,
         missing,
         first.notes,
-        len(lines),
+        len(sync_values),
         not_finite,
         first.unread,
     )
 
 
 def survey_file(reader: Reader, path: Path) -> tuple[list[Survey], LogError | None]:
-    """Look at a file: once, or once for each of its clocks, with the reason why it is no one log."""
+    """Survey a file; where it has several clocks, survey each and return the error that refuses it as one log."""
     try:
         log_survey = survey(heed_labels(log, reader) for log in reader.stream(path))
         dead = {
@@ -245,7 +249,7 @@ def survey_file(reader: Reader, path: Path) -> tuple[list[Survey], LogError | No
             if log_survey.used and not column.values
         }
         if dead and len(dead) < len(log_survey.columns):
-            # a channel that was never connected costs the others nothing
+            # without the channels that were never connected, which would spoil every row
             names = {column.name for column in log_survey.columns}
             alive = reader.only(names - dead.keys(), keeps_blanks=True)
             log_survey = survey(alive.stream(path))
@@ -264,7 +268,7 @@ def finite_values(values: FloatArray) -> FloatArray:
 
 
 def together(surveys: Sequence[Survey]) -> Survey:
-    """Return what the parts of a file with several clocks hold together."""
+    """Join the surveys of a file with several clocks, one each, to one survey of the whole file."""
     units, quantities = dict[str, str](), dict[str, str]()
     for log_survey in reversed(surveys):  # what stands first counts
         units, quantities = units | log_survey.units, quantities | log_survey.quantities
@@ -275,7 +279,8 @@ def together(surveys: Sequence[Survey]) -> Survey:
     return replace(surveys[0], units=units, quantities=quantities, used=used, moving=moving)
 
 
-def _summary(log: Log, name: str, quantity: str) -> ColumnSummary:
+def _summarise_column(log: Log, name: str, quantity: str) -> ColumnSummary:
+    """Summarise a column of one block."""
     values, unit = finite_values(log.columns[name]), log.units.get(name, "")
     if values.size == 0:
         return ColumnSummary(name, quantity, unit, np.nan, np.nan, np.nan, 0)
@@ -287,7 +292,8 @@ def _summary(log: Log, name: str, quantity: str) -> ColumnSummary:
     return ColumnSummary(name, quantity, unit, lowest, highest, resolution, values.size, ends)
 
 
-def _merged(summary: ColumnSummary, block_summary: ColumnSummary) -> ColumnSummary:
+def _merge_summaries(summary: ColumnSummary, block_summary: ColumnSummary) -> ColumnSummary:
+    """Return the summary of a column so far joined with that of the next block."""
     return replace(
         summary,
         lowest=float(np.fmin(summary.lowest, block_summary.lowest)),
@@ -305,7 +311,7 @@ def _merged(summary: ColumnSummary, block_summary: ColumnSummary) -> ColumnSumma
     )
 
 
-# --- What a log still lacks, and the lines of config that make it fit for ingest
+# --- What a log needs beside it, and the lines of config by which `rftfit run` can read it
 
 
 FORCE = ("time", "F1", "F2", "F3")
@@ -317,16 +323,16 @@ _YAML_WORDS = frozenset({"y", "n", "yes", "no", "on", "off", "true", "false", "n
 
 
 def kinds(log_survey: Survey) -> list[str]:
-    """Tell what sort of log a file is: ``force``, ``motion``, both, or nothing that is known."""
+    """Return the kinds of log that a file is, by its quantities: ``force``, ``motion``, both, or none."""
     force = any(f"F{number}" in log_survey.quantities for number in (1, 2, 3))
     motion = any(name in log_survey.quantities for name in ("x", "z", "angle"))
     return [kind for kind, is_present in (("force", force), ("motion", motion)) if is_present]
 
 
 def lacking(log_survey: Survey) -> list[str]:
-    """Say in a sentence each what the measurement chain needs beyond this file."""
+    """Return a sentence for each thing that the measurement needs beyond this file."""
     sorts = kinds(log_survey)
-    needs = [] if "time" in log_survey.quantities else _as_table(log_survey)
+    needs = [] if "time" in log_survey.quantities else _describe_table_instead(log_survey)
     if sorts == ["force", "motion"]:
         needs.append("a row of the run sheet that names this file as both logs")
     else:
@@ -347,7 +353,7 @@ def lacking(log_survey: Survey) -> list[str]:
     for kind, quantities in (("force", FORCE), ("motion", MOTION)):
         if kind in sorts:
             missing = [name for name in quantities[1:] if name not in log_survey.quantities]
-            needs += [f"{name}: {MEANING[name]}; {_instead(name)}" for name in missing]
+            needs += [f"{name}: {MEANING[name]}; {_describe_substitute(name)}" for name in missing]
     unknown = [
         column
         for quantity, column in log_survey.quantities.items()
@@ -366,11 +372,11 @@ def lacking(log_survey: Survey) -> list[str]:
 
 
 _STRESS = re.compile(r"stress|pressure|sigma|druck|spannung|(?<![a-z])q_?c|[^a-z]res$")
-_OF_STRESS = re.compile(r"(N/(cm|m|mm)(\^?2|\u00b2)|[kM]?N/m(\^?2|\u00b2)|[kMG]?Pa|psi|bar)")
+_STRESS_UNIT = re.compile(r"(N/(cm|m|mm)(\^?2|\u00b2)|[kM]?N/m(\^?2|\u00b2)|[kMG]?Pa|psi|bar)")
 
 
-def _as_table(log_survey: Survey) -> list[str]:
-    """Say how force or stress against depth without a time is read: as a table, which needs none."""
+def _describe_table_instead(log_survey: Survey) -> list[str]:
+    """Return a sentence if the file has force or stress against depth and no time: it is a table of stress, no log."""
     force = next(
         (
             log_survey.quantities[name]
@@ -383,7 +389,7 @@ def _as_table(log_survey: Survey) -> list[str]:
         (
             column.name
             for column in log_survey.columns
-            if _STRESS.search(column.name.casefold()) or _OF_STRESS.fullmatch(column.unit)
+            if _STRESS.search(column.name.casefold()) or _STRESS_UNIT.fullmatch(column.unit)
         ),
         "",
     )
@@ -405,6 +411,7 @@ _DEPTH = re.compile(r"depth|sinkage|penetration|tiefe|dpth")
 
 
 def _clock_needs(log_survey: Survey, *, one_file: bool) -> list[str]:
+    """Return a sentence if the clocks of force and motion cannot be aligned as the file stands."""
     if one_file:
         return ["clock.method same_clock in config.yaml: force and motion are columns of one file"]
     if "arm_moving" not in log_survey.quantities:
@@ -415,7 +422,8 @@ def _clock_needs(log_survey: Survey, *, one_file: bool) -> list[str]:
     return []
 
 
-def _instead(name: str) -> str:
+def _describe_substitute(name: str) -> str:
+    """Return the words on what the user can do without a column of the quantity `name`."""
     if name == "angle":
         return "without it beta is taken from the run sheet"
     if name == "x":
@@ -435,7 +443,10 @@ def config_block(
     text: Mapping[str, Any] | None = None,
     options: Mapping[str, object] | None = None,
 ) -> list[str]:
-    """Write the lines of config for a log, as YAML; `text` is the format of a ``delimited`` one."""
+    """Return the lines of config for a log, as YAML.
+
+    `text`: Format of a log of the dialect ``delimited``. `options`: Options of any other dialect.
+    """
     if dialect == "rig":
         return ["dialect: rig"]
     lines = []
@@ -444,7 +455,7 @@ def config_block(
     in_two_columns = bool(_nanoseconds_beside(log_survey.quantities.get("time", ""), log_survey))
     rate = None if by_rate or in_two_columns else log_survey.rate_of_coarse_time
     if rate is not None:
-        # such a time would be refused
+        # a time so coarse would be refused: the rate of the rows replaces it
         by_rate = True
         kept = {name: column for name, column in log_survey.quantities.items() if name != "time"}
         log_survey = replace(log_survey, quantities=kept)
@@ -468,22 +479,26 @@ def config_block(
             lines.append(f"  dialect: {dialect}")
         for key, values in (("text", text), ("options", options)):
             if values:
-                inside = ", ".join(f"{name}: {scalar(value)}" for name, value in values.items())
+                inside = ", ".join(
+                    f"{name}: {format_scalar(value)}" for name, value in values.items()
+                )
                 lines.append(f"  {key}: {{{inside}}}")
         quantities: tuple[str, ...] = FORCE if kind == "force" else MOTION
         if by_rate:
-            quantities = quantities[1:]  # time is that of the rate
+            quantities = quantities[1:]  # without time, which follows from the rate
         if kind == "force" and "arm_moving" in log_survey.quantities:
             quantities = (*quantities, "arm_moving")
         lines += _missing_line(log_survey, quantities)
-        # of one file for both, each log takes only the columns that are named
+        # where one file is both logs, the config has to name the columns of each
         column_lines = [
-            line for name in quantities for line in _line(log_survey, name, always=len(sorts) == 2)
+            line
+            for name in quantities
+            for line in _column_line(log_survey, name, always=len(sorts) == 2)
         ]
         if any(not line.lstrip().startswith("#") for line in column_lines):
             lines.append("  columns:")
         elif column_lines:
-            # a section of comments only would be an empty one
+            # a section of comments alone would be read as null
             lines.append("  columns: {} # quantity: column, a line each")
         lines += column_lines
     if len(sorts) == 2:
@@ -492,7 +507,10 @@ def config_block(
 
 
 def _missing_line(log_survey: Survey, quantities: Iterable[str]) -> list[str]:
-    """Propose the values that seem to mean no data, of the columns of these quantities or, where none is known, of all."""
+    """Return the line of config with values that seem to mean "no data"; no line where there are none.
+
+    Only columns of the `quantities` are searched, or all where no quantity is known.
+    """
     column_names = {
         log_survey.quantities[name] for name in quantities if name in log_survey.quantities
     }
@@ -510,7 +528,7 @@ _SECONDS = re.compile(r"(?i)(.*?)(s|secs?|seconds?)$")
 
 
 def _nanoseconds_beside(column: str, log_survey: Survey) -> str:
-    """Column of the nanoseconds that belong to one of whole seconds; empty where there is none."""
+    """Return the column of nanoseconds that belongs to a column of whole seconds; empty where there is none."""
     match = _SECONDS.fullmatch(column)
     if match is None:
         return ""
@@ -520,8 +538,11 @@ def _nanoseconds_beside(column: str, log_survey: Survey) -> str:
     )
 
 
-def _line(log_survey: Survey, quantity: str, *, always: bool) -> list[str]:
-    """Say which column a quantity is; nothing where its name tells, unless `always`."""
+def _column_line(log_survey: Survey, quantity: str, *, always: bool) -> list[str]:
+    """Return the line of config that says which column a quantity is.
+
+    No line where name and unit of the column are already as expected, unless `always`.
+    """
     column = log_survey.quantities.get(quantity)
     if column is None:
         candidates = _columns_with_unit_of(quantity, log_survey)
@@ -530,25 +551,25 @@ def _line(log_survey: Survey, quantity: str, *, always: bool) -> list[str]:
     unit = log_survey.units.get(column, "")
     stated = bool(unit) or quantity == "arm_moving"
     usual = _USUAL_UNITS.get(quantity, "N")
-    own_unit = quantity == "arm_moving" or unit == usual
-    if column == quantity and own_unit and (not always or quantity == "time"):
+    is_usual_unit = quantity == "arm_moving" or unit == usual
+    if column == quantity and is_usual_unit and (not always or quantity == "time"):
         return []
     number = re.fullmatch(r"column (\d+)", column)
-    name = number[1] if number else scalar(column)
+    name = number[1] if number else format_scalar(column)
     if quantity in ("x", "z") and "pose" in column.casefold():
-        usual = "m"  # of a robot
+        usual = "m"  # robots state poses in metres
     if quantity == "time" and not stated:
         lowest = next(summary.lowest for summary in log_survey.columns if summary.name == column)
         of_board = _CLOCKS_OF_BOARDS.get(column.casefold(), "")
         usual = epoch_unit(lowest) or of_board or _unit_of_clock(log_survey.clock) or usual
     down = ", factor: -1" if quantity == "z" and DOWNWARD.search(column.casefold()) else ""
-    if quantity == "time" and (second := _nanoseconds_beside(column, log_survey)):
+    if quantity == "time" and (nanoseconds := _nanoseconds_beside(column, log_survey)):
         return [
-            f"    time: {{column: {name}, unit: s, plus: {{column: {scalar(second)}, unit: ns}}}}"
+            f"    time: {{column: {name}, unit: s, plus: {{column: {format_scalar(nanoseconds)}, unit: ns}}}}"
         ]
     if stated and not down and (quantity in ("time", "arm_moving") or unit == usual):
         return [f"    {quantity}: {name}"]
-    # a unit other than the chain's usual one has to be declared
+    # a unit that is missing, or is not the default of the quantity, has to be declared
     why = ""
     if not stated:
         unit, why = usual, " # the file states no unit: check"
@@ -558,7 +579,7 @@ def _line(log_survey: Survey, quantity: str, *, always: bool) -> list[str]:
 
 
 def _columns_with_unit_of(quantity: str, log_survey: Survey) -> list[str]:
-    """Columns that are no other quantity and whose stated unit could be that of this one."""
+    """Return the columns without a guessed quantity whose stated unit fits this quantity."""
     units = units_like(_USUAL_UNITS.get(quantity, "N"))
     guessed = log_survey.quantities.values()
     return [
@@ -569,14 +590,17 @@ def _columns_with_unit_of(quantity: str, log_survey: Survey) -> list[str]:
 
 
 _CLOCKS_OF_BOARDS = {"millis": "ms", "micros": "us"}
-"""Functions of Arduino that count time, and their units."""
+"""Function of Arduino that counts time, to its unit."""
 
 _SLOWEST_HZ = 0.2
-"""Logs of pushes have more rows a second."""
+"""Lowest rate of a log of a push, rows a second."""
 
 
 def _unit_of_clock(clock: TimeColumn | None) -> str:
-    """Unit in which a time without one has a usual rate: whole milliseconds or microseconds of a board."""
+    """Return the unit in which a time column without a stated unit has a usual rate; empty: none.
+
+    Only for whole numbers, such as milliseconds or microseconds of a board.
+    """
     if clock is None or not clock.step >= 1 or clock.step % 1:
         return ""
     return next(
@@ -584,8 +608,8 @@ def _unit_of_clock(clock: TimeColumn | None) -> str:
     )
 
 
-def scalar(value: object) -> str:
-    """Write a value as YAML."""
+def format_scalar(value: object) -> str:
+    """Return a value as YAML."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):
@@ -594,10 +618,11 @@ def scalar(value: object) -> str:
     return str(value)
 
 
-# --- A log that no dialect knows: what it looks like, and how it may be read all the same
+# --- The reader of a file, and a refusal with advice where no dialect reads it
 
 
 _TRIED_WHOLE = 1 << 20
+"""Bytes of the largest refused file that is read as a rig log, to name the first thing wrong with it."""
 _EXPORTS = {
     b"\xd0\xcf\x11\xe0": "an old Excel workbook (.xls), or another file of Microsoft Office: save it as .xlsx",
     b"PK\x03\x04": "a zip archive: unpack it, and name the file inside",
@@ -611,15 +636,15 @@ _EXPORTS = {
     b"\x80": "a pickle of Python, which may run any program: save its arrays by numpy.savez",
     b"%PDF": "a PDF: export the numbers from the program that drew it",
 }
-"""How a file of another kind becomes one that is read, by its first bytes."""
+"""First bytes of a file of another kind, to the advice how to make a readable file of it."""
 _OPEN_DOCUMENT = b"mimetypeapplication/vnd.oasis.opendocument.spreadsheet"
 
 
 class Recognised(NamedTuple):
-    """How a file is read.
+    """The reader of a file, and how it was found.
 
-    `text`: Its format as keys of `text` in the config, where no dialect knows it. `options`: Those
-    of its dialect. `other_dialects`: Who else claims it, or was tried.
+    `text`: Format of the file as keys of `text` in the config, where no dialect fits. `options`: Options of its
+    dialect. `other_dialects`: Sentences on the dialects that also claim the file, or were tried.
     """
 
     reader: Reader
@@ -629,7 +654,7 @@ class Recognised(NamedTuple):
 
 
 def recording(path: Path) -> Path:
-    """Return the file that stands for a log: of a folder of rosbag2 the one that names the others."""
+    """Return the file to read for a log: for a folder of rosbag2 its metadata.yaml, else the path itself."""
     return path / BAG if path.is_dir() and (path / BAG).is_file() else path
 
 
@@ -639,9 +664,9 @@ def recognised(
     text: Mapping[str, object] | None = None,
     options: Mapping[str, object] | None = None,
 ) -> Recognised:
-    """Find the reader of a file by its content, or that of a dialect or of a `text` that is described.
+    """Find the reader of a file: by the `name` of a dialect, by a format `text`, or else by the content of the file.
 
-    `options` are those of the dialect, or further keys of `text`.
+    `options`: Options of the dialect, or further keys of `text`.
     """
     settings = dict(options or {})
     other_dialects: list[str] = []
@@ -655,7 +680,7 @@ def recognised(
         elif is_echo(head) or (text := guess_text_settings(head)) is None:
             raise refusal(path, head)
         else:
-            other_dialects = tried()
+            other_dialects = describe_tried_dialects()
     key = "options" if text is None else "text"
     try:
         if text is None:
@@ -675,7 +700,7 @@ def recognised(
 
 
 def _text_format(described_by: Mapping[str, object]) -> TextFormat:
-    """Check the keys of `text`, with the words of the config's own messages."""
+    """Check the keys of `text`; messages are worded as the config words them."""
     for name in described_by:
         if name not in TextFormat.model_fields:
             raise ValueError(unknown_word("option", name, TextFormat.model_fields))
@@ -688,14 +713,14 @@ def _text_format(described_by: Mapping[str, object]) -> TextFormat:
         raise ValueError(f"{key}: found {wrong['input']!r}; allowed: {allowed}") from None
 
 
-def tried() -> list[str]:
-    """Name the dialects that were tried, and those that could not be."""
+def describe_tried_dialects() -> list[str]:
+    """Return sentences on the dialects that were tried, and on those that could not be loaded."""
     names = ", ".join(name for name in dialects() if name != "delimited")
     return [f"tried: {names}", *(f"not tried: {fault}" for fault in faults())]
 
 
 def refusal(path: Path, head: bytes) -> InputError:
-    """Say why a file cannot be read, and what it looks like."""
+    """Make the error for a file that no dialect reads: the cure, and the first lines of the file."""
     if not head:
         return InputError(f"{path}: the file is empty")
     kind = next((text for mark, text in _EXPORTS.items() if head.lstrip().startswith(mark)), "")
@@ -719,11 +744,12 @@ def refusal(path: Path, head: bytes) -> InputError:
     lines += [f"  {line}" for line in read_first_lines(head)]
     small = path.stat().st_size <= _TRIED_WHOLE
     if small and not kind and encoding_of(head) != "binary":
-        lines.append(f"not rig: {_reason(dialect('rig'), path)}")
-    return InputError("\n".join([*lines, *tried()]))
+        lines.append(f"not rig: {_reason_of_refusal(dialect('rig'), path)}")
+    return InputError("\n".join([*lines, *describe_tried_dialects()]))
 
 
-def _reason(reader: Reader, path: Path) -> str:
+def _reason_of_refusal(reader: Reader, path: Path) -> str:
+    """Return why a reader refuses a file."""
     try:
         reader.load(path)
     except LogError as error:

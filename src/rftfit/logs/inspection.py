@@ -1,4 +1,4 @@
-"""What is told of a log before any run sheet names it: as text, and as facts for a script."""
+"""Answer of `rftfit inspect` on a log that no run sheet names yet: as text, and as facts for a script."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Inspection:
 
     @property
     def whole(self) -> Survey:
-        """All clocks of the file together."""
+        """One survey of the whole file, with all its clocks."""
         return together(self.surveys)
 
     @property
@@ -79,7 +79,7 @@ class Inspection:
         return "\n".join(lines)
 
     def as_dict(self) -> dict[str, Any]:
-        """Give the same as plain numbers, words and lists; the columns of each clock for themselves."""
+        """Return the same facts as plain numbers, words and lists; columns are listed clock by clock."""
         return {
             "file": self.whole.path,
             "dialect": self.recognition.reader.name,
@@ -103,18 +103,19 @@ def inspect_file(path: Path, dialect: str | None, options: Mapping[str, str | fl
 
 
 def _facts_of(survey: Survey) -> dict[str, Any]:
-    of_survey: tuple[str, ...] = ("rows", "used", "dropped", "missing", "notes")
-    of_survey += ("time_unit", "not_finite", "unread")
-    of_clock = ("duration", "rate", "step", "jitter", "gaps", "repeated", "backwards")
+    """Return a survey as a dictionary for scripts; clock: None where no column is the time."""
+    survey_fields: tuple[str, ...] = ("rows", "used", "dropped", "missing", "notes")
+    survey_fields += ("time_unit", "not_finite", "unread")
+    clock_fields = ("duration", "rate", "step", "jitter", "gaps", "repeated", "backwards")
     return {
         "columns": [asdict(column) for column in survey.columns],
-        **{name: getattr(survey, name) for name in of_survey},
-        "clock": survey.clock and {name: getattr(survey.clock, name) for name in of_clock},
+        **{name: getattr(survey, name) for name in survey_fields},
+        "clock": survey.clock and {name: getattr(survey.clock, name) for name in clock_fields},
     }
 
 
 def _contact_lines(survey: Survey) -> list[str]:
-    """How the file of a leg that turns, with its force, tells alpha of the ground by itself; none of another log."""
+    """Return lines that propose `rftfit scale --contacts`, for a file with the angle of a leg and forces; else none."""
     names = [column.name.casefold() for column in survey.columns]
     turns = [name for name in names if name.startswith("theta")]
     forces = [
@@ -132,13 +133,14 @@ def _contact_lines(survey: Survey) -> list[str]:
 
 
 def _survey_lines(survey: Survey) -> list[str]:
+    """Return the lines for people on one clock: table of columns, rows, clock, notes."""
     header = ["column", "quantity", "unit", "lowest", "highest", "resolution"]
     rows = []
     for c in survey.columns:
-        ends = map(_short, (c.lowest, c.highest, c.resolution))
+        ends = map(_format_number, (c.lowest, c.highest, c.resolution))
         rows.append([c.name, c.quantity, c.unit or "-", *ends])
     rows += [[name, "not read", "-", "-", "-", "-"] for name in survey.unread]
-    whole = survey.rows + sum(survey.missing.values())
+    expected_rows = survey.rows + sum(survey.missing.values())
     return [
         table(header, rows),
         "",
@@ -151,7 +153,7 @@ def _survey_lines(survey: Survey) -> list[str]:
             if c.values < survey.used
         ),
         *(
-            f"  {number} ({number / whole:.1%} of all) missing: {reason}"
+            f"  {number} ({number / expected_rows:.1%} of all) missing: {reason}"
             for reason, number in survey.missing.items()
         ),
         *_clock_lines(survey.clock, survey.time_unit or "s"),
@@ -161,17 +163,18 @@ def _survey_lines(survey: Survey) -> list[str]:
 
 
 def _clock_lines(clock: TimeColumn | None, unit: str) -> list[str]:
+    """Return the lines for people on duration, rate and gaps; `unit`: unit of the time."""
     if clock is None:
         return ["duration, rate and gaps: unknown, no column looks like a time"]
-    lines = [f"duration: {_short(clock.duration)} {unit}"]
+    lines = [f"duration: {_format_number(clock.duration)} {unit}"]
     if math.isfinite(clock.step):
         lines.append(
-            f"rate: {_short(clock.rate)} rows/{unit} (median step {_short(clock.step)} {unit}, "
-            f"median jitter {_short(clock.jitter)} {unit})"
+            f"rate: {_format_number(clock.rate)} rows/{unit} (median step {_format_number(clock.step)} {unit}, "
+            f"median jitter {_format_number(clock.jitter)} {unit})"
         )
     lines.append(f"gaps: {len(clock.gaps) or 'none'}")
     lines += [
-        f"  {_short(length)} {unit} from {start:.10g} {unit} on"
+        f"  {_format_number(length)} {unit} from {start:.10g} {unit} on"
         for start, length in clock.gaps[:_MOST_GAPS]
     ]
     if len(clock.gaps) > _MOST_GAPS:
@@ -180,5 +183,6 @@ def _clock_lines(clock: TimeColumn | None, unit: str) -> list[str]:
     return lines
 
 
-def _short(number: float) -> str:
+def _format_number(number: float) -> str:
+    """Format a number with six digits; "-" where it is not finite."""
     return f"{number:.6g}" if math.isfinite(number) else "-"

@@ -14,14 +14,14 @@ from rftfit.table.units import is_units_row
 
 
 class InstronReader(TextReader):
-    """Semicolons, commas or tabs; decimal points or commas; whatever stands above the names."""
+    """Cells between semicolons, commas or tabs; decimal points or commas; any lines may stand above the names."""
 
     name = "instron"
     description = "Instron-style export: names, a row of units in brackets, decimal comma or point"
     evidence = "a row of units in brackets below the row of names"
 
     def detect(self, head: bytes) -> bool:
-        """Tell from the first 64 kB of a file whether it is of this dialect."""
+        """Return whether a file is in this dialect, judged by its first 64 kB."""
         return _find_header(decode_first_lines(text_head(head), 60)) is not None
 
     def plan(self, head: bytes) -> ReadingPlan:
@@ -32,7 +32,8 @@ class InstronReader(TextReader):
             raise ValueError("no row of units in brackets, like (s);(mm);(kN), below one of names")
         place, delimiter = header
         rows_text = "\n".join(line.text for line in lines[place + 2 :])
-        rows_text = re.sub(r"\.(?=\d{3}[.,])", "", rows_text)  # 1.442,21 has a decimal comma
+        # points between thousands are no decimal points: 1.442,21 has a decimal comma
+        rows_text = re.sub(r"\.(?=\d{3}[.,])", "", rows_text)
         comma = (
             delimiter != ","
             and re.search(r"\d,\d", rows_text)
@@ -48,9 +49,9 @@ class InstronReader(TextReader):
 
 
 def _find_header(lines: Sequence[Line]) -> tuple[int, str] | None:
-    """Which line holds the names, and what stands between cells.
+    """Return the place of the line of names, from 0, and the delimiter; None where there is no such line.
 
-    A table of results may stand above that of the readings: the header of the longest table counts.
+    A table of results may stand above the table of readings: the header of the longest table is returned.
     """
     longest, header = -1, None
     for place, (upper, lower) in enumerate(pairwise(lines)):
@@ -68,7 +69,7 @@ def _find_header(lines: Sequence[Line]) -> tuple[int, str] | None:
 
 
 def _count_rows(lines: Sequence[Line], delimiter: str, width: int) -> int:
-    """Count the lines with a digit below a header, up to the first one of another width."""
+    """Count the lines with a digit below a header, up to the first line with another number of cells (`width`)."""
     rows = 0
     for line in lines:
         cells = cells_of(line.text, delimiter) or []

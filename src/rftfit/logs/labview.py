@@ -1,4 +1,4 @@
-"""LabVIEW measurement files (.lvm): segments of text, each with a header of its own."""
+"""LabVIEW measurement files (.lvm): a file header, then segments of text, each with a header."""
 
 from __future__ import annotations
 
@@ -25,15 +25,16 @@ MAGIC = "LabVIEW Measurement"
 OTHER_CHANNELS = "segment with other channels than the first"
 
 _MOST_LINES = 400
-"""Lines within which the header of a file ends."""
-_MANY = 10**9  # steps that differ at all do so after so many samples
+"""Most lines of the header of a file."""
+_CLOCK_SAMPLES = 10**9
+"""Number of samples over which the clocks of channels are compared, so that steps must be equal."""
 _END = "***End_of_Header***"
 _SEGMENT = re.compile(rb"(?m)^[ \t]*Channels[\t,;]")
 _SEPARATORS = {"tab": "\t", "comma": ",", "semicolon": ";"}
 
 
 class LvmReader(base.Reader):
-    """Text with a file header and segments; decimal comma or point; with X columns or without."""
+    """Text with a file header and segments; decimal comma or point; with or without X columns, which hold the time."""
 
     name = "lvm"
     description = (
@@ -42,7 +43,7 @@ class LvmReader(base.Reader):
     evidence = f"its first line, {MAGIC}"
 
     def detect(self, head: bytes) -> bool:
-        """Tell from the first 64 kB of a file whether it is of this dialect."""
+        """Return whether a file is in this dialect, judged by its first 64 kB."""
         return text_head(head[:256]).startswith(MAGIC.encode())
 
     def stream(self, path: Path) -> Iterator[base.Log]:
@@ -53,12 +54,14 @@ class LvmReader(base.Reader):
             file.asked = self.asked
             rows = 0
 
-            def parsed(piece: tuple[_Segment, Block]) -> tuple[_Segment, ParsedRows]:
-                segment, block = piece
+            def parse_block(segment_block: tuple[_Segment, Block]) -> tuple[_Segment, ParsedRows]:
+                segment, block = segment_block
                 return segment, parse(segment.layout, *block, keep_blanks=self.keeps_blanks)
 
-            for segment, segment_rows in base.parallel_map(parsed, _pieces(file, text, start)):
-                log = _log(file, segment, segment_rows)
+            for segment, segment_rows in base.parallel_map(
+                parse_block, _blocks_of_segments(file, text, start)
+            ):
+                log = _log_of_rows(file, segment, segment_rows)
                 rows += log.rows
                 if log.rows:
                     yield log
@@ -70,10 +73,10 @@ class LvmReader(base.Reader):
 
 @dataclass
 class _Segment:
-    """One stretch of rows.
+    """One segment: rows below a header.
 
-    `x_of`: Of each channel, its X column; "" where there are none. `begins`: When each of those
-    begins, s.
+    `x_of`: Channel to its X column; "" where there are no X columns. `begins`: X column to its start, s after the
+    start of the file. `step`: Time between rows, s. `rows`: Number of rows parsed so far. `timed`: Whether X is a time.
     """
 
     layout: Layout
@@ -87,7 +90,11 @@ class _Segment:
 
 @dataclass
 class _File:
-    """What the segments of one file have in common."""
+    """Settings that the segments of one file have in common.
+
+    `x_columns`: "no", "one" or "multi". `first`: First segment, with which the others must agree. `began`: Start of
+    the recording.
+    """
 
     path: Path
     separator: str
@@ -100,7 +107,7 @@ class _File:
 
 
 def _file_header(path: Path, lines: Iterator[Line]) -> tuple[_File, int]:
-    """Read the file header; the segments begin at the place that comes with it."""
+    """Read the file header; also return the place in bytes at which the segments begin."""
     settings: dict[str, str] = {}
     first_line = next(lines).text
     if not first_line.startswith(MAGIC):
@@ -111,14 +118,16 @@ def _file_header(path: Path, lines: Iterator[Line]) -> tuple[_File, int]:
             decimal = settings.get("Decimal_Separator", ".")[:1]
             x_columns = settings.get("X_Columns", "One").casefold()
             return _File(path, separator, "," if decimal == "," else ".", x_columns), line.stop
-        # the separator itself is named in here: any of them will do
+        # the header names the separator, which is not known yet: each of the three is accepted
         key, _, value = re.sub(r"[\t;]", ",", line.text, count=1).partition(",")
         settings[key.strip()] = value.strip(" \t;")
     raise ValueError(f"the file header has no end ({_END}): cut short?")
 
 
-def _pieces(file: _File, text: TextFile, start: int) -> Iterator[tuple[_Segment, Block]]:
-    """Cut blocks of the file where a segment ends."""
+def _blocks_of_segments(
+    file: _File, text: TextFile, start: int
+) -> Iterator[tuple[_Segment, Block]]:
+    """Yield each segment with a block of its rows: blocks of the file are cut where a segment ends."""
     segment: _Segment | None = None
     carry = b""
     for body, last_line, before in text.blocks(start):
@@ -130,9 +139,9 @@ def _pieces(file: _File, text: TextFile, start: int) -> Iterator[tuple[_Segment,
                     if len(carry) > MAX_LINE:
                         raise ValueError(f"a segment's header has no end ({_END})")
                     break
-                segment = _segment(file, carry[:place], carry[place : place + MAX_LINE])
+                segment = _read_segment(file, carry[:place], carry[place : place + MAX_LINE])
                 carry = carry[place:]
-            # one letter is looked for several times faster than a word
+            # a search for one letter is several times faster than one for a word
             next_header = _SEGMENT.search(carry) if b"C" in carry and b"Channels" in carry else None
             if next_header:
                 yield segment, Block(carry[: next_header.start()], b"")
@@ -145,7 +154,7 @@ def _pieces(file: _File, text: TextFile, start: int) -> Iterator[tuple[_Segment,
 
 
 def _header_end(text: bytes) -> int | None:
-    """Where the rows begin: behind the row of names that follows the end of the header."""
+    """Return the place in bytes where rows begin: behind the row of names below the header; None if not in the text."""
     place = text.find(_END.encode())
     if place < 0:
         return None
@@ -154,19 +163,19 @@ def _header_end(text: bytes) -> int | None:
 
 
 class _Settings(dict[str, list[str]]):
-    """What the header of a segment states: key to one cell for each channel."""
+    """Settings in the header of a segment: key to a list with a cell for each channel."""
 
     def cell(self, key: str, channel: int) -> str:
-        """Return what is stated for one channel; where nothing is, what is for the first."""
+        """Return the cell of a channel; where it is blank, the cell of the first channel."""
         cells = self.get(key, [])
         return (cells[channel] if channel < len(cells) else "") or next(iter(cells), "")
 
     def number(self, key: str, channel: int) -> float:
-        """Return that as a number; 0 where it is none."""
+        """Return the cell of a channel as a number; 0 where it is none."""
         return base.number_or_zero(self.cell(key, channel).replace(",", "."))
 
     def moment(self, channel: int) -> dt.datetime | None:
-        """Return the start of a channel; its time may have more digits than any clock."""
+        """Return the start of a channel, None if not stated; the fraction may have more digits than strptime reads."""
         time = self.cell("Time", channel).replace(",", ".")
         whole, _, fraction = time.partition(".")
         try:
@@ -178,8 +187,8 @@ class _Settings(dict[str, list[str]]):
             return None
 
 
-def _unfilled(file: _File, names: Sequence[str], first_rows: bytes) -> list[str]:
-    """Columns in which the first rows hold nothing."""
+def _blank_columns(file: _File, names: Sequence[str], first_rows: bytes) -> list[str]:
+    """Return the names of the columns that are blank in all of the first rows."""
     lines = (line.text.split(file.separator) for line in each_line(first_rows) if line.whole)
     unfilled = [*names]
     has_rows = False
@@ -189,13 +198,14 @@ def _unfilled(file: _File, names: Sequence[str], first_rows: bytes) -> list[str]
         has_rows = True
         filled = {name for name, cell in zip(names, cells, strict=False) if cell.strip()}
         unfilled = [name for name in unfilled if name not in filled]
-        # in most files the first row has them all
+        # in most files the first row fills all columns
         if not unfilled:
             break
     return unfilled if has_rows else []
 
 
-def _segment(file: _File, header: bytes, first_rows: bytes) -> _Segment:
+def _read_segment(file: _File, header: bytes, first_rows: bytes) -> _Segment:
+    """Read the header of a segment; the first segment also sets start and notes of the file."""
     lines = [line.text for line in decode_first_lines(header)]
     settings = _Settings()
     for line in lines[:-2]:
@@ -204,25 +214,27 @@ def _segment(file: _File, header: bytes, first_rows: bytes) -> _Segment:
     cells = lines[-1].split(file.separator)
     while cells and not cells[-1].strip():
         cells.pop()
-    names, in_names = names_and_units(cells)
-    units = dict(zip(names, in_names, strict=True))
+    names, units_in_names = names_and_units(cells)
+    units = dict(zip(names, units_in_names, strict=True))
     stated = iter(settings.get("Y_Unit_Label", []))
-    own_x = [n for n, cell in zip(names, cells, strict=True) if cell.startswith("X_Value")]
+    x_names = [n for n, cell in zip(names, cells, strict=True) if cell.startswith("X_Value")]
     if file.x_columns == "no":
-        own_x = []  # the column is there, and empty
-    x = next(iter(own_x), "")
-    channels: dict[str, tuple[int, str]] = {}  # place in the lists of the header, X column
+        x_names = []  # the column is there, and empty
+    # channel to its place in the lists of the header, and its X column, which is the last one before it
+    channels: dict[str, tuple[int, str]] = {}
+    x = next(iter(x_names), "")
     for name, cell in zip(names, cells, strict=True):
-        if name in own_x:
+        if name in x_names:
             x = name
         elif cell != "Comment" and not cell.startswith("X_Value"):
             channels[name] = len(channels), x
-            # as LabVIEW states it, and only then as somebody typed it into the name
+            # the unit that LabVIEW states goes before a unit in the name, which a user has typed
             units[name] = unit_word(next(stated, "")) or units[name]
     asked = file.asked or frozenset(channels)
     if asked.difference(names, QUANTITIES) or not asked.intersection(channels):
-        asked = frozenset(channels)  # whoever asks for others finds out which there are
-    unfilled = set(_unfilled(file, names, first_rows)).intersection(channels)
+        # with all channels, the caller can name those that the file has
+        asked = frozenset(channels)
+    unfilled = set(_blank_columns(file, names, first_rows)).intersection(channels)
     if unfilled and file.asked is None:
         asked = asked.difference(unfilled) or asked
         if file.first is None:
@@ -231,8 +243,8 @@ def _segment(file: _File, header: bytes, first_rows: bytes) -> _Segment:
             )
     channels = {name: place for name, place in channels.items() if name in asked}
     x_of = {name: x for name, (_, x) in channels.items()}
-    xs = tuple(dict.fromkeys(x_of.values())) or (x,)
-    read = {*channels, *xs, *asked.intersection(own_x)}
+    x_names_read = tuple(dict.fromkeys(x_of.values())) or (x,)
+    read = {*channels, *x_names_read, *asked.intersection(x_names)}
     kinds = tuple[Kind, ...]("number" if name in read else "skip" for name in names)
     if not read.intersection(names):
         raise ValueError(
@@ -248,15 +260,15 @@ def _segment(file: _File, header: bytes, first_rows: bytes) -> _Segment:
         settings.cell("X_Dimension", place) in ("Time", "") for place, _ in channels.values()
     )
     segment = _Segment(layout, units, x_of, {}, settings.number("Delta_X", 0), timed=timed)
-    for x in xs if timed else ():
+    for x in x_names_read if timed else ():
         sharing = {
             name: place for name, (place, x_column) in channels.items() if x_column == x
         } or {x: 0}
         clocks = {name: _clock(file, settings, place) for name, place in sharing.items()}
         other_channels = [name for name in channels if name not in sharing]
-        clock = base.common_clock(file.path, clocks, _MANY, other_channels=other_channels)
-        # an X column counts from the segment's start and begins at X0
-        start = _began(file, settings, min(sharing.values())) if x else clock.start
+        clock = base.common_clock(file.path, clocks, _CLOCK_SAMPLES, other_channels=other_channels)
+        # an X column holds times since the start of the segment, X0 included
+        start = _seconds_after_file(file, settings, min(sharing.values())) if x else clock.start
         segment.begins[x] = 0.0 if math.isnan(start) else start
         segment.step = clock.step
     if "" in segment.begins and not segment.step > 0:
@@ -266,40 +278,45 @@ def _segment(file: _File, header: bytes, first_rows: bytes) -> _Segment:
         file.first = segment
         when = file.began.isoformat(" ") if file.began else "at a time that is not stated"
         file.notes.append(f"recording started: {when}")
-        time_source = "X_Value" if any(xs) else f"X0 + row x Delta_X ({segment.step:g})"
+        time_source = "X_Value" if any(x_names_read) else f"X0 + row x Delta_X ({segment.step:g})"
         file.notes.append(f"time is {time_source}" if timed else "X_Value is no time")
     return segment
 
 
 def _clock(file: _File, settings: _Settings, channel: int) -> base.ChannelClock:
-    start = _began(file, settings, channel) + settings.number("X0", channel)
+    """Return the clock of a channel by the header: start, s after the start of the file, and step, s."""
+    start = _seconds_after_file(file, settings, channel) + settings.number("X0", channel)
     return base.ChannelClock(start, settings.number("Delta_X", channel))
 
 
-def _began(file: _File, settings: _Settings, channel: int) -> float:
-    """Start of a channel after that of the file, s; NaN where only one of them is known."""
+def _seconds_after_file(file: _File, settings: _Settings, channel: int) -> float:
+    """Return the start of a channel, s after the start of the file; NaN where only one of the two is known."""
     began = settings.moment(channel)
     if began is None or file.began is None:
         return 0.0 if began is file.began else math.nan
     return (began - file.began).total_seconds()
 
 
-def _log(file: _File, segment: _Segment, rows: ParsedRows) -> base.Log:
+def _log_of_rows(file: _File, segment: _Segment, rows: ParsedRows) -> base.Log:
+    """Make a log of parsed rows; rows of a segment with other channels than the first are dropped and counted."""
     first = file.first
     assert first is not None
+    # rows are counted from the start of the segment, of which blocks before had some
     begin, segment.rows = segment.rows, segment.rows + rows.rows
     shape = (first.layout, first.units, first.timed)
     if (segment.layout, segment.units, segment.timed) != shape:
         lost = {OTHER_CHANNELS: rows.index.size} if rows.index.size else {}
         dropped = add_counts(rows.dropped, lost)
         segment, rows = first, replace(parse(first.layout, b""), rows=rows.rows, dropped=dropped)
-    columns = _timed(file, segment, rows, begin)
+    columns = _with_time(file, segment, rows, begin)
     units = {name: "s" if name == "time" else first.units.get(name, "") for name in columns}
     return base.Log(file.path, columns, units, rows.rows, rows.dropped, notes=tuple(file.notes))
 
 
-def _timed(file: _File, segment: _Segment, rows: ParsedRows, begin: int) -> dict[str, np.ndarray]:
-    """Put the time in front, where the X columns agree on one."""
+def _with_time(
+    file: _File, segment: _Segment, rows: ParsedRows, begin: int
+) -> dict[str, np.ndarray]:
+    """Return the columns with the time first; refuse the file where X columns state different times."""
     if not segment.timed:
         return rows.columns
     if "" in segment.begins:
@@ -317,6 +334,6 @@ def _timed(file: _File, segment: _Segment, rows: ParsedRows, begin: int) -> dict
         raise base.MixedClocksError(file.path, f"{seen} in one row", groups)
     time = times[0]
     for channel_time in times[1:]:
-        # where a channel has no value, its X has none
+        # a channel without a value in a row has a blank X there
         time = np.where(np.isnan(time), channel_time, time)
     return {"time": time, **rows.columns}

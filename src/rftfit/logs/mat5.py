@@ -1,4 +1,4 @@
-"""MATLAB files of version 5 (``save -v6``, ``-v7``), read by scipy in a process of its own first.
+"""MATLAB files of version 5 (``save -v6``, ``-v7``), read by scipy in a child process (`arrays.FilesApart`).
 
 The library believes the sizes that a file states, and a damaged file may end the process that reads it.
 """
@@ -18,27 +18,26 @@ _NO_ARRAYS = {
     "MatlabOpaque": "an object: a MATLAB table or timeseries",
     "MatlabFunction": "a function",
 }
-"""What values of these types of the library are."""
+"""Type of scipy for a content without numbers, to the words for the user."""
 
 _MOST_MEMORY = 2 * MOST_UNPACKED
-"""Bytes that reading one file may take: its content, and a copy of it while it is unpacked."""
-
+"""Most memory for reading one file, bytes: its content, and a copy while it is unpacked."""
 
 MOST_EXPANSION = 1032 * 8
-"""Bytes of content for a byte of file: deflate unpacks one to 1032 at most, and a double may be stored in one."""
+"""Most bytes of content for one byte of file: deflate unpacks it to 1032, and each may hold a number of 8 bytes."""
 
 MOST_OVERHEAD = 64 << 20
-"""Bytes that the library itself may take."""
+"""Memory that the library itself may take, bytes."""
 
 
 class NoArray(NamedTuple):
-    """Something of MATLAB that is no array of numbers, in words."""
+    """Content of a MATLAB file that is no array of numbers; `what`: the words for it."""
 
     what: str
 
 
 def load_mat5(path: Path) -> dict[str, Any]:
-    """Read the variables of a file: arrays, structs as arrays of records, cells as arrays of objects, `NoArray`."""
+    """Read the variables of a file: name to array; a struct is an array of records, a cell array one of objects."""
     from scipy.io import loadmat, whosmat
 
     refuse_large_file(path)
@@ -47,7 +46,7 @@ def load_mat5(path: Path) -> dict[str, Any]:
         with limited_memory(min(most_bytes, _MOST_MEMORY)):
             variables = loadmat(path, chars_as_strings=False)
     except Exception:
-        # a file that states more than it may is not damaged
+        # a file that states too large sizes is refused as too large, not as damaged
         with limited_memory(_MOST_MEMORY):
             shapes = [shape for _, shape, _ in whosmat(path)]
         check_unpacked(path, sum(8 * math.prod(shape) for shape in shapes))
@@ -62,7 +61,7 @@ def load_mat5(path: Path) -> dict[str, Any]:
 
 
 def _without_objects(value: Any) -> Any:
-    """Return numbers, texts, records and cells as they are, and `NoArray` of all else in them."""
+    """Return numbers, texts, records and cells unchanged, but anything else in them as `NoArray`."""
     if (name := type(value).__name__) in _NO_ARRAYS:
         return NoArray(_NO_ARRAYS[name])
     if not isinstance(value, np.ndarray):

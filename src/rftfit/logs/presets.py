@@ -1,4 +1,4 @@
-"""Dialects of text that are names and units alone, as ``presets.toml`` describes them."""
+"""Dialects of comma-separated text, each described by its header rows in ``presets.toml``."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from rftfit.table.text import Line, as_utf8, each_line
 
 
 class PresetReader(TextReader):
-    """Comma-separated text whose header row is one of those that its preset lists, in any units."""
+    """Comma-separated text whose names are those of a header row in the preset; units may differ."""
 
     def __init__(self, name: str, preset: Mapping[str, Any]) -> None:
         self.name = name
@@ -26,7 +26,7 @@ class PresetReader(TextReader):
         self._names_allowed = {names_and_units(row.split(","))[0] for row in self._headers.values()}
 
     def detect(self, head: bytes) -> bool:
-        """Tell from the first 64 kB of a file whether it is of this dialect."""
+        """Return whether a file is in this dialect, judged by its first 64 kB."""
         return not self.plan(as_utf8(head)).refusal
 
     def plan(self, head: bytes) -> ReadingPlan:
@@ -36,11 +36,11 @@ class PresetReader(TextReader):
         line = next(lines, Line("", len(head), whole=False))
         header = line.text.strip()
         layout, units = _layout_of(header, self._comment)
-        refusal = "" if layout.names in self._names_allowed else self._refusal(header)
+        refusal = "" if layout.names in self._names_allowed else self._describe_refusal(header)
         return ReadingPlan(layout, units, line.stop, refusal=refusal)
 
-    def _refusal(self, header: str) -> str:
-        """Say what is wrong with a header row."""
+    def _describe_refusal(self, header: str) -> str:
+        """Return the sentence on what is wrong with a header row."""
         if ";" in header or "\t" in header:
             separators = "semicolons" if ";" in header else "tabs"
             return (
@@ -53,7 +53,7 @@ class PresetReader(TextReader):
 
 @lru_cache
 def _layout_of(header: str, comment: str) -> tuple[Layout, Mapping[str, str]]:
-    """Layout and units that a header row states: the logs of a campaign have few of them."""
+    """Return layout and units by a header row; cached, as the logs of a campaign have few different headers."""
     names, units = names_and_units(header.split(","))
     return Layout(names, comment=comment), dict(zip(names, units, strict=True))
 

@@ -1,4 +1,4 @@
-"""The quantities that the chain wants of a log, and which column is probably which."""
+"""Guesses which column of a log holds which quantity (time, forces, positions), from names, units and values."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ MEANING = {
     "z": "vertical position of the intruder, arm coordinates",
     "angle": "angle of the plate (beta) or of the leg (theta)",
 }
-"""What each quantity is, in words."""
+"""Quantity to its meaning, for the user."""
 
 _FORCES = {*UNITS_OF["F"]} - {*UNIT_OF_WEIGHT}
 
@@ -35,25 +35,26 @@ _FORCES = {*UNITS_OF["F"]} - {*UNIT_OF_WEIGHT}
 # --- Words of names: English, German, French, Spanish; small letters, without accents
 
 
-def _set(words: str) -> frozenset[str]:
+def _word_set(words: str) -> frozenset[str]:
+    """Return the words of a text."""
     return frozenset(words.split())
 
 
-_FORCE = _set("""force forces load loads kraft standardkraft prufkraft last fuerza carga charge
+_FORCE = _word_set("""force forces load loads kraft standardkraft prufkraft last fuerza carga charge
     effort 力 载荷 荷载 负荷 荷重 試験力 试验力""")
-_LENGTH = _set("""displacement extension weg standardweg traversenweg crosshead stroke pos position posicion travel
+_LENGTH = _word_set("""displacement extension weg standardweg traversenweg crosshead stroke pos position posicion travel
     distance stage deplacement desplazamiento recorrido 位移 変位 行程 ストローク""")
 _WORDS = (
     (
         "time",
-        _set("""time t timestamp stamp elapsed millis micros zeit prufzeit testzeit laufzeit messzeit uhrzeit clock
+        _word_set("""time t timestamp stamp elapsed millis micros zeit prufzeit testzeit laufzeit messzeit uhrzeit clock
     temps heure tiempo hora tempo 时间 時間 時刻"""),
         "v running total test run recording measurement relative standardmessrate ecoule transcurrido",
     ),
-    ("arm_moving", _set("moving sync trigger"), "arm line"),
+    ("arm_moving", _word_set("moving sync trigger"), "arm line"),
     (
         "z",
-        _set(
+        _word_set(
             "height depth sinkage tiefe hohe einsinkung profondeur enfoncement profundidad 深度 深さ"
         ),
         "",
@@ -72,32 +73,32 @@ _WORDS = (
     ),
     (
         "angle",
-        _set("angle theta beta pitch winkel angulo"),
+        _word_set("angle theta beta pitch winkel angulo"),
         "plate leg blade tool arm tilt attack motor actual measured",
     ),
 )
-"""Quantity, words that say it, and words that may stand beside them."""
-_OTHERWISE = _set("""target desired setpoint command commanded cmd ref reference soll sollwert consigne consigna friction lateral
+"""Quantity, words that name it, and words that may stand beside such a word."""
+_EXCLUDED = _word_set("""target desired setpoint command commanded cmd ref reference soll sollwert consigne consigna friction lateral
     shear tangential peak max min mean avg std rms error offset bias limit preload rate speed velocity
     acceleration joint joints finger gripper imu gyro mag orientation quaternion""")
-"""Words that make another thing of what stands beside them: no column with one is proposed."""
-_OF_ROBOTS = _set("ext hat k o ee base tcp tool sensor actual raw filtered measured")
-"""Words between the kind of a vector and its axis: O_F_ext_hat_K[2]."""
+"""Words that change the meaning, as in "target force": a column with such a word is not proposed."""
+_SKIPPED_WORDS = _word_set("ext hat k o ee base tcp tool sensor actual raw filtered measured")
+"""Words between the kind of a vector and its axis, as in O_F_ext_hat_K[2]; they are skipped."""
 
-_FEET = _set("toe foot tip hoof")
-"""What touches the ground at the end of a leg: its place is that of the intruder."""
+_FOOT_WORDS = _word_set("toe foot tip hoof")
+"""Words for the end of a leg, whose position is that of the intruder."""
 _PLACE = [*_LENGTH, "translation", "pose", "motion"]
-# the efforts of ROS are torques of joints
-_KINDS = {
+# word to the kind of vector; without effort, which is a torque of a joint in ROS
+_VECTOR_KINDS = {
     **dict.fromkeys([*_FORCE - {"effort"}, "f", "wrench"], "F"),
-    **dict.fromkeys([*_PLACE, *_FEET], "place"),
-    **dict.fromkeys(_set("t m torque torques moment moments momento drehmoment couple"), "T"),
+    **dict.fromkeys([*_PLACE, *_FOOT_WORDS], "place"),
+    **dict.fromkeys(_word_set("t m torque torques moment moments momento drehmoment couple"), "T"),
 }
 _AXES = {"F": ("F1", "F2", "F3"), "T": ("T1", "T2", "T3"), "place": ("x", "", "z")}
 _AXIS_LETTERS = ("x", "y", "z")
-_BETWEEN = re.compile(r"[\s_\-:,()\[\]{}]+")
+_WORD_ENDS = re.compile(r"[\s_\-:,()\[\]{}]+")
 _CAMEL = re.compile(r"(?<=[a-z])(?=[A-Z])")
-_LAST = re.compile(r"(.*?)([xyz]|\d+)")
+_AXIS_AT_END = re.compile(r"(.*?)([xyz]|\d+)")
 _REPEATED = re.compile(r"(.+)_(\d+)")
 
 DOWNWARD = re.compile(
@@ -106,56 +107,63 @@ DOWNWARD = re.compile(
 """End of the name, in small letters, of a column that grows downward."""
 
 
-def _words(name: str) -> list[list[str]]:
-    """Split a name into the parts of its path and each of them into words."""
+def _split_words(name: str) -> list[list[str]]:
+    """Split the name of a column at dots and slashes into parts, and each part into words in small letters."""
     plain = unicodedata.normalize("NFKD", _CAMEL.sub(" ", name)).casefold()
     plain = "".join(letter for letter in plain if not unicodedata.combining(letter))
-    parts = [[w for w in _BETWEEN.split(section) if w] for section in re.split(r"[./]", plain)]
+    parts = [[w for w in _WORD_ENDS.split(section) if w] for section in re.split(r"[./]", plain)]
     return [words for words in parts if words]
 
 
-def _vector(name: str) -> tuple[str, str, str]:
-    """Kind of vector that a column belongs to, which vector it is, and the axis; else empty texts."""
-    words = [word for section in _words(name) for word in section]
-    axis_match = _LAST.fullmatch(words[-1]) if words else None
-    if not axis_match or not _OTHERWISE.isdisjoint(words):
+def _parse_vector(name: str) -> tuple[str, str, str]:
+    """Return kind ("F", "T", "place"), name and axis of the vector that a column belongs to; else empty texts."""
+    words = [word for section in _split_words(name) for word in section]
+    axis_match = _AXIS_AT_END.fullmatch(words[-1]) if words else None
+    if not axis_match or not _EXCLUDED.isdisjoint(words):
         return "", "", ""
     stem = [*words[:-1], *filter(None, [axis_match[1]])]
-    if stem[-1:] == ["column"]:  # of a table, as files of arrays name it
+    if stem[-1:] == ["column"]:  # "force column 2" of a file of arrays
         stem.pop()
-    kinds = [word for word in stem if word not in _OF_ROBOTS][-1:]
-    if kinds in (["t"], ["m"]) and axis_match[2].isdigit():  # times, temperatures, masses
+    kinds = [word for word in stem if word not in _SKIPPED_WORDS][-1:]
+    # T1 may be a time or temperature, M1 a mass
+    if kinds in (["t"], ["m"]) and axis_match[2].isdigit():
         return "", "", ""
-    return _KINDS.get(kinds[0], "") if kinds else "", " ".join(stem), axis_match[2]
+    return _VECTOR_KINDS.get(kinds[0], "") if kinds else "", " ".join(stem), axis_match[2]
 
 
-def _of_vector(kind: str, stem: str, axis: str, numbers: Collection[int]) -> str:
-    """Quantity of a column of a vector, by its axis; `numbers`: those of all columns of the vector."""
+def _vector_quantity(kind: str, stem: str, axis: str, numbers: Collection[int]) -> str:
+    """Return the quantity of a column of a vector, by its axis; empty: none.
+
+    `kind`, `stem`, `axis`: Kind, name and axis of the vector. `numbers`: Numbers of all columns of the vector, where
+    the axes are numbers: 0, 1, 2 or 1, 2, 3 are x, y, z.
+    """
     names: tuple[str, ...] = _AXES[kind]
     if not axis.isdigit():
         return names["xyz".index(axis)]
     start, number, number_set = 0 if 0 in numbers else 1, int(axis), set(numbers)
+    # also an incomplete vector, such as channels 1 and 3 of a transducer
     is_within_three = kind != "place" and start == 1 and 1 in number_set and number_set <= {1, 2, 3}
     whole = number_set == set(range(start, start + 3))
     if kind == "place":
-        # of a joint's positions the numbers are no axes
+        # numbered positions are axes only in a pose (x, y, z and 3 or 4 numbers of the turn): else they number joints
         whole = "pose" in stem and number_set in (
             {*range(start, start + 6)},
             {*range(start, start + 7)},
         )
     elif kind == "F" and number_set == set(range(start, start + 6)):
+        # six numbers are three forces, then three torques
         names, whole = (*names, *_AXES["T"]), True
     place = number - start
     return names[place] if (is_within_three or whole) and place < len(names) else ""
 
 
-def _by_words(name: str, unit: str) -> str:
-    """Quantity that the words of a name, and a unit of length beside x or z, say without an axis; empty: none."""
-    parts = _words(name)
-    if not parts or not _OTHERWISE.isdisjoint(word for section in parts for word in section):
+def _quantity_by_words(name: str, unit: str) -> str:
+    """Return the quantity by the words of a name, and for x or z alone by a unit of length; empty: none."""
+    parts = _split_words(name)
+    if not parts or not _EXCLUDED.isdisjoint(word for section in parts for word in section):
         return ""
     leaf, before = parts[-1], parts[-2] if len(parts) > 1 else []
-    if leaf == ["x", "value"]:  # of LabVIEW
+    if leaf == ["x", "value"]:  # X_Value of LabVIEW
         return "time"
     if leaf == ["f"]:
         return "F3"
@@ -175,40 +183,45 @@ def _by_words(name: str, unit: str) -> str:
 def guess(name: str, unit: str, numbers: Collection[int] = ()) -> str:
     """Guess which of `QUANTITIES` a column holds from its name and unit; empty: none.
 
-    `numbers`: Of the columns of the file with the same name but for a number at its end.
+    `numbers`: Numbers at the end of all columns of the file with otherwise the same name.
     """
     quantity = name if name in QUANTITIES else ""
     if name.casefold() in _AXIS_LETTERS and unit in _FORCES:
         return _AXES["F"][_AXIS_LETTERS.index(name.casefold())]
     if not quantity:
-        kind, stem, axis = _vector(name)
-        quantity = _of_vector(kind, stem, axis, numbers) if kind else _by_words(name, unit)
+        kind, stem, axis = _parse_vector(name)
+        quantity = (
+            _vector_quantity(kind, stem, axis, numbers) if kind else _quantity_by_words(name, unit)
+        )
     # a mass is no force by its unit alone
     fitting_units = {*units_of(quantity)} - {*UNIT_OF_WEIGHT} if quantity else {}
     return "" if unit and fitting_units and unit not in fitting_units else quantity
 
 
 def guesses(log: Log) -> dict[str, str]:
-    """Guess the quantities of all columns of a log: quantity to the first column that it fits.
+    """Guess the quantities of all columns of a log: quantity to the first column that fits.
 
-    Without a name that says time, a column of seconds since 1970 is the time, or one that grows and
+    Where no name says time, a column of seconds since 1970 is the time, or a column that grows and
     has a unit of time.
     """
     column_by_quantity: dict[str, str] = {}
     numbers: dict[str, set[int]] = {}
-    names_in_file = {name: _in_file(name, log.columns) for name in log.columns}
-    sets = False  # Force 1, Travel 1, Force 2, Travel 2: specimens, not axes
+    names_in_file = {name: _name_in_file(name, log.columns) for name in log.columns}
+    # Force 1, Travel 1, Force 2, Travel 2: the numbers count specimens, not axes
+    are_specimens = False
     for name in names_in_file.values():
-        kind, stem, axis = _vector(name)
+        kind, stem, axis = _parse_vector(name)
         if axis.isdigit():
             numbers.setdefault(stem, set()).add(int(axis))
-            sets |= kind == "place" and "pose" not in stem
+            are_specimens |= kind == "place" and "pose" not in stem
     numbers = {
-        stem: number_set for stem, number_set in numbers.items() if 0 in number_set or not sets
+        stem: number_set
+        for stem, number_set in numbers.items()
+        if 0 in number_set or not are_specimens
     }
     column_by_quantity |= _places_of_foot(names_in_file)
     for name, written in names_in_file.items():
-        stem = _vector(written)[1]
+        stem = _parse_vector(written)[1]
         quantity = guess(written, log.units.get(name, ""), numbers.get(stem, ()))
         if quantity:
             column_by_quantity.setdefault(quantity, name)
@@ -227,12 +240,15 @@ def guesses(log: Log) -> dict[str, str]:
 
 
 def _places_of_foot(names: Mapping[str, str]) -> dict[str, str]:
-    """Columns of x and z of a toe; of a leg in a plane, without z, y is upward."""
+    """Return the columns of x and z of a toe or foot; where it has no z, the leg is plane and y is upward.
+
+    `names`: Column to its name in the file.
+    """
     by_axis = {
         axis: name
         for name, written in reversed([*names.items()])
-        for kind, stem, axis in [_vector(written)]
-        if kind == "place" and not _FEET.isdisjoint(stem.split())
+        for kind, stem, axis in [_parse_vector(written)]
+        if kind == "place" and not _FOOT_WORDS.isdisjoint(stem.split())
     }
     upward = by_axis.get("z") or by_axis.get("y")
     if upward is None:
@@ -240,14 +256,14 @@ def _places_of_foot(names: Mapping[str, str]) -> dict[str, str]:
     return {"z": upward, **({"x": by_axis["x"]} if "x" in by_axis else {})}
 
 
-def _in_file(name: str, names: Collection[str]) -> str:
-    """Return the name that the file gives a column: the second ``Force`` of one is ``Force_2`` here."""
+def _name_in_file(name: str, names: Collection[str]) -> str:
+    """Return the name of a column in the file: ``Force`` for ``Force_2``, as a second ``Force`` is called here."""
     repeated = _REPEATED.fullmatch(name)
     return repeated[1] if repeated and int(repeated[2]) > 1 and repeated[1] in names else name
 
 
 def _is_epoch(values: FloatArray) -> bool:
-    """Whether values look like times since 1970."""
+    """Return whether values, shape (n,), are probably times since 1970: large enough, and never decreasing."""
     return bool(
         values.size > 1
         and epoch_unit(float(values[0]))
@@ -257,25 +273,27 @@ def _is_epoch(values: FloatArray) -> bool:
 
 
 def _grows(values: FloatArray) -> bool:
+    """Return whether each finite value is larger than the one before."""
     values = values[np.isfinite(values)]
     return bool(values.size > 1 and (np.diff(values) > 0).all())
 
 
 PER_SECOND = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
-"""Units in which computers count time, and how many of each a second has."""
+"""Unit in which computers count time, to the number of them in a second."""
 
 
 def epoch_unit(value: float) -> str:
-    """Unit in which a number is a time between 2001 and 2065, counted from 1970; empty: in none."""
+    """Return the unit in which a number is a time since 1970, between the years 2001 and 2065; empty: none."""
     return next((unit for unit, scale in PER_SECOND.items() if 1e9 < value / scale < 3e9), "")
 
 
 def names_and_units(
     cells: Iterable[str], below: Iterable[str] = ()
 ) -> tuple[tuple[str, ...], list[str]]:
-    """Split the cells of a header into names, each once, and units; a row of units `below` goes first.
+    """Split the cells of a header into unique names, and units.
 
-    A mass is the unit of a column that its name calls a force.
+    `below`: Cells of a row of units below the names; used where the name has no unit. A unit of mass (kg) becomes
+    one of weight (kgf) where the name says that the column is a force.
     """
     names: list[str] = []
     units: list[str] = []
@@ -296,4 +314,5 @@ _MASSES = frozenset(UNIT_OF_WEIGHT)
 
 
 def _is_force(name: str) -> bool:
+    """Return whether the name of a column says that it holds a force."""
     return guess(name, "N")[:1] == "F"

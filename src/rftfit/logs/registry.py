@@ -1,4 +1,4 @@
-"""The dialects there are, those of other packages included, and which one a file is of."""
+"""Registry of all dialects, also those of other packages; finds the dialect of a file."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from rftfit.logs.tdms import TdmsReader
 from rftfit.logs.text import opened, unpacking_errors
 
 GROUP = "rftfit.dialects"
-"""Entry points under which other packages bring dialects."""
+"""Group of entry points by which other packages add dialects."""
 
 _BUILTIN: tuple[Reader, ...] = (
     *presets(),
@@ -44,7 +44,7 @@ _BUILTIN: tuple[Reader, ...] = (
 )
 
 DIALECTS: dict[str, Reader] = {dialect.name: dialect for dialect in _BUILTIN}
-"""Those that come with the program."""
+"""Dialects of the program itself: name to reader."""
 
 
 def dialects() -> dict[str, Reader]:
@@ -57,7 +57,7 @@ def dialects() -> dict[str, Reader]:
 
 
 def dialect(name: str) -> Reader:
-    """Return the reader of that name."""
+    """Return the reader of the dialect `name`; raises InputError if there is none."""
     if name in DIALECTS:
         return DIALECTS[name]
     readers = dialects()
@@ -69,7 +69,10 @@ def dialect(name: str) -> Reader:
 
 
 def source_reader(source: AnyLog, default: str, key: str) -> Reader:
-    """Return the reader that the section `key` of the config asks for; `default`: the campaign's."""
+    """Return the reader for a section of the config.
+
+    `source`: The section, whose name is `key`. `default`: Dialect of the campaign, for a section without one.
+    """
     if source.text is not None:
         reader: Reader = DelimitedReader(source.text)
     else:
@@ -95,14 +98,14 @@ def read_head(path: Path) -> bytes:
 
 
 def claimants(head: bytes) -> list[Reader]:
-    """Return every reader that knows a file by its first 64 kB; the first one reads it."""
+    """Return every reader whose dialect fits the first 64 kB of a file; the first of these readers is used."""
     return [reader for reader in dialects().values() if reader.detect(head)]
 
 
 def load_each(requests: Sequence[tuple[Reader, Path]]) -> list[Log | LogError]:
-    """Read many files in their order, each by its reader; an unusable one comes back as its error.
+    """Read many files, each by its reader; return a log, or the error that refuses it, in the order of the requests.
 
-    Files of MATLAB and HDF5 are read in one other process, and once where two readers in turn want the same.
+    Files of MATLAB and HDF5 are read in a child process; a file that two requests in turn name is read once.
     """
     array_files = [path for reader, path in requests if isinstance(reader, ArraysReader)]
     files = FilesApart(array_files) if array_files else None
@@ -113,17 +116,17 @@ def load_each(requests: Sequence[tuple[Reader, Path]]) -> list[Log | LogError]:
         try:
             logs.append(reader.load(path))
         except LogError as error:
-            # its frames would hold the file open, and `logs` itself
+            # the traceback would keep the file open, and `logs` in memory
             error.__cause__ = error.__context__ = None
             logs.append(error.with_traceback(None))
     return logs
 
 
-# --- Dialects of other packages: found by their entry points, and kept from breaking anything
+# --- Dialects of other packages: found by their entry points; an error in one does not stop the program
 
 
 class DialectOrigin(NamedTuple):
-    """Package that a dialect is from, its version if known, and the module of the entry point."""
+    """Package that adds a dialect, its version (empty if unknown), and the module of the entry point."""
 
     package: str
     version: str
@@ -131,16 +134,16 @@ class DialectOrigin(NamedTuple):
 
 
 class Plugins(NamedTuple):
-    """Readers by the name of their entry point, and why others cannot be used."""
+    """Name of an entry point to its reader, and to the reason why it cannot be used."""
 
     readers: dict[str, PluginReader]
     faults: dict[str, str]
 
 
 class PluginReader(Reader):
-    """A reader of another package; whatever goes wrong inside becomes one readable error.
+    """A reader of another package; any error inside becomes one readable error.
 
-    `inner`: With ``describe``, ``detect`` and ``load`` or ``stream``.
+    `inner`: Object of the package with the methods ``describe``, ``detect`` and ``load`` or ``stream``.
     """
 
     def __init__(self, name: str, origin: DialectOrigin, inner: Any) -> None:
@@ -150,22 +153,22 @@ class PluginReader(Reader):
         self._inner = inner
 
     def describe(self) -> str:
-        """Return the package's one line, and the package."""
+        """Return the description that the package gives, and the name of the package."""
         try:
             text = str(self._inner.describe())
         except Exception as error:  # noqa: BLE001  # foreign code may raise anything
-            text = f"describe() failed: {_message(error)}"
+            text = f"describe() failed: {_describe_error(error)}"
         return f"{text} (package {self.origin.package})"
 
     def detect(self, head: bytes) -> bool:
-        """Ask the package; a reader that fails knows nothing."""
+        """Return what ``detect`` of the package returns; False where it fails."""
         try:
             return bool(self._inner.detect(head))
         except Exception:  # noqa: BLE001  # foreign code may raise anything
             return False
 
     def with_options(self, options: Mapping[str, object]) -> Self:
-        """Hand the options of the config on."""
+        """Return a reader with the options of the config, passed on to the package."""
         if not options or not hasattr(self._inner, "with_options"):
             return super().with_options(options)
         reader = copy(self)
@@ -173,9 +176,10 @@ class PluginReader(Reader):
         return reader
 
     def stream(self, path: Path) -> Iterator[Log]:
-        """Read a file in the package's blocks, or as one."""
+        """Read a file through ``stream`` of the package, or through ``load`` as one block."""
         inner = self._inner
         try:
+            # a class derived from `Reader` has both methods: the one that it defines counts
             whole = not hasattr(inner, "stream") or type(inner).__dict__.get("load") is not None
             for log in [inner.load(path)] if whole else inner.stream(path):
                 if not isinstance(log, Log):
@@ -184,7 +188,7 @@ class PluginReader(Reader):
         except (LogError, GeneratorExit):
             raise
         except Exception as error:  # foreign code may raise anything
-            text = f"{path}: the dialect {self.name} of package {self.origin.package} failed: {_message(error)}"
+            text = f"{path}: the dialect {self.name} of package {self.origin.package} failed: {_describe_error(error)}"
             raise LogError("plugin", f"{text}; tell its author") from error
 
 
@@ -194,8 +198,8 @@ def plugins() -> Plugins:
     from importlib.metadata import entry_points
 
     plugin_set = Plugins({}, {})
-    for point in sorted(entry_points(group=GROUP), key=lambda p: (p.name, _package(p))):
-        name, package = point.name, _package(point)
+    for point in sorted(entry_points(group=GROUP), key=lambda p: (p.name, _package_of(p))):
+        name, package = point.name, _package_of(point)
         if name in plugin_set.readers:
             plugin_set.faults[name] = (
                 f"the dialect {name} is in package {plugin_set.readers[name].origin.package} and in package {package}; the first "
@@ -203,11 +207,11 @@ def plugins() -> Plugins:
             )
             continue
         try:
-            inner = _loaded(point)
+            inner = _load_plugin(point)
         except Exception as error:  # noqa: BLE001  # foreign code may raise anything
             plugin_set.faults[name] = (
                 f"the dialect {name} of package {package} ({point.value}) cannot be loaded: "
-                f"{_message(error)}; other dialects are not affected"
+                f"{_describe_error(error)}; other dialects are not affected"
             )
             continue
         version = point.dist.version if point.dist else ""
@@ -217,7 +221,8 @@ def plugins() -> Plugins:
     return plugin_set
 
 
-def _loaded(point: EntryPoint) -> Any:
+def _load_plugin(point: EntryPoint) -> Any:
+    """Load the reader of an entry point, a class or an object; raises TypeError if it lacks a method."""
     loaded = point.load()
     inner = loaded() if isinstance(loaded, type) else loaded
     missing = [
@@ -231,7 +236,7 @@ def _loaded(point: EntryPoint) -> Any:
 
 
 def origins(names: Iterable[str]) -> dict[str, DialectOrigin]:
-    """Say where those dialects are from that do not come with the program, sorted by name."""
+    """Return the origin of each of these dialects that another package adds, sorted by name."""
     # looking for other packages is slow, and most campaigns need none
     foreign_names = sorted(set(names) - DIALECTS.keys())
     readers = plugins().readers if foreign_names else {}
@@ -239,7 +244,7 @@ def origins(names: Iterable[str]) -> dict[str, DialectOrigin]:
 
 
 def faults() -> list[str]:
-    """Say in a sentence each which dialects of other packages cannot be used, and why."""
+    """Return a sentence for each dialect of another package that cannot be used."""
     taken = [
         f"the dialect {name} of package {reader.origin.package} has the name of one of the program's own: it is "
         "not used; rename its entry point"
@@ -249,9 +254,11 @@ def faults() -> list[str]:
     return [*plugins().faults.values(), *taken]
 
 
-def _package(point: EntryPoint) -> str:
+def _package_of(point: EntryPoint) -> str:
+    """Return the name of the package of an entry point."""
     return point.dist.name if point.dist else "unknown"
 
 
-def _message(error: Exception) -> str:
+def _describe_error(error: Exception) -> str:
+    """Return type and text of an error."""
     return f"{type(error).__name__}: {error}"

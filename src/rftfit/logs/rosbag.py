@@ -1,4 +1,4 @@
-"""ROS 1 and ROS 2 bags: wrenches, joint states, and messages of other types."""
+"""Reads one topic of a ROS 1 or ROS 2 bag: wrenches, joint states, and messages of other types."""
 
 from __future__ import annotations
 
@@ -32,22 +32,28 @@ ROS1, MCAP, SQLITE = b"#ROSBAG V", b"\x89MCAP0\r\n", b"SQLite format 3\x00"
 FOLDER = b"rosbag2_bagfile_information"
 _ZSTD = b"\x28\xb5\x2f\xfd"
 
+# reasons of the ledger
 CUT = "cut in mid-message"
 MISFIT = "message does not fit its type"
 MOST_OF_MESSAGES = 128 << 20
-"""Bytes of the messages of a topic: 400,000 wrenches."""
+"""Most bytes of the messages of a topic: 400,000 wrenches."""
 MOST_OF_MESSAGE = 4 << 20
-"""Bytes of one message: a wrench has 100, the states of a hundred joints 4,000."""
+"""Most bytes of one message: a wrench has 100, the states of a hundred joints 4,000."""
 LOST = "lost packets (gap in header.seq)"
 
-# types of topics that every recording has and that are no transducer's
+# types of topics that every recording has, none of which is the topic of a transducer
 _COMMON_TYPES = frozenset(
     ["Log", "ParameterEvent", "String", "Diagnostics", "DiagnosticArray", "TFMessage", "Clock"]
 )
 
 
 class Topic(NamedTuple):
-    """All messages of one topic: type, the fields of all types, time of recording (ns) and message."""
+    """All messages of one topic.
+
+    `kind`: Type of the messages. `definitions`: Type to its fields, for all types in the bag. `recorded`: Time of
+    recording, ns, and bytes of each message. `cdr`: Whether messages have the encoding of ROS 2. `cut`: Whether the
+    bag breaks off within a message.
+    """
 
     name: str
     kind: str
@@ -60,7 +66,7 @@ class Topic(NamedTuple):
 class RosBagReader(Reader):
     """Bags of ROS 1 (.bag) and ROS 2 (.mcap, .db3, or the metadata.yaml of a folder of them).
 
-    `topic`: By default the only likely one.
+    Option `topic`: its name; without it, the only topic that may be of a transducer is read.
     """
 
     name = "ros-bag"
@@ -74,7 +80,7 @@ class RosBagReader(Reader):
     )
 
     def detect(self, head: bytes) -> bool:
-        """Tell from the first 64 kB of a file whether it is of this dialect."""
+        """Return whether a file is in this dialect, judged by its first 64 kB."""
         if head.startswith(SQLITE):
             return b"serialization_format" in head
         return head.startswith((ROS1, MCAP, FOLDER))
@@ -94,11 +100,12 @@ class RosBagReader(Reader):
                 head = file.read(32)
             topic_name = self.options.get("topic", "")
             ros1 = head.startswith(ROS1)
-            topic = _ros1(path, topic_name) if ros1 else _ros2(path, topic_name, head)
-            return _log(path, topic, self.where)
+            topic = _read_ros1(path, topic_name) if ros1 else _read_ros2(path, topic_name, head)
+            return _log_of_topic(path, topic, self.where)
 
 
-def _ros1(path: Path, topic_name: str) -> Topic:
+def _read_ros1(path: Path, topic_name: str) -> Topic:
+    """Read a topic of a ROS 1 bag, also of one without an index."""
     from rosbags.rosbag1 import Reader as Bag
     from rosbags.rosbag1 import ReaderError
     from rosbags.typesys import Stores, TypesysError, get_types_from_msg, get_typestore
@@ -135,7 +142,8 @@ def _ros1(path: Path, topic_name: str) -> Topic:
     return Topic(name, normalize_msgtype(kind), store.fielddefs, messages, False, cut)
 
 
-def _ros2(path: Path, topic_name: str, head: bytes) -> Topic:
+def _read_ros2(path: Path, topic_name: str, head: bytes) -> Topic:
+    """Read a topic of a ROS 2 bag: an MCAP file, a database, or a folder; `head`: first bytes, which say which."""
     from rosbags.interfaces import MessageDefinitionFormat
     from rosbags.rosbag2.reader import DirectoryReader
     from rosbags.rosbag2.storage_mcap import McapReader
@@ -180,7 +188,7 @@ def _ros2(path: Path, topic_name: str, head: bytes) -> Topic:
             "`mcap recover` may repair it",
         ) from error
     finally:
-        # of a bag that could not be opened there may be nothing to close
+        # closing fails for a bag that could not be opened
         with suppress(Exception):
             bag.close()
     name, kind = topics[number]
@@ -201,7 +209,7 @@ def _ros2(path: Path, topic_name: str, head: bytes) -> Topic:
     return Topic(name, kind, store.fielddefs, messages, True, False)
 
 
-# --- Sizes that a file states of its parts, before a part is read
+# --- Refusal of parts that are too large, by the sizes that the file states, before a part is read
 
 
 def _refuse_large_records(path: Path, head: bytes) -> None:
@@ -215,6 +223,7 @@ def _refuse_large_records(path: Path, head: bytes) -> None:
 
 
 def _sizes_of_records_ros1(file: BinaryIO) -> Iterator[int]:
+    """Yield the bytes of each record: a line of version, then length and header, length and data, in turn."""
     file.readline()
     while len(length := file.read(4)) == 4:
         file.seek(int.from_bytes(length, "little"), os.SEEK_CUR)
@@ -224,6 +233,7 @@ def _sizes_of_records_ros1(file: BinaryIO) -> Iterator[int]:
 
 
 def _sizes_of_records_mcap(file: BinaryIO) -> Iterator[int]:
+    """Yield the bytes of each record: a byte for its kind, eight for its length, then the data."""
     file.seek(len(MCAP))
     while len(head := file.read(9)) == 9:
         size = int.from_bytes(head[1:], "little")
@@ -233,25 +243,27 @@ def _sizes_of_records_mcap(file: BinaryIO) -> Iterator[int]:
 
 
 _ATTACHMENT = 9
-"""Record of an MCAP file that nobody reads."""
+"""Kind of record of an MCAP file that is not read here, so that it may have any size."""
 _FARTHEST = 1 << 62
+"""Most bytes to seek ahead: a damaged length may be larger than the operating system accepts."""
 
 
 def _refuse_large_values(path: Path, database: Path, topic_name: str = "") -> None:
     """Refuse a database of ROS 2 that holds a larger value than any recorder writes.
 
-    Without a topic its other tables are looked through, with one the messages of this topic.
+    Checks the messages of the topic `topic_name`; without a name, all tables but that of the messages.
     """
-    import sqlite3  # of a library that few logs need
+    import sqlite3  # few logs need it
 
     uri = f"{database.absolute().as_uri()}?immutable=1"
     with closing(sqlite3.connect(uri, uri=True)) as connection:
-        # a value that is larger is an error of the database, before memory is taken for it
+        # for a larger value sqlite raises an error before it allocates memory
         connection.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, MOST_OF_MESSAGE)
         try:
             if not topic_name:
                 for query in _QUERIES:
-                    with suppress(sqlite3.OperationalError):  # not in each version
+                    # not each version of the format has all three tables
+                    with suppress(sqlite3.OperationalError):
                         for _ in connection.execute(query):
                             pass
                 return
@@ -259,7 +271,7 @@ def _refuse_large_values(path: Path, database: Path, topic_name: str = "") -> No
         except sqlite3.DataError as error:
             raise _too_large(path, MOST_OF_MESSAGE) from error
         except sqlite3.DatabaseError:
-            return  # damaged: the reader says how
+            return  # damaged: the reader of bags will say how
     if (largest or 0) > MOST_OF_MESSAGE:
         raise _too_large(path, MOST_OF_MESSAGE)
     if size > MOST_OF_MESSAGES:
@@ -274,17 +286,19 @@ _SIZES = (
 
 
 def _too_large(path: Path, most: int) -> LogError:
+    """Make the error for a part of a bag with more than `most` bytes."""
     text = f"a message or another part of the bag is larger than {most >> 20} MB, which none of a force or a position is"
     return LogError("too_large", f"{path}: {text}: record the topic of the transducer alone")
 
 
 def _too_many(path: Path) -> LogError:
+    """Make the error for too many bytes of messages on a topic."""
     text = f"more than {MOST_OF_MESSAGES >> 20} MB of messages on the topic; cut the bag into runs"
     return LogError("too_large", f"{path}: {text}")
 
 
 def _collect(path: Path, messages: Iterable[tuple[Any, int, Any]]) -> list[tuple[int, bytes]]:
-    """Time of recording, ns, and bytes of messages, up to a size that a log may have."""
+    """Return time of recording, ns, and bytes of each message; refuse messages that are too large or too many."""
     collected: list[tuple[int, bytes]] = []
     size = 0
     for _, recorded_ns, raw in messages:
@@ -298,7 +312,10 @@ def _collect(path: Path, messages: Iterable[tuple[Any, int, Any]]) -> list[tuple
 
 
 def _choose(path: Path, topics: Mapping[int, tuple[str, ...]], topic_name: str) -> int:
-    """Find the connection of the wanted topic (name, type ...), or the only likely one."""
+    """Return the number of a connection of the wanted topic, or of the only one that may be of a transducer.
+
+    `topics`: Number of a connection to name and type of its topic.
+    """
     listed = ", ".join(sorted({f"{topic} ({kind})" for topic, kind, *_ in topics.values()}))
     if not topics:
         raise LogError(
@@ -319,8 +336,12 @@ def _choose(path: Path, topics: Mapping[int, tuple[str, ...]], topic_name: str) 
     return likely[0]
 
 
-def _log(path: Path, topic: Topic, where: Mapping[str, tuple[str, ...]]) -> Log:
-    """Cut the messages into columns, layout by layout."""
+def _log_of_topic(path: Path, topic: Topic, where: Mapping[str, tuple[str, ...]]) -> Log:
+    """Make a log of the messages of a topic.
+
+    Messages of one size mostly have one layout: all messages that fit the layout of the first one are converted at
+    once, then those that are left.
+    """
     messages = [message for _, message in topic.recorded]
     count = len(messages)
     cut = {CUT: 1} if topic.cut else {}
@@ -343,8 +364,8 @@ def _log(path: Path, topic: Topic, where: Mapping[str, tuple[str, ...]]) -> Log:
                 continue
             fits = layout.fits(raw)
             for name, values in layout.columns(raw[fits]).items():
-                none = np.nan if values.dtype == float else 0
-                column = columns.setdefault(name, np.full(count, none, values.dtype))
+                blank = np.nan if values.dtype == float else 0
+                column = columns.setdefault(name, np.full(count, blank, values.dtype))
                 column[places[fits]] = values
             for name, words in layout.labels(raw[fits]).items():
                 labels.setdefault(name, np.full(count, "", dtype=object))[places[fits]] = words
@@ -355,15 +376,18 @@ def _log(path: Path, topic: Topic, where: Mapping[str, tuple[str, ...]]) -> Log:
         raise LogError("no_good_row", f"{path}: no message on {topic.name} fits its type", rows)
     log = _with_time(path, topic, columns, received)
     log = log.take(good, MISFIT)
-    meant = _of_one_source(log, {name: words[good] for name, words in labels.items()}, where)
+    meant = _is_of_source(log, {name: words[good] for name, words in labels.items()}, where)
     log = log.take(meant, OTHER_SOURCE)
     return replace(log, rows=rows, dropped=add_counts(log.dropped, cut))
 
 
-def _of_one_source(
+def _is_of_source(
     log: Log, labels: Mapping[str, np.ndarray], where: Mapping[str, tuple[str, ...]]
 ) -> np.ndarray:
-    """Messages of the source that the config names; refused are those of several without that."""
+    """Return which messages are of the source that the config names, bool of shape (n,).
+
+    Messages of several sources are refused where the config names none.
+    """
     if unknown := [name for name in where if name not in labels]:
         listed = "; ".join(unknown_word("text of a message", name, [*labels]) for name in unknown)
         raise LogError("where", f"{log.path}: `where` of the config: {listed}")
@@ -380,10 +404,13 @@ def _of_one_source(
 def _with_time(
     path: Path, topic: Topic, fields: dict[str, np.ndarray], received: np.ndarray
 ) -> Log:
-    """Put the time first, from the message's own stamp where it has one."""
+    """Make a log with the time as its first column: the stamp in the message, else the time of recording.
+
+    `fields`: Field to values, shape (n,); stamps are int64, ns. `received`: Times of recording, ns, shape (n,).
+    """
     stamps = {name: values for name, values in fields.items() if values.dtype == np.int64}
     stamp_name = next((name for name in ("header.stamp", "stamp") if name in stamps), "")
-    # a transducer's type may leave its own header empty and fill the one of the wrench inside
+    # a driver may leave the outer header empty and fill that of the wrench inside
     if not stamp_name or not stamps[stamp_name].all():
         stamp_name = next((name for name, times in stamps.items() if times.all()), "")
     time = stamps[stamp_name] if stamp_name else received
@@ -396,23 +423,24 @@ def _with_time(
     if "header.seq" in columns and received.size > 1:
         step = np.diff(columns["header.seq"])
         lost = int((step[step > 1] - 1).sum())
-        # a counter that jumps by more than was recorded was set anew
+        # with many more lost than recorded, the counter was reset
         if 0 < lost < 10 * received.size:
             missing[LOST] = lost
     return Log(path, columns, units, received.size, {}, missing, (note,))
 
 
-# --- Messages of a ROS 1 bag that its index does not lead to: read record by record up to the cut
+# --- Messages of a ROS 1 bag without a usable index: read record by record up to the cut
 
 
 _CHUNK, _CONNECTION, _MESSAGE = 5, 7, 2
+"""Kinds of records, as `op` in their header states them."""
 
 
 class Recovered(NamedTuple):
-    """What a bag without a usable index still holds, in the order of the file.
+    """Topics and messages of a bag without a usable index, in the order of the file.
 
-    `topics`: Connection to topic, type and message definition. `messages`: Connection, time of
-    recording (ns), message.
+    `topics`: Number of a connection to topic, type and message definition. `messages`: Number of the connection, time
+    of recording (ns), message.
     """
 
     topics: dict[int, tuple[str, str, str]]
@@ -420,15 +448,15 @@ class Recovered(NamedTuple):
 
 
 def recover(path: Path) -> tuple[Recovered, bool]:
-    """Read the complete messages of a bag, and whether it ends within a message or a packed block."""
+    """Read the complete messages of a bag; also return whether it breaks off within a message or a packed block."""
     recovered = Recovered({}, [])
     with path.open("rb") as file:
         file.readline()
-        return recovered, _records(file, path.stat().st_size, recovered, inside=False)
+        return recovered, _read_records(file, path.stat().st_size, recovered, inside=False)
 
 
-def _records(source: BinaryIO, size: int, recovered: Recovered, inside: bool) -> bool:
-    """Note the records of a bag or of a block of it; tells whether it breaks off."""
+def _read_records(source: BinaryIO, size: int, recovered: Recovered, inside: bool) -> bool:
+    """Add the records of a bag, or of one block of it (`inside`), to `recovered`; return whether it breaks off."""
     from rosbags.rosbag1.reader import Header, ReaderError, normalize, read_uint32
 
     while source.tell() < size:
@@ -459,7 +487,7 @@ def _records(source: BinaryIO, size: int, recovered: Recovered, inside: bool) ->
             except ReaderError:
                 return True
             recovered.messages.append((number, time, source.read(length)))
-        elif kind == _CHUNK and not inside and _chunk(source, header, length, recovered):
+        elif kind == _CHUNK and not inside and _read_chunk(source, header, length, recovered):
             return True
         if end > size:
             return True
@@ -467,8 +495,10 @@ def _records(source: BinaryIO, size: int, recovered: Recovered, inside: bool) ->
     return False
 
 
-def _chunk(source: BinaryIO, header: dict[str, bytes], length: int, recovered: Recovered) -> bool:
-    """Read a block; of a compressed one nothing comes back unless it is whole."""
+def _read_chunk(
+    source: BinaryIO, header: dict[str, bytes], length: int, recovered: Recovered
+) -> bool:
+    """Add the records of a block to `recovered`; return whether it breaks off. A cut packed block gives no record."""
     from rosbags.rosbag1.reader import decompressors
 
     content = source.read(length)
@@ -479,20 +509,22 @@ def _chunk(source: BinaryIO, header: dict[str, bytes], length: int, recovered: R
             content = decompressors[compression](content)
         except (OSError, ValueError, RuntimeError, EOFError, LookupError):
             return True
-    return _records(BytesIO(content), len(content), recovered, inside=True) or not whole
+    return _read_records(BytesIO(content), len(content), recovered, inside=True) or not whole
 
 
-# --- Where the numbers lie in a message: all messages of one layout become columns at once
+# --- Places of the numbers in a message: all messages of one layout become columns at once
 
 
 MOST_FIELDS = 20_000
-"""Of a message: a type without bytes may hold itself twice, and so on."""
+"""Most fields of a message: a type without bytes may contain itself twice, and so on."""
 
 _LONGEST_LABEL = 64
+"""Most bytes of a text in a message that may be a label."""
 
 LONGEST_LIST = 64
-"""Lists longer than this are pictures or scans, not quantities of a run."""
+"""Longest list whose elements become columns: longer ones are pictures or scans."""
 
+# number type of ROS, to the type of numpy
 _TYPES = {
     "bool": "u1",
     "byte": "u1",
@@ -510,6 +542,7 @@ _TYPES = {
     "float64": "<f8",
 }
 _STAMPS = ("builtin_interfaces/msg/Time", "builtin_interfaces/msg/Duration")
+# name of a field, to the message type that it must be part of, and its unit
 _UNITS = {
     "force": ("geometry_msgs/msg/Wrench", "N"),
     "torque": ("geometry_msgs/msg/Wrench", "N m"),
@@ -521,9 +554,9 @@ _UNITS = {
 class MessageLayout:
     """Places of the numbers in a message, found by walking through the definition of its type.
 
-    `numbers`: Field to (place in bytes, numpy type). `stamps`: Field to the place of its seconds,
-    which its nanoseconds follow. `lengths`: Place and value of every length word: where these are
-    equal, so are the places.
+    `numbers`: Field to (place in bytes, numpy type). `stamps`: Field to the place of its seconds, which its
+    nanoseconds follow. `texts`: Field to (place, length). `lengths`: Place and value of each length word: messages
+    with equal length words have the same layout. Raises ValueError if the message does not fit its type.
     """
 
     def __init__(self, message: bytes, topic: Topic) -> None:
@@ -537,69 +570,71 @@ class MessageLayout:
         self._cdr = topic.cdr  # ROS 2 aligns numbers after four bytes of header; ROS 1 packs them
         self._order = ">" if topic.cdr and message[1:2] == b"\x00" else "<"
         try:
-            end = self._walk(4 if topic.cdr else 0, topic.kind, "")
-        # too short; of a type that the bag does not define; of one that holds itself
+            end = self._walk_fields(4 if topic.cdr else 0, topic.kind, "")
+        # the message is too short; its type is not defined in the bag; or the type contains itself
         except (struct.error, KeyError, RecursionError):
             end = len(message) + 1
-        # ROS 2 may fill up to four bytes
+        # ROS 2 may pad a message to a multiple of four bytes
         if not len(message) - (3 if topic.cdr else 0) <= end <= len(message):
             raise ValueError(
                 f"a message of {len(message)} bytes does not fit the type {topic.kind}"
             )
 
     def fits(self, raw: np.ndarray) -> np.ndarray:
-        """Tell which messages, the rows of `raw`, have this layout."""
+        """Return which messages, the rows of `raw` (bytes, shape (n, size)), have this layout."""
         good = np.ones(len(raw), dtype=bool)
         for place, length in self.lengths:
-            good &= _cut(raw, place, f"{self._order}u4") == length
+            good &= _numbers_at(raw, place, f"{self._order}u4") == length
         if self._cdr:
             good &= (raw[:, 1] == 0) == (self._order == ">")
         return good
 
     def columns(self, raw: np.ndarray) -> dict[str, np.ndarray]:
-        """Cut messages, the rows of `raw`, into numbers (float64) and stamps (int64, ns)."""
+        """Return field to values, shape (n,), of the messages `raw`: numbers as float64, stamps as int64, ns."""
         word = f"{self._order}u4"
         columns = {
-            name: _cut(raw, *location).astype(float) for name, location in self.numbers.items()
+            name: _numbers_at(raw, *location).astype(float)
+            for name, location in self.numbers.items()
         }
         for name, place in self.stamps.items():
             seconds, nanoseconds = (
-                _cut(raw, start, word).astype(np.int64) for start in (place, place + 4)
+                _numbers_at(raw, start, word).astype(np.int64) for start in (place, place + 4)
             )
             columns[name] = seconds * 10**9 + nanoseconds
         return columns
 
     def labels(self, raw: np.ndarray) -> dict[str, list[str]]:
-        """Texts of messages, the rows of `raw`, by field: one of each, or one for all."""
+        """Return field to texts of the messages `raw`: one for each message, or a single one if all are alike."""
         return {
             name: _texts(raw[:, place : place + length])
             for name, (place, length) in self.texts.items()
         }
 
-    def _walk(self, place: int, kind: str, path: str | None) -> int:
-        """Note the fields of a message and return the place behind it; no path: note nothing."""
+    def _walk_fields(self, place: int, kind: str, path: str | None) -> int:
+        """Store the places of the fields of a message and return the place behind it; `path` None: store nothing."""
         for name, (node, detail) in self._definitions[kind][1]:
             field_path = None if path is None else f"{path}.{name}" if path else name
-            place = self._field(place, node, detail, field_path)
+            place = self._walk_field(place, node, detail, field_path)
         return place
 
-    def _field(self, place: int, node: int, detail: Any, path: str | None) -> int:
+    def _walk_field(self, place: int, node: int, detail: Any, path: str | None) -> int:
+        """Store the place of one field, whose sort is `node` and type `detail`; return the place behind it."""
         self._fields += 1
         if self._fields > MOST_FIELDS:
             raise struct.error
         # 1 a number or text, 2 a message, 3 a list of known length, 4 one that brings its length
         if node == 1:
-            return self._base(place, detail[0], path)
+            return self._number_or_text(place, detail[0], path)
         if node == 2:
             if detail not in _STAMPS:
-                return self._walk(place, str(detail), path)
+                return self._walk_fields(place, str(detail), path)
             place = self._aligned(place, 4)
             if path is not None:
                 self.stamps[path] = place
             return place + 8
         (inner, what), count = detail[0], int(detail[1])
         if node == 4:
-            place, count = self._length(place)
+            place, count = self._read_length(place)
         if count > len(self._message) - place and node == 3:
             # each element takes a byte or more
             raise struct.error
@@ -609,16 +644,17 @@ class MessageLayout:
                 width = np.dtype(_TYPES[what[0]]).itemsize
                 return self._aligned(place, width) + count * width
         for index in range(count):
-            end = self._field(place, inner, what, None if path is None else f"{path}{index}")
+            end = self._walk_field(place, inner, what, None if path is None else f"{path}{index}")
             if not place < end <= len(self._message):
                 # an element without bytes, of which there may be any number, or one beyond the end
                 raise struct.error
             place = end
         return place
 
-    def _base(self, place: int, kind: str, path: str | None) -> int:
+    def _number_or_text(self, place: int, kind: str, path: str | None) -> int:
+        """Store the place of a number or text and return the place behind it."""
         if kind not in _TYPES:
-            place, length = self._length(place)
+            place, length = self._read_length(place)
             if path is not None and length <= _LONGEST_LABEL:
                 self.texts[path] = place, length
             return place + length
@@ -628,7 +664,8 @@ class MessageLayout:
             self.numbers[path] = (place, self._order + _TYPES[kind][-2:])
         return place + width
 
-    def _length(self, place: int) -> tuple[int, int]:
+    def _read_length(self, place: int) -> tuple[int, int]:
+        """Read a length word; return the place behind it, and the length."""
         place = self._aligned(place, 4)
         (length,) = struct.unpack_from(f"{self._order}I", self._message, place)
         if place + 4 + length > len(self._message):
@@ -637,23 +674,25 @@ class MessageLayout:
         return place + 4, int(length)
 
     def _aligned(self, place: int, width: int) -> int:
+        """Return the place of a number of `width` bytes: in ROS 2 a multiple of the width behind the header."""
         return place + (4 - place) % width if self._cdr else place
 
 
 def _texts(fields: np.ndarray) -> list[str]:
-    """Texts of fields of one length, shape (n, length); one for all of them where they are alike."""
+    """Return the texts of `fields`, bytes of shape (n, length); a single one where all are alike, which is fast."""
     if not (fields != fields[:1]).any():
         fields = fields[:1]
     return [bytes(field).rstrip(b"\0").decode("utf-8", "replace") for field in fields]
 
 
-def _cut(raw: np.ndarray, place: int, kind: str) -> np.ndarray:
+def _numbers_at(raw: np.ndarray, place: int, kind: str) -> np.ndarray:
+    """Return the number at a place of each message, shape (n,); `kind`: its numpy type."""
     width = np.dtype(kind).itemsize
     return np.ascontiguousarray(raw[:, place : place + width]).view(kind)[:, 0]
 
 
 def unit_of(name: str, topic: Topic) -> str:
-    """Return the unit that ROS lays down for the type that a field is part of; empty: none."""
+    """Return the unit of a field, as ROS defines it for the message type that the field is part of; empty: none."""
     parts = name.split(".")
     if name in ("time", "received") or parts[-1] == "stamp":
         return "s"

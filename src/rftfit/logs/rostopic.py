@@ -7,7 +7,7 @@ import re
 import numpy as np
 
 from rftfit.logs.base import PacketCount
-from rftfit.logs.delimited import KIND_LINES, looked_at
+from rftfit.logs.delimited import KIND_LINES, judge_columns
 from rftfit.logs.text import ReadingPlan, TextReader
 from rftfit.table.numbers import NO_VALUE
 from rftfit.table.parse import Layout
@@ -36,18 +36,18 @@ _UNITS = (
 
 
 class RostopicReader(TextReader):
-    """The first column is ``%time`` in ns; all others are named ``field.`` and their place."""
+    """The first column is ``%time`` in ns; all others are named ``field.`` and their path in the message."""
 
     name = "rostopic"
     description = "csv of `rostopic echo -p`; time is the header's stamp, else the time of receipt"
     evidence = "its first column %time and the names that begin with field."
 
     def detect(self, head: bytes) -> bool:
-        """Tell from the first 64 kB of a file whether it is of this dialect."""
+        """Return whether a file is in this dialect, judged by its first 64 kB."""
         return text_head(head[:256]).startswith(b"%time,field.")
 
     def plan(self, head: bytes) -> ReadingPlan:
-        """Read the names."""
+        """Read the names, and choose the clock by the first row."""
         lines = decode_first_lines(head, 1)
         if not lines or not lines[0].whole or not lines[0].text.startswith("%time"):
             text = "no row of names that begins with %time and has an end"
@@ -60,10 +60,10 @@ class RostopicReader(TextReader):
             for line in decode_first_lines(head[start:], KIND_LINES)
             if line.whole
         ]
-        seen = looked_at(rows, names)
+        seen = judge_columns(rows, names)
         kinds = dict(zip(names, seen.kinds, strict=True))
         packets = PacketCount(LOST) if kinds.get(COUNT) == "number" else None
-        # nobody set the stamp of the first message where it is 0
+        # a stamp of 0 was never set: then the time of receipt is the clock
         first = dict(
             zip(names, next((row for row in rows if len(row) == len(names)), ()), strict=False)
         )
@@ -75,8 +75,9 @@ class RostopicReader(TextReader):
         clock = STAMP if stamped else RECEIVED
 
         def derive(columns: dict[str, np.ndarray], index: np.ndarray) -> dict[str, np.ndarray]:
+            """Count lost messages, and convert the times to s."""
             if packets is not None:
-                # a damaged number is one that is not known, of a row that came
+                # a row with a damaged number was received all the same: it is not counted as lost
                 is_counted = np.isfinite(columns[COUNT])
                 packets.follow(columns[COUNT][is_counted], index[is_counted])
             times = {name: ns_to_s(columns.pop(name)) for name in {RECEIVED, clock}}
@@ -95,11 +96,12 @@ class RostopicReader(TextReader):
 
 
 def is_echo(head: bytes) -> bool:
-    """Tell messages as `rostopic echo` shows them without -p from other text."""
+    """Return whether a text shows messages as `rostopic echo` without -p prints them, which is no table."""
     return bool(_ECHO.match(text_head(head)))
 
 
 def _unit(name: str) -> str:
+    """Return the unit that ROS lays down for a field, by its name; empty: none."""
     if name == RECEIVED:
         return "s"
     return next((unit for pattern, unit in _UNITS if pattern.search(name)), "")

@@ -1,4 +1,7 @@
-"""Rows of several sources in one log: a column tells them apart where readings jump with it, and they are never read as one."""
+"""Finds rows of several sources (two sensors, say) in one log, so that they are never read as one.
+
+A column of labels tells sources apart if the readings jump where the label changes.
+"""
 
 from __future__ import annotations
 
@@ -14,45 +17,47 @@ from rftfit.conventions import FloatArray
 from rftfit.logs.base import LogError
 
 _MOST_LISTED = 8
+"""Most sources named in a message."""
 
 
-# --- Whether readings jump where a label changes, and go on where each label stopped
+# --- Do readings jump where the label changes, and continue where the same label stopped before?
 
 
 _LEAST_STRETCHES = 2
-"""Stretches of rows of each of two labels, at least: sources that follow one another are not mixed."""
+"""Fewest stretches of rows that each of two labels must have: sources that follow one another are not mixed."""
 _LEAST_ROWS = 4
-"""Rows of a label on average, at least: a counter has one of each."""
-_FEWEST, _MOST = 4, 50
-"""Rows of a label through which a line is drawn to the next change."""
+"""Fewest rows of a label on average: a counter has one row of each number."""
+_FEWEST_FITTED, _MOST_FITTED = 4, 50
+"""Fewest and most rows of a label before a change through which a line is fitted."""
 _MOST_CHANGES = 4000
-"""Changes of the label that are judged, evenly over the log."""
+"""Most changes of the label that are judged, evenly over the log."""
 _LEAST_JUMPS = 3
-"""Jumps that tell sources apart, at least."""
+"""Fewest jumps of the readings that prove several sources."""
 _LEAST_SHARE = 0.75
-"""Share of the changes that tell anything at which the readings are those of sources."""
+"""Least share of jumps among the changes that decide anything."""
 _FEW_CHANGES, _LEAST_SHARE_OF_FEW = 8, 0.5
-"""Of so few changes one or two lie where a force begins to grow, and tell nothing of either."""
+"""With at most this many changes the share may be smaller: at one or two of them a force may just begin to grow."""
 _TIMES_NOISE = 4.0
+"""A change decides only if a departure from one of its two lines is larger than this many times the noise."""
 _TIMES_CLOSER = 2.0
-"""Readings go on with their own label's line so many times closer than with the line of the rows just before."""
+"""It decides for the nearer line if the departure from the other line is larger by this factor."""
 _LEAST_PART = 5e-4
-"""Part of the range of readings below which a jump does not matter."""
-_OF_NORMAL = 0.6745
-"""Median of the absolute value of normal noise, in standard deviations."""
+"""Least noise that is assumed, as a part of the range of the readings: smaller jumps do not matter."""
+_NORMAL_MEDIAN = 0.6745
+"""Median of the absolute value of normal noise, in standard deviations; converts a median to a standard deviation."""
 
 
 def sources_in_turn(labels: Sequence[str], readings: Iterable[npt.ArrayLike]) -> list[str]:
-    """Name the sources that a column tells apart in the rows of a log.
+    """Return the sources that a column of labels tells apart in the rows of a log.
 
-    At each change of the label two lines are drawn: one through the rows just before, one through the last rows of the
-    same label. Readings of one source go on with the first, whatever its state is called; those of several go on with
-    the second.
+    At each change of the label two lines are fitted: one through the rows just before, one through the last rows of
+    the label that begins again. The readings of one source continue the first line, even if the label (of a state,
+    for example) changes; the readings of several sources continue the second line.
 
     Parameters
     ----------
     labels : sequence of str
-        What the column says of each row, n of them.
+        Label of each row, n of them.
     readings : iterable of array_like
         Columns of readings, shape (n,) each, NaN where there is none.
 
@@ -78,13 +83,17 @@ def sources_in_turn(labels: Sequence[str], readings: Iterable[npt.ArrayLike]) ->
 
 
 def _follows_label(codes: np.ndarray, values: FloatArray, row: np.ndarray) -> bool:
-    """Whether readings go on with the line of their own label, and not with that of the rows just before."""
+    """Return whether readings continue the line of their own label, and not the line of the rows just before.
+
+    `codes`, `values`, `row`: Number of the label, reading, and row in the log, shape (n,), of all finite readings.
+    """
     changes = np.flatnonzero(codes[1:] != codes[:-1]) + 1
     if changes.size < _LEAST_JUMPS:
         return False
     changes = changes[
         np.linspace(0, changes.size - 1, min(changes.size, _MOST_CHANGES)).astype(int)
     ]
+    # sorted by label, the last readings of a label stand side by side; rank: place there of each reading
     order = np.argsort(codes, kind="stable")
     rank = np.empty_like(order)
     rank[order] = np.arange(order.size)
@@ -95,30 +104,34 @@ def _follows_label(codes: np.ndarray, values: FloatArray, row: np.ndarray) -> bo
     with_own, with_other = with_own[both], with_other[both]
     if with_own.size < _LEAST_JUMPS:
         return False
-    # a state that a threshold makes of the readings themselves parts their noise
-    apart = float(np.median(np.abs(np.diff(lines.values, n=2)))) / math.sqrt(6)
+    # a label may be a threshold of the readings: each label then has half of the noise, and departures are too small
+    # the second difference of white noise has sqrt(6) times its standard deviation
+    second_difference = float(np.median(np.abs(np.diff(lines.values, n=2)))) / math.sqrt(6)
     noise = max(
-        float(np.median(with_own)) / _OF_NORMAL,
-        apart / _OF_NORMAL,
+        float(np.median(with_own)) / _NORMAL_MEDIAN,
+        second_difference / _NORMAL_MEDIAN,
         _LEAST_PART * float(np.ptp(values)),
     )
-    tells = np.maximum(with_own, with_other) > _TIMES_NOISE * noise
-    # where a force begins to grow neither line tells
-    jumps = int(np.count_nonzero(tells & (with_other > _TIMES_CLOSER * with_own)))
-    goes_on = int(np.count_nonzero(tells & (with_own > _TIMES_CLOSER * with_other)))
-    n_tells = int(np.count_nonzero(tells))
-    share = _LEAST_SHARE if n_tells > _FEW_CHANGES else _LEAST_SHARE_OF_FEW
-    return jumps >= max(_LEAST_JUMPS, _LEAST_SHARE * (jumps + goes_on), share * n_tells)
+    # where a force begins to grow, neither line fits
+    decides = np.maximum(with_own, with_other) > _TIMES_NOISE * noise
+    jumps = int(np.count_nonzero(decides & (with_other > _TIMES_CLOSER * with_own)))
+    continuations = int(np.count_nonzero(decides & (with_own > _TIMES_CLOSER * with_other)))
+    n_decides = int(np.count_nonzero(decides))
+    share = _LEAST_SHARE if n_decides > _FEW_CHANGES else _LEAST_SHARE_OF_FEW
+    return jumps >= max(_LEAST_JUMPS, _LEAST_SHARE * (jumps + continuations), share * n_decides)
 
 
 class _Lines:
-    """Readings in the order of their labels, and straight lines through the last of them."""
+    """Readings sorted by label, and straight lines through the last readings of a label.
+
+    `codes`, `values`, `row`: Number of the label, reading and row in the log, shape (n,), sorted by label.
+    """
 
     def __init__(self, codes: np.ndarray, values: FloatArray, row: FloatArray) -> None:
         self.values, self.row = values, row
         is_first = np.concatenate([[True], codes[1:] != codes[:-1]])
         place = np.arange(codes.size)
-        # first reading of the label, and of the stretch, that a reading is of
+        # for each reading, the place of the first reading of its label, and of its stretch of rows
         self.first = np.maximum.accumulate(np.where(is_first, place, 0))
         is_gap = is_first | np.concatenate([[True], np.diff(row) > 1])
         self.stretch = np.maximum.accumulate(np.where(is_gap, place, 0))
@@ -126,15 +139,19 @@ class _Lines:
     def departure(
         self, ends: np.ndarray, changes: np.ndarray, values: FloatArray, row: np.ndarray
     ) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
-        """Departure of the readings at `changes` from the lines that end before `ends`, in units of their noise.
+        """Return how far the readings at `changes` are from the lines that end before `ends`, and if there is a line.
 
-        Also returns whether enough readings make the line.
+        The distance is divided by the standard error of the extrapolated line for noise of 1, so that it is comparable
+        with the noise. A line exists where there are enough readings. `ends`: Places in the order of labels; `changes`:
+        places in `values` and `row`, which are in the order of the log; all results have the shape of `changes`.
         """
         last = np.maximum(ends - 1, 0)
-        wanted = np.clip(ends - self.stretch[last], _FEWEST, _MOST)
-        places = ends[:, None] - 1 - np.arange(_MOST)
-        is_used = (places >= self.first[last][:, None]) & (np.arange(_MOST) < wanted[:, None])
-        # before the first reading of a label there is that of another one
+        wanted = np.clip(ends - self.stretch[last], _FEWEST_FITTED, _MOST_FITTED)
+        places = ends[:, None] - 1 - np.arange(_MOST_FITTED)
+        is_used = (places >= self.first[last][:, None]) & (
+            np.arange(_MOST_FITTED) < wanted[:, None]
+        )
+        # before the first reading of a label stands a reading of another label
         is_used &= (ends[:, None] > 0) & (places >= 0)
         count = is_used.sum(axis=1)
         safe = np.maximum(count, 1)
@@ -147,11 +164,11 @@ class _Lines:
         slope = (away * y).sum(axis=1) / spread
         departure = values[changes] - (mean_y - slope * mean_x)
         scale = np.sqrt(1 + 1 / safe + mean_x**2 / spread)
-        return np.abs(departure) / scale, count >= _FEWEST - 1
+        return np.abs(departure) / scale, count >= _FEWEST_FITTED - 1
 
 
-def several_sources(column: str, sources: Sequence[str]) -> str:
-    """Say that rows are of several sources, and how the config says which are meant."""
+def describe_several_sources(column: str, sources: Sequence[str]) -> str:
+    """Return the sentence for the user: rows are of several sources, and the config can choose one."""
     listed = ", ".join(map(repr, sources[:_MOST_LISTED]))
     remainder = f" and {len(sources) - _MOST_LISTED} more" if len(sources) > _MOST_LISTED else ""
     return (
@@ -168,21 +185,24 @@ def refuse_several_sources(
     readings: Sequence[npt.ArrayLike],
     rows: int = 0,
 ) -> None:
-    """Refuse a log in which a column tells that sources take turns, unless the config chose among them.
+    """Refuse a log whose rows are of several sources in turn, unless the config chose among them.
 
-    `readings`: Columns of readings, as many in each as there are labels.
+    `columns`: Column to its label of each row. `where`: Columns by which the config chose. `readings`: Columns of
+    readings, with as many rows as there are labels. `rows`: Data lines in the file.
     """
     chosen = {*where}
     for column, labels in columns.items():
         if column not in chosen and (sources := sources_in_turn(labels, readings)):
             before = f"{path}: " if path else ""
-            raise LogError("several-sources", before + several_sources(column, sources), rows)
+            raise LogError(
+                "several-sources", before + describe_several_sources(column, sources), rows
+            )
 
 
 def places_of(
     where: Mapping[str, tuple[str, ...]], names: Sequence[str]
 ) -> tuple[tuple[int, tuple[str, ...]], ...]:
-    """Places of the columns that the config names under `where`, and their words.
+    """Return the place of each column that the config names under `where`, and the words that choose rows.
 
     Raises
     ------

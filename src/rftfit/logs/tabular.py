@@ -16,7 +16,7 @@ import numpy as np
 from rftfit.logs.arrays import MOST_COLUMNS
 from rftfit.logs.base import Log, LogError, check_unpacked, library_errors
 from rftfit.logs.beside import LabelledReader, may_be_labels
-from rftfit.logs.delimited import is_value, looked_at, plan_columns
+from rftfit.logs.delimited import is_value, judge_columns, plan_columns
 from rftfit.logs.quantities import names_and_units
 from rftfit.logs.sources import places_of
 from rftfit.logs.text import Block, ReadingPlan, TableReader
@@ -35,21 +35,25 @@ from rftfit.table.workbook import (
 )
 
 MOST_ROWS = 1_048_576
+"""Most rows of a sheet in Excel."""
 _LEAST_TO_COUNT, _STEP = MOST_ROWS * len("<row/>"), 1 << 20
 """Bytes of the smallest sheet with more rows than that, and of the pieces in which they are counted."""
 _MOST_BLANK, _BLANK_FOR_EACH = 1 << 16, 100
-"""Blank cells that are made up between those of a sheet, as of 4 rows to the last column, and how many for a filled one."""
+"""Blank cells of a sheet that are always allowed (4 rows up to the last column), and for each filled cell."""
 _HEADER_ROWS = 60
+"""First rows of a table in which its header is searched, and that show what its columns hold."""
 _MOST_SHEETS = 50
+"""Most sheets in which a table is searched."""
 _PLAIN = frozenset({float, int})
+"""Types of cells that are numbers without any test."""
 _ROWS_AT_A_TIME = 50_000
 _TREES, _TREE = (".rels", "styles.xml", "workbook.xml", "[Content_Types].xml"), 100
 """Parts of a workbook that the library reads as a whole, and how many times their size that takes."""
 _NUMBERS_AT_A_TIME = 1 << 22  # so that a table of many columns takes no more memory
 
 
-def _checked(path: Path, what: str, blocks: Iterator[Log]) -> Iterator[Log]:
-    """Hand blocks on; whatever a library raises on a damaged file becomes one message."""
+def _with_checks(path: Path, what: str, blocks: Iterator[Log]) -> Iterator[Log]:
+    """Yield the blocks; turn whatever a library raises into a `LogError`, and refuse a file without rows."""
     rows = 0
     what = f"this {what} cannot be read; is it cut short? Its list of contents stands at its end"
     try:
@@ -76,15 +80,16 @@ class XlsxReader(TableReader):
     takes = ("sheet",)
 
     def detect(self, head: bytes) -> bool:
-        """Tell from the first 64 kB of a file whether it is of this dialect."""
+        """Return whether a file is in this dialect, judged by its first 64 kB."""
         marks = (b"[Content_Types].xml", b"xl/", b"_rels/.rels")
         return head.startswith(WORKBOOK) and any(mark in head for mark in marks)
 
     def stream(self, path: Path) -> Iterator[Log]:
         """Read a sheet, some ten thousand rows at a time."""
-        yield from _checked(path, "workbook", self._blocks(path))
+        yield from _with_checks(path, "workbook", self._blocks(path))
 
     def _blocks(self, path: Path) -> Iterator[Log]:
+        """Yield the blocks of a sheet, after a check of the sizes that the archive states."""
         if path.stat().st_size == 0:
             raise LogError("empty", f"{path}: the file is empty")
         with path.open("rb") as file:
@@ -94,25 +99,27 @@ class XlsxReader(TableReader):
             check_unpacked(path, sum(member.file_size * times[member] for member in parts))
             _refuse_many_rows(path, file)
             with open_workbook(file) as workbook:
-                sheet, notes = _choose(path, workbook, self.options.get("sheet", ""))
+                sheet, notes = _choose_sheet(path, workbook, self.options.get("sheet", ""))
                 with rows_of(sheet) as rows:
                     limited_rows = _without_wide(path, islice(rows, MOST_ROWS))
                     plan, lines = self._plan(path, sheet.title, limited_rows)
                     plan = replace(plan, notes=(*notes, *plan.notes))
                     yield from self.logs_of(path, plan, lines)
-                    # the library makes up all rows above a stray one
+                    # for a stray row far below, the library returns all the blank rows above
                     if next(rows, None) is not None:
                         raise _below_last_row(path)
 
     def _plan(
         self, path: Path, title: str, rows: Iterator[tuple[Any, ...]]
     ) -> tuple[ReadingPlan, Iterator[Block]]:
-        """Find the table of a sheet; its rows follow as lines of text."""
+        """Plan how to read the table of a sheet; also yield its rows as lines of text."""
         head = list(islice(rows, _HEADER_ROWS))
-        first = _begin(head)
+        first = _first_row_of_table(head)
         first_rows = head[first:]
-        # cells beside the table are no names and no units
-        width = 1 + max((place for row in first_rows[:2] for place in _places(row)), default=-1)
+        # cells beside the table, which are left out, are neither names nor units
+        width = 1 + max(
+            (place for row in first_rows[:2] for place in _number_columns(row)), default=-1
+        )
         header = head[first - 1] if first else ()
         while width < len(header) and header[width] is not None:
             width += 1  # a name above cells that are filled further below
@@ -126,7 +133,7 @@ class XlsxReader(TableReader):
         below: list[str] = []
         if len(above) > 1 and is_units_row(above[-1], len(above[-2])):
             below = above.pop()
-        columns = _columns_of(first_rows, len(above[-1]))
+        columns = _judge_columns(first_rows, len(above[-1]))
         width = len(columns)
         names, units = names_and_units(
             [*above[-1], *[""] * (width - len(above[-1]))][:width], below
@@ -152,14 +159,15 @@ class XlsxReader(TableReader):
             unread={**plan.unread, **{names[place]: why for place, why in unread.items()}},
         )
         plan = self.narrow(path, plan)
-        return plan, _lines(chain(first_rows, rows), columns)
+        return plan, _blocks_of_lines(chain(first_rows, rows), columns)
 
 
 class _Column(NamedTuple):
-    """A column of a sheet, by its cells in the first rows.
+    """A column of a sheet, judged by its cells in the first rows.
 
-    `is_of_table`: Whether it has a name, or most rows have a cell in it. `is_blank`: Whether none has. `unclear`: First text
-    with a comma that may stand between thousands, if none shows what it is. `has_commas`: Whether texts have a decimal comma.
+    `is_of_table`: Whether the column has a name, or numbers in most rows. `is_blank`: Whether all cells are blank.
+    `unclear`: First text with a comma that may be decimal or between thousands, if no cell decides which.
+    `has_commas`: Whether texts have a decimal comma.
     """
 
     place: int
@@ -169,7 +177,8 @@ class _Column(NamedTuple):
     has_commas: bool
 
 
-def _columns_of(rows: Sequence[Sequence[Any]], n_named: int) -> list[_Column]:
+def _judge_columns(rows: Sequence[Sequence[Any]], n_named: int) -> list[_Column]:
+    """Judge the columns of a sheet by its first `rows`; `n_named`: number of columns with a name."""
     filled_rows = [row for row in rows if any(cell is not None for cell in row)]
     columns = []
     for place in range(max([n_named, *map(len, rows)])):
@@ -194,8 +203,8 @@ def _columns_of(rows: Sequence[Sequence[Any]], n_named: int) -> list[_Column]:
     return columns
 
 
-def _lines(rows: Iterator[Sequence[Any]], columns: Sequence[_Column]) -> Iterator[Block]:
-    """Lines of the rows of a sheet, some ten thousand at a time."""
+def _blocks_of_lines(rows: Iterator[Sequence[Any]], columns: Sequence[_Column]) -> Iterator[Block]:
+    """Yield the rows of a sheet as lines of text, some ten thousand at a time."""
     at_a_time = max(1, min(_ROWS_AT_A_TIME, _NUMBERS_AT_A_TIME // len(columns)))
     while block := list(islice(rows, at_a_time)):
         lines = [line for row in block if (line := line_of(row, columns)).strip("\t")]
@@ -203,8 +212,8 @@ def _lines(rows: Iterator[Sequence[Any]], columns: Sequence[_Column]) -> Iterato
 
 
 def line_of(row: Sequence[Any], columns: Sequence[_Column]) -> str:
-    """Cells of a row as a line, with a tab between them."""
-    # most cells are numbers: looking at each of them by a function takes as long as reading
+    """Return a row as a line of text, with a tab between cells."""
+    # most cells are numbers: a call of a function for each would take as long as reading the file
     cells = [
         repr(cell) if type(cell) in _PLAIN else " ".join(text_of(cell).split())
         for cell in row[: len(columns)]
@@ -216,7 +225,7 @@ def line_of(row: Sequence[Any], columns: Sequence[_Column]) -> str:
 
 
 def _without_wide(path: Path, rows: Iterator[tuple[Any, ...]]) -> Iterator[tuple[Any, ...]]:
-    """Hand rows on, but refuse a sheet with cells far beside its table: the library makes up all between them."""
+    """Yield the rows; refuse a sheet with a cell far beside its table: the library returns all blank cells between."""
     blank, filled = 0, 1
     for row in rows:
         row_blank = row.count(None)
@@ -229,7 +238,7 @@ def _without_wide(path: Path, rows: Iterator[tuple[Any, ...]]) -> Iterator[tuple
 
 
 def _refuse_many_rows(path: Path, file: BinaryIO) -> None:
-    """Refuse sheets with more rows than one can have, before one is read."""
+    """Refuse a workbook with more than `MOST_ROWS` rows in a sheet, before a sheet is read."""
     with zipfile.ZipFile(file) as archive:
         for part in archive.infolist():
             if not part.filename.startswith("xl/worksheets/") or part.file_size < _LEAST_TO_COUNT:
@@ -246,12 +255,18 @@ def _refuse_many_rows(path: Path, file: BinaryIO) -> None:
 
 
 def _below_last_row(path: Path) -> LogError:
+    """Make the error for a sheet with more than `MOST_ROWS` rows."""
     text = f"found a cell below row {MOST_ROWS}, the last one that a sheet can have"
     return LogError("too_large", f"{path}: {text}: save the workbook anew", MOST_ROWS)
 
 
-def _choose(path: Path, book: Any, requested_sheet: str | float) -> tuple[Any, tuple[str, ...]]:
-    """Find the sheet that is wanted, or the first visible one with a table of numbers."""
+def _choose_sheet(
+    path: Path, book: Any, requested_sheet: str | float
+) -> tuple[Any, tuple[str, ...]]:
+    """Find the sheet to read, and write a note where others exist.
+
+    `requested_sheet`: Name, pattern or number from 1 in the config; empty: the first visible sheet with a table.
+    """
     visible = [sheet for sheet in book.worksheets if sheet.sheet_state == "visible"]
     hidden_titles = [sheet.title for sheet in book.worksheets if sheet not in visible]
     listed = ", ".join(sheet.title for sheet in visible)
@@ -287,31 +302,35 @@ def _choose(path: Path, book: Any, requested_sheet: str | float) -> tuple[Any, t
 
 
 def _has_table(path: Path, sheet: Any) -> bool:
+    """Return whether a table of numbers begins in the first rows of a sheet, and continues in the row below."""
     with rows_of(sheet) as rows:
         head = list(islice(_without_wide(path, rows), _HEADER_ROWS))
-    below = head[_begin(head) + 1 :]
-    return _begin(below) < len(below)
+    below = head[_first_row_of_table(head) + 1 :]
+    return _first_row_of_table(below) < len(below)
 
 
-def _places(row: Sequence[Any]) -> set[int]:
-    """Columns in which a row has a number or a time."""
+def _number_columns(row: Sequence[Any]) -> set[int]:
+    """Return the columns, from 0, in which a row has a number or a time."""
     return {place for place, cell in enumerate(row) if _is_number(cell)}
 
 
 def _is_number(cell: Any) -> bool:
-    """Tell a number, also one that is stored as text, a date or a time from other cells."""
+    """Return whether a cell is a number, also one stored as text, a date or a time."""
     return type(cell) in _PLAIN or (cell is not None and is_value(text_of(cell)))
 
 
-def _begin(head: Sequence[Sequence[Any]]) -> int:
-    """Row at which a table begins: the first of two in a row with numbers where most of those below have some."""
-    numbers = [_places(row) for row in head]
+def _first_row_of_table(head: Sequence[Sequence[Any]]) -> int:
+    """Return the row, from 0, at which a table begins; the number of rows where there is none.
+
+    The row and the next one have numbers in the same columns, and so have at least half of the rows below.
+    """
+    numbers = [_number_columns(row) for row in head]
     for start, row_places in enumerate(numbers):
         below = [places for places in numbers[start + 1 :] if places]
         table = {p for p in row_places if sum(p in places for places in below) * 2 >= len(below)}
-        # the second may be damaged in part
+        # two columns of numbers, of which the next row needs only one: it may be damaged in part
         if len(table) >= 2 and (start + 1 == len(head) or table & numbers[start + 1] or not below):
-            # names such as 1, 2, 3 are text, where the numbers below are none
+            # names such as 1, 2, 3 are stored as text, while the numbers below are not
             next_row = head[start + 1] if start + 1 < len(head) else ()
             are_names = bool(next_row) and all(
                 isinstance(head[start][place], str)
@@ -323,7 +342,7 @@ def _begin(head: Sequence[Sequence[Any]]) -> int:
 
 
 def _formulas_of(path: Path, title: str, first: int, places: Collection[int]) -> dict[int, str]:
-    """Return the first formula of each of these columns below a row of a sheet, where it has one."""
+    """Return column to its first formula below row `first` of a sheet, for those of the columns `places` with one."""
     first_of_column: dict[int, str] = {}
     with (
         path.open("rb") as file,
@@ -338,7 +357,7 @@ def _formulas_of(path: Path, title: str, first: int, places: Collection[int]) ->
 
 
 class ParquetReader(LabelledReader):
-    """Every column of numbers; units from the names, or from the field's metadata ``unit``."""
+    """Each column of numbers is read; units are in the names, or in the metadata ``unit`` of the field."""
 
     name = "parquet"
     selects = True
@@ -348,14 +367,15 @@ class ParquetReader(LabelledReader):
 
     def stream(self, path: Path) -> Iterator[Log]:
         """Read a table, some million numbers at a time."""
-        return _checked(path, "Parquet file", self._batches(path))
+        return _with_checks(path, "Parquet file", self._batches(path))
 
     def _batches(self, path: Path) -> Iterator[Log]:
+        """Yield a log for each batch of rows."""
         import pyarrow.parquet as pq
         from pyarrow.types import is_time
 
         with path.open("rb") as opened, pq.ParquetFile(opened) as file:
-            fields, unread = _fields(file)
+            fields, unread = _number_fields(file)
             places = tuple(
                 name
                 for field in file.schema_arrow
@@ -429,11 +449,14 @@ class ParquetReader(LabelledReader):
                 yield log.without_blanks(blank, keeps_blanks=self.keeps_blanks)
 
     def _sources(self, file: Any) -> tuple[tuple[int, tuple[str, ...]], ...]:
-        """Places of the columns of `where`, and their words."""
+        """Return the place of each column of `where`, and the words that choose rows."""
         return places_of(self.where, names_and_units(file.schema_arrow.names)[0])
 
     def _label_fields(self, file: Any, chosen: Collection[str]) -> dict[str, str]:
-        """Columns that may tell rows apart, by their names here: words, and whole numbers that nobody reads."""
+        """Return the columns that may say where a row is from: field of the file to the name of the column.
+
+        They hold words, or few whole numbers, and are not read otherwise.
+        """
         from pyarrow import types
 
         names, _ = names_and_units(file.schema_arrow.names)
@@ -443,21 +466,23 @@ class ParquetReader(LabelledReader):
             if field.name in chosen or name in self.where:
                 continue
             if _is_of_texts(kind) or (
-                (types.is_integer(kind) or types.is_boolean(kind)) and _is_few(file, field)
+                (types.is_integer(kind) or types.is_boolean(kind)) and _may_be_labels(file, field)
             ):
                 fields[field.name] = name
         return fields
 
 
-def _is_few(file: Any, field: Any) -> bool:
-    numbers = _numbers(_first_rows(file)[field.name])[0]
+def _may_be_labels(file: Any, field: Any) -> bool:
+    """Return whether the first rows of a field have so few whole numbers that they may be labels."""
+    numbers = _read_numbers(_first_rows(file)[field.name])[0]
     return may_be_labels(numbers)
 
 
 class _Field(NamedTuple):
-    """A column of the file: the names and the unit that it has here, one name or one for each place of a list.
+    """A field of a Parquet file that holds numbers: one column of the log, or one for each place of a list.
 
-    `read`: Makes numbers of it, and tells which rows have none, or None where the nulls tell.
+    `names`, `unit`: Names of these columns, and their unit. `read`: Function from the array of the field to numbers,
+    and to which rows have no value: bool, shape (n,), or None where the nulls of the array are these rows.
     """
 
     names: list[str]
@@ -465,8 +490,8 @@ class _Field(NamedTuple):
     read: Callable[[Any], tuple[np.ndarray, np.ndarray | None]]
 
 
-def _fields(file: Any) -> tuple[dict[str, _Field], dict[str, str]]:
-    """Columns of the file that hold numbers, and why others are not read."""
+def _number_fields(file: Any) -> tuple[dict[str, _Field], dict[str, str]]:
+    """Return the fields that hold numbers, by name, and column to the reason why it is not read."""
     from pyarrow import types
 
     schema = file.schema_arrow
@@ -479,9 +504,9 @@ def _fields(file: Any) -> tuple[dict[str, _Field], dict[str, str]]:
         field_unit = unit or unit_word(stated.decode("utf-8", "replace"))
         kind = _type_of(field)
         if types.is_timestamp(kind) or types.is_duration(kind) or types.is_time(kind):
-            fields[field.name] = _Field([name], "s", _seconds)
+            fields[field.name] = _Field([name], "s", _read_seconds)
         elif _is_of_numbers(kind):
-            fields[field.name] = _Field([name], field_unit, _numbers)
+            fields[field.name] = _Field([name], field_unit, _read_numbers)
         elif types.is_fixed_size_list(kind) or types.is_list(kind) or types.is_large_list(kind):
             if not _is_of_numbers(kind.value_type):
                 unread[name] = f"lists of {kind.value_type}"
@@ -490,7 +515,7 @@ def _fields(file: Any) -> tuple[dict[str, _Field], dict[str, str]]:
             width = _list_width(head, field.name)
             if 0 < width <= MOST_COLUMNS:
                 listed = [f"{name} column {number}" for number in range(1, width + 1)]
-                fields[field.name] = _Field(listed, field_unit, partial(_list_numbers, width))
+                fields[field.name] = _Field(listed, field_unit, partial(_read_lists, width))
             else:
                 most = f"more than {MOST_COLUMNS}" if width else "so no columns"
                 unread[name] = f"lists of {width} numbers a row, {most}"
@@ -500,32 +525,33 @@ def _fields(file: Any) -> tuple[dict[str, _Field], dict[str, str]]:
             ]
             if inside:
                 parts = [f"{name}.{kind[place].name}" for place in inside]
-                fields[field.name] = _Field(parts, field_unit, partial(_struct_numbers, inside))
+                fields[field.name] = _Field(parts, field_unit, partial(_read_records, inside))
             else:
                 unread[name] = f"values of the type {kind}"
         elif _is_of_texts(kind):
             head = _first_rows(file) if head is None else head
             cells = [cell for cell in head[field.name].to_pylist() if cell is not None]
-            seen = looked_at([[cell, "0"] for cell in cells], ["text", "number"])
+            seen = judge_columns([[cell, "0"] for cell in cells], ["text", "number"])
             if seen.kinds[0] == "skip" or not any(cell.strip() for cell in cells):
                 unread[name] = seen.unread.get("text", "text without a value in the first rows")
             elif seen.kinds[0] == "stamp":
-                fields[field.name] = _Field([name], "s", partial(_text_seconds, seen.dates))
+                fields[field.name] = _Field([name], "s", partial(_read_text_seconds, seen.dates))
             else:
-                fields[field.name] = _Field([name], field_unit, _text_numbers)
+                fields[field.name] = _Field([name], field_unit, _read_text_numbers)
         else:
             unread[name] = f"values of the type {kind}"
     return fields, unread
 
 
 def _type_of(field: Any) -> Any:
-    """Type of the values of a column, also where each distinct one is stored once."""
+    """Return the type of the values of a field, also where each distinct value is stored once (a dictionary)."""
     from pyarrow import types
 
     return field.type.value_type if types.is_dictionary(field.type) else field.type
 
 
 def _is_of_numbers(kind: Any) -> bool:
+    """Return whether a type of Arrow holds numbers, or true and false."""
     from pyarrow import types
 
     tests = (types.is_integer, types.is_floating, types.is_boolean, types.is_decimal)
@@ -533,24 +559,27 @@ def _is_of_numbers(kind: Any) -> bool:
 
 
 def _is_of_texts(kind: Any) -> bool:
+    """Return whether a type of Arrow holds texts."""
     from pyarrow import types
 
     return bool(types.is_string(kind) or types.is_large_string(kind))
 
 
 def _first_rows(file: Any) -> dict[str, Any]:
+    """Return field to its first values."""
     for batch in file.iter_batches(_HEADER_ROWS):
         return dict(zip(batch.schema.names, batch.columns, strict=True))
     return {name: [] for name in file.schema_arrow.names}
 
 
 def _list_width(head: Mapping[str, Any], name: str) -> int:
+    """Return the most frequent length of the lists of a field in the first rows."""
     widths = [len(cells) for cells in head[name].to_pylist() if cells] if len(head[name]) else []
     return max(set(widths), key=widths.count, default=0)
 
 
-def _list_numbers(width: int, array: Any) -> tuple[np.ndarray, np.ndarray | None]:
-    """Numbers of lists, shape (rows, width); a list of another length has no value in any place."""
+def _read_lists(width: int, array: Any) -> tuple[np.ndarray, np.ndarray | None]:
+    """Return numbers of lists, shape (rows, width), and which rows have a list of another length, which is all NaN."""
     import pyarrow as pa
     import pyarrow.compute as pc
 
@@ -562,25 +591,27 @@ def _list_numbers(width: int, array: Any) -> tuple[np.ndarray, np.ndarray | None
     return values, ~has_value if not has_value.all() else None
 
 
-def _struct_numbers(places: Sequence[int], array: Any) -> tuple[np.ndarray, np.ndarray | None]:
-    """Numbers of the fields of records, shape (rows, fields)."""
-    values = [_numbers(array.field(place))[0] for place in places]
+def _read_records(places: Sequence[int], array: Any) -> tuple[np.ndarray, np.ndarray | None]:
+    """Return the numbers of the fields of records, shape (rows, fields); `places`: the fields with numbers."""
+    values = [_read_numbers(array.field(place))[0] for place in places]
     return np.stack(values, axis=1), None
 
 
-def _text_numbers(array: Any) -> tuple[np.ndarray, np.ndarray]:
+def _read_text_numbers(array: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Return numbers that are stored as text, and which rows have none."""
     numbers = numbers_among_words(array)
-    return _numbers(numbers)[0], np.asarray(numbers.is_null())
+    return _read_numbers(numbers)[0], np.asarray(numbers.is_null())
 
 
-def _text_seconds(order: str, array: Any) -> tuple[np.ndarray, np.ndarray]:
+def _read_text_seconds(order: str, array: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Return the seconds of times that are stored as text, and which rows have none; `order`: order of a date."""
     cells = ["" if cell is None else cell.strip() for cell in array.to_pylist()]
     seconds = np.array([seconds_of(cell, order) for cell in cells], dtype=float)
     return seconds, np.isnan(seconds)
 
 
-def _seconds(array: Any) -> tuple[np.ndarray, None]:
-    """Seconds of dates, of times of a day and of lengths of time."""
+def _read_seconds(array: Any) -> tuple[np.ndarray, None]:
+    """Return dates, times of a day and durations in seconds."""
     import pyarrow as pa
 
     missing = np.asarray(array.is_null())
@@ -591,7 +622,8 @@ def _seconds(array: Any) -> tuple[np.ndarray, None]:
     return np.where(missing, np.nan, ns_to_s(stamps.to_numpy(zero_copy_only=False))), None
 
 
-def _numbers(array: Any) -> tuple[np.ndarray, None]:
+def _read_numbers(array: Any) -> tuple[np.ndarray, None]:
+    """Return the values of an array as float64; nulls become NaN."""
     import pyarrow as pa
 
     numbers = array.cast(pa.float64()).to_numpy(zero_copy_only=False)

@@ -1,4 +1,4 @@
-"""National Instruments TDMS files: one channel a column, time from the waveform's step."""
+"""National Instruments TDMS files: each channel is a column; the step of the waveform gives the time."""
 
 from __future__ import annotations
 
@@ -20,7 +20,10 @@ _TIME_NAMES = ("time", "t", "timestamp", "elapsed time", "zeit")
 
 
 class TdmsReader(base.Reader):
-    """LabVIEW and DAQmx recordings; `group`: which channels, by default the only one; `rate_Hz` where none states a step."""
+    """LabVIEW and DAQmx recordings.
+
+    Options: `group`, the group of channels to read, if there are several; `rate_Hz`, if no channel states its step.
+    """
 
     name = "tdms"
     description = "National Instruments TDMS, as LabVIEW and DAQmx write it"
@@ -29,17 +32,18 @@ class TdmsReader(base.Reader):
     takes = ("group", "rate_Hz")
 
     def load(self, path: Path) -> base.Log:
-        """Read one group of channels, under their own names, and ``time`` where the file has one."""
+        """Read one group of channels, each a column of its name, and ``time`` where the file has a time."""
         with base.needed_package(path, "TDMS files", "npTDMS", "tdms"):
             from nptdms import TdmsFile
         with base.library_errors(path, "damaged, or no TDMS file"):
             base.refuse_large_file(path)
-            # the index file beside it may be of another day
+            # opened here, so that the library does not read the index file beside it, which may be of another day
             with _silent(), path.open("rb") as file:
                 return self._log(path, TdmsFile.read(file))
 
     def _log(self, path: Path, content: Any) -> base.Log:
-        channels = _group(path, content, self.options.get("group", ""))
+        """Make a log of a group; rows at the end that the file announces but lacks are dropped and counted."""
+        channels = _channels_of_group(path, content, self.options.get("group", ""))
         places = tuple(channel.name for channel in channels)
         columns_to_read = self.choose_columns(places)
         if any(channel.name in columns_to_read for channel in channels):
@@ -54,10 +58,11 @@ class TdmsReader(base.Reader):
                 lengths[-1],
             )
         size = lengths[0]
-        rows = max(lengths[-1], _expected(content, channels), size + 1 if incomplete else 0)
+        # a file that breaks off has lost a row at least
+        rows = max(lengths[-1], _announced_values(content, channels), size + 1 if incomplete else 0)
         columns: dict[str, FloatArray] = {}
         units: dict[str, str] = {}
-        time, note = _time(path, channels, size, rows)
+        time, note = _find_time(path, channels, size, rows)
         if time is None and self.rate:
             time = np.arange(size) / self.rate
             note = f"time is the sample / {self.rate:g} Hz (the config)"
@@ -74,7 +79,7 @@ class TdmsReader(base.Reader):
 
 @contextmanager
 def _silent() -> Iterator[None]:
-    """Keep the library from printing what the ledger says better."""
+    """Silence the library, whose warnings of a cut file are in the ledger, too."""
     from nptdms.log import log_manager
 
     before = logging.getLogger("nptdms.reader").level
@@ -85,10 +90,10 @@ def _silent() -> Iterator[None]:
         log_manager.set_level(before)
 
 
-def _group(path: Path, content: Any, group_name: str) -> list[Any]:
-    """Return the channels of numbers of the wanted group, or of the only one."""
+def _channels_of_group(path: Path, content: Any, group_name: str) -> list[Any]:
+    """Return the channels with numbers of the group `group_name`, or of the only group."""
     channels_by_group = {
-        group.name: [*filter(_is_number, group.channels())] for group in content.groups()
+        group.name: [*filter(_has_numbers, group.channels())] for group in content.groups()
     }
     groups = {name: channels for name, channels in channels_by_group.items() if channels}
     if group_name and group_name not in groups:
@@ -106,13 +111,14 @@ def _group(path: Path, content: Any, group_name: str) -> list[Any]:
     return groups[group_name or next(iter(groups))]
 
 
-def _is_number(channel: Any) -> bool:
+def _has_numbers(channel: Any) -> bool:
+    """Return whether a channel has values, which are numbers or times."""
     kind = "" if channel.dtype is None else np.dtype(channel.dtype).kind
     return kind in tuple("fiubM") and len(channel) > 0
 
 
-def _expected(content: Any, channels: list[Any]) -> int:
-    """Values that the last segment should have brought the longest channel to."""
+def _announced_values(content: Any, channels: list[Any]) -> int:
+    """Return how many values the longest channel would have if the last segment were complete."""
     status = content.file_status.channel_statuses or {}
     most = 0
     for channel in channels:
@@ -127,19 +133,22 @@ def _expected(content: Any, channels: list[Any]) -> int:
 
 
 def _is_time(channel: Any) -> bool:
+    """Return whether the name of a channel says that it holds times."""
     return channel.name.strip().casefold() in _TIME_NAMES
 
 
 def _unit(channel: Any) -> str:
+    """Return the unit of a channel; empty where it states none."""
     return unit_word(str(channel.properties.get("unit_string", "")))
 
 
 def _epoch_s(stamps: np.ndarray) -> FloatArray:
+    """Convert times of numpy (datetime64) to s since 1970."""
     return np.asarray(stamps.astype("datetime64[ns]").astype(np.int64) / 1e9, dtype=float)
 
 
-def _clock(channel: Any) -> base.ChannelClock:
-    """Start and step of a waveform; NaN where it states none."""
+def _waveform_clock(channel: Any) -> base.ChannelClock:
+    """Return start and step of a waveform, s; the step is NaN where it states none."""
     start = float(channel.properties.get("wf_start_offset", 0.0))
     stamp = channel.properties.get("wf_start_time")
     if stamp is not None:
@@ -148,9 +157,11 @@ def _clock(channel: Any) -> base.ChannelClock:
     return base.ChannelClock(start, step if step > 0 else np.nan)
 
 
-def _time(path: Path, channels: list[Any], size: int, rows: int) -> tuple[FloatArray | None, str]:
-    """Time in s, and where it is from."""
-    clocks = {c.name: _clock(c) for c in channels if not _is_time(c)}
+def _find_time(
+    path: Path, channels: list[Any], size: int, rows: int
+) -> tuple[FloatArray | None, str]:
+    """Return the time of each row, s, shape (size,), or None, and a note on where it is from."""
+    clocks = {c.name: _waveform_clock(c) for c in channels if not _is_time(c)}
     stated = {name: clock for name, clock in clocks.items() if clock.step > 0}
     if stated:
         other_channels = [name for name in clocks if name not in stated]

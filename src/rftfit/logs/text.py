@@ -1,4 +1,4 @@
-"""The one parser of text logs: blocks of whole lines, cells to numbers, the base of its readers."""
+"""Reads text logs: a file as blocks of whole lines, blocks to columns of numbers, and the base of all such readers."""
 
 from __future__ import annotations
 
@@ -24,9 +24,13 @@ from rftfit.table.parse import REGROUPED, Kind, Layout, ParsedRows, parse
 from rftfit.table.text import cells_of, utf16_of, without_byte_order_mark
 
 BLOCK_BYTES = 1 << 22
+"""Bytes that are read at a time."""
 MAX_LINE = 1 << 16
+"""Longest line, bytes."""
 MAX_BYTES = 1 << 36
+"""Largest file, bytes."""
 GZIP = b"\x1f\x8b"
+"""First bytes of a file that is packed by gzip."""
 
 _FEED, _RETURN, _TAB, _BLANK, _COMMA, _ZERO, _NINE = b"\n\r\t ,09"
 
@@ -35,9 +39,9 @@ _FEED, _RETURN, _TAB, _BLANK, _COMMA, _ZERO, _NINE = b"\n\r\t ,09"
 
 
 class Block(NamedTuple):
-    """Whole lines of a file, and in the last block what stands behind the last line end.
+    """Whole lines of a file (`body`); in the last block also the text behind the last line end.
 
-    `before`: Where there is such a line, the lines before it.
+    `last_line`: This text, empty in other blocks. `before`: The end of the lines before `last_line`.
     """
 
     body: bytes
@@ -60,17 +64,17 @@ class TextFile:
             raise base.LogError("empty", f"{path}: the file is empty")
 
     def blocks(self, start: int) -> Iterator[Block]:
-        """Yield what follows the first `start` bytes, which are of the head."""
+        """Yield the file in blocks, without its first `start` bytes, which must lie in `head`."""
         carry = before = b""
         first, self._first = self._first[start:], b""
         for chunk in chain([first], self._chunks):
             if carry.endswith(b"\r"):
-                # a \r there may be half of \r\n: it is seen together with what follows
+                # a \r at the end may be half of \r\n: it moves to the next chunk
                 chunk = carry[-1:] + chunk  # noqa: PLW2901
                 carry = carry[:-1]
             stop = _behind_last_line(chunk, len(chunk) - chunk.endswith(b"\r"))
             if stop:
-                # one copy, however long the block, and none of a file that is one block
+                # copies a block at most once, and not at all where the file is one block
                 is_whole = not carry and stop == len(chunk)
                 body = chunk if is_whole else b"".join((carry, memoryview(chunk)[:stop]))
                 before = (before + body[-_BEFORE_BYTES:])[-_BEFORE_BYTES:]
@@ -79,7 +83,7 @@ class TextFile:
             else:
                 carry += chunk
             if len(carry) > MAX_LINE:
-                # no table has such lines; the NUL keeps what is left of it from being a row
+                # no table has such lines: only its start is kept, and the NUL prevents that it counts as a row
                 carry = carry[:64].replace(b"\r", b"") + b"\x00"
         if carry:
             stop = _behind_last_line(carry, len(carry))
@@ -87,9 +91,11 @@ class TextFile:
 
 
 _BEFORE_BYTES = 4096
+"""Most bytes of `Block.before`."""
 
 
 def _behind_last_line(text: bytes, stop: int) -> int:
+    """Return the place behind the last line end before `stop`; 0 where there is none."""
     return max(text.rfind(b"\n", 0, stop), text.rfind(b"\r", 0, stop)) + 1
 
 
@@ -104,7 +110,7 @@ def opened(path: Path) -> BinaryIO:
 
 @contextmanager
 def unpacking_errors(path: Path) -> Iterator[None]:
-    """Turn what goes wrong with a packed file into a `LogError`."""
+    """Turn errors of unpacking into a `LogError`."""
     try:
         yield
     except (EOFError, gzip.BadGzipFile, zlib.error) as error:
@@ -115,7 +121,7 @@ def unpacking_errors(path: Path) -> Iterator[None]:
 
 
 def _chunks(path: Path) -> Iterator[bytes]:
-    """Pieces of a file as UTF-8, or as they are, without a byte order mark."""
+    """Yield pieces of a file, unpacked, without a byte order mark; UTF-16 becomes UTF-8."""
     with base.file_errors(path), unpacking_errors(path), opened(path) as handle:
         if isinstance(cast("object", handle), gzip.GzipFile):
             while handle.read(BLOCK_BYTES):
@@ -134,15 +140,12 @@ def _chunks(path: Path) -> Iterator[bytes]:
 
 
 def _bytes_at_once(handle: BinaryIO) -> int:
-    """Bytes to read at a time: room for a block costs more than reading a small file, so one is read in its own size."""
+    """Return the bytes to read at a time: for a small file its size, as allocating a block is slow."""
     if isinstance(cast("object", handle), gzip.GzipFile):
         return BLOCK_BYTES
     size = os.fstat(handle.fileno()).st_size
-    # one more, so that the end is seen; a size of 0 says nothing
+    # one byte more, so that one read shows the end; a size of 0 may be of a file without a known size
     return min(size + 1, BLOCK_BYTES) if size else BLOCK_BYTES
-
-
-# --- Lines to columns: fast where a block is clean, line by line where it is not
 
 
 # --- Numbers whose digits a spreadsheet has regrouped, so that they read as other numbers
@@ -152,10 +155,10 @@ _TWO_COMMAS = re.compile(rb",\d{3},\d{3}")
 
 
 def regrouped_columns(path: Path, layout: Layout, start: int) -> frozenset[int]:
-    """Find the wanted columns with two decimal commas in one number, anywhere in the file.
+    """Find the columns to be read that have two decimal commas in one number, anywhere in the file.
 
-    Where 1,000,292 stands for 100,0292, the same column has 10,114 for 1,0114: a number like any
-    other, but another one. So a single such cell casts doubt on its whole column.
+    A spreadsheet that writes 1,000,292 for 100,0292 also writes 10,114 for 1,0114, which is a valid number and wrong.
+    So a single cell with two commas makes its whole column doubtful.
     """
     regrouped_places: set[int] = set()
     if layout.decimal != "," or layout.delimiter == ",":
@@ -172,7 +175,7 @@ def regrouped_columns(path: Path, layout: Layout, start: int) -> frozenset[int]:
 
 
 def _has_triple(text: bytes) -> bool:
-    """Look for three digits between two commas, faster than a regular expression."""
+    """Return whether three digits stand between two commas; faster than a regular expression."""
     codes = np.frombuffer(text, dtype=np.uint8)
     comma = codes == _COMMA
     starts = np.flatnonzero(comma[:-4] & comma[4:])
@@ -180,7 +183,7 @@ def _has_triple(text: bytes) -> bool:
     return bool(((between >= _ZERO) & (between <= _NINE)).all(axis=1).any())
 
 
-# --- What readers of text have in common: a header that tells the layout, then rows
+# --- Base of the readers of text: a header that states the layout, then rows
 
 
 Derive = Callable[["dict[str, np.ndarray]", "np.ndarray"], "dict[str, np.ndarray]"]
@@ -193,19 +196,20 @@ _REGROUPED = (
 
 @dataclass(frozen=True)
 class ReadingPlan:
-    """How one file is to be read, as its header says.
+    """Plan for reading one file, made from its header.
 
-    `units`: Of the columns that come out, as far as the file states them.
-    `start`: Where in the head the rows begin.
-    `derive`: Makes the columns that come out, ``time`` in s among them, of those of a block and of
-        the place of each row among the data lines of the file.
-    `packets`: Counts the packets that were lost.
-    `keep`: Columns that are read even where nobody asks for them.
-    `not_same`: Why a row goes where a column of kind "same" is not; such columns are not handed on.
+    `units`: Column of the log to its unit, where the file states one.
+    `start`: Place in the head where the rows begin, bytes.
+    `derive`: Function that makes the columns of the log, ``time`` in s among them, from the columns of a block and
+        from the place of each row among the data lines of the file.
+    `packets`: Counter of lost packets, for instruments that number them.
+    `keep`: Columns that are always parsed, because `derive` needs them.
+    `not_same`: Reason to drop a row in which a column of kind "same" has another value; such columns are not part of
+        the log.
     `refusal`: Why the file cannot be used, although its rows can be counted.
-    `unread`: Columns without numbers in the first rows, and why they are not read.
-    `labels`: Columns of words or of few whole numbers, which may tell rows apart where nobody asks for them.
-    `header`: Names and units as the header gives them, to be compared with one that stands further below.
+    `unread`: Column without numbers in the first rows, to the reason why it is not read.
+    `labels`: Columns of words or of few whole numbers, not asked for, which may say where a row is from.
+    `header`: Names and units in the header, for comparison with a header that is repeated further below.
     `clock_times`: Columns of times of day without a date.
     """
 
@@ -225,10 +229,10 @@ class ReadingPlan:
 
 
 class TableReader(LabelledReader):
-    """Base of the readers of cells that are text, whatever file these are from."""
+    """Base of the readers of tables whose cells are text, from text files or workbooks."""
 
     def narrow(self, path: Path, plan: ReadingPlan) -> ReadingPlan:
-        """Leave out the columns that nobody asked for."""
+        """Return the plan without the columns that nobody asked for; refuse a file without a column asked for."""
         self.check_asked(path, plan.unread, plan.layout.names)
         names_to_read = plan.keep.union(self.choose_columns(plan.layout.names))
         return replace(
@@ -236,27 +240,27 @@ class TableReader(LabelledReader):
         )
 
     def logs_of(self, path: Path, plan: ReadingPlan, blocks: Iterable[Block]) -> Iterator[base.Log]:
-        """Parse the rows of a table, block by block."""
-        first = 0
+        """Parse the rows of a table, block by block, each to a log."""
+        rows_before = 0
 
-        def parsed(block: Block) -> ParsedRows:
+        def parse_block(block: Block) -> ParsedRows:
             return parse(plan.layout, *block, keep_blanks=self.keeps_blanks)
 
-        for rows in base.parallel_map(parsed, blocks):
-            _refuse_changed_header(path, plan, rows, first)
+        for rows in base.parallel_map(parse_block, blocks):
+            _refuse_changed_header(path, plan, rows, rows_before)
             if rows.rows:
-                yield _log(path, plan, rows, first)
-            first += rows.rows
-        if first == 0:
+                yield _log_of_rows(path, plan, rows, rows_before)
+            rows_before += rows.rows
+        if rows_before == 0:
             raise base.LogError("header_only", f"{path}: a header and no data")
 
 
 class TextReader(TableReader, ABC):
-    """Base of the dialects of text: a `plan` for each file is all they need."""
+    """Base of the dialects of text; a dialect has to define only `plan`."""
 
     @abstractmethod
     def plan(self, head: bytes) -> ReadingPlan:
-        """Find out from the first 64 kB of a file how it is to be read.
+        """Find out from the first 64 kB of a file how to read it.
 
         Raises ValueError if it cannot be read that way; the message says what was found and what is
         allowed.
@@ -284,20 +288,27 @@ class TextReader(TableReader, ABC):
         yield from self.logs_of(path, plan, blocks)
 
 
-def _refuse_changed_header(path: Path, plan: ReadingPlan, rows: ParsedRows, first: int) -> None:
-    """Refuse a file in which the header stands again and says something else of a column that is read."""
+def _refuse_changed_header(
+    path: Path, plan: ReadingPlan, rows: ParsedRows, rows_before: int
+) -> None:
+    """Refuse a file with a repeated header that gives a column to be read another name or unit.
+
+    `rows_before`: Number of data lines of the file above the block.
+    """
     (names, units), layout = plan.header, plan.layout
     wanted = [place for place in layout.places_to_read if layout.kinds[place] != "label"]
     for line, cells in rows.word_lines if names else ():
         if changes := changed_header(cells, names, units, wanted):
             raise base.LogError(
-                "header_changes", HeaderChange(first + line + 1, changes).sentence(path), rows.rows
+                "header_changes",
+                HeaderChange(rows_before + line + 1, changes).sentence(path),
+                rows.rows,
             )
 
 
 @lru_cache
 def narrowed(layout: Layout, names_to_read: frozenset[str], labels: frozenset[str]) -> Layout:
-    """Skip all other columns but `labels`, if any of these hold something that can be read."""
+    """Return a layout that skips all columns but `names_to_read` and `labels`; unchanged if none could be read then."""
 
     def kind_of(name: str, kind: Kind) -> Kind:
         if name in names_to_read and not (kind == "skip" and name in labels):
@@ -310,15 +321,15 @@ def narrowed(layout: Layout, names_to_read: frozenset[str], labels: frozenset[st
     return replace(layout, kinds=kinds)
 
 
-def _log(path: Path, plan: ReadingPlan, rows: ParsedRows, first: int) -> base.Log:
-    """Make a log of a block; `first`: data lines of the file above it."""
-    before = plan.packets.missing if plan.packets else 0
+def _log_of_rows(path: Path, plan: ReadingPlan, rows: ParsedRows, rows_before: int) -> base.Log:
+    """Make a log of a block; `rows_before`: number of data lines of the file above the block."""
+    missing_before = plan.packets.missing if plan.packets else 0
     columns = rows.columns
     if plan.derive:
-        columns = plan.derive(columns, rows.index + first if first else rows.index)
+        columns = plan.derive(columns, rows.index + rows_before if rows_before else rows.index)
     missing = {}
-    if plan.packets and plan.packets.missing > before:
-        missing = {plan.packets.reason: plan.packets.missing - before}
+    if plan.packets and plan.packets.missing > missing_before:
+        missing = {plan.packets.reason: plan.packets.missing - missing_before}
     labels = [name for name, words in columns.items() if words.dtype == object]
     same = [name for name, values in columns.items() if values.dtype == bool]
     good = replace(rows, columns=columns) if plan.derive else rows

@@ -1,4 +1,7 @@
-"""Numbers that were chosen by hand: ``chosen.toml`` of a room names what each decides, the study that grades it, and the date."""
+"""Reads numbers that were chosen by hand from ``chosen.toml`` of a room.
+
+That file says what each number decides, by which study it was graded, and when.
+"""
 
 from __future__ import annotations
 
@@ -12,10 +15,10 @@ from typing import Any
 
 @cache
 def read_toml(room: str, file: str) -> Mapping[str, Any]:
-    """Read a data file of a room."""
+    """Read a toml file of a room, such as ``checks``; cached, so that callers must not change it."""
     return tomllib.loads(files("rftfit").joinpath(room, file).read_text(encoding="utf-8"))
 
 
 def chosen(room: str, question: str) -> SimpleNamespace:
-    """Numbers of one question of a room, by name."""
+    """Return the numbers that answer one question, a table of the ``chosen.toml`` of a room, as attributes."""
     return SimpleNamespace(**read_toml(room, "chosen.toml")[question])

@@ -1,4 +1,4 @@
-"""Digests of files, of code and of settings: what a result was made from."""
+"""Digests of files, code and settings, by which the workflow knows from what a result was made."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rftfit.errors import InputError
-from rftfit.store.environment import shipped
+from rftfit.store.environment import PACKAGE, shipped
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
 _LENGTH = 16
-_PACKAGE = Path(__file__).resolve().parents[1]
-_SOURCE = (".py", ".toml", ".csv", ".mplstyle", ".html", ".css", ".js")
+"""Hexadecimal digits of a digest of code or settings."""
+_SOURCE_SUFFIXES = (".py", ".toml", ".csv", ".mplstyle", ".html", ".css", ".js")
 
 ROOMS = (
     "store",
@@ -40,7 +40,7 @@ ROOMS = (
 )
 """Rooms of the package from the lowest to the highest: each imports lower ones only."""
 
-_EVERYWHERE = (
+_FILES_OF_EVERY_JOB = (
     "errors.py",
     "conventions.py",
     "directions.py",
@@ -48,43 +48,44 @@ _EVERYWHERE = (
     "workflow/job.py",
     "workflow/stages.py",
 )
-"""What every job of the workflow goes through: the tables that it reads, and the job itself."""
+"""Files of code that every job of the workflow runs: access to results, and the job itself."""
 
-_STAGES = tuple(
+_FILES_OF_STAGES = tuple(
     f"workflow/{name}.py" for name in ("measure", "profiles", "validate", "robot", "provenance")
 )
-"""Functions that rules call."""
+"""Files with the functions that rules call."""
 
 _SETTINGS = {"robot": "config/robot.yaml"}
-"""Settings of the program itself that a room reads: they count as its code."""
+"""Room to a file of settings of the program that it reads; this file counts as its code."""
 
 
 def sha256_of(path: str | Path) -> str:
-    """Digest of the content of a file."""
-    with open(path, "rb") as handle:  # noqa: PTH123 (a hot path: thousands of files)
+    """Return the SHA-256 of the content of a file."""
+    with open(path, "rb") as handle:  # noqa: PTH123 (called for thousands of files)
         return hashlib.file_digest(handle, "sha256").hexdigest()
 
 
 def digests_of_files(folder: Path, names: Iterable[str]) -> dict[str, str]:
-    """SHA-256 of files by name, relative to a folder; empty of what is no regular file or cannot be read."""
+    """Return the SHA-256 of files by name, relative to a folder; empty for a name that is no readable regular file."""
     return {name: _digest_or_nothing(f"{folder}/{name}") for name in names}
 
 
 def _digest_or_nothing(path: str) -> str:
+    """Return the SHA-256 of a regular file; empty where there is none."""
     try:
-        # a pipe would keep its reader waiting for ever
+        # reading a pipe would wait for ever
         return sha256_of(path) if stat.S_ISREG(os.stat(path).st_mode) else ""  # noqa: PTH116
     except (OSError, ValueError):
         return ""
 
 
 def sums_text(digests: Mapping[str, str]) -> str:
-    """Digests by path, in the form that ``sha256sum --check`` reads; files without one are left out."""
+    """Format digests by path as ``sha256sum --check`` reads them; files without a digest are left out."""
     return "".join(f"{digests[path]}  {path}\n" for path in sorted(digests) if digests[path])
 
 
 def read_sums(source: str | Path) -> dict[str, str]:
-    """Read digests as `sums_text` writes them."""
+    """Read a file in the form of `sums_text`: path to digest."""
     try:
         lines = Path(source).read_text(encoding="utf-8").splitlines()
         return {path: digest for digest, path in (line.split("  ", 1) for line in lines)}
@@ -93,18 +94,18 @@ def read_sums(source: str | Path) -> dict[str, str]:
 
 
 def digest_of(*values: object) -> str:
-    """Digest of values that JSON can write, or that can say what they are."""
+    """Return a short digest of values that JSON can write; any others count by their `str`."""
     text = json.dumps(values, sort_keys=True, default=str)
     return hashlib.sha256(text.encode()).hexdigest()[:_LENGTH]
 
 
 def seal(data: bytes) -> str:
-    """Digest of bytes and of all code of the program: only the same code may read them again."""
+    """Return a digest of bytes and of all code of the program, for a file that only the same code may read again."""
     return digest_of(hashlib.sha256(data).hexdigest(), source_digests())
 
 
 def digest_of_numbers(columns: Mapping[str, npt.NDArray[Any]]) -> str:
-    """Digest of columns of numbers and of their names."""
+    """Return a short digest of columns of numbers and of their names."""
     hasher = hashlib.sha256()
     for name, values in columns.items():
         hasher.update(name.encode() + values.tobytes())
@@ -112,11 +113,11 @@ def digest_of_numbers(columns: Mapping[str, npt.NDArray[Any]]) -> str:
 
 
 def code_digest(room: str, *extra_files: str) -> str:
-    """Digest of the code of a room and of all below it, and of further files of the package."""
+    """Return a digest of the code of a room and of all rooms below, and of further files of the package."""
     files = source_digests()
     rooms = ROOMS[: ROOMS.index(room) + 1]
     single_files = {
-        *_EVERYWHERE,
+        *_FILES_OF_EVERY_JOB,
         *extra_files,
         *(_SETTINGS[room_name] for room_name in rooms if room_name in _SETTINGS),
     }
@@ -131,21 +132,21 @@ def code_digest(room: str, *extra_files: str) -> str:
 
 @cache
 def source_digests() -> dict[str, str]:
-    """Digest of every source file that a job may use, by path in the package.
+    """Return the digest of every source file that a job may use, by path in the package.
 
-    It is that of the first call: what a process imports later may be another. `cache_clear` forgets it.
+    The digests are from the first call in a process: files that are edited later keep them until `cache_clear`.
     """
-    paths = [_PACKAGE / name for name in (*_EVERYWHERE, *_STAGES)]
-    paths += [path for room in ROOMS for path in (_PACKAGE / room).rglob("*.*")]
-    paths = [path for path in paths if path.suffix in _SOURCE]
-    paths_by_name = {path.relative_to(_PACKAGE).as_posix(): path for path in paths}
+    paths = [PACKAGE / name for name in (*_FILES_OF_EVERY_JOB, *_FILES_OF_STAGES)]
+    paths += [path for room in ROOMS for path in (PACKAGE / room).rglob("*.*")]
+    paths = [path for path in paths if path.suffix in _SOURCE_SUFFIXES]
+    paths_by_name = {path.relative_to(PACKAGE).as_posix(): path for path in paths}
     paths_by_name |= {name: shipped(name) for name in _SETTINGS.values()}
     return {name: sha256_of(paths_by_name[name])[:_LENGTH] for name in sorted(paths_by_name)}
 
 
 @cache
 def plugin_digest(module: str) -> str:
-    """Digest of the source file of a module of another package."""
+    """Return the digest of the source file of a module of another package; empty where it has none."""
     from importlib.util import find_spec
 
     try:

@@ -1,4 +1,4 @@
-"""The machine: environment of child processes, usable cores, versions of what computes."""
+"""Facts of the machine: files of the program, environment of child processes, usable cores, versions of libraries."""
 
 from __future__ import annotations
 
@@ -11,13 +11,14 @@ from rftfit.errors import InputError
 from rftfit.version import __version__
 
 LIBRARIES = ("numpy", "scipy", "pandas", "numba", "pyarrow", "matplotlib", "jinja2", "snakemake")
-"""Whose version may change a result, a figure or the page."""
+"""Libraries whose version may change a result, a figure or the page."""
 
 PACKAGE = Path(__file__).resolve().parents[1]
+"""Folder of the package rftfit."""
 
 
 def shipped(name: str) -> Path:
-    """Find a file that comes with the program: at the top of a checkout, inside the package where it was installed."""
+    """Return the path of a file that comes with the program: in a checkout at its top, else inside the package."""
     for path in (PACKAGE.parents[1] / name, PACKAGE / "_workflow" / name):
         if path.exists():
             return path
@@ -27,10 +28,10 @@ def shipped(name: str) -> Path:
 
 
 def child_environment(**extra_variables: str) -> dict[str, str]:
-    """Return this process's environment with some values more, safe in a stranger's folder.
+    """Return the environment of this process with `extra_variables`, safe in a folder that a stranger has filled.
 
-    ``python -m`` and ``python -c`` would look for modules in the current folder first, and so does
-    every Python for entries of PYTHONPATH that are empty or relative.
+    Without PYTHONSAFEPATH, ``python -m`` and ``python -c`` would import modules of the current folder first; so would
+    any Python for empty or relative entries of PYTHONPATH, which are therefore removed.
     """
     environment = {**os.environ, **extra_variables, "PYTHONSAFEPATH": "1"}
     paths = environment.pop("PYTHONPATH", "").split(os.pathsep)
@@ -39,14 +40,14 @@ def child_environment(**extra_variables: str) -> dict[str, str]:
 
 
 def usable_cores() -> int:
-    """Cores that this process may use: a node of a cluster has more than a job may."""
+    """Return the number of cores that this process may use: a job may use only some cores of a node of a cluster."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
 
 
 def versions() -> dict[str, str]:
-    """Versions of the program, of Python and of `LIBRARIES`."""
+    """Return the versions of the program, of Python and of `LIBRARIES`, by name."""
     versions_by_name = {"rftfit": __version__, "python": platform.python_version()}
     for name in LIBRARIES:
         try:

@@ -1,13 +1,13 @@
 """Writes every file of the program: as a new file beside the target, then moved over it.
 
-A file appears whole or not at all, and nothing is ever written into a file that is there: a symbolic link or a
-second name (hard link) of the target loses its name to the new file, and what it leads to stays as it is. Two sorts of file
-cannot be moved into place when they are finished, a log that grows and the note of a lock: they are opened where they are the
-new file's own inode, with one name.
+A file appears whole or not at all, and nothing is ever written into an existing file: if the target is a symbolic link
+or has a second name (hard link), the new file replaces this name, and the file behind it stays unchanged. Two sorts of
+file cannot be moved into place when they are finished: a log that grows, and the note of a lock. These are written in
+place, but only if they are regular files with a single name.
 
-The file beside it is called ``.NAME.PROCESS.part.SUFFIX``. A process that is killed leaves it behind;
-it is never read, and the next process that writes into the folder removes it. Whether its writer
-still lives is asked of the kernel, by a lock that ends with the process that holds it.
+The new file is called ``.NAME.PROCESS.part.SUFFIX`` until it is moved. A process that is killed leaves it behind;
+it is never read, and the next process that writes into the folder removes it. The writer holds a lock on the file,
+which the kernel releases when the process ends: so the lock tells whether the writer still lives.
 """
 
 from __future__ import annotations
@@ -26,25 +26,28 @@ from typing import Any, BinaryIO
 
 from rftfit.errors import OutputError
 
-_REST = re.compile(r"\..+\.[0-9]+\.part(\.\w+)?")
+_UNFINISHED = re.compile(r"\..+\.[0-9]+\.part(\.\w+)?")
 _ATTEMPTS = 5
+"""Times that a new file is made again, if another process removes it before it is locked."""
 _NO_LINKS = getattr(os, "O_NOFOLLOW", 0)
+"""Flag that refuses to open a symbolic link; 0 where the system has none."""
 _cleared: set[Path] = set()
+"""Folders in which this process has already removed unfinished files."""
 
 
 @contextlib.contextmanager
 def atomic_path(target: str | Path) -> Iterator[Path]:
     """Yield a temporary path in the target's folder, with its suffix; move it over the target on success."""
     target = Path(target)
-    # the process id keeps two programs apart that write the same target
+    # with the process id, two programs that write the same target have different temporary files
     temporary = target.with_name(f".{target.stem}.{os.getpid()}.part{target.suffix}")
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         if target.parent not in _cleared:
-            # once a process: a campaign may have thousands of files in a folder
+            # once for each folder, as it may have thousands of files
             _cleared.add(target.parent)
             remove_temporary(target.parent)
-        with _claimed(temporary):
+        with _created_and_locked(temporary):
             yield temporary
             temporary.replace(target)
     except OSError as error:
@@ -59,15 +62,14 @@ def atomic_path(target: str | Path) -> Iterator[Path]:
 
 
 def is_temporary(name: str) -> bool:
-    """Tell whether a file's name is that of an unfinished file."""
-    return _REST.fullmatch(name) is not None
+    """Return whether a name is that of an unfinished file."""
+    return _UNFINISHED.fullmatch(name) is not None
 
 
 def remove_temporary(folder: Path) -> int:
-    """Remove what processes that were killed have left in a folder; returns how many files.
+    """Remove the unfinished files of killed processes from a folder; return their number.
 
-    What a living process still writes stays, and so does everything where the system or the disk has
-    no locks that would tell.
+    Files of living processes stay, and so do all files where the system or the disk has no locks.
     """
     removed = 0
     with contextlib.suppress(OSError):
@@ -81,7 +83,10 @@ def remove_temporary(folder: Path) -> int:
 
 
 def lock(handle: int) -> bool:
-    """Take the lock on an open file, which ends with it or this process; False where that cannot be."""
+    """Lock an open file until it is closed or this process ends; return whether that worked.
+
+    False where another process holds the lock, or the system or disk has no locks.
+    """
     try:
         fcntl: Any = import_module("fcntl")
         fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -92,6 +97,7 @@ def lock(handle: int) -> bool:
 
 @contextlib.contextmanager
 def _opened(path: str | Path, extra_flags: int = 0) -> Iterator[int]:
+    """Open a file for reading and writing by a handle of the system, and close it."""
     handle = os.open(path, os.O_RDWR | extra_flags, 0o666)
     try:
         yield handle
@@ -100,19 +106,19 @@ def _opened(path: str | Path, extra_flags: int = 0) -> Iterator[int]:
 
 
 @contextlib.contextmanager
-def _claimed(temporary: Path) -> Iterator[None]:
-    """Make the file and hold its lock, so that no other process takes it for a dead one's."""
+def _created_and_locked(temporary: Path) -> Iterator[None]:
+    """Create the temporary file and hold its lock, so that no other process removes it as left behind."""
     if os.name != "posix":
-        # an open file could not be moved
+        # elsewhere an open file could not be moved
         yield
         return
     with contextlib.ExitStack() as stack:
         for _ in range(_ATTEMPTS):
-            # left by a killed process of this number, or put there by somebody who has guessed the name
+            # a killed process with this id may have left it, or a stranger may have put a link there
             temporary.unlink(missing_ok=True)
             handle = stack.enter_context(_opened(temporary, os.O_CREAT | os.O_EXCL | _NO_LINKS))
             lock(handle)
-            # another process may have cleared it away before it was locked
+            # another process may have removed it before it was locked: then try again
             with contextlib.suppress(FileNotFoundError):
                 if temporary.stat().st_ino == os.fstat(handle).st_ino:
                     break
@@ -137,7 +143,7 @@ def copy_file(source: str | Path, target: str | Path) -> None:
 
 
 def write_report(folder: Path, prefix: str, text: str) -> Path:
-    """Write text into a new file of a drawn name in a folder that only this user reads."""
+    """Write text into a new file with a random name, in a folder that only this user can read; return its path."""
     folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     handle, path = tempfile.mkstemp(".txt", prefix, folder)
     with os.fdopen(handle, "w", encoding="utf-8", errors="backslashreplace") as report:
@@ -145,17 +151,17 @@ def write_report(folder: Path, prefix: str, text: str) -> Path:
     return Path(path)
 
 
-# --- Files that are written where they are: logs that grow, and the note of a lock.
+# --- Files that are written in place: logs that grow, and the note of a lock
 
 
 def open_growing(target: str | Path) -> BinaryIO:
-    """Put a new, empty file in the target's place and open it, unbuffered, for what is written as it comes."""
+    """Replace the target by a new, empty file and open it for appending without a buffer, as for a log that grows."""
     write_bytes(target, b"")
     return os.fdopen(open_unshared(target, os.O_WRONLY | os.O_APPEND), "wb", buffering=0)
 
 
 def open_note(path: Path) -> int:
-    """Open a small file for reading and writing in place; a new one where none is there, or what is there is shared."""
+    """Open a small file for reading and writing in place; a new one where there is none or it has a second name."""
     with contextlib.suppress(OSError):
         return open_unshared(path)
     write_bytes(path, b"")
@@ -163,12 +169,12 @@ def open_note(path: Path) -> int:
 
 
 def open_unshared(path: str | Path, flags: int = os.O_RDWR) -> int:
-    """Open a regular file that is there, by a handle of the system.
+    """Open an existing regular file with a single name; return a handle of the system.
 
     Raises
     ------
     OSError
-        If it is not there, a link, no regular file, or has a second name (a hard link).
+        If the file does not exist, is a link or no regular file, or has a second name (a hard link).
     """
     handle = os.open(path, flags | _NO_LINKS | getattr(os, "O_BINARY", 0))
     status = os.fstat(handle)
@@ -178,22 +184,22 @@ def open_unshared(path: str | Path, flags: int = os.O_RDWR) -> int:
     return handle
 
 
-# --- Files with a second name: a copy by ``cp -al`` shares every file with its original.
+# --- Files with a second name (hard link): a copy of a folder by ``cp -al`` shares every file with its original
 
 
 def is_shared(status: os.stat_result) -> bool:
-    """Tell whether a file has a second name (a hard link), by its status."""
+    """Return whether a file has a second name (a hard link), by its status."""
     return stat.S_ISREG(status.st_mode) and status.st_nlink > 1
 
 
 def cut_shared(path: str | Path) -> None:
-    """Give a file that has a second name an inode of its own, with the same content, times and rights."""
+    """Replace a file that has a second name by a copy with the same times and rights: the two are separate then."""
     if is_shared(os.lstat(path)):
         with atomic_path(path) as copy:
             shutil.copy2(path, copy)
 
 
 def set_time(path: str | Path, seconds: float | None = None) -> None:
-    """Set the time of a file, s since 1970, or to now; the file of another name keeps its own."""
+    """Set the time of a file, s since 1970, or to now (None); under a second name the file keeps its time."""
     cut_shared(path)
     os.utime(path, None if seconds is None else (seconds, seconds))

@@ -1,7 +1,7 @@
-"""Refuses symbolic links where files are written, and cuts second names (hard links) of what Snakemake writes in place.
+"""Refuses symbolic links where files are written, and copies files with a second name that Snakemake writes in place.
 
-A folder that somebody else has filled may hold a link under any name that the program writes; archives keep links, and a
-backup by ``cp -al`` is made of second names.
+A folder that somebody else has filled may hold a symbolic link under any name that the program writes. Archives keep
+links, and in a backup by ``cp -al`` each file is a second name (hard link) of its original.
 """
 
 from __future__ import annotations
@@ -17,14 +17,15 @@ from rftfit.store.files import cut_shared, is_shared, write_text
 
 RESULTS, SNAKEMAKE = "results", ".snakemake"
 _SHOWN = 3
+"""Most links that a message names."""
 _ENVIRONMENTS = ("conda", "conda-archive", "singularity")
-"""Folders of Snakemake that package managers fill, with links and second names of their own."""
+"""Folders of Snakemake that package managers fill, where links and second names are normal."""
 _LEVELS = 2
-"""Levels of these folders in which Snakemake itself writes: ``conda/HASH.yaml``, ``conda/HASH/env_setup_done``."""
+"""Levels of such a folder in which Snakemake itself writes: ``conda/HASH.yaml``, ``conda/HASH/env_setup_done``."""
 
 
 class LinkError(InputError):
-    """Symbolic links stand where files are written; `paths` are to be removed."""
+    """Symbolic links stand where files are written; the user has to remove `paths`."""
 
     code = "files.link-in-the-way"
 
@@ -32,7 +33,7 @@ class LinkError(InputError):
         self.paths = sorted(paths)
         shown_paths = self.paths[:_SHOWN]
         links = ", ".join(f"{path} -> {_target_of(path)!r}" for path in shown_paths)
-        import shlex  # in a refusal alone
+        import shlex  # needed only for a refusal
 
         unlisted = f" and {len(paths) - _SHOWN} more" if len(paths) > _SHOWN else ""
         names = " ".join(shlex.quote(str(path)) for path in shown_paths)
@@ -43,20 +44,22 @@ class LinkError(InputError):
 
 
 def _target_of(path: Path) -> str:
+    """Return the target of a link as written in it; for a path below a link, the real path."""
     return os.readlink(path) if path.is_symlink() else os.path.realpath(path)  # noqa: PTH115 (as written)
 
 
 def refuse_links(root: Path, names: Collection[str] = (RESULTS, SNAKEMAKE)) -> None:
-    """Refuse a folder in which a symbolic link stands where files are written, wherever it leads.
+    """Refuse a campaign in which a symbolic link stands where files are written, wherever the link leads.
 
-    `results` may be a link where the user has said so (`put_results_at`), and environments of Snakemake have links.
+    Allowed are a link `results` that the user has asked for (`put_results_at`), and links in environments of Snakemake
+    that do not lead into the campaign.
 
     Parameters
     ----------
     root : Path
-        The campaign.
+        Folder of the campaign.
     names : collection of str, optional
-        Files and folders below it that are written to.
+        Files and folders in this folder that are written to.
 
     Raises
     ------
@@ -86,14 +89,15 @@ def refuse_links(root: Path, names: Collection[str] = (RESULTS, SNAKEMAKE)) -> N
 
 
 def cut_shared_files(root: Path, lab_files: Collection[Path]) -> None:
-    """Give each file that Snakemake writes in place an inode of its own; the file of the other name stays as it is.
+    """Replace each file with a second name that Snakemake writes in place by a copy, so that only the copy is changed.
 
     Parameters
     ----------
     root : Path
-        The campaign.
+        Folder of the campaign.
     lab_files : collection of Path
-        Raw folder, run sheet and folder of the config: a name that Snakemake has for one of their files is removed.
+        Raw folder, run sheet and folder of the config: if a file of Snakemake is a second name for one of their
+        files, this name is removed without a copy.
     """
     entries, entries_of_environments = _entries_of_snakemake(root)
     shared = [entry.path for entry in entries if is_shared(entry.stat(follow_symlinks=False))]
@@ -114,7 +118,7 @@ def cut_shared_files(root: Path, lab_files: Collection[Path]) -> None:
 
 
 def _inodes(paths: Collection[Path]) -> set[tuple[int, int]]:
-    """Device and inode of files, and of all files in folders."""
+    """Return device and inode, which identify a file under any name, of files and of all files in folders."""
     inodes = set()
     for path in paths:
         for file in path.rglob("*") if path.is_dir() else [path]:
@@ -125,6 +129,7 @@ def _inodes(paths: Collection[Path]) -> set[tuple[int, int]]:
 
 
 def _is_named_by_user(path: Path) -> bool:
+    """Return whether a path is the link `results` that the user has asked for."""
     target = path.resolve()
     return path.name == RESULTS and any(
         target == folder.resolve() for folder in results_elsewhere(path.parent)
@@ -132,13 +137,13 @@ def _is_named_by_user(path: Path) -> bool:
 
 
 def _leads_to_campaign(root: Path, link: str) -> bool:
-    """Tell whether a link leads to a file of the campaign that is none of Snakemake's."""
+    """Return whether a link leads to a file of the campaign that is not one of Snakemake."""
     target, campaign = Path(os.path.realpath(link)), Path(os.path.realpath(root))
     return target.is_relative_to(campaign) and not target.is_relative_to(campaign / SNAKEMAKE)
 
 
 def _entries_of_snakemake(root: Path) -> tuple[list[os.DirEntry[str]], list[os.DirEntry[str]]]:
-    """List all below ``.snakemake``, but of environments the first levels, which are the second list."""
+    """Return all entries below ``.snakemake`` but for its environments, and those in the first levels of these."""
     folder = f"{root}{os.sep}{SNAKEMAKE}"
     environments = {f"{folder}{os.sep}{name}" for name in _ENVIRONMENTS}
     entries = [*_entries(folder, not_into=environments)]
@@ -153,7 +158,10 @@ def _entries_of_snakemake(root: Path) -> tuple[list[os.DirEntry[str]], list[os.D
 def _entries(
     folder: str, levels: int | None = None, not_into: Collection[str] = ()
 ) -> Iterator[os.DirEntry[str]]:
-    """Yield what is in a folder, of all levels or the first; no link below it is followed."""
+    """Yield the entries of a folder, in all levels or the first `levels`; no link is followed.
+
+    `not_into`: Paths of folders whose content is left out.
+    """
     waiting = [(folder, 1)]
     while waiting:
         folder, level = waiting.pop()
@@ -176,12 +184,12 @@ def _entries(
 
 
 def refuse_target_by_link(path: Path) -> None:
-    """Refuse to write a file whose name is a link, or lies below the current folder by its name but not in fact.
+    """Refuse to write a file whose name is a link, or whose relative path leads through a link out of this folder.
 
     Raises
     ------
     InputError
-        With the place that the link leads to, which may be named instead.
+        With the place to which the link leads, which the user may name instead.
     """
     real_path = os.path.realpath(path)
     current_folder = os.path.realpath(".")
@@ -197,20 +205,20 @@ def refuse_target_by_link(path: Path) -> None:
 
 
 def results_elsewhere(root: Path) -> list[Path]:
-    """Folder that the user has named for the results of a campaign; kept outside of the campaign."""
+    """Return the folder that the user has named for the results of a campaign, in a list; empty without one."""
     with suppress(OSError, ValueError, TypeError, AttributeError):
-        folder = json.loads(_kept_in().read_text(encoding="utf-8")).get(os.path.realpath(root))
+        folder = json.loads(_path_of_note().read_text(encoding="utf-8")).get(os.path.realpath(root))
         return [Path(folder)] if folder else []
     return []
 
 
 def put_results_at(root: Path, folder: Path) -> None:
-    """Let the results of a campaign lie in another folder, by a link that the user has asked for.
+    """Put the results of a campaign in another folder that the user has named: `results` becomes a noted link.
 
     Raises
     ------
     InputError
-        If the campaign has a folder of results already, or the folder is not there.
+        If the campaign already has a folder of results, or `folder` does not exist or is part of the campaign.
     """
     link, folder = root / RESULTS, folder.resolve()
     campaign = root.resolve()
@@ -227,20 +235,21 @@ def put_results_at(root: Path, folder: Path) -> None:
     link_folder(link, folder)
     folders_by_campaign: dict[str, str] = {}
     with suppress(OSError, ValueError):
-        folders_by_campaign = json.loads(_kept_in().read_text(encoding="utf-8"))
+        folders_by_campaign = json.loads(_path_of_note().read_text(encoding="utf-8"))
     write_text(
-        _kept_in(),
+        _path_of_note(),
         json.dumps(folders_by_campaign | {os.path.realpath(root): str(folder)}, indent=1),
     )
 
 
 def link_folder(link: Path, folder: Path) -> None:
-    """Make a link to a folder, where nothing is."""
+    """Make a link to a folder; the place of the link must be free."""
     link.parent.mkdir(parents=True, exist_ok=True)
     link.symlink_to(folder, target_is_directory=True)
 
 
-def _kept_in() -> Path:
+def _path_of_note() -> Path:
+    """Return the file, outside of any campaign, that notes which campaign has its results where."""
     import pooch  # slow to import, and seldom needed
 
     return Path(pooch.os_cache("rftfit")) / "results-at.json"

@@ -1,4 +1,4 @@
-"""Tables as csv for people and Parquet for samples; the same table gives the same bytes."""
+"""Writes and reads tables of results: csv for people, Parquet for samples; the same table gives the same bytes."""
 
 from __future__ import annotations
 
@@ -16,17 +16,19 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-# --- Text in a csv that a spreadsheet would take for a formula, and how it is kept from that.
+# --- An apostrophe before text in a csv that a spreadsheet would take for a formula
 
 
 _SIGNS = "=+\\-@\t\r\n\N{FULLWIDTH EQUALS SIGN}\N{FULLWIDTH PLUS SIGN}\N{FULLWIDTH HYPHEN-MINUS}\N{FULLWIDTH COMMERCIAL AT}"
 _DANGEROUS = re.compile(f"'*[{_SIGNS}]")
+"""Beginning of a text that needs an apostrophe, also one that has apostrophes already, so that reading removes one."""
 _GUARDED = re.compile(f"'+[{_SIGNS}]")
+"""Beginning of a text that `guarded` has changed."""
 NUMBER = re.compile(r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]+)?")
 
 
 def guarded(text: str) -> str:
-    """Return text as it is written into a csv: with an apostrophe in front where one is needed."""
+    """Return text as it is written into a csv: with an apostrophe in front where a spreadsheet would calculate it."""
     text = text.replace("\r\n", "\n").replace("\r", "\n")
     if _DANGEROUS.match(text) and not NUMBER.fullmatch(text):
         return f"'{text}"
@@ -34,12 +36,12 @@ def guarded(text: str) -> str:
 
 
 def unguarded(text: str) -> str:
-    """Return what was written by `guarded`."""
+    """Return the text that `guarded` was called with."""
     return text[1:] if _GUARDED.match(text) else text
 
 
-def _mapped(table: pd.DataFrame, change: Callable[[str], str]) -> pd.DataFrame:
-    """Change every text of a table: `guarded` or `unguarded`; the same object where none changes."""
+def _change_texts(table: pd.DataFrame, change: Callable[[str], str]) -> pd.DataFrame:
+    """Apply `change` (`guarded` or `unguarded`) to each text of a table; without any change return the table itself."""
     import pandas as pd
 
     changed: dict[str, pd.Series] = {}
@@ -61,17 +63,17 @@ def _mapped(table: pd.DataFrame, change: Callable[[str], str]) -> pd.DataFrame:
     return table.assign(**changed) if changed else table
 
 
-# --- Tables as csv for people and Parquet for traces; the same table gives the same bytes.
+# --- Csv and Parquet
 
 
 _YES_OR_NO = {"True": True, "False": False, "yes": True, "no": False}
 
 FLOAT_FORMAT = "%.6g"
-"""Six significant digits: far beyond any measurement here, and short enough to read."""
+"""Format of numbers in a csv, six significant digits: more precise than any measurement here, and short to read."""
 
 
-def _rounded(table: pd.DataFrame) -> pd.DataFrame:
-    """Round the numbers of columns that hold texts too: `FLOAT_FORMAT` is for columns of numbers."""
+def _round_mixed_columns(table: pd.DataFrame) -> pd.DataFrame:
+    """Round the numbers in columns that also hold texts: to_csv applies `FLOAT_FORMAT` to columns of numbers only."""
 
     def short(value: object) -> object:
         return float(FLOAT_FORMAT % value) if isinstance(value, float) else value
@@ -83,22 +85,22 @@ def _rounded(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def write_csv(table: pd.DataFrame, target: str | Path) -> None:
-    """Write a table as `csv_bytes` has it."""
+    """Write a table as csv, in the form of `csv_bytes`."""
     write_bytes(target, csv_bytes(table))
 
 
 def csv_bytes(table: pd.DataFrame) -> bytes:
-    r"""Content of a table as csv: UTF-8, ``\\n``, six significant digits, NaN as an empty cell.
+    r"""Return a table as csv: UTF-8, lines end with ``\\n``, six significant digits, NaN is an empty cell.
 
     Text that a spreadsheet would calculate gets an apostrophe in front. The index is not written.
     """
-    safe = _rounded(_mapped(table, guarded))
+    safe = _round_mixed_columns(_change_texts(table, guarded))
     text: str = safe.to_csv(None, index=False, float_format=FLOAT_FORMAT, lineterminator="\n")
     return text.encode("utf-8")
 
 
 def read_cells(source: str | Path | bytes) -> list[list[str]]:
-    """Read the cells of a csv that the program wrote, each row a list; raises OSError or ValueError."""
+    """Read the cells of a csv that this program wrote, each row a list; raises OSError or ValueError."""
     content = source if isinstance(source, bytes) else Path(source).read_bytes()
     try:
         return [*csv.reader(io.StringIO(content.decode("utf-8-sig"), newline=""))]
@@ -107,7 +109,10 @@ def read_cells(source: str | Path | bytes) -> list[list[str]]:
 
 
 def read_csv(source: str | Path | bytes, kind_of: Callable[[str], str]) -> pd.DataFrame:
-    """Read a table of `csv_bytes`, or its file: columns of the kind ``text``, ``yes or no``, others numbers."""
+    """Read a table that `csv_bytes` or `write_csv` made, from its content or path.
+
+    `kind_of`: Function from the name of a column to its kind: ``text``, ``yes or no``, or any other for numbers.
+    """
     import pandas as pd
 
     try:
@@ -118,7 +123,7 @@ def read_csv(source: str | Path | bytes, kind_of: Callable[[str], str]) -> pd.Da
         text = {name for name, kind in kinds.items() if kind in ("text", "yes or no")}
         table = pd.read_csv(
             io.StringIO(content, newline=""),
-            # a run may be called 007 or NA: what is text stays the text it is
+            # a run may be called 007 or NA, which must not become a number or NaN
             dtype=dict.fromkeys(text, str),
             keep_default_na=False,
             na_values={name: [""] for name in names if name not in text},
@@ -127,9 +132,9 @@ def read_csv(source: str | Path | bytes, kind_of: Callable[[str], str]) -> pd.Da
             if kind == "yes or no":
                 table[name] = table[name].map(_YES_OR_NO).astype("boolean")
         if table.empty:
-            # without rows nothing tells numbers from words: in a join these would turn the others' type
+            # pandas gives columns without rows the type of texts, which a join would pass on to numbers
             table = table.astype({name: float for name in names if name not in text})
-        return _mapped(table, unguarded) if "'" in content else table
+        return _change_texts(table, unguarded) if "'" in content else table
     except (OSError, ValueError) as error:
         name = "" if isinstance(source, bytes) else f"{source}: "
         raise InputError(f"{name}cannot be read as a table: {error}") from error
@@ -137,7 +142,7 @@ def read_csv(source: str | Path | bytes, kind_of: Callable[[str], str]) -> pd.Da
 
 def write_parquet(table: pd.DataFrame, target: str | Path) -> None:
     """Write a table as Parquet."""
-    # an open file: pyarrow does not know a path with letters that the system's encoding lacks
+    # an open file: pyarrow cannot open a path with letters that the encoding of the system lacks
     with atomic_path(target) as path, path.open("wb") as file:
         table.to_parquet(file, index=False, compression="zstd", write_page_checksum=True)
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 
 def table(header: Sequence[str], rows: Sequence[Sequence[str]], indent: str = "  ") -> str:
-    """Align cells in columns as wide as their content, to the right where all are numbers."""
+    """Format a table: columns as wide as their content, aligned to the right where all cells are numbers."""
     columns = []
     for head, *cells in zip(header, *rows, strict=True):
         width = max(map(len, (head, *cells)))
@@ -16,6 +16,7 @@ def table(header: Sequence[str], rows: Sequence[Sequence[str]], indent: str = " 
 
 
 def _is_number(cell: str) -> bool:
+    """Return whether a cell is a number or blank."""
     try:
         float(cell or "0")
     except ValueError:
@@ -34,7 +35,7 @@ def megabytes(size: int) -> str:
 
 
 def first_of(lines: Sequence[str], most: int | None, rest_label: str = "more") -> list[str]:
-    """Return the first of many lines, and one that counts the rest; all where `most` is None."""
+    """Return at most the first `most` lines, and one that counts the rest; all lines where `most` is None."""
     if most is None or len(lines) <= most:
         return [*lines]
     return [*lines[:most], f"and {len(lines) - most} {rest_label} (--all lists them)"]

@@ -9,23 +9,23 @@ from collections.abc import Iterable
 PLAIN_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 """A number with a decimal point."""
 NO_VALUE = ("", " ", "-", "--", "NA", "N/A", "n/a", "#N/A", "null", "NULL", "None")
-"""What a cell without a value holds in the tables of other programs."""
+"""Texts that stand for no value in the tables of other programs."""
 _MINUS_SIGNS = "\u2212\u2013\ufe63\uff0d"
 MINUS = re.compile(rb"(?:%b)(?=[\d.,])" % "|".join(_MINUS_SIGNS).encode())
-"""A minus as typesetting writes it: the mathematical sign, the dash, the small and the wide one."""
-
+"""A minus of typesetting in UTF-8: mathematical sign, dash, small or wide sign."""
 
 _ODD_NUMBER = re.compile(
     r"""(?:="(?P<text>[^"]*)" | (?P<behind>\d[\d.,]*)- | \((?P<inside>\d[\d.,]*)\)
     | (?P<mantissa>[+-]?\d[\d.,]*)[dD](?P<exponent>[+-]?\d{1,3}))""",
     re.VERBOSE,
 )
-"""A number as Excel keeps it from being changed, with the minus behind it, as accountants write it, of Fortran."""
+"""Odd spellings of a number: ="007" of Excel, 12- with the minus behind, (12) of accountants, 1.2D3 of Fortran."""
 _MAY_BE_ODD = re.compile(r'[-)"]$|[dD]')
+"""Fast test that rules out most cells."""
 
 
 def plain_number(cell: str) -> str:
-    """Write a number as programs do: its minus in front, its exponent behind an E, nothing around it."""
+    """Return a number as programs spell it: minus in front, exponent behind an E; other cells come back unchanged."""
     if not cell.isascii():
         cell = MINUS.sub(b"-", cell.encode()).decode()
     if not _MAY_BE_ODD.search(cell) or not (odd := _ODD_NUMBER.fullmatch(cell)):
@@ -40,35 +40,39 @@ def plain_number(cell: str) -> str:
 IN_THOUSANDS = {
     mark: re.compile(rf"[+-]?[1-9]\d{{0,2}}(?:\{mark}\d{{3}})+(?:[.,]\d*)?") for mark in ",."
 }
-"""A number with a mark between its thousands."""
+"""Mark between thousands, to the pattern of a number that has it."""
 NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity)", re.IGNORECASE)
 COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
+"""A number with one comma."""
 MAY_BE_THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
-"""A number with a decimal comma, and of these what may have a comma between thousands."""
+"""A number with one comma that may be decimal or between thousands: 10,114."""
 _WITH_UNIT = re.compile(r"(?P<number>.*\d[.,)-]?)\s*(?P<unit>[^\W\d_].*|[°%].*)")
 
 
 def number_of(cell: str, decimal: str = ".") -> float:
-    """Read a number in any spelling; NaN where the cell holds none, or its mark may be that of decimals or of thousands."""
+    """Read a number in any spelling; NaN where the cell holds none, or a mark that may be decimal or between thousands.
+
+    `decimal`: Decimal mark of the table.
+    """
     plain = plain_number(cell.strip())
     mark = "," if decimal == "." else "."
     if mark in plain and decimal in plain and IN_THOUSANDS[mark].fullmatch(plain):
         plain = plain.replace(mark, "")
     if decimal == "," and "." not in plain:
         plain = plain.replace(",", ".")
-    # Python would take 1_0 for 10, and digits of every script
+    # float() would also accept 1_0 as 10, and digits of every script
     is_number = plain.isascii() and (PLAIN_NUMBER.fullmatch(plain) or NOT_FINITE.fullmatch(plain))
     return float(plain) if is_number else math.nan
 
 
 def cut_unit(cell: str) -> tuple[str, str]:
-    """Cut ``12.3 N`` into the number and what may be its unit."""
+    """Split ``12.3 N`` into the number and a text that may be its unit; the text is empty where there is none."""
     parts = _WITH_UNIT.fullmatch(cell)
     return (parts["number"], parts["unit"]) if parts else (cell, "")
 
 
 def has_decimal_commas(cells: Iterable[str]) -> bool:
-    """Tell whether the numbers of a table have decimal commas: none has a point, and not all commas may part thousands."""
+    """Return whether numbers of a table have decimal commas: none has a point, and a comma cannot mark thousands."""
     cells = [*cells]
     if not any("," in cell for cell in cells):
         return False

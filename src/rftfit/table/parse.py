@@ -1,4 +1,4 @@
-"""Lines of a table to columns: fast where a block is clean, line by line where it is not."""
+"""Parses lines of a table to columns: fast by Arrow where a block is clean, line by line where it is not."""
 
 from __future__ import annotations
 
@@ -21,10 +21,9 @@ from rftfit.table.text import cells_of, decoded
 
 _FEED, _RETURN, _TAB, _BLANK = b"\n\r\t "
 
+# reasons why a row is left out
 FINITE = "NaN or infinite"
-
 BLANK = "no value in a cell"
-"""Why a row is left out."""
 
 
 def add_counts(*counts: Mapping[str, int]) -> dict[str, int]:
@@ -38,9 +37,9 @@ def add_counts(*counts: Mapping[str, int]) -> dict[str, int]:
 def finite_rows(
     columns: Mapping[str, np.ndarray], blank: Mapping[str, np.ndarray]
 ) -> tuple[np.ndarray, dict[str, int]]:
-    """Tell in which rows all numbers are finite, and how many are not in each column where one is not.
+    """Return which rows have only finite numbers, bool of shape (n,), and column to its count of others.
 
-    `blank`: Column to the rows in which it has no value, and NaN here: what else is NaN is NaN in the file.
+    `blank`: Column to the rows in which it has no value: NaN there is allowed, any other NaN is one of the file.
     """
     keep = np.ones(next(iter(columns.values())).size, dtype=bool)
     bad = {}
@@ -49,8 +48,8 @@ def finite_rows(
             finite = np.isfinite(values)
             if name in blank:
                 finite |= blank[name]
-            if lost := int(finite.size - np.count_nonzero(finite)):
-                bad[name] = lost
+            if not_finite := int(finite.size - np.count_nonzero(finite)):
+                bad[name] = not_finite
                 keep &= finite
     return keep, bad
 
@@ -59,44 +58,41 @@ OTHER_SOURCE = "of another source (`where` in the config)"
 
 
 def is_meant(labels: Sequence[object], allowed: Sequence[str]) -> npt.NDArray[np.bool_]:
-    """Tell the rows whose label is one of those that are allowed; numbers are compared as numbers."""
+    """Return which rows have one of the `allowed` labels, bool of shape (n,); numbers are compared as numbers."""
     words = {*allowed}
-    numbers = {number for word in allowed if (number := _number(word)) is not None}
+    numbers = {number for word in allowed if (number := _number_or_none(word)) is not None}
 
     def meant(label: object) -> bool:
+        """Return whether a label is allowed."""
         text = str(label).strip()
-        return text in words or (bool(numbers) and _number(text) in numbers)
+        return text in words or (bool(numbers) and _number_or_none(text) in numbers)
 
-    meant_by_label: dict[object, bool] = {}
-    return np.array(
-        [meant_by_label.setdefault(label, meant(label)) for label in labels], dtype=bool
-    )
+    # few different labels stand in many rows
+    meant_by_label = {label: meant(label) for label in {*labels}}
+    return np.array([meant_by_label[label] for label in labels], dtype=bool)
 
 
-def _number(text: str) -> float | None:
+def _number_or_none(text: str) -> float | None:
+    """Return a text as a number; None where it is none."""
     try:
         return float(text)
     except ValueError:
         return None
 
 
+# further reasons, of lines that cannot be parsed
 CUT = "cut in mid-row"
-
 CELLS = "wrong number of cells"
-
 NUMBER = "not a number"
-
 NO_TIME = "not a time"
-
 GROUPED = "digits regrouped in this column: 10,114 may have been 1,0114"
-"""Why a line is left out."""
 
 OF_CELLS = frozenset({NUMBER, NO_TIME, FINITE, BLANK, GROUPED})
-"""Reasons that lie in a cell: whoever does not read its column keeps the line."""
+"""Reasons that lie in one cell: a reader that does not need its column keeps the line."""
 
 Kind = Literal["number", "integer", "stamp", "same", "label", "word", "skip"]
 
-_TYPES: dict[str, Any] = {
+_NUMPY_TYPES: dict[str, Any] = {
     "number": float,
     "integer": np.int64,
     "stamp": float,
@@ -110,31 +106,33 @@ _INTEGER = re.compile(r"-?\d{1,19}")
 _EMPTY_LINES = re.compile(rb"[ \t]*(?:\r\n|\n|\r)[\s]*")
 
 _LINES_BY_HAND = 64
+"""Most lines with a bad one among them that are parsed one by one; larger blocks are halved first."""
 
 _ONE_PIECE = 1 << 24
+"""Bytes that Arrow parses as one piece; blocks of a log are smaller."""
 
 
 @dataclass(frozen=True)
 class Layout:
-    """How the cells of a line are told apart, and what each holds.
+    """How to split a line into cells, and what each cell holds. Places of columns count from 0.
 
-    `names`: Of the columns, each once.
-    `kinds`: By default all numbers. Integers are exact within 64 bits; of a cell that should always
-        be the `same`, whether it is; labels are words; skipped cells may hold anything. For `read_cells_of` alone:
-        words are texts of which there are few.
+    `names`: Unique names of the columns.
+    `kinds`: Kind of each column; by default all are numbers. Integers are exact within 64 bits; of kind "same",
+        the value is whether the cell equals `same`; labels are words; skipped cells may hold anything. For
+        `read_cells_of` alone: words are texts, few of which differ.
     `delimiter`: One character; a blank stands for any number of blanks and tabs.
     `decimal`: ``.`` or ``,``. `other_decimal`: Places of columns whose numbers have the other mark.
-    `quote`: Whether cells may stand in double quotes.
-    `comment`: Lines that begin with this are no data lines; empty: there are none.
-    `optional`: How many of the last columns, all skipped ones, a line may leave out.
-    `same`: What the cells of kind "same" should hold.
+    `quote`: Whether cells may be in double quotes.
+    `comment`: Beginning of lines that are no data lines; empty: there are none.
+    `optional`: Number of columns at the end, all skipped ones, that a line may lack.
+    `same`: Content that the cells of kind "same" should have.
     `regrouped`: Places of columns whose digits a spreadsheet has regrouped.
-    `dates`: Order of day, month and year in dates (``dmy``); empty: as each shows it.
-    `no_value`: Cells that say that there is no value; the others of the row count all the same.
-    `void`: Numbers that say so too.
+    `dates`: Order of day, month and year in dates (``dmy``); empty: each date must show the order.
+    `no_value`: Texts of cells without a value; the other cells of such a row are still read.
+    `void`: Numbers that stand for no value.
     `mixed`: Places of columns of numbers with words among them; a word there is no value.
-    `rewrites`: What to put in place of what in each line, before it is parted into cells.
-    `where`: Places of columns, and the words that a row of the wanted source holds there.
+    `rewrites`: Patterns and their replacements in each line, before it is split into cells.
+    `where`: Places of columns, and the words that a row of the wanted source has there.
     """
 
     names: tuple[str, ...]
@@ -170,19 +168,20 @@ class Layout:
         return self.decimal
 
     def is_data(self, line: bytes) -> bool:
-        """Tell a data line from a blank one and from a comment."""
+        """Return whether a line is neither blank nor a comment."""
         text = line.strip()
         return bool(text) and not (self.comment and text.startswith(self.comment.encode()))
 
 
 @dataclass(frozen=True)
 class ParsedRows:
-    """What some lines hold.
+    """Columns of the good rows of some lines, and counts of the bad ones.
 
-    `columns`: Of the good rows; float64, int64, bool, or words. `index`: Of each good row, which data line
-    it is, from 0: a bad line keeps its place. `rows`: Data lines; the good ones and `dropped` (by
-    reason) add up to it. `blank`: Column to the good rows in which it has no value, and NaN here; only
-    columns with such a row. `word_lines`: Data lines of as many cells as there are columns, none of them a number.
+    `columns`: Name to values of the good rows, shape (n,): float64, int64, bool, or words. `index`: Number of the
+    data line of each good row, from 0, shape (n,); bad lines are counted, too. `rows`: Number of data lines, which
+    is n plus all counts in `dropped` (by reason). `blank`: Column to the good rows without a value, which is NaN in
+    `columns`; only for columns with such a row. `word_lines`: Number and cells of the data lines with as many cells
+    as there are columns and no number.
     """
 
     columns: dict[str, np.ndarray]
@@ -194,7 +193,7 @@ class ParsedRows:
     word_lines: tuple[tuple[int, list[str]], ...] = ()
 
     def take(self, keep: np.ndarray, reason: str) -> ParsedRows:
-        """Leave out the rows where `keep` is False."""
+        """Return the rows where `keep` is True; the others are counted under `reason`."""
         lost = int(keep.size - np.count_nonzero(keep))
         if not lost:
             return self
@@ -212,11 +211,11 @@ def parse(
     *,
     keep_blanks: bool = False,
 ) -> ParsedRows:
-    """Parse whole lines.
+    """Parse a block of whole lines.
 
-    `last_line`: A last line without an end. Whoever wrote it may have been stopped in it: unless it is as
-    whole as the lines `before` it, it is counted and left out. `keep_blanks`: Keep rows with cells that
-    have no value; these cells are NaN.
+    `last_line`: A last line without a line end: the program that wrote it may have been stopped within it. Unless it
+    is as complete as the lines `before` it, it is counted and left out. `keep_blanks`: Keep rows with cells that
+    have no value; such cells are NaN.
     """
     body, last_line = (rewritten(text, layout.rewrites) for text in (body, last_line))
     if layout.is_data(last_line) and _is_complete_line(
@@ -225,11 +224,11 @@ def parse(
         body, last_line = body + last_line + b"\n", b""
     n_other_rows = 0
     if layout.where:
-        body, n_other_rows = _of_one_source(layout, body)
-    parts = _parse(layout, body)
+        body, n_other_rows = _lines_of_source(layout, body)
+    parts = _parse_block(layout, body)
     if layout.is_data(last_line):
-        parts.append(replace(_by_hand(layout, b""), rows=1, dropped={CUT: 1}))
-    rows = _together(parts)
+        parts.append(replace(_parse_by_hand(layout, b""), rows=1, dropped={CUT: 1}))
+    rows = _join_parts(parts)
     if layout.void:
         rows = _without_voids(layout, rows)
     if n_other_rows:
@@ -242,7 +241,7 @@ def parse(
 
 
 def _without_voids(layout: Layout, rows: ParsedRows) -> ParsedRows:
-    """Put no value in place of the numbers that say so."""
+    """Return the rows with NaN, marked as blank, in place of the numbers that stand for no value."""
     columns, blank = dict(rows.columns), dict(rows.blank)
     for name, kind in zip(layout.names, layout.kinds, strict=True):
         if kind != "number" or name not in columns:
@@ -254,8 +253,8 @@ def _without_voids(layout: Layout, rows: ParsedRows) -> ParsedRows:
     return replace(rows, columns=columns, blank=blank)
 
 
-def _of_one_source(layout: Layout, body: bytes) -> tuple[bytes, int]:
-    """Leave out the lines of other sources, and count them."""
+def _lines_of_source(layout: Layout, body: bytes) -> tuple[bytes, int]:
+    """Return the lines of the wanted source, and the number of the other lines."""
     lines = [line for line in body.splitlines(keepends=True) if layout.is_data(line)]
     kept = np.ones(len(lines), dtype=bool)
     for place, words in layout.where:
@@ -265,78 +264,81 @@ def _of_one_source(layout: Layout, body: bytes) -> tuple[bytes, int]:
         )
         labels = [_decoded_cell(row[place]) if place < len(row) else "" for row in cells]
         kept &= is_meant(labels, words)
-    return b"".join(line for line, is_kept in zip(lines, kept, strict=True) if is_kept), int(
-        np.count_nonzero(~kept)
-    )
+    wanted = b"".join(line for line, is_kept in zip(lines, kept, strict=True) if is_kept)
+    return wanted, int(np.count_nonzero(~kept))
 
 
 def _decoded_cell(cell: str) -> str:
+    """Return a cell, which was split as Latin-1, in its true encoding."""
     return decoded(cell.encode("latin-1"))
 
 
-_PARTS = re.compile(
+_NUMBER_PARTS = re.compile(
     r"[+-]?(?P<digits>\d+)(?:[.,](?P<decimals>\d*))?(?:[eE](?P<exponent>[+-]?\d+))?"
 )
 
 _FEWEST_BEFORE = 3
+"""Fewest numbers before a last number by which it is judged to be complete."""
 
 
 def _is_complete_line(layout: Layout, before: bytes, last_line: bytes) -> bool:
-    """Tell whether a last line without an end has all of its cells, by the lines before it.
+    """Return whether a last line without a line end is complete, judged by the lines `before` it.
 
-    All cells but the last end at a delimiter. A number written in a fixed form has the digits of this form.
-    Of other numbers one that was cut cannot be told from a shorter one: it counts where it is no farther
-    from the one before than these are from one another, so that a cut would change it by no more.
+    Each cell but the last ends at a delimiter, so only the last one may be cut. A number in a fixed format is complete
+    if it has all digits of the format. Any other number may be cut without a trace: it is accepted if its step from
+    the number before is no larger than the steps between those, so that a cut would change it by no more than that.
     """
     cells = cells_of(last_line.decode("latin-1"), layout.delimiter, quote=layout.quote)
     if cells is None or len(cells) != len(layout.names):
         return False
-    last, text = len(cells) - 1, cells[-1].strip()
+    last, last_cell = len(cells) - 1, cells[-1].strip()
     kind = layout.kinds[last]
     if kind == "skip" or (layout.quote and last_line.rstrip().endswith(b'"')):
         return True
+    # the first of the lines before may itself be cut, as `before` has a fixed number of bytes
     rows = (
         cells_of(line.decode("latin-1"), layout.delimiter, quote=layout.quote) or []
         for line in before.splitlines()[1:]
     )
     column = [row[last].strip() for row in rows if len(row) == len(cells)]
     if kind not in ("number", "integer"):
-        return text in column or (kind == "stamp" and {*map(len, column)} == {len(text)})
-    numbers = [number for cell in column if cell and (number := _PARTS.fullmatch(cell))]
-    number = _PARTS.fullmatch(text)
-    if len(numbers) < _FEWEST_BEFORE or number is None or not text:
+        return last_cell in column or (kind == "stamp" and {*map(len, column)} == {len(last_cell)})
+    numbers = [number for cell in column if cell and (number := _NUMBER_PARTS.fullmatch(cell))]
+    number = _NUMBER_PARTS.fullmatch(last_cell)
+    if len(numbers) < _FEWEST_BEFORE or number is None or not last_cell:
         return False
     exponents = {len(match["exponent"] or "") for match in numbers}
     if exponents != {len(number["exponent"] or "")}:
         return False
     decimals = [len(match["decimals"] or "") for match in numbers]
-    places = len(number["decimals"] or "")
+    digits_behind = len(number["decimals"] or "")
+    # a fixed format: always as many decimals, or an exponent
     if max(decimals) == min(decimals) > 0 or exponents != {0}:
-        return places >= max(decimals)
-    if places < min(decimals) or not text[-1].isdigit():
+        return digits_behind >= max(decimals)
+    if digits_behind < min(decimals) or not last_cell[-1].isdigit():
         return False
     if max(decimals) == 0 and len(number["digits"]) < max(
         len(match["digits"]) for match in numbers[-_FEWEST_BEFORE:]
     ):
         return False
     values = np.array([float(match[0].replace(",", ".")) for match in numbers])
-    step = abs(float(text.replace(",", ".")) - values[-1])
+    step = abs(float(last_cell.replace(",", ".")) - values[-1])
     return bool(step <= np.abs(np.diff(values)).max())
 
 
 def rewritten(body: bytes, rewrites: Iterable[tuple[re.Pattern[bytes], bytes]]) -> bytes:
-    """Put cells in place of what stands for them."""
+    """Return text with each pattern replaced, so that cells and delimiters are left."""
     for pattern, replacement in rewrites:
         body = pattern.sub(replacement, body)
     return body
 
 
-def _parse(layout: Layout, body: bytes) -> list[ParsedRows]:
-    """Parse a block; in parts where it has a bad line."""
+def _parse_block(layout: Layout, body: bytes) -> list[ParsedRows]:
+    """Parse a block by Arrow as a whole; in parts where it has a bad line or an odd number."""
     if not body.isascii():
         body = MINUS.sub(b"-", body)
     if not layout.regrouped:
-        fast = _fast(layout, body)
+        fast = _parse_fast(layout, body)
         if fast is not None:
             return [fast]
         plain = _without_thousands(layout, _with_plain_numbers(layout, body))
@@ -346,9 +348,12 @@ def _parse(layout: Layout, body: bytes) -> list[ParsedRows]:
 
 
 def _parse_halves(layout: Layout, body: bytes, *, is_bad: bool = False) -> list[ParsedRows]:
-    """Parse a block, or its halves where it has a bad line; `is_bad`: it is known to have one."""
+    """Parse a block by Arrow, or its halves where it has a bad line, down to few lines, which are parsed one by one.
+
+    `is_bad`: The block is known to have a bad line.
+    """
     if not (layout.regrouped or is_bad):
-        fast = _fast(layout, body)
+        fast = _parse_fast(layout, body)
         if fast is not None:
             return [fast]
     if count_lines(body) > _LINES_BY_HAND:
@@ -357,12 +362,12 @@ def _parse_halves(layout: Layout, body: bytes, *, is_bad: bool = False) -> list[
         place = body.rfind(b"\n", 0, middle) + 1 or body.rfind(b"\r", 0, middle) + 1
         if 0 < place < len(body) and body[place : place + 1] != b"\n":
             return [*_parse_halves(layout, body[:place]), *_parse_halves(layout, body[place:])]
-    return [_by_hand(layout, body)]
+    return [_parse_by_hand(layout, body)]
 
 
 @lru_cache
-def _odd_cells(delimiter: str) -> re.Pattern[bytes]:
-    """Find whole cells that may be numbers in another spelling."""
+def _odd_cell_pattern(delimiter: str) -> re.Pattern[bytes]:
+    """Return the pattern of whole cells that may be numbers in an odd spelling (`plain_number`)."""
     edge = rb"[\s\"%b]" % re.escape(delimiter.encode())
     number = rb"\d[\d%b]*" % b".,".replace(delimiter.encode(), b"")
     return re.compile(
@@ -373,45 +378,45 @@ def _odd_cells(delimiter: str) -> re.Pattern[bytes]:
 
 
 def _with_plain_numbers(layout: Layout, body: bytes) -> bytes:
-    """Write the numbers of a block as programs do."""
-    return _odd_cells(layout.delimiter).sub(
+    """Return a block with its numbers in the spelling of programs (`plain_number`)."""
+    return _odd_cell_pattern(layout.delimiter).sub(
         lambda cell: plain_number(cell[0].decode("ascii", "replace")).encode(), body
     )
 
 
 def _without_thousands(layout: Layout, body: bytes) -> bytes:
-    """Take the separators of thousands out of the numbers of a block that leave no doubt.
+    """Return a block without separators of thousands, where they leave no doubt.
 
-    1,442.21 has both marks. In 1 442.21 and 1'442 the separator may be a damaged digit or decimal mark:
-    there the other numbers of the column decide.
+    1,442.21 has both marks and leaves none. In 1 442.21 and 1'442 the separator may be a damaged digit or decimal
+    mark: there the other numbers of the column decide.
     """
     group, point = (b",", b".") if layout.decimal == "." else (b".", b",")
     delimiter = layout.delimiter.encode()
     if group in body and point in body:
-        marked = _grouped(re.escape(group), point, delimiter, b"")
+        marked = _grouped_pattern(re.escape(group), point, delimiter, b"")
         body = marked.sub(lambda number: number[0].replace(group, b""), body)
-    spaced = [*_grouped(_SPACE, point, delimiter, b"?").finditer(body)]
+    spaced = [*_grouped_pattern(_SPACE, point, delimiter, b"?").finditer(body)]
     if group != delimiter:
         # 10.204 beside a decimal comma
-        spaced += _grouped(re.escape(group), point, delimiter, b"?").finditer(body)
+        spaced += _grouped_pattern(re.escape(group), point, delimiter, b"?").finditer(body)
         spaced.sort(key=re.Match.start)
     if not spaced:
         return body
-    numbers_of: dict[int, list[re.Match[bytes]]] = {}
+    numbers_by_column: dict[int, list[re.Match[bytes]]] = {}
     for number in spaced:
-        numbers_of.setdefault(_column_of(layout, body, number.start()), []).append(number)
+        numbers_by_column.setdefault(_column_of(layout, body, number.start()), []).append(number)
     lines = islice(filter(layout.is_data, body.splitlines()), _LINES_OF_EVIDENCE)
     rows = [
         cells_of(line.decode("latin-1"), layout.delimiter, quote=layout.quote) or []
         for line in lines
     ]
     doubtful: set[re.Match[bytes]] = set()
-    for place, numbers in numbers_of.items():
+    for place, numbers in numbers_by_column.items():
         column = [cells[place].strip(" \t") for cells in rows if place < len(cells)]
         doubtful |= _doubtful_thousands(numbers, column, point)
         between = group.decode()
         if any(between in cell and not IN_THOUSANDS[between].fullmatch(cell) for cell in column):
-            # a decimal mark, whatever the config says
+            # the mark is decimal, whatever the config states
             doubtful |= {number for number in numbers if group in number[0]}
     pieces: list[bytes] = []
     stop = 0
@@ -426,10 +431,11 @@ def _without_thousands(layout: Layout, body: bytes) -> bytes:
 
 
 _LINES_OF_EVIDENCE = 1000
+"""First lines of a block whose numbers decide on separators of thousands."""
 
 
 def _column_of(layout: Layout, body: bytes, place: int) -> int:
-    """Which cell of its line stands at this place of a block."""
+    """Return the column, from 0, of the cell at a place (in bytes) of a block."""
     start = body.rfind(b"\n", 0, place) + 1
     start = max(start, body.rfind(b"\r", start, place) + 1)
     before = body[start:place].rstrip(b'"').decode("latin-1") + "0"
@@ -439,10 +445,11 @@ def _column_of(layout: Layout, body: bytes, place: int) -> int:
 def _doubtful_thousands(
     spaced: Sequence[re.Match[bytes]], column: Sequence[str], point: bytes
 ) -> set[re.Match[bytes]]:
-    """Numbers of a column whose blanks may be something else than separators of thousands.
+    """Return the numbers of a column whose blanks may be no separators of thousands.
 
-    All, where other numbers of the column have as many digits and no blank. Those without a decimal mark,
-    where the column has decimal marks, unless it has both: whole numbers, and thousands with a mark.
+    All numbers are doubtful if others in the column have as many digits and no blank. Numbers without a decimal mark
+    are doubtful if the column has decimal marks, unless it has both whole numbers, and thousands with a mark.
+    `spaced`: Numbers with blanks. `column`: Cells of the column. `point`: Decimal mark.
     """
     mark = point.decode()
     plain = [cell.replace(mark, ".", 1) for cell in column if mark == "." or "." not in cell]
@@ -459,12 +466,14 @@ def _doubtful_thousands(
 
 
 _SPACE = rb"(?:[ '\xa0\x92]|\xc2\xa0|\xe2\x80[\x89\xaf\x99])"
-"""Blanks, narrow ones and apostrophes, in UTF-8 and as Windows writes them."""
+"""Blanks, narrow blanks and apostrophes, in UTF-8 and Windows-1252."""
 
 
 @lru_cache
-def _grouped(group: bytes, point: bytes, delimiter: bytes, whole: bytes) -> re.Pattern[bytes]:
-    """Find grouped numbers; `whole`: ``?`` where one needs no decimal mark."""
+def _grouped_pattern(
+    group: bytes, point: bytes, delimiter: bytes, whole: bytes
+) -> re.Pattern[bytes]:
+    """Return the pattern of numbers with a mark (`group`) between thousands; `whole` ``?``: also without decimals."""
     number = rb"[+-]?\d{1,3}(?:%b\d{3})+(?:%b\d*)%b(?:[eE][+-]?\d+)?" % (
         group,
         re.escape(point),
@@ -476,7 +485,8 @@ def _grouped(group: bytes, point: bytes, delimiter: bytes, whole: bytes) -> re.P
     return re.compile(rb"(?<!%b)%b(?!%b)" % (end, number, end))
 
 
-def _together(parts: list[ParsedRows]) -> ParsedRows:
+def _join_parts(parts: list[ParsedRows]) -> ParsedRows:
+    """Join the parts of a block."""
     if len(parts) == 1:
         return parts[0]
     starts = np.cumsum([0, *(rows.rows for rows in parts)])
@@ -513,18 +523,18 @@ def count_lines(body: bytes) -> int:
     return lines
 
 
-def _fast(layout: Layout, body: bytes) -> ParsedRows | None:
-    """Parse lines without a single bad one, or give None."""
+def _parse_fast(layout: Layout, body: bytes) -> ParsedRows | None:
+    """Parse lines by Arrow; None where a line is bad, or Arrow may read it otherwise than `_parse_line`."""
     import pyarrow as pa
 
     if "integer" in layout.kinds and (b"x" in body or b"X" in body):
-        return None  # 0x10 would be a number to the fast parser
+        return None  # Arrow would read 0x10 as a number
     if not body or body.isspace():
-        return _by_hand(layout, b"")
+        return _parse_by_hand(layout, b"")
     if layout.delimiter == " ":
         body = _single_blanks(body)
     if body.startswith(codecs.BOM_UTF8):
-        return None  # which the fast parser would pass over, in any row that begins a block
+        return None  # Arrow would skip the mark at the start of any block, not only of the file
     width = len(layout.names)
     if layout.optional:
         line = body.partition(b"\n")[0]
@@ -537,7 +547,7 @@ def _fast(layout: Layout, body: bytes) -> ParsedRows | None:
     if table.num_rows != count_lines(body):
         # blank lines, or a quote that swallowed line ends
         dense = _EMPTY_LINES.sub(b"\n", body).lstrip(b"\n")
-        return _fast(layout, dense) if len(dense) < len(body) else None
+        return _parse_fast(layout, dense) if len(dense) < len(body) else None
     try:
         return _rows_of_table(layout, table)
     except pa.ArrowInvalid:
@@ -545,18 +555,21 @@ def _fast(layout: Layout, body: bytes) -> ParsedRows | None:
 
 
 def read_cells_of(layout: Layout, body: bytes, width: int) -> Any | None:
-    """Read lines of so many cells into an Arrow table, its columns by place; None where a cell is not of its kind."""
+    """Read lines of `width` cells into an Arrow table, columns named by place; None where a cell does not fit."""
     import pyarrow as pa
     import pyarrow.csv as pacsv
 
     try:
-        return pacsv.read_csv(pa.BufferReader(body), **_options(layout, width))
+        return pacsv.read_csv(pa.BufferReader(body), **_arrow_options(layout, width))
     except (pa.ArrowInvalid, pa.ArrowKeyError):
         return None
 
 
 def _rows_of_table(layout: Layout, table: Any) -> ParsedRows | None:
-    """Turn the cells of an Arrow table into values, or give None; Arrow's own error where its text is none."""
+    """Convert the cells of an Arrow table to values; None where a time cannot be read, or an integer has no value.
+
+    Raises pyarrow.ArrowInvalid for text that is not UTF-8.
+    """
     import pyarrow as pa
     import pyarrow.compute as pc
 
@@ -599,7 +612,7 @@ def _rows_of_table(layout: Layout, table: Any) -> ParsedRows | None:
 
 
 def _words_of(cells: Any) -> np.ndarray:
-    """Texts of an Arrow column of bytes, shape (n,), without the blanks around them."""
+    """Return the stripped texts of an Arrow column of bytes, shape (n,)."""
     encoded = cells.dictionary_encode()
     words = [decoded(word or b"").strip() for word in encoded.dictionary.to_pylist()]
     texts: np.ndarray = np.array([*words, ""], dtype=object)
@@ -608,7 +621,7 @@ def _words_of(cells: Any) -> np.ndarray:
 
 
 def numbers_among_words(cells: Any, decimal: str = ".") -> Any:
-    """Read the numbers of an Arrow column of text; all else is no value."""
+    """Read the numbers of an Arrow column of text; any other cell becomes null."""
     import pyarrow as pa
     import pyarrow.compute as pc
 
@@ -616,14 +629,14 @@ def numbers_among_words(cells: Any, decimal: str = ".") -> Any:
     pattern = PLAIN_NUMBER.pattern if decimal == "." else PLAIN_NUMBER.pattern.replace(r"\.", ",")
     is_number = pc.match_substring_regex(cells, f"^(?:{pattern})$")
     numbers = pc.if_else(is_number, cells, pa.scalar(None, pa.string()))
-    # the cast knows no plus sign
+    # the cast does not accept a plus sign
     numbers = pc.replace_substring(pc.utf8_ltrim(numbers, "+"), ",", ".")
     return numbers.cast(pa.float64())
 
 
 @lru_cache(64)
-def _options(layout: Layout, width: int) -> dict[str, Any]:
-    """Make the settings of the fast parser; making them costs as much as parsing some hundred rows."""
+def _arrow_options(layout: Layout, width: int) -> dict[str, Any]:
+    """Return the settings of Arrow's parser; cached, as making them takes as long as parsing some hundred rows."""
     import pyarrow as pa
     import pyarrow.csv as pacsv
 
@@ -634,7 +647,7 @@ def _options(layout: Layout, width: int) -> dict[str, Any]:
     column_types |= {str(place): pa.binary() for place in layout.mixed}
     return {
         "read_options": pacsv.ReadOptions(
-            # blocks are parsed side by side already; in one piece its columns need no copy
+            # threads already parse several blocks at once; a block in one piece needs no copy of its columns
             column_names=names,
             use_threads=False,
             block_size=_ONE_PIECE,
@@ -653,7 +666,7 @@ def _options(layout: Layout, width: int) -> dict[str, Any]:
 
 
 def _single_blanks(body: bytes) -> bytes:
-    """Put one blank between cells, and none at either end of a line."""
+    """Return lines with a single blank between cells, and none at either end of a line."""
     text = np.frombuffer(body, dtype=np.uint8)
     # the last blank of each run stays, if a cell follows
     blank = (text == _BLANK) | (text == _TAB)
@@ -663,7 +676,7 @@ def _single_blanks(body: bytes) -> bytes:
     drop[-1] = blank[-1]
     text = text[~drop]
     if text.size:
-        # and goes, if no cell is before it
+        # a blank at the start of a line is dropped
         end = (text == _FEED) | (text == _RETURN)
         drop = (text == _BLANK) | (text == _TAB)
         drop[1:] &= end[:-1]
@@ -671,15 +684,15 @@ def _single_blanks(body: bytes) -> bytes:
     return text.tobytes().replace(b"\t", b" ")
 
 
-def _by_hand(layout: Layout, body: bytes) -> ParsedRows:
-    """Parse line by line and count what is wrong with the bad ones."""
+def _parse_by_hand(layout: Layout, body: bytes) -> ParsedRows:
+    """Parse line by line, and count the bad lines by reason."""
     values: list[list[Any]] = [[] for _ in layout.places_to_read]
     index: list[int] = []
     dropped: dict[str, int] = {}
     word_lines: list[tuple[int, list[str]]] = []
     rows = 0
     for line in filter(layout.is_data, body.splitlines()):
-        row_or_reason = _row(layout, line)
+        row_or_reason = _parse_line(layout, line)
         if isinstance(row_or_reason, str):
             dropped[row_or_reason] = dropped.get(row_or_reason, 0) + 1
             if row_or_reason == NUMBER and (words := _only_words(layout, line)):
@@ -695,7 +708,8 @@ def _by_hand(layout: Layout, body: bytes) -> ParsedRows:
         name = layout.names[place]
         if None in column:
             blank[name] = np.array([value is None for value in column])
-        columns[name] = np.array(column, dtype=_TYPES[layout.kinds[place]])  # NaN of None
+        # None becomes NaN
+        columns[name] = np.array(column, dtype=_NUMPY_TYPES[layout.kinds[place]])
     return ParsedRows(
         columns,
         np.array(index, dtype=np.int64),
@@ -707,15 +721,15 @@ def _by_hand(layout: Layout, body: bytes) -> ParsedRows:
 
 
 def _only_words(layout: Layout, line: bytes) -> list[str]:
-    """Cells of a line without a single number, as of a header that stands there again; empty of another."""
+    """Return the cells of a line without any number, such as a repeated header; empty for another line."""
     cells = cells_of(decoded(line), layout.delimiter, quote=layout.quote) or []
     if any(PLAIN_NUMBER.fullmatch(cell.strip().replace(",", ".")) for cell in cells):
         return []
     return cells
 
 
-def _row(layout: Layout, line: bytes) -> list[Any] | str:
-    """Values of the wanted cells, None of one without a value, or the reason why the line is bad."""
+def _parse_line(layout: Layout, line: bytes) -> list[Any] | str:
+    """Return the values of the cells to be read, None for a cell without a value, or the reason why the line is bad."""
     cells = cells_of(line.decode("latin-1"), layout.delimiter, quote=layout.quote)
     most = len(layout.names)
     if cells is None or not most - layout.optional <= len(cells) <= most:
@@ -754,3 +768,4 @@ def _row(layout: Layout, line: bytes) -> list[Any] | str:
 
 
 REGROUPED = re.compile(r"[+-]?[1-9]\d{0,2}(,\d{3})+")
+"""A number with a comma before each three digits, as a spreadsheet regroups them."""

@@ -1,4 +1,4 @@
-"""Times that are written as text or kept as dates: dates and clock times, as seconds."""
+"""Reads times that are written as text, with a date or without one, as seconds."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ CLOCK_TIME = "time is a clock time, in s from midnight; a day is added where it 
 MINUTES = "time is minutes and seconds, in s; an hour is added where it passes the full hour"
 DAY_S = 86400.0
 PERIOD_S = {CLOCK_TIME: DAY_S, MINUTES: 3600.0}
-"""After how long a clock without a date begins anew, by its note."""
+"""Note on a clock without a date, to the time after which this clock starts again at 0, s."""
 
 ORDERS = {"year first": "ymd", "day first": "dmy", "month first": "mdy"}
-"""How the config names the orders of a date, and how this module does: ``dmy``."""
-_SAID = {order: word for word, order in ORDERS.items()}
+"""Order of day, month and year as the config names it, to its name in this module."""
+_WORDS_OF_ORDER = {order: word for word, order in ORDERS.items()}
 
 _HALF = r"(?: ?(?P<half>[AaPp])\.?[Mm]\.?)?"
 _DATE = re.compile(
@@ -50,7 +50,7 @@ _MONTHS = {
     )
     for word in words.split("/")
 }
-"""The first letters of a month, English, German, Spanish, to its number."""
+"""First three letters of a month in English, German or Spanish, to its number."""
 _MONTH = r"(?P<month>[A-Za-zä]{3,10})\.?"
 _DAY_FIRST = re.compile(rf"(?P<day>\d\d?)\.?[-/. ]{_MONTH}[-/. ,]+(?P<year>\d{{4}}|\d\d)(?=[T ])")
 _MONTH_FIRST = re.compile(rf"{_MONTH}[- ](?P<day>\d\d?)(?:, ?|[- ])(?P<year>\d{{4}})(?=[T ])")
@@ -58,20 +58,20 @@ _YEAR_FIRST = re.compile(rf"(?P<year>\d{{4}})[-/. ]{_MONTH}[-/. ](?P<day>\d\d?)(
 _NAMED_MONTHS = (_DAY_FIRST, _MONTH_FIRST, _YEAR_FIRST)
 _CLOCK = re.compile(r"(\d\d?:[0-5]\d:[0-5]\d(?:[.,:]\d{1,9})?|[0-5]?\d:[0-5]\d[.,]\d{1,9})" + _HALF)
 _COLON_BEFORE_PART = re.compile(r"(\d\d?:[0-5]\d:[0-5]\d):(\d{1,9})")
-"""A clock time whose part of a second stands behind a colon."""
+"""A clock time with a colon before the fraction of a second."""
 _ISO = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:[^AaPp]*")
 _EPOCH = dt.datetime(1970, 1, 1, tzinfo=dt.UTC)
 
 
 def is_stamp(text: str) -> bool:
-    """Tell a date with a time of day, or a clock time such as 12:00:00.01 or 00:12.3, from other text."""
+    """Return whether a text is a date with a time of day, or a clock time such as 12:00:00.01 or 00:12.3."""
     if ":" not in text:
         return False
     return bool(_CLOCK.fullmatch(text) or _DATE.fullmatch(_with_month_number(text)))
 
 
 def _named_month(text: str) -> re.Match[str] | None:
-    """Find a date at the beginning of a text in which the month has its name."""
+    """Find a date with the name of the month at the beginning of a text."""
     for pattern in _NAMED_MONTHS:
         date = pattern.match(text)
         if date and date["month"][:3].casefold() in _MONTHS:
@@ -80,7 +80,7 @@ def _named_month(text: str) -> re.Match[str] | None:
 
 
 def _with_month_number(text: str) -> str:
-    """Write 03-Feb-2026 as 2026-02-03; other texts stay."""
+    """Return a text with 2026-02-03 in place of 03-Feb-2026; other texts come back unchanged."""
     date = _named_month(text)
     if date is None:
         return text
@@ -90,9 +90,9 @@ def _with_month_number(text: str) -> str:
 
 
 def date_order(texts: Iterable[str]) -> str:
-    """Order of day, month and year (``dmy``) in which the dates of a column are; empty: several fit.
+    """Return the order of day, month and year (``dmy``) of the dates in a column; empty: several orders fit.
 
-    Points stand in dates of day first, AM and PM in those of month first; a number above 12 is a day.
+    A date with points has the day first, a date with AM or PM the month first; a number above 12 is a day.
     """
     dates = [date for date in map(_DATE.fullmatch, map(_with_month_number, texts)) if date]
     if all(len(date["d0"]) == 4 for date in dates):
@@ -105,23 +105,23 @@ def date_order(texts: Iterable[str]) -> str:
 
 
 def is_clock_time(text: str) -> bool:
-    """Tell a time of day without a date, such as 12:00:00.01, from other text."""
+    """Return whether a text is a time of day without a date, such as 12:00:00.01, and not minutes and seconds."""
     return bool(_CLOCK.fullmatch(text)) and text.count(":") >= 2
 
 
 def note_of(text: str, order: str) -> str:
-    """Say what a column of such times is counted from; empty where the file leaves no doubt."""
+    """Return the note on how a column of times is read, by its first time; empty where the file leaves no doubt."""
     if _CLOCK.fullmatch(text):
         return CLOCK_TIME if is_clock_time(text) else MINUTES
     date = _DATE.fullmatch(_with_month_number(text))
     note = NO_ZONE if date and not date["zone"] else ""
-    return note if order == "ymd" else f"{note}; dates: {_SAID[order]}".removeprefix("; ")
+    return note if order == "ymd" else f"{note}; dates: {_WORDS_OF_ORDER[order]}".removeprefix("; ")
 
 
 def seconds_of(text: str, order: str = "") -> float:
-    """Seconds since 1970, or since midnight where there is no date; NaN where it is no time at all.
+    """Return a time in s since 1970, or since midnight where it has no date; NaN where the text is no time.
 
-    Without an order of the date, NaN too where the text does not show it.
+    `order`: Order of day, month and year (``dmy``); empty: the text must show the order, else NaN.
     """
     if clock := _CLOCK.fullmatch(text):
         text = _COLON_BEFORE_PART.sub(r"\1.\2", clock[0])
@@ -157,7 +157,10 @@ def seconds_of(text: str, order: str = "") -> float:
 
 
 def seconds_of_column(cells: Any, order: str = "") -> FloatArray | None:
-    """Seconds of a column of an Arrow table of text; None where Arrow reads some cell otherwise or not at all: then the reader takes them one by one, and says which is wrong."""
+    """Return the times of an Arrow column of text, s as of `seconds_of`, all at once.
+
+    None where Arrow cannot read each cell as `seconds_of` would: the caller then reads cell by cell.
+    """
     import pyarrow as pa
     import pyarrow.compute as pc
 
@@ -180,20 +183,20 @@ def seconds_of_column(cells: Any, order: str = "") -> FloatArray | None:
             cells = pc.replace_substring_regex(cells, r" ?(UTC|GMT|Z)$", "Z")
             first = cells[0].as_py()
         order = order or date_order([first])
-        late: Any = 0
+        half_days: Any = 0
         if not _ISO.fullmatch(first):
-            cells, late = _as_iso(cells, order)
+            cells, half_days = _as_iso(cells, order)
         cells = pc.replace_substring(cells, ",", ".")
         zoned = bool((date := _DATE.fullmatch(first)) and date["zone"])
         stamps = cells.cast(pa.timestamp("ns", "UTC" if zoned else None))
     except (pa.ArrowInvalid, pa.ArrowNotImplementedError, UnicodeDecodeError, ValueError):
-        return None  # no dates: the caller tells which cell is none
-    seconds: FloatArray = ns_to_s(stamps.cast(pa.int64()).to_numpy()) + 43200.0 * late
+        return None  # a cell is no date: the caller finds out which
+    seconds: FloatArray = ns_to_s(stamps.cast(pa.int64()).to_numpy()) + 43200.0 * half_days
     return seconds
 
 
 def _with_month_numbers(cells: Any) -> Any:
-    """Write each date of a column whose month has its name by numbers, year first."""
+    """Return an Arrow column with 2026-02-03 in place of dates such as 03-Feb-2026."""
     import pyarrow.compute as pc
 
     first = cells[0].as_py()
@@ -210,35 +213,42 @@ def _with_month_numbers(cells: Any) -> Any:
             month = _MONTHS.get(word[:3].casefold())
             if month is None:
                 raise ValueError(word)
-            of_month = plain.replace("([A-Za-zä]{3,10})", f"({word})")
+            # group 4 is the T or blank behind the date
+            pattern_of_month = plain.replace("([A-Za-zä]{3,10})", f"({word})")
             cells = pc.replace_substring_regex(
-                cells, f"^{of_month}", rf"\{year}-{month:02}-\{day}\4"
+                cells, f"^{pattern_of_month}", rf"\{year}-{month:02}-\{day}\4"
             )
     return cells
 
 
 def _as_iso(cells: Any, order: str) -> tuple[Any, np.ndarray]:
-    """Write dates of another order or with AM and PM by ISO 8601, and tell how many half days to add."""
+    """Return an Arrow column with dates by ISO 8601, and how many half days to add to each time, for AM and PM.
+
+    `order`: Order of day, month and year in `cells`. Raises ValueError for an hour that AM and PM cannot have.
+    """
     import pyarrow.compute as pc
 
     def matches(pattern: str) -> np.ndarray:
+        """Return 1 for each cell in which a pattern is found, else 0."""
         return np.asarray(pc.match_substring_regex(cells, pattern)).astype(int)
 
     year, month, day = (order.index(letter) + 1 for letter in "ymd")
     iso = rf"\{year}-\{month}-\{day}T"
     cells = pc.replace_substring_regex(cells, r"^(\d+)[-/.](\d+)[-/.](\d+)[T ] *", iso)
-    for _ in range(2):  # neighbours share the character between them
+    for _ in range(
+        2
+    ):  # twice, as two neighbouring numbers of one digit share the character between them
         cells = pc.replace_substring_regex(cells, r"([-T:])(\d)([-T:])", r"\10\2\3")
     cells = pc.replace_substring_regex(cells, r"^(\d\d)-", r"20\1-")
-    late, half = matches(r"[Pp]\.?[Mm]\.?$"), matches(r"[AaPp]\.?[Mm]\.?$")
+    is_pm, half = matches(r"[Pp]\.?[Mm]\.?$"), matches(r"[AaPp]\.?[Mm]\.?$")
     noon = half * matches("T12:")
     if (half * (1 - matches(r"T(0[1-9]|1[0-2]):"))).any():
-        raise ValueError  # no hour of half a day
-    return pc.replace_substring_regex(cells, r" ?[AaPp]\.?[Mm]\.?$", ""), late - noon
+        raise ValueError  # an hour beyond 1 to 12
+    return pc.replace_substring_regex(cells, r" ?[AaPp]\.?[Mm]\.?$", ""), is_pm - noon
 
 
 class RestartingClock:
-    """Times of a clock without a date that begins anew after `period`, s, made continuous by blocks."""
+    """Makes times of a clock without a date continuous, block by block; the clock starts again after `period`, s."""
 
     def __init__(self, period: float) -> None:
         self._period = period
@@ -246,7 +256,7 @@ class RestartingClock:
         self._passed = 0.0
 
     def follow(self, times: FloatArray) -> FloatArray:
-        """Return the next times; a step back by more than half a period is a new beginning."""
+        """Return the next times, s, shape (n,), made continuous: a step back by half a period is a new start."""
         is_finite = np.isfinite(times)
         if not is_finite.all():
             followed = times.copy()
@@ -262,7 +272,7 @@ class RestartingClock:
 
 
 def ns_to_s(stamps: np.ndarray) -> FloatArray:
-    """Turn nanoseconds since 1970 into s; float64 resolves 0.2 microseconds at today's dates."""
+    """Convert nanoseconds since 1970 (whole numbers) to s; float64 resolves 0.2 microseconds at today's dates."""
     stamps = np.asarray(stamps, dtype=np.int64)
     whole = stamps // 10**9
     seconds: FloatArray = whole + (stamps - whole * 10**9) / 1e9

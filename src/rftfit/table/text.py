@@ -10,17 +10,18 @@ from itertools import islice
 from typing import NamedTuple
 
 _UTF16 = {codecs.BOM_UTF16_LE: "utf-16-le", codecs.BOM_UTF16_BE: "utf-16-be"}
-_LOOKED_AT = 1000
+_SAMPLE_BYTES = 1000
+"""First bytes of a file by which its encoding is guessed."""
 _LINE_END = re.compile(rb"\r\n|\n|\r")
 
 
 def utf16_of(head: bytes) -> str:
-    """Name the encoding of a file in UTF-16, with a byte order mark or without; empty of any other."""
+    """Return the encoding of a file in UTF-16, with a byte order mark or without; empty for any other encoding."""
     if head[:2] in _UTF16:
         return _UTF16[head[:2]]
-    sample = head[:_LOOKED_AT]
+    sample = head[:_SAMPLE_BYTES]
     for high, encoding in enumerate(("utf-16-be", "utf-16-le")):
-        # the high bytes of most letters are 0, the low ones never are
+        # in UTF-16 the high bytes of most letters are 0, and no low byte is
         if sample[high::2].count(0) * 4 <= len(sample) or sample[1 - high :: 2].count(0):
             continue
         if any(line_end.encode(encoding) in sample for line_end in "\r\n"):
@@ -29,18 +30,21 @@ def utf16_of(head: bytes) -> str:
 
 
 def without_byte_order_mark(head: bytes) -> bytes:
-    """Return the beginning of a file behind its byte order mark."""
+    """Return the first bytes of a file without its byte order mark."""
     return head[2:] if head[:2] in _UTF16 else head.removeprefix(codecs.BOM_UTF8)
 
 
 def as_utf8(head: bytes) -> bytes:
-    """Return the beginning of a file as `TextFile` shows it."""
+    """Return the first bytes of a file without a byte order mark; UTF-16 becomes UTF-8."""
     utf16, head = utf16_of(head), without_byte_order_mark(head)
     return head.decode(utf16, "ignore").encode() if utf16 else head
 
 
 def text_head(head: bytes) -> bytes:
-    """Return the same, or nothing of a binary file; of a damaged text the lines before its first zero byte."""
+    """Return the first bytes of a text as `as_utf8` does, but empty for a binary file.
+
+    A damaged text keeps the lines before its first zero byte.
+    """
     lines = head
     if b"\x00" in head and not utf16_of(head):
         lines, _, _ = head[: head.index(b"\x00")].rpartition(b"\n")
@@ -53,22 +57,26 @@ def text_head(head: bytes) -> bytes:
 
 
 _TEXT_LINES = 10
-"""A binary file has fewer lines before its first zero byte."""
+"""Fewest lines before the first zero byte of a damaged text; a binary file has fewer."""
 _CONTROLS = bytes({*range(32)} - set(b"\t\n\v\f\r\x1a\x1b")) + b"\x7f"
+"""Control characters that no text has."""
 _FEW_CONTROLS = 50
-"""One in so many bytes of a text, though damaged, may be a control character; of a binary file one in ten is."""
+"""At most one in this many bytes of a text may be a control character (damage); in a binary file one in ten is."""
 
 
 def is_web_page(head: bytes) -> bool:
-    """Tell a page of HTML, which some programs name .xls, from other text."""
-    return bool(_WEB_PAGE.match(as_utf8(head[:_LOOKED_AT])))
+    """Return whether a file is a page of HTML, which some programs name .xls."""
+    return bool(_WEB_PAGE.match(as_utf8(head[:_SAMPLE_BYTES])))
 
 
 _WEB_PAGE = re.compile(rb"\s*<(?:!doctype\s+html|html|table|meta)\b", re.IGNORECASE)
 
 
 class Line(NamedTuple):
-    """One line of the head: its text, where the next one begins, whether it has a line end."""
+    """One line among the first bytes of a file.
+
+    `stop`: Place in bytes where the next line begins. `whole`: Whether the line has a line end.
+    """
 
     text: str
     stop: int
@@ -76,12 +84,12 @@ class Line(NamedTuple):
 
 
 def decode_first_lines(head: bytes, most: int = 400, encoding: str = "") -> list[Line]:
-    """Return the first lines of a file; without an encoding UTF-8, or Windows-1252 if it is none."""
+    """Return at most `most` first lines of a file; `encoding` empty: UTF-8, or Windows-1252 where it is not UTF-8."""
     return list(islice(each_line(head, encoding), most))
 
 
 def each_line(head: bytes, encoding: str = "") -> Iterator[Line]:
-    """Yield the lines of the beginning of a file."""
+    """Yield the lines of the first bytes of a file; `encoding` as of `decoded`."""
     start = 0
     while start < len(head):
         end = _LINE_END.search(head, start)
@@ -92,7 +100,7 @@ def each_line(head: bytes, encoding: str = "") -> Iterator[Line]:
 
 
 def decoded(raw: bytes, encoding: str = "") -> str:
-    """Decode names and units; by default UTF-8, or else what Windows programs write."""
+    """Decode bytes; `encoding` empty: UTF-8, or Windows-1252 where they are not UTF-8."""
     if encoding:
         return raw.decode(encoding, "replace")
     try:
@@ -102,7 +110,7 @@ def decoded(raw: bytes, encoding: str = "") -> str:
 
 
 def cells_of(line: str, delimiter: str, *, quote: bool = True) -> list[str] | None:
-    """Split a line into its cells; none where the quotes do not match."""
+    """Split a line into its cells; None where the quotes do not match; `quote`: whether cells may be in quotes."""
     if delimiter == " ":
         return _split_at_blanks(line)
     if not quote or '"' not in line:
@@ -114,11 +122,15 @@ def cells_of(line: str, delimiter: str, *, quote: bool = True) -> list[str] | No
 
 
 def records_of(lines: Iterable[str], delimiter: str) -> Iterator[list[str]]:
-    """Yield the cells of each row of a table, which may hold line ends in quotes; raises csv.Error where these do not match."""
+    """Yield the cells of each row of a table; a cell in quotes may hold line ends.
+
+    Raises csv.Error where quotes do not match.
+    """
     if delimiter == " ":
         return map(_split_at_blanks, lines)
     return csv.reader(lines, delimiter=delimiter, strict=True)
 
 
 def _split_at_blanks(line: str) -> list[str]:
+    """Split a line at runs of blanks and tabs."""
     return [cell for cell in line.rstrip("\r\n").replace("\t", " ").split(" ") if cell]

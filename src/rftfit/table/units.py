@@ -1,4 +1,4 @@
-"""Units as log files spell them, and the names beside which they stand."""
+"""Units in the spellings of log files: finds them in names and cells, and converts them."""
 
 from __future__ import annotations
 
@@ -35,11 +35,11 @@ _SPELLINGS = {
     "d": "d day days",
 }
 CHAIN_UNITS = frozenset(_SPELLINGS)
-"""Units of what the chain takes."""
-_KNOWN = {word: unit for unit, words in _SPELLINGS.items() for word in words.split()}
-# M is not m and nm is not N m where the case says so
+"""Units of the quantities that the program reads."""
+_UNIT_BY_SPELLING = {word: unit for unit, words in _SPELLINGS.items() for word in words.split()}
+# spellings in which the case of a letter decides: Nm is N m and nm is nanometre, M is not m
 _EXACT = {"Nm": "N m", "nm": "nm", "MN": "MN", "Mm": "Mm", "S": "S", "M": "M"}
-_OTHERS = (
+_OTHER_UNITS = (
     "V",
     "mV",
     "uV",
@@ -73,10 +73,10 @@ _OTHERS = (
     "TS",
     "RN",
 )
-"""Units of columns that the chain does not use, by which a row of units is recognised."""
+"""Units of other quantities; with them a row of units is recognised."""
 
 _WIDE = str.maketrans("\uff08\uff09\uff3b\uff3d\u3010\u3011\uff0f\uff1a\u3000", "()[][]/: ")
-"""Brackets as Chinese and Japanese programs write them."""
+"""Wide brackets and signs of Chinese and Japanese programs, to those of ASCII."""
 _NUMBERED = re.compile(
     r"(?P<head>.*?\S)\s*(?P<unit>[\[(][^\[\]()]*[\])])\s*(?P<number>(?:Run|Trial|Specimen|Series)?\s*[#-]?\s*\d+)",
     re.IGNORECASE,
@@ -86,21 +86,21 @@ _SINCE = re.compile(r"(\w+) since .*", re.IGNORECASE)
 """Unit of a time in netCDF: ``seconds since 2026-02-03``."""
 _BRACKETS = re.compile(r"^(?P<name>.*?)\s*[\[(](?P<unit>[^\[\]()]*)[\])]\s*$")
 _BRACKETED = re.compile(r"[\[(][^\[\]()]*[\])]")
-_LONGEST = 10
-"""Letters of a unit."""
+_LONGEST_UNIT = 10
+"""Most letters of a unit."""
 _INDEX = re.compile(r".*(\S\[\d+\]|[\[(][xyzXYZ][\])])\s*")
-_BETWEEN = re.compile(r"\s*[_/,]\s*|\s+")
+_BEFORE_UNIT = re.compile(r"\s*[_/,]\s*|\s+")
 _POWER = re.compile(r"(\^-?\d|[²³⁻¹]+|(?<=[a-z])-?[234])$")
 
 
 def _bare(text: str) -> str:
-    """Take a unit out of its brackets."""
+    """Return a unit without the brackets around it."""
     text = text.strip()
     return text[1:-1].strip() if text[:1] in "([" and text[-1:] in ")]" else text
 
 
 def unit_word(text: str) -> str:
-    """Return a unit in the program's own spelling; unknown ones as they are, ``?`` as nothing."""
+    """Return a unit in the spelling of this program; an unknown unit comes back unchanged, ``?`` as an empty text."""
     text = _bare(text.translate(_WIDE))
     if since := _SINCE.fullmatch(text):
         text = since[1]
@@ -109,11 +109,11 @@ def unit_word(text: str) -> str:
     if text in _EXACT:
         return _EXACT[text]
     plain = re.sub(r"[\s·⋅\u00d7]+", "*", text.replace("µ", "u").replace("μ", "u")).casefold()
-    return _KNOWN.get(plain, text)
+    return _UNIT_BY_SPELLING.get(plain, text)
 
 
 def known_unit(text: str) -> bool:
-    """Tell whether a text is the spelling of a unit that this module knows, or made of such ones."""
+    """Return whether a text is a unit of this module in any spelling, or a product or ratio of such units."""
     text = _bare(text)
     if unit_word(text) in _SPELLINGS:
         return True
@@ -121,12 +121,15 @@ def known_unit(text: str) -> bool:
         _POWER.sub("", factor) for factor in re.split(r"[\s·⋅\u00d7*/.]+", text.replace("µ", "u"))
     ]
     plain = "/" in text or not any(map(str.isdigit, text.replace("^2", "")))
-    return plain and all(p in _OTHERS or unit_word(p) in _SPELLINGS for p in parts)
+    return plain and all(p in _OTHER_UNITS or unit_word(p) in _SPELLINGS for p in parts)
 
 
 @lru_cache(1024)
 def split_unit(cell: str, more: frozenset[str] = frozenset()) -> tuple[str, str]:
-    """Split ``Force [kN]``, ``Force (kN)``, ``force_kN``, ``Force / kN`` into name and unit; `more`: further units."""
+    """Split ``Force [kN]``, ``Force (kN)``, ``force_kN`` or ``Force / kN`` into name and unit.
+
+    `more`: Further units that may stand behind a name without brackets.
+    """
     cell = cell.translate(_WIDE).strip().strip('"').strip()
     numbered = _NUMBERED.fullmatch(cell)
     if numbered and known_unit(numbered["unit"]):
@@ -138,34 +141,36 @@ def split_unit(cell: str, more: frozenset[str] = frozenset()) -> tuple[str, str]
         return cell, ""
     if match and match["name"]:
         return match["name"].strip(), unit_word(match["unit"])
-    for between in _BETWEEN.finditer(cell):
+    for between in _BEFORE_UNIT.finditer(cell):
         name, unit = cell[: between.start()].strip(), cell[between.end() :].strip(" _/,")
         usual = unit_word(unit) in _SPELLINGS or ("/" in unit and known_unit(unit))
         if name and (usual or unit in more):
             return name, unit_word(unit)
-    # a column of times is often named by its unit alone; s and min are more often something else
+    # a column of times is often named by its unit alone; but s and min often mean something else
     is_time = len(cell) > 1 and unit_word(cell) in _TIMES
     return cell, unit_word(cell) if is_time else ""
 
 
 _TIMES = frozenset({"s", "ms", "us", "ns"})
-"""Units whose name alone says that a column holds times."""
+"""Units that, as the name of a column, say that the column holds times."""
 
 
 def is_units_row(cells: Sequence[str], width: int) -> bool:
-    """Tell whether the row above data of so many cells holds units: bracketed, or most of them known."""
+    """Return whether a row above data of `width` columns holds units: all in brackets, or most of them known."""
     filled = [cell.strip() for cell in cells if cell.strip()]
     if not filled or not width - 1 <= len(cells) <= width + 1:
         return False
     if all(_BRACKETED.fullmatch(cell) for cell in filled):
         return True
     unknown_cells = [cell for cell in filled if not known_unit(cell)]
-    short = all(len(cell) <= _LONGEST and not any(map(str.isdigit, cell)) for cell in unknown_cells)
+    short = all(
+        len(cell) <= _LONGEST_UNIT and not any(map(str.isdigit, cell)) for cell in unknown_cells
+    )
     return short and len(unknown_cells) * 2 < len(filled) and len(filled) * 2 > width
 
 
 def unique(names: list[str]) -> tuple[str, ...]:
-    """Give each column its own name: the second ``Mz`` becomes ``Mz_2``, a blank one ``column 3``."""
+    """Make the names of columns unique: the second ``Mz`` becomes ``Mz_2``, a blank name ``column 3``."""
     used: set[str] = set()
     unique_names = []
     for place, name in enumerate(names, start=1):
@@ -178,7 +183,7 @@ def unique(names: list[str]) -> tuple[str, ...]:
     return tuple(unique_names)
 
 
-# --- What units are in those of the program, and the unit that a header or a cell states
+# --- Factors that convert a unit to the unit of this program, and the unit that a header or a cell states
 
 
 FORCE_TO_N = {
@@ -220,7 +225,7 @@ _DIMENSIONS = (
     STRESS_TO_N_PER_CM2,
     ALPHA_TO_N_PER_CM3,
 )
-_PER_AREA = {
+_OTHER_RATIOS = {
     "n/m2": "Pa",
     "kn/m2": "kPa",
     "n/mm2": "MPa",
@@ -229,12 +234,12 @@ _PER_AREA = {
     "kn/m3": "kPa/m",
     "mn/m3": "MPa/m",
 }
-"""Other spellings of units, as `_plain` makes them."""
+"""Ratio in the spelling of `_plain`, to the unit that it equals."""
 _DIGITS = str.maketrans("\u00b2\u00b3\u2074\u207b", "234-")
 
 
 def units_like(unit: str) -> dict[str, float]:
-    """Return the units of the same dimension, and what each is in `unit`; none of an unknown one."""
+    """Return all units of the same dimension, each to its factor in `unit`; empty for an unknown unit."""
     for dimension in _DIMENSIONS:
         if spelling := unit_among(unit, dimension):
             return {name: factor / dimension[spelling] for name, factor in dimension.items()}
@@ -242,32 +247,32 @@ def units_like(unit: str) -> dict[str, float]:
 
 
 def unit_among(text: str, units: Mapping[str, float]) -> str | None:
-    """Return which of the units a text spells; None: none of them."""
+    """Return the unit among `units` that a text spells in any way; None where there is none."""
     word = unit_word(text)
     if word in units:
         return word
-    # without the case of letters mN is MN, but there is no millipascal among these
+    # case is ignored only for ratios and pressures: mN and MN differ by case alone, and no millipascal is used
     plain = _plain(text)
-    plain = _PER_AREA.get(plain, plain).casefold()
+    plain = _OTHER_RATIOS.get(plain, plain).casefold()
     is_ratio = "/" in plain or plain.endswith(("pa", "psi"))
     return next((unit for unit in units if is_ratio and plain == _plain(unit)), None)
 
 
 @lru_cache(4096)
 def _plain(unit: str) -> str:
-    """Spell a unit in small letters without powers' signs and spaces: ``n/cm3`` of ``N cm⁻³``."""
+    """Spell a unit in small letters, as a ratio, without spaces and ``^``: ``n/cm3`` for ``N cm⁻³``."""
     unit = unit.strip(" )]").casefold().translate(_DIGITS)
     unit = re.sub(r"[\s*·]*\b([a-z]+)\^?-(\d)", r"/\1\2", re.sub(r"[\s_]per[\s_]", "/", unit))
     return re.sub(r"/m1$", "/m", re.sub(r"[\s^]", "", unit))
 
 
 def cut_header(header: str) -> Iterator[tuple[str, str]]:
-    """Yield each way to cut a header into a name, as `folded_name` spells it, and what may be its unit."""
+    """Yield each way to cut a header into a name, in the spelling of `folded_name`, and a text that may be a unit."""
     header = header.translate(_WIDE)
     for between in re.finditer(r"[\s_/,(\[]+", header):
         yield folded_name(header[: between.start()]), header[between.end() :].strip(" )]")
 
 
 def folded_name(name: str) -> str:
-    """Spell a name in small letters, with one line between its words."""
+    """Spell a name in small letters, with one underscore between words."""
     return re.sub(r"[\s_]+", "_", name.strip().casefold())

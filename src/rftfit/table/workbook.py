@@ -1,4 +1,4 @@
-"""Workbooks: the one function that opens them, and each cell as the text that a csv would hold."""
+"""Opens workbooks, and converts each cell to the text that a csv of the sheet would hold."""
 
 from __future__ import annotations
 
@@ -10,24 +10,25 @@ from importlib import import_module
 from typing import Any, BinaryIO
 
 WORKBOOK = b"PK\x03\x04"
-"""First bytes of a workbook, as of any archive."""
+"""First bytes of a workbook, which is a zip archive."""
 ERROR_VALUES = ("#N/A", "#REF!", "#DIV/0!", "#NAME?", "#NULL!", "#NUM!", "#VALUE!")
-"""What a spreadsheet shows in place of the result of a formula."""
+"""Errors that a spreadsheet shows in place of the result of a formula."""
 NO_RESULT = (
     "a formula whose result the workbook does not hold: open and save it in a spreadsheet program"
 )
 _MOMENTS = (dt.date, dt.time, dt.timedelta)
+"""Types of cells that are times."""
 
 
 @contextmanager
 def open_workbook(file: BinaryIO, *, formulas: bool = False) -> Iterator[Any]:
-    """Open a workbook to be read row by row; `formulas`: cells hold these in place of their results."""
+    """Open a workbook to be read row by row; `formulas`: cells hold their formulas in place of the results."""
     # imported by name: slow, and without type information
     openpyxl: Any = import_module("openpyxl")
     with warnings.catch_warnings():
-        # about styles and validation rules, which do not matter here
+        # the library warns of styles and validation rules that it does not read
         warnings.simplefilter("ignore")
-        # closed by hand: rows that nobody asks for keep the file open
+        # closed explicitly: rows that are never asked for would keep the file open
         with closing(
             openpyxl.load_workbook(file, read_only=True, data_only=not formulas)
         ) as workbook:
@@ -39,13 +40,13 @@ def open_workbook(file: BinaryIO, *, formulas: bool = False) -> Iterator[Any]:
 
 @contextmanager
 def rows_of(sheet: Any, most_columns: int | None = None) -> Iterator[Iterator[tuple[Any, ...]]]:
-    """Read the rows of a sheet, each a tuple of values."""
+    """Provide an iterator of the rows of a sheet, each a tuple of values."""
     with closing(row for row in sheet.iter_rows(max_col=most_columns, values_only=True)) as rows:
         yield rows
 
 
 def place_of_column(letters: str) -> int:
-    """Place of a column that a sheet calls by letters: 0 of ``A``."""
+    """Return the place of a column, from 0, by its letters in a sheet: 0 for ``A``, 26 for ``AA``."""
     number = 0
     for letter in letters:
         number = 26 * number + ord(letter) - ord("A") + 1
@@ -53,18 +54,18 @@ def place_of_column(letters: str) -> int:
 
 
 def is_moment(value: Any) -> bool:
-    """Tell a date, a time of day or a length of time from other values of a cell."""
+    """Return whether the value of a cell is a date, a time of day or a duration."""
     return isinstance(value, _MOMENTS)
 
 
 def formula_of(value: Any) -> str:
-    """Formula that a cell holds, one of a range as well; empty of another value."""
+    """Return the formula of a cell, also one for a range of cells; empty for any other value."""
     text = str(getattr(value, "text", value) or "")
     return text if text.startswith("=") else ""
 
 
 def text_of(value: Any) -> str:
-    """Text of a cell without the blanks around it: of a number the shortest one that means it."""
+    """Return the stripped text of a cell; a number becomes the shortest text that means it."""
     if value is None:
         return ""
     if isinstance(value, bool):
@@ -80,4 +81,6 @@ def text_of(value: Any) -> str:
 
 
 _MOST_WHOLE = 1e15
+"""Whole numbers below this are written without a decimal point."""
 _EPOCH = dt.datetime(1970, 1, 1)
+"""Any date: only the seconds that are added to it are written."""
