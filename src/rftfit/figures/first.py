@@ -67,6 +67,7 @@ def best_measured_medium(results: Results) -> tuple[str, pd.DataFrame, str]:
 
 
 def _map_caption(results: Results, _: str) -> str:
+    """Write the caption of the map: signs of the colours, and what good data look like."""
     signs = (
         "Red: the medium pushes the plate up; blue: it pulls it down. "
         "Hatched: the force does not oppose the vertical motion."
@@ -122,6 +123,7 @@ def _select_peaks(results: Results) -> pd.DataFrame:
 
 
 def _peaks_caption(results: Results, _: str) -> str:
+    """Write the caption of the peaks, with the profiles by which they were predicted."""
     shown_profiles = {*_select_peaks(results)["profile"]}
     shown = [name for profile, name in PROFILES.items() if profile in shown_profiles]
     sources = ", or else by the ".join(shown) or PROFILES["table"]
@@ -200,6 +202,7 @@ def plot_first_peaks(results: Results) -> Figure:
 
 
 def _lines_caption(results: Results, _: str) -> str:
+    """Write the caption of the residuals; where no check judges linearity, name a run with a bend."""
     medium = _medium_with_line(results)
     caption = greek(
         "Stress minus alpha times depth, of every run. Good: noise about zero, without a bend."

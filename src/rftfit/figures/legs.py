@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
 
 def _media_with_legs(campaign: Campaign) -> tuple[str, ...]:
+    """List the laboratory media in which legs were turned."""
     return campaign.with_legs("laboratory")
 
 
@@ -43,6 +44,7 @@ _FORCE_LABELS = r"vertical force $F_z$ (N)", r"horizontal force $F_x$ (N)"
 
 
 def _legs_caption(results: Results, medium: str) -> str:
+    """Write the caption, with the insets where depth-only predicts a curve."""
     insets = ""
     if medium in labels.predicted_by(results).get("depth_only", ()):
         insets = " Insets: the same with the depth-only model."
@@ -119,6 +121,7 @@ def _model_entries(
 
 
 def _has_map(predicted: pd.DataFrame) -> bool:
+    """Tell whether any curve was predicted with the map."""
     return bool((predicted["profile"] == "map").any())
 
 

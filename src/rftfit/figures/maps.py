@@ -301,10 +301,12 @@ def plot_fit_maps(results: Results) -> Figure:
 
 
 def _depth_only(results: Results, medium: str) -> DepthOnlyProfile:
+    """Make the depth-only profile of a medium from its measured table."""
     return DepthOnlyProfile.of(TableProfile.from_table(results[medium].alpha))
 
 
 def _without_depth_only(results: Results, medium: str) -> Sequence[str]:
+    """Say why a medium has no depth-only model; empty where it has one."""
     profile = _depth_only(results, medium)
     if np.isfinite(profile.values).all():
         return ()

@@ -240,6 +240,7 @@ def plot_protocol(results: Results, medium: str) -> Figure:
 
 
 def _shade_phases(axes: Axes, column: PanelColumn) -> None:
+    """Shade the times of pause and stroke, and draw the line of zero."""
     for name, (start, end) in column.phases.items():
         axes.axvspan(start, end, **_PHASES[name])
     style.zero_line(axes)

@@ -168,6 +168,7 @@ def depth_levels(depth_cm: pd.Series[float]) -> pd.Series[float]:
 
 
 def _format_column_label(gamma: float, direction: str, level: float) -> str:
+    """Write gamma, direction and, for horizontal runs, the depth above a column."""
     head = f"\N{GREEK SMALL LETTER GAMMA} = {style.degrees(gamma)}\n{direction}"
     if direction == "horizontal":
         return head + (f"\n{level:.1f} cm deep" if level >= 0 else "\ndepth not known")
@@ -349,6 +350,7 @@ class Sheet:
         """Write name, angles, alpha, range of stress and problem of a run into its panel."""
 
         def write(x: float, y: float, text: str, size: float, **properties: str) -> None:
+            """Write text into the panel, its top left or right corner at x and y, cm."""
             self.axes.text(x, y, style.plain(text), fontsize=size, va="top", **properties)  # type: ignore[arg-type]
 
         inner, margin = self.width - _GAP, 0.06
@@ -424,6 +426,7 @@ class Sheet:
         return self.figure
 
     def _add_legend(self) -> None:
+        """Add the legend, and a sentence on what the panels span."""
         names = [STRESS[kind, c] for kind in ("stress", "tare") for c in "zx"]
         names = [(pen, name) for pen, name in names if pen in self.lines]
         entries = {name: style.line(pen[0], linewidth=1.2, linestyle=pen[2]) for pen, name in names}
@@ -521,6 +524,7 @@ def plot_runs_side_by_side(results: Results) -> Figure:
 
 
 def _comparison_look(colour: str, marker: str, is_filled: bool) -> style.Look:
+    """Return the look of points for one sort of comparison."""
     face = colour if is_filled else "none"
     return {"marker": marker, "linestyle": "", "markerfacecolor": face, "markeredgewidth": 0.5}
 

@@ -510,6 +510,7 @@ def _by_run(table: pd.DataFrame) -> list[tuple[tuple[float, float], pd.DataFrame
 
 
 def _run_name(curvature: float, frequency: float) -> str:
+    """Name a run by its leg and its stride frequency."""
     return f"{leg_name(curvature)}, {frequency:g} Hz"
 
 
@@ -761,6 +762,7 @@ def group_names(motion: pd.DataFrame) -> list[str]:
 
 
 def _mean_speed(motion_of_run: pd.DataFrame) -> float:
+    """Return the mean forward speed over a run, cm/s."""
     time, x = motion_of_run["time_s"].to_numpy(float), motion_of_run["x_cm"].to_numpy(float)
     return float((x[-1] - x[0]) / (time[-1] - time[0]))
 

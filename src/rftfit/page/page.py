@@ -380,6 +380,7 @@ def drawn_figures(results: Results) -> list[Picture]:
 
 
 def _make_picture(results: Results, declared: Declared, medium: str) -> Picture:
+    """Make the picture of a figure that was drawn, with its preview as a data address."""
     file, caption = declared.file(medium), declared.caption_of(results, medium)
     content = results.path(f"{file}.webp").read_bytes()
     data = f"data:image/webp;base64,{base64.b64encode(content).decode()}"
@@ -424,8 +425,10 @@ def _join_scripts() -> str:
 
 
 def _read_file(name: str) -> str:
+    """Read a file of this package."""
     return files(__package__).joinpath(name).read_text(encoding="utf-8")
 
 
 def _hash(text: str) -> str:
+    """Return the SHA-256 of a script or style, as a content security policy names it."""
     return "sha256-" + base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()

@@ -66,6 +66,8 @@ def _tabulate_shares(errors: pd.DataFrame) -> PageTable:
     errors_by_profile = {str(name): rows for name, rows in errors.groupby("profile", sort=False)}
 
     def within(heading: str, percents: float) -> PageColumn:
+        """Make the column that counts conditions whose speeds differ by some percent at most."""
+
         def cell(row: Row) -> Cell:
             rows_of_profile = errors_by_profile[row["profile"]]
             uncalibrated = rows_of_profile[rows_of_profile["calibrated"] == "no"]
@@ -76,6 +78,8 @@ def _tabulate_shares(errors: pd.DataFrame) -> PageTable:
         return PageColumn(heading, cell, "num")
 
     def cell_of_count(count: Callable[[pd.DataFrame], tuple[int, int]]) -> Callable[[Row], Cell]:
+        """Make cells "n of m" from a function that counts conditions near and in all."""
+
         def cell(row: Row) -> Cell:
             near, total = count(errors_by_profile[row["profile"]])
             return Cell(f"{near} of {total}" if total else "no value")
@@ -115,11 +119,14 @@ def _tabulate_conditions(errors: pd.DataFrame) -> PageTable:
     ordered = errors.sort_values(["curvature_times_R", "frequency_Hz"], kind="stable")
 
     def measured(row: Row) -> Cell:
+        """Make the cell of the measured speed, with its standard deviation."""
         sd = row["measured_sd_cm_per_s"]
         note = f"s.d. {format_number(sd, 1)}" if np.isfinite(sd) else ""
         return Cell(format_number(row["measured_cm_per_s"], 1), (note,))
 
     def speed(profile: str) -> PageColumn:
+        """Make the column of speeds simulated on one profile."""
+
         def cell(row: Row) -> Cell:
             simulated_row = simulated.get((row["condition"], profile), {})
             lo, hi = (

@@ -86,6 +86,7 @@ def tabulate_media(results: Results, outcome: Outcome) -> PageTable:
     lost = Counter((run["medium"], fates[run["excluded"]]) for run in outcome.dropped)
 
     def title(row: Row) -> Cell:
+        """Make the cell with the title of the medium, and counts of its runs."""
         runs_used = outcome.used[row["medium"]]
         is_sand = row["medium"] in results.sands
         facts = ["natural sand"] * is_sand
@@ -101,6 +102,7 @@ def tabulate_media(results: Results, outcome: Outcome) -> PageTable:
         return Cell(results.campaign.titles[row["medium"]], (", ".join(facts),))
 
     def data_verdict(row: Row) -> Cell:
+        """Make the cell with the verdict on the data, its reason, and a link to it."""
         word, reason = results[row["medium"]].verdict
         count = most_serious_flag(results, row["medium"])[1]
         is_faultless = word in (SOUND, NOT_CHECKED)
@@ -115,6 +117,7 @@ def tabulate_media(results: Results, outcome: Outcome) -> PageTable:
         return Cell(verdict, notes, f"verdict {css_class}", link)
 
     def on_legs(row: Row) -> Cell:
+        """Make the cell with the verdict on the model on legs, and the worst peaks."""
         verdicts = verdicts_on_legs(results, row["medium"])
         code = verdicts[0][1]
         css_class = {WITHIN: "same", OFF: "doubtful", FAR_OFF: "differs"}.get(code, "faint")
@@ -125,12 +128,14 @@ def tabulate_media(results: Results, outcome: Outcome) -> PageTable:
         return Cell(VERDICT_WORDS[code], notes, f"verdict {css_class}", link)
 
     def next_bed(row: Row) -> Cell:
+        """Make the cell with the interval of alpha_z in the next bed."""
         low, high = (row.get(column("z", f"_{end}_next")) for end in ("lo", "hi"))
         interval_text = format_interval(low, high, ALPHA_DIGITS)
         confidence = results.config.fit.confidence
         return Cell(interval_text, (scatter_of_beds(row, confidence) if interval_text else "",))
 
     def scale_number(name: str) -> PageColumn:
+        """Make the column of zeta or chi, with its notes."""
         numbers_of_method = numbers("", name, ALPHA_DIGITS, ends=f"{name}_{{}}")
 
         def cell(row: Row) -> Cell:
@@ -332,6 +337,8 @@ def tabulate_coefficients(results: Results, method: str) -> PageTable:
         reasons.setdefault(row["medium"], set()).add(row["reason"])
 
     def column_of(medium: str) -> PageColumn:
+        """Make the column of one medium: a coefficient or a misfit for each term."""
+
         def cell(row: Row) -> Cell:
             if "of" in row:
                 fit_row = fit_rows.get((medium, row["of"]), {})
@@ -364,6 +371,7 @@ def tabulate_coefficients(results: Results, method: str) -> PageTable:
         return PageTable(label, [texts("Term", "term"), *columns.values()], terms)
 
     def column_of_term(term: Row) -> PageColumn:
+        """Make the column of one term, where rows are media."""
         return PageColumn(term["term"], lambda row: columns[row["medium"]].cell(term), "num")
 
     # a single medium is one row: one column would leave the page empty beside it
@@ -395,6 +403,7 @@ def tabulate_scaling(results: Results) -> tuple[PageTable, PageTable]:
     """Tabulate the errors behind zeta of every medium by the configured method, and all numbers by the other methods."""
 
     def fitted_alpha(row: Row) -> Cell:
+        """Make the cell of fitted alpha_z(0, 90 deg); a sand was pushed once, so it has no fit."""
         if row["medium"] in results.sands:
             return Cell("not fitted: one test only")
         return fit_column.cell(row)
@@ -435,6 +444,7 @@ def tabulate_leg_errors(results: Results) -> PageTable:
     }
 
     def rank(row: Row) -> list[int]:
+        """Return the place of a row by medium, leg, profile and component."""
         return [[*names, row[name]].index(row[name]) for name, names in order.items()]
 
     rows = []
@@ -531,6 +541,7 @@ def tabulate_corrections(results: Results) -> PageTable:
     """Tabulate corrections of predicted forces in natural sands: their factors, and whether they help on a leg left out."""
 
     def earns_its_place(row: Row) -> str:
+        """Say whether a correction gains enough; empty for the model without correction."""
         if row["model"] == MODELS[0]:
             return ""
         return "yes" if row["earns_its_place"] else "no"

@@ -119,12 +119,14 @@ _SEVERITIES = ("error", "warning")
 
 
 def _format_problems(problems: Sequence[Problem], severity: str) -> str:
+    """Write the problems of one severity below their number; empty where there is none."""
     chosen = [problem for problem in problems if problem.severity == severity]
     lines = [f"  {line}" for line in in_lines(chosen)]
     return "\n".join([f"{count(len(chosen), severity)}:", *lines]) if chosen else ""
 
 
 def _format_plan(plan: Sequence[PlanPower]) -> str:
+    """Write what the planned runs can tell, a line for media with the same rating."""
     from rftfit.measure.errors import USUAL_BED_SPREAD
 
     media: dict[str, list[str]] = {}

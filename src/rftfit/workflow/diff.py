@@ -102,6 +102,7 @@ class ResultsDiff:
         return "\n".join(lines)
 
     def _list_numbers(self, most: int | None) -> list[str]:
+        """Write the changed numbers as a table, at most `most` rows."""
         if not self.numbers:
             return ["No alpha, coefficient, zeta or peak is different."]
         rows = [

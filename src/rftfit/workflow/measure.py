@@ -88,6 +88,7 @@ def checks(results: Results, medium: str) -> tuple[pd.DataFrame, ...]:
     grid, outliers = config.grid_of(medium), outlier_differences(peers)
 
     def average_runs(fits: pd.DataFrame, law: DepthLaw, surface: SurfaceError) -> pd.DataFrame:
+        """Average fits to the table of alpha; `surface`: error of the surface under this law of depth."""
         settings = level, depths, errors, grid, surface, law, outliers, published_shapes().slopes
         return alpha_table(counted_once(fits, copies, tolerance_deg)[0], medium, *settings)
 

@@ -203,6 +203,7 @@ def format_changes(changes: Sequence[Change]) -> list[str]:
     """Format changes for people, a line each; many of one sort whose names begin alike become one line."""
 
     def group_of(change: Change) -> tuple[str, ...]:
+        """Return what changes of one line share: sort, beginning of the name, old and new text."""
         folder, slash, name = change.name.rpartition("/")
         head, mark, _ = name.partition("_")
         # digests differ from log to log, which must not part a group
@@ -232,6 +233,7 @@ def _list_different(
 
 
 def _format_digest(digest: str) -> str:
+    """Write the first digits of a SHA-256; an empty one is of a file that is not there."""
     return f"sha256 {digest[:12]}" if digest else "not there"
 
 

@@ -166,6 +166,7 @@ def _describe_difference(original: Path, remade: Path) -> str:
 
 
 def _read_text_rows(path: Path) -> TextRows:
+    """Read a table, csv or Parquet, as texts."""
     if path.suffix == ".parquet":
         table = read_parquet(path)
         rows = table.astype(object).to_numpy().tolist()

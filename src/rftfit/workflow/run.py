@@ -342,6 +342,7 @@ def find_profile(name: str, snakefile: Path) -> Path:
 
 
 def _read_profile(path: Path) -> Mapping[str, Any]:
+    """Read a profile of Snakemake."""
     import yaml
 
     try:

@@ -325,6 +325,7 @@ def working_in(root: Path) -> list[int]:
 
 
 def _environment(**variables: str) -> dict[str, str]:
+    """Return the environment of Snakemake: this Python first in PATH, and this process to watch."""
     # jobs call `python`, which has to be this Python also where its environment was not activated
     python_folder = os.path.dirname(sys.executable)  # noqa: PTH120
     path = os.pathsep.join(filter(None, [python_folder, os.environ.get("PATH", "")]))

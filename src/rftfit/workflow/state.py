@@ -125,6 +125,7 @@ class States:
         return self._state(rule, key)
 
     def _make_state(self, rule: str, key: str) -> dict[str, str]:
+        """Make the state of a job: a digest of each thing that its stage depends on."""
         stage, word = self.stage(rule, key)
         medium = word if word in self.campaign.config.media else ""
         state = {"code": self.code(stage)}
@@ -297,6 +298,7 @@ def cells(run: Run) -> dict[str, str]:
 
 
 def _format_cell(value: object) -> str:
+    """Write a value as a cell: empty for None, NaN and False, "yes" for True."""
     if value is None or (isinstance(value, float) and math.isnan(value)):
         return ""
     if isinstance(value, bool):

@@ -121,6 +121,7 @@ def list_reasons(now: Recorded) -> list[str]:
 
 
 def _format_finding(finding: OutdatedResult) -> str:
+    """Write one finding about a job as a sentence."""
     job = finding.job.replace("/", " ")
     match finding.sort:
         case "edited" | "missing":
