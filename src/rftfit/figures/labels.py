@@ -109,7 +109,7 @@ NAMES_OF_ERRORS = {
 def errors_stated_as_zero(results: Results) -> list[str]:
     """List the keys of `NAMES_OF_ERRORS` that the config itself sets to 0, so that no interval holds these errors.
 
-    None where alpha has no interval. In a campaign with a table of stress or alpha only the errors of legs count.
+    Empty where alpha has no interval. In a campaign with a table of stress or alpha only the errors of legs count.
     """
     if results.joined("alpha/{medium}.csv")["alpha_z_se_N_per_cm3"].isna().all():
         return []
@@ -151,6 +151,8 @@ def scatter_of_beds(cell: Mapping[Any, Any], confidence: float) -> str:
 
 def is_chosen_on_these_legs(results: Results) -> bool:
     """Tell whether the model's own error was chosen by the same forces on laboratory legs that this campaign compares."""
+    # an error other than the default was estimated from these legs; a simulated campaign repeats the legs of the paper,
+    # by which the default was chosen
     return results.model_error != EPS or results.campaign.reenacted
 
 

@@ -84,12 +84,12 @@ def plot_legs(results: Results, medium: str) -> Figure:
     for axes, label in zip(panels[1:, 0], _FORCE_LABELS, strict=True):
         axes.set_ylabel(label)
     style.legend(
-        page, _model_entries(results, predicted, measured), handlelength=2.4, columnspacing=1.1
+        page, _make_model_entries(results, predicted, measured), handlelength=2.4, columnspacing=1.1
     )
     return page
 
 
-def _model_entries(
+def _make_model_entries(
     results: Results, predicted: pd.DataFrame, measured: pd.DataFrame
 ) -> dict[str, Any]:
     """Make the entries of the legend for the curves of several models that are drawn."""
@@ -155,10 +155,10 @@ def _draw_models(axes: Axes, predicted: pd.DataFrame, measured: pd.DataFrame, c:
             reason = leg_panels.why_missing(rows)
             notes.append(f"{PROFILE_TITLES[profile]}: no prediction{reason}")
         elif profile != "depth_only":
-            both_bands = profile == _profile_with_both_bands(predicted)
+            has_both_bands = profile == _profile_with_both_bands(predicted)
             looks = PROFILE_LOOKS[profile][:2]
-            leg_panels.add_predicted(axes, rows, c, *looks, model="band" if both_bands else "")
-            drawn_forces.append(leg_panels.drawn_values(rows, c, model=both_bands))
+            leg_panels.add_predicted(axes, rows, c, *looks, model="band" if has_both_bands else "")
+            drawn_forces.append(leg_panels.drawn_values(rows, c, model=has_both_bands))
     has_inset = leg_panels.has_force(baseline, c)
     room = (_INSET_HIGH + _INSET_FOOT, 1 - _INSET_WIDE) if has_inset and drawn_forces else (0, 1)
     leg_panels.force_range(axes, drawn_forces, notes, room)
@@ -271,12 +271,12 @@ def _draw_media(results: Results, media: Sequence[str], profile: str, beside: st
             title = _format_peaks(tables_of_leg[0], tables_of_leg[1], lift_rows)
             axes.set_title(title, fontsize=5.5, loc="left", pad=2)
     shown = [table[table["medium"].isin(list(media))] for table in (*tables, predicted_beside)]
-    entries = _component_entries(results, shown, lines, (profile, beside), any_withheld)
+    entries = _make_component_entries(results, shown, lines, (profile, beside), any_withheld)
     style.legend(page, entries, handlelength=2.4)
     return page
 
 
-def _component_entries(
+def _make_component_entries(
     results: Results,
     tables: Sequence[pd.DataFrame],
     lines: Mapping[str, Any],
@@ -596,7 +596,9 @@ def _ratios(rows: pd.DataFrame) -> pd.DataFrame:
     return rows.assign(ratio=ratio, ratio_lo=ratio_lo, ratio_hi=ratio_hi)
 
 
-def _error_axis(axes: Axes, xy: str, span: tuple[float, float], bands: Mapping[float, str]) -> None:
+def _set_error_axis(
+    axes: Axes, xy: str, span: tuple[float, float], bands: Mapping[float, str]
+) -> None:
     """Make x or y a logarithmic axis of predicted over measured peaks, with errors in percent at its ticks.
 
     `span`: Smallest and largest ratio. `bands`: Colour of the shade for each error in percent.
@@ -626,7 +628,7 @@ def _error_axis(axes: Axes, xy: str, span: tuple[float, float], bands: Mapping[f
 
 def _prepare_panel(axes: Axes, span: tuple[float, float], media: Sequence[str]) -> None:
     """Set up the axes of one leg: errors from left to right within `span`, media from top to bottom."""
-    _error_axis(axes, "x", span, _BANDS)
+    _set_error_axis(axes, "x", span, _BANDS)
     axes.set(ylim=(len(media) - 0.5, -0.5))
     axes.set_yticks(range(len(media)), media)
     axes.tick_params(axis="y", length=0)

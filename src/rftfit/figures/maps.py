@@ -207,7 +207,7 @@ def _draw_maps(
         half_width_head = f"half width of the {level} interval\nof $\\alpha_{c}$ ({unit})"
         heads += [f"{origin}\n{style.alpha_label(c)}", half_width_head]
     media = [str(medium) for medium in tables["medium"].unique()]
-    page = _page(results, media, heads)
+    page = _new_page(results, media, heads)
     missing = False
     for row, medium in enumerate(media):
         table = tables[tables["medium"] == medium]
@@ -340,7 +340,7 @@ def _draw_models(
     `models`: Model by medium. `name`, `residual_name`: Heads of the two sorts of maps.
     """
     heads = [f"{head}\n{style.alpha_label(c)}" for c in "zx" for head in (name, residual_name)]
-    page = _page(results, list(models), heads)
+    page = _new_page(results, list(models), heads)
     missing = False
     for row, (medium, model) in enumerate(models.items()):
         surfaces, table = model(*middles()), results[medium].alpha
@@ -383,7 +383,7 @@ def middles() -> tuple[FloatArray, FloatArray]:
     return beta, gamma
 
 
-def _page(results: Results, media: Sequence[str], heads: list[str]) -> Figure:
+def _new_page(results: Results, media: Sequence[str], heads: list[str]) -> Figure:
     """Make a figure for rows of maps, with the heads of its columns and the names of the media."""
     page = style.new_figure(style.DOUBLE_CM, TOP_CM + len(media) * ROW_CM + BOTTOM_CM)
     for column, head in enumerate(heads):
@@ -452,7 +452,7 @@ def edges(centres: npt.ArrayLike) -> FloatArray:
     return np.concatenate([[max(lower_edge, -LIMIT_DEG)], middle, [min(upper_edge, LIMIT_DEG)]])
 
 
-def _finer(centres: FloatArray) -> FloatArray:
+def _refine_angles(centres: FloatArray) -> FloatArray:
     """Return the measured angles with further ones between them, at most `_FINE_DEG` apart."""
     counts = np.ceil(np.diff(centres) / _FINE_DEG).astype(int)
     finer = [
@@ -466,7 +466,7 @@ def refine(
     beta_deg: FloatArray, gamma_deg: FloatArray, values: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Interpolate bilinearly onto a finer grid through the measured angles; NaN beside a missing cell."""
-    beta, gamma = _finer(beta_deg), _finer(gamma_deg)
+    beta, gamma = _refine_angles(beta_deg), _refine_angles(gamma_deg)
     along_gamma = np.array([np.interp(gamma, gamma_deg, row) for row in values])
     return beta, gamma, np.array([np.interp(beta, beta_deg, column) for column in along_gamma.T]).T
 

@@ -208,7 +208,8 @@ def plot_linearity(results: Results) -> Figure:
         stress = stress_of(results, medium)
         samples |= by_run(stress[stress["run_id"].isin(run_ids)])
     fits = results.joined("fits/{medium}.csv", media)
-    rows = {row["run_id"]: row for row in fits[fits["run_id"].isin(run_ids)].to_dict("records")}
+    fits_of_cells = fits[fits["run_id"].isin(run_ids)]
+    fit_of_run = {row["run_id"]: row for row in fits_of_cells.to_dict("records")}
     looks = style.medium_looks(media)
     drawn_media: set[str] = set()
     page, panels = style.panels((2.0, 3.5, 3.5), len(cells), 3.7)
@@ -217,7 +218,7 @@ def plot_linearity(results: Results) -> Figure:
     page.align_ylabels(panels[1:, 0])
     for i, (beta, gamma) in enumerate(cells):
         sketch, *stress_axes = panels[:, i]
-        _sketch(sketch, beta, gamma, i == 0)
+        _draw_sketch(sketch, beta, gamma, i == 0)
         head = rf"$\beta$ = {style.degrees(beta)}, $\gamma$ = {style.degrees(gamma)}"
         sketch.set_title(f"{'ABCDE'[i]}  {head}", loc="left", fontsize=6.5)
         rows_by_medium = _rows_at(alpha, beta, gamma)
@@ -225,10 +226,9 @@ def plot_linearity(results: Results) -> Figure:
             style.zero_line(axes)
             media_without_run = []
             for medium in media:
-                if (row := rows_by_medium.get(medium)) and np.isfinite(
-                    alpha_with_interval(row, c)[0]
-                ):
-                    _draw_cell(axes, c, row, looks[medium], samples, rows)
+                row = rows_by_medium.get(medium)
+                if row and np.isfinite(alpha_with_interval(row, c)[0]):
+                    _draw_cell(axes, c, row, looks[medium], samples, fit_of_run)
                     drawn_media.add(medium)
                 else:
                     media_without_run.append(style.medium_label(results, medium))
@@ -271,14 +271,14 @@ def _rows_at(alpha: pd.DataFrame, beta_deg: float, gamma_deg: float) -> dict[str
     return {str(row["medium"]): row for row in alpha[in_cell].to_dict("records")}
 
 
-def _sketch(axes: Axes, beta_deg: float, gamma_deg: float, frame: bool) -> None:
+def _draw_sketch(axes: Axes, beta_deg: float, gamma_deg: float, frame: bool) -> None:
     """Draw a plate and its direction of motion below the free surface, from the side; `frame`: draw the axes of the lab, too."""
     beta, gamma = np.radians([beta_deg, gamma_deg])
-    tangent = 0.5 * np.array([np.cos(beta), -np.sin(beta)])
+    half_plate = 0.5 * np.array([np.cos(beta), -np.sin(beta)])
     velocity = 0.85 * np.array([-np.cos(gamma), -np.sin(gamma)])
     axes.axhspan(-1, 0.8, color=style.SAND, linewidth=0)
     axes.axhline(0.8, color=style.SURFACE, linewidth=0.6)
-    axes.plot(*np.stack([-tangent, tangent], axis=1), color="black", linewidth=1.8)
+    axes.plot(*np.stack([-half_plate, half_plate], axis=1), color="black", linewidth=1.8)
     half_width = 2.1
     arrows = [(np.zeros(2), velocity, style.MARK, "")]
     if frame:
@@ -292,14 +292,14 @@ def _sketch(axes: Axes, beta_deg: float, gamma_deg: float, frame: bool) -> None:
         "shrinkB": 0,
         "mutation_scale": 5,
     }
-    for start, end, colour, name in arrows:
+    for start, end, colour, label in arrows:
         axes.annotate(
             "",
             xy=(end[0], end[1]),
             xytext=(start[0], start[1]),
             arrowprops=arrow_style | {"color": colour},
         )
-        axes.text(end[0] + 0.08, end[1] + 0.08, name, fontsize=_NOTE_PT)
+        axes.text(end[0] + 0.08, end[1] + 0.08, label, fontsize=_NOTE_PT)
     axes.set(xlim=(-half_width, half_width), ylim=(-1.0, 1.1), aspect="equal")
     axes.set_axis_off()
 

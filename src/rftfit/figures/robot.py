@@ -37,12 +37,12 @@ SIMULATED_ROBOT = "simulated robot"
 """Stamp of figures that show the simulated robot alone."""
 
 
-def _simulated_beside_speeds(results: Results) -> str:
+def _describe_simulated_in_speeds(results: Results) -> str:
     """Say what is simulated in a figure that shows published or tracked speeds beside those of the simulated robot."""
     return "simulated robot and tracks" if _has_tracks(results) else SIMULATED_ROBOT
 
 
-def _simulated_beside_strides(results: Results) -> str:
+def _describe_simulated_in_motion(results: Results) -> str:
     """Say what is simulated in a figure of the robot's motion; it shows strides of tracks, too, where there are any."""
     has_strides = len(results.table("robot/strides.csv")) > 0
     return "simulated robot and tracks" if has_strides else SIMULATED_ROBOT
@@ -69,7 +69,7 @@ def sweep_figure(name: str, reads: Sequence[str], **facts: Any) -> Callable[[_Dr
                 on_demand=sweep == "robot_full",
                 section="Robot",
                 settings=("robot",),
-                stamped=_simulated_beside_speeds,
+                stamped=_describe_simulated_in_speeds,
                 **facts,
             )(draw)
         return declared_draw
@@ -121,7 +121,7 @@ _NO_SPEED = ("there is no simulated speed to draw",)
         "Good: lines through the points.",
     ),
     lacking=lambda results, sweep: (
-        () if len(_on_measured_table(results, sweep, "speed")[0]) else _NO_SPEED
+        () if len(_read_on_measured_table(results, sweep, "speed")[0]) else _NO_SPEED
     ),
 )
 def plot_speed(results: Results, sweep: str) -> Figure:
@@ -129,17 +129,17 @@ def plot_speed(results: Results, sweep: str) -> Figure:
 
     Without any measured condition only simulated curves are drawn, at seven curvatures.
     """
-    speeds, errors = _on_measured_table(results, sweep, "speed", "errors")
-    looks = _looks_of_curvatures(speeds, errors)
+    speeds, errors = _read_on_measured_table(results, sweep, "speed", "errors")
+    looks = _choose_looks(speeds, errors)
     page, ((axes,),) = style.panels([8.0])
-    _frequency_panel(axes, speeds, errors, looks)
-    axes.set(ylim=_limits(speeds, errors), xlabel=FREQUENCY_LABEL, ylabel=SPEED_LABEL)
+    _draw_frequency_panel(axes, speeds, errors, looks)
+    axes.set(ylim=_speed_range(speeds, errors), xlabel=FREQUENCY_LABEL, ylabel=SPEED_LABEL)
     axes.set_title(PROFILE_TITLES["table"], loc="left", fontsize=7.5)
-    style.legend(page, _speed_entries(looks, speeds, errors), **_legend_title(results, errors))
+    style.legend(page, _make_speed_entries(looks, speeds, errors), **_legend_title(results, errors))
     return page
 
 
-def _on_measured_table(results: Results, sweep: str, *names: str) -> list[pd.DataFrame]:
+def _read_on_measured_table(results: Results, sweep: str, *names: str) -> list[pd.DataFrame]:
     """Read tables of a sweep, only rows of runs on the profile of the measured table."""
     tables = [results.table(f"{sweep}/{name}.csv") for name in names]
     return [table[table["profile"] == "table"] for table in tables]
@@ -162,12 +162,12 @@ def plot_profiles(results: Results, sweep: str) -> Figure:
     """Draw speed against stride frequency (left) and against curvature (right), one row a profile."""
     speed, errors = (results.table(f"{sweep}/{name}.csv") for name in ("speed", "errors"))
     names = list(dict.fromkeys(speed["profile"]))
-    looks, limits = _looks_of_curvatures(speed, errors), _limits(speed, errors)
+    looks, limits = _choose_looks(speed, errors), _speed_range(speed, errors)
     page, panels = style.panels([6.0] * len(names), 2, style.DOUBLE_CM)
     for name, (frequency_axes, curvature_axes) in zip(names, panels, strict=True):
         speed_rows, error_rows = (table[table["profile"] == name] for table in (speed, errors))
-        _frequency_panel(frequency_axes, speed_rows, error_rows, looks)
-        _curvature_panel(curvature_axes, speed_rows, error_rows)
+        _draw_frequency_panel(frequency_axes, speed_rows, error_rows, looks)
+        _draw_curvature_panel(curvature_axes, speed_rows, error_rows)
         for axes, label in ((frequency_axes, FREQUENCY_LABEL), (curvature_axes, CURVATURE_LABEL)):
             axes.set_ylim(*limits)
             style.name_below(axes, label, name == names[-1])
@@ -175,7 +175,7 @@ def plot_profiles(results: Results, sweep: str) -> Figure:
         frequency_axes.set_title(
             PROFILE_TITLES.get(name, style.plain(name)), loc="left", fontsize=7.5
         )
-    entries = _speed_entries(looks, speed, errors)
+    entries = _make_speed_entries(looks, speed, errors)
     style.legend(page, entries, **_legend_title(results, errors))
     return page
 
@@ -203,7 +203,7 @@ def curvature_looks(curvatures: Sequence[float]) -> dict[float, tuple[str, str]]
     }
 
 
-def _looks_of_curvatures(speed: pd.DataFrame, errors: pd.DataFrame) -> dict[float, tuple[str, str]]:
+def _choose_looks(speed: pd.DataFrame, errors: pd.DataFrame) -> dict[float, tuple[str, str]]:
     """Choose looks for the curvatures that were measured; without any, for seven curvatures of the sweep."""
     curvatures = sorted(set(errors["curvature_times_R"]) or set(speed["curvature_times_R"]))
     if errors.empty and len(curvatures) > 7:
@@ -211,7 +211,7 @@ def _looks_of_curvatures(speed: pd.DataFrame, errors: pd.DataFrame) -> dict[floa
     return curvature_looks(curvatures)
 
 
-def _limits(speed: pd.DataFrame, errors: pd.DataFrame) -> tuple[float, float]:
+def _speed_range(speed: pd.DataFrame, errors: pd.DataFrame) -> tuple[float, float]:
     """Return the range of the axis of speed, cm/s, that holds all simulated and measured speeds."""
     # where no run was steady, zero stands in for the speeds
     highest = [speed["speed_cm_per_s"].max(), errors["measured_cm_per_s"].max()]
@@ -219,11 +219,11 @@ def _limits(speed: pd.DataFrame, errors: pd.DataFrame) -> tuple[float, float]:
     return min(-1.0, lowest * 1.05), float(np.nan_to_num(highest).max() * 1.06) or 1.0
 
 
-def _frequency_panel(
+def _draw_frequency_panel(
     axes: Axes, speed: pd.DataFrame, errors: pd.DataFrame, looks: Mapping[float, tuple[str, str]]
 ) -> None:
     """Draw speed against stride frequency, a curve a curvature, with measured points, their errors and shares within limits."""
-    curves = _curves(speed, "speed_cm_per_s")
+    curves = _average_speeds(speed, "speed_cm_per_s")
     for curvature, (colour, marker) in looks.items():
         rows = speed[np.isclose(speed["curvature_times_R"], curvature)]
         curve_of_leg = [
@@ -258,7 +258,7 @@ def _frequency_panel(
                 elinewidth=0.6,
                 capsize=1.2,
             )
-    ringed = _drawn_over_time(errors)
+    ringed = _select_drawn_over_time(errors)
     axes.plot(ringed["frequency_Hz"], ringed["measured_cm_per_s"], color="black", **_RING)
     axes.set_xlim(0, 5.15)
     axes.text(0.03, 0.97, _describe_shares(errors), transform=axes.transAxes, va="top", fontsize=6)
@@ -283,7 +283,7 @@ _RING: dict[str, Any] = {"linestyle": "", "marker": "o", "markersize": 7.5}
 _RING |= {"markerfacecolor": "none", "markeredgewidth": 0.9}
 
 
-def _curves(table: pd.DataFrame, column: str) -> dict[float, FloatArray]:
+def _average_speeds(table: pd.DataFrame, column: str) -> dict[float, FloatArray]:
     """Average a column of speeds over starting phases: rows (frequency, mean) by curvature; NaN where no run is steady."""
     moving = table[table["frequency_Hz"] > 0]
     mean = moving.groupby(["curvature_times_R", "frequency_Hz"])[column].mean()
@@ -320,7 +320,7 @@ def interpolate_speed(frequencies: FloatArray, speeds: FloatArray, at_Hz: float)
     return float(np.interp(at_Hz, x, y))
 
 
-def _speeds_at(curves: Mapping[float, FloatArray], at_Hz: float) -> FloatArray:
+def _interpolate_speeds(curves: Mapping[float, FloatArray], at_Hz: float) -> FloatArray:
     """Return rows (curvature, speed) at one frequency; NaN where no run is steady."""
     speed_rows = [
         (curvature, interpolate_speed(rows[:, 0], rows[:, 1], at_Hz))
@@ -329,25 +329,25 @@ def _speeds_at(curves: Mapping[float, FloatArray], at_Hz: float) -> FloatArray:
     return np.array([row for row in speed_rows if row[1] is not None], dtype=float).reshape(-1, 2)
 
 
-def _curvature_panel(axes: Axes, speed: pd.DataFrame, errors: pd.DataFrame) -> None:
+def _draw_curvature_panel(axes: Axes, speed: pd.DataFrame, errors: pd.DataFrame) -> None:
     """Draw speed against curvature at `READ_HZ`: simulated lines, measured points."""
     from matplotlib import colormaps
 
     colours = colormaps[style.SEQUENTIAL](np.linspace(0.02, 0.8, len(READ_HZ)))
     measured_rows = errors[errors["measured_cm_per_s"].notna()]
     simulated, measured = (
-        _curves(speed, "speed_cm_per_s"),
-        _curves(measured_rows, "measured_cm_per_s"),
+        _average_speeds(speed, "speed_cm_per_s"),
+        _average_speeds(measured_rows, "measured_cm_per_s"),
     )
     tipped = speed[speed["outcome"] == "tipped"]
     for colour, marker, hz in zip(colours, _HZ_MARKERS, READ_HZ, strict=True):
-        line = _speeds_at(simulated, hz)
+        line = _interpolate_speeds(simulated, hz)
         axes.plot(*line.T, color=colour, linewidth=1.0)
         tipped_at_hz = tipped[np.isclose(tipped["frequency_Hz"], hz)]
         _mark_tipped(axes, tipped_at_hz, "curvature_times_R", colour)
         # hollow: speeds of two frequencies can be alike
         axes.plot(
-            *_speeds_at(measured, hz).T,
+            *_interpolate_speeds(measured, hz).T,
             marker,
             color=colour,
             markersize=4,
@@ -376,13 +376,13 @@ def _legend_title(results: Results, errors: pd.DataFrame) -> style.Look:
     """Return the title of the legend, which says what lines and points are, as options of the legend."""
     words = ["lines: simulated"]
     if not errors.empty:
-        words.append(f"points: {_origin_of_points(results)}")
+        words.append(f"points: {_describe_origin_of_points(results)}")
     if (errors["calibrated"] == "yes").any():
         words.append("hollow: the model was calibrated on it")
     return {"title": "; ".join(words), "handlelength": 1.8}
 
 
-def _origin_of_points(results: Results) -> str:
+def _describe_origin_of_points(results: Results) -> str:
     """Say where the measured speeds are from."""
     if not _has_tracks(results):
         return "published speeds"
@@ -391,7 +391,7 @@ def _origin_of_points(results: Results) -> str:
     return "measured, mean and s.d. of trials"
 
 
-def _speed_entries(
+def _make_speed_entries(
     looks: Mapping[float, tuple[str, str]], speeds: pd.DataFrame, errors: pd.DataFrame
 ) -> dict[str, Any]:
     """Make the entries of the legend for the colours, lines and points that are drawn."""
@@ -405,7 +405,7 @@ def _speed_entries(
             markersize=3.4,
         )
         entries[f"$R'/r$ = {style.format_number(curvature, 2)}"] = marked
-    if len(_drawn_over_time(errors)):
+    if len(_select_drawn_over_time(errors)):
         entries["motion drawn over time"] = style.line("black", **_RING | {"markersize": 6})
     if errors[_OPEN_ENDS].notna().all(axis=1).any():
         entries["left open by the errors of alpha and arc"] = style.line(_OPEN_COLOUR, **_OPEN)
@@ -420,7 +420,7 @@ def _speed_entries(
     return entries
 
 
-def _drawn_over_time(errors: pd.DataFrame) -> pd.DataFrame:
+def _select_drawn_over_time(errors: pd.DataFrame) -> pd.DataFrame:
     """Select rows with a measured speed whose condition has a figure of the motion over time."""
     conditions = zip(errors["curvature_times_R"], errors["frequency_Hz"], strict=True)
     is_drawn = np.array([is_of_motion(*condition) for condition in conditions], dtype=bool)
@@ -428,9 +428,9 @@ def _drawn_over_time(errors: pd.DataFrame) -> pd.DataFrame:
     return drawn
 
 
-def _over_curvature_and_frequency(results: Results, sweep: str) -> pd.DataFrame:
+def _tabulate_speeds(results: Results, sweep: str) -> pd.DataFrame:
     """Tabulate simulated speeds on the measured table: a row for each frequency with a best curvature, a column a curvature."""
-    speeds, best = _on_measured_table(results, sweep, "speed", "optimum")
+    speeds, best = _read_on_measured_table(results, sweep, "speed", "optimum")
     grid = speeds[np.isin(speeds["frequency_Hz"], best["frequency_Hz"].to_numpy(float))]
     return grid.pivot_table(
         values="speed_cm_per_s", index="frequency_Hz", columns="curvature_times_R"
@@ -440,9 +440,9 @@ def _over_curvature_and_frequency(results: Results, sweep: str) -> pd.DataFrame:
 def _without_steady_run(results: Results, sweep: str) -> Sequence[str]:
     """Say why there is no speed over curvature; empty where there is one."""
     sweep = sweep or "robot"
-    if not _over_curvature_and_frequency(results, sweep).empty:
+    if not _tabulate_speeds(results, sweep).empty:
         return ()
-    speeds = _on_measured_table(results, sweep, "speed")[0]
+    speeds = _read_on_measured_table(results, sweep, "speed")[0]
     reason, *_ = [*speeds["reason"].value_counts().index, "no run of the sweep"]
     return f"{labels.name_of('table')}: no run of the sweep has a steady speed", str(reason)
 
@@ -460,13 +460,15 @@ def _without_steady_run(results: Results, sweep: str) -> Sequence[str]:
 )
 def plot_curvature(results: Results, sweep: str) -> Figure:
     """Draw speed against curvature (left); as a map over curvature and frequency, with the fastest curvature (right)."""
-    speed_rows, best, error_rows = _on_measured_table(results, sweep, "speed", "optimum", "errors")
+    speed_rows, best, error_rows = _read_on_measured_table(
+        results, sweep, "speed", "optimum", "errors"
+    )
     best = best.sort_values("frequency_Hz")
     frequencies = best["frequency_Hz"].to_numpy(float)
-    table = _over_curvature_and_frequency(results, sweep)
+    table = _tabulate_speeds(results, sweep)
     page, ((curvature_axes, map_axes),) = style.panels([8.0], 2, style.DOUBLE_CM)
-    _curvature_panel(curvature_axes, speed_rows, error_rows)
-    curvature_axes.set_ylim(*_limits(speed_rows, error_rows))
+    _draw_curvature_panel(curvature_axes, speed_rows, error_rows)
+    curvature_axes.set_ylim(*_speed_range(speed_rows, error_rows))
     curvature_axes.set(xlabel=CURVATURE_LABEL, ylabel=SPEED_LABEL)
     points = "; points: measured, read between frequencies" * bool(len(error_rows))
     curvature_axes.set_title(f"lines: simulated{points}", loc="left", fontsize=6.5)
@@ -503,7 +505,7 @@ def plot_curvature(results: Results, sweep: str) -> Figure:
 # The robot in mid-stance, the force on every element of the standing tripod
 
 
-def _by_run(table: pd.DataFrame) -> list[tuple[tuple[float, float], pd.DataFrame]]:
+def _split_by_run(table: pd.DataFrame) -> list[tuple[tuple[float, float], pd.DataFrame]]:
     """Split a table by run: curvature and frequency of each, c-leg first, and its rows."""
     runs = table.groupby(["curvature_times_R", "frequency_Hz"])
     return [((float(k), float(f)), rows) for (k, f), rows in reversed([*runs])]
@@ -536,7 +538,7 @@ def plot_robot_stance(results: Results) -> Figure:
     from matplotlib.collections import LineCollection
 
     stances = results.table("robot/stances.csv")
-    runs = _by_run(stances)
+    runs = _split_by_run(stances)
     page, (panels,) = style.panels([5.9], len(runs), 9.2)
     pushes = stances.loc[stances["group"] == "tripod_1", ["force_x_N", "force_z_N"]]
     strongest = float(np.hypot(*pushes.to_numpy(float).T).max())
@@ -619,7 +621,7 @@ _MOTION: dict[str, Any] = {
     "reads": ("robot/motion.csv", "robot/strides.csv"),
     "media": when(lambda campaign: campaign.robot_medium),
     "section": "Robot",
-    "stamped": _simulated_beside_strides,
+    "stamped": _describe_simulated_in_motion,
 }
 
 
@@ -651,7 +653,7 @@ def plot_robot_reaction(results: Results) -> Figure:
     """Draw vertical and horizontal ground reaction of both tripods."""
     motion = results.table("robot/motion.csv")
     tripods = [name for name in group_names(motion) if name.startswith("tripod")]
-    page, columns = _panels(motion, 2)
+    page, columns = _new_panels(motion, 2)
     looks = dict(zip(tripods, _GROUPS, strict=False))
     for motion_of_run, panels in columns:
         _draw_forces(panels, motion_of_run, looks)
@@ -667,7 +669,7 @@ def draw_motion(motion: pd.DataFrame, measured: pd.DataFrame | None = None) -> F
 
     `measured`: Mean strides of tracks, drawn beside the simulated speed.
     """
-    page, columns = _panels(motion, len(_KINEMATICS) + 2)
+    page, columns = _new_panels(motion, len(_KINEMATICS) + 2)
     looks = dict(zip(group_names(motion), _GROUPS, strict=False))
     unseen = [group for group in looks if not _is_visible(motion, group)]
     looks = {group: look for group, look in looks.items() if group not in unseen}
@@ -724,7 +726,7 @@ def _draw_forces(
     """Draw the forces of groups in two panels: vertical and horizontal."""
     for axes, component in zip(panels, "zx", strict=True):
         for group, (colour, dash) in looks.items():
-            force = _mean_force(motion_of_run, f"force_{component}_{group}_N")
+            force = _average_force(motion_of_run, f"force_{component}_{group}_N")
             axes.plot(motion_of_run["time_s"], force, color=colour, linestyle=dash, linewidth=0.9)
         axes.axhline(0, color=style.GREY, linewidth=0.4, zorder=0)
 
@@ -740,7 +742,7 @@ def _is_visible(motion: pd.DataFrame, group: str) -> bool:
     return bool(forces_on_group.to_numpy().max() > _VISIBLE * forces.abs().to_numpy().max())
 
 
-def _mean_force(motion_of_run: pd.DataFrame, name: str) -> FloatArray:
+def _average_force(motion_of_run: pd.DataFrame, name: str) -> FloatArray:
     """Average a force over `MEAN_S` about each sample."""
     time, force = motion_of_run["time_s"].to_numpy(float), motion_of_run[name].to_numpy(float)
     half_window = int(MEAN_S / 2 / float(np.diff(time).mean())) if len(time) > 1 else 0
@@ -767,11 +769,11 @@ def _mean_speed(motion_of_run: pd.DataFrame) -> float:
     return float((x[-1] - x[0]) / (time[-1] - time[0]))
 
 
-def _panels(
+def _new_panels(
     motion: pd.DataFrame, rows: int
 ) -> tuple[Figure, list[tuple[pd.DataFrame, list[Axes]]]]:
     """Make a page of `rows` panels a run. Returns the page, and for each run its rows in order of time and its panels."""
-    runs = _by_run(motion)
+    runs = _split_by_run(motion)
     page, panels = style.panels([3.3] * rows, len(runs), 9.2)
     columns = []
     for axes, (run, motion_of_run) in zip(panels.T, runs, strict=True):

@@ -93,7 +93,7 @@ def _has_width(forces: pd.DataFrame, band: Band) -> bool:
 
 
 def _has_closure(forces: pd.DataFrame) -> bool:
-    """Tell whether the law in space has an error on this body: not where every face moves in its plane."""
+    """Tell whether the law in space may err on this body; it cannot where every face moves as in the measured plane."""
     return bool((forces["closure_N"] > 0).any())
 
 

@@ -49,7 +49,9 @@ def draw_verdicts(verdicts: pd.DataFrame) -> Figure:
     axes_of_page = panels.ravel()
     for axes, (names, group) in zip(axes_of_page, groups, strict=False):
         domain, title, unit = map(str, names)
-        _panel(axes, group, style.plain(f"{domain}:\n{title}"), _UNITS.get(unit, style.plain(unit)))
+        _draw_panel(
+            axes, group, style.plain(f"{domain}:\n{title}"), _UNITS.get(unit, style.plain(unit))
+        )
     for axes in axes_of_page[len(groups) :]:
         axes.set_axis_off()
     entries: dict[str, Any] = {
@@ -75,7 +77,7 @@ def numbers_with_unit(verdicts: pd.DataFrame) -> pd.DataFrame:
     return compared[compared["unit"] != ""].dropna(subset=["published", "ours"])
 
 
-def _panel(axes: Axes, group: pd.DataFrame, title: str, unit: str) -> None:
+def _draw_panel(axes: Axes, group: pd.DataFrame, title: str, unit: str) -> None:
     """Draw the rows of one quantity: ours over published, both axes with the same range."""
     ends = group[["published", "published_lo", "published_hi", "ours", "lo", "hi"]].to_numpy(float)
     least, most = float(np.nanmin(ends)), float(np.nanmax(ends))

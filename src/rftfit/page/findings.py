@@ -61,7 +61,7 @@ def _find_verdicts(results: Results) -> Iterable[PageFinding]:
     media_by_verdict: dict[Verdict, list[str]] = {}
     for name, verdict in verdicts.items():
         media_by_verdict.setdefault(verdict, []).append(titles[name])
-    sentences = [_count_checks(results)]
+    sentences = [_describe_checks(results)]
     for verdict, names in media_by_verdict.items():
         # many media are only counted: the table names them
         subject = f"{len(names)} of {len(verdicts)} media"
@@ -79,19 +79,21 @@ def _find_verdicts(results: Results) -> Iterable[PageFinding]:
     # the weakest and the strongest medium
     for alpha, name, cell in alpha_cells[:: max(len(alpha_cells) - 1, 1)]:
         # intervals are written for a single medium alone: the table has those of several
-        intervals = _mean_and_next_bed(cell.to_dict(), confidence) if len(alpha_cells) == 1 else ""
+        intervals = (
+            _format_mean_and_next_bed(cell.to_dict(), confidence) if len(alpha_cells) == 1 else ""
+        )
         sizes.append(
             f"{format_number(alpha, 4)} N/cm^3{labels.in_brackets(intervals)} in {titles[name]}"
         )
     if sizes:
         ends = f"{'between ' * (len(sizes) > 1)}{' and '.join(sizes)}"
         sentences.append(f"Straight down, stress per depth alpha_z is {ends}")
-    sentences += _lost_pushes(results)
+    sentences += _describe_lost_pushes(results)
     text = ". ".join(f"{sentence[0].upper()}{sentence[1:]}" for sentence in sentences)
     yield PageFinding(f"{text}.", "believed")
 
 
-def _lost_pushes(results: Results) -> Iterable[str]:
+def _describe_lost_pushes(results: Results) -> Iterable[str]:
     """Name the media whose pushes straight down were all dropped, each with the most frequent reason."""
     for name in results.media:
         fits = results[name].fits
@@ -105,7 +107,7 @@ def _lost_pushes(results: Results) -> Iterable[str]:
         )
 
 
-def _mean_and_next_bed(cell: Mapping[Any, Any], confidence: float) -> str:
+def _format_mean_and_next_bed(cell: Mapping[Any, Any], confidence: float) -> str:
     """Write both intervals of alpha_z of a cell, each with its name; empty where none is known."""
     intervals = []
     scatter = labels.scatter_of_beds(cell, confidence)
@@ -121,7 +123,7 @@ _MOST_NAMED = 3
 """Most checks that are named among those that no medium allows; more are counted, and the section of checks lists them."""
 
 
-def _count_checks(results: Results) -> str:
+def _describe_checks(results: Results) -> str:
     """Count the checks that all media passed and those that some did; name failed ones, and those that no medium allows."""
     passed_in = media_that_passed(results)
     titles: dict[str, list[str]] = {"failed": [], "not possible here": []}
@@ -150,7 +152,7 @@ def _find_errors_on_legs(results: Results) -> Iterable[PageFinding]:
     profile, lift = _select_lifts_of_legs(results)
     legs_by_within: dict[bool, list[str]] = {True: [], False: []}
     for leg, errors_of_leg in lift.groupby("leg", sort=False):
-        worst_error = _worst(errors_of_leg)["peak_error_percent"]
+        worst_error = _find_worst(errors_of_leg)["peak_error_percent"]
         worst = "worst " * (len(errors_of_leg) > 1)
         name = f"{labels.name_of(str(leg))} ({worst}{labels.percent(worst_error)})"
         legs_by_within[abs(worst_error) <= WITHIN_PERCENT].append(name)
@@ -174,7 +176,7 @@ def _find_errors_on_legs(results: Results) -> Iterable[PageFinding]:
 def _find_explanation(results: Results) -> Iterable[PageFinding]:
     """Say which errors explain the largest error of a peak lift; nothing where that is small."""
     profile, lift = _select_lifts_of_legs(results)
-    if lift.empty or abs((worst := _worst(lift))["peak_error_percent"]) <= WITHIN_PERCENT:
+    if lift.empty or abs((worst := _find_worst(lift))["peak_error_percent"]) <= WITHIN_PERCENT:
         return
     explanation = labels.explanation_of(
         worst, chosen_on_these_legs=labels.is_chosen_on_these_legs(results)
@@ -182,11 +184,11 @@ def _find_explanation(results: Results) -> Iterable[PageFinding]:
     if not explanation:
         return
     source = "" if profile == "table" else " of the map"
-    ends = _two_intervals(worst, "peak_error_{}_percent", 0, " %")
+    ends = _format_two_intervals(worst, "peak_error_{}_percent", 0, " %")
     error = labels.percent(worst["peak_error_percent"]) + labels.in_brackets(ends)
     yield PageFinding(
         f"The largest error{source}, {error} on the {labels.name_of(worst['leg'])}, is {explanation}."
-        f"{_name_intervals(results, [ends])}",
+        f"{_explain_intervals(results, [ends])}",
         "legs",
     )
 
@@ -205,7 +207,7 @@ def _find_lifts_of_maps(results: Results) -> Iterable[PageFinding]:
             rows_with_force = rows_of_leg[rows_of_leg["force_z_N"].notna()]
             if len(rows_with_force):
                 top = max(records(rows_with_force), key=lambda row: float(row["force_z_N"]))
-                ends = _two_intervals(top, "force_z_{}_N", 1)
+                ends = _format_two_intervals(top, "force_z_{}_N", 1)
                 lift_text = f"{format_number(top['force_z_N'], 1)} N{labels.in_brackets(ends)}"
                 lifts.append(f"{lift_text} on the {labels.name_of(str(leg))}")
                 intervals.append(ends)
@@ -215,7 +217,7 @@ def _find_lifts_of_maps(results: Results) -> Iterable[PageFinding]:
             pushes = "one push" if direction_count == 1 else f"{direction_count} directions"
             yield PageFinding(
                 f"From {pushes} in {results.titles[name]}, the map predicts a peak lift of {list_in_words(lifts)}."
-                f"{_name_intervals(results, intervals)}",
+                f"{_explain_intervals(results, intervals)}",
                 "viewer",
             )
     if any_single_push:
@@ -237,14 +239,14 @@ def _find_errors_in_sands(results: Results) -> Iterable[PageFinding]:
         lifts, intervals, steep = [], [], []
         lift = _select_lifts(results, media, profile)
         for leg, errors_of_leg in lift.groupby("leg", sort=False):
-            worst = _worst(errors_of_leg)
-            ends = _two_intervals(worst, "peak_error_{}_percent", 0, " %")
+            worst = _find_worst(errors_of_leg)
+            ends = _format_two_intervals(worst, "peak_error_{}_percent", 0, " %")
             error_text = labels.percent(worst["peak_error_percent"]) + labels.in_brackets(ends)
             lifts.append(f"{error_text} on the {labels.name_of(str(leg))}")
             intervals.append(ends)
             steep += [labels.name_of(str(leg))] * (STEEP in worst["reason_code"].split())
         if lifts:
-            note = _name_intervals(results, intervals)
+            note = _explain_intervals(results, intervals)
             if steep:
                 note += (
                     f" None of alpha on the {list_in_words(steep)}, whose peak changes so fast with the attack angle that "
@@ -255,7 +257,7 @@ def _find_errors_in_sands(results: Results) -> Iterable[PageFinding]:
             )
 
 
-def _two_intervals(row: Mapping[str, Any], ends: str, digits: int, unit: str = "") -> str:
+def _format_two_intervals(row: Mapping[str, Any], ends: str, digits: int, unit: str = "") -> str:
     """Write the interval of alpha, then "model" and the interval with the model's own error.
 
     `ends`: Names of the columns with the ends, braces in place of ``lo``, ``hi``, ``model_lo`` and ``model_hi``.
@@ -268,8 +270,8 @@ def _two_intervals(row: Mapping[str, Any], ends: str, digits: int, unit: str = "
     return ", ".join(interval_texts)
 
 
-def _name_intervals(results: Results, intervals: Iterable[str]) -> str:
-    """Write the sentence that explains the intervals in brackets, texts of `_two_intervals`; empty where there are none."""
+def _explain_intervals(results: Results, intervals: Iterable[str]) -> str:
+    """Write the sentence that explains the intervals in brackets, texts of `_format_two_intervals`; empty where there are none."""
     texts = [text for text in intervals if text]
     parts = []
     if any(not text.startswith("model") for text in texts):
@@ -400,7 +402,7 @@ def _select_lifts(results: Results, media: Sequence[str], profile: str) -> pd.Da
     return table[is_selected & (table["component"] == "z") & table["peak_error_percent"].notna()]
 
 
-def _worst(errors: pd.DataFrame) -> Row:
+def _find_worst(errors: pd.DataFrame) -> Row:
     """Return the row with the largest error of a peak."""
     return max(records(errors), key=lambda row: abs(row["peak_error_percent"]))
 

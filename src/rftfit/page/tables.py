@@ -286,7 +286,7 @@ def _describe_other_window(results: Results, cell: Row) -> str:
 def _describe_scale_of_pushes(
     results: Results, medium: str, directions: int, notes: Mapping[str, str]
 ) -> dict[str, str]:
-    """Say, for a medium that was not pushed in all directions, from which ones zeta and chi are.
+    """Say from which directions zeta and chi were computed, for a medium in which some directions were not pushed.
 
     `notes`: Further notes on zeta and chi, which are written behind.
     """

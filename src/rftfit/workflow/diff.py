@@ -74,7 +74,7 @@ class ResultsDiff:
 
     def summary(self, most: int | None = None) -> str:
         """Format the differences for people, at most `most` of each sort; default: all."""
-        lines = self._list_numbers(most)
+        lines = self._describe_numbers(most)
         lines += first_of([f"Only in one of them: {name}" for name in self.alone], most)
         lines += [
             f"Not as recorded (edited, or its run was not finished): {path}"
@@ -101,7 +101,7 @@ class ResultsDiff:
             )
         return "\n".join(lines)
 
-    def _list_numbers(self, most: int | None) -> list[str]:
+    def _describe_numbers(self, most: int | None) -> list[str]:
         """Write the changed numbers as a table, at most `most` rows."""
         if not self.numbers:
             return ["No alpha, coefficient, zeta or peak is different."]

@@ -55,13 +55,15 @@ def stale_lock(folder: Path) -> Iterator[bool]:
 def _is_note_on_lock(handle: int, folder: Path) -> bool:
     """Tell whether a note is about the lock that is there, and was written on this computer since its start."""
     try:
-        locks = [path.stat().st_mtime_ns for path in (folder / "locks").glob("*.lock")]
+        lock_times = [path.stat().st_mtime_ns for path in (folder / "locks").glob("*.lock")]
         noted = os.pread(handle, 1000, 0).decode("utf-8", "replace")
         note_time = os.fstat(handle).st_mtime_ns
     except OSError:
         return False
     computer = _name_computer()
-    return bool(locks) and max(locks) <= note_time and bool(computer) and noted == computer
+    # a note that is older than the lock is about an earlier run
+    is_newest = bool(lock_times) and max(lock_times) <= note_time
+    return is_newest and bool(computer) and noted == computer
 
 
 def _name_computer() -> str:

@@ -53,12 +53,13 @@ def scaling(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
     """
     config = results.config
     fits = fit_media([results[medium].alpha for medium in results.laboratory], config)
-    groups: dict[str, list[MediumFit]] = {}
+    # the generic profile of each method is made from the usable media alone
+    usable_fits: dict[str, list[MediumFit]] = {}
     for fit in fits:
         if fit.counts:
-            groups.setdefault(fit.method, []).append(fit)
+            usable_fits.setdefault(fit.method, []).append(fit)
     media = results.table("fourier/media.csv")
-    parts = [media, *(generic_rows(group) for group in groups.values())]
+    parts = [media, *(generic_rows(group) for group in usable_fits.values())]
     reference = reference_of(fits, config.fourier.method)
     rows = [penetration_row(fit) for fit in fits]
     sands = [results[medium] for medium in results.sands]

@@ -141,7 +141,7 @@ def set_time(path: Path, seconds: float) -> None:
 
 
 class Recorded:
-    """The recorded jobs of a campaign, beside the files and states that are there now."""
+    """The recorded jobs of a campaign, compared with files and states as they are now."""
 
     def __init__(self, states: States) -> None:
         self.states = states
@@ -165,7 +165,7 @@ class Recorded:
         """Record of the job that wrote a result, by the path of the result."""
         return {path: record for record in self.all.values() if record for path in record.writes}
 
-    def results(self, ending: Record | None = None) -> dict[str, Record]:
+    def collect_records(self, ending: Record | None = None) -> dict[str, Record]:
         """Collect the records of a job and of all jobs that its results are made from, by name.
 
         `ending`: Record of the job to begin with, going back; default: the last job of a whole run.
@@ -181,9 +181,9 @@ class Recorded:
         return records
 
     @cached_property
-    def beside(self) -> dict[str, Record]:
+    def records_beside(self) -> dict[str, Record]:
         """Records of jobs that a whole run does not need, such as a figure for a paper, by the path of each result still there."""
-        of_whole_run = self.results()
+        of_whole_run = self.collect_records()
         return {
             path: record
             for path, record in self.maker.items()
@@ -227,7 +227,7 @@ class Recorded:
         `targets`: Paths of results or names of jobs; default: the last job, which needs all others.
         """
         ends = [self.maker.get(name) or self.all.get(name) for name in targets or [LAST]]
-        needed = {name for end in ends if end for name in self.results(end)}
+        needed = {name for end in ends if end for name in self.collect_records(end)}
         # records alone tell what a target needs: without one it may need every job, and a job without one may be needed
         perhaps_needed = [
             name for name, record in self.all.items() if record is None or None in ends
@@ -265,7 +265,9 @@ class Recorded:
     @cached_property
     def stale(self) -> dict[str, list[OutdatedResult]]:
         """Findings about each outdated job of a whole run, by its name; none where only a job before it has changed."""
-        return {name: self.findings(name) for name in self.results() if name in self.outdated}
+        return {
+            name: self.findings(name) for name in self.collect_records() if name in self.outdated
+        }
 
     def is_current(self, path: str) -> bool:
         """Tell whether a result is there, and it and all that it is made from are as recorded."""

@@ -188,7 +188,7 @@ def robot_intervals(results: Results, threads: int) -> pd.DataFrame:
     section, robot = robot_of(results.campaign)
     names = [name for name in profiles_of(results) if name in INTERVAL_PROFILES]
     all_profiles = {name: results[section.medium].profile(name) for name in names}
-    # without a nine-term fit there is no generic profile
+    # without draws of alpha there is no interval: the generic profile has none where no nine terms were fitted
     profiles = {
         name: profile
         for name, profile in all_profiles.items()

@@ -153,7 +153,10 @@ class Workflow:
         return self._watch([*self._command(), "--dry-run"], None)
 
     def _is_up_to_date(self) -> bool:
-        """Compare records with files and states; where they differ, say how, and let Snakemake plan the jobs concerned."""
+        """Tell whether records agree with files and states, and nothing is to do.
+
+        Where they differ, say how, and let Snakemake plan the jobs concerned.
+        """
         if self.snakefile:
             return False
         findings = self.recorded.findings_of(self.targets)

@@ -255,6 +255,7 @@ def log_names(campaign: Campaign, medium: str) -> list[str]:
         names |= {contact.force_log, contact.motion_log}
     if names and campaign.config.force_log.calibration is not None:
         names.add(campaign.config.force_log.calibration)
+    # a recording of ROS is named by its metadata file: all files of its folder belong to it
     bags = [name.removesuffix(BAG) for name in names if name.endswith(f"/{BAG}")]
     parts = (bag + path.name for bag in bags for path in (campaign.raw / bag).glob("*.*"))
     return sorted(names.union(parts))

@@ -42,8 +42,10 @@ class Verified:
     @cached_property
     def recorded_paths(self) -> list[str]:
         """Paths of all recorded results: those of a whole run, and those that were made by name besides."""
-        of_whole_run = [path for record in self.now.results().values() for path in record.writes]
-        return [*of_whole_run, *self.now.beside]
+        of_whole_run = [
+            path for record in self.now.collect_records().values() for path in record.writes
+        ]
+        return [*of_whole_run, *self.now.records_beside]
 
     @property
     def paths(self) -> Sequence[str]:
@@ -58,7 +60,7 @@ class Verified:
     @property
     def is_as_recorded(self) -> bool:
         """True where there are results, and all verified ones are as recorded."""
-        return bool(self.now.results()) and not self.differ
+        return bool(self.now.collect_records()) and not self.differ
 
     @cached_property
     def why(self) -> list[str]:
@@ -75,7 +77,7 @@ class Verified:
         results = count(len(self.paths), "result")
         if self.why or self.differ:
             lines += first_of(self.why, most)
-            by_name = self.asked or any(path in self.now.beside for path in self.differ)
+            by_name = self.asked or any(path in self.now.records_beside for path in self.differ)
             with_names = " with their names" if by_name else ""
             lines.append(
                 f"{len(self.differ)} of {results} not as recorded; `rftfit run`{with_names} makes "
@@ -113,8 +115,8 @@ def verify_results(now: Recorded, results: Sequence[Path]) -> Verified:
 
 def list_reasons(now: Recorded) -> list[str]:
     """Say why results are out of date, each reason once; without results, say why there are none."""
-    findings_of_jobs = [*now.stale.values()] if now.results() else [now.findings_of()]
-    jobs_beside = dict.fromkeys(record.name for record in now.beside.values())
+    findings_of_jobs = [*now.stale.values()] if now.collect_records() else [now.findings_of()]
+    jobs_beside = dict.fromkeys(record.name for record in now.records_beside.values())
     findings_of_jobs += [now.findings(name) for name in jobs_beside if name in now.outdated]
     reasons = (_format_finding(finding) for findings in findings_of_jobs for finding in findings)
     return list(dict.fromkeys(reasons))
@@ -165,7 +167,7 @@ def _find_asked(words: Sequence[Path], root: Path, recorded_paths: list[str]) ->
 
 def _describe_chain(now: Recorded, name: str, most: int | None) -> list[str]:
     """Describe what the result of path `name` was made from: jobs, logs, rows of the run sheet, and what is not as recorded."""
-    jobs = now.results(now.maker[name])
+    jobs = now.collect_records(now.maker[name])
     state = "as recorded" if now.is_current(name) else "not as recorded"
     lines = [f"{name}: {state}", f"  sha256 {now.maker[name].writes[name]}", "  made by:"]
     rules: dict[str, list[str]] = {}
