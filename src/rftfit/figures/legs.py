@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 
     import pandas as pd
     from matplotlib.axes import Axes
-    from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
     from rftfit.campaign.load import Campaign
@@ -596,39 +595,34 @@ def _ratios(rows: pd.DataFrame) -> pd.DataFrame:
     return rows.assign(ratio=ratio, ratio_lo=ratio_lo, ratio_hi=ratio_hi)
 
 
-def _set_error_axis(
-    axes: Axes, xy: str, span: tuple[float, float], bands: Mapping[float, str]
-) -> None:
-    """Make x or y a logarithmic axis of predicted over measured peaks, with errors in percent at its ticks.
+def _set_error_axis(axes: Axes, span: tuple[float, float]) -> None:
+    """Make x a logarithmic axis of predicted over measured peaks, with errors in percent at its ticks.
 
-    `span`: Smallest and largest ratio. `bands`: Colour of the shade for each error in percent.
+    `span`: Smallest and largest ratio.
     """
-    axis: Axis = getattr(axes, f"{xy}axis")
-    across = xy == "x"
-    axes.set(**{f"{xy}scale": "log"})
-    for percent, shade in bands.items():
+    axes.set(xscale="log")
+    for percent, shade in _BANDS.items():
         ends = 1 - percent / 100, 1 + percent / 100
-        (axes.axvspan if across else axes.axhspan)(*ends, color=shade, linewidth=0, zorder=0)
-    (axes.axvline if across else axes.axhline)(1, color="black", linewidth=0.5, zorder=0.5)
+        axes.axvspan(*ends, color=shade, linewidth=0, zorder=0)
+    axes.axvline(1, color="black", linewidth=0.5, zorder=0.5)
     # ticks are placed outward from no error, at least as far apart as their numbers are wide
-    box = axes.get_window_extent()
-    width_pt, height_pt = (size_px * 72 / axes.figure.dpi for size_px in (box.width, box.height))
-    gap = np.log(span[1] / span[0]) * (15 / width_pt if across else 9 / height_pt)
+    width_pt = axes.get_window_extent().width * 72 / axes.figure.dpi
+    gap = np.log(span[1] / span[0]) * (15 / width_pt)
     ticks = [1.0]
     for tick in sorted(_TICKS, key=lambda tick: abs(np.log(tick))):
         distance = min(abs(np.log(tick / placed_tick)) for placed_tick in ticks)
         if distance > gap and span[0] * np.exp(gap / 2) < tick < span[1] * np.exp(-gap / 2):
             ticks.append(tick)
     names = [f"{100 * (tick - 1):+.0f}" if tick != 1 else "0" for tick in ticks]
-    axis.set_ticks(ticks, [name.replace("-", "\N{MINUS SIGN}") for name in names])
-    axis.minorticks_off()
-    axis.set_tick_params(labelsize=5.5)
-    axes.set(**{f"{xy}lim": span})
+    axes.xaxis.set_ticks(ticks, [name.replace("-", "\N{MINUS SIGN}") for name in names])
+    axes.xaxis.minorticks_off()
+    axes.xaxis.set_tick_params(labelsize=5.5)
+    axes.set(xlim=span)
 
 
 def _prepare_panel(axes: Axes, span: tuple[float, float], media: Sequence[str]) -> None:
     """Set up the axes of one leg: errors from left to right within `span`, media from top to bottom."""
-    _set_error_axis(axes, "x", span, _BANDS)
+    _set_error_axis(axes, span)
     axes.set(ylim=(len(media) - 0.5, -0.5))
     axes.set_yticks(range(len(media)), media)
     axes.tick_params(axis="y", length=0)
