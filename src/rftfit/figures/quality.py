@@ -1,4 +1,4 @@
-"""Quality sheets: every plate run of a medium as a small panel, on A3 paper; and runs compared with others of their medium."""
+"""Quality sheets: every plate run of a medium as a small panel, on paper up to A3; runs compared with others of their medium."""
 
 from __future__ import annotations
 
