@@ -33,12 +33,12 @@ __all__ = ["Executor", "ExecutorSettings", "common_settings", "fork_in_batch_job
 
 _COMMAND = ["python", "-P", "-m", "rftfit.workflow.job"]
 _LOCK = threading.Lock()
-"""Starting a process looks at all others: the end of each is read under the same lock."""
+"""Held while a process is started or joined: `multiprocessing` polls all children when it starts one."""
 
 
 @dataclass
 class ExecutorSettings(ExecutorSettingsBase):  # type: ignore[misc]
-    """No settings: Snakemake makes them where this executor is asked for, and imports begin meanwhile."""
+    """Holds no setting. Snakemake makes the settings early, so the process to fork from begins its imports here."""
 
     def __post_init__(self) -> None:
         from multiprocessing import (
@@ -50,37 +50,36 @@ class ExecutorSettings(ExecutorSettingsBase):  # type: ignore[misc]
 
 
 class Executor(LocalExecutor):  # type: ignore[misc]
-    """The local executor, but for the jobs of rftfit."""
+    """Runs jobs as the local executor does, but forks or skips those of rftfit."""
 
     def run_single_job(self, job: Any) -> Future[None]:
-        """Fork a job of rftfit, or skip it; run any other in a shell."""
+        """Fork a job of rftfit, or skip it where its record still holds; run any other job in a shell."""
         words = shlex.split(job.shellcmd or "")
         if words[: len(_COMMAND)] != _COMMAND:
             return super().run_single_job(job)  # type: ignore[no-any-return]
         outputs = job.output._plainstrings()
         if not self.dag.reason(job).forced and record_holds(Path(), map(str, job.input), outputs):
             for path in outputs:
-                set_time(path)  # made now, so that Snakemake does not ask again
+                set_time(path)  # a new time, so that Snakemake does not plan the job again
             self.logger.info("still right", extra={"skipped": job.jobid})
-            done = Future[None]()
-            done.set_result(None)
-            return done
+            finished = Future[None]()
+            finished.set_result(None)
+            return finished
         self.workflow.async_run(job.prepare())
         log, folder = str(job.log[0]), str(Path.cwd())
-        forked: Future[None] = self.pool.submit(
-            _fork, words[len(_COMMAND) : words.index("2>")], log, folder
-        )
+        job_words = words[len(_COMMAND) : words.index("2>")]
+        forked: Future[None] = self.pool.submit(_fork_and_wait, job_words, log, folder)
         return forked
 
 
 class BatchExecutor(Executor):
-    """The executor inside of a batch job of a cluster: forks the jobs of a group, and runs a single job in a shell."""
+    """Runs jobs inside of a batch job of a cluster: forks those of a group, and runs a single one in a shell."""
 
     states: States
-    """Of the campaign, which the jobs need not read again."""
+    """States of the campaign that Snakemake has read, so that the jobs need not read it again."""
 
     def __post_init__(self) -> None:
-        """Start the process that jobs are forked from: a single job imports less than that does."""
+        """Start the process that the jobs of a group are forked from; a single job alone imports less than that process."""
         super().__post_init__()
         targets = self.workflow.dag_settings.target_jobs
         self.forks = sys.platform == "linux" and len(targets) > 1
@@ -91,18 +90,19 @@ class BatchExecutor(Executor):
             ExecutorSettings()
 
     def run_single_job(self, job: Any) -> Future[None]:
-        """Fork a job of a group."""
+        """Fork a job where the batch job holds several; else run it in a shell."""
         executor = Executor if self.forks else LocalExecutor
         return executor.run_single_job(self, job)
 
 
 def fork_in_batch_jobs(states: States) -> None:
-    """Let Snakemake, where it was started inside of a batch job, fork the jobs of rftfit too."""
+    """Make the Snakemake inside of a batch job fork the jobs of rftfit, too: replace its local executor."""
     BatchExecutor.states = states
     ExecutorPluginRegistry().get_plugin("local").executor = BatchExecutor
 
 
-def _fork(words: list[str], log: str, folder: str) -> None:
+def _fork_and_wait(words: list[str], log: str, folder: str) -> None:
+    """Fork one job, whose errors go to `log`, and wait for its end; raise where it fails."""
     with _LOCK:
         child = get_context("forkserver").Process(target=run_forked, args=(words, log, folder))
         child.start()

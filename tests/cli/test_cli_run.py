@@ -229,9 +229,9 @@ def test_locks(monkeypatch, work_folder):
     flow = workflow(monkeypatch, work_folder)
     with pytest.raises(WorkflowError, match=r"\(process 12, 34\)"):
         flow.unlock()
-    assert "12, 34" in flow._lock_text()
+    assert "12, 34" in flow._describe_lock()
     process_ids.clear()
-    assert "rftfit run --unlock" in flow._lock_text()
+    assert "rftfit run --unlock" in flow._describe_lock()
 
     def refused(_words, _log, tell):
         tell("no room left")

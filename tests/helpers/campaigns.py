@@ -54,7 +54,7 @@ from rftfit.results import open_results
 from rftfit.store import write_bytes
 from rftfit.store.digests import digests_of_files
 from rftfit.workflow.job import do_job
-from rftfit.workflow.records import Record, Recorded, record_holds, split
+from rftfit.workflow.records import Record, Recorded, record_holds, split_inputs
 from rftfit.workflow.stages import FIGURE_RULES, RULES
 from rftfit.workflow.state import job_of, read_states
 
@@ -161,7 +161,7 @@ def _name(job):
 
 def leave_blank(root, states, job):
     """Write the files of a figure without content, and their record."""
-    planned, inputs = split(job.reads)
+    planned, inputs = split_inputs(job.reads)
     for path in job.writes:
         write_bytes(root / path, b"")
     digests = digests_of_files(root, inputs), digests_of_files(root, job.writes)

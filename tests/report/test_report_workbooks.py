@@ -108,7 +108,7 @@ def test_no_text_becomes_a_formula(tmp_path):
 def test_sheet_names_are_made_acceptable():
     book = Book()
     for name in ("About", "About", "x" * 40, "x" * 41, "History", "a/b"):
-        book.sheet(name)
+        book.add_sheet(name)
     sheets = load_workbook(io.BytesIO(book.close())).sheetnames
     assert sheets == ["About", "About_2", "x" * 31, "x" * 29 + "_2", "History_2", "a_b"]
 

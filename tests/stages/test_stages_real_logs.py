@@ -29,7 +29,7 @@ def test_every_log_has_a_campaign():
 def test_a_campaign_around_a_real_log(log, tmp_path, monkeypatch):
     """Figures are left out, and most pages."""
     # a page without figures
-    monkeypatch.setattr("rftfit.workflow.job._checked_inputs", lambda *_: {})
+    monkeypatch.setattr("rftfit.workflow.job._refuse_edited_inputs", lambda *_: {})
     folder = campaign_around_log(log, tmp_path)
     page = str(log).endswith(WITH_PAGE)
     whole = [rule for rule in STAGES if rule not in (*FIGURE_RULES, "provenance")]

@@ -114,7 +114,7 @@ def test_slow_noise_that_is_stated_is_held():
 
 def test_a_tuesday_in_a_real_lab(tmp_path, monkeypatch):
     """All disturbances together, through all stages: tables and a page, which has no figure here."""
-    monkeypatch.setattr("rftfit.workflow.job._checked_inputs", lambda *_: {})
+    monkeypatch.setattr("rftfit.workflow.job._refuse_edited_inputs", lambda *_: {})
     folder = make_campaign(
         tmp_path / "c", ("poppy_LP",), directions=FEW, plates_only=True, sizes=sizes_of([REAL_LAB])
     )

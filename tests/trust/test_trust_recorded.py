@@ -131,8 +131,8 @@ def test_what_a_result_is_made_from_and_what_is_nobodys(states_now):
     states: Any = states_now
     recorded = Recorded(states)
     assert [*recorded.all] == ["tare/sand", "slopes/sand", "robot_full_speeds", "provenance"]
-    assert [*recorded.results()] == ["provenance", "slopes/sand", "tare/sand"]
-    assert [*recorded.results(recorded.all["slopes/sand"])] == ["slopes/sand", "tare/sand"]
+    assert [*recorded.collect_records()] == ["provenance", "slopes/sand", "tare/sand"]
+    assert [*recorded.collect_records(recorded.all["slopes/sand"])] == ["slopes/sand", "tare/sand"]
     for name in ("mine.txt", "logs/tare.log"):
         path = states_now.campaign.root / "results" / name
         path.parent.mkdir(exist_ok=True)

@@ -18,7 +18,7 @@ from rftfit.campaign.config import Config
 from rftfit.campaign.load import Campaign
 from rftfit.figures.registry import figures
 from rftfit.workflow.job import do_job
-from rftfit.workflow.records import split
+from rftfit.workflow.records import split_inputs
 from rftfit.workflow.stages import ALL, FIGURE_RULES, STAGES
 from rftfit.workflow.state import States, job_of, read_states
 
@@ -96,7 +96,7 @@ def second_run(small, tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch, watched(patch) as read:
 
         def do_alone(states, reads, writes):
-            rule, key = job_of(split(reads)[0])
+            rule, key = job_of(split_inputs(reads)[0])
             # nothing is at hand from another job
             fresh = States(replace(campaign))
             fresh.campaign.__dict__.update(lists)

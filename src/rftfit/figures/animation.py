@@ -34,35 +34,41 @@ _TRIPODS = ("blue", "sky blue", "bluish green", "reddish purple")
 
 
 _MOST_SLOWED, _PICTURE_S = 4.0, 0.03
-"""Pictures are slowed down to so long each, up to four times slower than life, so that a stride of 5 Hz can be followed."""
+"""Most times that motion is slowed down, and the shortest time of a picture, s: a stride of 5 Hz can be followed."""
 
 _PICTURES = 25
-"""Pictures in a stride."""
+"""Number of pictures in a stride."""
 
 
 def animate_run(
     robot: Robot, profile: Profile, run: RobotRun, samples: int, title: str
 ) -> tuple[list[Picture], float]:
-    """Draw the last two strides of a run with so many samples a stride; also the seconds of a picture."""
+    """Draw the last two strides of a run. Returns the pictures, and the time that each is shown, s.
+
+    `samples`: Number of samples in a stride of the run.
+    """
     from rftfit.robot.motion import element_series
 
     assert run.series is not None
     every = samples // _PICTURES
-    tail = run.series.last(2 * samples)  # only what is shown is worked out
+    tail = run.series.last(2 * samples)  # forces are computed for the shown strides alone
     elements = element_series(robot, profile, run.condition, tail, every)
     x, time = tail.x_cm[::every], tail.time_s[::every]
-    step = float(time[1] - time[0])
-    slower = max(1.0, min(_MOST_SLOWED, _PICTURE_S / step))
-    if slower > 1:
-        title += f", {slower:.2g} times slower than life"
-    return animation_frames(elements, x, time, title), step * slower
+    step_s = float(time[1] - time[0])
+    slowed = max(1.0, min(_MOST_SLOWED, _PICTURE_S / step_s))
+    if slowed > 1:
+        title += f", {slowed:.2g} times slower than life"
+    return animation_frames(elements, x, time, title), step_s * slowed
 
 
 @style.styled()
 def animation_frames(
     elements: Mapping[str, ElementSeries], x_cm: FloatArray, time_s: FloatArray, title: str
 ) -> list[Picture]:
-    """Draw every sample of a run, shape (height, width, 3); the picture moves along with the robot."""
+    """Draw a picture of each sample of a run, shape (height, width, 3); the picture moves along with the robot.
+
+    `elements`: Ends of the elements and forces on them, by part of the robot. `x_cm`: Place of the robot, shape (samples,).
+    """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.collections import LineCollection
     from matplotlib.patches import Rectangle
@@ -80,7 +86,7 @@ def animation_frames(
         for series in elements.values()
     ]
     strongest = float(max(sizes))
-    longest = _LONGEST_CM / strongest if strongest > 0 else 0.0
+    cm_per_N = _LONGEST_CM / strongest if strongest > 0 else 0.0
     shades = cycle(style.OKABE_ITO[name] for name in _TRIPODS)
     lines, arrows = {}, {}
     for name in elements:
@@ -106,7 +112,7 @@ def animation_frames(
                 -1, 2
             )
             is_loaded = np.hypot(*push.T) > 0
-            tips = foot[is_loaded] + longest * push[is_loaded]
+            tips = foot[is_loaded] + cm_per_N * push[is_loaded]
             arrows[name].set_segments(list(np.stack([foot[is_loaded], tips], axis=1)))
         canvas.draw()
         shots.append(np.asarray(canvas.buffer_rgba())[..., :3].copy())
@@ -114,7 +120,7 @@ def animation_frames(
 
 
 def gif_bytes(shots: Sequence[Picture], frame_s: float) -> bytes:
-    """Join pictures to a gif that runs for ever; it knows hundredths of a second."""
+    """Join pictures to a gif that repeats for ever; `frame_s`: time of a picture, rounded to the hundredths of a gif."""
     from PIL import Image
 
     # one palette for all, so that colours do not flicker
@@ -131,21 +137,21 @@ def gif_bytes(shots: Sequence[Picture], frame_s: float) -> bytes:
 
 
 def mp4_bytes(shots: Sequence[Picture], frame_s: float) -> bytes | None:
-    """Join pictures to an mp4 with the program ffmpeg; None where that is not there, or fails."""
+    """Join pictures to an mp4 by the program ffmpeg; None where ffmpeg is not installed, or fails."""
     import tempfile
     from pathlib import Path
 
     program = shutil.which("ffmpeg")
     if program is None:
         return None
-    # the encoder wants even sizes
+    # the encoder accepts only even sizes
     height, width = (size // 2 * 2 for size in shots[0].shape[:2])
     raw = b"".join(np.ascontiguousarray(shot[:height, :width]).tobytes() for shot in shots)
     with tempfile.TemporaryDirectory() as folder:
         target = Path(folder) / "animation.mp4"
         shape = f"-pix_fmt rgb24 -s {width}x{height} -r {1 / frame_s:.4f}"
         words = f"-loglevel error -f rawvideo {shape} -i - -pix_fmt yuv420p".split()
-        # the user's own program for movies, with words that are written here
+        # the ffmpeg that the user has installed; no word of this command comes from outside
         process = subprocess.run(  # noqa: S603
             [program, *words, target], input=raw, check=False, capture_output=True
         )

@@ -1,4 +1,4 @@
-"""Two media beside each other: alpha of both in each common direction, and the ratio by direction."""
+"""Two media compared: alpha of both in each common direction, and the ratio of the two by direction."""
 
 from __future__ import annotations
 
@@ -15,12 +15,15 @@ if TYPE_CHECKING:
 
 _COLOURS = {"a": style.OKABE_ITO["blue"], "b": style.OKABE_ITO["vermillion"]}
 _APART = 0.15
+"""Distance of the points of A and B from the middle of their direction; directions are 1 apart."""
+
 _MOST_NAMES = 40
+"""Most directions that are named below the axis."""
 
 
 @style.styled()
 def draw_comparison(comparison: Comparison) -> Figure:
-    """Draw alpha_z and alpha_x of both with their intervals, and the ratio of B to A along the force."""
+    """Draw alpha_z and alpha_x of both media with their intervals, and the ratio of B to A along the force."""
     if comparison.directions.empty:
         return style.missing(comparison.sentence, comparison.notes)
     table = comparison.directions.sort_values(

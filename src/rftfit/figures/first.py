@@ -1,4 +1,4 @@
-"""The two pictures of the page's first screen: a map of alpha, and how well peaks or lines are met."""
+"""Pictures of the page's first screen: a map of alpha, and peaks of legs or, without legs, residuals of fits."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ if TYPE_CHECKING:
     from rftfit.results import Results
 
 FEWEST = 4
-"""Directions that make a map."""
+"""Fewest directions that make a map."""
 
 _WIDTH_CM, _HEIGHT_CM, _LEFT_CM, _TOP_CM, _SIDE_CM = 7.0, 6.7, 1.25, 0.75, 4.35
 _FAR_BELOW = 4
-"""An interval is drawn down to this fraction of the smallest peak."""
+"""Smallest peak over the lowest end of an interval that is drawn."""
 
 _LEG_LOOKS = tuple(
     zip(
@@ -38,8 +38,8 @@ _LEG_LOOKS = tuple(
 """Colour and marker of each leg; the marker serves grey prints."""
 
 
-def _panel(title: str) -> tuple[Figure, Axes]:
-    """One panel with letters that can still be read on the page."""
+def _new_panel(title: str) -> tuple[Figure, Axes]:
+    """Make a figure of one panel, its letters large enough to be read at the size of the page's first screen."""
     page = style.new_figure(_WIDTH_CM, _HEIGHT_CM)
     axes = style.axes_cm(page, _LEFT_CM, _TOP_CM, _SIDE_CM, _SIDE_CM)
     axes.set_title(title, pad=5)
@@ -48,7 +48,10 @@ def _panel(title: str) -> tuple[Figure, Axes]:
 
 
 def best_measured_medium(results: Results) -> tuple[str, pd.DataFrame, str]:
-    """The medium whose map is shown, its table and how alpha is known: the one pushed in most directions."""
+    """Choose the medium whose map is shown: the one pushed in most directions.
+
+    Returns its name, its table of alpha, and ``measured`` or ``estimated``; the table is empty where there is no map.
+    """
     media = usable_media(results, results.media) or results.media
     direction_counts = {
         name: int(results[name].alpha["alpha_z_N_per_cm3"].notna().sum()) for name in media
@@ -64,6 +67,7 @@ def best_measured_medium(results: Results) -> tuple[str, pd.DataFrame, str]:
 
 
 def _map_caption(results: Results, _: str) -> str:
+    """Write the caption of the map: signs of the colours, and what good data look like."""
     signs = (
         "Red: the medium pushes the plate up; blue: it pulls it down. "
         "Hatched: the force does not oppose the vertical motion."
@@ -72,7 +76,7 @@ def _map_caption(results: Results, _: str) -> str:
     if origin == "measured":
         holes = " Crossed grey: no usable run." * maps.has_holes(table, "alpha_z_N_per_cm3")
         gamma = table.loc[table["alpha_z_N_per_cm3"].notna(), "gamma_deg"]
-        # level pushes feel little of what a slant of a few degrees into the medium feels
+        # the force on a level push is much smaller than on a push a few degrees into the medium
         step = ", but for a step near gamma = 0" * bool(gamma.min() <= 0 < gamma.max())
         return f"{signs}{holes} Good: smooth from cell to cell{step}."
     return f"Estimated from the pushes (circles) and the shape of known media. {signs}"
@@ -90,7 +94,9 @@ def _map_caption(results: Results, _: str) -> str:
 def plot_first_map(results: Results) -> Figure:
     """Draw alpha_z of the medium that was pushed in most directions, or its estimate."""
     medium, table, origin = best_measured_medium(results)
-    page, axes = _panel(f"{style.medium_label(results, medium)}: {origin} {style.alpha_label('z')}")
+    page, axes = _new_panel(
+        f"{style.medium_label(results, medium)}: {origin} {style.alpha_label('z')}"
+    )
     maps.angle_axes(axes)
     values = table["alpha_z_N_per_cm3"]
     maps.add_bar(page, axes, maps.add_table(axes, table, values, signed=True))
@@ -103,20 +109,22 @@ def plot_first_map(results: Results) -> Figure:
     return page
 
 
-def _peaks(results: Results) -> pd.DataFrame:
-    """Measured and predicted peaks, by the measured table or, where that is not whole, by the map."""
+def _select_peaks(results: Results) -> pd.DataFrame:
+    """Select measured peaks with those predicted by the measured table or, where the table gives none, by the map."""
     errors = results.table("leg_errors.csv")
     errors = errors[errors["medium"].isin(usable_media(results, results.media))]
     rows_with_error = errors[
         errors["peak_error_percent"].notna() & errors["profile"].isin(["table", "map"])
     ]
+    # in the order of names "map" is before "table", so the last row is the better one
     return rows_with_error.sort_values("profile").drop_duplicates(
         ["medium", "leg", "component"], keep="last"
     )
 
 
 def _peaks_caption(results: Results, _: str) -> str:
-    shown_profiles = {*_peaks(results)["profile"]}
+    """Write the caption of the peaks, with the profiles by which they were predicted."""
+    shown_profiles = {*_select_peaks(results)["profile"]}
     shown = [name for profile, name in PROFILES.items() if profile in shown_profiles]
     sources = ", or else by the ".join(shown) or PROFILES["table"]
     return (
@@ -132,19 +140,20 @@ def _peaks_caption(results: Results, _: str) -> str:
     section="summary",
     caption=_peaks_caption,
     lacking=lambda results, _: (
-        () if len(_peaks(results)) else ("no peak of a leg was measured and predicted",)
+        () if len(_select_peaks(results)) else ("no peak of a leg was measured and predicted",)
     ),
 )
 def plot_first_peaks(results: Results) -> Figure:
     """Draw the predicted peak of lift and of thrust on each leg in each medium against the measured one."""
-    rows = _peaks(results)
-    page, axes = _panel("peak force on a leg")
+    rows = _select_peaks(results)
+    page, axes = _new_panel("peak force on a leg")
     names = [
         f"peak_{quantity}_N"
         for quantity in ("measured", "predicted", "predicted_lo", "predicted_hi")
     ]
-    sides = np.sign(rows[names[0]])
-    rows = rows.assign(**{name: rows[name] * sides for name in names})
+    # a negative measured peak is mirrored, so that it can stand on axes of logarithms
+    signs = np.sign(rows[names[0]])
+    rows = rows.assign(**{name: rows[name] * signs for name in names})
     all_peaks = rows[names].to_numpy(float)
     all_peaks = all_peaks[np.isfinite(all_peaks)]
     smallest = float(rows[names[:2]].abs().to_numpy(float).min())
@@ -193,7 +202,8 @@ def plot_first_peaks(results: Results) -> Figure:
 
 
 def _lines_caption(results: Results, _: str) -> str:
-    medium = _lined(results)
+    """Write the caption of the residuals; where no check judges linearity, name a run with a bend."""
+    medium = _medium_with_line(results)
     caption = greek(
         "Stress minus alpha times depth, of every run. Good: noise about zero, without a bend."
     )
@@ -220,13 +230,15 @@ def _lines_caption(results: Results, _: str) -> str:
     section="summary",
     caption=_lines_caption,
     lacking=lambda results, _: (
-        () if _lined(results) else ("no run has a line to compare its stress with",)
+        () if _medium_with_line(results) else ("no run has a line to compare its stress with",)
     ),
 )
 def plot_first_lines(results: Results) -> Figure:
-    """Draw the stress of single runs less alpha times depth, over the depths that were fitted."""
-    medium = _lined(results)
-    page, axes = _panel(f"residual of the vertical stress, {style.medium_label(results, medium)}")
+    """Draw the stress of single runs minus alpha times depth, over the depths that were fitted."""
+    medium = _medium_with_line(results)
+    page, axes = _new_panel(
+        f"residual of the vertical stress, {style.medium_label(results, medium)}"
+    )
     table = results[medium].fits.set_index("run_id")
     fits = table.loc[table["direction"] != "horizontal", "alpha_z_N_per_cm3"].dropna()
     fitted = {}
@@ -235,15 +247,15 @@ def plot_first_lines(results: Results) -> Figure:
         if run in fits.index and inside.any():
             columns = trace["depth_cm"], trace["stress_z_N_per_cm2"]
             fitted[run] = [np.where(inside, values, np.nan) for values in columns]
-    # of all runs: in one that feels little, noise would fill the panel
-    largest = (
+    # residuals are relative to the largest stress of all runs: of a run with little stress, noise would fill the panel
+    largest_stress = (
         max((float(np.nanmax(np.abs(stress))) for _, stress in fitted.values()), default=0.0) or 1.0
     )
     for run, (depth, stress) in fitted.items():
         draw_thin(
             axes,
             depth,
-            100 * (stress - fits[run] * depth) / largest,
+            100 * (stress - fits[run] * depth) / largest_stress,
             color=style.COMPONENT_COLOURS["z"],
             linewidth=0.6,
             alpha=0.6,
@@ -253,8 +265,8 @@ def plot_first_lines(results: Results) -> Figure:
     return page
 
 
-def _lined(results: Results) -> str:
-    """The first medium with a slanted run that has a line."""
+def _medium_with_line(results: Results) -> str:
+    """Return the first medium with a slanted run that has a fitted line; empty where there is none."""
     for medium in (results[name] for name in usable_media(results, results.media) or results.media):
         fits = medium.fits
         if (fits["alpha_z_N_per_cm3"].notna() & (fits["direction"] != "horizontal")).any():

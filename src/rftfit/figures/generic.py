@@ -1,4 +1,4 @@
-"""How far one generic profile, scaled by zeta, stands for all media."""
+"""The generic profile, scaled by zeta, beside the profiles of all media."""
 
 from __future__ import annotations
 
@@ -39,17 +39,17 @@ TERM_LABELS = {
 _ENDS = ["value_N_per_cm3", "lo", "hi"]
 
 
-def _tables(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Coefficients, and zeta of the media, which counts where there is a generic profile."""
+def _read_tables(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Read coefficients, and the table with zeta of the media; zeta is NaN where there is no generic profile."""
     rows, scaled = (labels.of_method(results, f"{n}.csv") for n in ("coefficients", "penetration"))
-    # it is the mean of the usable media, of which there need not be one
-    generic = (rows["medium"] == GENERIC).any()
-    return rows, scaled if generic else scaled.assign(zeta=np.nan)
+    # the generic profile is the mean of the usable media: without a usable medium there is none
+    has_generic = (rows["medium"] == GENERIC).any()
+    return rows, scaled if has_generic else scaled.assign(zeta=np.nan)
 
 
 def _lacking(results: Results, _: str) -> Sequence[str]:
-    """Say why there is no generic profile that is the mean of two media or more."""
-    rows, scaled = _tables(results)
+    """Say why no generic profile is the mean of two media or more; empty where one is."""
+    rows, scaled = _read_tables(results)
     nothing = f"no generic profile by {results.config.fourier.method}"
     if reasons := why_no_fit(results, scaled, "zeta"):
         return nothing, *reasons
@@ -74,28 +74,28 @@ def _lacking(results: Results, _: str) -> Sequence[str]:
 def plot_generic_profile(results: Results) -> Figure:
     """Draw the media scaled onto the generic profile; the intervals take zeta as known."""
     method = results.config.fourier.method
-    rows, scaled = _tables(results)
+    rows, scaled = _read_tables(results)
     generic = kept_coefficients(results, GENERIC)
     zetas = dict(zip(scaled["medium"], scaled["zeta"].astype(float), strict=True))
     zetas = {str(m): zetas.get(m, np.nan) for m in rows["medium"].unique() if m != GENERIC}
     page = style.new_figure(style.DOUBLE_CM, 12.7)
-    top = style.axes_cm(page, 1.25, 1.35, style.DOUBLE_CM - 1.75, 5.1)
+    coefficient_axes = style.axes_cm(page, 1.25, 1.35, style.DOUBLE_CM - 1.75, 5.1)
     is_dropped = not rows["kept"].all()
     head = f"coefficients of each medium over its $\\zeta$, and their mean ({method})"
     head += "; hollow: term not kept" * is_dropped
-    top.set_title(head, loc="left")
-    _draw_coefficients(top, results, rows, zetas)
+    coefficient_axes.set_title(head, loc="left")
+    _draw_coefficients(coefficient_axes, results, rows, zetas)
     beta, gamma = middles()
     angles = np.degrees(beta[:, 0])
     surfaces = evaluate(generic, beta, gamma)
-    side, line = maps.SIDE_CM, 8.1
+    side_cm, top_cm = maps.SIDE_CM, 8.1
     for i, component in enumerate("zx"):
-        axes = style.axes_cm(page, 1.25 + i * maps.PITCH_CM, line, side, side)
+        axes = style.axes_cm(page, 1.25 + i * maps.PITCH_CM, top_cm, side_cm, side_cm)
         maps.angle_axes(axes, name_beta=i == 0)
         axes.set_title(rf"generic $\alpha_{component}$ (dimensionless)")
         maps.add_bar(page, axes, maps.add_surface(axes, surfaces[i]), component)
         maps.add_signs(axes, component, angles, angles, surfaces[i])
-        axes = style.axes_cm(page, 10.55 + i * 4.45, line, side, side)
+        axes = style.axes_cm(page, 10.55 + i * 4.45, top_cm, side_cm, side_cm)
         _draw_collapse(axes, component, results, zetas, generic)
     maps.add_legend(page, missing=False)
     return page
@@ -104,12 +104,13 @@ def plot_generic_profile(results: Results) -> Figure:
 def _draw_coefficients(
     axes: Axes, results: Results, coefficients: pd.DataFrame, zetas: Mapping[str, float]
 ) -> None:
+    """Draw the coefficients of each medium over its zeta, and those of the generic profile, a column a term."""
     looks = style.medium_looks(zetas)
     terms = [term for term in TERM_LABELS if term in set(coefficients["coefficient"])]
-    place = {term: float(i) for i, term in enumerate(terms)}
+    x_of_term = {term: float(i) for i, term in enumerate(terms)}
     axes.axhline(0, color="black", linewidth=0.4)
     rows = coefficients[coefficients["medium"] == GENERIC]
-    x_generic = rows["coefficient"].map(place).to_numpy(float)
+    x_generic = rows["coefficient"].map(x_of_term).to_numpy(float)
     value, low, high = rows[_ENDS].to_numpy(float).T
     # an interval narrower than this has no height on the page
     least_height = 0.004 * float(np.ptp(np.append(value, 0.0)))
@@ -122,7 +123,7 @@ def _draw_coefficients(
     axes.hlines(value, *ends, color="black", linewidth=1.2, label="generic $M_0$", zorder=1.5)
     for i, (medium, zeta) in enumerate(zetas.items()):
         rows = coefficients[coefficients["medium"] == medium]
-        x = rows["coefficient"].map(place).to_numpy(float)
+        x = rows["coefficient"].map(x_of_term).to_numpy(float)
         x = x + 0.7 * ((i + 0.5) / len(zetas) - 0.5)
         colour, marker = looks[medium]
         value, low, high = rows[_ENDS].to_numpy(float).T / zeta
@@ -146,7 +147,7 @@ def _draw_coefficients(
         )
     for edge in range(1, len(terms)):
         axes.axvline(edge - 0.5, color=style.GREY, linewidth=0.3)
-    axes.set_xticks(list(place.values()), [TERM_LABELS[term] for term in terms], fontsize=7)
+    axes.set_xticks(list(x_of_term.values()), [TERM_LABELS[term] for term in terms], fontsize=7)
     axes.set(xlim=(-0.6, len(terms) - 0.4), ylabel=r"coefficient / $\zeta$ (dimensionless)")
     entries = axes.get_legend_handles_labels()
     axes.figure.legend(*entries, loc="upper center", ncols=4, borderaxespad=0.2)
@@ -155,6 +156,10 @@ def _draw_coefficients(
 def _draw_collapse(
     axes: Axes, c: str, results: Results, zetas: Mapping[str, float], generic: FloatArray
 ) -> None:
+    """Draw measured alpha over zeta against generic alpha, one component: equal media fall on one line.
+
+    `generic`: Coefficients of the generic profile.
+    """
     looks = style.medium_looks(zetas)
     ends: list[float] = []
     for medium, zeta in zetas.items():

@@ -1,4 +1,4 @@
-"""Numbers of a run as captions tell them: plain text, empty where nothing is known."""
+"""Numbers and names as captions, figures and page write them: plain text, empty where nothing is known."""
 
 from __future__ import annotations
 
@@ -43,23 +43,24 @@ LEGS = {"c_leg": "c-leg", "flat_leg": "flat leg", "reversed_c_leg": "reversed c-
 
 
 def name_of(key: str) -> str:
-    """Name of a profile or of a leg for people."""
+    """Return the name of a profile or of a leg for people; a key without name stays as it is."""
     return (PROFILES | LEGS).get(key, key)
 
 
 def percent(value: float | None) -> str:
-    """Write a percentage with its sign."""
+    """Write a percentage with its sign and about two digits; enough digits to see on which side of the limit it lies."""
     if value is None or not math.isfinite(value):
         return "no value"
     digits = 0 if abs(value) >= 10 else 1
+    # a number that would be rounded to the limit `WITHIN_PERCENT` keeps a digit
     if float(format_number(abs(value), 0)) == WITHIN_PERCENT != abs(value):
-        digits = 1  # on which side of the limit it lies
+        digits = 1
     text = format_number(value, digits)
     return f"+{text} %" if value > 0 and float(text) > 0 else f"{text} %"
 
 
 def format_interval(low: float | None, high: float | None, digits: int = 3) -> str:
-    """Write an interval with the digits that its width needs; nothing where an end or the width is missing."""
+    """Write an interval with so many digits that its ends differ; empty where an end is missing or both are equal."""
     if low is None or high is None or not math.isfinite(high - low) or low == high:
         return ""
     while (ends := (format_number(low, digits), format_number(high, digits)))[0] == ends[1]:
@@ -68,17 +69,17 @@ def format_interval(low: float | None, high: float | None, digits: int = 3) -> s
 
 
 def in_brackets(text: str) -> str:
-    """Write what follows a number in brackets, nothing where there is nothing."""
+    """Write a text in brackets behind a space; empty where the text is empty."""
     return f" ({text})" if text else ""
 
 
 def name_of_mean(cell: Mapping[Any, Any]) -> str:
-    """Name the interval of alpha of a cell by whether it holds how beds differ."""
+    """Say whether the interval of alpha of a cell holds the scatter between beds."""
     return "without scatter between beds" if cell["spread"] == AS_PREPARED else "mean of beds"
 
 
 def beds_of_intervals(results: Results, media: Iterable[str]) -> str:
-    """Say what the intervals of alpha, zeta and chi are of, and in which of the media they hold no scatter between beds."""
+    """Say whether the intervals of alpha, zeta and chi hold the scatter between beds, and in which media they do not."""
     cells = {name: cell_at(results[name].alpha, 0.0, 90.0) for name in media}
     without = [
         results.titles[name]
@@ -102,23 +103,23 @@ NAMES_OF_ERRORS = {
     "hip_cm": "height of the axle",
     "arc_percent": "arc of the legs",
 }
-"""Words for the errors of section `errors` of the config, by key; `name_of_mean` has the scatter between beds."""
+"""Names of the errors in section `errors` of the config, by key; `name_of_mean` names the scatter between beds."""
 
 
 def errors_stated_as_zero(results: Results) -> list[str]:
-    """Keys of `NAMES_OF_ERRORS` that the config states as 0, so that no interval holds them; none that is a default.
+    """List the keys of `NAMES_OF_ERRORS` that the config itself sets to 0, so that no interval holds these errors.
 
-    Nothing where alpha has no interval. A table of stress or alpha has no errors but those of the legs.
+    Empty where alpha has no interval. In a campaign with a table of stress or alpha only the errors of legs count.
     """
     if results.joined("alpha/{medium}.csv")["alpha_z_se_N_per_cm3"].isna().all():
         return []
     errors = results.config.errors
-    of_legs = {"hip_cm", "arc_percent"}
+    errors_of_legs = {"hip_cm", "arc_percent"}
     stated = {key for key in errors.model_fields_set if getattr(errors, key) == 0}
     if not results.config.legs:
-        stated -= of_legs
+        stated -= errors_of_legs
     if results.config.table is not None:
-        stated &= of_legs
+        stated &= errors_of_legs
     return [key for key in NAMES_OF_ERRORS if key in stated]
 
 
@@ -134,32 +135,35 @@ _SCATTER_OF_BEDS = {
     STATED: "with the stated scatter",
     ASSUMED: f"with an assumed scatter of {100 * USUAL_BED_SPREAD:g} %",
 }
-"""Words for where the scatter between beds is known from."""
+"""Source of the scatter between beds, in words."""
 
 
 def scatter_of_beds(cell: Mapping[Any, Any], confidence: float) -> str:
-    """Say where the scatter of the interval of the next bed is from; empty where that interval adds none."""
+    """Say from where the scatter between beds is known in the interval of the next bed; empty where that interval adds none."""
     if cell["spread"] != AS_PREPARED:
         return _SCATTER_OF_BEDS.get(str(cell["spread"]), "")
     alpha, high, high_next = (float(cell[column("z", end)]) for end in ("", "_hi", "_hi_next"))
     added_square = (high_next - alpha) ** 2 - (high - alpha) ** 2
-    # runs behind each row of a table hold their beds: then nothing is assumed
+    # a row of a table may be the mean of runs in several beds: then nothing is assumed, and less was added
     assumed = 0.99 * half_width_of_bed(USUAL_BED_SPREAD, confidence) * abs(alpha)
     return _SCATTER_OF_BEDS[ASSUMED] if added_square >= assumed**2 else ""
 
 
 def is_chosen_on_these_legs(results: Results) -> bool:
-    """Whether the model's own error was chosen on the same forces on laboratory legs that this campaign compares."""
+    """Tell whether the model's own error was chosen by the same forces on laboratory legs that this campaign compares."""
+    # an error other than the default was estimated from these legs; a simulated campaign repeats the legs of the paper,
+    # by which the default was chosen
     return results.model_error != EPS or results.campaign.reenacted
 
 
 def explanation_of(row: Mapping[str, Any], *, chosen_on_these_legs: bool = False) -> str:
-    """Say whether the errors of alpha, or the model's own, explain an error of a peak; empty where its interval is unknown.
+    """Say whether the errors of alpha, or the model's own error, explain the error of a peak; empty without an interval.
 
-    `row`: of ``results/leg_errors.csv``. `chosen_on_these_legs`: `is_chosen_on_these_legs`.
+    `row`: Row of ``results/leg_errors.csv``. `chosen_on_these_legs`: As `is_chosen_on_these_legs` returns it.
     """
 
     def includes_zero(ends: str) -> bool | None:
+        """Tell whether an interval includes zero; None where there is no interval."""
         low, high = (row[f"peak_error{ends}_{end}_percent"] for end in ("lo", "hi"))
         return low <= 0 <= high if format_interval(low, high, 0) else None
 
@@ -181,56 +185,58 @@ def explanation_of(row: Mapping[str, Any], *, chosen_on_these_legs: bool = False
 
 
 def alpha_half_width(table: pd.DataFrame, component: str, suffix: str = "") -> pd.Series[float]:
-    """Half the width of the interval of alpha_z or alpha_x, N/cm^3; `suffix`: ``_next`` for that of the next push."""
+    """Halve the width of the interval of alpha_z or alpha_x, N/cm^3; `suffix`: ``_next`` for the interval of the next push."""
     high = table[column(component, f"_hi{suffix}")].astype(float)
     return (high - table[column(component, f"_lo{suffix}")].astype(float)) / 2
 
 
 def usable_media(results: Results, media: Iterable[str]) -> list[str]:
-    """Those of the media that fail no check that makes them unusable."""
+    """Select the media that fail no check that makes a medium unusable."""
     marks = {name: codes_of(results.marks.get(name, ())) for name in media}
     return [name for name, codes in marks.items() if UNUSABLE not in codes.split()]
 
 
 def tared(results: Results, runs: pd.DataFrame) -> bool:
-    """Whether a tare was taken off any of the runs of a table."""
+    """Tell whether a tare was subtracted from any run of a table."""
     with_tare = {run.run_id for run in results.campaign.runs if run.tare_run}
     return bool(with_tare.intersection(runs["run_id"]) - without_tare(results))
 
 
 def without_tare(results: Results) -> set[str]:
-    """Runs of all media from which no tare was taken off."""
+    """Return the run_id of all runs that are flagged because no tare was subtracted."""
     return {run_id for medium in results for run_id in medium.flags.runs_with("no-tare")}
 
 
 def predicted_by(results: Results) -> dict[str, list[str]]:
-    """Media in which each profile gave a whole curve of the force on a leg."""
+    """List for each profile the media in which it gave a complete curve of the force on a leg."""
     table = results.table("predicted.csv")
     curve_groups = (
         table["force_z_N"].notna().groupby([table[n] for n in ("profile", "medium", "leg")])
     )
-    whole_curves = curve_groups.all().loc[lambda is_whole: is_whole].index.to_frame(index=False)
+    is_complete = curve_groups.all()
+    complete_curves = is_complete[is_complete].index.to_frame(index=False)
     return {
-        str(n): list(dict.fromkeys(rows["medium"])) for n, rows in whole_curves.groupby("profile")
+        str(profile): list(dict.fromkeys(rows["medium"]))
+        for profile, rows in complete_curves.groupby("profile")
     }
 
 
 def lift_errors(results: Results, media: Iterable[str]) -> pd.DataFrame:
-    """How far predicted lift is from measured lift in some media, a row a leg and profile."""
+    """Read the errors of predicted lift against measured lift in some media, a row for each leg and profile."""
     table = results.table("leg_errors.csv")
     return table[table["medium"].isin(list(media)) & (table["component"] == "z")]
 
 
 def pushes_of_sands(results: Results) -> str:
-    """Write what is known of each natural sand that was pushed."""
+    """Say by which pushes the natural sands were measured."""
     alpha_tables = (
         results[name].alpha.dropna(subset="alpha_z_N_per_cm3") for name in results.sands
     )
-    places = {(*table["beta_deg"], *table["gamma_deg"]) for table in alpha_tables if len(table)}
-    return "one push straight down" if places == {(0, 90)} else "a few pushes"
+    angles = {(*table["beta_deg"], *table["gamma_deg"]) for table in alpha_tables if len(table)}
+    return "one push straight down" if angles == {(0, 90)} else "a few pushes"
 
 
 def of_method(results: Results, name: str) -> pd.DataFrame:
-    """Rows of a table of fits by the configured method."""
+    """Read the rows of a table of fits that are by the configured method."""
     table = results.table(name)
     return table[table["method"] == results.config.fourier.method]

@@ -1,4 +1,4 @@
-"""What figures of legs share: the sketch of a leg, and panels of forces against theta."""
+"""Parts of several figures of legs: the sketch of a leg, and panels of forces against theta."""
 
 from __future__ import annotations
 
@@ -40,38 +40,40 @@ NOTE_PT = 5.5
 
 
 def leg_title(leg: str) -> str:
-    """Name of a leg in figures."""
+    """Return the name of a leg in figures."""
     return labels.LEGS.get(leg, style.plain(leg))
 
 
 def name_of_interval(results: Results) -> str:
-    """Name the interval of a force on a leg of the campaign by the errors that it holds."""
+    """Name the interval of a force on a leg by its level and the errors that it holds."""
     return f"{style.level(results)} interval of alpha, axle and arc"
 
 
 def leg_order(tables: Iterable[pd.DataFrame]) -> list[str]:
-    """Legs of the tables, the paper's three first; these where the tables have none."""
+    """List the legs of tables, the paper's three first; just these three where the tables have none."""
     legs = dict.fromkeys(str(leg) for table in tables for leg in table["leg"].unique())
     paper_legs = [leg for leg in LEGS if leg in legs]
     return paper_legs + [leg for leg in legs if leg not in LEGS] or list(LEGS)
 
 
 def curves(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Predicted and measured forces of all media."""
+    """Read predicted and measured forces on legs in all media."""
     return results.table("predicted.csv"), results.joined("legs/{medium}.csv")
 
 
-# A leg drawn in the sand at a few angles: what theta and the leg's name mean
+# A leg drawn in the sand at a few angles: shows what theta and the name of the leg mean
 
 
 def leg_line(leg: Leg, theta_deg: float) -> FloatArray:
-    """Points (x, z) along a leg from axle to tip, cm in the lab frame, the axle over x = 0."""
+    """Return points (x, z) along a leg from axle to tip, cm in the lab frame, the axle over x = 0."""
+    # middles, tangents and half lengths of the elements
     x, z, tx, tz, half = leg_outline(leg).body.T
     tip = [x[-1] + half[-1] * tx[-1], z[-1] + half[-1] * tz[-1]]
     body = np.vstack([np.column_stack([x - half * tx, z - half * tz]), tip])
     (x, z), theta = body.T, np.radians(theta_deg)
     turned_x = x * np.cos(theta) + z * np.sin(theta)
-    return np.column_stack([turned_x, z * np.cos(theta) - x * np.sin(theta) + leg.hip_height_cm])
+    turned_z = z * np.cos(theta) - x * np.sin(theta)
+    return np.column_stack([turned_x, turned_z + leg.hip_height_cm])
 
 
 def add_sketch(axes: Axes, leg: Leg) -> None:
@@ -84,9 +86,11 @@ def add_sketch(axes: Axes, leg: Leg) -> None:
     axes.axhline(0, color=style.SURFACE, linewidth=0.6)
     for theta in (-60.0, -30.0, 0.0, 30.0, 60.0):
         line = leg_line(leg, theta)
-        dark = theta == 0
-        colour = "black" if dark else "#7a7a7a"
-        axes.plot(*line.T, color=colour, linewidth=1.4 if dark else 0.9, solid_capstyle="round")
+        is_upright = theta == 0
+        colour = "black" if is_upright else "#7a7a7a"
+        axes.plot(
+            *line.T, color=colour, linewidth=1.4 if is_upright else 0.9, solid_capstyle="round"
+        )
         outward = np.array([-np.sin(np.radians(theta)), -np.cos(np.radians(theta))])
         x, z = [0.0, hip] + outward * (1.17 * reach)
         axes.text(x, z, style.degrees(theta), ha="center", va="center", fontsize=5.5, color=colour)
@@ -99,7 +103,7 @@ def add_sketch(axes: Axes, leg: Leg) -> None:
 
 
 def _turn_arrow(axes: Axes, reach: float, hip: float, side: int) -> None:
-    """Draw the sense in which theta grows."""
+    """Draw an arrow in the direction in which theta grows; `side`: -1 for a letter at its left, 1 at its right."""
     angles = np.radians([150.0, 210.0])
     start, end = zip(
         -np.sin(angles) * 0.32 * reach, hip - np.cos(angles) * 0.32 * reach, strict=True
@@ -115,16 +119,17 @@ _ARROW = {"arrowstyle": "->", "linewidth": 0.6, "shrinkA": 0, "shrinkB": 0, "mut
 
 
 def _frame_arrows(axes: Axes, x: float, z: float, length: float) -> None:
+    """Draw the axes x and z of the lab frame."""
     for dx, dz, name in ((length, 0.0, "x"), (0.0, length, "z")):
         axes.annotate("", xy=(x + dx, z + dz), xytext=(x, z), arrowprops=_ARROW)
         axes.text(x + 1.35 * dx, z + 1.35 * dz, f"${name}$", ha="center", va="center", fontsize=6)
 
 
-# Forces against theta: drawn, missing or beyond the panel
+# Curves of forces against theta, and notes on missing ones
 
 
 def matching_rows(table: pd.DataFrame, **column_values: str) -> pd.DataFrame:
-    """Rows of a table whose columns have the wanted values, in the order of runs and theta."""
+    """Select the rows of a table whose columns have given values, in the order of runs and theta."""
     for name, value in column_values.items():
         table = table[table[name] == value]
     order = [name for name in ("run_id", "theta_deg") if name in table.columns]
@@ -132,7 +137,7 @@ def matching_rows(table: pd.DataFrame, **column_values: str) -> pd.DataFrame:
 
 
 def with_gaps(rows: pd.DataFrame, *columns: str) -> list[FloatArray]:
-    """Theta and columns of `matching_rows`, with a NaN in each gap and between runs: lines break there."""
+    """Return theta and columns of `matching_rows` as arrays with NaN in each gap and between runs, where lines shall break."""
     theta = rows["theta_deg"].to_numpy(float)
     step = np.diff(theta)
     # a step wider than 2.5 degrees is a gap
@@ -142,30 +147,30 @@ def with_gaps(rows: pd.DataFrame, *columns: str) -> list[FloatArray]:
 
 
 ALPHA_BAND, MODEL_BAND = 0.3, 0.12
-"""Opacities of the band of alpha, and of that with the model's own error."""
+"""Opacities of the interval of alpha, and of the one with the model's own error."""
 
 MODEL_EDGE: dict[str, Any] = {"linestyle": "-", "linewidth": 0.5, "alpha": 0.6}
-"""Ends of the interval with the model's own error where bands of two components would mix their colours."""
+"""Look of the ends of the interval with the model's own error, where bands of two components would mix their colours."""
 
 
 def force_column_names(component: str) -> list[str]:
-    """Columns of a force and of the ends of its interval."""
+    """Name the columns of a force and of the ends of its interval."""
     return [f"force_{component}_{end}N" for end in ("", "lo_", "hi_")]
 
 
 def model_column_names(component: str) -> list[str]:
-    """Columns of the ends of a force's interval with the model's own error."""
+    """Name the columns of the ends of a force's interval with the model's own error."""
     return [f"force_{component}_model_{end}_N" for end in ("lo", "hi")]
 
 
 def has_model_error(rows: pd.DataFrame, component: str) -> bool:
-    """Whether any interval in the rows holds the model's own error."""
+    """Tell whether any row has an interval with the model's own error."""
     names = model_column_names(component)
     return {*names} <= {*rows} and bool(rows[names].notna().to_numpy().any())
 
 
 def drawn_values(rows: pd.DataFrame, component: str, *, model: bool = False) -> FloatArray:
-    """Every force that `add_predicted` draws, N."""
+    """Return every force that `add_predicted` draws, N, with the ends of intervals."""
     names = force_column_names(component)
     if model and has_model_error(rows, component):
         names = names + model_column_names(component)
@@ -173,12 +178,12 @@ def drawn_values(rows: pd.DataFrame, component: str, *, model: bool = False) -> 
 
 
 def has_force(rows: pd.DataFrame, component: str) -> bool:
-    """Whether there is any finite force in the rows."""
+    """Tell whether any row has a finite force."""
     return bool(np.isfinite(rows[f"force_{component}_N"].to_numpy(float)).any())
 
 
 def why_missing(rows: pd.DataFrame) -> str:
-    """First reason given in the rows, in brackets, or nothing."""
+    """Return the first reason in the rows, in brackets; empty where there is none."""
     reasons = rows["reason"] if "reason" in rows.columns else ()
     reason_texts = (str(reason) for reason in reasons if isinstance(reason, str) and reason)
     return next((f" ({style.plain(reason)})" for reason in reason_texts), "")
@@ -197,7 +202,7 @@ def add_predicted(
     """Draw a predicted curve of one medium, leg and profile with its interval of alpha.
 
     `model`: ``band`` or ``edges`` draw also the interval with the model's own error, as a paler band or its ends.
-    `of_alpha`: Whether the interval of alpha is known, and drawn.
+    `of_alpha`: Draw the interval of alpha.
     """
     if model and has_model_error(rows, component):
         theta, low, high = with_gaps(rows, *model_column_names(component))
@@ -225,9 +230,10 @@ def force_range(
     notes: Sequence[str] = (),
     inset: tuple[float, float] = (0.0, 1.0),
 ) -> None:
-    """Set the range of the forces, N, with room above for notes on what is missing, and write them.
+    """Set the range of the axis of force, N, with room above the curves for notes, and write the notes.
 
-    `inset`: Share of the height that an inset at the upper right takes, and of the width that it leaves.
+    `notes`: Sentences on what is missing. `inset`: Share of the panel's height that an inset at the upper right covers,
+    and share of the width that is left of it.
     """
     all_forces = np.concatenate([np.zeros(1), *forces])
     all_forces = all_forces[np.isfinite(all_forces)]
@@ -236,8 +242,8 @@ def force_range(
     width_pt, height_pt = (size_px * 72 / axes.figure.dpi for size_px in (box.width, box.height))
     size = NOTE_PT + (low == high)
     # a letter is about 0.55 of its size wide
-    across = max(12, int(0.94 * inset[1] * width_pt / (0.55 * size)))
-    lines = [line for note in notes for line in textwrap.wrap(note, across)]
+    letters = max(12, int(0.94 * inset[1] * width_pt / (0.55 * size)))
+    lines = [line for note in notes for line in textwrap.wrap(note, letters)]
     text_style: dict[str, Any] = {
         "color": style.MARK,
         "fontsize": size,
@@ -256,6 +262,6 @@ def force_range(
         axes.set_ylim(low, low + (high + margin - low) / (1 - share))
         text_style |= {"x": 0.02, "y": 0.985, "ha": "left", "va": "top"}
     if lines:
-        # what is cut off runs through the room of the notes
+        # a white box: curves that leave the panel may run through the room of the notes
         text_style["bbox"] = {"facecolor": "white", "edgecolor": "none", "pad": 0.6}
         axes.text(s="\n".join(lines), transform=axes.transAxes, **text_style)

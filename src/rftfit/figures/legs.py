@@ -1,4 +1,4 @@
-"""Forces on legs: in one medium, in all media, over zeta, and errors of their peaks."""
+"""Forces on legs: in one medium, in all media, divided by zeta, and errors of their peaks."""
 
 from __future__ import annotations
 
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 
     import pandas as pd
     from matplotlib.axes import Axes
-    from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
     from rftfit.campaign.load import Campaign
@@ -28,7 +27,8 @@ if TYPE_CHECKING:
     from rftfit.results import Results
 
 
-def _legged(campaign: Campaign) -> tuple[str, ...]:
+def _media_with_legs(campaign: Campaign) -> tuple[str, ...]:
+    """List the laboratory media in which legs were turned."""
     return campaign.with_legs("laboratory")
 
 
@@ -37,12 +37,13 @@ def _legged(campaign: Campaign) -> tuple[str, ...]:
 
 PROFILES = ("table", "map", "fourier", "depth_only")
 _INSET_WIDE, _INSET_HIGH, _INSET_FOOT = 0.36, 0.27, 0.12
-"""Shares of a panel that an inset takes: its width, its height, and the height of what stands below it."""
+"""Shares of a panel that an inset covers: its width, its height, and the height of the labels below it."""
 
 _FORCE_LABELS = r"vertical force $F_z$ (N)", r"horizontal force $F_x$ (N)"
 
 
 def _legs_caption(results: Results, medium: str) -> str:
+    """Write the caption, with the insets where depth-only predicts a curve."""
     insets = ""
     if medium in labels.predicted_by(results).get("depth_only", ()):
         insets = " Insets: the same with the depth-only model."
@@ -56,7 +57,7 @@ def _legs_caption(results: Results, medium: str) -> str:
     "legs",
     reads=("predicted.csv", "legs/{media}.csv"),
     settings=("fit", "intruders"),
-    media=lambda campaign: _legged(campaign)[:1],
+    media=lambda campaign: _media_with_legs(campaign)[:1],
     paper="Figs. 3D to 3F",
     section="Legs",
     caption=_legs_caption,
@@ -82,15 +83,15 @@ def plot_legs(results: Results, medium: str) -> Figure:
     for axes, label in zip(panels[1:, 0], _FORCE_LABELS, strict=True):
         axes.set_ylabel(label)
     style.legend(
-        page, _model_entries(results, predicted, measured), handlelength=2.4, columnspacing=1.1
+        page, _make_model_entries(results, predicted, measured), handlelength=2.4, columnspacing=1.1
     )
     return page
 
 
-def _model_entries(
+def _make_model_entries(
     results: Results, predicted: pd.DataFrame, measured: pd.DataFrame
 ) -> dict[str, Any]:
-    """Entries of the legend beside curves of several models, of those that are drawn."""
+    """Make the entries of the legend for the curves of several models that are drawn."""
     entries: dict[str, Any] = {}
     if any(leg_panels.has_force(measured, c) for c in "zx"):
         entries["measured"] = style.dots(leg_panels.MEASURED, 2, markeredgewidth=0)
@@ -119,15 +120,17 @@ def _model_entries(
 
 
 def _has_map(predicted: pd.DataFrame) -> bool:
+    """Tell whether any curve was predicted with the map."""
     return bool((predicted["profile"] == "map").any())
 
 
 def _profile_with_both_bands(predicted: pd.DataFrame) -> str:
-    """Profile whose interval with the model's own error is drawn among curves of several."""
+    """Choose the profile whose interval with the model's own error is drawn, too: one alone, so that bands stay readable."""
     return "map" if _has_map(predicted) else "table"
 
 
 def _draw_models(axes: Axes, predicted: pd.DataFrame, measured: pd.DataFrame, c: str) -> None:
+    """Draw one component of the force on a leg: measured, and by all profiles; depth-only in an inset."""
     notes, drawn_forces = [], []
     dots: style.Look = {
         "color": leg_panels.MEASURED,
@@ -146,19 +149,19 @@ def _draw_models(axes: Axes, predicted: pd.DataFrame, measured: pd.DataFrame, c:
     for profile in PROFILES:
         rows = matching_rows(predicted, profile=profile)
         if profile == "map" and rows.empty:
-            continue  # a medium that was pushed in every direction has none
+            continue  # a medium that was pushed in every direction needs no map
         if not leg_panels.has_force(rows, c):
             reason = leg_panels.why_missing(rows)
             notes.append(f"{PROFILE_TITLES[profile]}: no prediction{reason}")
         elif profile != "depth_only":
-            both_bands = profile == _profile_with_both_bands(predicted)
+            has_both_bands = profile == _profile_with_both_bands(predicted)
             looks = PROFILE_LOOKS[profile][:2]
-            leg_panels.add_predicted(axes, rows, c, *looks, model="band" if both_bands else "")
-            drawn_forces.append(leg_panels.drawn_values(rows, c, model=both_bands))
-    inset = leg_panels.has_force(baseline, c)
-    room = (_INSET_HIGH + _INSET_FOOT, 1 - _INSET_WIDE) if inset and drawn_forces else (0, 1)
+            leg_panels.add_predicted(axes, rows, c, *looks, model="band" if has_both_bands else "")
+            drawn_forces.append(leg_panels.drawn_values(rows, c, model=has_both_bands))
+    has_inset = leg_panels.has_force(baseline, c)
+    room = (_INSET_HIGH + _INSET_FOOT, 1 - _INSET_WIDE) if has_inset and drawn_forces else (0, 1)
     leg_panels.force_range(axes, drawn_forces, notes, room)
-    if inset:
+    if has_inset:
         small = axes.inset_axes((0.98 - _INSET_WIDE, 0.98 - _INSET_HIGH, _INSET_WIDE, _INSET_HIGH))
         small.plot(theta, force, markersize=0.9, **dots)
         leg_panels.add_predicted(small, baseline, c, *PROFILE_LOOKS["depth_only"][:2])
@@ -179,13 +182,13 @@ _CURVES: dict[str, Any] = {
     "reads": ("predicted.csv", "legs/{media}.csv", "leg_errors.csv"),
     "settings": ("fit",),
 }
-"""What figures of one row a medium are drawn from."""
+"""Files and settings that the figures with one row a medium read."""
 
 
 @figure(
     "legs_by_medium",
     **_CURVES,
-    media=when(lambda campaign: _legged(campaign)[1:]),
+    media=when(lambda campaign: _media_with_legs(campaign)[1:]),
     paper="Fig. S5",
     section="Legs",
     caption=(
@@ -201,7 +204,7 @@ def plot_legs_by_medium(results: Results) -> Figure:
 @figure(
     "legs_depth_only",
     **_CURVES,
-    media=when(lambda campaign: _legged(campaign)[1:]),
+    media=when(lambda campaign: _media_with_legs(campaign)[1:]),
     paper="Fig. S2",
     section="Legs",
     caption=(
@@ -234,7 +237,7 @@ _BESIDE: dict[str, Any] = {"linestyle": (0, (1, 1)), "linewidth": 0.8}
 
 
 def _draw_media(results: Results, media: Sequence[str], profile: str, beside: str = "") -> Figure:
-    """Draw one row of panels a medium by a profile and, without its intervals, by the one `beside` it."""
+    """Draw forces by one profile with intervals and, dotted, by the profile `beside`; one row of panels a medium."""
     predicted, measured = leg_panels.curves(results)
     predicted_beside = matching_rows(predicted, profile=beside)
     tables = matching_rows(predicted, profile=profile), measured
@@ -247,7 +250,7 @@ def _draw_media(results: Results, media: Sequence[str], profile: str, beside: st
         style.name_column(axes, leg_panels.leg_title(leg))
     for medium, row in zip(media, panels, strict=True):
         row[0].set_ylabel("force (N)")
-        # in one line; matplotlib's own alignment takes as long as drawing the panels
+        # aligns the labels of all rows; align_ylabels would take as long as drawing the panels
         row[0].yaxis.set_label_coords(-0.14, 0.5)
         style.name_row(row[0], style.plain(results[medium].title))
         for leg, axes in zip(names, row, strict=True):
@@ -267,19 +270,22 @@ def _draw_media(results: Results, media: Sequence[str], profile: str, beside: st
             title = _format_peaks(tables_of_leg[0], tables_of_leg[1], lift_rows)
             axes.set_title(title, fontsize=5.5, loc="left", pad=2)
     shown = [table[table["medium"].isin(list(media))] for table in (*tables, predicted_beside)]
-    entries = _component_entries(results, shown, lines, (profile, beside), any_withheld)
+    entries = _make_component_entries(results, shown, lines, (profile, beside), any_withheld)
     style.legend(page, entries, handlelength=2.4)
     return page
 
 
-def _component_entries(
+def _make_component_entries(
     results: Results,
     tables: Sequence[pd.DataFrame],
     lines: Mapping[str, Any],
     profiles: tuple[str, str],
     any_withheld: bool,
 ) -> dict[str, Any]:
-    """Entries of the legend beside curves of two components, of those that are drawn; `tables`: as of `_draw_leg`."""
+    """Make the entries of the legend for the curves of two components that are drawn.
+
+    `tables`: As for `_draw_leg`. `profiles`: The profile, and the one beside it.
+    """
     predicted, measured, beside = tables
     entries: dict[str, Any] = {}
     for c, word in (("z", "vertical force $F_z$"), ("x", "horizontal force $F_x$")):
@@ -292,14 +298,17 @@ def _component_entries(
         if leg_panels.has_force(beside, c):
             line = style.line(style.COMPONENT_COLOURS[c], **_BESIDE)
             entries[f"{word}, by {PROFILE_TITLES[profiles[1]]}"] = line
-    of_alpha = [style.COMPONENT_COLOURS[c] for c in "zx" if leg_panels.has_force(predicted, c)]
-    if of_alpha:
+    colours = [style.COMPONENT_COLOURS[c] for c in "zx" if leg_panels.has_force(predicted, c)]
+    if colours:
         name = f"{leg_panels.name_of_interval(results)} at each angle"
         name += "; none where that of the peak is withheld" * any_withheld
-        entries[name] = style.bands(of_alpha, leg_panels.ALPHA_BAND)
-    of_model = [c for c in "zx" if leg_panels.has_model_error(predicted, c)]
-    if of_model:
-        edges = [style.line(style.COMPONENT_COLOURS[c], **leg_panels.MODEL_EDGE) for c in of_model]
+        entries[name] = style.bands(colours, leg_panels.ALPHA_BAND)
+    with_model_error = [c for c in "zx" if leg_panels.has_model_error(predicted, c)]
+    if with_model_error:
+        edges = [
+            style.line(style.COMPONENT_COLOURS[c], **leg_panels.MODEL_EDGE)
+            for c in with_model_error
+        ]
         entries["with the model's own error"] = tuple(edges)
     return entries
 
@@ -307,9 +316,10 @@ def _component_entries(
 def _draw_leg(
     axes: Axes, tables: Sequence[pd.DataFrame], lines: Mapping[str, Any], withheld: Collection[str]
 ) -> None:
-    """Draw what is predicted, measured, and predicted by the profile beside.
+    """Draw the forces on one leg in one medium.
 
-    `withheld`: Components whose interval of alpha is not known.
+    `tables`: Rows predicted, measured, and predicted by the profile beside. `lines`: Dashes by component. `withheld`:
+    Components whose interval of alpha is not known.
     """
     predicted, measured, beside = tables
     drawn_forces, notes = [], []
@@ -339,10 +349,10 @@ def _draw_leg(
 
 
 def _format_peaks(predicted: pd.DataFrame, measured: pd.DataFrame, peak_rows: pd.DataFrame) -> str:
-    """Write the largest lift as measured and, with its interval, as predicted.
+    """Write the largest lift as measured, and as predicted with its interval.
 
-    The interval is that of the peak, not of the force at its angle; it holds the model's own error where that is known.
-    `peak_rows`: of ``results/leg_errors.csv``, of this leg's lift; none where nothing was measured, and then no interval.
+    The interval is of the peak, not of the force at the angle of the peak; it holds the model's own error where this is
+    known. `peak_rows`: Rows of ``results/leg_errors.csv`` for the lift of this leg; without a row no interval is written.
     """
     peaks = []
     if leg_panels.has_force(measured, "z"):
@@ -365,7 +375,7 @@ def _format_peaks(predicted: pd.DataFrame, measured: pd.DataFrame, peak_rows: pd
 
 
 def _three_digits(value: float) -> str:
-    """Write about three digits, with their zeros."""
+    """Write a number with about three digits; zeros at its end stay."""
     digits = 2 if abs(value) < 10 else 1 if abs(value) < 100 else 0
     return style.format_number(value, digits)
 
@@ -377,7 +387,7 @@ _DASHES: Any = "-", (0, (5, 1.2)), (0, (1, 0.9)), (0, (5, 1, 1, 1)), (0, (2.5, 1
 
 
 def _without_zeta(results: Results, _: str) -> Sequence[str]:
-    """Say why no medium has a zeta by the configured method."""
+    """Say why forces cannot be compared over zeta by the configured method; empty where they can."""
     reasons = why_no_fit(results, labels.of_method(results, "penetration.csv"), "zeta")
     method = results.config.fourier.method
     if reasons:
@@ -392,7 +402,7 @@ def _without_zeta(results: Results, _: str) -> Sequence[str]:
     "forces_over_zeta",
     reads=("predicted.csv", "legs/{media}.csv", "penetration.csv"),
     settings=("fit", "fourier"),
-    media=when(_legged),
+    media=when(_media_with_legs),
     paper="Fig. S8",
     section="Legs",
     caption=(
@@ -402,10 +412,10 @@ def _without_zeta(results: Results, _: str) -> Sequence[str]:
     lacking=_without_zeta,
 )
 def plot_forces_over_zeta(results: Results) -> Figure:
-    """Draw measured F / zeta of all laboratory media on each leg against theta, with the generic one.
+    """Draw measured force over zeta of all laboratory media on each leg against theta, with the generic prediction.
 
-    Zeta counts as known. The generic curve is the mean over media of their scaled prediction over
-    zeta (one and the same curve), its band the widest of their intervals.
+    Zeta is taken as exact. The generic curve is the mean over media of the scaled prediction over zeta, which is the same
+    curve in each; its band is the widest of the intervals of the media.
     """
     penetration = labels.of_method(results, "penetration.csv")
     zetas = dict(
@@ -415,7 +425,9 @@ def plot_forces_over_zeta(results: Results) -> Figure:
             strict=True,
         )
     )
-    predicted, measured = (t[t["medium"].isin(list(zetas))] for t in leg_panels.curves(results))
+    predicted, measured = (
+        table[table["medium"].isin(list(zetas))] for table in leg_panels.curves(results)
+    )
     predicted = matching_rows(predicted, profile="generic")
     names = leg_panels.leg_order((predicted, measured))
     page, panels = style.panels((5.3, 5.3), len(names))
@@ -424,7 +436,7 @@ def plot_forces_over_zeta(results: Results) -> Figure:
         column[0].set_title(leg_panels.leg_title(leg), weight="bold")
         for component, axes in zip("zx", column, strict=True):
             leg_panels.theta_axes(axes, name=component == "x")
-            generic = _generic(matching_rows(predicted, leg=leg), component, zetas)
+            generic = _generic_curve(matching_rows(predicted, leg=leg), component, zetas)
             _draw_scaled(axes, results, generic, matching_rows(measured, leg=leg), component, zetas)
             has_interval |= bool(generic and np.isfinite(generic[2]).any())
     for component, axes in zip("zx", panels[:, 0], strict=True):
@@ -441,10 +453,10 @@ def plot_forces_over_zeta(results: Results) -> Figure:
     return page
 
 
-def _generic(predicted: pd.DataFrame, c: str, zetas: Mapping[str, float]) -> list[FloatArray]:
-    """Theta, and the scaled prediction over zeta with the ends of the widest interval; or nothing.
+def _generic_curve(predicted: pd.DataFrame, c: str, zetas: Mapping[str, float]) -> list[FloatArray]:
+    """Return theta, the generic force over zeta, and the ends of the widest interval; an empty list without prediction.
 
-    An interval that is not known where the force is largest is left out: pieces of it elsewhere look like a narrow one.
+    An interval that is not known where the force is largest is left out: its pieces elsewhere would look like a narrow one.
     """
     names = leg_panels.force_column_names(c)
     scaled = predicted[names].div(predicted["medium"].map(dict(zetas)), axis="index")
@@ -467,6 +479,7 @@ def _draw_scaled(
     component: str,
     zetas: Mapping[str, float],
 ) -> None:
+    """Draw one component of measured force over zeta of each medium on one leg, and the generic curve with its band."""
     drawn_forces: list[FloatArray] = []
     missing = []
     if generic:
@@ -502,7 +515,7 @@ _TICKS = (0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0)
 
 
 def _without_peaks(results: Results, _: str) -> Sequence[str]:
-    """Say that there is no peak, both measured and predicted."""
+    """Say that no peak is both measured and predicted; empty where one is."""
     table = results.table("leg_errors.csv")
     has_both_peaks = table[["peak_measured_N", "peak_predicted_N"]].notna().all(axis=1)
     return () if has_both_peaks.any() else ("no leg was measured in or predicted for any medium",)
@@ -534,7 +547,7 @@ def plot_peak_errors(results: Results) -> Figure:
     span = min(shown_ratios) / 1.15, max(shown_ratios) * 1.15
     page, panels = style.panels([0.95 * len(media) + 1.9], len(names))
     for leg, axes in zip(names, panels[0], strict=True):
-        _prepare(axes, span, [style.medium_label(results, name) for name in media])
+        _prepare_panel(axes, span, [style.medium_label(results, name) for name in media])
         axes.tick_params(labelleft=leg == names[0])
         axes.set_xlabel("error of the predicted peak lift (%)")
         axes.set_title(leg_panels.leg_title(leg), weight="bold", loc="left")
@@ -553,13 +566,14 @@ def plot_peak_errors(results: Results) -> Figure:
         entries[PROFILE_TITLES[profile]] = look
     for percent, shade in reversed(_BANDS.items()):
         entries[f"within {percent:.0f} %"] = style.patch(facecolor=shade)
-    goes_on = ratios["ratio"].notna() & ratios["ratio_lo"].isna() & ratios["ratio_hi"].notna()
-    if goes_on.any():
-        colours = [
-            PROFILE_LOOKS[p][0] for p in profiles if p in set(ratios.loc[goes_on, "profile"])
-        ]
+    has_no_low_end = (
+        ratios["ratio"].notna() & ratios["ratio_lo"].isna() & ratios["ratio_hi"].notna()
+    )
+    if has_no_low_end.any():
+        cut_profiles = set(ratios.loc[has_no_low_end, "profile"])
+        colours = [PROFILE_LOOKS[profile][0] for profile in profiles if profile in cut_profiles]
         entries["interval goes below \N{MINUS SIGN}100 %"] = tuple(
-            style.line(colour, **_GOES_ON) for colour in colours
+            style.line(colour, **_CONTINUES) for colour in colours
         )
     title = f"bars: {leg_panels.name_of_interval(results)}; axes: logarithmic in predicted over measured"
     style.legend(page, entries, title=title)
@@ -567,46 +581,48 @@ def plot_peak_errors(results: Results) -> Figure:
 
 
 def _ratios(rows: pd.DataFrame) -> pd.DataFrame:
-    """Peak and its interval over the measured peak; NaN where that is no positive number."""
+    """Divide the predicted peak and its interval by the measured peak; NaN where the ratio is no positive number."""
     measured = rows["peak_measured_N"].to_numpy(float)
     names = [f"peak_predicted_{end}N" for end in ("", "lo_", "hi_")]
     with np.errstate(divide="ignore", invalid="ignore"):
         peak, *ends = rows[names].to_numpy(float).T / measured
-    # a negative peak turns its interval round
+    # a negative measured peak exchanges the ends of the interval
     low, high = np.sort(ends, axis=0)
-    positive_ratios = [np.where(np.isfinite(r) & (r > 0), r, np.nan) for r in (peak, low, high)]
-    return rows.assign(
-        ratio=positive_ratios[0], ratio_lo=positive_ratios[1], ratio_hi=positive_ratios[2]
+    # the axis is logarithmic
+    ratio, ratio_lo, ratio_hi = (
+        np.where(np.isfinite(number) & (number > 0), number, np.nan) for number in (peak, low, high)
     )
+    return rows.assign(ratio=ratio, ratio_lo=ratio_lo, ratio_hi=ratio_hi)
 
 
-def _error_axis(axes: Axes, xy: str, span: tuple[float, float], bands: Mapping[float, str]) -> None:
-    """Make x or y the axis of predicted over measured peaks, logarithmic, its ticks errors in percent."""
-    axis: Axis = getattr(axes, f"{xy}axis")
-    across = xy == "x"
-    axes.set(**{f"{xy}scale": "log"})
-    for percent, shade in bands.items():
+def _set_error_axis(axes: Axes, span: tuple[float, float]) -> None:
+    """Make x a logarithmic axis of predicted over measured peaks, with errors in percent at its ticks.
+
+    `span`: Smallest and largest ratio.
+    """
+    axes.set(xscale="log")
+    for percent, shade in _BANDS.items():
         ends = 1 - percent / 100, 1 + percent / 100
-        (axes.axvspan if across else axes.axhspan)(*ends, color=shade, linewidth=0, zorder=0)
-    (axes.axvline if across else axes.axhline)(1, color="black", linewidth=0.5, zorder=0.5)
-    # outward from no error, as far apart as their numbers are wide
-    box = axes.get_window_extent()
-    across_pt, high_pt = (size_px * 72 / axes.figure.dpi for size_px in (box.width, box.height))
-    gap = np.log(span[1] / span[0]) * (15 / across_pt if across else 9 / high_pt)
+        axes.axvspan(*ends, color=shade, linewidth=0, zorder=0)
+    axes.axvline(1, color="black", linewidth=0.5, zorder=0.5)
+    # ticks are placed outward from no error, at least as far apart as their numbers are wide
+    width_pt = axes.get_window_extent().width * 72 / axes.figure.dpi
+    gap = np.log(span[1] / span[0]) * (15 / width_pt)
     ticks = [1.0]
     for tick in sorted(_TICKS, key=lambda tick: abs(np.log(tick))):
         distance = min(abs(np.log(tick / placed_tick)) for placed_tick in ticks)
         if distance > gap and span[0] * np.exp(gap / 2) < tick < span[1] * np.exp(-gap / 2):
             ticks.append(tick)
-    names = [f"{100 * (t - 1):+.0f}" if t != 1 else "0" for t in ticks]
-    axis.set_ticks(ticks, [name.replace("-", "\N{MINUS SIGN}") for name in names])
-    axis.minorticks_off()
-    axis.set_tick_params(labelsize=5.5)
-    axes.set(**{f"{xy}lim": span})
+    names = [f"{100 * (tick - 1):+.0f}" if tick != 1 else "0" for tick in ticks]
+    axes.xaxis.set_ticks(ticks, [name.replace("-", "\N{MINUS SIGN}") for name in names])
+    axes.xaxis.minorticks_off()
+    axes.xaxis.set_tick_params(labelsize=5.5)
+    axes.set(xlim=span)
 
 
-def _prepare(axes: Axes, span: tuple[float, float], media: Sequence[str]) -> None:
-    _error_axis(axes, "x", span, _BANDS)
+def _prepare_panel(axes: Axes, span: tuple[float, float], media: Sequence[str]) -> None:
+    """Set up the axes of one leg: errors from left to right within `span`, media from top to bottom."""
+    _set_error_axis(axes, span)
     axes.set(ylim=(len(media) - 0.5, -0.5))
     axes.set_yticks(range(len(media)), media)
     axes.tick_params(axis="y", length=0)
@@ -614,19 +630,23 @@ def _prepare(axes: Axes, span: tuple[float, float], media: Sequence[str]) -> Non
         axes.axhline(edge, color="#b0b0b0", linewidth=0.3, zorder=0.5)
 
 
-_GOES_ON: dict[str, Any] = {"marker": "<", "markersize": 3, "linestyle": "", "fillstyle": "none"}
-_GOES_ON |= {"markeredgewidth": 0.6}
-"""Mark at the end of an axis where an interval goes on beyond it."""
+_CONTINUES: dict[str, Any] = {"marker": "<", "markersize": 3, "linestyle": "", "fillstyle": "none"}
+_CONTINUES |= {"markeredgewidth": 0.6}
+"""Look of the mark at the end of an axis where an interval continues beyond it."""
 
 
 def _draw_row(
     axes: Axes, place: int, rows_by_profile: Mapping[str, Row], profiles: Sequence[str]
 ) -> None:
+    """Draw the errors of one medium by all profiles in its row, and say which profile has no number.
+
+    `place`: Number of the row. `rows_by_profile`: Rows of `_ratios`.
+    """
     missing, points = [], []
     drawn_profiles = [profile for profile in profiles if profile in rows_by_profile]
     for i, profile in enumerate(drawn_profiles):
         ratio, low, high = (
-            float(rows_by_profile[profile][n]) for n in ("ratio", "ratio_lo", "ratio_hi")
+            float(rows_by_profile[profile][name]) for name in ("ratio", "ratio_lo", "ratio_hi")
         )
         if not np.isfinite(ratio):
             missing.append(PROFILE_TITLES[profile])
@@ -636,7 +656,7 @@ def _draw_row(
         if np.isfinite(high) and not np.isfinite(low):
             # an interval that includes zero has no end on this axis
             low = axes.get_xlim()[0] * 1.04
-            axes.plot(low, y, color=colour, **_GOES_ON)
+            axes.plot(low, y, color=colour, **_CONTINUES)
         points += [ratio, low, high]
         axes.hlines(y, low, high, color=colour, linewidth=1.0)
         axes.plot(ratio, y, marker, color=colour, markersize=3.4, markeredgewidth=0)
@@ -647,7 +667,7 @@ def _draw_row(
         reason = rows_by_profile[drawn_profiles[0]].get("reason")
         reason_text = style.plain(reason) if isinstance(reason, str) else ""
         message = f"no value: {', '.join(missing) if points else reason_text}".removesuffix(": ")
-    # on the side where more room is left
+    # the message stands on the side with more free room
     axis_start, axis_end = axes.get_xlim()
     finite_points = [point for point in points if np.isfinite(point)] or [axis_start]
     at_right = axis_end / max(finite_points) >= min(finite_points) / axis_start

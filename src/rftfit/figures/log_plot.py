@@ -21,12 +21,16 @@ if TYPE_CHECKING:
     from rftfit.logs.inspect import Survey
 
 MOST_ROWS = 200_000
-"""Rows that are drawn of a long log."""
+"""Most rows of a log that are drawn."""
+
 _PANEL_CM = 3.0
 
 
 def plot_log(reader: Reader, surveys: Sequence[Survey]) -> Figure:
-    """Draw a log from its file, thinned where it is long."""
+    """Draw a log from its file, thinned where it is long.
+
+    `surveys`: One for each clock of the file, with the columns that run on it.
+    """
     logs = []
     for survey in surveys:
         names = [column.name for column in survey.columns]
@@ -38,7 +42,7 @@ def plot_log(reader: Reader, surveys: Sequence[Survey]) -> Figure:
 
 
 def thinned(blocks: Iterable[Log], rows: int) -> Log:
-    """Keep every k-th of so many rows, so that a long log can be drawn in bounded memory."""
+    """Keep every k-th row, so that a long log can be drawn in bounded memory; `rows`: number of its rows."""
     row_step = max(1, math.ceil(rows / MOST_ROWS))
     note = (f"every {row_step}. row is drawn",) if row_step > 1 else ()
     parts = []
@@ -55,39 +59,41 @@ def draw_log(*logs: Log, time_name: str = "time") -> Figure:
 
     Where no column has the name of the time, rows are counted.
     """
-    panels_of = [(log, n) for log in logs for n in _drawn(log, time_name)]
-    figure = style.new_figure(style.DOUBLE_CM, _PANEL_CM * len(panels_of) + 1.5)
+    drawn_columns = [(log, name) for log in logs for name in _columns_to_draw(log, time_name)]
+    figure = style.new_figure(style.DOUBLE_CM, _PANEL_CM * len(drawn_columns) + 1.5)
     figure.set_layout_engine("constrained")
-    panels = figure.subplots(len(panels_of), 1, sharex=True, squeeze=False)[:, 0]
-    # counted from the first row: clocks run since midnight
-    times = _time(logs[0], time_name)
+    panels = figure.subplots(len(drawn_columns), 1, sharex=True, squeeze=False)[:, 0]
+    # time is counted from the first row, since clocks may count from midnight
+    times = _time_of(logs[0], time_name)
     first_time = times[np.isfinite(times)][:1]
-    for panel, (log, name) in zip(panels, panels_of, strict=True):
-        time = _time(log, time_name)
+    for panel, (log, name) in zip(panels, drawn_columns, strict=True):
+        time = _time_of(log, time_name)
         values = log.columns[name]
         is_finite = np.isfinite(time) & np.isfinite(values)
         since_start = (time - first_time if first_time.size else time)[is_finite]
-        panel.plot(*_broken(since_start, values[is_finite]), linewidth=0.7)
+        panel.plot(*_break_at_gaps(since_start, values[is_finite]), linewidth=0.7)
         unit = log.units.get(name, "")
         panel.set_ylabel(f"{name} ({unit})" if unit else name)
     unit = logs[0].units.get(time_name, "s" if time_name in logs[0].columns else "rows")
     start = f", counted from {first_time[0]:.10g} {unit}" if first_time.size else ""
     panels[-1].set_xlabel(f"time ({unit}){start}")
-    thin = [note for note in logs[0].notes if "drawn" in note]
-    panels[0].set_title("; ".join([logs[0].path.name, *thin]))
+    thinning = [note for note in logs[0].notes if "drawn" in note]
+    panels[0].set_title("; ".join([logs[0].path.name, *thinning]))
     return figure
 
 
-def _drawn(log: Log, time_name: str) -> list[str]:
+def _columns_to_draw(log: Log, time_name: str) -> list[str]:
+    """List the columns without that of the time, unless it is the only one."""
     return [name for name in log.columns if name != time_name] or list(log.columns)
 
 
-def _time(log: Log, name: str) -> FloatArray:
+def _time_of(log: Log, name: str) -> FloatArray:
+    """Return the column of the time, or numbers of rows where the log has none."""
     return log.columns[name] if name in log.columns else np.arange(log.size, dtype=float)
 
 
-def _broken(time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Break a curve where rows are missing: a line there would be an invention."""
+def _break_at_gaps(time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Insert NaN into a curve where rows are missing, so that no line is drawn over a gap."""
     steps = np.diff(time)
     forward = steps[steps > 0]
     if not forward.size:

@@ -33,17 +33,17 @@ if TYPE_CHECKING:
     from rftfit.results import Results
 
     Model = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
-    """alpha_z and alpha_x, N/cm^3, of beta and gamma, rad."""
+    """Function of beta and gamma, rad, that returns alpha_z and alpha_x, N/cm^3."""
 
 
 # The figures
 
 
 SIDE_CM = 2.95
-"""Side of one map: both angles run from -90 to 90 degrees."""
+"""Side of one map, cm: both angles run from -90 to 90 degrees."""
 
 PITCH_CM = 4.08
-"""From one map to the next in a row, colour bar and its numbers included."""
+"""Distance from one map to the next in a row, cm, with room for the colour bar and its numbers."""
 
 LEFT_CM, ROW_CM, TOP_CM, BOTTOM_CM = 1.25, SIDE_CM + 0.95, 1.0, 0.85
 
@@ -89,7 +89,7 @@ def plot_alpha_maps_of_one(results: Results, medium: str) -> Figure:
     if shown_runs:
         entries["run of the stress figure"] = style.dots("black", 6, markerfacecolor="none")
     page = _draw_maps(results, results[medium].alpha, "measured", entries)
-    # map, bar, half width, bar: of alpha_z, then of alpha_x
+    # axes of the page in order: map, bar, half width, bar of alpha_z, then the same of alpha_x
     for axes in page.axes[::4]:
         _add_plates(axes)
         for run in shown_runs:
@@ -102,36 +102,38 @@ def plot_alpha_maps_of_one(results: Results, medium: str) -> Figure:
 
 
 def _shown_runs(results: Results, medium: str) -> list[Run]:
-    """Runs of a medium that the figure of stress against depth shows; none of a table of alpha."""
+    """Return the runs of a medium that the figure of stress against depth shows; none for a table of alpha."""
     campaign, table = results.campaign, results.config.table
     names = [] if table is not None and table.holds == "alpha" else stress_runs(campaign)
     return [run for name in names if (run := campaign.by_id[name]).medium == medium]
 
 
-_FEW = 20
-"""With fewer directions a map of what was measured shows little."""
+_FEWEST_FOR_MAP = 20
+"""Fewest directions for a map of measured alpha: with fewer it shows little."""
 
 
-def _few_pushes(campaign: Campaign) -> tuple[str, ...]:
-    """Media with a few pushes: natural sands, and others with few directions."""
+def _media_with_few_pushes(campaign: Campaign) -> tuple[str, ...]:
+    """List the media that were pushed in few directions, such as natural sands."""
     pushed: dict[str, set[object]] = {name: set() for name in campaign.media_with_runs}
     for run in campaign.runs:
         if run.kind == "plate":
             pushed[run.medium].add((run.beta_deg, run.gamma_deg, run.direction))
-    return tuple(name for name, directions in pushed.items() if 0 < len(directions) < _FEW)
+    return tuple(
+        name for name, directions in pushed.items() if 0 < len(directions) < _FEWEST_FOR_MAP
+    )
 
 
 def _why_no_map(results: Results, _: str) -> tuple[str, ...]:
-    """Why no medium with few pushes has a map; empty where one has."""
-    if _estimated(results):
+    """Say why no medium with few pushes has a map; empty where one has."""
+    if _media_with_estimated_map(results):
         return ()
-    reasons = (results.map_reason(name) for name in _few_pushes(results.campaign))
+    reasons = (results.map_reason(name) for name in _media_with_few_pushes(results.campaign))
     return ("no map was estimated", *dict.fromkeys(filter(None, reasons)))
 
 
-def _estimated(results: Results) -> list[str]:
-    """Media with few pushes whose map could be estimated."""
-    media = _few_pushes(results.campaign)
+def _media_with_estimated_map(results: Results) -> list[str]:
+    """List the media with few pushes whose map could be estimated."""
+    media = _media_with_few_pushes(results.campaign)
     return [name for name in media if len(results.map_table(name))]
 
 
@@ -139,7 +141,7 @@ def _estimated(results: Results) -> list[str]:
     "estimated_maps",
     reads=("maps/{media}.csv", "alpha/{media}.csv"),
     settings=("fit",),
-    media=when(_few_pushes),
+    media=when(_media_with_few_pushes),
     section="Force profiles",
     caption=(
         "alpha in all directions of media with few pushes (circles), estimated by the shape that known media share, "
@@ -149,14 +151,15 @@ def _estimated(results: Results) -> list[str]:
 )
 def plot_estimated_maps(results: Results) -> Figure:
     """Draw maps of the estimated alpha of media with few pushes."""
-    media = _estimated(results)
+    media = _media_with_estimated_map(results)
     tables = results.joined("maps/{medium}.csv", tuple(media))
     page = _draw_maps(
         results,
         tables,
         "estimated",
-        {"pushed": style.dots("black", _PUSHED, markerfacecolor="white")},
+        {"pushed": style.dots("black", _PUSH_MARK_PT, markerfacecolor="white")},
     )
+    # a row has eight axes: map, bar, half width, bar of alpha_z, then the same of alpha_x
     for row, name in enumerate(media):
         for axes in page.axes[8 * row : 8 * row + 8 : 4]:
             add_pushes(axes, results[name].alpha)
@@ -165,9 +168,9 @@ def plot_estimated_maps(results: Results) -> Figure:
 
 
 _WIDE = 0.05
-"""Half width from which two digits after the point show it, N/cm^3."""
+"""Half width above which two digits after the point are enough, N/cm^3."""
 
-_PUSHED = 4
+_PUSH_MARK_PT = 4
 """Size of the mark of a direction that was pushed."""
 
 
@@ -179,7 +182,7 @@ def add_pushes(axes: Axes, alpha: pd.DataFrame) -> None:
         pushed["beta_deg"],
         "o",
         zorder=3,
-        markersize=_PUSHED,
+        markersize=_PUSH_MARK_PT,
         markerfacecolor="white",
         color="black",
     )
@@ -188,22 +191,23 @@ def add_pushes(axes: Axes, alpha: pd.DataFrame) -> None:
 def _draw_maps(
     results: Results, tables: pd.DataFrame, origin: str, entries: Mapping[str, Artist] | None = None
 ) -> Figure:
-    """Draw maps of alpha and of its half widths, one row a medium; `origin`: how it is known.
+    """Draw maps of alpha and of the half widths of its interval, one row a medium.
 
-    `entries`: of the legend, for what the caller adds.
+    Measured cells are drawn as they are (the gamma grid is not uniform), with the zero contour interpolated between them;
+    directions that lie on no grid are dots over an interpolated surface.
 
-    Cells stand as measured (the gamma grid is not uniform), with the zero contour between them;
-    directions on no grid are dots, over what is interpolated between them.
+    `tables`: Alpha of all media. `origin`: ``measured`` or ``estimated``. `entries`: Entries of the legend for marks that
+    the caller adds.
     """
     heads, level = [], style.level(results)
-    # in thousandths where small: four digits after the point would run into the next map
+    # small half widths are in thousandths: four digits after the point would run into the next map
     scales = {c: 1e3 if labels.alpha_half_width(tables, c).max() < _WIDE else 1 for c in "zx"}
     for c in "zx":
         unit = f"{'10$^{-3}$ ' * (scales[c] > 1)}{style.PER_CM3}"
         half_width_head = f"half width of the {level} interval\nof $\\alpha_{c}$ ({unit})"
         heads += [f"{origin}\n{style.alpha_label(c)}", half_width_head]
     media = [str(medium) for medium in tables["medium"].unique()]
-    page = _page(results, media, heads)
+    page = _new_page(results, media, heads)
     missing = False
     for row, medium in enumerate(media):
         table = tables[tables["medium"] == medium]
@@ -218,19 +222,20 @@ def _draw_maps(
                     axes, interpolated[index], colours(table[name].to_numpy(float), signed=True)
                 )
             add_bar(page, axes, add_table(axes, table, table[name], signed=True), c)
-            fine = (
+            surface = (
                 (_FINE, _FINE, interpolated[index]) if interpolated else cells_of_map(table, name)
             )
-            add_signs(axes, c, *fine)
-            width = scales[c] * labels.alpha_half_width(table, c)
+            add_signs(axes, c, *surface)
+            half_width = scales[c] * labels.alpha_half_width(table, c)
             axes = empty_map(page, row, 2 * index + 1, (False, is_last_row))
-            add_bar(page, axes, add_table(axes, table, width, signed=False))
+            add_bar(page, axes, add_table(axes, table, half_width, signed=False))
             missing |= has_holes(table, name)
     add_legend(page, missing, entries)
     return page
 
 
 _PLATE_CM = 0.17
+"""Half the length of a plate that is drawn in a map."""
 
 
 def _add_plates(axes: Axes) -> None:
@@ -261,14 +266,14 @@ def _add_plates(axes: Axes) -> None:
 
 
 def has_holes(table: pd.DataFrame, column: str) -> bool:
-    """Whether any cell of a table has no number."""
+    """Tell whether any cell of a table has no number in a column."""
     on_grid = lies_on_grid(table)
     values = cells_of_map(table, column)[2] if on_grid else table[column].to_numpy(float)
     return bool(np.isnan(values).any())
 
 
 def _without_fit(results: Results, _: str) -> Sequence[str]:
-    """Say why no medium has nine terms by the configured method."""
+    """Say why no medium has a nine-term fit by the configured method; empty where one has."""
     fits = labels.of_method(results, "coefficients.csv")
     reasons = why_no_fit(results, fits, "value_N_per_cm3")
     return (f"no nine-term fit by {results.config.fourier.method}", *reasons) if reasons else ()
@@ -288,15 +293,20 @@ def _without_fit(results: Results, _: str) -> Sequence[str]:
 def plot_fit_maps(results: Results) -> Figure:
     """Draw maps of the nine-term alpha, each beside measured minus fit."""
     method = results.config.fourier.method
-    models = {m: partial(evaluate, kept_coefficients(results, m)) for m in results.laboratory}
+    models = {
+        medium: partial(evaluate, kept_coefficients(results, medium))
+        for medium in results.laboratory
+    }
     return _draw_models(results, models, f"nine-term fit ({method})", "measured minus fit")
 
 
 def _depth_only(results: Results, medium: str) -> DepthOnlyProfile:
+    """Make the depth-only profile of a medium from its measured table."""
     return DepthOnlyProfile.of(TableProfile.from_table(results[medium].alpha))
 
 
 def _without_depth_only(results: Results, medium: str) -> Sequence[str]:
+    """Say why a medium has no depth-only model; empty where it has one."""
     profile = _depth_only(results, medium)
     if np.isfinite(profile.values).all():
         return ()
@@ -325,9 +335,12 @@ def plot_depth_only_maps(results: Results, medium: str) -> Figure:
 def _draw_models(
     results: Results, models: Mapping[str, Model], name: str, residual_name: str
 ) -> Figure:
-    """Draw maps of a model, one row a medium, each beside what it leaves of the measured alpha."""
+    """Draw maps of a model, one row a medium, each beside the map of measured minus model.
+
+    `models`: Model by medium. `name`, `residual_name`: Heads of the two sorts of maps.
+    """
     heads = [f"{head}\n{style.alpha_label(c)}" for c in "zx" for head in (name, residual_name)]
-    page = _page(results, list(models), heads)
+    page = _new_page(results, list(models), heads)
     missing = False
     for row, (medium, model) in enumerate(models.items()):
         surfaces, table = model(*middles()), results[medium].alpha
@@ -336,17 +349,17 @@ def _draw_models(
             axes = empty_map(page, row, 2 * index, (index == 0, is_last_row))
             add_bar(page, axes, add_surface(axes, surfaces[index]), c)
             add_signs(axes, c, _FINE, _FINE, surfaces[index])
-            name = f"alpha_{c}_N_per_cm3"
+            column = f"alpha_{c}_N_per_cm3"
             axes = empty_map(page, row, 2 * index + 1, (False, is_last_row))
-            residual = table[name] - model(*directions(table))[index]
+            residual = table[column] - model(*directions(table))[index]
             add_bar(page, axes, add_table(axes, table, residual, signed=True))
-            missing |= has_holes(table, name)
+            missing |= has_holes(table, column)
     add_legend(page, missing)
     return page
 
 
 def why_no_fit(results: Results, fits: pd.DataFrame, column: str) -> list[str]:
-    """Say of every medium why fits have no number in a column; nothing where any has one."""
+    """Say for every medium why its fit has no number in a column; empty where any medium has one."""
     if fits[column].notna().any():
         return []
     rows = fits.drop_duplicates("medium")
@@ -357,7 +370,7 @@ def why_no_fit(results: Results, fits: pd.DataFrame, column: str) -> list[str]:
 
 
 def kept_coefficients(results: Results, medium: str) -> FloatArray:
-    """Nine coefficients by the configured method, N/cm^3; a dropped term is 0, NaN where there are none."""
+    """Return the nine coefficients by the configured method, N/cm^3: 0 for a dropped term, all NaN without a fit."""
     table = labels.of_method(results, "coefficients.csv")
     rows = table[table["medium"] == medium].set_index("coefficient")
     values = rows["value_N_per_cm3"].where(rows["kept"].astype(bool), 0.0)
@@ -365,13 +378,13 @@ def kept_coefficients(results: Results, medium: str) -> FloatArray:
 
 
 def middles() -> tuple[FloatArray, FloatArray]:
-    """Beta (along the rows) and gamma at the middles of cells of 1 degree, -90 to 90 degrees, rad."""
+    """Return beta and gamma, rad, at the middles of all cells of 1 degree; each of shape (180, 180), rows by beta."""
     beta, gamma = np.meshgrid(np.radians(_FINE), np.radians(_FINE), indexing="ij")
     return beta, gamma
 
 
-def _page(results: Results, media: Sequence[str], heads: list[str]) -> Figure:
-    """Return a figure of rows of maps, with the heads of its columns and the names of the media."""
+def _new_page(results: Results, media: Sequence[str], heads: list[str]) -> Figure:
+    """Make a figure for rows of maps, with the heads of its columns and the names of the media."""
     page = style.new_figure(style.DOUBLE_CM, TOP_CM + len(media) * ROW_CM + BOTTOM_CM)
     for column, head in enumerate(heads):
         middle = LEFT_CM + column * PITCH_CM + SIDE_CM / 2
@@ -386,50 +399,51 @@ def _page(results: Results, media: Sequence[str], heads: list[str]) -> Figure:
 
 
 LIMIT_DEG = 90.0
-"""The measured region ends at +-90 degrees in both angles."""
+"""End of the measured region on both sides, in both angles, degrees."""
 
 
 def pivot(table: pd.DataFrame, column: str) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """One column of a medium's alpha table as a grid: ascending beta, gamma (degrees), values."""
-    # a printed 18.43 and the exact angle are one and the same cell
+    """Arrange one column of a medium's alpha table as a grid: ascending beta and gamma (degrees), values (beta, gamma)."""
+    # rounded: a printed 18.43 and the exact angle are the same cell
     beta = table["beta_deg"].to_numpy(float).round(2)
     gamma = table["gamma_deg"].to_numpy(float).round(2)
     rows, row = np.unique(beta, return_inverse=True)
-    columns, place = np.unique(gamma, return_inverse=True)
-    if np.unique(row * columns.size + place).size < row.size:
+    columns, column_index = np.unique(gamma, return_inverse=True)
+    if np.unique(row * columns.size + column_index).size < row.size:
         raise ValueError(f"{column}: a cell (beta, gamma) appears twice in the table of one medium")
     values = np.full((rows.size, columns.size), np.nan)
-    values[row, place] = table[column].to_numpy(float)
+    values[row, column_index] = table[column].to_numpy(float)
     if rows[-1] == LIMIT_DEG and -LIMIT_DEG not in rows:
-        # a plate at -90 degrees is the one at 90
+        # a plate at beta = -90 degrees is the same plate as at 90
         return np.append(-LIMIT_DEG, rows), columns, np.concatenate([values[-1:], values])
     return rows, columns, values
 
 
 def cells_of_map(table: pd.DataFrame, column: str) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """One column as `pivot`, with lines of NaN in gaps over which nothing is interpolated: no cell reaches into them."""
+    """Arrange one column as `pivot` does, with rows and columns of NaN in gaps too wide to interpolate, so that no cell covers them."""
     beta, gamma, values = pivot(table, column)
     for axis, lines in enumerate((beta, gamma)):
-        new_lines = [
-            np.linspace(low, high, int(np.ceil((high - low) / (WIDEST_DEG / 2))) + 1)[1:-1]
-            for low, high in pairwise(lines)
-            if high - low > WIDEST_DEG
-        ]
-        places = np.searchsorted(lines, np.concatenate([np.zeros(0), *new_lines]))
+        new_lines = [np.zeros(0)]
+        for low, high in pairwise(lines):
+            if high - low > WIDEST_DEG:
+                steps = int(np.ceil((high - low) / (WIDEST_DEG / 2)))
+                new_lines.append(np.linspace(low, high, steps + 1)[1:-1])
+        inserted = np.concatenate(new_lines)
+        places = np.searchsorted(lines, inserted)
         values = np.insert(values, places, np.nan, axis=axis)
-        lines_with_gaps = np.insert(lines, places, np.concatenate([np.zeros(0), *new_lines]))
+        lines_with_gaps = np.insert(lines, places, inserted)
         beta, gamma = (lines_with_gaps, gamma) if axis == 0 else (beta, lines_with_gaps)
     return beta, gamma, values
 
 
 def lies_on_grid(table: pd.DataFrame) -> bool:
-    """Whether at least half of the pairs of the angles of one medium's alpha table are in it."""
+    """Tell whether the directions of one medium fill a grid: at least half of all pairs of its betas and gammas."""
     lines = [table[f"{angle}_deg"].round(2).nunique() for angle in ("beta", "gamma")]
     return 2 * len(table) >= lines[0] * lines[1]
 
 
 def edges(centres: npt.ArrayLike) -> FloatArray:
-    """Borders of the cells: midway between the measured angles, ending at +-90 degrees."""
+    """Return the borders of cells, degrees: midway between the measured angles, and not beyond +-90 degrees."""
     centres = np.asarray(centres, dtype=float)
     if centres.size == 1:
         return np.array([centres[0] - 5.0, centres[0] + 5.0])
@@ -438,25 +452,29 @@ def edges(centres: npt.ArrayLike) -> FloatArray:
     return np.concatenate([[max(lower_edge, -LIMIT_DEG)], middle, [min(upper_edge, LIMIT_DEG)]])
 
 
-def _finer(centres: FloatArray) -> FloatArray:
-    """The measured angles and further ones between them, at most `_FINE_DEG` apart."""
-    steps = zip(pairwise(centres), np.ceil(np.diff(centres) / _FINE_DEG).astype(int), strict=True)
-    return np.concatenate([*(np.linspace(*ab, n, endpoint=False) for ab, n in steps), centres[-1:]])
+def _refine_angles(centres: FloatArray) -> FloatArray:
+    """Return the measured angles with further ones between them, at most `_FINE_DEG` apart."""
+    counts = np.ceil(np.diff(centres) / _FINE_DEG).astype(int)
+    finer = [
+        np.linspace(low, high, count, endpoint=False)
+        for (low, high), count in zip(pairwise(centres), counts, strict=True)
+    ]
+    return np.concatenate([*finer, centres[-1:]])
 
 
 def refine(
     beta_deg: FloatArray, gamma_deg: FloatArray, values: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Interpolate bilinearly onto a finer grid through the measured angles; NaN beside a missing cell."""
-    beta, gamma = _finer(beta_deg), _finer(gamma_deg)
+    beta, gamma = _refine_angles(beta_deg), _refine_angles(gamma_deg)
     along_gamma = np.array([np.interp(gamma, gamma_deg, row) for row in values])
     return beta, gamma, np.array([np.interp(beta, beta_deg, column) for column in along_gamma.T]).T
 
 
 def along_motion(component: str, gamma_deg: FloatArray, alpha: FloatArray) -> FloatArray:
-    """Force component times velocity component: positive where alpha does not oppose the motion.
+    """Multiply a component of the force by that of the velocity: positive where alpha does not oppose the motion.
 
-    `alpha`: columns by gamma. Zero where that component of the velocity is zero.
+    `alpha`: Component `component`, shape (beta, gamma). The product is zero where the velocity has no such component.
     """
     vx, vz = conventions.direction(np.radians(gamma_deg))
     velocity = vz if component == "z" else vx
@@ -476,7 +494,7 @@ _FINE = np.arange(-89.5, 90, 1.0)
 
 
 def empty_map(figure: Figure, row: int, column: int, outer: tuple[bool, bool]) -> Axes:
-    """Axes of one map of a page of maps; `outer`: whether it names beta at its left, gamma below."""
+    """Add the axes of one map to a page; `outer`: write labels of beta at its left, and of gamma below it."""
     left, top = LEFT_CM + column * PITCH_CM, TOP_CM + 0.4 + row * ROW_CM
     axes = style.axes_cm(figure, left, top, SIDE_CM, SIDE_CM)
     angle_axes(axes, *outer)
@@ -488,7 +506,7 @@ _MARGIN_DEG = 8.0
 
 
 def angle_axes(axes: Axes, name_beta: bool = True, name_gamma: bool = True) -> None:
-    """Set limits, ticks, and where wanted names and numbers, of a map's axes."""
+    """Set limits and ticks of a map's axes; `name_beta`, `name_gamma`: write label and numbers of this axis."""
     axes.set(xlim=(-90, 90), ylim=(-90, 90), xticks=range(-90, 91, 45), yticks=range(-90, 91, 30))
     labelled_axes = (
         (axes.xaxis, r"$\gamma$ (degrees)", name_gamma),
@@ -502,7 +520,7 @@ def angle_axes(axes: Axes, name_beta: bool = True, name_gamma: bool = True) -> N
 
 
 def widen_for_marks(page: Figure) -> None:
-    """Leave a free edge about all maps of a page where a mark at +-90 degrees needs room."""
+    """Widen all maps of a page by a free margin where a mark near +-90 degrees needs room."""
     maps = [axes for axes in page.axes if axes.get_xlim() == (-LIMIT_DEG, LIMIT_DEG)]
     marked = np.abs(
         np.concatenate(
@@ -537,7 +555,7 @@ def add_cells(
 def add_table(
     axes: Axes, table: pd.DataFrame, values: pd.Series[float], signed: bool
 ) -> ScalarMappable:
-    """Draw one number of each row of an alpha table: as cells on a grid, else as dots, a cross for none."""
+    """Draw one number of each row of an alpha table: as cells where they lie on a grid, else as dots; a cross for no number."""
     if lies_on_grid(table):
         return add_cells(axes, *cells_of_map(table.assign(shown=values), "shown"), signed)
     measured_cells, empty_cells = table[values.notna()], table[values.isna()]
@@ -558,14 +576,14 @@ def add_table(
 def add_surface(
     axes: Axes, values: FloatArray, limits: dict[str, Any] | None = None
 ) -> ScalarMappable:
-    """Draw a continuous signed function, given at `middles`."""
+    """Draw a continuous signed function, given at `middles`; `limits`: as of `colours`."""
     image_style: dict[str, Any] = {"origin": "lower", "interpolation": "nearest", "aspect": "auto"}
     image_style |= limits or colours(values, signed=True)
     return axes.imshow(values, extent=(-90, 90, -90, 90), **image_style)
 
 
 def colours(values: FloatArray, signed: bool) -> dict[str, Any]:
-    """Colour map and limits: symmetric about zero for signed values, else from zero."""
+    """Choose colour map and its limits: symmetric about zero for signed values, else from zero."""
     finite = np.abs(values[np.isfinite(values)])
     top = float(finite.max(initial=0.0)) or 1.0
     if signed:
@@ -585,7 +603,7 @@ def add_signs(
     if finite.size == 0:
         return
     push = np.ma.masked_invalid(along_motion(component, gamma_deg, alpha))
-    # below this it is zero to rounding, which must not be shaded
+    # a smaller product is zero but for rounding errors, and must not be shaded
     tolerance, highest = 1e-9 * float(np.abs(finite).max()), float(push.max())
     if highest > tolerance:
         axes.contourf(
@@ -603,27 +621,28 @@ def add_signs(
         )
 
 
-_WAYS = {
+_ARROWS = {
     "z": "\N{UPWARDS ARROW}\N{DOWNWARDS ARROW}",
     "x": "\N{RIGHTWARDS ARROW}\N{LEFTWARDS ARROW}",
 }
-"""Directions of force at the upper and the lower end of a colour bar."""
+"""Arrows for the direction of a force at the upper and the lower end of a colour bar."""
 
 
 def add_bar(figure: Figure, axes: Axes, mappable: ScalarMappable, component: str = "") -> None:
-    """Add a colour bar at the right of a map; a force `component` has its directions drawn at the ends."""
+    """Add a colour bar at the right of a map; `component`: draw arrows of its directions at the ends of the bar."""
     from matplotlib.ticker import MaxNLocator
 
     box = axes.get_position()
     width = box.width / SIDE_CM
-    place = figure.add_axes((box.x1 + 0.08 * width, box.y0, 0.18 * width, box.height))
-    bar = figure.colorbar(mappable, cax=place)
-    # matplotlib's own strip is drawn through an image of the whole figure, and a pdf keeps all of them
+    bar_axes = figure.add_axes((box.x1 + 0.08 * width, box.y0, 0.18 * width, box.height))
+    bar = figure.colorbar(mappable, cax=bar_axes)
+    # matplotlib draws its strip by an image as large as the figure, and a pdf keeps one for each bar: draw a small image
     if bar.solids is not None:
         bar.solids.remove()
-    lowest, highest = place.get_ylim()
-    strip, extent = np.linspace(lowest, highest, 256)[:, None], (*place.get_xlim(), lowest, highest)
-    place.imshow(
+    lowest, highest = bar_axes.get_ylim()
+    strip = np.linspace(lowest, highest, 256)[:, None]
+    extent = (*bar_axes.get_xlim(), lowest, highest)
+    bar_axes.imshow(
         strip,
         mappable.get_cmap(),
         extent=extent,
@@ -635,14 +654,14 @@ def add_bar(figure: Figure, axes: Axes, mappable: ScalarMappable, component: str
     bar.locator = MaxNLocator(5)
     bar.update_ticks()
     bar.outline.set_linewidth(0.4)
-    place.tick_params(labelsize=5.5, pad=1)
+    bar_axes.tick_params(labelsize=5.5, pad=1)
     ends = (0.985, "top"), (0.015, "bottom")
-    for arrow, (y, alignment) in zip(_WAYS.get(component, ""), ends, strict=False):
-        place.text(
+    for arrow, (y, alignment) in zip(_ARROWS.get(component, ""), ends, strict=False):
+        bar_axes.text(
             0.5,
             y,
             arrow,
-            transform=place.transAxes,
+            transform=bar_axes.transAxes,
             va=alignment,
             ha="center",
             fontsize=5,
@@ -652,7 +671,7 @@ def add_bar(figure: Figure, axes: Axes, mappable: ScalarMappable, component: str
 
 
 def add_legend(figure: Figure, missing: bool, more: Mapping[str, Any] | None = None) -> None:
-    """Explain contour and shading, the hatching of missing cells, and `more`, at the foot of the figure."""
+    """Add the legend below the maps: contour and shading, hatching where cells are missing, and the entries `more`."""
     from matplotlib.contour import ContourSet
 
     contours: list[Any] = [

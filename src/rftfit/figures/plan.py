@@ -1,4 +1,4 @@
-"""A plan of pushes: how the interval narrows, and where the pushes lie."""
+"""A plan of pushes: how each push narrows the interval, and the directions of the pushes."""
 
 from __future__ import annotations
 
@@ -18,13 +18,15 @@ if TYPE_CHECKING:
 
 @style.styled()
 def draw_plan(plan: Plan, medium_map: Map) -> Figure:
-    """Half width over the number of pushes, and where they lie."""
+    """Draw the half width of the interval over the number of pushes (left), and the directions of the pushes (right)."""
     page, ((left_axes, right_axes),) = style.panels([7.0], 2, 7.5)
-    width = [100 * step.typical for step in plan.steps]
-    left_axes.plot(range(len(width)), width, "o-", color=style.OKABE_ITO["blue"], markersize=3)
+    widths = [100 * step.typical for step in plan.steps]
+    left_axes.plot(range(len(widths)), widths, "o-", color=style.OKABE_ITO["blue"], markersize=3)
     left_axes.set(xlabel="further pushes", ylabel="half width (%)", yscale="log")
     round_numbers = (1, 2, 5, 10, 20, 50, 100, 200)
-    left_axes.set_yticks([v for v in round_numbers if min(width) / 2 < v < 2 * max(width)])
+    left_axes.set_yticks(
+        [number for number in round_numbers if min(widths) / 2 < number < 2 * max(widths)]
+    )
     left_axes.yaxis.set_major_formatter("{x:g}")
     left_axes.minorticks_off()
     style.name_column(left_axes, plan.target)
@@ -36,13 +38,13 @@ def draw_plan(plan: Plan, medium_map: Map) -> Figure:
         )
         right_axes.plot(*pushed_angles, "s", color="#888888", markersize=4, clip_on=False)
     for number, step in enumerate(plan.steps[1:], start=1):
-        for way, (beta, gamma) in enumerate(step.directions):
+        for is_way_back, (beta, gamma) in enumerate(step.directions):
             right_axes.plot(
                 gamma,
                 beta,
                 "o",
                 markersize=9,
-                fillstyle="none" if way else "full",
+                fillstyle="none" if is_way_back else "full",
                 color=style.OKABE_ITO["sky blue"],
                 clip_on=False,
             )

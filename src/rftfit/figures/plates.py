@@ -1,4 +1,4 @@
-"""Stress against depth: of single runs, of all media at a few angles."""
+"""Stress on plates against depth: in single runs, and in all media at a few angles."""
 
 from __future__ import annotations
 
@@ -36,20 +36,17 @@ if TYPE_CHECKING:
 # Single runs with their fits
 
 
-_LEGS = style.OKABE_ITO["bluish green"]
-_ACROSS = 4
-
+_LEGS_COLOUR = style.OKABE_ITO["bluish green"]
+_PANELS_IN_ROW = 4
 
 PUSH = (30.0, 45.0)
-"""Beta and gamma, degrees, of the paper's push; its pull is filed under the same angles, negative."""
+"""Beta and gamma, degrees, of the push in the paper's figure; its pull is filed under the negative angles."""
 
 
 def stress_runs(campaign: Campaign) -> list[str]:
-    """Choose the runs that are shown: those the config names, or a push and its pull near `PUSH`."""
-    configured_runs, message_head = (
-        campaign.config.figures.stress_runs,
-        "config, figures.stress_runs: found",
-    )
+    """Choose the runs that are shown, by run_id: those the config names, or a push and its pull near `PUSH`."""
+    configured_runs = campaign.config.figures.stress_runs
+    message_head = "config, figures.stress_runs: found"
     if unknown := [name for name in configured_runs if name not in campaign.by_id]:
         raise InputError(f"{message_head} {', '.join(unknown)}; allowed: run_id of the run sheet")
     if flat := [name for name in configured_runs if campaign.by_id[name].direction == "horizontal"]:
@@ -65,18 +62,18 @@ def stress_runs(campaign: Campaign) -> list[str]:
                 runs.setdefault(run.direction, run.run_id)
     if not runs_by_angles:
         return []
-    # a push without its pull only where there is no pair
-    nearest = runs_by_angles[
-        min(
-            runs_by_angles,
-            key=lambda angles: (-len(runs_by_angles[angles]), math.dist(angles, PUSH)),
-        )
-    ]
-    return [nearest[name] for name in sorted(nearest, reverse=True)]
+
+    def rank(angles: tuple[float, float]) -> tuple[int, float]:
+        # a pair of push and pull before a single run, then the distance from `PUSH`
+        return -len(runs_by_angles[angles]), math.dist(angles, PUSH)
+
+    nearest = runs_by_angles[min(runs_by_angles, key=rank)]
+    # intrusion before extraction
+    return [nearest[direction] for direction in sorted(nearest, reverse=True)]
 
 
 def _reach(legs: Iterable[Leg]) -> float:
-    """Greatest depth that a tip of the legs reaches, cm; 0 without legs."""
+    """Return the greatest depth that the tip of a leg reaches, cm; 0 without legs."""
     return max((leg.max_length_cm - leg.hip_height_cm for leg in legs), default=0.0)
 
 
@@ -102,17 +99,20 @@ def plot_stress_of_runs(results: Results) -> Figure:
     campaign = results.campaign
     chosen = stress_runs(campaign)
     media = dict.fromkeys(campaign.by_id[run].medium for run in chosen)
-    samples = {run: trace for m in media for run, trace in by_run(stress_of(results, m)).items()}
-    fits = {row["run_id"]: row for m in media for row in results[m].fits.to_dict("records")}
+    samples: dict[str, Trace] = {}
+    fits: dict[str, Row] = {}
+    for medium in media:
+        samples |= by_run(stress_of(results, medium))
+        fits |= {row["run_id"]: row for row in results[medium].fits.to_dict("records")}
     fitted_runs = sorted(fits.keys() & samples.keys())
     slanted = [run for run in fitted_runs if fits[run]["direction"] != "horizontal"]
-    # a run that was refused has nothing to draw
+    # a run that was refused has no fit or samples to draw
     drawn_runs = [run for run in chosen if run in slanted] or slanted[:1]
     if not drawn_runs:
         reasons = [f"{run}: {fits[run]['reason']}" for run in chosen if run in fits]
         return style.missing("no run has a tared stroke to draw against depth", reasons)
-    across = min(len(drawn_runs), _ACROSS)
-    page, panels = style.panels([5.4] * -(-len(drawn_runs) // _ACROSS), across, 4.5)
+    across = min(len(drawn_runs), _PANELS_IN_ROW)
+    page, panels = style.panels([5.4] * -(-len(drawn_runs) // _PANELS_IN_ROW), across, 4.5)
     deepest = _reach(campaign.config.legs.values())
     for axes in panels.flat[len(drawn_runs) :]:
         axes.set_axis_off()
@@ -127,10 +127,10 @@ def plot_stress_of_runs(results: Results) -> Figure:
         axes.set_xlim(0, None)
         if deepest:
             ends, transform = [0, min(deepest, axes.get_xlim()[1])], axes.get_xaxis_transform()
-            axes.fill_between(ends, 0.96, 1, color=_LEGS, linewidth=0, transform=transform)
+            axes.fill_between(ends, 0.96, 1, color=_LEGS_COLOUR, linewidth=0, transform=transform)
         style.ticks(axes.xaxis, 5, integer=True)
         axes.margins(y=0.06)
-        if i + _ACROSS >= len(drawn_runs):
+        if i + _PANELS_IN_ROW >= len(drawn_runs):
             axes.set_xlabel("depth (cm)")
         if i % across == 0:
             axes.set_ylabel(f"stress ({style.PER_CM2})")
@@ -144,12 +144,13 @@ def plot_stress_of_runs(results: Results) -> Figure:
         entries[r"fit of $\sigma_x$ through zero"] = style.line("black", linestyle="--")
     entries["fit window"] = style.patch(facecolor=style.WINDOW)
     if deepest:
-        entries["depths of legs"] = style.patch(facecolor=_LEGS)
+        entries["depths of legs"] = style.patch(facecolor=_LEGS_COLOUR)
     style.legend(page, entries, borderaxespad=0.3)
     return page
 
 
 def _draw_run(axes: Axes, trace: Trace, fit: Row) -> None:
+    """Draw the stress of a run against depth, the window of its fit shaded, and the lines of the fit."""
     depth, window = trace["depth_cm"], trace["in_window"] > 0
     if window.any():
         axes.axvspan(depth[window].min(), depth[window].max(), color=style.WINDOW, linewidth=0)
@@ -170,13 +171,13 @@ def _draw_run(axes: Axes, trace: Trace, fit: Row) -> None:
 
 
 CELLS = ((0.0, 90.0), (30.0, 45.0), (90.0, 0.0), (-30.0, -45.0), (0.0, -90.0))
-"""Beta and gamma, as filed, of the paper's figure; gamma 0 is a horizontal run."""
+"""Directions in the paper's figure: beta and gamma as filed, degrees; gamma 0 is a horizontal run."""
 
-_FIT = (0, (4, 2))
-_OF_ALPHA = 0.35
+_FIT_DASHES = (0, (4, 2))
+_INTERVAL_OPACITY = 0.35
 """Opacity of the interval of alpha."""
 
-_WORDS = {"z": "vertical stress\n$\\sigma_z$", "x": "horizontal stress\n$\\sigma_x$"}
+_STRESS_LABELS = {"z": "vertical stress\n$\\sigma_z$", "x": "horizontal stress\n$\\sigma_x$"}
 _NOTE_PT = 5.5
 
 
@@ -207,16 +208,17 @@ def plot_linearity(results: Results) -> Figure:
         stress = stress_of(results, medium)
         samples |= by_run(stress[stress["run_id"].isin(run_ids)])
     fits = results.joined("fits/{medium}.csv", media)
-    rows = {row["run_id"]: row for row in fits[fits["run_id"].isin(run_ids)].to_dict("records")}
+    fits_of_cells = fits[fits["run_id"].isin(run_ids)]
+    fit_of_run = {row["run_id"]: row for row in fits_of_cells.to_dict("records")}
     looks = style.medium_looks(media)
     drawn_media: set[str] = set()
     page, panels = style.panels((2.0, 3.5, 3.5), len(cells), 3.7)
     for c, axes in zip("zx", panels[1:, 0], strict=True):
-        axes.set_ylabel(f"{_WORDS[c]} ({style.PER_CM2})")
+        axes.set_ylabel(f"{_STRESS_LABELS[c]} ({style.PER_CM2})")
     page.align_ylabels(panels[1:, 0])
     for i, (beta, gamma) in enumerate(cells):
         sketch, *stress_axes = panels[:, i]
-        _sketch(sketch, beta, gamma, i == 0)
+        _draw_sketch(sketch, beta, gamma, i == 0)
         head = rf"$\beta$ = {style.degrees(beta)}, $\gamma$ = {style.degrees(gamma)}"
         sketch.set_title(f"{'ABCDE'[i]}  {head}", loc="left", fontsize=6.5)
         rows_by_medium = _rows_at(alpha, beta, gamma)
@@ -224,14 +226,13 @@ def plot_linearity(results: Results) -> Figure:
             style.zero_line(axes)
             media_without_run = []
             for medium in media:
-                if (row := rows_by_medium.get(medium)) and np.isfinite(
-                    alpha_with_interval(row, c)[0]
-                ):
-                    _draw_medium(axes, c, row, looks[medium], samples, rows)
+                row = rows_by_medium.get(medium)
+                if row and np.isfinite(alpha_with_interval(row, c)[0]):
+                    _draw_cell(axes, c, row, looks[medium], samples, fit_of_run)
                     drawn_media.add(medium)
                 else:
                     media_without_run.append(style.medium_label(results, medium))
-            _finish(axes, media_without_run, len(media_without_run) < len(media))
+            _finish_axes(axes, media_without_run, len(media_without_run) < len(media))
             style.name_below(axes, "depth (cm)", c == "x")
     entries: dict[str, Any] = {}
     drawn_looks = {medium: look for medium, look in looks.items() if medium in drawn_media}
@@ -241,42 +242,43 @@ def plot_linearity(results: Results) -> Figure:
         )
     if not drawn_looks:
         return page
-    entries["fit through zero"] = style.line("black", linestyle=_FIT, linewidth=0.6)
+    entries["fit through zero"] = style.line("black", linestyle=_FIT_DASHES, linewidth=0.6)
     name = f"{style.level(results)} interval of alpha"
-    entries[name] = style.bands((colour for colour, _ in drawn_looks.values()), _OF_ALPHA)
+    entries[name] = style.bands((colour for colour, _ in drawn_looks.values()), _INTERVAL_OPACITY)
     style.legend(page, entries)
     return page
 
 
 def nearest_cells(alpha: pd.DataFrame) -> list[tuple[float, float]]:
-    """The directions of a campaign nearest to those of the paper's figure, each once, in its order."""
-    places = alpha[["beta_deg", "gamma_deg"]].to_numpy(float)
-    if not len(places):
+    """Find for each direction of `CELLS` the nearest one of the campaign; each only once, in the order of `CELLS`."""
+    angles = alpha[["beta_deg", "gamma_deg"]].to_numpy(float)
+    if not len(angles):
         return list(CELLS)
-    distances = np.array([np.hypot(*(places - cell).T) for cell in CELLS])
-    cells = [(float(beta), float(gamma)) for beta, gamma in places[distances.argmin(axis=1)]]
+    distances = np.array([np.hypot(*(angles - cell).T) for cell in CELLS])
+    cells = [(float(beta), float(gamma)) for beta, gamma in angles[distances.argmin(axis=1)]]
     return list(dict.fromkeys(cells))
 
 
 def runs_of_cells(alpha: pd.DataFrame, cells: Iterable[tuple[float, float]]) -> set[str]:
-    """Name the runs behind cells of alpha tables, by beta and gamma as filed."""
+    """Collect the run_id of all runs behind cells of alpha tables; `cells`: beta and gamma as filed, degrees."""
     rows = [row for cell in cells for row in _rows_at(alpha, *cell).values()]
     return {run for row in rows for run in row["run_ids"].split()}
 
 
 def _rows_at(alpha: pd.DataFrame, beta_deg: float, gamma_deg: float) -> dict[str, Row]:
+    """Select the rows of alpha tables in one direction, by medium."""
     in_cell = np.isclose(alpha["beta_deg"], beta_deg) & np.isclose(alpha["gamma_deg"], gamma_deg)
     return {str(row["medium"]): row for row in alpha[in_cell].to_dict("records")}
 
 
-def _sketch(axes: Axes, beta_deg: float, gamma_deg: float, frame: bool) -> None:
-    """Plate and direction of motion below the free surface, seen from the side."""
+def _draw_sketch(axes: Axes, beta_deg: float, gamma_deg: float, frame: bool) -> None:
+    """Draw a plate and its direction of motion below the free surface, from the side; `frame`: draw the axes of the lab, too."""
     beta, gamma = np.radians([beta_deg, gamma_deg])
-    tangent = 0.5 * np.array([np.cos(beta), -np.sin(beta)])
+    half_plate = 0.5 * np.array([np.cos(beta), -np.sin(beta)])
     velocity = 0.85 * np.array([-np.cos(gamma), -np.sin(gamma)])
     axes.axhspan(-1, 0.8, color=style.SAND, linewidth=0)
     axes.axhline(0.8, color=style.SURFACE, linewidth=0.6)
-    axes.plot(*np.stack([-tangent, tangent], axis=1), color="black", linewidth=1.8)
+    axes.plot(*np.stack([-half_plate, half_plate], axis=1), color="black", linewidth=1.8)
     half_width = 2.1
     arrows = [(np.zeros(2), velocity, style.MARK, "")]
     if frame:
@@ -290,29 +292,32 @@ def _sketch(axes: Axes, beta_deg: float, gamma_deg: float, frame: bool) -> None:
         "shrinkB": 0,
         "mutation_scale": 5,
     }
-    for start, end, colour, name in arrows:
+    for start, end, colour, label in arrows:
         axes.annotate(
             "",
             xy=(end[0], end[1]),
             xytext=(start[0], start[1]),
             arrowprops=arrow_style | {"color": colour},
         )
-        axes.text(end[0] + 0.08, end[1] + 0.08, name, fontsize=_NOTE_PT)
+        axes.text(end[0] + 0.08, end[1] + 0.08, label, fontsize=_NOTE_PT)
     axes.set(xlim=(-half_width, half_width), ylim=(-1.0, 1.1), aspect="equal")
     axes.set_axis_off()
 
 
-def _draw_medium(
+def _draw_cell(
     axes: Axes,
     c: str,
     row: Row,
-    colour_marker: tuple[str, str],
+    look: tuple[str, str],
     samples: Mapping[str, Trace],
     fits: Mapping[str, Row],
 ) -> None:
-    """Draw a cell of one medium."""
+    """Draw one component of stress in one direction and medium: the samples of its runs, alpha times depth, and its interval.
+
+    `row`: Row of the table of alpha. `look`: Colour and marker. `samples`, `fits`: Samples and rows of fits by run_id.
+    """
     alpha, low, high = alpha_with_interval(row, c)
-    colour, marker = colour_marker
+    colour, marker = look
     point: dict[str, Any] = {"markeredgecolor": "white", "markersize": 4, "markeredgewidth": 0.3}
     point["color"] = colour
     flat = row["gamma_deg"] == 0
@@ -327,27 +332,27 @@ def _draw_medium(
             axes.plot(depth, mean, marker, **point)
         elif trace is not None:
             inside = trace["in_window"] > 0
-            for chosen, strength in ((~inside, 0.3), (inside, 0.9)):
-                stress = np.where(chosen, trace[f"stress_{c}_N_per_cm2"], np.nan)
+            for shown, opacity in ((~inside, 0.3), (inside, 0.9)):
+                stress = np.where(shown, trace[f"stress_{c}_N_per_cm2"], np.nan)
                 draw_thin(
-                    axes,
-                    trace["depth_cm"],
-                    stress,
-                    300,
-                    color=colour,
-                    linewidth=0.6,
-                    alpha=strength,
+                    axes, trace["depth_cm"], stress, 300, color=colour, linewidth=0.6, alpha=opacity
                 )
     end = np.nanmax(ends) if np.isfinite(ends).any() else 1.0
     axes.fill_between(
-        [0, end], [0, low * end], [0, high * end], color=colour, alpha=_OF_ALPHA, linewidth=0
+        [0, end],
+        [0, low * end],
+        [0, high * end],
+        color=colour,
+        alpha=_INTERVAL_OPACITY,
+        linewidth=0,
     )
-    axes.plot([0, end], [0, alpha * end], color="black", linestyle=_FIT, linewidth=0.6)
+    axes.plot([0, end], [0, alpha * end], color="black", linestyle=_FIT_DASHES, linewidth=0.6)
     if not flat:
         axes.plot(end, alpha * end, marker, zorder=4, **point)
 
 
-def _finish(axes: Axes, media_without_run: list[str], any_drawn: bool) -> None:
+def _finish_axes(axes: Axes, media_without_run: list[str], any_drawn: bool) -> None:
+    """Write which media have no run in a panel, and set its ticks; none where nothing is drawn."""
     if media_without_run:
         text = "\n".join(["no usable run:", *media_without_run])
         axes.text(

@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from rftfit.results import Results
 
 
-# One run of each kind, as recorded, with its tare, and what it gave
+# One run of each kind, as recorded, with its tare and its result
 
 
 _RECORDED = ("time_s", "depth_cm", "x_cm", "angle_deg", "force_z_N", "force_x_N")
@@ -58,13 +58,14 @@ _PHASES: dict[str, style.Look] = {
 class PanelColumn:
     """One column of the figure.
 
-    `about`: What was moved, and how: the second line of the heading.
-    `run`: The recording in the lab frame, its zero taken off; ``time_s`` is 0 where the stroke begins.
-    `tare`: As `run`, of the rod alone or of the leg in air; empty if lost.
+    `kind`: Direction of the run: ``intrusion``, ``extraction``, ``horizontal``, or ``rotation`` of a leg.
+    `about`: Which body moved, and how: the second line of the heading.
+    `run`: The recording in the lab frame, its zero subtracted; ``time_s`` is 0 where the stroke begins.
+    `tare`: The recording of the rod alone or of the leg in air, with the columns of `run`; empty if lost.
     `phases`: First and last time of ``pause`` and ``stroke``, s.
-    `result`: Of a plate the tared stress as filed, of a leg the force against ``theta_deg``.
+    `result`: Tared stress of a plate, with the sign in which it is filed, or force on a leg against ``theta_deg``.
     `fit`: Row of the fit table; empty for a leg.
-    `cell`: Row of the table of alpha that the run is part of; empty for a leg.
+    `cell`: Row of the table of alpha to which the run belongs; empty for a leg.
     """
 
     kind: str
@@ -78,30 +79,32 @@ class PanelColumn:
 
 
 def columns_of(results: Results, medium: str) -> list[PanelColumn]:
-    """One run of each kind that gave a result."""
+    """Choose one run of each kind that gave a result, and collect what its column of the figure shows."""
     samples = results.table(f"traces/{medium}.parquet")
     names = samples["run_id"].astype(str)
     fits, curves = results[medium].fits, results[medium].legs
     stress = by_run(stress_of(results, medium))
     columns = []
-    plates = _plates(results.campaign, fits, set(stress))
-    for run in (*plates, *_legs(results.campaign, medium, curves)):
-        trace, phases = _recorded(samples[names == run.run_id])
+    plates = _choose_plate_runs(results.campaign, fits, set(stress))
+    for run in (*plates, *_choose_leg_run(results.campaign, medium, curves)):
+        trace, phases = _read_recording(samples[names == run.run_id])
         if not trace:
             continue
-        tare, _ = _recorded(samples[names == run.tare_run])
+        tare, _ = _read_recording(samples[names == run.tare_run])
         leg_curve = curves[curves["run_id"] == run.run_id]
         result = stress.get(run.run_id, {name: leg_curve[name].to_numpy(float) for name in _CURVE})
         fit = next(iter(fits[fits["run_id"] == run.run_id].to_dict("records")), {})
         cell = cell_of_run(results[medium].alpha, run.run_id)
         columns.append(
-            PanelColumn(run.direction, _about(run), trace, tare, phases, result, fit, cell)
+            PanelColumn(run.direction, _describe_run(run), trace, tare, phases, result, fit, cell)
         )
     return columns
 
 
-def _plates(campaign: Campaign, fits: pd.DataFrame, runs_with_stress: set[str]) -> Iterator[Run]:
-    """For each direction the run nearest to the one that is wanted, of those that gave an alpha."""
+def _choose_plate_runs(
+    campaign: Campaign, fits: pd.DataFrame, runs_with_stress: set[str]
+) -> Iterator[Run]:
+    """Choose for each direction, among the runs with alpha, the one nearest to the angles of the paper's push."""
     beta, gamma = PUSH
     target_angles = {
         "intrusion": (beta, gamma),
@@ -117,15 +120,15 @@ def _plates(campaign: Campaign, fits: pd.DataFrame, runs_with_stress: set[str]) 
         distance = (rows_of_direction["beta_deg"] - b).abs() + (
             rows_of_direction["gamma_deg"] - g
         ).abs()
-        # the deepest of equals: there the forces are largest
+        # among equally near runs the deepest: its forces are largest
         order = rows_of_direction.assign(
             away=distance.round(1), up=-rows_of_direction["depth_to_cm"].round(1)
         )
         yield campaign.by_id[str(order.sort_values(["away", "up", "run_id"])["run_id"].iloc[0])]
 
 
-def _legs(campaign: Campaign, medium: str, curves: pd.DataFrame) -> Iterator[Run]:
-    """The first leg of the configuration that was measured."""
+def _choose_leg_run(campaign: Campaign, medium: str, curves: pd.DataFrame) -> Iterator[Run]:
+    """Choose a run of the measured leg that the configuration names first; none where no leg was measured."""
     runs_with_force = set(curves.loc[curves["force_z_N"].notna(), "run_id"])
     runs = [
         run
@@ -137,14 +140,15 @@ def _legs(campaign: Campaign, medium: str, curves: pd.DataFrame) -> Iterator[Run
         yield min(runs, key=lambda run: (order.index(run.intruder), run.run_id))
 
 
-def _recorded(samples: pd.DataFrame) -> tuple[Trace, dict[str, tuple[float, float]]]:
-    """Take the recording of one run, its time from the stroke on, and when it paused and moved."""
+def _read_recording(samples: pd.DataFrame) -> tuple[Trace, dict[str, tuple[float, float]]]:
+    """Return the recording of one run, its time counted from the begin of the stroke, and the phases of `PanelColumn`."""
     if samples.empty:
         return {}, {}
     trace = {name: samples[name].to_numpy(float) for name in _RECORDED}
     phase = samples["phase"].astype(str).to_numpy()
-    moving = phase == "stroke"
-    trace["time_s"] = trace["time_s"] - trace["time_s"][moving if moving.any() else slice(None)][0]
+    # without a stroke, time is counted from the first sample
+    begin = int(np.argmax(phase == "stroke"))
+    trace["time_s"] = trace["time_s"] - trace["time_s"][begin]
     phases = {}
     for name in _PHASES:
         if (phase == name).any():
@@ -153,7 +157,8 @@ def _recorded(samples: pd.DataFrame) -> tuple[Trace, dict[str, tuple[float, floa
     return trace, phases
 
 
-def _about(run: Run) -> str:
+def _describe_run(run: Run) -> str:
+    """Describe the body and the motion of a run, for the heading."""
     if run.kind == "leg":
         return f"{leg_panels.leg_title(run.intruder)}, swept through the medium"
     beta, gamma = style.degrees(run.beta_deg), style.degrees(run.gamma_deg)
@@ -234,14 +239,16 @@ def plot_protocol(results: Results, medium: str) -> Figure:
     return page
 
 
-def _shade(axes: Axes, column: PanelColumn) -> None:
+def _shade_phases(axes: Axes, column: PanelColumn) -> None:
+    """Shade the times of pause and stroke, and draw the line of zero."""
     for name, (start, end) in column.phases.items():
         axes.axvspan(start, end, **_PHASES[name])
     style.zero_line(axes)
 
 
 def _draw_position(axes: Axes, column: PanelColumn) -> None:
-    _shade(axes, column)
+    """Draw the angle of a leg, or height (minus depth) and distance of a plate, against time."""
+    _shade_phases(axes, column)
     run, time = column.run, column.run["time_s"]
     if column.kind == "rotation":
         draw_thin(axes, time, run["angle_deg"], color="black")
@@ -255,7 +262,8 @@ def _draw_position(axes: Axes, column: PanelColumn) -> None:
 
 
 def _draw_forces(axes: Axes, column: PanelColumn) -> None:
-    _shade(axes, column)
+    """Draw the forces of the run and of its tare against time."""
+    _shade_phases(axes, column)
     if not column.tare:
         axes.text(0.03, 0.95, "no tare", transform=axes.transAxes, va="top", color=style.MARK)
     looks = (
@@ -279,27 +287,26 @@ def _draw_forces(axes: Axes, column: PanelColumn) -> None:
 
 
 def _draw_plate(axes: Axes, column: PanelColumn) -> str:
-    """Draw the stress with its fit. Returns the slopes, for the heading."""
+    """Draw the stress of a plate with its fit, over depth or, of a horizontal run, over its path. Returns alpha as text."""
     flat = column.kind == "horizontal"
     trace = column.result
-    place = trace["path_cm" if flat else "depth_cm"]
-    window = (trace["in_window"] > 0) & np.isfinite(place)
-    begin, end = place[window].min(initial=np.inf), place[window].max(initial=-np.inf)
+    along = trace["path_cm" if flat else "depth_cm"]
+    window = (trace["in_window"] > 0) & np.isfinite(along)
+    begin, end = along[window].min(initial=np.inf), along[window].max(initial=-np.inf)
     if window.any():
         axes.axvspan(begin, end, color=style.WINDOW, linewidth=0)
     style.zero_line(axes)
-    # along a horizontal run the depth is one number, and the stress that fits it is a constant
-    scale = float(np.nanmean(trace["depth_cm"])) if flat else 1.0
     notes = []
     for c in "zx":
         colour = style.COMPONENT_COLOURS[c]
         stress = trace[f"stress_{c}_N_per_cm2"]
-        draw_thin(axes, place, stress, color=colour, linewidth=0.6, alpha=0.75)
+        draw_thin(axes, along, stress, color=colour, linewidth=0.6, alpha=0.75)
         alpha, *_ = alpha_with_interval(column.fit, c)
         if np.isfinite([alpha, end]).all() and (c == "z" or measures_x(trace)):
             ends = np.array([begin if flat else 0.0, end])
-            shape = scale * np.ones(2) if flat else ends
-            axes.plot(ends, alpha * shape, "-" if c == "z" else "--", color="black")
+            # a horizontal run stays at one depth, so the line of its fit is level
+            depths = np.full(2, np.nanmean(trace["depth_cm"])) if flat else ends
+            axes.plot(ends, alpha * depths, "-" if c == "z" else "--", color="black")
         notes.append(describe_alpha(column.fit, c, trace, column.cell))
     axes.set_xlim(0, None)
     axes.set_xlabel("distance travelled (cm)" if flat else "depth (cm)")
@@ -309,7 +316,7 @@ def _draw_plate(axes: Axes, column: PanelColumn) -> str:
 
 
 def _draw_leg(axes: Axes, column: PanelColumn) -> str:
-    """Draw the force against the leg's angle. Returns the peaks, for the heading."""
+    """Draw the force on a leg against its angle. Returns the peaks as text, for the heading."""
     style.zero_line(axes)
     notes = []
     theta = column.result["theta_deg"]
@@ -330,17 +337,17 @@ def _draw_leg(axes: Axes, column: PanelColumn) -> str:
     return "\n".join(notes)
 
 
-# The tare: what the rod and the mount alone felt, and where that may be used
+# The tare: the force on rod and mount alone, and the depths where it may be subtracted
 
 
 def _runs_with_tare(results: Results, medium: str) -> pd.DataFrame:
-    """Slanted plate runs that have a tare."""
+    """Select from the table of tares the slanted plate runs that have one."""
     tares = results.table(f"tares/{medium}.csv")
     return tares[(tares["abscissa"] == "depth_cm") & tares["valid_to"].notna()]
 
 
 def _without_tare(results: Results, medium: str) -> Sequence[str]:
-    """Say why no plate run of a medium has a tare."""
+    """Say why no plate run of a medium has a tare; empty where one has."""
     tare_not_needed = results.config.fit.missing_tare == "none"
     nothing = (
         "nothing to subtract (fit.missing_tare: none)"
@@ -405,16 +412,16 @@ def plot_tare(results: Results, medium: str) -> Figure:
     return page
 
 
-# How well the clocks were brought together and the surface found, from the estimates' own details
+# How well the clocks were aligned and the surface was found, from details of the estimates
 
 
 _OVERVIEW_CM, _PUSH_CM = 4.6, 4.9
 _BLUE, _RED = (style.COMPONENT_COLOURS[c] for c in "zx")
 _LAG_S = 10.0
-"""Lags are drawn this far from the estimate."""
+"""Range of the lags that are drawn, on both sides of the estimate."""
 
 _NEAR_SURFACE_CM = 0.6
-"""Readings are drawn this far above and below the surface."""
+"""Range of the readings that are drawn, above and below the surface."""
 
 
 @figure(
@@ -442,12 +449,12 @@ _NEAR_SURFACE_CM = 0.6
     ),
 )
 def plot_clocks(results: Results, medium: str) -> Figure:
-    """Draw how the clocks of each push straight down of a medium were brought together."""
+    """Draw how the clocks of force and motion were aligned for each push straight down in a medium."""
     from rftfit.measure.alignment import Alignment
     from rftfit.measure.ingest import ingest_traces
     from rftfit.measure.session_clocks import align_pushes
 
-    # no table keeps what the estimates were made from
+    # no table keeps the curves behind the estimates, so the clocks are aligned once more
     alignment_by_run = {
         run.run_id: alignment for run, alignment in align_pushes(results.campaign, medium)
     }
@@ -464,11 +471,11 @@ def plot_clocks(results: Results, medium: str) -> Figure:
 
 @style.styled()
 def draw_clocks(rows: Sequence[tuple[Ingested, Alignment]]) -> Figure:
-    """Draw the offset of each push from its session, and how the push that differs most was aligned.
+    """Draw the clock offset of each push relative to its session, and below the alignment of the push that differs most.
 
-    Below, first: the share of the force's variance that no smooth function of depth explains, over the lags that were tried,
-    the offsets that were fitted, and that of the session. Second: force over depth at the estimated offset, and that function.
-    Third, where a surface was estimated: the force next to it, and the model there.
+    First panel below: the share of the force's variance that no smooth function of depth explains, against the lag that was
+    tried; dots are the offsets that were fitted, a line is the offset of the session. Second: force over depth at the
+    estimated offset, and the smooth function. Third, where a surface was estimated: force beside the surface, and its model.
     """
     differences = np.array([_difference_s(trace, alignment) for trace, alignment in rows])
     half_widths = np.array([_NORMAL_95 * (alignment.clock.se_s or 0.0) for _, alignment in rows])
@@ -481,7 +488,7 @@ def draw_clocks(rows: Sequence[tuple[Ingested, Alignment]]) -> Figure:
     _draw_offsets(page.add_subplot(grid[0, :]), differences, half_widths, worst)
     _draw_lags(panels[1, 0], alignment, -differences[worst])
     panels[1, 0].set_title(style.plain(trace.run.run_id), loc="left", fontweight="bold")
-    panels[1, 1].set_title(_offset(alignment.clock), loc="left")
+    panels[1, 1].set_title(_format_offset(alignment.clock), loc="left")
     _draw_lift(panels[1, 1], alignment)
     if trace.surface:
         _draw_contact(panels[1, 2], trace.surface)
@@ -494,40 +501,41 @@ def draw_clocks(rows: Sequence[tuple[Ingested, Alignment]]) -> Figure:
         "fitted": style.line(_RED),
     }
     if trace.surface:
-        entries["95 % interval of the surface"] = style.band(_OF_PUSH, _RED)
+        entries["95 % interval of the surface"] = style.band(_SURFACE_OPACITY, _RED)
     style.legend(page, entries)
     return page
 
 
 _NORMAL_95 = 1.96
-"""Standard errors to the end of an interval of 95 %."""
+"""Half width of an interval of 95 %, in standard errors."""
 
-_OF_PUSH = 0.3
+_SURFACE_OPACITY = 0.3
 """Opacity of the interval of the surface."""
 
 
 def _difference_s(trace: Ingested, alignment: Alignment) -> float:
-    """Offset of a push less that of its session at the same moment, s."""
+    """Subtract from the clock offset of a push that of its session at the same moment, s."""
     reference_s = alignment.clock.reference_s
-    of_session = float(trace.clock.motion_time(np.array([reference_s]))[0]) - reference_s
-    return alignment.clock.offset_s - of_session
+    session_offset_s = float(trace.clock.motion_time(np.array([reference_s]))[0]) - reference_s
+    return alignment.clock.offset_s - session_offset_s
 
 
 def _draw_offsets(axes: Axes, differences: FloatArray, half_widths: FloatArray, worst: int) -> None:
-    """Draw how far each push lies from its session, the one that differs most marked."""
-    number = np.arange(1, len(differences) + 1)
+    """Draw the offset of each push from its session, s; mark the push that differs most, of index `worst`."""
+    numbers = np.arange(1, len(differences) + 1)
     axes.axhline(0, color="black", linewidth=0.8, linestyle=":")
     low, high = differences - half_widths, differences + half_widths
-    axes.vlines(number, low, high, color=_BLUE, linewidth=0.8)
-    axes.plot(number, differences, "o", color=_BLUE, markersize=3)
-    axes.vlines(number[worst], low[worst], high[worst], color=_RED, linewidth=1.2)
-    axes.plot(number[worst], differences[worst], "D", color=_RED, markersize=4)
+    axes.vlines(numbers, low, high, color=_BLUE, linewidth=0.8)
+    axes.plot(numbers, differences, "o", color=_BLUE, markersize=3)
+    axes.vlines(numbers[worst], low[worst], high[worst], color=_RED, linewidth=1.2)
+    axes.plot(numbers[worst], differences[worst], "D", color=_RED, markersize=4)
     axes.set_xlim(0.5, len(differences) + 0.5)
     style.ticks(axes.xaxis, 12, integer=True)
     axes.set(xlabel="push straight down (number)", ylabel="offset from session (s)")
 
 
-def _offset(clock: ClockFit) -> str:
+def _format_offset(clock: ClockFit) -> str:
+    """Write the offset of two clocks with its interval; whole hours, as of a time zone, stand apart."""
     hours = f"{style.format_number(clock.hours, 0)} h " if clock.hours else ""
     seconds = style.format_number(clock.offset_s - 3600 * (clock.hours or 0))
     if clock.se_s is None:
@@ -537,7 +545,10 @@ def _offset(clock: ClockFit) -> str:
 
 
 def _draw_lags(axes: Axes, alignment: Alignment, session_s: float) -> None:
-    """Draw what no curve over depth explains at each lag; `session_s`: offset of the session from that of the push."""
+    """Draw the variance of the force that no curve over depth explains, against the lag from the estimate.
+
+    `session_s`: Offset of the session minus that of the push, s.
+    """
     limit_s = max(_LAG_S, 1.2 * abs(session_s))
     lag = alignment.profile.lag - alignment.clock.offset_s
     is_near = np.abs(lag) <= limit_s
@@ -554,10 +565,11 @@ def _draw_lags(axes: Axes, alignment: Alignment, session_s: float) -> None:
 
 
 def _draw_lift(axes: Axes, alignment: Alignment) -> None:
+    """Draw lift over the last 6 cm of depth, relative to its start, and the smooth function fitted to it."""
     start = float(np.median(alignment.force[:8]))
-    rising = alignment.depth > alignment.depth.max() - 6
+    is_deep = alignment.depth > alignment.depth.max() - 6
     curves = alignment.depth, alignment.force, alignment.fitted
-    depth, force, fitted = (values[rising] for values in curves)
+    depth, force, fitted = (values[is_deep] for values in curves)
     order = np.argsort(depth)
     axes.plot(depth, force - start, "o", color=_BLUE, markersize=1, markeredgewidth=0)
     axes.plot(depth[order], fitted[order] - start, color=_RED, linewidth=0.8)
@@ -565,6 +577,7 @@ def _draw_lift(axes: Axes, alignment: Alignment) -> None:
 
 
 def _draw_contact(axes: Axes, surface: Surface) -> None:
+    """Draw lift over depth near the estimated surface, its model, and the interval of the surface."""
     depth = surface.depth - surface.depth_cm
     is_near = np.abs(depth) < _NEAR_SURFACE_CM
     depth, force = depth[is_near], (surface.force - surface.air_N)[is_near]
@@ -576,9 +589,8 @@ def _draw_contact(axes: Axes, surface: Surface) -> None:
     ends = np.clip(
         [lo - surface.depth_cm, hi - surface.depth_cm], -_NEAR_SURFACE_CM, _NEAR_SURFACE_CM
     )
-    axes.axvspan(*ends, color=_RED, alpha=_OF_PUSH, linewidth=0)
+    axes.axvspan(*ends, color=_RED, alpha=_SURFACE_OPACITY, linewidth=0)
     axes.set_xlim(-_NEAR_SURFACE_CM, _NEAR_SURFACE_CM)
-    # of the interval that is shaded
-    half_mm = 10 * (hi - lo) / 2
-    axes.set_title(f"surface \N{PLUS-MINUS SIGN} {half_mm:.2f} mm (95 %)", loc="left")
+    half_width_mm = 10 * (hi - lo) / 2
+    axes.set_title(f"surface \N{PLUS-MINUS SIGN} {half_width_mm:.2f} mm (95 %)", loc="left")
     axes.set(xlabel="depth below surface (cm)", ylabel="lift (N)")

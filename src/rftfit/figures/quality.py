@@ -1,4 +1,4 @@
-"""Quality sheets: every plate run of a medium as a small panel, on A3 paper; runs beside the others of their medium."""
+"""Quality sheets: every plate run of a medium as a small panel, on paper up to A3; runs compared with others of their medium."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from rftfit.figures.traces import (
     DIRECTIONS,
     STRESS_SETTINGS,
     by_run,
+    describe_problem,
     measures_x,
     panel_limits,
-    problem_text,
     stress_of,
     thin,
 )
@@ -41,25 +41,26 @@ if TYPE_CHECKING:
     from rftfit.results import Results
 
 
-def _count(fits: pd.DataFrame, flags: Flags, title: str, noun: str = "run") -> str:
-    """Say how many plate runs a medium has, and how many of them need a look."""
-    return (
-        f"{title}: {len(fits)} {noun}{'s' * (len(fits) != 1)}, {len(_problems(fits, flags))} marked"
-    )
+def _describe_counts(fits: pd.DataFrame, flags: Flags, title: str, noun: str = "run") -> str:
+    """Say how many plate runs a medium has, and how many of them are marked for a problem."""
+    marked = len(_list_problems(fits, flags))
+    return f"{title}: {len(fits)} {noun}{'s' * (len(fits) != 1)}, {marked} marked"
 
 
-def _problems(fits: pd.DataFrame, flags: Flags) -> list[str]:
-    """What is wrong with each run that needs a look."""
+def _list_problems(fits: pd.DataFrame, flags: Flags) -> list[str]:
+    """Describe the problem of each run that has one."""
     shared = flags.shared(fits)
-    problems = (problem_text(fit, flags, shared) for fit in fits.to_dict("records"))
+    problems = (describe_problem(fit, flags, shared) for fit in fits.to_dict("records"))
     return [problem for problem in problems if problem]
 
 
 def _caption(results: Results, medium: str) -> str:
-    """Count the runs of a medium and those that are marked, and why these are, where it is for one reason."""
+    """Say how many runs a medium has and how many are marked, and the reason where all marked runs have the same."""
     fits, flags, title = results[medium].fits, results[medium].flags, results[medium].title
-    reasons = {*_problems(fits, flags)}
-    return _count(fits, flags, title) + (f": {reasons.pop()}" if len(reasons) == 1 else "")
+    reasons = {*_list_problems(fits, flags)}
+    return _describe_counts(fits, flags, title) + (
+        f": {reasons.pop()}" if len(reasons) == 1 else ""
+    )
 
 
 @figure(
@@ -91,9 +92,9 @@ def plot_quality(results: Results, medium: str) -> list[Figure]:
 def draw_quality(
     traces: pd.DataFrame, fits: pd.DataFrame, flags: Flags, medium_title: str
 ) -> list[Figure]:
-    """Draw a panel for each plate run of a medium by beta and gamma, repeats on pages of their own.
+    """Draw a panel for each plate run of a medium, in rows of beta and columns of gamma; repeats on pages of their own.
 
-    `traces`: As `stress_of`; a run of `fits` without any has an empty panel.
+    `traces`: Table of `stress_of`; a run of `fits` without samples has an empty panel.
     """
     fits = fits.assign(run_id=fits["run_id"].astype(str))
     samples = by_run(traces)
@@ -104,34 +105,36 @@ def draw_quality(
         finite = samples[run]["depth_cm"][np.isfinite(samples[run]["depth_cm"])]
         if np.isnan(depth[run]) and finite.size:
             depth[run] = float(np.median(finite))
-    ends = {True: [float(bool(flat))], False: [1.0]}
+    # at least 1 cm; no path where the medium has no horizontal run
+    depths, paths = [1.0], [float(bool(flat))]
     for run, trace in samples.items():
-        values = trace["path_cm" if run in flat else "depth_cm"]
-        ends[run in flat].append(float(values[np.isfinite(values)].max(initial=0.0)))
-    reach = float(np.ceil(max(ends[False]))), float(np.ceil(max(ends[True])))
+        along = trace["path_cm" if run in flat else "depth_cm"]
+        ends = paths if run in flat else depths
+        ends.append(float(along[np.isfinite(along)].max(initial=0.0)))
+    reach = float(np.ceil(max(depths))), float(np.ceil(max(paths)))
     pages = runs_on_pages(rows.reset_index(drop=True), depth)
     fit_of = {str(fit["run_id"]): fit for fit in rows.to_dict("records")}
     shared = flags.shared(fits)
-    title = _count(fits, flags, medium_title, "plate run")
+    title = _describe_counts(fits, flags, medium_title, "plate run")
     figures = []
     for i, page in enumerate(pages):
         sheet = Sheet(page, reach, flags, shared)
         for run, place in page.places.items():
-            sheet.panel(place, samples.get(run, {}), fit_of[run])
-        sheet.empty_places()
+            sheet.add_panel(place, samples.get(run, {}), fit_of[run])
+        sheet.mark_empty_places()
         number = f" (page {i + 1} of {len(pages)})" if pages[1:] else ""
-        figures.append(sheet.finish(title + number, _notes(rows, shared)))
+        figures.append(sheet.finish(title + number, _describe_notes(rows, shared)))
     return figures
 
 
-def _notes(fits: pd.DataFrame, shared: tuple[Remark, ...]) -> str:
-    """List what holds for all runs, and the notes on runs, each with the number that carry it."""
+def _describe_notes(fits: pd.DataFrame, shared: tuple[Remark, ...]) -> str:
+    """Write the flags that all runs share, and each note with the number of runs that have it."""
     counts = fits["note"].replace("", np.nan).dropna().value_counts().sort_index()
-    words = [f"{count} runs: {note}" for note, count in counts.items()]
-    return "; ".join([*describe_shared(shared), *words])
+    notes = [f"{count} runs: {note}" for note, count in counts.items()]
+    return "; ".join([*describe_shared(shared), *notes])
 
 
-# Where each run stands: rows of beta, columns of gamma, direction and depth
+# The place of each run: rows of beta, columns of gamma, direction and depth
 
 
 MAX_COLUMNS = 15
@@ -139,16 +142,16 @@ MAX_COLUMNS = 15
 
 MAX_ROWS = 7
 LEAST_FILL = 0.25
-"""With fewer of the places of a grid taken, the runs stand one after the other."""
+"""Share of the places of a grid that must have a run; else panels follow one another without a grid."""
 
 
 @dataclass(frozen=True)
 class QualitySheet:
-    """One sheet of paper.
+    """The layout of one sheet of paper.
 
     `places`: Row and column of each run.
-    `is_first`: Whether an empty place means that nothing was measured there; on later pages, which
-        hold repeated runs, it means nothing.
+    `is_first`: True for a sheet of first runs, where an empty place means that nothing was measured there. On sheets of
+        repeated runs it means nothing.
     """
 
     row_labels: list[str]
@@ -158,32 +161,37 @@ class QualitySheet:
 
 
 def depth_levels(depth_cm: pd.Series[float]) -> pd.Series[float]:
-    """Gather the depths of horizontal runs, NaN where unknown, into the depths that were meant."""
+    """Replace the depths of horizontal runs, cm, by the mean of the level to which each belongs; NaN where unknown."""
     known = depth_cm.dropna()
     means = known.groupby(number_depths(np.asarray(known, dtype=np.float64))).transform("mean")
     return means.reindex(depth_cm.index)
 
 
-def _column_label(gamma: float, direction: str, level: float) -> str:
+def _format_column_label(gamma: float, direction: str, level: float) -> str:
+    """Write gamma, direction and, for horizontal runs, the depth above a column."""
     head = f"\N{GREEK SMALL LETTER GAMMA} = {style.degrees(gamma)}\n{direction}"
     if direction == "horizontal":
         return head + (f"\n{level:.1f} cm deep" if level >= 0 else "\ndepth not known")
     return head
 
 
-def _chunks(count: int, max_size: int) -> Iterator[range]:
+def _split_into_chunks(count: int, max_size: int) -> Iterator[range]:
+    """Split the numbers from 0 to count - 1 into ranges of at most `max_size`."""
     for start in range(0, count, max_size):
         yield range(start, min(start + max_size, count))
 
 
 def runs_on_pages(fits: pd.DataFrame, depth_cm: pd.Series[float]) -> list[QualitySheet]:
-    """Order the runs of one medium on pages; the k-th repeat of a run stands on its own page."""
+    """Place the runs of one medium on sheets; the k-th repeats of all directions have sheets of their own.
+
+    `depth_cm`: Depth of horizontal runs by run_id.
+    """
     runs = fits[["run_id", "beta_deg", "gamma_deg", "direction"]].copy()
     runs["beta_deg"] = runs["beta_deg"].astype(float).round(2) + 0.0
     runs["gamma_deg"] = runs["gamma_deg"].astype(float).round(2) + 0.0
     flat = runs["direction"] == "horizontal"
     depth = runs["run_id"].map(depth_cm).astype(float).where(flat)
-    # -1: a horizontal run of which no depth is known; inf would hide in labels
+    # -1 stands for a horizontal run of unknown depth
     runs["level"] = np.where(flat, depth_levels(depth).fillna(-1.0), 0.0)
     runs["order"] = runs["direction"].map({name: i for i, name in enumerate(DIRECTIONS)})
     keys = ["gamma_deg", "order", "level", "direction"]
@@ -197,11 +205,11 @@ def runs_on_pages(fits: pd.DataFrame, depth_cm: pd.Series[float]) -> list[Qualit
         rows = runs_of_repeat[["run_id", "beta_deg", *keys]].itertuples(index=False, name=None)
         place = {str(run): (betas.index(beta), column_of[tuple(key)]) for run, beta, *key in rows}
         if len(place) < LEAST_FILL * len(betas) * len(column_of):
-            pages += _pages_in_turn(list(place))
+            pages += _place_in_turn(list(place))
             continue
-        heads = [_column_label(gamma, name, level) for gamma, _, level, name in column_of]
-        for row_range in _chunks(len(betas), MAX_ROWS):
-            for column_range in _chunks(len(heads), MAX_COLUMNS):
+        heads = [_format_column_label(gamma, name, level) for gamma, _, level, name in column_of]
+        for row_range in _split_into_chunks(len(betas), MAX_ROWS):
+            for column_range in _split_into_chunks(len(heads), MAX_COLUMNS):
                 runs_on_page = [
                     run for run, (i, j) in place.items() if i in row_range and j in column_range
                 ]
@@ -219,10 +227,10 @@ def runs_on_pages(fits: pd.DataFrame, depth_cm: pd.Series[float]) -> list[Qualit
     return pages
 
 
-def _pages_in_turn(runs: list[str]) -> list[QualitySheet]:
-    """Pages of runs in scattered directions, one panel after the other, each with its own angles."""
+def _place_in_turn(runs: list[str]) -> list[QualitySheet]:
+    """Place runs in scattered directions one after the other, on sheets without labels of rows and columns."""
     pages = []
-    for run_range in _chunks(len(runs), MAX_ROWS * MAX_COLUMNS):
+    for run_range in _split_into_chunks(len(runs), MAX_ROWS * MAX_COLUMNS):
         columns = min(MAX_COLUMNS, len(run_range))
         places = {runs[run_index]: divmod(i, columns) for i, run_index in enumerate(run_range)}
         rows = -(-len(run_range) // columns)
@@ -230,7 +238,7 @@ def _pages_in_turn(runs: list[str]) -> list[QualitySheet]:
     return pages
 
 
-# One page: all panels in one Axes whose unit is the centimetre
+# One sheet: all panels in one Axes whose unit is the centimetre
 
 
 WIDTH_CM, HEIGHT_CM = 42.0, 29.7
@@ -240,6 +248,7 @@ _LARGEST, _NARROWEST = 5.0, 27.5
 _DPI = 150  # a point of A3 at 150 dpi is 2 pixels: text of 5 points can still be read
 
 Pen = tuple[str, float, Any]
+"""Colour, width and dashes of a line."""
 
 STRESS: dict[tuple[str, str], tuple[Pen, str]] = {
     ("tare", "z"): ((style.PALE_COLOURS["z"], 0.6, style.TARE_DASHES), "rod tare as stress (z)"),
@@ -247,18 +256,18 @@ STRESS: dict[tuple[str, str], tuple[Pen, str]] = {
     ("stress", "z"): ((style.COMPONENT_COLOURS["z"], 0.7, "-"), "tared vertical stress (z)"),
     ("stress", "x"): ((style.COMPONENT_COLOURS["x"], 0.7, "-"), "tared horizontal stress (x)"),
 }
-"""Colour, width and dashes of each line, and its name, in the order of drawing."""
+"""Pen and name of each curve of stress, by quantity and component, in the order of drawing."""
 
-# gaps, so that the fit does not hide what it was fitted to
+# dashed, so that the fit does not hide the samples
 FIT: Pen = ("black", 0.6, (0, (5, 4)))
 _WINDOW = "#e4e4e4"
 
 
 class Sheet:
-    """Collects the lines of all panels of a page by kind, then draws each kind at once.
+    """Collects the lines of all panels of a page by pen, then draws all lines of a pen at once, which is fast.
 
-    Places count in cm from the paper's upper left corner, up is positive. `reach`: depth and, for
-    horizontal runs, path that a panel's width stands for, cm. `flags`: of the runs; `shared`: those
+    Coordinates are in cm from the upper left corner of the paper, up is positive. `page`: Layout of the sheet. `reach`:
+    Depth and, for horizontal runs, path that the width of a panel spans, cm. `flags`: Flags of the runs. `shared`: Flags
     that all runs have.
     """
 
@@ -287,25 +296,26 @@ class Sheet:
         self.frames: dict[str, list[FloatArray]] = defaultdict(list)
 
     def corner(self, row: int, column: int) -> tuple[float, float]:
-        """Return left and top of a panel."""
+        """Return left and top of a panel, cm."""
         return LEFT + column * self.width, -_TOP - row * self.height
 
-    def frame(self, left: float, top: float, colour: str) -> None:
+    def add_frame(self, left: float, top: float, colour: str) -> None:
         """Collect the frame of a panel."""
         right, bottom = left + self.width - _GAP, top - self.height + _GAP
         corners = [(left, top), (right, top), (right, bottom), (left, bottom)]
         self.frames[colour].append(np.array(corners))
 
-    def panel(self, place: tuple[int, int], trace: Trace, fit: Row) -> None:
-        """Collect what belongs to one run; `trace` is empty if the run has no samples."""
+    def add_panel(self, place: tuple[int, int], trace: Trace, fit: Row) -> None:
+        """Collect lines and text of one run; `trace` is empty if the run has no samples."""
         left, top = self.corner(*place)
-        problem = problem_text(fit, self.flags, self.shared)
-        self.frame(left, top, style.MARK if problem else "#9a9a9a")
+        problem = describe_problem(fit, self.flags, self.shared)
+        self.add_frame(left, top, style.MARK if problem else "#9a9a9a")
         if trace:
-            self._trace(left, top, trace, fit)
-        self._write_words(left, top, trace, fit, problem)
+            self._add_curves(left, top, trace, fit)
+        self._write_text(left, top, trace, fit, problem)
 
-    def _trace(self, left: float, top: float, trace: Trace, fit: Row) -> None:
+    def _add_curves(self, left: float, top: float, trace: Trace, fit: Row) -> None:
+        """Collect stress, tare, fit and window of a run; the panel begins at `left` and `top`, cm."""
         flat = fit["direction"] == "horizontal"
         name = "path_cm" if flat else "depth_cm"
         inner, tall = self.width - _GAP, self.height - _GAP - _HEAD
@@ -313,7 +323,7 @@ class Sheet:
         scale = tall / (highest - lowest)
         zero = top - _HEAD - scale * highest
         across = inner / (self.reach[1] if flat else self.reach[0])
-        # what was recorded above the surface would stand in the next panel
+        # samples above the surface would lie in the next panel
         along = np.where(trace[name] >= 0, trace[name], np.nan)
         x = left + across * along
         window = x[(trace["in_window"] > 0) & np.isfinite(x)]
@@ -336,14 +346,17 @@ class Sheet:
             if np.isfinite(y).all() and (c == "z" or measures_x(trace)):
                 self.lines[FIT].append(np.column_stack([left + across * ends, y]))
 
-    def _write_words(self, left: float, top: float, trace: Trace, fit: Row, problem: str) -> None:
+    def _write_text(self, left: float, top: float, trace: Trace, fit: Row, problem: str) -> None:
+        """Write name, angles, alpha, range of stress and problem of a run into its panel."""
+
         def write(x: float, y: float, text: str, size: float, **properties: str) -> None:
+            """Write text into the panel, its top left or right corner at x and y, cm."""
             self.axes.text(x, y, style.plain(text), fontsize=size, va="top", **properties)  # type: ignore[arg-type]
 
         inner, margin = self.width - _GAP, 0.06
         max_letters = int(inner / 0.13)
         run = str(fit["run_id"])
-        # the end of a run's name tells runs apart
+        # names of runs differ at their end: a long name loses its beginning
         run = run if len(run) <= max_letters else "\N{HORIZONTAL ELLIPSIS}" + run[1 - max_letters :]
         beta, gamma = (style.degrees(float(fit[f"{name}_deg"])) for name in ("beta", "gamma"))
         write(left + margin, top - margin, f"{run}\nβ {beta}  γ {gamma}", 5.2)
@@ -370,14 +383,14 @@ class Sheet:
             y = top - _HEAD - margin if trace else top - 0.55 * self.height + _GAP + margin
             write(left + margin, y, "\n".join(lines), 5.2, color=style.MARK)
 
-    def empty_places(self) -> None:
-        """Say in each empty place of a first page that nothing was measured there."""
+    def mark_empty_places(self) -> None:
+        """Write "not measured" into each empty place of a sheet of first runs."""
         taken_places = set(self.page.places.values())
         rows, columns = range(len(self.page.row_labels)), range(len(self.page.column_labels))
         for place in product(rows, columns) if self.page.is_first else ():
             if place not in taken_places:
                 left, top = self.corner(*place)
-                self.frame(left, top, "#dddddd")
+                self.add_frame(left, top, "#dddddd")
                 middle = left + (self.width - _GAP) / 2, top - (self.height - _GAP) / 2
                 self.axes.text(
                     *middle, "not measured", fontsize=5.5, color="#888888", ha="center", va="center"
@@ -405,7 +418,7 @@ class Sheet:
             x = self.corner(0, i)[0] + (self.width - _GAP) / 2
             self.axes.text(x, -_TOP + 0.12, label, fontsize=7, ha="center", va="bottom")
         self.axes.text(LEFT, -0.35, style.plain(title), fontsize=14, va="top")
-        # how a medium was measured is no fault of its runs
+        # some flags say how a medium was measured, which is no fault of its runs
         is_fault = any(FLAGS[flag.code].shared != "always" for flag in self.shared)
         colour = style.MARK if is_fault else "#555555"
         self.axes.text(LEFT, -0.98, style.plain(notes), fontsize=8, va="top", color=colour)
@@ -413,6 +426,7 @@ class Sheet:
         return self.figure
 
     def _add_legend(self) -> None:
+        """Add the legend, and a sentence on what the panels span."""
         names = [STRESS[kind, c] for kind in ("stress", "tare") for c in "zx"]
         names = [(pen, name) for pen, name in names if pen in self.lines]
         entries = {name: style.line(pen[0], linewidth=1.2, linestyle=pen[2]) for pen, name in names}
@@ -439,23 +453,23 @@ class Sheet:
         self.axes.text(LEFT, -self.paper[1] + 1.05, text, fontsize=7.5, va="center")
 
 
-# Runs side by side
+# Runs compared with others of their medium
 
 
 _SIDE_ROW_CM = 3.5
 _NAMED, _NAME = 6, 30
-"""Outliers that are named, and letters of their names."""
+"""Most outliers that are named, and most letters of their names."""
 
 _COMPARED_WITH = {
     REPEATS: ("repeats", "the median of its repeats", "o", True),
     PAIR: ("repeat", "the other of two", "s", False),
     MAP: ("map", "the map by all other runs", "o", False),
 }
-"""What a run is compared with, in a word and in full, its marker, and whether that is filled."""
+"""For each sort of comparison: its short and its full name, its marker, and whether the marker is filled."""
 
 
-def _compared(results: Results) -> dict[str, pd.DataFrame]:
-    """Runs beside the others, of each medium with two or more."""
+def _read_comparisons(results: Results) -> dict[str, pd.DataFrame]:
+    """Read the table of compared runs of each medium that has two or more."""
     table_by_medium = {
         medium: results.table(f"peers/{medium}.csv") for medium in results.laboratory
     }
@@ -473,30 +487,32 @@ def _compared(results: Results) -> dict[str, pd.DataFrame]:
     ),
     lacking=lambda results, _: (
         ()
-        if _compared(results)
+        if _read_comparisons(results)
         else ("no medium has two plate runs with alpha: there is nothing to compare",)
     ),
 )
 def plot_runs_side_by_side(results: Results) -> Figure:
     """Draw each run against the others of its medium, a row a medium."""
-    tables = _compared(results)
+    tables = _read_comparisons(results)
     compared_with = set().union(*(table["beside"] for table in tables.values()))
-    kinds = {word: look for word, look in _COMPARED_WITH.items() if word in compared_with}
-    others = next(iter(kinds.values()))[0] if len(kinds) == 1 else "others"
+    comparisons = {
+        key: comparison for key, comparison in _COMPARED_WITH.items() if key in compared_with
+    }
+    others = next(iter(comparisons.values()))[0] if len(comparisons) == 1 else "others"
     page, panels = style.panels([_SIDE_ROW_CM] * len(tables), 2, 9.0)
     for (medium, table), row_of_axes in zip(tables.items(), panels, strict=True):
         runs_apart = table[table["apart"].astype(bool)].sort_values("times_spread", ascending=False)
         for axes, c in zip(row_of_axes, "zx", strict=True):
-            _side_by_side(axes, table, runs_apart, c)
+            _draw_differences(axes, table, runs_apart, c)
             if medium == [*tables][-1]:
                 axes.set_xlabel(f"{others}, {style.alpha_label(c)}")
         row_of_axes[0].set_ylabel(f"run minus {others}\n({style.PER_CM3})")
         title = style.medium_label(results, medium)
         row_of_axes[0].set_title(title, loc="left", weight="bold")
-        lines = [_summary(table), *_names(runs_apart)]
+        lines = [_describe_differences(table), *_describe_outliers(runs_apart)]
         row_of_axes[1].set_title("\n".join(lines), loc="left", fontsize=5.5)
     entries: dict[str, Any] = {}
-    for _, name, marker, is_filled in kinds.values():
+    for _, name, marker, is_filled in comparisons.values():
         entries[f"compared with {name}"] = tuple(
             style.line(colour, **_comparison_look(colour, marker, is_filled))
             for colour in style.COMPONENT_COLOURS.values()
@@ -508,12 +524,16 @@ def plot_runs_side_by_side(results: Results) -> Figure:
 
 
 def _comparison_look(colour: str, marker: str, is_filled: bool) -> style.Look:
+    """Return the look of points for one sort of comparison."""
     face = colour if is_filled else "none"
     return {"marker": marker, "linestyle": "", "markerfacecolor": face, "markeredgewidth": 0.5}
 
 
-def _side_by_side(axes: Axes, table: pd.DataFrame, runs_apart: pd.DataFrame, c: str) -> None:
-    """Draw one component of the runs of a medium; both have the same height, so that they can be compared."""
+def _draw_differences(axes: Axes, table: pd.DataFrame, runs_apart: pd.DataFrame, c: str) -> None:
+    """Draw one component of alpha of the runs of a medium minus that of the others, against that of the others.
+
+    Both components have the same range, so that they can be compared. `runs_apart`: Rows of outliers, the worst first.
+    """
     style.zero_line(axes)
     differences = {
         component: table[f"alpha_{component}_N_per_cm3"] - table[f"others_{component}_N_per_cm3"]
@@ -522,8 +542,8 @@ def _side_by_side(axes: Axes, table: pd.DataFrame, runs_apart: pd.DataFrame, c: 
     alpha_of_others, difference = table[f"others_{c}_N_per_cm3"], differences[c]
     colour = style.COMPONENT_COLOURS[c]
     size = 3 if len(table) < _MANY_RUNS else 1.8
-    for word, (_, _, marker, is_filled) in _COMPARED_WITH.items():
-        rows = table["beside"] == word
+    for comparison, (_, _, marker, is_filled) in _COMPARED_WITH.items():
+        rows = table["beside"] == comparison
         if rows.any():
             look = _comparison_look(colour, marker, is_filled)
             axes.plot(
@@ -559,10 +579,11 @@ def _side_by_side(axes: Axes, table: pd.DataFrame, runs_apart: pd.DataFrame, c: 
 
 
 _MANY_RUNS = 200
+"""Number of runs from which points are small."""
 
 
-def _summary(table: pd.DataFrame) -> str:
-    """Say how many runs there are and how far they differ."""
+def _describe_differences(table: pd.DataFrame) -> str:
+    """Say how many runs were compared, how many are apart, and how far runs differ."""
     times = table["times_spread"]
     if times.isna().all():
         return f"{len(table)} runs: too few to estimate how much runs differ"
@@ -581,12 +602,12 @@ def _summary(table: pd.DataFrame) -> str:
 
 
 def _component_apart(run: Row) -> str:
-    """Component in which a run differs most from the others."""
+    """Return the component in which a run differs most from the others."""
     return "zx"[abs(run["off_x_ratio"]) > abs(run["off_z_ratio"])]
 
 
-def _names(runs_apart: pd.DataFrame) -> list[str]:
-    """Name the outliers, with their alpha and that of the others where these differ most."""
+def _describe_outliers(runs_apart: pd.DataFrame) -> list[str]:
+    """Write a line for each outlier: its name, its alpha and that of the others, in the component that differs most."""
     lines = []
     for number, run in enumerate(runs_apart.to_dict("records")[:_NAMED], 1):
         c = _component_apart(run)

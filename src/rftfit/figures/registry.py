@@ -1,4 +1,4 @@
-"""Figures, declared once beside what draws them: tasks, captions, page and documentation follow.
+"""Declarations of figures, each beside the function that draws it: rules, captions, page and documentation use them.
 
 A figure is a function of `Results` (and of a medium, where it is drawn for one) that returns a
 matplotlib figure, or several pages of one. ``@figure(...)`` gives it its name, what it reads, where
@@ -29,30 +29,30 @@ P = ParamSpec("P")
 R = TypeVar("R")
 
 MODULES = ("first", "protocol", "plates", "quality", "maps", "generic", "legs", "sands", "robot")
-"""Of this package, in the order in which their figures are shown."""
+"""Modules of this package with figures, in the order in which the figures are shown."""
 
 
 @dataclass(frozen=True)
 class Declared:
     """One figure.
 
-    `name`: Of its files, by what it shows; the medium is added where it is drawn for one, unless
+    `name`: Name of its files, by what it shows; the medium is appended where the figure is drawn for one, unless
         ``{medium}`` stands in the name.
     `draw`: Function that draws it.
-    `reads`: Below ``results/``. ``{medium}`` is the figure's own; ``{media}``, ``{laboratory}`` and ``{sands}``
-        stand for all of these.
-    `caption`: What is seen and what good looks like, at most 40 words: numbers stand in tables.
-        ``{medium}`` is its title, ``{method}`` that of the fit; or a function of results and medium.
-    `section`: Of the page.
-    `media`: The media it is drawn for; ``("",)`` for a single one, nothing where it does not exist.
-    `paper`: Number of the paper's figure that it is made after, empty where there is none.
-    `lacking`: Why there is nothing to see, of results and medium, empty where there is something; else the
-        figure says so and has no caption.
-    `stamped`: What of it is simulated, of results whose logs are; all that it draws is from these logs, unless stated.
+    `reads`: Paths of the files it reads, below ``results/``. ``{medium}`` is the medium of the figure; ``{media}``,
+        ``{laboratory}`` and ``{sands}`` stand for one file of each such medium.
+    `caption`: What the figure shows and what good data look like, at most 40 words: numbers stand in tables.
+        ``{medium}`` becomes the title of the medium, ``{method}`` the name of the fit. Or a function of results and medium.
+    `section`: Section of the page.
+    `media`: Function that lists the media it is drawn for; ``("",)`` for a figure of the whole campaign, empty for none.
+    `paper`: Number of the figure in the paper that it is made after, empty where there is none.
+    `lacking`: Function of results and medium that says why there is nothing to draw, empty where there is something. The
+        figure then shows these sentences and has no caption.
+    `stamped`: Function that says what in the figure is simulated, where logs are; default: all, since it draws only logs.
     `settings`: Sections of the configuration that it depends on.
-    `logs`: Whether it reads logs.
-    `folder`: Below ``results/``.
-    `on_demand`: Whether ``rftfit sweep`` makes it, and not ``rftfit run``.
+    `logs`: True where it reads logs.
+    `folder`: Its folder below ``results/``.
+    `on_demand`: True where ``rftfit sweep`` makes it, and not ``rftfit run``.
     """
 
     name: str
@@ -71,16 +71,16 @@ class Declared:
 
     @property
     def module(self) -> str:
-        """Name of its module in this package."""
+        """Name of the module in this package that draws it."""
         return self.draw.__module__.rpartition(".")[2]
 
     @property
     def run(self) -> str:
-        """``module:function`` of what draws it."""
+        """``module:function`` that draws it."""
         return f"{self.draw.__module__}:{self.draw.__name__}"
 
     def file(self, medium: str = "") -> str:
-        """Path below ``results/`` without the ending."""
+        """Return the path of its files below ``results/``, without the ending."""
         if "{medium}" in self.name:
             return f"{self.folder}/{self.name.format(medium=medium)}"
         name = "_".join(word for word in (self.name, medium) if word)
@@ -89,7 +89,7 @@ class Declared:
     def caption_of(self, results: Results, medium: str = "") -> str:
         """Write the caption for a run, as plain text; empty where there is nothing to see."""
         paper = f" After {self.paper} of the paper." if self.paper else ""
-        # no table, or an odd one: the caption stands as it is
+        # where a table is missing or damaged, the caption stays as it is declared
         with suppress(InputError, LookupError, ValueError, TypeError):
             if self.lacking(results, medium):
                 return ""
@@ -132,46 +132,50 @@ _DECLARED: list[Declared] = []
 
 
 def single(campaign: Campaign) -> tuple[str, ...]:  # noqa: ARG001
-    """The figure exists once in every campaign."""
+    """List the media of a figure that is drawn once in every campaign: one empty name."""
     return ("",)
 
 
 def when(condition: Callable[[Campaign], object]) -> Callable[[Campaign], tuple[str, ...]]:
-    """The figure exists once in a campaign that has what it shows."""
+    """Return `media` of a figure that is drawn once in a campaign, where the condition holds, and else not."""
     return lambda campaign: ("",) if condition(campaign) else ()
 
 
 def figure(name: str, **facts: Any) -> Callable[[Callable[P, R]], Callable[P, R]]:
-    """Declare a figure; the arguments are the fields of `Declared`. It is drawn in the common style."""
+    """Declare the decorated function as a figure; `facts` are fields of `Declared`.
+
+    The function then draws in the common style, adds marks and stamps, and says what is lacking instead of drawing.
+    """
     lacking = facts.get("lacking", Declared.lacking)
     stamped = facts.get("stamped", Declared.stamped)
 
     def declare(draw: Callable[P, R]) -> Callable[P, R]:
         @styled()
         @wraps(draw)
-        def inside(*args: P.args, **kwargs: P.kwargs) -> R:
+        def draw_in_style(*args: P.args, **kwargs: P.kwargs) -> R:
             arguments: Any = args
             results, *medium = arguments
-            words = lacking(results, *(medium or [""]))
-            drawn_figures = (
-                cast("R", missing(words[0], words[1:])) if words else draw(*args, **kwargs)
-            )
-            if marks := _marks(results, facts["section"], *medium):
+            if sentences := lacking(results, *(medium or [""])):
+                drawn_figures = cast("R", missing(sentences[0], sentences[1:]))
+            else:
+                drawn_figures = draw(*args, **kwargs)
+            if marks := _describe_marks(results, facts["section"], *medium):
                 mark(drawn_figures, marks)
             if results.campaign.reenacted:
                 stamp(drawn_figures, stamped(results))
             return drawn_figures
 
-        # the media that fail a check are named in every figure
+        # every figure names the media that fail a check, which depends on section media
         settings = {"settings": tuple(dict.fromkeys([*facts.get("settings", ()), "media"]))}
-        _DECLARED.append(Declared(name=name, draw=inside, **{"media": single} | facts | settings))
-        return inside
+        fields = {"media": single} | facts | settings
+        _DECLARED.append(Declared(name=name, draw=draw_in_style, **fields))
+        return draw_in_style
 
     return declare
 
 
-def _marks(results: Results, section: str, medium: str = "") -> list[str]:
-    """What is to be said of the media that a figure may show, of those that fail a check."""
+def _describe_marks(results: Results, section: str, medium: str = "") -> list[str]:
+    """Write a sentence about each medium that a figure may show and that fails a check."""
     campaign, marks = results.campaign, results.marks
     titles, shown_media = campaign.titles, list(marks)
     if medium in titles:
@@ -179,12 +183,9 @@ def _marks(results: Results, section: str, medium: str = "") -> list[str]:
     elif section in ("Robot", "Natural sands"):
         robot = (campaign.robot_medium,)
         shown_media = [*(robot if section == "Robot" else campaign.of_role("natural_sand"))]
-    elif section == "summary":
-        shown_media = (
-            usable_media(results, shown_media)
-            if usable_media(results, campaign.titles)
-            else shown_media
-        )
+    elif section == "summary" and usable_media(results, campaign.titles):
+        # the first screen shows unusable media only where no medium is usable
+        shown_media = usable_media(results, shown_media)
     return [
         f"{titles[name]}: {format_remarks(marks[name])}" for name in shown_media if name in marks
     ]
@@ -192,8 +193,8 @@ def _marks(results: Results, section: str, medium: str = "") -> list[str]:
 
 @cache
 def figures() -> tuple[Declared, ...]:
-    """Every figure, in the order in which they are shown."""
+    """Return all declared figures, in the order in which they are shown."""
     for module in MODULES:
         import_module(f"rftfit.figures.{module}")
-    # by module, whichever was imported first
+    # sorted by module, since other code may have imported a module earlier
     return tuple(sorted(_DECLARED, key=lambda declared: MODULES.index(declared.module)))

@@ -31,52 +31,54 @@ CURVATURE_LABEL = r"leg curvature $R'/r$ (dimensionless)"
 SPEED_LABEL = "speed (cm/s)"
 
 SWEEPS = ("robot", "robot_full")
-"""Folders of the sweep of every run and of the full one (``rftfit sweep``)."""
-
+"""Folders of the reduced sweep, which every run makes, and of the paper's whole one (``rftfit sweep``)."""
 
 SIMULATED_ROBOT = "simulated robot"
 """Stamp of figures that show the simulated robot alone."""
 
 
-def _simulated_beside_speeds(results: Results) -> str:
+def _describe_simulated_in_speeds(results: Results) -> str:
     """Say what is simulated in a figure that shows published or tracked speeds beside those of the simulated robot."""
     return "simulated robot and tracks" if _has_tracks(results) else SIMULATED_ROBOT
 
 
-def _simulated_beside_strides(results: Results) -> str:
-    """Say what is simulated in a figure of the robot's motion, beside which strides of its tracks are drawn where there are any."""
+def _describe_simulated_in_motion(results: Results) -> str:
+    """Say what is simulated in a figure of the robot's motion; it shows strides of tracks, too, where there are any."""
     has_strides = len(results.table("robot/strides.csv")) > 0
     return "simulated robot and tracks" if has_strides else SIMULATED_ROBOT
 
 
 def _has_tracks(results: Results) -> bool:
-    """Tell whether speeds are from tracks of the campaign; else they are the published ones."""
+    """Tell whether measured speeds are from tracks of the campaign; else they are the published ones."""
     robot = results.config.robot
     return robot is not None and robot.runs is not None
 
 
 def sweep_figure(name: str, reads: Sequence[str], **facts: Any) -> Callable[[_Draw], _Draw]:
-    """Declare a figure that is drawn for each of `SWEEPS`; `reads` are tables of its folder."""
+    """Declare a figure that is drawn for each of `SWEEPS`.
+
+    `reads`: Names of tables in the folder of the sweep. `facts`: Further fields of `Declared`.
+    """
 
     def declare(draw: _Draw) -> _Draw:
         for sweep in SWEEPS:
-            inside = figure(
+            declared_draw = figure(
                 f"{{medium}}_{name}",
                 reads=tuple(f"{{medium}}/{table}" for table in reads),
                 media=lambda campaign, sweep=sweep: (sweep,) if campaign.robot_medium else (),
                 on_demand=sweep == "robot_full",
                 section="Robot",
                 settings=("robot",),
-                stamped=_simulated_beside_speeds,
+                stamped=_describe_simulated_in_speeds,
                 **facts,
             )(draw)
-        return inside
+        return declared_draw
 
     return declare
 
 
 def beside_points(caption: str, good: str) -> Callable[[Results, str], str]:
-    """Add to a caption what stands beside measured speeds, where there are any."""
+    """Return a caption that ends with the sentence `good` where the figure shows measured speeds."""
 
     def caption_of(results: Results, sweep: str) -> str:
         any_measured = (
@@ -88,7 +90,7 @@ def beside_points(caption: str, good: str) -> Callable[[Results, str], str]:
 
 
 def leg_name(curvature: float) -> str:
-    """Name of a leg by its curvature, R'/r."""
+    """Name a leg by its curvature, R'/r."""
     names = {1.0: "c-leg", 0.0: "flat leg", -1.0: "reversed c-leg"}
     return names.get(curvature, f"R'/r = {style.format_number(curvature, 2)}")
 
@@ -104,8 +106,7 @@ READ_HZ = (1.0, 2.0, 3.0, 4.0, 5.0)
 
 _HZ_MARKERS = "osD^v"
 _WIDEST_HZ = 1.25
-"""No speed is read between neighbours that are farther apart."""
-
+"""Largest distance of two frequencies between which a speed is interpolated."""
 
 _NO_SPEED = ("there is no simulated speed to draw",)
 
@@ -120,26 +121,26 @@ _NO_SPEED = ("there is no simulated speed to draw",)
         "Good: lines through the points.",
     ),
     lacking=lambda results, sweep: (
-        () if len(_on_measured_table(results, sweep, "speed")[0]) else _NO_SPEED
+        () if len(_read_on_measured_table(results, sweep, "speed")[0]) else _NO_SPEED
     ),
 )
 def plot_speed(results: Results, sweep: str) -> Figure:
-    """Draw speed against stride frequency on the measured table.
+    """Draw speed against stride frequency, simulated on the profile of the measured table.
 
-    Without any measured condition model curves alone are drawn, at seven curvatures.
+    Without any measured condition only simulated curves are drawn, at seven curvatures.
     """
-    speeds, errors = _on_measured_table(results, sweep, "speed", "errors")
-    looks = _looks_of_curvatures(speeds, errors)
+    speeds, errors = _read_on_measured_table(results, sweep, "speed", "errors")
+    looks = _choose_looks(speeds, errors)
     page, ((axes,),) = style.panels([8.0])
-    _frequency_panel(axes, speeds, errors, looks)
-    axes.set(ylim=_limits(speeds, errors), xlabel=FREQUENCY_LABEL, ylabel=SPEED_LABEL)
+    _draw_frequency_panel(axes, speeds, errors, looks)
+    axes.set(ylim=_speed_range(speeds, errors), xlabel=FREQUENCY_LABEL, ylabel=SPEED_LABEL)
     axes.set_title(PROFILE_TITLES["table"], loc="left", fontsize=7.5)
-    style.legend(page, _speed_entries(looks, speeds, errors), **_legend_title(results, errors))
+    style.legend(page, _make_speed_entries(looks, speeds, errors), **_legend_title(results, errors))
     return page
 
 
-def _on_measured_table(results: Results, sweep: str, *names: str) -> list[pd.DataFrame]:
-    """Tables of a sweep, their rows of the profile that is the measured table."""
+def _read_on_measured_table(results: Results, sweep: str, *names: str) -> list[pd.DataFrame]:
+    """Read tables of a sweep, only rows of runs on the profile of the measured table."""
     tables = [results.table(f"{sweep}/{name}.csv") for name in names]
     return [table[table["profile"] == "table"] for table in tables]
 
@@ -158,15 +159,15 @@ def _on_measured_table(results: Results, sweep: str, *names: str) -> list[pd.Dat
     ),
 )
 def plot_profiles(results: Results, sweep: str) -> Figure:
-    """Draw speed against stride frequency (left) and curvature (right), one row a profile."""
+    """Draw speed against stride frequency (left) and against curvature (right), one row a profile."""
     speed, errors = (results.table(f"{sweep}/{name}.csv") for name in ("speed", "errors"))
     names = list(dict.fromkeys(speed["profile"]))
-    looks, limits = _looks_of_curvatures(speed, errors), _limits(speed, errors)
+    looks, limits = _choose_looks(speed, errors), _speed_range(speed, errors)
     page, panels = style.panels([6.0] * len(names), 2, style.DOUBLE_CM)
     for name, (frequency_axes, curvature_axes) in zip(names, panels, strict=True):
         speed_rows, error_rows = (table[table["profile"] == name] for table in (speed, errors))
-        _frequency_panel(frequency_axes, speed_rows, error_rows, looks)
-        _curvature_panel(curvature_axes, speed_rows, error_rows)
+        _draw_frequency_panel(frequency_axes, speed_rows, error_rows, looks)
+        _draw_curvature_panel(curvature_axes, speed_rows, error_rows)
         for axes, label in ((frequency_axes, FREQUENCY_LABEL), (curvature_axes, CURVATURE_LABEL)):
             axes.set_ylim(*limits)
             style.name_below(axes, label, name == names[-1])
@@ -174,13 +175,13 @@ def plot_profiles(results: Results, sweep: str) -> Figure:
         frequency_axes.set_title(
             PROFILE_TITLES.get(name, style.plain(name)), loc="left", fontsize=7.5
         )
-    entries = _speed_entries(looks, speed, errors)
+    entries = _make_speed_entries(looks, speed, errors)
     style.legend(page, entries, **_legend_title(results, errors))
     return page
 
 
 def curvature_looks(curvatures: Sequence[float]) -> dict[float, tuple[str, str]]:
-    """Colour and marker of each curvature: blue for reversed legs, red for c-legs, dark where strong."""
+    """Choose colour and marker of each curvature: blue for reversed legs, red for c-legs, darker for stronger curvature."""
     from matplotlib.colors import LinearSegmentedColormap, to_hex
 
     ordered = sorted(set(curvatures))
@@ -202,34 +203,36 @@ def curvature_looks(curvatures: Sequence[float]) -> dict[float, tuple[str, str]]
     }
 
 
-def _looks_of_curvatures(speed: pd.DataFrame, errors: pd.DataFrame) -> dict[float, tuple[str, str]]:
-    """Looks of the curvatures that were measured, or of seven of the sweep."""
+def _choose_looks(speed: pd.DataFrame, errors: pd.DataFrame) -> dict[float, tuple[str, str]]:
+    """Choose looks for the curvatures that were measured; without any, for seven curvatures of the sweep."""
     curvatures = sorted(set(errors["curvature_times_R"]) or set(speed["curvature_times_R"]))
     if errors.empty and len(curvatures) > 7:
         curvatures = [curvatures[int(i)] for i in np.linspace(0, len(curvatures) - 1, 7).round()]
     return curvature_looks(curvatures)
 
 
-def _limits(speed: pd.DataFrame, errors: pd.DataFrame) -> tuple[float, float]:
+def _speed_range(speed: pd.DataFrame, errors: pd.DataFrame) -> tuple[float, float]:
+    """Return the range of the axis of speed, cm/s, that holds all simulated and measured speeds."""
     # where no run was steady, zero stands in for the speeds
     highest = [speed["speed_cm_per_s"].max(), errors["measured_cm_per_s"].max()]
     lowest = float(np.nan_to_num(speed["speed_cm_per_s"].min()))
     return min(-1.0, lowest * 1.05), float(np.nan_to_num(highest).max() * 1.06) or 1.0
 
 
-def _frequency_panel(
+def _draw_frequency_panel(
     axes: Axes, speed: pd.DataFrame, errors: pd.DataFrame, looks: Mapping[float, tuple[str, str]]
 ) -> None:
-    curves = _curves(speed, "speed_cm_per_s")
+    """Draw speed against stride frequency, a curve a curvature, with measured points, their errors and shares within limits."""
+    curves = _average_speeds(speed, "speed_cm_per_s")
     for curvature, (colour, marker) in looks.items():
         rows = speed[np.isclose(speed["curvature_times_R"], curvature)]
-        own_curve = [
+        curve_of_leg = [
             curve
             for curve_curvature, curve in curves.items()
             if np.isclose(curve_curvature, curvature)
         ][:1]
-        # legs at rest, robot at rest
-        x, y = np.vstack([np.zeros((1, 2)), *own_curve]).T
+        # each curve begins at zero: while its legs rest, the robot rests
+        x, y = np.vstack([np.zeros((1, 2)), *curve_of_leg]).T
         axes.plot(x, y, color=colour, linestyle=_dashes_of(curvature), linewidth=1.0, zorder=2)
         _mark_tipped(axes, rows, "frequency_Hz", colour)
         error_rows = errors[np.isclose(errors["curvature_times_R"], curvature)]
@@ -241,10 +244,10 @@ def _frequency_panel(
             points = error_rows[error_rows["calibrated"] == calibrated]
             if points.empty:
                 continue
-            point_xy = points["frequency_Hz"], points["measured_cm_per_s"]
+            positions = points["frequency_Hz"], points["measured_cm_per_s"]
             bars = points["measured_sd_cm_per_s"].fillna(0)
             axes.errorbar(
-                *point_xy,
+                *positions,
                 yerr=bars,
                 fmt=marker,
                 color=colour,
@@ -255,14 +258,14 @@ def _frequency_panel(
                 elinewidth=0.6,
                 capsize=1.2,
             )
-    ringed = _drawn_over_time(errors)
+    ringed = _select_drawn_over_time(errors)
     axes.plot(ringed["frequency_Hz"], ringed["measured_cm_per_s"], color="black", **_RING)
     axes.set_xlim(0, 5.15)
-    axes.text(0.03, 0.97, _shares(errors), transform=axes.transAxes, va="top", fontsize=6)
+    axes.text(0.03, 0.97, _describe_shares(errors), transform=axes.transAxes, va="top", fontsize=6)
 
 
 def _dashes_of(curvature: float) -> Any:
-    """Line of a leg's speed: in a grey print the colours of a leg, of its reverse and of a flat one are alike."""
+    """Choose the dashes for a leg: in a grey print the colours of a leg, its reverse and a flat leg look alike."""
     if curvature == 0:
         return (0, (5, 1, 1, 1))
     return (0, (4, 1.2)) if curvature < 0 else "-"
@@ -271,16 +274,17 @@ def _dashes_of(curvature: float) -> Any:
 _OPEN_ENDS = ["simulated_from_alpha_lo_cm_per_s", "simulated_from_alpha_hi_cm_per_s"]
 _OPEN_COLOUR = "black"
 _OPEN: dict[str, Any] = {"linewidth": 1.4}
-"""What the errors of alpha leave open of a simulated speed: a bar beside its point."""
+"""Look of the bar beside a point: the range of the simulated speed that the errors of alpha leave open."""
 
 _BESIDE_HZ = 0.09
+"""Distance of the bar from its point."""
 
 _RING: dict[str, Any] = {"linestyle": "", "marker": "o", "markersize": 7.5}
 _RING |= {"markerfacecolor": "none", "markeredgewidth": 0.9}
 
 
-def _curves(table: pd.DataFrame, column: str) -> dict[float, FloatArray]:
-    """Frequency and mean of a speed over starting phases (n, 2), by curvature; NaN where none is steady."""
+def _average_speeds(table: pd.DataFrame, column: str) -> dict[float, FloatArray]:
+    """Average a column of speeds over starting phases: rows (frequency, mean) by curvature; NaN where no run is steady."""
     moving = table[table["frequency_Hz"] > 0]
     mean = moving.groupby(["curvature_times_R", "frequency_Hz"])[column].mean()
     rows = np.column_stack([*(mean.index.get_level_values(i) for i in (0, 1)), mean]).astype(float)
@@ -290,6 +294,7 @@ def _curves(table: pd.DataFrame, column: str) -> dict[float, FloatArray]:
 
 
 def _mark_tipped(axes: Axes, speed: pd.DataFrame, along: str, colour: Any) -> None:
+    """Draw a cross at speed zero for each condition, by the column `along`, at which the robot turned upside down."""
     positions = sorted(set(speed.loc[speed["outcome"] == "tipped", along]))
     if positions:
         axes.plot(
@@ -303,42 +308,46 @@ def _mark_tipped(axes: Axes, speed: pd.DataFrame, along: str, colour: Any) -> No
         )
 
 
-def read_at(frequencies: FloatArray, speeds: FloatArray, at_Hz: float) -> float | None:
-    """Speed at one frequency between its neighbours or standing still; none where they are far apart."""
+def interpolate_speed(frequencies: FloatArray, speeds: FloatArray, at_Hz: float) -> float | None:
+    """Interpolate the speed at one frequency, from speed zero at frequency zero; None where its neighbours are far apart."""
     x, y = np.append(0.0, frequencies), np.append(0.0, speeds)
-    place = int(np.searchsorted(x, at_Hz - 1e-6))
-    if place == x.size or (x[place] - x[place - 1] > _WIDEST_HZ and x[place] - at_Hz > 1e-6):
+    above = int(np.searchsorted(x, at_Hz - 1e-6))
+    if above == x.size:
+        return None
+    is_measured_there = x[above] - at_Hz <= 1e-6
+    if x[above] - x[above - 1] > _WIDEST_HZ and not is_measured_there:
         return None
     return float(np.interp(at_Hz, x, y))
 
 
-def _speeds_at(curves: Mapping[float, FloatArray], at_Hz: float) -> FloatArray:
-    """Curvature and speed at one frequency, a row each; NaN where no run is steady."""
+def _interpolate_speeds(curves: Mapping[float, FloatArray], at_Hz: float) -> FloatArray:
+    """Return rows (curvature, speed) at one frequency; NaN where no run is steady."""
     speed_rows = [
-        (curvature, read_at(rows[:, 0], rows[:, 1], at_Hz)) for curvature, rows in curves.items()
+        (curvature, interpolate_speed(rows[:, 0], rows[:, 1], at_Hz))
+        for curvature, rows in curves.items()
     ]
     return np.array([row for row in speed_rows if row[1] is not None], dtype=float).reshape(-1, 2)
 
 
-def _curvature_panel(axes: Axes, speed: pd.DataFrame, errors: pd.DataFrame) -> None:
+def _draw_curvature_panel(axes: Axes, speed: pd.DataFrame, errors: pd.DataFrame) -> None:
     """Draw speed against curvature at `READ_HZ`: simulated lines, measured points."""
     from matplotlib import colormaps
 
     colours = colormaps[style.SEQUENTIAL](np.linspace(0.02, 0.8, len(READ_HZ)))
     measured_rows = errors[errors["measured_cm_per_s"].notna()]
     simulated, measured = (
-        _curves(speed, "speed_cm_per_s"),
-        _curves(measured_rows, "measured_cm_per_s"),
+        _average_speeds(speed, "speed_cm_per_s"),
+        _average_speeds(measured_rows, "measured_cm_per_s"),
     )
     tipped = speed[speed["outcome"] == "tipped"]
     for colour, marker, hz in zip(colours, _HZ_MARKERS, READ_HZ, strict=True):
-        line = _speeds_at(simulated, hz)
+        line = _interpolate_speeds(simulated, hz)
         axes.plot(*line.T, color=colour, linewidth=1.0)
         tipped_at_hz = tipped[np.isclose(tipped["frequency_Hz"], hz)]
         _mark_tipped(axes, tipped_at_hz, "curvature_times_R", colour)
         # hollow: speeds of two frequencies can be alike
         axes.plot(
-            *_speeds_at(measured, hz).T,
+            *_interpolate_speeds(measured, hz).T,
             marker,
             color=colour,
             markersize=4,
@@ -353,7 +362,8 @@ def _curvature_panel(axes: Axes, speed: pd.DataFrame, errors: pd.DataFrame) -> N
     axes.set_xticks(np.arange(-1, 1.01, 0.5))
 
 
-def _shares(errors: pd.DataFrame) -> str:
+def _describe_shares(errors: pd.DataFrame) -> str:
+    """Say how many simulated speeds lie within 20 and within 35 % of the measured ones."""
     lines = []
     for percent in (20, 35):
         within, total = share_within(errors, percent)
@@ -363,17 +373,17 @@ def _shares(errors: pd.DataFrame) -> str:
 
 
 def _legend_title(results: Results, errors: pd.DataFrame) -> style.Look:
-    """Say what lines and points of a figure of speeds are, in the title of its legend."""
+    """Return the title of the legend, which says what lines and points are, as options of the legend."""
     words = ["lines: simulated"]
     if not errors.empty:
-        words.append(f"points: {_origin_of_points(results)}")
+        words.append(f"points: {_describe_origin_of_points(results)}")
     if (errors["calibrated"] == "yes").any():
         words.append("hollow: the model was calibrated on it")
     return {"title": "; ".join(words), "handlelength": 1.8}
 
 
-def _origin_of_points(results: Results) -> str:
-    """Say where the speeds are from that stand beside simulated ones."""
+def _describe_origin_of_points(results: Results) -> str:
+    """Say where the measured speeds are from."""
     if not _has_tracks(results):
         return "published speeds"
     if results.campaign.reenacted:
@@ -381,10 +391,10 @@ def _origin_of_points(results: Results) -> str:
     return "measured, mean and s.d. of trials"
 
 
-def _speed_entries(
+def _make_speed_entries(
     looks: Mapping[float, tuple[str, str]], speeds: pd.DataFrame, errors: pd.DataFrame
 ) -> dict[str, Any]:
-    """Entries of a legend that say what colours, lines and points are, of those that are drawn."""
+    """Make the entries of the legend for the colours, lines and points that are drawn."""
     entries: dict[str, Any] = {}
     for curvature, (colour, marker) in looks.items():
         # shown with the marker where there is one
@@ -395,12 +405,14 @@ def _speed_entries(
             markersize=3.4,
         )
         entries[f"$R'/r$ = {style.format_number(curvature, 2)}"] = marked
-    if len(_drawn_over_time(errors)):
+    if len(_select_drawn_over_time(errors)):
         entries["motion drawn over time"] = style.line("black", **_RING | {"markersize": 6})
     if errors[_OPEN_ENDS].notna().all(axis=1).any():
         entries["left open by the errors of alpha and arc"] = style.line(_OPEN_COLOUR, **_OPEN)
     tipped = speeds.loc[speeds["outcome"] == "tipped", "curvature_times_R"].to_numpy(float)
-    tipped_colours = [c for k, (c, _) in looks.items() if np.isclose(tipped, k).any()]
+    tipped_colours = [
+        colour for curvature, (colour, _) in looks.items() if np.isclose(tipped, curvature).any()
+    ]
     if tipped_colours:
         entries["turned upside down"] = tuple(
             style.line(colour, linestyle="", marker="x", markersize=3) for colour in tipped_colours
@@ -408,17 +420,17 @@ def _speed_entries(
     return entries
 
 
-def _drawn_over_time(errors: pd.DataFrame) -> pd.DataFrame:
-    """Rows of the runs whose motion has a figure of its own, those with a measured speed."""
+def _select_drawn_over_time(errors: pd.DataFrame) -> pd.DataFrame:
+    """Select rows with a measured speed whose condition has a figure of the motion over time."""
     conditions = zip(errors["curvature_times_R"], errors["frequency_Hz"], strict=True)
     is_drawn = np.array([is_of_motion(*condition) for condition in conditions], dtype=bool)
     drawn: pd.DataFrame = errors[is_drawn & errors["measured_cm_per_s"].notna().to_numpy(bool)]
     return drawn
 
 
-def _over_curvature_and_frequency(results: Results, sweep: str) -> pd.DataFrame:
-    """Speeds on the measured table, a row a frequency of which the best curvature is known, a column a curvature."""
-    speeds, best = _on_measured_table(results, sweep, "speed", "optimum")
+def _tabulate_speeds(results: Results, sweep: str) -> pd.DataFrame:
+    """Tabulate simulated speeds on the measured table: a row for each frequency with a best curvature, a column a curvature."""
+    speeds, best = _read_on_measured_table(results, sweep, "speed", "optimum")
     grid = speeds[np.isin(speeds["frequency_Hz"], best["frequency_Hz"].to_numpy(float))]
     return grid.pivot_table(
         values="speed_cm_per_s", index="frequency_Hz", columns="curvature_times_R"
@@ -426,11 +438,11 @@ def _over_curvature_and_frequency(results: Results, sweep: str) -> pd.DataFrame:
 
 
 def _without_steady_run(results: Results, sweep: str) -> Sequence[str]:
-    """Say why there is no speed over curvature."""
+    """Say why there is no speed over curvature; empty where there is one."""
     sweep = sweep or "robot"
-    if not _over_curvature_and_frequency(results, sweep).empty:
+    if not _tabulate_speeds(results, sweep).empty:
         return ()
-    speeds = _on_measured_table(results, sweep, "speed")[0]
+    speeds = _read_on_measured_table(results, sweep, "speed")[0]
     reason, *_ = [*speeds["reason"].value_counts().index, "no run of the sweep"]
     return f"{labels.name_of('table')}: no run of the sweep has a steady speed", str(reason)
 
@@ -447,14 +459,16 @@ def _without_steady_run(results: Results, sweep: str) -> Sequence[str]:
     lacking=_without_steady_run,
 )
 def plot_curvature(results: Results, sweep: str) -> Figure:
-    """Draw speed against curvature, and over curvature and frequency with the fastest curvature."""
-    speed_rows, best, error_rows = _on_measured_table(results, sweep, "speed", "optimum", "errors")
+    """Draw speed against curvature (left); as a map over curvature and frequency, with the fastest curvature (right)."""
+    speed_rows, best, error_rows = _read_on_measured_table(
+        results, sweep, "speed", "optimum", "errors"
+    )
     best = best.sort_values("frequency_Hz")
     frequencies = best["frequency_Hz"].to_numpy(float)
-    table = _over_curvature_and_frequency(results, sweep)
+    table = _tabulate_speeds(results, sweep)
     page, ((curvature_axes, map_axes),) = style.panels([8.0], 2, style.DOUBLE_CM)
-    _curvature_panel(curvature_axes, speed_rows, error_rows)
-    curvature_axes.set_ylim(*_limits(speed_rows, error_rows))
+    _draw_curvature_panel(curvature_axes, speed_rows, error_rows)
+    curvature_axes.set_ylim(*_speed_range(speed_rows, error_rows))
     curvature_axes.set(xlabel=CURVATURE_LABEL, ylabel=SPEED_LABEL)
     points = "; points: measured, read between frequencies" * bool(len(error_rows))
     curvature_axes.set_title(f"lines: simulated{points}", loc="left", fontsize=6.5)
@@ -465,14 +479,14 @@ def plot_curvature(results: Results, sweep: str) -> Figure:
     )
     image = map_axes.pcolormesh(*cells, cmap=style.SEQUENTIAL, shading="nearest", vmin=0)
     best_curvature = best["best_curvature_times_R"]
-    sides = (
+    lengths = (
         (best_curvature - best["reading_lo"]).clip(lower=0),
         (best["reading_hi"] - best_curvature).clip(lower=0),
     )
     map_axes.errorbar(
         best_curvature,
         frequencies,
-        xerr=sides,
+        xerr=lengths,
         fmt="o-",
         color="white",
         markersize=3,
@@ -491,13 +505,14 @@ def plot_curvature(results: Results, sweep: str) -> Figure:
 # The robot in mid-stance, the force on every element of the standing tripod
 
 
-def _by_run(table: pd.DataFrame) -> list[tuple[tuple[float, float], pd.DataFrame]]:
-    """Curvature and frequency of the runs of a table, c-leg first, with the rows of each."""
+def _split_by_run(table: pd.DataFrame) -> list[tuple[tuple[float, float], pd.DataFrame]]:
+    """Split a table by run: curvature and frequency of each, c-leg first, and its rows."""
     runs = table.groupby(["curvature_times_R", "frequency_Hz"])
     return [((float(k), float(f)), rows) for (k, f), rows in reversed([*runs])]
 
 
 def _run_name(curvature: float, frequency: float) -> str:
+    """Name a run by its leg and its stride frequency."""
     return f"{leg_name(curvature)}, {frequency:g} Hz"
 
 
@@ -523,7 +538,7 @@ def plot_robot_stance(results: Results) -> Figure:
     from matplotlib.collections import LineCollection
 
     stances = results.table("robot/stances.csv")
-    runs = _by_run(stances)
+    runs = _split_by_run(stances)
     page, (panels,) = style.panels([5.9], len(runs), 9.2)
     pushes = stances.loc[stances["group"] == "tripod_1", ["force_x_N", "force_z_N"]]
     strongest = float(np.hypot(*pushes.to_numpy(float).T).max())
@@ -600,13 +615,13 @@ _GROUPS: tuple[tuple[str, Any], ...] = (
 """Colours and lines of the groups of elements."""
 
 MEAN_S = 0.01
-"""Forces are drawn as means over this time: at zero speed they jump from step to step."""
+"""Time over which drawn forces are averaged: at zero speed they jump from step to step."""
 
 _MOTION: dict[str, Any] = {
     "reads": ("robot/motion.csv", "robot/strides.csv"),
     "media": when(lambda campaign: campaign.robot_medium),
     "section": "Robot",
-    "stamped": _simulated_beside_strides,
+    "stamped": _describe_simulated_in_motion,
 }
 
 
@@ -638,48 +653,51 @@ def plot_robot_reaction(results: Results) -> Figure:
     """Draw vertical and horizontal ground reaction of both tripods."""
     motion = results.table("robot/motion.csv")
     tripods = [name for name in group_names(motion) if name.startswith("tripod")]
-    page, columns = _panels(motion, 2)
+    page, columns = _new_panels(motion, 2)
     looks = dict(zip(tripods, _GROUPS, strict=False))
     for motion_of_run, panels in columns:
         _draw_forces(panels, motion_of_run, looks)
     labels = "vertical force $F_z$\n(N)", "horizontal force $F_x$\n(N)"
-    _finish([panels for _, panels in columns], labels)
-    _legend(page, looks)
+    _finish_axes([panels for _, panels in columns], labels)
+    _add_legend(page, looks)
     return page
 
 
 @style.styled()
 def draw_motion(motion: pd.DataFrame, measured: pd.DataFrame | None = None) -> Figure:
-    """Draw motion and forces over two strides, beside mean strides of tracks, one column a run."""
-    page, columns = _panels(motion, len(_KINEMATICS) + 2)
+    """Draw motion and forces over two strides, one column a run.
+
+    `measured`: Mean strides of tracks, drawn beside the simulated speed.
+    """
+    page, columns = _new_panels(motion, len(_KINEMATICS) + 2)
     looks = dict(zip(group_names(motion), _GROUPS, strict=False))
-    unseen = [group for group in looks if not _is_seen(motion, group)]
+    unseen = [group for group in looks if not _is_visible(motion, group)]
     looks = {group: look for group, look in looks.items() if group not in unseen}
     any_measured = False
     for motion_of_run, panels in columns:
         run: Any = motion_of_run[["curvature_times_R", "frequency_Hz"]].iloc[0].tolist()
         time, mean = motion_of_run["time_s"].to_numpy(float), _mean_speed(motion_of_run)
-        for curve in (
-            [] if measured is None else _aligned(motion_of_run, _measured(measured, run), run[1])
-        ):
-            panels[0].plot(time, curve, color="#9a9a9a", linewidth=0.9)
-            any_measured = True
+        if measured is not None:
+            for curve in _align_strides(motion_of_run, _strides_of_run(measured, run), run[1]):
+                panels[0].plot(time, curve, color="#9a9a9a", linewidth=0.9)
+                any_measured = True
         for axes, (name, _) in zip(panels, _KINEMATICS, strict=False):
             axes.plot(time, motion_of_run[name], color="black", linewidth=1)
         panels[0].axhline(mean, color="black", linewidth=0.6, linestyle=(0, (6, 3)))
         panels[0].set_title(f"{_run_name(*run)}: {mean:.3g} cm/s", fontsize=7)
         _draw_forces(panels[len(_KINEMATICS) :], motion_of_run, looks)
     labels = [*(label for _, label in _KINEMATICS), "lift by group\n(N)", "thrust by group\n(N)"]
-    _finish([panels for _, panels in columns], labels)
+    _finish_axes([panels for _, panels in columns], labels)
     curves = {"simulated": style.line("black"), "measured": style.line("#9a9a9a")}
     names = labels_of_groups(unseen)
-    limit = f"force below {100 * _SEEN:g} % of the largest"
+    limit = f"force below {100 * _VISIBLE:g} % of the largest"
     title = f"not drawn, {limit}: {', '.join(names)}" if names else ""
-    _legend(page, looks, title, **curves if any_measured else {})
+    _add_legend(page, looks, title, **curves if any_measured else {})
     return page
 
 
-def _measured(strides: pd.DataFrame, run: tuple[float, float]) -> pd.DataFrame:
+def _strides_of_run(strides: pd.DataFrame, run: tuple[float, float]) -> pd.DataFrame:
+    """Select the measured mean strides at the curvature of a run and near its frequency."""
     near_frequency = np.abs(strides["frequency_Hz"] - run[1]) < MOTION_NEAR_HZ
     strides_of_run: pd.DataFrame = strides[
         near_frequency & np.isclose(strides["curvature_times_R"], run[0])
@@ -687,10 +705,10 @@ def _measured(strides: pd.DataFrame, run: tuple[float, float]) -> pd.DataFrame:
     return strides_of_run
 
 
-def _aligned(
+def _align_strides(
     motion_of_run: pd.DataFrame, strides: pd.DataFrame, frequency: float
 ) -> list[FloatArray]:
-    """Measured speed at the simulated moments, each track moved to where it fits best."""
+    """Interpolate the measured speed of each track at the simulated moments, in the phase that fits the simulated speed best."""
     phase = motion_of_run["time_s"].to_numpy(float) * frequency
     simulated, curves = motion_of_run["velocity_x_cm_per_s"].to_numpy(float), []
     for _, track in strides.groupby("run_id"):
@@ -708,24 +726,24 @@ def _draw_forces(
     """Draw the forces of groups in two panels: vertical and horizontal."""
     for axes, component in zip(panels, "zx", strict=True):
         for group, (colour, dash) in looks.items():
-            force = _mean_force(motion_of_run, f"force_{component}_{group}_N")
+            force = _average_force(motion_of_run, f"force_{component}_{group}_N")
             axes.plot(motion_of_run["time_s"], force, color=colour, linestyle=dash, linewidth=0.9)
         axes.axhline(0, color=style.GREY, linewidth=0.4, zorder=0)
 
 
-_SEEN = 0.02
-"""Largest force of a group, relative to the largest of all, below which its curve lies on the line of zero."""
+_VISIBLE = 0.02
+"""Largest force of a group relative to the largest of all groups below which its curve cannot be told from zero."""
 
 
-def _is_seen(motion: pd.DataFrame, group: str) -> bool:
-    """Whether the force on a group can be told from zero beside those on the others."""
+def _is_visible(motion: pd.DataFrame, group: str) -> bool:
+    """Tell whether the force on a group can be told from zero on the scale of all groups."""
     forces = motion[[name for name in motion.columns if re.fullmatch(r"force_[xz]_\w+_N", name)]]
-    of_group = forces[[f"force_{component}_{group}_N" for component in "xz"]].abs()
-    return bool(of_group.to_numpy().max() > _SEEN * forces.abs().to_numpy().max())
+    forces_on_group = forces[[f"force_{component}_{group}_N" for component in "xz"]].abs()
+    return bool(forces_on_group.to_numpy().max() > _VISIBLE * forces.abs().to_numpy().max())
 
 
-def _mean_force(motion_of_run: pd.DataFrame, name: str) -> FloatArray:
-    """Mean over `MEAN_S` about each sample."""
+def _average_force(motion_of_run: pd.DataFrame, name: str) -> FloatArray:
+    """Average a force over `MEAN_S` about each sample."""
     time, force = motion_of_run["time_s"].to_numpy(float), motion_of_run[name].to_numpy(float)
     half_window = int(MEAN_S / 2 / float(np.diff(time).mean())) if len(time) > 1 else 0
     sums = np.concatenate([np.zeros(1), np.cumsum(force)])
@@ -746,15 +764,16 @@ def group_names(motion: pd.DataFrame) -> list[str]:
 
 
 def _mean_speed(motion_of_run: pd.DataFrame) -> float:
+    """Return the mean forward speed over a run, cm/s."""
     time, x = motion_of_run["time_s"].to_numpy(float), motion_of_run["x_cm"].to_numpy(float)
     return float((x[-1] - x[0]) / (time[-1] - time[0]))
 
 
-def _panels(
+def _new_panels(
     motion: pd.DataFrame, rows: int
 ) -> tuple[Figure, list[tuple[pd.DataFrame, list[Axes]]]]:
-    """Return a page, and of each run its rows of the table in order of time and its column of panels."""
-    runs = _by_run(motion)
+    """Make a page of `rows` panels a run. Returns the page, and for each run its rows in order of time and its panels."""
+    runs = _split_by_run(motion)
     page, panels = style.panels([3.3] * rows, len(runs), 9.2)
     columns = []
     for axes, (run, motion_of_run) in zip(panels.T, runs, strict=True):
@@ -763,8 +782,8 @@ def _panels(
     return page, columns
 
 
-def _finish(columns: list[list[Axes]], labels: Sequence[str]) -> None:
-    """Give each row one range, named at its left only, and all columns their time axes."""
+def _finish_axes(columns: list[list[Axes]], labels: Sequence[str]) -> None:
+    """Set one range for each row of panels, label rows at their left and columns with the axis of time below."""
     for row, label in enumerate(labels):
         ends = np.array([panels[row].get_ylim() for panels in columns])
         for panels in columns:
@@ -779,13 +798,14 @@ def _finish(columns: list[list[Axes]], labels: Sequence[str]) -> None:
 
 
 def labels_of_groups(groups: Sequence[str]) -> list[str]:
-    """Names of groups of elements for people."""
+    """Return the names of groups of elements as people read them."""
     return [group.replace("_", " ") for group in groups]
 
 
-def _legend(
+def _add_legend(
     figure: Figure, looks: Mapping[str, tuple[str, Any]], title: str = "", **entries: Artist
 ) -> None:
+    """Add the legend of groups of elements, after further `entries`."""
     for name, (colour, dash) in zip(labels_of_groups([*looks]), looks.values(), strict=True):
         entries[name] = style.line(colour, linestyle=dash)
     style.legend(figure, entries, columnspacing=1.6, title=title)

@@ -21,16 +21,16 @@ if TYPE_CHECKING:
     from rftfit.figures.traces import Row, Trace
     from rftfit.results import Results
 
-_ACROSS = 3
+_PANELS_IN_ROW = 3
 _ALPHA = ("alpha_z_N_per_cm3", "alpha_z_lo_N_per_cm3", "alpha_z_hi_N_per_cm3")
-_END = "linear_to_cm"
+_END_OF_WINDOW = "linear_to_cm"
 _FITS: dict[str, tuple[str, Any]] = {
     "stated": (style.OKABE_ITO["vermillion"], (0, (9, 2))),
     "detected": (style.OKABE_ITO["bluish green"], (0, (4, 1.2))),
 }
 """Colour and line of the fit over each window."""
 
-_OF_ALPHA = 0.25
+_INTERVAL_OPACITY = 0.25
 """Opacity of the interval of alpha."""
 
 
@@ -57,8 +57,8 @@ _OF_ALPHA = 0.25
 def plot_penetration(results: Results) -> Figure:
     """Draw the stress on a plate pushed straight down into each sand against depth."""
     table, media = results.table("sands.csv"), results.sands
-    across = min(len(media), _ACROSS)
-    page, panels = style.panels([7.3] * -(-len(media) // _ACROSS), across, 6.1)
+    across = min(len(media), _PANELS_IN_ROW)
+    page, panels = style.panels([7.3] * -(-len(media) // _PANELS_IN_ROW), across, 6.1)
     for axes in panels.flat[len(media) :]:
         axes.set_axis_off()
     for i, (medium, axes) in enumerate(zip(media, panels.flat, strict=False)):
@@ -71,7 +71,7 @@ def plot_penetration(results: Results) -> Figure:
         axes.set_xlabel("depth (cm)")
         if i % across == 0:
             axes.set_ylabel(f"vertical stress $\\sigma_z$ ({style.PER_CM2})")
-        note = _note(tests)
+        note = _describe_alphas(tests)
         axes.set_title(note, loc="left", fontsize=5.5)
         style.name_column(axes, style.plain(results[medium].title), len(note.splitlines()))
     entries: dict[str, Any] = {"measured": style.line(style.COMPONENT_COLOURS["z"])}
@@ -87,12 +87,18 @@ def plot_penetration(results: Results) -> Figure:
     shown = [name for name in _FITS if table.loc[table["window"] == name, _ALPHA[1]].notna().any()]
     if shown:
         colours = (_FITS[name][0] for name in shown)
-        entries[f"{style.level(results)} interval of alpha"] = style.bands(colours, _OF_ALPHA)
+        entries[f"{style.level(results)} interval of alpha"] = style.bands(
+            colours, _INTERVAL_OPACITY
+        )
     style.legend(page, entries, handlelength=2.2, borderaxespad=0.25)
     return page
 
 
 def _draw_panel(axes: Axes, runs: Sequence[Trace], tests: Sequence[Mapping[str, Row]]) -> None:
+    """Draw the penetration tests of one sand: measured stress over depth, and the fits with their intervals.
+
+    `runs`: Samples of the tests. `tests`: For each test its fits by window, ``stated`` or ``detected``.
+    """
     lines, inside = [], []
     for trace in runs:
         points = np.column_stack([trace["depth_cm"], trace["stress_z_N_per_cm2"]])
@@ -104,8 +110,8 @@ def _draw_panel(axes: Axes, runs: Sequence[Trace], tests: Sequence[Mapping[str, 
     nothing = "no stress in this test" if runs else "no penetration test"
     missing = [] if depth.size else [nothing]
     stated = max((_value(fits.get("stated"), "linear_to_cm") for fits in tests), default=np.nan)
-    of_fits = [_value(fit, "linear_to_cm") for fits in tests for fit in fits.values()]
-    ends = [end for end in (*depth, *of_fits) if np.isfinite(end)]
+    fit_ends = [_value(fit, "linear_to_cm") for fits in tests for fit in fits.values()]
+    ends = [end for end in (*depth, *fit_ends) if np.isfinite(end)]
     max_depth = max(ends) if depth.size else 1.2 * max([*ends, 1.0])
     if fitted.size and np.isfinite(stated):
         axes.axvspan(fitted.min(), fitted.max(), color=style.WINDOW, linewidth=0)
@@ -113,28 +119,39 @@ def _draw_panel(axes: Axes, runs: Sequence[Trace], tests: Sequence[Mapping[str, 
         axes.axvspan(0, stated, color=style.WINDOW, linewidth=0)
     for line in lines:
         axes.plot(*line.T, color=style.COMPONENT_COLOURS["z"], linewidth=0.9)
-    top = [float(stress.max())] if stress.size else []
+    highest_stresses = [float(stress.max())] if stress.size else []
     drawn_fits: set[str] = set()
     for fits, (name, (colour, dashes)) in itertools.product(tests, _FITS.items()):
-        alpha, low, high, window = (_value(fits.get(name), key) for key in (*_ALPHA, _END))
+        alpha, low, high, window = (
+            _value(fits.get(name), key) for key in (*_ALPHA, _END_OF_WINDOW)
+        )
         if not np.isfinite(alpha):
             continue
         drawn_fits.add(name)
         end = window if np.isfinite(window) else max_depth
         axes.fill_between(
-            [0, end], [0, low * end], [0, high * end], color=colour, alpha=_OF_ALPHA, linewidth=0
+            [0, end],
+            [0, low * end],
+            [0, high * end],
+            color=colour,
+            alpha=_INTERVAL_OPACITY,
+            linewidth=0,
         )
-        for ends_of, width in (([0, end], 1.1), ([end, max_depth], 0.5)):
-            along = alpha * np.array(ends_of)
-            axes.plot(ends_of, along, color=colour, linestyle=dashes, linewidth=width)
-        top += [alpha * end, *([high * end] if np.isfinite(high) else [])]
+        # beyond its window the line of the fit is thin
+        for depths, width in (([0, end], 1.1), ([end, max_depth], 0.5)):
+            stresses = alpha * np.array(depths)
+            axes.plot(depths, stresses, color=colour, linestyle=dashes, linewidth=width)
+        highest_stresses += [alpha * end, *([high * end] if np.isfinite(high) else [])]
         if name == "detected" and np.isfinite(window) and not _is_linear_to_its_end(fits[name]):
             axes.axvline(window, color=colour, linestyle=":", linewidth=0.9)
     fit_names = [name for name in _FITS if any(name in fits for fits in tests)]
     missing += [f"no fit over the {name} window" for name in fit_names if name not in drawn_fits]
-    axes.set(xlim=(0, max_depth), ylim=(min(0.0, *stress, 0.0), 1.06 * max(top) if top else 1.0))
+    axes.set(
+        xlim=(0, max_depth),
+        ylim=(min(0.0, *stress, 0.0), 1.06 * max(highest_stresses) if highest_stresses else 1.0),
+    )
     style.ticks(axes.xaxis, 6, steps=[1, 2, 5, 10])
-    if not top:
+    if not highest_stresses:
         axes.set_yticks([])
     if missing:
         text_style: dict[str, Any] = {"va": "top", "color": style.MARK, "fontsize": 6}
@@ -143,15 +160,17 @@ def _draw_panel(axes: Axes, runs: Sequence[Trace], tests: Sequence[Mapping[str, 
 
 
 def _is_linear_to_its_end(row: Row | None) -> bool:
-    """Whether the test ended before its linear regime did."""
+    """Tell whether the test ended before its linear regime did, so that no end of the regime was detected."""
     return row is not None and has(row, "no-linear-end")
 
 
 def _value(row: Row | None, name: str) -> float:
+    """Return a number of a fit; NaN where there is no fit over the window."""
     return float("nan") if row is None else float(row[name])
 
 
-def _note(tests: Sequence[Mapping[str, Row]]) -> str:
+def _describe_alphas(tests: Sequence[Mapping[str, Row]]) -> str:
+    """Write alpha of one test by each window with its interval, or the range of alpha of several tests; a line a window."""
     lines = []
     for name in _FITS:
         if len(tests) > 1:
@@ -163,7 +182,7 @@ def _note(tests: Sequence[Mapping[str, Row]]) -> str:
                 lines.append(f"{head} = {ends} {style.PER_CM3}")
             continue
         (fits,) = tests
-        alpha, low, high, end = (_value(fits.get(name), key) for key in (*_ALPHA, _END))
+        alpha, low, high, end = (_value(fits.get(name), key) for key in (*_ALPHA, _END_OF_WINDOW))
         if np.isfinite(alpha):
             ends = f"{style.format_number(low)}\N{EN DASH}{style.format_number(high)}"
             span = ends if np.isfinite(low) else "no interval"

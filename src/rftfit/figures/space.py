@@ -1,4 +1,4 @@
-"""Forces on a mesh along its path, with interval and error of the law, and the mesh where they are largest."""
+"""Forces on a mesh along its path with their intervals and the error of the law; the mesh in its pose of largest force."""
 
 from __future__ import annotations
 
@@ -22,12 +22,14 @@ if TYPE_CHECKING:
 
 _COLOURS = dict(zip("xyz", ("vermillion", "bluish green", "blue"), strict=True))
 _MOST_DRAWN = 20_000
-_KEYS = {
+"""Faces of a mesh above which only every second or further face is drawn."""
+
+_ABSCISSAS = {
     "t_s": ("time", "s"),
     "depth_cm": ("depth", "cm"),
     "wheel_turn_deg": ("turn of the wheel", "deg"),
 }
-"""Names and units of the first column of a motion."""
+"""Name and unit of each quantity that can be the first column of a motion."""
 
 _ALPHA, _WIDEST = 0.4, 0.18
 """Opacities of the interval of alpha and of the widest one."""
@@ -43,12 +45,12 @@ def draw_forces(answer: ForceAnswer) -> Figure:
     total = np.sqrt((forces[[f"force_{axis}_N" for axis in "xyz"]] ** 2).sum(axis=1, skipna=False))
     pose = 0 if total.isna().all() else int(total.idxmax())
     key = next(iter(motion.columns))
-    quantity, unit = _KEYS[key]
+    quantity, unit = _ABSCISSAS[key]
     abscissa = forces[key].to_numpy()
     bands = choose_bands(answer)
     for row, axis in enumerate("xyz"):
         axes = style.axes_cm(page, 1.6, 0.5 + 2.7 * row, 7.6, 2.4)
-        _component(axes, forces, abscissa, axis, bands)
+        _draw_component(axes, forces, abscissa, axis, bands)
         axes.axvline(abscissa[pose], color=style.GREY, linewidth=0.4, linestyle=":")
         style.name_below(axes, f"{quantity} ({unit})", axis == "z")
     entries = {"force": style.line("black")}
@@ -58,14 +60,14 @@ def draw_forces(answer: ForceAnswer) -> Figure:
             "black", linestyle="--", linewidth=0.6
         )
     style.legend(page, entries, loc="lower left")
-    _body(page, answer.profile, mesh, motion, pose)
+    _draw_body(page, answer.profile, mesh, motion, pose)
     pose_text = f"{mesh.name}: {quantity} {abscissa[pose]:.4g} {unit}"
     style.text_cm(page, 10.0, 0.5, style.plain(pose_text), va="top")
     return page
 
 
 class Band(NamedTuple):
-    """Interval that is drawn: what it holds, function that names its columns, opacity."""
+    """Interval that is drawn: its name in the legend, the function that names its columns, its opacity."""
 
     meaning: str
     name_ends: Callable[[str], tuple[str, str]]
@@ -73,7 +75,7 @@ class Band(NamedTuple):
 
 
 def choose_bands(answer: ForceAnswer) -> list[Band]:
-    """Choose the widest interval that is printed, and that of alpha; those without width are left out."""
+    """Choose the widest interval of an answer, and the one of alpha; an interval without width is left out."""
     widest = ((answer.interval_of_bed, next_end_names), (answer.interval_of_model, model_end_names))
     bands = [Band(meaning, names, _WIDEST) for meaning, names in widest if meaning][:1]
     bands.append(Band(answer.interval_of_alpha, end_names, _ALPHA))
@@ -81,6 +83,7 @@ def choose_bands(answer: ForceAnswer) -> list[Band]:
 
 
 def _has_width(forces: pd.DataFrame, band: Band) -> bool:
+    """Tell whether an interval is wider than zero for any component in any pose."""
     ends = [band.name_ends(f"force_{axis}_N") for axis in "xyz"]
     return any(
         bool((forces[high] > forces[low]).any())
@@ -90,14 +93,14 @@ def _has_width(forces: pd.DataFrame, band: Band) -> bool:
 
 
 def _has_closure(forces: pd.DataFrame) -> bool:
-    """Tell whether the law in space has an error on this body: not where every face moves in its plane."""
+    """Tell whether the law in space may err on this body; it cannot where every face moves as in the measured plane."""
     return bool((forces["closure_N"] > 0).any())
 
 
-def _component(
+def _draw_component(
     axes: Axes, forces: pd.DataFrame, abscissa: np.ndarray, axis: str, bands: Sequence[Band]
 ) -> None:
-    """Draw one component of the force; intervals shaded, error of the law dashed."""
+    """Draw one component of the force against `abscissa`, its intervals shaded, the error of the law dashed."""
     colour, column = style.OKABE_ITO[_COLOURS[axis]], f"force_{axis}_N"
     value = forces[column]
     for band in bands:
@@ -115,27 +118,27 @@ def _component(
     axes.set(ylabel=f"force {axis} (N)", xlim=(abscissa.min(), abscissa.max()))
 
 
-def _body(page: Figure, profile: Profile, mesh: Mesh, motion: Motion3D, pose: int) -> None:
-    """The mesh in a pose; the faces that count are coloured by the size of their stress."""
+def _draw_body(page: Figure, profile: Profile, mesh: Mesh, motion: Motion3D, pose: int) -> None:
+    """Draw the mesh in a pose; faces that push the medium are coloured by the size of their stress, N/cm^2."""
     from matplotlib import colormaps
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-untyped]
 
     frame = motion.frames[pose]
-    turned, place = frame[9:].reshape(3, 3), frame[:3]
+    rotation, position = frame[9:].reshape(3, 3), frame[:3]
     counts, _, normal, moves, arm = moving_faces(mesh, frame, motion.rolling[pose])
     stress = np.zeros(len(mesh.faces))
     alpha = face_alpha(profile, normal, moves)
-    stress[counts] = np.linalg.norm(alpha.reshape(-1, 3), axis=-1) * -(place + arm)[:, 2]
+    stress[counts] = np.linalg.norm(alpha.reshape(-1, 3), axis=-1) * -(position + arm)[:, 2]
     shade = Normalize(0, float(np.nanmax(stress, initial=0)) or 1)
     colours = colormaps[style.SEQUENTIAL](shade(stress))
     colours[~np.isin(np.arange(stress.size), counts)] = (0.88, 0.88, 0.88, 1)
-    corners = mesh.triangles @ turned.T + place
-    chosen = slice(None, None, 1 + len(corners) // _MOST_DRAWN)
+    corners = mesh.triangles @ rotation.T + position
+    drawn = slice(None, None, 1 + len(corners) // _MOST_DRAWN)
     axes: Any = page.add_axes((0.535, 0.14, 0.35, 0.76), projection="3d", computed_zorder=False)
-    face_style = {"facecolors": colours[chosen], "edgecolors": "none", "rasterized": True}
-    axes.add_collection3d(Poly3DCollection(corners[chosen], **face_style))
+    face_style = {"facecolors": colours[drawn], "edgecolors": "none", "rasterized": True}
+    axes.add_collection3d(Poly3DCollection(corners[drawn], **face_style))
     middle = (corners.min(axis=(0, 1)) + corners.max(axis=(0, 1))) / 2
     half_width = 0.55 * float(np.ptp(corners, axis=(0, 1)).max())
     x, y, z = middle[:, None] + half_width * np.array([-1, 1])
@@ -148,6 +151,6 @@ def _body(page: Figure, profile: Profile, mesh: Mesh, motion: Motion3D, pose: in
     axes.view_init(elev=-12 if moves.size and moves[:, 2].mean() < 0 else 18, azim=-60)
     for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
         style.ticks(axis, 4)
-    place = page.add_axes((0.935, 0.3, 0.012, 0.45))
+    bar_axes = page.add_axes((0.935, 0.3, 0.012, 0.45))
     mappable = ScalarMappable(shade, style.SEQUENTIAL)
-    page.colorbar(mappable, cax=place, label=f"stress ({style.PER_CM2})")
+    page.colorbar(mappable, cax=bar_axes, label=f"stress ({style.PER_CM2})")

@@ -1,7 +1,7 @@
-"""The look shared by all figures: sizes, colours, words, legends, and files.
+"""The look shared by all figures: sizes, colours, labels, legends, and files.
 
-matplotlib is imported where it is used: the workflow asks for the declarations of all figures, and
-must not wait for it.
+matplotlib is imported where it is used: the workflow reads the declarations of all figures, and must not wait for
+this import.
 """
 
 from __future__ import annotations
@@ -31,13 +31,13 @@ if TYPE_CHECKING:
     from rftfit.results import Results
 
 Look = dict[str, Any]
-"""Settings of lines, points or text, as matplotlib names them."""
+"""Options of lines, points or text, by their names in matplotlib."""
 
 CM = 1 / 2.54
 """One centimetre in inches."""
 
 SINGLE_CM, DOUBLE_CM = 8.9, 18.3
-"""Width of a figure of one and of two columns."""
+"""Width of a figure over one and over two columns of a journal, cm."""
 
 OKABE_ITO = {
     "black": "#000000",
@@ -65,40 +65,52 @@ MEDIUM_LOOKS = {
 
 COMPONENT_COLOURS = {"z": "#004C7F", "x": OKABE_ITO["vermillion"]}
 PALE_COLOURS = {"z": "#3D8FC6", "x": "#E8A838"}
-"""Of a tare beside its run, and of measured points below a predicted curve. In a grey print z is darker than x."""
+"""Colours of a tare beside its run, and of measured points below a predicted curve. In a grey print z is darker than x."""
 
 TARE_DASHES = (0, (3, 1))
-"""A tare beside its run: a pale curve is as grey as the run's other component."""
+"""Dashes of a tare: in a grey print its pale colour looks like the colour of the run's other component."""
 
 DIVERGING = "RdBu_r"
-"""Map of signed quantities, white at zero: red pushes up or toward +x, blue down or toward -x."""
+"""Colour map of signed quantities, white at zero: red pushes up or toward +x, blue down or toward -x."""
 
 SEQUENTIAL = "viridis"
-"""Map of quantities that start at zero."""
+"""Colour map of quantities that start at zero."""
 
 MARK = "#C00000"
-"""Colour of what needs a look."""
+"""Colour of marks that need attention."""
 
 SAND, SURFACE = "#efe6d2", "#8a7343"
-"""The medium in sketches, and its free surface."""
+"""Colours of the medium and of its free surface in sketches."""
 
 GREY, WINDOW = "#808080", "#e6e6e6"
-"""Lines of zero, and the range of a fit."""
+"""Colours of lines of zero, and of the range of a fit."""
 
-# settings of the session, not of the look; some may not be set anew once a figure exists
-_SESSION = ("backend", "interactive", "toolbar", "timezone", "webagg", "tk.", "docstring", "date.")
+# these settings belong to the session, not to the look; some must not be set again once a figure exists
+_SESSION_SETTINGS = (
+    "backend",
+    "interactive",
+    "toolbar",
+    "timezone",
+    "webagg",
+    "tk.",
+    "docstring",
+    "date.",
+)
 
 
 @cache
-def _settings() -> Any:
+def _read_settings() -> Any:
+    """Return the settings of matplotlib for all figures: its defaults, changed by the style file of this project."""
     import matplotlib as mpl
 
     with as_file(files(__package__).joinpath("rftfit.mplstyle")) as path:
         project_settings = mpl.rc_params_from_file(path, use_default_template=False)
-    usual = mpl.rcParamsDefault.items()
-    return {key: value for key, value in usual if not key.startswith(_SESSION)} | dict(
-        project_settings
-    )
+    defaults = {
+        key: value
+        for key, value in mpl.rcParamsDefault.items()
+        if not key.startswith(_SESSION_SETTINGS)
+    }
+    return defaults | dict(project_settings)
 
 
 @contextlib.contextmanager
@@ -106,7 +118,7 @@ def styled() -> Iterator[None]:
     """Set matplotlib's defaults plus this project's style, whatever the user's own settings are."""
     import matplotlib as mpl
 
-    with mpl.rc_context(_settings()):
+    with mpl.rc_context(_read_settings()):
         yield
 
 
@@ -123,12 +135,12 @@ def plain(text: str) -> str:
 
 
 def medium_label(results: Results, medium: str) -> str:
-    """Name of a medium in figures; one without a title goes by its key."""
+    """Return the name of a medium in figures: its title, or its key where it has no title."""
     return plain(results.campaign.titles.get(medium, medium))
 
 
 def level(results: Results) -> str:
-    """Level of the campaign's intervals in percent, with all its digits: 0.99999 is not 100 %."""
+    """Write the level of the campaign's intervals in percent, with all its digits: 0.99999 is not 100 %."""
     return f"{100 * results.config.fit.confidence:g} %"
 
 
@@ -153,7 +165,7 @@ def degrees(value: float) -> str:
 
 
 def medium_looks(media: Iterable[str]) -> dict[str, tuple[str, str]]:
-    """Colour and marker of each medium; names that are not known get what is still free."""
+    """Choose colour and marker of each medium; a medium outside `MEDIUM_LOOKS` gets a look that is still free."""
     names = list(dict.fromkeys(media))
     taken_looks = {name: MEDIUM_LOOKS[name] for name in names if name in MEDIUM_LOOKS}
     free_looks = [
@@ -166,26 +178,27 @@ def medium_looks(media: Iterable[str]) -> dict[str, tuple[str, str]]:
     return taken_looks | {name: free_looks[i % len(free_looks)] for i, name in enumerate(unknown)}
 
 
-# Places in centimetres, ticks and legends
+# Positions in centimetres, ticks and legends
 
 
 def new_figure(width_cm: float, height_cm: float, dpi: float | None = None) -> Figure:
-    """Return an empty figure of a given size on paper; `dpi` of the PNG is that of the style."""
+    """Return an empty figure of a given size on paper; `dpi`: dots per inch of its png, default: as the style has it."""
     from matplotlib.figure import Figure
 
     return Figure(figsize=(width_cm * CM, height_cm * CM), dpi=dpi)
 
 
 _STAMP_CM = 0.35
-"""Width that is left free at the right edge, for a stamp."""
+"""Width at the right edge that stays free for a stamp."""
 
 
 def panels(
     heights_cm: Sequence[float], columns: int = 1, widest_cm: float = 8.0
 ) -> tuple[Figure, npt.NDArray[Any]]:
-    """Return a page and its axes, by row and column; matplotlib makes room for the words around them.
+    """Return a page and its axes, by row and column; matplotlib makes room for the text around the panels.
 
-    `heights_cm`: Of the rows with their words: panels are as high as these are to one another.
+    `heights_cm`: Heights of the rows with their text; the heights of the panels have the same ratios. `widest_cm`: Most
+    width of a column.
     """
     page = new_figure(min(DOUBLE_CM, max(SINGLE_CM, columns * widest_cm)), sum(heights_cm))
     page.set_layout_engine("constrained", rect=(0, 0, 1 - _STAMP_CM * CM / page.get_figwidth(), 1))
@@ -193,11 +206,11 @@ def panels(
     return page, page.subplots(len(heights_cm), columns, squeeze=False, gridspec_kw=ratios)
 
 
-_NAME: Look = {"textcoords": "offset points", "weight": "bold", "annotation_clip": False}
+_NAME_LOOK: Look = {"textcoords": "offset points", "weight": "bold", "annotation_clip": False}
 
 
 def name_row(left_axes: Axes, name: str) -> None:
-    """Write what a row of panels shows, left of the label of its first one."""
+    """Write the name of a row of panels, left of the label of its first panel."""
     left_axes.annotate(
         name,
         (0, 0.5),
@@ -207,34 +220,34 @@ def name_row(left_axes: Axes, name: str) -> None:
         rotation=90,
         ha="right",
         va="center",
-        **_NAME,
+        **_NAME_LOOK,
     )
 
 
 def name_column(top_axes: Axes, name: str, title_lines: int = 1) -> None:
-    """Write what a column of panels shows, above the small title of its first one."""
+    """Write the name of a column of panels, above the small title of its first panel, which has `title_lines`."""
     top_axes.annotate(
-        name, (0, 1), (0, 4 + 7 * title_lines), xycoords="axes fraction", va="bottom", **_NAME
+        name, (0, 1), (0, 4 + 7 * title_lines), xycoords="axes fraction", va="bottom", **_NAME_LOOK
     )
 
 
 def axes_cm(
     figure: Figure, left_cm: float, top_cm: float, width_cm: float, height_cm: float
 ) -> Axes:
-    """Add axes at a place counted from the figure's upper left corner."""
+    """Add axes at a position counted from the upper left corner of the figure."""
     width, height = (float(size) / CM for size in figure.get_size_inches())
     bottom = 1 - (top_cm + height_cm) / height
     return figure.add_axes((left_cm / width, bottom, width_cm / width, height_cm / height))
 
 
 def text_cm(figure: Figure, left_cm: float, top_cm: float, text: str, **properties: Any) -> None:
-    """Write on the figure at a place counted from its upper left corner."""
+    """Write text at a position counted from the upper left corner of the figure."""
     width, height = (float(size) / CM for size in figure.get_size_inches())
     figure.text(left_cm / width, 1 - top_cm / height, text, **properties)
 
 
 def ticks(axis: Axis, max_ticks: int, **locator_options: Any) -> None:
-    """Put at most so many ticks on an axis, at round numbers."""
+    """Put at most `max_ticks` ticks on an axis, at round numbers."""
     from matplotlib.ticker import MaxNLocator
 
     axis.set_major_locator(MaxNLocator(max_ticks, **locator_options))
@@ -246,64 +259,64 @@ def zero_line(axes: Axes) -> None:
 
 
 def name_below(axes: Axes, label: str, is_last_row: bool) -> None:
-    """Name and number the axis below where it is wanted: in the last row of a column of panels."""
+    """Write label and numbers below a panel, but only in the last row of a column of panels."""
     axes.tick_params(labelbottom=is_last_row)
     if is_last_row:
         axes.set_xlabel(label)
 
 
 def dots(colour: str, size: float, **properties: Any) -> Artist:
-    """Points of a legend."""
+    """Make points for a legend."""
     return line(colour, marker="o", linestyle="", markersize=size, **properties)
 
 
 def line(colour: str, **properties: Any) -> Artist:
-    """Line of a legend."""
+    """Make a line for a legend."""
     from matplotlib.lines import Line2D
 
     return Line2D([], [], color=colour, **properties)
 
 
 def patch(**properties: Any) -> Artist:
-    """Area of a legend."""
+    """Make an area for a legend."""
     from matplotlib.patches import Patch
 
     return Patch(**properties)
 
 
 def band(alpha: float = 0.4, colour: str = "#888888") -> Artist:
-    """Interval in a legend."""
+    """Make an interval for a legend; `alpha`: its opacity."""
     return patch(facecolor=colour, alpha=alpha, linewidth=0)
 
 
 def bands(colours: Iterable[str], alpha: float) -> tuple[Artist, ...]:
-    """Intervals of several curves in one entry of a legend, each in its colour."""
+    """Make one entry of a legend for the intervals of several curves, each in its colour."""
     return tuple(band(alpha, colour) for colour in dict.fromkeys(colours))
 
 
 _LETTER = 0.55
-"""Mean width of a letter, relative to its size."""
+"""Mean width of a letter relative to the size of the font."""
 
 
 def legend(figure: Figure, entries: Mapping[str, Any], **options: Any) -> None:
-    """Explain lines and areas at the foot of a figure, in as few rows as its width allows.
+    """Add a legend at the foot of a figure, in as few rows as the width of the figure allows.
 
-    Each entry is an artist or a tuple of artists, which stand beside one another, and looks like what is drawn. A title is
-    broken into lines.
+    `entries`: For each name an artist, or a tuple of artists that are drawn beside one another. `options`: Options of
+    matplotlib's legend; a title is broken into lines.
     """
     from matplotlib.legend_handler import HandlerTuple
 
     is_laid_out = figure.get_layout_engine() is not None
     loc = "outside lower center" if is_laid_out else "lower center"
-    usual: dict[str, Any] = {"loc": loc, "columnspacing": 1.2, "borderaxespad": 0.2}
-    usual["handler_map"] = {tuple: HandlerTuple(ndivide=None, pad=0.25)}
+    defaults: dict[str, Any] = {"loc": loc, "columnspacing": 1.2, "borderaxespad": 0.2}
+    defaults["handler_map"] = {tuple: HandlerTuple(ndivide=None, pad=0.25)}
     if title := options.pop("title", ""):
         options["title_fontsize"] = 6
         letters = int(72 * figure.get_figwidth() / (_LETTER * 6))
         options["title"] = "\n".join(textwrap.wrap(title, letters))
     for rows in range(1, len(entries) + 1):
         columns = {"ncols": -(-len(entries) // rows)}
-        legend = figure.legend([*entries.values()], [*entries], **usual | columns | options)
+        legend = figure.legend([*entries.values()], [*entries], **defaults | columns | options)
         box = legend.get_window_extent()
         if box.width <= figure.bbox.width or rows == len(entries):
             break
@@ -314,12 +327,12 @@ def legend(figure: Figure, entries: Mapping[str, Any], **options: Any) -> None:
 
 _LINE_CM, _MARGIN_CM = 0.38, 0.4
 _LEAST_CM = 1.6
-"""Height of a figure that says why it is empty: the word along its right edge has room."""
+"""Least height of a figure that only says why it is empty: the stamp along its right edge needs this room."""
 
 
 @styled()
 def missing(message: str, reasons: Sequence[str] = ()) -> Figure:
-    """Draw, in place of a figure, what is missing and why."""
+    """Make a figure that only says what is missing and why."""
     lines = [line for text in (message, *reasons) for line in textwrap.wrap(text, 110)]
     figure = new_figure(DOUBLE_CM, max(_LEAST_CM, 2 * _MARGIN_CM + len(lines) * _LINE_CM))
     for row, line in enumerate(lines):
@@ -329,13 +342,14 @@ def missing(message: str, reasons: Sequence[str] = ()) -> Figure:
 
 
 _ABOVE = 1.01
+"""Height at which warnings are written, relative to the height of the figure."""
 
 
 def mark(figures: Any, sentences: Sequence[str]) -> None:
-    """Write above a figure, or above each page of one, what must be said of the media in it."""
+    """Write sentences about the media above a figure, or above each of its pages."""
     for page in _pages(figures):
-        across = int(15 * page.get_size_inches()[0])  # letters of 7 pt
-        lines = [line for sentence in sentences for line in textwrap.wrap(plain(sentence), across)]
+        letters = int(15 * page.get_size_inches()[0])  # letters of 7 pt in a line
+        lines = [line for sentence in sentences for line in textwrap.wrap(plain(sentence), letters)]
         page.text(
             0.5,
             _ABOVE,
@@ -348,47 +362,48 @@ def mark(figures: Any, sentences: Sequence[str]) -> None:
 
 
 def stamp(figures: Any, word: str) -> None:
-    """Write a word small into the right edge of a figure, or of each page of one: figures travel without their page."""
+    """Write a word into the right edge of a figure, or of each of its pages: figures are copied without their captions."""
     for page in _pages(figures):
         page.text(0.999, 0.5, word, rotation=90, va="center", ha="right", fontsize=5.5, color=GREY)
 
 
 def _pages(figures: Any) -> Any:
+    """Return the pages of a figure as a list, also where it is a single page."""
     return figures if isinstance(figures, (list, tuple)) else [figures]
 
 
 # Files: atomic, and the same figure always gives the same bytes
 
 
-# what would carry a date or a program version is left out, so that equal figures are equal files
+# metadata with a date or the version of a program are left out, so that equal figures give equal files
 _METADATA: dict[str, dict[str, Any]] = {
     "png": {"Software": None},
     "pdf": {"Creator": None, "Producer": None, "CreationDate": None},
     "svg": {"Creator": None, "Date": None},
 }
 
-_REMARK = {"png": "Description", "pdf": "Subject", "svg": "Description"}
+_REMARK_KEY = {"png": "Description", "pdf": "Subject", "svg": "Description"}
 
 PRINTED = tuple(_METADATA)
-"""Endings of the figure that a command writes."""
+"""Endings of the file of a figure that a command writes."""
 
 SCREEN = ("png", "webp")
-"""Endings of the files of a figure that a run draws; webp is the preview that the page holds."""
+"""Endings of the files of a figure that a run draws; webp is the preview that the report page shows."""
 
 PAPER = ("pdf",)
 """Ending of the file of a figure that is drawn on demand, for a paper."""
 
 PREVIEW, SHEET = 125 / 300, 60 / 300
-"""Size of a preview beside the png: 900 pixels for a figure of two columns; of a sheet a thumbnail."""
+"""Size of a preview relative to the png, for a figure (900 pixels for two columns) and for a quality sheet (a thumbnail)."""
 
 
 def _place_panels(figure: Figure) -> None:
-    """Let matplotlib place the panels, once for all formats: each layout would cost time."""
+    """Let matplotlib place the panels once for all formats, since each layout takes time."""
     if engine := figure.get_layout_engine():
         engine.execute(figure)
-        figure.set_layout_engine(None)  # any engine draws each file twice
+        figure.set_layout_engine(None)  # with an engine matplotlib would draw twice for each file
         for axes in figure.axes:
-            # the last digits of the solver differ from call to call
+            # rounded: the last digits of the solver differ from call to call, and files must not
             left, bottom, width, height = axes.get_position(original=True).bounds
             axes.set_position((round(left, 6), round(bottom, 6), round(width, 6), round(height, 6)))
 
@@ -397,7 +412,10 @@ _ROOM_ABOVE_INCH = 0.05
 
 
 def _page_with_warning(figure: Figure) -> Bbox | None:
-    """Page with what was written above it, inches; None where nothing was. Matplotlib's own search draws all twice."""
+    """Return the box of a page with the warnings above it, inches; None without warnings.
+
+    Matplotlib's ``bbox_inches="tight"`` would find it, too, but draws everything twice.
+    """
     from matplotlib.transforms import Bbox
 
     tops = [
@@ -410,19 +428,19 @@ def _page_with_warning(figure: Figure) -> Bbox | None:
 
 
 def content(figure: Figure, ending: str, about: str = "") -> bytes:
-    """Return what a figure's file of one of the formats of print holds, with a remark in its metadata.
+    """Return the bytes of a figure's file, with the remark `about` in its metadata.
 
-    The whole file: what matplotlib itself raises on a full disk does not say that it is full.
+    `ending`: One of `PRINTED`. The bytes are not written by matplotlib, whose error on a full disk does not name the cause.
     """
     # hard compression takes a third of the time of a large png and saves nothing
     savefig_options: dict[str, Any] = (
         {"pil_kwargs": {"compress_level": 2}} if ending == "png" else {}
     )
-    metadata = _METADATA[ending] | ({_REMARK[ending]: about} if about else {})
+    metadata = _METADATA[ending] | ({_REMARK_KEY[ending]: about} if about else {})
     buffer = BytesIO()
-    # it warns of the dates in the fonts, which nobody asks for, in the middle of what a command prints
+    # fontTools would warn of dates in fonts, in the middle of the output of a command
     logging.getLogger("fontTools").setLevel(logging.ERROR)
-    # some settings (letters, hatches, salt of the ids) are looked up while writing
+    # matplotlib reads some settings (fonts, hatches, salt of ids) only while it writes
     with styled():
         _place_panels(figure)
         figure.savefig(
@@ -436,7 +454,7 @@ def content(figure: Figure, ending: str, about: str = "") -> bytes:
 
 
 def shrink_png(png: bytes) -> bytes:
-    """Return a smaller picture of a png, for the page."""
+    """Return the preview of a png for the report page: a smaller webp."""
     from PIL import Image
 
     with Image.open(BytesIO(png)) as png_image:
@@ -450,7 +468,7 @@ def shrink_png(png: bytes) -> bytes:
 
 
 def size_of_preview(content: bytes) -> tuple[int, int]:
-    """Width and height of a preview, pixels; of a file that is empty or no picture 1 and 1."""
+    """Return width and height of a preview, pixels; 1 and 1 for a file that is empty or no picture."""
     from PIL import Image, UnidentifiedImageError
 
     try:
@@ -463,7 +481,10 @@ def size_of_preview(content: bytes) -> tuple[int, int]:
 def save(
     figure: Figure, base: str | Path, about: str = "", endings: Sequence[str] = SCREEN
 ) -> list[Path]:
-    """Write a figure with some endings, webp behind png; a point in the name is part of the name."""
+    """Write the files of a figure, one for each ending; webp is made from png, which must stand before it.
+
+    `base`: Path without ending. `about`: Remark in the metadata.
+    """
     base = Path(base)
     content_by_ending: dict[str, bytes] = {}
     for ending in endings:
@@ -471,7 +492,7 @@ def save(
             content_by_ending[ending] = shrink_png(content_by_ending["png"])
         else:
             content_by_ending[ending] = content(figure, ending, about)
-    # not with_suffix: it would cut glass0.3mm_LP at the point
+    # with_suffix would cut a name such as glass0.3mm_LP at its point
     targets = {ending: base.with_name(f"{base.name}.{ending}") for ending in endings}
     for ending, target in targets.items():
         write_bytes(target, content_by_ending[ending])
@@ -485,7 +506,7 @@ def save_pages(
     about: str = "",
     endings: Sequence[str] = SCREEN,
 ) -> list[str]:
-    """Write a figure, or pages of one as ``<base>_page2`` and so on; the paths written, from `root`."""
+    """Write a figure, its further pages as ``<base>_page2`` and so on; return the paths from `root`."""
     from matplotlib.figure import Figure
 
     pages = [figures] if isinstance(figures, Figure) else figures

@@ -1,4 +1,4 @@
-"""Samples of plate runs ready to be drawn: as stress, as filed, split at gaps, thinned."""
+"""Prepare samples of plate runs for figures: stress with the sign in which it is filed, split at gaps, thinned."""
 
 from __future__ import annotations
 
@@ -47,9 +47,9 @@ STRESS_SETTINGS = ("intruders", "force_log", "transducer")
 def stress_samples(
     campaign: Campaign, tared: pd.DataFrame, windows: pd.DataFrame, fits: pd.DataFrame
 ) -> pd.DataFrame:
-    """Stress of every plate run of a medium as its alpha is filed in `fits`, and whether it was fitted.
+    """Compute the stress of every plate run of a medium, a row a sample, with the sign in which alpha is filed in `fits`.
 
-    Stress along x is NaN where nothing measured it.
+    Column ``in_window`` tells which samples were fitted. Stress along x is NaN where no sensor measured it.
     """
     import pandas as pd
 
@@ -86,19 +86,19 @@ def stress_samples(
 
 
 def stress_of(results: Results, medium: str) -> pd.DataFrame:
-    """The `stress_samples` of a medium."""
+    """Compute `stress_samples` from the results of a medium."""
     tared, windows = (results.table(f"{name}/{medium}.parquet") for name in ("tared", "windows"))
     return stress_samples(results.campaign, tared, windows, results[medium].fits)
 
 
 def _run_ids(traces: pd.DataFrame) -> pd.Series[Any]:
-    """Runs as categories, whatever the sheet named them: some number their runs."""
+    """Return the column ``run_id`` as categories of text, also where a lab names its runs by numbers."""
     ids = traces["run_id"].astype("category")
     return ids.cat.rename_categories([str(name) for name in ids.cat.categories])
 
 
 def by_run(traces: pd.DataFrame) -> dict[str, Trace]:
-    """Take `SAMPLES` of each run as arrays, by run and column."""
+    """Split a table of samples by run: the columns `SAMPLES` of each run as arrays."""
     if traces.empty:
         return {}
     ids = _run_ids(traces).cat.remove_unused_categories()
@@ -111,79 +111,82 @@ def by_run(traces: pd.DataFrame) -> dict[str, Trace]:
 
 
 def thin(x: FloatArray, y: FloatArray, points: int = 80) -> list[FloatArray]:
-    """Polylines of at most about `points` points: smallest and largest sample of each stretch.
+    """Thin a curve to about `points` points at most: the smallest and the largest sample of each short stretch.
 
-    Taking the extremes instead of every n-th sample keeps spikes and the width of the noise.
-    Returns one array (m, 2) for each stretch between missing samples.
+    Extremes, unlike every n-th sample, keep spikes and the width of the noise. Returns polylines, shape (m, 2), one for
+    each part of the curve between missing samples.
     """
     is_finite = np.isfinite(x) & np.isfinite(y)
     if not is_finite.any():
         return []
-    place = np.flatnonzero(is_finite)
+    finite = np.flatnonzero(is_finite)
     lines = []
-    for stretch in np.split(place, np.flatnonzero(np.diff(place) > 1) + 1):
-        bins = max(1, points * stretch.size // (2 * place.size))
-        if stretch.size > 2 * bins:
-            width = stretch.size // bins
-            bins = stretch.size // width  # so that less than one stretch is left over
-            body = stretch[: bins * width].reshape(bins, width)
+    for samples in np.split(finite, np.flatnonzero(np.diff(finite) > 1) + 1):
+        bins = max(1, points * samples.size // (2 * finite.size))
+        kept = samples
+        if samples.size > 2 * bins:
+            width = samples.size // bins
+            bins = samples.size // width  # so that fewer samples than a bin are left over
+            by_bin = samples[: bins * width].reshape(bins, width)
             rows = np.arange(bins)
-            low = body[rows, y[body].argmin(axis=1)]
-            high = body[rows, y[body].argmax(axis=1)]
-            remainder = stretch[bins * width :]
-            stretch = np.unique(np.concatenate([stretch[:1], low, high, remainder, stretch[-1:]]))  # noqa: PLW2901
-        lines.append(np.column_stack([x[stretch], y[stretch]]))
+            low = by_bin[rows, y[by_bin].argmin(axis=1)]
+            high = by_bin[rows, y[by_bin].argmax(axis=1)]
+            remainder = samples[bins * width :]
+            kept = np.unique(np.concatenate([samples[:1], low, high, remainder, samples[-1:]]))
+        lines.append(np.column_stack([x[kept], y[kept]]))
     return lines
 
 
 def draw_thin(
     axes: Axes, x: FloatArray, y: FloatArray, points: int = 400, **properties: Any
 ) -> None:
-    """Draw a thinned curve: a run has more samples than a panel has dots."""
+    """Draw a thinned curve: a run has more samples than a panel has pixels."""
     for line in thin(x, y, points):
         axes.plot(*line.T, **properties)
 
 
 def round_up_125(value: float) -> float:
-    """Smallest of 1, 2 or 5 times a power of ten that is not below a positive value."""
+    """Round a positive value up to 1, 2 or 5 times a power of ten."""
     decade = 10.0 ** np.floor(np.log10(value))
+    # 0.999: a value that is above a step by rounding alone stays there
     return float(next(step * decade for step in (1, 2, 5, 10) if step * decade >= 0.999 * value))
 
 
 def panel_limits(trace: Trace) -> tuple[float, float]:
-    """Round stresses at the ends of a panel, N/cm^2, the smaller at least a fifth of the larger."""
+    """Choose the range of stress of a panel, N/cm^2: round numbers, the smaller side at least a fifth of the larger."""
     stresses = np.concatenate([trace[name] for name in trace if name.endswith("_N_per_cm2")])
     stresses = stresses[np.isfinite(stresses)]
     sides = -stresses.min(initial=0), stresses.max(initial=0)
     low, high = (round_up_125(max(side, 1e-3)) for side in sides)
-    # less than 0.05 N/cm^2 would blow up mere noise
+    # a range below 0.05 N/cm^2 would fill the panel with noise
     largest = max(low, high, 0.05)
     return (-max(low, largest / 5), largest) if high >= low else (-largest, max(high, largest / 5))
 
 
 def alpha_with_interval(row: Row, component: str) -> tuple[float, float, float]:
-    """Alpha in a row of fits or cells with the ends of its interval, N/cm^3."""
-    parts = (row[f"alpha_{component}_{end}N_per_cm3"] for end in ("", "lo_", "hi_"))
-    value, low, high = map(float, parts)
+    """Return alpha in a row of fits or cells, and the ends of its interval, N/cm^3."""
+    names = (f"alpha_{component}_{end}N_per_cm3" for end in ("", "lo_", "hi_"))
+    value, low, high = (float(row[name]) for name in names)
     return value, low, high
 
 
 def measures_x(trace: Trace) -> bool:
-    """Whether the samples of a run have a stress along x; without samples nothing says that it was not measured."""
+    """Tell whether a run has stress along x. Without samples the answer is True: nothing says that x was not measured."""
     return not trace or bool(np.isfinite(trace["stress_x_N_per_cm2"]).any())
 
 
 def cell_of_run(alpha: pd.DataFrame, run_id: str) -> Row:
-    """Row of a table of alpha that a run is part of; empty where it is part of none."""
-    is_part = [run_id in str(names).split() for names in alpha["run_ids"]]
-    return next(iter(alpha[is_part].to_dict("records")), {})
+    """Find the row of a table of alpha to which a run belongs; empty where it belongs to none."""
+    holds_run = [run_id in str(names).split() for names in alpha["run_ids"]]
+    return next(iter(alpha[holds_run].to_dict("records")), {})
 
 
 def describe_alpha(row: Row, component: str, trace: Trace, cell: Row) -> str:
-    """Write alpha of a run with its symbol and interval as the tables have them, or why it is no number that a sensor gave.
+    """Write alpha of a run with symbol and interval as in the tables, or why no sensor measured it.
 
-    `row`: of the fits. `trace`: samples of the run. `cell`: `cell_of_run`; its interval holds more than one log shows.
-    Of several runs in a direction alpha of this one, whose line is drawn, stands above their mean, which has the interval.
+    `row`: Row of the run in the table of fits. `trace`: Samples of the run. `cell`: Row of `cell_of_run`; the interval is
+    its interval, which holds more errors than one log shows. Where the cell is the mean of several runs, two lines are
+    written: alpha of this run, whose line is drawn, and the mean with its interval.
     """
     symbol = rf"$\alpha_{component}$"
     runs = int(cell["n_runs"]) if cell else 1
@@ -195,16 +198,16 @@ def describe_alpha(row: Row, component: str, trace: Trace, cell: Row) -> str:
         text += f" \N{PLUS-MINUS SIGN} {format_number((high - low) / 2, 4)}"
     if runs == 1:
         return f"{symbol} = {text} {PER_CM3}"
-    of_run = format_number(alpha_with_interval(row, component)[0], 4)
-    return f"{symbol} = {of_run} {PER_CM3}\nmean of {runs} runs: {text} {PER_CM3}"
+    alpha_of_run = format_number(alpha_with_interval(row, component)[0], 4)
+    return f"{symbol} = {alpha_of_run} {PER_CM3}\nmean of {runs} runs: {text} {PER_CM3}"
 
 
-def problem_text(fit: Row, flags: Flags, shared: Collection[Remark] = ()) -> str:
-    """Say what is wrong with a run, in few words; empty if nothing is but the `shared` flags."""
+def describe_problem(fit: Row, flags: Flags, shared: Collection[Remark] = ()) -> str:
+    """Say in few words what is wrong with a run; empty if nothing is, apart from the flags that all runs share."""
     run_id = str(fit["run_id"])
-    of_run = [flag for flag in flags.of_run(run_id) if flag not in shared]
-    text = format_remarks([*reason_of(fit), *of_run, *flags.of_run_beside_others(run_id)])
-    # what nothing measured is not lacking
+    flags_of_run = [flag for flag in flags.of_run(run_id) if flag not in shared]
+    text = format_remarks([*reason_of(fit), *flags_of_run, *flags.of_run_beside_others(run_id)])
+    # a component that no sensor measured is not missing
     measured = "z" if run_id in flags.runs_with("no-force-x") else "zx"
     if not text and not np.isfinite([fit[f"alpha_{c}_N_per_cm3"] for c in measured]).all():
         return "no alpha"

@@ -1,4 +1,4 @@
-"""Published numbers against the program's, with both intervals."""
+"""Published numbers against the numbers of this program, both with their intervals."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ _LOOKS = {"inside": (style.OKABE_ITO["blue"], "o"), "outside": (style.OKABE_ITO[
 _COLUMNS = 4
 _HEIGHT_CM = 4.9
 _RANGE_OF_LOGARITHM = 100
-"""Ratio of the largest to the least number from which both axes are logarithmic."""
+"""Largest over smallest number above which both axes are logarithmic."""
 
 _UNITS = {"N/cm^3": style.PER_CM3, "N/cm^2": style.PER_CM2}
 
 _ROOM = 0.06
-"""Room around the numbers of a panel, of their range."""
+"""Free room around the numbers of a panel, relative to their range."""
 
 
 @style.styled()
@@ -49,7 +49,9 @@ def draw_verdicts(verdicts: pd.DataFrame) -> Figure:
     axes_of_page = panels.ravel()
     for axes, (names, group) in zip(axes_of_page, groups, strict=False):
         domain, title, unit = map(str, names)
-        _panel(axes, group, style.plain(f"{domain}:\n{title}"), _UNITS.get(unit, style.plain(unit)))
+        _draw_panel(
+            axes, group, style.plain(f"{domain}:\n{title}"), _UNITS.get(unit, style.plain(unit))
+        )
     for axes in axes_of_page[len(groups) :]:
         axes.set_axis_off()
     entries: dict[str, Any] = {
@@ -66,7 +68,7 @@ def draw_verdicts(verdicts: pd.DataFrame) -> Figure:
 
 
 def numbers_with_unit(verdicts: pd.DataFrame) -> pd.DataFrame:
-    """Rows that were compared and are numbers with a unit on both sides."""
+    """Select the rows that were compared and have a unit, a published number and a number of ours."""
     import pandas as pd
 
     compared = verdicts[verdicts["verdict"].isin(_LOOKS)].fillna({"unit": ""}).copy()
@@ -75,8 +77,8 @@ def numbers_with_unit(verdicts: pd.DataFrame) -> pd.DataFrame:
     return compared[compared["unit"] != ""].dropna(subset=["published", "ours"])
 
 
-def _panel(axes: Axes, group: pd.DataFrame, title: str, unit: str) -> None:
-    """Draw the rows of one quantity; both axes have one scale."""
+def _draw_panel(axes: Axes, group: pd.DataFrame, title: str, unit: str) -> None:
+    """Draw the rows of one quantity: ours over published, both axes with the same range."""
     ends = group[["published", "published_lo", "published_hi", "ours", "lo", "hi"]].to_numpy(float)
     least, most = float(np.nanmin(ends)), float(np.nanmax(ends))
     values = group[["published", "ours"]].to_numpy(float)

@@ -25,6 +25,7 @@ _PANELS = {
 """Label and colour of each quantity."""
 
 _DARK, _LIGHT = 0.4, 0.18
+"""Opacities of the interval of alpha, and of the one with the model's own error."""
 
 
 @style.styled()
@@ -53,7 +54,7 @@ def draw_wheel(answer: WheelAnswer, measured: pd.DataFrame | None = None) -> Fig
     last = "load_N" if answer.given == "sinkage" else "sinkage_cm"
     page, panels = style.panels([6.0], columns=3, widest_cm=6.0)
     for axes, column in zip(panels[0], ("drawbar_N", "torque_N_cm", last), strict=True):
-        _panel(axes, answer.table, column)
+        _draw_quantity(axes, answer.table, column)
         if measured is not None and column in measured:
             axes.plot(measured["slip"], measured[column], "o", color="black", markersize=3)
     entries: dict[str, Any] = {"predicted": style.line("black")}
@@ -75,8 +76,8 @@ def draw_wheel(answer: WheelAnswer, measured: pd.DataFrame | None = None) -> Fig
     return page
 
 
-def _panel(axes: Axes, table: pd.DataFrame, column: str) -> None:
-    """One quantity over slip; a single slip has bars for bands."""
+def _draw_quantity(axes: Axes, table: pd.DataFrame, column: str) -> None:
+    """Draw one quantity over slip with its intervals: bands, or bars where there is a single slip."""
     label, colour_name = _PANELS[column]
     colour = style.OKABE_ITO[colour_name]
     quantity, _, unit = column.partition("_")

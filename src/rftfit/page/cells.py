@@ -1,4 +1,4 @@
-"""How the page prints numbers, names and tables."""
+"""Cells, columns and tables of the page, and how they print numbers and names."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from rftfit.figures.style import format_number
 
 
 def share(x: float | None) -> str:
-    """Print a ratio as a percentage."""
+    """Write a ratio as a percentage."""
     return percent(None if x is None else 100 * x)
 
 
-# A table is a list of columns, each with its heading and how it prints a row, and the rows. The
-# template prints them all alike.
+# A table is a list of columns and a list of rows; each column has a heading and a function that prints its cell of a
+# row. One macro of the template prints all tables.
 
 Row = Mapping[str, Any]
 
 
 class Note(NamedTuple):
-    """Small print that leads somewhere by a click."""
+    """Small print with a link."""
 
     text: str
     link: str
@@ -32,10 +32,10 @@ class Note(NamedTuple):
 
 @dataclass(frozen=True)
 class Cell:
-    """What stands in one place of a table.
+    """The content of one cell of a table.
 
-    `notes`: Small print below; empty ones are left out.
-    `css_classes`: Classes of the style sheet. `link`: Where a click leads.
+    `notes`: Small print below the text; empty ones are not printed.
+    `css_classes`: Classes of the style sheet. `link`: Address to which a click leads.
     """
 
     text: str
@@ -46,10 +46,10 @@ class Cell:
 
 @dataclass(frozen=True)
 class PageColumn:
-    """One column.
+    """One column of a table.
 
-    `heading`: With its unit.
-    `cell`: What it shows of a row.
+    `heading`: Heading, with the unit.
+    `cell`: Function that makes the cell of a row.
     `css_classes`: Classes of the style sheet: ``num`` for numbers, ``why`` for reasons.
     """
 
@@ -62,8 +62,8 @@ class PageColumn:
 class PageTable:
     """One table of the page; the first column names the row, which becomes a card on a narrow screen.
 
-    `label`: For those who hear the page.
-    `tall`: Whether it scrolls within its own frame.
+    `label`: Name of the table for screen readers.
+    `tall`: True for a long table, which scrolls within a frame.
     """
 
     label: str
@@ -73,19 +73,22 @@ class PageTable:
 
 
 def records(table: pd.DataFrame) -> list[dict[str, Any]]:
-    """Rows of a table of the results."""
+    """Return the rows of a table of results as dicts."""
     return [{str(name): cell for name, cell in row.items()} for row in table.to_dict("records")]
 
 
 def texts(
     heading: str, name: str | Callable[[Row], str], note: str = "", css_classes: str = ""
 ) -> PageColumn:
-    """Column of text: a column of the results, or what a function makes of a row; `note` is printed small."""
+    """Make a column of text.
+
+    `name`: Column of the results, or function of a row. `note`: Another column, printed small below.
+    """
 
     def cell(row: Row) -> Cell:
         text = name(row) if callable(name) else row[name]
-        # what is marked up stays so
-        return Cell(text if isinstance(text, str) else str(text), _note(row, note))
+        # str() would lose that a text is Markup, which must not be escaped
+        return Cell(text if isinstance(text, str) else str(text), _notes_of(row, note))
 
     return PageColumn(heading, cell, css_classes)
 
@@ -102,28 +105,29 @@ def numbers(
     show: Show | None = None,
     ends_of_model: str = "",
 ) -> PageColumn:
-    """Column of numbers: a column of the results, with its interval.
+    """Make a column of numbers with their intervals.
 
-    `ends`: Columns of the results with the ends of the interval, braces in place of ``lo`` and ``hi``.
-    `note`: Another that is printed small. `show`: Prints the number, instead of `digits` after the
-    point. `ends_of_model`: As `ends`, of the interval with the model's own error.
+    `name`: Column of the results. `ends`: Names of the columns with the ends of the interval, braces in place of ``lo`` and
+    ``hi``. `note`: Another column, printed small below. `show`: Function that prints the number; default: with `digits`
+    after the point. `ends_of_model`: As `ends`, for the interval with the model's own error.
     """
 
     def cell(row: Row) -> Cell:
         text = show(row.get(name)) if show else format_number(row.get(name), digits)
         lo, hi = (row.get(ends.format(end)) if ends else None for end in ("lo", "hi"))
-        of_model = span_of_model(row, ends_of_model, digits) if ends_of_model else ""
-        return Cell(text, (format_interval(lo, hi, digits), of_model, *_note(row, note)))
+        wider = format_model_interval(row, ends_of_model, digits) if ends_of_model else ""
+        return Cell(text, (format_interval(lo, hi, digits), wider, *_notes_of(row, note)))
 
     return PageColumn(heading, cell, "num")
 
 
-def span_of_model(row: Row, ends: str, digits: int) -> str:
-    """Small print of an interval with the model's own error; `ends` as of `numbers`."""
+def format_model_interval(row: Row, ends: str, digits: int) -> str:
+    """Write the interval with the model's own error, for small print; `ends`: as for `numbers`."""
     lo, hi = (row.get(ends.format(end)) for end in ("lo", "hi"))
     interval_text = format_interval(lo, hi, digits)
     return f"model {interval_text}" if interval_text else ""
 
 
-def _note(row: Row, name: str) -> tuple[str, ...]:
+def _notes_of(row: Row, name: str) -> tuple[str, ...]:
+    """Return the notes of a cell: the text of a column, or none where no column is named."""
     return (str(row[name]),) if name else ()

@@ -13,7 +13,7 @@ from rftfit.campaign.config import Publishing
 from rftfit.outputs.dictionary import Output, OutputColumn, column_of, describe_file
 
 PROFILE = "https://datapackage.org/profiles/2.0/datapackage.json"
-"""The standard that `package_text` follows."""
+"""Address of the standard that `package_text` follows."""
 
 _TYPES = {"text": "string", "yes or no": "boolean", "count": "integer", "number": "number"}
 
@@ -22,7 +22,7 @@ _TYPES = {"text": "string", "yes or no": "boolean", "count": "integer", "number"
 class ResultFile:
     """One csv table of the results.
 
-    `path`: From the campaign's folder. `sha256`, `size`: Of its content, size in bytes.
+    `path`: Path from the campaign's folder. `sha256`, `size`: Digest and length (bytes) of its content. `columns`: Names.
     """
 
     path: str
@@ -40,26 +40,27 @@ def package_text(
 ) -> str:
     """Describe the csv tables of a run as ``datapackage.json``; the same files give the same text.
 
-    `title`, `about`: Of the campaign. `origin`: address of what its logs were computed from.
+    `title`, `about`: Title and description of the campaign. `publish`: What its config says about a publication. `origin`:
+    Address of the results from which its logs were simulated; empty for recorded logs.
     """
     resources: list[dict[str, Any]] = []
     names: set[str] = set()
     for file in sorted(files, key=lambda file: file.path):
         if (output := describe_file(file.path)) is not None:
-            resources.append(_resource(file, output, names))
+            resources.append(_describe_table(file, output, names))
     package = {
         "$schema": PROFILE,
         "name": "rftfit-results",
         "title": title,
         "description": about,
-        **_rights(publish, origin),
+        **_describe_rights(publish, origin),
         "resources": resources,
     }
     return json.dumps(package, indent=1, ensure_ascii=False) + "\n"
 
 
-def _rights(publish: Publishing, origin: str) -> dict[str, Any]:
-    """Say whose the tables are and what they were made from: what is not stated is left out."""
+def _describe_rights(publish: Publishing, origin: str) -> dict[str, Any]:
+    """Describe version, licence, contributors and sources of the tables; a fact that is not stated is left out."""
     addresses = [address for address in (publish.source, origin) if address]
     sources = [_OF_LOGS, *({"title": address, "path": address} for address in addresses)]
     rights: dict[str, Any] = {"version": publish.version} if publish.version else {}
@@ -71,9 +72,10 @@ def _rights(publish: Publishing, origin: str) -> dict[str, Any]:
     return rights | {"sources": sources}
 
 
-def _resource(file: ResultFile, output: Output, names: set[str]) -> dict[str, Any]:
+def _describe_table(file: ResultFile, output: Output, names: set[str]) -> dict[str, Any]:
+    """Describe one table; `names`: names that other tables of the package have, to which its own is added."""
     path = PurePosixPath(file.path).relative_to("results")
-    fields = [_field(name, column_of(output, name)) for name in file.columns]
+    fields = [_describe_column(name, column_of(output, name)) for name in file.columns]
     return {
         "name": _free_name(path, names),
         "type": "table",
@@ -90,7 +92,7 @@ def _resource(file: ResultFile, output: Output, names: set[str]) -> dict[str, An
 
 
 def _free_name(path: PurePosixPath, names: set[str]) -> str:
-    """Return a name of small letters for a file; two media may differ by case alone."""
+    """Return a new name of small letters for a file, with a number where needed: two media may differ by case alone."""
     base = re.sub(r"[^a-z0-9._-]+", "-", path.with_suffix("").as_posix().lower())
     name = base
     number = 1
@@ -101,8 +103,8 @@ def _free_name(path: PurePosixPath, names: set[str]) -> str:
     return name
 
 
-def _field(name: str, column: OutputColumn | None) -> dict[str, Any]:
-    """Describe a column; one that the dictionary lacks may hold anything."""
+def _describe_column(name: str, column: OutputColumn | None) -> dict[str, Any]:
+    """Describe a column; `column`: its entry in the dictionary, without which its type is any."""
     if column is None:
         return {"name": name, "type": "any"}
     field: dict[str, Any] = {

@@ -1,4 +1,4 @@
-"""What a campaign found: sentences, each with its number, its interval and the section that shows it."""
+"""The findings of a campaign: sentences, each with its number, its interval and the section that shows it."""
 
 from __future__ import annotations
 
@@ -23,46 +23,47 @@ from rftfit.results import Results
 from rftfit.robot.speeds import share_within
 
 _MOST_MEDIA = 3
+"""Most media that a sentence names; more are counted."""
 
 ON_FIRST_SCREEN = 2
-"""Sentences of the first screen; the others stand at the head of their sections."""
+"""Number of findings on the first screen; the others are printed at the head of their sections."""
 
 FLAT, REVERSED = "flat_leg", "reversed_c_leg"
 
 
 class PageFinding(NamedTuple):
-    """One sentence, and the id of the section of the page that shows where it comes from."""
+    """One finding: sentences, and the id of the section of the page with the results behind them."""
 
     text: str
     section: str
 
 
 def findings(results: Results) -> list[PageFinding]:
-    """How well was measured, what is predicted and why it is off; then the rest."""
+    """List the findings, most important first: the measurement, the predictions and their errors, then the rest."""
     finders = (
-        _measured,
-        _legs,
-        _theta,
-        _simulated,
-        _explanation,
-        _pushes,
-        _sands,
-        _robot,
-        _fitted,
-        _turned,
+        _find_verdicts,
+        _find_errors_on_legs,
+        _find_error_of_theta,
+        _find_simulated_speed,
+        _find_explanation,
+        _find_lifts_of_maps,
+        _find_errors_in_sands,
+        _find_errors_of_robot,
+        _find_misfit,
+        _find_reversed_order,
     )
     return [finding for finder in finders for finding in finder(results)]
 
 
-def _measured(results: Results) -> Iterable[PageFinding]:
-    """How many checks passed, the verdict on each medium, and how hard the media are to a level plate pushed straight down."""
+def _find_verdicts(results: Results) -> Iterable[PageFinding]:
+    """Say how many checks passed, the verdict on each medium, and alpha_z of a flat plate pushed straight down."""
     titles, verdicts = results.campaign.titles, {medium.name: medium.verdict for medium in results}
     media_by_verdict: dict[Verdict, list[str]] = {}
     for name, verdict in verdicts.items():
         media_by_verdict.setdefault(verdict, []).append(titles[name])
-    sentences = [_count_checks(results)]
+    sentences = [_describe_checks(results)]
     for verdict, names in media_by_verdict.items():
-        # the table says which
+        # many media are only counted: the table names them
         subject = f"{len(names)} of {len(verdicts)} media"
         if len(names) <= _MOST_MEDIA:
             subject = list_in_words(names)
@@ -75,22 +76,25 @@ def _measured(results: Results) -> Iterable[PageFinding]:
             alpha_cells.append((float(cell["alpha_z_N_per_cm3"]), name, cell))
     alpha_cells.sort(key=lambda alpha_cell: alpha_cell[0])
     sizes = []
+    # the weakest and the strongest medium
     for alpha, name, cell in alpha_cells[:: max(len(alpha_cells) - 1, 1)]:
-        # of several media the table has the intervals
-        intervals = _mean_and_next_bed(cell.to_dict(), confidence) if len(alpha_cells) == 1 else ""
+        # intervals are written for a single medium alone: the table has those of several
+        intervals = (
+            _format_mean_and_next_bed(cell.to_dict(), confidence) if len(alpha_cells) == 1 else ""
+        )
         sizes.append(
             f"{format_number(alpha, 4)} N/cm^3{labels.in_brackets(intervals)} in {titles[name]}"
         )
     if sizes:
         ends = f"{'between ' * (len(sizes) > 1)}{' and '.join(sizes)}"
         sentences.append(f"Straight down, stress per depth alpha_z is {ends}")
-    sentences += _lost_pushes(results)
+    sentences += _describe_lost_pushes(results)
     text = ". ".join(f"{sentence[0].upper()}{sentence[1:]}" for sentence in sentences)
     yield PageFinding(f"{text}.", "believed")
 
 
-def _lost_pushes(results: Results) -> Iterable[str]:
-    """Name the media of which no push straight down was used, with the reason that most of these pushes have."""
+def _describe_lost_pushes(results: Results) -> Iterable[str]:
+    """Name the media whose pushes straight down were all dropped, each with the most frequent reason."""
     for name in results.media:
         fits = results[name].fits
         pushes = fits[(fits["beta_deg"] == 0) & (fits["gamma_deg"] == 90)]
@@ -103,26 +107,26 @@ def _lost_pushes(results: Results) -> Iterable[str]:
         )
 
 
-def _mean_and_next_bed(cell: Mapping[Any, Any], confidence: float) -> str:
-    """Both intervals of alpha_z of a cell, each named by what it holds; nothing where none is known."""
-    texts = []
+def _format_mean_and_next_bed(cell: Mapping[Any, Any], confidence: float) -> str:
+    """Write both intervals of alpha_z of a cell, each with its name; empty where none is known."""
+    intervals = []
     scatter = labels.scatter_of_beds(cell, confidence)
     next_bed = f"next bed, {scatter}," if scatter else "next bed"
-    for suffix, words in (("", labels.name_of_mean(cell)), ("_next", next_bed)):
+    for suffix, name in (("", labels.name_of_mean(cell)), ("_next", next_bed)):
         low, high = (cell.get(column("z", f"_{end}{suffix}")) for end in ("lo", "hi"))
         if span := labels.format_interval(low, high, 4):
-            texts.append(f"{words} {span}")
-    return ", ".join(texts)
+            intervals.append(f"{name} {span}")
+    return ", ".join(intervals)
 
 
 _MOST_NAMED = 3
-"""Most checks that are named where no medium allows them; more are counted, and the section of checks lists them."""
+"""Most checks that are named among those that no medium allows; more are counted, and the section of checks lists them."""
 
 
-def _count_checks(results: Results) -> str:
-    """Count the checks that all media passed and those that some did, and name the failed and few that no medium allows."""
+def _describe_checks(results: Results) -> str:
+    """Count the checks that all media passed and those that some did; name failed ones, and those that no medium allows."""
     passed_in = media_that_passed(results)
-    names: dict[str, list[str]] = {"failed": [], "not possible here": []}
+    titles: dict[str, list[str]] = {"failed": [], "not possible here": []}
     passed, passed_partly = 0, 0
     for check in results.checks["check"].unique():
         if passed_in.get(check):
@@ -130,38 +134,37 @@ def _count_checks(results: Results) -> str:
             passed += everywhere
             passed_partly += not everywhere
         else:
-            names["not possible here" if check in passed_in else "failed"].append(
-                CHECKS[check].title
-            )
+            outcome = "not possible here" if check in passed_in else "failed"
+            titles[outcome].append(CHECKS[check].title)
     count = passed + passed_partly
     text = f"{count or 'no'} check{'s' * (count != 1)} passed"
     if passed_partly:
         text += f" where they could be made ({passed or 'none'} in all media)"
-    for word, checks in names.items():
-        is_named = word == "failed" or len(checks) <= _MOST_NAMED
+    for outcome, checks in titles.items():
+        is_named = outcome == "failed" or len(checks) <= _MOST_NAMED
         names_of_checks = f": {', '.join(checks)}" if is_named else ""
-        text += f", {len(checks)} {word}{names_of_checks}" if checks else ""
+        text += f", {len(checks)} {outcome}{names_of_checks}" if checks else ""
     return text
 
 
-def _legs(results: Results) -> Iterable[PageFinding]:
-    """How far measured alpha, or where too few directions were measured the map, can be trusted on legs."""
-    profile, lift = _lifts_of_legs(results)
-    legs: dict[bool, list[str]] = {True: [], False: []}
+def _find_errors_on_legs(results: Results) -> Iterable[PageFinding]:
+    """Say how far the peak lift on legs of laboratory media is off, predicted with measured alpha or else with the map."""
+    profile, lift = _select_lifts_of_legs(results)
+    legs_by_within: dict[bool, list[str]] = {True: [], False: []}
     for leg, errors_of_leg in lift.groupby("leg", sort=False):
-        worst_error = _worst(errors_of_leg)["peak_error_percent"]
+        worst_error = _find_worst(errors_of_leg)["peak_error_percent"]
         worst = "worst " * (len(errors_of_leg) > 1)
         name = f"{labels.name_of(str(leg))} ({worst}{labels.percent(worst_error)})"
-        legs[abs(worst_error) <= WITHIN_PERCENT].append(name)
+        legs_by_within[abs(worst_error) <= WITHIN_PERCENT].append(name)
     if len(lift):
         parts = [
             f"{'' if within else 'not '}within {WITHIN_PERCENT:g} % on the {list_in_words(names)}"
-            for within, names in legs.items()
+            for within, names in legs_by_within.items()
             if names
         ]
         sizes = lift["peak_error_percent"].abs()
-        middle, largest = (format_number(size, 0) for size in (sizes.median(), sizes.max()))
-        errors = f" Errors of these {len(lift)} peak lifts: median {middle} %, largest {largest} %."
+        median, largest = (format_number(size, 0) for size in (sizes.median(), sizes.max()))
+        errors = f" Errors of these {len(lift)} peak lifts: median {median} %, largest {largest} %."
         source = "the measured alpha" if profile == "table" else "the map"
         yield PageFinding(
             f"Predicted with {source}, the peak lift is {', '.join(parts)}."
@@ -170,10 +173,10 @@ def _legs(results: Results) -> Iterable[PageFinding]:
         )
 
 
-def _explanation(results: Results) -> Iterable[PageFinding]:
-    """Which errors explain the worst peak lift."""
-    profile, lift = _lifts_of_legs(results)
-    if lift.empty or abs((worst := _worst(lift))["peak_error_percent"]) <= WITHIN_PERCENT:
+def _find_explanation(results: Results) -> Iterable[PageFinding]:
+    """Say which errors explain the largest error of a peak lift; nothing where that is small."""
+    profile, lift = _select_lifts_of_legs(results)
+    if lift.empty or abs((worst := _find_worst(lift))["peak_error_percent"]) <= WITHIN_PERCENT:
         return
     explanation = labels.explanation_of(
         worst, chosen_on_these_legs=labels.is_chosen_on_these_legs(results)
@@ -181,43 +184,43 @@ def _explanation(results: Results) -> Iterable[PageFinding]:
     if not explanation:
         return
     source = "" if profile == "table" else " of the map"
-    ends = _two_intervals(worst, "peak_error_{}_percent", 0, " %")
+    ends = _format_two_intervals(worst, "peak_error_{}_percent", 0, " %")
     error = labels.percent(worst["peak_error_percent"]) + labels.in_brackets(ends)
     yield PageFinding(
         f"The largest error{source}, {error} on the {labels.name_of(worst['leg'])}, is {explanation}."
-        f"{_name_intervals(results, [ends])}",
+        f"{_explain_intervals(results, [ends])}",
         "legs",
     )
 
 
-def _pushes(results: Results) -> Iterable[PageFinding]:
-    """What few pushes say of a medium of which no leg was measured."""
+def _find_lifts_of_maps(results: Results) -> Iterable[PageFinding]:
+    """Say which peak lift the map predicts for media without a measured leg."""
     predicted = results.table("predicted.csv")
-    single = False
+    any_single_push = False
     for name in labels.usable_media(results, results.media)[:_MOST_MEDIA]:
         medium = results[name]
         rows_of_medium = predicted[(predicted["medium"] == name) & (predicted["profile"] == "map")]
         lifts, intervals = [], []
-        for leg, rows_of_leg in (
-            [] if len(medium.legs) else rows_of_medium.groupby("leg", sort=False)
-        ):
+        if len(medium.legs):
+            continue
+        for leg, rows_of_leg in rows_of_medium.groupby("leg", sort=False):
             rows_with_force = rows_of_leg[rows_of_leg["force_z_N"].notna()]
             if len(rows_with_force):
                 top = max(records(rows_with_force), key=lambda row: float(row["force_z_N"]))
-                ends = _two_intervals(top, "force_z_{}_N", 1)
+                ends = _format_two_intervals(top, "force_z_{}_N", 1)
                 lift_text = f"{format_number(top['force_z_N'], 1)} N{labels.in_brackets(ends)}"
                 lifts.append(f"{lift_text} on the {labels.name_of(str(leg))}")
                 intervals.append(ends)
         if lifts:
             direction_count = int(medium.alpha["alpha_z_N_per_cm3"].notna().sum())
-            single |= direction_count == 1
+            any_single_push |= direction_count == 1
             pushes = "one push" if direction_count == 1 else f"{direction_count} directions"
             yield PageFinding(
                 f"From {pushes} in {results.titles[name]}, the map predicts a peak lift of {list_in_words(lifts)}."
-                f"{_name_intervals(results, intervals)}",
+                f"{_explain_intervals(results, intervals)}",
                 "viewer",
             )
-    if single:
+    if any_single_push:
         yield PageFinding(
             "Why these intervals are wide: one push tells how strong a medium is, not whether it has the shape of known "
             "media; rftfit plan names the next best push.",
@@ -225,8 +228,8 @@ def _pushes(results: Results) -> Iterable[PageFinding]:
         )
 
 
-def _sands(results: Results) -> Iterable[PageFinding]:
-    """How far one push straight down goes in natural sands."""
+def _find_errors_in_sands(results: Results) -> Iterable[PageFinding]:
+    """Say how far the peak lift on legs in natural sands is off, predicted from few pushes by the map and by the routine."""
     media = labels.usable_media(results, results.sands)
     starts = {
         "map": f"Predicted by the map from {labels.pushes_of_sands(results)}",
@@ -234,38 +237,41 @@ def _sands(results: Results) -> Iterable[PageFinding]:
     }
     for profile, start in starts.items():
         lifts, intervals, steep = [], [], []
-        lift = _lifts(results, media, profile)
+        lift = _select_lifts(results, media, profile)
         for leg, errors_of_leg in lift.groupby("leg", sort=False):
-            worst = _worst(errors_of_leg)
-            ends = _two_intervals(worst, "peak_error_{}_percent", 0, " %")
+            worst = _find_worst(errors_of_leg)
+            ends = _format_two_intervals(worst, "peak_error_{}_percent", 0, " %")
             error_text = labels.percent(worst["peak_error_percent"]) + labels.in_brackets(ends)
             lifts.append(f"{error_text} on the {labels.name_of(str(leg))}")
             intervals.append(ends)
             steep += [labels.name_of(str(leg))] * (STEEP in worst["reason_code"].split())
         if lifts:
-            named = _name_intervals(results, intervals)
+            note = _explain_intervals(results, intervals)
             if steep:
-                named += (
+                note += (
                     f" None of alpha on the {list_in_words(steep)}, whose peak changes so fast with the attack angle that "
                     "the pushes do not tell it."
                 )
             yield PageFinding(
-                f"{start}, the peak lift is off by at most {list_in_words(lifts)}.{named}", "sands"
+                f"{start}, the peak lift is off by at most {list_in_words(lifts)}.{note}", "sands"
             )
 
 
-def _two_intervals(row: Mapping[str, Any], ends: str, digits: int, unit: str = "") -> str:
-    """Interval of alpha and, by its name, that with the model's own error; `ends`: their columns, braces for the end."""
+def _format_two_intervals(row: Mapping[str, Any], ends: str, digits: int, unit: str = "") -> str:
+    """Write the interval of alpha, then "model" and the interval with the model's own error.
+
+    `ends`: Names of the columns with the ends, braces in place of ``lo``, ``hi``, ``model_lo`` and ``model_hi``.
+    """
     interval_texts = []
-    for kind in ("", "model_"):
-        low, high = (row[ends.format(kind + end)] for end in ("lo", "hi"))
+    for prefix in ("", "model_"):
+        low, high = (row[ends.format(prefix + end)] for end in ("lo", "hi"))
         if span := labels.format_interval(low, high, digits):
-            interval_texts.append(f"{kind.replace('_', ' ')}{span}{unit}")
+            interval_texts.append(f"{prefix.replace('_', ' ')}{span}{unit}")
     return ", ".join(interval_texts)
 
 
-def _name_intervals(results: Results, intervals: Iterable[str]) -> str:
-    """Sentence that says what texts of `_two_intervals` in brackets are; empty where there is none."""
+def _explain_intervals(results: Results, intervals: Iterable[str]) -> str:
+    """Write the sentence that explains the intervals in brackets, texts of `_format_two_intervals`; empty where there are none."""
     texts = [text for text in intervals if text]
     parts = []
     if any(not text.startswith("model") for text in texts):
@@ -276,12 +282,12 @@ def _name_intervals(results: Results, intervals: Iterable[str]) -> str:
     return f" In brackets: its {level} {', '.join(parts)}." if parts else ""
 
 
-def _simulated(results: Results) -> Iterable[PageFinding]:
-    """How fast a robot runs of which no speed was measured."""
+def _find_simulated_speed(results: Results) -> Iterable[PageFinding]:
+    """Say how fast the simulated robot runs, where no speed was measured."""
     if not results.campaign.robot_medium:
         return
     errors, speeds = (results.table(f"robot/{name}.csv") for name in ("errors", "speed"))
-    # legs that turn faster than resistive forces hold have a warning
+    # rows have a warning where legs turn too fast for resistive forces
     slow = speeds[speeds["speed_cm_per_s"].notna() & (speeds["warning"] == "")]
     if len(slow) and errors["measured_cm_per_s"].isna().all():
         profile = next(name for name in labels.PROFILES if name in set(slow["profile"]))
@@ -295,8 +301,8 @@ def _simulated(results: Results) -> Iterable[PageFinding]:
         )
 
 
-def _theta(results: Results) -> Iterable[PageFinding]:
-    """Whether angle theta of all legs is off."""
+def _find_error_of_theta(results: Results) -> Iterable[PageFinding]:
+    """Say that the zero of the angle theta of all legs is off, where its interval does not hold zero."""
     errors = results.table("leg_errors.csv")
     for row in records(errors.dropna(subset=["theta_error_deg"]).head(1)):
         lo, hi = row["theta_error_lo_deg"], row["theta_error_hi_deg"]
@@ -311,8 +317,8 @@ def _theta(results: Results) -> Iterable[PageFinding]:
         )
 
 
-def _robot(results: Results) -> Iterable[PageFinding]:
-    """How near the simulated robot comes."""
+def _find_errors_of_robot(results: Results) -> Iterable[PageFinding]:
+    """Say in how many conditions the simulated speed of the robot is near the measured one."""
     if not results.campaign.robot_medium:
         return
     errors = results.table("robot/errors.csv")
@@ -330,26 +336,27 @@ def _robot(results: Results) -> Iterable[PageFinding]:
             return
 
 
-def _fitted(results: Results) -> Iterable[PageFinding]:
-    """What nine terms miss of the measured table."""
+def _find_misfit(results: Results) -> Iterable[PageFinding]:
+    """Say how far the nine terms are from measured alpha_z."""
     rows = labels.of_method(results, "coefficients.csv")
     rows = rows[(rows["coefficient"] == "A00") & rows["misfit_rms_N_per_cm3"].notna()]
-    missed = []
+    misfits_percent = []
     for row in records(rows[rows["medium"].isin(labels.usable_media(results, results.laboratory))]):
         alpha = results[row["medium"]].alpha["alpha_z_N_per_cm3"].dropna()
-        if len(alpha) > len(TERMS):  # fewer directions are met whatever the medium is
-            missed.append(100 * row["misfit_rms_N_per_cm3"] / alpha.abs().max())
-    if missed:
-        ends = dict.fromkeys(format_number(end, 0) for end in (min(missed), max(missed)))
-        share = " to ".join(ends) if max(missed) >= 1 else "less than 1"
+        if len(alpha) > len(TERMS):  # nine terms fit so few directions in any medium
+            misfits_percent.append(100 * row["misfit_rms_N_per_cm3"] / alpha.abs().max())
+    if misfits_percent:
+        least, largest = min(misfits_percent), max(misfits_percent)
+        ends = dict.fromkeys(format_number(end, 0) for end in (least, largest))
+        share = " to ".join(ends) if largest >= 1 else "less than 1"
         yield PageFinding(
             f"The nine terms fitted to alpha miss alpha_z in the measured directions by {share} % of its largest value (root mean square).",
             "coefficients",
         )
 
 
-def _turned(results: Results) -> Iterable[PageFinding]:
-    """In how many media nine terms lift the reversed leg above the flat one, and the measured table does not."""
+def _find_reversed_order(results: Results) -> Iterable[PageFinding]:
+    """Say in how many media nine terms predict more lift for the reversed leg than for the flat one, but the table does not."""
     table = results.table("predicted.csv")
     table = table[table["medium"].isin(labels.usable_media(results, results.laboratory))]
     peaks = table.groupby(["medium", "profile", "leg"])["force_z_N"].max()
@@ -360,19 +367,19 @@ def _turned(results: Results) -> Iterable[PageFinding]:
         if leg == REVERSED and (medium, profile, FLAT) in lift
     }
     media = [
-        m
-        for m, profile in reversed_is_higher
-        if profile == "table" and (m, "fourier") in reversed_is_higher
+        medium
+        for medium, profile in reversed_is_higher
+        if profile == "table" and (medium, "fourier") in reversed_is_higher
     ]
-    turned = [
-        m for m in media if reversed_is_higher[m, "fourier"] and not reversed_is_higher[m, "table"]
+    media_with_other_order = [
+        medium
+        for medium in media
+        if reversed_is_higher[medium, "fourier"] and not reversed_is_higher[medium, "table"]
     ]
-    if turned:
-        where = (
-            f"In {len(turned)} of {len(media)} media"
-            if len(media) > 1
-            else f"In {results.titles[turned[0]]}"
-        )
+    if media_with_other_order:
+        where = f"In {len(media_with_other_order)} of {len(media)} media"
+        if len(media) == 1:
+            where = f"In {results.titles[media[0]]}"
         yield PageFinding(
             f"{where} the nine terms put the reversed c-leg's peak lift above the flat leg's, and "
             "the measured table does not: nine smooth terms overestimate alpha_z where its deepest elements drag along themselves.",
@@ -380,37 +387,41 @@ def _turned(results: Results) -> Iterable[PageFinding]:
         )
 
 
-def _lifts_of_legs(results: Results) -> tuple[str, pd.DataFrame]:
-    """`_lifts` of laboratory media by the measured table, or where it predicts none by the map; which of them."""
+def _select_lifts_of_legs(results: Results) -> tuple[str, pd.DataFrame]:
+    """Select errors of peak lift in laboratory media, by the measured table or, where it predicts none, by the map.
+
+    Returns the name of the profile, ``table`` or ``map``, and the rows.
+    """
     media = labels.usable_media(results, results.laboratory)
-    lifts = {profile: _lifts(results, media, profile) for profile in ("table", "map")}
+    lifts = {profile: _select_lifts(results, media, profile) for profile in ("table", "map")}
     profile = "map" if lifts["table"].empty else "table"
     return profile, lifts[profile]
 
 
-def _lifts(results: Results, media: Sequence[str], profile: str) -> pd.DataFrame:
-    """Errors of peak lift that are known."""
+def _select_lifts(results: Results, media: Sequence[str], profile: str) -> pd.DataFrame:
+    """Select the rows of ``leg_errors.csv`` with an error of peak lift, in some media by one profile."""
     table = results.table("leg_errors.csv")
     is_selected = table["medium"].isin(list(media)) & (table["profile"] == profile)
     return table[is_selected & (table["component"] == "z") & table["peak_error_percent"].notna()]
 
 
-def _worst(errors: pd.DataFrame) -> Row:
+def _find_worst(errors: pd.DataFrame) -> Row:
+    """Return the row with the largest error of a peak."""
     return max(records(errors), key=lambda row: abs(row["peak_error_percent"]))
 
 
-def _without_brackets(text: str) -> str:
-    """Text without what stands in brackets, nested ones included."""
+def _remove_brackets(text: str) -> str:
+    """Remove brackets and the text inside them, also nested ones."""
     while (shorter := re.sub(r"\([^()]*\)", "", text)) != text:
         text = shorter
     return text
 
 
 def list_in_words(parts: Iterable[str]) -> str:
-    """A list in words, with semicolons where a part has a comma."""
+    """Write a list in words, with commas and "and", or with semicolons where a part has a comma outside brackets."""
     *leading_parts, last_part = parts
     if not leading_parts:
         return last_part
-    if any(", " in _without_brackets(part) for part in (*leading_parts, last_part)):
+    if any(", " in _remove_brackets(part) for part in (*leading_parts, last_part)):
         return f"{'; '.join(leading_parts)}; and {last_part}"
     return f"{', '.join(leading_parts)} and {last_part}"

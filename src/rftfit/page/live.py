@@ -1,4 +1,4 @@
-"""The numbers of the live parts of the page, as one JSON object."""
+"""The numbers of the live parts of the page, as one JSON object for the scripts."""
 
 from __future__ import annotations
 
@@ -40,23 +40,23 @@ from rftfit.reference import BETA_DEG, GAMMA_DEG
 from rftfit.results import Results
 
 CURVE_DIGITS = 6
-"""Significant digits of curves, as in the csv tables. Profiles and outlines keep all of theirs."""
+"""Significant digits of curves, as in the csv tables. Profiles and outlines keep all digits."""
 
 END_DIGITS = 3
-"""Significant digits of the ends of intervals along a curve: finer than a line is drawn."""
+"""Significant digits of the ends of intervals along a curve: finer than can be seen in a drawing."""
 
 TABLE_DIGITS = 9
-"""Significant digits of the reference media's alpha, which only intervals hang on."""
+"""Significant digits of alpha of the reference media, on which only intervals depend."""
 
 SAME_LINE_DEG = 0.01
-"""Tables have angles of fewer digits than the grid."""
+"""Angles that differ by less are the same line of a grid: tables have fewer digits than the grid."""
 
 
-# What the page asks of profiles and of the scaling routine.
+# Numbers of profiles and of the scaling routine for the page.
 
 
 def live_profiles(results: Results, medium: str) -> dict[str, Profile]:
-    """Profiles of a medium whose numbers are known; of a natural sand the map and the generic one."""
+    """Collect the profiles of a medium that have numbers, by name; of a natural sand only the map and the generic one."""
     profile_by_name: dict[str, Profile] = {}
     if len(map_table := results.map_table(medium)):
         profile_by_name["map"] = TableProfile.from_table(
@@ -72,7 +72,7 @@ def live_profiles(results: Results, medium: str) -> dict[str, Profile]:
     else:
         m0 = kept_coefficients(results, scaling.GENERIC)
     profile_by_name["generic"] = scaled_generic(zeta(results, medium), m0)
-    # a measured table may have holes, and says why
+    # the measured table is kept also with holes, whose reasons it holds
     is_complete = {
         name: name == "table"
         or all(np.isfinite(parameter).all() for parameter in profile.parameters)
@@ -82,12 +82,12 @@ def live_profiles(results: Results, medium: str) -> dict[str, Profile]:
 
 
 def zeta(results: Results, medium: str) -> float:
-    """Scaling factor of the fit of a medium by the configured method; NaN where it has none."""
+    """Return zeta of a medium by the configured method; NaN where it has none."""
     return fitted_scale(results, medium)["zeta"][0]
 
 
 Scale = Mapping[str, tuple[float, float, float]]
-"""``zeta`` and ``chi`` of a medium with their intervals; NaN where there is none."""
+"""``zeta`` and ``chi`` of a medium, each as value and ends of its interval; NaN where there is none."""
 
 
 def fitted_scale(results: Results, medium: str) -> Scale:
@@ -100,16 +100,16 @@ def fitted_scale(results: Results, medium: str) -> Scale:
     rows = table[is_of_medium].head(1)
     scale = {}
     for name in ("zeta", "chi"):
-        ends = (rows[f"{name}{end}"].astype(float) for end in ("", "_lo", "_hi"))
-        value, lo, hi = (float(column.iloc[0]) if len(column) else math.nan for column in ends)
+        columns = (rows[f"{name}{end}"].astype(float) for end in ("", "_lo", "_hi"))
+        value, lo, hi = (float(column.iloc[0]) if len(column) else math.nan for column in columns)
         scale[name] = value, lo, hi
     return scale
 
 
 def scale_in_all_directions(results: Results, medium: str) -> Scale:
-    """Return zeta and chi of a medium as they stand beside those of the paper, which are of all directions.
+    """Return zeta and chi of a medium that can be compared with the paper's, which are from all directions.
 
-    They are those of the fit, or where directions of the published grid lack a push those of the map.
+    They are from the fit, or from the map where directions of the published grid lack a push.
     """
     if has_scale_of_map(results, medium):
         medium_map = results[medium].map()
@@ -118,56 +118,58 @@ def scale_in_all_directions(results: Results, medium: str) -> Scale:
 
 
 def has_scale_of_map(results: Results, medium: str) -> bool:
-    """Whether zeta and chi are those of the map, whose nine terms are fitted by least squares."""
+    """Tell whether zeta and chi of a medium are from its map. The nine terms of a map are fitted by least squares alone."""
     is_least_squares = results.config.fourier.method == "lsq"
     return is_least_squares and lacks_directions(results, medium) and not results.map_reason(medium)
 
 
 def lacks_directions(results: Results, medium: str) -> bool:
-    """Whether nine terms were fitted to pushes that leave directions of the published grid far from every push."""
+    """Tell whether the nine terms of a medium were fitted though directions of the published grid are far from every push."""
     if medium not in results.laboratory or not math.isfinite(zeta(results, medium)):
         return False
     table = TableProfile.from_table(results[medium].alpha)
     beta, gamma = np.radians(np.meshgrid(BETA_DEG, GAMMA_DEG))
-    # a single lost direction is no farther from those beside it than that and the tolerance of angles
+    # the neighbours of a single lost direction are near enough: within this angle and the tolerance of angles
     is_far = table.far_from_pushes(beta.ravel(), gamma.ravel(), FAR_DEG + TOLERANCE_DEG)
     return bool(is_far.any())
 
 
 def scaled_from_print(results: Results) -> list[str]:
-    """Natural sands that were scaled with the published media: the campaign has too few of its own."""
+    """List natural sands that were scaled by the published media, since the campaign has too few laboratory media."""
     table = results.table("penetration.csv")
     method = scaling.routine(results.config.fourier.method, printed=True)
     return [str(medium) for medium in table.loc[table["method"] == method, "medium"]]
 
 
 def scaling_references(results: Results) -> list[scaling.Reference]:
-    """What a further medium is scaled from: this campaign's media, where there are two; the printed ones."""
+    """Collect the references by which the page scales a further medium: this campaign's media, if two or more; the published."""
     method = results.config.fourier.method
     table = results.table("penetration.csv")
     is_finite = np.isfinite(table["chi"].to_numpy(float))
     is_usable = is_finite & table["medium"].isin(usable_media(results, table["medium"]))
     rows = table[(table["method"] == method) & is_usable]
     chi = dict(zip(rows["medium"].map(str), rows["chi"].map(float), strict=True))
-    values = {medium: kept_coefficients(results, medium) for medium in (scaling.GENERIC, *chi)}
-    if len(chi) < 2 or not np.isfinite(list(values.values())).all():
+    coefficients = {
+        medium: kept_coefficients(results, medium) for medium in (scaling.GENERIC, *chi)
+    }
+    if len(chi) < 2 or not np.isfinite(list(coefficients.values())).all():
         return [scaling.published(method)]
     return [
         scaling.reference_from(
             f"this campaign, method {method}",
             chi,
-            values,
+            coefficients,
             tables={medium: TableProfile.from_table(results[medium].alpha) for medium in chi},
         ),
         scaling.published(method),
     ]
 
 
-# The JSON object that the scripts work on.
+# The JSON object that the scripts use.
 
 
 def live_data(results: Results) -> dict[str, Any]:
-    """Collect what the scripts of the page work on; NaN is None."""
+    """Collect the numbers that the scripts of the page use; NaN becomes None."""
     config = results.config
     predicted = results.table("predicted.csv")
     return {
@@ -176,7 +178,7 @@ def live_data(results: Results) -> dict[str, Any]:
             for medium in results
         ],
         "terms": list(TERMS),
-        "legs": {name: _leg(leg) for name, leg in config.legs.items()},
+        "legs": {name: _leg_facts(leg) for name, leg in config.legs.items()},
         "leg_names": {name: name_of(name) for name in config.intruders},
         "profile_names": PROFILES,
         "rate": config.arm.leg_speed_rad_per_s,
@@ -185,13 +187,13 @@ def live_data(results: Results) -> dict[str, Any]:
         "confidence": config.fit.confidence,
         "profiles": {
             medium: {
-                name: _parameters(profile)
+                name: _profile_parameters(profile)
                 for name, profile in live_profiles(results, medium).items()
             }
             for medium in results.media
         },
         "alpha": {
-            medium.name: _cells(
+            medium.name: _map_cells(
                 medium.alpha,
                 medium.flags,
                 medium.flags.shared(medium.fits),
@@ -200,7 +202,9 @@ def live_data(results: Results) -> dict[str, Any]:
             for medium in results
         },
         "maps": {
-            medium.name: _cells(_on_lines(map_table, medium.alpha).assign(reason=_of_map))
+            medium.name: _map_cells(
+                _select_grid_lines(map_table, medium.alpha).assign(reason=_describe_source)
+            )
             for medium in results
             if len(map_table := results.map_table(medium.name))
         },
@@ -214,7 +218,7 @@ def live_data(results: Results) -> dict[str, Any]:
         "predicted": {
             str(medium): {
                 str(leg): {
-                    str(name): _ends_along(curve_rows, END_DIGITS)
+                    str(name): _interval_ends(curve_rows, END_DIGITS)
                     for name, curve_rows in rows_of_leg.groupby("profile")
                 }
                 for leg, rows_of_leg in rows.groupby("leg")
@@ -229,47 +233,53 @@ def live_data(results: Results) -> dict[str, Any]:
         },
         "push": _unit_push(results),
         "references": [
-            _reference(reference, config.fit.confidence)
+            _reference_parameters(reference, config.fit.confidence)
             for reference in scaling_references(results)
         ],
     }
 
 
 def _runs_without_force_x(results: Results) -> set[str]:
-    """Runs whose force along x nothing measured."""
+    """Return the run_id of runs whose force along x no sensor measured."""
     config = results.config
     return {run.run_id for run in results.campaign.runs if not measures_force_x(config, run)}
 
 
-def _of_map(cells: pd.DataFrame) -> pd.Series:
+def _describe_source(cells: pd.DataFrame) -> pd.Series:
+    """Write for each cell of a map how its alpha is known."""
     return "map: " + cells["source"]
 
 
-def _on_lines(map_table: pd.DataFrame, measured: pd.DataFrame | None = None) -> pd.DataFrame:
-    """Cells of a map on the lines of the published grid, and of the measured one: those between are too small to tap."""
-    on_lines = np.ones(len(map_table), dtype=bool)
+def _select_grid_lines(
+    map_table: pd.DataFrame, measured: pd.DataFrame | None = None
+) -> pd.DataFrame:
+    """Select the cells of a map at angles of the published or the measured grid: cells of the whole map are too small to tap."""
+    is_on_lines = np.ones(len(map_table), dtype=bool)
     for name, lines in (("beta_deg", BETA_DEG), ("gamma_deg", GAMMA_DEG)):
         measured_deg = np.zeros(0) if measured is None else measured[name].to_numpy(float)
         distances = np.abs(
             map_table[name].to_numpy(float)[:, None] - np.union1d(lines, measured_deg)
         )
-        on_lines &= distances.min(axis=1) < SAME_LINE_DEG
-    return map_table[on_lines]
+        is_on_lines &= distances.min(axis=1) < SAME_LINE_DEG
+    return map_table[is_on_lines]
 
 
 def _unit_push(results: Results) -> dict[str, Any]:
-    """What a push of 1 N/cm^3 straight down tells, with the usual error and with none: all of it is proportional to the push."""
+    """Compute the map that follows from one push straight down with alpha_z = 1 N/cm^3, without error and with the usual one.
+
+    The field calculator multiplies these numbers by the alpha_z that a user measured, as all are proportional to it.
+    """
     from scipy.special import ndtri
 
     level = results.config.fit.confidence
-    of_usual_error, exact = (_map_of_unit_push(results, se) for se in (math.nan, 0.0))
+    with_usual_error, exact = (_map_of_unit_push(results, se) for se in (math.nan, 0.0))
     step_now, step_after = plan("map", exact, count=1, confidence=level).steps
     return {
         "media": len(exact.known_media.split(", ")),
         "quantile": float(ndtri(0.5 + level / 2)),
         "model_error": results.model_error,
         "usual": float(usual_error(np.ones(1))[0]),
-        **_numbers_of_map(results, of_usual_error),
+        **_numbers_of_map(results, with_usual_error),
         "exact": _numbers_of_map(results, exact),
         "next": {
             "direction": step_after.directions[0],
@@ -280,16 +290,16 @@ def _unit_push(results: Results) -> dict[str, Any]:
 
 
 def _map_of_unit_push(results: Results, se: float) -> Map:
-    """Map of a push of 1 N/cm^3 straight down; `se`: NaN for the usual error."""
+    """Estimate the map from one push straight down with alpha_z = 1 N/cm^3; `se`: its error, NaN for the usual one."""
     push, level = Pushes.of(0.0, 90.0, [1.0, np.nan], se), results.config.fit.confidence
     try:
         return estimate(push, results.shapes(), confidence=level)
-    except ValueError:  # with media of the campaign that hardly take energy
+    except ValueError:  # media of the campaign among the known shapes that hardly take energy
         return estimate(push, confidence=level)
 
 
 def _numbers_of_map(results: Results, unit_map: Map) -> dict[str, Any]:
-    """Alpha, zeta and forces on the legs by a map, with their intervals."""
+    """Collect alpha, zeta and forces on the legs by a map, with their intervals."""
     config, level = results.config, results.config.fit.confidence
     legs = {}
     for name, leg in config.legs.items():
@@ -297,24 +307,26 @@ def _numbers_of_map(results: Results, unit_map: Map) -> dict[str, Any]:
         forces, peaks = predict_with_peaks(
             unit_map, leg_outline(leg), motion, level, model_error=results.model_error
         )
-        curve = {name: as_lists(forces[name].to_numpy(float), CURVE_DIGITS) for name in _FORCES}
+        curve = {
+            column: as_lists(forces[column].to_numpy(float), CURVE_DIGITS) for column in _FORCES
+        }
         legs[name] = {
             **curve,
-            **_ends_along(forces, CURVE_DIGITS),
-            "peaks": {c: _largest(peaks, names) for c, names in _PEAKS.items()},
+            **_interval_ends(forces, CURVE_DIGITS),
+            "peaks": {c: _largest_peak(peaks, names) for c, names in _PEAK_NAMES.items()},
         }
     return {
-        "map": _cells(_on_lines(unit_map.table()).assign(reason="")),
+        "map": _map_cells(_select_grid_lines(unit_map.table()).assign(reason="")),
         "zeta": as_lists(np.array(unit_map.zeta), CURVE_DIGITS),
         "legs": legs,
     }
 
 
-_PEAKS = {"z": ("lift",), "x": ("thrust", "drag")}
+_PEAK_NAMES = {"z": ("lift",), "x": ("thrust", "drag")}
 
 
-def _largest(peaks: Sequence[Peak], names: Sequence[str]) -> list[Any]:
-    """Place, value and ends of both intervals of the largest of some peaks; of a leg in the air 0."""
+def _largest_peak(peaks: Sequence[Peak], names: Sequence[str]) -> list[Any]:
+    """Return position, value and ends of both intervals of the largest peak among some names; zeros for a leg in air."""
     peak_numbers = [
         (peak.position, peak.value, peak.lo, peak.hi, peak.model_lo, peak.model_hi)
         for peak in peaks
@@ -324,8 +336,8 @@ def _largest(peaks: Sequence[Peak], names: Sequence[str]) -> list[Any]:
     return as_lists(np.array(largest), CURVE_DIGITS)
 
 
-def _reference(reference: scaling.Reference, confidence: float) -> dict[str, Any]:
-    """What the scaling routine takes from reference media; half widths are those of the logarithm of zeta."""
+def _reference_parameters(reference: scaling.Reference, confidence: float) -> dict[str, Any]:
+    """Return the numbers by which the script scales a new medium; half widths are of the logarithm of zeta."""
     exact, doubtful = (
         scaling.scale_new_medium(1.0, se, reference.chi, confidence) for se in (0.0, 1.0)
     )
@@ -335,23 +347,23 @@ def _reference(reference: scaling.Reference, confidence: float) -> dict[str, Any
         "media": len(reference.media),
         "chi": exact.chi,
         "half_chi": half_chi,
-        # of a test whose error is as large as itself
+        # the part of a penetration test whose standard error is as large as its alpha
         "half_test": math.sqrt(half_total**2 - half_chi**2),
         "student": float(student_quantile(confidence, reference.chi.size - 1)),
         "m0": reference.m0.tolist(),
         "scaled": reference.scaled.tolist(),
-        "tables": [_parameters(table, TABLE_DIGITS) for table in reference.tables],
+        "tables": [_profile_parameters(table, TABLE_DIGITS) for table in reference.tables],
     }
 
 
 def as_json(data: Mapping[str, Any]) -> str:
-    """Write JSON that can stand inside a script element: nothing in it can end the element."""
+    """Write JSON for the inside of a script element: no text in it can end the element."""
     text = json.dumps(data, separators=(",", ":"), allow_nan=False)
     return text.replace("&", "\\u0026").replace("<", "\\u003c").replace(">", "\\u003e")
 
 
-def _parameters(profile: Profile, digits: int | None = None) -> dict[str, Any]:
-    """A profile as the script's kernel takes it; `digits`: significant ones of a table's alpha, default all."""
+def _profile_parameters(profile: Profile, digits: int | None = None) -> dict[str, Any]:
+    """Return the parameters of a profile for the kernel of the script; `digits`: significant digits of alpha, default: all."""
     if isinstance(profile, TableProfile):
         angles = {"beta": profile.beta.tolist(), "gamma": profile.gamma.tolist()}
         alpha = {"z": as_lists(profile.alpha_z, digits), "x": as_lists(profile.alpha_x, digits)}
@@ -363,13 +375,14 @@ def _parameters(profile: Profile, digits: int | None = None) -> dict[str, Any]:
 
 
 def as_lists(values: FloatArray, digits: int | None = None) -> list[Any]:
-    """Turn an array into nested lists, NaN into None; `digits` are the significant ones to keep."""
+    """Turn an array into nested lists, and NaN into None; `digits`: significant digits, default: all."""
     if values.ndim > 1:
         return [as_lists(row, digits) for row in values]
-    return [_number(float(value), digits) for value in values]
+    return [_round_number(float(value), digits) for value in values]
 
 
-def _number(value: float, digits: int | None) -> float | int | None:
+def _round_number(value: float, digits: int | None) -> float | int | None:
+    """Round a number to significant digits; whole ones become int, which is shorter in JSON, and NaN None."""
     if not math.isfinite(value):
         return None
     if digits is not None:
@@ -377,23 +390,24 @@ def _number(value: float, digits: int | None) -> float | int | None:
     return int(value) if value == int(value) and abs(value) < 1e6 else value
 
 
-def _leg(leg: Leg) -> dict[str, Any]:
+def _leg_facts(leg: Leg) -> dict[str, Any]:
+    """Collect outline and sizes of a leg for the scripts."""
     outline = leg_outline(leg)
     facts = leg.model_dump(include={"hip_height_cm", "max_length_cm", "curvature_times_R"})
     return {"body": outline.body.tolist(), "width_cm": outline.width_cm, **facts}
 
 
-def _cells(
+def _map_cells(
     table: pd.DataFrame,
     flags: Flags | None = None,
     shared: Sequence[Remark] = (),
     runs_without_x: Collection[str] = (),
 ) -> dict[str, Any]:
-    """Measured cells of one medium as a map, with intervals and why one is empty.
+    """Collect the cells of one medium for a map: alpha, its intervals, notes with flags and reasons.
 
-    Scattered directions are shown as what is interpolated between them, and as points. `flags`: of
-    the medium; `shared`: those that the page says once. `runs_without_x`: runs whose force along x nothing measured;
-    ``unmeasured_x`` names the cells that have no other.
+    Scattered directions become an interpolated grid, and points. `flags`: Flags of the medium. `shared`: Flags that the page
+    names once for all runs. `runs_without_x`: Runs whose force along x no sensor measured; ``unmeasured_x`` lists the cells
+    that have only such runs.
     """
     notes: dict[str, str] = {}
     unmeasured_x: list[str] = []
@@ -403,10 +417,10 @@ def _cells(
         for c, end in product("zx", ("", "_lo", "_hi")):
             beta_deg, gamma_deg, values[c + end] = cells_of_map(table, column(c, end))
         for row in table.to_dict("records"):
-            # a plate at -90 degrees is the one at 90
+            # two lines: a plate at beta = -90 degrees is the same plate as at 90
             lines = np.flatnonzero(np.abs(beta_apart(beta_deg, row["beta_deg"])) < SAME_LINE_DEG)
-            column_at = np.abs(gamma_deg - row["gamma_deg"]).argmin()
-            cells_of_row = [f"{line},{column_at}" for line in lines]
+            column_index = np.abs(gamma_deg - row["gamma_deg"]).argmin()
+            cells_of_row = [f"{line},{column_index}" for line in lines]
             flags_of_cell = flags.of_cell(row, without=shared) if flags else []
             if note := format_remarks([*reason_of(row), *flags_of_cell]):
                 notes |= dict.fromkeys(cells_of_row, note)
@@ -431,15 +445,18 @@ _ENDS = [f"force_{c}_{end}_N" for c in "zx" for end in ("lo", "hi", "model_lo", 
 
 
 def _measured_curve(rows: pd.DataFrame) -> dict[str, Any]:
-    """Forces on a leg over theta."""
+    """Collect the measured forces on a leg over theta."""
     rows = rows.sort_values("theta_deg")
     return {
         name: as_lists(rows[name].to_numpy(float), CURVE_DIGITS) for name in ("theta_deg", *_FORCES)
     }
 
 
-def _ends_along(rows: pd.DataFrame, digits: int) -> dict[str, Any]:
-    """Ends of the intervals over theta; the script calculates the forces, and a turn by 1 deg is its own."""
+def _interval_ends(rows: pd.DataFrame, digits: int) -> dict[str, Any]:
+    """Collect the ends of the intervals of a predicted curve over theta.
+
+    The script calculates the forces itself, and knows the usual angles `THETA_DEG`: only other angles are written.
+    """
     rows = rows.sort_values("theta_deg")
     theta_deg = rows["theta_deg"].to_numpy(float)
     curve = {} if np.array_equal(theta_deg, THETA_DEG) else {"theta_deg": theta_deg.tolist()}

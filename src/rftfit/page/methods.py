@@ -1,4 +1,4 @@
-"""The methods paragraphs, ready to paste, their references, and where a page comes from."""
+"""The methods section of the page, ready to paste, with its references, the constants and the digest of the settings."""
 
 from __future__ import annotations
 
@@ -38,12 +38,12 @@ from rftfit.version import __version__
 
 
 def settings_digest(config: Config) -> str:
-    """Digest of every value of the configuration; comments and the order of keys do not count."""
+    """Compute the digest of all values of the configuration; comments and the order of keys do not count."""
     return digest_of(config.model_dump(mode="json"))
 
 
 def cited_references(paragraphs: Iterable[str]) -> list[tuple[int, str]]:
-    """List the references that some paragraphs cite, with their numbers."""
+    """List the references that the paragraphs cite, with their numbers."""
     text = f"""
 C. Li, T. Zhang, D. I. Goldman, A terradynamics of legged locomotion on granular media, \
 Science 339, 1408-1412 (2013), doi:10.1126/science.1229163
@@ -68,12 +68,22 @@ doi:10.1073/pnas.2214017120
 
 def paragraphs(results: Results, outcome: Outcome) -> list[str]:
     """Write the methods section from the configuration and the numbers of this campaign."""
-    walk = _robot(results)
-    trial = " ".join(filter(None, (_trial(results), _map(results, walk), walk, _software(results))))
-    return [_measurement(results, outcome), _model(results), trial]
+    robot = _describe_robot(results)
+    predictions = (
+        _describe_forces_on_legs(results),
+        _describe_map(results, robot),
+        robot,
+        _describe_software(results),
+    )
+    return [
+        _describe_measurement(results, outcome),
+        _describe_model(results),
+        " ".join(filter(None, predictions)),
+    ]
 
 
-def _measurement(results: Results, outcome: Outcome) -> str:
+def _describe_measurement(results: Results, outcome: Outcome) -> str:
+    """Describe media, runs, tare, slopes and intervals of alpha: the first paragraph."""
     config, fits = results.config, results.joined("fits/{medium}.csv")
     fitted_runs = fits[fits["reason"] == ""] if "reason" in fits else fits
     media = f"{len(results.media)} granular {'medium' if len(results.media) == 1 else 'media'}"
@@ -82,47 +92,47 @@ def _measurement(results: Results, outcome: Outcome) -> str:
     lost_text = f" and {' and '.join(lost)}" if lost else ""
     runs_sentence = (
         f"{outcome.runs_used} {'run was' if outcome.runs_used == 1 else 'runs were'} used"
-        f"{labels.in_brackets(_kinds(outcome))}{lost_text}."
+        f"{labels.in_brackets(_count_runs_by_kind(outcome))}{lost_text}."
     )
     if config.table is not None and config.table.holds == "alpha":
         return (
             f"The stress per depth alpha(beta, gamma) (ref. 1) of {media} was taken from a table, "
-            f"{config.run_sheet}: {outcome.runs_used} values. {_spread(results)}"
+            f"{config.run_sheet}: {outcome.runs_used} values. {_describe_intervals(results)}"
         )
     slope = (
-        f"The stress per depth alpha(beta, gamma) (ref. 1) is {_LAWS[config.fit.law]}{_window(results, fitted_runs)}."
-        f"{_law(results)}"
+        f"The stress per depth alpha(beta, gamma) (ref. 1) is {_LAWS[config.fit.law]}{_describe_window(results, fitted_runs)}."
+        f"{_describe_curved_stress(results)}"
     )
     if config.table is not None:
         return (
             f"Stress on a plate against depth in {media} was taken from a table, {config.run_sheet}. "
-            f"{runs_sentence} {slope} {_spread(results)}"
+            f"{runs_sentence} {slope} {_describe_intervals(results)}"
         )
     subtracted = "The force on rod and mount alone, recorded without a plate, was subtracted"
     nothing = "No force on rod and mount alone was recorded, so none was subtracted"
-    tare = _tare(results, "plate", fits, subtracted, nothing)
+    tare = _choose_tare_sentence(results, "plate", fits, subtracted, nothing)
     box, arm = config.container, config.arm
-    stated = arm.drive == "steady" and "speed_cm_per_s" in arm.model_fields_set
+    is_speed_stated = arm.drive == "steady" and "speed_cm_per_s" in arm.model_fields_set
     ground = (
         "in open ground"
         if _is_open(box)
         else f"in a container of {box.length_cm:g} x {box.width_cm:g} cm^2 and {box.depth_cm:g} cm depth"
     )
     experiment = (
-        f"Stresses on {_plates(results)} were {_ORIGINS[results.campaign.reenacted]} in {media} {ground}"
-        f"{f', at {arm.speed_cm_per_s:g} cm/s' if stated else ''}. {runs_sentence}{_directions(results)}"
+        f"Stresses on {_describe_plates(results)} were {_name_origin(results)} in {media} {ground}"
+        f"{f', at {arm.speed_cm_per_s:g} cm/s' if is_speed_stated else ''}. {runs_sentence}{_describe_directions(results)}"
     )
     if results.joined("alpha/{medium}.csv")["alpha_z_N_per_cm3"].isna().all():
-        return experiment  # nothing was subtracted from, or fitted to, runs that gave no number
-    return f"{experiment} {tare} {slope} {_spread(results)}"
+        return experiment  # no run gave a number, so tare, slopes and intervals are not described
+    return f"{experiment} {tare} {slope} {_describe_intervals(results)}"
 
 
 OPEN_CM = 500.0
-"""Least length and width of what is no box of a laboratory: so a config states that there are no walls, cm."""
+"""Length and width of a container, cm, from which it stands for open ground: a config states no walls by large numbers."""
 
 
 def _is_open(box: Container) -> bool:
-    """Whether the config states ground without walls."""
+    """Tell whether the config states open ground, without walls."""
     return min(box.length_cm, box.width_cm) >= OPEN_CM
 
 
@@ -133,21 +143,21 @@ _KINDS = {
     "leg_air": "of a leg in air",
     "robot": "of the robot",
 }
-"""Words for kinds of runs, in their order."""
+"""Words for kinds of runs, in the order of the sentence."""
 
 
-def _kinds(outcome: Outcome) -> str:
-    """Count the runs that were used by their kind; empty where all are of one kind."""
+def _count_runs_by_kind(outcome: Outcome) -> str:
+    """Write how many used runs there are of each kind; empty where all are of one kind."""
     counts = [
-        f"{outcome.used_by_kind[kind]} {words}"
-        for kind, words in _KINDS.items()
+        f"{outcome.used_by_kind[kind]} {name}"
+        for kind, name in _KINDS.items()
         if outcome.used_by_kind[kind]
     ]
     return list_in_words(counts) if len(counts) > 1 else ""
 
 
-def _directions(results: Results) -> str:
-    """Say how many directions were measured, and how often each."""
+def _describe_directions(results: Results) -> str:
+    """Say how many directions were measured, and by how many runs each."""
     counts: list[int] = []
     repeats: set[int] = set()
     for medium in results:
@@ -156,26 +166,30 @@ def _directions(results: Results) -> str:
         repeats |= {int(count) for count in cells["n_runs"]}
     if not repeats:
         return ""
-    how_many, how_often = _range(set(counts)), _range(repeats)
-    each = " in each medium" if len(counts) > 1 else ""
-    of_each = " in each direction" if set(counts) != {1} else ""
+    how_many, how_often = _format_range(set(counts)), _format_range(repeats)
+    in_each_medium = " in each medium" if len(counts) > 1 else ""
+    in_each_direction = " in each direction" if set(counts) != {1} else ""
     return (
-        f" Alpha was {_ORIGINS[results.campaign.reenacted]} in {how_many} direction{'s' * (set(counts) != {1})} (beta, gamma){each}, with "
-        f"{how_often} run{'s' * (repeats != {1})}{of_each}."
+        f" Alpha was {_name_origin(results)} in {how_many} direction{'s' * (set(counts) != {1})} (beta, gamma){in_each_medium}, with "
+        f"{how_often} run{'s' * (repeats != {1})}{in_each_direction}."
     )
 
 
-def _range(counts: set[int]) -> str:
+def _format_range(counts: set[int]) -> str:
+    """Write the range of some numbers, such as "2 to 5", or one number where all are equal."""
     least, largest = min(counts), max(counts)
     return str(least) if least == largest else f"{least} to {largest}"
 
 
-_ORIGINS = {False: "measured", True: "simulated from published results, not measured,"}
-"""Where forces and speeds come from, by whether the campaign is a re-enactment."""
+def _name_origin(results: Results) -> str:
+    """Say whether forces were measured or simulated."""
+    if results.campaign.reenacted:
+        return "simulated from published results, not measured,"
+    return "measured"
 
 
-def _plates(results: Results) -> str:
-    """Sizes of the plates that were pushed."""
+def _describe_plates(results: Results) -> str:
+    """Write the sizes of the plates that were pushed."""
     used_plates = {run.intruder for run in results.campaign.runs if run.kind == "plate"}
     sizes = []
     for name, intruder in results.config.intruders.items():
@@ -193,12 +207,12 @@ def _plates(results: Results) -> str:
     return f"{'a flat plate' if len(sizes) == 1 else 'flat plates'} ({'; '.join(sizes)})"
 
 
-def _window(results: Results, fits: pd.DataFrame) -> str:
-    """Which depths the slopes were taken over, as far as there are such slopes."""
+def _describe_window(results: Results, fits: pd.DataFrame) -> str:
+    """Say over which depths slopes were fitted, for slanted pushes, pushes into sands, and horizontal runs, as far as there are any."""
     config = results.config
     fit, parts = config.fit, []
     plates = [run for run in results.campaign.runs if run.kind == "plate"]
-    if any(r.direction != "horizontal" and r.medium in results.laboratory for r in plates):
+    if any(run.direction != "horizontal" and run.medium in results.laboratory for run in plates):
         lower_limit = f"from {fit.submergence_cm:g} cm" if fit.submergence_cm is not None else ""
         upper_limit = f"to {fit.max_depth_cm:g} cm" if fit.max_depth_cm is not None else ""
         stated = " ".join(filter(None, (lower_limit, upper_limit)))
@@ -237,8 +251,8 @@ _LAWS = {
 }
 
 
-def _law(results: Results) -> str:
-    """Say once where stress is not proportional to depth, and what the line through zero then misses."""
+def _describe_curved_stress(results: Results) -> str:
+    """Say in which media stress is not proportional to depth, and how far it departs from the line through zero."""
     curved = []
     for medium in results:
         steep = steep_pushes(medium.fits)
@@ -254,10 +268,10 @@ def _law(results: Results) -> str:
             continue
         power = law.power
         top, deep = float(steep["depth_from_cm"].median()), float(steep["depth_to_cm"].median())
-        # least squares of k z^p by a line through zero, over an even window
-        line = (deep ** (power + 2) - top ** (power + 2)) / (power + 2) * 3 / (deep**3 - top**3)
+        # slope of the line through zero that fits z^p by least squares, over evenly spaced depths of the window
+        slope = (deep ** (power + 2) - top ** (power + 2)) / (power + 2) * 3 / (deep**3 - top**3)
         departures = [
-            f"{100 * (depth ** (power - 1) / line - 1):+.0f} % at {depth:.1f} cm"
+            f"{100 * (depth ** (power - 1) / slope - 1):+.0f} % at {depth:.1f} cm"
             for depth in (max(top, 0.25 * deep), 0.5 * deep, deep)
         ]
         curved.append(
@@ -267,15 +281,15 @@ def _law(results: Results) -> str:
     return f" Stress does not grow in proportion to depth: {'; '.join(curved)}." if curved else ""
 
 
-def _spread(results: Results) -> str:
-    """What the intervals hold, and what they do not hold since the config states it as 0."""
+def _describe_intervals(results: Results) -> str:
+    """Say which errors the intervals of alpha hold, and which they do not hold, since the config states them as 0."""
     zero_errors = labels.names_of_zero_errors(results)
     left_out = f" The config states as 0, so that no interval holds, the errors of: {zero_errors}."
-    return _held_by_intervals(results) + left_out * bool(zero_errors)
+    return _describe_held_errors(results) + left_out * bool(zero_errors)
 
 
-def _held_by_intervals(results: Results) -> str:
-    """What the intervals hold, by the records of this campaign."""
+def _describe_held_errors(results: Results) -> str:
+    """Say which errors the intervals of alpha hold in this campaign."""
     level = f"{100 * results.config.fit.confidence:g} % intervals of alpha"
     tables = results.joined("alpha/{medium}.csv")
     cells_with_error = tables[tables["alpha_z_se_N_per_cm3"].notna()]
@@ -285,27 +299,24 @@ def _held_by_intervals(results: Results) -> str:
         opening = f"{level} are made from the standard errors that the table states"
     else:
         runs = results.joined("runs/{medium}.csv")
-        clocks = (runs["clock_se_s"] > 0).any()
+        has_clock_errors = (runs["clock_se_s"] > 0).any()
         errors = " and add the errors of the force zero" if not results.campaign.numbers else ""
-        errors += " and of the clocks" if clocks and errors else ""
+        errors += " and of the clocks" if has_clock_errors and errors else ""
         treatment = "allow for the correlation of successive samples (ref. 3)"
         points = results.joined("fits/{medium}.csv")["n_points"]
         if results.config.table is not None and (points < FEWEST).all():
             treatment = f"take the depths of a direction, fewer than {FEWEST}, as independent"
-        opening = f"{level} {treatment}{errors}{_named_errors(cells_with_error)}"
+        opening = f"{level} {treatment}{errors}{_describe_named_errors(cells_with_error)}"
     kinds = set(cells_with_error["spread"])
     assumed = f"{100 * USUAL_BED_SPREAD:g} %"
     if kinds == {AS_PREPARED}:
         return f"{opening}; they do not include the scatter between beds, as the config states."
     if OF_CELL in kinds:
-        others_phrase = (
-            "; the others do not include the scatter between beds" if AS_PREPARED in kinds else ""
-        )
-        others_phrase = (
-            f"; the others hold an assumed spread of {assumed}"
-            if ASSUMED in kinds
-            else others_phrase
-        )
+        others_phrase = ""
+        if ASSUMED in kinds:
+            others_phrase = f"; the others hold an assumed spread of {assumed}"
+        elif AS_PREPARED in kinds:
+            others_phrase = "; the others do not include the scatter between beds"
         return f"{opening}, and hold the scatter of the runs of a direction that was repeated{others_phrase}."
     spreads = cells_with_error["run_to_run_z_N_per_cm3"]
     size = f"{format_number(spreads.median(), 4)} N/cm^3" + " (median)" * (len(spreads) > 1)
@@ -319,7 +330,7 @@ def _held_by_intervals(results: Results) -> str:
     return f"{opening}, and the spread from run to run ({treatment}; its standard deviation in alpha_z is {size})."
 
 
-_OF_ALPHA = {
+_ERROR_PHRASES = {
     "surface": "of the free surface in each run",
     "session": "of the free surface and the clocks common to all runs",
     "angle": "of the angles",
@@ -328,28 +339,33 @@ _OF_ALPHA = {
 }
 
 
-def _named_errors(cells_with_error: pd.DataFrame) -> str:
-    """Errors that no single log shows: the largest of all directions and both components over alpha_z(0, 90 deg)."""
+def _describe_named_errors(cells_with_error: pd.DataFrame) -> str:
+    """Write the errors of alpha that no single log shows, each by its largest share of alpha_z(0, 90 deg) in any direction."""
     is_down = (cells_with_error["beta_deg"] == 0) & (cells_with_error["gamma_deg"] == 90)
     down = cells_with_error[is_down].set_index("medium")["alpha_z_N_per_cm3"]
-    level = cells_with_error["medium"].map(down)
+    reference_alpha = cells_with_error["medium"].map(down)
     error_texts: list[str] = []
-    for name, words in _OF_ALPHA.items():
+    for name, phrase in _ERROR_PHRASES.items():
         columns = [f"alpha_{c}_{name}_N_per_cm3" for c in "zx"]
         if not {*columns} <= {*cells_with_error}:
             continue
-        share = float(cells_with_error[columns].div(level, axis=0).abs().max().max())
-        if share >= 0.0005:  # a smaller part is not worth a word
+        share = float(cells_with_error[columns].div(reference_alpha, axis=0).abs().max().max())
+        if share >= 0.0005:  # a smaller share would be written as 0.0 %
             of_alpha = "" if error_texts else " of alpha_z(0, 90 deg) in any direction"
             size = "" if error_texts else "standard error "
-            error_texts.append(f"{words} ({size}at most {100 * share:.1f} %{of_alpha})")
+            error_texts.append(f"{phrase} ({size}at most {100 * share:.1f} %{of_alpha})")
     if not error_texts:
         return ""
     return f", and hold the error{'s' * (len(error_texts) > 1)} {list_in_words(error_texts)}"
 
 
-def _tare(results: Results, kind: str, table: pd.DataFrame, subtracted: str, nothing: str) -> str:
-    """Say whether tares were subtracted from the runs of a table that gave a number."""
+def _choose_tare_sentence(
+    results: Results, kind: str, table: pd.DataFrame, subtracted: str, nothing: str
+) -> str:
+    """Say whether tares were subtracted from the runs of a table that gave a number.
+
+    `kind`: ``plate`` or ``leg``. `subtracted`, `nothing`: Sentences for runs with and without a tare, without full stop.
+    """
     if "reason" in table:
         table = table[table["reason"] == ""]
     if not labels.tared(results, table):
@@ -357,27 +373,28 @@ def _tare(results: Results, kind: str, table: pd.DataFrame, subtracted: str, not
             return f"The forces are those on the {kind} alone, so nothing was subtracted."
         return f"{nothing}."
     runs = len(labels.without_tare(results).intersection(table["run_id"]))
-    return (
-        f"{subtracted}, save for {runs} runs without such a recording."
-        if runs
-        else f"{subtracted}."
-    )
+    exception = f", save for {runs} runs without such a recording" if runs else ""
+    return f"{subtracted}{exception}."
 
 
-def _model(results: Results) -> str:
+def _describe_model(results: Results) -> str:
+    """Describe the nine-term fit, its generic coefficients, and the scaling: the second paragraph."""
     fourier = results.config.fourier
-    scaled, coefficients = _scaling(results), labels.of_method(results, "coefficients.csv")
+    scaling, coefficients = (
+        _describe_scaling(results),
+        labels.of_method(results, "coefficients.csv"),
+    )
     coefficients = coefficients[coefficients["value_N_per_cm3"].notna()]
     if coefficients.empty:
-        return scaled or (
+        return scaling or (
             "No medium was measured in the directions that it needs, so no Fourier series was fitted."
         )
-    mean = labels.usable_media(
+    averaged_media = labels.usable_media(
         results, dict.fromkeys(coefficients.loc[coefficients["medium"] != GENERIC, "medium"])
     )
     generic = (
-        f", and the generic coefficients are the mean over {len(mean)} media of their coefficients over their zeta"
-        if len(mean) > 1
+        f", and the generic coefficients are the mean over {len(averaged_media)} media of their coefficients over their zeta"
+        if len(averaged_media) > 1
         else ""
     )
     intervals = (
@@ -385,13 +402,13 @@ def _model(results: Results) -> str:
         if coefficients["lo"].notna().any()
         else ""
     )
-    of_maps = [
+    media_of_maps = [
         results.titles[medium] for medium in results.laboratory if has_scale_of_map(results, medium)
     ]
-    of_map = (
-        f" The pushes into {list_in_words(of_maps)} leave directions of the published grid out: there zeta is that of the map, "
+    zeta_of_maps = (
+        f" The pushes into {list_in_words(media_of_maps)} leave directions of the published grid out: there zeta is that of the map, "
         "whose nine terms are fitted in all directions."
-        if of_maps
+        if media_of_maps
         else ""
     )
     fit_method = (
@@ -403,12 +420,12 @@ def _model(results: Results) -> str:
     return (
         f"The measured alpha was fitted with the nine-term Fourier series of ref. 1 by {fit_method}; "
         f"terms above {fourier.threshold:g} A00 were kept. The scaling factor zeta of a "
-        f"medium is its fitted alpha_z(0, 90 deg) in N/cm^3{generic}.{of_map}{intervals}"
-    ) + (f" {scaled}" if scaled else "")
+        f"medium is its fitted alpha_z(0, 90 deg) in N/cm^3{generic}.{zeta_of_maps}{intervals}"
+    ) + (f" {scaling}" if scaling else "")
 
 
-def _scaling(results: Results) -> str:
-    """Ratio chi of several media, and what natural sands are scaled from."""
+def _describe_scaling(results: Results) -> str:
+    """Say the ratio chi of several media, and from which media natural sands are scaled."""
     table = results.table("penetration.csv")
     sands = table.loc[table["medium"].isin(results.sands) & table["zeta"].notna(), "medium"]
     if sands.isin(scaled_from_print(results)).any():
@@ -437,7 +454,8 @@ def _scaling(results: Results) -> str:
     )
 
 
-def _software(results: Results) -> str:
+def _describe_software(results: Results) -> str:
+    """Name the programs and their versions, and the digest of the settings."""
     version = versions()
     return (
         f"All steps were run with rftfit {version['rftfit']} (ref. 2; digest of the settings "
@@ -446,7 +464,7 @@ def _software(results: Results) -> str:
     )
 
 
-_SOURCES = {
+_ALPHA_NAMES = {
     "table": "alpha interpolated from the measured table",
     "map": "the map of alpha",
     "fourier": "the nine-term fit",
@@ -455,15 +473,15 @@ _SOURCES = {
 }
 
 
-def _source(results: Results, profile: str) -> str:
-    """Name the alpha behind a prediction; the generic profile of one medium alone is no generic one."""
+def _name_alpha(results: Results, profile: str) -> str:
+    """Name the alpha of a profile; with one medium alone the generic profile is just its nine-term fit."""
     if profile == "generic" and len(results.laboratory) == 1 and not results.sands:
         return "zeta times the coefficients of the only medium, which is its own nine-term fit"
-    return _SOURCES[profile]
+    return _ALPHA_NAMES[profile]
 
 
-def _trial(results: Results) -> str:
-    """How forces on legs were measured and predicted; empty where they were not."""
+def _describe_forces_on_legs(results: Results) -> str:
+    """Describe how forces on legs were measured and predicted; empty where they were neither."""
     config, measured = results.config, results.joined("legs/{medium}.csv")
     predicted = results.table("predicted.csv")
     used_legs = {*measured["leg"], *predicted["leg"]}
@@ -480,22 +498,22 @@ def _trial(results: Results) -> str:
     if len(measured):
         subtracted = "The force in air at the same angle was subtracted"
         nothing = "No force in air was recorded, so none was subtracted"
-        tare = _tare(results, "leg", measured, subtracted, nothing)
+        tare = _choose_tare_sentence(results, "leg", measured, subtracted, nothing)
         sentences.append(
-            f"Forces on {legs_text}, turned at {config.arm.leg_speed_rad_per_s:g} rad/s, were {_ORIGINS[results.campaign.reenacted]} in "
-            f"{_media(results, measured['medium'])}. {tare}"
+            f"Forces on {legs_text}, turned at {config.arm.leg_speed_rad_per_s:g} rad/s, were {_name_origin(results)} in "
+            f"{_name_media(results, measured['medium'])}. {tare}"
         )
         legs_text = "these legs"
     media_by_profile = labels.predicted_by(results)
     sources = {
-        name: _media(results, media_by_profile[name])
+        name: _name_media(results, media_by_profile[name])
         for name in labels.PROFILES
         if name in media_by_profile
     }
     if sources:
         sentences.append(
             f"Forces on {legs_text} were predicted by summing alpha |z| dA over {ELEMENTS} elements a leg, as far as they "
-            f"are below the surface, with {list_in_words(f'{_source(results, name)} ({media})' for name, media in sources.items())}."
+            f"are below the surface, with {list_in_words(f'{_name_alpha(results, name)} ({media})' for name, media in sources.items())}."
         )
         if predicted["force_z_lo_N"].notna().any():
             sentences.append(
@@ -504,26 +522,27 @@ def _trial(results: Results) -> str:
         if predicted["force_z_model_lo_N"].notna().any():
             sentences.append(
                 "Those with the model's own error hold also how far forces lie from such a sum on legs whose alpha is "
-                f"known: {format_number(results.model_error, 2)} of the load without cancellation, {_origin_of_error(results)}."
+                f"known: {format_number(results.model_error, 2)} of the load without cancellation, {_describe_choice_of_error(results)}."
             )
-        sentences += [_peaks(results, name) for name in ("table", "map")]
-        sentences.append(_limits(results, legs))
+        sentences += [_describe_errors_of_peaks(results, name) for name in ("table", "map")]
+        sentences.append(_describe_limits(results, legs))
     return " ".join(filter(None, sentences))
 
 
-def _media(results: Results, names: Iterable[str]) -> str:
-    """Name one medium, count several."""
+def _name_media(results: Results, names: Iterable[str]) -> str:
+    """Write the title of one medium, or the number of several."""
     unique_names = list(dict.fromkeys(names))
-    return (
-        results.campaign.titles[unique_names[0]]
-        if len(unique_names) == 1
-        else f"{len(unique_names)} media"
-    )
+    if len(unique_names) == 1:
+        return results.campaign.titles[unique_names[0]]
+    return f"{len(unique_names)} media"
 
 
-def _map(results: Results, walk: str) -> str:
-    """What the map is made of; empty where nothing was predicted with it."""
-    if "map" not in labels.predicted_by(results) and "the map of alpha" not in walk:
+def _describe_map(results: Results, robot: str) -> str:
+    """Describe how the map was estimated; empty where no force was predicted with it.
+
+    `robot`: Text of `_describe_robot`, which may name the map.
+    """
+    if "map" not in labels.predicted_by(results) and _ALPHA_NAMES["map"] not in robot:
         return ""
     others_phrase = " and the others of this campaign" if results.config.maps.own_media else ""
     frictions = list_in_words(f"{friction:g}" for friction in FRICTIONS)
@@ -536,8 +555,8 @@ def _map(results: Results, walk: str) -> str:
     )
 
 
-def _origin_of_error(results: Results) -> str:
-    """Say which legs the model's own error was chosen on."""
+def _describe_choice_of_error(results: Results) -> str:
+    """Say by which legs the model's own error was chosen."""
     if results.model_error != EPS:
         return "as estimated by tables of alpha from the same legs that are compared, which is no test of it"
     same = (
@@ -549,7 +568,7 @@ def _origin_of_error(results: Results) -> str:
 
 
 class Constant(NamedTuple):
-    """A constant of the model, what it was chosen on, and what the page grades it on."""
+    """A constant of the model, the data by which it was chosen, and the data of this page that test it."""
 
     name: str
     value: str
@@ -558,15 +577,15 @@ class Constant(NamedTuple):
 
 
 LEGS_OF_PAPER, SANDS_OF_PAPER = "legs of ref. 1 in five media", "legs of ref. 1 in three sands"
-"""Measured forces that constants were chosen on: Figs. S5 and S12."""
+"""Measured forces by which constants were chosen: Figs. S5 and S12."""
 
 NO_GRADE = "the same numbers: no grade"
 
 
 def constants(results: Results) -> list[Constant]:
-    """List the constants behind the predictions of this campaign that were chosen on measured forces.
+    """List the constants behind the predictions of this campaign that were chosen by measured forces.
 
-    Where a simulated campaign compares the numbers that a constant was chosen on, this is no grade.
+    A simulated campaign compares the same numbers by which a constant was chosen, which is no test: `NO_GRADE`.
     """
     profiles, predicted = labels.predicted_by(results), results.table("predicted.csv")
     legs = results.joined("legs/{medium}.csv")
@@ -576,41 +595,47 @@ def constants(results: Results) -> list[Constant]:
             return "nothing here"
         return NO_GRADE if same else "legs of this campaign"
 
-    of_legs = graded_on(results.laboratory, same=results.campaign.reenacted)
-    of_sands = graded_on(results.sands, same=results.campaign.reenacted)
+    graded_on_legs = graded_on(results.laboratory, same=results.campaign.reenacted)
+    graded_on_sands = graded_on(results.sands, same=results.campaign.reenacted)
     listed = []
     if predicted["force_z_model_lo_N"].notna().any():
-        of_campaign = results.model_error != EPS
+        is_estimated_here = results.model_error != EPS
         listed = [
             Constant(
                 "the model's own error, of the load",
                 format_number(results.model_error, 2),
-                "legs of this campaign" if of_campaign else LEGS_OF_PAPER,
-                NO_GRADE if of_campaign else of_legs,
+                "legs of this campaign" if is_estimated_here else LEGS_OF_PAPER,
+                NO_GRADE if is_estimated_here else graded_on_legs,
             ),
-            Constant("its floor, of the largest load", f"{LEAST_LOAD:g}", LEGS_OF_PAPER, of_legs),
-            Constant("its length, degrees of theta", f"{LENGTH_DEG:g}", LEGS_OF_PAPER, of_legs),
+            Constant(
+                "its floor, of the largest load", f"{LEAST_LOAD:g}", LEGS_OF_PAPER, graded_on_legs
+            ),
+            Constant(
+                "its length, degrees of theta", f"{LENGTH_DEG:g}", LEGS_OF_PAPER, graded_on_legs
+            ),
         ]
     if "map" in profiles:
         listed += [
-            Constant("nodes of the map in beta, degrees", f"{STEP_DEG:g}", LEGS_OF_PAPER, of_legs),
+            Constant(
+                "nodes of the map in beta, degrees", f"{STEP_DEG:g}", LEGS_OF_PAPER, graded_on_legs
+            ),
             Constant(
                 "scatter of the course between the lines",
                 f"{published_shapes().variation.course_share:g}",
                 LEGS_OF_PAPER,
-                of_legs,
+                graded_on_legs,
             ),
             Constant(
                 "frictions of that course",
                 ", ".join(f"{friction:g}" for friction in FRICTIONS),
                 "none: range of ref. 7",
-                of_legs if of_legs != NO_GRADE else "legs of ref. 1 in five media",
+                graded_on_legs if graded_on_legs != NO_GRADE else "legs of ref. 1 in five media",
             ),
             Constant(
                 "tilt, share of the full one",
                 f"{TILT_SHARE:g}",
                 f"{SANDS_OF_PAPER}, and exact laws",
-                of_sands,
+                graded_on_sands,
             ),
         ]
     if results.campaign.robot_medium:
@@ -629,8 +654,8 @@ def constants(results: Results) -> list[Constant]:
     return listed
 
 
-def _robot(results: Results) -> str:
-    """How the robot was simulated; empty where there is none."""
+def _describe_robot(results: Results) -> str:
+    """Describe how the robot was simulated, and the measured speeds; empty where no speed was simulated."""
     if not (medium := results.campaign.robot_medium):
         return ""
     speed, measured = results.table("robot/speed.csv"), results.table("robot/measured.csv")
@@ -640,7 +665,7 @@ def _robot(results: Results) -> str:
     runs = len(speed.drop_duplicates(["curvature_times_R", "frequency_Hz"]))
     text = (
         f"A legged robot in {results.campaign.titles[medium]} was simulated as a rigid body in the plane (ref. 1) in {runs} "
-        f"combinations of leg curvature and stride frequency, with {list_in_words(_source(results, name) for name in speed['profile'].unique())}."
+        f"combinations of leg curvature and stride frequency, with {list_in_words(_name_alpha(results, name) for name in speed['profile'].unique())}."
     )
     conditions = measured[measured["speed_cm_per_s"].notna()]
     if len(conditions):
@@ -657,10 +682,10 @@ def _robot(results: Results) -> str:
     return text
 
 
-def _limits(results: Results, legs: Mapping[str, Leg]) -> str:
-    """Say where predicted forces on legs leave what was measured, in any medium."""
+def _describe_limits(results: Results, legs: Mapping[str, Leg]) -> str:
+    """Say in which media predicted forces on legs go beyond what was measured, or beyond what the model is for."""
     speed = results.config.arm.leg_speed_rad_per_s
-    limits_of = []
+    limits_of_media = []
     for medium in results:
         profile = medium.profile("table", draws=False)
         limits_by_leg = {}
@@ -670,18 +695,19 @@ def _limits(results: Results, legs: Mapping[str, Leg]) -> str:
                 limits_by_leg[labels.name_of(name)] = limits
         if limits_by_leg:
             first_leg, limits = next(iter(limits_by_leg.items()))
-            limits_of.append(
+            limits_of_media.append(
                 f"{', '.join(limits_by_leg)} in {medium.title} ({first_leg}: {'; '.join(limits)})"
             )
-    return f"Beyond what was measured: {'; '.join(limits_of)}." if limits_of else ""
+    return f"Beyond what was measured: {'; '.join(limits_of_media)}." if limits_of_media else ""
 
 
-def _peaks(results: Results, profile: str) -> str:
+def _describe_errors_of_peaks(results: Results, profile: str) -> str:
+    """Say how large the errors of peak lift by one profile are; empty where there is none."""
     errors = labels.lift_errors(results, results.media)
-    peak = errors.loc[errors["profile"] == profile, "peak_error_percent"].dropna().abs()
-    if peak.empty:
+    sizes = errors.loc[errors["profile"] == profile, "peak_error_percent"].dropna().abs()
+    if sizes.empty:
         return ""
     return (
-        f"With {_source(results, profile)} the largest error of peak lift is {format_number(peak.max(), 0)} % among {len(peak)} "
-        f"{'pair' if len(peak) == 1 else 'pairs'} of leg and medium (median {format_number(peak.median(), 0)} %)."
+        f"With {_name_alpha(results, profile)} the largest error of peak lift is {format_number(sizes.max(), 0)} % among {len(sizes)} "
+        f"{'pair' if len(sizes) == 1 else 'pairs'} of leg and medium (median {format_number(sizes.median(), 0)} %)."
     )

@@ -1,4 +1,4 @@
-"""What became of the runs and of the rows of their logs, and what to doubt about those in use."""
+"""The fate of runs and of the rows of their logs, and doubts about the runs in use, the media and the checks."""
 
 from __future__ import annotations
 
@@ -25,21 +25,21 @@ VERDICT_WORDS = {
     FAR_OFF: "far off",
     NOT_TESTED: "not tested",
 }
-"""Verdicts on the model on legs, for people."""
+"""Words for the verdicts on the force model on legs."""
 
-_STATUSES = {status.code for status in RowStatus}
-_EXPECTED = _STATUSES - {RowStatus.SATURATED.code, RowStatus.MOTION_GAP.code}
-"""Reasons for which rows of every good run are dropped."""
+_ROW_CODES = {status.code for status in RowStatus}
+_EXPECTED_CODES = _ROW_CODES - {RowStatus.SATURATED.code, RowStatus.MOTION_GAP.code}
+"""Codes of the reasons for which rows of every good run are dropped."""
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of the runs of a campaign.
+    """The runs of a campaign with and without a result.
 
-    `used`: Number of runs that gave a result, by medium; those in air, which serve all, under ``""``.
-    `used_by_kind`: The same by kind of run.
-    `dropped`: The others: ``run_id, medium, kind, rows`` of its logs, all ``reasons``, and whether it was ``excluded`` on
-        purpose.
+    `used`: Number of runs that gave a result, by medium; runs in air, which serve all media, under ``""``.
+    `used_by_kind`: Number of these runs by kind of run.
+    `dropped`: Each run without a result: ``run_id, medium, kind``, number of ``rows`` of its logs, ``reasons``, and whether
+        the run sheet ``excluded`` it on purpose.
     """
 
     used: Counter[str]
@@ -52,12 +52,12 @@ class Outcome:
         return sum(self.used.values())
 
     def count_lost(self, *, excluded: bool) -> int:
-        """Count the runs without a result that the run sheet excludes, or those that it does not."""
+        """Count the runs without a result that the run sheet excludes, or the others."""
         return sum(run["excluded"] == excluded for run in self.dropped)
 
 
 def outcome_of_runs(results: Results) -> Outcome:
-    """Tell runs that gave a slope, a leg curve, a tare or a speed from those that gave nothing."""
+    """Divide the runs into those that gave a slope, a leg curve, a tare or a speed, and those that gave nothing."""
     ledger = results.table("ledger.csv")
     good_runs = runs_with_result(ledger)
     outcome = Outcome(Counter(), Counter(), [])
@@ -68,8 +68,9 @@ def outcome_of_runs(results: Results) -> Outcome:
             outcome.used_by_kind[kind] += 1
             continue
         lost = rows[rows["fate"] == DROPPED]
-        special = lost[~lost["reason_code"].isin(_EXPECTED)]
-        reasons = dict.fromkeys((lost if special.empty else special)["reason"])
+        # reasons that every good run has say little: they count only where there is no other
+        unusual = lost[~lost["reason_code"].isin(_EXPECTED_CODES)]
+        reasons = dict.fromkeys((lost if unusual.empty else unusual)["reason"])
         reason_text = "; ".join(reasons) or "no row was used; the ledger gives no reason"
         excluded = bool((lost["reason_code"] == "excluded").any())
         facts = {"run_id": run_id, "medium": medium, "kind": kind, "excluded": excluded}
@@ -78,42 +79,44 @@ def outcome_of_runs(results: Results) -> Outcome:
 
 
 def rows_by_reason(results: Results) -> list[dict[str, Any]]:
-    """Add up the rows of all logs by fate and reason; reasons that name one run are put together.
+    """Add up the rows of all logs by fate and reason; reasons that concern a whole run become one.
 
-    Returns ``fate, reason, runs, rows``, the largest number of rows first within each fate.
+    Returns dicts of ``fate, reason, runs, rows``, in each fate the largest number of rows first.
     """
     ledger = results.table("ledger.csv")
-    special = (ledger["fate"] == DROPPED) & ~ledger["reason_code"].isin(_STATUSES)
-    reason = ledger["reason"].mask(special, "the whole run, or damaged rows")
-    # a note about the clocks may follow the path
-    noted = ledger["reason_code"].isin(["path", "path clock-hours"])
-    table = ledger.assign(reason=reason.mask(noted, str(remark("path"))))
+    is_of_run = (ledger["fate"] == DROPPED) & ~ledger["reason_code"].isin(_ROW_CODES)
+    reason = ledger["reason"].mask(is_of_run, "the whole run, or damaged rows")
+    # the reason "path" may be followed by a note about the clocks: both become one reason
+    is_path = ledger["reason_code"].isin(["path", "path clock-hours"])
+    table = ledger.assign(reason=reason.mask(is_path, str(remark("path"))))
     groups = table.groupby(["fate", "reason"])
     sums = groups.agg(runs=("run_id", "nunique"), rows=("rows", "sum")).reset_index()
     return records(sums.sort_values(["fate", "rows"], ascending=[False, False]))
 
 
 def most_serious_flag(results: Results, medium: str) -> tuple[str, int]:
-    """Find the most serious flag of the runs and cells of one medium that are used, and count those with a flag."""
+    """Find the most serious flag of the used runs and cells of one medium, and the number of runs and cells with a flag."""
     medium_results = results[medium]
     flags, alpha = medium_results.flags, medium_results.alpha
     shared = flags.shared(medium_results.fits)
-    of_runs = [
+    flags_of_runs = [
         attach_run(run_id, [flag for flag in flags.of_run(run_id) if flag not in shared])
         for run_id in medium_results.runs["run_id"]
     ]
-    of_cells = [[flag] for cell in alpha.to_dict("records") for flag in flags.of_cell_alone(cell)]
-    doubts = [*filter(None, of_runs), *of_cells]
-    empty = int(alpha["alpha_z_N_per_cm3"].isna().sum())
-    if empty and medium_results.settings.role == "laboratory":
-        return f"{empty} of {len(alpha)} cells have no alpha", len(doubts) + empty
+    flags_of_cells = [
+        [flag] for cell in alpha.to_dict("records") for flag in flags.of_cell_alone(cell)
+    ]
+    doubts = [*filter(None, flags_of_runs), *flags_of_cells]
+    empty_cells = int(alpha["alpha_z_N_per_cm3"].isna().sum())
+    if empty_cells and medium_results.settings.role == "laboratory":
+        return f"{empty_cells} of {len(alpha)} cells have no alpha", len(doubts) + empty_cells
     if not doubts:
         return "", 0
     return format_remarks(max(doubts, key=_severity)), len(doubts)
 
 
 def doubt_of_map(results: Results, medium: str) -> str:
-    """Say why a measured medium has no map, or where its pushes hardly fit the shape that known media share."""
+    """Say why a measured medium has no map, or that its pushes hardly fit the shape that known media share; else empty."""
     reason = results.map_reason(medium)
     if reason and results[medium].alpha["alpha_z_N_per_cm3"].notna().any():
         return f"alpha could not be estimated in directions without a push: {reason}"
@@ -127,7 +130,10 @@ def doubt_of_map(results: Results, medium: str) -> str:
 
 
 def verdicts_on_legs(results: Results, medium: str) -> list[tuple[str, str, str]]:
-    """Verdict on the model on the legs of a medium by each profile that a user would take, and its worst peak."""
+    """Judge the model on the legs of a medium, for each profile that a user would choose.
+
+    Returns profile, verdict, and the worst peak in words; one entry without profile where no leg can be judged.
+    """
     if results[medium].verdict.word == UNUSABLE:
         return [("", NOT_TESTED, "the data are unusable")]
     errors, verdicts = results.table("leg_errors.csv"), []
@@ -135,13 +141,12 @@ def verdicts_on_legs(results: Results, medium: str) -> list[tuple[str, str, str]
         worst = worst_peak(errors, medium, profile)
         if worst:
             force_name = "lift" if worst["component"] == "z" else "thrust"
-            # with the model's own error: the verdict rests on it
+            # the interval with the model's own error, by which the verdict was made
             ends = format_interval(
                 worst["peak_error_model_lo_percent"], worst["peak_error_model_hi_percent"], 0
             )
             ends = f"{ends} %".replace(" ", "\N{NO-BREAK SPACE}") if ends else ""
-            brackets = in_brackets(ends)
-            error_text = percent(worst["peak_error_percent"]) + brackets
+            error_text = percent(worst["peak_error_percent"]) + in_brackets(ends)
             peak = f"{name_of(profile)}: {name_of(worst['leg'])}, {force_name} {error_text}"
             verdicts.append((profile, worst["verdict"], peak))
     reason = "no leg was measured" if results.config.legs else ""
@@ -149,7 +154,7 @@ def verdicts_on_legs(results: Results, medium: str) -> list[tuple[str, str, str]
 
 
 def worst_of_nine_terms(results: Results, medium: str) -> str:
-    """Name the worst peak by the nine terms, whose value zeta is, on the legs of a medium; empty where they predict none."""
+    """Name the worst error of a peak on legs of a medium by the nine terms, which define zeta; empty without such an error."""
     worst = worst_peak(results.table("leg_errors.csv"), medium, "fourier")
     if not worst or results[medium].verdict.word == UNUSABLE:
         return ""
@@ -160,7 +165,10 @@ def worst_of_nine_terms(results: Results, medium: str) -> str:
 
 
 def media_that_passed(results: Results) -> dict[str, set[str]]:
-    """Media that passed each check which failed in none, by check; no media where it could be made in none."""
+    """List, by check, the media that passed it; without checks that failed in any medium.
+
+    The set of media is empty where a check could be made in none.
+    """
     return {
         str(check): {*rows.loc[rows["verdict"] == PASSED, "medium"]}
         for check, rows in results.checks.groupby("check", sort=False)
@@ -169,10 +177,15 @@ def media_that_passed(results: Results) -> dict[str, set[str]]:
 
 
 def summary_of_checks(results: Results) -> dict[str, Any]:
-    """Sum up the checks: failed ones by medium, those that all media passed or some, those that were not made."""
+    """Sum up the checks for the page.
+
+    Returns ``failed``: (medium, title, effect, sentence) of each; ``passed``: by all media; ``passed_partly``; ``unchecked``;
+    ``untold``: mistakes that no check can tell; ``no_scale``: whether the scale of forces could not be checked.
+    """
     table, titles = results.checks, results.campaign.titles
     failed = table[table["verdict"].isin([FAILED, ACCEPTED])]
     passed_in = media_that_passed(results)
+    # checks with the same number of passing media and the same unchecked media share one sentence
     good_of_media: dict[tuple[int, str], list[str]] = {}
     for check, checked_media in passed_in.items():
         unchecked_media = [medium for medium in results.media if medium not in checked_media]
@@ -214,15 +227,16 @@ def summary_of_checks(results: Results) -> dict[str, Any]:
         "passed_partly": passed_partly,
         "unchecked": unchecked,
         "untold": list_untold(max(len(results[medium].fits) for medium in results.media)),
-        # of what is not checked only an open scale has a sentence
+        # among checks that were not made, only the one of the scale of forces has a sentence
         "no_scale": ((table["verdict"] == NOT_CHECKED) & (table["sentence"] != "")).any(),
     }
 
 
 def format_sentence(words: str) -> str:
-    """Begin with a capital letter and end with a full stop."""
+    """Make words a sentence: with a capital letter and a full stop."""
     return f"{words[0].upper()}{words[1:]}."
 
 
 def _severity(flags: Iterable[Remark]) -> int:
+    """Return the severity of the most serious of some flags."""
     return max(FLAGS[flag.code].severity for flag in flags)

@@ -59,8 +59,7 @@ SCRIPTS = (
     "robot.js",
     "page.js",
 )
-"""Parts of the script, in this order."""
-
+"""Files of the script, in the order in which they are joined."""
 
 NAVIGATION = {
     "summary": "Summary",
@@ -79,28 +78,27 @@ NAVIGATION = {
     "methods": "Methods",
     "provenance": "Provenance",
 }
-"""Sections by id, in the order of the navigation; that of the page is the one of ``page.html``."""
+"""Names of sections by id, in the order of the navigation; ``page.html`` has the order of the page."""
 
 NARROW = 500
-"""Width, pixels, up to which two figures stand beside one another."""
+"""Width of a figure, pixels, up to which two stand beside one another."""
 
-_INDEXED = re.compile(r"([\N{GREEK SMALL LETTER ALPHA}F])_([zx])\b|\b([AM])(00?)\b")
+_SYMBOL_WITH_INDEX = re.compile(r"([\N{GREEK SMALL LETTER ALPHA}F])_([zx])\b|\b([AM])(00?)\b")
 
 
 def report(results: Results) -> tuple[str, pd.DataFrame]:
-    """Make the page, and the table of what was found."""
+    """Make the page, and the table of findings."""
     return page(results), pd.DataFrame(findings(results), columns=["finding", "section"])
 
 
 def page(results: Results) -> str:
     """Make the page: one html document with its style, its script and its numbers inside.
 
-    Text of the user's is escaped, and a content security policy lets no other script run and nothing
-    be fetched.
+    Texts of the user are escaped. A content security policy forbids every other script, and fetching anything.
     """
     from jinja2 import Environment, StrictUndefined
 
-    style, script = _read_file("page.css"), _script()
+    style, script = _read_file("page.css"), _join_scripts()
     environment = Environment(
         autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
@@ -118,7 +116,7 @@ def page(results: Results) -> str:
 
 
 def context(results: Results) -> dict[str, Any]:
-    """Collect what the template prints."""
+    """Collect the values that the template prints, by their names there."""
     config = results.config
     outcome = outcome_of_runs(results)
     scaling, other_scaling = tables.tabulate_scaling(results)
@@ -137,7 +135,7 @@ def context(results: Results) -> dict[str, Any]:
     names = {key: name for key, name in NAVIGATION.items() if shown_sections.get(key, True)}
     return {
         "title": config.title,
-        "measured": _measured(results, outcome),
+        "measured": _describe_runs(results, outcome),
         "findings": findings(results),
         "pictures": page_pictures,
         "narrow": NARROW,
@@ -147,7 +145,7 @@ def context(results: Results) -> dict[str, Any]:
         "usual_model_error": format_number(EPS, 2),
         "lacks_x": config.table is None and measured_channel(config, "x") is None,
         "names": names,
-        "origin_of_logs": _origin_of_logs(results),
+        "origin_of_logs": _describe_origin_of_logs(results),
         "maps_judged": any(
             profile == "map"
             for medium in results.media
@@ -162,9 +160,9 @@ def context(results: Results) -> dict[str, Any]:
         "lacks_zeta": any(not isfinite(row["zeta"]) for row in media_table.rows),
         "believed": summary_of_checks(results),
         "in_air": outcome.used[""],
-        "kinds": list_in_words(_kinds(results)),
+        "kinds": list_in_words(_kinds_of_runs(results)),
         "notes": [
-            (medium.title, ". ".join(filter(None, (_compaction(medium), medium.note))))
+            (medium.title, ". ".join(filter(None, (_format_compaction(medium), medium.note))))
             for medium in config.media.values()
             if medium.note or medium.compaction
         ],
@@ -186,9 +184,9 @@ def context(results: Results) -> dict[str, Any]:
             if (doubt := doubt_of_map(results, medium.name))
         ],
         "of_all": [
-            (medium.title, ". ".join(words))
+            (medium.title, ". ".join(sentences))
             for medium in results
-            if (words := describe_shared(medium.flags.shared(medium.fits)))
+            if (sentences := describe_shared(medium.flags.shared(medium.fits)))
         ],
         "near": f"{WITHIN_PERCENT:g}",
         "of_beds": beds_of_intervals(results, results.media),
@@ -212,10 +210,10 @@ def context(results: Results) -> dict[str, Any]:
             tables.medium_title(results, medium) for medium in scaled_from_print(results)
         ],
         "leg_errors": errors,
-        "model_error": _model_error(results),
+        "model_error": _model_error_facts(results),
         "contacts": tables.tabulate_contacts(results),
         "sands": tables.tabulate_sands(results),
-        "sand_windows": _windows_of_sands(results),
+        "sand_windows": _describe_windows_of_sands(results),
         "corrections": tables.tabulate_corrections(results),
         "robot": robot_tables(results),
         "robot_is": robot_facts(results),
@@ -233,8 +231,11 @@ def context(results: Results) -> dict[str, Any]:
     }
 
 
-def _origin_of_logs(results: Results) -> str:
-    """Say which numbers of simulated logs are results of the paper, so that comparisons are with its measurements; else empty."""
+def _describe_origin_of_logs(results: Results) -> str:
+    """Say from which results of the paper the logs were simulated, and which comparisons therefore mean something.
+
+    Empty where logs were recorded.
+    """
     if not results.campaign.reenacted:
         return ""
     runs = results.campaign.runs
@@ -267,8 +268,8 @@ def _origin_of_logs(results: Results) -> str:
     return " ".join(sentences)
 
 
-def _windows_of_sands(results: Results) -> str:
-    """Say which alpha of a natural sand to quote, what the window changes, and how deep the legs reach below it."""
+def _describe_windows_of_sands(results: Results) -> str:
+    """Say which alpha of a natural sand to quote, how much it depends on the window, and how deep the legs reach below it."""
     table = results.table("sands.csv").dropna(subset=["alpha_z_N_per_cm3"])
     by_window = table.pivot_table(
         index=["medium", "run_id"], columns="window", values="alpha_z_N_per_cm3"
@@ -286,23 +287,25 @@ def _windows_of_sands(results: Results) -> str:
                 )
     elif len(by_window):
         sentences.append("No window is stated: predictions use alpha of the whole push.")
-    depths = [
+    reaches = [
         (results.titles[medium], reach)
         for medium in dict.fromkeys(table["medium"])
         if (reach := _deepest_reach(results, medium)) and reach.share_below > 0
     ]
-    if depths:
-        known = list_in_words(
+    if reaches:
+        measured_depths = list_in_words(
             f"{reach.measured_to_cm:.1f} cm in {title} ({100 * reach.share_below:.0f} % of depth times area lies below)"
-            for title, reach in depths
+            for title, reach in reaches
         )
-        deepest = max(reach.deepest_cm for _, reach in depths)
-        sentences.append(f"The legs reach {deepest:.1f} cm; alpha is known down to {known}.")
+        deepest = max(reach.deepest_cm for _, reach in reaches)
+        sentences.append(
+            f"The legs reach {deepest:.1f} cm; alpha is known down to {measured_depths}."
+        )
     return " ".join(sentences)
 
 
 def _deepest_reach(results: Results, medium: str) -> Reach | None:
-    """How far the leg with the largest share of its load below the measured depths of a medium reaches; none without legs."""
+    """Find the leg with the largest share of its load below the measured depths of a medium; None without legs."""
     profile = results[medium].profile("table", draws=False)
     speed = results.config.arm.leg_speed_rad_per_s
     reaches = (
@@ -312,26 +315,30 @@ def _deepest_reach(results: Results, medium: str) -> Reach | None:
     return max(filter(None, reaches), key=lambda reach: reach.share_below, default=None)
 
 
-def _compaction(medium: MediumSettings) -> str:
-    """Name the compaction of a medium, as the config has it; empty where it has none."""
+def _format_compaction(medium: MediumSettings) -> str:
+    """Write the compaction of a medium; empty where the config states none."""
     return f"compaction {medium.compaction}" if medium.compaction else ""
 
 
-def _model_error(results: Results) -> dict[str, str]:
-    """The model's own error that the intervals of the page hold, and where it is from; empty where they hold none."""
+def _model_error_facts(results: Results) -> dict[str, str]:
+    """Collect the numbers about the model's own error for the template; empty where no interval holds it.
+
+    ``used``: The error in the intervals. ``of_legs``: The error on the legs of this campaign. ``same_legs``: Not empty where
+    the error was chosen on these legs. ``usual``: The default.
+    """
     if not results.table("predicted.csv")["force_z_model_lo_N"].notna().any():
         return {}
-    of_legs = results.error_of_legs
+    error_of_legs = results.error_of_legs
     return {
         "used": format_number(results.model_error, 2),
-        "of_legs": format_number(of_legs, 2) if isfinite(of_legs) else "",
+        "of_legs": format_number(error_of_legs, 2) if isfinite(error_of_legs) else "",
         "same_legs": "yes" if results.campaign.reenacted else "",
         "usual": format_number(EPS, 2),
     }
 
 
-def _measured(results: Results, outcome: Outcome) -> str:
-    """Say in a sentence what was measured, and whether it was recorded."""
+def _describe_runs(results: Results, outcome: Outcome) -> str:
+    """Say how many media and runs were measured, how many runs were lost, and whether logs were recorded or simulated."""
     number = len(results.media)
     dropped, excluded = outcome.count_lost(excluded=False), outcome.count_lost(excluded=True)
     media = "one medium" if number == 1 else f"{number} media"
@@ -346,9 +353,10 @@ def _measured(results: Results, outcome: Outcome) -> str:
 
 @dataclass(frozen=True)
 class Picture:
-    """One figure: its preview as an address, and the path of its png from the page.
+    """One figure on the page.
 
-    `lacking`: Why there is nothing to see, which then stands in the place of the picture.
+    `data`: Its preview, as a data address. `width`, `height`: Size of the preview, pixels. `png`: Path of its png from the
+    page. `lacking`: Why there is nothing to see; printed instead of the picture.
     """
 
     name: str
@@ -362,9 +370,9 @@ class Picture:
 
 
 def drawn_figures(results: Results) -> list[Picture]:
-    """Every figure that was drawn, in the order in which figures are shown."""
+    """List every figure that was drawn, in the order in which figures are shown."""
     return [
-        _picture(results, declared, medium)
+        _make_picture(results, declared, medium)
         for declared in figures()
         if not declared.on_demand
         for medium in declared.media(results.campaign)
@@ -372,18 +380,19 @@ def drawn_figures(results: Results) -> list[Picture]:
     ]
 
 
-def _picture(results: Results, declared: Declared, medium: str) -> Picture:
+def _make_picture(results: Results, declared: Declared, medium: str) -> Picture:
+    """Make the picture of a figure that was drawn, with its preview as a data address."""
     file, caption = declared.file(medium), declared.caption_of(results, medium)
     content = results.path(f"{file}.webp").read_bytes()
     data = f"data:image/webp;base64,{base64.b64encode(content).decode()}"
     section = "quality" if declared.folder == "quality" else declared.section
     name = file.rpartition("/")[2]
-    lacking = "" if caption else _reasons(results, declared, medium)
+    lacking = "" if caption else _describe_lacking(results, declared, medium)
     return Picture(name, caption, section, data, *size_of_preview(content), f"{file}.png", lacking)
 
 
-def _reasons(results: Results, declared: Declared, medium: str) -> str:
-    """Say why a figure has nothing to show, in one sentence; empty where its own words do not tell."""
+def _describe_lacking(results: Results, declared: Declared, medium: str) -> str:
+    """Say in one sentence why a figure has nothing to show; empty where its declaration gives no reason."""
     with suppress(InputError, LookupError, ValueError, TypeError):
         head, *reasons = declared.lacking(results, medium)
         sentence = format_sentence(head.rstrip("."))
@@ -392,33 +401,35 @@ def _reasons(results: Results, declared: Declared, medium: str) -> str:
 
 
 def quantities(text: str) -> Markup:
-    """Write Greek letters, components as an index, and no break before a percent sign; the text itself is escaped."""
+    """Write a text as html: with Greek letters, components as an index, and no break before a percent sign."""
     text = greek(text).replace(" %", "\N{NO-BREAK SPACE}%")
-    # what is inside is escaped
-    return Markup(_INDEXED.sub(r"\1\3<sub>\2\4</sub>", str(escape(text))))  # noqa: S704
+    # safe, since the text is escaped before the tags are added
+    return Markup(_SYMBOL_WITH_INDEX.sub(r"\1\3<sub>\2\4</sub>", str(escape(text))))  # noqa: S704
 
 
-def _kinds(results: Results) -> list[str]:
-    """What is counted as a run of this campaign."""
+def _kinds_of_runs(results: Results) -> list[str]:
+    """List the kinds of runs that the page counts, in words."""
     if results.config.table is not None:
         return ["directions of the table"]
     kinds = {run.kind for run in results.campaign.runs}
-    words = {"plate": "plates", "leg": "legs", "rod": "the rod-only runs that serve as their tare"}
-    kind_names = [text for kind, text in words.items() if kind in kinds]
+    names = {"plate": "plates", "leg": "legs", "rod": "the rod-only runs that serve as their tare"}
+    kind_names = [name for kind, name in names.items() if kind in kinds]
     if results.campaign.robot_medium and len(results.table("robot/tracks.csv")):
         kind_names.append("trials of the robot")
     return kind_names
 
 
-def _script() -> str:
-    # one scope for all parts, so that nothing leaks into the page
+def _join_scripts() -> str:
+    """Join the files of the script in one scope, so that no name becomes global in the page."""
     body = "\n".join(_read_file(name) for name in SCRIPTS)
     return f'"use strict";\n(() => {{\n{body}\n}})();\n'
 
 
 def _read_file(name: str) -> str:
+    """Read a file of this package."""
     return files(__package__).joinpath(name).read_text(encoding="utf-8")
 
 
 def _hash(text: str) -> str:
+    """Return the SHA-256 of a script or style, as a content security policy names it."""
     return "sha256-" + base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()

@@ -1,4 +1,4 @@
-"""The robot on the page: its tables, and the curves and pictures for the script."""
+"""The robot on the page: its tables, and the curves and pictures that the script draws."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from rftfit.page.cells import (
     PageColumn,
     PageTable,
     Row,
+    format_model_interval,
     numbers,
     records,
-    span_of_model,
     texts,
 )
 from rftfit.page.live import as_lists
@@ -27,20 +27,26 @@ from rftfit.results import Results
 from rftfit.robot.speeds import count_within_alpha_error, count_within_model_error, share_within
 
 DIGITS = 5
+"""Significant digits of the numbers that the script draws."""
+
 CURVATURE = "R\N{PRIME}/r"
 _PROFILE = texts("Profile", lambda row: name_of(row["profile"]))
 
 
 def robot_tables(results: Results) -> dict[str, PageTable] | None:
-    """Make the tables of the section by their names; None where the campaign has no robot."""
+    """Make the tables of the section on the robot, by name; None where the campaign has no robot."""
     if not results.campaign.robot_medium:
         return None
     errors, optimum = (results.table(f"robot/{name}.csv") for name in ("errors", "optimum"))
-    return {"shares": _shares(errors), "best": _best(optimum), "conditions": _conditions(errors)}
+    return {
+        "shares": _tabulate_shares(errors),
+        "best": _tabulate_best(optimum),
+        "conditions": _tabulate_conditions(errors),
+    }
 
 
 def robot_facts(results: Results) -> dict[str, Any]:
-    """What the sentences of the section rest on; nothing where the campaign has no robot."""
+    """Collect the facts from which the template chooses its sentences; empty where the campaign has no robot."""
     if not results.campaign.robot_medium:
         return {}
     errors = results.table("robot/errors.csv")
@@ -52,42 +58,49 @@ def robot_facts(results: Results) -> dict[str, Any]:
     }
 
 
-def _shares(errors: pd.DataFrame) -> PageTable:
-    """How many conditions come near, of all and of those that the robot was not calibrated on."""
-    parts = {str(name): rows for name, rows in errors.groupby("profile", sort=False)}
+def _tabulate_shares(errors: pd.DataFrame) -> PageTable:
+    """Count, for each profile, the conditions whose simulated speed is near the measured one.
+
+    A second number leaves out the conditions on which the robot was calibrated.
+    """
+    errors_by_profile = {str(name): rows for name, rows in errors.groupby("profile", sort=False)}
 
     def within(heading: str, percents: float) -> PageColumn:
+        """Make the column that counts conditions whose speeds differ by some percent at most."""
+
         def cell(row: Row) -> Cell:
-            rows_of_profile = parts[row["profile"]]
+            rows_of_profile = errors_by_profile[row["profile"]]
             uncalibrated = rows_of_profile[rows_of_profile["calibrated"] == "no"]
             counts = (share_within(rows, percents) for rows in (rows_of_profile, uncalibrated))
-            share_of_all, share_of_new = (f"{count} of {total}" for count, total in counts)
-            return Cell(share_of_all, (f"predicted: {share_of_new}",))
+            share_of_all, share_of_predicted = (f"{count} of {total}" for count, total in counts)
+            return Cell(share_of_all, (f"predicted: {share_of_predicted}",))
 
         return PageColumn(heading, cell, "num")
 
     def cell_of_count(count: Callable[[pd.DataFrame], tuple[int, int]]) -> Callable[[Row], Cell]:
+        """Make cells "n of m" from a function that counts conditions near and in all."""
+
         def cell(row: Row) -> Cell:
-            near, total = count(parts[row["profile"]])
+            near, total = count(errors_by_profile[row["profile"]])
             return Cell(f"{near} of {total}" if total else "no value")
 
         return cell
 
     columns = [_PROFILE, within("speed within 20 %", 20), within("within 35 %", 35)]
+    counts = {
+        "within the errors of \N{GREEK SMALL LETTER ALPHA} alone": count_within_alpha_error,
+        "with the model's own error": count_within_model_error,
+    }
     columns += [
-        PageColumn(
-            "within the errors of \N{GREEK SMALL LETTER ALPHA} alone",
-            cell_of_count(count_within_alpha_error),
-            "num",
-        )
+        PageColumn(heading, cell_of_count(count), "num") for heading, count in counts.items()
     ]
-    columns += [
-        PageColumn("with the model's own error", cell_of_count(count_within_model_error), "num")
-    ]
-    return PageTable("Share of the conditions", columns, [{"profile": name} for name in parts])
+    return PageTable(
+        "Share of the conditions", columns, [{"profile": name} for name in errors_by_profile]
+    )
 
 
-def _best(optimum: pd.DataFrame) -> PageTable:
+def _tabulate_best(optimum: pd.DataFrame) -> PageTable:
+    """Tabulate the fastest curvature of each profile at its highest frequency."""
     highest = optimum.groupby("profile", sort=False)["frequency_Hz"].idxmax()
     best = "best_curvature_times_R", 2, "best_curvature_from_alpha_{}"
     columns = [
@@ -100,17 +113,20 @@ def _best(optimum: pd.DataFrame) -> PageTable:
     return PageTable("Best curvature", columns, records(optimum.loc[highest.to_list()]))
 
 
-def _conditions(errors: pd.DataFrame) -> PageTable:
-    """Measured speed of every condition beside those simulated on each profile."""
+def _tabulate_conditions(errors: pd.DataFrame) -> PageTable:
+    """Tabulate the measured speed of every condition beside the speeds simulated on each profile."""
     simulated = {(row["condition"], row["profile"]): row for row in records(errors)}
     ordered = errors.sort_values(["curvature_times_R", "frequency_Hz"], kind="stable")
 
     def measured(row: Row) -> Cell:
+        """Make the cell of the measured speed, with its standard deviation."""
         sd = row["measured_sd_cm_per_s"]
         note = f"s.d. {format_number(sd, 1)}" if np.isfinite(sd) else ""
         return Cell(format_number(row["measured_cm_per_s"], 1), (note,))
 
     def speed(profile: str) -> PageColumn:
+        """Make the column of speeds simulated on one profile."""
+
         def cell(row: Row) -> Cell:
             simulated_row = simulated.get((row["condition"], profile), {})
             lo, hi = (
@@ -120,7 +136,7 @@ def _conditions(errors: pd.DataFrame) -> PageTable:
                 None, (percent(simulated_row.get("error_percent")), simulated_row.get("reason", ""))
             )
             speed_text = format_number(simulated_row.get("simulated_cm_per_s"), 1)
-            wider = span_of_model(simulated_row, "simulated_model_{}_cm_per_s", 1)
+            wider = format_model_interval(simulated_row, "simulated_model_{}_cm_per_s", 1)
             return Cell(speed_text, (format_interval(lo, hi, 1), wider, "; ".join(notes)))
 
         return PageColumn(f"{name_of(profile)}, cm/s", cell, "num")
@@ -137,7 +153,7 @@ def _conditions(errors: pd.DataFrame) -> PageTable:
 
 
 def robot_data(results: Results) -> dict[str, Any] | None:
-    """Collect the curves and pictures that the script draws; None where there is no robot."""
+    """Collect the curves and pictures that the script draws; None where the campaign has no robot."""
     if not results.campaign.robot_medium:
         return None
     measured = results.table("robot/errors.csv").drop_duplicates("condition")
@@ -150,8 +166,10 @@ def robot_data(results: Results) -> dict[str, Any] | None:
                 np.isclose(rows_of_profile["curvature_times_R"], curvature)
             ]
             mean = rows_of_curvature.groupby("frequency_Hz")["speed_cm_per_s"].mean()
-            f, v = (as_lists(values.to_numpy(float), DIGITS) for values in (mean.index, mean))
-            curves[str(name)].append({"curvature": curvature, "f": f, "v": v})
+            frequencies, speeds = (
+                as_lists(values.to_numpy(float), DIGITS) for values in (mean.index, mean)
+            )
+            curves[str(name)].append({"curvature": curvature, "f": frequencies, "v": speeds})
     names = ("curvature_times_R", "frequency_Hz", "measured_cm_per_s", "measured_sd_cm_per_s")
     points = {name: as_lists(measured[name].to_numpy(float), DIGITS) for name in names}
     points["calibrated"] = (measured["calibrated"] == "yes").tolist()
@@ -164,14 +182,14 @@ def robot_data(results: Results) -> dict[str, Any] | None:
 
 
 def _frames(results: Results) -> Any:
-    """Geometry and poses of a few runs."""
+    """Read the geometry and the poses of a few runs, with the forces on their elements rounded."""
     path = results.path("robot/frames.json")
     try:
         frames = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
         raise InputError(f"{path}: cannot be read: {error}") from error
     for run in frames.get("runs", []):
-        # forces to 1 mN: 0.1 mN is finer than an arrow is drawn
+        # each arrow is four numbers, the last two its force in mN: a tenth of a mN could not be seen
         run["arrows"] = [
             [round(number) if place % 4 > 1 else number for place, number in enumerate(arrows)]
             for arrows in run["arrows"]

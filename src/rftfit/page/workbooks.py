@@ -1,4 +1,4 @@
-"""Workbooks in the layouts of Tables S5 and S2, the same bytes every time."""
+"""Workbooks in the layouts of Tables S5 and S2; the same results give the same bytes."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from rftfit.model.scaling import GENERIC
 from rftfit.results import Results
 from rftfit.version import __version__
 
-# the file's own date; a real one would make every file differ
+# a fixed date of creation: the real one would make each file differ
 _CREATED = dt.datetime(2000, 1, 1, tzinfo=dt.UTC).replace(tzinfo=None)
 
 _TITLE_ROWS, _A4 = 2, 9
@@ -42,7 +42,7 @@ _FORMATS: dict[str, dict[str, Any]] = {
 
 
 class Book:
-    """A workbook and its formats; nothing in it is a formula by accident."""
+    """A workbook and its formats; no text becomes a formula or a link."""
 
     def __init__(self) -> None:
         import xlsxwriter
@@ -56,17 +56,17 @@ class Book:
         }
         self._names: set[str] = set()
 
-    def sheet(self, name: str) -> Worksheet:
-        """Add a sheet, its name cut, freed and numbered so that spreadsheet programs accept it."""
+    def add_sheet(self, name: str) -> Worksheet:
+        """Add a sheet; its name is changed so that spreadsheet programs accept it: short, without signs, unique."""
         clean = re.sub(r"[\[\]:*?/\\]", "_", name).strip("'")[:31] or "sheet"
         unique, count = clean, 1
-        # the name "history" is kept by spreadsheet programs for themselves
+        # spreadsheet programs reserve the name "history"
         while unique.casefold() in self._names | {"history"}:
             count += 1
             unique = f"{clean[: 30 - len(str(count))]}_{count}"
         self._names.add(unique.casefold())
         sheet = self.workbook.add_worksheet(unique)
-        # on screen and on each page of paper, the sheet's title and its first column stay in sight
+        # title rows and first column stay visible on screen, and are repeated on each printed page
         sheet.freeze_panes(_TITLE_ROWS, 1)
         sheet.repeat_rows(0, _TITLE_ROWS - 1)
         sheet.repeat_columns(0)
@@ -76,12 +76,14 @@ class Book:
         sheet.set_footer("&L&A&Rpage &P of &N")
         return sheet
 
-    def text(self, sheet: Worksheet, row: int, column: int, text: str, form: str = "text") -> None:
-        """Write text as text, whatever it begins with."""
-        # write() would take "=..." for a formula and "http..." for a link
+    def write_text(
+        self, sheet: Worksheet, row: int, column: int, text: str, form: str = "text"
+    ) -> None:
+        """Write text as text, whatever its first letters are; `form`: key of `_FORMATS`."""
+        # sheet.write would make "=..." a formula and "http..." a link
         sheet.write_string(row, column, text, self.formats[form])
 
-    def value(
+    def write_number(
         self,
         sheet: Worksheet,
         row: int,
@@ -90,26 +92,26 @@ class Book:
         form: str = "number",
         reason: str = "",
     ) -> None:
-        """Write a number in full precision, or, for NaN, "no value"; of a cell "no run", its reason as a comment."""
+        """Write a number in full precision. NaN becomes "no value", or with a reason "no run" and the reason as a comment."""
         if math.isfinite(value):
             sheet.write_number(row, column, value, self.formats[form])
             return
-        self.text(sheet, row, column, "no run" if reason else "no value", "missing")
+        self.write_text(sheet, row, column, "no run" if reason else "no value", "missing")
         if reason:
             sheet.write_comment(row, column, reason, {"x_scale": 2, "author": "rftfit"})
 
-    def about(self, title: str, lines: list[str]) -> None:
-        """Add the first sheet: what this is, and which version of the program made it."""
-        sheet = self.sheet("About")
+    def add_about(self, title: str, lines: list[str]) -> None:
+        """Add the first sheet: title, version of the program, and lines about the content."""
+        sheet = self.add_sheet("About")
         sheet.freeze_panes(_TITLE_ROWS, 0)
         sheet.set_column(0, 0, 110)
-        self.text(sheet, 0, 0, title, "title")
+        self.write_text(sheet, 0, 0, title, "title")
         version_line = f"Made by rftfit {__version__}."
         for row, line in enumerate([version_line, *lines], start=2):
-            self.text(sheet, row, 0, line)
+            self.write_text(sheet, row, 0, line)
 
     def close(self) -> bytes:
-        """End the workbook; what its file holds."""
+        """End the workbook; return the bytes of its file."""
         self.workbook.close()
         return self._file.getvalue()
 
@@ -130,12 +132,12 @@ _SIGNS = (
 
 
 def workbooks(results: Results) -> tuple[bytes, bytes]:
-    """Make both workbooks: of alpha, in the layout of Table S5, and of coefficients, as Table S2."""
+    """Make both workbooks: of alpha in the layout of Table S5, and of coefficients in that of Table S2."""
     return alpha_workbook(results), coefficient_workbook(results)
 
 
 def alpha_workbook(results: Results) -> bytes:
-    """One sheet per medium: alpha_z, then alpha_x, rows beta, columns gamma, then half widths."""
+    """Make the workbook of alpha, one sheet per medium: alpha_z, alpha_x (rows beta, columns gamma), then half widths."""
     confidence = level(results)
     book = Book()
     lines = [
@@ -149,63 +151,65 @@ def alpha_workbook(results: Results) -> bytes:
         'A cell "no run" has no usable run; its comment says why.',
         "Sheets:",
     ]
-    book.about("alpha tables", [*lines, *(f"{medium.name}: {medium.title}" for medium in results)])
+    book.add_about(
+        "alpha tables", [*lines, *(f"{medium.name}: {medium.title}" for medium in results)]
+    )
     for medium in results:
-        sheet = book.sheet(medium.name)
+        sheet = book.add_sheet(medium.name)
         sheet.set_column(0, 0, 24)
         sheet.set_column(1, 20, 10)
-        book.text(sheet, 0, 0, medium.title, "title")
-        book.text(sheet, 1, 0, format_remarks(results.marks.get(medium.name, ())))
+        book.write_text(sheet, 0, 0, medium.title, "title")
+        book.write_text(sheet, 1, 0, format_remarks(results.marks.get(medium.name, ())))
         row, table = 2, medium.alpha
         for c in "zx":
             head = f"alpha_{c} (N/cm^3)"
-            row = _alpha_block(book, sheet, row, head, table, f"alpha_{c}_N_per_cm3")
+            row = _write_alpha_block(book, sheet, row, head, table, f"alpha_{c}_N_per_cm3")
         for suffix, label in (("", "alpha_{}"), ("_next", "the next push, alpha_{}")):
             for c in "zx":
                 head = f"half width of the {confidence} interval of {label.format(c)} (N/cm^3)"
                 widths = table.assign(half=alpha_half_width(table, c, suffix))
-                row = _alpha_block(book, sheet, row, head, widths, "half")
+                row = _write_alpha_block(book, sheet, row, head, widths, "half")
     return book.close()
 
 
-def _alpha_block(
+def _write_alpha_block(
     book: Book, sheet: Worksheet, row: int, title: str, table: pd.DataFrame, column: str
 ) -> int:
-    """Write one column of an alpha table: as a grid, or as a list. Returns the row below it."""
+    """Write one column of an alpha table, as a grid or a list, from a row of the sheet on. Returns the next free row."""
     if not lies_on_grid(table):
-        return _alpha_list(book, sheet, row, title, table, column)
+        return _write_alpha_list(book, sheet, row, title, table, column)
     beta, gamma, values = pivot(table, column)
-    # a plate at -90 degrees is the one at 90
-    places = zip(table["beta_deg"].round(2) % 180, table["gamma_deg"].round(2), strict=True)
-    reasons = dict(zip(places, table["reason"], strict=True))
-    book.text(sheet, row, 0, title, "block")
-    book.text(sheet, row + 1, 0, "beta \\ gamma (degrees)", "head")
+    # modulo 180: a plate at beta = -90 degrees is the same plate as at 90
+    directions = zip(table["beta_deg"].round(2) % 180, table["gamma_deg"].round(2), strict=True)
+    reasons = dict(zip(directions, table["reason"], strict=True))
+    book.write_text(sheet, row, 0, title, "block")
+    book.write_text(sheet, row + 1, 0, "beta \\ gamma (degrees)", "head")
     for j, angle in enumerate(gamma):
         sheet.write_number(row + 1, j + 1, angle, book.formats["angle"])
     for i, angle in enumerate(beta):
         sheet.write_number(row + 2 + i, 0, angle, book.formats["angle_side"])
         for j, gamma_angle in enumerate(gamma):
             reason = reasons.get((angle % 180, gamma_angle)) or "no reason was recorded"
-            book.value(sheet, row + 2 + i, j + 1, float(values[i, j]), reason=reason)
+            book.write_number(sheet, row + 2 + i, j + 1, float(values[i, j]), reason=reason)
     return row + beta.size + 3
 
 
-def _alpha_list(
+def _write_alpha_list(
     book: Book, sheet: Worksheet, row: int, title: str, table: pd.DataFrame, column: str
 ) -> int:
-    """Write one column of an alpha table of scattered directions as a list."""
+    """Write one column of an alpha table of scattered directions as a list. Returns the next free row."""
     for j, head in enumerate(("beta (degrees)", "gamma (degrees)", title)):
-        book.text(sheet, row, j, head, "head")
+        book.write_text(sheet, row, j, head, "head")
     rows = zip(table["beta_deg"], table["gamma_deg"], table[column], table["reason"], strict=True)
     for i, (beta, gamma, value, reason) in enumerate(rows, start=row + 1):
         sheet.write_number(i, 0, beta, book.formats["angle_side"])
         sheet.write_number(i, 1, gamma, book.formats["angle_side"])
-        book.value(sheet, i, 2, value, reason=reason or "no reason was recorded")
+        book.write_number(sheet, i, 2, value, reason=reason or "no reason was recorded")
     return row + len(table) + 2
 
 
 def coefficient_workbook(results: Results) -> bytes:
-    """One sheet per method: values and zeta, their intervals, and what was published."""
+    """Make the workbook of coefficients, one sheet per method: coefficients and zeta, their intervals, published numbers."""
     coefficients = results.table("coefficients.csv")
     lines = [
         "Coefficients of the nine-term Fourier fit of alpha_z and alpha_x, one sheet per method.",
@@ -219,46 +223,47 @@ def coefficient_workbook(results: Results) -> bytes:
     if coefficients.empty:
         lines.append("No medium was measured over the grid of angles: there are no coefficients.")
     book = Book()
-    book.about("Fourier coefficients", lines)
+    book.add_about("Fourier coefficients", lines)
     for method, rows in coefficients.groupby("method", sort=False):
-        _coefficient_sheet(book, results, str(method), rows)
+        _write_coefficient_sheet(book, results, str(method), rows)
     return book.close()
 
 
-def _coefficient_sheet(book: Book, results: Results, method: str, rows: pd.DataFrame) -> None:
+def _write_coefficient_sheet(book: Book, results: Results, method: str, rows: pd.DataFrame) -> None:
+    """Write the sheet of one method; `rows`: its rows of the table of coefficients."""
     titles = results.titles | {GENERIC: GENERIC}
     media = sorted(rows["medium"].unique(), key=lambda name: name == GENERIC)
     penetration = results.table("penetration.csv")
     zeta = penetration[penetration["method"] == method].set_index("medium")
-    lost = rows[~rows["kept"].astype(bool)]
-    dropped = {name: set(lost.loc[lost["medium"] == name, "coefficient"]) for name in media}
+    not_kept = rows[~rows["kept"].astype(bool)]
+    dropped = {name: set(not_kept.loc[not_kept["medium"] == name, "coefficient"]) for name in media}
 
-    def terms_of(value: str, zeta_value: str) -> pd.DataFrame:
-        """Terms and zeta downward, media across."""
-        table = rows.pivot_table(index="coefficient", columns="medium", values=value)
+    def tabulate_terms(column: str, zeta_column: str) -> pd.DataFrame:
+        """Arrange a column of coefficients, and one of zeta below: a row a term, a column a medium."""
+        table = rows.pivot_table(index="coefficient", columns="medium", values=column)
         table = table.reindex(index=[*TERMS, "zeta"], columns=media)
-        table.loc["zeta"] = zeta[zeta_value].reindex(media)
+        table.loc["zeta"] = zeta[zeta_column].reindex(media)
         return table
 
-    values = terms_of("value_N_per_cm3", "zeta")
-    ends = {"lower": terms_of("lo", "zeta_lo"), "upper": terms_of("hi", "zeta_hi")}
+    values = tabulate_terms("value_N_per_cm3", "zeta")
+    ends = {"lower": tabulate_terms("lo", "zeta_lo"), "upper": tabulate_terms("hi", "zeta_hi")}
     if GENERIC in media:
-        # M0 is scaled so that its own zeta is 1, by definition and without an interval
+        # zeta of the generic profile M0 is 1 by definition, so it has no interval
         values.loc["zeta", GENERIC] = 1.0
-    sheet = book.sheet(method)
+    sheet = book.add_sheet(method)
     sheet.set_column(0, 0, 14)
     sheet.set_column(1, 2 * len(media), 21)
-    book.text(sheet, 0, 0, f"Fourier coefficients, method {method}", "title")
+    book.write_text(sheet, 0, 0, f"Fourier coefficients, method {method}", "title")
     unit = f"(N/cm^3; {GENERIC} and zeta dimensionless)"
     columns = [(titles[name], values[name].to_dict(), dropped[name]) for name in media]
     head = f"coefficients {unit}; grey: term not kept, counts as zero"
-    row = _term_block(book, sheet, 2, head, columns)
+    row = _write_term_block(book, sheet, 2, head, columns)
     columns = [
         (f"{titles[name]}, {end}", table[name].to_dict(), dropped[name])
         for name in media
         for end, table in ends.items()
     ]
-    row = _term_block(book, sheet, row, f"{level(results)} intervals {unit}", columns)
+    row = _write_term_block(book, sheet, row, f"{level(results)} intervals {unit}", columns)
     printed = {name: medium.published_as for name, medium in results.config.media.items()}
     printed[GENERIC] = GENERIC
     columns = [
@@ -267,24 +272,26 @@ def _coefficient_sheet(book: Book, results: Results, method: str, rows: pd.DataF
         if (key := printed[name]) in (*reference.MEDIA, GENERIC)
     ]
     if columns:
-        _term_block(book, sheet, row, f"published, Table S2 {unit}", columns)
+        _write_term_block(book, sheet, row, f"published, Table S2 {unit}", columns)
 
 
 TermColumn = tuple[str, Mapping[str, float], Collection[str]]
-"""Heading, value of each term, and the terms that are grey."""
+"""Heading, value of each term, and the terms that are written in grey, as they count as zero."""
 
 
-def _term_block(
+def _write_term_block(
     book: Book, sheet: Worksheet, row: int, title: str, columns: Sequence[TermColumn]
 ) -> int:
-    """Write terms and zeta, each column with its heading and grey terms; the row below."""
-    book.text(sheet, row, 0, title, "block")
-    book.text(sheet, row + 1, 0, "coefficient", "head")
+    """Write columns of terms and zeta, from a row of the sheet on. Returns the next free row."""
+    book.write_text(sheet, row, 0, title, "block")
+    book.write_text(sheet, row + 1, 0, "coefficient", "head")
     terms = [*TERMS, "zeta"]
     for i, term in enumerate(terms, start=row + 2):
-        book.text(sheet, i, 0, term, "side")
+        book.write_text(sheet, i, 0, term, "side")
     for j, (heading, values, grey) in enumerate(columns, start=1):
-        book.text(sheet, row + 1, j, heading, "head")
+        book.write_text(sheet, row + 1, j, heading, "head")
         for i, term in enumerate(terms, start=row + 2):
-            book.value(sheet, i, j, float(values[term]), "grey" if term in grey else "number")
+            book.write_number(
+                sheet, i, j, float(values[term]), "grey" if term in grey else "number"
+            )
     return row + len(terms) + 3

@@ -10,7 +10,7 @@ import pandas as pd
 
 
 class ChangedCell(NamedTuple):
-    """A cell that differs: number of its row from 0, its column, and what both tables hold there."""
+    """A cell that differs: the number of its row, counted from 0, its column, and its content in both tables."""
 
     row: int
     column: Any
@@ -19,12 +19,12 @@ class ChangedCell(NamedTuple):
 
     @property
     def share(self) -> float:
-        """Change relative to the larger number; NaN where one is none."""
+        """Change relative to the larger of both numbers; NaN where a cell is no number."""
         return share_of_change(self.was, self.now)
 
 
 def share_of_change(was: Any, now: Any) -> float:
-    """Difference of two numbers relative to the larger; NaN where one is none."""
+    """Divide the difference of two numbers by the larger one; NaN where a cell is no number."""
     try:
         numbers = float(was), float(now)
     except ValueError:
@@ -35,9 +35,9 @@ def share_of_change(was: Any, now: Any) -> float:
 def find_changed_cells(
     before: pd.DataFrame, after: pd.DataFrame, tolerance: float = 0.0
 ) -> list[ChangedCell]:
-    """List the cells that differ in the columns of both tables, column by column.
+    """List the cells that differ, column by column, in the columns that both tables have.
 
-    `tolerance`: Numbers that differ by less, relative to them, are equal; so are two that are NaN.
+    `tolerance`: Relative difference up to which two numbers are equal. Two cells of NaN are equal, too.
     """
     cells = []
     for column in before.columns.intersection(after.columns):

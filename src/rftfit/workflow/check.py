@@ -1,4 +1,4 @@
-"""Everything that is wrong with a campaign before it is run: configuration, run sheet, logs, robot."""
+"""Check a campaign before it is run: configuration, run sheet, logs, robot."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """Physical checks of the media, a row each, the verdict on each medium, and what no check can tell."""
+    """Physical checks of the media, as rows of a table, the verdict on each medium, and the mistakes that no check can tell."""
 
     checks: list[dict[str, Any]]
     verdicts: Mapping[str, Verdict]
@@ -35,7 +35,7 @@ class Diagnosis:
         return sum(check["verdict"] == FAILED for check in self.checks)
 
     def summary(self) -> str:
-        """Format the checks, what to look at where one fails, the verdicts, and what no check can tell."""
+        """Format the checks, what to look at where a check fails, the verdicts, and what no check can tell."""
         names = ("medium", "check", "verdict", "found")
         rows = [[str(check[name]) for name in names] for check in self.checks]
         verdicts = [f"{verdict.on(medium)}." for medium, verdict in self.verdicts.items()]
@@ -45,7 +45,7 @@ class Diagnosis:
 
 
 def format_failures(checks: Iterable[Mapping[str, str]]) -> list[str]:
-    """Say of each check that fails, also where the config accepts it, what it means and what to look at."""
+    """Say for each failed check what the failure means and what to look at, also where the config accepts it."""
     return [
         f"{check['medium']}, {check['effect'] or check['verdict']}: {check['sentence']}"
         for check in checks
@@ -55,10 +55,10 @@ def format_failures(checks: Iterable[Mapping[str, str]]) -> list[str]:
 
 @dataclass(frozen=True)
 class Checked:
-    """What was found: every problem; the campaign, unless its config or run sheet cannot be used; the robot.
+    """Answer of `rftfit check`: every problem; the campaign, unless its config or run sheet cannot be used; the robot.
 
-    `not_opened`: Runs with a log that is too large to be opened here. `plan`: what runs without a log could tell.
-    `diagnosis`: What the logs themselves tell, where it was asked for.
+    `not_opened`: Number of runs with a log that is too large to be opened here. `plan`: Rating of what the planned
+    runs could tell. `diagnosis`: Results of the physical checks, where they were asked for.
     """
 
     problems: list[Problem]
@@ -75,7 +75,7 @@ class Checked:
 
     @property
     def warnings(self) -> int:
-        """Number of the other problems and of the checks that failed."""
+        """Number of the problems that are no errors, plus that of the failed checks."""
         failed = self.diagnosis.failed if self.diagnosis else 0
         return len(self.problems) - self.errors + failed
 
@@ -101,7 +101,7 @@ class Checked:
         return "\n\n".join([*filter(None, paragraphs), total])
 
     def as_dict(self) -> dict[str, Any]:
-        """Give everything as plain numbers, words and lists."""
+        """Return everything as plain numbers, words and lists."""
         return {
             "campaign": self.campaign and self.campaign.config.title,
             "errors": self.errors,
@@ -119,12 +119,14 @@ _SEVERITIES = ("error", "warning")
 
 
 def _format_problems(problems: Sequence[Problem], severity: str) -> str:
+    """Write the problems of one severity below their number; empty where there is none."""
     chosen = [problem for problem in problems if problem.severity == severity]
     lines = [f"  {line}" for line in in_lines(chosen)]
     return "\n".join([f"{count(len(chosen), severity)}:", *lines]) if chosen else ""
 
 
 def _format_plan(plan: Sequence[PlanPower]) -> str:
+    """Write what the planned runs can tell, a line for media with the same rating."""
     from rftfit.measure.errors import USUAL_BED_SPREAD
 
     media: dict[str, list[str]] = {}
@@ -136,9 +138,12 @@ def _format_plan(plan: Sequence[PlanPower]) -> str:
 
 
 def check_all(config: Path, *, diagnose: bool = False) -> Checked:
-    """Check a campaign; logs are measured as the run does, and diagnosed if asked, where nothing else is an error."""
+    """Check a campaign: config, run sheet and robot; without an error there its logs, too.
+
+    `diagnose`: Also measure the logs as a run does, and do the physical checks, where no log has an error.
+    """
     if (no_campaign := miss_campaign(config)) is not None:
-        # before anything is imported that reads a campaign
+        # answered before the slow imports below, which read a campaign
         return Checked([no_campaign])
     from rftfit.campaign.load import check_campaign
     from rftfit.measure.readable import open_logs
@@ -159,9 +164,9 @@ def check_all(config: Path, *, diagnose: bool = False) -> Checked:
     except InputError as error:
         unread = Problem("logs.reader", Place(config.name), None, str(error))
         return replace(checked, problems=[*checked.problems, unread])
-    of_logs = [problem for logs_of_medium in opened for problem in logs_of_medium.problems]
-    passed_over = sum(logs_of_medium.passed_over for logs_of_medium in opened)
-    checked = replace(checked, problems=[*checked.problems, *of_logs], not_opened=passed_over)
+    log_problems = [problem for logs_of_medium in opened for problem in logs_of_medium.problems]
+    not_opened = sum(logs_of_medium.passed_over for logs_of_medium in opened)
+    checked = replace(checked, problems=[*checked.problems, *log_problems], not_opened=not_opened)
     if not diagnose or checked.errors:
         return checked
     from rftfit.compare.joint import list_untold

@@ -1,4 +1,4 @@
-"""What a run of the workflow says at its end: what was found, on how many runs it stands, and where to look."""
+"""Lines that a run of the workflow prints at its end: findings, counts of runs and rows, files to look at."""
 
 from __future__ import annotations
 
@@ -36,44 +36,47 @@ _MOST = 5
 
 
 def closing_lines(recorded: Recorded) -> list[str]:
-    """Say what was found and how many runs it stands on, and name the results that are there."""
+    """List what the campaign found, from how many runs, the results to look at, and what was not made."""
     root = recorded.root
     # a terminal may have no true minus sign
-    sentences = [
+    findings = [
         f"  {row.get('finding', '')}".replace("\N{MINUS SIGN}", "-")
-        for row in _rows(root / FINDINGS)[:3]
+        for row in _read_rows(root / FINDINGS)[:3]
         if recorded.is_current(FINDINGS)
     ]
     counts = ledger_line(root / LEDGER) if recorded.is_current(LEDGER) else ""
     current = {path for path in recorded.maker if recorded.is_current(path)}
-    shown = [line for name in FILES if (line := _shown(root, current, name))]
+    results = [line for name in FILES if (line := _format_result(root, current, name))]
     return [
-        *(["Found:", *sentences] if sentences else []),
+        *(["Found:", *findings] if findings else []),
         *filter(None, [counts]),
-        *(["To look at:", *shown] if shown else []),
-        *_for_a_paper(recorded, current),
-        *_not_remade(recorded, current),
+        *(["To look at:", *results] if results else []),
+        *_name_print_command(recorded, current),
+        *_count_outdated(recorded, current),
         *list_others(recorded),
     ]
 
 
-def _for_a_paper(recorded: Recorded, current: set[str]) -> list[str]:
-    """Name the command that draws the figures for a paper, where they are not drawn."""
+def _name_print_command(recorded: Recorded, current: set[str]) -> list[str]:
+    """Name the command that draws the figures for a paper, where some are not drawn.
+
+    `current`: Paths of results that are up to date.
+    """
     lacking = [path for path in recorded.states.printed if path not in current]
     if not lacking or not any(path.startswith(FIGURES) for path in current):
         return []
     return [f"Figures for a paper, as pdf ({len(lacking)} to draw): {PRINT}"]
 
 
-def _not_remade(recorded: Recorded, current: set[str]) -> list[str]:
-    """Say how many results are older than what they are made from, and were not asked for."""
+def _count_outdated(recorded: Recorded, current: set[str]) -> list[str]:
+    """Say how many results are out of date, since they were not asked for, and which command makes them."""
     from rftfit.workflow.stages import PRINT_RULES
 
     old_by_command: Counter[str] = Counter()
     for path, record in recorded.maker.items():
         if path not in current:
-            on_demand = "rftfit sweep" if recorded.states.on_demand(record.name) else "rftfit run"
-            old_by_command[PRINT if record.rule in PRINT_RULES else on_demand] += 1
+            command = "rftfit sweep" if recorded.states.on_demand(record.name) else "rftfit run"
+            old_by_command[PRINT if record.rule in PRINT_RULES else command] += 1
     return [
         f"Not up to date, as other results were asked for: {count(number, 'file')}; {command} makes them."
         for command, number in sorted(old_by_command.items())
@@ -81,13 +84,13 @@ def _not_remade(recorded: Recorded, current: set[str]) -> list[str]:
 
 
 def list_others(recorded: Recorded) -> list[str]:
-    """Name files among the results that are none of this campaign, if there are any."""
+    """Name files below ``results/`` that this campaign did not make, if there are any."""
     names = join_words(recorded.list_foreign_files(), _MOST)
     return [f"Not made by this campaign, and left as they are: {names}."] if names else []
 
 
-def _rows(path: Path) -> list[dict[str, str]]:
-    """Rows of a table, none where it cannot be read."""
+def _read_rows(path: Path) -> list[dict[str, str]]:
+    """Read the rows of a table; none where it cannot be read."""
     from rftfit.store import read_cells
 
     try:
@@ -98,23 +101,23 @@ def _rows(path: Path) -> list[dict[str, str]]:
 
 
 def failed_checks(recorded: Recorded) -> list[str]:
-    """What the checks say of the media that fail one."""
+    """Describe the failed checks of all media whose table of checks is up to date."""
     tables = (f"results/checks/{medium}.csv" for medium in recorded.states.campaign.media_with_runs)
     return [
         line
         for name in tables
         if recorded.is_current(name)
-        for line in format_failures(_rows(recorded.root / name))
+        for line in format_failures(_read_rows(recorded.root / name))
     ]
 
 
-def _shown(root: Path, current: set[str], name: str) -> str:
-    """A line about a result, or about the files of a folder, that are up to date; empty where there is nothing to see."""
+def _format_result(root: Path, current: set[str], name: str) -> str:
+    """Write a line that names a result, or a folder with its number of results; empty where none is up to date."""
     if name in current:
-        is_empty = name.endswith(".csv") and not _rows(root / name)
+        is_empty = name.endswith(".csv") and not _read_rows(root / name)
         return "" if is_empty else f"  {name}"
-    inside = sum(path.startswith(f"{name}/") for path in current)
-    return f"  {name}/ ({count(inside, 'file')})" if inside else ""
+    files_inside = sum(path.startswith(f"{name}/") for path in current)
+    return f"  {name}/ ({count(files_inside, 'file')})" if files_inside else ""
 
 
 def ledger_line(path: Path) -> str:
@@ -127,7 +130,7 @@ def ledger_line(path: Path) -> str:
         kept = len(runs_with_result(ledger))
         runs = ledger["run_id"].nunique()
         excluded = ledger.loc[ledger["reason_code"] == "excluded", "run_id"].nunique()
-        # a sample that was lost is no row of a log
+        # other fates count lost samples, which are no rows of a log
         rows_used, rows_dropped = (
             int(ledger.loc[ledger["fate"] == fate, "rows"].sum()) for fate in (USED, DROPPED)
         )
@@ -143,7 +146,7 @@ def ledger_line(path: Path) -> str:
 
 
 def media_without_alpha(campaign: Campaign) -> list[str]:
-    """Media of which no plate run gave a number, by the tables that are there."""
+    """List media whose table of alpha is there and holds no number."""
     from rftfit.results import Results
 
     results, empty = Results(campaign), []

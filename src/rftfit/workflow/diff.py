@@ -1,4 +1,4 @@
-"""Two folders of results beside each other: which numbers changed, by how much, and because of what."""
+"""Compare two folders of results: which numbers changed, by how much, and because of what."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from rftfit.workflow.provenance import Change, changes_between, format_changes, 
 from rftfit.workflow.records import read_record
 
 NOT_SAME = 1e-5
-"""Tables keep six digits: a smaller relative change is none."""
+"""Relative change below which two numbers are the same: tables keep six digits."""
 
 _KEYS = {
     "alpha": ("medium", "beta_deg", "gamma_deg"),
@@ -36,7 +36,7 @@ _KEYS = {
 
 @dataclass(frozen=True)
 class Difference:
-    """One number that is different, by so many half widths of the first interval; NaN without one."""
+    """One number that differs. `half_widths`: Its change over the half width of its first interval; NaN without interval."""
 
     file: str
     row: str
@@ -48,12 +48,12 @@ class Difference:
 
 @dataclass(frozen=True)
 class ResultsDiff:
-    """What two folders of results differ in.
+    """Differences between two folders of results.
 
-    `numbers`: zeta and alpha_z(0, 90 deg) first, then those with an interval, the largest change first.
-    `changes`: In logs, runs, settings, code and versions. `alone`: Tables and columns that only one folder has.
-    `unrecorded`: Tables that are not as the record of their folder says, so that it does not tell what they were
-    made from. `since`: What jobs of a folder were done with that is not as in its record: rows, logs, settings, code.
+    `numbers`: Numbers that differ: zeta and alpha_z(0, 90 deg) first, then those with an interval, the largest change
+    first. `changes`: Changes in logs, runs, settings, code and versions. `alone`: Tables and columns that only one folder
+    has. `unrecorded`: Tables that are not as the record of their folder says: the record does not tell what they were
+    made from. `since`: By folder, what some jobs were done with that its record does not say: rows, logs, settings, code.
     """
 
     numbers: list[Difference]
@@ -63,7 +63,7 @@ class ResultsDiff:
     since: dict[Path, list[str]]
 
     def as_dict(self) -> dict[str, Any]:
-        """Give everything as plain numbers, words and lists, as ``rftfit diff --json`` prints it."""
+        """Return everything as plain numbers, words and lists, as ``rftfit diff --json`` prints it."""
         return {
             "changed": [vars(difference) for difference in self.numbers],
             "because": [vars(change) for change in self.changes],
@@ -73,8 +73,8 @@ class ResultsDiff:
         }
 
     def summary(self, most: int | None = None) -> str:
-        """Format the differences for people: at most so many of each sort; default: all."""
-        lines = self._list_numbers(most)
+        """Format the differences for people, at most `most` of each sort; default: all."""
+        lines = self._describe_numbers(most)
         lines += first_of([f"Only in one of them: {name}" for name in self.alone], most)
         lines += [
             f"Not as recorded (edited, or its run was not finished): {path}"
@@ -101,7 +101,8 @@ class ResultsDiff:
             )
         return "\n".join(lines)
 
-    def _list_numbers(self, most: int | None) -> list[str]:
+    def _describe_numbers(self, most: int | None) -> list[str]:
+        """Write the changed numbers as a table, at most `most` rows."""
         if not self.numbers:
             return ["No alpha, coefficient, zeta or peak is different."]
         rows = [
@@ -126,9 +127,8 @@ class ResultsDiff:
 
 
 def compare_folders(first: Path, second: Path) -> ResultsDiff:
-    """Compare two folders of results."""
-    first_folder, second_folder = (_folder(folder) for folder in (first, second))
-    folders = first_folder, second_folder
+    """Compare two folders of results, or of campaigns."""
+    folders = _find_results(first), _find_results(second)
     names = [
         {path.relative_to(folder).as_posix() for path in folder.rglob("*.csv")}
         for folder in folders
@@ -139,17 +139,17 @@ def compare_folders(first: Path, second: Path) -> ResultsDiff:
     alone = []
     for name, keys in sorted(compared.items()):
         if name in names[0] and name in names[1]:
-            # one of them may be from a version of the program with other columns
+            # a folder may be from a version of the program with other columns
             before, after = (Tables(folder).as_written(name) for folder in folders)
-            differences += _differences(name, before, after, keys)
+            differences += _compare_tables(name, before, after, keys)
             alone += [f"{name}, column {column}" for column in sorted({*before} ^ {*after})]
         else:
             alone.append(name)
     differences.sort(
         key=lambda difference: (
-            not _is_head(difference),
+            not _is_strength(difference),
             np.isnan(difference.half_widths),
-            -_size(difference),
+            -_sort_size(difference),
         )
     )
     records = [read_provenance(folder) for folder in folders]
@@ -158,8 +158,8 @@ def compare_folders(first: Path, second: Path) -> ResultsDiff:
     for folder, (_, record), names_of_folder in zip(folders, records, names, strict=True):
         jobs = record["jobs"].values()
         written = {path: digest for job in jobs for path, digest in job["writes"].items()}
-        if later := _later(folder, record["jobs"]):
-            since[folder] = later
+        if changed_since := _list_changed_since(folder, record["jobs"]):
+            since[folder] = changed_since
         unrecorded += [
             folder / name
             for name in sorted(names_of_folder.intersection(compared))
@@ -169,40 +169,45 @@ def compare_folders(first: Path, second: Path) -> ResultsDiff:
     return ResultsDiff(differences, changes, alone, unrecorded, since)
 
 
-def _later(folder: Path, jobs: dict[str, Any]) -> list[str]:
-    """What jobs were done with after the whole run that wrote the record, by their own records."""
+def _list_changed_since(folder: Path, jobs: dict[str, Any]) -> list[str]:
+    """List what changed between a whole run and later runs of single jobs: code, settings, rows, logs.
+
+    `jobs`: Records as the whole run wrote them; each job's file in the folder ``records`` is its newest record.
+    """
     changed: set[str] = set()
     for name, job in jobs.items():
-        now = read_record(folder / "records" / f"{name}.json")
-        state = {} if now is None else now.state
+        newest = read_record(folder / "records" / f"{name}.json")
+        state = {} if newest is None else newest.state
         changed |= {what for what, digest in state.items() if job["state"].get(what) != digest}
     return sorted(changed)
 
 
-def _folder(folder: Path) -> Path:
-    """The folder of results in a campaign's folder, or itself."""
-    for place in (folder / FOLDER, folder):
-        if (place / "provenance.json").is_file():
-            return place.resolve()
+def _find_results(folder: Path) -> Path:
+    """Find the folder of results: the one in a campaign's folder, or the folder itself."""
+    for candidate in (folder / FOLDER, folder):
+        if (candidate / "provenance.json").is_file():
+            return candidate.resolve()
     raise InputError(f"{folder}: no results of `rftfit run` there (no provenance.json)")
 
 
-def _is_head(difference: Difference) -> bool:
-    """Whether a number tells how strong a medium is."""
-    penetration = difference.file.startswith("alpha/") and difference.row.endswith(" 0 90")
-    return difference.quantity == ("alpha_z_N_per_cm3" if penetration else "zeta")
+def _is_strength(difference: Difference) -> bool:
+    """Tell whether a number is the strength of a medium: zeta, or alpha_z of a flat plate pushed straight down."""
+    is_flat_push_down = difference.file.startswith("alpha/") and difference.row.endswith(" 0 90")
+    return difference.quantity == ("alpha_z_N_per_cm3" if is_flat_push_down else "zeta")
 
 
-def _size(difference: Difference) -> float:
+def _sort_size(difference: Difference) -> float:
+    """Return the size of a change: in half widths, or relative where there is no interval; inf without a number."""
     if np.isfinite(difference.half_widths):
         return difference.half_widths
     share = share_of_change(difference.was, difference.now)
     return share if np.isfinite(share) else np.inf
 
 
-def _differences(
+def _compare_tables(
     name: str, first: pd.DataFrame, second: pd.DataFrame, keys: tuple[str, ...]
 ) -> list[Difference]:
+    """List the numbers that differ between two tables of one name; `keys` are columns that name a row."""
     output = describe_file(f"{FOLDER}/{name}")
     assert output is not None
     index = [key for key in keys if key in first and key in second]
@@ -214,28 +219,29 @@ def _differences(
     quantities = [
         quantity
         for quantity in before.columns.intersection(after.columns)
-        if before[quantity].dtype.kind in "if" and not _is_end(quantity)
+        if before[quantity].dtype.kind in "if" and not _is_of_interval(quantity)
     ]
-    halves, nothing = _half_widths(before), np.full(len(rows), np.nan)
+    half_widths, no_interval = _half_widths(before), np.full(len(rows), np.nan)
     differences = []
     for cell in find_changed_cells(before[quantities], after[quantities], NOT_SAME):
         labels = rows[cell.row] if isinstance(rows[cell.row], tuple) else (rows[cell.row],)
-        words = " ".join(f"{word:g}" if isinstance(word, float) else str(word) for word in labels)
-        half = halves.get(cell.column, nothing)[cell.row]
-        ratio = abs(cell.now - cell.was) / half if half > 0 else np.nan
+        row = " ".join(f"{key:g}" if isinstance(key, float) else str(key) for key in labels)
+        half_width = half_widths.get(cell.column, no_interval)[cell.row]
+        ratio = abs(cell.now - cell.was) / half_width if half_width > 0 else np.nan
         differences.append(
-            Difference(name, words, cell.column, float(cell.was), float(cell.now), ratio)
+            Difference(name, row, cell.column, float(cell.was), float(cell.now), ratio)
         )
     return differences
 
 
-def _is_end(quantity: str) -> bool:
+def _is_of_interval(quantity: str) -> bool:
+    """Tell whether a column belongs to the interval of another: its error, an end, or degrees of freedom."""
     return not {"se", "lo", "hi", "dof"}.isdisjoint(quantity.split("_"))
 
 
 def _half_widths(table: pd.DataFrame) -> dict[str, np.ndarray]:
-    """Half widths of the intervals of a table, shape (rows,), by the quantity."""
-    half = {}
+    """Half widths of the intervals of a table, shape (rows,), by the column of the quantity."""
+    half_widths = {}
     for low in table:
         words = str(low).split("_")
         if "lo" in words:
@@ -243,10 +249,11 @@ def _half_widths(table: pd.DataFrame) -> dict[str, np.ndarray]:
             high = "_".join([*words[:place], "hi", *words[place + 1 :]])
             if high not in table:
                 continue
+            # coefficients have the columns lo and hi beside their value
             quantity = "_".join(words[:place] + words[place + 1 :]) or "value_N_per_cm3"
-            half[quantity] = (table[high].to_numpy(float) - table[low].to_numpy(float)) / 2
+            half_widths[quantity] = (table[high].to_numpy(float) - table[low].to_numpy(float)) / 2
     if "relative_to_A00" in table:
         # the same interval in units of A00
         unit = table["value_N_per_cm3"].abs() / table["relative_to_A00"]
-        half["relative_to_A00"] = half["value_N_per_cm3"] / unit.to_numpy(float)
-    return half
+        half_widths["relative_to_A00"] = half_widths["value_N_per_cm3"] / unit.to_numpy(float)
+    return half_widths

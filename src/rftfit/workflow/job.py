@@ -28,14 +28,15 @@ from rftfit.results import Results
 from rftfit.store import open_growing, write_bytes, write_csv, write_parquet, write_text
 from rftfit.store.digests import digests_of_files, plugin_digest, source_digests
 from rftfit.workflow.processes import end_with, end_with_parent
-from rftfit.workflow.records import Record, maker_of, read_fingerprint, split
+from rftfit.workflow.records import Record, maker_of, read_fingerprint, split_inputs
 from rftfit.workflow.state import States, job_of, read_states
 
 
 def main(words: Sequence[str] | None = None, states: States | None = None) -> int:
     """Do one job; return 0, or the exit code of the error that it reports.
 
-    `states`: Of the campaign, where it was read already.
+    `words`: Arguments of the command; default: those of this process. `states`: States of the campaign, where it was
+    read already.
     """
     parser = argparse.ArgumentParser("python -P -m rftfit.workflow.job", allow_abbrev=False)
     parser.add_argument("state", help="file of the job's state, which names rule and medium")
@@ -44,45 +45,48 @@ def main(words: Sequence[str] | None = None, states: States | None = None) -> in
     parser.add_argument("--reads", nargs="*", default=[])
     parser.add_argument("--writes", nargs="+", required=True)
     job = parser.parse_args(words)
-    # figures and tables are many objects that live long: to look for garbage among them took a tenth
-    # of the time
+    # figures and tables are many objects that live long: looking for garbage among them took a tenth of the time
     gc.set_threshold(50_000, 20, 50)
     try:
         do_job(states or read_states(job.config)[0], job.reads, job.writes, job.threads)
     except RftfitError as error:
-        _say(f"rftfit {' '.join(job_of(job.state)).rstrip()}: {error}\n")
+        _report(f"rftfit {' '.join(job_of(job.state)).rstrip()}: {error}\n")
         return error.exit_code
     return 0
 
 
 def do_job(states: States, reads: Sequence[str], writes: Sequence[str], threads: int = 1) -> None:
-    """Do a job and record it: its state has to be the planned one before the work and after it."""
+    """Do a job and record it; refuse where its state is not the planned one before the work or after it.
+
+    `reads`: Paths of its inputs, with the file of its state. `writes`: Paths of its outputs. `threads`: Most threads.
+    """
     results = Results(states.campaign)
-    planned, inputs = split(reads)
-    rule, key = job_of(planned)
+    state_path, inputs = split_inputs(reads)
+    rule, key = job_of(state_path)
     if not states.has(rule, key):
-        raise InputError(f"{planned}: this campaign has no such job")
-    stage, word = states.stage(rule, key)
+        raise InputError(f"{state_path}: this campaign has no such job")
+    stage, wildcard_value = states.stage(rule, key)
     state = states.of(rule, key)
-    _check_state(results.root / planned, state)
-    digests = _checked_inputs(results.root, inputs)
-    module, _, name = stage.run.partition(":")
-    function = getattr(import_module(module), name)
-    arguments: dict[str, Any] = {"threads": threads, "states": states}
-    function_arguments = {
-        word: arguments[word] for word in arguments if word in function.__annotations__
-    }
-    output = function(results.only(inputs), *([word] if word else []), **function_arguments)
-    # code that was imported meanwhile, or a log that was read, may be another by now
+    _refuse_other_state(results.root / state_path, state)
+    digests = _refuse_edited_inputs(results.root, inputs)
+    module, _, function_name = stage.run.partition(":")
+    function = getattr(import_module(module), function_name)
+    offered: dict[str, Any] = {"threads": threads, "states": states}
+    arguments = {name: value for name, value in offered.items() if name in function.__annotations__}
+    if wildcard_value:
+        output = function(results.only(inputs), wildcard_value, **arguments)
+    else:
+        output = function(results.only(inputs), **arguments)
+    # code that was imported, or a log that was read, may have been edited during the work
     source_digests.cache_clear()
     plugin_digest.cache_clear()
-    _check_state(results.root / planned, States(states.campaign).of(rule, key))
+    _refuse_other_state(results.root / state_path, States(states.campaign).of(rule, key))
     written = write_all(results, writes, output)
     Record(rule, key, state, digests, digests_of_files(results.root, written)).save(results.root)
 
 
-def _check_state(path: Path, now: dict[str, str]) -> None:
-    """Refuse to work in another state than that which was planned."""
+def _refuse_other_state(path: Path, now: dict[str, str]) -> None:
+    """Refuse to work where the state of a job is not the planned one, which the file at `path` holds."""
     planned = read_fingerprint(path)
     changed = [what for what in now if now[what] != planned.get(what)]
     if changed:
@@ -92,14 +96,14 @@ def _check_state(path: Path, now: dict[str, str]) -> None:
         )
 
 
-def _checked_inputs(root: Path, paths: Sequence[str]) -> dict[str, str]:
-    """SHA-256 of what a job reads; a result that no job wrote as it is now is refused."""
+def _refuse_edited_inputs(root: Path, paths: Sequence[str]) -> dict[str, str]:
+    """Compute SHA-256 of the results that a job reads; refuse one that is not as the job that wrote it recorded it."""
     digests = digests_of_files(root, paths)
-    written: dict[str, str] = {}
+    recorded: dict[str, str] = {}
     for path in paths:
-        if path not in written and (record := maker_of(root, path)):
-            written |= record.writes
-        if written.get(path, "") != digests[path]:
+        if path not in recorded and (record := maker_of(root, path)):
+            recorded |= record.writes
+        if recorded.get(path, "") != digests[path]:
             raise InputError(
                 f"{path}: not as the job that made it wrote it (edited or damaged); "
                 "`rftfit run` makes it again"
@@ -108,7 +112,7 @@ def _checked_inputs(root: Path, paths: Sequence[str]) -> dict[str, str]:
 
 
 def write_all(results: Results, writes: Sequence[str], output: Any) -> list[str]:
-    """Write what a job made. Returns the paths from the campaign's folder."""
+    """Write the output of a stage: a figure, or one content for each path. Returns the paths from the campaign's folder."""
     base, _, ending = writes[0].rpartition(".")
     if ending in (*SCREEN, *PAPER):
         about = (
@@ -131,7 +135,10 @@ def write_all(results: Results, writes: Sequence[str], output: Any) -> list[str]
 
 
 def run_forked(words: Sequence[str], log: str, folder: str) -> None:
-    """Do a job in a process forked from one that has imported `rftfit.workflow.preload`; end as its parent ends."""
+    """Do a job in a process forked from one that has imported `rftfit.workflow.preload`; end when that process ends.
+
+    `log`: Path of the file for standard error. `folder`: The campaign's folder.
+    """
     preloaded = sys.modules["rftfit.workflow.preload"]
     starter = parent_process()
     assert starter is not None
@@ -148,15 +155,15 @@ def run_forked(words: Sequence[str], log: str, folder: str) -> None:
     except BaseException:  # noqa: BLE001
         sys.excepthook(*sys.exc_info())
     finally:
-        # to take down what was imported takes half a second, and nobody needs it
+        # a normal exit would spend half a second on clearing up imported modules
         for stream in (sys.stdout, sys.stderr):
             with contextlib.suppress(OSError, ValueError):
                 stream.flush()
         os._exit(status)
 
 
-def _say(message: str) -> None:
-    """Write to standard error; where that is a file on a full disk, to whoever listens."""
+def _report(message: str) -> None:
+    """Write to standard error; where that is a file on a full disk, to standard output."""
     try:
         sys.stderr.write(message)
         sys.stderr.flush()
@@ -164,7 +171,7 @@ def _say(message: str) -> None:
         with contextlib.suppress(OSError, ValueError):
             sys.stdout.write(message)
             sys.stdout.flush()
-            # what waits in the stream is tried again at the very end, which would change the exit status
+            # at its exit Python tries again to write what is left in the stream: a failure would change the exit status
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stderr.fileno())
 
 

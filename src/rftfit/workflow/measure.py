@@ -33,12 +33,12 @@ FLAGGING = ("ingest", "tare", "slopes")
 
 
 def clocks(results: Results, medium: str) -> pd.DataFrame:
-    """Align the two logs of each push straight down of a medium, by itself."""
+    """Align the force log and the motion log of each push straight down in a medium, each push by itself."""
     return align_medium(results.campaign, medium)
 
 
 def ingest(results: Results, medium: str) -> tuple[pd.DataFrame, ...]:
-    """Read all logs of a medium: samples, a row for each run, counts of rows, flags."""
+    """Read all logs of a medium, or its rows of a table of numbers: samples, runs, counts of log rows, flags."""
     if results.campaign.numbers:
         samples, runs, book = ingest_table(results.campaign, medium)
     else:
@@ -47,14 +47,14 @@ def ingest(results: Results, medium: str) -> tuple[pd.DataFrame, ...]:
 
 
 def tare(results: Results, medium: str) -> tuple[pd.DataFrame, ...]:
-    """Subtract rod-only runs at equal depth, in-air runs at equal theta: forces, tares, counts, flags."""
+    """Subtract rod-only runs at equal depth, in-air runs at equal theta: forces, tares, counts of log rows, flags."""
     traces, runs = results.table(f"traces/{medium}.parquet"), results.table(f"runs/{medium}.csv")
     samples, tares, book = tare_medium(results.campaign, medium, traces, runs)
     return samples, tares, book.table(), flag_table(medium, "tare", book.flags)
 
 
 def slopes(results: Results, medium: str) -> tuple[pd.DataFrame, ...]:
-    """Fit every plate run of a medium, of copies one: fits, windows of the fits, counts of rows, flags."""
+    """Fit every plate run of a medium, copies of a run only once: fits, windows of the fits, counts of log rows, flags."""
     tared, tares = results.table(f"tared/{medium}.parquet"), results.table(f"tares/{medium}.csv")
     runs = results.table(f"runs/{medium}.csv")
     table = results.config.table
@@ -71,10 +71,10 @@ def slopes(results: Results, medium: str) -> tuple[pd.DataFrame, ...]:
 
 
 def checks(results: Results, medium: str) -> tuple[pd.DataFrame, ...]:
-    """Put the cells of a medium together and check them.
+    """Average the runs of a medium to its table of alpha, one cell a direction, and do the physical checks.
 
-    Returns verdicts, alpha table, covariance of its errors, alpha of depths, runs side by side, what runs share, and
-    all flags of runs and cells.
+    Returns seven tables: verdicts of the checks; alpha; covariance of the errors of alpha; alpha at several depths; runs
+    compared with other runs of their direction (peers); errors that many runs share (causes); all flags of runs and cells.
     """
     config = results.config
     tables = {name: results.table(f"{name}/{medium}.csv") for name in ("runs", "tares", "fits")}
@@ -85,30 +85,32 @@ def checks(results: Results, medium: str) -> tuple[pd.DataFrame, ...]:
     peers = compare_runs(fits, medium, tolerance_deg)
     errors, surface = errors_of(fits, config)
     level, depths = config.fit.confidence, results.campaign.count_level_depths(medium)
-    grid, off = config.grid_of(medium), outlier_differences(peers)
+    grid, outliers = config.grid_of(medium), outlier_differences(peers)
 
-    def cells(fits: pd.DataFrame, law: DepthLaw, surface: SurfaceError) -> pd.DataFrame:
-        settings = level, depths, errors, grid, surface, law, off, published_shapes().slopes
+    def average_runs(fits: pd.DataFrame, law: DepthLaw, surface: SurfaceError) -> pd.DataFrame:
+        """Average fits to the table of alpha; `surface`: error of the surface under this law of depth."""
+        settings = level, depths, errors, grid, surface, law, outliers, published_shapes().slopes
         return alpha_table(counted_once(fits, copies, tolerance_deg)[0], medium, *settings)
 
     angle_deg = config.errors.angle_deg
     causes, axes, misplaced = compare_all_runs(
         counted_once(fits, copies, tolerance_deg)[0], medium, sheet, angle_deg, tolerance_deg
     )
-    alpha_of_medium = cells(fits, DepthLaw(config.fit.law), surface)
-    tables |= {"alpha": alpha_of_medium, "peers": peers, "causes": causes, "axes": axes}
+    unmarked_alpha = average_runs(fits, DepthLaw(config.fit.law), surface)
+    tables |= {"alpha": unmarked_alpha, "peers": peers, "causes": causes, "axes": axes}
     tables |= {"misplaced": misplaced}
-    of_runs = [results.table(f"flags/{stage}/{medium}.csv") for stage in FLAGGING]
-    checked = check_medium(results.campaign, medium, tables, copies, Flags(*of_runs))
+    flags_of_runs = [results.table(f"flags/{stage}/{medium}.csv") for stage in FLAGGING]
+    checked = check_medium(results.campaign, medium, tables, copies, Flags(*flags_of_runs))
     verdicts = pd.DataFrame([check.row(medium) for check in checked], columns=COLUMNS)
-    of_cells = flags_of_cells(tables["alpha"], Flags(*of_runs), depths)
-    of_checks = [flag for check in checked for flag in check.flags]
-    flags = pd.concat(
-        [*of_runs, flag_table(medium, OF_CHECKS, [*of_checks, *of_cells])], ignore_index=True
-    )
+    cell_flags = flags_of_cells(unmarked_alpha, Flags(*flags_of_runs), depths)
+    check_flags = [flag for check in checked for flag in check.flags]
+    new_flags = flag_table(medium, OF_CHECKS, [*check_flags, *cell_flags])
+    flags = pd.concat([*flags_of_runs, new_flags], ignore_index=True)
     marks = mark_columns(marks_of(verdicts, config.media).get(medium, ()))
-    alpha = with_flagged(tables["alpha"], Flags(flags)).assign(**marks)
-    at_depth = alpha_at_depths(results.campaign, medium, tables | {"checks": verdicts}, cells)
+    alpha = with_flagged(unmarked_alpha, Flags(flags)).assign(**marks)
+    at_depth = alpha_at_depths(
+        results.campaign, medium, tables | {"checks": verdicts}, average_runs
+    )
     return (
         verdicts,
         alpha,
@@ -125,20 +127,20 @@ MEASURED = (
     (tare, ("tared/{}.parquet", "tares/{}.csv", "ledger/tare/{}.csv", "flags/tare/{}.csv")),
     (slopes, ("fits/{}.csv", "windows/{}.parquet", "ledger/slopes/{}.csv", "flags/slopes/{}.csv")),
 )
-"""Stages from the logs to the slopes of single runs, and what they make of a medium."""
+"""Stages from the logs to the slopes of single runs, each with the names of its tables, to be filled with the medium."""
 
 
 def measure_logs(results: Results, medium: str) -> None:
-    """Measure the logs of a medium up to the slopes and hold the tables; nothing is written."""
+    """Measure the logs of a medium up to the slopes; the tables stay in `results`, and no file is written."""
     for stage, names in MEASURED:
         for name, table in zip(names, stage(results, medium), strict=True):
             results.hold(name.format(medium), table)
 
 
 def measure_and_check(campaign: Campaign) -> tuple[pd.DataFrame, dict[str, Verdict]]:
-    """Measure all logs of a campaign and check what comes out; nothing is written.
+    """Measure all logs of a campaign and do the physical checks; no file is written.
 
-    Returns the table of checks, and the verdict on each medium.
+    Returns the table of checks of all media, and the verdict on each medium.
     """
     results = Results(campaign)
     checks_of_media, verdicts = [], {}
@@ -155,7 +157,7 @@ def measure_and_check(campaign: Campaign) -> tuple[pd.DataFrame, dict[str, Verdi
 
 
 def legs(results: Results, medium: str) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Average the tared force of every leg run of a medium over steps of theta: curves, counts."""
+    """Average the tared force of every leg run of a medium over steps of theta: curves, counts of log rows."""
     runs, tared = results.table(f"runs/{medium}.csv"), results.table(f"tared/{medium}.parquet")
     curves, book = leg_curves(results.campaign, medium, runs, tared)
     mark = marks_of(results.table(f"checks/{medium}.csv"), results.config.media).get(medium, ())
@@ -163,16 +165,16 @@ def legs(results: Results, medium: str) -> tuple[pd.DataFrame, pd.DataFrame]:
 
 
 def ledger(results: Results) -> pd.DataFrame:
-    """Join the ledgers of all stages and media, and check that the rows add up."""
+    """Join the ledgers of all stages and media, and check that each row of each log is counted once."""
     campaign = results.campaign
-    parts = [
+    ledgers = [
         results.table(f"ledger/{stage}/{medium}.csv")
         for stage in ("ingest", "tare", "slopes", "legs")
         for medium in results.media
     ]
     if campaign.robot_medium:
-        parts.append(results.table("ledger/robot.csv"))
-    book = join([*parts, account_unassigned_air_runs(campaign).table()])
-    one_log = {run.run_id for run in campaign.runs if same_table(campaign.config, run)}
-    check_ledger(book, results.joined("runs/{medium}.csv"), one_log, campaign.by_id)
+        ledgers.append(results.table("ledger/robot.csv"))
+    book = join([*ledgers, account_unassigned_air_runs(campaign).table()])
+    runs_with_one_log = {run.run_id for run in campaign.runs if same_table(campaign.config, run)}
+    check_ledger(book, results.joined("runs/{medium}.csv"), runs_with_one_log, campaign.by_id)
     return book

@@ -1,7 +1,7 @@
-"""What jobs need, imported once: the process that jobs are forked from imports this module.
+"""Import once what jobs need: the process that jobs are forked from imports this module.
 
-It is the forkserver of `multiprocessing`, which starts and ends with Snakemake
-(`snakemake_executor_plugin_rftfit`). Inside of a batch job of a cluster it imports what the rules there need.
+That process is the forkserver of `multiprocessing`, which starts and ends with Snakemake
+(`snakemake_executor_plugin_rftfit`). Inside of a batch job of a cluster this module imports only what the rules there need.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from importlib import import_module
 from rftfit.store.digests import source_digests
 
 # digests of the code before it is imported: a job refuses to work where they are not the planned ones
-_before = dict(source_digests())
+_digests_before = dict(source_digests())
 
 from rftfit.workflow.stages import FOLDER_BY_RULE, RULES_TO_COME, STAGES
 from rftfit.workflow.state import States, handed_over
@@ -34,7 +34,7 @@ _MODULES = (
 
 
 def campaign_states() -> States | None:
-    """States of the campaign that was handed over, if its config and run sheet are still the same."""
+    """Return the states of the campaign that was handed over; None where its config or run sheet has changed since."""
     return _handed[0] if _handed and _handed[0].campaign.is_as_read else None
 
 
@@ -46,13 +46,13 @@ if _DRAWS:
 
     figures()
 source_digests.cache_clear()
-if source_digests() != _before:
-    # edited meanwhile: no digest tells which code was imported, and that of no file is planned
+if source_digests() != _digests_before:
+    # code was edited during the imports, so no digest tells which was imported: without digests every job refuses to work
     source_digests().clear()
 
 
 def _draw_once() -> None:
-    """Read the fonts and build the parser of formulas, which every job that draws needs."""
+    """Draw a small figure: it reads the fonts and builds the parser of formulas, which every job that draws needs."""
     from rftfit.figures import style
 
     with style.styled():
@@ -64,5 +64,5 @@ def _draw_once() -> None:
 
 if _DRAWS:
     _draw_once()
-# what was imported lives to the end: no job looks for garbage in it, or copies its pages by looking
+# what was imported is never garbage: a forked job that searched it for garbage would also copy its memory pages
 gc.freeze()

@@ -15,12 +15,13 @@ from pathlib import Path
 from rftfit.errors import OutputError
 from rftfit.store.files import lock, open_note, open_unshared
 
-# --- Which process holds the lock of a campaign's folder, so that a lock left by a killed process can be removed.
+# --- Note which process holds the lock of a campaign's folder, so that a lock left by a killed process can be removed.
 
 
 _NOTE = Path("rftfit") / "holder"
 _BOOT = Path("/proc/sys/kernel/random/boot_id")
 _held: list[int] = []
+"""Handles of notes: open until this process ends, which ends the lock on them."""
 
 
 def hold_lock(folder: Path) -> None:
@@ -31,14 +32,14 @@ def hold_lock(folder: Path) -> None:
         _held.append(handle)
         if lock(handle):
             os.ftruncate(handle, 0)
-            os.write(handle, _computer().encode())
+            os.write(handle, _name_computer().encode())
 
 
 @contextlib.contextmanager
 def stale_lock(folder: Path) -> Iterator[bool]:
-    """Tell whether it is certain that the lock in ``.snakemake`` is that of a process that no longer lives.
+    """Tell whether the lock in ``.snakemake`` is certainly left by a process that no longer lives.
 
-    Nobody else gets True until the block is left, so that two do not clear it one after the other.
+    No other process gets True until the block is left, so that two do not clear the lock one after the other.
     """
     try:
         handle = open_unshared(folder / _NOTE)
@@ -46,24 +47,27 @@ def stale_lock(folder: Path) -> Iterator[bool]:
         yield False
         return
     try:
-        yield lock(handle) and _is_of_here(handle, folder)
+        yield lock(handle) and _is_note_on_lock(handle, folder)
     finally:
         os.close(handle)
 
 
-def _is_of_here(handle: int, folder: Path) -> bool:
+def _is_note_on_lock(handle: int, folder: Path) -> bool:
+    """Tell whether a note is about the lock that is there, and was written on this computer since its start."""
     try:
-        locks = [path.stat().st_mtime_ns for path in (folder / "locks").glob("*.lock")]
+        lock_times = [path.stat().st_mtime_ns for path in (folder / "locks").glob("*.lock")]
         noted = os.pread(handle, 1000, 0).decode("utf-8", "replace")
-        newest = os.fstat(handle).st_mtime_ns
+        note_time = os.fstat(handle).st_mtime_ns
     except OSError:
         return False
-    computer = _computer()
-    return bool(locks) and max(locks) <= newest and bool(computer) and noted == computer
+    computer = _name_computer()
+    # a note that is older than the lock is about an earlier run
+    is_newest = bool(lock_times) and max(lock_times) <= note_time
+    return is_newest and bool(computer) and noted == computer
 
 
-def _computer() -> str:
-    """Name of this computer and of its start; empty where the system does not tell the start."""
+def _name_computer() -> str:
+    """Return the name of this computer and the identifier of its start; empty where the system does not tell it."""
     try:
         return f"{platform.node()}\n{_BOOT.read_text(encoding='ascii').strip()}\n"
     except (OSError, ValueError):
@@ -77,19 +81,21 @@ VARIABLE = "RFTFIT_PARENT"
 """Process id of the process to watch, in the environment of its child."""
 
 SHELL_PREFIX = f"{VARIABLE}=$PPID exec " if os.name == "posix" else ""
-"""In front of a job's one command: the stage takes the shell's place, below the shell's own parent."""
+"""Words before the command of a job: `exec` lets the stage replace the shell, and the stage watches the shell's parent."""
 
-_LOOK_S = 0.5
+_POLL_S = 0.5
 _PATIENCE_S = 10.0
 _INIT = 1
 _ORPHANED = 143
+"""Exit status of a process that ended with the one it watched: as of SIGTERM."""
 
 
 def end_with_parent(end: Callable[[], None] | None = None) -> bool:
-    """Watch the process that the environment names, and end (default: at once) soon after it has ended.
+    """Watch the process that `VARIABLE` names, and call `end` soon after that process has ended.
 
-    The name is taken out of the environment, so that processes started from here do not watch it.
-    Returns whether anything is watched: only on POSIX systems, and where the environment asks for it.
+    `end`: Function that ends this process; default: `end_now`. The variable is removed from the environment, so that
+    processes started from here do not watch, too. Returns True where a process is watched: only on POSIX systems, and
+    where the environment asks for it.
     """
     process_id = os.environ.pop(VARIABLE, "")
     if os.name != "posix" or not process_id.isdecimal():
@@ -98,7 +104,7 @@ def end_with_parent(end: Callable[[], None] | None = None) -> bool:
 
     end = end or end_now
     parent, starter = os.getppid(), int(process_id)
-    # where another program stands between, that one is watched
+    # where another program stands between the named process and this one, that program is watched
     if parent != starter and (parent == _INIT or not psutil.pid_exists(starter)):
         end()
         return False
@@ -107,7 +113,7 @@ def end_with_parent(end: Callable[[], None] | None = None) -> bool:
 
 
 def end_with(process_id: int, end: Callable[[], None] | None = None) -> None:
-    """Watch a process from a thread, and end (default: at once) soon after it has ended."""
+    """Watch a process from a thread, and call `end` (default: `end_now`) soon after that process has ended."""
     import psutil
 
     def watch() -> None:
@@ -115,14 +121,14 @@ def end_with(process_id: int, end: Callable[[], None] | None = None) -> None:
             process = psutil.Process(process_id)
             # an ended process that nobody has waited for still has its id
             while process.is_running() and process.status() != psutil.STATUS_ZOMBIE:
-                time.sleep(_LOOK_S)
+                time.sleep(_POLL_S)
         (end or end_now)()
 
     threading.Thread(target=watch, name="end with parent", daemon=True).start()
 
 
 def end_now() -> None:
-    """End this process without a further step of it."""
+    """End this process at once, without clearing up."""
     try:
         sys.stderr.write("rftfit: ended, since the workflow that started this has ended\n")
         sys.stderr.flush()
@@ -131,7 +137,7 @@ def end_now() -> None:
 
 
 def end_group() -> None:
-    """End this process and all jobs it has started: politely, so that it clears up, then less so."""
+    """End this process and all jobs that it has started: by SIGTERM, so that they clear up, then by SIGKILL."""
     os.killpg(os.getpgrp(), signal.SIGTERM)
     time.sleep(_PATIENCE_S)
     os.killpg(os.getpgrp(), signal.SIGKILL)

@@ -23,42 +23,43 @@ SYMMETRY_COLUMNS = ["medium", "beta_deg", "gamma_deg", column("z"), column("x"),
 
 
 def symmetry(results: Results) -> pd.DataFrame:
-    """Complete the alpha table of every laboratory medium by symmetry: each direction once."""
+    """Complete the alpha table of every laboratory medium by symmetry, one row a direction."""
     parts = []
     for medium in results.laboratory:
         table = results.alpha_table(medium)
-        whole = torus(*directions(table))
-        alpha = whole.complete(*alpha_columns(table))
+        grid = torus(*directions(table))
+        alpha = grid.complete(*alpha_columns(table))
         marks = (next(iter(table[name]), "") for name in MARKS)
-        columns = (medium, np.degrees(whole.beta), np.degrees(whole.gamma), *alpha, *marks)
+        columns = (medium, np.degrees(grid.beta), np.degrees(grid.gamma), *alpha, *marks)
         parts.append(pd.DataFrame(dict(zip(SYMMETRY_COLUMNS, columns, strict=True))))
-    nothing = pd.DataFrame(columns=SYMMETRY_COLUMNS)
-    return pd.concat(parts, ignore_index=True) if parts else nothing
+    no_row = pd.DataFrame(columns=SYMMETRY_COLUMNS)
+    return pd.concat(parts, ignore_index=True) if parts else no_row
 
 
 def fourier(results: Results) -> pd.DataFrame:
-    """Fit the nine terms to the alpha table of every laboratory medium: coefficients with intervals."""
+    """Fit the nine terms to the alpha table of every laboratory medium; return the coefficients with intervals."""
     fits = fit_media([results[medium].alpha for medium in results.laboratory], results.config)
     parts = [coefficient_rows(fit) for fit in fits]
-    nothing = pd.DataFrame(columns=COEFFICIENT_COLUMNS)
-    return results.marked(pd.concat(parts, ignore_index=True) if parts else nothing)
+    no_row = pd.DataFrame(columns=COEFFICIENT_COLUMNS)
+    return results.marked(pd.concat(parts, ignore_index=True) if parts else no_row)
 
 
 def scaling(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Scale the media onto one another.
 
-    Natural sands are scaled with the campaign's own media; where fewer than two of these have a
-    usable grid, with the published five, as the table says. Returns the coefficients with M0 added
-    (as Table S2), and (0, 90 deg) with zeta and chi (as Table S3).
+    Natural sands are scaled by the laboratory media of the campaign, or by the published five where fewer than two of
+    the campaign's media have a usable grid; the table says which. Returns two tables: the coefficients with the generic
+    ones, M0, added (as Table S2), and alpha_z(0, 90 deg) with zeta and chi (as Table S3).
     """
     config = results.config
     fits = fit_media([results[medium].alpha for medium in results.laboratory], config)
-    groups: dict[str, list[MediumFit]] = {}
+    # the generic profile of each method is made from the usable media alone
+    usable_fits: dict[str, list[MediumFit]] = {}
     for fit in fits:
         if fit.counts:
-            groups.setdefault(fit.method, []).append(fit)
+            usable_fits.setdefault(fit.method, []).append(fit)
     media = results.table("fourier/media.csv")
-    parts = [media, *(generic_rows(group) for group in groups.values())]
+    parts = [media, *(generic_rows(group) for group in usable_fits.values())]
     reference = reference_of(fits, config.fourier.method)
     rows = [penetration_row(fit) for fit in fits]
     sands = [results[medium] for medium in results.sands]

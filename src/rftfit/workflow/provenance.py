@@ -1,4 +1,4 @@
-"""The last stage: one file that says what every result was made from."""
+"""Write, read and compare the record of a whole run: what every result was made from."""
 
 from __future__ import annotations
 
@@ -29,10 +29,11 @@ RECORD, SUMS, SHEET = "results/provenance.json", "results/manifest.sha256", "res
 
 @dataclass(frozen=True)
 class Provenance:
-    """What results depend on: as it was recorded, or as it is now.
+    """Everything that results depend on: as it was recorded, or as it is now.
 
-    `logs`: SHA-256 of logs and of the robot's files, by path from the campaign's folder. `rows`: Of the
-    run sheet, by run_id. `modules`: Digests of source files. `versions`: Of packages whose dialects are used, too.
+    `logs`: SHA-256 of logs and of the robot's files, by path from the campaign's folder. `rows`: Rows of the
+    run sheet, by run_id. `settings`: The configuration. `modules`: Digests of source files. `versions`: Versions of
+    Python and packages, also of those whose dialects are used.
     """
 
     logs: dict[str, str]
@@ -43,7 +44,7 @@ class Provenance:
 
 
 def present_provenance(states: States) -> Provenance:
-    """What the results of a campaign depend on now."""
+    """Collect what the results of a campaign depend on, as it is now."""
     campaign = states.campaign
     raw = campaign.raw.relative_to(campaign.root).as_posix()
     logs = {f"{raw}/{name}": digest for name, digest in states.all_logs.items() if digest}
@@ -59,24 +60,25 @@ def present_provenance(states: States) -> Provenance:
 
 
 def commit() -> str:
-    """Commit of the program's own checkout, with ``+`` where files differ from it; empty without one."""
+    """Return the commit of the checkout that holds this program, with ``+`` where files differ from it; empty without one."""
     words = ["git", "-C", str(PACKAGE), "describe", "--always", "--abbrev=12"]
     words += ["--dirty=+", "--exclude=*"]
     with suppress(OSError, subprocess.SubprocessError):
         options: Any = {"stderr": subprocess.DEVNULL, "text": True, "timeout": 10}
-        # git, with words that are written here
+        # no word of this command comes from outside
         return str(subprocess.check_output(words, **options)).strip()  # noqa: S603
     return ""
 
 
 def provenance(results: Results, states: States) -> tuple[str, str, pd.DataFrame, str]:
-    """Record what every result was made from: the records of all jobs before this one, and their inputs.
+    """Record what every result was made from: the last stage.
 
-    The tables of the run are described as a data package, too.
+    Returns the contents of four files: the records of all jobs with settings, code and versions, as JSON; the digests
+    of logs; the run sheet; the description of all tables as a data package.
     """
     recorded, state = Recorded(states), present_provenance(states)
-    made_from = [recorded.maker[path] for path in sorted(results.allowed) if path in recorded.maker]
-    records = {record.name: record for record in made_from}
+    makers = [recorded.maker[path] for path in sorted(results.allowed) if path in recorded.maker]
+    records = {record.name: record for record in makers}
     if changed := dict.fromkeys(
         finding.what for name in records for finding in recorded.findings(name)
     ):
@@ -95,7 +97,7 @@ def provenance(results: Results, states: States) -> tuple[str, str, pd.DataFrame
     }
     text = json.dumps(data, indent=1, sort_keys=True, ensure_ascii=False) + "\n"
     sheet = pd.DataFrame([*state.rows.values()])
-    digests = {path: digest for record in made_from for path, digest in record.writes.items()}
+    digests = {path: digest for record in makers for path, digest in record.writes.items()}
     return text, sums_text(state.logs), sheet, data_package(results, digests, csv_bytes(sheet))
 
 
@@ -103,7 +105,7 @@ _PAPER = "https://doi.org/10.1126/science.1229163"
 
 
 def data_package(results: Results, digests: Mapping[str, str], sheet: bytes) -> str:
-    """Describe the tables that the last job reads, and the run sheet, which it writes.
+    """Describe as a data package, in JSON, the tables that the last job reads and the run sheet that it writes.
 
     `digests`: SHA-256 of results by path. `sheet`: Content of the run sheet.
     """
@@ -126,7 +128,7 @@ def data_package(results: Results, digests: Mapping[str, str], sheet: bytes) -> 
 
 
 def read_provenance(folder: Path) -> tuple[Provenance, dict[str, Any]]:
-    """Recorded state of a folder of results, and all that `provenance` wrote into its record."""
+    """Read from a folder of results what they depended on, and the whole content of the record that `provenance` wrote."""
     path, sums, sheet = (folder / PurePosixPath(name).name for name in (RECORD, SUMS, SHEET))
     try:
         data = json.loads(path.read_text(encoding="utf-8"))
@@ -136,9 +138,10 @@ def read_provenance(folder: Path) -> tuple[Provenance, dict[str, Any]]:
                 "`rftfit run` writes it again"
             )
         header, *table = read_cells(sheet.read_bytes())
-        cells_of = [dict(zip(header, map(unguarded, cells), strict=True)) for cells in table]
-        rows, facts = {row["run_id"]: row for row in cells_of}, ("settings", "modules", "versions")
-        state = Provenance(read_sums(sums), rows, *(data[name] for name in facts))
+        sheet_rows = [dict(zip(header, map(unguarded, texts), strict=True)) for texts in table]
+        rows = {row["run_id"]: row for row in sheet_rows}
+        settings, modules, versions = (data[name] for name in ("settings", "modules", "versions"))
+        state = Provenance(read_sums(sums), rows, settings, modules, versions)
     except FileNotFoundError:
         raise InputError(
             f"{path}: there is no record of what the results were made from; a whole `rftfit run` "
@@ -157,7 +160,7 @@ def read_provenance(folder: Path) -> tuple[Provenance, dict[str, Any]]:
 
 @dataclass(frozen=True)
 class Change:
-    """One thing that results depend on and that is not as recorded.
+    """One thing that results depend on and that differs between two states, such as recorded and now.
 
     `sort`: ``log``, ``run`` (a row of the run sheet), ``setting``, ``code`` or ``version``.
     """
@@ -173,70 +176,74 @@ class Change:
 
 
 def changes_between(was: Provenance, now: Provenance) -> list[Change]:
-    """List what is different between two states, each log, cell, value and module by itself."""
+    """List what differs between two states: logs, modules, rows of the run sheet, config keys, versions, each by itself."""
     changes = [
-        Change(sort, name, _short(old), _short(new))
+        Change(sort, name, _format_digest(old), _format_digest(new))
         for sort, before, after in (("log", was.logs, now.logs), ("code", was.modules, now.modules))
-        for name, old, new in _different(before, after, "")
+        for name, old, new in _list_different(before, after, "")
     ]
-    for name, old, new in _different(was.rows, now.rows, None):
+    for name, old, new in _list_different(was.rows, now.rows, None):
         if old is None or new is None:
             presence = ("not there", "there") if old is None else ("there", "not there")
             changes.append(Change("run", name, *presence))
-        elif cells_of := _different(old, new, ""):
-            before = ", ".join(f"{column} '{cell}'" for column, cell, _ in cells_of)
-            after = ", ".join(f"{column} '{cell}'" for column, _, cell in cells_of)
+        elif changed_cells := _list_different(old, new, ""):
+            before = ", ".join(f"{column} '{cell}'" for column, cell, _ in changed_cells)
+            after = ", ".join(f"{column} '{cell}'" for column, _, cell in changed_cells)
             changes.append(Change("run", name, before, after))
-    changes += _leaves("", was.settings, now.settings)
-    versions = _different(was.versions, now.versions, "not there")
+    changes += _list_changed_settings("", was.settings, now.settings)
+    versions = _list_different(was.versions, now.versions, "not there")
     return changes + [Change("version", name, old, new) for name, old, new in versions]
 
 
 _FEWEST = 4
-"""So many changes of names that begin alike are one line."""
+"""Fewest changes of names that begin alike that become one line."""
 
 
 def format_changes(changes: Sequence[Change]) -> list[str]:
-    """Changes for people, a line each; many of one sort whose names begin alike are one line."""
+    """Format changes for people, a line each; many of one sort whose names begin alike become one line."""
 
     def group_of(change: Change) -> tuple[str, ...]:
+        """Return what changes of one line share: sort, beginning of the name, old and new text."""
         folder, slash, name = change.name.rpartition("/")
         head, mark, _ = name.partition("_")
-        # each log has a digest of its own
-        pair = ["there" if word.startswith("sha256") else word for word in (change.was, change.now)]
-        pair[1] = "another" if pair[0] == pair[1] else pair[1]
-        return change.sort, f"{folder}{slash}{head}{mark}*" if mark else change.name, *pair
+        # digests differ from log to log, which must not part a group
+        was, now = (
+            "there" if text.startswith("sha256") else text for text in (change.was, change.now)
+        )
+        pattern = f"{folder}{slash}{head}{mark}*" if mark else change.name
+        return change.sort, pattern, was, "another" if was == now else now
 
     groups: dict[tuple[str, ...], list[Change]] = {}
     for change in changes:
         groups.setdefault(group_of(change), []).append(change)
     lines: list[str] = []
-    for (sort, name, was, now), group in groups.items():
-        many = Change(sort, f"{name} ({len(group)} of them)", was, now)
-        lines += map(str, [many] if len(group) >= _FEWEST else group)
+    for (sort, pattern, was, now), group in groups.items():
+        joined = Change(sort, f"{pattern} ({len(group)} of them)", was, now)
+        lines += map(str, [joined] if len(group) >= _FEWEST else group)
     return lines
 
 
-def _different(
+def _list_different(
     was: Mapping[str, Any], now: Mapping[str, Any], nothing: Any
 ) -> list[tuple[str, Any, Any]]:
-    """Names whose values differ, with both values; `nothing` stands for one that is not there."""
+    """List names whose values differ, with both values; `nothing` stands for a value that is not there."""
     names = sorted(was.keys() | now.keys())
     pairs = ((name, was.get(name, nothing), now.get(name, nothing)) for name in names)
     return [(name, old, new) for name, old, new in pairs if old != new]
 
 
-def _short(digest: str) -> str:
+def _format_digest(digest: str) -> str:
+    """Write the first digits of a SHA-256; an empty one is of a file that is not there."""
     return f"sha256 {digest[:12]}" if digest else "not there"
 
 
-def _leaves(path: str, was: Any, now: Any) -> list[Change]:
-    """Keys of the configuration whose values differ."""
+def _list_changed_settings(path: str, was: Any, now: Any) -> list[Change]:
+    """List the config keys below `path` (section.key) whose values differ."""
     if isinstance(was, dict) and isinstance(now, dict):
         return [
             change
-            for key, old, new in _different(was, now, None)
-            for change in _leaves(f"{path}.{key}".lstrip("."), old, new)
+            for key, old, new in _list_different(was, now, None)
+            for change in _list_changed_settings(f"{path}.{key}".lstrip("."), old, new)
         ]
     if was == now:
         return []

@@ -22,13 +22,13 @@ from rftfit.workflow.stages import LAST, RULES
 from rftfit.workflow.state import STATES, States, job_name
 
 RECORDS = f"{FOLDER}/records"
-_KEPT = tuple(f"{FOLDER}/{name}/" for name in ("records", "state", "logs"))
-"""Folders of what is no result: records and states of jobs, logs of jobs."""
+_NO_RESULTS = tuple(f"{FOLDER}/{name}/" for name in ("records", "state", "logs"))
+"""Folders whose files are no results: records, states and logs of jobs."""
 
 
 @dataclass(frozen=True)
 class Record:
-    """One finished job: its state, and SHA-256 of files by path from the campaign's folder."""
+    """One finished job: its state, and the SHA-256 of each file that it read and wrote, by path from the campaign's folder."""
 
     rule: str
     key: str
@@ -48,15 +48,15 @@ class Record:
 
 
 def read_record(path: Path) -> Record | None:
-    """Read a record; None where it is not there or damaged."""
+    """Read a record; None where the file is not there or damaged, which includes a field that is no text."""
     try:
         record = Record(**json.loads(path.read_text(encoding="utf-8")))
-        words = [record.rule, record.key]
+        fields = [record.rule, record.key]
         for digests in (record.state, record.reads, record.writes):
-            words += [*digests, *digests.values()]
+            fields += [*digests, *digests.values()]
     except (OSError, ValueError, TypeError, AttributeError):
         return None
-    return record if all(isinstance(word, str) for word in words) else None
+    return record if all(isinstance(field, str) for field in fields) else None
 
 
 def read_fingerprint(path: Path) -> dict[str, str]:
@@ -67,7 +67,7 @@ def read_fingerprint(path: Path) -> dict[str, str]:
         return {}
 
 
-def split(inputs: Iterable[str]) -> tuple[str, list[str]]:
+def split_inputs(inputs: Iterable[str]) -> tuple[str, list[str]]:
     """Split the inputs of a job: the file of its state, and the results that it reads."""
     inputs = [*inputs]
     (state,) = (path for path in inputs if path.startswith(f"{STATES}/"))
@@ -75,8 +75,11 @@ def split(inputs: Iterable[str]) -> tuple[str, list[str]]:
 
 
 def record_holds(root: Path, inputs: Iterable[str], outputs: Iterable[str]) -> bool:
-    """Whether a job was done in the planned state, from the inputs and to the outputs that are there now."""
-    state, reads = split(inputs)
+    """Tell whether a job was done in the planned state, and read and wrote the files as they are now.
+
+    `inputs`: Paths that its rule reads, with the file of its state. `outputs`: Paths that its rule writes.
+    """
+    state, reads = split_inputs(inputs)
     record = read_record(root / RECORDS / state.removeprefix(f"{STATES}/"))
     return (
         record is not None
@@ -88,13 +91,15 @@ def record_holds(root: Path, inputs: Iterable[str], outputs: Iterable[str]) -> b
 
 
 def maker_of(root: Path, path: str) -> Record | None:
-    """Find the record of the job that wrote a result: the stem of the file is the job's key, where it has one."""
+    """Find the record of the job that wrote the result at `path`; None where there is none.
+
+    The stem of the file is the job's key, where the job has one: records of that name are read first, then those
+    of jobs without a key.
+    """
     folder, stem = root / RECORDS, path.rpartition("/")[2].rpartition(".")[0]
-    for place in (
-        *(rule_folder / f"{stem}.json" for rule_folder in folder.glob("*/")),
-        *folder.glob("*.json"),
-    ):
-        record = read_record(place)
+    with_key = (rule_folder / f"{stem}.json" for rule_folder in folder.glob("*/"))
+    for record_file in (*with_key, *folder.glob("*.json")):
+        record = read_record(record_file)
         if record is not None and path in record.writes:
             return record
     return None
@@ -104,8 +109,9 @@ def maker_of(root: Path, path: str) -> Record | None:
 class OutdatedResult:
     """One thing about a job that is not as recorded.
 
-    `job`: Its name. `sort`: ``new``, ``edited`` or ``missing`` (a result), ``input`` (a result it
-    read) or ``changed``. `what`: The path, or what its results depend on. `was`: The recorded digest.
+    `job`: Name of the job. `sort`: ``new`` (never finished), ``edited`` or ``missing`` (a result that it wrote), ``input``
+    (a result that it read) or ``changed`` (its state). `what`: Path of the result, or name of the changed part of the
+    state, such as ``settings``. `was`: The recorded digest.
     """
 
     job: str
@@ -115,14 +121,14 @@ class OutdatedResult:
 
 
 LONG_AGO_S = 1.0
-"""Time of a result that is to be made again, s since 1970."""
+"""Time that a result gets which is to be made again, s since 1970: older than every input."""
 
 PASSED_S = 10.0
-"""More than the step of the coarsest times of files, 2 s."""
+"""Age that a result dated in the future gets, s: more than the step of the coarsest file times, 2 s."""
 
 
 def set_time(path: Path, seconds: float) -> None:
-    """Set the time of a file that is there."""
+    """Set the time of a file, s since 1970; nothing happens where the file is not there."""
     try:
         files.set_time(path, seconds)
     except FileNotFoundError:
@@ -135,7 +141,7 @@ def set_time(path: Path, seconds: float) -> None:
 
 
 class Recorded:
-    """The recorded jobs of a campaign, beside the files and states that are there now."""
+    """The recorded jobs of a campaign, compared with files and states as they are now."""
 
     def __init__(self, states: States) -> None:
         self.states = states
@@ -144,11 +150,11 @@ class Recorded:
 
     @cached_property
     def all(self) -> dict[str, Record | None]:
-        """Every job of this campaign that has a state, in the data's way, with its record; None where it has none."""
+        """Record of every job of this campaign that has a state, by name, in the order of the data's way; None without a record."""
         paths = (self.root / STATES).rglob("[!.]*.json")
         names = (path.relative_to(self.root / STATES).with_suffix("").as_posix() for path in paths)
         jobs = [(rule, key) for rule, _, key in (name.partition("/") for name in sorted(names))]
-        # others are of a medium or figure of before
+        # a state may be left of a medium or figure that the campaign no longer has
         jobs = [job for job in jobs if self.states.has(*job)]
         jobs.sort(key=lambda job: RULES.index(job[0]))
         names = (job_name(*job) for job in jobs)
@@ -156,11 +162,14 @@ class Recorded:
 
     @cached_property
     def maker(self) -> dict[str, Record]:
-        """The record of the job that wrote each result."""
+        """Record of the job that wrote a result, by the path of the result."""
         return {path: record for record in self.all.values() if record for path in record.writes}
 
-    def results(self, ending: Record | None = None) -> dict[str, Record]:
-        """Records of the jobs that a job is made from, itself included, by name; default: the last job."""
+    def collect_records(self, ending: Record | None = None) -> dict[str, Record]:
+        """Collect the records of a job and of all jobs that its results are made from, by name.
+
+        `ending`: Record of the job to begin with, going back; default: the last job of a whole run.
+        """
         last = ending or self.all.get(LAST)
         records: dict[str, Record] = {}
         waiting = [last] if last else []
@@ -172,9 +181,9 @@ class Recorded:
         return records
 
     @cached_property
-    def beside(self) -> dict[str, Record]:
-        """Records of other jobs that made a result which is still there, as a figure for a paper, by path."""
-        of_whole_run = self.results()
+    def records_beside(self) -> dict[str, Record]:
+        """Records of jobs that a whole run does not need, such as a figure for a paper, by the path of each result still there."""
+        of_whole_run = self.collect_records()
         return {
             path: record
             for path, record in self.maker.items()
@@ -182,14 +191,14 @@ class Recorded:
         }
 
     def digests(self, paths: Iterable[str]) -> dict[str, str]:
-        """SHA-256 of results as they are now; empty for one that is not there."""
+        """Compute SHA-256 of results as they are now, each once; empty for a file that is not there."""
         paths = [*paths]
         new = [path for path in paths if path not in self._digests]
         self._digests |= digests_of_files(self.root, new)
         return {path: self._digests[path] for path in paths}
 
     def findings(self, name: str) -> list[OutdatedResult]:
-        """What is not as recorded about a job; empty where its results are up to date."""
+        """List what is not as recorded about one job; nothing where its results are up to date."""
         record = self.all.get(name)
         if record is None:
             return [OutdatedResult(name, "new")]
@@ -213,12 +222,17 @@ class Recorded:
         return findings
 
     def findings_of(self, targets: Sequence[str] = ()) -> list[OutdatedResult]:
-        """What is not as recorded of the jobs that some results are made by, or all; empty: nothing is to do."""
+        """List what is not as recorded about all jobs that the targets need; nothing where nothing is to do.
+
+        `targets`: Paths of results or names of jobs; default: the last job, which needs all others.
+        """
         ends = [self.maker.get(name) or self.all.get(name) for name in targets or [LAST]]
-        needed = {name for end in ends if end for name in self.results(end)}
-        # which jobs a result needs that has no record, nobody knows: perhaps all, and one that lost its record
-        maybe = [name for name, record in self.all.items() if record is None or None in ends]
-        needed.update(name for name in maybe if not self.states.on_demand(name))
+        needed = {name for end in ends if end for name in self.collect_records(end)}
+        # records alone tell what a target needs: without one it may need every job, and a job without one may be needed
+        perhaps_needed = [
+            name for name, record in self.all.items() if record is None or None in ends
+        ]
+        needed.update(name for name in perhaps_needed if not self.states.on_demand(name))
         findings = [
             finding for name in self.all if name in needed for finding in self.findings(name)
         ]
@@ -226,17 +240,18 @@ class Recorded:
         return findings or [OutdatedResult(name, "new") for name in never_made]
 
     def list_foreign_files(self) -> list[str]:
-        """Files below ``results/`` that no job of this campaign wrote: of before, or a user's own."""
+        """List files below ``results/`` that no job of this campaign wrote: a user's, or left from an earlier configuration."""
         paths = (self.root / FOLDER).rglob("[!.]*")
         names = (path.relative_to(self.root).as_posix() for path in paths if path.is_file())
         return sorted(
-            name for name in names if name not in self.maker and not name.startswith(_KEPT)
+            name for name in names if name not in self.maker and not name.startswith(_NO_RESULTS)
         )
 
     @cached_property
     def outdated(self) -> set[str]:
-        """Jobs that are not as recorded, and all that are made from their results."""
+        """Names of the jobs that are not as recorded, and of all jobs made from their results."""
         names: set[str] = set()
+        # in the order of the data's way: a job comes after those whose results it read
         for name, record in self.all.items():
             makers = (
                 self.maker[path].name
@@ -249,18 +264,20 @@ class Recorded:
 
     @cached_property
     def stale(self) -> dict[str, list[OutdatedResult]]:
-        """Jobs of the results that are out of date, with what was found about each of them itself."""
-        return {name: self.findings(name) for name in self.results() if name in self.outdated}
+        """Findings about each outdated job of a whole run, by its name; none where only a job before it has changed."""
+        return {
+            name: self.findings(name) for name in self.collect_records() if name in self.outdated
+        }
 
     def is_current(self, path: str) -> bool:
-        """Whether a result is there and all that it is made from is as recorded."""
+        """Tell whether a result is there, and it and all that it is made from are as recorded."""
         return path in self.maker and self.maker[path].name not in self.outdated
 
     def make_outdated(self, findings: Iterable[OutdatedResult]) -> None:
         """Let Snakemake plan the jobs that are not as recorded, whatever the times of files say.
 
         Their state files are emptied, to be written anew, and their results get a time before all others. No state file
-        goes: by these files the campaign knows its jobs, and those that no target needs stay as recorded.
+        is deleted, since these files list the jobs of the campaign; jobs that no target needs stay as recorded.
         """
         for name in {finding.job for finding in findings}:
             state = self.root / STATES / f"{name}.json"
@@ -271,7 +288,7 @@ class Recorded:
                 set_time(self.root / path, LONG_AGO_S)
 
     def bring_times_back(self) -> None:
-        """Give results that are dated in the future one time that has passed, so that what is made now is newer."""
+        """Set results and states that are dated in the future to one time just past, so that what is made now is newer."""
         now_s = time.time()
         for folder in (FOLDER, STATES):
             for path in (self.root / folder).rglob("*"):

@@ -31,16 +31,16 @@ from rftfit.workflow.state import States
 from rftfit.workflow.verify import list_reasons
 
 TextRows = list[list[str]]
-"""Rows of a table as texts, its names first."""
+"""Rows of a table, each cell as text; the first row holds the names of the columns."""
 
 
 @dataclass(frozen=True)
 class Remade:
-    """What came of making results again.
+    """Results that were made again, compared with the recorded ones.
 
-    `same`: Files with equal bytes. `unlike`: Where files differ that do, in the order in which jobs make them.
-    `not_made`: Recorded files that `rftfit run` does not make, as the whole sweep of the robot. `recorded`: Records and
-    files as they were.
+    `same`: Paths of files with equal bytes. `unlike`: Where a file differs, by its path, in the order in which jobs
+    make the files. `not_made`: Recorded files that `rftfit run` does not make, such as the whole sweep of the robot.
+    `recorded`: Records and files as they were.
     """
 
     same: tuple[str, ...]
@@ -50,14 +50,12 @@ class Remade:
 
     @property
     def is_as_recorded(self) -> bool:
-        """Whether all results came out with the same bytes."""
+        """True where all results that were made again have the same bytes."""
         return not self.unlike
 
     def summary(self, most: int | None = None) -> str:
-        """Format it for people: at most so many lines of each list; default: all."""
-        lines = first_of(
-            [str(unlike_file) for unlike_file in self.unlike], most, "more that differ"
-        )
+        """Format the comparison for people, at most `most` lines of each list; default: all."""
+        lines = first_of([str(path) for path in self.unlike], most, "more that differ")
         if self.unlike:
             lines += first_of(list_reasons(self.recorded), most, "more reasons")
         results = count(len(self.same) + len(self.unlike), "result")
@@ -70,7 +68,7 @@ class Remade:
         return "\n".join([*lines, *list_others(self.recorded)])
 
     def as_dict(self) -> dict[str, Any]:
-        """Give it as plain words and lists."""
+        """Return the comparison as plain words and lists."""
         return {
             "same": self.same,
             "unlike": self.unlike,
@@ -80,6 +78,7 @@ class Remade:
 
 
 _MOST = 5
+"""Most paths named in one line."""
 
 
 def remake(
@@ -116,19 +115,19 @@ def remake(
         same: list[str] = []
         unlike: dict[str, str] = {}
         not_made: list[str] = []
-        for path in _in_order([*recorded.all.values(), *recorded_again.all.values()]):
+        for path in _list_results([*recorded.all.values(), *recorded_again.all.values()]):
             original, remade = recorded.root / path, root / path
             if path not in recorded_again.maker:
                 not_made.append(path)
             elif recorded.digests([path]) == recorded_again.digests([path]):
                 same.append(path)
             else:
-                unlike[path] = _difference(original, remade)
+                unlike[path] = _describe_difference(original, remade)
     return Remade(tuple(same), unlike, tuple(not_made), recorded)
 
 
 def _copy_settings(states: States, root: Path) -> Path:
-    """Lay out a campaign with copies of its settings and a link to its logs; returns the path of its config."""
+    """Lay out a campaign in the folder `root`: copies of its settings, a link to its logs. Returns the path of its config."""
     campaign = states.campaign
     config = campaign.root / next(iter(campaign.read_from))
     raw = campaign.raw.relative_to(campaign.root)
@@ -144,29 +143,30 @@ def _copy_settings(states: States, root: Path) -> Path:
     return root / config.relative_to(campaign.root)
 
 
-def _in_order(records: Sequence[Record | None]) -> list[str]:
-    """Results in the order in which jobs make them, each once."""
+def _list_results(records: Sequence[Record | None]) -> list[str]:
+    """List the paths of results, each once, in the order of the jobs that wrote them."""
     return list(dict.fromkeys(path for record in records if record for path in record.writes))
 
 
 # --- Where two files differ.
 
 
-def _difference(original: Path, remade: Path) -> str:
+def _describe_difference(original: Path, remade: Path) -> str:
     """Say where a file differs from the one that was made again, and by how much."""
     if not original.is_file():
         return "not there"
     try:
         if original.suffix in (".csv", ".parquet"):
-            return _difference_of_tables(_cells(original), _cells(remade)) or _of_bytes(
-                original, remade
-            )
+            tables = _read_text_rows(original), _read_text_rows(remade)
+            if difference := _describe_table_difference(*tables):
+                return difference
     except RftfitError as error:
         return f"damaged: {error}".replace(f"{original}: ", "")
-    return _of_bytes(original, remade)
+    return _describe_byte_difference(original, remade)
 
 
-def _cells(path: Path) -> TextRows:
+def _read_text_rows(path: Path) -> TextRows:
+    """Read a table, csv or Parquet, as texts."""
     if path.suffix == ".parquet":
         table = read_parquet(path)
         rows = table.astype(object).to_numpy().tolist()
@@ -177,16 +177,16 @@ def _cells(path: Path) -> TextRows:
         raise InputError(f"{path}: no UTF-8 text: byte {error.start}") from error
 
 
-def _difference_of_tables(original: TextRows, remade: TextRows) -> str:
-    """Say which cell of a table differs first and by how much; empty where all cells are equal."""
+def _describe_table_difference(original: TextRows, remade: TextRows) -> str:
+    """Say which cell of a table differs first, how many do, and by how much; empty where all cells are equal."""
     names = remade[0] if remade else []
     if original[:1] != remade[:1]:
         unshared_columns = sorted(set(names).symmetric_difference(original[0] if original else []))
         return f"other columns: {', '.join(unshared_columns) or 'in another order'}"
     # a damaged row may be shorter or longer than the others
     before, after = (pd.DataFrame(rows).fillna("") for rows in (original, remade))
-    common = before.index.intersection(after.index)
-    cells = sorted(find_changed_cells(before.loc[common], after.loc[common]))
+    common_rows = before.index.intersection(after.index)
+    cells = sorted(find_changed_cells(before.loc[common_rows], after.loc[common_rows]))
     row_counts = f"{len(original) - 1} rows, {len(remade) - 1} made again"
     if not cells:
         return row_counts if len(original) != len(remade) else ""
@@ -201,7 +201,8 @@ def _difference_of_tables(original: TextRows, remade: TextRows) -> str:
     return f"line {first.row + 1}, {column}: {first.was!r}, made again {first.now!r}{size}{cells_text}{rows_text}"
 
 
-def _of_bytes(original: Path, remade: Path) -> str:
+def _describe_byte_difference(original: Path, remade: Path) -> str:
+    """Say which byte of a file differs first, counted from 1, and how many do; where lengths differ, both lengths."""
     was, now = original.read_bytes(), remade.read_bytes()
     first = next(
         (place for place, pair in enumerate(zip(was, now, strict=False)) if pair[0] != pair[1]),

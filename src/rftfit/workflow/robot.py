@@ -23,11 +23,11 @@ from rftfit.robot.motion import SAMPLES, frames_of, stance_of, tail_of
 from rftfit.robot.run import simulate
 from rftfit.robot.speeds import TRIALS, measured_speeds, published_speeds, speed_errors, trial_row
 
-# --- The robot: measured speeds from marker tracks, and how those of the sweep compare.
+# --- The robot: measured speeds from marker tracks, and speeds of the sweep compared with them.
 
 
 def robot_of(campaign: Campaign) -> tuple[RobotRuns, Robot]:
-    """Read the robot of a campaign."""
+    """Read the robot of a campaign: its section of the config, and its description; the paper's where no file is named."""
     section = campaign.config.robot
     if section is None:
         raise InputError("config: there is no section robot, so there is no robot to run")
@@ -36,7 +36,7 @@ def robot_of(campaign: Campaign) -> tuple[RobotRuns, Robot]:
 
 
 def trials_of(campaign: Campaign) -> list[tracks.Trial]:
-    """Read the robot's run sheet; none where the config names no sheet."""
+    """Read the trials of the robot's run sheet; none where the config names no sheet."""
     section = campaign.config.robot
     if section is None or section.runs is None:
         return []
@@ -53,32 +53,32 @@ MEAN_STRIDE = columns_of("robot/strides.csv")
 
 
 def robot_measured(results: Results) -> tuple[pd.DataFrame, ...]:
-    """Turn marker tracks into mean speeds; without tracks, take those of Fig. 4C.
+    """Turn marker tracks into mean speeds; without tracks, return the published speeds of Fig. 4C.
 
-    Returns a row for each track, for each condition, for each moment of the mean strides of the
-    recorded tracks that belong to `MOTION`, where every row of the tracks went, and flags of the tracks. How a re-enacted
-    robot moves within a stride was never published, so such a track has no mean stride.
+    Returns five tables: a row for each track; a row for each condition (curvature and frequency); a row for each moment
+    of the mean strides of recorded tracks at the conditions of `MOTION`; the ledger of all rows of the tracks; flags of
+    the tracks. The motion of the robot within a stride was never published, so a re-enacted track has no mean stride.
     """
     campaign = results.campaign
     section, robot = robot_of(campaign)
-    calibrated = list(sweep.CALIBRATED_ON.values()) if robot == paper_robot() else []
-    listed = trials_of(campaign)
+    calibrated_on = list(sweep.CALIBRATED_ON.values()) if robot == paper_robot() else []
+    trials = trials_of(campaign)
     tripods = len({hip.phase_turns for hip in robot.legs.hips})
     folder = (campaign.raw / (section.runs or "")).parent
-    rows, book, strides = [], [], list[tuple[object, ...]]()
+    rows, ledger_rows, stride_rows = [], [], list[tuple[object, ...]]()
     flags: list[Remark] = []
-    for trial in sorted(listed, key=lambda trial: trial.run_id):
+    for trial in sorted(trials, key=lambda trial: trial.run_id):
         row, counts, velocity, flags_of_trial = trial_row(trial, folder, tripods)
         rows.append(row)
         flags += flags_of_trial
-        head = trial.run_id, trial.curvature_times_R, row["frequency_Hz"]
-        if velocity and not campaign.reenacted and sweep.is_of_motion(*head[1:]):
-            strides += [
-                (*head, sample / tracks.STRIDE_SAMPLES, speed)
+        condition = trial.curvature_times_R, row["frequency_Hz"]
+        if velocity and not campaign.reenacted and sweep.is_of_motion(*condition):
+            stride_rows += [
+                (trial.run_id, *condition, sample / tracks.STRIDE_SAMPLES, speed)
                 for sample, speed in enumerate(velocity)
             ]
         file = (folder / trial.track).relative_to(campaign.raw).as_posix()
-        book += [
+        ledger_rows += [
             (trial.run_id, trial.medium, "robot", file, fate, *reason_cells([why]), count)
             for (fate, why), count in sorted(
                 counts.items(), key=lambda fate_count: [*map(str, fate_count[0])]
@@ -86,52 +86,56 @@ def robot_measured(results: Results) -> tuple[pd.DataFrame, ...]:
         ]
     table = pd.DataFrame(rows, columns=TRIALS)
     published = campaign.config.media[section.medium].published_as
-    if listed:
-        speeds = measured_speeds(table, calibrated)
+    if trials:
+        speeds = measured_speeds(table, calibrated_on)
     else:
-        speeds = published_speeds(section.medium, calibrated)
-        # the figure is of one robot on one medium; how runs are stepped does not matter
+        speeds = published_speeds(section.medium, calibrated_on)
+        # Fig. 4C shows one robot on one medium; other settings of a robot, such as the time step, do not matter
         paper = paper_robot()
         is_paper_robot = (robot.body, robot.legs) == (paper.body, paper.legs)
         speeds = speeds if published == "poppy_LP" and is_paper_robot else speeds.iloc[:0]
-    book_of = pd.DataFrame(book, columns=LEDGER_COLUMNS)
-    flags_of = flag_table(section.medium, "robot_measured", flags)
-    return table, speeds, pd.DataFrame(strides, columns=MEAN_STRIDE), book_of, flags_of
+    strides = pd.DataFrame(stride_rows, columns=MEAN_STRIDE)
+    ledger = pd.DataFrame(ledger_rows, columns=LEDGER_COLUMNS)
+    flags_of_tracks = flag_table(section.medium, "robot_measured", flags)
+    return table, speeds, strides, ledger, flags_of_tracks
 
 
 def _sweep_tables(results: Results, folder: str) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
-    """Join the runs of all profiles, find the best curvatures, compare with what was measured.
+    """Join the runs of all profiles, find the best curvatures, and compare speeds with measured ones.
 
-    Returns a row for each run, for each frequency and for each measured condition of each profile.
+    `folder`: ``robot`` or ``robot_full``. Returns three tables, for each profile: a row for each run (speeds), for each
+    frequency (best curvature), and for each measured condition (errors).
     """
     _, robot = robot_of(results.campaign)
     measured, widths = (results.table(f"robot/{name}.csv") for name in ("measured", "intervals"))
     runs = {name: results.table(f"{folder}/runs_{name}.csv") for name in PROFILES}
-    whole = pd.concat([table for table in runs.values() if len(table)], ignore_index=True)
-    marked = measured[measured["calibrated"] == "yes"]
-    marked_conditions = set(zip(marked["curvature_times_R"], marked["frequency_Hz"], strict=True))
-    conditions = zip(whole["curvature_times_R"], whole["frequency_Hz"], strict=True)
-    whole["calibrated"] = [
-        "yes" if condition in marked_conditions else "no" for condition in conditions
+    all_runs = pd.concat([table for table in runs.values() if len(table)], ignore_index=True)
+    calibrated = measured[measured["calibrated"] == "yes"]
+    calibrated_on = set(
+        zip(calibrated["curvature_times_R"], calibrated["frequency_Hz"], strict=True)
+    )
+    conditions = zip(all_runs["curvature_times_R"], all_runs["frequency_Hz"], strict=True)
+    all_runs["calibrated"] = [
+        "yes" if condition in calibrated_on else "no" for condition in conditions
     ]
     best_at = [sweep.BEST_AT_HZ] if robot == paper_robot() else []
-    best = optima(whole, best_at, results.config.fit.confidence, widths)
+    best = optima(all_runs, best_at, results.config.fit.confidence, widths)
     means = [sweep.mean_speed(table).assign(profile=profile) for profile, table in runs.items()]
     errors = speed_errors(measured, pd.concat(means, ignore_index=True), widths)
-    return results.marked(whole), results.marked(best), results.marked(errors)
+    return results.marked(all_runs), results.marked(best), results.marked(errors)
 
 
 # --- The force profiles that the robot runs on, from the tables of the earlier stages.
 
 
 def profiles_of(results: Results) -> tuple[str, ...]:
-    """Profiles of the robot's medium that differ."""
-    holes = robot_profile(results, "table").reason
-    return tuple(name for name in PROFILES if holes or name != "map")
+    """Names of the profiles that the robot runs on: the map only where the measured table has holes, which it fills."""
+    has_holes = robot_profile(results, "table").reason
+    return tuple(name for name in PROFILES if has_holes or name != "map")
 
 
 def robot_profile(results: Results, name: str) -> Profile:
-    """Profile of the robot's medium: one of `PROFILES`; NaN, with a reason, where there is no number."""
+    """Return a profile of the robot's medium, by its name in `PROFILES`; NaN, with a reason, where there is no number."""
     return results[results.campaign.robot_medium].profile(name, draws=False)
 
 
@@ -139,17 +143,17 @@ def robot_profile(results: Results, name: str) -> Profile:
 
 
 def robot_runs(results: Results, runs: str, threads: int) -> pd.DataFrame:
-    """Run the robot at every condition of the reduced sweep on one profile; `runs`: as ``runs_table``."""
-    return _runs(results, runs, threads, full=False)
+    """Run the robot at every condition of the reduced sweep on one profile; `runs`: name of the table, such as ``runs_table``."""
+    return _run_sweep(results, runs, threads, full=False)
 
 
 def robot_full_runs(results: Results, runs: str, threads: int) -> pd.DataFrame:
     """Run the robot at every condition of the paper's whole sweep on one profile."""
-    return _runs(results, runs, threads, full=True)
+    return _run_sweep(results, runs, threads, full=True)
 
 
-def _runs(results: Results, runs: str, threads: int, *, full: bool) -> pd.DataFrame:
-    """Runs on one profile, in the order of the conditions; none on one that is the same as another."""
+def _run_sweep(results: Results, runs: str, threads: int, *, full: bool) -> pd.DataFrame:
+    """Run the robot on one profile, a row for each condition; no row on a map that is the same as the table."""
     name = runs.removeprefix("runs_")
     section, robot = robot_of(results.campaign)
     conditions = sweep.conditions_of(results.table("robot/measured.csv"), full=full)
@@ -163,12 +167,12 @@ def _runs(results: Results, runs: str, threads: int, *, full: bool) -> pd.DataFr
 
 
 def robot_speeds(results: Results) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
-    """Tables of the reduced sweep: speeds, best curvatures, errors."""
+    """Make the tables of the reduced sweep: speeds, best curvatures, errors."""
     return _sweep_tables(results, "robot")
 
 
 def robot_full_speeds(results: Results) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
-    """Tables of the paper's whole sweep."""
+    """Make the tables of the paper's whole sweep: speeds, best curvatures, errors."""
     return _sweep_tables(results, "robot_full")
 
 
@@ -176,15 +180,15 @@ def robot_full_speeds(results: Results) -> tuple[pd.DataFrame, pd.DataFrame, pd.
 
 
 INTERVAL_PROFILES = ("table", "map", "generic")
-"""On which speeds are predicted in earnest; depth-only is the baseline that they are held against."""
+"""Profiles whose predicted speeds have intervals; depth-only has none, since it is only a baseline for comparison."""
 
 
 def robot_intervals(results: Results, threads: int) -> pd.DataFrame:
-    """Half widths of speeds and best curvature, from runs of the robot on draws of alpha."""
+    """Estimate half widths of the intervals of speed and best curvature, by runs of the robot on draws of alpha."""
     section, robot = robot_of(results.campaign)
     names = [name for name in profiles_of(results) if name in INTERVAL_PROFILES]
     all_profiles = {name: results[section.medium].profile(name) for name in names}
-    # without a nine-term fit there is no generic profile
+    # without draws of alpha there is no interval: the generic profile has none where no nine terms were fitted
     profiles = {
         name: profile
         for name, profile in all_profiles.items()
@@ -198,9 +202,10 @@ def robot_intervals(results: Results, threads: int) -> pd.DataFrame:
 
 
 def robot_motion(results: Results) -> tuple[pd.DataFrame, pd.DataFrame, str]:
-    """Run the conditions of `MOTION` and of the page's pictures, on the map where the table has holes.
+    """Run the conditions of `MOTION` and of the page's pictures, on the measured table, or on the map where it has holes.
 
-    Returns the last two strides of each run of `MOTION`, its mid-stance, and the pictures as JSON.
+    Returns the last two strides of each run of `MOTION`, the elements and their forces in mid-stance, and the pictures
+    as JSON.
     """
     section, robot = robot_of(results.campaign)
     name = "map" if "map" in profiles_of(results) else "table"

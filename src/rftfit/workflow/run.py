@@ -1,4 +1,4 @@
-"""Bring the results of a campaign up to date: what is out of date is found, Snakemake does it."""
+"""Bring the results of a campaign up to date: find what is out of date, and let Snakemake make it again."""
 
 from __future__ import annotations
 
@@ -36,14 +36,15 @@ from rftfit.workflow.state import HANDED, States, guard_written, hand_over, read
 
 LOG = Path("results/logs/snakemake.log")
 
-_FILE = "config.yaml"
+_PROFILE_FILE = "config.yaml"
 _NOT_CLUSTERS = ("default",)
 """Profiles beside the Snakefile that run on this machine."""
 
 _SUBMITS = {"slurm": "sbatch"}
-"""Executor to the program that it hands jobs over with."""
+"""Program that hands over the jobs of an executor, by the name of the executor."""
 
 _MOST = 5
+"""Most names in one line of a message."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +75,7 @@ class RunReport:
 
 
 class JobsFailedError(WorkflowError):
-    """The workflow stopped since jobs failed, or results could not be written; `report` says what it did."""
+    """The workflow stopped since jobs failed, or results could not be written; `report` lists what was done before."""
 
     def __init__(self, text: str, report: RunReport, exit_code: int) -> None:
         super().__init__(text)
@@ -84,10 +85,13 @@ class JobsFailedError(WorkflowError):
 
 @dataclass
 class Workflow:
-    """One call of the workflow, for some results or all; `words` go to Snakemake itself.
+    """One call of the workflow.
 
-    `cluster`: Profile that puts the jobs on a cluster. `results_at`: Folder that the results are to lie in. `say`: Told what is made again and why, one line
-    each. `on_job`: Told the state whenever a job has finished.
+    `config`: Path of the config. `targets`: Results to make, empty for all. `words`: Further options for Snakemake itself.
+    `cores`: Jobs at once; default: all cores. `cluster`: Profile that puts the jobs on a cluster. `snakefile`: Another
+    workflow instead of the shipped one. `results_at`: Folder that the results are to lie in. `say`: Function that gets
+    what is made again and why, line by line. `on_job`: Function that gets the progress after each line of Snakemake, and
+    the job where the line says that one has finished.
     """
 
     config: Path
@@ -119,22 +123,22 @@ class Workflow:
         if self._is_up_to_date():
             return Progress(nothing_to_do=True)
         if not self.states.campaign.numbers:
-            readers(self.states.campaign)  # an unknown dialect is told before any job starts
+            readers(self.states.campaign)  # refuses an unknown dialect before any job starts
         self._clear_stale_lock()
         self.recorded.bring_times_back()
         progress = self._watch(self._command(), self.root / LOG)
         self.recorded = Recorded(self.states)
-        self._refuse_what_is_left()
+        self._refuse_outdated_rest()
         return progress
 
-    def _refuse_what_is_left(self) -> None:
-        """Refuse to call a run done that left something out of date, whatever the times of files said."""
+    def _refuse_outdated_rest(self) -> None:
+        """Raise where a run left a target out of date, since Snakemake was misled by the times of files."""
         known_targets = {*self.recorded.maker, *self.recorded.all}
+        # another workflow, or options for Snakemake, may leave results out of date on purpose
         if self.snakefile or self.words or not known_targets.issuperset(self.targets):
             return
-        jobs_left = list(
-            dict.fromkeys(finding.job for finding in self.recorded.findings_of(self.targets))
-        )
+        findings = self.recorded.findings_of(self.targets)
+        jobs_left = list(dict.fromkeys(finding.job for finding in findings))
         if jobs_left:
             names = join_words([name.replace("/", " ") for name in jobs_left], _MOST)
             raise WorkflowError(
@@ -143,25 +147,29 @@ class Workflow:
             )
 
     def dry_run(self) -> Progress:
-        """Find the jobs that would be done."""
+        """Find the jobs that a run would do, without doing them."""
         if self._is_up_to_date():
             return Progress(nothing_to_do=True)
         return self._watch([*self._command(), "--dry-run"], None)
 
     def _is_up_to_date(self) -> bool:
-        """Compare records with files and states; where they differ, say how, and let Snakemake plan these jobs."""
+        """Tell whether records agree with files and states, and nothing is to do.
+
+        Where they differ, say how, and let Snakemake plan the jobs concerned.
+        """
         if self.snakefile:
             return False
         findings = self.recorded.findings_of(self.targets)
-        self.reasons = changes(findings)
+        self.reasons = describe_findings(findings)
         for line in self.reasons:
             self.say(line)
         self.recorded.make_outdated(findings)
-        if is_up_to_date := not (findings or self.words):
-            return is_up_to_date
-        for line in memory_lines(self.states, self.recorded):
+        # options for Snakemake may ask for jobs that are up to date
+        if not findings and not self.words:
+            return True
+        for line in describe_memory(self.states, self.recorded):
             self.say(line)
-        return is_up_to_date
+        return False
 
     def unlock(self) -> None:
         """Clear the lock that a killed run has left."""
@@ -175,6 +183,7 @@ class Workflow:
             raise WorkflowError("the lock cannot be cleared: " + " ".join(lines[-3:]))
 
     def _command(self) -> list[str]:
+        """Return the words of the command line for Snakemake."""
         source = (self.snakefile or find_snakefile()).resolve()
         where = ["--cores", str(self.cores or "all")]
         if self.cluster is not None:
@@ -185,7 +194,7 @@ class Workflow:
             *("--snakefile", str(source), "--directory", str(self.root), *where),
             *("--config", f"campaign={config.relative_to(self.root).as_posix()}"),
             *("--rerun-incomplete", "--keep-going", "--scheduler", "greedy", "--nocolor"),
-            # times alone decide: a state file that was written anew plans its job, whatever it holds
+            # Snakemake shall compare times alone: a state file that was written anew plans its job, whatever it holds
             *("--max-checksum-file-size", "0"),
             # state files are written while jobs are planned: a list of their folder made before lacks them
             *("--max-inventory-time", "0"),
@@ -194,7 +203,10 @@ class Workflow:
         ]
 
     def _watch(self, command: list[str], log: Path | None) -> Progress:
-        """Run Snakemake to its end; an error becomes a `WorkflowError` that says why."""
+        """Run Snakemake to its end; an error becomes a `WorkflowError` that says why.
+
+        `command`: Words for Snakemake. `log`: File for its output; None for a dry run, which keeps none.
+        """
         progress = Progress()
 
         def on_line(line: str) -> None:
@@ -213,16 +225,16 @@ class Workflow:
                 "Stopped. Results that were finished are kept; to go on, give the same command again."
             ) from None
         if progress.locked:
-            raise WorkflowError(self._lock_text())
+            raise WorkflowError(self._describe_lock())
         if status:
             log_name = log.relative_to(self.root) if log else Path("(not kept in a dry run)")
             text = failure_text(progress, self.root, log_name, status)
-            kind = OutputError if nothing_written(progress, self.root) else WorkflowError
-            raise JobsFailedError(text, self.report(progress), kind.exit_code)
+            error = OutputError if nothing_written(progress, self.root) else WorkflowError
+            raise JobsFailedError(text, self.report(progress), error.exit_code)
         return progress
 
     def report(self, progress: Progress) -> RunReport:
-        """Summary of a run that has ended."""
+        """Report what a run did that has ended."""
         jobs_made, jobs_skipped = (
             [str(job) for job in jobs] for jobs in (progress.made, progress.skipped)
         )
@@ -236,7 +248,8 @@ class Workflow:
                     "An earlier run was killed: its lock is cleared, and this one goes on from there."
                 )
 
-    def _lock_text(self) -> str:
+    def _describe_lock(self) -> str:
+        """Say who holds the lock of the campaign's folder, and what to do."""
         if process_ids := working_in(self.root):
             return (
                 f"another workflow is running in {self.root} (process {', '.join(map(str, process_ids))}): "
@@ -249,26 +262,29 @@ class Workflow:
         )
 
 
-def changes(findings: Sequence[OutdatedResult]) -> list[str]:
-    """Say what is made again and why: edits and damage by name, changes by what has changed."""
+def describe_findings(findings: Sequence[OutdatedResult]) -> list[str]:
+    """Say what is made again and why, a line for each cause: edited or missing results by name, changes with their jobs."""
     lines = []
     for sort, what in (("edited", "not as written (edited or damaged)"), ("missing", "not there")):
         names = [finding.what for finding in findings if finding.sort == sort]
         if names:
             lines.append(f"{what}, made again: {join_words(names, _MOST)}")
-    reasons: dict[str, dict[str, None]] = {}
+    jobs_by_change: dict[str, dict[str, None]] = {}
     for finding in findings:
         if finding.sort == "changed":
-            reasons.setdefault(finding.what, {})[finding.job.replace("/", " ")] = None
+            jobs_by_change.setdefault(finding.what, {})[finding.job.replace("/", " ")] = None
     since = "changed since the results were made"
-    return lines + [f"{what} {since}: {join_words(of, _MOST)}" for what, of in reasons.items()]
+    return lines + [
+        f"{what} {since}: {join_words(jobs, _MOST)}" for what, jobs in jobs_by_change.items()
+    ]
 
 
 _MUCH_MB = 1000
+"""Memory from which reading a medium's logs is worth a line, MB."""
 
 
-def memory_lines(states: States, recorded: Recorded) -> list[str]:
-    """Say how much memory logs will need that are to be read: of media that need much, or hold a long log."""
+def describe_memory(states: States, recorded: Recorded) -> list[str]:
+    """Say how much memory it takes to read the logs of media that need much, or hold a long log, and are not read yet."""
     lines = []
     for medium in states.campaign.media_with_runs:
         if recorded.is_current(f"{FOLDER}/traces/{medium}.parquet"):
@@ -301,9 +317,12 @@ def _refuse_packages(root: Path) -> None:
 
 
 def _cluster_words(name: str, snakefile: Path, cores: int | None) -> list[str]:
-    """Words for Snakemake that put the jobs on a cluster; `cores` are those of the largest job."""
+    """Return words for Snakemake that put the jobs on a cluster; `cores`: cores of the largest job.
+
+    `name`: As for `find_profile`.
+    """
     folder = find_profile(name, snakefile)
-    executor = str(_read(folder / _FILE).get("executor", "local"))
+    executor = str(_read_profile(folder / _PROFILE_FILE).get("executor", "local"))
     _check_installed(executor, folder)
     return ["--workflow-profile", str(folder), *(["--cores", str(cores)] if cores else [])]
 
@@ -312,20 +331,21 @@ def find_profile(name: str, snakefile: Path) -> Path:
     """Find the folder of a profile by its name beside the Snakefile, or by its path."""
     profiles_folder = snakefile.resolve().parent / "profiles"
     cluster_names = sorted(
-        {path.parent.name for path in profiles_folder.glob(f"*/{_FILE}")} - {*_NOT_CLUSTERS}
+        {path.parent.name for path in profiles_folder.glob(f"*/{_PROFILE_FILE}")} - {*_NOT_CLUSTERS}
     )
     if name in cluster_names:
         return profiles_folder / name
     folder = Path(name).resolve()
-    if (folder / _FILE).is_file():
+    if (folder / _PROFILE_FILE).is_file():
         return folder
     raise InputError(
         f"--cluster: found {name!r}; allowed: {', '.join(cluster_names)}, or a folder with a profile of "
-        f"your own ({_FILE})"
+        f"your own ({_PROFILE_FILE})"
     )
 
 
-def _read(path: Path) -> Mapping[str, Any]:
+def _read_profile(path: Path) -> Mapping[str, Any]:
+    """Read a profile of Snakemake."""
     import yaml
 
     try:
@@ -338,10 +358,10 @@ def _read(path: Path) -> Mapping[str, Any]:
 
 
 def _check_installed(executor: str, folder: Path) -> None:
-    """Say what is missing before Snakemake does, in more words."""
+    """Refuse an executor that cannot work here; Snakemake itself would say less about the cause."""
     if executor in ("local", "dryrun", "touch"):
         return
-    # Snakemake does not quote it for the shell of a job
+    # Snakemake writes the path of Python without quotes into the shell command of a job
     if unsafe_match := re.search(r"[^\w@%+=:,./-]", sys.executable):
         raise InputError(
             f"{sys.executable}: a cluster's jobs cannot start a Python whose path has a {unsafe_match[0]!r}: make "

@@ -24,23 +24,31 @@ from rftfit.workflow.processes import VARIABLE
 from rftfit.workflow.state import job_name, state_file
 
 _PATIENCE_S = 20.0
+"""Time that Snakemake has to end after each signal, s."""
+
 _MOST_LINES = 40
-_STATUS = re.compile(r"(?:returned non-zero exit status (\d+)|died with <Signals\.(\w+))")
-_STAGE = re.compile(r"^rftfit [^:]+: (.*)$")
+"""Most lines of a log in one message."""
+
+_STATUS_OF_COMMAND = re.compile(
+    r"(?:returned non-zero exit status (\d+)|died with <Signals\.(\w+))"
+)
+_STAGE_MESSAGE = re.compile(r"^rftfit [^:]+: (.*)$")
 _SLURM = re.compile(r"SLURM status is: '([\w ]+)'")
-_KILLED = {"137": "SIGKILL", "143": "SIGTERM", "139": "SIGSEGV"}
+_SIGNAL_OF_STATUS = {"137": "SIGKILL", "143": "SIGTERM", "139": "SIGSEGV"}
 _REFUSED = re.compile(r"OutputError: (.*: cannot write: .*)")
 _NO_SPACE = rf"\[Errno (?:{errno.ENOSPC}|{errno.EROFS}|{errno.EDQUOT}|{errno.EFBIG})\] (.*)"
 _CURE = "free some space or allow writing there, then run again"
 _MEMORY = "most often because the memory was full; try --cores 1"
-_END = "At least one job did not complete successfully."
+_SUMMARY_OF_END = "At least one job did not complete successfully."
 
 
 @dataclass
 class Job:
-    """One job: its rule, the values of its wildcards, and the log files that its rule declares.
+    """One job, as Snakemake reports it.
 
-    `grouped`: Snakemake knows only that one of the jobs failed that went to a cluster as one.
+    `logs`: Log files that its rule declares. `wildcards`: Values by name. `status`: Exit status, name of the signal that
+    ended it, or the word of Slurm; empty where unknown. `grouped`: True where the job went to a cluster in a group, of
+    which Snakemake knows only that one job failed.
     """
 
     rule: str
@@ -55,7 +63,7 @@ class Job:
 
     @property
     def state(self) -> str:
-        """File of its state, which its command names."""
+        """Path of the file of the job's state, which the job's command names."""
         return state_file(job_name(self.rule, next(iter(self.wildcards.values()), "")))
 
 
@@ -63,8 +71,10 @@ class Job:
 class Progress:
     """State of a workflow, from the events that Snakemake reports.
 
-    `jobs`: By number, those that began or, in a dry run, would. `made`: Those that finished. `skipped`: Those
-    whose record still held. `problem`: What it says of an error that is no job's. `plain`: Lines that are no events.
+    `total`, `done`: Numbers of jobs. `jobs`: Jobs that began or, in a dry run, would begin, by Snakemake's number.
+    `made`: Jobs that finished. `skipped`: Jobs whose record still held. `failed`: Failed jobs by number. `problem`: Lines
+    about an error that is not of a job. `plain`: Lines that are no events. `_ends`: Errors about commands of jobs: text
+    and exit status or signal.
     """
 
     total: int = 0
@@ -80,7 +90,7 @@ class Progress:
     _ends: list[tuple[str, str]] = field(default_factory=list)
 
     def feed(self, line: str) -> Job | None:
-        """Take one line of output. Returns the job that it says is finished."""
+        """Update the state by one line of output. Returns the job that the line says is finished, if any."""
         try:
             event = json.loads(line) if line.startswith('{"snakemake"') else None
         except ValueError:
@@ -95,8 +105,8 @@ class Progress:
             case "progress":
                 self.done, self.total = int(event["done"]), int(event["total"])
             case "job_info":
-                facts = {name: event[name] for name in ("wildcards", "reason") if name in event}
-                self.jobs[number] = Job(event["rule_name"], event.get("log", []), **facts)
+                options = {name: event[name] for name in ("wildcards", "reason") if name in event}
+                self.jobs[number] = Job(event["rule_name"], event.get("log", []), **options)
             case "job_finished":
                 self.done += 1
                 if finished := self.jobs.get(number):
@@ -112,11 +122,11 @@ class Progress:
                 job.status = f"Slurm says {slurm[1]}" if slurm else self._status_of(job)
                 self.failed[number] = job
             case "error":
-                if status_match := _STATUS.search(text):
+                if status_match := _STATUS_OF_COMMAND.search(text):
                     self._ends.append((text, status_match[1] or status_match[2]))
                 elif "LockException" in text or "cannot be locked" in text:
                     self.locked = True
-                elif _END not in text:
+                elif _SUMMARY_OF_END not in text:
                     self.problem += [row for row in text.splitlines() if row.strip()][:_MOST_LINES]
             case _:
                 self.nothing_to_do |= "Nothing to be done" in text
@@ -124,26 +134,30 @@ class Progress:
         return None
 
     def _status_of(self, job: Job) -> str:
-        """Status that a failed job's command ended with; several may fail before one is named."""
+        """Find the exit status or signal of a failed job, empty where unknown, and remove it from `_ends`.
+
+        Several commands may fail before Snakemake names the first job: the text with the job's state file is preferred.
+        """
         ends_of_job = [end for end in self._ends if f" {job.state} " in end[0]] or self._ends
         if not ends_of_job:
             return ""
-        end = ends_of_job[0]
-        self._ends.remove(end)
-        return end[1]
+        text, status = ends_of_job[0]
+        self._ends.remove((text, status))
+        return status
 
 
 def failure_text(progress: Progress, root: Path, log: Path, status: int) -> str:
     """Say what failed and why, without what Snakemake adds to it.
 
-    `log`: To be named. `status`: Of Snakemake; below zero where a signal of that number ended it.
+    `root`: The campaign's folder. `log`: The whole log, named in the text. `status`: Exit status of Snakemake; minus the
+    number of a signal that ended it.
     """
     done = f"{progress.done} of {progress.total}"
     if progress.failed:
-        jobs = failures(progress, root)
-        failed = f"{len(jobs)} job{'s' * (len(jobs) > 1)} failed"
+        causes = failures(progress, root)
+        failed = f"{len(causes)} job{'s' * (len(causes) > 1)} failed"
         parts = [f"the workflow stopped: {failed}; {done} are done, and what is done is kept."]
-        parts += [f"  {job}:\n{indent(why, '    ')}" for job, why in jobs.items()]
+        parts += [f"  {job}:\n{indent(why, '    ')}" for job, why in causes.items()]
     elif status < 0:
         name = signal.Signals(-status).name
         why = f", {_MEMORY}" if name == "SIGKILL" else ""
@@ -158,21 +172,23 @@ def failure_text(progress: Progress, root: Path, log: Path, status: int) -> str:
 
 
 def failures(progress: Progress, root: Path) -> dict[str, str]:
-    """Why each failed job failed, by the job."""
+    """Say why jobs failed, by the name of the job."""
     jobs = _failed_by_own_log(progress, root)
-    return {str(job): "\n".join(_why(job, progress, root)) for job in jobs}
+    return {str(job): "\n".join(_describe_cause(job, progress, root)) for job in jobs}
 
 
 def nothing_written(progress: Progress, root: Path) -> bool:
-    """Tell whether all that stopped the workflow is that files could not be written."""
-    return (bool(progress.failed) or bool(_refusals(progress))) and all(
+    """Tell whether files that could not be written are the only cause why the workflow stopped."""
+    if not progress.failed:
+        return bool(_refusals(progress))
+    return all(
         job.status == str(OutputError.exit_code) or bool(_logs_not_made(job, root))
         for job in progress.failed.values()
     )
 
 
 def _refusals(progress: Progress) -> list[str]:
-    """Snakemake's own words for what it cannot write, in its folder or for a job that is to begin."""
+    """Find the first line of Snakemake about a file that it cannot write, in its folder or for a job to begin; at most one."""
     lines = [*progress.problem, *progress.plain]
     refusals = [match[1] for line in lines if (match := _REFUSED.search(line))]
     disk_errors = [match[1] for line in lines if (match := re.search(_NO_SPACE, line))]
@@ -187,48 +203,51 @@ def _logs_not_made(job: Job, root: Path) -> list[str]:
 
 
 def _failed_by_own_log(progress: Progress, root: Path) -> list[Job]:
-    """Of failed jobs that went to a cluster as one, leave those whose own log says that they failed."""
+    """List the failed jobs; of a group on a cluster only those whose log holds an error.
+
+    Snakemake calls all jobs of a group failed where one is. Where no log of them holds an error, one entry stands for all.
+    """
     jobs = list(progress.failed.values())
-    silent = [job for job in jobs if job.grouped and not _message(job, progress, root)]
+    silent = [job for job in jobs if job.grouped and not _find_message(job, progress, root)]
     if silent and len(silent) == len([job for job in jobs if job.grouped]):
         group_job = Job(f"one of {', '.join(map(str, silent))}", status=silent[0].status)
         return [job for job in jobs if not job.grouped] + [group_job]
     return [job for job in jobs if job not in silent]
 
 
-def _message(job: Job, progress: Progress, root: Path) -> list[str]:
-    """The message of a stage, or the last line of a traceback, in a job's own log.
+def _find_message(job: Job, progress: Progress, root: Path) -> list[str]:
+    """Find in the logs of a job the message of its stage, or the last line of a traceback; empty where there is none.
 
-    Where the log could not be written, the stage writes among Snakemake's lines.
+    A stage that cannot write its log writes its message to standard output, among Snakemake's lines.
     """
-    for lines in _logs(job, root):
-        begin = next((i for i, line in enumerate(lines) if _STAGE.match(line)), None)
+    for lines in _read_logs(job, root):
+        begin = next((i for i, line in enumerate(lines) if _STAGE_MESSAGE.match(line)), None)
         if begin is not None:
-            return [_STAGE.sub(r"\1", lines[begin]), *lines[begin + 1 :][:_MOST_LINES]]
+            return [_STAGE_MESSAGE.sub(r"\1", lines[begin]), *lines[begin + 1 :][:_MOST_LINES]]
         if "Traceback (most recent call last):" in lines:
             end = "(an error that the program did not expect: its traceback is in the log)"
             return [lines[-1], end]
     lines_of_job = [line for line in progress.plain if line.startswith(f"rftfit {job}: ")]
-    return [_STAGE.sub(r"\1", line) for line in lines_of_job[:1]]
+    return [_STAGE_MESSAGE.sub(r"\1", line) for line in lines_of_job[:1]]
 
 
-def _logs(job: Job, root: Path) -> Iterator[list[str]]:
-    """Lines of those logs of a job that can be read."""
+def _read_logs(job: Job, root: Path) -> Iterator[list[str]]:
+    """Yield the lines of each log of a job that can be read."""
     for name in job.logs:
         with contextlib.suppress(OSError):
             text = (root / name).read_text(encoding="utf-8", errors="replace")
             yield text.strip().splitlines()
 
 
-def _why(job: Job, progress: Progress, root: Path) -> list[str]:
-    """What a failed job wrote into its log, or else what is known of its end."""
+def _describe_cause(job: Job, progress: Progress, root: Path) -> list[str]:
+    """Say why a job failed: by its log, or else by its exit status or signal."""
     if absent := _logs_not_made(job, root):
         return [f"{name}: cannot write: {_CURE}" for name in absent]
-    if message := _message(job, progress, root):
+    if message := _find_message(job, progress, root):
         return message
-    status = _KILLED.get(job.status, job.status)
+    status = _SIGNAL_OF_STATUS.get(job.status, job.status)
     if not status.startswith("SIG"):
-        for lines in _logs(job, root):
+        for lines in _read_logs(job, root):
             if lines:
                 return lines[-_MOST_LINES:]
     if status == "SIGKILL":
@@ -244,23 +263,25 @@ def _why(job: Job, progress: Progress, root: Path) -> list[str]:
 
 
 def find_snakefile() -> Path:
-    """Find the workflow."""
+    """Return the path of the shipped Snakefile."""
     return shipped("Snakefile")
 
 
 def listen(
     words: Sequence[str], log: Path | None, on_line: Callable[[str], None], **variables: str
 ) -> int:
-    """Run ``python -P -m snakemake`` and hand on each line of its output.
+    """Run ``python -P -m snakemake`` and hand on each line of its output; return its exit status.
 
-    It starts beside the workflow and goes to the campaign by ``--directory``: it takes profiles, which
-    can hold Python, from the folder that it starts in. `log`: Where the lines are kept as they come.
-    `variables`: Of its environment. Returns exit status.
+    Snakemake starts in the folder of the Snakefile and goes to the campaign by ``--directory``, because it reads profiles,
+    which can hold Python, from the folder that it starts in.
+
+    `words`: Its options. `log`: File that keeps the lines as they come. `on_line`: Function that gets each line.
+    `variables`: Further variables of its environment.
     """
     with contextlib.ExitStack() as stack:
-        keep = None
+        log_file = None
         if log is not None:
-            keep = stack.enter_context(open_growing(log))
+            log_file = stack.enter_context(open_growing(log))
         stack.enter_context(_signals_as_interrupts())
         child = stack.enter_context(
             # Snakemake, with words of its own that the user has given
@@ -271,16 +292,16 @@ def listen(
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.STDOUT,
-                # of its own group: Ctrl-C comes here first, and is handed on to all of them at once
+                # in a process group of its own: Ctrl-C reaches this process alone, which ends the whole group
                 start_new_session=os.name == "posix",
             )
         )
         try:
             assert child.stdout is not None
             for raw in child.stdout:
-                if log is not None and keep is not None:
-                    with _writing(log):
-                        keep.write(raw)
+                if log is not None and log_file is not None:
+                    with _errors_of_writing(log):
+                        log_file.write(raw)
                 on_line(raw.decode("utf-8", "replace").rstrip("\r\n"))
             return child.wait()
         except BaseException:
@@ -289,31 +310,33 @@ def listen(
 
 
 def working_in(root: Path) -> list[int]:
-    """Process ids of the Snakemakes that work in a folder, so far as can be told."""
+    """Find process ids of the Snakemakes that work in a folder, as far as this user may see processes."""
     import psutil
 
     process_ids = []
     for process in psutil.process_iter(["pid", "cmdline", "cwd"]):
         words = process.info["cmdline"] or []
         is_snakemake = any(Path(word).name.startswith("snakemake") for word in words[:5])
-        places = [process.info["cwd"]]
-        places += [place for option, place in pairwise(words) if option in ("--directory", "-d")]
-        if is_snakemake and any(place and Path(place) == root for place in places):
+        folders = [process.info["cwd"]]
+        folders += [folder for option, folder in pairwise(words) if option in ("--directory", "-d")]
+        if is_snakemake and any(folder and Path(folder) == root for folder in folders):
             process_ids.append(int(process.info["pid"]))
     return sorted(process_ids)
 
 
 def _environment(**variables: str) -> dict[str, str]:
-    # jobs call `python`: it has to be this one, also where the environment was not activated
+    """Return the environment of Snakemake: this Python first in PATH, and this process to watch."""
+    # jobs call `python`, which has to be this Python also where its environment was not activated
     python_folder = os.path.dirname(sys.executable)  # noqa: PTH120
     path = os.pathsep.join(filter(None, [python_folder, os.environ.get("PATH", "")]))
-    # it ends when this process has ended, even where that could not say so
+    # Snakemake watches this process and ends with it, even where this process was killed
     variables |= {VARIABLE: str(os.getpid()), "PYTHONUNBUFFERED": "1"}
     return child_environment(PATH=path, **variables)
 
 
 @contextlib.contextmanager
-def _writing(log: Path) -> Iterator[None]:
+def _errors_of_writing(log: Path) -> Iterator[None]:
+    """Turn an error of writing the log into an `OutputError` that names the log."""
     try:
         yield
     except OSError as error:
@@ -324,7 +347,7 @@ def _writing(log: Path) -> Iterator[None]:
 
 @contextlib.contextmanager
 def _signals_as_interrupts() -> Iterator[None]:
-    """Let a polite end of this process end its children too, as Ctrl-C does."""
+    """Turn SIGTERM and SIGHUP into `KeyboardInterrupt`, so that they end the children too, as Ctrl-C does."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -344,11 +367,11 @@ def _signals_as_interrupts() -> Iterator[None]:
 
 
 def _stop(child: subprocess.Popen[bytes]) -> None:
-    """End Snakemake and its jobs: politely, so that it clears its lock, then less so."""
-    # what a script starts in the background ignores Ctrl-C, and its children do
+    """End Snakemake and its jobs: first by a signal that lets it clear its lock, then by harder ones."""
+    # a process that a script started in the background ignores Ctrl-C, and so do its children
     ignores_interrupt = signal.getsignal(signal.SIGINT) is signal.SIG_IGN
-    polite_first = ("SIGINT", "SIGTERM", "SIGKILL")[ignores_interrupt:]
-    for name in polite_first if os.name == "posix" else ("SIGTERM",):
+    signals = ("SIGINT", "SIGTERM", "SIGKILL")[ignores_interrupt:]
+    for name in signals if os.name == "posix" else ("SIGTERM",):
         if child.poll() is not None:
             return
         with contextlib.suppress(OSError, KeyboardInterrupt):

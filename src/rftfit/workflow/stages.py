@@ -12,13 +12,13 @@ ALL = "*"
 """All sections of the configuration."""
 
 OWN, EVERY = "own", "every"
-"""Logs of the job's medium (of the runs of no medium, where the job has none); every log."""
+"""Values of `Stage.logs`: the logs of the job's medium (of the runs of no medium, where the job has none), or every log."""
 
 FIGURE_RULES = {"figure": "figures", "quality": "quality"}
 """Rules that draw what `rftfit.figures` declares, and their folders below ``results/``."""
 
 PRINT_RULES = {f"{rule}_pdf": folder for rule, folder in FIGURE_RULES.items()}
-"""Rules that draw the same for a paper, on demand."""
+"""Rules that draw the same figures as files for a paper, on demand, and their folders."""
 
 FOLDER_BY_RULE = FIGURE_RULES | PRINT_RULES
 
@@ -27,17 +27,17 @@ FOLDER_BY_RULE = FIGURE_RULES | PRINT_RULES
 class Stage:
     """What a rule calls, and what its results depend on.
 
-    `run`: ``module:function``. It takes `Results` and the value of the rule's wildcard, where there is one,
+    `run`: ``module:function``. The function takes `Results` and the value of the rule's wildcard, where there is one,
         and returns the contents of the files that the rule writes, in their order.
-    `wildcard`: Of the rule: ``medium``, ``runs`` (of the robot, by profile), or none.
-    `room`: The highest room of the package whose code it uses (`rftfit.store.digests.ROOMS`).
+    `wildcard`: Name of the rule's wildcard: ``medium``, ``runs`` (of the robot, by profile), or empty.
+    `room`: The highest room of the package whose code the stage uses (`rftfit.store.digests.ROOMS`).
     `settings`: Sections of the configuration; `ALL` for all.
-    `rows`: Whether it reads the run sheet: the rows of its medium where it has one.
-    `order`: Whether it reads the order of the plate runs of its medium.
+    `rows`: True where the stage reads the run sheet: the rows of its medium where it has one, else all.
+    `order`: True where it reads the order of the plate runs of its medium.
     `logs`: `OWN` or `EVERY` where it reads logs.
-    `robot`: Whether it reads the robot's files.
-    `estimated`: Whether it is there only where clocks are estimated.
-    `on_demand`: Whether ``rftfit sweep`` or ``rftfit run --print`` makes it, and not every ``rftfit run``.
+    `robot`: True where it reads the robot's files.
+    `estimated`: True where the stage exists only with ``clock.method: estimate``.
+    `on_demand`: True where ``rftfit sweep`` or ``rftfit run --print`` makes the results, and not every ``rftfit run``.
     """
 
     run: str
@@ -56,7 +56,8 @@ _NAMES = ("measure", "profiles", "validate", "robot")
 _MEASURE, _PROFILES, _VALIDATE, _ROBOT = (f"rftfit.workflow.{name}" for name in _NAMES)
 
 
-def _robot(name: str, *settings: str, **fields: Any) -> Stage:
+def _robot_stage(name: str, *settings: str, **fields: Any) -> Stage:
+    """Declare a stage of the robot: it depends on the robot's files and on the sections ``media`` and ``robot``, too."""
     sections = (*settings, "media", "robot")
     return Stage(f"{_ROBOT}:{name}", "compare", sections, robot=True, **fields)
 
@@ -175,22 +176,22 @@ STAGES = {
         ),
     ),
     "validate": Stage(f"{_VALIDATE}:validate", "compare", ("media",), rows=True),
-    "robot_measured": _robot("robot_measured", "raw"),
-    "robot_runs": _robot("robot_runs", "fit", "fourier", "maps", wildcard="runs"),
-    "robot_full_runs": _robot(
+    "robot_measured": _robot_stage("robot_measured", "raw"),
+    "robot_runs": _robot_stage("robot_runs", "fit", "fourier", "maps", wildcard="runs"),
+    "robot_full_runs": _robot_stage(
         "robot_full_runs", "fit", "fourier", "maps", wildcard="runs", on_demand=True
     ),
-    "robot_intervals": _robot("robot_intervals", "fit", "errors", "fourier", "maps"),
-    "robot_speeds": _robot("robot_speeds", "fit"),
-    "robot_full_speeds": _robot("robot_full_speeds", "fit", on_demand=True),
-    "robot_motion": _robot("robot_motion", "maps"),
+    "robot_intervals": _robot_stage("robot_intervals", "fit", "errors", "fourier", "maps"),
+    "robot_speeds": _robot_stage("robot_speeds", "fit"),
+    "robot_full_speeds": _robot_stage("robot_full_speeds", "fit", on_demand=True),
+    "robot_motion": _robot_stage("robot_motion", "maps"),
     "workbooks": Stage("rftfit.page.workbooks:workbooks", "page", ("fit", "media")),
     "page": Stage("rftfit.page.page:report", "page", (ALL,), rows=True),
     "provenance": Stage(
         "rftfit.workflow.provenance:provenance", "page", (ALL,), rows=True, logs=EVERY, robot=True
     ),
 }
-"""By rule, in the order of the data's way. Figures are declared beside what draws them."""
+"""Stages by rule, in the order of the data's way. Figures are declared beside what draws them."""
 
 RULES = (
     *[rule for rule in STAGES if STAGES[rule].room != "page"],
@@ -203,7 +204,7 @@ RULES = (
 """All rules, in the order of the data's way."""
 
 RULES_TO_COME = "RFTFIT_RULES"
-"""Environment variable: the rules of a batch job of a cluster; not set: any may come."""
+"""Environment variable with the rules of a batch job of a cluster; where it is not set, any rule may come."""
 
 LAST = "provenance"
 """The rule of the last job, which reads all results."""

@@ -1,7 +1,7 @@
-"""What the results of a campaign depend on besides the files that a rule reads: code, settings, rows, logs.
+"""The state of each job: digests of what its results depend on besides its input files: code, settings, rows, logs.
 
-Snakemake sees it as one small file a job, ``results/state/RULE/NAME.json``, which is an input of the
-job and is written anew only when it changes.
+Snakemake sees a state as one small file a job, ``results/state/RULE/NAME.json``, which is an input of the
+job and is written anew only when the state changes.
 """
 
 from __future__ import annotations
@@ -33,24 +33,24 @@ from rftfit.workflow.stages import ALL, EVERY, FOLDER_BY_RULE, LAST, OWN, PRINT_
 
 STATES = f"{FOLDER}/state"
 HANDED = "RFTFIT_CAMPAIGN"
-"""Environment variable: the file with the campaign that `rftfit run` has read, and its seal."""
+"""Environment variable: path of the file with the campaign that `rftfit run` has read, a space, the seal of its bytes."""
 
-_LEFT_OUT = ("row", "note", "lacks_force_x", "rows_without_data")
-"""The number of a row, what nobody computes with, and what the digest of a table tells."""
+_FIELDS_LEFT_OUT = ("row", "note", "lacks_force_x", "rows_without_data")
+"""Fields of a run that its state leaves out: the number of its row, its note, and what the digest of a table tells."""
 
 
 def job_name(rule: str, key: str) -> str:
-    """Name of a job: its rule and, where the rule has a wildcard, its value: the stem of the files it writes."""
+    """Name a job by its rule and, where the rule has a wildcard, the value of it: the stem of the files it writes."""
     return f"{rule}/{key}" if key else rule
 
 
 def state_file(name: str) -> str:
-    """Path of the file of a job's state, from the campaign's folder."""
+    """Return the path of the file of a job's state, from the campaign's folder; `name`: as `job_name`."""
     return f"{STATES}/{name}.json"
 
 
 def job_of(path: str) -> tuple[str, str]:
-    """Rule and key of a job by the file of its state."""
+    """Return rule and key of a job by the path of the file of its state."""
     rule, _, key = path.removeprefix(f"{STATES}/").removesuffix(".json").partition("/")
     return rule, key
 
@@ -58,23 +58,24 @@ def job_of(path: str) -> tuple[str, str]:
 class States:
     """States of the jobs of one campaign, as they are now; each log is read once.
 
-    A state is a dict: ``code``, ``settings``, ``rows``, ``logs``, ``robot files`` to a digest.
+    A state is a dict from ``code``, ``settings``, ``rows``, ``order``, ``logs``, ``robot files`` to a digest, as far as
+    the results of the job depend on them. A job is named by its rule and its key, the value of the rule's wildcard.
     """
 
     def __init__(self, campaign: Campaign) -> None:
         self.campaign = campaign
-        self._of: Callable[[str, str], dict[str, str]] = cache(self._find)
-        self._rows = cache(lambda name: digest_of(name, sheet_cells(campaign, name)))
-        self._logs: dict[str, str] = {}
+        self._state: Callable[[str, str], dict[str, str]] = cache(self._make_state)
+        self._rows = cache(lambda medium: digest_of(medium, sheet_cells(campaign, medium)))
+        self._log_digests: dict[str, str] = {}
 
     @cached_property
     def config(self) -> dict[str, Any]:
-        """Settings by section."""
+        """Settings of the campaign by section of the config."""
         return self.campaign.config.model_dump(mode="json")
 
     @cached_property
     def figures(self) -> dict[str, tuple[Declared, str]]:
-        """Figures by their path below ``results/``, each with its medium, where it has one."""
+        """Figures with their medium, empty where they have none, by their path below ``results/`` without ending."""
         return {
             figure.file(medium): (figure, medium)
             for figure in figures()
@@ -82,7 +83,7 @@ class States:
         }
 
     def stage(self, rule: str, key: str) -> tuple[Stage, str]:
-        """What a job calls, and with which word: its medium, most often."""
+        """Return the stage of a job, and the argument that its function takes besides `Results`: most often a medium."""
         if rule in FOLDER_BY_RULE:
             figure, medium = self.figures[f"{FOLDER_BY_RULE[rule]}/{key}"]
             logs = OWN if figure.logs else ""
@@ -92,7 +93,7 @@ class States:
         return STAGES[rule], key
 
     def has(self, rule: str, key: str) -> bool:
-        """Whether the campaign has a job of a rule, as ``workflow/rules`` would plan it."""
+        """Tell whether the campaign has this job, by the same conditions as ``workflow/rules``."""
         if rule in FOLDER_BY_RULE:
             return f"{FOLDER_BY_RULE[rule]}/{key}" in self.figures
         stage = STAGES.get(rule)
@@ -106,7 +107,7 @@ class States:
 
     @cached_property
     def printed(self) -> list[str]:
-        """Figures of a whole run as files for a paper, by path from the campaign's folder."""
+        """Paths of the files for a paper of all figures of a whole run, from the campaign's folder."""
         return [
             f"{FOLDER}/{path}.{ending}"
             for path, (figure, _) in self.figures.items()
@@ -115,15 +116,16 @@ class States:
         ]
 
     def on_demand(self, name: str) -> bool:
-        """Whether a job is one of ``rftfit sweep`` or of ``rftfit run --print``, not of every ``rftfit run``."""
+        """Tell whether a job belongs to ``rftfit sweep`` or ``rftfit run --print``, and not to every ``rftfit run``."""
         rule, _, key = name.partition("/")
         return self.stage(rule, key)[0].on_demand
 
     def of(self, rule: str, key: str) -> dict[str, str]:
-        """State of a job by now."""
-        return self._of(rule, key)
+        """Return the state of a job, made once."""
+        return self._state(rule, key)
 
-    def _find(self, rule: str, key: str) -> dict[str, str]:
+    def _make_state(self, rule: str, key: str) -> dict[str, str]:
+        """Make the state of a job: a digest of each thing that its stage depends on."""
         stage, word = self.stage(rule, key)
         medium = word if word in self.campaign.config.media else ""
         state = {"code": self.code(stage)}
@@ -142,9 +144,9 @@ class States:
         return state
 
     def input_of(self, rule: str) -> Callable[[Mapping[str, str]], str]:
-        """Input function of a rule: writes the state of a job where it differs, and returns its path."""
+        """Return the input function of a rule: it writes the state of a job where it differs, and returns the file's path."""
 
-        def state(wildcards: Mapping[str, str]) -> str:
+        def write_state(wildcards: Mapping[str, str]) -> str:
             key = next(iter(dict(wildcards).values()), "")
             data = (json.dumps(self.of(rule, key), indent=1, sort_keys=True) + "\n").encode()
             name = state_file(job_name(rule, key))
@@ -154,39 +156,36 @@ class States:
                 write_bytes(path, data)
             return name
 
-        return state
+        return write_state
 
     def code(self, stage: Stage) -> str:
-        """Digest of the code that a stage uses, dialects of other packages included."""
+        """Compute the digest of the code that a stage uses; dialects of other packages count where it reads logs."""
         module = stage.run.partition(":")[0].split(".")[1:]
         code = code_digest(stage.room, f"{'/'.join(module)}.py")
         if not stage.logs or not self.dialects:
             return code
-        dialects = self.dialects
-        return digest_of(
-            code,
-            [
-                f"{dialect.package} {dialect.version} {plugin_digest(dialect.module)}"
-                for dialect in dialects
-            ],
-        )
+        dialects = [
+            f"{dialect.package} {dialect.version} {plugin_digest(dialect.module)}"
+            for dialect in self.dialects
+        ]
+        return digest_of(code, dialects)
 
     @cached_property
     def dialects(self) -> list[DialectOrigin]:
-        """Dialects of other packages that the logs are read with."""
+        """Dialects of other packages by which the logs are read."""
         config = self.campaign.config
         dialect_names = {config.dialect, config.force_log.dialect, config.motion_log.dialect}
         return [*origins(filter(None, dialect_names)).values()]
 
     def logs(self, medium: str) -> dict[str, str]:
-        """SHA-256 of the logs of a medium, empty where there is none; of runs of no medium for ``""``."""
+        """Compute SHA-256 of the logs of a medium by name, empty for a file that is not there; `medium` ``""``: runs of none."""
         names = log_names(self.campaign, medium)
-        new = [name for name in names if name not in self._logs]
-        self._logs |= digests_of_files(self.campaign.raw, new)
-        return {name: self._logs[name] for name in names}
+        new = [name for name in names if name not in self._log_digests]
+        self._log_digests |= digests_of_files(self.campaign.raw, new)
+        return {name: self._log_digests[name] for name in names}
 
     def memory(self, medium: str) -> MemoryNeed:
-        """Memory that the stages need which read the logs of a medium, or their samples."""
+        """Estimate the memory that stages need which read the logs of a medium, or the samples of these logs."""
         return memory_need(self.campaign.raw, log_names(self.campaign, medium))
 
     @cached_property
@@ -197,12 +196,12 @@ class States:
 
     @cached_property
     def robot_files(self) -> dict[str, str]:
-        """SHA-256 of the robot's own file, sheet and tracks, from the campaign's folder."""
+        """SHA-256 of the robot's file, sheet and tracks, by path from the campaign's folder."""
         return digests_of_files(self.campaign.root, robot_files(self.campaign))
 
 
 def read_states(config: Path) -> tuple[States, int]:
-    """Check a campaign, or take it as handed over; its states, and how many warnings there are."""
+    """Check a campaign, unless one was handed over; return its states and the number of warnings."""
     if handed := handed_over(config):
         return handed
     campaign, problems = check_campaign(config)
@@ -212,15 +211,15 @@ def read_states(config: Path) -> tuple[States, int]:
 
 
 def hand_over(states: States, warnings: int, file: IO[bytes]) -> str:
-    """Write a campaign for processes that this one starts; `HANDED` for them, while the file is open."""
+    """Write a campaign for child processes; return their value of `HANDED`, which holds while the file is open."""
     data = pickle.dumps((states.campaign, warnings), protocol=5)
-    with suppress(OSError):  # they read the campaign themselves
+    with suppress(OSError):  # on a full disk the children read the campaign themselves
         file.write(data)
     return f"/proc/{os.getpid()}/fd/{file.fileno()} {seal(data)}"
 
 
 def guard_written(campaign: Campaign) -> None:
-    """Make sure before a run that no file of somebody else is written: refuse links, cut second names of files."""
+    """Prevent that a run writes into files of somebody else: refuse links, replace files with second names by copies."""
     root = campaign.root
     refuse_links(root)
     files = [path for path in root.iterdir() if path.is_file()]
@@ -229,11 +228,14 @@ def guard_written(campaign: Campaign) -> None:
 
 
 def handed_over(config: Path | None = None) -> tuple[States, int] | None:
-    """What was handed over, if it is of this config, and config, run sheet and code are the same."""
+    """Return the states that were handed over, and the number of warnings; None where there are none that fit.
+
+    They fit where they are of this config (default: any), and config, run sheet and code are still the same.
+    """
     name, _, digest = os.environ.get(HANDED, "").rpartition(" ")
     with suppress(OSError):
         if Path(name).is_file() and seal(data := Path(name).read_bytes()) == digest:
-            # bytes of this process's parent, known by its seal
+            # the seal proves that these bytes are from this process's parent: they are safe to unpickle
             campaign, warnings = pickle.loads(data)  # noqa: S301
             config_path = Path(campaign.root, next(iter(campaign.read_from)))
             if campaign.is_as_read and (config is None or config_path.samefile(config)):
@@ -242,9 +244,9 @@ def handed_over(config: Path | None = None) -> tuple[States, int] | None:
 
 
 def log_names(campaign: Campaign, medium: str) -> list[str]:
-    """Logs that a medium is measured from, relative to the raw folder; some may not exist.
+    """List the logs from which a medium is measured, relative to the raw folder; some may not exist.
 
-    `medium`: Empty for the runs that belong to none.
+    `medium`: Empty for the runs that belong to no medium.
     """
     runs = campaign.runs_of(medium) if medium else campaign.unassigned_air_runs
     names = {name for run in runs for name in (run.force_log, run.motion_log, run.zero_log)} - {""}
@@ -253,13 +255,14 @@ def log_names(campaign: Campaign, medium: str) -> list[str]:
         names |= {contact.force_log, contact.motion_log}
     if names and campaign.config.force_log.calibration is not None:
         names.add(campaign.config.force_log.calibration)
+    # a recording of ROS is named by its metadata file: all files of its folder belong to it
     bags = [name.removesuffix(BAG) for name in names if name.endswith(f"/{BAG}")]
     parts = (bag + path.name for bag in bags for path in (campaign.raw / bag).glob("*.*"))
     return sorted(names.union(parts))
 
 
 def robot_files(campaign: Campaign) -> list[str]:
-    """The robot's own file, its sheet and its tracks, and whether they are re-enacted, as far as they exist."""
+    """List the robot's file, its sheet, its tracks and the mark of re-enacted ones, as far as they exist."""
     robot = campaign.config.robot
     if robot is None or not campaign.robot_medium:
         return []
@@ -275,27 +278,28 @@ def robot_files(campaign: Campaign) -> list[str]:
 
 
 def sheet_cells(campaign: Campaign, medium: str) -> list[list[str]]:
-    """Cells of a medium's rows of the run sheet, or of all; order and numbers of rows do not count."""
+    """Return the cells of a medium's rows of the run sheet, or of all rows, sorted: order and numbers do not count."""
     runs = campaign.runs_of(medium) if medium else campaign.runs
-    # whether they are recordings at all is told beside the whole
+    # one cell more in the state of the whole sheet: are the logs recordings at all
     origin = [] if medium else [[f"re-enacted: {campaign.reenacted}"]]
     digests = campaign.digests
     return origin + sorted([*cells(run).values(), digests.get(run.run_id, "")] for run in runs)
 
 
 def plate_run_order(campaign: Campaign, medium: str) -> list[str]:
-    """Plate runs of a medium in the order of the run sheet, which stands for the order in which they were made."""
+    """List plate runs of a medium by run_id in the order of the run sheet, taken as the order of measurement."""
     plates = (run for run in campaign.runs_of(medium) if run.kind == "plate")
     return [run.run_id for run in sorted(plates, key=lambda run: run.row)]
 
 
 def cells(run: Run) -> dict[str, str]:
-    """What counts of a row of the run sheet, as text by column."""
-    names = [name for name in run.__dataclass_fields__ if name not in _LEFT_OUT]
-    return {name: _text(getattr(run, name)) for name in names}
+    """Return the fields of a run that its results depend on, as text by column."""
+    names = [name for name in run.__dataclass_fields__ if name not in _FIELDS_LEFT_OUT]
+    return {name: _format_cell(getattr(run, name)) for name in names}
 
 
-def _text(value: object) -> str:
+def _format_cell(value: object) -> str:
+    """Write a value as a cell: empty for None, NaN and False, "yes" for True."""
     if value is None or (isinstance(value, float) and math.isnan(value)):
         return ""
     if isinstance(value, bool):

@@ -1,4 +1,4 @@
-"""Stages that put the force model on trial: legs, natural sands, published numbers."""
+"""Stages that test the force model: by legs, natural sands, published numbers."""
 
 from __future__ import annotations
 
@@ -65,47 +65,48 @@ MAP_COLUMNS = [
 def legs_predicted(results: Results) -> tuple[pd.DataFrame, ...]:
     """Predict the force on every leg in every medium, and compare with what was measured.
 
-    Returns curves with intervals, how far they are from the measured ones, what each measured leg teaches of the
-    others and of itself in other media, and the map of each medium, from which some of the curves are: to estimate
-    it in a job of its own would take as long again.
+    Returns tables: the predicted curves with intervals; their errors against the measured curves; what each measured leg
+    teaches about the other legs, and about itself in other media; then the map of each medium. The maps are returned
+    here because some of the curves need them: a job of its own would estimate them once more.
     """
     media = [results[name] for name in (*results.laboratory, *results.sands)]
     error_by_legs = error_of_legs([results[name] for name in results.laboratory])
     model_error = larger_model_error(error_by_legs)
     predictions = [predicted_curves(medium, model_error) for medium in media]
-    curves = [table for table, _ in predictions if len(table)]
+    tables_with_rows = [table for table, _ in predictions if len(table)]
     peaks = {
-        place: peak for _, peaks_of_medium in predictions for place, peak in peaks_of_medium.items()
+        key: peak for _, peaks_of_medium in predictions for key, peak in peaks_of_medium.items()
     }
-    nothing = pd.DataFrame(columns=PREDICTED_COLUMNS)
-    everything = pd.concat(curves, ignore_index=True) if curves else nothing
+    no_curve = pd.DataFrame(columns=PREDICTED_COLUMNS)
+    curves = pd.concat(tables_with_rows, ignore_index=True) if tables_with_rows else no_curve
     spread = {medium.name: bed_spread(medium.alpha) for medium in media}
     measured = results.joined("legs/{medium}.csv")
-    behind = {
+    errors_of_measured_peaks = {
         (medium.name, *key): errors
         for medium in media
         for key, errors in errors_of_peaks(medium).items()
     }
     level = results.config.fit.confidence
     flags = {medium.name: medium.flags for medium in results}
-    compared = leg_errors(measured, everything, spread, level, behind, peaks, error_by_legs, flags)
-    # a leg that taught the map of its medium is no test of it
+    compared = leg_errors(
+        measured, curves, spread, level, errors_of_measured_peaks, peaks, error_by_legs, flags
+    )
+    # the map of a medium cannot be tested by a leg whose force it was estimated from
     taught = (compared["profile"] == "map") & compared["leg"].isin(results.config.maps.use_legs)
     compared.loc[taught, "verdict"] = NOT_TESTED
-    # a curve from the published media says so in this table too
-    silent = compared["medium"].isin(results.sands) & (compared["profile"] == "generic")
-    note = results.reference().remarks if silent.any() else ()
-    compared = _with_note(compared, silent, note)
+    # a generic curve may be made from the published media: its errors get the same note
+    is_generic = compared["medium"].isin(results.sands) & (compared["profile"] == "generic")
+    note = results.reference().remarks if is_generic.any() else ()
+    compared = _add_note(compared, is_generic, note)
     lessons = lesson_rows(results, model_error)
-    tables = [results.marked(table) for table in (everything, compared, lessons)]
+    tables = [results.marked(table) for table in (curves, compared, lessons)]
     return (*tables, *(estimated_map_rows(results, medium.name) for medium in media))
 
 
 def estimated_map_rows(results: Results, medium: str) -> pd.DataFrame:
-    """Complete alpha of a medium in every direction by the shape that known media share.
+    """Estimate alpha of a medium in every direction by the shape that known media share: a row a direction.
 
-    A direction that was pushed keeps what was measured there. Where there is no map the table has one row
-    that says why.
+    A direction that was pushed keeps its measured alpha. Where no map can be estimated, one row says why.
     """
     facts: dict[str, Any] = {"medium": medium} | mark_columns(results.marks.get(medium, ()))
     try:
@@ -122,8 +123,8 @@ def estimated_map_rows(results: Results, medium: str) -> pd.DataFrame:
 def natural_sands(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Fit the penetration tests of the natural sands, and try corrections of their predicted forces.
 
-    Returns slopes over the stated and the detected regime with zeta from each (chi is that of the
-    reference media, which may be the published five), and the corrections with their validation.
+    Returns two tables: slopes over the stated and the detected linear regime with zeta from each (by chi of the reference
+    media, which may be the published five), and the corrections with their validation.
     """
     table = results.table("penetration.csv")
     method, note = results.config.fourier.method, tuple[Remark, ...]()
@@ -137,25 +138,28 @@ def natural_sands(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
         tables["alpha"] = results[medium].alpha
         rows += penetration_rows(results.campaign, medium, tables, chi)
     tests = pd.DataFrame(rows, columns=SAND_COLUMNS)
-    tests = _with_note(tests, True, note)
+    tests = _add_note(tests, True, note)
     curves = results.table("predicted.csv")
     measured = results.joined("legs/{medium}.csv", results.sands)
-    tried = fit_corrections(measured, curves[curves["profile"] == "generic"])
-    return results.marked(tests), results.marked(tried)
+    corrections = fit_corrections(measured, curves[curves["profile"] == "generic"])
+    return results.marked(tests), results.marked(corrections)
 
 
-def _with_note(
+def _add_note(
     table: pd.DataFrame, rows: pd.Series[bool] | bool, note: tuple[Remark, ...]
 ) -> pd.DataFrame:
-    """Add a remark to those rows of a table that have a number."""
-    silent = rows & table["reason_code"].isin(["", "no-tare"])
-    return with_reasons(table, (note * bool(is_silent) for is_silent in silent))
+    """Add remarks to the chosen rows of a table, but only where a row has a number.
+
+    A row has a number where it has no reason, or the reason alone that the tare is missing. `rows`: A mask, or True for all.
+    """
+    has_number = rows & table["reason_code"].isin(["", "no-tare"])
+    return with_reasons(table, (note * bool(is_noted) for is_noted in has_number))
 
 
 def validate(results: Results) -> pd.DataFrame:
-    """Put every number that the paper states beside this campaign's: the reproduction table.
+    """Compare every number that the paper states with the campaign's number: the reproduction table.
 
-    What differs stands first. It has no row where no medium is one of the paper's.
+    Numbers that differ stand first. The table has no row where no medium of the campaign is one of the paper's.
     """
     config = results.config
     published_as = {
@@ -175,14 +179,17 @@ def validate(results: Results) -> pd.DataFrame:
     if results.campaign.robot_medium:
         names = ("errors", "optimum", "speed")
         errors, *sweep_tables = (results.table(f"robot/{name}.csv") for name in names)
-        # a robot of which no speed is known is not the paper's
+        # measured speeds are the published ones or from tracks: without any, the robot is not the paper's
         if errors["measured_cm_per_s"].notna().any():
             claims = robot_claims(errors, *sweep_tables)
             items += name_sources([results.campaign.robot_medium], claims)
     if items:
         items += discrepancies()
-    logs = BY_CONSTRUCTION if results.campaign.reenacted else MEASURED
-    items = [item._replace(evidence=logs) if item.evidence == FROM_LOGS else item for item in items]
+    # logs that were simulated from the published numbers prove nothing about sand
+    evidence = BY_CONSTRUCTION if results.campaign.reenacted else MEASURED
+    items = [
+        item._replace(evidence=evidence) if item.evidence == FROM_LOGS else item for item in items
+    ]
     items.sort(key=lambda item: (VERDICTS.index(item.verdict), EVIDENCE.index(item.evidence)))
     doubts = {
         medium: f"{medium} {format_remarks(marks)}" for medium, marks in results.marks.items()

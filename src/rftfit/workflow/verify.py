@@ -1,4 +1,4 @@
-"""Whether results, and what they were made from, are still as the records of their jobs say."""
+"""Verify that results, and what they were made from, are still as the records of their jobs say."""
 
 from __future__ import annotations
 
@@ -26,10 +26,11 @@ from rftfit.workflow.records import OutdatedResult, Record, Recorded
 
 @dataclass(frozen=True)
 class Verified:
-    """Results beside their records.
+    """Answer of `rftfit verify`: results compared with their records.
 
-    `asked`: Paths that were asked for by name; `paths`: those that were verified, all where none was asked for.
-    `changes`: In logs, runs, settings, code and versions since the last whole run, which `versions` and `commit` made.
+    `now`: Records, with files and states as they are now. `asked`: Paths that were asked for by name, empty for all.
+    `changes`: Changes in logs, runs, settings, code and versions since the last whole run. `versions`, `commit`:
+    Versions of packages and commit of the program that made that run.
     """
 
     now: Recorded
@@ -40,46 +41,50 @@ class Verified:
 
     @cached_property
     def recorded_paths(self) -> list[str]:
-        """Paths of all results that are recorded: of a whole run, and of what was asked for by name."""
-        of_whole_run = [path for record in self.now.results().values() for path in record.writes]
-        return [*of_whole_run, *self.now.beside]
+        """Paths of all recorded results: those of a whole run, and those that were made by name besides."""
+        of_whole_run = [
+            path for record in self.now.collect_records().values() for path in record.writes
+        ]
+        return [*of_whole_run, *self.now.records_beside]
 
     @property
     def paths(self) -> Sequence[str]:
-        """Paths of the results that were verified."""
+        """Paths of the results that were verified: the ones asked for, or all."""
         return self.asked or self.recorded_paths
 
     @cached_property
     def differ(self) -> list[str]:
-        """Paths of those that are not as recorded."""
+        """Paths of the verified results that are not as recorded."""
         return [path for path in self.paths if not self.now.is_current(path)]
 
     @property
     def is_as_recorded(self) -> bool:
-        """Whether there are results, and all of them are as recorded."""
-        return bool(self.now.results()) and not self.differ
+        """True where there are results, and all verified ones are as recorded."""
+        return bool(self.now.collect_records()) and not self.differ
 
     @cached_property
     def why(self) -> list[str]:
-        """What was found of jobs that are out of date."""
+        """Reasons why results are out of date, a sentence each."""
         return list_reasons(self.now)
 
     def summary(self, most: int | None = None) -> str:
-        """Format it for people: at most so many lines of each list; default: all."""
-        lines = [line for path in self.asked for line in [*_chain(self.now, path, most), ""]]
+        """Format the answer for people, at most `most` lines of each list; default: all."""
+        lines = [
+            line for path in self.asked for line in [*_describe_chain(self.now, path, most), ""]
+        ]
         changes = map(str, self.changes) if most is None else format_changes(self.changes)
         lines += first_of([f"Changed: {change}." for change in changes], most, "more changes")
         results = count(len(self.paths), "result")
         if self.why or self.differ:
             lines += first_of(self.why, most)
-            by_name = self.asked or any(path in self.now.beside for path in self.differ)
+            by_name = self.asked or any(path in self.now.records_beside for path in self.differ)
             with_names = " with their names" if by_name else ""
             lines.append(
                 f"{len(self.differ)} of {results} not as recorded; `rftfit run`{with_names} makes "
                 f"them again. (Recorded in {RECORD} and results/records.)"
             )
-            if self.now.results() and not any(
-                finding.sort in _OF_RESULTS for finding in _findings(self.now)
+            if self.now.collect_records() and not any(
+                finding.sort in _OF_RESULTS for finding in _find_outdated(self.now)
             ):
                 lines.append(
                     "No result was edited, damaged or lost: what they are made from has changed."
@@ -91,7 +96,7 @@ class Verified:
         return "\n".join([*lines, *list_others(self.now)])
 
     def as_dict(self) -> dict[str, Any]:
-        """Give it as plain words and lists."""
+        """Return the answer as plain words and lists."""
         return {
             "as_recorded": {path: path not in self.differ for path in self.paths},
             "changed": [str(change) for change in self.changes],
@@ -102,33 +107,37 @@ class Verified:
 
 
 def verify_results(now: Recorded, results: Sequence[Path]) -> Verified:
-    """Compare results, all or those of some files and folders, with their records, and these with what is there now."""
+    """Compare results with their records, and the records with logs, settings and code as they are now.
+
+    `results`: Files and folders whose results are compared; empty for all.
+    """
     recorded, data = read_provenance(now.root / FOLDER)
     changes = changes_between(recorded, present_provenance(now.states))
     verified = Verified(now, (), changes, recorded.versions, data.get("commit", ""))
-    # by its name also one of a part of the campaign, as a figure for a paper
+    # a name may also ask for a result that a whole run does not make, such as a figure for a paper
     asked = _find_asked(results, now.root, [*now.maker])
     return replace(verified, asked=asked)
 
 
 def list_reasons(now: Recorded) -> list[str]:
-    """Say why results are out of date, each reason once; of a campaign without results, why it has none."""
-    return list(dict.fromkeys(map(_format_finding, _findings(now))))
+    """Say why results are out of date, each reason once; without results, say why there are none."""
+    return list(dict.fromkeys(map(_format_finding, _find_outdated(now))))
 
 
 _OF_RESULTS = ("edited", "missing", "new")
-"""Sorts of findings on the files of results themselves."""
+"""Sorts of findings about the files of results; the others are about what results are made from."""
 
 
-def _findings(now: Recorded) -> list[OutdatedResult]:
-    """What is not as recorded of all jobs; of a campaign without results, what it lacks."""
-    jobs = [*now.stale.values()] if now.results() else [now.findings_of()]
-    beside = dict.fromkeys(record.name for record in now.beside.values())
-    jobs += [now.findings(name) for name in beside if name in now.outdated]
-    return [finding for findings in jobs for finding in findings]
+def _find_outdated(now: Recorded) -> list[OutdatedResult]:
+    """Find what differs from the records of all jobs; without results, what they lack."""
+    findings_of_jobs = [*now.stale.values()] if now.collect_records() else [now.findings_of()]
+    jobs_beside = dict.fromkeys(record.name for record in now.records_beside.values())
+    findings_of_jobs += [now.findings(name) for name in jobs_beside if name in now.outdated]
+    return [finding for findings in findings_of_jobs for finding in findings]
 
 
 def _format_finding(finding: OutdatedResult) -> str:
+    """Write one finding about a job as a sentence."""
     job = finding.job.replace("/", " ")
     match finding.sort:
         case "edited" | "missing":
@@ -143,11 +152,16 @@ def _format_finding(finding: OutdatedResult) -> str:
 
 
 def _find_asked(words: Sequence[Path], root: Path, recorded_paths: list[str]) -> list[str]:
-    """Paths from the campaign's folder of the results that are asked for."""
+    """Find the recorded results that `words` name: files or folders, from the working folder or the campaign's folder.
+
+    Returns paths from the campaign's folder; a name that fits no recorded result is an error.
+    """
     chosen: dict[str, None] = {}
     for word in words:
-        places = [(Path.cwd() / word).resolve(), (root / word).resolve()]
-        names = [path.relative_to(root).as_posix() for path in places if path.is_relative_to(root)]
+        candidates = [(Path.cwd() / word).resolve(), (root / word).resolve()]
+        names = [
+            path.relative_to(root).as_posix() for path in candidates if path.is_relative_to(root)
+        ]
         chosen_paths = [
             path
             for name in names
@@ -165,9 +179,9 @@ def _find_asked(words: Sequence[Path], root: Path, recorded_paths: list[str]) ->
     return list(chosen)
 
 
-def _chain(now: Recorded, name: str, most: int | None) -> list[str]:
-    """Say what a result was made from, job by job."""
-    jobs = now.results(now.maker[name])
+def _describe_chain(now: Recorded, name: str, most: int | None) -> list[str]:
+    """Describe what the result of path `name` was made from: jobs, logs, rows of the run sheet, and what is not as recorded."""
+    jobs = now.collect_records(now.maker[name])
     state = "as recorded" if now.is_current(name) else "not as recorded"
     lines = [f"{name}: {state}", f"  sha256 {now.maker[name].writes[name]}", "  made by:"]
     rules: dict[str, list[str]] = {}
@@ -178,7 +192,10 @@ def _chain(now: Recorded, name: str, most: int | None) -> list[str]:
         for rule, keys in rules.items()
     ]
     media = [
-        medium for job in jobs.values() if "logs" in job.state if (medium := _medium(now, job))
+        medium
+        for job in jobs.values()
+        if "logs" in job.state
+        if (medium := _medium_of_job(now, job))
     ]
     logs = list(dict.fromkeys(log for medium in media for log in now.states.logs(medium)))
     runs = {run.run_id for medium in media for run in now.states.campaign.runs_of(medium)}
@@ -192,6 +209,7 @@ def _chain(now: Recorded, name: str, most: int | None) -> list[str]:
     return lines + [f"  {_format_finding(finding)}" for finding in findings_of_chain[:most]]
 
 
-def _medium(now: Recorded, job: Record) -> str:
+def _medium_of_job(now: Recorded, job: Record) -> str:
+    """Return the medium that a job works on; empty where it works on none or on all."""
     word = now.states.stage(job.rule, job.key)[1]
     return word if word in now.states.campaign.config.media else ""
