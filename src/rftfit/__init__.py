@@ -9,8 +9,8 @@ from importlib import import_module
 
 from rftfit.version import __version__ as __version__
 
-# Without this numba reads the folder of its cache from a .numba_config.yaml in the current folder, and unpickles files that
-# lie there.
+# Without this numba reads the folder of its cache from a .numba_config.yaml in the current folder, and unpickles
+# files that lie there.
 os.environ.setdefault("NUMBA_CACHE_DIR", "")
 
 __all__ = [
@@ -113,7 +113,8 @@ _INNER_NAMES = {
 }
 """Public names whose object has another name in its module."""
 
-# type checkers take any variable of this name as true; importing it from typing would take longer than the rest of this module
+# type checkers take any variable of this name as true; importing it from typing would take longer than the rest of
+# this module
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from rftfit.api import check, fit_slope, read_log, run, simulate

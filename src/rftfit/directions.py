@@ -1,7 +1,8 @@
 """Numbering of the directions of runs: which runs have the same direction, by one tolerance and one rule.
 
 A *direction* is a pair of angles (beta, gamma); plates at beta and at beta + 180 degrees are the same plate. Runs are
-*repeats* if they have the same direction and, for level pushes, the same depth, on which the force of a level push depends.
+*repeats* if they have the same direction and, for level pushes, the same depth, on which the force of a level push
+depends.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 TOLERANCE_DEG = 0.5
-"""Largest difference of each angle within one direction, for a campaign that does not set `grid.angle_tolerance_deg`."""
+"""Largest difference of each angle within one direction, if a campaign does not set `grid.angle_tolerance_deg`."""
 
 SAME_DEPTH_CM = 0.1
 """Largest step from one depth to the next deeper one that still counts as the same intended depth of level runs."""
@@ -94,7 +95,7 @@ def number_directions(
 
 
 def number_rows(table: pd.DataFrame, tolerance_deg: float) -> npt.NDArray[np.intp]:
-    """Call `number_directions` for the n rows of a table with columns ``beta_deg`` and ``gamma_deg``; returns shape (n,)."""
+    """Call `number_directions` for the n rows of a table with ``beta_deg`` and ``gamma_deg``; returns shape (n,)."""
     beta_deg, gamma_deg = (table[name].to_numpy(float) for name in ("beta_deg", "gamma_deg"))
     return number_directions(beta_deg, gamma_deg, tolerance_deg)
 
@@ -114,7 +115,7 @@ def _split_by_depth(number: npt.NDArray[np.intp], depth_cm: FloatArray) -> npt.N
 
 
 def number_depths(depth_cm: FloatArray) -> npt.NDArray[np.intp]:
-    """Number the intended depths 0, 1, ... from the smallest, shape (n,): a new one begins after a gap above `SAME_DEPTH_CM`."""
+    """Number the intended depths from 0, the smallest, shape (n,): a gap above `SAME_DEPTH_CM` begins a new one."""
     order = np.argsort(depth_cm, kind="stable")
     depth_number = np.empty(depth_cm.size, dtype=np.intp)
     depth_number[order] = np.cumsum(
@@ -126,7 +127,7 @@ def number_depths(depth_cm: FloatArray) -> npt.NDArray[np.intp]:
 def angles_of_directions(
     number: npt.NDArray[np.intp], beta_deg: FloatArray, gamma_deg: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return for each run the mean beta and mean gamma, deg, of all runs with its direction number, both of shape (n,)."""
+    """Return for each run mean beta and mean gamma, deg, of all runs with its number, both of shape (n,)."""
     run_count = np.bincount(number)
     # differences from the run after which the direction is numbered: -90 and 90 degrees have the mean 90, not 0
     beta_off, gamma_off = beta_apart(beta_deg, beta_deg[number]), gamma_deg - gamma_deg[number]

@@ -124,7 +124,7 @@ class Tables:
         (self._samples if name.endswith(".parquet") else self._tables)[name] = table
 
     def hold_as_csv(self, name: str, table: pd.DataFrame) -> pd.DataFrame:
-        """Keep a table as if it had been written to the csv file `name` and read from it, with its rounding; return it."""
+        """Keep and return a table as if it had been written to the csv file `name` and read again, rounded."""
         self.hold(name, self._read_current(name, csv_bytes(table)))
         return self.table(name)
 
@@ -227,14 +227,14 @@ class Results(Tables):
 
     @cached_property
     def marks(self) -> dict[str, list[Remark]]:
-        """Remarks on each medium that fails a check, by medium; tables and figures show them wherever the medium appears."""
+        """Remarks on each medium that fails a check, by medium, for all tables and figures that show the medium."""
         # a campaign that was not run yet has no tables of checks
         are_checked = all(self.has(f"checks/{medium}.csv") for medium in self.media)
         return marks_of(self.checks, self.config.media) if are_checked else {}
 
     @property
     def session_clocks(self) -> SessionClocks | None:
-        """Clocks of all sessions, estimated from the pushes of all media; None if the configuration asks for no estimate."""
+        """Clocks of all sessions, estimated from the pushes of all media; None if they are not to be estimated."""
         settings = self.config.clock
         if settings.method != "estimate":
             return None
@@ -494,7 +494,7 @@ class Medium(KnownMedium):
 
     @property
     def alpha_at_depth(self) -> pd.DataFrame:
-        """Stress over depth at `fit.depths_cm`, by a fitted power of depth, with intervals; no rows where stress is linear."""
+        """Stress over depth at `fit.depths_cm` by a fitted power, with intervals; no rows where stress is linear."""
         return self.results.table(f"alpha_at_depth/{self.name}.csv")
 
     @property
@@ -572,8 +572,8 @@ class Medium(KnownMedium):
     def zeta(self) -> float:
         """Scaling factor of the nine terms fitted to the pushed directions; NaN if there is none.
 
-        The terms are fitted by the method of the configuration. If the pushes leave out parts of the published grid, this
-        factor cannot be compared with those of the paper; the factor of the map (`rftfit.Map.zeta`) can.
+        The terms are fitted by the method of the configuration. If the pushes leave out parts of the published grid,
+        this factor cannot be compared with those of the paper; the factor of the map (`rftfit.Map.zeta`) can.
         """
         if self.name in self.results.laboratory:
             return self.results.fits()[self.name].zeta
@@ -584,14 +584,14 @@ class Medium(KnownMedium):
 
     @property
     def chi(self) -> float:
-        """Measured alpha_z(0, 90 deg) over `zeta`, which is the fitted one; for a natural sand the mean over its reference media."""
+        """Measured over fitted alpha_z(0, 90 deg), `zeta`; for a natural sand the mean over its reference media."""
         if self.name in self.results.laboratory:
             fit = self.results.fits()[self.name]
             return fit.alpha_z / fit.zeta
         return float(self.results.reference().chi.mean())
 
     def scaled(self, method: str | None = None) -> scaling.ScaledMedium:
-        """Scale the reference media to this medium by the paper's routine, from its one penetration test, alpha_z(0, 90 deg).
+        """Scale the reference media to this medium by the paper's routine, from its one penetration test.
 
         Parameters
         ----------

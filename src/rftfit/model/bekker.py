@@ -97,8 +97,8 @@ def pressure_sinkage(fits: pd.DataFrame, width_cm_of_run: Mapping[str, float]) -
         If no push straight down has a fitted power of depth.
     """
     is_push = (fits["beta_deg"] == 0) & (fits["gamma_deg"] == 90)
-    # columns of the line with a free intercept; both `_percent` columns compare the stress of a law at the end of the fitted
-    # window with the stress of the line through zero
+    # columns of the line with a free intercept; both `_percent` columns compare the stress of a law at the end of the
+    # fitted window with the stress of the line through zero
     free_line = ["intercept_z_N_per_cm2", "free_slope_z_N_per_cm3", "free_stress_z_percent"]
     numbers = ["exponent_z", "power_stress_z_percent", *free_line]
     pushes = fits[is_push & np.isfinite(fits[numbers].to_numpy(float)).all(axis=1)]
@@ -143,7 +143,7 @@ def pressure_sinkage(fits: pd.DataFrame, width_cm_of_run: Mapping[str, float]) -
 
 
 def width_of_plate(plate: Plate | Disc | FlatOutline | Leg) -> float:
-    """Return the width b of a plate in Bekker's law, cm: the radius of a disc, else the smaller of length and area / length."""
+    """Return Bekker's width b of a plate, cm: radius of a disc, else the smaller of length and area / length."""
     if isinstance(plate, Disc):
         return plate.diameter_cm / 2
     if isinstance(plate, Leg):
@@ -152,7 +152,7 @@ def width_of_plate(plate: Plate | Disc | FlatOutline | Leg) -> float:
 
 
 def _half_width_of_mean(exponents: FloatArray, errors: pd.Series) -> float:
-    """Return half of the 95 % interval of the mean exponent, by Student's t; for a single push by its standard error."""
+    """Return half of the 95 % interval of the mean exponent, by Student's t; of a single push by its error."""
     from scipy.special import stdtrit
 
     if exponents.size == 1:

@@ -1,4 +1,4 @@
-"""Errors with one cause in several cells of an alpha table (session, turn, rod, tare), and the covariance of all errors."""
+"""Errors that cells of an alpha table share (session, turn, rod, tare), and the covariance of all errors."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ COVARIANCE_INDEX = ["beta_deg", "gamma_deg", "component"]
 class CommonError:
     """An error that n cells share, as a sum over independent causes of standard deviation 1.
 
-    A cause of 1 changes alpha of a cell by `size` times its `share`. `size`: standard error of each component in each cell
-    (n,), N/cm^3, with the sign in which a common cause moves the cell. `share` (causes, n): the squares of the shares
-    in a cell add up to 1 if it has the error. `joint`: True if one cause moves both components, False if each component
-    has its separate causes.
+    A cause of 1 changes alpha of a cell by `size` times its `share`. `size`: standard error of each component in each
+    cell (n,), N/cm^3, with the sign in which a common cause moves the cell. `share` (causes, n): the squares of the
+    shares in a cell add up to 1 if it has the error. `joint`: True if one cause moves both components, False if each
+    component has its separate causes.
     """
 
     size: dict[str, FloatArray]
@@ -31,7 +31,7 @@ class CommonError:
 
 
 def common_errors(table: pd.DataFrame) -> dict[str, CommonError]:
-    """Return the errors that cells of an alpha table share, by source: three with one cause for all runs, and the tares."""
+    """Return the errors that cells of a table share, by source: three with one cause for all runs, and tares."""
     one_cause_for_all = np.ones((1, len(table)))
     shared = {
         source: CommonError(error_sizes(table, source), one_cause_for_all, joint=True)
@@ -63,7 +63,7 @@ def error_sizes(table: pd.DataFrame, source: str) -> dict[str, FloatArray]:
 
 
 def equivalent_rows(table: pd.DataFrame) -> npt.NDArray[np.intp]:
-    """Return for each row of an alpha table the last row of the same direction: beta = -90 and 90 degrees are one plate."""
+    """Return for each row the last row of the same direction: beta = -90 and 90 degrees are one plate."""
     keys = list(zip((table["beta_deg"] % 180).round(3), table["gamma_deg"].round(3), strict=True))
     order = np.argsort(table["beta_deg"].to_numpy(float), kind="stable")
     last = {keys[row]: int(row) for row in order}
@@ -73,9 +73,9 @@ def equivalent_rows(table: pd.DataFrame) -> npt.NDArray[np.intp]:
 def covariance_of(table: pd.DataFrame) -> pd.DataFrame:
     """Return the covariance of the errors of the means of an alpha table, both components, (N/cm^3)^2.
 
-    Errors with a common cause are correlated, with its sign; the rest of an error is independent in each cell and component.
-    Rows of the same plate (beta = -90 and 90 degrees) have the same error. A number without a standard error has no row.
-    Index and columns: `COVARIANCE_INDEX`.
+    Errors with a common cause are correlated, with its sign; the rest of an error is independent in each cell and
+    component. Rows of the same plate (beta = -90 and 90 degrees) have the same error. A number without a standard error
+    has no row. Index and columns: `COVARIANCE_INDEX`.
     """
     n, row_of_plate = len(table), equivalent_rows(table)
     se = np.concatenate([table[column(c, "_se")].to_numpy(float) for c in COMPONENTS])

@@ -98,8 +98,8 @@ def errors_behind(
 ) -> dict[str, FloatArray]:
     """Return the standard deviation of quantities linear in alpha that each source of error causes, by its name.
 
-    `quantity`: function that takes what `alpha_draws` returns and returns quantities of shape (..., draws). The standard
-    deviations have shape (...). Sources that the table does not have are left out.
+    `quantity`: function that takes what `alpha_draws` returns and returns quantities of shape (..., draws). The
+    standard deviations have shape (...). Sources that the table does not have are left out.
     """
     seed, level = config.fourier.seed, config.fit.confidence
     return {
@@ -124,7 +124,7 @@ def draws_of(table: pd.DataFrame, config: Config) -> tuple[FloatArray, FloatArra
 def measured_profile(
     table: pd.DataFrame, config: Config, name: str = "measured table", *, draws: bool = True
 ) -> TableProfile:
-    """Interpolate an alpha table; its `spread` is the draws within its errors, NaN where a cell has alpha but no error."""
+    """Interpolate an alpha table; its `spread` is draws within its errors, NaN where alpha has no error."""
     profile = TableProfile.from_table(table, name)
     errors = table[[column(c, "_hi") for c in COMPONENTS]].notna().to_numpy()
     # scattered directions are triangulated: if some had no draws, the triangles of draws and alpha would differ
@@ -202,8 +202,8 @@ def interval_of_sum(
 def interval(draws: FloatArray, confidence: float) -> tuple[FloatArray, FloatArray]:
     """Return lower and upper end of the percentile interval along the first axis; NaN where a draw is NaN.
 
-    The quantiles are those of `numpy.quantile`, linear between two draws. This is several times faster, because the draws of
-    one number are sorted where they lie side by side in memory.
+    The quantiles are those of `numpy.quantile`, linear between two draws. This is several times faster, because the
+    draws of one number are sorted where they lie side by side in memory.
     """
     tail = (1 - confidence) / 2
     ordered = np.moveaxis(np.asarray(draws, dtype=float), 0, -1).copy()
@@ -229,13 +229,13 @@ def _between_draws(ordered: FloatArray, share: float) -> FloatArray:
 
 
 def widen(value: Any, ends: tuple[Any, Any], half: Any) -> tuple[Any, Any]:
-    """Return the ends of an interval about `value`, widened by an independent error whose interval has the half width `half`."""
+    """Return the ends of an interval about `value`, widened by an independent error of the half width `half`."""
     below, above = (np.hypot(end - value, half) for end in ends)
     return value - below, value + above
 
 
 def end_names(quantity: str, of: str = "") -> tuple[str, str]:
-    """Return the names of the columns of an interval: for ``force_z_N`` ``force_z_lo_N``, ``force_z_hi_N``, with `of` before the ends."""
+    """Return the columns of an interval: of ``force_z_N`` ``force_z_lo_N``, ``force_z_hi_N``, `of` before the ends."""
     what, unit = quantity.rsplit("_N", maxsplit=1)
     return f"{what}_{of}lo_N{unit}", f"{what}_{of}hi_N{unit}"
 
@@ -248,6 +248,6 @@ model_end_names = partial(end_names, of="model_")
 
 
 def beside_name(quantity: str) -> str:
-    """Return the name of the column of a force by table or map of the same medium: for ``force_z_N`` ``force_z_beside_N``."""
+    """Return the column of a force by table or map of the same medium: of ``force_z_N`` ``force_z_beside_N``."""
     what, unit = quantity.rsplit("_N", maxsplit=1)
     return f"{what}_beside_N{unit}"

@@ -59,8 +59,8 @@ def fit_lsq(
 ) -> FloatArray:
     """Fit the nine terms by least squares at the true angles; every measured direction has the same weight.
 
-    Cells at beta = -90 and 90 degrees are one direction, with the mean of their alpha. A measured mirror image counts as
-    a separate direction; none is added by symmetry, which would count the same measurement twice.
+    Cells at beta = -90 and 90 degrees are one direction, with the mean of their alpha. A measured mirror image counts
+    as a separate direction; none is added by symmetry, which would count the same measurement twice.
 
     `beta`, `gamma`: shape (n,), rad, any directions. `alpha_z`, `alpha_x`: shape (..., n), N/cm^3; a cell that is
     NaN in one leading index (draw) is left out of all. `keep`: shape (9,), True for each term to fit; the other
@@ -96,9 +96,9 @@ def fit_dft_index(
 ) -> FloatArray:
     """Fit the nine terms by a discrete Fourier transform on the index grid, which is how Table S2 was made.
 
-    The table, completed by symmetry, is treated as a regular grid although its steps of gamma are uneven: in the paper's
-    7 x 25 directions beta index i stands for (i - 3) pi/7 and gamma index k for (k - 12) 2 pi/25, with both end rows and
-    columns kept. The recipe is inferred: it gives all non-zero entries of Table S2 within 0.0013 N/cm^3, and
+    The table, completed by symmetry, is treated as a regular grid although its steps of gamma are uneven: in the
+    paper's 7 x 25 directions beta index i stands for (i - 3) pi/7 and gamma index k for (k - 12) 2 pi/25, with both end
+    rows and columns kept. The recipe is inferred: it gives all non-zero entries of Table S2 within 0.0013 N/cm^3, and
     Table S3; least squares does not.
 
     Shapes as in `fit_lsq`; the transform needs every cell, so NaN in any cell gives NaN.
@@ -125,7 +125,7 @@ def fit_dft_index(
 
 
 def _transformable(grid: Rectangle) -> bool:
-    """Return True if a completed grid is full, symmetric about 0, with lines at 0, 90 and 180 degrees and no wide steps."""
+    """Return True if a completed grid is full, symmetric, with lines at 0, 90 and 180 degrees, without wide steps."""
     beta, gamma = np.degrees(grid.beta), np.degrees(grid.gamma)
     symmetric = np.allclose(beta[1:], -beta[:0:-1]) and np.allclose(gamma[1:], -gamma[:0:-1])
     lines = all(np.isclose(beta, angle).any() for angle in (-90, 0))

@@ -4,9 +4,9 @@ F = alpha(beta, gamma) |z| A for each element. `rftfit.forces.reference_kernel` 
 plain numpy. Functions are compiled at their first call and kept on disk. The compiler's cache compiles a function again
 only if the file of this function changes, so all that is compiled, constants too, stands in this file.
 
-Elements are handled in blocks of `LANES`. A block at rest, and the work array ``w`` of a block that moves, are flat arrays
-of rows: row ``_X`` holds x of all elements of the block, element i at ``w[_X + i]``. The compiler then sees that rows do not
-overlap, and calculates several elements at a time. Sums may be reordered; NaN stays NaN.
+Elements are handled in blocks of `LANES`. A block at rest, and the work array ``w`` of a block that moves, are flat
+arrays of rows: row ``_X`` holds x of all elements of the block, element i at ``w[_X + i]``. The compiler then sees that
+rows do not overlap, and calculates several elements at a time. Sums may be reordered; NaN stays NaN.
 """
 
 from __future__ import annotations
@@ -95,8 +95,8 @@ def _place_block(
 ) -> None:
     """Turn a block by the angle of cosine `c` and sine `s`, clip it at the surface, and write it into `w`.
 
-    `z0`, `vx0`, `vz0`: height (cm) and velocity (cm/s) of the reference point; `rate`: angular velocity, rad/s. `solid`: only
-    elements that move outward, to the right of their tangent, bear a load.
+    `z0`, `vx0`, `vz0`: height (cm) and velocity (cm/s) of the reference point; `rate`: angular velocity, rad/s.
+    `solid`: only elements that move outward, to the right of their tangent, bear a load.
     """
     for i in range(LANES):
         bx, bz, bt, bn = block[_X + i], block[_Z + i], block[_TX + i], block[_TZ + i]
@@ -124,7 +124,7 @@ def _place_block(
 
 @_step
 def _write_fourier_alpha(w: FloatArray, m: FloatArray) -> None:
-    """Write alpha by the nine terms `m`, without trigonometry: cos 2 beta = tx^2 - tz^2, cos gamma = -vx / |v|, and so on."""
+    """Write alpha by nine terms `m` without trigonometry: cos 2 beta = tx^2 - tz^2, cos gamma = -vx / |v|, ..."""
     for i in range(LANES):
         tx, tz, vx, vz = w[_TX + i], w[_TZ + i], w[_VX + i], w[_VZ + i]
         scale = -1.0 / np.sqrt(vx * vx + vz * vz)
@@ -150,7 +150,7 @@ def _write_depth_only_alpha(w: FloatArray, values: FloatArray) -> None:
 
 @_step
 def _arctan2(y: float, x: float) -> float:
-    """Return atan2(y, x), in [-pi, pi], as twice the arc tangent of half the angle, at most tan(pi / 8), by a polynomial.
+    """Return atan2(y, x), in [-pi, pi]: twice an arc tangent of at most tan(pi / 8), by a polynomial.
 
     The polynomial is interpolated at Chebyshev nodes; its error is below 1e-16.
     """
@@ -180,7 +180,8 @@ def _sin_cos(angle: float) -> tuple[float, float]:
     s = x + x * q * (((s * q + _S7) * q + _S5) * q + _S3)
     c = ((_C16 * q + _C14) * q + _C12) * q + _C10
     c = 1.0 + q * (((((c * q + _C8) * q + _C6) * q + _C4) * q) - 0.5)
-    # odd: 1 in every second quarter of a turn, where sine and cosine change places; sign: -1 in the second half of a turn
+    # odd: 1 in every second quarter of a turn, where sine and cosine change places; sign: -1 in the second half of a
+    # turn
     odd = quarters - 2.0 * np.floor(0.5 * quarters)
     sign = 1.0 - 2.0 * (0.5 * (quarters - odd) - 2.0 * np.floor(0.25 * (quarters - odd)))
     sine, cosine = (c if odd == 1.0 else s), (-s if odd == 1.0 else c)
@@ -245,7 +246,7 @@ def _write_table_alpha(w: FloatArray, block: FloatArray, angle: float, pack: Pac
 
 @_step
 def _interpolate_table(w: FloatArray, pack: Pack) -> None:
-    """Replace beta and gamma, in the rows of alpha, by alpha_z and alpha_x interpolated in a table; overwrites tangents."""
+    """Replace beta and gamma, in the rows of alpha, by alpha interpolated in a table; overwrites tangents."""
     beta0, beta_end, rows = pack.beta[0], pack.beta[-1], float(pack.beta_bins.size)
     gamma0, gamma_end, columns = pack.gamma[0], pack.gamma[-1], float(pack.gamma_bins.size)
     rows_per_rad, columns_per_rad = rows / (beta_end - beta0), columns / (gamma_end - gamma0)
@@ -410,8 +411,8 @@ def _write_member_forces(
 ) -> None:
     """Write force z, x and moments about the centre of mass and about the hip of each member into `member_forces`.
 
-    Members are legs, and bodies that do not turn relative to the robot (``hips[m, 2] == 0``). The other arguments are those
-    of `advance`.
+    Members are legs, and bodies that do not turn relative to the robot (``hips[m, 2] == 0``). The other arguments are
+    those of `advance`.
     """
     pitch, pitch_rate = state[2], state[5]
     cos_p, sin_p = math.cos(pitch), math.sin(pitch)
@@ -457,10 +458,10 @@ def advance(
     """Step a robot through time by semi-implicit Euler, or by the fourth-order Runge-Kutta method (`rk4`).
 
     `bodies`, `widths_cm`, `group`, `hips`, `inertia`: of `rftfit.robot.body.Parts`. `state`: shape
-    (6,), changed in place: x, z (cm), pitch (rad), and their rates. `turn`, `rate`: angle and angular velocity of the legs
-    relative to the body (rad, rad/s). `step`: time of one step, s. `every`: steps from one sample to the next, 0
-    for no samples. `samples`: shape (s, 9 + 2 groups), written: state, turn, moment about the centre of
-    mass, moment about the hips (N cm), and force z, x of each group (N).
+    (6,), changed in place: x, z (cm), pitch (rad), and their rates. `turn`, `rate`: angle and angular velocity of the
+    legs relative to the body (rad, rad/s). `step`: time of one step, s. `every`: steps from one sample to the next, 0
+    for no samples. `samples`: shape (s, 9 + 2 groups), written: state, turn, moment about the centre of mass, moment
+    about the hips (N cm), and force z, x of each group (N).
     """
     blocks = np.zeros((len(bodies), -(-bodies.shape[1] // LANES), _AT_REST))
     for g in range(len(bodies)):

@@ -1,4 +1,4 @@
-"""One function that turns a medium, in whichever form a caller has it, into the profile by which forces are predicted."""
+"""One function that turns a medium, in any of its forms, into the profile by which forces are predicted."""
 
 from __future__ import annotations
 

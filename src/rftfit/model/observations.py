@@ -29,7 +29,7 @@ class ErrorOfBody(Protocol):
     """Relative error of the force model on one body."""
 
     def evaluate(self, states: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return mean and covariance of the error over the load, by component, in p poses with states of shape (p, f)."""
+        """Return mean and covariance of the error over the load, by component, in p poses; states: (p, f)."""
 
 
 class Observation(Protocol):
@@ -63,7 +63,7 @@ class Observation(Protocol):
         """Return the load without cancellation, N, shape (p,)."""
 
     def weights(self, beta: FloatArray, gamma: FloatArray) -> FloatArray:
-        """Return the weights of alpha at n nodes (rad) in the forces, shape (components, p, 2 n): first alpha_z, then alpha_x."""
+        """Return the weights of alpha at n nodes (rad) in the forces, (components, p, 2 n): alpha_z, then alpha_x."""
 
 
 _SIZE_SPREAD = 3.0
@@ -77,7 +77,8 @@ class ObservedRows(NamedTuple):
     """k combinations of measured forces that depend on the medium, in the unit of alpha.
 
     `weights`: of alpha at the n nodes, shape (k, 2 n). `offset` (k,): contribution of the known error of the force
-    model on these bodies, for a medium of size 1. `values`, `errors` (k,): measured value and its standard error, N/cm^3.
+    model on these bodies, for a medium of size 1. `values`, `errors` (k,): measured value and its standard error,
+    N/cm^3.
     """
 
     weights: FloatArray
@@ -102,7 +103,7 @@ class ObservedSystem:
     def of(
         cls, observations: Sequence[Observation], nodes: Angles, mean: FloatArray, root: FloatArray
     ) -> ObservedSystem:
-        """Make the system for the nodes (beta, gamma), rad; observations of one body share the error of the force model."""
+        """Make the system for nodes (beta, gamma), rad; observations of one body share an error of the model."""
         mean_z, mean_x = mean.reshape(2, -1)
         mean_profile = TableProfile(mean_z, mean_x, *nodes)
         by_body: dict[int, list[Observation]] = {}
@@ -112,7 +113,7 @@ class ObservedSystem:
         return cls(groups, mean, root)
 
     def first_size(self) -> float:
-        """Estimate the size of the medium from the forces alone, by least squares of force over load; NaN if undetermined."""
+        """Estimate the size of the medium from the forces, by least squares of force over load; else NaN."""
         forces_times_expected = expected_squared = 0.0
         for group in self.groups:
             expected = group.weights @ self.mean + group.offset
@@ -149,9 +150,9 @@ class ObservedSystem:
 class _Group(NamedTuple):
     """The q measured forces on one body, of all its observations.
 
-    `weights` (q, 2 n): of alpha at the nodes. `offset` (q,): force by the known error of the force model, and `load` (q,): load
-    without cancellation, both for a medium of size 1, N. `forces`, `errors` (q,): measured, N. `correlation` (q, q):
-    covariance of the relative error of the force model.
+    `weights` (q, 2 n): of alpha at the nodes. `offset` (q,): force by the known error of the force model, and `load`
+    (q,): load without cancellation, both for a medium of size 1, N. `forces`, `errors` (q,): measured, N. `correlation`
+    (q, q): covariance of the relative error of the force model.
     """
 
     weights: FloatArray
@@ -199,7 +200,7 @@ class _Group(NamedTuple):
         )
 
     def whitened(self, size: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return weights, offset and forces, transformed so that their errors are independent with standard deviation 1."""
+        """Return weights, offset and forces, transformed so that their errors are independent and 1."""
         from scipy.linalg import solve_triangular
 
         load = size * self.load

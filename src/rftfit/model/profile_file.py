@@ -81,7 +81,8 @@ def write_profile(
     window : tuple of float, optional
         Least and greatest depth at which alpha was measured, cm; default: those of the medium.
     made_from : mapping of str to str, optional
-        SHA-256 of the files that alpha was calculated from, by name; default: the alpha table of a medium of a campaign.
+        SHA-256 of the files that alpha was calculated from, by name; default: the alpha table of a medium of a
+        campaign.
 
     Raises
     ------
@@ -163,9 +164,10 @@ def _describe_origin(profile: Map | TableProfile) -> dict[str, Any]:
 
 
 def _list_directions(table: TableProfile, pushed: FloatArray) -> dict[str, Any]:
-    """List alpha of a table and its draws, each direction once, and the pushes if they are not the directions with alpha.
+    """List alpha and draws of a table, each direction once, and the pushes if they are not just these directions.
 
-    `pushed`: shape (6, n), rows as in `TableProfile.pushed`. Returns the keys "directions", "errors" and "pushes" of a file.
+    `pushed`: shape (6, n), rows as in `TableProfile.pushed`. Returns the keys "directions", "errors" and "pushes" of a
+    file.
     """
     beta, gamma = (axis.ravel() for axis in np.meshgrid(table.beta, table.gamma, indexing="ij"))
     cells, listed = each_once(beta, gamma)
@@ -371,7 +373,7 @@ def _parse(text: str, file: ModelFile[ProfileFile]) -> None:
 
 
 def _check_content(file: ModelFile[ProfileFile]) -> ProfileFile:
-    """Check ``file.data`` by the schema and by rules that no schema can state; raise CampaignError with all problems."""
+    """Check ``file.data`` by the schema and by further rules; raise CampaignError with all problems."""
     if file.data is not None:
         check_model(file, ProfileFile)
     content = file.model

@@ -41,8 +41,8 @@ from rftfit.reference import BETA_DEG, GAMMA_DEG, MEDIA, alpha_grid, coefficient
 IndexArray = npt.NDArray[np.signedinteger]
 
 KINDS = ("table", "map", "fourier", "generic", "depth_only")
-"""Kinds of profile of a medium: measured alpha; alpha completed by the shape that known media share; nine terms fitted to
-it; zeta times the generic nine terms; depth-only."""
+"""Kinds of profile of a medium: measured alpha; alpha completed by the shape that known media share; nine terms fitted
+to it; zeta times the generic nine terms; depth-only."""
 
 PUBLISHED_KINDS = tuple(kind for kind in KINDS if kind != "map")
 """Kinds of profile of a published medium: no map, since every direction was pushed."""
@@ -73,12 +73,12 @@ def weighted_sum(values: FloatArray, weights: FloatArray) -> FloatArray:
 
 ANY_DEPTH = (0.0, float("inf"))
 PAPER_WINDOW = (0.3, 9.0)
-"""Least and greatest depth of the paper's plates, cm: half the thickness of a level plate, and the 15 cm of the container less
-the 6 cm kept from its bottom."""
+"""Least and greatest depth of the paper's plates, cm: half the thickness of a level plate, and the 15 cm of the
+container less the 6 cm kept from its bottom."""
 
 EPS = 0.28
-"""Usual relative error of the force model (`rftfit.forces.model_error`), from the measured legs of Fig. S5 (five media, three
-legs, forces by the measured table)."""
+"""Usual relative error of the force model (`rftfit.forces.model_error`), from the measured legs of Fig. S5 (five
+media, three legs, forces by the measured table)."""
 
 
 class KnownMedium(ABC):
@@ -150,7 +150,8 @@ class Profile(KnownMedium):
         Relative error of the force model itself in this medium (`rftfit.forces.model_error`), known for tables and
         maps; NaN for a profile of another form.
     beside : callable or None
-        Function that returns the table or the map of the same medium, whose forces are shown beside those of nine terms.
+        Function that returns the table or the map of the same medium, whose forces are shown beside those of nine
+        terms.
 
     Examples
     --------
@@ -272,7 +273,7 @@ class Profile(KnownMedium):
 
 
 FAR_DEG = 18.0
-"""Half the diagonal of the largest cell of the published grid: the greatest distance of a direction from the pushes there."""
+"""Half the diagonal of the largest cell of the published grid: greatest distance of a direction from its pushes."""
 
 
 class TableProfile(Profile):
@@ -453,7 +454,7 @@ class TableProfile(Profile):
         name: str = "",
         reason: str = "",
     ) -> TableProfile:
-        """Make a table of alpha (..., nb, ng) on a complete grid: beta from -pi/2 to pi/2, gamma from -pi to pi, both ends."""
+        """Make a table of alpha (..., nb, ng) on a complete grid: beta -pi/2 to pi/2, gamma -pi to pi, both ends."""
         profile = cls.__new__(cls)
         profile.name, profile.reason, profile.spread, profile.scattered = name, reason, None, False
         profile.beta, profile.gamma = beta, gamma
@@ -560,9 +561,10 @@ class TableProfile(Profile):
     ) -> tuple[FloatArray, FloatArray]:
         """Sum |alpha| times a factor over n elements in p poses, for each draw.
 
-        `factors`, `beta`, `gamma` (rad): shape (p, n). Returns the sums of |alpha_z| and of |alpha_x|, shape (draws, p). An
-        unknown alpha counts as 0. Where all nodes around an element have one sign in all draws, |alpha| is linear in the
-        nodes, and these elements are summed at once. The others are interpolated draw by draw, in single precision.
+        `factors`, `beta`, `gamma` (rad): shape (p, n). Returns the sums of |alpha_z| and of |alpha_x|, shape (draws,
+        p). An unknown alpha counts as 0. Where all nodes around an element have one sign in all draws, |alpha| is
+        linear in the nodes, and these elements are summed at once. The others are interpolated draw by draw, in single
+        precision.
         """
         corners = [
             (row * self.gamma.size + col, weight >= NEGLIGIBLE)
@@ -625,7 +627,7 @@ def _name_of_cell(beta_deg: float, gamma_deg: float) -> tuple[float, float]:
 
 
 REACH_DEG = 35.0
-"""Greatest distance from a push, the root of the squared differences of both angles, at which scattered pushes give alpha."""
+"""Greatest distance from a push, in beta and gamma as the sides of a right angle, where scattered pushes give alpha."""
 
 _ROWS_AT_ONCE = 128
 """Rows of `sum_nodes` that are summed at once."""
@@ -677,8 +679,8 @@ def _triangulate(
     image = np.concatenate([nodes[::-1, half::-1], nodes[::-1, -2 : half - 1 : -1]], axis=1).ravel()
 
     def interpolate(alpha: FloatArray, sign: float) -> FloatArray:
-        # four directions on a circle make two triangles in either of two ways, and an image may have the other one: the mean
-        # of both is symmetric
+        # four directions on a circle make two triangles in either of two ways, and an image may have the other one:
+        # the mean of both is symmetric
         symmetric_weights = (weights + sign * weights[image]) / 2
         values = (symmetric_weights @ alpha.reshape(-1, alpha.shape[-1]).T).T
         values = np.where(is_near & is_near[image], values, np.nan)
@@ -839,7 +841,7 @@ class DepthOnlyProfile(Profile):
 
     @classmethod
     def of(cls, profile: Profile, name: str = "depth-only") -> DepthOnlyProfile:
-        """Make the baseline from alpha of another profile in three directions; its spread from the spread of this profile.
+        """Make the baseline, and its spread, from alpha of another profile in three directions.
 
         Parameters
         ----------

@@ -63,7 +63,7 @@ def alpha_3drft(
 def turn_and_cap(
     stress: FloatArray, normal: FloatArray, velocity: FloatArray, friction: float
 ) -> FloatArray:
-    """Correct a stress on a face: its normal part must push the face, its tangential part must resist, up to the friction.
+    """Correct a stress on a face: its normal part must push, its tangential part resist, up to the friction.
 
     A part with the wrong sign is reversed. All vectors: shape (..., d).
     """

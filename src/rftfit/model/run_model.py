@@ -4,9 +4,9 @@ The slopes y of a run (z and x) are the sum of those of its direction and of an 
 
     y_i = E(direction of i) + e_i,    E = s (m + d),    d ~ N(0, lambda P + L)
 
-s is the size of the medium. m and P are mean and covariance of the shape of known media (`rftfit.model.shapes`), where P
-includes `Freedom`, further differences between media. L is the covariance of errors that repeats of a direction share.
-`Scatter` gives the covariance of e; `RunGaussian` solves linear systems with the covariance of all slopes.
+s is the size of the medium. m and P are mean and covariance of the shape of known media (`rftfit.model.shapes`), where
+P includes `Freedom`, further differences between media. L is the covariance of errors that repeats of a direction
+share. `Scatter` gives the covariance of e; `RunGaussian` solves linear systems with the covariance of all slopes.
 """
 
 from __future__ import annotations
@@ -46,7 +46,8 @@ class Scatter(NamedTuple):
     def covariance(self, alpha: FloatArray, se: FloatArray) -> FloatArray:
         """Return the covariance of the slopes of each run, shape (n, 2, 2).
 
-        `alpha`, `se`: alpha of the direction of each run and standard errors of its slopes, shape (2, n), z first, N/cm^3.
+        `alpha`, `se`: alpha of the direction of each run and standard errors of its slopes, shape (2, n), z first,
+        N/cm^3.
         """
         size = np.hypot(*alpha)
         largest = size.max(initial=0.0)
@@ -99,8 +100,8 @@ def prior_at(
 class RunGaussian:
     """Covariance V of the slopes of n runs in m directions about a known mean.
 
-    Linear systems with V are solved with matrices of size 2 m, not 2 n (Woodbury): V = D + Z P Z', where D is `scatter`, P is
-    `shared`, and Z gives each run the values of its direction.
+    Linear systems with V are solved with matrices of size 2 m, not 2 n (Woodbury): V = D + Z P Z', where D is
+    `scatter`, P is `shared`, and Z gives each run the values of its direction.
 
     Attributes
     ----------

@@ -1,7 +1,7 @@
 """Scaling between media by the paper's routine: zeta, chi, generic coefficients M0, and nine terms of a further medium.
 
-M are the nine coefficients of a medium, zeta is the alpha_z(0, 90 deg) that they give, and chi is measured alpha_z(0, 90 deg)
-over zeta. M0 is the mean of M / zeta over the reference media.
+M are the nine coefficients of a medium, zeta is the alpha_z(0, 90 deg) that they give, and chi is measured alpha_z(0,
+90 deg) over zeta. M0 is the mean of M / zeta over the reference media.
 """
 
 from __future__ import annotations
@@ -94,8 +94,8 @@ class Scaled:
         of_media : numpy.ndarray, shape (media, ...)
             Same quantity of each reference medium, divided by its zeta.
         measured : bool, optional
-            True if `of_media` follow from measured alpha, not from nine terms: their mean error by nine terms then widens
-            the interval too.
+            True if `of_media` follow from measured alpha, not from nine terms: their mean error by nine terms then
+            widens the interval too.
 
         Returns
         -------
@@ -151,8 +151,8 @@ def scale_new_medium(
 def alpha_of_test(cell: pd.Series[Any], confidence: float) -> tuple[float, float]:
     """Return alpha_z of a penetration test and its standard error for `scale_new_medium`, N/cm^3.
 
-    `cell`: row of an alpha table; `confidence`: level of its interval. The standard error of few runs is poorly known, and
-    their interval wider for this: the error is enlarged so that a nearly normal interval is as wide.
+    `cell`: row of an alpha table; `confidence`: level of its interval. The standard error of few runs is poorly known,
+    and their interval wider for this: the error is enlarged so that a nearly normal interval is as wide.
     """
     alpha, se, lo, hi = (float(cell[column("z", end)]) for end in ("", "_se", "_lo", "_hi"))
     wide = (hi - lo) / 2 / float(student_quantile(confidence, _TEST_DOF))
@@ -211,7 +211,8 @@ def reference_from(
 ) -> Reference:
     """Make a `Reference`.
 
-    `chi`: by medium. `coefficients`: of these media, N/cm^3, and of `GENERIC`. `tables`: measured alpha by medium, N/cm^3.
+    `chi`: by medium. `coefficients`: of these media, N/cm^3, and of `GENERIC`. `tables`: measured alpha by medium,
+    N/cm^3.
     """
     scaled_coefficients = np.stack([coefficients[medium] for medium in chi])
     # not the printed zeta, which is rounded: with the sum alpha_z(0, 90 deg) of each scaled profile is exactly 1
@@ -468,8 +469,8 @@ def scale_by_paper(
 ) -> ScaledMedium:
     """Turn one vertical penetration test into nine terms by the scaling routine of the paper, S9.
 
-    Use it to compare with the paper: forces by nine terms have no interval for the error of the force model. From the same push
-    `rftfit.scale` estimates a map, whose forces have one.
+    Use it to compare with the paper: forces by nine terms have no interval for the error of the force model. From the
+    same push `rftfit.scale` estimates a map, whose forces have one.
 
     Parameters
     ----------
@@ -511,8 +512,8 @@ def scale_by_paper(
 
 
 AS_PRINTED = "dft-index, printed terms"
-"""Method: the transform with the terms that Table S2 prints as non-zero, a selection that the paper's rule of 0.05 A00 does not
-explain."""
+"""Method: the transform with the terms that Table S2 prints as non-zero, a selection that the paper's rule of 0.05 A00
+does not explain."""
 
 ALL_METHODS = ("lsq", "dft-index", AS_PRINTED)
 
@@ -524,8 +525,9 @@ FEWEST_MEDIA = 2
 class MediumFit:
     """Nine coefficients of one medium fitted by one method, N/cm^3, shape (9,).
 
-    `full`: with all nine terms. `keep`: True for the terms that are kept. `used`: fitted again with the kept terms alone, 0 for
-    the others; NaN if there is no fit, with the reason in `why`. `without_flagged`: `used` if flagged cells are left out.
+    `full`: with all nine terms. `keep`: True for the terms that are kept. `used`: fitted again with the kept terms
+    alone, 0 for the others; NaN if there is no fit, with the reason in `why`. `without_flagged`: `used` if flagged
+    cells are left out.
     `alpha_z`: measured alpha_z(0, 90 deg), N/cm^3. `table`: the alpha table that was fitted.
     """
 
@@ -547,7 +549,7 @@ class MediumFit:
 
     @property
     def counts(self) -> bool:
-        """True if the medium is used for means over media: it has coefficients, and its checks do not make it unusable."""
+        """True if the medium counts in means over media: it has coefficients, and no check makes it unusable."""
         return not self.reason and is_usable(self.table)
 
     @property
@@ -666,7 +668,7 @@ def _fit_coefficients(
 
 
 def generic_interval(fits: Sequence[MediumFit], confidence: float) -> tuple[FloatArray, FloatArray]:
-    """Return the interval of M0, the mean of M / zeta over media whose errors are independent; each fit has coefficients."""
+    """Return the interval of M0, the mean of M / zeta over media with independent errors; each fit has M."""
     terms = [fit.draws / fit.zeta_draws[:, None] / len(fits) for fit in fits]
     return interval_of_sum(terms, [fit.dof for fit in fits], confidence)
 
@@ -697,5 +699,5 @@ def routine(method: str, *, printed: bool = False) -> str:
 
 
 def routines(method: str) -> tuple[str, str]:
-    """Return both names of the method that a natural sand may have: by media of the campaign, and by published media."""
+    """Return the names of the method of a natural sand: by media of the campaign, and by published media."""
     return routine(method), routine(method, printed=True)

@@ -5,14 +5,14 @@ and every push corrects it:
 
     alpha = s (m + d),   d ~ N(0, lambda (C + (1 - w) K + w R)),   the medium takes energy everywhere
 
-Here s is the unknown size of this medium (root mean square of alpha over the published grid), m the mean shape and C the
-covariance of the known media. A smooth covariance K and a rough one R allow a further medium to differ from all known ones.
-The pushes determine s, how far the medium departs from the known shape (lambda) and how roughly (w). The map consists of
-draws from the posterior: their mean is alpha, their quantiles are its interval.
+Here s is the unknown size of this medium (root mean square of alpha over the published grid), m the mean shape and C
+the covariance of the known media. A smooth covariance K and a rough one R allow a further medium to differ from all
+known ones. The pushes determine s, how far the medium departs from the known shape (lambda) and how roughly (w). The
+map consists of draws from the posterior: their mean is alpha, their quantiles are its interval.
 
-The known tables have lines 30 degrees apart in beta. Between the lines m is not bilinear: it follows the law 3D-RFT, whose
-difference from bilinear values is called the course here. It is not fitted. C includes the differences between the courses
-of several frictions, and the course itself, since a further medium may have none of it or twice as much.
+The known tables have lines 30 degrees apart in beta. Between the lines m is not bilinear: it follows the law 3D-RFT,
+whose difference from bilinear values is called the course here. It is not fitted. C includes the differences between
+the courses of several frictions, and the course itself, since a further medium may have none of it or twice as much.
 """
 
 from __future__ import annotations
@@ -72,7 +72,8 @@ class Variation(NamedTuple):
     """Prior of the difference of a further medium from the known ones: amplitude and correlation lengths of K and R.
 
     `floor`, `share`: K has the standard deviation floor + share |m|, for a shape of size 1.
-    `smooth`: share of the variance of K with a smooth kernel (squared exponential); the rest has a rough one (Matern 3/2).
+    `smooth`: share of the variance of K with a smooth kernel (squared exponential); the rest has a rough one (Matern
+    3/2).
     `smooth_beta`, `smooth_gamma`, `rough_beta`, `rough_gamma`: correlation lengths of these two kernels, as chords
         between points (cos 2 beta, sin 2 beta) and between points (cos gamma, sin gamma).
     `media`: factor on the covariance of the known media.
@@ -157,10 +158,10 @@ class Shapes:
         return float(log_ratios.std(ddof=1)) * np.sqrt(1 + 1 / log_ratios.size), allowed
 
     def horizontal_error(self, seen: float) -> float:
-        """Return the standard deviation of an estimate of log(alpha_x / alpha_z) of a medium that belongs to the known ones.
+        """Return the standard deviation of an estimate of log(alpha_x / alpha_z) of a medium like the known ones.
 
-        `seen`: standard error of the estimate from some pushes by `_Likelihood.horizontal`. It includes what C and K allow,
-        which is replaced by the scatter of the known media.
+        `seen`: standard error of the estimate from some pushes by `_Likelihood.horizontal`. It includes what C and K
+        allow, which is replaced by the scatter of the known media.
         """
         known_spread, allowed = self.horizontal_spread
         return float(np.sqrt(known_spread**2 + max(seen**2 - allowed**2, 0.0)))
@@ -198,8 +199,8 @@ class Shapes:
     def slopes(self, beta_deg: FloatArray, gamma_deg: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the mean shape in n directions, (2, n), and its slopes over beta and gamma, per degree, (2, n, 2).
 
-        A slope is the root mean square of the slopes to both sides, with the sign of their sum: at a maximum or a corner of
-        alpha their mean would be too small.
+        A slope is the root mean square of the slopes to both sides, with the sign of their sum: at a maximum or a
+        corner of alpha their mean would be too small.
         """
         steps = SLOPE_STEP_DEG * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]])
         beta, gamma = (
@@ -235,12 +236,12 @@ class Shapes:
 
     @property
     def tilt(self) -> float:
-        """Exponent by which media of a large effort are made less likely (`_Posterior.draws`): `TILT_SHARE` of the full tilt."""
+        """Exponent that makes media of large effort less likely (`_Posterior.draws`): `TILT_SHARE` of the full tilt."""
         return TILT_SHARE * self._full_tilt if TILT_SHARE else 0.0
 
     @cached_property
     def _full_tilt(self) -> float:
-        """Exponent with which media of the prior that take energy everywhere have on average the effort of the mean shape.
+        """Exponent with which media of the prior that take energy have on average the effort of the mean shape.
 
         Without it they would have more: media that give energy back are left out.
         """
@@ -286,7 +287,7 @@ SLOPE_STEP_DEG = 5.0
 
 
 class _Blocks(NamedTuple):
-    """A symmetric matrix that is 0 outside of some blocks, which saves memory: 27 instead of 54 MB for a thousand pushes.
+    """A symmetric matrix that is 0 outside of some blocks: 27 instead of 54 MB for a thousand pushes.
 
     `places`: for each block the indices of its rows (and columns) in the matrix, increasing. `squares`: its numbers.
     """
@@ -342,7 +343,7 @@ class _Prior(NamedTuple):
         )
 
     def by_blocks(self, counts: Sequence[int]) -> _Prior:
-        """Reorder all z, then all x, into blocks: z and x of the first directions, then of the next; `counts` of directions."""
+        """Reorder all z, then all x, into blocks of directions, each z, then x; `counts`: directions of each."""
         places = np.arange(self.mean.size).reshape(2, -1)
         ends = np.cumsum([0, *counts])
         blocks = [places[:, start:stop].ravel() for start, stop in pairwise(ends)]
@@ -376,7 +377,7 @@ class _Prior(NamedTuple):
 def _symmetric_correlation(
     beta: FloatArray, gamma: FloatArray, kernel: Callable[[FloatArray, FloatArray], FloatArray]
 ) -> _Blocks:
-    """Return the correlations, by a kernel of chords, of functions on the torus (2 beta, gamma) with the symmetry of alpha.
+    """Return correlations, by a kernel of chords, of functions on the torus (2 beta, gamma) with alpha's symmetry.
 
     Alpha_z is even under the mirror image; its variance is scaled to 1 everywhere. Alpha_x is odd; its variance
     goes to 0 where a direction is its own mirror image. Returns two blocks, z and x.
@@ -502,8 +503,8 @@ FRICTIONS = (0.2, 0.4, 0.8)
 def course_between_lines(beta: FloatArray, gamma: FloatArray) -> FloatArray:
     """Return 3D-RFT less its bilinear interpolation on the published grid, for each of `FRICTIONS`.
 
-    For media whose alpha_z(0, 90 deg) is 1, in n directions (rad); shape (frictions, 2 n): z, then x. On the published grid
-    the course is 0.
+    For media whose alpha_z(0, 90 deg) is 1, in n directions (rad); shape (frictions, 2 n): z, then x. On the published
+    grid the course is 0.
     """
     return np.stack([_law_less_its_lines(friction, beta, gamma) for friction in FRICTIONS])
 
@@ -564,7 +565,7 @@ class Pushes(NamedTuple):
 NO_PUSHES = Pushes(np.zeros(0), np.zeros(0), np.zeros((2, 0)), np.zeros((0, 0)))
 
 USUAL_PERCENT, LEAST_PERCENT = 100 * USUAL_BED_SPREAD, 1.0
-"""Two parts of the error of a push without a stated one: relative to its alpha (scatter of beds), and to the largest alpha."""
+"""Parts of an error that is not stated: relative to alpha of the push (scatter of beds), and to the largest alpha."""
 
 
 def usual_error(
@@ -576,7 +577,7 @@ def usual_error(
 
 
 def sorted_pushes(pushes: Columns) -> Pushes:
-    """Return the pushes of a table as `estimate_map` accepts it, sorted, so that the order of its rows has no effect."""
+    """Return the pushes of a table for `estimate_map`, sorted, so that the order of its rows has no effect."""
     angles_deg, alpha, se = _read_columns(pushes)
     order = np.lexsort([alpha[1], alpha[0], angles_deg[1], angles_deg[0]])
     beta_deg, gamma_deg = angles_deg[:, order]
@@ -584,7 +585,7 @@ def sorted_pushes(pushes: Columns) -> Pushes:
 
 
 def _read_columns(pushes: Columns) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return angles (deg), alpha and standard errors (N/cm^3) of a table of n pushes, each of shape (2, n); NaN: not stated."""
+    """Return angles (deg), alpha and standard errors (N/cm^3) of n pushes, each of shape (2, n); NaN: not stated."""
     name_of_alias = {name: column.name for column in ALPHA.columns for name in column.also}
     columns = {name_of_alias.get(str(name), str(name)): pushes[name] for name in pushes}
     if len(columns) < len([*pushes]):
@@ -607,8 +608,8 @@ def _read_columns(pushes: Columns) -> tuple[FloatArray, FloatArray, FloatArray]:
 def push_straight_down(pushes: Columns, confidence: float) -> tuple[float, float] | None:
     """Find alpha_z(0, 90 deg) among pushes, and its standard error, N/cm^3; None if no plate was pushed straight down.
 
-    The error of a single push is the stated error, or 0 if none is stated. For several pushes it is the error of their mean,
-    calculated as for a map.
+    The error of a single push is the stated error, or 0 if none is stated. For several pushes it is the error of their
+    mean, calculated as for a map.
     """
     angles_deg, alpha, se = _read_columns(pushes)
     places, _ = _same_direction_or_mirror(0.0, math.pi / 2, *np.radians(angles_deg))
@@ -641,8 +642,9 @@ def estimate_map(
         One row for each push: ``beta_deg, gamma_deg``, ``alpha_z_N_per_cm3`` and, if it was measured,
         ``alpha_x_N_per_cm3``; standard errors ``se_z``, ``se_x``: an error that is not stated is assumed to be
         5 % of alpha and 1 % of the largest alpha. Pushes of one direction that differ by more than their errors explain
-        have the error that their scatter shows, and so has the next bed. ``depth_from_cm, depth_to_cm``: least and largest
-        depth behind alpha; deeper predictions have a warning. Column names: any that ``rftfit scale --pushes`` accepts.
+        have the error that their scatter shows, and so has the next bed. ``depth_from_cm, depth_to_cm``: least and
+        largest depth behind alpha; deeper predictions have a warning. Column names: any that ``rftfit scale --pushes``
+        accepts.
     shapes : Shapes, optional
         Known media, from whose shape the prior is made; default: the five published media.
     confidence : float, optional
@@ -785,8 +787,8 @@ def _by_direction(pushes: Pushes) -> Iterator[tuple[npt.NDArray[np.intp], FloatA
 class _Repeats(NamedTuple):
     """One component, z or x, of n pushes of the same direction.
 
-    `places`: their rows in `Pushes.covariance`. `alpha`: shape (n,), N/cm^3, with signs as if all were in the direction of
-    the first push.
+    `places`: their rows in `Pushes.covariance`. `alpha`: shape (n,), N/cm^3, with signs as if all were in the direction
+    of the first push.
     """
 
     places: npt.NDArray[np.intp]
@@ -806,9 +808,9 @@ def _repeats_of(pushes: Pushes) -> Iterator[_Repeats]:
 def with_scatter_of_repeats(pushes: Pushes, confidence: float) -> Pushes:
     """Return pushes whose errors are as large as the scatter of pushes in one direction shows.
 
-    Pushes without a stated error get the error of `spread_of_beds`, as the runs of a campaign do. Pushes with a stated error get
-    the error by their scatter if it is larger than their errors explain. The scatter of few pushes is poorly known: the error
-    is enlarged so that the normal interval is as wide as Student's.
+    Pushes without a stated error get the error of `spread_of_beds`, as the runs of a campaign do. Pushes with a stated
+    error get the error by their scatter if it is larger than their errors explain. The scatter of few pushes is poorly
+    known: the error is enlarged so that the normal interval is as wide as Student's.
     """
     repeats = [*_repeats_of(pushes)]
     if not repeats:
@@ -842,9 +844,10 @@ def with_scatter_of_repeats(pushes: Pushes, confidence: float) -> Pushes:
 
 
 def bed_spread_of_repeats(pushes: Pushes, confidence: float) -> float:
-    """Return the relative standard deviation of a further bed: the usual one, or the scatter of repeated pushes if larger.
+    """Return the relative standard deviation of a further bed: the usual one, or the scatter of repeats if larger.
 
-    The scatter is the root mean square over directions and components, weighted by degrees of freedom and by alpha squared.
+    The scatter is the root mean square over directions and components, weighted by degrees of freedom and by alpha
+    squared.
     """
     squares, weights = 0.0, 0.0
     for _, alpha in _repeats_of(pushes):
@@ -903,7 +906,7 @@ def merged(pushes: Pushes) -> Pushes:
 
 
 def nodes_of(table: pd.DataFrame) -> Nodes:
-    """Return the nodes for the map of a medium, with the lines of its alpha table if they are a grid of moderate size."""
+    """Return the nodes for the map of a medium, with the lines of its table if they are a grid of moderate size."""
     lines_deg = tuple(table[name].unique() for name in ("beta_deg", "gamma_deg"))
     coarse = grid(*lines_deg)
     if rectangle(*directions(table)) is None or coarse[0].size > _CHOSEN.most_nodes:
@@ -1004,7 +1007,7 @@ def estimate(
 
 
 class _Measurements(NamedTuple):
-    """Measured numbers `y` (n,), covariance of their `errors` (n, n), the `prior`, and `seen` (n,), the indices of `y` in it."""
+    """Measured numbers `y` (n,), covariance of their `errors`, and `seen` (n,), the indices of `y` in the `prior`."""
 
     prior: _Prior
     seen: npt.NDArray[np.intp]
@@ -1015,7 +1018,8 @@ class _Measurements(NamedTuple):
 def _places_of_nodes(pushes: int, coarse: int, count: int) -> npt.NDArray[np.intp]:
     """Return the indices in the prior of `estimate` of alpha at the sorted nodes, z then x.
 
-    The blocks of the prior are pushes, the `coarse` nodes of the published grid, and other nodes; `count`: of all nodes.
+    The blocks of the prior are pushes, the `coarse` nodes of the published grid, and other nodes; `count`: of all
+    nodes.
     """
     grid_start = 2 * pushes
     fine_start = grid_start + 2 * coarse
@@ -1037,8 +1041,8 @@ def _with_contacts(
 ) -> _Measurements:
     """Add the rows of contacts behind those of the pushes.
 
-    The error of the force model is proportional to the size of the medium, which depends on these rows: rows and size are
-    calculated in turn until the size does not change.
+    The error of the force model is proportional to the size of the medium, which depends on these rows: rows and size
+    are calculated in turn until the size does not change.
     """
     prior = measured.prior
     # C + K + R, more than any medium has: no useful combination of forces is left out
@@ -1105,8 +1109,8 @@ _DEPARTURES = np.exp(0.28 * np.arange(-4, 12))
 class _PushedNodes:
     """Nodes of the map that were pushed, whose alpha is the measured one with its error.
 
-    `measured` (n,): True for pushed nodes. `places`: indices of their numbers among the 2 n of the nodes; `rows`: index of each
-    number among the used numbers of the pushes; `signs`: -1 for alpha_x of a mirror image.
+    `measured` (n,): True for pushed nodes. `places`: indices of their numbers among the 2 n of the nodes; `rows`: index
+    of each number among the used numbers of the pushes; `signs`: -1 for alpha_x of a mirror image.
     """
 
     def __init__(self, nodes: Angles, pushes: Pushes, used: npt.NDArray[np.bool_]) -> None:
@@ -1137,8 +1141,8 @@ class _PushedNodes:
 class _Posterior:
     """Posterior of a medium, on a grid of its size s, departure lambda and share w of R, and draws of alpha from it.
 
-    The prior has three blocks: pushes, nodes of the published grid, other nodes; in each z, then x. `seen`: indices of the
-    measured numbers `y` in the prior.
+    The prior has three blocks: pushes, nodes of the published grid, other nodes; in each z, then x. `seen`: indices of
+    the measured numbers `y` in the prior.
     """
 
     def __init__(
@@ -1195,11 +1199,12 @@ class _Posterior:
         used: npt.NDArray[np.bool_],
         tilt: float,
     ) -> tuple[FloatArray, float]:
-        """Draw alpha at the nodes, shape (draws, 2, n); return also the share of draws rejected because they give energy back.
+        """Draw alpha at the nodes, (draws, 2, n); return also the share of draws rejected as they give energy back.
 
-        The first `coarse` nodes are those of the published grid. A draw that gives energy back there is rejected. Any other is
-        kept with the probability exp(-tilt (T - least T of the first draws)), where T is its `mean_effort`. The nodes
-        between the lines are then drawn until the medium takes energy there too, at most `most_completed` times.
+        The first `coarse` nodes are those of the published grid. A draw that gives energy back there is rejected. Any
+        other is kept with the probability exp(-tilt (T - least T of the first draws)), where T is its `mean_effort`.
+        The nodes between the lines are then drawn until the medium takes energy there too, at most `most_completed`
+        times.
         """
         random = np.random.default_rng(SEED)
         grid_nodes = nodes[0][:coarse], nodes[1][:coarse]
@@ -1269,7 +1274,8 @@ class _Posterior:
         pull = np.empty((DRAWS, self.y.size))
         variance = s**2 * departures
         for place in shares_drawn:
-            # the root is triangular: the numbers of the pushes, the first ones, depend on the first normal numbers alone
+            # the root is triangular: the numbers of the pushes, the first ones, depend on the first normal numbers
+            # alone
             root = self._root_and_towards(place)[0][: self.seen[-1] + 1, _as_slice(self.seen)]
             of_share = np.flatnonzero(share_index == place)
             blocks = -(-of_share.size * self.y.size // _CHOSEN.numbers_at_once)
@@ -1289,9 +1295,10 @@ class _Posterior:
         pushed_nodes: _PushedNodes,
         random: np.random.Generator,
     ) -> FloatArray:
-        """Add to draws at the nodes of the published grid, (draws, 2, coarse), alpha at the other nodes; returns (draws, 2, n).
+        """Add alpha at the other nodes to draws on the published grid, (draws, 2, coarse); returns (draws, 2, n).
 
-        Next to a push that gives energy back, by its error, every completion may give energy back: the last one is then kept.
+        Next to a push that gives energy back, by its error, every completion may give energy back: the last one is then
+        kept.
         """
         place_count, size = batch.normals.shape[1], self.prior.mean.size
         if place_count == size:
@@ -1344,7 +1351,7 @@ class _Posterior:
         normals: npt.NDArray[np.float32],
         places: slice,
     ) -> FloatArray:
-        """Draw the part of alpha at the last n nodes, `places`, that alpha at the others does not determine, (draws, 2, n)."""
+        """Draw the part of alpha at the last n nodes that alpha at the others does not determine, (draws, 2, n)."""
         alpha = np.empty((unfinished.size, places.stop - places.start))
         share_index = batch.share_index[unfinished]
         spread = batch.s[unfinished] * np.sqrt(batch.departures[unfinished])
@@ -1367,8 +1374,8 @@ def _as_slice(places: npt.NDArray[np.intp]) -> npt.NDArray[np.intp] | slice:
 class _Batch(NamedTuple):
     """Draws before alpha is calculated, one row for each draw.
 
-    `share_index`: index of w in `_Posterior.rough_shares`. `s`: size. `departures`: lambda. `normals`: normal numbers of the
-    prior. `pull`: correction by the pushes. `noise`: drawn errors of the pushes.
+    `share_index`: index of w in `_Posterior.rough_shares`. `s`: size. `departures`: lambda. `normals`: normal numbers
+    of the prior. `pull`: correction by the pushes. `noise`: drawn errors of the pushes.
     """
 
     share_index: npt.NDArray[np.intp]
@@ -1397,7 +1404,8 @@ def _takes_energy(
 def mean_effort(alpha: FloatArray, nodes: Angles) -> FloatArray:
     """Return the mean of `work` over n nodes of the published grid relative to alpha_z(0, 90 deg), shape (draws,).
 
-    `alpha`: shape (draws, 2, n). The effort is infinite if a medium does not resist a plate that is pushed straight down.
+    `alpha`: shape (draws, 2, n). The effort is infinite if a medium does not resist a plate that is pushed straight
+    down.
     """
     down = np.argmin(np.abs(nodes[0]) + np.abs(nodes[1] - np.pi / 2))
     alpha_z_down = alpha[:, 0, down]
@@ -1432,9 +1440,9 @@ def _weigh(
 ) -> tuple[FloatArray, FloatArray]:
     """Return sizes (k,), evenly spaced in their logarithm, and the posterior weight of each w, lambda and size.
 
-    `likelihoods`: one for each w. `log_prior`: of w and lambda, shape (w, lambda, 1). The weights sum to 1. The prior of the
-    logarithm of the size is flat, but falls for sizes that the errors would hide: pushes in directions where media
-    have hardly any force would otherwise fit the weakest medium best.
+    `likelihoods`: one for each w. `log_prior`: of w and lambda, shape (w, lambda, 1). The weights sum to 1. The prior
+    of the logarithm of the size is flat, but falls for sizes that the errors would hide: pushes in directions where
+    media have hardly any force would otherwise fit the weakest medium best.
     """
     middle = likelihoods[0].first if fixed_size is None else fixed_size
     low, high = np.log(middle / _CHOSEN.widest), np.log(middle * _CHOSEN.widest)
@@ -1459,11 +1467,11 @@ def _weigh(
 class _Likelihood:
     """Likelihood of n measured numbers with normal errors, for any size and departure of the medium at one w.
 
-    After whitening, which makes the errors independent and 1, the covariance of the numbers is 1 + t (B B' + S): t is the
-    size squared times the departure, B (few columns) the differences of known media, and S the rest, (1 - w) K + w R. One
-    eigendecomposition of S serves every t, and B is a correction of few columns (Woodbury). If the errors of z and x are
-    independent, S has two parts, and the decomposition takes a quarter of the time. For few numbers, or if S has one part,
-    B B' is added to S instead.
+    After whitening, which makes the errors independent and 1, the covariance of the numbers is 1 + t (B B' + S): t is
+    the size squared times the departure, B (few columns) the differences of known media, and S the rest, (1 - w) K + w
+    R. One eigendecomposition of S serves every t, and B is a correction of few columns (Woodbury). If the errors of z
+    and x are independent, S has two parts, and the decomposition takes a quarter of the time. For few numbers, or if S
+    has one part, B B' is added to S instead.
 
     `seen`: indices of the numbers in the prior.
     """
@@ -1550,7 +1558,7 @@ class _Likelihood:
         return float(weights[0, 0] @ sizes)
 
     def _solve_in_axes(self, numbers: FloatArray, variance: FloatArray) -> FloatArray:
-        """Return the inverse covariance times numbers (draws, n) in the axes of `_to_axes`; `variance`: t, (draws, 1)."""
+        """Return the inverse covariance times numbers (draws, n) in these axes; `variance`: t, (draws, 1)."""
         diagonal = 1 + variance * self._values
         without_between = numbers / diagonal
         if not len(self._between):
@@ -1633,7 +1641,8 @@ class _Likelihood:
 class _EigenPart(NamedTuple):
     """Eigendecomposition of S for numbers that S and errors do not connect with others.
 
-    `places`: indices of the numbers. `values`: eigenvalues of whitened S. `axes`: its eigenvectors in rows, times the whitening.
+    `places`: indices of the numbers. `values`: eigenvalues of whitened S. `axes`: its eigenvectors in rows, times the
+    whitening.
     """
 
     places: npt.NDArray[np.intp]
@@ -1653,7 +1662,7 @@ class _EigenPart(NamedTuple):
 
 
 def _independent_parts(rest: _Blocks, errors: FloatArray) -> list[npt.NDArray[np.intp]]:
-    """Return the indices of numbers in two parts that neither S nor errors connect, or in one part if there are none."""
+    """Return the indices of numbers in two parts that neither S nor errors connect, or else in one part."""
     if len(rest.places) > 1 and not errors[np.ix_(*rest.places)].any():
         return [*rest.places]
     return [np.arange(len(errors))]
@@ -1692,7 +1701,7 @@ def root(covariance: FloatArray) -> FloatArray:
 def _same_direction_or_mirror(
     beta: float, gamma: float, betas: FloatArray, gammas: FloatArray
 ) -> tuple[npt.NDArray[np.intp], FloatArray]:
-    """Return the indices of directions equal to (beta, gamma), rad, or its mirror image, and the sign of alpha_x there."""
+    """Return indices of directions equal to (beta, gamma), rad, or its mirror image, and the sign of alpha_x."""
     nodes, signs = [], []
     for image, sign in (((beta, gamma), 1.0), (mirror(beta, gamma), -1.0)):
         image_deg = np.degrees([float(angle) for angle in image])

@@ -37,7 +37,7 @@ class Torus(NamedTuple):
     sign: FloatArray
 
     def complete(self, alpha_z: FloatArray, alpha_x: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return alpha_z and alpha_x in every direction, shape (..., m): means of the finite alpha of its cells (..., n)."""
+        """Return alpha_z and alpha_x in every direction, (..., m): means of the finite alpha of its cells (..., n)."""
         return self._mean(alpha_z, np.ones_like(self.sign)), self._mean(alpha_x, self.sign)
 
     def _mean(self, alpha: FloatArray, sign: FloatArray) -> FloatArray:
@@ -96,7 +96,8 @@ def each_once(beta: FloatArray, gamma: FloatArray) -> tuple[npt.NDArray[np.intp]
     cell = np.where(sorted_torus.cell < 0, beta.size, sorted_torus.cell)
     slot = cell.argmin(axis=1, keepdims=True)
     first_cells = np.take_along_axis(cell, slot, axis=1)[:, 0]
-    # a direction and its mirror image have the same cells: the first of these cells has one of the two itself, which is kept
+    # a direction and its mirror image have the same cells: the first of these cells has one of the two itself, which
+    # is kept
     unmirrored = np.flatnonzero(np.take_along_axis(sorted_torus.sign, slot, axis=1)[:, 0] > 0)
     unmirrored = unmirrored[np.argsort(first_cells[unmirrored])]
     listed = Torus(
@@ -125,8 +126,8 @@ class Rectangle(NamedTuple):
         """Extend the grid to beta from -90 to 90 and gamma from -180 to 180 degrees, where opposite ends are equal.
 
         If no line lies at an end, alpha there is interpolated. In a gap wider than `WIDEST_DEG` a line of
-        NaN is added. `alpha`: shape (..., m), in the directions of the torus. Returns beta, gamma (rad) and alpha on this
-        grid.
+        NaN is added. `alpha`: shape (..., m), in the directions of the torus. Returns beta, gamma (rad) and alpha on
+        this grid.
         """
         filled = np.where(self.node >= 0, alpha[..., self.node], np.nan)
         gamma, values = _close(self.gamma, filled, np.pi)

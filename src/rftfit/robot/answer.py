@@ -46,7 +46,7 @@ class SimulationAnswer:
 
     @property
     def ranges(self) -> dict[str, tuple[float, float]]:
-        """Least and greatest velocity, height, pitch and force on the tripods in the last two strides, by column of `tail`."""
+        """Least and greatest velocity, height, pitch and tripod forces in the last two strides, by column of `tail`."""
         names = ["velocity_x_cm_per_s", "z_cm", "pitch_deg"]
         tripods = ("force_z_tripod", "force_x_tripod")
         names += [name for name in map(str, self.tail) if name.startswith(tripods)]

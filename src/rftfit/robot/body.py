@@ -52,7 +52,7 @@ class Parts:
         return float((np.hypot(legs[:, 0], legs[:, 1]) + legs[:, 4]).max(initial=0.0))
 
     def place(self, state: FloatArray, turn: float, rate: float) -> list[FloatArray]:
-        """Return the elements of each group in a state, shape (members, n, 8), as `rftfit.forces.reference_kernel` needs them.
+        """Return the elements of each group in a state, (members, n, 8), for `rftfit.forces.reference_kernel`.
 
         `state`: shape (6,): x, z (cm), pitch (rad), and their rates. `turn`, `rate`: of the legs
         relative to the body, rad and rad/s.

@@ -1,4 +1,4 @@
-"""Forces of a measured medium on the bodies of any simulator, calculated at each time step from their places and velocities."""
+"""Forces of a measured medium on the bodies of any simulator, calculated at each time step."""
 
 from __future__ import annotations
 
@@ -33,9 +33,9 @@ MOST_TAU_DT_S2 = 2e-6
 class Ground:
     """A medium, below z = 0, under n bodies.
 
-    The forces follow from the mean alpha of the medium, without intervals, because another force would change the further motion.
-    For the spread of the result of a simulation, run it in several media: ``profile.spread`` holds draws of alpha. For one
-    motion that is known beforehand `predict` gives intervals.
+    The forces follow from the mean alpha of the medium, without intervals, because another force would change the
+    further motion. For the spread of the result of a simulation, run it in several media: ``profile.spread`` holds
+    draws of alpha. For one motion that is known beforehand `predict` gives intervals.
 
     Parameters
     ----------
@@ -49,12 +49,13 @@ class Ground:
     triangle_cm : float, optional
         Longest edge of a triangle.
     delta_mm, tau_s : float, optional
-        Elastic displacement of a face, and time for which its velocity is extrapolated: with these a body at rest does not
-        creep. 0: the plain law. No measurement gives delta: compare results with a third of it and with three times it.
+        Elastic displacement of a face, and time for which its velocity is extrapolated: with these a body at rest does
+        not creep. 0: the plain law. No measurement gives delta: compare results with a third of it and with three times
+        it.
     wheels : sequence of int, or mapping of int to array_like, shape (3,), optional
-        Numbers of the bodies that are wheels. The axle goes through the origin of the body, along y of its frame or along
-        the vector of the mapping. A wheel that is not convex leaves a rut, as in `Motion3D.roll`: behind its axle, faces
-        that face back do not count.
+        Numbers of the bodies that are wheels. The axle goes through the origin of the body, along y of its frame or
+        along the vector of the mapping. A wheel that is not convex leaves a rut, as in `Motion3D.roll`: behind its
+        axle, faces that face back do not count.
     track : bool, optional
         False: wheels leave no rut.
 
@@ -75,8 +76,8 @@ class Ground:
     Warns
     -----
     LimitWarning
-        One warning each, at the first step in which a body in the medium is deeper than alpha was measured, or faster than
-        quasi-static (50 cm/s).
+        One warning each, at the first step in which a body in the medium is deeper than alpha was measured, or faster
+        than quasi-static (50 cm/s).
 
     Examples
     --------
@@ -203,8 +204,8 @@ class Ground:
     def _follow_wheels(self, time_step_s: float) -> None:
         """Update the rolling state of each wheel.
 
-        The recent travel of a wheel is kept up to a length of delta; its part of delta (0 to 1) says how far the wheel has
-        begun to roll. So a wheel at rest has no rut, and gets one gradually.
+        The recent travel of a wheel is kept up to a length of delta; its part of delta (0 to 1) says how far the wheel
+        has begun to roll. So a wheel at rest has no rut, and gets one gradually.
         """
         travel, rate = self.frames[self._wheels, 3:6].copy(), self.frames[self._wheels, 6:9]
         begun = np.ones(len(travel))

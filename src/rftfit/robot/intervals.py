@@ -1,4 +1,4 @@
-"""Intervals of the speed and the best curvature of the robot, from the errors of alpha, of the arc of its legs and of the model.
+"""Intervals of speed and best curvature of the robot, from the errors of alpha, of its legs' arc and of the model.
 
 A speed is nearly linear in alpha and depends on dozens of its cells, so its error is close to normal:
 a few draws of alpha give its width, with Student's t for as many degrees of freedom. Speeds on the
@@ -28,7 +28,7 @@ from rftfit.robot.run import Condition
 from rftfit.robot.sweep import BEST_AT_HZ, BEST_CURVATURES, best_of_runs, run_all, runs_about_best
 
 SPEED_DRAWS = 8
-"""Draws of alpha for the interval of a speed, in each of dozens of conditions: its half width is known to about a quarter."""
+"""Draws of alpha for the interval of a speed in each condition: its half width is known to about a quarter."""
 
 BEST_DRAWS = 40
 """Draws of alpha for the interval of the best curvature, a single number."""
@@ -105,7 +105,7 @@ def _multiply_alpha(profile: Profile, lift: float, thrust: float) -> Profile:
 
 
 def _with_alpha(table: TableProfile, alpha_z: FloatArray, alpha_x: FloatArray) -> TableProfile:
-    """Return a copy of a table with other alpha at its nodes, shape (nb, ng), which are completed by symmetry already."""
+    """Return a copy of a table with other alpha at its nodes, (nb, ng), already completed by symmetry."""
     changed = copy(table)
     changed.__dict__.pop("pack", None)  # the cached numbers for the kernel
     changed.alpha_z, changed.alpha_x = alpha_z, alpha_x
@@ -167,11 +167,11 @@ def speed_widths(
     threads: int | None = None,
     arc_percent: float = 0.0,
 ) -> tuple[list[Width], list[Width]]:
-    """Return half widths of the interval of the speed (cm/s) in each condition, without and with the error of the force model.
+    """Return half widths of the speed's interval (cm/s) in each condition, without and with the model's error.
 
-    The first list contains the errors of alpha and of the arc. The second is NaN with a reason for a profile whose model error
-    is not known. `draws`: draws of the profile within the errors of alpha. `arc_percent`: standard deviation of the arc of the
-    legs, an error common to all legs.
+    The first list contains the errors of alpha and of the arc. The second is NaN with a reason for a profile whose
+    model error is not known. `draws`: draws of the profile within the errors of alpha. `arc_percent`: standard
+    deviation of the arc of the legs, an error common to all legs.
     """
     robot = coarser(robot)
     is_known = has_model_error(profile)
@@ -208,7 +208,8 @@ def widths_of_draws(
 ) -> list[Width]:
     """Return half widths of the speed in each condition by the errors of alpha and of the arc.
 
-    `speeds`: on the profile, shape (conditions,). `drawn`: on its draws, (draws, conditions). `moved_by_arc`: (conditions,).
+    `speeds`: on the profile, shape (conditions,). `drawn`: on its draws, (draws, conditions). `moved_by_arc`:
+    (conditions,).
     """
     widths = [
         half_width_of_draws(column, float(speed), confidence)
@@ -227,7 +228,8 @@ def model_widths(
 ) -> list[Width]:
     """Return half widths that include the error of the force model, which is independent of the errors `of_alpha`.
 
-    `speeds`: on the profile, shape (conditions,). `shifted`: on the profiles of `with_model_error`, (profiles, conditions).
+    `speeds`: on the profile, shape (conditions,). `shifted`: on the profiles of `with_model_error`, (profiles,
+    conditions).
     """
     of_model = np.sqrt(((shifted - speeds) ** 2).mean(axis=0))
     halves = float(student_quantile(confidence, GIVEN_DOF)) * of_model
@@ -244,8 +246,8 @@ def model_widths(
 def with_arc_scaled(condition: Condition, factor: float) -> Condition:
     """Return a condition whose legs have an arc of `factor` times the angle, at the same distance of hip and tip.
 
-    R'/r is the sine of half the angle of the arc. A c-leg is a half circle, where R'/r cannot grow: a larger factor makes
-    it smaller.
+    R'/r is the sine of half the angle of the arc. A c-leg is a half circle, where R'/r cannot grow: a larger factor
+    makes it smaller.
     """
     curvature = math.sin(math.asin(condition.curvature_times_R) * factor)
     return replace(condition, curvature_times_R=curvature)
@@ -281,7 +283,7 @@ def widths(
     threads: int | None = None,
     arc_percent: float = 0.0,
 ) -> pd.DataFrame:
-    """Return the table of half widths of the speed in every measured condition and of the best curvature, on each profile.
+    """Return half widths of the speed in every measured condition and of the best curvature, on each profile.
 
     The `spread` of each profile must be a stack of draws. Columns: `WIDTH_COLUMNS` without the medium.
     """

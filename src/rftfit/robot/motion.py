@@ -20,7 +20,7 @@ from rftfit.robot.run import Condition, RobotRun, Series, simulate
 
 @dataclass(frozen=True)
 class ElementSeries:
-    """Elements of one group over time: the force on each and the point where it acts, shape (samples, members, elements).
+    """Elements of one group over time: force on each and its point, shape (samples, members, elements).
 
     `ends_x_cm`, `ends_z_cm` have a further last axis for the two ends of each element.
     """
@@ -78,8 +78,8 @@ def frames_of(robot: Robot, profile: Profile) -> dict[str, Any]:
     """Return the data of the pictures of the running robot in every condition, for the script of the page.
 
     ``plates`` (ends, cm) and ``hips`` (x, z, cm; phase, turns) are in the frame of the body. ``legs``: points
-    about the hip at theta = 0, by curvature. ``runs``: for each run lists over frames, ``pose`` (x from the first frame, z,
-    pitch, nose up, and theta; cm and rad) and ``arrows`` (x from the centre of mass, z, force x, force z of
+    about the hip at theta = 0, by curvature. ``runs``: for each run lists over frames, ``pose`` (x from the first
+    frame, z, pitch, nose up, and theta; cm and rad) and ``arrows`` (x from the centre of mass, z, force x, force z of
     each loaded element; cm and mN).
     """
     legs, shapes = robot.legs, {}

@@ -29,7 +29,8 @@ _OFF_AXLE_M = 1e-6
 class MujocoGround:
     """A medium under a robot of MuJoCo, returned by `attach`; `step` advances the robot.
 
-    `bodies`: numbers of the bodies on which the medium acts. `frames`, `forces` and `rules` of these bodies: as in `Ground`.
+    `bodies`: numbers of the bodies on which the medium acts. `frames`, `forces` and `rules` of these bodies: as in
+    `Ground`.
     """
 
     def __init__(self, model: Any, data: Any, bodies: Sequence[int], ground: Ground) -> None:
@@ -100,8 +101,9 @@ def attach(
     triangle_cm : float, optional
         Longest edge of a triangle.
     delta_mm, tau_s : float, optional
-        Elastic displacement of a face, and time for which its velocity is extrapolated: with these a robot at rest does not
-        creep. 0: the plain law. No measurement gives delta: compare results with a third of it and with three times it.
+        Elastic displacement of a face, and time for which its velocity is extrapolated: with these a robot at rest does
+        not creep. 0: the plain law. No measurement gives delta: compare results with a third of it and with three times
+        it.
     wheels : sequence of str, optional
         Names of bodies that are wheels. The axle is the hinge of the body, which must go through its origin; for a body
         without a hinge it is y of its frame. A wheel that is not convex leaves a rut, as in `Ground`.
@@ -115,8 +117,9 @@ def attach(
     Raises
     ------
     InputError
-        If mujoco is missing, a name is unknown, a plane or height field would carry the geoms too, the integrator is RK4,
-        or the time step is too long (``tau_s`` times the step: at most 2e-6 s^2; a step of at most 1 ms is advised).
+        If mujoco is missing, a name is unknown, a plane or height field would carry the geoms too, the integrator is
+        RK4, or the time step is too long (``tau_s`` times the step: at most 2e-6 s^2; a step of at most 1 ms is
+        advised).
     """
     try:
         import mujoco

@@ -54,7 +54,7 @@ class Series:
 
     @property
     def states(self) -> FloatArray:
-        """States (n, 6) for `rftfit.robot.body.Parts.place`: x, z (cm), pitch (rad, positive nose down), and their rates."""
+        """States (n, 6) for `rftfit.robot.body.Parts.place`: x, z (cm), pitch (rad, nose down), their rates."""
         places = self.x_cm, self.z_cm, -np.radians(self.pitch_deg)
         rates = self.velocity_x_cm_per_s, self.velocity_z_cm_per_s
         return np.stack([*places, *rates, -np.radians(self.pitch_rate_deg_per_s)], axis=1)
@@ -108,13 +108,13 @@ def highest_point(parts: Parts, state: FloatArray) -> float:
 
 
 FROM_REST, FROM_SETTLED = 3, 2
-"""Fewest stretches of a run: three from rest, since the first is a transient; two if it starts in the state of a settled run."""
+"""Fewest stretches of a run: three from rest, since the first is a transient; two from the state of a settled run."""
 
 
 def settled(
     ends: FloatArray, stretch: int, stride_s: float, numerics: Numerics, fewest: int = FROM_REST
 ) -> bool:
-    """Return True if the last two stretches have nearly the same speed, and nearly the same height and pitch at their ends.
+    """Return True if the last two stretches have nearly the same speed, and height and pitch at their ends.
 
     `ends`: states (n + 1, 6) between strides. `stretch`: strides of a stretch. `fewest`: least number of stretches.
     """
@@ -132,8 +132,8 @@ def settled(
 def irregular(speeds: FloatArray, numerics: Numerics) -> Assessment:
     """Assess a run of the greatest length that has not settled, from the speed of each stride.
 
-    The first third is left out. The mean speeds of the other two thirds are compared: a bouncing or stumbling robot has a
-    steady mean although no two strides are alike; a robot that still accelerates has none.
+    The first third is left out. The mean speeds of the other two thirds are compared: a bouncing or stumbling robot has
+    a steady mean although no two strides are alike; a robot that still accelerates has none.
     """
     third = len(speeds) // 3
     if third == 0:

@@ -25,8 +25,8 @@ MEASURED = columns_of("robot/measured.csv")
 """Columns of the table of measured speeds."""
 
 ERRORS = columns_of("robot/errors.csv")
-"""Columns of the table of errors. Intervals: ``from_alpha`` by the errors of alpha and of the arc, ``model`` with the error of the
-force model too, ``lowest`` and ``highest`` over the starting phases."""
+"""Columns of the table of errors. Intervals: ``from_alpha`` by the errors of alpha and of the arc, ``model`` with the
+error of the force model too, ``lowest`` and ``highest`` over the starting phases."""
 
 SIGNIFICANT = 6
 """Significant digits of a condition in every table, so that its measured and simulated rows have equal keys."""
@@ -40,8 +40,9 @@ def trial_row(
 ) -> tuple[dict[str, Any], dict[tuple[str, Remark], int], list[float], list[Remark]]:
     """Measure one trial.
 
-    Returns its row of the table of trials, the counts of the rows of its file by use and reason, the forward velocity over
-    its mean stride (cm/s), and its flags. A track that cannot be used gives a row with the status "refused" and a reason.
+    Returns its row of the table of trials, the counts of the rows of its file by use and reason, the forward velocity
+    over its mean stride (cm/s), and its flags. A track that cannot be used gives a row with the status "refused" and a
+    reason.
     """
     names = ("run_id", "condition", "medium", "curvature_times_R", "frequency_Hz")
     row = {name: getattr(trial, name) for name in names}
@@ -186,7 +187,7 @@ def share_within(errors: pd.DataFrame, percent: float) -> tuple[int, int]:
 
 
 def count_within_alpha_error(errors: pd.DataFrame) -> tuple[int, int]:
-    """Count measured speeds inside the interval by the errors of alpha and of the arc, and all that have this interval."""
+    """Count measured speeds inside the interval by the errors of alpha and arc, and all with this interval."""
     return _count_between(errors, "simulated_from_alpha")
 
 

@@ -61,8 +61,8 @@ RUN_COLUMNS = (
 def paper_conditions(every: int = 1) -> list[Condition]:
     """Return the 3,978 conditions of the paper's sweep: R'/r from -1 to 1 by 0.04, 0 to 5 Hz by 0.2, three phases.
 
-    `every` n: only every n-th curvature and frequency, counted from the flat leg and from 5 Hz; the first and last curvature
-    are always included.
+    `every` n: only every n-th curvature and frequency, counted from the flat leg and from 5 Hz; the first and last
+    curvature are always included.
     """
     # step 25 of either quantity is always included: the flat leg, and 5 Hz
     curvatures = sorted({0, 50, *range(25 % every, 51, every)})
@@ -110,7 +110,8 @@ def run_all(
 ) -> list[RobotRun]:
     """Run every condition, several at a time in threads, which the compiled stepper allows.
 
-    `settled_runs`: one run of each condition in nearly the same medium; if it is steady, the new run starts in its last state.
+    `settled_runs`: one run of each condition in nearly the same medium; if it is steady, the new run starts in its last
+    state.
     """
     starts: list[FloatArray | None] = [None] * len(conditions)
     if settled_runs is not None:

@@ -46,7 +46,7 @@ COLUMNS = (
 
 @dataclass(frozen=True, slots=True)
 class Trial:
-    """One trial: R'/r of the legs, stride frequency (NaN: found in the track), path of the track from the folder of the sheet."""
+    """One trial: R'/r of the legs, stride frequency (NaN: found in the track), track relative to the sheet."""
 
     run_id: str
     condition: str
@@ -63,10 +63,11 @@ def read_trials(
     taken: Collection[str] = (),
     tracks: tuple[Folder, str] | None = None,
 ) -> tuple[list[Trial], list[Problem]]:
-    """Return the trials in the rows of a robot's run sheet without an error, and all problems, in the order of the sheet.
+    """Return the trials in rows of a robot's run sheet without an error, and all problems, in order.
 
-    `file`: name of the sheet in messages. `medium`: the only medium allowed. `taken`: names of runs, which a trial must not
-    have. `tracks`: the raw folder, and in it the folder of the sheet, to check that the tracks exist; None: not checked.
+    `file`: name of the sheet in messages. `medium`: the only medium allowed. `taken`: names of runs, which a trial must
+    not have. `tracks`: the raw folder, and in it the folder of the sheet, to check that the tracks exist; None: not
+    checked.
     """
     columns = [
         replace(column, choices=(medium,)) if column.form == "choice" else column
@@ -194,8 +195,9 @@ TRIPODS = 2
 class StrideSpeed:
     """Mean forward speed of a track, its standard deviation between strides, and the stride frequency.
 
-    `frequency_from`: "sheet" or "track". `strides`: duration of the track in strides. `velocity_cm_per_s`: forward velocity
-    over the mean stride, shape (`STRIDE_SAMPLES`,), which begins at the first moment of the track. `flags`: doubts.
+    `frequency_from`: "sheet" or "track". `strides`: duration of the track in strides. `velocity_cm_per_s`: forward
+    velocity over the mean stride, shape (`STRIDE_SAMPLES`,), which begins at the first moment of the track. `flags`:
+    doubts.
     """
 
     speed_cm_per_s: float
@@ -255,9 +257,10 @@ def mean_stride_speed(
 def stride_frequency(track: Track, tripods: int = TRIPODS) -> tuple[float, Remark | None]:
     """Find the stride frequency (Hz) from the bobbing of the body.
 
-    The bobbing has the frequency of the highest peak in the periodogram of the height z, or of x if z has no clear peak.
-    Trend and outliers are removed before, and values are interpolated to even time steps. The frequency is refined by least
-    squares with one overtone. Returns it with a doubt, if the frequency may be wrong by a factor, else None.
+    The bobbing has the frequency of the highest peak in the periodogram of the height z, or of x if z has no clear
+    peak. Trend and outliers are removed before, and values are interpolated to even time steps. The frequency is
+    refined by least squares with one overtone. Returns it with a doubt, if the frequency may be wrong by a factor, else
+    None.
     """
     time = track.time_s
     duration, step = time[-1], float(np.median(np.diff(time)))

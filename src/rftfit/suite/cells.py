@@ -27,7 +27,7 @@ class NoRow(LookupError):
 
 
 class TableNumber(NamedTuple):
-    """A number of a table (or a word), its interval, the difference that is allowed (`error`), and the cells of its row.
+    """A number of a table (or a word), its interval, the allowed difference (`error`), and the cells of its row.
 
     NaN stands for an end or an error that is not stated.
     """
@@ -133,7 +133,7 @@ def fill_words(pattern: str, key: Mapping[str, str]) -> str:
 
 
 def _cells_of_row(cells: NumberCells, key: Mapping[str, str]) -> dict[str, str]:
-    """Return the cells that a row must have, by column: those of `cells.row`, else words of the key not used in the table's name."""
+    """Return the cells that a row must have, by column: `cells.row`, else the key's words that `table` does not use."""
     if cells.row:
         return {column: fill_words(pattern, key) for column, pattern in cells.row.items()}
     return {name: word for name, word in key.items() if f"{{{name}}}" not in cells.table}

@@ -52,8 +52,8 @@ def describe(
 ) -> Iterator[PageBlock]:
     """Yield the blocks of the page, the shortest answer first.
 
-    `verdicts`: rows of `RowVerdict`. `is_public`: True leaves out numbers of files that may not be shipped, and the tables of all
-    rows, which are then a separate file (`tabulate_compared`).
+    `verdicts`: rows of `RowVerdict`. `is_public`: True leaves out numbers of files that may not be shipped, and the
+    tables of all rows, which are then a separate file (`tabulate_compared`).
     """
     counts = count_verdicts(verdicts)
     compared = counts[INSIDE] + counts[OUTSIDE]

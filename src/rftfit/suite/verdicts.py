@@ -32,9 +32,10 @@ FILE = "verdicts.csv"
 class RowVerdict(NamedTuple):
     """A published number beside the number of the program: a row of `verdicts.csv`.
 
-    `published_lo`, `published_hi`: the published number less and plus its error; NaN without an error. `lo`, `hi`: 95 % interval
-    of the program. `windows`, `windows_inside`: number of windows of depth that were tried, and of those whose interval contains
-    the published number. `from_file`: the table with the published number, empty if answer.csv states it. `reason_code`,
+    `published_lo`, `published_hi`: the published number less and plus its error; NaN without an error. `lo`, `hi`: 95 %
+    interval of the program. `windows`, `windows_inside`: number of windows of depth that were tried, and of those whose
+    interval contains the published number. `from_file`: the table with the published number, empty if answer.csv states
+    it. `reason_code`,
     `reason`: the reason of the verdict.
     """
 
@@ -79,7 +80,7 @@ def judge_example(example: Example, folder: Path) -> pd.DataFrame:
 def _expand_stars(
     example: Example, stated: Published, tables: CalculatedTables
 ) -> Iterator[Published]:
-    """Yield a row of the answer, or, if its key has a *, one for each row of the program's table that agrees with the key."""
+    """Yield a row of the answer; if its key has a *, one for each row of the program's table that agrees."""
     names = [name for name, word in stated.key.items() if word == EVERY]
     if not names:
         yield stated

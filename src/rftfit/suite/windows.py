@@ -1,4 +1,4 @@
-"""Slopes over all windows of depth together, for data whose right window was not known before the published answer was seen."""
+"""Slopes over all windows of depth together: the right window was not known before the answer."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class OverWindows:
         return int(((low <= number) & (number <= high)).sum())
 
     def _quantile(self, share: float) -> float:
-        """Return a quantile of the mixture of normal distributions of all windows, with equal weights; NaN without windows."""
+        """Return a quantile of the mixture of the windows' normal distributions with equal weights; else NaN."""
         from scipy.optimize import brentq
         from scipy.special import ndtr
 
@@ -105,7 +105,7 @@ def _alpha_in_window(
     window: tuple[float, float],
     key: Mapping[str, str],
 ) -> dict[str, str]:
-    """Return the row of the table of alpha with the slopes of one window, from tared forces that exist; {} if there is none."""
+    """Return the row of alpha with the slopes of one window, from tared forces that exist; {} if none."""
     fit = campaign.config.fit.model_copy(
         update={"submergence_cm": window[0], "max_depth_cm": window[1]}
     )
