@@ -9,7 +9,8 @@ from importlib import import_module
 
 from rftfit.version import __version__ as __version__
 
-# Else numba takes it from a .numba_config.yaml in the current folder, and unpickles what lies there.
+# Without this numba reads the folder of its cache from a .numba_config.yaml in the current folder, and unpickles
+# files that lie there.
 os.environ.setdefault("NUMBA_CACHE_DIR", "")
 
 __all__ = [
@@ -70,7 +71,7 @@ __all__ = [
     "write_profile",
 ]
 
-_FOUND_IN = {
+_NAMES_OF_MODULE = {
     "api": ("check", "fit_slope", "read_log", "run", "simulate"),
     "compare.contrast": ("Comparison",),
     "compare.media": ("compare_media",),
@@ -103,12 +104,17 @@ _FOUND_IN = {
     "results": ("Medium", "Results", "open"),
     "robot.ground": ("Ground",),
 }
-"""Modules by what they define of it; one is imported when a name of it is first used."""
+"""Public names by the module that defines them, which is imported when one of its names is first used."""
 
-_INSIDE = {"open": "open_results", "published_reference": "published", "published_table": "load"}
-"""Names that differ inside."""
+_INNER_NAMES = {
+    "open": "open_results",
+    "published_reference": "published",
+    "published_table": "load",
+}
+"""Public names whose object has another name in its module."""
 
-# type checkers take this name for true; to import typing takes longer than all the rest
+# type checkers take any variable of this name as true; importing it from typing would take longer than the rest of
+# this module
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from rftfit.api import check, fit_slope, read_log, run, simulate
@@ -147,11 +153,11 @@ if TYPE_CHECKING:
 
 
 def __getattr__(name: str) -> object:
-    if name == "mujoco":  # a module, and the package mujoco is optional
+    if name == "mujoco":  # a module, not in __all__ since the package mujoco is optional
         return import_module("rftfit.robot.mujoco")
-    for module, names in _FOUND_IN.items():
+    for module, names in _NAMES_OF_MODULE.items():
         if name in names:
-            public_object = getattr(import_module(f"rftfit.{module}"), _INSIDE.get(name, name))
+            public_object = getattr(import_module(f"rftfit.{module}"), _INNER_NAMES.get(name, name))
             globals()[name] = public_object
             return public_object
     raise AttributeError(f"module 'rftfit' has no attribute {name!r}")

@@ -1,4 +1,4 @@
-"""What `import rftfit` offers beside results, profiles and forces: logs, slopes, robot, check, run."""
+"""Public functions that have no room of their own: check and run a campaign, read a log, fit a slope, run the robot."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 def check(folder: str | Path = ".") -> list[Problem]:
     """Find everything that is wrong with a campaign: configuration, run sheet, logs, robot.
 
-    Exactly what ``rftfit check`` prints: logs are opened and measured.
+    The problems are those that ``rftfit check`` prints: logs are opened and measured.
 
     Parameters
     ----------
@@ -58,9 +58,9 @@ def check(folder: str | Path = ".") -> list[Problem]:
 def run(
     folder: str | Path = ".", targets: Sequence[str] = (), cores: int | None = None
 ) -> RunReport:
-    """Make all results of a campaign that are missing or out of date: as the command ``rftfit run``.
+    """Make all results of a campaign that are missing or out of date, as the command ``rftfit run`` does.
 
-    It prints nothing.
+    Nothing is printed.
 
     Parameters
     ----------
@@ -69,19 +69,19 @@ def run(
     targets : sequence of str, optional
         Results to make, as paths from the campaign's folder; default: all.
     cores : int, optional
-        Jobs at once; default: all cores.
+        Most jobs that run at the same time; default: all cores.
 
     Returns
     -------
     RunReport
-        Jobs by name: those `made` and `skipped`, and the `reasons` why results were made again; all are
-        empty where nothing was to do.
+        Names of the jobs that were `made` and `skipped`, and the `reasons` why results were made again; all
+        three are empty if there was nothing to do.
 
     Raises
     ------
     RftfitError
-        If the campaign is not valid, or a job fails: then its `report` is a `RunReport` too, whose
-        `failed` gives the reason by the job.
+        If the campaign is not valid, or a job fails. The error of failed jobs has a `report`, a `RunReport`
+        whose `failed` gives the reason for each job.
 
     Examples
     --------
@@ -107,22 +107,22 @@ def read_log(
     Parameters
     ----------
     path : str or Path
-        Of the file, or of the folder of a rosbag2 recording.
+        Path of the file, or of the folder of a rosbag2 recording.
     dialect : str, optional
-        Name of the reader, such as ``rig``, ``tdms`` or ``ros-bag``; default: recognised by the
+        Name of the reader, such as ``rig``, ``tdms`` or ``ros-bag``; default: the reader that recognises the
         content.
     text : mapping of str to object, optional
-        How a delimited text is written, as ``text`` of the configuration; default: as it looks, as
-        `rftfit inspect` finds it.
+        Layout of a delimited text, with the keys of ``text`` in the configuration; default: guessed from the
+        content, as ``rftfit inspect`` does.
     options : mapping of str to object, optional
-        What the dialect can be told, as ``options`` of the configuration, such as the ``sheet`` of a
+        Options of the dialect, with the keys of ``options`` in the configuration, such as the ``sheet`` of a
         workbook; for delimited text further keys of `text`.
 
     Returns
     -------
     Log
         Its `columns` (dict of str to numpy.ndarray, shape (n,), NaN in blank cells), their `units` (dict of
-        str to str, empty where the file does not say), and what became of every data line.
+        str to str, empty where the file states none), and counts of what became of every data line.
 
     Raises
     ------
@@ -148,7 +148,7 @@ def read_log(
 
 
 def fit_slope(depth_cm: npt.ArrayLike, stress_N_per_cm2: npt.ArrayLike) -> Slope:
-    """Fit stress = alpha x depth through zero, with a standard error that allows for autocorrelation.
+    """Fit the line stress = alpha times depth through zero, with a standard error that allows for autocorrelation.
 
     Parameters
     ----------
@@ -160,8 +160,8 @@ def fit_slope(depth_cm: npt.ArrayLike, stress_N_per_cm2: npt.ArrayLike) -> Slope
     Returns
     -------
     Slope
-        Arrays of shape (k,): `alpha` and its standard error `se` in N/cm^3, its degrees of freedom
-        `dof`; ``interval(confidence)`` gives its lower and upper end.
+        Arrays of shape (k,): `alpha` and its standard error `se`, both in N/cm^3, and the degrees of freedom
+        `dof` of `se`; ``interval(confidence)`` returns the lower and upper end of the interval of alpha.
 
     Raises
     ------
@@ -184,8 +184,9 @@ def fit_slope(depth_cm: npt.ArrayLike, stress_N_per_cm2: npt.ArrayLike) -> Slope
         raise ValueError(f"depth {depth.shape} and stress {stress.shape} do not fit together")
     if not (np.isfinite(depth).all() and np.isfinite(stress).all()):
         raise ValueError("depth and stress must be finite; leave out what is missing")
-    exact = np.zeros((1, len(stress)))
-    return fit(depth, stress, exact, exact + 1)
+    # the caller's stress is already tared: its zero has no error, whatever its degrees of freedom
+    zero_variance = np.zeros((1, len(stress)))
+    return fit(depth, stress, zero_variance, zero_dof=np.ones_like(zero_variance))
 
 
 def simulate(
@@ -197,22 +198,22 @@ def simulate(
     phase_turns: float = 0.0,
     samples_per_stride: int = 0,
 ) -> RobotRun:
-    """Run the legged robot on a medium until its speed is steady, or is seen not to become so.
+    """Run the legged robot on a medium until its speed is steady, or it is clear that it will not become steady.
 
     Parameters
     ----------
     medium : Map, Profile, Medium, ScaledMedium, str or Path
-        As of `predict`; of a campaign the table, or the map where the table has holes.
+        As for `predict`. For a medium of a campaign its measured table, or its map if the table has holes.
     frequency_Hz : float
         Stride frequency, 0 to 100 Hz.
     curvature_times_R : float, optional
-        R'/r of the legs: 1 the c-leg, 0 flat, -1 the reversed c-leg.
+        Curvature R'/r of the legs: 1 for the c-leg, 0 for a flat leg, -1 for the reversed c-leg.
     robot : Robot, str or Path, optional
-        A robot, or its file; default: that of the paper.
+        A robot, or the path of its file; default: the robot of the paper.
     phase_turns : float, optional
-        Turn of the legs at the start.
+        Angle of the legs at the start, in turns.
     samples_per_stride : int, optional
-        How often motion and forces are kept (`series`); 0 for not at all.
+        Samples of motion and forces that are kept for each stride (`series`); 0 keeps none.
 
     Returns
     -------

@@ -17,7 +17,7 @@ COMPONENTS = ("z", "x")
 """Components of alpha and of force, in the order of arrays and columns."""
 
 QUASI_STATIC_CM_PER_S = 50.0
-"""Up to about this speed granular forces hardly depend on it (Li et al. 2013, text)."""
+"""Speed, cm/s, below which granular forces hardly depend on the speed (Li et al. 2013, text)."""
 
 
 def tangent(beta: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
@@ -41,7 +41,7 @@ def intrusion_angle(vx: npt.ArrayLike, vz: npt.ArrayLike) -> FloatArray:
 
 
 def wrap_beta(beta: npt.ArrayLike) -> FloatArray:
-    """Bring an attack angle (rad) into [-pi/2, pi/2): +pi/2 and -pi/2 are one and the same plate."""
+    """Bring an attack angle (rad) into [-pi/2, pi/2): +pi/2 and -pi/2 are the same plate, here -pi/2."""
     beta = np.asarray(beta, dtype=float)
     return np.mod(beta + np.pi / 2, np.pi) - np.pi / 2
 
@@ -55,22 +55,21 @@ def wrap_gamma(gamma: npt.ArrayLike) -> FloatArray:
 def mirror(beta: npt.ArrayLike, gamma: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
     """Angles (rad) of the same experiment seen from behind: x turned into -x.
 
-    There alpha_z is the same and alpha_x has the other sign (design of the symmetry extension,
-    supplement of the paper). Mirroring twice gives the angles back, gamma in (-pi, pi].
+    In the mirror image alpha_z is the same and alpha_x has the opposite sign (symmetry extension,
+    supplement of the paper). Mirroring twice returns the angles, gamma in (-pi, pi].
     """
     return -np.asarray(beta, dtype=float), wrap_gamma(np.pi - np.asarray(gamma, dtype=float))
 
 
 def file_extraction(beta_deg: float, path_gamma_deg: float) -> tuple[float, float, float]:
-    """Cell of the alpha table to which a motion upward belongs.
+    """Find the cell of the alpha table that holds an extraction (a motion upward).
 
-    A plate pulled back along a path is filed as its mirror image: the physical direction (beta, gamma
-    - 180 deg) lies outside of the table. A negative angle is that of the motion itself, a cell as it is.
-
-    `path_gamma_deg`: Angle of the path on the way down, in [0, 90], or of the motion up, below 0.
-    Returns beta and gamma of the cell, and the factor that turns the measured alpha_x into its own.
+    `path_gamma_deg` is either the angle of the path on the way down, in [0, 90], along which the plate is pulled back,
+    or the angle of the motion upward itself, below 0. A plate that is pulled back moves in the direction
+    (beta, gamma - 180 deg), which lies outside of the table: it is filed under its mirror image.
+    Returns beta and gamma of the cell (deg), and the factor, 1 or -1, by which alpha_x as measured is multiplied.
     """
-    if path_gamma_deg < 0:
+    if path_gamma_deg < 0:  # the angle of the motion itself, which is in the table
         return beta_deg, path_gamma_deg, 1.0
     # + 0.0 so that no cell is called -0
     return -beta_deg + 0.0, -path_gamma_deg + 0.0, -1.0

@@ -1,7 +1,8 @@
-"""Numbering of the directions of runs: one tolerance and one rule for every question that is asked of runs.
+"""Numbering of the directions of runs: which runs have the same direction, by one tolerance and one rule.
 
-A *direction* is a pair of angles; plates at beta and at beta + 180 degrees are the same plate. A *repeat* has the depth of
-its direction too where the push is level, since the force of a level push depends on its depth.
+A *direction* is a pair of angles (beta, gamma); plates at beta and at beta + 180 degrees are the same plate. Runs are
+*repeats* if they have the same direction and, for level pushes, the same depth, on which the force of a level push
+depends.
 """
 
 from __future__ import annotations
@@ -18,17 +19,17 @@ if TYPE_CHECKING:
     import pandas as pd
 
 TOLERANCE_DEG = 0.5
-"""Difference of each angle up to which directions are one, where a campaign states none (`grid.angle_tolerance_deg`)."""
+"""Largest difference of each angle within one direction, if a campaign does not set `grid.angle_tolerance_deg`."""
 
 SAME_DEPTH_CM = 0.1
-"""Difference of depth up to which level runs were meant for one depth."""
+"""Largest step from one depth to the next deeper one that still counts as the same intended depth of level runs."""
 
 _ROUNDING = 1e-6
-"""Rounding error of angles and depths: 0.5 is within 0.5 however it is rounded."""
+"""Allowance for rounding: angles 0.5 degrees apart are within 0.5 degrees even if rounding makes it 0.5000001."""
 
 
 def beta_apart(beta_deg: npt.ArrayLike, other_beta_deg: npt.ArrayLike) -> FloatArray:
-    """Difference of two attack angles, from -90 to 90 degrees."""
+    """Return the first attack angle less the second, from -90 to 90 degrees: beta and beta + 180 are the same plate."""
     return np.asarray((np.subtract(beta_deg, other_beta_deg) + 90) % 180 - 90)
 
 
@@ -38,7 +39,7 @@ def angle_apart(
     other_beta_deg: npt.ArrayLike,
     other_gamma_deg: npt.ArrayLike,
 ) -> FloatArray:
-    """Return the larger difference of the two angles of directions, deg, whose shapes broadcast."""
+    """Return the larger of the differences in beta and in gamma between two directions, deg; shapes broadcast."""
     return np.maximum(
         np.abs(beta_apart(beta_deg, other_beta_deg)),
         np.abs(np.subtract(gamma_deg, other_gamma_deg)),
@@ -52,7 +53,7 @@ def same_direction(
     other_gamma_deg: npt.ArrayLike,
     tolerance_deg: float = TOLERANCE_DEG,
 ) -> npt.NDArray[np.bool_]:
-    """Return where two directions, deg, whose shapes broadcast, are one within the tolerance."""
+    """Return True where both angles of two directions agree within the tolerance; shapes broadcast."""
     apart_deg = angle_apart(beta_deg, gamma_deg, other_beta_deg, other_gamma_deg)
     return np.asarray(apart_deg <= tolerance_deg + _ROUNDING)
 
@@ -63,15 +64,16 @@ def number_directions(
     tolerance_deg: float,
     depth_cm: npt.ArrayLike = math.nan,
 ) -> npt.NDArray[np.intp]:
-    """Number the direction, or with `depth_cm` the repeat, of each of n runs.
+    """Give n runs numbers, which are equal for runs of the same direction, or with `depth_cm` for repeats.
 
     The angles that most runs have come first and take all runs within the tolerance, so that 44.98 degrees is a repeat of
-    45 and no chain of small steps joins what is farther apart.
+    45 and no chain of small steps joins runs that are farther apart.
 
     Returns
     -------
     ndarray of int, shape (n,)
-        Index of a run of the direction: the first with the angles after which it is named, or the first at its depth.
+        The number of a direction is the index of its first run with exactly the angles that took the others; the number
+        of a repeat, where level runs are split by depth, is the index of its first run.
     """
     angles, first_run, angle_of_run, run_count = np.unique(
         np.stack([beta_deg, gamma_deg]),
@@ -93,40 +95,41 @@ def number_directions(
 
 
 def number_rows(table: pd.DataFrame, tolerance_deg: float) -> npt.NDArray[np.intp]:
-    """Number the direction of each row of a table with ``beta_deg`` and ``gamma_deg``, as `number_directions`, shape (n,)."""
+    """Call `number_directions` for the n rows of a table with ``beta_deg`` and ``gamma_deg``; returns shape (n,)."""
     beta_deg, gamma_deg = (table[name].to_numpy(float) for name in ("beta_deg", "gamma_deg"))
     return number_directions(beta_deg, gamma_deg, tolerance_deg)
 
 
 def _split_by_depth(number: npt.NDArray[np.intp], depth_cm: FloatArray) -> npt.NDArray[np.intp]:
-    """Number the depths of each direction apart; its runs without a depth are together."""
+    """Split the runs of each direction by depth; runs without a depth (NaN) stay together as one more group."""
     has_depth = np.isfinite(depth_cm)
     split = number.copy()
     for direction in np.unique(number[has_depth]):
         is_of_direction = number == direction
         with_depth = np.flatnonzero(is_of_direction & has_depth)
-        level = number_depths(depth_cm[with_depth])
-        groups = [with_depth[level == place] for place in np.unique(level)]
+        depth_number = number_depths(depth_cm[with_depth])
+        groups = [with_depth[depth_number == value] for value in np.unique(depth_number)]
         for runs in (*groups, np.flatnonzero(is_of_direction & ~has_depth)):
             split[runs] = runs.min(initial=number.size)
     return split
 
 
 def number_depths(depth_cm: FloatArray) -> npt.NDArray[np.intp]:
-    """Number the depths that were meant, from the smallest, shape (n,): a gap of more than `SAME_DEPTH_CM` parts them."""
+    """Number the intended depths from 0, the smallest, shape (n,): a gap above `SAME_DEPTH_CM` begins a new one."""
     order = np.argsort(depth_cm, kind="stable")
-    level = np.empty(depth_cm.size, dtype=np.intp)
-    level[order] = np.cumsum(
+    depth_number = np.empty(depth_cm.size, dtype=np.intp)
+    depth_number[order] = np.cumsum(
         np.diff(depth_cm[order], prepend=depth_cm[order[:1]]) > SAME_DEPTH_CM + _ROUNDING
     )
-    return level
+    return depth_number
 
 
 def angles_of_directions(
     number: npt.NDArray[np.intp], beta_deg: FloatArray, gamma_deg: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return mean beta and gamma, deg, of the runs of the direction of each run, both of shape (n,)."""
+    """Return for each run mean beta and mean gamma, deg, of all runs with its number, both of shape (n,)."""
     run_count = np.bincount(number)
+    # differences from the run after which the direction is numbered: -90 and 90 degrees have the mean 90, not 0
     beta_off, gamma_off = beta_apart(beta_deg, beta_deg[number]), gamma_deg - gamma_deg[number]
     beta, gamma = (
         angle_deg[number] + np.bincount(number, off_deg)[number] / run_count[number]

@@ -1,4 +1,4 @@
-"""What can go wrong, as exceptions whose text a user can act on, each with its exit code."""
+"""Exceptions whose text a user can act on, each with the exit code of the command that it ends."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class RftfitError(Exception):
 
 
 class LimitWarning(UserWarning):
-    """A prediction leaves what was measured or tested; the text is a sentence of `beyond_measured`.
+    """A prediction goes beyond what was measured or tested; the text is a sentence of `beyond_measured`.
 
     Examples
     --------
@@ -52,20 +52,20 @@ class WorkflowError(RftfitError):
 
 
 class CollectedErrors:
-    """Errors of several independent inputs, reported together."""
+    """`InputError`s of several independent inputs, reported together as one error."""
 
     def __init__(self) -> None:
-        self._found: list[str] = []
+        self._messages: list[str] = []
 
     @contextmanager
     def collect(self) -> Iterator[None]:
-        """Keep an error of this input for `check`."""
+        """Catch an `InputError` of the block and keep its text for `check`."""
         try:
             yield
         except InputError as error:
-            self._found.append(str(error))
+            self._messages.append(str(error))
 
     def check(self) -> None:
-        """Raise one error with the text of all kept errors, if there are any."""
-        if self._found:
-            raise InputError("\n".join(self._found))
+        """Raise one `InputError` with the texts of all caught errors, if there are any."""
+        if self._messages:
+            raise InputError("\n".join(self._messages))

@@ -52,17 +52,20 @@ from rftfit.store import csv_bytes, read_csv, read_parquet
 from rftfit.store.digests import sha256_of
 
 FOLDER = "results"
+"""Folder of the results, below the campaign's folder."""
+
 LEG_ERRORS = "leg_errors.csv"
-_KEPT_SAMPLES = 4
-"""Tables of samples are large: only the last few are kept."""
+
+_MOST_SAMPLE_TABLES = 4
+"""Most tables of samples (parquet) that are kept in memory at a time, since they are large."""
 
 
 class UndeclaredInput(AssertionError):
-    """A stage reads a result that its declaration does not name: a fault of the program."""
+    """A stage reads a result that is not among its declared inputs: a fault of the program."""
 
 
 class Tables:
-    """Tables below one folder of results, with the types that the dictionary of outputs states."""
+    """Tables in one folder of results, whose columns have the types that the dictionary of outputs states."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -71,7 +74,7 @@ class Tables:
         self._samples: OrderedDict[str, pd.DataFrame] = OrderedDict()
 
     def only(self, paths: Iterable[str]) -> Self:
-        """The same tables, from which nothing but these files may be read: a stage's own inputs."""
+        """Return a view from which only these files, the inputs of a stage, may be read."""
         view = copy(self)
         view._allowed = frozenset(paths)
         return view
@@ -88,7 +91,7 @@ class Tables:
         return self.folder / name
 
     def has(self, name: str) -> bool:
-        """Whether a file of the results is there, or held as if it were."""
+        """Return True if a file of the results exists, or a table was given for it by `hold`."""
         return name in self._tables or self.path(name).is_file()
 
     def table(self, name: str) -> pd.DataFrame:
@@ -102,7 +105,7 @@ class Tables:
         Returns
         -------
         pandas.DataFrame
-            A copy of its own: a change of it changes nothing else.
+            A copy: to change it changes nothing else.
 
         Raises
         ------
@@ -111,30 +114,32 @@ class Tables:
         """
         if name.endswith(".parquet"):
             return self._sample_table(name)
-        self.path(name)
+        self.path(name)  # raises if a stage has not declared this table, which may be in memory
         if name not in self._tables:
-            self._tables[name] = self._typed(name, self._there(name))
+            self._tables[name] = self._read_current(name, self._existing_path(name))
         return self._tables[name].copy(deep=False)
 
     def hold(self, name: str, table: pd.DataFrame) -> None:
-        """Take a table as if it had been read."""
+        """Keep a table as if it had been read from the file `name`."""
         (self._samples if name.endswith(".parquet") else self._tables)[name] = table
 
     def hold_as_csv(self, name: str, table: pd.DataFrame) -> pd.DataFrame:
-        """Take a table as it would come back from the file that `rftfit run` writes, and return it so."""
-        self.hold(name, self._typed(name, csv_bytes(table)))
+        """Keep and return a table as if it had been written to the csv file `name` and read again, rounded."""
+        self.hold(name, self._read_current(name, csv_bytes(table)))
         return self.table(name)
 
-    def _there(self, name: str) -> Path:
+    def _existing_path(self, name: str) -> Path:
+        """Return the path of a file of the results; raise InputError if there is none."""
         if not (path := self.path(name)).is_file():
             raise InputError(f"{path}: there is no such table; `rftfit run` makes it")
         return path
 
     def as_written(self, name: str) -> pd.DataFrame:
-        """Read a table that another version of the program may have written: its columns are what they are."""
-        return self._read(name, self._there(name))[0]
+        """Read a table that another version of the program may have written: no column is required."""
+        return self._read_typed(name, self._existing_path(name))[0]
 
-    def _read(self, name: str, source: Path | bytes) -> tuple[pd.DataFrame, Output]:
+    def _read_typed(self, name: str, source: Path | bytes) -> tuple[pd.DataFrame, Output]:
+        """Read a csv file, or its content, with the column types of the dictionary; return its entry there too."""
         output = describe_file(f"{FOLDER}/{name}")
         if output is None or not output.columns:
             raise InputError(f"{self.folder / name}: not a table of this program")
@@ -143,33 +148,36 @@ class Tables:
         )
         return table, output
 
-    def _typed(self, name: str, source: Path | bytes) -> pd.DataFrame:
+    def _read_current(self, name: str, source: Path | bytes) -> pd.DataFrame:
+        """Read a csv file, or its content, which must have every column that this version of the program writes."""
         path = self.folder / name
-        table, output = self._read(name, source)
-        always = (
+        table, output = self._read_typed(name, source)
+        # a column with `when` is written only under that condition, one with <...> has a name for each table
+        required_names = (
             column_entry.names
             for column_entry in output.columns
             if not column_entry.when and "<" not in column_entry.name
         )
-        if lacking := [name for names in always for name in names if name not in table]:
+        if lacking := [name for names in required_names for name in names if name not in table]:
             raise InputError(
                 f"{path}: no column {', '.join(lacking)}; make the table again with `rftfit run`"
             )
         return table
 
     def _sample_table(self, name: str) -> pd.DataFrame:
+        """Read a table of samples; the one that was used longest ago is dropped from memory."""
         if name not in self._samples:
-            self._samples[name] = read_parquet(self._there(name))
-            while len(self._samples) > _KEPT_SAMPLES:
+            self._samples[name] = read_parquet(self._existing_path(name))
+            while len(self._samples) > _MOST_SAMPLE_TABLES:
                 self._samples.popitem(last=False)
         self._samples.move_to_end(name)
         return self._samples[name].copy(deep=False)
 
 
 class Results(Tables):
-    """A campaign and the tables of its results: made by `open`.
+    """A campaign and the tables of its results, returned by `open`.
 
-    ``results["poppy_LP"]`` is one medium, iteration gives all of them.
+    ``results["poppy_LP"]`` is one medium; ``for medium in results`` goes through all media.
 
     Parameters
     ----------
@@ -204,29 +212,29 @@ class Results(Tables):
 
     @cached_property
     def laboratory(self) -> tuple[str, ...]:
-        """Media measured over the angles."""
+        """Media whose alpha was measured in many directions (beta, gamma)."""
         return self.campaign.of_role("laboratory")
 
     @cached_property
     def sands(self) -> tuple[str, ...]:
-        """Natural sands: media with one penetration test."""
+        """Natural sands: media of which one penetration test is known."""
         return self.campaign.of_role("natural_sand")
 
     @property
     def checks(self) -> pd.DataFrame:
-        """Whether the numbers of each medium can be believed: one row a medium and check."""
+        """Results of the checks of the measurements, one row for each medium and check."""
         return self.joined("checks/{medium}.csv")
 
     @cached_property
     def marks(self) -> dict[str, list[Remark]]:
-        """What stands wherever a medium appears that fails a check, by medium."""
-        # a campaign that was not run yet has none
+        """Remarks on each medium that fails a check, by medium, for all tables and figures that show the medium."""
+        # a campaign that was not run yet has no tables of checks
         are_checked = all(self.has(f"checks/{medium}.csv") for medium in self.media)
         return marks_of(self.checks, self.config.media) if are_checked else {}
 
     @property
     def session_clocks(self) -> SessionClocks | None:
-        """Clocks of all sessions, from the pushes of all media; None where they are not estimated."""
+        """Clocks of all sessions, estimated from the pushes of all media; None if they are not to be estimated."""
         settings = self.config.clock
         if settings.method != "estimate":
             return None
@@ -235,12 +243,12 @@ class Results(Tables):
 
     @property
     def titles(self) -> dict[str, str]:
-        """Titles of the media, marked where one fails a check."""
+        """Titles of the media by name; a medium that fails a check has the code of its first mark behind its title."""
         marks = {medium: f" ({marks[0].code})" for medium, marks in self.marks.items()}
         return {name: title + marks.get(name, "") for name, title in self.campaign.titles.items()}
 
     def marked(self, table: pd.DataFrame) -> pd.DataFrame:
-        """Add the marks of its medium to the reason of each row of a table."""
+        """Add to the reason of each row of a table the marks of the medium of this row."""
         return with_reasons(table, (self.marks.get(medium, ()) for medium in table["medium"]))
 
     def joined(self, pattern: str, media: tuple[str, ...] | None = None) -> pd.DataFrame:
@@ -262,7 +270,7 @@ class Results(Tables):
         return pd.concat(tables, ignore_index=True) if tables else pd.DataFrame()
 
     def map_table(self, medium: str) -> pd.DataFrame:
-        """Estimated alpha of one medium in every direction.
+        """Table of the map of one medium: alpha estimated in every direction.
 
         Parameters
         ----------
@@ -282,7 +290,7 @@ class Results(Tables):
         return table[table["beta_deg"].notna()]
 
     def map_reason(self, medium: str) -> str:
-        """Why a medium has no map; empty where it has one.
+        """Reason why a medium has no map; empty if it has one.
 
         Parameters
         ----------
@@ -300,7 +308,7 @@ class Results(Tables):
         return "; ".join(filter(None, self.table(f"maps/{medium}.csv")["reason"].unique()))
 
     def alpha_table(self, medium: str) -> pd.DataFrame:
-        """Alpha of one medium, each of its directions once.
+        """Alpha of one medium, one row for each direction.
 
         Parameters
         ----------
@@ -309,7 +317,7 @@ class Results(Tables):
         Returns
         -------
         pandas.DataFrame
-            By beta, then gamma.
+            Sorted by beta, then gamma.
 
         Raises
         ------
@@ -317,12 +325,13 @@ class Results(Tables):
             If the table is missing or damaged.
         """
         name = f"alpha/{medium}.csv"
-        self.path(name)  # a stage must not get at a table that it does not declare
+        self.path(name)  # raises if a stage has not declared this table, which may be in memory
         if name not in self._alpha:
-            self._alpha[name] = self._sound_alpha(name)
+            self._alpha[name] = self._read_alpha(name)
         return self._alpha[name].copy(deep=False)
 
-    def _sound_alpha(self, name: str) -> pd.DataFrame:
+    def _read_alpha(self, name: str) -> pd.DataFrame:
+        """Read an alpha table and sort it; raise InputError if its numbers or its angles cannot be used."""
         table = self.table(name).sort_values(["beta_deg", "gamma_deg"], ignore_index=True)
         numbers = table[[column(c, quantity) for c in "zx" for quantity in QUANTITIES]]
         kinds = {str(kind) for kind in (*numbers.dtypes, *table.dtypes[["beta_deg", "gamma_deg"]])}
@@ -338,18 +347,18 @@ class Results(Tables):
 
     @property
     def error_of_legs(self) -> float:
-        """The model's own error as the measured legs of the campaign show it; NaN where none was measured."""
+        """Relative error of the force model on the measured legs of the campaign; NaN if none was measured."""
         shown = self.table(LEG_ERRORS)["model_error_of_legs"].dropna()
         return float(shown.iloc[0]) if len(shown) else math.nan
 
     @property
     def model_error(self) -> float:
-        """The model's own error in this campaign: that of its legs, where it is larger than the usual one.
+        """Relative error of the force model in this campaign: the error on its legs, but at least the usual error.
 
-        The usual one where no leg was compared yet.
+        The usual error applies if no leg was compared yet.
         """
-        declared = self._allowed is None or f"{FOLDER}/{LEG_ERRORS}" in self._allowed
-        return larger_model_error(self.error_of_legs) if declared and self.has(LEG_ERRORS) else EPS
+        may_read = self._allowed is None or f"{FOLDER}/{LEG_ERRORS}" in self._allowed
+        return larger_model_error(self.error_of_legs) if may_read and self.has(LEG_ERRORS) else EPS
 
     def fits(self, method: str | None = None) -> dict[str, scaling.MediumFit]:
         """Nine-term fits of the laboratory media, made from their alpha tables.
@@ -366,7 +375,7 @@ class Results(Tables):
         """
         method = choose("method", method or self.config.fourier.method, METHODS)
         for medium in self.laboratory:
-            # read first: a stage must not get at a table that it does not declare
+            # read before the cache is asked: raises if a stage has not declared this table
             table = self.alpha_table(medium)
             if (medium, method) not in self._fits:
                 self._fits[medium, method] = scaling.fit_terms(table, self.config, method)
@@ -389,7 +398,7 @@ class Results(Tables):
         return scaling.generic(np.stack(coefficients)) if coefficients else np.full(9, np.nan)
 
     def reference(self, method: str | None = None) -> scaling.Reference:
-        """The media that a further medium is scaled from.
+        """The media from which another medium, known by one push, is scaled.
 
         Parameters
         ----------
@@ -399,20 +408,20 @@ class Results(Tables):
         Returns
         -------
         Reference
-            The campaign's own; the published five (`Reference.printed`) where fewer than two of its
-            media have a usable grid.
+            The media of the campaign; the five published ones (`Reference.printed`) if fewer than two media
+            of the campaign have a usable grid.
         """
         fits = list(self.fits(method).values())
         return scaling.reference_of(fits, method or self.config.fourier.method)
 
     def shapes(self, medium: str = "") -> Shapes:
-        """Known media whose shape a medium is taken to have.
+        """Known media from whose alpha the shape of alpha of a medium is estimated.
 
         Parameters
         ----------
         medium : str, optional
-            It is not among them itself, nor is the published medium that it is; default: one that is
-            not of this campaign.
+            Medium whose shape is estimated: the medium itself is left out, and so is the published medium that
+            it is a sample of. Default: a medium outside of this campaign, for which none is left out.
 
         Returns
         -------
@@ -466,36 +475,36 @@ class Medium(KnownMedium):
 
     @cached_property
     def verdict(self) -> Verdict:
-        """Verdict on the data of the medium in a word, and why: by its checks, and by what its runs lack."""
+        """Verdict on the data of the medium, as a word with its causes, from its checks, fits and flags."""
         return verdict_on(self.results.table(f"checks/{self.name}.csv"), self.fits, self.flags)
 
     @property
     def doubt(self) -> str:
-        """Verdict on the data where it is ``doubtful`` or ``unusable``; else, and before a run, empty."""
+        """Text of the verdict on the data if it is ``doubtful`` or ``unusable``; otherwise, and before a run, empty."""
         needed = ("checks", "fits", "flags")
         if not all(self.results.has(f"{table}/{self.name}.csv") for table in needed):
-            # of results whose tables of runs were not kept, by the checks alone
+            # results whose tables of runs were not kept: the marks of the checks alone
             return format_remarks(self.results.marks.get(self.name, ()))
         return str(self.verdict) if self.verdict.word in (UNUSABLE, DOUBTFUL) else ""
 
     @property
     def alpha(self) -> pd.DataFrame:
-        """Alpha over the angles with intervals, one row a cell, N/cm^3."""
+        """Alpha with intervals, N/cm^3, one row for each cell (beta, gamma)."""
         return self.results.alpha_table(self.name)
 
     @property
     def alpha_at_depth(self) -> pd.DataFrame:
-        """Stress over depth at `fit.depths_cm` by a power of depth, with intervals; no rows where stress is a line."""
+        """Stress over depth at `fit.depths_cm` by a fitted power, with intervals; no rows where stress is linear."""
         return self.results.table(f"alpha_at_depth/{self.name}.csv")
 
     @property
     def covariance(self) -> pd.DataFrame:
         """Covariance of the errors of alpha, of all cells and both components, (N/cm^3)^2.
 
-        Index and columns are beta_deg, gamma_deg and component (``z`` or ``x``); an alpha without an error is
-        not in it. Errors that runs share (session, turn, rod, tare) are correlated; the root of the diagonal is the
-        standard error in `alpha`. As ``alpha_covariance/<medium>.csv``, not rounded. Of a force that is linear in
-        alpha with weights w, ``w @ covariance @ w`` is the variance.
+        Index and columns are beta_deg, gamma_deg and component (``z`` or ``x``); an alpha without an error has no
+        row. Errors that runs share (session, turn, rod, tare) are correlated; the root of the diagonal is the
+        standard error in `alpha`. The numbers are those of ``alpha_covariance/<medium>.csv``, not rounded. A force that
+        is linear in alpha, with weights w, has the variance ``w @ covariance @ w``.
         """
         return covariance_of(self.alpha)
 
@@ -505,7 +514,7 @@ class Medium(KnownMedium):
         return self.results.table(f"fits/{self.name}.csv")
 
     def pressure_sinkage(self) -> PressureSinkage:
-        """Bekker's k and n of the pushes straight down, for programs that calculate tracks and wheels by them.
+        """Fit Bekker's law to the pushes straight down, for programs that calculate tracks and wheels by its k and n.
 
         Raises
         ------
@@ -523,7 +532,7 @@ class Medium(KnownMedium):
 
     @property
     def runs(self) -> pd.DataFrame:
-        """What became of the logs of every run."""
+        """Table of runs: what became of the logs of each."""
         return self.results.table(f"runs/{self.name}.csv")
 
     @property
@@ -538,7 +547,7 @@ class Medium(KnownMedium):
 
     @property
     def kinds(self) -> tuple[str, ...]:
-        """Kinds of profile that it can have: a natural sand is known by one cell of its table."""
+        """Kinds of profile that the medium can have: a natural sand, known by one cell, has fewer."""
         return KINDS if self.name in self.results.laboratory else ("table", "map", "generic")
 
     def coefficients(self, method: str | None = None) -> FloatArray:
@@ -552,19 +561,19 @@ class Medium(KnownMedium):
         Returns
         -------
         numpy.ndarray, shape (9,)
-            N/cm^3, as in Table S2; of a natural sand those of its generic profile; NaN where there
-            are none, which the reason of the profile explains.
+            N/cm^3, in the order of Table S2. A natural sand has those of its generic profile. NaN if there are
+            none; the `reason` of the profile then says why.
         """
         if self.name in self.results.laboratory:
             return self.results.fits(method)[self.name].used
-        return self._generic(method, draws=False).coefficients
+        return self._generic_profile(method, draws=False).coefficients
 
     @property
     def zeta(self) -> float:
-        """Scaling factor of the nine terms fitted to the pushed directions; NaN where there is none.
+        """Scaling factor of the nine terms fitted to the pushed directions; NaN if there is none.
 
-        By the method of the configuration. Where the pushes leave parts of the published grid out it is not comparable
-        with those of the paper; that of the map (`rftfit.Map.zeta`) is.
+        The terms are fitted by the method of the configuration. If the pushes leave out parts of the published grid,
+        this factor cannot be compared with those of the paper; the factor of the map (`rftfit.Map.zeta`) can.
         """
         if self.name in self.results.laboratory:
             return self.results.fits()[self.name].zeta
@@ -575,19 +584,19 @@ class Medium(KnownMedium):
 
     @property
     def chi(self) -> float:
-        """Measured over fitted alpha_z(0, 90 deg), of the fit of `zeta`; of a natural sand the mean of its reference."""
+        """Measured over fitted alpha_z(0, 90 deg), `zeta`; for a natural sand the mean over its reference media."""
         if self.name in self.results.laboratory:
             fit = self.results.fits()[self.name]
             return fit.alpha_z / fit.zeta
         return float(self.results.reference().chi.mean())
 
     def scaled(self, method: str | None = None) -> scaling.ScaledMedium:
-        """The medium by its one penetration test, alpha_z(0, 90 deg), and the paper's scaling routine.
+        """Scale the reference media to this medium by the paper's routine, from its one penetration test.
 
         Parameters
         ----------
         method : str, optional
-            Of the fits of the reference media; default: that of the configuration.
+            Method of the fits of the reference media; default: that of the configuration.
 
         Returns
         -------
@@ -611,12 +620,12 @@ class Medium(KnownMedium):
             raise InputError(f"{self.name}: {why}") from error
 
     def contact(self, leg: str) -> Contact | None:
-        """Measured forces on a leg that turned in this medium, as `rftfit.estimate_map` takes them.
+        """Return the measured forces on a leg that turned in this medium, in the form that `rftfit.estimate_map` needs.
 
         Parameters
         ----------
         leg : str
-            Of the configuration.
+            Name of the leg in the configuration.
 
         Returns
         -------
@@ -626,36 +635,36 @@ class Medium(KnownMedium):
         Raises
         ------
         InputError
-            If its curve tells nothing, as one of one pose.
+            If the curve cannot be used, for example if it has a single pose.
         """
         curve = self.legs
         curve = curve[curve["leg"] == leg] if len(curve) else curve
         names = ("force_z_N", "force_x_N")
         if not len(curve) or not curve[[*names]].notna().any(axis=None):
             return None
-        # repeats share what the model gets wrong: their mean is one turn
+        # the error of the model is the same in all repeats: they count as one turn, their mean
         curve = curve.groupby("theta_deg", as_index=False)[[*names]].mean()
-        described = self.results.config.legs[leg]
+        leg_settings = self.results.config.legs[leg]
         speed = self.results.config.arm.leg_speed_rad_per_s
-        motion = rotation(curve["theta_deg"].to_numpy(float), described.hip_height_cm, speed)
+        motion = rotation(curve["theta_deg"].to_numpy(float), leg_settings.hip_height_cm, speed)
         forces = {name: curve[name].to_numpy(float) for name in names}
         largest = max(float(np.nanmax(np.abs(force))) for force in forces.values())
-        # the errors of a curve itself are smaller than those from bed to bed
+        # readings of one curve scatter less than forces in different beds: the scatter of beds is the error
         error = (bed_spread(self.alpha) or USUAL_BED_SPREAD) * largest
         try:
-            return Contact(leg_outline(described, leg), motion, forces, error, name=self.name)
+            return Contact(leg_outline(leg_settings, leg), motion, forces, error, name=self.name)
         except ValueError as problem:
             raise InputError(f"{leg}: {problem}") from problem
 
     def map(
         self, contacts: Sequence[Contact] = (), *, teachers: Sequence[str] | None = None
     ) -> Map:
-        """Alpha in every direction: what was pushed, completed by the shape that known media share.
+        """Estimate alpha in every direction: pushed directions, completed by the shape that known media share.
 
         Parameters
         ----------
         contacts : sequence of Contact, optional
-            Forces on bodies in this medium, beside those of the teachers.
+            Forces on bodies in this medium, in addition to those on the teachers.
         teachers : sequence of str, optional
             Legs whose measured forces teach the map. Default: ``maps.use_legs`` of the configuration.
 
@@ -666,24 +675,27 @@ class Medium(KnownMedium):
         Raises
         ------
         InputError
-            If no push has a number that tells of the medium.
+            If no push has a usable alpha.
         """
         if teachers is None:
             teachers = self.results.config.maps.use_legs
         legs = [self.contact(leg) for leg in teachers]
-        taught = [contact for contact in legs if contact is not None]
+        leg_contacts = [contact for contact in legs if contact is not None]
         if contacts:
-            estimated = self._estimate([*contacts, *taught])
+            estimated = self._estimate_map([*contacts, *leg_contacts])
         else:
             maps, key = self.results._maps, (self.name, *teachers)
-            estimated = maps[key] if key in maps else maps.setdefault(key, self._estimate(taught))
+            if key not in maps:
+                maps[key] = self._estimate_map(leg_contacts)
+            estimated = maps[key]
         return replace(
             estimated,
             bed_spread=bed_spread(self.alpha) or USUAL_BED_SPREAD,
             model_error=self.results.model_error,
         )
 
-    def _estimate(self, contacts: Sequence[Contact]) -> Map:
+    def _estimate_map(self, contacts: Sequence[Contact]) -> Map:
+        """Call `estimate` with the alpha table and the settings of the medium; its ValueError becomes an InputError."""
         table, config = self.alpha, self.results.config
         try:
             return estimate(
@@ -700,24 +712,24 @@ class Medium(KnownMedium):
     def profile(
         self, kind: str = "table", method: str | None = None, *, draws: bool = True
     ) -> Profile:
-        """What answers alpha(beta, gamma) for this medium, with what its intervals come from.
+        """Return a profile of this medium, which gives alpha(beta, gamma), with the draws for its intervals.
 
         Parameters
         ----------
         kind : str, optional
-            ``table``: alpha as measured, interpolated. ``map``: completed by the shape that known media
-            share. ``fourier``: its nine terms. ``generic``: its
-            zeta times the generic nine; that of a natural sand is scaled from its one penetration
-            test. ``depth_only``: the baseline without angles.
+            ``table``: measured alpha, interpolated. ``map``: measured alpha, completed by the shape that known media
+            share. ``fourier``: the nine terms fitted to the medium. ``generic``: the generic nine terms times zeta of
+            the medium; for a natural sand they are scaled from its one penetration test.
+            ``depth_only``: the baseline without angles.
         method : str, optional
-            Of the nine-term fit, ``lsq`` or ``dft-index``; default: that of the configuration.
+            Method of the nine-term fit, ``lsq`` or ``dft-index``; default: that of the configuration.
         draws : bool, optional
-            Whether to make the draws of the errors of alpha, which take a moment.
+            True makes draws of the errors of alpha for the intervals, which takes a moment.
 
         Returns
         -------
         Profile
-            Its `reason` says why there is NaN.
+            If alpha is NaN somewhere, its `reason` says why.
 
         Raises
         ------
@@ -729,16 +741,16 @@ class Medium(KnownMedium):
         table, config = self.alpha, self.results.config
         profile: Profile
         if kind == "fourier":
-            profile = self._fourier(method, draws=draws)
+            profile = self._fourier_profile(method, draws=draws)
         elif kind == "generic":
-            profile = self._generic(method, draws=draws)
+            profile = self._generic_profile(method, draws=draws)
         elif kind == "map":
             try:
                 profile = self.map().profile
                 profile.spread = profile.spread if draws else None
             except InputError as error:
-                nothing = np.full((7, 13), np.nan)
-                profile = TableProfile(nothing, nothing, name=f"map of {self.name}")
+                unknown = np.full((7, 13), np.nan)  # on the grid of the paper
+                profile = TableProfile(unknown, unknown, name=f"map of {self.name}")
                 profile.reason = str(error)
         else:
             name = f"measured table of {self.name}"
@@ -754,12 +766,13 @@ class Medium(KnownMedium):
         return profile
 
     def as_profile(self, is_enough: Callable[[Profile], bool] | None = None) -> Profile:
-        """Return the profile by which forces are predicted: the table where it is enough, else the map.
+        """Return the profile by which forces are predicted: the table if it is enough, otherwise the map.
 
         Parameters
         ----------
         is_enough : callable, optional
-            Whether the table has a number in every direction that is asked for; default: in all directions.
+            Called with the table if it has holes; returns True if the table has a number in every direction that is
+            needed. Default: a table with holes is not enough.
 
         Returns
         -------
@@ -770,27 +783,27 @@ class Medium(KnownMedium):
     def _table_or_map(
         self, is_enough: Callable[[Profile], bool] | None = None, *, draws: bool = True
     ) -> Profile:
-        """Return the table where it is enough, else the map, with or without draws."""
+        """Do what `as_profile` does, with or without draws of the errors of alpha."""
         table = self.profile("table", draws=draws)
         if not table.reason or (is_enough is not None and is_enough(table)):
             return table
         completed = self.profile("map", draws=draws)
-        # a medium without any number has a reason by either
+        # a medium without any alpha has no map either: the reason of its table is the better known one
         return table if completed.reason else completed
 
     def export_source(self, kind: str | None = None) -> tuple[KnownMedium, dict[str, Any]]:
-        """Return what a profile file of this medium is made of, and what the file says of it beside alpha.
+        """Return the source of alpha for a profile file of this medium, and the other facts that the file states.
 
         Parameters
         ----------
         kind : str, optional
-            ``table`` or ``map``. Default: the table, where every direction was pushed, else the map.
+            ``table`` or ``map``. Default: the table if every direction was pushed, otherwise the map.
 
         Returns
         -------
         source : KnownMedium
         facts : dict of str to object
-            Arguments of `write_profile`, by name.
+            Arguments of `write_profile` by name.
 
         Raises
         ------
@@ -809,32 +822,34 @@ class Medium(KnownMedium):
         is_map = kind == "map" or (kind is None and bool(table.reason))
         return (self.map() if is_map else table), facts
 
-    def _fourier(self, method: str | None, *, draws: bool) -> FourierProfile:
+    def _fourier_profile(self, method: str | None, *, draws: bool) -> FourierProfile:
+        """Return the nine terms fitted to this medium; NaN with a reason if there is no fit."""
         fit = self.results.fits(method)[self.name]
         name = f"nine terms ({fit.method}) of {self.name}"
         if fit.reason:
             return FourierProfile(fit.used, name, f"{name}: {fit.reason}")
         return FourierProfile(fit.used, name, spread=FourierProfile(fit.draws) if draws else None)
 
-    def _generic(self, method: str | None, *, draws: bool) -> FourierProfile:
+    def _generic_profile(self, method: str | None, *, draws: bool) -> FourierProfile:
+        """Return the generic nine terms times zeta of this medium; NaN with a reason if either is not known."""
         if self.name not in self.results.laboratory:
             try:
                 return self.scaled(method).profile
             except InputError as error:
                 return FourierProfile(np.full(9, np.nan), f"generic, {self.name}", str(error))
         fits = self.results.fits(method)
-        fit_of_medium, other_fits = fits[self.name], [fit for fit in fits.values() if fit.counts]
+        fit_of_medium, counted_fits = fits[self.name], [fit for fit in fits.values() if fit.counts]
         name = (
             f"generic ({fit_of_medium.method}) times zeta = {fit_of_medium.zeta:.4f} of {self.name}"
         )
-        if fit_of_medium.reason or not other_fits:
+        if fit_of_medium.reason or not counted_fits:
             why = fit_of_medium.reason or "no medium that passes its checks has nine terms"
             name = f"generic ({fit_of_medium.method}) of {self.name}"
             return FourierProfile(np.full(9, np.nan), name, f"{name}: {why}")
         spread = None
         if draws:
-            many = scaling.generic(np.stack([fit.draws for fit in other_fits], axis=1))
-            spread = scaled_generic(fit_of_medium.zeta_draws, many)
+            generic_draws = scaling.generic(np.stack([fit.draws for fit in counted_fits], axis=1))
+            spread = scaled_generic(fit_of_medium.zeta_draws, generic_draws)
         return scaled_generic(fit_of_medium.zeta, self.results.generic(method), name, spread)
 
     def __repr__(self) -> str:

@@ -1,1 +1,1 @@
-"""The force model: what answers alpha(beta, gamma), and what integrates it."""
+"""The force model: profiles, which give alpha(beta, gamma), and the compiled kernel, which integrates alpha."""

@@ -19,7 +19,7 @@ from rftfit.errors import InputError
 
 _PA_PER_N_CM2, _M_PER_CM = 1e4, 0.01
 _SAME_WIDTH = 1.1
-"""Plates whose widths differ by less tell k_c from k_phi no better than their beds allow."""
+"""Largest ratio of plate widths that count as one: a smaller difference of p is lost in the scatter of the beds."""
 
 
 @dataclass(frozen=True)
@@ -29,18 +29,18 @@ class PressureSinkage:
     Attributes
     ----------
     n, n_lo, n_hi : float
-        Exponent, and the 95 % interval of its mean over beds; NaN where one push has no error.
+        Mean exponent of the pushes, and its 95 % interval; the interval is NaN for a single push without an error.
     k_phi : float
         N/m^(n+2).
     k_c : float
-        N/m^(n+1); 0 where all plates have one width, as `widths_m` shows: then k_phi is that of this width.
+        N/m^(n+1); 0 if all plates have one width (see `widths_m`): k_phi then holds for this width alone.
     k_phi_se, k_c_se : float
-        Standard errors by the scatter of the pushes at this exponent; NaN where there are too few.
+        Standard errors from the scatter of the pushes about the law, at this exponent; NaN if there are too few pushes.
     widths_m : tuple of float
-        Widths b of the plates, as of `width_of_plate`.
+        Widths b of the plates, as `width_of_plate` defines them.
     n_pushes : int
     depth_m : (float, float)
-        From where to where stress was fitted. The law is not known below.
+        Least and greatest depth of the fitted stress. The law is not known at greater depths.
     """
 
     n: float
@@ -55,18 +55,18 @@ class PressureSinkage:
     depth_m: tuple[float, float]
 
     def pressure_Pa(self, sinkage_m: FloatArray, width_m: float) -> FloatArray:
-        """Pressure at these depths under a plate of this width, of the shape of `sinkage_m`."""
+        """Return the pressure under a plate of this width at each sinkage; same shape as `sinkage_m`."""
         return (self.k_c / width_m + self.k_phi) * sinkage_m**self.n
 
     @property
     def doubt(self) -> str:
-        """What these pushes cannot tell, if anything."""
+        """Sentence on what the pushes leave unknown; empty if plates of several widths were pushed."""
         if len(self.widths_m) > 1:
             return ""
         return "plates of one width cannot tell k_c from k_phi: k_phi is their sum, k_c / b + k_phi, for this width"
 
     def summary(self) -> str:
-        """Format the law, and the pushes that it stands on."""
+        """Format the parameters of the law and the pushes from which they were fitted as one line."""
         interval = "" if math.isnan(self.n_lo) else f" ({self.n_lo:.3g} to {self.n_hi:.3g})"
         widths = ", ".join(f"{width / _M_PER_CM:g}" for width in self.widths_m)
         start, end = (depth / _M_PER_CM for depth in self.depth_m)
@@ -76,7 +76,7 @@ class PressureSinkage:
         )
 
     def as_dict(self) -> dict[str, Any]:
-        """Give law and numbers."""
+        """Return the formula of the law and all attributes, for JSON."""
         law = "pressure = (k_c / b + k_phi) z^n; Pa, m, k_phi in N/m^(n+2), k_c in N/m^(n+1)"
         return {"law": law, **asdict(self)}
 
@@ -87,17 +87,18 @@ def pressure_sinkage(fits: pd.DataFrame, width_cm_of_run: Mapping[str, float]) -
     Parameters
     ----------
     fits : DataFrame
-        Of `Medium.fits`; the pushes at (0, 90 deg) count.
+        The table `Medium.fits`; only its pushes at (0, 90 deg) are used.
     width_cm_of_run : mapping of str to float
         Width b of the plate of each run.
 
     Raises
     ------
     InputError
-        If there is no push straight down of which a power of depth is known.
+        If no push straight down has a fitted power of depth.
     """
     is_push = (fits["beta_deg"] == 0) & (fits["gamma_deg"] == 90)
-    # stress at the end of a window: by the line with a free intercept, and both laws against the line through zero
+    # columns of the line with a free intercept; both `_percent` columns compare the stress of a law at the end of the
+    # fitted window with the stress of the line through zero
     free_line = ["intercept_z_N_per_cm2", "free_slope_z_N_per_cm3", "free_stress_z_percent"]
     numbers = ["exponent_z", "power_stress_z_percent", *free_line]
     pushes = fits[is_push & np.isfinite(fits[numbers].to_numpy(float)).all(axis=1)]
@@ -107,16 +108,18 @@ def pressure_sinkage(fits: pd.DataFrame, width_cm_of_run: Mapping[str, float]) -
             "more, with 5 samples at different depths"
         )
     exponents = pushes["exponent_z"].to_numpy(float)
-    exponent, half = float(exponents.mean()), _half_width(exponents, pushes["exponent_z_se"])
+    exponent = float(exponents.mean())
+    half = _half_width_of_mean(exponents, pushes["exponent_z_se"])
     end_cm = pushes["depth_to_cm"].to_numpy(float)
     intercept, slope, free_percent = pushes[free_line].to_numpy(float).T
     power_percent = pushes["power_stress_z_percent"].to_numpy(float)
-    stress = (intercept + slope * end_cm) * (1 + power_percent / 100) / (1 + free_percent / 100)
-    k = _PA_PER_N_CM2 * stress / (_M_PER_CM * end_cm) ** exponent
+    free_stress = intercept + slope * end_cm
+    power_stress = free_stress * (1 + power_percent / 100) / (1 + free_percent / 100)
+    # each push gives one k = k_c / b + k_phi, by its power law at the end of its window and the mean exponent
+    k = _PA_PER_N_CM2 * power_stress / (_M_PER_CM * end_cm) ** exponent
     width = _M_PER_CM * np.array([width_cm_of_run[run_id] for run_id in pushes["run_id"]])
-    differ = width.max() > _SAME_WIDTH * width.min()
-    design = np.stack([np.ones(k.size), 1 / width if differ else np.zeros(k.size)])
-    terms = design[: 1 + differ]
+    widths_differ = width.max() > _SAME_WIDTH * width.min()
+    terms = np.stack([np.ones(k.size), 1 / width])[: 1 + widths_differ]  # of k_phi, and of k_c
     parameters = np.linalg.lstsq(terms.T, k, rcond=None)[0]
     dof = k.size - len(terms)
     errors = np.full(2, math.nan)
@@ -140,7 +143,7 @@ def pressure_sinkage(fits: pd.DataFrame, width_cm_of_run: Mapping[str, float]) -
 
 
 def width_of_plate(plate: Plate | Disc | FlatOutline | Leg) -> float:
-    """Bekker's b of a plate, cm: smaller side, radius of a disc, of another outline its area over its length."""
+    """Return Bekker's width b of a plate, cm: radius of a disc, else the smaller of length and area / length."""
     if isinstance(plate, Disc):
         return plate.diameter_cm / 2
     if isinstance(plate, Leg):
@@ -148,8 +151,8 @@ def width_of_plate(plate: Plate | Disc | FlatOutline | Leg) -> float:
     return min(plate.length_cm, plate.area_cm2 / plate.length_cm)
 
 
-def _half_width(exponents: FloatArray, errors: pd.Series) -> float:
-    """Half of the 95 % interval of the mean exponent; of one push by its own error."""
+def _half_width_of_mean(exponents: FloatArray, errors: pd.Series) -> float:
+    """Return half of the 95 % interval of the mean exponent, by Student's t; of a single push by its error."""
     from scipy.special import stdtrit
 
     if exponents.size == 1:

@@ -1,4 +1,4 @@
-"""What the errors of the cells of an alpha table have in common: causes that move several cells, and their covariance."""
+"""Errors that cells of an alpha table share (session, turn, rod, tare), and the covariance of all errors."""
 
 from __future__ import annotations
 
@@ -12,16 +12,17 @@ from rftfit.conventions import COMPONENTS, FloatArray
 from rftfit.measure.alpha import column
 
 COVARIANCE_INDEX = ["beta_deg", "gamma_deg", "component"]
-"""What names a number of an alpha table: a cell and a component, ``z`` or ``x``."""
+"""Columns that name one number of an alpha table: the angles of its cell, and its component, ``z`` or ``x``."""
 
 
 @dataclass(frozen=True)
 class CommonError:
-    """An error that cells share, with the standard deviation 1 of each of its independent causes.
+    """An error that n cells share, as a sum over independent causes of standard deviation 1.
 
-    `size`: Of each component by cell, N/cm^3, with the sign of its common cause. `share` (causes, n): of each cause in
-    the error of a cell; its squares add up to 1 in each cell that has the error. `joint`: whether a cause moves
-    both components; else each component has causes of its own.
+    A cause of 1 changes alpha of a cell by `size` times its `share`. `size`: standard error of each component in each
+    cell (n,), N/cm^3, with the sign in which a common cause moves the cell. `share` (causes, n): the squares of the
+    shares in a cell add up to 1 if it has the error. `joint`: True if one cause moves both components, False if each
+    component has its separate causes.
     """
 
     size: dict[str, FloatArray]
@@ -30,27 +31,28 @@ class CommonError:
 
 
 def common_errors(table: pd.DataFrame) -> dict[str, CommonError]:
-    """Errors that cells of an alpha table share, by name: those of all runs, and those of runs with one tare."""
-    every = np.ones((1, len(table)))
+    """Return the errors that cells of a table share, by source: three with one cause for all runs, and tares."""
+    one_cause_for_all = np.ones((1, len(table)))
     shared = {
-        source: CommonError(error_sizes(table, source), every, joint=True)
+        source: CommonError(error_sizes(table, source), one_cause_for_all, joint=True)
         for source in ("rod", "session", "turn")
     }
-    names = table["tare_runs"].fillna("").to_numpy(str) if "tare_runs" in table else ()
-    of_cells = [str(text).split() for text in names]
+    tare_cells = table["tare_runs"].fillna("").to_numpy(str) if "tare_runs" in table else ()
+    tares_of_cell = [str(run_ids).split() for run_ids in tare_cells]
     size = error_sizes(table, "tare")
-    if any(size[c].any() for c in COMPONENTS) and of_cells:
-        tares = sorted({name for cell in of_cells for name in cell})
-        # as if the tares of a cell had equal parts in it
+    if any(size[c].any() for c in COMPONENTS) and tares_of_cell:
+        all_tares = sorted({tare for tares in tares_of_cell for tare in tares})
+        # the table does not say how much each tare of a cell adds to its error: equal parts
         share = [
-            [1 / len(cell) ** 0.5 if name in cell else 0.0 for cell in of_cells] for name in tares
+            [1 / len(tares) ** 0.5 if tare in tares else 0.0 for tares in tares_of_cell]
+            for tare in all_tares
         ]
         shared["tare"] = CommonError(size, np.array(share), joint=False)
     return shared
 
 
 def error_sizes(table: pd.DataFrame, source: str) -> dict[str, FloatArray]:
-    """One error by component and cell, N/cm^3; 0 where the table does not have it."""
+    """Return the error from one source, by component, in each cell, N/cm^3; 0 where the table has none."""
     names = {c: column(c, f"_{source}") for c in COMPONENTS}
     return {
         c: np.asarray(np.nan_to_num(table[name].to_numpy(float)))
@@ -61,7 +63,7 @@ def error_sizes(table: pd.DataFrame, source: str) -> dict[str, FloatArray]:
 
 
 def equivalent_rows(table: pd.DataFrame) -> npt.NDArray[np.intp]:
-    """The last row of an alpha table that is the same plate in the same motion, for each row."""
+    """Return for each row the last row of the same direction: beta = -90 and 90 degrees are one plate."""
     keys = list(zip((table["beta_deg"] % 180).round(3), table["gamma_deg"].round(3), strict=True))
     order = np.argsort(table["beta_deg"].to_numpy(float), kind="stable")
     last = {keys[row]: int(row) for row in order}
@@ -69,15 +71,15 @@ def equivalent_rows(table: pd.DataFrame) -> npt.NDArray[np.intp]:
 
 
 def covariance_of(table: pd.DataFrame) -> pd.DataFrame:
-    """Covariance of the errors of the means of an alpha table, (N/cm^3)^2, of both components.
+    """Return the covariance of the errors of the means of an alpha table, both components, (N/cm^3)^2.
 
-    Errors with a common cause are correlated, with its sign; the others are of one cell and component. Rows that are
-    one plate (beta = -90 and 90 degrees) have one error. Without numbers that have no standard error. Index and columns:
-    `COVARIANCE_INDEX`.
+    Errors with a common cause are correlated, with its sign; the rest of an error is independent in each cell and
+    component. Rows of the same plate (beta = -90 and 90 degrees) have the same error. A number without a standard error
+    has no row. Index and columns: `COVARIANCE_INDEX`.
     """
     n, row_of_plate = len(table), equivalent_rows(table)
     se = np.concatenate([table[column(c, "_se")].to_numpy(float) for c in COMPONENTS])
-    total, common = np.zeros((2 * n, 2 * n)), np.zeros(2 * n)
+    total, common_variance = np.zeros((2 * n, 2 * n)), np.zeros(2 * n)
     for error in common_errors(table).values():
         parts = [error.share * error.size[c] for c in COMPONENTS]
         nothing = np.zeros_like(error.share)
@@ -86,8 +88,8 @@ def covariance_of(table: pd.DataFrame) -> pd.DataFrame:
             causes = [np.hstack([parts[0], nothing]), np.hstack([nothing, parts[1]])]
         for cause in causes:
             total += cause.T @ cause
-            common += np.square(cause).sum(axis=0)
-    alone = np.sqrt(np.maximum(se**2 - common, 0.0))
+            common_variance += np.square(cause).sum(axis=0)
+    alone = np.sqrt(np.maximum(se**2 - common_variance, 0.0))
     plate = np.concatenate([row_of_plate, row_of_plate + n])
     total += np.outer(alone, alone) * (plate[:, None] == plate)
     names = [
@@ -99,12 +101,12 @@ def covariance_of(table: pd.DataFrame) -> pd.DataFrame:
     has_error = np.isfinite(se)
     square = pd.DataFrame(total, index=index, columns=index)
     covariance: pd.DataFrame = square.loc[has_error, has_error]
-    # in the order of its index a cell is looked up by beta and gamma alone
+    # pandas looks up a cell by beta and gamma alone only in a sorted index
     return covariance.sort_index().sort_index(axis=1)
 
 
 def covariance_table(table: pd.DataFrame) -> pd.DataFrame:
-    """`covariance_of` an alpha table as the rows of a file: a column for each row, in the same order."""
+    """Return `covariance_of` an alpha table as the table of a file, with one column for each row, in the same order."""
     square = covariance_of(table)
     places = (square.index.get_level_values(name) for name in COVARIANCE_INDEX)
     names = [

@@ -1,4 +1,4 @@
-"""Draws of the alpha table within its own errors, for the intervals of everything that follows."""
+"""Random draws of an alpha table within its errors, and the intervals that are calculated from draws."""
 
 from __future__ import annotations
 
@@ -22,9 +22,10 @@ if TYPE_CHECKING:
     from rftfit.campaign.config import Config
 
 DRAWS = 1000
-"""Draws behind an interval where the config states no number."""
+"""Draws behind an interval if the config states no number."""
 
-_MANY = 1e6
+_MOST_DOF = 1e6
+"""Degrees of freedom that stand for infinitely many."""
 
 
 def alpha_draws(
@@ -32,20 +33,19 @@ def alpha_draws(
 ) -> tuple[FloatArray, FloatArray]:
     """Draw alpha tables of one medium from their errors (parametric bootstrap).
 
-    Every run is its own experiment, so cells are independent but for what they share: a tare, the
-    surface of the session, the turn of the mount. The rows beta = -90 and +90 degrees are one plate and
-    move together. The same medium and seed give the same draws, so that stages which draw apart
-    still agree.
+    Every run is a separate experiment, so the errors of cells are independent except for those that cells share
+    (`common_errors`). The rows beta = -90 and +90 degrees are one plate and have the same error. The same
+    medium and seed give the same draws, so that stages agree which draw separately.
 
-    `only`: One of `SOURCES`, as if the others did not exist; default: all. Returns alpha_z and alpha_x
-    by cell of the table, shape (draws, n); NaN in cells without a run.
+    `only`: name of one error of `SOURCES`, which alone is drawn; default: all errors. Returns alpha_z and alpha_x
+    in the n cells of the table, each of shape (draws, n), N/cm^3; NaN in cells without a run.
     """
     from scipy.special import ndtri
 
     medium = str(table["medium"].iloc[0])
     random = np.random.default_rng([seed, zlib.crc32(medium.encode())])
     draws_by_component = []
-    # by direction, so that the order of the rows does not choose the numbers
+    # random numbers are assigned in the order of directions, so that the order of the rows has no effect
     order = table.reset_index().sort_values(["beta_deg", "gamma_deg"]).index.to_numpy()
     equivalent = equivalent_rows(table)
     shared = common_errors(table)
@@ -55,37 +55,38 @@ def alpha_draws(
             table[column(component, end)].to_numpy(float) for end in ("", "_lo", "_hi", "_se")
         )
         half = (high - low) / 2
-        # from the interval, not from the standard error: it knows the degrees of freedom
-        wide = np.divide(half / float(ndtri(0.5 + confidence / 2)), se, where=se > 0, out=0 * se)
+        # Student's over the normal quantile: draws become as wide as the interval, which has few degrees of freedom
+        normal_half = half / float(ndtri(0.5 + confidence / 2))
+        student_factor = np.divide(normal_half, se, where=se > 0, out=0 * se)
         noise = np.empty((draws, centre.size))
         noise[:, order] = random.standard_normal(noise.shape)
-        variance = se**2
-        moved = np.zeros_like(noise)
+        variance = se**2  # less the common errors: the variance of each cell alone
+        error_drawn = np.zeros_like(noise)
         for source, error in shared.items():
             size = error.size[component]
             variance = variance - size**2
             if only in ("", source):
-                moved += size * normals[source][component]
+                error_drawn += size * normals[source][component]
         if only and only not in shared:
             variance = error_sizes(table, only)[component] ** 2
         if only not in shared:
-            moved += np.sqrt(np.maximum(variance, 0.0)) * noise[:, equivalent]
-        draws_by_component.append(centre + wide * moved)
+            error_drawn += np.sqrt(np.maximum(variance, 0.0)) * noise[:, equivalent]
+        draws_by_component.append(centre + student_factor * error_drawn)
     return draws_by_component[0], draws_by_component[1]
 
 
 def _common_normals(
     shared: dict[str, CommonError], draws: int, random: np.random.Generator
 ) -> dict[str, dict[str, FloatArray]]:
-    """Normal numbers of the errors that cells share, by source and component, shape (draws, n)."""
+    """Draw the common errors of n cells, relative to their sizes, by source and component, shape (draws, n)."""
 
-    def drawn(error: CommonError) -> FloatArray:
+    def draw(error: CommonError) -> FloatArray:
         return random.standard_normal((draws, len(error.share))) @ error.share
 
     return {
-        source: dict.fromkeys(COMPONENTS, drawn(error))
+        source: dict.fromkeys(COMPONENTS, draw(error))
         if error.joint
-        else {c: drawn(error) for c in COMPONENTS}
+        else {c: draw(error) for c in COMPONENTS}
         for source, error in shared.items()
     }
 
@@ -95,24 +96,27 @@ def errors_behind(
     config: Config,
     quantity: Callable[[tuple[FloatArray, FloatArray]], FloatArray],
 ) -> dict[str, FloatArray]:
-    """Standard deviation of quantities that are linear in alpha, by the name of the error behind them.
+    """Return the standard deviation of quantities linear in alpha that each source of error causes, by its name.
 
-    `quantity`: Makes numbers of shape (..., draws) of `alpha_draws`. Returns arrays of shape (...).
+    `quantity`: function that takes what `alpha_draws` returns and returns quantities of shape (..., draws). The
+    standard deviations have shape (...). Sources that the table does not have are left out.
     """
     seed, level = config.fourier.seed, config.fit.confidence
     return {
-        name: quantity(alpha_draws(table, _FEW, seed, level, only=name)).std(ddof=1, axis=-1)
+        name: quantity(alpha_draws(table, _DRAWS_OF_SOURCE, seed, level, only=name)).std(
+            ddof=1, axis=-1
+        )
         for name in SOURCES
         if any(size.any() for size in error_sizes(table, name).values())
     }
 
 
-_FEW = 400
-"""Draws that tell a share of a variance to some percent."""
+_DRAWS_OF_SOURCE = 400
+"""Draws of the error from one source: enough for its share of a variance to some percent."""
 
 
 def draws_of(table: pd.DataFrame, config: Config) -> tuple[FloatArray, FloatArray]:
-    """`alpha_draws` with the settings of a campaign."""
+    """Call `alpha_draws` with the number of draws, the seed and the confidence of a campaign."""
     settings = config.fourier
     return alpha_draws(table, settings.draws, settings.seed, config.fit.confidence)
 
@@ -120,31 +124,35 @@ def draws_of(table: pd.DataFrame, config: Config) -> tuple[FloatArray, FloatArra
 def measured_profile(
     table: pd.DataFrame, config: Config, name: str = "measured table", *, draws: bool = True
 ) -> TableProfile:
-    """Interpolate an alpha table; its spread are draws within its errors, NaN where a cell has alpha and no error."""
+    """Interpolate an alpha table; its `spread` is draws within its errors, NaN where alpha has no error."""
     profile = TableProfile.from_table(table, name)
     errors = table[[column(c, "_hi") for c in COMPONENTS]].notna().to_numpy()
-    # scattered directions are interpolated between all that have a number: draws of some are another table
-    if not draws or not errors.any() or (profile.scattered and not errors_known(table)):
+    # scattered directions are triangulated: if some had no draws, the triangles of draws and alpha would differ
+    lacks_triangles = profile.scattered and not errors_known(table)
+    if not draws or not errors.any() or lacks_triangles:
         return profile
     alpha = np.stack(draws_of(table, config))
-    lacking = np.isnan(alpha).any(axis=(0, 1)) & table[column("z")].notna().to_numpy()
-    # a direction and its mirror image are one: its mean has an error only where both have
+    lacks_draws = np.isnan(alpha).any(axis=(0, 1)) & table[column("z")].notna().to_numpy()
+    # the profile has the mean of a direction and its mirror image, whose error is known only if both have one
     cells = torus(*directions(table)).cell
-    of_lacking = cells[(lacking[cells] & (cells >= 0)).any(axis=1)]
-    alpha[..., of_lacking[of_lacking >= 0]] = np.nan
+    cells_without = cells[(lacks_draws[cells] & (cells >= 0)).any(axis=1)]
+    alpha[..., cells_without[cells_without >= 0]] = np.nan
     profile.spread = TableProfile(alpha[0], alpha[1], *directions(table))
     return profile
 
 
 def errors_known(table: pd.DataFrame) -> bool:
-    """Whether every alpha of a table has an interval: a table of others may state none."""
+    """Return True if every alpha of a table has an interval; a table of another lab may lack some."""
     return all(
         bool((table[column(c, "_hi")].notna() | table[column(c)].isna()).all()) for c in COMPONENTS
     )
 
 
 def typical_dof(table: pd.DataFrame, confidence: float) -> float:
-    """Degrees of freedom behind the intervals of an alpha table, median over the cells, at most 1e6."""
+    """Return the median degrees of freedom behind the intervals of an alpha table, at most 1e6.
+
+    They follow from half an interval over its standard error, which is a quantile of Student's t.
+    """
     from scipy.special import ndtri, stdtridf
 
     upper = 0.5 + confidence / 2
@@ -156,20 +164,20 @@ def typical_dof(table: pd.DataFrame, confidence: float) -> float:
     ratio = ratio[np.isfinite(ratio)]
     if ratio.size == 0:
         return float("nan")
-    middle = float(np.median(ratio))
-    # a normal quantile has infinitely many, where the inverse of Student's t ends
-    if middle <= 1.00001 * float(ndtri(upper)):
-        return _MANY
-    return float(min(stdtridf(upper, middle), _MANY))
+    median = float(np.median(ratio))
+    # the quantile of a normal distribution means infinitely many, for which `stdtridf` has no answer
+    if median <= 1.00001 * float(ndtri(upper)):
+        return _MOST_DOF
+    return float(min(stdtridf(upper, median), _MOST_DOF))
 
 
 def interval_of_sum(
     terms: Sequence[FloatArray], dofs: Sequence[float], confidence: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Percentile interval of a sum of terms that were measured apart, each of shape (draws, ...).
+    """Return the percentile interval of a sum of independent terms, each of shape (draws, ...).
 
-    The draws of each term are as wide as the Student interval of its own few degrees of freedom
-    (`typical_dof`). A sum has more of them (Welch and Satterthwaite), so its interval is narrowed.
+    The draws of a term are as wide as the Student interval of its few degrees of freedom, in `dofs`
+    (`typical_dof`). The sum has more degrees of freedom (Welch and Satterthwaite), so its interval is narrowed.
     """
     from scipy.special import ndtri, stdtrit
 
@@ -177,24 +185,25 @@ def interval_of_sum(
     normal = float(ndtri(upper))
     lo, hi = interval(sum(terms[1:]) + terms[0], confidence)
     dof = np.array(dofs)
-    widened = np.array([float(stdtrit(dof, upper)) / normal for dof in dofs])
-    drawn = np.stack([term.var(axis=0) for term in terms])
-    shape = (-1, *[1] * (drawn.ndim - 1))
-    variance = drawn / widened.reshape(shape) ** 2
+    student_factors = np.array([float(stdtrit(dof, upper)) / normal for dof in dofs])
+    variance_drawn = np.stack([term.var(axis=0) for term in terms])
+    shape = (-1, *[1] * (variance_drawn.ndim - 1))
+    variance = variance_drawn / student_factors.reshape(shape) ** 2
     total = variance.sum(axis=0)
-    safe = np.where(total > 0, total, 1.0)
-    together = 1 / np.maximum(((variance / safe) ** 2 / dof.reshape(shape)).sum(axis=0), 1 / _MANY)
-    reach = stdtrit(together, upper) / normal
-    width_drawn = np.sqrt(np.where(total > 0, drawn.sum(axis=0) / safe, 1.0))
+    safe_total = np.where(total > 0, total, 1.0)
+    inverse_dof = ((variance / safe_total) ** 2 / dof.reshape(shape)).sum(axis=0)
+    student_factor_of_sum = stdtrit(1 / np.maximum(inverse_dof, 1 / _MOST_DOF), upper) / normal
+    factor_drawn = np.sqrt(np.where(total > 0, variance_drawn.sum(axis=0) / safe_total, 1.0))
     middle = (lo + hi) / 2
-    half = (hi - lo) / 2 * reach / width_drawn
+    half = (hi - lo) / 2 * student_factor_of_sum / factor_drawn
     return middle - half, middle + half
 
 
 def interval(draws: FloatArray, confidence: float) -> tuple[FloatArray, FloatArray]:
-    """Percentile interval along the first axis: its lower and upper end, NaN where a draw has none.
+    """Return lower and upper end of the percentile interval along the first axis; NaN where a draw is NaN.
 
-    Linear between two draws, as `numpy.quantile`; to sort the draws of one number side by side is several times faster.
+    The quantiles are those of `numpy.quantile`, linear between two draws. This is several times faster, because the
+    draws of one number are sorted where they lie side by side in memory.
     """
     tail = (1 - confidence) / 2
     ordered = np.moveaxis(np.asarray(draws, dtype=float), 0, -1).copy()
@@ -203,30 +212,30 @@ def interval(draws: FloatArray, confidence: float) -> tuple[FloatArray, FloatArr
     lo, hi = (
         np.where(unknown, np.nan, _between_draws(ordered, share)) for share in (tail, 1 - tail)
     )
-    # of draws of one number the ends are numbers
+    # [()] makes a number of an array without axes
     return lo[()], hi[()]
 
 
 def _between_draws(ordered: FloatArray, share: float) -> FloatArray:
-    """Quantile of draws in ascending order along the last axis."""
+    """Return the quantile at a share of 0 to 1 of draws in ascending order along the last axis."""
     last = ordered.shape[-1] - 1
     place = share * last
     below = math.floor(place)
     low, high = ordered[..., below], ordered[..., min(below + 1, last)]
     fraction = place - below
-    # from the nearer end, so that equal draws give themselves
+    # calculated from the nearer draw, so that between equal draws no rounding changes the value
     gap = high - low
     return np.asarray(low + gap * fraction if fraction < 0.5 else high - gap * (1 - fraction))
 
 
 def widen(value: Any, ends: tuple[Any, Any], half: Any) -> tuple[Any, Any]:
-    """Interval with a further error, independent of the others, whose half width is given."""
+    """Return the ends of an interval about `value`, widened by an independent error of the half width `half`."""
     below, above = (np.hypot(end - value, half) for end in ends)
     return value - below, value + above
 
 
 def end_names(quantity: str, of: str = "") -> tuple[str, str]:
-    """Names of the columns of an interval: ``force_z_N`` to ``force_z_lo_N``, ``force_z_hi_N``; `of`: before the ends."""
+    """Return the columns of an interval: of ``force_z_N`` ``force_z_lo_N``, ``force_z_hi_N``, `of` before the ends."""
     what, unit = quantity.rsplit("_N", maxsplit=1)
     return f"{what}_{of}lo_N{unit}", f"{what}_{of}hi_N{unit}"
 
@@ -239,6 +248,6 @@ model_end_names = partial(end_names, of="model_")
 
 
 def beside_name(quantity: str) -> str:
-    """Name of the column of a force by the table or the map of the same medium: ``force_z_beside_N``."""
+    """Return the column of a force by table or map of the same medium: of ``force_z_N`` ``force_z_beside_N``."""
     what, unit = quantity.rsplit("_N", maxsplit=1)
     return f"{what}_beside_N{unit}"

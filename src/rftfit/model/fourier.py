@@ -10,20 +10,18 @@ import numpy.typing as npt
 from rftfit.conventions import FloatArray
 from rftfit.model.symmetry import WIDEST_DEG, Rectangle, rectangle, torus
 
-# --- The nine-term Fourier model of alpha(beta, gamma) and the two ways of fitting it.
-
-
 TERMS_Z = ("A00", "A10", "B11", "B01", "Bm1")
 TERMS_X = ("C11", "C01", "Cm1", "D10")
 TERMS = TERMS_Z + TERMS_X
 """Order of the coefficients in every array and table (Table S2). The compiled kernel (`rftfit.model.kernel`), the page
-(``kernel.js``) and the formulas of the workbook have each term too."""
+(``kernel.js``) and the formulas of the workbook write out the same terms."""
 
 METHODS = ("lsq", "dft-index")
+"""Methods of fitting: `fit_lsq` and `fit_dft_index`."""
 
 
 def basis(beta: npt.ArrayLike, gamma: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """Values of `TERMS_Z`, shape (5, ...), and `TERMS_X`, shape (4, ...); angles in rad."""
+    """Return the functions of `TERMS_Z`, shape (5, ...), and of `TERMS_X`, shape (4, ...), at angles in rad."""
     b, g = np.broadcast_arrays(2 * np.asarray(beta, dtype=float), np.asarray(gamma, dtype=float))
     terms_z = np.stack([np.ones_like(b), np.cos(b), np.sin(b + g), np.sin(g), np.sin(g - b)])
     terms_x = np.stack([np.cos(b + g), np.cos(g), np.cos(g - b), np.sin(b)])
@@ -31,7 +29,7 @@ def basis(beta: npt.ArrayLike, gamma: npt.ArrayLike) -> tuple[FloatArray, FloatA
 
 
 def as_array(coefficients: Mapping[str, float] | npt.ArrayLike) -> FloatArray:
-    """Coefficients as an array in the order of `TERMS`, shape (9,)."""
+    """Return coefficients as an array in the order of `TERMS`, shape (9,)."""
     if isinstance(coefficients, Mapping):
         missing = [term for term in TERMS if term not in coefficients]
         if missing:
@@ -46,7 +44,7 @@ def as_array(coefficients: Mapping[str, float] | npt.ArrayLike) -> FloatArray:
 def evaluate(
     coefficients: Mapping[str, float] | npt.ArrayLike, beta: npt.ArrayLike, gamma: npt.ArrayLike
 ) -> tuple[FloatArray, FloatArray]:
-    """Alpha_z and alpha_x of the nine-term model, in the unit of the coefficients; angles in rad."""
+    """Return alpha_z and alpha_x of the nine-term model at angles in rad, in the unit of the coefficients."""
     values = as_array(coefficients)
     terms_z, terms_x = basis(beta, gamma)
     return np.tensordot(values[:5], terms_z, 1), np.tensordot(values[5:], terms_x, 1)
@@ -59,14 +57,14 @@ def fit_lsq(
     alpha_x: FloatArray,
     keep: npt.NDArray[np.bool_] | None = None,
 ) -> FloatArray:
-    """Least squares at the true angles, each measured direction with one weight.
+    """Fit the nine terms by least squares at the true angles; every measured direction has the same weight.
 
-    Cells at beta = -90 and 90 degrees are one direction, with their mean. A mirror image that was measured is a
-    direction of its own; none is added by symmetry, which would count the same measurement twice.
+    Cells at beta = -90 and 90 degrees are one direction, with the mean of their alpha. A measured mirror image counts
+    as a separate direction; none is added by symmetry, which would count the same measurement twice.
 
-    `beta`, `gamma`: shape (n,); rad, any directions. `alpha_z`, `alpha_x`: shape (..., n); N/cm^3, NaN
-    where not measured, the same cells in every leading index. `keep`: Terms to fit; the others come
-    back as 0. Returns shape (..., 9).
+    `beta`, `gamma`: shape (n,), rad, any directions. `alpha_z`, `alpha_x`: shape (..., n), N/cm^3; a cell that is
+    NaN in one leading index (draw) is left out of all. `keep`: shape (9,), True for each term to fit; the other
+    coefficients are 0. Returns coefficients in the order of `TERMS`, shape (..., 9).
     """
     keep = np.ones(len(TERMS), dtype=bool) if keep is None else keep
     nodes = torus(beta, gamma, images=False)
@@ -83,7 +81,7 @@ def fit_lsq(
             raise ValueError(f"{measured} measured {what} too few for {used.size} terms")
         design = terms[used][:, has_alpha]
         if np.linalg.matrix_rank(design) < used.size:
-            # the smallest of many solutions would pass for a measurement
+            # `pinv` would return the smallest of many solutions, which would look like a measurement
             raise ValueError(
                 f"the {measured} measured directions do not determine {used.size} separate terms: "
                 "more directions of plate and motion are needed"
@@ -96,14 +94,14 @@ def fit_lsq(
 def fit_dft_index(
     beta: FloatArray, gamma: FloatArray, alpha_z: FloatArray, alpha_x: FloatArray
 ) -> FloatArray:
-    """Discrete Fourier transform on the index grid: how Table S2 was made.
+    """Fit the nine terms by a discrete Fourier transform on the index grid, which is how Table S2 was made.
 
-    The symmetry-extended table is read as a regular grid: of the paper's 7 x 25 directions, beta
-    index i stands for (i - 3) pi/7 and gamma index k for (k - 12) 2 pi/25, both end rows and columns
-    kept and the true, uneven steps of gamma ignored. The recipe is inferred: it gives all non-zero
-    entries of Table S2 within 0.0013 N/cm^3, and Table S3, which least squares does not.
+    The table, completed by symmetry, is treated as a regular grid although its steps of gamma are uneven: in the
+    paper's 7 x 25 directions beta index i stands for (i - 3) pi/7 and gamma index k for (k - 12) 2 pi/25, with both end
+    rows and columns kept. The recipe is inferred: it gives all non-zero entries of Table S2 within 0.0013 N/cm^3, and
+    Table S3; least squares does not.
 
-    Shapes as of `fit_lsq`; a transform needs every cell, so NaN anywhere gives NaN.
+    Shapes as in `fit_lsq`; the transform needs every cell, so NaN in any cell gives NaN.
     """
     grid = rectangle(beta, gamma)
     if grid is None or not _transformable(grid):
@@ -127,7 +125,7 @@ def fit_dft_index(
 
 
 def _transformable(grid: Rectangle) -> bool:
-    """Whether a completed grid is full, symmetric, and has lines at 0, 90 and 180 degrees."""
+    """Return True if a completed grid is full, symmetric, with lines at 0, 90 and 180 degrees, without wide steps."""
     beta, gamma = np.degrees(grid.beta), np.degrees(grid.gamma)
     symmetric = np.allclose(beta[1:], -beta[:0:-1]) and np.allclose(gamma[1:], -gamma[:0:-1])
     lines = all(np.isclose(beta, angle).any() for angle in (-90, 0))
@@ -137,7 +135,7 @@ def _transformable(grid: Rectangle) -> bool:
 
 
 def kept_terms(coefficients: FloatArray, threshold: float) -> npt.NDArray[np.bool_]:
-    """Tell which terms matter: A00, and those above `threshold` times A00 (the paper's rule, 0.05)."""
+    """Return True for each term that is kept: A00, and those larger than `threshold` times A00 (in the paper 0.05)."""
     keep: npt.NDArray[np.bool_] = np.abs(coefficients) > threshold * abs(coefficients[0])
     keep[0] = True
     return keep

@@ -1,13 +1,12 @@
 """The compiled kernel (Eqs. 2 and 3): alpha of angles, forces on moving outlines, and the robot's steps in time.
 
-F = alpha(beta, gamma) |z| A for each element. `rftfit.forces.reference_kernel` and the profiles say the same in
-plain numpy. Functions are compiled at their first call and kept on disk. The compiler's cache
-watches a function's own file only, so all that is compiled, constants too, stands in this one.
+F = alpha(beta, gamma) |z| A for each element. `rftfit.forces.reference_kernel` and the profiles calculate the same in
+plain numpy. Functions are compiled at their first call and kept on disk. The compiler's cache compiles a function again
+only if the file of this function changes, so all that is compiled, constants too, stands in this file.
 
-Elements are handled in blocks of `LANES`, as rows of one flat array (lane i of a row at
-``w[row + i]``): the compiler then sees that rows do not overlap, and does several elements at a
-time. Sums may be reordered; NaN stays NaN. A `_step` becomes part of its caller and counts no
-references to arrays, which would cost as much as the forces of a block.
+Elements are handled in blocks of `LANES`. A block at rest, and the work array ``w`` of a block that moves, are flat
+arrays of rows: row ``_X`` holds x of all elements of the block, element i at ``w[_X + i]``. The compiler then sees that
+rows do not overlap, and calculates several elements at a time. Sums may be reordered; NaN stays NaN.
 """
 
 from __future__ import annotations
@@ -26,25 +25,27 @@ from rftfit.model.packs import Pack
 IntArray = npt.NDArray[np.int64]
 _F = TypeVar("_F", bound=Callable[..., Any])
 
-# as in `rftfit.model.packs`, which the cache does not watch
+# the same numbers as in `rftfit.model.packs`: a change of that file would not compile this one again
 _FOURIER, _TABLE, _NEGLIGIBLE, _STILL = 0, 1, 1e-9, 1e-12
 
 SAMPLE_HEAD = 9
 """Columns of a sample before those of the groups: state (6), turn, moment, drive moment."""
 
 LANES = 32
-# rows of a block at rest: centre, unit tangent, half-length, area, beta; and of the box around it:
-# middle x, z, half its lengths
+"""Elements of a block."""
+
+# first index of each row of a block at rest: centre, unit tangent, half-length, area, beta; the row _BOX holds four
+# numbers of the box around the block: x and z of its middle, and half of its width and height
 _X, _Z, _TX, _TZ, _HALF, _AREA, _BETA, _BOX, _AT_REST = range(0, 9 * LANES, LANES)
-# rows of a placed one: centre of the submerged part (relative to the reference point) and unit
-# tangent as above, velocity, depth times area of the submerged part, alpha
+# first index of each row of the work array: _X, _Z, _TX, _TZ are now the centre of the submerged part, relative to the
+# reference point, and the unit tangent; then velocity, depth times area of the submerged part, and alpha
 _VX, _VZ, _LOAD, _ALPHA_Z, _ALPHA_X, _PLACED = range(4 * LANES, 10 * LANES, LANES)
 _TURN = 2 * math.pi
-# as in `rftfit.forces.leading`, which the cache does not watch
+# the same number as in `rftfit.forces.leading`
 _ALONG_ITSELF = 1e-4
 _FAR_RAD = 64.0
-"""Largest angle of which whole turns are taken without a remainder of a division, which is slow."""
-# a quarter turn in two parts; of the first, 33 bits long, a multiple up to `_FAR_RAD` is exact
+"""Largest angle from which whole turns are subtracted without `fmod`, which is slow."""
+# a quarter turn as the sum of two numbers: the first has 33 bits, so that its multiples up to `_FAR_RAD` are exact
 _QUARTER_HIGH, _QUARTER_LOW = 0x1921FB544 / 2.0**32, 6.077100506506192e-11
 # terms of the power series of sine and cosine
 _S3, _S5, _S7, _S9, _S11, _S13, _S15 = ((-1) ** k / math.factorial(2 * k + 1) for k in range(1, 8))
@@ -53,29 +54,35 @@ _OPTIONS = {"error_model": "numpy", "fastmath": {"reassoc", "contract", "arcp", 
 
 
 def _step(function: _F) -> _F:
+    """Compile a function that becomes part of its caller.
+
+    References to arrays are not counted (`_nrt`), which would take as long as the forces of a block: the function must
+    not make an array.
+    """
     compiler: Any = numba.njit
     compiled: _F = compiler(forceinline=True, _nrt=False, **_OPTIONS)(function)
     return compiled
 
 
 def _compiled(function: _F) -> _F:
+    """Compile a function that Python calls, at its first call, and keep it on disk where that is possible."""
     compiler: Any = numba.njit
     try:
         compiled: _F = compiler(cache=True, nogil=True, **_OPTIONS)(function)
-    except RuntimeError:  # no folder that the cache could be written to
+    except RuntimeError:  # there is no folder that numba can write its cache to
         compiled = compiler(nogil=True, **_OPTIONS)(function)
     return compiled
 
 
 def _exact_step(function: _F) -> _F:
-    """As `_step`, where the order of sums matters."""
+    """Compile like `_step`, but keep the order of sums, on which the exactness of the function depends."""
     compiler: Any = numba.njit
     compiled: _F = compiler(forceinline=True, _nrt=False, error_model="numpy")(function)
     return compiled
 
 
 @_step
-def _place(
+def _place_block(
     w: FloatArray,
     block: FloatArray,
     z0: float,
@@ -86,7 +93,11 @@ def _place(
     rate: float,
     solid: bool,
 ) -> None:
-    """Turn a block by the angle of cosine `c` and sine `s`, move it, and clip it at the surface."""
+    """Turn a block by the angle of cosine `c` and sine `s`, clip it at the surface, and write it into `w`.
+
+    `z0`, `vx0`, `vz0`: height (cm) and velocity (cm/s) of the reference point; `rate`: angular velocity, rad/s.
+    `solid`: only elements that move outward, to the right of their tangent, bear a load.
+    """
     for i in range(LANES):
         bx, bz, bt, bn = block[_X + i], block[_Z + i], block[_TX + i], block[_TZ + i]
         x, z = bx * c + bz * s, bz * c - bx * s
@@ -94,16 +105,17 @@ def _place(
         vx, vz = vx0 + rate * z, vz0 - rate * x
         half = block[_HALF + i]
         rise = half * abs(tz)
-        low = rise - z - z0  # depth of the lower end
+        low = rise - z - z0  # depth of the lower end of the element
         submerged = low - 2 * rise >= 0
         wet_share = 1.0 if submerged else low / (2 * rise)
         load = (low - rise if submerged else 0.5 * low) * wet_share * block[_AREA + i]
         load = 0.0 if low <= 0 else load
         speed = np.sqrt(vx * vx + vz * vz)
         load = 0.0 if speed == 0 else load
-        if solid:  # what moves inward, to the left of its tangent, bears nothing
+        if solid:  # the load goes from all to none where an element moves nearly along itself
             outward = (vx * tz - vz * tx) / (2 * _ALONG_ITSELF * speed)
             load = load * min(max(0.5 + outward, 0.0), 1.0) if speed > 0 else load
+        # from the centre of the element, along its tangent, to the centre of its submerged part
         along = 0.0 if submerged | (low <= 0) else half * (1 - wet_share)
         along = -along if tz > 0 else along
         w[_LOAD + i], w[_X + i], w[_Z + i] = load, x + along * tx, z + along * tz
@@ -111,8 +123,8 @@ def _place(
 
 
 @_step
-def _fourier(w: FloatArray, m: FloatArray) -> None:
-    """Alpha of nine terms without trigonometry: cos 2b = tx^2 - tz^2, and so on."""
+def _write_fourier_alpha(w: FloatArray, m: FloatArray) -> None:
+    """Write alpha by nine terms `m` without trigonometry: cos 2 beta = tx^2 - tz^2, cos gamma = -vx / |v|, ..."""
     for i in range(LANES):
         tx, tz, vx, vz = w[_TX + i], w[_TZ + i], w[_VX + i], w[_VZ + i]
         scale = -1.0 / np.sqrt(vx * vx + vz * vz)
@@ -124,23 +136,23 @@ def _fourier(w: FloatArray, m: FloatArray) -> None:
 
 
 @_step
-def _depth_only(w: FloatArray, values: FloatArray) -> None:
-    """Alpha whose components oppose their own velocity components."""
+def _write_depth_only_alpha(w: FloatArray, values: FloatArray) -> None:
+    """Write alpha of the depth-only model: each component opposes the velocity component in its direction."""
     down, up, side = values[0], values[1], values[2]
     for i in range(LANES):
         vx, vz = w[_VX + i], w[_VZ + i]
         least = _STILL * np.sqrt(vx * vx + vz * vz)
-        none = 0.0 * least  # NaN where a component is
-        z = down if vz < -least else (up if vz > least else none)
-        x = side if vx < -least else (-side if vx > least else none)
+        zero = 0.0 * least  # NaN if a velocity component is NaN
+        z = down if vz < -least else (up if vz > least else zero)
+        x = side if vx < -least else (-side if vx > least else zero)
         w[_ALPHA_Z + i], w[_ALPHA_X + i] = abs(w[_TX + i]) * z, abs(w[_TZ + i]) * x
 
 
 @_step
-def _angle(y: float, x: float) -> float:
-    """Angle of (x, y) in [-pi, pi]: twice an arc tangent of at most tan(pi / 8), as a polynomial.
+def _arctan2(y: float, x: float) -> float:
+    """Return atan2(y, x), in [-pi, pi]: twice an arc tangent of at most tan(pi / 8), by a polynomial.
 
-    Interpolated at Chebyshev nodes, with an error below 1e-16.
+    The polynomial is interpolated at Chebyshev nodes; its error is below 1e-16.
     """
     ax, ay = abs(x), abs(y)
     steep = ay > ax
@@ -157,9 +169,9 @@ def _angle(y: float, x: float) -> float:
 
 @_exact_step
 def _sin_cos(angle: float) -> tuple[float, float]:
-    """Sine and cosine of an angle up to `_FAR_RAD`: power series about the nearest quarter turn.
+    """Return sine and cosine of an angle up to `_FAR_RAD`, by power series about the nearest quarter turn.
 
-    Their errors are below 3e-16.
+    The errors are below 3e-16.
     """
     quarters = np.floor(angle * (2 / math.pi) + 0.5)
     x = (angle - quarters * _QUARTER_HIGH) - quarters * _QUARTER_LOW
@@ -168,7 +180,8 @@ def _sin_cos(angle: float) -> tuple[float, float]:
     s = x + x * q * (((s * q + _S7) * q + _S5) * q + _S3)
     c = ((_C16 * q + _C14) * q + _C12) * q + _C10
     c = 1.0 + q * (((((c * q + _C8) * q + _C6) * q + _C4) * q) - 0.5)
-    # 1 in every second quarter of a turn, and -1 in its second half
+    # odd: 1 in every second quarter of a turn, where sine and cosine change places; sign: -1 in the second half of a
+    # turn
     odd = quarters - 2.0 * np.floor(0.5 * quarters)
     sign = 1.0 - 2.0 * (0.5 * (quarters - odd) - 2.0 * np.floor(0.25 * (quarters - odd)))
     sine, cosine = (c if odd == 1.0 else s), (-s if odd == 1.0 else c)
@@ -177,7 +190,10 @@ def _sin_cos(angle: float) -> tuple[float, float]:
 
 @_step
 def _write_angles_of_lookup(w: FloatArray, pack: Pack) -> None:
-    """Write where a profile looks for beta and gamma: a table at angles of one turn, terms at unit vectors."""
+    """Turn beta and gamma, in the rows of alpha, into what the kind of profile needs.
+
+    A table needs angles in the range of its nodes, the other kinds the unit vectors of tangent and velocity.
+    """
     far = 0
     for i in range(LANES):
         far += (abs(w[_ALPHA_Z + i]) > _FAR_RAD) | (abs(w[_ALPHA_X + i]) > _FAR_RAD)
@@ -194,60 +210,60 @@ def _write_angles_of_lookup(w: FloatArray, pack: Pack) -> None:
     for i in range(LANES):
         sin_b, cos_b = _sin_cos(w[_ALPHA_Z + i])
         sin_g, cos_g = _sin_cos(w[_ALPHA_X + i])
-        unknown = 0.0 * (sin_b + sin_g)  # NaN where an angle is
+        unknown = 0.0 * (sin_b + sin_g)  # NaN if an angle is NaN, else 0
         w[_TX + i], w[_TZ + i] = cos_b + unknown, unknown - sin_b
         w[_VX + i], w[_VZ + i] = unknown - cos_g, unknown - sin_g
 
 
 @_step
-def _bin(angle: float, low: float, per_rad: float, last: float) -> float:
-    """Bin of an angle, from 0 to `last`, with a fraction; that of NaN is the first."""
-    place = (angle - low) * per_rad
-    place = place if place > 0 else 0.0
-    return min(place, last)
+def _bin_of_angle(angle: float, low: float, per_rad: float, last: float) -> float:
+    """Return the bin of an angle (see `Pack.beta_bins`), from 0 to `last`, with its fraction; 0 for NaN."""
+    bin_number = (angle - low) * per_rad
+    bin_number = bin_number if bin_number > 0 else 0.0
+    return min(bin_number, last)
 
 
 @_step
-def _interval(
-    angle: float, place: float, nodes: FloatArray, bins: IntArray
+def _find_interval(
+    angle: float, bin_number: float, nodes: FloatArray, bins: IntArray
 ) -> tuple[np.uint64, float]:
-    """Find the node below an angle in a bin, and where between it and the next; any of NaN."""
-    node = bins[np.uint64(place)]
+    """Find the node below an angle that lies in a bin, and the place from 0 to 1 between this node and the next."""
+    node = bins[np.uint64(bin_number)]
     node += (node + 2 < nodes.size) & (angle >= nodes[np.uint64(node + 1)])
     low = nodes[np.uint64(node)]
     return np.uint64(node), (angle - low) / (nodes[np.uint64(node + 1)] - low)
 
 
 @_step
-def _table(w: FloatArray, block: FloatArray, angle: float, pack: Pack) -> None:
-    """Alpha interpolated in a table, of elements that bear a load; overwrites their tangents."""
+def _write_table_alpha(w: FloatArray, block: FloatArray, angle: float, pack: Pack) -> None:
+    """Write alpha of elements that bear a load, interpolated in a table; overwrites their tangents."""
     for i in range(LANES):
         beta = block[_BETA + i] + angle
-        w[_ALPHA_Z + i] = beta - math.pi * np.floor(beta / math.pi + 0.5)  # an element has two ends
-        w[_ALPHA_X + i] = _angle(-w[_VZ + i], -w[_VX + i])
-    _interpolate(w, pack)
+        w[_ALPHA_Z + i] = beta - math.pi * np.floor(beta / math.pi + 0.5)  # beta has the period pi
+        w[_ALPHA_X + i] = _arctan2(-w[_VZ + i], -w[_VX + i])
+    _interpolate_table(w, pack)
 
 
 @_step
-def _interpolate(w: FloatArray, pack: Pack) -> None:
-    """Replace beta and gamma, in the range of a table, by its alpha_z and alpha_x."""
+def _interpolate_table(w: FloatArray, pack: Pack) -> None:
+    """Replace beta and gamma, in the rows of alpha, by alpha interpolated in a table; overwrites tangents."""
     beta0, beta_end, rows = pack.beta[0], pack.beta[-1], float(pack.beta_bins.size)
     gamma0, gamma_end, columns = pack.gamma[0], pack.gamma[-1], float(pack.gamma_bins.size)
     rows_per_rad, columns_per_rad = rows / (beta_end - beta0), columns / (gamma_end - gamma0)
-    # what can be found of several elements at a time: their bins
+    # a loop of its own, since the compiler finds the bins of several elements at a time
     for i in range(LANES):
-        w[_TX + i] = _bin(w[_ALPHA_Z + i], beta0, rows_per_rad, rows - 1)
-        w[_TZ + i] = _bin(w[_ALPHA_X + i], gamma0, columns_per_rad, columns - 1)
+        w[_TX + i] = _bin_of_angle(w[_ALPHA_Z + i], beta0, rows_per_rad, rows - 1)
+        w[_TZ + i] = _bin_of_angle(w[_ALPHA_X + i], gamma0, columns_per_rad, columns - 1)
     for i in range(LANES):
         if w[_LOAD + i] == 0:
             continue
-        row, u = _interval(w[_ALPHA_Z + i], w[_TX + i], pack.beta, pack.beta_bins)
-        column, v = _interval(w[_ALPHA_X + i], w[_TZ + i], pack.gamma, pack.gamma_bins)
+        row, u = _find_interval(w[_ALPHA_Z + i], w[_TX + i], pack.beta, pack.beta_bins)
+        column, v = _find_interval(w[_ALPHA_X + i], w[_TZ + i], pack.gamma, pack.gamma_bins)
         corner = pack.cells[row, column]
         z1, z2 = corner[0] + v * (corner[1] - corner[0]), corner[2] + v * (corner[3] - corner[2])
         x1, x2 = corner[4] + v * (corner[5] - corner[4]), corner[6] + v * (corner[7] - corner[6])
         z, x = z1 + u * (z2 - z1), x1 + u * (x2 - x1)
-        if math.isnan(z + x):  # a missing corner without weight does not count
+        if math.isnan(z + x):  # sum again without the missing corners that have no weight
             z, x = 0.0, 0.0
             a, b, c, d = (1 - u) * (1 - v), (1 - u) * v, u * (1 - v), u * v
             for k, weight in enumerate((a, b, c, d)):
@@ -259,7 +275,7 @@ def _interpolate(w: FloatArray, pack: Pack) -> None:
 
 
 @_step
-def _net(
+def _sum_forces(
     pack: Pack,
     blocks: FloatArray,
     solid: bool,
@@ -272,23 +288,23 @@ def _net(
     rate: float,
     w: FloatArray,
 ) -> tuple[float, float, float]:
-    """Force z, x and moment about the reference point of blocks that move as one.
+    """Return force z, force x and moment about the reference point of blocks that move as one rigid body.
 
-    `c`, `s`: cosine and sine of their angle.
+    `angle` and its cosine `c` and sine `s`: of the body. `z0`, `vx0`, `vz0`, `rate`, `solid`: as for `_place_block`.
     """
     force_z, force_x, moment = 0.0, 0.0, 0.0
     for b in range(len(blocks)):
         block = blocks[b]
         x, z, wide, high = block[_BOX], block[_BOX + 1], block[_BOX + 2], block[_BOX + 3]
         if z0 + z * c - x * s - wide * abs(s) - high * abs(c) > 0:
-            continue
-        _place(w, block, z0, c, s, vx0, vz0, rate, solid)
+            continue  # the box around the block is above the surface
+        _place_block(w, block, z0, c, s, vx0, vz0, rate, solid)
         if pack.kind == _FOURIER:
-            _fourier(w, pack.values)
+            _write_fourier_alpha(w, pack.values)
         elif pack.kind == _TABLE:
-            _table(w, block, angle, pack)
+            _write_table_alpha(w, block, angle, pack)
         else:
-            _depth_only(w, pack.values)
+            _write_depth_only_alpha(w, pack.values)
         for i in range(LANES):
             load = w[_LOAD + i]
             up = 0.0 if load == 0 else load * w[_ALPHA_Z + i]
@@ -300,8 +316,8 @@ def _net(
 
 
 @_step
-def _fill(blocks: FloatArray, body: FloatArray, width_cm: float) -> None:
-    """Write elements (n, 5) at rest into blocks of zeros; lanes to spare keep no area."""
+def _fill_blocks(blocks: FloatArray, body: FloatArray, width_cm: float) -> None:
+    """Write the elements `body` (n, 5) of `pose_forces` into blocks of zeros; spare places keep the area 0."""
     for b in range(len(blocks)):
         block = blocks[b]
         left, right, low, high = math.inf, -math.inf, math.inf, -math.inf
@@ -316,7 +332,7 @@ def _fill(blocks: FloatArray, body: FloatArray, width_cm: float) -> None:
             left, right = min(left, x - wide), max(right, x + wide)
             low, high = min(low, z - tall), max(high, z + tall)
         block[_BOX], block[_BOX + 1] = (left + right) / 2, (low + high) / 2
-        # a little wider, so that rounding never leaves an element out
+        # a little wider, so that no rounding leaves an element outside
         block[_BOX + 2], block[_BOX + 3] = (right - left) / 2 + 1e-9, (high - low) / 2 + 1e-9
 
 
@@ -324,7 +340,7 @@ def _fill(blocks: FloatArray, body: FloatArray, width_cm: float) -> None:
 def pose_forces(
     pack: Pack, body: FloatArray, width_cm: float, solid: bool, poses: FloatArray
 ) -> FloatArray:
-    """Force z, x (N) and moment about the reference point (N cm) on an outline in each pose.
+    """Calculate force z, x (N) and moment about the reference point (N cm) on an outline in each pose.
 
     `body`: shape (n, 5): elements at angle 0 about the reference point: x, z (cm), unit tangent x,
     z, half-length (cm). `solid`: count only elements that move outward; the outline then runs
@@ -332,11 +348,11 @@ def pose_forces(
     x), and their rates (per s). Returns shape (p, 3).
     """
     blocks, w = np.zeros((-(-len(body) // LANES), _AT_REST)), np.zeros(_PLACED)
-    _fill(blocks, body, width_cm)
+    _fill_blocks(blocks, body, width_cm)
     forces = np.empty((len(poses), 3))
     for p in range(len(poses)):
         c, s = math.cos(poses[p, 2]), math.sin(poses[p, 2])
-        force_z, force_x, moment = _net(
+        force_z, force_x, moment = _sum_forces(
             pack,
             blocks,
             solid,
@@ -350,13 +366,15 @@ def pose_forces(
             w,
         )
         forces[p, 0], forces[p, 1] = force_z, force_x
-        forces[p, 2] = moment + 0.0 * poses[p, 0]  # none without a place, not even in the air
+        forces[p, 2] = (
+            moment + 0.0 * poses[p, 0]
+        )  # NaN if x of the pose is NaN, even above the surface
     return forces
 
 
 @_compiled
 def alpha(pack: Pack, beta: FloatArray, gamma: FloatArray) -> FloatArray:
-    """Alpha_z and alpha_x of attack and intrusion angles, shape (n,), rad, any value; NaN of one that is not finite.
+    """Calculate alpha_z and alpha_x at attack and intrusion angles of shape (n,), rad; NaN if an angle is not finite.
 
     Returns shape (2, n).
     """
@@ -369,18 +387,18 @@ def alpha(pack: Pack, beta: FloatArray, gamma: FloatArray) -> FloatArray:
             w[_ALPHA_Z + i], w[_ALPHA_X + i] = beta[start + i], gamma[start + i]
         _write_angles_of_lookup(w, pack)
         if pack.kind == _FOURIER:
-            _fourier(w, pack.values)
+            _write_fourier_alpha(w, pack.values)
         elif pack.kind == _TABLE:
-            _interpolate(w, pack)
+            _interpolate_table(w, pack)
         else:
-            _depth_only(w, pack.values)
+            _write_depth_only_alpha(w, pack.values)
         for i in range(lanes):
             alpha_z_x[0, start + i], alpha_z_x[1, start + i] = w[_ALPHA_Z + i], w[_ALPHA_X + i]
     return alpha_z_x
 
 
 @_step
-def _on_members(
+def _write_member_forces(
     pack: Pack,
     blocks: FloatArray,
     group: IntArray,
@@ -391,7 +409,11 @@ def _on_members(
     w: FloatArray,
     member_forces: FloatArray,
 ) -> None:
-    """Force z, x, moment about the centre of mass and about its own hip, of each member."""
+    """Write force z, x and moments about the centre of mass and about the hip of each member into `member_forces`.
+
+    Members are legs, and bodies that do not turn relative to the robot (``hips[m, 2] == 0``). The other arguments are
+    those of `advance`.
+    """
     pitch, pitch_rate = state[2], state[5]
     cos_p, sin_p = math.cos(pitch), math.sin(pitch)
     cos_t, sin_t = math.cos(pitch + turn), math.sin(pitch + turn)
@@ -399,7 +421,7 @@ def _on_members(
         x = hips[m, 0] * cos_p + hips[m, 1] * sin_p
         z = hips[m, 1] * cos_p - hips[m, 0] * sin_p
         c, s = (cos_t, sin_t) if hips[m, 2] else (cos_p, sin_p)
-        force_z, force_x, moment = _net(
+        force_z, force_x, moment = _sum_forces(
             pack,
             blocks[group[m]],
             False,
@@ -433,17 +455,17 @@ def advance(
     every: int,
     samples: FloatArray,
 ) -> None:
-    """Step a robot through time by semi-implicit Euler, or the fourth-order method (`rk4`).
+    """Step a robot through time by semi-implicit Euler, or by the fourth-order Runge-Kutta method (`rk4`).
 
     `bodies`, `widths_cm`, `group`, `hips`, `inertia`: of `rftfit.robot.body.Parts`. `state`: shape
-    (6,), changed in place: x, z (cm), pitch (rad), and their rates. `turn`, `rate`: of the legs
-    relative to the body (rad, rad/s). `step`: s. `every`: a sample before every so many steps, 0
-    for none. `samples`: shape (s, 9 + 2 groups), written: state, turn, moment about the centre of
-    mass, moment about the hips (N cm), and force z, x of each group (N).
+    (6,), changed in place: x, z (cm), pitch (rad), and their rates. `turn`, `rate`: angle and angular velocity of the
+    legs relative to the body (rad, rad/s). `step`: time of one step, s. `every`: steps from one sample to the next, 0
+    for no samples. `samples`: shape (s, 9 + 2 groups), written: state, turn, moment about the centre of mass, moment
+    about the hips (N cm), and force z, x of each group (N).
     """
     blocks = np.zeros((len(bodies), -(-bodies.shape[1] // LANES), _AT_REST))
     for g in range(len(bodies)):
-        _fill(blocks[g], bodies[g], widths_cm[g])
+        _fill_blocks(blocks[g], bodies[g], widths_cm[g])
     w, member_forces = np.zeros(_PLACED), np.empty((len(hips), 4))
     now, slope, total = np.zeros(6), np.zeros(6), np.zeros(6)
     for k in range(steps):
@@ -452,7 +474,7 @@ def advance(
             ahead = (0.0 if stage == 0 else (1.0 if stage == 3 else 0.5)) * step
             for j in range(6):
                 now[j] = state[j] + ahead * slope[j]
-            _on_members(
+            _write_member_forces(
                 pack, blocks, group, hips, now, turned + rate * ahead, rate, w, member_forces
             )
             if every > 0 and k % every == 0 and stage == 0:
@@ -462,7 +484,7 @@ def advance(
                 row[6] = turned
                 for m in range(len(hips)):
                     row[7] += member_forces[m, 2]
-                    # about the hip: what the medium does on the leg, and the drive has to overcome
+                    # moment of the medium about the hip of a leg, which the drive has to overcome
                     row[8] += hips[m, 2] * member_forces[m, 3]
                     row[SAMPLE_HEAD + 2 * group[m]] += member_forces[m, 0]
                     row[SAMPLE_HEAD + 2 * group[m] + 1] += member_forces[m, 1]

@@ -1,4 +1,4 @@
-"""What is known of a medium, in whichever form it is given, as the profile by which forces are predicted."""
+"""One function that turns a medium, in any of its forms, into the profile by which forces are predicted."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ ALLOWED = (
     "what rftfit.scale, estimate_map, published_medium or read_profile return, a medium of rftfit.open(...), a "
     "profile, or the path of a profile file"
 )
-"""Forms in which a medium may be given, for messages."""
+"""Forms of a medium that are accepted, as a text for messages."""
 
 
 def profile_of(
     medium: KnownMedium | str | Path, is_enough: Callable[[Profile], bool] | None = None
 ) -> Profile:
-    """Return the profile of a medium; a path is read as a profile file.
+    """Return the profile of a medium; a path is read as a profile file. Raises TypeError for anything else.
 
-    `is_enough`: whether a table has a number in every direction that is asked for; by a medium of a campaign with a table
-    that has not, the map predicts. Raises TypeError for what is no medium.
+    `is_enough`: function that returns True if a table has a number in every direction that is needed. If the table of
+    a medium of a campaign has not, the profile of its map is returned.
     """
     if isinstance(medium, str | Path):
         return read_profile(medium)
@@ -37,5 +37,6 @@ def profile_of(
 
 
 def _profile_of_push(alpha: float, se: float) -> Profile:
-    # of the routine an error that is not known is 0
+    """Return the map of a medium of which one push straight down is known, N/cm^3."""
+    # an error of 0 means that the error is not known
     return scale(alpha, se or None).profile

@@ -1,12 +1,12 @@
-"""Measured forces on bodies as rows of the linear system of a map: what remains of them that tells of the medium.
+"""Measured forces on bodies as rows of the linear system from which a map is estimated, less those that noise hides.
 
 The force of a pose is a sum of weights times alpha, so each measured force is a row of the same linear system as
 the push of a plate, whose only weight is 1 in its own direction:
 
     F = W alpha + H (c + o) + e
 
-e is the error of the reading, H the load without cancellation, c what the force model gets wrong on this body in every
-medium, and o what it gets wrong in this medium beside that.
+e is the error of the reading and H the load without cancellation: the sum of the sizes of the forces on all elements.
+c is the relative error of the force model on this body in every medium, and o its further error in this medium.
 """
 
 from __future__ import annotations
@@ -22,17 +22,18 @@ from rftfit.conventions import FloatArray
 from rftfit.model.profiles import Profile, TableProfile
 
 Angles = tuple[FloatArray, FloatArray]
+"""Beta and gamma of directions, rad."""
 
 
 class ErrorOfBody(Protocol):
     """Relative error of the force model on one body."""
 
     def evaluate(self, states: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Mean and covariance of the error over the load in states (p, f), by component."""
+        """Return mean and covariance of the error over the load, by component, in p poses; states: (p, f)."""
 
 
 class Observation(Protocol):
-    """Measured forces on a body in p poses: `rftfit.Contact`."""
+    """Measured forces on a body in p poses, as `rftfit.Contact` has them."""
 
     @property
     def body(self) -> object:
@@ -44,11 +45,11 @@ class Observation(Protocol):
 
     @property
     def states(self) -> FloatArray:
-        """State of the body in each pose, shape (p, f)."""
+        """The numbers that describe each pose, on which the error of the force model depends, shape (p, f)."""
 
     @property
     def touches(self) -> npt.NDArray[np.bool_]:
-        """Whether the body is in the medium, shape (p,)."""
+        """True where the body is in the medium, shape (p,)."""
 
     @property
     def measured(self) -> FloatArray:
@@ -59,24 +60,25 @@ class Observation(Protocol):
         """Standard errors of the readings, N, shape (components, p)."""
 
     def load(self, profile: Profile) -> FloatArray:
-        """Load without cancellation, N, shape (p,)."""
+        """Return the load without cancellation, N, shape (p,)."""
 
     def weights(self, beta: FloatArray, gamma: FloatArray) -> FloatArray:
-        """Weights of alpha at nodes (rad, n), z then x, shape (components, p, 2 n)."""
+        """Return the weights of alpha at n nodes (rad) in the forces, (components, p, 2 n): alpha_z, then alpha_x."""
 
 
 _SIZE_SPREAD = 3.0
-"""Standard deviation of the size of an unknown medium, relative, in the choice of combinations."""
+"""Relative standard deviation assumed for the size of an unknown medium when combinations of forces are chosen."""
 
 _LEAST_SIGNAL = 0.1
-"""Standard deviation of a combination of forces over that of its noise, below which it says nothing of the medium."""
+"""Least ratio of signal to noise (standard deviations) of a combination of forces that is used."""
 
 
 class ObservedRows(NamedTuple):
-    """Combinations of measured forces that tell of the medium, as numbers with the unit of alpha.
+    """k combinations of measured forces that depend on the medium, in the unit of alpha.
 
-    `weights`: of alpha at the nodes, shape (k, 2 n). `offset`: what the learned error of the bodies adds, for a medium
-    of size 1, (k,). `values`, `errors`: what was measured, and its standard error, N/cm^3, (k,).
+    `weights`: of alpha at the n nodes, shape (k, 2 n). `offset` (k,): contribution of the known error of the force
+    model on these bodies, for a medium of size 1. `values`, `errors` (k,): measured value and its standard error,
+    N/cm^3.
     """
 
     weights: FloatArray
@@ -89,7 +91,8 @@ class ObservedRows(NamedTuple):
 class ObservedSystem:
     """Observations as a linear system of the shape of a medium, before the size of the medium is known.
 
-    `mean`: shape of the known media at the nodes, (2 n,). `root`: rows whose products are the covariance about it.
+    `mean`: mean shape of the known media at the n nodes, (2 n,). `root` (k, 2 n): root.T @ root is the covariance of
+    the shape about this mean.
     """
 
     groups: tuple[_Group, ...]
@@ -100,28 +103,28 @@ class ObservedSystem:
     def of(
         cls, observations: Sequence[Observation], nodes: Angles, mean: FloatArray, root: FloatArray
     ) -> ObservedSystem:
-        """Take observations at nodes (beta, gamma), rad; those of one body share its error."""
+        """Make the system for nodes (beta, gamma), rad; observations of one body share an error of the model."""
         mean_z, mean_x = mean.reshape(2, -1)
-        usual = TableProfile(mean_z, mean_x, *nodes)
-        of_bodies: dict[int, list[Observation]] = {}
+        mean_profile = TableProfile(mean_z, mean_x, *nodes)
+        by_body: dict[int, list[Observation]] = {}
         for observation in observations:
-            of_bodies.setdefault(id(observation.body), []).append(observation)
-        groups = tuple(_Group.of(of_body, nodes, usual) for of_body in of_bodies.values())
+            by_body.setdefault(id(observation.body), []).append(observation)
+        groups = tuple(_Group.of(of_body, nodes, mean_profile) for of_body in by_body.values())
         return cls(groups, mean, root)
 
     def first_size(self) -> float:
-        """Size of the medium by the forces alone, each over its load."""
-        across = along = 0.0
+        """Estimate the size of the medium from the forces, by least squares of force over load; else NaN."""
+        forces_times_expected = expected_squared = 0.0
         for group in self.groups:
             expected = group.weights @ self.mean + group.offset
-            across += float(expected @ (group.forces / group.load**2))
-            along += float(expected @ (expected / group.load**2))
-        return across / along if along > 0 else float("nan")
+            forces_times_expected += float(expected @ (group.forces / group.load**2))
+            expected_squared += float(expected @ (expected / group.load**2))
+        return forces_times_expected / expected_squared if expected_squared > 0 else float("nan")
 
     def rows(self, size: float) -> ObservedRows:
-        """Rows of a medium whose loads are those of a medium of this size.
+        """Combine the forces to independent rows, with loads of a medium of this size.
 
-        Combinations that noise hides are left out: of hundreds of poses some tens are left.
+        Combinations that noise hides are left out: hundreds of poses become some tens of rows.
         """
         products = np.zeros((len(self.root) + 1,) * 2)
         values = np.zeros(len(products))
@@ -139,13 +142,18 @@ class ObservedSystem:
         keep = squares > _LEAST_SIGNAL**2
         combine = (axes[:, keep] / np.sqrt(squares[keep])).T
         weights, offset, values = combine @ weights, combine @ offset, combine @ values
-        # in the unit of alpha: a mean of alpha over directions
+        # weights whose sizes add up to 1 make each row a mean of alpha over directions, in N/cm^3
         total = np.abs(weights).sum(axis=1)
         return ObservedRows(weights / total[:, None], offset / total, values / total, 1 / total)
 
 
 class _Group(NamedTuple):
-    """Observations of one body: weights (q, 2 n), offset, forces, reading errors and load of size 1 (q,), correlation (q, q)."""
+    """The q measured forces on one body, of all its observations.
+
+    `weights` (q, 2 n): of alpha at the nodes. `offset` (q,): force by the known error of the force model, and `load`
+    (q,): load without cancellation, both for a medium of size 1, N. `forces`, `errors` (q,): measured, N. `correlation`
+    (q, q): covariance of the relative error of the force model.
+    """
 
     weights: FloatArray
     offset: FloatArray
@@ -155,14 +163,17 @@ class _Group(NamedTuple):
     correlation: FloatArray
 
     @classmethod
-    def of(cls, observations: Sequence[Observation], nodes: Angles, usual: Profile) -> _Group:
+    def of(
+        cls, observations: Sequence[Observation], nodes: Angles, mean_profile: Profile
+    ) -> _Group:
+        """Join the observations of one body; `mean_profile`: the mean shape, for the load of a medium of size 1."""
         body_error = observations[0].body_error
         states = np.concatenate([observation.states for observation in observations])
         mean, covariance = body_error.evaluate(states)
         measured = np.concatenate([observation.measured for observation in observations], axis=1)
         touches = np.concatenate([observation.touches for observation in observations])
         use = np.isfinite(measured) & touches
-        load = np.concatenate([observation.load(usual) for observation in observations])
+        load = np.concatenate([observation.load(mean_profile) for observation in observations])
         weights = np.concatenate(
             [observation.weights(*nodes) for observation in observations], axis=1
         )
@@ -189,7 +200,7 @@ class _Group(NamedTuple):
         )
 
     def whitened(self, size: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Weights, offset and forces whose errors are independent and 1."""
+        """Return weights, offset and forces, transformed so that their errors are independent and 1."""
         from scipy.linalg import solve_triangular
 
         load = size * self.load

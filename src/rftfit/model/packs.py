@@ -1,4 +1,4 @@
-"""What the compiled kernel needs of a profile, as arrays of always the same types."""
+"""The numbers of a profile as the compiled kernel needs them: arrays whose types are always the same."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ FOURIER, TABLE, DEPTH_ONLY = range(3)
 """Tags of `Pack.kind`."""
 
 NEGLIGIBLE = 1e-9
-"""Weights below this do not make an interpolated value depend on a missing cell."""
-
+"""Largest weight of a missing cell that an interpolated value ignores instead of being NaN."""
 
 STILL = 1e-12
-"""A velocity component below this part of the speed is none: rounding does not choose its side."""
+"""Velocity component, relative to the speed, below which it counts as 0, so that rounding does not choose its sign."""
 
 
 class Pack(NamedTuple):
-    """What the compiled kernel needs of a profile; the parts that a kind does not use are empty.
+    """Numbers of a profile for the compiled kernel; fields that a kind does not use are empty.
 
     `kind`: `FOURIER`, `TABLE` or `DEPTH_ONLY`.
     `values`: Nine coefficients, or the three values of the depth-only model; N/cm^3.
     `beta`, `gamma`: Nodes of the table, rad, from -pi/2 to pi/2 and from -pi to pi.
-    `beta_bins`, `gamma_bins`: Interval in which each of many equal bins between the end nodes begins.
-        A bin is narrower than any interval, so at most one step more leads to the right one.
+    `beta_bins`, `gamma_bins`: The range of the nodes is divided into equal bins; for each bin the index of the interval
+        between nodes in which the bin begins. A bin is narrower than any interval, so an angle of the bin lies in this
+        interval or in the next one.
     `cells`: shape (nb - 1, ng - 1, 8): alpha_z at the corners (beta, gamma) = 00, 01, 10, 11 of each
-        cell, then alpha_x, N/cm^3.
+        cell, then alpha_x at the same corners, N/cm^3.
     """
 
     kind: int
@@ -48,7 +48,9 @@ def make_pack(
     values, beta, gamma, cells = (
         np.ascontiguousarray(array, dtype=float) for array in (values, beta, gamma, cells)
     )
-    return Pack(kind, values, beta, gamma, _bins(beta), _bins(gamma), cells)
+    return Pack(
+        kind, values, beta, gamma, _intervals_of_bins(beta), _intervals_of_bins(gamma), cells
+    )
 
 
 def pack_values(kind: int, values: FloatArray) -> Pack:
@@ -56,7 +58,8 @@ def pack_values(kind: int, values: FloatArray) -> Pack:
     return make_pack(kind, values, np.zeros(0), np.zeros(0), np.zeros((0, 0, 8)))
 
 
-def _bins(nodes: FloatArray) -> npt.NDArray[np.int64]:
+def _intervals_of_bins(nodes: FloatArray) -> npt.NDArray[np.int64]:
+    """Return `beta_bins` or `gamma_bins` of a `Pack` for increasing nodes; empty without nodes."""
     if nodes.size == 0:
         return np.zeros(0, dtype=np.int64)
     count = int(np.ceil(1.5 * (nodes[-1] - nodes[0]) / np.diff(nodes).min())) + 1

@@ -1,7 +1,7 @@
-"""A stress profile as one file to hand on, ``profile.json``: writer, reader and its checks.
+"""A stress profile as one file, ``profile.json``, that can be passed to others: writer, reader and its checks.
 
-The file lists each direction once, with alpha and its draws there. Mirror images, the closed grid and every fit
-follow from these by the code that makes them from a measured table.
+The file lists each direction once, with alpha and its draws there. The reader makes mirror images, the closed grid and
+every fit from these by the same code as from a measured table.
 """
 
 from __future__ import annotations
@@ -33,18 +33,18 @@ from rftfit.store.text import table as format_table
 from rftfit.version import __version__
 
 MARK = f'{{\n "format": "{FORMAT}"'
-"""How a file of this program begins."""
+"""First characters of a file that this program wrote."""
 
 _MOST_BYTES, _MOST_KEYS = 20_000_000, 100
-_AGREES = 1e-6
-"""Numbers that should be the same differ less, as a share of the largest alpha."""
+_TOLERANCE = 1e-6
+"""Largest difference of equal numbers by rounding, as a share of the largest alpha."""
 
 _DIGITS_OF_ANGLES, _DIGITS, _DIGITS_OF_DRAWS = 12, 9, 7
-"""Significant digits in the file."""
+"""Significant digits of numbers in the file."""
 
 _ALPHA = ("alpha_z_N_per_cm3", "alpha_x_N_per_cm3")
-_DRAWS = ("draws_z_N_per_cm3", "draws_x_N_per_cm3")
-_PUSHES = ("beta_deg", "gamma_deg", *_ALPHA, "se_z", "se_x")
+_DRAW_COLUMNS = ("draws_z_N_per_cm3", "draws_x_N_per_cm3")
+_PUSH_COLUMNS = ("beta_deg", "gamma_deg", *_ALPHA, "se_z", "se_x")
 
 
 # --- Writing.
@@ -61,27 +61,28 @@ def write_profile(
     window: tuple[float, float] | None = None,
     made_from: Mapping[str, str] | None = None,
 ) -> None:
-    """Write a stress profile as one file to hand on, ``profile.json``.
+    """Write a stress profile as one file, ``profile.json``, that can be passed to others.
 
-    It holds alpha over all directions with its errors, the pushes behind it, the conventions in words and
+    The file holds alpha over all directions with its errors, the pushes behind it, the conventions in words and
     as a golden value, units, limits of validity, and what it was made from. The same profile gives the same
     bytes.
 
     Parameters
     ----------
     path : str or Path
-        The file; it is replaced.
+        The file; an existing file is replaced.
     medium : Map, TableProfile, Medium, str or Path
         What `scale`, `estimate_map`, `published_medium` or `read_profile` return, a medium of a campaign (its table, or its
-        map where the table has holes), or the path of a profile file.
+        map if the table has holes), or the path of a profile file.
     name, title, notes : str, optional
-        Of the medium; default: as the medium of a campaign or the map has them.
+        Texts on the medium; default: name and title of the medium of a campaign or of the map.
     marks : str, optional
-        Physical checks that the medium fails; default: those of the medium of a campaign.
+        Physical checks that the medium fails; default: those that the medium of a campaign fails.
     window : tuple of float, optional
-        Least and greatest depth behind alpha, cm; default: that of the medium.
+        Least and greatest depth at which alpha was measured, cm; default: those of the medium.
     made_from : mapping of str to str, optional
-        SHA-256 of files behind it, by name; default: of a medium of a campaign its alpha table.
+        SHA-256 of the files that alpha was calculated from, by name; default: the alpha table of a medium of a
+        campaign.
 
     Raises
     ------
@@ -122,7 +123,7 @@ def write_profile(
             "title": title or facts.get("title", ""),
             "notes": notes,
         },
-        "golden": _golden(table),
+        "golden": _choose_golden(table),
         "validity": {
             "depth_from_cm": low or None,
             "depth_to_cm": high if math.isfinite(high) else None,
@@ -135,11 +136,12 @@ def write_profile(
             "program": f"rftfit {__version__}",
             "profile": table.name,
             "made_from": dict(made_from or facts.get("made_from", {})),
-            **_origin(source),
+            **_describe_origin(source),
         },
     }
-    content = _checked(file)
-    text = _text(content.model_copy(update={"digest": _digest(content)}).model_dump()) + "\n"
+    content = _check_content(file)
+    with_digest = content.model_copy(update={"digest": _digest(content)})
+    text = _format_json(with_digest.model_dump()) + "\n"
     if (size := len(text.encode())) > _MOST_BYTES:
         file_content = (
             f"{size / 1e6:.1f} MB with the errors of {len(content.directions.beta_deg)} directions"
@@ -148,7 +150,8 @@ def write_profile(
     write_text(path, text)
 
 
-def _origin(profile: Map | TableProfile) -> dict[str, Any]:
+def _describe_origin(profile: Map | TableProfile) -> dict[str, Any]:
+    """Return the keys of `ProfileOrigin` that say whether alpha was measured or estimated, and from how many pushes."""
     if isinstance(profile, TableProfile):
         return {"kind": "table"}
     belongs = None if math.isnan(profile.belongs) else profile.belongs
@@ -161,9 +164,10 @@ def _origin(profile: Map | TableProfile) -> dict[str, Any]:
 
 
 def _list_directions(table: TableProfile, pushed: FloatArray) -> dict[str, Any]:
-    """List alpha of a table and its draws, each direction once, and the pushes where the directions are not just these.
+    """List alpha and draws of a table, each direction once, and the pushes if they are not just these directions.
 
-    `pushed`: shape (6, n), rows as `TableProfile.pushed`. Returns the keys of a profile file that hold them.
+    `pushed`: shape (6, n), rows as in `TableProfile.pushed`. Returns the keys "directions", "errors" and "pushes" of a
+    file.
     """
     beta, gamma = (axis.ravel() for axis in np.meshgrid(table.beta, table.gamma, indexing="ij"))
     cells, listed = each_once(beta, gamma)
@@ -172,65 +176,71 @@ def _list_directions(table: TableProfile, pushed: FloatArray) -> dict[str, Any]:
         return np.stack(listed.complete(*of.parameters))
 
     rows = np.concatenate([np.degrees([beta[cells], gamma[cells]]), alpha_at_nodes(table)])
-    numbers: dict[str, Any] = {"directions": _columns(("beta_deg", "gamma_deg", *_ALPHA), rows)}
-    listed_alone = rows[:, np.isfinite(rows[2:]).any(axis=0)]
-    if listed_alone.shape != pushed[:4].shape or not np.allclose(
-        listed_alone, pushed[:4], 1e-9, 1e-12, True
+    numbers: dict[str, Any] = {
+        "directions": _list_columns(("beta_deg", "gamma_deg", *_ALPHA), rows)
+    }
+    with_alpha = rows[:, np.isfinite(rows[2:]).any(axis=0)]
+    if with_alpha.shape != pushed[:4].shape or not np.allclose(
+        with_alpha, pushed[:4], 1e-9, 1e-12, True
     ):
-        numbers["pushes"] = _columns(_PUSHES, pushed)
+        numbers["pushes"] = _list_columns(_PUSH_COLUMNS, pushed)
     if isinstance(table.spread, TableProfile):
         draws = alpha_at_nodes(table.spread)
         if not np.isnan(draws).all():
-            short = [_numbers(draw, _DIGITS_OF_DRAWS) for draw in draws.reshape(-1, cells.size)]
-            half = len(short) // 2  # first alpha_z of all draws, then alpha_x
-            numbers["errors"] = dict(zip(_DRAWS, (short[:half], short[half:]), strict=True))
+            draw_rows = [_round(draw, _DIGITS_OF_DRAWS) for draw in draws.reshape(-1, cells.size)]
+            half = len(draw_rows) // 2  # first alpha_z of all draws, then alpha_x
+            by_component = (draw_rows[:half], draw_rows[half:])
+            numbers["errors"] = dict(zip(_DRAW_COLUMNS, by_component, strict=True))
     return numbers
 
 
-def _columns(names: Sequence[str], rows: FloatArray) -> dict[str, list[float | None]]:
+def _list_columns(names: Sequence[str], rows: FloatArray) -> dict[str, list[float | None]]:
+    """Return the rows of an array as lists under their names, rounded to the digits of the file."""
     digits = [_DIGITS_OF_ANGLES if name.endswith("_deg") else _DIGITS for name in names]
-    return {n: _numbers(row, d) for n, row, d in zip(names, rows, digits, strict=True)}
+    return {n: _round(row, d) for n, row, d in zip(names, rows, digits, strict=True)}
 
 
-def _numbers(values: FloatArray, digits: int) -> list[float | None]:
-    """Numbers as JSON has them: NaN is null, nothing is called -0."""
+def _round(values: FloatArray, digits: int) -> list[float | None]:
+    """Round numbers for JSON: NaN becomes None, and -0 becomes 0."""
     return [
         None if math.isnan(number) else float(f"{number:.{digits}g}") + 0.0 for number in values
     ]
 
 
 def _digest(content: ProfileFile) -> str:
+    """Return the digest of all content but the texts on the medium, which a user may change."""
     return digest_of(content.model_dump(exclude={"medium", "digest"}))
 
 
-def _text(value: Any, depth: int = 1) -> str:
-    """JSON with a line for each key and each draw."""
+def _format_json(value: Any, depth: int = 1) -> str:
+    """Format a value as JSON with one line for each key and each draw; `depth`: spaces before the lines."""
     before, after = "\n" + " " * depth, "\n" + " " * (depth - 1)
     if isinstance(value, dict) and value:
         lines = (
-            f"{json.dumps(name)}: {_text(member, depth + 1)}" for name, member in value.items()
+            f"{json.dumps(name)}: {_format_json(member, depth + 1)}"
+            for name, member in value.items()
         )
         return "{" + before + f",{before}".join(lines) + after + "}"
     if isinstance(value, list) and value and isinstance(value[0], list):
-        return "[" + before + f",{before}".join(map(_text, value)) + after + "]"
+        return "[" + before + f",{before}".join(map(_format_json, value)) + after + "]"
     return json.dumps(value, ensure_ascii=False, allow_nan=False, separators=(",", ": "))
 
 
 # --- The golden value.
 
-_TRIED_BETA = (10, 20, 40, 50, -10, -20, -40, -50)
-_TRIED_GAMMA = (25, 40, 50, 80, -25, -40, -50, -80)
+_TRIED_BETA_DEG = (10, 20, 40, 50, -10, -20, -40, -50)
+_TRIED_GAMMA_DEG = (25, 40, 50, 80, -25, -40, -50, -80)
 
 
-def _misread(profile: Profile, beta_deg: float, gamma_deg: float) -> FloatArray:
-    """Alpha z and x of a direction as other signs, axes and senses of the angles give it, shape (10, 2)."""
+def _misread_alpha(profile: Profile, beta_deg: float, gamma_deg: float) -> FloatArray:
+    """Return alpha_z and alpha_x in a direction by ten wrong conventions (signs, axes, angles), shape (10, 2)."""
 
     def alpha_at(beta: float, gamma: float) -> FloatArray:
         return np.array(profile.alpha(np.radians(beta), np.radians(gamma)))
 
     z, x = alpha_at(beta_deg, gamma_deg)
-    other_signs = [(-z, x), (z, -x), (-z, -x), (x, z)]
-    other_senses = [
+    wrong_signs = [(-z, x), (z, -x), (-z, -x), (x, z)]
+    wrong_angles = [
         alpha_at(-beta_deg, gamma_deg),
         alpha_at(beta_deg, -gamma_deg),
         alpha_at(-beta_deg, -gamma_deg),
@@ -238,44 +248,44 @@ def _misread(profile: Profile, beta_deg: float, gamma_deg: float) -> FloatArray:
         alpha_at(beta_deg, 180 - gamma_deg),
         alpha_at(90 - beta_deg, gamma_deg),
     ]
-    return np.array([*other_signs, *other_senses])
+    return np.array([*wrong_signs, *wrong_angles])
 
 
-def _golden(table: TableProfile) -> dict[str, float | None]:
-    """Choose the direction in which a wrong convention shows most."""
+def _choose_golden(table: TableProfile) -> dict[str, float | None]:
+    """Choose the golden direction, in which every wrong convention changes alpha most; return its angles and alpha."""
     tried = []
-    for beta in _TRIED_BETA:
-        for gamma in _TRIED_GAMMA:
+    for beta in _TRIED_BETA_DEG:
+        for gamma in _TRIED_GAMMA_DEG:
             z, x = table.alpha(np.radians(beta), np.radians(gamma))
-            off = np.abs(_misread(table, beta, gamma) - [z, x]).max(axis=1)
+            change = np.abs(_misread_alpha(table, beta, gamma) - [z, x]).max(axis=1)
             if np.isfinite(z + x):
-                tried.append((float(np.nanmin(off)), beta, gamma, float(z), float(x)))
+                tried.append((float(np.nanmin(change)), beta, gamma, float(z), float(x)))
     if not tried:
         raise InputError(
             f"{table.name}: alpha is known in too few directions for a table; allowed: a table whose cells have "
             "neighbours; the map needs one push only"
         )
-    # the first of those that are equally good
+    # by the change alone: of equal trials `max` returns the first
     _, *best = max(tried, key=lambda trial: trial[0])
-    short = _numbers(np.array(best), _DIGITS)
-    return dict(zip(("beta_deg", "gamma_deg", *_ALPHA), short, strict=True))
+    rounded = _round(np.array(best), _DIGITS)
+    return dict(zip(("beta_deg", "gamma_deg", *_ALPHA), rounded, strict=True))
 
 
 # --- Reading.
 
 
 def read_profile(path: str | Path) -> TableProfile:
-    """Read a stress profile that was handed on, and check it: schema, directions, golden value, digest.
+    """Read a stress profile from its file, and check schema, directions, golden value and digest.
 
     Parameters
     ----------
     path : str or Path
-        A file as `write_profile` or ``rftfit export`` writes it.
+        A file that `write_profile` or ``rftfit export`` wrote.
 
     Returns
     -------
     TableProfile
-        With its depths and, where the file has errors, the draws of its intervals.
+        It has the depths of the file and, if the file has errors, the draws for intervals.
 
     Raises
     ------
@@ -297,18 +307,18 @@ def read_profile(path: str | Path) -> TableProfile:
     table.model_error = math.nan if model_error is None else model_error
     table.bed_spread = content.force_errors.bed_spread
     if content.pushes is not None:
-        table.pushed = _array(content.pushes, _PUSHES)
+        table.pushed = _array(content.pushes, _PUSH_COLUMNS)
     return table
 
 
 def pushes_in_profile(path: Path) -> pd.DataFrame:
-    """The pushes behind a profile file, as `rftfit.estimate_map` takes them."""
+    """Return the pushes in a profile file as the table that `rftfit.estimate_map` needs."""
     names = ("beta_deg", "gamma_deg", *_ALPHA, "alpha_z_se_N_per_cm3", "alpha_x_se_N_per_cm3")
     return pd.DataFrame(dict(zip(names, read_profile(path).pushed, strict=True)))
 
 
 def table_of(content: ProfileFile) -> TableProfile:
-    """Interpolate the directions of a file, with its draws."""
+    """Make the interpolated table of the directions in a file, with the draws of the file as its spread."""
     beta_deg, gamma_deg, *alpha = _array(content.directions, ("beta_deg", "gamma_deg", *_ALPHA))
     angles_rad = np.radians(beta_deg), np.radians(gamma_deg)
     name = content.origin.profile or "profile from a file"
@@ -316,24 +326,27 @@ def table_of(content: ProfileFile) -> TableProfile:
     why = content.validity.without_number or why
     table = TableProfile.of_directions(*angles_rad, (alpha[0], alpha[1]), name, why)
     if content.errors is not None:
-        draws_z, draws_x = _array(content.errors, _DRAWS)
+        draws_z, draws_x = _array(content.errors, _DRAW_COLUMNS)
         table.spread = TableProfile.of_directions(*angles_rad, (draws_z, draws_x))
     return table
 
 
 def _array(section: object, names: tuple[str, ...]) -> FloatArray:
+    """Return lists of a section of the file as the rows of an array; null becomes NaN."""
     return np.array([getattr(section, name) for name in names], dtype=float)
 
 
 def read_content(path: Path) -> ProfileFile:
-    """Read all that a profile's file says; every problem is told at once."""
+    """Read and check the whole content of a profile file; one error names all problems."""
     file = ModelFile[ProfileFile](str(path))
     _parse(read_text(path, file.name, "profile", _MOST_BYTES), file)
-    return _checked(file)
+    return _check_content(file)
 
 
 def _parse(text: str, file: ModelFile[ProfileFile]) -> None:
-    def pairs(items: list[tuple[str, Any]]) -> dict[str, Any]:
+    """Parse JSON into ``file.data``; errors become problems of the file."""
+
+    def parse_section(items: list[tuple[str, Any]]) -> dict[str, Any]:
         if len(items) > _MOST_KEYS:
             file.note((), "too-large", f"{len(items)} keys", f"at most {_MOST_KEYS} in a section")
             return {}
@@ -345,7 +358,7 @@ def _parse(text: str, file: ModelFile[ProfileFile]) -> None:
         return dict(items)
 
     try:
-        file.data = json.loads(text, object_pairs_hook=pairs)
+        file.data = json.loads(text, object_pairs_hook=parse_section)
     except RecursionError:
         file.note((), "too-deep", None, "nested too deeply: a profile has at most four levels")
     except json.JSONDecodeError as error:
@@ -359,8 +372,8 @@ def _parse(text: str, file: ModelFile[ProfileFile]) -> None:
         file.note((), "empty", "null", "a profile as `rftfit export` writes it")
 
 
-def _checked(file: ModelFile[ProfileFile]) -> ProfileFile:
-    """What the schema says, then what no schema can say."""
+def _check_content(file: ModelFile[ProfileFile]) -> ProfileFile:
+    """Check ``file.data`` by the schema and by further rules; raise CampaignError with all problems."""
     if file.data is not None:
         check_model(file, ProfileFile)
     content = file.model
@@ -379,6 +392,7 @@ def _checked(file: ModelFile[ProfileFile]) -> ProfileFile:
 
 
 def _check_lengths(file: ModelFile[ProfileFile], content: ProfileFile) -> None:
+    """Note lists whose lengths differ from the number of directions, of pushes or of draws."""
     count = len(content.directions.beta_deg)
     for section in ("directions", "pushes"):
         columns = dict(getattr(content, section) or {})
@@ -400,6 +414,7 @@ def _check_lengths(file: ModelFile[ProfileFile], content: ProfileFile) -> None:
 
 
 def _check_directions(file: ModelFile[ProfileFile], content: ProfileFile) -> None:
+    """Note a direction that is listed twice, and directions that are no whole grid."""
     beta, gamma = np.radians(_array(content.directions, ("beta_deg", "gamma_deg")))
     listed, _ = each_once(beta, gamma)
     for index in sorted({*range(beta.size)} - {*listed.tolist()}):
@@ -415,38 +430,38 @@ def _check_directions(file: ModelFile[ProfileFile], content: ProfileFile) -> Non
 
 
 def _check_numbers(file: ModelFile[ProfileFile], content: ProfileFile) -> None:
-    """Draws lie about alpha, and alpha gives the golden value."""
+    """Note draws that lie on one side of alpha, and alpha that differs from the golden value."""
     golden, table = content.golden, table_of(content)
     largest = float(np.nanmax(np.abs([table.alpha_z, table.alpha_x]), initial=1e-300))
-    near = _AGREES * largest
+    tolerance = _TOLERANCE * largest
     if content.errors is not None:
-        alpha, draws = _array(content.directions, _ALPHA), _array(content.errors, _DRAWS)
+        alpha, draws = _array(content.directions, _ALPHA), _array(content.errors, _DRAW_COLUMNS)
         least, most = draws.min(axis=1), draws.max(axis=1)
         has_draw = ~np.isnan(draws).all(axis=1)
-        off = has_draw & ~((least <= alpha + near) & (alpha <= most + near))
-        for component, index in zip(*np.nonzero(off), strict=True):
+        is_between = (least <= alpha + tolerance) & (alpha <= most + tolerance)
+        for component, index in zip(*np.nonzero(has_draw & ~is_between), strict=True):
             range_of_draws = (
                 f"draws from {least[component, index]:.6g} to {most[component, index]:.6g}"
             )
             text = f"numbers on both sides of {_ALPHA[component]}, {alpha[component, index]:.6g}"
-            file.note(("errors", _DRAWS[component], 0, int(index)), "draws", range_of_draws, text)
+            file.note(
+                ("errors", _DRAW_COLUMNS[component], 0, int(index)), "draws", range_of_draws, text
+            )
             break
-    index = golden.beta_deg, golden.gamma_deg
-    found_alpha = np.array(table.alpha(*np.radians(index)))
+    angles_deg = golden.beta_deg, golden.gamma_deg
+    found_alpha = np.array(table.alpha(*np.radians(angles_deg)))
     golden_alpha = _array(golden, _ALPHA)
-    right = np.abs(found_alpha - golden_alpha) <= near
-    if right.all():
-        return
-    for component in np.flatnonzero(~right):
-        text = f"{golden_alpha[component]:.6g}, the golden value {_ALPHA[component]} at ({index[0]:g}, {index[1]:g}) degrees"
-        range_of_draws = f"{found_alpha[component]:.6g}"
-        file.note(("directions", _ALPHA[component]), "golden", range_of_draws, text)
+    for component in np.flatnonzero(~(np.abs(found_alpha - golden_alpha) <= tolerance)):
+        direction_deg = f"({angles_deg[0]:g}, {angles_deg[1]:g})"
+        text = f"{golden_alpha[component]:.6g}, the golden value {_ALPHA[component]} at {direction_deg} degrees"
+        found = f"{found_alpha[component]:.6g}"
+        file.note(("directions", _ALPHA[component]), "golden", found, text)
 
 
 def collect_pushes(
     pushes: Path | None, profile_file: Path | None = None
 ) -> tuple[str, pd.DataFrame, list[str]]:
-    """Pushes of a table and of a profile file: names of the files, the pushes, and what to be warned of."""
+    """Join the pushes of a table and of a profile file; return the names of the files, the pushes, and warnings."""
     tables, warnings = [], []
     if pushes is not None:
         pushes_of_table, problems = pushes_in(pushes)
@@ -459,7 +474,7 @@ def collect_pushes(
 
 
 def describe_profile(path: Path) -> str:
-    """Describe a profile file: what it holds, its golden value, and what to do with it."""
+    """Describe a profile file that was written: its content, its golden value, and the next command."""
     content, profile = read_content(path), read_profile(path)
     listed, golden = content.directions, content.golden
     direction_rad = math.radians(golden.beta_deg), math.radians(golden.gamma_deg)

@@ -1,4 +1,4 @@
-"""What stands in a ``profile.json``: the one definition behind its checks, its schema and its page."""
+"""Content of a ``profile.json``: the one definition from which its checks, its schema and its page are made."""
 
 from __future__ import annotations
 
@@ -22,15 +22,16 @@ FORMAT: Literal["rftfit-profile"] = "rftfit-profile"
 VERSION: Literal[3] = 3
 
 
-def _plain(text: str) -> str:
+def _refuse_control_characters(text: str) -> str:
+    """Return a text that can be shown; raise ValueError for others."""
     if unshowable(text):
         raise ValueError("text without control characters")
     return text
 
 
-Text = Annotated[str, Field(max_length=20_000), AfterValidator(_plain)]
+Text = Annotated[str, Field(max_length=20_000), AfterValidator(_refuse_control_characters)]
 Number = Annotated[float, Field(ge=-1e6, le=1e6)]
-# of the wrong entries of a list the first is named
+# fail_fast: a message names only the first wrong entry of a list
 Angle = Annotated[float, Field(ge=-360, le=360)]
 Angles = Annotated[list[Angle], Field(max_length=10_000, fail_fast=True)]
 MaybeColumn = Annotated[list[Number | None], Field(max_length=10_000, fail_fast=True)]

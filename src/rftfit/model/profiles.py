@@ -1,4 +1,4 @@
-"""Everything that answers alpha(beta, gamma): measured table, nine terms, depth-only."""
+"""Profiles, which give alpha for any (beta, gamma): from a table, from nine Fourier terms, or from depth alone."""
 
 from __future__ import annotations
 
@@ -41,49 +41,50 @@ from rftfit.reference import BETA_DEG, GAMMA_DEG, MEDIA, alpha_grid, coefficient
 IndexArray = npt.NDArray[np.signedinteger]
 
 KINDS = ("table", "map", "fourier", "generic", "depth_only")
-"""Profiles of a medium: alpha as measured; completed by the shape that known media share; its nine terms;
-zeta times the generic nine; depth-only."""
+"""Kinds of profile of a medium: measured alpha; alpha completed by the shape that known media share; nine terms fitted
+to it; zeta times the generic nine terms; depth-only."""
 
 PUBLISHED_KINDS = tuple(kind for kind in KINDS if kind != "map")
-"""Of the published media, which were pushed in every direction."""
+"""Kinds of profile of a published medium: no map, since every direction was pushed."""
 
 
 def weighted_sum(values: FloatArray, weights: FloatArray) -> FloatArray:
-    """Weighted sum of parameters; a missing one makes only those sums NaN that really contain it.
+    """Sum p parameters with weights; a missing parameter (NaN) makes a sum NaN only if its weight is not negligible.
 
     `values`: shape (draws, ..., p). `weights`: shape (n, ..., p). Returns shape (draws, ..., n, ...).
     """
-    # most poses reach few directions of a map
+    # only parameters with a weight, for speed: most poses need few directions of a map
     used = (weights != 0).reshape(-1, weights.shape[-1]).any(axis=0)
     values, weights = values[..., used], weights[..., used]
     missing = np.isnan(values)
     if not missing.any():
         return np.tensordot(values, weights, axes=(-1, -1))
-    # relative, because a sum over elements carries a unit
-    counts = np.abs(weights) > NEGLIGIBLE * np.abs(weights).sum(axis=-1, keepdims=True)
+    # relative to all weights of a sum, whose unit may be that of a force per alpha
+    matters = np.abs(weights) > NEGLIGIBLE * np.abs(weights).sum(axis=-1, keepdims=True)
     total = np.tensordot(np.where(missing, 0.0, values), weights, axes=(-1, -1))
-    flat = missing.reshape(-1, missing.shape[-1])
-    if (flat.any(axis=0) == flat.all(axis=0)).all():  # the same in all draws
-        missing = np.asarray(flat.any(axis=0))
-    lost = np.tensordot(missing.astype(float), counts.astype(float), axes=(-1, -1)) > 0
-    return np.where(lost, np.nan, total)
+    by_draw = missing.reshape(-1, missing.shape[-1])
+    if (
+        by_draw.any(axis=0) == by_draw.all(axis=0)
+    ).all():  # the same in all draws: one row is enough
+        missing = np.asarray(by_draw.any(axis=0))
+    is_unknown = np.tensordot(missing.astype(float), matters.astype(float), axes=(-1, -1)) > 0
+    return np.where(is_unknown, np.nan, total)
 
 
 ANY_DEPTH = (0.0, float("inf"))
 PAPER_WINDOW = (0.3, 9.0)
-"""Of the paper's plates, cm: half the thickness of a level one, and the container's 15 cm less the 6 cm
-kept from its bottom."""
-
+"""Least and greatest depth of the paper's plates, cm: half the thickness of a level plate, and the 15 cm of the
+container less the 6 cm kept from its bottom."""
 
 EPS = 0.28
-"""Relative error of the force model (`rftfit.forces.model_error`). Chosen on the measured legs of Fig. S5 (five media,
-three legs, by the measured table)."""
+"""Usual relative error of the force model (`rftfit.forces.model_error`), from the measured legs of Fig. S5 (five
+media, three legs, forces by the measured table)."""
 
 
 class KnownMedium(ABC):
-    """What is known of a medium: a profile, a map, one push by the paper's routine, a medium of a campaign.
+    """Base of all that is known of a medium: a profile, a map, one push by the paper's routine, a medium of a campaign.
 
-    Everything that takes a medium takes any of these, and the path of a profile file
+    Every function with a medium as its parameter accepts any of these, and the path of a profile file
     (`rftfit.model.known.profile_of`).
 
     Examples
@@ -95,12 +96,13 @@ class KnownMedium(ABC):
 
     @abstractmethod
     def as_profile(self, is_enough: Callable[[Profile], bool] | None = None) -> Profile:
-        """Profile by which forces are predicted.
+        """Return the profile by which forces are predicted.
 
         Parameters
         ----------
         is_enough : callable, optional
-            Whether a table has a number in every direction that is asked for; default: in all directions.
+            Called with a table that has holes; returns True if it has a number in every direction that is needed.
+            Default: a table with holes is not enough.
 
         Returns
         -------
@@ -108,47 +110,48 @@ class KnownMedium(ABC):
         """
 
     def export_source(self) -> tuple[KnownMedium, dict[str, Any]]:
-        """Return the map or table that a profile file is made of, and what the file says of the medium beside it.
+        """Return the map or table from which a profile file is made, and the other facts that the file states.
 
         Returns
         -------
         source : KnownMedium
         facts : dict of str to object
-            Arguments of `write_profile`, by name.
+            Arguments of `write_profile` by name.
         """
         return self, {}
 
 
 class OneTest:
-    """A medium known by one penetration test (`rftfit.model.scaling.ScaledMedium`)."""
+    """Base of `rftfit.model.scaling.ScaledMedium`, for annotations here: a medium known by one penetration test."""
 
 
 class Profile(KnownMedium):
-    """What answers alpha(beta, gamma); linear in its parameters.
+    """A function alpha(beta, gamma) of a medium, linear in its parameters.
 
-    A profile may be a stack of draws of one and the same kind: its parameters have leading axes,
-    `alpha` then has them in front too, and `pack` is refused.
+    A profile may be a stack of draws: its parameters then have leading axes, which the arrays of `alpha` have too, and
+    `pack` raises ValueError.
 
     Attributes
     ----------
     name : str
         What the profile is, for tables and captions.
     form : str
-        In which form alpha is known: ``table``, ``map``, ``nine terms``, ``generic``, ``depth-only``.
+        Form in which alpha is known: ``table``, ``map``, ``nine terms``, ``generic``, ``depth-only``.
     reason : str
-        Why alpha is NaN somewhere; empty if it is nowhere.
+        Reason why alpha is NaN somewhere; empty if it is never NaN.
     spread : Profile, ScaledMedium or None
-        What its intervals come from: draws of the profile within its errors, or the one penetration
-        test and the reference media that it is scaled from; None where no error is known.
+        Source of intervals: draws of the profile within its errors, or the one penetration test and the
+        reference media from which the profile is scaled; None if no error is known.
     window : tuple of float
         Least and greatest depth over which alpha was measured, cm.
     bed_spread : float
         Relative standard deviation of forces from one prepared bed to the next.
     model_error : float
-        Relative error of the force model itself in this medium (`rftfit.forces.model_error`), measured by tables and
-        maps; NaN for a profile of another form, of which none is known.
+        Relative error of the force model itself in this medium (`rftfit.forces.model_error`), known for tables and
+        maps; NaN for a profile of another form.
     beside : callable or None
-        Makes the table of the same medium, or its map, beside which forces by nine terms are held.
+        Function that returns the table or the map of the same medium, whose forces are shown beside those of nine
+        terms.
 
     Examples
     --------
@@ -172,7 +175,7 @@ class Profile(KnownMedium):
         Parameters
         ----------
         is_enough : callable, optional
-            Not used: a profile is what it is.
+            Not used: there is no other profile to choose.
 
         Returns
         -------
@@ -187,12 +190,12 @@ class Profile(KnownMedium):
 
     @abstractmethod
     def basis(self, beta: FloatArray, gamma: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Functions whose sum, weighted with `parameters`, is alpha.
+        """Return the values of the functions whose sum, weighted with `parameters`, is alpha.
 
         Parameters
         ----------
         beta, gamma : numpy.ndarray, shape (...)
-            rad; the same shape.
+            Angles in rad, of the same shape.
 
         Returns
         -------
@@ -203,19 +206,19 @@ class Profile(KnownMedium):
     def weights_in_sums(
         self, factors: FloatArray, beta: FloatArray, gamma: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Weights of `parameters` in sums of alpha times a factor over the last axis of directions.
+        """Return the weights of `parameters` in sums over n elements of alpha times a factor, as forces are.
 
         Parameters
         ----------
         factors : numpy.ndarray, shape (k, p, n)
-            Of k sums for each of p poses of n elements.
+            Factor of each of n elements, in p poses, for k sums.
         beta, gamma : numpy.ndarray, shape (p, n)
-            rad.
+            Angles of each element, rad.
 
         Returns
         -------
         weights_z, weights_x : numpy.ndarray, shape (k, p, parameters)
-            One and the same array where both have the same basis.
+            The same array twice if both components have the same basis.
         """
         basis_z, basis_x = self.basis(beta, gamma)
         by_pose = factors.transpose(1, 0, 2)
@@ -226,17 +229,17 @@ class Profile(KnownMedium):
 
     @abstractmethod
     def _packed(self) -> Pack:
-        """`pack` of a profile that is no stack."""
+        """Make the `pack` of a profile that is no stack."""
 
     @cached_property
     def pack(self) -> Pack:
-        """Parameters for the compiled kernel. Raises ValueError for a stack of draws."""
+        """Numbers of the profile for the compiled kernel. Raises ValueError for a stack of draws."""
         if self.parameters[0].ndim > 1:
             raise ValueError("a stack of draws has no pack; carry it through as draws")
         return self._packed()
 
     def alpha(self, beta: npt.ArrayLike, gamma: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
-        """Stress per depth on a plate element.
+        """Return alpha, the stress per depth on a plate element.
 
         Parameters
         ----------
@@ -247,8 +250,7 @@ class Profile(KnownMedium):
         Returns
         -------
         alpha_z, alpha_x : numpy.ndarray, shape (draws, ..., n, ...)
-            N/cm^3, up and toward +x positive; NaN where the profile does not know, and where an
-            angle is NaN.
+            N/cm^3, up and toward +x positive; NaN where the profile has no number or an angle is NaN.
         """
         beta, gamma = np.broadcast_arrays(np.asarray(beta, float), np.asarray(gamma, float))
         if self.parameters[0].ndim == 1 and is_worth_compiling(beta.size):
@@ -256,29 +258,29 @@ class Profile(KnownMedium):
         return self._alpha(beta, gamma)
 
     def _alpha(self, beta: FloatArray, gamma: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """`alpha` of angles of one shape in numpy, of a profile or a stack of draws."""
+        """Calculate `alpha` in numpy, for angles of equal shape; a profile may be a stack of draws."""
         (basis_z, basis_x), (values_z, values_x) = self.basis(beta, gamma), self.parameters
         return weighted_sum(values_z, basis_z), weighted_sum(values_x, basis_x)
 
     def _alpha_compiled(self, beta: FloatArray, gamma: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """`alpha` of angles of one shape by the compiled kernel, of a profile that is no stack."""
+        """Calculate `alpha` by the compiled kernel, for angles of equal shape; the profile must be no stack."""
         from rftfit.model.kernel import alpha
 
-        # the kernel is compiled for arrays that may be written to
+        # the kernel is compiled for contiguous, writable arrays
         angles = (np.require(angle.ravel(), float, ["C", "W"]) for angle in (beta, gamma))
         alpha_z, alpha_x = alpha(self.pack, *angles)
         return alpha_z.reshape(beta.shape), alpha_x.reshape(beta.shape)
 
 
 FAR_DEG = 18.0
-"""Half the diagonal of the largest cell of the published grid: no direction is farther from the pushes of a whole one."""
+"""Half the diagonal of the largest cell of the published grid: greatest distance of a direction from its pushes."""
 
 
 class TableProfile(Profile):
     """Alpha interpolated from a measured table, completed by symmetry.
 
-    Where the directions lie on a grid, full or with holes, it is bilinear between its lines, and a
-    missing cell makes alpha NaN between its neighbours (and at its mirror image), never a guess.
+    If the directions lie on a grid, full or with holes, alpha is bilinear between the lines of the grid; a
+    missing cell makes alpha NaN between its neighbours and at its mirror image.
     Scattered directions are triangulated on the torus of all directions; farther than `REACH_DEG`
     from every push alpha is NaN.
 
@@ -287,11 +289,11 @@ class TableProfile(Profile):
     alpha_z, alpha_x : numpy.ndarray, shape (..., *cells)
         N/cm^3, NaN where missing; leading axes are draws.
     beta, gamma : array_like, optional
-        rad; shapes broadcast to that of the cells: ``(n,)`` for a list of directions, ``(nb, 1)`` and
+        Angles in rad; shapes broadcast to the shape of the cells: ``(n,)`` for a list of directions, ``(nb, 1)`` and
         ``(ng,)`` for a grid. Default: the grid of Table S5, cells (7, 13).
     name : str, optional
     reasons : dict of (float, float) to str, optional
-        Why a cell, named by (beta, gamma) in degrees, is missing.
+        Reason why a cell is missing, by (beta, gamma) in degrees.
     spread : Profile, optional
         Draws of the table within its errors.
 
@@ -338,14 +340,14 @@ class TableProfile(Profile):
         grid = rectangle(*cells)
         self.scattered = grid is None
         if grid is None:
-            self.beta, self.gamma, self.alpha_z, self.alpha_x = _triangulated(*cells, *values)
+            self.beta, self.gamma, self.alpha_z, self.alpha_x = _triangulate(*cells, *values)
         else:
-            self._lay(grid, values)
-        self.reason = self._why(cells, values, reasons or {})
+            self._complete_grid(grid, values)
+        self.reason = self._format_reason(cells, values, reasons or {})
 
     @classmethod
     def published(cls, medium: str) -> TableProfile:
-        """Table S5 of one medium.
+        """Make the profile of Table S5 of one published medium.
 
         Parameters
         ----------
@@ -367,8 +369,8 @@ class TableProfile(Profile):
         Parameters
         ----------
         table : pandas.DataFrame
-            With ``beta_deg, gamma_deg, alpha_z_N_per_cm3, alpha_x_N_per_cm3`` and optionally
-            ``reason``, one row a cell, any directions: `rftfit.Medium.alpha`.
+            Columns ``beta_deg, gamma_deg, alpha_z_N_per_cm3, alpha_x_N_per_cm3`` and optionally
+            ``reason``, one row for each cell, any directions, as `rftfit.Medium.alpha`.
         name : str, optional
         spread : Profile, optional
             Draws of the table.
@@ -379,30 +381,30 @@ class TableProfile(Profile):
         """
         empty = table[~np.isfinite(table[column("z")].to_numpy(float))]
         reasons = {
-            _place(row["beta_deg"], row["gamma_deg"]): row["reason"]
+            _name_of_cell(row["beta_deg"], row["gamma_deg"]): row["reason"]
             for row in empty.to_dict("records")
             if isinstance(row.get("reason"), str)
         }
         return cls(*alpha_columns(table), *directions(table), name, reasons, spread)
 
-    def _why(
+    def _format_reason(
         self,
         cells: tuple[FloatArray, FloatArray],
         values: tuple[FloatArray, FloatArray],
         reasons: dict[tuple[float, float], str],
     ) -> str:
-        every = np.isnan(self.alpha_z) | np.isnan(self.alpha_x)
-        if not every.any():
+        """Format where and why alpha is NaN; empty if it is never NaN. `cells`: beta and gamma (n,), rad."""
+        if not (np.isnan(self.alpha_z) | np.isnan(self.alpha_x)).any():
             return ""
-        # a plate at -90 degrees is the one at 90, a push straight down its own mirror image
+        # by directions, not cells: a missing cell counts only if no other cell of its direction has alpha
         directions = torus(*cells)
-        lost = np.isnan(directions.complete(*values)).any(axis=0)
-        lost = lost.reshape(-1, lost.shape[-1]).any(axis=0)
+        is_lost = np.isnan(directions.complete(*values)).any(axis=0)
+        is_lost = is_lost.reshape(-1, is_lost.shape[-1]).any(axis=0)
         places = []
-        for number in np.unique(directions.cell[lost][directions.sign[lost] > 0]):
+        for number in np.unique(directions.cell[is_lost][directions.sign[is_lost] > 0]):
             if number < 0:
                 continue
-            place = _place(*(np.degrees(angle[number]) for angle in cells))
+            place = _name_of_cell(*(np.degrees(angle[number]) for angle in cells))
             why = reasons.get(place)
             places.append(f"({place[0]:g}, {place[1]:g})" + (f": {why}" if why else ""))
         far = (
@@ -428,9 +430,10 @@ class TableProfile(Profile):
         name: str = "",
         reason: str = "",
     ) -> TableProfile:
-        """Take alpha (..., n) in directions that are with their mirror images a whole, closed grid, as they are.
+        """Make a table of alpha (..., n) in n directions (rad) that with their mirror images are a whole grid.
 
-        Raises ValueError where they are not.
+        No angle is moved or interpolated: raises ValueError if the grid has holes or does not begin at beta = -90
+        and gamma = -180 degrees.
         """
         grid = grid_of_directions(torus(beta, gamma))
         offset = np.inf if grid is None else max(grid.beta[0] + np.pi / 2, grid.gamma[0] + np.pi)
@@ -439,7 +442,7 @@ class TableProfile(Profile):
         profile = cls.__new__(cls)
         profile.name, profile.reason, profile.spread, profile.scattered = name, reason, None, False
         profile.cells = (beta, gamma, *alpha)
-        profile._lay(grid, alpha)
+        profile._complete_grid(grid, alpha)
         return profile
 
     @classmethod
@@ -451,27 +454,29 @@ class TableProfile(Profile):
         name: str = "",
         reason: str = "",
     ) -> TableProfile:
-        """Take a table that is complete: lines from -pi/2 to pi/2 and from -pi to pi, both ends."""
+        """Make a table of alpha (..., nb, ng) on a complete grid: beta -pi/2 to pi/2, gamma -pi to pi, both ends."""
         profile = cls.__new__(cls)
         profile.name, profile.reason, profile.spread, profile.scattered = name, reason, None, False
         profile.beta, profile.gamma = beta, gamma
         profile.alpha_z, profile.alpha_x = alpha
-        half = np.abs(gamma) < np.pi / 2 + NEGLIGIBLE
-        cells = np.meshgrid(beta, gamma[half], indexing="ij")
-        values = [component[..., half].reshape(*component.shape[:-2], -1) for component in alpha]
+        # cells: without the mirror images of others
+        in_half = np.abs(gamma) < np.pi / 2 + NEGLIGIBLE
+        cells = np.meshgrid(beta, gamma[in_half], indexing="ij")
+        values = [component[..., in_half].reshape(*component.shape[:-2], -1) for component in alpha]
         profile.cells = (cells[0].ravel(), cells[1].ravel(), values[0], values[1])
         return profile
 
-    def _lay(self, grid: Rectangle, alpha: tuple[FloatArray, FloatArray]) -> None:
+    def _complete_grid(self, grid: Rectangle, alpha: tuple[FloatArray, FloatArray]) -> None:
+        """Set the lines and alpha of the table from alpha in the cells, completed by mirror images and periods."""
         whole_z, whole_x = grid.torus.complete(*alpha)
         self.beta, self.gamma, self.alpha_z = grid.closed(whole_z)
         self.alpha_x = grid.closed(whole_x)[2]
 
     @cached_property
     def pushed(self) -> FloatArray:
-        """What was measured, each direction once: beta and gamma in degrees, alpha_z, alpha_x and their errors.
+        """Measured directions, each once: rows beta and gamma in degrees, alpha_z, alpha_x and their standard errors.
 
-        Shape (6, n); N/cm^3, NaN where not known.
+        Shape (6, n); alpha and errors in N/cm^3, NaN if not known.
         """
         beta, gamma, *alpha = self.cells
         number, listed = each_once(beta, gamma)
@@ -485,26 +490,26 @@ class TableProfile(Profile):
     def far_from_pushes(
         self, beta: FloatArray, gamma: FloatArray, far_deg: float = FAR_DEG
     ) -> npt.NDArray[np.bool_]:
-        """Tell which directions (n,), rad, lie farther from every push, and its mirror image, than `far_deg`."""
+        """Return True for directions (n,), rad, farther than `far_deg` from every push and its mirror image."""
         beta_deg, gamma_deg = self.pushed[:2]
         if not beta_deg.size:
             return np.ones(beta.shape, dtype=bool)
         images = mirror(np.radians(beta_deg), np.radians(gamma_deg))
-        pushed = (
+        pushed_rad = (
             np.concatenate([np.radians(angles_deg), image])
             for angles_deg, image in zip((beta_deg, gamma_deg), images, strict=True)
         )
-        apart = [
-            np.degrees(np.abs(wrap(angles[:, None] - of_pushes)))
-            for wrap, angles, of_pushes in zip(
-                (wrap_beta, wrap_gamma), (beta, gamma), pushed, strict=True
+        differences_deg = [
+            np.degrees(np.abs(wrap(angles[:, None] - push_angles)))
+            for wrap, angles, push_angles in zip(
+                (wrap_beta, wrap_gamma), (beta, gamma), pushed_rad, strict=True
             )
         ]
-        return np.asarray(np.hypot(*apart).min(axis=1) > far_deg)
+        return np.asarray(np.hypot(*differences_deg).min(axis=1) > far_deg)
 
     @property
     def parameters(self) -> tuple[FloatArray, FloatArray]:
-        """The completed table, one number a node, N/cm^3."""
+        """Alpha_z and alpha_x at all nodes of the completed table, N/cm^3."""
         shape = (*self.alpha_z.shape[:-2], -1)
         return self.alpha_z.reshape(shape), self.alpha_x.reshape(shape)
 
@@ -517,16 +522,16 @@ class TableProfile(Profile):
     def _corners(
         self, beta: FloatArray, gamma: FloatArray
     ) -> Iterator[tuple[IndexArray, IndexArray, FloatArray]]:
-        """Row, column and weight of each of the four nodes around a point."""
+        """Yield row, column and weight of each of the four nodes around directions (rad), in arrays of their shape."""
         beta, gamma = wrap_beta(beta), wrap_gamma(gamma)
-        row, u = _interval(self.beta, beta)
-        col, v = _interval(self.gamma, gamma)
+        row, u = _find_interval(self.beta, beta)
+        col, v = _find_interval(self.gamma, gamma)
         for row_step, weight_u in ((0, 1 - u), (1, u)):
             for column_step, weight_v in ((0, 1 - v), (1, v)):
                 yield row + row_step, col + column_step, weight_u * weight_v
 
     def basis(self, beta: FloatArray, gamma: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Weights of the nodes; one and the same array for z and x."""
+        """Return the bilinear weights of the nodes, the same array for z and x."""
         weights = np.zeros((beta.size, self.beta.size * self.gamma.size))
         points = np.arange(beta.size)
         for row, col, weight in self._corners(beta.ravel(), gamma.ravel()):
@@ -537,38 +542,41 @@ class TableProfile(Profile):
     def weights_in_sums(
         self, factors: FloatArray, beta: FloatArray, gamma: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """As of any profile; an element reaches four nodes alone, whose weights are added up."""
+        """Do what `Profile.weights_in_sums` does, faster: alpha of an element depends on four nodes alone."""
         poses, nodes = len(beta), self.beta.size * self.gamma.size
         first_node = nodes * np.arange(poses)[:, None]
         corners = [*self._corners(beta, gamma)]
+        # the nodes of all poses in one row, so that one call adds the weights of all
         places = np.stack([first_node + row * self.gamma.size + col for row, col, _ in corners])
-        shares = np.stack([weight for _, _, weight in corners])
-        of_nodes = np.empty((len(factors), poses * nodes))
-        for row, factor in enumerate(factors):
-            share_of_factor = (shares * factor).ravel()
-            of_nodes[row] = np.bincount(places.ravel(), share_of_factor, minlength=poses * nodes)
-        weights = of_nodes.reshape(len(factors), poses, nodes)
+        corner_weights = np.stack([weight for _, _, weight in corners])
+        sums = np.empty((len(factors), poses * nodes))
+        for number, factor in enumerate(factors):
+            weighted = (corner_weights * factor).ravel()
+            sums[number] = np.bincount(places.ravel(), weighted, minlength=poses * nodes)
+        weights = sums.reshape(len(factors), poses, nodes)
         return weights, weights
 
     def sums_of_sizes(
         self, factors: FloatArray, beta: FloatArray, gamma: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Sums of the size of alpha times a factor over elements (p, n), by draw: z and x, shape (draws, p).
+        """Sum |alpha| times a factor over n elements in p poses, for each draw.
 
-        Where alpha is not known it counts as 0. Around most elements no node changes its sign from draw to draw:
-        their sum is linear in the nodes. Of the others seven digits are enough.
+        `factors`, `beta`, `gamma` (rad): shape (p, n). Returns the sums of |alpha_z| and of |alpha_x|, shape (draws,
+        p). An unknown alpha counts as 0. Where all nodes around an element have one sign in all draws, |alpha| is
+        linear in the nodes, and these elements are summed at once. The others are interpolated draw by draw, in single
+        precision.
         """
         corners = [
             (row * self.gamma.size + col, weight >= NEGLIGIBLE)
             for row, col, weight in self._corners(beta, gamma)
         ]
-        counted = np.sum([counts for _, counts in corners], axis=0)
+        corner_count = np.sum([counts for _, counts in corners], axis=0)
         sums = []
         for values in map(np.atleast_2d, self.parameters):
-            sign = np.where((values >= 0).all(axis=0), 1.0, -1.0 * (values <= 0).all(axis=0))
-            signs = np.sum([counts * sign[places] for places, counts in corners], axis=0)
-            is_linear = np.abs(signs) == counted
-            signed_factors = np.where(is_linear, np.sign(signs) * factors, 0.0)
+            node_sign = np.where((values >= 0).all(axis=0), 1.0, -1.0 * (values <= 0).all(axis=0))
+            sign_sum = np.sum([counts * node_sign[places] for places, counts in corners], axis=0)
+            is_linear = np.abs(sign_sum) == corner_count  # all corners have the same sign
+            signed_factors = np.where(is_linear, np.sign(sign_sum) * factors, 0.0)
             weights = self.weights_in_sums(signed_factors[None], beta, gamma)[0][0]
             total = np.nan_to_num(values) @ weights.T
             pose, element = np.nonzero((factors > 0) & ~is_linear)
@@ -584,13 +592,13 @@ class TableProfile(Profile):
     def sum_nodes(
         self, values: npt.NDArray[np.float32], beta: FloatArray, gamma: FloatArray
     ) -> npt.NDArray[np.float32]:
-        """Interpolate values of the nodes, shape (nodes, draws), in directions (n,); shape (n, draws)."""
+        """Interpolate values at the nodes, shape (nodes, draws), in n directions (rad); returns shape (n, draws)."""
         corners = [
             (row * self.gamma.size + col, weight.astype(np.float32)[:, None], weight >= NEGLIGIBLE)
             for row, col, weight in self._corners(beta, gamma)
         ]
         sums = np.zeros((beta.size, values.shape[1]), np.float32)
-        # so few rows at a time that they stay in the cache
+        # in blocks of rows that stay in the cache of the processor
         for start in range(0, beta.size, _ROWS_AT_ONCE):
             for places, weights, counts in corners:
                 points = start + np.flatnonzero(counts[start : start + _ROWS_AT_ONCE])
@@ -598,41 +606,42 @@ class TableProfile(Profile):
         return sums
 
     def _alpha(self, beta: FloatArray, gamma: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """`alpha` without the weights of all nodes."""
+        """Calculate `alpha` from the four nodes around each direction, without the weights of all nodes."""
         corners = list(self._corners(beta, gamma))
 
-        def total(values: FloatArray) -> FloatArray:
+        def interpolate(values: FloatArray) -> FloatArray:
             sums = np.zeros((*values.shape[:-2], *beta.shape))
             for row, col, weight in corners:
                 corner_values = values[..., row, col]
-                # a node without weight may be missing
+                # a missing node without weight does not make alpha NaN
                 idle = (weight < NEGLIGIBLE) & np.isnan(corner_values)
                 sums += np.where(idle, 0.0, weight * corner_values)
             return sums
 
-        return total(self.alpha_z), total(self.alpha_x)
+        return interpolate(self.alpha_z), interpolate(self.alpha_x)
 
 
-def _place(beta_deg: float, gamma_deg: float) -> tuple[float, float]:
-    """Name of a cell: its angles rounded, so that those of a file and of a grid agree."""
+def _name_of_cell(beta_deg: float, gamma_deg: float) -> tuple[float, float]:
+    """Return the rounded angles of a cell as its name, equal for angles from a file and from a grid."""
     return round(float(beta_deg), 1) + 0.0, round(float(gamma_deg), 1) + 0.0
 
 
 REACH_DEG = 35.0
-"""Farther from every push, in beta and gamma together, scattered directions say nothing."""
+"""Greatest distance from a push, in beta and gamma as the sides of a right angle, where scattered pushes give alpha."""
 
 _ROWS_AT_ONCE = 128
+"""Rows of `sum_nodes` that are summed at once."""
 
 _STEP_DEG = 5
-"""Of the regular grid on which the triangulation is laid."""
+"""Step of the regular grid on which the triangulation is evaluated."""
 
 
-def _triangulated(
+def _triangulate(
     beta: FloatArray, gamma: FloatArray, alpha_z: FloatArray, alpha_x: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Lay scattered directions, shape (n,), on a regular grid.
+    """Interpolate alpha (..., n) in scattered directions (n,), rad, on a regular grid.
 
-    Linear between the nearest directions on the torus, mirror images included. Returns beta, gamma
+    Alpha is linear in triangles between directions on the torus, mirror images included. Returns beta, gamma
     of the grid (rad), and alpha_z, alpha_x of shape (..., nb, ng).
     """
     from scipy.sparse import csr_array
@@ -643,42 +652,46 @@ def _triangulated(
     has_alpha = is_finite.reshape(-1, is_finite.shape[-1]).all(axis=0)
     lead = alpha_z.shape[:-1]
     if not has_alpha.any():
-        nothing = np.full((*lead, rows.size, columns.size), np.nan)
-        return np.radians(rows), np.radians(columns), nothing, nothing
+        unknown = np.full((*lead, rows.size, columns.size), np.nan)
+        return np.radians(rows), np.radians(columns), unknown, unknown
     whole = torus(beta[has_alpha], gamma[has_alpha])
     nodes_deg = np.degrees(np.column_stack([whole.beta, whole.gamma]))
-    # the plane around it, one period to each side
+    # the torus as a plane, with one more period to each side
     shifts = [(b, g) for b in (-180, 0, 180) for g in (-360, 0, 360)]
     points = np.concatenate([nodes_deg + shift for shift in shifts])
-    number = np.tile(np.arange(len(nodes_deg)), len(shifts))
-    grid_places = (
+    node_of_point = np.tile(np.arange(len(nodes_deg)), len(shifts))
+    grid_points = (
         np.stack(np.meshgrid(rows, columns, indexing="ij"), axis=-1).reshape(-1, 2).astype(float)
     )
     mesh = Delaunay(points)
-    corner = mesh.find_simplex(grid_places)
-    step = mesh.transform[corner]
-    two = np.einsum("nij,nj->ni", step[:, :2], grid_places - step[:, 2])
-    three = np.column_stack([two, 1 - two.sum(axis=1)])
-    place = (np.repeat(np.arange(len(grid_places)), 3), number[mesh.simplices[corner]].ravel())
-    weights = csr_array((three.ravel(), place), shape=(len(grid_places), len(nodes_deg)))
-    near = KDTree(points).query(grid_places)[0] <= REACH_DEG
-    nodes = np.arange(len(grid_places)).reshape(rows.size, columns.size)
+    triangle = mesh.find_simplex(grid_points)
+    # barycentric coordinates of each grid point: the weights of the corners of its triangle
+    transform = mesh.transform[triangle]
+    first_two = np.einsum("nij,nj->ni", transform[:, :2], grid_points - transform[:, 2])
+    corner_weights = np.column_stack([first_two, 1 - first_two.sum(axis=1)])
+    corner_nodes = node_of_point[mesh.simplices[triangle]]
+    places = (np.repeat(np.arange(len(grid_points)), 3), corner_nodes.ravel())
+    weights = csr_array((corner_weights.ravel(), places), shape=(len(grid_points), len(nodes_deg)))
+    is_near = KDTree(points).query(grid_points)[0] <= REACH_DEG
+    # the number of the grid point that is the mirror image of each: (-beta, 180 - gamma)
+    nodes = np.arange(len(grid_points)).reshape(rows.size, columns.size)
     half = columns.size // 2
     image = np.concatenate([nodes[::-1, half::-1], nodes[::-1, -2 : half - 1 : -1]], axis=1).ravel()
 
-    def laid(alpha: FloatArray, sign: float) -> FloatArray:
-        # where four directions lie on a circle, either diagonal will do: take both
+    def interpolate(alpha: FloatArray, sign: float) -> FloatArray:
+        # four directions on a circle make two triangles in either of two ways, and an image may have the other one:
+        # the mean of both is symmetric
         symmetric_weights = (weights + sign * weights[image]) / 2
         values = (symmetric_weights @ alpha.reshape(-1, alpha.shape[-1]).T).T
-        values = np.where(near & near[image], values, np.nan)
+        values = np.where(is_near & is_near[image], values, np.nan)
         return values.reshape(*lead, rows.size, columns.size)
 
     z, x = whole.complete(alpha_z[..., has_alpha], alpha_x[..., has_alpha])
-    return np.radians(rows), np.radians(columns), laid(z, 1.0), laid(x, -1.0)
+    return np.radians(rows), np.radians(columns), interpolate(z, 1.0), interpolate(x, -1.0)
 
 
-def _interval(nodes: FloatArray, angle: FloatArray) -> tuple[IndexArray, FloatArray]:
-    """Interval between nodes, and the place inside it from 0 to 1 (NaN where `angle` is)."""
+def _find_interval(nodes: FloatArray, angle: FloatArray) -> tuple[IndexArray, FloatArray]:
+    """Return the index of the interval between nodes, and the place inside it from 0 to 1 (NaN if `angle` is NaN)."""
     index = np.clip(np.searchsorted(nodes, angle, side="right") - 1, 0, nodes.size - 2)
     return index, (angle - nodes[index]) / (nodes[index + 1] - nodes[index])
 
@@ -692,9 +705,9 @@ class FourierProfile(Profile):
         A00, A10, B11, B01, Bm1, C11, C01, Cm1, D10 as in Table S2, N/cm^3; leading axes are draws.
     name : str, optional
     reason : str, optional
-        Why there are no coefficients, where they are NaN.
+        Reason why coefficients are NaN.
     spread : Profile or ScaledMedium, optional
-        Draws of the profile, or what it is scaled from.
+        Draws of the profile, or the penetration test and the media from which it is scaled.
 
     Raises
     ------
@@ -716,7 +729,7 @@ class FourierProfile(Profile):
         reason: str = "",
         spread: Profile | OneTest | None = None,
     ) -> None:
-        self.coefficients = _values(coefficients, len(TERMS), "nine coefficients")
+        self.coefficients = _check_size(coefficients, len(TERMS), "nine coefficients")
         self.name, self.spread = name, spread
         missing = bool(np.isnan(self.coefficients).any())
         self.reason = reason or (f"{name}: a coefficient is missing" if missing else "")
@@ -733,12 +746,15 @@ class FourierProfile(Profile):
     def basis(self, beta: FloatArray, gamma: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Values of the nine terms."""
         terms_z, terms_x = basis(beta, gamma)
-        unknown = np.isnan(beta) | np.isnan(gamma)  # the constant term would hide it
+        unknown = np.isnan(beta) | np.isnan(
+            gamma
+        )  # the constant term does not depend on the angles
         terms_z = np.where(unknown, np.nan, terms_z)
         return np.moveaxis(terms_z, 0, -1), np.moveaxis(terms_x, 0, -1)
 
 
-def _values(values: npt.ArrayLike, size: int, shape_text: str) -> FloatArray:
+def _check_size(values: npt.ArrayLike, size: int, shape_text: str) -> FloatArray:
+    """Return values as an array; raise ValueError if its last axis has another size. `shape_text`: for the message."""
     array = np.asarray(values, dtype=float)
     if array.ndim == 0 or array.shape[-1] != size:
         raise ValueError(f"{shape_text} wanted, found an array of shape {array.shape}")
@@ -751,17 +767,17 @@ def scaled_generic(
     name: str = "generic",
     spread: Profile | OneTest | None = None,
 ) -> FourierProfile:
-    """Make the profile of a medium known by its scaling factor alone: zeta times generic.
+    """Make the profile of a medium of which only the scaling factor is known: zeta times the generic coefficients.
 
     Parameters
     ----------
     zeta : array_like, shape (...)
         Dimensionless; an array makes a stack of draws.
     m0 : numpy.ndarray, shape (..., 9)
-        Generic coefficients (`rftfit.Reference.m0`); leading axes (draws) go with those of `zeta`.
+        Generic coefficients (`rftfit.Reference.m0`); leading axes (draws) broadcast with those of `zeta`.
     name : str, optional
     spread : Profile or ScaledMedium, optional
-        What its intervals come from.
+        Source of intervals, as in `Profile.spread`.
 
     Returns
     -------
@@ -783,20 +799,20 @@ def scaled_generic(
 
 
 class DepthOnlyProfile(Profile):
-    """The model that knows depth and projected area, but no angles: the paper's baseline.
+    """The paper's baseline: stress depends on depth and projected area, but on no angle otherwise.
 
-    alpha_z = alpha_z(0, pi/2) |cos beta| going down, alpha_z(0, -pi/2) |cos beta| going up, 0 in
-    purely horizontal motion; alpha_x = alpha_x(pi/2, 0) |sin beta| going toward -x, its negative
-    going toward +x, 0 in purely vertical motion.
+    alpha_z = alpha_z(0, pi/2) |cos beta| in motion downward, alpha_z(0, -pi/2) |cos beta| in motion upward, 0 in
+    purely horizontal motion; alpha_x = alpha_x(pi/2, 0) |sin beta| in motion toward -x, its negative in motion
+    toward +x, 0 in purely vertical motion.
 
     Parameters
     ----------
     values : array_like, shape (..., 3)
-        alpha_z(0, pi/2), alpha_z(0, -pi/2) (negative: it pulls down what goes up) and
+        alpha_z(0, pi/2), alpha_z(0, -pi/2) (negative: the medium resists motion upward) and
         alpha_x(pi/2, 0), N/cm^3; leading axes are draws.
     name : str, optional
     reason : str, optional
-        Why a value is missing.
+        Reason why a value is NaN.
     spread : Profile, optional
         Draws of the profile.
 
@@ -820,17 +836,17 @@ class DepthOnlyProfile(Profile):
         reason: str = "",
         spread: Profile | None = None,
     ) -> None:
-        self.values = _values(values, 3, "three values")
+        self.values = _check_size(values, 3, "three values")
         self.name, self.reason, self.spread = name, reason, spread
 
     @classmethod
     def of(cls, profile: Profile, name: str = "depth-only") -> DepthOnlyProfile:
-        """Take the three values, and their spread, from another profile (measured: from the table).
+        """Make the baseline, and its spread, from alpha of another profile in three directions.
 
         Parameters
         ----------
         profile : Profile
-            One, or a stack of draws.
+            A profile, or a stack of draws.
         name : str, optional
 
         Returns
@@ -851,8 +867,11 @@ class DepthOnlyProfile(Profile):
         return pack_values(DEPTH_ONLY, self.values)
 
     def basis(self, beta: FloatArray, gamma: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Projected part of a plate, with the side to which its motion goes."""
-        down, left = np.sin(gamma), np.cos(gamma)  # parts of the velocity toward -z and -x
+        """Return the projected area of a plate for each value, with the sign by which alpha opposes the motion."""
+        down, left = (
+            np.sin(gamma),
+            np.cos(gamma),
+        )  # components of the unit velocity toward -z and -x
         level, upright = np.abs(np.cos(beta)), np.abs(np.sin(beta))
         unknown = np.isnan(beta) | np.isnan(gamma)
         basis_z = np.stack([level * (down > STILL), level * (down < -STILL)], axis=-1)
@@ -864,7 +883,7 @@ class DepthOnlyProfile(Profile):
 
 
 def published_medium(medium: str, kind: str = "table") -> Profile:
-    """Profile of one of the five media of Li, Zhang and Goldman (2013), from the printed tables.
+    """Return the profile of one of the five media of Li, Zhang and Goldman (2013), from the printed tables.
 
     Parameters
     ----------
@@ -878,7 +897,7 @@ def published_medium(medium: str, kind: str = "table") -> Profile:
     Returns
     -------
     Profile
-        Without a spread: the tables are printed without errors.
+        Its `spread` is None: the tables are printed without errors.
 
     Raises
     ------

@@ -16,16 +16,18 @@ from rftfit.store.chosen import read_toml
 
 _TERMS = read_toml("reference", "rft3d.toml")
 COEFFICIENTS = np.array([_TERMS["along_m"], _TERMS["along_v"], _TERMS["down"]])
+"""Coefficients of the polynomials f1, f2 and f3, one row each."""
 
-_NONE = 1e-9
-"""A part of a unit vector below this is none: rounding does not choose a side."""
+_NEGLIGIBLE = 1e-9
+"""Product of unit vectors below which it counts as 0, so that rounding does not choose its sign."""
 
 
 def law(normal: FloatArray, velocity: FloatArray) -> FloatArray:
-    """Stress over depth on a face where xi is 1, shape (..., d): neither turned nor capped.
+    """Calculate stress over depth on a face in a medium with xi = 1, shape (..., d), before `turn_and_cap`.
 
-    `normal`, `velocity`: unit vectors, shape (..., d), up last. A vertical face has its normal forward.
+    `normal`, `velocity`: unit vectors, shape (..., d), whose last component is up.
     """
+    # turned down; the normal of a vertical face is turned to where the face moves
     m = normal * _sign(-normal[..., -1], _dot(normal, velocity))[..., None]
     x = np.stack([-velocity[..., -1], -m[..., -1], _dot(m, velocity)])
     terms = np.stack([x[[*factors]].prod(axis=0) for factors in _TERMS["factors"]])
@@ -36,7 +38,7 @@ def law(normal: FloatArray, velocity: FloatArray) -> FloatArray:
 
 
 def level_of(profile: Profile) -> FloatArray:
-    """Factor xi of a medium, N/cm^3, by its alpha_z(0, 90 deg); of a stack of draws shape (draws,)."""
+    """Return the factor xi of a medium, N/cm^3, from its alpha_z(0, 90 deg); shape (draws,) for a stack of draws."""
     down = np.array([0.0, 0.0, -1.0])
     return np.asarray(profile.alpha(0.0, np.pi / 2)[0] / law(down, down)[2])
 
@@ -44,9 +46,9 @@ def level_of(profile: Profile) -> FloatArray:
 def alpha_3drft(
     beta: npt.ArrayLike, gamma: npt.ArrayLike, friction: float
 ) -> tuple[FloatArray, FloatArray]:
-    """alpha_z and alpha_x of a plate, over alpha_z(0, 90 deg), shape (...); angles in rad.
+    """Calculate alpha_z and alpha_x of a plate relative to alpha_z(0, 90 deg), shape (...); angles in rad.
 
-    Of its two faces the one that leads; of a plate that moves along itself the lower one.
+    The stress is that of the leading face, or of the lower face if the plate moves along itself.
     """
     beta, gamma = np.broadcast_arrays(np.asarray(beta, float), np.asarray(gamma, float))
     velocity = -np.stack([np.cos(gamma), np.sin(gamma)], axis=-1)
@@ -61,21 +63,23 @@ def alpha_3drft(
 def turn_and_cap(
     stress: FloatArray, normal: FloatArray, velocity: FloatArray, friction: float
 ) -> FloatArray:
-    """Turn a normal part that pulls and a tangential part that drives; cap the tangential one by friction."""
+    """Correct a stress on a face: its normal part must push, its tangential part resist, up to the friction.
+
+    A part with the wrong sign is reversed. All vectors: shape (..., d).
+    """
     across = _dot(stress, normal)
     along = stress - across[..., None] * normal
-    share = np.minimum(
-        1, friction * np.abs(across) / np.maximum(np.sqrt(_dot(along, along)), _NONE)
-    )
-    share = np.where(_dot(along, velocity) > _NONE, -share, share)
-    return share[..., None] * along - np.abs(across)[..., None] * normal
+    along_size = np.maximum(np.sqrt(_dot(along, along)), _NEGLIGIBLE)
+    factor = np.minimum(1, friction * np.abs(across) / along_size)
+    factor = np.where(_dot(along, velocity) > _NEGLIGIBLE, -factor, factor)
+    return factor[..., None] * along - np.abs(across)[..., None] * normal
 
 
 def rft3d_profile(alpha: float, friction: float, step_deg: float = 1.0) -> TableProfile:
-    """3D-RFT (Agarwal, Goldman and Kamrin 2023) of a medium known by one push and one friction.
+    """Make the profile of a medium by 3D-RFT (Agarwal, Goldman and Kamrin 2023) from one push and one friction.
 
-    A normal stress that pulls and a tangential one that drives are turned, and the tangential one is at
-    most `friction` times the normal one, as in published codes. The coefficients are those of
+    A normal stress that pulls and a tangential stress that drives are reversed, and the tangential stress is at
+    most `friction` times the normal stress, as in published codes. The coefficients are those of
     Hanneszz/3dRFT (commit 4693bfc) and KKKobefeng/3D-RFT (5fa5814), which agree in all 60; all agreeing sources are
     one lineage, and they were not compared with the supplement of the paper.
 
@@ -87,15 +91,15 @@ def rft3d_profile(alpha: float, friction: float, step_deg: float = 1.0) -> Table
     friction : float
         Coefficient of friction between grains and plate.
     step_deg : float, optional
-        Of the table, a part of 90 degrees. The law jumps where a plate moves along itself, and along its
-        normal, and between nodes the table passes over that evenly. Forces on the curved model legs are
-        within 1.5 % of their peak at 1 degree and within 30 % at 5, on the flat leg, which moves along its
-        normal, within 14 %. `read_profile` takes steps from 3.75 degrees.
+        Step of the table in both angles; 90 degrees must be a multiple of it. The law jumps where a plate moves along
+        itself or along its normal; the table is linear across such a jump, between two nodes. Forces on the curved
+        model legs are within 1.5 % of their peak at 1 degree and within 30 % at 5; on the flat leg, which moves
+        along its normal, within 14 %. `read_profile` accepts steps from 3.75 degrees.
 
     Returns
     -------
     TableProfile
-        Without a spread and without the model's own error, because no error of the law is known.
+        Its `spread` is None and its `model_error` NaN, because no error of the law is known.
 
     Raises
     ------
@@ -119,16 +123,17 @@ def rft3d_profile(alpha: float, friction: float, step_deg: float = 1.0) -> Table
     alpha_z, alpha_x = alpha_3drft(angles[:, None], angles, friction)
     name = f"3D-RFT from alpha_z(0, 90 deg) = {alpha:g} N/cm^3, friction {friction:g}"
     profile = TableProfile(alpha * alpha_z, alpha * alpha_x, angles[:, None], angles, name)
-    # how far measured forces lie from a law was not measured, only how far they lie from tables and maps
+    # the error of the force model was measured with tables and maps alone
     profile.model_error = np.nan
     return profile
 
 
 def _dot(first: FloatArray, second: FloatArray) -> FloatArray:
+    """Return the scalar products of vectors along the last axis."""
     return np.asarray((first * second).sum(axis=-1))
 
 
 def _sign(number: FloatArray, otherwise: FloatArray) -> FloatArray:
-    """1 or -1: the sign of a number, or of another one where it is 0; 1 where both are."""
-    chosen = np.where(np.abs(number) > _NONE, number, otherwise)
-    return np.where(chosen < -_NONE, -1.0, 1.0)
+    """Return 1 or -1: the sign of `number`, or of `otherwise` where `number` is 0; 1 where both are 0."""
+    chosen = np.where(np.abs(number) > _NEGLIGIBLE, number, otherwise)
+    return np.where(chosen < -_NEGLIGIBLE, -1.0, 1.0)

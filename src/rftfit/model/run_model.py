@@ -1,11 +1,12 @@
-"""Gaussian model of the slopes of plate runs, which shared causes and axes are asked of.
+"""Gaussian model of the slopes of plate runs, by which checks search for shared causes and wrong axes.
 
-The slopes y of a run, z and x, are those of its direction and an error of the run alone:
+The slopes y of a run (z and x) are the sum of those of its direction and of an error of the run alone:
 
     y_i = E(direction of i) + e_i,    E = s (m + d),    d ~ N(0, lambda P + L)
 
-m and P are mean and covariance of the shape of known media (`rftfit.model.shapes`), with `Freedom` for what media differ
-in; L holds what the repeats of a direction share; `Scatter` gives the covariance of e; `RunGaussian` solves for all of them.
+s is the size of the medium. m and P are mean and covariance of the shape of known media (`rftfit.model.shapes`), where
+P includes `Freedom`, further differences between media. L is the covariance of errors that repeats of a direction
+share. `Scatter` gives the covariance of e; `RunGaussian` solves linear systems with the covariance of all slopes.
 """
 
 from __future__ import annotations
@@ -23,18 +24,18 @@ from rftfit.model.shapes import published_shapes
 
 
 class Scatter(NamedTuple):
-    """Scatter of runs about alpha of their direction, relative to alpha.
+    """Standard deviations of the slopes of runs about alpha of their direction, relative to alpha.
 
     Attributes
     ----------
     bed : float
-        Standard deviation of a factor of both components: a bed is looser or denser as a whole.
+        Of a factor common to both components: a whole bed is looser or denser.
     rest : float
-        Standard deviation of each component alone.
+        Of each component alone, relative to the size of alpha and `weak` times the largest size, added in squares.
     weak : float
-        Share of the largest alpha that is added in squares to alpha where `rest` acts.
+        Share of the largest alpha, see `rest`.
     floor : float
-        Standard deviation of each component relative to the largest alpha.
+        Of each component alone, relative to the largest alpha.
     """
 
     bed: float
@@ -43,10 +44,14 @@ class Scatter(NamedTuple):
     floor: float
 
     def covariance(self, alpha: FloatArray, se: FloatArray) -> FloatArray:
-        """Covariance of the slopes of each run, shape (n, 2, 2), for alpha and errors of the logs of shape (2, n)."""
-        level = np.hypot(*alpha)
-        largest = level.max(initial=0.0)
-        alone = self.rest**2 * (level**2 + (self.weak * largest) ** 2) + (self.floor * largest) ** 2
+        """Return the covariance of the slopes of each run, shape (n, 2, 2).
+
+        `alpha`, `se`: alpha of the direction of each run and standard errors of its slopes, shape (2, n), z first,
+        N/cm^3.
+        """
+        size = np.hypot(*alpha)
+        largest = size.max(initial=0.0)
+        alone = self.rest**2 * (size**2 + (self.weak * largest) ** 2) + (self.floor * largest) ** 2
         covariance = self.bed**2 * outer(alpha)
         for component in (0, 1):
             covariance[:, component, component] += alone + se[component] ** 2
@@ -54,14 +59,17 @@ class Scatter(NamedTuple):
 
 
 class Freedom(NamedTuple):
-    """Factors in which media differ beyond the known shape: of x, of pulls, of level runs, as standard deviations."""
+    """Standard deviations of factors on alpha by which media differ beyond the known shape.
+
+    `x` acts on alpha_x; `pulls` (motion upward, gamma < 0) and `level` (gamma = 0) act on both components.
+    """
 
     x: float
     pulls: float
     level: float
 
     def covariance(self, mean: FloatArray, gamma_deg: FloatArray) -> FloatArray:
-        """Covariance, shape (2 n, 2 n), of a mean of shape (2 n,) at n directions."""
+        """Return the covariance (2 n, 2 n) by these factors of alpha with the mean (2 n,), z first, at n directions."""
         gamma = np.tile(gamma_deg, 2)
         is_x = np.arange(mean.size) >= gamma_deg.size
         factors = self.x * is_x, self.pulls * (gamma < -1), self.level * (np.abs(gamma) <= 1)
@@ -76,9 +84,9 @@ def prior_at(
     freedom: Freedom | None = None,
     without: tuple[str, ...] = (),
 ) -> tuple[FloatArray, FloatArray]:
-    """Return mean (2 n,) and covariance (2 n, 2 n) of alpha of a medium of size 1 at n directions.
+    """Return mean (2 n,) and covariance (2 n, 2 n) of alpha, z first, of a medium of size 1 at n directions.
 
-    `rough_share`: Share of the rough shape (`rftfit.model.shapes`). `without`: Published media that are left out.
+    `rough_share`: share of the rough shape (`rftfit.model.shapes`). `without`: published media that are left out.
     """
     wrapped_beta = beta_apart(beta_deg, 0.0)
     prior = published_shapes(without=without).prior(np.radians(wrapped_beta), np.radians(gamma_deg))
@@ -90,16 +98,19 @@ def prior_at(
 
 @dataclass(frozen=True, eq=False)
 class RunGaussian:
-    """Covariance V of the slopes of n runs about a known mean, solved through the m directions.
+    """Covariance V of the slopes of n runs in m directions about a known mean.
+
+    Linear systems with V are solved with matrices of size 2 m, not 2 n (Woodbury): V = D + Z P Z', where D is
+    `scatter`, P is `shared`, and Z gives each run the values of its direction.
 
     Attributes
     ----------
     scatter : ndarray, shape (n, 2, 2)
         Covariance of the error of each run alone.
     direction : ndarray of int, shape (n,)
-        Place of the direction of each run.
+        Number of the direction of each run, from 0 to m - 1.
     shared : ndarray, shape (2 m, 2 m)
-        Covariance of the directions, z first.
+        Covariance of the slopes of the directions, z first.
     """
 
     scatter: FloatArray
@@ -113,17 +124,17 @@ class RunGaussian:
 
     @cached_property
     def _inner(self) -> FloatArray:
-        """I + P Z' D^-1 Z of the directions."""
+        """Matrix I + P Z' D^-1 Z, shape (2 m, 2 m)."""
         count = len(self.shared) // 2
-        gathered = np.zeros((2, count, 2, count))
-        places = np.arange(count)
+        precision_sums = np.zeros((2, count, 2, count))  # Z' D^-1 Z
+        directions = np.arange(count)
         for row, column in np.ndindex(2, 2):
             sums = np.bincount(self.direction, self.precision[:, row, column], minlength=count)
-            gathered[row, places, column, places] = sums
-        return np.eye(2 * count) + self.shared @ gathered.reshape(2 * count, -1)
+            precision_sums[row, directions, column, directions] = sums
+        return np.eye(2 * count) + self.shared @ precision_sums.reshape(2 * count, -1)
 
     def sum_by_direction(self, columns: FloatArray) -> FloatArray:
-        """Sums over the runs of each direction, shape (2 m, k), of columns of shape (2 n, k)."""
+        """Sum columns of shape (2 n, k) over the runs of each direction; returns shape (2 m, k)."""
         by_run = columns.reshape(2, self.direction.size, -1)
         sums = np.zeros((2, len(self.shared) // 2, by_run.shape[2]))
         for component in (0, 1):
@@ -131,12 +142,12 @@ class RunGaussian:
         return sums.reshape(-1, by_run.shape[2])
 
     def solve(self, columns: FloatArray) -> FloatArray:
-        """V^-1 times columns of shape (2 n,) or (2 n, k)."""
+        """Return V^-1 times columns of shape (2 n,) or (2 n, k), in the same shape."""
         by_run = columns.reshape(2, self.direction.size, -1)
         weighted = np.einsum("nij,jnk->ink", self.precision, by_run)
-        back = np.linalg.solve(self._inner, self.shared @ self.sum_by_direction(weighted))
-        of_runs = back.reshape(2, -1, by_run.shape[2])[:, self.direction]
-        weighted -= np.einsum("nij,jnk->ink", self.precision, of_runs)
+        by_direction = np.linalg.solve(self._inner, self.shared @ self.sum_by_direction(weighted))
+        correction = by_direction.reshape(2, -1, by_run.shape[2])[:, self.direction]
+        weighted -= np.einsum("nij,jnk->ink", self.precision, correction)
         return np.asarray(weighted.reshape(columns.shape))
 
     @property
@@ -147,15 +158,18 @@ class RunGaussian:
     def score(
         self, residual: FloatArray, mean: FloatArray, effects: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Scores (k,) of effects (2 n, k) in a residual (2 n,), and their information (k, k), where the size of the mean is free."""
+        """Return the scores (k,) of effects (2 n, k) in a residual (2 n,), and their information matrix (k, k).
+
+        The size of the mean (2 n,) is free: the part of an effect that is proportional to the mean does not count.
+        """
         solved = self.solve(np.column_stack([mean, effects]))
         solved_mean, solved_effects = solved[:, 0], solved[:, 1:]
-        share = (mean @ solved_effects) / (mean @ solved_mean)
-        size_free = solved_effects - np.outer(solved_mean, share)
-        return residual @ size_free, effects.T @ size_free
+        share_of_mean = (mean @ solved_effects) / (mean @ solved_mean)
+        beside_mean = solved_effects - np.outer(solved_mean, share_of_mean)
+        return residual @ beside_mean, effects.T @ beside_mean
 
     def leave_out(self, residual: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Predict the residual of the direction of each run from all other runs.
+        """Predict for each run the residual of its direction from all other runs.
 
         Parameters
         ----------
@@ -166,20 +180,21 @@ class RunGaussian:
         -------
         predicted : ndarray, shape (2, n)
         covariance : ndarray, shape (n, 2, 2)
-            Without the error of the run alone.
+            Covariance of `predicted`, to which the error of the run itself is not added.
         """
         count = len(self.shared) // 2
         weighted = np.einsum("nij,jn->in", self.precision, residual)
         posterior = np.linalg.solve(self._inner, self.shared)
         expected = (posterior @ self.sum_by_direction(weighted.ravel())).reshape(2, -1)
-        both = np.stack([self.direction, count + self.direction])
-        with_run = np.linalg.inv(posterior[both[:, None], both].transpose(2, 0, 1))
-        covariance = np.linalg.inv(with_run - self.precision)
-        told_by_others = np.einsum("nij,jn->in", with_run, expected[:, self.direction]) - weighted
-        predicted = np.einsum("nij,jn->in", covariance, told_by_others)
+        z_and_x = np.stack([self.direction, count + self.direction])
+        # the precision of the direction by all runs, less the precision that the run itself adds
+        precision_by_all = np.linalg.inv(posterior[z_and_x[:, None], z_and_x].transpose(2, 0, 1))
+        covariance = np.linalg.inv(precision_by_all - self.precision)
+        weighted_by_all = np.einsum("nij,jn->in", precision_by_all, expected[:, self.direction])
+        predicted = np.einsum("nij,jn->in", covariance, weighted_by_all - weighted)
         return predicted, np.asarray(covariance, dtype=np.float64)
 
 
 def outer(vectors: FloatArray) -> FloatArray:
-    """Outer products of n vectors, shape (2, n), with themselves, shape (n, 2, 2)."""
+    """Return the outer product of each of n vectors, shape (2, n), with itself, shape (n, 2, 2)."""
     return np.asarray(np.einsum("in,jn->nij", vectors, vectors))

@@ -1,4 +1,8 @@
-"""Scaling between media: zeta, chi, the generic M0, and the routine for a further medium."""
+"""Scaling between media by the paper's routine: zeta, chi, generic coefficients M0, and nine terms of a further medium.
+
+M are the nine coefficients of a medium, zeta is the alpha_z(0, 90 deg) that they give, and chi is measured alpha_z(0,
+90 deg) over zeta. M0 is the mean of M / zeta over the reference media.
+"""
 
 from __future__ import annotations
 
@@ -40,22 +44,22 @@ if TYPE_CHECKING:
     from rftfit.campaign.config import Config
 
 GENERIC = "generic"
+"""Name of the generic coefficients where coefficients of media are listed by name."""
 
 Interval = tuple["FloatArray", "FloatArray", "FloatArray"]
 """Value, lower and upper end."""
 
-
 _TEST_DOF = 1e3
-"""Degrees of freedom of the error of a penetration test, which is taken for known."""
+"""Degrees of freedom of the error of a penetration test: so many that the error counts as exactly known."""
 
 
 def vertical_penetration(coefficients: FloatArray) -> FloatArray:
-    """Zeta, alpha_z of the fit at (beta, gamma) = (0, 90 deg): A00 + A10 + B11 + B01 + Bm1."""
+    """Return zeta, alpha_z of nine terms at (beta, gamma) = (0, 90 deg): A00 + A10 + B11 + B01 + Bm1; shape (...)."""
     return np.asarray(coefficients[..., : len(fourier.TERMS_Z)].sum(axis=-1))
 
 
 def generic(coefficients: FloatArray) -> FloatArray:
-    """Average M_i / zeta_i over the media: the generic coefficients M0, whose alpha_z(0, 90 deg) is 1.
+    """Average M / zeta over media: the generic coefficients M0, whose alpha_z(0, 90 deg) is 1.
 
     `coefficients`: shape (..., media, 9), N/cm^3. Returns shape (..., 9), dimensionless.
     """
@@ -65,7 +69,7 @@ def generic(coefficients: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True)
 class Scaled:
-    """The scaling factor of a new medium, and the chi that it follows from, with intervals."""
+    """The scaling factor zeta of a new medium, and the mean chi by which it was calculated, with intervals."""
 
     zeta: float
     zeta_lo: float
@@ -78,20 +82,20 @@ class Scaled:
     def with_interval(
         self, generic: FloatArray, of_media: FloatArray, *, measured: bool = False
     ) -> Interval:
-        """Scale a quantity of the generic profile; its interval is that for one further medium.
+        """Scale a quantity of the generic profile, with the interval for one further medium.
 
-        Two errors are joined as independent ones: that of zeta, and how far a medium's own profile
-        lies from the generic one, taken from the scatter of the reference media (Student).
+        The interval joins two independent errors: the error of zeta, and the difference of the profile of a medium
+        from the generic profile, estimated by the scatter of the reference media (Student).
 
         Parameters
         ----------
         generic : numpy.ndarray, shape (...)
-            Of the generic profile, dimensionless.
+            Quantity of the generic profile, dimensionless.
         of_media : numpy.ndarray, shape (media, ...)
-            The same of each reference medium, divided by its zeta.
+            Same quantity of each reference medium, divided by its zeta.
         measured : bool, optional
-            Whether `of_media` follow from measured alpha instead of nine terms: then what nine terms miss on
-            average counts too.
+            True if `of_media` follow from measured alpha, not from nine terms: their mean error by nine terms then
+            widens the interval too.
 
         Returns
         -------
@@ -101,10 +105,10 @@ class Scaled:
         spread = of_media.std(axis=0, ddof=1) * np.sqrt(1 + 1 / media)
         if measured:
             spread = np.hypot(spread, of_media.mean(axis=0) - generic)
-        shape = student_quantile(self.confidence, media - 1) * spread * self.zeta
+        half_of_shape = student_quantile(self.confidence, media - 1) * spread * self.zeta
         value = self.zeta * generic
         ends = np.stack([self.zeta_lo * generic, self.zeta_hi * generic])
-        return value, *widen(value, (ends.min(axis=0), ends.max(axis=0)), shape)
+        return value, *widen(value, (ends.min(axis=0), ends.max(axis=0)), half_of_shape)
 
 
 def scale_new_medium(
@@ -113,42 +117,42 @@ def scale_new_medium(
     """Turn one vertical penetration of a flat plate into the scaling factor of a medium.
 
     zeta = alpha_z(0, 90 deg) / chi with the mean chi of the reference media (supplement, scaling
-    routine). The interval joins the scatter of chi between
-    media, taken for that of a further medium (Student, sample of the reference media), with the
-    error of the test itself: half widths, each with its own quantile, add in quadrature. So it is
-    never narrower for more error, and covers at least as often as stated (Banerjee, Sankhya 22, 357, 1960).
+    routine). The interval joins the scatter of chi between the reference media (Student), which a further medium
+    is assumed to have, with the error of the test: the half widths, each with its own quantile, add in quadrature.
+    Such an interval is never narrower for a larger error, and covers at least as often as stated (Banerjee, Sankhya 22,
+    357, 1960).
 
-    `alpha`, `alpha_se`: Measured slope and its standard error, N/cm^3; one that is not known (NaN)
-    gives no interval. `chi`: Of the reference media, at least two.
+    `alpha`, `alpha_se`: measured slope and its standard error, N/cm^3; an error of NaN (not known)
+    gives no interval. `chi`: of the reference media, at least two.
     """
     check_test(alpha, alpha_se)
     if not (np.isfinite(chi) & (chi > 0)).all():
         raise ValueError("every chi must be a positive number")
     if chi.size < 2:
         raise ValueError(f"the scatter of chi needs at least two reference media, found {chi.size}")
-    # ratios: means and intervals on the logarithm keep zeta positive and treat 1/chi alike
-    centre = float(chi.mean())
+    # the interval on the logarithm keeps zeta positive, and is the same for chi as for 1 / chi
+    mean_chi = float(chi.mean())
     spread = float(np.log(chi).std(ddof=1)) * np.sqrt(1 + 1 / chi.size)
     half_chi = float(student_quantile(confidence, chi.size - 1)) * spread
     half_alpha = float(student_quantile(confidence, _TEST_DOF)) * alpha_se / alpha
     half = float(np.hypot(half_chi, half_alpha))
-    zeta = alpha / centre
+    zeta = alpha / mean_chi
     return Scaled(
         zeta,
         zeta * np.exp(-half),
         zeta * np.exp(half),
-        centre,
-        centre * np.exp(-half_chi),
-        centre * np.exp(half_chi),
+        mean_chi,
+        mean_chi * np.exp(-half_chi),
+        mean_chi * np.exp(half_chi),
         confidence,
     )
 
 
 def alpha_of_test(cell: pd.Series[Any], confidence: float) -> tuple[float, float]:
-    """Alpha_z of a penetration test, N/cm^3, and the standard error that `scale_new_medium` makes its interval of.
+    """Return alpha_z of a penetration test and its standard error for `scale_new_medium`, N/cm^3.
 
-    The interval of few runs is wider than their standard error says, which is known poorly. `cell` is a row
-    of an alpha table, `confidence` the level of its interval.
+    `cell`: row of an alpha table; `confidence`: level of its interval. The standard error of few runs is poorly known,
+    and their interval wider for this: the error is enlarged so that a nearly normal interval is as wide.
     """
     alpha, se, lo, hi = (float(cell[column("z", end)]) for end in ("", "_se", "_lo", "_hi"))
     wide = (hi - lo) / 2 / float(student_quantile(confidence, _TEST_DOF))
@@ -157,24 +161,24 @@ def alpha_of_test(cell: pd.Series[Any], confidence: float) -> tuple[float, float
 
 @dataclass(frozen=True)
 class Reference:
-    """The media that a further medium is scaled from.
+    """The media from which a further medium is scaled.
 
     Parameters
     ----------
     name : str
-        Which tables, for people.
+        Description of the tables, for people.
     media : tuple of str
     chi : numpy.ndarray, shape (media,)
-        Measured alpha_z(0, 90 deg) over that of the nine-term fit.
+        Measured alpha_z(0, 90 deg) over zeta of the nine-term fit.
     m0 : numpy.ndarray, shape (9,)
         Generic coefficients, dimensionless.
     scaled : numpy.ndarray, shape (media, 9)
-        M / zeta of each medium: their scatter about `m0` is that of a further medium.
+        M / zeta of each medium; their scatter about `m0` is assumed for a further medium.
     printed : bool, optional
-        Whether these are the published tables.
+        True if these are the published tables.
     tables : tuple of TableProfile, optional
-        Measured alpha of each medium over its zeta, dimensionless: what nine terms miss of a medium. Empty where
-        it is not known.
+        Measured alpha of each medium over its zeta, dimensionless, which shows the error of nine terms. Empty if not
+        known.
 
     Examples
     --------
@@ -193,7 +197,7 @@ class Reference:
 
     @property
     def remarks(self) -> tuple[Remark, ...]:
-        """What a table of a campaign says of it; nothing for the campaign's own media."""
+        """Remark for tables of a campaign if it scales from published media; empty for its own media."""
         return (remark("published-media"),) if self.printed else ()
 
 
@@ -205,9 +209,13 @@ def reference_from(
     printed: bool = False,
     tables: Mapping[str, TableProfile] | None = None,
 ) -> Reference:
-    """Put together chi by medium, and coefficients (N/cm^3) of these media and of `GENERIC`; `tables` in N/cm^3."""
+    """Make a `Reference`.
+
+    `chi`: by medium. `coefficients`: of these media, N/cm^3, and of `GENERIC`. `tables`: measured alpha by medium,
+    N/cm^3.
+    """
     scaled_coefficients = np.stack([coefficients[medium] for medium in chi])
-    # the printed zeta is rounded on its own: the sum keeps alpha_z(0, 90 deg) of each profile at 1
+    # not the printed zeta, which is rounded: with the sum alpha_z(0, 90 deg) of each scaled profile is exactly 1
     zetas = vertical_penetration(scaled_coefficients)
     scaled = scaled_coefficients / zetas[:, None]
     values = np.array(list(chi.values()))
@@ -221,17 +229,17 @@ def reference_from(
 
 
 PAPER_RULE = 0.05
-"""A term is kept where it is larger than this share of A00."""
+"""Share of A00 above which a term is kept."""
 
 
 def published(method: str = "lsq") -> Reference:
-    """Reference media of Li, Zhang and Goldman (2013).
+    """Return the reference media of Li, Zhang and Goldman (2013).
 
     Parameters
     ----------
     method : str, optional
-        Of the nine-term fits, to which chi and M0 both belong. ``lsq``: least squares at the true
-        angles of Table S5. Else the paper's own transform, as printed: chi of Table S3 and the
+        Method of the nine-term fits behind chi and M0. ``lsq``: least squares at the true
+        angles of Table S5. Any other: the paper's transform as printed, with chi of Table S3 and the
         coefficients of Table S2.
 
     Returns
@@ -255,14 +263,15 @@ def published(method: str = "lsq") -> Reference:
 
 @cache
 def _by_least_squares() -> Reference:
+    """Fit nine terms to Table S5 of each published medium, and make the reference from these fits."""
     chi, fits = {}, {}
     for medium in MEDIA:
         columns = alpha_columns_of(medium)
         angles, alpha = directions(columns), alpha_columns(columns)
         keep = fourier.kept_terms(fourier.fit_lsq(*angles, *alpha), PAPER_RULE)
         fits[medium] = fourier.fit_lsq(*angles, *alpha, keep)
-        down = alpha[0][rows_at(columns, 0, 90)[0]]
-        chi[medium] = float(down / vertical_penetration(fits[medium]))
+        alpha_z_down = alpha[0][rows_at(columns, 0, 90)[0]]
+        chi[medium] = float(alpha_z_down / vertical_penetration(fits[medium]))
     m0 = generic(np.stack(list(fits.values())))
     return reference_from(
         "published Table S5, method lsq",
@@ -274,26 +283,27 @@ def _by_least_squares() -> Reference:
 
 
 def _published_tables() -> dict[str, TableProfile]:
+    """Return Table S5 of each published medium by its name."""
     return {medium: TableProfile.published(medium) for medium in MEDIA}
 
 
 @dataclass(frozen=True)
 class ScaledMedium(Scaled, KnownMedium, OneTest):
-    """A medium known by one vertical penetration test and the paper's scaling routine: made by `scale_by_paper`.
+    """A medium known by one vertical penetration test and the paper's scaling routine, returned by `scale_by_paper`.
 
     Parameters
     ----------
     zeta, zeta_lo, zeta_hi : float
         Scaling factor and its interval, dimensionless.
     chi, chi_lo, chi_hi : float
-        Mean ratio of measured to fitted alpha_z(0, 90 deg) of the reference media; the interval is
-        that for one further medium.
+        Mean ratio of measured to fitted alpha_z(0, 90 deg) of the reference media, and its interval for one
+        further medium.
     confidence : float
         Level of the intervals.
     alpha_z, alpha_z_se : float
-        The test: alpha_z(0, 90 deg) and its standard error, N/cm^3.
+        Result of the test: alpha_z(0, 90 deg) and its standard error, N/cm^3.
     reference : Reference
-        The media that it is scaled from.
+        The media from which it is scaled.
 
     Examples
     --------
@@ -314,7 +324,7 @@ class ScaledMedium(Scaled, KnownMedium, OneTest):
 
     @property
     def profile(self) -> FourierProfile:
-        """Zeta times the generic profile; its spread is this medium."""
+        """Zeta times the generic profile; its `spread` is this medium."""
         name = (
             f"generic times zeta = {self.zeta:.4f} ({self.zeta_lo:.4f} to {self.zeta_hi:.4f}), from "
             f"alpha_z(0, 90 deg) = {self.alpha_z:g} N/cm^3 (se {self.alpha_z_se:g}) with "
@@ -323,7 +333,7 @@ class ScaledMedium(Scaled, KnownMedium, OneTest):
         return scaled_generic(self.zeta, self.reference.m0, name, self)
 
     def at_confidence(self, confidence: float) -> ScaledMedium:
-        """The same medium with intervals of another level.
+        """Return the same medium with intervals of another level.
 
         Parameters
         ----------
@@ -350,7 +360,7 @@ class ScaledMedium(Scaled, KnownMedium, OneTest):
         return self.profile
 
     def coefficients_with_interval(self) -> Interval:
-        """The nine coefficients.
+        """Return the nine coefficients with their intervals.
 
         Returns
         -------
@@ -360,12 +370,12 @@ class ScaledMedium(Scaled, KnownMedium, OneTest):
         return self.with_interval(self.reference.m0, self.reference.scaled)
 
     def alpha(self, beta: npt.ArrayLike, gamma: npt.ArrayLike) -> tuple[Interval, Interval]:
-        """Alpha of the nine-term profile.
+        """Return alpha of the nine-term profile with intervals.
 
         Parameters
         ----------
         beta, gamma : array_like
-            rad; shapes broadcast to (...).
+            Angles in rad; shapes broadcast to (...).
 
         Returns
         -------
@@ -379,8 +389,10 @@ class ScaledMedium(Scaled, KnownMedium, OneTest):
         tables = [table.alpha(beta, gamma) for table in self.reference.tables]
         intervals = []
         for component, generic in enumerate((z, x)):
-            parts = ([pair[component] for pair in pairs] for pairs in (fitted, tables))
-            of_media, measured = self.of_media(*parts)
+            by_terms, by_tables = (
+                [alpha[component] for alpha in alphas] for alphas in (fitted, tables)
+            )
+            of_media, measured = self.of_media(by_terms, by_tables)
             intervals.append(self.with_interval(generic, of_media, measured=measured))
         return intervals[0], intervals[1]
 
@@ -388,18 +400,18 @@ class ScaledMedium(Scaled, KnownMedium, OneTest):
     def of_media(
         fitted: Sequence[FloatArray] | FloatArray, tables: Sequence[FloatArray]
     ) -> tuple[FloatArray, bool]:
-        """A quantity of each reference medium by its table, by its nine terms where that has no number.
+        """Choose a quantity of each reference medium: by its table, or by its nine terms where the table has no number.
 
         Parameters
         ----------
         fitted, tables : sequence of numpy.ndarray
-            By nine terms, and by the tables where they are known.
+            Quantity of each medium by its nine terms, and by its table; `tables` may be empty.
 
         Returns
         -------
         of_media : numpy.ndarray, shape (media, ...)
         measured : bool
-            Whether any is of a table.
+            True if tables are known.
         """
         by_terms = np.asarray(fitted)
         if not tables:
@@ -408,18 +420,18 @@ class ScaledMedium(Scaled, KnownMedium, OneTest):
         return np.where(np.isnan(by_table), by_terms, by_table), True
 
     def table(self) -> pd.DataFrame:
-        """Alpha on the published grid of 7 x 13 angles.
+        """Return alpha on the published grid of 7 x 13 angles.
 
         Returns
         -------
         pandas.DataFrame
             ``beta_deg, gamma_deg``, and ``alpha_z_N_per_cm3``, ``alpha_z_lo_N_per_cm3``,
-            ``alpha_z_hi_N_per_cm3``, the same of ``alpha_x``.
+            ``alpha_z_hi_N_per_cm3``, and the same of ``alpha_x``.
         """
         return pd.DataFrame(self.columns())
 
     def columns(self) -> dict[str, FloatArray]:
-        """`table` without pandas.
+        """Return the columns of `table`, without pandas.
 
         Returns
         -------
@@ -436,7 +448,7 @@ class ScaledMedium(Scaled, KnownMedium, OneTest):
 
 
 def check_test(alpha: float, se: float) -> None:
-    """Raise TypeError where alpha of a penetration test or its error is no number, ValueError where one cannot be."""
+    """Raise TypeError if alpha of a penetration test or its error is no number, ValueError if it is out of range."""
     for what, value in (("alpha_z(0, 90 deg)", alpha), ("its standard error", se)):
         if np.ndim(value) or np.asarray(value).dtype.kind not in "iuf":
             raise TypeError(f"{what} must be a number of N/cm^3, found {value!r}")
@@ -447,7 +459,7 @@ def check_test(alpha: float, se: float) -> None:
 
 
 def check_level(confidence: float) -> None:
-    """Raise ValueError for a level of intervals that cannot be."""
+    """Raise ValueError if the level of intervals is not above 0.5 and below 1."""
     if not 0.5 < confidence < 1:
         raise ValueError(f"the level must be above 0.5 and below 1, found {confidence:g}")
 
@@ -457,8 +469,8 @@ def scale_by_paper(
 ) -> ScaledMedium:
     """Turn one vertical penetration test into nine terms by the scaling routine of the paper, S9.
 
-    For comparison with the paper: forces by nine terms have no interval with the model's own error. `rftfit.scale` estimates
-    the map of the same push.
+    Use it to compare with the paper: forces by nine terms have no interval for the error of the force model. From the
+    same push `rftfit.scale` estimates a map, whose forces have one.
 
     Parameters
     ----------
@@ -466,13 +478,13 @@ def scale_by_paper(
         Slope of stress over depth of a horizontal plate pushed straight down, alpha_z(0, 90 deg),
         N/cm^3.
     se : float, optional
-        Its standard error, N/cm^3.
+        Standard error of alpha, N/cm^3.
     reference : Reference, optional
-        The media to scale from: those of a campaign (`Results.reference`); default: the five
-        published ones by least squares, as a campaign has them (`published_reference`).
+        The media to scale from, for example those of a campaign (`Results.reference`); default: the five
+        published media by least squares (`published_reference`).
     confidence : float, optional
-        Level of the intervals, which are those for one further medium: they hold the error of the
-        test and the scatter of chi and of the profiles between the reference media.
+        Level of the intervals, which include the error of the test, and the scatter of chi and of the profiles
+        between the reference media.
 
     Returns
     -------
@@ -500,22 +512,23 @@ def scale_by_paper(
 
 
 AS_PRINTED = "dft-index, printed terms"
-"""The transform with just the terms that Table S2 prints as non-zero: the paper's own selection,
-which its rule of 0.05 A00 does not explain."""
+"""Method: the transform with the terms that Table S2 prints as non-zero, a selection that the paper's rule of 0.05 A00
+does not explain."""
 
 ALL_METHODS = ("lsq", "dft-index", AS_PRINTED)
 
 FEWEST_MEDIA = 2
-"""Of a campaign's own, for its natural sands to be scaled from them."""
+"""Fewest media of a campaign from which its natural sands are scaled."""
 
 
 @dataclass(frozen=True)
 class MediumFit:
-    """Coefficients of one medium by one method, N/cm^3, shape (9,); its draws are made when they are asked for.
+    """Nine coefficients of one medium fitted by one method, N/cm^3, shape (9,).
 
-    `full` has all nine terms; `used` those that are kept (refitted without the others), 0 elsewhere, NaN
-    where there are none, and then `why` says it; `without_flagged` is `used` had the flagged cells
-    been left out. `alpha_z`: measured alpha_z(0, 90 deg), N/cm^3.
+    `full`: with all nine terms. `keep`: True for the terms that are kept. `used`: fitted again with the kept terms
+    alone, 0 for the others; NaN if there is no fit, with the reason in `why`. `without_flagged`: `used` if flagged
+    cells are left out.
+    `alpha_z`: measured alpha_z(0, 90 deg), N/cm^3. `table`: the alpha table that was fitted.
     """
 
     medium: str
@@ -531,40 +544,41 @@ class MediumFit:
 
     @property
     def reason(self) -> str:
-        """Why it has no numbers, in words; empty where it has."""
+        """Reason why there are no coefficients, in words; empty if there are."""
         return format_remarks(self.why)
 
     @property
     def counts(self) -> bool:
-        """Whether it enters what is made from several media: it has numbers that can be believed."""
+        """True if the medium counts in means over media: it has coefficients, and no check makes it unusable."""
         return not self.reason and is_usable(self.table)
 
     @property
     def zeta(self) -> float:
-        """alpha_z of the fit at (0, 90 deg); its number in N/cm^3."""
+        """Alpha_z of the fit at (0, 90 deg), whose number in N/cm^3 is the scaling factor."""
         return float(vertical_penetration(self.used))
 
     @cached_property
     def _alpha_draws(self) -> tuple[FloatArray, FloatArray]:
+        """Draws of alpha_z and alpha_x of the table within its errors, each of shape (draws, n)."""
         return draws_of(self.table, self.config)
 
     @cached_property
     def draws(self) -> FloatArray:
-        """`used` under the errors of alpha, the selection of terms held fixed, shape (draws, 9)."""
+        """Draws of `used` within the errors of alpha, with the same terms, shape (draws, 9)."""
         if self.reason or not errors_known(self.table):
             return np.full((self.config.fourier.draws, len(fourier.TERMS)), np.nan)
-        return self._of(self._alpha_draws)
+        return self._fit_draws(self._alpha_draws)
 
-    def _of(self, alpha: tuple[FloatArray, FloatArray]) -> FloatArray:
-        """Coefficients of draws of the alpha table, the selection of terms held fixed."""
+    def _fit_draws(self, alpha: tuple[FloatArray, FloatArray]) -> FloatArray:
+        """Fit the kept terms to draws of the alpha table, (draws, n); returns shape (draws, 9)."""
         if self.config.fit.flagged == "leave_out":
-            out = flagged(self.table)
-            alpha = np.where(out, np.nan, alpha[0]), np.where(out, np.nan, alpha[1])
-        return _transform(self.method, directions(self.table), alpha, self.keep)
+            is_flagged = flagged(self.table)
+            alpha = np.where(is_flagged, np.nan, alpha[0]), np.where(is_flagged, np.nan, alpha[1])
+        return _fit_coefficients(self.method, directions(self.table), alpha, self.keep)
 
     @property
     def alpha_z_draws(self) -> FloatArray:
-        """`alpha_z` under its error, shape (draws,)."""
+        """Draws of `alpha_z` within its error, shape (draws,)."""
         cell = cell_at(self.table, 0, 90)
         if self.reason or cell is None:
             return np.full(self.config.fourier.draws, np.nan)
@@ -572,16 +586,16 @@ class MediumFit:
 
     @property
     def zeta_draws(self) -> FloatArray:
-        """`zeta` under the errors of alpha, shape (draws,)."""
+        """Draws of `zeta` within the errors of alpha, shape (draws,)."""
         return vertical_penetration(self.draws)
 
     @property
     def zeta_errors(self) -> dict[str, FloatArray]:
-        """Standard deviation of `zeta` by the name of the error behind it."""
+        """Standard deviation of `zeta` that each source of error causes, by the name of the source."""
         if self.reason or not errors_known(self.table):
             return {}
         return errors_behind(
-            self.table, self.config, lambda alpha: vertical_penetration(self._of(alpha))
+            self.table, self.config, lambda alpha: vertical_penetration(self._fit_draws(alpha))
         )
 
     @cached_property
@@ -591,29 +605,30 @@ class MediumFit:
 
 
 def fit_media(tables: Sequence[pd.DataFrame], config: Config) -> list[MediumFit]:
-    """Fit the alpha table of every laboratory medium by every method, `AS_PRINTED` where published."""
+    """Fit the alpha table of every laboratory medium by every method; by `AS_PRINTED` only media of the paper."""
     return [
         fit_terms(table, config, method)
         for method in ALL_METHODS
         for table in tables
-        if method != AS_PRINTED or config.media[_name(table)].published_as in MEDIA
+        if method != AS_PRINTED or config.media[_medium_of(table)].published_as in MEDIA
     ]
 
 
-def _name(table: pd.DataFrame) -> str:
+def _medium_of(table: pd.DataFrame) -> str:
+    """Return the name of the medium of an alpha table."""
     return str(table["medium"].iloc[0])
 
 
 def fit_terms(table: pd.DataFrame, config: Config, method: str) -> MediumFit:
-    """Fit one alpha table by one method, with the terms that are kept."""
-    alpha, angles, doubtful = alpha_columns(table), directions(table), flagged(table)
-    bare = np.where(doubtful, np.nan, alpha)
+    """Fit one alpha table by one method: all nine terms first, which show the terms to keep, then those alone."""
+    alpha, angles, is_flagged = alpha_columns(table), directions(table), flagged(table)
+    unflagged_z, unflagged_x = np.where(is_flagged, np.nan, alpha)
     if config.fit.flagged == "leave_out":
-        alpha = bare[0], bare[1]
-    full = used = without = np.full(len(fourier.TERMS), np.nan)
+        alpha = unflagged_z, unflagged_x
+    full = used = without_flagged = np.full(len(fourier.TERMS), np.nan)
     keep, why = np.ones(len(fourier.TERMS), dtype=bool), tuple[Remark, ...]()
     try:
-        full = _transform(method, angles, alpha, None)
+        full = _fit_coefficients(method, angles, alpha, None)
         if not np.isfinite(full).all():
             empty = int(np.count_nonzero(np.isnan(alpha[0])))
             why = (remark("empty-cells", found=empty, wanted=alpha[0].size),)
@@ -626,24 +641,26 @@ def fit_terms(table: pd.DataFrame, config: Config, method: str) -> MediumFit:
     if not why:
         keep = fourier.kept_terms(full, config.fourier.threshold)
         if method == AS_PRINTED:
-            printed = coefficients(config.media[_name(table)].published_as or "")
+            printed = coefficients(config.media[_medium_of(table)].published_as or "")
             keep = fourier.as_array(printed) != 0
-        used = _transform(method, angles, alpha, keep)
-        if doubtful.any() and method == "lsq":
-            with contextlib.suppress(ValueError):
-                without = _transform(method, angles, (bare[0], bare[1]), keep)
+        used = _fit_coefficients(method, angles, alpha, keep)
+        if is_flagged.any() and method == "lsq":  # the transform needs every cell
+            with contextlib.suppress(ValueError):  # too few cells are left
+                unflagged = unflagged_z, unflagged_x
+                without_flagged = _fit_coefficients(method, angles, unflagged, keep)
     cell = cell_at(table, 0, 90)
     measured = np.nan if cell is None else float(cell[column("z")])
     numbers = full, keep, used, measured
-    return MediumFit(_name(table), method, *numbers, table, config, why, without)
+    return MediumFit(_medium_of(table), method, *numbers, table, config, why, without_flagged)
 
 
-def _transform(
+def _fit_coefficients(
     method: str,
     angles: tuple[FloatArray, FloatArray],
     alpha: tuple[FloatArray, FloatArray],
     keep: npt.NDArray[np.bool_] | None,
 ) -> FloatArray:
+    """Fit the terms of `keep` (None: all nine) by one method; returns shape (..., 9), with 0 for the other terms."""
     if method == "lsq":
         return fourier.fit_lsq(*angles, *alpha, keep)
     values = fourier.fit_dft_index(*angles, *alpha)
@@ -651,17 +668,17 @@ def _transform(
 
 
 def generic_interval(fits: Sequence[MediumFit], confidence: float) -> tuple[FloatArray, FloatArray]:
-    """Interval of M0, the mean over media that were measured apart; each fit has coefficients."""
-    shares = [fit.draws / fit.zeta_draws[:, None] / len(fits) for fit in fits]
-    return interval_of_sum(shares, [fit.dof for fit in fits], confidence)
+    """Return the interval of M0, the mean of M / zeta over media with independent errors; each fit has M."""
+    terms = [fit.draws / fit.zeta_draws[:, None] / len(fits) for fit in fits]
+    return interval_of_sum(terms, [fit.dof for fit in fits], confidence)
 
 
 def reference_of(fits: Sequence[MediumFit], method: str) -> Reference:
-    """Choose what the natural sands of a campaign are scaled from.
+    """Choose the media from which the natural sands of a campaign are scaled.
 
-    `fits`: Of the laboratory media; only those by the method count. Returns
-    the campaign's own media; the published five where fewer than two of them have a usable grid:
-    the interval for a further medium is the scatter between media, and one has none.
+    `fits`: fits of the laboratory media, of which only those by `method` count. Returns the media of the campaign, or
+    the five published media if fewer than two of the campaign have a usable grid: the interval for a further medium
+    needs the scatter between media.
     """
     fits_of_method = [
         fit for fit in fits if fit.method == method and fit.counts and np.isfinite(fit.alpha_z)
@@ -677,10 +694,10 @@ def reference_of(fits: Sequence[MediumFit], method: str) -> Reference:
 
 
 def routine(method: str, *, printed: bool = False) -> str:
-    """Name the method of a natural sand in the tables; `printed`: scaled with the published media."""
+    """Return the name of the method of a natural sand in the tables; `printed`: scaled from the published media."""
     return f"scaling routine ({method}{', published media' if printed else ''})"
 
 
 def routines(method: str) -> tuple[str, str]:
-    """Name the methods that a natural sand may stand under: with own media, with published ones."""
+    """Return the names of the method of a natural sand: by media of the campaign, and by published media."""
     return routine(method), routine(method, printed=True)

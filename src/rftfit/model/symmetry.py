@@ -1,4 +1,7 @@
-"""The symmetry of alpha under mirroring x, and the torus of all directions that it completes."""
+"""The symmetry of alpha under a mirror image in x, and the completion of a table by it.
+
+All directions (beta, gamma) form a torus, since both angles are periodic.
+"""
 
 from __future__ import annotations
 
@@ -11,21 +14,21 @@ from rftfit.conventions import FloatArray, mirror
 from rftfit.directions import TOLERANCE_DEG
 
 WIDEST_DEG = 70.0
-"""Nothing is interpolated between lines of a grid that are farther apart."""
+"""Largest distance of neighbouring lines of a grid between which alpha is interpolated."""
 
 LEAST_FILL = 0.5
-"""Part of the pairs of a grid that is known: with less, the directions are scattered."""
+"""Least share of the crossings of a grid that have a direction; with less the directions count as scattered."""
 
 _PER_DEGREE = 1_000_000
-"""Directions are the same where they agree to a millionth of a degree."""
+"""Steps of a degree to which angles are rounded before they are compared: a millionth of a degree."""
 
 
 class Torus(NamedTuple):
-    """Directions that a table tells of, each once: of its cells, and of their mirror images where asked for.
+    """m different directions of the cells of a table and, unless they are left out, of the mirror images of the cells.
 
     `beta`, `gamma`: shape (m,); rad, beta in [-pi/2, pi/2), gamma in [-pi, pi).
-    `cell`: shape (m, k); the cells of the table that tell of a direction, -1 where there are fewer.
-    `sign`: shape (m, k); -1 where a cell tells of it as its mirror image, which turns alpha_x.
+    `cell`: shape (m, k); indices of the cells of the table with this direction, filled up with -1.
+    `sign`: shape (m, k); factor of alpha_x of the cell: -1 if the direction is that of the mirror image of the cell.
     """
 
     beta: FloatArray
@@ -34,13 +37,14 @@ class Torus(NamedTuple):
     sign: FloatArray
 
     def complete(self, alpha_z: FloatArray, alpha_x: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Alpha of every direction, shape (..., m): the mean of the cells (..., n) that are known of it."""
+        """Return alpha_z and alpha_x in every direction, (..., m): means of the finite alpha of its cells (..., n)."""
         return self._mean(alpha_z, np.ones_like(self.sign)), self._mean(alpha_x, self.sign)
 
     def _mean(self, alpha: FloatArray, sign: FloatArray) -> FloatArray:
+        """Return the mean over the cells of each direction of alpha times `sign`; NaN without a finite alpha."""
         total = np.zeros((*alpha.shape[:-1], len(self.cell)))
         count = np.zeros(total.shape)
-        # few cells tell of a direction: a whole row of directions at a time
+        # a direction has few cells: the loop goes over these, for all directions at a time
         for cell, sign_of_cell in zip(self.cell.T, sign.T, strict=True):
             values = alpha[..., cell] * sign_of_cell
             is_finite = np.isfinite(values) & (cell >= 0)
@@ -50,12 +54,12 @@ class Torus(NamedTuple):
 
 
 def torus(beta: FloatArray, gamma: FloatArray, *, images: bool = True) -> Torus:
-    """Complete the directions of a table by symmetry (supplement of the paper).
+    """Complete the n directions of the cells of a table by symmetry (supplement of the paper).
 
-    The experiment at (beta, gamma) seen from behind is that at (-beta, pi - gamma): alpha_z is the
-    same there, alpha_x has the other sign. Plates at beta = -90 and 90 degrees are one and the same.
-    `beta`, `gamma`: shape (n,); rad, one a cell. `images`: False leaves out what is known only as a
-    mirror image, and takes no mean of two that were both measured. Returns directions by beta, then gamma.
+    The experiment at (beta, gamma) seen from behind is the one at (-beta, pi - gamma): alpha_z is the
+    same there, alpha_x has the opposite sign. Plates at beta = -90 and 90 degrees are the same plate.
+    `beta`, `gamma`: shape (n,), rad. `images`: False adds no mirror images; measured directions that are mirror images
+    of each other then stay apart. The directions are sorted by beta, then gamma.
     """
     image_beta, image_gamma = mirror(beta, gamma) if images else (beta[:0], gamma[:0])
     beta_deg = np.degrees(np.concatenate([beta, image_beta]))
@@ -63,13 +67,15 @@ def torus(beta: FloatArray, gamma: FloatArray, *, images: bool = True) -> Torus:
     rows = np.round((beta_deg + 90) * _PER_DEGREE).astype(np.int64) % (180 * _PER_DEGREE)
     columns = np.round((gamma_deg + 180) * _PER_DEGREE).astype(np.int64) % (360 * _PER_DEGREE)
     key = rows * (360 * _PER_DEGREE) + columns
-    _, first_cells, place = np.unique(key, return_index=True, return_inverse=True)
-    order = np.argsort(place, kind="stable")
-    slot = np.arange(key.size) - np.searchsorted(place[order], place[order])
+    _, first_cells, number = np.unique(key, return_index=True, return_inverse=True)
+    # cells sorted by the number of their direction; slot: how many cells of the same direction come before
+    order = np.argsort(number, kind="stable")
+    number = number[order]
+    slot = np.arange(key.size) - np.searchsorted(number, number)
     cell = np.full((first_cells.size, int(slot.max(initial=-1)) + 1), -1)
     sign = np.ones(cell.shape)
-    cell[place[order], slot] = order % beta.size if beta.size else 0
-    sign[place[order], slot] = np.where(order < beta.size, 1.0, -1.0)
+    cell[number, slot] = order % beta.size if beta.size else 0
+    sign[number, slot] = np.where(order < beta.size, 1.0, -1.0)
     return Torus(
         np.radians((beta_deg[first_cells] + 90) % 180 - 90) if first_cells.size else np.empty(0),
         np.radians((gamma_deg[first_cells] + 180) % 360 - 180) if first_cells.size else np.empty(0),
@@ -79,9 +85,10 @@ def torus(beta: FloatArray, gamma: FloatArray, *, images: bool = True) -> Torus:
 
 
 def each_once(beta: FloatArray, gamma: FloatArray) -> tuple[npt.NDArray[np.intp], Torus]:
-    """List the directions of a table once, without mirror images; |gamma| up to 90 degrees where there is a choice.
+    """List the directions of a table, where a direction and its mirror image count as one.
 
-    Returns the cells whose directions are listed, and a torus of just these directions.
+    Of the two the one with |gamma| up to 90 degrees is listed, if the table has it.
+    Returns indices of the cells whose directions are listed, and a torus of these directions alone.
     """
     edge = np.pi / 2 + 1e-9
     order = np.lexsort((gamma, beta, beta < 1e-9 - np.pi / 2, np.abs(gamma) > edge))
@@ -89,7 +96,8 @@ def each_once(beta: FloatArray, gamma: FloatArray) -> tuple[npt.NDArray[np.intp]
     cell = np.where(sorted_torus.cell < 0, beta.size, sorted_torus.cell)
     slot = cell.argmin(axis=1, keepdims=True)
     first_cells = np.take_along_axis(cell, slot, axis=1)[:, 0]
-    # of a direction and its mirror image, which have the same cells, the one that the first cell has itself
+    # a direction and its mirror image have the same cells: the first of these cells has one of the two itself, which
+    # is kept
     unmirrored = np.flatnonzero(np.take_along_axis(sorted_torus.sign, slot, axis=1)[:, 0] > 0)
     unmirrored = unmirrored[np.argsort(first_cells[unmirrored])]
     listed = Torus(
@@ -105,8 +113,8 @@ class Rectangle(NamedTuple):
     """A table whose directions lie on a grid.
 
     `beta`, `gamma`: shape (nb,), (ng,); lines of the grid, rad, increasing, in the ranges of `Torus`.
-    `torus`: The directions, with the angles of the lines.
-    `node`: shape (nb, ng); place of each crossing in the torus, -1: no cell tells of it.
+    `torus`: the directions, with the angles of the lines.
+    `node`: shape (nb, ng); index of each crossing in the torus, -1 if no cell has this direction.
     """
 
     beta: FloatArray
@@ -115,20 +123,21 @@ class Rectangle(NamedTuple):
     node: npt.NDArray[np.intp]
 
     def closed(self, alpha: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Grid from -90 to 90 degrees of beta and -180 to 180 of gamma, whose opposite ends are one.
+        """Extend the grid to beta from -90 to 90 and gamma from -180 to 180 degrees, where opposite ends are equal.
 
-        An end between two lines is interpolated; in a gap wider than `WIDEST_DEG` stands a line of
-        NaN. `alpha`: shape (..., m), of the torus. Returns beta, gamma and values on them.
+        If no line lies at an end, alpha there is interpolated. In a gap wider than `WIDEST_DEG` a line of
+        NaN is added. `alpha`: shape (..., m), in the directions of the torus. Returns beta, gamma (rad) and alpha on
+        this grid.
         """
         filled = np.where(self.node >= 0, alpha[..., self.node], np.nan)
         gamma, values = _close(self.gamma, filled, np.pi)
         beta, turned = _close(self.beta, np.swapaxes(values, -1, -2), np.pi / 2)
-        # in the order of memory that tables have, so that `TableProfile.parameters` takes no copy
+        # contiguous, so that `TableProfile.parameters` needs no copy
         return beta, gamma, np.ascontiguousarray(np.swapaxes(turned, -1, -2))
 
 
 def _close(nodes: FloatArray, values: FloatArray, half: float) -> tuple[FloatArray, FloatArray]:
-    """Close a period along the last axis; `nodes` lie in [-half, half)."""
+    """Extend values of a periodic angle along the last axis to both ends; `nodes` lie in [-half, half), rad."""
     widest = np.radians(WIDEST_DEG)
     if np.isclose(nodes[0], -half):
         end = values[..., :1]
@@ -146,11 +155,12 @@ def _close(nodes: FloatArray, values: FloatArray, half: float) -> tuple[FloatArr
 
 
 def rectangle(beta: FloatArray, gamma: FloatArray) -> Rectangle | None:
-    """Grid on which the directions of a table lie; None where they are scattered.
+    """Find the grid on which the directions of a table lie; None if they are scattered.
 
     Angles that differ by less than `rftfit.directions.TOLERANCE_DEG` share a line. A table with fewer than two
     lines in either angle, or with more holes than values, is no grid.
     """
+    # by the size of beta, so that a direction and its mirror image share the lines beta and -beta
     size = _lined_up(np.abs(np.degrees(beta)), (0.0, 90.0))
     return grid_of_directions(
         torus(np.radians(np.copysign(size, beta)), np.radians(_lined_up(np.degrees(gamma))))
@@ -158,25 +168,25 @@ def rectangle(beta: FloatArray, gamma: FloatArray) -> Rectangle | None:
 
 
 def grid_of_directions(directions: Torus) -> Rectangle | None:
-    """Grid on which directions lie as they are, with no line moved; None where they are scattered."""
+    """Find the grid on which directions lie exactly, without moving an angle to a line; None if they are scattered."""
     rows, row = np.unique(directions.beta.round(9), return_inverse=True)
     columns, column = np.unique(directions.gamma.round(9), return_inverse=True)
     if min(rows.size, columns.size) < 2 or row.size < LEAST_FILL * rows.size * columns.size:
         return None
     node = np.full((rows.size, columns.size), -1)
     node[row, column] = np.arange(row.size)
-    # the angles themselves, not the rounded ones
+    # the lines have the exact angles, which were rounded for the search alone
     rows[row], columns[column] = directions.beta, directions.gamma
     return Rectangle(rows, columns, directions, node)
 
 
 def _lined_up(angles_deg: FloatArray, exact: tuple[float, ...] = ()) -> FloatArray:
-    """Replace angles that are nearly the same by one of them; near an `exact` one by that."""
-    values, place = np.unique(angles_deg, return_inverse=True)
+    """Replace angles that are nearly equal by their median, or by an angle of `exact` if one is near."""
+    values, value_number = np.unique(angles_deg, return_inverse=True)
     line = np.cumsum(np.diff(values, prepend=values[:1]) > TOLERANCE_DEG)
     for line_number in np.unique(line):
         angles_of_line = values[line == line_number]
         middle = float(angles_of_line[angles_of_line.size // 2])
         near = [e for e in exact if abs(angles_of_line - e).min() <= TOLERANCE_DEG / 2]
         values[line == line_number] = near[0] if near else middle
-    return values[place]
+    return values[value_number]

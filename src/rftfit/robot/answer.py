@@ -1,4 +1,4 @@
-"""Answer of one run of the robot: its speed, and what it did in its last strides."""
+"""Answer of one run of the robot for a user: its speed, and its motion and forces in the last strides."""
 
 from __future__ import annotations
 
@@ -22,11 +22,12 @@ _FACTS = (
     "strides",
     "averaged",
 )
+"""Attributes of `RobotRun` that the answer states."""
 
 
 @dataclass(frozen=True)
 class SimulationAnswer:
-    """A run of a robot on a medium, with `SAMPLES` samples a stride."""
+    """A run of a robot on a medium, with `SAMPLES` samples for each stride."""
 
     robot: str
     profile: str
@@ -34,18 +35,18 @@ class SimulationAnswer:
 
     @property
     def condition(self) -> str:
-        """Frequency and curvature, for people."""
-        varied = self.run.condition
-        return f"{varied.frequency_Hz:g} Hz, R'/r = {varied.curvature_times_R:g}"
+        """Stride frequency and curvature of the legs as text."""
+        condition = self.run.condition
+        return f"{condition.frequency_Hz:g} Hz, R'/r = {condition.curvature_times_R:g}"
 
     @cached_property
     def tail(self) -> pd.DataFrame:
-        """The last two strides."""
+        """Motion and forces in the last two strides, one row for each sample."""
         return tail_of(self.run, SAMPLES)
 
     @property
     def ranges(self) -> dict[str, tuple[float, float]]:
-        """Least and greatest of what matters over the last two strides, by column."""
+        """Least and greatest velocity, height, pitch and tripod forces in the last two strides, by column of `tail`."""
         names = ["velocity_x_cm_per_s", "z_cm", "pitch_deg"]
         tripods = ("force_z_tripod", "force_x_tripod")
         names += [name for name in map(str, self.tail) if name.startswith(tripods)]
@@ -55,21 +56,21 @@ class SimulationAnswer:
 
     @property
     def doubts(self) -> list[str]:
-        """What a user has to be warned of."""
+        """Warnings for the user: legs too fast for the model, or no steady speed."""
         unsteady = self.run.outcome != "steady"
         no_speed = f"no steady speed: {self.run.outcome}" if unsteady else ""
         return [doubt for doubt in (self.run.warning, no_speed) if doubt]
 
     @property
     def notes(self) -> list[str]:
-        """What stands above the table of the motion."""
+        """Lines above the table of the motion."""
         speed = self.run.speed_cm_per_s
         speed_text = f"{speed:.6g} cm/s" if math.isfinite(speed) else "none"
         outcome = f"outcome: {self.run.outcome}; speed: {speed_text}"
         return [self.robot, self.condition, self.profile, outcome, "pitch: nose up is positive"]
 
     def summary(self) -> str:
-        """Format the run and its last two strides for people."""
+        """Format the result of the run and the ranges of its last two strides as text."""
         run, speed = self.run, "none"
         if run.outcome == "steady":
             sd = run.speed_sd_cm_per_s
@@ -85,7 +86,7 @@ class SimulationAnswer:
         )
 
     def as_dict(self) -> dict[str, Any]:
-        """Give it as plain numbers, words and lists."""
+        """Return the result as plain numbers, texts and lists, for JSON."""
         return {
             "robot": self.robot,
             "profile": self.profile,

@@ -1,4 +1,4 @@
-"""A robot as the arrays that the time-stepper needs."""
+"""Conversion of a robot into the arrays that the time-stepper of `rftfit.model.kernel` needs."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ IntArray = npt.NDArray[np.int64]
 
 
 NEWTON_IN_G_CM_PER_S2 = 1e5
-"""One newton in g cm/s^2: forces are in N, everything that moves in g, cm and s."""
+"""One newton in g cm/s^2: forces are in N, masses and motions in g, cm and s."""
 
 
 @dataclass(frozen=True)
 class Parts:
-    """Groups of members of one shape and one angle: plates by name, then ``tripod_1``, ... by phase.
+    """Members (plates and legs) in groups of the same shape and angle: each plate, then ``tripod_1``, ... by phase.
 
-    `bodies`: shape (groups, n, 5); Elements of one member about its hip, the body level and the legs
+    `bodies`: shape (groups, n, 5); elements of one member of each group about its hip, with the body level and the legs
         of phase 0 hanging down: x, z (cm), unit tangent x, z, half-length (cm).
-    `widths_cm`: shape (groups,); Across the plane.
-    `group`: shape (members,); Which group each member is of.
-    `hips`: shape (members, 3); What each turns about in the body's frame: x, z (cm; of plates the
-        centre of mass); 1 where it turns with the legs, else 0.
-    `inertia`: Acceleration by 1 N (cm/s^2), angular by 1 N cm (rad/s^2), gravity (cm/s^2).
+    `widths_cm`: shape (groups,); width across the plane.
+    `group`: shape (members,); number of the group of each member.
+    `hips`: shape (members, 3); point about which each member turns, in the frame of the body: x, z (cm; the centre of
+        mass for plates); then 1 if the member turns with the legs, else 0.
+    `inertia`: acceleration by 1 N (cm/s^2), angular acceleration by 1 N cm (rad/s^2), gravity (cm/s^2).
     """
 
     names: tuple[str, ...]
@@ -47,12 +47,12 @@ class Parts:
 
     @property
     def reach_cm(self) -> float:
-        """Largest distance of an element from the hip it turns about."""
+        """Largest distance of a point of a leg from its hip."""
         legs = self.bodies[self.group[self.hips[:, 2] != 0]].reshape(-1, 5)
         return float((np.hypot(legs[:, 0], legs[:, 1]) + legs[:, 4]).max(initial=0.0))
 
     def place(self, state: FloatArray, turn: float, rate: float) -> list[FloatArray]:
-        """Elements of each group, shape (members, n, 8), as `rftfit.forces.reference_kernel` has them.
+        """Return the elements of each group in a state, (members, n, 8), for `rftfit.forces.reference_kernel`.
 
         `state`: shape (6,): x, z (cm), pitch (rad), and their rates. `turn`, `rate`: of the legs
         relative to the body, rad and rad/s.
@@ -62,7 +62,8 @@ class Parts:
         for index, (body, width_cm) in enumerate(zip(self.bodies, self.widths_cm, strict=True)):
             x, z, turns = self.hips[self.group == index].T
             x, z = x * np.cos(pitch) + z * np.sin(pitch), z * np.cos(pitch) - x * np.sin(pitch)
-            parts = (
+            # pose and rates of the frame of each member
+            poses = (
                 x0 + x,
                 z0 + z,
                 pitch + turns * turn,
@@ -70,12 +71,12 @@ class Parts:
                 vz0 - spin * x,
                 spin + turns * rate,
             )
-            groups.append(place(body, width_cm, np.stack(parts, axis=-1)))
+            groups.append(place(body, width_cm, np.stack(poses, axis=-1)))
         return groups
 
 
 def assemble(robot: Robot, curvature_times_R: float) -> Parts:
-    """Cut a robot into elements; R'/r of its legs is from -1 (reversed) to 1 (c-legs)."""
+    """Cut a robot into elements; R'/r of its legs from -1 (reversed c-legs) to 1 (c-legs)."""
     count = robot.numerics.elements
     legs = arc(curvature_times_R, robot.legs.max_length_cm, robot.legs.width_cm, count)
     groups: list[tuple[str, Outline, float, list[tuple[float, float, float]]]] = []

@@ -20,6 +20,7 @@ from rftfit.store.environment import shipped
 
 Point = Annotated[tuple[Number, Number], Field(strict=False)]
 _INSIDE_CM = 1e-9
+"""Distance of a hip outside the body that counts as rounding."""
 
 
 class BodyPlate(Model):
@@ -129,20 +130,20 @@ class Robot(Model):
 
 
 def paper_robot() -> Robot:
-    """Robot of the paper: the file ``config/robot.yaml`` that comes with the program."""
+    """Read the robot of the paper, the file ``config/robot.yaml`` that comes with the program."""
     return read_robot(paper_robot_path())
 
 
 def paper_robot_path() -> Path:
-    """Where the robot of the paper stands: in a clone, or beside the installed package."""
+    """Return the path of the file of the paper's robot, in a clone or beside the installed package."""
     return shipped("config/robot.yaml")
 
 
 def read_robot(path: Path, name: str = "") -> Robot:
-    """Read and check a robot; `name` is what messages call the file, by default its path."""
+    """Read and check the file of a robot; `name`: name of the file in messages, by default its path."""
     file = read_model(path, Robot, name)
     if file.model is None:
-        # hips are looked for one by one, whatever else is wrong
+        # the schema reports a hip outside the body only if all else is valid: hips are checked here in any case
         outside = _hips_outside(file.data)
         if outside:
             file.problems = [problem for problem in file.problems if problem.place.key]
@@ -153,7 +154,10 @@ def read_robot(path: Path, name: str = "") -> Robot:
 
 
 def _hips_outside(data: Any) -> dict[int, str]:
-    """Message for each hip outside the body, the box around the plates' ends, where places can be read."""
+    """Return a message for each hip outside the box around the ends of the plates, by its index.
+
+    `data`: content of the file, which may be invalid; a place that cannot be read gives no message.
+    """
     try:
         plates = data["body"]["plates"].values()
         ends = [_point(plate[key]) for plate in plates for key in ("from_cm", "to_cm")]
@@ -174,6 +178,7 @@ def _hips_outside(data: Any) -> dict[int, str]:
 
 
 def _point(value: Any) -> tuple[float, float]:
+    """Return x and z of a point in the file; raise an error if these are not two finite numbers."""
     x, z = value
     if not all(
         isinstance(coordinate, int | float) and math.isfinite(coordinate) for coordinate in (x, z)

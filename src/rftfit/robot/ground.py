@@ -1,4 +1,4 @@
-"""A measured medium under the bodies of any simulator: at each step their places and velocities, and the forces on them."""
+"""Forces of a measured medium on the bodies of any simulator, calculated at each time step."""
 
 from __future__ import annotations
 
@@ -27,43 +27,44 @@ from rftfit.model.known import profile_of
 from rftfit.model.profiles import KnownMedium, Profile
 
 MOST_TAU_DT_S2 = 2e-6
-"""Above this product of `tau_s` and the time step a resting robot creeps or shakes."""
+"""Largest product of `tau_s` and the time step, s^2, with which a robot at rest neither creeps nor shakes."""
 
 
 class Ground:
     """A medium, below z = 0, under n bodies.
 
-    The forces are those of the medium's mean alpha, without intervals: at each step they move the body, which then goes another
-    way. For the spread of what a simulation gives, run it in media that differ, as ``profile.spread`` holds draws of alpha; the
-    intervals of one motion that is known beforehand are those of `predict`.
+    The forces follow from the mean alpha of the medium, without intervals, because another force would change the
+    further motion. For the spread of the result of a simulation, run it in several media: ``profile.spread`` holds
+    draws of alpha. For one motion that is known beforehand `predict` gives intervals.
 
     Parameters
     ----------
     medium : Map, Profile, Medium, ScaledMedium, str or Path
-        As of `predict`: what `scale` returns, a medium of `open`, the path of a profile file ... Of a campaign the
-        table, or the map where the table has holes.
+        As for `predict`: what `scale` returns, a medium of `open`, the path of a profile file ... For a medium of a
+        campaign its table, or its map if the table has holes.
     bodies : sequence of Mesh, or of sequences of Mesh
         Shape of each body in its own frame, cm: one mesh, or several that move together.
     law, friction : optional
-        As of `predict`.
+        As for `predict`.
     triangle_cm : float, optional
         Longest edge of a triangle.
     delta_mm, tau_s : float, optional
-        Elastic length of a face, and how far ahead its velocity is looked: by these a body rests instead of creeping.
-        0: the plain law. delta is not measured: compare with a third of it and three times it.
+        Elastic displacement of a face, and time for which its velocity is extrapolated: with these a body at rest does
+        not creep. 0: the plain law. No measurement gives delta: compare results with a third of it and with three times
+        it.
     wheels : sequence of int, or mapping of int to array_like, shape (3,), optional
-        Numbers of the bodies that are wheels, whose axle goes through the body's origin: along y of its frame, or along the
-        vector given. A wheel that is not convex leaves a rut, as in `Motion3D.roll`: behind its axle faces that face back
-        do not count.
+        Numbers of the bodies that are wheels. The axle goes through the origin of the body, along y of its frame or
+        along the vector of the mapping. A wheel that is not convex leaves a rut, as in `Motion3D.roll`: behind its
+        axle, faces that face back do not count.
     track : bool, optional
-        False: no wheel leaves a rut.
+        False: wheels leave no rut.
 
     Attributes
     ----------
     frames : ndarray, shape (n, 18)
-        Places and motions at the last step, as of `Motion3D.frames`.
+        Places and motions of the bodies at the last step, as in `Motion3D.frames`.
     rules : tuple of str
-        ``own-track`` or ``none``, of each body.
+        ``own-track`` (leaves a rut) or ``none``, for each body.
     forces : ndarray, shape (n, 7)
         Force (N), moment about the body's origin (N cm) in the world's axes, and `closure_cm3`, at the last step.
 
@@ -75,8 +76,8 @@ class Ground:
     Warns
     -----
     LimitWarning
-        Once each, at the step that first moves a body in the medium deeper than alpha was measured, or faster than
-        quasi-static (50 cm/s).
+        One warning each, at the first step in which a body in the medium is deeper than alpha was measured, or faster
+        than quasi-static (50 cm/s).
 
     Examples
     --------
@@ -111,7 +112,7 @@ class Ground:
             np.concatenate([face_rows(mesh.refined(triangle_cm)) for mesh in meshes])
             for meshes in shapes
         ]
-        ends = np.cumsum([len(of_body) for of_body in faces])
+        ends = np.cumsum([len(faces_of_body) for faces_of_body in faces])
         self._ranges = np.stack([np.append(0, ends[:-1]), ends], axis=-1)
         self._faces = np.concatenate(faces)
         self._shifts = np.zeros((len(self._faces), 3))
@@ -137,7 +138,7 @@ class Ground:
         return len(self._faces)
 
     def check_time_step(self, time_step_s: float) -> None:
-        """Raise `InputError` for a time step with which a resting body would creep or shake."""
+        """Raise `InputError` if a body at rest would creep or shake with this time step."""
         if self._delta_cm > 0 and self._tau_s * time_step_s > MOST_TAU_DT_S2 * (1 + 1e-9):
             raise InputError(
                 f"tau_s = {self._tau_s:g} s times the time step of {time_step_s:g} s is too long; allowed: "
@@ -152,20 +153,20 @@ class Ground:
         rate_rad_per_s: npt.ArrayLike,
         time_step_s: float,
     ) -> FloatArray:
-        """Forces of the medium on the bodies as they move now.
+        """Return the forces of the medium on the bodies in their present places and motions.
 
-        Call it once a time step: where the medium gives way is remembered from one call to the next.
+        Call this method once for each time step: the elastic displacements of the faces are kept from call to call.
 
         Parameters
         ----------
         position_cm, velocity_cm_per_s : array_like, shape (n, 3)
-            Of the origin of each body's frame, in the world's axes; z points up and is 0 at the surface.
+            Place and velocity of the origin of each body's frame, in the world's axes; z is up and 0 at the surface.
         rotation : array_like, shape (n, 3, 3)
-            From the body's axes to the world's.
+            Rotation matrix from the body's axes to the world's.
         rate_rad_per_s : array_like, shape (n, 3)
             Angular velocity, in the world's axes.
         time_step_s : float
-            Since the last call.
+            Time since the last call.
 
         Returns
         -------
@@ -201,7 +202,11 @@ class Ground:
         return self.forces[:, :6].copy()
 
     def _follow_wheels(self, time_step_s: float) -> None:
-        """Follow the travel of each wheel with a slack of delta: a wheel leaves its rut as it begins to roll, not at rest."""
+        """Update the rolling state of each wheel.
+
+        The recent travel of a wheel is kept up to a length of delta; its part of delta (0 to 1) says how far the wheel
+        has begun to roll. So a wheel at rest has no rut, and gets one gradually.
+        """
         travel, rate = self.frames[self._wheels, 3:6].copy(), self.frames[self._wheels, 6:9]
         begun = np.ones(len(travel))
         if self._delta_cm > 0:
@@ -209,7 +214,7 @@ class Ground:
             self._way_cm += level * time_step_s
             length = np.linalg.norm(self._way_cm, axis=1)
             self._way_cm /= np.maximum(length / self._delta_cm, 1.0)[:, None]
-            # looked ahead as the faces are, which damps; at the speed of now
+            # extrapolated by tau as the faces are, which damps; the speed stays the present one
             ahead = self._way_cm + self._tau_s * level
             length = np.linalg.norm(ahead, axis=1)
             speed = np.linalg.norm(level, axis=1)
@@ -221,7 +226,7 @@ class Ground:
 
 
 class _Limits:
-    """What bodies have not yet left of the depths over which alpha was measured and of the speeds that the model is for."""
+    """Limits of depth and speed of the model for which no body has caused a warning yet."""
 
     def __init__(self, profile: Profile, shapes: Sequence[Sequence[Mesh]]) -> None:
         self.corners_cm = [
@@ -234,16 +239,16 @@ class _Limits:
         self.most_cm_per_s = QUASI_STATIC_CM_PER_S
 
     def list_new(self, frames: FloatArray, forces: FloatArray) -> list[str]:
-        """Sentences on the limits that are left for the first time."""
-        # how deep and fast any point of a body may be, whatever way it is turned
+        """Return sentences on the limits that a body exceeds for the first time."""
+        # bounds of depth and speed of any point of a body, whatever its rotation: a quick test before all corners
         depths = self.radii_cm - frames[:, 2]
         rates = np.sqrt((frames[:, 6:9] ** 2).sum(axis=1))
         speeds = np.sqrt((frames[:, 3:6] ** 2).sum(axis=1)) + rates * self.radii_cm
-        may_leave = (depths > self.most_cm) | (speeds > self.most_cm_per_s)
-        if not may_leave.any():
+        may_exceed = (depths > self.most_cm) | (speeds > self.most_cm_per_s)
+        if not may_exceed.any():
             return []
         limits = []
-        for body in np.flatnonzero(may_leave & forces[:, :3].any(axis=1)):
+        for body in np.flatnonzero(may_exceed & forces[:, :3].any(axis=1)):
             frame = frames[body]
             arms = self.corners_cm[body] @ frame[9:].reshape(3, 3).T
             depth = -(frame[2] + arms[:, 2])
@@ -259,13 +264,13 @@ class _Limits:
 
 
 ALONG_Y = (0.0, 1.0, 0.0)
-"""Axle of a wheel, unless another one is given."""
+"""Axle of a wheel for which no other direction is given."""
 
 
 def _measure_wheels(
     shapes: Sequence[Sequence[Mesh]], axles: Mapping[int, npt.ArrayLike]
 ) -> tuple[npt.NDArray[np.int64], FloatArray, npt.NDArray[np.bool_]]:
-    """Numbers of the bodies that are wheels, their radii (cm), and whether they leave a rut."""
+    """Return the numbers of the bodies that are wheels, their radii (cm), and True for wheels that leave a rut."""
     radii, has_track = [], []
     for number, axle in axles.items():
         if not 0 <= number < len(shapes):
@@ -282,13 +287,13 @@ def _measure_wheels(
 
 
 def _turn_to_y(axle: npt.ArrayLike) -> FloatArray:
-    """Make a rotation that turns an axle along y."""
+    """Return a rotation matrix that turns an axle to the y axis."""
     axis = np.asarray(axle, dtype=float)
     length = float(np.linalg.norm(axis)) if axis.shape == (3,) else 0.0
     if not (length > 0 and np.isfinite(length)):
         raise InputError(f"wheels: an axle of three numbers wanted, found {axle!r}")
     along = axis / length
-    least = np.eye(3)[np.abs(along).argmin()]
-    ahead = np.cross(along, least)
+    farthest_axis = np.eye(3)[np.abs(along).argmin()]
+    ahead = np.cross(along, farthest_axis)
     ahead /= np.linalg.norm(ahead)
     return np.stack([ahead, along, np.cross(ahead, along)])

@@ -1,9 +1,9 @@
-"""How far the speed and best curvature of the robot depend on the errors of alpha, of its legs' arc and of the model.
+"""Intervals of speed and best curvature of the robot, from the errors of alpha, of its legs' arc and of the model.
 
 A speed is nearly linear in alpha and depends on dozens of its cells, so its error is close to normal:
-a few draws of alpha give its width, with Student's t for as many degrees of freedom. Speeds of the
-draws are compared with that of the profile itself at the same coarser time step, whose own error
-cancels. A run on a draw starts as that on the profile ends: it has no transient from rest.
+a few draws of alpha give its width, with Student's t for as many degrees of freedom. Speeds on the
+draws are compared with the speed on the profile at the same, longer time step, so that the error of this step
+cancels. A run on a draw starts in the last state of the run on the profile: it has no transient from rest.
 """
 
 from __future__ import annotations
@@ -28,29 +28,30 @@ from rftfit.robot.run import Condition
 from rftfit.robot.sweep import BEST_AT_HZ, BEST_CURVATURES, best_of_runs, run_all, runs_about_best
 
 SPEED_DRAWS = 8
-"""For speeds, in dozens of conditions: a half width is then known to a quarter of itself."""
+"""Draws of alpha for the interval of a speed in each condition: its half width is known to about a quarter."""
 
 BEST_DRAWS = 40
-"""For the best curvature, of which there is one."""
+"""Draws of alpha for the interval of the best curvature, a single number."""
 
 MODEL_POINTS = 4
-"""Pairs of factors of lift and thrust that stand for the model's own error."""
+"""Pairs of factors on lift and thrust that represent the error of the force model."""
 
 COARSER = 4
-"""How many times longer the time step of the draws is."""
+"""Time step of runs on draws over the usual time step."""
 
 WIDTH_COLUMNS = columns_of("robot/intervals.csv")
 """Columns of the table of half widths; quantity `SPEED`, `SPEED_MODEL` (cm/s) or `BEST` (R'/r)."""
 
 SPEED, SPEED_MODEL, BEST = "speed", "speed with the model's own error", "best curvature"
 
-_OF_SPEED = ["profile", "curvature_times_R", "frequency_Hz"]
-_KEYS = {SPEED: _OF_SPEED, SPEED_MODEL: _OF_SPEED, BEST: ["profile", "frequency_Hz"]}
+_SPEED_KEYS = ["profile", "curvature_times_R", "frequency_Hz"]
+_KEYS = {SPEED: _SPEED_KEYS, SPEED_MODEL: _SPEED_KEYS, BEST: ["profile", "frequency_Hz"]}
+"""Columns that name one half width of a quantity."""
 
 
 @dataclass(frozen=True)
 class Width:
-    """Half the width of an interval, from so many draws; NaN with a reason where it is unknown."""
+    """Half width of an interval, and the number of draws behind it; NaN with a reason if it is not known."""
 
     half: float
     draws: int
@@ -58,12 +59,12 @@ class Width:
 
     @property
     def cells(self) -> tuple[object, ...]:
-        """Cells of the table of half widths."""
+        """Cells of this half width in the table of half widths."""
         return self.half, self.draws, *reason_cells(self.why)
 
 
 def half_widths(widths: pd.DataFrame | None, quantity: str) -> dict[Any, float]:
-    """Half widths of a quantity by profile, curvature (of speeds) and frequency, from their table."""
+    """Return the half widths of a quantity in their table, by the columns of `_KEYS`; empty without a table."""
     if widths is None:
         return {}
     widths_of_quantity = widths[widths["quantity"] == quantity].set_index(_KEYS[quantity])
@@ -71,7 +72,7 @@ def half_widths(widths: pd.DataFrame | None, quantity: str) -> dict[Any, float]:
 
 
 def each_draw(stack: Profile, count: int) -> list[Profile]:
-    """Split the first draws off a stack: profiles with a leading axis of draws."""
+    """Return the first draws of a stack (a profile with a leading axis of draws) as one profile each."""
     if isinstance(stack, TableProfile):
         alphas = zip(stack.alpha_z[:count], stack.alpha_x[:count], strict=True)
         return [_with_alpha(stack, alpha_z, alpha_x) for alpha_z, alpha_x in alphas]
@@ -83,35 +84,36 @@ def each_draw(stack: Profile, count: int) -> list[Profile]:
 
 
 def with_model_error(profile: Profile, eps: float) -> list[Profile]:
-    """A profile whose lift and thrust have the model's own error, each one factor exp(eps N) common to all legs.
+    """Return profiles whose alpha_z and alpha_x are multiplied by the error of the force model, exp(eps N).
 
-    The pairs of normal numbers N lie evenly on a circle: both have mean 0 and variance 1 and do not correlate.
+    The factors are the same in all directions. The `MODEL_POINTS` pairs of numbers N lie evenly on a circle: like two
+    independent normal numbers, both have mean 0 and variance 1 and are not correlated.
     """
     angles = 2 * np.pi * (np.arange(MODEL_POINTS) + 0.5) / MODEL_POINTS
     lifts, thrusts = np.exp(eps * np.sqrt(2) * np.stack([np.cos(angles), np.sin(angles)]))
     return [
-        _scaled(profile, float(lift), float(thrust))
+        _multiply_alpha(profile, float(lift), float(thrust))
         for lift, thrust in zip(lifts, thrusts, strict=True)
     ]
 
 
-def _scaled(profile: Profile, lift: float, thrust: float) -> Profile:
-    """A profile whose alpha_z and alpha_x are larger by a factor each."""
+def _multiply_alpha(profile: Profile, lift: float, thrust: float) -> Profile:
+    """Return a table with alpha_z times `lift` and alpha_x times `thrust`."""
     if isinstance(profile, TableProfile):
         return _with_alpha(profile, lift * profile.alpha_z, thrust * profile.alpha_x)
     raise TypeError(f"no model's error of a {type(profile).__name__}")
 
 
 def _with_alpha(table: TableProfile, alpha_z: FloatArray, alpha_x: FloatArray) -> TableProfile:
-    """Take a table with other numbers at its nodes: a new one would symmetrise and extend again what is extended already."""
+    """Return a copy of a table with other alpha at its nodes, (nb, ng), already completed by symmetry."""
     changed = copy(table)
-    changed.__dict__.pop("pack", None)
+    changed.__dict__.pop("pack", None)  # the cached numbers for the kernel
     changed.alpha_z, changed.alpha_x = alpha_z, alpha_x
     return changed
 
 
 def coarser(robot: Robot) -> Robot:
-    """Return the robot with the time step of the draws."""
+    """Return the robot with the longer time step of runs on draws."""
     numerics = robot.numerics
     longer = numerics.model_copy(update={"step_s": COARSER * numerics.step_s})
     return robot.model_copy(update={"numerics": longer})
@@ -124,24 +126,26 @@ def speeds_of(
     conditions: Sequence[Condition],
     threads: int | None = None,
 ) -> tuple[FloatArray, FloatArray]:
-    """Speeds on a profile (conditions,) and on some near it (profiles, conditions), cm/s; NaN where a run is not steady.
+    """Return speeds on a profile (conditions,) and on profiles near it (profiles, conditions), cm/s.
 
-    All start from the settled runs of the profile, so that what these have left of their transient cancels.
+    A speed is NaN if the run is not steady. All runs start in the last states of first runs on the profile, so that the
+    remaining transient of these is the same in all and cancels.
     """
     settled_runs = run_all(robot, profile, conditions, threads)
     runs, *runs_near = (
         run_all(robot, medium, conditions, threads, settled_runs)
         for medium in (profile, *near_profiles)
     )
-    speeds = [[run.speed_cm_per_s for run in runs_of_profile] for runs_of_profile in runs_near]
+    speeds_near = [[run.speed_cm_per_s for run in near_runs] for near_runs in runs_near]
     shape = len(near_profiles), len(conditions)
-    return np.array([run.speed_cm_per_s for run in runs]), np.array(speeds, float).reshape(shape)
+    speeds = np.array([run.speed_cm_per_s for run in runs])
+    return speeds, np.array(speeds_near, float).reshape(shape)
 
 
 def half_width_of_draws(values: FloatArray, best_value: float, confidence: float) -> Width:
-    """Half the width of an interval from the values of a few draws, which scatter about `best_value`.
+    """Return the half width of an interval from the values of a few draws, which scatter about `best_value`.
 
-    It is unknown where a draw has no value: without that draw the interval would be too narrow.
+    It is NaN if a draw has no value: without this draw the interval would be too narrow.
     """
     from scipy.special import stdtrit
 
@@ -163,22 +167,23 @@ def speed_widths(
     threads: int | None = None,
     arc_percent: float = 0.0,
 ) -> tuple[list[Width], list[Width]]:
-    """Half widths of the intervals of the speed (cm/s) in each condition: of alpha, and with the model's own error.
+    """Return half widths of the speed's interval (cm/s) in each condition, without and with the model's error.
 
-    Of a profile of which no error of the model is known the latter are NaN, with the reason. `draws`: of the profile, under the errors of alpha. `arc_percent`: Standard deviation of the arc
-    that all legs have in common.
+    The first list contains the errors of alpha and of the arc. The second is NaN with a reason for a profile whose
+    model error is not known. `draws`: draws of the profile within the errors of alpha. `arc_percent`: standard
+    deviation of the arc of the legs, an error common to all legs.
     """
     robot = coarser(robot)
     is_known = has_model_error(profile)
     eps = profile.model_error if is_known else 0.0
-    shifted = with_model_error(profile, eps) if eps else []
-    speeds, speeds_near = speeds_of(robot, profile, [*draws, *shifted], conditions, threads)
-    moved = moved_by_arc(robot, profile, speeds, conditions, arc_percent, threads)
-    of_alpha = widths_of_draws(speeds, speeds_near[: len(draws)], moved, confidence)
+    with_error = with_model_error(profile, eps) if eps else []
+    speeds, speeds_near = speeds_of(robot, profile, [*draws, *with_error], conditions, threads)
+    change_by_arc = moved_by_arc(robot, profile, speeds, conditions, arc_percent, threads)
+    of_alpha = widths_of_draws(speeds, speeds_near[: len(draws)], change_by_arc, confidence)
     if not is_known:
         unknown = Width(math.nan, len(draws), (remark("model-error-unknown", form=profile.form),))
         return of_alpha, [unknown] * len(of_alpha)
-    if not shifted:
+    if not with_error:
         return of_alpha, of_alpha
     return of_alpha, model_widths(of_alpha, speeds, speeds_near[len(draws) :], confidence)
 
@@ -191,7 +196,7 @@ def moved_by_arc(
     arc_percent: float,
     threads: int | None,
 ) -> FloatArray:
-    """Change of the speeds (conditions,) by one standard deviation of the arc, cm/s."""
+    """Return the change of the speeds (conditions,) if the arc is longer by one standard deviation, cm/s."""
     if not arc_percent:
         return np.zeros(len(conditions))
     longer = [with_arc_scaled(condition, 1 + arc_percent / 100) for condition in conditions]
@@ -201,25 +206,30 @@ def moved_by_arc(
 def widths_of_draws(
     speeds: FloatArray, drawn: FloatArray, moved_by_arc: FloatArray, confidence: float
 ) -> list[Width]:
-    """Half widths in each condition from speeds of the profile (conditions,), of its draws, and their change by the arc."""
+    """Return half widths of the speed in each condition by the errors of alpha and of the arc.
+
+    `speeds`: on the profile, shape (conditions,). `drawn`: on its draws, (draws, conditions). `moved_by_arc`:
+    (conditions,).
+    """
     widths = [
         half_width_of_draws(column, float(speed), confidence)
         for column, speed in zip(drawn.T, speeds, strict=True)
     ]
-    off = (float(student_quantile(confidence, GIVEN_DOF)) * moved_by_arc).tolist()
-    arc = (remark("arc-lost"),)
+    halves_by_arc = (float(student_quantile(confidence, GIVEN_DOF)) * moved_by_arc).tolist()
+    arc_lost = (remark("arc-lost"),)
     return [
-        Width(math.hypot(width.half, shift), width.draws, width.why or arc * math.isnan(shift))
-        for width, shift in zip(widths, off, strict=True)
+        Width(math.hypot(width.half, half), width.draws, width.why or arc_lost * math.isnan(half))
+        for width, half in zip(widths, halves_by_arc, strict=True)
     ]
 
 
 def model_widths(
     of_alpha: Sequence[Width], speeds: FloatArray, shifted: FloatArray, confidence: float
 ) -> list[Width]:
-    """Half widths with the model's own error, which is independent of the errors `of_alpha`.
+    """Return half widths that include the error of the force model, which is independent of the errors `of_alpha`.
 
-    `shifted`: speeds of the profiles of `with_model_error`, each (conditions,).
+    `speeds`: on the profile, shape (conditions,). `shifted`: on the profiles of `with_model_error`, (profiles,
+    conditions).
     """
     of_model = np.sqrt(((shifted - speeds) ** 2).mean(axis=0))
     halves = float(student_quantile(confidence, GIVEN_DOF)) * of_model
@@ -234,9 +244,10 @@ def model_widths(
 
 
 def with_arc_scaled(condition: Condition, factor: float) -> Condition:
-    """Return a condition whose legs have an arc of so many times the degrees, at the same distance of hip and tip.
+    """Return a condition whose legs have an arc of `factor` times the angle, at the same distance of hip and tip.
 
-    The arc of a half circle cannot grow: it becomes shorter.
+    R'/r is the sine of half the angle of the arc. A c-leg is a half circle, where R'/r cannot grow: a larger factor
+    makes it smaller.
     """
     curvature = math.sin(math.asin(condition.curvature_times_R) * factor)
     return replace(condition, curvature_times_R=curvature)
@@ -249,9 +260,9 @@ def best_width(
     confidence: float,
     threads: int | None = None,
 ) -> Width:
-    """Half the width of the interval of the best curvature R'/r at 5 Hz.
+    """Return the half width of the interval of the best curvature R'/r at 5 Hz.
 
-    It is unknown where the fastest curvature is the first or the last that was tried.
+    It is NaN if the fastest curvature is the first or the last that was tried.
     """
     longer = coarser(robot)
     settled_runs = runs_about_best(longer, profile, threads)
@@ -272,9 +283,9 @@ def widths(
     threads: int | None = None,
     arc_percent: float = 0.0,
 ) -> pd.DataFrame:
-    """Half widths for every measured condition, and of the best curvature, on each profile.
+    """Return half widths of the speed in every measured condition and of the best curvature, on each profile.
 
-    The spread of each profile is a stack of draws. Returns `WIDTH_COLUMNS` without the medium.
+    The `spread` of each profile must be a stack of draws. Columns: `WIDTH_COLUMNS` without the medium.
     """
     with_frequency = measured[np.isfinite(measured["frequency_Hz"].to_numpy(float))]
     places = zip(with_frequency["frequency_Hz"], with_frequency["curvature_times_R"], strict=True)
@@ -283,15 +294,15 @@ def widths(
     for name, profile in profiles.items():
         stack, bare = profile.spread, copy(profile)
         assert isinstance(stack, Profile)
-        bare.spread = bare.beside = None  # the processes need not carry them
+        bare.spread = bare.beside = None  # the runs do not need them
         draws = each_draw(stack, SPEED_DRAWS)
-        of_speed = speed_widths(robot, bare, draws, conditions, confidence, threads, arc_percent)
-        for quantity, half in zip((SPEED, SPEED_MODEL), of_speed, strict=True):
+        both_widths = speed_widths(robot, bare, draws, conditions, confidence, threads, arc_percent)
+        for quantity, speed_width in zip((SPEED, SPEED_MODEL), both_widths, strict=True):
             rows += [
                 (name, quantity, condition.curvature_times_R, condition.frequency_Hz, *width.cells)
-                for condition, width in zip(conditions, half, strict=True)
+                for condition, width in zip(conditions, speed_width, strict=True)
             ]
-        many = each_draw(stack, BEST_DRAWS)
-        best = best_width(robot, bare, many, confidence, threads)
+        best_draws = each_draw(stack, BEST_DRAWS)
+        best = best_width(robot, bare, best_draws, confidence, threads)
         rows.append((name, BEST, math.nan, BEST_AT_HZ, *best.cells))
     return pd.DataFrame(rows, columns=WIDTH_COLUMNS[1:])

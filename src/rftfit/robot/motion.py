@@ -1,4 +1,4 @@
-"""Motion of a run for figures and page: poses, forces on every element, the last strides."""
+"""Motion of a run for figures and page: poses, forces on every element, and the last strides."""
 
 from __future__ import annotations
 
@@ -17,14 +17,12 @@ from rftfit.robot.body import assemble
 from rftfit.robot.config import Robot
 from rftfit.robot.run import Condition, RobotRun, Series, simulate
 
-# --- Place of every element, and the force on it, during a run.
-
 
 @dataclass(frozen=True)
 class ElementSeries:
-    """Elements of one group over time, shape (samples, members, elements): force and where it acts.
+    """Elements of one group over time: force on each and its point, shape (samples, members, elements).
 
-    `ends_x_cm`, `ends_z_cm`: With a last axis for the two ends of each element.
+    `ends_x_cm`, `ends_z_cm` have a further last axis for the two ends of each element.
     """
 
     ends_x_cm: FloatArray
@@ -40,7 +38,7 @@ def element_series(
 ) -> dict[str, ElementSeries]:
     """Place all elements in every n-th sample of a run and calculate the force on each, by group.
 
-    `profile`: The one that the run was made with. As movies S5 and S6 show it.
+    Movies S5 and S6 of the paper show such forces. `profile`: the profile of the run. `every`: n.
     """
     parts = assemble(robot, condition.curvature_times_R)
     rate = 2 * np.pi * condition.frequency_Hz
@@ -70,17 +68,18 @@ def element_series(
 FREQUENCIES_HZ = (1.0, 2.0, 5.0)
 CURVATURES = (1.0, 0.86, 0.0, -1.0)
 FRAMES = 36
-"""Of one stride, the last of the run."""
+"""Pictures of one stride, the last of the run."""
 
 _SMALLEST_N = 5e-4
+"""Smallest force on an element that has an arrow."""
 
 
 def frames_of(robot: Robot, profile: Profile) -> dict[str, Any]:
-    """Make the pictures of every condition.
+    """Return the data of the pictures of the running robot in every condition, for the script of the page.
 
-    ``plates`` (ends, cm) and ``hips`` (x, z, cm; phase, turns) are in the body's frame; ``legs``: points
-    about the hip at theta = 0, by curvature; of each run, by frame, ``pose`` (x from the first frame, z,
-    pitch, nose up, and theta in rad) and ``arrows`` (x from the centre of mass, z, force x, force z for
+    ``plates`` (ends, cm) and ``hips`` (x, z, cm; phase, turns) are in the frame of the body. ``legs``: points
+    about the hip at theta = 0, by curvature. ``runs``: for each run lists over frames, ``pose`` (x from the first
+    frame, z, pitch, nose up, and theta; cm and rad) and ``arrows`` (x from the centre of mass, z, force x, force z of
     each loaded element; cm and mN).
     """
     legs, shapes = robot.legs, {}
@@ -95,18 +94,24 @@ def frames_of(robot: Robot, profile: Profile) -> dict[str, Any]:
         "plates": [[*plate.from_cm, *plate.to_cm] for plate in robot.body.plates.values()],
         "hips": [[hip.x_cm, hip.z_cm, hip.phase_turns] for hip in legs.hips],
         "legs": shapes,
-        "runs": [_run(robot, profile, frequency, curvature) for curvature, frequency in conditions],
+        "runs": [
+            _pictures_of_run(robot, profile, frequency, curvature)
+            for curvature, frequency in conditions
+        ],
     }
 
 
-def _run(robot: Robot, profile: Profile, frequency: float, curvature: float) -> dict[str, Any]:
+def _pictures_of_run(
+    robot: Robot, profile: Profile, frequency: float, curvature: float
+) -> dict[str, Any]:
+    """Simulate one condition; return its speed, and poses and arrows of its last stride (see `frames_of`)."""
     run = simulate(robot, profile, frequency, curvature, samples_per_stride=FRAMES)
     assert run.series is not None
     series = run.series.last(FRAMES)
     parts = element_series(robot, profile, run.condition, series).values()
     ahead, theta = series.x_cm - series.x_cm[0], np.radians(series.leg_angle_deg) % (2 * np.pi)
     pose = np.stack([ahead, series.z_cm, np.radians(series.pitch_deg), theta], axis=1)
-    of_parts = [
+    arrows_of_groups = [
         np.stack([forces.at_x_cm, forces.at_z_cm, forces.force_x_N, forces.force_z_N]).reshape(
             4, FRAMES, -1
         )
@@ -114,9 +119,14 @@ def _run(robot: Robot, profile: Profile, frequency: float, curvature: float) -> 
     ]
     arrows = []
     for sample, x in enumerate(series.x_cm):
-        rows = np.concatenate([forces[:, sample] for forces in of_parts], axis=1).T - [x, 0, 0, 0]
+        rows = np.concatenate([group[:, sample] for group in arrows_of_groups], axis=1).T - [
+            x,
+            0,
+            0,
+            0,
+        ]
         loaded = rows[np.hypot(rows[:, 2], rows[:, 3]) > _SMALLEST_N]
-        # places to 0.1 mm, forces to 0.1 mN, one list for all; + 0.0 makes no -0.0
+        # places to 0.1 mm, forces to 0.1 mN, in one list for all elements; + 0.0 turns -0.0 into 0.0
         places, forces = np.round(loaded[:, :2], 2), np.round(1000 * loaded[:, 2:], 1)
         arrows.append((np.hstack([places, forces]) + 0.0).ravel().tolist())
     speed = run.speed_cm_per_s
@@ -135,19 +145,20 @@ def _run(robot: Robot, profile: Profile, frequency: float, curvature: float) -> 
 # --- The last strides of a run, for figures of its motion.
 
 SAMPLES, STRIDES = 200, 2
+"""Samples for each stride, and number of last strides that are shown."""
 
 
 def stance_of(robot: Robot, profile: Profile, run: RobotRun, samples: int) -> pd.DataFrame:
-    """Place every element, and the force on it, as the legs of phase 0 last hang straight down.
+    """Return every element and the force on it at the last moment when the legs of phase 0 hang straight down.
 
-    A row an element; x counts from the centre of mass. `samples`: Of the run's series, in a stride.
+    One row for each element; x counts from the centre of mass. `samples`: samples of the series in each stride.
     """
     assert run.series is not None
     last = run.series.last(samples)
     hanging = np.cos(np.radians(last.leg_angle_deg - last.pitch_deg))
     shot = run.series.last(len(hanging) - int(np.argmax(hanging)))
     groups = element_series(robot, profile, run.condition, shot, len(shot.x_cm))
-    condition, x0, parts = run.condition, shot.x_cm[0], []
+    condition, x0, tables = run.condition, shot.x_cm[0], []
     for name, group in groups.items():
         (x1, x2), (z1, z2) = (
             ends[0].reshape(-1, 2).T for ends in (group.ends_x_cm, group.ends_z_cm)
@@ -169,14 +180,14 @@ def stance_of(robot: Robot, profile: Profile, run: RobotRun, samples: int) -> pd
             "force_z_N": force_z,
             "force_x_N": force_x,
         }
-        parts.append(pd.DataFrame(columns))
-    return pd.concat(parts, ignore_index=True)
+        tables.append(pd.DataFrame(columns))
+    return pd.concat(tables, ignore_index=True)
 
 
 def tail_of(run: RobotRun, samples: int) -> pd.DataFrame:
-    """Cut the last two strides out of a run with a series; time and x count from the first row.
+    """Return the table of the last two strides of a run with a series; time and x count from the first row.
 
-    Columns `curvature_times_R, frequency_Hz, stride` (0 to 2), and those of `Series.table`.
+    Columns: `curvature_times_R, frequency_Hz, stride` (0 to 2), and those of `Series.table`.
     """
     assert run.series is not None
     table = run.series.table().iloc[-STRIDES * samples :].reset_index(drop=True)

@@ -1,4 +1,7 @@
-"""Any robot in MuJoCo on a measured medium: forces on its geoms at each step. SI here, cm inside."""
+"""Any robot in MuJoCo on a measured medium: forces on its geoms at each step.
+
+MuJoCo has SI units, `Ground` has cm.
+"""
 
 from __future__ import annotations
 
@@ -19,16 +22,15 @@ from rftfit.robot.ground import ALONG_Y, Ground
 _FACETS = 17
 """Latitudes of a round geom: odd, so that a capsule is a sphere whose halves are moved apart."""
 
-
 _OFF_AXLE_M = 1e-6
 """Largest distance of a wheel's hinge from the origin of its body."""
 
 
 class MujocoGround:
-    """A medium under a robot of MuJoCo: made by `attach`, moved on by `step`.
+    """A medium under a robot of MuJoCo, returned by `attach`; `step` advances the robot.
 
-    `bodies`: numbers of the bodies that feel the medium. `frames`, `forces`: of these at the last step, as of `Ground`;
-    `rules`: of each.
+    `bodies`: numbers of the bodies on which the medium acts. `frames`, `forces` and `rules` of these bodies: as in
+    `Ground`.
     """
 
     def __init__(self, model: Any, data: Any, bodies: Sequence[int], ground: Ground) -> None:
@@ -41,9 +43,9 @@ class MujocoGround:
         ground.check_time_step(float(model.opt.timestep))
 
     def step(self) -> None:
-        """Move the robot on by one time step, the medium's forces included.
+        """Advance the robot by one time step with the forces of the medium.
 
-        They are written to ``data.xfrc_applied`` of the bodies that feel the medium.
+        The forces are written to ``data.xfrc_applied`` of the bodies on which the medium acts.
         """
         import mujoco
 
@@ -52,15 +54,17 @@ class MujocoGround:
         mujoco.mj_step2(self.model, self.data)
 
     def apply(self) -> None:
-        """Write the forces for places and velocities as they are, between ``mj_step1`` and ``mj_step2``."""
+        """Write the forces at the present places and velocities; call it between ``mj_step1`` and ``mj_step2``."""
         model, data, bodies = self.model, self.data, self.bodies
         rate = data.cvel[bodies, :3]
+        # cvel is the velocity at the centre of mass of the whole tree: moved to the origin of each body
         arm = data.xpos[bodies] - data.subtree_com[model.body_rootid[bodies]]
         velocity = data.cvel[bodies, 3:] + np.cross(rate, arm)
         rotation = data.xmat[bodies].reshape(-1, 3, 3)
         forces = self._ground.step(
             100 * data.xpos[bodies], rotation, 100 * velocity, rate, float(model.opt.timestep)
         )
+        # xfrc_applied acts at the centre of mass of a body, the forces are about its origin
         force, arm = forces[:, :3], data.xpos[bodies] - data.xipos[bodies]
         moment = forces[:, 3:] / 100 + np.cross(arm, force)
         data.xfrc_applied[bodies] = np.hstack([force, moment])
@@ -87,23 +91,24 @@ def attach(
     ----------
     model, data : mujoco.MjModel, mujoco.MjData
     medium : Map, Profile, Medium, ScaledMedium, str or Path
-        As of `Ground`.
+        As for `Ground`.
     geoms : sequence of str, optional
-        Geoms that feel the medium. Default: all that take part in collisions and move; none if `meshes` are given.
+        Names of geoms on which the medium acts. Default: all that collide and move; none if `meshes` are given.
     meshes : mapping of str to Mesh, optional
-        More bodies' shapes, by name of the body and in its frame: sheets, for example.
+        Further shapes by name of the body, in its frame, for example sheets.
     law, friction : optional
-        As of `predict`.
+        As for `predict`.
     triangle_cm : float, optional
         Longest edge of a triangle.
     delta_mm, tau_s : float, optional
-        Elastic length of a face, and how far ahead its velocity is looked: by these a robot rests instead of creeping.
-        0: the plain law. delta is not measured: compare with a third of it and three times it.
+        Elastic displacement of a face, and time for which its velocity is extrapolated: with these a robot at rest does
+        not creep. 0: the plain law. No measurement gives delta: compare results with a third of it and with three times
+        it.
     wheels : sequence of str, optional
-        Bodies that are wheels, by name: the axle is the body's hinge, which goes through the body's origin, or of a body
-        without a hinge lies along y of its frame. A wheel that is not convex leaves a rut, as of `Ground`.
+        Names of bodies that are wheels. The axle is the hinge of the body, which must go through its origin; for a body
+        without a hinge it is y of its frame. A wheel that is not convex leaves a rut, as in `Ground`.
     track : bool, optional
-        As of `Ground`.
+        As for `Ground`.
 
     Returns
     -------
@@ -112,8 +117,9 @@ def attach(
     Raises
     ------
     InputError
-        If mujoco is missing, a name is unknown, a plane or height field lies under the geoms, the integrator is RK4,
-        or the time step is too long (``tau_s`` times it at most 2e-6 s^2, and at most 1 ms is advised).
+        If mujoco is missing, a name is unknown, a plane or height field would carry the geoms too, the integrator is
+        RK4, or the time step is too long (``tau_s`` times the step: at most 2e-6 s^2; a step of at most 1 ms is
+        advised).
     """
     try:
         import mujoco
@@ -141,10 +147,10 @@ def attach(
                 )
     bodies: dict[int, list[Mesh]] = {}
     for geom in chosen:
-        turned = np.zeros(9)
-        mujoco.mju_quat2Mat(turned, model.geom_quat[geom])
-        shape = _shape(mujoco.mjtGeom, model, geom)
-        placed = shape.moved(turned.reshape(3, 3), 100 * model.geom_pos[geom])
+        rotation = np.zeros(9)
+        mujoco.mju_quat2Mat(rotation, model.geom_quat[geom])
+        shape = _mesh_of_geom(mujoco.mjtGeom, model, geom)
+        placed = shape.moved(rotation.reshape(3, 3), 100 * model.geom_pos[geom])
         bodies.setdefault(int(model.geom_bodyid[geom]), []).append(placed)
     for name, mesh in (meshes or {}).items():
         body = choose("body", name, tuple(model.body(number).name for number in range(model.nbody)))
@@ -152,8 +158,10 @@ def attach(
     if not bodies:
         raise InputError("no geom that collides and moves; allowed: geoms=[...], by name")
     numbers = sorted(bodies)
-    named = tuple(model.body(number).name for number in numbers)
-    chosen_wheels = [numbers[named.index(choose("wheel", name, named))] for name in wheels]
+    body_names = tuple(model.body(number).name for number in numbers)
+    chosen_wheels = [
+        numbers[body_names.index(choose("wheel", name, body_names))] for name in wheels
+    ]
     axles = {numbers.index(body): _find_axle(mujoco, model, body) for body in chosen_wheels}
     ground = Ground(
         medium,
@@ -170,7 +178,7 @@ def attach(
 
 
 def _find_axle(mujoco: Any, model: Any, body: int) -> FloatArray:
-    """Direction of a wheel's axle in the frame of its body."""
+    """Return the direction of the axle of a wheel in the frame of its body."""
     first, count = model.body_jntadr[body], model.body_jntnum[body]
     joints = range(first, first + count)
     hinges = [joint for joint in joints if model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_HINGE]
@@ -187,8 +195,8 @@ def _find_axle(mujoco: Any, model: Any, body: int) -> FloatArray:
     return np.asarray(axis, dtype=float)
 
 
-def _shape(kinds: Any, model: Any, geom: int) -> Mesh:
-    """Mesh of a geom in its own frame, cm."""
+def _mesh_of_geom(kinds: Any, model: Any, geom: int) -> Mesh:
+    """Return the mesh of a geom in its frame, cm; `kinds`: ``mujoco.mjtGeom``."""
     kind, size = kinds(int(model.geom_type[geom])), 100 * model.geom_size[geom]
     name = model.geom(geom).name or f"geom {geom}"
     if kind == kinds.mjGEOM_MESH:
@@ -209,8 +217,8 @@ def _shape(kinds: Any, model: Any, geom: int) -> Mesh:
                  [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]]  # fmt: skip
         return Mesh(corners, faces, name)
     if kind == kinds.mjGEOM_CYLINDER:
-        about_y = Mesh.cylinder(size[0], 2 * size[1], 4 * _FACETS)
-        return about_y.moved(np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]]), np.zeros(3))
+        along_y = Mesh.cylinder(size[0], 2 * size[1], 4 * _FACETS)
+        return along_y.moved(np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]]), np.zeros(3))
     ball = Mesh.sphere(1.0, _FACETS)
     if kind == kinds.mjGEOM_ELLIPSOID:
         return Mesh(ball.vertices_cm * size, ball.faces, name)

@@ -18,14 +18,14 @@ from rftfit.robot.config import Numerics, Robot
 
 @dataclass(frozen=True)
 class Series:
-    """Motion and forces, one entry a sample: every array has shape (n,).
+    """Motion of the robot and forces on it over time: every array has shape (n,), one entry for each sample.
 
-    `x_cm`, `z_cm`: Centre of mass; z = 0 is the free surface.
-    `pitch_deg`: Nose up is positive (in states it turns from z toward x, as every angle).
-    `leg_angle_deg`: theta of the legs of phase 0 relative to the body, growing without end.
-    `moment_N_cm`: Of all granular forces about the centre of mass, from z toward x.
-    `drive_moment_N_cm`: Of the drive of all legs: against the granular forces' moment about the hips.
-    `force_z_N`, `force_x_N`: The ground's reaction, by group: plates of the body by name, then
+    `x_cm`, `z_cm`: centre of mass; z = 0 is the free surface.
+    `pitch_deg`: positive with the nose up (in states pitch is positive from z toward x, nose down, like every angle).
+    `leg_angle_deg`: theta of the legs of phase 0 relative to the body, which is not wrapped at 360 degrees.
+    `moment_N_cm`: moment of all granular forces about the centre of mass, positive from z toward x.
+    `drive_moment_N_cm`: moment of the drive on all legs, opposite to the moment of the granular forces about the hips.
+    `force_z_N`, `force_x_N`: forces of the ground by group: plates of the body by name, then
         ``tripod_1``, ``tripod_2``, ...
     """
 
@@ -43,7 +43,7 @@ class Series:
     force_x_N: dict[str, FloatArray]
 
     def last(self, samples: int) -> Series:
-        """Cut out the last samples."""
+        """Return the last samples."""
 
         def cut(value: Any) -> Any:
             if isinstance(value, dict):
@@ -60,7 +60,7 @@ class Series:
         return np.stack([*places, *rates, -np.radians(self.pitch_rate_deg_per_s)], axis=1)
 
     def table(self) -> pd.DataFrame:
-        """All of it as a table, units in the names; forces as ``force_z_tripod_1_N``."""
+        """Return all arrays as a table, with units in the names; forces have names like ``force_z_tripod_1_N``."""
         columns = dict(vars(self))
         force_z, force_x = columns.pop("force_z_N"), columns.pop("force_x_N")
         for name in force_z:
@@ -72,12 +72,12 @@ Outcome = Literal["steady", "tipped", "buried", "not steady"]
 
 SETTLED_Z_CM = 0.05
 SETTLED_PITCH = math.radians(1.0)
-"""Height and pitch at the ends of two settled stretches differ by no more."""
+"""Largest difference of height, and of pitch (rad), between the ends of the last two stretches of a settled run."""
 
 
 @dataclass(frozen=True)
 class Assessment:
-    """Whether a run is steady, why not (or that it is not regular), and how many last strides count."""
+    """Outcome of a run, why it is not steady or not regular, and the number of last strides whose speed is averaged."""
 
     outcome: Outcome
     why: tuple[Remark, ...] = ()
@@ -85,7 +85,10 @@ class Assessment:
 
 
 def tipped_or_buried(parts: Parts, ends: FloatArray, numerics: Numerics) -> Assessment | None:
-    """Assess a robot that has turned over or sunk, from the states (n + 1, 6) between strides; else None."""
+    """Assess a robot that has turned over, sunk, or lost its force; None if it runs on.
+
+    `ends`: states (n + 1, 6) between strides, the last one after stride n.
+    """
     state, number = ends[-1], len(ends) - 1
     if not np.isfinite(state).all():
         return Assessment("not steady", (remark("force-unknown", stride=number),))
@@ -98,22 +101,22 @@ def tipped_or_buried(parts: Parts, ends: FloatArray, numerics: Numerics) -> Asse
 
 
 def highest_point(parts: Parts, state: FloatArray) -> float:
-    """Height of the highest end of a plate of the body above the surface, in cm."""
+    """Return the height above the surface of the highest end of a plate of the body, cm."""
     c, s = math.cos(state[2]), math.sin(state[2])
     x, z, tx, tz, half = parts.plates.T
     return float(state[1] + (z * c - x * s + half * np.abs(tz * c - tx * s)).max())
 
 
 FROM_REST, FROM_SETTLED = 3, 2
-"""Fewest stretches of a run that starts at rest, the first of which is a transient, and of one that starts as a settled one."""
+"""Fewest stretches of a run: three from rest, since the first is a transient; two from the state of a settled run."""
 
 
 def settled(
     ends: FloatArray, stretch: int, stride_s: float, numerics: Numerics, fewest: int = FROM_REST
 ) -> bool:
-    """Whether the last two stretches are alike: in speed, and at their ends in height and pitch.
+    """Return True if the last two stretches have nearly the same speed, and height and pitch at their ends.
 
-    A stretch is so many strides; `ends` are the states (n + 1, 6) between strides, `fewest` is the least number of stretches.
+    `ends`: states (n + 1, 6) between strides. `stretch`: strides of a stretch. `fewest`: least number of stretches.
     """
     if len(ends) - 1 < fewest * stretch:
         return False
@@ -121,44 +124,44 @@ def settled(
     earlier_speed, later_speed = (
         (b[0] - a[0]) / (stretch * stride_s) for a, b in ((before, middle), (middle, last))
     )
-    near = max(numerics.settled_share * abs(later_speed), numerics.settled_cm_per_s)
-    moved = np.abs([later_speed - earlier_speed, *(last - middle)[1:3]])
-    return bool((moved <= [near, SETTLED_Z_CM, SETTLED_PITCH]).all())
+    most_speed_change = max(numerics.settled_share * abs(later_speed), numerics.settled_cm_per_s)
+    changes = np.abs([later_speed - earlier_speed, *(last - middle)[1:3]])
+    return bool((changes <= [most_speed_change, SETTLED_Z_CM, SETTLED_PITCH]).all())
 
 
 def irregular(speeds: FloatArray, numerics: Numerics) -> Assessment:
     """Assess a run of the greatest length that has not settled, from the speed of each stride.
 
-    Its first third is left out. The other two are compared: a bouncing or stumbling robot has a
-    mean speed although no two strides are alike; one that still speeds up has none.
+    The first third is left out. The mean speeds of the other two thirds are compared: a bouncing or stumbling robot has
+    a steady mean although no two strides are alike; a robot that still accelerates has none.
     """
     third = len(speeds) // 3
     if third == 0:
         return Assessment("not steady", (remark("few-strides", strides=len(speeds)),))
     middle, last = speeds[-2 * third : -third].mean(), speeds[-third:].mean()
-    near = max(numerics.steady_share * abs(last), numerics.settled_cm_per_s)
+    most_change = max(numerics.steady_share * abs(last), numerics.settled_cm_per_s)
     thirds = (remark("thirds", strides=len(speeds), second=middle, last=last),)
-    if abs(last - middle) <= near:
+    if abs(last - middle) <= most_change:
         return Assessment("steady", (remark("irregular"), *thirds), 2 * third)
     return Assessment("not steady", thirds)
 
 
 FASTEST_LEG_CM_PER_S = 100.0
-"""Beyond about 1 m/s the medium's inertia counts, and resistive forces no longer hold."""
+"""Speed of a leg, about 1 m/s, above which the inertia of the medium matters and the model does not hold."""
 
 STANDING_STRIDE_S = 0.5
-"""What stands for a stride where the legs do not turn."""
+"""Duration that is used as a stride if the legs do not turn (0 Hz)."""
 
 HIGHEST_FREQUENCY_HZ = 100.0
 
 
 @dataclass(frozen=True)
 class Condition:
-    """What is varied from run to run.
+    """Quantities that are varied from run to run.
 
-    `frequency_Hz`: Stride frequency; negative where the legs turn backward.
+    `frequency_Hz`: stride frequency, negative if the legs turn backward.
     `curvature_times_R`: R'/r of the legs, from -1 (reversed c-leg) over 0 (flat) to 1 (c-leg).
-    `phase_turns`: By how much of a turn all legs are ahead at the start.
+    `phase_turns`: angle of all legs at the start, in turns.
     """
 
     frequency_Hz: float
@@ -181,11 +184,11 @@ class Condition:
 class RobotRun:
     """Result of a run.
 
-    `speed_cm_per_s`: Mean over the last strides, `averaged` in number; NaN unless steady.
-    `speed_sd_cm_per_s`: Standard deviation between those strides; NaN for one stride or none.
-    `why`: Why it is not steady, or that it is so without being regular; `reason` says it.
-    `end_state`: State (6,) after the last stride, as in `start_state`.
-    `warning`: That the legs are faster than the model holds for; else empty.
+    `speed_cm_per_s`: mean over the last `averaged` strides; NaN unless the run is steady.
+    `speed_sd_cm_per_s`: standard deviation between these strides; NaN for one stride or none.
+    `why`: why the run is not steady, or that it is steady but irregular; `reason`: the same in words.
+    `end_state`: state (6,) after the last stride, as in `start_state`.
+    `warning`: sentence if the legs are too fast for the model, else empty.
     """
 
     condition: Condition
@@ -202,7 +205,7 @@ class RobotRun:
 
     @property
     def reason(self) -> str:
-        """Why it is not steady, or that it is so without being regular, in words."""
+        """Reason why the run is not steady, or a note that it is steady but irregular, in words."""
         return format_remarks(self.why)
 
 
@@ -217,11 +220,11 @@ def simulate(
     strides: int = 0,
     start: FloatArray | None = None,
 ) -> RobotRun:
-    """Let a robot run until its speed is steady, or is seen not to become so (`rftfit.simulate`).
+    """Let a robot run until its speed is steady, or it is clear that it will not become steady (`rftfit.simulate`).
 
-    It starts at rest, level, its lowest point at the surface (``numerics.drop_cm`` above it).
-    `strides`: Run just so many, whatever happens; by default as many as are needed.
-    `start`: State (6,) to start from, of a settled run of nearly the same robot in this condition.
+    The robot starts at rest and level, with its lowest point ``numerics.drop_cm`` above the surface.
+    `strides`: exact number of strides, whatever happens; default: as many as are needed.
+    `start`: state (6,) at the start instead, from a settled run of nearly the same robot in this condition.
     """
     condition = Condition(frequency_Hz, curvature_times_R, phase_turns)
     parts = assemble(robot, curvature_times_R)
@@ -230,36 +233,37 @@ def simulate(
     fewest = FROM_REST if start is None else FROM_SETTLED
     stretch = max(1, math.ceil(numerics.stretch_s / stepper.stride_s - 1e-9))
     most = strides or stretch * numerics.most_stretches
-    steady_run = None
-    while len(stepper.ends) - 1 < most and (strides or steady_run is None):
-        stepper.stride()
+    assessment = None
+    while len(stepper.ends) - 1 < most and (strides or assessment is None):
+        stepper.run_stride()
         ends = np.array(stepper.ends)
-        steady_run = steady_run or tipped_or_buried(parts, ends, numerics)
+        assessment = assessment or tipped_or_buried(parts, ends, numerics)
         is_stretch_end = (len(ends) - 1) % stretch == 0
         if (
-            steady_run is None
+            assessment is None
             and is_stretch_end
             and settled(ends, stretch, stepper.stride_s, numerics, fewest)
         ):
-            steady_run = Assessment("steady", averaged=stretch)
+            assessment = Assessment("steady", averaged=stretch)
     speeds = np.diff(np.array(stepper.ends)[:, 0]) / stepper.stride_s
-    steady_run = steady_run or irregular(speeds, numerics)
-    mean = speeds[len(speeds) - steady_run.averaged :]
-    why = steady_run.why
+    assessment = assessment or irregular(speeds, numerics)
+    averaged_speeds = speeds[len(speeds) - assessment.averaged :]
+    why = assessment.why
+    # a state without a number, from a hole in the profile
     if why and profile.reason and not np.isfinite(stepper.state).all():
         hole = Remark("alpha-missing", words=profile.reason)
         why = (remark("robot-lost", what=why[0], why=hole),)
-    speed = float(mean.mean()) if mean.size else math.nan
-    sd = float(mean.std(ddof=1)) if mean.size > 1 else math.nan
+    speed = float(averaged_speeds.mean()) if averaged_speeds.size else math.nan
+    sd = float(averaged_speeds.std(ddof=1)) if averaged_speeds.size > 1 else math.nan
     warning = leg_speed_warning(parts, frequency_Hz)
     series = stepper.series() if samples_per_stride else None
-    counts = len(speeds), steady_run.averaged
+    counts = len(speeds), assessment.averaged
     numbers = *counts, speeds, stepper.state, series
-    return RobotRun(condition, speed, sd, steady_run.outcome, why, warning, *numbers)
+    return RobotRun(condition, speed, sd, assessment.outcome, why, warning, *numbers)
 
 
 def leg_speed_warning(parts: Parts, frequency_Hz: float) -> str:
-    """Warn where the legs' tips turn faster than the model holds for; else empty."""
+    """Return a warning if the tips of the legs are faster than the model holds for, else an empty text."""
     speed = 2 * math.pi * abs(frequency_Hz) * parts.reach_cm
     if speed <= FASTEST_LEG_CM_PER_S:
         return ""
@@ -270,7 +274,7 @@ def leg_speed_warning(parts: Parts, frequency_Hz: float) -> str:
 
 
 def start_state(robot: Robot, parts: Parts, phase_turns: float) -> FloatArray:
-    """State at rest and level, with the lowest point ``drop_cm`` above the surface."""
+    """Return the state (6,) at rest and level, with the lowest point ``drop_cm`` above the surface."""
     state = np.zeros(6)
     groups = parts.place(state, 2 * math.pi * phase_turns, 0.0)
     lowest = min((e[..., 1] - e[..., 4] * np.abs(e[..., 3])).min() for e in groups)
@@ -279,7 +283,10 @@ def start_state(robot: Robot, parts: Parts, phase_turns: float) -> FloatArray:
 
 
 class _Stepper:
-    """Steps a robot stride by stride."""
+    """A running robot: its state, the states between strides (`ends`), and samples of its motion.
+
+    A stride has `steps` time steps; with samples it has `pieces` of them, one before every `every` steps.
+    """
 
     def __init__(
         self,
@@ -306,13 +313,14 @@ class _Stepper:
         self.samples: list[FloatArray] = []
         self.pieces = pieces if samples else 0
 
-    def stride(self) -> None:
-        # the compiler is slow to import
+    def run_stride(self) -> None:
+        """Step the robot through one stride."""
+        # imported here, as the compiler is slow to import
         from rftfit.model.kernel import SAMPLE_HEAD, advance
 
         parts = self.parts
         samples = np.empty((self.pieces, SAMPLE_HEAD + 2 * len(parts.names)))
-        # whole turns add nothing to the legs' place
+        # each stride starts at the same `turn`: the legs have made whole turns
         advance(
             self.pack,
             parts.bodies,
@@ -333,9 +341,10 @@ class _Stepper:
         self.samples.append(samples)
 
     def series(self) -> Series:
+        """Return all samples as a `Series`, with its signs and units."""
         rows, groups, degrees = np.concatenate(self.samples), self.parts.names, np.degrees
         time = np.arange(len(rows)) * self.stride_s / self.pieces
-        x, z, pitch, vx, vz, pitch_rate, _, moment, against = rows[:, :9].T
+        x, z, pitch, vx, vz, pitch_rate, _, moment, hip_moment = rows[:, :9].T
         force_z = {name: rows[:, 9 + 2 * index] for index, name in enumerate(groups)}
         force_x = {name: rows[:, 10 + 2 * index] for index, name in enumerate(groups)}
         return Series(
@@ -348,7 +357,7 @@ class _Stepper:
             -degrees(pitch_rate),
             degrees(self.turn + self.rate * time),
             moment,
-            -against,
+            -hip_moment,
             force_z,
             force_x,
         )

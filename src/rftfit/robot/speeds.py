@@ -1,4 +1,4 @@
-"""Measured speeds by condition, and how far the simulated ones are from them."""
+"""Measured speeds of the robot by condition, and the differences of simulated speeds from them."""
 
 from __future__ import annotations
 
@@ -25,19 +25,25 @@ MEASURED = columns_of("robot/measured.csv")
 """Columns of the table of measured speeds."""
 
 ERRORS = columns_of("robot/errors.csv")
-"""Columns of the table of errors: from_alpha is what the errors of alpha and of the arc alone leave open,
-model is the interval with the model's own error too, lowest and highest those of the starting phases."""
+"""Columns of the table of errors. Intervals: ``from_alpha`` by the errors of alpha and of the arc, ``model`` with the
+error of the force model too, ``lowest`` and ``highest`` over the starting phases."""
 
 SIGNIFICANT = 6
-"""Digits that a condition keeps in every table, so that its measured and simulated rows meet."""
+"""Significant digits of a condition in every table, so that its measured and simulated rows have equal keys."""
 
 _NEAR_HZ = 0.05
+"""Largest difference of frequency from a condition of calibration that counts as the same condition."""
 
 
 def trial_row(
     trial: tracks.Trial, folder: Path, tripods: int
 ) -> tuple[dict[str, Any], dict[tuple[str, Remark], int], list[float], list[Remark]]:
-    """Row of the table of trials, where the rows of its file went, its mean stride, cm/s, and its flags."""
+    """Measure one trial.
+
+    Returns its row of the table of trials, the counts of the rows of its file by use and reason, the forward velocity
+    over its mean stride (cm/s), and its flags. A track that cannot be used gives a row with the status "refused" and a
+    reason.
+    """
     names = ("run_id", "condition", "medium", "curvature_times_R", "frequency_Hz")
     row = {name: getattr(trial, name) for name in names}
     counts: dict[tuple[str, Remark], int] = {}
@@ -69,9 +75,9 @@ def trial_row(
 def measured_speeds(
     trials: pd.DataFrame, calibrated: Collection[tuple[float, float]] = ()
 ) -> pd.DataFrame:
-    """Join the trials of each condition: columns `MEASURED`, means over trials and their deviations.
+    """Return means and standard deviations over the trials of each condition, with the columns `MEASURED`.
 
-    `calibrated`: Curvature and frequency (Hz) of the conditions that the robot was calibrated on.
+    `calibrated`: curvature and frequency (Hz) of the conditions on which the robot was calibrated.
     """
     rows = []
     for name, trials_of_condition in trials.groupby("condition", sort=False):
@@ -80,34 +86,30 @@ def measured_speeds(
             trials_of_condition[trials_of_condition["status"] != "used"],
         )
         speed, frequency = good[["speed_cm_per_s", "frequency_Hz"]].to_numpy(float).T
-        lost = refused.to_dict("records")
         reason = [
             remark_of_trial
-            for row in lost
+            for row in refused.to_dict("records")
             for remark_of_trial in attach_run(row["run_id"], reason_of(row))
         ]
         curvature = float(trials_of_condition["curvature_times_R"].iloc[0])
-        middle = rounded(float(frequency.mean())) if frequency.size else math.nan
+        mean_frequency = rounded(float(frequency.mean())) if frequency.size else math.nan
         mean = float(speed.mean()) if speed.size else math.nan
-        place = (name, trials_of_condition["medium"].iloc[0], curvature, middle, spread(frequency))
-        is_calibrated_and_source = is_calibrated(curvature, middle, calibrated), "marker tracks"
-        rows.append(
-            (
-                *place,
-                mean,
-                spread(speed),
-                len(good),
-                *is_calibrated_and_source,
-                *reason_cells(reason),
-            )
+        place = (
+            name,
+            trials_of_condition["medium"].iloc[0],
+            curvature,
+            mean_frequency,
+            spread(frequency),
         )
+        origin = is_calibrated(curvature, mean_frequency, calibrated), "marker tracks"
+        rows.append((*place, mean, spread(speed), len(good), *origin, *reason_cells(reason)))
     return pd.DataFrame(rows, columns=MEASURED)
 
 
 def published_speeds(medium: str, calibrated: Collection[tuple[float, float]] = ()) -> pd.DataFrame:
-    """Measured speeds of Fig. 4C, for a campaign without tracks of its own: as `measured_speeds`.
+    """Return the measured speeds of Fig. 4C in the form of `measured_speeds`, for a campaign without tracks.
 
-    Standing still is left out. The figure shows means of three trials; their scatter was not read.
+    The robot standing still is left out. The figure shows means of three trials; their scatter was not read.
     """
     rows = []
     for curvature_times_R, number, frequency, speed in running_speeds():
@@ -122,10 +124,10 @@ def published_speeds(medium: str, calibrated: Collection[tuple[float, float]] = 
 def speed_errors(
     measured: pd.DataFrame, speed: pd.DataFrame, widths: pd.DataFrame | None = None
 ) -> pd.DataFrame:
-    """Compare simulated speeds (`mean_speed`, by profile) with measured ones: columns `ERRORS`.
+    """Compare simulated speeds (`mean_speed` of each profile) with measured ones; returns the columns `ERRORS`.
 
-    Every measured condition is simulated at its own curvature and frequency: nothing is
-    interpolated. NaN with a reason where either speed is not known.
+    Every measured condition was simulated at exactly its curvature and frequency: nothing is
+    interpolated. The error is NaN with a reason if one of both speeds is not known.
     """
     rows = []
     half, half_of_model = (half_widths(widths, quantity) for quantity in (SPEED, SPEED_MODEL))
@@ -156,16 +158,16 @@ def speed_errors(
             elif not reasons:
                 reasons.append(remark("speed-not-positive"))
             condition = (row.curvature_times_R, row.frequency_Hz)
-            wide = half.get((profile, *condition), math.nan)
+            half_alpha = half.get((profile, *condition), math.nan)
             place = (row.medium, profile, row.condition, *condition)
             head = (*place, row.speed_cm_per_s, row.speed_sd_cm_per_s, row.trials)
-            wider = half_of_model.get((profile, *condition), math.nan)
-            of_model = simulated_speed - wider, simulated_speed + wider
+            half_model = half_of_model.get((profile, *condition), math.nan)
             simulated = (
                 simulated_speed,
-                simulated_speed - wide,
-                simulated_speed + wide,
-                *of_model,
+                simulated_speed - half_alpha,
+                simulated_speed + half_alpha,
+                simulated_speed - half_model,
+                simulated_speed + half_model,
                 lo,
                 hi,
                 error,
@@ -175,9 +177,9 @@ def speed_errors(
 
 
 def share_within(errors: pd.DataFrame, percent: float) -> tuple[int, int]:
-    """Count conditions of one profile whose simulated speed is close to the measured one, and all.
+    """Count the conditions whose simulated speed is within `percent` of the measured one, and all measured conditions.
 
-    One without a simulated speed is not close; one that was not measured is not counted.
+    A condition without a simulated speed counts as not within; one that was not measured is not counted.
     """
     compared = errors[np.isfinite(errors["measured_cm_per_s"].to_numpy(float))]
     off = np.abs(compared["error_percent"].to_numpy(float))
@@ -185,16 +187,17 @@ def share_within(errors: pd.DataFrame, percent: float) -> tuple[int, int]:
 
 
 def count_within_alpha_error(errors: pd.DataFrame) -> tuple[int, int]:
-    """Count measured speeds that lie in what the errors of alpha alone leave open, and those with such ends."""
+    """Count measured speeds inside the interval by the errors of alpha and arc, and all with this interval."""
     return _count_between(errors, "simulated_from_alpha")
 
 
 def count_within_model_error(errors: pd.DataFrame) -> tuple[int, int]:
-    """Count measured speeds that lie in the interval with the model's own error, and those with such ends."""
+    """Count measured speeds inside the interval with the error of the force model, and all that have this interval."""
     return _count_between(errors, "simulated_model")
 
 
 def _count_between(errors: pd.DataFrame, ends: str) -> tuple[int, int]:
+    """Count measured speeds between the columns `ends` lo and hi, and all that have these ends."""
     names = ("measured", f"{ends}_lo", f"{ends}_hi")
     measured, lo, hi = (errors[f"{name}_cm_per_s"].to_numpy(float) for name in names)
     return int(((lo <= measured) & (measured <= hi)).sum()), int(np.isfinite(measured + lo).sum())
@@ -203,16 +206,16 @@ def _count_between(errors: pd.DataFrame, ends: str) -> tuple[int, int]:
 def is_calibrated(
     curvature: float, frequency: float, calibrated: Collection[tuple[float, float]]
 ) -> str:
-    """Whether a condition is one of those that the robot was calibrated on: ``yes`` or ``no``."""
+    """Return ``yes`` if the robot was calibrated on this condition, else ``no``."""
     near = (abs(curvature - c) < 1e-6 and abs(frequency - f) < _NEAR_HZ for c, f in calibrated)
     return "yes" if any(near) else "no"
 
 
 def rounded(value: float) -> float:
-    """Round to the digits that tables keep."""
+    """Round to the digits of a condition in tables."""
     return float(f"{value:.{SIGNIFICANT}g}")
 
 
 def spread(values: np.ndarray) -> float:
-    """Standard deviation of a few trials; NaN where there are fewer than two."""
+    """Return the standard deviation of a few trials; NaN for fewer than two."""
     return float(values.std(ddof=1)) if values.size > 1 else math.nan

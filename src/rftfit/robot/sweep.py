@@ -20,29 +20,29 @@ from rftfit.robot.run import Condition, RobotRun, simulate
 from rftfit.store.environment import usable_cores
 
 PHASES_TURNS = (0.0, 1 / 6, 1 / 3)
-"""The three starting phases: alternating tripods repeat every half turn, of which these are thirds."""
+"""The three starting phases, thirds of half a turn, after which alternating tripods repeat."""
 
 CALIBRATED_ON = {"c-leg": (1.0, 1.954), "flat leg": (0.0, 1.998), "reversed c-leg": (-1.0, 2.246)}
-"""R'/r and stride frequency (Hz) of the points of Fig. 4C that the paper's robot was calibrated on."""
+"""R'/r and stride frequency (Hz) of the points of Fig. 4C on which the paper's robot was calibrated."""
 
 MOTION = ((1.0, 2.0), (-1.0, 2.2))
-"""R'/r and stride frequency (Hz) of the runs whose motion is shown over time: those of Fig. 4B."""
+"""R'/r and stride frequency (Hz) of the two runs of Fig. 4B, whose motion is shown over time."""
 
 MOTION_NEAR_HZ = 0.1
-"""A measured trial that is no farther from one of them is of that run."""
+"""Largest difference of frequency from a run of `MOTION` at which a measured trial belongs to it."""
 
 
 def is_of_motion(curvature: float, frequency_Hz: float) -> bool:
-    """Whether this is one of the runs whose motion is shown over time."""
+    """Return True for a run or trial whose motion is shown over time."""
     return any(
-        abs(curvature - product) < 1e-6 and abs(frequency_Hz - frequency) < MOTION_NEAR_HZ
-        for product, frequency in MOTION
+        abs(curvature - shown_curvature) < 1e-6 and abs(frequency_Hz - frequency) < MOTION_NEAR_HZ
+        for shown_curvature, frequency in MOTION
     )
 
 
 BEST_AT_HZ = 5.0
 BEST_CURVATURES = tuple(round(0.04 * index, 2) for index in range(15, 26))
-"""Where the best curvature R'/r is looked for: 0.6 to 1 by 0.04, at 5 Hz."""
+"""Curvatures R'/r among which the fastest is searched at 5 Hz: 0.6 to 1 in steps of 0.04."""
 
 RUN_COLUMNS = (
     "curvature_times_R",
@@ -59,12 +59,12 @@ RUN_COLUMNS = (
 
 
 def paper_conditions(every: int = 1) -> list[Condition]:
-    """Conditions of the paper's sweep: R'/r from -1 to 1 by 0.04, 0 to 5 Hz by 0.2, three phases.
+    """Return the 3,978 conditions of the paper's sweep: R'/r from -1 to 1 by 0.04, 0 to 5 Hz by 0.2, three phases.
 
-    3,978 of them, in this order. `every`: Only every so many of the curvatures and frequencies,
-    counted from the flat leg and from 5 Hz, and the ends of the curvatures always.
+    `every` n: only every n-th curvature and frequency, counted from the flat leg and from 5 Hz; the first and last
+    curvature are always included.
     """
-    # both have their 25th step in common: the flat leg, and 5 Hz
+    # step 25 of either quantity is always included: the flat leg, and 5 Hz
     curvatures = sorted({0, 50, *range(25 % every, 51, every)})
     places = product(curvatures, range(25 % every, 26, every), PHASES_TURNS)
     return [
@@ -74,17 +74,18 @@ def paper_conditions(every: int = 1) -> list[Condition]:
 
 
 EVERY = 4
-"""The reduced sweep takes every fourth curvature and frequency."""
+"""Step of the reduced sweep: every fourth curvature and frequency."""
 
 _FINE_FROM = 0.4
+"""R'/r above which the reduced sweep has every curvature at 5 Hz."""
 
 
 def conditions_of(measured: pd.DataFrame, *, full: bool) -> list[Condition]:
-    """Conditions of a sweep: its grid, and every measured condition.
+    """Return the conditions of a full or reduced sweep: its grid, and every measured condition.
 
     The reduced sweep has one starting phase of three (on the published table the others change no
     measured speed by 1 %), every fourth curvature and frequency, and at 5 Hz every curvature above 0.4,
-    where the paper's best one lies.
+    among which is the best curvature of the paper.
     """
     grid = paper_conditions()
     phases = PHASES_TURNS if full else PHASES_TURNS[:1]
@@ -107,9 +108,10 @@ def run_all(
     threads: int | None = None,
     settled_runs: Sequence[RobotRun] | None = None,
 ) -> list[RobotRun]:
-    """Run every condition, several at a time: the compiled stepper lets other threads run meanwhile.
+    """Run every condition, several at a time in threads, which the compiled stepper allows.
 
-    `settled_runs`: One of each condition in nearly the same medium; where it is steady, the run starts as it ends.
+    `settled_runs`: one run of each condition in nearly the same medium; if it is steady, the new run starts in its last
+    state.
     """
     starts: list[FloatArray | None] = [None] * len(conditions)
     if settled_runs is not None:
@@ -126,16 +128,16 @@ def run_all(
             start=starts[index],
         )
 
-    # slow frequencies take longest: begin with them, so that no core idles at the end
-    slow = [abs(condition.frequency_Hz) or math.inf for condition in conditions]
-    order = sorted(range(len(conditions)), key=slow.__getitem__)
+    # runs of low frequencies take longest: they begin, so that no core is idle at the end; 0 Hz comes last
+    frequencies = [abs(condition.frequency_Hz) or math.inf for condition in conditions]
+    order = sorted(range(len(conditions)), key=frequencies.__getitem__)
     with ThreadPoolExecutor(threads or usable_cores()) as pool:
         runs = dict(zip(order, pool.map(run, order), strict=True))
     return [runs[index] for index in range(len(conditions))]
 
 
 def speed_table(runs: Iterable[RobotRun]) -> pd.DataFrame:
-    """Table of runs, with columns `RUN_COLUMNS`."""
+    """Return the table of runs, with the columns `RUN_COLUMNS`."""
     rows = [
         (
             run.condition.curvature_times_R,
@@ -155,7 +157,10 @@ def speed_table(runs: Iterable[RobotRun]) -> pd.DataFrame:
 
 
 def mean_speed(table: pd.DataFrame) -> pd.DataFrame:
-    """Mean, least and greatest speed over the starting phases whose runs are steady; NaN where none is."""
+    """Return mean, least and greatest speed over the starting phases whose runs are steady; NaN if none is.
+
+    `table`: as from `speed_table`. One row for each curvature and frequency.
+    """
     rows = []
     for place, phases in table.groupby(["curvature_times_R", "frequency_Hz"]):
         runs = phases.to_dict("records")
@@ -186,10 +191,10 @@ def mean_speed(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def best_curvature(curvature: np.ndarray, speed: np.ndarray) -> tuple[float, float]:
-    """Curvature of the highest speed at one frequency, and that speed; NaN where nothing is steady.
+    """Return the curvature of the highest speed at one frequency, and this speed; NaN if no run is steady.
 
-    It is the top of the parabola fitted to the points within 0.2 of the fastest one; the fastest
-    point itself where these are fewer than four or have no top among them.
+    It is the maximum of a parabola fitted to the points within 0.2 of the fastest point; the fastest
+    point itself if these are fewer than four or the parabola has no maximum among them.
     """
     is_finite = np.isfinite(speed)
     if not is_finite.any():
@@ -200,9 +205,9 @@ def best_curvature(curvature: np.ndarray, speed: np.ndarray) -> tuple[float, flo
     if near.sum() >= 4:
         square, slope, level = np.polyfit(curvature[near], speed[near], 2)
         if square < 0:
-            place = -slope / (2 * square)
-            if curvature[near].min() <= place <= curvature[near].max():
-                return float(place), float(level - slope**2 / (4 * square))
+            maximum = -slope / (2 * square)
+            if curvature[near].min() <= maximum <= curvature[near].max():
+                return float(maximum), float(level - slope**2 / (4 * square))
     return float(curvature[top]), float(speed[top])
 
 
@@ -212,21 +217,22 @@ def runs_about_best(
     threads: int | None = None,
     settled_runs: Sequence[RobotRun] | None = None,
 ) -> list[RobotRun]:
-    """Runs at 5 Hz with the curvatures among which the best is looked for; `settled_runs` as in `run_all`."""
+    """Run the robot at 5 Hz with each of `BEST_CURVATURES`; `settled_runs` as in `run_all`."""
     conditions = [Condition(BEST_AT_HZ, value) for value in BEST_CURVATURES]
     return run_all(robot, profile, conditions, threads, settled_runs)
 
 
 def best_of_runs(runs: Iterable[RobotRun]) -> tuple[float, float]:
-    """Best curvature R'/r of `runs_about_best`, and its speed (cm/s)."""
+    """Return the best curvature R'/r from the runs of `runs_about_best`, and its speed (cm/s)."""
     speeds = np.array([run.speed_cm_per_s for run in runs])
     return best_curvature(np.array(BEST_CURVATURES), speeds)
 
 
 def speed_target(robot: Robot, conditions: Sequence[tuple[float, float]]) -> Target:
-    """Speed at pairs of (curvature R'/r, stride frequency in Hz), as what pushes are planned for."""
+    """Return the target for planning pushes: the speed at pairs of (curvature R'/r, stride frequency in Hz)."""
 
-    def numbers(alpha: FloatArray, medium_map: Map) -> FloatArray:
+    def simulate_speeds(alpha: FloatArray, medium_map: Map) -> FloatArray:
+        """Return the speeds (..., conditions), cm/s, for alpha (..., 2, n) at the nodes of a map."""
         speeds = []
         for z, x in alpha.reshape(-1, 2, medium_map.beta.size):
             table = TableProfile(z, x, medium_map.beta, medium_map.gamma)
@@ -235,4 +241,4 @@ def speed_target(robot: Robot, conditions: Sequence[tuple[float, float]]) -> Tar
         return np.array(speeds).reshape(*alpha.shape[:-2], len(conditions))
 
     parts = tuple(f"R'/r = {curvature:g}, {frequency:g} Hz" for curvature, frequency in conditions)
-    return Target("speed of the robot", parts, numbers, linear=False)
+    return Target("speed of the robot", parts, simulate_speeds, linear=False)

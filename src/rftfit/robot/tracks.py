@@ -1,4 +1,4 @@
-"""The robot's run sheet and marker tracks: stride frequency and mean speed of each trial."""
+"""Run sheet and marker tracks of the robot: readers, and stride frequency and mean speed of each trial."""
 
 from __future__ import annotations
 
@@ -25,8 +25,7 @@ from rftfit.store.text import count
 
 _CHOSEN = chosen("robot", "tracks")
 
-# --- The robot's run sheet: which marker track is a trial of which condition.
-
+# --- The robot's run sheet, which names condition and marker track of each trial.
 
 _CURVATURE = "R'/r of the legs, -1 (reversed c-leg) to 1 (c-leg)"
 _FREQUENCY = "stride frequency; blank: taken from the track"
@@ -47,7 +46,7 @@ COLUMNS = (
 
 @dataclass(frozen=True, slots=True)
 class Trial:
-    """One trial: R'/r of its legs, stride frequency (NaN: from the track), track relative to the sheet."""
+    """One trial: R'/r of the legs, stride frequency (NaN: found in the track), track relative to the sheet."""
 
     run_id: str
     condition: str
@@ -64,10 +63,11 @@ def read_trials(
     taken: Collection[str] = (),
     tracks: tuple[Folder, str] | None = None,
 ) -> tuple[list[Trial], list[Problem]]:
-    """Rows of a robot's run sheet without an error, and all problems, in the order of the sheet.
+    """Return the trials in rows of a robot's run sheet without an error, and all problems, in order.
 
-    `taken`: Names of runs, which a trial may not have too. `tracks`: The raw folder and the sheet's own
-    folder in it, to look for the tracks.
+    `file`: name of the sheet in messages. `medium`: the only medium allowed. `taken`: names of runs, which a trial must
+    not have. `tracks`: the raw folder, and in it the folder of the sheet, to check that the tracks exist; None: not
+    checked.
     """
     columns = [
         replace(column, choices=(medium,)) if column.form == "choice" else column
@@ -79,7 +79,7 @@ def read_trials(
     for draft in drafts:
         for name in ("run_id", "track"):
             word = draft.text[name]
-            # names become part of file names and ledgers: case alone must not tell them apart
+            # names become parts of file names: two must not differ in case alone
             row = first_row.setdefault((name, folded(word)), draft.row)
             if word and row != draft.row:
                 allowed = f"a {name} of its own; row {row} has this one"
@@ -92,10 +92,11 @@ def read_trials(
         if tracks is not None:
             draft.check_file(_FILE, tracks[0], "this trial will be dropped", tracks[1])
     problems.sort(key=lambda problem: problem.place.row or 0)
-    return [_trial(draft) for draft in drafts if not draft.bad], problems
+    return [_make_trial(draft) for draft in drafts if not draft.bad], problems
 
 
 def _check_condition(draft: DraftRow, conditions: dict[str, DraftRow]) -> None:
+    """Note a trial whose curvature differs from that of the first trial of its condition, which `conditions` keeps."""
     name = "curvature_times_R"
     first_draft = conditions.setdefault(draft.text["condition"], draft)
     if first_draft.number[name] != draft.number[name]:
@@ -103,7 +104,8 @@ def _check_condition(draft: DraftRow, conditions: dict[str, DraftRow]) -> None:
         draft.note(name, "condition", draft.text[name], f"{allowed} {draft.text['condition']}")
 
 
-def _trial(draft: DraftRow) -> Trial:
+def _make_trial(draft: DraftRow) -> Trial:
+    """Make the trial of a row of the sheet."""
     text, number = draft.text, draft.number
     return Trial(
         text["run_id"],
@@ -129,7 +131,7 @@ _TRACK = Schema(
 
 
 class TrackError(InputError):
-    """A track that cannot be used: why, and data lines of the file so far as they could be counted."""
+    """A track that cannot be used: the reason, and the number of data lines of the file if they could be counted."""
 
     def __init__(self, code: str, reason: str, rows: int = 0) -> None:
         self.reason, self.rows = Remark(code, words=reason), rows
@@ -138,9 +140,9 @@ class TrackError(InputError):
 
 @dataclass(frozen=True)
 class Track:
-    """A marker track: its usable rows, shape (n,), time from the first of them on.
+    """Usable rows of a marker track, arrays of shape (n,); time counts from the first of them.
 
-    `rows`: Data lines of the file: the usable ones and those `dropped`, counted by reason.
+    `rows`: number of data lines of the file. `dropped`: number of unusable lines by reason.
     """
 
     time_s: FloatArray
@@ -151,10 +153,10 @@ class Track:
 
 
 def read_track(path: Path) -> Track:
-    """Read a marker track: a table of time, x and z, each with its unit in the header.
+    """Read a marker track, a table of time, x and z, each with its unit in the header.
 
-    Lines that start with ``#`` are comments. A row with a cell that is blank or no number is left
-    out and counted.
+    Lines that start with ``#`` are comments. A row with a blank cell or one that is no number is left
+    out and counted. Raises TrackError for a track that cannot be used.
     """
     names = [column.name for column in _TRACK.columns]
     rows, problems = read_rows(path, _TRACK, "")
@@ -167,11 +169,12 @@ def read_track(path: Path) -> Track:
     lacking = (next(name for name in names if name in row.bad) for row in rows if row.bad)
     dropped = Counter(remark("no-number", column=name) for name in lacking)
     time, x, z = np.array([[row.number[name] for name in names] for row in good]).T
-    back = np.flatnonzero(np.diff(time) <= 0)
-    if back.size:
-        before, row = good[back[0]], good[back[0] + 1]
-        fault = "stands still" if time[back[0] + 1] == time[back[0]] else "runs backwards"
-        others_words = f", and {back.size - 1} times more" if back.size > 1 else ""
+    not_after = np.flatnonzero(np.diff(time) <= 0)
+    if not_after.size:
+        first = not_after[0]
+        before, row = good[first], good[first + 1]
+        fault = "stands still" if time[first + 1] == time[first] else "runs backwards"
+        others_words = f", and {not_after.size - 1} times more" if not_after.size > 1 else ""
         description = f"time {fault} in row {row.row}: {row.text['time_s']} after {before.text['time_s']}{others_words}"
         allowed = "allowed: time that grows from row to row"
         raise TrackError("time-backwards", f"{description}; {allowed}", len(rows))
@@ -182,16 +185,19 @@ def read_track(path: Path) -> Track:
 
 
 STRIDE_SAMPLES = 50
+"""Samples of the mean stride."""
+
 TRIPODS = 2
-"""Groups of legs that take turns: so often the body bobs in a stride."""
+"""Groups of legs that alternate; the body bobs up and down once for each group in a stride."""
 
 
 @dataclass(frozen=True)
 class StrideSpeed:
     """Mean forward speed of a track, its standard deviation between strides, and the stride frequency.
 
-    `strides`: Length of the track. `velocity_cm_per_s`: shape (`STRIDE_SAMPLES`,); Forward, over the
-    mean stride, from the track's first moment on. `flags`: Doubts.
+    `frequency_from`: "sheet" or "track". `strides`: duration of the track in strides. `velocity_cm_per_s`: forward
+    velocity over the mean stride, shape (`STRIDE_SAMPLES`,), which begins at the first moment of the track. `flags`:
+    doubts.
     """
 
     speed_cm_per_s: float
@@ -206,10 +212,11 @@ class StrideSpeed:
 def mean_stride_speed(
     track: Track, frequency_Hz: float = math.nan, tripods: int = TRIPODS
 ) -> StrideSpeed:
-    """Mean speed of a trial, over strides, whose frequency is found in the track where it is NaN.
+    """Measure the mean speed of a trial; a stride frequency of NaN is found in the track.
 
-    The speed is the slope of x against time, fitted together with four harmonics of the stride, so
-    that it does not matter at which moments of a stride the track begins and ends.
+    The speed is the slope of x over time, fitted together with four harmonics of the stride, so
+    that it does not depend on the moments of a stride at which the track begins and ends. Raises TrackError for a track
+    that is too short or has no clear frequency.
     """
     if len(track.time_s) < _CHOSEN.fewest_rows:
         shortage = f"{len(track.time_s)} usable rows; a track has at least {_CHOSEN.fewest_rows}"
@@ -225,11 +232,11 @@ def mean_stride_speed(
         shortage = f"{strides:.3g} strides of {frequency_Hz:.3g} Hz in {time[-1]:.3g} s"
         least = f"at least {_CHOSEN.fewest_strides} are needed for a mean speed"
         raise TrackError("few-strides", f"{shortage}; {least}")
-    flags += _gaps(track, frequency_Hz)
-    velocity = _mean_stride(time, x, frequency_Hz)
+    flags += _flag_gaps(track, frequency_Hz)
+    velocity = _fit_mean_stride(time, x, frequency_Hz)
     speed = float(velocity.mean())
     whole_strides = int(strides + 1e-6)
-    # the last strides: a run-up comes first
+    # whole strides that end with the track: what is left over lies at the start, where the robot may accelerate
     ends = time[-1] - np.arange(whole_strides, -1, -1) / frequency_Hz
     speeds = np.diff(np.interp(ends, time, x)) * frequency_Hz
     half = whole_strides // 2
@@ -248,37 +255,38 @@ def mean_stride_speed(
 
 
 def stride_frequency(track: Track, tripods: int = TRIPODS) -> tuple[float, Remark | None]:
-    """Find the stride frequency in the bobbing of the body.
+    """Find the stride frequency (Hz) from the bobbing of the body.
 
-    The highest peak of the periodogram of height (brought to even steps, which bridges small gaps;
-    freed of its slow trend and of outliers); of x, likewise, where height shows no clear peak. It is
-    refined by least squares with one overtone. Returns it with a doubt, if there is one, why it may be wrong
-    by a factor.
+    The bobbing has the frequency of the highest peak in the periodogram of the height z, or of x if z has no clear
+    peak. Trend and outliers are removed before, and values are interpolated to even time steps. The frequency is
+    refined by least squares with one overtone. Returns it with a doubt, if the frequency may be wrong by a factor, else
+    None.
     """
     time = track.time_s
     duration, step = time[-1], float(np.median(np.diff(time)))
     even = np.arange(0, duration + step / 2, step)
     size = _CHOSEN.finer * even.size
     grid = np.fft.rfftfreq(size, step)
-    # at least two bobs in all; at most what the frame rate can show
-    seen = (grid >= 2 / duration) & (grid <= 0.45 / step)
-    grid = grid[seen]
+    # at least two bobs in the track; below the greatest frequency that the frame rate can show
+    is_visible = (grid >= 2 / duration) & (grid <= 0.45 / step)
+    grid = grid[is_visible]
     for name, values in (("z", track.z_cm), ("x", track.x_cm)):
         if grid.size < 3:
             break
-        steady = _detrended(time, values)
-        if not steady.any():
+        detrended = _detrend(time, values)
+        if not detrended.any():
             continue
-        smooth = np.interp(even, time, steady)
+        evenly = np.interp(even, time, detrended)
         # share of the variance that a sine of this frequency explains
-        power = np.abs(np.fft.rfft(smooth, size))[seen] ** 2
-        share = 2 * power / (even.size * (smooth @ smooth))
+        power = np.abs(np.fft.rfft(evenly, size))[is_visible] ** 2
+        share = 2 * power / (even.size * (evenly @ evenly))
         top = int(np.argmax(share))
         if share[top] < _CHOSEN.least_share:
             continue
-        bob = _refine(time, steady, float(grid[top]), 1 / (10 * duration))
+        bob = _refine_frequency(time, detrended, float(grid[top]), 1 / (10 * duration))
         twice = int(np.argmin(np.abs(grid - 2 * bob)))
         doubt = None
+        # power at twice this frequency: unequal bobs of the tripods, so that this may be the stride itself
         if tripods > 1 and grid[-1] > 2 * bob and share[twice] > _CHOSEN.uneven_share * share[top]:
             stride = bob / tripods
             doubt = remark("stride-doubled", name=name, bob=bob, twice=2 * bob, stride=stride)
@@ -287,8 +295,8 @@ def stride_frequency(track: Track, tripods: int = TRIPODS) -> tuple[float, Remar
     raise TrackError("no-stride", none)
 
 
-def _detrended(time: FloatArray, values: FloatArray) -> FloatArray:
-    """Take off a slow trend, and bring outliers to the edge of the rest."""
+def _detrend(time: FloatArray, values: FloatArray) -> FloatArray:
+    """Subtract a parabola over time, and clip outliers; return zeros if only rounding is left."""
     scaled = time / time[-1]
     residuals = values - np.polyval(np.polyfit(scaled, values, 2), scaled)
     middle = float(np.median(residuals))
@@ -296,12 +304,14 @@ def _detrended(time: FloatArray, values: FloatArray) -> FloatArray:
     clipped: FloatArray = (
         np.clip(residuals, middle - limit, middle + limit) if limit > 0 else residuals
     )
-    again: FloatArray = clipped - np.polyval(np.polyfit(scaled, clipped, 2), scaled)
-    # a marker that does not move leaves rounding only
-    return again if again.std() > 1e-9 * (1 + np.abs(values).max()) else np.zeros_like(again)
+    # the trend again, which outliers had moved
+    detrended: FloatArray = clipped - np.polyval(np.polyfit(scaled, clipped, 2), scaled)
+    moves = detrended.std() > 1e-9 * (1 + np.abs(values).max())
+    return detrended if moves else np.zeros_like(detrended)
 
 
-def _refine(time: FloatArray, values: FloatArray, near: float, step: float) -> float:
+def _refine_frequency(time: FloatArray, values: FloatArray, near: float, step: float) -> float:
+    """Return the frequency (Hz), at most `step` from `near`, whose wave and overtone fit the values best."""
     from scipy.optimize import minimize_scalar
 
     def misfit(frequency: float) -> float:
@@ -314,14 +324,15 @@ def _refine(time: FloatArray, values: FloatArray, near: float, step: float) -> f
 
 
 def _waves(time: FloatArray, frequency: float, count: int) -> FloatArray:
+    """Return columns for least squares: 1, and the cosines and sines of `count` harmonics."""
     angle = 2 * np.pi * frequency * np.outer(time, np.arange(1, count + 1))
     return np.column_stack([np.ones_like(time), np.cos(angle), np.sin(angle)])
 
 
-def _mean_stride(time: FloatArray, x: FloatArray, frequency: float) -> FloatArray:
-    """Velocity over the mean stride: the slope of x, and its harmonics."""
-    parts = np.column_stack([time, _waves(time, frequency, _CHOSEN.harmonics)])
-    slope, _, *waves = np.linalg.lstsq(parts, x, rcond=None)[0]
+def _fit_mean_stride(time: FloatArray, x: FloatArray, frequency: float) -> FloatArray:
+    """Fit x by a line and harmonics of the stride; return the velocity over one stride, (`STRIDE_SAMPLES`,), cm/s."""
+    design = np.column_stack([time, _waves(time, frequency, _CHOSEN.harmonics)])
+    slope, _, *waves = np.linalg.lstsq(design, x, rcond=None)[0]
     cos, sin = np.split(np.array(waves), 2)
     order = np.arange(1, _CHOSEN.harmonics + 1)
     turn = 2 * np.pi * np.outer(np.arange(STRIDE_SAMPLES) / STRIDE_SAMPLES, order)
@@ -329,7 +340,8 @@ def _mean_stride(time: FloatArray, x: FloatArray, frequency: float) -> FloatArra
     return np.asarray(slope + (np.cos(turn) * sin - np.sin(turn) * cos) @ rates)
 
 
-def _gaps(track: Track, frequency: float) -> list[Remark]:
+def _flag_gaps(track: Track, frequency: float) -> list[Remark]:
+    """Return a flag if rows are missing; raise TrackError if they are missing over a large part of a stride."""
     steps = np.diff(track.time_s)
     gaps = steps[steps > _CHOSEN.gap_steps * np.median(steps)]
     if not gaps.size:
@@ -350,9 +362,9 @@ def _gaps(track: Track, frequency: float) -> list[Remark]:
 
 @dataclass(frozen=True)
 class RobotCheck:
-    """The robot's medium (empty without a robot), rows of its sheet without an error, and all problems.
+    """The robot's medium (empty without a robot), the trials of its sheet without an error, and all problems.
 
-    A track that is not there is a warning: such a trial is dropped.
+    A missing track is a warning: its trial is dropped.
     """
 
     medium: str = ""
@@ -368,10 +380,10 @@ class RobotCheck:
 
 
 def check_robot(config_path: Path) -> RobotCheck:
-    """Check the robot of a campaign, whatever else is wrong with the campaign.
+    """Check the robot of a campaign, even if other parts of the campaign are not valid.
 
-    Errors of the configuration are not repeated; files that its section ``robot`` names and that
-    are not there are errors of the configuration too (`rftfit.campaign.load`).
+    Errors of the configuration are not reported here. Missing files that its section ``robot`` names count among
+    them (`rftfit.campaign.load`).
     """
     root = root_of(config_path)
     config = read_model(config_path, Config).model
@@ -379,24 +391,25 @@ def check_robot(config_path: Path) -> RobotCheck:
     if config is None or section is None:
         return RobotCheck()
     folder = campaign_folder(root, config.raw)
-    names, media = _words_of_sheet(folder, config.run_sheet)
-    # a campaign without runs on its medium (a part of a re-enactment) has no robot either
+    names, media = _read_runs_and_media(folder, config.run_sheet)
+    # a part of a campaign, without runs on the robot's medium, has no robot
     if media and section.medium not in media:
         return RobotCheck()
-    problems = _problems_of_file(folder, section)
+    problems = _check_robot_file(folder, section)
     trials: list[Trial] = []
     raw = Folder(root / config.raw)
     sheet = raw.look_up(section.runs or "")
     if sheet.status == "file":
-        path, above = root / config.raw / sheet.path, sheet.path.rpartition("/")[0]
+        path, sheet_folder = root / config.raw / sheet.path, sheet.path.rpartition("/")[0]
         name = f"{config.raw.rstrip('/')}/{sheet.path}"
-        trials, problems_of_trials = read_trials(path, name, section.medium, names, (raw, above))
+        tracks = raw, sheet_folder
+        trials, problems_of_trials = read_trials(path, name, section.medium, names, tracks)
         problems = sorted(problems + problems_of_trials, key=lambda problem: problem.place.file)
     return RobotCheck(section.medium, tuple(trials), tuple(problems))
 
 
-def _words_of_sheet(folder: Folder, run_sheet: str) -> tuple[set[str], set[str]]:
-    """Names of runs and media in the campaign's own sheet, right or wrong."""
+def _read_runs_and_media(folder: Folder, run_sheet: str) -> tuple[set[str], set[str]]:
+    """Return the names of runs and of media in the run sheet of the campaign, valid or not."""
     entry = folder.look_up(run_sheet)
     if entry.status != "file":
         return set(), set()
@@ -408,7 +421,8 @@ def _words_of_sheet(folder: Folder, run_sheet: str) -> tuple[set[str], set[str]]
     return ids, media
 
 
-def _problems_of_file(folder: Folder, section: RobotRuns) -> list[Problem]:
+def _check_robot_file(folder: Folder, section: RobotRuns) -> list[Problem]:
+    """Return the problems of the robot's file; empty if the file is missing, which is reported elsewhere."""
     entry = folder.look_up(section.file or "")
     if entry.status == "file":
         try:

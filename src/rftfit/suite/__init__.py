@@ -1,1 +1,1 @@
-"""The validation suite: real data, the authors' own answer beside the program's."""
+"""The validation suite: published answers of authors beside the answers of this program to the same data."""

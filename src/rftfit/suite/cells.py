@@ -1,4 +1,4 @@
-"""Looks up numbers in tables by the words of a key."""
+"""Look-up of numbers in tables of results, by a key that names the cells of their row."""
 
 from __future__ import annotations
 
@@ -19,15 +19,18 @@ TWO_SIDED = 1.96
 """Half width of a 95 % interval over its standard error."""
 
 _SAME = 1e-6
-"""Numbers of a key whose relative difference is smaller are equal: tables have six digits."""
+"""Relative difference below which numbers of a key are equal, since tables have six digits."""
 
 
 class NoRow(LookupError):
-    """A table has no such row, or several."""
+    """A table does not exist, lacks a column, or does not have exactly one row with a key."""
 
 
 class TableNumber(NamedTuple):
-    """A number of a table with its ends; the cells of its row."""
+    """A number of a table (or a word), its interval, the allowed difference (`error`), and the cells of its row.
+
+    NaN stands for an end or an error that is not stated.
+    """
 
     value: float | str
     lo: float
@@ -37,21 +40,25 @@ class TableNumber(NamedTuple):
 
 
 class CalculatedTables:
-    """Tables below a folder as text, each read once."""
+    """Tables below a folder, read once as texts."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self._tables: dict[str, pd.DataFrame] = {}
 
     def read(self, name: str) -> pd.DataFrame:
-        """Read a table cut by commas, or by blanks; lines that begin with # are notes."""
+        """Read a table with commas or blanks between its cells; lines that begin with # are left out.
+
+        A cell without a value becomes an empty text.
+        """
         if name not in self._tables:
             path = self.folder / name
             if not path.is_file():
                 raise NoRow(f"there is no {name}")
             text = path.read_text(encoding="utf-8")
-            mark = "#" if text.startswith("#") else "\n"
-            lines = [line for line in text.splitlines(keepends=True) if line[0] != mark]
+            # if no note is at the top, # is no mark of a note, and only empty lines are left out
+            left_out = "#" if text.startswith("#") else "\n"
+            lines = [line for line in text.splitlines(keepends=True) if line[0] != left_out]
             delimiter = "," if "," in lines[0] else " "
             header, *rows = records_of(lines, delimiter)
             table = pd.DataFrame(rows, columns=header).fillna("")
@@ -59,9 +66,9 @@ class CalculatedTables:
         return self._tables[name]
 
     def rows(self, cells: NumberCells, key: Mapping[str, str]) -> pd.DataFrame:
-        """Rows of a table that a key means."""
+        """Return the rows of a table with the cells that a key names; `EVERY` allows any cell."""
         table = self.read(fill_words(cells.table, key))
-        for column, word in _row_of(cells, key).items():
+        for column, word in _cells_of_row(cells, key).items():
             if column not in table:
                 raise NoRow(f"{fill_words(cells.table, key)} has no column {column}")
             if word != EVERY:
@@ -69,7 +76,7 @@ class CalculatedTables:
         return table
 
     def number(self, cells: NumberCells, key: Mapping[str, str]) -> TableNumber:
-        """Look up a number with its interval."""
+        """Look up the number in the only row with a key; raise NoRow if there is not exactly one."""
         rows = self.rows(cells, key)
         if len(rows) != 1:
             count = "no row" if rows.empty else f"{len(rows)} rows"
@@ -80,9 +87,9 @@ class CalculatedTables:
 
 def read_number(cells: NumberCells, row: Mapping[str, str]) -> TableNumber:
     """Read a number and its interval from the cells of a row."""
-    lost = {cells.value, cells.lo, cells.hi, cells.se, cells.error} - {None, *row}
-    if lost:
-        raise NoRow(f"{cells.table} has no column {', '.join(sorted(map(str, lost)))}")
+    lacking = {cells.value, cells.lo, cells.hi, cells.se, cells.error} - {None, *row}
+    if lacking:
+        raise NoRow(f"{cells.table} has no column {', '.join(sorted(map(str, lacking)))}")
     value = parse_cell(row[cells.value])
     if isinstance(value, str):
         return TableNumber(value, math.nan, math.nan, math.nan, row)
@@ -95,11 +102,12 @@ def read_number(cells: NumberCells, row: Mapping[str, str]) -> TableNumber:
         half = TWO_SIDED * abs(_float(row[cells.se]) * cells.factor)
         lo, hi = value - half, value + half
     error = math.nan if cells.error is None else abs(_float(row[cells.error]) * cells.factor)
+    # a negative factor exchanges the ends
     return TableNumber(value, min(lo, hi), max(lo, hi), error, row)
 
 
 def parse_cell(cell: str) -> float | str:
-    """A number, or a word; NaN where the cell is empty."""
+    """Return the number in a cell, or its text if it is no number; NaN for an empty cell."""
     if not cell.strip():
         return math.nan
     try:
@@ -109,12 +117,13 @@ def parse_cell(cell: str) -> float | str:
 
 
 def _float(cell: str) -> float:
+    """Return the number in a cell, or NaN."""
     number = parse_cell(cell)
     return math.nan if isinstance(number, str) else number
 
 
 def fill_words(pattern: str, key: Mapping[str, str]) -> str:
-    """Put words of a key into a pattern, as `results/alpha/{medium}.csv`."""
+    """Replace names in braces by the words of a key, as in `results/alpha/{medium}.csv`."""
     try:
         return pattern.format_map(key)
     except (KeyError, ValueError, IndexError):
@@ -123,15 +132,15 @@ def fill_words(pattern: str, key: Mapping[str, str]) -> str:
         ) from None
 
 
-def _row_of(cells: NumberCells, key: Mapping[str, str]) -> dict[str, str]:
-    """Cells by which a row is known: as stated, or the words of the key that the table's name does not use."""
+def _cells_of_row(cells: NumberCells, key: Mapping[str, str]) -> dict[str, str]:
+    """Return the cells that a row must have, by column: `cells.row`, else the key's words that `table` does not use."""
     if cells.row:
         return {column: fill_words(pattern, key) for column, pattern in cells.row.items()}
     return {name: word for name, word in key.items() if f"{{{name}}}" not in cells.table}
 
 
 def is_same(cell: str, word: str) -> bool:
-    """Compare as numbers where both are numbers."""
+    """Return True if a cell agrees with a word; two numbers are compared as numbers."""
     numbers = parse_cell(cell), parse_cell(word)
     if all(isinstance(number, float) and math.isfinite(number) for number in numbers):
         return math.isclose(*map(float, numbers), rel_tol=_SAME, abs_tol=1e-12)
@@ -139,12 +148,12 @@ def is_same(cell: str, word: str) -> bool:
 
 
 def look_up(folder: Path, cells: NumberCells, key: Mapping[str, str]) -> float:
-    """Look up a number that a command needs from an earlier result.
+    """Look up a number in an earlier result that a command needs.
 
     Raises
     ------
     InputError
-        If it is not there.
+        If there is no such number.
     """
     try:
         value = CalculatedTables(folder).number(cells, key).value

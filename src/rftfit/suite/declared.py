@@ -25,10 +25,10 @@ CONFIG = "config/config.yaml"
 
 Domain = Literal["plates", "penetrations", "legs", "robot", "wheels"]
 DOMAINS = get_args(Domain)
-"""What is compared, in the order of the page."""
+"""Kinds of compared numbers, in the order of the page."""
 
 EVERY = "*"
-"""In a key: every row of the table."""
+"""Word of a key that any cell agrees with."""
 
 _HEX_DIGITS = 64
 
@@ -59,7 +59,7 @@ class ExampleFile(Model):
     @field_validator("name")
     @classmethod
     def _stays_below(cls, name: str) -> str:
-        return _relative(name)
+        return _check_relative(name)
 
     @model_validator(mode="after")
     def _has_origin(self) -> ExampleFile:
@@ -68,8 +68,8 @@ class ExampleFile(Model):
         return self
 
 
-def _relative(name: str) -> str:
-    """Refuse a path that leaves the folder of the example."""
+def _check_relative(name: str) -> str:
+    """Return a path; raise ValueError if it is absolute or leaves the folder of the example."""
     path = PurePosixPath(name)
     if not name or path.is_absolute() or ".." in path.parts or "\\" in name or ":" in name:
         raise ValueError("a path inside the folder of the example wanted, with /")
@@ -99,7 +99,7 @@ class NumberCells(Model):
     @field_validator("table")
     @classmethod
     def _stays_below(cls, name: str) -> str:
-        return _relative(name)
+        return _check_relative(name)
 
     @model_validator(mode="after")
     def _has_one_interval(self) -> NumberCells:
@@ -127,7 +127,7 @@ class Windows(Model):
 
     @property
     def ends(self) -> list[tuple[float, float]]:
-        """Beginning and end of each window, cm."""
+        """Least and greatest depth of each window, cm: all pairs of depths `step_cm` apart."""
         count = round((self.to_cm - self.from_cm) / self.step_cm)
         depths = np.linspace(self.from_cm, self.to_cm, count + 1).round(6).tolist()
         return [(first, last) for first in depths for last in depths if first < last]
@@ -222,7 +222,7 @@ class ExampleSettings(Model):
     @field_validator("campaign", "copied")
     @classmethod
     def _stay_below(cls, texts: dict[str, str]) -> dict[str, str]:
-        return {_relative(name): text for name, text in texts.items()}
+        return {_check_relative(name): text for name, text in texts.items()}
 
     @model_validator(mode="after")
     def _does_something(self) -> ExampleSettings:
@@ -258,7 +258,7 @@ class Published(NamedTuple):
 
 @dataclass(frozen=True)
 class Example:
-    """An example: its folder, what it declares, and the published answer."""
+    """An example: its folder, the settings of its example.yaml, and the published answer."""
 
     name: str
     folder: Path
@@ -267,24 +267,24 @@ class Example:
 
     @property
     def commands(self) -> list[str]:
-        """Commands to be run."""
+        """Commands of rftfit that are run one after another."""
         return self.settings.commands or ["run"]
 
     @property
     def readme(self) -> str:
-        """What README.md says below its heading, up to the next one."""
+        """Text of README.md below its heading, up to the next heading."""
         text = (self.folder / README).read_text(encoding="utf-8")
-        below = text.partition("\n")[2] if text.startswith("# ") else text
-        return below.partition("\n## ")[0].strip()
+        without_heading = text.partition("\n")[2] if text.startswith("# ") else text
+        return without_heading.partition("\n## ")[0].strip()
 
     @property
     def domains(self) -> list[str]:
-        """What is compared, in the order of the page."""
+        """Domains of the quantities of the answer, in the order of the page."""
         domains = {quantity.domain for quantity in self.settings.quantities.values()}
         return [domain for domain in DOMAINS if domain in domains]
 
     def as_dict(self) -> dict[str, Any]:
-        """Give what a list of examples says of it."""
+        """Return the facts for a list of examples, for JSON."""
         return {
             "name": self.name,
             "title": self.settings.title,
@@ -297,7 +297,7 @@ class Example:
 
 
 def read_example(folder: Path) -> Example:
-    """Read the three files of an example; all problems at once.
+    """Read the three files of an example; one error reports all problems.
 
     Raises
     ------
@@ -319,7 +319,7 @@ def read_example(folder: Path) -> Example:
 
 
 def _read_answer(row: DraftRow, quantities: Mapping[str, Quantity]) -> Published:
-    """Read a row of the answer and compare it with the quantities that example.yaml declares."""
+    """Read a row of the answer; note a quantity or a missing number that example.yaml does not declare."""
     quantity, key = row.text.get("quantity", ""), {}
     value = row.number.get("value", np.nan)
     if "key" not in row.bad:
@@ -339,27 +339,27 @@ def _read_answer(row: DraftRow, quantities: Mapping[str, Quantity]) -> Published
 
 
 def parse_key(text: str) -> dict[str, str]:
-    """Read a key, ``column=value; column=value``."""
-    words = [pair.partition("=") for pair in text.split(";") if pair.strip()]
-    key = {name.strip(): value.strip() for name, sign, value in words if sign}
-    if len(key) != len(words) or not all(key) or not all(key.values()):
+    """Parse a key, ``column=value; column=value``."""
+    pairs = [pair.partition("=") for pair in text.split(";") if pair.strip()]
+    key = {name.strip(): value.strip() for name, sign, value in pairs if sign}
+    if len(key) != len(pairs) or not all(key) or not all(key.values()):
         raise ValueError("column=value, or several with ; between them")
     return key
 
 
 def format_key(key: Mapping[str, str]) -> str:
-    """Write a key as `parse_key` reads it."""
+    """Format a key as `parse_key` parses it."""
     return "; ".join(f"{name}={value}" for name, value in key.items())
 
 
 def list_examples() -> list[str]:
-    """Names of the examples that come with the program."""
+    """Return the names of the examples that come with the program."""
     folders = shipped("examples").iterdir()
     return sorted(folder.name for folder in folders if (folder / SETTINGS).is_file())
 
 
 def find_example(name: str) -> Example:
-    """Read an example of the program by its name, or of anybody by its folder."""
+    """Read an example that comes with the program, by its name, or any other example, by its folder."""
     if Path(name).name != name or (Path(name) / SETTINGS).is_file():
         return read_example(Path(name))
     choose("example", name, tuple(list_examples()), "or a folder that holds one, as ./mine")

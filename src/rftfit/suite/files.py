@@ -1,4 +1,4 @@
-"""Brings the files of an example: checked against their digests, all of them or none."""
+"""Copy or download of the files of an example: checked by their digests, all files or none."""
 
 from __future__ import annotations
 
@@ -15,28 +15,29 @@ from rftfit.suite.declared import Example, ExampleFile
 
 RAW = "raw"
 _MOST_NAMED = 5
+"""Most files or problems that a message names."""
 
 
 def lay_out(
     example: Example, folder: Path, origin: str | None, say: Callable[[str], None]
 ) -> list[ExampleFile]:
-    """Write data, campaign and copies of an example into a folder; what is there and right stays.
+    """Write data, campaign and copies of an example into a folder; files that are there and right stay.
 
-    Nothing is written before every file is at hand and as published.
+    Nothing is written before every file is available with its published digest.
 
     Parameters
     ----------
     example : Example
     folder : Path
     origin : str or None
-        A folder that holds the data, in it or below, or a mirror's address; None: the addresses of the example.
+        A folder that has the data in it or below, or the address of a mirror; None: the addresses of the example.
     say : callable
-        Told one line for each download.
+        Called with a line of text for each download.
 
     Returns
     -------
     list of ExampleFile
-        Files that were brought.
+        Files that were written.
 
     Raises
     ------
@@ -74,10 +75,12 @@ def lay_out(
 
 
 def _is_right(path: Path, file: ExampleFile) -> bool:
+    """Return True if there is a file at a path with the size and SHA-256 of the published one."""
     return path.is_file() and path.stat().st_size == file.size and sha256_of(path) == file.sha256
 
 
 def _join(names: Sequence[str]) -> str:
+    """Join names for a message, which gives only the first of many."""
     more = f" and {len(names) - _MOST_NAMED} more" if len(names) > _MOST_NAMED else ""
     return ", ".join(names[:_MOST_NAMED]) + more
 
@@ -89,24 +92,24 @@ def _find_sources(
     downloads: Path,
     say: Callable[[str], None],
 ) -> dict[str, Path]:
-    """Find or download each file; what is shipped with the example needs no origin."""
+    """Find or download each file that is lacking; a file that is shipped with the example needs no origin."""
     sources = {
         file.name: example.folder / file.name
         for file in lacking
         if file.may_be_shipped and _is_right(example.folder / file.name, file)
     }
-    elsewhere = [file for file in lacking if file.name not in sources]
+    not_shipped = [file for file in lacking if file.name not in sources]
     if origin is not None and "://" not in origin:
-        return sources | _find_in_folder(Path(origin), elsewhere)
-    for place, file in enumerate(elsewhere, start=1):
+        return sources | _find_in_folder(Path(origin), not_shipped)
+    for number, file in enumerate(not_shipped, start=1):
         address = file.address if origin is None else f"{origin.rstrip('/')}/{file.name}"
-        say(f"  {place} of {len(elsewhere)}: {file.name}")
+        say(f"  {number} of {len(not_shipped)}: {file.name}")
         sources[file.name] = _download(address, file, downloads)
     return sources
 
 
 def _find_in_folder(folder: Path, files: Sequence[ExampleFile]) -> dict[str, Path]:
-    """Find files by name and digest in a folder or below it; all that are absent or differ at once."""
+    """Find files by name and digest in a folder or below; one error names all that are absent or differ."""
     if not folder.is_dir():
         raise InputError(
             f"--from: {folder} is no folder; allowed: a folder with the data, or an address"
@@ -137,6 +140,7 @@ def _find_in_folder(folder: Path, files: Sequence[ExampleFile]) -> dict[str, Pat
 
 
 def _download(address: str, file: ExampleFile, downloads: Path) -> Path:
+    """Download a file into a folder and check its digest; raise InputError if this fails."""
     try:
         import pooch
     except ImportError:

@@ -1,4 +1,7 @@
-"""The page of verdicts: what was measured, what was published, what did not fit."""
+"""The page of verdicts on the examples: numbers of the program beside published ones, and the reasons for differences.
+
+`describe` yields the blocks of the page, which are written as Markdown or as html.
+"""
 
 from __future__ import annotations
 
@@ -22,19 +25,20 @@ from rftfit.suite.declared import DOMAINS, Example, parse_key
 from rftfit.suite.verdicts import FILE, INSIDE, NOT_COMPARABLE, OUTSIDE, count_verdicts
 
 PAGE = "verdicts.html"
-"""Page in the folder of an example."""
+"""File of the page in the folder of an example."""
 
 TITLE = "Published answers beside ours"
 _NOT_SHOWN = "in the file, which has no licence to show it"
-"""Stands for a number of a file that may not be shipped."""
+"""Words in place of a number from a file that may not be shipped."""
 
 _COMPARED = "Every row that was compared"
+"""Heading of the tables of all rows."""
 
 
 class PageBlock(NamedTuple):
-    """A part of the page: a heading or a paragraph, or a table, or the figure (without text and table).
+    """A part of the page: a heading, a paragraph, a table, or, if it is empty, the figure.
 
-    `level`: of a heading, 0 otherwise; `header`, `rows`: of a table.
+    `level`: level of a heading, else 0. `header`, `rows`: cells of a table.
     """
 
     text: str = ""
@@ -48,8 +52,8 @@ def describe(
 ) -> Iterator[PageBlock]:
     """Yield the blocks of the page, the shortest answer first.
 
-    `is_public`: Whether numbers of files that may not be shipped are left out; the rows that were compared are
-    a table of their own then.
+    `verdicts`: rows of `RowVerdict`. `is_public`: True leaves out numbers of files that may not be shipped, and the
+    tables of all rows, which are then a separate file (`tabulate_compared`).
     """
     counts = count_verdicts(verdicts)
     compared = counts[INSIDE] + counts[OUTSIDE]
@@ -62,7 +66,7 @@ def describe(
         sentences.append(f"{counts[NOT_COMPARABLE]} more are not compared; the reasons are below.")
     yield PageBlock(" ".join([*sentences, "Nothing that does not fit was left out."]))
     head = ("domain", "example", "compared", "inside", "outside", "not comparable")
-    yield PageBlock("", 0, head, _summary(verdicts))
+    yield PageBlock("", 0, head, _count_by_domain(verdicts))
     data = (
         f"{example.name}: {example.settings.title[0].lower()}{example.settings.title[1:]}"
         for example in examples
@@ -95,7 +99,7 @@ def describe(
     if outside.empty:
         yield PageBlock("Every number that was compared lies inside.")
     else:
-        remarks = _remarks(examples)
+        remarks = _remark_sentences(examples)
         reasons = [
             (
                 str(example),
@@ -130,16 +134,16 @@ def describe(
         return
     yield PageBlock(_COMPARED, 2)
     compared_rows = tabulate_compared(examples, verdicts, is_public)
-    for name, of_example in compared_rows.groupby("example", sort=False):
+    for name, rows_of_example in compared_rows.groupby("example", sort=False):
         yield PageBlock(str(name), 3)
-        cells = of_example.drop(columns="example")
+        cells = rows_of_example.drop(columns="example")
         yield PageBlock("", 0, tuple(map(str, cells)), cells.to_numpy().tolist())
 
 
 def tabulate_compared(
     examples: Sequence[Example], verdicts: pd.DataFrame, is_public: bool
 ) -> pd.DataFrame:
-    """Table of every row that was compared, by example, as the page words it."""
+    """Return a table of all rows that were compared, sorted by example, with the words of the page."""
     compared = verdicts[verdicts["verdict"] != NOT_COMPARABLE]
     names = [example.name for example in examples]
     compared = compared.sort_values(
@@ -151,7 +155,7 @@ def tabulate_compared(
 
 
 def _describe_figure(verdicts: pd.DataFrame) -> str:
-    """Say what the figure shows, and what it leaves out."""
+    """Describe what the figure shows, and the rows that it leaves out."""
     numbers = numbers_with_unit(verdicts)
     across = (
         ", and the published error"
@@ -170,8 +174,8 @@ def _describe_figure(verdicts: pd.DataFrame) -> str:
     return f"{text} {len(left_out)} statements without a common unit, as counts of media, are not drawn: {outside} of them lie outside."
 
 
-def _remarks(examples: Sequence[Example]) -> dict[str, str]:
-    """Sentences on rows that are compared, by their code."""
+def _remark_sentences(examples: Sequence[Example]) -> dict[str, str]:
+    """Return the sentences of remarks on rows that are compared, by their code."""
     return {
         remark.code: remark.sentence
         for example in examples
@@ -181,24 +185,26 @@ def _remarks(examples: Sequence[Example]) -> dict[str, str]:
 
 
 HEADER = ("what", "published (error or tolerance)", "ours (95 % interval)", "unit", "verdict")
+"""Header of a table of verdicts."""
 
 
 def format_rows(
     verdicts: pd.DataFrame, examples: Sequence[Example], is_public: bool
 ) -> list[tuple[str, ...]]:
-    """Write verdicts as cells below `HEADER`, and the reason."""
+    """Format verdicts as rows of cells below `HEADER`, with the reason as a further cell."""
     columns = [str(name) for name in verdicts]
     return [
-        _cells(dict(zip(columns, row, strict=True)), examples, is_public)
+        _format_cells(dict(zip(columns, row, strict=True)), examples, is_public)
         for row in verdicts.itertuples(index=False)
     ]
 
 
 _MOST_ROWS = 40
+"""Most rows of verdicts on the terminal."""
 
 
 def describe_verdicts(example: Example, verdicts: pd.DataFrame, folder: Path) -> str:
-    """Count the verdicts on an example for a terminal, and show the first rows that were compared."""
+    """Describe the verdicts on an example for a terminal: their counts, and the first rows that were compared."""
     counts = count_verdicts(verdicts)
     compared = verdicts[verdicts["verdict"] != NOT_COMPARABLE]
     rows = [cells[:-1] for cells in format_rows(compared, [example], is_public=False)]
@@ -214,12 +220,12 @@ def describe_verdicts(example: Example, verdicts: pd.DataFrame, folder: Path) ->
     return "\n".join([*lines, f"Verdicts: {folder / FILE}; page: {folder / PAGE}"])
 
 
-def _summary(verdicts: pd.DataFrame) -> list[tuple[str, ...]]:
-    """One row a domain and example, plates and penetrations first."""
+def _count_by_domain(verdicts: pd.DataFrame) -> list[tuple[str, ...]]:
+    """Return cells with the counts of verdicts, one row for each domain and example, in the order of `DOMAINS`."""
     rows = []
     for domain in DOMAINS:
-        of_domain = verdicts[verdicts["domain"] == domain]
-        for example, group in of_domain.groupby("example", sort=False):
+        verdicts_of_domain = verdicts[verdicts["domain"] == domain]
+        for example, group in verdicts_of_domain.groupby("example", sort=False):
             counts = count_verdicts(group)
             numbers = (counts[INSIDE] + counts[OUTSIDE], *counts.values())
             rows.append((domain, str(example), *map(str, numbers)))
@@ -227,6 +233,7 @@ def _summary(verdicts: pd.DataFrame) -> list[tuple[str, ...]]:
 
 
 def _describe_example(example: Example) -> Iterator[PageBlock]:
+    """Yield the blocks on the source of an example: title, citation, licence, README and command."""
     settings = example.settings
     yield PageBlock(f"{example.name}: {settings.title}", 3)
     licences = sorted({file.licence for file in settings.files})
@@ -236,29 +243,34 @@ def _describe_example(example: Example) -> Iterator[PageBlock]:
     yield PageBlock(f"`rftfit example {example.name}`")
 
 
-def _cells(row: dict[str, object], examples: Sequence[Example], is_public: bool) -> tuple[str, ...]:
-    published = _number(row["published"], row["published_lo"], row["published_hi"])
+def _format_cells(
+    row: dict[str, object], examples: Sequence[Example], is_public: bool
+) -> tuple[str, ...]:
+    """Format one row of `RowVerdict` as cells; on a public page without numbers that may not be shown."""
+    published = _format_number(row["published"], row["published_lo"], row["published_hi"])
     if is_public and _is_private(row, examples):
         published = _NOT_SHOWN
-    ours = _number(row["ours"], row["lo"], row["hi"])
+    ours = _format_number(row["ours"], row["lo"], row["hi"])
     reason = str(row["reason"])
     if published == _NOT_SHOWN:
         ours = _NOT_SHOWN
+        # the reason states the difference of both numbers, which would give the published one away
         reason = re.sub(r"lies [\d.e+-]+ .*? (above|below) ours; [^;]*", r"lies \1 ours", reason)
-    return (_label(row), published, ours, _text(row["unit"]), str(row["verdict"]), reason)
+    unit = _text_or_empty(row["unit"])
+    return (_describe_row(row), published, ours, unit, str(row["verdict"]), reason)
 
 
 def _is_private(row: dict[str, object], examples: Sequence[Example]) -> bool:
-    """Whether a published number stands in a file that may not be shipped."""
+    """Return True if the published number of a row is in a file that may not be shipped."""
     example = next((example for example in examples if example.name == row["example"]), None)
-    name = _text(row["from_file"]).removeprefix("raw/")
+    name = _text_or_empty(row["from_file"]).removeprefix("raw/")
     return example is not None and any(
         file.name == name and not file.may_be_shipped for file in example.settings.files
     )
 
 
-def _label(row: dict[str, object]) -> str:
-    """Say what a row is: its quantity, and the words of its key."""
+def _describe_row(row: dict[str, object]) -> str:
+    """Describe what a row compares: the title of its quantity and the words of its key, or the word `item` alone."""
     key = parse_key(str(row["key"]))
     item = key.pop("item", "")
     if item:
@@ -270,15 +282,16 @@ def _label(row: dict[str, object]) -> str:
 
 
 _NAMES_ALONE = ("medium", "run_id", "rig")
-"""Words of a key that say what they are."""
+"""Names in a key that are left out, since their words need no explanation."""
 
 
-def _text(cell: object) -> str:
+def _text_or_empty(cell: object) -> str:
+    """Return a cell as text; NaN becomes an empty text."""
     return "" if isinstance(cell, float) and math.isnan(cell) else str(cell)
 
 
-def _number(value: object, lo: object, hi: object) -> str:
-    """Write a number with its interval; a word as it is."""
+def _format_number(value: object, lo: object, hi: object) -> str:
+    """Format a number with its interval, if it has one; a word stays as it is."""
     numbers = [parse_cell(str(cell)) for cell in (value, lo, hi)]
     if isinstance(numbers[0], str):
         return numbers[0]
@@ -286,19 +299,19 @@ def _number(value: object, lo: object, hi: object) -> str:
     if math.isnan(value_cell):
         return ""
     if ends[1] > ends[0]:
-        return f"{_short(value_cell)} ({_short(ends[0])} to {_short(ends[1])})"
-    return _short(value_cell)
+        return f"{_format_short(value_cell)} ({_format_short(ends[0])} to {_format_short(ends[1])})"
+    return _format_short(value_cell)
 
 
-def _short(number: float) -> str:
-    """Write three digits, or all before the point, without an exponent."""
+def _format_short(number: float) -> str:
+    """Format a number with three digits, or with all digits before the point, without an exponent."""
     if abs(number) >= 1000:
         return f"{number:.0f}"
     return f"{number + 0.0:.3g}" if abs(number) >= 1e-4 or not number else f"{number:.5f}"
 
 
 def as_markdown(blocks: Iterator[PageBlock], picture: str) -> str:
-    """Write the page as Markdown, with the path of the figure."""
+    """Format the blocks of the page as Markdown; `picture`: path of the figure."""
     parts = []
     for block in blocks:
         if block.header:
@@ -314,11 +327,12 @@ def as_markdown(blocks: Iterator[PageBlock], picture: str) -> str:
 
 
 def _plain_cell(cell: str) -> str:
+    """Return the text of a cell on one line, with a backslash before characters that mean something in Markdown."""
     return re.sub(r"([|*_<>\[\]`$])", r"\\\1", " ".join(cell.split()))
 
 
 def write_page(path: Path, examples: Sequence[Example], verdicts: pd.DataFrame) -> None:
-    """Write the page as one html file that fetches nothing."""
+    """Write the page as one html file that loads no other file."""
     style = files("rftfit.page").joinpath("page.css").read_text(encoding="utf-8")
     picture = base64.b64encode(content(draw_verdicts(verdicts), "png")).decode()
     parts = []
@@ -333,7 +347,7 @@ def write_page(path: Path, examples: Sequence[Example], verdicts: pd.DataFrame) 
         elif block.level:
             parts.append(f"<h{block.level}>{escape(block.text)}</h{block.level}>")
         elif block.text:
-            parts += [f"<p>{_inline(text)}</p>" for text in block.text.split("\n\n")]
+            parts += [f"<p>{_format_inline(text)}</p>" for text in block.text.split("\n\n")]
         else:
             parts.append(
                 '<p><img style="background:#fff;max-width:100%" alt="published numbers against ours, by quantity" '
@@ -346,8 +360,8 @@ def write_page(path: Path, examples: Sequence[Example], verdicts: pd.DataFrame) 
     write_text(path, text)
 
 
-def _inline(text: str) -> str:
-    """Turn bold, slanted words and code of Markdown into html."""
+def _format_inline(text: str) -> str:
+    """Turn bold and slanted words, code and links of Markdown into html."""
     html = escape(" ".join(text.split()), quote=False)
     html = re.sub(r"`([^`]+)`", r"<code>\1</code>", html)
     html = re.sub(r"\*\*(.+?)\*\*", r"<strong>\1</strong>", html)

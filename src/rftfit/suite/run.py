@@ -1,4 +1,4 @@
-"""Runs an example: its files, its commands, its verdicts."""
+"""Run of an example: files, commands and verdicts."""
 
 from __future__ import annotations
 
@@ -29,24 +29,24 @@ def run_example(
     say: Say = print,
     is_quiet: bool = False,
 ) -> pd.DataFrame:
-    """Bring the data of an example, run its commands, and judge each published number.
+    """Copy or download the data of an example, run its commands, and judge each published number.
 
     Parameters
     ----------
     example : Example
     folder : Path
-        Where to; it becomes an ordinary campaign, or holds the tables that commands write.
+        Folder to run in; it becomes an ordinary campaign, or holds the tables that commands write.
     origin : str, optional
-        Folder or mirror that has the data; default: the addresses of the example.
+        Folder, or address of a mirror, that has the data; default: the addresses of the example.
     say : callable, optional
-        Told each step, one line.
+        Called with a line of text for each step.
     is_quiet : bool, optional
-        Whether what the commands print is not shown; their errors are.
+        True hides the output of the commands, but not their errors.
 
     Returns
     -------
     pandas.DataFrame
-        Verdicts, as written to ``verdicts.csv``.
+        Verdicts, the rows of ``verdicts.csv``.
 
     Raises
     ------
@@ -69,7 +69,10 @@ def run_example(
 
 
 def _run_command(example: Example, folder: Path, command: str, say: Say, is_quiet: bool) -> None:
-    """Run a command of rftfit in the folder, in a process of its own, as a user would."""
+    """Run a command of rftfit in a folder, in a separate process, as a user would; raise WorkflowError if it fails.
+
+    Names in braces in the command are replaced by the numbers of `settings.given`.
+    """
     numbers = {
         name: f"{look_up(folder, given, parse_key(given.key)):.6g}"
         for name, given in example.settings.given.items()

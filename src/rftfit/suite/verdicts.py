@@ -1,4 +1,4 @@
-"""Verdicts of an example: each published number beside the program's."""
+"""Verdicts on an example: each published number is compared with the number of the program."""
 
 from __future__ import annotations
 
@@ -26,15 +26,17 @@ INSIDE, OUTSIDE, NOT_COMPARABLE = "inside", "outside", "not comparable"
 VERDICTS = (INSIDE, OUTSIDE, NOT_COMPARABLE)
 
 FILE = "verdicts.csv"
-"""Verdicts in the folder of an example."""
+"""File of the verdicts in the folder of an example."""
 
 
 class RowVerdict(NamedTuple):
-    """A published number beside the program's: a row of `verdicts.csv`.
+    """A published number beside the number of the program: a row of `verdicts.csv`.
 
-    `published_lo`, `published_hi`: its own error, or NaN; `lo`, `hi`: our 95 % interval; `windows`, `windows_inside`: windows
-    of depth that were tried, and those whose own interval holds the published number; `from_file`: the table with the
-    published number, empty where answer.csv states it; `reason_code`, `reason`: why it has its verdict.
+    `published_lo`, `published_hi`: the published number less and plus its error; NaN without an error. `lo`, `hi`: 95 %
+    interval of the program. `windows`, `windows_inside`: number of windows of depth that were tried, and of those whose
+    interval contains the published number. `from_file`: the table with the published number, empty if answer.csv states
+    it. `reason_code`,
+    `reason`: the reason of the verdict.
     """
 
     example: str
@@ -59,26 +61,26 @@ class RowVerdict(NamedTuple):
 
 
 def judge_example(example: Example, folder: Path) -> pd.DataFrame:
-    """Compare the answer of an example with what was calculated in a folder.
+    """Compare the answer of an example with the results that were calculated in a folder.
 
     Returns
     -------
     pandas.DataFrame
-        One row a published number, with the columns of `RowVerdict`.
+        One row for each published number, with the columns of `RowVerdict`.
     """
     tables = CalculatedTables(folder)
     rows = [
         _judge(example, published, folder, tables)
         for stated in example.answer
-        for published in _written_out(example, stated, tables)
+        for published in _expand_stars(example, stated, tables)
     ]
     return pd.DataFrame(rows, columns=list(RowVerdict._fields))
 
 
-def _written_out(
+def _expand_stars(
     example: Example, stated: Published, tables: CalculatedTables
 ) -> Iterator[Published]:
-    """Yield a row of the answer, or one for each row of the table that its key means by a *."""
+    """Yield a row of the answer; if its key has a *, one for each row of the program's table that agrees."""
     names = [name for name, word in stated.key.items() if word == EVERY]
     if not names:
         yield stated
@@ -97,7 +99,7 @@ def _written_out(
 def _judge(
     example: Example, stated: Published, folder: Path, tables: CalculatedTables
 ) -> RowVerdict:
-    """Compare one published number with the program's."""
+    """Compare one published number with the number of the program."""
     quantity = example.settings.quantities[stated.quantity]
     row = RowVerdict(
         example=example.name,
@@ -127,15 +129,16 @@ def _judge(
     if remark is not None and not remark.comparable:
         return row._replace(reason_code=remark.code, reason=remark.sentence)
     if quantity.windows is not None:
-        over = over_windows(folder, quantity.windows, stated.key, quantity.ours)
+        all_windows = over_windows(folder, quantity.windows, stated.key, quantity.ours)
         row = row._replace(
-            ours=over.value,
-            lo=over.lo,
-            hi=over.hi,
-            windows=float(len(over.ends)),
-            windows_inside=float(over.count_inside(row.published)),
+            ours=all_windows.value,
+            lo=all_windows.lo,
+            hi=all_windows.hi,
+            windows=float(len(all_windows.ends)),
+            windows_inside=float(all_windows.count_inside(row.published)),
         )
-    judged = _by_rule(row, quantity, ours, error)
+    judged = _apply_rule(row, quantity, ours, error)
+    # a remark explains why a row lies outside
     if remark is None or judged.verdict != OUTSIDE:
         return judged
     return judged._replace(reason_code=remark.code, reason=f"{judged.reason}; {remark.sentence}")
@@ -144,11 +147,11 @@ def _judge(
 def _find_remark(
     example: Example, stated: Published, cells: Mapping[str, str]
 ) -> RemarkOnRows | None:
-    """Find the first remark on a row, by its key or by the cells of the program's table."""
+    """Find the first remark whose words agree with the key of a row, or with the cells of the program's table."""
     words = {**cells, **stated.key}
     for remark in example.settings.remarks:
-        is_meant = not remark.quantities or stated.quantity in remark.quantities
-        if is_meant and all(
+        is_on_quantity = not remark.quantities or stated.quantity in remark.quantities
+        if is_on_quantity and all(
             name in words and (is_same(words[name], pattern) or fnmatchcase(words[name], pattern))
             for name, pattern in remark.match.items()
         ):
@@ -157,15 +160,19 @@ def _find_remark(
 
 
 def _with_published(row: RowVerdict, value: float | str, error: float) -> RowVerdict:
+    """Return a row with its published number and the ends of its error."""
     if isinstance(value, str):
         return row._replace(published=value)
     return row._replace(published=value, published_lo=value - error, published_hi=value + error)
 
 
-def _by_rule(row: RowVerdict, quantity: Quantity, ours: TableNumber, error: float) -> RowVerdict:
-    """Judge by the table's own verdict, or by the intervals."""
+def _apply_rule(row: RowVerdict, quantity: Quantity, ours: TableNumber, error: float) -> RowVerdict:
+    """Return a row with its verdict, by the verdict in the program's table or else by the intervals.
+
+    `ours`: by the window of the config; `error`: of the published number, NaN if it has none.
+    """
     if quantity.judged is not None:
-        return _as_judged(row, quantity, ours)
+        return _take_verdict_of_table(row, quantity, ours)
     if isinstance(row.published, str) or isinstance(row.ours, str):
         return row._replace(reason_code="no-number", reason="it is no number")
     if math.isnan(row.ours):
@@ -197,7 +204,8 @@ def _by_rule(row: RowVerdict, quantity: Quantity, ours: TableNumber, error: floa
     )
 
 
-def _as_judged(row: RowVerdict, quantity: Quantity, ours: TableNumber) -> RowVerdict:
+def _take_verdict_of_table(row: RowVerdict, quantity: Quantity, ours: TableNumber) -> RowVerdict:
+    """Return a row with the verdict and the reason that the program's table states."""
     judged = quantity.judged
     assert judged is not None
     word, reason = ours.cells.get(judged.column, ""), ours.cells.get(judged.reason, "")
@@ -211,11 +219,11 @@ def _as_judged(row: RowVerdict, quantity: Quantity, ours: TableNumber) -> RowVer
 
 
 def in_order(verdicts: pd.DataFrame) -> pd.DataFrame:
-    """Sort verdicts by domain, plates and penetrations first; rows of one domain keep their order."""
+    """Sort verdicts by domain in the order of `DOMAINS`; rows of one domain keep their order."""
     ranks = {domain: rank for rank, domain in enumerate(DOMAINS)}
     return verdicts.sort_values("domain", key=lambda names: names.map(ranks), kind="stable")
 
 
 def count_verdicts(verdicts: pd.DataFrame) -> dict[str, int]:
-    """Number of rows of each verdict."""
+    """Count the rows with each verdict."""
     return {word: int((verdicts["verdict"] == word).sum()) for word in VERDICTS}

@@ -1,4 +1,4 @@
-"""A slope over every window of depth: which window is right was not known before the answer."""
+"""Slopes over all windows of depth together: the right window was not known before the answer."""
 
 from __future__ import annotations
 
@@ -20,7 +20,10 @@ from rftfit.workflow.measure import MEASURED, checks, slopes
 
 @dataclass(frozen=True)
 class OverWindows:
-    """Numbers of all windows: their ends, values and 95 % intervals, each (windows,); what has no number is left out."""
+    """One number by each of n windows of depth; windows without a number are left out.
+
+    `ends`: least and greatest depth, cm, shape (n, 2). `values`: shape (n,). `intervals`: 95 % intervals, shape (n, 2).
+    """
 
     ends: FloatArray
     values: FloatArray
@@ -28,28 +31,28 @@ class OverWindows:
 
     @property
     def value(self) -> float:
-        """Median."""
+        """Median over all windows."""
         return self._quantile(0.5)
 
     @property
     def lo(self) -> float:
-        """Lower end of the 95 % interval of a number drawn from a window drawn at random."""
+        """Lower end of the 95 % interval of a number from a random window, drawn within its error."""
         return self._quantile(0.025)
 
     @property
     def hi(self) -> float:
-        """Upper end."""
+        """Upper end of this interval."""
         return self._quantile(0.975)
 
     def count_inside(self, number: float | str) -> int:
-        """Count windows whose own interval holds a number."""
+        """Count the windows whose interval contains a number; a word lies in none."""
         if isinstance(number, str):
             return 0
         low, high = self.intervals.T
         return int(((low <= number) & (number <= high)).sum())
 
     def _quantile(self, share: float) -> float:
-        """Quantile of the mixture of the windows' normal distributions, all of the same weight."""
+        """Return a quantile of the mixture of the windows' normal distributions with equal weights; else NaN."""
         from scipy.optimize import brentq
         from scipy.special import ndtr
 
@@ -69,12 +72,12 @@ def over_windows(
     Parameters
     ----------
     folder : Path
-        The campaign, with its results.
+        Folder of the campaign, with its results.
     windows : Windows
     key : mapping of str to str
-        ``medium``, and the row of its table of alpha.
+        The medium, and ``beta_deg`` and ``gamma_deg`` of the row in its table of alpha (default: 0 and 90).
     cells : NumberCells
-        Columns of the number.
+        Columns of the number and its interval.
 
     Returns
     -------
@@ -102,7 +105,7 @@ def _alpha_in_window(
     window: tuple[float, float],
     key: Mapping[str, str],
 ) -> dict[str, str]:
-    """Row of the table of alpha with the slopes of one window; the logs are not read again."""
+    """Return the row of alpha with the slopes of one window, from tared forces that exist; {} if none."""
     fit = campaign.config.fit.model_copy(
         update={"submergence_cm": window[0], "max_depth_cm": window[1]}
     )
