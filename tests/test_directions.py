@@ -14,6 +14,7 @@ import rftfit
 from rftfit.directions import (
     TOLERANCE_DEG,
     angles_of_directions,
+    is_straight_down,
     number_depths,
     number_directions,
     number_rows,
@@ -99,3 +100,12 @@ def test_rows_are_numbered_as_their_angles_are():
     )
     assert number_rows(table, TOLERANCE_DEG).tolist() == [0, 2, 2, 2]
     assert number_rows(table, tolerance_deg=0.1).tolist() == [0, 1, 2, 2]
+
+
+@pytest.mark.parametrize(
+    ("beta_deg", "gamma_deg", "is_down"),
+    [(0, 90, True), (-0.5, 90.5, True), (0.6, 90, False), (180, 90, True), (0, -90, False)],
+)
+def test_a_level_plate_moves_straight_down_within_the_tolerance(beta_deg, gamma_deg, is_down):
+    assert is_straight_down(beta_deg, gamma_deg) == is_down
+    assert is_straight_down(1.5, 90, tolerance_deg=2.0)

@@ -58,6 +58,13 @@ def same_direction(
     return np.asarray(apart_deg <= tolerance_deg + _ROUNDING)
 
 
+def is_straight_down(
+    beta_deg: npt.ArrayLike, gamma_deg: npt.ArrayLike, tolerance_deg: float = TOLERANCE_DEG
+) -> npt.NDArray[np.bool_]:
+    """Return True where a level plate moves straight down, (beta, gamma) = (0, 90) deg."""
+    return same_direction(beta_deg, gamma_deg, 0.0, 90.0, tolerance_deg)
+
+
 def number_directions(
     beta_deg: FloatArray,
     gamma_deg: FloatArray,

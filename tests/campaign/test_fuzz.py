@@ -52,28 +52,28 @@ def with_hole(data, content, filling):
 
 
 @pytest.mark.statistics
-@settings(max_examples=example_count(150), deadline=None)
+@settings(max_examples=example_count(150))
 @given(BYTES)
 def test_any_config(data):
     run(data, None, "runs.csv")
 
 
 @pytest.mark.statistics
-@settings(max_examples=example_count(100), deadline=None)
+@settings(max_examples=example_count(100))
 @given(st.data())
 def test_a_config_with_a_hole(data):
     run(with_hole(data, CONFIG.encode(), BYTES), None, "runs.csv")
 
 
 @pytest.mark.statistics
-@settings(max_examples=example_count(150), deadline=None)
+@settings(max_examples=example_count(150))
 @given(BYTES, st.sampled_from(["runs.csv", "runs.tsv", "runs.xlsx"]))
 def test_any_sheet(data, name):
     run(None, data, name)
 
 
 @pytest.mark.statistics
-@settings(max_examples=example_count(150), deadline=None)
+@settings(max_examples=example_count(150))
 @given(st.data())
 def test_a_sheet_with_a_hole(data):
     sheet = sound_files()[data.draw(st.integers(0, 1))]
@@ -102,7 +102,7 @@ NAMES = st.sampled_from(sound_files()[0].decode().split("\n")[0].split(","))
 
 
 @pytest.mark.statistics
-@settings(max_examples=example_count(150), deadline=None)
+@settings(max_examples=example_count(150))
 @given(st.lists(st.dictionaries(NAMES, CELLS), max_size=6))
 def test_any_cells(rows):
     with tempfile.TemporaryDirectory() as folder:

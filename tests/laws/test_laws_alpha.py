@@ -34,8 +34,8 @@ def printed(medium):
 
 
 pytestmark = pytest.mark.statistics
-law = settings(max_examples=example_count(80), derandomize=True, deadline=None)
-slow_law = settings(max_examples=example_count(8), derandomize=True, deadline=None)
+law = settings(max_examples=example_count(80), derandomize=True)
+slow_law = settings(max_examples=example_count(8), derandomize=True)
 angles = st.floats(-1.5, 1.5)
 factors = st.floats(0.05, 20)
 nine = st.lists(st.floats(-1, 1), min_size=9, max_size=9).map(np.array)

@@ -16,8 +16,8 @@ POPPY = rftfit.published_medium("poppy_LP")
 TERMS: Any = rftfit.published_medium("poppy_CP", "fourier")
 PLANE = ["force_z_N", "force_x_N", "moment_N_cm"]
 pytestmark = pytest.mark.statistics
-law = settings(max_examples=example_count(60), derandomize=True, deadline=None)
-slow_law = settings(max_examples=example_count(16), derandomize=True, deadline=None)
+law = settings(max_examples=example_count(60), derandomize=True)
+slow_law = settings(max_examples=example_count(16), derandomize=True)
 factors = st.floats(0.1, 10)
 coordinates = st.floats(-3, 3).map(lambda number: round(number, 3))
 points = st.lists(st.tuples(coordinates, coordinates), min_size=2, max_size=5, unique=True)

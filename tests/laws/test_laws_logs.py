@@ -13,7 +13,7 @@ from seeds import example_count
 import rftfit
 
 pytestmark = pytest.mark.statistics
-law = settings(max_examples=example_count(60), derandomize=True, deadline=None)
+law = settings(max_examples=example_count(60), derandomize=True)
 PUSH = MadePush(readings_per_s=4.0)
 ROWS = PUSH.time_s.size
 TEXT = {"delimiter": ","}

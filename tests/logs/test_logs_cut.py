@@ -91,7 +91,7 @@ def test_cut_anywhere(name, place):
 
 
 @pytest.mark.statistics
-@settings(max_examples=example_count(60), deadline=None)
+@settings(max_examples=example_count(60))
 @given(name=st.sampled_from(NAMES), rows=st.integers(1, 400), share=st.floats(0, 1))
 def test_cut_long(name, rows, share, tmp_path_factory):
     place = tmp_path_factory.getbasetemp() / "long.txt"
@@ -134,7 +134,7 @@ def _worse(foreign_log, word):
 
 
 @pytest.mark.statistics
-@settings(max_examples=example_count(80), deadline=None)
+@settings(max_examples=example_count(80))
 @given(
     name=st.sampled_from(NAMES),
     spots=st.lists(st.tuples(st.floats(0, 0.9999), st.binary(max_size=3)), min_size=1, max_size=4),

@@ -217,9 +217,7 @@ def short_bag():
 @needs_ur3
 @pytest.mark.statistics
 @settings(
-    max_examples=example_count(60),
-    deadline=None,
-    suppress_health_check=[HealthCheck.function_scoped_fixture],
+    max_examples=example_count(60), suppress_health_check=[HealthCheck.function_scoped_fixture]
 )
 @given(share=st.floats(0, 1))
 def test_cut_anywhere(tmp_path, share):

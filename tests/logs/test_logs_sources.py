@@ -53,7 +53,7 @@ READERS = {
         ]
     ),
 )
-@settings(max_examples=example_count(60), deadline=None)
+@settings(max_examples=example_count(60))
 def test_two_sources_are_refused_or_one_of_them_is_read(
     tmp_path_factory, kind, ratio, seed, column_and_names
 ):

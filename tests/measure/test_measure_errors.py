@@ -144,7 +144,7 @@ ERRORS = dict.fromkeys(
 
 
 @pytest.mark.statistics
-@settings(deadline=None, max_examples=seeds(40, 12))
+@settings(max_examples=seeds(40, 12))
 @given(
     start=st.fixed_dictionaries(ERRORS),
     name=st.sampled_from([*ERRORS]),

@@ -61,7 +61,7 @@ def test_error_of_a_curvature_is_what_noise_does_not_explain():
     np.testing.assert_allclose(unsure.curvature, unexplained / np.sqrt(3), rtol=1e-2)
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(
     seed=st.integers(0, 10**6),
     slow=st.floats(0, 0.01),

@@ -76,7 +76,7 @@ def force_on_element(profile, z, beta=0, gamma=90, half=1e-9, area=1.0, fast=1.0
 
 @each_profile
 @pytest.mark.statistics
-@settings(max_examples=example_count(150), deadline=None)
+@settings(max_examples=example_count(150))
 @given(st.lists(element, min_size=1, max_size=30))
 def test_compiled_and_plain_agree(profile, rows):
     elements = elements_of(rows)

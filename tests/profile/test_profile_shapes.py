@@ -197,7 +197,7 @@ def test_media_take_energy_because_that_is_known_beforehand():
 
 
 @pytest.mark.statistics
-@settings(max_examples=seeds(8, 4), deadline=None)
+@settings(max_examples=seeds(8, 4))
 @given(st.integers(1, 30), st.sampled_from(MEDIA), st.integers(0, 2**31))
 @few_draws()
 def test_a_number_is_the_mean_of_its_draws(count, medium, seed):

@@ -138,7 +138,7 @@ def test_compiled_and_plain_agree(profile, law, friction):
 
 
 angle = st.floats(-np.pi, np.pi)
-PROPERTY = settings(max_examples=seeds(60, 15), deadline=None)
+PROPERTY = settings(max_examples=seeds(60, 15))
 
 
 def vector(tilt, turn):

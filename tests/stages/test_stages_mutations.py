@@ -14,7 +14,7 @@ from seeds import seeds
 
 
 @pytest.mark.statistics
-@settings(max_examples=seeds(20, 3), deadline=None)
+@settings(max_examples=seeds(20, 3))
 @given(st.randoms(use_true_random=False))
 def test_the_stages_refuse_nothing_that_check_passed(luck):
     written = mutated(luck)

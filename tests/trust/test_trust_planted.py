@@ -38,9 +38,7 @@ def tiny(tmp_path_factory):
     return {"fresh": fresh, "done": done, "places": places_of(done.config)}
 
 
-@settings(
-    max_examples=15, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
+@settings(max_examples=15, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.data())
 def test_a_symbolic_link_anywhere_is_refused_before_the_first_byte(tiny, data):
     """In the place of a file or of a folder on the way to it, before a first run or a second."""

@@ -22,7 +22,7 @@ from rftfit.campaign.reading import ModelFile, read_model
 from rftfit.campaign.schema import KeyPath
 from rftfit.campaign.sheet import Run, Vocabulary, read_sheet, same_file_needs_one_clock
 from rftfit.campaign.tables import TablePush, TableRead, read_pushes
-from rftfit.directions import number_depths
+from rftfit.directions import is_straight_down, number_depths
 from rftfit.errors import InputError
 from rftfit.store.digests import digest_of_numbers, digests_of_files
 from rftfit.store.text import count, megabytes, table
@@ -301,7 +301,7 @@ def _warn_of_missing_profile(
                 "the forces on its legs with"
             )
             problems.append(Problem("sheet.no-plate", place, "only legs", text, severity="warning"))
-        level = all((run.beta_deg, run.gamma_deg) == (0, 90) for run in pushes)
+        level = all(is_straight_down(run.beta_deg, run.gamma_deg) for run in pushes)
         if pushes and level and medium.role == "laboratory":
             text = (
                 "role natural_sand, in which one push scales the generic profile; a profile of its own "

@@ -18,7 +18,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from rftfit.conventions import FloatArray
-from rftfit.directions import TOLERANCE_DEG, number_directions
+from rftfit.directions import TOLERANCE_DEG, is_straight_down, number_directions
 from rftfit.errors import InputError
 from rftfit.measure.alpha import column
 from rftfit.measure.errors import LEAST_DOF, USUAL_BED_SPREAD
@@ -159,8 +159,8 @@ class Comparison:
         """alpha_z of B over that of A at (0, 90 deg); NaN where that is no common direction."""
         if not len(self.directions):
             return math.nan
-        beta, gamma = self.directions["beta_deg"], self.directions["gamma_deg"]
-        down = self.directions[(beta == 0) & (gamma == 90)]
+        beta_deg, gamma_deg = self.directions["beta_deg"], self.directions["gamma_deg"]
+        down = self.directions[is_straight_down(beta_deg, gamma_deg)]
         if down.empty:
             return math.nan
         alpha_a, alpha_b = (float(down[f"alpha_z_{side}_N_per_cm3"].iloc[0]) for side in "ab")

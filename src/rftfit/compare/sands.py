@@ -10,6 +10,7 @@ import pandas as pd
 
 from rftfit.campaign.load import Campaign
 from rftfit.conventions import FloatArray
+from rftfit.directions import is_straight_down
 from rftfit.measure.alpha import bed_spread, cell_at, column
 from rftfit.measure.errors import Part, SurfaceError, combined_half_width, errors_of
 from rftfit.measure.fits import Row, fit_medium
@@ -75,7 +76,8 @@ def penetration_rows(
     tests = [
         run
         for run in map(campaign.by_id.__getitem__, sorted(facts))
-        if (run.kind, run.direction, run.beta_deg, run.gamma_deg) == ("plate", "intrusion", 0, 90)
+        if (run.kind, run.direction) == ("plate", "intrusion")
+        and is_straight_down(run.beta_deg, run.gamma_deg, config.grid.angle_tolerance_deg)
     ]
     where = split_runs(tared)
     depth, force = (tared[name].to_numpy(float) for name in ("depth_cm", "force_z_N"))

@@ -15,6 +15,7 @@ import pandas as pd
 
 from rftfit.campaign.config import Disc, FlatOutline, Leg, Plate
 from rftfit.conventions import FloatArray
+from rftfit.directions import is_straight_down
 from rftfit.errors import InputError
 
 _PA_PER_N_CM2, _M_PER_CM = 1e4, 0.01
@@ -96,7 +97,7 @@ def pressure_sinkage(fits: pd.DataFrame, width_cm_of_run: Mapping[str, float]) -
     InputError
         If no push straight down has a fitted power of depth.
     """
-    is_push = (fits["beta_deg"] == 0) & (fits["gamma_deg"] == 90)
+    is_push = is_straight_down(fits["beta_deg"], fits["gamma_deg"])
     # columns of the line with a free intercept; both `_percent` columns compare the stress of a law at the end of the
     # fitted window with the stress of the line through zero
     free_line = ["intercept_z_N_per_cm2", "free_slope_z_N_per_cm3", "free_stress_z_percent"]

@@ -12,6 +12,7 @@ import pandas as pd
 from rftfit.checks.declared import CHECKS
 from rftfit.checks.verdict import Verdict
 from rftfit.compare.legs import WITHIN_PERCENT
+from rftfit.directions import is_straight_down
 from rftfit.figures import labels
 from rftfit.figures.style import format_number
 from rftfit.forces.peaks import STEEP
@@ -97,7 +98,7 @@ def _describe_lost_pushes(results: Results) -> Iterable[str]:
     """Name the media whose pushes straight down were all dropped, each with the most frequent reason."""
     for name in results.media:
         fits = results[name].fits
-        pushes = fits[(fits["beta_deg"] == 0) & (fits["gamma_deg"] == 90)]
+        pushes = fits[is_straight_down(fits["beta_deg"], fits["gamma_deg"])]
         if pushes.empty or pushes[column("z")].notna().any():
             continue
         reason = pushes["reason"].mode().iloc[0]

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import pandas as pd
 
 from rftfit.campaign.config import Config, Container, Disc, FlatOutline, Leg, Plate
+from rftfit.directions import is_straight_down
 from rftfit.figures import labels
 from rftfit.figures.style import format_number
 from rftfit.forces.limits import beyond_measured
@@ -341,8 +342,8 @@ _ERROR_PHRASES = {
 
 def _describe_named_errors(cells_with_error: pd.DataFrame) -> str:
     """Write the errors of alpha that no single log shows, each by its largest share of alpha_z(0, 90 deg) in any direction."""
-    is_down = (cells_with_error["beta_deg"] == 0) & (cells_with_error["gamma_deg"] == 90)
-    down = cells_with_error[is_down].set_index("medium")["alpha_z_N_per_cm3"]
+    is_down = is_straight_down(cells_with_error["beta_deg"], cells_with_error["gamma_deg"])
+    down = cells_with_error[is_down].groupby("medium")["alpha_z_N_per_cm3"].first()
     reference_alpha = cells_with_error["medium"].map(down)
     error_texts: list[str] = []
     for name, phrase in _ERROR_PHRASES.items():
