@@ -1,5 +1,6 @@
 """Measured campaigns: alpha does not depend on clocks, on the order of runs and rows, or on units."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,7 @@ MEDIA: dict[str, dict[str, Any]] = {
     "late": {"start_s": 4000.0},
     "strong": {"gain": 2.0},
     "shifted": {"zero_N": 3.0},
+    "pooled": {},
 }
 """How the pushes of a medium differ from the same pushes, noise and all."""
 
@@ -39,6 +41,11 @@ def make(folder, units, order=1):
             row = {"run_id": run, "kind": "plate", "medium": medium, "intruder": "plate"}
             row |= {"direction": "intrusion", "beta_deg": f"{beta:g}", "gamma_deg": f"{gamma:g}"}
             rows.append(row | {"force_log": f"{run}.csv", "motion_log": f"{run}.csv"})
+            if medium == "pooled" and gamma == 45:
+                logs[f"{run}_narrow.csv"] = replace(push, area_cm2=10.0, seed=9).log().text()
+                narrow = {"run_id": f"{run}_narrow", "intruder": "narrow"}
+                narrow |= {"force_log": f"{run}_narrow.csv", "motion_log": f"{run}_narrow.csv"}
+                rows.append(row | narrow)
     force_unit, length_unit = units.get("force_unit", "N"), units.get("length_unit", "mm")
     config = {
         "title": "Made pushes",
@@ -71,7 +78,8 @@ def make(folder, units, order=1):
         "arm": {"speed_cm_per_s": 1.0},
         "container": {"length_cm": 60, "width_cm": 60, "depth_cm": 40},
         "intruders": {
-            "plate": {"shape": "plate", "length_cm": 5.0, "width_cm": 3.0, "thickness_cm": 0.5}
+            "plate": {"shape": "plate", "length_cm": 5.0, "width_cm": 3.0, "thickness_cm": 0.5},
+            "narrow": {"shape": "plate", "length_cm": 5.0, "width_cm": 2.0, "thickness_cm": 0.5},
         },
         "media": {medium: {"title": medium} for medium in MEDIA},
         "fit": {"missing_tare": "none"},
@@ -79,6 +87,9 @@ def make(folder, units, order=1):
     write_campaign(folder, config, rows=rows[::order], logs=logs)
     report = rftfit.run(folder, [f"results/alpha/{medium}.csv" for medium in MEDIA], cores=1)
     assert report.failed == {}
+    flags = rftfit.open(folder).table("flags/pooled.csv")
+    flags = flags[flags["code"] == "pooled-plates"]
+    assert flags[["run_id", "beta_deg", "gamma_deg"]].to_numpy().tolist() == [["", 0.0, 45.0]]
     return {medium: alpha_of(folder, medium) for medium in MEDIA}
 
 

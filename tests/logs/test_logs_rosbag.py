@@ -355,6 +355,13 @@ def test_a_block_that_unpacks_to_any_size_is_refused(tmp_path, monkeypatch, pack
         RosBagReader().load(path)
 
 
+@pytest.mark.parametrize("name", ["time", "received", "goal.header.stamp"])
+def test_times_of_ros_are_in_seconds(name):
+    topic = rosbag.Topic("/goal", "geometry_msgs/msg/PoseStamped", {}, [], False, False)
+    assert rosbag.unit_of(name, topic) == "s"
+    assert rosbag.unit_of("goal.header.seq", topic) == ""
+
+
 def test_a_folder_with_a_record_of_any_size_is_refused(tmp_path, monkeypatch):
     write_ros2(tmp_path / "bag", map(wrench, range(50)))
     path = tmp_path / "bag" / "metadata.yaml"
