@@ -8,6 +8,7 @@ from log_files import refused
 
 from rftfit.campaign.config import TextFormat
 from rftfit.logs.arrays import ArraysReader
+from rftfit.logs.beside import may_be_labels
 from rftfit.logs.delimited import DelimitedReader
 from rftfit.logs.tabular import XlsxReader
 
@@ -185,3 +186,17 @@ def test_rows_of_several_widths_are_those_of_the_chosen_source(tmp_path):
         for word in "FP"
     }
     assert sizes == {"F": 60, "P": 30}
+
+
+@pytest.mark.parametrize(
+    ("numbers", "is_label"),
+    [
+        ([1, 2], True),
+        ([0.5, 1.5], False),
+        ([3, 3], False),
+        (range(40), False),
+        ([1, np.nan], False),
+    ],
+)
+def test_labels_are_a_few_whole_numbers(numbers, is_label):
+    assert may_be_labels(np.tile(np.array(numbers, dtype=float), 40 // len(numbers))) == is_label

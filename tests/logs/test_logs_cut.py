@@ -15,7 +15,7 @@ from log_files import TEXTS, check_rows
 from numpy.testing import assert_array_equal
 from seeds import example_count, seeds
 
-from rftfit.logs.base import Log, LogError
+from rftfit.logs.base import Log, LogError, PacketCount
 from rftfit.logs.registry import DIALECTS, dialect, load_each
 from rftfit.table.parse import CELLS, CUT, FINITE, NUMBER
 
@@ -173,3 +173,19 @@ def test_an_error_that_is_kept_holds_no_file_open(tmp_path):
         gc.enable()
     assert isinstance(error, LogError)
     assert still_open == []
+
+
+@pytest.mark.parametrize(
+    ("numbers", "counted", "missing"),
+    [
+        ([5, 6, 8, 9], [0, 1, 3, 4], 1),
+        ([2**32 - 2, 2**32 - 1, 0, 1], [0, 1, 2, 3], 0),
+        ([2**32 - 1, 2, 1, 3], [0, 3, 2, 4], 1),
+    ],
+)
+def test_packets_are_counted_past_the_end_of_their_counter(numbers, counted, missing):
+    """A counter of 32 bits goes on at 0; a packet that comes late is not missing."""
+    count = PacketCount("lost")
+    answer = count.follow(np.array(numbers, dtype=float), np.arange(len(numbers)))
+    assert answer.tolist() == counted
+    assert count.missing == missing

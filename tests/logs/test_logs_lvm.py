@@ -77,6 +77,15 @@ def with_x(path, columns, shift, late=0.0):
     return path
 
 
+def test_a_log_says_where_its_time_comes_from(tmp_path):
+    path = tmp_path / "counted.lvm"
+    path.write_bytes(lvm(ROWS).content)
+    counted = LvmReader().load(path)
+    assert any(note.startswith("time is X0 + row x Delta_X (") for note in counted.notes)
+    written = LvmReader().load(with_x(tmp_path / "x.lvm", "One", 0.0))
+    assert "time is X_Value" in written.notes
+
+
 @pytest.mark.parametrize(
     ("columns", "shift", "late"),
     [("Multi", 0.5, 0.0), ("Multi", 0.0, 0.5), ("Multi", 0.5, 0.5), ("One", 0.0, 0.5)],
