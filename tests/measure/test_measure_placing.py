@@ -18,7 +18,7 @@ from rftfit.errors import InputError
 from rftfit.measure.flags import codes_of
 from rftfit.measure.ingest import ingest_traces
 from rftfit.measure.ledger import RowStatus, check_ledger
-from rftfit.measure.readable import open_logs
+from rftfit.measure.readable import measure_for_check
 
 YIELD_CM_PER_N = 1e-3
 """How far the machine bends under one newton."""
@@ -124,7 +124,7 @@ def test_runs_with_one_fault_are_one_group_whatever_they_are_called(folder):
     (folder / "runs.csv").write_text(rows)
     for name in ("a", "b"):
         write(folder, name, make_push(3, stiffness=0.0, medium_N=0.0))
-    (logs,) = open_logs(campaign(folder))
+    (logs,) = measure_for_check(campaign(folder))
     (problem,) = logs.problems
     assert problem.code == "logs.refused"
     assert re.fullmatch(r"sand, 2 of 2 .*: a \(row 2\), in \(row 3\)", problem.place.file)

@@ -137,7 +137,7 @@ def read_sheet(
         _check_direction(draft)
         _check_intruder(draft, vocabulary)
         _check_gamma(draft)
-        _check_cell(draft, vocabulary)
+        _check_direction_is_planned(draft, vocabulary)
         _check_depth(draft, vocabulary)
         _check_stroke(draft)
         _check_sources(draft)
@@ -209,7 +209,7 @@ def _check_gamma(draft: DraftRow) -> None:
         draft.note("gamma_deg", "gamma-up", gamma_text, allowed)
 
 
-def _check_cell(draft: DraftRow, vocabulary: Vocabulary) -> None:
+def _check_direction_is_planned(draft: DraftRow, vocabulary: Vocabulary) -> None:
     """Refuse a plate run in a direction that the config's grid does not plan."""
     config, medium = vocabulary.config, draft.text["medium"]
     beta, gamma = draft.number.get("beta_deg"), draft.number.get("gamma_deg")

@@ -73,8 +73,9 @@ def verdict_on(checks: pd.DataFrame, fits: pd.DataFrame, flags: Flags) -> Verdic
         return Verdict(NOTHING, "no run gave a slope")
     without_tare = len(flags.runs_with("no-tare").keys() & set(used_runs))
     if without_tare and 2 * without_tare >= len(used_runs):
-        runs = f"in {without_tare} of {len(used_runs)} runs " * (without_tare < len(used_runs))
-        return Verdict(DOUBTFUL, runs + str(remark("no-tare")))
+        is_in_all = without_tare == len(used_runs)
+        runs = "" if is_in_all else f"in {without_tare} of {len(used_runs)} runs "
+        return Verdict(DOUBTFUL, f"{runs}{remark('no-tare')}")
     if giving := len(flags.runs_beside_others("gives-back")):
         runs = f"in {giving} of {len(used_runs)} runs"
         return Verdict(DOUBTFUL, f"{runs} {CHECKS['work'].fault}")

@@ -110,7 +110,11 @@ class _KnownShape:
         self.mean = self.vectors.T @ (mean / error)
 
     def log_evidence(self, alpha: FloatArray) -> float:
-        """Logarithm of the likelihood of alpha, summed over the size of the medium, up to a constant."""
+        """Logarithm of the likelihood of alpha, shape (2 n,), summed over the size s of the medium, up to a constant.
+
+        In units of the error and along the eigenvectors of the covariance each number is independent, with the mean s m
+        and the variance 1 + s^2 v.
+        """
         turned = self.vectors.T @ (alpha / self.error)
         size = math.sqrt(alpha @ alpha / self.square)
         sizes = (size * _SIZES)[:, None]

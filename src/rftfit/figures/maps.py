@@ -363,10 +363,12 @@ def why_no_fit(results: Results, fits: pd.DataFrame, column: str) -> list[str]:
     if fits[column].notna().any():
         return []
     rows = fits.drop_duplicates("medium")
-    reasons, titles = zip(rows["medium"], rows["reason"], strict=True), results.campaign.titles
-    return [f"{titles.get(name, name)}: {reason}" for name, reason in reasons] or [
-        "no laboratory medium"
+    titles = results.campaign.titles
+    reasons = [
+        f"{titles.get(medium, medium)}: {reason}"
+        for medium, reason in zip(rows["medium"], rows["reason"], strict=True)
     ]
+    return reasons or ["no laboratory medium"]
 
 
 def kept_coefficients(results: Results, medium: str) -> FloatArray:

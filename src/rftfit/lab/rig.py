@@ -215,7 +215,7 @@ def to_channels(
     }
     channels = np.empty((force_x.size, 3))
     for axis, along in mount.items():
-        name: str = getattr(transducer.axes, axis)
+        name: str = getattr(transducer.axes, axis)  # a sign and a channel, as "-F3"
         channels[:, int(name[2]) - 1] = -along if name[0] == "-" else along
     return channels
 

@@ -141,11 +141,15 @@ def submerged_depth(depth_cm: FloatArray, half_z_cm: float) -> FloatArray:
     return np.where(depth_cm >= half_z_cm, depth_cm, partly)
 
 
-def near_walls(
+def wall_factor(
     config: Config, x_cm: FloatArray, depth_cm: FloatArray, beta_deg: float
 ) -> FloatArray:
-    """Factor by which walls and bottom raise the force on a plate with its centre there, if nearer than 6 cm."""
-    half_x, half_z = half_extents(plate_of(config.intruders)[1], beta_deg)
+    """Factor by which walls and bottom raise the force on a plate; 1 where all are `CLEARANCE_CM` away.
+
+    `x_cm`, `depth_cm`: Place of the centre of the plate.
+    """
+    _, plate = plate_of(config.intruders)
+    half_x, half_z = half_extents(plate, beta_deg)
     box, factor = config.container, np.ones_like(depth_cm)
     for clearance in (box.depth_cm - depth_cm - half_z, box.length_cm / 2 - np.abs(x_cm) - half_x):
         factor *= 1 + 0.3 * np.clip(1 - clearance / CLEARANCE_CM, 0.0, 1.0) ** 2
@@ -167,7 +171,7 @@ def plate_law(run: PlannedRun, config: Config, alpha: Alpha = published_alpha) -
                 1 + _CHOSEN.stick_slip * np.sin(2 * np.pi * x_cm / _CHOSEN.stick_slip_cm)
             )
         else:
-            load = load * near_walls(config, x_cm, -z_cm, beta)
+            load = load * wall_factor(config, x_cm, -z_cm, beta)
         return alpha_z * load, alpha_x * load
 
     return law

@@ -128,13 +128,14 @@ def _with_units_of_rows(log: Log, labels: Mapping[str, Sequence[str]]) -> Log:
             )
             raise LogError("unit_changes", text, log.rows)
         column = _column_with_unit(log, name, stated[0])
-        if units.get(column, stated[0]) not in ("", stated[0]):
+        header_unit = units.get(column, "")
+        if header_unit and header_unit != stated[0]:
             text = (
-                f"{log.path}: the header says that {column} is in {units[column]}, the column {name} beside it {words[0]!r}; "
+                f"{log.path}: the header says that {column} is in {header_unit}, the column {name} beside it {words[0]!r}; "
                 "allowed: one unit: mend the header, or leave out the wrong column"
             )
             raise LogError("unit_changes", text, log.rows)
-        if column in units:
+        if column in units:  # a column that no quantity asked for has no unit to be set
             units[column] = stated[0]
         unread.pop(name, None)
     return replace(log, units=units, unread=unread)

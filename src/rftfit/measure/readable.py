@@ -37,10 +37,10 @@ class Opened:
     passed_over: int = 0
 
 
-def open_logs(campaign: Campaign) -> list[Opened]:
+def measure_for_check(campaign: Campaign) -> list[Opened]:
     """Measure each medium as `rftfit run` does, and report which runs it would drop or doubt, and why."""
-    form = campaign.config.table
-    if form is not None and form.holds == "alpha":
+    table_settings = campaign.config.table
+    if table_settings is not None and table_settings.holds == "alpha":
         return []
     sizes = {run.run_id: _log_sizes(campaign, run) for run in campaign.runs}
     large = {

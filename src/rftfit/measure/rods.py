@@ -92,14 +92,14 @@ def _estimate_once(profiles: list[_Profile]) -> TareShare | None:
                 sums[profile.direction] = sums.get(profile.direction, np.zeros(3)) + products
     if len(sums) < _CHOSEN.fewest_directions:
         return None
-    left, of_tare, of_course = np.stack([*sums.values()], axis=1)
+    left, of_tare, of_others = np.stack([*sums.values()], axis=1)
     if not of_tare.sum() > 0:
         return None
     share = float(left.sum() / of_tare.sum())
-    # repeats share a tare, so each direction counts as one measurement; its variance is in proportion to `of_course`
+    # repeats share a tare, so each direction counts as one measurement; its variance is in proportion to `of_others`
     dof = left.size - 1
-    scatter = float(((left - share * of_tare) ** 2 / of_course).sum()) / dof
-    se = float(np.sqrt(scatter * of_course.sum()) / of_tare.sum())
+    scatter = float(((left - share * of_tare) ** 2 / of_others).sum()) / dof
+    se = float(np.sqrt(scatter * of_others.sum()) / of_tare.sum())
     return TareShare(-share, se, dof)
 
 
@@ -143,10 +143,11 @@ def _make_profiles(
 
 
 def _bend_products(profile: _Profile, others: list[_Profile]) -> FloatArray | None:
-    """Return weighted products of the bend of other rods with those of force, tare and itself, shape (3,).
+    """Return products of the bend of the other rods with the bends of this force, of this tare and of the other rods, shape (3,).
 
-    A bend is the component across the force on the plate without its line through zero of depth. None where too few
-    steps of depth are common.
+    Bend: the component across the force on the plate, less its line through zero of depth. A force that still holds its
+    rod has a part of the bend of rods. The products are sums over depths, divided by the variance of a bend. None where
+    too few steps of depth are common.
     """
     size = min(profile.depth.size, *(other.depth.size for other in others))
     is_common = profile.is_there[:size] & np.all(
@@ -155,19 +156,19 @@ def _bend_products(profile: _Profile, others: list[_Profile]) -> FloatArray | No
     if is_common.sum() < _CHOSEN.fewest_steps:
         return None
     depth = profile.depth[:size][is_common]
-    course = np.mean([other.tare[:, :size][:, is_common] for other in others], axis=0)
+    mean_of_others = np.mean([other.tare[:, :size][:, is_common] for other in others], axis=0)
     force, tare = (values[:, :size][:, is_common] for values in (profile.force, profile.tare))
     slopes = force @ depth / (depth @ depth)
     strength = float(np.hypot(*slopes))
     if not strength > 0:
         return None
     across = np.array([-slopes[1], slopes[0]]) / strength
-    bend_of_course, bend_of_force, bend_of_tare = (
-        _without_line(across @ values, depth) for values in (course, force, tare)
+    bend_of_others, bend_of_force, bend_of_tare = (
+        _without_line(across @ values, depth) for values in (mean_of_others, force, tare)
     )
     variance = (_CHOSEN.across * strength * depth.max()) ** 2 + _CHOSEN.zero_n**2
-    bends = np.stack([bend_of_force, bend_of_tare, bend_of_course])
-    return np.asarray(bends @ bend_of_course / variance)
+    bends = np.stack([bend_of_force, bend_of_tare, bend_of_others])
+    return np.asarray(bends @ bend_of_others / variance)
 
 
 def _without_line(values: FloatArray, depth: FloatArray) -> FloatArray:

@@ -23,7 +23,7 @@ from rftfit.store.chosen import chosen
 _CHOSEN = chosen("measure", "strokes")
 
 UNDERGROUND_CM = 0.3
-"""Depth that a stroke must reach."""
+"""Smallest depth that a stroke must reach to count, and smallest height above the surface that counts as air."""
 SHORTEST_CM = 0.1
 """Length of the shortest stroke."""
 BOTTOM_CM = 0.02

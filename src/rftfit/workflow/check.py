@@ -146,7 +146,7 @@ def check_all(config: Path, *, diagnose: bool = False) -> Checked:
         # answered before the slow imports below, which read a campaign
         return Checked([no_campaign])
     from rftfit.campaign.load import check_campaign
-    from rftfit.measure.readable import open_logs
+    from rftfit.measure.readable import measure_for_check
     from rftfit.robot.tracks import check_robot
 
     campaign, problems = check_campaign(config)
@@ -160,7 +160,7 @@ def check_all(config: Path, *, diagnose: bool = False) -> Checked:
     if campaign is None or checked.errors:
         return checked
     try:
-        opened = open_logs(campaign)
+        opened = measure_for_check(campaign)
     except InputError as error:
         unread = Problem("logs.reader", Place(config.name), None, str(error))
         return replace(checked, problems=[*checked.problems, unread])
