@@ -315,14 +315,14 @@ def _describe_numbers_of_paper(results: Results, medium: Medium) -> dict[str, st
     is_of_medium = (penetration["medium"] == medium.name) & (penetration["method"] == AS_PRINTED)
     by_transform = penetration[is_of_medium]
     terms = coefficients(published_as)
-    sum_text = "" if is_zeta_of_terms(terms) else f"its terms add up to {sum_of_terms(terms):.3f}"
+    sum_text = "" if is_zeta_of_terms(terms) else f"sum of its terms {sum_of_terms(terms):.3f}"
     notes = {}
     for name, digits, why in (("zeta", 3, sum_text), ("chi", 2, "")):
-        note = f"the paper prints {format_number(printed[name], digits)}{in_brackets(why)}"
+        note = f"paper {format_number(printed[name], digits)}{in_brackets(why)}"
         transformed = by_transform[name].dropna()
         if len(transformed):
             number = format_number(float(transformed.iloc[0]), ALPHA_DIGITS)
-            note += f"; by the transform of the paper {number}"
+            note += f"; by its transform {number}"
         notes[f"{name}_note"] = note
     return notes
 
