@@ -315,7 +315,7 @@ def _describe_numbers_of_paper(results: Results, medium: Medium) -> dict[str, st
     is_of_medium = (penetration["medium"] == medium.name) & (penetration["method"] == AS_PRINTED)
     by_transform = penetration[is_of_medium]
     terms = coefficients(published_as)
-    sum_text = "" if is_zeta_of_terms(terms) else f"sum of its terms {sum_of_terms(terms):.3f}"
+    sum_text = "" if is_zeta_of_terms(terms) else f"its terms: {sum_of_terms(terms):.3f}"
     notes = {}
     for name, digits, why in (("zeta", 3, sum_text), ("chi", 2, "")):
         note = f"paper {format_number(printed[name], digits)}{in_brackets(why)}"
