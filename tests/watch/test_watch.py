@@ -275,7 +275,7 @@ def test_a_push_straight_down_tells_the_clock_of_the_slanted_runs_before_it(tmp_
     log.unlink()
     watch = Watch(root / "config/config.yaml", wait_s=0)
     # checks, map and plan of the medium are not what is looked at
-    monkeypatch.setattr(watch, "_tell_media", lambda _: iter(()))
+    monkeypatch.setattr(watch, "_report_media", lambda _: iter(()))
     list(watch.step())
     # 150 s after the only push straight down the drift is not known well enough
     slanted = watch.facts(watch.media["sand"], "b0_g45_1")

@@ -76,7 +76,7 @@ class Book:
         sheet.set_footer("&L&A&Rpage &P of &N")
         return sheet
 
-    def write_text(
+    def put_text(
         self, sheet: Worksheet, row: int, column: int, text: str, form: str = "text"
     ) -> None:
         """Write text as text, whatever its first letters are; `form`: key of `_FORMATS`."""
@@ -96,7 +96,7 @@ class Book:
         if math.isfinite(value):
             sheet.write_number(row, column, value, self.formats[form])
             return
-        self.write_text(sheet, row, column, "no run" if reason else "no value", "missing")
+        self.put_text(sheet, row, column, "no run" if reason else "no value", "missing")
         if reason:
             sheet.write_comment(row, column, reason, {"x_scale": 2, "author": "rftfit"})
 
@@ -105,10 +105,10 @@ class Book:
         sheet = self.add_sheet("About")
         sheet.freeze_panes(_TITLE_ROWS, 0)
         sheet.set_column(0, 0, 110)
-        self.write_text(sheet, 0, 0, title, "title")
+        self.put_text(sheet, 0, 0, title, "title")
         version_line = f"Made by rftfit {__version__}."
         for row, line in enumerate([version_line, *lines], start=2):
-            self.write_text(sheet, row, 0, line)
+            self.put_text(sheet, row, 0, line)
 
     def close(self) -> bytes:
         """End the workbook; return the bytes of its file."""
@@ -158,8 +158,8 @@ def alpha_workbook(results: Results) -> bytes:
         sheet = book.add_sheet(medium.name)
         sheet.set_column(0, 0, 24)
         sheet.set_column(1, 20, 10)
-        book.write_text(sheet, 0, 0, medium.title, "title")
-        book.write_text(sheet, 1, 0, format_remarks(results.marks.get(medium.name, ())))
+        book.put_text(sheet, 0, 0, medium.title, "title")
+        book.put_text(sheet, 1, 0, format_remarks(results.marks.get(medium.name, ())))
         row, table = 2, medium.alpha
         for c in "zx":
             head = f"alpha_{c} (N/cm^3)"
@@ -182,8 +182,8 @@ def _write_alpha_block(
     # modulo 180: a plate at beta = -90 degrees is the same plate as at 90
     directions = zip(table["beta_deg"].round(2) % 180, table["gamma_deg"].round(2), strict=True)
     reasons = dict(zip(directions, table["reason"], strict=True))
-    book.write_text(sheet, row, 0, title, "block")
-    book.write_text(sheet, row + 1, 0, "beta \\ gamma (degrees)", "head")
+    book.put_text(sheet, row, 0, title, "block")
+    book.put_text(sheet, row + 1, 0, "beta \\ gamma (degrees)", "head")
     for j, angle in enumerate(gamma):
         sheet.write_number(row + 1, j + 1, angle, book.formats["angle"])
     for i, angle in enumerate(beta):
@@ -199,7 +199,7 @@ def _write_alpha_list(
 ) -> int:
     """Write one column of an alpha table of scattered directions as a list. Returns the next free row."""
     for j, head in enumerate(("beta (degrees)", "gamma (degrees)", title)):
-        book.write_text(sheet, row, j, head, "head")
+        book.put_text(sheet, row, j, head, "head")
     rows = zip(table["beta_deg"], table["gamma_deg"], table[column], table["reason"], strict=True)
     for i, (beta, gamma, value, reason) in enumerate(rows, start=row + 1):
         sheet.write_number(i, 0, beta, book.formats["angle_side"])
@@ -253,7 +253,7 @@ def _write_coefficient_sheet(book: Book, results: Results, method: str, rows: pd
     sheet = book.add_sheet(method)
     sheet.set_column(0, 0, 14)
     sheet.set_column(1, 2 * len(media), 21)
-    book.write_text(sheet, 0, 0, f"Fourier coefficients, method {method}", "title")
+    book.put_text(sheet, 0, 0, f"Fourier coefficients, method {method}", "title")
     unit = f"(N/cm^3; {GENERIC} and zeta dimensionless)"
     columns = [(titles[name], values[name].to_dict(), dropped[name]) for name in media]
     head = f"coefficients {unit}; grey: term not kept, counts as zero"
@@ -283,13 +283,13 @@ def _write_term_block(
     book: Book, sheet: Worksheet, row: int, title: str, columns: Sequence[TermColumn]
 ) -> int:
     """Write columns of terms and zeta, from a row of the sheet on. Returns the next free row."""
-    book.write_text(sheet, row, 0, title, "block")
-    book.write_text(sheet, row + 1, 0, "coefficient", "head")
+    book.put_text(sheet, row, 0, title, "block")
+    book.put_text(sheet, row + 1, 0, "coefficient", "head")
     terms = [*TERMS, "zeta"]
     for i, term in enumerate(terms, start=row + 2):
-        book.write_text(sheet, i, 0, term, "side")
+        book.put_text(sheet, i, 0, term, "side")
     for j, (heading, values, grey) in enumerate(columns, start=1):
-        book.write_text(sheet, row + 1, j, heading, "head")
+        book.put_text(sheet, row + 1, j, heading, "head")
         for i, term in enumerate(terms, start=row + 2):
             book.write_number(
                 sheet, i, j, float(values[term]), "grey" if term in grey else "number"
