@@ -295,7 +295,7 @@ def _describe_scale_of_pushes(
         note = f"of the {directions} pushed directions alone, not comparable with the paper's"
         if has_scale_of_map(results, medium):
             number = format_number(value, ALPHA_DIGITS)
-            note = f"of the map; of the {directions} pushed directions alone: {number}"
+            note = f"of the map; pushes alone: {number}"
         key = f"{name}_note"
         notes_on_pushes[key] = "; ".join(filter(None, (note, notes.get(key, ""))))
     return notes_on_pushes
