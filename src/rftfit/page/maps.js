@@ -14,7 +14,7 @@ function edgesOf(nodes) {
  * Two maps (alpha_z, alpha_x) that share their chosen cell.
  * `show(beta, gamma)` is told of the choice. Of what is made, `show(grid, read)` draws a medium:
  * `grid` has beta_deg, gamma_deg, and points [beta, gamma, z, x] of pushes that lie on no grid;
- * `read(beta, gamma)`, degrees, gives {z: {value, lo, hi}, x: ..., note}.
+ * `read(beta, gamma)`, degrees, gives {z: {value, lo, hi}, x: ..., note, isRun}; isRun is false where nobody pushed.
  */
 function makeMaps(parent, show) {
   const state = { row: 0, col: 0, read: null, points: [] };
@@ -70,15 +70,18 @@ function makeMaps(parent, show) {
       image.replaceChildren();
       drawFrame(image);
       let largest = 0;
-      const cells = beta.map((_, row) => gamma.map((__, col) => state.read(beta[row], gamma[col])[component].value));
-      for (const v of cells.flat()) if (Number.isFinite(v) && v !== null) largest = Math.max(largest, Math.abs(v));
+      const cells = beta.map((b) => gamma.map((g) => state.read(b, g)));
+      const isNumber = (value) => value !== null && Number.isFinite(value);
+      for (const cell of cells.flat()) if (isNumber(cell[component].value)) largest = Math.max(largest, Math.abs(cell[component].value));
       drawKey(image, largest);
       cells.forEach((line, row) =>
-        line.forEach((value, col) => {
-          const known = value !== null && Number.isFinite(value);
+        line.forEach((cell, col) => {
+          const value = cell[component].value;
           const box = boxOf(row, col);
           const attributes = { ...box, class: "cell", "data-row": row, "data-col": col };
-          attributes.fill = known ? colourOf(value, largest) : `url(#${hatchOf(image)})`;
+          // hatched: there were runs, and none gave a number; a direction without a run stays empty
+          const empty = cell.isRun === false ? "transparent" : `url(#${hatchOf(image)})`;
+          attributes.fill = isNumber(value) ? colourOf(value, largest) : empty;
           image.append(svg("rect", attributes));
         }),
       );
@@ -170,7 +173,9 @@ function startMaps(data) {
     const between = cells.points.length ? "Interpolated between the pushes, which are the dots." : "";
     const cellsOf = (grid, otherwise) => (beta, gamma) => {
       const cell = cellAt(grid, beta, gamma);
-      return cell ? { ...cell, note: cell.note || between } : otherwise(beta, gamma);
+      if (!cell) return otherwise(beta, gamma);
+      const isRun = [cell.z, cell.x].some(({ value }) => value !== null) || Boolean(cell.note);
+      return { ...cell, isRun, note: isRun ? cell.note || between : "No run in this direction." };
     };
     const modelOf = (name) => (beta, gamma) => {
       const [z, x] = alphaOf(own[name], radians(beta), radians(gamma));
