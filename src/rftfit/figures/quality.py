@@ -27,6 +27,7 @@ from rftfit.figures.traces import (
 from rftfit.measure.flags import describe_shared
 from rftfit.measure.sentences import FLAGS
 from rftfit.measure.verdict_words import MAP, PAIR, REPEATS
+from rftfit.store.text import count
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -44,7 +45,7 @@ if TYPE_CHECKING:
 def _describe_counts(fits: pd.DataFrame, flags: Flags, title: str, noun: str = "run") -> str:
     """Say how many plate runs a medium has, and how many of them are marked for a problem."""
     marked = len(_list_problems(fits, flags))
-    return f"{title}: {len(fits)} {noun}{'s' * (len(fits) != 1)}, {marked} marked"
+    return f"{title}: {count(len(fits), noun)}, {marked} marked"
 
 
 def _list_problems(fits: pd.DataFrame, flags: Flags) -> list[str]:
@@ -130,7 +131,7 @@ def draw_quality(
 def _describe_notes(fits: pd.DataFrame, shared: tuple[Remark, ...]) -> str:
     """Write the flags that all runs share, and each note with the number of runs that have it."""
     counts = fits["note"].replace("", np.nan).dropna().value_counts().sort_index()
-    notes = [f"{count} runs: {note}" for note, count in counts.items()]
+    notes = [f"{count(runs, 'run')}: {note}" for note, runs in counts.items()]
     return "; ".join([*describe_shared(shared), *notes])
 
 
@@ -586,7 +587,7 @@ def _describe_differences(table: pd.DataFrame) -> str:
     """Say how many runs were compared, how many are apart, and how far runs differ."""
     times = table["times_spread"]
     if times.isna().all():
-        return f"{len(table)} runs: too few to estimate how much runs differ"
+        return f"{count(len(table), 'run')}: too few to estimate how much runs differ"
     differences = (table[f"alpha_{c}_N_per_cm3"] - table[f"others_{c}_N_per_cm3"] for c in "zx")
     medians = [style.format_number(difference.abs().median(), 4) for difference in differences]
     largest = float(np.nanmax(np.abs(table[["alpha_z_N_per_cm3", "alpha_x_N_per_cm3"]])))

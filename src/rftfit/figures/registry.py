@@ -86,6 +86,11 @@ class Declared:
         name = "_".join(word for word in (self.name, medium) if word)
         return f"{self.folder}/{name}"
 
+    def title_of(self, results: Results, medium: str = "") -> str:
+        """Write its name in words, with the title of the medium it is drawn for."""
+        words = self.name.replace("{medium}", "").replace("_", " ").strip()
+        return ", ".join(filter(None, (words, results.campaign.titles.get(medium, medium))))
+
     def caption_of(self, results: Results, medium: str = "") -> str:
         """Write the caption for a run, as plain text; empty where there is nothing to see."""
         paper = f" After {self.paper} of the paper." if self.paper else ""

@@ -22,6 +22,7 @@ from rftfit.page.cells import Row, records
 from rftfit.page.outcome import media_that_passed
 from rftfit.results import Results
 from rftfit.robot.speeds import share_within
+from rftfit.store.text import count
 
 _MOST_MEDIA = 3
 """Most media that a sentence names; more are counted."""
@@ -102,9 +103,9 @@ def _describe_lost_pushes(results: Results) -> Iterable[str]:
         if pushes.empty or pushes[column("z")].notna().any():
             continue
         reason = pushes["reason"].mode().iloc[0]
-        count = "the only push was" if len(pushes) == 1 else f"all {len(pushes)} pushes were"
+        lost = "the only push was" if len(pushes) == 1 else f"all {len(pushes)} pushes were"
         yield (
-            f"straight down, alpha_z of {results.titles[name]} is left out, since {count} dropped{labels.in_brackets(reason)}"
+            f"straight down, alpha_z of {results.titles[name]} is left out, since {lost} dropped{labels.in_brackets(reason)}"
         )
 
 
@@ -137,8 +138,8 @@ def _describe_checks(results: Results) -> str:
         else:
             outcome = "not possible here" if check in passed_in else "failed"
             titles[outcome].append(CHECKS[check].title)
-    count = passed + passed_partly
-    text = f"{count or 'no'} check{'s' * (count != 1)} passed"
+    checks_passed = passed + passed_partly
+    text = f"{count(checks_passed, 'check') if checks_passed else 'no checks'} passed"
     if passed_partly:
         text += f" where they could be made ({passed or 'none'} in all media)"
     for outcome, checks in titles.items():

@@ -35,6 +35,7 @@ from rftfit.page.outcome import Outcome
 from rftfit.results import Results
 from rftfit.store.digests import digest_of
 from rftfit.store.environment import versions
+from rftfit.store.text import count
 from rftfit.version import __version__
 
 
@@ -87,12 +88,12 @@ def _describe_measurement(results: Results, outcome: Outcome) -> str:
     """Describe media, runs, tare, slopes and intervals of alpha: the first paragraph."""
     config, fits = results.config, results.joined("fits/{medium}.csv")
     fitted_runs = fits[fits["reason"] == ""] if "reason" in fits else fits
-    media = f"{len(results.media)} granular {'medium' if len(results.media) == 1 else 'media'}"
+    media = count(len(results.media), "granular medium", "granular media")
     dropped, excluded = outcome.count_lost(excluded=False), outcome.count_lost(excluded=True)
     lost = [f"{excluded} excluded"] * (excluded > 0) + [f"{dropped} dropped"] * (dropped > 0)
     lost_text = f" and {' and '.join(lost)}" if lost else ""
     runs_sentence = (
-        f"{outcome.runs_used} {'run was' if outcome.runs_used == 1 else 'runs were'} used"
+        f"{count(outcome.runs_used, 'run was', 'runs were')} used"
         f"{labels.in_brackets(_count_runs_by_kind(outcome))}{lost_text}."
     )
     if config.table is not None and config.table.holds == "alpha":
@@ -374,7 +375,7 @@ def _choose_tare_sentence(
             return f"The forces are those on the {kind} alone, so nothing was subtracted."
         return f"{nothing}."
     runs = len(labels.without_tare(results).intersection(table["run_id"]))
-    exception = f", save for {runs} runs without such a recording" if runs else ""
+    exception = f", save for {count(runs, 'run')} without such a recording" if runs else ""
     return f"{subtracted}{exception}."
 
 

@@ -46,6 +46,7 @@ from rftfit.page.outcome import (
 from rftfit.page.robot import robot_data, robot_facts, robot_tables
 from rftfit.results import Results
 from rftfit.store.environment import versions
+from rftfit.store.text import count
 
 SCRIPTS = (
     "kernel.js",
@@ -167,9 +168,9 @@ def context(results: Results) -> dict[str, Any]:
             if medium.note or medium.compaction
         ],
         "flags": [
-            (medium.name, medium.title, f"{flag} ({count} flag{'s' * (count != 1)} in all)")
+            (medium.name, medium.title, f"{flag} ({count(flags, 'flag')} in all)")
             for medium in results
-            for flag, count in [most_serious_flag(results, medium.name)]
+            for flag, flags in [most_serious_flag(results, medium.name)]
             if flag
         ],
         "doubts": [
@@ -346,7 +347,7 @@ def _describe_runs(results: Results, outcome: Outcome) -> str:
         return f"{media} from a table of stress or alpha.".capitalize()
     runs = "1 run" if outcome.runs_used == 1 else f"{outcome.runs_used:,} runs"
     log_origin = "simulated" if results.campaign.reenacted else "recorded"
-    lost = f"{dropped} {'run' if dropped == 1 else 'runs'} dropped" if dropped else "none dropped"
+    lost = f"{count(dropped, 'run')} dropped" if dropped else "none dropped"
     lost = f"{excluded} excluded, {lost}" if excluded else lost
     return f"{media}, {runs} used, {lost}; logs {log_origin}.".capitalize()
 
@@ -360,6 +361,7 @@ class Picture:
     """
 
     name: str
+    title: str
     caption: str
     section: str
     data: str
@@ -383,12 +385,15 @@ def drawn_figures(results: Results) -> list[Picture]:
 def _make_picture(results: Results, declared: Declared, medium: str) -> Picture:
     """Make the picture of a figure that was drawn, with its preview as a data address."""
     file, caption = declared.file(medium), declared.caption_of(results, medium)
+    title = declared.title_of(results, medium)
     content = results.path(f"{file}.webp").read_bytes()
     data = f"data:image/webp;base64,{base64.b64encode(content).decode()}"
     section = "quality" if declared.folder == "quality" else declared.section
     name = file.rpartition("/")[2]
     lacking = "" if caption else _describe_lacking(results, declared, medium)
-    return Picture(name, caption, section, data, *size_of_preview(content), f"{file}.png", lacking)
+    return Picture(
+        name, title, caption, section, data, *size_of_preview(content), f"{file}.png", lacking
+    )
 
 
 def _describe_lacking(results: Results, declared: Declared, medium: str) -> str:

@@ -58,6 +58,7 @@ from rftfit.page.outcome import (
 )
 from rftfit.reference import MEDIA, coefficients, load
 from rftfit.results import Medium, Results
+from rftfit.store.text import count
 
 ALPHA_Z, ALPHA_X = (Markup("\N{GREEK SMALL LETTER ALPHA}<sub>{}</sub>").format(c) for c in "zx")
 ALPHA_OF = {"z": ALPHA_Z, "x": ALPHA_X}
@@ -90,13 +91,13 @@ def tabulate_media(results: Results, outcome: Outcome) -> PageTable:
         runs_used = outcome.used[row["medium"]]
         is_sand = row["medium"] in results.sands
         facts = ["natural sand"] * is_sand
-        facts.append(f"{runs_used} run{'s' * (runs_used != 1)}")
+        facts.append(count(runs_used, "run"))
         for fate in fates.values():
-            if count := lost[row["medium"], fate]:
-                facts.append(f"{count} {fate}")
+            if lost_runs := lost[row["medium"], fate]:
+                facts.append(f"{lost_runs} {fate}")
         # most runs of a sand are rods and legs
         if is_sand and 0 < row["pushes"] < runs_used:
-            facts.append(f"{row['pushes']} push{'es' * (row['pushes'] != 1)}")
+            facts.append(count(row["pushes"], "push", "pushes"))
         if row["directions"] > 1:
             facts.append(f"{row['directions']} directions")
         return Cell(results.campaign.titles[row["medium"]], (", ".join(facts),))
@@ -104,9 +105,9 @@ def tabulate_media(results: Results, outcome: Outcome) -> PageTable:
     def data_verdict(row: Row) -> Cell:
         """Make the cell with the verdict on the data, its reason, and a link to it."""
         word, reason = results[row["medium"]].verdict
-        count = most_serious_flag(results, row["medium"])[1]
+        flag_count = most_serious_flag(results, row["medium"])[1]
         is_faultless = word in (SOUND, NOT_CHECKED)
-        flags = f"{count} flag{'s' * (count != 1)}" if count and is_faultless else ""
+        flags = count(flag_count, "flag") if flag_count and is_faultless else ""
         link_by_word = {SOUND: "", NOTHING: "#dropped", NOT_CHECKED: "#believed"}
         link = link_by_word.get(word, f"#checks-{row['medium']}")
         css_class = {SOUND: "same", DOUBTFUL: "doubtful", NOT_CHECKED: "faint"}.get(word, "differs")

@@ -24,9 +24,9 @@ def _is_number(cell: str) -> bool:
     return True
 
 
-def count(number: int, noun: str) -> str:
-    """Write a number with its noun: ``1 run``, ``2 runs``."""
-    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+def count(number: int, noun: str, plural: str = "") -> str:
+    """Write a number with its noun: ``1 run``, ``2 runs``; `plural`: where it is not the noun and an s."""
+    return f"{number} {noun if number == 1 else plural or noun + 's'}"
 
 
 def megabytes(size: int) -> str:
