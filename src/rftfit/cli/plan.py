@@ -62,7 +62,7 @@ def plan(
         str | None,
         typer.Option(
             help="What is to be known: map (default), zeta, legs (the three model legs), robot (the "
-            "paper's, at 2 Hz); or a body, by the options of rftfit predict."
+            "paper's, at 2 Hz); or a leg or an outline, by the options of rftfit predict."
         ),
     ] = None,
     body: options.BodyOptions,

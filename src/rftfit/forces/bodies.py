@@ -22,14 +22,14 @@ def set_in_motion(
 ) -> BodyInMotion:
     """Return an outline with its `Motion` (default: the rotation of the paper's trials) or a mesh with its `Motion3D`.
 
-    A body that turns is cut as finely as its forces need (`fine_enough`). `law`, `friction`: for a mesh alone.
+    The body is cut as finely as its forces and moments need (`fine_enough`). `law`, `friction`: for a mesh alone.
     `quantities`: those of an outline that get an interval. Raises TypeError where body and motion do not go together.
     """
     if isinstance(body, Mesh):
         if not isinstance(motion, Motion3D):
             raise TypeError("a mesh moves in space: its motion is a Motion3D")
-        return MeshInMotion(fine_enough(body, motion), motion, law, friction)
+        return MeshInMotion(fine_enough(body), motion, law, friction)
     if isinstance(motion, Motion3D):
         raise TypeError("an outline moves in the plane; Mesh.extrude makes a mesh of it")
     motion = rotation() if motion is None else motion
-    return OutlineInMotion(fine_enough(body, motion), motion, quantities)
+    return OutlineInMotion(fine_enough(body), motion, quantities)

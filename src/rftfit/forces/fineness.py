@@ -1,8 +1,8 @@
-"""How finely a body that turns is cut.
+"""How finely a body is cut.
 
-The force on a part of a body (an element or a triangle) is that of its middle. Where the body does not turn that is
-exact; where it turns, the velocity differs along a long part, and the force is wrong: on a box of 12 triangles by a
-factor.
+The force on a part of a body (an element or a triangle) is that of its middle, and acts there. Where the body does not
+turn the force is exact, but it acts below the middle, since stress grows with depth: of two triangles of a slanted sole
+the moment is wrong by a factor. Where the body turns, the velocity differs along a long part, and the force is wrong too.
 
 The cut depends on the body alone, not on the motion: a pose has the same forces whatever the other poses are.
 """
@@ -13,8 +13,7 @@ from typing import TypeVar, cast
 
 import numpy as np
 
-from rftfit.forces.mesh import Mesh, Motion3D
-from rftfit.forces.motion import Motion
+from rftfit.forces.mesh import Mesh
 from rftfit.forces.outlines import Outline
 
 Body = TypeVar("Body", bound=Outline | Mesh)
@@ -30,17 +29,16 @@ Errors of many faces cancel more than those of a line of elements do.
 """
 
 
-def fine_enough(body: Body, motion: Motion | Motion3D) -> Body:
-    """Halve the edges of a body that turns until none is too long; a body that does not turn is returned as it is."""
-    rates = motion.frames[:, 6:9] if isinstance(motion, Motion3D) else motion.poses[:, 5]
+def fine_enough(body: Body) -> Body:
+    """Halve the edges of a body until none is too long; a body that is fine enough is returned as it is."""
     longest_cm = longest_edge_cm(body)
-    if not rates.any() or not (body.edges_cm > longest_cm).any():
+    if not (body.edges_cm > longest_cm).any():
         return body
     return cast("Body", body.refined(longest_cm))
 
 
 def longest_edge_cm(body: Outline | Mesh) -> float:
-    """Return the longest edge that a body may have where it turns, cm."""
+    """Return the longest edge that a body may have, cm."""
     # from the shortest: the second of two sides is the longer one, the second of three the middle
     # one
     sides_cm = np.sort(np.ptp(body.points_cm, axis=0))

@@ -204,7 +204,7 @@ class Mesh:
     def refined(self, longest_cm: float) -> Mesh:
         """Halve triangles until no edge is longer: the same body, whose forces are nearer to those of the law.
 
-        `predict` and `wheel` do so by themselves where a coarse mesh turns (`rftfit.forces.fineness`); `Ground` by
+        `predict` and `wheel` do so by themselves where a mesh is coarse (`rftfit.forces.fineness`); `Ground` by
         its `triangle_cm`.
 
         Parameters

@@ -344,7 +344,7 @@ def wheel(
         roll(rim / 2 if sinkages is None else float(sinkages[index]), float(slip_of_row), POSES)
         for index, slip_of_row in enumerate(slips)
     ]
-    mesh = fine_enough(mesh, motions[0])
+    mesh = fine_enough(mesh)
     profile = profile_of(medium, partial(has_number, mesh=mesh, friction=friction))
     rolling = _Wheel(profile, mesh, roll, friction, rim)
     errors = _model_errors(profile, mesh, friction, model_error, left_out)
