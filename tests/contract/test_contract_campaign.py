@@ -104,7 +104,17 @@ def test_compare_by_python_and_by_command(folder, results):
 
 @pytest.mark.parametrize("kind", ["map", "fourier", "generic"])
 def test_predict_with_a_medium_of_the_campaign(kind, folder, results, tmp_path):
-    words = f"predict --leg c_leg --medium {LAB} --results results --profile {kind}".split()
+    words = [
+        "predict",
+        "--leg",
+        "c_leg",
+        "--medium",
+        LAB,
+        "--results",
+        "results",
+        "--profile",
+        kind,
+    ]
     output = tmp_path / "forces.csv"
     content = json_of(*words, "--output", output, folder=folder)
     profile = results[LAB].map().profile if kind == "map" else results[LAB].profile(kind)
@@ -115,7 +125,7 @@ def test_predict_with_a_medium_of_the_campaign(kind, folder, results, tmp_path):
 
 def test_export_of_a_medium_of_the_campaign(folder, results, tmp_path):
     path = tmp_path / "profile.json"
-    words = f"export --medium {LAB} --results results --profile map".split()
+    words = ["export", "--medium", LAB, "--results", "results", "--profile", "map"]
     assert answer_of(*words, "--output", path, folder=folder)[0] == 0
     beta, gamma = np.radians([0, 30, -45]), np.radians([90, 45, -30])
     expected = results[LAB].map().profile.alpha(beta, gamma)
@@ -123,7 +133,7 @@ def test_export_of_a_medium_of_the_campaign(folder, results, tmp_path):
 
 
 def test_plan_from_a_medium_of_the_campaign(folder, tmp_path):
-    words = f"plan --results results --medium {SAND} --target zeta --count 1".split()
+    words = ["plan", "--results", "results", "--medium", SAND, "--target", "zeta", "--count", "1"]
     content = json_of(*words, "--output", tmp_path / "plan.csv", folder=folder)
     before, after = (row["half_width_percent"] for row in content["pushes"])
     assert 0 < after < before < 100
