@@ -254,8 +254,7 @@ def test_stress_is_not_divided_by_a_plate_of_the_config(tmp_path):
         },
     }
     config = Config.model_validate(values)
-    head = "beta_deg,gamma_deg,depth_cm,stress_z_N_per_cm2,stress_x_N_per_cm2"
-    path = written(tmp_path / "s.csv", head, "0,90,1,0.3,0")
+    path = written(tmp_path / "s.csv", STRESS_HEAD, "0,90,1,0.3,0")
     assert config.table is not None
     (push,), _ = read(path, config.table)
     area = config.intruders[push.run.intruder]
@@ -301,39 +300,29 @@ def test_blocks_of_table_s5(tmp_path):
             assert_array_equal(alpha_read, alpha.ravel())
 
 
+def check_alpha_table(folder, media, *lines):
+    """Write a campaign that is a table of alpha, and check it."""
+    (folder / "config").mkdir()
+    (folder / "raw").mkdir()
+    written(folder / "raw" / "t.csv", *lines)
+    settings = ("title: a", "raw: raw", "run_sheet: raw/t.csv", "table: {holds: alpha}", media)
+    return check_campaign(written(folder / "config" / "config.yaml", *settings))
+
+
 def test_a_config_with_an_error_is_no_reason_to_read_the_table_as_a_run_sheet(tmp_path):
-    (tmp_path / "config").mkdir()
-    (tmp_path / "raw").mkdir()
-    written(tmp_path / "raw" / "t.csv", HEAD, "0,90,0.35,0")
-    config = written(
-        tmp_path / "config" / "config.yaml",
-        "title: a",
-        "raw: raw",
-        "run_sheet: raw/t.csv",
-        "table: {holds: alpha}",
-        "media: {sand: {title: sand, colour: red}}",
+    campaign, problems = check_alpha_table(
+        tmp_path, "media: {sand: {title: sand, colour: red}}", HEAD, "0,90,0.35,0"
     )
-    campaign, problems = check_campaign(config)
     assert campaign is None
     assert len(problems) == 1
     assert problems[0].place.key == "media.sand.colour"
 
 
 def test_labels_that_differ_in_capitals_or_spaces_are_pointed_out_once(tmp_path):
-    (tmp_path / "config").mkdir()
-    (tmp_path / "raw").mkdir()
     labels = ("wet day", "dry", "Wet-day", "dry", "Wet-day", "")
     rows = [f"{10 * place},90,0.35,0,{label}" for place, label in enumerate(labels)]
-    written(tmp_path / "raw" / "t.csv", f"{HEAD},session", *rows)
-    config = written(
-        tmp_path / "config" / "config.yaml",
-        "title: a",
-        "raw: raw",
-        "run_sheet: raw/t.csv",
-        "table: {holds: alpha}",
-        "media: {sand: {title: sand}}",
-    )
-    _, problems = check_campaign(config)
+    media = "media: {sand: {title: sand}}"
+    _, problems = check_alpha_table(tmp_path, media, f"{HEAD},session", *rows)
     label_problems = [problem for problem in problems if problem.code == "sheet.label-alike"]
     assert [
         (problem.place.row, problem.place.column, problem.found) for problem in label_problems
@@ -533,22 +522,19 @@ def test_pushes_for_a_map_leave_out_what_is_excluded(tmp_path):
 
 
 def test_a_header_without_its_unit_is_told_with_lines_to_paste(tmp_path):
-    path = tmp_path / "table.csv"
-    path.write_text("beta,gamma,depth_mm,sigma,tau_kPa\n0,90,1,2,0\n", "utf-8")
-    read = read_pushes(path, "table.csv", TableSettings(holds="stress"), (), "table.csv")
-    (missing,) = (problem for problem in read.problems if problem.code.endswith("missing-column"))
+    path = written(tmp_path / "table.csv", "beta,gamma,depth_mm,sigma,tau_kPa", "0,90,1,2,0")
+    problems = read(path, TableSettings(holds="stress"))[1]
+    (missing,) = (problem for problem in problems if problem.code.endswith("missing-column"))
     assert 'table: {columns: {stress_z_N_per_cm2: "sigma"}, stress_unit: ...}' in str(missing)
     table = TableSettings(
         holds="stress", columns={"stress_z_N_per_cm2": "sigma"}, stress_unit="kPa"
     )
-    read = read_pushes(path, "table.csv", table, (), "table.csv")
-    assert not [problem for problem in read.problems if problem.severity == "error"]
+    assert not [problem for problem in read(path, table)[1] if problem.severity == "error"]
 
 
 @pytest.mark.parametrize(("beta", "equal_beta"), [("120", "-60"), ("-120", "60"), ("200", "20")])
 def test_a_plate_beyond_ninety_is_told_which_one_it_is(beta, equal_beta, tmp_path):
-    path = tmp_path / "table.csv"
-    path.write_text(f"beta,gamma,alpha_z,alpha_x\n{beta},90,1,0\n", "utf-8")
+    path = written(tmp_path / "table.csv", "beta,gamma,alpha_z,alpha_x", f"{beta},90,1,0")
     (problem,) = read(path)[1]
     assert places([problem]) == [("out-of-range", 2, "beta_deg")]
     assert problem.found == beta
@@ -556,13 +542,9 @@ def test_a_plate_beyond_ninety_is_told_which_one_it_is(beta, equal_beta, tmp_pat
 
 
 def test_alpha_in_another_unit_is_doubted(tmp_path):
-    path = tmp_path / "table.csv"
-    path.write_text("beta,gamma,alpha_z,alpha_x\n0,90,350000,0\n30,45,2e5,1\n", "utf-8")
-    read = read_pushes(path, "table.csv", TableSettings(holds="alpha"), (), "table.csv")
-    (problem,) = read.problems
+    rows = ("0,90,350000,0", "30,45,2e5,1")
+    path = written(tmp_path / "table.csv", "beta,gamma,alpha_z,alpha_x", *rows)
+    (problem,) = read(path)[1]
     assert problem.severity == "warning"
     assert "Set alpha_unit" in str(problem)
-    read = read_pushes(
-        path, "table.csv", TableSettings(holds="alpha", alpha_unit="N/m^3"), (), "table.csv"
-    )
-    assert read.problems == []
+    assert not read(path, TableSettings(holds="alpha", alpha_unit="N/m^3"))[1]

@@ -8,10 +8,7 @@ import pandas as pd
 import pytest
 from result_tables import alpha_frame, one_cell
 
-from rftfit.errors import InputError
 from rftfit.outputs.dictionary import describe_file
-from rftfit.workflow.diff import compare_folders
-from rftfit.workflow.provenance import FORMAT
 
 COEFFICIENTS, ERRORS, ALPHA, SCALING = (
     "coefficients.csv",
@@ -82,7 +79,7 @@ def write(folder, runs, tables=None):
     }
     job = {"rule": "checks", "key": "sand", "state": STATE, "reads": {}, "writes": writes}
     (folder / "records" / f"{JOB}.json").write_text(json.dumps(job))
-    record = {"format": FORMAT, "settings": {}, "modules": {}, "versions": {}, "jobs": {JOB: job}}
+    record = {"format": 3, "settings": {}, "modules": {}, "versions": {}, "jobs": {JOB: job}}
     (folder / "provenance.json").write_text(json.dumps(record))
     return folder
 
@@ -136,18 +133,17 @@ def test_many_changes_of_one_sort_are_one_line(rftfit, tmp_path):
     assert rftfit("diff", *folders, "--all").out.count("run rep3_") == 20
 
 
-def test_results_of_a_version_with_other_columns(rftfit, tmp_path):
+def test_results_of_a_version_with_other_columns(rftfit, refusal, tmp_path):
     """Numbers that both have are compared; a column of one of them is named."""
     older = TABLES[ERRORS].assign(peak_predicted_N=5.5).drop(columns=["model_error"])
     write(tmp_path / "a", RUNS, {ERRORS: older})
     write(tmp_path / "b", RUNS)
-    comparison = compare_folders(tmp_path / "a", tmp_path / "b")
-    assert [(change.quantity, change.was, change.now) for change in comparison.numbers] == [
-        ("peak_predicted_N", 5.5, 5.0)
-    ]
-    assert comparison.alone == ["leg_errors.csv, column model_error"]
+    comparison = json.loads(rftfit("diff", tmp_path / "a", tmp_path / "b", "--json").out)
+    (change,) = comparison["changed"]
+    assert (change["quantity"], change["was"], change["now"]) == ("peak_predicted_N", 5.5, 5.0)
+    assert comparison["only_in_one"] == ["leg_errors.csv, column model_error"]
     text = rftfit("diff", tmp_path / "a", tmp_path / "b").out
     assert "Only in one of them: leg_errors.csv, column model_error" in text
     write(tmp_path / "c", RUNS, {SCALING: pd.DataFrame({"zeta": [0.4]})})
-    with pytest.raises(InputError, match=r"penetration.csv: no column method, medium"):
-        compare_folders(tmp_path / "c", tmp_path / "b")
+    told = refusal("diff", tmp_path / "c", tmp_path / "b")
+    assert "penetration.csv: no column method, medium" in told

@@ -21,6 +21,8 @@ from third_party import CMU_SAND, ROBOT_LEG, WHEELS_MEASURED, YADE_WHEEL, needs
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLES = ROOT / "examples"
 NAMES = ["cmu-sand", "paper", "robot-leg", "wheels"]
+FROM_DATA = ("example", "./mine", "out", "--from", "data")
+"""Words of the command that runs the example made here with the data that lie beside it."""
 SPEEDS = "run,speed_cm_s\nslow,4.0\nfast,9\n"
 SETTINGS = """\
 title: One push and a table
@@ -126,7 +128,7 @@ def serving(folder, handler=Whole):
 
 
 def test_an_example_is_a_folder_with_three_files(mine):
-    answer = json_of("example", "./mine", "out", "--from", "data", folder=mine)
+    answer = json_of(*FROM_DATA, folder=mine)
     rows = answer["rows"]
     assert [(row["verdict"], row["reason_code"]) for row in rows] == VERDICTS
     assert answer["counts"] == {"inside": 3, "outside": 2, "not comparable": 2}
@@ -202,7 +204,7 @@ def test_a_folder_that_lacks_data(fault, mine):
         file.unlink()
     else:
         shutil.rmtree(mine / "data")
-    error = refused("example", "./mine", "out", "--from", "data", folder=mine)
+    error = refused(*FROM_DATA, folder=mine)
     assert "data" in error
     assert ("10 bytes" in error) == (fault == "half")
     assert not (mine / "out").exists()
@@ -212,7 +214,7 @@ def test_a_file_of_that_name_stays(mine):
     (mine / "out" / "raw").mkdir(parents=True)
     there = mine / "out" / "raw" / "speeds.csv"
     there.write_text("my own\n")
-    error = refused("example", "./mine", "out", "--from", "data", folder=mine)
+    error = refused(*FROM_DATA, folder=mine)
     assert str(Path("out") / "raw" / "speeds.csv") in error
     assert there.read_text() == "my own\n"
     assert [path.name for path in (mine / "out").rglob("*")] == ["raw", "speeds.csv"]
@@ -221,7 +223,7 @@ def test_a_file_of_that_name_stays(mine):
 def test_a_folder_that_cannot_be_written(mine):
     (mine / "out").mkdir()
     (mine / "out" / "raw").write_text("no folder\n")
-    code, _, error = answer_of("example", "./mine", "out", "--from", "data", folder=mine)
+    code, _, error = answer_of(*FROM_DATA, folder=mine)
     assert code == 3
     assert "raw" in error
     assert [path.name for path in (mine / "out").iterdir()] == ["raw"]
@@ -230,7 +232,7 @@ def test_a_folder_that_cannot_be_written(mine):
 def test_a_command_that_fails_leaves_no_verdict(mine):
     settings = mine / "mine" / "example.yaml"
     settings.write_text(settings.read_text().replace("scale --alpha", "scale --alphabet"))
-    code, _, error = answer_of("example", "./mine", "out", "--from", "data", folder=mine)
+    code, _, error = answer_of(*FROM_DATA, folder=mine)
     assert code == 4
     assert "verdicts.csv" in error
     assert not (mine / "out" / "verdicts.csv").exists()
@@ -251,7 +253,7 @@ def test_faults_of_an_example(mine):
         "quantity,key,value,error,unit,where\nalpha,beta_deg=0,1,,,T\nalpha_z,beta,1,,,T\n"
         "alpha_z,beta_deg=0,,,,T\nalpha_z,beta_deg=0,x,-1,,T\n"
     )
-    error = refused("example", "./mine", "out", "--from", "data", folder=mine)
+    error = refused(*FROM_DATA, folder=mine)
     for place in (
         "row 2, column quantity",
         "row 3, column key",
@@ -274,7 +276,7 @@ def test_faults_of_an_example(mine):
     ):
         assert old in settings
         (folder / "example.yaml").write_text(settings.replace(old, new, 1))
-        error = refused("example", "./mine", "out", "--from", "data", folder=mine)
+        error = refused(*FROM_DATA, folder=mine)
         assert "example.yaml" in error
         assert place in error
     assert not (mine / "out").exists()
@@ -390,6 +392,6 @@ def test_numbers_of_the_readme_are_those_of_the_page():
 
 
 def test_json_is_proper(mine):
-    code, out, _ = answer_of("example", "./mine", "out", "--from", "data", "--json", folder=mine)
+    code, out, _ = answer_of(*FROM_DATA, "--json", folder=mine)
     assert code == 0
     assert json.loads(out)["example"] == "mine"

@@ -7,7 +7,6 @@ import pytest
 
 from rftfit.figures.log_plot import draw_log
 from rftfit.logs.base import Log
-from rftfit.logs.inspect import lacking, survey
 
 FORCE = "raw/paper/yuma/yuma_bp00_g90_in_force.csv"
 """A force log of the simulated campaign."""
@@ -20,14 +19,10 @@ def force_log(path, rows, header=HEADER, end="\n"):
     return path
 
 
-def test_a_sync_line_that_never_changes(tmp_path):
-    path = tmp_path / "a.csv"
-    columns = {"time": np.arange(3.0), "arm_moving": np.ones(3), "F1": np.zeros(3)}
-    needs = lacking(survey([Log(path, columns, {}, 3)]))
-    assert any("a change of arm_moving" in need for need in needs)
-    columns["arm_moving"][0] = 0
-    needs = lacking(survey([Log(path, columns, {}, 3)]))
-    assert not any("a change of arm_moving" in need for need in needs)
+@pytest.mark.parametrize(("first", "is_lacking"), [(1, True), (0, False)])
+def test_a_sync_line_that_never_changes(rftfit, tmp_path, first, is_lacking):
+    log = force_log(tmp_path / "a.csv", [f"0,{first},0,0,0", "1,1,0,0,0", "2,1,0,0,0"])
+    assert ("a change of arm_moving" in rftfit("inspect", log).out) is is_lacking
 
 
 def test_no_usable_row(rftfit, tmp_path):

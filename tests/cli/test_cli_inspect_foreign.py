@@ -10,7 +10,7 @@ import yaml
 from log_files import TEXTS, lvm, netft
 from numpy.testing import assert_allclose, assert_array_equal
 
-from rftfit import api
+from rftfit import read_log
 from rftfit.campaign.config import ForceLog, MotionLog
 from rftfit.logs.inspect import survey, survey_file, together
 from rftfit.logs.registry import dialect, source_reader
@@ -241,7 +241,7 @@ def test_options_that_were_given_stand_in_the_lines_for_the_config(
     output = rftfit("inspect", path, *words)
     assert line in output.out
     source = ForceLog.model_validate(block(output)["force_log"])
-    log = api.read_log(path, options=options)
+    log = read_log(path, options=options)
     config_log = source_reader(source, "rig", "force_log").load(path)
     assert_array_equal(config_log.columns["Fz"], np.arange(9.0))
     assert_array_equal(log.columns["Fz"], np.arange(9.0))

@@ -11,7 +11,7 @@ import pytest
 from numpy.testing import assert_allclose
 from third_party import REPORTED, UNITS, inspected, needs, proposal, read_by
 
-from rftfit import api
+from rftfit import read_log
 from rftfit.campaign.config import ForceLog
 from rftfit.logs.base import LogError
 from rftfit.logs.inspect import recognised
@@ -70,7 +70,7 @@ def test_a_folder_of_rosbag2_is_one_log(rftfit, refusal):
     assert "column header.frame_id says 'ft_other', 'ft_plate' in turn" in refusal(
         "inspect", folder, "--option topic=/wrench"
     )
-    assert api.read_log(folder, options={"topic": "/tool"}).size > 0
+    assert read_log(folder, options={"topic": "/tool"}).size > 0
     assert "this is a folder" in refusal("inspect", folder.parent)
 
 
@@ -122,8 +122,8 @@ def test_the_unit_of_a_bare_time_is_that_of_a_usual_rate(step, unit, tmp_path):
 def test_dates_with_names_of_months_and_zones(text, seconds, tmp_path):
     path = table(tmp_path / "log.txt", "when;Fz (N)", [f"{text};{n}.5" for n in range(9)])
     for log in (
-        api.read_log(path),
-        api.read_log(table(path, "when;Fz (N)", [f"{text};1.5", f" {text} ;x", f"{text};2.5"] * 3)),
+        read_log(path),
+        read_log(table(path, "when;Fz (N)", [f"{text};1.5", f" {text} ;x", f"{text};2.5"] * 3)),
     ):
         assert_allclose(log.columns["when"], seconds, atol=1e-6)
 
@@ -137,7 +137,7 @@ def test_clock_times_of_a_workbook_pass_midnight(tmp_path):
     for row in range(9):
         book.active.append([(start + dt.timedelta(seconds=row)).time(), row * 0.5])
     book.save(tmp_path / "a.xlsx")
-    log = api.read_log(tmp_path / "a.xlsx")
+    log = read_log(tmp_path / "a.xlsx")
     assert_allclose(log.columns["Clock"] - log.columns["Clock"][0], np.arange(9))
     assert "a day is added" in log.notes[0]
 
@@ -149,7 +149,7 @@ def test_numbers_of_names_are_no_numbers_of_a_table(tmp_path):
     for row in (["1", "2", "3"], *([n / 2, n + 0.25, n * 3.0] for n in range(9))):
         book.active.append(row)
     book.save(tmp_path / "a.xlsx")
-    log = api.read_log(tmp_path / "a.xlsx")
+    log = read_log(tmp_path / "a.xlsx")
     assert list(log.columns) == ["1", "2", "3"]
     assert log.size == 9
 
@@ -171,14 +171,14 @@ def test_attributes_say_what_a_stored_number_is(attributes, unit, value, tmp_pat
         file["t"] = np.arange(9.0)
         file["F"] = np.array([4, -99, 4, 4, 4, 4, 4, 4, 4], dtype=np.int16)
         file["F"].attrs.update({**attributes, "_FillValue": np.int16(-99)})
-    log = api.read_log(path)
+    log = read_log(path)
     assert log.units["F"] == unit
     assert_allclose(log.columns["F"], [value, np.nan, *[value] * 7])
     assert "1 times -99, which stands for no value" in log.notes[0]
     assert recognised(path).reader.only(["t", "F"]).load(path).dropped == {"no value in a cell": 1}
     with h5py.File(path, "a") as file:
         file["F"].attrs["scale_factor"] = "a lot"
-    log = api.read_log(path)
+    log = read_log(path)
     assert "F" not in log.columns
     assert "its attribute scale_factor is no number" in log.notes[0]
 
@@ -218,7 +218,7 @@ def test_fields_of_a_table_have_the_units_of_a_list(tmp_path):
         with h5py.File(path, "w") as file:
             file["log"] = records
             file["log"].attrs["units"] = units
-        assert api.read_log(path).units == {"log.t": "s", "log.F": "N"}
+        assert read_log(path).units == {"log.t": "s", "log.F": "N"}
 
 
 ROWS_OF_DECIMALS = [f"{n / 100:.2f},{n / 2:.1f},{10 - n / 4:.2f}" for n in range(60)]
@@ -256,7 +256,7 @@ def test_a_last_line_without_an_end_counts_where_it_is_whole(
 ):
     path = table(tmp_path / "log.csv", header, rows)
     path.write_bytes(path.read_bytes() + last_line.encode())
-    log = api.read_log(path)
+    log = read_log(path)
     assert (log.rows, log.size) == (len(rows) + 1, len(rows) + is_whole)
     assert ("cut in mid-row" in log.dropped) != is_whole
 

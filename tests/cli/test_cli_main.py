@@ -1,4 +1,4 @@
-"""Each command has help, returns the documented exit code and loads no heavy library."""
+"""The command returns the documented exit codes and loads no heavy library."""
 
 import os
 import subprocess
@@ -11,28 +11,17 @@ import pytest
 import rftfit as package
 from rftfit import RftfitError
 from rftfit.cli import exit_codes, main
-from rftfit.cli.app import app
-from rftfit.cli.main import CRASH_FILE, crash_message
+from rftfit.cli.main import crash_message
 from rftfit.errors import OutputError
 
-COMMANDS = [command.name for command in app.registered_commands]
 HEAVY = ("pandas", "matplotlib", "snakemake", "pyarrow", "pydantic", "scipy.stats", "numba")
 """Libraries that take long to load."""
 
 
-@pytest.mark.parametrize("words", ["", "--help", "-h"])
-def test_help_lists_commands_and_exit_codes(rftfit, words):
-    output = rftfit(words)
+def test_help_lists_exit_codes_and_an_example(rftfit):
+    output = rftfit("--help")
     codes = [f"{code}: {meaning}" for code, meaning in exit_codes.MEANINGS.items()]
-    assert [text for text in (*COMMANDS, *codes, "Example") if text not in output.out] == []
-
-
-@pytest.mark.parametrize("name", COMMANDS)
-def test_help_of_each_command_has_an_example(rftfit, name):
-    said = rftfit(name, "--help").out
-    assert f"Example: rftfit {name} " in said
-    assert "<bool>" not in said
-    assert "]...]..." not in said
+    assert [text for text in (*codes, "Example") if text not in output.out] == []
 
 
 def fail_with(monkeypatch, error):
@@ -64,7 +53,7 @@ def test_crash(rftfit, monkeypatch, tmp_path):
     assert "ZeroDivisionError: no sand import os" in output.err
     (path,) = (cache / "rftfit" / "crashes").iterdir()
     assert str(path) in output.err
-    assert path.name.startswith(CRASH_FILE)
+    assert path.name.startswith("rftfit-crash-")
     if os.name == "posix":
         assert path.stat().st_mode & 0o077 == path.parent.stat().st_mode & 0o077 == 0
     report = path.read_text("utf-8")
@@ -79,7 +68,7 @@ def test_crash(rftfit, monkeypatch, tmp_path):
     # nothing is written into the current folder, which a stranger may have filled with links
     assert [*current_folder.iterdir()] == [current_folder / "config"]
     monkeypatch.setattr(pooch, "os_cache", lambda _: current_folder.joinpath("\0"))
-    assert str(temp_folder / CRASH_FILE) in rftfit("check", code=exit_codes.UNEXPECTED).err
+    assert str(temp_folder / "rftfit-crash-") in rftfit("check", code=exit_codes.UNEXPECTED).err
     assert len([*temp_folder.iterdir()]) == 1
 
 

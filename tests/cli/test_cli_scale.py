@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from result_tables import LABORATORY, SAND, make_campaign, one_cell
 
-from rftfit import Reference, reference, scale_by_paper
-from rftfit.model.fourier import evaluate
+from rftfit import FourierProfile, Reference, reference, scale_by_paper
 from rftfit.model.scaling import published
 
 pytestmark = pytest.mark.usefixtures("work_folder")
@@ -32,7 +31,7 @@ def test_intervals_hold_for_a_medium_left_out():
         true_coefficients = source.scaled[i] * alpha / source.chi[i]
         _, lo, hi = result.coefficients_with_interval()
         of_coefficients.append((lo - 1e-9 <= true_coefficients) & (true_coefficients <= hi + 1e-9))
-        profile = evaluate(true_coefficients, beta, gamma)
+        profile = FourierProfile(true_coefficients).alpha(beta, gamma)
         for truth, (_, low, high) in zip(profile, result.alpha(beta, gamma), strict=True):
             of_profiles.append((low - 1e-9 <= truth) & (truth <= high + 1e-9))
     # 45 coefficients and 910 alphas of five media; 0.95 is the promise, five media are few

@@ -6,7 +6,7 @@ from makers import json_of, refused
 
 import rftfit
 
-WORDS = ("wheel", "--slip", "0.2,0.5", "--sinkage", "1", "--load", "20", "--alpha", "0.9")
+WORDS = ["wheel", "--slip", "0.2,0.5", "--sinkage", "1", "--load", "20", "--alpha", "0.9"]
 DRAWING = "6,4,1,8"
 
 
@@ -48,20 +48,20 @@ def test_a_laboratory_is_left_out(tmp_path):
 @pytest.mark.parametrize(
     "words",
     [
-        ("--drawing", "6"),
-        ("--drawing", "6,4,1"),
-        ("--drawing", "6,4,1,8.5"),
-        ("--drawing", "6,4,0,8"),
-        ("--drawing", "6,-4"),
-        ("--drawing", "6,4,1,200"),
-        ("--drawing", "6,x"),
-        ("--drawing", DRAWING, "--unit", "mm"),
-        ("--drawing", DRAWING, "--left-out", "Dings"),
-        ("--drawing", DRAWING, "--left-out", "Ding", "--model-error", "0.1"),
-        ("--unit", "mm"),
-        ("--mesh", "wheel.stl"),
+        "--drawing 6",
+        "--drawing 6,4,1",
+        "--drawing 6,4,1,8.5",
+        "--drawing 6,4,0,8",
+        "--drawing 6,-4",
+        "--drawing 6,4,1,200",
+        "--drawing 6,x",
+        f"--drawing {DRAWING} --unit mm",
+        f"--drawing {DRAWING} --left-out Dings",
+        f"--drawing {DRAWING} --left-out Ding --model-error 0.1",
+        "--unit mm",
+        "--mesh wheel.stl",
     ],
 )
 def test_what_is_no_wheel(words, tmp_path):
-    refused(*WORDS, *words, folder=tmp_path)
+    refused(*WORDS, *words.split(), folder=tmp_path)
     assert [*tmp_path.iterdir()] == []

@@ -14,7 +14,7 @@ from result_tables import LABORATORY, SAND, make_campaign, one_cell
 
 import rftfit
 from rftfit import reference
-from rftfit.compare.lessons import ELSEWHERE, PLATES, lesson_rows, summary_of_lessons
+from rftfit.compare.lessons import lesson_rows, summary_of_lessons
 from rftfit.errors import InputError
 from rftfit.results import open_results
 
@@ -50,10 +50,10 @@ def lessons(tmp_path_factory):
 def test_no_leg_teaches_where_none_is_named(results, lessons):
     with few_draws():
         untaught = lesson_rows(results)
-    assert set(untaught["lesson"]) == {PLATES, ELSEWHERE}
+    assert set(untaught["lesson"]) == {"plates", "same-leg-elsewhere"}
     # and the map of the plates is that of the plates alone in both
     numbers = [
-        table.loc[table["lesson"] == PLATES, "peak_predicted_N"] for table in (untaught, lessons)
+        table.loc[table["lesson"] == "plates", "peak_predicted_N"] for table in (untaught, lessons)
     ]
     assert [*numbers[0]] == [*numbers[1]]
 
@@ -62,8 +62,8 @@ def test_the_same_leg_elsewhere_predicts_better_than_plates_alone(lessons):
     rows = summary_of_lessons(lessons).to_dict("records")
     summary: dict[str, Any] = {str(row["lesson"]): row for row in rows}
     rms = {lesson: float(row["rms_relative_to_peak"]) for lesson, row in summary.items()}
-    assert rms[ELSEWHERE] < 0.85 * rms[PLATES]
-    assert float(summary[ELSEWHERE]["inside_percent"]) > 85
+    assert rms["same-leg-elsewhere"] < 0.85 * rms["plates"]
+    assert float(summary["same-leg-elsewhere"]["inside_percent"]) > 85
 
 
 def test_a_curve_of_one_pose_has_a_reason_and_no_number(tmp_path):

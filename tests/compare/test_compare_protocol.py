@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rftfit.campaign.sheet import Run
-from rftfit.compare.protocol import NEEDED_CAUSES, PlanPower, scan_plan
+from rftfit.compare.protocol import PlanPower, scan_plan
 from rftfit.measure.flags import remark
 
 DIRECTIONS = [(beta, gamma) for beta in (0, 30, 60) for gamma in (30, 60, 90)]
@@ -67,7 +67,8 @@ def test_mirror_images_tell_a_turned_mount():
 def test_few_runs_tell_nothing_and_say_what_would():
     causes = scan_plan(planned([(0, 90)] * 2))
     assert set(causes["verdict"]) == {"not checked"}
-    for (kind, group), cure in NEEDED_CAUSES.items():
+    cures = {("gain", "from-run"): "repeat-first", ("turn", "all"): "push-mirror-image"}
+    for (kind, group), cure in cures.items():
         lacks = remark(f"plan-lacks-{kind}", cure=str(remark(cure)))
         assert PlanPower("sand", kind, group, np.nan).sentence == str(lacks)
 

@@ -22,7 +22,6 @@ from rftfit.forces.outlines import leg_outline
 from rftfit.forces.reference_kernel import element_forces, place, pose_forces
 from rftfit.measure.alpha import column
 from rftfit.model.draws import interval
-from rftfit.model.fourier import evaluate
 from rftfit.model.scaling import published, scale_new_medium
 from rftfit.model.shapes import grid
 from rftfit.page.live import live_profiles, scale_in_all_directions, scaling_references
@@ -168,7 +167,7 @@ def test_calculator_equals_the_scaling_routine(numbers, results, which, se):
     assert_allclose(page_numbers["s"]["chi"], chi, rtol=1e-9)
     assert_allclose(array(page_numbers["m"]), np.stack(scale(np.copy), -1), atol=1e-9)
     both = scale(
-        lambda terms: np.stack(evaluate(terms, beta, gamma), -1),
+        lambda terms: np.stack(FourierProfile(terms).alpha(beta, gamma), -1),
         lambda table: np.stack(table.alpha(beta, gamma), -1),
     )
     assert_allclose(array(page_numbers["alpha"]), np.stack(both, -1), atol=1e-8)

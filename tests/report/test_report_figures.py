@@ -17,27 +17,23 @@ from numpy.testing import assert_allclose
 from pages import words
 from result_tables import memory, of_runs
 
-from rftfit import reference
+from rftfit import FourierProfile, reference
 from rftfit.campaign.config import Figures, Fit, Fourier
 from rftfit.errors import InputError, OutputError
 from rftfit.figures import style
-from rftfit.figures.first import plot_first_map
-from rftfit.figures.generic import plot_generic_profile
-from rftfit.figures.legs import plot_forces_over_zeta
-from rftfit.figures.maps import (
-    add_surface,
-    kept_coefficients,
-    plot_alpha_maps,
-    plot_depth_only_maps,
-    plot_fit_maps,
-)
-from rftfit.figures.plates import nearest_cells, plot_stress_of_runs, stress_runs
-from rftfit.figures.protocol import plot_tare
+from rftfit.figures.maps import add_surface, kept_coefficients
+from rftfit.figures.plates import nearest_cells, stress_runs
 from rftfit.figures.registry import figures
-from rftfit.figures.style import save, save_pages
 from rftfit.measure.flags import attach_run, flag_table, remark
-from rftfit.model.fourier import TERMS, evaluate
-from rftfit.model.scaling import GENERIC
+from rftfit.model.fourier import TERMS
+
+
+def declared(name):
+    return next(figure for figure in figures() if figure.name == name)
+
+
+def draw(name, results, *medium):
+    return declared(name).draw(results, *medium)
 
 
 def hatched(figure):
@@ -62,20 +58,20 @@ def two_runs():
 
 def maps_of(table, confidence=0.95):
     results = memory({"alpha/{medium}.csv": table}, ["poppy_LP"], fit=Fit(confidence=confidence))
-    return plot_alpha_maps(results)
+    return draw("alpha_maps", results)
 
 
 def stress_figure():
     traces, fits = two_runs()
     shown = Figures(stress_runs=("down", "up"))
-    return plot_stress_of_runs(of_runs(traces, fits.assign(medium="poppy_LP"), figures=shown))
+    return draw("stress_of_runs", of_runs(traces, fits.assign(medium="poppy_LP"), figures=shown))
 
 
 def test_the_same_figure_gives_the_same_bytes_in_any_folder(small_map, tmp_path):
     endings = (*style.PRINTED, "webp")
-    files = save(small_map, tmp_path / "one" / "glass0.3mm_LP", endings=endings)
+    files = style.save(small_map, tmp_path / "one" / "glass0.3mm_LP", endings=endings)
     folder = tmp_path / "an other, \u00e9"
-    moved_files = save(small_map, folder / "glass0.3mm_LP", endings=endings)
+    moved_files = style.save(small_map, folder / "glass0.3mm_LP", endings=endings)
     assert [path.name for path in files] == [f"glass0.3mm_LP.{ending}" for ending in endings]
     assert sorted((tmp_path / "one").iterdir()) == sorted(files)
     bytes_of = {path.suffix[1:]: path.read_bytes() for path in files}
@@ -97,7 +93,7 @@ def test_the_same_figure_gives_the_same_bytes_in_any_folder(small_map, tmp_path)
 def test_a_folder_that_cannot_be_made_is_an_output_error(tmp_path):
     (tmp_path / "file").write_text("in the way")
     with pytest.raises(OutputError, match="cannot write"):
-        save(style.missing("nothing"), tmp_path / "file" / "map")
+        style.save(style.missing("nothing"), tmp_path / "file" / "map")
 
 
 def every_alpha():
@@ -106,7 +102,7 @@ def every_alpha():
 
 def test_maps_show_media_and_missing_cells():
     results = memory({"alpha/{medium}.csv": every_alpha()})
-    figure = plot_alpha_maps(results)
+    figure = draw("alpha_maps", results)
     text = words(figure)
     titles = [results.campaign.titles[medium] for medium in reference.MEDIA]
     assert {r"$\gamma$ (degrees)", r"$\beta$ (degrees)", "no usable run", *titles} <= set(text)
@@ -126,7 +122,7 @@ def test_the_first_map_names_its_medium_and_where_it_is_from(monkeypatch):
     results = memory({"alpha/{medium}.csv": every_alpha()})
     monkeypatch.setattr(results, "marks", {})
     named = "poppy seeds, loose: measured"
-    assert any(text.startswith(named) for text in words(plot_first_map(results)))
+    assert any(text.startswith(named) for text in words(draw("first_map", results)))
 
 
 def test_a_surface_fills_the_plane_of_directions():
@@ -150,18 +146,18 @@ def fitted(method="lsq", **tables):
 
 def test_fit_maps_show_measured_minus_fit():
     results = fitted("dft-index")
-    figure = plot_fit_maps(results)
+    figure = draw("fit_maps", results)
     text = words(figure)
     assert "nine-term fit (dft-index)\n$\\alpha_z$ (N/cm$^3$)" in text
     assert "measured minus fit\n$\\alpha_x$ (N/cm$^3$)" in text
     # the axes come in order of drawing: map, its colour bar, residual, its colour bar, ...
     residual = figure.axes[4 * 8 + 6].collections[0].get_array()
-    fit = dict(zip(TERMS, kept_coefficients(results, "glass3mm_CP"), strict=True))
-    assert fit["Cm1"] == 0.0
+    coefficients = kept_coefficients(results, "glass3mm_CP")
+    assert coefficients[TERMS.index("Cm1")] == 0.0
     grid = np.meshgrid(
         np.radians(reference.BETA_DEG), np.radians(reference.GAMMA_DEG), indexing="ij"
     )
-    expected = reference.alpha_grid("glass3mm_CP")[1] - evaluate(fit, *grid)[1]
+    expected = reference.alpha_grid("glass3mm_CP")[1] - FourierProfile(coefficients).alpha(*grid)[1]
     assert residual is not None
     good = ~np.ma.getmaskarray(residual)
     assert np.count_nonzero(~good) == len(chain.MISSING)
@@ -172,7 +168,7 @@ def test_fit_maps_show_measured_minus_fit():
 def test_depth_only_maps_are_made_from_three_measured_values():
     table = chain.alpha_table("poppy_LP", {})
     results = memory({"alpha/{medium}.csv": table}, ["poppy_LP"])
-    figure = plot_depth_only_maps(results, "poppy_LP")
+    figure = draw("depth_only_maps", results, "poppy_LP")
     z, x = (np.asarray(figure.axes[i].images[0].get_array()) for i in (0, 4))
     indexed = table.set_index(["beta_deg", "gamma_deg"])
     down = indexed.loc[(0.0, 90.0), "alpha_z_N_per_cm3"]
@@ -186,13 +182,13 @@ def test_depth_only_maps_are_made_from_three_measured_values():
     assert residual is not None
     assert residual.reshape(7, 13)[3, 12] == pytest.approx(0, abs=1e-9)
     lost = chain.alpha_table("poppy_LP", {(0.0, 90.0): "no tare"})
-    text = words(plot_depth_only_maps(memory({"alpha/{medium}.csv": lost}), "poppy_LP"))
+    text = words(draw("depth_only_maps", memory({"alpha/{medium}.csv": lost}), "poppy_LP"))
     assert any("no depth-only model" in line for line in text)
 
 
 def test_generic_figure_scales_by_zeta():
     results = fitted()
-    figure = plot_generic_profile(results)
+    figure = draw("generic_profile", results)
     text = words(figure)
     assert r"coefficient / $\zeta$ (dimensionless)" in text
     assert {results.campaign.titles[medium] for medium in reference.MEDIA} <= set(text)
@@ -209,8 +205,8 @@ def test_without_any_fit_the_reasons_are_drawn():
     penetration = chain.penetration_table().assign(zeta=np.nan, reason=why)
     results = fitted(coefficients=coefficients, penetration=penetration)
     results.tables["predicted.csv"] = results.tables["legs/{medium}.csv"] = pd.DataFrame()
-    for figure in (plot_fit_maps, plot_generic_profile, plot_forces_over_zeta):
-        assert f"poppy seeds, loose: {why}" in words(figure(results))
+    for name in ("fit_maps", "generic_profile", "forces_over_zeta"):
+        assert f"poppy seeds, loose: {why}" in words(draw(name, results))
 
 
 def test_without_a_usable_medium_there_is_no_generic_profile():
@@ -218,10 +214,10 @@ def test_without_a_usable_medium_there_is_no_generic_profile():
     why = "unusable: plates straight down are pushed to one side"
     coefficients = chain.coefficient_table()
     results = fitted(
-        coefficients=coefficients[coefficients["medium"] != GENERIC],
+        coefficients=coefficients[coefficients["medium"] != "generic"],
         penetration=chain.penetration_table().assign(reason=why),
     )
-    assert f"poppy seeds, loose: {why}" in words(plot_generic_profile(results))
+    assert f"poppy seeds, loose: {why}" in words(draw("generic_profile", results))
     # the picture says why it is empty
     assert declared("generic_profile").caption_of(results) == ""
 
@@ -283,7 +279,7 @@ def test_which_runs_the_stress_figure_shows():
     other_traces = traces[traces["run_id"] != "down"]
     results = of_runs(traces, fits)
     results.tables |= of_runs(other_traces, fits[fits["run_id"] != "down"]).tables
-    assert any("up\nextraction" in line for line in words(plot_stress_of_runs(results)))
+    assert any("up\nextraction" in line for line in words(draw("stress_of_runs", results)))
 
 
 def test_tare_figure_shades_the_valid_range():
@@ -301,7 +297,7 @@ def test_tare_figure_shades_the_valid_range():
         }
     )
     names = "tares/poppy_LP.csv", "tared/poppy_LP.parquet"
-    figure = plot_tare(memory(dict(zip(names, (tares, tared), strict=True))), "poppy_LP")
+    figure = draw("tare", memory(dict(zip(names, (tares, tared), strict=True))), "poppy_LP")
     text = words(figure)
     assert {"depth (cm)", "force on rod and mount (N)", "valid range"} <= set(text)
     box = figure.axes[0].patches[0].get_extents().transformed(figure.axes[0].transData.inverted())
@@ -311,7 +307,7 @@ def test_tare_figure_shades_the_valid_range():
         ("valid_to", np.nan, "no plate run has a tare"),
     ):
         tables = (t.assign(**{column: value}) if column in t else t for t in (tares, tared))
-        lost = plot_tare(memory(dict(zip(names, tables, strict=True))), "poppy_LP")
+        lost = draw("tare", memory(dict(zip(names, tables, strict=True))), "poppy_LP")
         assert any(message in line for line in words(lost))
 
 
@@ -330,10 +326,6 @@ def test_a_marked_run_has_its_reason_beside_the_picture():
     assert sheet.caption_of(results, "poppy_LP").endswith(f"1 marked: {bent}")
     caption = declared("first_lines").caption_of(results)
     assert f"down, {bent}; no check judges it (few)" in caption
-
-
-def declared(name):
-    return next(figure for figure in figures() if figure.name == name)
 
 
 def test_braces_in_the_title_of_a_medium_are_text():
@@ -383,13 +375,13 @@ def test_a_remark_stands_in_every_format(ending):
 
 def test_pages_are_written_beside_one_another(tmp_path):
     figure = style.missing("nothing")
-    names = save_pages([figure, figure], tmp_path, "results/quality/glass0.3mm_LP")
+    names = style.save_pages([figure, figure], tmp_path, "results/quality/glass0.3mm_LP")
     stems = ("glass0.3mm_LP", "glass0.3mm_LP_page2")
     assert names == [
         f"results/quality/{stem}.{ending}" for stem in stems for ending in style.SCREEN
     ]
     assert all((tmp_path / name).is_file() for name in names)
-    assert save_pages(figure, tmp_path, "a", endings=style.PAPER) == ["a.pdf"]
+    assert style.save_pages(figure, tmp_path, "a", endings=style.PAPER) == ["a.pdf"]
 
 
 def test_numbers_are_written_with_a_true_minus():

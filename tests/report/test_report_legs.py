@@ -26,19 +26,8 @@ from rftfit import (
 from rftfit.campaign.config import Leg
 from rftfit.compare.legs import measured_peak
 from rftfit.figures import leg_panels, style
-from rftfit.figures.leg_panels import leg_line
-from rftfit.figures.legs import (
-    plot_forces_over_zeta,
-    plot_legs,
-    plot_legs_by_medium,
-    plot_legs_depth_only,
-    plot_legs_in_sands,
-    plot_peak_errors,
-)
-from rftfit.figures.sands import plot_penetration as draw_penetration
-from rftfit.figures.style import content
+from rftfit.figures.registry import figures
 from rftfit.forces.motion import THETA_DEG
-from rftfit.forces.peaks import STEEP
 from rftfit.model.fourier import as_array
 
 MEDIA = ["poppy_LP", "glass3mm_CP"]
@@ -86,14 +75,18 @@ def curve_of(leg, profile):
     return predicted().query(f"medium == 'poppy_LP' and leg == '{leg}' and profile == '{profile}'")
 
 
+def draw(name, results, *medium):
+    return next(figure for figure in figures() if figure.name == name).draw(results, *medium)
+
+
 FIGURES: dict[str, Callable[[], Figure]] = {
-    "legs": lambda: plot_legs(results(), "poppy_LP"),
-    "legs_by_medium": lambda: plot_legs_by_medium(results()),
-    "legs_depth_only": lambda: plot_legs_depth_only(results()),
-    "legs_in_sands": lambda: plot_legs_in_sands(results(SANDS)),
-    "forces_over_zeta": lambda: plot_forces_over_zeta(results()),
-    "penetration": lambda: draw_penetration(pushed(*sand_tables())),
-    "peak_errors": lambda: plot_peak_errors(results()),
+    "legs": lambda: draw("legs", results(), "poppy_LP"),
+    "legs_by_medium": lambda: draw("legs_by_medium", results()),
+    "legs_depth_only": lambda: draw("legs_depth_only", results()),
+    "legs_in_sands": lambda: draw("legs_in_sands", results(SANDS)),
+    "forces_over_zeta": lambda: draw("forces_over_zeta", results()),
+    "penetration": lambda: draw("penetration", pushed(*sand_tables())),
+    "peak_errors": lambda: draw("peak_errors", results()),
 }
 
 
@@ -105,7 +98,7 @@ def drawn(name):
 @pytest.mark.parametrize("name", FIGURES)
 def test_axes_have_units_and_no_text_leaves_the_figure_or_touches_another(name):
     figure = drawn(name)
-    content(figure, "svg")
+    style.content(figure, "svg")
     assert figure_faults(figure) == []
     labels = {label for axes in figure.axes for label in (axes.get_xlabel(), axes.get_ylabel())}
     assert labels != {""}
@@ -239,11 +232,11 @@ def test_each_push_into_a_sand_has_its_own_fit():
     slopes_of = fits["alpha_z_N_per_cm3"]
     fits = fits.assign(run_id="again", alpha_z_N_per_cm3=2 * slopes_of)
     samples = pd.concat([samples, samples_of_sand.assign(run_id="again")])
-    figure = draw_penetration(pushed(samples, pd.concat([sands, fits])))
+    figure = draw("penetration", pushed(samples, pd.concat([sands, fits])))
     lines = [np.asarray(line.get_xydata(), dtype=float) for line in figure.axes[0].lines]
     slopes = [xy[1, 1] / xy[1, 0] for xy in lines if len(xy) == 2 and not xy[0].any()]
     assert_allclose(sorted(slopes), sorted([*slopes_of, *(2 * slopes_of)]))
-    content(figure, "svg")
+    style.content(figure, "svg")
     assert figure_faults(figure) == []
     assert any("2 tests, stated" in text for text in words(figure))
 
@@ -258,12 +251,12 @@ def test_penetration_marks_the_detected_end_and_says_what_is_missing():
     assert {1.2 * STATED_CM["yuma"]} in ends(figure)
     assert panels(figure) == ["Yuma sand", "29 Palms sand"]
     whole = sands.assign(reason_code=np.where(detected, "no-linear-end", ""))
-    figure = draw_penetration(pushed(samples, whole))
+    figure = draw("penetration", pushed(samples, whole))
     assert {1.2 * STATED_CM["yuma"]} not in ends(figure)
     assert any("no end in" in text for text in words(figure))
     samples.loc[samples["medium"] == "palms29", "stress_z_N_per_cm2"] = np.nan
     sands.loc[(sands["medium"] == "yuma") & detected, "alpha_z_N_per_cm3"] = np.nan
-    figure = draw_penetration(pushed(samples, sands))
+    figure = draw("penetration", pushed(samples, sands))
     assert panels(figure) == [
         "no fit over the detected window\nYuma sand",
         "no stress in this test\n29 Palms sand",
@@ -279,7 +272,7 @@ def test_peak_errors_are_ratios_and_missing_ones_are_told():
     table.loc[first, "reason"] = "no measured curve"
     table = table[(table["medium"] != "yuma") | (table["leg"] != "flat_leg")]
     table = table[table["medium"] != "palms29"]
-    figure = plot_peak_errors(results(leg_errors=table))
+    figure = draw("peak_errors", results(leg_errors=table))
     labels_of_panels = [set(text.split("\n")) for text in panels(figure)]
     assert labels_of_panels[0] == {"no value: no measured curve", "no value: nine-term fit"}
     assert labels_of_panels[1] == {"no value: nine-term fit", "nothing predicted"}
@@ -290,13 +283,13 @@ def test_peak_errors_are_ratios_and_missing_ones_are_told():
     ratio = row["peak_predicted_N"] / row["peak_measured_N"]
     drawn_at = [float(np.ravel(line.get_xdata())[0]) for line in figure.axes[1].lines]
     assert any(abs(x - ratio) < 1e-12 for x in drawn_at)
-    nothing = words(plot_peak_errors(results(leg_errors=table[:0])))
+    nothing = words(draw("peak_errors", results(leg_errors=table[:0])))
     assert any("no leg was measured" in text for text in nothing)
 
 
 def test_an_interval_of_a_peak_that_includes_zero_reaches_the_edge():
     table = errors().query("medium == 'yuma' and leg == 'flat_leg'")
-    figure = plot_peak_errors(results(leg_errors=table.assign(peak_predicted_lo_N=-1.0)))
+    figure = draw("peak_errors", results(leg_errors=table.assign(peak_predicted_lo_N=-1.0)))
     bar: Any = figure.axes[0].collections[0]
     (start, _), (end, _) = bar.get_segments()[0]
     edge = figure.axes[0].get_xlim()[0]
@@ -317,7 +310,7 @@ def test_the_sketch_puts_axle_and_tip_where_the_design_says(paper_config):
     for leg in (
         intruder for intruder in paper_config.intruders.values() if isinstance(intruder, Leg)
     ):
-        line = leg_line(leg, -60.0)
+        line = leg_panels.leg_line(leg, -60.0)
         assert_allclose(line[0], [0, 2], atol=0.02)
         tip = [7.62 * np.sin(np.radians(60)), 2 - 7.62 * np.cos(np.radians(60))]
         assert_allclose(line[-1], tip, atol=0.03)
@@ -335,14 +328,14 @@ def test_the_sketch_has_a_scale_and_names_its_axes(paper_config):
     assert bar.get_color() == "black"
 
 
-@pytest.mark.parametrize("draw", [plot_legs_by_medium, plot_legs_depth_only])
-def test_the_measured_peak_is_that_of_the_tables(draw):
+@pytest.mark.parametrize("name", ["legs_by_medium", "legs_depth_only"])
+def test_the_measured_peak_is_that_of_the_tables(name):
     noise = np.random.default_rng(4).normal(0, 0.3, len(measured()))
     noisy = measured().assign(force_z_N=lambda table: table["force_z_N"] + noise)
     curve = noisy[(noisy["medium"] == MEDIA[0]) & (noisy["leg"] == "c_leg")]
     peak = measured_peak(*curve[["theta_deg", "force_z_N"]].to_numpy(float).T, "z").force_N
     assert curve["force_z_N"].max() > peak + 0.1
-    text = words(draw(results(measured=noisy)))
+    text = words(draw(name, results(measured=noisy)))
     assert any(f"peak $F_z$ (N): {peak:.2f}" in line for line in text)
 
 
@@ -351,7 +344,7 @@ def test_the_interval_above_a_panel_is_that_of_the_peak_in_the_table():
         table = errors().assign(
             peak_predicted_N=7.25, peak_predicted_lo_N=3.5, peak_predicted_hi_N=9.75, **ends
         )
-        figure = plot_legs_by_medium(results(leg_errors=table))
+        figure = draw("legs_by_medium", results(leg_errors=table))
         return [axes.get_title(loc="left") for axes in figure.axes]
 
     of_model = {"peak_predicted_model_lo_N": 1.25, "peak_predicted_model_hi_N": 12.5}
@@ -362,10 +355,10 @@ def test_the_interval_above_a_panel_is_that_of_the_peak_in_the_table():
 def test_no_band_of_alpha_is_drawn_around_a_peak_whose_interval_is_withheld():
     steep = errors()
     steep.loc[(steep["medium"] == MEDIA[0]) & (steep["leg"] == "c_leg"), "reason_code"] = (
-        f"{STEEP} accepted"
+        "steep accepted"
     )
     for table, bands, named in ((errors(), 2, False), (steep, 1, True)):
-        figure = plot_legs_by_medium(results(leg_errors=table))
+        figure = draw("legs_by_medium", results(leg_errors=table))
         # of F_z and F_x, one panel a leg
         assert [len(axes.collections) for axes in figure.axes[:3]] == [bands, 2, 2]
         assert any("none where that of the peak is withheld" in t for t in words(figure)) is named
@@ -376,9 +369,9 @@ def test_pieces_of_an_unknown_interval_are_not_drawn_as_a_narrow_one():
     is_large = table["force_z_N"].abs() > 0.1 * table["force_z_N"].abs().max()
     ends = [f"force_{c}_{end}_N" for c in "zx" for end in ("lo", "hi")]
     table.loc[is_large, ends] = np.nan
-    figure = plot_forces_over_zeta(results(predicted=table))
+    figure = draw("forces_over_zeta", results(predicted=table))
     (bands,) = figure.axes[0].collections
     assert not np.isfinite(np.concatenate([p.vertices for p in bands.get_paths()] or [[]])).any()
     assert "95 % interval of it" in words(drawn("forces_over_zeta"))
     every = table.assign(**dict.fromkeys(ends, np.nan))
-    assert "95 % interval of it" not in words(plot_forces_over_zeta(results(predicted=every)))
+    assert "95 % interval of it" not in words(draw("forces_over_zeta", results(predicted=every)))

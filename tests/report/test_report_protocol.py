@@ -15,8 +15,9 @@ from result_tables import memory, of_runs
 
 from rftfit.campaign.config import Fit
 from rftfit.figures import protocol, style
-from rftfit.figures.plates import CELLS, plot_linearity, runs_of_cells
+from rftfit.figures.plates import CELLS, runs_of_cells
 from rftfit.figures.protocol import PanelColumn
+from rftfit.figures.registry import figures
 from rftfit.figures.traces import by_run
 from rftfit.measure import ingest, session_clocks
 
@@ -144,7 +145,8 @@ def small(poppy=0.35):
 
 
 def test_linearity_draws_slopes_points_and_gaps():
-    figure = plot_linearity(small())
+    (linearity,) = (figure for figure in figures() if figure.name == "linearity")
+    figure = linearity.draw(small())
     text = words(figure)
     assert "depth (cm)" in text
     assert "vertical stress\n$\\sigma_z$ (N/cm$^2$)" in text

@@ -17,7 +17,8 @@ from rftfit.compare.peers import compare_runs
 from rftfit.figures import style
 from rftfit.figures.labels import alpha_half_width
 from rftfit.figures.maps import along_motion, edges, pivot, refine
-from rftfit.figures.quality import draw_quality, plot_quality, plot_runs_side_by_side, runs_on_pages
+from rftfit.figures.quality import draw_quality, runs_on_pages
+from rftfit.figures.registry import figures
 from rftfit.figures.traces import panel_limits, round_up_125, stress_of, thin
 from rftfit.measure.flags import Flags, attach_run, flag_table, remark
 
@@ -25,6 +26,10 @@ from rftfit.measure.flags import Flags, attach_run, flag_table, remark
 @pytest.fixture(scope="module")
 def medium():
     return chain.runs("poppy_LP", samples=200)
+
+
+def draw(name, results, *medium):
+    return next(figure for figure in figures() if figure.name == name).draw(results, *medium)
 
 
 def marked(figure):
@@ -86,10 +91,12 @@ def test_the_sheet_of_a_campaign_is_drawn_from_its_tables(medium):
     samples = stress_of(results, "poppy_LP")
     for name in ("stress_z_N_per_cm2", "tare_z_N_per_cm2", "in_window"):
         assert_allclose(samples[name], traces[name])
-    (figure,) = plot_quality(results, "poppy_LP")
+    (figure,) = draw("{medium}", results, "poppy_LP")
     assert any(line.endswith(": 12 plate runs, 0 marked") for line in words(figure))
     results.tables["fits/{medium}.csv"] = fits.iloc[:0]
-    assert words(plot_quality(results, "poppy_LP")) == ["poppy seeds, loose: no plate run to draw"]
+    assert words(draw("{medium}", results, "poppy_LP")) == [
+        "poppy seeds, loose: no plate run to draw"
+    ]
 
 
 def test_repeats_and_gaps_of_the_grid(medium):
@@ -215,7 +222,7 @@ def repeats(count, wrong, per_direction):
 def test_runs_side_by_side(count, wrong, per_direction, sentence):
     table = repeats(count, wrong, per_direction)
     results = memory({"peers/{medium}.csv": table}, ["poppy_LP"])
-    page = plot_runs_side_by_side(results)
+    page = draw("runs_side_by_side", results)
     points, red = [], []
     for axes in page.axes:
         dots = [line for line in axes.lines if line.get_marker() == "o"]

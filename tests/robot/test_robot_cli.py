@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from makers import answer_of
 from PIL import Image
 
-from rftfit.cli.main import main
 from rftfit.figures.animation import gif_bytes, mp4_bytes
 
 CASE = "simulate --curvature 1 --medium poppy_LP"
@@ -21,16 +21,8 @@ BASE = f"{CASE} --frequency 5 --profile fourier"
 
 
 @pytest.fixture
-def call(capfd, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-
-    def run(line):
-        code = main(line.split())
-        captured = capfd.readouterr()
-        assert "Traceback" not in captured.out + captured.err
-        return code, captured.out, captured.err
-
-    return run
+def call(tmp_path):
+    return lambda line: answer_of(*line.split(), folder=tmp_path)
 
 
 def test_animation_and_text(call, tmp_path):

@@ -10,22 +10,15 @@ from result_tables import memory
 
 from rftfit import TableProfile
 from rftfit.compare.robot import optima
+from rftfit.figures import style
 from rftfit.figures.animation import animation_frames
-from rftfit.figures.robot import (
-    draw_motion,
-    group_names,
-    plot_curvature,
-    plot_profiles,
-    plot_robot_reaction,
-    plot_robot_stance,
-    plot_speed,
-)
-from rftfit.figures.style import MARK, content
+from rftfit.figures.registry import figures
+from rftfit.figures.robot import draw_motion, group_names
 from rftfit.robot.config import paper_robot
 from rftfit.robot.motion import ElementSeries, stance_of, tail_of
 from rftfit.robot.run import simulate
 from rftfit.robot.speeds import published_speeds, speed_errors
-from rftfit.robot.sweep import CALIBRATED_ON, MOTION
+from rftfit.robot.sweep import CALIBRATED_ON
 
 PROFILES = ("table", "generic", "depth_only")
 
@@ -62,7 +55,11 @@ def compared():
 def every():
     """The runs of Fig. 4B, coarse in time."""
     robot, profile = paper_robot(), TableProfile.published("poppy_LP")
-    return [simulate(robot, profile, f, k, samples_per_stride=50) for k, f in MOTION]
+    curvatures_and_frequencies = ((1.0, 2.0), (-1.0, 2.2))
+    return [
+        simulate(robot, profile, frequency, curvature, samples_per_stride=50)
+        for curvature, frequency in curvatures_and_frequencies
+    ]
 
 
 @pytest.fixture(scope="module")
@@ -76,19 +73,24 @@ def swept(runs, errors, best=None):
     return memory(tables if best is None else tables | {"robot/optimum.csv": best})
 
 
+def draw(name, results, *medium):
+    return next(figure for figure in figures() if figure.name == name).draw(results, *medium)
+
+
 def xy(line):
     return np.array(line.get_data(), dtype=float)
 
 
 def inside(figure):
     """Faults of the texts of a figure."""
-    content(figure, "svg")
+    style.content(figure, "svg")
     return figure_faults(figure)
 
 
 def test_speeds_are_those_of_the_tables():
     errors, runs = compared(), speeds()
-    figure, grid = (draw(swept(runs, errors), "robot") for draw in (plot_speed, plot_profiles))
+    names = ("{medium}_speed", "{medium}_profiles")
+    figure, grid = (draw(name, swept(runs, errors), "robot") for name in names)
     assert (len(figure.axes), len(grid.axes)) == (1, 2 * len(PROFILES))
     assert inside(figure) == inside(grid) == []
     panels = [*figure.axes, *grid.axes[::2]]
@@ -121,7 +123,7 @@ def test_a_robot_upside_down_is_marked():
     runs = speeds()
     over = (runs["profile"] == "depth_only") & (runs["curvature_times_R"] == 1.0)
     runs.loc[over, ["speed_cm_per_s", "outcome"]] = np.nan, "tipped"
-    page = plot_profiles(swept(runs, compared()), "robot")
+    page = draw("{medium}_profiles", swept(runs, compared()), "robot")
     crosses = [xy(line).T.tolist() for line in page.axes[5].lines if line.get_marker() == "x"]
     assert [point for points in crosses for point in points] == [[1.0, 0.0]] * 3
     assert "turned upside down" in [text.get_text() for text in page.legends[0].get_texts()]
@@ -131,14 +133,14 @@ def test_a_robot_upside_down_is_marked():
 def test_optimum_is_drawn_where_it_is():
     runs = speeds()
     best = optima(runs)
-    figure = plot_curvature(swept(runs, compared(), best), "robot")
+    figure = draw("{medium}_curvature", swept(runs, compared(), best), "robot")
     assert inside(figure) == []
     right = figure.axes[1]
     line = next(line for line in right.lines if xy(line).shape[1] == 3)
     best_of_table = best[best["profile"] == "table"]
     assert_allclose(xy(line), [best_of_table["best_curvature_times_R"].tolist(), [1, 2, 5]])
     fastest = runs[runs["profile"] == "table"]["speed_cm_per_s"].max()
-    assert right.collections[0].get_array().max() == pytest.approx(fastest)  # type: ignore[union-attr]
+    assert right.collections[0].get_array().max() == pytest.approx(fastest)
 
 
 def test_a_sweep_without_a_steady_run_says_why():
@@ -146,10 +148,12 @@ def test_a_sweep_without_a_steady_run_says_why():
     lost = runs["profile"] == "table"
     why = "no alpha at (beta, gamma) in degrees (30, 90)"
     runs.loc[lost, ["speed_cm_per_s", "reason"]] = np.nan, why
-    figure = plot_curvature(swept(runs, compared(), best[best["profile"] != "table"]), "robot")
+    figure = draw(
+        "{medium}_curvature", swept(runs, compared(), best[best["profile"] != "table"]), "robot"
+    )
     assert inside(figure) == []
     assert any("(30, 90)" in text.get_text() for text in figure.texts)
-    assert inside(plot_speed(swept(runs, compared().iloc[:0]), "robot")) == []
+    assert inside(draw("{medium}_speed", swept(runs, compared().iloc[:0]), "robot")) == []
 
 
 def test_forces_are_means_over_ten_milliseconds(motion):
@@ -163,7 +167,7 @@ def test_forces_are_means_over_ten_milliseconds(motion):
 
 
 def test_reaction_of_both_tripods(motion):
-    figure = plot_robot_reaction(memory({"robot/motion.csv": motion}))
+    figure = draw("robot_reaction", memory({"robot/motion.csv": motion}))
     assert inside(figure) == []
     assert len(figure.axes) == 2 * 2
     legend = [text.get_text() for text in figure.legends[0].get_texts()]
@@ -180,7 +184,7 @@ def test_reaction_of_both_tripods(motion):
 def test_stance_shows_the_forces_of_one_tripod(every):
     robot, profile = paper_robot(), TableProfile.published("poppy_LP")
     table = pd.concat([stance_of(robot, profile, run, 50) for run in every])
-    figure = plot_robot_stance(memory({"robot/stances.csv": table}))
+    figure = draw("robot_stance", memory({"robot/stances.csv": table}))
     assert inside(figure) == []
     titles = [axes.get_title(loc="left") for axes in figure.axes]
     assert titles == ["c-leg, 2 Hz", "reversed c-leg, 2.2 Hz"]
@@ -202,7 +206,7 @@ def test_arrows_of_an_animation_begin_at_the_loaded_elements():
     level = np.full_like(x, -2.0)
     series = ElementSeries(ends, np.full_like(ends, -2.0), 0 * x, np.ones_like(x), x, level)
     (picture,) = animation_frames({"tripod_0": series}, np.zeros(1), np.zeros(1), "")
-    red = np.abs(picture - 255 * np.array(to_rgb(MARK))).max(axis=-1) < 40
+    red = np.abs(picture - 255 * np.array(to_rgb(style.MARK))).max(axis=-1) < 40
     columns, rows = (np.flatnonzero(red.any(axis=axis)) for axis in (0, 1))
     pixels_per_cm = 5.5 / 11 * 100 / 2.54
     assert np.diff(columns).max() == pytest.approx(16 * pixels_per_cm, abs=3)

@@ -8,13 +8,13 @@ from numpy.testing import assert_allclose
 from robotsteps import step
 
 from rftfit import FourierProfile
-from rftfit.robot.body import NEWTON_IN_G_CM_PER_S2, assemble
+from rftfit.robot.body import assemble
 from rftfit.robot.config import Robot
 from rftfit.robot.run import simulate
 
 G = 980.665
 """Gravity, cm/s^2."""
-ERG_PER_N_CM = NEWTON_IN_G_CM_PER_S2
+ERG_PER_N_CM = 1e5
 
 
 def with_plate():
@@ -88,7 +88,7 @@ def test_momentum_and_energy_with_sand(robot, profile, curvature, frequency):
 @pytest.mark.parametrize("drop_cm", [0.0, 1.0, 5.0])
 def test_dropped_plate_comes_to_rest(table, drop_cm):
     # weight times fall = half of alpha times area times depth squared
-    robot, weight_N = with_plate(), 150.0 * G / NEWTON_IN_G_CM_PER_S2
+    robot, weight_N = with_plate(), 150.0 * G / 1e5
     alpha, area = float(table.alpha(0.0, math.pi / 2)[0]), 24.0
     stiffness = alpha * area
     depth = (weight_N + math.sqrt(weight_N**2 + 2 * stiffness * weight_N * drop_cm)) / stiffness
@@ -110,7 +110,7 @@ def test_dropped_plate_comes_to_rest(table, drop_cm):
 
 def test_plate_let_down_slowly_floats_at_its_depth(table):
     # at the depth where alpha |z| A is the weight, a plate that sinks slowly goes no faster
-    parts, weight_N = assemble(with_plate(), 0.0), 150.0 * G / NEWTON_IN_G_CM_PER_S2
+    parts, weight_N = assemble(with_plate(), 0.0), 150.0 * G / 1e5
     depth = weight_N / (float(table.alpha(0.0, math.pi / 2)[0]) * 24.0)
     state = np.array([0.0, -depth, 0.0, 0.0, -1e-6, 0.0])
     assert abs(step(table, parts, state, 0.0, 0.0, 1e-6, 1)[4] - state[4]) < 1e-12

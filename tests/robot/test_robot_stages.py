@@ -18,7 +18,7 @@ from rftfit.campaign.config import Config
 from rftfit.campaign.load import load_campaign
 from rftfit.campaign.problems import CampaignError
 from rftfit.errors import InputError
-from rftfit.lab.tracks import TRIALS, plan_trials, track_files
+from rftfit.lab.tracks import plan_trials, track_files
 from rftfit.results import open_results
 from rftfit.robot.speeds import speed_errors
 from rftfit.store import write_text
@@ -65,7 +65,7 @@ def test_same_seed_same_tracks(root):
     config = load_campaign(root / "config" / "config.yaml").config
     assert track_files(config, 1) == track_files(config, 1)
     trials = plan_trials(config, 1)
-    assert len({trial.run_id for trial in trials}) == 42 * TRIALS
+    assert len({trial.run_id for trial in trials}) == 42 * 3
     # the trials of a condition are scattered about its published speed
     speeds = pd.DataFrame(trials).groupby("condition")["speed_cm_per_s"].agg(["mean", "std"])
     figure = reference.load("fig_4c").query("stride_frequency_Hz > 0.01")
@@ -119,7 +119,7 @@ def test_what_the_workflow_reads(root):
     config = root / "config" / "config.yaml"
     states = read_states(config)[0]
     assert states.campaign.robot_medium == "poppy_LP"
-    assert len(states.robot_files) == 1 + 42 * TRIALS
+    assert len(states.robot_files) == 1 + 42 * 3
     assert all((root / file).is_file() for file in states.robot_files)
     track = next(root / file for file in states.robot_files if "tracks/" in file)
     track.write_bytes(track.read_bytes() + b"# end\n")

@@ -16,7 +16,6 @@ from rftfit.measure.flags import codes_of, remark
 from rftfit.robot import tracks
 from rftfit.robot.speeds import trial_row
 from rftfit.robot.tracks import (
-    COLUMNS,
     Track,
     TrackError,
     mean_stride_speed,
@@ -177,7 +176,7 @@ def test_files_that_are_none(tmp_path):
         assert error.value.reason.code == UNREADABLE
 
 
-HEADER = ",".join(column.name for column in COLUMNS)
+HEADER = "run_id,condition,medium,curvature_times_R,frequency_Hz,track,note"
 GOOD = "a1,c1,poppy_LP,1,,tracks/a1.csv,"
 
 

@@ -15,7 +15,7 @@ from log_files import netft, told
 from rftfit.campaign.load import check_campaign, load_campaign
 from rftfit.cli.main import main
 from rftfit.results import open_results
-from rftfit.workflow.state import log_names, read_states
+from rftfit.workflow.state import read_states
 
 RUN = "poppy_LP_bp30_g45_in"
 FORCE_LOG = f"poppy_LP/{RUN}_force.csv"
@@ -343,7 +343,7 @@ def test_gauges_and_a_calibration_give_what_the_loads_give(rig, tmp_path):
     fit = chain(load_campaign(path), "poppy_LP").fit(RUN)
     for name in ("alpha_z_N_per_cm3", "alpha_z_se_N_per_cm3", "alpha_x_N_per_cm3"):
         assert fit[name] == pytest.approx(rig.fit(RUN)[name], rel=1e-5)
-    assert "gauges.csv" in log_names(load_campaign(path), "poppy_LP")
+    assert "gauges.csv" in read_states(path)[0].all_logs
     calibration.unlink()
     (missing,) = told(check_campaign(path)[1])
     assert missing.startswith("config.calibration-file force_log.calibration 'gauges.csv'")
@@ -366,7 +366,8 @@ def test_a_folder_of_ros2_is_named_by_its_folder(tmp_path):
         next(run for run in campaign.runs if run.run_id == RUN).force_log
         == "bags/one/metadata.yaml"
     )
-    assert {"bags/one/metadata.yaml", "bags/one/one_0.db3"} <= set(log_names(campaign, "poppy_LP"))
+    bag_files = {"bags/one/metadata.yaml", "bags/one/one_0.db3"}
+    assert bag_files <= read_states(path)[0].all_logs.keys()
     (bag / "metadata.yaml").unlink()
     (no_file,) = told(check_campaign(path)[1])
     assert re.fullmatch(r"sheet.log-not-a-file \d+ force_log 'bags/one'", no_file)

@@ -45,6 +45,13 @@ def change_config(folder, **sections):
     write_yaml(folder.config, config)
 
 
+def campaign_of_stress(folder, names, rows):
+    """Make a campaign of a table of stress."""
+    write_table(folder / "stress.csv", names, rows)
+    Folder(folder).rftfit("init", "lab", "--stress-table", "stress.csv")
+    return Folder(folder / "lab")
+
+
 def tables_of_stress(folder):
     """Fits, flags and ledger of the only medium of a table of stress."""
     run_rules(folder.config, *MEASURE)
@@ -127,8 +134,7 @@ def problems_of(folder):
 
 def test_a_table_with_stress_along_x_in_some_rows_of_a_run_is_refused(tmp_path):
     rows = [f"0,90,{depth},{depth},{'' if depth == 3 else 0}" for depth in range(1, 9)]
-    write_table(tmp_path / "stress.csv", STRESS_NAMES, rows)
-    Folder(tmp_path).rftfit("init", "lab", "--stress-table", "stress.csv")
+    campaign_of_stress(tmp_path, STRESS_NAMES, rows)
     assert problems_of(tmp_path) == ["stress-table.blank 2 stress_x_N_per_cm2"]
 
 
@@ -142,12 +148,11 @@ def test_a_table_with_stress_along_x_in_some_rows_of_a_run_is_refused(tmp_path):
 )
 def test_one_wrong_depth_of_a_table_is_left_out(tmp_path, bad_row, depth_mm, problem):
     rows = [f"0,90,{depth_mm if row == bad_row else row},{0.1 * row:.4f}" for row in range(1, 50)]
-    write_table(tmp_path / "stress.csv", "beta_deg,gamma_deg,depth_mm,stress_z", rows)
-    Folder(tmp_path).rftfit("init", "lab", "--stress-table", "stress.csv")
+    folder = campaign_of_stress(tmp_path, "beta_deg,gamma_deg,depth_mm,stress_z", rows)
     assert problems_of(tmp_path) == [f"stress-table.{problem}"]
     if depth_mm < 0:
         return
-    fits, flags, _ = tables_of_stress(Folder(tmp_path / "lab"))
+    fits, flags, _ = tables_of_stress(folder)
     assert fits["alpha_z_N_per_cm3"][0] == pytest.approx(1.0, rel=1e-6), fits["reason"]
     assert "rows-alone" in set(flags["code"])
 
@@ -156,9 +161,7 @@ def test_rows_without_data_of_a_table_are_counted_and_disturb_nothing(tmp_path):
     """Many in a row, of one run some, of another all."""
     rows = [f"0,90,{depth},{-9999 if 10 <= depth < 20 else depth},0,push" for depth in range(1, 40)]
     rows += [f"30,90,-9999,{depth},0,lost" for depth in range(1, 9)]
-    write_table(tmp_path / "stress.csv", f"{STRESS_NAMES},run_id", rows)
-    Folder(tmp_path).rftfit("init", "lab", "--stress-table", "stress.csv")
-    folder = Folder(tmp_path / "lab")
+    folder = campaign_of_stress(tmp_path, f"{STRESS_NAMES},run_id", rows)
     change_config(folder, table={"missing": [-9999]})
     assert problems_of(tmp_path) == [
         "stress-table.no-data 11 depth_cm",

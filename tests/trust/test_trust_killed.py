@@ -17,7 +17,7 @@ from waiting import ASLEEP_S, LONGEST_S, wait_for
 
 from rftfit.store import atomic_path, write_text
 from rftfit.store.files import _cleared, is_temporary, remove_temporary
-from rftfit.workflow.processes import VARIABLE, end_with_parent, stale_lock
+from rftfit.workflow.processes import end_with_parent, stale_lock
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals are POSIX's")
 
@@ -45,9 +45,9 @@ assert end_with_parent()
 print("watching", flush=True)
 time.sleep({ASLEEP_S})
 """
-PARENT = f"""
+PARENT = """
 import os, subprocess, sys
-subprocess.Popen([sys.executable, "-c", sys.argv[1]], env={{**os.environ, "{VARIABLE}": str(os.getpid())}})
+subprocess.Popen([sys.executable, "-c", sys.argv[1]], env={**os.environ, "RFTFIT_PARENT": str(os.getpid())})
 sys.stdin.read()
 """
 WORKFLOW = """
@@ -141,18 +141,18 @@ def test_whose_parent_ended_before_it_looked(monkeypatch):
     ended_process = subprocess.Popen([sys.executable, "-c", ""])
     ended_process.wait()
     ends: list[bool] = []
-    monkeypatch.setenv(VARIABLE, str(ended_process.pid))
+    monkeypatch.setenv("RFTFIT_PARENT", str(ended_process.pid))
     assert not end_with_parent(lambda: ends.append(True))
     assert ends == [True]
 
 
 @pytest.mark.parametrize("parent_pid", ["", "x", None])
 def test_what_a_person_starts_watches_nobody(monkeypatch, parent_pid):
-    monkeypatch.delenv(VARIABLE, raising=False)
+    monkeypatch.delenv("RFTFIT_PARENT", raising=False)
     if parent_pid is not None:
-        monkeypatch.setenv(VARIABLE, parent_pid)
+        monkeypatch.setenv("RFTFIT_PARENT", parent_pid)
     assert not end_with_parent(pytest.fail)
-    assert VARIABLE not in os.environ
+    assert "RFTFIT_PARENT" not in os.environ
 
 
 @pytest.fixture

@@ -16,7 +16,6 @@ from hypothesis import strategies as st
 from rftfit.bench.watch import Watch
 from rftfit.lab.enact import reenact
 from rftfit.store.files import is_shared, open_growing, open_note, set_time
-from rftfit.store.links import SNAKEMAKE
 from rftfit.workflow.processes import hold_lock, stale_lock
 from rftfit.workflow.snakemake import listen
 from rftfit.workflow.state import guard_written, read_states
@@ -89,7 +88,7 @@ def test_a_hard_link_anywhere_is_cut(tiny, tmp_path, time):
     # what the lab has of these files alone
     inodes = {victim.stat().st_ino for victim in victims}
     left = [
-        path for path in (campaign.root / SNAKEMAKE).rglob("*") if path.lstat().st_ino in inodes
+        path for path in (campaign.root / ".snakemake").rglob("*") if path.lstat().st_ino in inodes
     ]
     assert left == []
 
@@ -173,7 +172,7 @@ def test_a_copy_by_hard_links_shares_nothing_that_is_written(tiny, tmp_path):
         os.link(path, original)
     campaign = read_states(root / "config" / "config.yaml")[0].campaign
     guard_written(campaign)
-    in_place = [path for path in (root / SNAKEMAKE).rglob("*") if is_shared(path.lstat())]
+    in_place = [path for path in (root / ".snakemake").rglob("*") if is_shared(path.lstat())]
     assert in_place == []
     assert all((root / place).read_text("utf-8") == "{}" for place in OF_RUN)
     assert is_shared((root / "config" / "config.yaml").lstat())
@@ -183,7 +182,7 @@ def test_environments_of_snakemake_keep_their_links(tiny, tmp_path):
     """Their links and second names are those of a package manager."""
     root = tmp_path / "campaign"
     shutil.copytree(tiny["fresh"].root, root)
-    environment = root / SNAKEMAKE / "conda" / "0123_"
+    environment = root / ".snakemake" / "conda" / "0123_"
     (environment / "lib").mkdir(parents=True)
     package = tmp_path / "package.py"
     package.write_text("x = 1\n", encoding="utf-8")

@@ -4,10 +4,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from rftfit.compare.sands import MODELS, fit_corrections
+from rftfit.compare.sands import fit_corrections
 from rftfit.measure.flags import remark
 
-_, ONE_FACTOR, BOTH = MODELS
+ONE_FACTOR, BOTH = "one factor", "factors for z and x"
 
 LEGS = ("c_leg", "flat_leg", "reversed_c_leg")
 THETA = np.arange(-130.0, 131.0)

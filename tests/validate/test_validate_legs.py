@@ -16,17 +16,8 @@ from result_tables import SE, alpha_frame, results_of
 from seeds import assert_share, seeds
 
 from rftfit import TableProfile, model_leg
-from rftfit.compare.legs import (
-    FAR_OFF,
-    NOT_TESTED,
-    OFF,
-    WITHIN,
-    judge,
-    leg_errors,
-    leg_prediction,
-    predicted_curves,
-)
-from rftfit.compare.published import FROM_LOGS, leg_claims
+from rftfit.compare.legs import judge, leg_errors, leg_prediction, predicted_curves
+from rftfit.compare.published import leg_claims
 from rftfit.measure.flags import remark
 from rftfit.model.draws import measured_profile
 from rftfit.reference import LEGS, MEDIA, alpha_grid, load
@@ -155,7 +146,7 @@ def test_the_papers_statements_are_met_or_named(config, predicted):
     assert over.verdict == "differs"
     assert "our zeta = 0.889 alpha_z: palms29 +3" in over.why
     # what the logs hold, and what is predicted
-    assert {item.item for item in claims if item.evidence == FROM_LOGS} == {
+    assert {item.item for item in claims if item.evidence == "logs"} == {
         "media whose measured peak lift falls from c-leg to flat to reversed",
         SUCTION,
         "palms29: drop of alpha_z(0, 90 deg) by sieving, %",
@@ -166,13 +157,13 @@ def test_the_papers_statements_are_met_or_named(config, predicted):
 @pytest.mark.parametrize(
     ("error", "lo", "hi", "verdict"),
     [
-        (33.0, 20.0, 40.0, WITHIN),
-        (-34.0, -40.0, -30.0, OFF),
-        (102.0, 64.0, 139.0, FAR_OFF),
-        (-51.0, -60.0, -40.0, FAR_OFF),
-        (209.0, -78.0, 574.0, FAR_OFF),
-        (209.0, math.nan, math.nan, FAR_OFF),
-        (math.nan, math.nan, math.nan, NOT_TESTED),
+        (33.0, 20.0, 40.0, "within"),
+        (-34.0, -40.0, -30.0, "off"),
+        (102.0, 64.0, 139.0, "far-off"),
+        (-51.0, -60.0, -40.0, "far-off"),
+        (209.0, -78.0, 574.0, "far-off"),
+        (209.0, math.nan, math.nan, "far-off"),
+        (math.nan, math.nan, math.nan, "not-tested"),
     ],
 )
 def test_a_verdict_on_the_model_is_a_number_s(error, lo, hi, verdict):

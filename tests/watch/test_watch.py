@@ -11,7 +11,7 @@ from seeds import seeds
 
 from rftfit import Results
 from rftfit.bench.medium import hold
-from rftfit.bench.watch import BARE, GROWING, MEASURED, REFUSED, WAITING, Watch
+from rftfit.bench.watch import Watch
 from rftfit.campaign.problems import CampaignError
 from rftfit.measure.ingest import ingest_medium
 from rftfit.results import open_results
@@ -105,13 +105,13 @@ def test_a_log_that_grows_is_never_read(bench):
         bench.put(force, content[: twelfth * len(content) // 12])
         events = bench.collect_events(watch)
         assert name not in {facts["run_id"] for facts in facts_of_kind(events, "push")}
-    assert watch.state(MEDIUM, name) == GROWING
+    assert watch.state(MEDIUM, name) == "growing"
     bench.put(force)
     events = bench.settle(watch)
     assert [
         facts["state"] for facts in facts_of_kind(events, "push") if facts["run_id"] == name
-    ] == [MEASURED]
-    assert facts_of_kind(events, "medium")[-1]["states"] == {MEASURED: 1, "read": 1}
+    ] == ["measured"]
+    assert facts_of_kind(events, "medium")[-1]["states"] == {"measured": 1, "read": 1}
 
 
 def test_a_log_that_changes_while_it_is_read_is_measured_again(bench, monkeypatch):
@@ -142,12 +142,12 @@ def test_a_plate_before_its_rod_is_not_tared_yet(bench):
         (bench.raw / log).unlink()
     watch = bench.watch()
     bench.settle(watch)
-    assert (watch.state(MEDIUM, name), watch.state(MEDIUM, tare)) == (BARE, WAITING)
+    assert (watch.state(MEDIUM, name), watch.state(MEDIUM, tare)) == ("not tared yet", "waiting")
     bench.push(name)
     events = bench.settle(watch)
     assert {facts["run_id"]: facts["state"] for facts in facts_of_kind(events, "push")}[
         name
-    ] == MEASURED
+    ] == "measured"
     assert_as_run(bench, watch)
 
 
@@ -160,12 +160,12 @@ def test_a_bad_row_is_told_for_that_row_alone(bench):
     (problem,) = facts_of_kind(events, "problem")
     assert (problem["row"], problem["code"]) == ([*bench.rows].index(bad) + 2, "sheet.unknown-word")
     assert bad not in watch.rows[MEDIUM]
-    assert watch.state(MEDIUM, good) == MEASURED
+    assert watch.state(MEDIUM, good) == "measured"
     bench.rows[bad]["direction"] = bench.every[bad]["direction"]
     bench.write_sheet()
     events = bench.settle(watch)
     assert facts_of_kind(events, "problem") == [problem | {"solved": True}]
-    assert watch.state(MEDIUM, bad) == MEASURED
+    assert watch.state(MEDIUM, bad) == "measured"
 
 
 def test_the_run_of_a_bad_tare_row_is_left_out_and_told(bench):
@@ -186,7 +186,7 @@ def test_a_deleted_log_withdraws_its_run_and_a_changed_one_replaces_it(bench):
     alpha_before = watch.media[MEDIUM].runs[name].rows["fits"]["alpha_z_N_per_cm3"]
     (bench.raw / bench.logs(name)[0]).unlink()
     assert [facts["run_id"] for facts in facts_of_kind(bench.settle(watch), "withdrawn")] == [name]
-    assert watch.state(MEDIUM, name) == WAITING
+    assert watch.state(MEDIUM, name) == "waiting"
     assert watch.media[MEDIUM].map is None
     bench.put(bench.logs(name)[0], bench.content(bench.logs(donor)[0]))
     events = bench.settle(watch)
@@ -221,7 +221,7 @@ def test_a_refused_log_says_why(bench):
     (facts,) = [
         facts for facts in facts_of_kind(bench.settle(watch), "push") if facts["run_id"] == name
     ]
-    assert facts["state"] == REFUSED
+    assert facts["state"] == "no alpha"
     assert "empty" in facts["reason"]
 
 
@@ -248,7 +248,7 @@ def test_the_next_pushes_are_rows_that_the_sheet_takes(bench):
     bench.write_sheet()
     bench.settle(watch)
     assert watch.problems == {}
-    assert {watch.state(MEDIUM, row["run_id"]) for row in rows} == {WAITING}
+    assert {watch.state(MEDIUM, row["run_id"]) for row in rows} == {"waiting"}
 
 
 def test_a_campaign_that_cannot_be_read_is_refused_and_later_waited_for(bench):
@@ -279,12 +279,12 @@ def test_a_push_straight_down_tells_the_clock_of_the_slanted_runs_before_it(tmp_
     list(watch.step())
     # 150 s after the only push straight down the drift is not known well enough
     slanted = watch.facts(watch.media["sand"], "b0_g45_1")
-    assert slanted["state"] == REFUSED
+    assert slanted["state"] == "no alpha"
     assert re.search(r" monday .*\+2\.4", slanted["reason"])
     row = watch.media["sand"].runs["b0_g45_1"].rows["runs"]
     assert row["reason_code"] == "session-uncertain"
     log.write_bytes(content)
     list(watch.step())
     sand = watch.media["sand"]
-    assert watch.facts(sand, "b0_g45_1")["state"] == MEASURED
+    assert watch.facts(sand, "b0_g45_1")["state"] == "measured"
     assert sand.runs["b0_g45_1"].rows["runs"]["clock_pushes"] == 2

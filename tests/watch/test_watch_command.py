@@ -10,15 +10,17 @@ import pytest
 import yaml
 from campaigns import MEDIUM, Folder
 
-from rftfit.bench.watch import REFUSED, Watch
+from rftfit.bench.watch import Watch
 from rftfit.campaign.config import Config
 from rftfit.checks.verdict import Verdict
 from rftfit.lab.enact import prepare
-from rftfit.measure.verdict_words import DOUBTFUL
 from rftfit.results import open_results
 from rftfit.workflow.closing import closing_lines
 from rftfit.workflow.records import Recorded
 from rftfit.workflow.state import read_states
+
+WATCH = ["watch", "--json", "--no-page", "--wait", "0.1", "--stop"]
+"""Words of the command, up to the width in percent at which it stops."""
 
 
 @pytest.fixture(autouse=True)
@@ -28,9 +30,7 @@ def own_cache(tmp_path, monkeypatch):
 
 def test_each_line_of_json_is_an_event_and_the_watch_stops_when_enough_is_known(bench):
     bench.push(*bench.plates)
-    process = Folder(bench.root).rftfit(
-        "watch", "--json", "--no-page", "--wait", "0.1", "--stop", "60"
-    )
+    process = Folder(bench.root).rftfit(*WATCH, "60")
     assert process.returncode == 0
     events = [json.loads(line) for line in process.stdout.splitlines()]
     assert {event["event"] for event in events} == {"push", "medium"}
@@ -43,9 +43,7 @@ def test_each_line_of_json_is_an_event_and_the_watch_stops_when_enough_is_known(
 
 def test_the_target_is_chosen(bench):
     bench.push(*bench.plates[:3])
-    process = Folder(bench.root).rftfit(
-        "watch", "--json", "--no-page", "--wait", "0.1", "--stop", "500", "--target", "zeta"
-    )
+    process = Folder(bench.root).rftfit(*WATCH, "500", "--target", "zeta")
     assert '"target": "zeta"' in process.stdout
 
 
@@ -84,7 +82,7 @@ def test_every_event_has_a_line_for_people(bench):
         ("problem", "error: raw/paper/runs.csv, row 5, column kind: found 'rood'"),
         ("file", f"{bench.logs(loose)[0]}: "),
         ("medium", f"{medium['half_width_percent']:.2g} %"),
-        ("push", f"{bad} (row 4): {REFUSED}"),
+        ("push", f"{bad} (row 4): no alpha"),
     ):
         assert any(values in line for line_kind, line in lines if line_kind == kind), kind
     assert not any("nan" in line for _, line in lines)
@@ -138,14 +136,14 @@ def test_watch_check_page_and_terminal_state_one_verdict(bench, has_tares):
             row["tare_run"] = ""
         bench.write_sheet()
     folder = Folder(bench.root)
-    watching = folder.rftfit("watch", "--json", "--no-page", "--wait", "0.1", "--stop", "500")
+    watching = folder.rftfit(*WATCH, "500")
     events = [json.loads(line) for line in watching.stdout.splitlines()]
     sentence = [event for event in events if event["event"] == "medium"][-1]["verdict"]
     facts = json.loads(folder.rftfit("check", "--diagnose", "--json").stdout)["verdicts"][MEDIUM]
     verdict = Verdict(**facts)
     assert sentence == f"{verdict.on(MEDIUM)}."
     assert f"{verdict.on(MEDIUM)}.\n" in folder.rftfit("check", "--diagnose").stdout
-    assert (verdict.word == DOUBTFUL) != has_tares
+    assert (verdict.word == "doubtful") != has_tares
     folder.run_here("page")
     # a sentence begins with a capital letter
     of_title = f"{verdict.on(config['media'][MEDIUM]['title'])[1:]}."

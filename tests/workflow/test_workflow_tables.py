@@ -20,7 +20,7 @@ from rftfit.measure.ledger import check_ledger, join
 from rftfit.measure.tables import fit_alpha_table, ingest_table
 from rftfit.measure.tare import tare_medium
 from rftfit.reference import load
-from rftfit.workflow.state import HANDED, hand_over, read_states, sheet_cells
+from rftfit.workflow.state import hand_over, read_states, sheet_cells
 
 slow = pytest.mark.slow
 
@@ -170,7 +170,7 @@ def test_a_campaign_that_was_handed_over_is_not_read_again_unless_something_chan
     with TemporaryFile(buffering=0) as file:
         word = hand_over(states, warnings, file)
         with monkeypatch.context() as patch:
-            patch.setenv(HANDED, word)
+            patch.setenv("RFTFIT_CAMPAIGN", word)
             patch.setattr("rftfit.workflow.state.check_campaign", lambda _: (None, []))
             handed, count = read_states(config)
             assert (sheet_cells(handed.campaign, ""), count) == (
@@ -190,7 +190,7 @@ def test_a_campaign_that_was_handed_over_is_not_read_again_unless_something_chan
             file.write(b"?")
             with pytest.raises(CampaignError):
                 read_states(config)
-    monkeypatch.setenv(HANDED, word)
+    monkeypatch.setenv("RFTFIT_CAMPAIGN", word)
     assert sheet_cells(read_states(config)[0].campaign, "") == sheet_cells(states.campaign, "")
 
 
