@@ -103,8 +103,7 @@ def test_a_slanted_sole_of_two_triangles_has_its_moments_where_it_does_not_turn(
     assert np.allclose(coarse["force_z_N"], fine["force_z_N"], rtol=1e-9)
     assert worst_peak(coarse, fine, ["moment_x_N_cm", "moment_y_N_cm"]) < WITHIN / 4
     # the wedge is its own mirror image in y
-    deepest = coarse.iloc[-1]
-    assert abs(deepest["moment_x_N_cm"]) < 1e-9 * abs(deepest["moment_y_N_cm"])
+    assert coarse["moment_x_N_cm"].abs().max() < 1e-3 * coarse["moment_y_N_cm"].max()
 
 
 def test_the_paper_legs_keep_their_elements():
