@@ -11,7 +11,7 @@ from rftfit.figures import labels, style
 from rftfit.figures.leg_panels import PROFILE_TITLES
 from rftfit.figures.registry import figure, when
 from rftfit.robot.speeds import share_within
-from rftfit.robot.sweep import MOTION_NEAR_HZ, is_of_motion
+from rftfit.robot.sweep import MOTION, is_at_condition
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -423,7 +423,7 @@ def _make_speed_entries(
 def _select_drawn_over_time(errors: pd.DataFrame) -> pd.DataFrame:
     """Select rows with a measured speed whose condition has a figure of the motion over time."""
     conditions = zip(errors["curvature_times_R"], errors["frequency_Hz"], strict=True)
-    is_drawn = np.array([is_of_motion(*condition) for condition in conditions], dtype=bool)
+    is_drawn = np.array([is_at_condition(MOTION, *condition) for condition in conditions], dtype=bool)
     drawn: pd.DataFrame = errors[is_drawn & errors["measured_cm_per_s"].notna().to_numpy(bool)]
     return drawn
 
@@ -698,10 +698,9 @@ def draw_motion(motion: pd.DataFrame, measured: pd.DataFrame | None = None) -> F
 
 def _strides_of_run(strides: pd.DataFrame, run: tuple[float, float]) -> pd.DataFrame:
     """Select the measured mean strides at the curvature of a run and near its frequency."""
-    near_frequency = np.abs(strides["frequency_Hz"] - run[1]) < MOTION_NEAR_HZ
-    strides_of_run: pd.DataFrame = strides[
-        near_frequency & np.isclose(strides["curvature_times_R"], run[0])
-    ]
+    conditions = zip(strides["curvature_times_R"], strides["frequency_Hz"], strict=True)
+    is_of_run = np.array([is_at_condition([run], *condition) for condition in conditions], dtype=bool)
+    strides_of_run: pd.DataFrame = strides[is_of_run]
     return strides_of_run
 
 
