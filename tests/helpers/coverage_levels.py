@@ -52,15 +52,7 @@ from rftfit.model.fourier import fit_dft_index, fit_lsq
 from rftfit.model.scaling import fit_terms, generic, generic_interval, vertical_penetration
 from rftfit.reference import BETA_DEG, GAMMA_DEG, LEGS, MEDIA, alpha_grid, load
 from rftfit.robot.config import paper_robot
-from rftfit.robot.intervals import (
-    BEST_DRAWS,
-    SPEED_DRAWS,
-    best_width,
-    coarser,
-    each_draw,
-    speed_widths,
-    speeds_of,
-)
+from rftfit.robot.intervals import CHOSEN, best_width, coarser, each_draw, speed_widths, speeds_of
 from rftfit.robot.run import Condition
 from rftfit.robot.sweep import best_of_runs, runs_about_best
 from rftfit.workflow import measure as measure_stages
@@ -620,7 +612,7 @@ def true_best(medium):
     return best_of_runs(runs_about_best(coarser(paper_robot()), truth, 1))[0]
 
 
-def robot_draws(table, config, count=SPEED_DRAWS):
+def robot_draws(table, config, count=CHOSEN.speed_draws):
     """The measured table and draws of it, as the stage takes them."""
     best = measured_profile(table, config)
     assert isinstance(best.spread, TableProfile)
@@ -640,7 +632,7 @@ def robot_inside(table, fit, config, conditions):
 
 def best_inside(table, fit, config):
     """Best curvature of its legs at 5 Hz."""
-    profile, draws = robot_draws(table, config, BEST_DRAWS)
+    profile, draws = robot_draws(table, config, CHOSEN.best_draws)
     curvature = np.array([best_of_runs(runs_about_best(coarser(paper_robot()), profile, 1))[0]])
     width = best_width(paper_robot(), profile, draws, LEVEL, 1)
     assert not width.why, width

@@ -123,6 +123,13 @@ def test_runs_that_are_not_steady_are_left_out():
     assert optima(table[table["curvature_times_R"] > 0.9]).empty
 
 
+def test_a_trial_within_a_tenth_of_a_hertz_is_of_the_condition():
+    frequency_Hz = trials()["frequency_Hz"] + 0.07
+    measured = measured_speeds(trials().assign(frequency_Hz=frequency_Hz), PLACES)
+    assert measured["calibrated"].tolist() == ["yes", "no", "no"]
+    assert measured_speeds(trials(), [(1.0, 2.06)])["calibrated"].tolist() == ["no"] * 3
+
+
 def test_conditions_that_it_was_calibrated_on_do_not_count():
     measured, runs = published_speeds("poppy_LP", PLACES), simulated(1.1)
     calibrated = (measured["calibrated"] == "yes").to_numpy()

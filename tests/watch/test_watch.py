@@ -231,8 +231,10 @@ def test_a_log_without_row_is_told_with_the_row_that_would_name_it(bench):
     force = bench.logs(loose)[0]
     bench.put(force)
     watch = bench.watch()
-    (facts,) = facts_of_kind(bench.settle(watch), "file")
+    (event,) = [event for event in bench.settle(watch) if event.kind == "file"]
+    facts = event.facts
     assert (facts["file"], facts["row"]) == (force, {"run_id": loose, "force_log": force})
+    assert f"a row for it has run_id {loose}, force_log {force}" in event.summary()
     bench.push(loose)
     bench.settle(watch)
     assert watch.unnamed == {}

@@ -208,6 +208,17 @@ def test_a_port_that_is_taken_is_told(page):
         LivePage(page.port)
 
 
+def test_the_repeats_of_a_push_are_the_runs_of_its_cell(bench):
+    shown, repeat = bench.plates[:2]
+    bench.push(shown, repeat)
+    watch = bench.watch()
+    bench.settle(watch)
+    assert "Repeats" not in page_of(watch, f"run={shown}")
+    medium = watch.media[MEDIUM]
+    medium.alpha = medium.alpha.assign(run_ids=f"{shown} {repeat} gone")
+    assert f"Repeats, dashed: {repeat}." in page_of(watch, f"run={shown}")
+
+
 def test_what_is_told_is_on_the_page(bench):
     good, bad = bench.plates[:2]
     bench.push(good, bad)

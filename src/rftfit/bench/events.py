@@ -7,6 +7,9 @@ import time
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
+from rftfit.conventions import COMPONENTS
+from rftfit.measure.alpha import column
+
 
 class Event(NamedTuple):
     """An event of a `kind`, ``page``, ``problem``, ``file``, ``push``, ``withdrawn`` or ``medium``, and its facts."""
@@ -28,21 +31,13 @@ class Event(NamedTuple):
             lines = [f"{'solved' if facts['solved'] else facts['severity']}: {facts['text']}"]
         elif kind == "file":
             lines = [f"{facts['file']}: no row of the run sheet names it, so it is not opened"]
-            lines += [f"a row for it has {facts['row']}"] if facts["row"] else []
+            lines += [f"a row for it has {format_cells(facts['row'])}"] if facts["row"] else []
         elif kind == "withdrawn":
             lines = [f"{facts['run_id']}: withdrawn, {facts['why']}"]
         # a push that was already there when the watch began needs no line: its medium has one
         elif kind == "push" and not facts["first"]:
             text = f"{facts['run_id']} (row {facts['row']}): {facts['state']}"
-            for c in "zx":
-                alpha, low, high = (
-                    facts[f"alpha_{c}{end}_N_per_cm3"] for end in ("", "_lo", "_hi")
-                )
-                text += (
-                    f", alpha_{c} {alpha:.4g} [{low:.4g}, {high:.4g}]"
-                    if math.isfinite(alpha)
-                    else ""
-                )
+            text += "".join(f", alpha_{c} {alpha}" for c, alpha in format_alpha(facts).items())
             delay_s = facts["seconds_since_change"]
             text += f"; {delay_s:.1f} s after its last change" if math.isfinite(delay_s) else ""
             lines = [text, *(f"flag: {flag['text']}" for flag in facts["flags"]), facts["reason"]]
@@ -64,3 +59,18 @@ class Event(NamedTuple):
         return (
             time.strftime("%H:%M:%S  ") + "\n          ".join(filter(None, lines)) if lines else ""
         )
+
+
+def format_alpha(facts: Mapping[str, Any]) -> dict[str, str]:
+    """Format alpha of a push and its interval, N/cm^3, by component; without a component that has no number."""
+    numbers = {c: [facts[column(c, end)] for end in ("", "_lo", "_hi")] for c in COMPONENTS}
+    return {
+        c: f"{alpha:.4g} [{low:.4g}, {high:.4g}]"
+        for c, (alpha, low, high) in numbers.items()
+        if math.isfinite(alpha)
+    }
+
+
+def format_cells(row: Mapping[str, str]) -> str:
+    """Format the cells of a row of the run sheet, each after the name of its column."""
+    return ", ".join(f"{name} {cell}" for name, cell in row.items())

@@ -25,8 +25,6 @@ from rftfit.results import Results
 from rftfit.workflow.measure import FLAGGING
 
 _TABLE_COLUMNS = {"runs": [*RUN_COLUMNS], "tares": TARE_COLUMNS, "fits": FIT_COLUMNS}
-_AT_A_TIME = 256
-"""Runs measured at a time, to limit memory."""
 
 
 class MeasuredRun(NamedTuple):
@@ -106,8 +104,9 @@ def measure(
     `moving`: Runs whose files still change; such a tare counts as missing.
     """
     run_by_id, names = {run.run_id: run for run in campaign.runs_of(medium)}, [*run_ids]
-    for first in range(0, len(names), _AT_A_TIME):
-        batch = names[first : first + _AT_A_TIME]
+    at_a_time = 256  # limits memory
+    for first in range(0, len(names), at_a_time):
+        batch = names[first : first + at_a_time]
         chosen = {run_by_id[name].tare_run for name in batch}.difference(["", *moving]).union(batch)
         batch_campaign = replace(
             campaign, runs=tuple(run_by_id[name] for name in run_by_id if name in chosen)

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from html import escape
 from urllib.parse import parse_qs, urlencode
 
 import numpy as np
 
+from rftfit.bench.events import format_alpha, format_cells
 from rftfit.bench.medium import LiveMedium
 from rftfit.bench.pictures import draw_heat, draw_stress
 from rftfit.bench.watch import REFUSED, Watch
 from rftfit.compare.joint import list_untold
+from rftfit.figures.traces import cell_of_run
 from rftfit.measure.alpha import column
 from rftfit.measure.fits import filed_under
 
@@ -54,7 +56,7 @@ def _format_problems(watch: Watch) -> str:
     """Format problems of config and run sheet, and files that no row names; empty if there are none."""
     loose = (
         f"{facts['file']}: no row names it"
-        + (f"; a row for it has {_format_cells(facts['row'])}" if facts["row"] else "")
+        + (f"; a row for it has {format_cells(facts['row'])}" if facts["row"] else "")
         for facts in watch.unnamed.values()
         if facts
     )
@@ -69,20 +71,14 @@ def _format_push(watch: Watch, medium: LiveMedium, name: str) -> str:
     facts, run, measured = watch.facts(medium, name), watch.campaign.by_id[name], medium.runs[name]
     plate = watch.campaign.config.intruders[run.intruder]
     assert plate.shape != "leg"
-    cells = {
-        key: _cell_of_fit(candidate.rows["fits"])
-        for key, candidate in medium.runs.items()
-        if "fits" in candidate.rows
-    }
-    same = [key for key, cell in cells.items() if cell == cells[name] and key != name]
+    runs_of_cell = str(cell_of_run(medium.alpha, name).get("run_ids", "")).split()
+    same = [key for key in runs_of_cell if key != name and key in medium.runs]
     drawn = draw_stress(
         measured, plate.area_cm2, filed_under(run)[2], [medium.runs[key] for key in same]
     )
     numbers = "".join(
-        f'<li class="{c}">alpha_{c} = {facts[column(c)]:.4g} '
-        f"[{facts[column(c, '_lo')]:.4g}, {facts[column(c, '_hi')]:.4g}] N/cm³</li>"
-        for c in "zx"
-        if np.isfinite(facts[column(c)])
+        f'<li class="{c}">alpha_{c} = {alpha} N/cm³</li>'
+        for c, alpha in format_alpha(facts).items()
     )
     bad = _format_items([*(flag["text"] for flag in facts["flags"]), facts["reason"]], "bad")
     has_delay = np.isfinite(medium.seconds) and name == medium.last
@@ -94,21 +90,6 @@ def _format_push(watch: Watch, medium: LiveMedium, name: str) -> str:
         f"<p>beta {facts['beta_deg']:g}, gamma {facts['gamma_deg']:.4g} deg, {facts['direction']}</p>"
         f"<ul>{numbers}{bad}</ul><p class=soft>{escape(soft)}</p></div></div>"
     )
-
-
-def _format_cells(row: Mapping[str, object]) -> str:
-    """Format the cells of a row of the run sheet, each after the name of its column."""
-    cells = (
-        f"{name} {cell:.4g}" if isinstance(cell, float) else f"{name} {cell}"
-        for name, cell in row.items()
-        if cell not in ("", None)
-    )
-    return ", ".join(cells)
-
-
-def _cell_of_fit(fit: dict[str, float]) -> tuple[object, ...]:
-    """Direction of a row of the fits, by which repeats are found: beta and gamma in whole degrees, kind of motion."""
-    return round(fit["beta_deg"]), round(fit["gamma_deg"]), fit["direction"]
 
 
 def _format_map(watch: Watch, medium: LiveMedium) -> str:

@@ -13,11 +13,6 @@ from rftfit.forces.planning import Plan
 from rftfit.measure.alpha import column
 from rftfit.measure.ledger import RowStatus
 
-_MOST_DOTS = 250
-"""Largest number of samples of a curve that are drawn."""
-_BOX = (46.0, 412.0, 206.0, 10.0)
-"""Left, right, bottom and top of the axes of stress, in units of the picture."""
-
 _CELL = 16
 """Size of a cell of a map, in units of the picture."""
 
@@ -51,7 +46,7 @@ def draw_stress(
     curves = {c: s * tared[f"force_{c}_N"] / area_cm2 for c, s in (("z", 1.0), ("x", sign_x))}
     both = np.nan_to_num(np.concatenate([*curves.values()]))
     ends = (float(along.min()), float(along.max()), min(0, both.min()), max(1e-9, both.max()))
-    left, right, bottom, top = _BOX
+    left, right, bottom, top = 46.0, 412.0, 206.0, 10.0
 
     def points(x: FloatArray, y: FloatArray) -> list[str]:
         """Format points of the curve as coordinates of the picture."""
@@ -62,7 +57,8 @@ def draw_stress(
     parts = [f'<path class="axis" d="M{left},{top}V{bottom}H{right}"/>']
     window = np.array([along[good].min(), along[good].max()]) if good.any() else np.zeros(0)
     depth = np.full(window.size, tared["depth_cm"].mean()) if is_level else window
-    thin = slice(None, None, 1 + along.size // _MOST_DOTS)
+    most_dots = 250
+    thin = slice(None, None, 1 + along.size // most_dots)
     for c, values in curves.items():
         dots = "".join(f"M{point}h0" for point in points(along[thin], values[thin]))
         parts.append(f'<path class="dots {c}" d="{dots}"/>')
@@ -129,19 +125,16 @@ def draw_heat(table: pd.DataFrame, component: str, plan: Plan | None, *, error: 
     return f"<figure><figcaption>{what}{way}; beta upward</figcaption>{drawn}</figure>"
 
 
-_BAR_STEPS = 4
-"""Steps of the colour bar from 0 to its end."""
-
-
 def _colour_bar(right: int, bottom: int, full: float, *, error: bool) -> list[str]:
     """Draw the colour bar below a map: from -`full` to +`full`, or with `error` from 0 to `full`, N/cm^3."""
-    steps = range(0 if error else -_BAR_STEPS, _BAR_STEPS + 1)
+    end = 4
+    steps = range(0 if error else -end, end + 1)
     width = (right - 34) / len(steps)
     parts = []
     for number, step in enumerate(steps):
         kind = "loose" if error else "up" if step >= 0 else "down"
         place = f'x="{34 + number * width:.1f}" y="{bottom + 8}" width="{width:.1f}" height="10"'
-        opacity = f'fill-opacity="{abs(step) / _BAR_STEPS:.2f}"'
+        opacity = f'fill-opacity="{abs(step) / end:.2f}"'
         parts.append(f'<rect class="{kind}" {opacity} {place}/>')
     left_text = "0" if error else f"-{full:.2g}"
     parts.append(_text_element(34, bottom + 32, left_text, "start"))

@@ -20,8 +20,6 @@ from typing import Any
 from rftfit.errors import InputError
 
 HOST = "127.0.0.1"
-_BEAT_S = 10.0
-"""Longest time without a message to a browser, s."""
 MOST_CONNECTIONS = 32
 """Most connections open at a time, as each is an open file."""
 LONGEST_WAIT_S = 10.0
@@ -214,8 +212,9 @@ class _Handler(BaseHTTPRequestHandler):
         page.asked.set()
         with suppress(OSError):  # the browser has gone
             self.wfile.write(b"retry: 1000\n\n")
+            longest_silence_s = 10.0
             while not page.closed:
-                is_new = client.content_ready.wait(_BEAT_S)
+                is_new = client.content_ready.wait(longest_silence_s)
                 client.content_ready.clear()  # before the content is taken, so that newer content is sent too
                 text = f"data: {json.dumps(client.content)}" if is_new else ": still here"
                 self.wfile.write(f"{text}\n\n".encode())

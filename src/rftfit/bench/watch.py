@@ -44,11 +44,6 @@ MEASURED, WAITING, GROWING, BARE, REFUSED, EXCLUDED, READ = (
 )
 """States of a run."""
 
-_PUSHES_PLANNED = 3
-"""Number of next pushes that are planned."""
-_MOST_UNNAMED = 20
-"""Most files that are reported because no row names them."""
-
 _TEMPORARY = (
     "sheet.log-missing",
     "sheet.tare-unused",
@@ -319,7 +314,9 @@ class Watch:
         rig = Rig(tuple(planned), depths=len(config.fit.horizontal_depths_cm))
         medium.before, medium.width, medium.plan = medium.width, np.nan, None
         with suppress(ValueError):  # the target may have no number in this medium
-            medium.plan = plan(self.target, known_map, rig, _PUSHES_PLANNED, config.fit.confidence)
+            medium.plan = plan(
+                self.target, known_map, rig, count=3, confidence=config.fit.confidence
+            )
             medium.width = 100 * medium.plan.steps[0].typical
 
     def summary(self, medium: LiveMedium) -> dict[str, Any]:
@@ -371,7 +368,8 @@ class Watch:
         named_files |= {*self._settings(), f"{raw}/{REENACTED}", f"{raw}/README.md"}
         tracks = f"{raw}/{Path(robot.runs).parent}/" if robot and robot.runs else "\0"
         loose = [path for path in below if path not in named_files and not path.startswith(tracks)]
-        self.unnamed = {path: self.unnamed.get(path, {}) for path in loose[:_MOST_UNNAMED]}
+        most_reported = 20
+        self.unnamed = {path: self.unnamed.get(path, {}) for path in loose[:most_reported]}
         for path, facts in self.unnamed.items():
             if facts or not self._files.stamps([path]):
                 continue

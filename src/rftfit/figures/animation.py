@@ -26,18 +26,8 @@ if TYPE_CHECKING:
     Picture = npt.NDArray[np.uint8]
 
 
-_WIDTH_CM, _HEIGHT_CM, _DPI = 15.0, 7.0, 100
-_AHEAD_CM, _BEHIND_CM, _ABOVE_CM, _BELOW_CM = 12.0, 12.0, 7.0, 4.0
-_LONGEST_CM = 4.0
 _BODY = "#444444"
 _TRIPODS = ("blue", "sky blue", "bluish green", "reddish purple")
-
-
-_MOST_SLOWED, _PICTURE_S = 4.0, 0.03
-"""Most times that motion is slowed down, and the shortest time of a picture, s: a stride of 5 Hz can be followed."""
-
-_PICTURES = 25
-"""Number of pictures in a stride."""
 
 
 def animate_run(
@@ -50,12 +40,14 @@ def animate_run(
     from rftfit.robot.motion import element_series
 
     assert run.series is not None
-    every = samples // _PICTURES
+    pictures_in_stride = 25
+    every = samples // pictures_in_stride
     tail = run.series.last(2 * samples)  # forces are computed for the shown strides alone
     elements = element_series(robot, profile, run.condition, tail, every)
     x, time = tail.x_cm[::every], tail.time_s[::every]
     step_s = float(time[1] - time[0])
-    slowed = max(1.0, min(_MOST_SLOWED, _PICTURE_S / step_s))
+    # a picture is shown for 30 ms, so that a stride of 5 Hz can be followed, but no motion is slowed down more than four times
+    slowed = max(1.0, min(4.0, 0.03 / step_s))
     if slowed > 1:
         title += f", {slowed:.2g} times slower than life"
     return animation_frames(elements, x, time, title), step_s * slowed
@@ -73,12 +65,12 @@ def animation_frames(
     from matplotlib.collections import LineCollection
     from matplotlib.patches import Rectangle
 
-    figure = style.new_figure(_WIDTH_CM, _HEIGHT_CM, _DPI)
+    figure = style.new_figure(15.0, 7.0, dpi=100)
     canvas: Any = FigureCanvasAgg(figure)
     axes = style.axes_cm(figure, 1.1, 0.6, 13.7, 5.5)
-    axes.set(aspect="equal", xlabel="x (cm)", ylabel="z (cm)")
+    axes.set(aspect="equal", ylim=(-4, 7), xlabel="x (cm)", ylabel="z (cm)")
     axes.set_title(style.plain(title), fontsize=7, loc="left")
-    sand = Rectangle((0, -100), 1, 100, facecolor=style.SAND, edgecolor="none")
+    sand = Rectangle((0, -100), 48, 100, facecolor=style.SAND, edgecolor="none")
     axes.add_patch(sand)
     clock = axes.text(0.99, 0.96, "", transform=axes.transAxes, ha="right", va="top", fontsize=7)
     sizes = [
@@ -86,7 +78,8 @@ def animation_frames(
         for series in elements.values()
     ]
     strongest = float(max(sizes))
-    cm_per_N = _LONGEST_CM / strongest if strongest > 0 else 0.0
+    longest_cm = 4.0
+    cm_per_N = longest_cm / strongest if strongest > 0 else 0.0
     shades = cycle(style.OKABE_ITO[name] for name in _TRIPODS)
     lines, arrows = {}, {}
     for name in elements:
@@ -99,10 +92,8 @@ def animation_frames(
     axes.text(0.01, 0.03, scale, transform=axes.transAxes, fontsize=6)
     shots = []
     for index, (x, time) in enumerate(zip(x_cm, time_s, strict=True)):
-        axes.set_xlim(x - _BEHIND_CM, x + _AHEAD_CM)
-        axes.set_ylim(-_BELOW_CM, _ABOVE_CM)
-        sand.set_x(x - 2 * _BEHIND_CM)
-        sand.set_width(2 * (_BEHIND_CM + _AHEAD_CM))
+        axes.set_xlim(x - 12, x + 12)
+        sand.set_x(x - 24)
         clock.set_text(f"{time:.2f} s")
         for name, series in elements.items():
             ends = np.stack([series.ends_x_cm[index], series.ends_z_cm[index]], axis=-1)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rftfit.figures import style
+from rftfit.figures.traces import with_end_names
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -14,11 +15,6 @@ if TYPE_CHECKING:
     from rftfit.compare.contrast import Comparison
 
 _COLOURS = {"a": style.OKABE_ITO["blue"], "b": style.OKABE_ITO["vermillion"]}
-_APART = 0.15
-"""Distance of the points of A and B from the middle of their direction; directions are 1 apart."""
-
-_MOST_NAMES = 40
-"""Most directions that are named below the axis."""
 
 
 @style.styled()
@@ -33,17 +29,14 @@ def draw_comparison(comparison: Comparison) -> Figure:
     place = np.arange(len(table))
     for alpha_axes, c in ((z_axes, "z"), (x_axes, "x")):
         style.zero_line(alpha_axes)
-        for sign, medium in ((-1, "a"), (1, "b")):
+        for medium, aside in (("a", -0.15), ("b", 0.15)):
             middle, low, high = (
-                table[f"alpha_{c}_{medium}{end}_N_per_cm3"].to_numpy(float)
-                for end in ("", "_lo", "_hi")
+                table[name].to_numpy(float)
+                for name in with_end_names(f"alpha_{c}_{medium}_N_per_cm3")
             )
-            alpha_axes.vlines(
-                place + sign * _APART, low, high, color=_COLOURS[medium], linewidth=0.8
-            )
-            alpha_axes.plot(
-                place + sign * _APART, middle, "o", color=_COLOURS[medium], markersize=3
-            )
+            colour = _COLOURS[medium]
+            alpha_axes.vlines(place + aside, low, high, color=colour, linewidth=0.8)
+            alpha_axes.plot(place + aside, middle, "o", color=colour, markersize=3)
         alpha_axes.set(ylabel=style.alpha_label(c), xlim=(-0.6, len(table) - 0.4), xticks=place)
         alpha_axes.tick_params(labelbottom=False)
     axes.axhspan(comparison.ratio_lo, comparison.ratio_hi, color=style.WINDOW, linewidth=0)
@@ -52,7 +45,8 @@ def draw_comparison(comparison: Comparison) -> Figure:
     middle, low, high = (table[f"ratio{end}"].to_numpy(float) for end in ("", "_lo", "_hi"))
     axes.vlines(place, low, high, color=style.GREY, linewidth=0.8)
     axes.plot(place, middle, "o", color="black", markersize=3)
-    label_step = -(-len(table) // _MOST_NAMES)
+    most_names = 40
+    label_step = -(-len(table) // most_names)
     names = [
         f"{style.degrees(beta)}, {style.degrees(gamma)}"
         for beta, gamma in zip(table["beta_deg"], table["gamma_deg"], strict=True)

@@ -11,7 +11,7 @@ from rftfit.figures import leg_panels, maps, style
 from rftfit.figures.labels import PROFILES, usable_media
 from rftfit.figures.plates import stress_runs
 from rftfit.figures.registry import figure, greek, when
-from rftfit.figures.traces import STRESS_SETTINGS, by_run, draw_thin, stress_of
+from rftfit.figures.traces import STRESS_SETTINGS, by_run, draw_thin, stress_of, with_end_names
 from rftfit.measure.verdict_words import NOT_CHECKED
 
 if TYPE_CHECKING:
@@ -20,13 +20,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from rftfit.results import Results
-
-FEWEST = 4
-"""Fewest directions that make a map."""
-
-_WIDTH_CM, _HEIGHT_CM, _LEFT_CM, _TOP_CM, _SIDE_CM = 7.0, 6.7, 1.25, 0.75, 4.35
-_FAR_BELOW = 4
-"""Smallest peak over the lowest end of an interval that is drawn."""
 
 _LEG_LOOKS = tuple(
     zip(
@@ -40,8 +33,9 @@ _LEG_LOOKS = tuple(
 
 def _new_panel(title: str) -> tuple[Figure, Axes]:
     """Make a figure of one panel, its letters large enough to be read at the size of the page's first screen."""
-    page = style.new_figure(_WIDTH_CM, _HEIGHT_CM)
-    axes = style.axes_cm(page, _LEFT_CM, _TOP_CM, _SIDE_CM, _SIDE_CM)
+    page = style.new_figure(7.0, 6.7)
+    side_cm = 4.35
+    axes = style.axes_cm(page, 1.25, 0.75, side_cm, side_cm)
     axes.set_title(title, pad=5)
     axes.tick_params(labelsize=7)
     return page, axes
@@ -58,7 +52,8 @@ def best_measured_medium(results: Results) -> tuple[str, pd.DataFrame, str]:
     }
     ranked = sorted(direction_counts, key=direction_counts.__getitem__, reverse=True)
     alpha = results[ranked[0]].alpha
-    if direction_counts[ranked[0]] >= FEWEST and maps.lies_on_grid(alpha):
+    fewest_for_map = 4
+    if direction_counts[ranked[0]] >= fewest_for_map and maps.lies_on_grid(alpha):
         return ranked[0], alpha, "measured"
     for name in ranked:
         if len(table := results.map_table(name)):
@@ -147,18 +142,15 @@ def plot_first_peaks(results: Results) -> Figure:
     """Draw the predicted peak of lift and of thrust on each leg in each medium against the measured one."""
     rows = _select_peaks(results)
     page, axes = _new_panel("peak force on a leg")
-    names = [
-        f"peak_{quantity}_N"
-        for quantity in ("measured", "predicted", "predicted_lo", "predicted_hi")
-    ]
+    names = ["peak_measured_N", *with_end_names("peak_predicted_N")]
     # a negative measured peak is mirrored, so that it can stand on axes of logarithms
     signs = np.sign(rows[names[0]])
     rows = rows.assign(**{name: rows[name] * signs for name in names})
     all_peaks = rows[names].to_numpy(float)
     all_peaks = all_peaks[np.isfinite(all_peaks)]
     smallest = float(rows[names[:2]].abs().to_numpy(float).min())
-    # an interval that reaches far below the smallest peak ends at the frame
-    lowest = max(float(all_peaks[all_peaks > 0].min()), smallest / _FAR_BELOW) / 1.4
+    # an interval that reaches below a quarter of the smallest peak ends at the frame
+    lowest = max(float(all_peaks[all_peaks > 0].min()), smallest / 4) / 1.4
     ends = np.array([lowest, float(all_peaks.max()) * 1.4])
     share = WITHIN_PERCENT / 100
     along = np.geomspace(ends[0], ends[1], 200)
@@ -170,7 +162,7 @@ def plot_first_peaks(results: Results) -> Figure:
     for leg, (colour, marker) in looks.items():
         shade = style.OKABE_ITO[colour]
         name = leg_panels.leg_title(leg)
-        entries[name] = style.line(shade, marker=marker, linestyle="", markersize=4)
+        entries[name] = style.dots(shade, 4, marker=marker)
         for c, fill in (("z", shade), ("x", "white")):
             rows_of_leg = rows[(rows["leg"] == leg) & (rows["component"] == c)]
             measured, peak, low, high = rows_of_leg[names].to_numpy(float).T
@@ -191,9 +183,7 @@ def plot_first_peaks(results: Results) -> Figure:
         ]
         if shown:
             entries[name] = tuple(
-                style.line(
-                    shade, marker=marker, markerfacecolor=fill or shade, linestyle="", markersize=4
-                )
+                style.dots(shade, 4, marker=marker, markerfacecolor=fill or shade)
                 for shade, marker in shown
             )
     entries[f"within {WITHIN_PERCENT:g} %"] = style.patch(facecolor=style.WINDOW)

@@ -9,7 +9,8 @@ import numpy as np
 from rftfit.figures import labels, maps, style
 from rftfit.figures.maps import kept_coefficients, middles, why_no_fit
 from rftfit.figures.registry import figure, when
-from rftfit.measure.alpha import directions
+from rftfit.figures.traces import with_end_names
+from rftfit.measure.alpha import column, directions
 from rftfit.model.fourier import evaluate
 from rftfit.model.scaling import GENERIC
 
@@ -165,8 +166,7 @@ def _draw_collapse(
     for medium, zeta in zetas.items():
         rows = results[medium].alpha
         model = evaluate(generic, *directions(rows))["zx".index(c)]
-        columns = [f"alpha_{c}_{end}N_per_cm3" for end in ("", "lo_", "hi_")]
-        value, low, high = rows[columns].to_numpy(float).T / zeta
+        value, low, high = rows[with_end_names(column(c))].to_numpy(float).T / zeta
         colour, marker = looks[medium]
         axes.vlines(model, low, high, color=colour, linewidth=0.5)
         axes.plot(model, value, marker, color=colour, markersize=1.8, markeredgewidth=0)

@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rftfit.figures import labels, style
+from rftfit.figures.traces import with_end_names
 from rftfit.forces.outlines import leg_outline
+from rftfit.model.draws import model_end_names
 from rftfit.reference import LEGS
 
 if TYPE_CHECKING:
@@ -23,11 +25,11 @@ if TYPE_CHECKING:
 
 
 PROFILE_LOOKS: dict[str, tuple[str, Any, str]] = {
-    "table": (style.OKABE_ITO["blue"], "-", "o"),
-    "map": (style.OKABE_ITO["orange"], (0, (6, 1)), "v"),
-    "fourier": (style.OKABE_ITO["vermillion"], (0, (4, 1.2)), "s"),
-    "generic": (style.OKABE_ITO["reddish purple"], (0, (5, 1.2, 1, 1.2)), "^"),
-    "depth_only": (style.OKABE_ITO["bluish green"], (0, (1, 1)), "D"),
+    "table": (style.OKABE_ITO["blue"], style.DASHES["solid"], "o"),
+    "map": (style.OKABE_ITO["orange"], style.DASHES["long"], "v"),
+    "fourier": (style.OKABE_ITO["vermillion"], style.DASHES["dashed"], "s"),
+    "generic": (style.OKABE_ITO["reddish purple"], style.DASHES["dash-dotted"], "^"),
+    "depth_only": (style.OKABE_ITO["bluish green"], style.DASHES["dotted"], "D"),
 }
 """Colour, line and marker of each profile; line and marker serve grey prints."""
 
@@ -36,7 +38,6 @@ PROFILE_TITLES = labels.PROFILES | {"generic": r"generic $\times$ $\zeta$"}
 THETA_LABEL = r"leg angle $\theta$ (deg)"
 THETA_DEG = (-135.0, 135.0)
 MEASURED = "#4d4d4d"
-NOTE_PT = 5.5
 
 
 def leg_title(leg: str) -> str:
@@ -82,8 +83,7 @@ def add_sketch(axes: Axes, leg: Leg) -> None:
     reach, hip = leg.max_length_cm, leg.hip_height_cm
     left, right, bottom, top = -1.6 * reach, 1.6 * reach, hip - 1.35 * reach, hip + 0.38 * reach
     axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal")
-    axes.axhspan(bottom, 0, color=style.SAND, linewidth=0)
-    axes.axhline(0, color=style.SURFACE, linewidth=0.6)
+    style.draw_sand(axes, bottom)
     for theta in (-60.0, -30.0, 0.0, 30.0, 60.0):
         line = leg_line(leg, theta)
         is_upright = theta == 0
@@ -99,7 +99,7 @@ def add_sketch(axes: Axes, leg: Leg) -> None:
     x0, z0 = right - 0.42 * reach, bottom + 0.14 * reach
     axes.plot([x0, x0 + 2], [z0, z0], color="black", linewidth=1)
     axes.text(x0 + 1, z0 + 0.06 * reach, "2 cm", ha="center", va="bottom", fontsize=5.5)
-    _frame_arrows(axes, left + 0.12 * reach, hip - 1.25 * reach, 0.3 * reach)
+    style.draw_frame(axes, left + 0.12 * reach, hip - 1.25 * reach, 0.3 * reach)
 
 
 def _turn_arrow(axes: Axes, reach: float, hip: float, side: int) -> None:
@@ -109,20 +109,10 @@ def _turn_arrow(axes: Axes, reach: float, hip: float, side: int) -> None:
         -np.sin(angles) * 0.32 * reach, hip - np.cos(angles) * 0.32 * reach, strict=True
     )
     # over the axle, from back to front: below it theta grows
-    arrow_style = _ARROW | {"mutation_scale": 6, "connectionstyle": "arc3,rad=-0.5"}
+    arrow_style = style.ARROW | {"mutation_scale": 6, "connectionstyle": "arc3,rad=-0.5"}
     axes.annotate("", xy=end, xytext=start, arrowprops=arrow_style)
     label_position = side * 0.3 * reach, hip + 0.3 * reach
     axes.text(*label_position, r"$\theta$", ha="center", va="center", fontsize=6)
-
-
-_ARROW = {"arrowstyle": "->", "linewidth": 0.6, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 5}
-
-
-def _frame_arrows(axes: Axes, x: float, z: float, length: float) -> None:
-    """Draw the axes x and z of the lab frame."""
-    for dx, dz, name in ((length, 0.0, "x"), (0.0, length, "z")):
-        axes.annotate("", xy=(x + dx, z + dz), xytext=(x, z), arrowprops=_ARROW)
-        axes.text(x + 1.35 * dx, z + 1.35 * dz, f"${name}$", ha="center", va="center", fontsize=6)
 
 
 # Curves of forces against theta, and notes on missing ones
@@ -146,34 +136,20 @@ def with_gaps(rows: pd.DataFrame, *columns: str) -> list[FloatArray]:
     return [np.insert(value, cuts, np.nan) for value in values]
 
 
-ALPHA_BAND, MODEL_BAND = 0.3, 0.12
-"""Opacities of the interval of alpha, and of the one with the model's own error."""
-
 MODEL_EDGE: dict[str, Any] = {"linestyle": "-", "linewidth": 0.5, "alpha": 0.6}
 """Look of the ends of the interval with the model's own error, where bands of two components would mix their colours."""
 
 
-def force_column_names(component: str) -> list[str]:
-    """Name the columns of a force and of the ends of its interval."""
-    return [f"force_{component}_{end}N" for end in ("", "lo_", "hi_")]
-
-
-def model_column_names(component: str) -> list[str]:
-    """Name the columns of the ends of a force's interval with the model's own error."""
-    return [f"force_{component}_model_{end}_N" for end in ("lo", "hi")]
-
-
 def has_model_error(rows: pd.DataFrame, component: str) -> bool:
     """Tell whether any row has an interval with the model's own error."""
-    names = model_column_names(component)
-    return {*names} <= {*rows} and bool(rows[names].notna().to_numpy().any())
+    return bool(rows.filter(model_end_names(f"force_{component}_N")).notna().to_numpy().any())
 
 
 def drawn_values(rows: pd.DataFrame, component: str, *, model: bool = False) -> FloatArray:
     """Return every force that `add_predicted` draws, N, with the ends of intervals."""
-    names = force_column_names(component)
+    names = with_end_names(f"force_{component}_N")
     if model and has_model_error(rows, component):
-        names = names + model_column_names(component)
+        names += model_end_names(f"force_{component}_N")
     return rows[names].to_numpy(float).ravel()
 
 
@@ -205,15 +181,15 @@ def add_predicted(
     `of_alpha`: Draw the interval of alpha.
     """
     if model and has_model_error(rows, component):
-        theta, low, high = with_gaps(rows, *model_column_names(component))
+        theta, low, high = with_gaps(rows, *model_end_names(f"force_{component}_N"))
         if model == "band":
-            axes.fill_between(theta, low, high, color=colour, alpha=MODEL_BAND, linewidth=0)
+            style.draw_band(axes, theta, low, high, colour, style.WIDER_OPACITY)
         else:
             for end in (low, high):
                 axes.plot(theta, end, color=colour, **MODEL_EDGE)
-    theta, force, low, high = with_gaps(rows, *force_column_names(component))
+    theta, force, low, high = with_gaps(rows, *with_end_names(f"force_{component}_N"))
     if of_alpha:
-        axes.fill_between(theta, low, high, color=colour, alpha=ALPHA_BAND, linewidth=0)
+        style.draw_band(axes, theta, low, high, colour)
     axes.plot(theta, force, color=colour, linestyle=line, linewidth=0.9)
 
 
@@ -240,19 +216,13 @@ def force_range(
     low, high = float(all_forces.min()), float(all_forces.max())
     box = axes.get_window_extent()
     width_pt, height_pt = (size_px * 72 / axes.figure.dpi for size_px in (box.width, box.height))
-    size = NOTE_PT + (low == high)
-    # a letter is about 0.55 of its size wide
-    letters = max(12, int(0.94 * inset[1] * width_pt / (0.55 * size)))
+    size = style.NOTE_PT + (low == high)
+    letters = max(12, style.letters_in(0.94 * inset[1] * width_pt, size))
     lines = [line for note in notes for line in textwrap.wrap(note, letters)]
-    text_style: dict[str, Any] = {
-        "color": style.MARK,
-        "fontsize": size,
-        "linespacing": 1.25,
-        "zorder": 5,
-    }
+    note_look: style.Look = {"fontsize": size, "linespacing": 1.25, "zorder": 5}
     if low == high:
         axes.set(ylim=(-1, 1), yticks=[])
-        text_style |= {"x": 0.5, "y": 0.5, "ha": "center", "va": "center"}
+        note_look |= {"x": 0.5, "y": 0.5, "ha": "center", "va": "center"}
         lines = lines or ["nothing to draw"]
     else:
         share = min(0.6, (len(lines) * 1.4 * size + (4 if lines else 0)) / height_pt)
@@ -260,8 +230,6 @@ def force_range(
         margin = 0.06 * (high - low)
         low -= margin
         axes.set_ylim(low, low + (high + margin - low) / (1 - share))
-        text_style |= {"x": 0.02, "y": 0.985, "ha": "left", "va": "top"}
+        note_look |= {"x": 0.02, "y": 0.985}
     if lines:
-        # a white box: curves that leave the panel may run through the room of the notes
-        text_style["bbox"] = {"facecolor": "white", "edgecolor": "none", "pad": 0.6}
-        axes.text(s="\n".join(lines), transform=axes.transAxes, **text_style)
+        style.write_note(axes, "\n".join(lines), **note_look)

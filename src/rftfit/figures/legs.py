@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import textwrap
 from typing import TYPE_CHECKING, Any
 
@@ -12,10 +13,12 @@ from rftfit.figures import labels, leg_panels, style
 from rftfit.figures.leg_panels import PROFILE_LOOKS, PROFILE_TITLES, matching_rows
 from rftfit.figures.maps import why_no_fit
 from rftfit.figures.registry import figure, when
+from rftfit.figures.traces import with_end_names
 from rftfit.forces.peaks import STEEP
+from rftfit.model.draws import end_names
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Mapping, Sequence
+    from collections.abc import Collection, Iterable, Mapping, Sequence
 
     import pandas as pd
     from matplotlib.axes import Axes
@@ -36,9 +39,6 @@ def _media_with_legs(campaign: Campaign) -> tuple[str, ...]:
 
 
 PROFILES = ("table", "map", "fourier", "depth_only")
-_INSET_WIDE, _INSET_HIGH, _INSET_FOOT = 0.36, 0.27, 0.12
-"""Shares of a panel that an inset covers: its width, its height, and the height of the labels below it."""
-
 _FORCE_LABELS = r"vertical force $F_z$ (N)", r"horizontal force $F_x$ (N)"
 
 
@@ -95,6 +95,7 @@ def _make_model_entries(
     entries: dict[str, Any] = {}
     if any(leg_panels.has_force(measured, c) for c in "zx"):
         entries["measured"] = style.dots(leg_panels.MEASURED, 2, markeredgewidth=0)
+    colours = []
     for profile in PROFILES:
         rows = matching_rows(predicted, profile=profile)
         if not any(leg_panels.has_force(rows, c) for c in "zx"):
@@ -103,19 +104,14 @@ def _make_model_entries(
         inset_note = " (inset)" if profile == "depth_only" else ""
         title = f"predicted by {PROFILE_TITLES[profile]}{inset_note}"
         entries[title] = style.line(colour, linestyle=line)
-    shown = [
-        profile
-        for profile in PROFILES
-        if any(leg_panels.has_force(matching_rows(predicted, profile=profile), c) for c in "zx")
-    ]
-    colours = [PROFILE_LOOKS[profile][0] for profile in shown]
+        colours.append(colour)
     if colours:
-        entries[leg_panels.name_of_interval(results)] = style.bands(colours, leg_panels.ALPHA_BAND)
+        entries[leg_panels.name_of_interval(results)] = style.bands(colours)
     both_bands = _profile_with_both_bands(predicted)
     rows = matching_rows(predicted, profile=both_bands)
     if any(leg_panels.has_model_error(rows, c) for c in "zx"):
         name = f"{PROFILE_TITLES[both_bands]}, with the model's own error"
-        entries[name] = style.band(leg_panels.MODEL_BAND, PROFILE_LOOKS[both_bands][0])
+        entries[name] = style.band(style.WIDER_OPACITY, PROFILE_LOOKS[both_bands][0])
     return entries
 
 
@@ -159,10 +155,12 @@ def _draw_models(axes: Axes, predicted: pd.DataFrame, measured: pd.DataFrame, c:
             leg_panels.add_predicted(axes, rows, c, *looks, model="band" if has_both_bands else "")
             drawn_forces.append(leg_panels.drawn_values(rows, c, model=has_both_bands))
     has_inset = leg_panels.has_force(baseline, c)
-    room = (_INSET_HIGH + _INSET_FOOT, 1 - _INSET_WIDE) if has_inset and drawn_forces else (0, 1)
+    # shares of the panel that the inset covers, and the labels below it
+    wide, high, labels_high = 0.36, 0.27, 0.12
+    room = (high + labels_high, 1 - wide) if has_inset and drawn_forces else (0, 1)
     leg_panels.force_range(axes, drawn_forces, notes, room)
     if has_inset:
-        small = axes.inset_axes((0.98 - _INSET_WIDE, 0.98 - _INSET_HIGH, _INSET_WIDE, _INSET_HIGH))
+        small = axes.inset_axes((0.98 - wide, 0.98 - high, wide, high))
         small.plot(theta, force, markersize=0.9, **dots)
         leg_panels.add_predicted(small, baseline, c, *PROFILE_LOOKS["depth_only"][:2])
         small.set(xlim=leg_panels.THETA_DEG, xticks=[-90, 0, 90])
@@ -175,8 +173,8 @@ def _draw_models(axes: Axes, predicted: pd.DataFrame, measured: pd.DataFrame, c:
 # All media, one row each
 
 
-_LINES: dict[str, Any] = {"z": "-", "x": (0, (4, 1.2))}
-_DOTTED: dict[str, Any] = dict.fromkeys("zx", (0, (1, 1)))
+_LINES: dict[str, Any] = {"z": style.DASHES["solid"], "x": style.DASHES["dashed"]}
+_DOTTED: dict[str, Any] = dict.fromkeys("zx", style.DASHES["dotted"])
 
 _CURVES: dict[str, Any] = {
     "reads": ("predicted.csv", "legs/{media}.csv", "leg_errors.csv"),
@@ -233,7 +231,7 @@ def plot_legs_in_sands(results: Results) -> Figure:
     return _draw_media(results, results.sands, "map", "generic")
 
 
-_BESIDE: dict[str, Any] = {"linestyle": (0, (1, 1)), "linewidth": 0.8}
+_BESIDE: dict[str, Any] = {"linestyle": style.DASHES["dotted"], "linewidth": 0.8}
 
 
 def _draw_media(results: Results, media: Sequence[str], profile: str, beside: str = "") -> Figure:
@@ -302,7 +300,7 @@ def _make_component_entries(
     if colours:
         name = f"{leg_panels.name_of_interval(results)} at each angle"
         name += "; none where that of the peak is withheld" * any_withheld
-        entries[name] = style.bands(colours, leg_panels.ALPHA_BAND)
+        entries[name] = style.bands(colours)
     with_model_error = [c for c in "zx" if leg_panels.has_model_error(predicted, c)]
     if with_model_error:
         edges = [
@@ -364,8 +362,9 @@ def _format_peaks(predicted: pd.DataFrame, measured: pd.DataFrame, peak_rows: pd
         predicted_peak, interval_text = float(predicted["force_z_N"].max()), ""
         for row in peak_rows[peak_rows["peak_predicted_N"].notna()].to_dict("records"):
             predicted_peak = float(row["peak_predicted_N"])
-            for ends in ("peak_predicted_model_{}_N", "peak_predicted_{}_N"):
-                low, high = (float(row.get(ends.format(end), np.nan)) for end in ("lo", "hi"))
+            for of in ("model_", ""):
+                ends = end_names("peak_predicted_N", of)
+                low, high = (float(row.get(name, np.nan)) for name in ends)
                 if not interval_text and np.isfinite(high - low):
                     interval_text = f"{_three_digits(low)} to {_three_digits(high)}"
         peaks.append(
@@ -381,9 +380,6 @@ def _three_digits(value: float) -> str:
 
 
 # All media over zeta, with the generic prediction
-
-
-_DASHES: Any = "-", (0, (5, 1.2)), (0, (1, 0.9)), (0, (5, 1, 1, 1)), (0, (2.5, 1))
 
 
 def _without_zeta(results: Results, _: str) -> Sequence[str]:
@@ -441,11 +437,11 @@ def plot_forces_over_zeta(results: Results) -> Figure:
             has_interval |= bool(generic and np.isfinite(generic[2]).any())
     for component, axes in zip("zx", panels[:, 0], strict=True):
         axes.set_ylabel(rf"$F_{component}$ / $\zeta$ (N)")
-    looks = style.medium_looks(zetas)
     entries = {}
-    for i, (medium, zeta) in enumerate(zetas.items()):
-        title = rf"{style.medium_label(results, medium)} ($\zeta$ = {style.format_number(zeta)})"
-        entries[title] = style.line(looks[medium][0], linestyle=_DASHES[i % len(_DASHES)])
+    for medium, line_look in _choose_line_looks(zetas).items():
+        zeta = style.format_number(zetas[medium])
+        title = rf"{style.medium_label(results, medium)} ($\zeta$ = {zeta})"
+        entries[title] = style.line(**line_look)
     entries["generic prediction"] = style.line("black", linewidth=1.6)
     if has_interval:
         entries[f"{style.level(results)} interval of it"] = style.patch(facecolor="#bdbdbd")
@@ -453,12 +449,21 @@ def plot_forces_over_zeta(results: Results) -> Figure:
     return page
 
 
+def _choose_line_looks(media: Iterable[str]) -> dict[str, style.Look]:
+    """Choose colour and dashes of the curve of each medium."""
+    dashes = itertools.cycle(style.DASHES.values())
+    return {
+        medium: {"color": colour, "linestyle": next(dashes)}
+        for medium, (colour, _) in style.medium_looks(media).items()
+    }
+
+
 def _generic_curve(predicted: pd.DataFrame, c: str, zetas: Mapping[str, float]) -> list[FloatArray]:
     """Return theta, the generic force over zeta, and the ends of the widest interval; an empty list without prediction.
 
     An interval that is not known where the force is largest is left out: its pieces elsewhere would look like a narrow one.
     """
-    names = leg_panels.force_column_names(c)
+    names = with_end_names(f"force_{c}_N")
     scaled = predicted[names].div(predicted["medium"].map(dict(zetas)), axis="index")
     scaled = scaled[scaled[names[0]].notna()].join(predicted["theta_deg"])
     if scaled.empty:
@@ -487,13 +492,12 @@ def _draw_scaled(
         axes.fill_between(theta, low, high, color="#bdbdbd", linewidth=0)
         axes.plot(theta, force, color="black", linewidth=1.6)
         drawn_forces += [force, low, high]
-    looks = style.medium_looks(zetas)
-    for i, (medium, zeta) in enumerate(zetas.items()):
+    for medium, line_look in _choose_line_looks(zetas).items():
+        zeta = zetas[medium]
         rows = matching_rows(measured, medium=medium)
         if np.isfinite(zeta) and leg_panels.has_force(rows, component):
             theta, force = leg_panels.with_gaps(rows, f"force_{component}_N")
-            line = _DASHES[i % len(_DASHES)]
-            axes.plot(theta, force / zeta, color=looks[medium][0], linestyle=line, linewidth=0.9)
+            axes.plot(theta, force / zeta, linewidth=0.9, **line_look)
             drawn_forces.append(force / zeta)
         else:
             missing.append(style.medium_label(results, medium))
@@ -510,8 +514,6 @@ def _draw_scaled(
 
 _BANDS = {33.0: "#ececec", 10.0: "#bdbdbd"}
 """Errors that the paper states, percent, and their shades."""
-
-_TICKS = (0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0)
 
 
 def _without_peaks(results: Results, _: str) -> Sequence[str]:
@@ -583,7 +585,7 @@ def plot_peak_errors(results: Results) -> Figure:
 def _ratios(rows: pd.DataFrame) -> pd.DataFrame:
     """Divide the predicted peak and its interval by the measured peak; NaN where the ratio is no positive number."""
     measured = rows["peak_measured_N"].to_numpy(float)
-    names = [f"peak_predicted_{end}N" for end in ("", "lo_", "hi_")]
+    names = with_end_names("peak_predicted_N")
     with np.errstate(divide="ignore", invalid="ignore"):
         peak, *ends = rows[names].to_numpy(float).T / measured
     # a negative measured peak exchanges the ends of the interval
@@ -609,7 +611,8 @@ def _set_error_axis(axes: Axes, span: tuple[float, float]) -> None:
     width_pt = axes.get_window_extent().width * 72 / axes.figure.dpi
     gap = np.log(span[1] / span[0]) * (15 / width_pt)
     ticks = [1.0]
-    for tick in sorted(_TICKS, key=lambda tick: abs(np.log(tick))):
+    round_ratios = (0.05, 0.1, 0.2, 0.5, 2.0, 5.0, 10.0, 20.0, 50.0)
+    for tick in sorted(round_ratios, key=lambda tick: abs(np.log(tick))):
         distance = min(abs(np.log(tick / placed_tick)) for placed_tick in ticks)
         if distance > gap and span[0] * np.exp(gap / 2) < tick < span[1] * np.exp(-gap / 2):
             ticks.append(tick)
@@ -671,14 +674,10 @@ def _draw_row(
     axis_start, axis_end = axes.get_xlim()
     finite_points = [point for point in points if np.isfinite(point)] or [axis_start]
     at_right = axis_end / max(finite_points) >= min(finite_points) / axis_start
-    axes.text(
-        0.985 if at_right else 0.015,
-        place,
-        "\n".join(textwrap.wrap(message, 52)),
-        ha="right" if at_right else "left",
-        va="center",
-        fontsize=5.5,
-        color=style.MARK,
-        transform=axes.get_yaxis_transform(),
-        bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.5},
-    )
+    x, alignment = (0.985, "right") if at_right else (0.015, "left")
+    note_look: style.Look = {
+        "ha": alignment,
+        "va": "center",
+        "transform": axes.get_yaxis_transform(),
+    }
+    style.write_note(axes, "\n".join(textwrap.wrap(message, 52)), x, place, **note_look)

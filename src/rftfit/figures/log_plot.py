@@ -20,11 +20,6 @@ if TYPE_CHECKING:
     from rftfit.logs.base import Reader
     from rftfit.logs.inspect import Survey
 
-MOST_ROWS = 200_000
-"""Most rows of a log that are drawn."""
-
-_PANEL_CM = 3.0
-
 
 def plot_log(reader: Reader, surveys: Sequence[Survey]) -> Figure:
     """Draw a log from its file, thinned where it is long.
@@ -43,7 +38,8 @@ def plot_log(reader: Reader, surveys: Sequence[Survey]) -> Figure:
 
 def thinned(blocks: Iterable[Log], rows: int) -> Log:
     """Keep every k-th row, so that a long log can be drawn in bounded memory; `rows`: number of its rows."""
-    row_step = max(1, math.ceil(rows / MOST_ROWS))
+    most_rows = 200_000
+    row_step = max(1, math.ceil(rows / most_rows))
     note = (f"every {row_step}. row is drawn",) if row_step > 1 else ()
     parts = []
     for log in blocks:
@@ -60,7 +56,7 @@ def draw_log(*logs: Log, time_name: str = "time") -> Figure:
     Where no column has the name of the time, rows are counted.
     """
     drawn_columns = [(log, name) for log in logs for name in _columns_to_draw(log, time_name)]
-    figure = style.new_figure(style.DOUBLE_CM, _PANEL_CM * len(drawn_columns) + 1.5)
+    figure = style.new_figure(style.DOUBLE_CM, 3.0 * len(drawn_columns) + 1.5)
     figure.set_layout_engine("constrained")
     panels = figure.subplots(len(drawn_columns), 1, sharex=True, squeeze=False)[:, 0]
     # time is counted from the first row, since clocks may count from midnight

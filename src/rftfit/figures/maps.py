@@ -108,19 +108,15 @@ def _shown_runs(results: Results, medium: str) -> list[Run]:
     return [run for name in names if (run := campaign.by_id[name]).medium == medium]
 
 
-_FEWEST_FOR_MAP = 20
-"""Fewest directions for a map of measured alpha: with fewer it shows little."""
-
-
 def _media_with_few_pushes(campaign: Campaign) -> tuple[str, ...]:
     """List the media that were pushed in few directions, such as natural sands."""
     pushed: dict[str, set[object]] = {name: set() for name in campaign.media_with_runs}
     for run in campaign.runs:
         if run.kind == "plate":
             pushed[run.medium].add((run.beta_deg, run.gamma_deg, run.direction))
-    return tuple(
-        name for name, directions in pushed.items() if 0 < len(directions) < _FEWEST_FOR_MAP
-    )
+    # a map of measured alpha in fewer directions shows little
+    enough = 20
+    return tuple(name for name, directions in pushed.items() if 0 < len(directions) < enough)
 
 
 def _why_no_map(results: Results, _: str) -> tuple[str, ...]:
@@ -154,10 +150,7 @@ def plot_estimated_maps(results: Results) -> Figure:
     media = _media_with_estimated_map(results)
     tables = results.joined("maps/{medium}.csv", tuple(media))
     page = _draw_maps(
-        results,
-        tables,
-        "estimated",
-        {"pushed": style.dots("black", _PUSH_MARK_PT, markerfacecolor="white")},
+        results, tables, "estimated", {"pushed": style.line(marker="o", linestyle="", **_PUSHED)}
     )
     # a row has eight axes: map, bar, half width, bar of alpha_z, then the same of alpha_x
     for row, name in enumerate(media):
@@ -167,25 +160,14 @@ def plot_estimated_maps(results: Results) -> Figure:
     return page
 
 
-_WIDE = 0.05
-"""Half width above which two digits after the point are enough, N/cm^3."""
-
-_PUSH_MARK_PT = 4
-"""Size of the mark of a direction that was pushed."""
+_PUSHED: style.Look = {"color": "black", "markersize": 4, "markerfacecolor": "white"}
+"""Look of the mark of a direction that was pushed."""
 
 
 def add_pushes(axes: Axes, alpha: pd.DataFrame) -> None:
     """Mark the directions of an alpha table that were pushed."""
     pushed = alpha.dropna(subset=["alpha_z_N_per_cm3"])
-    axes.plot(
-        pushed["gamma_deg"],
-        pushed["beta_deg"],
-        "o",
-        zorder=3,
-        markersize=_PUSH_MARK_PT,
-        markerfacecolor="white",
-        color="black",
-    )
+    axes.plot(pushed["gamma_deg"], pushed["beta_deg"], "o", zorder=3, **_PUSHED)
 
 
 def _draw_maps(
@@ -200,8 +182,8 @@ def _draw_maps(
     the caller adds.
     """
     heads, level = [], style.level(results)
-    # small half widths are in thousandths: four digits after the point would run into the next map
-    scales = {c: 1e3 if labels.alpha_half_width(tables, c).max() < _WIDE else 1 for c in "zx"}
+    # half widths below 0.05 are in thousandths: four digits after the point would run into the next map
+    scales = {c: 1e3 if labels.alpha_half_width(tables, c).max() < 0.05 else 1 for c in "zx"}
     for c in "zx":
         unit = f"{'10$^{-3}$ ' * (scales[c] > 1)}{style.PER_CM3}"
         half_width_head = f"half width of the {level} interval\nof $\\alpha_{c}$ ({unit})"
@@ -234,25 +216,21 @@ def _draw_maps(
     return page
 
 
-_PLATE_CM = 0.17
-"""Half the length of a plate that is drawn in a map."""
-
-
 def _add_plates(axes: Axes) -> None:
     """Draw small plates at representative angles, each with the direction in which it moves."""
     gamma, beta = np.reshape(np.meshgrid([-67.5, -22.5, 22.5, 67.5], [-60.0, 0.0, 60.0]), (2, -1))
     b, g = np.radians(beta), np.radians(gamma)
-    size = _PLATE_CM * style.CM
+    half_plate = 0.17 * style.CM
     quiver_style: dict[str, Any] = {
         "units": "inches",
         "scale_units": "inches",
         "scale": 1,
         "angles": "uv",
     }
-    plate = 2 * size * np.cos(b), -2 * size * np.sin(b)
+    plate = 2 * half_plate * np.cos(b), -2 * half_plate * np.sin(b)
     no_head: style.Look = dict.fromkeys(("headwidth", "headlength", "headaxislength"), 0)
     axes.quiver(gamma, beta, *plate, pivot="mid", width=0.016, **no_head, **quiver_style)
-    moved = np.stack(conventions.direction(g)) * 1.6 * size
+    moved = np.stack(conventions.direction(g)) * 1.6 * half_plate
     axes.quiver(
         gamma,
         beta,
@@ -503,10 +481,6 @@ def empty_map(figure: Figure, row: int, column: int, outer: tuple[bool, bool]) -
     return axes
 
 
-_MARGIN_DEG = 8.0
-"""Free width about a map that has marks at its edge."""
-
-
 def angle_axes(axes: Axes, name_beta: bool = True, name_gamma: bool = True) -> None:
     """Set limits and ticks of a map's axes; `name_beta`, `name_gamma`: write label and numbers of this axis."""
     axes.set(xlim=(-90, 90), ylim=(-90, 90), xticks=range(-90, 91, 45), yticks=range(-90, 91, 30))
@@ -529,8 +503,9 @@ def widen_for_marks(page: Figure) -> None:
             [np.zeros((1, 2)), *(line.get_xydata() for axes in maps for line in axes.lines)]
         )
     )
-    if np.nanmax(marked) + _MARGIN_DEG > LIMIT_DEG:
-        ends = -LIMIT_DEG - _MARGIN_DEG, LIMIT_DEG + _MARGIN_DEG
+    margin_deg = 8.0
+    if np.nanmax(marked) + margin_deg > LIMIT_DEG:
+        ends = -LIMIT_DEG - margin_deg, LIMIT_DEG + margin_deg
         for axes in maps:
             axes.set(xlim=ends, ylim=ends)
 

@@ -16,6 +16,7 @@ from rftfit.figures.traces import (
     by_run,
     cell_of_run,
     describe_alpha,
+    draw_run,
     draw_thin,
     measures_x,
     stress_of,
@@ -37,7 +38,6 @@ if TYPE_CHECKING:
 
 
 _LEGS_COLOUR = style.OKABE_ITO["bluish green"]
-_PANELS_IN_ROW = 4
 
 PUSH = (30.0, 45.0)
 """Beta and gamma, degrees, of the push in the paper's figure; its pull is filed under the negative angles."""
@@ -111,28 +111,24 @@ def plot_stress_of_runs(results: Results) -> Figure:
     if not drawn_runs:
         reasons = [f"{run}: {fits[run]['reason']}" for run in chosen if run in fits]
         return style.missing("no run has a tared stroke to draw against depth", reasons)
-    across = min(len(drawn_runs), _PANELS_IN_ROW)
-    page, panels = style.panels([5.4] * -(-len(drawn_runs) // _PANELS_IN_ROW), across, 4.5)
+    most_in_row = 4
+    page, panels = style.panels_in_rows(len(drawn_runs), most_in_row, 5.4, 4.5)
     deepest = _reach(campaign.config.legs.values())
-    for axes in panels.flat[len(drawn_runs) :]:
-        axes.set_axis_off()
-    for i, (run, axes) in enumerate(zip(drawn_runs, panels.flat, strict=False)):
+    for i, (run, axes) in enumerate(zip(drawn_runs, panels, strict=True)):
         fit = fits[run]
-        _draw_run(axes, samples[run], fit)
+        draw_run(axes, samples[run], fit)
         beta, gamma = (style.degrees(float(fit[f"{name}_deg"])) for name in ("beta", "gamma"))
         head = [style.plain(run), f"{fit['direction']}, $\\beta$ = {beta}, $\\gamma$ = {gamma}"]
         cell = cell_of_run(results[campaign.by_id[run].medium].alpha, run)
         head += [describe_alpha(fit, c, samples[run], cell) for c in "zx"]
         axes.set_title("\n".join(head), loc="left", fontsize=6, pad=4)
-        axes.set_xlim(0, None)
         if deepest:
             ends, transform = [0, min(deepest, axes.get_xlim()[1])], axes.get_xaxis_transform()
             axes.fill_between(ends, 0.96, 1, color=_LEGS_COLOUR, linewidth=0, transform=transform)
-        style.ticks(axes.xaxis, 5, integer=True)
         axes.margins(y=0.06)
-        if i + _PANELS_IN_ROW >= len(drawn_runs):
+        if i + most_in_row >= len(drawn_runs):
             axes.set_xlabel("depth (cm)")
-        if i % across == 0:
+        if i % most_in_row == 0:
             axes.set_ylabel(f"stress ({style.PER_CM2})")
     z, x = (style.COMPONENT_COLOURS[c] for c in "zx")
     entries = {r"vertical $\sigma_z$": style.line(z)}
@@ -149,36 +145,14 @@ def plot_stress_of_runs(results: Results) -> Figure:
     return page
 
 
-def _draw_run(axes: Axes, trace: Trace, fit: Row) -> None:
-    """Draw the stress of a run against depth, the window of its fit shaded, and the lines of the fit."""
-    depth, window = trace["depth_cm"], trace["in_window"] > 0
-    if window.any():
-        axes.axvspan(depth[window].min(), depth[window].max(), color=style.WINDOW, linewidth=0)
-    style.zero_line(axes)
-    for c in "zx":
-        colour = style.COMPONENT_COLOURS[c]
-        stress = trace[f"stress_{c}_N_per_cm2"]
-        below = depth >= 0
-        axes.plot(depth[below], stress[below], color=colour, linewidth=0.6, alpha=0.75)
-        alpha, *_ = alpha_with_interval(fit, c)
-        if np.isfinite(alpha) and (c == "z" or measures_x(trace)):
-            end = float(np.nanmax(depth))
-            dashes = "-" if c == "z" else "--"
-            axes.plot([0, end], [0, alpha * end], dashes, color="black", linewidth=0.8)
-
-
 # All media at a few angles
 
 
 CELLS = ((0.0, 90.0), (30.0, 45.0), (90.0, 0.0), (-30.0, -45.0), (0.0, -90.0))
 """Directions in the paper's figure: beta and gamma as filed, degrees; gamma 0 is a horizontal run."""
 
-_FIT_DASHES = (0, (4, 2))
-_INTERVAL_OPACITY = 0.35
-"""Opacity of the interval of alpha."""
-
+_FIT_LOOK: style.Look = {"color": "black", "linestyle": style.DASHES["dashed"], "linewidth": 0.6}
 _STRESS_LABELS = {"z": "vertical stress\n$\\sigma_z$", "x": "horizontal stress\n$\\sigma_x$"}
-_NOTE_PT = 5.5
 
 
 @figure(
@@ -242,9 +216,9 @@ def plot_linearity(results: Results) -> Figure:
         )
     if not drawn_looks:
         return page
-    entries["fit through zero"] = style.line("black", linestyle=_FIT_DASHES, linewidth=0.6)
+    entries["fit through zero"] = style.line(**_FIT_LOOK)
     name = f"{style.level(results)} interval of alpha"
-    entries[name] = style.bands((colour for colour, _ in drawn_looks.values()), _INTERVAL_OPACITY)
+    entries[name] = style.bands(colour for colour, _ in drawn_looks.values())
     style.legend(page, entries)
     return page
 
@@ -276,30 +250,13 @@ def _draw_sketch(axes: Axes, beta_deg: float, gamma_deg: float, frame: bool) -> 
     beta, gamma = np.radians([beta_deg, gamma_deg])
     half_plate = 0.5 * np.array([np.cos(beta), -np.sin(beta)])
     velocity = 0.85 * np.array([-np.cos(gamma), -np.sin(gamma)])
-    axes.axhspan(-1, 0.8, color=style.SAND, linewidth=0)
-    axes.axhline(0.8, color=style.SURFACE, linewidth=0.6)
+    style.draw_sand(axes, -1, 0.8)
     axes.plot(*np.stack([-half_plate, half_plate], axis=1), color="black", linewidth=1.8)
     half_width = 2.1
-    arrows = [(np.zeros(2), velocity, style.MARK, "")]
     if frame:
-        corner = np.array([0.12 - half_width, -0.88])
-        arrows += [(corner, corner + np.array([0.55, 0]), "black", "$x$")]
-        arrows += [(corner, corner + np.array([0, 0.55]), "black", "$z$")]
-    arrow_style = {
-        "arrowstyle": "-|>",
-        "linewidth": 0.7,
-        "shrinkA": 0,
-        "shrinkB": 0,
-        "mutation_scale": 5,
-    }
-    for start, end, colour, label in arrows:
-        axes.annotate(
-            "",
-            xy=(end[0], end[1]),
-            xytext=(start[0], start[1]),
-            arrowprops=arrow_style | {"color": colour},
-        )
-        axes.text(end[0] + 0.08, end[1] + 0.08, label, fontsize=_NOTE_PT)
+        style.draw_frame(axes, 0.12 - half_width, -0.88, 0.55)
+    arrow_style = style.ARROW | {"arrowstyle": "-|>", "color": style.MARK}
+    axes.annotate("", xy=(velocity[0], velocity[1]), xytext=(0, 0), arrowprops=arrow_style)
     axes.set(xlim=(-half_width, half_width), ylim=(-1.0, 1.1), aspect="equal")
     axes.set_axis_off()
 
@@ -338,15 +295,8 @@ def _draw_cell(
                     axes, trace["depth_cm"], stress, 300, color=colour, linewidth=0.6, alpha=opacity
                 )
     end = np.nanmax(ends) if np.isfinite(ends).any() else 1.0
-    axes.fill_between(
-        [0, end],
-        [0, low * end],
-        [0, high * end],
-        color=colour,
-        alpha=_INTERVAL_OPACITY,
-        linewidth=0,
-    )
-    axes.plot([0, end], [0, alpha * end], color="black", linestyle=_FIT_DASHES, linewidth=0.6)
+    style.draw_band(axes, [0, end], [0, low * end], [0, high * end], colour)
+    axes.plot([0, end], [0, alpha * end], **_FIT_LOOK)
     if not flat:
         axes.plot(end, alpha * end, marker, zorder=4, **point)
 
@@ -354,16 +304,7 @@ def _draw_cell(
 def _finish_axes(axes: Axes, media_without_run: list[str], any_drawn: bool) -> None:
     """Write which media have no run in a panel, and set its ticks; none where nothing is drawn."""
     if media_without_run:
-        text = "\n".join(["no usable run:", *media_without_run])
-        axes.text(
-            0.03,
-            0.97,
-            text,
-            transform=axes.transAxes,
-            va="top",
-            fontsize=_NOTE_PT,
-            color=style.MARK,
-        )
+        style.write_note(axes, "\n".join(["no usable run:", *media_without_run]))
     if not any_drawn:
         axes.set(xticks=[], yticks=[])
         return

@@ -14,12 +14,11 @@ from rftfit.figures.plates import PUSH
 from rftfit.figures.registry import figure
 from rftfit.figures.traces import (
     STRESS_SETTINGS,
-    alpha_with_interval,
     by_run,
     cell_of_run,
     describe_alpha,
+    draw_run,
     draw_thin,
-    measures_x,
     stress_of,
 )
 from rftfit.measure.flags import remark
@@ -200,7 +199,7 @@ def plot_protocol(results: Results, medium: str) -> Figure:
     page, panels = style.panels((3.3, 4.2, 4.5), len(columns), 4.5)
     page.align_ylabels(panels[:, 0])
     page.suptitle(style.plain(results[medium].title), x=0.01, ha="left", weight="bold")
-    small: style.Look = {"loc": "left", "fontsize": leg_panels.NOTE_PT}
+    small: style.Look = {"loc": "left", "fontsize": style.NOTE_PT}
     for i, column in enumerate(columns):
         position_axes, force_axes, result_axes = panels[:, i]
         style.name_column(position_axes, f"{'ABCD'[i]}  {column.kind}")
@@ -230,7 +229,7 @@ def plot_protocol(results: Results, medium: str) -> Figure:
     for c, word in (("z", "vertical"), ("x", "horizontal")):
         entries[f"{word}, run"] = style.line(colours[c])
         if any_tare:
-            entries[f"{word}, tare"] = style.line(tares[c], linestyle=style.TARE_DASHES)
+            entries[f"{word}, tare"] = style.line(tares[c], linestyle=style.DASHES["short"])
     phase_names = {"pause": "pause", "stroke": "stroke; below: window of the fit"}
     for phase, name in phase_names.items():
         if any(phase in column.phases for column in columns):
@@ -265,9 +264,9 @@ def _draw_forces(axes: Axes, column: PanelColumn) -> None:
     """Draw the forces of the run and of its tare against time."""
     _shade_phases(axes, column)
     if not column.tare:
-        axes.text(0.03, 0.95, "no tare", transform=axes.transAxes, va="top", color=style.MARK)
+        style.write_note(axes, "no tare")
     looks = (
-        (column.tare, style.PALE_COLOURS, style.TARE_DASHES),
+        (column.tare, style.PALE_COLOURS, style.DASHES["short"]),
         (column.run, style.COMPONENT_COLOURS, "-"),
     )
     for trace, colours, dashes in looks:
@@ -287,32 +286,12 @@ def _draw_forces(axes: Axes, column: PanelColumn) -> None:
 
 
 def _draw_plate(axes: Axes, column: PanelColumn) -> str:
-    """Draw the stress of a plate with its fit, over depth or, of a horizontal run, over its path. Returns alpha as text."""
-    flat = column.kind == "horizontal"
+    """Draw the stress of a plate with its fit. Returns alpha as text."""
     trace = column.result
-    along = trace["path_cm" if flat else "depth_cm"]
-    window = (trace["in_window"] > 0) & np.isfinite(along)
-    begin, end = along[window].min(initial=np.inf), along[window].max(initial=-np.inf)
-    if window.any():
-        axes.axvspan(begin, end, color=style.WINDOW, linewidth=0)
-    style.zero_line(axes)
-    notes = []
-    for c in "zx":
-        colour = style.COMPONENT_COLOURS[c]
-        stress = trace[f"stress_{c}_N_per_cm2"]
-        draw_thin(axes, along, stress, color=colour, linewidth=0.6, alpha=0.75)
-        alpha, *_ = alpha_with_interval(column.fit, c)
-        if np.isfinite([alpha, end]).all() and (c == "z" or measures_x(trace)):
-            ends = np.array([begin if flat else 0.0, end])
-            # a horizontal run stays at one depth, so the line of its fit is level
-            depths = np.full(2, np.nanmean(trace["depth_cm"])) if flat else ends
-            axes.plot(ends, alpha * depths, "-" if c == "z" else "--", color="black")
-        notes.append(describe_alpha(column.fit, c, trace, column.cell))
-    axes.set_xlim(0, None)
-    axes.set_xlabel("distance travelled (cm)" if flat else "depth (cm)")
-    style.ticks(axes.xaxis, 5, integer=True)
+    draw_run(axes, trace, column.fit)
+    axes.set_xlabel("distance travelled (cm)" if column.kind == "horizontal" else "depth (cm)")
     style.ticks(axes.yaxis, 5)
-    return "\n".join(notes)
+    return "\n".join(describe_alpha(column.fit, c, trace, column.cell) for c in "zx")
 
 
 def _draw_leg(axes: Axes, column: PanelColumn) -> str:
@@ -396,15 +375,7 @@ def plot_tare(results: Results, medium: str) -> Figure:
         )
     axes.set(xlabel="depth (cm)", ylabel="force on rod and mount (N)")
     if not valid.any():
-        axes.text(
-            0.5,
-            0.5,
-            "valid nowhere",
-            color=style.MARK,
-            ha="center",
-            va="center",
-            transform=axes.transAxes,
-        )
+        style.write_note(axes, "valid nowhere", 0.5, 0.5, ha="center", va="center")
     title = style.plain(f"{results[medium].title}: tare {deepest['tare_run']}")
     page.suptitle(title, x=0.01, ha="left", fontsize=7)
     handles, names = axes.get_legend_handles_labels()
@@ -415,13 +386,7 @@ def plot_tare(results: Results, medium: str) -> Figure:
 # How well the clocks were aligned and the surface was found, from details of the estimates
 
 
-_OVERVIEW_CM, _PUSH_CM = 4.6, 4.9
 _BLUE, _RED = (style.COMPONENT_COLOURS[c] for c in "zx")
-_LAG_S = 10.0
-"""Range of the lags that are drawn, on both sides of the estimate."""
-
-_NEAR_SURFACE_CM = 0.6
-"""Range of the readings that are drawn, above and below the surface."""
 
 
 @figure(
@@ -481,7 +446,7 @@ def draw_clocks(rows: Sequence[tuple[Ingested, Alignment]]) -> Figure:
     half_widths = np.array([_NORMAL_95 * (alignment.clock.se_s or 0.0) for _, alignment in rows])
     worst = int(np.argmax(np.abs(differences) / np.where(half_widths > 0, half_widths, 1.0)))
     trace, alignment = rows[worst]
-    page, panels = style.panels((_OVERVIEW_CM, _PUSH_CM), 3 if trace.surface else 2, 6.1)
+    page, panels = style.panels((4.6, 4.9), 3 if trace.surface else 2, 6.1)
     grid = panels[0, 0].get_gridspec()
     for axes in panels[0]:
         axes.remove()
@@ -493,24 +458,21 @@ def draw_clocks(rows: Sequence[tuple[Ingested, Alignment]]) -> Figure:
     if trace.surface:
         _draw_contact(panels[1, 2], trace.surface)
     entries = {
-        "push; below: reading": style.line(_BLUE, marker="o", linestyle="", markersize=3),
-        "push that differs most": style.line(_RED, marker="D", linestyle="", markersize=4),
+        "push; below: reading": style.dots(_BLUE, 3),
+        "push that differs most": style.dots(_RED, 4, marker="D"),
         "session": style.line("black", linestyle=":"),
         "variance that no curve over depth explains": style.line(_BLUE),
-        "offsets tried to the end": style.line(_RED, marker="o", linestyle="", markersize=3),
+        "offsets tried to the end": style.dots(_RED, 3),
         "fitted": style.line(_RED),
     }
     if trace.surface:
-        entries["95 % interval of the surface"] = style.band(_SURFACE_OPACITY, _RED)
+        entries["95 % interval of the surface"] = style.band(colour=_RED)
     style.legend(page, entries)
     return page
 
 
 _NORMAL_95 = 1.96
 """Half width of an interval of 95 %, in standard errors."""
-
-_SURFACE_OPACITY = 0.3
-"""Opacity of the interval of the surface."""
 
 
 def _difference_s(trace: Ingested, alignment: Alignment) -> float:
@@ -549,7 +511,7 @@ def _draw_lags(axes: Axes, alignment: Alignment, session_s: float) -> None:
 
     `session_s`: Offset of the session minus that of the push, s.
     """
-    limit_s = max(_LAG_S, 1.2 * abs(session_s))
+    limit_s = max(10.0, 1.2 * abs(session_s))
     lag = alignment.profile.lag - alignment.clock.offset_s
     is_near = np.abs(lag) <= limit_s
     percent = 100 * np.maximum(alignment.profile.unexplained, 1e-6)
@@ -579,18 +541,17 @@ def _draw_lift(axes: Axes, alignment: Alignment) -> None:
 def _draw_contact(axes: Axes, surface: Surface) -> None:
     """Draw lift over depth near the estimated surface, its model, and the interval of the surface."""
     depth = surface.depth - surface.depth_cm
-    is_near = np.abs(depth) < _NEAR_SURFACE_CM
+    limit_cm = 0.6
+    is_near = np.abs(depth) < limit_cm
     depth, force = depth[is_near], (surface.force - surface.air_N)[is_near]
     fitted = (surface.fitted - surface.air_N)[is_near]
     order = np.argsort(depth)
     axes.plot(depth, force, "o", color=_BLUE, markersize=1, markeredgewidth=0)
     axes.plot(depth[order], fitted[order], color=_RED, linewidth=0.8)
     lo, hi = surface.interval()
-    ends = np.clip(
-        [lo - surface.depth_cm, hi - surface.depth_cm], -_NEAR_SURFACE_CM, _NEAR_SURFACE_CM
-    )
-    axes.axvspan(*ends, color=_RED, alpha=_SURFACE_OPACITY, linewidth=0)
-    axes.set_xlim(-_NEAR_SURFACE_CM, _NEAR_SURFACE_CM)
+    ends = np.clip([lo - surface.depth_cm, hi - surface.depth_cm], -limit_cm, limit_cm)
+    axes.axvspan(*ends, color=_RED, alpha=style.INTERVAL_OPACITY, linewidth=0)
+    axes.set_xlim(-limit_cm, limit_cm)
     half_width_mm = 10 * (hi - lo) / 2
     axes.set_title(f"surface \N{PLUS-MINUS SIGN} {half_width_mm:.2f} mm (95 %)", loc="left")
     axes.set(xlabel="depth below surface (cm)", ylabel="lift (N)")

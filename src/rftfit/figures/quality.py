@@ -142,8 +142,6 @@ MAX_COLUMNS = 15
 """Six extractions, three horizontal depths, six intrusions."""
 
 MAX_ROWS = 7
-LEAST_FILL = 0.25
-"""Share of the places of a grid that must have a run; else panels follow one another without a grid."""
 
 
 @dataclass(frozen=True)
@@ -205,7 +203,8 @@ def runs_on_pages(fits: pd.DataFrame, depth_cm: pd.Series[float]) -> list[Qualit
         betas = sorted(runs_of_repeat["beta_deg"].unique())
         rows = runs_of_repeat[["run_id", "beta_deg", *keys]].itertuples(index=False, name=None)
         place = {str(run): (betas.index(beta), column_of[tuple(key)]) for run, beta, *key in rows}
-        if len(place) < LEAST_FILL * len(betas) * len(column_of):
+        # a grid with runs in less than a quarter of its places would be mostly empty
+        if 4 * len(place) < len(betas) * len(column_of):
             pages += _place_in_turn(list(place))
             continue
         heads = [_format_column_label(gamma, name, level) for gamma, _, level, name in column_of]
@@ -246,14 +245,19 @@ WIDTH_CM, HEIGHT_CM = 42.0, 29.7
 LEFT, _RIGHT, _TOP, _BOTTOM, _GAP = 1.5, 0.4, 2.5, 1.5, 0.12
 _HEAD = 1.05  # text above the trace in a panel, cm
 _LARGEST, _NARROWEST = 5.0, 27.5
-_DPI = 150  # a point of A3 at 150 dpi is 2 pixels: text of 5 points can still be read
 
 Pen = tuple[str, float, Any]
 """Colour, width and dashes of a line."""
 
 STRESS: dict[tuple[str, str], tuple[Pen, str]] = {
-    ("tare", "z"): ((style.PALE_COLOURS["z"], 0.6, style.TARE_DASHES), "rod tare as stress (z)"),
-    ("tare", "x"): ((style.PALE_COLOURS["x"], 0.6, style.TARE_DASHES), "rod tare as stress (x)"),
+    ("tare", "z"): (
+        (style.PALE_COLOURS["z"], 0.6, style.DASHES["short"]),
+        "rod tare as stress (z)",
+    ),
+    ("tare", "x"): (
+        (style.PALE_COLOURS["x"], 0.6, style.DASHES["short"]),
+        "rod tare as stress (x)",
+    ),
     ("stress", "z"): ((style.COMPONENT_COLOURS["z"], 0.7, "-"), "tared vertical stress (z)"),
     ("stress", "x"): ((style.COMPONENT_COLOURS["x"], 0.7, "-"), "tared horizontal stress (x)"),
 }
@@ -288,7 +292,8 @@ class Sheet:
         self.height = min((HEIGHT_CM - _TOP - _BOTTOM) / rows, _LARGEST)
         paper_width = max(LEFT + columns * self.width + _RIGHT, _NARROWEST)
         self.paper = paper_width, _TOP + rows * self.height + _BOTTOM
-        self.figure = style.new_figure(*self.paper, dpi=_DPI)
+        # a point of A3 at 150 dpi is 2 pixels: text of 5 points can still be read
+        self.figure = style.new_figure(*self.paper, dpi=150)
         self.axes: Axes = self.figure.add_axes((0, 0, 1, 1))
         self.axes.set(xlim=(0, self.paper[0]), ylim=(-self.paper[1], 0))
         self.axes.set_axis_off()
@@ -457,7 +462,6 @@ class Sheet:
 # Runs compared with others of their medium
 
 
-_SIDE_ROW_CM = 3.5
 _NAMED, _NAME = 6, 30
 """Most outliers that are named, and most letters of their names."""
 
@@ -500,7 +504,7 @@ def plot_runs_side_by_side(results: Results) -> Figure:
         key: comparison for key, comparison in _COMPARED_WITH.items() if key in compared_with
     }
     others = next(iter(comparisons.values()))[0] if len(comparisons) == 1 else "others"
-    page, panels = style.panels([_SIDE_ROW_CM] * len(tables), 2, 9.0)
+    page, panels = style.panels([3.5] * len(tables), 2, 9.0)
     for (medium, table), row_of_axes in zip(tables.items(), panels, strict=True):
         runs_apart = table[table["apart"].astype(bool)].sort_values("times_spread", ascending=False)
         for axes, c in zip(row_of_axes, "zx", strict=True):
@@ -542,7 +546,8 @@ def _draw_differences(axes: Axes, table: pd.DataFrame, runs_apart: pd.DataFrame,
     }
     alpha_of_others, difference = table[f"others_{c}_N_per_cm3"], differences[c]
     colour = style.COMPONENT_COLOURS[c]
-    size = 3 if len(table) < _MANY_RUNS else 1.8
+    is_crowded = len(table) >= 200
+    size = 1.8 if is_crowded else 3
     for comparison, (_, _, marker, is_filled) in _COMPARED_WITH.items():
         rows = table["beside"] == comparison
         if rows.any():
@@ -577,10 +582,6 @@ def _draw_differences(axes: Axes, table: pd.DataFrame, runs_apart: pd.DataFrame,
     axes.margins(x=0.08)
     for axis in (axes.xaxis, axes.yaxis):
         style.ticks(axis, 5)
-
-
-_MANY_RUNS = 200
-"""Number of runs from which points are small."""
 
 
 def _describe_differences(table: pd.DataFrame) -> str:

@@ -11,7 +11,7 @@ from rftfit.figures import labels, style
 from rftfit.figures.leg_panels import PROFILE_TITLES
 from rftfit.figures.registry import figure, when
 from rftfit.robot.speeds import share_within
-from rftfit.robot.sweep import MOTION_NEAR_HZ, is_of_motion
+from rftfit.robot.sweep import MOTION, is_at_condition
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -105,8 +105,6 @@ READ_HZ = (1.0, 2.0, 3.0, 4.0, 5.0)
 """Frequencies at which speed is drawn against curvature."""
 
 _HZ_MARKERS = "osD^v"
-_WIDEST_HZ = 1.25
-"""Largest distance of two frequencies between which a speed is interpolated."""
 
 _NO_SPEED = ("there is no simulated speed to draw",)
 
@@ -237,9 +235,8 @@ def _draw_frequency_panel(
         _mark_tipped(axes, rows, "frequency_Hz", colour)
         error_rows = errors[np.isclose(errors["curvature_times_R"], curvature)]
         ends = error_rows[_OPEN_ENDS].to_numpy(float).T
-        axes.vlines(
-            error_rows["frequency_Hz"] + _BESIDE_HZ, *ends, color=_OPEN_COLOUR, zorder=4, **_OPEN
-        )
+        beside_points_Hz = error_rows["frequency_Hz"] + 0.09
+        axes.vlines(beside_points_Hz, *ends, color=_OPEN_COLOUR, zorder=4, **_OPEN)
         for calibrated, fill in (("no", colour), ("yes", "white")):
             points = error_rows[error_rows["calibrated"] == calibrated]
             if points.empty:
@@ -267,17 +264,14 @@ def _draw_frequency_panel(
 def _dashes_of(curvature: float) -> Any:
     """Choose the dashes for a leg: in a grey print the colours of a leg, its reverse and a flat leg look alike."""
     if curvature == 0:
-        return (0, (5, 1, 1, 1))
-    return (0, (4, 1.2)) if curvature < 0 else "-"
+        return style.DASHES["dash-dotted"]
+    return style.DASHES["dashed" if curvature < 0 else "solid"]
 
 
 _OPEN_ENDS = ["simulated_from_alpha_lo_cm_per_s", "simulated_from_alpha_hi_cm_per_s"]
 _OPEN_COLOUR = "black"
 _OPEN: dict[str, Any] = {"linewidth": 1.4}
 """Look of the bar beside a point: the range of the simulated speed that the errors of alpha leave open."""
-
-_BESIDE_HZ = 0.09
-"""Distance of the bar from its point."""
 
 _RING: dict[str, Any] = {"linestyle": "", "marker": "o", "markersize": 7.5}
 _RING |= {"markerfacecolor": "none", "markeredgewidth": 0.9}
@@ -315,7 +309,8 @@ def interpolate_speed(frequencies: FloatArray, speeds: FloatArray, at_Hz: float)
     if above == x.size:
         return None
     is_measured_there = x[above] - at_Hz <= 1e-6
-    if x[above] - x[above - 1] > _WIDEST_HZ and not is_measured_there:
+    widest_Hz = 1.25
+    if x[above] - x[above - 1] > widest_Hz and not is_measured_there:
         return None
     return float(np.interp(at_Hz, x, y))
 
@@ -415,7 +410,7 @@ def _make_speed_entries(
     ]
     if tipped_colours:
         entries["turned upside down"] = tuple(
-            style.line(colour, linestyle="", marker="x", markersize=3) for colour in tipped_colours
+            style.dots(colour, 3, marker="x") for colour in tipped_colours
         )
     return entries
 
@@ -423,7 +418,9 @@ def _make_speed_entries(
 def _select_drawn_over_time(errors: pd.DataFrame) -> pd.DataFrame:
     """Select rows with a measured speed whose condition has a figure of the motion over time."""
     conditions = zip(errors["curvature_times_R"], errors["frequency_Hz"], strict=True)
-    is_drawn = np.array([is_of_motion(*condition) for condition in conditions], dtype=bool)
+    is_drawn = np.array(
+        [is_at_condition(MOTION, *condition) for condition in conditions], dtype=bool
+    )
     drawn: pd.DataFrame = errors[is_drawn & errors["measured_cm_per_s"].notna().to_numpy(bool)]
     return drawn
 
@@ -545,8 +542,7 @@ def plot_robot_stance(results: Results) -> Figure:
     scale = 3.0 / strongest if strongest > 0 else 0.0
     for axes, (run, elements) in zip(panels, runs, strict=True):
         axes.set(xlim=(-12.9, 12.9), ylim=(-5.5, 9.5), aspect="equal")
-        axes.axhspan(-5.5, 0, color=style.SAND, linewidth=0)
-        axes.axhline(0, color=style.SURFACE, linewidth=0.6)
+        style.draw_sand(axes, -5.5)
         legs, standing = elements["group"].str.startswith("tripod"), elements["group"] == "tripod_1"
         parts = {"body": ~legs, "other tripod": legs & ~standing, "standing tripod": standing}
         for name, rows in parts.items():
@@ -584,10 +580,7 @@ def plot_robot_stance(results: Results) -> Figure:
     entries = {name: style.line(_STANCE[name], linewidth=1.7) for name in reversed(_STANCE)}
     longest = f"force on an element, the longest arrow {1000 * strongest:.0f} mN"
     arrow_colour = style.OKABE_ITO["vermillion"]
-    arrow_entry = (
-        style.line(arrow_colour),
-        style.line(arrow_colour, marker=">", linestyle="", markersize=3),
-    )
+    arrow_entry = (style.line(arrow_colour), style.dots(arrow_colour, 3, marker=">"))
     style.legend(page, entries | {longest: arrow_entry})
     return page
 
@@ -605,17 +598,14 @@ _KINEMATICS = (
     ("pitch_deg", "pitch, nose up\n(deg)"),
 )
 _GROUPS: tuple[tuple[str, Any], ...] = (
-    (style.OKABE_ITO["blue"], "-"),
-    (style.OKABE_ITO["vermillion"], (0, (5, 1))),
-    ("#5C3A1E", (0, (7, 1))),
-    ("#666666", (0, (1, 1))),
-    (style.OKABE_ITO["reddish purple"], (0, (4, 1, 1, 1))),
-    (style.OKABE_ITO["sky blue"], "-"),
+    (style.OKABE_ITO["blue"], style.DASHES["solid"]),
+    (style.OKABE_ITO["vermillion"], style.DASHES["dashed"]),
+    ("#5C3A1E", style.DASHES["long"]),
+    ("#666666", style.DASHES["dotted"]),
+    (style.OKABE_ITO["reddish purple"], style.DASHES["dash-dotted"]),
+    (style.OKABE_ITO["sky blue"], style.DASHES["solid"]),
 )
 """Colours and lines of the groups of elements."""
-
-MEAN_S = 0.01
-"""Time over which drawn forces are averaged: at zero speed they jump from step to step."""
 
 _MOTION: dict[str, Any] = {
     "reads": ("robot/motion.csv", "robot/strides.csv"),
@@ -683,7 +673,7 @@ def draw_motion(motion: pd.DataFrame, measured: pd.DataFrame | None = None) -> F
                 any_measured = True
         for axes, (name, _) in zip(panels, _KINEMATICS, strict=False):
             axes.plot(time, motion_of_run[name], color="black", linewidth=1)
-        panels[0].axhline(mean, color="black", linewidth=0.6, linestyle=(0, (6, 3)))
+        panels[0].axhline(mean, color="black", linewidth=0.6, linestyle=style.DASHES["dashed"])
         panels[0].set_title(f"{_run_name(*run)}: {mean:.3g} cm/s", fontsize=7)
         _draw_forces(panels[len(_KINEMATICS) :], motion_of_run, looks)
     labels = [*(label for _, label in _KINEMATICS), "lift by group\n(N)", "thrust by group\n(N)"]
@@ -698,10 +688,11 @@ def draw_motion(motion: pd.DataFrame, measured: pd.DataFrame | None = None) -> F
 
 def _strides_of_run(strides: pd.DataFrame, run: tuple[float, float]) -> pd.DataFrame:
     """Select the measured mean strides at the curvature of a run and near its frequency."""
-    near_frequency = np.abs(strides["frequency_Hz"] - run[1]) < MOTION_NEAR_HZ
-    strides_of_run: pd.DataFrame = strides[
-        near_frequency & np.isclose(strides["curvature_times_R"], run[0])
-    ]
+    conditions = zip(strides["curvature_times_R"], strides["frequency_Hz"], strict=True)
+    is_of_run = np.array(
+        [is_at_condition([run], *condition) for condition in conditions], dtype=bool
+    )
+    strides_of_run: pd.DataFrame = strides[is_of_run]
     return strides_of_run
 
 
@@ -742,18 +733,12 @@ def _is_visible(motion: pd.DataFrame, group: str) -> bool:
     return bool(forces_on_group.to_numpy().max() > _VISIBLE * forces.abs().to_numpy().max())
 
 
-def _average_force(motion_of_run: pd.DataFrame, name: str) -> FloatArray:
-    """Average a force over `MEAN_S` about each sample."""
-    time, force = motion_of_run["time_s"].to_numpy(float), motion_of_run[name].to_numpy(float)
-    half_window = int(MEAN_S / 2 / float(np.diff(time).mean())) if len(time) > 1 else 0
-    sums = np.concatenate([np.zeros(1), np.cumsum(force)])
-    index = np.arange(len(force))
-    starts, ends = (
-        np.maximum(index - half_window, 0),
-        np.minimum(index + half_window + 1, len(force)),
-    )
-    mean: FloatArray = (sums[ends] - sums[starts]) / (ends - starts)
-    return mean
+def _average_force(motion_of_run: pd.DataFrame, name: str) -> pd.Series[float]:
+    """Average a force over 10 ms about each sample: at zero speed it jumps from step to step."""
+    time = motion_of_run["time_s"].to_numpy(float)
+    half_window = int(0.01 / 2 / float(np.diff(time).mean())) if len(time) > 1 else 0
+    about_sample = motion_of_run[name].rolling(2 * half_window + 1, center=True, min_periods=1)
+    return about_sample.mean()
 
 
 def group_names(motion: pd.DataFrame) -> list[str]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from rftfit.figures import labels, style
 from rftfit.figures.registry import figure, when
-from rftfit.figures.traces import STRESS_SETTINGS, by_run, stress_of
+from rftfit.figures.traces import STRESS_SETTINGS, by_run, stress_of, with_end_names
 from rftfit.measure.flags import has
 
 if TYPE_CHECKING:
@@ -21,17 +21,13 @@ if TYPE_CHECKING:
     from rftfit.figures.traces import Row, Trace
     from rftfit.results import Results
 
-_PANELS_IN_ROW = 3
-_ALPHA = ("alpha_z_N_per_cm3", "alpha_z_lo_N_per_cm3", "alpha_z_hi_N_per_cm3")
+_ALPHA = with_end_names("alpha_z_N_per_cm3")
 _END_OF_WINDOW = "linear_to_cm"
 _FITS: dict[str, tuple[str, Any]] = {
-    "stated": (style.OKABE_ITO["vermillion"], (0, (9, 2))),
-    "detected": (style.OKABE_ITO["bluish green"], (0, (4, 1.2))),
+    "stated": (style.OKABE_ITO["vermillion"], style.DASHES["dash-dotted"]),
+    "detected": (style.OKABE_ITO["bluish green"], style.DASHES["dashed"]),
 }
 """Colour and line of the fit over each window."""
-
-_INTERVAL_OPACITY = 0.25
-"""Opacity of the interval of alpha."""
 
 
 @figure(
@@ -57,11 +53,9 @@ _INTERVAL_OPACITY = 0.25
 def plot_penetration(results: Results) -> Figure:
     """Draw the stress on a plate pushed straight down into each sand against depth."""
     table, media = results.table("sands.csv"), results.sands
-    across = min(len(media), _PANELS_IN_ROW)
-    page, panels = style.panels([7.3] * -(-len(media) // _PANELS_IN_ROW), across, 6.1)
-    for axes in panels.flat[len(media) :]:
-        axes.set_axis_off()
-    for i, (medium, axes) in enumerate(zip(media, panels.flat, strict=False)):
+    most_in_row = 3
+    page, panels = style.panels_in_rows(len(media), most_in_row, 7.3, 6.1)
+    for i, (medium, axes) in enumerate(zip(media, panels, strict=True)):
         fits: dict[str, dict[str, Row]] = {}
         for fit in table[table["medium"] == medium].to_dict("records"):
             fits.setdefault(str(fit["run_id"]), {})[str(fit["window"])] = fit
@@ -69,7 +63,7 @@ def plot_penetration(results: Results) -> Figure:
         tests = list(fits.values()) or [{}]
         _draw_panel(axes, [trace for run, trace in runs.items() if run in fits], tests)
         axes.set_xlabel("depth (cm)")
-        if i % across == 0:
+        if i % most_in_row == 0:
             axes.set_ylabel(f"vertical stress $\\sigma_z$ ({style.PER_CM2})")
         note = _describe_alphas(tests)
         axes.set_title(note, loc="left", fontsize=5.5)
@@ -81,15 +75,13 @@ def plot_penetration(results: Results) -> Figure:
         if not table["window"].eq(name).any():
             continue
         entries[f"fit through zero, {name}"] = style.line(colour, linestyle=line)
-    ends = [axes for axes in panels.flat if any(line.get_linestyle() == ":" for line in axes.lines)]
+    ends = [axes for axes in panels if any(line.get_linestyle() == ":" for line in axes.lines)]
     if ends:
         entries["detected end"] = style.line(_FITS["detected"][0], linestyle=":")
     shown = [name for name in _FITS if table.loc[table["window"] == name, _ALPHA[1]].notna().any()]
     if shown:
         colours = (_FITS[name][0] for name in shown)
-        entries[f"{style.level(results)} interval of alpha"] = style.bands(
-            colours, _INTERVAL_OPACITY
-        )
+        entries[f"{style.level(results)} interval of alpha"] = style.bands(colours)
     style.legend(page, entries, handlelength=2.2, borderaxespad=0.25)
     return page
 
@@ -129,14 +121,7 @@ def _draw_panel(axes: Axes, runs: Sequence[Trace], tests: Sequence[Mapping[str, 
             continue
         drawn_fits.add(name)
         end = window if np.isfinite(window) else max_depth
-        axes.fill_between(
-            [0, end],
-            [0, low * end],
-            [0, high * end],
-            color=colour,
-            alpha=_INTERVAL_OPACITY,
-            linewidth=0,
-        )
+        style.draw_band(axes, [0, end], [0, low * end], [0, high * end], colour)
         # beyond its window the line of the fit is thin
         for depths, width in (([0, end], 1.1), ([end, max_depth], 0.5)):
             stresses = alpha * np.array(depths)
@@ -154,9 +139,7 @@ def _draw_panel(axes: Axes, runs: Sequence[Trace], tests: Sequence[Mapping[str, 
     if not highest_stresses:
         axes.set_yticks([])
     if missing:
-        text_style: dict[str, Any] = {"va": "top", "color": style.MARK, "fontsize": 6}
-        text_style["bbox"] = {"facecolor": "white", "edgecolor": "none", "pad": 1}
-        axes.text(0.04, 0.96, "\n".join(missing), transform=axes.transAxes, **text_style)
+        style.write_note(axes, "\n".join(missing))
 
 
 def _is_linear_to_its_end(row: Row | None) -> bool:

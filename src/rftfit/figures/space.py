@@ -21,18 +21,12 @@ if TYPE_CHECKING:
     from rftfit.model.profiles import Profile
 
 _COLOURS = dict(zip("xyz", ("vermillion", "bluish green", "blue"), strict=True))
-_MOST_DRAWN = 20_000
-"""Faces of a mesh above which only every second or further face is drawn."""
-
 _ABSCISSAS = {
     "t_s": ("time", "s"),
     "depth_cm": ("depth", "cm"),
     "wheel_turn_deg": ("turn of the wheel", "deg"),
 }
 """Name and unit of each quantity that can be the first column of a motion."""
-
-_ALPHA, _WIDEST = 0.4, 0.18
-"""Opacities of the interval of alpha and of the widest one."""
 
 
 @style.styled()
@@ -77,8 +71,8 @@ class Band(NamedTuple):
 def choose_bands(answer: ForceAnswer) -> list[Band]:
     """Choose the widest interval of an answer, and the one of alpha; an interval without width is left out."""
     widest = ((answer.interval_of_bed, next_end_names), (answer.interval_of_model, model_end_names))
-    bands = [Band(meaning, names, _WIDEST) for meaning, names in widest if meaning][:1]
-    bands.append(Band(answer.interval_of_alpha, end_names, _ALPHA))
+    bands = [Band(meaning, names, style.WIDER_OPACITY) for meaning, names in widest if meaning][:1]
+    bands.append(Band(answer.interval_of_alpha, end_names, style.INTERVAL_OPACITY))
     return [band for band in bands if band.meaning and _has_width(answer.forces, band)]
 
 
@@ -105,9 +99,7 @@ def _draw_component(
     value = forces[column]
     for band in bands:
         low, high = band.name_ends(column)
-        axes.fill_between(
-            abscissa, forces[low], forces[high], color=colour, alpha=band.opacity, linewidth=0
-        )
+        style.draw_band(axes, abscissa, forces[low], forces[high], colour, band.opacity)
     if _has_closure(forces):
         for sign in (-1, 1):
             error = sign * forces["closure_N"]
@@ -135,7 +127,8 @@ def _draw_body(page: Figure, profile: Profile, mesh: Mesh, motion: Motion3D, pos
     colours = colormaps[style.SEQUENTIAL](shade(stress))
     colours[~np.isin(np.arange(stress.size), counts)] = (0.88, 0.88, 0.88, 1)
     corners = mesh.triangles @ rotation.T + position
-    drawn = slice(None, None, 1 + len(corners) // _MOST_DRAWN)
+    # of a large mesh only every second or further face
+    drawn = slice(None, None, 1 + len(corners) // 20_000)
     axes: Any = page.add_axes((0.535, 0.14, 0.35, 0.76), projection="3d", computed_zorder=False)
     face_style = {"facecolors": colours[drawn], "edgecolors": "none", "rasterized": True}
     axes.add_collection3d(Poly3DCollection(corners[drawn], **face_style))

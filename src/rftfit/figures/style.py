@@ -67,8 +67,21 @@ COMPONENT_COLOURS = {"z": "#004C7F", "x": OKABE_ITO["vermillion"]}
 PALE_COLOURS = {"z": "#3D8FC6", "x": "#E8A838"}
 """Colours of a tare beside its run, and of measured points below a predicted curve. In a grey print z is darker than x."""
 
-TARE_DASHES = (0, (3, 1))
-"""Dashes of a tare: in a grey print its pale colour looks like the colour of the run's other component."""
+DASHES: dict[str, Any] = {
+    "solid": "-",
+    "dashed": (0, (4, 1.2)),
+    "dotted": (0, (1, 1)),
+    "dash-dotted": (0, (5, 1.2, 1, 1.2)),
+    "short": (0, (2.5, 1)),
+    "long": (0, (6, 1)),
+}
+"""Lines that stay apart in a grey print, in the order in which curves take them."""
+
+INTERVAL_OPACITY, WIDER_OPACITY = 0.3, 0.12
+"""Opacities of the band of an interval, and of a wider one below it, such as that with the model's own error."""
+
+NOTE_PT = 5.5
+"""Size of notes in panels and above them."""
 
 DIVERGING = "RdBu_r"
 """Colour map of signed quantities, white at zero: red pushes up or toward +x, blue down or toward -x."""
@@ -188,10 +201,6 @@ def new_figure(width_cm: float, height_cm: float, dpi: float | None = None) -> F
     return Figure(figsize=(width_cm * CM, height_cm * CM), dpi=dpi)
 
 
-_STAMP_CM = 0.35
-"""Width at the right edge that stays free for a stamp."""
-
-
 def panels(
     heights_cm: Sequence[float], columns: int = 1, widest_cm: float = 8.0
 ) -> tuple[Figure, npt.NDArray[Any]]:
@@ -201,9 +210,21 @@ def panels(
     width of a column.
     """
     page = new_figure(min(DOUBLE_CM, max(SINGLE_CM, columns * widest_cm)), sum(heights_cm))
-    page.set_layout_engine("constrained", rect=(0, 0, 1 - _STAMP_CM * CM / page.get_figwidth(), 1))
+    stamp_width = 0.35 * CM / page.get_figwidth()
+    page.set_layout_engine("constrained", rect=(0, 0, 1 - stamp_width, 1))
     ratios = {"height_ratios": list(heights_cm)}
     return page, page.subplots(len(heights_cm), columns, squeeze=False, gridspec_kw=ratios)
+
+
+def panels_in_rows(
+    count: int, most_in_row: int, height_cm: float, widest_cm: float = 8.0
+) -> tuple[Figure, list[Axes]]:
+    """Return a page of `count` panels of the same size, row after row, and their axes."""
+    rows = -(-count // most_in_row)
+    page, grid = panels([height_cm] * rows, min(count, most_in_row), widest_cm)
+    for axes in grid.flat[count:]:
+        axes.set_axis_off()
+    return page, [*grid.flat[:count]]
 
 
 _NAME_LOOK: Look = {"textcoords": "offset points", "weight": "bold", "annotation_clip": False}
@@ -258,6 +279,29 @@ def zero_line(axes: Axes) -> None:
     axes.axhline(0, color=GREY, linewidth=0.4)
 
 
+def draw_sand(axes: Axes, bottom: float, surface: float = 0.0) -> None:
+    """Draw the medium of a sketch, down to `bottom`, and its free surface."""
+    axes.axhspan(bottom, surface, color=SAND, linewidth=0)
+    axes.axhline(surface, color=SURFACE, linewidth=0.6)
+
+
+ARROW: Look = {
+    "arrowstyle": "->",
+    "linewidth": 0.6,
+    "shrinkA": 0,
+    "shrinkB": 0,
+    "mutation_scale": 5,
+}
+"""Look of an arrow of a sketch."""
+
+
+def draw_frame(axes: Axes, x: float, z: float, length: float) -> None:
+    """Draw the axes x and z of the lab frame as arrows that begin at a point of a sketch."""
+    for dx, dz, name in ((length, 0.0, "x"), (0.0, length, "z")):
+        axes.annotate("", xy=(x + dx, z + dz), xytext=(x, z), arrowprops=ARROW)
+        axes.text(x + 1.35 * dx, z + 1.35 * dz, f"${name}$", ha="center", va="center", fontsize=6)
+
+
 def name_below(axes: Axes, label: str, is_last_row: bool) -> None:
     """Write label and numbers below a panel, but only in the last row of a column of panels."""
     axes.tick_params(labelbottom=is_last_row)
@@ -266,15 +310,15 @@ def name_below(axes: Axes, label: str, is_last_row: bool) -> None:
 
 
 def dots(colour: str, size: float, **properties: Any) -> Artist:
-    """Make points for a legend."""
-    return line(colour, marker="o", linestyle="", markersize=size, **properties)
+    """Make points for a legend, round ones if no `marker` is given."""
+    return line(colour, **{"marker": "o", "linestyle": "", "markersize": size} | properties)
 
 
-def line(colour: str, **properties: Any) -> Artist:
+def line(color: str, **properties: Any) -> Artist:
     """Make a line for a legend."""
     from matplotlib.lines import Line2D
 
-    return Line2D([], [], color=colour, **properties)
+    return Line2D([], [], color=color, **properties)
 
 
 def patch(**properties: Any) -> Artist:
@@ -284,18 +328,39 @@ def patch(**properties: Any) -> Artist:
     return Patch(**properties)
 
 
-def band(alpha: float = 0.4, colour: str = "#888888") -> Artist:
-    """Make an interval for a legend; `alpha`: its opacity."""
-    return patch(facecolor=colour, alpha=alpha, linewidth=0)
+def draw_band(
+    axes: Axes,
+    x: npt.ArrayLike,
+    low: npt.ArrayLike,
+    high: npt.ArrayLike,
+    colour: str,
+    opacity: float = INTERVAL_OPACITY,
+) -> None:
+    """Shade the interval of a curve between its ends."""
+    axes.fill_between(x, low, high, color=colour, alpha=opacity, linewidth=0)
 
 
-def bands(colours: Iterable[str], alpha: float) -> tuple[Artist, ...]:
+def band(opacity: float = INTERVAL_OPACITY, colour: str = "#888888") -> Artist:
+    """Make an interval for a legend."""
+    return patch(facecolor=colour, alpha=opacity, linewidth=0)
+
+
+def bands(colours: Iterable[str]) -> tuple[Artist, ...]:
     """Make one entry of a legend for the intervals of several curves, each in its colour."""
-    return tuple(band(alpha, colour) for colour in dict.fromkeys(colours))
+    return tuple(band(colour=colour) for colour in dict.fromkeys(colours))
 
 
-_LETTER = 0.55
-"""Mean width of a letter relative to the size of the font."""
+def write_note(axes: Axes, note: str, x: float = 0.03, y: float = 0.97, **properties: Any) -> None:
+    """Write what is missing into a panel, at its upper left if `x` and `y` (shares of the panel) say nothing else."""
+    note_look: Look = {"va": "top", "color": MARK, "fontsize": NOTE_PT, "transform": axes.transAxes}
+    # a white box: curves may run through the note
+    note_look["bbox"] = {"facecolor": "white", "edgecolor": "none", "pad": 0.6}
+    axes.text(x, y, note, **note_look | properties)
+
+
+def letters_in(width_pt: float, size_pt: float) -> int:
+    """Return the number of letters in a line: one is 0.55 of its size wide, in the mean."""
+    return int(width_pt / (0.55 * size_pt))
 
 
 def legend(figure: Figure, entries: Mapping[str, Any], **options: Any) -> None:
@@ -312,7 +377,7 @@ def legend(figure: Figure, entries: Mapping[str, Any], **options: Any) -> None:
     defaults["handler_map"] = {tuple: HandlerTuple(ndivide=None, pad=0.25)}
     if title := options.pop("title", ""):
         options["title_fontsize"] = 6
-        letters = int(72 * figure.get_figwidth() / (_LETTER * 6))
+        letters = letters_in(72 * figure.get_figwidth(), 6)
         options["title"] = "\n".join(textwrap.wrap(title, letters))
     for rows in range(1, len(entries) + 1):
         columns = {"ncols": -(-len(entries) // rows)}
@@ -325,19 +390,16 @@ def legend(figure: Figure, entries: Mapping[str, Any], **options: Any) -> None:
         figure.set_figheight(figure.get_figheight() + box.height / figure.dpi)
 
 
-_LINE_CM, _MARGIN_CM = 0.38, 0.4
-_LEAST_CM = 1.6
-"""Least height of a figure that only says why it is empty: the stamp along its right edge needs this room."""
-
-
 @styled()
 def missing(message: str, reasons: Sequence[str] = ()) -> Figure:
     """Make a figure that only says what is missing and why."""
     lines = [line for text in (message, *reasons) for line in textwrap.wrap(text, 110)]
-    figure = new_figure(DOUBLE_CM, max(_LEAST_CM, 2 * _MARGIN_CM + len(lines) * _LINE_CM))
+    margin_cm, line_cm = 0.4, 0.38
+    # the stamp along the right edge needs 1.6 cm
+    figure = new_figure(DOUBLE_CM, max(1.6, 2 * margin_cm + len(lines) * line_cm))
     for row, line in enumerate(lines):
-        top = _MARGIN_CM + row * _LINE_CM
-        text_cm(figure, _MARGIN_CM, top, plain(line), va="top", fontsize=7)
+        top = margin_cm + row * line_cm
+        text_cm(figure, margin_cm, top, plain(line), va="top", fontsize=7)
     return figure
 
 
@@ -408,9 +470,6 @@ def _place_panels(figure: Figure) -> None:
             axes.set_position((round(left, 6), round(bottom, 6), round(width, 6), round(height, 6)))
 
 
-_ROOM_ABOVE_INCH = 0.05
-
-
 def _page_with_warning(figure: Figure) -> Bbox | None:
     """Return the box of a page with the warnings above it, inches; None without warnings.
 
@@ -424,7 +483,7 @@ def _page_with_warning(figure: Figure) -> Bbox | None:
     if not tops:
         return None
     width, height = figure.get_size_inches()
-    return Bbox.from_extents(0, 0, width, max(height, max(tops) / figure.dpi) + _ROOM_ABOVE_INCH)
+    return Bbox.from_extents(0, 0, width, max(height, max(tops) / figure.dpi) + 0.05)
 
 
 def content(figure: Figure, ending: str, about: str = "") -> bytes:

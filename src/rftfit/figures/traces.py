@@ -6,10 +6,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rftfit.figures.style import PER_CM3, format_number
+from rftfit.figures.style import COMPONENT_COLOURS, PER_CM3, WINDOW, format_number, ticks, zero_line
+from rftfit.measure.alpha import column
 from rftfit.measure.flags import Flags, Remark, format_remarks, reason_of
 from rftfit.measure.lab_frame import measures_force_x
 from rftfit.measure.ledger import RowStatus
+from rftfit.model.draws import end_names
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Hashable, Mapping
@@ -163,16 +165,43 @@ def panel_limits(trace: Trace) -> tuple[float, float]:
     return (-max(low, largest / 5), largest) if high >= low else (-largest, max(high, largest / 5))
 
 
+def with_end_names(quantity: str) -> list[str]:
+    """Name the columns of a quantity, such as ``force_z_N``, and of the ends of its interval."""
+    return [quantity, *end_names(quantity)]
+
+
 def alpha_with_interval(row: Row, component: str) -> tuple[float, float, float]:
     """Return alpha in a row of fits or cells, and the ends of its interval, N/cm^3."""
-    names = (f"alpha_{component}_{end}N_per_cm3" for end in ("", "lo_", "hi_"))
-    value, low, high = (float(row[name]) for name in names)
+    value, low, high = (float(row[name]) for name in with_end_names(column(component)))
     return value, low, high
 
 
 def measures_x(trace: Trace) -> bool:
     """Tell whether a run has stress along x. Without samples the answer is True: nothing says that x was not measured."""
     return not trace or bool(np.isfinite(trace["stress_x_N_per_cm2"]).any())
+
+
+def draw_run(axes: Axes, trace: Trace, fit: Row) -> None:
+    """Draw the stress of a run with the lines of its fit and its shaded window, over depth or, of a level run, over its path."""
+    is_level = fit["direction"] == "horizontal"
+    along = trace["path_cm" if is_level else "depth_cm"]
+    window = along[(trace["in_window"] > 0) & np.isfinite(along)]
+    if window.size:
+        axes.axvspan(window.min(), window.max(), color=WINDOW, linewidth=0)
+    zero_line(axes)
+    for c, dashes in (("z", "-"), ("x", "--")):
+        stress = np.where(along >= 0, trace[f"stress_{c}_N_per_cm2"], np.nan)
+        draw_thin(axes, along, stress, color=COMPONENT_COLOURS[c], linewidth=0.6, alpha=0.75)
+        alpha, *_ = alpha_with_interval(fit, c)
+        if window.size and np.isfinite(alpha) and (c == "z" or measures_x(trace)):
+            ends = depths = np.array([0.0, np.nanmax(along)])
+            if is_level:
+                # it stays at one depth, so the line of its fit is level
+                ends = np.array([window.min(), window.max()])
+                depths = np.full(2, np.nanmean(trace["depth_cm"]))
+            axes.plot(ends, alpha * depths, dashes, color="black")
+    axes.set_xlim(0, None)
+    ticks(axes.xaxis, 5, integer=True)
 
 
 def cell_of_run(alpha: pd.DataFrame, run_id: str) -> Row:

@@ -16,15 +16,7 @@ if TYPE_CHECKING:
 _LOOKS = {"inside": (style.OKABE_ITO["blue"], "o"), "outside": (style.OKABE_ITO["vermillion"], "s")}
 """Colour and marker by verdict."""
 
-_COLUMNS = 4
-_HEIGHT_CM = 4.9
-_RANGE_OF_LOGARITHM = 100
-"""Largest over smallest number above which both axes are logarithmic."""
-
 _UNITS = {"N/cm^3": style.PER_CM3, "N/cm^2": style.PER_CM2}
-
-_ROOM = 0.06
-"""Free room around the numbers of a panel, relative to their range."""
 
 
 @style.styled()
@@ -44,18 +36,14 @@ def draw_verdicts(verdicts: pd.DataFrame) -> Figure:
     if drawn.empty:
         return style.missing("No published number was compared.")
     groups = [*drawn.groupby(["domain", "title", "unit"], sort=False)]
-    rows = -(-len(groups) // _COLUMNS)
-    page, panels = style.panels([_HEIGHT_CM] * rows, columns=min(_COLUMNS, len(groups)))
-    axes_of_page = panels.ravel()
-    for axes, (names, group) in zip(axes_of_page, groups, strict=False):
+    page, panels = style.panels_in_rows(len(groups), 4, 4.9)
+    for axes, (names, group) in zip(panels, groups, strict=True):
         domain, title, unit = map(str, names)
         _draw_panel(
             axes, group, style.plain(f"{domain}:\n{title}"), _UNITS.get(unit, style.plain(unit))
         )
-    for axes in axes_of_page[len(groups) :]:
-        axes.set_axis_off()
     entries: dict[str, Any] = {
-        f"{verdict} ({count})": style.line(colour, marker=marker, linestyle="", markersize=4)
+        f"{verdict} ({count})": style.dots(colour, 4, marker=marker)
         for verdict, (colour, marker) in _LOOKS.items()
         if (count := int((drawn["verdict"] == verdict).sum()))
     }
@@ -82,12 +70,12 @@ def _draw_panel(axes: Axes, group: pd.DataFrame, title: str, unit: str) -> None:
     ends = group[["published", "published_lo", "published_hi", "ours", "lo", "hi"]].to_numpy(float)
     least, most = float(np.nanmin(ends)), float(np.nanmax(ends))
     values = group[["published", "ours"]].to_numpy(float)
-    is_logarithmic = values.min() > 0 and values.max() > _RANGE_OF_LOGARITHM * values.min()
+    is_logarithmic = values.min() > 0 and values.max() > 100 * values.min()
     if is_logarithmic:
         axes.set(xscale="log", yscale="log")
         least, most = values.min() / 2, values.max() * 2
     else:
-        room = _ROOM * (most - least or abs(most) or 1.0)
+        room = 0.06 * (most - least or abs(most) or 1.0)
         least, most = least - room, most + room
     axes.plot([least, most], [least, most], "--", color=style.GREY, linewidth=0.6, zorder=0)
     for verdict, (colour, marker) in _LOOKS.items():

@@ -24,9 +24,6 @@ _PANELS = {
 }
 """Label and colour of each quantity."""
 
-_DARK, _LIGHT = 0.4, 0.18
-"""Opacities of the interval of alpha, and of the one with the model's own error."""
-
 
 @style.styled()
 def draw_wheel(answer: WheelAnswer, measured: pd.DataFrame | None = None) -> Figure:
@@ -61,9 +58,9 @@ def draw_wheel(answer: WheelAnswer, measured: pd.DataFrame | None = None) -> Fig
     percent = f"{100 * answer.confidence:g} %"
     if any(end in answer.table for end in ("drawbar_lo_N", "sinkage_lo_cm")):
         of_alpha = f"of {answer.interval_of}"
-        entries[f"{percent} interval {of_alpha}"] = style.band(_DARK)
+        entries[f"{percent} interval {of_alpha}"] = style.band()
     if "drawbar_model_lo_N" in answer.table:
-        entries["with the model's own error on wheels"] = style.band(_LIGHT)
+        entries["with the model's own error on wheels"] = style.band(style.WIDER_OPACITY)
     if measured is not None:
         entries["measured"] = style.dots("black", 3)
     style.legend(page, entries)
@@ -83,15 +80,15 @@ def _draw_quantity(axes: Axes, table: pd.DataFrame, column: str) -> None:
     quantity, _, unit = column.partition("_")
     slip, numbers = table["slip"].to_numpy(), table[column].to_numpy()
     order = np.argsort(slip)
-    for end, alpha in (("model_", _LIGHT), ("", _DARK)):
+    for end, opacity in (("model_", style.WIDER_OPACITY), ("", style.INTERVAL_OPACITY)):
         names = [f"{quantity}_{end}{side}_{unit}" for side in ("lo", "hi")]
         if names[0] not in table:
             continue
         lo, hi = (table[name].to_numpy()[order] for name in names)
         if len(table) == 1:
-            axes.vlines(slip, lo, hi, color=colour, alpha=2 * alpha, linewidth=6 * alpha)
+            axes.vlines(slip, lo, hi, color=colour, alpha=3 * opacity, linewidth=8 * opacity)
         else:
-            axes.fill_between(slip[order], lo, hi, color=colour, alpha=alpha, linewidth=0)
+            style.draw_band(axes, slip[order], lo, hi, colour, opacity)
     axes.plot(slip[order], numbers[order], color=colour, marker=".", markersize=3)
     if column in ("drawbar_N", "torque_N_cm"):
         style.zero_line(axes)

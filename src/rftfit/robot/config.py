@@ -19,8 +19,6 @@ from rftfit.store import write_text
 from rftfit.store.environment import shipped
 
 Point = Annotated[tuple[Number, Number], Field(strict=False)]
-_INSIDE_CM = 1e-9
-"""Distance of a hip outside the body that counts as rounding."""
 
 
 class BodyPlate(Model):
@@ -170,7 +168,8 @@ def _hips_outside(data: Any) -> dict[int, str]:
     for index, hip in enumerate(hips):
         with contextlib.suppress(KeyError, TypeError, ValueError):
             x, z = _point((hip["x_cm"], hip["z_cm"]))
-            if max(left - x, x - right, low - z, z - high) > _INSIDE_CM:
+            rounding_cm = 1e-9
+            if max(left - x, x - right, low - z, z - high) > rounding_cm:
                 outside[index] = (
                     f"hip {index + 1} at x = {x:g}, z = {z:g} cm lies outside the body, which spans {box}"
                 )

@@ -25,19 +25,17 @@ from rftfit.model.profiles import DepthOnlyProfile, FourierProfile, Profile, Tab
 from rftfit.outputs.dictionary import columns_of
 from rftfit.robot.config import Robot
 from rftfit.robot.run import Condition
-from rftfit.robot.sweep import BEST_AT_HZ, BEST_CURVATURES, best_of_runs, run_all, runs_about_best
+from rftfit.robot.sweep import (
+    BEST_AT_HZ,
+    BEST_CURVATURES,
+    best_of_runs,
+    measured_conditions,
+    run_all,
+    runs_about_best,
+)
+from rftfit.store.chosen import chosen
 
-SPEED_DRAWS = 8
-"""Draws of alpha for the interval of a speed in each condition: its half width is known to about a quarter."""
-
-BEST_DRAWS = 40
-"""Draws of alpha for the interval of the best curvature, a single number."""
-
-MODEL_POINTS = 4
-"""Pairs of factors on lift and thrust that represent the error of the force model."""
-
-COARSER = 4
-"""Time step of runs on draws over the usual time step."""
+CHOSEN = chosen("robot", "intervals")
 
 WIDTH_COLUMNS = columns_of("robot/intervals.csv")
 """Columns of the table of half widths; quantity `SPEED`, `SPEED_MODEL` (cm/s) or `BEST` (R'/r)."""
@@ -86,10 +84,10 @@ def each_draw(stack: Profile, count: int) -> list[Profile]:
 def with_model_error(profile: Profile, eps: float) -> list[Profile]:
     """Return profiles whose alpha_z and alpha_x are multiplied by the error of the force model, exp(eps N).
 
-    The factors are the same in all directions. The `MODEL_POINTS` pairs of numbers N lie evenly on a circle: like two
+    The factors are the same in all directions. The pairs of numbers N lie evenly on a circle: like two
     independent normal numbers, both have mean 0 and variance 1 and are not correlated.
     """
-    angles = 2 * np.pi * (np.arange(MODEL_POINTS) + 0.5) / MODEL_POINTS
+    angles = 2 * np.pi * (np.arange(CHOSEN.model_points) + 0.5) / CHOSEN.model_points
     lifts, thrusts = np.exp(eps * np.sqrt(2) * np.stack([np.cos(angles), np.sin(angles)]))
     return [
         _multiply_alpha(profile, float(lift), float(thrust))
@@ -115,7 +113,7 @@ def _with_alpha(table: TableProfile, alpha_z: FloatArray, alpha_x: FloatArray) -
 def coarser(robot: Robot) -> Robot:
     """Return the robot with the longer time step of runs on draws."""
     numerics = robot.numerics
-    longer = numerics.model_copy(update={"step_s": COARSER * numerics.step_s})
+    longer = numerics.model_copy(update={"step_s": CHOSEN.coarser * numerics.step_s})
     return robot.model_copy(update={"numerics": longer})
 
 
@@ -215,12 +213,7 @@ def widths_of_draws(
         half_width_of_draws(column, float(speed), confidence)
         for column, speed in zip(drawn.T, speeds, strict=True)
     ]
-    halves_by_arc = (float(student_quantile(confidence, GIVEN_DOF)) * moved_by_arc).tolist()
-    arc_lost = (remark("arc-lost"),)
-    return [
-        Width(math.hypot(width.half, half), width.draws, width.why or arc_lost * math.isnan(half))
-        for width, half in zip(widths, halves_by_arc, strict=True)
-    ]
+    return add_error(widths, moved_by_arc, confidence, remark("arc-lost"))
 
 
 def model_widths(
@@ -232,14 +225,17 @@ def model_widths(
     conditions).
     """
     of_model = np.sqrt(((shifted - speeds) ** 2).mean(axis=0))
-    halves = float(student_quantile(confidence, GIVEN_DOF)) * of_model
+    return add_error(of_alpha, of_model, confidence, remark("no-speed"))
+
+
+def add_error(
+    widths: Sequence[Width], errors: FloatArray, confidence: float, lost: Remark
+) -> list[Width]:
+    """Add an independent error to half widths, one standard deviation for each; `lost`: why an error is not known."""
+    halves = (float(student_quantile(confidence, GIVEN_DOF)) * errors).tolist()
     return [
-        Width(
-            math.hypot(width.half, half),
-            width.draws,
-            width.why or (remark("no-speed"),) * math.isnan(half),
-        )
-        for width, half in zip(of_alpha, halves.tolist(), strict=True)
+        Width(math.hypot(width.half, half), width.draws, width.why or (lost,) * math.isnan(half))
+        for width, half in zip(widths, halves, strict=True)
     ]
 
 
@@ -287,22 +283,20 @@ def widths(
 
     The `spread` of each profile must be a stack of draws. Columns: `WIDTH_COLUMNS` without the medium.
     """
-    with_frequency = measured[np.isfinite(measured["frequency_Hz"].to_numpy(float))]
-    places = zip(with_frequency["frequency_Hz"], with_frequency["curvature_times_R"], strict=True)
-    conditions = [Condition(*place) for place in dict.fromkeys(places)]
+    conditions = measured_conditions(measured)
     rows: list[tuple[object, ...]] = []
     for name, profile in profiles.items():
         stack, bare = profile.spread, copy(profile)
         assert isinstance(stack, Profile)
         bare.spread = bare.beside = None  # the runs do not need them
-        draws = each_draw(stack, SPEED_DRAWS)
+        draws = each_draw(stack, CHOSEN.speed_draws)
         both_widths = speed_widths(robot, bare, draws, conditions, confidence, threads, arc_percent)
         for quantity, speed_width in zip((SPEED, SPEED_MODEL), both_widths, strict=True):
             rows += [
                 (name, quantity, condition.curvature_times_R, condition.frequency_Hz, *width.cells)
                 for condition, width in zip(conditions, speed_width, strict=True)
             ]
-        best_draws = each_draw(stack, BEST_DRAWS)
+        best_draws = each_draw(stack, CHOSEN.best_draws)
         best = best_width(robot, bare, best_draws, confidence, threads)
         rows.append((name, BEST, math.nan, BEST_AT_HZ, *best.cells))
     return pd.DataFrame(rows, columns=WIDTH_COLUMNS[1:])

@@ -70,9 +70,6 @@ CURVATURES = (1.0, 0.86, 0.0, -1.0)
 FRAMES = 36
 """Pictures of one stride, the last of the run."""
 
-_SMALLEST_N = 5e-4
-"""Smallest force on an element that has an arrow."""
-
 
 def frames_of(robot: Robot, profile: Profile) -> dict[str, Any]:
     """Return the data of the pictures of the running robot in every condition, for the script of the page.
@@ -125,7 +122,8 @@ def _pictures_of_run(
             0,
             0,
         ]
-        loaded = rows[np.hypot(rows[:, 2], rows[:, 3]) > _SMALLEST_N]
+        # a smaller force has no arrow
+        loaded = rows[np.hypot(rows[:, 2], rows[:, 3]) > 5e-4]
         # places to 0.1 mm, forces to 0.1 mN, in one list for all elements; + 0.0 turns -0.0 into 0.0
         places, forces = np.round(loaded[:, :2], 2), np.round(1000 * loaded[:, 2:], 1)
         arrows.append((np.hstack([places, forces]) + 0.0).ravel().tolist())

@@ -22,9 +22,6 @@ from rftfit.robot.ground import ALONG_Y, Ground
 _FACETS = 17
 """Latitudes of a round geom: odd, so that a capsule is a sphere whose halves are moved apart."""
 
-_OFF_AXLE_M = 1e-6
-"""Largest distance of a wheel's hinge from the origin of its body."""
-
 
 class MujocoGround:
     """A medium under a robot of MuJoCo, returned by `attach`; `step` advances the robot.
@@ -188,7 +185,8 @@ def _find_axle(mujoco: Any, model: Any, body: int) -> FloatArray:
     if len(hinges) > 1:
         raise InputError(f"wheel {name} has {len(hinges)} hinges; allowed: one, its axle")
     axis, anchor = model.jnt_axis[hinges[0]], model.jnt_pos[hinges[0]]
-    if np.linalg.norm(np.cross(anchor, axis)) > _OFF_AXLE_M:
+    rounding_m = 1e-6
+    if np.linalg.norm(np.cross(anchor, axis)) > rounding_m:
         raise InputError(
             f"wheel {name}: its hinge does not go through the body's origin; set pos of the joint to 0 and move the body"
         )

@@ -14,6 +14,7 @@ from rftfit.measure.flags import Remark, format_remarks, remark
 from rftfit.model.profiles import Profile
 from rftfit.robot.body import Parts, assemble
 from rftfit.robot.config import Numerics, Robot
+from rftfit.store.chosen import chosen
 
 
 @dataclass(frozen=True)
@@ -70,9 +71,7 @@ class Series:
 
 Outcome = Literal["steady", "tipped", "buried", "not steady"]
 
-SETTLED_Z_CM = 0.05
-SETTLED_PITCH = math.radians(1.0)
-"""Largest difference of height, and of pitch (rad), between the ends of the last two stretches of a settled run."""
+_SETTLED = chosen("robot", "settled")
 
 
 @dataclass(frozen=True)
@@ -107,12 +106,12 @@ def highest_point(parts: Parts, state: FloatArray) -> float:
     return float(state[1] + (z * c - x * s + half * np.abs(tz * c - tx * s)).max())
 
 
-FROM_REST, FROM_SETTLED = 3, 2
-"""Fewest stretches of a run: three from rest, since the first is a transient; two from the state of a settled run."""
-
-
 def settled(
-    ends: FloatArray, stretch: int, stride_s: float, numerics: Numerics, fewest: int = FROM_REST
+    ends: FloatArray,
+    stretch: int,
+    stride_s: float,
+    numerics: Numerics,
+    fewest: int = _SETTLED.from_rest,
 ) -> bool:
     """Return True if the last two stretches have nearly the same speed, and height and pitch at their ends.
 
@@ -126,7 +125,8 @@ def settled(
     )
     most_speed_change = max(numerics.settled_share * abs(later_speed), numerics.settled_cm_per_s)
     changes = np.abs([later_speed - earlier_speed, *(last - middle)[1:3]])
-    return bool((changes <= [most_speed_change, SETTLED_Z_CM, SETTLED_PITCH]).all())
+    most_pitch_change = math.radians(_SETTLED.pitch_deg)
+    return bool((changes <= [most_speed_change, _SETTLED.height_cm, most_pitch_change]).all())
 
 
 def irregular(speeds: FloatArray, numerics: Numerics) -> Assessment:
@@ -148,9 +148,6 @@ def irregular(speeds: FloatArray, numerics: Numerics) -> Assessment:
 
 FASTEST_LEG_CM_PER_S = 100.0
 """Speed of a leg, about 1 m/s, above which the inertia of the medium matters and the model does not hold."""
-
-STANDING_STRIDE_S = 0.5
-"""Duration that is used as a stride if the legs do not turn (0 Hz)."""
 
 HIGHEST_FREQUENCY_HZ = 100.0
 
@@ -230,7 +227,7 @@ def simulate(
     parts = assemble(robot, curvature_times_R)
     numerics = robot.numerics
     stepper = _Stepper(robot, profile, parts, condition, samples_per_stride, start)
-    fewest = FROM_REST if start is None else FROM_SETTLED
+    fewest = _SETTLED.from_rest if start is None else _SETTLED.from_settled
     stretch = max(1, math.ceil(numerics.stretch_s / stepper.stride_s - 1e-9))
     most = strides or stretch * numerics.most_stretches
     assessment = None
@@ -254,12 +251,17 @@ def simulate(
         hole = Remark("alpha-missing", words=profile.reason)
         why = (remark("robot-lost", what=why[0], why=hole),)
     speed = float(averaged_speeds.mean()) if averaged_speeds.size else math.nan
-    sd = float(averaged_speeds.std(ddof=1)) if averaged_speeds.size > 1 else math.nan
+    sd = spread(averaged_speeds)
     warning = leg_speed_warning(parts, frequency_Hz)
     series = stepper.series() if samples_per_stride else None
     counts = len(speeds), assessment.averaged
     numbers = *counts, speeds, stepper.state, series
     return RobotRun(condition, speed, sd, assessment.outcome, why, warning, *numbers)
+
+
+def spread(values: FloatArray) -> float:
+    """Return the standard deviation of a few trials or strides; NaN for fewer than two."""
+    return float(values.std(ddof=1)) if values.size > 1 else math.nan
 
 
 def leg_speed_warning(parts: Parts, frequency_Hz: float) -> str:
@@ -298,7 +300,8 @@ class _Stepper:
         start: FloatArray | None,
     ) -> None:
         frequency = condition.frequency_Hz
-        self.stride_s = 1 / abs(frequency) if frequency else STANDING_STRIDE_S
+        # legs that do not turn (0 Hz) have no stride: half a second stands in for it
+        self.stride_s = 1 / abs(frequency) if frequency else 0.5
         pieces = max(1, samples)
         per_piece = math.ceil(self.stride_s / robot.numerics.step_s / pieces - 1e-9)
         self.steps, self.every = per_piece * pieces, per_piece if samples else 0

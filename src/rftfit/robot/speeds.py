@@ -17,6 +17,8 @@ from rftfit.outputs.dictionary import columns_of
 from rftfit.reference import running_speeds
 from rftfit.robot import tracks
 from rftfit.robot.intervals import SPEED, SPEED_MODEL, half_widths
+from rftfit.robot.run import spread
+from rftfit.robot.sweep import is_at_condition
 
 TRIALS = columns_of("robot/tracks.csv")
 """Columns of the table of trials."""
@@ -27,12 +29,6 @@ MEASURED = columns_of("robot/measured.csv")
 ERRORS = columns_of("robot/errors.csv")
 """Columns of the table of errors. Intervals: ``from_alpha`` by the errors of alpha and of the arc, ``model`` with the
 error of the force model too, ``lowest`` and ``highest`` over the starting phases."""
-
-SIGNIFICANT = 6
-"""Significant digits of a condition in every table, so that its measured and simulated rows have equal keys."""
-
-_NEAR_HZ = 0.05
-"""Largest difference of frequency from a condition of calibration that counts as the same condition."""
 
 
 def trial_row(
@@ -101,7 +97,8 @@ def measured_speeds(
             mean_frequency,
             spread(frequency),
         )
-        origin = is_calibrated(curvature, mean_frequency, calibrated), "marker tracks"
+        is_calibrated = is_at_condition(calibrated, curvature, mean_frequency)
+        origin = "yes" if is_calibrated else "no", "marker tracks"
         rows.append((*place, mean, spread(speed), len(good), *origin, *reason_cells(reason)))
     return pd.DataFrame(rows, columns=MEASURED)
 
@@ -115,7 +112,8 @@ def published_speeds(medium: str, calibrated: Collection[tuple[float, float]] = 
     for curvature_times_R, number, frequency, speed in running_speeds():
         name = f"{curvature_times_R:+.2f}_{number}"
         frequency_Hz = rounded(frequency)
-        origin = is_calibrated(curvature_times_R, frequency_Hz, calibrated), "Fig. 4C"
+        is_calibrated = is_at_condition(calibrated, curvature_times_R, frequency_Hz)
+        origin = "yes" if is_calibrated else "no", "Fig. 4C"
         condition = name, medium, curvature_times_R, frequency_Hz, math.nan
         rows.append((*condition, float(speed), math.nan, 3, *origin, *reason_cells([])))
     return pd.DataFrame(rows, columns=MEASURED)
@@ -203,19 +201,6 @@ def _count_between(errors: pd.DataFrame, ends: str) -> tuple[int, int]:
     return int(((lo <= measured) & (measured <= hi)).sum()), int(np.isfinite(measured + lo).sum())
 
 
-def is_calibrated(
-    curvature: float, frequency: float, calibrated: Collection[tuple[float, float]]
-) -> str:
-    """Return ``yes`` if the robot was calibrated on this condition, else ``no``."""
-    near = (abs(curvature - c) < 1e-6 and abs(frequency - f) < _NEAR_HZ for c, f in calibrated)
-    return "yes" if any(near) else "no"
-
-
 def rounded(value: float) -> float:
-    """Round to the digits of a condition in tables."""
-    return float(f"{value:.{SIGNIFICANT}g}")
-
-
-def spread(values: np.ndarray) -> float:
-    """Return the standard deviation of a few trials; NaN for fewer than two."""
-    return float(values.std(ddof=1)) if values.size > 1 else math.nan
+    """Round to the digits of a condition in every table, so that its measured and simulated rows have equal keys."""
+    return float(f"{value:.6g}")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -12,7 +13,7 @@ import pandas as pd
 
 from rftfit.conventions import FloatArray
 from rftfit.forces.planning import Target
-from rftfit.measure.flags import REASON, Remark, attach_run, reason_cells, reason_of
+from rftfit.measure.flags import REASON, Remark, attach_run, reason_cells, reason_columns, reason_of
 from rftfit.model.profiles import Profile, TableProfile
 from rftfit.model.shapes import Map
 from rftfit.robot.config import Robot
@@ -28,15 +29,14 @@ CALIBRATED_ON = {"c-leg": (1.0, 1.954), "flat leg": (0.0, 1.998), "reversed c-le
 MOTION = ((1.0, 2.0), (-1.0, 2.2))
 """R'/r and stride frequency (Hz) of the two runs of Fig. 4B, whose motion is shown over time."""
 
-MOTION_NEAR_HZ = 0.1
-"""Largest difference of frequency from a run of `MOTION` at which a measured trial belongs to it."""
 
-
-def is_of_motion(curvature: float, frequency_Hz: float) -> bool:
-    """Return True for a run or trial whose motion is shown over time."""
+def is_at_condition(
+    conditions: Iterable[tuple[float, float]], curvature: float, frequency_Hz: float
+) -> bool:
+    """Return True for a run or trial of one of the conditions (R'/r, Hz); its frequency may differ by less than 0.1 Hz."""
     return any(
-        abs(curvature - shown_curvature) < 1e-6 and abs(frequency_Hz - frequency) < MOTION_NEAR_HZ
-        for shown_curvature, frequency in MOTION
+        abs(curvature - curvature_of_condition) < 1e-6 and abs(frequency_Hz - frequency) < 0.1
+        for curvature_of_condition, frequency in conditions
     )
 
 
@@ -73,11 +73,11 @@ def paper_conditions(every: int = 1) -> list[Condition]:
     ]
 
 
-EVERY = 4
-"""Step of the reduced sweep: every fourth curvature and frequency."""
-
-_FINE_FROM = 0.4
-"""R'/r above which the reduced sweep has every curvature at 5 Hz."""
+def measured_conditions(measured: pd.DataFrame) -> list[Condition]:
+    """Return the conditions of measured speeds, each once; one without a frequency is left out."""
+    with_frequency = measured[np.isfinite(measured["frequency_Hz"].to_numpy(float))]
+    places = zip(with_frequency["frequency_Hz"], with_frequency["curvature_times_R"], strict=True)
+    return [Condition(*place) for place in dict.fromkeys(places)]
 
 
 def conditions_of(measured: pd.DataFrame, *, full: bool) -> list[Condition]:
@@ -90,13 +90,13 @@ def conditions_of(measured: pd.DataFrame, *, full: bool) -> list[Condition]:
     grid = paper_conditions()
     phases = PHASES_TURNS if full else PHASES_TURNS[:1]
     if not full:
-        fine = [
-            c for c in grid if c.frequency_Hz == BEST_AT_HZ and c.curvature_times_R > _FINE_FROM
-        ]
-        grid = [c for c in [*paper_conditions(EVERY), *fine] if c.phase_turns in phases]
-    with_frequency = measured[np.isfinite(measured["frequency_Hz"].to_numpy(float))]
-    places = zip(with_frequency["frequency_Hz"], with_frequency["curvature_times_R"], strict=True)
-    grid += [Condition(hz, curvature, phase) for hz, curvature in places for phase in phases]
+        fine = [c for c in grid if c.frequency_Hz == BEST_AT_HZ and c.curvature_times_R > 0.4]
+        grid = [c for c in [*paper_conditions(every=4), *fine] if c.phase_turns in phases]
+    grid += [
+        replace(condition, phase_turns=phase)
+        for condition in measured_conditions(measured)
+        for phase in phases
+    ]
     order = {(c.curvature_times_R, c.frequency_Hz, c.phase_turns): c for c in grid}
     return [order[place] for place in sorted(order)]
 
@@ -138,21 +138,7 @@ def run_all(
 
 def speed_table(runs: Iterable[RobotRun]) -> pd.DataFrame:
     """Return the table of runs, with the columns `RUN_COLUMNS`."""
-    rows = [
-        (
-            run.condition.curvature_times_R,
-            run.condition.frequency_Hz,
-            run.condition.phase_turns,
-            run.speed_cm_per_s,
-            run.speed_sd_cm_per_s,
-            run.outcome,
-            *reason_cells(run.why),
-            run.warning,
-            run.strides,
-            run.averaged,
-        )
-        for run in runs
-    ]
+    rows = [vars(run.condition) | vars(run) | reason_columns(run.why) for run in runs]
     return pd.DataFrame(rows, columns=list(RUN_COLUMNS))
 
 

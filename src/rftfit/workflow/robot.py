@@ -72,7 +72,7 @@ def robot_measured(results: Results) -> tuple[pd.DataFrame, ...]:
         rows.append(row)
         flags += flags_of_trial
         condition = trial.curvature_times_R, row["frequency_Hz"]
-        if velocity and not campaign.reenacted and sweep.is_of_motion(*condition):
+        if velocity and not campaign.reenacted and sweep.is_at_condition(sweep.MOTION, *condition):
             stride_rows += [
                 (trial.run_id, *condition, sample / tracks.STRIDE_SAMPLES, speed)
                 for sample, speed in enumerate(velocity)
