@@ -14,6 +14,7 @@ import pandas as pd
 from rftfit.conventions import COMPONENTS, FloatArray
 from rftfit.measure.alpha import column, directions
 from rftfit.measure.errors import SOURCES
+from rftfit.measure.slopes import normal_quantile, student_quantile
 from rftfit.model.common_errors import CommonError, common_errors, equivalent_rows, error_sizes
 from rftfit.model.profiles import TableProfile
 from rftfit.model.symmetry import torus
@@ -40,8 +41,6 @@ def alpha_draws(
     `only`: name of one error of `SOURCES`, which alone is drawn; default: all errors. Returns alpha_z and alpha_x
     in the n cells of the table, each of shape (draws, n), N/cm^3; NaN in cells without a run.
     """
-    from scipy.special import ndtri
-
     medium = str(table["medium"].iloc[0])
     random = np.random.default_rng([seed, zlib.crc32(medium.encode())])
     draws_by_component = []
@@ -56,7 +55,7 @@ def alpha_draws(
         )
         half = (high - low) / 2
         # Student's over the normal quantile: draws become as wide as the interval, which has few degrees of freedom
-        normal_half = half / float(ndtri(0.5 + confidence / 2))
+        normal_half = half / normal_quantile(confidence)
         student_factor = np.divide(normal_half, se, where=se > 0, out=0 * se)
         noise = np.empty((draws, centre.size))
         noise[:, order] = random.standard_normal(noise.shape)
@@ -153,9 +152,8 @@ def typical_dof(table: pd.DataFrame, confidence: float) -> float:
 
     They follow from half an interval over its standard error, which is a quantile of Student's t.
     """
-    from scipy.special import ndtri, stdtridf
+    from scipy.special import stdtridf
 
-    upper = 0.5 + confidence / 2
     ratios = []
     for component in COMPONENTS:
         half = table[column(component, "_hi")] - table[column(component, "_lo")]
@@ -166,9 +164,9 @@ def typical_dof(table: pd.DataFrame, confidence: float) -> float:
         return float("nan")
     median = float(np.median(ratio))
     # the quantile of a normal distribution means infinitely many, for which `stdtridf` has no answer
-    if median <= 1.00001 * float(ndtri(upper)):
+    if median <= 1.00001 * normal_quantile(confidence):
         return _MOST_DOF
-    return float(min(stdtridf(upper, median), _MOST_DOF))
+    return float(min(stdtridf(0.5 + confidence / 2, median), _MOST_DOF))
 
 
 def interval_of_sum(
@@ -179,20 +177,18 @@ def interval_of_sum(
     The draws of a term are as wide as the Student interval of its few degrees of freedom, in `dofs`
     (`typical_dof`). The sum has more degrees of freedom (Welch and Satterthwaite), so its interval is narrowed.
     """
-    from scipy.special import ndtri, stdtrit
-
-    upper = 0.5 + confidence / 2
-    normal = float(ndtri(upper))
+    normal = normal_quantile(confidence)
     lo, hi = interval(sum(terms[1:]) + terms[0], confidence)
     dof = np.array(dofs)
-    student_factors = np.array([float(stdtrit(dof, upper)) / normal for dof in dofs])
+    student_factors = student_quantile(confidence, dof) / normal
     variance_drawn = np.stack([term.var(axis=0) for term in terms])
     shape = (-1, *[1] * (variance_drawn.ndim - 1))
     variance = variance_drawn / student_factors.reshape(shape) ** 2
     total = variance.sum(axis=0)
     safe_total = np.where(total > 0, total, 1.0)
     inverse_dof = ((variance / safe_total) ** 2 / dof.reshape(shape)).sum(axis=0)
-    student_factor_of_sum = stdtrit(1 / np.maximum(inverse_dof, 1 / _MOST_DOF), upper) / normal
+    dof_of_sum = 1 / np.maximum(inverse_dof, 1 / _MOST_DOF)
+    student_factor_of_sum = student_quantile(confidence, dof_of_sum) / normal
     factor_drawn = np.sqrt(np.where(total > 0, variance_drawn.sum(axis=0) / safe_total, 1.0))
     middle = (lo + hi) / 2
     half = (hi - lo) / 2 * student_factor_of_sum / factor_drawn
