@@ -9,12 +9,13 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 import pandas as pd
 
 from rftfit.conventions import COMPONENTS, FloatArray
 from rftfit.measure.alpha import column, directions
 from rftfit.measure.errors import SOURCES
-from rftfit.measure.slopes import normal_quantile, student_quantile
+from rftfit.measure.slopes import GIVEN_DOF, normal_quantile, student_quantile
 from rftfit.model.common_errors import CommonError, common_errors, equivalent_rows, error_sizes
 from rftfit.model.profiles import TableProfile
 from rftfit.model.symmetry import torus
@@ -25,8 +26,11 @@ if TYPE_CHECKING:
 DRAWS = 1000
 """Draws behind an interval if the config states no number."""
 
-_MOST_DOF = 1e6
-"""Degrees of freedom that stand for infinitely many."""
+SEED_OF_MAPS, SEED_OF_MODEL_ERRORS, SEED_OF_SLIP_SINKAGE = 2013, 28, 73
+"""Seeds of draws that a config states none for: `fourier.seed` is that of a campaign's own tables alone.
+
+Errors that are added to one another have different seeds: with one seed their normal numbers would be the same.
+"""
 
 
 def alpha_draws(
@@ -101,17 +105,13 @@ def errors_behind(
     standard deviations have shape (...). Sources that the table does not have are left out.
     """
     seed, level = config.fourier.seed, config.fit.confidence
+    # enough for the share of a variance to some percent
+    draws = 400
     return {
-        name: quantity(alpha_draws(table, _DRAWS_OF_SOURCE, seed, level, only=name)).std(
-            ddof=1, axis=-1
-        )
+        name: quantity(alpha_draws(table, draws, seed, level, only=name)).std(ddof=1, axis=-1)
         for name in SOURCES
         if any(size.any() for size in error_sizes(table, name).values())
     }
-
-
-_DRAWS_OF_SOURCE = 400
-"""Draws of the error from one source: enough for its share of a variance to some percent."""
 
 
 def draws_of(table: pd.DataFrame, config: Config) -> tuple[FloatArray, FloatArray]:
@@ -165,8 +165,8 @@ def typical_dof(table: pd.DataFrame, confidence: float) -> float:
     median = float(np.median(ratio))
     # the quantile of a normal distribution means infinitely many, for which `stdtridf` has no answer
     if median <= 1.00001 * normal_quantile(confidence):
-        return _MOST_DOF
-    return float(min(stdtridf(0.5 + confidence / 2, median), _MOST_DOF))
+        return GIVEN_DOF
+    return float(min(stdtridf(0.5 + confidence / 2, median), GIVEN_DOF))
 
 
 def interval_of_sum(
@@ -187,7 +187,7 @@ def interval_of_sum(
     total = variance.sum(axis=0)
     safe_total = np.where(total > 0, total, 1.0)
     inverse_dof = ((variance / safe_total) ** 2 / dof.reshape(shape)).sum(axis=0)
-    dof_of_sum = 1 / np.maximum(inverse_dof, 1 / _MOST_DOF)
+    dof_of_sum = 1 / np.maximum(inverse_dof, 1 / GIVEN_DOF)
     student_factor_of_sum = student_quantile(confidence, dof_of_sum) / normal
     factor_drawn = np.sqrt(np.where(total > 0, variance_drawn.sum(axis=0) / safe_total, 1.0))
     middle = (lo + hi) / 2
@@ -247,3 +247,8 @@ def beside_name(quantity: str) -> str:
     """Return the column of a force by table or map of the same medium: of ``force_z_N`` ``force_z_beside_N``."""
     what, unit = quantity.rsplit("_N", maxsplit=1)
     return f"{what}_beside_N{unit}"
+
+
+def choose_evenly(count: int, most: int) -> npt.NDArray[np.intp]:
+    """Return at most `most` indices of `count` places, evenly spaced, the first and the last among them."""
+    return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(np.intp))
