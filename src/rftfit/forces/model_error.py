@@ -65,8 +65,7 @@ def eps_of(
     times. A profile on which no error was measured has 0, and ValueError is raised where another one is asked for: the
     error of nine terms is one of alpha, and no share of the load contains it (docs/theory/forces.md).
     """
-    if model_error is not None and not (math.isfinite(model_error) and model_error >= 0):
-        raise ValueError(f"the model's error must be 0 or a positive number, found {model_error:g}")
+    check_model_error(model_error)
     if has_model_error(profile):
         default = profile.model_error * (SPACE_OVER_PLANE if is_in_space(body) else 1.0)
         return default if model_error is None else float(model_error)
@@ -76,6 +75,12 @@ def eps_of(
             "by tables and maps, and no interval with it holds the forces of another profile"
         )
     return 0.0
+
+
+def check_model_error(model_error: float | None) -> None:
+    """Raise ValueError if an error of the model that is asked for is negative or not finite."""
+    if model_error is not None and not 0 <= model_error < math.inf:
+        raise ValueError(f"the model's error must be 0 or a positive number, found {model_error:g}")
 
 
 def is_in_space(body: Outline | Mesh | None) -> bool:

@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rftfit.conventions import FloatArray
+from rftfit.measure.errors import USUAL_BED_SPREAD
 from rftfit.model.draws import interval, widen
 from rftfit.store.chosen import chosen
 
@@ -147,7 +148,7 @@ def describe_beside(peak: Peak, form: str, form_beside: str) -> str:
     return f"{numbers}, nearly the same" if near else f"{numbers}: no error of alpha explains this"
 
 
-SAME_SHARE: float = _CHOSEN.same_share
+SAME_SHARE = USUAL_BED_SPREAD
 """Relative difference up to which two peaks are nearly the same: one bed differs from the next by as much."""
 
 
@@ -282,14 +283,3 @@ def unknown_peaks(
         for extreme in extremes
         if extreme.name not in present_names and np.isnan(best[extreme.quantity]).any()
     ]
-
-
-def join_intervals(
-    value: FloatArray,
-    first_ends: tuple[FloatArray, FloatArray],
-    second_ends: tuple[FloatArray, FloatArray],
-) -> tuple[FloatArray, FloatArray]:
-    """Return the interval of two independent errors: the distances of their ends from the value add in squares."""
-    below = np.hypot(value - first_ends[0], value - second_ends[0])
-    above = np.hypot(first_ends[1] - value, second_ends[1] - value)
-    return value - below, value + above

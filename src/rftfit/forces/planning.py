@@ -234,7 +234,7 @@ class Plan:
         head = ["push", "(beta, gamma), deg", "", "runs so far", "half width"]
         widths = [100 * step.typical for step in self.steps]
         enough_for = ""
-        for limit in _ROUND_PERCENTS:
+        for limit in (30, 20, 15, 10, 5):
             if widths[0] > limit and min(widths) <= limit:
                 enough = next(i for i, half_width in enumerate(widths) if half_width <= limit)
                 pushes = "1 push" if enough == 1 else f"{enough} pushes"
@@ -254,10 +254,6 @@ class Plan:
             "confidence": self.confidence,
             "pushes": self.table().to_dict("records"),
         }
-
-
-_ROUND_PERCENTS = (30, 20, 15, 10, 5)
-"""Round half widths, %: a summary states how many pushes are enough for the least of these that a plan reaches."""
 
 
 def push_rows(step: Step, depths_cm: Sequence[float]) -> list[dict[str, str]]:

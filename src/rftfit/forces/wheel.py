@@ -22,7 +22,7 @@ from rftfit.forces.faces import as_table
 from rftfit.forces.fineness import fine_enough
 from rftfit.forces.limits import depth_measured, describe_depth
 from rftfit.forces.mesh import Mesh, Motion3D, describe_triangles
-from rftfit.forces.model_error import has_model_error, is_tested
+from rftfit.forces.model_error import check_model_error, has_model_error, is_tested
 from rftfit.forces.rolling import RULES, Rim, describe_friction, find_rim, measure_radius
 from rftfit.forces.space import compiled_mesh_forces, mesh_draws
 from rftfit.measure.errors import half_width_of_bed
@@ -310,8 +310,7 @@ def wheel(
         if model_error is not None:
             raise ValueError("found left_out beside model_error; allowed: one of them")
         choose("left_out", left_out, laboratories())
-    if model_error is not None and not 0 <= model_error < np.inf:
-        raise ValueError(f"the model's error must be 0 or a positive number, found {model_error:g}")
+    check_model_error(model_error)
     roll = partial(Motion3D.roll, mesh, track=track, rim_cm=rim_cm)
     radius = measure_radius(mesh.vertices_cm)
     found_rim = find_rim(mesh.vertices_cm, rim_cm, mesh.lowest_radius_cm)

@@ -225,8 +225,11 @@ def _between_draws(ordered: FloatArray, share: float) -> FloatArray:
 
 
 def widen(value: Any, ends: tuple[Any, Any], half: Any) -> tuple[Any, Any]:
-    """Return the ends of an interval about `value`, widened by an independent error of the half width `half`."""
-    below, above = (np.hypot(end - value, half) for end in ends)
+    """Return the ends of an interval about `value`, widened by an independent error.
+
+    `half`: half width of that error, or the distances of both its ends from `value`. Distances add in squares.
+    """
+    below, above = np.hypot(np.subtract(ends, value), half)
     return value - below, value + above
 
 

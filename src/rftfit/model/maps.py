@@ -547,6 +547,8 @@ def _with_contacts(
     The error of the force model is proportional to the size of the medium, which depends on these rows: rows and size
     are calculated in turn until the size does not change.
     """
+    from scipy.linalg import block_diag
+
     prior = measured.prior
     # C + K + R, more than any medium has: no useful combination of forces is left out
     covariance = prior.covariance(0.0)
@@ -561,15 +563,11 @@ def _with_contacts(
     place = int(places.min())
     for _ in range(_CHOSEN.size_steps):
         rows = system.rows(size_now)
-        count, added = len(measured.y), len(rows.values)
-        errors = np.zeros((count + added,) * 2)
-        errors[:count, :count] = measured.errors
-        errors[count:, count:] = np.diag(rows.errors**2)
         both = _Measurements(
             prior.with_rows(rows, places, place),
-            np.concatenate([measured.seen, place + np.arange(added)]),
+            np.concatenate([measured.seen, place + np.arange(rows.values.size)]),
             np.concatenate([measured.y, rows.values]),
-            errors,
+            block_diag(measured.errors, np.diag(rows.errors**2)),
         )
         before, size_now = size_now, _likelihood_of(both).expected(size)
         if abs(size_now - before) < _CHOSEN.same_size * before:
