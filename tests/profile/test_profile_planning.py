@@ -109,7 +109,7 @@ def test_an_angle_of_a_rig_is_that_of_the_line_within_the_tolerance():
     plans = [rftfit.plan("zeta", rig=chosen, count=2) for chosen in (rig, exact)]
     near, at_line = (plan.table()["half_width_percent"] for plan in plans)
     np.testing.assert_allclose(near, at_line)
-    with pytest.raises(ValueError, match=r"\(0, 34.5\) degrees is no node"):
+    with pytest.raises(ValueError, match=r"\(0.0, 34.5\) degrees is no node"):
         rftfit.plan("zeta", prior_map(), rftfit.Rig(directions=((0.0, 34.5),)))
 
 

@@ -435,10 +435,10 @@ def _list_choices(
         places = apart_deg.argmin(axis=1)
         is_node = same_direction(*np.transpose(ways), *nodes_deg[places].T)
         if not is_node.all():
-            lost_beta, lost_gamma = ways[int(is_node.argmin())]
+            lost = tuple(round(float(angle), 3) + 0.0 for angle in ways[int(is_node.argmin())])
             raise ValueError(
-                f"(beta, gamma) = ({lost_beta:g}, {lost_gamma:g}) degrees is no node of the map; it is one of "
-                f"estimate_map(..., beta_deg=[{lost_beta:g}], gamma_deg=[{lost_gamma:g}])"
+                f"(beta, gamma) = {lost} degrees is no node of the map; it is one of "
+                f"estimate_map(..., beta_deg=[{lost[0]:g}], gamma_deg=[{lost[1]:g}])"
             )
         runs = len(ways) * (rig.depths if gamma == 0 else 1)
         choices.append(
