@@ -71,7 +71,8 @@ def correlation(states: FloatArray, others: FloatArray) -> FloatArray:
 
 def _find_root(covariance: FloatArray) -> FloatArray:
     """Return the Cholesky root of a covariance, whose variances are raised by 1e-8 so that it has one."""
-    return np.linalg.cholesky(covariance + 1e-8 * np.eye(len(covariance)))
+    raised = covariance + 1e-8 * np.eye(len(covariance))
+    return np.asarray(np.linalg.cholesky(raised), dtype=float)
 
 
 class MeasuredErrors(NamedTuple):
@@ -225,4 +226,5 @@ def _most_likely(
             total += float((np.linalg.solve(root, values) ** 2).sum())
         return total
 
-    return float(min(np.geomspace(*_CHOSEN.tried, _CHOSEN.tried_count), key=loss))
+    least, most = _CHOSEN.tried
+    return float(min(np.geomspace(least, most, _CHOSEN.tried_count), key=loss))

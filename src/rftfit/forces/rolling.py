@@ -81,7 +81,7 @@ class Rim(NamedTuple):
     @property
     def is_doubtful(self) -> bool:
         """True where no rim was given for a wheel that is not round, such as one with lugs."""
-        return self.lowest_cm < (1 - _CHOSEN.round_within) * self.radius_cm
+        return bool(self.lowest_cm < (1 - _CHOSEN.round_within) * self.radius_cm)
 
     def list_doubts(self) -> list[str]:
         """Say that slip and sinkage were taken to the tips of lugs, and what to give instead."""
@@ -156,7 +156,7 @@ def fills_hull(vertices_cm: FloatArray, volume_cm3: float) -> bool:
     """Tell whether a solid body of this volume fills the convex hull of its vertices."""
     from scipy.spatial import ConvexHull
 
-    return volume_cm3 > _CHOSEN.filled * float(ConvexHull(vertices_cm).volume)
+    return bool(volume_cm3 > _CHOSEN.filled * ConvexHull(vertices_cm).volume)
 
 
 def rolling_rows(

@@ -448,13 +448,12 @@ def _travelled(segment: Segment, time_s: FloatArray) -> FloatArray:
     """Distance since the start of a segment, at times since its start: trapezoidal speed with ramps of `ramp_s`."""
     if not segment.moving:
         return np.zeros_like(time_s)
-    gain = segment.speed / _CHOSEN.ramp_s
+    ramp_s: float = _CHOSEN.ramp_s
+    gain = segment.speed / ramp_s
     left = segment.duration_s - time_s
-    cruise = segment.speed * (time_s - _CHOSEN.ramp_s / 2)
+    cruise = segment.speed * (time_s - ramp_s / 2)
     speeding, braking = gain * time_s**2 / 2, segment.distance - gain * left**2 / 2
-    return np.where(
-        time_s < _CHOSEN.ramp_s, speeding, np.where(left < _CHOSEN.ramp_s, braking, cruise)
-    )
+    return np.where(time_s < ramp_s, speeding, np.where(left < ramp_s, braking, cruise))
 
 
 def motion_at(parts: tuple[Segment, ...], elapsed_s: FloatArray) -> ArmMotion:
