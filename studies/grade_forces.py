@@ -43,8 +43,8 @@ from rftfit.compare.legs import measured_peak
 from rftfit.forces.space import mesh_draws
 from rftfit.model.draws import end_names, interval
 from rftfit.model.fourier import fit_lsq
+from rftfit.model.pushes import usual_error
 from rftfit.model.scaling import Reference
-from rftfit.model.shapes import usual_error
 from rftfit.reference import BETA_DEG, GAMMA_DEG, LEGS, MEDIA, SANDS
 
 if TYPE_CHECKING:

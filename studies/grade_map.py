@@ -29,9 +29,11 @@ from rftfit.conventions import FloatArray, mirror
 from rftfit.errors import InputError
 from rftfit.forces.planning import prior_map
 from rftfit.model.fourier import evaluate, fit_lsq
+from rftfit.model.maps import NOT_ALIKE, estimate
 from rftfit.model.profiles import TableProfile
+from rftfit.model.pushes import Pushes, usual_error
 from rftfit.model.rft3d import alpha_3drft
-from rftfit.model.shapes import NOT_ALIKE, Pushes, estimate, grid, published_shapes, usual_error
+from rftfit.model.shapes import grid, published_shapes
 from rftfit.reference import MEDIA
 
 if TYPE_CHECKING:

@@ -24,8 +24,10 @@ from paper import enact, paper_values
 from rftfit.bench.watch import Watch
 from rftfit.forces.outlines import model_leg
 from rftfit.forces.planning import Rig, Target, peaks, plan
+from rftfit.model.maps import Map, estimate
 from rftfit.model.profiles import TableProfile
-from rftfit.model.shapes import Map, Pushes, estimate, published_shapes, usual_error
+from rftfit.model.pushes import Pushes, usual_error
+from rftfit.model.shapes import published_shapes
 from rftfit.reference import BETA_DEG, GAMMA_DEG, MEDIA
 
 if TYPE_CHECKING:

@@ -99,7 +99,8 @@ _NAMES_OF_MODULE = {
     ),
     "model.rft3d": ("rft3d_profile",),
     "model.scaling": ("Reference", "ScaledMedium", "published_reference", "scale_by_paper"),
-    "model.shapes": ("Map", "Shapes", "estimate_map", "published_shapes", "scale"),
+    "model.maps": ("Map", "estimate_map", "scale"),
+    "model.shapes": ("Shapes", "published_shapes"),
     "reference": ("published_table",),
     "results": ("Medium", "Results", "open"),
     "robot.ground": ("Ground",),
@@ -132,6 +133,7 @@ if TYPE_CHECKING:
     from rftfit.forces.planning import Plan, Rig, plan
     from rftfit.forces.prediction import find_peaks, predict
     from rftfit.forces.wheel import WheelAnswer, wheel
+    from rftfit.model.maps import Map, estimate_map, scale
     from rftfit.model.profile_file import read_profile, write_profile
     from rftfit.model.profiles import (
         DepthOnlyProfile,
@@ -145,7 +147,7 @@ if TYPE_CHECKING:
     from rftfit.model.rft3d import rft3d_profile
     from rftfit.model.scaling import Reference, ScaledMedium, scale_by_paper
     from rftfit.model.scaling import published as published_reference
-    from rftfit.model.shapes import Map, Shapes, estimate_map, published_shapes, scale
+    from rftfit.model.shapes import Shapes, published_shapes
     from rftfit.reference import load as published_table
     from rftfit.results import Medium, Results
     from rftfit.results import open_results as open

@@ -36,6 +36,7 @@ from rftfit.model.bekker import PressureSinkage, pressure_sinkage, width_of_plat
 from rftfit.model.common_errors import covariance_of
 from rftfit.model.draws import measured_profile
 from rftfit.model.fourier import METHODS
+from rftfit.model.maps import Map, estimate, nodes_of
 from rftfit.model.profiles import (
     EPS,
     KINDS,
@@ -46,7 +47,8 @@ from rftfit.model.profiles import (
     TableProfile,
     scaled_generic,
 )
-from rftfit.model.shapes import Map, Shapes, estimate, nodes_of, published_shapes, pushes_of
+from rftfit.model.pushes import pushes_of
+from rftfit.model.shapes import Shapes, published_shapes
 from rftfit.outputs.dictionary import Output, column_of, describe_file
 from rftfit.store import csv_bytes, read_csv, read_parquet
 from rftfit.store.digests import sha256_of

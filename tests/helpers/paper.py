@@ -33,7 +33,7 @@ from rftfit.lab.rig import (
 )
 from rftfit.lab.truth import Forces, Law, published_alpha, sand_stress, submerged_depth
 from rftfit.measure.alpha import rows_at
-from rftfit.model import shapes
+from rftfit.model import posterior
 from rftfit.table.numbers import number_of
 
 # --- The paper's 7 x 13 directions: as a planned grid, as a list of cells, and tables laid out on them ------------
@@ -502,7 +502,7 @@ def enact(root, values, sizes=NOTHING, **options):
 
 # --- Maps and the model's error from few draws, where a test is not about their intervals -------------------------
 
-MODULES = shapes, prediction
+MODULES = posterior, prediction
 COUNT = 200
 
 

@@ -50,7 +50,7 @@ from rftfit.measure.alpha import alpha_columns, column, directions
 from rftfit.measure.errors import SOURCES
 from rftfit.measure.flags import FLAG_COLUMNS, MARKS, attach_run, flag_table, remark
 from rftfit.measure.ledger import RowStatus
-from rftfit.model import shapes
+from rftfit.model import posterior
 from rftfit.model.fourier import TERMS, fit_lsq
 from rftfit.model.scaling import generic, published, scale_new_medium, vertical_penetration
 from rftfit.outputs.dictionary import describe_file
@@ -760,7 +760,7 @@ def shared_unit_push():
         if config.maps.own_media:
             return plain(results)
         legs = tuple((name, leg.model_dump_json()) for name, leg in config.legs.items())
-        draws = vars(shapes)["DRAWS"], vars(prediction)["DRAWS"]
+        draws = vars(posterior)["DRAWS"], vars(prediction)["DRAWS"]
         key = (
             legs,
             config.arm.leg_speed_rad_per_s,

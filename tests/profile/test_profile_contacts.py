@@ -13,7 +13,7 @@ from numpy.testing import assert_allclose
 
 import rftfit
 from rftfit import Contact, learn_body_error
-from rftfit.model.shapes import map_nodes
+from rftfit.model.maps import map_nodes
 
 LEG = rftfit.model_leg("c_leg", elements=12)
 MOTION = rftfit.rotation(np.arange(-90.0, 91, 15))

@@ -8,7 +8,9 @@ from seeds import seeds
 import rftfit
 from rftfit import TableProfile, published_shapes
 from rftfit.forces.planning import ZETA, peaks, prior_map
-from rftfit.model.shapes import Nodes, Pushes, estimate, grid, usual_error
+from rftfit.model.maps import Nodes, estimate
+from rftfit.model.pushes import Pushes, usual_error
+from rftfit.model.shapes import grid
 
 NODES = grid()
 BETA, GAMMA = np.degrees(NODES)
@@ -98,6 +100,17 @@ def test_what_a_rig_cannot_push_is_not_planned():
     assert rftfit.plan("map", current_map, half, count=1).steps[1].directions == ((12.5, 67.5),)
     with pytest.raises(rftfit.RftfitError, match="did you mean 'zeta'"):
         rftfit.plan("zeto")
+
+
+def test_an_angle_of_a_rig_is_that_of_the_line_within_the_tolerance():
+    """33.7 and 89.8 degrees are the lines 33.69 and 90: no line of a map can lie so near to a published one."""
+    rig = rftfit.Rig(directions=((0.2, 89.8), (30.0, 33.7)))
+    exact = rftfit.Rig(directions=((0.0, 90.0), (30.0, 33.690068)))
+    plans = [rftfit.plan("zeta", rig=chosen, count=2) for chosen in (rig, exact)]
+    near, at_line = (plan.table()["half_width_percent"] for plan in plans)
+    np.testing.assert_allclose(near, at_line)
+    with pytest.raises(ValueError, match=r"\(0.0, 34.5\) degrees is no node"):
+        rftfit.plan("zeta", prior_map(), rftfit.Rig(directions=((0.0, 34.5),)))
 
 
 def test_peaks_of_bodies_are_planned_for():

@@ -16,9 +16,13 @@ import rftfit
 from rftfit import Shapes, TableProfile, find_peaks, published_shapes
 from rftfit.conventions import mirror
 from rftfit.forces.plane import force_draws
-from rftfit.model import shapes as module
+from rftfit.model import energy, likelihood, posterior
+from rftfit.model import shapes as shapes_module
+from rftfit.model.maps import NOT_ALIKE, Nodes, estimate
+from rftfit.model.prior import root
+from rftfit.model.pushes import Pushes, usual_error
 from rftfit.model.scaling import vertical_penetration
-from rftfit.model.shapes import NOT_ALIKE, Nodes, Pushes, estimate, grid, usual_error
+from rftfit.model.shapes import grid
 from rftfit.reference import MEDIA
 
 NODES = grid()
@@ -92,9 +96,9 @@ def _dense(mean, covariance, pushes, size):
 
 def test_draws_are_of_the_whole_posterior(monkeypatch):
     """Without passivity: mean and covariance, against a sum over fine grids of size, departure and share."""
-    monkeypatch.setattr(module, "LEAST_WORK", np.inf)
-    monkeypatch.setattr(module, "TILT_SHARE", 0.0)
-    monkeypatch.setattr(module, "DRAWS", 20_000)
+    monkeypatch.setattr(energy._CHOSEN, "least_work", np.inf)
+    monkeypatch.setattr(shapes_module, "TILT_SHARE", 0.0)
+    monkeypatch.setattr(posterior, "DRAWS", 20_000)
     shapes = published_shapes(without=["poppy_LP"])
     for places, off, known_size in ((FEW[:3], 0, None), (FEW[1:], 3, 0.13)):
         pushes = Pushes.of(BETA[places] + off, GAMMA[places], truth("poppy_LP")[:, places], 0.01)
@@ -134,14 +138,14 @@ def test_two_decompositions_with_a_correction_have_the_likelihood_of_one_of_all_
     errors = np.diag((0.02 + 0.05 * np.abs(y)) ** 2)
     answers = []
     for few_numbers in (0, seen.size):
-        monkeypatch.setattr(module._CHOSEN, "few_numbers", few_numbers)
-        likelihood = module._Likelihood(prior, seen, 0.2, y, errors)
+        monkeypatch.setattr(likelihood._CHOSEN, "few_numbers", few_numbers)
+        of_numbers = likelihood.Likelihood(prior, seen, 0.2, y, errors)
         answers.append(
             [
-                likelihood.likelihood(np.array([0.5, 1.0, 2.0]), np.array([0.3, 1.0, 4.0, 9.0])),
-                likelihood.distance(1.3),
-                likelihood.solved(y[None], np.full((1, 1), 1.7)),
-                likelihood.horizontal(seen >= COUNT, 1.3),
+                of_numbers.likelihood(np.array([0.5, 1.0, 2.0]), np.array([0.3, 1.0, 4.0, 9.0])),
+                of_numbers.distance(1.3),
+                of_numbers.solved(y[None], np.full((1, 1), 1.7)),
+                of_numbers.horizontal(seen >= COUNT, 1.3),
             ]
         )
     for by_parts, by_all in zip(*answers, strict=True):
@@ -164,7 +168,7 @@ def test_media_take_energy_because_that_is_known_beforehand():
     )
     variation = shapes.variation
     values = []
-    roots = [module.root(blocks.whole()) for blocks in (prior.smooth, prior.rough)]
+    roots = [root(blocks.whole()) for blocks in (prior.smooth, prior.rough)]
     for _ in range(many // 4000):
         share = random.uniform(0, variation.most_own, (4000, 1))
         departure = 3.5 / random.gamma(2.5, size=(4000, 1))
@@ -174,13 +178,13 @@ def test_media_take_energy_because_that_is_known_beforehand():
         ]
         moved = normal[0] + np.sqrt(1 - share) * normal[1] + np.sqrt(share) * normal[2]
         alpha = (size * (prior.mean + np.sqrt(departure) * moved)).reshape(-1, 2, COUNT)
-        takes = -0.02 * np.abs(alpha).max(axis=(1, 2)) <= module.work(alpha, NODES[1]).T
+        takes = -0.02 * np.abs(alpha).max(axis=(1, 2)) <= energy.work(alpha, NODES[1]).T
         takes[places] = True
         alpha = alpha[takes.all(axis=0)]
         off = (alpha[..., places] - pushes.alpha) / 0.02
         off[:, 1, 0] = 0  # straight down alpha_x is 0 in every medium
         chance = np.exp(-0.5 * (off**2).sum(axis=(1, 2)))
-        chance *= np.exp(-shapes.tilt * module.mean_effort(alpha, NODES))
+        chance *= np.exp(-shapes.tilt * energy.mean_effort(alpha, NODES))
         values.append((chance, alpha))
     weight = np.concatenate([batch_chance for batch_chance, _ in values])
     alpha = np.concatenate([batch_alpha for _, batch_alpha in values])
@@ -286,7 +290,7 @@ def test_media_that_were_left_out(medium, case):
         assert work[:COUNT].min() > -0.01
         # between pushes that take none (poppy_CP at (30, -45) degrees: -0.0002 of the largest alpha) the course
         # would give back 0.025, and draws are let through down to 0.02: their mean may lie below 0 by as much
-        assert work[COUNT:].min() > -module.LEAST_WORK
+        assert work[COUNT:].min() > -0.02
         least = -0.021 * np.abs(estimated.draws[..., :COUNT]).max(axis=(1, 2))
         takes = estimated.work(estimated.draws) >= least[:, None]
         assert takes[:, :COUNT][:, ~estimated.measured[:COUNT]].all()

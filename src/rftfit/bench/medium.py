@@ -20,7 +20,7 @@ from rftfit.measure.ingest import RUN_COLUMNS, ingest_medium
 from rftfit.measure.samples import join_runs, split_runs
 from rftfit.measure.session_clocks import SessionClocks
 from rftfit.measure.tare import TARE_COLUMNS, tare_medium
-from rftfit.model.shapes import Map
+from rftfit.model.maps import Map
 from rftfit.results import Results
 from rftfit.workflow.measure import FLAGGING
 

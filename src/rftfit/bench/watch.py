@@ -28,7 +28,8 @@ from rftfit.measure.alpha import column
 from rftfit.measure.flags import Flags
 from rftfit.measure.session_clocks import SessionClocks, align_medium, goes_straight_down
 from rftfit.measure.verdict_words import FAILED
-from rftfit.model.shapes import estimate, map_nodes, pushes_of
+from rftfit.model.maps import estimate, map_nodes
+from rftfit.model.pushes import pushes_of
 from rftfit.results import Results
 from rftfit.workflow.measure import checks
 from rftfit.workflow.state import cells

@@ -170,8 +170,8 @@ def _source_in_campaign(
 
 def _published_source(name: str, kind: str | None) -> tuple[KnownMedium, dict[str, Any]]:
     """Find a published medium; returned with what `rftfit.write_profile` writes about it."""
+    from rftfit.model.maps import published_map
     from rftfit.model.profiles import PAPER_WINDOW
-    from rftfit.model.shapes import published_map
     from rftfit.reference import MEDIA
 
     choose("--medium", name, MEDIA, "published media; --results DIR for those of a campaign")

@@ -26,9 +26,10 @@ if TYPE_CHECKING:
     from rftfit.forces.motion import Motion
     from rftfit.forces.outlines import Outline
     from rftfit.measure.alpha import Columns
+    from rftfit.model.maps import Map
     from rftfit.model.profiles import Profile
     from rftfit.model.scaling import Reference, ScaledMedium
-    from rftfit.model.shapes import Map, Shapes
+    from rftfit.model.shapes import Shapes
 
 
 def parse_option_number(text: str) -> float:
@@ -354,7 +355,7 @@ class MediumOptions:
             hint = "published media; --results DIR for those of a campaign, --alpha for one penetration test"
             name = choose("--medium", self.medium, MEDIA, hint)
             if self.kind == "map":
-                from rftfit.model.shapes import published_map
+                from rftfit.model.maps import published_map
 
                 return published_map(name).profile
             return rftfit.published_medium(name, self.kind or "table")
@@ -369,7 +370,7 @@ class MediumOptions:
 
     def given_pushes(self, se: float | None = None) -> tuple[str, Columns]:
         """Return name and pushes of --pushes or --alpha; without `se` the one push of --alpha has the usual error."""
-        from rftfit.model.shapes import describe_push, one_push
+        from rftfit.model.pushes import describe_push, one_push
 
         if self.pushes is not None:
             return PushOptions(self.pushes).read()
@@ -513,7 +514,7 @@ def scale_from_pushes(
     name: str, pushes: Columns, reference: Reference, confidence: float
 ) -> ScaledMedium:
     """Scale from the push straight down among some pushes, by the paper's routine."""
-    from rftfit.model.shapes import push_straight_down
+    from rftfit.model.pushes import push_straight_down
 
     down = push_straight_down(pushes, confidence)
     if down is None or not down[0] > 0:

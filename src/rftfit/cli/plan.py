@@ -16,7 +16,7 @@ from rftfit.errors import InputError
 
 if TYPE_CHECKING:
     from rftfit.forces.planning import Target
-    from rftfit.model.shapes import Map
+    from rftfit.model.maps import Map
 
 _DRAWN = "drawn by rftfit plan"
 """Mark in a figure: only figures with it are overwritten unasked."""
@@ -170,7 +170,8 @@ def _estimate_known_map(
 ) -> Map:
     """Estimate the map of what was measured already; `angles`: of plate and path that the rig can have, degrees."""
     from rftfit.forces.planning import prior_map
-    from rftfit.model.shapes import estimate, map_nodes, pushes_of, sorted_pushes
+    from rftfit.model.maps import estimate, map_nodes
+    from rftfit.model.pushes import pushes_of, sorted_pushes
 
     nodes, name = map_nodes(*angles), str(medium)
     if (results is None) != (medium is None) or (results is not None and pushes):

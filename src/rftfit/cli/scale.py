@@ -64,7 +64,7 @@ def scale(
     for library in ("pandas", "numpy.f2py", "numpy.ma", "numpy.polynomial", "numpy.testing"):
         load_late(library)
     from rftfit.forces.medium_answer import answer_of_contacts, answer_of_pushes, answer_of_test
-    from rftfit.model.shapes import describe_push, one_push
+    from rftfit.model.pushes import describe_push, one_push
 
     file = contact_options.contacts
     no_push = alpha is None and not push_options

@@ -12,8 +12,9 @@ from rftfit.forces.body_error import BodyError
 from rftfit.forces.contacts import Contact, learn_body_error
 from rftfit.forces.motion import rotation
 from rftfit.forces.outlines import model_leg
+from rftfit.model.maps import estimate_map
 from rftfit.model.profiles import Profile
-from rftfit.model.shapes import estimate_map, published_shapes
+from rftfit.model.shapes import published_shapes
 from rftfit.reference import LEGS, MEDIA, load
 
 if TYPE_CHECKING:

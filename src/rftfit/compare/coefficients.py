@@ -104,8 +104,8 @@ def penetration_row(fit: scaling.MediumFit) -> dict[str, object]:
         (
             "chi",
             "",
-            np.nan if fit.reason else fit.alpha_z / fit.zeta,
-            fit.alpha_z_draws / fit.zeta_draws,
+            np.nan if fit.reason else float(scaling.chi_of(fit.alpha_z, fit.used)),
+            scaling.chi_of(fit.alpha_z_draws, fit.draws),
         ),
         ("zeta", "", fit.zeta, fit.zeta_draws),
     ):

@@ -4,7 +4,7 @@ The alpha of a run is that of its direction, plus a part in proportion to it by 
 
     y_i = T_c(E(beta_i, gamma_i)) + bed_i E_i + rest_i,    E = s (m + d)
 
-E has the prior of the map (`rftfit.model.shapes`), with more freedom where media differ: x beside z, pulls and level
+E has the prior of the map (`rftfit.model.maps`), with more freedom where media differ: x beside z, pulls and level
 runs beside pushes. T_c is the change that a cause makes in the runs that share it: another gain from one run on, a
 mount that turned, plates that are not at their stated angle. Candidates are ranked by their scores. The best few are
 decided by the likelihood of the exact transformation against that of a size that is tolerated. The limit is the

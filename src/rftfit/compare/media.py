@@ -19,8 +19,8 @@ from rftfit.errors import InputError
 from rftfit.measure.errors import errors_of
 from rftfit.measure.flags import format_remarks
 from rftfit.model.known import profile_of
+from rftfit.model.maps import Map, published_map
 from rftfit.model.profiles import KnownMedium, Profile
-from rftfit.model.shapes import Map, published_map
 from rftfit.results import Medium, Results, open_results
 
 

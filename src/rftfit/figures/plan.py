@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from rftfit.forces.planning import Plan
-    from rftfit.model.shapes import Map
+    from rftfit.model.maps import Map
 
 
 @style.styled()

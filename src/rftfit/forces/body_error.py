@@ -17,30 +17,20 @@ import numpy as np
 import numpy.typing as npt
 
 from rftfit.conventions import FloatArray
-from rftfit.forces.model_error import LENGTH_BODIES, LENGTH_DEG, SEED, longest
+from rftfit.forces.model_error import LENGTH_BODIES, LENGTH_DEG, longest
+from rftfit.model.draws import SEED_OF_MODEL_ERRORS, choose_evenly
+from rftfit.model.prior import matern
+from rftfit.store.chosen import chosen
+
+_CHOSEN = chosen("forces", "body_error")
 
 IntArray = npt.NDArray[np.intp]
 
-COMMON = 0.33
-"""Standard deviation of c over the load; too few media were measured with one body to estimate it. Chosen on the legs
-of Fig. S5, 2026-11-28: by their likelihood on the other legs c has 0.13 to 0.20 and o 0.11 to 0.15 (git history:
-`studies/contacts.py constants`)."""
-
-PER_MEDIUM = 0.17
-"""Standard deviation of o over the load where the body was measured in one medium: that of the legs of Fig. S5."""
-
-_BODIES = 3
-"""Number of bodies from which the size of c was chosen."""
-
-UNKNOWN = round(math.hypot(COMMON * math.sqrt(1 + 1 / _BODIES), PER_MEDIUM), 2)
-"""Standard deviation of the error of a body that was measured nowhere: c for one more body than those of `_BODIES`, and
-o."""
-
-_MOST_PATH = 300
-"""Poses of a motion in which the error is calculated."""
-
-JITTER = 1e-8
-"""Variance that is added to a covariance, so that it has a Cholesky root."""
+UNKNOWN = round(
+    math.hypot(_CHOSEN.common * math.sqrt(1 + 1 / _CHOSEN.bodies), _CHOSEN.per_medium), 2
+)
+"""Standard deviation of the error of a body that was measured nowhere: c for one more body than those from which its
+size was chosen, and o."""
 
 
 def pose_states(points_cm: FloatArray, poses: FloatArray) -> FloatArray:
@@ -76,9 +66,13 @@ def _states(
 
 def correlation(states: FloatArray, others: FloatArray) -> FloatArray:
     """Correlation of the error between states (p, f) and others (q, f), shape (p, q)."""
-    squares = ((states[:, None] - others) ** 2).sum(axis=-1)
-    distance = np.sqrt(3 * squares)
-    return np.asarray((1 + distance) * np.exp(-distance))
+    return matern(np.linalg.norm(states[:, None] - others, axis=-1))
+
+
+def _find_root(covariance: FloatArray) -> FloatArray:
+    """Return the Cholesky root of a covariance, whose variances are raised by 1e-8 so that it has one."""
+    raised = covariance + 1e-8 * np.eye(len(covariance))
+    return np.asarray(np.linalg.cholesky(raised), dtype=float)
 
 
 class MeasuredErrors(NamedTuple):
@@ -144,19 +138,18 @@ class BodyError:
     ) -> tuple[FloatArray, FloatArray]:
         """Return the mean of the error over the load (components, p) and draws of the error (draws, components, p)."""
         count = len(states)
-        places = np.unique(np.linspace(0, count - 1, min(count, _MOST_PATH)).round().astype(int))
+        places = choose_evenly(count, _CHOSEN.most_path)
         mean, covariance = self.evaluate(states[places])
         every = np.arange(count)
         # linear between the states that were calculated
         shares = np.stack([np.interp(every, places, unit) for unit in np.eye(places.size)])
-        random = np.random.default_rng(SEED)
+        random = np.random.default_rng(SEED_OF_MODEL_ERRORS)
         half = random.standard_normal(((draws + 1) // 2, components, places.size))
         normals = np.concatenate([half, -half])[:draws]
         drawn = np.empty((draws, components, count))
         for component in range(components):
-            jitter = JITTER * np.eye(places.size)
-            root = np.linalg.cholesky(covariance[component] + jitter).T
-            drawn[:, component] = normals[:, component] @ root @ shares
+            root = _find_root(covariance[component])
+            drawn[:, component] = normals[:, component] @ root.T @ shares
         mean = mean[:components] @ shares
         return mean, mean + drawn
 
@@ -172,13 +165,6 @@ class BodyError:
         )
 
 
-LEAST_PER_MEDIUM = 0.15
-"""Least standard deviation of o: from three media or fewer of one material it is estimated too small."""
-
-_SIZES = np.exp(np.linspace(np.log(0.03), np.log(1.2), 24))
-"""Standard deviations of o that are tried."""
-
-
 @dataclass(frozen=True)
 class ErrorCurve:
     """Errors of the model over the load in one measurement, shape (components, m), and their covariance (components, m, m)."""
@@ -191,6 +177,8 @@ class ErrorCurve:
 
 def learn_from_curves(curves: Sequence[ErrorCurve]) -> BodyError:
     """Learn what the model gets wrong on a body from its errors in some media, as `learn_body_error` returns it."""
+    from scipy.linalg import block_diag
+
     if not curves:
         raise ValueError("a body's error is learned from at least one measurement")
     states = np.concatenate([curve.states for curve in curves])
@@ -201,23 +189,22 @@ def learn_from_curves(curves: Sequence[ErrorCurve]) -> BodyError:
     systems = []
     for component in range(components):
         values = np.concatenate([curve.residuals[component] for curve in curves])
-        noise = np.zeros_like(alike)
-        start = 0
-        for curve in curves:
-            stop = start + len(curve.states)
-            noise[start:stop, start:stop] = curve.noise[component]
-            start = stop
+        noise = block_diag(*(curve.noise[component] for curve in curves))
         places = np.flatnonzero(np.isfinite(values))
         square = np.ix_(places, places)
         systems.append(
             (places, values[places], alike[square], (alike * same_medium)[square], noise[square])
         )
-    common, stated = COMMON, len(curves) == 1
-    per_medium = PER_MEDIUM if stated else max(_most_likely(systems, common), LEAST_PER_MEDIUM)
+    common, stated = _CHOSEN.common, len(curves) == 1
+    per_medium = (
+        _CHOSEN.per_medium
+        if stated
+        else max(_most_likely(systems, common), _CHOSEN.least_per_medium)
+    )
     by_component = []
     for places, values, alike_of_body, alike_in_medium, noise in systems:
         covariance = common**2 * alike_of_body + per_medium**2 * alike_in_medium + noise
-        root = np.linalg.cholesky(covariance + JITTER * np.eye(len(covariance)))
+        root = _find_root(covariance)
         by_component.append((places, root, np.linalg.solve(root, values)))
     media = tuple(dict.fromkeys(curve.label for curve in curves))
     return BodyError(common, per_medium, media, stated, MeasuredErrors(states, tuple(by_component)))
@@ -227,16 +214,17 @@ def _most_likely(
     systems: Sequence[tuple[IntArray, FloatArray, FloatArray, FloatArray, FloatArray]],
     common: float,
 ) -> float:
-    """Find the standard deviation of o with the greatest likelihood, among `_SIZES`."""
+    """Find the standard deviation of o with the greatest likelihood, among sizes in equal ratios."""
 
     def loss(per_medium: float) -> float:
         """Twice the negative logarithm of the likelihood, but for a constant."""
         total = 0.0
         for _, values, alike, in_medium, noise in systems:
             covariance = common**2 * alike + per_medium**2 * in_medium + noise
-            root = np.linalg.cholesky(covariance + JITTER * np.eye(values.size))
+            root = _find_root(covariance)
             total += 2 * float(np.log(np.diag(root)).sum())
             total += float((np.linalg.solve(root, values) ** 2).sum())
         return total
 
-    return float(min(_SIZES, key=loss))
+    least, most = _CHOSEN.tried
+    return float(min(np.geomspace(least, most, _CHOSEN.tried_count), key=loss))

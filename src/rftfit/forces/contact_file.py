@@ -18,9 +18,7 @@ from rftfit.forces.motion import HIP_HEIGHT_CM, Motion, path, rotation
 from rftfit.forces.outlines import Outline
 from rftfit.forces.plane import OutlineInMotion
 from rftfit.forces.space import MeshInMotion
-
-USUAL_FORCE_PERCENT = 5.0
-"""Standard error of a reading from bed to bed, % of the largest force, where the file states none."""
+from rftfit.model.pushes import USUAL_PERCENT
 
 _TURNS_BACK_DEG = 2.0
 """Turn of theta against its way, degrees, that is more than the noise of an encoder."""
@@ -110,10 +108,10 @@ def read_contacts(
         raise InputError(f"{file}: {missing[0]} is blank in some rows; each row needs its pose")
     errors = columns.get("error_N", np.full(len(rows), np.nan))
     if np.isnan(errors).any():
-        usual = USUAL_FORCE_PERCENT / 100 * max(float(np.nanmax(values)) for values in measured)
+        usual = USUAL_PERCENT / 100 * max(float(np.nanmax(values)) for values in measured)
         errors = np.where(np.isnan(errors), usual, errors)
         warnings.append(
-            f"{file}: no error_N; each force is taken to be known to {usual:.3g} N, {USUAL_FORCE_PERCENT:g} % of the largest"
+            f"{file}: no error_N; each force is taken to be known to {usual:.3g} N, {USUAL_PERCENT:g} % of the largest"
         )
     contacts = []
     for label in dict.fromkeys(labels.tolist()):

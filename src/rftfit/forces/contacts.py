@@ -23,8 +23,10 @@ from rftfit.forces.mesh import Mesh, Motion3D
 from rftfit.forces.motion import Motion
 from rftfit.forces.moving import BodyInMotion
 from rftfit.forces.outlines import Outline
+from rftfit.model.draws import choose_evenly
 from rftfit.model.known import profile_of
 from rftfit.model.profiles import KnownMedium, Profile, TableProfile
+from rftfit.store.chosen import chosen
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -193,10 +195,6 @@ class Contact:
         return np.moveaxis(forces, 0, -1)
 
 
-MOST_STATES = 45
-"""Most poses of a measured curve that are used: neighbours say the same."""
-
-
 def learn_body_error(measurements: Sequence[tuple[Contact, KnownMedium | str | Path]]) -> BodyError:
     """Learn what the model gets wrong on a body from forces on it in media whose map is known.
 
@@ -236,8 +234,7 @@ def error_curve(contact: Contact, profile: Profile) -> ErrorCurve:
     Raises ValueError where a pose has no number.
     """
     poses = np.flatnonzero(contact.touches & np.isfinite(contact.measured).any(axis=0))
-    if poses.size > MOST_STATES:
-        poses = poses[np.linspace(0, poses.size - 1, MOST_STATES).round().astype(int)]
+    poses = poses[choose_evenly(poses.size, chosen("forces", "body_error").most_states)]
     load = contact.load(profile)[poses]
     best = contact.force_draws(profile)[0][:, poses]
     if not np.isfinite(best).all():

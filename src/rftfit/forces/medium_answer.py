@@ -13,9 +13,10 @@ import numpy.typing as npt
 from rftfit.measure.alpha import Columns, column
 from rftfit.model.draws import interval
 from rftfit.model.fourier import TERMS
+from rftfit.model.maps import NOT_ALIKE, Map
 from rftfit.model.profiles import Profile
+from rftfit.model.pushes import push_straight_down
 from rftfit.model.scaling import Reference, ScaledMedium, scale_by_paper
-from rftfit.model.shapes import NOT_ALIKE, Map, push_straight_down
 from rftfit.store.text import table
 
 if TYPE_CHECKING:

@@ -508,7 +508,7 @@ def _number_parts(n_vertices: int, faces: IntArray) -> IntArray:
 
 
 def _count_crossing_parts(vertices: FloatArray, faces: IntArray, part_of_face: IntArray) -> int:
-    """Count closed parts of which an edge runs inside another part, at the points of `_ALONG_EDGES`."""
+    """Count closed parts of which an edge runs inside another part, at eight points of it."""
     order = np.argsort(part_of_face, kind="stable")
     ends = np.cumsum(np.bincount(part_of_face))
     triangles = np.split(vertices[faces[order]], ends[:-1])
@@ -522,22 +522,16 @@ def _count_crossing_parts(vertices: FloatArray, faces: IntArray, part_of_face: I
         if not meets.any():
             continue
         corners, next_corners = inner_part, np.roll(inner_part, -1, axis=1)
-        along_edges = [corners + share * (next_corners - corners) for share in _ALONG_EDGES]
+        along_edges = [corners + share * (next_corners - corners) for share in np.arange(8) / 8]
         points = np.concatenate(along_edges).reshape(-1, 3)
         for outer in np.flatnonzero(meets):
             candidates = points[((points > lowest[outer]) & (points < highest[outer])).all(axis=1)]
-            candidates = candidates[:: max(1, -(-len(candidates) // _MOST_POINTS))]
+            # at most 300 of them, evenly chosen
+            candidates = candidates[:: max(1, -(-len(candidates) // 300))]
             if any(_winding(point, triangles[outer]) > 0.5 for point in candidates):
                 crossing += 1
                 break
     return crossing
-
-
-_ALONG_EDGES = np.arange(8) / 8
-"""Places of the points on an edge, over its length."""
-
-_MOST_POINTS = 300
-"""Most points of a part that are tested for lying inside another one, evenly chosen."""
 
 
 def _winding(point: FloatArray, triangles: FloatArray) -> float:

@@ -28,51 +28,32 @@ import numpy.typing as npt
 from rftfit.conventions import FloatArray
 from rftfit.forces.mesh import Mesh
 from rftfit.forces.reference_kernel import WetElements
+from rftfit.model.draws import SEED_OF_MODEL_ERRORS
 from rftfit.model.profiles import EPS, Profile, TableProfile
+from rftfit.store.chosen import chosen
 
 if TYPE_CHECKING:
     from rftfit.forces.outlines import Outline
 
-# --- The constants, and the data behind each.
+_CHOSEN = chosen("forces", "model_error")
 
-LEAST_LOAD = 0.2
-"""Share of the largest G that H has at least. Chosen on the legs of Fig. S5."""
+LEAST_LOAD: float = _CHOSEN.least_load
+"""Share of the largest G that H has at least."""
 
-EPS_IN_SPACE = 0.39
-"""Relative error of a solid body in space, by direction (`directed_errors`). Chosen on the legs of Fig. S5, with their
-error taken by direction; tested on the wheels of `examples/wheels`."""
+EPS_IN_SPACE: float = _CHOSEN.eps_in_space
+"""Relative error of a solid body in space, by direction (`directed_errors`)."""
 
 SPACE_OVER_PLANE = EPS_IN_SPACE / EPS
 """Error of a solid in space over that of an outline: faces bear less in one direction than in all."""
 
-LENGTH_DEG = 30.0
-"""Length of g over the angle that a body turns. Chosen on the legs of Fig. S5."""
+LENGTH_DEG: float = _CHOSEN.length_deg
+"""Length of g over the angle that a body turns."""
 
-LENGTH_BODIES = 0.5
-"""Length of g over the way of the reference point, in lengths of the body: the tip of a leg that turns by `LENGTH_DEG`
-moves by half the leg's length. No data were used."""
+LENGTH_BODIES: float = _CHOSEN.length_bodies
+"""Length of g over the way of the reference point, in lengths of the body."""
 
-TESTED_LENGTH_CM = (7.62, 13.9)
-"""Largest distance between two points of the bodies on which `EPS` was chosen or tested: the legs of Fig. S5, and the
-smooth wheel of `examples/wheels`, 12.5 cm in diameter and 6 cm wide."""
-
-TESTED_SPEED_CM_PER_S = 11.0
-"""Greatest speed of a point of these bodies."""
-
-SEED = 28
-"""Seed of the draws of the error where alpha has none."""
-
-_LOAD_POSES = 60
-"""Poses in which the load is calculated; between them it is interpolated."""
-
-_LOAD_ELEMENTS = 6000
-"""Elements, in all poses together, of which the load is calculated, or poses that are placed at once."""
-
-_MOST_AT_ONCE = 2_000_000
+MOST_AT_ONCE = 2_000_000
 """Most numbers of an array that is held at once: elements times draws times poses."""
-
-_DIRECTIONS = 60
-"""Directions of a half circle in which the length of a body is measured."""
 
 
 def eps_of(
@@ -84,8 +65,7 @@ def eps_of(
     times. A profile on which no error was measured has 0, and ValueError is raised where another one is asked for: the
     error of nine terms is one of alpha, and no share of the load contains it (docs/theory/forces.md).
     """
-    if model_error is not None and not (math.isfinite(model_error) and model_error >= 0):
-        raise ValueError(f"the model's error must be 0 or a positive number, found {model_error:g}")
+    check_model_error(model_error)
     if has_model_error(profile):
         default = profile.model_error * (SPACE_OVER_PLANE if is_in_space(body) else 1.0)
         return default if model_error is None else float(model_error)
@@ -95,6 +75,12 @@ def eps_of(
             "by tables and maps, and no interval with it holds the forces of another profile"
         )
     return 0.0
+
+
+def check_model_error(model_error: float | None) -> None:
+    """Raise ValueError if an error of the model that is asked for is negative or not finite."""
+    if model_error is not None and not 0 <= model_error < math.inf:
+        raise ValueError(f"the model's error must be 0 or a positive number, found {model_error:g}")
 
 
 def is_in_space(body: Outline | Mesh | None) -> bool:
@@ -160,18 +146,20 @@ def size_of(load: FloatArray) -> FloatArray:
 def outline_load(
     profile: Profile, outline: Outline, poses: FloatArray, *, with_centre: bool = True
 ) -> Load:
-    """Calculate the load on an outline, in about `_LOAD_POSES` of its poses.
+    """Calculate the load on an outline, in about `load_poses` of its poses.
 
     `profile`: a single one, or a stack of draws. `with_centre`: False saves time where no moment is wanted.
     """
     count = len(poses)
-    most_poses = int(np.clip(_LOAD_ELEMENTS // max(len(outline.body), 1), 25, _LOAD_POSES))
+    most_poses = int(
+        np.clip(_CHOSEN.load_elements // max(len(outline.body), 1), 25, _CHOSEN.load_poses)
+    )
     step = max(1, math.ceil(count / most_poses))
     places = (
         np.unique(np.append(np.arange(0, count, step), count - 1)) if count else np.zeros(0, int)
     )
     draws = len(profile.parameters[0]) if profile.parameters[0].ndim > 1 else 1
-    chunk = max(1, _MOST_AT_ONCE // (draws * max(len(outline.body), 1)))
+    chunk = max(1, MOST_AT_ONCE // (draws * max(len(outline.body), 1)))
     sizes, centres = [], []
     for start in range(0, places.size, chunk):
         some_poses = poses[places[start : start + chunk]]
@@ -180,8 +168,8 @@ def outline_load(
         centres.append(centre)
     loaded = np.concatenate(
         [
-            _bears_load(outline, poses[start : start + _LOAD_ELEMENTS])
-            for start in range(0, count, _LOAD_ELEMENTS)
+            _bears_load(outline, poses[start : start + _CHOSEN.load_elements])
+            for start in range(0, count, _CHOSEN.load_elements)
         ]
         or [np.zeros(0)]
     )
@@ -241,10 +229,10 @@ def _alpha_of_draws(
 def longest(points_cm: FloatArray) -> float:
     """Length of a body: the largest distance between two of its points (n, 2 or 3), within 0.5 %."""
     if points_cm.shape[1] == 2:
-        angle = np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS
+        angle = np.pi * np.arange(_CHOSEN.directions) / _CHOSEN.directions
         along = np.stack([np.cos(angle), np.sin(angle)])
     else:
-        number = np.arange(20 * _DIRECTIONS) + 0.5
+        number = np.arange(20 * _CHOSEN.directions) + 0.5
         up = number / number.size
         turn = np.pi * (1 + np.sqrt(5)) * number
         level = np.sqrt(1 - up**2)
@@ -304,7 +292,7 @@ def _kept_paths(progress_bytes: bytes, draws: int, axes: int) -> FloatArray:
 
 def _make_paths(progress: FloatArray, draws: int, axes: int, step: int) -> Iterator[FloatArray]:
     """Draw g as `error_paths`, without the cache."""
-    random = np.random.default_rng(SEED)
+    random = np.random.default_rng(SEED_OF_MODEL_ERRORS)
     # scipy takes longer to import than all of this
     normal = NormalDist()
     scores = np.array([normal.inv_cdf((draw + 0.5) / draws) for draw in range(draws)])[:, None]
@@ -379,13 +367,10 @@ def directed_errors(
     return np.concatenate([force, np.cross(load.centre, force)], axis=-1)
 
 
-NEAR = 1.05
-"""Factor by which a size may lie outside of the tested ones and still count as tested."""
-
-
 def is_tested(size: float, least: float, most: float) -> bool:
     """Tell whether a size, speed or load lies within the range on which the model's own error was tested."""
-    return least / NEAR <= size <= NEAR * most
+    near: float = _CHOSEN.near
+    return least / near <= size <= near * most
 
 
 def beyond_tested(length_cm: float, fastest_cm_per_s: float, eps: float = EPS) -> list[str]:
@@ -405,16 +390,16 @@ def beyond_tested(length_cm: float, fastest_cm_per_s: float, eps: float = EPS) -
     list of str
         A sentence for each limit that is left.
     """
-    low, high = TESTED_LENGTH_CM
+    low, high = _CHOSEN.tested_length_cm
     limits = []
     if not is_tested(length_cm, low, high):
         limits.append(
             f"the model's own error ({eps:g}) was never tested on a body of {length_cm:.3g} cm: it is from legs and a wheel "
             f"of {low:.3g} to {high:.3g} cm"
         )
-    if not is_tested(fastest_cm_per_s, 0.0, TESTED_SPEED_CM_PER_S):
+    if not is_tested(fastest_cm_per_s, 0.0, _CHOSEN.tested_speed_cm_per_s):
         limits.append(
             f"the model's own error ({eps:g}) was never tested at {fastest_cm_per_s:.3g} cm/s: it is from bodies of at most "
-            f"{TESTED_SPEED_CM_PER_S:.2g} cm/s"
+            f"{_CHOSEN.tested_speed_cm_per_s:.2g} cm/s"
         )
     return limits

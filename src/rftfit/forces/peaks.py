@@ -16,7 +16,11 @@ import numpy as np
 import numpy.typing as npt
 
 from rftfit.conventions import FloatArray
+from rftfit.measure.errors import USUAL_BED_SPREAD
 from rftfit.model.draws import interval, widen
+from rftfit.store.chosen import chosen
+
+_CHOSEN = chosen("forces", "peaks")
 
 Ends = dict[str, tuple[FloatArray, FloatArray]]
 """Lower and upper end of an interval in each pose, by name of the quantity."""
@@ -88,10 +92,9 @@ its map."""
 STEEP = "steep"
 """Code of a peak whose force changes with the attack angle faster than the interval of alpha between pushes allows."""
 
-STEEP_DEG, STEEPEST = 5.0, 0.15
-"""Change of the attack angle, and the relative change of a peak with it above which its interval of alpha is withheld.
-Chosen on laws 3D-RFT, frictional and bilinear, 2026-11-28 (git history: `studies/steep_peaks.py`): of peaks below the limit 93 %
-lie inside, at 20 % only 74 % of the lifts of the reversed c-leg."""
+STEEP_DEG: float = _CHOSEN.steep_deg
+STEEPEST: float = _CHOSEN.steepest
+"""Change of the attack angle, and the relative change of a peak with it above which its interval of alpha is withheld."""
 
 
 def withhold(peak: Peak, code: str) -> Peak:
@@ -145,7 +148,7 @@ def describe_beside(peak: Peak, form: str, form_beside: str) -> str:
     return f"{numbers}, nearly the same" if near else f"{numbers}: no error of alpha explains this"
 
 
-SAME_SHARE = 0.05
+SAME_SHARE = USUAL_BED_SPREAD
 """Relative difference up to which two peaks are nearly the same: one bed differs from the next by as much."""
 
 
@@ -195,7 +198,7 @@ class DrawStatistics:
         return lo, hi
 
 
-_ROUNDING = 1e-9
+ROUNDING = 1e-9
 """Share of the largest force (N) or moment (N cm) below which a value is rounding and no peak."""
 
 
@@ -223,7 +226,7 @@ def pick_peaks(
     for extreme in extremes:
         values = extreme.sign * best[extreme.quantity]
         is_finite = np.isfinite(values)
-        if not is_finite.any() or not values[is_finite].max() > _ROUNDING * largest:
+        if not is_finite.any() or not values[is_finite].max() > ROUNDING * largest:
             continue
         row = int(np.nanargmax(values))
         if not is_finite.all():
@@ -280,14 +283,3 @@ def unknown_peaks(
         for extreme in extremes
         if extreme.name not in present_names and np.isnan(best[extreme.quantity]).any()
     ]
-
-
-def join_intervals(
-    value: FloatArray,
-    first_ends: tuple[FloatArray, FloatArray],
-    second_ends: tuple[FloatArray, FloatArray],
-) -> tuple[FloatArray, FloatArray]:
-    """Return the interval of two independent errors: the distances of their ends from the value add in squares."""
-    below = np.hypot(value - first_ends[0], value - second_ends[0])
-    above = np.hypot(first_ends[1] - value, second_ends[1] - value)
-    return value - below, value + above

@@ -10,7 +10,7 @@ import numpy as np
 from rftfit.conventions import FloatArray
 from rftfit.forces import reference_kernel
 from rftfit.forces.body_error import pose_states
-from rftfit.forces.model_error import outline_load, outline_progress, plane_errors
+from rftfit.forces.model_error import MOST_AT_ONCE, outline_load, outline_progress, plane_errors
 from rftfit.forces.motion import Motion
 from rftfit.forces.moving import BestForces, BodyInMotion, DrawnForces, ForcesByName
 from rftfit.forces.outlines import Outline
@@ -18,9 +18,7 @@ from rftfit.forces.peaks import STEEP, STEEP_DEG, STEEPEST, Ends, Peak, PeakTarg
 from rftfit.forces.reference_kernel import WetElements
 from rftfit.model.compiling import is_worth_compiling
 from rftfit.model.profiles import Profile, TableProfile, weighted_sum
-
-_MOST_AT_ONCE = 2_000_000
-"""Most numbers of an array that is held at once."""
+from rftfit.store.chosen import chosen
 
 
 @dataclass(frozen=True)
@@ -70,7 +68,7 @@ def force_draws(
     poses = _check_poses(poses)
     values_z, values_x = profile.parameters
     per_pose = max(1, len(outline.body) * max(values_z.shape[-1], values_x.shape[-1]))
-    step = max(1, _MOST_AT_ONCE // per_pose)
+    step = max(1, MOST_AT_ONCE // per_pose)
     weights_of_parts = [
         _weights(profile, outline, poses[start : start + step])
         for start in range(0, len(poses), step)
@@ -171,7 +169,7 @@ class OutlineInMotion(BodyInMotion):
             )
 
     def poses_at_once(self, draws: int) -> int:
-        return max(1, _MOST_AT_ONCE // draws)
+        return max(1, MOST_AT_ONCE // draws)
 
     def load_size(self, stack: Profile) -> FloatArray:
         load = outline_load(stack, self.outline, self.poses, with_centre=False)
@@ -260,5 +258,5 @@ class OutlineInMotion(BodyInMotion):
         return WetElements.of(self.outline, self.motion.poses[pose : pose + 1])
 
 
-NOTICED = 0.1
+NOTICED: float = chosen("forces", "peaks").noticed
 """Share of the force on a body above which it is said that this share lies outside of what was measured."""

@@ -17,28 +17,20 @@ import pandas as pd
 from rftfit.campaign.config import Fit
 from rftfit.campaign.problems import choose
 from rftfit.conventions import FloatArray
-from rftfit.directions import TOLERANCE_DEG
+from rftfit.directions import TOLERANCE_DEG, angle_apart, same_direction
 from rftfit.forces.contacts import Contact
 from rftfit.forces.motion import Motion, rotation
 from rftfit.forces.outlines import Outline
 from rftfit.forces.plane import force_draws, forces_on
 from rftfit.measure.slopes import GIVEN_DOF, student_quantile
-from rftfit.model.draws import DRAWS
+from rftfit.model.draws import DRAWS, SEED_OF_MAPS
+from rftfit.model.maps import Map, Nodes, map_nodes
 from rftfit.model.observations import ObservedSystem
+from rftfit.model.prior import root
 from rftfit.model.profiles import TableProfile
+from rftfit.model.pushes import LEAST_PERCENT, USUAL_PERCENT, usual_error
 from rftfit.model.scaling import vertical_penetration
-from rftfit.model.shapes import (
-    LEAST_PERCENT,
-    SEED,
-    USUAL_PERCENT,
-    Map,
-    Nodes,
-    Shapes,
-    map_nodes,
-    published_shapes,
-    root,
-    usual_error,
-)
+from rftfit.model.shapes import Shapes, published_shapes
 from rftfit.store.text import table as format_table
 
 Numbers = Callable[[FloatArray, Map], FloatArray]
@@ -94,7 +86,7 @@ def prior_map(shapes: Shapes | None = None, nodes: Nodes | None = None) -> Map:
     shapes, nodes = shapes or published_shapes(), nodes or map_nodes()
     mean, covariance = shapes.moments(nodes.beta, nodes.gamma)
     rows = np.vstack([mean, root(covariance)])
-    normals = np.random.default_rng(SEED).standard_normal((DRAWS, len(rows)))
+    normals = np.random.default_rng(SEED_OF_MAPS).standard_normal((DRAWS, len(rows)))
     # draws with a mean of exactly 0 and a covariance of exactly 1, so that a plan does not depend
     # on chance
     even = np.linalg.qr(normals - normals.mean(axis=0))[0] * np.sqrt(DRAWS - 1)
@@ -242,7 +234,7 @@ class Plan:
         head = ["push", "(beta, gamma), deg", "", "runs so far", "half width"]
         widths = [100 * step.typical for step in self.steps]
         enough_for = ""
-        for limit in _ROUND_PERCENTS:
+        for limit in (30, 20, 15, 10, 5):
             if widths[0] > limit and min(widths) <= limit:
                 enough = next(i for i, half_width in enumerate(widths) if half_width <= limit)
                 pushes = "1 push" if enough == 1 else f"{enough} pushes"
@@ -262,10 +254,6 @@ class Plan:
             "confidence": self.confidence,
             "pushes": self.table().to_dict("records"),
         }
-
-
-_ROUND_PERCENTS = (30, 20, 15, 10, 5)
-"""Round half widths, %: a summary states how many pushes are enough for the least of these that a plan reaches."""
 
 
 def push_rows(step: Step, depths_cm: Sequence[float]) -> list[dict[str, str]]:
@@ -433,9 +421,6 @@ def _list_choices(
     """List the pushes that the rig can make: numbers of alpha_z and alpha_x in the map's alpha, runs, directions."""
     count = medium_map.beta.size
     nodes_deg = np.column_stack([np.degrees(medium_map.beta), np.degrees(medium_map.gamma)])
-    nodes = {
-        (round(b, 3) + 0.0, round(g, 3) + 0.0): place for place, (b, g) in enumerate(nodes_deg)
-    }
     directions = rig.directions or tuple(
         (float(b), float(g)) for b, g in nodes_deg[: medium_map.lines]
     )
@@ -446,18 +431,19 @@ def _list_choices(
             continue
         if rig.pairs and gamma > 0:
             ways.append((-beta, -gamma))
-        keys = [
-            (90.0 if round(b, 3) == -90 else round(b, 3) + 0.0, round(g, 3) + 0.0) for b, g in ways
-        ]
-        if lost := [key for key in keys if key not in nodes]:
-            lost_beta, lost_gamma = lost[0]
+        apart_deg = angle_apart(*np.transpose(ways)[..., None], *nodes_deg.T)
+        places = apart_deg.argmin(axis=1)
+        is_node = same_direction(*np.transpose(ways), *nodes_deg[places].T)
+        if not is_node.all():
+            lost = tuple(round(float(angle), 3) + 0.0 for angle in ways[int(is_node.argmin())])
             raise ValueError(
-                f"(beta, gamma) = {lost[0]} degrees is no node of the map; it is one of "
-                f"estimate_map(..., beta_deg=[{lost_beta:g}], gamma_deg=[{lost_gamma:g}])"
+                f"(beta, gamma) = {lost} degrees is no node of the map; it is one of "
+                f"estimate_map(..., beta_deg=[{lost[0]:g}], gamma_deg=[{lost[1]:g}])"
             )
-        places = [nodes[key] for key in keys]
         runs = len(ways) * (rig.depths if gamma == 0 else 1)
-        choices.append(([c * count + p for p in places for c in (0, 1)], runs, tuple(ways)))
+        choices.append(
+            ([c * count + p for p in places.tolist() for c in (0, 1)], runs, tuple(ways))
+        )
     return choices
 
 

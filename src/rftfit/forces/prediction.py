@@ -25,14 +25,13 @@ from rftfit.forces.peaks import (
     Ends,
     Peak,
     interval_of_next_bed,
-    join_intervals,
     keep_true_intervals,
     pick_peaks,
     set_beside,
 )
 from rftfit.forces.plane import QUANTITIES
 from rftfit.measure.errors import half_width_of_bed
-from rftfit.model.draws import DRAWS, beside_name, end_names, model_end_names, next_end_names
+from rftfit.model.draws import DRAWS, beside_name, end_names, model_end_names, next_end_names, widen
 from rftfit.model.known import profile_of
 from rftfit.model.profiles import FourierProfile, KnownMedium, Profile
 from rftfit.model.scaling import ScaledMedium
@@ -290,10 +289,9 @@ class _Prediction:
         self.model_ends = self.model.ends
         if self.alpha_ends:
             self.model_ends = {
-                name: join_intervals(
-                    self.best.forces[name], self.alpha_ends[name], self.model_ends[name]
-                )
-                for name in self.model_ends
+                name: widen(best, self.alpha_ends[name], np.subtract(self.model_ends[name], best))
+                for name, best in self.best.forces.items()
+                if name in self.model_ends
             }
             self.model = None
 

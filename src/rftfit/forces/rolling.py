@@ -6,7 +6,7 @@ doi:10.1016/0022-4898(67)90105-X). On a convex wheel no point of the surface beh
 
 Rotation alone moves one half of a flat facet outward, but no part of the round rim that the facet stands for. Where the
 travel is slow beside the rim, that half would lead and bear a load. Whether a face leads is therefore decided with a
-travel of at least `LEAST_TRAVEL` of the rim speed; below a slip of 0.5 nothing changes.
+travel of at least `least_travel` of the rim speed; below a slip of 0.5 nothing changes.
 """
 
 from __future__ import annotations
@@ -17,6 +17,9 @@ import numpy as np
 import numpy.typing as npt
 
 from rftfit.conventions import FloatArray
+from rftfit.store.chosen import chosen
+
+_CHOSEN = chosen("forces", "rolling")
 
 TRACK_RULE = "own-track"
 """Name of the rule: behind the axle, faces that face back do not count."""
@@ -38,23 +41,11 @@ def describe_friction(friction: float | None) -> str:
     return f"{friction:g}, of the stress along a face over that across it"
 
 
-LEAST_TRAVEL = 0.5
-"""Least travel, over the rim speed, for the decision whether a face of a wheel leads: that of a slip of 0.5."""
-
-FILLED = 0.99
-"""Least share of its convex hull that a convex wheel fills: lugged ones fill 0.73 to 0.90, a cylinder 1."""
-
 NO_WHEEL = np.zeros(4)
 """Row of `rolling_rows` for a body that is no wheel."""
 
 LEVEL = 1e-9
 """Most that rounding makes a face face back, lie behind the axle (cm), or a travel fall short of the least one."""
-
-LEAST_RIM = 0.5
-"""Least radius of a rim over that of the farthest point: lugs are no longer than the rim's radius."""
-
-OUT_OF_ROUND = 0.1
-"""Part of the radius by which least and greatest x and z of a wheel may differ from its farthest point."""
 
 
 def measure_radius(vertices_cm: FloatArray) -> float:
@@ -65,7 +56,7 @@ def measure_radius(vertices_cm: FloatArray) -> float:
     x, _, z = vertices_cm.T
     radius = float(np.hypot(x, z).max())
     ends = np.array([x.min(), x.max(), z.min(), z.max()]) / radius
-    if np.abs(np.abs(ends) - 1).max() > OUT_OF_ROUND:
+    if np.abs(np.abs(ends) - 1).max() > _CHOSEN.out_of_round:
         raise ValueError(
             "a wheel's axle lies along y through (0, 0, 0) of the mesh; found x from "
             f"{x.min():.4g} to {x.max():.4g} and z from {z.min():.4g} to {z.max():.4g} cm: turn or move it"
@@ -90,14 +81,14 @@ class Rim(NamedTuple):
     @property
     def is_doubtful(self) -> bool:
         """True where no rim was given for a wheel that is not round, such as one with lugs."""
-        return self.lowest_cm < (1 - ROUND_WITHIN) * self.radius_cm
+        return bool(self.lowest_cm < (1 - _CHOSEN.round_within) * self.radius_cm)
 
     def list_doubts(self) -> list[str]:
         """Say that slip and sinkage were taken to the tips of lugs, and what to give instead."""
         if not self.is_doubtful:
             return []
         cure = f"--rim {self.lowest_cm:.4g} (in Python rim_cm={self.lowest_cm:.4g}) takes them to the rim between lugs"
-        least_cm = LEAST_RIM * self.radius_cm
+        least_cm = _CHOSEN.least_rim * self.radius_cm
         if self.lowest_cm < least_cm:
             cure = f"--rim (in Python rim_cm) takes them to another radius, of at least {least_cm:.4g} cm"
         doubt = (
@@ -105,14 +96,6 @@ class Rim(NamedTuple):
             f"{self.radius_cm:.4g} cm. Slip and sinkage are to its farthest point; {cure}"
         )
         return [doubt]
-
-
-ROUND_WITHIN = 0.02
-"""Part of the radius by which the outline of a round wheel may come nearer to the axle: 16 facets come nearer by
-0.019."""
-
-_RAYS = 719
-"""Directions in which the radius of an outline is read. A prime number: no number of lugs repeats it."""
 
 
 def lowest_radius(corners_cm: FloatArray) -> float:
@@ -131,7 +114,7 @@ def lowest_radius(corners_cm: FloatArray) -> float:
         np.where(is_reversed, ends, starts)[counts],
         np.where(is_reversed, starts, ends)[counts],
     )
-    step = 2 * np.pi / _RAYS
+    step = 2 * np.pi / _CHOSEN.rays
     first = np.arctan2(starts[:, 1], starts[:, 0])
     span = np.mod(np.arctan2(ends[:, 1], ends[:, 0]) - first, 2 * np.pi)
     first_ray = np.ceil(first / step).astype(int)
@@ -142,8 +125,8 @@ def lowest_radius(corners_cm: FloatArray) -> float:
     along = ends[edges] - starts[edges]
     outward = np.cos(rays * step) * along[:, 1] - np.sin(rays * step) * along[:, 0]
     radius_on_ray = np.abs(cross[counts][edges]) / outward
-    farthest = np.zeros(_RAYS)
-    np.maximum.at(farthest, np.mod(rays, _RAYS), radius_on_ray)
+    farthest = np.zeros(_CHOSEN.rays)
+    np.maximum.at(farthest, np.mod(rays, _CHOSEN.rays), radius_on_ray)
     return float(farthest.min())
 
 
@@ -162,9 +145,9 @@ def find_rim(vertices_cm: FloatArray, rim_cm: float | None, lowest_cm: float) ->
     radius = measure_radius(vertices_cm)
     if rim_cm is None:
         return Rim(radius, "farthest-point", lowest_cm)
-    if not LEAST_RIM * radius <= rim_cm <= radius * (1 + 1e-9):
+    if not _CHOSEN.least_rim * radius <= rim_cm <= radius * (1 + 1e-9):
         raise ValueError(
-            f"a rim of {LEAST_RIM * radius:.4g} to {radius:.4g} cm wanted, the farthest point of the mesh; found {rim_cm:g}"
+            f"a rim of {_CHOSEN.least_rim * radius:.4g} to {radius:.4g} cm wanted, the farthest point of the mesh; found {rim_cm:g}"
         )
     return Rim(float(rim_cm), "given")
 
@@ -173,7 +156,7 @@ def fills_hull(vertices_cm: FloatArray, volume_cm3: float) -> bool:
     """Tell whether a solid body of this volume fills the convex hull of its vertices."""
     from scipy.spatial import ConvexHull
 
-    return volume_cm3 > FILLED * float(ConvexHull(vertices_cm).volume)
+    return bool(volume_cm3 > _CHOSEN.filled * ConvexHull(vertices_cm).volume)
 
 
 def rolling_rows(
@@ -186,7 +169,7 @@ def rolling_rows(
     """Describe rolling wheels to the kernel, a row for each pose, shape (p, 4).
 
     Columns: unit direction of travel x, y (for a wheel that turns in place its heading); the speed by which the travel
-    falls short of `LEAST_TRAVEL` of the rim speed (cm/s); and the share to which the track's rule holds: 1 or 0,
+    falls short of `least_travel` of the rim speed (cm/s); and the share to which the track's rule holds: 1 or 0,
     between them for a wheel that has just begun to move. `begun`: from 0 to 1 for such a wheel, whose direction of
     travel is not yet certain. `velocity`, `rate`: (p, 3).
     """
@@ -196,7 +179,7 @@ def rolling_rows(
     ahead = np.where(travel[:, None] > 0, velocity[:, :2], heading)
     length = np.linalg.norm(ahead, axis=1, keepdims=True)
     rim_speed = turn * np.asarray(radius_cm)
-    short_of = np.maximum(LEAST_TRAVEL * rim_speed - travel, 0.0) * begun
+    short_of = np.maximum(_CHOSEN.least_travel * rim_speed - travel, 0.0) * begun
     # a slip of 0.5 itself is not short of it by rounding
     short_of = np.where(short_of > LEVEL * rim_speed, short_of, 0.0)
     track = np.broadcast_to(np.asarray(track, dtype=float), travel.shape)
@@ -204,7 +187,7 @@ def rolling_rows(
 
 
 def leading_speed(outward: FloatArray, normal: FloatArray, rolling: FloatArray) -> FloatArray:
-    """Return the speed along the normal that decides whether a face leads: with a travel of at least `LEAST_TRAVEL`.
+    """Return the speed along the normal that decides whether a face leads: with a travel of at least `least_travel`.
 
     `outward`: speed along the normal as the face moves, (m,). `normal`, of any length: (m, 3). `rolling`: a row of
     `rolling_rows`.

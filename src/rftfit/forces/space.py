@@ -15,7 +15,7 @@ from rftfit.forces.body_error import frame_states
 from rftfit.forces.faces import LAWS, as_table, moving_faces
 from rftfit.forces.mesh import IntArray, Mesh, Motion3D, area_vectors
 from rftfit.forces.moving import BestForces, BodyInMotion, DrawnForces, ForcesByName, has_forces
-from rftfit.forces.peaks import Ends, Peak, PeakTarget
+from rftfit.forces.peaks import ROUNDING, Ends, Peak, PeakTarget
 from rftfit.model import rft3d
 from rftfit.model.draws import end_names, model_end_names, next_end_names
 from rftfit.model.packs import Pack
@@ -105,27 +105,19 @@ def mesh_draws(
     )
 
 
-_MOST_WET = 2_000_000
-"""Most faces in all poses of which the wet ones are sorted out: 270 MB."""
-
-
 def _wet_faces(mesh: Mesh, motion: Motion3D) -> tuple[FloatArray, IntArray]:
     """Return `face_rows` of the faces that reach below the surface, pose after pose, and the range of each pose.
 
     Most of a rolling wheel is dry, and need not be tested again for each draw.
     """
     faces, frames = face_rows(mesh), motion.frames
-    if len(faces) * len(frames) > _MOST_WET or not np.isfinite(frames).all():
+    if len(faces) * len(frames) > errors.MOST_AT_ONCE or not np.isfinite(frames).all():
         return faces, np.tile(np.array([0, len(faces)]), (len(frames), 1))
     lowest = np.stack([(mesh.triangles @ frame[15:]).min(axis=1) + frame[2] for frame in frames])
-    # a corner at the surface by rounding stays in
-    poses, numbers = np.nonzero(lowest < _AT_SURFACE_CM)
+    # a corner at the surface by rounding, 1e-6 cm above it, stays in
+    poses, numbers = np.nonzero(lowest < 1e-6)
     ends = np.cumsum(np.bincount(poses, minlength=len(frames)))
     return np.ascontiguousarray(faces[numbers]), np.stack([np.append(0, ends[:-1]), ends], axis=-1)
-
-
-_AT_SURFACE_CM = 1e-6
-"""Height below which a corner may count as wet."""
 
 
 class MeshInMotion(BodyInMotion):
@@ -264,17 +256,13 @@ def _largest_alpha(profile: Profile) -> float:
     return float(np.fmax.reduce(np.hypot(table.alpha_z, table.alpha_x), axis=None))
 
 
-_ROUNDING = 1e-9
-"""Part of the largest force, or moment, below which a number is rounding."""
-
-
 def _least_size(name: str, best: Mapping[str, FloatArray]) -> float:
     """Return the size below which a force or a moment is rounding; 0 for another column."""
     kind = name.partition("_")[0]
     sizes = [np.abs(values) for quantity, values in best.items() if quantity.startswith(kind)]
     if kind not in ("force", "moment") or not sizes:
         return 0.0
-    return _ROUNDING * float(np.fmax.reduce(np.concatenate(sizes), initial=0.0))
+    return ROUNDING * float(np.fmax.reduce(np.concatenate(sizes), initial=0.0))
 
 
 def _without_rounding(values: FloatArray, name: str, best: Mapping[str, FloatArray]) -> FloatArray:

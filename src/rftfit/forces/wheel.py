@@ -22,40 +22,17 @@ from rftfit.forces.faces import as_table
 from rftfit.forces.fineness import fine_enough
 from rftfit.forces.limits import depth_measured, describe_depth
 from rftfit.forces.mesh import Mesh, Motion3D, describe_triangles
-from rftfit.forces.model_error import has_model_error, is_tested
+from rftfit.forces.model_error import check_model_error, has_model_error, is_tested
 from rftfit.forces.rolling import RULES, Rim, describe_friction, find_rim, measure_radius
 from rftfit.forces.space import compiled_mesh_forces, mesh_draws
 from rftfit.measure.errors import half_width_of_bed
-from rftfit.model.draws import interval, widen
+from rftfit.model.draws import SEED_OF_SLIP_SINKAGE, choose_evenly, interval, widen
 from rftfit.model.known import profile_of
 from rftfit.model.profiles import KnownMedium, Profile, TableProfile
-from rftfit.store.chosen import read_toml
+from rftfit.store.chosen import chosen, read_toml
 from rftfit.store.text import table as format_table
 
-POSES = 73
-"""Poses of a turn by the mean of the medium. A prime number: no number of lugs repeats its phases."""
-
-_POSES_OF_DRAWS = 13
-"""Poses of a turn in which draws of the medium differ from its mean."""
-
-_DRAWS = 400
-"""Draws of the medium behind an interval, at most."""
-
-_SINKAGES_OF_DRAWS = 7
-"""Sinkages at which draws are read where the sinkage is solved; between them they are interpolated."""
-
-_SHALLOWEST = 1e-3
-"""Least sinkage that is tried, over the radius of the rim."""
-
-_SOLVED, _BRACKETED = 1e-6, 1e-2
-"""Greatest errors, over the radius of the rim, of a sinkage that is solved, and of the least and greatest one for
-draws."""
-
-_AXLE = 0.99
-"""Sinkage over the radius of the rim from which a wheel is at its axle, the deepest that is tried."""
-
-_SEED = 73
-"""Seed of the order in which draws have their factors of slip sinkage."""
+_CHOSEN = chosen("forces", "wheel")
 
 QUANTITIES = {
     "load": "load_N",
@@ -333,15 +310,18 @@ def wheel(
         if model_error is not None:
             raise ValueError("found left_out beside model_error; allowed: one of them")
         choose("left_out", left_out, laboratories())
-    if model_error is not None and not 0 <= model_error < np.inf:
-        raise ValueError(f"the model's error must be 0 or a positive number, found {model_error:g}")
+    check_model_error(model_error)
     roll = partial(Motion3D.roll, mesh, track=track, rim_cm=rim_cm)
     radius = measure_radius(mesh.vertices_cm)
     found_rim = find_rim(mesh.vertices_cm, rim_cm, mesh.lowest_radius_cm)
     rim = found_rim.radius_cm
     # a fault of the mesh, its rim or its slips is raised here, before any work
     motions = [
-        roll(rim / 2 if sinkages is None else float(sinkages[index]), float(slip_of_row), POSES)
+        roll(
+            rim / 2 if sinkages is None else float(sinkages[index]),
+            float(slip_of_row),
+            _CHOSEN.poses,
+        )
         for index, slip_of_row in enumerate(slips)
     ]
     mesh = fine_enough(mesh)
@@ -422,15 +402,14 @@ def _one_a_slip(name: str, numbers: npt.ArrayLike | None, slips: FloatArray) -> 
 def has_number(table: Profile, mesh: Mesh, friction: float | None) -> bool:
     """Tell whether a table has a number in every direction of a wheel that is sunk to its axle, at any slip."""
     radius = measure_radius(mesh.vertices_cm)
-    motions = [Motion3D.roll(mesh, radius, slip, POSES, track=False) for slip in _TRIED_SLIPS]
+    motions = [
+        Motion3D.roll(mesh, radius, slip, _CHOSEN.poses, track=False)
+        for slip in _CHOSEN.tried_slips
+    ]
     return all(
         bool(np.isfinite(compiled_mesh_forces(table, mesh, motion, "measured", friction)).all())
         for motion in motions
     )
-
-
-_TRIED_SLIPS = (-0.5, 0.05, 0.9)
-"""Slips at which the faces of a wheel move in all directions that any slip gives them."""
 
 
 class _Wheel:
@@ -449,7 +428,7 @@ class _Wheel:
 
     def turn(self, slip: float, sinkage_cm: float) -> _Turn:
         """Return the means by the medium itself."""
-        return _Turn.of(self._forces(self.roll(sinkage_cm, slip, POSES)))
+        return _Turn.of(self._forces(self.roll(sinkage_cm, slip, _CHOSEN.poses)))
 
     def turns_of_draws(self, slip: float, sinkages_cm: Sequence[float]) -> _Turn:
         """Return the means by each draw at each sinkage, (draws, sinkages); a medium without draws counts as one.
@@ -461,8 +440,10 @@ class _Wheel:
         exact = _Turn(*(np.array(force) for force in zip(*turns, strict=True)))
         if self.draws is None:
             return _Turn(*(force[None] for force in exact))
-        few_poses = _join([self.roll(sinkage, slip, _POSES_OF_DRAWS) for sinkage in sinkages_cm])
-        shape = (len(sinkages_cm), _POSES_OF_DRAWS)
+        few_poses = _join(
+            [self.roll(sinkage, slip, _CHOSEN.poses_of_draws) for sinkage in sinkages_cm]
+        )
+        shape = (len(sinkages_cm), _CHOSEN.poses_of_draws)
         coarse = _Turn.of(self._forces(few_poses).reshape(*shape, -1))
         forces = mesh_draws(self.draws, self.mesh, few_poses, "measured", self.friction)
         of_draws = _Turn.of(forces.reshape(len(forces), *shape, -1))
@@ -485,12 +466,12 @@ def _join(motions: Sequence[Motion3D]) -> Motion3D:
 
 
 def _some_draws(profile: Profile) -> TableProfile | None:
-    """Choose at most `_DRAWS` draws of a profile, evenly; None where it has none."""
+    """Choose some draws of a profile, evenly; None where it has none."""
     if not isinstance(profile.spread, Profile):
         return None
     stack = as_table(profile.spread)
     count = len(stack.alpha_z)
-    places = np.unique(np.linspace(0, count - 1, min(count, _DRAWS)).round().astype(int))
+    places = choose_evenly(count, _CHOSEN.draws)
     alpha = stack.alpha_z[places], stack.alpha_x[places]
     return TableProfile.of_nodes(stack.beta, stack.gamma, alpha)
 
@@ -554,7 +535,7 @@ def _not_carried(load_N: float, sinkage_cm: float, reason: str) -> _Solved:
 
 def _solve_sinkage(rolling: _Wheel, slip: float, load_N: float) -> _Solved:
     """Find the sinkage at which the wheel carries its load, with the spread of the medium and of slip sinkage."""
-    shallowest, deepest = _SHALLOWEST * rolling.rim_cm, rolling.rim_cm
+    shallowest, deepest = float(_CHOSEN.shallowest) * rolling.rim_cm, rolling.rim_cm
 
     def depth_that_carries(factor: float, error: float) -> float:
         """Find the depth by bisection, at most to the axle, in a medium `factor` times as strong."""
@@ -569,7 +550,7 @@ def _solve_sinkage(rolling: _Wheel, slip: float, load_N: float) -> _Solved:
                 high = middle
         return (low + high) / 2
 
-    sinkage = depth_that_carries(1.0, _SOLVED)
+    sinkage = depth_that_carries(1.0, _CHOSEN.solved)
     turn = rolling.turn(slip, sinkage)
     if sinkage >= deepest:
         most = float(turn.load)
@@ -583,8 +564,8 @@ def _solve_sinkage(rolling: _Wheel, slip: float, load_N: float) -> _Solved:
     best["load_N"] = load_N
     least, most_alpha = _slip_range()
     # the doubled range leaves room for draws that are stronger or weaker than the medium itself
-    ends = [depth_that_carries(factor, _BRACKETED) for factor in (2 * most_alpha, least / 2)]
-    depths = np.geomspace(max(ends[0], shallowest), ends[1], _SINKAGES_OF_DRAWS)
+    ends = [depth_that_carries(factor, _CHOSEN.bracketed) for factor in (2 * most_alpha, least / 2)]
+    depths = np.geomspace(max(ends[0], shallowest), ends[1], _CHOSEN.sinkages_of_draws)
     of_draws = rolling.turns_of_draws(slip, depths.tolist())
     return _Solved(best, _carry_load(of_draws, depths, load_N), 1.0, "")
 
@@ -601,9 +582,9 @@ def _carry_load(turns: _Turn, depths: FloatArray, load_N: float) -> dict[str, Fl
     The logarithms of the factors are spread evenly over their range. A draw that does not carry the load has the
     deepest of `depths`, cm.
     """
-    count = len(turns.load) if len(turns.load) > 1 else _DRAWS
+    count = len(turns.load) if len(turns.load) > 1 else _CHOSEN.draws
     rows = np.arange(count) % len(turns.load)
-    share = (np.random.default_rng(_SEED).permutation(count) + 0.5) / count
+    share = (np.random.default_rng(SEED_OF_SLIP_SINKAGE).permutation(count) + 0.5) / count
     least, most = np.log(_slip_range())
     factors = np.exp(least + share * (most - least))
     sinkage, drawbar, torque = np.empty((3, count))
@@ -754,7 +735,7 @@ def _list_notes(
             "Sinkage, drawbar and torque are of a bed that the wheel does not dig out; the intervals hold the digging."
         )
         if "sinkage_hi_cm" in answer:
-            to_axle = answer.loc[answer["sinkage_hi_cm"] > _AXLE * rim.radius_cm, "slip"]
+            to_axle = answer.loc[answer["sinkage_hi_cm"] > _CHOSEN.axle * rim.radius_cm, "slip"]
             notes += [
                 f"Slip {slip:g}: it may dig itself in down to its axle, where the calculation ends: its sinkage has no upper limit."
                 for slip in to_axle

@@ -19,12 +19,6 @@ _CHOSEN = chosen("lab", "plan")
 
 FloatArray = npt.NDArray[np.float64]
 
-BETAS_DEG = (-60, -30, 0, 30, 60, 90)
-"""Angles of the paper's plates; a plate at -90 degrees is the same as one at 90."""
-
-TANGENTS = (1 / 3, 2 / 3, 1.0, 3 / 2, 3.0, np.inf)
-"""tan gamma of the paths on the way down."""
-
 AIR = "air"
 """Folder of the logs of legs turned in air, which are the tares of every medium."""
 
@@ -125,7 +119,7 @@ def media_of(media: Mapping[str, MediumSettings], asked: Sequence[str] | None = 
 
 def _format_angle(angle: float) -> str:
     """Format an angle for the name of a run: whole degrees if it is whole or one of the paper, else tenths."""
-    is_papers = any(abs(angle - math.degrees(math.atan(tangent))) < 0.01 for tangent in TANGENTS)
+    is_papers = bool((np.abs(reference.GAMMA_DEG - angle) < 0.01).any())
     return f"{angle:02.0f}" if is_papers or abs(angle - round(angle)) < 0.05 else f"{angle:04.1f}"
 
 
@@ -144,9 +138,10 @@ def _name_with_rod(run: PlannedRun) -> Iterator[PlannedRun]:
 
 def paper_directions() -> list[tuple[float, float]]:
     """List the cells (beta, gamma) of the paper, deg, for each beta: push and pull along each path, then level."""
-    gammas = [float(np.degrees(np.arctan(tangent))) for tangent in TANGENTS]
+    gammas = reference.GAMMA_DEG[reference.GAMMA_DEG > 0].tolist()
     cells = []
-    for beta in map(float, BETAS_DEG):
+    # a plate at -90 degrees is the same as one at 90
+    for beta in reference.BETA_DEG[1:].tolist():
         for gamma in gammas:
             cells += [(beta, gamma), (_mirrored(beta), -gamma)]
         cells.append((beta, 0.0))
@@ -287,15 +282,9 @@ def plan_runs(
     return sorted(runs, key=lambda run: run.run_id)
 
 
-CLEARANCE_CM = 6.0
+CLEARANCE_CM: float = _CHOSEN.clearance_cm
 """Distance from walls and bottom below which the force is no longer in proportion to depth times area (paper)."""
 
-RAMP_S = 0.05
-"""Time in which the arm speeds up or slows down."""
-SAND_DEPTH_CM = 6.0
-"""Depth of the pushes into natural sands."""
-THETA_END_DEG = 135.0
-"""Angle theta at which a leg ends its turn; it begins at the opposite angle."""
 
 Place = tuple[float, float, float]
 """x (cm), z (cm), angle (deg)."""
@@ -303,7 +292,7 @@ Place = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class Segment:
-    """One rest, one straight move, or one turn of a leg, with ramps of `RAMP_S`.
+    """One rest, one straight move, or one turn of a leg, with ramps of `ramp_s`.
 
     `phase`: ``rest``, ``approach``, ``pause``, ``stroke`` or ``lift``.
     `distance`, `speed`: cm and cm/s, for a leg rad and rad/s; 0 at rest.
@@ -364,7 +353,7 @@ def _path_ends(run: PlannedRun, config: Config) -> tuple[tuple[float, float], tu
     _, half_z = half_extents(plate, run.beta_deg or 0.0)
     deepest = min(deepest, box.depth_cm - _CHOSEN.least_to_bottom_cm - half_z)
     if run.natural:
-        deepest = SAND_DEPTH_CM
+        deepest = _CHOSEN.sand_depth_cm
     if run.direction == "horizontal":
         reach, depth = 0.8 * half_span, run.depth_cm or 0.0
         return (reach, -depth), (-reach, -depth)
@@ -394,7 +383,7 @@ def _make_move(phase: str, start: Place, end: Place, speed: float) -> Segment:
     """Make a straight move, or a turn if the place does not change; `speed`: cm/s, or rad/s for a turn."""
     distance = math.hypot(end[0] - start[0], end[1] - start[1])
     distance = distance or math.radians(abs(end[2] - start[2]))
-    return Segment(phase, start, end, distance / speed + RAMP_S, distance, speed)
+    return Segment(phase, start, end, distance / speed + _CHOSEN.ramp_s, distance, speed)
 
 
 def segments(
@@ -423,7 +412,7 @@ def _segments_with_pause(run: PlannedRun, config: Config, raised: bool) -> tuple
     """Make the rests and moves of a run, with the pause at the surface."""
     intruder = config.intruders[run.intruder]
     if isinstance(intruder, Leg):
-        first, last = ((0.0, intruder.hip_height_cm, s * THETA_END_DEG) for s in (-1, 1))
+        first, last = ((0.0, intruder.hip_height_cm, s * _CHOSEN.theta_end_deg) for s in (-1, 1))
         turn = _make_move("stroke", first, last, config.arm.leg_speed_rad_per_s)
         rest = Segment("rest", last, last, _CHOSEN.rest_s)
         return Segment("rest", first, first, _CHOSEN.rest_air_s), turn, rest
@@ -456,14 +445,15 @@ def duration(parts: tuple[Segment, ...]) -> float:
 
 
 def _travelled(segment: Segment, time_s: FloatArray) -> FloatArray:
-    """Distance since the start of a segment, at times since its start: trapezoidal speed with ramps of `RAMP_S`."""
+    """Distance since the start of a segment, at times since its start: trapezoidal speed with ramps of `ramp_s`."""
     if not segment.moving:
         return np.zeros_like(time_s)
-    gain = segment.speed / RAMP_S
+    ramp_s: float = _CHOSEN.ramp_s
+    gain = segment.speed / ramp_s
     left = segment.duration_s - time_s
-    cruise = segment.speed * (time_s - RAMP_S / 2)
+    cruise = segment.speed * (time_s - ramp_s / 2)
     speeding, braking = gain * time_s**2 / 2, segment.distance - gain * left**2 / 2
-    return np.where(time_s < RAMP_S, speeding, np.where(left < RAMP_S, braking, cruise))
+    return np.where(time_s < ramp_s, speeding, np.where(left < ramp_s, braking, cruise))
 
 
 def motion_at(parts: tuple[Segment, ...], elapsed_s: FloatArray) -> ArmMotion:

@@ -35,10 +35,11 @@ from rftfit.store.chosen import chosen
 
 _CHOSEN = chosen("lab", "rig")
 
-FORCE_HZ, MOTION_HZ = 100, 50
+FORCE_HZ: int = _CHOSEN.force_hz
+MOTION_HZ: int = _CHOSEN.motion_hz
 """Samples per second of the two logs."""
-STEP_N = 1 / 160
-"""Resolution of the transducer."""
+STEP_N: float = _CHOSEN.step_n
+"""Step of a reading of the transducer."""
 DAYLIGHT_SAVING = frozenset({"glass3mm_CP"})
 """Published media whose arm controller was left an hour behind when the clocks changed."""
 

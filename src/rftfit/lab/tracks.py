@@ -23,10 +23,8 @@ _CHOSEN = chosen("lab", "tracks")
 MEDIUM = "poppy_LP"
 """Published name of the medium that the paper's robot ran on."""
 
-TRIALS = 3
+TRIALS: int = _CHOSEN.trials
 """Trials of each condition."""
-FRAMES_HZ = 60.0
-"""Frames per second of the camera."""
 
 _COLUMNS = ("run_id", "condition", "medium", "curvature_times_R", "frequency_Hz", "track", "note")
 
@@ -75,7 +73,7 @@ def track(trial: RobotTrial, seed: int) -> tuple[FloatArray, FloatArray, FloatAr
     """Make time (s), x and z (cm) of a marker on the running robot, which bobs twice a stride, and surges."""
     rng = _make_random(seed, trial.run_id)
     duration = max(_CHOSEN.strides / trial.frequency_Hz, _CHOSEN.shortest_s)
-    time = np.arange(int(duration * FRAMES_HZ) + 1) / FRAMES_HZ
+    time = np.arange(int(duration * _CHOSEN.frames_hz) + 1) / _CHOSEN.frames_hz
     turn = 2 * math.pi * trial.frequency_Hz * time + rng.uniform(0, 2 * math.pi)
     surge = _CHOSEN.surge * trial.speed_cm_per_s / (4 * math.pi * trial.frequency_Hz)
     x = trial.speed_cm_per_s * time + surge * np.sin(2 * turn)

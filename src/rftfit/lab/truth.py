@@ -32,11 +32,8 @@ Law = Callable[[Segment, FloatArray, FloatArray, FloatArray], Forces]
 Alpha = Callable[[PlannedRun, str], tuple[float, float]]
 """Function of a plate run and its phase (approach, stroke or lift) that returns stress per depth (z, x), N/cm^3."""
 
-BUILD_UP = 0.02
+BUILD_UP: float = _CHOSEN.build_up
 """Travel (cm; rad for a leg) after which a force is fully developed; it ends within the speed ramp."""
-
-START_UP_CM = 0.4
-"""Decay length of the start-up of a horizontal run."""
 
 
 def force_over_run(
@@ -45,7 +42,7 @@ def force_over_run(
     """Calculate the force over a whole run: by the law while moving; at rest the last force, which relaxes a little.
 
     A medium that was prepared around a resting intruder exerts no force before the first move. The force of a
-    horizontal stroke (`level`) builds up over `START_UP_CM`.
+    horizontal stroke (`level`) builds up over `start_up_cm`.
     """
     force = np.zeros((2, motion.elapsed_s.size))
     last = np.zeros(2)
@@ -57,7 +54,7 @@ def force_over_run(
             grown = released = _grow_to_one(travel, BUILD_UP)
             if level and segment.phase == "stroke":
                 grown, released = (
-                    1 - np.exp(-travel / START_UP_CM),
+                    1 - np.exp(-travel / _CHOSEN.start_up_cm),
                     _grow_to_one(travel, _CHOSEN.release_cm),
                 )
             places = (

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from statistics import NormalDist
 
 import numpy as np
 import numpy.typing as npt
@@ -236,6 +237,11 @@ def student_quantile(confidence: float, dof: FloatArray | float) -> FloatArray:
     from scipy.special import stdtrit  # scipy.stats takes ten times as long to import
 
     return np.asarray(stdtrit(np.asarray(dof, dtype=float), 0.5 + confidence / 2))
+
+
+def normal_quantile(confidence: float) -> float:
+    """Half width of a two-sided interval of a normal distribution, in standard deviations; 1.96 for 0.95."""
+    return NormalDist().inv_cdf(0.5 + confidence / 2)
 
 
 def student_limit(sigmas: float, dof: float) -> float:

@@ -17,10 +17,13 @@ from rftfit.campaign.config import Disc, FlatOutline, Leg, Plate
 from rftfit.conventions import FloatArray
 from rftfit.directions import is_straight_down
 from rftfit.errors import InputError
+from rftfit.measure.slopes import normal_quantile, student_quantile
 
 _PA_PER_N_CM2, _M_PER_CM = 1e4, 0.01
 _SAME_WIDTH = 1.1
 """Largest ratio of plate widths that count as one: a smaller difference of p is lost in the scatter of the beds."""
+
+_CONFIDENCE = 0.95
 
 
 @dataclass(frozen=True)
@@ -154,9 +157,7 @@ def width_of_plate(plate: Plate | Disc | FlatOutline | Leg) -> float:
 
 def _half_width_of_mean(exponents: FloatArray, errors: pd.Series) -> float:
     """Return half of the 95 % interval of the mean exponent, by Student's t; of a single push by its error."""
-    from scipy.special import stdtrit
-
     if exponents.size == 1:
-        return 1.96 * float(errors.iloc[0])
+        return normal_quantile(_CONFIDENCE) * float(errors.iloc[0])
     spread = float(exponents.std(ddof=1)) / math.sqrt(exponents.size)
-    return float(stdtrit(exponents.size - 1, 0.975)) * spread
+    return float(student_quantile(_CONFIDENCE, exponents.size - 1)) * spread

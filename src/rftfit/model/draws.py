@@ -9,11 +9,13 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 import pandas as pd
 
 from rftfit.conventions import COMPONENTS, FloatArray
 from rftfit.measure.alpha import column, directions
 from rftfit.measure.errors import SOURCES
+from rftfit.measure.slopes import GIVEN_DOF, normal_quantile, student_quantile
 from rftfit.model.common_errors import CommonError, common_errors, equivalent_rows, error_sizes
 from rftfit.model.profiles import TableProfile
 from rftfit.model.symmetry import torus
@@ -24,8 +26,11 @@ if TYPE_CHECKING:
 DRAWS = 1000
 """Draws behind an interval if the config states no number."""
 
-_MOST_DOF = 1e6
-"""Degrees of freedom that stand for infinitely many."""
+SEED_OF_MAPS, SEED_OF_MODEL_ERRORS, SEED_OF_SLIP_SINKAGE = 2013, 28, 73
+"""Seeds of draws that a config states none for: `fourier.seed` is that of a campaign's own tables alone.
+
+Errors that are added to one another have different seeds: with one seed their normal numbers would be the same.
+"""
 
 
 def alpha_draws(
@@ -40,8 +45,6 @@ def alpha_draws(
     `only`: name of one error of `SOURCES`, which alone is drawn; default: all errors. Returns alpha_z and alpha_x
     in the n cells of the table, each of shape (draws, n), N/cm^3; NaN in cells without a run.
     """
-    from scipy.special import ndtri
-
     medium = str(table["medium"].iloc[0])
     random = np.random.default_rng([seed, zlib.crc32(medium.encode())])
     draws_by_component = []
@@ -56,7 +59,7 @@ def alpha_draws(
         )
         half = (high - low) / 2
         # Student's over the normal quantile: draws become as wide as the interval, which has few degrees of freedom
-        normal_half = half / float(ndtri(0.5 + confidence / 2))
+        normal_half = half / normal_quantile(confidence)
         student_factor = np.divide(normal_half, se, where=se > 0, out=0 * se)
         noise = np.empty((draws, centre.size))
         noise[:, order] = random.standard_normal(noise.shape)
@@ -102,17 +105,13 @@ def errors_behind(
     standard deviations have shape (...). Sources that the table does not have are left out.
     """
     seed, level = config.fourier.seed, config.fit.confidence
+    # enough for the share of a variance to some percent
+    draws = 400
     return {
-        name: quantity(alpha_draws(table, _DRAWS_OF_SOURCE, seed, level, only=name)).std(
-            ddof=1, axis=-1
-        )
+        name: quantity(alpha_draws(table, draws, seed, level, only=name)).std(ddof=1, axis=-1)
         for name in SOURCES
         if any(size.any() for size in error_sizes(table, name).values())
     }
-
-
-_DRAWS_OF_SOURCE = 400
-"""Draws of the error from one source: enough for its share of a variance to some percent."""
 
 
 def draws_of(table: pd.DataFrame, config: Config) -> tuple[FloatArray, FloatArray]:
@@ -153,9 +152,8 @@ def typical_dof(table: pd.DataFrame, confidence: float) -> float:
 
     They follow from half an interval over its standard error, which is a quantile of Student's t.
     """
-    from scipy.special import ndtri, stdtridf
+    from scipy.special import stdtridf
 
-    upper = 0.5 + confidence / 2
     ratios = []
     for component in COMPONENTS:
         half = table[column(component, "_hi")] - table[column(component, "_lo")]
@@ -166,9 +164,9 @@ def typical_dof(table: pd.DataFrame, confidence: float) -> float:
         return float("nan")
     median = float(np.median(ratio))
     # the quantile of a normal distribution means infinitely many, for which `stdtridf` has no answer
-    if median <= 1.00001 * float(ndtri(upper)):
-        return _MOST_DOF
-    return float(min(stdtridf(upper, median), _MOST_DOF))
+    if median <= 1.00001 * normal_quantile(confidence):
+        return GIVEN_DOF
+    return float(min(stdtridf(0.5 + confidence / 2, median), GIVEN_DOF))
 
 
 def interval_of_sum(
@@ -179,20 +177,18 @@ def interval_of_sum(
     The draws of a term are as wide as the Student interval of its few degrees of freedom, in `dofs`
     (`typical_dof`). The sum has more degrees of freedom (Welch and Satterthwaite), so its interval is narrowed.
     """
-    from scipy.special import ndtri, stdtrit
-
-    upper = 0.5 + confidence / 2
-    normal = float(ndtri(upper))
+    normal = normal_quantile(confidence)
     lo, hi = interval(sum(terms[1:]) + terms[0], confidence)
     dof = np.array(dofs)
-    student_factors = np.array([float(stdtrit(dof, upper)) / normal for dof in dofs])
+    student_factors = student_quantile(confidence, dof) / normal
     variance_drawn = np.stack([term.var(axis=0) for term in terms])
     shape = (-1, *[1] * (variance_drawn.ndim - 1))
     variance = variance_drawn / student_factors.reshape(shape) ** 2
     total = variance.sum(axis=0)
     safe_total = np.where(total > 0, total, 1.0)
     inverse_dof = ((variance / safe_total) ** 2 / dof.reshape(shape)).sum(axis=0)
-    student_factor_of_sum = stdtrit(1 / np.maximum(inverse_dof, 1 / _MOST_DOF), upper) / normal
+    dof_of_sum = 1 / np.maximum(inverse_dof, 1 / GIVEN_DOF)
+    student_factor_of_sum = student_quantile(confidence, dof_of_sum) / normal
     factor_drawn = np.sqrt(np.where(total > 0, variance_drawn.sum(axis=0) / safe_total, 1.0))
     middle = (lo + hi) / 2
     half = (hi - lo) / 2 * student_factor_of_sum / factor_drawn
@@ -229,8 +225,11 @@ def _between_draws(ordered: FloatArray, share: float) -> FloatArray:
 
 
 def widen(value: Any, ends: tuple[Any, Any], half: Any) -> tuple[Any, Any]:
-    """Return the ends of an interval about `value`, widened by an independent error of the half width `half`."""
-    below, above = (np.hypot(end - value, half) for end in ends)
+    """Return the ends of an interval about `value`, widened by an independent error.
+
+    `half`: half width of that error, or the distances of both its ends from `value`. Distances add in squares.
+    """
+    below, above = np.hypot(np.subtract(ends, value), half)
     return value - below, value + above
 
 
@@ -251,3 +250,8 @@ def beside_name(quantity: str) -> str:
     """Return the column of a force by table or map of the same medium: of ``force_z_N`` ``force_z_beside_N``."""
     what, unit = quantity.rsplit("_N", maxsplit=1)
     return f"{what}_beside_N{unit}"
+
+
+def choose_evenly(count: int, most: int) -> npt.NDArray[np.intp]:
+    """Return at most `most` indices of `count` places, evenly spaced, the first and the last among them."""
+    return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(np.intp))

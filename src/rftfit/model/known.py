@@ -6,10 +6,10 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
+from rftfit.model.maps import scale
 from rftfit.model.profile_file import read_profile
 from rftfit.model.profiles import KnownMedium, Profile
 from rftfit.model.scaling import ScaledMedium
-from rftfit.model.shapes import scale
 
 ALLOWED = (
     "what rftfit.scale, estimate_map, published_medium or read_profile return, a medium of rftfit.open(...), a "

@@ -20,6 +20,9 @@ import numpy.typing as npt
 
 from rftfit.conventions import FloatArray
 from rftfit.model.profiles import Profile, TableProfile
+from rftfit.store.chosen import chosen
+
+_CHOSEN = chosen("model", "observations")
 
 Angles = tuple[FloatArray, FloatArray]
 """Beta and gamma of directions, rad."""
@@ -64,13 +67,6 @@ class Observation(Protocol):
 
     def weights(self, beta: FloatArray, gamma: FloatArray) -> FloatArray:
         """Return the weights of alpha at n nodes (rad) in the forces, (components, p, 2 n): alpha_z, then alpha_x."""
-
-
-_SIZE_SPREAD = 3.0
-"""Relative standard deviation assumed for the size of an unknown medium when combinations of forces are chosen."""
-
-_LEAST_SIGNAL = 0.1
-"""Least ratio of signal to noise (standard deviations) of a combination of forces that is used."""
 
 
 class ObservedRows(NamedTuple):
@@ -133,13 +129,13 @@ class ObservedSystem:
         for group in self.groups:
             design, whitened_offset, forces = group.whitened(size)
             mean = design @ self.mean + whitened_offset
-            signals = size * np.column_stack([design @ self.root.T, _SIZE_SPREAD * mean])
+            signals = size * np.column_stack([design @ self.root.T, _CHOSEN.size_spread * mean])
             products += signals.T @ signals
             values += signals.T @ forces
             weights += signals.T @ design
             offset += signals.T @ whitened_offset
         squares, axes = np.linalg.eigh(products)
-        keep = squares > _LEAST_SIGNAL**2
+        keep = squares > _CHOSEN.least_signal**2
         combine = (axes[:, keep] / np.sqrt(squares[keep])).T
         weights, offset, values = combine @ weights, combine @ offset, combine @ values
         # weights whose sizes add up to 1 make each row a mean of alpha over directions, in N/cm^3

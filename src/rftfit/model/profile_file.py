@@ -22,9 +22,9 @@ from rftfit.campaign.reading import ModelFile, check_model
 from rftfit.campaign.tables import pushes_in
 from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
+from rftfit.model.maps import Map
 from rftfit.model.profile_schema import FORMAT, VERSION, ProfileFile
 from rftfit.model.profiles import KnownMedium, Profile, TableProfile
-from rftfit.model.shapes import Map
 from rftfit.model.symmetry import each_once
 from rftfit.store import write_text
 from rftfit.store.digests import digest_of
@@ -228,9 +228,6 @@ def _format_json(value: Any, depth: int = 1) -> str:
 
 # --- The golden value.
 
-_TRIED_BETA_DEG = (10, 20, 40, 50, -10, -20, -40, -50)
-_TRIED_GAMMA_DEG = (25, 40, 50, 80, -25, -40, -50, -80)
-
 
 def _misread_alpha(profile: Profile, beta_deg: float, gamma_deg: float) -> FloatArray:
     """Return alpha_z and alpha_x in a direction by ten wrong conventions (signs, axes, angles), shape (10, 2)."""
@@ -254,8 +251,8 @@ def _misread_alpha(profile: Profile, beta_deg: float, gamma_deg: float) -> Float
 def _choose_golden(table: TableProfile) -> dict[str, float | None]:
     """Choose the golden direction, in which every wrong convention changes alpha most; return its angles and alpha."""
     tried = []
-    for beta in _TRIED_BETA_DEG:
-        for gamma in _TRIED_GAMMA_DEG:
+    for beta in (10, 20, 40, 50, -10, -20, -40, -50):
+        for gamma in (25, 40, 50, 80, -25, -40, -50, -80):
             z, x = table.alpha(np.radians(beta), np.radians(gamma))
             change = np.abs(_misread_alpha(table, beta, gamma) - [z, x]).max(axis=1)
             if np.isfinite(z + x):

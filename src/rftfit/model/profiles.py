@@ -37,6 +37,9 @@ from rftfit.model.symmetry import (
     torus,
 )
 from rftfit.reference import BETA_DEG, GAMMA_DEG, MEDIA, alpha_grid, coefficients
+from rftfit.store.chosen import chosen
+
+_CHOSEN = chosen("model", "profiles")
 
 IndexArray = npt.NDArray[np.signedinteger]
 
@@ -76,7 +79,7 @@ PAPER_WINDOW = (0.3, 9.0)
 """Least and greatest depth of the paper's plates, cm: half the thickness of a level plate, and the 15 cm of the
 container less the 6 cm kept from its bottom."""
 
-EPS = 0.28
+EPS: float = _CHOSEN.eps
 """Usual relative error of the force model (`rftfit.forces.model_error`), from the measured legs of Fig. S5 (five
 media, three legs, forces by the measured table)."""
 
@@ -599,9 +602,10 @@ class TableProfile(Profile):
         ]
         sums = np.zeros((beta.size, values.shape[1]), np.float32)
         # in blocks of rows that stay in the cache of the processor
-        for start in range(0, beta.size, _ROWS_AT_ONCE):
+        rows_at_once = 128
+        for start in range(0, beta.size, rows_at_once):
             for places, weights, counts in corners:
-                points = start + np.flatnonzero(counts[start : start + _ROWS_AT_ONCE])
+                points = start + np.flatnonzero(counts[start : start + rows_at_once])
                 sums[points] += weights[points] * values[places[points]]
         return sums
 
@@ -626,14 +630,8 @@ def _name_of_cell(beta_deg: float, gamma_deg: float) -> tuple[float, float]:
     return round(float(beta_deg), 1) + 0.0, round(float(gamma_deg), 1) + 0.0
 
 
-REACH_DEG = 35.0
+REACH_DEG: float = _CHOSEN.reach_deg
 """Greatest distance from a push, in beta and gamma as the sides of a right angle, where scattered pushes give alpha."""
-
-_ROWS_AT_ONCE = 128
-"""Rows of `sum_nodes` that are summed at once."""
-
-_STEP_DEG = 5
-"""Step of the regular grid on which the triangulation is evaluated."""
 
 
 def _triangulate(
@@ -647,7 +645,8 @@ def _triangulate(
     from scipy.sparse import csr_array
     from scipy.spatial import Delaunay, KDTree
 
-    rows, columns = np.arange(-90, 91, _STEP_DEG), np.arange(-180, 181, _STEP_DEG)
+    step_deg = _CHOSEN.triangulation_step_deg
+    rows, columns = np.arange(-90, 91, step_deg), np.arange(-180, 181, step_deg)
     is_finite = np.isfinite(alpha_z + alpha_x)
     has_alpha = is_finite.reshape(-1, is_finite.shape[-1]).all(axis=0)
     lead = alpha_z.shape[:-1]

@@ -58,6 +58,11 @@ def vertical_penetration(coefficients: FloatArray) -> FloatArray:
     return np.asarray(coefficients[..., : len(fourier.TERMS_Z)].sum(axis=-1))
 
 
+def chi_of(alpha_z: FloatArray | float, coefficients: FloatArray) -> FloatArray:
+    """Return chi, alpha_z(0, 90 deg) as measured over that of nine terms; shape (...)."""
+    return np.asarray(alpha_z / vertical_penetration(coefficients))
+
+
 def generic(coefficients: FloatArray) -> FloatArray:
     """Average M / zeta over media: the generic coefficients M0, whose alpha_z(0, 90 deg) is 1.
 
@@ -270,8 +275,7 @@ def _by_least_squares() -> Reference:
         angles, alpha = directions(columns), alpha_columns(columns)
         keep = fourier.kept_terms(fourier.fit_lsq(*angles, *alpha), PAPER_RULE)
         fits[medium] = fourier.fit_lsq(*angles, *alpha, keep)
-        alpha_z_down = alpha[0][rows_at(columns, 0, 90)[0]]
-        chi[medium] = float(alpha_z_down / vertical_penetration(fits[medium]))
+        chi[medium] = float(chi_of(alpha[0][rows_at(columns, 0, 90)[0]], fits[medium]))
     m0 = generic(np.stack(list(fits.values())))
     return reference_from(
         "published Table S5, method lsq",
@@ -686,7 +690,7 @@ def reference_of(fits: Sequence[MediumFit], method: str) -> Reference:
     if len(fits_of_method) < FEWEST_MEDIA:
         return published(method)
     values = {fit.medium: fit.used for fit in fits_of_method}
-    chi = {fit.medium: fit.alpha_z / fit.zeta for fit in fits_of_method}
+    chi = {fit.medium: float(chi_of(fit.alpha_z, fit.used)) for fit in fits_of_method}
     m0 = generic(np.stack([fit.used for fit in fits_of_method]))
     tables = {fit.medium: TableProfile.from_table(fit.table) for fit in fits_of_method}
     name = f"this campaign, method {method}"

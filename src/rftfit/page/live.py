@@ -27,6 +27,7 @@ from rftfit.measure.lab_frame import measures_force_x
 from rftfit.measure.slopes import student_quantile
 from rftfit.model import scaling
 from rftfit.model.fourier import TERMS
+from rftfit.model.maps import Map, estimate
 from rftfit.model.profiles import (
     FAR_DEG,
     DepthOnlyProfile,
@@ -35,7 +36,7 @@ from rftfit.model.profiles import (
     TableProfile,
     scaled_generic,
 )
-from rftfit.model.shapes import Map, Pushes, estimate, usual_error
+from rftfit.model.pushes import Pushes, usual_error
 from rftfit.reference import BETA_DEG, GAMMA_DEG
 from rftfit.results import Results
 

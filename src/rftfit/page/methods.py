@@ -26,9 +26,10 @@ from rftfit.measure.errors import (
     USUAL_BED_SPREAD,
 )
 from rftfit.measure.slopes import FEWEST
+from rftfit.model.maps import STEP_DEG
 from rftfit.model.profiles import EPS
 from rftfit.model.scaling import GENERIC, published
-from rftfit.model.shapes import FRICTIONS, STEP_DEG, TILT_SHARE, published_shapes
+from rftfit.model.shapes import FRICTIONS, TILT_SHARE, published_shapes
 from rftfit.page.findings import list_in_words
 from rftfit.page.live import has_scale_of_map, scaled_from_print
 from rftfit.page.outcome import Outcome

@@ -15,7 +15,7 @@ from rftfit.measure.flags import Remark, attach_run, format_remarks, remark
 from rftfit.measure.ledger import DROPPED, RowStatus, runs_with_result
 from rftfit.measure.sentences import FLAGS
 from rftfit.measure.verdict_words import ACCEPTED, DOUBTFUL, FAILED, NOT_CHECKED, PASSED, UNUSABLE
-from rftfit.model.shapes import NOT_ALIKE
+from rftfit.model.maps import NOT_ALIKE
 from rftfit.page.cells import records
 from rftfit.results import Results
 

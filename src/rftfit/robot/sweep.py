@@ -14,8 +14,8 @@ import pandas as pd
 from rftfit.conventions import FloatArray
 from rftfit.forces.planning import Target
 from rftfit.measure.flags import REASON, Remark, attach_run, reason_cells, reason_columns, reason_of
+from rftfit.model.maps import Map
 from rftfit.model.profiles import Profile, TableProfile
-from rftfit.model.shapes import Map
 from rftfit.robot.config import Robot
 from rftfit.robot.run import Condition, RobotRun, simulate
 from rftfit.store.environment import usable_cores

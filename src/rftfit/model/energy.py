@@ -1,0 +1,44 @@
+"""Energy that a medium takes from a plate that moves through it: no medium gives any back."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from rftfit.conventions import FloatArray
+from rftfit.model.observations import Angles
+from rftfit.store.chosen import chosen
+
+_CHOSEN = chosen("model", "energy")
+
+
+def work(alpha: FloatArray, gamma: FloatArray) -> FloatArray:
+    """Return the energy that a medium takes, per area, depth and distance moved, N/cm^3, shape (..., n).
+
+    `alpha`: shape (..., 2, n). `gamma`: shape (n,), rad.
+    """
+    return alpha[..., 0, :] * np.sin(gamma) + alpha[..., 1, :] * np.cos(gamma)
+
+
+def takes_energy(
+    draws: FloatArray, gamma: FloatArray, largest: FloatArray, measured: npt.NDArray[np.bool_]
+) -> npt.NDArray[np.bool_]:
+    """Return True for media (draws, 2, n) that take energy in every direction that was not pushed.
+
+    `largest` (draws,): largest alpha of each medium, by which rounding is judged.
+    """
+    takes = (work(draws, gamma) >= -_CHOSEN.least_work * largest[:, None]) | measured
+    return np.asarray(takes.all(axis=-1))
+
+
+def mean_effort(alpha: FloatArray, nodes: Angles) -> FloatArray:
+    """Return the mean of `work` over n nodes of the published grid relative to alpha_z(0, 90 deg), shape (draws,).
+
+    `alpha`: shape (draws, 2, n). The effort is infinite if a medium does not resist a plate that is pushed straight
+    down.
+    """
+    down = np.argmin(np.abs(nodes[0]) + np.abs(nodes[1] - np.pi / 2))
+    alpha_z_down = alpha[:, 0, down]
+    resists = alpha_z_down > 0
+    effort = work(alpha, nodes[1]).mean(axis=-1) / np.where(resists, alpha_z_down, 1.0)
+    return np.where(resists, effort, np.inf)

@@ -1,0 +1,631 @@
+"""Alpha over all directions from any number of pushes, by the shape that granular media share.
+
+Alpha over the angles has nearly the same shape in all dry granular media. The shape of known media is the prior,
+and every push corrects it:
+
+    alpha = s (m + d),   d ~ N(0, lambda (C + (1 - w) K + w R)),   the medium takes energy everywhere
+
+Here s is the unknown size of this medium (root mean square of alpha over the published grid), m the mean shape and C
+the covariance of the known media. A smooth covariance K and a rough one R allow a further medium to differ from all
+known ones. The pushes determine s, how far the medium departs from the known shape (lambda) and how roughly (w). The
+map consists of draws from the posterior: their mean is alpha, their quantiles are its interval.
+
+`rftfit.model.pushes` reads the pushes, `shapes` has the known media, `prior`, `likelihood` and `posterior` the three
+terms of Bayes' rule, and `energy` the condition behind them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from rftfit.conventions import FloatArray
+from rftfit.measure.alpha import Columns, column, directions, window_of
+from rftfit.measure.errors import USUAL_BED_SPREAD, half_width_of_bed
+from rftfit.model.draws import interval, widen
+from rftfit.model.energy import work
+from rftfit.model.fourier import fit_lsq, kept_terms
+from rftfit.model.likelihood import Likelihood, PushResidual, add_rounding
+from rftfit.model.observations import Angles, Observation, ObservedSystem
+from rftfit.model.posterior import Posterior, PushedNodes
+from rftfit.model.prior import ZERO_VARIANCE, Prior, root
+from rftfit.model.profiles import ANY_DEPTH, EPS, KnownMedium, Profile, TableProfile
+from rftfit.model.pushes import (
+    NO_PUSHES,
+    Pushes,
+    bed_spread_of_repeats,
+    describe_push,
+    merged,
+    one_push,
+    sorted_pushes,
+    with_scatter_of_repeats,
+)
+from rftfit.model.scaling import PAPER_RULE, check_level, check_test, chi_of, vertical_penetration
+from rftfit.model.shapes import PUBLISHED_GRID, Shapes, grid, published_shapes
+from rftfit.model.symmetry import rectangle
+from rftfit.reference import GAMMA_DEG, load
+from rftfit.store.chosen import chosen
+
+_CHOSEN = chosen("model", "maps")
+
+NOT_ALIKE: float = _CHOSEN.not_alike
+"""Least `Map.belongs` of a medium that counts as one of the known shape."""
+
+
+@dataclass(frozen=True)
+class Map(KnownMedium):
+    """Alpha over all directions, estimated from pushes; returned by `estimate_map` and `scale`.
+
+    Parameters
+    ----------
+    name : str
+        Name of the medium.
+    beta, gamma : numpy.ndarray, shape (n,)
+        Nodes, rad; together with their mirror images they are a whole grid.
+    draws : numpy.ndarray, shape (draws, 2, n)
+        Draws of alpha, z and x, N/cm^3: media that agree with the pushes and take energy in every direction.
+    measured : numpy.ndarray of bool, shape (n,)
+        True for nodes that were pushed, whose alpha is the measured one.
+    not_passive : float
+        Share of the draws that were rejected, because the medium would give energy back.
+    size : float
+        Root mean square of alpha over the published grid, N/cm^3.
+    distance : float
+        Chi squared of the pushes about the shape.
+    dof : int
+        Degrees of freedom of `distance`; 0 for a single number, which determines the size alone.
+    pushes : int
+        Number of pushes.
+    known_media : str
+        Names of the media from whose shape the map is estimated.
+    farthest : PushResidual or None
+        The measured number that differs most from its prediction by the other pushes.
+    horizontal : float
+        Ratio of alpha_x to alpha_z over this ratio in the known media; NaN if one component was not measured.
+    horizontal_off : float
+        Distance of the logarithm of `horizontal` from 0, in standard deviations of media of the known shape.
+    confidence : float
+        Level of the intervals.
+    given : Pushes or None
+        The pushes, each direction once.
+    lines : int or None
+        Number of nodes, the first ones, from which pushes are planned; the others lie between their lines. None: all.
+    bed_spread, model_error : float
+        As in `Profile`.
+    contacts : int
+        Number of bodies whose measured forces were used.
+    window : tuple of float
+        Least and largest depth of the pushes, cm; 0 and infinity if they do not state it.
+
+    Examples
+    --------
+    >>> import pandas as pd, rftfit
+    >>> pushes = pd.DataFrame({"beta_deg": [0, 60], "gamma_deg": [90, 45],
+    ...                        "alpha_z_N_per_cm3": [0.35, 0.2], "alpha_x_N_per_cm3": [0, 0.1]})
+    >>> sand = rftfit.estimate_map(pushes)
+    >>> forces = rftfit.predict(sand, rftfit.model_leg("c_leg"))
+    """
+
+    name: str
+    beta: FloatArray
+    gamma: FloatArray
+    draws: FloatArray = field(repr=False)
+    measured: npt.NDArray[np.bool_]
+    not_passive: float
+    size: float
+    distance: float
+    dof: int
+    pushes: int
+    known_media: str
+    farthest: PushResidual | None = None
+    horizontal: float = float("nan")
+    horizontal_off: float = float("nan")
+    confidence: float = 0.95
+    given: Pushes | None = field(default=None, repr=False)
+    lines: int | None = None
+    bed_spread: float = USUAL_BED_SPREAD
+    model_error: float = EPS
+    contacts: int = 0
+    window: tuple[float, float] = ANY_DEPTH
+
+    @cached_property
+    def alpha(self) -> FloatArray:
+        """Mean of the draws, shape (2, n): z and x, N/cm^3."""
+        return np.asarray(self.draws.mean(axis=0))
+
+    @property
+    def factor(self) -> FloatArray:
+        """Deviations of the draws from alpha, scaled so that their products are its covariance, shape (draws, 2, n)."""
+        return np.asarray((self.draws - self.alpha) / np.sqrt(len(self.draws) - 1))
+
+    @property
+    def measurements(self) -> str:
+        """Text with the numbers of pushes and contacts from which the map was estimated."""
+        counts = {"push": self.pushes, "contact": self.contacts}
+        plural = {"push": "pushes", "contact": "contacts"}
+        words = [
+            f"1 {word}" if count == 1 else f"{count} {plural[word]}"
+            for word, count in counts.items()
+            if count
+        ]
+        return " and ".join(words or ["0 pushes"])
+
+    @property
+    def pushed(self) -> FloatArray:
+        """Measured directions with alpha and errors, in the rows of `TableProfile.pushed`."""
+        if self.given is None:
+            return np.zeros((6, 0))
+        angles, alpha = np.degrees([self.given.beta, self.given.gamma]), self.given.alpha
+        se = np.sqrt(np.diag(self.given.covariance)).reshape(alpha.shape)
+        return np.concatenate([angles, alpha, np.where(np.isnan(alpha), np.nan, se)])
+
+    def work(self, alpha: FloatArray | None = None) -> FloatArray:
+        """Return the energy that the medium takes at each node, per area, depth and distance moved, N/cm^3.
+
+        Parameters
+        ----------
+        alpha : numpy.ndarray, shape (..., 2, n), optional
+            Default: alpha of the map.
+
+        Returns
+        -------
+        numpy.ndarray, shape (..., n)
+        """
+        return work(self.alpha if alpha is None else alpha, self.gamma)
+
+    @property
+    def belongs(self) -> float:
+        """Probability that a medium of the known shape has pushes as far from it as these; NaN for a single number.
+
+        Two tests count, the distance from the shape and the ratio of alpha_x to alpha_z: twice the smaller probability.
+        """
+        if not self.dof:
+            return float("nan")
+        from scipy.special import erfc, gammaincc
+
+        chances = [float(gammaincc(self.dof / 2, self.distance / 2))]
+        if not np.isnan(self.horizontal_off):
+            chances.append(float(erfc(self.horizontal_off / np.sqrt(2))))
+        return min(len(chances) * min(chances), 1.0)
+
+    @property
+    def profile(self) -> TableProfile:
+        """Profile of the map, with its draws for intervals."""
+        of = f" of {self.name}" if self.name else ""
+        name = f"map{of} from {self.measurements} and the shape of {self.known_media}"
+        profile = TableProfile(self.alpha[0], self.alpha[1], self.beta, self.gamma, name)
+        profile.spread = TableProfile(self.draws[:, 0], self.draws[:, 1], self.beta, self.gamma)
+        profile.bed_spread, profile.model_error = self.bed_spread, self.model_error
+        profile.pushed, profile.window = self.pushed, self.window
+        profile.form = "map"
+        return profile
+
+    def as_profile(self, is_enough: Callable[[Profile], bool] | None = None) -> Profile:  # noqa: ARG002
+        """Return the profile of the map.
+
+        Parameters
+        ----------
+        is_enough : callable, optional
+            Not used: a map has a number in every direction.
+
+        Returns
+        -------
+        Profile
+        """
+        return self.profile
+
+    def export_source(self) -> tuple[KnownMedium, dict[str, Any]]:
+        """Return the map itself, and its name.
+
+        Returns
+        -------
+        source : KnownMedium
+        facts : dict of str to object
+            Arguments of `write_profile` by name.
+        """
+        return self, {"name": self.name}
+
+    @property
+    def zeta(self) -> tuple[float, float, float]:
+        """Scaling factor of the nine terms fitted to the map (least squares), with its interval."""
+        return self._with_ends(
+            *(vertical_penetration(self.coefficients(alpha)) for alpha in (self.alpha, self.draws))
+        )
+
+    @property
+    def chi(self) -> tuple[float, float, float]:
+        """Ratio of alpha_z(0, 90 deg) of the map to `zeta`, with its interval."""
+        straight_down = int(np.argmin(np.hypot(self.beta, self.gamma - np.pi / 2)))
+        return self._with_ends(
+            *(
+                chi_of(alpha[..., 0, straight_down], self.coefficients(alpha))
+                for alpha in (self.alpha, self.draws)
+            )
+        )
+
+    def _with_ends(self, best: FloatArray, draws: FloatArray) -> tuple[float, float, float]:
+        """Return a number with the ends of the interval from its draws."""
+        lo, hi = interval(draws, self.confidence)
+        return float(best), float(lo), float(hi)
+
+    def coefficients(self, alpha: FloatArray | None = None) -> FloatArray:
+        """Fit nine coefficients to the map by least squares.
+
+        Parameters
+        ----------
+        alpha : numpy.ndarray, shape (..., 2, n), optional
+            Default: alpha of the map.
+
+        Returns
+        -------
+        numpy.ndarray, shape (..., 9)
+            N/cm^3; 0 for the terms that the fit to alpha of the map does not keep.
+        """
+        keep = kept_terms(fit_lsq(self.beta, self.gamma, *self.alpha), PAPER_RULE)
+        alpha = self.alpha if alpha is None else alpha
+        return fit_lsq(self.beta, self.gamma, alpha[..., 0, :], alpha[..., 1, :], keep)
+
+    def table(self) -> pd.DataFrame:
+        """Return alpha at the nodes.
+
+        Returns
+        -------
+        pandas.DataFrame
+            ``beta_deg, gamma_deg``; ``alpha_z_N_per_cm3``, ``alpha_z_lo_N_per_cm3``,
+            ``alpha_z_hi_N_per_cm3``, ``alpha_z_lo_next_N_per_cm3`` and ``alpha_z_hi_next_N_per_cm3`` (of a push in
+            one further bed), and the same of ``alpha_x``; ``source``: measured or estimated.
+        """
+        return pd.DataFrame(self.columns())
+
+    def columns(self) -> dict[str, npt.NDArray[np.generic]]:
+        """Return the columns of `table`, without pandas.
+
+        Returns
+        -------
+        dict of str to numpy.ndarray, shape (n,)
+        """
+        order = np.lexsort([self.gamma, self.beta])
+        columns: dict[str, npt.NDArray[np.generic]] = {
+            "beta_deg": np.degrees(self.beta[order]),
+            "gamma_deg": np.degrees(self.gamma[order]),
+        }
+        # rounded, so that alpha that is 0 by symmetry has ends of exactly 0
+        lo, hi = np.round(interval(self.draws, self.confidence), 12) + 0.0
+        bed = half_width_of_bed(self.bed_spread, self.confidence) * np.abs(self.alpha)
+        lo_next, hi_next = widen(self.alpha, (lo, hi), bed)
+        values = {"": self.alpha, "_lo": lo, "_hi": hi, "_lo_next": lo_next, "_hi_next": hi_next}
+        for place, component in enumerate("zx"):
+            for quantity, node_values in values.items():
+                columns[column(component, quantity)] = node_values[place, order]
+        columns["source"] = np.where(self.measured[order], "measured", "estimated")
+        return columns
+
+
+def published_map(medium: str) -> Map:
+    """Estimate the map of a published medium from all its directions; the known media are the other four."""
+    table = load("table_s5")
+    pushes = table[table["medium"] == medium]
+    return estimate_map(pushes, published_shapes([medium]), name=medium)
+
+
+def estimate_map(
+    pushes: Columns | None = None,
+    shapes: Shapes | None = None,
+    confidence: float = 0.95,
+    name: str = "",
+    *,
+    contacts: Sequence[Observation] = (),
+    beta_deg: npt.ArrayLike = (),
+    gamma_deg: npt.ArrayLike = (),
+) -> Map:
+    """Estimate alpha over all directions from pushes of plates, from measured forces on other bodies, or from both.
+
+    Parameters
+    ----------
+    pushes : pandas.DataFrame or dict of str to array_like, optional
+        One row for each push: ``beta_deg, gamma_deg``, ``alpha_z_N_per_cm3`` and, if it was measured,
+        ``alpha_x_N_per_cm3``; standard errors ``se_z``, ``se_x``: an error that is not stated is assumed to be
+        5 % of alpha and 1 % of the largest alpha. Pushes of one direction that differ by more than their errors explain
+        have the error that their scatter shows, and so has the next bed. ``depth_from_cm, depth_to_cm``: least and
+        largest depth behind alpha; deeper predictions have a warning. Column names: any that ``rftfit scale --pushes``
+        accepts.
+    shapes : Shapes, optional
+        Known media, from whose shape the prior is made; default: the five published media.
+    confidence : float, optional
+        Level of the intervals.
+    name : str, optional
+        Name of the medium, for people.
+    contacts : sequence of Contact, optional
+        Measured forces on bodies that moved through this medium.
+    beta_deg, gamma_deg : array_like, optional
+        Lines of the grid of the map in addition to those of the published grid, degrees.
+
+    Returns
+    -------
+    Map
+
+    Raises
+    ------
+    ValueError
+        If there is neither push nor contact, no push has a usable alpha, or pushes and contacts meet no resistance.
+
+    Examples
+    --------
+    >>> import pandas as pd, rftfit
+    >>> one = pd.DataFrame({"beta_deg": [0], "gamma_deg": [90], "alpha_z_N_per_cm3": [0.9]})
+    >>> round(rftfit.estimate_map(one).zeta[0], 1)
+    0.8
+    """
+    if pushes is None and not contacts:
+        raise ValueError("a map needs a push or a contact")
+    measured = NO_PUSHES if pushes is None else sorted_pushes(pushes)
+    medium_map = estimate(
+        with_scatter_of_repeats(measured, confidence),
+        shapes,
+        map_nodes(beta_deg, gamma_deg),
+        confidence=confidence,
+        name=name,
+        contacts=contacts,
+    )
+    window = ANY_DEPTH if pushes is None else window_of(pushes)
+    spread = bed_spread_of_repeats(measured, confidence)
+    return replace(medium_map, bed_spread=spread, window=window)
+
+
+def scale(
+    alpha: float, se: float | None = None, shapes: Shapes | None = None, confidence: float = 0.95
+) -> Map:
+    """Turn one push straight down into a whole stress profile, with intervals: the map of this push.
+
+    The result is that of `estimate_map` for a table with this push, as in ``rftfit scale --alpha`` and
+    ``rftfit predict --alpha``.
+
+    Parameters
+    ----------
+    alpha : float
+        Slope of stress over depth of a horizontal plate pushed straight down, alpha_z(0, 90 deg),
+        N/cm^3.
+    se : float, optional
+        Standard error of alpha, N/cm^3; default: the usual 5 % from bed to bed.
+    shapes : Shapes, optional
+        Known media whose shape the medium has, for example those of a campaign (`Results.shapes`); default: the
+        five published media.
+    confidence : float, optional
+        Level of the intervals.
+
+    Returns
+    -------
+    Map
+
+    Raises
+    ------
+    TypeError
+        If alpha or `se` is no number.
+    ValueError
+        If alpha is not positive, `se` is negative, or the level is not between 0.5 and 1.
+
+    Examples
+    --------
+    >>> import rftfit
+    >>> sand = rftfit.scale(0.9, se=0.02)
+    >>> [round(number, 1) for number in sand.zeta]
+    [0.8, 0.5, 1.0]
+    """
+    check_test(alpha, 0.0 if se is None else se)
+    check_level(confidence)
+    return estimate_map(one_push(alpha, se), shapes, confidence, name=describe_push(alpha, se))
+
+
+def estimate(
+    pushes: Pushes,
+    shapes: Shapes | None = None,
+    nodes: Nodes | None = None,
+    *,
+    size: float | None = None,
+    confidence: float = 0.95,
+    name: str = "",
+    contacts: Sequence[Observation] = (),
+) -> Map:
+    """Do what `estimate_map` does, for pushes with known errors.
+
+    `nodes`: nodes of the map, all on lines of a grid; default: `map_nodes`. `size`: root mean square of alpha over the
+    published grid, N/cm^3, if it is known; default: it is estimated.
+    """
+    shapes = shapes or published_shapes()
+    nodes = nodes or map_nodes()
+    push_count = int(np.isfinite(pushes.alpha).any(axis=0).sum())
+    pushes = merged(pushes) if pushes.beta.size else pushes
+    # three blocks: pushes, nodes of the published grid, other nodes; most draws are rejected before the third is drawn
+    on_grid = _on_published_grid((nodes.beta, nodes.gamma))
+    order = np.concatenate([np.flatnonzero(on_grid), np.flatnonzero(~on_grid)])
+    count, coarse = pushes.beta.size, int(on_grid.sum())
+    prior = shapes.prior(
+        *(
+            np.concatenate([push_angles, node_angles[order]])
+            for push_angles, node_angles in ((pushes.beta, nodes.beta), (pushes.gamma, nodes.gamma))
+        )
+    ).by_blocks((count, coarse, nodes.beta.size - coarse))
+    seen = np.arange(2 * count)
+    y, errors = pushes.alpha.ravel(), pushes.covariance
+    smooth_variance = np.empty(prior.mean.size)
+    for places, square in zip(*prior.smooth, strict=True):
+        smooth_variance[places] = np.diag(square)
+    # a number that is 0 by symmetry, without variance, says nothing about the medium
+    used = np.isfinite(y) & np.isfinite(np.diag(errors)) & (smooth_variance[seen] > ZERO_VARIANCE)
+    if not (used.any() or contacts):
+        raise ValueError("no push has a number that tells of the medium")
+    sorted_nodes = nodes.beta[order], nodes.gamma[order]
+    # without a copy if all are used: for a thousand pushes it would be 32 MB
+    used_errors = errors if used.all() else errors[np.ix_(used, used)]
+    measured_pushes = measurements = _Measurements(prior, seen[used], y[used], used_errors)
+    if contacts:
+        places = _places_of_nodes(count, coarse, nodes.beta.size)
+        measurements = _with_contacts(measured_pushes, contacts, sorted_nodes, places, size)
+    posterior = Posterior(*measurements, shapes.variation, size)
+    pushed_nodes = PushedNodes(sorted_nodes, pushes, used)
+    drawn, share = posterior.draws(sorted_nodes, coarse, pushed_nodes, pushes, used, shapes.tilt)
+    back = np.argsort(order)
+    draws, measured = drawn[..., back], pushed_nodes.measured[back]
+    smooth_likelihood = posterior.likelihoods[0]  # w is 0
+    expected_size = smooth_likelihood.expected(size)
+    farthest = None
+    horizontal, seen_error = float("nan"), float("nan")
+    if used.any():
+        of_pushes = _likelihood_of(measured_pushes) if contacts else smooth_likelihood
+        is_x = np.flatnonzero(used) >= pushes.beta.size
+        horizontal, seen_error = of_pushes.horizontal(is_x, expected_size)
+        farthest = of_pushes.farthest(pushes, used, expected_size)
+    # NaN if only one component was measured
+    horizontal_off = float("nan")
+    if horizontal == 0:
+        horizontal_off = 1 / seen_error
+    elif horizontal > 0:
+        horizontal_off = abs(np.log(horizontal)) / shapes.horizontal_error(seen_error)
+    return Map(
+        name,
+        nodes.beta,
+        nodes.gamma,
+        draws,
+        measured,
+        share,
+        expected_size,
+        smooth_likelihood.distance(expected_size),
+        measurements.y.size - 1,
+        push_count,
+        shapes.name,
+        farthest,
+        horizontal,
+        float(horizontal_off),
+        confidence,
+        pushes,
+        nodes.lines,
+        contacts=len(contacts),
+    )
+
+
+class _Measurements(NamedTuple):
+    """Measured numbers `y` (n,), covariance of their `errors`, and `seen` (n,), the indices of `y` in the `prior`."""
+
+    prior: Prior
+    seen: npt.NDArray[np.intp]
+    y: FloatArray
+    errors: FloatArray
+
+
+def _places_of_nodes(pushes: int, coarse: int, count: int) -> npt.NDArray[np.intp]:
+    """Return the indices in the prior of `estimate` of alpha at the sorted nodes, z then x.
+
+    The blocks of the prior are pushes, the `coarse` nodes of the published grid, and other nodes; `count`: of all
+    nodes.
+    """
+    grid_start = 2 * pushes
+    fine_start = grid_start + 2 * coarse
+    fine = count - coarse
+    blocks = [
+        np.arange(start + component * length, start + (component + 1) * length)
+        for component in range(2)
+        for start, length in ((grid_start, coarse), (fine_start, fine))
+    ]
+    return np.concatenate(blocks)
+
+
+def _with_contacts(
+    measured: _Measurements,
+    contacts: Sequence[Observation],
+    nodes: Angles,
+    places: npt.NDArray[np.intp],
+    size: float | None,
+) -> _Measurements:
+    """Add the rows of contacts behind those of the pushes.
+
+    The error of the force model is proportional to the size of the medium, which depends on these rows: rows and size
+    are calculated in turn until the size does not change.
+    """
+    from scipy.linalg import block_diag
+
+    prior = measured.prior
+    # C + K + R, more than any medium has: no useful combination of forces is left out
+    covariance = prior.covariance(0.0)
+    prior.rough.add_to(covariance)
+    rows_of_prior = root(covariance[np.ix_(places, places)])
+    system = ObservedSystem.of(contacts, nodes, prior.mean[places], rows_of_prior)
+    size_now = size or system.first_size()
+    if not size_now > 0:
+        raise ValueError(
+            "the contacts meet no resistance: look at the signs of the forces and at the angles"
+        )
+    place = int(places.min())
+    for _ in range(_CHOSEN.size_steps):
+        rows = system.rows(size_now)
+        both = _Measurements(
+            prior.with_rows(rows, places, place),
+            np.concatenate([measured.seen, place + np.arange(rows.values.size)]),
+            np.concatenate([measured.y, rows.values]),
+            block_diag(measured.errors, np.diag(rows.errors**2)),
+        )
+        before, size_now = size_now, _likelihood_of(both).expected(size)
+        if abs(size_now - before) < _CHOSEN.same_size * before:
+            break
+    return both
+
+
+def _likelihood_of(measured: _Measurements) -> Likelihood:
+    """Return the likelihood of measured numbers in a medium without roughness (w = 0)."""
+    prior, seen, y, errors = measured
+    return Likelihood(prior, seen, 0.0, y, add_rounding(errors, y))
+
+
+def _on_published_grid(nodes: Angles) -> npt.NDArray[np.bool_]:
+    """Return True for nodes (rad) that lie on the published grid."""
+    distances = [
+        np.abs(map_angles[:, None] - published).min(axis=1)
+        for map_angles, published in zip(
+            nodes, (np.unique(PUBLISHED_GRID[0]), np.unique(PUBLISHED_GRID[1])), strict=True
+        )
+    ]
+    return np.asarray(np.maximum(*distances) < 1e-9)
+
+
+class Nodes(NamedTuple):
+    """Nodes of a map, rad, shape (n,); a plan of pushes may choose from the first `lines` nodes."""
+
+    beta: FloatArray
+    gamma: FloatArray
+    lines: int
+
+
+def map_nodes(beta_deg: npt.ArrayLike = (), gamma_deg: npt.ArrayLike = ()) -> Nodes:
+    """Return the nodes of `grid`, for which pushes can be planned, then those of finer lines between them.
+
+    The finer lines are `STEP_DEG` apart in beta, and at the middles of the published gammas.
+    """
+    planned = grid(beta_deg, gamma_deg)
+    steps = np.arange(-90 + STEP_DEG, 90, STEP_DEG)
+    middles = (GAMMA_DEG[1:] + GAMMA_DEG[:-1]) / 2
+    more_beta = np.concatenate([steps, np.asarray(beta_deg, dtype=float).ravel()])
+    more_gamma = np.concatenate([middles, np.asarray(gamma_deg, dtype=float).ravel()])
+    all_nodes = np.stack(grid(more_beta, more_gamma), axis=1)
+    distance = np.abs(all_nodes[:, None] - np.stack(planned, axis=1)).max(axis=-1).min(axis=1)
+    fine = all_nodes[distance > 1e-9]
+    beta, gamma = (np.concatenate(angles) for angles in zip(planned, fine.T, strict=True))
+    return Nodes(beta, gamma, planned[0].size)
+
+
+STEP_DEG: float = _CHOSEN.step_deg
+"""Distance of the lines of a map in beta."""
+
+
+def nodes_of(table: pd.DataFrame) -> Nodes:
+    """Return the nodes for the map of a medium, with the lines of its table if they are a grid of moderate size."""
+    lines_deg = tuple(table[name].unique() for name in ("beta_deg", "gamma_deg"))
+    coarse = grid(*lines_deg)
+    if rectangle(*directions(table)) is None or coarse[0].size > _CHOSEN.most_nodes:
+        return map_nodes()
+    fine = map_nodes(*lines_deg)
+    return fine if fine.beta.size <= _CHOSEN.most_fine_nodes else Nodes(*coarse, coarse[0].size)
