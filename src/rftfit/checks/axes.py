@@ -26,6 +26,7 @@ from rftfit.measure.alpha import alpha_columns, column, rows_at
 from rftfit.measure.fits import LEAST_WORK
 from rftfit.measure.flags import remark
 from rftfit.measure.lab_frame import measured_channel
+from rftfit.measure.slopes import normal_quantile
 from rftfit.measure.verdict_words import DOUBTFUL, UNUSABLE
 from rftfit.store.chosen import chosen
 
@@ -133,10 +134,12 @@ def check_symmetry(measured: MediumMeasurements) -> Check:
     if math.isnan(turn):
         return Check.skip("symmetry", "symmetry-no-cell")
     degrees = math.degrees(turn)
-    low, high = (degrees + sign * 1.96 * math.degrees(se) for sign in (-1, 1))
+    half_deg = normal_quantile(measured.config.fit.confidence) * math.degrees(se)
     values: dict[str, Any] = {
         "turn_deg": degrees,
-        "interval": remark("interval-deg", low=low, high=high) if se else "",
+        "interval": remark("interval-deg", low=degrees - half_deg, high=degrees + half_deg)
+        if se
+        else "",
         "most_deg": math.degrees(_CHOSEN.turn + _CHOSEN.sigmas * se),
         "most_errors": _CHOSEN.unlike,
     }

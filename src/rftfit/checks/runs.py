@@ -28,7 +28,7 @@ from rftfit.measure.ledger import RowStatus
 from rftfit.measure.levels import FEW_RUNS, MODES, median_of_runs
 from rftfit.measure.rods import estimate_share_too_much
 from rftfit.measure.samples import split_runs
-from rftfit.measure.slopes import student_limit
+from rftfit.measure.slopes import student_limit, student_quantile
 from rftfit.measure.verdict_words import DOUBTFUL, FAILED, MAP, NOT_CHECKED, UNUSABLE
 from rftfit.store.chosen import chosen
 
@@ -123,7 +123,8 @@ def _judge_other_rods(measured: MediumMeasurements) -> Check | None:
     most = _CHOSEN.other_rods + student_limit(_CHOSEN.other_rods_sure, dof) * se
     if abs(share) <= most or most > (_CHOSEN.too_much_seen if share > 0 else _CHOSEN.missing_seen):
         return None
-    low, high = (share + sign * 1.96 * se for sign in (-1, 1))
+    half_width = float(student_quantile(measured.config.fit.confidence, dof)) * se
+    low, high = share - half_width, share + half_width
     code = "rods-other" if share > 0 else "rods-other-small"
     if share < 0:
         share, low, high = -share, -high, -low

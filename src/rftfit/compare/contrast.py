@@ -31,6 +31,7 @@ from rftfit.measure.repeats import (
     unit_vectors,
     usual_scatter,
 )
+from rftfit.measure.slopes import student_p, student_quantile
 from rftfit.store.chosen import chosen
 from rftfit.store.text import count, table
 
@@ -311,21 +312,20 @@ def compare_run_sets(a: RunSet, b: RunSet, confidence: float = 0.95) -> Comparis
     ratio = contrast.find_ratio()
     size = contrast.test_size(ratio)
     shape = contrast.test_shape(ratio)
-    half_width = _student(1 - (1 - confidence) / 2, size.dof) * size.se
+    half_width = float(student_quantile(confidence, size.dof)) * size.se
     low, high = shape.interval(confidence)
-    quantiles = _student(1 - _CHOSEN.level / 2, size.dof) + _student(_CHOSEN.power, size.dof)
     return Comparison(
         a=a.name,
         b=b.name,
         ratio=ratio,
         ratio_lo=ratio * math.exp(-half_width),
         ratio_hi=ratio * math.exp(half_width),
-        size_p=_student_p(math.log(ratio) / size.se, size.dof),
+        size_p=float(student_p(math.log(ratio) / size.se, size.dof)),
         shape_percent=100 * max(shape.rms(0.5), low),
         shape_lo_percent=100 * low,
         shape_hi_percent=100 * high,
         shape_p=_f_test_p(shape.squares / shape.k, shape.k, shape.dof),
-        least_ratio=math.exp(quantiles * size.se),
+        least_ratio=math.exp(errors_detected(size.dof) * size.se),
         least_shape_percent=100 * shape.least_rms(),
         directions=contrast.table(ratio, angles, confidence),
         runs_a=int(means_a.n.sum()),
@@ -761,8 +761,8 @@ class _Contrast:
         p value of "no difference in this direction", times the number of directions.
         """
         dof, n = self.degrees_of_freedom(ratio), self.a.n.size
-        for_one = _student(1 - (1 - confidence) / 2, dof)
-        for_all = _student(1 - (1 - confidence) / 2 / self.is_known.sum(), dof)
+        for_one = student_quantile(confidence, dof)
+        for_all = student_quantile(1 - (1 - confidence) / self.is_known.sum(), dof)
         covariance = np.zeros((2 * n, 2 * n))
         covariance[np.ix_(self.is_known, self.is_known)] = self.covariance(ratio)
         covariance = covariance.reshape(2, n, 2, n)[:, np.arange(n), :, np.arange(n)]
@@ -813,18 +813,10 @@ class _Contrast:
 # --- Distributions; scipy.special, as scipy.stats takes ten times as long to import
 
 
-def _student(chance: float, dof: float) -> float:
-    """Quantile of Student's t."""
-    from scipy.special import stdtrit
-
-    return float(stdtrit(dof, chance))
-
-
-def _student_p(times: float, dof: float) -> float:
-    """Two-sided p value of a number of `times` its standard error."""
-    from scipy.special import stdtr
-
-    return float(2 * stdtr(dof, -abs(times)))
+def errors_detected(dof: float) -> float:
+    """Return the least difference, in standard errors, that the test on the chosen level detects with the chosen probability."""
+    one_sided = 2 * _CHOSEN.power - 1
+    return float(student_quantile(1 - _CHOSEN.level, dof) + student_quantile(one_sided, dof))
 
 
 def _f_test_p(ratio: float, k: float, dof: float) -> float:

@@ -16,6 +16,7 @@ import numpy as np
 import pandas as pd
 
 from rftfit.conventions import FloatArray
+from rftfit.measure.slopes import NORMAL_95
 
 FIRST_PART = 0.2
 """Share of the largest force at which the first part of a curve ends."""
@@ -35,8 +36,6 @@ all legs alike, and the rest of single curves.
 
 Chosen as the fifteen published curves of laboratory media show them (``tests/validate/test_validate_leg_angle.py``).
 """
-
-QUANTILE = 1.96
 
 
 @dataclass(frozen=True)
@@ -133,5 +132,5 @@ def common_offset(offsets_deg: Mapping[tuple[str, str], float]) -> AngleOffset:
     )
     weights = np.linalg.solve(covariance, np.ones(len(curves)))
     offset = float(weights @ [*curves.values()] / weights.sum())
-    half_width = QUANTILE / math.sqrt(float(weights.sum()))
+    half_width = NORMAL_95 / math.sqrt(float(weights.sum()))
     return AngleOffset(offset, offset - half_width, offset + half_width, len(curves))

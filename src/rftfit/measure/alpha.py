@@ -374,7 +374,7 @@ def _calculate_numbers(
             outlier_offsets = [
                 outliers.get(str(run["run_id"]), (0.0, 0.0))["zx".index(c)] for run in cell.runs
             ]
-            of_outliers = _outlier_errors(cell, c, np.array(outlier_offsets))
+            of_outliers = _outlier_errors(cell, c, np.array(outlier_offsets), confidence)
             for parts, of_outlier in zip(
                 (errors_of_mean, errors_of_next), of_outliers, strict=True
             ):
@@ -402,7 +402,9 @@ def _calculate_numbers(
     return rows
 
 
-def _outlier_errors(cell: _Cell, c: str, outlier_offsets: FloatArray) -> tuple[Part, Part]:
+def _outlier_errors(
+    cell: _Cell, c: str, outlier_offsets: FloatArray, confidence: float
+) -> tuple[Part, Part]:
     """Errors of a cell with outlying runs: of its mean, and what the next push adds to that.
 
     With three repeats or more these are the scatter of the repeats. Else the interval of the mean reaches as far as
@@ -414,11 +416,8 @@ def _outlier_errors(cell: _Cell, c: str, outlier_offsets: FloatArray) -> tuple[P
     if outlier_offsets.any() and n > 2 and not cell.level:
         scatter = float(cell.values_of(column(c)).std(ddof=1))
         return Part(scatter / math.sqrt(n), n - 1.0), Part(scatter, n - 1.0)
-    return Part(float(np.abs(cell.share @ outlier_offsets)) / _SIGMAS_TO_95_PERCENT), Part(0.0)
-
-
-_SIGMAS_TO_95_PERCENT = 1.96
-"""Standard errors to the end of an interval of 95 %."""
+    moved = float(np.abs(cell.share @ outlier_offsets))
+    return Part(moved / combined_half_width([Part(1.0)], confidence)), Part(0.0)
 
 
 def _errors_of_runs(

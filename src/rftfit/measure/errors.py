@@ -10,7 +10,6 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from statistics import NormalDist
 from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
@@ -24,7 +23,7 @@ from rftfit.measure.repeats import (
     scatter_of_repeats,
     usual_scatter,
 )
-from rftfit.measure.slopes import GIVEN_DOF, student_quantile
+from rftfit.measure.slopes import GIVEN_DOF, normal_quantile, student_quantile
 
 if TYPE_CHECKING:
     from rftfit.campaign.config import Config, ErrorSettings
@@ -134,7 +133,7 @@ USUAL_BED_SPREAD = 0.05
 
 def half_width_of_bed(spread: float, confidence: float) -> float:
     """Half width of the interval of a bed, relative, from the relative standard deviation between beds."""
-    return NormalDist().inv_cdf(0.5 + confidence / 2) * spread
+    return normal_quantile(confidence) * spread
 
 
 USUAL_BEDS = Spread(relative=USUAL_BED_SPREAD, source=ASSUMED)
