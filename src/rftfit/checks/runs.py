@@ -21,11 +21,11 @@ from rftfit.checks.declared import (
     flags_on,
 )
 from rftfit.directions import number_rows
-from rftfit.measure.alpha import cell_at, column
+from rftfit.measure.alpha import alpha_columns, cell_at, column
 from rftfit.measure.errors import spread_of_beds
 from rftfit.measure.flags import Remark, format_remarks, remark
 from rftfit.measure.ledger import RowStatus
-from rftfit.measure.levels import FEW_RUNS, MODES, median_of_runs
+from rftfit.measure.levels import FEW_RUNS, MODES, median_of_runs, sd_by_median
 from rftfit.measure.rods import estimate_share_too_much
 from rftfit.measure.samples import split_runs
 from rftfit.measure.slopes import student_limit, student_quantile
@@ -222,7 +222,7 @@ def _judge_trend_at_rest(measured: MediumMeasurements, table: pd.DataFrame) -> C
     deviation = np.abs(trend - middle[:, None])
     # a common drift is a fault of all runs; else only runs that clearly drift more than the others are
     common = (np.abs(middle) > limit) & (np.abs(middle) > _CHOSEN.drift * typical)
-    spread = 1.4826 * np.median(deviation, axis=1)[:, None]
+    spread = sd_by_median(deviation)[:, None]
     alone = (deviation > MODES * spread) & (
         deviation > _CHOSEN.drift_of_one * np.maximum(force[has_trend], typical)
     )
@@ -388,14 +388,12 @@ def _judge_spread(measured: MediumMeasurements) -> Check | None:
     """Fail the medium if repeats scatter more than ordinary beds, though no run differs clearly; else return None."""
     from scipy.special import chdtri
 
-    fits, names = measured.tables["fits"], [column(c) for c in "zx"]
-    runs = fits[np.isfinite(fits[names].to_numpy(float)).any(axis=1)]
+    fits = measured.tables["fits"]
+    runs = fits[np.isfinite(alpha_columns(fits)).any(axis=0)]
     if runs.empty:
         return None
     number = number_rows(runs, measured.config.grid.angle_tolerance_deg)
-    alpha, se = (
-        runs[columns].to_numpy(float).T for columns in (names, [column(c, "_se") for c in "zx"])
-    )
+    alpha, se = np.stack(alpha_columns(runs)), np.stack(alpha_columns(runs, "_se"))
     groups = [(alpha[:, number == first], se[:, number == first]) for first in np.unique(number)]
     scatter = spread_of_beds(groups).scatter
     if scatter is None:

@@ -36,7 +36,14 @@ from rftfit.conventions import FloatArray
 from rftfit.directions import number_directions, number_rows
 from rftfit.measure.flags import Remark, remark
 from rftfit.measure.laws import LEVELLED_CM, PATCHES, exponent_lever, ordinary_surface
-from rftfit.measure.levels import FEW_RUNS, Mask, median_of_runs, shifted_runs, two_clusters
+from rftfit.measure.levels import (
+    FEW_RUNS,
+    Mask,
+    median_of_runs,
+    sd_by_median,
+    shifted_runs,
+    two_clusters,
+)
 from rftfit.measure.slopes import student_limit, student_quantile
 from rftfit.measure.verdict_words import DOUBTFUL, FAILED
 from rftfit.store.chosen import chosen
@@ -289,7 +296,7 @@ class Starts:
             residual = np.abs(self.start - design @ coefficients) / self.error
             for side in (all_runs, self.pushes, ~self.pushes):
                 if residual[side].size >= FEW_RUNS:
-                    spread[side] = max(1.4826 * float(np.median(residual[side])), 0.3)
+                    spread[side] = max(float(sd_by_median(residual[side])), 0.3)
             # weights of Huber: residuals beyond 1.5 standard deviations count less
             weight = np.minimum(1.0, 1.5 * spread / np.maximum(residual, 1e-9))
         return coefficients, np.asarray(inverse), sigma

@@ -27,7 +27,7 @@ from rftfit.compare.joint import (
 )
 from rftfit.compare.misplaced import find_misplaced
 from rftfit.directions import TOLERANCE_DEG
-from rftfit.measure.alpha import column
+from rftfit.measure.alpha import alpha_columns
 from rftfit.measure.slopes import NORMAL_95
 from rftfit.measure.verdict_words import FEWEST_RUNS, NO_RUNS
 from rftfit.outputs.dictionary import columns_of
@@ -91,8 +91,7 @@ def _select_runs(
     fits: pd.DataFrame, sheet: Mapping[str, Run], tolerance_deg: float
 ) -> tuple[RunSlopes, list[str]]:
     """Select the runs that have both slopes, in the order of the run sheet; returned with their names."""
-    names = [column(c) for c in "zx"]
-    is_measured = np.isfinite(fits[names].to_numpy(float)).all(axis=1)
+    is_measured = np.isfinite(alpha_columns(fits)).all(axis=0)
     good = fits[is_measured & fits["run_id"].isin([*sheet]).to_numpy(bool)]
     rows = np.array([sheet[run_id].row for run_id in good["run_id"]], dtype=int)
     good = good.iloc[np.argsort(rows, kind="stable")]
@@ -101,12 +100,11 @@ def _select_runs(
         name: np.array([str(getattr(sheet[run_id], name)) for run_id in run_ids])
         for name in ("intruder", *LABELS)
     }
-    errors = [column(c, "_se") for c in "zx"]
     runs = RunSlopes(
         good["beta_deg"].to_numpy(float),
         good["gamma_deg"].to_numpy(float),
-        good[names].to_numpy(float).T,
-        np.nan_to_num(good[errors].to_numpy(float).T),
+        np.stack(alpha_columns(good)),
+        np.nan_to_num(alpha_columns(good, "_se")),
         good["mirrored"].to_numpy(bool),
         np.arange(len(good)),
         labels,

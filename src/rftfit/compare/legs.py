@@ -30,7 +30,8 @@ from rftfit.measure.flags import (
     remark,
     with_reasons,
 )
-from rftfit.measure.slopes import GIVEN_DOF, student_quantile
+from rftfit.measure.levels import sd_by_median
+from rftfit.measure.slopes import COSINES, GIVEN_DOF, student_quantile
 from rftfit.model.draws import (
     end_names,
     errors_behind,
@@ -77,8 +78,8 @@ COLUMNS = columns_of("leg_errors.csv")
 FULL_RANGE_DEG = 240.0
 """Least span of a whole curve: the published ones span 250 to 260 degrees, a shorter one stopped early."""
 
-_ZERO_DOF = 24
-"""Degrees of freedom of the zeros of a leg's run and of its tare, twelve each (`rftfit.measure.slopes.COSINES`)."""
+_ZERO_DOF = 2 * COSINES
+"""Degrees of freedom of the zeros of a leg's run and of its tare together."""
 
 HALF_WIDTH_DEG = 5.0
 """Half width of the parabola at a peak: the published curves are parabolas to 0.5 % of their peaks there."""
@@ -381,9 +382,8 @@ def _long_run_variance(force: FloatArray) -> float:
         return math.nan
     means = np.convolve(force, np.full(_BLOCK, 1 / _BLOCK), mode="valid")
     third = np.concatenate([np.diff(means[start::_BLOCK], 3) for start in range(_BLOCK)])
-    # 1.4826 turns a median into a standard deviation; the squares of the weights 1, 3, 3, 1 add up
-    # to 20
-    return _BLOCK * (1.4826 * float(np.median(np.abs(third)))) ** 2 / 20
+    # the squares of the weights 1, 3, 3, 1 add up to 20
+    return _BLOCK * float(sd_by_median(third)) ** 2 / 20
 
 
 def leg_errors(

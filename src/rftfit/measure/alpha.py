@@ -554,10 +554,10 @@ def directions(table: Columns) -> tuple[FloatArray, FloatArray]:
     return beta, gamma
 
 
-def alpha_columns(table: Columns) -> tuple[FloatArray, FloatArray]:
-    """alpha_z and alpha_x of the cells of an alpha table, N/cm^3, shape (n,)."""
-    alpha_z, alpha_x = (np.asarray(table[column(c)], float) for c in COMPONENTS)
-    return alpha_z, alpha_x
+def alpha_columns(table: Columns, quantity: str = "") -> tuple[FloatArray, FloatArray]:
+    """alpha_z and alpha_x of the cells of an alpha table, or a quantity of both (see `column`), N/cm^3, shape (n,)."""
+    of_z, of_x = (np.asarray(table[column(c, quantity)], float) for c in COMPONENTS)
+    return of_z, of_x
 
 
 def flagged(table: pd.DataFrame) -> npt.NDArray[np.bool_]:

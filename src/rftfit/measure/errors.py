@@ -16,6 +16,7 @@ import numpy as np
 import pandas as pd
 
 from rftfit.conventions import FloatArray
+from rftfit.measure.levels import sd_by_median
 from rftfit.measure.repeats import (
     Repeats,
     RunScatter,
@@ -301,7 +302,7 @@ def surface_error(
     if is_given and n >= PRIOR_RUNS:
         median = float(np.median(offset))
         # a robust standard deviation, as stress of some directions is curved
-        scatter = 1.4826 * float(np.median(np.abs(offset - median)))
+        scatter = float(sd_by_median(offset - median))
         run = math.sqrt(max(scatter**2 - float(np.median(noise)), 0.0))
         common = math.pi / 2 * max(scatter**2, float(np.median(noise))) / n
         session = math.sqrt(max(median**2 - common, 0.0))

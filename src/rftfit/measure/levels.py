@@ -32,6 +32,11 @@ def median(values: FloatArray) -> float:
     return float((ordered[half - 1] + ordered[half]) / 2)
 
 
+def sd_by_median(deviations: FloatArray) -> FloatArray:
+    """Standard deviation of normal numbers by the median of the size of their deviations, along the last axis."""
+    return np.asarray(1.4826 * np.median(np.abs(deviations), axis=-1))
+
+
 def median_of_runs(values: FloatArray) -> tuple[float, float]:
     """Return the median of some runs and its standard error, from their scatter; NaN for fewer than three.
 

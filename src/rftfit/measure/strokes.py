@@ -71,10 +71,8 @@ class IntruderPath:
             )
             time, speed = self.time[index], relative / step
             is_last = 4 * steps * usual_step_s > _CHOSEN.longest_step_s or 2 * steps > most_steps
-            if is_last or not is_encoder_noise(time, speed, 0.5):
-                return self._join_spans(
-                    moving_spans(time, speed, 0.5), arm, 2 * steps * usual_step_s
-                )
+            if is_last or not is_encoder_noise(time, speed):
+                return self._join_spans(moving_spans(time, speed), arm, 2 * steps * usual_step_s)
             steps *= 2
 
     def _join_spans(self, spans: FloatArray, arm: Arm, least_s: float) -> FloatArray:
