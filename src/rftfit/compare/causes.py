@@ -31,6 +31,7 @@ from rftfit.measure.alpha import alpha_columns
 from rftfit.measure.slopes import NORMAL_95
 from rftfit.measure.verdict_words import FEWEST_RUNS, NO_RUNS
 from rftfit.outputs.dictionary import columns_of
+from rftfit.store.chosen import chosen
 
 TOLD, NOT_SEEN, NOT_CHECKED = "told", "not seen", "not checked"
 """Verdicts on a cause."""
@@ -41,9 +42,7 @@ unlikely size would be seen."""
 
 CAUSE_COLUMNS = columns_of("causes/{medium}.csv")
 AXES_COLUMNS = ["medium", "axes", "log_bayes_factor"]
-_WIDER_GAIN, _WIDER_OTHER = 1.2, 1.5
-"""Factors on the standard error of a told cause, a gain and any other: its place and kind are chosen by the data,
-too."""
+_CHOSEN = chosen("compare", "causes")
 
 
 def compare_all_runs(
@@ -141,7 +140,9 @@ def _told_row(told_cause: Found, run_ids: list[str]) -> dict[str, Any]:
 
 def change_with_interval(told_cause: Found) -> tuple[float, float, float]:
     """Return the size of a cause as people state it (`_as_change`), and its 95 % interval."""
-    wider = _WIDER_GAIN if told_cause.cause.kind == "gain" else _WIDER_OTHER
+    # place and kind of a told cause are chosen by the data, too
+    is_gain = told_cause.cause.kind == "gain"
+    wider = _CHOSEN.told_gain_wider if is_gain else _CHOSEN.told_wider
     half = math.hypot(NORMAL_95 * wider * told_cause.se, _size_without_fault(told_cause.cause))
     low, high = (_as_change(told_cause.cause, told_cause.size + sign * half) for sign in (-1, 1))
     return _as_change(told_cause.cause, told_cause.size), low, high

@@ -277,7 +277,7 @@ def _unit_of_pairs(differences: FloatArray, usual: FloatArray) -> FloatArray:
     """Estimate the standard deviation of the difference of each pair by all other pairs, along and across, (2, k).
 
     A wrong pair does not show how pairs differ, so it is left out of its own unit. The squares of the others are capped
-    at `_CAP` standard deviations: their mean is as safe from a few wrong pairs as a median, with half the error.
+    at two standard deviations: their mean is as safe from a few wrong pairs as a median, with half the error.
     `usual`: spread of single runs, shape (2, 1), which counts as a few more pairs.
     """
     count = differences.shape[1]
@@ -290,16 +290,11 @@ def _unit_of_pairs(differences: FloatArray, usual: FloatArray) -> FloatArray:
             2, count, other_pairs
         )
         squares = sd_by_median(np.sqrt(of_others)) ** 2
-        for _ in range(_STEPS):
-            capped = np.minimum(of_others, _CAP**2 * squares[:, :, None])
-            squares = capped.mean(axis=2) / _CAPPED_SQUARE
+        for _ in range(20):
+            capped = np.minimum(of_others, _CHOSEN.pair_cap**2 * squares[:, :, None])
+            squares = capped.mean(axis=2) / _CHOSEN.pair_capped_square
     variance = _CHOSEN.pair_dof * 2 * usual**2 + other_pairs * squares
     return np.asarray(np.sqrt(variance / (_CHOSEN.pair_dof + other_pairs)))
-
-
-_CAP, _CAPPED_SQUARE, _STEPS = 2.0, 0.9205, 20
-"""Standard deviations at which a difference is capped, the mean of the capped square of a standard normal number, and the
-steps in which the scale is found."""
 
 
 def _compare_with_map(
