@@ -498,14 +498,11 @@ def _nonlinearity_over_depths(
         return 0.0
     mean = float(cell.share @ alpha)
     deviation, noise = alpha - mean, np.hypot(se, bed_error.sd)
-    if (np.abs(deviation) <= _CLEAR_SIGMAS * noise).all():
+    # within three standard errors no run clearly leaves the line
+    if (np.abs(deviation) <= 3 * noise).all():
         return 0.0
     # the share grows with the square of the depth
     return float(np.abs(deviation[cell.share.argmax()])) / math.sqrt(3)
-
-
-_CLEAR_SIGMAS = 3.0
-"""Standard errors from which on a run clearly leaves the line through zero."""
 
 
 def _add_bed_errors(

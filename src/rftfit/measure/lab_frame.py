@@ -26,8 +26,6 @@ CHANNEL_FACTS = ("low_N", "high_N", "held_N", "held", "noise_N")
 
 NEAR_FULL_RANGE = 0.995
 """Fraction of the range of the transducer at which a reading counts as saturated."""
-_FEWEST_QUIET = 50
-"""Fewest second differences from which the noise of a channel is estimated."""
 
 
 @dataclass(frozen=True)
@@ -165,7 +163,7 @@ def channel_facts(channels: FloatArray, in_stroke: np.ndarray) -> dict[str, obje
 def _noise_at_rest(readings: FloatArray) -> float:
     """Standard deviation of readings from sample to sample, from their second differences without the largest tenth."""
     steps = np.sort(np.abs(np.diff(readings, 2)))
-    if steps.size < _FEWEST_QUIET:
+    if steps.size < 50:
         return math.nan
     # the smaller nine tenths of normal numbers have 0.789 times the root mean square of all;
     # the variance of a second difference is six times that of a reading
@@ -180,8 +178,6 @@ MIN_SAMPLES = 50
 """Samples in air that always suffice for a zero."""
 _FEWEST_SAMPLES = 10
 """Fewest samples from which a mean is taken as a zero."""
-_TENTHS = 10
-"""Number of parts of a log without load whose means are compared."""
 
 
 @dataclass(frozen=True)
@@ -295,7 +291,7 @@ def change_within(force: FloatArray) -> tuple[float, float]:
     The change is the range of the means of ten parts of the log, for the component with the larger range; the noise is
     the standard deviation within a part. `force`: N, shape (2, n).
     """
-    count = max(1, min(_TENTHS, force.shape[1] // _FEWEST_SAMPLES))
+    count = max(1, min(10, force.shape[1] // _FEWEST_SAMPLES))
     tenths = np.array_split(force, count, axis=1)
     change = np.ptp([tenth.mean(axis=1) for tenth in tenths], axis=0)
     noise = np.median([tenth.std(axis=1) for tenth in tenths], axis=0)
