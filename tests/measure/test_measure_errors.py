@@ -32,7 +32,6 @@ from rftfit.measure.errors import (
 from rftfit.measure.repeats import FLOORS, RunScatter
 from rftfit.measure.slopes import fit_slope
 from rftfit.reference import BETA_DEG, GAMMA_DEG, alpha_grid
-from rftfit.store.chosen import chosen
 
 NONE = ErrorSettings(
     surface_run_mm=0, surface_session_mm=0, angle_deg=0, turn_deg=0, tare_percent=0, bed_percent=0
@@ -126,14 +125,13 @@ def test_the_surface_is_judged_by_the_offsets():
     assert np.mean([surface.run for surface in surfaces]) == pytest.approx(0.1, rel=0.08)
     assert np.mean([surface.session for surface in surfaces]) == pytest.approx(0.2, rel=0.05)
     # what says nothing of the surface, or is told, does not count
-    prior_cm = chosen("measure", "errors").prior_cm
     blind = surface_error(np.full(60, 3.0), np.full(60, 0.5), UNKNOWN)
-    assert (blind.run, blind.session) == (prior_cm, 0.0)
+    assert (blind.run, blind.session) == (0.1, 0.0)
     stated = surface_error(
         np.full(60, 3.0), noise, ErrorSettings(surface_run_mm=1, surface_session_mm=2)
     )
     assert (stated.run, stated.session) == (0.1, 0.2)
-    assert surface_error(np.full(3, 0.3), noise[:3], UNKNOWN).run > prior_cm
+    assert surface_error(np.full(3, 0.3), noise[:3], UNKNOWN).run > 0.1
     assert surface_error(np.full(60, 0.3), noise, UNKNOWN, is_given=False).run == 0
 
 

@@ -12,9 +12,6 @@ from scipy.stats import norm
 from rftfit.compare.leg_angle import common_offset, offset_of_curve
 from rftfit.compare.legs import leg_errors, leg_prediction
 from rftfit.reference import LEGS, MEDIA, alpha_grid, load
-from rftfit.store.chosen import chosen
-
-CHOSEN = chosen("compare", "leg_angle")
 
 OFF_DEG = 5.0
 """Error of theta that the logs of all legs have."""
@@ -63,14 +60,14 @@ def test_constants_are_not_smaller_than_what_published_curves_show(published, pr
     )
     assert table.shape == (5, len(LEGS))
     of_legs = table.mean()
-    assert 1.5 < of_legs.std(ddof=1) <= CHOSEN.between_legs_deg
+    assert 1.5 < of_legs.std(ddof=1) <= 2.3
     of_media = (table - of_legs).mean(axis=1)
     rest = (table - of_legs).sub(of_media, axis=0).to_numpy()
     of_rest = np.sqrt((rest**2).sum() / (4 * (len(LEGS) - 1)))
-    assert of_rest == pytest.approx(CHOSEN.between_curves_deg, abs=0.1)
+    assert of_rest == pytest.approx(1.1, abs=0.1)
     # the mean over the legs of a medium holds a part of the rest
     of_media_alone = np.sqrt(of_media.var(ddof=1) - of_rest**2 / len(LEGS))
-    assert of_media_alone == pytest.approx(CHOSEN.between_media_deg, abs=0.1)
+    assert of_media_alone == pytest.approx(1.9, abs=0.1)
 
 
 def test_published_curves_of_one_medium_or_of_all_show_no_error_of_theta(published, predicted):

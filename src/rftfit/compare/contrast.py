@@ -774,40 +774,36 @@ class _Contrast:
             "runs_a": self.a.n.astype(int),
             "runs_b": self.b.n.astype(int),
         }
-        sides = zip("ab", (self.a, self.b), self._blocks, strict=True)
         x_missing = np.where(self.a.repeats.across_known, 0.0, math.nan)
-        for name, side, block in sides:
+        for name, values, covariances, quantile in (
+            ("alpha_{}_a", self.a.mean, self._blocks[0], for_one),
+            ("alpha_{}_b", self.b.mean, self._blocks[1], for_one),
+            ("difference_{}", off, covariance, for_all),
+        ):
             for place, c in enumerate("zx"):
-                value = side.mean[:, place] + place * x_missing
-                half = for_one * np.sqrt(block[:, place, place])
-                columns |= {
-                    f"alpha_{c}_{name}_N_per_cm3": value,
-                    f"alpha_{c}_{name}_lo_N_per_cm3": value - half,
-                    f"alpha_{c}_{name}_hi_N_per_cm3": value + half,
-                }
-        for place, c in enumerate("zx"):
-            value = off[:, place] + place * x_missing
-            half = for_all * np.sqrt(covariance[:, place, place])
-            columns |= {
-                f"difference_{c}_N_per_cm3": value,
-                f"difference_{c}_lo_N_per_cm3": value - half,
-                f"difference_{c}_hi_N_per_cm3": value + half,
-            }
+                value = values[:, place] + place * x_missing
+                half = quantile * np.sqrt(covariances[:, place, place])
+                columns |= _with_ends(name.format(c), "_N_per_cm3", value, half)
         mean = self.mean(ratio)
         length = np.maximum(np.hypot(*mean.T), 1e-30)
         unit = mean / length[:, None]
         by_direction = ratio * (1 + (off * unit).sum(axis=1) / length)
         half = for_one * ratio * np.sqrt(np.einsum("ci,cij,cj->c", unit, covariance, unit)) / length
-        is_known = half < ratio
-        for end, value in (("", by_direction), ("_lo", by_direction - half)):
-            columns[f"ratio{end}"] = np.where(is_known, value, math.nan)
-        columns["ratio_hi"] = np.where(is_known, by_direction + half, math.nan)
+        columns |= _with_ends("ratio", "", np.where(half < ratio, by_direction, math.nan), half)
         squares = np.einsum("ci,cij,cj->c", off, np.linalg.pinv(covariance), off)
         count = 1.0 + self.a.repeats.across_known
         chances = [_f_test_p(s / k, k, dof) for s, k in zip(squares, count, strict=True)]
         columns["p"] = np.minimum(np.array(chances) * n, 1.0)
         order = np.argsort(-squares / count, kind="stable")
         return pd.DataFrame(columns).iloc[order].reset_index(drop=True)
+
+
+def _with_ends(
+    name: str, unit: str, value: FloatArray, half_width: FloatArray
+) -> dict[str, FloatArray]:
+    """Return the columns of a quantity and of the ends of its interval."""
+    ends = {"": 0.0, "_lo": -half_width, "_hi": half_width}
+    return {f"{name}{end}{unit}": value + off for end, off in ends.items()}
 
 
 # --- Distributions; scipy.special, as scipy.stats takes ten times as long to import

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from rftfit.conventions import FloatArray
 from rftfit.measure.flags import Refused
@@ -72,9 +73,9 @@ def moving_spans(time: FloatArray, speed: FloatArray) -> FloatArray:
     less than 0.1 s are jitter and left out, and so are rests: an arm that changes its direction
     without a pause does not stop.
     """
-    first, last = _moving_rows(speed)
+    first, stop = find_stretches(speed > _MOVING)
     starts = _interpolate_crossing(time, speed, first - 1, first)
-    ends = _interpolate_crossing(time, speed, last, last + 1)
+    ends = _interpolate_crossing(time, speed, stop - 1, stop)
     rests = starts[1:] - ends[:-1] > _JITTER_S
     starts = starts[np.append(True, rests)[: starts.size]]
     ends = ends[np.append(rests, True)[: ends.size]]
@@ -84,16 +85,15 @@ def moving_spans(time: FloatArray, speed: FloatArray) -> FloatArray:
 
 def is_encoder_noise(time: FloatArray, speed: FloatArray) -> bool:
     """Return True if most stretches of motion are so short that they are the noise of an encoder."""
-    first, last = _moving_rows(speed)
-    short = time[last] - time[first] < _JITTER_S
+    first, stop = find_stretches(speed > _MOVING)
+    short = time[stop - 1] - time[first] < _JITTER_S
     return bool(short.size and short.mean() > 0.5)
 
 
-def _moving_rows(speed: FloatArray) -> tuple[np.ndarray, np.ndarray]:
-    """Index of the first and of the last row of every stretch in which the arm moves."""
-    moving = np.concatenate([[False], speed > _MOVING, [False]])
-    change = np.flatnonzero(moving[1:] != moving[:-1])
-    return change[::2], change[1::2] - 1
+def find_stretches(is_inside: npt.NDArray[np.bool_]) -> npt.NDArray[np.intp]:
+    """Return the first row of every stretch of True, and the row after its last one, shape (2, k)."""
+    edges = np.flatnonzero(np.diff(is_inside, prepend=False, append=False))
+    return edges.reshape(-1, 2).T
 
 
 def whole_spans(spans: FloatArray, first: float, last: float) -> FloatArray:

@@ -13,6 +13,7 @@ from rftfit.campaign.config import AnyPlate, Arm, Config, Leg, Transducer, ZeroS
 from rftfit.campaign.sheet import Run
 from rftfit.conventions import FloatArray
 from rftfit.logs.base import Log
+from rftfit.measure.clocks import find_stretches
 from rftfit.measure.flags import REPEATED, Refused
 from rftfit.measure.levels import median
 from rftfit.measure.log_columns import ANGLE_TO_RAD, unit_factor
@@ -242,10 +243,9 @@ def find_zero(
     `drift_N_per_min`: Largest drift of the zero.
     `least_cm`: Height above the surface that the samples in air have, for the message alone.
     """
-    rest_rows = np.flatnonzero(at_rest)
     fewest = fewest_for_zero(time)
-    breaks = np.flatnonzero(np.diff(rest_rows) > 1) + 1
-    row_groups = [rows for rows in np.split(rest_rows, breaks) if rows.size >= fewest]
+    stretches = find_stretches(at_rest).T.tolist()
+    row_groups = [np.arange(first, stop) for first, stop in stretches if stop - first >= fewest]
     if not row_groups:
         raise Refused("no-zero", least=least_cm)
     rests = [(float(time[rows].mean()), rows) for rows in row_groups]
