@@ -389,7 +389,7 @@ def _judge_spread(measured: MediumMeasurements) -> Check | None:
     from scipy.special import chdtri
 
     fits = measured.tables["fits"]
-    runs = fits[np.isfinite(alpha_columns(fits)).any(axis=0)]
+    runs = fits[np.isfinite(np.stack(alpha_columns(fits))).any(axis=0)]
     if runs.empty:
         return None
     number = number_rows(runs, measured.config.grid.angle_tolerance_deg)

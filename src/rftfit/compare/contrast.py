@@ -802,8 +802,8 @@ def _with_ends(
     name: str, unit: str, value: FloatArray, half_width: FloatArray
 ) -> dict[str, FloatArray]:
     """Return the columns of a quantity and of the ends of its interval."""
-    ends = {"": 0.0, "_lo": -half_width, "_hi": half_width}
-    return {f"{name}{end}{unit}": value + off for end, off in ends.items()}
+    ends = {"": value, "_lo": value - half_width, "_hi": value + half_width}
+    return {f"{name}{end}{unit}": values for end, values in ends.items()}
 
 
 # --- Distributions; scipy.special, as scipy.stats takes ten times as long to import

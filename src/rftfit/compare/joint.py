@@ -161,7 +161,7 @@ class Scan(NamedTuple):
     @property
     def least_seen(self) -> FloatArray:
         """Least size of each candidate that is told with a probability of 80 %."""
-        return self.tolerated + (self.limit + _CHOSEN.power_sigmas) * self.error
+        return np.asarray(self.tolerated + (self.limit + _CHOSEN.power_sigmas) * self.error)
 
 
 @dataclass(eq=False)

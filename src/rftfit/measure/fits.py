@@ -482,11 +482,8 @@ def curved(
     `deepest`: Depth of the end of the window, cm.
     """
     size = np.abs(ratio)
-    return (
-        (p < slopes.CURVED_P)
-        & (size > _CHOSEN.curved_ratio)
-        & (size * np.abs(alpha) * deepest > visible)
-    )
+    is_large = (size > _CHOSEN.curved_ratio) & (size * np.abs(alpha) * deepest > visible)
+    return np.asarray((p < slopes.CURVED_P) & is_large)
 
 
 # --- Tables of the stage

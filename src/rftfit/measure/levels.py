@@ -57,7 +57,8 @@ def median_of_runs(values: FloatArray) -> tuple[float, float]:
 
 def _fewest_in_cluster(count: int) -> int:
     """Fewest runs of a cluster among `count` runs."""
-    return max(FEW_RUNS + 1, math.ceil(_CHOSEN.cluster * count))
+    share_of_runs: int = math.ceil(_CHOSEN.cluster * count)
+    return max(FEW_RUNS + 1, share_of_runs)
 
 
 def two_clusters(values: FloatArray) -> tuple[float, Mask] | None:

@@ -27,7 +27,7 @@ FLOORS = np.array(_CHOSEN.floors)
 USUAL_FLOORS = np.array(_CHOSEN.usual_floors)
 """Probability of each floor before any repeat is seen."""
 
-_SCATTERS = np.geomspace(*_CHOSEN.scatters_between, 500)
+_SCATTERS = np.geomspace(_CHOSEN.least_scatter, _CHOSEN.most_scatter, 500)
 """Values of s, the relative scatter at the largest force, whose likelihoods are compared; the smallest counts as 0."""
 
 _NO_VARIANCE = 1e-30
