@@ -389,7 +389,8 @@ def _judge_spread(measured: MediumMeasurements) -> Check | None:
     from scipy.special import chdtri
 
     fits = measured.tables["fits"]
-    runs = fits[np.isfinite(np.stack(alpha_columns(fits))).any(axis=0)]
+    alpha_z, alpha_x = alpha_columns(fits)
+    runs = fits[np.isfinite(alpha_z) | np.isfinite(alpha_x)]
     if runs.empty:
         return None
     number = number_rows(runs, measured.config.grid.angle_tolerance_deg)
