@@ -174,21 +174,22 @@ def test_directions_near_one_another_are_one_cell_and_no_run_is_without():
     assert len(narrow) == 4
 
 
+@pytest.mark.parametrize("confidence", [0.8, 0.95])
 @pytest.mark.parametrize("values", [(0.30, 0.60), (0.30, 0.31, 0.60)])
-def test_a_run_that_stands_apart_widens_its_cell_and_no_other(values):
-    """Of two runs the interval reaches the other; of three it is that of their scatter."""
+def test_a_run_that_stands_apart_widens_its_cell_and_no_other(values, confidence):
+    """Of two runs the interval reaches the other at any confidence; of three it is that of their scatter."""
     runs = [run(f"a{n}", 0, 90, value) for n, value in enumerate(values)]
     runs += [run(f"{n}{b}", b, 90, 0.2 + 0.01 * n) for b in (30, 60) for n in range(2)]
     columns = pd.DataFrame(runs)
     off = {f"a{len(values) - 1}": (0.30, 0.0)}
-    cells = alpha_table(columns, "m", 0.95, 3, None, PAPER, None, outliers=off)
+    cells = alpha_table(columns, "m", confidence, 3, None, PAPER, None, outliers=off)
     cell_row = cell(cells, 0, 90)
     assert cell_row[column("z")] == pytest.approx(np.mean(values))
     assert cell_row[column("z", "_lo")] <= np.median(values[:-1]) + 1e-9
     if len(values) > 2:
         scatter = np.std(values, ddof=1) / math.sqrt(3)
         assert cell_row[column("z", "_bed")] == pytest.approx(scatter)
-    without = alpha_table(columns[~columns["run_id"].isin(off)], "m", 0.95, 3, None, PAPER)
+    without = alpha_table(columns[~columns["run_id"].isin(off)], "m", confidence, 3, None, PAPER)
     names = [column("z", quantity) for quantity in ("", "_bed", "_lo", "_hi")]
     for beta in (30, 60):
         np.testing.assert_allclose(

@@ -17,7 +17,7 @@ import pandas as pd
 import pytest
 from mistakes import GRIDS
 from result_tables import LABORATORY, alpha_frame, make_campaign
-from scipy.stats import chi2
+from scipy.stats import chi2, norm
 
 import rftfit
 from rftfit import reference, rft3d_profile
@@ -84,16 +84,20 @@ NO_RUNS_OF_NOTE = {
 """Tables in which nothing is said of any run."""
 
 
+NO_TABLE: Any = SimpleNamespace(
+    table=None,
+    transducer=SimpleNamespace(axes=AXES),
+    force_log=SimpleNamespace(columns={}),
+    grid=Grid(),
+    fit=SimpleNamespace(confidence=0.95),
+)
+"""Config of a campaign with logs, as far as checks read it."""
+
+
 def measured(sheet=None, config=None, medium=None, copies=(), **tables):
     """A measured medium of which only what a check reads is there."""
-    no_table: Any = SimpleNamespace(
-        table=None,
-        transducer=SimpleNamespace(axes=AXES),
-        force_log=SimpleNamespace(columns={}),
-        grid=Grid(),
-    )
     return MediumMeasurements(
-        config or no_table, medium, sheet or {}, NO_RUNS_OF_NOTE | tables, copies
+        config or NO_TABLE, medium, sheet or {}, NO_RUNS_OF_NOTE | tables, copies
     )
 
 
@@ -688,6 +692,17 @@ def test_turn_of_the_mount_by_mirror_images(rows, turn, se, turned_deg):
     parted = table.assign(alpha_x_turn_N_per_cm3=0.1)
     parted["alpha_x_se_N_per_cm3"] = np.hypot(parted["alpha_x_se_N_per_cm3"], 0.1)
     assert Cells.of(parted).turn_rad == pytest.approx((turn, se), nan_ok=True, rel=1e-6)
+
+
+@pytest.mark.parametrize("confidence", [0.8, 0.95])
+def test_the_turn_of_the_mount_has_an_interval_of_the_confidence_of_the_campaign(confidence):
+    config = SimpleNamespace(**vars(NO_TABLE) | {"fit": SimpleNamespace(confidence=confidence)})
+    table = few_cells([(0, 90, 0.5, -0.05, 0, 0.01)])
+    values = axes(table, config)["symmetry"].values["interval"].values
+    low, high = values["low"], values["high"]
+    assert (low + high) / 2 == pytest.approx(math.degrees(math.atan(0.1)))
+    half = norm.ppf(0.5 + confidence / 2) * math.degrees(0.01 / 0.5)
+    assert (high - low) / 2 == pytest.approx(half)
 
 
 def test_how_much_a_level_plate_may_feel_sideways():

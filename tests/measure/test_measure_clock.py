@@ -52,7 +52,7 @@ class Rig:
         self.motion = IntruderPath(1000 + tick + offset, np.zeros(tick.size), z, angle)
 
     def fit(self):
-        force = moving_spans(self.force_time, self.line, 0.5)
+        force = moving_spans(self.force_time, self.line)
         return align(force, self.motion.spans(Arm()), LIMIT)
 
 
@@ -129,7 +129,7 @@ def test_nothing_to_match():
 def test_stretch_that_the_log_cuts_is_left_out():
     time, speed = np.arange(100) / 50, np.zeros(100)
     speed[:20], speed[40:60], speed[80:] = 1, 1, 1
-    stretches = moving_spans(time, speed, 0.5)
+    stretches = moving_spans(time, speed)
     assert len(stretches) == 3
     assert len(whole_spans(stretches, time[0], time[-1])) == 1
     np.testing.assert_array_equal(whole_spans(stretches, time[0], time[-1])[0], stretches[1])

@@ -21,7 +21,6 @@ from rftfit.measure.alpha import alpha_table, column
 from rftfit.measure.errors import (
     ASSUMED,
     FEW_REPEATS,
-    PRIOR_CM,
     REPEATS,
     STATED,
     Spread,
@@ -127,12 +126,12 @@ def test_the_surface_is_judged_by_the_offsets():
     assert np.mean([surface.session for surface in surfaces]) == pytest.approx(0.2, rel=0.05)
     # what says nothing of the surface, or is told, does not count
     blind = surface_error(np.full(60, 3.0), np.full(60, 0.5), UNKNOWN)
-    assert (blind.run, blind.session) == (PRIOR_CM, 0.0)
+    assert (blind.run, blind.session) == (0.1, 0.0)
     stated = surface_error(
         np.full(60, 3.0), noise, ErrorSettings(surface_run_mm=1, surface_session_mm=2)
     )
     assert (stated.run, stated.session) == (0.1, 0.2)
-    assert surface_error(np.full(3, 0.3), noise[:3], UNKNOWN).run > PRIOR_CM
+    assert surface_error(np.full(3, 0.3), noise[:3], UNKNOWN).run > 0.1
     assert surface_error(np.full(60, 0.3), noise, UNKNOWN, is_given=False).run == 0
 
 

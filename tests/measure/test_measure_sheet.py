@@ -7,10 +7,12 @@ import numpy as np
 import pandas as pd
 import pytest
 from mistakes import Written, enacted, judged
+from scipy.stats import t
 
 from rftfit import TableProfile
 from rftfit.campaign.problems import CampaignError
 from rftfit.checks.declared import MediumMeasurements
+from rftfit.checks.runs import check_rods
 from rftfit.checks.sheet import check_sheet
 from rftfit.compare.joint import RunSlopes
 from rftfit.compare.misplaced import MISPLACED_COLUMNS, find_misplaced
@@ -224,6 +226,28 @@ def test_share_of_the_tares_that_is_too_much(share):
     assert estimate is not None
     assert estimate.share == pytest.approx(share, rel=0.15, abs=max(4 * estimate.se, 0.02))
     assert estimate.se < 0.1
+
+
+@pytest.mark.parametrize("confidence", [0.8, 0.95])
+def test_other_rods_are_told_with_an_interval_of_the_confidence_of_the_campaign(confidence):
+    """Of Student's t, as few directions show the scatter."""
+    fits, tared, windows = samples_of(0.6)
+    tares = fits.assign(tare_rms_N=1.0, force_rms_N=2.0)
+    tables = {"fits": fits, "tared": tared, "windows": windows, "tares": tares}
+    sheet: Any = {name: SimpleNamespace(run_id=name, kind="plate") for name in fits["run_id"]}
+    config: Any = SimpleNamespace(
+        grid=SimpleNamespace(angle_tolerance_deg=TOLERANCE_DEG),
+        fit=SimpleNamespace(confidence=confidence),
+    )
+    medium: Any = None
+    check = check_rods(MediumMeasurements(config, medium, sheet, tables, {}))
+    estimate = estimate_share_too_much(fits, tared, windows, TOLERANCE_DEG)
+    assert estimate is not None
+    assert check.code == "rods-other"
+    ends = estimate.share + estimate.se * t.ppf(
+        [0.5 - confidence / 2, 0.5 + confidence / 2], estimate.dof
+    )
+    assert [check.values["low"], check.values["high"]] == pytest.approx(ends)
 
 
 def test_nothing_tells_the_rods_where_all_runs_share_one_or_go_straight_down():

@@ -7,6 +7,7 @@ import pandas as pd
 import pytest
 from coverage_levels import paper_config
 from result_tables import alpha_frame, results_of
+from scipy.stats import norm
 
 from rftfit.compare.leg_angle import common_offset, offset_of_curve
 from rftfit.compare.legs import leg_errors, leg_prediction
@@ -83,7 +84,7 @@ def test_legs_of_one_medium_tell_less_than_as_many_curves_of_several():
     in_three = common_offset(dict.fromkeys(zip(media, LEGS, strict=True), 1.0))
     half_widths = [common.hi_deg - common.offset_deg for common in (in_one, in_three)]
     by_hand = [
-        1.96 * np.sqrt(variance)
+        norm.ppf(0.975) * np.sqrt(variance)
         for variance in (1.9**2 + (2.3**2 + 1.1**2) / 3, (1.9**2 + 2.3**2 + 1.1**2) / 3)
     ]
     np.testing.assert_allclose(half_widths, by_hand)

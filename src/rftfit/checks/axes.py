@@ -26,6 +26,7 @@ from rftfit.measure.alpha import alpha_columns, column, rows_at
 from rftfit.measure.fits import LEAST_WORK
 from rftfit.measure.flags import remark
 from rftfit.measure.lab_frame import measured_channel
+from rftfit.measure.slopes import normal_quantile
 from rftfit.measure.verdict_words import DOUBTFUL, UNUSABLE
 from rftfit.store.chosen import chosen
 
@@ -67,7 +68,7 @@ def check_work(measured: MediumMeasurements) -> Check:
     if not (count := cells.gamma.size):
         return Check.skip("work", "work-no-cell")
     work, work_noise = cells.work
-    negative_cells = alpha[np.isfinite(alpha_columns(alpha)).all(axis=0)][work < -work_noise]
+    negative_cells = alpha.iloc[cells.rows[work < -work_noise]]
     runs = " ".join(negative_cells["run_ids"]).split()
     worst = int((work / work_noise).argmin())
     limit = "few-cells" if cells.fewest_negative > 1 else "no-cell"
@@ -133,19 +134,20 @@ def check_symmetry(measured: MediumMeasurements) -> Check:
     if math.isnan(turn):
         return Check.skip("symmetry", "symmetry-no-cell")
     degrees = math.degrees(turn)
-    low, high = (degrees + sign * 1.96 * math.degrees(se) for sign in (-1, 1))
+    half_deg = normal_quantile(measured.config.fit.confidence) * math.degrees(se)
     values: dict[str, Any] = {
         "turn_deg": degrees,
-        "interval": remark("interval-deg", low=low, high=high) if se else "",
+        "interval": remark("interval-deg", low=degrees - half_deg, high=degrees + half_deg)
+        if se
+        else "",
         "most_deg": math.degrees(_CHOSEN.turn + _CHOSEN.sigmas * se),
         "most_errors": _CHOSEN.unlike,
     }
     misfit, worst = cells.mirror_misfit
     if misfit <= _CHOSEN.unlike:
         return Check.judge("symmetry", cells.mirror_images_agree, **values)
-    alpha = measured.tables["alpha"]
-    row = np.flatnonzero(np.isfinite(alpha_columns(alpha)).all(axis=0))[worst]
-    beta, gamma = (alpha[f"{name}_deg"].iloc[row] for name in ("beta", "gamma"))
+    row = measured.tables["alpha"].iloc[cells.rows[worst]]
+    beta, gamma = row["beta_deg"], row["gamma_deg"]
     values |= {"beta_deg": beta, "image_deg": -beta, "size_deg": abs(beta), "gamma_deg": gamma}
     return Check.judge("symmetry", False, code="symmetry-pair", errors=misfit, **values)
 
@@ -186,6 +188,7 @@ def check_up_down(measured: MediumMeasurements) -> Check:
 class Cells:
     """Cells of an alpha table that have alpha.
 
+    `rows`: Row of each cell in the table, shape (n,).
     `gamma`: rad, shape (n,).
     `side`: -1 where the sign of alpha_x was turned, as for an extraction; else 1.
     `force`, `se`: Alpha and its standard error, z and x, N/cm^3, shape (2, n).
@@ -194,6 +197,7 @@ class Cells:
     `pairs`: Indices of cells on vertical paths that are mirror images of each other, or of themselves, shape (2, k).
     """
 
+    rows: npt.NDArray[np.intp]
     gamma: FloatArray
     side: FloatArray
     force: FloatArray
@@ -206,10 +210,10 @@ class Cells:
     @classmethod
     def of(cls, alpha: pd.DataFrame) -> Cells:
         """Select the cells of an alpha table that have alpha."""
-        measured_cells = np.flatnonzero(np.isfinite(alpha_columns(alpha)).all(axis=0))
-        table = alpha.iloc[measured_cells].reset_index(drop=True)
+        rows = np.flatnonzero(np.isfinite(alpha_columns(alpha)).all(axis=0))
+        table = alpha.iloc[rows].reset_index(drop=True)
         force = np.stack(alpha_columns(table))
-        se = np.nan_to_num(np.stack([table[column(c, "_se")].to_numpy(float) for c in "zx"]))
+        se = np.nan_to_num(alpha_columns(table, "_se"))
         gamma = np.radians(table["gamma_deg"].to_numpy(float))
         turn = np.nan_to_num(table[column("x", "_turn")].to_numpy(float))
         beta_deg, gamma_deg = (table[f"{name}_deg"].to_numpy(float) for name in ("beta", "gamma"))
@@ -218,7 +222,7 @@ class Cells:
         first_cells = np.flatnonzero((image >= np.arange(image.size)) & (np.abs(gamma_deg) == 90))
         pairs = np.stack([first_cells, image[first_cells]])
         side = np.where(gamma < 0, -1.0, 1.0)
-        return cls(gamma, side, force, se, turn, push, pull, pairs)
+        return cls(rows, gamma, side, force, se, turn, push, pull, pairs)
 
     @property
     def work(self) -> tuple[FloatArray, FloatArray]:

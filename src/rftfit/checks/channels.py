@@ -23,6 +23,7 @@ from rftfit.checks.runs import check_drift, check_rods
 from rftfit.checks.shared import CLEAR, find_likelier_axes
 from rftfit.conventions import FloatArray
 from rftfit.directions import number_rows
+from rftfit.measure.alpha import alpha_columns
 from rftfit.measure.flags import Remark, format_remarks, remark
 from rftfit.measure.lab_frame import is_symmetric, measured_channel
 from rftfit.measure.levels import Mask, two_clusters
@@ -198,13 +199,7 @@ def compare_with_known(
         return []
     side = np.where(table["mirrored"].to_numpy(bool), -1.0, 1.0)
     sides = np.stack([np.ones_like(side), side])
-    force = sides * np.stack(
-        [
-            table[f"alpha_{c}_N_per_cm3"].to_numpy(float)
-            + table[f"alpha_{c}_rod_N_per_cm3"].fillna(0)
-            for c in "zx"
-        ]
-    )
+    force = sides * np.add(alpha_columns(table), np.nan_to_num(alpha_columns(table, "_rod")))
     # a component that was not measured counts as 0, and 0 is expected of it
     unmeasured = np.isnan(force[1]) & ~np.isnan(force[0])
     force[1, unmeasured] = 0.0

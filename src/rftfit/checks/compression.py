@@ -12,7 +12,7 @@ from rftfit.checks.declared import SOUND_LOGS, Check, MediumMeasurements, Words,
 from rftfit.checks.law import BEFOREHAND_DOF
 from rftfit.conventions import FloatArray
 from rftfit.directions import number_rows
-from rftfit.measure.alpha import column
+from rftfit.measure.alpha import alpha_columns
 from rftfit.measure.laws import PATCHES
 from rftfit.measure.slopes import student_limit
 from rftfit.measure.verdict_words import DOUBTFUL
@@ -92,8 +92,7 @@ def fit_exponent_trend(fits: pd.DataFrame, tolerance_deg: float) -> Trend | None
     and x in the same run shows most. Channels of one transducer have the same amplifiers, so the change depends on the
     force alone.
     """
-    force = np.abs(np.stack([fits[column(c)].to_numpy(float) for c in "zx"]))
-    force *= fits["depth_to_cm"].to_numpy(float)
+    force = np.abs(alpha_columns(fits)) * fits["depth_to_cm"].to_numpy(float)
     largest = float(np.nanmax(force, initial=0.0))
     if not largest > 0:
         return None

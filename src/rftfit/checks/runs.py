@@ -21,14 +21,14 @@ from rftfit.checks.declared import (
     flags_on,
 )
 from rftfit.directions import number_rows
-from rftfit.measure.alpha import cell_at, column
+from rftfit.measure.alpha import alpha_columns, cell_at, column
 from rftfit.measure.errors import spread_of_beds
 from rftfit.measure.flags import Remark, format_remarks, remark
 from rftfit.measure.ledger import RowStatus
-from rftfit.measure.levels import FEW_RUNS, MODES, median_of_runs
+from rftfit.measure.levels import FEW_RUNS, MODES, median_of_runs, sd_by_median
 from rftfit.measure.rods import estimate_share_too_much
 from rftfit.measure.samples import split_runs
-from rftfit.measure.slopes import student_limit
+from rftfit.measure.slopes import student_limit, student_quantile
 from rftfit.measure.verdict_words import DOUBTFUL, FAILED, MAP, NOT_CHECKED, UNUSABLE
 from rftfit.store.chosen import chosen
 
@@ -123,7 +123,8 @@ def _judge_other_rods(measured: MediumMeasurements) -> Check | None:
     most = _CHOSEN.other_rods + student_limit(_CHOSEN.other_rods_sure, dof) * se
     if abs(share) <= most or most > (_CHOSEN.too_much_seen if share > 0 else _CHOSEN.missing_seen):
         return None
-    low, high = (share + sign * 1.96 * se for sign in (-1, 1))
+    half_width = float(student_quantile(measured.config.fit.confidence, dof)) * se
+    low, high = share - half_width, share + half_width
     code = "rods-other" if share > 0 else "rods-other-small"
     if share < 0:
         share, low, high = -share, -high, -low
@@ -221,7 +222,7 @@ def _judge_trend_at_rest(measured: MediumMeasurements, table: pd.DataFrame) -> C
     deviation = np.abs(trend - middle[:, None])
     # a common drift is a fault of all runs; else only runs that clearly drift more than the others are
     common = (np.abs(middle) > limit) & (np.abs(middle) > _CHOSEN.drift * typical)
-    spread = 1.4826 * np.median(deviation, axis=1)[:, None]
+    spread = sd_by_median(deviation)[:, None]
     alone = (deviation > MODES * spread) & (
         deviation > _CHOSEN.drift_of_one * np.maximum(force[has_trend], typical)
     )
@@ -387,14 +388,13 @@ def _judge_spread(measured: MediumMeasurements) -> Check | None:
     """Fail the medium if repeats scatter more than ordinary beds, though no run differs clearly; else return None."""
     from scipy.special import chdtri
 
-    fits, names = measured.tables["fits"], [column(c) for c in "zx"]
-    runs = fits[np.isfinite(fits[names].to_numpy(float)).any(axis=1)]
+    fits = measured.tables["fits"]
+    alpha_z, alpha_x = alpha_columns(fits)
+    runs = fits[np.isfinite(alpha_z) | np.isfinite(alpha_x)]
     if runs.empty:
         return None
     number = number_rows(runs, measured.config.grid.angle_tolerance_deg)
-    alpha, se = (
-        runs[columns].to_numpy(float).T for columns in (names, [column(c, "_se") for c in "zx"])
-    )
+    alpha, se = np.stack(alpha_columns(runs)), np.stack(alpha_columns(runs, "_se"))
     groups = [(alpha[:, number == first], se[:, number == first]) for first in np.unique(number)]
     scatter = spread_of_beds(groups).scatter
     if scatter is None:

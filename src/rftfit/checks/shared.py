@@ -17,7 +17,7 @@ from rftfit.checks.declared import (
     declare_check,
     flags_on,
 )
-from rftfit.measure.alpha import column
+from rftfit.measure.alpha import alpha_columns
 from rftfit.measure.flags import Remark, format_remarks, remark
 from rftfit.measure.lab_frame import measures_force_x
 from rftfit.measure.verdict_words import DOUBTFUL, FEWEST_RUNS, NO_RUNS, PULLS, UNUSABLE
@@ -163,8 +163,7 @@ def check_shared(measured: MediumMeasurements) -> Check:
             sheet, config = measured.sheet, measured.config
             if not any(measures_force_x(config, sheet[run]) for run in fits["run_id"]):
                 return Check.skip("shared", "shared-no-x")
-            slopes = fits[[column(c) for c in "zx"]].to_numpy(float)
-            count = int(np.isfinite(slopes).all(axis=1).sum())
+            count = int(np.isfinite(alpha_columns(fits)).all(axis=0).sum())
             return Check.skip("shared", "shared-few", count=count, wanted=FEWEST_RUNS)
         return Check.skip("shared", "shared-open", missing=", ".join(missing))
     least_text = " and ".join(map(str, least_remarks))

@@ -34,9 +34,17 @@ from rftfit.checks.law import (
 from rftfit.checks.runs import SURE
 from rftfit.conventions import FloatArray
 from rftfit.directions import number_directions, number_rows
+from rftfit.measure.depths import CLEAR_ALPHA, is_steep
 from rftfit.measure.flags import Remark, remark
 from rftfit.measure.laws import LEVELLED_CM, PATCHES, exponent_lever, ordinary_surface
-from rftfit.measure.levels import FEW_RUNS, Mask, median_of_runs, shifted_runs, two_clusters
+from rftfit.measure.levels import (
+    FEW_RUNS,
+    Mask,
+    median_of_runs,
+    sd_by_median,
+    shifted_runs,
+    two_clusters,
+)
 from rftfit.measure.slopes import student_limit, student_quantile
 from rftfit.measure.verdict_words import DOUBTFUL, FAILED
 from rftfit.store.chosen import chosen
@@ -151,13 +159,13 @@ def _judge_surface_and_linearity(measured: MediumMeasurements) -> tuple[Check, C
         return Check.skip("surface", "rod-in-it"), Check.skip("linearity", "rod-in-it")
     if measured.medium.role != "laboratory":
         unchecked = "natural-sand"
-    steep_fits = fits[(fits["gamma_deg"].abs() >= 45) & fits["start_cm"].notna()]
+    steep_fits = fits[is_steep(fits) & fits["start_cm"].notna()]
     alpha, se, free_slope = (
         steep_fits[f"{name}_N_per_cm3"].to_numpy(float)
         for name in ("alpha_z", "alpha_z_se", "free_slope_z")
     )
     # a nearly flat line may reach zero at any depth
-    clear = np.fmin(np.abs(alpha), np.abs(free_slope)) > _CHOSEN.clear_alpha * se
+    clear = np.fmin(np.abs(alpha), np.abs(free_slope)) > CLEAR_ALPHA * se
     steep_fits, alpha = steep_fits[clear], np.abs(alpha[clear])
     pushes = steep_fits["direction"].to_numpy() == "intrusion"
     if not unchecked and pushes.sum() < FEW_RUNS:
@@ -289,7 +297,7 @@ class Starts:
             residual = np.abs(self.start - design @ coefficients) / self.error
             for side in (all_runs, self.pushes, ~self.pushes):
                 if residual[side].size >= FEW_RUNS:
-                    spread[side] = max(1.4826 * float(np.median(residual[side])), 0.3)
+                    spread[side] = max(float(sd_by_median(residual[side])), 0.3)
             # weights of Huber: residuals beyond 1.5 standard deviations count less
             weight = np.minimum(1.0, 1.5 * spread / np.maximum(residual, 1e-9))
         return coefficients, np.asarray(inverse), sigma

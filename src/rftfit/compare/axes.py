@@ -30,7 +30,7 @@ AXES = {
 
 _CHOSEN = chosen("compare", "axes")
 
-_SIZES = np.exp(np.linspace(-1.0, 0.6, 9))
+_SIZES = np.exp(np.linspace(*_CHOSEN.log_sizes))
 """Sizes of the medium relative to the size of its alpha, over which the evidence is summed."""
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from functools import cache
 from typing import TYPE_CHECKING
 
@@ -27,23 +26,13 @@ READING_PERCENT = 2.0
 """Standard error of a force that is read from the drawing of a published leg, % of the largest of its curve."""
 
 
-def published_body_error(leg: str, without: Iterable[str] = ()) -> BodyError:
-    """Learn what the model gets wrong on a published leg, from Fig. S5 and the maps of Table S5.
-
-    `without`: media whose legs are left out, and whose shapes the maps do not use.
-    """
-    choose("leg", leg, LEGS)
-    return _published_body_error(leg, frozenset(without))
-
-
 @cache
-def _published_body_error(leg: str, without: frozenset[str]) -> BodyError:
-    """Learn as `published_body_error`; the cache needs a frozenset."""
+def published_body_error(leg: str) -> BodyError:
+    """Learn what the model gets wrong on a published leg, from Fig. S5 and the maps of Table S5."""
+    choose("leg", leg, LEGS)
     curves, alpha = load("fig_s5"), load("table_s5")
     measurements = []
     for medium in MEDIA:
-        if medium in without:
-            continue
         rows = curves[(curves["medium"] == medium) & (curves["leg"] == leg)]
         largest = float(rows[["force_z_N", "force_x_N"]].abs().max().max())
         motion = rotation(rows["theta_deg"].to_numpy(float))
@@ -51,21 +40,19 @@ def _published_body_error(leg: str, without: frozenset[str]) -> BodyError:
             model_leg(leg), motion, rows, READING_PERCENT / 100 * largest, name=medium
         )
         pushes = alpha[alpha["medium"] == medium]
-        medium_map = estimate_map(pushes, published_shapes(without), name=medium)
+        medium_map = estimate_map(pushes, published_shapes(), name=medium)
         measurements.append((contact, medium_map.profile))
     return learn_body_error(measurements)
 
 
-def campaign_body_error(results: Results, leg: str, without: Iterable[str] = ()) -> BodyError:
+def campaign_body_error(results: Results, leg: str) -> BodyError:
     """Learn what the model gets wrong on a leg of a campaign, from its measured curves and the maps of its media.
 
-    `without`: names of media that are left out. Raises InputError where no medium is left.
+    Raises InputError where no medium has measured forces on the leg.
     """
     choose("leg", leg, tuple(results.config.legs), f"in {results.root}")
     measurements: list[tuple[Contact, Profile]] = []
     for name in results.laboratory:
-        if name in without:
-            continue
         medium = results[name]
         contact = medium.contact(leg)
         profile = medium.profile("map")

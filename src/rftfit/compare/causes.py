@@ -27,9 +27,11 @@ from rftfit.compare.joint import (
 )
 from rftfit.compare.misplaced import find_misplaced
 from rftfit.directions import TOLERANCE_DEG
-from rftfit.measure.alpha import column
+from rftfit.measure.alpha import alpha_columns
+from rftfit.measure.slopes import NORMAL_95
 from rftfit.measure.verdict_words import FEWEST_RUNS, NO_RUNS
 from rftfit.outputs.dictionary import columns_of
+from rftfit.store.chosen import chosen
 
 TOLD, NOT_SEEN, NOT_CHECKED = "told", "not seen", "not checked"
 """Verdicts on a cause."""
@@ -40,10 +42,7 @@ unlikely size would be seen."""
 
 CAUSE_COLUMNS = columns_of("causes/{medium}.csv")
 AXES_COLUMNS = ["medium", "axes", "log_bayes_factor"]
-_NORMAL_95 = 1.959963984540054
-_WIDER_GAIN, _WIDER_OTHER = 1.2, 1.5
-"""Factors on the standard error of a told cause, a gain and any other: its place and kind are chosen by the data,
-too."""
+_CHOSEN = chosen("compare", "causes")
 
 
 def compare_all_runs(
@@ -91,8 +90,7 @@ def _select_runs(
     fits: pd.DataFrame, sheet: Mapping[str, Run], tolerance_deg: float
 ) -> tuple[RunSlopes, list[str]]:
     """Select the runs that have both slopes, in the order of the run sheet; returned with their names."""
-    names = [column(c) for c in "zx"]
-    is_measured = np.isfinite(fits[names].to_numpy(float)).all(axis=1)
+    is_measured = np.isfinite(np.stack(alpha_columns(fits))).all(axis=0)
     good = fits[is_measured & fits["run_id"].isin([*sheet]).to_numpy(bool)]
     rows = np.array([sheet[run_id].row for run_id in good["run_id"]], dtype=int)
     good = good.iloc[np.argsort(rows, kind="stable")]
@@ -101,12 +99,11 @@ def _select_runs(
         name: np.array([str(getattr(sheet[run_id], name)) for run_id in run_ids])
         for name in ("intruder", *LABELS)
     }
-    errors = [column(c, "_se") for c in "zx"]
     runs = RunSlopes(
         good["beta_deg"].to_numpy(float),
         good["gamma_deg"].to_numpy(float),
-        good[names].to_numpy(float).T,
-        np.nan_to_num(good[errors].to_numpy(float).T),
+        np.stack(alpha_columns(good)),
+        np.nan_to_num(alpha_columns(good, "_se")),
         good["mirrored"].to_numpy(bool),
         np.arange(len(good)),
         labels,
@@ -143,8 +140,10 @@ def _told_row(told_cause: Found, run_ids: list[str]) -> dict[str, Any]:
 
 def change_with_interval(told_cause: Found) -> tuple[float, float, float]:
     """Return the size of a cause as people state it (`_as_change`), and its 95 % interval."""
-    wider = _WIDER_GAIN if told_cause.cause.kind == "gain" else _WIDER_OTHER
-    half = math.hypot(_NORMAL_95 * wider * told_cause.se, _size_without_fault(told_cause.cause))
+    # place and kind of a told cause are chosen by the data, too
+    is_gain = told_cause.cause.kind == "gain"
+    wider = _CHOSEN.told_gain_wider if is_gain else _CHOSEN.told_wider
+    half = math.hypot(NORMAL_95 * wider * told_cause.se, _size_without_fault(told_cause.cause))
     low, high = (_as_change(told_cause.cause, told_cause.size + sign * half) for sign in (-1, 1))
     return _as_change(told_cause.cause, told_cause.size), low, high
 
@@ -152,7 +151,7 @@ def change_with_interval(told_cause: Found) -> tuple[float, float, float]:
 def _size_without_fault(cause: Cause) -> float:
     """Return the size that a cause of all runs may have without a fault, by the medium or the mount; 0 for others."""
     if cause.of_media:
-        return _NORMAL_95 * cause.of_media
+        return NORMAL_95 * cause.of_media
     return cause.tolerated if cause.group == ALL else 0.0
 
 
@@ -186,7 +185,7 @@ def _rows_of_scan(scan: Scan, told: Iterable[Found]) -> list[dict[str, Any]]:
         }
         if len(numbers) == 1:
             size = scan.size[numbers[0]]
-            half = math.hypot(_NORMAL_95 * scan.se[numbers[0]], _size_without_fault(first))
+            half = math.hypot(NORMAL_95 * scan.se[numbers[0]], _size_without_fault(first))
             row["size"] = _as_change(first, size)
             row["size_lo"], row["size_hi"] = (
                 _as_change(first, size + sign * half) for sign in (-1, 1)

@@ -31,6 +31,7 @@ from rftfit.measure.repeats import (
     unit_vectors,
     usual_scatter,
 )
+from rftfit.measure.slopes import student_p, student_quantile
 from rftfit.store.chosen import chosen
 from rftfit.store.text import count, table
 
@@ -311,21 +312,20 @@ def compare_run_sets(a: RunSet, b: RunSet, confidence: float = 0.95) -> Comparis
     ratio = contrast.find_ratio()
     size = contrast.test_size(ratio)
     shape = contrast.test_shape(ratio)
-    half_width = _student(1 - (1 - confidence) / 2, size.dof) * size.se
+    half_width = float(student_quantile(confidence, size.dof)) * size.se
     low, high = shape.interval(confidence)
-    quantiles = _student(1 - _CHOSEN.level / 2, size.dof) + _student(_CHOSEN.power, size.dof)
     return Comparison(
         a=a.name,
         b=b.name,
         ratio=ratio,
         ratio_lo=ratio * math.exp(-half_width),
         ratio_hi=ratio * math.exp(half_width),
-        size_p=_student_p(math.log(ratio) / size.se, size.dof),
+        size_p=float(student_p(math.log(ratio) / size.se, size.dof)),
         shape_percent=100 * max(shape.rms(0.5), low),
         shape_lo_percent=100 * low,
         shape_hi_percent=100 * high,
         shape_p=_f_test_p(shape.squares / shape.k, shape.k, shape.dof),
-        least_ratio=math.exp(quantiles * size.se),
+        least_ratio=math.exp(errors_detected(size.dof) * size.se),
         least_shape_percent=100 * shape.least_rms(),
         directions=contrast.table(ratio, angles, confidence),
         runs_a=int(means_a.n.sum()),
@@ -761,8 +761,8 @@ class _Contrast:
         p value of "no difference in this direction", times the number of directions.
         """
         dof, n = self.degrees_of_freedom(ratio), self.a.n.size
-        for_one = _student(1 - (1 - confidence) / 2, dof)
-        for_all = _student(1 - (1 - confidence) / 2 / self.is_known.sum(), dof)
+        for_one = student_quantile(confidence, dof)
+        for_all = student_quantile(1 - (1 - confidence) / self.is_known.sum(), dof)
         covariance = np.zeros((2 * n, 2 * n))
         covariance[np.ix_(self.is_known, self.is_known)] = self.covariance(ratio)
         covariance = covariance.reshape(2, n, 2, n)[:, np.arange(n), :, np.arange(n)]
@@ -774,34 +774,22 @@ class _Contrast:
             "runs_a": self.a.n.astype(int),
             "runs_b": self.b.n.astype(int),
         }
-        sides = zip("ab", (self.a, self.b), self._blocks, strict=True)
         x_missing = np.where(self.a.repeats.across_known, 0.0, math.nan)
-        for name, side, block in sides:
+        for name, values, covariances, quantile in (
+            ("alpha_{}_a", self.a.mean, self._blocks[0], for_one),
+            ("alpha_{}_b", self.b.mean, self._blocks[1], for_one),
+            ("difference_{}", off, covariance, for_all),
+        ):
             for place, c in enumerate("zx"):
-                value = side.mean[:, place] + place * x_missing
-                half = for_one * np.sqrt(block[:, place, place])
-                columns |= {
-                    f"alpha_{c}_{name}_N_per_cm3": value,
-                    f"alpha_{c}_{name}_lo_N_per_cm3": value - half,
-                    f"alpha_{c}_{name}_hi_N_per_cm3": value + half,
-                }
-        for place, c in enumerate("zx"):
-            value = off[:, place] + place * x_missing
-            half = for_all * np.sqrt(covariance[:, place, place])
-            columns |= {
-                f"difference_{c}_N_per_cm3": value,
-                f"difference_{c}_lo_N_per_cm3": value - half,
-                f"difference_{c}_hi_N_per_cm3": value + half,
-            }
+                value = values[:, place] + place * x_missing
+                half = quantile * np.sqrt(covariances[:, place, place])
+                columns |= _with_ends(name.format(c), "_N_per_cm3", value, half)
         mean = self.mean(ratio)
         length = np.maximum(np.hypot(*mean.T), 1e-30)
         unit = mean / length[:, None]
         by_direction = ratio * (1 + (off * unit).sum(axis=1) / length)
         half = for_one * ratio * np.sqrt(np.einsum("ci,cij,cj->c", unit, covariance, unit)) / length
-        is_known = half < ratio
-        for end, value in (("", by_direction), ("_lo", by_direction - half)):
-            columns[f"ratio{end}"] = np.where(is_known, value, math.nan)
-        columns["ratio_hi"] = np.where(is_known, by_direction + half, math.nan)
+        columns |= _with_ends("ratio", "", np.where(half < ratio, by_direction, math.nan), half)
         squares = np.einsum("ci,cij,cj->c", off, np.linalg.pinv(covariance), off)
         count = 1.0 + self.a.repeats.across_known
         chances = [_f_test_p(s / k, k, dof) for s, k in zip(squares, count, strict=True)]
@@ -810,21 +798,21 @@ class _Contrast:
         return pd.DataFrame(columns).iloc[order].reset_index(drop=True)
 
 
+def _with_ends(
+    name: str, unit: str, value: FloatArray, half_width: FloatArray
+) -> dict[str, FloatArray]:
+    """Return the columns of a quantity and of the ends of its interval."""
+    ends = {"": value, "_lo": value - half_width, "_hi": value + half_width}
+    return {f"{name}{end}{unit}": values for end, values in ends.items()}
+
+
 # --- Distributions; scipy.special, as scipy.stats takes ten times as long to import
 
 
-def _student(chance: float, dof: float) -> float:
-    """Quantile of Student's t."""
-    from scipy.special import stdtrit
-
-    return float(stdtrit(dof, chance))
-
-
-def _student_p(times: float, dof: float) -> float:
-    """Two-sided p value of a number of `times` its standard error."""
-    from scipy.special import stdtr
-
-    return float(2 * stdtr(dof, -abs(times)))
+def errors_detected(dof: float) -> float:
+    """Return the least difference, in standard errors, that the test on the chosen level detects with the chosen probability."""
+    one_sided = 2 * _CHOSEN.power - 1
+    return float(student_quantile(1 - _CHOSEN.level, dof) + student_quantile(one_sided, dof))
 
 
 def _f_test_p(ratio: float, k: float, dof: float) -> float:

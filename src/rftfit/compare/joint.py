@@ -34,9 +34,6 @@ from rftfit.measure.slopes import student_limit
 from rftfit.model.run_model import Freedom, RunGaussian, Scatter, outer, prior_at
 from rftfit.store.chosen import chosen
 
-FALSE_ALARMS = 0.01
-"""Share of sound campaigns in which some shared cause is told."""
-
 ALL, HOLDER, FROM_RUN, WINDOW, TREND = "all", "holder", "from-run", "window", "trend"
 """Groups of runs that may share a cause, besides the labels of the run sheet."""
 
@@ -57,16 +54,10 @@ _CHOSEN, _RUNS = chosen("compare", "causes"), chosen("compare", "runs")
 
 KINDS = {name: Kind(*numbers) for name, numbers in _CHOSEN.kinds.items()}
 
-_POWER = 0.84
-"""Standard normal quantile of 80 %."""
-
 _FAMILY = {ALL: ALL, HOLDER: "order", FROM_RUN: "order", WINDOW: "order", TREND: "order"}
 """Family of a group of runs: the causes of a family share a limit. All other groups are labels of the run sheet."""
 
 _FREEDOM = Freedom(*_RUNS.freedom)
-
-_ANGLE_DIGITS = 6
-"""Decimals of an angle, deg, to which runs of one direction agree after all were moved by the same angle."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,7 +161,7 @@ class Scan(NamedTuple):
     @property
     def least_seen(self) -> FloatArray:
         """Least size of each candidate that is told with a probability of 80 %."""
-        return self.tolerated + (self.limit + _POWER) * self.error
+        return np.asarray(self.tolerated + (self.limit + _CHOSEN.power_sigmas) * self.error)
 
 
 @dataclass(eq=False)
@@ -245,7 +236,8 @@ class JointModel:
 
     def _sort_into_directions(self, runs: RunSlopes) -> None:
         """Set `directions`, angles in degrees (2, m), and `cell`, the direction of each run."""
-        angles_deg = np.round([beta_apart(runs.beta_deg, 0.0), runs.gamma_deg], _ANGLE_DIGITS)
+        # runs of one direction agree to six decimals after all were moved by the same angle
+        angles_deg = np.round([beta_apart(runs.beta_deg, 0.0), runs.gamma_deg], 6)
         directions, cell = np.unique(
             np.stack([*angles_deg, self.number]), axis=1, return_inverse=True
         )
@@ -560,7 +552,7 @@ def find_causes(model: JointModel) -> tuple[list[Found], Scan]:
         without.fit(2, 50, 0.4)
         se = without._error_of(trial.cause)
         error = math.hypot(se, trial.cause.of_media)
-        least_seen = trial.cause.tolerated + (trial.limit + _POWER) * error
+        least_seen = trial.cause.tolerated + (trial.limit + _CHOSEN.power_sigmas) * error
         if not least_seen < KINDS[trial.cause.kind].most:
             break
         told.append(

@@ -16,27 +16,10 @@ import numpy as np
 import pandas as pd
 
 from rftfit.conventions import FloatArray
+from rftfit.measure.slopes import NORMAL_95
+from rftfit.store.chosen import chosen
 
-FIRST_PART = 0.2
-"""Share of the largest force at which the first part of a curve ends."""
-
-FARTHEST_DEG, STEP_DEG = 15.0, 0.1
-"""Offsets that are tried."""
-
-FEWEST = 5
-"""Fewest readings in the first part of a curve that is compared."""
-
-SMOOTH = 5
-"""Readings over which the size of the force is averaged."""
-
-BETWEEN_LEGS_DEG, BETWEEN_MEDIA_DEG, BETWEEN_CURVES_DEG = 2.3, 1.9, 1.1
-"""Standard deviations of an offset that is no error of theta: from one shape of leg to another, from one medium to another for
-all legs alike, and the rest of single curves.
-
-Chosen as the fifteen published curves of laboratory media show them (``tests/validate/test_validate_leg_angle.py``).
-"""
-
-QUANTILE = 1.96
+_CHOSEN = chosen("compare", "leg_angle")
 
 
 @dataclass(frozen=True)
@@ -72,18 +55,19 @@ def offset_of_curve(measured: pd.DataFrame, predicted: pd.DataFrame) -> float:
     """
     theta, force = _curve(measured)
     theta_predicted, force_predicted = _curve(predicted)
-    if theta.size < 2 * SMOOTH or not np.isfinite(force_predicted).all():
+    if theta.size < 2 * _CHOSEN.smooth or not np.isfinite(force_predicted).all():
         return math.nan
-    size = np.convolve(np.hypot(*force), np.full(SMOOTH, 1 / SMOOTH), mode="same")
+    size = np.convolve(np.hypot(*force), np.full(_CHOSEN.smooth, 1 / _CHOSEN.smooth), mode="same")
     size_predicted = np.hypot(*force_predicted)
     loaded = np.flatnonzero(size_predicted > 0)
-    first_part = np.arange(theta.size) <= np.argmax(size > FIRST_PART * size.max())
-    if not loaded.size or np.count_nonzero(first_part) < FEWEST:
+    first_part = np.arange(theta.size) <= np.argmax(size > _CHOSEN.first_part * size.max())
+    if not loaded.size or np.count_nonzero(first_part) < _CHOSEN.fewest:
         return math.nan
     # the curve begins under load, or so late that its beginning is not seen
-    if theta[0] > theta_predicted[loaded[0]] - FEWEST:
+    if theta[0] > theta_predicted[loaded[0]] - _CHOSEN.free_deg:
         return math.nan
-    offsets = np.arange(-FARTHEST_DEG, FARTHEST_DEG + STEP_DEG / 2, STEP_DEG)
+    farthest_deg, step_deg = _CHOSEN.farthest_deg, _CHOSEN.step_deg
+    offsets = np.arange(-farthest_deg, farthest_deg + step_deg / 2, step_deg)
     shifted_theta = theta[first_part][None] - offsets[:, None]
     moved = np.stack(
         [
@@ -127,11 +111,11 @@ def common_offset(offsets_deg: Mapping[tuple[str, str], float]) -> AngleOffset:
         return AngleOffset()
     media, legs = np.array([*curves]).T
     covariance = (
-        BETWEEN_MEDIA_DEG**2 * (media[:, None] == media)
-        + BETWEEN_LEGS_DEG**2 * (legs[:, None] == legs)
-        + BETWEEN_CURVES_DEG**2 * np.eye(len(curves))
+        _CHOSEN.between_media_deg**2 * (media[:, None] == media)
+        + _CHOSEN.between_legs_deg**2 * (legs[:, None] == legs)
+        + _CHOSEN.between_curves_deg**2 * np.eye(len(curves))
     )
     weights = np.linalg.solve(covariance, np.ones(len(curves)))
     offset = float(weights @ [*curves.values()] / weights.sum())
-    half_width = QUANTILE / math.sqrt(float(weights.sum()))
+    half_width = NORMAL_95 / math.sqrt(float(weights.sum()))
     return AngleOffset(offset, offset - half_width, offset + half_width, len(curves))

@@ -30,7 +30,8 @@ from rftfit.measure.flags import (
     remark,
     with_reasons,
 )
-from rftfit.measure.slopes import GIVEN_DOF, student_quantile
+from rftfit.measure.levels import sd_by_median
+from rftfit.measure.slopes import COSINES, GIVEN_DOF, student_quantile
 from rftfit.model.draws import (
     end_names,
     errors_behind,
@@ -42,6 +43,7 @@ from rftfit.model.draws import (
 from rftfit.model.profiles import Profile, TableProfile
 from rftfit.outputs.dictionary import columns_of
 from rftfit.results import Medium
+from rftfit.store.chosen import chosen
 
 PREDICTED_COLUMNS = [
     "medium",
@@ -67,30 +69,15 @@ PREDICTED_COLUMNS = [
 ]
 WITHIN_PERCENT = 33.0
 """Largest error of a peak that is within: the paper states it for all its legs and media."""
-TOO_HIGH_PERCENT, TOO_LOW_PERCENT = 100.0, -50.0
-"""Errors of a peak beyond which it is far off, a factor of two: no usual margin of safety covers it."""
 
 WITHIN, OFF, FAR_OFF, NOT_TESTED = "within", "off", "far-off", "not-tested"
 """Verdicts on the model, the mildest first."""
 
 COLUMNS = columns_of("leg_errors.csv")
-FULL_RANGE_DEG = 240.0
-"""Least span of a whole curve: the published ones span 250 to 260 degrees, a shorter one stopped early."""
+_CHOSEN = chosen("compare", "legs")
 
-_ZERO_DOF = 24
-"""Degrees of freedom of the zeros of a leg's run and of its tare, twelve each (`rftfit.measure.slopes.COSINES`)."""
-
-HALF_WIDTH_DEG = 5.0
-"""Half width of the parabola at a peak: the published curves are parabolas to 0.5 % of their peaks there."""
-
-_SMOOTH = 7
-"""Readings over which a curve is averaged to find its peak."""
-
-_BLOCK = 3
-"""Readings in a mean whose differences show the scatter."""
-
-_FEWEST_READINGS = 6
-"""Fewest readings under a parabola; twice as many means show the scatter."""
+_ZERO_DOF = 2 * COSINES
+"""Degrees of freedom of the zeros of a leg's run and of its tare together."""
 
 
 WITH_MODEL_ERROR = ("table", "map")
@@ -344,16 +331,17 @@ def measured_peak(theta_deg: FloatArray, force_N: FloatArray, component: str) ->
     Readings are in order, one a degree. Where fewer than 6 lie around the highest one, this is the peak.
     """
     row = extreme(force_N, component)
-    if force_N.size >= 2 * _SMOOTH:
+    window = _CHOSEN.smooth
+    if force_N.size >= 2 * window:
         # where the curve is highest, not where the noise is
-        smooth = np.convolve(force_N, np.full(_SMOOTH, 1 / _SMOOTH), mode="valid")
-        row = extreme(smooth, component) + _SMOOTH // 2
-    fine = np.linspace(-HALF_WIDTH_DEG, HALF_WIDTH_DEG, 101)
+        smooth = np.convolve(force_N, np.full(window, 1 / window), mode="valid")
+        row = extreme(smooth, component) + window // 2
+    fine = np.linspace(-_CHOSEN.half_width_deg, _CHOSEN.half_width_deg, 101)
     for _ in range(2):
         # a second time, around the peak of the first parabola, where this peak lies near its end
         centre = theta_deg[row]
-        near = np.abs(theta_deg - centre) <= HALF_WIDTH_DEG
-        if np.count_nonzero(near) < _FEWEST_READINGS:
+        near = np.abs(theta_deg - centre) <= _CHOSEN.half_width_deg
+        if np.count_nonzero(near) < _CHOSEN.fewest_readings:
             return MeasuredPeak(float(force_N[row]), math.nan, float(centre))
         offset = theta_deg[near] - centre
         design = np.vander(offset, 3)
@@ -361,7 +349,7 @@ def measured_peak(theta_deg: FloatArray, force_N: FloatArray, component: str) ->
         inside = fine[(fine >= offset.min()) & (fine <= offset.max())]
         values = np.vander(inside, 3) @ weights @ force_N[near]
         top = extreme(values, component)
-        if abs(inside[top]) <= HALF_WIDTH_DEG / 2:
+        if abs(inside[top]) <= _CHOSEN.half_width_deg / 2:
             break
         row = int(np.argmin(np.abs(theta_deg - centre - inside[top])))
     share = np.vander(inside[top : top + 1], 3)[0] @ weights
@@ -376,14 +364,14 @@ def _long_run_variance(force: FloatArray) -> float:
     Means of three readings are hardly correlated, a leg's curve is smooth over four of them, and the median ignores
     the corners of the curve.
     """
-    count = force.size // _BLOCK
-    if count < 2 * _FEWEST_READINGS:
+    block = 3
+    count = force.size // block
+    if count < 2 * _CHOSEN.fewest_readings:
         return math.nan
-    means = np.convolve(force, np.full(_BLOCK, 1 / _BLOCK), mode="valid")
-    third = np.concatenate([np.diff(means[start::_BLOCK], 3) for start in range(_BLOCK)])
-    # 1.4826 turns a median into a standard deviation; the squares of the weights 1, 3, 3, 1 add up
-    # to 20
-    return _BLOCK * (1.4826 * float(np.median(np.abs(third)))) ** 2 / 20
+    means = np.convolve(force, np.full(block, 1 / block), mode="valid")
+    third = np.concatenate([np.diff(means[start::block], 3) for start in range(block)])
+    # the squares of the weights 1, 3, 3, 1 add up to 20
+    return block * float(sd_by_median(third)) ** 2 / 20
 
 
 def leg_errors(
@@ -496,7 +484,7 @@ def _compare_component(
     rms = float(np.sqrt(np.mean(off**2)))
     scatter = float(np.sum((truth - truth.mean()) ** 2))
     row |= {"rms_error_N": rms, "r2": 1 - float(off @ off) / scatter if scatter else math.nan}
-    if np.ptp(theta) < FULL_RANGE_DEG:
+    if np.ptp(theta) < _CHOSEN.full_range_deg:
         ends = {"first": theta.min(), "last": theta.max()}
         if _is_highest_at_end(theta, ours, component) or _is_highest_at_end(
             theta, truth, component
@@ -566,8 +554,8 @@ def judge(numbers: Mapping[str, float]) -> str:
         return NOT_TESTED
     if abs(error) <= WITHIN_PERCENT:
         return WITHIN
-    doubled = error > TOO_HIGH_PERCENT or error < TOO_LOW_PERCENT
-    return FAR_OFF if doubled else OFF
+    # a factor of two is far off: no usual margin of safety covers it
+    return FAR_OFF if error > 100 or error < -50 else OFF
 
 
 def worst_peak(errors: pd.DataFrame, medium: str, profile: str) -> dict[Any, Any] | None:
@@ -588,7 +576,7 @@ def _curves(both: pd.DataFrame, component: str) -> list[FloatArray]:
 def _is_highest_at_end(theta: FloatArray, force: FloatArray, component: str) -> bool:
     """Tell whether a curve that stopped early is highest near an end, so that the whole curve may be higher."""
     top = theta[extreme(force, component)]
-    return bool(min(top - theta.min(), theta.max() - top) <= HALF_WIDTH_DEG)
+    return bool(min(top - theta.min(), theta.max() - top) <= _CHOSEN.half_width_deg)
 
 
 def _error_interval(

@@ -21,6 +21,7 @@ from rftfit.forces.prediction import predict_with_peaks
 from rftfit.measure.flags import Remark, quoted, reason_columns
 from rftfit.model.profiles import Profile
 from rftfit.outputs.dictionary import columns_of
+from rftfit.store.chosen import chosen
 
 if TYPE_CHECKING:
     from rftfit.results import Results
@@ -31,8 +32,7 @@ LESSONS = (PLATES, OTHER_LEG, ELSEWHERE)
 
 COLUMNS = columns_of("contacts.csv")
 
-_MOST_POSES = 60
-"""Most poses of a curve that are used: neighbours say the same."""
+_CHOSEN = chosen("compare", "lessons")
 
 
 def lesson_rows(results: Results, model_error: float | None = None) -> pd.DataFrame:
@@ -139,11 +139,11 @@ def _peak_poses(contact: Contact, profile: Profile) -> list[int]:
 
 
 def _thin_out(contact: Contact, kept: Sequence[int]) -> Contact:
-    """Keep about `_MOST_POSES` poses of a contact, evenly chosen, and the poses `kept`."""
+    """Keep about 60 poses of a contact, evenly chosen, and the poses `kept`."""
     poses = len(contact.frames)
-    if poses <= _MOST_POSES:
+    if poses <= _CHOSEN.most_poses:
         return contact
-    even = np.linspace(0, poses - 1, _MOST_POSES).round().astype(int)
+    even = np.linspace(0, poses - 1, _CHOSEN.most_poses).round().astype(int)
     places = np.unique(np.append(even, kept))
     motion = contact.motion
     assert isinstance(motion, Motion)
@@ -163,7 +163,7 @@ def _measured_peaks(contact: Contact) -> dict[str, float]:
     peaks = {}
     for c, force in zip("zx", contact.measured, strict=True):
         finite = np.isfinite(force)
-        is_enough = finite.sum() >= _FEWEST
+        is_enough = finite.sum() >= _CHOSEN.fewest_poses
         peaks[c] = (
             abs(measured_peak(theta[finite], force[finite], c).force_N) if is_enough else math.nan
         )
@@ -196,7 +196,7 @@ def _score_prediction(
         measured = contact.measured[row]
         predicted = forces[name].to_numpy(float)
         finite = np.isfinite(measured) & np.isfinite(predicted)
-        if finite.sum() < _FEWEST:
+        if finite.sum() < _CHOSEN.fewest_poses:
             continue
         top = peaks[c]
         lo, hi = (forces[f"force_{c}_model_{end}_N"].to_numpy(float) for end in ("lo", "hi"))
@@ -218,10 +218,6 @@ def _score_prediction(
             ),
             "inside_percent": 100 * float(inside[loaded].mean()),
         }
-
-
-_FEWEST = 8
-"""Fewest poses of a curve that is tested."""
 
 
 def summary_of_lessons(table: pd.DataFrame) -> pd.DataFrame:

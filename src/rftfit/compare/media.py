@@ -13,11 +13,18 @@ import pandas as pd
 from rftfit import reference
 from rftfit.campaign.presence import config_of
 from rftfit.campaign.problems import choose
-from rftfit.compare.contrast import Comparison, NoCommonDirection, RunSet, compare_run_sets
+from rftfit.compare.contrast import (
+    Comparison,
+    NoCommonDirection,
+    RunSet,
+    compare_run_sets,
+    errors_detected,
+)
 from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
 from rftfit.measure.errors import errors_of
 from rftfit.measure.flags import format_remarks
+from rftfit.measure.slopes import normal_quantile, student_p
 from rftfit.model.known import profile_of
 from rftfit.model.maps import Map, published_map
 from rftfit.model.profiles import KnownMedium, Profile
@@ -235,22 +242,20 @@ def _open_current(opened: dict[Path, Results]) -> Results | None:
 
 def _compare_sizes(sides: Sequence[tuple[str, Profile]], confidence: float, why: str) -> Comparison:
     """Compare the sizes of two media by draws of their alpha; `sides`: name and profile of each."""
-    from scipy.special import ndtr, ndtri
-
     sizes = [_sizes_of_draws(name, profile) for name, profile in sides]
     # the draws of both come from the same random numbers: differences draw by draw would not be
     # independent
     error = math.hypot(*(float(size.std(ddof=1)) for size in sizes))
     middle = float(sizes[1].mean() - sizes[0].mean())
-    half = float(ndtri(0.5 + confidence / 2)) * error
+    half = normal_quantile(confidence) * error
     return Comparison(
         a=sides[0][0],
         b=sides[1][0],
         ratio=math.exp(middle),
         ratio_lo=math.exp(middle - half),
         ratio_hi=math.exp(middle + half),
-        size_p=float(2 * ndtr(-abs(middle) / error)),
-        least_ratio=math.exp(float(ndtri(0.975) + ndtri(0.8)) * error),
+        size_p=float(student_p(middle / error, math.inf)),
+        least_ratio=math.exp(errors_detected(math.inf) * error),
         notes=(f"{why}; the sizes are those of the maps",),
         confidence=confidence,
     )

@@ -27,8 +27,6 @@ from rftfit.store.chosen import chosen
 MISPLACED_COLUMNS = ["medium", "mistake", "rows", "log_bayes_factor", "n_runs", "run_ids"]
 
 _CHOSEN, _AXES = chosen("compare", "misplaced"), chosen("compare", "axes")
-_AT_ONCE = 100
-"""Most directions whose covariance is computed together; only the blocks of single directions are used."""
 
 
 def find_misplaced(
@@ -188,9 +186,11 @@ def _shape_at(
 ) -> tuple[FloatArray, FloatArray]:
     """Return mean (2, n) and covariance (n, 2, 2) of alpha for a medium of size 1, each direction alone."""
     directions, place = np.unique(np.stack([beta_deg, gamma_deg]), axis=1, return_inverse=True)
+    # few at a time, as only the blocks of single directions are used
+    at_once = 100
     means, covariances = [], []
-    for first in range(0, directions.shape[1], _AT_ONCE):
-        beta_of_few, gamma_of_few = directions[:, first : first + _AT_ONCE]
+    for first in range(0, directions.shape[1], at_once):
+        beta_of_few, gamma_of_few = directions[:, first : first + at_once]
         mean, covariance = prior_of_media(beta_of_few, gamma_of_few, 0.0, without)
         count = beta_of_few.size
         means.append(mean.reshape(2, count))

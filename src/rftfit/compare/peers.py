@@ -17,8 +17,9 @@ import pandas as pd
 
 from rftfit.conventions import FloatArray
 from rftfit.directions import TOLERANCE_DEG, number_directions, same_direction
-from rftfit.measure.alpha import column, directions
+from rftfit.measure.alpha import alpha_columns, column, directions
 from rftfit.measure.errors import USUAL_BED_SPREAD
+from rftfit.measure.levels import sd_by_median
 from rftfit.measure.repeats import unit_vectors
 from rftfit.measure.verdict_words import MAP, PAIR, REPEATS
 from rftfit.model.shapes import published_shapes
@@ -59,11 +60,11 @@ def compare_runs(
     difference in units of the spread of such differences. `apart`: whether the difference is more than chance
     explains; one below `seen_from_ratio`, relative to the largest alpha, never is.
     """
-    names = [column(c) for c in "zx"]
-    runs = fits[np.isfinite(fits[names].to_numpy(float)).any(axis=1)].reset_index(drop=True)
+    alpha_z, alpha_x = alpha_columns(fits)
+    runs = fits[np.isfinite(alpha_z) | np.isfinite(alpha_x)].reset_index(drop=True)
     if runs.empty:
         return pd.DataFrame(columns=COLUMNS)
-    alpha = runs[names].to_numpy(float).T
+    alpha = np.stack(alpha_columns(runs))
     beta_deg, gamma_deg, depth_cm = (
         runs[name].to_numpy(float) for name in ("beta_deg", "gamma_deg", "depth_from_cm")
     )
@@ -277,7 +278,7 @@ def _unit_of_pairs(differences: FloatArray, usual: FloatArray) -> FloatArray:
     """Estimate the standard deviation of the difference of each pair by all other pairs, along and across, (2, k).
 
     A wrong pair does not show how pairs differ, so it is left out of its own unit. The squares of the others are capped
-    at `_CAP` standard deviations: their mean is as safe from a few wrong pairs as a median, with half the error.
+    at two standard deviations: their mean is as safe from a few wrong pairs as a median, with half the error.
     `usual`: spread of single runs, shape (2, 1), which counts as a few more pairs.
     """
     count = differences.shape[1]
@@ -289,20 +290,12 @@ def _unit_of_pairs(differences: FloatArray, usual: FloatArray) -> FloatArray:
         of_others = np.square(differences)[:, np.nonzero(is_other)[1]].reshape(
             2, count, other_pairs
         )
-        squares = np.median(of_others, axis=2) / _MEDIAN_OF_NORMAL**2
-        for _ in range(_STEPS):
-            capped = np.minimum(of_others, _CAP**2 * squares[:, :, None])
-            squares = capped.mean(axis=2) / _CAPPED_SQUARE
+        squares = sd_by_median(np.sqrt(of_others)) ** 2
+        for _ in range(20):
+            capped = np.minimum(of_others, _CHOSEN.pair_cap**2 * squares[:, :, None])
+            squares = capped.mean(axis=2) / _CHOSEN.pair_capped_square
     variance = _CHOSEN.pair_dof * 2 * usual**2 + other_pairs * squares
     return np.asarray(np.sqrt(variance / (_CHOSEN.pair_dof + other_pairs)))
-
-
-_MEDIAN_OF_NORMAL = 0.6745
-"""Median of the size of a standard normal number."""
-
-_CAP, _CAPPED_SQUARE, _STEPS = 2.0, 0.9205, 20
-"""Standard deviations at which a difference is capped, the mean of the capped square of a standard normal number, and the
-steps in which the scale is found."""
 
 
 def _compare_with_map(
@@ -313,7 +306,7 @@ def _compare_with_map(
     Returns the same as `_compare_with_repeats`; a distance is NaN where too few runs are left to find outliers.
     """
     beta, gamma = directions(runs)
-    se = np.stack([runs[column(c, "_se")].to_numpy(float) for c in "zx"])
+    se = np.stack(alpha_columns(runs, "_se"))
     largest = float(np.nanmax(np.abs(alpha)))
     far = np.zeros(beta.size, dtype=bool)
 

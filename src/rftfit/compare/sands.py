@@ -16,19 +16,15 @@ from rftfit.measure.errors import Part, SurfaceError, combined_half_width, error
 from rftfit.measure.fits import Row, fit_medium
 from rftfit.measure.flags import Remark, quoted, reason_columns, reason_of, remark
 from rftfit.measure.samples import split_runs
-from rftfit.measure.slopes import GIVEN_DOF, student_quantile, zero_intercept
+from rftfit.measure.slopes import FEWEST, GIVEN_DOF, student_quantile, zero_intercept
 from rftfit.model.scaling import scale_new_medium
 from rftfit.outputs.dictionary import columns_of
+from rftfit.store.chosen import chosen
 
 SAND_COLUMNS = columns_of("sands.csv")
 CORRECTION_COLUMNS = columns_of("sand_correction.csv")
 
-BEND = 0.10
-"""Largest bend of a regime that is called linear: see `bend_of`."""
-
-SHALLOWEST_CM = 1.0
-STEP_CM = 0.05
-"""Depth of the first regime that is tried, and step by which it grows."""
+_CHOSEN = chosen("compare", "sands")
 
 
 def bend_of(depth: FloatArray, stress: FloatArray) -> float:
@@ -48,15 +44,18 @@ def bend_of(depth: FloatArray, stress: FloatArray) -> float:
 def linear_end(depth: FloatArray, stress: FloatArray) -> float:
     """Find the depth, cm, to which a tared penetration curve is linear.
 
-    The regime grows from `SHALLOWEST_CM` as long as its bend stays within `BEND`; NaN if even the
-    shallowest part is bent more, or there are too few samples.
+    The regime grows step by step as long as its bend stays small; NaN if even the shallowest part is bent more, or
+    there are too few samples.
     """
     good = np.isfinite(stress) & (depth > 0)
     depth, stress = depth[good], stress[good]
     linear_cm = float("nan")
-    for end in np.arange(SHALLOWEST_CM, float(depth.max(initial=0.0)) + STEP_CM / 2, STEP_CM):
+    step_cm = _CHOSEN.step_cm
+    deepest = float(depth.max(initial=0.0))
+    for end in np.arange(_CHOSEN.shallowest_cm, deepest + step_cm / 2, step_cm):
         within = depth <= end
-        if np.count_nonzero(within) < 8 or abs(bend_of(depth[within], stress[within])) > BEND:
+        bend = bend_of(depth[within], stress[within])
+        if np.count_nonzero(within) < FEWEST or abs(bend) > _CHOSEN.bend:
             return linear_cm
         linear_cm = float(end)
     return linear_cm
@@ -112,7 +111,7 @@ def penetration_rows(
                 )
             if (
                 window == "detected"
-                and end > np.nanmax(depth[samples_of_run[run.run_id]]) - STEP_CM
+                and end > np.nanmax(depth[samples_of_run[run.run_id]]) - _CHOSEN.step_cm
             ):
                 reason += (remark("no-linear-end"),)
             if campaign.holds_tare(run):
@@ -157,7 +156,7 @@ def _slope_and_zeta(
 
 
 MODELS = ("none", "one factor", "factors for z and x")
-WORTH = 0.10
+WORTH: float = _CHOSEN.worth
 """Least part by which factors must reduce the error in cross-validation to be worth using."""
 
 

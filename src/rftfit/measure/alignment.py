@@ -156,10 +156,7 @@ def _make_lags(time: FloatArray, motion_time: FloatArray, starts: Sequence[float
     return np.asarray(nearest_start + step * np.arange(low, high + 1))
 
 
-KNOTS = (7, 10, 14)
-"""Numbers of knots of the force-depth function: the middle number counts, the others show its bias."""
-
-BUILD_UP_S = 0.02
+BUILD_UP_S: float = _CHOSEN.build_up_s
 """Standard error of the offset by the lag of the force: it needs some travel to build up, and relaxes at rest."""
 
 
@@ -224,9 +221,11 @@ def estimate_clocks(
     # in a clear push these starts are the same lag
     starts = dict.fromkeys([float(profile.lag[profile.best]), *profile.ends(), *profile.rivals()])
     refine = partial(_refine_offset, time, pushed, motion_time, depth, max_drift)
-    candidates = [refine(start, KNOTS[1]) for start in starts]
+    # the middle number of knots counts, the others show its bias
+    few_knots, usual_knots, many_knots = _CHOSEN.knots_of_fit
+    candidates = [refine(start, usual_knots) for start in starts]
     chosen = _choose_best_fit(candidates, pushed)
-    fits = [chosen if knots == KNOTS[1] else refine(chosen.offset, knots) for knots in KNOTS]
+    fits = [refine(chosen.offset, few_knots), chosen, refine(chosen.offset, many_knots)]
     # the right number of knots is unknown: how the offsets differ with it is part of the error
     spread = float(np.var([fit.offset for fit in fits], ddof=1))
     se = math.sqrt(chosen.offset_variance + spread + BUILD_UP_S**2)

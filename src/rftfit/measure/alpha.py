@@ -374,7 +374,7 @@ def _calculate_numbers(
             outlier_offsets = [
                 outliers.get(str(run["run_id"]), (0.0, 0.0))["zx".index(c)] for run in cell.runs
             ]
-            of_outliers = _outlier_errors(cell, c, np.array(outlier_offsets))
+            of_outliers = _outlier_errors(cell, c, np.array(outlier_offsets), confidence)
             for parts, of_outlier in zip(
                 (errors_of_mean, errors_of_next), of_outliers, strict=True
             ):
@@ -402,7 +402,9 @@ def _calculate_numbers(
     return rows
 
 
-def _outlier_errors(cell: _Cell, c: str, outlier_offsets: FloatArray) -> tuple[Part, Part]:
+def _outlier_errors(
+    cell: _Cell, c: str, outlier_offsets: FloatArray, confidence: float
+) -> tuple[Part, Part]:
     """Errors of a cell with outlying runs: of its mean, and what the next push adds to that.
 
     With three repeats or more these are the scatter of the repeats. Else the interval of the mean reaches as far as
@@ -414,11 +416,8 @@ def _outlier_errors(cell: _Cell, c: str, outlier_offsets: FloatArray) -> tuple[P
     if outlier_offsets.any() and n > 2 and not cell.level:
         scatter = float(cell.values_of(column(c)).std(ddof=1))
         return Part(scatter / math.sqrt(n), n - 1.0), Part(scatter, n - 1.0)
-    return Part(float(np.abs(cell.share @ outlier_offsets)) / _SIGMAS_TO_95_PERCENT), Part(0.0)
-
-
-_SIGMAS_TO_95_PERCENT = 1.96
-"""Standard errors to the end of an interval of 95 %."""
+    moved = float(np.abs(cell.share @ outlier_offsets))
+    return Part(moved / combined_half_width([Part(1.0)], confidence)), Part(0.0)
 
 
 def _errors_of_runs(
@@ -499,14 +498,11 @@ def _nonlinearity_over_depths(
         return 0.0
     mean = float(cell.share @ alpha)
     deviation, noise = alpha - mean, np.hypot(se, bed_error.sd)
-    if (np.abs(deviation) <= _CLEAR_SIGMAS * noise).all():
+    # within three standard errors no run clearly leaves the line
+    if (np.abs(deviation) <= 3 * noise).all():
         return 0.0
     # the share grows with the square of the depth
     return float(np.abs(deviation[cell.share.argmax()])) / math.sqrt(3)
-
-
-_CLEAR_SIGMAS = 3.0
-"""Standard errors from which on a run clearly leaves the line through zero."""
 
 
 def _add_bed_errors(
@@ -555,10 +551,10 @@ def directions(table: Columns) -> tuple[FloatArray, FloatArray]:
     return beta, gamma
 
 
-def alpha_columns(table: Columns) -> tuple[FloatArray, FloatArray]:
-    """alpha_z and alpha_x of the cells of an alpha table, N/cm^3, shape (n,)."""
-    alpha_z, alpha_x = (np.asarray(table[column(c)], float) for c in COMPONENTS)
-    return alpha_z, alpha_x
+def alpha_columns(table: Columns, quantity: str = "") -> tuple[FloatArray, FloatArray]:
+    """alpha_z and alpha_x of the cells of an alpha table, or a quantity of both (see `column`), N/cm^3, shape (n,)."""
+    of_z, of_x = (np.asarray(table[column(c, quantity)], float) for c in COMPONENTS)
+    return of_z, of_x
 
 
 def flagged(table: pd.DataFrame) -> npt.NDArray[np.bool_]:

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from rftfit.conventions import FloatArray
 from rftfit.measure.flags import Refused
@@ -61,16 +62,20 @@ class ClockFit:
         return force_time + self.offset_s + self.drift * (force_time - self.reference_s)
 
 
-def moving_spans(time: FloatArray, speed: FloatArray, threshold: float) -> FloatArray:
+_MOVING = 0.5
+"""Speed above which the arm moves, relative to the stated one; a line that marks motion has 0 and 1."""
+
+
+def moving_spans(time: FloatArray, speed: FloatArray) -> FloatArray:
     """Start and end of every stretch in which the arm moves, s, shape (k, 2).
 
-    An edge is where the speed (n,) crosses the threshold, interpolated between samples; stretches of
+    An edge is where the relative speed (n,) crosses `_MOVING`, interpolated between samples; stretches of
     less than 0.1 s are jitter and left out, and so are rests: an arm that changes its direction
     without a pause does not stop.
     """
-    first, last = _moving_rows(speed, threshold)
-    starts = _interpolate_crossing(time, speed, threshold, first - 1, first)
-    ends = _interpolate_crossing(time, speed, threshold, last, last + 1)
+    first, stop = find_stretches(speed > _MOVING)
+    starts = _interpolate_crossing(time, speed, first - 1, first)
+    ends = _interpolate_crossing(time, speed, stop - 1, stop)
     rests = starts[1:] - ends[:-1] > _JITTER_S
     starts = starts[np.append(True, rests)[: starts.size]]
     ends = ends[np.append(rests, True)[: ends.size]]
@@ -78,18 +83,17 @@ def moving_spans(time: FloatArray, speed: FloatArray, threshold: float) -> Float
     return np.asarray(spans[ends - starts > _JITTER_S])
 
 
-def is_encoder_noise(time: FloatArray, speed: FloatArray, threshold: float) -> bool:
+def is_encoder_noise(time: FloatArray, speed: FloatArray) -> bool:
     """Return True if most stretches of motion are so short that they are the noise of an encoder."""
-    first, last = _moving_rows(speed, threshold)
-    short = time[last] - time[first] < _JITTER_S
+    first, stop = find_stretches(speed > _MOVING)
+    short = time[stop - 1] - time[first] < _JITTER_S
     return bool(short.size and short.mean() > 0.5)
 
 
-def _moving_rows(speed: FloatArray, threshold: float) -> tuple[np.ndarray, np.ndarray]:
-    """Index of the first and of the last row of every stretch in which the arm is faster than a threshold."""
-    moving = np.concatenate([[False], speed > threshold, [False]])
-    change = np.flatnonzero(moving[1:] != moving[:-1])
-    return change[::2], change[1::2] - 1
+def find_stretches(is_inside: npt.NDArray[np.bool_]) -> npt.NDArray[np.intp]:
+    """Return the first row of every stretch of True, and the row after its last one, shape (2, k)."""
+    edges = np.flatnonzero(np.diff(is_inside, prepend=False, append=False))
+    return edges.reshape(-1, 2).T
 
 
 def whole_spans(spans: FloatArray, first: float, last: float) -> FloatArray:
@@ -98,14 +102,14 @@ def whole_spans(spans: FloatArray, first: float, last: float) -> FloatArray:
 
 
 def _interpolate_crossing(
-    time: FloatArray, speed: FloatArray, threshold: float, before: np.ndarray, after: np.ndarray
+    time: FloatArray, speed: FloatArray, before: np.ndarray, after: np.ndarray
 ) -> FloatArray:
-    """Time between two neighbouring samples at which the speed passes the threshold."""
+    """Time between two neighbouring samples at which the speed passes `_MOVING`."""
     low, high = np.maximum(before, 0), np.minimum(after, time.size - 1)
     rise = speed[high] - speed[low]
     # at either end of the log there is no neighbour: the log's first or last sample is the edge
     rise[rise == 0] = np.inf
-    share = np.minimum(np.maximum((threshold - speed[low]) / rise, 0), 1)
+    share = np.minimum(np.maximum((_MOVING - speed[low]) / rise, 0), 1)
     return np.asarray(time[low] + share * (time[high] - time[low]))
 
 

@@ -147,9 +147,10 @@ def _find_pairs_with_same_noise(noise: Sequence[FloatArray]) -> Iterator[tuple[i
     for row, series in zip(padded, noise, strict=True):
         row[: series.size] = series
     spectra = np.fft.rfft(padded)
+    at_once = 32  # limits memory
     for first_index, conjugate in enumerate(np.conj(spectra)):
-        for start in range(first_index + 1, len(noise), _BLOCK):
-            block = slice(start, start + _BLOCK)
+        for start in range(first_index + 1, len(noise), at_once):
+            block = slice(start, start + at_once)
             shorter = np.minimum(sizes[block], sizes[first_index])
             match = np.abs(np.fft.irfft(spectra[block] * conjugate, size))
             best = match.max(axis=1)
@@ -162,10 +163,6 @@ def _find_pairs_with_same_noise(noise: Sequence[FloatArray]) -> Iterator[tuple[i
                 np.put_along_axis(remaining_match, peak_shifts % size, 0, axis=1)
             alone = best[high] > _CHOSEN.alone * remaining_match.max(axis=1)
             yield from ((first_index, start + int(index)) for index in high[alone])
-
-
-_BLOCK = 32
-"""Number of noises compared at once, to limit memory."""
 
 
 def counted_once(

@@ -17,13 +17,22 @@ from rftfit.measure.errors import SurfaceError, errors_of
 from rftfit.measure.fits import fit_medium
 from rftfit.measure.laws import DepthLaw
 from rftfit.measure.verdict_words import ACCEPTED, FAILED
+from rftfit.store.chosen import chosen
+
+CLEAR_ALPHA: float = chosen("measure", "laws").clear_alpha
+"""Standard errors from which alpha of a run is clear, so that its law of depth counts."""
+
+
+def is_steep(fits: pd.DataFrame) -> pd.Series[bool]:
+    """Return True for runs whose path is steep enough to show how stress grows with depth: 45 degrees or more."""
+    return fits["gamma_deg"].abs() >= 45
 
 
 def steep_pushes(fits: pd.DataFrame) -> pd.DataFrame:
     """Select the rows of the fits from which the exponent of depth of a medium is estimated: clear, steep pushes."""
     alpha, se = fits[column("z")].abs(), fits[column("z", "_se")]
-    steep = (fits["direction"] == "intrusion") & (fits["gamma_deg"].abs() >= 45)
-    return fits[steep & (alpha > 3 * se) & fits["exponent_z"].notna()]
+    is_steep_push = (fits["direction"] == "intrusion") & is_steep(fits)
+    return fits[is_steep_push & (alpha > CLEAR_ALPHA * se) & fits["exponent_z"].notna()]
 
 
 LawName = Literal["free_intercept", "power"]

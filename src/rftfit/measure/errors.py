@@ -16,6 +16,7 @@ import numpy as np
 import pandas as pd
 
 from rftfit.conventions import FloatArray
+from rftfit.measure.levels import sd_by_median
 from rftfit.measure.repeats import (
     Repeats,
     RunScatter,
@@ -24,6 +25,7 @@ from rftfit.measure.repeats import (
     usual_scatter,
 )
 from rftfit.measure.slopes import GIVEN_DOF, normal_quantile, student_quantile
+from rftfit.store.chosen import chosen
 
 if TYPE_CHECKING:
     from rftfit.campaign.config import Config, ErrorSettings
@@ -46,7 +48,9 @@ turn: turn of the mount, common to all runs of a medium
 
 SOURCES: tuple[str, ...] = get_args(Source)
 
-LEAST_DOF = 5
+_CHOSEN = chosen("measure", "errors")
+
+LEAST_DOF: int = _CHOSEN.least_dof
 """Fewest degrees of freedom with which the spread of repeats alone is used for all cells."""
 
 AS_PREPARED, REPEATS = "scatter between beds not included", "repeats"
@@ -120,14 +124,10 @@ class Spread:
         if self.scatter is None:
             return Part(math.hypot(self.constant, self.relative * alpha[component]))
         variance, dof = self.scatter.variance_at(np.nan_to_num(alpha), component, self.largest)
-        return Part(math.sqrt(variance), min(max(dof, _VAGUE_DOF), GIVEN_DOF))
+        return Part(math.sqrt(variance), min(max(dof, _CHOSEN.vague_dof), GIVEN_DOF))
 
 
-_VAGUE_DOF = 2.0
-"""Fewest degrees of freedom of a spread at an alpha that no repeat is near. There the spread is a fitted value, no
-sample variance: with fewer degrees of freedom quantiles grow without limit while the coverage stays the same."""
-
-USUAL_BED_SPREAD = 0.05
+USUAL_BED_SPREAD: float = _CHOSEN.usual_bed_spread
 """Relative standard deviation of the force between beds poured or tapped by hand, assumed where nothing is known."""
 
 
@@ -137,13 +137,6 @@ def half_width_of_bed(spread: float, confidence: float) -> float:
 
 
 USUAL_BEDS = Spread(relative=USUAL_BED_SPREAD, source=ASSUMED)
-
-_USUAL_ACROSS = 0.015
-"""Standard deviation at right angles to the force, relative to the force, that goes with `USUAL_BED_SPREAD`."""
-
-ASSUMED_DOF = 2.0
-"""Degrees of freedom that the assumed spread counts for: with them about 92 % or more of the cells are covered in beds
-that differ by 3 to 8 %, Student's t with 3 degrees of freedom among them (``tests/trust/test_trust_repeats.py``)."""
 
 Group = tuple["FloatArray", "FloatArray"]
 """alpha and its standard error, N/cm^3, of the runs of one cell and depth; z and x, shape (2, runs), NaN if unknown."""
@@ -177,8 +170,8 @@ def spread_of_beds(groups: Sequence[Group], stated: tuple[float, float] | None =
     largest = max(float(np.hypot(*mean)) for mean in means)
     repeats = _make_repeats(repeated, largest)
     if dof < LEAST_DOF:
-        usual = usual_scatter(USUAL_BED_SPREAD, _USUAL_ACROSS)
-        scatter, source = scatter_of_repeats(repeats, usual, ASSUMED_DOF), FEW_REPEATS
+        usual = usual_scatter(USUAL_BED_SPREAD, _CHOSEN.usual_across)
+        scatter, source = scatter_of_repeats(repeats, usual, _CHOSEN.assumed_dof), FEW_REPEATS
     else:
         scatter, source = scatter_of_repeats(repeats), REPEATS
     return Spread(scatter=scatter, largest=largest, source=source)
@@ -241,10 +234,10 @@ def scatter_of_runs(alpha: FloatArray) -> Part:
     """Error of one run, from the scatter of the few runs of a cell: `alpha` (n,), N/cm^3.
 
     Two runs have one degree of freedom, which makes an interval of 12.7 standard errors. Since beds of other
-    laboratories are known, the scatter has at least `ASSUMED_DOF` degrees of freedom; its size comes from these runs
+    laboratories are known, the scatter has at least two degrees of freedom; its size comes from these runs
     alone.
     """
-    return Part(float(alpha.std(ddof=1)), max(alpha.size - 1.0, ASSUMED_DOF))
+    return Part(float(alpha.std(ddof=1)), max(alpha.size - 1.0, _CHOSEN.assumed_dof))
 
 
 def bed_of_next(alpha: FloatArray, bed_error: Part, confidence: float, *, scatter: bool) -> Part:
@@ -259,13 +252,6 @@ def bed_of_next(alpha: FloatArray, bed_error: Part, confidence: float, *, scatte
         bed_error,
         key=lambda error: combined_half_width([error], confidence),
     )
-
-
-PRIOR_CM, PRIOR_RUNS = 0.1, 5
-"""Prior of the free surface of a bed levelled by hand: its standard deviation, and the number of runs it counts as."""
-
-_CLEAR_CM = 0.1
-"""Largest standard error of an offset from which the surface is estimated."""
 
 
 @dataclass(frozen=True)
@@ -289,27 +275,27 @@ def surface_error(
     Such a line reaches zero stress at an `offset` (cm, shape (runs,), standard error `se`) from the surface that was
     used. The scatter of the offsets is the surface's error from run to run; their median is the error that all runs
     share. A stress that is not linear moves the offsets too: then the intervals include its effect on the line through
-    zero. Fewer than `PRIOR_RUNS` runs are filled up with the prior.
+    zero. Fewer than five runs are filled up with the prior.
 
     `is_given`: False where each run found its own surface, so that the error of the run already includes that of the
     surface.
     """
-    clear = np.isfinite(offset) & (se <= _CLEAR_CM)
+    clear = np.isfinite(offset) & (se <= _CHOSEN.clear_cm)
     offset, noise = offset[clear], se[clear] ** 2
-    n = int(offset.size)
+    n, prior_runs = int(offset.size), _CHOSEN.prior_runs
     run, session, dof = 0.0, 0.0, GIVEN_DOF
-    if is_given and n >= PRIOR_RUNS:
+    if is_given and n >= prior_runs:
         median = float(np.median(offset))
         # a robust standard deviation, as stress of some directions is curved
-        scatter = 1.4826 * float(np.median(np.abs(offset - median)))
+        scatter = float(sd_by_median(offset - median))
         run = math.sqrt(max(scatter**2 - float(np.median(noise)), 0.0))
         common = math.pi / 2 * max(scatter**2, float(np.median(noise))) / n
         session = math.sqrt(max(median**2 - common, 0.0))
         dof = max(0.37 * (n - 1), 3.0)
     elif is_given:
         excess_square = float(np.maximum(offset**2 - noise, 0.0).sum())
-        run = math.sqrt((excess_square + (PRIOR_RUNS - n) * PRIOR_CM**2) / PRIOR_RUNS)
-        dof = PRIOR_RUNS
+        run = math.sqrt((excess_square + (prior_runs - n) * _CHOSEN.prior_cm**2) / prior_runs)
+        dof = prior_runs
     if errors.surface_run_mm is not None:
         run, dof = errors.surface_run_mm / 10, GIVEN_DOF
     if errors.surface_session_mm is not None:
@@ -336,13 +322,6 @@ def errors_of(
     offset = offset - explained_cm
     return config.errors, surface_error(offset, se, config.errors, is_given=is_given)
 
-
-NEAR_DEG = 45.0
-"""Largest distance of neighbouring directions."""
-
-_LEAST_ACROSS = 0.01
-"""Smallest spread of neighbours across the line on which most of them lie, relative to that along it, both squared:
-below it they show no slope across the line."""
 
 Slopes = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
 """Function of beta and gamma, degrees, shape (n,), that returns the z and x of a known profile, shape (2, n), and their
@@ -376,12 +355,12 @@ def gradient(
         [(beta_deg - beta_deg[:, None] + 90) % 180 - 90, gamma_deg - gamma_deg[:, None]]
     )
     distance = np.hypot(*step)
-    is_near = (distance > 0) & (distance <= NEAR_DEG) & np.isfinite(values)
+    is_near = (distance > 0) & (distance <= _CHOSEN.near_deg) & np.isfinite(values)
     weight = np.where(is_near, 1 / np.maximum(distance, 1.0) ** 2, 0.0)
     rise = np.where(is_near, values - values[:, None], 0.0)
     square = np.einsum("nm,inm,jnm->nij", weight, step, step)
     target = np.einsum("nm,inm,nm->ni", weight, step, rise)
-    inverse = np.linalg.pinv(square, rcond=_LEAST_ACROSS, hermitian=True)
+    inverse = np.linalg.pinv(square, rcond=_CHOSEN.least_across, hermitian=True)
     elsewhere = np.broadcast_to(elsewhere, target.shape)
     residual = target - np.einsum("nij,nj->ni", square, elsewhere)
     return np.asarray(elsewhere + np.einsum("nij,nj->ni", inverse, residual))

@@ -30,6 +30,9 @@ from rftfit.measure.laws import (
 )
 from rftfit.measure.ledger import DROPPED, USED, Ledger, RowStatus
 from rftfit.measure.samples import split_runs
+from rftfit.store.chosen import chosen
+
+_CHOSEN = chosen("measure", "fits")
 
 Row = dict[Any, Any]
 """One row of a table."""
@@ -336,14 +339,10 @@ def _why_no_slope(
     return (lacking, *_main_cause(why, stroke.x, widest))
 
 
-SHORTEST_WINDOW = 0.1
-"""Least depth that a window must cover, relative to the length of the plate."""
-
-
 def too_short(depth: FloatArray, plate: AnyPlate, fit: Fit) -> Remark | None:
     """Return a remark if a window covers too little depth to give a slope; None if it covers enough."""
     stated = fit.min_depth_cm
-    least_cm = SHORTEST_WINDOW * plate.length_cm if stated is None else stated
+    least_cm = plate.length_cm / 10 if stated is None else stated
     covered = float(np.ptp(depth))
     # the first and last sample may lie slightly inside the window
     if covered >= 0.999 * least_cm:
@@ -415,17 +414,13 @@ def _fit_line(
     return slope, flags
 
 
-_EXACT_RESIDUAL = 1e-6
-"""Largest residual of calculated stress, relative to the largest stress: no transducer is that fine, and tables are
-printed with six digits."""
-
-
 def _mark_exact(
     slope: slopes.Slope, depth: FloatArray, residual: FloatArray, stress: FloatArray, run: Run
 ) -> tuple[slopes.Slope, tuple[Remark, ...]]:
     """Set the error of a slope to NaN where stress lies exactly on the law: it was calculated and has no scatter."""
+    # no transducer is that fine, and tables are printed with six digits
     largest_residual = np.abs(residual).max(axis=1)
-    exact = (largest_residual <= _EXACT_RESIDUAL * np.abs(stress).max(axis=1)) & (depth.size > 1)
+    exact = (largest_residual <= 1e-6 * np.abs(stress).max(axis=1)) & (depth.size > 1)
     # a plate that is level or upright has no horizontal stress on a vertical path
     exact[1] &= slope.alpha[1] != 0 or bool(run.beta_deg % 90 or run.gamma_deg % 180 != 90)
     if not exact.any():
@@ -433,13 +428,15 @@ def _mark_exact(
     return replace(slope, se=np.where(exact, np.nan, slope.se)), (remark("no-scatter"),)
 
 
-LEAST_WORK, _SIGMAS = 0.005, 3.0
-"""Limits, in N/cm^3 and in standard errors, to which D = alpha_x cos gamma + alpha_z sin gamma may lie below 0."""
+LEAST_WORK: float = _CHOSEN.least_work
+"""Limit, N/cm^3, to which D = alpha_x cos gamma + alpha_z sin gamma may lie below 0."""
 
 
 def _flag_negative_work(slope: slopes.Slope, gamma_deg: float) -> tuple[Remark, ...]:
     """Flag a force that pulls the plate along its path: this happens if the sign of a channel is wrong."""
-    noise = _SIGMAS * math.hypot(*(_resistance_direction(gamma_deg) * np.nan_to_num(slope.se)))
+    noise = _CHOSEN.work_sigmas * math.hypot(
+        *(_resistance_direction(gamma_deg) * np.nan_to_num(slope.se))
+    )
     return (remark("gives-back"),) if _pulls_plate(slope.alpha, gamma_deg, noise) else ()
 
 
@@ -452,10 +449,6 @@ def _resistance_direction(gamma_deg: float) -> FloatArray:
     """Factors of alpha_z and alpha_x in the force that resists the motion, shape (2,)."""
     along_x, along_z = direction(math.radians(gamma_deg))
     return -np.array([along_z, along_x])
-
-
-_CURVED_RATIO = 0.10
-"""Least curvature that is flagged, relative to the stress of the line."""
 
 
 def _linearity_flags(
@@ -489,9 +482,8 @@ def curved(
     `deepest`: Depth of the end of the window, cm.
     """
     size = np.abs(ratio)
-    return (
-        (p < slopes.CURVED_P) & (size > _CURVED_RATIO) & (size * np.abs(alpha) * deepest > visible)
-    )
+    is_large = (size > _CHOSEN.curved_ratio) & (size * np.abs(alpha) * deepest > visible)
+    return np.asarray((p < slopes.CURVED_P) & is_large)
 
 
 # --- Tables of the stage

@@ -13,6 +13,7 @@ from rftfit.campaign.config import AnyPlate, Arm, Config, Leg, Transducer, ZeroS
 from rftfit.campaign.sheet import Run
 from rftfit.conventions import FloatArray
 from rftfit.logs.base import Log
+from rftfit.measure.clocks import find_stretches
 from rftfit.measure.flags import REPEATED, Refused
 from rftfit.measure.levels import median
 from rftfit.measure.log_columns import ANGLE_TO_RAD, unit_factor
@@ -26,8 +27,6 @@ CHANNEL_FACTS = ("low_N", "high_N", "held_N", "held", "noise_N")
 
 NEAR_FULL_RANGE = 0.995
 """Fraction of the range of the transducer at which a reading counts as saturated."""
-_FEWEST_QUIET = 50
-"""Fewest second differences from which the noise of a channel is estimated."""
 
 
 @dataclass(frozen=True)
@@ -165,7 +164,7 @@ def channel_facts(channels: FloatArray, in_stroke: np.ndarray) -> dict[str, obje
 def _noise_at_rest(readings: FloatArray) -> float:
     """Standard deviation of readings from sample to sample, from their second differences without the largest tenth."""
     steps = np.sort(np.abs(np.diff(readings, 2)))
-    if steps.size < _FEWEST_QUIET:
+    if steps.size < 50:
         return math.nan
     # the smaller nine tenths of normal numbers have 0.789 times the root mean square of all;
     # the variance of a second difference is six times that of a reading
@@ -180,8 +179,6 @@ MIN_SAMPLES = 50
 """Samples in air that always suffice for a zero."""
 _FEWEST_SAMPLES = 10
 """Fewest samples from which a mean is taken as a zero."""
-_TENTHS = 10
-"""Number of parts of a log without load whose means are compared."""
 
 
 @dataclass(frozen=True)
@@ -246,10 +243,9 @@ def find_zero(
     `drift_N_per_min`: Largest drift of the zero.
     `least_cm`: Height above the surface that the samples in air have, for the message alone.
     """
-    rest_rows = np.flatnonzero(at_rest)
     fewest = fewest_for_zero(time)
-    breaks = np.flatnonzero(np.diff(rest_rows) > 1) + 1
-    row_groups = [rows for rows in np.split(rest_rows, breaks) if rows.size >= fewest]
+    stretches = find_stretches(at_rest).T.tolist()
+    row_groups = [np.arange(first, stop) for first, stop in stretches if stop - first >= fewest]
     if not row_groups:
         raise Refused("no-zero", least=least_cm)
     rests = [(float(time[rows].mean()), rows) for rows in row_groups]
@@ -295,7 +291,7 @@ def change_within(force: FloatArray) -> tuple[float, float]:
     The change is the range of the means of ten parts of the log, for the component with the larger range; the noise is
     the standard deviation within a part. `force`: N, shape (2, n).
     """
-    count = max(1, min(_TENTHS, force.shape[1] // _FEWEST_SAMPLES))
+    count = max(1, min(10, force.shape[1] // _FEWEST_SAMPLES))
     tenths = np.array_split(force, count, axis=1)
     change = np.ptp([tenth.mean(axis=1) for tenth in tenths], axis=0)
     noise = np.median([tenth.std(axis=1) for tenth in tenths], axis=0)

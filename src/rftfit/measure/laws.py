@@ -196,11 +196,11 @@ def find_crust(depth: FloatArray, stress: FloatArray) -> Crust | None:
     return Crust(float(below[peak]), float(smooth[peak] / (slope * below[peak]) - 1))
 
 
-PATCHES = 0.04
+PATCHES: float = _CHOSEN.patches
 """Standard deviation of an exponent by denser and looser patches in a bed (3 %, 2 cm wide): 0.04 to 0.06 in windows
 of 3 to 8 cm."""
 
-LEVELLED_CM = 0.05
+LEVELLED_CM: float = _CHOSEN.levelled_cm
 """Standard deviation of the free surface of a bed that is levelled by a blade, cm."""
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rftfit.conventions import FloatArray
+from rftfit.store.chosen import chosen
 
 Mask = npt.NDArray[np.bool_]
 
@@ -17,8 +18,10 @@ FEW_RUNS = 3
 _DEVIATION_OF_MEAN = math.sqrt(math.pi / 2)
 """Standard deviation of normal numbers over their mean deviation from the median."""
 
-MODES, _LEAST_SPREAD, _CLUSTER = 8.0, 0.03, 0.2
-"""Limits of two clusters: least difference over spread; least spread, cm or ratio; least share of the runs."""
+_CHOSEN = chosen("measure", "levels")
+
+MODES: float = _CHOSEN.modes
+"""Least difference of two clusters over their spread."""
 
 
 def median(values: FloatArray) -> float:
@@ -30,6 +33,11 @@ def median(values: FloatArray) -> float:
         return float(np.partition(values, half)[half])
     ordered = np.partition(values, (half - 1, half))
     return float((ordered[half - 1] + ordered[half]) / 2)
+
+
+def sd_by_median(deviations: FloatArray) -> FloatArray:
+    """Standard deviation of normal numbers by the median of the size of their deviations, along the last axis."""
+    return np.asarray(1.4826 * np.median(np.abs(deviations), axis=-1))
 
 
 def median_of_runs(values: FloatArray) -> tuple[float, float]:
@@ -49,7 +57,8 @@ def median_of_runs(values: FloatArray) -> tuple[float, float]:
 
 def _fewest_in_cluster(count: int) -> int:
     """Fewest runs of a cluster among `count` runs."""
-    return max(FEW_RUNS + 1, math.ceil(_CLUSTER * count))
+    share_of_runs: int = math.ceil(_CHOSEN.cluster * count)
+    return max(FEW_RUNS + 1, share_of_runs)
 
 
 def two_clusters(values: FloatArray) -> tuple[float, Mask] | None:
@@ -68,7 +77,7 @@ def two_clusters(values: FloatArray) -> tuple[float, Mask] | None:
         middles = np.median(values[above]), np.median(values[~above])
         deviation = np.abs(values - np.where(above, *middles))
         largest_deviation = float(max(deviation[above].mean(), deviation[~above].mean()))
-        spread = max(_DEVIATION_OF_MEAN * largest_deviation, _LEAST_SPREAD)
+        spread = max(_DEVIATION_OF_MEAN * largest_deviation, _CHOSEN.least_spread)
         clear = float(abs(middles[0] - middles[1])) / spread / MODES
         if clear > 1.0 and deviation.sum() < least_deviation - 1e-9:
             best, least_deviation = (clear, above), float(deviation.sum())
@@ -81,12 +90,6 @@ def two_clusters(values: FloatArray) -> tuple[float, Mask] | None:
     return clear, above if mark_above else ~above
 
 
-_LEAST_SINGULAR_VALUE = 1e-9
-"""Singular value, relative to the largest, below which columns depend on each other."""
-_MOST_ENDS = 300
-"""Largest number of places at which a stretch may begin or end, to limit the search."""
-
-
 def shifted_runs(common: FloatArray, start: FloatArray, sigma: FloatArray) -> Mask:
     """Find the consecutive runs whose common shift of `start` is most significant, and mark them, shape (runs,).
 
@@ -95,7 +98,8 @@ def shifted_runs(common: FloatArray, start: FloatArray, sigma: FloatArray) -> Ma
     If the shifted runs are more than half, the others are marked.
     """
     count, fewest = start.size, _fewest_in_cluster(start.size)
-    ends = np.unique(np.linspace(0, count, min(count, _MOST_ENDS) + 1).astype(int))
+    # places at which a stretch may begin or end, not too many
+    ends = np.unique(np.linspace(0, count, min(count, 300) + 1).astype(int))
     first, last = (ends[k] for k in np.triu_indices(ends.size, 1))
     fits = (last - first >= fewest) & (count - (last - first) >= fewest)
     in_stretch = np.zeros(count, dtype=bool)
@@ -104,7 +108,7 @@ def shifted_runs(common: FloatArray, start: FloatArray, sigma: FloatArray) -> Ma
     first, last = first[fits], last[fits]
     basis, sizes, _ = np.linalg.svd(common / sigma[:, None], full_matrices=False)
     # columns that depend on each other take one degree of freedom
-    basis = basis[:, sizes > _LEAST_SINGULAR_VALUE * sizes.max(initial=0.0)]
+    basis = basis[:, sizes > 1e-9 * sizes.max(initial=0.0)]
     scaled_residual = start / sigma
     scaled_residual = scaled_residual - basis @ (basis.T @ scaled_residual)
     # sums over each stretch, as differences of cumulative sums

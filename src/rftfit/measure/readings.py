@@ -20,7 +20,7 @@ from rftfit.campaign.spikes import (
 )
 from rftfit.conventions import FloatArray
 from rftfit.logs.base import Log, LogError
-from rftfit.measure.clocks import HOUR_S
+from rftfit.measure.clocks import HOUR_S, find_stretches
 from rftfit.measure.flags import (
     AWAY,
     BACKWARDS,
@@ -88,7 +88,7 @@ def without_spikes(log: Log, quantities: Sequence[str], limits: Sequence[float] 
     if not (alone.any() or held.any()):
         return log
     lengths = np.zeros(log.size, dtype=int)
-    for start, stop in _find_stretches(alone):
+    for start, stop in find_stretches(alone).T:
         lengths[start:stop] = stop - start
     away = alone & (lengths > FEWEST_ROWS)
     log = _leave_out(log, away, AWAY)
@@ -101,7 +101,7 @@ def without_spikes(log: Log, quantities: Sequence[str], limits: Sequence[float] 
 def _keep_saturated(spikes: Mask, readings: FloatArray, limit: float) -> Mask:
     """Unmark the stretches of spikes that stay at the end of the range: these readings are saturated."""
     is_saturated = np.abs(readings) >= limit
-    for start, stop in _find_stretches(spikes):
+    for start, stop in find_stretches(spikes).T:
         if stop - start > FEWEST_ROWS and is_saturated[start:stop].all():
             spikes[start:stop] = False
     return spikes
@@ -111,16 +111,10 @@ def _leave_out(log: Log, is_bad: Mask, reason: str) -> Log:
     """Leave out bad rows, and note the times of their stretches under `reason`."""
     time = log.columns["time"]
     when = tuple(
-        (float(time[start]), float(time[stop - 1])) for start, stop in _find_stretches(is_bad)
+        (float(time[start]), float(time[stop - 1])) for start, stop in find_stretches(is_bad).T
     )
     log = log.take(~is_bad, reason)
     return replace(log, stretches={**log.stretches, reason: when}) if when else log
-
-
-def _find_stretches(is_bad: Mask) -> list[tuple[int, int]]:
-    """Return the first row of each stretch of bad rows, and the row after its last one."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], is_bad, [0]])))
-    return [*zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)]
 
 
 def without_lone_positions(log: Log) -> Log:
@@ -368,8 +362,8 @@ _LONGEST_BACK = 0.1
 
 def _has_second_recording(forward: npt.NDArray[np.bool_]) -> bool:
     """Return True if time goes back and runs on from there for many rows: another recording follows in the file."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[1], forward, [1]])))
-    lengths = np.diff(edges)[::2]
+    first, stop = find_stretches(~forward)
+    lengths = stop - first
     return bool(lengths.max(initial=0) > max(_LONGEST_BACK * forward.size, 20))
 
 

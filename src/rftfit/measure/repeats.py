@@ -17,14 +17,17 @@ import numpy as np
 import numpy.typing as npt
 
 from rftfit.conventions import FloatArray
+from rftfit.store.chosen import chosen
 
-FLOORS = np.array([0.0, 0.05, 0.1, 0.2, 0.4, 1.0, 3.0])
+_CHOSEN = chosen("measure", "repeats")
+
+FLOORS = np.array(_CHOSEN.floors)
 """Floors f, as fractions of the largest force. With the last one the scatter is nearly the same in all directions."""
 
-USUAL_FLOORS = np.array([0.15, 0.3, 0.4, 0.12, 0.03, 0.0, 0.0])
+USUAL_FLOORS = np.array(_CHOSEN.usual_floors)
 """Probability of each floor before any repeat is seen."""
 
-_SCATTERS = np.exp(np.linspace(math.log(1e-4), math.log(3.0), 500))
+_SCATTERS = np.geomspace(_CHOSEN.least_scatter, _CHOSEN.most_scatter, 500)
 """Values of s, the relative scatter at the largest force, whose likelihoods are compared; the smallest counts as 0."""
 
 _NO_VARIANCE = 1e-30

@@ -227,7 +227,7 @@ def find_clock(
         return clocks.of_run(run, time, settings.max_se_s)
     if readings.arm_moving is None:
         raise Refused("no-sync-line")
-    force_spans = moving_spans(time, readings.arm_moving, 0.5)
+    force_spans = moving_spans(time, readings.arm_moving)
     force_spans = whole_spans(force_spans, float(time[0]), float(time[-1]))
     # the speed is known from the second sample to the last but one; no spans in fewer than three
     motion_spans = whole_spans(spans, *path.time[[1, -2]]) if len(spans) else spans

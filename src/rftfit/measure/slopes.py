@@ -240,8 +240,19 @@ def student_quantile(confidence: float, dof: FloatArray | float) -> FloatArray:
 
 
 def normal_quantile(confidence: float) -> float:
-    """Half width of a two-sided interval of a normal distribution, in standard deviations; 1.96 for 0.95."""
+    """Half width of a two-sided interval of a normal number, in standard deviations; 1.96 for 0.95."""
     return NormalDist().inv_cdf(0.5 + confidence / 2)
+
+
+NORMAL_95 = normal_quantile(0.95)
+"""Half width of an interval of a normal number that is 95 % whatever a campaign states, in standard deviations."""
+
+
+def student_p(times: FloatArray | float, dof: FloatArray | float) -> FloatArray:
+    """Two-sided p value of a number of `times` its standard error, by Student's t."""
+    from scipy.special import stdtr
+
+    return np.asarray(2 * stdtr(dof, -np.abs(times)))
 
 
 def student_limit(sigmas: float, dof: float) -> float:
@@ -479,8 +490,6 @@ def _test_curvature(
     4. the residuals without the term,
     5. the variance of the noise at low frequencies, (N/cm^2)^2.
     """
-    from scipy.special import stdtr, stdtrit
-
     bend = depth**2 - depth * float(depth**2 @ depth) / float(depth @ depth)
     power = float(bend @ bend)
     # depths of 0 and one other have no curvature either
@@ -495,13 +504,13 @@ def _test_curvature(
     dof = combine_dof(parts, np.vstack([np.full(alpha.size, count), shift_dof]))
     error = np.sqrt(parts.sum(axis=0))
     safe = np.where(error > 0, error, 1.0)
-    p_value = np.where(error > 0, 2 * stdtr(dof, -np.abs(size) / safe), 1.0)
+    p_value = np.where(error > 0, student_p(size / safe, dof), 1.0)
     deepest = int(np.argmax(depth))
     end_stress = alpha * depth[deepest]
     reference = np.where(end_stress == 0, 1.0, np.abs(end_stress))
     # the part that noise does not explain, in squares: it grows from 0, so that a larger error of the
     # zero, which explains more, never makes the whole error smaller
-    by_noise = stdtrit(dof, 1 - CURVED_P / 2) * error
+    by_noise = student_quantile(1 - CURVED_P, dof) * error
     excess = np.sqrt(np.maximum(size**2 - by_noise**2, 0.0)) * np.abs(
         bend[deepest] / depth[deepest]
     )

@@ -22,12 +22,10 @@ from rftfit.store.chosen import chosen
 
 _CHOSEN = chosen("measure", "strokes")
 
-UNDERGROUND_CM = 0.3
+UNDERGROUND_CM: float = _CHOSEN.underground_cm
 """Smallest depth that a stroke must reach to count, and smallest height above the surface that counts as air."""
-SHORTEST_CM = 0.1
+SHORTEST_CM: float = _CHOSEN.shortest_cm
 """Length of the shortest stroke."""
-BOTTOM_CM = 0.02
-"""Height above the lowest point within which a push has reached its bottom."""
 _MOST_HIDDEN_CM = 2 * SHORTEST_CM
 """Largest noise of the position: a motion back that noise hides could be the end of a stroke."""
 _MOST_NAMED = 6
@@ -71,10 +69,8 @@ class IntruderPath:
             )
             time, speed = self.time[index], relative / step
             is_last = 4 * steps * usual_step_s > _CHOSEN.longest_step_s or 2 * steps > most_steps
-            if is_last or not is_encoder_noise(time, speed, 0.5):
-                return self._join_spans(
-                    moving_spans(time, speed, 0.5), arm, 2 * steps * usual_step_s
-                )
+            if is_last or not is_encoder_noise(time, speed):
+                return self._join_spans(moving_spans(time, speed), arm, 2 * steps * usual_step_s)
             steps *= 2
 
     def _join_spans(self, spans: FloatArray, arm: Arm, least_s: float) -> FloatArray:
@@ -388,7 +384,7 @@ def _part_below_surface(motion: IntruderPath, start: float, end: float) -> tuple
 def _find_uneven_pushes(motion: IntruderPath) -> list[_StrokeSpan]:
     """Find the pushes of an arm that is not driven steadily: from the surface straight down to the bottom."""
     z = motion.z
-    if (lowest := float(z.min())) > -5 * BOTTOM_CM or z.max() < -_CHOSEN.contact_cm:
+    if (lowest := float(z.min())) > -5 * _CHOSEN.bottom_cm or z.max() < -_CHOSEN.contact_cm:
         raise Refused("surface-not-crossed", highest=z.max(), lowest=lowest)
     # every stay below the surface that is as deep as a stroke, or else the deepest one
     start_rows = np.flatnonzero((z <= 0) & np.append(True, z[:-1] > 0))
@@ -399,7 +395,7 @@ def _find_uneven_pushes(motion: IntruderPath) -> list[_StrokeSpan]:
         raise Refused("begins-below")
     pushes = []
     for start_row, low in zip(start_rows[is_deep], lows[is_deep], strict=True):
-        end = start_row + int(np.argmax(z[start_row:] <= low + BOTTOM_CM))
+        end = start_row + int(np.argmax(z[start_row:] <= low + _CHOSEN.bottom_cm))
         if start_row > 0 or begins_at_contact:
             start = float(motion.time[max(start_row - 1, 0)])
             pushes.append((-float(low), start, float(motion.time[end])))

@@ -96,10 +96,6 @@ def _in_motion_log(
     return time[inside], -path.pose_at(time[inside])[1], lift[inside]
 
 
-WINDOWS = (0.7, 1.0, 1.4)
-"""Windows that are tried, relative to that of the config; the middle one counts, the others show its bias."""
-
-
 def find_surface(
     depth: FloatArray,
     force: FloatArray,
@@ -122,7 +118,8 @@ def find_surface(
     before_peak = np.arange(depth.size) <= int(np.argmax(force))
     depth, force = depth[is_deeper & before_peak], force[is_deeper & before_peak]
     onset, noise = _find_onset(depth, force, noise_N)
-    windows = [share * window_cm for share in WINDOWS]
+    # the middle window counts, the others show its bias
+    windows = [share * window_cm for share in _CHOSEN.windows]
     fits = [_fit_change_point(depth, force, onset, window) for window in windows]
     for _ in range(_CHOSEN.passes if toe_cm > 0 else 0):
         fits = [

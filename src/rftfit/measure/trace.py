@@ -99,7 +99,7 @@ def trace_run(
     rests_in_air = config.zero.method == "air" and zero_log is None
     phase = np.full(time.size, _OTHER)
     phase[in_air & ~moving & rests_in_air] = _AIR
-    phase[~in_air & ~moving & (np.abs(z) < _PAUSE_CM)] = _PAUSE
+    phase[~in_air & ~moving & (np.abs(z) < _CHOSEN.pause_cm)] = _PAUSE
     phase[moving & (time < start)] = _APPROACH
     phase[in_stroke] = _STROKE
     hold_s, hold_flags = _position_in_steps(path, start, end)
@@ -180,13 +180,10 @@ class Trace:
 
 
 _AIR, _APPROACH, _PAUSE, _STROKE, _OTHER = range(len(PHASES))
-_PAUSE_CM = 0.2
-"""Largest distance from the surface at which a rest counts as a pause at the surface."""
+_CHOSEN = chosen("measure", "trace")
 
-HELD_SE = 0.25
+HELD_SE: float = _CHOSEN.held_se
 """Standard error of the clock, relative to the time for which a position is repeated, held or by a coarse sensor."""
-_LEAST_STEP_CM = 0.03
-"""Smallest step between held positions that counts."""
 
 
 def _position_in_steps(path: IntruderPath, start: float, end: float) -> tuple[float, list[Remark]]:
@@ -195,7 +192,7 @@ def _position_in_steps(path: IntruderPath, start: float, end: float) -> tuple[fl
     parts = [coordinate[inside] for coordinate in (path.x, path.z)]
     position = max(parts, key=lambda coordinate: np.ptp(coordinate) if coordinate.size else 0.0)
     holds = find_holds(position)
-    if holds.rows < 2 or holds.step < _LEAST_STEP_CM:
+    if holds.rows < 2 or holds.step < _CHOSEN.least_step_cm:
         return 0.0, []
     hold_s = holds.rows * float(np.median(np.diff(path.time[inside])))
     step_mm = 10 * holds.step
@@ -418,19 +415,11 @@ def _gaps(stroke_time: FloatArray, max_gap_s: float) -> Iterator[Remark]:
         yield remark("gaps", count=missed.size, seconds=missed.sum(), longest=missed.max())
 
 
-_MOST_LISTED = 3
-"""Most stretches named in one message."""
-
-
 def format_stretches(stretches: Sequence[tuple[float, float]]) -> str:
     """Format start and end of some stretches of a log, s."""
-    listed = [f"{start:.2f} to {stop:.2f} s" for start, stop in stretches[:_MOST_LISTED]]
-    remainder = len(stretches) - _MOST_LISTED
+    listed = [f"{start:.2f} to {stop:.2f} s" for start, stop in stretches[:3]]
+    remainder = len(stretches) - len(listed)
     return ", ".join(listed) + (f" and {remainder} stretches more" if remainder > 0 else "")
-
-
-_MOST_REPEATED = 1 / 3
-"""Share of repeated readings in a stroke from which on it is flagged."""
 
 
 def _flag_doubts(
@@ -454,7 +443,7 @@ def _flag_doubts(
     in_range = stroke & ~readings.saturated
     share = (~lab_frame.new_readings(readings.channels)[in_range]).mean() if in_range.any() else 0.0
     # the force of a horizontal run may be steady; of others it grows
-    if run.direction != "horizontal" and share >= _MOST_REPEATED:
+    if run.direction != "horizontal" and share >= 1 / 3:
         yield remark("readings-repeated", share=share)
     if count := int(np.count_nonzero(readings.saturated & stroke)):
         yield remark("stroke-saturated", count=count)
