@@ -245,9 +245,7 @@ def _add_plates(axes: Axes) -> None:
 
 def has_holes(table: pd.DataFrame, column: str) -> bool:
     """Tell whether any cell of a table has no number in a column."""
-    on_grid = lies_on_grid(table)
-    values = cells_of_map(table, column)[2] if on_grid else table[column].to_numpy(float)
-    return bool(np.isnan(values).any())
+    return bool(table[column].isna().any())
 
 
 def _without_fit(results: Results, _: str) -> Sequence[str]:
@@ -510,19 +508,19 @@ def widen_for_marks(page: Figure) -> None:
             axes.set(xlim=ends, ylim=ends)
 
 
-def add_cells(
-    axes: Axes, beta_deg: FloatArray, gamma_deg: FloatArray, values: FloatArray, signed: bool
-) -> ScalarMappable:
-    """Draw measured cells, in diverging colours where signed; missing ones are grey and hatched."""
+def _add_cells(axes: Axes, table: pd.DataFrame, column: str, signed: bool) -> ScalarMappable:
+    """Draw measured cells, in diverging colours where signed; those whose runs gave no number are grey and hatched."""
     from matplotlib.patches import PathPatch
     from matplotlib.path import Path
 
+    beta_deg, gamma_deg, values = cells_of_map(table, column)
+    has_runs = np.isfinite(cells_of_map(table.assign(runs=1.0), "runs")[2])
     rows, columns = edges(beta_deg), edges(gamma_deg)
     mesh = axes.pcolormesh(columns, rows, np.ma.masked_invalid(values), **colours(values, signed))
     corners = [(0, 0), (0, 1), (1, 1), (1, 0), (0, 0)]
     missing = [
         Path([(columns[j + right], rows[i + up]) for up, right in corners], closed=True)
-        for i, j in np.argwhere(~np.isfinite(values))
+        for i, j in np.argwhere(has_runs & ~np.isfinite(values))
     ]
     if missing:  # one patch: hatching is slow
         axes.add_patch(PathPatch(Path.make_compound_path(*missing), linewidth=0, **_MISSING))
@@ -534,7 +532,7 @@ def add_table(
 ) -> ScalarMappable:
     """Draw one number of each row of an alpha table: as cells where they lie on a grid, else as dots; a cross for no number."""
     if lies_on_grid(table):
-        return add_cells(axes, *cells_of_map(table.assign(shown=values), "shown"), signed)
+        return _add_cells(axes, table.assign(shown=values), "shown", signed)
     measured_cells, empty_cells = table[values.notna()], table[values.isna()]
     axes.plot(empty_cells["gamma_deg"], empty_cells["beta_deg"], "x", color="#606060", markersize=3)
     marker_style: style.Look = {

@@ -22,6 +22,7 @@ from rftfit.figures.traces import (
     stress_of,
 )
 from rftfit.measure.flags import remark
+from rftfit.measure.slopes import NORMAL_95
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -443,7 +444,7 @@ def draw_clocks(rows: Sequence[tuple[Ingested, Alignment]]) -> Figure:
     estimated offset, and the smooth function. Third, where a surface was estimated: force beside the surface, and its model.
     """
     differences = np.array([_difference_s(trace, alignment) for trace, alignment in rows])
-    half_widths = np.array([_NORMAL_95 * (alignment.clock.se_s or 0.0) for _, alignment in rows])
+    half_widths = np.array([NORMAL_95 * (alignment.clock.se_s or 0.0) for _, alignment in rows])
     worst = int(np.argmax(np.abs(differences) / np.where(half_widths > 0, half_widths, 1.0)))
     trace, alignment = rows[worst]
     page, panels = style.panels((4.6, 4.9), 3 if trace.surface else 2, 6.1)
@@ -469,10 +470,6 @@ def draw_clocks(rows: Sequence[tuple[Ingested, Alignment]]) -> Figure:
         entries["95 % interval of the surface"] = style.band(colour=_RED)
     style.legend(page, entries)
     return page
-
-
-_NORMAL_95 = 1.96
-"""Half width of an interval of 95 %, in standard errors."""
 
 
 def _difference_s(trace: Ingested, alignment: Alignment) -> float:
@@ -502,7 +499,7 @@ def _format_offset(clock: ClockFit) -> str:
     seconds = style.format_number(clock.offset_s - 3600 * (clock.hours or 0))
     if clock.se_s is None:
         return f"clocks {hours}{seconds} s"
-    half_width = style.format_number(_NORMAL_95 * clock.se_s)
+    half_width = style.format_number(NORMAL_95 * clock.se_s)
     return f"clocks {hours}{seconds} \N{PLUS-MINUS SIGN} {half_width} s (95 %)"
 
 

@@ -24,7 +24,7 @@ from rftfit.forces.prediction import predict_with_peaks
 from rftfit.measure.alpha import column
 from rftfit.measure.flags import Flags, Remark, format_remarks, reason_of
 from rftfit.measure.lab_frame import measures_force_x
-from rftfit.measure.slopes import student_quantile
+from rftfit.measure.slopes import normal_quantile, student_quantile
 from rftfit.model import scaling
 from rftfit.model.fourier import TERMS
 from rftfit.model.maps import Map, estimate
@@ -270,14 +270,12 @@ def _unit_push(results: Results) -> dict[str, Any]:
 
     The field calculator multiplies these numbers by the alpha_z that a user measured, as all are proportional to it.
     """
-    from scipy.special import ndtri
-
     level = results.config.fit.confidence
     with_usual_error, exact = (_map_of_unit_push(results, se) for se in (math.nan, 0.0))
     step_now, step_after = plan("map", exact, count=1, confidence=level).steps
     return {
         "media": len(exact.known_media.split(", ")),
-        "quantile": float(ndtri(0.5 + level / 2)),
+        "quantile": normal_quantile(level),
         "model_error": results.model_error,
         "usual": float(usual_error(np.ones(1))[0]),
         **_numbers_of_map(results, with_usual_error),

@@ -10,13 +10,11 @@ from typing import NamedTuple
 import pandas as pd
 
 from rftfit.errors import InputError
+from rftfit.measure.slopes import NORMAL_95
 from rftfit.store.tables import unguarded
 from rftfit.suite.declared import EVERY, NumberCells, format_key
 from rftfit.table.numbers import NO_VALUE
 from rftfit.table.text import records_of
-
-TWO_SIDED = 1.96
-"""Half width of a 95 % interval over its standard error."""
 
 _SAME = 1e-6
 """Relative difference below which numbers of a key are equal, since tables have six digits."""
@@ -99,7 +97,7 @@ def read_number(cells: NumberCells, row: Mapping[str, str]) -> TableNumber:
         for name in (cells.lo, cells.hi)
     )
     if cells.se is not None:
-        half = TWO_SIDED * abs(_float(row[cells.se]) * cells.factor)
+        half = NORMAL_95 * abs(_float(row[cells.se]) * cells.factor)
         lo, hi = value - half, value + half
     error = math.nan if cells.error is None else abs(_float(row[cells.error]) * cells.factor)
     # a negative factor exchanges the ends

@@ -12,8 +12,9 @@ import pandas as pd
 
 from rftfit.campaign.load import Campaign, load_campaign
 from rftfit.conventions import FloatArray
+from rftfit.measure.slopes import NORMAL_95
 from rftfit.results import Results
-from rftfit.suite.cells import TWO_SIDED, read_number
+from rftfit.suite.cells import read_number
 from rftfit.suite.declared import CONFIG, NumberCells, Windows
 from rftfit.workflow.measure import MEASURED, checks, slopes
 
@@ -58,7 +59,7 @@ class OverWindows:
 
         if not len(self.values):
             return math.nan
-        sd = np.maximum(np.ptp(self.intervals, axis=1) / 2 / TWO_SIDED, 1e-12)
+        sd = np.maximum(np.ptp(self.intervals, axis=1) / 2 / NORMAL_95, 1e-12)
         low = float((self.values - 9 * sd).min())
         high = float((self.values + 9 * sd).max())
         return float(brentq(lambda x: ndtr((x - self.values) / sd).mean() - share, low, high))
