@@ -50,9 +50,7 @@ from rftfit.model.shapes import Map, Shapes, estimate, nodes_of, published_shape
 from rftfit.outputs.dictionary import Output, column_of, describe_file
 from rftfit.store import csv_bytes, read_csv, read_parquet
 from rftfit.store.digests import sha256_of
-
-FOLDER = "results"
-"""Folder of the results, below the campaign's folder."""
+from rftfit.store.links import RESULTS
 
 LEG_ERRORS = "leg_errors.csv"
 
@@ -86,7 +84,7 @@ class Tables:
 
     def path(self, name: str) -> Path:
         """Path of a file of the results, for example ``alpha/poppy_LP.csv``."""
-        if self._allowed is not None and f"{FOLDER}/{name}" not in self._allowed:
+        if self._allowed is not None and f"{RESULTS}/{name}" not in self._allowed:
             raise UndeclaredInput(name)
         return self.folder / name
 
@@ -140,7 +138,7 @@ class Tables:
 
     def _read_typed(self, name: str, source: Path | bytes) -> tuple[pd.DataFrame, Output]:
         """Read a csv file, or its content, with the column types of the dictionary; return its entry there too."""
-        output = describe_file(f"{FOLDER}/{name}")
+        output = describe_file(f"{RESULTS}/{name}")
         if output is None or not output.columns:
             raise InputError(f"{self.folder / name}: not a table of this program")
         table = read_csv(
@@ -193,7 +191,7 @@ class Results(Tables):
     """
 
     def __init__(self, campaign: Campaign) -> None:
-        super().__init__(campaign.root / FOLDER)
+        super().__init__(campaign.root / RESULTS)
         self.campaign = campaign
         self.root = campaign.root
         self._fits: dict[tuple[str, str], scaling.MediumFit] = {}
@@ -357,7 +355,7 @@ class Results(Tables):
 
         The usual error applies if no leg was compared yet.
         """
-        may_read = self._allowed is None or f"{FOLDER}/{LEG_ERRORS}" in self._allowed
+        may_read = self._allowed is None or f"{RESULTS}/{LEG_ERRORS}" in self._allowed
         return larger_model_error(self.error_of_legs) if may_read and self.has(LEG_ERRORS) else EPS
 
     def fits(self, method: str | None = None) -> dict[str, scaling.MediumFit]:
@@ -816,7 +814,7 @@ class Medium(KnownMedium):
             "title": self.results.campaign.titles[self.name],
             "marks": self.doubt,
             "window": window_of(self.alpha),
-            "made_from": {f"{FOLDER}/{name}": sha256_of(self.results.path(name))},
+            "made_from": {f"{RESULTS}/{name}": sha256_of(self.results.path(name))},
         }
         table = self.profile()
         is_map = kind == "map" or (kind is None and bool(table.reason))

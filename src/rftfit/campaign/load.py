@@ -25,9 +25,9 @@ from rftfit.campaign.tables import TablePush, TableRead, read_pushes
 from rftfit.directions import is_straight_down, number_depths
 from rftfit.errors import InputError
 from rftfit.store.digests import digest_of_numbers, digests_of_files
+from rftfit.store.links import RESULTS
 from rftfit.store.text import count, megabytes, table
 
-RESULTS = "results"
 REENACTED = "REENACTED.txt"
 """File in the raw folder of logs that were computed from published results."""
 

@@ -11,10 +11,11 @@ import numpy as np
 import pandas as pd
 
 from rftfit.campaign.load import Campaign, load_campaign
+from rftfit.campaign.presence import CONFIG
 from rftfit.conventions import FloatArray
 from rftfit.results import Results
 from rftfit.suite.cells import TWO_SIDED, read_number
-from rftfit.suite.declared import CONFIG, NumberCells, Windows
+from rftfit.suite.declared import NumberCells, Windows
 from rftfit.workflow.measure import MEASURED, checks, slopes
 
 
