@@ -507,6 +507,11 @@ class Medium(KnownMedium):
         return covariance_of(self.alpha)
 
     @property
+    def _bed_spread(self) -> float:
+        """Relative spread of forces from one prepared bed to the next; 0 where not known."""
+        return bed_spread(self.alpha, self.results.config.grid.angle_tolerance_deg)
+
+    @property
     def fits(self) -> pd.DataFrame:
         """Slope of every plate run."""
         return self.results.table(f"fits/{self.name}.csv")
@@ -526,7 +531,7 @@ class Medium(KnownMedium):
             for run in campaign.runs
             if run.kind == "plate"
         }
-        return pressure_sinkage(self.fits, widths)
+        return pressure_sinkage(self.fits, widths, campaign.config.grid.angle_tolerance_deg)
 
     @property
     def runs(self) -> pd.DataFrame:
@@ -606,7 +611,7 @@ class Medium(KnownMedium):
             If the test gives no number.
         """
         table = self.alpha
-        cell = cell_at(table, 0, 90)
+        cell = cell_at(table, 0, 90, self.results.config.grid.angle_tolerance_deg)
         if cell is None:
             raise InputError(f"{self.name}: {remark('no-push')}")
         level = self.results.config.fit.confidence
@@ -648,7 +653,7 @@ class Medium(KnownMedium):
         forces = {name: curve[name].to_numpy(float) for name in names}
         largest = max(float(np.nanmax(np.abs(force))) for force in forces.values())
         # readings of one curve scatter less than forces in different beds: the scatter of beds is the error
-        error = (bed_spread(self.alpha) or USUAL_BED_SPREAD) * largest
+        error = (self._bed_spread or USUAL_BED_SPREAD) * largest
         try:
             return Contact(leg_outline(leg_settings, leg), motion, forces, error, name=self.name)
         except ValueError as problem:
@@ -688,7 +693,7 @@ class Medium(KnownMedium):
             estimated = maps[key]
         return replace(
             estimated,
-            bed_spread=bed_spread(self.alpha) or USUAL_BED_SPREAD,
+            bed_spread=self._bed_spread or USUAL_BED_SPREAD,
             model_error=self.results.model_error,
         )
 
@@ -756,7 +761,7 @@ class Medium(KnownMedium):
             if kind == "depth_only":
                 profile = DepthOnlyProfile.of(measured, f"depth-only, of {self.name}")
         profile.window = window_of(table)
-        profile.bed_spread = bed_spread(table) or profile.bed_spread
+        profile.bed_spread = self._bed_spread or profile.bed_spread
         if isinstance(profile, TableProfile):
             profile.model_error = self.results.model_error
         elif isinstance(profile, FourierProfile) and draws:

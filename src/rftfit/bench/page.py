@@ -7,11 +7,13 @@ from html import escape
 from urllib.parse import parse_qs, urlencode
 
 import numpy as np
+import pandas as pd
 
 from rftfit.bench.medium import LiveMedium
 from rftfit.bench.pictures import draw_heat, draw_stress
 from rftfit.bench.watch import REFUSED, Watch
 from rftfit.compare.joint import list_untold
+from rftfit.directions import number_rows
 from rftfit.measure.alpha import column
 from rftfit.measure.fits import filed_under
 
@@ -69,12 +71,7 @@ def _format_push(watch: Watch, medium: LiveMedium, name: str) -> str:
     facts, run, measured = watch.facts(medium, name), watch.campaign.by_id[name], medium.runs[name]
     plate = watch.campaign.config.intruders[run.intruder]
     assert plate.shape != "leg"
-    cells = {
-        key: _cell_of_fit(candidate.rows["fits"])
-        for key, candidate in medium.runs.items()
-        if "fits" in candidate.rows
-    }
-    same = [key for key, cell in cells.items() if cell == cells[name] and key != name]
+    same = name_repeats(medium, name, watch.campaign.config.grid.angle_tolerance_deg)
     drawn = draw_stress(
         measured, plate.area_cm2, filed_under(run)[2], [medium.runs[key] for key in same]
     )
@@ -106,9 +103,14 @@ def _format_cells(row: Mapping[str, object]) -> str:
     return ", ".join(cells)
 
 
-def _cell_of_fit(fit: dict[str, float]) -> tuple[object, ...]:
-    """Direction of a row of the fits, by which repeats are found: beta and gamma in whole degrees, kind of motion."""
-    return round(fit["beta_deg"]), round(fit["gamma_deg"]), fit["direction"]
+def name_repeats(medium: LiveMedium, name: str, tolerance_deg: float) -> list[str]:
+    """Name the other runs of the direction and kind of motion of a run."""
+    fits = {key: run.rows["fits"] for key, run in medium.runs.items() if "fits" in run.rows}
+    number = number_rows(pd.DataFrame([*fits.values()]), tolerance_deg)
+    cells = {
+        key: (int(number[index]), fit["direction"]) for index, (key, fit) in enumerate(fits.items())
+    }
+    return [key for key, cell in cells.items() if cell == cells[name] and key != name]
 
 
 def _format_map(watch: Watch, medium: LiveMedium) -> str:
