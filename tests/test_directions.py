@@ -49,8 +49,8 @@ def test_directions_within_the_tolerance_are_one(beta_deg, number):
 def test_a_campaign_states_its_own_tolerance():
     assert numbered([0, 0.8], tolerance_deg=1.0) == [1, 1]
     assert numbered([0, 0.2], tolerance_deg=0.1) == [0, 1]
-    assert same_direction(0, 0, 0.5, -0.5)
-    assert not same_direction(0, 0, 0.5, -0.6)
+    assert same_direction(0, 0, 0.5, -0.5, TOLERANCE_DEG)
+    assert not same_direction(0, 0, 0.5, -0.6, TOLERANCE_DEG)
 
 
 def test_depth_parts_level_runs_alone():
@@ -107,5 +107,5 @@ def test_rows_are_numbered_as_their_angles_are():
     [(0, 90, True), (-0.5, 90.5, True), (0.6, 90, False), (180, 90, True), (0, -90, False)],
 )
 def test_a_level_plate_moves_straight_down_within_the_tolerance(beta_deg, gamma_deg, is_down):
-    assert is_straight_down(beta_deg, gamma_deg) == is_down
+    assert is_straight_down(beta_deg, gamma_deg, TOLERANCE_DEG) == is_down
     assert is_straight_down(1.5, 90, tolerance_deg=2.0)

@@ -205,7 +205,7 @@ def simulate(
     medium : Map, Profile, Medium, ScaledMedium, str or Path
         As for `predict`. For a medium of a campaign its measured table, or its map if the table has holes.
     frequency_Hz : float
-        Stride frequency, 0 to 100 Hz.
+        Stride frequency, -100 to 100 Hz; below 0 the legs turn backward.
     curvature_times_R : float, optional
         Curvature R'/r of the legs: 1 for the c-leg, 0 for a flat leg, -1 for the reversed c-leg.
     robot : Robot, str or Path, optional

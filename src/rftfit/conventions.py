@@ -61,6 +61,11 @@ def mirror(beta: npt.ArrayLike, gamma: npt.ArrayLike) -> tuple[FloatArray, Float
     return -np.asarray(beta, dtype=float), wrap_gamma(np.pi - np.asarray(gamma, dtype=float))
 
 
+def motion_gamma_deg(direction: str, gamma_deg: float) -> float:
+    """Return the angle gamma of the motion of a run, whose gamma as stated is that of its path for a pull back."""
+    return gamma_deg - 180 if direction == "extraction" and gamma_deg > 0 else gamma_deg
+
+
 def file_extraction(beta_deg: float, path_gamma_deg: float) -> tuple[float, float, float]:
     """Find the cell of the alpha table that holds an extraction (a motion upward).
 

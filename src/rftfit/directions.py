@@ -51,7 +51,7 @@ def same_direction(
     gamma_deg: npt.ArrayLike,
     other_beta_deg: npt.ArrayLike,
     other_gamma_deg: npt.ArrayLike,
-    tolerance_deg: float = TOLERANCE_DEG,
+    tolerance_deg: float,
 ) -> npt.NDArray[np.bool_]:
     """Return True where both angles of two directions agree within the tolerance; shapes broadcast."""
     apart_deg = angle_apart(beta_deg, gamma_deg, other_beta_deg, other_gamma_deg)
@@ -59,7 +59,7 @@ def same_direction(
 
 
 def is_straight_down(
-    beta_deg: npt.ArrayLike, gamma_deg: npt.ArrayLike, tolerance_deg: float = TOLERANCE_DEG
+    beta_deg: npt.ArrayLike, gamma_deg: npt.ArrayLike, tolerance_deg: float
 ) -> npt.NDArray[np.bool_]:
     """Return True where a level plate moves straight down, (beta, gamma) = (0, 90) deg."""
     return same_direction(beta_deg, gamma_deg, 0.0, 90.0, tolerance_deg)

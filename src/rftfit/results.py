@@ -52,9 +52,7 @@ from rftfit.model.shapes import Shapes, published_shapes
 from rftfit.outputs.dictionary import Output, column_of, describe_file
 from rftfit.store import csv_bytes, read_csv, read_parquet
 from rftfit.store.digests import sha256_of
-
-FOLDER = "results"
-"""Folder of the results, below the campaign's folder."""
+from rftfit.store.links import RESULTS
 
 LEG_ERRORS = "leg_errors.csv"
 
@@ -88,7 +86,7 @@ class Tables:
 
     def path(self, name: str) -> Path:
         """Path of a file of the results, for example ``alpha/poppy_LP.csv``."""
-        if self._allowed is not None and f"{FOLDER}/{name}" not in self._allowed:
+        if self._allowed is not None and f"{RESULTS}/{name}" not in self._allowed:
             raise UndeclaredInput(name)
         return self.folder / name
 
@@ -142,7 +140,7 @@ class Tables:
 
     def _read_typed(self, name: str, source: Path | bytes) -> tuple[pd.DataFrame, Output]:
         """Read a csv file, or its content, with the column types of the dictionary; return its entry there too."""
-        output = describe_file(f"{FOLDER}/{name}")
+        output = describe_file(f"{RESULTS}/{name}")
         if output is None or not output.columns:
             raise InputError(f"{self.folder / name}: not a table of this program")
         table = read_csv(
@@ -195,7 +193,7 @@ class Results(Tables):
     """
 
     def __init__(self, campaign: Campaign) -> None:
-        super().__init__(campaign.root / FOLDER)
+        super().__init__(campaign.root / RESULTS)
         self.campaign = campaign
         self.root = campaign.root
         self._fits: dict[tuple[str, str], scaling.MediumFit] = {}
@@ -359,7 +357,7 @@ class Results(Tables):
 
         The usual error applies if no leg was compared yet.
         """
-        may_read = self._allowed is None or f"{FOLDER}/{LEG_ERRORS}" in self._allowed
+        may_read = self._allowed is None or f"{RESULTS}/{LEG_ERRORS}" in self._allowed
         return larger_model_error(self.error_of_legs) if may_read and self.has(LEG_ERRORS) else EPS
 
     def fits(self, method: str | None = None) -> dict[str, scaling.MediumFit]:
@@ -511,6 +509,11 @@ class Medium(KnownMedium):
         return covariance_of(self.alpha)
 
     @property
+    def _bed_spread(self) -> float:
+        """Relative spread of forces from one prepared bed to the next; 0 where not known."""
+        return bed_spread(self.alpha, self.results.config.grid.angle_tolerance_deg)
+
+    @property
     def fits(self) -> pd.DataFrame:
         """Slope of every plate run."""
         return self.results.table(f"fits/{self.name}.csv")
@@ -530,7 +533,7 @@ class Medium(KnownMedium):
             for run in campaign.runs
             if run.kind == "plate"
         }
-        return pressure_sinkage(self.fits, widths)
+        return pressure_sinkage(self.fits, widths, campaign.config.grid.angle_tolerance_deg)
 
     @property
     def runs(self) -> pd.DataFrame:
@@ -610,7 +613,7 @@ class Medium(KnownMedium):
             If the test gives no number.
         """
         table = self.alpha
-        cell = cell_at(table, 0, 90)
+        cell = cell_at(table, 0, 90, self.results.config.grid.angle_tolerance_deg)
         if cell is None:
             raise InputError(f"{self.name}: {remark('no-push')}")
         level = self.results.config.fit.confidence
@@ -652,7 +655,7 @@ class Medium(KnownMedium):
         forces = {name: curve[name].to_numpy(float) for name in names}
         largest = max(float(np.nanmax(np.abs(force))) for force in forces.values())
         # readings of one curve scatter less than forces in different beds: the scatter of beds is the error
-        error = (bed_spread(self.alpha) or USUAL_BED_SPREAD) * largest
+        error = (self._bed_spread or USUAL_BED_SPREAD) * largest
         try:
             return Contact(leg_outline(leg_settings, leg), motion, forces, error, name=self.name)
         except ValueError as problem:
@@ -692,7 +695,7 @@ class Medium(KnownMedium):
             estimated = maps[key]
         return replace(
             estimated,
-            bed_spread=bed_spread(self.alpha) or USUAL_BED_SPREAD,
+            bed_spread=self._bed_spread or USUAL_BED_SPREAD,
             model_error=self.results.model_error,
         )
 
@@ -760,7 +763,7 @@ class Medium(KnownMedium):
             if kind == "depth_only":
                 profile = DepthOnlyProfile.of(measured, f"depth-only, of {self.name}")
         profile.window = window_of(table)
-        profile.bed_spread = bed_spread(table) or profile.bed_spread
+        profile.bed_spread = self._bed_spread or profile.bed_spread
         if isinstance(profile, TableProfile):
             profile.model_error = self.results.model_error
         elif isinstance(profile, FourierProfile) and draws:
@@ -818,7 +821,7 @@ class Medium(KnownMedium):
             "title": self.results.campaign.titles[self.name],
             "marks": self.doubt,
             "window": window_of(self.alpha),
-            "made_from": {f"{FOLDER}/{name}": sha256_of(self.results.path(name))},
+            "made_from": {f"{RESULTS}/{name}": sha256_of(self.results.path(name))},
         }
         table = self.profile()
         is_map = kind == "map" or (kind is None and bool(table.reason))

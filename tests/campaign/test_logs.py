@@ -136,6 +136,12 @@ def stroke(number, gamma, direction="intrusion"):
             "",
             [("shared-file", 8, F), ("shared-file", 8, M)],
         ),
+        # the default tolerance of the arm holds where the config has an error
+        (
+            {"p1": {S: "1"}, "p2<p1": stroke("1", "48")},
+            "clock: {method: same}\n",
+            [("clock.method", "unknown-word"), ("shared-file", 8, F), ("shared-file", 8, M)],
+        ),
         (
             {"p1": stroke("1", "90", "extraction"), "p2<p1": stroke("1", "-90", "extraction")},
             "",

@@ -17,6 +17,7 @@ from rftfit.compare.axes import AXES, axes_evidence
 from rftfit.compare.causes import compare_all_runs
 from rftfit.compare.joint import JointModel, RunSlopes, find_causes
 from rftfit.compare.peers import compare_runs, may_switch
+from rftfit.directions import TOLERANCE_DEG
 from rftfit.measure.alpha import column
 from rftfit.measure.verdict_words import PULLS
 from rftfit.model.rft3d import alpha_3drft
@@ -282,7 +283,7 @@ def test_where_an_error_of_an_angle_turns_the_flow_repeats_are_compared_by_size(
     directions = [(-30, 30), (0, 0), (45, 45), (30, 60), (0, 90), (15, 90)]
     beta, gamma, alpha = campaign(frictional_medium(0.6), 4, 5, directions)
     fits, _ = fits_of(beta, gamma, alpha)
-    switches = may_switch(fits)
+    switches = may_switch(fits, TOLERANCE_DEG)
     assert {*zip(beta[~switches], gamma[~switches], strict=True)} == {(0, 90), (15, 90)}
     assert not compare_runs(fits, "sand")["apart"].any()
     wrong = int(np.flatnonzero((beta == 0) & (gamma == 0))[0])

@@ -11,6 +11,7 @@ from seeds import seeds
 
 from rftfit import reference
 from rftfit.compare.peers import compare_runs, may_switch, outlier_differences
+from rftfit.directions import TOLERANCE_DEG
 from rftfit.lab.truth import table_s5
 from rftfit.measure.alpha import column
 from rftfit.measure.errors import spread_of_beds
@@ -69,7 +70,7 @@ def test_what_is_seen_is_what_is_said_to_be_seen(medium, repeats):
     sound = compare_runs(fits(cells), medium)
     assert not sound["apart"].any()
     # where grains may flow to either side, a force across the motion that changes its sign is as large as before
-    places = np.flatnonzero(~may_switch(fits(cells)))[:: seeds(3, 12)]
+    places = np.flatnonzero(~may_switch(fits(cells), TOLERANCE_DEG))[:: seeds(3, 12)]
     largest = np.abs(cells[:, 2:]).max()
     apart_by_times: dict[float, list[bool]] = {0.6: [], 1.4: []}
     for times, are_apart in apart_by_times.items():

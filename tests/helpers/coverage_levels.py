@@ -30,6 +30,7 @@ from scipy.signal import lfilter
 from rftfit import Results, TableProfile
 from rftfit.campaign.config import ErrorSettings, Fit
 from rftfit.compare.legs import extreme, leg_errors, leg_prediction, measured_peak
+from rftfit.directions import TOLERANCE_DEG
 from rftfit.forces.motion import HIP_HEIGHT_CM, RATE_RAD_PER_S, THETA_DEG, rotation_poses
 from rftfit.forces.outlines import leg_outline
 from rftfit.forces.plane import force_draws, forces_on
@@ -573,7 +574,7 @@ def peaks_inside(table, leg, config, measured, true, true_error_percent):
         )
     ours = curve.assign(medium=medium, leg=leg, profile="table")
     peak_intervals = {(medium, leg, "table", c): drawn_peak for c, drawn_peak in drawn.items()}
-    spread = {medium: bed_spread(table)}
+    spread = {medium: bed_spread(table, TOLERANCE_DEG)}
     errors = leg_errors(measured, ours, spread, LEVEL, peaks=peak_intervals).set_index("component")
     lo, hi = (
         errors.loc[["z", "x"], f"peak_error_{end}_percent"].to_numpy(float) for end in ("lo", "hi")

@@ -17,6 +17,7 @@ import yaml
 from rftfit import reference
 from rftfit.campaign.config import AnyPlate, Config, Grid, Leg
 from rftfit.campaign.problems import choose
+from rftfit.directions import TOLERANCE_DEG
 from rftfit.errors import InputError
 from rftfit.forces import prediction
 from rftfit.lab.enact import Reenactment, prepare, reenact, run_logs
@@ -53,7 +54,7 @@ GAMMA_OF_FILE = np.radians(np.round(np.degrees(GAMMA), 4))
 
 def grid(table, name):
     """One column of an alpha table over the directions, shape (7, 13); NaN where it has no row."""
-    place = rows_at(table, np.degrees(BETA), np.degrees(GAMMA))
+    place = rows_at(table, np.degrees(BETA), np.degrees(GAMMA), TOLERANCE_DEG)
     values = table[name].to_numpy(float)[place]
     return np.where(place < 0, np.nan, values).reshape(7, 13)
 

@@ -38,6 +38,7 @@ from rftfit.checks.shared import check_axes, check_shared
 from rftfit.checks.surface import check_linearity, check_surface
 from rftfit.compare.misplaced import MISPLACED_COLUMNS
 from rftfit.compare.peers import compare_runs
+from rftfit.directions import TOLERANCE_DEG
 from rftfit.lab.plan import parse_directions
 from rftfit.lab.truth import table_s5
 from rftfit.measure.alpha import column
@@ -171,7 +172,7 @@ def test_no_published_table_fails(medium, grid):
     verdicts = {name: check.verdict for name, check in axes(table).items()}
     assert "failed" not in verdicts.values()
     assert verdicts["work"] == "passed"
-    assert Cells.of(table).mirror_misfit[0] < 1
+    assert Cells.of(table, TOLERANCE_DEG).mirror_misfit[0] < 1
     # what needs a push straight down is not said to have passed without one
     has_push = ((table["beta_deg"] == 0) & (table["gamma_deg"] == 90)).any()
     assert verdicts["symmetry"] == ("passed" if has_push else "not checked")
@@ -651,7 +652,7 @@ def test_axes_that_all_runs_tell_are_the_cause_of_energy_given_back(medium):
 def test_a_turned_mount_is_measured(medium, angle):
     table = turned(on_grid(medium, "few"), angle)
     # the published tables themselves look turned by up to 2.3 deg
-    assert math.degrees(Cells.of(table).turn_rad[0]) == pytest.approx(angle, abs=2.3)
+    assert math.degrees(Cells.of(table, TOLERANCE_DEG).turn_rad[0]) == pytest.approx(angle, abs=2.3)
     assert axes(table)["symmetry"].verdict == ("failed" if angle else "passed")
 
 
@@ -684,14 +685,16 @@ def test_a_turned_mount_is_measured(medium, angle):
 )
 def test_turn_of_the_mount_by_mirror_images(rows, turn, se, turned_deg):
     table = turned(few_cells(rows), turned_deg)
-    assert Cells.of(table).turn_rad == pytest.approx((turn, se), nan_ok=True)
+    assert Cells.of(table, TOLERANCE_DEG).turn_rad == pytest.approx((turn, se), nan_ok=True)
     limit = 0.04 + 3 * se
     verdict = "not checked" if math.isnan(turn) else "passed" if turn <= limit else "failed"
     assert axes(table)["symmetry"].verdict == verdict
     # what the config says of the turn's own error is no error of the turn that is found
     parted = table.assign(alpha_x_turn_N_per_cm3=0.1)
     parted["alpha_x_se_N_per_cm3"] = np.hypot(parted["alpha_x_se_N_per_cm3"], 0.1)
-    assert Cells.of(parted).turn_rad == pytest.approx((turn, se), nan_ok=True, rel=1e-6)
+    assert Cells.of(parted, TOLERANCE_DEG).turn_rad == pytest.approx(
+        (turn, se), nan_ok=True, rel=1e-6
+    )
 
 
 @pytest.mark.parametrize("confidence", [0.8, 0.95])

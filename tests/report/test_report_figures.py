@@ -211,7 +211,7 @@ def test_without_any_fit_the_reasons_are_drawn():
 
 def test_without_a_usable_medium_there_is_no_generic_profile():
     """Each has its fit and its zeta; the mean of none is in no table."""
-    why = "unusable: plates straight down are pushed to one side"
+    why = "unusable: plates on vertical paths are pushed to one side"
     coefficients = chain.coefficient_table()
     results = fitted(
         coefficients=coefficients[coefficients["medium"] != "generic"],

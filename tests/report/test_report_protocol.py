@@ -14,6 +14,7 @@ from pages import words
 from result_tables import memory, of_runs
 
 from rftfit.campaign.config import Fit
+from rftfit.directions import TOLERANCE_DEG
 from rftfit.figures import protocol, style
 from rftfit.figures.plates import CELLS, runs_of_cells
 from rftfit.figures.protocol import PanelColumn
@@ -170,5 +171,8 @@ def test_linearity_draws_slopes_points_and_gaps():
 
 def test_runs_of_cells_are_those_of_the_alpha_table():
     alpha = small().joined("alpha/{medium}.csv")
-    assert runs_of_cells(alpha, CELLS[:1]) == {"poppy_LP_0_90_0.0", "glass3mm_CP_0_90_0.0"}
-    assert runs_of_cells(alpha, [(60.0, 45.0)]) == set()
+    assert runs_of_cells(alpha, CELLS[:1], TOLERANCE_DEG) == {
+        "poppy_LP_0_90_0.0",
+        "glass3mm_CP_0_90_0.0",
+    }
+    assert runs_of_cells(alpha, [(60.0, 45.0)], TOLERANCE_DEG) == set()

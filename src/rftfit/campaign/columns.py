@@ -9,15 +9,11 @@ from functools import partial
 from rftfit.campaign.rows import TableColumn
 
 KINDS = ("plate", "rod", "leg", "leg_air")
-DIRECTIONS = {
-    "plate": ("intrusion", "extraction", "horizontal"),
-    "rod": ("intrusion", "extraction", "horizontal"),
-    "leg": ("rotation",),
-    "leg_air": ("rotation",),
-}
-"""Kind of run, to the directions that it can have."""
+_ALONG_PATHS, _TURNING = ("intrusion", "extraction", "horizontal"), ("rotation",)
+_DIRECTION_WORDS = (*_ALONG_PATHS, *_TURNING)
 
-_DIRECTION_WORDS = ("intrusion", "extraction", "horizontal", "rotation")
+DIRECTIONS = {"plate": _ALONG_PATHS, "rod": _ALONG_PATHS, "leg": _TURNING, "leg_air": _TURNING}
+"""Kind of run, to the directions that it can have."""
 
 
 @dataclass(frozen=True)

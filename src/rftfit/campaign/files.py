@@ -30,8 +30,8 @@ _DEVICES = frozenset(
     ]
 )
 """Names of devices of Windows."""
-_NEAREST_SEARCHES = 20
-"""Most missing files of a campaign for which a similar name is searched."""
+MOST_SEARCHES = 20
+"""Most missing files of a campaign, and unknown tares of a sheet, for which a similar name is searched."""
 _MOST_NAMES = 2000
 """Most files of a folder among which a similar name is searched."""
 
@@ -213,7 +213,7 @@ class Folder:
         Also None after many searches: where all files are missing, hints do not help.
         """
         self._searches += 1
-        if self._searches > _NEAREST_SEARCHES:
+        if self._searches > MOST_SEARCHES:
             return None
         head, _, name = path.rpartition("/")
         if head not in self._names:

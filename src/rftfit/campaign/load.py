@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from rftfit.campaign.calibration import Calibration, read_calibration
 from rftfit.campaign.columns import KINDS, LABELS
-from rftfit.campaign.config import PLATE_SHAPES, Config, MediumSettings, RigidContact, RobotRuns
+from rftfit.campaign.config import PLATE_SHAPES, Config, RigidContact, RobotRuns
 from rftfit.campaign.files import Entry, Folder, campaign_folder, folded, inside
 from rftfit.campaign.presence import miss_campaign, root_of
 from rftfit.campaign.problems import CampaignError, Place, Problem, shown
@@ -25,9 +25,9 @@ from rftfit.campaign.tables import TablePush, TableRead, read_pushes
 from rftfit.directions import is_straight_down, number_depths
 from rftfit.errors import InputError
 from rftfit.store.digests import digest_of_numbers, digests_of_files
+from rftfit.store.links import RESULTS
 from rftfit.store.text import count, megabytes, table
 
-RESULTS = "results"
 REENACTED = "REENACTED.txt"
 """File in the raw folder of logs that were computed from published results."""
 
@@ -242,7 +242,7 @@ def check_campaign(
     if file.model is not None:
         if logs is not None:
             _check_robot(file, file.model.robot, within, logs, runs)
-        sheet_problems += _warn_of_missing_profile(file.model.media, sheet, runs)
+        sheet_problems += _warn_of_missing_profile(file.model, sheet, runs)
         sheet_problems += _warn_of_alike_labels(sheet, runs)
     if good_rows:
         runs, tare_problems = _drop_untared(sheet, runs)
@@ -287,12 +287,10 @@ def _warn_of_alike_labels(sheet: str, runs: list[Run]) -> list[Problem]:
     return [*problems.values()]
 
 
-def _warn_of_missing_profile(
-    media: Mapping[str, MediumSettings], sheet: str, runs: list[Run]
-) -> list[Problem]:
+def _warn_of_missing_profile(config: Config, sheet: str, runs: list[Run]) -> list[Problem]:
     """Return a warning for each medium whose runs give no profile: only legs, or only level plates straight down."""
     problems = []
-    for name, medium in media.items():
+    for name, medium in config.media.items():
         pushes = [run for run in runs if run.medium == name and run.kind == "plate"]
         place = Place(f"{sheet}, medium {name}")
         if not pushes and any(run.medium == name and run.kind == "leg" for run in runs):
@@ -301,7 +299,10 @@ def _warn_of_missing_profile(
                 "the forces on its legs with"
             )
             problems.append(Problem("sheet.no-plate", place, "only legs", text, severity="warning"))
-        level = all(is_straight_down(run.beta_deg, run.gamma_deg) for run in pushes)
+        level = all(
+            is_straight_down(run.beta_deg, run.gamma_deg, config.grid.angle_tolerance_deg)
+            for run in pushes
+        )
         if pushes and level and medium.role == "laboratory":
             text = (
                 "role natural_sand, in which one push scales the generic profile; a profile of its own "

@@ -15,6 +15,7 @@ from rftfit.campaign.config import TableSettings
 from rftfit.campaign.problems import CampaignError, Place
 from rftfit.campaign.schema import json_schema, reference_markdown
 from rftfit.campaign.tables import TableRead, read_pushes
+from rftfit.directions import TOLERANCE_DEG, is_straight_down
 from rftfit.errors import InputError
 from rftfit.reference import MEDIA, SANDS
 from rftfit.store import copy_file, write_text
@@ -106,7 +107,7 @@ def init_from_table(
 def _medium_line(key: str, title: str, cells: set[tuple[float, float]]) -> str:
     """Return the line of config for a medium of a table; `cells`: its directions (beta, gamma)."""
     facts = [f"title: {json.dumps(title)}"]
-    if cells == {(0.0, 90.0)}:
+    if all(is_straight_down(*cell, TOLERANCE_DEG) for cell in cells):
         facts.append("role: natural_sand")
     if key in (*MEDIA, *SANDS):
         facts.append(f"published_as: {key}")

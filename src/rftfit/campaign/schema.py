@@ -258,7 +258,7 @@ _SHEET = """\
 
 One row for each run, below a header row that names the columns, in any order. The sheet is csv
 (UTF-8; comma, semicolon or tab), tsv, or the first sheet of an xlsx workbook. Numbers have a decimal
-point. Blank rows are skipped. "All" below means all kinds of run; a filled cell that its kind of run
+point, or all of them a decimal comma. Blank rows are skipped. "All" below means all kinds of run; a filled cell that its kind of run
 does not use is warned about and ignored.
 """
 
@@ -271,7 +271,8 @@ _NOTES = """\
   a rod run with a blank `beta_deg`, which serves plates at every beta.
 - Rows of kind rod may name one log, each for plates at another angle: they are one run, under the
   run_id of the first of these rows, and are counted once.
-- A run without a tare, or whose log is missing, is kept in the ledger and has no result.
+- A run whose log is missing is kept in the ledger and has no result; nor has a run without a tare,
+  unless `fit.missing_tare` of the config is `flag` or `none`.
 - `yes`, `true` and `1` are the same, and so are `no`, `false`, `0` and blank.
 """
 

@@ -10,18 +10,16 @@ from pathlib import Path
 from typing import Any, Literal, get_args
 
 from rftfit.campaign.columns import COLUMNS, DIRECTIONS
-from rftfit.campaign.config import PLATE_SHAPES, Config, ForceQuantity, MotionQuantity
-from rftfit.campaign.files import Folder, folded
+from rftfit.campaign.config import PLATE_SHAPES, Arm, Config, ForceQuantity, MotionQuantity
+from rftfit.campaign.files import MOST_SEARCHES, Folder, folded
 from rftfit.campaign.problems import Problem, did_you_mean, join_words, unknown_word
 from rftfit.campaign.rows import DraftRow, Schema, read_rows
-from rftfit.conventions import file_extraction
+from rftfit.conventions import file_extraction, motion_gamma_deg
+from rftfit.directions import same_direction
+from rftfit.store.chosen import chosen
 
 SCHEMA = Schema("sheet", COLUMNS, rows="runs")
-DEPTH_TOLERANCE_CM = 0.005
-"""Depths of a sheet closer than this are the same: sheets are written to a hundredth of a centimetre."""
-
-ANGLE_TOLERANCE_DEG = 0.05
-"""Angles closer than this are the same in a sheet, where 18.43 and 18.435 both stand for atan 1/3."""
+_CHOSEN = chosen("campaign", "sheet")
 
 _SHAPES = {"plate": PLATE_SHAPES, "rod": PLATE_SHAPES, "leg": ("leg",), "leg_air": ("leg",)}
 _LOGS = tuple(column for column in COLUMNS if column.form == "path" and column.needed)
@@ -30,8 +28,6 @@ _ORDER = {column.name: index for index, column in enumerate(COLUMNS)}
 # kind of run, to the kind of its tare; and this kind, to its words
 _TARE_OF = {"plate": "rod", "leg": "leg_air"}
 _WORDS_OF_TARE = {"rod": "a rod run", "leg_air": "a leg_air run"}
-_SEARCHES = 20
-"""Most unknown tares for which a similar run_id is searched."""
 _WITHOUT_TARE = {
     "refuse": "as NaN, with that as its reason",
     "flag": "with the force on rod and mount in it, flagged",
@@ -93,12 +89,7 @@ class Run:
     @property
     def motion_gamma_deg(self) -> float:
         """Angle gamma of the motion itself: an extraction goes back along a path that is stated on the way down."""
-        return _motion_gamma_deg(self.direction, self.gamma_deg)
-
-
-def _motion_gamma_deg(direction: str, gamma_deg: float) -> float:
-    """Return the angle gamma of the motion of a run with this direction and stated gamma."""
-    return gamma_deg - 180 if direction == "extraction" and gamma_deg > 0 else gamma_deg
+        return motion_gamma_deg(self.direction, self.gamma_deg)
 
 
 @dataclass(frozen=True)
@@ -264,7 +255,7 @@ def _check_depth(draft: DraftRow, vocabulary: Vocabulary) -> None:
     if depth is None or config is None or "horizontal_depths_cm" not in config.fit.model_fields_set:
         return
     planned_depths = config.fit.horizontal_depths_cm
-    if all(abs(depth - planned_cm) > DEPTH_TOLERANCE_CM for planned_cm in planned_depths):
+    if all(abs(depth - planned_cm) > _CHOSEN.same_depth_cm for planned_cm in planned_depths):
         depths = ", ".join(f"{planned_cm:g}" for planned_cm in planned_depths)
         allowed = f"one of {depths} cm (fit.horizontal_depths_cm in the config)"
         draft.note(
@@ -318,7 +309,7 @@ def _check_files(drafts: list[DraftRow], vocabulary: Vocabulary) -> None:
     """Refuse a log that two rows name, unless they are different strokes, rows or columns of it, or one rod."""
     config = vocabulary.config
     method = "same_clock" if config is None else config.clock.method
-    tolerance = ANGLE_TOLERANCE_DEG if config is None else config.arm.angle_tolerance_deg
+    tolerance = (config.arm if config else Arm()).angle_tolerance_deg
     # rows, with the column of the log, by the file that they name; and by file, stroke, rows and columns
     uses: defaultdict[object, list[tuple[DraftRow, str]]] = defaultdict(list)
     for draft in drafts:
@@ -374,7 +365,7 @@ def _are_different_strokes(first_row: DraftRow, second_row: DraftRow, tolerance_
     facts = (
         (row.text["direction"], row.number.get("gamma_deg", 0)) for row in (first_row, second_row)
     )
-    way, back = (_motion_gamma_deg(*fact) for fact in facts)
+    way, back = (motion_gamma_deg(*fact) for fact in facts)
     # ways closer than twice the tolerance of the arm could not be told apart
     return abs((way - back + 180) % 360 - 180) > 2 * tolerance_deg
 
@@ -457,7 +448,7 @@ def _check_tares(drafts: list[DraftRow], vocabulary: Vocabulary) -> None:
             # a search compares all ids, which takes too long for each of thousands of rows
             searches += 1
             ids = ids_by_kind[_TARE_OF[kind]]
-            nearest = did_you_mean(name, ids) if searches <= _SEARCHES else None
+            nearest = did_you_mean(name, ids) if searches <= MOST_SEARCHES else None
             allowed = f"the run_id of {tare_kind} in this sheet"
             draft.note("tare_run", "tare-unknown", name, allowed, nearest)
         elif not draft.yes("excluded") and missing_tare in _WITHOUT_TARE:
@@ -547,14 +538,8 @@ def _check_match(draft: DraftRow, tare: DraftRow) -> None:
         draft.note("tare_run", "tare-excluded", name, allowed, severity="warning")
 
 
-MOST_SHIFTED_ROWS = 2
-"""Most rows by which the cells of a column may be shifted up or down to be recognised."""
-
-FEWEST_SHIFTED, SHARE_SHIFTED = 3, 0.8
-"""Fewest rows that a shift must explain, and least share of all contradicted rows.
-
-A row is contradicted if it does not fit its log or tare.
-"""
+FEWEST_SHIFTED: int = _CHOSEN.fewest_shifted
+"""Fewest contradicted rows, which do not fit their log or tare, that a shift of a column must explain."""
 
 
 def find_shift(
@@ -571,14 +556,14 @@ def find_shift(
         for shift in shifts_of_rows()
     }
     shift = max(explained, key=lambda shift: len(explained[shift]))
-    if len(explained[shift]) < max(FEWEST_SHIFTED, SHARE_SHIFTED * len(places)):
+    if len(explained[shift]) < max(FEWEST_SHIFTED, _CHOSEN.share_shifted * len(places)):
         return None
     return shift, explained[shift]
 
 
 def shifts_of_rows() -> list[int]:
     """Return the shifts to try: rows by which cells stand above their row (positive) or below it, likeliest first."""
-    return [sign * count for count in range(1, MOST_SHIFTED_ROWS + 1) for sign in (1, -1)]
+    return [sign * count for count in range(1, _CHOSEN.most_shifted_rows + 1) for sign in (1, -1)]
 
 
 def _report_shifted_column(drafts: list[DraftRow], by_id: Mapping[str, DraftRow]) -> None:
@@ -619,11 +604,11 @@ def _agree_in(column: str, draft: DraftRow, tare: DraftRow) -> bool:
     """Return whether a run and its tare agree in a column."""
     if column not in draft.number:
         return draft.text[column] == tare.text[column]
-    difference = abs(draft.number[column] - tare.number[column])
+    of_run, of_tare = draft.number[column], tare.number[column]
     if column == "beta_deg":
-        # a plate at -90 degrees is the same as at 90
-        difference = min(difference, 180 - difference)
-    return difference <= (DEPTH_TOLERANCE_CM if column == "depth_cm" else ANGLE_TOLERANCE_DEG)
+        return bool(same_direction(of_run, 0.0, of_tare, 0.0, _CHOSEN.same_angle_deg))
+    same = _CHOSEN.same_depth_cm if column == "depth_cm" else _CHOSEN.same_angle_deg
+    return bool(abs(of_run - of_tare) <= same)
 
 
 # --- Rows and columns of a log that belong to a run

@@ -15,27 +15,26 @@ import numpy as np
 import numpy.typing as npt
 
 from rftfit.conventions import FloatArray
+from rftfit.store.chosen import chosen
 
 Mask = npt.NDArray[np.bool_]
 
-TIMES_USUAL_STEP = 20.0
-"""A reading is far from others at this many times a small step near it: 9 standard deviations of noise."""
-FEWEST_ROWS = 3
+_SPIKES = chosen("campaign", "spikes")
+_HELD = chosen("campaign", "held")
+_STEPS = chosen("campaign", "steps")
+_PLATEAU = chosen("campaign", "plateau")
+_POSITIONS = chosen("campaign", "positions")
+
+FEWEST_ROWS: int = _SPIKES.most_rows
 """Most rows in a row that may be a spike, in the slowest log."""
-MOST_SHARE = 0.25
+MOST_SHARE: float = _SPIKES.most_share
 """Largest share of spikes: with more of them, the good readings cannot be told from the bad ones."""
-_SIDE = 5
-"""Readings on each side whose median is the level there."""
-_FEWEST = 2
-"""Fewest readings on each side of a group that is judged by both sides."""
-_BLOCK = 50
-"""Readings in a block, from which a usual step is computed."""
 
 
 def find_spikes(
     values: FloatArray,
     most_rows: int = FEWEST_ROWS,
-    times: float = TIMES_USUAL_STEP,
+    times: float = _SPIKES.times_usual_step,
     *,
     ends_in_push: bool = False,
 ) -> Mask:
@@ -80,7 +79,7 @@ def _find_once(values: FloatArray, most_rows: int, times: float, ends_in_push: b
     nothing = np.zeros(values.size, dtype=bool)
     starts = _starts_of_levels(values[1:] != values[:-1])
     level = values[starts]
-    if level.size < 2 * _SIDE + 1:
+    if level.size < 2 * _SPIKES.side + 1:
         return nothing
     step = np.abs(level[1:] - level[:-1])
     far = times * _usual_steps(step)
@@ -134,21 +133,21 @@ def _candidate_groups(
     as far. `ends`: First row of each level, and the number of rows.
     """
     # near an end of the log the levels that are missing are replaced by their mirror image
-    sides = np.arange(_SIDE)
+    sides = np.arange(_SPIKES.side)
     last = level.size - 1
     before = np.median(level[np.abs(jumps[:, None] - sides)], axis=1)
     after = np.median(level[last - np.abs(last - jumps[:, None] - 1 - sides)], axis=1)
     tenths = np.quantile(values, [0.1, 0.9])
-    least = _LEAST_OF_RANGE * float(tenths[1] - tenths[0])
+    least = _SPIKES.least_of_range * float(tenths[1] - tenths[0])
     places = jumps.tolist()
     for index, place in enumerate(places):
         first = place + 1
-        if first < _FEWEST:
+        if first < _SPIKES.fewest:
             continue
         lowest, highest, least_far, seen = math.inf, -math.inf, math.inf, first
         for later in range(index + 1, len(places)):
             stop = places[later] + 1
-            if ends[stop] - ends[first] > most_rows or stop > level.size - _FEWEST:
+            if ends[stop] - ends[first] > most_rows or stop > level.size - _SPIKES.fewest:
                 break
             lowest = min(lowest, float(level[seen:stop].min()))
             highest = max(highest, float(level[seen:stop].max()))
@@ -182,7 +181,10 @@ def _choose_groups(
     candidate, in the order of time. `ends`: First row of each level.
     """
     for chain in _chains(pairs):
-        start, stop = max(chain[0][0] - _BLOCK, 0), max(stop for _, stop in chain) + _BLOCK
+        start, stop = (
+            max(chain[0][0] - _SPIKES.block, 0),
+            max(stop for _, stop in chain) + _SPIKES.block,
+        )
         shortest_first = sorted(chain, key=lambda pair: ends[pair[1]] - ends[pair[0]])
         least, chosen = math.inf, chain
         for order in (shortest_first, chain, chain[::-1]) if len(chain) > 1 else ():
@@ -232,16 +234,7 @@ def _is_sharp(level: FloatArray, edge: tuple[int, int], beside: float) -> bool:
     """
     outside, inside = edge
     jump = abs(float(level[inside] - level[outside]))
-    return abs(float(level[outside]) - beside) < _MOST_OF_JUMP * jump
-
-
-_LEAST_OF_RANGE = 0.05
-"""Least distance of a group of several levels, as a part of the range between the 10 % and 90 % quantiles.
-
-A last bit that flickers is smaller.
-"""
-_MOST_OF_JUMP = 0.25
-"""Largest departure of the last level outside a group from the levels beside it, as a part of the jump."""
+    return bool(abs(float(level[outside]) - beside) < _SPIKES.most_of_jump * jump)
 
 
 def _is_end_alone(
@@ -253,7 +246,7 @@ def _is_end_alone(
     `far`: Least distance of each level that counts as far. `ends_in_push`: As in `find_spikes`.
     """
     ordered = level if at_start else level[::-1]
-    beside = ordered[1 : 1 + _SIDE]
+    beside = ordered[1 : 1 + _SPIKES.side]
     distance = abs(float(ordered[0] - np.median(beside)))
     if distance <= max(float(far[0 if at_start else -1]), float(np.ptp(beside))):
         return False
@@ -268,7 +261,7 @@ def _usual_steps(step: FloatArray) -> FloatArray:
     It is the lower quartile of the steps of a block, and of three neighbouring blocks the largest. A quartile, since
     steps to and from bad readings are large: a quarter of bad readings makes half of the steps large.
     """
-    size = min(_BLOCK, step.size)
+    size = min(_SPIKES.block, step.size)
     count = step.size // size
     blocks = step[: count * size].reshape(count, size)
     quarter = size // 4
@@ -290,23 +283,13 @@ def _largest_near(values: FloatArray) -> FloatArray:
 # --- Readings that are repeated until a jump to the true value
 
 
-_TIMES_USUAL_HOLD = 5.0
-"""Equal readings are held if they are this many times more in a row than usual."""
-_FEWEST_HELD = 4
-"""Fewest equal readings in a row that are held."""
-_TIMES_MEAN_STEP = 2.0
-"""Fast test: a jump behind a hold is larger than this many mean steps."""
-
-
-def find_held(values: FloatArray, times: float = TIMES_USUAL_STEP) -> Mask:
+def find_held(values: FloatArray) -> Mask:
     """Mark held readings: equal readings until a jump, as a driver repeats its last value where a new one is missing.
 
     Parameters
     ----------
     values : ndarray
         Readings in the order of time, shape (n,), finite.
-    times : float, optional
-        Twice the least jump at the end of a hold, in small steps near it.
 
     Returns
     -------
@@ -316,7 +299,7 @@ def find_held(values: FloatArray, times: float = TIMES_USUAL_STEP) -> Mask:
     held = np.zeros(values.size, dtype=bool)
     repeats = values[1:] == values[:-1]
     # a fast way out, as most channels have no jump behind equal readings: a coarse sensor changes by one bit
-    if np.count_nonzero(repeats) < _FEWEST_HELD - 1:
+    if np.count_nonzero(repeats) < _HELD.fewest - 1:
         return held
     ends_hold = repeats[2:-1] & repeats[1:-2] & repeats[:-3]
     if not ends_hold.any():
@@ -327,25 +310,22 @@ def find_held(values: FloatArray, times: float = TIMES_USUAL_STEP) -> Mask:
     if not jumps.size:
         return held
     steps = np.abs(change[~repeats])
-    if steps.size < 2 * _SIDE or jumps.max() <= _TIMES_MEAN_STEP * steps.mean():
+    if steps.size < 2 * _SPIKES.side or jumps.max() <= _HELD.times_mean_step * steps.mean():
         return held
     starts = _starts_of_levels(~repeats)
     lengths = np.diff(np.append(starts, values.size))
     level = values[starts]
-    long = np.flatnonzero(lengths[:-1] >= _FEWEST_HELD)
+    long = np.flatnonzero(lengths[:-1] >= _HELD.fewest)
     # a channel that is slower than its logger repeats each reading
-    usual = float(np.quantile(lengths, _USUAL_SHARE))
-    far = times * _usual_steps(steps) / 2
-    for place in long[lengths[long] >= _TIMES_USUAL_HOLD * usual]:
+    usual = float(np.quantile(lengths, _SPIKES.usual_share))
+    # half of what makes a spike, since there is a jump at one end alone
+    far = _SPIKES.times_usual_step * _usual_steps(steps) / 2
+    for place in long[lengths[long] >= _HELD.times_usual * usual]:
         jump = abs(level[place + 1] - level[place])
         jump_before = abs(level[place] - level[max(place - 1, 0)])
         if jump > far[place] and jump_before < jump / 2:
             held[starts[place] + 1 : starts[place + 1]] = True
     return held
-
-
-_USUAL_SHARE = 0.9
-"""Quantile that counts as usual."""
 
 
 # --- Steps that stay
@@ -356,16 +336,6 @@ class LastingStep(NamedTuple):
 
     row: int
     size: float
-
-
-_TIMES_USUAL_CHANGE = 10.0
-"""Least size of a step, in usual departures from the trend near it."""
-_STAYING = 0.6, 1.6
-"""Least and largest distance between the trends before and after a step, as a part of the jump."""
-_FEWEST_FOR_TREND = 5
-"""Fewest readings that show a trend."""
-_MOST_JUMPS = 200
-"""Most jumps of a log: with more of them, jumps are its usual behaviour, and none is a step."""
 
 
 def find_steps(values: FloatArray, rows: int) -> list[LastingStep]:
@@ -384,28 +354,28 @@ def find_steps(values: FloatArray, rows: int) -> list[LastingStep]:
         In the order of time.
     """
     change = np.diff(values)
-    if change.size < 2 * _FEWEST_FOR_TREND:
+    if change.size < 2 * _STEPS.fewest_for_trend:
         return []
-    size = min(_BLOCK, change.size)
+    size = min(_SPIKES.block, change.size)
     count = change.size // size
     trend = np.median(change[: count * size].reshape(count, size), axis=1)
     away = np.abs(change - trend[np.minimum(np.arange(change.size) // size, count - 1)])
-    far = _TIMES_USUAL_CHANGE * _usual_departures(away, size, count)
+    far = _STEPS.times_usual_change * _usual_departures(away, size, count)
     # a change over several readings is no step: the changes beside a jump must be small
     padded = np.concatenate([[0.0, 0.0], away, [0.0, 0.0]])
     beside = np.maximum.reduce([padded[:-4], padded[1:-3], padded[3:-1], padded[4:]])
-    jumps = np.flatnonzero((away > far) & (beside <= _MOST_OF_JUMP * away))
-    if jumps.size > _MOST_JUMPS:
+    jumps = np.flatnonzero((away > far) & (beside <= _SPIKES.most_of_jump * away))
+    if jumps.size > _STEPS.most_jumps:
         return []
-    rows = max(rows, _FEWEST_FOR_TREND)
+    rows = max(rows, _STEPS.fewest_for_trend)
     steps = []
     for jump in jumps.tolist():
         before = values[max(jump + 1 - rows, 0) : jump + 1]
         after = values[jump + 1 : jump + 1 + rows]
-        if min(before.size, after.size) < _FEWEST_FOR_TREND:
+        if min(before.size, after.size) < _STEPS.fewest_for_trend:
             continue
         gap = _start_of_line(after) - _start_of_line(before[::-1], beyond=1.0)
-        stays = _STAYING[0] < gap / change[jump] < _STAYING[1]
+        stays = _STEPS.staying[0] < gap / change[jump] < _STEPS.staying[1]
         if stays and not _is_slip(change, np.flatnonzero(away > far), jump, rows):
             steps.append(LastingStep(jump + 1, float(gap)))
     return steps
@@ -417,19 +387,11 @@ def _is_slip(change: FloatArray, jumps: np.ndarray, jump: int, rows: int) -> boo
     Between slips the force grows back. A zero that changes, or a loose cable, jumps seldom, or in both directions.
     `change`: Changes from reading to reading. `jumps`: Places of all large changes. `rows`: Rows in a second.
     """
-    near = jumps[np.abs(jumps - jump) <= _SECONDS_AROUND * rows]
+    near = jumps[np.abs(jumps - jump) <= _STEPS.seconds_around * rows]
     parts = change[near] / change[jump]
-    same_way = np.count_nonzero(parts >= _COMPARABLE) - 1
-    other_way = np.count_nonzero(parts <= -_COMPARABLE)
-    return bool(same_way >= _FEWEST_SLIPS and 2 * other_way < same_way)
-
-
-_SECONDS_AROUND = 4
-"""Seconds before and after a jump in which similar jumps are counted: 15 for slips of 2 Hz."""
-_COMPARABLE = 1 / 3
-"""Least size of a similar jump, as a part of the jump."""
-_FEWEST_SLIPS = 3
-"""Fewest similar jumps in the same direction beside a slip."""
+    same_way = np.count_nonzero(parts >= _STEPS.comparable) - 1
+    other_way = np.count_nonzero(parts <= -_STEPS.comparable)
+    return bool(same_way >= _STEPS.fewest_slips and 2 * other_way < same_way)
 
 
 def may_step(channels: FloatArray) -> np.ndarray:
@@ -438,8 +400,8 @@ def may_step(channels: FloatArray) -> np.ndarray:
     One change is far from the others near it.
     """
     change = channels[:, 1:] - channels[:, :-1]
-    size = min(_BLOCK, change.shape[1])
-    if size < 2 * _FEWEST_FOR_TREND:
+    size = min(_SPIKES.block, change.shape[1])
+    if size < 2 * _STEPS.fewest_for_trend:
         return np.arange(0)
     count = change.shape[1] // size
     # the last block ends with the last change
@@ -447,12 +409,8 @@ def may_step(channels: FloatArray) -> np.ndarray:
     away = blocks.reshape(-1, count + 1, size)
     away -= away.mean(axis=2, keepdims=True)
     np.abs(away, out=away)
-    is_far = away.max(axis=2) > _TIMES_MEAN_CHANGE * away.mean(axis=2)
+    is_far = away.max(axis=2) > _STEPS.times_mean_change * away.mean(axis=2)
     return np.flatnonzero(is_far.any(axis=1))
-
-
-_TIMES_MEAN_CHANGE = 8.0
-"""Least size of a step, in mean departures of its block, its own among them: 9.5 standard deviations are 9.6."""
 
 
 def _usual_departures(away: FloatArray, size: int, count: int) -> FloatArray:
@@ -464,7 +422,7 @@ def _usual_departures(away: FloatArray, size: int, count: int) -> FloatArray:
     usual = np.median(away[: count * size].reshape(count, size), axis=1)
     near = _largest_near(usual)
     # where most readings repeat the one before, the median is 0, and any change would be a step
-    least = float(np.quantile(away, _USUAL_SHARE)) / _TIMES_USUAL_CHANGE
+    least = float(np.quantile(away, _SPIKES.usual_share) / _STEPS.times_usual_change)
     return np.maximum(near, least)[np.minimum(np.arange(away.size) // size, count - 1)]
 
 
@@ -474,24 +432,6 @@ def _start_of_line(values: FloatArray, beyond: float = 0.0) -> float:
 
 
 # --- The end of an amplifier
-
-
-_FEWEST_AT_END = 10
-"""Fewest readings at the end of an amplifier."""
-_MOST_FOR_NOISE = 300
-"""Most readings for a first, fast estimate of the noise."""
-_TIMES_NOISE_AT_END = 7.0
-"""Range of the readings at the end of an amplifier below the highest one, in standard deviations of noise."""
-_LEAST_LOST = 12.0
-"""Least growth that is lost at the end of an amplifier, in standard deviations of noise."""
-_MOST_SWAY = 1.5
-"""Largest standard deviation of the readings at an end, in units of the noise that their second differences show."""
-_MOST_GROWTH, _LEAST_GROWTH = 0.2, 0.6
-"""Largest growth at the end, as a part of the growth just before; least growth just before, as a part of the usual."""
-_MOST_BEFORE = 50
-"""Most readings just before the end that show the growth there."""
-_MOST_APART = 2
-"""Most rows from one reading at the end to the next."""
 
 
 def find_plateau(values: FloatArray) -> Mask:
@@ -508,43 +448,44 @@ def find_plateau(values: FloatArray) -> Mask:
         Shape (n,).
     """
     nothing = np.zeros(values.size, dtype=bool)
-    if values.size < 2 * _FEWEST_AT_END:
+    if values.size < 2 * _PLATEAU.fewest:
         return nothing
     # a fast way out, as most channels have few readings near the highest
-    noise = _estimate_noise(values[:: 1 + values.size // _MOST_FOR_NOISE])
+    noise = _estimate_noise(values[:: 1 + values.size // _PLATEAU.most_for_noise])
     highest = float(values.max())
-    near = np.count_nonzero(values >= highest - _TIMES_NOISE_AT_END * noise)
-    if near < _FEWEST_AT_END or highest < 2 * _TIMES_NOISE_AT_END * noise:
+    near = np.count_nonzero(values >= highest - _PLATEAU.times_noise * noise)
+    if near < _PLATEAU.fewest or highest < 2 * _PLATEAU.times_noise * noise:
         return nothing
     first, last = _longest_at_top(values, noise)
-    if last + 1 - first < _FEWEST_AT_END:
+    if last + 1 - first < _PLATEAU.fewest:
         return nothing
     # an amplifier cuts part of the noise at its end: readings below show the whole noise
     noise = max(_estimate_noise(values), _estimate_noise(values[:first]))
     first, last = _longest_at_top(values, noise)
     length = last + 1 - first
     # before the end: readings that are below it by more than their noise
-    below = np.flatnonzero(values[:first] < highest - _TIMES_NOISE_AT_END / 2 * noise)
-    before = values[below[-min(max(length, _FEWEST_AT_END), _MOST_BEFORE) :]]
-    if before.size < _FEWEST_AT_END:
+    below = np.flatnonzero(values[:first] < highest - _PLATEAU.times_noise / 2 * noise)
+    before = values[below[-min(max(length, _PLATEAU.fewest), _PLATEAU.most_before) :]]
+    if before.size < _PLATEAU.fewest:
         return nothing
     growth_before = _slope_by_row(before)
     if growth_before <= 0:
         return nothing
     # in the first rows readings still grow to the end: they are left out
-    entered = math.ceil(_TIMES_NOISE_AT_END * noise / growth_before)
+    entered = math.ceil(_PLATEAU.times_noise * noise / growth_before)
     inside = values[first + entered : last]
-    if inside.size < _FEWEST_AT_END:
+    if inside.size < _PLATEAU.fewest:
         return nothing
     white = float(np.diff(inside, n=2).std()) / math.sqrt(6)
-    if np.ptp(inside) > 0 and float(inside.std()) > _MOST_SWAY * white:
+    if np.ptp(inside) > 0 and float(inside.std()) > _PLATEAU.most_sway * white:
         return nothing
     growth = _slope_by_row(inside)
     # the growth of a curve that bends to its highest point becomes smaller before it
     quarter = int(np.argmax(values >= values[first] / 4))
     usual_growth = float(values[first] - values[quarter]) / max(first - quarter, 1)
-    if growth_before * inside.size < _LEAST_LOST * noise or not (
-        abs(growth) < _MOST_GROWTH * growth_before and growth_before > _LEAST_GROWTH * usual_growth
+    if growth_before * inside.size < _PLATEAU.least_lost * noise or not (
+        abs(growth) < _PLATEAU.most_growth * growth_before
+        and growth_before > _PLATEAU.least_growth * usual_growth
     ):
         return nothing
     nothing[first : last + 1] = True
@@ -558,7 +499,7 @@ def _estimate_noise(values: FloatArray) -> float:
     """
     steps = np.diff(values)
     second = np.abs(np.diff(steps))
-    if second.size < _FEWEST_AT_END:
+    if second.size < _PLATEAU.fewest:
         return 0.0
     middle = float(np.partition(second, second.size // 2)[second.size // 2])
     if middle > 0:
@@ -569,8 +510,8 @@ def _estimate_noise(values: FloatArray) -> float:
 
 def _longest_at_top(values: FloatArray, noise: float) -> tuple[int, int]:
     """Return first and last place of the longest stretch of readings within the noise of the highest one."""
-    near = np.flatnonzero(values >= values.max() - _TIMES_NOISE_AT_END * noise)
-    breaks = np.flatnonzero(np.diff(near) > _MOST_APART)
+    near = np.flatnonzero(values >= values.max() - _PLATEAU.times_noise * noise)
+    breaks = np.flatnonzero(np.diff(near) > _PLATEAU.most_apart)
     firsts = near[np.append(0, breaks + 1)]
     lasts = near[np.append(breaks, near.size - 1)]
     longest = int(np.argmax(lasts - firsts))
@@ -586,19 +527,6 @@ def _slope_by_row(values: FloatArray) -> float:
 # --- Positions of an arm
 
 
-TIMES_USUAL_WAY = 2.0
-"""Least distance aside of a lone position, in usual ways from one reading to the next; an arm that turns has 1."""
-_TIMES_NOISE = 7.0
-"""Least distance aside of a lone position, in standard deviations of the noise of a coordinate."""
-_LEAST_PART = 0.005
-"""Least distance aside of a lone position, as a part of the whole way: a coarse sensor flickers by less."""
-_FEWEST_POSITIONS = 7
-"""Fewest different positions of a log that can be judged."""
-_MOST_OF_NEIGHBOUR = 0.25
-"""Largest distance of the third position, as a part of that of the second, where the first one is lone.
-
-The position beside a lone one is aside by half as much as the lone one, the next one not at all.
-"""
 _QUARTILE, _UPPER_FIFTH = 0.319 * math.sqrt(1.5), 1.282 * math.sqrt(1.5)
 """25 % and 80 % quantile of the distance aside, in standard deviations of normal noise of a coordinate."""
 
@@ -628,19 +556,19 @@ def _find_lone_once(path: FloatArray) -> Mask:
     nothing = np.zeros(path.shape[1], dtype=bool)
     moves = (path[:, 1:] != path[:, :-1]).any(axis=0)
     starts = _starts_of_levels(moves)
-    if starts.size < _FEWEST_POSITIONS:
+    if starts.size < _POSITIONS.fewest:
         return nothing
     lengths = np.diff(np.append(starts, path.shape[1]))
     level = path.take(starts, axis=1)  # contiguous along the rows, which is fast below
     aside = level[:, 1:-1] - (level[:, :-2] + level[:, 2:]) / 2
     inner = np.sqrt((aside**2).sum(axis=0))
-    least = _LEAST_PART * float(np.ptp(level, axis=1).max())
+    least = _POSITIONS.least_part * float(np.ptp(level, axis=1).max())
     if 2 * inner.max() <= least:  # twice, as an end may be that far aside (`_end_aside`)
         return nothing
     off = np.concatenate([[_end_aside(inner)], inner, [_end_aside(inner[::-1])]])
     size = np.abs(aside)
     quartile = np.partition(size, inner.size // 4, axis=1)[:, inner.size // 4]
-    far = max(_TIMES_NOISE * float(quartile.max()) / _QUARTILE, least)
+    far = max(_POSITIONS.times_noise * float(quartile.max()) / _QUARTILE, least)
     neighbour = np.maximum(np.append(off[1:], 0.0), np.append(0.0, off[:-1]))
     places = np.flatnonzero((off > far) & (off >= neighbour) & (lengths <= FEWEST_ROWS))
     if not places.size:
@@ -656,7 +584,9 @@ def _find_lone_once(path: FloatArray) -> Mask:
     above = level[:, places] - np.maximum(before, after)
     below = np.minimum(before, after) - level[:, places]
     outside = np.maximum(above, below).max(axis=0)
-    far_aside = (off[places] > TIMES_USUAL_WAY * usual) & (outside > _LEAST_OUTSIDE * off[places])
+    far_aside = (off[places] > _POSITIONS.times_usual_way * usual) & (
+        outside > _POSITIONS.least_outside * off[places]
+    )
     places = places[far_aside]
     if not places.size:
         return nothing
@@ -665,14 +595,10 @@ def _find_lone_once(path: FloatArray) -> Mask:
     good[np.concatenate([places, places + 1, places + 2])] = False
     kept = size[:, good[2:-2]]
     if kept.shape[1]:
-        far = _TIMES_NOISE * float(np.quantile(kept, 0.8, axis=1).max()) / _UPPER_FIFTH
+        far = _POSITIONS.times_noise * float(np.quantile(kept, 0.8, axis=1).max()) / _UPPER_FIFTH
     lone = np.zeros(starts.size, dtype=bool)
     lone[places[off[places] > far]] = True
     return np.repeat(lone, lengths)
-
-
-_LEAST_OUTSIDE = 0.5
-"""Least distance of a lone position outside its neighbours, as a part of its distance aside."""
 
 
 def _end_aside(inner: FloatArray) -> float:
@@ -681,4 +607,4 @@ def _end_aside(inner: FloatArray) -> float:
     `inner`: Distances aside of the second position and of those behind it.
     """
     second, third = inner[:2]
-    return 2 * float(second) if third < _MOST_OF_NEIGHBOUR * second else 0.0
+    return 2 * float(second) if third < _POSITIONS.most_of_neighbour * second else 0.0

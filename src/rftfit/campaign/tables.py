@@ -30,11 +30,12 @@ from rftfit.campaign.rows import (
 )
 from rftfit.campaign.sheet import Run, check_excluded
 from rftfit.campaign.spikes import FEWEST_ROWS, find_spikes
+from rftfit.conventions import FloatArray
 from rftfit.directions import SAME_DEPTH_CM, TOLERANCE_DEG, number_depths, same_direction
+from rftfit.store.chosen import chosen
 from rftfit.table.numbers import number_of
 from rftfit.table.units import ALPHA_TO_N_PER_CM3, folded_name, units_like
 
-FloatArray = npt.NDArray[np.float64]
 _Grid = tuple[str, list[Line]]
 
 _UNIT_KEYS = {
@@ -45,11 +46,7 @@ _UNIT_KEYS = {
 }
 """Column, to the key of `table` in the config that states its unit."""
 
-LARGEST_RAD = 3.2
-"""Largest angle in rad: several angles, none of which is larger, are probably no degrees."""
-
-LARGEST_ALPHA_N_PER_CM3 = 100.0
-"""Largest alpha of any sand or soil into which a plate is pushed: a larger median is in another unit."""
+_CHOSEN = chosen("campaign", "tables")
 
 _NUMBERS = (
     "depth_cm",
@@ -63,14 +60,6 @@ _NUMBERS = (
     "depth_from_cm",
     "depth_to_cm",
 )
-
-_LEAST_TURN, _MOST_TURNS = 0.02, 6
-"""Least change of depth that is a turn and no noise, as a part of the range of depth; most turns that are found."""
-
-_REPEATS = 20
-"""Most times that each depth of a run may be repeated to look like so many pushes."""
-_TIMES_STEP_OF_DEPTH = 8.0
-"""As `TIMES_USUAL_STEP`, but for depth, which grows more steadily than a force."""
 
 
 @dataclass(frozen=True)
@@ -277,7 +266,7 @@ class _CheckedRows:
         columns = self.rows.columns
         angles = [columns["beta_deg"], columns["gamma_deg"]]
         largest = max(np.abs(np.nan_to_num(angle)).max(initial=0) for angle in angles)
-        if "deg" in units and largest <= LARGEST_RAD and np.unique(angles).size > 1:
+        if "deg" in units and largest <= _CHOSEN.largest_rad and np.unique(angles).size > 1:
             largest_text = f"no angle larger than {largest:g}"
             allowed = "degrees; looks like rad: set angle_unit: rad in `table` of the config"
             code = f"{self.schema.area}.looks-like-rad"
@@ -299,7 +288,7 @@ class _CheckedRows:
             self.note(columns["depth_cm"] < 0, "depth_cm", "negative-depth", "{:g} cm", allowed)
         alpha = np.abs(columns.get("alpha_z_N_per_cm3", np.empty(0)))
         alpha = alpha[np.isfinite(alpha)]
-        if alpha.size and np.median(alpha) > LARGEST_ALPHA_N_PER_CM3:
+        if alpha.size and np.median(alpha) > _CHOSEN.largest_alpha_N_per_cm3:
             largest_text = f"{np.median(alpha):.6g} N/cm^3 in the middle of all rows"
             allowed = (
                 "less than a hundred for sand and soil; is it in another unit? Set alpha_unit of `table` in "
@@ -467,14 +456,10 @@ def _stress_x(columns: Mapping[str, npt.NDArray[Any]], draft: DraftRow) -> tuple
 def _rows_alone(columns: Mapping[str, npt.NDArray[Any]]) -> npt.NDArray[np.bool_]:
     """Return which rows have a depth or stress far from the rows before and after, bool of shape (n,)."""
     stress = [columns[f"stress_{c}_N_per_cm2"] for c in "zx"]
-    most_rows = max(FEWEST_ROWS, int(_MOST_AWAY * stress[0].size))
-    alone = [find_spikes(columns["depth_cm"], times=_TIMES_STEP_OF_DEPTH)]
+    most_rows = max(FEWEST_ROWS, int(_CHOSEN.most_away * stress[0].size))
+    alone = [find_spikes(columns["depth_cm"], times=_CHOSEN.times_step_of_depth)]
     alone += [find_spikes(values, most_rows, ends_in_push=True) for values in stress]
     return np.asarray(np.any(alone, axis=0))
-
-
-_MOST_AWAY = 0.2
-"""Most rows of a spike of stress, as a share of the rows of the push."""
 
 
 def _rows_against_gamma(
@@ -513,7 +498,7 @@ def _note_depths(
         draft.row = int(columns_of_run["row"][again])
         allowed = f"depth that changes one way in the run {name}; here another push starts: {ask}; rows of one push stand in the order of depth"
         draft.note("depth_cm", "starts-again", f"{depth[again]:g} cm", allowed)
-    elif 1 < times[0] <= _REPEATS and (times == times[0]).all():
+    elif 1 < times[0] <= _CHOSEN.most_repeats and (times == times[0]).all():
         text = f"each depth of the run {name} occurs {times[0]} times; if these are so many pushes: {ask}"
         draft.note("depth_cm", "depths-repeated", None, text, severity="warning")
     if differs.any() and not again:
@@ -552,12 +537,12 @@ def _reversals(depth: FloatArray, gamma: float) -> tuple[list[int], int]:
 
     Rows of a pause at a turn count to the way against the sense of gamma.
     """
-    least = _LEAST_TURN * float(depth.max() - depth.min())
+    least = _CHOSEN.least_turn * float(depth.max() - depth.min())
     ways = (depth, -depth)
     grown, shrunk = (int(np.argmax(way - np.minimum.accumulate(way) > least)) for way in ways)
     begins = sense = 1 if grown and (grown < shrunk or not shrunk) else -1
     turns = [0]
-    while len(turns) <= _MOST_TURNS:
+    while len(turns) <= _CHOSEN.most_turns:
         ahead = sense * depth[turns[-1] :]
         back = np.maximum.accumulate(ahead) - ahead > least
         if not back.any():

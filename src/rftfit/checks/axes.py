@@ -22,6 +22,7 @@ from rftfit.checks.declared import (
 )
 from rftfit.checks.shared import find_likelier_axes
 from rftfit.conventions import FloatArray
+from rftfit.directions import is_straight_down
 from rftfit.measure.alpha import alpha_columns, column, rows_at
 from rftfit.measure.fits import LEAST_WORK
 from rftfit.measure.flags import remark
@@ -64,7 +65,7 @@ def check_work(measured: MediumMeasurements) -> Check:
     If the runs together show that other axes are right, the message names these axes instead of single runs.
     """
     alpha, sheet = measured.tables["alpha"], measured.sheet
-    cells = Cells.of(alpha)
+    cells = Cells.of(alpha, measured.config.grid.angle_tolerance_deg)
     if not (count := cells.gamma.size):
         return Check.skip("work", "work-no-cell")
     work, work_noise = cells.work
@@ -96,17 +97,15 @@ def check_work(measured: MediumMeasurements) -> Check:
 
 _SYMMETRY_FOUND = "the mount looks turned by {turn_deg:+.1f} deg{interval} beyond what is stated"
 _SYMMETRY_ALLOWED = "{most_deg:.1f} deg of either sign, and pairs at most {most_errors:g} times their error off from one turn"
-_SYMMETRY_CAUSE = (
-    "on plates pushed straight down a horizontal force acts to one side ({found}): look "
-)
+_SYMMETRY_CAUSE = "on plates on vertical paths a horizontal force acts to one side ({found}): look "
 
 
 @declare_check(
     "symmetry",
     title="mirror images",
     effect=UNUSABLE,
-    good="plates straight down are not pushed to one side",
-    fault="plates straight down are pushed to one side",
+    good="plates on vertical paths are not pushed to one side",
+    fault="plates on vertical paths are pushed to one side",
     after=SOUND_ALPHA,
     outcomes={
         "symmetry": Words(
@@ -129,7 +128,7 @@ def check_symmetry(measured: MediumMeasurements) -> Check:
     """Check that opposite horizontal forces act on plates that are mirror images, on vertical paths."""
     if measured.flags.runs_with("no-force-x") or measured_channel(measured.config, "x") is None:
         return Check.skip("symmetry", "symmetry-no-x")
-    cells = Cells.of(measured.tables["alpha"])
+    cells = Cells.of(measured.tables["alpha"], measured.config.grid.angle_tolerance_deg)
     turn, se = cells.turn_rad
     if math.isnan(turn):
         return Check.skip("symmetry", "symmetry-no-cell")
@@ -171,7 +170,7 @@ def check_symmetry(measured: MediumMeasurements) -> Check:
 )
 def check_up_down(measured: MediumMeasurements) -> Check:
     """Check that pushing a level plate down takes more force than pulling it up."""
-    cells = Cells.of(measured.tables["alpha"])
+    cells = Cells.of(measured.tables["alpha"], measured.config.grid.angle_tolerance_deg)
     if cells.push is None or cells.pull is None:
         without_alpha = [
             name
@@ -208,7 +207,7 @@ class Cells:
     pairs: npt.NDArray[np.intp]
 
     @classmethod
-    def of(cls, alpha: pd.DataFrame) -> Cells:
+    def of(cls, alpha: pd.DataFrame, tolerance_deg: float) -> Cells:
         """Select the cells of an alpha table that have alpha."""
         rows = np.flatnonzero(np.isfinite(alpha_columns(alpha)).all(axis=0))
         table = alpha.iloc[rows].reset_index(drop=True)
@@ -217,9 +216,11 @@ class Cells:
         gamma = np.radians(table["gamma_deg"].to_numpy(float))
         turn = np.nan_to_num(table[column("x", "_turn")].to_numpy(float))
         beta_deg, gamma_deg = (table[f"{name}_deg"].to_numpy(float) for name in ("beta", "gamma"))
-        push, pull = (int(row) if row >= 0 else None for row in rows_at(table, 0, [90, -90]))
-        image = rows_at(table, -beta_deg, gamma_deg)
-        first_cells = np.flatnonzero((image >= np.arange(image.size)) & (np.abs(gamma_deg) == 90))
+        ends = rows_at(table, 0, [90, -90], tolerance_deg)
+        push, pull = (int(row) if row >= 0 else None for row in ends)
+        image = rows_at(table, -beta_deg, gamma_deg, tolerance_deg)
+        is_vertical = is_straight_down(0.0, np.abs(gamma_deg), tolerance_deg)
+        first_cells = np.flatnonzero((image >= np.arange(image.size)) & is_vertical)
         pairs = np.stack([first_cells, image[first_cells]])
         side = np.where(gamma < 0, -1.0, 1.0)
         return cls(rows, gamma, side, force, se, turn, push, pull, pairs)

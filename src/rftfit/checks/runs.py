@@ -504,7 +504,8 @@ _SIZE_ALLOWED = "{low:g} to {high:g} N/cm^3"
 def check_size(measured: MediumMeasurements) -> Check:
     """Check that alpha_z(0, 90 deg) is as large as the config states, or else as large as in any granular medium."""
     expected = measured.medium.expected_alpha
-    cell = cell_at(measured.tables["alpha"], 0, 90)
+    tolerance_deg = measured.config.grid.angle_tolerance_deg
+    cell = cell_at(measured.tables["alpha"], 0, 90, tolerance_deg)
     value = math.nan if cell is None else float(cell[column("z")])
     if math.isnan(value):
         return Check.skip("size", "size-no-cell")

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 import typer
 
 import rftfit
+from rftfit.campaign import presence
 from rftfit.campaign.presence import config_of, miss_campaign
 from rftfit.campaign.problems import CampaignError, choose
 from rftfit.cli.output import warn
@@ -62,7 +63,7 @@ def file(meaning: str) -> Any:
     return typer.Option(metavar="FILE", help=meaning)
 
 
-CONFIG = Path("config/config.yaml")
+CONFIG = Path(presence.CONFIG)
 """Default of --config."""
 
 

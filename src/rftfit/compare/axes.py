@@ -12,7 +12,7 @@ import numpy as np
 
 from rftfit.compare.joint import RunSlopes, prior_of_media
 from rftfit.conventions import FloatArray
-from rftfit.directions import TOLERANCE_DEG, beta_apart, number_directions
+from rftfit.directions import beta_apart, number_directions
 from rftfit.measure.verdict_words import PULLS
 from rftfit.store.chosen import chosen
 
@@ -68,18 +68,24 @@ def axes_evidence(runs: RunSlopes, without: tuple[str, ...] = ()) -> dict[str, f
             total = shape.log_evidence(np.concatenate([alpha_z, side * alpha_x]))
             evidence[name] = float(np.logaddexp(evidence[name], total))
     evidence = {name: value - evidence["as-given"] for name, value in evidence.items()}
-    return evidence | _evidence_for_pulls(*directions_deg, alpha, without)
+    return evidence | _evidence_for_pulls(*directions_deg, alpha, without, runs.tolerance_deg)
 
 
 def _evidence_for_pulls(
-    beta_deg: FloatArray, gamma_deg: FloatArray, alpha: FloatArray, without: tuple[str, ...]
+    beta_deg: FloatArray,
+    gamma_deg: FloatArray,
+    alpha: FloatArray,
+    without: tuple[str, ...],
+    tolerance_deg: float,
 ) -> dict[str, float]:
     """Find the evidence that beta of pulls has the other sign; empty where no pull has a beta that could be reversed.
 
     Pulls are weak beside pushes, so the departure of a medium from the shape is taken in proportion to alpha of each
     direction.
     """
-    is_pull = (gamma_deg < -1) & (np.abs(beta_apart(2 * beta_deg, 0.0)) > TOLERANCE_DEG)
+    # a plate that is level or upright within the tolerance has no sign of beta
+    has_sign = np.abs(beta_apart(2 * beta_deg, 0.0)) > tolerance_deg
+    is_pull = (gamma_deg < -1) & has_sign
     if not is_pull.any():
         return {}
     level = np.hypot(*alpha)

@@ -113,7 +113,8 @@ def penetration_row(fit: scaling.MediumFit) -> dict[str, object]:
         row |= {f"{name}{unit}": value, f"{name}_lo{unit}": lo, f"{name}_hi{unit}": hi}
     row["zeta_without_flagged"] = float(scaling.vertical_penetration(fit.without_flagged))
     row["zeta_errors"] = shares(fit.zeta_errors)
-    missing = [remark("no-push")] if cell_at(fit.table, 0, 90) is None else []
+    push = cell_at(fit.table, 0, 90, fit.config.grid.angle_tolerance_deg)
+    missing = [remark("no-push")] if push is None else []
     return row | reason_columns(fit.why or missing)
 
 
@@ -123,7 +124,7 @@ def sand_row(
     """Make the row of a natural sand: zeta by the scaling routine, from its alpha table and flags."""
     method = scaling.routine(config.fourier.method, printed=reference.printed)
     row: dict[str, object] = {"method": method, "medium": table["medium"].iloc[0]}
-    cell = cell_at(table, 0, 90)
+    cell = cell_at(table, 0, 90, config.grid.angle_tolerance_deg)
     if cell is None:
         return row | reason_columns([remark("no-push")])
     for quantity in ("", "_lo", "_hi"):

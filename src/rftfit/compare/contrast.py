@@ -98,6 +98,8 @@ class Comparison:
         Sentences on the limits of the comparison.
     confidence : float
         Level of the intervals.
+    tolerance_deg : float
+        Difference of each angle up to which runs are of one direction.
 
     Examples
     --------
@@ -128,6 +130,7 @@ class Comparison:
     explained_by: float = math.nan
     notes: tuple[str, ...] = ()
     confidence: float = 0.95
+    tolerance_deg: float = field(default=TOLERANCE_DEG, repr=False)
 
     @property
     def sentence(self) -> str:
@@ -161,7 +164,7 @@ class Comparison:
         if not len(self.directions):
             return math.nan
         beta_deg, gamma_deg = self.directions["beta_deg"], self.directions["gamma_deg"]
-        down = self.directions[is_straight_down(beta_deg, gamma_deg)]
+        down = self.directions[is_straight_down(beta_deg, gamma_deg, self.tolerance_deg)]
         if down.empty:
             return math.nan
         alpha_a, alpha_b = (float(down[f"alpha_z_{side}_N_per_cm3"].iloc[0]) for side in "ab")
@@ -173,10 +176,12 @@ class Comparison:
         Returns
         -------
         dict of str to object
-            The fields, ``sentence``, and ``directions`` as a dict for each row.
+            The fields but `tolerance_deg`, ``sentence``, and ``directions`` as a dict for each row.
         """
         directions = self.directions.to_dict("records")
-        return vars(self) | {"sentence": self.sentence, "directions": directions}
+        facts = vars(self) | {"sentence": self.sentence, "directions": directions}
+        del facts["tolerance_deg"]
+        return facts
 
     def summary(self, most: int | None = None) -> str:
         """Format the comparison for people.
@@ -337,6 +342,7 @@ def compare_run_sets(a: RunSet, b: RunSet, confidence: float = 0.95) -> Comparis
         notes=tuple(_describe_limits((a, b), (means_a, means_b), by_side)),
         assumed=not all(repeats_of_sides),
         confidence=confidence,
+        tolerance_deg=_larger_tolerance(a, b),
     )
 
 
@@ -419,7 +425,7 @@ def _average_common_directions(a: RunSet, b: RunSet) -> tuple[_Means, _Means, Fl
     ]
     depths = [_number(runs, "depth_from_cm") for runs in usable]
     both, depth = np.concatenate(angles, axis=1), np.concatenate(depths)
-    tolerance_deg = max(a.tolerance_deg, b.tolerance_deg)
+    tolerance_deg = _larger_tolerance(a, b)
     number = number_directions(both[0], both[1], tolerance_deg, depth)
     split = len(usable[0])
     common = np.intersect1d(number[:split], number[split:])
@@ -438,6 +444,11 @@ def _average_common_directions(a: RunSet, b: RunSet) -> tuple[_Means, _Means, Fl
     ]
     depth_cm = np.where(both[1, common] == 0, depth[common], math.nan)
     return means[0], means[1], np.vstack([both[:, common], depth_cm])
+
+
+def _larger_tolerance(a: RunSet, b: RunSet) -> float:
+    """Return the difference of each angle, deg, up to which runs of both media are of one direction."""
+    return max(a.tolerance_deg, b.tolerance_deg)
 
 
 def _pool_sizes(a: _Means, b: _Means) -> tuple[_Means, _Means]:

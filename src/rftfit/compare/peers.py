@@ -16,7 +16,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from rftfit.conventions import FloatArray
-from rftfit.directions import TOLERANCE_DEG, number_directions, same_direction
+from rftfit.directions import TOLERANCE_DEG, is_straight_down, number_directions
 from rftfit.measure.alpha import alpha_columns, column, directions
 from rftfit.measure.errors import USUAL_BED_SPREAD
 from rftfit.measure.levels import sd_by_median
@@ -69,7 +69,7 @@ def compare_runs(
         runs[name].to_numpy(float) for name in ("beta_deg", "gamma_deg", "depth_from_cm")
     )
     groups = number_directions(beta_deg, gamma_deg, tolerance_deg, depth_cm)
-    compared_alpha = _turn_to_one_side(alpha, gamma_deg, may_switch(runs))
+    compared_alpha = _turn_to_one_side(alpha, gamma_deg, may_switch(runs, tolerance_deg))
     others_alpha, times, apart, seen = _compare_with_repeats(alpha, groups, compared_alpha)
     run_count = np.bincount(groups)[groups]
     single = run_count < 3
@@ -137,15 +137,17 @@ def outlier_differences(peers: pd.DataFrame) -> dict[str, tuple[float, float]]:
     return dict(zip(rows["run_id"].astype(str), zip(z, x, strict=True), strict=True))
 
 
-def may_switch(runs: pd.DataFrame) -> npt.NDArray[np.bool_]:
+def may_switch(runs: pd.DataFrame, tolerance_deg: float) -> npt.NDArray[np.bool_]:
     """Tell for which runs a small error of an angle decides to which side of the plate the grains flow.
 
     These are plates that move along themselves or along their normal: 3D-RFT (Agarwal et al., PNAS 120, e2214017120,
     2023) has two values of one size there. A level plate that moves straight down or up has one value by symmetry.
+
+    `tolerance_deg`: Tolerance of angles of the campaign's grid.
     """
     beta, gamma = (runs[f"{name}_deg"].to_numpy(float) for name in ("beta", "gamma"))
     from_plate = np.abs((beta + gamma + 45) % 90 - 45)
-    is_level = same_direction(beta, np.abs(gamma), 0.0, 90.0)
+    is_level = is_straight_down(beta, np.abs(gamma), tolerance_deg)
     return np.asarray((from_plate <= _CHOSEN.switches_within_deg) & ~is_level)
 
 

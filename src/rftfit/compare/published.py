@@ -155,10 +155,12 @@ _CHI = Tolerance(0.02, "of two numbers that are printed to 0.01")
 _RECIPE = "by the transform inferred from the paper's own numbers, with the terms it prints"
 
 
-def compare_alpha(tables: Mapping[str, pd.DataFrame], published: Mapping[str, str]) -> list[Item]:
+def compare_alpha(
+    tables: Mapping[str, pd.DataFrame], published: Mapping[str, str], tolerance_deg: float
+) -> list[Item]:
     """Compare alpha tables by medium with Table S5: share within its repeatability, and worst point.
 
-    `published`: key in the published tables by medium.
+    `published`: key in the published tables by medium. `tolerance_deg`: Tolerance of angles of the campaign's grid.
     """
     items, up_and_down = [], {}
     for medium, table in tables.items():
@@ -166,7 +168,7 @@ def compare_alpha(tables: Mapping[str, pd.DataFrame], published: Mapping[str, st
         if key not in MEDIA:
             continue
         paper = load("table_s5").query("medium == @key")
-        rows = rows_at(table, paper["beta_deg"], paper["gamma_deg"])
+        rows = rows_at(table, paper["beta_deg"], paper["gamma_deg"], tolerance_deg)
         names = [column("z"), column("x")]
         ours = np.where(rows[:, None] < 0, np.nan, table[names].to_numpy(float)[rows])
         off = np.abs(ours - paper[names].to_numpy(float))
@@ -196,7 +198,7 @@ def compare_alpha(tables: Mapping[str, pd.DataFrame], published: Mapping[str, st
                 ),
             ],
         )
-        down, up = (cell_at(table, 0, gamma) for gamma in (90, -90))
+        down, up = (cell_at(table, 0, gamma, tolerance_deg) for gamma in (90, -90))
         if down is not None and up is not None:
             up_and_down[medium] = float(down[column("z")]), abs(float(up[column("z")]))
     both = pd.DataFrame(up_and_down, index=["down", "up"]).T.dropna()

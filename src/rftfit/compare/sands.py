@@ -91,7 +91,10 @@ def penetration_rows(
     if stated := config.media[medium].linear_to_cm:
         windows = {"stated": (dict.fromkeys(ends, stated), tables["fits"])} | windows
     fits = {key: table.set_index("run_id").to_dict("index") for key, (_, table) in windows.items()}
-    surface, bed_and_rod = errors_of(tables["fits"], config)[1], _bed_and_rod_error(tables["alpha"])
+    surface, bed_and_rod = (
+        errors_of(tables["fits"], config)[1],
+        _bed_and_rod_error(tables["alpha"], config.grid.angle_tolerance_deg),
+    )
     rows: list[dict[str, object]] = []
     lost: list[dict[str, object]] = []
     for run in tests:
@@ -121,13 +124,13 @@ def penetration_rows(
     return rows + lost
 
 
-def _bed_and_rod_error(alpha: pd.DataFrame) -> float:
+def _bed_and_rod_error(alpha: pd.DataFrame, tolerance_deg: float) -> float:
     """Return the relative error of a single test by its bed and by the bed of its rod, which no window changes."""
-    cell = cell_at(alpha, 0, 90)
+    cell = cell_at(alpha, 0, 90, tolerance_deg)
     if cell is None:
         return 0.0
     rod = float(cell.get(column("z", "_rod"), 0.0)) / (float(cell[column("z")]) or math.nan)
-    return math.hypot(bed_spread(alpha), rod if math.isfinite(rod) else 0.0)
+    return math.hypot(bed_spread(alpha, tolerance_deg), rod if math.isfinite(rod) else 0.0)
 
 
 def _slope_and_zeta(

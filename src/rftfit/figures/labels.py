@@ -80,7 +80,8 @@ def name_of_mean(cell: Mapping[Any, Any]) -> str:
 
 def beds_of_intervals(results: Results, media: Iterable[str]) -> str:
     """Say whether the intervals of alpha, zeta and chi hold the scatter between beds, and in which media they do not."""
-    cells = {name: cell_at(results[name].alpha, 0.0, 90.0) for name in media}
+    tolerance_deg = results.config.grid.angle_tolerance_deg
+    cells = {name: cell_at(results[name].alpha, 0, 90, tolerance_deg) for name in media}
     without = [
         results.titles[name]
         for name, cell in cells.items()

@@ -21,6 +21,7 @@ from rftfit.figures.traces import (
     measures_x,
     stress_of,
 )
+from rftfit.measure.alpha import cell_at
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -176,7 +177,8 @@ def plot_linearity(results: Results) -> Figure:
     media = results.laboratory
     alpha = results.joined("alpha/{medium}.csv", media)
     cells = nearest_cells(alpha)
-    run_ids = runs_of_cells(alpha, cells)
+    tolerance_deg = results.config.grid.angle_tolerance_deg
+    run_ids = runs_of_cells(alpha, cells, tolerance_deg)
     samples: dict[str, Trace] = {}
     for medium in media:
         stress = stress_of(results, medium)
@@ -195,7 +197,7 @@ def plot_linearity(results: Results) -> Figure:
         _draw_sketch(sketch, beta, gamma, i == 0)
         head = rf"$\beta$ = {style.degrees(beta)}, $\gamma$ = {style.degrees(gamma)}"
         sketch.set_title(f"{'ABCDE'[i]}  {head}", loc="left", fontsize=6.5)
-        rows_by_medium = _rows_at(alpha, beta, gamma)
+        rows_by_medium = _rows_by_medium(alpha, beta, gamma, tolerance_deg)
         for c, axes in zip("zx", stress_axes, strict=True):
             style.zero_line(axes)
             media_without_run = []
@@ -233,16 +235,23 @@ def nearest_cells(alpha: pd.DataFrame) -> list[tuple[float, float]]:
     return list(dict.fromkeys(cells))
 
 
-def runs_of_cells(alpha: pd.DataFrame, cells: Iterable[tuple[float, float]]) -> set[str]:
+def runs_of_cells(
+    alpha: pd.DataFrame, cells: Iterable[tuple[float, float]], tolerance_deg: float
+) -> set[str]:
     """Collect the run_id of all runs behind cells of alpha tables; `cells`: beta and gamma as filed, degrees."""
-    rows = [row for cell in cells for row in _rows_at(alpha, *cell).values()]
+    rows = [row for cell in cells for row in _rows_by_medium(alpha, *cell, tolerance_deg).values()]
     return {run for row in rows for run in row["run_ids"].split()}
 
 
-def _rows_at(alpha: pd.DataFrame, beta_deg: float, gamma_deg: float) -> dict[str, Row]:
+def _rows_by_medium(
+    alpha: pd.DataFrame, beta_deg: float, gamma_deg: float, tolerance_deg: float
+) -> dict[str, Row]:
     """Select the rows of alpha tables in one direction, by medium."""
-    in_cell = np.isclose(alpha["beta_deg"], beta_deg) & np.isclose(alpha["gamma_deg"], gamma_deg)
-    return {str(row["medium"]): row for row in alpha[in_cell].to_dict("records")}
+    cells = {
+        str(medium): cell_at(table, beta_deg, gamma_deg, tolerance_deg)
+        for medium, table in alpha.groupby("medium")
+    }
+    return {medium: cell.to_dict() for medium, cell in cells.items() if cell is not None}
 
 
 def _draw_sketch(axes: Axes, beta_deg: float, gamma_deg: float, frame: bool) -> None:

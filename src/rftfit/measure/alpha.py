@@ -14,10 +14,10 @@ import pandas as pd
 from rftfit.conventions import COMPONENTS, FloatArray
 from rftfit.directions import (
     SAME_DEPTH_CM,
-    TOLERANCE_DEG,
     angle_apart,
     number_depths,
     number_directions,
+    same_direction,
 )
 from rftfit.measure.errors import (
     AS_PREPARED,
@@ -608,29 +608,38 @@ def window_of(table: Columns) -> tuple[float, float]:
 
 
 def rows_at(
-    table: Columns, beta_deg: npt.ArrayLike, gamma_deg: npt.ArrayLike
+    table: Columns, beta_deg: npt.ArrayLike, gamma_deg: npt.ArrayLike, tolerance_deg: float
 ) -> npt.NDArray[np.intp]:
-    """Index of the row of an alpha table that is nearest to each direction, shape (k,); -1 where none is near."""
+    """Index of the row of an alpha table that is nearest to each direction, shape (k,); -1 where none is the same.
+
+    `tolerance_deg`: Tolerance of angles of the campaign's grid.
+    """
     directions = np.broadcast_arrays(np.atleast_1d(beta_deg), np.atleast_1d(gamma_deg))
     beta, gamma = (np.asarray(table[name], float) for name in ("beta_deg", "gamma_deg"))
     if not beta.size:
         return np.full(directions[0].shape, -1)
     distance_deg = angle_apart(beta, gamma, directions[0][:, None], directions[1][:, None])
-    return np.where(distance_deg.min(axis=1) <= TOLERANCE_DEG, distance_deg.argmin(axis=1), -1)
+    nearest = distance_deg.argmin(axis=1)
+    is_same = same_direction(
+        beta[nearest], gamma[nearest], directions[0], directions[1], tolerance_deg
+    )
+    return np.where(is_same, nearest, -1)
 
 
-def cell_at(table: pd.DataFrame, beta_deg: float, gamma_deg: float) -> pd.Series[Any] | None:
+def cell_at(
+    table: pd.DataFrame, beta_deg: float, gamma_deg: float, tolerance_deg: float
+) -> pd.Series[Any] | None:
     """Row of an alpha table for one direction; None where it has none."""
-    row = int(rows_at(table, beta_deg, gamma_deg)[0])
+    row = int(rows_at(table, beta_deg, gamma_deg, tolerance_deg)[0])
     return None if row < 0 else table.iloc[row]
 
 
-def bed_spread(table: pd.DataFrame) -> float:
+def bed_spread(table: pd.DataFrame, tolerance_deg: float) -> float:
     """Relative spread of forces from one prepared bed of a medium to the next; 0 where not known.
 
     A bed is looser or denser as a whole: its spread is that of alpha_z(0, 90 deg), relative.
     """
-    cell = cell_at(table, 0, 90)
+    cell = cell_at(table, 0, 90, tolerance_deg)
     if cell is None:
         return 0.0
     alpha, spread = float(cell[column("z")]), float(cell.get("run_to_run_z_N_per_cm3", 0.0))

@@ -16,6 +16,7 @@ import numpy as np
 import pandas as pd
 
 from rftfit.conventions import FloatArray
+from rftfit.directions import beta_apart
 from rftfit.measure.levels import sd_by_median
 from rftfit.measure.repeats import (
     Repeats,
@@ -351,9 +352,7 @@ def gradient(
     Least squares of the differences to all neighbours, nearer ones with more weight. In a direction in which there is
     no neighbour, the slope is that of `elsewhere`, shape (n, 2).
     """
-    step = np.stack(
-        [(beta_deg - beta_deg[:, None] + 90) % 180 - 90, gamma_deg - gamma_deg[:, None]]
-    )
+    step = np.stack([beta_apart(beta_deg, beta_deg[:, None]), gamma_deg - gamma_deg[:, None]])
     distance = np.hypot(*step)
     is_near = (distance > 0) & (distance <= _CHOSEN.near_deg) & np.isfinite(values)
     weight = np.where(is_near, 1 / np.maximum(distance, 1.0) ** 2, 0.0)

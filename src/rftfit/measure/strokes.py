@@ -14,7 +14,7 @@ import numpy as np
 from rftfit.campaign.config import Arm
 from rftfit.campaign.sheet import Run
 from rftfit.conventions import FloatArray, direction, intrusion_angle, mirror, wrap_gamma
-from rftfit.directions import SAME_DEPTH_CM
+from rftfit.directions import SAME_DEPTH_CM, beta_apart
 from rftfit.measure.clocks import is_encoder_noise, moving_spans
 from rftfit.measure.flags import Refused
 from rftfit.measure.levels import median
@@ -406,8 +406,8 @@ def _check_plate(motion: IntruderPath, start: float, end: float, run: Run, arm: 
     """Refuse a plate at another angle, or a horizontal run at another depth, than the run sheet states."""
     inside = (motion.time >= start) & (motion.time <= end)
     beta = math.degrees(median(motion.angle[inside]))
-    angle_error_deg = (beta - run.beta_deg + 90) % 180 - 90
-    if math.isfinite(run.beta_deg) and abs(angle_error_deg) > arm.angle_tolerance_deg:
+    angle_error_deg = abs(float(beta_apart(beta, run.beta_deg)))
+    if math.isfinite(run.beta_deg) and angle_error_deg > arm.angle_tolerance_deg:
         tolerance = arm.angle_tolerance_deg
         raise Refused("other-angle", found=beta, stated=run.beta_deg, tolerance=tolerance)
     if run.direction == "horizontal":

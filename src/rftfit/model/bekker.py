@@ -85,7 +85,9 @@ class PressureSinkage:
         return {"law": law, **asdict(self)}
 
 
-def pressure_sinkage(fits: pd.DataFrame, width_cm_of_run: Mapping[str, float]) -> PressureSinkage:
+def pressure_sinkage(
+    fits: pd.DataFrame, width_cm_of_run: Mapping[str, float], tolerance_deg: float
+) -> PressureSinkage:
     """Fit Bekker's law to the pushes of a medium.
 
     Parameters
@@ -94,13 +96,15 @@ def pressure_sinkage(fits: pd.DataFrame, width_cm_of_run: Mapping[str, float]) -
         The table `Medium.fits`; only its pushes at (0, 90 deg) are used.
     width_cm_of_run : mapping of str to float
         Width b of the plate of each run.
+    tolerance_deg : float
+        Tolerance of angles of the campaign's grid.
 
     Raises
     ------
     InputError
         If no push straight down has a fitted power of depth.
     """
-    is_push = is_straight_down(fits["beta_deg"], fits["gamma_deg"])
+    is_push = is_straight_down(fits["beta_deg"], fits["gamma_deg"], tolerance_deg)
     # columns of the line with a free intercept; both `_percent` columns compare the stress of a law at the end of the
     # fitted window with the stress of the line through zero
     free_line = ["intercept_z_N_per_cm2", "free_slope_z_N_per_cm3", "free_stress_z_percent"]

@@ -308,7 +308,7 @@ def same_direction_or_mirror(
     for image, sign in (((beta, gamma), 1.0), (mirror(beta, gamma), -1.0)):
         image_deg = np.degrees([float(angle) for angle in image])
         off_gamma_deg = (np.degrees(gammas) - image_deg[1] + 180) % 360 - 180
-        is_near = same_direction(np.degrees(betas), off_gamma_deg, image_deg[0], 0.0)
+        is_near = same_direction(np.degrees(betas), off_gamma_deg, image_deg[0], 0.0, TOLERANCE_DEG)
         nodes.append(np.flatnonzero(is_near))
         signs.append(np.full(nodes[-1].size, sign))
     places, first_places = np.unique(np.concatenate(nodes), return_index=True)

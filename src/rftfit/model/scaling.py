@@ -17,6 +17,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from rftfit.conventions import FloatArray
+from rftfit.directions import TOLERANCE_DEG
 from rftfit.measure.alpha import alpha_columns, cell_at, column, directions, flagged, rows_at
 from rftfit.measure.flags import Remark, format_remarks, quoted, remark
 from rftfit.measure.slopes import student_quantile
@@ -275,7 +276,9 @@ def _by_least_squares() -> Reference:
         angles, alpha = directions(columns), alpha_columns(columns)
         keep = fourier.kept_terms(fourier.fit_lsq(*angles, *alpha), PAPER_RULE)
         fits[medium] = fourier.fit_lsq(*angles, *alpha, keep)
-        chi[medium] = float(chi_of(alpha[0][rows_at(columns, 0, 90)[0]], fits[medium]))
+        chi[medium] = float(
+            chi_of(alpha[0][rows_at(columns, 0, 90, TOLERANCE_DEG)[0]], fits[medium])
+        )
     m0 = generic(np.stack(list(fits.values())))
     return reference_from(
         "published Table S5, method lsq",
@@ -583,7 +586,7 @@ class MediumFit:
     @property
     def alpha_z_draws(self) -> FloatArray:
         """Draws of `alpha_z` within its error, shape (draws,)."""
-        cell = cell_at(self.table, 0, 90)
+        cell = cell_at(self.table, 0, 90, self.config.grid.angle_tolerance_deg)
         if self.reason or cell is None:
             return np.full(self.config.fourier.draws, np.nan)
         return self._alpha_draws[0][:, self.table.index.get_loc(cell.name)]
@@ -652,7 +655,7 @@ def fit_terms(table: pd.DataFrame, config: Config, method: str) -> MediumFit:
             with contextlib.suppress(ValueError):  # too few cells are left
                 unflagged = unflagged_z, unflagged_x
                 without_flagged = _fit_coefficients(method, angles, unflagged, keep)
-    cell = cell_at(table, 0, 90)
+    cell = cell_at(table, 0, 90, config.grid.angle_tolerance_deg)
     measured = np.nan if cell is None else float(cell[column("z")])
     numbers = full, keep, used, measured
     return MediumFit(_medium_of(table), method, *numbers, table, config, why, without_flagged)

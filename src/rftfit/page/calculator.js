@@ -221,7 +221,7 @@ function startCalculator(data) {
   legBox?.addEventListener("change", showCurves);
   addEventListener("resize", showCurves);
   // what the campaign itself measured straight down, where it did: its media come first, with their own zeta
-  const down = Object.fromEntries(Object.entries(data.alpha).map(([name, { beta_deg, gamma_deg, z }]) => [name, z[beta_deg.indexOf(0)]?.[gamma_deg.indexOf(90)]]));
+  const down = data.down;
   const known = data.media.filter(({ key }) => down[key] > 0 && data.zeta[key][0] !== null && Object.keys(data.profiles[key]).length);
   fillSelect(mediumBox, [...known.map(({ key, title }) => [key, title]), ["", "from one push"]], known[0]?.key ?? "");
   if (!known.length) alphaBox.value = say(Object.values(down).find((v) => v > 0) ?? 0.35, 4);

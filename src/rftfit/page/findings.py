@@ -73,7 +73,7 @@ def _find_verdicts(results: Results) -> Iterable[PageFinding]:
     confidence = results.config.fit.confidence
     alpha_cells = []
     for name in labels.usable_media(results, results.media):
-        cell = cell_at(results[name].alpha, 0.0, 90.0)
+        cell = cell_at(results[name].alpha, 0, 90, results.config.grid.angle_tolerance_deg)
         if cell is not None and math.isfinite(cell["alpha_z_N_per_cm3"]):
             alpha_cells.append((float(cell["alpha_z_N_per_cm3"]), name, cell))
     alpha_cells.sort(key=lambda alpha_cell: alpha_cell[0])
@@ -99,7 +99,10 @@ def _describe_lost_pushes(results: Results) -> Iterable[str]:
     """Name the media whose pushes straight down were all dropped, each with the most frequent reason."""
     for name in results.media:
         fits = results[name].fits
-        pushes = fits[is_straight_down(fits["beta_deg"], fits["gamma_deg"])]
+        is_down = is_straight_down(
+            fits["beta_deg"], fits["gamma_deg"], results.config.grid.angle_tolerance_deg
+        )
+        pushes = fits[is_down]
         if pushes.empty or pushes[column("z")].notna().any():
             continue
         reason = pushes["reason"].mode().iloc[0]

@@ -13,7 +13,7 @@ import pandas as pd
 
 from rftfit.campaign.config import Leg
 from rftfit.conventions import FloatArray
-from rftfit.directions import TOLERANCE_DEG, beta_apart
+from rftfit.directions import beta_apart
 from rftfit.figures.labels import PROFILES, name_of, usable_media
 from rftfit.figures.maps import cells_of_map, kept_coefficients, lies_on_grid
 from rftfit.forces.motion import THETA_DEG, rotation
@@ -21,7 +21,7 @@ from rftfit.forces.outlines import leg_outline
 from rftfit.forces.peaks import Peak
 from rftfit.forces.planning import plan
 from rftfit.forces.prediction import predict_with_peaks
-from rftfit.measure.alpha import column
+from rftfit.measure.alpha import cell_at, column
 from rftfit.measure.flags import Flags, Remark, format_remarks, reason_of
 from rftfit.measure.lab_frame import measures_force_x
 from rftfit.measure.slopes import normal_quantile, student_quantile
@@ -130,8 +130,9 @@ def lacks_directions(results: Results, medium: str) -> bool:
         return False
     table = TableProfile.from_table(results[medium].alpha)
     beta, gamma = np.radians(np.meshgrid(BETA_DEG, GAMMA_DEG))
+    tolerance_deg = results.config.grid.angle_tolerance_deg
     # the neighbours of a single lost direction are near enough: within this angle and the tolerance of angles
-    is_far = table.far_from_pushes(beta.ravel(), gamma.ravel(), FAR_DEG + TOLERANCE_DEG)
+    is_far = table.far_from_pushes(beta.ravel(), gamma.ravel(), FAR_DEG + tolerance_deg)
     return bool(is_far.any())
 
 
@@ -232,11 +233,23 @@ def live_data(results: Results) -> dict[str, Any]:
             )
             for medium in results.media
         },
+        "down": _alpha_straight_down(results),
         "push": _unit_push(results),
         "references": [
             _reference_parameters(reference, config.fit.confidence)
             for reference in scaling_references(results)
         ],
+    }
+
+
+def _alpha_straight_down(results: Results) -> dict[str, Any]:
+    """Collect alpha_z of the media that were pushed straight down."""
+    tolerance_deg = results.config.grid.angle_tolerance_deg
+    cells = {medium.name: cell_at(medium.alpha, 0, 90, tolerance_deg) for medium in results}
+    return {
+        name: _round_number(float(cell[column("z")]), CURVE_DIGITS)
+        for name, cell in cells.items()
+        if cell is not None
     }
 
 

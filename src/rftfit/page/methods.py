@@ -309,7 +309,7 @@ def _describe_held_errors(results: Results) -> str:
         points = results.joined("fits/{medium}.csv")["n_points"]
         if results.config.table is not None and (points < FEWEST).all():
             treatment = f"take the depths of a direction, fewer than {FEWEST}, as independent"
-        opening = f"{level} {treatment}{errors}{_describe_named_errors(cells_with_error)}"
+        opening = f"{level} {treatment}{errors}{_describe_named_errors(cells_with_error, results.config.grid.angle_tolerance_deg)}"
     kinds = set(cells_with_error["spread"])
     assumed = f"{100 * USUAL_BED_SPREAD:g} %"
     if kinds == {AS_PREPARED}:
@@ -342,9 +342,11 @@ _ERROR_PHRASES = {
 }
 
 
-def _describe_named_errors(cells_with_error: pd.DataFrame) -> str:
+def _describe_named_errors(cells_with_error: pd.DataFrame, tolerance_deg: float) -> str:
     """Write the errors of alpha that no single log shows, each by its largest share of alpha_z(0, 90 deg) in any direction."""
-    is_down = is_straight_down(cells_with_error["beta_deg"], cells_with_error["gamma_deg"])
+    is_down = is_straight_down(
+        cells_with_error["beta_deg"], cells_with_error["gamma_deg"], tolerance_deg
+    )
     down = cells_with_error[is_down].groupby("medium")["alpha_z_N_per_cm3"].first()
     reference_alpha = cells_with_error["medium"].map(down)
     error_texts: list[str] = []

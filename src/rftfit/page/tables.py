@@ -221,17 +221,14 @@ def tabulate_alphas(results: Results) -> list[tuple[str, PageTable]]:
 def tabulate_at_depths(results: Results) -> PageTable:
     """Tabulate the media whose stress is no straight line of depth: alpha of a flat push straight down, at several depths."""
     depths, rows = results.config.fit.depths_cm, []
+    tolerance_deg = results.config.grid.angle_tolerance_deg
     for medium in results:
-        law = curved_law(
-            medium.fits,
-            results.table(f"checks/{medium.name}.csv"),
-            results.config.grid.angle_tolerance_deg,
-        )
+        law = curved_law(medium.fits, results.table(f"checks/{medium.name}.csv"), tolerance_deg)
         row: dict[str, Any] = {"medium": medium.name, "law": str(law)}
         if law is None:
             continue
         for depth, table in medium.alpha_at_depth.groupby("depth_cm"):
-            cell = cell_at(table, 0, 90)
+            cell = cell_at(table, 0, 90, tolerance_deg)
             if cell is not None and math.isfinite(cell[column("z")]):
                 row |= {f"{end}{depth:g}": cell[column("z", end)] for end in ("", "_lo", "_hi")}
         # a row without any alpha is left out
@@ -250,7 +247,7 @@ def _make_rows_of_media(results: Results) -> list[Row]:
     for medium in results:
         cells = medium.alpha[medium.alpha[column("z")].notna()]
         row: dict[str, Any] = {"directions": len(cells), "pushes": int(cells["n_runs"].sum())}
-        push = cell_at(medium.alpha, 0, 90)
+        push = cell_at(medium.alpha, 0, 90, results.config.grid.angle_tolerance_deg)
         row |= {} if push is None else {str(name): value for name, value in push.items()}
         is_sand = medium.name in results.sands
         row["other_window"] = _describe_other_window(results, row) if is_sand else ""
@@ -515,8 +512,9 @@ def tabulate_sands(results: Results) -> PageTable:
         numbers("Departure from a line", "nonlinear_z_ratio", note="reason", show=share),
     ]
     rows = _without_repeated_reasons(results, "sands.csv")
+    tolerance_deg = results.config.grid.angle_tolerance_deg
     for row in rows:
-        cell = cell_at(results[row["medium"]].alpha, 0, 90)
+        cell = cell_at(results[row["medium"]].alpha, 0, 90, tolerance_deg)
         # alpha of the cell is of this push and window alone: print its interval, which differs in degrees of freedom
         if cell is not None and row["window"] == "stated" and cell["run_ids"] == row["run_id"]:
             row |= {name: cell[name] for name in (column("z", "_lo"), column("z", "_hi"))}

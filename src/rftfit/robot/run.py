@@ -169,7 +169,7 @@ class Condition:
         hz, bend, phase = self.frequency_Hz, self.curvature_times_R, self.phase_turns
         most = HIGHEST_FREQUENCY_HZ
         checks = (
-            (abs(hz) <= most, f"frequency: found {hz:g}; allowed: 0 to {most:g} Hz"),
+            (abs(hz) <= most, f"frequency: found {hz:g}; allowed: {-most:g} to {most:g} Hz"),
             (abs(bend) <= 1, f"curvature R'/r: found {bend:g}; allowed: -1 (reversed c-leg) to 1"),
             (math.isfinite(phase), f"phase: found {phase:g}; allowed: a number of turns"),
         )

@@ -12,6 +12,7 @@ import numpy as np
 from pydantic import Field, field_validator, model_validator
 
 from rftfit.campaign.config import Model, Name, Number, Positive
+from rftfit.campaign.presence import CONFIG
 from rftfit.campaign.problems import CampaignError, choose, did_you_mean
 from rftfit.campaign.reading import read_model
 from rftfit.campaign.rows import DraftRow, Schema, TableColumn, read_rows
@@ -21,7 +22,6 @@ from rftfit.store.environment import shipped
 SETTINGS, ANSWER, README = "example.yaml", "answer.csv", "README.md"
 """The three files of an example."""
 
-CONFIG = "config/config.yaml"
 
 Domain = Literal["plates", "penetrations", "legs", "robot", "wheels"]
 DOMAINS = get_args(Domain)

@@ -11,11 +11,13 @@ import numpy as np
 import pandas as pd
 
 from rftfit.campaign.load import Campaign, load_campaign
+from rftfit.campaign.presence import CONFIG
 from rftfit.conventions import FloatArray
+from rftfit.measure.alpha import cell_at
 from rftfit.measure.slopes import NORMAL_95
 from rftfit.results import Results
 from rftfit.suite.cells import read_number
-from rftfit.suite.declared import CONFIG, NumberCells, Windows
+from rftfit.suite.declared import NumberCells, Windows
 from rftfit.workflow.measure import MEASURED, checks, slopes
 
 
@@ -119,7 +121,7 @@ def _alpha_in_window(
         results.hold(name.format(medium), table)
     alpha = checks(results, medium)[1]
     angles = float(key.get("beta_deg", 0)), float(key.get("gamma_deg", 90))
-    rows = alpha[(alpha["beta_deg"] == angles[0]) & (alpha["gamma_deg"] == angles[1])]
-    if rows.empty:
+    row = cell_at(alpha, *angles, config.grid.angle_tolerance_deg)
+    if row is None:
         return {}
-    return {str(name): "" if pd.isna(cell) else str(cell) for name, cell in rows.iloc[0].items()}
+    return {str(name): "" if pd.isna(cell) else str(cell) for name, cell in row.items()}

@@ -12,8 +12,9 @@ import pandas as pd
 
 from rftfit.errors import InputError
 from rftfit.outputs.dictionary import describe_file
-from rftfit.results import FOLDER, Tables
+from rftfit.results import Tables
 from rftfit.store.digests import sha256_of
+from rftfit.store.links import RESULTS
 from rftfit.store.text import count, first_of, table
 from rftfit.workflow.changed_cells import find_changed_cells, share_of_change
 from rftfit.workflow.provenance import Change, changes_between, format_changes, read_provenance
@@ -163,7 +164,7 @@ def compare_folders(first: Path, second: Path) -> ResultsDiff:
         unrecorded += [
             folder / name
             for name in sorted(names_of_folder.intersection(compared))
-            if written.get(f"{FOLDER}/{name}") != sha256_of(folder / name)
+            if written.get(f"{RESULTS}/{name}") != sha256_of(folder / name)
         ]
     changes = changes_between(*(state for state, _ in records))
     return ResultsDiff(differences, changes, alone, unrecorded, since)
@@ -184,7 +185,7 @@ def _list_changed_since(folder: Path, jobs: dict[str, Any]) -> list[str]:
 
 def _find_results(folder: Path) -> Path:
     """Find the folder of results: the one in a campaign's folder, or the folder itself."""
-    for candidate in (folder / FOLDER, folder):
+    for candidate in (folder / RESULTS, folder):
         if (candidate / "provenance.json").is_file():
             return candidate.resolve()
     raise InputError(f"{folder}: no results of `rftfit run` there (no provenance.json)")
@@ -208,7 +209,7 @@ def _compare_tables(
     name: str, first: pd.DataFrame, second: pd.DataFrame, keys: tuple[str, ...]
 ) -> list[Difference]:
     """List the numbers that differ between two tables of one name; `keys` are columns that name a row."""
-    output = describe_file(f"{FOLDER}/{name}")
+    output = describe_file(f"{RESULTS}/{name}")
     assert output is not None
     index = [key for key in keys if key in first and key in second]
     if not index:

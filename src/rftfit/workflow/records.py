@@ -15,14 +15,14 @@ from functools import cached_property
 from pathlib import Path
 
 from rftfit.errors import OutputError
-from rftfit.results import FOLDER
 from rftfit.store import files, write_text
 from rftfit.store.digests import digests_of_files
+from rftfit.store.links import RESULTS
 from rftfit.workflow.stages import LAST, RULES
 from rftfit.workflow.state import STATES, States, job_name
 
-RECORDS = f"{FOLDER}/records"
-_NO_RESULTS = tuple(f"{FOLDER}/{name}/" for name in ("records", "state", "logs"))
+RECORDS = f"{RESULTS}/records"
+_NO_RESULTS = tuple(f"{RESULTS}/{name}/" for name in ("records", "state", "logs"))
 """Folders whose files are no results: records, states and logs of jobs."""
 
 
@@ -241,7 +241,7 @@ class Recorded:
 
     def list_foreign_files(self) -> list[str]:
         """List files below ``results/`` that no job of this campaign wrote: a user's, or left from an earlier configuration."""
-        paths = (self.root / FOLDER).rglob("[!.]*")
+        paths = (self.root / RESULTS).rglob("[!.]*")
         names = (path.relative_to(self.root).as_posix() for path in paths if path.is_file())
         return sorted(
             name for name in names if name not in self.maker and not name.startswith(_NO_RESULTS)
@@ -290,7 +290,7 @@ class Recorded:
     def bring_times_back(self) -> None:
         """Set results and states that are dated in the future to one time just past, so that what is made now is newer."""
         now_s = time.time()
-        for folder in (FOLDER, STATES):
+        for folder in (RESULTS, STATES):
             for path in (self.root / folder).rglob("*"):
                 with suppress(FileNotFoundError):
                     if path.lstat().st_mtime > now_s and path.is_file():

@@ -17,9 +17,8 @@ import pandas as pd
 
 from rftfit.campaign.problems import join_words
 from rftfit.errors import InputError, RftfitError
-from rftfit.results import FOLDER
 from rftfit.store import copy_file
-from rftfit.store.links import link_folder
+from rftfit.store.links import RESULTS, link_folder
 from rftfit.store.tables import read_cells, read_parquet
 from rftfit.store.text import count, first_of
 from rftfit.workflow.changed_cells import find_changed_cells
@@ -137,7 +136,7 @@ def _copy_settings(states: States, root: Path) -> Path:
     named_paths = [campaign.sheet, *(campaign.root / name for name in states.robot_files)]
     for path in dict.fromkeys([*settings, *named_paths]):
         name = path.relative_to(campaign.root)
-        if not name.is_relative_to(raw) and not name.is_relative_to(FOLDER):
+        if not name.is_relative_to(raw) and not name.is_relative_to(RESULTS):
             copy_file(path, root / name)
     link_folder(root / raw, campaign.raw.resolve())
     return root / config.relative_to(campaign.root)

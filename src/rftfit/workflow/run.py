@@ -17,8 +17,7 @@ from rftfit.campaign.problems import join_words
 from rftfit.errors import InputError, OutputError, WorkflowError
 from rftfit.measure.long_logs import MOST_ROWS
 from rftfit.measure.read import readers
-from rftfit.results import FOLDER
-from rftfit.store.links import put_results_at
+from rftfit.store.links import RESULTS, put_results_at
 from rftfit.workflow.processes import stale_lock
 from rftfit.workflow.records import OutdatedResult, Recorded
 from rftfit.workflow.snakemake import (
@@ -116,7 +115,7 @@ class Workflow:
 
     def add_printed(self) -> None:
         """Make the figures for a paper too, beside the targets, or all results where there are none."""
-        self.targets = [*(self.targets or [f"{FOLDER}/{LAST}.json"]), *self.states.printed]
+        self.targets = [*(self.targets or [f"{RESULTS}/{LAST}.json"]), *self.states.printed]
 
     def run(self) -> Progress:
         """Make all results that are missing or out of date."""
@@ -287,7 +286,7 @@ def describe_memory(states: States, recorded: Recorded) -> list[str]:
     """Say how much memory it takes to read the logs of media that need much, or hold a long log, and are not read yet."""
     lines = []
     for medium in states.campaign.media_with_runs:
-        if recorded.is_current(f"{FOLDER}/traces/{medium}.parquet"):
+        if recorded.is_current(f"{RESULTS}/traces/{medium}.parquet"):
             continue
         need = states.memory(medium)
         if need.megabytes < _MUCH_MB and not need.long_logs:

@@ -24,14 +24,13 @@ from rftfit.figures.registry import Declared, figures
 from rftfit.figures.style import PAPER
 from rftfit.logs.registry import DialectOrigin, origins
 from rftfit.measure.long_logs import MemoryNeed, memory_need
-from rftfit.results import FOLDER
 from rftfit.robot import PROFILES
 from rftfit.store import write_bytes
 from rftfit.store.digests import code_digest, digest_of, digests_of_files, plugin_digest, seal
-from rftfit.store.links import cut_shared_files, refuse_links
+from rftfit.store.links import RESULTS, cut_shared_files, refuse_links
 from rftfit.workflow.stages import ALL, EVERY, FOLDER_BY_RULE, LAST, OWN, PRINT_RULES, STAGES, Stage
 
-STATES = f"{FOLDER}/state"
+STATES = f"{RESULTS}/state"
 HANDED = "RFTFIT_CAMPAIGN"
 """Environment variable: path of the file with the campaign that `rftfit run` has read, a space, the seal of its bytes."""
 
@@ -109,7 +108,7 @@ class States:
     def printed(self) -> list[str]:
         """Paths of the files for a paper of all figures of a whole run, from the campaign's folder."""
         return [
-            f"{FOLDER}/{path}.{ending}"
+            f"{RESULTS}/{path}.{ending}"
             for path, (figure, _) in self.figures.items()
             if not figure.on_demand
             for ending in PAPER

@@ -79,7 +79,8 @@ def legs_predicted(results: Results) -> tuple[pd.DataFrame, ...]:
     }
     no_curve = pd.DataFrame(columns=PREDICTED_COLUMNS)
     curves = pd.concat(tables_with_rows, ignore_index=True) if tables_with_rows else no_curve
-    spread = {medium.name: bed_spread(medium.alpha) for medium in media}
+    tolerance_deg = results.config.grid.angle_tolerance_deg
+    spread = {medium.name: bed_spread(medium.alpha, tolerance_deg) for medium in media}
     measured = results.joined("legs/{medium}.csv")
     errors_of_measured_peaks = {
         (medium.name, *key): errors
@@ -171,7 +172,7 @@ def validate(results: Results) -> pd.DataFrame:
         return pd.DataFrame(columns=ITEM_COLUMNS)
     tables = {medium: results[medium].alpha for medium in results.laboratory}
     scaled = results.table("penetration.csv")
-    items = compare_alpha(tables, published_as)
+    items = compare_alpha(tables, published_as, config.grid.angle_tolerance_deg)
     items += compare_coefficients(results.table("coefficients.csv"), published_as)
     items += compare_penetration(scaled, published_as)
     legs = results.table("leg_errors.csv"), results.joined("legs/{medium}.csv")

@@ -10,7 +10,7 @@ from typing import Any
 
 from rftfit.campaign.problems import did_you_mean, join_words
 from rftfit.errors import InputError
-from rftfit.results import FOLDER
+from rftfit.store.links import RESULTS
 from rftfit.store.text import count, first_of
 from rftfit.workflow.closing import list_others
 from rftfit.workflow.provenance import (
@@ -111,7 +111,7 @@ def verify_results(now: Recorded, results: Sequence[Path]) -> Verified:
 
     `results`: Files and folders whose results are compared; empty for all.
     """
-    recorded, data = read_provenance(now.root / FOLDER)
+    recorded, data = read_provenance(now.root / RESULTS)
     changes = changes_between(recorded, present_provenance(now.states))
     verified = Verified(now, (), changes, recorded.versions, data.get("commit", ""))
     # a name may also ask for a result that a whole run does not make, such as a figure for a paper
