@@ -378,23 +378,31 @@ def library_errors(path: Path, what: str) -> Iterator[None]:
         yield
     except (LogError, GeneratorExit):
         raise
-    except FileNotFoundError:
-        raise LogError("missing", f"{path}: log missing") from None
     except Exception as error:
         if isinstance(error, OSError) and error.errno in _SYSTEM_ERRNOS:
             raise system_refusal(path, error) from error
         raise LogError("damaged", f"{path}: {what}: {on_one_line(error)}") from error
 
 
-_SYSTEM_ERRNOS = (errno.EMFILE, errno.ENFILE, errno.EACCES, errno.EPERM, errno.EISDIR, errno.EIO)
-"""Errors of the operating system that do not come from the content of a file: no access, no handle, a bad disk."""
+_SYSTEM_ERRNOS = (
+    errno.ENOENT,
+    errno.EMFILE,
+    errno.ENFILE,
+    errno.EACCES,
+    errno.EPERM,
+    errno.EISDIR,
+    errno.EIO,
+)
+"""Errors of the operating system that do not come from the content of a file: no file, no access, no handle, a bad disk."""
 
 
 def system_refusal(path: Path, error: OSError) -> LogError:
-    """Make the error for a file that the operating system does not let us read.
+    """Make the error for a file that is not there, or that the operating system does not let us read.
 
     Too many open files get a code of their own, since they are no fault of the log.
     """
+    if isinstance(error, FileNotFoundError):
+        return LogError("missing", f"{path}: log missing")
     code = NO_HANDLE if error.errno in (errno.EMFILE, errno.ENFILE) else "unreadable"
     return LogError(code, f"{path}: cannot be read: {error.strerror}")
 
@@ -409,8 +417,6 @@ def file_errors(path: Path) -> Iterator[None]:
     """Turn errors of the file system into a `LogError`."""
     try:
         yield
-    except FileNotFoundError:
-        raise LogError("missing", f"{path}: log missing") from None
     except OSError as error:
         raise system_refusal(path, error) from error
 

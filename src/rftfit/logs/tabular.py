@@ -392,8 +392,10 @@ class ParquetReader(LabelledReader):
                 )
             count = sum(len(columns.names) for columns in chosen.values())
             check_unpacked(path, 8 * count * file.metadata.num_rows)
+            fields_of_file = file.schema_arrow.names
             sources = [
-                (file.schema_arrow.names[place], words) for place, words in self._sources(file)
+                (fields_of_file[place], words)
+                for place, words in places_of(self.where, names_and_units(fields_of_file)[0])
             ]
             label_fields = self._label_fields(file, chosen)
             read = list(dict.fromkeys([*chosen, *(name for name, _ in sources), *label_fields]))
@@ -447,10 +449,6 @@ class ParquetReader(LabelledReader):
                     log = log.take(meant, OTHER_SOURCE)
                 yield log.without_blanks(blank, keeps_blanks=self.keeps_blanks)
 
-    def _sources(self, file: Any) -> tuple[tuple[int, tuple[str, ...]], ...]:
-        """Return the place of each column of `where`, and the words that choose rows."""
-        return places_of(self.where, names_and_units(file.schema_arrow.names)[0])
-
     def _label_fields(self, file: Any, chosen: Collection[str]) -> dict[str, str]:
         """Return the columns that may say where a row is from: field of the file to the name of the column.
 
@@ -465,16 +463,11 @@ class ParquetReader(LabelledReader):
             if field.name in chosen or name in self.where:
                 continue
             if _is_of_texts(kind) or (
-                (types.is_integer(kind) or types.is_boolean(kind)) and _may_be_labels(file, field)
+                (types.is_integer(kind) or types.is_boolean(kind))
+                and may_be_labels(_read_numbers(_first_rows(file)[field.name])[0])
             ):
                 fields[field.name] = name
         return fields
-
-
-def _may_be_labels(file: Any, field: Any) -> bool:
-    """Return whether the first rows of a field have so few whole numbers that they may be labels."""
-    numbers = _read_numbers(_first_rows(file)[field.name])[0]
-    return may_be_labels(numbers)
 
 
 class _Field(NamedTuple):
