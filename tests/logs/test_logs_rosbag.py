@@ -36,6 +36,7 @@ TYPES = STORE.types
 Time, Header = TYPES["builtin_interfaces/msg/Time"], TYPES["std_msgs/msg/Header"]
 Vector, Wrench = TYPES["geometry_msgs/msg/Vector3"], TYPES["geometry_msgs/msg/Wrench"]
 WRENCH, JOINTS = "geometry_msgs/msg/WrenchStamped", "sensor_msgs/msg/JointState"
+LOST = "lost messages (gap in header.seq)"
 
 
 def wrench(index, frame="sensor", *, little_endian=True):
@@ -190,22 +191,31 @@ def test_several_topics(tmp_path):
         RosBagReader().with_options({"topics": "/right"})
 
 
-def test_packets_that_a_counter_misses(tmp_path):
+@pytest.mark.parametrize(
+    ("numbers", "missing"),
+    [
+        ([1, 2, 3, 7, 8, 10], {LOST: 4}),
+        # a late message was not lost, and a counter begins anew after 2^32 - 1
+        ([1, 2, 4, 3, 5], {}),
+        ([2**32 - 2, 2**32 - 1, 0, 2], {LOST: 1}),
+    ],
+)
+def test_packets_that_a_counter_misses(tmp_path, numbers, missing):
     store: Any = typesys.get_typestore(typesys.Stores.ROS1_NOETIC)
-    types, numbers = store.types, [1, 2, 3, 7, 8, 10]
+    types = store.types
     vector = types["geometry_msgs/msg/Vector3"](1.0, 2.0, 3.0)
     force = types["geometry_msgs/msg/Wrench"](vector, vector)
     with rosbag1.Writer(tmp_path / "a.bag") as bag:
         connection = bag.add_connection("/wrench", WRENCH, typestore=store)
-        for number in numbers:
-            stamp = types["builtin_interfaces/msg/Time"](number, 0)
+        for second, number in enumerate(numbers, start=1):
+            stamp = types["builtin_interfaces/msg/Time"](second, 0)
             header = types["std_msgs/msg/Header"](seq=number, stamp=stamp, frame_id="")
             raw = store.serialize_ros1(types[WRENCH](header, force), WRENCH)
-            bag.write(connection, number * 10**9, raw)
+            bag.write(connection, second * 10**9, raw)
     log = RosBagReader().load(tmp_path / "a.bag")
-    assert log.missing == {rosbag.LOST: 4}
-    # a lost packet is a gap, not a shifted clock
-    assert log.columns["time"].tolist() == numbers
+    assert log.missing == missing
+    # the time is the stamp, whatever the counter says
+    assert log.columns["time"].tolist() == [*range(1, len(numbers) + 1)]
 
 
 @cache
@@ -360,6 +370,15 @@ def test_times_of_ros_are_in_seconds(name):
     topic = rosbag.Topic("/goal", "geometry_msgs/msg/PoseStamped", {}, [], False, False)
     assert rosbag.unit_of(name, topic) == "s"
     assert rosbag.unit_of("goal.header.seq", topic) == ""
+
+
+def test_units_that_ros_lays_down_are_those_of_csv_and_bag():
+    fields = STORE.fielddefs
+    imu = rosbag.Topic("/imu", "sensor_msgs/msg/Imu", fields, [], True, False)
+    assert rosbag.unit_of("angular_velocity.x", imu) == "rad/s"
+    assert rosbag.unit_of("linear_acceleration.z", imu) == "m/s^2"
+    twist = rosbag.Topic("/twist", "geometry_msgs/msg/TwistStamped", fields, [], True, False)
+    assert rosbag.unit_of("twist.angular.y", twist) == "rad/s"
 
 
 def test_a_folder_with_a_record_of_any_size_is_refused(tmp_path, monkeypatch):

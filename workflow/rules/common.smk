@@ -2,7 +2,7 @@
 import re
 
 from rftfit.robot import PROFILES
-from rftfit.workflow.state import guard_written, read_states
+from rftfit.workflow.state import LEAST_MB, guard_written, read_states
 
 CONFIG = config.get("campaign", "config/config.yaml")
 STATES, _ = read_states(Path(CONFIG))
@@ -16,10 +16,6 @@ FIGURES = STATES.figures
 
 # A job's state: a file that is written anew only when code, settings, rows or logs change.
 state_of = STATES.input_of
-
-
-# Memory that a cluster gives to a stage of a medium, at least.
-LEAST_MB = 1000
 
 
 def memory_of(wildcards):

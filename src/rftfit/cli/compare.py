@@ -9,13 +9,10 @@ import typer
 
 import rftfit
 from rftfit.cli import options
-from rftfit.cli.output import check_picture, json_text, print_line, write_picture
+from rftfit.cli.output import check_picture, print_answer, print_line, write_picture
 
 _DRAWN = "drawn by rftfit compare"
 """Mark in a figure: only figures with it are overwritten unasked."""
-
-_MOST = 5
-"""Most directions that are listed without --all."""
 
 
 def compare(
@@ -42,10 +39,7 @@ def compare(
     options.check_confidence(confidence)
     check_picture(figure, _DRAWN, force)
     comparison = rftfit.compare_media(first, second, confidence)
-    if as_json:
-        print_line(json_text(comparison.as_dict()))
-    else:
-        print_line(comparison.summary(None if all_ else _MOST))
+    print_answer(comparison, as_json, None if all_ else 5)
     if figure is not None:
         from rftfit.figures.comparison import draw_comparison
 

@@ -8,10 +8,7 @@ from typing import Annotated
 import typer
 
 from rftfit.cli import options
-from rftfit.cli.output import json_text, print_line
-
-_MOST = 10
-"""Most numbers that are listed without --all."""
+from rftfit.cli.output import print_answer
 
 
 def diff(
@@ -29,8 +26,4 @@ def diff(
     """
     from rftfit.workflow.diff import compare_folders
 
-    comparison = compare_folders(first, second)
-    if as_json:
-        print_line(json_text(comparison.as_dict()))
-    else:
-        print_line(comparison.summary(None if all_ else _MOST))
+    print_answer(compare_folders(first, second), as_json, None if all_ else 10)

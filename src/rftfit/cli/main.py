@@ -17,6 +17,7 @@ import platform
 import sys
 import tempfile
 import traceback
+from collections.abc import Callable
 from pathlib import Path
 
 from rftfit.cli import exit_codes
@@ -33,14 +34,12 @@ atexit.register(gc.freeze)
 CRASH_FILE = "rftfit-crash-"
 """Beginning of the name of a report; the rest is random, so that nobody else can have put a link there."""
 
-_LONGEST = 300
-"""Most characters of an error that are printed."""
-
 
 def crash_message(error: BaseException, words: list[str]) -> str:
     """Write the report of an unexpected error to a file; returns a message with the error and the file's path."""
     text = " ".join(str(error).split()) or "no further text"
-    text = text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
+    longest = 300
+    text = text if len(text) <= longest else f"{text[:longest]}..."
     message = f"Unexpected error: {type(error).__name__}: {text}\n"
     report = (
         f"rftfit {__version__}, Python {platform.python_version()}, {platform.platform()}\n"
@@ -69,21 +68,19 @@ def _write_crash_report(text: str) -> Path | None:
     Never into the current folder, which somebody else may have filled.
     """
     # seldom needed
+    from rftfit.store.environment import user_cache
     from rftfit.store.files import write_report
 
-    for find_folder in (_user_cache, lambda: Path(tempfile.gettempdir())):
+    find_folders: tuple[Callable[[], Path], ...] = (
+        lambda: user_cache() / "crashes",
+        lambda: Path(tempfile.gettempdir()),
+    )
+    for find_folder in find_folders:
         try:
             return write_report(find_folder(), CRASH_FILE, text)
         except (OSError, ValueError):
             continue
     return None
-
-
-def _user_cache() -> Path:
-    """Return the folder of the user's cache for this program."""
-    import pooch  # slow to import, and seldom needed
-
-    return Path(pooch.os_cache("rftfit")) / "crashes"
 
 
 def quiet_standard_output() -> None:

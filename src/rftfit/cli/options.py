@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 import math
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import wraps
 from pathlib import Path
@@ -98,6 +98,7 @@ Overwrite = Annotated[
 ]
 Level = Annotated[float, number_option("LEVEL", "Level of the intervals.")]
 
+MeshUnit = Annotated[str | None, typer.Option(metavar="UNIT", help="Of the mesh: mm, cm, m or in.")]
 RimRadius = Annotated[
     float | None,
     number_option(
@@ -189,6 +190,11 @@ def grouped(command: Callable[..., None]) -> Callable[..., None]:
     run.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
     run.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
     return run
+
+
+def name_given(values: Mapping[str, object]) -> list[str]:
+    """Name the options that were given: those with a value other than None and False."""
+    return [option for option, value in values.items() if value is not None and value is not False]
 
 
 def check_confidence(confidence: float) -> None:
@@ -295,9 +301,14 @@ class MediumOptions:
 
     def check(self, se: float | None = None) -> None:
         """Refuse options that do not go together; `se`: standard error of --alpha."""
-        given: dict[str, object] = {"--medium": self.medium, "--alpha": self.alpha}
-        given |= {"--pushes": self.pushes, "--profile-file": self.profile_file}
-        sources_given = [option for option, value in given.items() if value is not None]
+        sources_given = name_given(
+            {
+                "--medium": self.medium,
+                "--alpha": self.alpha,
+                "--pushes": self.pushes,
+                "--profile-file": self.profile_file,
+            }
+        )
         if len(sources_given) != 1:
             raise InputError(
                 f"found {' and '.join(sources_given) or 'no medium'}; allowed: one of --medium NAME (published, or "
@@ -305,7 +316,7 @@ class MediumOptions:
                 "pushes) and --profile-file FILE (written by rftfit export)"
             )
         choices = {"--profile": self.profile, "--results": self.results, "--method": self.method}
-        choices_given = [name for name, value in choices.items() if value is not None]
+        choices_given = name_given(choices)
         if self.profile_file is not None and choices_given:
             raise InputError(
                 f"found {choices_given[0]} with --profile-file; allowed: that file alone"
@@ -369,24 +380,16 @@ class MediumOptions:
             return medium.profile(self.kind, self.method)
         return medium.as_profile(whole)
 
-    def given_pushes(self, se: float | None = None) -> tuple[str, Columns]:
-        """Return name and pushes of --pushes or --alpha; without `se` the one push of --alpha has the usual error."""
-        from rftfit.model.pushes import describe_push, one_push
-
-        if self.pushes is not None:
-            return PushOptions(self.pushes).read()
-        return describe_push(self.alpha or 0.0, se), one_push(self.alpha or 0.0, se)
-
-    def make_map(self, se: float | None = None, confidence: float = 0.95) -> Map:
+    def make_map(self, se: float | None = None) -> Map:
         """Estimate the map from --alpha or --pushes."""
-        name, pushes = self.given_pushes(se)
-        return estimate_map_of(name, pushes, shapes_in(self.results), confidence)
+        name, pushes = given_pushes(self.alpha, se, PushOptions(self.pushes))
+        return estimate_map_of(name, pushes, shapes_in(self.results))
 
     def _profile_of_pushes(self, se: float | None) -> Profile:
         """Estimate the map or the generic profile from --alpha or --pushes."""
         if self.kind == "map":
             return self.make_map(se).profile
-        name, pushes = self.given_pushes(se)
+        name, pushes = given_pushes(self.alpha, se, PushOptions(self.pushes))
         reference = reference_in(self.results, self.method)
         profile = scale_from_pushes(name, pushes, reference, 0.95).profile
         profile.beside = lambda: self.make_map(se).profile
@@ -444,20 +447,13 @@ class ContactOptions:
     mesh: Annotated[
         Path | None, file("The body of --contacts is a mesh: stl, obj or ply, with --unit.")
     ] = None
-    unit: Annotated[
-        str | None, typer.Option(metavar="UNIT", help="Of the mesh: mm, cm, m or in.")
-    ] = None
+    unit: MeshUnit = None
     body_of: BodyOf = None
 
     def read(self, body: BodyOptions) -> list[Contact]:
         """Read the contacts of the file; none without a file."""
-        options_given = [
-            *body.named,
-            *(["--mesh"] if self.mesh is not None else []),
-            *(["--hip"] if body.hip is not None else []),
-            *(["--width"] if body.width is not None else []),
-            *(["--body-of"] if self.body_of is not None else []),
-        ]
+        further = {"--mesh": self.mesh, "--hip": body.hip, "--width": body.width}
+        options_given = [*body.named, *name_given(further | {"--body-of": self.body_of})]
         if self.contacts is None:
             if options_given:
                 raise InputError(
@@ -482,6 +478,15 @@ class ContactOptions:
         for warning in warnings:
             warn(f"warning: {warning}")
         return contacts
+
+
+def given_pushes(alpha: float | None, se: float | None, table: PushOptions) -> tuple[str, Columns]:
+    """Return name and pushes of a table or of --alpha; without `se` the one push of --alpha has the usual error."""
+    if table:
+        return table.read()
+    from rftfit.model.shapes import describe_push, one_push
+
+    return describe_push(alpha or 0.0, se), one_push(alpha or 0.0, se)
 
 
 OF_PUSHES = ("map", "generic")
@@ -578,7 +583,7 @@ class BodyOptions:
     def named(self) -> list[str]:
         """Options given that name an outline."""
         given = {"--leg": self.leg, "--curvature": self.curvature, "--outline": self.outline}
-        return [option for option, value in given.items() if value is not None]
+        return name_given(given)
 
     def make_outline(self) -> Outline:
         """Make the outline: a model leg, a leg of a curvature R/r, or a csv of points."""

@@ -28,8 +28,8 @@ if TYPE_CHECKING:
 class Answer(Protocol):
     """Result of a command, for people and for scripts."""
 
-    def summary(self) -> str:
-        """Format the result for people."""
+    def summary(self, *most: Any, **_: Any) -> str:
+        """Format the result for people; `most`: Most entries of each list, for a result that has lists."""
 
     def as_dict(self) -> dict[str, Any]:
         """Return the result as plain numbers, words and lists."""
@@ -54,9 +54,9 @@ def format_comments(mark: str, notes: Iterable[str]) -> str:
     return first_line + "".join(f"# {' '.join(note.split())}\n" for note in notes if note)
 
 
-def print_answer(answer: Answer, as_json: bool, **files: str) -> None:
-    """Print an answer for people, or as JSON with the names of the files that are written."""
-    print_line(json_text(answer.as_dict() | files) if as_json else answer.summary())
+def print_answer(answer: Answer, as_json: bool, *most: int | None, **files: Any) -> None:
+    """Print an answer for people, or as JSON with the names of the files that are written; `most`: as in `Answer`."""
+    print_line(json_text(answer.as_dict() | files) if as_json else answer.summary(*most))
 
 
 def write_csv(path: Path, columns: Columns, mark: str, notes: Iterable[str], digits: int) -> None:

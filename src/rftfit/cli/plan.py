@@ -22,8 +22,6 @@ _DRAWN = "drawn by rftfit plan"
 """Mark in a figure: only figures with it are overwritten unasked."""
 
 TARGETS = ("map", "zeta", "legs", "robot")
-_MOST = 60
-"""Most pushes of a plan."""
 
 
 @dataclass(frozen=True)
@@ -82,7 +80,7 @@ def plan(
             help="Weigh one turn of this model leg beside the pushes, if its force can be measured; may be repeated.",
         ),
     ] = None,
-    number: Annotated[int, typer.Option("--count", min=1, max=_MOST, help="Pushes to plan.")] = 8,
+    number: Annotated[int, typer.Option("--count", min=1, max=60, help="Pushes to plan.")] = 8,
     confidence: options.Level = 0.95,
     output: Annotated[Path, options.file("File of the rows for a run sheet.")] = Path("plan.csv"),
     figure: Annotated[Path | None, options.file("Also a figure: png, svg or pdf.")] = None,

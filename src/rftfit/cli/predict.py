@@ -70,9 +70,7 @@ class MeshOptions:
     ] = None
     rim: options.RimRadius = None
     no_track: options.NoTrack = False
-    unit: Annotated[
-        str | None, typer.Option(metavar="UNIT", help="Of the mesh: mm, cm, m or in.")
-    ] = None
+    unit: options.MeshUnit = None
     sheet: Annotated[
         bool, typer.Option("--sheet", help="The mesh is a thin sheet and need not be closed.")
     ] = False
@@ -82,28 +80,27 @@ class MeshOptions:
         """Refuse options of a mesh without one, and those of an outline with one."""
         if self.mesh is None:
             of_mesh = {
-                "--unit": self.unit is not None,
+                "--unit": self.unit,
                 "--sheet": self.sheet,
-                "--friction": self.friction is not None,
+                "--friction": self.friction,
                 "--figure": has_figure,
-                "--press": self.press is not None,
-                "--roll": self.roll is not None,
-                "--rim": self.rim is not None,
+                "--press": self.press,
+                "--roll": self.roll,
+                "--rim": self.rim,
                 "--no-track": self.no_track,
             }
-            if options_given := [option for option, is_given in of_mesh.items() if is_given]:
+            if options_given := options.name_given(of_mesh):
                 raise InputError(
                     f"found {options_given[0]} without --mesh FILE, to which it belongs"
                 )
             return
         of_outline = {"--width": body.width, "--hip": body.hip}
-        options_given = [option for option, number in of_outline.items() if number is not None]
-        if options_given := [*body.named, *options_given]:
+        if options_given := [*body.named, *options.name_given(of_outline)]:
             raise InputError(
                 f"found {' and '.join(options_given)} with --mesh; allowed: a mesh alone"
             )
         motions = {"--press": self.press, "--roll": self.roll, "--path": body.path}
-        motions_given = [option for option, motion in motions.items() if motion is not None]
+        motions_given = options.name_given(motions)
         if len(motions_given) > 1:
             raise InputError(f"found {' and '.join(motions_given)}; allowed: one of them")
         missing = []

@@ -64,7 +64,6 @@ def scale(
     for library in ("pandas", "numpy.f2py", "numpy.ma", "numpy.polynomial", "numpy.testing"):
         load_late(library)
     from rftfit.forces.medium_answer import answer_of_contacts, answer_of_pushes, answer_of_test
-    from rftfit.model.pushes import describe_push, one_push
 
     file = contact_options.contacts
     no_push = alpha is None and not push_options
@@ -90,10 +89,8 @@ def scale(
     pushes = None
     if no_push:
         name = str(file)
-    elif alpha is not None:
-        name, pushes = describe_push(alpha, se), one_push(alpha, se)
     else:
-        name, pushes = push_options.read()
+        name, pushes = options.given_pushes(alpha, se, push_options)
     if profile == "generic" and pushes is not None:
         scaled = options.scale_from_pushes(name, pushes, reference, confidence)
         answer = answer_of_test(scaled)

@@ -9,7 +9,7 @@ import typer
 
 import rftfit
 from rftfit.cli import options
-from rftfit.cli.output import check_target, json_text, print_line, warn, write_csv, write_picture
+from rftfit.cli.output import check_target, print_answer, print_line, warn, write_csv, write_picture
 from rftfit.errors import InputError, OutputError
 from rftfit.store.links import refuse_target_by_link
 
@@ -104,10 +104,7 @@ def simulate(
     files = {"motion": str(output / MOTION), "figure": str(output / FIGURE)}
     if animation:
         files["animation"] = str(output / "animation.gif")
-    if as_json:
-        print_line(json_text(answer.as_dict() | {"files": files}))
-    else:
-        print_line(answer.summary() + "\n")
+    print_answer(answer, as_json, files=files)
     for doubt in answer.doubts:
         warn(f"warning: {doubt}")
     # after the numbers are out: a folder that cannot be written must not hide them
@@ -116,7 +113,7 @@ def simulate(
     # in one format: to draw three would take longer than the run
     write_picture(output / FIGURE, draw_motion(answer.tail))
     if not as_json:
-        print_line(f"Motion and forces: {files['motion']}\nFigure: {files['figure']}")
+        print_line(f"\nMotion and forces: {files['motion']}\nFigure: {files['figure']}")
     if animation:
         shots, seconds = animate_run(
             body, source, run, SAMPLES, f"{body.title}, {answer.condition}"

@@ -10,16 +10,13 @@ import typer
 
 from rftfit.cli import options
 from rftfit.cli.exit_codes import NOT_AS_RECORDED
-from rftfit.cli.output import json_text, print_line
+from rftfit.cli.output import print_answer
 from rftfit.cli.run import shown_jobs
 from rftfit.errors import InputError
 
 if TYPE_CHECKING:
     from rftfit.workflow.remake import Remade
     from rftfit.workflow.verify import Verified
-
-_MOST = 5
-"""Most entries of each list without --all."""
 
 
 def verify(
@@ -57,7 +54,6 @@ def verify(
     from rftfit.workflow.state import read_states
 
     now = Recorded(read_states(config)[0])
-    most = None if all_ else _MOST
     if again:
         if results:
             raise InputError(
@@ -71,6 +67,6 @@ def verify(
         from rftfit.workflow.verify import verify_results
 
         answer = verify_results(now, results or [])
-    print_line(json_text(answer.as_dict()) if as_json else answer.summary(most))
+    print_answer(answer, as_json, None if all_ else 5)
     if not answer.is_as_recorded:
         raise typer.Exit(NOT_AS_RECORDED)

@@ -44,9 +44,7 @@ def wheel(
         Path | None,
         options.file("The wheel: stl, obj or ply; its axle lies along y through (0, 0, 0)."),
     ] = None,
-    unit: Annotated[
-        str | None, typer.Option(metavar="UNIT", help="Of the mesh: mm, cm, m or in.")
-    ] = None,
+    unit: options.MeshUnit = None,
     drawing: Annotated[
         str | None,
         typer.Option(

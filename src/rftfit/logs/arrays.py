@@ -17,18 +17,12 @@ import numpy as np
 from rftfit.conventions import FloatArray
 from rftfit.logs import base
 from rftfit.logs.beside import heed_labels, may_be_labels
-from rftfit.logs.mat5 import MOST_EXPANSION, MOST_OVERHEAD, NoArray, load_mat5
+from rftfit.logs.mat5 import MOST_EXPANSION, NoArray, load_mat5
 from rftfit.logs.quantities import names_and_units
-from rftfit.table.stamps import ns_to_s
+from rftfit.table.stamps import datetimes_to_s
 from rftfit.table.units import unit_word, units_like
 
-MOST_ARRAYS = 2000
-"""Most arrays of a file: each is opened, which takes as long as reading many rows of one."""
-MOST_COLUMNS = 64
-"""Most columns of a table: one with more is a picture or a field, and no log."""
-
-_MOST_NAME_BYTES = 128 << 20
-"""Most memory for the names, shapes and attributes of a file, bytes."""
+_BOUNDS = base.BOUNDS
 
 _HDF5, _NPY, _NPZ, _MAT5, _MAT7 = (
     b"\x89HDF\r\n\x1a\n",
@@ -159,8 +153,7 @@ class ArraysReader(base.Reader):
             notes.append(f"no arrays of numbers, left out: {', '.join(omitted)}")
         columns_to_read = self.choose_columns(columns)
         sizes = {name: values.size for name, values in columns.items() if name in columns_to_read}
-        # the most frequent length, and of several the largest
-        size = max(sizes.values(), key=lambda n: (list(sizes.values()).count(n), n), default=0)
+        size = base.most_frequent([*sizes.values()])
         omitted = [f"{name} ({n})" for name, n in sizes.items() if n != size]
         # columns that the config names must not be left out
         if omitted and set(columns_to_read) != set(columns):
@@ -211,18 +204,15 @@ def _limit_columns(path: Path, columns: NamedColumns) -> NamedColumns:
 
 def _refuse_many(path: Path, count: int) -> None:
     """Refuse a file with more arrays than a log may have."""
-    if count > MOST_ARRAYS:
-        text = f"more than {MOST_ARRAYS} arrays, which no log of a run has"
+    if count > _BOUNDS.arrays:
+        text = f"more than {_BOUNDS.arrays} arrays, which no log of a run has"
         raise base.LogError("too_large", f"{path}: {text}: save those of one run")
-
-
-_BLANK_BY_SHARE = 10
-"""NaN in at least one of this many rows means that rows have no value; a rarer NaN is damage."""
 
 
 def _has_blanks(is_nan: np.ndarray) -> bool:
     """Return whether the NaN of a column, shape (n,), are so many that they stand for no value."""
-    return bool(np.count_nonzero(is_nan) * _BLANK_BY_SHARE >= is_nan.size > 0 and not is_nan.all())
+    is_often = np.count_nonzero(is_nan) * base.FIRST.blank_by_share >= is_nan.size > 0
+    return bool(is_often and not is_nan.all())
 
 
 def _read_columns(path: Path, head: bytes, files: FilesApart) -> NamedColumns:
@@ -267,23 +257,19 @@ def _load_hdf5(path: Path) -> list[tuple[str, ArrayColumn | str]]:
     """Read the columns of a file, within limits of memory: the library allocates whatever a damaged file states."""
     import h5py
 
-    with base.limited_memory(_MOST_NAME_BYTES):
+    with base.limited_memory(_BOUNDS.names_bytes):
         file = h5py.File(path, "r")
     with file:
-        with base.limited_memory(_MOST_NAME_BYTES):
+        with base.limited_memory(_BOUNDS.names_bytes):
             tables = [*_tables_of_hdf5(path, file)]
         stated = sum(_unpacked_bytes(dataset.shape, dataset.dtype) for _, dataset, _ in tables)
-        most_bytes = min(_MOST_COPIES * stated, MOST_EXPANSION * path.stat().st_size)
-        with base.limited_memory(most_bytes + MOST_OVERHEAD):
+        most_bytes = min(_BOUNDS.array_copies * stated, MOST_EXPANSION * path.stat().st_size)
+        with base.limited_memory(most_bytes + _BOUNDS.library_bytes):
             return [
                 column
                 for name, dataset, attributes in tables
                 for column in _columns_of_dataset(name, dataset, attributes)
             ]
-
-
-_MOST_COPIES = 4
-"""Copies of all arrays that may be in memory while the attributes are applied."""
 
 
 def _tables_of_hdf5(path: Path, file: Any) -> Iterator[tuple[str, Any, dict[str, Any]]]:
@@ -296,7 +282,7 @@ def _tables_of_hdf5(path: Path, file: Any) -> Iterator[tuple[str, Any, dict[str,
         # h5py follows no link to another file here
         if isinstance(node, h5py.Dataset):
             datasets[name] = node
-        return len(datasets) > MOST_ARRAYS or None
+        return len(datasets) > _BOUNDS.arrays or None
 
     file.visititems(visit)
     _refuse_many(path, len(datasets))
@@ -484,8 +470,6 @@ def _outside_valid(stored: np.ndarray, attributes: Mapping[str, Any]) -> np.ndar
     return np.asarray((stored < low) | (stored > high))
 
 
-_SI_UNITS = ("N", "N m", "m", "s", "rad")
-"""SI units of the quantities that a log may have."""
 _DIMENSIONS: dict[tuple[float, ...], str] = {
     (1, 1, -2, 0, 0, 0, 0): "N",
     (2, 1, -2, 0, 0, 0, 0): "N m",
@@ -493,6 +477,8 @@ _DIMENSIONS: dict[tuple[float, ...], str] = {
     (0, 0, 1, 0, 0, 0, 0): "s",
 }
 """Powers of length, mass, time and so on, as `unitDimension` of openPMD states them, to the SI unit."""
+_SI_UNITS = (*_DIMENSIONS.values(), "rad")
+"""SI units of the quantities that a log may have."""
 
 
 def _unit_of_si(attributes: Any, unit: str, scale: float) -> tuple[str, bool]:
@@ -564,10 +550,10 @@ def _foreign_sources(dataset: Any, names_in_file: Collection[str]) -> list[str]:
 
 
 def _is_table(dataset: Any) -> bool:
-    """Return whether a dataset has numbers or records in one column, or in at most `MOST_COLUMNS` columns."""
+    """Return whether a dataset has numbers or records in one column, or in no more columns than a log may have."""
     shape = dataset.shape or ()  # None of a dataset without values
     wide = [length for length in shape if length > 1]
-    is_narrow = len(wide) < 2 or (len(wide) == 2 and min(wide) <= MOST_COLUMNS)
+    is_narrow = len(wide) < 2 or (len(wide) == 2 and min(wide) <= _BOUNDS.columns)
     is_numeric = dataset.dtype.kind in "biufV" and dataset.attrs.get("MATLAB_class", b"") != b"char"
     return bool(shape) and is_narrow and is_numeric
 
@@ -618,11 +604,11 @@ def _columns_of_array(path: str, value: Any, unit: str = "") -> NamedColumns:
     if array.dtype.kind not in "biufM" or array.size < 2:
         return
     if array.dtype.kind == "M":
-        array, unit = ns_to_s(array.astype("datetime64[ns]").astype(np.int64)), "s"
+        array, unit = datetimes_to_s(array), "s"
     shape = [length for length in array.shape if length > 1]
     if len(shape) == 1:
         yield path or "column 1", ArrayColumn(array.ravel(), unit)
-    elif len(shape) == 2 and min(shape) <= MOST_COLUMNS:
+    elif len(shape) == 2 and min(shape) <= _BOUNDS.columns:
         table: FloatArray = array.reshape(shape)
         # a log has more samples than columns; MATLAB and HDF5 transpose each other's tables
         for number, values in enumerate(table if shape[0] < shape[1] else table.T, start=1):
@@ -643,8 +629,8 @@ def _columns_of_cells(path: str, cell_path: str, array: np.ndarray, unit: str) -
     cells = [np.asanyarray(cell) for cell in array.flat]
     if all(cell.size == 1 and cell.dtype.kind in "biuf" for cell in cells):
         yield path, ArrayColumn(np.array([cell.item() for cell in cells]), unit)
-    elif len(cells) > MOST_COLUMNS:
-        yield path, f"a list of {len(cells)} cells, more than {MOST_COLUMNS}"
+    elif len(cells) > _BOUNDS.columns:
+        yield path, f"a list of {len(cells)} cells, more than {_BOUNDS.columns}"
     else:
         for number, cell in enumerate(cells, start=1):
             yield from _columns_of_array(cell_path.replace("#", str(number)), cell, unit)

@@ -26,6 +26,7 @@ from rftfit.campaign.config import QUANTITIES
 from rftfit.campaign.problems import escaped
 from rftfit.conventions import FloatArray
 from rftfit.errors import InputError
+from rftfit.store.chosen import chosen
 from rftfit.table.parse import BLANK, FINITE, add_counts, finite_rows
 
 Item = TypeVar("Item")
@@ -35,8 +36,14 @@ Result = TypeVar("Result")
 NO_VALUE_AT_ALL = "no value in any row"
 """Reason for a column that is not read."""
 
-MOST_WORKERS = 4
-"""Most threads that parse at once; with more of them, the time goes into reading the file from the disk."""
+BOUNDS = chosen("logs", "bounds")
+"""Bounds of what is read."""
+
+FIRST = chosen("logs", "first")
+"""Numbers of the first lines of a file, by which it is judged."""
+
+MOST_WORKERS: int = BOUNDS.threads
+"""Most threads that parse at once."""
 
 HEAD_BYTES = 65536
 """First bytes of a file, from which a reader decides whether the file is in its dialect."""
@@ -44,11 +51,8 @@ HEAD_BYTES = 65536
 NO_HANDLE = "no_handle"
 """Code of an error that is no fault of the log: this process or machine has too many open files."""
 
-_LONGEST_REASON = 300
-"""Most characters that a message quotes of an error that a library raises."""
-
-MOST_UNPACKED = 1 << 30
-"""Most bytes of a log in memory, where each number takes eight bytes, however few the file uses for it."""
+MOST_UNPACKED: int = BOUNDS.unpacked_bytes
+"""Most bytes of a log in memory."""
 
 
 class LogError(InputError):
@@ -218,8 +222,12 @@ class Reader:
         """
         if self.asked is None:
             return names
-        asked = {by_number(name, names) for name in self.asked}
+        asked = self.asked_among(names)
         return names if asked.difference(names, QUANTITIES) else asked
+
+    def asked_among(self, names: Collection[str]) -> set[str]:
+        """Return the columns asked for, as a file with the columns `names` calls them; empty where all are wanted."""
+        return {by_number(name, names) for name in self.asked or ()}
 
     def check_asked(
         self, path: Path, unread: Mapping[str, str], names: Collection[str] = ()
@@ -227,7 +235,7 @@ class Reader:
         """Refuse a file in which a column that is asked for is `unread`: column to the reason; `names`: all columns."""
         if not unread:
             return
-        asked = {by_number(name, names) for name in self.asked or ()}
+        asked = self.asked_among(names)
         # all quantities are asked for, even where the file lacks them; only the time is always needed
         asked.difference_update({*QUANTITIES} - {"time"})
         if lost := [f"{name!r}: {why}" for name, why in unread.items() if name in asked]:
@@ -299,6 +307,11 @@ def by_number(column: str, names: Collection[str]) -> str:
 _BY_NUMBER = re.compile(r"(?:column )?([1-9]\d*)")
 
 
+def most_frequent(numbers: Sequence[int]) -> int:
+    """Return the most frequent number, the larger one of several; 0 where there is none."""
+    return max(set(numbers), key=lambda number: (numbers.count(number), number), default=0)
+
+
 def join_blocks(blocks: Iterable[Log]) -> Log:
     """Join the blocks of one file, at least one, to one log; the blocks lose their columns."""
     parts = list(blocks)
@@ -365,30 +378,38 @@ def library_errors(path: Path, what: str) -> Iterator[None]:
         yield
     except (LogError, GeneratorExit):
         raise
-    except FileNotFoundError:
-        raise LogError("missing", f"{path}: log missing") from None
     except Exception as error:
         if isinstance(error, OSError) and error.errno in _SYSTEM_ERRNOS:
             raise system_refusal(path, error) from error
         raise LogError("damaged", f"{path}: {what}: {on_one_line(error)}") from error
 
 
-_SYSTEM_ERRNOS = (errno.EMFILE, errno.ENFILE, errno.EACCES, errno.EPERM, errno.EISDIR, errno.EIO)
-"""Errors of the operating system that do not come from the content of a file: no access, no handle, a bad disk."""
+_SYSTEM_ERRNOS = (
+    errno.ENOENT,
+    errno.EMFILE,
+    errno.ENFILE,
+    errno.EACCES,
+    errno.EPERM,
+    errno.EISDIR,
+    errno.EIO,
+)
+"""Errors of the operating system that do not come from the content of a file: no file, no access, no handle, a bad disk."""
 
 
 def system_refusal(path: Path, error: OSError) -> LogError:
-    """Make the error for a file that the operating system does not let us read.
+    """Make the error for a file that is not there, or that the operating system does not let us read.
 
     Too many open files get a code of their own, since they are no fault of the log.
     """
+    if isinstance(error, FileNotFoundError):
+        return LogError("missing", f"{path}: log missing")
     code = NO_HANDLE if error.errno in (errno.EMFILE, errno.ENFILE) else "unreadable"
     return LogError(code, f"{path}: cannot be read: {error.strerror}")
 
 
 def on_one_line(error: Exception) -> str:
     """Return the text of an error on one line, escaped: it may quote control characters from a stranger's file."""
-    return escaped(" ".join(str(error).split())[:_LONGEST_REASON]) or type(error).__name__
+    return escaped(" ".join(str(error).split())[:300]) or type(error).__name__
 
 
 @contextmanager
@@ -396,14 +417,8 @@ def file_errors(path: Path) -> Iterator[None]:
     """Turn errors of the file system into a `LogError`."""
     try:
         yield
-    except FileNotFoundError:
-        raise LogError("missing", f"{path}: log missing") from None
     except OSError as error:
         raise system_refusal(path, error) from error
-
-
-_MOST_CPU_S = 10
-"""Most processor time for one file in the child process, s."""
 
 
 def run_apart(
@@ -417,7 +432,7 @@ def run_apart(
     Yields
     ------
     object or Exception
-        `LogError` of a file at which a signal ended the process, as after more than `_MOST_CPU_S` seconds.
+        `LogError` of a file at which a signal ended the process, as after too much processor time.
     """
     left = deque(paths)
     while left:
@@ -461,14 +476,14 @@ def _next_result(results: BinaryIO) -> list[Any]:
 
 
 def _send_results(write_end: int, paths: Iterable[Path], work: Callable[[Path], object]) -> None:
-    """Do the `work` in the child process, `_MOST_CPU_S` of processor time for each file, and send the results."""
+    """Do the `work` in the child process, within limits of processor time for each file, and send the results."""
     import resource
 
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     with os.fdopen(write_end, "wb") as results:
         for path in paths:
             used = resource.getrusage(resource.RUSAGE_SELF)
-            most = int(used.ru_utime + used.ru_stime) + 1 + _MOST_CPU_S
+            most = int(used.ru_utime + used.ru_stime) + 1 + BOUNDS.cpu_s
             resource.setrlimit(resource.RLIMIT_CPU, (most, resource.RLIM_INFINITY))
             pickle.dump(_result_of(work, path), results, pickle.HIGHEST_PROTOCOL)
             # at once, so that the first result that never comes is that of the file which ended the process
@@ -513,7 +528,7 @@ def limited_memory(extra_bytes: int) -> Iterator[None]:
             resource.setrlimit(resource.RLIMIT_AS, before)
 
 
-def refuse_large_file(path: Path, most: int = 2 << 30) -> None:
+def refuse_large_file(path: Path, most: int = BOUNDS.whole_file_bytes) -> None:
     """Refuse a file of more than `most` bytes; the default is for files that are read as a whole."""
     if path.stat().st_size > most:
         raise LogError("too_large", f"{path}: larger than {most >> 20} MB; split it")

@@ -11,7 +11,7 @@ import numpy as np
 
 from rftfit.campaign.config import QUANTITIES
 from rftfit.conventions import FloatArray
-from rftfit.logs.base import Log, LogError, Reader
+from rftfit.logs.base import FIRST, Log, LogError, Reader
 from rftfit.logs.quantities import guess, guesses, names_and_units
 from rftfit.logs.sources import refuse_several_sources
 from rftfit.table.units import CHAIN_UNITS, is_units_row, unit_word
@@ -56,10 +56,6 @@ def heed_labels(log: Log, reader: Reader) -> Log:
     return log
 
 
-_MOST_LABELS = 1000
-"""Most distinct whole numbers of a column that may be labels, such as numbers of sensors."""
-
-
 def _labels_of(log: Log, reader: Reader) -> dict[str, Sequence[str]]:
     """Return the columns that may say where a row is from: words, and whole numbers that are not asked for.
 
@@ -82,16 +78,13 @@ def _labels_of(log: Log, reader: Reader) -> dict[str, Sequence[str]]:
 def may_be_labels(values: FloatArray) -> bool:
     """Return whether the numbers of a column, shape (n,), are whole and few, so that they may be labels."""
     # a fast answer first: most columns of readings have a fraction in their first rows
-    first = values[:_FIRST_ROWS]
+    first = values[:16]
     if (first[first == first] % 1).any():  # noqa: PLR0124  # without NaN
         return False
     finite = values[np.isfinite(values)]
     if not finite.size or finite.min() == finite.max() or (finite % 1).any():
         return False
-    return np.unique(finite).size <= min(_MOST_LABELS, finite.size // 2)
-
-
-_FIRST_ROWS = 16
+    return bool(np.unique(finite).size <= min(FIRST.labels, finite.size // 2))
 
 
 def _readings_of(log: Log, reader: Reader, labels: Collection[str]) -> list[str]:

@@ -7,13 +7,10 @@ from functools import cache
 from types import SimpleNamespace
 from typing import Any, Self
 
-from rftfit.logs.base import MOST_UNPACKED
+from rftfit.logs.base import BOUNDS, MOST_UNPACKED
 
-MOST_OF_BLOCK = 64 << 20
-"""Most bytes of a block when unpacked; recorders write blocks of 1 to 5 MB."""
-
-_STEP = 1 << 20
-"""Bytes that are unpacked at a time."""
+MOST_OF_BLOCK: int = BOUNDS.block_bytes
+"""Most bytes of a block when unpacked."""
 
 
 def unpack_bz2(packed: bytes) -> bytes:
@@ -42,10 +39,11 @@ def unpack_zstd(packed: bytes) -> bytes:
 def _unpack_limited(decompressor: Any, packed: bytes) -> bytes:
     """Unpack a block, and refuse one with more than `MOST_OF_BLOCK` bytes."""
     # part by part: the library needs several times the memory of what it returns in one call
-    parts = [bytes(decompressor.decompress(packed, max_length=_STEP))]
+    at_a_time = 1 << 20
+    parts = [bytes(decompressor.decompress(packed, max_length=at_a_time))]
     size = len(parts[0])
     while parts[-1] and not decompressor.eof:
-        parts.append(bytes(decompressor.decompress(b"", max_length=_STEP)))
+        parts.append(bytes(decompressor.decompress(b"", max_length=at_a_time)))
         size += len(parts[-1])
         if size > MOST_OF_BLOCK:
             parts.clear()  # else the traceback of the error would keep them in memory

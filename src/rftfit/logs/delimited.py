@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rftfit.campaign.config import TextFormat
-from rftfit.logs.base import HEAD_BYTES, by_number
+from rftfit.logs.base import FIRST, HEAD_BYTES, most_frequent
 from rftfit.logs.quantities import names_and_units
 from rftfit.logs.sources import places_of
 from rftfit.logs.text import ReadingPlan, TableReader, TextReader
@@ -53,10 +53,6 @@ _NUMBERS = {
     for point, group in (".,", ",.")
 }
 """Decimal mark to the pattern of a number."""
-_HEAD_LINES = 200
-"""Lines of an unknown text from which its format is guessed."""
-KIND_LINES = 40
-"""First rows of a table that show what its columns hold."""
 _DEFAULTS = {"decimal": ".", "skip_lines": 0, "names": True, "units": False}
 """Values of the keys of `text` in the config where it does not state them."""
 
@@ -81,7 +77,7 @@ class DelimitedReader(TextReader):
         head_lines = each_line(head, text.encoding)
         skipped = list(islice(head_lines, text.skip_lines))
         counted = (line for line in head_lines if _is_content(line, text.comment))
-        lines = [*islice(counted, KIND_LINES + _MOST_HEADER_ROWS)]
+        lines = [*islice(counted, FIRST.rows + FIRST.header_rows)]
         printed = printed_marks([line.text for line in lines], delimiter)
         # from here on lines have only cells and delimiters
         if printed.rewrites:
@@ -105,13 +101,11 @@ class DelimitedReader(TextReader):
         for _ in range(_further_header_rows([_cells(line, delimiter) for line in lines])):
             start = lines.pop(0).stop
         rows = [_cells(line, delimiter) for line in lines if line.whole]
-        rows = self._rows_of_source(rows)[:KIND_LINES]
+        rows = self._rows_of_source(rows)[: FIRST.rows]
         name_cells, below = without_mark(name_cells, rows), without_mark(below, rows)
         ends_blank = bool(name_cells and not name_cells[-1].strip())
         width = _row_width(rows, len(name_cells), len(name_cells) - ends_blank)
-        names, units = names_and_units(
-            [*name_cells, *[""] * (width - len(name_cells))][:width], below
-        )
+        names, units = names_and_units(name_cells, below, width)
 
         def further() -> Iterator[list[str]]:
             """Yield the cells of the rows below the first ones."""
@@ -224,7 +218,7 @@ def _label_columns(
 
     They hold words, or few different whole numbers that are not asked for.
     """
-    asked = {by_number(name, names) for name in reader.asked or names}
+    asked = reader.asked_among(names) or {*names}
     if "skip" not in kinds and asked.issuperset(names):
         return frozenset()
     columns = zip(*_rows_of_width(rows, len(names)), strict=True)
@@ -265,13 +259,9 @@ def _voids_of_gef(lines: Sequence[Line]) -> tuple[float, ...]:
     return tuple({float(number) for number in stated if PLAIN_NUMBER.fullmatch(number)})
 
 
-_MOST_HEADER_ROWS = 6
-"""Most rows of a header: names, units, and whatever else a program writes above the numbers."""
-
-
 def _further_header_rows(rows: Sequence[list[str]]) -> int:
     """Count the rows of words between a header and the first row with a number, as TOA5 and AGS4 have them."""
-    for place, cells in enumerate(rows[:_MOST_HEADER_ROWS]):
+    for place, cells in enumerate(rows[: FIRST.header_rows]):
         if any(is_value(cell) for cell in cells):
             return place
         if len(cells) != len(rows[0]) or not any(cell.strip() for cell in cells):
@@ -338,13 +328,9 @@ def printed_marks(lines: Sequence[str], delimiter: str) -> Printed:
     return Printed(arrow, usual, tuple(rewrites))
 
 
-_MOST_BREAKS = 20
-"""Most lines of one row of names whose names hold line breaks."""
-
-
 def _without_breaks(lines: list[Line]) -> Line:
     """Remove the first line from `lines` and return it, joined with the next ones up to the end of an open quote."""
-    for count in range(1, min(_MOST_BREAKS, len(lines)) + 1):
+    for count in range(1, min(FIRST.name_lines, len(lines)) + 1):
         text = " ".join(line.text.strip() for line in lines[:count])
         if text.count('"') % 2 == 0:
             last = lines[count - 1]
@@ -372,22 +358,13 @@ def _row_width(rows: Sequence[list[str]], most: int, least: int) -> int:
     if not rows:
         return max(most, 1)
     widths = [len(cells) for cells in rows]
-    usual = _most_frequent(widths)
+    usual = most_frequent(widths)
     if not most or usual == most or most in widths:
         return most or usual
     blank = all(not cells[-1].strip() for cells in rows if len(cells) == most + 1)
     if usual == least or (usual == most + 1 and blank):
         return usual
     raise ValueError(f"{most} names, but {usual} cells in most rows")
-
-
-def _most_frequent(widths: Sequence[int]) -> int:
-    """Return the most frequent number of cells, the larger one of several."""
-    return max(set(widths), key=lambda number: (widths.count(number), number))
-
-
-_BLANK_BY_SHARE = 10
-"""NaN in at least one of this many of the first rows means that rows of the column have no value."""
 
 
 class ColumnKinds(NamedTuple):
@@ -459,7 +436,8 @@ def judge_columns(
             if not column:
                 continue
             nan_count = sum(cell.casefold() == "nan" for cell in filled)
-            if numbers[place] * 2 <= len(filled) or nan_count * _BLANK_BY_SHARE >= len(column):
+            is_often_nan = nan_count * FIRST.blank_by_share >= len(column)
+            if numbers[place] * 2 <= len(filled) or is_often_nan:
                 mixed.add(place)
             continue
         if not filled and not name.startswith("column "):
@@ -532,7 +510,7 @@ def without_mark(names: list[str], rows: Sequence[Sequence[str]]) -> list[str]:
     if first_name:
         return [first_name, *names[1:]]
     widths = [len(cells) for cells in rows]
-    return names if not widths or _most_frequent(widths) >= len(names) else names[1:]
+    return names if not widths or most_frequent(widths) >= len(names) else names[1:]
 
 
 # --- The format of an unknown text
@@ -543,7 +521,8 @@ def guess_text_settings(head: bytes) -> dict[str, Any] | None:
 
     None where no format gives at least two rows of at least two cells, at least half of which are numbers.
     """
-    physical = [line for line in decode_first_lines(text_head(head), _HEAD_LINES) if line.whole]
+    first_lines = decode_first_lines(text_head(head), FIRST.format_lines)
+    physical = [line for line in first_lines if line.whole]
     left, lines, line_numbers = list(physical), [], []
     while left:
         line_numbers.append(len(physical) - len(left))
@@ -581,7 +560,7 @@ def _score_format(
     widths = [len(cells) for cells, share in zip(table, shares, strict=True) if share >= 0.5]
     if not widths:
         return None
-    width = _most_frequent(widths)
+    width = most_frequent(widths)
     good = [
         place
         for place, (cells, share) in enumerate(zip(table, shares, strict=True))
@@ -608,10 +587,6 @@ def _score_format(
     return score, text
 
 
-_SHORTER_BY = 4
-"""A run of rows that is shorter than the longest one by this factor is another table, above the data."""
-
-
 def _first_of_data(good: Sequence[int], lines: int) -> int:
     """Return the line, from 0, where the data begin.
 
@@ -625,7 +600,7 @@ def _first_of_data(good: Sequence[int], lines: int) -> int:
         else:
             runs.append([place])
     longest = max(map(len, runs))
-    long = (run for run in runs if len(run) * _SHORTER_BY >= longest and len(run) > 1)
+    long = (run for run in runs if len(run) * FIRST.shorter_by >= longest and len(run) > 1)
     return next((run[0] for run in long), good[-1] if good[-1] == lines - 1 else good[0])
 
 
@@ -685,9 +660,9 @@ def encoding_of(head: bytes) -> str:
     return "UTF-8"
 
 
-def read_first_lines(head: bytes, most: int = 5) -> list[str]:
-    """Return the first lines of a file, to be shown; each cut to 100 characters."""
+def read_first_lines(head: bytes) -> list[str]:
+    """Return the first five lines of a file, to be shown; each cut to 100 characters."""
     text = text_head(head)
     if not text:
         return [repr(decoded(head[:60]))]
-    return [line.text[:100] for line in decode_first_lines(text, most)]
+    return [line.text[:100] for line in decode_first_lines(text, 5)]

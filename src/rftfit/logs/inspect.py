@@ -25,18 +25,17 @@ from rftfit.logs.delimited import (
     guess_text_settings,
     read_first_lines,
 )
-from rftfit.logs.quantities import DOWNWARD, MEANING, PER_SECOND, epoch_unit, guesses
+from rftfit.logs.quantities import DOWNWARD, MEANING, epoch_unit, guesses
 from rftfit.logs.registry import claimants, dialect, dialects, faults, read_head
 from rftfit.logs.rostopic import ECHO, is_echo
+from rftfit.store.chosen import chosen
 from rftfit.table.parse import add_counts
 from rftfit.table.text import is_web_page
-from rftfit.table.units import TIME_TO_S, units_like
+from rftfit.table.units import COUNTED_TIMES, TIME_TO_S, units_like
 
-GAP_STEPS = 5.0
+_CHOSEN = chosen("logs", "survey")
+GAP_STEPS: float = _CHOSEN.gap_steps
 """A step longer than this many median steps is shown as a gap."""
-
-_MOST_GAPS = 10_000
-"""Most gaps of a log that are kept."""
 
 
 class ColumnExtreme(NamedTuple):
@@ -134,17 +133,14 @@ class TimeColumn:
             self.step = float(np.median(forward))
             self.jitter = float(np.median(np.abs(forward - self.step)))
         if self.step > 0:
-            late = np.flatnonzero(steps > GAP_STEPS * self.step)[: _MOST_GAPS - len(self.gaps)]
+            late = np.flatnonzero(steps > GAP_STEPS * self.step)
+            late = late[: _CHOSEN.gaps - len(self.gaps)]
             self.gaps += [(float(time[i]), float(steps[i])) for i in late]
         self.repeated += int(np.count_nonzero(steps == 0))
         self.backwards += int(np.count_nonzero(steps < 0))
         self.first = min(self.first, float(time.min()))
         self.last = max(self.last, float(time.max()))
         self._before = float(time[-1])
-
-
-_FEWEST_STAMPS = 100
-"""Fewest distinct stamps from which a rate is computed: the rate is wrong by up to one part in this number."""
 
 
 @dataclass(frozen=True)
@@ -186,7 +182,7 @@ class Survey:
             return None
         duration = (clock.duration + clock.step) * TIME_TO_S.get(self.time_unit or "s", 1.0)
         stamps = self.used - clock.repeated
-        return self.used / duration if stamps >= _FEWEST_STAMPS and duration > 0 else 0.0
+        return self.used / duration if stamps >= _CHOSEN.stamps and duration > 0 else 0.0
 
 
 def survey(blocks: Iterable[Log]) -> Survey:
@@ -592,9 +588,6 @@ def _columns_with_unit_of(quantity: str, log_survey: Survey) -> list[str]:
 _CLOCKS_OF_BOARDS = {"millis": "ms", "micros": "us"}
 """Function of Arduino that counts time, to its unit."""
 
-_SLOWEST_HZ = 0.2
-"""Lowest rate of a log of a push, rows a second."""
-
 
 def _unit_of_clock(clock: TimeColumn | None) -> str:
     """Return the unit in which a time column without a stated unit has a usual rate; empty: none.
@@ -603,9 +596,8 @@ def _unit_of_clock(clock: TimeColumn | None) -> str:
     """
     if clock is None or not clock.step >= 1 or clock.step % 1:
         return ""
-    return next(
-        (unit for unit, scale in PER_SECOND.items() if scale / clock.step > _SLOWEST_HZ), ""
-    )
+    steps_s = ((unit, clock.step * TIME_TO_S[unit]) for unit in COUNTED_TIMES)
+    return next((unit for unit, step_s in steps_s if step_s < _CHOSEN.longest_step_s), "")
 
 
 def format_scalar(value: object) -> str:
@@ -621,8 +613,6 @@ def format_scalar(value: object) -> str:
 # --- The reader of a file, and a refusal with advice where no dialect reads it
 
 
-_TRIED_WHOLE = 1 << 20
-"""Bytes of the largest refused file that is read as a rig log, to name the first thing wrong with it."""
 _EXPORTS = {
     b"\xd0\xcf\x11\xe0": "an old Excel workbook (.xls), or another file of Microsoft Office: save it as .xlsx",
     b"PK\x03\x04": "a zip archive: unpack it, and name the file inside",
@@ -742,7 +732,7 @@ def refusal(path: Path, head: bytes) -> InputError:
     lines = [f"{path}: no dialect reads this file. {cure}"]
     lines.append(f"It looks like: {encoding_of(head)}; it begins with")
     lines += [f"  {line}" for line in read_first_lines(head)]
-    small = path.stat().st_size <= _TRIED_WHOLE
+    small = path.stat().st_size <= _CHOSEN.tried_bytes
     if small and not kind and encoding_of(head) != "binary":
         lines.append(f"not rig: {_reason_of_refusal(dialect('rig'), path)}")
     return InputError("\n".join([*lines, *describe_tried_dialects()]))

@@ -25,8 +25,6 @@ from rftfit.logs.inspect import (
 from rftfit.logs.registry import read_head
 from rftfit.store.text import count, megabytes, table
 
-_MOST_GAPS = 10
-
 
 @dataclass(frozen=True)
 class Inspection:
@@ -173,12 +171,13 @@ def _clock_lines(clock: TimeColumn | None, unit: str) -> list[str]:
             f"median jitter {_format_number(clock.jitter)} {unit})"
         )
     lines.append(f"gaps: {len(clock.gaps) or 'none'}")
+    most = 10
     lines += [
         f"  {_format_number(length)} {unit} from {start:.10g} {unit} on"
-        for start, length in clock.gaps[:_MOST_GAPS]
+        for start, length in clock.gaps[:most]
     ]
-    if len(clock.gaps) > _MOST_GAPS:
-        lines.append(f"  and {count(len(clock.gaps) - _MOST_GAPS, 'more gap')}")
+    if len(clock.gaps) > most:
+        lines.append(f"  and {count(len(clock.gaps) - most, 'more gap')}")
     lines.append(f"times: {clock.repeated} repeated, {clock.backwards} backwards")
     return lines
 

@@ -24,10 +24,6 @@ from rftfit.table.units import unit_word
 MAGIC = "LabVIEW Measurement"
 OTHER_CHANNELS = "segment with other channels than the first"
 
-_MOST_LINES = 400
-"""Most lines of the header of a file."""
-_CLOCK_SAMPLES = 10**9
-"""Number of samples over which the clocks of channels are compared, so that steps must be equal."""
 _END = "***End_of_Header***"
 _SEGMENT = re.compile(rb"(?m)^[ \t]*Channels[\t,;]")
 _SEPARATORS = {"tab": "\t", "comma": ",", "semicolon": ";"}
@@ -50,7 +46,8 @@ class LvmReader(base.Reader):
         """Read a file in blocks of some megabytes."""
         text = TextFile(path)
         try:
-            file, start = _file_header(path, islice(each_line(text.head), _MOST_LINES))
+            lines = islice(each_line(text.head), base.FIRST.lvm_lines)
+            file, start = _file_header(path, lines)
             file.asked = self.asked
             rows = 0
 
@@ -266,7 +263,8 @@ def _read_segment(file: _File, header: bytes, first_rows: bytes) -> _Segment:
         } or {x: 0}
         clocks = {name: _clock(file, settings, place) for name, place in sharing.items()}
         other_channels = [name for name in channels if name not in sharing]
-        clock = base.common_clock(file.path, clocks, _CLOCK_SAMPLES, other_channels=other_channels)
+        # over so many samples that steps must be equal
+        clock = base.common_clock(file.path, clocks, 10**9, other_channels=other_channels)
         # an X column holds times since the start of the segment, X0 included
         start = _seconds_after_file(file, settings, min(sharing.values())) if x else clock.start
         segment.begins[x] = 0.0 if math.isnan(start) else start

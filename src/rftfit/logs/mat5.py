@@ -11,7 +11,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rftfit.logs.base import MOST_UNPACKED, check_unpacked, limited_memory, refuse_large_file
+from rftfit.logs.base import (
+    BOUNDS,
+    MOST_UNPACKED,
+    check_unpacked,
+    limited_memory,
+    refuse_large_file,
+)
 
 _NO_ARRAYS = {
     "MatlabObject": "an object",
@@ -26,9 +32,6 @@ _MOST_MEMORY = 2 * MOST_UNPACKED
 MOST_EXPANSION = 1032 * 8
 """Most bytes of content for one byte of file: deflate unpacks it to 1032, and each may hold a number of 8 bytes."""
 
-MOST_OVERHEAD = 64 << 20
-"""Memory that the library itself may take, bytes."""
-
 
 class NoArray(NamedTuple):
     """Content of a MATLAB file that is no array of numbers; `what`: the words for it."""
@@ -41,7 +44,7 @@ def load_mat5(path: Path) -> dict[str, Any]:
     from scipy.io import loadmat, whosmat
 
     refuse_large_file(path)
-    most_bytes = MOST_EXPANSION * path.stat().st_size + MOST_OVERHEAD
+    most_bytes = MOST_EXPANSION * path.stat().st_size + BOUNDS.library_bytes
     try:
         with limited_memory(min(most_bytes, _MOST_MEMORY)):
             variables = loadmat(path, chars_as_strings=False)

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from functools import lru_cache
-from importlib.resources import files
 from typing import Any
 
 from rftfit.logs.quantities import names_and_units
 from rftfit.logs.text import ReadingPlan, TextReader
+from rftfit.store.chosen import read_toml
 from rftfit.table.parse import Layout
 from rftfit.table.text import Line, as_utf8, each_line
 
@@ -60,5 +59,5 @@ def _layout_of(header: str, comment: str) -> tuple[Layout, Mapping[str, str]]:
 
 def presets() -> list[PresetReader]:
     """Make a reader of each preset."""
-    text = files("rftfit").joinpath("logs", "presets.toml").read_text(encoding="utf-8")
-    return [PresetReader(name, preset) for name, preset in tomllib.loads(text).items()]
+    named_presets = read_toml("logs", "presets.toml").items()
+    return [PresetReader(name, preset) for name, preset in named_presets]

@@ -5,14 +5,14 @@ from __future__ import annotations
 import re
 import unicodedata
 from collections.abc import Collection, Iterable, Mapping
-from itertools import zip_longest
+from itertools import chain, islice, repeat, zip_longest
 
 import numpy as np
 
 from rftfit.campaign.config import QUANTITIES, UNIT_OF_WEIGHT, UNITS_OF, units_of
 from rftfit.conventions import FloatArray
 from rftfit.logs.base import Log
-from rftfit.table.units import split_unit, unique, unit_word
+from rftfit.table.units import COUNTED_TIMES, TIME_TO_S, split_unit, unique, unit_word
 
 MEANING = {
     "time": "time",
@@ -278,25 +278,24 @@ def _grows(values: FloatArray) -> bool:
     return bool(values.size > 1 and (np.diff(values) > 0).all())
 
 
-PER_SECOND = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
-"""Unit in which computers count time, to the number of them in a second."""
-
-
 def epoch_unit(value: float) -> str:
     """Return the unit in which a number is a time since 1970, between the years 2001 and 2065; empty: none."""
-    return next((unit for unit, scale in PER_SECOND.items() if 1e9 < value / scale < 3e9), "")
+    return next((unit for unit in COUNTED_TIMES if 1e9 < value * TIME_TO_S[unit] < 3e9), "")
 
 
 def names_and_units(
-    cells: Iterable[str], below: Iterable[str] = ()
+    cells: Iterable[str], below: Iterable[str] = (), width: int | None = None
 ) -> tuple[tuple[str, ...], list[str]]:
     """Split the cells of a header into unique names, and units.
 
     `below`: Cells of a row of units below the names; used where the name has no unit. A unit of mass (kg) becomes
-    one of weight (kgf) where the name says that the column is a force.
+    one of weight (kgf) where the name says that the column is a force. `width`: Number of columns, where it is not
+    that of the cells.
     """
     names: list[str] = []
     units: list[str] = []
+    if width is not None:
+        cells = islice(chain(cells, repeat("")), width)
     for cell, stated in zip_longest(cells, below):
         if cell is None:
             break

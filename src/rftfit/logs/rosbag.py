@@ -15,8 +15,10 @@ import numpy as np
 
 from rftfit.campaign.problems import unknown_word
 from rftfit.logs.base import (
+    BOUNDS,
     Log,
     LogError,
+    PacketCount,
     Reader,
     library_errors,
     needed_package,
@@ -24,6 +26,7 @@ from rftfit.logs.base import (
     refuse_large_file,
 )
 from rftfit.logs.blocks import MOST_OF_BLOCK, limit_blocks
+from rftfit.logs.rostopic import COUNT, LOST, RECEIVED, STAMP, UNITS
 from rftfit.logs.sources import refuse_several_sources
 from rftfit.table.parse import OTHER_SOURCE, add_counts, is_meant
 from rftfit.table.stamps import ns_to_s
@@ -35,11 +38,10 @@ _ZSTD = b"\x28\xb5\x2f\xfd"
 # reasons of the ledger
 CUT = "cut in mid-message"
 MISFIT = "message does not fit its type"
-MOST_OF_MESSAGES = 128 << 20
-"""Most bytes of the messages of a topic: 400,000 wrenches."""
-MOST_OF_MESSAGE = 4 << 20
-"""Most bytes of one message: a wrench has 100, the states of a hundred joints 4,000."""
-LOST = "lost packets (gap in header.seq)"
+MOST_OF_MESSAGES: int = BOUNDS.messages_bytes
+"""Most bytes of the messages of a topic."""
+MOST_OF_MESSAGE: int = BOUNDS.message_bytes
+"""Most bytes of one message."""
 
 # types of topics that every recording has, none of which is the topic of a transducer
 _COMMON_TYPES = frozenset(
@@ -239,13 +241,12 @@ def _sizes_of_records_mcap(file: BinaryIO) -> Iterator[int]:
         size = int.from_bytes(head[1:], "little")
         if head[0] != _ATTACHMENT:
             yield size
-        file.seek(min(size, _FARTHEST), os.SEEK_CUR)
+        # a damaged length may be larger than the operating system accepts
+        file.seek(min(size, 1 << 62), os.SEEK_CUR)
 
 
 _ATTACHMENT = 9
 """Kind of record of an MCAP file that is not read here, so that it may have any size."""
-_FARTHEST = 1 << 62
-"""Most bytes to seek ahead: a damaged length may be larger than the operating system accepts."""
 
 
 def _refuse_large_values(path: Path, database: Path, topic_name: str = "") -> None:
@@ -395,7 +396,7 @@ def _is_of_source(
     for name, words in where.items():
         meant &= is_meant(labels[name].tolist(), words)
     left = {name: words[meant].tolist() for name, words in labels.items()}
-    times = ("time", "received")
+    times = ("time", RECEIVED)
     readings = [values[meant] for name, values in log.columns.items() if name not in times]
     refuse_several_sources(log.path, left, where, readings)
     return meant
@@ -409,23 +410,25 @@ def _with_time(
     `fields`: Field to values, shape (n,); stamps are int64, ns. `received`: Times of recording, ns, shape (n,).
     """
     stamps = {name: values for name, values in fields.items() if values.dtype == np.int64}
-    stamp_name = next((name for name in ("header.stamp", "stamp") if name in stamps), "")
+    stamp_name = next((name for name in (STAMP, "stamp") if name in stamps), "")
     # a driver may leave the outer header empty and fill that of the wrench inside
     if not stamp_name or not stamps[stamp_name].all():
         stamp_name = next((name for name, times in stamps.items() if times.all()), "")
     time = stamps[stamp_name] if stamp_name else received
-    columns = {"time": ns_to_s(time), "received": ns_to_s(received)}
+    columns = {"time": ns_to_s(time), RECEIVED: ns_to_s(received)}
     columns |= {name: values for name, values in fields.items() if name not in stamps}
     columns |= {name: ns_to_s(times) for name, times in stamps.items() if name != stamp_name}
     units = {name: unit_of(name, topic) for name in columns}
     note = f"topic {topic.name} ({topic.kind}); time is {stamp_name or 'the time of recording'}"
     missing = {}
-    if "header.seq" in columns and received.size > 1:
-        step = np.diff(columns["header.seq"])
-        lost = int((step[step > 1] - 1).sum())
+    if COUNT in columns:
+        packets = PacketCount(LOST)
+        # a message that does not fit its type was received all the same: it is not counted as lost
+        is_counted = np.isfinite(columns[COUNT])
+        packets.follow(columns[COUNT][is_counted], np.flatnonzero(is_counted))
         # with many more lost than recorded, the counter was reset
-        if 0 < lost < 10 * received.size:
-            missing[LOST] = lost
+        if 0 < packets.missing < 10 * received.size:
+            missing[LOST] = packets.missing
     return Log(path, columns, units, received.size, {}, missing, (note,))
 
 
@@ -515,15 +518,6 @@ def _read_chunk(
 # --- Places of the numbers in a message: all messages of one layout become columns at once
 
 
-MOST_FIELDS = 20_000
-"""Most fields of a message: a type without bytes may contain itself twice, and so on."""
-
-_LONGEST_LABEL = 64
-"""Most bytes of a text in a message that may be a label."""
-
-LONGEST_LIST = 64
-"""Longest list whose elements become columns: longer ones are pictures or scans."""
-
 # number type of ROS, to the type of numpy
 _TYPES = {
     "bool": "u1",
@@ -542,13 +536,6 @@ _TYPES = {
     "float64": "<f8",
 }
 _STAMPS = ("builtin_interfaces/msg/Time", "builtin_interfaces/msg/Duration")
-# name of a field, to the message type that it must be part of, and its unit
-_UNITS = {
-    "force": ("geometry_msgs/msg/Wrench", "N"),
-    "torque": ("geometry_msgs/msg/Wrench", "N m"),
-    "position": ("geometry_msgs/msg/Pose", "m"),
-    "translation": ("geometry_msgs/msg/Transform", "m"),
-}
 
 
 class MessageLayout:
@@ -620,7 +607,7 @@ class MessageLayout:
     def _walk_field(self, place: int, node: int, detail: Any, path: str | None) -> int:
         """Store the place of one field, whose sort is `node` and type `detail`; return the place behind it."""
         self._fields += 1
-        if self._fields > MOST_FIELDS:
+        if self._fields > BOUNDS.message_fields:
             raise struct.error
         # 1 a number or text, 2 a message, 3 a list of known length, 4 one that brings its length
         if node == 1:
@@ -638,7 +625,7 @@ class MessageLayout:
         if count > len(self._message) - place and node == 3:
             # each element takes a byte or more
             raise struct.error
-        if count > LONGEST_LIST:
+        if count > BOUNDS.columns:
             path = None
             if inner == 1 and what[0] in _TYPES:
                 width = np.dtype(_TYPES[what[0]]).itemsize
@@ -655,7 +642,7 @@ class MessageLayout:
         """Store the place of a number or text and return the place behind it."""
         if kind not in _TYPES:
             place, length = self._read_length(place)
-            if path is not None and length <= _LONGEST_LABEL:
+            if path is not None and length <= BOUNDS.label_bytes:
                 self.texts[path] = place, length
             return place + length
         width = np.dtype(_TYPES[kind]).itemsize
@@ -694,11 +681,11 @@ def _numbers_at(raw: np.ndarray, place: int, kind: str) -> np.ndarray:
 def unit_of(name: str, topic: Topic) -> str:
     """Return the unit of a field, as ROS defines it for the message type that the field is part of; empty: none."""
     parts = name.split(".")
-    if name in ("time", "received") or parts[-1] == "stamp":
+    if name in ("time", RECEIVED) or parts[-1] == "stamp":
         return "s"
-    if len(parts) < 2 or parts[-2] not in _UNITS:
+    if len(parts) < 2 or parts[-2] not in UNITS:
         return ""
-    parent_type, unit = _UNITS[parts[-2]]
+    parent_type, unit = UNITS[parts[-2]]
     inside = topic.kind
     for field in parts[:-2]:
         node, detail = dict(topic.definitions.get(inside, ([], []))[1]).get(field, (0, ""))

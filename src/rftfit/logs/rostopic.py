@@ -6,8 +6,8 @@ import re
 
 import numpy as np
 
-from rftfit.logs.base import PacketCount
-from rftfit.logs.delimited import KIND_LINES, judge_columns
+from rftfit.logs.base import FIRST, PacketCount
+from rftfit.logs.delimited import judge_columns
 from rftfit.logs.text import ReadingPlan, TextReader
 from rftfit.table.numbers import NO_VALUE
 from rftfit.table.parse import Layout
@@ -26,13 +26,16 @@ ECHO = (
 )
 _ECHO = re.compile(rb"\w+:.*\n(?:[ \w-].*\n)*?---\r?\n")
 
-_UNITS = (
-    (re.compile(r"(^|\.)force\.[xyz]$"), "N"),
-    (re.compile(r"(^|\.)torque\.[xyz]$"), "N m"),
-    (re.compile(r"(^|\.)(position|translation)\.[xyz]$"), "m"),
-    (re.compile(r"(^|\.)angular(_velocity)?\.[xyz]$"), "rad/s"),
-    (re.compile(r"(^|\.)linear_acceleration\.[xyz]$"), "m/s^2"),
-)
+UNITS = {
+    "force": ("geometry_msgs/msg/Wrench", "N"),
+    "torque": ("geometry_msgs/msg/Wrench", "N m"),
+    "position": ("geometry_msgs/msg/Pose", "m"),
+    "translation": ("geometry_msgs/msg/Transform", "m"),
+    "angular": ("geometry_msgs/msg/Twist", "rad/s"),
+    "angular_velocity": ("sensor_msgs/msg/Imu", "rad/s"),
+    "linear_acceleration": ("sensor_msgs/msg/Imu", "m/s^2"),
+}
+"""Name of a vector in a message, to the message type that lays down its unit, and the unit."""
 
 
 class RostopicReader(TextReader):
@@ -57,7 +60,7 @@ class RostopicReader(TextReader):
         names = unique([RECEIVED, *(cell.removeprefix("field.") for cell in cells[1:])])
         rows = [
             line.text.split(",")
-            for line in decode_first_lines(head[start:], KIND_LINES)
+            for line in decode_first_lines(head[start:], FIRST.rows)
             if line.whole
         ]
         seen = judge_columns(rows, names)
@@ -104,4 +107,5 @@ def _unit(name: str) -> str:
     """Return the unit that ROS lays down for a field, by its name; empty: none."""
     if name == RECEIVED:
         return "s"
-    return next((unit for pattern, unit in _UNITS if pattern.search(name)), "")
+    *_, vector, axis = ("", *name.split("."))
+    return UNITS[vector][1] if vector in UNITS and axis in ("x", "y", "z") else ""

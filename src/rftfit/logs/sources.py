@@ -12,38 +12,16 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from rftfit.campaign.problems import unknown_word
+from rftfit.campaign.problems import join_words, unknown_word
 from rftfit.conventions import FloatArray
 from rftfit.logs.base import LogError
-
-_MOST_LISTED = 8
-"""Most sources named in a message."""
-
+from rftfit.store.chosen import chosen
 
 # --- Do readings jump where the label changes, and continue where the same label stopped before?
 
 
-_LEAST_STRETCHES = 2
-"""Fewest stretches of rows that each of two labels must have: sources that follow one another are not mixed."""
-_LEAST_ROWS = 4
-"""Fewest rows of a label on average: a counter has one row of each number."""
-_FEWEST_FITTED, _MOST_FITTED = 4, 50
-"""Fewest and most rows of a label before a change through which a line is fitted."""
-_MOST_CHANGES = 4000
-"""Most changes of the label that are judged, evenly over the log."""
-_LEAST_JUMPS = 3
-"""Fewest jumps of the readings that prove several sources."""
-_LEAST_SHARE = 0.75
-"""Least share of jumps among the changes that decide anything."""
-_FEW_CHANGES, _LEAST_SHARE_OF_FEW = 8, 0.5
-"""With at most this many changes the share may be smaller: at one or two of them a force may just begin to grow."""
-_TIMES_NOISE = 4.0
-"""A change decides only if a departure from one of its two lines is larger than this many times the noise."""
-_TIMES_CLOSER = 2.0
-"""It decides for the nearer line if the departure from the other line is larger by this factor."""
-_LEAST_PART = 5e-4
-"""Least noise that is assumed, as a part of the range of the readings: smaller jumps do not matter."""
-_NORMAL_MEDIAN = 0.6745
+_CHOSEN = chosen("logs", "sources")
+_MEDIAN_OF_NORMAL = 0.6745
 """Median of the absolute value of normal noise, in standard deviations; converts a median to a standard deviation."""
 
 
@@ -68,11 +46,11 @@ def sources_in_turn(labels: Sequence[str], readings: Iterable[npt.ArrayLike]) ->
     """
     number_by_label: dict[str, int] = {}
     codes = np.array([number_by_label.setdefault(label, len(number_by_label)) for label in labels])
-    if len(number_by_label) < 2 or codes.size < _LEAST_ROWS * len(number_by_label):
+    if len(number_by_label) < 2 or codes.size < _CHOSEN.rows * len(number_by_label):
         return []
     starts = np.flatnonzero(np.concatenate([[True], codes[1:] != codes[:-1]]))
     stretches = np.bincount(codes[starts])
-    if np.count_nonzero(stretches >= _LEAST_STRETCHES) < 2:
+    if np.count_nonzero(stretches >= _CHOSEN.stretches) < 2:
         return []
     for column in readings:
         values = np.asarray(column, dtype=float)
@@ -88,10 +66,10 @@ def _follows_label(codes: np.ndarray, values: FloatArray, row: np.ndarray) -> bo
     `codes`, `values`, `row`: Number of the label, reading, and row in the log, shape (n,), of all finite readings.
     """
     changes = np.flatnonzero(codes[1:] != codes[:-1]) + 1
-    if changes.size < _LEAST_JUMPS:
+    if changes.size < _CHOSEN.jumps:
         return False
     changes = changes[
-        np.linspace(0, changes.size - 1, min(changes.size, _MOST_CHANGES)).astype(int)
+        np.linspace(0, changes.size - 1, min(changes.size, _CHOSEN.changes)).astype(int)
     ]
     # sorted by label, the last readings of a label stand side by side; rank: place there of each reading
     order = np.argsort(codes, kind="stable")
@@ -102,23 +80,24 @@ def _follows_label(codes: np.ndarray, values: FloatArray, row: np.ndarray) -> bo
     with_other, is_other = lines.departure(rank[changes - 1] + 1, changes, values, row)
     both = is_own & is_other
     with_own, with_other = with_own[both], with_other[both]
-    if with_own.size < _LEAST_JUMPS:
+    if with_own.size < _CHOSEN.jumps:
         return False
     # a label may be a threshold of the readings: each label then has half of the noise, and departures are too small
     # the second difference of white noise has sqrt(6) times its standard deviation
     second_difference = float(np.median(np.abs(np.diff(lines.values, n=2)))) / math.sqrt(6)
     noise = max(
-        float(np.median(with_own)) / _NORMAL_MEDIAN,
-        second_difference / _NORMAL_MEDIAN,
-        _LEAST_PART * float(np.ptp(values)),
+        float(np.median(with_own)) / _MEDIAN_OF_NORMAL,
+        second_difference / _MEDIAN_OF_NORMAL,
+        _CHOSEN.range * float(np.ptp(values)),
     )
     # where a force begins to grow, neither line fits
-    decides = np.maximum(with_own, with_other) > _TIMES_NOISE * noise
-    jumps = int(np.count_nonzero(decides & (with_other > _TIMES_CLOSER * with_own)))
-    continuations = int(np.count_nonzero(decides & (with_own > _TIMES_CLOSER * with_other)))
+    decides = np.maximum(with_own, with_other) > _CHOSEN.times_noise * noise
+    jumps = int(np.count_nonzero(decides & (with_other > _CHOSEN.times_closer * with_own)))
+    continuations = int(np.count_nonzero(decides & (with_own > _CHOSEN.times_closer * with_other)))
     n_decides = int(np.count_nonzero(decides))
-    share = _LEAST_SHARE if n_decides > _FEW_CHANGES else _LEAST_SHARE_OF_FEW
-    return jumps >= max(_LEAST_JUMPS, _LEAST_SHARE * (jumps + continuations), share * n_decides)
+    share = _CHOSEN.share if n_decides > _CHOSEN.few_changes else _CHOSEN.share_of_few
+    fewest: float = max(_CHOSEN.jumps, _CHOSEN.share * (jumps + continuations), share * n_decides)
+    return jumps >= fewest
 
 
 class _Lines:
@@ -146,10 +125,10 @@ class _Lines:
         places in `values` and `row`, which are in the order of the log; all results have the shape of `changes`.
         """
         last = np.maximum(ends - 1, 0)
-        wanted = np.clip(ends - self.stretch[last], _FEWEST_FITTED, _MOST_FITTED)
-        places = ends[:, None] - 1 - np.arange(_MOST_FITTED)
+        wanted = np.clip(ends - self.stretch[last], _CHOSEN.fewest_fitted, _CHOSEN.most_fitted)
+        places = ends[:, None] - 1 - np.arange(_CHOSEN.most_fitted)
         is_used = (places >= self.first[last][:, None]) & (
-            np.arange(_MOST_FITTED) < wanted[:, None]
+            np.arange(_CHOSEN.most_fitted) < wanted[:, None]
         )
         # before the first reading of a label stands a reading of another label
         is_used &= (ends[:, None] > 0) & (places >= 0)
@@ -164,15 +143,14 @@ class _Lines:
         slope = (away * y).sum(axis=1) / spread
         departure = values[changes] - (mean_y - slope * mean_x)
         scale = np.sqrt(1 + 1 / safe + mean_x**2 / spread)
-        return np.abs(departure) / scale, count >= _FEWEST_FITTED - 1
+        return np.abs(departure) / scale, count >= _CHOSEN.fewest_fitted - 1
 
 
 def describe_several_sources(column: str, sources: Sequence[str]) -> str:
     """Return the sentence for the user: rows are of several sources, and the config can choose one."""
-    listed = ", ".join(map(repr, sources[:_MOST_LISTED]))
-    remainder = f" and {len(sources) - _MOST_LISTED} more" if len(sources) > _MOST_LISTED else ""
+    listed = join_words(map(repr, sources), 8)
     return (
-        f"rows of several sources: the column {column} says {listed}{remainder} in turn, and readings jump where it changes; "
+        f"rows of several sources: the column {column} says {listed} in turn, and readings jump where it changes; "
         f"say which are meant, in force_log and in motion_log of the config: `where: {{{column}: {sources[0]}}}` "
         "(a list where several are one source)"
     )

@@ -13,8 +13,15 @@ from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
 
-from rftfit.logs.arrays import MOST_COLUMNS
-from rftfit.logs.base import Log, LogError, check_unpacked, library_errors
+from rftfit.logs.base import (
+    BOUNDS,
+    FIRST,
+    Log,
+    LogError,
+    check_unpacked,
+    library_errors,
+    most_frequent,
+)
 from rftfit.logs.beside import LabelledReader, may_be_labels
 from rftfit.logs.delimited import is_value, judge_columns, plan_columns
 from rftfit.logs.quantities import names_and_units
@@ -38,12 +45,6 @@ MOST_ROWS = 1_048_576
 """Most rows of a sheet in Excel."""
 _LEAST_TO_COUNT, _STEP = MOST_ROWS * len("<row/>"), 1 << 20
 """Bytes of the smallest sheet with more rows than that, and of the pieces in which they are counted."""
-_MOST_BLANK, _BLANK_FOR_EACH = 1 << 16, 100
-"""Blank cells of a sheet that are always allowed (4 rows up to the last column), and for each filled cell."""
-_HEADER_ROWS = 60
-"""First rows of a table in which its header is searched, and that show what its columns hold."""
-_MOST_SHEETS = 50
-"""Most sheets in which a table is searched."""
 _PLAIN = frozenset({float, int})
 """Types of cells that are numbers without any test."""
 _ROWS_AT_A_TIME = 50_000
@@ -113,7 +114,7 @@ class XlsxReader(TableReader):
         self, path: Path, title: str, rows: Iterator[tuple[Any, ...]]
     ) -> tuple[ReadingPlan, Iterator[Block]]:
         """Plan how to read the table of a sheet; also yield its rows as lines of text."""
-        head = list(islice(rows, _HEADER_ROWS))
+        head = list(islice(rows, FIRST.sheet_rows))
         first = _first_row_of_table(head)
         first_rows = head[first:]
         # cells beside the table, which are left out, are neither names nor units
@@ -135,9 +136,7 @@ class XlsxReader(TableReader):
             below = above.pop()
         columns = _judge_columns(first_rows, len(above[-1]))
         width = len(columns)
-        names, units = names_and_units(
-            [*above[-1], *[""] * (width - len(above[-1]))][:width], below
-        )
+        names, units = names_and_units(above[-1], below, width)
         layout = Layout(names, delimiter="\t", no_value=(*NO_VALUE, *ERROR_VALUES))
         cells_of_rows = [line_of(row, columns).split("\t") for row in first_rows]
         plan = plan_columns(self, layout, units, [row for row in cells_of_rows if any(row)])
@@ -231,7 +230,7 @@ def _without_wide(path: Path, rows: Iterator[tuple[Any, ...]]) -> Iterator[tuple
         row_blank = row.count(None)
         blank += row_blank
         filled += len(row) - row_blank
-        if blank > _MOST_BLANK and blank > _BLANK_FOR_EACH * filled:
+        if blank > BOUNDS.blank_cells and blank > BOUNDS.blank_for_each * filled:
             wide = f"{blank // filled} blank cells for one that is filled, up to column {len(row)}"
             raise LogError("too_large", f"{path}: {wide}: delete what stands far beside the table")
         yield row
@@ -288,7 +287,7 @@ def _choose_sheet(
         raise LogError("sheet", f"{path}: {what}; allowed: {listed}{hidden}")
     for sheet in sheets:
         sheet.reset_dimensions()  # the stated size of a sheet is often wrong
-    table = next((sheet for sheet in sheets[:_MOST_SHEETS] if _has_table(path, sheet)), None)
+    table = next((sheet for sheet in sheets[: BOUNDS.sheets] if _has_table(path, sheet)), None)
     if table is None and hidden_titles and not requested_sheet:
         text = f"no table of numbers in {listed}{hidden}: options: {{sheet: NAME}} reads a hidden sheet"
         raise LogError("sheet", f"{path}: {text}")
@@ -304,7 +303,7 @@ def _choose_sheet(
 def _has_table(path: Path, sheet: Any) -> bool:
     """Return whether a table of numbers begins in the first rows of a sheet, and continues in the row below."""
     with rows_of(sheet) as rows:
-        head = list(islice(_without_wide(path, rows), _HEADER_ROWS))
+        head = list(islice(_without_wide(path, rows), FIRST.sheet_rows))
     below = head[_first_row_of_table(head) + 1 :]
     return _first_row_of_table(below) < len(below)
 
@@ -349,7 +348,7 @@ def _formulas_of(path: Path, title: str, first: int, places: Collection[int]) ->
         open_workbook(file, formulas=True) as workbook,
         rows_of(workbook[title]) as rows,
     ):
-        for row in islice(rows, first, _HEADER_ROWS):
+        for row in islice(rows, first, FIRST.sheet_rows):
             for place in places:
                 if formula := formula_of(row[place] if place < len(row) else None):
                     first_of_column.setdefault(place, formula)
@@ -393,8 +392,10 @@ class ParquetReader(LabelledReader):
                 )
             count = sum(len(columns.names) for columns in chosen.values())
             check_unpacked(path, 8 * count * file.metadata.num_rows)
+            fields_of_file = file.schema_arrow.names
             sources = [
-                (file.schema_arrow.names[place], words) for place, words in self._sources(file)
+                (fields_of_file[place], words)
+                for place, words in places_of(self.where, names_and_units(fields_of_file)[0])
             ]
             label_fields = self._label_fields(file, chosen)
             read = list(dict.fromkeys([*chosen, *(name for name, _ in sources), *label_fields]))
@@ -448,10 +449,6 @@ class ParquetReader(LabelledReader):
                     log = log.take(meant, OTHER_SOURCE)
                 yield log.without_blanks(blank, keeps_blanks=self.keeps_blanks)
 
-    def _sources(self, file: Any) -> tuple[tuple[int, tuple[str, ...]], ...]:
-        """Return the place of each column of `where`, and the words that choose rows."""
-        return places_of(self.where, names_and_units(file.schema_arrow.names)[0])
-
     def _label_fields(self, file: Any, chosen: Collection[str]) -> dict[str, str]:
         """Return the columns that may say where a row is from: field of the file to the name of the column.
 
@@ -466,16 +463,11 @@ class ParquetReader(LabelledReader):
             if field.name in chosen or name in self.where:
                 continue
             if _is_of_texts(kind) or (
-                (types.is_integer(kind) or types.is_boolean(kind)) and _may_be_labels(file, field)
+                (types.is_integer(kind) or types.is_boolean(kind))
+                and may_be_labels(_read_numbers(_first_rows(file)[field.name])[0])
             ):
                 fields[field.name] = name
         return fields
-
-
-def _may_be_labels(file: Any, field: Any) -> bool:
-    """Return whether the first rows of a field have so few whole numbers that they may be labels."""
-    numbers = _read_numbers(_first_rows(file)[field.name])[0]
-    return may_be_labels(numbers)
 
 
 class _Field(NamedTuple):
@@ -513,11 +505,11 @@ def _number_fields(file: Any) -> tuple[dict[str, _Field], dict[str, str]]:
                 continue
             head = _first_rows(file) if head is None else head
             width = _list_width(head, field.name)
-            if 0 < width <= MOST_COLUMNS:
+            if 0 < width <= BOUNDS.columns:
                 listed = [f"{name} column {number}" for number in range(1, width + 1)]
                 fields[field.name] = _Field(listed, field_unit, partial(_read_lists, width))
             else:
-                most = f"more than {MOST_COLUMNS}" if width else "so no columns"
+                most = f"more than {BOUNDS.columns}" if width else "so no columns"
                 unread[name] = f"lists of {width} numbers a row, {most}"
         elif types.is_struct(kind):
             inside = [
@@ -567,7 +559,7 @@ def _is_of_texts(kind: Any) -> bool:
 
 def _first_rows(file: Any) -> dict[str, Any]:
     """Return field to its first values."""
-    for batch in file.iter_batches(_HEADER_ROWS):
+    for batch in file.iter_batches(FIRST.sheet_rows):
         return dict(zip(batch.schema.names, batch.columns, strict=True))
     return {name: [] for name in file.schema_arrow.names}
 
@@ -575,7 +567,7 @@ def _first_rows(file: Any) -> dict[str, Any]:
 def _list_width(head: Mapping[str, Any], name: str) -> int:
     """Return the most frequent length of the lists of a field in the first rows."""
     widths = [len(cells) for cells in head[name].to_pylist() if cells] if len(head[name]) else []
-    return max(set(widths), key=widths.count, default=0)
+    return most_frequent(widths)
 
 
 def _read_lists(width: int, array: Any) -> tuple[np.ndarray, np.ndarray | None]:

@@ -12,6 +12,7 @@ import numpy as np
 
 from rftfit.conventions import FloatArray
 from rftfit.logs import base
+from rftfit.table.stamps import datetimes_to_s
 from rftfit.table.units import unit_word
 
 CUT = "cut in mid-segment"
@@ -71,7 +72,8 @@ class TdmsReader(base.Reader):
         for channel in channels:
             name = channel.name if channel.name != "time" or time is None else "time (channel)"
             values = np.asarray(channel[:])[:size]
-            columns[name] = _epoch_s(values) if values.dtype.kind == "M" else values.astype(float)
+            is_date = values.dtype.kind == "M"
+            columns[name] = datetimes_to_s(values) if is_date else values.astype(float)
             units[name] = _unit(channel)
         dropped = {CUT: rows - size} if rows > size else {}
         return base.Log(path, columns, units, rows, dropped, notes=(note,), places=places)
@@ -142,17 +144,12 @@ def _unit(channel: Any) -> str:
     return unit_word(str(channel.properties.get("unit_string", "")))
 
 
-def _epoch_s(stamps: np.ndarray) -> FloatArray:
-    """Convert times of numpy (datetime64) to s since 1970."""
-    return np.asarray(stamps.astype("datetime64[ns]").astype(np.int64) / 1e9, dtype=float)
-
-
 def _waveform_clock(channel: Any) -> base.ChannelClock:
     """Return start and step of a waveform, s; the step is NaN where it states none."""
     start = float(channel.properties.get("wf_start_offset", 0.0))
     stamp = channel.properties.get("wf_start_time")
     if stamp is not None:
-        start += float(_epoch_s(np.array([np.datetime64(stamp)]))[0])
+        start += float(datetimes_to_s(np.asarray(np.datetime64(stamp))))
     step = float(channel.properties.get("wf_increment", 0.0))
     return base.ChannelClock(start, step if step > 0 else np.nan)
 
@@ -170,7 +167,7 @@ def _find_time(
         values = np.asarray(channel[:size])
         note = f"time is the channel {channel.name!r}"
         if values.dtype.kind == "M":
-            return _epoch_s(values), note
+            return datetimes_to_s(values), note
         if _unit(channel) in ("", "s"):
             return values.astype(float), note
     if len(stated) < len(clocks) or not stated:

@@ -25,9 +25,9 @@ from rftfit.table.text import cells_of, utf16_of, without_byte_order_mark
 
 BLOCK_BYTES = 1 << 22
 """Bytes that are read at a time."""
-MAX_LINE = 1 << 16
+MAX_LINE: int = base.BOUNDS.line_bytes
 """Longest line, bytes."""
-MAX_BYTES = 1 << 36
+MAX_BYTES: int = base.BOUNDS.file_bytes
 """Largest file, bytes."""
 GZIP = b"\x1f\x8b"
 """First bytes of a file that is packed by gzip."""

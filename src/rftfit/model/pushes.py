@@ -12,7 +12,7 @@ import pandas as pd
 
 from rftfit.campaign.formats import ALPHA
 from rftfit.conventions import FloatArray, mirror
-from rftfit.directions import same_direction
+from rftfit.directions import TOLERANCE_DEG, same_direction
 from rftfit.errors import InputError
 from rftfit.measure.alpha import Columns, alpha_columns, column, directions, flagged
 from rftfit.measure.errors import (

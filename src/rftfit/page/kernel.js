@@ -1,4 +1,4 @@
-// The element kernel: the same physics as rftfit.predict.plain. Angles in rad, cm, N.
+// The element kernel: the same physics as rftfit.forces.reference_kernel. Angles in rad, cm, N.
 
 const TWO_PI = 2 * Math.PI;
 

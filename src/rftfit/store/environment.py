@@ -27,6 +27,13 @@ def shipped(name: str) -> Path:
     )
 
 
+def user_cache() -> Path:
+    """Return the folder of the user's cache for this program."""
+    import pooch  # slow to import, and seldom needed
+
+    return Path(pooch.os_cache("rftfit"))
+
+
 def child_environment(**extra_variables: str) -> dict[str, str]:
     """Return the environment of this process with `extra_variables`, safe in a folder that a stranger has filled.
 

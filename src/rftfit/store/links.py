@@ -13,6 +13,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from rftfit.errors import InputError
+from rftfit.store.environment import user_cache
 from rftfit.store.files import cut_shared, is_shared, write_text
 
 RESULTS, SNAKEMAKE = "results", ".snakemake"
@@ -250,6 +251,4 @@ def link_folder(link: Path, folder: Path) -> None:
 
 def _path_of_note() -> Path:
     """Return the file, outside of any campaign, that notes which campaign has its results where."""
-    import pooch  # slow to import, and seldom needed
-
-    return Path(pooch.os_cache("rftfit")) / "results-at.json"
+    return user_cache() / "results-at.json"

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from rftfit.campaign.problems import join_words
 from rftfit.errors import InputError
 from rftfit.store import copy_file, write_text
 from rftfit.store.digests import sha256_of
@@ -58,7 +59,7 @@ def lay_out(
     ]
     if wrong:
         raise InputError(
-            f"{_join(wrong)}: not as published (another sha256); move what is there away, and run again"
+            f"{join_words(wrong, _MOST_NAMED)}: not as published (another sha256); move what is there away, and run again"
         )
     with TemporaryDirectory(prefix="rftfit-example-") as downloads:
         sources = _find_sources(example, lacking, origin, Path(downloads), say)
@@ -77,12 +78,6 @@ def lay_out(
 def _is_right(path: Path, file: ExampleFile) -> bool:
     """Return True if there is a file at a path with the size and SHA-256 of the published one."""
     return path.is_file() and path.stat().st_size == file.size and sha256_of(path) == file.sha256
-
-
-def _join(names: Sequence[str]) -> str:
-    """Join names for a message, which gives only the first of many."""
-    more = f" and {len(names) - _MOST_NAMED} more" if len(names) > _MOST_NAMED else ""
-    return ", ".join(names[:_MOST_NAMED]) + more
 
 
 def _find_sources(
@@ -141,13 +136,8 @@ def _find_in_folder(folder: Path, files: Sequence[ExampleFile]) -> dict[str, Pat
 
 def _download(address: str, file: ExampleFile, downloads: Path) -> Path:
     """Download a file into a folder and check its digest; raise InputError if this fails."""
-    try:
-        import pooch
-    except ImportError:
-        raise InputError(
-            "data are downloaded with the package pooch; install it: pip install pooch; or give a folder that has "
-            "them: --from DIR"
-        ) from None
+    import pooch  # slow to import, and seldom needed
+
     pooch.get_logger().setLevel("ERROR")
     try:
         name = file.sha256

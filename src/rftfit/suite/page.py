@@ -199,22 +199,19 @@ def format_rows(
     ]
 
 
-_MOST_ROWS = 40
-"""Most rows of verdicts on the terminal."""
-
-
 def describe_verdicts(example: Example, verdicts: pd.DataFrame, folder: Path) -> str:
     """Describe the verdicts on an example for a terminal: their counts, and the first rows that were compared."""
     counts = count_verdicts(verdicts)
     compared = verdicts[verdicts["verdict"] != NOT_COMPARABLE]
     rows = [cells[:-1] for cells in format_rows(compared, [example], is_public=False)]
+    most = 40
     lines = [
         f"{example.settings.title}: {count(len(verdicts), 'published number')}",
         ", ".join(f"{number} {verdict}" for verdict, number in counts.items()) + ".",
-        table(HEADER, rows[:_MOST_ROWS]),
+        table(HEADER, rows[:most]),
     ]
-    if len(rows) > _MOST_ROWS:
-        lines.append(f"  and {len(rows) - _MOST_ROWS} more in the page")
+    if len(rows) > most:
+        lines.append(f"  and {len(rows) - most} more in the page")
     if example.settings.note:
         lines.append(example.settings.note)
     return "\n".join([*lines, f"Verdicts: {folder / FILE}; page: {folder / PAGE}"])

@@ -105,12 +105,6 @@ _INTEGER = re.compile(r"-?\d{1,19}")
 
 _EMPTY_LINES = re.compile(rb"[ \t]*(?:\r\n|\n|\r)[\s]*")
 
-_LINES_BY_HAND = 64
-"""Most lines with a bad one among them that are parsed one by one; larger blocks are halved first."""
-
-_ONE_PIECE = 1 << 24
-"""Bytes that Arrow parses as one piece; blocks of a log are smaller."""
-
 
 @dataclass(frozen=True)
 class Layout:
@@ -356,7 +350,7 @@ def _parse_halves(layout: Layout, body: bytes, *, is_bad: bool = False) -> list[
         fast = _parse_fast(layout, body)
         if fast is not None:
             return [fast]
-    if count_lines(body) > _LINES_BY_HAND:
+    if count_lines(body) > 64:
         middle = len(body) // 2
         # never between \r and \n
         place = body.rfind(b"\n", 0, middle) + 1 or body.rfind(b"\r", 0, middle) + 1
@@ -405,7 +399,8 @@ def _without_thousands(layout: Layout, body: bytes) -> bytes:
     numbers_by_column: dict[int, list[re.Match[bytes]]] = {}
     for number in spaced:
         numbers_by_column.setdefault(_column_of(layout, body, number.start()), []).append(number)
-    lines = islice(filter(layout.is_data, body.splitlines()), _LINES_OF_EVIDENCE)
+    # the numbers of these lines decide on separators of thousands
+    lines = islice(filter(layout.is_data, body.splitlines()), 1000)
     rows = [
         cells_of(line.decode("latin-1"), layout.delimiter, quote=layout.quote) or []
         for line in lines
@@ -428,10 +423,6 @@ def _without_thousands(layout: Layout, body: bytes) -> bytes:
         pieces += [body[stop : number.start()], whole, mark, decimals]
         stop = number.end()
     return b"".join([*pieces, body[stop:]])
-
-
-_LINES_OF_EVIDENCE = 1000
-"""First lines of a block whose numbers decide on separators of thousands."""
 
 
 def _column_of(layout: Layout, body: bytes, place: int) -> int:
@@ -647,10 +638,11 @@ def _arrow_options(layout: Layout, width: int) -> dict[str, Any]:
     column_types |= {str(place): pa.binary() for place in layout.mixed}
     return {
         "read_options": pacsv.ReadOptions(
-            # threads already parse several blocks at once; a block in one piece needs no copy of its columns
+            # threads already parse several blocks at once; a block in one piece needs no copy of its columns,
+            # and blocks of a log are smaller than this
             column_names=names,
             use_threads=False,
-            block_size=_ONE_PIECE,
+            block_size=1 << 24,
         ),
         "parse_options": pacsv.ParseOptions(
             delimiter=layout.delimiter, quote_char='"' if layout.quote else False

@@ -10,12 +10,13 @@ from typing import Any
 import numpy as np
 
 from rftfit.conventions import FloatArray
+from rftfit.table.units import TIME_TO_S
 
 NO_ZONE = "time has no time zone, taken as UTC"
 CLOCK_TIME = "time is a clock time, in s from midnight; a day is added where it passes midnight"
 MINUTES = "time is minutes and seconds, in s; an hour is added where it passes the full hour"
-DAY_S = 86400.0
-PERIOD_S = {CLOCK_TIME: DAY_S, MINUTES: 3600.0}
+DAY_S = TIME_TO_S["d"]
+PERIOD_S = {CLOCK_TIME: DAY_S, MINUTES: TIME_TO_S["h"]}
 """Note on a clock without a date, to the time after which this clock starts again at 0, s."""
 
 ORDERS = {"year first": "ymd", "day first": "dmy", "month first": "mdy"}
@@ -60,7 +61,6 @@ _CLOCK = re.compile(r"(\d\d?:[0-5]\d:[0-5]\d(?:[.,:]\d{1,9})?|[0-5]?\d:[0-5]\d[.
 _COLON_BEFORE_PART = re.compile(r"(\d\d?:[0-5]\d:[0-5]\d):(\d{1,9})")
 """A clock time with a colon before the fraction of a second."""
 _ISO = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:[^AaPp]*")
-_EPOCH = dt.datetime(1970, 1, 1, tzinfo=dt.UTC)
 
 
 def is_stamp(text: str) -> bool:
@@ -153,7 +153,7 @@ def seconds_of(text: str, order: str = "") -> float:
     if zone[0] in "+-":
         digits = zone[1:].replace(":", "").ljust(4, "0")
         away = (int(digits[:2]) * 3600 + int(digits[2:]) * 60) * (-1.0 if zone[0] == "-" else 1.0)
-    return (moment - _EPOCH).total_seconds() - away + float(f"0.{date['part'] or 0}")
+    return moment.timestamp() - away + float(f"0.{date['part'] or 0}")
 
 
 def seconds_of_column(cells: Any, order: str = "") -> FloatArray | None:
@@ -277,3 +277,8 @@ def ns_to_s(stamps: np.ndarray) -> FloatArray:
     whole = stamps // 10**9
     seconds: FloatArray = whole + (stamps - whole * 10**9) / 1e9
     return seconds
+
+
+def datetimes_to_s(moments: np.ndarray) -> FloatArray:
+    """Convert times of numpy (datetime64) to s since 1970."""
+    return ns_to_s(moments.astype("datetime64[ns]").astype(np.int64))

@@ -48,20 +48,18 @@ def text_head(head: bytes) -> bytes:
     lines = head
     if b"\x00" in head and not utf16_of(head):
         lines, _, _ = head[: head.index(b"\x00")].rpartition(b"\n")
-        if lines.count(b"\n") < _TEXT_LINES:
+        # a binary file has fewer lines before its first zero byte
+        if lines.count(b"\n") < 10:
             return b""
         lines += b"\n"
     text = as_utf8(lines)
     controls = len(text) - len(text.translate(None, _CONTROLS))
-    return b"" if controls * _FEW_CONTROLS > len(text) else text
+    # one in fifty bytes of a damaged text may be a control character; in a binary file one in ten is
+    return b"" if controls * 50 > len(text) else text
 
 
-_TEXT_LINES = 10
-"""Fewest lines before the first zero byte of a damaged text; a binary file has fewer."""
 _CONTROLS = bytes({*range(32)} - set(b"\t\n\v\f\r\x1a\x1b")) + b"\x7f"
 """Control characters that no text has."""
-_FEW_CONTROLS = 50
-"""At most one in this many bytes of a text may be a control character (damage); in a binary file one in ten is."""
 
 
 def is_web_page(head: bytes) -> bool:
@@ -83,9 +81,9 @@ class Line(NamedTuple):
     whole: bool
 
 
-def decode_first_lines(head: bytes, most: int = 400, encoding: str = "") -> list[Line]:
-    """Return at most `most` first lines of a file; `encoding` empty: UTF-8, or Windows-1252 where it is not UTF-8."""
-    return list(islice(each_line(head, encoding), most))
+def decode_first_lines(head: bytes, most: int = 400) -> list[Line]:
+    """Return at most `most` first lines of a file, in UTF-8, or Windows-1252 where it is not UTF-8."""
+    return list(islice(each_line(head), most))
 
 
 def each_line(head: bytes, encoding: str = "") -> Iterator[Line]:

@@ -86,8 +86,6 @@ _SINCE = re.compile(r"(\w+) since .*", re.IGNORECASE)
 """Unit of a time in netCDF: ``seconds since 2026-02-03``."""
 _BRACKETS = re.compile(r"^(?P<name>.*?)\s*[\[(](?P<unit>[^\[\]()]*)[\])]\s*$")
 _BRACKETED = re.compile(r"[\[(][^\[\]()]*[\])]")
-_LONGEST_UNIT = 10
-"""Most letters of a unit."""
 _INDEX = re.compile(r".*(\S\[\d+\]|[\[(][xyzXYZ][\])])\s*")
 _BEFORE_UNIT = re.compile(r"\s*[_/,]\s*|\s+")
 _POWER = re.compile(r"(\^-?\d|[²³⁻¹]+|(?<=[a-z])-?[234])$")
@@ -147,12 +145,12 @@ def split_unit(cell: str, more: frozenset[str] = frozenset()) -> tuple[str, str]
         if name and (usual or unit in more):
             return name, unit_word(unit)
     # a column of times is often named by its unit alone; but s and min often mean something else
-    is_time = len(cell) > 1 and unit_word(cell) in _TIMES
+    is_time = len(cell) > 1 and unit_word(cell) in COUNTED_TIMES
     return cell, unit_word(cell) if is_time else ""
 
 
-_TIMES = frozenset({"s", "ms", "us", "ns"})
-"""Units that, as the name of a column, say that the column holds times."""
+COUNTED_TIMES = ("s", "ms", "us", "ns")
+"""Units in which computers count time; as the name of a column, they say that the column holds times."""
 
 
 def is_units_row(cells: Sequence[str], width: int) -> bool:
@@ -163,9 +161,7 @@ def is_units_row(cells: Sequence[str], width: int) -> bool:
     if all(_BRACKETED.fullmatch(cell) for cell in filled):
         return True
     unknown_cells = [cell for cell in filled if not known_unit(cell)]
-    short = all(
-        len(cell) <= _LONGEST_UNIT and not any(map(str.isdigit, cell)) for cell in unknown_cells
-    )
+    short = all(len(cell) <= 10 and not any(map(str.isdigit, cell)) for cell in unknown_cells)
     return short and len(unknown_cells) * 2 < len(filled) and len(filled) * 2 > width
 
 

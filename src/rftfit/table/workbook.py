@@ -71,16 +71,10 @@ def text_of(value: Any) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, float):
-        return str(int(value)) if value.is_integer() and abs(value) < _MOST_WHOLE else repr(value)
+        return str(int(value)) if value.is_integer() and abs(value) < 1e15 else repr(value)
     if isinstance(value, dt.timedelta):
         minutes, seconds = divmod(value, dt.timedelta(minutes=1))
-        return f"{minutes // 60}:{minutes % 60:02}:{_EPOCH + seconds:%S.%f}"
+        return f"{minutes // 60}:{minutes % 60:02}:{dt.datetime.min + seconds:%S.%f}"
     if isinstance(value, dt.date | dt.time):
         return value.isoformat()
     return str(value).replace("_x000D_\n", "\n").replace("\r\n", "\n").replace("\r", "\n").strip()
-
-
-_MOST_WHOLE = 1e15
-"""Whole numbers below this are written without a decimal point."""
-_EPOCH = dt.datetime(1970, 1, 1)
-"""Any date: only the seconds that are added to it are written."""

@@ -32,7 +32,8 @@ PRINT = "rftfit run --print"
 LEDGER = "results/ledger.csv"
 FINDINGS = "results/findings.csv"
 
-_MOST = 5
+MOST_NAMED = 5
+"""Most files or jobs named in one line."""
 
 
 def closing_lines(recorded: Recorded) -> list[str]:
@@ -85,7 +86,7 @@ def _count_outdated(recorded: Recorded, current: set[str]) -> list[str]:
 
 def list_others(recorded: Recorded) -> list[str]:
     """Name files below ``results/`` that this campaign did not make, if there are any."""
-    names = join_words(recorded.list_foreign_files(), _MOST)
+    names = join_words(recorded.list_foreign_files(), MOST_NAMED)
     return [f"Not made by this campaign, and left as they are: {names}."] if names else []
 
 

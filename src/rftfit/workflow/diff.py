@@ -11,7 +11,6 @@ import numpy as np
 import pandas as pd
 
 from rftfit.errors import InputError
-from rftfit.outputs.dictionary import describe_file
 from rftfit.results import Tables
 from rftfit.store.digests import sha256_of
 from rftfit.store.links import RESULTS
@@ -94,8 +93,7 @@ class ResultsDiff:
             lines.append(
                 "What they were made from is not in their records; a whole `rftfit run` writes it."
             )
-        changes = map(str, self.changes) if most is None else format_changes(self.changes)
-        lines += first_of([f"  {change}" for change in changes], most)
+        lines += first_of([f"  {line}" for line in format_changes(self.changes, most)], most)
         if any(change.sort in ("code", "version") for change in self.changes):
             lines.append(
                 "What a version of the program changed, and why, stands in its CHANGELOG.md."
@@ -209,8 +207,6 @@ def _compare_tables(
     name: str, first: pd.DataFrame, second: pd.DataFrame, keys: tuple[str, ...]
 ) -> list[Difference]:
     """List the numbers that differ between two tables of one name; `keys` are columns that name a row."""
-    output = describe_file(f"{RESULTS}/{name}")
-    assert output is not None
     index = [key for key in keys if key in first and key in second]
     if not index:
         raise InputError(f"{name}: no column {', '.join(keys)} in both folders to compare rows by")

@@ -32,8 +32,7 @@ def symmetry(results: Results) -> pd.DataFrame:
         marks = (next(iter(table[name]), "") for name in MARKS)
         columns = (medium, np.degrees(grid.beta), np.degrees(grid.gamma), *alpha, *marks)
         parts.append(pd.DataFrame(dict(zip(SYMMETRY_COLUMNS, columns, strict=True))))
-    no_row = pd.DataFrame(columns=SYMMETRY_COLUMNS)
-    return pd.concat(parts, ignore_index=True) if parts else no_row
+    return pd.concat(parts or [pd.DataFrame(columns=SYMMETRY_COLUMNS)], ignore_index=True)
 
 
 def fourier(results: Results) -> pd.DataFrame:
@@ -41,7 +40,7 @@ def fourier(results: Results) -> pd.DataFrame:
     fits = fit_media([results[medium].alpha for medium in results.laboratory], results.config)
     parts = [coefficient_rows(fit) for fit in fits]
     no_row = pd.DataFrame(columns=COEFFICIENT_COLUMNS)
-    return results.marked(pd.concat(parts, ignore_index=True) if parts else no_row)
+    return results.marked(pd.concat(parts or [no_row], ignore_index=True))
 
 
 def scaling(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:

@@ -195,12 +195,13 @@ def changes_between(was: Provenance, now: Provenance) -> list[Change]:
     return changes + [Change("version", name, old, new) for name, old, new in versions]
 
 
-_FEWEST = 4
-"""Fewest changes of names that begin alike that become one line."""
+def format_changes(changes: Sequence[Change], most: int | None) -> list[str]:
+    """Format changes for people, a line each; where not all are listed, many whose names begin alike are one line.
 
-
-def format_changes(changes: Sequence[Change]) -> list[str]:
-    """Format changes for people, a line each; many of one sort whose names begin alike become one line."""
+    `most`: Most lines that are wanted; None: all.
+    """
+    if most is None:
+        return [*map(str, changes)]
 
     def group_of(change: Change) -> tuple[str, ...]:
         """Return what changes of one line share: sort, beginning of the name, old and new text."""
@@ -219,7 +220,7 @@ def format_changes(changes: Sequence[Change]) -> list[str]:
     lines: list[str] = []
     for (sort, pattern, was, now), group in groups.items():
         joined = Change(sort, f"{pattern} ({len(group)} of them)", was, now)
-        lines += map(str, [joined] if len(group) >= _FEWEST else group)
+        lines += map(str, [joined] if len(group) >= 4 else group)
     return lines
 
 

@@ -123,9 +123,6 @@ class OutdatedResult:
 LONG_AGO_S = 1.0
 """Time that a result gets which is to be made again, s since 1970: older than every input."""
 
-PASSED_S = 10.0
-"""Age that a result dated in the future gets, s: more than the step of the coarsest file times, 2 s."""
-
 
 def set_time(path: Path, seconds: float) -> None:
     """Set the time of a file, s since 1970; nothing happens where the file is not there."""
@@ -290,8 +287,10 @@ class Recorded:
     def bring_times_back(self) -> None:
         """Set results and states that are dated in the future to one time just past, so that what is made now is newer."""
         now_s = time.time()
+        # more than the step of the coarsest file times, 2 s
+        passed_s = 10.0
         for folder in (RESULTS, STATES):
             for path in (self.root / folder).rglob("*"):
                 with suppress(FileNotFoundError):
                     if path.lstat().st_mtime > now_s and path.is_file():
-                        set_time(path, now_s - PASSED_S)
+                        set_time(path, now_s - passed_s)

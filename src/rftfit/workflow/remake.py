@@ -22,7 +22,7 @@ from rftfit.store.links import RESULTS, link_folder
 from rftfit.store.tables import read_cells, read_parquet
 from rftfit.store.text import count, first_of
 from rftfit.workflow.changed_cells import find_changed_cells
-from rftfit.workflow.closing import list_others
+from rftfit.workflow.closing import MOST_NAMED, list_others
 from rftfit.workflow.records import Record, Recorded
 from rftfit.workflow.run import Workflow
 from rftfit.workflow.snakemake import Job, Progress
@@ -62,7 +62,7 @@ class Remade:
             f"{results} made again: {len(self.same)} with the same bytes, {len(self.unlike)} otherwise."
         )
         if self.not_made:
-            paths = join_words(self.not_made, _MOST)
+            paths = join_words(self.not_made, MOST_NAMED)
             lines.append(f"Not made again, since rftfit run does not make them: {paths}.")
         return "\n".join([*lines, *list_others(self.recorded)])
 
@@ -74,10 +74,6 @@ class Remade:
             "not_made_again": self.not_made,
             "others": self.recorded.list_foreign_files(),
         }
-
-
-_MOST = 5
-"""Most paths named in one line."""
 
 
 def remake(

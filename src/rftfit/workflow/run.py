@@ -18,6 +18,7 @@ from rftfit.errors import InputError, OutputError, WorkflowError
 from rftfit.measure.long_logs import MOST_ROWS
 from rftfit.measure.read import readers
 from rftfit.store.links import RESULTS, put_results_at
+from rftfit.workflow.closing import MOST_NAMED
 from rftfit.workflow.processes import stale_lock
 from rftfit.workflow.records import OutdatedResult, Recorded
 from rftfit.workflow.snakemake import (
@@ -31,7 +32,7 @@ from rftfit.workflow.snakemake import (
     working_in,
 )
 from rftfit.workflow.stages import LAST
-from rftfit.workflow.state import HANDED, States, guard_written, hand_over, read_states
+from rftfit.workflow.state import HANDED, LEAST_MB, States, guard_written, hand_over, read_states
 
 LOG = Path("results/logs/snakemake.log")
 
@@ -41,9 +42,6 @@ _NOT_CLUSTERS = ("default",)
 
 _SUBMITS = {"slurm": "sbatch"}
 """Program that hands over the jobs of an executor, by the name of the executor."""
-
-_MOST = 5
-"""Most names in one line of a message."""
 
 
 @dataclass(frozen=True)
@@ -139,7 +137,7 @@ class Workflow:
         findings = self.recorded.findings_of(self.targets)
         jobs_left = list(dict.fromkeys(finding.job for finding in findings))
         if jobs_left:
-            names = join_words([name.replace("/", " ") for name in jobs_left], _MOST)
+            names = join_words([name.replace("/", " ") for name in jobs_left], MOST_NAMED)
             raise WorkflowError(
                 f"still out of date after this run: {names}. Snakemake goes by the times of files, and those of this disk "
                 "or clock are not in order: delete the folder results, then run again"
@@ -267,19 +265,15 @@ def describe_findings(findings: Sequence[OutdatedResult]) -> list[str]:
     for sort, what in (("edited", "not as written (edited or damaged)"), ("missing", "not there")):
         names = [finding.what for finding in findings if finding.sort == sort]
         if names:
-            lines.append(f"{what}, made again: {join_words(names, _MOST)}")
+            lines.append(f"{what}, made again: {join_words(names, MOST_NAMED)}")
     jobs_by_change: dict[str, dict[str, None]] = {}
     for finding in findings:
         if finding.sort == "changed":
             jobs_by_change.setdefault(finding.what, {})[finding.job.replace("/", " ")] = None
     since = "changed since the results were made"
     return lines + [
-        f"{what} {since}: {join_words(jobs, _MOST)}" for what, jobs in jobs_by_change.items()
+        f"{what} {since}: {join_words(jobs, MOST_NAMED)}" for what, jobs in jobs_by_change.items()
     ]
-
-
-_MUCH_MB = 1000
-"""Memory from which reading a medium's logs is worth a line, MB."""
 
 
 def describe_memory(states: States, recorded: Recorded) -> list[str]:
@@ -289,14 +283,14 @@ def describe_memory(states: States, recorded: Recorded) -> list[str]:
         if recorded.is_current(f"{RESULTS}/traces/{medium}.parquet"):
             continue
         need = states.memory(medium)
-        if need.megabytes < _MUCH_MB and not need.long_logs:
+        if need.megabytes < LEAST_MB and not need.long_logs:
             continue
         about = f"reading the logs of {medium} needs up to {need.megabytes} MB of memory"
         if need.long_logs:
             sizes = [f"{name} ({size / 1e6:.0f} MB)" for name, size in need.long_logs.items()]
             about += (
                 f"; where one has more than {MOST_ROWS} rows, the means of neighbours are kept: "
-                f"{join_words(sizes, _MOST)}"
+                f"{join_words(sizes, MOST_NAMED)}"
             )
         lines.append(about)
     return lines

@@ -62,13 +62,18 @@ def _robot_stage(name: str, *settings: str, **fields: Any) -> Stage:
     return Stage(f"{_ROBOT}:{name}", "compare", sections, robot=True, **fields)
 
 
+_OF_LOGS = ("raw", "dialect", "force_log", "motion_log")
+"""Sections by which logs are read."""
+_OF_FITS = ("force_log", "transducer", "container", "intruders", "fit", "errors", "table", "media")
+"""Sections on which the slope of a push depends."""
+
 STAGES = {
     "clocks": Stage(
         f"{_MEASURE}:clocks",
         "measure",
         rows=True,
         logs=OWN,
-        settings=("raw", "dialect", "force_log", "motion_log", "transducer", "arm", "clock"),
+        settings=(*_OF_LOGS, "transducer", "arm", "clock"),
         estimated=True,
         wildcard="medium",
     ),
@@ -78,10 +83,7 @@ STAGES = {
         rows=True,
         logs=OWN,
         settings=(
-            "raw",
-            "dialect",
-            "force_log",
-            "motion_log",
+            *_OF_LOGS,
             "transducer",
             "zero",
             "arm",
@@ -101,39 +103,14 @@ STAGES = {
         wildcard="medium",
     ),
     "slopes": Stage(
-        f"{_MEASURE}:slopes",
-        "measure",
-        rows=True,
-        settings=(
-            "force_log",
-            "transducer",
-            "container",
-            "intruders",
-            "fit",
-            "errors",
-            "table",
-            "media",
-        ),
-        wildcard="medium",
+        f"{_MEASURE}:slopes", "measure", rows=True, settings=_OF_FITS, wildcard="medium"
     ),
     "checks": Stage(
         f"{_MEASURE}:checks",
         "compare",
         rows=True,
         order=True,
-        settings=(
-            "force_log",
-            "transducer",
-            "arm",
-            "surface",
-            "container",
-            "intruders",
-            "fit",
-            "errors",
-            "grid",
-            "table",
-            "media",
-        ),
+        settings=(*_OF_FITS, "arm", "surface", "grid"),
         wildcard="medium",
     ),
     "legs": Stage(
@@ -144,11 +121,7 @@ STAGES = {
         wildcard="medium",
     ),
     "ledger": Stage(
-        f"{_MEASURE}:ledger",
-        "measure",
-        rows=True,
-        logs=OWN,
-        settings=("raw", "dialect", "force_log", "motion_log", "media"),
+        f"{_MEASURE}:ledger", "measure", rows=True, logs=OWN, settings=(*_OF_LOGS, "media")
     ),
     "symmetry": Stage(f"{_PROFILES}:symmetry", "compare"),
     "fourier": Stage(f"{_PROFILES}:fourier", "compare", ("fit", "fourier", "media")),
@@ -162,18 +135,7 @@ STAGES = {
         f"{_VALIDATE}:natural_sands",
         "compare",
         rows=True,
-        settings=(
-            "force_log",
-            "transducer",
-            "surface",
-            "container",
-            "fit",
-            "errors",
-            "fourier",
-            "intruders",
-            "media",
-            "table",
-        ),
+        settings=(*_OF_FITS, "surface", "fourier"),
     ),
     "validate": Stage(f"{_VALIDATE}:validate", "compare", ("media",), rows=True),
     "robot_measured": _robot_stage("robot_measured", "raw"),

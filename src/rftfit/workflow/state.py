@@ -34,6 +34,9 @@ STATES = f"{RESULTS}/state"
 HANDED = "RFTFIT_CAMPAIGN"
 """Environment variable: path of the file with the campaign that `rftfit run` has read, a space, the seal of its bytes."""
 
+LEAST_MB = 1000
+"""Memory that a cluster gives at least to a stage of a medium; `rftfit run` says where one needs more."""
+
 _FIELDS_LEFT_OUT = ("row", "note", "lacks_force_x", "rows_without_data")
 """Fields of a run that its state leaves out: the number of its row, its note, and what the digest of a table tells."""
 

@@ -78,7 +78,7 @@ def legs_predicted(results: Results) -> tuple[pd.DataFrame, ...]:
         key: peak for _, peaks_of_medium in predictions for key, peak in peaks_of_medium.items()
     }
     no_curve = pd.DataFrame(columns=PREDICTED_COLUMNS)
-    curves = pd.concat(tables_with_rows, ignore_index=True) if tables_with_rows else no_curve
+    curves = pd.concat(tables_with_rows or [no_curve], ignore_index=True)
     tolerance_deg = results.config.grid.angle_tolerance_deg
     spread = {medium.name: bed_spread(medium.alpha, tolerance_deg) for medium in media}
     measured = results.joined("legs/{medium}.csv")

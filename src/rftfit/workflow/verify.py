@@ -72,8 +72,8 @@ class Verified:
         lines = [
             line for path in self.asked for line in [*_describe_chain(self.now, path, most), ""]
         ]
-        changes = map(str, self.changes) if most is None else format_changes(self.changes)
-        lines += first_of([f"Changed: {change}." for change in changes], most, "more changes")
+        changes = [f"Changed: {line}." for line in format_changes(self.changes, most)]
+        lines += first_of(changes, most, "more changes")
         results = count(len(self.paths), "result")
         if self.why or self.differ:
             lines += first_of(self.why, most)
