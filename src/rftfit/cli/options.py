@@ -484,7 +484,7 @@ def given_pushes(alpha: float | None, se: float | None, table: PushOptions) -> t
     """Return name and pushes of a table or of --alpha; without `se` the one push of --alpha has the usual error."""
     if table:
         return table.read()
-    from rftfit.model.shapes import describe_push, one_push
+    from rftfit.model.pushes import describe_push, one_push
 
     return describe_push(alpha or 0.0, se), one_push(alpha or 0.0, se)
 

@@ -433,7 +433,8 @@ def _list_choices(
             ways.append((-beta, -gamma))
         apart_deg = angle_apart(*np.transpose(ways)[..., None], *nodes_deg.T)
         places = apart_deg.argmin(axis=1)
-        is_node = same_direction(*np.transpose(ways), *nodes_deg[places].T, TOLERANCE_DEG)
+        beta_deg, gamma_deg = np.transpose(ways)
+        is_node = same_direction(beta_deg, gamma_deg, *nodes_deg[places].T, TOLERANCE_DEG)
         if not is_node.all():
             lost = tuple(round(float(angle), 3) + 0.0 for angle in ways[int(is_node.argmin())])
             raise ValueError(
