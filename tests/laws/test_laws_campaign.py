@@ -46,7 +46,6 @@ def make(folder, units, order=1):
                 narrow |= {"force_log": f"{run}_narrow.csv", "motion_log": f"{run}_narrow.csv"}
                 rows.append(row | narrow)
     force_unit, length_unit = units.get("force_unit", "N"), units.get("length_unit", "mm")
-    narrow = {"shape": "plate", "length_cm": 5.0, "width_cm": 2.0, "thickness_cm": 0.4}
     config = config_of_push(
         "time",
         {c: {"column": c, "unit": length_unit} for c in "xz"},
@@ -54,7 +53,7 @@ def make(folder, units, order=1):
         transducer={"precision_N": 0.02},
         media={medium: {"title": medium} for medium in MEDIA},
     )
-    config["intruders"]["narrow"] = narrow
+    config["intruders"]["narrow"] = config["intruders"]["plate"] | {"width_cm": 2}
     write_campaign(folder, config, rows=rows[::order], logs=logs)
     report = rftfit.run(folder, [f"results/alpha/{medium}.csv" for medium in MEDIA], cores=1)
     assert report.failed == {}
