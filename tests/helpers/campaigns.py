@@ -18,10 +18,10 @@ from unittest.mock import patch
 
 import pandas as pd
 import yaml
-from makers import read_rows, run_command, write_rows
+from makers import read_rows, run_command, write_rows, write_yaml
 from matplotlib.axis import Axis
 from pages import blocks_of, figure_faults, untrue, words
-from paper import NOTHING, PROJECT, enact, few_draws, paper_values, write_yaml
+from paper import NOTHING, PROJECT, enact, few_draws, paper_values
 from snakemake.api import SnakemakeApi
 from snakemake.settings.types import (
     ConfigSettings,

@@ -1,5 +1,7 @@
 """Where a log begins at contact, the interval of alpha includes the error of the surface."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from campaigns import chain
@@ -42,7 +44,8 @@ def alpha_of_pushes(folder, off_mm, seed):
         force = ALPHA * AREA_CM2 * np.clip(depth_mm + above_mm, 0, None) / 10
         force = force + random.normal(0, NOISE_N, time.size)
         name = f"p{number:03}"
-        logs[f"{name}.csv"] = TextLog({"t": time, "f": force, "z": -depth_mm}, {}).text()
+        columns: dict[str, Any] = {"t": time, "f": force, "z": -depth_mm}
+        logs[f"{name}.csv"] = TextLog(columns, {}).text()
         beta_deg = number - len(off_mm) // 2
         rows.append(row_of_push(run_id=name, intruder="disc", beta_deg=beta_deg))
     campaign = load_campaign(write_campaign(folder, CONFIG, rows=rows, logs=logs))
