@@ -163,8 +163,23 @@ MISSING = {(-30.0, 45.0): "no tare: rod_p_017 is too short", (90.0, -90.0): "sur
 
 
 def alpha_table(medium, missing=MISSING):
-    table = alpha_frame(medium, reference.alpha_grid(medium))
-    table["run_ids"] = [f"{medium}_{place:03d}" for place in table.index]
+    rng = np.random.default_rng(sum(map(ord, medium)))
+    beta, gamma = np.meshgrid(reference.BETA_DEG, reference.GAMMA_DEG, indexing="ij")
+    table = pd.DataFrame({"medium": medium, "beta_deg": beta.ravel(), "gamma_deg": gamma.ravel()})
+    for c, values in zip("zx", reference.alpha_grid(medium), strict=True):
+        alpha = values.ravel()
+        half = 0.0015 + 0.01 * np.abs(alpha) + 0.0005 * rng.random(alpha.size)
+        for end, value in (
+            ("", alpha),
+            ("_se", half / 2),
+            ("_lo", alpha - half),
+            ("_hi", alpha + half),
+            ("_lo_next", alpha - 2 * half),
+            ("_hi_next", alpha + 2 * half),
+        ):
+            table[f"alpha_{c}{end}_N_per_cm3"] = value
+    names = [f"{medium}_{i:03d}" for i in range(len(table))]
+    table = table.assign(n_runs=1, run_ids=names, lost_run_ids="", reason="")
     numbers = [name for name in table.columns if name.startswith("alpha_")]
     for (b, g), reason in missing.items():
         is_cell = (table["beta_deg"] == b) & np.isclose(table["gamma_deg"], g)

@@ -1231,7 +1231,7 @@ def test_later_checks_wait_until_a_first_is_put_right(failed, accepted, held, mo
     """All others would pass; a check that waits keeps its flags of single runs."""
     flag = remark("gives-back", run_id="a")
 
-    for name in CHECKS:
+    for name in get_args(CheckName):
         outcome = Check.judge(name, name != failed, [flag])
         do_instead(monkeypatch, name, lambda _, outcome=outcome: outcome)
     outcomes = check_nothing({failed: "why"} if accepted else {})
