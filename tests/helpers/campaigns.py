@@ -6,7 +6,6 @@ import contextlib
 import csv
 import hashlib
 import io
-import math
 import os
 import shutil
 import subprocess
@@ -19,10 +18,10 @@ from unittest.mock import patch
 
 import pandas as pd
 import yaml
-from makers import run_command
+from makers import read_rows, run_command, write_rows, write_yaml
 from matplotlib.axis import Axis
 from pages import blocks_of, figure_faults, untrue, words
-from paper import NOTHING, PROJECT, enact, few_draws, paper_values, write_yaml
+from paper import NOTHING, PROJECT, enact, few_draws, paper_values
 from snakemake.api import SnakemakeApi
 from snakemake.settings.types import (
     ConfigSettings,
@@ -38,7 +37,6 @@ from rftfit.campaign.config import Config
 from rftfit.campaign.load import check_campaign, load_campaign
 from rftfit.campaign.new_campaign import init_campaign
 from rftfit.campaign.presence import root_of
-from rftfit.campaign.sheet import Run
 from rftfit.figures import style
 from rftfit.lab.enact import run_logs
 from rftfit.lab.plan import PlannedRun, plan_runs
@@ -280,30 +278,6 @@ class Room:
         return campaign
 
 
-def plate_run(run_id="r1", **cells):
-    """A plate of the paper that is pushed straight down, with nothing else said, but for some cells."""
-    values: dict[str, Any] = {
-        "run_id": run_id,
-        "kind": "plate",
-        "medium": "poppy_LP",
-        "intruder": "plate",
-        "direction": "intrusion",
-        "beta_deg": 0.0,
-        "gamma_deg": 90.0,
-        "depth_cm": math.nan,
-        "force_log": f"{run_id}.csv",
-        "motion_log": "b.csv",
-        "tare_run": "",
-        "tare_shared": False,
-        "surface_z_mm": None,
-        "excluded": False,
-        "reason": "",
-        "note": "",
-        "row": 2,
-    }
-    return Run(**values | cells)
-
-
 # --- Small campaigns of the re-enacted lab in a folder, and the chain of stages over them -------------------------
 
 DEMONSTRATION = Path(__file__).parents[2] / "config" / "config.yaml"
@@ -378,12 +352,7 @@ class RigRoom:
             target.parent.mkdir(exist_ok=True)
             if content is not None:
                 target.write_bytes(content)
-        rows = self.rows()
-        out = io.StringIO()
-        writer = csv.DictWriter(out, list(rows[0]), lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(order(rows))
-        (raw / "runs.csv").write_text(out.getvalue(), encoding="utf-8")
+        write_rows(raw / "runs.csv", order(self.rows()))
         return path
 
     def chain(self, medium="poppy_LP"):
@@ -546,20 +515,13 @@ class Folder:
 
     def digests(self):
         """Every result but logs, by path."""
-        results = self.root / "results"
+        of_results = digests(self.root / "results")
         return {
-            path.relative_to(results).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
-            for path in sorted(results.rglob("*"))
-            if path.is_file() and "logs" not in path.relative_to(results).parts
+            name: digest for name, digest in of_results.items() if "logs" not in Path(name).parts
         }
 
     def raw_digests(self):
-        raw = self.root / "raw"
-        return {
-            path.relative_to(raw).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
-            for path in sorted(raw.rglob("*"))
-            if path.is_file()
-        }
+        return digests(self.root / "raw")
 
 
 def _sketch(folder, real_run, figure, base, about, endings):
@@ -662,8 +624,8 @@ class Bench:
 
     def __init__(self, root, recorded):
         self.root, self.config, self.recorded = root, root / "config" / "config.yaml", recorded
-        text = (recorded / "raw" / "paper" / "runs.csv").read_text(encoding="utf-8")
-        self.every = {row["run_id"]: row for row in csv.DictReader(io.StringIO(text))}
+        recorded_rows = read_rows(recorded / "raw" / "paper" / "runs.csv")
+        self.every = {row["run_id"]: row for row in recorded_rows}
         self.rows = {}
         self.raw, self.time = root / "raw" / "paper", 0.0
         self.sheet = self.raw / "runs.csv"
@@ -673,11 +635,7 @@ class Bench:
         return [name for name, row in self.every.items() if row["kind"] == "plate"]
 
     def write_sheet(self):
-        buffer = io.StringIO()
-        sheet = csv.DictWriter(buffer, [*next(iter(self.every.values()))], lineterminator="\n")
-        sheet.writeheader()
-        sheet.writerows(self.rows.values())
-        self.sheet.write_text(buffer.getvalue(), encoding="utf-8")
+        write_rows(self.sheet, self.rows.values(), names=next(iter(self.every.values())))
 
     def logs(self, name):
         return [self.every[name][f"{kind}_log"] for kind in ("force", "motion")]

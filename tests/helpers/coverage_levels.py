@@ -31,7 +31,7 @@ from rftfit import Results, TableProfile
 from rftfit.campaign.config import ErrorSettings, Fit
 from rftfit.compare.legs import extreme, leg_errors, leg_prediction, measured_peak
 from rftfit.directions import TOLERANCE_DEG
-from rftfit.forces.motion import HIP_HEIGHT_CM, RATE_RAD_PER_S, THETA_DEG, rotation_poses
+from rftfit.forces.motion import THETA_DEG, rotation_poses
 from rftfit.forces.outlines import leg_outline
 from rftfit.forces.plane import force_draws, forces_on
 from rftfit.lab.plan import PlannedRun, Segment
@@ -61,10 +61,10 @@ from rftfit.workflow import measure as measure_stages
 # --- Forces on a turning leg without intervals, for tests and benchmarks ------------------------------------------
 
 
-def poses_of_turn(theta=None, hip_height_cm=HIP_HEIGHT_CM, rate_rad_per_s=RATE_RAD_PER_S):
-    """Poses at angles theta, rad; by default -135 to 135 degrees by 1."""
+def poses_of_turn(theta=None, *path, **options):
+    """Poses at angles theta, rad; by default -135 to 135 degrees by 1. `path`: height of the hip and rate."""
     theta = np.radians(THETA_DEG) if theta is None else theta
-    return rotation_poses(theta, hip_height_cm, rate_rad_per_s)
+    return rotation_poses(theta, *path, **options)
 
 
 def sweep(profile, leg, *path, **options):
@@ -847,25 +847,18 @@ def _true_error(medium, leg, component, predicted):
 DEPTHS_CM = Fit().depths_cm
 
 
-def forces_held(medium, campaigns, seed, sizes, errors=EXACT, *, line=False):
+def forces_held(medium, campaigns, seed, sizes):
     """Coverage and width of the force at each depth, over campaigns and the cells whose windows hold the depth.
 
-    `sizes`: Of the disturbances, ``power`` among them. `line`: Take alpha of the line through zero instead.
+    `sizes`: Of the disturbances, ``power`` among them.
     Column ``width``: median over cells of the mean half width over that which the standard deviation of the errors needs.
     """
     rows = {}
     for depth in DEPTHS_CM:
         power = simulate(medium, campaigns, seed, sizes, at_cm=depth, repeats=1)
-        tables = power.tables(seed, errors=errors)
+        tables = power.tables(seed)
         lo, truth, hi = (np.stack(arrays) for arrays in zip(*map(alpha_cells, tables), strict=True))
         is_finite = np.isfinite(lo).all(axis=0)
-        if line:
-            straight = simulate(medium, campaigns, seed, sizes, repeats=1).tables(
-                seed, errors=errors
-            )
-            lo, _, hi = (
-                np.stack(arrays) for arrays in zip(*map(alpha_cells, straight), strict=True)
-            )
         lo, hi = lo[:, is_finite], hi[:, is_finite]
         truth = truth[:, is_finite] * power_law(np.array(depth), sizes["power"]) / depth
         inside, half = (lo <= truth) & (truth <= hi), (hi - lo) / 2

@@ -15,6 +15,7 @@ import time
 import tracemalloc
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -370,6 +371,7 @@ def write_ros2(path, raws, plugin="MCAP", kind=WRENCH, topics=("/wrench",), mode
     return next(path.glob("*.mcap" if plugin == "MCAP" else "*.db3*"))
 
 
+@cache
 def ros2_store():
     """Types of ROS 2."""
     from rosbags import typesys

@@ -190,48 +190,61 @@ class MadePush:
         )
 
 
-def config_of_push(time, motion, **transducer):
-    """Config of a campaign of pushes whose logs `MadePush.log` made, both in one file.
+NOT_MEASURED = {name: {"constant": 0, "unit": "N"} for name in ("F1", "F2")}
+"""Channels of a load cell that feels F3 alone."""
 
-    `time`: Column of the time. `motion`: Columns of the position. `transducer`: Further settings of the transducer.
+
+def bench_config(force_log, motion_log, *, transducer=None, **sections):
+    """Config of a bench with one clock, a plate and a bed of sand, whose channels lie along the axes.
+
+    `transducer`: Settings of it beside those that are here, or in their place. `sections`: In place of those that are here.
     """
-    force = {
-        "F1": {"column": "Fx", "unit": "N"},
-        "F2": {"constant": 0, "unit": "N"},
-        "F3": {"column": "Fz", "unit": "N"},
+    cell = {
+        "name": "cell",
+        "range_N": [500, 500, 500],
+        "axes": {"x": "+F1", "y": "+F2", "z": "+F3"},
     }
-
-    def log(columns):
-        times = {"time": {"column": time, "unit": "s"}}
-        return {"text": {"delimiter": ","}, "columns": times | columns}
-
+    plate = {"shape": "plate", "length_cm": 5, "width_cm": 3, "thickness_cm": 0.4}
     return {
         "title": "one cell, one stage",
         "raw": "raw",
         "run_sheet": "config/runs.csv",
-        "force_log": log(force),
-        "motion_log": log(motion),
+        "force_log": force_log,
+        "motion_log": motion_log,
         "clock": {"method": "same_clock"},
-        "transducer": {
-            "name": "cell",
-            "range_N": [200, 200, 200],
-            "axes": {"x": "+F1", "y": "+F2", "z": "+F3"},
-            **transducer,
-        },
-        "container": {"length_cm": 60, "width_cm": 40, "depth_cm": 30},
-        "intruders": {
-            "plate": {"shape": "plate", "length_cm": 5, "width_cm": 3, "thickness_cm": 0.4}
-        },
+        "transducer": cell | (transducer or {}),
+        "container": {"length_cm": 60, "width_cm": 60, "depth_cm": 40},
+        "intruders": {"plate": plate},
         "media": {"sand": {"title": "sand"}},
-        "fit": {"missing_tare": "none"},
+        "fit": {"missing_tare": "flag"},
+    } | sections
+
+
+def comma_log(**columns):
+    """Section of a log with commas between its cells."""
+    return {"text": {"delimiter": ","}, "columns": columns}
+
+
+def config_of_push(time, motion, *, force_unit="N", **sections):
+    """Config of a campaign of pushes whose logs `MadePush.log` made, both in one file.
+
+    `time`: Column of the time. `motion`: Columns of the position. `sections`: As of `bench_config`.
+    """
+    time = {"column": time, "unit": "s"}
+    force = {
+        "F1": {"column": "Fx", "unit": force_unit},
+        "F2": {"constant": 0, "unit": "N"},
+        "F3": {"column": "Fz", "unit": force_unit},
     }
+    sections = {"fit": {"missing_tare": "none"}} | sections
+    return bench_config(comma_log(time=time, **force), comma_log(time=time, **motion), **sections)
 
 
-def row_of_push(gamma_deg=90, **cells):
-    """Row of the run sheet of the push p of a level plate, both of whose logs are in p.csv."""
-    row = {"run_id": "p", "kind": "plate", "medium": "sand", "intruder": "plate"}
+def row_of_push(gamma_deg=90, run_id="p", **cells):
+    """Row of the run sheet of a push of a level plate, both of whose logs are in one file."""
+    row = {"run_id": run_id, "kind": "plate", "medium": "sand", "intruder": "plate"}
     row |= {"direction": "intrusion", "beta_deg": "0", "gamma_deg": str(gamma_deg)}
-    return row | {"force_log": "p.csv", "motion_log": "p.csv"} | cells
+    return row | {"force_log": f"{run_id}.csv", "motion_log": f"{run_id}.csv"} | cells
 
 
 NEWTONS = {"N": 1.0, "mN": 1e-3, "kN": 1e3, "gf": 9.80665e-3}
@@ -419,8 +432,7 @@ def write_campaign(folder, config, *, rows=(), logs=None, lab=None, pushes=None,
     """
     folder = Path(folder)
     path = folder / "config" / "config.yaml"
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(yaml.safe_dump(config, sort_keys=False, allow_unicode=True), encoding="utf-8")
+    write_yaml(path, config)
     raw = folder / config["raw"]
     raw.mkdir(parents=True, exist_ok=True)
     sheet = folder / config["run_sheet"]
@@ -438,15 +450,30 @@ def write_campaign(folder, config, *, rows=(), logs=None, lab=None, pushes=None,
     return path
 
 
+class PlainDumper(yaml.SafeDumper):
+    """Writes what stands in two places twice, as a user does."""
+
+    def ignore_aliases(self, data):  # noqa: ARG002
+        """Name no value to refer to it."""
+        return True
+
+
+def write_yaml(path, values):
+    """Write values into a file, whose folder is made, too."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    text = yaml.dump(values, Dumper=PlainDumper, sort_keys=False, allow_unicode=True)
+    path.write_text(text, encoding="utf-8")
+
+
 def read_rows(sheet):
     """Read the rows of a run sheet, as dicts of text."""
     with sheet.open(encoding="utf-8", newline="") as file:
         return list(csv.DictReader(file))
 
 
-def write_rows(sheet, rows):
-    """Write a run sheet; its columns are those of all rows together, in their first order."""
-    names = list(dict.fromkeys(name for row in rows for name in row))
+def write_rows(sheet, rows, names=()):
+    """Write a run sheet; its columns are `names` and those of all rows together, in their first order."""
+    names = list(dict.fromkeys([*names, *(name for row in rows for name in row)]))
     sheet.parent.mkdir(parents=True, exist_ok=True)
     with sheet.open("w", encoding="utf-8", newline="") as file:
         writer = csv.DictWriter(file, names, restval="", lineterminator="\n")

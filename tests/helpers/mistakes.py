@@ -1,8 +1,6 @@
 """Campaigns of other labs, and mistakes in sheet, config and logs, with what check and stages say of them."""
 
 import copy
-import csv
-import io
 import random
 import re
 from collections.abc import Callable
@@ -18,7 +16,8 @@ import pandas as pd
 import yaml
 from campaigns import RigRoom, run_rules
 from coverage_levels import measured
-from paper import NOTHING, disturbed_logs, enact, paper_values, write_yaml
+from makers import read_rows, write_campaign
+from paper import NOTHING, disturbed_logs, enact, paper_values
 
 from rftfit.campaign.config import Config
 from rftfit.campaign.load import REENACTED, check_campaign, load_campaign
@@ -26,7 +25,6 @@ from rftfit.checks.verdict import Verdict, verdict_on
 from rftfit.errors import InputError
 from rftfit.lab.enact import prepare, run_logs
 from rftfit.lab.plan import PlannedRun, parse_directions
-from rftfit.lab.protocols import PAPER
 from rftfit.lab.truth import table_s5
 from rftfit.lab.write import fixed, sheet_text
 from rftfit.measure.alpha import column
@@ -282,7 +280,7 @@ class Written:
         raw = root / "raw" / "paper"
         config = yaml.safe_load((root / "config" / "config.yaml").read_text(encoding="utf-8"))
         config["fourier"]["draws"] = 200
-        rows = list(csv.DictReader(io.StringIO((raw / "runs.csv").read_text(encoding="utf-8"))))
+        rows = read_rows(raw / "runs.csv")
         logs = {
             path.relative_to(raw).as_posix(): path.read_bytes()
             for path in sorted(raw.rglob("*"))
@@ -292,18 +290,7 @@ class Written:
 
     def write(self, root):
         """Write it into a folder."""
-        raw = root / "raw" / "paper"
-        raw.mkdir(parents=True)
-        write_yaml(root / "config" / "config.yaml", self.config)
-        for name, content in self.logs.items():
-            (raw / name).parent.mkdir(exist_ok=True, parents=True)
-            (raw / name).write_bytes(content)
-        if not self.rows:
-            return
-        with (raw / "runs.csv").open("w", newline="", encoding="utf-8") as file:
-            writer = csv.DictWriter(file, list(self.rows[0]))
-            writer.writeheader()
-            writer.writerows(self.rows)
+        write_campaign(root, self.config, rows=self.rows, logs=self.logs)
 
 
 @cache
@@ -365,9 +352,9 @@ def _stress():
     return "\n".join(lines) + "\n"
 
 
-def mutated(luck, base=None):
+def mutated(luck):
     """Make one to three mistakes in one of the campaigns."""
-    written = copy.deepcopy(bases()[base or luck.choice(list(bases()))])
+    written = copy.deepcopy(bases()[luck.choice(list(bases()))])
     for _ in range(luck.choice([1, 1, 2, 3])):
         kinds = [_of_log, _of_log, _of_log, _of_cell if written.rows else _of_log, _of_setting]
         written.mistakes.append(luck.choice(kinds)(luck, written))
@@ -580,7 +567,7 @@ OTHER = {"poppy_CP": "glass0.3mm_LP"}
 
 
 def enacted(
-    medium, seed, errors, directions=None, repeats=1, sizes=NOTHING, protocol=PAPER, tare=True
+    medium, seed, errors, directions=None, repeats=1, sizes=NOTHING, protocol="paper", tare=True
 ):
     """Re-enact the plates of a medium in memory, the sheet in the order of time.
 

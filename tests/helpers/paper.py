@@ -13,6 +13,7 @@ from unittest.mock import patch
 
 import numpy as np
 import yaml
+from makers import write_yaml
 
 from rftfit import reference
 from rftfit.campaign.config import AnyPlate, Config, Grid, Leg
@@ -47,9 +48,6 @@ BETA, GAMMA = (
     )
 )
 """Every cell, by beta, then gamma, rad, shape (91,)."""
-
-GAMMA_OF_FILE = np.radians(np.round(np.degrees(GAMMA), 4))
-"""Gamma with the six digits of a table in a file."""
 
 
 def grid(table, name):
@@ -477,13 +475,6 @@ def paper_values(*without):
 def paper_config(**changes):
     """The demonstration's config, some sections of it changed."""
     return Config.model_validate(paper_values()).model_copy(update=changes)
-
-
-def write_yaml(path, values):
-    """Write values into a file, whose folder is made, too."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    text = yaml.safe_dump(values, sort_keys=False, allow_unicode=True)
-    path.write_text(text, encoding="utf-8")
 
 
 def enact(root, values, sizes=NOTHING, **options):

@@ -4,18 +4,46 @@ import math
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from rftfit.campaign.config import Arm
 from rftfit.campaign.sheet import Run
-from rftfit.conventions import FloatArray, direction
+from rftfit.conventions import direction
 from rftfit.logs.base import Log, LogError
 from rftfit.measure.alignment import estimate_clocks
 from rftfit.measure.flags import Refused
 from rftfit.measure.lab_frame import path_in_lab_frame
 from rftfit.measure.readings import clean, without_holds, without_lone_positions
 from rftfit.measure.strokes import SHORTEST_CM, UNDERGROUND_CM, IntruderPath, find_stroke
+
+# --- The row of a run sheet ---------------------------------------------------------------------------------------
+
+
+def plate_run(run_id="r1", **cells):
+    """A plate of the paper that is pushed straight down, with nothing else said, but for some cells."""
+    values: dict[str, Any] = {
+        "run_id": run_id,
+        "kind": "plate",
+        "medium": "poppy_LP",
+        "intruder": "plate",
+        "direction": "intrusion",
+        "beta_deg": 0.0,
+        "gamma_deg": 90.0,
+        "depth_cm": math.nan,
+        "force_log": f"{run_id}.csv",
+        "motion_log": "b.csv",
+        "tare_run": "",
+        "tare_shared": False,
+        "surface_z_mm": None,
+        "excluded": False,
+        "reason": "",
+        "note": "",
+        "row": 2,
+    }
+    return Run(**values | cells)
+
 
 # --- Pushes into sand on two clocks, from a known truth, for tests of clocks and surface --------------------------
 
@@ -24,10 +52,10 @@ from rftfit.measure.strokes import SHORTEST_CM, UNDERGROUND_CM, IntruderPath, fi
 class Push:
     """What the two logs hold, and the truth: motion time = force time + offset + drift x (t - t0)."""
 
-    force_time: FloatArray
-    force: FloatArray
-    motion_time: FloatArray
-    depth: FloatArray
+    force_time: np.ndarray
+    force: np.ndarray
+    motion_time: np.ndarray
+    depth: np.ndarray
     offset_s: float
     drift: float
     surface_cm: float
@@ -166,27 +194,7 @@ RIGHT, WRONG, REFUSED = "right", "wrong", "refused"
 def row(gamma_deg, stroke=None, way="", depth_cm=NAN):
     """A row of a run sheet: an intrusion or a horizontal run, unless it says extraction."""
     way = way or ("intrusion" if gamma_deg else "horizontal")
-    return Run(
-        "push",
-        "plate",
-        "sand",
-        "plate",
-        way,
-        0.0,
-        gamma_deg,
-        depth_cm,
-        "log.csv",
-        "log.csv",
-        "",
-        False,
-        None,
-        False,
-        "",
-        "",
-        2,
-        "",
-        stroke,
-    )
+    return plate_run(direction=way, gamma_deg=gamma_deg, depth_cm=depth_cm, stroke=stroke)
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,6 @@
 
 import atexit
 import json
-import math
 import shutil
 from contextlib import contextmanager
 from dataclasses import replace
@@ -15,7 +14,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from paper import paper_config, paper_values, write_yaml
+from makers import row_of_push, write_campaign
+from paper import paper_config, paper_values
+from pushes import plate_run
 
 from rftfit import (
     DepthOnlyProfile,
@@ -28,7 +29,6 @@ from rftfit import (
 )
 from rftfit.campaign.config import Leg
 from rftfit.campaign.load import Campaign
-from rftfit.campaign.sheet import Run
 from rftfit.compare.legs import leg_errors
 from rftfit.compare.lessons import LESSONS
 from rftfit.compare.published import (
@@ -86,7 +86,6 @@ SE = 0.003
 
 def alpha_frame(medium, values):
     """Alpha table of a medium with a known error."""
-
     columns: dict[str, Any] = {
         "medium": medium,
         "beta_deg": np.repeat(reference.BETA_DEG, 13),
@@ -125,7 +124,7 @@ def one_cell(alpha_z):
     return z, np.where(np.isnan(z), np.nan, 0.0)
 
 
-def make_campaign(root, roles, alpha, settings=None, without_runs=()):
+def make_campaign(root, roles, alpha, settings=None):
     """Write configuration, run sheet and tables of alpha; its logs are missing, which is a warning.
 
     Returns the folder of results.
@@ -134,20 +133,14 @@ def make_campaign(root, roles, alpha, settings=None, without_runs=()):
     config |= {"raw": "raw", "run_sheet": "config/runs.csv", **(settings or {})}
     config["fit"] |= {"missing_tare": "flag"}
     config["media"] = {name: {"title": name, "role": role} for name, role in roles.items()}
-    config["media"] |= {name: {"title": name} for name in without_runs}
     for name, role in roles.items():
         if role == SAND:
             config["media"][name]["linear_to_cm"] = 2
-    (root / "raw").mkdir(parents=True)
-    write_yaml(root / "config" / "config.yaml", config)
     rows = [
-        f"{name},plate,{name},plate,intrusion,0,90,,{name}_f.csv,{name}_m.csv," for name in roles
+        row_of_push(run_id=name, medium=name, force_log=f"{name}_f.csv", motion_log=f"{name}_m.csv")
+        for name in roles
     ]
-    head = (
-        "run_id,kind,medium,intruder,direction,beta_deg,gamma_deg,depth_cm,force_log,motion_log,"
-        "tare_run"
-    )
-    (root / "config" / "runs.csv").write_text("\n".join([head, *rows]) + "\n", encoding="utf-8")
+    write_campaign(root, config, rows=rows)
     for medium, values in alpha.items():
         write_csv(alpha_frame(medium, values), root / "results" / "alpha" / f"{medium}.csv")
         write_csv(flag_table(medium, "checks", []), root / "results" / "flags" / f"{medium}.csv")
@@ -322,21 +315,10 @@ def memory(tables, media=reference.MEDIA, runs=(), **settings):
     )
 
 
-def run(run_id, medium, kind="plate", direction="intrusion"):
+def run(run_id, medium, kind="plate", **cells):
     """A row of the run sheet."""
-    return SimpleNamespace(
-        run_id=run_id,
-        medium=medium,
-        kind=kind,
-        direction=direction,
-        tare_run="",
-        intruder={"leg": "c_leg"}.get(kind, kind),
-        beta_deg=0.0,
-        gamma_deg=90.0,
-        excluded=False,
-        lacks_force_x=False,
-        session="",
-    )
+    intruder = {"leg": "c_leg"}.get(kind, kind)
+    return plate_run(run_id, medium=medium, kind=kind, intruder=intruder, **cells)
 
 
 def of_runs(traces, fits, **settings):
@@ -363,14 +345,14 @@ def of_runs(traces, fits, **settings):
     return memory(tables, runs=runs, **settings)
 
 
-def cells_of_runs(fits, wider=10):
+def cells_of_runs(fits):
     """Table of alpha of runs that are alone in their direction, with intervals wider than those of single logs."""
     cells = fits.assign(run_ids=fits["run_id"], n_runs=1)
     for c in "zx" if "alpha_z_N_per_cm3" in fits else "":
         alpha = fits[f"alpha_{c}_N_per_cm3"]
         for end in ("lo", "hi"):
             name = f"alpha_{c}_{end}_N_per_cm3"
-            cells[name] = cells[f"alpha_{c}_{end}_next_N_per_cm3"] = alpha + wider * (
+            cells[name] = cells[f"alpha_{c}_{end}_next_N_per_cm3"] = alpha + 10 * (
                 fits[name] - alpha
             )
         cells[f"alpha_{c}_se_N_per_cm3"] = abs(cells[name] - alpha) / 2
@@ -402,25 +384,7 @@ def bare_campaign(folder, names, *, robot=False, **changes):
     """A campaign that has media but not a row of results; `changes` are sections of its config."""
     config = paper_config(**(changes if robot else {"robot": None} | changes))
     runs = tuple(
-        Run(
-            f"{medium}_1",
-            "plate",
-            medium,
-            "plate",
-            "intrusion",
-            0.0,
-            90.0,
-            math.nan,
-            "f.csv",
-            "m.csv",
-            "",
-            False,
-            None,
-            False,
-            "",
-            "",
-            row,
-        )
+        plate_run(f"{medium}_1", medium=medium, row=row)
         for row, medium in enumerate(names, start=2)
     )
     results = Results(Campaign(folder, folder / "raw", folder / "runs.csv", config, runs))

@@ -2,11 +2,9 @@
 
 import csv
 import gzip
-import json
 import shutil
 import textwrap
 from collections.abc import Callable
-from copy import deepcopy
 from dataclasses import dataclass, field
 from importlib import import_module
 from pathlib import Path
@@ -17,8 +15,8 @@ import pandas as pd
 import pytest
 import yaml
 from campaigns import Folder, chain, run_rules
+from makers import NOT_MEASURED, bench_config, row_of_push, write_campaign
 from mistakes import ALL, NOTHING_LEFT
-from paper import write_yaml
 
 from rftfit.campaign.config import ForceLog, MotionLog
 from rftfit.campaign.load import load_campaign
@@ -59,23 +57,7 @@ UNITS = {
     "angle": "deg",
     "arm_moving": "",
 }
-NOBODY = {"constant": 0, "unit": "N"}
-SETTINGS = """
-title: One push
-raw: raw
-run_sheet: config/runs.csv
-transducer:
-  name: a load cell
-  range_N: [500, 500, 500]
-  axes: {x: "+F1", y: "+F2", z: "+F3"}
-arm: {speed_cm_per_s: 0.5, surface_z_mm: 0}
-fit: {missing_tare: flag}
-container: {length_cm: 30, width_cm: 30, depth_cm: 15}
-intruders:
-  plate: {shape: disc, diameter_cm: 5, thickness_cm: 0.5}
-media:
-  sand: {title: a made sand, role: natural_sand, linear_to_cm: 4}
-"""
+DISC = {"disc": {"shape": "disc", "diameter_cm": 5, "thickness_cm": 0.5}}
 
 
 def inspected(path: Path) -> tuple[list[Survey], dict[str, Any]]:
@@ -112,20 +94,19 @@ def read_by(path: Path, proposed: dict[str, Any]) -> dict[str, Any]:
 
 def alpha_of(folder: Path, path: Path, proposed: dict[str, Any]) -> tuple[float, list[str]]:
     """Return alpha_z of the push, and the codes of the flags of its run; NaN where it is refused."""
-    config = yaml.safe_load(SETTINGS) | proposed | {"clock": {"method": "same_clock"}}
-    force = config["force_log"].setdefault("columns", {})
-    for channel in ("F1", "F2", "F3"):
-        force.setdefault(channel, dict(NOBODY))
-    (folder / "config").mkdir(parents=True)
-    (folder / "raw").mkdir()
-    (folder / "raw" / path.name).write_bytes(path.read_bytes())
-    (folder / "config" / "config.yaml").write_text(
-        yaml.safe_dump(json.loads(json.dumps(config))), encoding="utf-8"
-    )
-    header = "run_id,kind,medium,intruder,direction,beta_deg,gamma_deg,force_log,motion_log"
-    row = f"push,plate,sand,plate,intrusion,0,90,{path.name},{path.name}"
-    (folder / "config" / "runs.csv").write_text(f"{header}\n{row}\n", encoding="utf-8")
-    results = chain(load_campaign(folder / "config" / "config.yaml"), "sand")
+    force = proposed["force_log"]
+    force = force | {
+        "columns": NOT_MEASURED | {"F3": NOT_MEASURED["F1"]} | force.get("columns", {})
+    }
+    sections = {
+        "arm": {"speed_cm_per_s": 0.5, "surface_z_mm": 0},
+        "intruders": DISC,
+        "media": {"sand": {"title": "a made sand", "role": "natural_sand", "linear_to_cm": 4}},
+    }
+    config = bench_config(**sections | proposed | {"force_log": force})
+    row = row_of_push(run_id="push", intruder="disc", force_log=path.name, motion_log=path.name)
+    config_path = write_campaign(folder, config, rows=[row], logs={path.name: path.read_bytes()})
+    results = chain(load_campaign(config_path), "sand")
     run = results.run("push")
     assert run["status"] == "read", run["reason"]
     return float(results.fit("push")["alpha_z_N_per_cm3"]), list(results.codes("push"))
@@ -145,7 +126,6 @@ ALPHA = 1.0186
 MEDIUM, RUN = "bed", "push"
 TEXT = {"delimiter": ","}
 COLUMNS = {"time": "Time", "F3": "Force", "z": "z"}
-NOT_MEASURED = {name: {"constant": 0, "unit": "N"} for name in ("F1", "F2")}
 
 
 def campaign_around(
@@ -158,51 +138,28 @@ def campaign_around(
     the config, in place of its own.
     """
     path = REPORTED / log if isinstance(log, str) else log
-    (root / "raw").mkdir(parents=True)
-    shutil.copyfile(path, root / "raw" / path.name)
     chosen = {**COLUMNS, **(columns or {})}
     source: dict[str, Any] = dict(reads or {})
     if "dialect" not in source:
         source["text"] = text or TEXT
     time = {"time": chosen["time"]} if chosen["time"] else {}
-    config = {
-        "title": "One push at home",
-        "raw": "raw",
-        "run_sheet": "config/runs.csv",
-        "force_log": {
-            **deepcopy(source),
-            "columns": {**time, **deepcopy(NOT_MEASURED), "F3": chosen["F3"]},
-        },
-        "motion_log": {**deepcopy(source), "columns": {**deepcopy(time), "z": chosen["z"]}},
-        "clock": {"method": "same_clock"},
-        "transducer": {
-            "name": "load cell",
-            "range_N": [range_N] * 3,
-            "precision_N": 0.02,
-            "axes": {"x": "+F1", "y": "+F2", "z": "+F3"},
-        },
+    bench = {
         "arm": {"speed_cm_per_s": 0.5},
-        "container": {"length_cm": 60, "width_cm": 60, "depth_cm": 40},
-        "intruders": {"disc": {"shape": "disc", "diameter_cm": 5, "thickness_cm": 0.5}},
+        "intruders": DISC,
         "media": {MEDIUM: {"title": "a bed"}},
-        "fit": {"missing_tare": "flag"},
     }
-    write_yaml(root / "config" / "config.yaml", config | sections)
-    push = {
-        "run_id": RUN,
-        "kind": "plate",
-        "medium": MEDIUM,
-        "intruder": "disc",
-        "direction": "intrusion",
-        "beta_deg": "0",
-        "gamma_deg": "90",
-        "force_log": path.name,
-        "motion_log": path.name,
-    }
+    config = bench_config(
+        source | {"columns": time | NOT_MEASURED | {"F3": chosen["F3"]}},
+        source | {"columns": time | {"z": chosen["z"]}},
+        transducer={"range_N": [range_N] * 3, "precision_N": 0.02},
+        **bench | sections,
+    )
+    push = row_of_push(
+        run_id=RUN, medium=MEDIUM, intruder="disc", force_log=path.name, motion_log=path.name
+    )
     # several rows, each beside the cells of the push, or one
     rows = [push | cells for cells in (row if isinstance(row, list) else [row or {}])]
-    sheet = "\n".join([",".join(rows[0]), *(",".join(cells.values()) for cells in rows), ""])
-    (root / "config" / "runs.csv").write_text(sheet, encoding="utf-8")
+    write_campaign(root, config, rows=rows, logs={path.name: path.read_bytes()})
     return Folder(root)
 
 
@@ -451,58 +408,34 @@ def campaign_around_log(log, root):
     block: dict[str, Any] = yaml.safe_load(textwrap.dedent(proposed.partition("\n")[2])) or {}
     force = {"columns": {}, **block.get("force_log", {})}
     force |= log.section
-    nobody_measured = {name: {"constant": 0, "unit": "N"} for name in ("F1", "F2")}
-    force["columns"] = nobody_measured | force["columns"]
+    force["columns"] = NOT_MEASURED | force["columns"]
     of_force = {name: column for name, column in force["columns"].items() if name == "time"}
-    motion = block.get("motion_log", deepcopy({**force, "columns": of_force}))
+    motion = block.get("motion_log", {**force, "columns": of_force})
     steady = {
         "x": {"constant": 0, "unit": "mm"},
         "z": {"constant": 0, "unit": "mm", "rate": -log.speed_mm_per_s},
     }
     motion["columns"] = steady | motion["columns"] | log.motion
-    config = {
-        "title": f"A campaign around {name}",
-        "raw": "raw",
-        "run_sheet": "config/runs.csv",
-        "force_log": force,
-        "motion_log": motion,
-        "clock": {"method": "same_clock"},
-        "transducer": {
-            "name": "as recorded",
-            "range_N": [10000, 10000, 10000],
-            "axes": {"x": "+F1", "y": "+F2", "z": "+F3"},
-        },
-        "zero": {} if zero_log else {"method": "stated", "sd_N": 0.05},
-        "arm": {"speed_cm_per_s": log.speed_mm_per_s / 10},
-        "container": {"length_cm": 60, "width_cm": 60, "depth_cm": 40},
-        "intruders": {
-            "plate": {
-                "shape": "plate",
-                "length_cm": PLATE_CM,
-                "width_cm": PLATE_CM,
-                "thickness_cm": 0.6,
-            }
-        },
-        "media": {MEDIUM: {"title": "a bed"}},
-        "fit": {"missing_tare": "flag"},
-        "fourier": {"draws": 200},
-    }
-    write_yaml(folder.config, config)
-    row = {
-        "run_id": RUN,
-        "kind": "plate",
-        "medium": MEDIUM,
-        "intruder": "plate",
-        "direction": "intrusion",
-        "beta_deg": "0",
-        "gamma_deg": "90",
-        "force_log": name,
-        "motion_log": name,
-        "zero_log": zero_log,
-        "stroke": log.stroke,
-    }
-    sheet = "\n".join([",".join(row), ",".join(row.values())]) + "\n"
-    (root / "config" / "runs.csv").write_text(sheet, encoding="utf-8")
+    plate = {"shape": "plate", "length_cm": PLATE_CM, "width_cm": PLATE_CM, "thickness_cm": 0.6}
+    config = bench_config(
+        force,
+        motion,
+        transducer={"range_N": [10000, 10000, 10000]},
+        zero={} if zero_log else {"method": "stated", "sd_N": 0.05},
+        arm={"speed_cm_per_s": log.speed_mm_per_s / 10},
+        intruders={"plate": plate},
+        media={MEDIUM: {"title": "a bed"}},
+        fourier={"draws": 200},
+    )
+    row = row_of_push(
+        run_id=RUN,
+        medium=MEDIUM,
+        force_log=name,
+        motion_log=name,
+        zero_log=zero_log,
+        stroke=log.stroke,
+    )
+    write_campaign(root, config, rows=[row])
     return folder
 
 

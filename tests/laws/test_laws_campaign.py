@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from makers import MadePush, answer_of, write_campaign
+from makers import MadePush, answer_of, config_of_push, row_of_push, write_campaign
 from numpy.testing import assert_allclose
 
 import rftfit
@@ -38,52 +38,22 @@ def make(folder, units, order=1):
         for (beta, gamma, *_), push in zip(DIRECTIONS, pushes_of(medium, units), strict=True):
             run = f"{medium}_{beta:g}_{gamma:g}"
             logs[f"{run}.csv"] = push.log().text()
-            row = {"run_id": run, "kind": "plate", "medium": medium, "intruder": "plate"}
-            row |= {"direction": "intrusion", "beta_deg": f"{beta:g}", "gamma_deg": f"{gamma:g}"}
-            rows.append(row | {"force_log": f"{run}.csv", "motion_log": f"{run}.csv"})
+            row = row_of_push(f"{gamma:g}", run, medium=medium, beta_deg=f"{beta:g}")
+            rows.append(row)
             if medium == "pooled" and gamma == 45:
                 logs[f"{run}_narrow.csv"] = replace(push, area_cm2=10.0, seed=9).log().text()
                 narrow = {"run_id": f"{run}_narrow", "intruder": "narrow"}
                 narrow |= {"force_log": f"{run}_narrow.csv", "motion_log": f"{run}_narrow.csv"}
                 rows.append(row | narrow)
     force_unit, length_unit = units.get("force_unit", "N"), units.get("length_unit", "mm")
-    config = {
-        "title": "Made pushes",
-        "raw": "raw",
-        "run_sheet": "config/runs.csv",
-        "force_log": {
-            "text": {"delimiter": ","},
-            "columns": {
-                "time": "time",
-                "F1": {"column": "Fx", "unit": force_unit},
-                "F2": {"constant": 0, "unit": "N"},
-                "F3": {"column": "Fz", "unit": force_unit},
-            },
-        },
-        "motion_log": {
-            "text": {"delimiter": ","},
-            "columns": {
-                "time": "time",
-                "x": {"column": "x", "unit": length_unit},
-                "z": {"column": "z", "unit": length_unit},
-            },
-        },
-        "clock": {"method": "same_clock"},
-        "transducer": {
-            "name": "made",
-            "range_N": [500] * 3,
-            "precision_N": 0.02,
-            "axes": {"x": "+F1", "y": "+F2", "z": "+F3"},
-        },
-        "arm": {"speed_cm_per_s": 1.0},
-        "container": {"length_cm": 60, "width_cm": 60, "depth_cm": 40},
-        "intruders": {
-            "plate": {"shape": "plate", "length_cm": 5.0, "width_cm": 3.0, "thickness_cm": 0.5},
-            "narrow": {"shape": "plate", "length_cm": 5.0, "width_cm": 2.0, "thickness_cm": 0.5},
-        },
-        "media": {medium: {"title": medium} for medium in MEDIA},
-        "fit": {"missing_tare": "none"},
-    }
+    config = config_of_push(
+        "time",
+        {c: {"column": c, "unit": length_unit} for c in "xz"},
+        force_unit=force_unit,
+        transducer={"precision_N": 0.02},
+        media={medium: {"title": medium} for medium in MEDIA},
+    )
+    config["intruders"]["narrow"] = config["intruders"]["plate"] | {"width_cm": 2}
     write_campaign(folder, config, rows=rows[::order], logs=logs)
     report = rftfit.run(folder, [f"results/alpha/{medium}.csv" for medium in MEDIA], cores=1)
     assert report.failed == {}

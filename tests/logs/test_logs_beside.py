@@ -10,7 +10,7 @@ from rftfit.campaign.config import TextFormat
 from rftfit.logs.arrays import ArraysReader
 from rftfit.logs.beside import may_be_labels
 from rftfit.logs.delimited import DelimitedReader
-from rftfit.logs.tabular import XlsxReader
+from rftfit.logs.registry import dialect
 
 ROWS = 60
 COMMAS: dict[str, Any] = {"delimiter": ","}
@@ -77,7 +77,7 @@ def test_a_header_that_stands_there_again_in_a_workbook(tmp_path):
     rows = [[row / 50, row, -row, 20.0] for row in range(ROWS)]
     table = pd.DataFrame([*rows, ["Time (s)", "Load (kN)", "z (mm)", "T (C)"], *rows], columns=head)
     table.to_excel(tmp_path / "log.xlsx", index=False)
-    only = XlsxReader().only({"Time", "Load", "z"})
+    only = dialect("xlsx").only({"Time", "Load", "z"})
     refused(only, tmp_path / "log.xlsx", "header_changes", "'Load'", "kN")
 
 

@@ -7,9 +7,10 @@ import pytest
 from log_files import lvm, refused
 from numpy.testing import assert_allclose, assert_array_equal
 
-from rftfit.logs.labview import LvmReader
+from rftfit.logs.registry import dialect
 from rftfit.table.parse import BLANK
 
+LVM = dialect("lvm")
 ROWS = 20
 STEP = 0.01 * np.arange(ROWS)
 
@@ -26,7 +27,7 @@ def changed(path, key, second_value, *, segment=0, segments=1):
 
 
 def clocks_differ(path, *clocks):
-    error = refused(LvmReader(), path, "clocks", *clocks)
+    error = refused(LVM, path, "clocks", *clocks)
     assert error.groups == [["Force z"], ["z"]]
 
 
@@ -44,20 +45,20 @@ def test_channels_on_clocks_of_their_own(tmp_path, key, second_value, expected_t
     clocks_differ(path, "'Force z' from 0 s, every 0.01 s; 'z' from ")
     # each gets its own time, counted from one moment
     for names, time in (({"Force z", "F1"}, STEP), ({"z", "x"}, expected_time)):
-        log = LvmReader().only(names).load(path)
+        log = LVM.only(names).load(path)
         assert set(log.columns) == {"time", *names.intersection({"Force z", "z"})}
         assert_allclose(log.columns["time"], time, atol=1e-6)
 
 
 def test_a_blank_in_the_header_says_nothing_else(tmp_path):
-    log = LvmReader().load(changed(tmp_path / "a.lvm", "X0", ""))
+    log = LVM.load(changed(tmp_path / "a.lvm", "X0", ""))
     assert_allclose(log.columns["time"], STEP)
 
 
 def test_a_later_segment_is_looked_at_too(tmp_path):
     path = changed(tmp_path / "a.lvm", "X0", "0,5", segment=1, segments=2)
     clocks_differ(path)
-    log = LvmReader().only({"z"}).load(path)
+    log = LVM.only({"z"}).load(path)
     assert_allclose(log.columns["time"], [*STEP, *(10.5 + STEP)], atol=1e-6)
 
 
@@ -80,9 +81,9 @@ def with_x(path, columns, shift, late=0.0):
 def test_a_log_says_where_its_time_comes_from(tmp_path):
     path = tmp_path / "counted.lvm"
     path.write_bytes(lvm(ROWS).content)
-    counted = LvmReader().load(path)
+    counted = LVM.load(path)
     assert any(note.startswith("time is X0 + row x Delta_X (") for note in counted.notes)
-    written = LvmReader().load(with_x(tmp_path / "x.lvm", "One", 0.0))
+    written = LVM.load(with_x(tmp_path / "x.lvm", "One", 0.0))
     assert "time is X_Value" in written.notes
 
 
@@ -93,7 +94,7 @@ def test_a_log_says_where_its_time_comes_from(tmp_path):
 def test_x_columns_that_differ(tmp_path, columns, shift, late):
     path = with_x(tmp_path / "a.lvm", columns, shift, late)
     clocks_differ(path, "0 s, " if columns == "One" else f"0 s, {shift + late:g} s ")
-    force, motion = (LvmReader().only({name}).load(path) for name in ("Force z", "z"))
+    force, motion = (LVM.only({name}).load(path) for name in ("Force z", "z"))
     assert_allclose(force.columns["time"], STEP, atol=1e-6)
     assert_allclose(motion.columns["time"], shift + late + STEP, atol=1e-6)
     assert_array_equal(motion.columns["z"], -np.arange(ROWS))
@@ -102,7 +103,7 @@ def test_x_columns_that_differ(tmp_path, columns, shift, late):
 def test_x_columns_that_agree(tmp_path):
     """Also where a later segment's start and X together give one time."""
     for columns, shift, late in (("Multi", 0.0, 0.0), ("Multi", -0.5, 0.5), ("One", 0.0, 0.0)):
-        log = LvmReader().load(with_x(tmp_path / "a.lvm", columns, shift, late))
+        log = LVM.load(with_x(tmp_path / "a.lvm", columns, shift, late))
         assert_allclose(log.columns["time"], STEP, atol=1e-6)
         assert_array_equal(log.columns["Force z"], np.arange(ROWS))
 
@@ -115,7 +116,7 @@ def test_a_channel_without_values_costs_the_others_nothing(tmp_path, place, empt
     for row in rows:
         row[place] = ""
     path.write_text(head + "Comment\n" + "".join("\t".join(row) + "\n" for row in rows))
-    log = LvmReader().load(path)
+    log = LVM.load(path)
     assert (set(log.columns), log.size) == ({"time", full}, ROWS)
     assert any(note.endswith(f": {empty}") for note in log.notes)
 
@@ -128,11 +129,11 @@ def test_a_channel_that_starts_later_is_read(tmp_path):
     for row in rows[:50]:
         row[1] = ""
     path.write_text(head + "Comment\n" + "".join("\t".join(row) + "\n" for row in rows))
-    log = LvmReader().load(path)
+    log = LVM.load(path)
     assert np.isnan(log.columns["Force z"]).tolist() == [True] * 50 + [False] * 10
     assert np.isfinite(log.columns["z"]).all()
-    assert LvmReader().only({"z"}).load(path).size == 60
-    force = LvmReader().only({"Force z"}).load(path)
+    assert LVM.only({"z"}).load(path).size == 60
+    force = LVM.only({"Force z"}).load(path)
     assert (force.size, force.dropped) == (10, {BLANK: 50})
     assert_allclose(force.columns["time"], log.columns["time"][50:])
 
@@ -143,4 +144,4 @@ def test_a_segment_without_a_column_is_refused(tmp_path):
     lines[names_at] = "\t\t\n"
     path = tmp_path / "log.lvm"
     path.write_text("".join(lines), "utf-8")
-    refused(LvmReader(), path, "header", "found '' ")
+    refused(LVM, path, "header", "found '' ")

@@ -13,55 +13,42 @@ import pytest
 import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from log_files import refused
+from log_files import (
+    MANY_WITHOUT_BYTES,
+    NOTHING,
+    WRENCH,
+    refused,
+    ros2_store,
+    wrench,
+    write_ros1,
+    write_ros2,
+)
 from numpy.testing import assert_allclose, assert_array_equal
 from seeds import example_count
 from third_party import CMU_SAND, LOGS, needs
 
 from rftfit.logs import blocks, rosbag
 from rftfit.logs.base import LogError
-from rftfit.logs.rosbag import RosBagReader
-from rftfit.logs.rostopic import RostopicReader
+from rftfit.logs.registry import dialect
 from rftfit.table.parse import OTHER_SOURCE
 
 typesys = pytest.importorskip("rosbags.typesys")
 rosbag1, rosbag2 = pytest.importorskip("rosbags.rosbag1"), pytest.importorskip("rosbags.rosbag2")
 
+BAGS = dialect("ros-bag")
 UR3 = LOGS / "ros1" / "ur3_wrench.bag"
 CMU = CMU_SAND / "force-displacement_1.bag"
 needs_ur3 = needs(UR3)
 needs_cmu = needs(CMU)
-STORE: Any = typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)
-TYPES = STORE.types
+TYPES = ros2_store().types
 Time, Header = TYPES["builtin_interfaces/msg/Time"], TYPES["std_msgs/msg/Header"]
-Vector, Wrench = TYPES["geometry_msgs/msg/Vector3"], TYPES["geometry_msgs/msg/Wrench"]
-WRENCH, JOINTS = "geometry_msgs/msg/WrenchStamped", "sensor_msgs/msg/JointState"
+JOINTS = "sensor_msgs/msg/JointState"
 LOST = "lost messages (gap in header.seq)"
-
-
-def wrench(index, frame="sensor", *, little_endian=True):
-    message = TYPES[WRENCH](
-        Header(Time(100 + index // 100, index % 100 * 10**7), frame),
-        Wrench(Vector(1.0 * index, -2.0, 0.5), Vector(0.1, 0.2, 0.3 * index)),
-    )
-    return STORE.serialize_cdr(message, WRENCH, little_endian=little_endian)
-
-
-def write_ros2(path, raws, plugin="MCAP", kind=WRENCH, topics=("/wrench",), mode="NONE"):
-    """Messages on topics in turn, 10 ms apart; gives the file of the recording."""
-    bag = rosbag2.Writer(path, version=9, storage_plugin=rosbag2.StoragePlugin[plugin])
-    if mode != "NONE":
-        bag.set_compression(rosbag2.CompressionMode[mode], rosbag2.CompressionFormat.ZSTD)
-    with bag:
-        connections = [bag.add_connection(topic, kind, typestore=STORE) for topic in topics]
-        for index, raw in enumerate(raws):
-            bag.write(connections[index % len(connections)], 5 * 10**9 + index * 10**7, raw)
-    return next(path.glob("*.mcap" if plugin == "MCAP" else "*.db3*"))
 
 
 @needs_ur3
 def test_a_wrench_at_125_hertz():
-    log = RosBagReader().load(UR3)
+    log = BAGS.load(UR3)
     assert (log.rows, log.size, log.dropped, log.missing) == (7718, 7718, {}, {})
     assert log.columns["wrench.force.x"][0] == pytest.approx(-10.9139482582, abs=1e-9)
     assert (log.units["wrench.force.x"], log.units["wrench.torque.z"]) == ("N", "N m")
@@ -72,8 +59,8 @@ def test_a_wrench_at_125_hertz():
 @needs_ur3
 @pytest.mark.parametrize("name", ["ur3_wrench", "ur3_wrench_noforces"])
 def test_bag_and_csv_of_one_recording_are_identical(name):
-    bag = RosBagReader().load(UR3.with_name(f"{name}.bag")).columns
-    text = RostopicReader().load(UR3.with_name(f"{name}.csv")).columns
+    bag = BAGS.load(UR3.with_name(f"{name}.bag")).columns
+    text = dialect("rostopic").load(UR3.with_name(f"{name}.csv")).columns
     assert set(bag) == set(text)
     assert {"time", "received", "header.seq", "wrench.force.z", "wrench.torque.x"} <= set(bag)
     for column in bag:  # rostopic prints twelve digits
@@ -83,7 +70,7 @@ def test_bag_and_csv_of_one_recording_are_identical(name):
 
 @needs_cmu
 def test_a_type_that_only_the_bag_knows_as_the_library_reads_it():
-    log = RosBagReader().load(CMU)
+    log = BAGS.load(CMU)
     assert log.size == 3004
     assert log.units["wrench.wrench.force.z"] == "N"
     assert log.columns["wrench.wrench.force.z"].min() == pytest.approx(-186.54096985)
@@ -110,8 +97,8 @@ def test_wrenches_of_ros2(tmp_path, plugin, endians):
     """One recording may hold messages of both orders of bytes: each says its own."""
     raws = [wrench(i, little_endian=endians[i % len(endians)]) for i in range(120)]
     path = write_ros2(tmp_path / "bag", raws, plugin)
-    assert RosBagReader().detect(path.read_bytes()[:65536])
-    columns = RosBagReader().load(path).columns
+    assert BAGS.detect(path.read_bytes()[:65536])
+    columns = BAGS.load(path).columns
     assert_array_equal(columns["wrench.force.x"], np.arange(120.0))
     assert_allclose(columns["wrench.torque.z"], 0.3 * np.arange(120))
     assert_allclose(columns["time"], 100 + np.arange(120) / 100, atol=1e-6)
@@ -126,24 +113,24 @@ def test_joint_states_and_texts_of_other_lengths(tmp_path):
         )
         header, names = Header(Time(200, index * 10**6), ""), ["shoulder", "elbow"]
         message = TYPES[JOINTS](header, names, position, none, effort)
-        raws.append(STORE.serialize_cdr(message, JOINTS))
-    columns = RosBagReader().load(write_ros2(tmp_path / "a", raws, kind=JOINTS)).columns
+        raws.append(ros2_store().serialize_cdr(message, JOINTS))
+    columns = BAGS.load(write_ros2(tmp_path / "a", raws, kind=JOINTS)).columns
     assert_allclose(columns["position0"], 0.1 * np.arange(10))
     assert_allclose(columns["effort1"], 9.0)
     # a frame's name that grows moves every number behind it
     raws = [wrench(index, "f" * (index % 3)) for index in range(30)]
     bag = write_ros2(tmp_path / "b", raws, "SQLITE3")
-    log_of_all = RosBagReader().of_source({"header.frame_id": ("", "f", "ff")}).load(bag)
+    log_of_all = BAGS.of_source({"header.frame_id": ("", "f", "ff")}).load(bag)
     assert_array_equal(log_of_all.columns["wrench.force.x"], np.arange(30.0))
-    log_of_ff = RosBagReader().of_source({"header.frame_id": ("ff",)}).load(bag)
+    log_of_ff = BAGS.of_source({"header.frame_id": ("ff",)}).load(bag)
     assert_array_equal(log_of_ff.columns["wrench.force.x"], np.arange(2.0, 30, 3))
     assert log_of_ff.dropped == {OTHER_SOURCE: 20}
     # readings that go on are of one source, whatever it is called
-    assert RosBagReader().load(bag).size == 30
+    assert BAGS.load(bag).size == 30
     raws = [wrench(10 * (index % 2) + index, "fg"[index % 2]) for index in range(30)]
     mixed = write_ros2(tmp_path / "c", raws, "SQLITE3")
-    refused(RosBagReader(), mixed, "several-sources", "header.frame_id", "'f', 'g'")
-    misnamed = RosBagReader().of_source({"header.frame": ("f",)})
+    refused(BAGS, mixed, "several-sources", "header.frame_id", "'f', 'g'")
+    misnamed = BAGS.of_source({"header.frame": ("f",)})
     refused(misnamed, bag, "where", "'header.frame'", "did you mean 'header.frame_id'")
 
 
@@ -151,11 +138,11 @@ def test_joint_states_and_texts_of_other_lengths(tmp_path):
 def test_a_folder_of_ros2(tmp_path, mode):
     file = write_ros2(tmp_path / "bag", map(wrench, range(50)), "SQLITE3", mode=mode)
     path = tmp_path / "bag" / "metadata.yaml"
-    assert RosBagReader().detect(path.read_bytes())
-    log = RosBagReader().load(path)
+    assert BAGS.detect(path.read_bytes())
+    log = BAGS.load(path)
     assert_array_equal(log.columns["wrench.force.x"], np.arange(50.0))
     if mode == "MESSAGE":
-        assert refused(RosBagReader(), file, "compressed").rows == 50
+        assert refused(BAGS, file, "compressed").rows == 50
 
 
 def test_a_folder_of_several_files(tmp_path):
@@ -177,18 +164,18 @@ def test_a_folder_of_several_files(tmp_path):
     for counted in (bag_information, bag_information["topics_with_message_count"][0]):
         counted["message_count"] = 60
     (tmp_path / "bag" / "metadata.yaml").write_text(yaml.safe_dump(metadata[0]))
-    log = RosBagReader().load(tmp_path / "bag" / "metadata.yaml")
+    log = BAGS.load(tmp_path / "bag" / "metadata.yaml")
     assert sorted(log.columns["wrench.force.x"]) == list(range(60))
 
 
 def test_several_topics(tmp_path):
     path = write_ros2(tmp_path / "bag", [wrench(1), wrench(7)], topics=("/left", "/right"))
-    refused(RosBagReader(), path, "topic", "{topic: ...}", "/left ", "/right ")
-    log = RosBagReader().with_options({"topic": "/right"}).load(path)
+    refused(BAGS, path, "topic", "{topic: ...}", "/left ", "/right ")
+    log = BAGS.with_options({"topic": "/right"}).load(path)
     assert log.columns["wrench.force.x"].tolist() == [7.0]
-    refused(RosBagReader().with_options({"topic": "/middle"}), path, "topic", "'/middle'")
+    refused(BAGS.with_options({"topic": "/middle"}), path, "topic", "'/middle'")
     with pytest.raises(ValueError, match="allowed: topic"):
-        RosBagReader().with_options({"topics": "/right"})
+        BAGS.with_options({"topics": "/right"})
 
 
 @pytest.mark.parametrize(
@@ -212,7 +199,7 @@ def test_packets_that_a_counter_misses(tmp_path, numbers, missing):
             header = types["std_msgs/msg/Header"](seq=number, stamp=stamp, frame_id="")
             raw = store.serialize_ros1(types[WRENCH](header, force), WRENCH)
             bag.write(connection, second * 10**9, raw)
-    log = RosBagReader().load(tmp_path / "a.bag")
+    log = BAGS.load(tmp_path / "a.bag")
     assert log.missing == missing
     # the time is the stamp, whatever the counter says
     assert log.columns["time"].tolist() == [*range(1, len(numbers) + 1)]
@@ -221,7 +208,7 @@ def test_packets_that_a_counter_misses(tmp_path, numbers, missing):
 @cache
 def short_bag():
     path = UR3.with_name("ur3_wrench_noforces.bag")
-    return path.read_bytes(), RosBagReader().load(path)
+    return path.read_bytes(), BAGS.load(path)
 
 
 @needs_ur3
@@ -236,7 +223,7 @@ def test_cut_anywhere(tmp_path, share):
     length = int(share * (len(content) - 1))
     path.write_bytes(content[:length])
     try:
-        log = RosBagReader().load(path)
+        log = BAGS.load(path)
     except LogError as error:
         message = str(error)
         assert length < 20000  # before the first message
@@ -257,8 +244,8 @@ def test_no_bag(tmp_path, content):
     path = tmp_path / "a.bag"
     path.write_bytes(content)
     with pytest.raises(LogError, match=r"a\.bag"):
-        RosBagReader().load(path)
-    refused(RosBagReader(), tmp_path / "b.bag", "missing")
+        BAGS.load(path)
+    refused(BAGS, tmp_path / "b.bag", "missing")
 
 
 def test_without_the_library(tmp_path, monkeypatch):
@@ -271,15 +258,15 @@ def test_without_the_library(tmp_path, monkeypatch):
 
     (tmp_path / "a.bag").write_bytes(b"#ROSBAG V2.0\n")
     monkeypatch.setattr(builtins, "__import__", absent)
-    refused(RosBagReader(), tmp_path / "a.bag", "extra", 'pip install "rftfit[ros]"')
+    refused(BAGS, tmp_path / "a.bag", "extra", 'pip install "rftfit[ros]"')
 
 
 def test_messages_that_do_not_fit(tmp_path):
     good = bytes(wrench(1))
     for raws, code in (([], "header_only"), ([good[:20]], "no_good_row")):
-        error = refused(RosBagReader(), write_ros2(tmp_path / code, raws), code, "/wrench")
+        error = refused(BAGS, write_ros2(tmp_path / code, raws), code, "/wrench")
         assert error.rows == len(raws)
-    log = RosBagReader().load(write_ros2(tmp_path / "one", [good, good[:20]]))
+    log = BAGS.load(write_ros2(tmp_path / "one", [good, good[:20]]))
     assert log.dropped == {rosbag.MISFIT: 1}
 
 
@@ -298,7 +285,7 @@ def test_a_bag_without_the_definition_of_its_type(tmp_path, monkeypatch):
     monkeypatch.setattr(McapReader, "open", without)
     bare = typesys.get_typestore(typesys.Stores.EMPTY)
     monkeypatch.setattr(typesys, "get_typestore", lambda _: bare)
-    assert refused(RosBagReader(), path, "type", WRENCH).rows == 1
+    assert refused(BAGS, path, "type", WRENCH).rows == 1
 
 
 @pytest.mark.parametrize(
@@ -310,29 +297,15 @@ def test_a_bag_without_the_definition_of_its_type(tmp_path, monkeypatch):
     ],
 )
 def test_a_definition_that_cannot_be_read(tmp_path, definition, code, name):
-    refused(RosBagReader(), write_ros1(tmp_path / "a.bag", definition, b"1234"), code, name)
+    refused(BAGS, write_ros1(tmp_path / "a.bag", definition, b"1234"), code, name)
 
 
-def write_ros1(path, definition, raw, *, packed=None):
-    bag = rosbag1.Writer(path)
-    if packed:
-        bag.set_compression(packed)
-    with bag:
-        topic = bag.add_connection("/force", "lab/msg/Force", msgdef=definition, md5sum="0" * 32)
-        bag.write(topic, 10**9, raw)
-    return path
-
-
-NOTHING = "=" * 80 + "\nMSG: lab/Nothing\n"
 DOUBLED = "lab/D0 x\n" + "".join(
     f"{'=' * 80}\nMSG: lab/D{level}\nlab/D{level + 1} a\nlab/D{level + 1} b\n"
     for level in range(40)
 )
 HOSTILE = {
-    "an array of a thousand million messages without bytes": (
-        f"lab/Nothing[1000000000] x\nfloat64 y\n{NOTHING}",
-        bytes(8),
-    ),
+    "an array of a thousand million messages without bytes": (MANY_WITHOUT_BYTES, bytes(8)),
     "a list that says it has as many": (
         f"lab/Nothing[] x\nfloat64 y\n{NOTHING}",
         (10**9).to_bytes(4, "little") + bytes(8),
@@ -349,7 +322,7 @@ def test_a_type_made_to_take_for_ever_is_refused_at_once(tmp_path, hostile_name)
     definition, raw = HOSTILE[hostile_name]
     path = write_ros1(tmp_path / "a.bag", definition, raw)
     begin = time.process_time()
-    refused(RosBagReader(), path, "no_good_row", "/force")
+    refused(BAGS, path, "no_good_row", "/force")
     assert time.process_time() - begin < 2
 
 
@@ -362,7 +335,7 @@ def test_a_block_that_unpacks_to_any_size_is_refused(tmp_path, monkeypatch, pack
     assert path.stat().st_size < 20_000
     monkeypatch.setattr(blocks, "MOST_OF_BLOCK", 1 << 20)
     with pytest.raises(LogError):
-        RosBagReader().load(path)
+        BAGS.load(path)
 
 
 @pytest.mark.parametrize("name", ["time", "received", "goal.header.stamp"])
@@ -373,7 +346,7 @@ def test_times_of_ros_are_in_seconds(name):
 
 
 def test_units_that_ros_lays_down_are_those_of_csv_and_bag():
-    fields = STORE.fielddefs
+    fields = ros2_store().fielddefs
     imu = rosbag.Topic("/imu", "sensor_msgs/msg/Imu", fields, [], True, False)
     assert rosbag.unit_of("angular_velocity.x", imu) == "rad/s"
     assert rosbag.unit_of("linear_acceleration.z", imu) == "m/s^2"
@@ -384,10 +357,10 @@ def test_units_that_ros_lays_down_are_those_of_csv_and_bag():
 def test_a_folder_with_a_record_of_any_size_is_refused(tmp_path, monkeypatch):
     write_ros2(tmp_path / "bag", map(wrench, range(50)))
     path = tmp_path / "bag" / "metadata.yaml"
-    assert RosBagReader().load(path).rows == 50
+    assert BAGS.load(path).rows == 50
     monkeypatch.setattr(rosbag, "MOST_OF_BLOCK", 100)
     with pytest.raises(LogError, match=r"bag\.mcap: .*larger") as caught:
-        RosBagReader().load(path)
+        BAGS.load(path)
     assert caught.value.code == "too_large"
 
 
@@ -402,6 +375,6 @@ def test_what_a_library_raises_is_a_reason_on_one_line(tmp_path):
     ros1 = write_ros1(tmp_path / "b.bag", definition, bytes(8))
     for path in (mcap, ros1):
         with pytest.raises(LogError) as error:
-            RosBagReader().load(path)
+            BAGS.load(path)
         assert "\n" not in str(error.value)
         assert "\x1b" not in str(error.value)

@@ -11,8 +11,8 @@ from seeds import example_count
 from rftfit.campaign.config import TextFormat
 from rftfit.logs.base import LogError
 from rftfit.logs.delimited import DelimitedReader
+from rftfit.logs.registry import dialect
 from rftfit.logs.sources import sources_in_turn
-from rftfit.logs.tabular import ParquetReader, XlsxReader
 from rftfit.table.parse import OTHER_SOURCE, is_meant
 
 ROWS = 300
@@ -35,9 +35,9 @@ WRITERS = {
     "xlsx": lambda table, path: table.to_excel(path, index=False),
 }
 READERS = {
-    "csv": lambda: DelimitedReader(TextFormat(delimiter=",")),
-    "parquet": ParquetReader,
-    "xlsx": XlsxReader,
+    "csv": DelimitedReader(TextFormat(delimiter=",")),
+    "parquet": dialect("parquet"),
+    "xlsx": dialect("xlsx"),
 }
 
 
@@ -61,7 +61,7 @@ def test_two_sources_are_refused_or_one_of_them_is_read(
     path = tmp_path_factory.mktemp("mixed") / f"log.{kind}"
     WRITERS[kind](table, path)
     column, names = column_and_names
-    reader = READERS[kind]().only({"time", "Fz"})
+    reader = READERS[kind].only({"time", "Fz"})
     labels = ", ".join(repr(str(name)) for name in sorted(names))
     refused(reader, path, "several-sources", f" {column} ", labels)
     log = reader.of_source({column: (str(names[0]),)}).load(path)
@@ -73,11 +73,11 @@ def test_a_workbook_of_two_sensors(tmp_path):
     table, is_other = table_of(1, 0.5, "sensor", ("ft_plate", "ft_other"))
     path = tmp_path / "log.xlsx"
     WRITERS["xlsx"](table, path)
-    refused(XlsxReader(), path, "several-sources", " sensor ", "'ft_other', 'ft_plate'")
-    log = XlsxReader().of_source({"sensor": ("ft_other",)}).load(path)
+    refused(READERS["xlsx"], path, "several-sources", " sensor ", "'ft_other', 'ft_plate'")
+    log = READERS["xlsx"].of_source({"sensor": ("ft_other",)}).load(path)
     np.testing.assert_allclose(log.columns["Fz"], table["Fz_N"][is_other], rtol=1e-12)
     with pytest.raises(LogError, match=r"'senser'.*did you mean 'sensor'") as error:
-        XlsxReader().of_source({"senser": ("ft_other",)}).load(path)
+        READERS["xlsx"].of_source({"senser": ("ft_other",)}).load(path)
     assert error.value.code == "where"
 
 
@@ -120,7 +120,7 @@ def test_no_name_tells_a_column_of_sources(tmp_path, name, kind):
     table, is_other = table_of(2, 0.5, name, (1, 2))
     path = tmp_path / f"log.{kind}"
     WRITERS[kind](table, path)
-    reader = READERS[kind]().only({"time", "Fz"})
+    reader = READERS[kind].only({"time", "Fz"})
     refused(reader, path, "several-sources", f" {name} ", "'1', '2'")
     log = reader.of_source({name: ("2",)}).load(path)
     np.testing.assert_allclose(log.columns["Fz"], table["Fz_N"][is_other], rtol=1e-12)
@@ -134,7 +134,7 @@ def test_a_state_that_comes_and_goes_is_no_second_source(tmp_path, often):
     for kind, writer in WRITERS.items():
         path = tmp_path / f"log.{kind}"
         writer(table, path)
-        assert READERS[kind]().only({"time", "Fz"}).load(path).size == ROWS
+        assert READERS[kind].only({"time", "Fz"}).load(path).size == ROWS
 
 
 def test_numbers_are_compared_as_numbers():

@@ -12,10 +12,12 @@ from numpy.testing import assert_allclose, assert_array_equal
 from third_party import LOGS, needs
 
 from rftfit.logs.base import LogError
-from rftfit.logs.tdms import CUT, TdmsReader
+from rftfit.logs.registry import dialect
+from rftfit.logs.tdms import CUT
 
 nptdms: Any = pytest.importorskip("nptdms")
 
+TDMS = dialect("tdms")
 REAL = LOGS / "tdms" / "raw1.tdms"
 needs_real = needs(REAL)
 STAMP = np.datetime64("2026-01-02T03:04:05.250000")
@@ -35,7 +37,7 @@ def write(path, **groups):
 
 @needs_real
 def test_the_real_one():
-    log = TdmsReader().load(REAL)
+    log = TDMS.load(REAL)
     assert (log.rows, log.size, len(log.columns)) == (2000, 2000, 8)
     assert np.all(np.diff(log.columns["time"]) > 0)
     expected = nptdms.TdmsFile.read(REAL)["Layer Data"]["Fifth Chan"][:]
@@ -44,13 +46,13 @@ def test_the_real_one():
 
 @needs_real
 def test_cut_at_many_places(tmp_path, capfd):
-    content, whole_log = REAL.read_bytes(), TdmsReader().load(REAL)
+    content, whole_log = REAL.read_bytes(), TDMS.load(REAL)
     path = tmp_path / "cut.tdms"
     counted = 0
     for length in range(0, len(content), 997):
         path.write_bytes(content[:length])
         try:
-            log = TdmsReader().load(path)
+            log = TDMS.load(path)
         except LogError as error:
             message = str(error)
             assert "cut.tdms" in message
@@ -77,7 +79,7 @@ def test_cut_at_many_places(tmp_path, capfd):
 def test_where_the_time_comes_from(tmp_path, channels, options, time):
     channels_of_file = {name: (np.arange(5.0), words) for name, words in channels.items()}
     channels_of_file["Fz"][1]["unit_string"] = "N"
-    log = TdmsReader().with_options(options).load(write(tmp_path / "a.tdms", rig=channels_of_file))
+    log = TDMS.with_options(options).load(write(tmp_path / "a.tdms", rig=channels_of_file))
     assert log.units["Fz"] == "N"
     if time is None:
         assert "time" not in log.columns
@@ -109,12 +111,12 @@ def two_clocks(path, **second_clock):
 )
 def test_channels_on_clocks_of_their_own(tmp_path, second_clock, message):
     path = two_clocks(tmp_path / "a.tdms", **second_clock)
-    error = refused(TdmsReader(), path, "clocks", message)
+    error = refused(TDMS, path, "clocks", message)
     assert (error.groups, error.rows) == ([["Fx", "Fz"], ["z"]], 5)
     # each half gets its own time
     start, step = (second_clock.get(key, WAVE[key]) for key in ("wf_start_time", "wf_increment"))
     offset_s = (start - STAMP) / np.timedelta64(1, "s") + second_clock.get("wf_start_offset", 0.0)
-    force, motion = (TdmsReader().only(names).load(path) for names in ({"Fx", "Fz"}, {"z"}))
+    force, motion = (TDMS.only(names).load(path) for names in ({"Fx", "Fz"}, {"z"}))
     assert (list(force.columns), list(motion.columns)) == (["time", "Fx", "Fz"], ["time", "z"])
     began = force.columns["time"][0]
     assert_allclose(force.columns["time"] - began, 0.01 * np.arange(5), atol=1e-6)
@@ -122,29 +124,29 @@ def test_channels_on_clocks_of_their_own(tmp_path, second_clock, message):
 
 
 def test_clocks_are_the_same_to_the_microsecond(tmp_path):
-    assert TdmsReader().load(two_clocks(tmp_path / "a.tdms", wf_start_offset=2e-7)).size == 5
+    assert TDMS.load(two_clocks(tmp_path / "a.tdms", wf_start_offset=2e-7)).size == 5
     late, values = {**WAVE, "wf_start_offset": 0.5}, np.arange(5.0)
     # a channel of time does not hide clocks that differ
     channels: dict[str, Any] = {"Time": (values, {}), "Fz": (values, WAVE), "z": (values, late)}
     timed = write(tmp_path / "b.tdms", rig=channels)
     for path in (two_clocks(tmp_path / "c.tdms", wf_start_offset=2e-6), timed):
-        refused(TdmsReader(), path, "clocks")
-    assert list(TdmsReader().only({"z"}).load(timed).columns) == ["time", "Time", "z"]
+        refused(TDMS, path, "clocks")
+    assert list(TDMS.only({"z"}).load(timed).columns) == ["time", "Time", "z"]
 
 
 def test_groups_and_lengths(tmp_path):
     path = write(tmp_path / "a.tdms", one={"F": (np.arange(3.0), {})}, two={"F": (np.zeros(4), {})})
-    refused(TdmsReader(), path, "group", "{group: ...}", "one, two")
-    assert TdmsReader().with_options({"group": "two"}).load(path).size == 4
+    refused(TDMS, path, "group", "{group: ...}", "one, two")
+    assert TDMS.with_options({"group": "two"}).load(path).size == 4
     for words in ({"topic": "x"}, {"rate_Hz": -1}):
         with pytest.raises(ValueError, match=r"allowed: group|rate_Hz: found -1"):
-            TdmsReader().with_options(words)
+            TDMS.with_options(words)
     # only the channels asked for must be of one length
     channels = {"F": (np.arange(3.0), WAVE), "G": (np.zeros(9), WAVE)}
     uneven = write(tmp_path / "b.tdms", one=channels)
-    assert TdmsReader().only({"F", "time"}).load(uneven).size == 3
-    assert TdmsReader().only({"G", "time"}).load(uneven).size == 9
-    for reader in (TdmsReader(), TdmsReader().only({"F", "H"})):  # no H: all are looked at
+    assert TDMS.only({"F", "time"}).load(uneven).size == 3
+    assert TDMS.only({"G", "time"}).load(uneven).size == 9
+    for reader in (TDMS, TDMS.only({"F", "H"})):  # no H: all are looked at
         assert refused(reader, uneven, "lengths", " 3 to 9 ").rows == 9
 
 
@@ -153,4 +155,4 @@ def test_no_tdms(tmp_path, content):
     path = tmp_path / "a.tdms"
     path.write_bytes(content)
     with pytest.raises(LogError, match=r"a\.tdms"):
-        TdmsReader().load(path)
+        TDMS.load(path)

@@ -74,13 +74,6 @@ def test_a_bad_run_does_not_spoil_its_repeat():
     assert (lost["n_runs"], lost["reason_code"]) == (0, "missing")
 
 
-def horizontal(*depths, slope=0.1, lift=0.0):
-    """Runs whose mean stress is lift + slope x depth."""
-    return table(
-        *(run(f"h{d}", 60, 0, (lift + slope * d) / d, depth=d, se=0.01 / d) for d in depths)
-    )
-
-
 @pytest.mark.parametrize(
     ("depths", "planned", "code"),
     [

@@ -23,19 +23,9 @@ import rftfit
 from rftfit import reference, rft3d_profile
 from rftfit.campaign.config import CheckName, ForceLog, Grid, MediumSettings
 from rftfit.checks import medium as checks
-from rftfit.checks.axes import Cells, check_symmetry, check_up_down, check_work
-from rftfit.checks.channels import check_channels, compare_with_known
+from rftfit.checks.axes import Cells
+from rftfit.checks.channels import compare_with_known
 from rftfit.checks.declared import CHECKS, COLUMNS, Check, MediumMeasurements
-from rftfit.checks.runs import (
-    check_drift,
-    check_logs,
-    check_repeats,
-    check_rods,
-    check_size,
-    check_steadiness,
-)
-from rftfit.checks.shared import check_axes, check_shared
-from rftfit.checks.surface import check_linearity, check_surface
 from rftfit.compare.misplaced import MISPLACED_COLUMNS
 from rftfit.compare.peers import compare_runs
 from rftfit.directions import TOLERANCE_DEG
@@ -102,12 +92,17 @@ def measured(sheet=None, config=None, medium=None, copies=(), **tables):
     )
 
 
+def judge(name, medium_tables):
+    """What the check of a name says of a medium."""
+    return CHECKS[name].check(medium_tables)
+
+
 def axes(table, config=None, evidence=None):
     evidence = evidence or {"as-given": 0.0}
     of_all_runs = pd.DataFrame({"axes": [*evidence], "log_bayes_factor": [*evidence.values()]})
     medium_tables = measured(alpha=table, axes=of_all_runs, config=config)
-    checks = [check(medium_tables) for check in (check_work, check_symmetry, check_up_down)]
-    return {check.check: spoken(check) for check in checks}
+    names = "work", "symmetry", "up_down"
+    return {name: spoken(judge(name, medium_tables)) for name in names}
 
 
 @pytest.mark.parametrize(
@@ -128,7 +123,7 @@ def test_what_the_evidence_says_of_axes_and_of_pulls(evidence, verdict, code):
     of_all_runs = pd.DataFrame(
         {"axes": ["as-given", *evidence], "log_bayes_factor": [0.0, *evidence.values()]}
     )
-    check = spoken(check_axes(measured(axes=of_all_runs)))
+    check = spoken(judge("axes", measured(axes=of_all_runs)))
     assert (check.verdict, check.code) == (verdict, code)
 
 
@@ -242,7 +237,7 @@ def test_a_difference_that_would_not_be_seen_is_not_checked(least, verdict):
             "off_x_ratio": 0.0,
         }
     )
-    check = check_repeats(measured(sheet_of("p" * 6), peers=peers))
+    check = judge("repeats", measured(sheet_of("p" * 6), peers=peers))
     assert (check.verdict, check.values["median"]) == (verdict, least)
     assert (check.code == "repeats-blind") == (verdict == "not checked")
 
@@ -255,7 +250,7 @@ def test_a_run_apart_is_told_by_the_component_that_is_farther_off(off_z, off_x, 
     peers = peers.assign(seen_from_ratio=0.2, off_z_ratio=off_z, off_x_ratio=off_x)
     for c, alpha in (("z", 0.35), ("x", -0.04)):
         peers[f"alpha_{c}_N_per_cm3"], peers[f"others_{c}_N_per_cm3"] = alpha, alpha + 0.2
-    check = check_repeats(measured(sheet_of("p"), peers=peers))
+    check = judge("repeats", measured(sheet_of("p"), peers=peers))
     assert f"r2: alpha_{component} {0.35 if component == 'z' else -0.04} beside" in check.sentence
 
 
@@ -276,7 +271,7 @@ def test_repeats_that_differ_more_than_ordinary_beds_do(scatter, pairs, code):
         {"run_id": ["r2"], "times_spread": 1.0, "apart": False, "seen_from_ratio": 0.1}
     )
     peers = peers.assign(beside="repeats", off_z_ratio=0.0, off_x_ratio=0.0)
-    check = check_repeats(measured(sheet_of("p" * 2 * pairs), peers=peers, fits=runs))
+    check = judge("repeats", measured(sheet_of("p" * 2 * pairs), peers=peers, fits=runs))
     assert (check.verdict, check.code) == ("failed" if "wide" in code else "passed", code)
     if code == "repeats-wide":
         spread, dof = check.values["spread"], check.values["dof"]
@@ -411,7 +406,7 @@ def channels_of(*logs, constant=()):
     medium_tables = measured(
         sheet, config, runs=trends, fits=fits, peers=peers, tares=tares, alpha=few_cells([])
     )
-    return spoken(check_channels(medium_tables))
+    return spoken(judge("channels", medium_tables))
 
 
 def finds(check, *causes):
@@ -562,7 +557,7 @@ def level_runs(count, rises=(0.2, 0.2, 0.2)):
 
 
 def steadiness(tables):
-    return spoken(check_steadiness(measured(**tables)))
+    return spoken(judge("steadiness", measured(**tables)))
 
 
 def test_a_trend_is_of_the_larger_force_over_the_good_part():
@@ -582,16 +577,16 @@ def test_a_trend_is_of_the_larger_force_over_the_good_part():
 
 @pytest.mark.parametrize(("samples", "verdict"), [(30, "failed"), (29, "not checked")])
 def test_a_trend_needs_thirty_samples(samples, verdict):
-    assert check_steadiness(measured(**level_runs(samples))).verdict == verdict
+    assert judge("steadiness", measured(**level_runs(samples))).verdict == verdict
 
 
 def test_whose_trend_counts():
-    assert check_steadiness(measured(**level_runs(60, (0.2, 0.2)))).verdict == "not checked"
+    assert judge("steadiness", measured(**level_runs(60, (0.2, 0.2)))).verdict == "not checked"
     tables = level_runs(60)
     for name, value in (("direction", "intrusion"), ("n_points", 0), ("run_id", "another")):
         fits = tables["fits"].copy()
         fits.loc[0, name] = value
-        assert check_steadiness(measured(**tables | {"fits": fits})).verdict == "not checked"
+        assert judge("steadiness", measured(**tables | {"fits": fits})).verdict == "not checked"
 
 
 def test_marks_name_what_fails_and_why_it_is_accepted():
@@ -740,7 +735,7 @@ def test_size(value, expected, verdict):
     medium = SimpleNamespace(expected_alpha=expected)
     for gamma, expected_verdict in ((90, verdict), (0, "not checked")):
         alpha = few_cells([(0, gamma, value, 0, 0, 0)])
-        assert check_size(measured(medium=medium, alpha=alpha)).verdict == expected_verdict
+        assert judge("size", measured(medium=medium, alpha=alpha)).verdict == expected_verdict
 
 
 @pytest.mark.parametrize(
@@ -814,15 +809,17 @@ def test_rods_run_by_run(way, tare, which):
     table = pd.DataFrame(
         {"run_id": [*sheet], "tare_run": "rod", "force_rms_N": 2.0, "tare_rms_N": tare}
     )
-    check = check_rods(measured(sheet, tares=table))
+    check = judge("rods", measured(sheet, tares=table))
     assert [flag.run_id for flag in check.flags] == which
     assert check.verdict == ("failed" if which else "passed")
     # where plate and rod feel a twentieth, only three times as much is clear
     for weak, runs in ((0.17, []), (0.31, ["r2"])):
         faint = table.assign(force_rms_N=[0.1, 2.0, 2.0], tare_rms_N=[weak, 0.2, 0.2])
-        assert [flag.run_id for flag in check_rods(measured(sheet, tares=faint)).flags] == runs
-    assert check_rods(measured(sheet, tares=table.assign(tare_run=""))).verdict == "not checked"
-    assert check_rods(measured(sheet, tares=table.assign(force_rms_N=0.0))).verdict == "not checked"
+        assert [flag.run_id for flag in judge("rods", measured(sheet, tares=faint)).flags] == runs
+    assert judge("rods", measured(sheet, tares=table.assign(tare_run=""))).verdict == "not checked"
+    assert (
+        judge("rods", measured(sheet, tares=table.assign(force_rms_N=0.0))).verdict == "not checked"
+    )
 
 
 @pytest.mark.parametrize(
@@ -855,7 +852,7 @@ def test_drift(what, values, verdict, which, axis):
     runs = pd.DataFrame({"run_id": [*sheet], **dict.fromkeys(ZERO_NAMES, math.nan)})
     zeros = {f"zero_{what}_{c}_N": values if c == axis else 0.0 for c in "zx"}
     tares = pd.DataFrame({"run_id": [*sheet], "force_rms_N": 10.0})
-    check = check_drift(measured(sheet, runs=runs.assign(**zeros), tares=tares))
+    check = judge("drift", measured(sheet, runs=runs.assign(**zeros), tares=tares))
     assert check.verdict == verdict
     assert [flag.run_id for flag in check.flags] == [f"r{n + 2}" for n in which]
     if what == "change" and verdict == "failed":
@@ -1038,7 +1035,7 @@ def surface(tables, role=LABORATORY, **errors):
         errors=SimpleNamespace(**{"surface_run_mm": None, "surface_session_mm": None} | errors),
     )
     medium_tables = measured(sheet_of("p" * 60), config, SimpleNamespace(role=role), **tables)
-    return check_surface(medium_tables), check_linearity(medium_tables)
+    return judge("surface", medium_tables), judge("linearity", medium_tables)
 
 
 @pytest.mark.parametrize(
@@ -1205,15 +1202,17 @@ def test_what_trend_is_allowed():
 
 def test_copies_are_listed_with_what_they_are_copies_of():
     sheet: Any = {name: SimpleNamespace(intruder="", beta_deg=0) for name in "abcd"}
-    check = check_logs(measured(sheet, copies={"c": ("b", "d"), "b": ("c", "d"), "d": ("b", "c")}))
+    check = judge(
+        "same_logs", measured(sheet, copies={"c": ("b", "d"), "b": ("c", "d"), "d": ("b", "c")})
+    )
     assert check.verdict == "failed"
     assert [(flag.run_id, flag.values["runs"]) for flag in check.flags] == [
         ("b", "c, d"),
         ("c", "b, d"),
         ("d", "b, c"),
     ]
-    assert check_logs(measured(sheet, copies={"a": ()})).verdict == "passed"
-    assert check_logs(measured(sheet, copies={})).verdict == "not checked"
+    assert judge("same_logs", measured(sheet, copies={"a": ()})).verdict == "passed"
+    assert judge("same_logs", measured(sheet, copies={})).verdict == "not checked"
 
 
 def do_instead(monkeypatch, name, function):
@@ -1250,11 +1249,9 @@ def test_later_checks_wait_until_a_first_is_put_right(failed, accepted, held, mo
     """All others would pass; a check that waits keeps its flags of single runs."""
     flag = remark("gives-back", run_id="a")
 
-    def judge(name):
-        return Check.judge(name, name != failed, [flag])
-
-    for name in CHECKS:
-        do_instead(monkeypatch, name, lambda _, name=name: judge(name))
+    for name in get_args(CheckName):
+        outcome = Check.judge(name, name != failed, [flag])
+        do_instead(monkeypatch, name, lambda _, outcome=outcome: outcome)
     outcomes = check_nothing({failed: "why"} if accepted else {})
     assert [check.check for check in outcomes] == [*get_args(CheckName)]
     verdicts = {str(check.check): check.verdict for check in outcomes}
@@ -1315,6 +1312,6 @@ def test_least_shared_cause_is_that_of_its_kind_and_group():
             for (kind, group), size in least.items()
         ]
     )
-    check = check_shared(measured(medium=SimpleNamespace(accept=()), causes=causes))
+    check = judge("shared", measured(medium=SimpleNamespace(accept=()), causes=causes))
     gain, turn = remark("least-gain", least=0.05), remark("least-turn", least=2.0)
     assert check.values["seen"] == f"{gain} and {turn}"

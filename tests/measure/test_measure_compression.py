@@ -7,7 +7,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from rftfit.checks.compression import TOLERATED, check_compression, fit_exponent_trend
+from rftfit.checks.compression import TOLERATED, fit_exponent_trend
+from rftfit.checks.declared import CHECKS
 from rftfit.directions import TOLERANCE_DEG
 from rftfit.measure.alpha import column
 from rftfit.measure.verdict_words import FAILED, NOT_CHECKED, PASSED
@@ -35,7 +36,7 @@ def pushes(bend_of_medium=0.0, compression=0.0, directions=20, repeats=3, seed=3
 def judged(fits):
     grid = SimpleNamespace(angle_tolerance_deg=TOLERANCE_DEG)
     measured: Any = SimpleNamespace(tables={"fits": fits}, config=SimpleNamespace(grid=grid))
-    return check_compression(measured)
+    return CHECKS["compression"].check(measured)
 
 
 @pytest.mark.parametrize("bend_of_medium", [-0.2, 0.0, 0.3])

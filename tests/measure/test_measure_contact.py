@@ -4,8 +4,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-import yaml
 from campaigns import chain
+from makers import NOT_MEASURED, TextLog, bench_config, comma_log, row_of_push, write_campaign
 
 from rftfit.campaign.load import load_campaign
 from rftfit.measure.alpha import alpha_table
@@ -19,38 +19,16 @@ PUSHES = 7
 OFF_MM = 0.1, 0.5
 """How far the true surface lies from the first reading, least and most."""
 
-CONFIG: dict[str, Any] = {
-    "title": "from contact on",
-    "raw": "raw",
-    "run_sheet": "runs.csv",
-    "force_log": {
-        "text": {"delimiter": ","},
-        "columns": {
-            "time": {"column": "t", "unit": "s"},
-            "F1": {"constant": 0, "unit": "N"},
-            "F2": {"constant": 0, "unit": "N"},
-            "F3": {"column": "f", "unit": "N"},
-        },
-    },
-    "motion_log": {
-        "text": {"delimiter": ","},
-        "columns": {"time": {"column": "t", "unit": "s"}, "z": {"column": "z", "unit": "mm"}},
-    },
-    "clock": {"method": "same_clock"},
-    "transducer": {
-        "name": "load cell",
-        "range_N": [500, 500, 500],
-        "axes": {"x": "+F1", "y": "+F2", "z": "+F3"},
-    },
-    "zero": {"method": "stated", "sd_N": NOISE_N},
-    "arm": {"speed_cm_per_s": 0.5},
-    "container": {"length_cm": 60, "width_cm": 60, "depth_cm": 30},
-    "intruders": {"disc": {"shape": "disc", "diameter_cm": 5, "thickness_cm": 0.5}},
-    "media": {"sand": {"title": "sand"}},
-    "fit": {"missing_tare": "flag"},
+TIME = {"column": "t", "unit": "s"}
+CONFIG = bench_config(
+    comma_log(time=TIME, F3={"column": "f", "unit": "N"}, **NOT_MEASURED),
+    comma_log(time=TIME, z={"column": "z", "unit": "mm"}),
+    zero={"method": "stated", "sd_N": NOISE_N},
+    arm={"speed_cm_per_s": 0.5},
+    intruders={"disc": {"shape": "disc", "diameter_cm": 5, "thickness_cm": 0.5}},
     # every other error is none here: the interval is that of the surface and of the noise
-    "errors": {"bed_percent": 0, "angle_deg": 0, "turn_deg": 0, "tare_percent": 0},
-}
+    errors={"bed_percent": 0, "angle_deg": 0, "turn_deg": 0, "tare_percent": 0},
+)
 
 
 def alpha_of_pushes(folder, off_mm, seed):
@@ -61,20 +39,16 @@ def alpha_of_pushes(folder, off_mm, seed):
     random = np.random.default_rng(seed)
     time = np.arange(80) / 10
     depth_mm = 5.0 * time
-    (folder / "raw").mkdir(parents=True)
-    lines = ["run_id,kind,medium,intruder,direction,beta_deg,gamma_deg,force_log,motion_log"]
+    rows, logs = [], {}
     for number, above_mm in enumerate(off_mm):
         force = ALPHA * AREA_CM2 * np.clip(depth_mm + above_mm, 0, None) / 10
-        columns = time, force + random.normal(0, NOISE_N, time.size), -depth_mm
-        file = f"push{number}.csv"
-        path = folder / "raw" / file
-        np.savetxt(path, np.transpose(columns), "%.4f", ",", header="t,f,z", comments="")
-        lines.append(
-            f"p{number:03},plate,sand,disc,intrusion,{number - len(off_mm) // 2},90,{file},{file}"
-        )
-    (folder / "runs.csv").write_text("\n".join([*lines, ""]))
-    (folder / "config.yaml").write_text(yaml.safe_dump(CONFIG))
-    campaign = load_campaign(folder / "config.yaml")
+        force = force + random.normal(0, NOISE_N, time.size)
+        name = f"p{number:03}"
+        columns: dict[str, Any] = {"t": time, "f": force, "z": -depth_mm}
+        logs[f"{name}.csv"] = TextLog(columns, {}).text()
+        beta_deg = number - len(off_mm) // 2
+        rows.append(row_of_push(run_id=name, intruder="disc", beta_deg=beta_deg))
+    campaign = load_campaign(write_campaign(folder, CONFIG, rows=rows, logs=logs))
     fits = chain(campaign, "sand").fits
     errors, surface = errors_of(fits, campaign.config)
     return [

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from campaigns import plate_run
+from pushes import plate_run
 
 from rftfit.campaign.config import ForceLog, TableSettings
 from rftfit.measure.fits import Stroke, fit_run

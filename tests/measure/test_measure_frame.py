@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from campaigns import plate_run
+from pushes import plate_run
 
 from rftfit.campaign.config import Arm, MotionLog
 from rftfit.logs.base import Log, LogError

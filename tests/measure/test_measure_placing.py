@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-import yaml
 from campaigns import chain
+from makers import bench_config, row_of_push, write_campaign
 from pushes import Push, make_push
 
 from rftfit.campaign.load import load_campaign
@@ -25,26 +25,20 @@ YIELD_CM_PER_N = 1e-3
 STIFFNESS = 25.0
 """Force on the plate for each cm of depth, N/cm."""
 
-CONFIG: dict[str, Any] = {
-    "title": "found, not typed",
-    "raw": "raw",
-    "run_sheet": "runs.csv",
-    "transducer": {
-        "name": "any",
-        "range_N": [500, 500, 500],
-        "axes": {"x": "+F1", "y": "+F2", "z": "-F3"},
-    },
-    "arm": {"drive": "uneven", "speed_cm_per_s": 0.1},
-    "clock": {"method": "estimate"},
-    "surface": {"method": "find"},
-    "container": {"length_cm": 60, "width_cm": 60, "depth_cm": 30},
-    "intruders": {
+AXES = {"x": "+F1", "y": "+F2", "z": "-F3"}
+CONFIG: dict[str, Any] = bench_config(
+    {},
+    {},
+    transducer={"axes": AXES},
+    arm={"drive": "uneven", "speed_cm_per_s": 0.1},
+    clock={"method": "estimate"},
+    surface={"method": "find"},
+    intruders={
         "round": {"shape": "disc", "diameter_cm": 5, "thickness_cm": 0.5},
         "odd": {"shape": "flat", "area_cm2": 10, "length_cm": 4, "thickness_cm": 0.5},
     },
-    "media": {"sand": {"title": "sand"}},
-    "fit": {"missing_tare": "flag", "submergence_cm": 0.5, "max_depth_cm": 3},
-}
+    fit={"missing_tare": "flag", "submergence_cm": 0.5, "max_depth_cm": 3},
+)
 
 
 def write(folder, name, push, yields=0.0, repeats=1):
@@ -63,22 +57,29 @@ def write(folder, name, push, yields=0.0, repeats=1):
 
 @pytest.fixture
 def folder(tmp_path):
-    (tmp_path / "raw").mkdir()
-    header = "run_id,kind,medium,intruder,direction,beta_deg,gamma_deg,force_log,motion_log\n"
     rows = [
-        f"{name},plate,sand,{plate},intrusion,0,90,{name}_force.csv,{name}_motion.csv\n"
+        row_of_push(
+            run_id=name,
+            intruder=plate,
+            force_log=f"{name}_force.csv",
+            motion_log=f"{name}_motion.csv",
+        )
         for name, plate in (("a", "round"), ("b", "odd"))
     ]
-    (tmp_path / "runs.csv").write_text(header + "".join(rows))
+    write_campaign(tmp_path, CONFIG, rows=rows)
     for seed, name in enumerate(("a", "b")):
         write(tmp_path, name, make_push(seed, offset_s=7200.2, stiffness=STIFFNESS))
     return tmp_path
 
 
 def campaign(folder, **changes):
-    content = CONFIG | changes
-    (folder / "config.yaml").write_text(yaml.safe_dump(content))
-    return load_campaign(folder / "config.yaml")
+    return load_campaign(write_campaign(folder, CONFIG | changes))
+
+
+def edit_sheet(folder, old, new):
+    """Put another text in place of one in the run sheet."""
+    sheet = folder / "config" / "runs.csv"
+    sheet.write_text(sheet.read_text().replace(old, new))
 
 
 def measured(loaded):
@@ -120,8 +121,7 @@ def test_a_force_that_never_rises_refuses_the_run(folder):
 
 
 def test_runs_with_one_fault_are_one_group_whatever_they_are_called(folder):
-    rows = (folder / "runs.csv").read_text().replace("\nb,plate,sand,odd,", "\nin,plate,sand,odd,")
-    (folder / "runs.csv").write_text(rows)
+    edit_sheet(folder, "\nb,plate,sand,odd,", "\nin,plate,sand,odd,")
     for name in ("a", "b"):
         write(folder, name, make_push(3, stiffness=0.0, medium_N=0.0))
     (logs,) = measure_for_check(campaign(folder))
@@ -131,8 +131,7 @@ def test_runs_with_one_fault_are_one_group_whatever_they_are_called(folder):
 
 
 def test_estimate_needs_a_push_and_a_line_is_needed_without(folder):
-    text = (folder / "runs.csv").read_text().replace("intrusion", "extraction")
-    (folder / "runs.csv").write_text(text)
+    edit_sheet(folder, "intrusion", "extraction")
     assert measured(campaign(folder)).fit("b")["reason_code"] == "no-push-aligned"
 
 

@@ -13,7 +13,7 @@ import pytest
 
 import rftfit
 from rftfit.checks.channels import _find_other_gain
-from rftfit.checks.runs import check_steadiness
+from rftfit.checks.declared import CHECKS
 from rftfit.compare.sands import bend_of
 from rftfit.measure.alignment import search_lags
 from rftfit.measure.alpha import alpha_table, column
@@ -57,7 +57,7 @@ def steadiness(path, force):
     windows = pd.DataFrame({"run_id": names, "why": int(RowStatus.GOOD)})
     tables = {"fits": fits, "tared": tared, "windows": windows}
     measured: Any = SimpleNamespace(tables=tables)
-    return check_steadiness(measured).verdict
+    return CHECKS["steadiness"].check(measured).verdict
 
 
 def spread(alpha):

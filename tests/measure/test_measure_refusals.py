@@ -8,8 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from campaigns import plate_run
-from pushes import estimate, make_push
+from pushes import estimate, make_push, plate_run
 
 from rftfit.campaign.config import Arm, ClockSettings
 from rftfit.logs.base import Log, LogError

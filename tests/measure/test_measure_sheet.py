@@ -11,9 +11,7 @@ from scipy.stats import t
 
 from rftfit import TableProfile
 from rftfit.campaign.problems import CampaignError
-from rftfit.checks.declared import MediumMeasurements
-from rftfit.checks.runs import check_rods
-from rftfit.checks.sheet import check_sheet
+from rftfit.checks.declared import CHECKS, MediumMeasurements
 from rftfit.compare.joint import RunSlopes
 from rftfit.compare.misplaced import MISPLACED_COLUMNS, find_misplaced
 from rftfit.directions import TOLERANCE_DEG
@@ -24,10 +22,10 @@ from rftfit.reference import MEDIA
 DIRECTIONS = [(b, g) for b in (-60.0, -30.0, 0.0, 30.0, 60.0) for g in (30.0, 60.0, 75.0, 90.0)]
 
 
-def slopes_in_rows(medium="poppy_LP", repeats=2, seed=1):
+def slopes_in_rows(medium="poppy_LP"):
     """Slopes of a published medium in beds of 5 %, in random order, and their run sheet."""
-    random = np.random.default_rng(seed)
-    beta_deg, gamma_deg = random.permutation(DIRECTIONS * repeats).T
+    random = np.random.default_rng(1)
+    beta_deg, gamma_deg = random.permutation(DIRECTIONS * 2).T
     alpha = np.stack(
         TableProfile.published(medium).alpha(np.radians(beta_deg), np.radians(gamma_deg))
     )
@@ -128,7 +126,7 @@ def check_refused(sheet, seen, size_of_alpha=20):
     }
     config: Any = SimpleNamespace(arm=SimpleNamespace(angle_tolerance_deg=2.0))
     medium: Any = SimpleNamespace()
-    return check_sheet(MediumMeasurements(config, medium, sheet, tables, {}))
+    return CHECKS["sheet"].check(MediumMeasurements(config, medium, sheet, tables, {}))
 
 
 @pytest.mark.parametrize("shift", [1, -1, 2, -2])
@@ -182,9 +180,9 @@ def test_a_shifted_column_of_beta_is_told_before_anything_is_measured(campaign):
 # --- rods
 
 
-def samples_of(share, seed=4):
+def samples_of(share):
     """Fits, tared samples and windows of pushes of which a share of the tare was too much."""
-    random = np.random.default_rng(seed)
+    random = np.random.default_rng(4)
     fits, tared = [], []
     for number, (beta, gamma) in enumerate(DIRECTIONS):
         depth = np.linspace(1, 8, 200)
@@ -240,7 +238,7 @@ def test_other_rods_are_told_with_an_interval_of_the_confidence_of_the_campaign(
         fit=SimpleNamespace(confidence=confidence),
     )
     medium: Any = None
-    check = check_rods(MediumMeasurements(config, medium, sheet, tables, {}))
+    check = CHECKS["rods"].check(MediumMeasurements(config, medium, sheet, tables, {}))
     estimate = estimate_share_too_much(fits, tared, windows, TOLERANCE_DEG)
     assert estimate is not None
     assert check.code == "rods-other"

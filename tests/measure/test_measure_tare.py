@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from campaigns import plate_run
+from pushes import plate_run
 
-from rftfit.measure.flags import REASON, attach_run, remark
+from rftfit.measure.flags import attach_run, remark
 from rftfit.measure.lab_frame import is_symmetric
-from rftfit.measure.ledger import DROPPED, USED, Ledger, RowStatus
+from rftfit.measure.ledger import Ledger, RowStatus
 from rftfit.measure.samples import PHASES, SAMPLE_COLUMNS, samples_table
 from rftfit.measure.tare import Tare, _tare_of, tare_medium
 
@@ -67,7 +67,7 @@ def test_too_few_samples(samples):
         "tare-empty", tare="rod1", count=samples
     )
     counted = ledger.table()[["file", "fate", "reason_code", "rows"]]
-    assert counted.to_numpy().tolist() == [["rod1.csv", DROPPED, "tare-empty", samples]]
+    assert counted.to_numpy().tolist() == [["rod1.csv", "dropped", "tare-empty", samples]]
 
 
 def test_two_samples_on_the_way_up_are_a_tare():
@@ -121,7 +121,7 @@ def test_what_becomes_of_each_run_of_a_medium():
     why = {"gone": "", "torn": "its log is empty"}
     status = pd.DataFrame(
         [(run.run_id, why.get(run.run_id, ""), "empty") for run in runs],
-        columns=["run_id", *REASON],
+        columns=["run_id", "reason", "reason_code"],
     )
     fit = SimpleNamespace(missing_tare="flag")
     columns: dict[str, Any] = {}
@@ -170,13 +170,13 @@ def test_what_becomes_of_each_run_of_a_medium():
     assert (rows_by_run["far"]["why"] == RowStatus.UNTARED).all()
     counted = ledger.table().groupby(["file", "fate"])["rows"].sum()
     assert dict(counted) == {
-        ("rod.csv", USED): 21,
-        ("air.csv", USED): 21,
-        ("short.csv", DROPPED): 0,
-        ("on_short.csv", DROPPED): 21,
-        ("on_gone.csv", DROPPED): 21,
-        ("on_torn.csv", DROPPED): 21,
-        ("far.csv", DROPPED): 21,
+        ("rod.csv", "used"): 21,
+        ("air.csv", "used"): 21,
+        ("short.csv", "dropped"): 0,
+        ("on_short.csv", "dropped"): 21,
+        ("on_gone.csv", "dropped"): 21,
+        ("on_torn.csv", "dropped"): 21,
+        ("far.csv", "dropped"): 21,
     }
     # a channel that nobody measured is said of each run with samples that would show it
     columns["F2"] = SimpleNamespace(constant=0.0)

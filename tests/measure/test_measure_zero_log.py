@@ -13,7 +13,9 @@ from rftfit.measure.ingest import ingest_medium
 HOUR_S = 3600.0
 DRIFT_N_PER_MIN = 0.02
 CONFIG = config_of_push(
-    "clock", {c: {"column": c, "unit": "mm"} for c in "xz"}, drift_N_per_min=DRIFT_N_PER_MIN
+    "clock",
+    {c: {"column": c, "unit": "mm"} for c in "xz"},
+    transducer={"drift_N_per_min": DRIFT_N_PER_MIN},
 )
 
 

@@ -24,12 +24,6 @@ def table(medium="poppy_LP"):
     return TableProfile.published(medium)
 
 
-def scattered():
-    """Pushes in 60 directions that lie on no grid."""
-    beta, gamma = np.random.default_rng(1).uniform(-np.pi / 2, np.pi / 2, (2, 60))
-    return TableProfile(*table().alpha(beta, gamma), beta, gamma, name="scattered")
-
-
 def test_table_is_bilinear_at_the_true_angles():
     alpha_z, _ = reference.alpha_grid("poppy_CP")
     beta, gamma = math.radians(-30 + 0.3 * 30), math.atan(1 / 3) * 0.25 + math.atan(2 / 3) * 0.75

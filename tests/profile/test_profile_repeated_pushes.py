@@ -11,10 +11,12 @@ from seeds import seeds
 
 import rftfit
 
-EXACT_RIG = config_of_push("time", {c: {"column": c, "unit": "mm"} for c in "xz"}) | {
-    "errors": dict.fromkeys(("surface_run_mm", "surface_session_mm", "angle_deg", "turn_deg"), 0),
-    "fit": {"missing_tare": "flag"},
-}
+EXACT_RIG = config_of_push(
+    "time",
+    {c: {"column": c, "unit": "mm"} for c in "xz"},
+    errors=dict.fromkeys(("surface_run_mm", "surface_session_mm", "angle_deg", "turn_deg"), 0),
+    fit={"missing_tare": "flag"},
+)
 """A campaign whose pushes differ by their beds alone."""
 
 
@@ -85,10 +87,7 @@ def test_a_table_of_pushes_has_the_interval_of_a_campaign(alpha, tmp_path):
         for number, value in enumerate(alpha)
     }
     logs = {f"{name}.csv": push.log().text() for name, push in pushes.items()}
-    rows = [
-        row_of_push(run_id=name, force_log=f"{name}.csv", motion_log=f"{name}.csv")
-        for name in pushes
-    ]
+    rows = [row_of_push(run_id=name) for name in pushes]
     write_campaign(tmp_path, EXACT_RIG, rows=rows, logs=logs)
     result = "results/alpha/sand.csv"
     assert run_command(tmp_path, "run", result).returncode == 0

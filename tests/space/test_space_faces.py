@@ -81,9 +81,9 @@ def test_the_submerged_part_of_a_triangle(heights, share, centroid):
         assert_allclose(centre, centroid, atol=1e-12)
 
 
-def slipping(height_cm=3.25, slip_deg=15.0):
-    a = np.radians(slip_deg)
-    return Motion3D([0, 0, height_cm], [np.cos(a), np.sin(a), 0], [0, 1 / 6.25, 0])
+def slipping():
+    a = np.radians(15)
+    return Motion3D([0, 0, 3.25], [np.cos(a), np.sin(a), 0], [0, 1 / 6.25, 0])
 
 
 def leg_at(theta_deg, velocity=(0, 0, 0), rate=0.2):
@@ -232,10 +232,10 @@ def block(*lengths_cm):
     return Mesh(np.asarray(box.vertices), np.asarray(box.faces), "block")
 
 
-def force_on(mesh, velocity, depth_cm=3.0, turned_deg=0.0):
+def force_on(mesh, velocity, turned_deg=0.0):
     """Force on a mesh in one pose, turned about y."""
     turn = Rotation.from_euler("y", turned_deg, degrees=True).as_matrix()
-    motion = Motion3D([[0, 0, -depth_cm]], [velocity], [[0, 0, 0]], [turn])
+    motion = Motion3D([[0, 0, -3]], [velocity], [[0, 0, 0]], [turn])
     return compiled_mesh_forces(POPPY, mesh, motion)[0, :6]
 
 

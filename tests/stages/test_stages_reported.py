@@ -7,7 +7,7 @@ import pytest
 import yaml
 from campaigns import Folder, run_rules
 from log_files import told
-from paper import write_yaml
+from makers import write_yaml
 from third_party import (
     ALPHA,
     REPORTED,

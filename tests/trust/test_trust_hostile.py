@@ -19,7 +19,7 @@ import pytest
 import result_tables as chain
 import yaml
 from campaigns import FEW, Room, make_campaign, run_rules
-from paper import write_yaml
+from makers import write_yaml
 from result_tables import NASTY, Memory, memory, page_results, read_result, run
 from waiting import LONGEST_S, run_commands
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from campaigns import plate_run
+from pushes import plate_run
 from result_tables import alpha_frame, one_cell
 
 from rftfit.campaign.load import Campaign
