@@ -11,7 +11,6 @@ import numpy as np
 import pandas as pd
 import pytest
 from makers import answer_of
-from result_tables import LABORATORY, make_campaign
 from seeds import seeds
 
 import rftfit
@@ -31,21 +30,21 @@ def one_push(alpha):
     return pd.DataFrame({"beta_deg": [0], "gamma_deg": [90], "alpha_z_N_per_cm3": [alpha]})
 
 
-def published_alpha(medium):
-    """Return alpha_z and alpha_x of Table S5 by beta and gamma."""
-    rows = rftfit.published_table("table_s5")
-    rows = rows[rows["medium"] == medium]
-    names = ["alpha_z_N_per_cm3", "alpha_x_N_per_cm3"]
-    cells = rows.pivot_table(index="beta_deg", columns="gamma_deg", values=names)
-    return tuple(cells[name].to_numpy() for name in names)
-
-
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """A campaign of two media, and the profile of a push in a file."""
+    """A campaign whose alpha is that of two published media, and the profile of a push in a file."""
     folder = tmp_path_factory.mktemp("doors")
-    alpha = {name: published_alpha(name) for name in PAPER_MEDIA[:2]}
-    make_campaign(folder / "campaign", dict.fromkeys(alpha, LABORATORY), alpha)
+    campaign, names = folder / "campaign", PAPER_MEDIA[:2]
+    for name in ("config", "raw"):
+        (campaign / name).mkdir(parents=True)
+    media = "".join(f"  {name}: {{title: {name}, published_as: {name}}}\n" for name in names)
+    (campaign / "config" / "config.yaml").write_text(
+        f"title: Doors\nraw: raw\nrun_sheet: raw/alpha.csv\ntable: {{holds: alpha}}\nmedia:\n{media}"
+    )
+    alpha = rftfit.published_table("table_s5")
+    alpha[alpha["medium"].isin(names)].to_csv(campaign / "raw" / "alpha.csv", index=False)
+    code, _, err = answer_of("run", "results/penetration.csv", folder=campaign)
+    assert code == 0, err
     rftfit.write_profile(folder / "sand.json", rftfit.scale(ALPHA), title="Sand")
     return folder
 

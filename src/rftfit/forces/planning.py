@@ -434,7 +434,10 @@ def _list_choices(
         apart_deg = angle_apart(*np.transpose(ways)[..., None], *nodes_deg.T)
         places = apart_deg.argmin(axis=1)
         beta_deg, gamma_deg = np.transpose(ways)
-        is_node = same_direction(beta_deg, gamma_deg, *nodes_deg[places].T, TOLERANCE_DEG)
+        nodes_beta_deg, nodes_gamma_deg = nodes_deg[places].T
+        is_node = same_direction(
+            beta_deg, gamma_deg, nodes_beta_deg, nodes_gamma_deg, TOLERANCE_DEG
+        )
         if not is_node.all():
             lost = tuple(round(float(angle), 3) + 0.0 for angle in ways[int(is_node.argmin())])
             raise ValueError(
