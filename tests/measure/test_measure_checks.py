@@ -254,6 +254,27 @@ def test_a_run_apart_is_told_by_the_component_that_is_farther_off(off_z, off_x, 
     assert f"r2: alpha_{component} {0.35 if component == 'z' else -0.04} beside" in check.sentence
 
 
+@pytest.mark.parametrize("apart", [1, 2])
+def test_a_run_that_is_next_is_named_where_a_single_one_is_apart(apart):
+    # of two exchanged runs both are apart, and the next one is innocent
+    peers = pd.DataFrame(
+        {
+            "run_id": ["r2", "r3", "r4"],
+            "times_spread": [8.1, 7.5, 2.0],
+            "apart": [True, apart == 2, False],
+            "beside": "repeats",
+            "seen_from_ratio": 0.2,
+            "off_z_ratio": 0.1,
+            "off_x_ratio": 0.1,
+        }
+    )
+    for c in "zx":
+        peers[f"alpha_{c}_N_per_cm3"], peers[f"others_{c}_N_per_cm3"] = 0.35, 0.55
+    check = judge("repeats", measured(sheet_of("ppp"), peers=peers))
+    assert ("next is r3" in check.sentence) == (apart == 1)
+    assert "next is r4" not in check.sentence
+
+
 @pytest.mark.parametrize(
     ("scatter", "pairs", "code"),
     [

@@ -20,7 +20,7 @@ from rftfit.figures.registry import greek
 from rftfit.figures.style import content, shrink_png
 from rftfit.measure.flags import attach_run, flag_table, remark
 from rftfit.page.findings import findings
-from rftfit.page.outcome import doubt_of_map, summary_of_checks
+from rftfit.page.outcome import describe_lacking_map, summary_of_checks
 from rftfit.page.page import drawn_figures
 from rftfit.page.page import page as make_page
 from rftfit.workflow.validate import estimated_map_rows
@@ -295,5 +295,17 @@ def test_medium_without_a_map_says_why_on_the_page(tmp_path):
     assert results.map_table("yuma").empty
     reason = results.map_reason("yuma")
     assert "resistance" in reason
-    assert reason in doubt_of_map(results, "yuma")
+    assert reason in describe_lacking_map(results, "yuma")
     assert "the pushes meet no resistance" in make_page(results)
+
+
+def test_medium_of_another_kind_is_named_on_the_first_screen(tmp_path):
+    """No check sees the sign of an angle that is wrong in all runs of a direction: only the shape of the map does."""
+    results = page_results(tmp_path)
+    words = "only one in 1e+05 media of the known kind"
+    assert words not in make_page(results)
+    table = results.table("maps/yuma.csv")
+    write(results, "maps/yuma.csv", table.assign(chance_if_it_belongs=1e-5))
+    first_screen = make_page(Results(results.campaign)).partition('id="believed"')[0]
+    assert words in first_screen
+    assert "of another kind, or a wrong angle" in first_screen

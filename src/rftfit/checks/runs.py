@@ -355,7 +355,9 @@ def check_repeats(measured: MediumMeasurements) -> Check:
         cure = remark("repeat-twice" if are_single else "repeat-more")
         return Check.skip("repeats", "repeats-blind", median=seen_from.median(), cure=cure)
     code = "repeats-single" if apart.empty and are_single else "repeats"
+    # where several are apart, they are the exchanged ones
     others = repeated_runs[~repeated_runs["apart"].to_numpy(bool)].nlargest(1, "times_spread")
+    others = others.head(int(len(apart) == 1))
     of_runs = zip(apart["run_id"].astype(str), apart["beside"], apart["times_spread"], strict=True)
     return Check.judge(
         "repeats",

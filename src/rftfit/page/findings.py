@@ -19,7 +19,7 @@ from rftfit.forces.peaks import STEEP
 from rftfit.measure.alpha import cell_at, column
 from rftfit.model.fourier import TERMS
 from rftfit.page.cells import Row, records
-from rftfit.page.outcome import media_that_passed
+from rftfit.page.outcome import describe_other_kind, media_that_passed
 from rftfit.results import Results
 from rftfit.robot.speeds import share_within
 from rftfit.store.text import count
@@ -44,6 +44,7 @@ def findings(results: Results) -> list[PageFinding]:
     """List the findings, most important first: the measurement, the predictions and their errors, then the rest."""
     finders = (
         _find_verdicts,
+        _find_media_of_another_kind,
         _find_errors_on_legs,
         _find_error_of_theta,
         _find_simulated_speed,
@@ -93,6 +94,13 @@ def _find_verdicts(results: Results) -> Iterable[PageFinding]:
     sentences += _describe_lost_pushes(results)
     text = ". ".join(f"{sentence[0].upper()}{sentence[1:]}" for sentence in sentences)
     yield PageFinding(f"{text}.", "believed")
+
+
+def _find_media_of_another_kind(results: Results) -> Iterable[PageFinding]:
+    """Name each medium that lies far from the shape of the known ones: no check sees an angle that all its runs share."""
+    for medium in results:
+        if words := describe_other_kind(results, medium.name):
+            yield PageFinding(f"{results.titles[medium.name]}: {words}.", "believed")
 
 
 def _describe_lost_pushes(results: Results) -> Iterable[str]:

@@ -115,11 +115,16 @@ def most_serious_flag(results: Results, medium: str) -> tuple[str, int]:
     return format_remarks(max(doubts, key=_severity)), len(doubts)
 
 
-def doubt_of_map(results: Results, medium: str) -> str:
-    """Say why a measured medium has no map, or that its pushes hardly fit the shape that known media share; else empty."""
+def describe_lacking_map(results: Results, medium: str) -> str:
+    """Say why a measured medium has no map; else empty."""
     reason = results.map_reason(medium)
     if reason and results[medium].alpha["alpha_z_N_per_cm3"].notna().any():
         return f"alpha could not be estimated in directions without a push: {reason}"
+    return ""
+
+
+def describe_other_kind(results: Results, medium: str) -> str:
+    """Say how rarely a medium of the known kind lies as far from their shape as this one; empty where that is not rare."""
     chance = results.map_table(medium)["chance_if_it_belongs"].min()
     if not chance < NOT_ALIKE:
         return ""

@@ -36,7 +36,7 @@ from rftfit.page.live import as_json, lacks_directions, live_data, scaled_from_p
 from rftfit.page.methods import cited_references, constants, paragraphs, settings_digest
 from rftfit.page.outcome import (
     Outcome,
-    doubt_of_map,
+    describe_lacking_map,
     format_sentence,
     most_serious_flag,
     outcome_of_runs,
@@ -182,7 +182,7 @@ def context(results: Results) -> dict[str, Any]:
         + [
             (medium.title, doubt)
             for medium in results
-            if (doubt := doubt_of_map(results, medium.name))
+            if (doubt := describe_lacking_map(results, medium.name))
         ],
         "of_all": [
             (medium.title, ". ".join(sentences))

@@ -51,6 +51,7 @@ from rftfit.page.live import (
 from rftfit.page.outcome import (
     VERDICT_WORDS,
     Outcome,
+    describe_other_kind,
     most_serious_flag,
     rows_by_reason,
     verdicts_on_legs,
@@ -113,7 +114,16 @@ def tabulate_media(results: Results, outcome: Outcome) -> PageTable:
         css_class = {SOUND: "same", DOUBTFUL: "doubtful", NOT_CHECKED: "faint"}.get(word, "differs")
         # the page explains these two verdicts once, above the table
         why = {SOUND: "", NOT_CHECKED: "but not all checked"}.get(word, reason)
-        notes = (why, Note(flags, f"#notes-{row['medium']}") if flags else "")
+        kind = (
+            "of another kind, or a wrong angle"
+            if describe_other_kind(results, row["medium"])
+            else ""
+        )
+        notes = (
+            why,
+            Note(kind, "#believed") if kind else "",
+            Note(flags, f"#notes-{row['medium']}") if flags else "",
+        )
         verdict = NO_FAULT if word == NOT_CHECKED else word
         return Cell(verdict, notes, f"verdict {css_class}", link)
 

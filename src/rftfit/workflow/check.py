@@ -97,6 +97,10 @@ class Checked:
             paragraphs.append("\n".join(lines))
         if self.plan:
             paragraphs.append(_format_plan(self.plan))
+        if self.diagnosis is None and not self.errors:
+            paragraphs.append(
+                "Not checked here: signs, units, exchanged runs (rftfit check --diagnose)."
+            )
         total = f"{count(self.errors, 'error')}, {count(self.warnings, 'warning')}."
         return "\n\n".join([*filter(None, paragraphs), total])
 
