@@ -586,3 +586,12 @@ def test_the_template_of_a_config_is_the_documented_schema(tmp_path):
     assert answer_of("init", "c", folder=tmp_path)[0] == 0
     schema = json.loads((tmp_path / "c/config/config.schema.json").read_text())
     assert {"raw", "run_sheet", "media", "transducer", "arm", "fit"} <= schema["properties"].keys()
+
+
+def test_inspect_names_gauges_in_volts_and_states_rows_a_second(tmp_path):
+    rows = "".join(f"{40 * index},{0.1 * index},{3 - index}\n" for index in range(4))
+    (tmp_path / "gauges.csv").write_text(f"time (ms),gauge1 (V),z (mm)\n{rows}")
+    code, out, _ = answer_of("inspect", "gauges.csv", folder=tmp_path)
+    assert code == 0
+    assert "rate: 25 rows/s (median step 40 ms" in out
+    assert "in volts: gauge1; force_log.calibration" in out

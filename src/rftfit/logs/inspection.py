@@ -24,6 +24,7 @@ from rftfit.logs.inspect import (
 )
 from rftfit.logs.registry import read_head
 from rftfit.store.text import count, megabytes, table
+from rftfit.table.units import TIME_TO_S
 
 
 @dataclass(frozen=True)
@@ -156,7 +157,18 @@ def _survey_lines(survey: Survey) -> list[str]:
         ),
         *_clock_lines(survey.clock, survey.time_unit or "s"),
         *(f"not read: {name}: {why}" for name, why in survey.unread.items()),
+        *_voltage_lines(survey),
         *(f"note: {note}" for note in survey.notes),
+    ]
+
+
+def _voltage_lines(survey: Survey) -> list[str]:
+    """Return the line on columns in volts, which are readings of gauges and no forces yet; else none."""
+    gauges = [column.name for column in survey.columns if column.unit in ("V", "mV", "uV")]
+    if not gauges:
+        return []
+    return [
+        f"in volts: {', '.join(gauges)}; force_log.calibration names a csv that makes loads of gauges"
     ]
 
 
@@ -166,8 +178,9 @@ def _clock_lines(clock: TimeColumn | None, unit: str) -> list[str]:
         return ["duration, rate and gaps: unknown, no column looks like a time"]
     lines = [f"duration: {_format_number(clock.duration)} {unit}"]
     if math.isfinite(clock.step):
+        rows_per_s = clock.rate / TIME_TO_S.get(unit, 1.0)
         lines.append(
-            f"rate: {_format_number(clock.rate)} rows/{unit} (median step {_format_number(clock.step)} {unit}, "
+            f"rate: {_format_number(rows_per_s)} rows/s (median step {_format_number(clock.step)} {unit}, "
             f"median jitter {_format_number(clock.jitter)} {unit})"
         )
     lines.append(f"gaps: {len(clock.gaps) or 'none'}")
