@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pandas as pd
 
@@ -97,9 +99,9 @@ def generic_rows(group: list[scaling.MediumFit]) -> pd.DataFrame:
 
 def penetration_row(fit: scaling.MediumFit) -> dict[str, object]:
     """Make the row of vertical penetration of a medium: as measured and as fitted, chi and zeta (as in Table S3)."""
-    row: dict[str, object] = {"method": fit.method, "medium": fit.medium}
+    push = cell_at(fit.table, 0, 90, fit.config.grid.angle_tolerance_deg)
+    row: dict[str, object] = {"method": fit.method, "medium": fit.medium} | _alpha_z_of(push)
     for name, unit, value, draws in (
-        ("alpha_z_measured", "_N_per_cm3", fit.alpha_z, fit.alpha_z_draws),
         ("alpha_z_fit", "_N_per_cm3", fit.zeta, fit.zeta_draws),
         (
             "chi",
@@ -113,9 +115,16 @@ def penetration_row(fit: scaling.MediumFit) -> dict[str, object]:
         row |= {f"{name}{unit}": value, f"{name}_lo{unit}": lo, f"{name}_hi{unit}": hi}
     row["zeta_without_flagged"] = float(scaling.vertical_penetration(fit.without_flagged))
     row["zeta_errors"] = shares(fit.zeta_errors)
-    push = cell_at(fit.table, 0, 90, fit.config.grid.angle_tolerance_deg)
     missing = [remark("no-push")] if push is None else []
     return row | reason_columns(fit.why or missing)
+
+
+def _alpha_z_of(push: pd.Series[Any] | None) -> dict[str, object]:
+    """Return alpha_z(0, 90 deg) as measured, with its interval, from its row of the alpha table; NaN where it has none."""
+    return {
+        f"alpha_z_measured{end}_N_per_cm3": np.nan if push is None else push[column("z", end)]
+        for end in ("", "_lo", "_hi")
+    }
 
 
 def sand_row(
@@ -127,8 +136,7 @@ def sand_row(
     cell = cell_at(table, 0, 90, config.grid.angle_tolerance_deg)
     if cell is None:
         return row | reason_columns([remark("no-push")])
-    for quantity in ("", "_lo", "_hi"):
-        row[f"alpha_z_measured{quantity}_N_per_cm3"] = cell[column("z", quantity)]
+    row |= _alpha_z_of(cell)
     level = config.fit.confidence
     try:
         scaled = scaling.scale_new_medium(*scaling.alpha_of_test(cell, level), reference.chi, level)

@@ -228,8 +228,8 @@ def _format_map(medium_map: Map, routine: ScaledMedium | None, description: str,
     )
     if routine is not None:
         zeta += (
-            f"\nzeta {routine.zeta:.4f} ({routine.zeta_lo:.4f} to {routine.zeta_hi:.4f}) to compare with the paper, "
-            f"by its routine from (0, 90) deg alone, with {routine.reference.name}"
+            f"\nzeta {routine.zeta:.4f} ({routine.zeta_lo:.4f} to {routine.zeta_hi:.4f}) "
+            f"by the paper's routine from (0, 90) deg alone, with {routine.reference.name}"
         )
     # contacts measure both components together
     contacts_alone = medium_map.contacts and has_no_alpha_x(medium_map)

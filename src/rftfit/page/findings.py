@@ -353,17 +353,19 @@ def _find_misfit(results: Results) -> Iterable[PageFinding]:
     """Say how far the nine terms are from measured alpha_z."""
     rows = labels.of_method(results, "coefficients.csv")
     rows = rows[(rows["coefficient"] == "A00") & rows["misfit_rms_N_per_cm3"].notna()]
-    misfits_percent = []
+    misfits_percent, counts = [], []
     for row in records(rows[rows["medium"].isin(labels.usable_media(results, results.laboratory))]):
         alpha = results[row["medium"]].alpha["alpha_z_N_per_cm3"].dropna()
         if len(alpha) > len(TERMS):  # nine terms fit so few directions in any medium
             misfits_percent.append(100 * row["misfit_rms_N_per_cm3"] / alpha.abs().max())
+            counts.append(len(alpha))
     if misfits_percent:
         least, largest = min(misfits_percent), max(misfits_percent)
         ends = dict.fromkeys(format_number(end, 0) for end in (least, largest))
         share = " to ".join(ends) if largest >= 1 else "less than 1"
+        directions = " to ".join(map(str, dict.fromkeys((min(counts), max(counts)))))
         yield PageFinding(
-            f"The nine terms fitted to alpha miss alpha_z in the measured directions by {share} % of its largest value (root mean square).",
+            f"The nine terms fitted to alpha in {directions} directions miss alpha_z there by {share} % of its largest value (root mean square).",
             "coefficients",
         )
 

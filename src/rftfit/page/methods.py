@@ -543,11 +543,12 @@ def _name_media(results: Results, names: Iterable[str]) -> str:
 
 
 def _describe_map(results: Results, robot: str) -> str:
-    """Describe how the map was estimated; empty where no force was predicted with it.
+    """Describe how the map was estimated; empty where neither a force nor a zeta is from it.
 
     `robot`: Text of `_describe_robot`, which may name the map.
     """
-    if "map" not in labels.predicted_by(results) and _ALPHA_NAMES["map"] not in robot:
+    is_used = "map" in labels.predicted_by(results) or _ALPHA_NAMES["map"] in robot
+    if not is_used and not any(has_scale_of_map(results, name) for name in results.laboratory):
         return ""
     others_phrase = " and the others of this campaign" if results.config.maps.own_media else ""
     frictions = list_in_words(f"{friction:g}" for friction in FRICTIONS)
