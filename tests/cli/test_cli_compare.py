@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from compare_media import Beds, published, runs_of
+from makers import row_of_push, write_rows
 from result_tables import LABORATORY, make_campaign
 
 from rftfit import compare_media, reference
@@ -14,7 +15,7 @@ MEDIA = ("poppy_LP", "poppy_CP")
 
 
 def write_fits(root, medium, seed, places):
-    """Write fits of a medium in some directions, two runs each, of which the second is labelled friday in the sheet."""
+    """Write fits of a medium in some directions, two runs each; returns their rows of the sheet, the second labelled friday."""
     truth = published(medium)[:, places]
     rng = np.random.default_rng(seed)
     runs = runs_of(truth, np.full(len(places), 6.0), 2, rng, Beds())
@@ -26,25 +27,29 @@ def write_fits(root, medium, seed, places):
     empty |= {"n_points": 5, "mirrored": False, "medium": medium}
     table = pd.DataFrame(empty, index=runs.index).assign(**runs)
     write_csv(table, root / "results" / "fits" / f"{medium}.csv")
-    with (root / "config" / "runs.csv").open("a", encoding="utf-8") as sheet:
-        for place, run in enumerate(runs.to_dict("records")):
-            way = "intrusion" if run["gamma_deg"] > 0 else "extraction"
-            sheet.write(
-                f"{run['run_id']},plate,{medium},plate,{way},{run['beta_deg']},{abs(run['gamma_deg'])},,"
-                f"{run['run_id']}_f.csv,{run['run_id']}_m.csv,,{'friday' if place % 2 else 'monday'}\n"
-            )
+    return [
+        row_of_push(
+            abs(run["gamma_deg"]),
+            run["run_id"],
+            medium=medium,
+            direction="intrusion" if run["gamma_deg"] > 0 else "extraction",
+            beta_deg=run["beta_deg"],
+            motion_log=f"{run['run_id']}_motion.csv",
+            session="friday" if place % 2 else "monday",
+        )
+        for place, run in enumerate(runs.to_dict("records"))
+    ]
 
 
 def make(root, media, places=range(0, 70, 7)):
     """A campaign with fits; its run sheet has sessions."""
     alpha = {medium: reference.alpha_grid(medium) for medium in media}
     make_campaign(root, dict.fromkeys(media, LABORATORY), alpha)
-    sheet = root / "config" / "runs.csv"
-    head = sheet.read_text("utf-8").splitlines()[0]
-    sheet.write_text(f"{head},session\n", "utf-8")
     slanted = [place for place in places if published(media[0])[1, place] != 0]
-    for seed, medium in enumerate(media):
-        write_fits(root, medium, seed, slanted)
+    rows = [write_fits(root, medium, seed, slanted) for seed, medium in enumerate(media)]
+    write_rows(
+        root / "config" / "runs.csv", [row for rows_of_medium in rows for row in rows_of_medium]
+    )
     return root
 
 

@@ -76,7 +76,7 @@ def test_a_figure_whose_legend_is_drawn_has_no_fault():
         (style.line(style.OKABE_ITO["vermillion"], marker="s", linestyle=""), "is not drawn"),
         (style.band(0.8), "is not drawn"),
         (style.patch(facecolor="white", edgecolor="#222222", hatch="xx"), "is not drawn"),
-        (style.bands(["#888888", "#000000"], 0.4), "is not drawn"),
+        (style.bands(["#888888", "#000000"]), "is not drawn"),
         (style.line("none", linestyle=""), "shows nothing"),
         (style.line("#0072B4"), "looks like"),
     ],
@@ -94,14 +94,14 @@ def two_lines(looks, beside=False):
     figure = style.new_figure(16, 7)
     left, right = (style.axes_cm(figure, x, 1, 5, 3) for x in (1, 9))
     for axes, look, rise in zip((left, right if beside else left), looks, (0.5, 0.9), strict=True):
-        axes.plot([0, 1], [0, rise], look.get("linestyle", "-"), color=look["colour"])
+        axes.plot([0, 1], [0, rise], look.get("linestyle", "-"), color=look["color"])
     for axes in (left, right):
         axes.set(xlabel="depth (cm)", ylabel="force (N)", xlim=(0, 1.1), ylim=(0, 1.1))
     style.legend(figure, {name: style.line(**look) for name, look in zip("ab", looks, strict=True)})
     return figure
 
 
-BLUE, RED = ({"colour": style.OKABE_ITO[name]} for name in ("blue", "vermillion"))
+BLUE, RED = ({"color": style.OKABE_ITO[name]} for name in ("blue", "vermillion"))
 
 
 @pytest.mark.parametrize(
@@ -110,8 +110,8 @@ BLUE, RED = ({"colour": style.OKABE_ITO[name]} for name in ("blue", "vermillion"
         ((BLUE, RED), False, 1),
         ((BLUE, RED), True, 0),
         ((BLUE, RED | {"linestyle": "--"}), False, 0),
-        (tuple({"colour": style.COMPONENT_COLOURS[c]} for c in "zx"), False, 0),
-        (tuple({"colour": style.PALE_COLOURS[c]} for c in "zx"), False, 0),
+        (tuple({"color": style.COMPONENT_COLOURS[c]} for c in "zx"), False, 0),
+        (tuple({"color": style.PALE_COLOURS[c]} for c in "zx"), False, 0),
     ],
 )
 def test_lines_of_one_axes_that_a_grey_print_makes_alike_are_found(looks, beside, faults_found):

@@ -57,7 +57,7 @@ def test_long_work_is_announced(command, monkeypatch):
     monkeypatch.setattr("rftfit.cli.predict._TRIANGLE_S", 1e-3)
     rftfit.write_profile("sand.json", rftfit.estimate_map(rftfit.published_table("table_s5")[:4]))
     code, _, err = command(f"{MESH} --profile-file sand.json")
-    cut = fine_enough(BALL)
+    cut = fine_enough(BALL, Motion3D.read("path.csv"))
     # draws, poses, triangles and minutes
     numbers = re.findall(r"\b\d+\b", err)
     assert (code, numbers[:3]) == (0, ["1000", "5", str(len(cut.faces))])

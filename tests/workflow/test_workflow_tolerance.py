@@ -48,7 +48,8 @@ def row_of(medium, kind, beta_deg, gamma_deg, repeat=1):
 
 
 def config_by_eye():
-    config = config_of_push("time", {}, range_N=[50, 50, 100], precision_N=0.02) | LOGS
+    config = config_of_push("time", {}, transducer={"range_N": [50, 50, 100], "precision_N": 0.02})
+    config |= LOGS
     del config["fit"]
     config |= {
         "grid": {"angle_tolerance_deg": 2},

@@ -183,8 +183,8 @@ def predict(
             motion = body.make_motion()
         elif shape is not None or body.path is not None:
             motion = mesh_options.make_motion(shape, body.path)
-        if shape is not None:
-            shape = fine_enough(shape)
+        if shape is not None and motion is not None:
+            shape = fine_enough(shape, motion)
     with inputs.collect():
         options.check_confidence(confidence)
         options.check_friction(mesh_options.friction)

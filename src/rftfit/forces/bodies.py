@@ -28,8 +28,8 @@ def set_in_motion(
     if isinstance(body, Mesh):
         if not isinstance(motion, Motion3D):
             raise TypeError("a mesh moves in space: its motion is a Motion3D")
-        return MeshInMotion(fine_enough(body), motion, law, friction)
+        return MeshInMotion(fine_enough(body, motion), motion, law, friction)
     if isinstance(motion, Motion3D):
         raise TypeError("an outline moves in the plane; Mesh.extrude makes a mesh of it")
     motion = rotation() if motion is None else motion
-    return OutlineInMotion(fine_enough(body), motion, quantities)
+    return OutlineInMotion(fine_enough(body, motion), motion, quantities)

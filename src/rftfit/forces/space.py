@@ -217,7 +217,8 @@ class MeshInMotion(BodyInMotion):
     ) -> dict[str, FloatArray]:
         """Set forces that symmetry cancels, and that are rounding of the sum, to 0, and add ``closure_N``."""
         finished = {
-            name: _without_rounding(values, name, best.forces) for name, values in columns.items()
+            name: np.where(np.abs(values) < self._least_size(name, best.forces), 0.0, values)
+            for name, values in columns.items()
         }
         assert best.leaving is not None
         closure = CLOSURE if self.law == "measured" else np.nan
@@ -232,7 +233,7 @@ class MeshInMotion(BodyInMotion):
 
         Then an end of an interval that is 0 is moved to the farthest end of this interval in any pose.
         """
-        least = _least_size(peak.quantity, best)
+        least = self._least_size(peak.quantity, best)
         ends = ("value", "lo", "hi", "model_lo", "model_hi", "next_lo", "next_hi")
         zeros: dict[str, Any] = {end: 0.0 for end in ends if abs(getattr(peak, end)) < least}
         peak = replace(peak, **zeros)
@@ -249,24 +250,32 @@ class MeshInMotion(BodyInMotion):
                     beyond_zero[kind + end] = float(farthest(columns[name], initial=0.0)) + 0.0
         return replace(peak, **beyond_zero)
 
+    def _least_size(self, name: str, best: ForcesByName) -> float:
+        """Return the size below which a force or a moment is rounding; 0 for another column."""
+        kind = name.partition("_")[0]
+        if kind not in ("force", "moment"):
+            return 0.0
+        sizes = {
+            quantity: float(np.fmax.reduce(np.abs(values), axis=None, initial=0.0))
+            for quantity, values in best.items()
+        }
+        largest = {
+            of: max(
+                (size for quantity, size in sizes.items() if quantity.startswith(of)), default=0
+            )
+            for of in ("force", "moment")
+        }
+        if kind == "force":
+            return ROUNDING * largest["force"]
+        # all moments may be rounding: then the largest force at the farthest point is their measure
+        reach_cm = float(np.linalg.norm(self.mesh.vertices_cm, axis=1).max())
+        return ROUNDING * max(largest["moment"], largest["force"] * reach_cm)
+
 
 def _largest_alpha(profile: Profile) -> float:
     """Largest size of alpha over all directions, N/cm^3."""
     table = as_table(profile)
     return float(np.fmax.reduce(np.hypot(table.alpha_z, table.alpha_x), axis=None))
-
-
-def _least_size(name: str, best: Mapping[str, FloatArray]) -> float:
-    """Return the size below which a force or a moment is rounding; 0 for another column."""
-    kind = name.partition("_")[0]
-    sizes = [np.abs(values) for quantity, values in best.items() if quantity.startswith(kind)]
-    if kind not in ("force", "moment") or not sizes:
-        return 0.0
-    return ROUNDING * float(np.fmax.reduce(np.concatenate(sizes), initial=0.0))
-
-
-def _without_rounding(values: FloatArray, name: str, best: Mapping[str, FloatArray]) -> FloatArray:
-    return np.where(np.abs(values) < _least_size(name, best), 0.0, values)
 
 
 def _by_name(forces: FloatArray) -> dict[str, FloatArray]:

@@ -324,7 +324,7 @@ def wheel(
         )
         for index, slip_of_row in enumerate(slips)
     ]
-    mesh = fine_enough(mesh)
+    mesh = fine_enough(mesh, motions[0])
     profile = profile_of(medium, partial(has_number, mesh=mesh, friction=friction))
     rolling = _Wheel(profile, mesh, roll, friction, rim)
     errors = _model_errors(profile, mesh, friction, model_error, left_out)
