@@ -271,8 +271,8 @@ def test_a_run_that_is_next_is_named_where_a_single_one_is_apart(apart):
     for c in "zx":
         peers[f"alpha_{c}_N_per_cm3"], peers[f"others_{c}_N_per_cm3"] = 0.35, 0.55
     check = judge("repeats", measured(sheet_of("ppp"), peers=peers))
-    assert ("next is r3" in check.sentence) == (apart == 1)
-    assert "next is r4" not in check.sentence
+    assert ("the likeliest is r3" in check.sentence) == (apart == 1)
+    assert "the likeliest is r4" not in check.sentence
 
 
 @pytest.mark.parametrize(

@@ -320,7 +320,7 @@ _BESIDE = {"pair": "other run of its direction"}
             "detected",
         ),
         "repeats-wide": Words(
-            "repeats of a direction differ by {spread:.0%} (standard deviation along their force, of {dof} repeats), at least by "
+            "repeats of a direction differ by {spread:.0%} (standard deviation along their force, {dof} degrees of freedom), at least by "
             "{low:.0%}",
             "{wide:.0%}, or less than can be told from {usual:.0%}",
             "{found}: prepare each bed in one way, and look for wet sand, another plate or runs in wrong rows. Where beds do "

@@ -108,7 +108,7 @@ def _turn_arrow(axes: Axes, reach: float, hip: float, side: int) -> None:
     start, end = zip(
         -np.sin(angles) * 0.32 * reach, hip - np.cos(angles) * 0.32 * reach, strict=True
     )
-    # over the axle, from back to front: below it theta grows
+    # theta grows from front to back below the axle, so above it from back to front
     arrow_style = style.ARROW | {"mutation_scale": 6, "connectionstyle": "arc3,rad=-0.5"}
     axes.annotate("", xy=end, xytext=start, arrowprops=arrow_style)
     label_position = side * 0.3 * reach, hip + 0.3 * reach

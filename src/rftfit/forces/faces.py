@@ -167,7 +167,10 @@ def mesh_forces(
     law: str = "measured",
     friction: float | None = None,
 ) -> FloatArray:
-    """Integrate force x, y, z (N) and moment x, y, z about the reference point (N cm), shape (draws, p, 6)."""
+    """Integrate force x, y, z (N) and moment x, y, z about the reference point (N cm), shape (..., p, 6), in plain numpy.
+
+    Tests and a benchmark compare the compiled `rftfit.forces.space.compiled_mesh_forces` with it.
+    """
     forces_of_poses = []
     for frame, rolling in zip(motion.frames, motion.rolling, strict=True):
         _, load, normal, moves, arm = moving_faces(mesh, frame, rolling)

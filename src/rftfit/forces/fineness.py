@@ -40,7 +40,7 @@ def fine_enough(body: Body, motion: Motion | Motion3D) -> Body:
     """Halve the edges of a body until none is too long for its motion; a body that is fine enough is returned as it is."""
     rates = motion.frames[:, 6:9] if isinstance(motion, Motion3D) else motion.poses[:, 5]
     if rates.any():
-        longest_cm = longest_edge_cm(body)
+        longest_cm = longest_edge_allowed_cm(body)
     elif isinstance(body, Mesh):
         longest_cm = float(np.sqrt(body.area_cm2)) / EDGES_ACROSS_ROOT_OF_AREA
     else:
@@ -50,7 +50,7 @@ def fine_enough(body: Body, motion: Motion | Motion3D) -> Body:
     return cast("Body", body.refined(longest_cm))
 
 
-def longest_edge_cm(body: Outline | Mesh) -> float:
+def longest_edge_allowed_cm(body: Outline | Mesh) -> float:
     """Return the longest edge that a body may have where it turns, cm."""
     # from the shortest: the second of two sides is the longer one, the second of three the middle
     # one

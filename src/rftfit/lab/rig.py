@@ -280,7 +280,7 @@ def record(
     arm = motion_at(parts, (clock - begin) / rate)
     wobble = stroke.random(2).normal(0, 1, (3, ticks))
     in_stroke = np.array([segment.phase == "stroke" for segment in parts])
-    # a rest above the surface is a rest in air: both rests of a leg, one of a plate
+    # the intruder rests in air where it stands above the surface: a leg twice, a plate once
     in_air = np.array([segment.phase == "rest" and segment.start[1] > 0 for segment in parts])
     return Recording(
         force_time_s=drawn.start_s + drawn.force_phase_s + np.arange(len(channels)) / FORCE_HZ,

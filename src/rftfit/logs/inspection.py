@@ -168,7 +168,7 @@ def _voltage_lines(survey: Survey) -> list[str]:
     if not gauges:
         return []
     return [
-        f"in volts: {', '.join(gauges)}; force_log.calibration names a csv that makes loads of gauges"
+        f"in volts: {', '.join(gauges)}; force_log.calibration names a csv that converts them to forces and torques"
     ]
 
 

@@ -338,7 +338,7 @@ SENTENCES = {
     "in-pulls": ", {pull} in pulls{interval}",
     "interval-starts": " ({low} to {high})",
     "surface-and-lag": ", by the surface {mm:.1f} mm, by a lag {s:.2f} s",
-    "next-apart": "; where rows were exchanged a second run is off: next is {run} ({rows}), by {times:.1f} times the spread",
+    "next-apart": "; if two rows of the run sheet were exchanged, a second run is wrong as well: the likeliest is {run} ({rows}), apart by {times:.1f} times the spread",
     "alpha-beside": "{run}: alpha_{component} {alpha:.3g} beside {others:.3g}",
     **{
         f"axes-{name}": words

@@ -235,7 +235,7 @@ def reference_from(
 
 
 PAPER_RULE = 0.05
-"""Share of A00 above which a term is kept."""
+"""Share of A00 above which a term of a published medium or of a map is kept; of a table, `fourier.threshold` of the config."""
 
 
 def published(method: str = "lsq") -> Reference:

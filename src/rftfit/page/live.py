@@ -197,6 +197,7 @@ def live_data(results: Results) -> dict[str, Any]:
         "alpha": {
             medium.name: _map_cells(
                 medium.alpha,
+                config.grid.angle_tolerance_deg,
                 medium.flags,
                 medium.flags.shared(medium.fits),
                 _runs_without_force_x(results),
@@ -205,7 +206,8 @@ def live_data(results: Results) -> dict[str, Any]:
         },
         "maps": {
             medium.name: _map_cells(
-                _select_grid_lines(map_table, medium.alpha).assign(reason=_describe_source)
+                _select_grid_lines(map_table, medium.alpha).assign(reason=_describe_source),
+                config.grid.angle_tolerance_deg,
             )
             for medium in results
             if len(map_table := results.map_table(medium.name))
@@ -328,7 +330,9 @@ def _numbers_of_map(results: Results, unit_map: Map) -> dict[str, Any]:
             "peaks": {c: _largest_peak(peaks, names) for c, names in _PEAK_NAMES.items()},
         }
     return {
-        "map": _map_cells(_select_grid_lines(unit_map.table()).assign(reason="")),
+        "map": _map_cells(
+            _select_grid_lines(unit_map.table()).assign(reason=""), config.grid.angle_tolerance_deg
+        ),
         "zeta": as_lists(np.array(unit_map.zeta), CURVE_DIGITS),
         "legs": legs,
     }
@@ -411,13 +415,14 @@ def _leg_facts(leg: Leg) -> dict[str, Any]:
 
 def _map_cells(
     table: pd.DataFrame,
+    tolerance_deg: float,
     flags: Flags | None = None,
     shared: Sequence[Remark] = (),
     runs_without_x: Collection[str] = (),
 ) -> dict[str, Any]:
     """Collect the cells of one medium for a map: alpha, its intervals, notes with flags and reasons.
 
-    Scattered directions become an interpolated grid, and points. `flags`: Flags of the medium. `shared`: Flags that the page
+    Scattered directions become an interpolated grid, and points. `tolerance_deg`: Tolerance of angles of the campaign's grid. `flags`: Flags of the medium. `shared`: Flags that the page
     names once for all runs. `runs_without_x`: Runs whose force along x no sensor measured; ``unmeasured_x`` lists the cells
     that have only such runs.
     """
@@ -449,7 +454,8 @@ def _map_cells(
     cells = {name: as_lists(grid, CURVE_DIGITS) for name, grid in values.items()}
     angles = {"beta_deg": beta_deg.tolist(), "gamma_deg": gamma_deg.tolist()}
     notes_and_points = {"notes": notes, "points": as_lists(points, CURVE_DIGITS)}
-    return cells | angles | notes_and_points | {"unmeasured_x": unmeasured_x}
+    facts = {"unmeasured_x": unmeasured_x, "tolerance_deg": tolerance_deg}
+    return cells | angles | notes_and_points | facts
 
 
 _FORCES = [f"force_{c}_N" for c in "zx"]

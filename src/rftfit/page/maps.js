@@ -145,14 +145,12 @@ function makeMaps(parent, show) {
   };
 }
 
-const SAME_DIRECTION = 0.5;
-
 /** alpha_z and alpha_x of a grid at a direction, degrees, with their intervals; nothing where it has none. */
 function cellAt(grid, beta, gamma) {
   // a plate at -90 degrees is the one at 90
   const place = (lines, at, period) => {
     const exact = lines.indexOf(at);
-    return exact < 0 ? lines.findIndex((v) => Math.abs(mod(v - at + period / 2, period) - period / 2) <= SAME_DIRECTION) : exact;
+    return exact < 0 ? lines.findIndex((v) => Math.abs(mod(v - at + period / 2, period) - period / 2) <= grid.tolerance_deg) : exact;
   };
   const [row, col] = [place(grid.beta_deg, beta, 180), place(grid.gamma_deg, gamma, 360)];
   if (row < 0 || col < 0) return null;
@@ -193,7 +191,8 @@ function startMaps(data) {
     const rows = all.map(([name, { z, x }]) => [names[name], valueCell(z, 4), valueCell(x, 4)]);
     const title = `β = ${sayAngle(beta)}, γ = ${sayAngle(gamma)}, N/cm\u00b3`;
     const note = new Map(all).get(profile.value)?.note || all[0][1].note;
-    const symmetric = Math.abs(Math.abs(gamma) - 90) < SAME_DIRECTION && Math.min(Math.abs(beta), 90 - Math.abs(beta)) < SAME_DIRECTION;
+    const tolerance = data.alpha[medium.value].tolerance_deg;
+    const symmetric = Math.abs(Math.abs(gamma) - 90) < tolerance && Math.min(Math.abs(beta), 90 - Math.abs(beta)) < tolerance;
     const measuredX = all[0][1].x;
     const aside = symmetric && !measuredX.unmeasured && measuredX.value
       ? ["By symmetry ", ...quantity("α", "x"), " is 0 here: what was measured instead shows errors, as of mount or axes, which its interval need not hold. "] : [];

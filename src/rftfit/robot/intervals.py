@@ -145,15 +145,13 @@ def half_width_of_draws(values: FloatArray, best_value: float, confidence: float
 
     It is NaN if a draw has no value: without this draw the interval would be too narrow.
     """
-    from scipy.special import stdtrit
-
     if not math.isfinite(best_value):
         return Width(math.nan, values.size, (remark("no-speed"),))
     lost = int(np.isnan(values).sum())
     if lost or not values.size:
         return Width(math.nan, values.size, (remark("draws-lost", lost=lost, draws=values.size),))
     spread = math.sqrt(float(((values - best_value) ** 2).mean()))
-    return Width(float(stdtrit(values.size, 0.5 + confidence / 2)) * spread, values.size)
+    return Width(float(student_quantile(confidence, values.size)) * spread, values.size)
 
 
 def speed_widths(
