@@ -89,16 +89,21 @@ def test_an_outline_of_one_element_has_the_peaks_of_many(travel):
     assert worst_peak(coarse, fine, ["moment_N_cm"]) < WITHIN
 
 
-def test_a_slanted_sole_of_two_triangles_has_its_moments_where_it_does_not_turn():
-    # a wedge, 7 mm lower at its heel: stress grows with depth, so the force acts below the middle of a face
+def wedge():
+    """A foot, 7 mm lower at its heel, of 12 triangles: its sole is two of them."""
     sole = np.array([[-2.5, -1.5, 0], [2.5, -1.5, 0.7], [2.5, 1.5, 0.7], [-2.5, 1.5, 0]])
     top = sole * [1, 1, 0] + [0, 0, 1.7]
     sides = [[0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7], [0, 3, 2, 1], [4, 5, 6, 7]]
     faces = [three for a, b, c, d in sides for three in ([a, b, c], [a, c, d])]
-    wedge = rftfit.Mesh(np.vstack([sole, top]), faces, "wedge")
-    press = rftfit.Motion3D.press(wedge, 2.5)
+    return rftfit.Mesh(np.vstack([sole, top]), faces, "wedge")
+
+
+def test_a_slanted_sole_of_two_triangles_has_its_moments_where_it_does_not_turn():
+    # stress grows with depth, so the force acts below the middle of a face
+    foot = wedge()
+    press = rftfit.Motion3D.press(foot, 2.5)
     coarse, fine = (
-        rftfit.predict(SAND, mesh, press, model_error=0) for mesh in (wedge, wedge.refined(0.15))
+        rftfit.predict(SAND, mesh, press, model_error=0) for mesh in (foot, foot.refined(0.15))
     )
     assert np.allclose(coarse["force_z_N"], fine["force_z_N"], rtol=1e-9)
     assert worst_peak(coarse, fine, ["moment_x_N_cm", "moment_y_N_cm"]) < WITHIN / 4

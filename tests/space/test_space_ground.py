@@ -9,6 +9,8 @@ import pytest
 import rftfit
 from rftfit.errors import InputError
 
+from .test_space_fineness import wedge
+
 POPPY = rftfit.TableProfile.published("poppy_LP")
 
 
@@ -61,3 +63,20 @@ def test_depths_of_pushes_that_do_not_say_theirs_are_held_against_those_of_known
         rftfit.LimitWarning, match="how deep the pushes of this one went is not stated"
     ):
         ground.step([[0, 0, -8]], np.eye(3), [[0, 0, -10]], [[0, 0, 0]], 0.001)
+
+
+def test_a_foot_that_is_pressed_and_then_dragged_needs_more_way_than_delta():
+    foot, step_s = wedge(), 1e-3
+    ground = rftfit.Ground(rftfit.scale(0.35), [foot])
+    lowest_cm = foot.vertices_cm[:, 2].min()
+    for depth_cm in np.arange(0, 2.5, 5 * step_s):
+        pose = [[0, 0, -lowest_cm - depth_cm]], [np.eye(3)]
+        ground.step(*pose, [[0, 0, -5]], [[0, 0, 0]], time_step_s=step_s)
+    drag_N = {}
+    for way_cm in np.arange(1, 101) * 20 * step_s:
+        pose = [[-way_cm, 0, -lowest_cm - 2.5]], [np.eye(3)]
+        forces = ground.step(*pose, [[-20, 0, 0]], [[0, 0, 0]], time_step_s=step_s)
+        drag_N[round(10 * way_cm, 1)] = forces[0, 0]
+    # the direction in which the sole gives way turns by a part on each way of delta, and it bears by its direction
+    assert drag_N[3.0] / drag_N[20.0] == pytest.approx(0.85, abs=0.02)
+    assert drag_N[5.0] == pytest.approx(drag_N[20.0], rel=0.01)

@@ -382,14 +382,14 @@ class MediumOptions:
 
     def make_map(self, se: float | None = None) -> Map:
         """Estimate the map from --alpha or --pushes."""
-        name, pushes = given_pushes(self.alpha, se, PushOptions(self.pushes))
+        name, pushes = read_given_pushes(self.alpha, se, PushOptions(self.pushes))
         return estimate_map_of(name, pushes, shapes_in(self.results))
 
     def _profile_of_pushes(self, se: float | None) -> Profile:
         """Estimate the map or the generic profile from --alpha or --pushes."""
         if self.kind == "map":
             return self.make_map(se).profile
-        name, pushes = given_pushes(self.alpha, se, PushOptions(self.pushes))
+        name, pushes = read_given_pushes(self.alpha, se, PushOptions(self.pushes))
         reference = reference_in(self.results, self.method)
         profile = scale_from_pushes(name, pushes, reference, 0.95).profile
         profile.beside = lambda: self.make_map(se).profile
@@ -480,7 +480,9 @@ class ContactOptions:
         return contacts
 
 
-def given_pushes(alpha: float | None, se: float | None, table: PushOptions) -> tuple[str, Columns]:
+def read_given_pushes(
+    alpha: float | None, se: float | None, table: PushOptions
+) -> tuple[str, Columns]:
     """Return name and pushes of a table or of --alpha; without `se` the one push of --alpha has the usual error."""
     if table:
         return table.read()

@@ -90,7 +90,7 @@ def scale(
     if no_push:
         name = str(file)
     else:
-        name, pushes = options.given_pushes(alpha, se, push_options)
+        name, pushes = options.read_given_pushes(alpha, se, push_options)
     if profile == "generic" and pushes is not None:
         scaled = options.scale_from_pushes(name, pushes, reference, confidence)
         answer = answer_of_test(scaled)

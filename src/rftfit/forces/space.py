@@ -255,16 +255,11 @@ class MeshInMotion(BodyInMotion):
         kind = name.partition("_")[0]
         if kind not in ("force", "moment"):
             return 0.0
-        sizes = {
-            quantity: float(np.fmax.reduce(np.abs(values), axis=None, initial=0.0))
-            for quantity, values in best.items()
-        }
-        largest = {
-            of: max(
-                (size for quantity, size in sizes.items() if quantity.startswith(of)), default=0
-            )
-            for of in ("force", "moment")
-        }
+        largest = {"force": 0.0, "moment": 0.0}
+        for quantity, values in best.items():
+            kind_of_quantity = quantity.partition("_")[0]
+            size = float(np.fmax.reduce(np.abs(values), axis=None, initial=0.0))
+            largest[kind_of_quantity] = max(largest[kind_of_quantity], size)
         if kind == "force":
             return ROUNDING * largest["force"]
         # all moments may be rounding: then the largest force at the farthest point is their measure

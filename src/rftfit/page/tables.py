@@ -114,14 +114,10 @@ def tabulate_media(results: Results, outcome: Outcome) -> PageTable:
         css_class = {SOUND: "same", DOUBTFUL: "doubtful", NOT_CHECKED: "faint"}.get(word, "differs")
         # the page explains these two verdicts once, above the table
         why = {SOUND: "", NOT_CHECKED: "but not all checked"}.get(word, reason)
-        kind = (
-            "of another kind, or a wrong angle"
-            if describe_other_kind(results, row["medium"])
-            else ""
-        )
+        is_of_other_kind = bool(describe_other_kind(results, row["medium"]))
         notes = (
             why,
-            Note(kind, "#believed") if kind else "",
+            Note("of another kind, or a wrong angle", "#summary") if is_of_other_kind else "",
             Note(flags, f"#notes-{row['medium']}") if flags else "",
         )
         verdict = NO_FAULT if word == NOT_CHECKED else word
